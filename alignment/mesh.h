@@ -1,0 +1,28 @@
+// Triangle meshes with fixed topology.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+namespace weft {
+
+using Face = std::array<int, 3>;
+
+struct TriangleMesh {
+  std::vector<Eigen::Vector3d> vertices_mm;
+  std::vector<Face> faces;  // counter-clockwise seen from outside
+};
+
+// How the position of a registered vertex is known.
+enum class VertexState : uint8_t { kInferred = 0, kObserved = 1 };
+
+// The template's vertices at one frame, in the template's order.
+struct RegisteredMesh {
+  std::vector<Eigen::Vector3d> vertices_mm;
+  std::vector<VertexState> state;
+  std::vector<float> sigma_mm;
+  std::vector<int> views;
+};
+
+}  // namespace weft

@@ -1,0 +1,27 @@
+// The one interface through which recorded dumps and, later, live cameras hand out frame sets.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "capture/frame.h"
+
+namespace weft {
+
+// Random access over the frames of a recording.
+// Thread safety: Read may be called from several threads.
+class FrameSource {
+ public:
+  virtual ~FrameSource() = default;
+
+  // Names of all frames, in order of time.
+  virtual const std::vector<std::string>& frame_names() const = 0;
+
+  // Reads frame `index` of frame_names(). A camera whose image is absent, unreadable or of another size than
+  // the rig says is listed in `missing` with the reason; the others are delivered.
+  // OutOfRange: no such frame.
+  virtual absl::StatusOr<FrameSet> Read(size_t index) const = 0;
+};
+
+}  // namespace weft

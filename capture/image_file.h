@@ -1,0 +1,23 @@
+// Image files in and out.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "capture/frame.h"
+
+namespace weft {
+
+// Reads PNG, JPEG or TIFF, 8 or 16 bits (16 are scaled to 8), grey or colour. A grey file whose pixels are a
+// Bayer mosaic is read as such when `mosaic` names the order. camera_id stays empty.
+// NotFound: no such file. InvalidArgument: not an image, truncated, or larger than 1 Gpx; the message names
+// the file and the remedy.
+absl::StatusOr<Frame> ReadImageFile(const std::string& path,
+                                    std::optional<PixelFormat> mosaic = std::nullopt);
+
+// Writes by the path's ending (png, jpg, tif); `jpeg_quality` 1 to 100. The file appears under its name only
+// when it is complete.
+absl::Status WriteImageFile(const std::string& path, const Frame& frame, int jpeg_quality = 95);
+
+}  // namespace weft

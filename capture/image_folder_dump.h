@@ -1,0 +1,41 @@
+// Dumps that are folders of images: <dump>/<frame>/<camera>.(png|jpg|jpeg|tif|tiff), or
+// <dump>/cam<camera>/image<frame>.(png|...).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "capture/frame_source.h"
+#include "capture/rig.h"
+
+namespace weft {
+
+struct ImageFolderOptions {
+  std::optional<PixelFormat> mosaic;  // set when grey files hold a Bayer mosaic
+};
+
+// Lists the dump; images are read by Read. Frames are ordered by name, numbers by value. Image files whose
+// camera the rig does not know, and cameras of the rig without any image, are named in `warnings()` of the
+// result; a dump without any frame of a known camera is InvalidArgument.
+class ImageFolderDump : public FrameSource {
+ public:
+  static absl::StatusOr<std::unique_ptr<ImageFolderDump>> Open(const std::string& folder, const Rig& rig,
+                                                               const ImageFolderOptions& options = {});
+
+  const std::vector<std::string>& frame_names() const override { return frame_names_; }
+  absl::StatusOr<FrameSet> Read(size_t index) const override;
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
+ private:
+  ImageFolderDump() = default;
+
+  Rig rig_;
+  ImageFolderOptions options_;
+  std::vector<std::string> frame_names_;
+  std::vector<std::vector<std::string>> paths_;  // [frame][camera of the rig], empty where there is none
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace weft

@@ -1,0 +1,45 @@
+// The triangulated cells of one frame set.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <string_view>
+#include <vector>
+
+#include "pattern/observation.h"
+
+namespace weft {
+
+struct CloudPoint {
+  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
+  BoardNode node;
+  int views = 0;        // inlier rays from distinct cameras
+  double sigma_mm = 0;  // square root of a third of the covariance's trace
+  Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();
+};
+
+// Why a node that was seen has no point in the cloud.
+enum class RejectReason : uint8_t {
+  kTooFewViews,     // seen by fewer cameras than required
+  kNoConsensus,     // no hypothesis gathers enough rays within the radius
+  kPoorGeometry,    // rays nearly parallel, sigma above the limit
+  kIsolated,        // cleaning: few neighbours around it
+  kStretchedEdges,  // cleaning: far from its neighbours on the board
+  kSmallComponent,  // cleaning: small piece far from trusted ones
+};
+inline constexpr int kRejectReasons = 6;
+std::string_view RejectReasonName(RejectReason reason);  // "too_few_views" ...
+
+struct RejectedNode {
+  BoardNode node;
+  int views = 0;
+  RejectReason reason = RejectReason::kTooFewViews;
+};
+
+// Points and rejected nodes ordered by kind, row, column.
+struct Cloud {
+  std::vector<CloudPoint> points;
+  std::vector<RejectedNode> rejected;
+};
+
+}  // namespace weft
