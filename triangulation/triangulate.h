@@ -17,16 +17,52 @@ struct ViewObservations {
   std::vector<Observation> observations;
 };
 
-struct TriangulationOptions {
+// The search for the rays that meet in one point.
+struct ConsensusOptions {
   double inlier_radius_mm = 1.0;  // distance of a ray from the point
-  int min_views = 3;              // inlier rays from distinct cameras
+  // Also asked of an inlier: pixel residual in units of the observation's sigma_px. Catches wrong rays that
+  // pass within the radius; generous, since sigma_px does not know of calibration errors.
+  double max_residual_sigmas = 8;
+  double min_residual_px = 0.5;  // residuals below this always pass the test by sigma
+  int min_views = 3;             // inlier rays from distinct cameras
+  int max_hypotheses = 64;       // pairs of rays tried; all pairs where there are fewer
+  double min_pair_angle_deg = 1;
+  double confidence = 0.9999;  // of having tried a pair of inliers, ends the sampling
   uint64_t seed = 1;
 
   absl::Status Validate() const;
 };
 
-// One point per node that enough cameras agree on, every other seen node in `rejected` with its reason. Runs
-// parallel loops in the calling thread's TBB arena; the same result at any thread count.
+// The least-squares point of the inlier rays.
+struct RefinementOptions {
+  int max_iterations = 10;
+  double tolerance_mm = 1e-6;         // length of the last step
+  double huber_sigmas = 2.5;          // residuals beyond this count linearly
+  double min_sigma_px = 0.02;         // no observation counts as more certain than this
+  double calibration_sigma_px = 0.0;  // added to sigma_px in quadrature: what the rig's calibration leaves
+  double max_sigma_mm = 1.0;          // points less certain are rejected (kPoorGeometry)
+  // Weight, in residuals, of the frame's common variance factor against the node's own; a node of three views
+  // has three residuals to spare, too few to judge its own scatter.
+  double variance_prior_residuals = 8;
+
+  absl::Status Validate() const;
+};
+
+struct TriangulationOptions {
+  ConsensusOptions consensus;
+  RefinementOptions refinement;
+
+  absl::Status Validate() const;
+};
+
+// One point per node that enough cameras agree on, every other seen node in `rejected` with its reason and
+// the number of cameras that saw it. A camera that sees a node more than once counts once, by the observation
+// that fits best. The covariance is the inverse of the normal matrix of the reprojection error, weighted by
+// sigma_px, times a variance factor of at least 1: that of the whole frame, drawn towards the node's own.
+// InvalidArgument names camera and node of an observation that is not finite, off the range of boards
+// (0 to 4096), or without sigma_px, and cameras that the rig lacks.
+// Runs parallel loops in the calling thread's TBB arena; the same result at any thread count, and in any
+// order of `views` as long as no camera occurs twice.
 absl::StatusOr<Cloud> Triangulate(const Rig& rig, const std::vector<ViewObservations>& views,
                                   const TriangulationOptions& options);
 

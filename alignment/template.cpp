@@ -1,0 +1,162 @@
+#include "alignment/template.h"
+
+#include <algorithm>
+#include <charconv>
+#include <tuple>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "capture/content_hash.h"
+
+namespace weft {
+namespace {
+
+// Next number of a line; false where there is none.
+bool TakeInteger(std::string_view* line, int* value) {
+  const size_t begin = line->find_first_not_of(" \t\r");
+  if (begin == std::string_view::npos) return false;
+  const char* end = line->data() + line->size();
+  const auto [rest, error] = std::from_chars(line->data() + begin, end, *value);
+  if (error != std::errc() || (rest != end && *rest != ' ' && *rest != '\t' && *rest != '\r')) return false;
+  line->remove_prefix(rest - line->data());
+  return true;
+}
+
+absl::Status CheckCells(const std::vector<VertexCell>& cells, size_t vertices, const Board& board) {
+  if (cells.size() != vertices) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the map has ", cells.size(), " entries and the mesh ", vertices,
+                     " vertices; the map needs a line per vertex, -1 -1 where a vertex has no cell"));
+  }
+  std::vector<int> owner(static_cast<size_t>(board.rows) * board.cols, -1);
+  bool any = false;
+  for (size_t v = 0; v < cells.size(); ++v) {
+    const auto [row, col] = cells[v];
+    if (row == -1 && col == -1) continue;
+    if (!board.Contains(row, col)) {
+      return absl::InvalidArgumentError(absl::StrCat("vertex ", v, ": cell (", row, ", ", col,
+                                                     ") is not on the board of ", board.rows, " rows and ",
+                                                     board.cols, " columns"));
+    }
+    int& first = owner[static_cast<size_t>(row) * board.cols + col];
+    if (first >= 0) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("vertex ", v, ": cell (", row, ", ", col, ") belongs to vertex ", first, " already"));
+    }
+    first = static_cast<int>(v);
+    any = true;
+  }
+  if (!any) return absl::InvalidArgumentError("the map gives no vertex a cell of the board");
+  return absl::OkStatus();
+}
+
+absl::Status CheckFaceIndices(const TriangleMesh& mesh) {
+  const int vertices = static_cast<int>(mesh.vertices_mm.size());
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    const Face& face = mesh.faces[f];
+    for (const int v : face) {
+      if (v < 0 || v >= vertices) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("face ", f, ": vertex ", v, " is not one of the mesh's ", vertices));
+      }
+    }
+    if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("face ", f, ": a vertex occurs twice (", face[0], ", ", face[1], ", ", face[2], ")"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckEdges(const TriangleMesh& mesh) {
+  struct Side {
+    int low, high, face;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * mesh.faces.size());
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    for (int i = 0; i < 3; ++i) {
+      const int a = mesh.faces[f][i], b = mesh.faces[f][(i + 1) % 3];
+      sides.push_back({std::min(a, b), std::max(a, b), static_cast<int>(f)});
+    }
+  }
+  std::sort(sides.begin(), sides.end(), [](const Side& a, const Side& b) {
+    return std::tie(a.low, a.high, a.face) < std::tie(b.low, b.high, b.face);
+  });
+  // The first face, in the order of the mesh, that is one too many at an edge.
+  const Side* first = nullptr;
+  for (size_t i = 2; i < sides.size(); ++i) {
+    const bool third = sides[i].low == sides[i - 2].low && sides[i].high == sides[i - 2].high;
+    if (third && (first == nullptr || sides[i].face < first->face)) first = &sides[i];
+  }
+  if (first == nullptr) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("face ", first->face, ": its edge between vertices ",
+                                                 first->low, " and ", first->high,
+                                                 " has two faces already; cloth has at most two at an edge"));
+}
+
+absl::Status CheckMesh(const TriangleMesh& mesh) {
+  if (mesh.vertices_mm.empty()) return absl::InvalidArgumentError("the mesh has no vertices");
+  if (mesh.faces.empty()) return absl::InvalidArgumentError("the mesh has no faces");
+  for (size_t v = 0; v < mesh.vertices_mm.size(); ++v) {
+    if (!mesh.vertices_mm[v].allFinite()) {
+      return absl::InvalidArgumentError(absl::StrCat("vertex ", v, ": position is not finite"));
+    }
+  }
+  if (absl::Status status = CheckFaceIndices(mesh); !status.ok()) return status;
+  return CheckEdges(mesh);
+}
+
+}  // namespace
+
+std::string Template::ContentHash() const {
+  weft::ContentHash hash;
+  hash.Add("template").Add(board_hash);
+  hash.AddInteger(rest.vertices_mm.size());
+  for (const Eigen::Vector3d& v : rest.vertices_mm) hash.AddNumber(v.x()).AddNumber(v.y()).AddNumber(v.z());
+  hash.AddInteger(rest.faces.size());
+  for (const Face& face : rest.faces) {
+    for (const int v : face) hash.AddInteger(static_cast<uint64_t>(v));
+  }
+  hash.AddInteger(cell_of_vertex.size());
+  for (const VertexCell& cell : cell_of_vertex) {
+    hash.AddInteger(static_cast<uint64_t>(cell.row)).AddInteger(static_cast<uint64_t>(cell.col));
+  }
+  return hash.Hex();
+}
+
+absl::StatusOr<std::vector<VertexCell>> ParseVertexCells(std::string_view text,
+                                                         const std::string& source_name) {
+  std::vector<VertexCell> cells;
+  for (int line_number = 1; !text.empty(); ++line_number) {
+    const size_t end = std::min(text.find('\n'), text.size());
+    std::string_view line = text.substr(0, end);
+    text.remove_prefix(std::min(end + 1, text.size()));
+    const auto bad = [&](const std::string& why) {
+      return absl::InvalidArgumentError(absl::StrCat(source_name, ":", line_number, ": ", why));
+    };
+    VertexCell cell;
+    if (!TakeInteger(&line, &cell.row) || !TakeInteger(&line, &cell.col) ||
+        line.find_first_not_of(" \t\r") != std::string_view::npos) {
+      return bad("expected `row col`, or `-1 -1` for a vertex without a cell");
+    }
+    const bool none = cell.row == -1 && cell.col == -1;
+    if (!none && (cell.row < 0 || cell.col < 0)) {
+      return bad(absl::StrCat("cell (", cell.row, ", ", cell.col, ") is negative; -1 -1 stands for none"));
+    }
+    cells.push_back(cell);
+  }
+  if (cells.empty()) return absl::InvalidArgumentError(absl::StrCat(source_name, ": the map is empty"));
+  return cells;
+}
+
+absl::StatusOr<Template> ImportTemplate(std::string id, TriangleMesh mesh, std::vector<VertexCell> cells,
+                                        const Board& board) {
+  if (id.empty()) return absl::InvalidArgumentError("the template's id is empty");
+  if (absl::Status status = board.Validate(); !status.ok()) return status;
+  if (absl::Status status = CheckMesh(mesh); !status.ok()) return status;
+  if (absl::Status status = CheckCells(cells, mesh.vertices_mm.size(), board); !status.ok()) return status;
+  return Template{std::move(id), board.ContentHash(), std::move(mesh), std::move(cells)};
+}
+
+}  // namespace weft

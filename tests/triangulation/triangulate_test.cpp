@@ -1,0 +1,221 @@
+#include "triangulation/triangulate.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <tbb/task_arena.h>
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+
+#include "tests/triangulation/synthetic_views.h"
+
+namespace weft {
+namespace {
+
+using testing::BentSheet;
+using ::testing::HasSubstr;
+using testing::NodeTruth;
+using testing::Observe;
+using testing::RingRig;
+
+const BoardNode kNode{3, 4, NodeKind::kCenter};
+const Eigen::Vector3d kPoint(20, -35, 60);
+
+TriangulationOptions Options() { return {}; }
+
+Observation Seen(const CameraModel& camera, const Eigen::Vector3d& point, const BoardNode& node = kNode) {
+  const Eigen::Vector2d pixel = *camera.Project(point);
+  return {pixel.x(), pixel.y(), node, 0.1f, 0.99f};
+}
+
+TEST(Triangulate, FindsPointsOfNoiselessViewsExactly) {
+  const Rig rig = RingRig(12);
+  const std::vector<NodeTruth> truth = BentSheet(6, 9);
+  const auto cloud = Triangulate(rig, Observe(rig, truth, 1e-9, 1), Options());
+  ASSERT_TRUE(cloud.ok()) << cloud.status();
+  ASSERT_EQ(cloud->points.size(), truth.size());
+  for (size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_EQ(cloud->points[i].node, truth[i].node);
+    EXPECT_LT((cloud->points[i].position_mm - truth[i].position_mm).norm(), 1e-5);
+    EXPECT_EQ(cloud->points[i].views, 12);
+  }
+}
+
+TEST(Triangulate, OrdersByKindThenRowThenColumn) {
+  const Rig rig = RingRig(6);
+  std::vector<NodeTruth> truth = BentSheet(3, 3, NodeKind::kCorner);
+  for (const NodeTruth& t : BentSheet(3, 3)) truth.push_back(t);
+  std::reverse(truth.begin(), truth.end());
+  const auto cloud = Triangulate(rig, Observe(rig, truth, 0.05, 2), Options());
+  ASSERT_TRUE(cloud.ok());
+  ASSERT_EQ(cloud->points.size(), 18u);
+  const auto key = [](const CloudPoint& p) { return std::tuple(p.node.kind, p.node.row, p.node.col); };
+  EXPECT_TRUE(std::is_sorted(cloud->points.begin(), cloud->points.end(),
+                             [&](const auto& a, const auto& b) { return key(a) < key(b); }));
+}
+
+TEST(Triangulate, RejectsNodeSeenByTwoCamerasOnly) {
+  const Rig rig = RingRig(6);
+  const auto cloud =
+      Triangulate(rig, {{0, {Seen(rig.cameras[0], kPoint)}}, {2, {Seen(rig.cameras[2], kPoint)}}}, Options());
+  ASSERT_TRUE(cloud.ok());
+  EXPECT_TRUE(cloud->points.empty());
+  ASSERT_EQ(cloud->rejected.size(), 1u);
+  EXPECT_EQ(cloud->rejected[0].reason, RejectReason::kTooFewViews);
+  EXPECT_EQ(cloud->rejected[0].views, 2);
+  EXPECT_EQ(cloud->rejected[0].node, kNode);
+}
+
+TEST(Triangulate, CountsACameraOnceHoweverOftenItSeesANode) {
+  const Rig rig = RingRig(6);
+  const Observation a = Seen(rig.cameras[0], kPoint), b = Seen(rig.cameras[2], kPoint);
+  const auto cloud = Triangulate(rig, {{0, {a, a}}, {2, {b}}}, Options());
+  ASSERT_TRUE(cloud.ok());
+  ASSERT_EQ(cloud->rejected.size(), 1u);
+  EXPECT_EQ(cloud->rejected[0].reason, RejectReason::kTooFewViews);
+}
+
+TEST(Triangulate, TakesTheBestOfACamerasTwoObservations) {
+  const Rig rig = RingRig(6);
+  const Observation good = Seen(rig.cameras[0], kPoint);
+  const Observation bad = Seen(rig.cameras[0], kPoint + Eigen::Vector3d(0, 40, 0));
+  const auto cloud = Triangulate(
+      rig, {{0, {bad, good}}, {1, {Seen(rig.cameras[1], kPoint)}}, {2, {Seen(rig.cameras[2], kPoint)}}},
+      Options());
+  ASSERT_TRUE(cloud.ok());
+  ASSERT_EQ(cloud->points.size(), 1u);
+  EXPECT_EQ(cloud->points[0].views, 3);
+  EXPECT_LT((cloud->points[0].position_mm - kPoint).norm(), 1e-6);
+}
+
+TEST(Triangulate, RejectsRaysThatDoNotMeet) {
+  const Rig rig = RingRig(6);
+  std::vector<ViewObservations> views;
+  for (int c = 0; c < 6; ++c) {
+    views.push_back({c, {Seen(rig.cameras[c], kPoint + Eigen::Vector3d(0, 25.0 * c, 0))}});
+  }
+  const auto cloud = Triangulate(rig, views, Options());
+  ASSERT_TRUE(cloud.ok());
+  ASSERT_EQ(cloud->rejected.size(), 1u);
+  EXPECT_EQ(cloud->rejected[0].reason, RejectReason::kNoConsensus);
+  EXPECT_EQ(cloud->rejected[0].views, 6);
+}
+
+TEST(Triangulate, RejectsNearlyParallelRays) {
+  Rig rig = RingRig(3);
+  for (int c = 1; c < 3; ++c) {
+    rig.cameras[c] = rig.cameras[0];
+    rig.cameras[c].id = std::to_string(c);
+    rig.cameras[c].translation_mm.x() += 25.0 * c;
+  }
+  std::vector<ViewObservations> views;
+  for (int c = 0; c < 3; ++c) views.push_back({c, {Seen(rig.cameras[c], kPoint)}});
+  TriangulationOptions options;
+  options.consensus.min_pair_angle_deg = 0.1;
+  options.refinement.max_sigma_mm = 0.5;
+  const auto cloud = Triangulate(rig, views, options);
+  ASSERT_TRUE(cloud.ok());
+  ASSERT_EQ(cloud->rejected.size(), 1u);
+  EXPECT_EQ(cloud->rejected[0].reason, RejectReason::kPoorGeometry);
+}
+
+TEST(Triangulate, SurvivesFortyPercentWrongIdentities) {
+  const Rig rig = RingRig(20);
+  const std::vector<NodeTruth> truth = BentSheet(20, 20);
+  std::vector<ViewObservations> views = Observe(rig, truth, 0.1, 5);
+  std::mt19937 random(6);
+  for (ViewObservations& view : views) {
+    for (Observation& o : view.observations) {
+      if (random() % 10 >= 4) continue;
+      o.x_px += static_cast<int>(random() % 400) - 200;
+      o.y_px += static_cast<int>(random() % 400) - 200;
+    }
+  }
+  const auto cloud = Triangulate(rig, views, Options());
+  ASSERT_TRUE(cloud.ok());
+  ASSERT_EQ(cloud->points.size(), truth.size());
+  for (size_t i = 0; i < truth.size(); ++i) {
+    EXPECT_LT((cloud->points[i].position_mm - truth[i].position_mm).norm(), 0.3);
+  }
+}
+
+// The squared Mahalanobis distance of the error is chi-square with 3 degrees of freedom if the covariance is
+// true.
+double MeanSquaredMahalanobis(const Cloud& cloud, const std::vector<NodeTruth>& truth) {
+  double sum = 0;
+  for (size_t i = 0; i < truth.size(); ++i) {
+    const Eigen::Vector3d error = cloud.points[i].position_mm - truth[i].position_mm;
+    sum += error.dot(cloud.points[i].covariance_mm2.inverse() * error);
+  }
+  return sum / truth.size();
+}
+
+TEST(Triangulate, CovarianceMatchesTheErrors) {
+  const Rig rig = RingRig(8);
+  const std::vector<NodeTruth> truth = BentSheet(40, 40);
+  const auto cloud = Triangulate(rig, Observe(rig, truth, 0.2, 7), Options());
+  ASSERT_TRUE(cloud.ok());
+  ASSERT_EQ(cloud->points.size(), truth.size());
+  EXPECT_NEAR(MeanSquaredMahalanobis(*cloud, truth), 3, 0.35);
+}
+
+TEST(Triangulate, CovarianceGrowsWhenObservationsScatterMoreThanTheySay) {
+  const Rig rig = RingRig(8);
+  const std::vector<NodeTruth> truth = BentSheet(40, 40);
+  std::vector<ViewObservations> views = Observe(rig, truth, 0.3, 8);
+  for (ViewObservations& view : views) {
+    for (Observation& o : view.observations) o.sigma_px = 0.15f;
+  }
+  const auto cloud = Triangulate(rig, views, Options());
+  ASSERT_TRUE(cloud.ok());
+  ASSERT_EQ(cloud->points.size(), truth.size());
+  EXPECT_NEAR(MeanSquaredMahalanobis(*cloud, truth), 3, 0.9);
+}
+
+TEST(Triangulate, SameBytesAtAnyThreadCountAndOrderOfViews) {
+  const Rig rig = RingRig(20);
+  std::vector<ViewObservations> views = Observe(rig, BentSheet(30, 30), 0.2, 9);
+  const auto one = tbb::task_arena(1).execute([&] { return Triangulate(rig, views, Options()); });
+  std::reverse(views.begin(), views.end());
+  const auto four = tbb::task_arena(4).execute([&] { return Triangulate(rig, views, Options()); });
+  ASSERT_TRUE(one.ok() && four.ok());
+  ASSERT_EQ(one->points.size(), four->points.size());
+  for (size_t i = 0; i < one->points.size(); ++i) {
+    EXPECT_EQ(one->points[i].position_mm, four->points[i].position_mm);
+    EXPECT_EQ(one->points[i].covariance_mm2, four->points[i].covariance_mm2);
+  }
+}
+
+TEST(Triangulate, NamesTheObservationThatIsWrong) {
+  const Rig rig = RingRig(4);
+  Observation o = Seen(rig.cameras[0], kPoint);
+  o.x_px = std::nan("");
+  EXPECT_THAT(Triangulate(rig, {{0, {o}}}, Options()).status().message(),
+              HasSubstr("center (3, 4) by camera 400: x_px or y_px is not finite"));
+  o = Seen(rig.cameras[0], kPoint);
+  o.sigma_px = 0;
+  EXPECT_THAT(Triangulate(rig, {{0, {o}}}, Options()).status().message(), HasSubstr("sigma_px"));
+  o.node.row = -1;
+  EXPECT_THAT(Triangulate(rig, {{0, {o}}}, Options()).status().message(), HasSubstr("0 to 4096"));
+  EXPECT_THAT(Triangulate(rig, {{7, {}}}, Options()).status().message(), HasSubstr("the rig has 4 cameras"));
+}
+
+TEST(Triangulate, NoViewsGiveAnEmptyCloud) {
+  const auto cloud = Triangulate(RingRig(4), {}, Options());
+  ASSERT_TRUE(cloud.ok());
+  EXPECT_TRUE(cloud->points.empty() && cloud->rejected.empty());
+}
+
+TEST(TriangulationOptions, NamesTheFieldThatIsWrong) {
+  TriangulationOptions options;
+  options.consensus.min_views = 1;
+  EXPECT_THAT(options.Validate().message(), HasSubstr("triangulation.consensus.min_views"));
+  options = {};
+  options.refinement.tolerance_mm = std::nan("");
+  EXPECT_THAT(options.Validate().message(), HasSubstr("triangulation.refinement.tolerance_mm"));
+}
+
+}  // namespace
+}  // namespace weft

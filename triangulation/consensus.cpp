@@ -1,0 +1,145 @@
+#include "triangulation/consensus.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+namespace weft {
+namespace {
+
+// SplitMix64: a small generator whose state is one word (Steele, Lea, Flood 2014).
+uint64_t NextRandom(uint64_t* state) {
+  uint64_t z = (*state += 0x9e3779b97f4a7c15ULL);
+  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
+  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
+  return z ^ (z >> 31);
+}
+
+// Middle of the shortest segment between two rays; empty for rays closer to parallel than the sine, and for
+// points behind a camera.
+std::optional<Eigen::Vector3d> MiddleOf(const Sight& a, const Sight& b, double min_sine) {
+  const double cosine = a.direction.dot(b.direction);
+  const double sine2 = 1 - cosine * cosine;
+  if (sine2 < min_sine * min_sine) return std::nullopt;
+  const Eigen::Vector3d between = b.origin_mm - a.origin_mm;
+  const double along_a = a.direction.dot(between), along_b = b.direction.dot(between);
+  const double s = (along_a - cosine * along_b) / sine2;
+  const double t = (cosine * along_a - along_b) / sine2;
+  if (!(s > 0) || !(t > 0)) return std::nullopt;
+  return 0.5 * (a.origin_mm + s * a.direction + b.origin_mm + t * b.direction);
+}
+
+// Cameras with a ray within the radius, and the sum of the squared distances of their closest ones.
+struct Score {
+  int cameras = 0;
+  double squared_mm2 = 0;
+  bool Beats(const Score& other) const {
+    return cameras != other.cameras ? cameras > other.cameras : squared_mm2 < other.squared_mm2;
+  }
+};
+
+Score ScoreOf(const Eigen::Vector3d& point, std::span<const Sight> sights, double radius_mm) {
+  Score score;
+  for (size_t i = 0; i < sights.size();) {
+    double closest = radius_mm * radius_mm;
+    bool inlier = false;
+    const int camera = sights[i].camera;
+    for (; i < sights.size() && sights[i].camera == camera; ++i) {
+      const double d2 = sights[i].SquaredDistanceMm2(point);
+      if (d2 > closest || !(sights[i].DepthMm(point) > 0)) continue;
+      closest = d2;
+      inlier = true;
+    }
+    if (!inlier) continue;
+    ++score.cameras;
+    score.squared_mm2 += closest;
+  }
+  return score;
+}
+
+// Draws needed to meet a pair of inliers with the confidence asked for, when a share of the rays are inliers.
+int DrawsNeeded(double inlier_share, double confidence, int limit) {
+  const double hit = inlier_share * inlier_share;
+  if (hit >= 1) return 1;
+  if (hit <= 0) return limit;
+  const double needed = std::ceil(std::log1p(-confidence) / std::log1p(-hit));
+  return needed < limit ? static_cast<int>(needed) : limit;
+}
+
+}  // namespace
+
+int DistinctCameras(std::span<const Sight> sights) {
+  int count = 0;
+  for (size_t i = 0; i < sights.size(); ++i) count += i == 0 || sights[i].camera != sights[i - 1].camera;
+  return count;
+}
+
+void InliersAt(const Eigen::Vector3d& point_mm, std::span<const Sight> sights,
+               const ConsensusOptions& options, std::vector<int>* inliers) {
+  inliers->clear();
+  const double radius2 = options.inlier_radius_mm * options.inlier_radius_mm;
+  double best_px2 = 0;
+  for (size_t i = 0; i < sights.size(); ++i) {
+    if (!(sights[i].DepthMm(point_mm) > 0) || sights[i].SquaredDistanceMm2(point_mm) > radius2) continue;
+    const double residual_px2 = sights[i].ResidualPx(point_mm).squaredNorm();
+    const double limit_px =
+        std::max(options.max_residual_sigmas * sights[i].sigma_px, options.min_residual_px);
+    if (residual_px2 > limit_px * limit_px) continue;
+    if (!inliers->empty() && sights[inliers->back()].camera == sights[i].camera) {
+      if (residual_px2 >= best_px2) continue;
+      inliers->back() = static_cast<int>(i);
+    } else {
+      inliers->push_back(static_cast<int>(i));
+    }
+    best_px2 = residual_px2;
+  }
+}
+
+Consensus FindConsensus(std::span<const Sight> sights, const ConsensusOptions& options, uint64_t seed) {
+  const int n = static_cast<int>(sights.size());
+  const int cameras = DistinctCameras(sights);
+  const double min_sine = std::sin(options.min_pair_angle_deg * std::numbers::pi / 180);
+  Score best;
+  Eigen::Vector3d best_point = Eigen::Vector3d::Zero();
+  // Tries a pair; false when every camera agrees already, which no other pair can better.
+  const auto try_pair = [&](int i, int j) {
+    if (sights[i].camera == sights[j].camera) return true;
+    const std::optional<Eigen::Vector3d> point = MiddleOf(sights[i], sights[j], min_sine);
+    if (!point) return true;
+    const Score score = ScoreOf(*point, sights, options.inlier_radius_mm);
+    if (score.Beats(best)) {
+      best = score;
+      best_point = *point;
+    }
+    return best.cameras < cameras;
+  };
+
+  if (static_cast<int64_t>(n) * (n - 1) / 2 <= options.max_hypotheses) {
+    bool searching = true;
+    for (int i = 0; i < n && searching; ++i) {
+      for (int j = i + 1; j < n && searching; ++j) searching = try_pair(i, j);
+    }
+  } else {
+    int draws = options.max_hypotheses;
+    for (int k = 0; k < draws; ++k) {
+      const int i = static_cast<int>(NextRandom(&seed) % n);
+      const int j = static_cast<int>((i + 1 + NextRandom(&seed) % (n - 1)) % n);
+      if (!try_pair(std::min(i, j), std::max(i, j))) break;
+      draws =
+          std::min(draws, DrawsNeeded(double(best.cameras) / n, options.confidence, options.max_hypotheses));
+    }
+  }
+  Consensus out;
+  if (best.cameras < options.min_views) return out;
+  out.position_mm = best_point;
+  // The middle of two rays is too rough a point to judge residuals by sigma; that comes after the refinement.
+  ConsensusOptions by_radius = options;
+  by_radius.max_residual_sigmas = std::numeric_limits<double>::infinity();
+  InliersAt(best_point, sights, by_radius, &out.inliers);
+  return out;
+}
+
+}  // namespace weft

@@ -1,0 +1,31 @@
+// The largest set of rays that meet in one point.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "triangulation/sight.h"
+#include "triangulation/triangulate.h"
+
+namespace weft {
+
+struct Consensus {
+  Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
+  std::vector<int> inliers;  // indices into the sights, one per camera, ordered
+};
+
+// Number of distinct cameras; `sights` ordered by camera.
+int DistinctCameras(std::span<const Sight> sights);
+
+// The sights that agree with a point: within the radius, in front of the camera, residual within the limit by
+// sigma; of a camera's several the one with the smallest residual. `sights` ordered by camera.
+void InliersAt(const Eigen::Vector3d& point_mm, std::span<const Sight> sights,
+               const ConsensusOptions& options, std::vector<int>* inliers);
+
+// RANSAC over pairs of rays: all pairs where these are at most max_hypotheses, else a sample drawn from
+// `seed`. The hypothesis with most inliers wins, the one of smallest distances among equals. Empty inliers
+// where no pair gathers min_views. `sights` ordered by camera; options.seed is not used, pass one that is the
+// node's own.
+Consensus FindConsensus(std::span<const Sight> sights, const ConsensusOptions& options, uint64_t seed);
+
+}  // namespace weft
