@@ -22,6 +22,15 @@ class FrameSource {
   // the rig says is listed in `missing` with the reason; the others are delivered.
   // OutOfRange: no such frame.
   virtual absl::StatusOr<FrameSet> Read(size_t index) const = 0;
+
+  // Reads one image of the frame, so that the views of a large rig need not be in memory together. `camera`
+  // is the position in the rig that the source was opened with.
+  // OutOfRange: no such frame or camera. Any other error is the reason that Read would list in `missing`.
+  virtual absl::StatusOr<Frame> ReadView(size_t index, size_t camera) const = 0;
+
+  // 16 hex digits that change when the recorded images of the frame change; reads no pixels.
+  // OutOfRange: no such frame.
+  virtual absl::StatusOr<std::string> Fingerprint(size_t index) const = 0;
 };
 
 }  // namespace weft

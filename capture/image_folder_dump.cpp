@@ -7,6 +7,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "capture/content_hash.h"
 #include "capture/image_file.h"
 
 namespace weft {
@@ -147,27 +148,51 @@ absl::StatusOr<FrameSet> ImageFolderDump::Read(size_t index) const {
   FrameSet set;
   set.name = frame_names_[index];
   for (size_t i = 0; i < rig_.cameras.size(); ++i) {
-    const CameraModel& camera = rig_.cameras[i];
-    const std::string& path = paths_[index][i];
-    if (path.empty()) {
-      set.missing.push_back({camera.id, "no image in the dump"});
-      continue;
+    absl::StatusOr<Frame> frame = ReadView(index, i);
+    if (frame.ok()) {
+      set.frames.push_back(*std::move(frame));
+    } else {
+      set.missing.push_back({rig_.cameras[i].id, std::string(frame.status().message())});
     }
-    absl::StatusOr<Frame> frame = ReadImageFile(path, options_.mosaic);
-    if (!frame.ok()) {
-      set.missing.push_back({camera.id, std::string(frame.status().message())});
-      continue;
-    }
-    if (frame->width_px != camera.width_px || frame->height_px != camera.height_px) {
-      set.missing.push_back(
-          {camera.id, absl::StrCat(path, ": image is ", frame->width_px, "x", frame->height_px,
-                                   ", the rig says ", camera.width_px, "x", camera.height_px)});
-      continue;
-    }
-    frame->camera_id = camera.id;
-    set.frames.push_back(*std::move(frame));
   }
   return set;
+}
+
+absl::StatusOr<Frame> ImageFolderDump::ReadView(size_t index, size_t camera) const {
+  if (index >= frame_names_.size() || camera >= rig_.cameras.size()) {
+    return absl::OutOfRangeError(absl::StrCat("frame ", index, " of ", frame_names_.size(), ", camera ",
+                                              camera, " of ", rig_.cameras.size()));
+  }
+  const CameraModel& model = rig_.cameras[camera];
+  const std::string& path = paths_[index][camera];
+  if (path.empty()) return absl::NotFoundError("no image in the dump");
+  absl::StatusOr<Frame> frame = ReadImageFile(path, options_.mosaic);
+  if (!frame.ok()) return frame.status();
+  if (frame->width_px != model.width_px || frame->height_px != model.height_px) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": image is ", frame->width_px, "x",
+                                                   frame->height_px, ", the rig says ", model.width_px, "x",
+                                                   model.height_px));
+  }
+  frame->camera_id = model.id;
+  return frame;
+}
+
+absl::StatusOr<std::string> ImageFolderDump::Fingerprint(size_t index) const {
+  if (index >= frame_names_.size()) {
+    return absl::OutOfRangeError(absl::StrCat("frame ", index, " of ", frame_names_.size()));
+  }
+  ContentHash hash;
+  hash.Add(frame_names_[index]);
+  for (size_t i = 0; i < rig_.cameras.size(); ++i) {
+    const fs::path path = paths_[index][i];
+    std::error_code error;
+    const auto size = path.empty() ? 0 : fs::file_size(path, error);
+    const auto time = path.empty() ? fs::file_time_type{} : fs::last_write_time(path, error);
+    hash.Add(rig_.cameras[i].id).Add(path.filename().string());
+    hash.AddInteger(error ? 0 : size);
+    hash.AddInteger(error ? 0 : static_cast<uint64_t>(time.time_since_epoch().count()));
+  }
+  return hash.Hex();
 }
 
 }  // namespace weft

@@ -26,6 +26,9 @@ class ImageFolderDump : public FrameSource {
 
   const std::vector<std::string>& frame_names() const override { return frame_names_; }
   absl::StatusOr<FrameSet> Read(size_t index) const override;
+  absl::StatusOr<Frame> ReadView(size_t index, size_t camera) const override;
+  // Over names, sizes and modification times of the image files.
+  absl::StatusOr<std::string> Fingerprint(size_t index) const override;
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
