@@ -1,0 +1,100 @@
+#!/usr/bin/env python3
+"""Checks rules of the source tree that no compiler checks.
+
+Usage: check_structure.py ROOT RULE
+
+RULE is one of
+  includes  a folder includes only what docs/architecture.md lets it include
+  headers   headers outside services/ keep OpenCV, gRPC, protobuf and the like out
+  length    no source file is longer than 400 lines
+  links     links between the Markdown files lead somewhere
+"""
+
+import os
+import re
+import sys
+
+# Each folder may include itself and those before it; simulation and services are leaves.
+FLOW = ["capture", "pattern", "triangulation", "alignment"]
+MAY_INCLUDE = {folder: set(FLOW[: i + 1]) for i, folder in enumerate(FLOW)}
+MAY_INCLUDE["simulation"] = set(FLOW) | {"simulation"}
+MAY_INCLUDE["services"] = set(FLOW) | {"simulation", "services", "weft"}  # weft/v1: generated code
+
+INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
+HEAVY = re.compile(
+    r'^\s*#\s*include\s+[<"]((?:opencv2|grpc|grpcpp|google/protobuf|pcl|embree3|ceres|spdlog|CLI)[/.]|sqlite3)',
+    re.MULTILINE)
+LINK = re.compile(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)")
+MAX_LINES = 400
+SOURCE_ENDINGS = (".h", ".cpp", ".proto", ".py", ".sh")
+
+
+def files(root, endings):
+    """Paths relative to `root`, build trees and hidden folders left out."""
+    for folder, folders, names in os.walk(root):
+        folders[:] = sorted(f for f in folders if not f.startswith((".", "build")) and f != "node_modules")
+        for name in sorted(names):
+            if name.endswith(endings):
+                yield os.path.relpath(os.path.join(folder, name), root)
+
+
+def text(root, path):
+    with open(os.path.join(root, path), encoding="utf-8") as file:
+        return file.read()
+
+
+def stage_files(root, endings):
+    for path in files(root, endings):
+        folder = path.split(os.sep)[0]
+        if folder in MAY_INCLUDE:
+            yield folder, path
+
+
+def check_includes(root):
+    for folder, path in stage_files(root, (".h", ".cpp")):
+        for include in INCLUDE.findall(text(root, path)):
+            target = include.split("/")[0]
+            if "/" not in include:
+                yield f'{path}: include "{include}" by its path from the root'
+            elif (target in MAY_INCLUDE or target == "weft") and target not in MAY_INCLUDE[folder]:
+                yield f'{path}: {folder}/ may not include "{include}"'
+
+
+def check_headers(root):
+    for folder, path in stage_files(root, (".h",)):
+        if folder == "services":
+            continue
+        for include in HEAVY.findall(text(root, path)):
+            yield f"{path}: includes {include}; keep it in the .cpp"
+
+
+def check_length(root):
+    for path in files(root, SOURCE_ENDINGS):
+        lines = text(root, path).count("\n")
+        if lines > MAX_LINES:
+            yield f"{path}: {lines} lines, at most {MAX_LINES}; split it by reason to change"
+
+
+def check_links(root):
+    for path in files(root, (".md",)):
+        for link in LINK.findall(text(root, path)):
+            if not os.path.exists(os.path.join(root, os.path.dirname(path), link)):
+                yield f"{path}: link to {link} leads nowhere"
+
+
+RULES = {"includes": check_includes, "headers": check_headers, "length": check_length, "links": check_links}
+
+
+def main():
+    if len(sys.argv) != 3 or sys.argv[2] not in RULES:
+        sys.exit(__doc__)
+    if not any(True for _ in stage_files(sys.argv[1], (".h",))):
+        sys.exit(f"{sys.argv[1]}: holds no headers of the project; is it the root of the source tree?")
+    found = list(RULES[sys.argv[2]](sys.argv[1]))
+    for line in found:
+        print(line)
+    sys.exit(1 if found else 0)
+
+
+if __name__ == "__main__":
+    main()

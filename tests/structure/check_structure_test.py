@@ -1,0 +1,68 @@
+#!/usr/bin/env python3
+"""The checks of check_structure.py find what they are for."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+CHECK = os.path.join(os.path.dirname(os.path.abspath(__file__)), "check_structure.py")
+
+
+class StructureCheck(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.write("capture/frame.h", "#pragma once\n")
+
+    def write(self, path, content):
+        path = os.path.join(self.folder.name, path)
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        with open(path, "w", encoding="utf-8") as file:
+            file.write(content)
+
+    def run_rule(self, rule):
+        done = subprocess.run([sys.executable, CHECK, self.folder.name, rule], capture_output=True, text=True, check=False)
+        return done.returncode, done.stdout
+
+    def test_accepts_includes_against_the_flow_of_data_only(self):
+        self.write("pattern/decoder.h", '#include "capture/frame.h"\n')
+        self.assertEqual(self.run_rule("includes"), (0, ""))
+        self.write("capture/rig.h", '#include "pattern/decoder.h"\n')
+        status, out = self.run_rule("includes")
+        self.assertEqual(status, 1)
+        self.assertIn('capture/ may not include "pattern/decoder.h"', out)
+
+    def test_rejects_generated_code_outside_services(self):
+        self.write("services/files/rig_file.cpp", '#include "weft/v1/rig.pb.h"\n')
+        self.assertEqual(self.run_rule("includes")[0], 0)
+        self.write("simulation/scene.cpp", '#include "weft/v1/rig.pb.h"\n')
+        self.assertEqual(self.run_rule("includes")[0], 1)
+
+    def test_rejects_heavy_headers_in_stage_headers(self):
+        self.write("pattern/detector.cpp", "#include <opencv2/core.hpp>\n")
+        self.assertEqual(self.run_rule("headers"), (0, ""))
+        self.write("pattern/detector.h", "#include <opencv2/core.hpp>\n")
+        self.assertEqual(self.run_rule("headers")[0], 1)
+
+    def test_rejects_long_files(self):
+        self.write("capture/long.cpp", "\n" * 400)
+        self.assertEqual(self.run_rule("length"), (0, ""))
+        self.write("capture/long.cpp", "\n" * 401)
+        self.assertEqual(self.run_rule("length")[0], 1)
+
+    def test_rejects_dead_links(self):
+        self.write("README.md", "[here](docs/there.md)\n")
+        self.assertEqual(self.run_rule("links")[0], 1)
+        self.write("docs/there.md", "")
+        self.assertEqual(self.run_rule("links")[0], 0)
+
+    def test_refuses_a_folder_without_sources(self):
+        with tempfile.TemporaryDirectory() as empty:
+            done = subprocess.run([sys.executable, CHECK, empty, "includes"], capture_output=True, check=False)
+            self.assertNotEqual(done.returncode, 0)
+
+
+if __name__ == "__main__":
+    unittest.main()
