@@ -1,0 +1,13 @@
+// The commands of `weft`; each adds itself to the program. One file each: command_<name>.cpp.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "services/cli/command_line.h"
+
+namespace weft {
+
+void AddRigCommand(CLI::App& app, CommandLine& line);
+void AddPatternCommand(CLI::App& app, CommandLine& line);
+
+}  // namespace weft

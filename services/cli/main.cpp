@@ -1,0 +1,72 @@
+// `weft`: the command line.
+#include <CLI/CLI.hpp>
+
+#include <cstdio>
+#include <exception>
+
+#include "services/cli/command_line.h"
+#include "services/cli/commands.h"
+#include "services/cli/help.h"
+
+namespace {
+
+// The innermost subcommand that was named.
+const CLI::App& NamedCommand(const CLI::App& app) {
+  const std::vector<CLI::App*> named = app.get_subcommands();
+  return named.empty() ? app : NamedCommand(*named.front());
+}
+
+std::string FullName(const CLI::App& app) {
+  return app.get_parent() ? FullName(*app.get_parent()) + " " + app.get_name() : app.get_name();
+}
+
+int ParseFailure(const CLI::App& app, const CLI::ParseError& error) {
+  if (error.get_exit_code() == static_cast<int>(CLI::ExitCodes::Success)) return app.exit(error);  // --help
+  const CLI::App& command = NamedCommand(app);
+  std::string what = error.what();
+  const std::vector<std::string> unknown = app.remaining(true);
+  if (command.get_require_subcommand_min() > 0 && unknown.empty()) {
+    what = "a command is missing";
+  } else if (!unknown.empty()) {
+    what = "\"" + unknown.front() + "\" is no command or option of `" + FullName(command) + "`";
+  }
+  std::fprintf(stderr, "weft: error: %s\nRun `%s --help` for commands, options and examples.\n", what.c_str(),
+               FullName(command).c_str());
+  return weft::kExitBadInput;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Weft captures cloth: decode a printed board in every view, triangulate it, register the garment.",
+      "weft");
+  weft::CommandLine line;
+  app.set_version_flag("--version", "weft " WEFT_VERSION, "Print the version and exit");
+  app.add_flag("-q,--quiet", line.quiet, "No progress bars and notes, only results and errors");
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.formatter(weft::MakeHelpFormatter());
+  app.footer(
+      "Exit status: 0 done, 1 failed, 2 bad arguments or input.\n"
+      "`weft COMMAND --help` explains a command and shows examples.");
+
+  weft::AddRigCommand(app, line);
+  weft::AddPatternCommand(app, line);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return ParseFailure(app, error);
+  }
+  try {
+    const absl::Status status = line.run();
+    if (!status.ok()) weft::PrintError(status);
+    return weft::ExitStatusOf(status);
+  } catch (const std::bad_alloc&) {
+    weft::PrintError(absl::ResourceExhaustedError("out of memory"));
+  } catch (const std::exception& error) {
+    weft::PrintError(absl::InternalError(error.what()));
+  }
+  return weft::kExitFailed;
+}

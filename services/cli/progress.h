@@ -1,0 +1,46 @@
+// Progress bars of long commands.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <mutex>
+#include <string>
+
+namespace weft {
+
+// One line such as "decode  [#####.....]  12/24  0:05 left", at most `width` characters. `elapsed_s` since
+// the start; no remaining time before the first step is done.
+std::string ProgressLine(const std::string& label, uint64_t done, uint64_t total, double elapsed_s,
+                         int width);
+
+// True when progress should be drawn: stderr is a terminal and the command is not quiet.
+bool ProgressVisible(bool quiet);
+
+// Draws itself on stderr, at most ten times a second, and wipes itself when it goes out of scope. Draws
+// nothing when `visible` is false. Thread safety: any thread may call any function.
+class Progress {
+ public:
+  Progress(std::string label, uint64_t total, bool visible);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  void Advance(uint64_t steps = 1);
+  void Set(uint64_t done, uint64_t total);
+  // Prints a line above the bar, also when the bar is invisible.
+  void PrintLine(const std::string& text);
+
+ private:
+  void Draw(bool force);
+  void Wipe();
+
+  const std::string label_;
+  const bool visible_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::mutex mutex_;
+  uint64_t done_ = 0;
+  uint64_t total_ = 0;
+  std::chrono::steady_clock::time_point drawn_;
+};
+
+}  // namespace weft

@@ -1,0 +1,90 @@
+#include "services/files/board_file.h"
+
+#include <filesystem>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "capture/image_file.h"
+#include "services/files/atomic_file.h"
+#include "services/files/json_file.h"
+#include "weft/v1/board.pb.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+absl::StatusOr<Board> ReadBoardImage(const std::string& path) {
+  const absl::StatusOr<Frame> image = ReadImageFile(path);
+  if (!image.ok()) return image.status();
+  absl::StatusOr<Board> board = BoardFromImage(*image);
+  if (!board.ok()) {
+    const std::string why(board.status().message());
+    const bool named = why.find(path) != std::string::npos;
+    return absl::InvalidArgumentError(named ? why : absl::StrCat(path, ": ", why));
+  }
+  return board;
+}
+
+absl::Status Mismatch(const std::string& path, const char* field, const std::string& says,
+                      const std::string& image, const std::string& has) {
+  return absl::InvalidArgumentError(absl::StrCat(path, ": the field ", field, " says ", says,
+                                                 ", but the image ", image, " has ", has,
+                                                 "; the two files do not belong together"));
+}
+
+absl::StatusOr<Board> ReadBoardJson(const std::string& path) {
+  v1::Board proto;
+  if (absl::Status status = ReadJsonFile(path, proto); !status.ok()) return status;
+  const fs::path image_name = proto.image().empty() ? "board.png" : proto.image();
+  if (image_name.has_parent_path()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": the field image must name a file in the same folder, not ", proto.image()));
+  }
+  const std::string image = (fs::path(path).parent_path() / image_name).string();
+  absl::StatusOr<Board> board = ReadBoardImage(image);
+  if (!board.ok()) return board.status();
+  if (proto.rows() != board->rows)
+    return Mismatch(path, "rows", absl::StrCat(proto.rows()), image, absl::StrCat(board->rows));
+  if (proto.cols() != board->cols)
+    return Mismatch(path, "cols", absl::StrCat(proto.cols()), image, absl::StrCat(board->cols));
+  if (proto.has_hash() && proto.hash() != board->ContentHash())
+    return Mismatch(path, "hash", proto.hash(), image, board->ContentHash());
+  if (proto.has_id()) board->id = proto.id();
+  board->cell_mm = proto.cell_mm();
+  if (proto.has_square_fraction()) board->square_fraction = proto.square_fraction();
+  if (absl::Status status = board->Validate(); !status.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": ", status.message()));
+  }
+  return board;
+}
+
+}  // namespace
+
+absl::StatusOr<Board> ReadBoard(const std::string& path) {
+  std::error_code error;
+  if (fs::is_directory(path, error)) return ReadBoardJson((fs::path(path) / "board.json").string());
+  if (!fs::exists(path, error)) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
+  const std::string ending = absl::AsciiStrToLower(fs::path(path).extension().string());
+  return ending == ".json" ? ReadBoardJson(path) : ReadBoardImage(path);
+}
+
+absl::Status WriteBoard(const std::string& folder, const Board& board, const std::string& provenance) {
+  if (absl::Status status = board.Validate(); !status.ok()) return status;
+  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  const fs::path base(folder);
+  if (absl::Status status = WriteImageFile((base / "board.png").string(), BoardToImage(board)); !status.ok())
+    return status;
+  v1::Board proto;
+  if (!board.id.empty()) proto.set_id(board.id);
+  proto.set_hash(board.ContentHash());
+  if (!provenance.empty()) proto.set_provenance(provenance);
+  proto.set_rows(board.rows);
+  proto.set_cols(board.cols);
+  proto.set_cell_mm(board.cell_mm);
+  proto.set_square_fraction(board.square_fraction);
+  proto.set_image("board.png");
+  return WriteJsonFile((base / "board.json").string(), proto, JsonZeros::kOmitted);
+}
+
+}  // namespace weft

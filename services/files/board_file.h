@@ -1,0 +1,20 @@
+// board.json with board.png beside it, or a plain board.png.
+#pragma once
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "pattern/board.h"
+
+namespace weft {
+
+// Reads a board.json (and the image that it names), a plain image of the seven colours with one pixel per
+// cell (its id is its content hash, cell_mm is 0), or the folder of a board.json. Errors name file and field:
+// unknown fields, sizes or hash that do not fit the image, a colour that is none of the seven. Clashing codes
+// are not looked for here (Board::FindClashes, BoardIndex::Build).
+absl::StatusOr<Board> ReadBoard(const std::string& path);
+
+// Writes <folder>/board.png and <folder>/board.json; the folder is made where it is missing.
+absl::Status WriteBoard(const std::string& folder, const Board& board, const std::string& provenance = "");
+
+}  // namespace weft

@@ -1,0 +1,58 @@
+#include "services/files/json_file.h"
+
+#include <google/protobuf/util/json_util.h>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "services/files/atomic_file.h"
+
+namespace weft {
+
+absl::Status ParseJson(std::string_view text, const std::string& source_name,
+                       google::protobuf::Message& message) {
+  if (text.size() > kMaxJsonBytes) {
+    return absl::InvalidArgumentError(absl::StrCat(source_name, ": has ", text.size(),
+                                                   " bytes, more than the ", kMaxJsonBytes,
+                                                   " that a JSON file may have"));
+  }
+  google::protobuf::util::JsonParseOptions options;
+  options.ignore_unknown_fields = false;
+  const auto status = google::protobuf::util::JsonStringToMessage(
+      google::protobuf::StringPiece(text.data(), text.size()), &message, options);
+  if (status.ok()) return absl::OkStatus();
+  const std::string why(status.message().data(), status.message().size());
+  return absl::InvalidArgumentError(absl::StrCat(
+      source_name, ": ",
+      absl::StrReplaceAll(why, {{"Cannot find field.", "unknown field; check its spelling or remove it"}})));
+}
+
+absl::StatusOr<std::string> ToJson(const google::protobuf::Message& message, JsonZeros zeros) {
+  google::protobuf::util::JsonPrintOptions options;
+  options.add_whitespace = true;
+  options.always_print_primitive_fields = zeros == JsonZeros::kWritten;
+  options.preserve_proto_field_names = true;
+  std::string text;
+  const auto status = google::protobuf::util::MessageToJsonString(message, &text, options);
+  if (!status.ok()) {
+    const auto why = status.message();
+    return absl::InternalError(absl::StrCat(message.GetDescriptor()->name(), ": cannot be written as JSON: ",
+                                            absl::string_view(why.data(), why.size())));
+  }
+  if (text.empty() || text.back() != '\n') text += '\n';
+  return text;
+}
+
+absl::Status ReadJsonFile(const std::string& path, google::protobuf::Message& message) {
+  const absl::StatusOr<std::string> text = ReadWholeFile(path, kMaxJsonBytes);
+  if (!text.ok()) return text.status();
+  return ParseJson(*text, path, message);
+}
+
+absl::Status WriteJsonFile(const std::string& path, const google::protobuf::Message& message,
+                           JsonZeros zeros) {
+  const absl::StatusOr<std::string> text = ToJson(message, zeros);
+  if (!text.ok()) return text.status();
+  return WriteFileAtomically(path, *text);
+}
+
+}  // namespace weft
