@@ -1,0 +1,200 @@
+#include "services/files/cloud_file.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "services/files/mesh_file.h"
+#include "services/files/ply.h"
+
+namespace weft {
+namespace {
+
+struct CovarianceColumn {
+  const char* name;
+  int row, col;
+};
+constexpr std::array<CovarianceColumn, 6> kCovariance = {{
+    {"cov_xx_mm2", 0, 0},
+    {"cov_xy_mm2", 0, 1},
+    {"cov_xz_mm2", 0, 2},
+    {"cov_yy_mm2", 1, 1},
+    {"cov_yz_mm2", 1, 2},
+    {"cov_zz_mm2", 2, 2},
+}};
+
+// One value per row of an element, checked for its range.
+class Rows {
+ public:
+  Rows(const PlyElement& element, const std::string& source_name)
+      : element_(element), source_name_(source_name) {}
+
+  // All values of a property; `fallback` where the element lacks it, an error when there is no fallback.
+  absl::StatusOr<std::vector<double>> Values(const char* property, double least, double most,
+                                             std::optional<double> fallback = std::nullopt) const {
+    if (fallback && !element_.Find(property)) return std::vector<double>(element_.rows, *fallback);
+    const auto column = ScalarColumn(element_, property, source_name_);
+    if (!column.ok()) return column.status();
+    for (size_t row = 0; row < element_.rows; ++row) {
+      const double value = (*column)->values[row];
+      if (value >= least && value <= most) continue;
+      return absl::InvalidArgumentError(absl::StrCat(source_name_, ": element ", element_.name, ", row ", row,
+                                                     ", property ", property, ": ", value, " is outside ",
+                                                     least, " to ", most));
+    }
+    return (*column)->values;
+  }
+
+ private:
+  const PlyElement& element_;
+  const std::string& source_name_;
+};
+
+constexpr double kMaxCell = 1 << 20;
+constexpr double kMaxViews = 1 << 20;
+constexpr double kMaxSigmaMm = 1e9;
+
+absl::StatusOr<Cloud> CloudFromElement(const PlyElement& element, const std::string& source_name) {
+  const Rows rows(element, source_name);
+  const auto positions = PositionsFromPly(element, source_name);
+  const auto board_row = rows.Values("board_row", 0, kMaxCell);
+  const auto board_col = rows.Values("board_col", 0, kMaxCell);
+  const auto kind = rows.Values("kind", 0, 1, 0);
+  const auto views = rows.Values("views", 0, kMaxViews, 0);
+  const auto sigma_mm = rows.Values("sigma_mm", 0, kMaxSigmaMm, 0);
+  absl::Status status;
+  for (const absl::Status& s : {positions.status(), board_row.status(), board_col.status(), kind.status(),
+                                views.status(), sigma_mm.status()}) {
+    status.Update(s);
+  }
+  if (!status.ok()) return status;
+  Cloud cloud;
+  cloud.points.resize(element.rows);
+  for (size_t i = 0; i < element.rows; ++i) {
+    CloudPoint& point = cloud.points[i];
+    point.position_mm = (*positions)[i];
+    point.node = {static_cast<int>((*board_row)[i]), static_cast<int>((*board_col)[i]),
+                  (*kind)[i] == 1 ? NodeKind::kCorner : NodeKind::kCenter};
+    point.views = static_cast<int>((*views)[i]);
+    point.sigma_mm = (*sigma_mm)[i];
+  }
+  for (const CovarianceColumn& c : kCovariance) {
+    const PlyProperty* column = element.Find(c.name);
+    if (!column || column->is_list) continue;
+    for (size_t i = 0; i < element.rows; ++i) {
+      cloud.points[i].covariance_mm2(c.row, c.col) = column->values[i];
+      cloud.points[i].covariance_mm2(c.col, c.row) = column->values[i];
+    }
+  }
+  return cloud;
+}
+
+absl::StatusOr<CloudTargets> TargetsByVertex(const PlyElement& element, const std::string& source_name,
+                                             const Template& garment) {
+  const Rows rows(element, source_name);
+  const auto positions = PositionsFromPly(element, source_name);
+  const auto vertices = static_cast<int>(garment.rest.vertices_mm.size());
+  const auto vertex = rows.Values("template_vertex", -1, vertices - 1);
+  const auto views = rows.Values("views", 0, kMaxViews, 0);
+  const auto sigma_mm = rows.Values("sigma_mm", 0, kMaxSigmaMm, 0);
+  absl::Status status;
+  for (const absl::Status& s : {positions.status(), vertex.status(), views.status(), sigma_mm.status()})
+    status.Update(s);
+  if (!status.ok()) return status;
+  CloudTargets out;
+  for (size_t i = 0; i < element.rows; ++i) {
+    const auto index = static_cast<int>((*vertex)[i]);
+    if (index < 0) {
+      ++out.unclaimed;
+      continue;
+    }
+    out.targets.push_back({index, (*positions)[i], (*sigma_mm)[i], static_cast<int>((*views)[i])});
+  }
+  std::stable_sort(out.targets.begin(), out.targets.end(),
+                   [](const VertexTarget& a, const VertexTarget& b) { return a.vertex < b.vertex; });
+  for (size_t i = 1; i < out.targets.size(); ++i) {
+    if (out.targets[i].vertex != out.targets[i - 1].vertex) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat(source_name, ": template vertex ", out.targets[i].vertex, " occurs twice"));
+  }
+  return out;
+}
+
+bool NodeLess(const CloudPoint& a, const CloudPoint& b) {
+  return std::tuple(a.node.kind, a.node.row, a.node.col) < std::tuple(b.node.kind, b.node.row, b.node.col);
+}
+
+absl::Status SortByNode(Cloud& cloud, const std::string& source_name) {
+  std::stable_sort(cloud.points.begin(), cloud.points.end(), NodeLess);
+  for (size_t i = 1; i < cloud.points.size(); ++i) {
+    const BoardNode& node = cloud.points[i].node;
+    if (node != cloud.points[i - 1].node) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat(source_name, ": the ", node.kind == NodeKind::kCenter ? "centre" : "corner", " at row ",
+                     node.row, ", column ", node.col, " occurs twice"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status WriteCloud(const std::string& path, const Cloud& cloud, CloudColumns columns) {
+  PlyElement vertex;
+  vertex.name = "vertex";
+  vertex.rows = cloud.points.size();
+  const auto add = [&](const char* name, PlyType type, const auto& value_of) {
+    std::vector<double> values;
+    values.reserve(cloud.points.size());
+    for (const CloudPoint& point : cloud.points) values.push_back(static_cast<double>(value_of(point)));
+    vertex.properties.push_back(PlyColumn(name, type, std::move(values)));
+  };
+  add("x", PlyType::kFloat32, [](const CloudPoint& p) { return p.position_mm.x(); });
+  add("y", PlyType::kFloat32, [](const CloudPoint& p) { return p.position_mm.y(); });
+  add("z", PlyType::kFloat32, [](const CloudPoint& p) { return p.position_mm.z(); });
+  add("board_row", PlyType::kInt32, [](const CloudPoint& p) { return p.node.row; });
+  add("board_col", PlyType::kInt32, [](const CloudPoint& p) { return p.node.col; });
+  add("kind", PlyType::kUint8, [](const CloudPoint& p) { return p.node.kind; });
+  add("views", PlyType::kInt32, [](const CloudPoint& p) { return p.views; });
+  add("sigma_mm", PlyType::kFloat32, [](const CloudPoint& p) { return p.sigma_mm; });
+  if (columns == CloudColumns::kWithCovariance) {
+    for (const CovarianceColumn& c : kCovariance) {
+      add(c.name, PlyType::kFloat32, [&](const CloudPoint& p) { return p.covariance_mm2(c.row, c.col); });
+    }
+  }
+  Ply ply;
+  ply.comments.push_back("positions in mm; kind 0 center, 1 corner");
+  ply.elements.push_back(std::move(vertex));
+  return WritePly(path, ply);
+}
+
+absl::StatusOr<Cloud> ReadCloud(const std::string& path) {
+  const absl::StatusOr<Ply> ply = ReadPly(path);
+  if (!ply.ok()) return ply.status();
+  const auto vertex = FindElement(*ply, "vertex", path);
+  if (!vertex.ok()) return vertex.status();
+  absl::StatusOr<Cloud> cloud = CloudFromElement(**vertex, path);
+  if (!cloud.ok()) return cloud.status();
+  if (absl::Status status = SortByNode(*cloud, path); !status.ok()) return status;
+  return cloud;
+}
+
+absl::StatusOr<CloudTargets> ReadTargets(const std::string& path, const Template& garment) {
+  const absl::StatusOr<Ply> ply = ReadPly(path);
+  if (!ply.ok()) return ply.status();
+  const auto vertex = FindElement(*ply, "vertex", path);
+  if (!vertex.ok()) return vertex.status();
+  if ((*vertex)->Find("template_vertex")) return TargetsByVertex(**vertex, path, garment);
+  if (!(*vertex)->Find("board_row")) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": its points have neither board_row and board_col nor template_vertex"));
+  }
+  absl::StatusOr<Cloud> cloud = CloudFromElement(**vertex, path);
+  if (!cloud.ok()) return cloud.status();
+  if (absl::Status status = SortByNode(*cloud, path); !status.ok()) return status;
+  return TargetsFromCloud(garment, *cloud);
+}
+
+}  // namespace weft

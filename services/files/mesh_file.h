@@ -1,0 +1,39 @@
+// Triangle meshes as PLY: templates, results and ground truth.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "alignment/mesh.h"
+#include "services/files/ply.h"
+
+namespace weft {
+
+// Vertices x y z (mm) and triangles (vertex_indices or vertex_index) of a PLY file; other properties are
+// ignored. InvalidArgument names the file and the vertex or face: missing properties, coordinates that are
+// not finite, polygons, indices outside the vertices.
+absl::StatusOr<TriangleMesh> MeshFromPly(const Ply& ply, const std::string& source_name);
+absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path);
+
+// Coordinates in double precision, so that the mesh read back hashes the same.
+absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh);
+
+// mesh.ply of a job: x y z, state (0 inferred, 1 observed), sigma_mm, views; coordinates in single precision.
+// InvalidArgument when the vectors of `mesh` differ in length.
+absl::Status WriteRegisteredMesh(const std::string& path, const RegisteredMesh& mesh,
+                                 const std::vector<Face>& faces);
+// Reads it back; state, sigma_mm and views must be there.
+absl::StatusOr<RegisteredMesh> ReadRegisteredMesh(const std::string& path);
+
+// The columns of a property triple, e.g. x y z. InvalidArgument names file, element and the missing property.
+absl::StatusOr<std::vector<Eigen::Vector3d>> PositionsFromPly(const PlyElement& element,
+                                                              const std::string& source_name);
+// A scalar column. InvalidArgument as above.
+absl::StatusOr<const PlyProperty*> ScalarColumn(const PlyElement& element, std::string_view property,
+                                                const std::string& source_name);
+// An element. InvalidArgument names the file and the element.
+absl::StatusOr<const PlyElement*> FindElement(const Ply& ply, std::string_view element,
+                                              const std::string& source_name);
+
+}  // namespace weft

@@ -1,0 +1,22 @@
+// A template's folder: template.json, mesh.ply and cells.txt.
+#pragma once
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "alignment/template.h"
+
+namespace weft {
+
+// Reads a template's folder, or its template.json. InvalidArgument names file and field: unknown fields, a
+// map that does not fit the mesh, a hash that does not fit the files.
+absl::StatusOr<Template> ReadTemplate(const std::string& path);
+
+// Writes the folder (made where it is missing); template.json comes last.
+absl::Status WriteTemplate(const std::string& folder, const Template& garment,
+                           const std::string& provenance = "");
+
+// InvalidArgument with both hashes when the garment was not sewn from this board.
+absl::Status CheckTemplateFitsBoard(const Template& garment, const Board& board);
+
+}  // namespace weft
