@@ -1,0 +1,30 @@
+// Several frames in one process: what `weft register` runs itself, and what every weft-worker runs.
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "services/pipeline/registration_inputs.h"
+#include "weft/v1/job.pb.h"
+
+namespace weft {
+
+// What happens while frames are registered. Calls never overlap.
+struct RegistrationEvents {
+  std::function<void(const std::string& frame)> started;
+  std::function<void(const std::string& frame, double share)> advanced;  // 0 to 1
+  std::function<void(const v1::FrameInfo& info)> finished;
+};
+
+// Registers the frames at these positions of the dump one after another, each on `threads` threads (0: all
+// cores). Frames that are complete from an earlier run are kept and reported as reused.
+// Cancelled when `stop` was requested: frames finished by then are complete. Any other error means that the
+// results cannot be written; a frame that cannot be registered is no error.
+absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<size_t>& frames,
+                            const v1::RegistrationOptions& options, const std::string& out, int threads,
+                            const RegistrationEvents& events, std::stop_token stop);
+
+}  // namespace weft

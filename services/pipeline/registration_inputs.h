@@ -1,0 +1,39 @@
+// Everything that a registration reads, loaded and checked against each other once per process.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "alignment/align.h"
+#include "alignment/template.h"
+#include "capture/frame_source.h"
+#include "capture/rig.h"
+#include "pattern/board_index.h"
+#include "weft/v1/job.pb.h"
+
+namespace weft {
+
+// Immutable once loaded. Thread safety: const access from any number of threads.
+struct RegistrationInputs {
+  Rig rig;
+  BoardIndex board;
+  Template garment;
+  std::unique_ptr<AlignmentModel> model;  // of `garment`
+  std::unique_ptr<FrameSource> dump;
+  v1::InputHashes hashes;
+  std::vector<std::string> warnings;  // cameras without images, images of unknown cameras
+};
+
+// Reads rig, board, template and the list of the dump's images. Errors keep the category of the file that
+// causes them. InvalidArgument: an empty field of `spec` (named), an unknown preset, a board with double codes.
+// FailedPrecondition: a template of another board, or hashes other than spec.expected; both hashes are named.
+absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::RegistrationSpec& spec);
+
+// Positions in the dump of the frames that `spec` asks for. InvalidArgument: an empty range, or one that ends
+// outside the dump; names what the dump holds.
+absl::StatusOr<std::vector<size_t>> FramesInRange(const v1::RegistrationSpec& spec,
+                                                  const std::vector<std::string>& frame_names);
+
+}  // namespace weft
