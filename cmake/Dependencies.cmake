@@ -6,6 +6,7 @@ find_package(TBB REQUIRED)
 find_package(Protobuf REQUIRED)
 find_package(gRPC CONFIG REQUIRED)
 find_package(CLI11 2.1 REQUIRED)
+find_package(embree 3.13 REQUIRED)
 find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs)
 
 find_program(WEFT_CCACHE ccache)

@@ -1,0 +1,52 @@
+// A printed cloth: mesh at rest, cell of each vertex, print. Sheet or tube.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "alignment/mesh.h"
+#include "alignment/template.h"
+#include "simulation/printed_mesh.h"
+
+namespace weft {
+
+enum class ClothShape { kSheet, kTube };
+
+struct ClothOptions {
+  ClothShape shape = ClothShape::kTube;
+  int rows = 90;      // cells from top to bottom
+  int cols = 144;     // cells from left to right; around, for a tube
+  int first_row = 0;  // board cell of the upper left corner
+  int first_col = 0;
+  double cell_mm = 3;
+
+  // At least 4 x 4 cells (tube: 8 around), positive cell, first cell not negative.
+  absl::Status Validate() const;
+};
+
+// World axes as in the rigs: x right, y down, z away from a viewer in front of the cloth. The cloth is
+// centred on the origin, row 0 on top, outside (printed side) towards -z for the sheet and outwards for the
+// tube, whose column `cols / 2` faces -z.
+// Vertices 0 .. rows * cols - 1 are the cell centres, row by row; the rest are hem and seam vertices without
+// a cell, on the outline of the printed area.
+struct Cloth {
+  ClothOptions options;
+  TriangleMesh rest;                       // flat sheet or smooth tube
+  std::vector<VertexCell> cell_of_vertex;  // [vertices]
+  ClothPrint print;
+  // The vertices as a grid of (rows + 2) lines; a tube's lines are closed (cols + 1 vertices, the seam
+  // first), a sheet's have cols + 2.
+  int grid_rows = 0, grid_cols = 0;
+  bool closed = false;
+  std::vector<int> vertex_of_grid;   // [grid_rows][grid_cols]
+  std::vector<double> row_position;  // [grid_rows], in cells from the upper edge
+  std::vector<double> col_position;  // [grid_cols], in cells from the left edge
+
+  int vertex_at(int i, int j) const { return vertex_of_grid[static_cast<size_t>(i) * grid_cols + j]; }
+};
+
+absl::StatusOr<Cloth> BuildCloth(const ClothOptions& options);
+
+}  // namespace weft
