@@ -9,5 +9,6 @@ namespace weft {
 
 void AddRigCommand(CLI::App& app, CommandLine& line);
 void AddPatternCommand(CLI::App& app, CommandLine& line);
+void AddSimulateCommand(CLI::App& app, CommandLine& line);
 
 }  // namespace weft
