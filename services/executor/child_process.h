@@ -1,0 +1,87 @@
+// A child process with pipes from its standard output and error.
+#pragma once
+
+#include <signal.h>
+#include <sys/types.h>
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace weft {
+
+// Owns a file descriptor.
+class UniqueFd {
+ public:
+  UniqueFd() = default;
+  explicit UniqueFd(int fd) : fd_(fd) {}
+  UniqueFd(UniqueFd&& other) noexcept : fd_(other.Release()) {}
+  UniqueFd& operator=(UniqueFd&& other) noexcept;
+  ~UniqueFd() { Close(); }
+
+  int get() const { return fd_; }
+  bool open() const { return fd_ >= 0; }
+  int Release();
+  void Close();
+
+ private:
+  int fd_ = -1;
+};
+
+// The lines of a stream that arrives in pieces. A line longer than kMaxLineBytes is cut.
+class LineSplitter {
+ public:
+  static constexpr size_t kMaxLineBytes = size_t{1} << 20;
+
+  // The lines that `bytes` completes, without their ends.
+  std::vector<std::string> Add(std::string_view bytes);
+  // What stands after the last line end; empties it.
+  std::string TakeRest();
+
+ private:
+  std::string rest_;
+  bool cutting_ = false;  // drops bytes up to the next line end
+};
+
+// The process runs in a process group of its own, sees no descriptor of this one but the pipes, and reads an
+// empty standard input. Destroyed: the group is killed and the process reaped.
+class ChildProcess {
+ public:
+  // `arguments` after the program's path. The parent that PR_SET_PDEATHSIG watches is the calling thread.
+  // NotFound, PermissionDenied or ResourceExhausted; the message names the program.
+  static absl::StatusOr<ChildProcess> Spawn(const std::string& program,
+                                            const std::vector<std::string>& arguments);
+  ChildProcess(ChildProcess&& other) noexcept;
+  ChildProcess& operator=(ChildProcess&&) = delete;
+  ~ChildProcess();
+
+  pid_t pid() const { return pid_; }
+  // Descriptors to poll, both non-blocking; -1 once at their end.
+  int out_fd() const { return out_.get(); }
+  int err_fd() const { return err_.get(); }
+  // Readable when the process has ended.
+  int exit_fd() const { return exit_.get(); }
+
+  // What can be read now without waiting; closes the descriptor at its end.
+  std::string ReadOut() { return ReadAvailable(out_); }
+  std::string ReadErr() { return ReadAvailable(err_); }
+
+  // To the process and what it started.
+  void Signal(int signal) const;
+  // Call once exit_fd is readable. Ends what the process left running, and returns the status of waitpid.
+  int Reap();
+
+ private:
+  ChildProcess() = default;
+  static std::string ReadAvailable(UniqueFd& fd);
+
+  pid_t pid_ = -1;
+  UniqueFd out_, err_, exit_;
+};
+
+// "exit status 3", "killed by signal 11 (Segmentation fault)".
+std::string DescribeExit(int wait_status);
+
+}  // namespace weft

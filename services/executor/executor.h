@@ -1,0 +1,43 @@
+// Where tasks run: worker processes on this machine, later on many.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "weft/v1/task.pb.h"
+
+namespace weft {
+
+// How a task's process ended.
+struct TaskEnd {
+  bool clean = false;  // by itself with exit status 0
+  // For people when not clean, e.g. "killed by signal 11 (Segmentation fault); its last words: ...".
+  std::string reason;
+};
+
+// Called one at a time from a thread of the executor, never from within a call of Executor. `ended` comes
+// last. Neither may call StopAll.
+struct TaskListener {
+  std::function<void(const v1::WorkerEvent& event)> event;
+  std::function<void(const TaskEnd& end)> ended;
+};
+
+// Thread safety: any thread may call any function.
+class Executor {
+ public:
+  virtual ~Executor() = default;
+
+  // Tasks that can run at once.
+  virtual int slots() const = 0;
+  // ResourceExhausted: every slot is taken. AlreadyExists: a running task of this id. Unavailable: StopAll
+  // was called. A task that cannot be started is reported by `ended`.
+  virtual absl::Status Start(const v1::Task& task, TaskListener listener) = 0;
+  // Asks the task to stop; if it does not within the grace time, it is killed. `ended` tells. No such task:
+  // no effect.
+  virtual void Stop(const std::string& task_id) = 0;
+  // Stops every task, and returns after the last `ended`; no task can be started any more.
+  virtual void StopAll() = 0;
+};
+
+}  // namespace weft

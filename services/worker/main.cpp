@@ -1,0 +1,109 @@
+// `weft-worker TASK.json`: one task, one process.
+#include <CLI/CLI.hpp>
+
+#include <pthread.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <exception>
+#include <stop_token>
+#include <thread>
+
+#include "services/cli/command_line.h"
+#include "services/files/json_file.h"
+#include "services/worker/run_task.h"
+#include "services/worker/worker_event.h"
+
+namespace {
+
+// Waits for SIGTERM and SIGINT in a thread of its own and turns them into a stop request. Made before any
+// other thread, so that all of them leave the signals to it.
+class StopOnSignal {
+ public:
+  StopOnSignal() {
+    sigemptyset(&signals_);
+    for (const int signal : {SIGTERM, SIGINT, SIGUSR1}) sigaddset(&signals_, signal);
+    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
+    thread_ = std::thread([this] {
+      int signal = 0;
+      while (sigwait(&signals_, &signal) != 0) {
+      }
+      source_.request_stop();
+    });
+  }
+  ~StopOnSignal() {
+    pthread_kill(thread_.native_handle(), SIGUSR1);
+    thread_.join();
+  }
+  StopOnSignal(const StopOnSignal&) = delete;
+  StopOnSignal& operator=(const StopOnSignal&) = delete;
+
+  std::stop_source& source() { return source_; }
+
+ private:
+  sigset_t signals_;
+  std::stop_source source_;
+  std::thread thread_;
+};
+
+// False when nobody listens any more.
+bool PrintLine(std::string line) {
+  line += '\n';
+  const char* data = line.data();
+  for (size_t left = line.size(); left > 0;) {
+    const ssize_t n = write(STDOUT_FILENO, data, left);
+    if (n < 0 && errno != EINTR) return false;
+    if (n < 0) continue;
+    data += n;
+    left -= static_cast<size_t>(n);
+  }
+  return true;
+}
+
+// The results of a killed worker are whole, so there is no reason to outlive the daemon.
+bool DieWithParent(int parent) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  return parent == 0 || getppid() == parent;
+}
+
+absl::Status RunTaskFile(const std::string& path, StopOnSignal& stop) {
+  weft::v1::Task task;
+  if (absl::Status status = weft::ReadJsonFile(path, task); !status.ok()) return status;
+  const auto report = [&stop](const weft::v1::WorkerEvent& event) {
+    if (!PrintLine(weft::WorkerEventLine(event))) stop.source().request_stop();
+  };
+  return weft::RunTask(task, report, stop.source().get_token());
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Registers the frames of one task. Started by weftd; prints an event as JSON on each line.",
+               "weft-worker");
+  std::string path;
+  int parent = 0;
+  app.set_version_flag("--version", "weft-worker " WEFT_VERSION, "Print the version and exit");
+  app.add_option("TASK", path, "The task.json")->required();
+  app.add_option("--parent", parent, "End at once unless started by this process")->type_name("PID");
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? weft::kExitDone : weft::kExitBadInput;
+  }
+  if (!DieWithParent(parent)) return weft::kExitFailed;
+  signal(SIGPIPE, SIG_IGN);
+  StopOnSignal stop;
+  try {
+    const absl::Status status = RunTaskFile(path, stop);
+    if (!status.ok()) weft::PrintError(status);
+    return weft::ExitStatusOf(status);
+  } catch (const std::bad_alloc&) {
+    weft::PrintError(absl::ResourceExhaustedError("out of memory"));
+  } catch (const std::exception& error) {
+    weft::PrintError(absl::InternalError(error.what()));
+  }
+  return weft::kExitFailed;
+}

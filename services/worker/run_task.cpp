@@ -1,0 +1,76 @@
+#include "services/worker/run_task.h"
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "services/pipeline/registration.h"
+#include "services/pipeline/registration_inputs.h"
+
+namespace weft {
+namespace {
+
+// Positions in the dump of the task's frames.
+absl::StatusOr<std::vector<size_t>> FindFrames(const v1::Task& task, const std::vector<std::string>& names) {
+  std::unordered_map<std::string, size_t> position;
+  for (size_t i = 0; i < names.size(); ++i) position.emplace(names[i], i);
+  std::vector<size_t> frames;
+  for (const std::string& name : task.frames()) {
+    const auto found = position.find(name);
+    if (found == position.end()) {
+      return absl::InvalidArgumentError(absl::StrCat("frames: the dump ", task.spec().dump(),
+                                                     " holds no frame \"", name, "\"; was it changed?"));
+    }
+    frames.push_back(found->second);
+  }
+  return frames;
+}
+
+absl::Status Run(const v1::Task& task, const std::function<void(const v1::WorkerEvent&)>& report,
+                 std::stop_token stop) {
+  if (task.frames().empty()) return absl::InvalidArgumentError("frames: the task names none");
+  if (task.threads() < 0) return absl::InvalidArgumentError("threads: must not be negative");
+  if (task.spec().out().empty()) return absl::InvalidArgumentError("spec.out: must not be empty");
+  const absl::StatusOr<std::unique_ptr<RegistrationInputs>> inputs = LoadInputs(task.spec());
+  if (!inputs.ok()) return inputs.status();
+  const absl::StatusOr<std::vector<size_t>> frames = FindFrames(task, (*inputs)->dump->frame_names());
+  if (!frames.ok()) return frames.status();
+  RegistrationEvents events;
+  events.started = [&report](const std::string& frame) {
+    v1::WorkerEvent event;
+    event.mutable_started()->set_frame(frame);
+    report(event);
+  };
+  events.advanced = [&report](const std::string& frame, double share) {
+    v1::WorkerEvent event;
+    event.mutable_advanced()->set_frame(frame);
+    event.mutable_advanced()->set_share_done(share);
+    report(event);
+  };
+  events.finished = [&report](const v1::FrameInfo& info) {
+    v1::WorkerEvent event;
+    *event.mutable_finished() = info;
+    report(event);
+  };
+  return RegisterFrames(**inputs, *frames, task.spec().options(), task.spec().out(), task.threads(), events,
+                        stop);
+}
+
+}  // namespace
+
+absl::Status RunTask(const v1::Task& task, const std::function<void(const v1::WorkerEvent&)>& report,
+                     std::stop_token stop) {
+  const absl::Status status = Run(task, report, std::move(stop));
+  if (!status.ok()) {
+    v1::WorkerEvent event;
+    event.mutable_error()->set_code(absl::StatusCodeToString(status.code()));
+    event.mutable_error()->set_message(std::string(status.message()));
+    report(event);
+  }
+  return status;
+}
+
+}  // namespace weft

@@ -1,0 +1,18 @@
+// Events of a worker as lines of JSON, the language of its standard output.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "absl/status/statusor.h"
+#include "weft/v1/task.pb.h"
+
+namespace weft {
+
+// One line without its end.
+std::string WorkerEventLine(const v1::WorkerEvent& event);
+
+// InvalidArgument: not a line of WorkerEventLine.
+absl::StatusOr<v1::WorkerEvent> ParseWorkerEvent(std::string_view line);
+
+}  // namespace weft

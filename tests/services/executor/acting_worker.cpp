@@ -1,0 +1,81 @@
+// Stands in for weft-worker where a test needs a worker that misbehaves: each frame's name says what to do.
+#include <signal.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "absl/strings/match.h"
+#include "services/files/json_file.h"
+#include "services/worker/worker_event.h"
+
+namespace {
+
+using weft::v1::WorkerEvent;
+
+void Print(const WorkerEvent& event) {
+  std::printf("%s\n", weft::WorkerEventLine(event).c_str());
+  std::fflush(stdout);
+}
+
+[[noreturn]] void HangForever() {
+  for (;;) pause();
+}
+
+// Appends a line to <out>/log, so that a test can see what was computed and how often.
+void Log(const weft::v1::Task& task, const std::string& frame) {
+  std::ofstream(task.spec().out() + "/log", std::ios::app) << frame << "\n";
+}
+
+void Act(const weft::v1::Task& task, const std::string& frame) {
+  if (absl::StartsWith(frame, "crash")) {
+    std::fprintf(stderr, "cannot bear %s\n", frame.c_str());
+    abort();
+  }
+  if (absl::StartsWith(frame, "exit")) exit(7);
+  if (absl::StartsWith(frame, "leave")) exit(0);
+  if (absl::StartsWith(frame, "hang")) HangForever();
+  if (absl::StartsWith(frame, "stubborn")) {
+    signal(SIGTERM, SIG_IGN);
+    WorkerEvent event;
+    event.mutable_advanced()->set_frame(frame);
+    Print(event);
+    HangForever();
+  }
+  if (absl::StartsWith(frame, "garbage")) {
+    std::printf("\xff\xfe not JSON\n{\"finished\": 3}\n{}\n%s\n", std::string(3 << 20, 'x').c_str());
+    std::fflush(stdout);
+  }
+  if (absl::StartsWith(frame, "slow")) usleep(300'000);
+  if (absl::StartsWith(frame, "error")) {
+    WorkerEvent event;
+    event.mutable_error()->set_code("RESOURCE_EXHAUSTED");
+    event.mutable_error()->set_message(task.spec().out() + ": disk full");
+    Print(event);
+    exit(1);
+  }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  weft::v1::Task task;
+  if (argc < 2 || !weft::ReadJsonFile(argv[1], task).ok()) return 2;
+  for (const std::string& frame : task.frames()) {
+    WorkerEvent event;
+    event.mutable_started()->set_frame(frame);
+    Print(event);
+    if (!task.spec().out().empty()) Log(task, frame);
+    Act(task, frame);
+    event.mutable_finished()->set_frame(frame);
+    event.mutable_finished()->set_state(absl::StartsWith(frame, "bad") ? weft::v1::FRAME_STATE_FAILED
+                                                                       : weft::v1::FRAME_STATE_DONE);
+    event.mutable_finished()->set_coverage(0.5);
+    Print(event);
+  }
+  return 0;
+}

@@ -1,0 +1,70 @@
+#include "services/executor/child_process.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+
+namespace weft {
+namespace {
+
+using ::testing::ElementsAre;
+
+TEST(LineSplitter, JoinsPiecesAndKeepsTheRest) {
+  LineSplitter lines;
+  EXPECT_THAT(lines.Add("ab"), ElementsAre());
+  EXPECT_THAT(lines.Add("c\n\nd"), ElementsAre("abc", ""));
+  EXPECT_EQ(lines.TakeRest(), "d");
+  EXPECT_EQ(lines.TakeRest(), "");
+}
+
+TEST(LineSplitter, CutsEndlessLines) {
+  LineSplitter lines;
+  const std::string piece(LineSplitter::kMaxLineBytes / 2 + 10, 'x');
+  for (int i = 0; i < 5; ++i) EXPECT_THAT(lines.Add(piece), ElementsAre());
+  const std::vector<std::string> done = lines.Add("tail\nnext\n");
+  ASSERT_EQ(done.size(), 2u);
+  EXPECT_EQ(done[0].size(), LineSplitter::kMaxLineBytes);
+  EXPECT_EQ(done[1], "next");
+}
+
+struct Ended {
+  std::string out, err;
+  int status = 0;
+};
+
+Ended RunToEnd(const std::string& script) {
+  absl::StatusOr<ChildProcess> child = ChildProcess::Spawn("/bin/sh", {"-c", script});
+  EXPECT_TRUE(child.ok()) << child.status();
+  pollfd exited = {child->exit_fd(), POLLIN, 0};
+  poll(&exited, 1, 20'000);
+  Ended ended;
+  ended.out = child->ReadOut();
+  ended.err = child->ReadErr();
+  ended.status = child->Reap();
+  return ended;
+}
+
+TEST(ChildProcess, ReadsBothStreamsAndTheExitStatus) {
+  const Ended ended = RunToEnd("echo one; echo two >&2; exit 3");
+  EXPECT_EQ(ended.out, "one\n");
+  EXPECT_EQ(ended.err, "two\n");
+  EXPECT_EQ(DescribeExit(ended.status), "exit status 3");
+}
+
+TEST(ChildProcess, DescribesASignal) {
+  const Ended ended = RunToEnd("kill -SEGV $$");
+  EXPECT_EQ(DescribeExit(ended.status), "killed by signal 11 (Segmentation fault)");
+}
+
+TEST(ChildProcess, SeesNoOtherDescriptorsAndAnEmptyInput) {
+  EXPECT_EQ(RunToEnd("ls /proc/$$/fd | tr '\\n' ' '; cat").out, "0 1 2 ");
+}
+
+TEST(ChildProcess, NamesAProgramThatDoesNotExist) {
+  const auto child = ChildProcess::Spawn("/no/such/program", {});
+  EXPECT_EQ(child.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(std::string(child.status().message()), ::testing::HasSubstr("/no/such/program"));
+}
+
+}  // namespace
+}  // namespace weft
