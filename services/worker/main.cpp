@@ -1,7 +1,6 @@
 // `weft-worker TASK.json`: one task, one process.
 #include <CLI/CLI.hpp>
 
-#include <pthread.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <unistd.h>
@@ -10,44 +9,14 @@
 #include <cstdio>
 #include <exception>
 #include <stop_token>
-#include <thread>
 
 #include "services/cli/command_line.h"
 #include "services/files/json_file.h"
+#include "services/pipeline/stop_on_signal.h"
 #include "services/worker/run_task.h"
 #include "services/worker/worker_event.h"
 
 namespace {
-
-// Waits for SIGTERM and SIGINT in a thread of its own and turns them into a stop request. Made before any
-// other thread, so that all of them leave the signals to it.
-class StopOnSignal {
- public:
-  StopOnSignal() {
-    sigemptyset(&signals_);
-    for (const int signal : {SIGTERM, SIGINT, SIGUSR1}) sigaddset(&signals_, signal);
-    pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
-    thread_ = std::thread([this] {
-      int signal = 0;
-      while (sigwait(&signals_, &signal) != 0) {
-      }
-      source_.request_stop();
-    });
-  }
-  ~StopOnSignal() {
-    pthread_kill(thread_.native_handle(), SIGUSR1);
-    thread_.join();
-  }
-  StopOnSignal(const StopOnSignal&) = delete;
-  StopOnSignal& operator=(const StopOnSignal&) = delete;
-
-  std::stop_source& source() { return source_; }
-
- private:
-  sigset_t signals_;
-  std::stop_source source_;
-  std::thread thread_;
-};
 
 // False when nobody listens any more.
 bool PrintLine(std::string line) {
@@ -69,13 +38,15 @@ bool DieWithParent(int parent) {
   return parent == 0 || getppid() == parent;
 }
 
-absl::Status RunTaskFile(const std::string& path, StopOnSignal& stop) {
+absl::Status RunTaskFile(const std::string& path, const std::stop_token& signalled) {
   weft::v1::Task task;
   if (absl::Status status = weft::ReadJsonFile(path, task); !status.ok()) return status;
+  std::stop_source stop;
+  const std::stop_callback forward(signalled, [&stop] { stop.request_stop(); });
   const auto report = [&stop](const weft::v1::WorkerEvent& event) {
-    if (!PrintLine(weft::WorkerEventLine(event))) stop.source().request_stop();
+    if (!PrintLine(weft::WorkerEventLine(event))) stop.request_stop();
   };
-  return weft::RunTask(task, report, stop.source().get_token());
+  return weft::RunTask(task, report, stop.get_token());
 }
 
 }  // namespace
@@ -95,9 +66,9 @@ int main(int argc, char** argv) {
   }
   if (!DieWithParent(parent)) return weft::kExitFailed;
   signal(SIGPIPE, SIG_IGN);
-  StopOnSignal stop;
+  const weft::StopOnSignal stop;
   try {
-    const absl::Status status = RunTaskFile(path, stop);
+    const absl::Status status = RunTaskFile(path, stop.token());
     if (!status.ok()) weft::PrintError(status);
     return weft::ExitStatusOf(status);
   } catch (const std::bad_alloc&) {
