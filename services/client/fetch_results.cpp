@@ -1,0 +1,79 @@
+#include "services/client/fetch_results.h"
+
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "services/files/atomic_file.h"
+
+namespace weft {
+namespace {
+
+bool HasFiles(const v1::FrameInfo& frame) {
+  return frame.state() == v1::FRAME_STATE_DONE || frame.state() == v1::FRAME_STATE_DEGRADED ||
+         frame.state() == v1::FRAME_STATE_FAILED;
+}
+
+// A frame's name becomes a folder here, so a daemon must not be able to choose one elsewhere.
+absl::Status CheckFrameName(const std::string& name) {
+  if (!name.empty() && name != "." && name != ".." && name.find('/') == std::string::npos) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("the daemon names a frame \"", name, "\", which is no name"));
+}
+
+absl::Status FetchIfThere(RegistrationClient& client, const std::string& job_id, const std::string& frame,
+                          v1::ResultKind kind, const std::string& folder) {
+  absl::Status status = client.Fetch(job_id, frame, kind, absl::StrCat(folder, "/", ResultFileName(kind)));
+  return absl::IsNotFound(status) ? absl::OkStatus() : status;
+}
+
+}  // namespace
+
+std::string ResultFileName(v1::ResultKind kind) {
+  switch (kind) {
+    case v1::RESULT_KIND_MESH:
+      return "mesh.ply";
+    case v1::RESULT_KIND_CLOUD:
+      return "cloud.ply";
+    case v1::RESULT_KIND_OBSERVATIONS:
+      return "observations.csv";
+    case v1::RESULT_KIND_FRAME_REPORT:
+      return "report.json";
+    case v1::RESULT_KIND_JOB:
+      return "job.json";
+    case v1::RESULT_KIND_JOB_REPORT:
+      return "report.html";
+    default:
+      return "";
+  }
+}
+
+absl::Status FetchResults(RegistrationClient& client, const v1::Job& job, const std::string& out,
+                          const std::function<void(size_t done, size_t total)>& progress,
+                          std::stop_token stop) {
+  const absl::StatusOr<std::vector<v1::FrameInfo>> frames = client.Frames(job.id());
+  if (!frames.ok()) return frames.status();
+  size_t done = 0;
+  for (const v1::FrameInfo& frame : *frames) {
+    if (stop.stop_requested()) return absl::CancelledError("stopped while the results were fetched");
+    if (HasFiles(frame)) {
+      if (absl::Status status = CheckFrameName(frame.frame()); !status.ok()) return status;
+      const std::string folder = absl::StrCat(out, "/", frame.frame());
+      if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+      for (const v1::ResultKind kind : {v1::RESULT_KIND_OBSERVATIONS, v1::RESULT_KIND_CLOUD,
+                                        v1::RESULT_KIND_MESH, v1::RESULT_KIND_FRAME_REPORT}) {
+        if (absl::Status status = FetchIfThere(client, job.id(), frame.frame(), kind, folder); !status.ok())
+          return status;
+      }
+    }
+    if (progress) progress(++done, frames->size());
+  }
+  if (absl::Status status = CreateFolders(out); !status.ok()) return status;
+  for (const v1::ResultKind kind : {v1::RESULT_KIND_JOB_REPORT, v1::RESULT_KIND_JOB}) {
+    if (absl::Status status = FetchIfThere(client, job.id(), "", kind, out); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace weft

@@ -1,0 +1,16 @@
+// The one place where our statuses become gRPC's and back; categories are the same on both sides.
+#pragma once
+
+#include <grpcpp/support/status.h>
+
+#include "absl/status/status.h"
+
+namespace weft {
+
+// Messages longer than kMaxStatusBytes are cut: they travel in a header.
+inline constexpr size_t kMaxStatusBytes = 4000;
+grpc::Status ToGrpcStatus(const absl::Status& status);
+
+absl::Status FromGrpcStatus(const grpc::Status& status);
+
+}  // namespace weft

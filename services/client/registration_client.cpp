@@ -1,0 +1,191 @@
+#include "services/client/registration_client.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include <charconv>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "services/client/grpc_status.h"
+#include "services/files/atomic_file.h"
+
+namespace weft {
+namespace {
+
+constexpr int kMaxAnswerBytes = 64 << 20;
+constexpr uint64_t kMaxFileBytes = uint64_t{4} << 30;
+
+// Short calls; the daemon may be waiting for workers to stop.
+void SetPatience(grpc::ClientContext& context,
+                 std::chrono::milliseconds patience = std::chrono::seconds(60)) {
+  context.set_deadline(std::chrono::system_clock::now() + patience);
+}
+
+absl::Status CheckServer(const std::string& server) {
+  const size_t colon = server.rfind(':');
+  int port = 0;
+  if (colon != std::string::npos && colon > 0) {
+    const char* const end = server.data() + server.size();
+    const auto [rest, error] = std::from_chars(server.data() + colon + 1, end, port);
+    if (error == std::errc() && rest == end && port > 0 && port < 65536) return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("server: \"", server, "\" is not HOST:PORT, for example 127.0.0.1:7411"));
+}
+
+grpc::ChannelArguments ChannelSettings() {
+  grpc::ChannelArguments settings;
+  settings.SetMaxReceiveMessageSize(kMaxAnswerBytes);
+  settings.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
+  // Notices a daemon whose machine went away while a job is watched.
+  settings.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 60'000);
+  settings.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
+  settings.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  return settings;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<RegistrationClient>> RegistrationClient::Connect(
+    const std::string& server, std::chrono::milliseconds patience) {
+  if (absl::Status status = CheckServer(server); !status.ok()) return status;
+  auto channel = grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), ChannelSettings());
+  std::unique_ptr<RegistrationClient> client(
+      new RegistrationClient(server, v1::Registration::NewStub(channel)));
+  grpc::ClientContext context;
+  SetPatience(context, patience);
+  const grpc::Status status = client->stub_->GetServerInfo(&context, {}, &client->info_);
+  if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("what answers at ", server, " is not weftd; check host and port"));
+  }
+  if (!status.ok()) return client->Explain(status);
+  return client;
+}
+
+absl::Status RegistrationClient::Explain(const grpc::Status& status) const {
+  const bool silent = status.error_code() == grpc::StatusCode::UNAVAILABLE ||
+                      status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED;
+  if (!silent) return FromGrpcStatus(status);
+  // What the daemon itself says when it is asked to stop.
+  if (absl::StrContains(status.error_message(), "shutting down")) return FromGrpcStatus(status);
+  return absl::UnavailableError(absl::StrCat("no daemon answers at ", server_, ": ", status.error_message(),
+                                             "; start it with `weftd --listen ", server_,
+                                             " --state DIR --allow-path DIR`"));
+}
+
+absl::StatusOr<v1::Job> RegistrationClient::Submit(const v1::SubmitJobRequest& request) {
+  grpc::ClientContext context;
+  SetPatience(context, std::chrono::minutes(10));
+  v1::Job job;
+  const grpc::Status status = stub_->SubmitJob(&context, request, &job);
+  if (!status.ok()) return Explain(status);
+  return job;
+}
+
+absl::StatusOr<v1::Job> RegistrationClient::Get(const std::string& job_id) {
+  grpc::ClientContext context;
+  SetPatience(context);
+  v1::GetJobRequest request;
+  request.set_job_id(job_id);
+  v1::Job job;
+  const grpc::Status status = stub_->GetJob(&context, request, &job);
+  if (!status.ok()) return Explain(status);
+  return job;
+}
+
+absl::StatusOr<std::vector<v1::Job>> RegistrationClient::List(int limit) {
+  grpc::ClientContext context;
+  SetPatience(context);
+  v1::ListJobsRequest request;
+  request.set_limit(limit);
+  v1::ListJobsResponse response;
+  const grpc::Status status = stub_->ListJobs(&context, request, &response);
+  if (!status.ok()) return Explain(status);
+  return std::vector<v1::Job>(response.jobs().begin(), response.jobs().end());
+}
+
+absl::StatusOr<std::vector<v1::FrameInfo>> RegistrationClient::Frames(const std::string& job_id) {
+  grpc::ClientContext context;
+  SetPatience(context);
+  v1::ListFramesRequest request;
+  request.set_job_id(job_id);
+  v1::ListFramesResponse response;
+  const grpc::Status status = stub_->ListFrames(&context, request, &response);
+  if (!status.ok()) return Explain(status);
+  return std::vector<v1::FrameInfo>(response.frames().begin(), response.frames().end());
+}
+
+absl::StatusOr<v1::Job> RegistrationClient::Cancel(const std::string& job_id) {
+  grpc::ClientContext context;
+  SetPatience(context);
+  v1::CancelJobRequest request;
+  request.set_job_id(job_id);
+  v1::Job job;
+  const grpc::Status status = stub_->CancelJob(&context, request, &job);
+  if (!status.ok()) return Explain(status);
+  return job;
+}
+
+absl::StatusOr<v1::Job> RegistrationClient::Watch(const std::string& job_id,
+                                                  const std::function<void(const v1::JobUpdate&)>& update,
+                                                  std::stop_token stop) {
+  grpc::ClientContext context;
+  const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
+  v1::WatchJobRequest request;
+  request.set_job_id(job_id);
+  const auto stream = stub_->WatchJob(&context, request);
+  v1::Job last;
+  v1::JobUpdate message;
+  while (stream->Read(&message)) {
+    last = message.job();
+    if (update) update(message);
+  }
+  const grpc::Status status = stream->Finish();
+  if (status.ok()) return last;
+  if (stop.stop_requested()) {
+    return absl::CancelledError(absl::StrCat("stopped watching; job ", job_id, " goes on at ", server_));
+  }
+  if (status.error_code() == grpc::StatusCode::UNAVAILABLE && !last.id().empty()) {
+    return absl::UnavailableError(
+        absl::StrCat("the daemon at ", server_, " went away (", status.error_message(), "); job ", job_id,
+                     " goes on when it is started again: `weft job watch ", job_id, "`"));
+  }
+  return Explain(status);
+}
+
+absl::Status RegistrationClient::Fetch(const std::string& job_id, const std::string& frame,
+                                       v1::ResultKind kind, const std::string& path) {
+  grpc::ClientContext context;
+  std::unique_ptr<grpc::ClientReader<v1::FileChunk>> stream;
+  if (kind == v1::RESULT_KIND_MESH || kind == v1::RESULT_KIND_CLOUD) {
+    v1::FetchFrameRequest request;
+    request.set_job_id(job_id);
+    request.set_frame(frame);
+    stream = kind == v1::RESULT_KIND_MESH ? stub_->FetchMesh(&context, request)
+                                          : stub_->FetchCloud(&context, request);
+  } else {
+    v1::FetchResultRequest request;
+    request.set_job_id(job_id);
+    request.set_frame(frame);
+    request.set_kind(kind);
+    stream = stub_->FetchResult(&context, request);
+  }
+  std::string bytes;
+  int64_t expected = 0;
+  v1::FileChunk chunk;
+  while (stream->Read(&chunk)) {
+    expected = chunk.file_bytes();
+    bytes += chunk.data();
+    if (bytes.size() > kMaxFileBytes) context.TryCancel();
+  }
+  const grpc::Status status = stream->Finish();
+  if (!status.ok()) return Explain(status);
+  if (static_cast<int64_t>(bytes.size()) != expected) {
+    return absl::DataLossError(
+        absl::StrCat(path, ": ", bytes.size(), " of ", expected, " bytes arrived; fetch it again"));
+  }
+  return WriteFileAtomically(path, bytes);
+}
+
+}  // namespace weft
