@@ -1,11 +1,14 @@
 // Registration of the template to the points of one frame (paper, section 5.4).
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "alignment/elastic_solver.h"
 #include "alignment/mesh.h"
+#include "alignment/mesh_graph.h"
 #include "alignment/template.h"
 #include "triangulation/cloud.h"
 
@@ -15,7 +18,7 @@ namespace weft {
 struct VertexTarget {
   int vertex = -1;
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
-  double sigma_mm = 0;
+  double sigma_mm = 0;  // per axis, 0 where unknown
   int views = 0;
 };
 
@@ -26,11 +29,53 @@ struct CloudTargets {
 };
 CloudTargets TargetsFromCloud(const Template& garment, const Cloud& cloud);
 
-struct AlignOptions {
+// E_Det (paper, Eq. 1): how much each vertex is drawn to its measured or filled position.
+struct DetectionOptions {
+  // Measured vertices weigh (reference_sigma_mm / sigma_mm)^2, sigma_mm raised to min_sigma_mm; 1 where the
+  // option is off or sigma_mm is unknown (0).
+  bool weigh_by_sigma = true;
+  double reference_sigma_mm = 0.5;
+  double min_sigma_mm = 0.1;
+  // Weight of filled vertices. The paper takes 1; the fill is a poor guess, and a weight that merely keeps
+  // the system definite leaves the shape of hidden cloth to E_Dist.
+  double filled_weight = 0.001;
+
   absl::Status Validate() const;
 };
-AlignOptions PaperPreset();
-AlignOptions BestPreset();
+
+// Targets that no smooth cloth explains.
+struct RobustOptions {
+  int max_rounds = 3;  // solves after the first one, each without the outliers of the one before; 0 is off
+  // A target is an outlier when it lies further from the surface than this many times the median target, and
+  // further than min_distance_mm.
+  double outlier_ratio = 5;
+  double min_distance_mm = 1.5;
+
+  absl::Status Validate() const;
+};
+
+// Standard deviation reported for vertices that were not measured: that of the nearest measured ones, plus,
+// in quadrature, scale * (mean edge length) * rings^exponent, rings the number of edges to the nearest of
+// them.
+struct UncertaintyOptions {
+  double inferred_scale = 0.15;
+  double inferred_exponent = 1;
+
+  absl::Status Validate() const;
+};
+
+struct AlignOptions {
+  // Fewer targets than this share of the vertices, or than 3, do not place the template.
+  double min_target_share = 0.005;
+  DetectionOptions detection;
+  ElasticOptions elastic;
+  RobustOptions robust;
+  UncertaintyOptions uncertainty;
+
+  absl::Status Validate() const;
+};
+AlignOptions PaperPreset();  // every vertex weighs 1, no outlier rounds
+AlignOptions BestPreset();   // least error on hidden cloth
 
 struct StageReport {
   std::string name;
@@ -41,12 +86,38 @@ struct StageReport {
 
 struct AlignResult {
   RegisteredMesh mesh;
-  std::vector<StageReport> stages;
+  std::vector<StageReport> stages;  // "place", "fill", "rigid_fit", "elastic", ...
+  int outliers = 0;                 // targets set aside; their vertices are inferred
 };
 
-// FailedPrecondition when there are too few targets to place the template (the frame is then reported as
-// failed, never filled with a copy). Parallel loops run in the calling thread's TBB arena; the same result at
-// any thread count.
+// What the stages need to know of a template, built once for all frames. Thread safety: const functions may
+// be called from any number of threads.
+class AlignmentModel {
+ public:
+  // The mesh must have passed ImportTemplate.
+  explicit AlignmentModel(const Template& garment);
+
+  const TriangleMesh& rest() const { return rest_; }
+  const MeshGraph& graph() const { return graph_; }
+  const SlicedMesh& slices() const { return slices_; }
+  double mean_edge_mm() const { return mean_edge_mm_; }
+
+ private:
+  TriangleMesh rest_;
+  MeshGraph graph_;
+  SlicedMesh slices_;
+  double mean_edge_mm_ = 0;
+};
+
+// Stages: rigid placement, Laplacian fill, per-vertex rigid fit, E_Det + lambda E_Dist, and again without
+// outliers. A component of the mesh with fewer than three targets follows the placement of the whole
+// template. InvalidArgument for options and targets that are no valid input (named): vertex off the mesh or
+// twice, not finite, negative sigma. FailedPrecondition when the targets cannot place the template: too few,
+// all on a line, or of another scale (the frame is then reported as failed, never filled with a copy).
+// Parallel loops run in the calling thread's TBB arena; the same result at any thread count.
+absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
+                                  const AlignOptions& options);
+// For one frame alone.
 absl::StatusOr<AlignResult> Align(const Template& garment, const std::vector<VertexTarget>& targets,
                                   const AlignOptions& options);
 

@@ -1,0 +1,220 @@
+#include "alignment/align.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "alignment/fill.h"
+#include "alignment/placement.h"
+#include "alignment/vertex_sigma.h"
+
+namespace weft {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double MillisecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+absl::Status Bad(const char* what) { return absl::InvalidArgumentError(absl::StrCat("alignment.", what)); }
+
+float WeightOf(const VertexTarget& target, const DetectionOptions& options) {
+  if (!options.weigh_by_sigma || target.sigma_mm == 0) return 1;
+  const double ratio = options.reference_sigma_mm / std::max(target.sigma_mm, options.min_sigma_mm);
+  return static_cast<float>(ratio * ratio);
+}
+
+std::vector<float> VertexWeights(int vertices, const std::vector<VertexTarget>& targets,
+                                 const DetectionOptions& options) {
+  std::vector<float> weights(vertices, static_cast<float>(options.filled_weight));
+  for (const VertexTarget& t : targets) weights[t.vertex] = WeightOf(t, options);
+  return weights;
+}
+
+// The targets that do not lie too far from the surface.
+std::vector<VertexTarget> WithoutOutliers(const std::vector<VertexTarget>& targets,
+                                          const std::vector<Eigen::Vector3d>& position_mm,
+                                          const RobustOptions& options) {
+  std::vector<double> distance_mm;
+  for (const VertexTarget& t : targets) distance_mm.push_back((t.position_mm - position_mm[t.vertex]).norm());
+  std::vector<double> sorted = distance_mm;
+  std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
+  const double limit_mm =
+      std::max(options.outlier_ratio * sorted[sorted.size() / 2], options.min_distance_mm);
+  std::vector<VertexTarget> kept;
+  for (size_t i = 0; i < targets.size(); ++i) {
+    if (distance_mm[i] <= limit_mm) kept.push_back(targets[i]);
+  }
+  return kept;
+}
+
+bool SameVertices(const std::vector<VertexTarget>& a, const std::vector<VertexTarget>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](const VertexTarget& x, const VertexTarget& y) { return x.vertex == y.vertex; });
+}
+
+// Fill, rigid fit and E_Det + lambda E_Dist, first with all targets, then without the outliers.
+class Passes {
+ public:
+  Passes(const AlignmentModel& model, const AlignOptions& options, const Eigen::Isometry3d& placement,
+         std::vector<StageReport>* stages)
+      : model_(model), options_(options), placement_(placement), stages_(stages) {}
+
+  absl::Status RunFirst(const std::vector<VertexTarget>& targets) {
+    return Run(targets, "", [&](const FillStart& filled) {
+      deformation_.position_mm = filled.position_mm;
+      deformation_.rotation.assign(filled.position_mm.size(), placement_.rotation());
+      return absl::OkStatus();
+    });
+  }
+
+  // From where the last pass ended; what it set aside is filled from its neighbours.
+  absl::Status RunAgain(const std::vector<VertexTarget>& all, const std::vector<VertexTarget>& kept,
+                        int round) {
+    return Run(kept, absl::StrCat("_without_outliers_", round), [&](const FillStart&) {
+      std::vector<bool> known(model_.graph().vertices, true);
+      for (const VertexTarget& t : all) known[t.vertex] = false;
+      for (const VertexTarget& t : kept) known[t.vertex] = true;
+      return LaplacianFill(model_.graph(), known, &deformation_.position_mm);
+    });
+  }
+
+  const Deformation& deformation() const { return deformation_; }
+
+ private:
+  template <typename SetStart>
+  absl::Status Run(const std::vector<VertexTarget>& targets, const std::string& suffix,
+                   const SetStart& set_start) {
+    auto start = Clock::now();
+    FillStart filled = PrepareFill(model_, targets, placement_);
+    absl::Status status = LaplacianFill(model_.graph(), filled.known, &filled.position_mm);
+    if (status.ok()) status = set_start(filled);
+    if (!status.ok()) return status;
+    Report("fill" + suffix, {}, start);
+
+    start = Clock::now();
+    FitRigid(model_.slices(), &deformation_);
+    Report("rigid_fit" + suffix, {}, start);
+
+    start = Clock::now();
+    const ElasticProblem problem{std::move(filled.position_mm),
+                                 VertexWeights(model_.graph().vertices, targets, options_.detection)};
+    const absl::StatusOr<ElasticReport> report =
+        SolveElastic(model_.slices(), model_.graph(), problem, options_.elastic, &deformation_);
+    if (!report.ok()) return report.status();
+    Report("elastic" + suffix, *report, start);
+    return absl::OkStatus();
+  }
+
+  void Report(const std::string& name, const ElasticReport& report, Clock::time_point start) {
+    stages_->push_back(
+        {name, report.iterations, report.energy_before, report.energy_after, MillisecondsSince(start)});
+  }
+
+  const AlignmentModel& model_;
+  const AlignOptions& options_;
+  const Eigen::Isometry3d placement_;
+  std::vector<StageReport>* stages_;
+  Deformation deformation_;
+};
+
+RegisteredMesh Describe(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
+                        const Deformation& deformation, const AlignOptions& options) {
+  RegisteredMesh mesh;
+  mesh.vertices_mm = deformation.position_mm;
+  mesh.state.assign(mesh.vertices_mm.size(), VertexState::kInferred);
+  mesh.views.assign(mesh.vertices_mm.size(), 0);
+  for (const VertexTarget& t : targets) {
+    mesh.state[t.vertex] = VertexState::kObserved;
+    mesh.views[t.vertex] = t.views;
+  }
+  mesh.sigma_mm = VertexSigmas(model, targets, options);
+  return mesh;
+}
+
+}  // namespace
+
+absl::Status DetectionOptions::Validate() const {
+  if (!(reference_sigma_mm > 0)) return Bad("detection.reference_sigma_mm must be positive");
+  if (!(min_sigma_mm > 0)) return Bad("detection.min_sigma_mm must be positive");
+  if (!(filled_weight >= 1e-6 && filled_weight <= 1e3)) {
+    return Bad("detection.filled_weight must lie in 1e-6 to 1000");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status RobustOptions::Validate() const {
+  if (max_rounds < 0) return Bad("robust.max_rounds must not be negative");
+  if (!(outlier_ratio > 1)) return Bad("robust.outlier_ratio must be greater than 1");
+  if (!(min_distance_mm >= 0)) return Bad("robust.min_distance_mm must not be negative");
+  return absl::OkStatus();
+}
+
+absl::Status UncertaintyOptions::Validate() const {
+  if (!(inferred_scale >= 0)) return Bad("uncertainty.inferred_scale must not be negative");
+  if (!(inferred_exponent > 0 && inferred_exponent <= 2)) {
+    return Bad("uncertainty.inferred_exponent must lie in 0 to 2");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status AlignOptions::Validate() const {
+  if (!(min_target_share >= 0 && min_target_share <= 1)) return Bad("min_target_share must lie in 0 to 1");
+  for (const absl::Status& status :
+       {detection.Validate(), elastic.Validate(), robust.Validate(), uncertainty.Validate()}) {
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+AlignOptions PaperPreset() {
+  AlignOptions options;
+  options.detection.weigh_by_sigma = false;
+  options.detection.filled_weight = 1;
+  options.elastic.distortion = {.stretch = 3, .bending = 0.5};  // Eq. 2 as it stands
+  options.robust.max_rounds = 0;
+  return options;
+}
+
+AlignOptions BestPreset() { return {}; }
+
+AlignmentModel::AlignmentModel(const Template& garment)
+    : rest_(garment.rest),
+      graph_(BuildMeshGraph(garment.rest)),
+      slices_(SliceMesh(garment.rest, graph_)),
+      mean_edge_mm_(MeanEdgeMm(garment.rest, graph_)) {}
+
+absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
+                                  const AlignOptions& options) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  if (absl::Status status = CheckTargets(targets, model.graph().vertices); !status.ok()) return status;
+  AlignResult result;
+  const auto start = Clock::now();
+  const absl::StatusOr<Eigen::Isometry3d> placement = PlaceTemplate(model, targets, options.min_target_share);
+  if (!placement.ok()) return placement.status();
+  result.stages.push_back({.name = "place", .time_ms = MillisecondsSince(start)});
+
+  Passes passes(model, options, *placement, &result.stages);
+  if (absl::Status status = passes.RunFirst(targets); !status.ok()) return status;
+  std::vector<VertexTarget> used = targets;
+  for (int round = 1; round <= options.robust.max_rounds; ++round) {
+    // Among all targets: good ones that an outlier had dragged along come back.
+    std::vector<VertexTarget> kept =
+        WithoutOutliers(targets, passes.deformation().position_mm, options.robust);
+    if (SameVertices(kept, used)) break;
+    used = std::move(kept);
+    if (absl::Status status = passes.RunAgain(targets, used, round); !status.ok()) return status;
+  }
+  result.outliers = static_cast<int>(targets.size() - used.size());
+  result.mesh = Describe(model, used, passes.deformation(), options);
+  return result;
+}
+
+absl::StatusOr<AlignResult> Align(const Template& garment, const std::vector<VertexTarget>& targets,
+                                  const AlignOptions& options) {
+  return Align(AlignmentModel(garment), targets, options);
+}
+
+}  // namespace weft

@@ -1,0 +1,296 @@
+#include "alignment/elastic_solver.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/SparseCholesky>
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <memory>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "alignment/field_algebra.h"
+
+namespace weft {
+namespace {
+
+// Inverse of the block of weakly held vertices of W + stretch L, and of the diagonal of the others.
+class Preconditioner {
+ public:
+  static absl::StatusOr<Preconditioner> Build(const SlicedMesh& mesh, const MeshGraph& graph,
+                                              const std::vector<float>& weights, double stretch) {
+    Preconditioner out;
+    out.inverse_diagonal_.assign(mesh.degree.size(), 0);
+    std::vector<int> index(graph.vertices, -1);
+    for (int v = 0; v < graph.vertices; ++v) {
+      const double edges = stretch * graph.degree(v);
+      out.inverse_diagonal_[v] = static_cast<float>(1 / (weights[v] + edges));
+      if (weights[v] >= kWeakShare * edges) continue;
+      index[v] = static_cast<int>(out.weak_.size());
+      out.weak_.push_back(v);
+    }
+    if (out.weak_.empty()) return out;
+    Eigen::SparseMatrix<double> matrix(out.weak_.size(), out.weak_.size());
+    matrix.reserve(Eigen::VectorXi::Constant(out.weak_.size(), 8));
+    for (size_t i = 0; i < out.weak_.size(); ++i) {
+      const int v = out.weak_[i];
+      for (int j = graph.first[v]; j < graph.first[v + 1]; ++j) {
+        const int other = index[graph.neighbor[j]];
+        if (other > static_cast<int>(i)) matrix.insert(other, i) = -stretch;
+      }
+      matrix.insert(i, i) = weights[v] + stretch * graph.degree(v);
+    }
+    matrix.makeCompressed();
+    out.factor_ = std::make_unique<Factor>(matrix);
+    if (out.factor_->info() != Eigen::Success) {
+      return absl::InternalError("elastic solver: the matrix of the unseen vertices could not be factorised");
+    }
+    return out;
+  }
+
+  void Apply(const Field3& in, Field3* out) const {
+    ForEachBlock(static_cast<int>(inverse_diagonal_.size()) / kLanes, [&](int, SliceRange range) {
+      for (int i = range.first * kLanes; i < range.last * kLanes; ++i) {
+        out->x[i] = inverse_diagonal_[i] * in.x[i];
+        out->y[i] = inverse_diagonal_[i] * in.y[i];
+        out->z[i] = inverse_diagonal_[i] * in.z[i];
+      }
+    });
+    if (weak_.empty()) return;
+    Eigen::MatrixX3d right(weak_.size(), 3);
+    for (size_t i = 0; i < weak_.size(); ++i) right.row(i) << in.x[weak_[i]], in.y[weak_[i]], in.z[weak_[i]];
+    const Eigen::MatrixX3d solution = factor_->solve(right);
+    for (size_t i = 0; i < weak_.size(); ++i) {
+      out->x[weak_[i]] = static_cast<float>(solution(i, 0));
+      out->y[weak_[i]] = static_cast<float>(solution(i, 1));
+      out->z[weak_[i]] = static_cast<float>(solution(i, 2));
+    }
+  }
+
+ private:
+  using Factor = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower>;
+  static constexpr double kWeakShare = 0.004;  // weight against the sum of the edges' weights
+
+  std::vector<float> inverse_diagonal_;
+  std::vector<int> weak_;
+  std::unique_ptr<Factor> factor_;
+};
+
+// The last steps and changes of the gradient, and the quasi-Newton direction they give (Nocedal & Wright,
+// Algorithm 7.4).
+class Corrections {
+ public:
+  explicit Corrections(int limit) : limit_(limit) {}
+
+  void Clear() { pairs_.clear(); }
+
+  void Add(const Preconditioner& preconditioner, Field3 step, Field3 change) {
+    const double product = Dot(step, change);
+    if (!(product > 1e-12 * std::sqrt(Dot(step, step) * Dot(change, change)))) return;
+    Field3 preconditioned = change;
+    preconditioner.Apply(change, &preconditioned);
+    const double scale = product / Dot(change, preconditioned);
+    if (static_cast<int>(pairs_.size()) == limit_) pairs_.pop_front();
+    pairs_.push_back({std::move(step), std::move(change), product, scale});
+  }
+
+  // Replaces the gradient by the direction of descent.
+  void Direction(const Preconditioner& preconditioner, Field3* gradient, Field3* direction) const {
+    std::vector<double> alpha(pairs_.size());
+    for (size_t i = pairs_.size(); i-- > 0;) {
+      alpha[i] = Dot(pairs_[i].step, *gradient) / pairs_[i].product;
+      AddScaled(static_cast<float>(-alpha[i]), pairs_[i].change, gradient);
+    }
+    preconditioner.Apply(*gradient, direction);
+    if (!pairs_.empty())
+      AddScaled(static_cast<float>(pairs_.back().scale - 1), Field3(*direction), direction);
+    for (size_t i = 0; i < pairs_.size(); ++i) {
+      const double beta = Dot(pairs_[i].change, *direction) / pairs_[i].product;
+      AddScaled(static_cast<float>(alpha[i] - beta), pairs_[i].step, direction);
+    }
+  }
+
+ private:
+  struct Pair {
+    Field3 step, change;
+    double product = 0;
+    double scale = 1;  // of the preconditioner, to fit this pair
+  };
+  int limit_;
+  std::deque<Pair> pairs_;
+};
+
+// Positions relative to their mean (single precision would lose digits far from the origin), and rotations.
+class State {
+ public:
+  State(const SlicedMesh& mesh, const ElasticProblem& problem, const ElasticOptions& options,
+        const Deformation& start)
+      : mesh_(mesh), options_(options) {
+    const size_t size = static_cast<size_t>(mesh.slices) * kLanes;
+    for (const Eigen::Vector3d& p : start.position_mm) center_ += p / mesh.vertices;
+    Assign(start.position_mm, size, &position_);
+    Assign(problem.targets_mm, size, &target_);
+    weight_ = problem.weights;
+    weight_.resize(size, 0);
+    rotation_.Resize(size);
+    for (int v = 0; v < mesh.vertices; ++v) {
+      const Eigen::Quaterniond q(start.rotation[v]);
+      rotation_.w[v] = static_cast<float>(q.w()), rotation_.x[v] = static_cast<float>(q.x());
+      rotation_.y[v] = static_cast<float>(q.y()), rotation_.z[v] = static_cast<float>(q.z());
+    }
+    next_rotation_ = rotation_;
+    terms_.target = &target_;
+    terms_.weight = &weight_;
+    terms_.stretch = static_cast<float>(options.lambda * options.distortion.stretch);
+    terms_.bending = static_cast<float>(options.lambda * options.distortion.bending);
+  }
+
+  Field3& position() { return position_; }
+  FieldQ& rotation() { return rotation_; }
+  Field3 NewField() const {
+    Field3 field;
+    field.Resize(position_.x.size());
+    return field;
+  }
+
+  // Local step: minimising over R_k the part of stretch |d - (a+b)/2|^2 + bending |a-b|^2 that holds it, with
+  // d and b fixed, is maximising a . (stretch d + (2 bending - stretch / 2) b) summed over the edges.
+  void FitAllRotations() {
+    const double stretch = options_.distortion.stretch, bending = options_.distortion.bending;
+    RotationStep step;
+    step.along_edge = static_cast<float>(stretch);
+    step.along_neighbor = static_cast<float>(2 * bending - stretch / 2);
+    step.along_own = 0.5f * std::max(0.0f, -step.along_neighbor);
+    FitAllRotations(step);
+  }
+  void FitAllRotations(const RotationStep& step) {
+    ForEachBlock(mesh_.slices, [&](int, SliceRange range) {
+      FitRotations(mesh_, range, step, position_, rotation_, &next_rotation_);
+    });
+    std::swap(rotation_, next_rotation_);
+  }
+
+  double Evaluate(Field3* half_gradient) {
+    for (int i = 0; i < options_.rotation_sweeps; ++i) FitAllRotations();
+    return EnergyAt(half_gradient);
+  }
+  double EnergyAt(Field3* half_gradient) const {
+    return SumOverBlocks(mesh_.slices, [&](SliceRange range) {
+      return EnergyAndGradient(mesh_, range, terms_, position_, rotation_, half_gradient);
+    });
+  }
+
+  void WriteTo(Deformation* out) const {
+    for (int v = 0; v < mesh_.vertices; ++v) {
+      out->position_mm[v] = center_ + Eigen::Vector3d(position_.x[v], position_.y[v], position_.z[v]);
+      const Eigen::Quaterniond q(rotation_.w[v], rotation_.x[v], rotation_.y[v], rotation_.z[v]);
+      out->rotation[v] = q.normalized().toRotationMatrix();
+    }
+  }
+
+ private:
+  void Assign(const std::vector<Eigen::Vector3d>& values, size_t size, Field3* out) const {
+    out->Resize(size);
+    for (size_t v = 0; v < values.size(); ++v) {
+      const Eigen::Vector3f p = (values[v] - center_).cast<float>();
+      out->x[v] = p.x(), out->y[v] = p.y(), out->z[v] = p.z();
+    }
+  }
+
+  const SlicedMesh& mesh_;
+  const ElasticOptions& options_;
+  Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
+  Field3 position_, target_;
+  FieldQ rotation_, next_rotation_;
+  std::vector<float> weight_;
+  EnergyTerms terms_;
+};
+
+constexpr int kSettledIterations = 3;  // in a row below the tolerance
+constexpr int kMaxHalvings = 6;
+constexpr int kRigidFitSteps = 24;  // from any start; the last ones no longer change anything
+
+ElasticReport Minimise(State* state, const Preconditioner& preconditioner, const ElasticOptions& options) {
+  ElasticReport report;
+  Field3 gradient = state->NewField(), next_gradient = state->NewField(), direction = state->NewField();
+  double energy = state->Evaluate(&gradient);
+  report.energy_before = energy;
+  report.evaluations = 1;
+  Corrections corrections(options.memory);
+  int settled = 0;
+  while (report.iterations < options.max_iterations && !report.converged) {
+    Field3 reduced = gradient;
+    corrections.Direction(preconditioner, &reduced, &direction);
+    const Field3 start = state->position();
+    const FieldQ start_rotation = state->rotation();
+    float length = 1;
+    double next_energy = 0;
+    bool descended = false;
+    for (int halving = 0; halving <= kMaxHalvings && !descended; ++halving, length /= 2) {
+      if (halving > 0) state->rotation() = start_rotation;
+      Combine(start, -length, direction, &state->position());
+      next_energy = state->Evaluate(&next_gradient);
+      ++report.evaluations;
+      descended = next_energy < energy;
+    }
+    ++report.iterations;
+    if (!descended) {
+      // Single precision leaves nothing to gain along this direction; without memory it is the last attempt.
+      state->position() = start;
+      state->rotation() = start_rotation;
+      report.converged = settled > 0;
+      settled = kSettledIterations - 1;
+      corrections.Clear();
+      continue;
+    }
+    Field3 step = state->NewField(), change = state->NewField();
+    Combine(state->position(), -1, start, &step);
+    Combine(next_gradient, -1, gradient, &change);
+    corrections.Add(preconditioner, std::move(step), std::move(change));
+    settled = energy - next_energy < options.tolerance * energy ? settled + 1 : 0;
+    report.converged = settled >= kSettledIterations;
+    energy = next_energy;
+    std::swap(gradient, next_gradient);
+  }
+  report.energy_after = energy;
+  return report;
+}
+
+}  // namespace
+
+absl::Status ElasticOptions::Validate() const {
+  const auto bad = [](const char* what) {
+    return absl::InvalidArgumentError(absl::StrCat("elastic.", what));
+  };
+  if (!(lambda > 0) || !std::isfinite(lambda)) return bad("lambda must be a positive number");
+  if (!(distortion.stretch > 0)) return bad("distortion.stretch must be positive");
+  if (!(distortion.bending >= 0)) return bad("distortion.bending must not be negative");
+  if (!(tolerance > 0)) return bad("tolerance must be positive");
+  if (max_iterations < 1) return bad("max_iterations must be at least 1");
+  if (memory < 1 || memory > 100) return bad("memory must lie in 1 to 100");
+  if (rotation_sweeps < 1) return bad("rotation_sweeps must be at least 1");
+  return absl::OkStatus();
+}
+
+void FitRigid(const SlicedMesh& mesh, Deformation* deformation) {
+  const ElasticOptions options;
+  State state(mesh, {}, options, *deformation);
+  state.FitAllRotations({.along_edge = 1, .along_neighbor = 0, .newton_steps = kRigidFitSteps});
+  state.WriteTo(deformation);
+}
+
+absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const MeshGraph& graph,
+                                           const ElasticProblem& problem, const ElasticOptions& options,
+                                           Deformation* deformation) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  const double stretch = options.lambda * options.distortion.stretch;
+  absl::StatusOr<Preconditioner> preconditioner =
+      Preconditioner::Build(mesh, graph, problem.weights, stretch);
+  if (!preconditioner.ok()) return preconditioner.status();
+  State state(mesh, problem, options, *deformation);
+  const ElasticReport report = Minimise(&state, *preconditioner, options);
+  state.WriteTo(deformation);
+  return report;
+}
+
+}  // namespace weft

@@ -1,0 +1,51 @@
+// Minimises E_Det + lambda E_Dist (paper, Eq. 1 and 2) over positions and rotations of all vertices.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "alignment/distortion.h"
+#include "alignment/elastic_kernels.h"
+
+namespace weft {
+
+struct ElasticOptions {
+  double lambda = 1;  // of E_Dist against E_Det
+  DistortionWeights distortion;
+  double tolerance = 1e-4;  // ends when an iteration lowers the energy by less than this share
+  int max_iterations = 200;
+  int memory = 5;           // corrections kept by the quasi-Newton method
+  int rotation_sweeps = 1;  // rotation fits per evaluation
+
+  absl::Status Validate() const;
+};
+
+struct ElasticProblem {
+  std::vector<Eigen::Vector3d> targets_mm;  // [vertices]
+  std::vector<float> weights;               // [vertices], positive
+};
+
+struct ElasticReport {
+  int iterations = 0;
+  int evaluations = 0;
+  double energy_before = 0, energy_after = 0;
+  bool converged = false;
+};
+
+// Per-vertex rigid fit: for each vertex the rotation that maps its rest edges closest, in the least-squares
+// sense, to the edges at the present positions (ARAP's local step, Sorkine & Alexa 2007), found from the
+// rotation that `state` holds.
+void FitRigid(const SlicedMesh& mesh, Deformation* state);
+
+// Local/global in quasi-Newton dress. At fixed positions the rotations are fitted vertex by vertex (local
+// step); at fixed rotations the energy is quadratic with the matrix W + stretch lambda L, L the Laplacian of
+// the mesh's graph, the same for each coordinate (global step). L-BFGS over the positions, rotations
+// eliminated by the local step, with that matrix as the preconditioner: its block of weakly held vertices
+// factorised (they move together over long ways), its diagonal for the others. `state` holds the start and
+// receives the result. Deterministic at any thread count.
+absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const MeshGraph& graph,
+                                           const ElasticProblem& problem, const ElasticOptions& options,
+                                           Deformation* state);
+
+}  // namespace weft

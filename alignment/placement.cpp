@@ -1,0 +1,115 @@
+#include "alignment/placement.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+
+namespace weft {
+namespace {
+
+constexpr double kMaxScale = 3;  // of neighbouring targets against the template, either way
+
+absl::Status CheckScale(const AlignmentModel& model, const std::vector<VertexTarget>& targets) {
+  const MeshGraph& graph = model.graph();
+  std::vector<int> target_of(graph.vertices, -1);
+  for (size_t i = 0; i < targets.size(); ++i) target_of[targets[i].vertex] = static_cast<int>(i);
+  std::vector<double> ratios;
+  for (const MeshEdge& edge : graph.edges) {
+    if (target_of[edge.a] < 0 || target_of[edge.b] < 0) continue;
+    const double rest = (model.rest().vertices_mm[edge.a] - model.rest().vertices_mm[edge.b]).norm();
+    const Eigen::Vector3d now =
+        targets[target_of[edge.a]].position_mm - targets[target_of[edge.b]].position_mm;
+    if (rest > 0) ratios.push_back(now.norm() / rest);
+  }
+  if (ratios.empty()) return absl::OkStatus();
+  std::nth_element(ratios.begin(), ratios.begin() + ratios.size() / 2, ratios.end());
+  const double ratio = ratios[ratios.size() / 2];
+  if (ratio <= kMaxScale && ratio >= 1 / kMaxScale) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("alignment: neighbouring targets lie ", ratio,
+                   " times as far apart as on the template; check that both are in mm and belong together"));
+}
+
+// Standard deviations along the second principal axis: 0 for points on a line.
+double SpreadAcrossLine(const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : points) mean += p / points.size();
+  Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& p : points) scatter += (p - mean) * (p - mean).transpose() / points.size();
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter, Eigen::EigenvaluesOnly);
+  return std::sqrt(std::max(0.0, axes.eigenvalues()[1]));
+}
+
+}  // namespace
+
+absl::Status CheckTargets(const std::vector<VertexTarget>& targets, int vertices) {
+  std::vector<bool> seen(vertices, false);
+  for (size_t i = 0; i < targets.size(); ++i) {
+    const VertexTarget& t = targets[i];
+    const auto bad = [&](const std::string& why) {
+      return absl::InvalidArgumentError(absl::StrCat("target ", i, " (vertex ", t.vertex, "): ", why));
+    };
+    if (t.vertex < 0 || t.vertex >= vertices) {
+      return bad(absl::StrCat("the template has ", vertices, " vertices, numbered from 0"));
+    }
+    if (seen[t.vertex]) return bad("the vertex has a target already");
+    if (!t.position_mm.allFinite()) return bad("position_mm is not finite");
+    if (!(t.sigma_mm >= 0) || !std::isfinite(t.sigma_mm)) return bad("sigma_mm must be a number from 0");
+    seen[t.vertex] = true;
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Eigen::Isometry3d> PlaceTemplate(const AlignmentModel& model,
+                                                const std::vector<VertexTarget>& targets,
+                                                double min_target_share) {
+  const double needed = std::max(3.0, std::ceil(min_target_share * model.graph().vertices));
+  if (static_cast<double>(targets.size()) < needed) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "alignment: ", targets.size(), " of the template's ", model.graph().vertices,
+        " vertices were measured, ", needed, " are needed; too little of the cloth was seen in this frame"));
+  }
+  std::vector<Eigen::Vector3d> rest, now;
+  for (const VertexTarget& t : targets) {
+    rest.push_back(model.rest().vertices_mm[t.vertex]);
+    now.push_back(t.position_mm);
+  }
+  const double least = 0.1 * model.mean_edge_mm();
+  if (SpreadAcrossLine(rest) < least || SpreadAcrossLine(now) < least) {
+    return absl::FailedPreconditionError(
+        "alignment: the measured vertices lie on a line and cannot place the template");
+  }
+  if (absl::Status status = CheckScale(model, targets); !status.ok()) return status;
+  const Eigen::Map<const Eigen::Matrix3Xd> from(rest[0].data(), 3, static_cast<Eigen::Index>(rest.size()));
+  const Eigen::Map<const Eigen::Matrix3Xd> to(now[0].data(), 3, static_cast<Eigen::Index>(now.size()));
+  return Eigen::Isometry3d(Eigen::umeyama(from, to, false));
+}
+
+FillStart PrepareFill(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
+                      const Eigen::Isometry3d& placement) {
+  const MeshGraph& graph = model.graph();
+  FillStart start;
+  start.known.assign(graph.vertices, false);
+  for (const Eigen::Vector3d& v : model.rest().vertices_mm) start.position_mm.push_back(placement * v);
+  std::vector<int> count(graph.components, 0);
+  std::vector<Eigen::Vector3d> shift(graph.components, Eigen::Vector3d::Zero());
+  for (const VertexTarget& t : targets) {
+    ++count[graph.component[t.vertex]];
+    shift[graph.component[t.vertex]] += t.position_mm - start.position_mm[t.vertex];
+  }
+  for (int v = 0; v < graph.vertices; ++v) {
+    const int c = graph.component[v];
+    if (count[c] >= 3) continue;
+    if (count[c] > 0) start.position_mm[v] += shift[c] / count[c];
+    start.known[v] = true;
+  }
+  for (const VertexTarget& t : targets) {
+    start.position_mm[t.vertex] = t.position_mm;
+    start.known[t.vertex] = true;
+  }
+  return start;
+}
+
+}  // namespace weft

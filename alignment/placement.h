@@ -1,0 +1,32 @@
+// Where the template lies as a whole, before it bends.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "alignment/align.h"
+
+namespace weft {
+
+// InvalidArgument names the first target that is not on the mesh, occurs twice or is not finite.
+absl::Status CheckTargets(const std::vector<VertexTarget>& targets, int vertices);
+
+// Least-squares rigid transformation from rest positions to targets (Umeyama 1991, without scale).
+// FailedPrecondition where the targets are too few, lie on a line or are of another scale than the template.
+absl::StatusOr<Eigen::Isometry3d> PlaceTemplate(const AlignmentModel& model,
+                                                const std::vector<VertexTarget>& targets,
+                                                double min_target_share);
+
+// Start of the fill: the target of every vertex that has one, and for the others their placed rest position,
+// moved with the mean of the targets in components that have one or two. `known` tells what is not to be
+// filled: targets, and every vertex of components with fewer than three.
+struct FillStart {
+  std::vector<Eigen::Vector3d> position_mm;
+  std::vector<bool> known;
+};
+FillStart PrepareFill(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
+                      const Eigen::Isometry3d& placement);
+
+}  // namespace weft

@@ -1,0 +1,74 @@
+#include "alignment/vertex_sigma.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace weft {
+namespace {
+
+// Share of the variance of independent noise of weight 1 that is left on a wide triangular grid whose edges
+// have the weight `coupling`: the mean of 1 / (1 + coupling * eigenvalue) over the eigenvalues of the graph's
+// Laplacian, which spread from 0 to about 12 (nearly evenly, as on any surface).
+double SmoothedVarianceShare(double coupling) {
+  const double x = 12 * coupling;
+  return x < 1e-6 ? 1 : std::log1p(x) / x;
+}
+
+double SizeMm(const TriangleMesh& mesh) {
+  Eigen::Vector3d low = mesh.vertices_mm[0], high = low;
+  for (const Eigen::Vector3d& v : mesh.vertices_mm) low = low.cwiseMin(v), high = high.cwiseMax(v);
+  return (high - low).norm();
+}
+
+// Each vertex without a value takes the mean of its neighbours that got theirs in the ring before.
+void SpreadOutwards(const MeshGraph& graph, const std::vector<int>& rings, std::vector<float>* values) {
+  std::vector<int> order(graph.vertices);
+  for (int v = 0; v < graph.vertices; ++v) order[v] = v;
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return rings[a] < rings[b]; });
+  for (const int v : order) {
+    if (rings[v] <= 0) continue;
+    float sum = 0;
+    int count = 0;
+    for (int i = graph.first[v]; i < graph.first[v + 1]; ++i) {
+      if (rings[graph.neighbor[i]] != rings[v] - 1) continue;
+      sum += (*values)[graph.neighbor[i]];
+      ++count;
+    }
+    (*values)[v] = sum / count;
+  }
+}
+
+}  // namespace
+
+std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
+                                const AlignOptions& options) {
+  const MeshGraph& graph = model.graph();
+  const double stretch = options.elastic.lambda * options.elastic.distortion.stretch;
+  std::vector<float> sigmas(graph.vertices, 0);
+  std::vector<bool> measured(graph.vertices, false);
+  for (const VertexTarget& t : targets) {
+    const double raw = t.sigma_mm > 0 ? t.sigma_mm : options.detection.reference_sigma_mm;
+    double weight = 1;
+    if (options.detection.weigh_by_sigma) {
+      const double floored = std::max(raw, options.detection.min_sigma_mm);
+      weight = std::pow(options.detection.reference_sigma_mm / floored, 2);
+    }
+    sigmas[t.vertex] = static_cast<float>(raw * std::sqrt(SmoothedVarianceShare(stretch / weight)));
+    measured[t.vertex] = true;
+  }
+  const std::vector<int> rings = RingDistance(graph, measured);
+  SpreadOutwards(graph, rings, &sigmas);
+  const double scale_mm = options.uncertainty.inferred_scale * model.mean_edge_mm();
+  const float size_mm = static_cast<float>(SizeMm(model.rest()));
+  for (int v = 0; v < graph.vertices; ++v) {
+    if (rings[v] < 0) {
+      sigmas[v] = size_mm;
+    } else if (rings[v] > 0) {
+      const double grown = scale_mm * std::pow(rings[v], options.uncertainty.inferred_exponent);
+      sigmas[v] = std::min(size_mm, static_cast<float>(std::hypot(sigmas[v], grown)));
+    }
+  }
+  return sigmas;
+}
+
+}  // namespace weft

@@ -1,0 +1,16 @@
+// How well each vertex of a registered mesh is known.
+#pragma once
+
+#include <vector>
+
+#include "alignment/align.h"
+
+namespace weft {
+
+// Standard deviation per axis in mm, [vertices]. Measured vertices: their target's, lowered by what E_Dist
+// lets them borrow from their neighbours. Others: UncertaintyOptions. Vertices of components without any
+// target get the size of the template, since nothing is known of them.
+std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
+                                const AlignOptions& options);
+
+}  // namespace weft

@@ -1,0 +1,229 @@
+#include "alignment/align.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <tbb/task_arena.h>
+
+#include <cstring>
+
+#include "tests/alignment/cloth_sheets.h"
+
+namespace weft {
+namespace {
+
+using testing::FlatSheet;
+using ::testing::HasSubstr;
+using testing::kCellMm;
+using testing::Mapped;
+using testing::MaxDistance;
+using testing::Measure;
+using testing::Rolled;
+using testing::SheetTemplate;
+using testing::SomeMotion;
+
+constexpr int kRows = 40, kCols = 50;
+constexpr double kRadiusMm = 45;
+
+std::vector<Eigen::Vector3d> RolledAndMoved(const TriangleMesh& rest) {
+  return Mapped(rest.vertices_mm,
+                [](const Eigen::Vector3d& p) { return SomeMotion() * Rolled(p, kRadiusMm); });
+}
+
+// Within 8 cells of the sheet's middle.
+bool InHiddenPatch(int v) { return std::hypot(v / kCols - kRows / 2, v % kCols - kCols / 2) <= 8; }
+
+double MeanError(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& truth,
+                 const std::function<bool(int)>& counts) {
+  double sum = 0;
+  int count = 0;
+  for (size_t v = 0; v < a.size(); ++v) {
+    if (!counts(static_cast<int>(v))) continue;
+    sum += (a[v] - truth[v]).norm();
+    ++count;
+  }
+  return sum / count;
+}
+
+TEST(Align, FindsRigidMotionsWithoutDistortion) {
+  const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
+  const auto truth = Mapped(garment.rest.vertices_mm, [](const auto& p) { return SomeMotion() * p; });
+  for (const AlignOptions& options : {PaperPreset(), BestPreset()}) {
+    const auto result = Align(garment, Measure(truth, 0, 1), options);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_LT(MaxDistance(result->mesh.vertices_mm, truth), 2e-3);
+    EXPECT_LT(result->stages.back().energy_after, 1e-4);
+    EXPECT_EQ(result->outliers, 0);
+  }
+}
+
+TEST(Align, RecoversAHiddenPatchOfABentSheet) {
+  const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
+  const auto truth = RolledAndMoved(garment.rest);
+  const auto visible = [](int v) { return !InHiddenPatch(v); };
+  const auto result = Align(garment, Measure(truth, 0.3, 1, visible), BestPreset());
+  ASSERT_TRUE(result.ok()) << result.status();
+  // The chord across the patch runs up to 5 mm below the arc.
+  EXPECT_LT(MeanError(result->mesh.vertices_mm, truth, InHiddenPatch), 0.6);
+  EXPECT_LT(MeanError(result->mesh.vertices_mm, truth, visible), 0.2);  // noise alone: 0.48
+}
+
+TEST(Align, BestPresetBeatsThePaperOnHiddenCloth) {
+  const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
+  const auto truth = RolledAndMoved(garment.rest);
+  const auto targets = Measure(truth, 0.3, 2, [](int v) { return !InHiddenPatch(v); });
+  const auto best = Align(garment, targets, BestPreset()), paper = Align(garment, targets, PaperPreset());
+  ASSERT_TRUE(best.ok() && paper.ok());
+  EXPECT_LT(MeanError(best->mesh.vertices_mm, truth, InHiddenPatch),
+            0.5 * MeanError(paper->mesh.vertices_mm, truth, InHiddenPatch));
+}
+
+TEST(Align, TellsObservedFromInferredVertices) {
+  const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
+  std::vector<VertexTarget> targets =
+      Measure(RolledAndMoved(garment.rest), 0.2, 3, [](int v) { return !InHiddenPatch(v); });
+  for (VertexTarget& t : targets) t.sigma_mm = 0.2, t.views = 3 + t.vertex % 5;
+  const auto result = Align(garment, targets, BestPreset());
+  ASSERT_TRUE(result.ok());
+  const RegisteredMesh& mesh = result->mesh;
+  float worst_observed = 0, least_inferred = 1e9f;
+  for (int v = 0; v < kRows * kCols; ++v) {
+    if (InHiddenPatch(v)) {
+      EXPECT_EQ(mesh.state[v], VertexState::kInferred);
+      EXPECT_EQ(mesh.views[v], 0);
+      least_inferred = std::min(least_inferred, mesh.sigma_mm[v]);
+    } else {
+      EXPECT_EQ(mesh.state[v], VertexState::kObserved);
+      EXPECT_EQ(mesh.views[v], 3 + v % 5);
+      worst_observed = std::max(worst_observed, mesh.sigma_mm[v]);
+    }
+  }
+  EXPECT_LE(worst_observed, 0.2f);
+  EXPECT_GT(least_inferred, worst_observed);
+  // Known worse the further from what was seen.
+  const int middle = kRows / 2 * kCols + kCols / 2;
+  EXPECT_GT(mesh.sigma_mm[middle], mesh.sigma_mm[middle + 7]);
+}
+
+TEST(Align, SetsOutliersAsideAndInfersTheirVertices) {
+  const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
+  const auto truth = RolledAndMoved(garment.rest);
+  std::vector<VertexTarget> targets = Measure(truth, 0.3, 4);
+  for (int v = 37; v < kRows * kCols; v += 97) targets[v].position_mm += Eigen::Vector3d(-18, 9, 25);
+  targets[5].position_mm += Eigen::Vector3d(0, 3000, 0);
+  const auto result = Align(garment, targets, BestPreset());
+  ASSERT_TRUE(result.ok());
+  EXPECT_LT(MaxDistance(result->mesh.vertices_mm, truth), 1.5);
+  EXPECT_EQ(result->outliers, (kRows * kCols - 37 + 96) / 97 + 1);
+  EXPECT_EQ(result->mesh.state[37], VertexState::kInferred);
+  EXPECT_EQ(result->mesh.views[37], 0);
+  EXPECT_EQ(result->mesh.state[38], VertexState::kObserved);
+}
+
+TEST(Align, TrustsPreciseTargetsMore) {
+  const Template garment = SheetTemplate(FlatSheet(20, 20));
+  std::vector<VertexTarget> targets = Measure(garment.rest.vertices_mm, 0, 5);
+  for (VertexTarget& t : targets) t.sigma_mm = 0.5;
+  targets[210].position_mm.z() += 1;
+  const auto vague = Align(garment, targets, BestPreset());
+  targets[210].sigma_mm = 0.1;
+  const auto precise = Align(garment, targets, BestPreset());
+  ASSERT_TRUE(vague.ok() && precise.ok());
+  EXPECT_GT(precise->mesh.vertices_mm[210].z(), vague->mesh.vertices_mm[210].z() + 0.2);
+}
+
+TEST(Align, GivesTheSameBytesAtAnyThreadCount) {
+  const Template garment = SheetTemplate(FlatSheet(120, 120));  // several blocks
+  const auto truth = RolledAndMoved(garment.rest);
+  std::vector<VertexTarget> targets = Measure(truth, 0.3, 6, [](int v) { return v % 7 != 0; });
+  targets[99].position_mm.x() += 40;
+  const auto run = [&](int threads) {
+    tbb::task_arena arena(threads);
+    return arena.execute([&] { return Align(garment, targets, BestPreset()); });
+  };
+  const auto one = run(1), two = run(2);
+  ASSERT_TRUE(one.ok() && two.ok());
+  ASSERT_EQ(one->mesh.vertices_mm.size(), two->mesh.vertices_mm.size());
+  EXPECT_EQ(std::memcmp(one->mesh.vertices_mm.data(), two->mesh.vertices_mm.data(),
+                        one->mesh.vertices_mm.size() * sizeof(Eigen::Vector3d)),
+            0);
+  EXPECT_EQ(one->mesh.sigma_mm, two->mesh.sigma_mm);
+  EXPECT_EQ(one->outliers, two->outliers);
+}
+
+// Two sheets, a third that nobody sees, triangles without area and vertices without faces.
+TEST(Align, ToleratesComponentsIsolatedVerticesAndTrianglesWithoutArea) {
+  TriangleMesh mesh = FlatSheet(15, 15);
+  for (const double shift : {60.0, 120.0}) {
+    const int base = static_cast<int>(mesh.vertices_mm.size());
+    const TriangleMesh more = FlatSheet(8, 8);
+    for (const Eigen::Vector3d& v : more.vertices_mm) {
+      mesh.vertices_mm.push_back(v + Eigen::Vector3d(shift, 0, 0));
+    }
+    for (const Face& f : more.faces) mesh.faces.push_back({f[0] + base, f[1] + base, f[2] + base});
+  }
+  const int unseen_from = 225 + 64;
+  mesh.vertices_mm[17] = mesh.vertices_mm[16];
+  mesh.vertices_mm.emplace_back(-10, -10, 0);
+  const Template garment = SheetTemplate(mesh);
+  const auto truth = Mapped(mesh.vertices_mm, [](const auto& p) { return SomeMotion() * p; });
+  // The fill of a border is not straight, and the paper takes the fill for a measurement.
+  for (const auto& [options, bound_mm] : {std::pair(PaperPreset(), 1.5), std::pair(BestPreset(), 0.02)}) {
+    const auto result =
+        Align(garment, Measure(truth, 0, 7, [&](int v) { return v < unseen_from && v % 3 != 0; }), options);
+    ASSERT_TRUE(result.ok()) << result.status();
+    // Cloth that nobody saw follows the template as a whole.
+    EXPECT_LT(MaxDistance(result->mesh.vertices_mm, truth), bound_mm);
+    EXPECT_GT(result->mesh.sigma_mm.back(), 10);
+  }
+}
+
+TEST(Align, RefusesFramesWithTooFewTargets) {
+  const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
+  std::vector<VertexTarget> targets = Measure(garment.rest.vertices_mm, 0, 8);
+  targets.resize(9);  // needs 0.5 % of 2000
+  const auto few = Align(garment, targets, BestPreset());
+  EXPECT_EQ(few.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(few.status().message(),
+              HasSubstr("9 of the template's 2000 vertices were measured, 10 are needed"));
+  const auto none = Align(garment, {}, PaperPreset());
+  EXPECT_EQ(none.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(none.status().message(), HasSubstr("0 of the template's 2000"));
+}
+
+TEST(Align, RefusesTargetsThatCannotPlaceTheTemplate) {
+  const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
+  const auto line =
+      Align(garment, Measure(garment.rest.vertices_mm, 0, 9, [](int v) { return v < kCols; }), BestPreset());
+  EXPECT_EQ(line.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(line.status().message(), HasSubstr("on a line"));
+  const auto metres = Mapped(garment.rest.vertices_mm, [](const auto& p) { return p / 1000; });
+  const auto scaled = Align(garment, Measure(metres, 0, 9), BestPreset());
+  EXPECT_EQ(scaled.status().code(), absl::StatusCode::kFailedPrecondition);
+}
+
+TEST(Align, NamesTheTargetThatIsNoValidInput) {
+  const Template garment = SheetTemplate(FlatSheet(4, 4));
+  const std::vector<VertexTarget> good = Measure(garment.rest.vertices_mm, 0, 10);
+  const auto message = [&](auto&& spoil) {
+    std::vector<VertexTarget> targets = good;
+    spoil(targets[3]);
+    const auto result = Align(garment, targets, BestPreset());
+    EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument);
+    return std::string(result.status().message());
+  };
+  EXPECT_THAT(message([](VertexTarget& t) { t.vertex = 16; }), HasSubstr("target 3 (vertex 16)"));
+  EXPECT_THAT(message([](VertexTarget& t) { t.vertex = 0; }), HasSubstr("has a target already"));
+  EXPECT_THAT(message([](VertexTarget& t) { t.position_mm.y() = NAN; }), HasSubstr("position_mm"));
+  EXPECT_THAT(message([](VertexTarget& t) { t.sigma_mm = -1; }), HasSubstr("sigma_mm"));
+}
+
+TEST(Align, NamesTheOptionThatIsWrong) {
+  AlignOptions options;
+  options.detection.filled_weight = 0;
+  const auto result = Align(SheetTemplate(FlatSheet(4, 4)), {}, options);
+  EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(result.status().message(), HasSubstr("detection.filled_weight"));
+}
+
+}  // namespace
+}  // namespace weft
