@@ -33,6 +33,7 @@ absl::StatusOr<StudioScene> StudioScene::Build(TriangleMesh mesh, ClothPrint pri
   out.print_ = std::move(print);
   out.board_ = std::move(board);
   out.options_ = options;
+  out.HangBackdrop();
   return out;
 }
 
@@ -49,21 +50,23 @@ Eigen::Vector3f StudioScene::Radiance(const RayHit& hit, const Eigen::Vector3f& 
   return InkAt(board_, options_.inks, static_cast<float>(p.x()), static_cast<float>(p.y())) * light;
 }
 
+void StudioScene::HangBackdrop() {
+  const uint64_t key = KeyOf(options_.backdrop.seed, "backdrop");
+  for (uint64_t k = 0; k < waves_.size(); ++k) {
+    waves_[k].around = static_cast<float>(std::round(3 + 14 * UniformOf(key, 3 * k)));
+    waves_[k].drift = static_cast<float>(8 * UniformOf(key, 3 * k + 1) - 4);
+    waves_[k].phase = static_cast<float>(2 * std::numbers::pi * UniformOf(key, 3 * k + 2));
+  }
+}
+
 Eigen::Vector3f StudioScene::Backdrop(const Eigen::Vector3f& direction) const {
   const BackdropOptions& o = options_.backdrop;
   const float length = direction.norm();
   if (!(length > 0)) return o.color;
-  // Curtains: a few waves around the vertical axis, drifting with the height.
-  const uint64_t key = KeyOf(o.seed, "backdrop");
   const float angle = std::atan2(direction.x(), direction.z()), height = direction.y() / length;
-  float wave = 0;
-  for (uint64_t k = 0; k < 3; ++k) {
-    const auto around = static_cast<float>(std::round(3 + 14 * UniformOf(key, 3 * k)));
-    const auto drift = static_cast<float>(8 * UniformOf(key, 3 * k + 1) - 4);
-    const auto phase = static_cast<float>(2 * std::numbers::pi * UniformOf(key, 3 * k + 2));
-    wave += std::sin(around * angle + drift * height + phase) / 3;
-  }
-  return o.color * (1 + o.variation * wave);
+  float sum = 0;
+  for (const Wave& w : waves_) sum += std::sin(w.around * angle + w.drift * height + w.phase);
+  return o.color * (1 + o.variation * sum / static_cast<float>(waves_.size()));
 }
 
 }  // namespace weft

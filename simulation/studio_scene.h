@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -47,6 +48,12 @@ class StudioScene {
   Eigen::Vector3f Radiance(const RayHit& hit, const Eigen::Vector3f& direction) const;
 
  private:
+  // A wave of the backdrop's brightness around the vertical axis, drifting with the height.
+  struct Wave {
+    float around = 0, drift = 0, phase = 0;
+  };
+
+  void HangBackdrop();
   Eigen::Vector3f Backdrop(const Eigen::Vector3f& direction) const;
 
   TriangleMesh mesh_;
@@ -55,6 +62,7 @@ class StudioScene {
   StudioOptions options_;
   RayScene rays_;
   VertexLight light_;
+  std::array<Wave, 3> waves_;
 };
 
 }  // namespace weft

@@ -34,7 +34,7 @@ struct SyntheticTakeOptions {
   absl::Status Validate() const;
 };
 
-// "tiny" (for tests: a second of work), "quickstart" (a tube with folds before 16 cameras).
+// "tiny" (for tests: two seconds of work), "quickstart" (a tube with folds before 16 cameras).
 std::vector<std::string> SyntheticPresetNames();
 // Every part's seed follows from `seed`. InvalidArgument lists the names there are.
 absl::StatusOr<SyntheticTakeOptions> SyntheticPreset(std::string_view name, uint64_t seed);

@@ -39,6 +39,12 @@ struct ViewTruth {
   std::vector<NodeTruth> nodes;
 };
 
+// All that is true of one frame.
+struct FrameTruth {
+  TriangleMesh mesh;             // vertices in the template's order
+  std::vector<ViewTruth> views;  // ordered by camera
+};
+
 // Parallel over rows of the board in the calling thread's TBB arena; the same result at any thread count.
 ViewTruth FindViewTruth(const TriangleMesh& mesh, const PrintLocator& print, const RayScene& rays,
                         const CameraModel& camera, const ScoreableOptions& options = {});

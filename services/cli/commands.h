@@ -9,6 +9,7 @@ namespace weft {
 
 void AddRigCommand(CLI::App& app, CommandLine& line);
 void AddPatternCommand(CLI::App& app, CommandLine& line);
+void AddEvaluateCommand(CLI::App& app, CommandLine& line);
 void AddSimulateCommand(CLI::App& app, CommandLine& line);
 
 }  // namespace weft

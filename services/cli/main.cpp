@@ -54,6 +54,7 @@ int main(int argc, char** argv) {
   weft::AddRigCommand(app, line);
   weft::AddPatternCommand(app, line);
   weft::AddSimulateCommand(app, line);
+  weft::AddEvaluateCommand(app, line);
 
   try {
     app.parse(argc, argv);

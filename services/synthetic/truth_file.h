@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "alignment/mesh.h"
 #include "simulation/view_truth.h"
 
 namespace weft {
@@ -18,11 +17,6 @@ std::string ViewTruthToCsv(const ViewTruth& truth);
 // InvalidArgument names source_name and line.
 absl::StatusOr<ViewTruth> ParseViewTruth(std::string_view csv, std::string camera_id,
                                          const std::string& source_name);
-
-struct FrameTruth {
-  TriangleMesh mesh;             // vertices in the template's order
-  std::vector<ViewTruth> views;  // ordered by camera
-};
 
 // Writes a frame's folder (made where it is missing).
 absl::Status WriteFrameTruth(const std::string& folder, const FrameTruth& truth);

@@ -1,0 +1,218 @@
+#include "simulation/evaluation.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <set>
+#include <string_view>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace weft {
+namespace {
+
+std::optional<double> Ratio(int64_t part, int64_t whole) {
+  if (whole == 0) return std::nullopt;
+  return static_cast<double>(part) / static_cast<double>(whole);
+}
+
+void Append(const std::vector<double>& from, std::vector<double>& to) {
+  to.insert(to.end(), from.begin(), from.end());
+}
+
+template <typename Score>
+void AddPiece(const std::optional<Score>& from, std::optional<Score>& to) {
+  if (!from) return;
+  if (!to) to.emplace();
+  *to += *from;
+}
+
+// In how many views each vertex's cell is scoreable, [vertices].
+std::vector<int> ScoreableViews(const FrameTruth& truth) {
+  std::vector<int> views(truth.mesh.vertices_mm.size(), 0);
+  for (const ViewTruth& view : truth.views)
+    for (const NodeTruth& node : view.nodes)
+      if (node.scoreable && node.vertex >= 0) ++views[node.vertex];
+  return views;
+}
+
+DecodeScore ScoreView(const ViewTruth& truth, const std::vector<Observation>& observations, NodeKind kind,
+                      const EvaluationOptions& options) {
+  std::map<BoardNode, const NodeTruth*> node_at;
+  DecodeScore score;
+  for (const NodeTruth& node : truth.nodes) {
+    if (node.node.kind != kind) continue;
+    node_at[node.node] = &node;
+    score.scoreable += node.scoreable ? 1 : 0;
+  }
+  std::map<BoardNode, double> nearest_px;  // of the right observations
+  for (const Observation& o : observations) {
+    if (o.node.kind != kind) continue;
+    ++score.observations;
+    const auto node = node_at.find(o.node);
+    if (node == node_at.end()) continue;
+    const double error_px = (Eigen::Vector2d(o.x_px, o.y_px) - node->second->pixel_px).norm();
+    if (!(error_px <= options.right_within_pitch * node->second->pitch_px)) continue;
+    const auto [at, is_new] = nearest_px.try_emplace(o.node, error_px);
+    at->second = std::min(at->second, error_px);
+  }
+  score.right = static_cast<int64_t>(nearest_px.size());
+  for (const auto& [node, error_px] : nearest_px) {
+    score.found += node_at.at(node)->scoreable ? 1 : 0;
+    score.errors_px.push_back(error_px);
+  }
+  return score;
+}
+
+absl::Status ScoreDecoding(const FrameTruth& truth, const std::vector<ViewObservations>& views,
+                           const EvaluationOptions& options, FrameScore& score) {
+  std::map<std::string_view, const std::vector<Observation>*> of_camera;
+  for (const ViewTruth& view : truth.views) of_camera[view.camera_id] = nullptr;
+  for (const ViewObservations& view : views) {
+    const auto at = of_camera.find(view.camera_id);
+    if (at == of_camera.end()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("observations of camera ", view.camera_id, ", which the truth does not know"));
+    }
+    if (at->second)
+      return absl::InvalidArgumentError(absl::StrCat("camera ", view.camera_id, " occurs twice"));
+    at->second = &view.observations;
+  }
+  DecodeScore centers, corners;
+  for (const ViewTruth& view : truth.views) {
+    static const std::vector<Observation> kNone;
+    const std::vector<Observation>* seen = of_camera[view.camera_id];
+    centers += ScoreView(view, seen ? *seen : kNone, NodeKind::kCenter, options);
+    corners += ScoreView(view, seen ? *seen : kNone, NodeKind::kCorner, options);
+  }
+  score.centers = std::move(centers);
+  if (corners.observations > 0) score.corners = std::move(corners);
+  return absl::OkStatus();
+}
+
+CloudScore ScoreCloud(const FrameTruth& truth, const std::vector<int>& scoreable_views, const Cloud& cloud,
+                      const EvaluationOptions& options) {
+  std::map<BoardNode, int> vertex_of;
+  for (const ViewTruth& view : truth.views)
+    for (const NodeTruth& node : view.nodes)
+      if (node.vertex >= 0) vertex_of[node.node] = node.vertex;
+  std::set<int> near;  // vertices with a point near them
+  CloudScore score;
+  for (const CloudPoint& point : cloud.points) {
+    if (point.node.kind != NodeKind::kCenter) continue;
+    ++score.points;
+    const auto vertex = vertex_of.find(point.node);
+    if (vertex == vertex_of.end()) {
+      ++score.points_of_unseen_cells;
+      continue;
+    }
+    const double error_mm = (point.position_mm - truth.mesh.vertices_mm[vertex->second]).norm();
+    score.errors_mm.push_back(error_mm);
+    if (error_mm <= options.covered_within_mm) near.insert(vertex->second);
+  }
+  for (size_t v = 0; v < scoreable_views.size(); ++v) {
+    if (scoreable_views[v] < options.well_seen_views) continue;
+    ++score.well_seen;
+    score.covered += near.contains(static_cast<int>(v)) ? 1 : 0;
+  }
+  return score;
+}
+
+absl::StatusOr<MeshScore> ScoreMesh(const FrameTruth& truth, const std::vector<int>& scoreable_views,
+                                    const std::vector<Eigen::Vector3d>& mesh_mm,
+                                    const EvaluationOptions& options) {
+  if (mesh_mm.size() != truth.mesh.vertices_mm.size()) {
+    return absl::InvalidArgumentError(absl::StrCat("the mesh has ", mesh_mm.size(), " vertices, the truth ",
+                                                   truth.mesh.vertices_mm.size(),
+                                                   "; they belong to different templates"));
+  }
+  MeshScore score;
+  for (size_t v = 0; v < mesh_mm.size(); ++v) {
+    const double error_mm = (mesh_mm[v] - truth.mesh.vertices_mm[v]).norm();
+    if (!std::isfinite(error_mm))
+      return absl::InvalidArgumentError(absl::StrCat("vertex ", v, " of the mesh is not finite"));
+    (scoreable_views[v] >= options.well_seen_views ? score.visible_mm : score.hidden_mm).push_back(error_mm);
+  }
+  return score;
+}
+
+}  // namespace
+
+absl::Status EvaluationOptions::Validate() const {
+  if (!(right_within_pitch > 0)) return absl::InvalidArgumentError("right_within_pitch must be positive");
+  if (!(covered_within_mm > 0)) return absl::InvalidArgumentError("covered_within_mm must be positive");
+  if (well_seen_views < 1) return absl::InvalidArgumentError("well_seen_views must be at least 1");
+  return absl::OkStatus();
+}
+
+std::optional<ErrorSummary> Summarize(std::vector<double> errors) {
+  if (errors.empty()) return std::nullopt;
+  std::sort(errors.begin(), errors.end());
+  const auto percentile = [&errors](double share) {
+    const double place = share * static_cast<double>(errors.size() - 1);
+    const auto below = static_cast<size_t>(place);
+    const size_t above = std::min(below + 1, errors.size() - 1);
+    return errors[below] + (place - static_cast<double>(below)) * (errors[above] - errors[below]);
+  };
+  ErrorSummary out;
+  out.count = static_cast<int64_t>(errors.size());
+  for (const double e : errors) out.mean += e;
+  out.mean /= static_cast<double>(errors.size());
+  out.median = percentile(0.5);
+  out.p95 = percentile(0.95);
+  out.max = errors.back();
+  return out;
+}
+
+std::optional<double> DecodeScore::Precision() const { return Ratio(right, observations); }
+std::optional<double> DecodeScore::Recall() const { return Ratio(found, scoreable); }
+std::optional<double> CloudScore::Coverage() const { return Ratio(covered, well_seen); }
+
+DecodeScore& DecodeScore::operator+=(const DecodeScore& other) {
+  observations += other.observations, right += other.right;
+  scoreable += other.scoreable, found += other.found;
+  Append(other.errors_px, errors_px);
+  return *this;
+}
+
+CloudScore& CloudScore::operator+=(const CloudScore& other) {
+  points += other.points, points_of_unseen_cells += other.points_of_unseen_cells;
+  well_seen += other.well_seen, covered += other.covered;
+  Append(other.errors_mm, errors_mm);
+  return *this;
+}
+
+MeshScore& MeshScore::operator+=(const MeshScore& other) {
+  Append(other.visible_mm, visible_mm);
+  Append(other.hidden_mm, hidden_mm);
+  return *this;
+}
+
+FrameScore& FrameScore::operator+=(const FrameScore& other) {
+  AddPiece(other.centers, centers);
+  AddPiece(other.corners, corners);
+  AddPiece(other.cloud, cloud);
+  AddPiece(other.mesh, mesh);
+  return *this;
+}
+
+absl::StatusOr<FrameScore> Evaluate(const FrameTruth& truth, const FrameResult& result,
+                                    const EvaluationOptions& options) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  const std::vector<int> scoreable_views = ScoreableViews(truth);
+  FrameScore score;
+  if (result.observations) {
+    if (absl::Status status = ScoreDecoding(truth, *result.observations, options, score); !status.ok())
+      return status;
+  }
+  if (result.cloud) score.cloud = ScoreCloud(truth, scoreable_views, *result.cloud, options);
+  if (result.mesh_mm) {
+    absl::StatusOr<MeshScore> mesh = ScoreMesh(truth, scoreable_views, *result.mesh_mm, options);
+    if (!mesh.ok()) return mesh.status();
+    score.mesh = *std::move(mesh);
+  }
+  return score;
+}
+
+}  // namespace weft

@@ -1,0 +1,95 @@
+// How good a result is, measured against the truth.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "pattern/observation.h"
+#include "simulation/view_truth.h"
+#include "triangulation/cloud.h"
+
+namespace weft {
+
+// What a job made of one frame; pieces that it did not write stay empty and are not scored.
+struct ViewObservations {
+  std::string camera_id;
+  std::vector<Observation> observations;
+};
+struct FrameResult {
+  std::optional<std::vector<ViewObservations>> observations;
+  std::optional<Cloud> cloud;
+  std::optional<std::vector<Eigen::Vector3d>> mesh_mm;  // vertices in the template's order
+};
+
+struct EvaluationOptions {
+  double right_within_pitch = 0.5;  // an observation is right this near to its node, in pitches of the node
+  double covered_within_mm = 1.0;   // a vertex is covered by a point this near to it
+  int well_seen_views = 3;          // a vertex is well seen when its cell is scoreable in so many views
+
+  absl::Status Validate() const;
+};
+
+// Errors of a kind; percentiles are interpolated linearly.
+struct ErrorSummary {
+  int64_t count = 0;
+  double mean = 0, median = 0, p95 = 0, max = 0;
+};
+// Empty when there are no errors to summarize.
+std::optional<ErrorSummary> Summarize(std::vector<double> errors);
+
+// Ratios are empty when there is nothing to divide by. Scores of frames add up with +=.
+
+// Decoding of one kind of node. An observation is right when its node is in sight, at least in part, and it
+// is near it; of two observations of a node in a view only the nearer one is.
+struct DecodeScore {
+  int64_t observations = 0;
+  int64_t right = 0;
+  int64_t scoreable = 0;          // nodes that should be found
+  int64_t found = 0;              // of them
+  std::vector<double> errors_px;  // of the right observations
+
+  std::optional<double> Precision() const;
+  std::optional<double> Recall() const;
+  DecodeScore& operator+=(const DecodeScore& other);
+};
+
+// The cloud's cell centres; its corners are not judged, they have no vertex.
+struct CloudScore {
+  int64_t points = 0;
+  int64_t points_of_unseen_cells = 0;  // of cells that no view sees: they cannot be right
+  int64_t well_seen = 0;               // vertices
+  int64_t covered = 0;                 // of them
+  std::vector<double> errors_mm;       // distance to the vertex, of all points whose cell is seen
+
+  std::optional<double> Coverage() const;
+  CloudScore& operator+=(const CloudScore& other);
+};
+
+// Distance of each vertex to its true position.
+struct MeshScore {
+  std::vector<double> visible_mm;  // of vertices that are well seen
+  std::vector<double> hidden_mm;   // of all others, those without a cell among them
+
+  MeshScore& operator+=(const MeshScore& other);
+};
+
+struct FrameScore {
+  std::optional<DecodeScore> centers;
+  std::optional<DecodeScore> corners;  // empty as well when there is no observation of a corner
+  std::optional<CloudScore> cloud;
+  std::optional<MeshScore> mesh;
+
+  FrameScore& operator+=(const FrameScore& other);  // a missing piece adds nothing
+};
+
+// InvalidArgument: observations of a camera that the truth does not know, a camera twice, a mesh with another
+// number of vertices, or with vertices that are not finite.
+absl::StatusOr<FrameScore> Evaluate(const FrameTruth& truth, const FrameResult& result,
+                                    const EvaluationOptions& options = {});
+
+}  // namespace weft
