@@ -1,0 +1,155 @@
+#include "alignment/template.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/alignment/cloth_sheets.h"
+
+namespace weft {
+namespace {
+
+using ::testing::AllOf;
+using testing::FlatSheet;
+using ::testing::HasSubstr;
+
+constexpr int kRows = 6, kCols = 8;
+
+Board SomeBoard() {
+  Board board;
+  board.id = "b";
+  board.rows = 12;
+  board.cols = 10;
+  board.cell_mm = 2.7;
+  for (int i = 0; i < 120; ++i) board.cells.push_back(static_cast<CellColor>((i + i / 10) % kCellColors));
+  return board;
+}
+
+// The sheet's vertices on the cells from (2, 1) on; the last vertex has none.
+std::vector<VertexCell> SomeCells() {
+  std::vector<VertexCell> cells;
+  for (int r = 0; r < kRows; ++r) {
+    for (int c = 0; c < kCols; ++c) cells.push_back({r + 2, c + 1});
+  }
+  cells.back() = {};
+  return cells;
+}
+
+std::string ErrorOf(const TriangleMesh& mesh, const std::vector<VertexCell>& cells) {
+  const auto garment = ImportTemplate("shirt", mesh, cells, SomeBoard());
+  EXPECT_EQ(garment.status().code(), absl::StatusCode::kInvalidArgument);
+  return std::string(garment.status().message());
+}
+
+TEST(ImportTemplate, JoinsMeshMapAndBoard) {
+  const auto garment = ImportTemplate("shirt", FlatSheet(kRows, kCols), SomeCells(), SomeBoard());
+  ASSERT_TRUE(garment.ok()) << garment.status();
+  EXPECT_EQ(garment->id, "shirt");
+  EXPECT_EQ(garment->board_hash, SomeBoard().ContentHash());
+  EXPECT_EQ(garment->cell_of_vertex[9].row, 3);
+  EXPECT_EQ(garment->cell_of_vertex[9].col, 2);
+  EXPECT_EQ(garment->cell_of_vertex.back().row, -1);
+}
+
+TEST(ImportTemplate, RefusesMapsThatDoNotFitTheMeshAndSaysWhatToDo) {
+  std::vector<VertexCell> cells = SomeCells();
+  cells.pop_back();
+  EXPECT_THAT(ErrorOf(FlatSheet(kRows, kCols), cells),
+              AllOf(HasSubstr("the map has 47 entries and the mesh 48 vertices"), HasSubstr("-1 -1")));
+}
+
+TEST(ImportTemplate, RefusesCellsOffTheBoard) {
+  std::vector<VertexCell> cells = SomeCells();
+  cells[7] = {3, 10};
+  EXPECT_THAT(ErrorOf(FlatSheet(kRows, kCols), cells),
+              HasSubstr("vertex 7: cell (3, 10) is not on the board of 12 rows and 10 columns"));
+}
+
+TEST(ImportTemplate, RefusesCellsClaimedTwice) {
+  std::vector<VertexCell> cells = SomeCells();
+  cells[7] = cells[4];
+  EXPECT_THAT(ErrorOf(FlatSheet(kRows, kCols), cells),
+              HasSubstr("vertex 7: cell (2, 5) belongs to vertex 4"));
+}
+
+TEST(ImportTemplate, RefusesMapsWithoutAnyCell) {
+  EXPECT_THAT(ErrorOf(FlatSheet(kRows, kCols), std::vector<VertexCell>(kRows * kCols)),
+              HasSubstr("gives no vertex a cell"));
+}
+
+TEST(ImportTemplate, NamesTheVertexOrFaceThatIsBroken) {
+  TriangleMesh mesh = FlatSheet(kRows, kCols);
+  mesh.vertices_mm[11].y() = NAN;
+  EXPECT_THAT(ErrorOf(mesh, SomeCells()), HasSubstr("vertex 11: position is not finite"));
+  mesh = FlatSheet(kRows, kCols);
+  mesh.faces[5][1] = 48;
+  EXPECT_THAT(ErrorOf(mesh, SomeCells()), HasSubstr("face 5: vertex 48"));
+  mesh = FlatSheet(kRows, kCols);
+  mesh.faces[6][2] = mesh.faces[6][0];
+  EXPECT_THAT(ErrorOf(mesh, SomeCells()), HasSubstr("face 6: a vertex occurs twice"));
+  mesh = FlatSheet(kRows, kCols);
+  mesh.faces.push_back({0, 9, 47});  // the first square's diagonal has two faces
+  EXPECT_THAT(ErrorOf(mesh, SomeCells()), HasSubstr("edge between vertices 0 and 9 has two faces already"));
+}
+
+TEST(ImportTemplate, RefusesMeshesWithoutFaces) {
+  TriangleMesh mesh = FlatSheet(kRows, kCols);
+  mesh.faces.clear();
+  EXPECT_THAT(ErrorOf(mesh, SomeCells()), HasSubstr("the mesh has no faces"));
+}
+
+TEST(Template, HashTellsMeshMapAndBoardApart) {
+  const Template garment = *ImportTemplate("shirt", FlatSheet(kRows, kCols), SomeCells(), SomeBoard());
+  const std::string hash = garment.ContentHash();
+  EXPECT_EQ(hash.size(), 16u);
+  const auto after = [&](auto change) {
+    Template changed = garment;
+    change(changed);
+    return changed.ContentHash();
+  };
+  EXPECT_EQ(after([](Template& t) { t.id = "other name"; }), hash);
+  EXPECT_NE(after([](Template& t) { t.rest.vertices_mm[3].x() += 1e-6; }), hash);
+  EXPECT_NE(after([](Template& t) { std::swap(t.rest.faces[0], t.rest.faces[1]); }), hash);
+  EXPECT_NE(after([](Template& t) { t.cell_of_vertex[2] = {}; }), hash);
+  EXPECT_NE(after([](Template& t) { t.board_hash = "0"; }), hash);
+}
+
+TEST(ParseVertexCells, ReadsALinePerVertex) {
+  const auto cells = ParseVertexCells("3 4\r\n-1 -1\n 0\t7", "map.txt");
+  ASSERT_TRUE(cells.ok()) << cells.status();
+  ASSERT_EQ(cells->size(), 3u);
+  EXPECT_EQ((*cells)[0].col, 4);
+  EXPECT_EQ((*cells)[1].row, -1);
+  EXPECT_EQ((*cells)[2].col, 7);
+}
+
+TEST(ParseVertexCells, NamesFileLineAndRemedy) {
+  for (const char* text : {"1 2\n3\n", "1 2\n3 4 5\n", "1 2\n3 x\n", "1 2\n\n3 4\n", "1 2\n3.5 4\n"}) {
+    EXPECT_THAT(ParseVertexCells(text, "map.txt").status().message(),
+                AllOf(HasSubstr("map.txt:2: "), HasSubstr("expected `row col`, or `-1 -1`")))
+        << text;
+  }
+  EXPECT_THAT(ParseVertexCells("-1 5\n", "map.txt").status().message(),
+              AllOf(HasSubstr("map.txt:1: "), HasSubstr("negative")));
+  EXPECT_THAT(ParseVertexCells("", "map.txt").status().message(), HasSubstr("map.txt: the map is empty"));
+}
+
+TEST(TargetsFromCloud, GivesEachPointToTheVertexOfItsCell) {
+  const Template garment = *ImportTemplate("shirt", FlatSheet(kRows, kCols), SomeCells(), SomeBoard());
+  Cloud cloud;
+  cloud.points = {{{1, 2, 3}, {3, 2, NodeKind::kCenter}, 5, 0.2},    // vertex 9
+                  {{0, 0, 0}, {0, 0, NodeKind::kCenter}, 4, 0.2},    // on the board, not in the garment
+                  {{0, 0, 0}, {90, 90, NodeKind::kCenter}, 4, 0.2},  // not even on the board
+                  {{4, 5, 6}, {2, 1, NodeKind::kCenter}, 3, 0.3},    // vertex 0
+                  {{7, 7, 7}, {2, 1, NodeKind::kCorner}, 3, 0.3}};   // corners have no vertex
+  const CloudTargets found = TargetsFromCloud(garment, cloud);
+  EXPECT_EQ(found.unclaimed, 2);
+  ASSERT_EQ(found.targets.size(), 2u);
+  EXPECT_EQ(found.targets[0].vertex, 0);
+  EXPECT_EQ(found.targets[0].views, 3);
+  EXPECT_DOUBLE_EQ(found.targets[0].sigma_mm, 0.3);
+  EXPECT_EQ(found.targets[1].vertex, 9);
+  EXPECT_EQ(found.targets[1].position_mm, Eigen::Vector3d(1, 2, 3));
+}
+
+}  // namespace
+}  // namespace weft
