@@ -44,10 +44,10 @@ struct Lamp {
   float radiance = 4;  // relative to the dome
 };
 struct LightOptions {
-  float dome_radiance = 0.75f;
-  float dome_gradient = 0.35f;  // added straight up, subtracted straight down
+  float dome_radiance = 0.45f;
+  float dome_gradient = 0.25f;  // added straight up, subtracted straight down
   std::vector<Lamp> lamps = {
-      {{0.8f, -0.6f, -0.7f}, 22, 5}, {{-0.9f, -0.4f, -0.3f}, 22, 4}, {{0.1f, -0.5f, 1.0f}, 22, 5}};
+      {{0.9f, -0.7f, -0.6f}, 20, 8}, {{-0.9f, -0.5f, -0.4f}, 20, 6}, {{0.1f, -0.6f, 1.0f}, 20, 7}};
   float bounce = 0.12f;  // light that reaches a place by way of the cloth that hides the dome
   int rays = 96;         // per vertex and side
 

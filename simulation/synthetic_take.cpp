@@ -30,6 +30,9 @@ void SetUpQuickstart(SyntheticTakeOptions& o) {
   o.motion.step_s = 1.0 / 8000;
   o.rig.cameras = 16;
   o.rig.width_px = 600, o.rig.height_px = 800;
+  o.rig.fill = 0.74;
+  o.motion.compression = 0.13;
+  o.sensor.point_spread_sigma_px = 1.0;
   o.rig.object_width_mm = 150, o.rig.object_height_mm = 220;
 }
 
