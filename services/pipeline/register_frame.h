@@ -17,10 +17,9 @@ using FrameProgress = std::function<void(double share)>;
 
 // Decodes every view, triangulates, cleans and aligns frame `index` of the dump, and writes its files to
 // <out>/<frame>/, report.json last. Views whose image is missing or broken make the frame degraded; a frame
-// that cannot be registered gets a report with state FAILED and the reason, and no mesh. Observations and cloud
-// that were computed by then are kept.
-// Cancelled: `stop` was requested; nothing of this frame stands under a final name that was not there before.
-// Errors of the output folder are those of WriteFileAtomically.
+// that cannot be registered gets a report with state FAILED and the reason, and no mesh. Observations and
+// cloud that were computed by then are kept. Cancelled: `stop` was requested; nothing of this frame stands
+// under a final name that was not there before. Errors of the output folder are those of WriteFileAtomically.
 // Runs in the calling thread's TBB arena; the files are the same at any thread count, times and memory in the
 // report aside.
 absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, size_t index,
@@ -28,7 +27,7 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
                                               const FrameProgress& progress, std::stop_token stop);
 
 // The report of an earlier run when its files are complete and were computed from the same inputs, images and
-// options by this version of Weft, and no camera was missing in it; NotFound otherwise.
+// options by this version of Weft; NotFound otherwise. Frames that failed are never complete.
 absl::StatusOr<v1::FrameReport> FindCompleteFrame(const RegistrationInputs& inputs, size_t index,
                                                   const v1::RegistrationOptions& options,
                                                   const std::string& out);

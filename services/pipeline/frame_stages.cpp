@@ -1,0 +1,230 @@
+#include "services/pipeline/frame_stages.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <map>
+
+#include "absl/strings/str_cat.h"
+#include "pattern/decoder.h"
+#include "triangulation/clean.h"
+
+namespace weft {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+// Shares of a frame's work after which the stages end; decoding takes nearly all of it.
+constexpr double kDecoded = 0.85;
+constexpr double kTriangulated = 0.92;
+
+double MillisecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+absl::Status CheckStop(const std::stop_token& stop) {
+  return stop.stop_requested() ? absl::CancelledError("the registration was cancelled") : absl::OkStatus();
+}
+
+// Adds the time since the last call, or since construction, to the report.
+class StageClock {
+ public:
+  explicit StageClock(v1::FrameReport& report) : report_(report) {}
+
+  void End(const char* stage) {
+    v1::StageTime& time = *report_.add_stages();
+    time.set_stage(stage);
+    time.set_time_ms(MillisecondsSince(start_));
+    start_ = Clock::now();
+  }
+
+ private:
+  v1::FrameReport& report_;
+  Clock::time_point start_ = Clock::now();
+};
+
+void AddReasons(const std::map<std::string, int>& counts,
+                google::protobuf::RepeatedPtrField<v1::ReasonCount>* reasons) {
+  for (const auto& [reason, count] : counts) {
+    v1::ReasonCount& entry = *reasons->Add();
+    entry.set_reason(reason);
+    entry.set_count(count);
+  }
+}
+
+void Describe(const DecodeResult& result, v1::ViewReport& report) {
+  for (const Observation& observation : result.observations) {
+    if (observation.node.kind == NodeKind::kCenter) {
+      report.set_centers(report.centers() + 1);
+    } else {
+      report.set_corners(report.corners() + 1);
+    }
+  }
+  std::map<std::string, int> rejected;
+  for (const PatchReport& patch : result.patches) {
+    if (patch.accepted) {
+      report.set_patches_accepted(report.patches_accepted() + 1);
+    } else {
+      ++rejected[patch.reason];
+    }
+  }
+  AddReasons(rejected, report.mutable_patches_rejected());
+  report.set_detect_ms(result.timings.detect_ms);
+  report.set_lattice_ms(result.timings.lattice_ms);
+  report.set_colors_ms(result.timings.colors_ms);
+  report.set_decode_ms(result.timings.decode_ms);
+}
+
+std::vector<Observation> DecodeCamera(const RegistrationInputs& inputs, size_t index, size_t camera,
+                                      v1::ViewReport& report) {
+  report.set_camera(inputs.rig.cameras[camera].id);
+  const auto start = Clock::now();
+  const absl::StatusOr<Frame> frame = inputs.dump->ReadView(index, camera);
+  report.set_read_ms(MillisecondsSince(start));
+  if (!frame.ok()) {
+    report.set_missing_reason(std::string(frame.status().message()));
+    return {};
+  }
+  absl::StatusOr<DecodeResult> result = DecodeView(*frame, inputs.board, DecodeOptions{});
+  if (!result.ok()) {
+    report.set_missing_reason(absl::StrCat(frame->origin, ": ", result.status().message()));
+    return {};
+  }
+  Describe(*result, report);
+  return std::move(result->observations);
+}
+
+// One entry per camera of the rig, in its order.
+void DecodeViews(const RegistrationInputs& inputs, size_t index, const FrameProgress& progress,
+                 const std::stop_token& stop, FrameResult& frame) {
+  const size_t cameras = inputs.rig.cameras.size();
+  frame.views.resize(cameras);
+  std::vector<v1::ViewReport> reports(cameras);
+  std::atomic<size_t> done = 0;
+  tbb::parallel_for(
+      tbb::blocked_range<size_t>(0, cameras, 1),
+      [&](const tbb::blocked_range<size_t>& range) {
+        for (size_t camera = range.begin(); camera < range.end(); ++camera) {
+          if (stop.stop_requested()) return;
+          frame.views[camera].camera = static_cast<int>(camera);
+          frame.views[camera].observations = DecodeCamera(inputs, index, camera, reports[camera]);
+          if (progress) progress(kDecoded * static_cast<double>(++done) / static_cast<double>(cameras));
+        }
+      },
+      tbb::simple_partitioner());
+  int missing = 0;
+  for (v1::ViewReport& report : reports) {
+    missing += !report.missing_reason().empty();
+    *frame.report.add_views() = std::move(report);
+  }
+  frame.report.set_views_missing(missing);
+  frame.report.set_views_used(static_cast<int>(cameras) - missing);
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+void Describe(const Cloud& cloud, v1::CloudReport& report) {
+  std::vector<double> views, sigmas;
+  for (const CloudPoint& point : cloud.points) {
+    const bool center = point.node.kind == NodeKind::kCenter;
+    report.set_centers(report.centers() + center);
+    report.set_corners(report.corners() + !center);
+    views.push_back(point.views);
+    sigmas.push_back(point.sigma_mm);
+  }
+  std::map<std::string, int> rejected;
+  for (const RejectedNode& node : cloud.rejected) ++rejected[std::string(RejectReasonName(node.reason))];
+  AddReasons(rejected, report.mutable_rejected());
+  report.set_median_views(Median(std::move(views)));
+  report.set_median_sigma_mm(Median(std::move(sigmas)));
+}
+
+void Describe(const AlignResult& result, const Template& garment, int unclaimed, v1::MeshReport& report) {
+  report.set_vertices(static_cast<int>(garment.cell_of_vertex.size()));
+  std::vector<double> sigmas;
+  for (size_t v = 0; v < garment.cell_of_vertex.size(); ++v) {
+    report.set_vertices_with_cell(report.vertices_with_cell() + (garment.cell_of_vertex[v].row >= 0));
+    if (result.mesh.state[v] == VertexState::kObserved) sigmas.push_back(result.mesh.sigma_mm[v]);
+  }
+  report.set_observed(static_cast<int>(sigmas.size()));
+  report.set_unclaimed_points(unclaimed);
+  if (report.vertices_with_cell() > 0) {
+    report.set_coverage(static_cast<double>(report.observed()) / report.vertices_with_cell());
+  }
+  report.set_median_observed_sigma_mm(Median(std::move(sigmas)));
+  for (const StageReport& stage : result.stages) {
+    v1::AlignmentStage& entry = *report.add_stages();
+    entry.set_name(stage.name);
+    entry.set_iterations(stage.iterations);
+    entry.set_energy_before(stage.energy_before);
+    entry.set_energy_after(stage.energy_after);
+    entry.set_time_ms(stage.time_ms);
+  }
+}
+
+// The reason why nothing could be triangulated.
+std::string NoCloudReason(const v1::FrameReport& report, const TriangulationOptions& options) {
+  int64_t seen = 0;
+  for (const v1::ViewReport& view : report.views()) seen += view.centers();
+  const int least = options.consensus.min_views;
+  if (report.views_used() < least) {
+    return absl::StrCat("only ", report.views_used(), " of ", report.views_size(),
+                        " cameras have an image, triangulation needs ", least);
+  }
+  if (seen == 0)
+    return "no cell of the board was decoded in any view; is it the printed board, and in focus?";
+  return absl::StrCat("no cell could be triangulated from ", seen, " observations of cells");
+}
+
+}  // namespace
+
+absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_t index,
+                                         const AlignOptions& options, const FrameProgress& progress,
+                                         std::stop_token stop) {
+  FrameResult frame;
+  StageClock clock(frame.report);
+  DecodeViews(inputs, index, progress, stop, frame);
+  clock.End("decode");
+  if (absl::Status status = CheckStop(stop); !status.ok()) return status;
+
+  const TriangulationOptions triangulation;
+  absl::StatusOr<Cloud> cloud = Triangulate(inputs.rig, frame.views, triangulation);
+  if (!cloud.ok()) return cloud.status();
+  frame.cloud = CleanCloud(*std::move(cloud), CleaningOptions{});
+  Describe(frame.cloud, *frame.report.mutable_cloud());
+  clock.End("triangulate");
+  if (progress) progress(kTriangulated);
+  if (absl::Status status = CheckStop(stop); !status.ok()) return status;
+
+  frame.report.set_state(v1::FRAME_STATE_FAILED);
+  if (frame.cloud.points.empty()) {
+    frame.report.set_reason(NoCloudReason(frame.report, triangulation));
+    return frame;
+  }
+  const CloudTargets targets = TargetsFromCloud(inputs.garment, frame.cloud);
+  absl::StatusOr<AlignResult> aligned = Align(*inputs.model, targets.targets, options);
+  clock.End("align");
+  if (absl::IsFailedPrecondition(aligned.status())) {
+    frame.report.set_reason(std::string(aligned.status().message()));
+    return frame;
+  }
+  if (!aligned.ok()) return aligned.status();
+  Describe(*aligned, inputs.garment, targets.unclaimed, *frame.report.mutable_mesh());
+  frame.mesh = std::move(aligned->mesh);
+  frame.report.set_state(frame.report.views_missing() > 0 ? v1::FRAME_STATE_DEGRADED : v1::FRAME_STATE_DONE);
+  if (frame.report.views_missing() > 0) {
+    frame.report.set_reason(absl::StrCat(frame.report.views_missing(), " of ", frame.report.views_size(),
+                                         " cameras have no usable image"));
+  }
+  return frame;
+}
+
+}  // namespace weft

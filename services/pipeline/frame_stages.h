@@ -1,0 +1,27 @@
+// The stages of one frame in memory: decode, triangulate, clean, align.
+#pragma once
+
+#include <optional>
+#include <stop_token>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "services/pipeline/register_frame.h"
+#include "triangulation/triangulate.h"
+
+namespace weft {
+
+// What a frame came to; `mesh` is empty when it could not be registered, and report.reason says why.
+struct FrameResult {
+  v1::FrameReport report;
+  std::vector<ViewObservations> views;
+  Cloud cloud;
+  std::optional<RegisteredMesh> mesh;
+};
+
+// Runs in the calling thread's TBB arena. Cancelled when `stop` was requested.
+absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_t index,
+                                         const AlignOptions& options, const FrameProgress& progress,
+                                         std::stop_token stop);
+
+}  // namespace weft

@@ -1,0 +1,98 @@
+#include "services/pipeline/register_frame.h"
+
+#include <google/protobuf/util/message_differencer.h>
+#include <tbb/task_arena.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+
+#include "absl/strings/str_cat.h"
+#include "services/pipeline/frame_files.h"
+#include "services/pipeline/frame_stages.h"
+#include "services/pipeline/presets.h"
+
+namespace weft {
+namespace {
+
+using google::protobuf::util::MessageDifferencer;
+
+std::string FrameFolder(const RegistrationInputs& inputs, size_t index, const std::string& out) {
+  return (std::filesystem::path(out) / inputs.dump->frame_names()[index]).string();
+}
+
+// Largest resident size of this process so far; 0 where the system does not tell.
+double PeakMemoryMib() {
+  std::ifstream status("/proc/self/status");
+  for (std::string key; status >> key; std::getline(status, key)) {
+    double kib = 0;
+    if (key == "VmHWM:" && status >> kib) return kib / 1024;
+  }
+  return 0;
+}
+
+// The options with defaults spelled out, so that equal settings compare equal.
+v1::RegistrationOptions Canonical(v1::RegistrationOptions options) {
+  if (options.preset().empty()) options.set_preset("best");
+  return options;
+}
+
+}  // namespace
+
+absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, size_t index,
+                                              const v1::RegistrationOptions& options, const std::string& out,
+                                              const FrameProgress& progress, std::stop_token stop) {
+  const auto start = std::chrono::steady_clock::now();
+  const absl::StatusOr<AlignOptions> preset = PresetByName(options.preset());
+  if (!preset.ok()) return preset.status();
+  // Taken first: images that change while they are read must not look like those that were read.
+  const absl::StatusOr<std::string> fingerprint = inputs.dump->Fingerprint(index);
+  if (!fingerprint.ok()) return fingerprint.status();
+
+  absl::StatusOr<FrameResult> frame = ComputeFrame(inputs, index, *preset, progress, stop);
+  if (!frame.ok()) return frame.status();
+  v1::FrameReport& report = frame->report;
+  report.set_frame(inputs.dump->frame_names()[index]);
+  *report.mutable_inputs() = inputs.hashes;
+  *report.mutable_options() = Canonical(options);
+  report.set_images_fingerprint(*fingerprint);
+  report.set_weft_version(WEFT_VERSION);
+  report.set_peak_memory_mib(PeakMemoryMib());
+  report.set_threads(tbb::this_task_arena::max_concurrency());
+  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
+  report.set_total_ms(elapsed.count());
+  if (absl::Status status = WriteFrame(FrameFolder(inputs, index, out), inputs, *frame); !status.ok())
+    return status;
+  if (progress) progress(1);
+  return std::move(report);
+}
+
+absl::StatusOr<v1::FrameReport> FindCompleteFrame(const RegistrationInputs& inputs, size_t index,
+                                                  const v1::RegistrationOptions& options,
+                                                  const std::string& out) {
+  const std::string folder = FrameFolder(inputs, index, out);
+  absl::StatusOr<v1::FrameReport> report = ReadCompleteReport(folder);
+  if (!report.ok()) return report.status();
+  const absl::StatusOr<std::string> fingerprint = inputs.dump->Fingerprint(index);
+  if (!fingerprint.ok()) return fingerprint.status();
+  const bool same = report->frame() == inputs.dump->frame_names()[index] &&
+                    report->weft_version() == WEFT_VERSION && report->images_fingerprint() == *fingerprint &&
+                    MessageDifferencer::Equals(report->inputs(), inputs.hashes) &&
+                    MessageDifferencer::Equals(report->options(), Canonical(options));
+  if (!same) return absl::NotFoundError(absl::StrCat(folder, " was computed from something else"));
+  return report;
+}
+
+v1::FrameInfo SummaryOf(const v1::FrameReport& report, bool reused) {
+  v1::FrameInfo info;
+  info.set_frame(report.frame());
+  info.set_state(report.state());
+  info.set_reason(report.reason());
+  info.set_coverage(report.mesh().coverage());
+  info.set_total_ms(report.total_ms());
+  info.set_reused(reused);
+  info.set_share_done(1);
+  return info;
+}
+
+}  // namespace weft

@@ -1,0 +1,62 @@
+#include "services/pipeline/registration.h"
+
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <mutex>
+
+#include "services/pipeline/register_frame.h"
+
+namespace weft {
+namespace {
+
+// Passes on the progress of one frame: one call at a time, never backwards.
+class AdvancedOnce {
+ public:
+  AdvancedOnce(const RegistrationEvents& events, std::string frame)
+      : events_(events), frame_(std::move(frame)) {}
+
+  void operator()(double share) {
+    const std::lock_guard lock(mutex_);
+    if (share <= last_ || !events_.advanced) return;
+    last_ = share;
+    events_.advanced(frame_, share);
+  }
+
+ private:
+  const RegistrationEvents& events_;
+  const std::string frame_;
+  std::mutex mutex_;
+  double last_ = 0;
+};
+
+}  // namespace
+
+absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<size_t>& frames,
+                            const v1::RegistrationOptions& options, const std::string& out, int threads,
+                            const RegistrationEvents& events, std::stop_token stop) {
+  const int concurrency = threads > 0 ? threads : tbb::info::default_concurrency();
+  // More threads than cores are wanted where a caller asks for them, for example to compare results.
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  static_cast<size_t>(std::max(concurrency, 1)));
+  tbb::task_arena arena(concurrency);
+  for (const size_t index : frames) {
+    if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
+    const std::string& name = inputs.dump->frame_names()[index];
+    if (events.started) events.started(name);
+    if (const auto complete = FindCompleteFrame(inputs, index, options, out); complete.ok()) {
+      if (events.finished) events.finished(SummaryOf(*complete, /*reused=*/true));
+      continue;
+    }
+    AdvancedOnce advanced(events, name);
+    absl::StatusOr<v1::FrameReport> report;
+    arena.execute([&] { report = RegisterFrame(inputs, index, options, out, std::ref(advanced), stop); });
+    if (!report.ok()) return report.status();
+    if (events.finished) events.finished(SummaryOf(*report, /*reused=*/false));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace weft

@@ -1,0 +1,93 @@
+#include "services/pipeline/registration_inputs.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "capture/image_folder_dump.h"
+#include "services/files/board_file.h"
+#include "services/files/rig_file.h"
+#include "services/files/template_file.h"
+#include "services/pipeline/presets.h"
+
+namespace weft {
+namespace {
+
+absl::Status CheckFields(const v1::RegistrationSpec& spec) {
+  const std::pair<const char*, const std::string*> fields[] = {{"dump", &spec.dump()},
+                                                               {"rig", &spec.rig()},
+                                                               {"board", &spec.board()},
+                                                               {"out", &spec.out()},
+                                                               {"garment", &spec.garment()}};
+  for (const auto& [name, value] : fields) {
+    if (value->empty()) {
+      return absl::InvalidArgumentError(absl::StrCat("the field ", name, " of the registration is empty"));
+    }
+    if (value->find('\0') != std::string::npos) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("the field ", name, " of the registration holds a zero byte"));
+    }
+  }
+  return PresetByName(spec.options().preset()).status();
+}
+
+absl::Status CheckHash(const char* what, const std::string& path, const std::string& expected,
+                       const std::string& found) {
+  if (expected.empty() || expected == found) return absl::OkStatus();
+  return absl::FailedPreconditionError(absl::StrCat(path, ": the ", what, " has hash ", found,
+                                                    ", but the job was made with hash ", expected,
+                                                    "; it changed since, so submit the job again"));
+}
+
+absl::Status CheckExpected(const v1::RegistrationSpec& spec, const v1::InputHashes& hashes) {
+  absl::Status status = CheckHash("rig", spec.rig(), spec.expected().rig(), hashes.rig());
+  status.Update(CheckHash("board", spec.board(), spec.expected().board(), hashes.board()));
+  status.Update(CheckHash("template", spec.garment(), spec.expected().garment(), hashes.garment()));
+  return status;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::RegistrationSpec& spec) {
+  if (absl::Status status = CheckFields(spec); !status.ok()) return status;
+  absl::StatusOr<Rig> rig = ReadRig(spec.rig());
+  if (!rig.ok()) return rig.status();
+  const absl::StatusOr<Board> board = ReadBoard(spec.board());
+  if (!board.ok()) return board.status();
+  absl::StatusOr<Template> garment = ReadTemplate(spec.garment());
+  if (!garment.ok()) return garment.status();
+  if (absl::Status status = CheckTemplateFitsBoard(*garment, *board); !status.ok()) return status;
+  v1::InputHashes hashes;
+  hashes.set_rig(rig->ContentHash());
+  hashes.set_board(board->ContentHash());
+  hashes.set_garment(garment->ContentHash());
+  if (absl::Status status = CheckExpected(spec, hashes); !status.ok()) return status;
+
+  absl::StatusOr<std::unique_ptr<ImageFolderDump>> dump = ImageFolderDump::Open(spec.dump(), *rig);
+  if (!dump.ok()) return dump.status();
+  absl::StatusOr<BoardIndex> index = BoardIndex::Build(*board);
+  if (!index.ok()) {
+    return absl::Status(index.status().code(), absl::StrCat(spec.board(), ": ", index.status().message()));
+  }
+  auto model = std::make_unique<AlignmentModel>(*garment);
+  std::vector<std::string> warnings = (*dump)->warnings();
+  return std::make_unique<RegistrationInputs>(
+      RegistrationInputs{*std::move(rig), *std::move(index), *std::move(garment), std::move(model),
+                         *std::move(dump), std::move(hashes), std::move(warnings)});
+}
+
+absl::StatusOr<std::vector<size_t>> FramesInRange(const v1::RegistrationSpec& spec,
+                                                  const std::vector<std::string>& frame_names) {
+  const auto count = static_cast<int64_t>(frame_names.size());
+  const int64_t first = spec.first_frame();
+  const int64_t end = spec.end_frame() == 0 ? count : spec.end_frame();
+  if (first < 0 || end > count || first >= end) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "frames ", first, ":", end, " of ", spec.dump(), ": the dump holds ", count, " frame(s), ",
+        frame_names.front(), " to ", frame_names.back(), "; give a range A:B with 0 <= A < B <= ", count));
+  }
+  std::vector<size_t> range;
+  for (int64_t i = first; i < end; ++i) range.push_back(static_cast<size_t>(i));
+  return range;
+}
+
+}  // namespace weft
