@@ -4,27 +4,45 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "capture/frame.h"
+#include "pattern/board_growth.h"
 #include "pattern/board_index.h"
+#include "pattern/cell_refinement.h"
+#include "pattern/keypoints.h"
+#include "pattern/lattice.h"
 #include "pattern/observation.h"
+#include "pattern/patch_decoder.h"
 
 namespace weft {
 
 // Options of every step; nested structs belong to the headers of the steps.
-struct DecodeOptions {};
+struct DecodeOptions {
+  // Halvings of the image that are searched for cells: level k finds pitches of 3 to 6.5 px times 2^k.
+  int levels = 3;
+  // Whether corners are reported beside centres.
+  bool corners = true;
+  KeypointOptions keypoints;
+  LatticeOptions lattice;
+  PatchDecodeOptions patches;
+  GrowthOptions growth;
+  RefinementOptions refinement;
+
+  absl::Status Validate() const;
+};
 
 // A connected piece of lattice, and what became of it.
 struct PatchReport {
   int nodes = 0;
   bool accepted = false;
-  std::string reason;  // for rejected ones: "too small", "no margin over the runner-up", "mirrored" ...
+  std::string reason;  // for rejected ones: "mirrored", "no margin over the runner-up" ...
   double x_min_px = 0, y_min_px = 0, x_max_px = 0, y_max_px = 0;
   double margin = 0;  // log likelihood of the best pose minus the runner-up's
 };
 
 struct DecodeTimings {
-  double detect_ms = 0, lattice_ms = 0, colors_ms = 0, decode_ms = 0;
+  double lattice_ms = 0, colors_ms = 0, growth_ms = 0, refinement_ms = 0;
 };
 
 // Observations ordered by kind, row, column; a node occurs at most once.

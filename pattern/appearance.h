@@ -1,0 +1,29 @@
+// How the print looks in one view: its inks and its blur.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "pattern/blurred_profile.h"
+#include "pattern/board.h"
+#include "pattern/cell_frame.h"
+#include "pattern/color_image.h"
+#include "pattern/ink_model.h"
+
+namespace weft {
+
+// Colours in grey levels at full light (the light of a neighbourhood multiplies them), and the blur.
+struct Appearance {
+  std::array<Rgb, kCellColors> inks = {};
+  Rgb black = {};
+  float sigma_px = 0.8f;
+};
+
+// The appearance that explains the placed cells best, over the blurs `sigmas_px`. Alternates between the
+// light of each cell's surroundings and, by least squares, the eight colours; the mean over the inks stays
+// that of `start`.
+Appearance CalibrateAppearance(const ColorImage& image, const Board& board, const BlurredProfile& profile,
+                               const std::vector<PlacedCell>& cells, const std::vector<float>& sigmas_px,
+                               const Appearance& start);
+
+}  // namespace weft

@@ -1,0 +1,200 @@
+#include "pattern/board_growth.h"
+
+#include <algorithm>
+#include <cmath>
+#include <queue>
+
+namespace weft {
+namespace {
+
+constexpr int kBucketPx = 8;
+constexpr int kMostAttempts = 5;
+
+class Growth {
+ public:
+  Growth(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+         const GrowthOptions& options)
+      : fitter_(fitter),
+        board_(board),
+        options_(options),
+        width_px_(width_px),
+        height_px_(height_px),
+        columns_(width_px / kBucketPx + 1),
+        cell_of_(board.cells.size(), -1),
+        attempts_(board.cells.size(), 0),
+        buckets_(static_cast<size_t>(columns_) * (height_px / kBucketPx + 1)) {}
+
+  std::vector<GrownCell> Run(const std::vector<GrowthSeed>& seeds) {
+    for (size_t k = 0; k < seeds.size(); ++k) {
+      const GrowthSeed& seed = seeds[k];
+      if (!board_.Contains(seed.row, seed.col)) continue;
+      const CellFit fit = fitter_.Fit(seed.row, seed.col, seed.frame, Weights(seed.row, seed.col, true),
+                                      {options_.iterations + 2, StrideFor(seed.frame), 1.5f, {}});
+      if (Acceptable(fit)) queue_.push({fit.explained, seed.row, seed.col, fit, seed.group});
+    }
+    while (!queue_.empty()) {
+      const Candidate next = queue_.top();
+      queue_.pop();
+      if (CellAt(next.row, next.col) >= 0) continue;
+      if (PlaceTaken(next.row, next.col, next.fit.frame)) continue;
+      Take(next);
+      for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}})
+        Try(next.row + dr, next.col + dc);
+    }
+    std::sort(cells_.begin(), cells_.end(), [](const GrownCell& s, const GrownCell& t) {
+      return s.row != t.row ? s.row < t.row : s.col < t.col;
+    });
+    return std::move(cells_);
+  }
+
+ private:
+  struct Candidate {
+    float priority;
+    int row, col;
+    CellFit fit;
+    int group;
+    bool operator<(const Candidate& other) const {
+      if (priority != other.priority) return priority < other.priority;
+      return row != other.row ? row > other.row : col > other.col;
+    }
+  };
+
+  size_t Index(int row, int col) const { return static_cast<size_t>(row) * board_.cols + col; }
+  int CellAt(int row, int col) const { return board_.Contains(row, col) ? cell_of_[Index(row, col)] : -1; }
+
+  // Cells not yet known may be hidden: they count less.
+  NeighborWeights Weights(int row, int col, bool seed) const {
+    NeighborWeights weights;
+    for (int k = 0; k < 9; ++k) {
+      const bool known = k == 4 || CellAt(row + k / 3 - 1, col + k % 3 - 1) >= 0;
+      weights[k] = known || seed ? 1.0f : 0.3f;
+    }
+    return weights;
+  }
+
+  bool Acceptable(const CellFit& fit) const {
+    if (!fit.converged || fit.moved_cells > options_.max_move_cells) return false;
+    if (fit.explained < options_.min_explained) return false;
+    if (fit.ink_lead < options_.min_ink_lead * fit.center_contrast * fit.center_contrast) return false;
+    const CellFrame& f = fit.frame;
+    if (f.Area() < options_.min_area_px) return false;
+    if (std::min(std::hypot(f.ax, f.ay), std::hypot(f.bx, f.by)) < options_.min_edge_px) return false;
+    return f.x >= 0 && f.y >= 0 && f.x <= static_cast<float>(width_px_ - 1) &&
+           f.y <= static_cast<float>(height_px_ - 1);
+  }
+
+  // Whether the middle lies within another cell, or another's middle within this one.
+  bool PlaceTaken(int row, int col, const CellFrame& frame) const {
+    const int bx = static_cast<int>(frame.x) / kBucketPx, by = static_cast<int>(frame.y) / kBucketPx;
+    const int reach = 1 + static_cast<int>(std::sqrt(frame.Area())) / kBucketPx;
+    for (int y = std::max(0, by - reach); y <= std::min(height_px_ / kBucketPx, by + reach); ++y) {
+      for (int x = std::max(0, bx - reach); x <= std::min(columns_ - 1, bx + reach); ++x) {
+        for (const int k : buckets_[static_cast<size_t>(y) * columns_ + x]) {
+          const GrownCell& other = cells_[k];
+          if (other.row == row && other.col == col) continue;
+          if (Inside(other.fit.frame, frame.x, frame.y) ||
+              Inside(frame, other.fit.frame.x, other.fit.frame.y)) {
+            return true;
+          }
+        }
+      }
+    }
+    return false;
+  }
+
+  static bool Inside(const CellFrame& f, float x, float y) {
+    const float dx = x - f.x, dy = y - f.y, area = f.Area();
+    const float u = (f.by * dx - f.bx * dy) / area, v = (f.ax * dy - f.ay * dx) / area;
+    return std::abs(u) < 0.5f && std::abs(v) < 0.5f;
+  }
+
+  void Take(const Candidate& c) {
+    const int index = static_cast<int>(cells_.size());
+    cells_.push_back({c.row, c.col, c.fit, c.group});
+    cell_of_[Index(c.row, c.col)] = index;
+    const int x = static_cast<int>(c.fit.frame.x) / kBucketPx,
+              y = static_cast<int>(c.fit.frame.y) / kBucketPx;
+    buckets_[static_cast<size_t>(y) * columns_ + x].push_back(index);
+  }
+
+  void Try(int row, int col) {
+    if (!board_.Contains(row, col) || CellAt(row, col) >= 0) return;
+    uint8_t& attempts = attempts_[Index(row, col)];
+    if (attempts >= kMostAttempts) return;
+    ++attempts;
+    int group = 0;
+    const CellFrame predicted = Predict(row, col, &group);
+    const CellFit fit = fitter_.Fit(row, col, predicted, Weights(row, col, false),
+                                    {options_.iterations, StrideFor(predicted), 1.5f, {}});
+    if (!Acceptable(fit)) return;
+    queue_.push({fit.explained, row, col, fit, group});
+  }
+
+  // Mean of what the known neighbours say.
+  CellFrame Predict(int row, int col, int* group) const {
+    CellFrame sum;
+    float weights = 0, best = -1;
+    for (int dr = -1; dr <= 1; ++dr) {
+      for (int dc = -1; dc <= 1; ++dc) {
+        const int k = CellAt(row + dr, col + dc);
+        if (k < 0) continue;
+        const CellFrame& f = cells_[k].fit.frame;
+        const float weight = (dr != 0 && dc != 0 ? 0.4f : 1.0f) * cells_[k].fit.explained;
+        sum.x += weight * (f.x - static_cast<float>(dc) * f.ax - static_cast<float>(dr) * f.bx);
+        sum.y += weight * (f.y - static_cast<float>(dc) * f.ay - static_cast<float>(dr) * f.by);
+        sum.ax += weight * f.ax;
+        sum.ay += weight * f.ay;
+        sum.bx += weight * f.bx;
+        sum.by += weight * f.by;
+        weights += weight;
+        if (weight > best) {
+          best = weight;
+          *group = cells_[k].group;
+        }
+      }
+    }
+    for (float* v : {&sum.x, &sum.y, &sum.ax, &sum.ay, &sum.bx, &sum.by}) *v /= weights;
+    return sum;
+  }
+
+  const CellFitter& fitter_;
+  const Board& board_;
+  const GrowthOptions& options_;
+  int width_px_, height_px_, columns_;
+  std::vector<int> cell_of_;  // by board cell
+  std::vector<uint8_t> attempts_;
+  std::vector<std::vector<int>> buckets_;
+  std::vector<GrownCell> cells_;
+  std::priority_queue<Candidate> queue_;
+};
+
+}  // namespace
+
+int StrideFor(const CellFrame& frame) {
+  const float least = std::min(std::hypot(frame.ax, frame.ay), std::hypot(frame.bx, frame.by));
+  return std::max(1, static_cast<int>(least / 3.5f));
+}
+
+absl::Status GrowthOptions::Validate() const {
+  if (!(min_explained > 0 && min_explained < 1)) {
+    return absl::InvalidArgumentError("growth.min_explained must lie in (0, 1)");
+  }
+  if (!(min_ink_lead >= 0 && min_ink_lead < 1)) {
+    return absl::InvalidArgumentError("growth.min_ink_lead must lie in [0, 1)");
+  }
+  if (!(max_move_cells > 0 && max_move_cells <= 1)) {
+    return absl::InvalidArgumentError("growth.max_move_cells must lie in (0, 1]");
+  }
+  if (!(min_edge_px > 0)) return absl::InvalidArgumentError("growth.min_edge_px must be above 0");
+  if (!(min_area_px > 0)) return absl::InvalidArgumentError("growth.min_area_px must be above 0");
+  if (iterations < 1 || iterations > 50)
+    return absl::InvalidArgumentError("growth.iterations must lie in 1 to 50");
+  return absl::OkStatus();
+}
+
+std::vector<GrownCell> GrowOnBoard(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+                                   const std::vector<GrowthSeed>& seeds, const GrowthOptions& options) {
+  return Growth(fitter, board, width_px, height_px, options).Run(seeds);
+}
+
+}  // namespace weft

@@ -1,0 +1,51 @@
+// From a few cells whose place on the board is known to all that can be seen.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/status.h"
+#include "pattern/cell_fitter.h"
+
+namespace weft {
+
+struct GrowthOptions {
+  // Share of the variance around a cell that the printed pattern has to explain.
+  float min_explained = 0.55f;
+  // How much better the expected ink must fit the cell than any other, in units of the mean squared change
+  // that another ink would make; 1 is perfect, below 0 another ink fits better.
+  float min_ink_lead = 0.1f;
+  // Largest distance between prediction and fit, in cells.
+  float max_move_cells = 0.4f;
+  // Least edge and area of a cell in the image.
+  float min_edge_px = 1.2f;
+  float min_area_px = 4.0f;
+  int iterations = 4;
+
+  absl::Status Validate() const;
+};
+
+// A cell known before growth.
+struct GrowthSeed {
+  int row = 0;
+  int col = 0;
+  CellFrame frame;
+  int group = 0;  // seeds of one decoded piece
+};
+
+struct GrownCell {
+  int row = 0;
+  int col = 0;
+  CellFit fit;
+  int group = 0;
+};
+
+// Follows the print from the seeds cell by cell, the best explained first: predicts the next cell from its
+// known neighbours, fits it, and takes it when the image shows the colours that the board has there. A board
+// cell is taken once, and so is a place in the image. Ordered by row and column.
+std::vector<GrownCell> GrowOnBoard(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+                                   const std::vector<GrowthSeed>& seeds, const GrowthOptions& options);
+
+// Every so many-th pixel that a fit of such a cell needs.
+int StrideFor(const CellFrame& frame);
+
+}  // namespace weft

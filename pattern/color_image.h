@@ -1,0 +1,42 @@
+// Images as the decoder works on them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "capture/frame.h"
+
+namespace weft {
+
+// Red, green, blue and a spare byte per pixel, [height][width][4].
+struct ColorImage {
+  int width_px = 0;
+  int height_px = 0;
+  std::vector<uint8_t> rgbx;
+
+  const uint8_t* at(int x, int y) const { return rgbx.data() + 4 * (static_cast<size_t>(y) * width_px + x); }
+};
+
+// One float per pixel, [height][width].
+struct Plane {
+  int width_px = 0;
+  int height_px = 0;
+  std::vector<float> values;
+
+  const float* row(int y) const { return values.data() + static_cast<size_t>(y) * width_px; }
+  float* row(int y) { return values.data() + static_cast<size_t>(y) * width_px; }
+  // Bilinear; coordinates are clamped to the image.
+  float Sample(float x, float y) const;
+};
+
+// `rgb` is a kRgb8 frame.
+ColorImage ToColorImage(const Frame& rgb);
+
+// Half the size, each pixel the mean of 2x2. Pixel x of the half image is at 2 x + 0.5 of `image`.
+ColorImage HalfSize(const ColorImage& image);
+
+// The brightest of the three channels, slightly smoothed (sigma 0.5 px). Every ink is dark in it and no
+// colour.
+Plane Brightness(const ColorImage& image);
+
+}  // namespace weft

@@ -1,0 +1,197 @@
+#include "pattern/decoder.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <iterator>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "pattern/appearance.h"
+#include "pattern/blurred_profile.h"
+#include "pattern/patch_search.h"
+
+namespace weft {
+namespace {
+
+// A smaller image holds no 3x3 cells that could be read.
+constexpr int kLeastSidePx = 9;
+
+class Stopwatch {
+ public:
+  double LapMs() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - start_).count();
+    start_ = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+absl::StatusOr<ColorImage> ReadColors(const Frame& frame) {
+  if (absl::Status status = frame.Validate(); !status.ok()) return status;
+  if (frame.format == PixelFormat::kGrey8) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        frame.origin.empty() ? "frame" : frame.origin,
+        ": a grey image cannot be decoded, colours carry the code; where it is a Bayer mosaic, name "
+        "its order"));
+  }
+  const absl::StatusOr<Frame> rgb = ToRgb(frame);
+  if (!rgb.ok()) return rgb.status();
+  return ToColorImage(*rgb);
+}
+
+std::vector<LevelPatch> FindPatchesAtAllLevels(const ColorImage& full, const DecodeOptions& options) {
+  std::vector<LevelPatch> patches;
+  ColorImage smaller;
+  const ColorImage* image = &full;
+  float scale = 1;
+  for (int level = 0; level < options.levels; ++level, scale *= 2) {
+    if (level > 0) {
+      smaller = HalfSize(*image);
+      image = &smaller;
+    }
+    if (image->width_px < kLeastSidePx || image->height_px < kLeastSidePx) break;
+    std::vector<LevelPatch> found = FindPatches(*image, scale, options.keypoints, options.lattice);
+    std::move(found.begin(), found.end(), std::back_inserter(patches));
+  }
+  return patches;
+}
+
+PatchReport Report(const LevelPatch& patch, const PatchDecodeOptions& options) {
+  PatchReport report;
+  report.nodes = static_cast<int>(patch.points.size());
+  report.x_min_px = report.x_max_px = patch.points[0].x_px;
+  report.y_min_px = report.y_max_px = patch.points[0].y_px;
+  for (const Keypoint& p : patch.points) {
+    report.x_min_px = std::min<double>(report.x_min_px, p.x_px);
+    report.x_max_px = std::max<double>(report.x_max_px, p.x_px);
+    report.y_min_px = std::min<double>(report.y_min_px, p.y_px);
+    report.y_max_px = std::max<double>(report.y_max_px, p.y_px);
+  }
+  report.reason = "no window of the board";
+  for (const DecodedPiece& piece : patch.pieces) {
+    const std::string reason = WhyRejected(patch, piece, options);
+    if (&piece == &patch.pieces.front() || reason.empty()) {
+      report.reason = reason;
+      report.margin = piece.margin;
+    }
+    if (reason.empty()) break;
+  }
+  report.accepted = report.reason.empty();
+  return report;
+}
+
+// Starts from the inks of the patches, and learns the rest from some of the seeds.
+Appearance LearnAppearance(const ColorImage& image, const Board& board, const BlurredProfile& profile,
+                           const InkModel& inks, const std::vector<GrowthSeed>& seeds) {
+  constexpr float kLight = 128, kBlack = 25;  // grey levels to start from
+  constexpr size_t kCells = 300;
+  Appearance start;
+  for (int k = 0; k < kCellColors; ++k) {
+    for (int c = 0; c < 3; ++c) start.inks[k][c] = kLight * inks.mean(static_cast<CellColor>(k))[c];
+  }
+  start.black.fill(kBlack);
+  std::vector<PlacedCell> cells;
+  for (size_t k = 0; k < seeds.size(); k += std::max<size_t>(1, seeds.size() / kCells)) {
+    cells.push_back({seeds[k].row, seeds[k].col, seeds[k].frame});
+  }
+  return CalibrateAppearance(image, board, profile, cells,
+                             {0.4f, 0.55f, 0.7f, 0.85f, 1.0f, 1.2f, 1.5f, 1.9f, 2.4f, 3.0f, 4.0f}, start);
+}
+
+std::vector<Observation> Centers(const std::vector<GrownCell>& cells) {
+  std::vector<Observation> centers;
+  for (const GrownCell& cell : cells) {
+    Observation o;
+    o.x_px = cell.fit.frame.x;
+    o.y_px = cell.fit.frame.y;
+    o.node = {cell.row, cell.col, NodeKind::kCenter};
+    o.sigma_px = cell.fit.sigma_px;
+    o.confidence = std::clamp(cell.fit.explained, 0.0f, 1.0f);
+    centers.push_back(o);
+  }
+  return centers;
+}
+
+// Corners between four known cells. What a cell's edges predict and the mean of the centres err by the same
+// amount in opposite directions where the surface bends, so half of each is right to third order.
+std::vector<Observation> Corners(const std::vector<GrownCell>& cells) {
+  std::vector<Observation> corners;
+  const auto find = [&](int row, int col) -> const GrownCell* {
+    const auto at =
+        std::lower_bound(cells.begin(), cells.end(), std::pair{row, col}, [](const auto& cell, auto key) {
+          return std::pair{cell.row, cell.col} < key;
+        });
+    return at != cells.end() && at->row == row && at->col == col ? &*at : nullptr;
+  };
+  for (const GrownCell& last : cells) {
+    Observation o;
+    o.node = {last.row, last.col, NodeKind::kCorner};
+    o.confidence = 1;
+    double variance_px2 = 0;
+    bool complete = true;
+    for (int k = 0; k < 4 && complete; ++k) {
+      const GrownCell* cell = k == 3 ? &last : find(last.row - 1 + k / 2, last.col - 1 + k % 2);
+      complete = cell != nullptr;
+      if (!complete) break;
+      const CellFrame& f = cell->fit.frame;
+      const double towards_col = k % 2 == 0 ? 0.25 : -0.25, towards_row = k / 2 == 0 ? 0.25 : -0.25;
+      o.x_px += 0.25 * (f.x + towards_col * f.ax + towards_row * f.bx);
+      o.y_px += 0.25 * (f.y + towards_col * f.ay + towards_row * f.by);
+      // The four windows overlap, so their errors do not average out.
+      variance_px2 += 0.25 * cell->fit.sigma_px * cell->fit.sigma_px;
+      o.confidence = std::min(o.confidence, std::clamp(cell->fit.explained, 0.0f, 1.0f));
+    }
+    if (!complete) continue;
+    o.sigma_px = static_cast<float>(std::sqrt(variance_px2));
+    corners.push_back(o);
+  }
+  return corners;
+}
+
+}  // namespace
+
+absl::Status DecodeOptions::Validate() const {
+  if (levels < 1 || levels > 8) return absl::InvalidArgumentError("levels must lie in 1 to 8");
+  for (const absl::Status& status : {keypoints.Validate(), lattice.Validate(), patches.Validate(),
+                                     growth.Validate(), refinement.Validate()}) {
+    if (!status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& board,
+                                        const DecodeOptions& options) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  const absl::StatusOr<ColorImage> image = ReadColors(frame);
+  if (!image.ok()) return image.status();
+  DecodeResult result;
+  Stopwatch watch;
+  std::vector<LevelPatch> patches = FindPatchesAtAllLevels(*image, options);
+  result.timings.lattice_ms = watch.LapMs();
+  const InkModel inks = DecodePatches(board, options.patches, &patches);
+  for (const LevelPatch& patch : patches) result.patches.push_back(Report(patch, options.patches));
+  const std::vector<GrowthSeed> seeds = SeedsOf(patches, board.board(), options.patches);
+  result.timings.colors_ms = watch.LapMs();
+  if (seeds.empty()) return result;
+
+  const BlurredProfile profile(board.board().square_fraction);
+  const Appearance appearance = LearnAppearance(*image, board.board(), profile, inks, seeds);
+  const CellFitter fitter(*image, board.board(), profile, appearance);
+  std::vector<GrownCell> cells =
+      GrowOnBoard(fitter, board.board(), image->width_px, image->height_px, seeds, options.growth);
+  result.timings.growth_ms = watch.LapMs();
+  RefineCells(fitter, board.board(), options.refinement, &cells);
+  result.observations = Centers(cells);
+  if (options.corners) {
+    const std::vector<Observation> corners = Corners(cells);
+    result.observations.insert(result.observations.end(), corners.begin(), corners.end());
+  }
+  result.timings.refinement_ms = watch.LapMs();
+  return result;
+}
+
+}  // namespace weft

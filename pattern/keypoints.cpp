@@ -1,0 +1,74 @@
+#include "pattern/keypoints.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace weft {
+namespace {
+
+// Offset of the maximum of the parabola through three equidistant values, at most half a step.
+float PeakOffset(float before, float here, float after) {
+  const float curvature = before - 2 * here + after;
+  if (curvature >= 0) return 0;
+  return std::clamp(0.5f * (before - after) / curvature, -0.5f, 0.5f);
+}
+
+bool IsPeak(const float* above, const float* here, const float* below, int x) {
+  const float v = here[x];
+  // Ties go to the first in reading order.
+  return v > here[x + 1] && v >= here[x - 1] && v >= above[x - 1] && v >= above[x] && v >= above[x + 1] &&
+         v > below[x - 1] && v > below[x] && v > below[x + 1];
+}
+
+float DarkestNear(const Plane& plane, int x, int y) {
+  float darkest = plane.row(y)[x];
+  for (int dy = -3; dy <= 3; ++dy) {
+    const float* row = plane.row(std::clamp(y + dy, 0, plane.height_px - 1));
+    for (int dx = -3; dx <= 3; ++dx)
+      darkest = std::min(darkest, row[std::clamp(x + dx, 0, plane.width_px - 1)]);
+  }
+  return darkest;
+}
+
+}  // namespace
+
+absl::Status KeypointOptions::Validate() const {
+  if (!(min_relative_contrast >= 0 && min_relative_contrast < 1)) {
+    return absl::InvalidArgumentError("keypoints.min_relative_contrast must lie in [0, 1)");
+  }
+  if (!(min_contrast >= 0)) return absl::InvalidArgumentError("keypoints.min_contrast must not be negative");
+  return absl::OkStatus();
+}
+
+std::vector<Keypoint> DetectKeypoints(const Plane& brightness, const KeypointOptions& options) {
+  std::vector<Keypoint> points;
+  for (int y = 1; y + 1 < brightness.height_px; ++y) {
+    const float* above = brightness.row(y - 1);
+    const float* here = brightness.row(y);
+    const float* below = brightness.row(y + 1);
+    for (int x = 1; x + 1 < brightness.width_px; ++x) {
+      if (!IsPeak(above, here, below, x)) continue;
+      const float contrast = here[x] - DarkestNear(brightness, x, y);
+      if (contrast < options.min_contrast || contrast < options.min_relative_contrast * here[x]) continue;
+      points.push_back({static_cast<float>(x) + PeakOffset(here[x - 1], here[x], here[x + 1]),
+                        static_cast<float>(y) + PeakOffset(above[x], here[x], below[x]), here[x]});
+    }
+  }
+  return points;
+}
+
+KeypointGrid::KeypointGrid(const std::vector<Keypoint>& points, int width_px, int height_px)
+    : points_(points), columns_(width_px / kBucketPx + 1), rows_(height_px / kBucketPx + 1) {
+  first_.assign(static_cast<size_t>(columns_) * rows_ + 1, 0);
+  std::vector<int> bucket(points.size());
+  for (size_t i = 0; i < points.size(); ++i) {
+    bucket[i] = Bucket(points[i].y_px, rows_) * columns_ + Bucket(points[i].x_px, columns_);
+    ++first_[bucket[i] + 1];
+  }
+  for (size_t b = 1; b < first_.size(); ++b) first_[b] += first_[b - 1];
+  indices_.resize(points.size());
+  std::vector<int> next(first_.begin(), first_.end() - 1);
+  for (size_t i = 0; i < points.size(); ++i) indices_[next[bucket[i]]++] = static_cast<int>(i);
+}
+
+}  // namespace weft

@@ -1,0 +1,66 @@
+// Candidates for cell centres: bright spots between dark ink lines.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/status.h"
+#include "pattern/color_image.h"
+
+namespace weft {
+
+struct KeypointOptions {
+  // A spot is brighter than the darkest pixel of its 7x7 neighbourhood by this share of its own brightness
+  // ...
+  float min_relative_contrast = 0.12f;
+  // ... and by this many grey levels.
+  float min_contrast = 4.0f;
+
+  absl::Status Validate() const;
+};
+
+struct Keypoint {
+  float x_px = 0;
+  float y_px = 0;
+  float brightness = 0;
+};
+
+// Local maxima of `brightness`, sub-pixel, in reading order. They cover pitches of 3 to 6.5 px; coarser cells
+// are found in a smaller image.
+std::vector<Keypoint> DetectKeypoints(const Plane& brightness, const KeypointOptions& options);
+
+// Keypoints by place.
+class KeypointGrid {
+ public:
+  KeypointGrid(const std::vector<Keypoint>& points, int width_px, int height_px);
+
+  // Calls visit(index) for the keypoints within `radius_px` of (x, y), in a fixed order.
+  template <typename Visit>
+  void Near(float x, float y, float radius_px, Visit visit) const;
+
+ private:
+  static constexpr int kBucketPx = 4;
+  int Bucket(float v, int count) const {
+    const int b = static_cast<int>(v) / kBucketPx;
+    return v < 0 ? 0 : (b >= count ? count - 1 : b);
+  }
+
+  const std::vector<Keypoint>& points_;
+  int columns_, rows_;
+  std::vector<int> first_;    // [rows][columns] + 1
+  std::vector<int> indices_;  // by bucket
+};
+
+template <typename Visit>
+void KeypointGrid::Near(float x, float y, float radius_px, Visit visit) const {
+  const int c0 = Bucket(x - radius_px, columns_), c1 = Bucket(x + radius_px, columns_);
+  const int r0 = Bucket(y - radius_px, rows_), r1 = Bucket(y + radius_px, rows_);
+  for (int r = r0; r <= r1; ++r) {
+    for (int i = first_[r * columns_ + c0]; i < first_[r * columns_ + c1 + 1]; ++i) {
+      const Keypoint& p = points_[indices_[i]];
+      const float dx = p.x_px - x, dy = p.y_px - y;
+      if (dx * dx + dy * dy <= radius_px * radius_px) visit(indices_[i]);
+    }
+  }
+}
+
+}  // namespace weft

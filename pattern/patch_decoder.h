@@ -1,0 +1,63 @@
+// Where pieces of lattice lie on the board, from the colours of their cells.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "pattern/board_index.h"
+#include "pattern/color_image.h"
+#include "pattern/ink_model.h"
+#include "pattern/lattice.h"
+
+namespace weft {
+
+struct PatchDecodeOptions {
+  // Least evidence of a piece: log likelihood of its colours on the board over that of random ones, in nats.
+  float min_evidence = 12.0f;
+  // Least lead over the runner-up pose on the same cells, in nats.
+  float min_margin = 6.0f;
+  // Cells right around a piece that speak against it, per cell of the piece; a chance hit is surrounded by
+  // them.
+  float max_contradicted = 0.25f;
+
+  absl::Status Validate() const;
+};
+
+// A patch with what was measured at its cells.
+struct MeasuredPatch {
+  LatticePatch lattice;
+  std::vector<Rgb> colors;                                      // [cells], relative to the light around
+  std::vector<std::array<float, kCellColors>> log_likelihoods;  // [cells]
+  std::vector<int> grid;                                        // [i][j] -> cell, -1 where there is none
+
+  int CellAt(int i, int j) const;
+  int columns() const { return lattice.j_max - lattice.j_min + 1; }
+};
+
+// The cells of a patch that lie on the board under one pose (cell (i, j) is pose.ToBoard(i, j)).
+struct DecodedPiece {
+  BoardPose pose;
+  std::vector<int> cells;    // ascending indices into the patch
+  std::vector<int> centers;  // middle cells of the 3x3 windows that read this pose, ascending
+  float evidence = 0;
+  float margin = 0;
+  int contradicted = 0;  // cells next to the piece, outside of it, that look like another ink
+};
+
+// Reads the colours of a patch from the image in which its keypoints were found.
+MeasuredPatch MeasurePatch(const LatticePatch& patch, const std::vector<Keypoint>& points,
+                           const ColorImage& image);
+
+// Fills log_likelihoods.
+void ClassifyPatch(const InkModel& inks, MeasuredPatch* patch);
+
+// Pieces that read a pose, the one with most windows first. A patch that was joined wrongly reads several; a
+// cell is in one piece at most. Pieces below the options' limits are included: their evidence and margin
+// tell.
+std::vector<DecodedPiece> DecodePatch(const MeasuredPatch& patch, const BoardIndex& board);
+
+// Windows of the patch that the board has as seen in a mirror, minus those that it has upright.
+int MirroredExcess(const MeasuredPatch& patch, const BoardIndex& board);
+
+}  // namespace weft

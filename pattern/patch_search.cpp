@@ -1,0 +1,153 @@
+#include "pattern/patch_search.h"
+
+#include <algorithm>
+
+namespace weft {
+namespace {
+
+constexpr float kFades[] = {0.0f, 0.25f, 0.45f, 0.6f, 0.75f};
+
+// Good enough to learn inks from, whatever the patch around it says.
+bool Readable(const DecodedPiece& piece, const PatchDecodeOptions& options) {
+  return piece.centers.size() >= 2 && piece.evidence >= options.min_evidence &&
+         piece.margin >= options.min_margin;
+}
+
+// Cells in readable pieces.
+size_t ReadPatches(const InkModel& inks, const BoardIndex& board, const PatchDecodeOptions& options,
+                   std::vector<LevelPatch>* patches) {
+  size_t readable = 0;
+  for (LevelPatch& patch : *patches) {
+    ClassifyPatch(inks, &patch.measured);
+    patch.pieces = DecodePatch(patch.measured, board);
+    for (const DecodedPiece& piece : patch.pieces) {
+      if (Readable(piece, options)) readable += piece.cells.size();
+    }
+  }
+  return readable;
+}
+
+std::vector<InkSample> Samples(const Board& board, const PatchDecodeOptions& options,
+                               const std::vector<LevelPatch>& patches) {
+  std::vector<InkSample> samples;
+  for (const LevelPatch& patch : patches) {
+    for (const DecodedPiece& piece : patch.pieces) {
+      if (!Readable(piece, options)) continue;
+      for (const int k : piece.cells) {
+        const PatchCell& c = patch.measured.lattice.cells[k];
+        const BoardCell at = piece.pose.ToBoard(c.i, c.j);
+        if (board.Contains(at.row, at.col))
+          samples.push_back({patch.measured.colors[k], board.at(at.row, at.col)});
+      }
+    }
+  }
+  return samples;
+}
+
+Rgb MeanColor(const std::vector<LevelPatch>& patches) {
+  Rgb mean = {};
+  size_t n = 0;
+  for (const LevelPatch& patch : patches) {
+    for (const Rgb& color : patch.measured.colors) {
+      for (int c = 0; c < 3; ++c) mean[c] += color[c];
+      ++n;
+    }
+  }
+  for (float& m : mean) m /= static_cast<float>(std::max<size_t>(n, 1));
+  return mean;
+}
+
+// The frame of a patch's cell in the directions of the board, in pixels of the full image.
+CellFrame FrameOnBoard(const LevelPatch& patch, int cell, const BoardPose& pose) {
+  const PatchCell& c = patch.measured.lattice.cells[cell];
+  const Keypoint& p = patch.points[cell];
+  const float s = patch.scale;
+  switch (pose.quarter_turns & 3) {
+    case 0:
+      return {p.x_px, p.y_px, s * c.ax, s * c.ay, s * c.bx, s * c.by};
+    case 1:
+      return {p.x_px, p.y_px, -s * c.bx, -s * c.by, s * c.ax, s * c.ay};
+    case 2:
+      return {p.x_px, p.y_px, -s * c.ax, -s * c.ay, -s * c.bx, -s * c.by};
+    default:
+      return {p.x_px, p.y_px, s * c.bx, s * c.by, -s * c.ax, -s * c.ay};
+  }
+}
+
+}  // namespace
+
+std::vector<LevelPatch> FindPatches(const ColorImage& image, float scale, const KeypointOptions& keypoints,
+                                    const LatticeOptions& lattice) {
+  std::vector<LevelPatch> patches;
+  const Plane brightness = Brightness(image);
+  const std::vector<Keypoint> points = DetectKeypoints(brightness, keypoints);
+  for (const LatticePatch& found : BuildLattice(points, brightness, lattice)) {
+    if (found.cells.size() < 9) continue;
+    LevelPatch patch;
+    patch.measured = MeasurePatch(found, points, image);
+    patch.scale = scale;
+    for (const PatchCell& c : found.cells) {
+      Keypoint p = points[c.keypoint];
+      p.x_px = (p.x_px + 0.5f) * scale - 0.5f;
+      p.y_px = (p.y_px + 0.5f) * scale - 0.5f;
+      patch.points.push_back(p);
+    }
+    patches.push_back(std::move(patch));
+  }
+  return patches;
+}
+
+InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& options,
+                       std::vector<LevelPatch>* patches) {
+  const Rgb mean = MeanColor(*patches);
+  InkModel best = InkModel::Faded(kFades[0], mean);
+  size_t most = 0;
+  for (const float fade : kFades) {
+    const InkModel inks = InkModel::Faded(fade, mean);
+    const size_t readable = ReadPatches(inks, board, options, patches);
+    if (readable > most) {
+      most = readable;
+      best = inks;
+    }
+  }
+  ReadPatches(best, board, options, patches);
+  for (int round = 0; round < 3 && most > 0; ++round) {
+    best = InkModel::Fitted(Samples(board.board(), options, *patches), best);
+    ReadPatches(best, board, options, patches);
+  }
+  for (LevelPatch& patch : *patches) patch.mirrored = MirroredExcess(patch.measured, board) > 0;
+  return best;
+}
+
+std::string WhyRejected(const LevelPatch& patch, const DecodedPiece& piece,
+                        const PatchDecodeOptions& options) {
+  if (patch.mirrored) return "mirrored";
+  if (piece.evidence < options.min_evidence) return "too little evidence";
+  if (piece.margin < options.min_margin) return "no margin over the runner-up";
+  if (static_cast<float>(piece.contradicted) >
+      options.max_contradicted * static_cast<float>(piece.cells.size())) {
+    return "contradicted by the cells around";
+  }
+  return "";
+}
+
+std::vector<GrowthSeed> SeedsOf(const std::vector<LevelPatch>& patches, const Board& board,
+                                const PatchDecodeOptions& options) {
+  std::vector<GrowthSeed> seeds;
+  int group = 0;
+  for (const LevelPatch& patch : patches) {
+    for (const DecodedPiece& piece : patch.pieces) {
+      ++group;
+      if (!WhyRejected(patch, piece, options).empty()) continue;
+      for (const int k : piece.centers) {
+        const PatchCell& c = patch.measured.lattice.cells[k];
+        const BoardCell at = piece.pose.ToBoard(c.i, c.j);
+        if (!c.has_frame() || !board.Contains(at.row, at.col)) continue;
+        seeds.push_back({at.row, at.col, FrameOnBoard(patch, k, piece.pose), group});
+      }
+    }
+  }
+  return seeds;
+}
+
+}  // namespace weft

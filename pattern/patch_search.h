@@ -1,0 +1,44 @@
+// Pieces of the board in one view: lattices at all sizes, the view's inks, and where each piece lies on the
+// board.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "pattern/board_growth.h"
+#include "pattern/board_index.h"
+#include "pattern/color_image.h"
+#include "pattern/ink_model.h"
+#include "pattern/keypoints.h"
+#include "pattern/lattice.h"
+#include "pattern/patch_decoder.h"
+
+namespace weft {
+
+// A patch found at one size of the image.
+struct LevelPatch {
+  MeasuredPatch measured;
+  std::vector<Keypoint> points;  // [cells], in pixels of the full image
+  float scale = 1;               // pixels of the full image per pixel
+  std::vector<DecodedPiece> pieces;
+  bool mirrored = false;  // reads better in a mirror
+};
+
+// Patches of at least 3x3 cells in one image of the pyramid; pixel x of it is at (x + 0.5) scale - 0.5 of the
+// full image.
+std::vector<LevelPatch> FindPatches(const ColorImage& image, float scale, const KeypointOptions& keypoints,
+                                    const LatticeOptions& lattice);
+
+// Learns the view's inks from what can be read, then reads all patches with them.
+InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& options,
+                       std::vector<LevelPatch>* patches);
+
+// Empty for a piece that stands, else the reason against it.
+std::string WhyRejected(const LevelPatch& patch, const DecodedPiece& piece,
+                        const PatchDecodeOptions& options);
+
+// The cells of the pieces that stand, where growth can start.
+std::vector<GrowthSeed> SeedsOf(const std::vector<LevelPatch>& patches, const Board& board,
+                                const PatchDecodeOptions& options);
+
+}  // namespace weft
