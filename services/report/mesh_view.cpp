@@ -1,0 +1,271 @@
+#include "services/report/mesh_view.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "absl/strings/str_cat.h"
+
+namespace weft {
+namespace {
+
+constexpr int64_t kMaxSamples = 100'000'000;
+constexpr float kInsideShare = 0.55f;                    // brightness of the inside
+constexpr std::array<float, 3> kBackground = {1, 1, 1};  // linear, where not transparent
+constexpr double kOnEdge = -1e-9;                        // rounding leaves no cracks between neighbours
+constexpr float kFarAway = -std::numeric_limits<float>::infinity();
+
+float LinearFromSrgb(float c) { return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f); }
+
+uint8_t SrgbByte(float linear) {
+  const float c = std::clamp(linear, 0.0f, 1.0f);
+  const float s = c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1 / 2.4f) - 0.055f;
+  return static_cast<uint8_t>(std::lround(s * 255));
+}
+
+// A vertex as the rasterizer needs it: sample coordinates, depth (larger is nearer), colours of both sides.
+struct ScreenVertex {
+  double x = 0, y = 0;
+  float depth = 0;
+  Eigen::Vector3f outside, inside;  // linear light
+};
+
+absl::Status CheckMesh(const TriangleMesh& mesh, size_t colors) {
+  const size_t n = mesh.vertices_mm.size();
+  if (mesh.faces.empty()) return absl::InvalidArgumentError("the mesh has no faces");
+  if (colors != n) {
+    return absl::InvalidArgumentError(absl::StrCat("colors: there are ", colors, " for ", n, " vertices"));
+  }
+  for (size_t i = 0; i < n; ++i) {
+    if (!mesh.vertices_mm[i].allFinite()) {
+      return absl::InvalidArgumentError(absl::StrCat("vertex ", i, ": its position is not finite"));
+    }
+  }
+  for (size_t f = 0; f < mesh.faces.size(); ++f) {
+    for (const int index : mesh.faces[f]) {
+      if (index < 0 || static_cast<size_t>(index) >= n) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("face ", f, ": names vertex ", index, ", the mesh has ", n, " vertices"));
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
+// Area-weighted, in the axes of the view.
+std::vector<Eigen::Vector3d> NormalsOf(const std::vector<Face>& faces,
+                                       const std::vector<Eigen::Vector3d>& seen_mm) {
+  std::vector<Eigen::Vector3d> normals(seen_mm.size(), Eigen::Vector3d::Zero());
+  for (const Face& face : faces) {
+    const Eigen::Vector3d& a = seen_mm[face[0]];
+    const Eigen::Vector3d area = (seen_mm[face[1]] - a).cross(seen_mm[face[2]] - a);
+    for (const int v : face) normals[v] += area;
+  }
+  for (Eigen::Vector3d& normal : normals) {
+    const double length = normal.norm();
+    normal = length > 0 ? Eigen::Vector3d(normal / length) : Eigen::Vector3d::UnitZ();
+  }
+  return normals;
+}
+
+// Light that a surface sends to the viewer, about 1 where it faces the key light.
+float LightOn(const Eigen::Vector3d& normal) {
+  static const Eigen::Vector3d kKey = Eigen::Vector3d(-0.55, 0.60, 0.58).normalized();
+  const double key = std::max(0.0, (normal.dot(kKey) + 0.15) / 1.15);
+  const double sky = 0.5 + 0.5 * normal.y();
+  return static_cast<float>(0.16 + 0.14 * sky + 0.12 * std::max(0.0, normal.z()) + 0.72 * key);
+}
+
+// Samples per mm and the position of the view's origin.
+struct Framing {
+  double samples_per_mm = 0;
+  double x0 = 0, y0 = 0;
+};
+
+absl::StatusOr<Framing> FrameMesh(const std::vector<Eigen::Vector3d>& seen_mm,
+                                  const MeshViewOptions& options) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : seen_mm) box.extend(p);
+  const double wide = box.sizes().x(), tall = box.sizes().y();
+  if (!(std::max(wide, tall) > 1e-9) || !std::isfinite(wide) || !std::isfinite(tall)) {
+    return absl::InvalidArgumentError("the mesh has no extent that could be framed");
+  }
+  const int ss = options.supersampling;
+  const double room_x = (options.width_px - 2 * options.margin_px) * ss;
+  const double room_y = (options.height_px - 2 * options.margin_px) * ss;
+  Framing framing;
+  framing.samples_per_mm = std::min(room_x / std::max(wide, 1e-9), room_y / std::max(tall, 1e-9));
+  framing.x0 = 0.5 * options.width_px * ss - framing.samples_per_mm * box.center().x();
+  framing.y0 = 0.5 * options.height_px * ss + framing.samples_per_mm * box.center().y();
+  return framing;
+}
+
+std::vector<ScreenVertex> Project(const std::vector<Eigen::Vector3d>& seen_mm, const std::vector<Face>& faces,
+                                  const std::vector<Eigen::Vector3f>& colors, const Framing& framing,
+                                  double shading) {
+  const std::vector<Eigen::Vector3d> normals = NormalsOf(faces, seen_mm);
+  const auto strength = static_cast<float>(shading);
+  std::vector<ScreenVertex> screen(seen_mm.size());
+  for (size_t i = 0; i < seen_mm.size(); ++i) {
+    ScreenVertex& v = screen[i];
+    v.x = framing.x0 + framing.samples_per_mm * seen_mm[i].x();
+    v.y = framing.y0 - framing.samples_per_mm * seen_mm[i].y();
+    v.depth = static_cast<float>(seen_mm[i].z());
+    const Eigen::Vector3f color = colors[i].cwiseMax(0.0f).cwiseMin(1.0f).unaryExpr(&LinearFromSrgb);
+    v.outside = color * (1 - strength + strength * LightOn(normals[i]));
+    v.inside = color * (1 - strength + strength * LightOn(-normals[i])) * kInsideShare;
+  }
+  return screen;
+}
+
+// Depth buffer with the colour of the nearest surface at every sample.
+class Canvas {
+ public:
+  Canvas(int width, int height)
+      : width_(width),
+        height_(height),
+        depth_(static_cast<size_t>(width) * height, kFarAway),
+        color_(static_cast<size_t>(width) * height, Eigen::Vector3f::Zero()) {}
+
+  void Draw(const ScreenVertex& a, const ScreenVertex& b, const ScreenVertex& c) {
+    // Twice the signed area; y runs down, so that faces seen from outside come out negative.
+    const double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+    if (area == 0 || !std::isfinite(area)) return;
+    const bool outside = area < 0;
+    const int x_begin = FirstSample(std::min({a.x, b.x, c.x}), width_);
+    const int x_end = FirstSample(std::max({a.x, b.x, c.x}) + 1, width_);
+    const int y_begin = FirstSample(std::min({a.y, b.y, c.y}), height_);
+    const int y_end = FirstSample(std::max({a.y, b.y, c.y}) + 1, height_);
+    for (int y = y_begin; y < y_end; ++y) {
+      for (int x = x_begin; x < x_end; ++x) {
+        const double px = x + 0.5, py = y + 0.5;
+        const double wb = ((px - a.x) * (c.y - a.y) - (py - a.y) * (c.x - a.x)) / area;
+        const double wc = ((b.x - a.x) * (py - a.y) - (b.y - a.y) * (px - a.x)) / area;
+        const double wa = 1 - wb - wc;
+        if (wa < kOnEdge || wb < kOnEdge || wc < kOnEdge) continue;
+        const float fa = static_cast<float>(wa), fb = static_cast<float>(wb), fc = static_cast<float>(wc);
+        const float depth = fa * a.depth + fb * b.depth + fc * c.depth;
+        const size_t at = static_cast<size_t>(y) * width_ + x;
+        if (!(depth > depth_[at])) continue;
+        depth_[at] = depth;
+        color_[at] = outside ? Eigen::Vector3f(fa * a.outside + fb * b.outside + fc * c.outside)
+                             : Eigen::Vector3f(fa * a.inside + fb * b.inside + fc * c.inside);
+      }
+    }
+  }
+
+  // Mean of ss x ss samples per pixel.
+  MeshView Resolve(int ss, bool transparent) const {
+    MeshView view;
+    view.width_px = width_ / ss;
+    view.height_px = height_ / ss;
+    view.rgba.resize(static_cast<size_t>(view.width_px) * view.height_px * 4, 0);
+    for (int y = 0; y < view.height_px; ++y) {
+      for (int x = 0; x < view.width_px; ++x) {
+        uint8_t* pixel = &view.rgba[(static_cast<size_t>(y) * view.width_px + x) * 4];
+        ResolvePixel(x * ss, y * ss, ss, transparent, pixel);
+      }
+    }
+    return view;
+  }
+
+ private:
+  // Index of the first sample whose centre is not left of `position`.
+  static int FirstSample(double position, int count) {
+    return static_cast<int>(std::clamp(std::ceil(position - 0.5), 0.0, static_cast<double>(count)));
+  }
+
+  void ResolvePixel(int x0, int y0, int ss, bool transparent, uint8_t* pixel) const {
+    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
+    int hit = 0;
+    for (int y = y0; y < y0 + ss; ++y) {
+      for (int x = x0; x < x0 + ss; ++x) {
+        const size_t at = static_cast<size_t>(y) * width_ + x;
+        if (depth_[at] == kFarAway) continue;
+        sum += color_[at];
+        ++hit;
+      }
+    }
+    const int all = ss * ss;
+    if (!transparent) {
+      sum += static_cast<float>(all - hit) * Eigen::Vector3f(kBackground[0], kBackground[1], kBackground[2]);
+      hit = all;
+    }
+    if (hit == 0) return;
+    for (int k = 0; k < 3; ++k) pixel[k] = SrgbByte(sum[k] / static_cast<float>(hit));
+    pixel[3] = static_cast<uint8_t>((hit * 255 + all / 2) / all);
+  }
+
+  int width_, height_;
+  std::vector<float> depth_;
+  std::vector<Eigen::Vector3f> color_;
+};
+
+}  // namespace
+
+absl::Status MeshViewOptions::Validate() const {
+  if (width_px < 1 || height_px < 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("width_px and height_px: are ", width_px, " x ", height_px, ", must be positive"));
+  }
+  if (supersampling < 1 || supersampling > 16) {
+    return absl::InvalidArgumentError(absl::StrCat("supersampling: is ", supersampling, ", must be 1 to 16"));
+  }
+  if (int64_t{width_px} * height_px > kMaxSamples / (supersampling * supersampling)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("width_px, height_px, supersampling: more than ", kMaxSamples, " samples; lower one"));
+  }
+  if (margin_px < 0 || 2 * margin_px >= std::min(width_px, height_px)) {
+    return absl::InvalidArgumentError(absl::StrCat("margin_px: is ", margin_px, ", leaves no picture"));
+  }
+  if (!(shading >= 0 && shading <= 1)) {
+    return absl::InvalidArgumentError(absl::StrCat("shading: is ", shading, ", must be 0 to 1"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<MeshView> RenderMesh(const TriangleMesh& mesh, const std::vector<Eigen::Vector3f>& colors,
+                                    const Viewpoint& viewpoint, const MeshViewOptions& options) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  if (absl::Status status = CheckMesh(mesh, colors.size()); !status.ok()) return status;
+  std::vector<Eigen::Vector3d> seen_mm;
+  seen_mm.reserve(mesh.vertices_mm.size());
+  for (const Eigen::Vector3d& p : mesh.vertices_mm) {
+    seen_mm.emplace_back(p.dot(viewpoint.right), p.dot(viewpoint.up), p.dot(viewpoint.towards_viewer));
+  }
+  const absl::StatusOr<Framing> framing = FrameMesh(seen_mm, options);
+  if (!framing.ok()) return framing.status();
+  const std::vector<ScreenVertex> screen = Project(seen_mm, mesh.faces, colors, *framing, options.shading);
+  const int ss = options.supersampling;
+  Canvas canvas(options.width_px * ss, options.height_px * ss);
+  for (const Face& face : mesh.faces) canvas.Draw(screen[face[0]], screen[face[1]], screen[face[2]]);
+  MeshView view = canvas.Resolve(ss, options.transparent);
+  view.px_per_mm = framing->samples_per_mm / ss;
+  return view;
+}
+
+absl::StatusOr<std::string> EncodePng(const MeshView& view) {
+  const size_t bytes = static_cast<size_t>(view.width_px) * view.height_px * 4;
+  if (bytes == 0 || view.rgba.size() != bytes) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the picture has ", view.rgba.size(), " bytes, ", bytes, " are expected of its size"));
+  }
+  try {
+    const cv::Mat rgba(view.height_px, view.width_px, CV_8UC4, const_cast<uint8_t*>(view.rgba.data()));
+    cv::Mat bgra;
+    cv::cvtColor(rgba, bgra, cv::COLOR_RGBA2BGRA);
+    std::vector<uint8_t> png;
+    if (cv::imencode(".png", bgra, png, {cv::IMWRITE_PNG_COMPRESSION, 6}))
+      return std::string(png.begin(), png.end());
+  } catch (const cv::Exception& error) {
+    return absl::InternalError(absl::StrCat("the picture cannot be encoded as PNG: ", error.what()));
+  }
+  return absl::InternalError("the picture cannot be encoded as PNG");
+}
+
+}  // namespace weft
