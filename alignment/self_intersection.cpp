@@ -10,7 +10,7 @@ namespace weft {
 namespace {
 
 constexpr double kMaxCells = 1 << 23;
-constexpr double kCellPerExtent = 1.5;  // size of a cell against the mean extent of a face's box
+constexpr double kCellPerExtent = 2;  // size of a cell against the mean extent of a face's box
 constexpr int kCellsPerBlock = 1 << 14;
 
 struct Box {
