@@ -65,11 +65,11 @@ DecodeScore ScoreView(const ViewTruth& truth, const std::vector<Observation>& ob
   return score;
 }
 
-absl::Status ScoreDecoding(const FrameTruth& truth, const std::vector<ViewObservations>& views,
+absl::Status ScoreDecoding(const FrameTruth& truth, const std::vector<CameraObservations>& views,
                            const EvaluationOptions& options, FrameScore& score) {
   std::map<std::string_view, const std::vector<Observation>*> of_camera;
   for (const ViewTruth& view : truth.views) of_camera[view.camera_id] = nullptr;
-  for (const ViewObservations& view : views) {
+  for (const CameraObservations& view : views) {
     const auto at = of_camera.find(view.camera_id);
     if (at == of_camera.end()) {
       return absl::InvalidArgumentError(
@@ -197,7 +197,7 @@ FrameScore& FrameScore::operator+=(const FrameScore& other) {
   return *this;
 }
 
-absl::StatusOr<FrameScore> Evaluate(const FrameTruth& truth, const FrameResult& result,
+absl::StatusOr<FrameScore> Evaluate(const FrameTruth& truth, const ResultPieces& result,
                                     const EvaluationOptions& options) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   const std::vector<int> scoreable_views = ScoreableViews(truth);

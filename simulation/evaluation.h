@@ -16,12 +16,12 @@
 namespace weft {
 
 // What a job made of one frame; pieces that it did not write stay empty and are not scored.
-struct ViewObservations {
+struct CameraObservations {
   std::string camera_id;
   std::vector<Observation> observations;
 };
-struct FrameResult {
-  std::optional<std::vector<ViewObservations>> observations;
+struct ResultPieces {
+  std::optional<std::vector<CameraObservations>> observations;
   std::optional<Cloud> cloud;
   std::optional<std::vector<Eigen::Vector3d>> mesh_mm;  // vertices in the template's order
 };
@@ -89,7 +89,7 @@ struct FrameScore {
 
 // InvalidArgument: observations of a camera that the truth does not know, a camera twice, a mesh with another
 // number of vertices, or with vertices that are not finite.
-absl::StatusOr<FrameScore> Evaluate(const FrameTruth& truth, const FrameResult& result,
+absl::StatusOr<FrameScore> Evaluate(const FrameTruth& truth, const ResultPieces& result,
                                     const EvaluationOptions& options = {});
 
 }  // namespace weft

@@ -26,7 +26,7 @@ struct LinearImage {
 struct SensorOptions {
   int samples_per_axis = 2;            // rays per pixel and axis, spread evenly over the pixel's area
   double point_spread_sigma_px = 0.8;  // lens and fabric softness, Gaussian
-  double exposure = 1.35;               // linear value 1 / exposure is white
+  double exposure = 1.35;              // linear value 1 / exposure is white
   double gamma = 2.2;                  // of the 8-bit values; 1 for a linear camera
   double full_well_electrons = 9000;   // electrons at white; photon noise follows
   double read_noise_electrons = 14;

@@ -11,15 +11,15 @@ namespace {
 
 // A small tube with folds before 12 cameras, just large enough to be decoded and registered.
 void SetUpTiny(SyntheticTakeOptions& o) {
-  o.cloth.rows = 18, o.cloth.cols = 30, o.cloth.cell_mm = 4;
+  o.cloth.rows = 24, o.cloth.cols = 48, o.cloth.cell_mm = 3;
   o.motion.frames = 3;
   o.motion.step_s = 1.0 / 10000;
   o.motion.settle_s = 0.3;
-  o.motion.sway_mm = 2;
+  o.motion.sway_mm = 2, o.motion.compression = 0.06;
   o.rig.cameras = 12;
-  o.rig.width_px = 192, o.rig.height_px = 224;
+  o.rig.width_px = 192, o.rig.height_px = 256;
   o.rig.distance_mm = 800;
-  o.rig.object_width_mm = 48, o.rig.object_height_mm = 70;
+  o.rig.object_width_mm = 50, o.rig.object_height_mm = 72;
   o.sensor.point_spread_sigma_px = 0.6;
   o.look.light.rays = 32;
 }

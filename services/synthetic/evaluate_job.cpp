@@ -15,14 +15,14 @@ namespace {
 namespace fs = std::filesystem;
 
 // The three pieces of a frame; names of those that are not there are appended to `missing`.
-absl::StatusOr<FrameResult> ReadFrameResult(const fs::path& folder, std::vector<std::string>& missing) {
+absl::StatusOr<ResultPieces> ReadFrameResult(const fs::path& folder, std::vector<std::string>& missing) {
   const auto path_of = [&](const char* name) -> std::string {
     std::error_code error;
     if (fs::exists(folder / name, error)) return (folder / name).string();
     missing.emplace_back(name);
     return "";
   };
-  FrameResult result;
+  ResultPieces result;
   if (const std::string path = path_of("observations.csv"); !path.empty()) {
     absl::StatusOr<std::vector<ImageObservations>> images = ReadObservations(path);
     if (!images.ok()) return images.status();
@@ -56,7 +56,7 @@ absl::StatusOr<JobEvaluation> EvaluateJob(const std::string& result_folder, cons
     EvaluatedFrame frame;
     frame.frame = name;
     const fs::path folder = fs::path(result_folder) / name;
-    const absl::StatusOr<FrameResult> result = ReadFrameResult(folder, frame.missing);
+    const absl::StatusOr<ResultPieces> result = ReadFrameResult(folder, frame.missing);
     if (!result.ok()) return result.status();
     if (result->observations || result->cloud || result->mesh_mm) {
       any = true;

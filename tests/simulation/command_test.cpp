@@ -32,7 +32,7 @@ TEST(SimulateCommand, WritesATakeThatEvaluatesAgainstItself) {
   const Outcome made =
       Weft("simulate --preset tiny --frames 1 --seed 5 --threads 1 --out " + Quoted(folder / "take"));
   ASSERT_EQ(made.status, 0) << made.text;
-  EXPECT_NE(made.text.find("1 frames, 12 cameras, 540 cells"), std::string::npos) << made.text;
+  EXPECT_NE(made.text.find("1 frames, 12 cameras, 1152 cells"), std::string::npos) << made.text;
 
   // The truth's own mesh is a job's result without error.
   std::filesystem::create_directories(folder / "result/0000");

@@ -37,11 +37,11 @@ FrameTruth SheetTruth() {
   return truth;
 }
 
-FrameResult PerfectResult(const FrameTruth& truth) {
-  FrameResult result;
+ResultPieces PerfectResult(const FrameTruth& truth) {
+  ResultPieces result;
   result.observations.emplace();
   for (const ViewTruth& view : truth.views) {
-    ViewObservations out;
+    CameraObservations out;
     out.camera_id = view.camera_id;
     for (const NodeTruth& n : view.nodes)
       if (n.node.kind == NodeKind::kCenter)
@@ -59,7 +59,7 @@ FrameResult PerfectResult(const FrameTruth& truth) {
   return result;
 }
 
-FrameScore ScoreOf(const FrameTruth& truth, const FrameResult& result) {
+FrameScore ScoreOf(const FrameTruth& truth, const ResultPieces& result) {
   const absl::StatusOr<FrameScore> score = Evaluate(truth, result);
   EXPECT_TRUE(score.ok()) << score.status();
   return score.ok() ? *score : FrameScore();
@@ -83,7 +83,7 @@ TEST(Evaluation, PerfectResultHasPerfectScores) {
 
 TEST(Evaluation, TwoSwappedIdentitiesCostTwoObservations) {
   const FrameTruth truth = SheetTruth();
-  FrameResult result = PerfectResult(truth);
+  ResultPieces result = PerfectResult(truth);
   std::vector<Observation>& view = (*result.observations)[1].observations;
   std::swap(view[3].node, view[20].node);
   const FrameScore score = ScoreOf(truth, result);
@@ -94,7 +94,7 @@ TEST(Evaluation, TwoSwappedIdentitiesCostTwoObservations) {
 
 TEST(Evaluation, ObservationsAreRightWithinHalfAPitch) {
   const FrameTruth truth = SheetTruth();
-  FrameResult result = PerfectResult(truth);
+  ResultPieces result = PerfectResult(truth);
   std::vector<Observation>& view = (*result.observations)[0].observations;
   view[0].x_px += 3, view[0].y_px += 3.9;  // 4.92 px
   view[1].x_px += 3, view[1].y_px += 4.1;  // 5.08 px
@@ -105,7 +105,7 @@ TEST(Evaluation, ObservationsAreRightWithinHalfAPitch) {
 
 TEST(Evaluation, OfTwoObservationsOfACellTheNearerIsRight) {
   const FrameTruth truth = SheetTruth();
-  FrameResult result = PerfectResult(truth);
+  ResultPieces result = PerfectResult(truth);
   std::vector<Observation>& view = (*result.observations)[0].observations;
   Observation again = view[5];
   again.x_px += 1;
@@ -118,7 +118,7 @@ TEST(Evaluation, OfTwoObservationsOfACellTheNearerIsRight) {
 
 TEST(Evaluation, CameraWithoutObservationsLosesItsCells) {
   const FrameTruth truth = SheetTruth();
-  FrameResult result = PerfectResult(truth);
+  ResultPieces result = PerfectResult(truth);
   result.observations->pop_back();
   const FrameScore score = ScoreOf(truth, result);
   EXPECT_EQ(score.centers->Precision(), 1);
@@ -128,7 +128,7 @@ TEST(Evaluation, CameraWithoutObservationsLosesItsCells) {
 
 TEST(Evaluation, CornersAreScoredWhereThereAreAny) {
   const FrameTruth truth = SheetTruth();
-  FrameResult result = PerfectResult(truth);
+  ResultPieces result = PerfectResult(truth);
   EXPECT_FALSE(ScoreOf(truth, result).corners.has_value());
   const NodeTruth& corner = truth.views[0].nodes.back();
   ASSERT_EQ(corner.node.kind, NodeKind::kCorner);
@@ -143,7 +143,7 @@ TEST(Evaluation, CornersAreScoredWhereThereAreAny) {
 
 TEST(Evaluation, ShiftOfEveryVertexIsTheError) {
   const FrameTruth truth = SheetTruth();
-  FrameResult result = PerfectResult(truth);
+  ResultPieces result = PerfectResult(truth);
   for (Eigen::Vector3d& p : *result.mesh_mm) p += Eigen::Vector3d(2, -1, 2) / 3;
   for (CloudPoint& p : result.cloud->points) p.position_mm.z() += 0.5;
   const FrameScore score = ScoreOf(truth, result);
@@ -156,7 +156,7 @@ TEST(Evaluation, ShiftOfEveryVertexIsTheError) {
 
 TEST(Evaluation, HiddenVerticesDoNotCountAsVisible) {
   const FrameTruth truth = SheetTruth();
-  FrameResult result = PerfectResult(truth);
+  ResultPieces result = PerfectResult(truth);
   (*result.mesh_mm)[kCells - 1].z() = 4;  // in the row that two cameras see well
   const FrameScore score = ScoreOf(truth, result);
   EXPECT_EQ(Summarize(score.mesh->visible_mm)->max, 0);
@@ -165,7 +165,7 @@ TEST(Evaluation, HiddenVerticesDoNotCountAsVisible) {
 
 TEST(Evaluation, CoverageCountsPointsNearTheirVertexOnly) {
   const FrameTruth truth = SheetTruth();
-  FrameResult result = PerfectResult(truth);
+  ResultPieces result = PerfectResult(truth);
   std::vector<CloudPoint>& points = result.cloud->points;
   points[0].position_mm.x() += 1.5;                // too far
   points[1].node = {100, 100, NodeKind::kCenter};  // of a cell that nobody sees
@@ -180,9 +180,9 @@ TEST(Evaluation, CoverageCountsPointsNearTheirVertexOnly) {
 
 TEST(Evaluation, MissingPiecesAreNotZero) {
   const FrameTruth truth = SheetTruth();
-  const FrameScore score = ScoreOf(truth, FrameResult());
+  const FrameScore score = ScoreOf(truth, ResultPieces());
   EXPECT_FALSE(score.centers || score.corners || score.cloud || score.mesh);
-  FrameResult empty;
+  ResultPieces empty;
   empty.observations.emplace();
   empty.cloud.emplace();
   const FrameScore none = ScoreOf(truth, empty);
@@ -194,7 +194,7 @@ TEST(Evaluation, MissingPiecesAreNotZero) {
 
 TEST(Evaluation, FramesAddUp) {
   const FrameTruth truth = SheetTruth();
-  FrameResult shifted = PerfectResult(truth);
+  ResultPieces shifted = PerfectResult(truth);
   for (Eigen::Vector3d& p : *shifted.mesh_mm) p.x() += 1;
   shifted.observations.reset();
   FrameScore total = ScoreOf(truth, PerfectResult(truth));
@@ -214,7 +214,7 @@ TEST(Evaluation, PercentilesAreInterpolated) {
 
 TEST(Evaluation, WhatDoesNotFitIsRefused) {
   const FrameTruth truth = SheetTruth();
-  FrameResult result = PerfectResult(truth);
+  ResultPieces result = PerfectResult(truth);
   result.mesh_mm->pop_back();
   EXPECT_NE(Evaluate(truth, result).status().message().find("40 vertices, the truth 41"), std::string::npos);
   result = PerfectResult(truth);

@@ -45,7 +45,7 @@ TEST(TakeWriter, FolderIsADumpWithEverythingThatRegistrationNeeds) {
   const auto summary = WriteSyntheticTake(take, out, [&views] { ++views; });
   ASSERT_TRUE(summary.ok()) << summary.status();
   EXPECT_EQ(views, 6);
-  EXPECT_EQ(summary->cells, 18 * 30);
+  EXPECT_EQ(summary->cells, 24 * 48);
   EXPECT_GT(summary->median_pitch_px, 5);
 
   const auto rig = ReadRig(out + "/rig.json");
