@@ -86,7 +86,7 @@ std::vector<CellFrame> Frames(const std::vector<GrownCell>& cells) {
   return frames;
 }
 
-void PlaceAgain(const CellFitter& fitter, const Board& board, const RefinementOptions& options,
+void PlaceAgain(const CellFitter& fitter, const Board& board, const CellRefinementOptions& options,
                 std::vector<GrownCell>* cells) {
   const CellMap map(board, *cells);
   const std::vector<CellFrame> before = Frames(*cells);
@@ -134,7 +134,7 @@ std::vector<int> ComponentSizes(const Board& board, const std::vector<GrownCell>
 
 }  // namespace
 
-absl::Status RefinementOptions::Validate() const {
+absl::Status CellRefinementOptions::Validate() const {
   if (!(reach >= 0.5f && reach <= 1.5f))
     return absl::InvalidArgumentError("refinement.reach must lie in 0.5 to 1.5");
   if (!(max_move_cells > 0)) return absl::InvalidArgumentError("refinement.max_move_cells must be above 0");
@@ -144,7 +144,7 @@ absl::Status RefinementOptions::Validate() const {
   return absl::OkStatus();
 }
 
-void RefineCells(const CellFitter& fitter, const Board& board, const RefinementOptions& options,
+void RefineCells(const CellFitter& fitter, const Board& board, const CellRefinementOptions& options,
                  std::vector<GrownCell>* cells) {
   PlaceAgain(fitter, board, options, cells);
   {

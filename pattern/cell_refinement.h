@@ -9,7 +9,7 @@
 
 namespace weft {
 
-struct RefinementOptions {
+struct CellRefinementOptions {
   // Half the side of the window that places a cell, in cells.
   float reach = 0.8f;
   // A cell that would move farther, in cells, stays where it was.
@@ -24,7 +24,7 @@ struct RefinementOptions {
 
 // Places every cell again in a window that bends as its neighbours say, then drops those that contradict
 // their neighbours and those that are left in small groups. Order is kept.
-void RefineCells(const CellFitter& fitter, const Board& board, const RefinementOptions& options,
+void RefineCells(const CellFitter& fitter, const Board& board, const CellRefinementOptions& options,
                  std::vector<GrownCell>* cells);
 
 }  // namespace weft

@@ -27,7 +27,7 @@ struct DecodeOptions {
   LatticeOptions lattice;
   PatchDecodeOptions patches;
   GrowthOptions growth;
-  RefinementOptions refinement;
+  CellRefinementOptions refinement;
 
   absl::Status Validate() const;
 };

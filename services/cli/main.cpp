@@ -51,6 +51,7 @@ int main(int argc, char** argv) {
       "Exit status: 0 done, 1 failed, 2 bad arguments or input.\n"
       "`weft COMMAND --help` explains a command and shows examples.");
 
+  weft::AddRegisterCommand(app, line);
   weft::AddRigCommand(app, line);
   weft::AddPatternCommand(app, line);
   weft::AddSimulateCommand(app, line);

@@ -28,9 +28,11 @@ int TerminalWidth() {
 }  // namespace
 
 std::string ProgressLine(const std::string& label, uint64_t done, uint64_t total, double elapsed_s,
-                         int width) {
+                         int width, ProgressUnit unit) {
   done = std::min(done, total);
-  std::string tail = absl::StrCat("  ", done, "/", total);
+  std::string tail = unit == ProgressUnit::kCount
+                         ? absl::StrCat("  ", done, "/", total)
+                         : absl::StrFormat("  %3d %%", total == 0 ? 100 : 100 * done / total);
   if (done > 0 && done < total) {
     const double left_s = elapsed_s / static_cast<double>(done) * static_cast<double>(total - done);
     absl::StrAppend(&tail, "  ", Duration(left_s), " left");
@@ -50,8 +52,8 @@ std::string ProgressLine(const std::string& label, uint64_t done, uint64_t total
 
 bool ProgressVisible(bool quiet) { return !quiet && isatty(STDERR_FILENO) != 0; }
 
-Progress::Progress(std::string label, uint64_t total, bool visible)
-    : label_(std::move(label)), visible_(visible), total_(total) {
+Progress::Progress(std::string label, uint64_t total, bool visible, ProgressUnit unit)
+    : label_(std::move(label)), visible_(visible), unit_(unit), total_(total) {
   const std::lock_guard lock(mutex_);
   Draw(true);
 }
@@ -88,7 +90,7 @@ void Progress::Draw(bool force) {
   drawn_ = now;
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
   std::fprintf(stderr, "\r\033[K%s",
-               ProgressLine(label_, done_, total_, elapsed_s, TerminalWidth() - 1).c_str());
+               ProgressLine(label_, done_, total_, elapsed_s, TerminalWidth() - 1, unit_).c_str());
   std::fflush(stderr);
 }
 

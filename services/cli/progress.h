@@ -8,10 +8,13 @@
 
 namespace weft {
 
+// How the done part is told: "12/24" or "50 %".
+enum class ProgressUnit { kCount, kPercent };
+
 // One line such as "decode  [#####.....]  12/24  0:05 left", at most `width` characters. `elapsed_s` since
 // the start; no remaining time before the first step is done.
 std::string ProgressLine(const std::string& label, uint64_t done, uint64_t total, double elapsed_s,
-                         int width);
+                         int width, ProgressUnit unit = ProgressUnit::kCount);
 
 // True when progress should be drawn: stderr is a terminal and the command is not quiet.
 bool ProgressVisible(bool quiet);
@@ -20,7 +23,7 @@ bool ProgressVisible(bool quiet);
 // nothing when `visible` is false. Thread safety: any thread may call any function.
 class Progress {
  public:
-  Progress(std::string label, uint64_t total, bool visible);
+  Progress(std::string label, uint64_t total, bool visible, ProgressUnit unit = ProgressUnit::kCount);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
@@ -36,6 +39,7 @@ class Progress {
 
   const std::string label_;
   const bool visible_;
+  const ProgressUnit unit_;
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::mutex mutex_;
   uint64_t done_ = 0;

@@ -72,10 +72,10 @@ void Describe(const DecodeResult& result, v1::ViewReport& report) {
     }
   }
   AddReasons(rejected, report.mutable_patches_rejected());
-  report.set_detect_ms(result.timings.detect_ms);
   report.set_lattice_ms(result.timings.lattice_ms);
   report.set_colors_ms(result.timings.colors_ms);
-  report.set_decode_ms(result.timings.decode_ms);
+  report.set_growth_ms(result.timings.growth_ms);
+  report.set_refinement_ms(result.timings.refinement_ms);
 }
 
 std::vector<Observation> DecodeCamera(const RegistrationInputs& inputs, size_t index, size_t camera,

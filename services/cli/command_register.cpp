@@ -1,0 +1,178 @@
+// weft register: from a dump to registered meshes.
+#include <cstdio>
+#include <memory>
+#include <optional>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "services/cli/commands.h"
+#include "services/cli/job_view.h"
+#include "services/cli/local_registration.h"
+#include "services/cli/remote_registration.h"
+#include "services/files/json_file.h"
+#include "services/pipeline/stop_on_signal.h"
+
+namespace weft {
+namespace {
+
+struct RegisterOptions {
+  std::string dump;
+  std::string rig;
+  std::string board;
+  std::string garment;
+  std::string out;
+  std::string frames;
+  std::string preset = "best";
+  std::string server;
+  bool detach = false;
+  bool observations = false;
+  bool json = false;
+  int threads = 0;
+};
+
+absl::Status ParseFrames(const std::string& text, v1::RegistrationSpec& spec) {
+  if (text.empty()) return absl::OkStatus();
+  const size_t colon = text.find(':');
+  int first = 0;
+  int end = 0;
+  const std::string before = text.substr(0, colon);
+  const std::string after = colon == std::string::npos ? "" : text.substr(colon + 1);
+  const bool valid = colon != std::string::npos && (before.empty() || absl::SimpleAtoi(before, &first)) &&
+                     (after.empty() || absl::SimpleAtoi(after, &end)) && first >= 0 && end >= 0 &&
+                     (after.empty() || end > first);
+  if (!valid) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--frames ", text,
+                     " is no range; give positions in the dump as A:B (B not included), A: or :B, for "
+                     "example 0:10 for the first ten frames"));
+  }
+  spec.set_first_frame(first);
+  spec.set_end_frame(end);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
+  v1::RegistrationSpec spec;
+  spec.set_dump(options.dump);
+  spec.set_rig(options.rig);
+  spec.set_board(options.board);
+  spec.set_garment(options.garment);
+  spec.set_out(options.out);
+  spec.mutable_options()->set_preset(options.preset);
+  spec.mutable_options()->set_write_observations(options.observations);
+  if (absl::Status status = ParseFrames(options.frames, spec); !status.ok()) return status;
+  return spec;
+}
+
+absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bool quiet) {
+  if (options.json) {
+    const absl::StatusOr<std::string> json = ToJson(job);
+    if (!json.ok()) return json.status();
+    std::printf("%s", json->c_str());
+  } else if (!quiet) {
+    std::printf("%s\nresults  %s\nreport   %s/report.html\n", JobSummary(job).c_str(), options.out.c_str(),
+                options.out.c_str());
+  }
+  return OutcomeOf(job);
+}
+
+// Passes a job's warnings on, once.
+class Warnings {
+ public:
+  void Show(const v1::Job& job) {
+    if (shown_) return;
+    shown_ = true;
+    for (const std::string& warning : job.warnings()) PrintWarning(warning);
+  }
+
+ private:
+  bool shown_ = false;
+};
+
+absl::StatusOr<v1::Job> Run(const RegisterOptions& options, const v1::RegistrationSpec& spec, bool quiet,
+                            const std::stop_token& stop) {
+  JobView view(quiet);
+  Warnings warnings;
+  const auto show = [&](const v1::JobUpdate& update) {
+    warnings.Show(update.job());
+    view.Show(update);
+  };
+  if (options.server.empty()) return RegisterLocally(spec, options.threads, show, stop);
+  std::optional<Progress> fetching;
+  const auto fetched = [&](size_t done, size_t total) {
+    if (!fetching) fetching.emplace("fetch", total, ProgressVisible(quiet));
+    fetching->Set(done, total);
+  };
+  return RegisterRemotely(options.server, spec, show, fetched, stop);
+}
+
+absl::Status Detach(const RegisterOptions& options, const v1::RegistrationSpec& spec) {
+  if (options.server.empty()) {
+    return absl::InvalidArgumentError("--detach leaves the job to a daemon, so it needs --server HOST:PORT");
+  }
+  const absl::StatusOr<v1::Job> job = SubmitRemotely(options.server, spec);
+  if (!job.ok()) return job.status();
+  std::printf("%s\n", job->id().c_str());
+  return absl::OkStatus();
+}
+
+absl::Status Register(const RegisterOptions& options, bool quiet) {
+  const StopOnSignal signals;
+  const absl::StatusOr<v1::RegistrationSpec> spec = SpecOf(options);
+  if (!spec.ok()) return spec.status();
+  if (options.detach) return Detach(options, *spec);
+  const absl::StatusOr<v1::Job> job = Run(options, *spec, quiet, signals.token());
+  if (!job.ok()) return job.status();
+  return PrintOutcome(*job, options, quiet);
+}
+
+}  // namespace
+
+void AddRegisterCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      app, "register",
+      "Register a dump. Decodes the board in every view, triangulates its cells, aligns the template, and "
+      "writes per frame mesh.ply (the template's vertices), cloud.ply and report.json, and report.html for "
+      "all. Frames that are complete from an earlier run with the same inputs are kept, so a stopped run "
+      "goes on where it ended.",
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result\n"
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result --frames 0:10\n"
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
+      "--server 127.0.0.1:7411");
+  auto options = std::make_shared<RegisterOptions>();
+  command
+      ->add_option("dump", options->dump,
+                   "Folder of images: <frame>/<camera>.png, or cam<camera>/image<frame>.png")
+      ->required()
+      ->type_name("DUMP");
+  command->add_option("--rig", options->rig, "The cameras, rig.json")->required()->type_name("FILE");
+  command->add_option("--board", options->board, "The printed board, board.json or board.png")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--template", options->garment, "Folder of `weft template import`")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--out", options->out, "Folder for the results, made where it is missing")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--frames", options->frames, "Positions in the dump, B not included; all by default")
+      ->type_name("A:B");
+  command
+      ->add_option("--preset", options->preset,
+                   "best: least error on hidden cloth; paper: weights of the paper")
+      ->type_name("NAME")
+      ->check(CLI::IsMember({"best", "paper"}));
+  command->add_flag("--observations", options->observations, "Write <frame>/observations.csv as well");
+  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  command->add_option("--server", options->server, "Let the daemon at this address do the work")
+      ->type_name("HOST:PORT")
+      ->envname("WEFT_SERVER");
+  command->add_flag("--detach", options->detach, "With --server: print the job's id and do not wait for it");
+  command->add_flag("--json", options->json, "Print the job as JSON on standard output");
+  command->callback(
+      [options, &line] { line.run = [options, &line] { return Register(*options, line.quiet); }; });
+}
+
+}  // namespace weft

@@ -1,0 +1,105 @@
+#include "services/cli/job_view.h"
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+
+namespace weft {
+namespace {
+
+// Steps of the bar: thousandths of the job.
+constexpr uint64_t kSteps = 1000;
+
+const char* StateWord(v1::FrameState state) {
+  switch (state) {
+    case v1::FRAME_STATE_WAITING:
+      return "waiting";
+    case v1::FRAME_STATE_RUNNING:
+      return "running";
+    case v1::FRAME_STATE_DONE:
+      return "done";
+    case v1::FRAME_STATE_DEGRADED:
+      return "degraded";
+    case v1::FRAME_STATE_FAILED:
+      return "failed";
+    case v1::FRAME_STATE_CANCELLED:
+      return "cancelled";
+    default:
+      return "unknown";
+  }
+}
+
+int Finished(const v1::FrameCounts& frames) {
+  return frames.done() + frames.degraded() + frames.failed() + frames.cancelled();
+}
+
+}  // namespace
+
+std::string FrameLine(const v1::FrameInfo& info) {
+  std::string line = absl::StrFormat("%-6s  %-9s", info.frame(), StateWord(info.state()));
+  if (info.state() == v1::FRAME_STATE_DONE || info.state() == v1::FRAME_STATE_DEGRADED) {
+    absl::StrAppendFormat(&line, "  %5.1f %% of the cells", 100 * info.coverage());
+    if (info.reused()) {
+      absl::StrAppend(&line, "  kept from an earlier run");
+    } else {
+      absl::StrAppendFormat(&line, "  %6.1f s", info.total_ms() / 1000);
+    }
+  }
+  if (!info.reason().empty()) absl::StrAppend(&line, "  (", info.reason(), ")");
+  return line;
+}
+
+std::string JobSummary(const v1::Job& job) {
+  const v1::FrameCounts& frames = job.frames();
+  std::string summary = absl::StrCat(frames.done() + frames.degraded(), " of ", frames.total(),
+                                     frames.total() == 1 ? " frame registered" : " frames registered");
+  if (frames.degraded() > 0) absl::StrAppend(&summary, " (", frames.degraded(), " with cameras missing)");
+  if (frames.reused() > 0) absl::StrAppend(&summary, ", ", frames.reused(), " kept from an earlier run");
+  if (frames.failed() > 0) absl::StrAppend(&summary, ", ", frames.failed(), " failed");
+  if (frames.cancelled() > 0) absl::StrAppend(&summary, ", ", frames.cancelled(), " cancelled");
+  return summary;
+}
+
+absl::Status OutcomeOf(const v1::Job& job) {
+  if (job.state() == v1::JOB_STATE_CANCELLED) {
+    return absl::CancelledError(
+        absl::StrCat("the job was cancelled: ", JobSummary(job), "; run the command again to go on"));
+  }
+  if (job.state() == v1::JOB_STATE_FAILED) return absl::InternalError(job.message());
+  if (job.frames().failed() > 0) {
+    return absl::InternalError(absl::StrCat(job.frames().failed(), " of ", job.frames().total(),
+                                            " frames could not be registered; their reasons stand above and "
+                                            "in the report"));
+  }
+  return absl::OkStatus();
+}
+
+JobView::JobView(bool quiet)
+    : quiet_(quiet), progress_("register", kSteps, ProgressVisible(quiet), ProgressUnit::kPercent) {}
+
+void JobView::Show(const v1::JobUpdate& update) {
+  for (const v1::FrameInfo& info : update.frames()) {
+    switch (info.state()) {
+      case v1::FRAME_STATE_RUNNING:
+        share_of_running_[info.frame()] = info.share_done();
+        break;
+      case v1::FRAME_STATE_DONE:
+      case v1::FRAME_STATE_DEGRADED:
+      case v1::FRAME_STATE_FAILED:
+        Announce(info);
+        [[fallthrough]];
+      default:
+        share_of_running_.erase(info.frame());
+    }
+  }
+  const v1::FrameCounts& frames = update.job().frames();
+  if (frames.total() == 0) return;
+  double done = Finished(frames);
+  for (const auto& [frame, share] : share_of_running_) done += share;
+  progress_.Set(static_cast<uint64_t>(done / frames.total() * kSteps), kSteps);
+}
+
+void JobView::Announce(const v1::FrameInfo& info) {
+  if (!quiet_) progress_.PrintLine(FrameLine(info));
+}
+
+}  // namespace weft

@@ -1,0 +1,37 @@
+// What an operator sees of a running job, wherever it runs.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "absl/status/status.h"
+#include "services/cli/progress.h"
+#include "weft/v1/registration.pb.h"
+
+namespace weft {
+
+// Draws a progress bar with the remaining time and prints a line per finished frame, on stderr.
+class JobView {
+ public:
+  explicit JobView(bool quiet);
+
+  void Show(const v1::JobUpdate& update);
+
+ private:
+  void Announce(const v1::FrameInfo& info);
+
+  const bool quiet_;
+  Progress progress_;
+  std::map<std::string, double> share_of_running_;
+};
+
+// "0007  degraded  93.2 % of the cells  1.8 s  (2 of 24 cameras have no usable image)".
+std::string FrameLine(const v1::FrameInfo& info);
+
+// "11 of 12 frames registered (2 with cameras missing), 1 failed".
+std::string JobSummary(const v1::Job& job);
+
+// Ok for a job that registered every frame; otherwise the error that decides the exit status.
+absl::Status OutcomeOf(const v1::Job& job);
+
+}  // namespace weft

@@ -1,0 +1,99 @@
+#include "services/cli/remote_registration.h"
+
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+
+#include "absl/strings/str_cat.h"
+#include "services/client/fetch_results.h"
+#include "services/client/registration_client.h"
+#include "services/files/atomic_file.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+// A file in the output folder by which the daemon recognises that it sees the same folder.
+class Probe {
+ public:
+  static absl::StatusOr<Probe> Create(const std::string& folder) {
+    if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+    const auto now = std::chrono::system_clock::now().time_since_epoch().count();
+    Probe probe(fs::path(folder) / absl::StrCat(".weft-probe-", getpid(), "-", now));
+    if (absl::Status status = WriteFileAtomically(probe.path_.string(), "weft\n"); !status.ok())
+      return status;
+    return probe;
+  }
+  Probe(Probe&& other) noexcept : path_(std::move(other.path_)) { other.path_.clear(); }
+  Probe& operator=(Probe&&) = delete;
+  ~Probe() {
+    std::error_code ignored;
+    if (!path_.empty()) fs::remove(path_, ignored);
+  }
+
+  std::string name() const { return path_.filename().string(); }
+
+ private:
+  explicit Probe(fs::path path) : path_(std::move(path)) {}
+
+  fs::path path_;
+};
+
+std::string Absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
+
+v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec) {
+  for (std::string* path : {spec.mutable_dump(), spec.mutable_rig(), spec.mutable_board(),
+                            spec.mutable_garment(), spec.mutable_out()}) {
+    *path = Absolute(*path);
+  }
+  return spec;
+}
+
+absl::StatusOr<v1::Job> Submit(RegistrationClient& client, const v1::RegistrationSpec& spec) {
+  const absl::StatusOr<Probe> probe = Probe::Create(spec.out());
+  if (!probe.ok()) return probe.status();
+  v1::SubmitJobRequest request;
+  *request.mutable_spec() = spec;
+  request.set_out_probe(probe->name());
+  return client.Submit(request);
+}
+
+}  // namespace
+
+absl::StatusOr<v1::Job> SubmitRemotely(const std::string& server, const v1::RegistrationSpec& spec) {
+  const auto client = RegistrationClient::Connect(server);
+  if (!client.ok()) return client.status();
+  return Submit(**client, WithAbsolutePaths(spec));
+}
+
+absl::StatusOr<v1::Job> RegisterRemotely(const std::string& server, const v1::RegistrationSpec& spec,
+                                         const std::function<void(const v1::JobUpdate&)>& update,
+                                         const std::function<void(size_t done, size_t total)>& fetched,
+                                         std::stop_token stop) {
+  const auto client = RegistrationClient::Connect(server);
+  if (!client.ok()) return client.status();
+  const v1::RegistrationSpec absolute = WithAbsolutePaths(spec);
+  absl::StatusOr<v1::Job> job = Submit(**client, absolute);
+  if (!job.ok()) return job.status();
+  const std::string id = job->id();
+
+  job = (*client)->Watch(id, update, stop);
+  if (stop.stop_requested()) {
+    if (absl::StatusOr<v1::Job> cancelled = (*client)->Cancel(id); !cancelled.ok()) return cancelled.status();
+    job = (*client)->Watch(id, update);
+  }
+  if (!job.ok()) {
+    return absl::Status(job.status().code(),
+                        absl::StrCat(job.status().message(), "; the job is ", id,
+                                     ", see it with `weft job watch ", id, " --server ", server, "`"));
+  }
+  if (Absolute(job->spec().out()) != absolute.out()) {
+    const absl::Status status = FetchResults(**client, *job, absolute.out(), fetched, std::move(stop));
+    if (!status.ok()) return status;
+  }
+  return job;
+}
+
+}  // namespace weft

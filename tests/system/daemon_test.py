@@ -1,0 +1,143 @@
+"""weftd and its workers as real processes: submit, watch, cancel, survive."""
+
+import json
+import os
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+
+from studio import BIN, LONG_S, StudioTest, read, results, temporary_files, weft
+
+
+def wait_for(condition, what):
+    deadline = time.monotonic() + LONG_S
+    while time.monotonic() < deadline:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.02)
+    raise AssertionError(f"waited {LONG_S} s for {what}")
+
+
+def worker_processes(folder):
+    """Process ids of weft-workers whose task lies below `folder`."""
+    found = []
+    for name in os.listdir("/proc"):
+        if name.isdigit():
+            try:
+                arguments = read(f"/proc/{name}/cmdline").split("\0")
+            except OSError:
+                continue
+            if "weft-worker" in arguments[0] and any(folder in argument for argument in arguments):
+                found.append(int(name))
+    return found
+
+
+class Daemon(StudioTest):
+    def setUp(self):
+        super().setUp()
+        self.daemon = None
+        self.address = ""
+        self.addCleanup(self.kill_daemon)
+
+    def start_daemon(self, *more):
+        address_file = self.path("address")
+        if os.path.exists(address_file):
+            os.remove(address_file)
+        self.log = open(self.path("weftd.log"), "a")
+        self.addCleanup(self.log.close)
+        self.daemon = subprocess.Popen(
+            [os.path.join(BIN, "weftd"), "--listen", "127.0.0.1:0", "--address-file", address_file, "--state",
+             self.path("state"), "--allow-path", self.folder, *more], stdout=self.log, stderr=self.log)
+
+        def listening():
+            self.assertIsNone(self.daemon.poll(), read(self.path("weftd.log")))
+            return os.path.exists(address_file) and read(address_file).strip()
+        self.address = wait_for(listening, "weftd to listen")
+
+    def kill_daemon(self):
+        if self.daemon and self.daemon.poll() is None:
+            self.daemon.kill()
+            self.daemon.wait()
+
+    def register_remotely(self, *more, **options):
+        return self.register("--server", self.address, *more, **options)
+
+    def only_job(self):
+        jobs = json.loads(weft("job", "list", "--server", self.address, "--json", check=0).stdout)["jobs"]
+        self.assertEqual(len(jobs), 1)
+        return jobs[0]
+
+    def test_gives_the_same_files_as_a_registration_without_it(self):
+        self.start_daemon("--workers", "2")
+        done = self.register_remotely("--observations", check=0)
+        self.assertIn("3 of 3 frames registered", done.stdout)
+        local = self.path("local")
+        self.register("--observations", check=0, out=local)
+        self.assertEqual(results(self.out), results(local))
+        self.assertTrue(read(f"{self.out}/report.html").lstrip().lower().startswith("<!doctype html"))
+        self.assertEqual(temporary_files(self.out), [])
+
+    def test_refuses_what_it_may_not_touch_and_what_does_not_fit(self):
+        self.start_daemon()
+        with tempfile.TemporaryDirectory() as outside:
+            self.assert_refused(self.register_remotely(dump=outside), outside, "--allow-path")
+        self.assert_refused(self.register_remotely(dump=self.path("nowhere")), self.path("nowhere"))
+
+    def test_says_how_to_start_a_daemon_that_is_not_reachable(self):
+        done = self.register("--server", "127.0.0.1:1")
+        self.assertEqual(done.returncode, 1, done.stderr)
+        self.assertIn("127.0.0.1:1", done.stderr)
+        self.assertIn("weftd --listen", done.stderr)
+
+    def test_cancelled_job_leaves_whole_frames_only(self):
+        self.start_daemon("--workers", "1")
+        client = subprocess.Popen([os.path.join(BIN, "weft"), *self.register_arguments(), "--server", self.address],
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        wait_for(lambda: os.path.exists(os.path.join(self.out, self.frames[0], "report.json")), "the first frame")
+        weft("job", "cancel", self.only_job()["id"], "--server", self.address, check=0)
+        _, errors = client.communicate(timeout=LONG_S)
+        self.assertEqual(client.returncode, 1, errors)
+        self.assertIn("cancelled", errors)
+        self.assertEqual(self.only_job()["state"], "JOB_STATE_CANCELLED")
+        wait_for(lambda: not worker_processes(self.folder), "the worker to end")
+        self.assertEqual(temporary_files(self.out), [])
+        for name in self.frames:
+            if os.path.exists(os.path.join(self.out, name)):
+                self.assertTrue(os.path.exists(os.path.join(self.out, name, "report.json")), name)
+
+    def test_goes_on_with_its_jobs_after_it_was_killed(self):
+        self.start_daemon("--workers", "1")
+        client = subprocess.Popen([os.path.join(BIN, "weft"), *self.register_arguments(), "--observations", "--server",
+                                   self.address], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        wait_for(lambda: os.path.exists(os.path.join(self.out, self.frames[0], "report.json")), "the first frame")
+        self.daemon.send_signal(signal.SIGKILL)
+        self.daemon.wait()
+        client.communicate(timeout=LONG_S)
+        self.assertEqual(client.returncode, 1)
+        wait_for(lambda: not worker_processes(self.folder), "the workers to end with their daemon")
+
+        self.start_daemon("--workers", "1")
+        job = wait_for(lambda: (lambda j: j if j["state"] == "JOB_STATE_DONE" else None)(self.only_job()),
+                       "the job to end")
+        self.assertEqual(job["frames"]["done"], len(self.frames))
+        self.assertGreaterEqual(job["frames"]["reused"], 1)
+        local = self.path("local")
+        self.register("--observations", check=0, out=local)
+        self.assertEqual(results(self.out), results(local))
+
+    def test_killed_worker_is_replaced(self):
+        self.start_daemon("--workers", "1")
+        client = subprocess.Popen([os.path.join(BIN, "weft"), *self.register_arguments(), "--server", self.address],
+                                  stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        worker = wait_for(lambda: worker_processes(self.folder), "a worker")[0]
+        os.kill(worker, signal.SIGKILL)
+        out, errors = client.communicate(timeout=LONG_S)
+        self.assertEqual(client.returncode, 0, errors)
+        self.assertIn("3 of 3 frames registered", out)
+
+
+if __name__ == "__main__":
+    unittest.main()

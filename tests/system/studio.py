@@ -1,0 +1,105 @@
+"""A small synthetic studio on disk, and the programs of Weft as users run them."""
+
+import os
+import shutil
+import struct
+import subprocess
+import tempfile
+import unittest
+import zlib
+
+BIN = os.environ["WEFT_BIN"]
+LONG_S = 240  # far more than any command takes; a hang fails instead of blocking
+
+
+def weft(*arguments, check=None, **options):
+    """Runs `weft`; `check` is the exit status that is expected."""
+    done = subprocess.run([os.path.join(BIN, "weft"), *map(str, arguments)], capture_output=True, text=True,
+                          timeout=LONG_S, check=False, **options)
+    if check is not None and done.returncode != check:
+        raise AssertionError(f"weft {' '.join(map(str, arguments))}: exit status {done.returncode}, expected {check}\n"
+                             f"{done.stdout}{done.stderr}")
+    return done
+
+
+def read(path, mode="r"):
+    with open(path, mode) as file:
+        return file.read()
+
+
+def write(path, content):
+    with open(path, "wb" if isinstance(content, bytes) else "w") as file:
+        file.write(content)
+
+
+def png(width, height, pixel):
+    """The bytes of a PNG of one colour; `pixel` has one byte (grey) or three."""
+    def chunk(kind, data):
+        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+    color_type = {1: 0, 3: 2}[len(pixel)]
+    rows = (b"\0" + bytes(pixel) * width) * height
+    return (b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, color_type, 0, 0, 0)) +
+            chunk(b"IDAT", zlib.compress(rows)) + chunk(b"IEND", b""))
+
+
+def results(folder):
+    """Name and bytes of every file of the frames that must not depend on threads, times or where it ran."""
+    found = {}
+    for base, _, names in os.walk(folder):
+        for name in names:
+            if name.endswith((".ply", ".csv")):
+                path = os.path.join(base, name)
+                found[os.path.relpath(path, folder)] = read(path, "rb")
+    return found
+
+
+def temporary_files(folder):
+    """Files that a finished or stopped program must not leave behind."""
+    known = {"cloud.ply", "mesh.ply", "observations.csv", "report.json", "job.json", "report.html"}
+    return [os.path.join(base, name) for base, _, names in os.walk(folder) for name in names if name not in known]
+
+
+class StudioTest(unittest.TestCase):
+    """Every test gets a copy of one take of three frames, with a space in its path."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.shared = tempfile.TemporaryDirectory(prefix="weft studio ")
+        cls.addClassCleanup(cls.shared.cleanup)
+        cls.original = os.path.join(cls.shared.name, "take")
+        weft("simulate", "--preset", "tiny", "--out", cls.original, check=0)
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="weft test ")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.take = self.path("take")
+        shutil.copytree(self.original, self.take)
+        self.frames = sorted(name for name in os.listdir(self.take) if name.isdigit())
+        self.images = sorted(os.listdir(os.path.join(self.take, self.frames[0])))
+        self.out = self.path("result")
+
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def image(self, frame, camera):
+        """Path of an image by position of frame and camera."""
+        return os.path.join(self.take, self.frames[frame], self.images[camera])
+
+    def register_arguments(self, **replaced):
+        paths = {"dump": self.take, "rig": f"{self.take}/rig.json", "board": f"{self.take}/board.json",
+                 "template": f"{self.take}/template", "out": self.out, **replaced}
+        return ["register", paths["dump"], "--rig", paths["rig"], "--board", paths["board"],
+                "--template", paths["template"], "--out", paths["out"]]
+
+    def register(self, *more, check=None, **replaced):
+        return weft(*self.register_arguments(**replaced), *more, check=check)
+
+    def assert_refused(self, done, *facts, out=None):
+        """Exit status 2, an error that names all `facts`, and no result."""
+        out = out or self.out
+        self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
+        self.assertIn("weft: error: ", done.stderr)
+        for fact in facts:
+            self.assertIn(fact, done.stderr)
+        self.assertEqual(list(results(out)), [])
