@@ -1,0 +1,160 @@
+#include "services/daemon/daemon.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <mutex>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "services/catalogue/catalogue.h"
+#include "services/daemon/cores.h"
+#include "services/daemon/job_queue.h"
+#include "services/daemon/path_policy.h"
+#include "services/daemon/registration_service.h"
+#include "services/executor/local_executor.h"
+#include "services/files/atomic_file.h"
+
+namespace weft {
+namespace {
+
+constexpr char kServiceName[] = "weft.v1.Registration";
+constexpr int kMaxRequestBytes = 1 << 20;
+constexpr int kMaxThreads = 64;  // calls at once; watchers need none
+constexpr int kMaxWorkers = 1024;
+
+// The part before the port. InvalidArgument: not HOST:PORT.
+absl::StatusOr<std::string> HostOf(const std::string& listen) {
+  const size_t colon = listen.rfind(':');
+  int port = -1;
+  if (colon == std::string::npos || colon == 0 || !absl::SimpleAtoi(listen.substr(colon + 1), &port) ||
+      port < 0 || port > 65535) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--listen: \"", listen, "\" is not HOST:PORT, for example 127.0.0.1:7411"));
+  }
+  return listen.substr(0, colon);
+}
+
+absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options, int workers, int threads) {
+  absl::StatusOr<std::unique_ptr<Catalogue>> catalogue =
+      Catalogue::Open(absl::StrCat(options.state_folder, "/catalogue.sqlite"));
+  if (!catalogue.ok()) return catalogue.status();
+  LocalExecutorOptions executor_options;
+  executor_options.worker_program = options.worker_program;
+  executor_options.task_folder = absl::StrCat(options.state_folder, "/tasks");
+  executor_options.workers = workers;
+  executor_options.stop_grace = options.stop_grace;
+  executor_options.silence_limit = options.silence_limit;
+  // Those of a daemon that was killed; the catalogue is ours by now.
+  std::error_code ignored;
+  std::filesystem::remove_all(executor_options.task_folder, ignored);
+  absl::StatusOr<std::unique_ptr<LocalExecutor>> executor = LocalExecutor::Create(executor_options);
+  if (!executor.ok()) return executor.status();
+  return JobQueue::Create(*std::move(catalogue), *std::move(executor), {threads, options.write_report});
+}
+
+void ConfigureServer(grpc::ServerBuilder& builder) {
+  builder.SetMaxReceiveMessageSize(kMaxRequestBytes);
+  grpc::ResourceQuota quota("weftd");
+  quota.SetMaxThreads(kMaxThreads);
+  builder.SetResourceQuota(quota);
+  // A second daemon on the port is an error, not a rival.
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  // Clients whose machine went away are noticed.
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 60'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
+}
+
+}  // namespace
+
+// In the order in which they depend on each other.
+struct Daemon::Parts {
+  std::unique_ptr<JobQueue> queue;
+  std::unique_ptr<RegistrationService> service;
+  std::unique_ptr<grpc::Server> server;
+  std::once_flag stopped;
+};
+
+absl::Status DaemonOptions::Validate() const {
+  if (const auto host = HostOf(listen); !host.ok()) return host.status();
+  if (state_folder.empty()) return absl::InvalidArgumentError("--state: must not be empty");
+  if (workers < 0 || workers > kMaxWorkers) {
+    return absl::InvalidArgumentError(absl::StrCat("--workers: ", workers, ", must be 0 to ", kMaxWorkers));
+  }
+  if (threads_per_worker < 0 || threads_per_worker > kMaxWorkers) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--threads-per-worker: ", threads_per_worker, ", must be 0 to ", kMaxWorkers));
+  }
+  return absl::OkStatus();
+}
+
+Daemon::Daemon() : parts_(std::make_unique<Parts>()) {}
+
+Daemon::~Daemon() { Stop(); }
+
+absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  absl::StatusOr<PathPolicy> policy = PathPolicy::Create(options.allow_paths);
+  if (!policy.ok()) return policy.status();
+  if (absl::Status status = CreateFolders(options.state_folder); !status.ok()) return status;
+  options.state_folder = std::filesystem::canonical(options.state_folder).string();
+
+  std::unique_ptr<Daemon> daemon(new Daemon());
+  const CoreShare share = ShareCores(UsableCores(), options.workers, options.threads_per_worker);
+  daemon->workers_ = share.workers;
+  daemon->threads_per_worker_ = share.threads_per_worker;
+  auto queue = MakeQueue(options, share.workers, share.threads_per_worker);
+  if (!queue.ok()) return queue.status();
+  daemon->parts_->queue = *std::move(queue);
+
+  v1::ServerInfo info;
+  info.set_version(WEFT_VERSION);
+  info.set_workers(share.workers);
+  info.set_threads_per_worker(share.threads_per_worker);
+  info.mutable_allowed_paths()->Assign(policy->allowed().begin(), policy->allowed().end());
+  info.set_state_folder(options.state_folder);
+  daemon->parts_->service = std::make_unique<RegistrationService>(*daemon->parts_->queue, *std::move(policy),
+                                                                  info, options.load_inputs);
+  if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
+  return daemon;
+}
+
+absl::Status Daemon::Listen(const DaemonOptions& options) {
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  grpc::ServerBuilder builder;
+  ConfigureServer(builder);
+  int port = 0;
+  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
+  builder.RegisterService(parts_->service.get());
+  parts_->server = builder.BuildAndStart();
+  if (parts_->server == nullptr || port == 0) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "--listen: ", options.listen,
+        " cannot be listened on; is another program using the port, or is the address not one of "
+        "this machine's?"));
+  }
+  parts_->server->GetHealthCheckService()->SetServingStatus(kServiceName, true);
+  address_ = absl::StrCat(*HostOf(options.listen), ":", port);
+  if (options.address_file.empty()) return absl::OkStatus();
+  return WriteFileAtomically(options.address_file, absl::StrCat(address_, "\n"));
+}
+
+void Daemon::Stop() {
+  std::call_once(parts_->stopped, [this] {
+    if (parts_->server) parts_->server->GetHealthCheckService()->Shutdown();
+    if (parts_->queue) parts_->queue->Stop();
+    if (parts_->server) {
+      constexpr std::chrono::seconds kGrace{2};
+      parts_->server->Shutdown(std::chrono::system_clock::now() + kGrace);
+      parts_->server->Wait();
+    }
+  });
+}
+
+}  // namespace weft

@@ -1,0 +1,63 @@
+// weftd, assembled: catalogue, workers, queue and gRPC server.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "services/daemon/prepare_job.h"
+#include "weft/v1/job.pb.h"
+
+namespace weft {
+
+struct DaemonOptions {
+  std::string listen = "127.0.0.1:7411";  // HOST:PORT; port 0 takes a free one
+  std::string state_folder;               // made where it is missing
+  std::vector<std::string> allow_paths;   // folders that clients may name
+  int workers = 0;                        // processes; 0 chooses by the number of cores
+  int threads_per_worker = 0;             // 0 chooses by the number of cores
+  std::string worker_program;             // weft-worker
+  std::string address_file;               // gets HOST:PORT once the daemon listens; empty for none
+  std::chrono::milliseconds stop_grace{5000};
+  std::chrono::milliseconds silence_limit{std::chrono::minutes(15)};
+
+  // Reads the inputs of a job, and writes the report of one that has ended.
+  InputsLoader load_inputs = LoadJobInputs;
+  std::function<absl::Status(const std::string& out, const v1::Job& job)> write_report;
+
+  // InvalidArgument names the option.
+  absl::Status Validate() const;
+};
+
+// Listens from Start to Stop, which the destructor calls. Thread safety: Stop may be called by any thread.
+class Daemon {
+ public:
+  // InvalidArgument: options. FailedPrecondition: another daemon uses the state folder, or the port is taken.
+  // Otherwise errors of Catalogue::Open and LocalExecutor::Create.
+  static absl::StatusOr<std::unique_ptr<Daemon>> Start(DaemonOptions options);
+  ~Daemon();
+
+  // HOST:PORT with the port that was chosen.
+  const std::string& address() const { return address_; }
+  int workers() const { return workers_; }
+  int threads_per_worker() const { return threads_per_worker_; }
+
+  // Stops the workers and ends all calls. The next daemon on the state folder goes on.
+  void Stop();
+
+ private:
+  struct Parts;
+  Daemon();
+  absl::Status Listen(const DaemonOptions& options);
+
+  std::string address_;
+  int workers_ = 0;
+  int threads_per_worker_ = 0;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace weft

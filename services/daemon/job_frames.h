@@ -1,0 +1,68 @@
+// The frames of one job: which are waiting, running, dealt with. Pure bookkeeping.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "weft/v1/job.pb.h"
+
+namespace weft {
+
+// Runs of a frame whose worker ends abnormally before the frame is set aside.
+inline constexpr int kMaxAttempts = 3;
+
+// Positions are those of the list that it was made from. Thread safety: none.
+class JobFrames {
+ public:
+  explicit JobFrames(std::vector<v1::FrameInfo> frames);
+
+  const std::vector<v1::FrameInfo>& infos() const { return infos_; }
+  std::optional<size_t> Find(const std::string& name) const;
+  v1::FrameCounts Counts() const;
+  bool HasWaiting() const;
+  bool AllDealtWith() const;
+
+  // The next frames for one of `slots` workers: many while many wait, few at the end so that no worker idles.
+  // A frame whose worker crashed comes last and alone. Empty when none waits. The frames count as taken until
+  // they end or are given back.
+  std::vector<size_t> TakeChunk(int slots);
+
+  void Start(size_t position);
+  void Advance(size_t position, double share_done);
+  // Takes over state, reason and figures; attempts stay.
+  void Finish(size_t position, const v1::FrameInfo& info);
+  // Back to waiting. A refunded attempt does not count against the frame.
+  enum class Attempt { kCounts, kRefunded };
+  void GiveBack(size_t position, Attempt attempt);
+  // Ends it without a result.
+  void End(size_t position, v1::FrameState state, const std::string& reason);
+  bool DealtWith(size_t position) const;
+
+  // Counts up with every change; ChangedSince lists at most `limit` frames in the order of their changes.
+  uint64_t version() const { return version_; }
+  struct Changes {
+    std::vector<size_t> positions;
+    uint64_t up_to = 0;  // the version that a reader of these frames has seen
+  };
+  Changes ChangedSince(uint64_t version, size_t limit) const;
+
+  // Work computed since this object was made, in frames, with parts of running ones; and what is left.
+  double FramesComputed() const;
+  double FramesLeft() const;
+
+ private:
+  void Touch(size_t position);
+
+  std::vector<v1::FrameInfo> infos_;
+  std::vector<bool> taken_;
+  std::vector<uint64_t> changed_;         // [frames], the version of the last change, 0 for none
+  std::map<uint64_t, size_t> by_change_;  // the reverse
+  std::map<std::string, size_t> position_of_;
+  uint64_t version_ = 0;
+  int computed_ = 0;
+};
+
+}  // namespace weft

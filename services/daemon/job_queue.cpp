@@ -1,0 +1,280 @@
+#include "services/daemon/job_queue.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "services/daemon/job_queue_state.h"
+
+namespace weft {
+namespace {
+
+constexpr size_t kMaxUnfinishedJobs = 1000;
+constexpr size_t kMaxWatchers = 256;
+constexpr size_t kMaxFramesPerUpdate = 1000;
+
+absl::Status ShuttingDown() { return absl::UnavailableError("the daemon is shutting down"); }
+
+}  // namespace
+
+JobQueue::JobQueue(std::unique_ptr<Catalogue> catalogue, std::unique_ptr<Executor> executor,
+                   JobQueueOptions options)
+    : catalogue_(std::move(catalogue)), executor_(std::move(executor)), options_(std::move(options)) {}
+
+absl::StatusOr<std::unique_ptr<JobQueue>> JobQueue::Create(std::unique_ptr<Catalogue> catalogue,
+                                                           std::unique_ptr<Executor> executor,
+                                                           JobQueueOptions options) {
+  std::unique_ptr<JobQueue> queue(
+      new JobQueue(std::move(catalogue), std::move(executor), std::move(options)));
+  queue->background_ = std::thread(&JobQueue::WorkInBackground, queue.get());
+  if (absl::Status status = queue->Resume(); !status.ok()) return status;
+  return queue;
+}
+
+JobQueue::~JobQueue() { Stop(); }
+
+absl::Status JobQueue::Resume() {
+  Lock lock(mutex_);
+  absl::StatusOr<std::vector<v1::Job>> unfinished = catalogue_->UnfinishedJobs();
+  if (!unfinished.ok()) return unfinished.status();
+  for (v1::Job& job : *unfinished) {
+    absl::StatusOr<std::vector<v1::FrameInfo>> infos = catalogue_->ReadFrames(job.id());
+    if (!infos.ok()) return infos.status();
+    auto live = std::make_shared<LiveJob>(LiveJob{std::move(job), JobFrames(*std::move(infos))});
+    for (size_t i = 0; i < live->frames.infos().size(); ++i) {
+      const v1::FrameInfo& info = live->frames.infos()[i];
+      if (info.state() != v1::FRAME_STATE_RUNNING) continue;
+      if (info.attempts() >= kMaxAttempts) {
+        SetAside(live, i, "the daemon itself was killed while it ran");
+      } else {
+        live->frames.GiveBack(i, JobFrames::Attempt::kCounts);
+        Remember(*live, i);
+      }
+    }
+    jobs_.push_back(live);
+    spdlog::info("job {} goes on: {} frames left", live->job.id(), live->frames.FramesLeft());
+    FinishIfDone(live);
+  }
+  Schedule();
+  return absl::OkStatus();
+}
+
+absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frames) {
+  Lock lock(mutex_);
+  if (stopping_) return ShuttingDown();
+  if (jobs_.size() >= kMaxUnfinishedJobs) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat(jobs_.size(), " jobs wait already; cancel some or wait until they are done"));
+  }
+  for (const auto& other : jobs_) {
+    if (other->ended || other->job.spec().out() != job.spec().out()) continue;
+    return absl::FailedPreconditionError(absl::StrCat("spec.out: ", job.spec().out(), " is where job ",
+                                                      other->job.id(),
+                                                      " writes; wait until it has ended, or cancel it"));
+  }
+  std::vector<v1::FrameInfo> infos(frames.size());
+  for (size_t i = 0; i < frames.size(); ++i) {
+    infos[i].set_frame(frames[i]);
+    infos[i].set_state(v1::FRAME_STATE_WAITING);
+  }
+  job.set_state(v1::JOB_STATE_QUEUED);
+  job.set_created_unix_ns(UnixNow());
+  auto live = std::make_shared<LiveJob>(LiveJob{std::move(job), JobFrames(infos)});
+  live->job = Describe(*live);
+  if (absl::Status status = catalogue_->AddJob(live->job, infos); !status.ok()) return status;
+  spdlog::info("job {}: {} frames of {}, results to {}", live->job.id(), frames.size(),
+               live->job.spec().dump(), live->job.spec().out());
+  jobs_.push_back(live);
+  Schedule();
+  UnlockAndTell(lock);
+  return absl::OkStatus();
+}
+
+std::shared_ptr<JobQueue::LiveJob> JobQueue::FindLive(const std::string& job_id) const {
+  for (const auto& job : jobs_) {
+    if (job->job.id() == job_id) return job;
+  }
+  return nullptr;
+}
+
+absl::StatusOr<v1::Job> JobQueue::Get(const std::string& job_id) {
+  const Lock lock(mutex_);
+  if (const auto live = FindLive(job_id)) return Describe(*live);
+  return catalogue_->ReadJob(job_id);
+}
+
+absl::StatusOr<std::vector<v1::FrameInfo>> JobQueue::Frames(const std::string& job_id) {
+  const Lock lock(mutex_);
+  if (const auto live = FindLive(job_id)) return live->frames.infos();
+  if (const absl::StatusOr<v1::Job> job = catalogue_->ReadJob(job_id); !job.ok()) return job.status();
+  return catalogue_->ReadFrames(job_id);
+}
+
+absl::StatusOr<std::vector<v1::Job>> JobQueue::List(int limit) {
+  const Lock lock(mutex_);
+  absl::StatusOr<std::vector<v1::Job>> jobs = catalogue_->ListJobs(limit);
+  if (!jobs.ok()) return jobs;
+  for (v1::Job& job : *jobs) {
+    if (const auto live = FindLive(job.id())) job = Describe(*live);
+  }
+  return jobs;
+}
+
+JobQueue::Load JobQueue::CurrentLoad() {
+  const Lock lock(mutex_);
+  Load load;
+  for (const auto& job : jobs_) {
+    if (job->ended) continue;
+    ++(job->job.state() == v1::JOB_STATE_RUNNING ? load.running : load.queued);
+  }
+  return load;
+}
+
+absl::StatusOr<v1::Job> JobQueue::Cancel(const std::string& job_id) {
+  Lock lock(mutex_);
+  const auto live = FindLive(job_id);
+  if (live == nullptr) return catalogue_->ReadJob(job_id);
+  EndEarly(live, v1::JOB_STATE_CANCELLED, "cancelled");
+  UnlockAndTell(lock);
+  lock.lock();
+  job_ended_.wait(lock, [&] { return live->ended || stopping_; });
+  if (!live->ended) return ShuttingDown();
+  return Describe(*live);
+}
+
+absl::StatusOr<int64_t> JobQueue::Subscribe(const std::string& job_id, std::function<void()> changed) {
+  const Lock lock(mutex_);
+  if (watchers_.size() >= kMaxWatchers) {
+    return absl::ResourceExhaustedError("too many clients watch jobs; try again later");
+  }
+  auto live = FindLive(job_id);
+  if (live == nullptr) {
+    absl::StatusOr<v1::Job> job = catalogue_->ReadJob(job_id);
+    if (!job.ok()) return job.status();
+    absl::StatusOr<std::vector<v1::FrameInfo>> frames = catalogue_->ReadFrames(job_id);
+    if (!frames.ok()) return frames.status();
+    live = std::make_shared<LiveJob>(LiveJob{*std::move(job), JobFrames(*std::move(frames))});
+    live->ended = true;
+    jobs_.push_back(live);
+  }
+  ++live->watchers;
+  const int64_t id = next_watcher_++;
+  watchers_[id] = std::make_unique<Watcher>(Watcher{live, std::move(changed)});
+  return id;
+}
+
+void JobQueue::Unsubscribe(int64_t watcher) {
+  const Lock lock(mutex_);
+  const auto found = watchers_.find(watcher);
+  if (found == watchers_.end()) return;
+  const std::shared_ptr<LiveJob> job = found->second->job;
+  watchers_.erase(found);
+  --job->watchers;
+  Forget(job);
+}
+
+JobQueue::News JobQueue::TakeNews(int64_t watcher) {
+  const Lock lock(mutex_);
+  News news;
+  news.stopping = stopping_;
+  const auto found = watchers_.find(watcher);
+  if (found == watchers_.end() || found->second->told_end) return news;
+  Watcher& own = *found->second;
+  const LiveJob& job = *own.job;
+  const JobFrames::Changes changes = job.frames.ChangedSince(own.seen_frames, kMaxFramesPerUpdate);
+  if (changes.positions.empty() && own.seen_job == job.version) return news;
+  v1::JobUpdate update;
+  *update.mutable_job() = Describe(job);
+  for (const size_t position : changes.positions) *update.add_frames() = job.frames.infos()[position];
+  own.seen_frames = changes.up_to;
+  own.seen_job = job.version;
+  own.told_end = news.ended = job.ended && changes.up_to == job.frames.version();
+  news.update = std::move(update);
+  return news;
+}
+
+void JobQueue::Stop() {
+  {
+    Lock lock(mutex_);
+    stopping_ = true;
+    for (const auto& [id, watcher] : watchers_) to_tell_.push_back(watcher->changed);
+    job_ended_.notify_all();
+    UnlockAndTell(lock);
+  }
+  executor_->StopAll();
+  {
+    const Lock lock(mutex_);
+    background_ends_ = true;
+    deferred_changed_.notify_all();
+  }
+  if (background_.joinable()) background_.join();
+}
+
+v1::Job JobQueue::Describe(const LiveJob& live) const {
+  v1::Job job = live.job;
+  *job.mutable_frames() = live.frames.Counts();
+  if (live.ended) {
+    job.set_remaining_s(0);
+    return job;
+  }
+  constexpr double kEnoughFrames = 0.2;  // before that the guess would jump
+  const double computed = live.frames.FramesComputed();
+  job.set_remaining_s(-1);
+  if (live.first_task && computed >= kEnoughFrames) {
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - *live.first_task;
+    job.set_remaining_s(elapsed.count() * live.frames.FramesLeft() / computed);
+  }
+  return job;
+}
+
+// A catalogue that cannot be written costs work after a restart, but stops no running job.
+void JobQueue::Remember(LiveJob& live, size_t position) {
+  const absl::Status status = catalogue_->UpdateFrame(live.job.id(), position, live.frames.infos()[position]);
+  if (!status.ok()) spdlog::error("{}", status.message());
+  MarkChanged(live);
+}
+
+void JobQueue::RememberJob(LiveJob& live) {
+  ++live.version;
+  const absl::Status status = catalogue_->UpdateJob(Describe(live));
+  if (!status.ok()) spdlog::error("{}", status.message());
+  MarkChanged(live);
+}
+
+void JobQueue::MarkChanged(const LiveJob& job) {
+  for (const auto& [id, watcher] : watchers_) {
+    if (watcher->job.get() == &job) to_tell_.push_back(watcher->changed);
+  }
+}
+
+void JobQueue::UnlockAndTell(Lock& lock) {
+  std::vector<std::function<void()>> to_tell;
+  to_tell.swap(to_tell_);
+  lock.unlock();
+  for (const auto& tell : to_tell) tell();
+}
+
+void JobQueue::Forget(const std::shared_ptr<LiveJob>& job) {
+  if (job->ended && job->watchers == 0) jobs_.remove(job);
+}
+
+void JobQueue::Defer(std::function<void()> work) {
+  deferred_.push_back(std::move(work));
+  deferred_changed_.notify_all();
+}
+
+void JobQueue::WorkInBackground() {
+  Lock lock(mutex_);
+  for (;;) {
+    deferred_changed_.wait(lock, [this] { return background_ends_ || !deferred_.empty(); });
+    if (deferred_.empty()) return;
+    const std::function<void()> work = std::move(deferred_.front());
+    deferred_.pop_front();
+    lock.unlock();
+    work();
+    lock.lock();
+  }
+}
+
+}  // namespace weft

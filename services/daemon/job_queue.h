@@ -1,0 +1,130 @@
+// The daemon's jobs: cut into tasks, run by an executor, remembered in a catalogue.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <list>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "services/catalogue/catalogue.h"
+#include "services/daemon/job_frames.h"
+#include "services/executor/executor.h"
+#include "weft/v1/registration.pb.h"
+
+namespace weft {
+
+struct JobQueueOptions {
+  int threads_per_worker = 1;
+  // Writes the report of a job that has ended beside its results.
+  std::function<absl::Status(const std::string& out, const v1::Job& job)> write_report;
+};
+
+// The oldest job has the first claim on the workers; the next begins when all its frames are taken. A frame
+// whose worker ends abnormally is tried again, kMaxAttempts times in all. Thread safety: any thread may call
+// any function.
+class JobQueue {
+ public:
+  // Takes up the catalogue's unfinished jobs where they stopped. Errors of the catalogue.
+  static absl::StatusOr<std::unique_ptr<JobQueue>> Create(std::unique_ptr<Catalogue> catalogue,
+                                                          std::unique_ptr<Executor> executor,
+                                                          JobQueueOptions options);
+  ~JobQueue();
+
+  // Queues a job whose id, spec and inputs are set. FailedPrecondition: another unfinished job writes to the
+  // same folder. ResourceExhausted: too many jobs wait. Unavailable: the daemon is shutting down.
+  absl::Status Submit(v1::Job job, const std::vector<std::string>& frames);
+
+  // NotFound: no such job.
+  absl::StatusOr<v1::Job> Get(const std::string& job_id);
+  absl::StatusOr<std::vector<v1::FrameInfo>> Frames(const std::string& job_id);
+  // Returns when its workers have ended. A job that has ended stays as it is.
+  absl::StatusOr<v1::Job> Cancel(const std::string& job_id);
+  // Newest first.
+  absl::StatusOr<std::vector<v1::Job>> List(int limit);
+  struct Load {
+    int queued = 0;
+    int running = 0;
+  };
+  Load CurrentLoad();
+
+  // One who watches a job. `changed` is called from any thread, without a lock, after every change; a call
+  // may still come while Unsubscribe runs. NotFound: no such job. ResourceExhausted: too many watchers.
+  absl::StatusOr<int64_t> Subscribe(const std::string& job_id, std::function<void()> changed);
+  void Unsubscribe(int64_t watcher);
+  struct News {
+    std::optional<v1::JobUpdate> update;  // none: nothing new since the last call
+    bool ended = false;                   // the update is the last one
+    bool stopping = false;                // the daemon shuts down
+  };
+  News TakeNews(int64_t watcher);
+
+  // Stops the workers, keeps all states for the next start. No job can be submitted any more.
+  void Stop();
+
+ private:
+  struct LiveJob;
+  struct RunningTask;
+  struct Watcher;
+  using Lock = std::unique_lock<std::mutex>;
+
+  JobQueue(std::unique_ptr<Catalogue> catalogue, std::unique_ptr<Executor> executor, JobQueueOptions options);
+  absl::Status Resume();
+
+  // The functions below take the lock, and tell the watchers when they have let go of it.
+  void OnEvent(const std::string& task_id, const v1::WorkerEvent& event);
+  void OnTaskEnded(const std::string& task_id, const TaskEnd& end);
+  void WriteResults(const std::shared_ptr<LiveJob>& job);
+  void UnlockAndTell(Lock& lock);
+  void WorkInBackground();  // the loop of background_
+
+  // The functions below need the lock.
+  std::shared_ptr<LiveJob> FindLive(const std::string& job_id) const;
+  // Tasks (job_queue_tasks.cpp).
+  void Schedule();
+  bool StartTask(const std::shared_ptr<LiveJob>& job);
+  bool HasTasks(const LiveJob& job) const;
+  void OnFrameEvent(RunningTask& task, const v1::WorkerEvent& event);
+  void ReturnFrames(RunningTask& task, const TaskEnd& end);
+  void BlameWorker(RunningTask& task, const std::string& reason);
+  void SetAside(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason);
+  void EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message);
+  void FinishIfDone(const std::shared_ptr<LiveJob>& job);
+  // Writing down and telling.
+  v1::Job Describe(const LiveJob& job) const;
+  void Remember(LiveJob& job, size_t position);
+  void RememberJob(LiveJob& job);
+  void MarkChanged(const LiveJob& job);
+  void Forget(const std::shared_ptr<LiveJob>& job);
+  void Defer(std::function<void()> work);
+
+  const std::unique_ptr<Catalogue> catalogue_;
+  const std::unique_ptr<Executor> executor_;
+  const JobQueueOptions options_;
+
+  std::mutex mutex_;
+  std::condition_variable job_ended_;
+  std::list<std::shared_ptr<LiveJob>> jobs_;  // unfinished ones by age, and ended ones that are watched
+  std::map<std::string, std::unique_ptr<RunningTask>> tasks_;
+  std::map<int64_t, std::unique_ptr<Watcher>> watchers_;
+  int64_t next_watcher_ = 1;
+  int64_t next_task_ = 1;
+  bool stopping_ = false;
+
+  std::vector<std::function<void()>> to_tell_;
+  std::condition_variable deferred_changed_;
+  std::deque<std::function<void()>> deferred_;  // files to write
+  bool background_ends_ = false;
+  std::thread background_;
+};
+
+}  // namespace weft

@@ -1,0 +1,272 @@
+// JobQueue: from jobs to tasks, and what becomes of them.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "services/daemon/job_queue.h"
+#include "services/daemon/job_queue_state.h"
+#include "services/files/atomic_file.h"
+#include "services/files/json_file.h"
+
+namespace weft {
+namespace {
+
+std::string FirstFailure(const JobFrames& frames) {
+  for (const v1::FrameInfo& info : frames.infos()) {
+    if (info.state() == v1::FRAME_STATE_FAILED)
+      return absl::StrCat("frame ", info.frame(), ": ", info.reason());
+  }
+  return "";
+}
+
+// The frame's own report, since no worker is left to write it.
+absl::Status WriteSetAsideReport(const v1::Job& job, const v1::FrameInfo& info) {
+  v1::FrameReport report;
+  report.set_frame(info.frame());
+  report.set_state(info.state());
+  report.set_reason(info.reason());
+  report.set_set_aside(true);
+  *report.mutable_inputs() = job.inputs();
+  *report.mutable_options() = job.spec().options();
+  report.set_weft_version(job.weft_version());
+  const std::string folder = absl::StrCat(job.spec().out(), "/", info.frame());
+  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  return WriteJsonFile(absl::StrCat(folder, "/report.json"), report);
+}
+
+bool IsResult(v1::FrameState state) {
+  return state == v1::FRAME_STATE_DONE || state == v1::FRAME_STATE_DEGRADED ||
+         state == v1::FRAME_STATE_FAILED;
+}
+
+}  // namespace
+
+void JobQueue::Schedule() {
+  if (stopping_) return;
+  for (const auto& job : jobs_) {
+    if (job->ended || job->early) continue;
+    while (job->frames.HasWaiting()) {
+      if (tasks_.size() >= static_cast<size_t>(executor_->slots()) || !StartTask(job)) return;
+    }
+  }
+}
+
+bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
+  auto running = std::make_unique<RunningTask>();
+  running->job = job;
+  running->positions = job->frames.TakeChunk(executor_->slots());
+  v1::Task task;
+  task.set_id(absl::StrCat(job->job.id(), ".", next_task_++));
+  *task.mutable_spec() = job->job.spec();
+  *task.mutable_spec()->mutable_expected() = job->job.inputs();
+  task.set_threads(options_.threads_per_worker);
+  for (const size_t position : running->positions) task.add_frames(job->frames.infos()[position].frame());
+  const std::string id = task.id();
+  const absl::Status status =
+      executor_->Start(task, {[this, id](const v1::WorkerEvent& event) { OnEvent(id, event); },
+                              [this, id](const TaskEnd& end) { OnTaskEnded(id, end); }});
+  if (!status.ok()) {
+    spdlog::error("task {} cannot be started: {}", id, status.message());
+    for (const size_t position : running->positions) {
+      job->frames.GiveBack(position, JobFrames::Attempt::kRefunded);
+    }
+    return false;
+  }
+  spdlog::debug("task {}: {} frames from {}", id, running->positions.size(), task.frames(0));
+  tasks_[id] = std::move(running);
+  if (!job->first_task) job->first_task = std::chrono::steady_clock::now();
+  if (job->job.state() == v1::JOB_STATE_QUEUED) {
+    job->job.set_state(v1::JOB_STATE_RUNNING);
+    job->job.set_started_unix_ns(UnixNow());
+    RememberJob(*job);
+  }
+  return true;
+}
+
+bool JobQueue::HasTasks(const LiveJob& job) const {
+  return std::any_of(tasks_.begin(), tasks_.end(),
+                     [&job](const auto& entry) { return entry.second->job.get() == &job; });
+}
+
+void JobQueue::OnEvent(const std::string& task_id, const v1::WorkerEvent& event) {
+  Lock lock(mutex_);
+  const auto found = tasks_.find(task_id);
+  if (found == tasks_.end()) return;
+  if (event.has_error()) {
+    found->second->error = event.error();
+  } else {
+    OnFrameEvent(*found->second, event);
+  }
+  UnlockAndTell(lock);
+}
+
+void JobQueue::OnFrameEvent(RunningTask& task, const v1::WorkerEvent& event) {
+  LiveJob& job = *task.job;
+  const std::string& frame = event.has_started()    ? event.started().frame()
+                             : event.has_advanced() ? event.advanced().frame()
+                                                    : event.finished().frame();
+  const std::optional<size_t> position = job.frames.Find(frame);
+  if (!position || std::count(task.positions.begin(), task.positions.end(), *position) == 0 ||
+      job.frames.DealtWith(*position)) {
+    spdlog::warn("job {}: a worker speaks of frame \"{}\", which is not its own", job.job.id(), frame);
+    return;
+  }
+  const bool running = job.frames.infos()[*position].state() == v1::FRAME_STATE_RUNNING;
+  task.began = true;
+  job.failed_starts = 0;
+  if (event.has_advanced()) {
+    if (running) job.frames.Advance(*position, event.advanced().share_done());
+    MarkChanged(job);
+    return;
+  }
+  if (!running) job.frames.Start(*position);
+  if (event.has_finished() && IsResult(event.finished().state())) {
+    job.frames.Finish(*position, event.finished());
+    spdlog::debug("job {}: frame {} {} {}", job.job.id(), frame,
+                  v1::FrameState_Name(event.finished().state()), event.finished().reason());
+  }
+  Remember(job, *position);
+}
+
+void JobQueue::OnTaskEnded(const std::string& task_id, const TaskEnd& end) {
+  Lock lock(mutex_);
+  const auto found = tasks_.find(task_id);
+  if (found == tasks_.end()) return;
+  const std::unique_ptr<RunningTask> task = std::move(found->second);
+  tasks_.erase(found);
+  ReturnFrames(*task, end);
+  FinishIfDone(task->job);
+  Schedule();
+  UnlockAndTell(lock);
+}
+
+void JobQueue::ReturnFrames(RunningTask& task, const TaskEnd& end) {
+  LiveJob& job = *task.job;
+  std::erase_if(task.positions, [&job](size_t position) { return job.frames.DealtWith(position); });
+  // A worker that reports CANCELLED was stopped: by us, or by somebody who is no reason to give up the job.
+  const bool given_up = task.error && task.error->code() != "CANCELLED";
+  if (given_up && !stopping_) EndEarly(task.job, v1::JOB_STATE_FAILED, task.error->message());
+  if (job.early) {
+    for (const size_t position : task.positions) {
+      job.frames.End(position, v1::FRAME_STATE_CANCELLED, job.early->message);
+    }
+  } else if (stopping_) {
+    for (const size_t position : task.positions) {
+      job.frames.GiveBack(position, JobFrames::Attempt::kRefunded);
+    }
+  } else if (!task.positions.empty()) {
+    BlameWorker(task, end.clean ? "its worker ended without dealing with it" : end.reason);
+  }
+  for (const size_t position : task.positions) Remember(job, position);
+}
+
+// The worker ended before its time: who is to blame is the frame at which it was, or the first that it had
+// not begun.
+void JobQueue::BlameWorker(RunningTask& task, const std::string& reason) {
+  LiveJob& job = *task.job;
+  spdlog::warn("job {}: a worker ended abnormally: {}", job.job.id(), reason);
+  if (!task.began && ++job.failed_starts >= kMaxAttempts) {
+    EndEarly(task.job, v1::JOB_STATE_FAILED, absl::StrCat("its workers end before they begin: ", reason));
+    for (const size_t position : task.positions) {
+      job.frames.End(position, v1::FRAME_STATE_CANCELLED, job.early->message);
+    }
+    return;
+  }
+  const auto is_running = [&job](size_t position) {
+    return job.frames.infos()[position].state() == v1::FRAME_STATE_RUNNING;
+  };
+  auto blamed = std::find_if(task.positions.begin(), task.positions.end(), is_running);
+  if (blamed == task.positions.end()) blamed = task.positions.begin();
+  for (auto it = task.positions.begin(); it != task.positions.end(); ++it) {
+    if (it != blamed || !task.began) {
+      job.frames.GiveBack(*it, JobFrames::Attempt::kRefunded);
+      continue;
+    }
+    if (!is_running(*it)) job.frames.Start(*it);
+    if (job.frames.infos()[*it].attempts() < kMaxAttempts) {
+      job.frames.GiveBack(*it, JobFrames::Attempt::kCounts);
+    } else {
+      SetAside(task.job, *it, reason);
+    }
+  }
+}
+
+void JobQueue::SetAside(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason) {
+  const int attempts = job->frames.infos()[position].attempts();
+  job->frames.End(position, v1::FRAME_STATE_FAILED,
+                  absl::StrCat("its workers ended abnormally ", attempts, " times; last: ", reason));
+  Remember(*job, position);
+  const v1::FrameInfo info = job->frames.infos()[position];
+  spdlog::error("job {}: frame {} is set aside: {}", job->job.id(), info.frame(), info.reason());
+  Defer([job_copy = job->job, info] {
+    const absl::Status status = WriteSetAsideReport(job_copy, info);
+    if (!status.ok()) spdlog::error("{}", status.message());
+  });
+}
+
+void JobQueue::EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message) {
+  if (job->ended || job->finishing || job->early) return;
+  spdlog::info("job {} ends early: {}", job->job.id(), message);
+  job->early = LiveJob::EarlyEnd{state, message};
+  // Frames of running tasks come back when those have ended.
+  std::vector<bool> in_task(job->frames.infos().size());
+  for (const auto& [id, task] : tasks_) {
+    if (task->job != job) continue;
+    for (const size_t position : task->positions) in_task[position] = true;
+    executor_->Stop(id);
+  }
+  for (size_t i = 0; i < in_task.size(); ++i) {
+    if (!in_task[i] && !job->frames.DealtWith(i)) job->frames.End(i, v1::FRAME_STATE_CANCELLED, message);
+  }
+  job->job.set_message(state == v1::JOB_STATE_CANCELLED ? "being cancelled" : message);
+  ++job->version;
+  MarkChanged(*job);
+  FinishIfDone(job);
+}
+
+void JobQueue::FinishIfDone(const std::shared_ptr<LiveJob>& job) {
+  if (job->ended || job->finishing || HasTasks(*job) || !job->frames.AllDealtWith()) return;
+  job->finishing = true;
+  Defer([this, job] { WriteResults(job); });
+}
+
+// Watchers are told of the end when job.json and report.html can be fetched.
+void JobQueue::WriteResults(const std::shared_ptr<LiveJob>& live) {
+  v1::Job job;
+  {
+    const Lock lock(mutex_);
+    job = Describe(*live);
+    const v1::FrameCounts& frames = job.frames();
+    job.set_state(v1::JOB_STATE_DONE);
+    job.set_message("");
+    if (live->early) {
+      job.set_state(live->early->state);
+      job.set_message(live->early->message);
+    } else if (frames.done() + frames.degraded() == 0) {
+      job.set_state(v1::JOB_STATE_FAILED);
+      job.set_message(absl::StrCat("no frame could be registered; ", FirstFailure(live->frames)));
+    }
+    job.set_finished_unix_ns(UnixNow());
+    job.set_remaining_s(0);
+  }
+  absl::Status written = CreateFolders(job.spec().out());
+  if (written.ok()) written = WriteJsonFile(absl::StrCat(job.spec().out(), "/job.json"), job);
+  if (written.ok() && options_.write_report) written = options_.write_report(job.spec().out(), job);
+  if (!written.ok()) job.add_warnings(std::string(written.message()));
+  spdlog::info("job {}: {} {}", job.id(), v1::JobState_Name(job.state()), job.message());
+
+  Lock lock(mutex_);
+  live->job = job;
+  live->ended = true;
+  ++live->version;
+  if (absl::Status status = catalogue_->UpdateAll(job, live->frames.infos()); !status.ok()) {
+    spdlog::error("{}", status.message());
+  }
+  MarkChanged(*live);
+  Forget(live);
+  job_ended_.notify_all();
+  UnlockAndTell(lock);
+}
+
+}  // namespace weft

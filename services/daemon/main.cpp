@@ -1,0 +1,107 @@
+// `weftd`: the daemon.
+#include <CLI/CLI.hpp>
+
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <condition_variable>
+#include <filesystem>
+#include <mutex>
+#include <stop_token>
+
+#include "services/cli/command_line.h"
+#include "services/cli/help.h"
+#include "services/daemon/daemon.h"
+#include "services/pipeline/stop_on_signal.h"
+
+namespace {
+
+void WaitForStop(const std::stop_token& stop) {
+  std::mutex mutex;
+  std::condition_variable_any asked;
+  std::unique_lock lock(mutex);
+  asked.wait(lock, stop, [] { return false; });
+}
+
+// weft-worker is installed beside weftd.
+std::string DefaultWorker() {
+  std::error_code error;
+  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+  return error ? "" : (self.parent_path() / "weft-worker").string();
+}
+
+void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_level) {
+  app.option_defaults()->always_capture_default();
+  app.add_option("--listen", options.listen,
+                 "Where to listen; port 0 takes a free one. There is no access control: whoever reaches the "
+                 "port may register takes, so keep it on loopback or a trusted network")
+      ->type_name("HOST:PORT");
+  app.add_option("--state", options.state_folder,
+                 "Folder for the list of jobs, and for results whose folder is not shared")
+      ->required()
+      ->type_name("DIR");
+  app.add_option("--allow-path", options.allow_paths,
+                 "Folder that jobs may read from and write to; may be given several times")
+      ->required()
+      ->type_name("DIR");
+  app.add_option("--workers", options.workers, "Worker processes; 0 chooses by the number of cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  app.add_option("--threads-per-worker", options.threads_per_worker,
+                 "Threads of each worker; 0 chooses by the number of cores")
+      ->type_name("T")
+      ->check(CLI::Range(0, 1024));
+  app.add_option("--worker", options.worker_program, "The worker's program")->type_name("FILE");
+  app.add_option("--address-file", options.address_file, "Write HOST:PORT here once the daemon listens")
+      ->type_name("FILE");
+  app.add_option("--log-level", log_level, "How much to log, on standard error")
+      ->type_name("LEVEL")
+      ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
+}
+
+int Fail(const absl::Status& status) {
+  spdlog::error("{}", status.message());
+  return weft::ExitStatusOf(status);
+}
+
+int RunDaemon(const weft::DaemonOptions& options) {
+  const weft::StopOnSignal signals;
+  const absl::StatusOr<std::unique_ptr<weft::Daemon>> daemon = weft::Daemon::Start(options);
+  if (!daemon.ok()) return Fail(daemon.status());
+  spdlog::info("weftd " WEFT_VERSION " listens on {}, {} workers with {} threads each", (*daemon)->address(),
+               (*daemon)->workers(), (*daemon)->threads_per_worker());
+  WaitForStop(signals.token());
+  spdlog::info("stopping; unfinished jobs go on at the next start");
+  (*daemon)->Stop();
+  return weft::kExitDone;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Keeps a queue of registration jobs and runs them in worker processes. `weft register --server` "
+      "submits, "
+      "`weft job` shows. May be stopped or killed at any time: it goes on with its jobs at the next start.",
+      "weftd");
+  app.formatter(weft::MakeHelpFormatter());
+  app.footer("Examples:\n  weftd --listen 127.0.0.1:7411 --state /var/lib/weft --allow-path /data");
+  app.set_version_flag("--version", "weftd " WEFT_VERSION, "Print the version and exit");
+  weft::DaemonOptions options;
+  options.worker_program = DefaultWorker();
+  std::string log_level = "info";
+  AddOptions(app, options, log_level);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? weft::kExitDone : weft::kExitBadInput;
+  }
+  spdlog::set_default_logger(spdlog::stderr_color_mt("weftd"));
+  spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %^%l%$ %v");
+  spdlog::set_level(spdlog::level::from_str(log_level));
+  try {
+    return RunDaemon(options);
+  } catch (const std::exception& error) {
+    return Fail(absl::InternalError(error.what()));
+  }
+}

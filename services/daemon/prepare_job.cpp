@@ -1,0 +1,99 @@
+#include "services/daemon/prepare_job.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <memory>
+#include <random>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "services/daemon/request_check.h"
+#include "services/files/atomic_file.h"
+#include "services/pipeline/registration_inputs.h"
+
+namespace weft {
+namespace {
+
+// Readable, sorted by time, and not to be guessed from another.
+std::string NewJobId() {
+  std::random_device random;
+  return absl::StrCat(absl::FormatTime("%Y%m%d-%H%M%S", absl::Now(), absl::UTCTimeZone()), "-",
+                      absl::StrFormat("%08x", random()));
+}
+
+absl::Status CanonicalizeInputs(const PathPolicy& policy, v1::RegistrationSpec& spec) {
+  const struct {
+    const char* field;
+    std::string* path;
+  } inputs[] = {{"spec.dump", spec.mutable_dump()},
+                {"spec.rig", spec.mutable_rig()},
+                {"spec.board", spec.mutable_board()},
+                {"spec.garment", spec.mutable_garment()}};
+  for (const auto& [field, path] : inputs) {
+    absl::StatusOr<std::string> canonical = policy.CheckInput(field, *path);
+    if (!canonical.ok()) return canonical.status();
+    *path = *std::move(canonical);
+  }
+  return absl::OkStatus();
+}
+
+// The folder of results, which exists then.
+absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const PathPolicy& policy,
+                                      const std::string& own_folder) {
+  std::string out = own_folder;
+  if (!request.spec().out().empty()) {
+    const absl::StatusOr<std::string> asked = policy.CheckOutput("spec.out", request.spec().out());
+    const std::string& probe = request.out_probe();
+    std::error_code error;
+    if (probe.empty() && !asked.ok()) return asked.status();
+    if (asked.ok() && (probe.empty() || std::filesystem::exists(absl::StrCat(*asked, "/", probe), error))) {
+      out = *asked;
+    }
+  }
+  if (absl::Status status = CreateFolders(out); !status.ok()) return status;
+  if (access(out.c_str(), W_OK | X_OK) != 0) {
+    return absl::PermissionDeniedError(
+        absl::StrCat("spec.out: ", out, " cannot be written by the daemon; change its permissions"));
+  }
+  return out;
+}
+
+}  // namespace
+
+absl::StatusOr<LoadedInputs> LoadJobInputs(const v1::RegistrationSpec& spec) {
+  const absl::StatusOr<std::unique_ptr<RegistrationInputs>> inputs = LoadInputs(spec);
+  if (!inputs.ok()) return inputs.status();
+  const std::vector<std::string>& names = (*inputs)->dump->frame_names();
+  const absl::StatusOr<std::vector<size_t>> range = FramesInRange(spec, names);
+  if (!range.ok()) return range.status();
+  LoadedInputs loaded{{}, (*inputs)->hashes, (*inputs)->warnings};
+  for (const size_t index : *range) loaded.frames.push_back(names[index]);
+  return loaded;
+}
+
+absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& request, const PathPolicy& policy,
+                                       const std::string& results_folder, const InputsLoader& load) {
+  if (absl::Status status = CheckSubmitRequest(request); !status.ok()) return status;
+  PreparedJob prepared;
+  v1::Job& job = prepared.job;
+  job.set_id(NewJobId());
+  job.set_weft_version(WEFT_VERSION);
+  *job.mutable_spec() = request.spec();
+  if (absl::Status status = CanonicalizeInputs(policy, *job.mutable_spec()); !status.ok()) return status;
+  // LoadInputs wants every field.
+  if (job.spec().out().empty()) job.mutable_spec()->set_out(absl::StrCat(results_folder, "/", job.id()));
+  absl::StatusOr<LoadedInputs> inputs = load(job.spec());
+  if (!inputs.ok()) return inputs.status();
+  absl::StatusOr<std::string> out = ChooseOut(request, policy, absl::StrCat(results_folder, "/", job.id()));
+  if (!out.ok()) return out.status();
+  job.mutable_spec()->set_out(*std::move(out));
+  *job.mutable_inputs() = inputs->hashes;
+  job.mutable_warnings()->Assign(inputs->warnings.begin(), inputs->warnings.end());
+  prepared.frames = std::move(inputs->frames);
+  return prepared;
+}
+
+}  // namespace weft

@@ -1,0 +1,35 @@
+// From a request to a job that can be queued.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "services/daemon/path_policy.h"
+#include "weft/v1/registration.pb.h"
+
+namespace weft {
+
+// What a job's inputs hold.
+struct LoadedInputs {
+  std::vector<std::string> frames;  // the names of those that are asked for
+  v1::InputHashes hashes;
+  std::vector<std::string> warnings;
+};
+
+// Reads the inputs of a job and checks them against each other. Errors of LoadInputs and FramesInRange.
+using InputsLoader = std::function<absl::StatusOr<LoadedInputs>(const v1::RegistrationSpec& spec)>;
+absl::StatusOr<LoadedInputs> LoadJobInputs(const v1::RegistrationSpec& spec);
+
+struct PreparedJob {
+  v1::Job job;
+  std::vector<std::string> frames;
+};
+
+// Checks the request, its paths and its inputs, gives the job an id, and makes its folder of results:
+// spec.out when the client's probe lies there or there is none, otherwise <results_folder>/<id>.
+absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& request, const PathPolicy& policy,
+                                       const std::string& results_folder, const InputsLoader& load);
+
+}  // namespace weft

@@ -1,0 +1,52 @@
+// The Registration service: requests checked, then handed to the queue.
+#pragma once
+
+#include <mutex>
+#include <string>
+
+#include "services/daemon/job_queue.h"
+#include "services/daemon/path_policy.h"
+#include "services/daemon/prepare_job.h"
+#include "weft/v1/registration.grpc.pb.h"
+
+namespace weft {
+
+// Errors as registration.proto says. Thread safety: gRPC calls from many threads.
+class RegistrationService final
+    : public v1::Registration::WithCallbackMethod_WatchJob<v1::Registration::Service> {
+ public:
+  // `info` holds what does not change: version, workers, folders. The queue must outlive the service.
+  RegistrationService(JobQueue& queue, PathPolicy policy, v1::ServerInfo info, InputsLoader load);
+
+  grpc::Status SubmitJob(grpc::ServerContext* context, const v1::SubmitJobRequest* request,
+                         v1::Job* job) override;
+  grpc::Status GetJob(grpc::ServerContext* context, const v1::GetJobRequest* request, v1::Job* job) override;
+  grpc::Status ListJobs(grpc::ServerContext* context, const v1::ListJobsRequest* request,
+                        v1::ListJobsResponse* response) override;
+  grpc::ServerWriteReactor<v1::JobUpdate>* WatchJob(grpc::CallbackServerContext* context,
+                                                    const v1::WatchJobRequest* request) override;
+  grpc::Status CancelJob(grpc::ServerContext* context, const v1::CancelJobRequest* request,
+                         v1::Job* job) override;
+  grpc::Status ListFrames(grpc::ServerContext* context, const v1::ListFramesRequest* request,
+                          v1::ListFramesResponse* response) override;
+  grpc::Status FetchMesh(grpc::ServerContext* context, const v1::FetchFrameRequest* request,
+                         grpc::ServerWriter<v1::FileChunk>* writer) override;
+  grpc::Status FetchCloud(grpc::ServerContext* context, const v1::FetchFrameRequest* request,
+                          grpc::ServerWriter<v1::FileChunk>* writer) override;
+  grpc::Status FetchResult(grpc::ServerContext* context, const v1::FetchResultRequest* request,
+                           grpc::ServerWriter<v1::FileChunk>* writer) override;
+  grpc::Status GetServerInfo(grpc::ServerContext* context, const v1::GetServerInfoRequest* request,
+                             v1::ServerInfo* info) override;
+
+ private:
+  absl::StatusOr<v1::Job> Submit(const v1::SubmitJobRequest& request);
+  absl::Status Fetch(const v1::FetchResultRequest& request, grpc::ServerWriter<v1::FileChunk>& writer);
+
+  JobQueue& queue_;
+  const PathPolicy policy_;
+  const v1::ServerInfo info_;
+  const InputsLoader load_;
+  std::mutex loading_;  // inputs are large: one request at a time reads them
+};
+
+}  // namespace weft

@@ -1,0 +1,99 @@
+#include "services/daemon/request_check.h"
+
+#include <algorithm>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "services/pipeline/presets.h"
+
+namespace weft {
+namespace {
+
+constexpr size_t kMaxPathBytes = 4096;
+constexpr size_t kMaxNameBytes = 255;
+
+absl::Status Invalid(const std::string& field, const std::string& why) {
+  return absl::InvalidArgumentError(absl::StrCat(field, ": ", why));
+}
+
+absl::Status CheckText(const std::string& field, const std::string& text, size_t max_bytes) {
+  if (text.size() > max_bytes) {
+    return Invalid(field, absl::StrCat("has ", text.size(), " bytes, at most ", max_bytes, " are allowed"));
+  }
+  if (std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; })) {
+    return Invalid(field, "holds a control character");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckPath(const std::string& field, const std::string& path) {
+  if (path.empty()) return Invalid(field, "must not be empty");
+  return CheckText(field, path, kMaxPathBytes);
+}
+
+absl::Status CheckPlainName(const std::string& field, const std::string& name) {
+  if (absl::Status status = CheckText(field, name, kMaxNameBytes); !status.ok()) return status;
+  if (name == "." || name == ".." || name.find('/') != std::string::npos) {
+    return Invalid(field, absl::StrCat("\"", name, "\" must be a name without folders"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckHash(const std::string& field, const std::string& hash) {
+  const bool digits = std::all_of(hash.begin(), hash.end(), [](char c) { return absl::ascii_isxdigit(c); });
+  if (hash.empty() || (hash.size() == 16 && digits)) return absl::OkStatus();
+  return Invalid(field, "must be 16 hex digits, or empty");
+}
+
+absl::Status CheckRange(const v1::RegistrationSpec& spec) {
+  if (spec.first_frame() < 0) {
+    return Invalid("spec.first_frame", absl::StrCat(spec.first_frame(), ", must not be negative"));
+  }
+  if (spec.end_frame() < 0) {
+    return Invalid("spec.end_frame", absl::StrCat(spec.end_frame(), ", must not be negative"));
+  }
+  if (spec.end_frame() != 0 && spec.end_frame() <= spec.first_frame()) {
+    return Invalid("spec.end_frame", absl::StrCat(spec.end_frame(), ", must be beyond spec.first_frame (",
+                                                  spec.first_frame(), "), or 0 for all frames"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
+  if (!request.has_spec()) return Invalid("spec", "is missing");
+  const v1::RegistrationSpec& spec = request.spec();
+  for (const auto& status :
+       {CheckPath("spec.dump", spec.dump()), CheckPath("spec.rig", spec.rig()),
+        CheckPath("spec.board", spec.board()), CheckPath("spec.garment", spec.garment()),
+        CheckText("spec.out", spec.out(), kMaxPathBytes), CheckPlainName("out_probe", request.out_probe()),
+        CheckRange(spec), CheckText("spec.options.preset", spec.options().preset(), kMaxNameBytes),
+        CheckHash("spec.expected.rig", spec.expected().rig()),
+        CheckHash("spec.expected.board", spec.expected().board()),
+        CheckHash("spec.expected.garment", spec.expected().garment())}) {
+    if (!status.ok()) return status;
+  }
+  const auto preset = PresetByName(spec.options().preset());
+  if (!preset.ok()) return Invalid("spec.options.preset", std::string(preset.status().message()));
+  return absl::OkStatus();
+}
+
+absl::Status CheckJobId(const std::string& job_id) {
+  if (job_id.empty()) return Invalid("job_id", "must not be empty");
+  return CheckText("job_id", job_id, kMaxNameBytes);
+}
+
+absl::Status CheckFetchRequest(const v1::FetchResultRequest& request) {
+  if (absl::Status status = CheckJobId(request.job_id()); !status.ok()) return status;
+  const bool of_job = request.kind() == v1::RESULT_KIND_JOB || request.kind() == v1::RESULT_KIND_JOB_REPORT;
+  if (!v1::ResultKind_IsValid(request.kind()) || request.kind() == v1::RESULT_KIND_UNSPECIFIED) {
+    return Invalid("kind", absl::StrCat(static_cast<int>(request.kind()), " is no kind of result"));
+  }
+  if (of_job && !request.frame().empty())
+    return Invalid("frame", "must be empty for a file of the whole job");
+  if (!of_job && request.frame().empty()) return Invalid("frame", "must not be empty");
+  return CheckPlainName("frame", request.frame());
+}
+
+}  // namespace weft

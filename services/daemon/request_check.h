@@ -1,0 +1,18 @@
+// Is a request well-formed? Everything that can be told without looking at files.
+#pragma once
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "weft/v1/registration.pb.h"
+
+namespace weft {
+
+// InvalidArgument names the field: missing, too long, control characters, a range that is none, an unknown
+// preset, a hash that is none.
+absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request);
+
+absl::Status CheckJobId(const std::string& job_id);
+absl::Status CheckFetchRequest(const v1::FetchResultRequest& request);
+
+}  // namespace weft

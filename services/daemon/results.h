@@ -1,0 +1,22 @@
+// Files of a job's results, for clients.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "weft/v1/registration.pb.h"
+
+namespace weft {
+
+// Where the file lies. `frame` must be one of the job's. NotFound: it does not exist (yet). PermissionDenied:
+// a link that leads out of the job's folder.
+absl::StatusOr<std::string> FindResult(const v1::Job& job, const std::string& frame, v1::ResultKind kind);
+
+// Reads the file in pieces, all of the same version of it, until `write` returns false. An empty file is one
+// empty piece.
+absl::Status StreamFile(const std::string& path, const std::function<bool(const v1::FileChunk&)>& write);
+
+}  // namespace weft
