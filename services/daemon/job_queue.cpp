@@ -231,14 +231,14 @@ v1::Job JobQueue::Describe(const LiveJob& live) const {
 // A catalogue that cannot be written costs work after a restart, but stops no running job.
 void JobQueue::Remember(LiveJob& live, size_t position) {
   const absl::Status status = catalogue_->UpdateFrame(live.job.id(), position, live.frames.infos()[position]);
-  if (!status.ok()) spdlog::error("{}", status.message());
+  if (!status.ok()) spdlog::error("{}", std::string(status.message()));
   MarkChanged(live);
 }
 
 void JobQueue::RememberJob(LiveJob& live) {
   ++live.version;
   const absl::Status status = catalogue_->UpdateJob(Describe(live));
-  if (!status.ok()) spdlog::error("{}", status.message());
+  if (!status.ok()) spdlog::error("{}", std::string(status.message()));
   MarkChanged(live);
 }
 

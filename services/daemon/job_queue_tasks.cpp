@@ -67,7 +67,7 @@ bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
       executor_->Start(task, {[this, id](const v1::WorkerEvent& event) { OnEvent(id, event); },
                               [this, id](const TaskEnd& end) { OnTaskEnded(id, end); }});
   if (!status.ok()) {
-    spdlog::error("task {} cannot be started: {}", id, status.message());
+    spdlog::error("task {} cannot be started: {}", id, std::string(status.message()));
     for (const size_t position : running->positions) {
       job->frames.GiveBack(position, JobFrames::Attempt::kRefunded);
     }
@@ -201,7 +201,7 @@ void JobQueue::SetAside(const std::shared_ptr<LiveJob>& job, size_t position, co
   spdlog::error("job {}: frame {} is set aside: {}", job->job.id(), info.frame(), info.reason());
   Defer([job_copy = job->job, info] {
     const absl::Status status = WriteSetAsideReport(job_copy, info);
-    if (!status.ok()) spdlog::error("{}", status.message());
+    if (!status.ok()) spdlog::error("{}", std::string(status.message()));
   });
 }
 
@@ -261,7 +261,7 @@ void JobQueue::WriteResults(const std::shared_ptr<LiveJob>& live) {
   live->ended = true;
   ++live->version;
   if (absl::Status status = catalogue_->UpdateAll(job, live->frames.infos()); !status.ok()) {
-    spdlog::error("{}", status.message());
+    spdlog::error("{}", std::string(status.message()));
   }
   MarkChanged(*live);
   Forget(live);

@@ -60,7 +60,7 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
 }
 
 int Fail(const absl::Status& status) {
-  spdlog::error("{}", status.message());
+  spdlog::error("{}", std::string(status.message()));
   return weft::ExitStatusOf(status);
 }
 

@@ -1,0 +1,168 @@
+// What becomes of jobs: done, failed, cancelled, with workers that behave and workers that do not.
+#include <set>
+#include <thread>
+
+#include "services/files/json_file.h"
+#include "tests/services/daemon/daemon_fixture.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+
+TEST_F(DaemonTest, RunsAJobToItsEndAndTellsEveryFrame) {
+  options_.write_report = [](const std::string& out, const v1::Job& job) {
+    return WriteFileAtomically(out + "/report.html", job.id());
+  };
+  StartDaemon();
+  const std::string id = Submit({"a", "b", "bad"});
+  std::set<std::string> told;
+  const auto job = client_->Watch(id, [&told](const v1::JobUpdate& update) {
+    for (const v1::FrameInfo& frame : update.frames()) {
+      if (frame.state() == v1::FRAME_STATE_DONE || frame.state() == v1::FRAME_STATE_FAILED)
+        told.insert(frame.frame());
+    }
+  });
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ(job->state(), v1::JOB_STATE_DONE);
+  EXPECT_EQ(told, (std::set<std::string>{"a", "b", "bad"}));
+  EXPECT_EQ(job->frames().done(), 2);
+  EXPECT_EQ(job->frames().failed(), 1);
+  EXPECT_EQ(job->inputs().rig(), "0123456789abcdef");
+  ASSERT_EQ(job->warnings_size(), 1);
+  EXPECT_EQ(job->remaining_s(), 0);
+  EXPECT_LE(job->created_unix_ns(), job->started_unix_ns());
+  EXPECT_LE(job->started_unix_ns(), job->finished_unix_ns());
+
+  v1::Job written;
+  ASSERT_TRUE(ReadJsonFile(folder_ / "out/job.json", written).ok());
+  EXPECT_EQ(written.SerializeAsString(), job->SerializeAsString());
+  EXPECT_EQ(ReadBytes(folder_ / "out/report.html"), id);
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "state/tasks"));
+}
+
+TEST_F(DaemonTest, AJobWithoutAnyMeshFailsAndSaysWhy) {
+  StartDaemon();
+  const v1::Job job = WaitForEnd(Submit({"bad1", "bad2"}));
+  EXPECT_EQ(job.state(), v1::JOB_STATE_FAILED);
+  EXPECT_THAT(job.message(), HasSubstr("no frame could be registered"));
+}
+
+TEST_F(DaemonTest, SetsAsideAFrameWhoseWorkersCrashAndDoesTheOthers) {
+  options_.workers = 2;
+  StartDaemon();
+  const std::string id = Submit({"a", "crash", "b", "exit", "leave", "c"});
+  const v1::Job job = WaitForEnd(id);
+  EXPECT_EQ(job.state(), v1::JOB_STATE_DONE);
+  EXPECT_EQ(job.frames().done(), 3);
+  EXPECT_EQ(job.frames().failed(), 3);
+  const std::vector<v1::FrameInfo> frames = Frames(id);
+  ASSERT_EQ(frames.size(), 6u);
+  EXPECT_EQ(frames[1].attempts(), 3);
+  EXPECT_THAT(frames[1].reason(), HasSubstr("3 times"));
+  EXPECT_THAT(frames[1].reason(), HasSubstr("signal 6"));
+  EXPECT_THAT(frames[1].reason(), HasSubstr("cannot bear crash"));
+  EXPECT_THAT(frames[3].reason(), HasSubstr("exit status 7"));
+  EXPECT_THAT(frames[4].reason(), HasSubstr("without dealing with it"));
+  EXPECT_EQ(frames[0].attempts(), 1);
+  v1::FrameReport report;
+  ASSERT_TRUE(ReadJsonFile(folder_ / "out/crash/report.json", report).ok());
+  EXPECT_TRUE(report.set_aside());
+  EXPECT_EQ(report.state(), v1::FRAME_STATE_FAILED);
+}
+
+TEST_F(DaemonTest, SetsAsideAFrameThatHangs) {
+  options_.silence_limit = std::chrono::milliseconds(300);
+  StartDaemon();
+  const std::string id = Submit({"hang", "a"});
+  EXPECT_EQ(WaitForEnd(id).frames().done(), 1);
+  EXPECT_THAT(Frames(id)[0].reason(), HasSubstr("reported nothing"));
+}
+
+TEST_F(DaemonTest, AnErrorOfTheTaskFailsTheJobAtOnce) {
+  StartDaemon();
+  const std::string id = Submit({"a", "error", "b", "c"});
+  const v1::Job job = WaitForEnd(id);
+  EXPECT_EQ(job.state(), v1::JOB_STATE_FAILED);
+  EXPECT_THAT(job.message(), HasSubstr("disk full"));
+  EXPECT_EQ(job.frames().done(), 1);
+  EXPECT_EQ(job.frames().cancelled(), 3);
+}
+
+TEST_F(DaemonTest, WorkersThatNeverBeginFailTheJob) {
+  WriteBytes(folder_ / "worker", "#!/bin/sh\necho no library >&2\nexit 127\n");
+  std::filesystem::permissions(folder_ / "worker", std::filesystem::perms::owner_all);
+  options_.worker_program = folder_ / "worker";
+  StartDaemon();
+  const v1::Job job = WaitForEnd(Submit({"a", "b", "c", "d"}));
+  EXPECT_EQ(job.state(), v1::JOB_STATE_FAILED);
+  EXPECT_THAT(job.message(), HasSubstr("no library"));
+  EXPECT_EQ(job.frames().cancelled(), 4);
+}
+
+TEST_F(DaemonTest, CancelsHalfWay) {
+  StartDaemon();
+  const std::string id = Submit({"a", "hang", "b"});
+  WatchUntil(id, [](const v1::JobUpdate& update) { return update.job().frames().done() == 1; });
+  WatchUntilRunning(id);
+  const absl::StatusOr<v1::Job> job = client_->Cancel(id);
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ(job->state(), v1::JOB_STATE_CANCELLED);
+  EXPECT_EQ(job->frames().done(), 1);
+  EXPECT_EQ(job->frames().cancelled(), 2);
+  EXPECT_TRUE(std::filesystem::exists(folder_ / "out/job.json"));
+  const absl::StatusOr<v1::Job> again = client_->Cancel(id);
+  ASSERT_TRUE(again.ok());
+  EXPECT_EQ(again->SerializeAsString(), job->SerializeAsString());
+}
+
+TEST_F(DaemonTest, CancelsAQueuedJob) {
+  StartDaemon();
+  const std::string first = Submit({"hang"}, "one");
+  const std::string second = Submit({"a"}, "two");
+  EXPECT_EQ(client_->Get(second)->state(), v1::JOB_STATE_QUEUED);
+  EXPECT_EQ(client_->Cancel(second)->state(), v1::JOB_STATE_CANCELLED);
+  EXPECT_EQ(client_->Get(first)->state(), v1::JOB_STATE_RUNNING);
+}
+
+TEST_F(DaemonTest, TheNextJobUsesWorkersThatTheOldestLeavesIdle) {
+  options_.workers = 2;
+  StartDaemon();
+  const std::string first = Submit({"hang"}, "one");
+  const std::string second = Submit({"a", "b"}, "two");
+  EXPECT_EQ(WaitForEnd(second).state(), v1::JOB_STATE_DONE);
+  EXPECT_EQ(client_->Get(first)->state(), v1::JOB_STATE_RUNNING);
+  const absl::StatusOr<std::vector<v1::Job>> jobs = client_->List(0);
+  ASSERT_TRUE(jobs.ok());
+  ASSERT_EQ(jobs->size(), 2u);
+  EXPECT_EQ((*jobs)[0].id(), second);
+}
+
+TEST_F(DaemonTest, RefusesASecondJobIntoTheSameFolderWhileTheFirstRuns) {
+  StartDaemon();
+  const std::string first = Submit({"hang"});
+  const absl::Status status = client_->Submit(MakeRequest({"a"})).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr(first));
+  ASSERT_TRUE(client_->Cancel(first).ok());
+  EXPECT_EQ(WaitForEnd(Submit({"a"})).state(), v1::JOB_STATE_DONE);
+}
+
+TEST_F(DaemonTest, EstimatesTheRemainingTimeOnceAFrameIsDone) {
+  StartDaemon();
+  const std::string id = Submit({"slow1", "slow2", "slow3", "slow4"});
+  bool estimated = false;
+  ASSERT_TRUE(client_
+                  ->Watch(id,
+                          [&estimated](const v1::JobUpdate& update) {
+                            const v1::FrameCounts& frames = update.job().frames();
+                            if (frames.done() == 0) EXPECT_LT(update.job().remaining_s(), 0);
+                            if (frames.done() == 2 && frames.waiting() > 0)
+                              estimated = update.job().remaining_s() > 0;
+                          })
+                  .ok());
+  EXPECT_TRUE(estimated);
+}
+
+}  // namespace
+}  // namespace weft

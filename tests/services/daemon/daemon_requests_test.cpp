@@ -1,0 +1,180 @@
+// What the daemon answers to requests, good and hostile.
+#include <grpcpp/generic/generic_stub.h>
+#include <grpcpp/grpcpp.h>
+
+#include "services/daemon/request_check.h"
+#include "tests/services/daemon/daemon_fixture.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+// One message there and one back, by method name and serialized, as any gRPC client could do it.
+std::string RawCall(const std::string& address, const std::string& method, const std::string& request) {
+  grpc::GenericStub stub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(30));
+  grpc::CompletionQueue queue;
+  const auto wait = [&queue] {
+    void* tag = nullptr;
+    bool ok = false;
+    return queue.Next(&tag, &ok) && ok;
+  };
+  const auto call = stub.PrepareCall(&context, method, &queue);
+  call->StartCall(nullptr);
+  EXPECT_TRUE(wait());
+  const grpc::Slice slice(request);
+  call->WriteLast(grpc::ByteBuffer(&slice, 1), grpc::WriteOptions(), nullptr);
+  EXPECT_TRUE(wait());
+  grpc::ByteBuffer received;
+  call->Read(&received, nullptr);
+  EXPECT_TRUE(wait()) << method;
+  grpc::Status status;
+  call->Finish(&status, nullptr);
+  EXPECT_TRUE(wait());
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  std::vector<grpc::Slice> slices;
+  EXPECT_TRUE(received.Dump(&slices).ok());
+  std::string bytes;
+  for (const grpc::Slice& part : slices)
+    bytes.append(reinterpret_cast<const char*>(part.begin()), part.size());
+  return bytes;
+}
+
+TEST_F(DaemonTest, AnswersTheStandardHealthCheck) {
+  StartDaemon();
+  // HealthCheckRequest{service: 1}; HealthCheckResponse{status: 1 = SERVING}.
+  const std::string service = "weft.v1.Registration";
+  std::string request = "\x0a";
+  request += static_cast<char>(service.size());
+  EXPECT_EQ(RawCall(daemon_->address(), "/grpc.health.v1.Health/Check", request + service), "\x08\x01");
+}
+
+TEST_F(DaemonTest, ListsItsServiceByReflection) {
+  StartDaemon();
+  // ServerReflectionRequest{list_services: ""}.
+  const std::string answer =
+      RawCall(daemon_->address(), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
+              std::string("\x3a\x00", 2));
+  EXPECT_THAT(answer, HasSubstr("weft.v1.Registration"));
+  EXPECT_THAT(answer, HasSubstr("grpc.health.v1.Health"));
+}
+
+TEST_F(DaemonTest, TellsWhoItIs) {
+  StartDaemon();
+  EXPECT_EQ(client_->info().workers(), 1);
+  EXPECT_EQ(client_->info().threads_per_worker(), 1);
+  EXPECT_EQ(client_->info().state_folder(), std::filesystem::canonical(folder_ / "state").string());
+  ASSERT_EQ(client_->info().allowed_paths_size(), 1);
+  EXPECT_FALSE(client_->info().version().empty());
+}
+
+TEST_F(DaemonTest, NamesTheFieldOfEveryMalformedRequest) {
+  StartDaemon();
+  const struct {
+    const char* field;
+    std::function<void(v1::SubmitJobRequest&)> spoil;
+  } cases[] = {
+      {"spec:", [](auto& r) { r.clear_spec(); }},
+      {"spec.dump:", [](auto& r) { r.mutable_spec()->clear_dump(); }},
+      {"spec.rig:", [](auto& r) { r.mutable_spec()->set_rig("/" + std::string(10'000, 'x')); }},
+      {"spec.board:", [](auto& r) { r.mutable_spec()->set_board(std::string("/a\0b", 4)); }},
+      {"spec.garment:", [](auto& r) { r.mutable_spec()->set_garment("relative/shirt"); }},
+      {"spec.out:", [](auto& r) { r.mutable_spec()->set_out("a\nb"); }},
+      {"spec.first_frame:", [](auto& r) { r.mutable_spec()->set_first_frame(-1); }},
+      {"spec.end_frame:", [](auto& r) { r.mutable_spec()->set_end_frame(-5); }},
+      {"spec.end_frame:",
+       [](auto& r) {
+         r.mutable_spec()->set_first_frame(5);
+         r.mutable_spec()->set_end_frame(5);
+       }},
+      {"spec.options.preset:", [](auto& r) { r.mutable_spec()->mutable_options()->set_preset("fastest"); }},
+      {"spec.expected.rig:", [](auto& r) { r.mutable_spec()->mutable_expected()->set_rig("12"); }},
+      {"out_probe:", [](auto& r) { r.set_out_probe("../probe"); }},
+  };
+  for (const auto& c : cases) {
+    v1::SubmitJobRequest request = MakeRequest({"a"});
+    c.spoil(request);
+    const absl::Status status = client_->Submit(request).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << c.field << " " << status;
+    EXPECT_THAT(std::string(status.message()), StartsWith(c.field));
+  }
+}
+
+TEST_F(DaemonTest, RefusesPathsOutsideItsFolders) {
+  StartDaemon();
+  for (const char* outside : {"/etc/passwd", "/etc/../etc/passwd", "/no/such/file"}) {
+    v1::SubmitJobRequest request = MakeRequest({"a"});
+    request.mutable_spec()->set_rig(outside);
+    const absl::Status status = client_->Submit(request).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kPermissionDenied) << status;
+    EXPECT_THAT(std::string(status.message()), StartsWith("spec.rig:"));
+  }
+  v1::SubmitJobRequest request = MakeRequest({"a"});
+  request.mutable_spec()->set_out("/tmp/../elsewhere");
+  EXPECT_EQ(client_->Submit(request).status().code(), absl::StatusCode::kPermissionDenied);
+}
+
+TEST_F(DaemonTest, KeepsTheCategoryOfInputErrors) {
+  options_.load_inputs = [](const v1::RegistrationSpec&) -> absl::StatusOr<LoadedInputs> {
+    return absl::FailedPreconditionError("template of board 0a, board is 0b");
+  };
+  StartDaemon();
+  const absl::Status status = client_->Submit(MakeRequest({"a"})).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(status.message(), "template of board 0a, board is 0b");
+}
+
+TEST_F(DaemonTest, SurvivesALoaderThatThrowsAndMessagesWithoutEnd) {
+  options_.load_inputs = [](const v1::RegistrationSpec& spec) -> absl::StatusOr<LoadedInputs> {
+    if (spec.first_frame() == 1) throw std::runtime_error("broken library");
+    return absl::InvalidArgumentError(std::string(1 << 20, 'x'));
+  };
+  StartDaemon();
+  v1::SubmitJobRequest request = MakeRequest({"a"});
+  EXPECT_EQ(client_->Submit(request).status().code(), absl::StatusCode::kInvalidArgument);
+  request.mutable_spec()->set_first_frame(1);
+  const absl::Status status = client_->Submit(request).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInternal);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("broken library"));
+}
+
+TEST_F(DaemonTest, RefusesMessagesBeyondItsLimit) {
+  StartDaemon();
+  v1::SubmitJobRequest request = MakeRequest({"a"});
+  request.set_out_probe(std::string(2 << 20, 'x'));
+  EXPECT_EQ(client_->Submit(request).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_TRUE(client_->List(0).ok());
+}
+
+TEST_F(DaemonTest, SaysNotFoundOfUnknownJobs) {
+  StartDaemon();
+  for (const absl::Status& status : {client_->Get("x").status(), client_->Frames("x").status(),
+                                     client_->Cancel("x").status(), client_->Watch("x", {}).status(),
+                                     client_->Fetch("x", "a", v1::RESULT_KIND_MESH, folder_ / "mesh.ply")}) {
+    EXPECT_EQ(status.code(), absl::StatusCode::kNotFound) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("\"x\""));
+  }
+  EXPECT_EQ(client_->Get("").status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(client_->List(-1).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "mesh.ply"));
+}
+
+TEST(CheckFetchRequest, WantsAFrameForFilesOfFramesAlone) {
+  v1::FetchResultRequest request;
+  request.set_job_id("j");
+  EXPECT_THAT(std::string(CheckFetchRequest(request).message()), StartsWith("kind:"));
+  request.set_kind(v1::RESULT_KIND_MESH);
+  EXPECT_THAT(std::string(CheckFetchRequest(request).message()), StartsWith("frame:"));
+  request.set_frame("../0001");
+  EXPECT_THAT(std::string(CheckFetchRequest(request).message()), StartsWith("frame:"));
+  request.set_frame("0001");
+  EXPECT_TRUE(CheckFetchRequest(request).ok());
+  request.set_kind(v1::RESULT_KIND_JOB);
+  EXPECT_THAT(std::string(CheckFetchRequest(request).message()), StartsWith("frame:"));
+}
+
+}  // namespace
+}  // namespace weft
