@@ -156,7 +156,9 @@ TEST_F(DaemonTest, EstimatesTheRemainingTimeOnceAFrameIsDone) {
                   ->Watch(id,
                           [&estimated](const v1::JobUpdate& update) {
                             const v1::FrameCounts& frames = update.job().frames();
-                            if (frames.done() == 0) EXPECT_LT(update.job().remaining_s(), 0);
+                            if (frames.done() == 0) {
+                              EXPECT_LT(update.job().remaining_s(), 0.0);
+                            }
                             if (frames.done() == 2 && frames.waiting() > 0)
                               estimated = update.job().remaining_s() > 0;
                           })
