@@ -50,7 +50,7 @@ ScalarRange RoundRange(std::vector<double> values, double share) {
   if (*nth <= 0) return {};
   const double decade = std::pow(10, std::floor(std::log10(*nth)));
   for (const double step : {1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0}) {
-    if (*nth <= step * decade * (1 + 1e-9)) return {0, step * decade};
+    if (*nth <= step * decade * (1 + 1e-6)) return {0, step * decade};
   }
   return {0, 10 * decade};
 }

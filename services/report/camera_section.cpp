@@ -1,0 +1,124 @@
+// The section about cameras.
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "services/report/html_text.h"
+#include "services/report/report_sections.h"
+
+namespace weft {
+namespace {
+
+constexpr size_t kReasonColumns = 5;
+constexpr size_t kShownReasons = 3;
+const char kDash[] = "\xE2\x80\x93";
+
+double PerFrame(int64_t count, const CameraSummary& camera) {
+  return camera.frames_seen > 0 ? static_cast<double>(count) / camera.frames_seen : 0;
+}
+
+std::string PerFrameText(int64_t count, const CameraSummary& camera) {
+  if (camera.frames_seen == 0) return kDash;
+  const double mean = PerFrame(count, camera);
+  return mean < 9.95 && count % camera.frames_seen != 0 ? FormatNumber(mean, 1)
+                                                        : FormatCount(std::llround(mean));
+}
+
+// Most frequent first; then "and N similar".
+std::string MissingText(const CameraSummary& camera) {
+  std::vector<std::pair<std::string, int>> reasons(camera.missing_reasons.begin(),
+                                                   camera.missing_reasons.end());
+  std::stable_sort(reasons.begin(), reasons.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::string html;
+  for (size_t i = 0; i < reasons.size() && i < kShownReasons; ++i) {
+    const std::string times =
+        reasons[i].second > 1 ? absl::StrCat(" (", Counted(reasons[i].second, "frame", "frames"), ")") : "";
+    absl::StrAppend(&html, i > 0 ? "<br>" : "", EscapeHtml(reasons[i].first), times);
+  }
+  if (reasons.size() > kShownReasons) {
+    absl::StrAppend(&html, "<br>and ", FormatCount(static_cast<int64_t>(reasons.size() - kShownReasons)),
+                    " more");
+  }
+  return html;
+}
+
+std::string MissingCameras(const std::vector<CameraSummary>& cameras) {
+  std::string rows;
+  for (const CameraSummary& camera : cameras) {
+    if (camera.frames_missing == 0) continue;
+    const int all = camera.frames_missing + camera.frames_seen;
+    rows += TableRow("td", {NameHtml(camera.camera),
+                            absl::StrCat(FormatCount(camera.frames_missing), " of ", FormatCount(all)),
+                            MissingText(camera)});
+  }
+  if (rows.empty()) return "<p>Every camera gave a usable image in every frame.</p>\n";
+  return "<h3>Without a usable image</h3>\n" + Table({"Camera", "Frames", "Why"}, rows, "missing");
+}
+
+// The most frequent reasons over all cameras.
+std::vector<std::string> MainReasons(const std::vector<CameraSummary>& cameras) {
+  std::map<std::string, int64_t> totals;
+  for (const CameraSummary& camera : cameras) {
+    for (const auto& [reason, count] : camera.patches_rejected) totals[reason] += count;
+  }
+  std::vector<std::pair<std::string, int64_t>> sorted(totals.begin(), totals.end());
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  std::vector<std::string> reasons;
+  for (size_t i = 0; i < sorted.size() && i < kReasonColumns; ++i) reasons.push_back(sorted[i].first);
+  return reasons;
+}
+
+std::string CameraRow(const CameraSummary& camera, const std::vector<std::string>& reasons, bool has_others,
+                      double most_centers) {
+  const double share = most_centers > 0 ? PerFrame(camera.centers, camera) / most_centers : 0;
+  std::vector<std::string> cells = {
+      NameHtml(camera.camera),
+      absl::StrCat(FormatCount(camera.frames_seen), " of ",
+                   FormatCount(camera.frames_seen + camera.frames_missing)),
+      PerFrameText(camera.centers, camera) +
+          absl::StrFormat("<i class=\"bar\"><i style=\"width:%.1f%%\"></i></i>", 100 * share),
+      PerFrameText(camera.corners, camera), PerFrameText(camera.patches_accepted, camera)};
+  int64_t others = 0;
+  for (const auto& [reason, count] : camera.patches_rejected) others += count;
+  for (const std::string& reason : reasons) {
+    const auto entry = camera.patches_rejected.find(reason);
+    const int64_t count = entry == camera.patches_rejected.end() ? 0 : entry->second;
+    others -= count;
+    cells.push_back(PerFrameText(count, camera));
+  }
+  if (has_others) cells.push_back(PerFrameText(others, camera));
+  return TableRow("td", cells);
+}
+
+}  // namespace
+
+std::string CameraSection(const JobSummary& summary) {
+  if (summary.cameras.empty()) return "";
+  const std::vector<std::string> reasons = MainReasons(summary.cameras);
+  bool has_others = false;
+  double most_centers = 0;
+  for (const CameraSummary& camera : summary.cameras) {
+    most_centers = std::max(most_centers, PerFrame(camera.centers, camera));
+    for (const auto& [reason, count] : camera.patches_rejected) {
+      has_others |= std::find(reasons.begin(), reasons.end(), reason) == reasons.end();
+    }
+  }
+  std::vector<std::string> header = {"Camera", "Frames", "Cells seen", "Corners seen", "Patches read"};
+  for (const std::string& reason : reasons) header.push_back("Rejected: " + EscapeHtml(Words(reason)));
+  if (has_others) header.push_back("Rejected: other reasons");
+  std::string rows;
+  for (const CameraSummary& camera : summary.cameras)
+    rows += CameraRow(camera, reasons, has_others, most_centers);
+  return Section(
+      "cameras", "Cameras",
+      absl::StrCat(
+          MissingCameras(summary.cameras),
+          "<h3>What each camera contributed</h3>\n<p>Means per frame in which the camera gave an image. A "
+          "patch is a connected piece of the pattern; it is rejected as a whole.</p>\n",
+          Table(header, rows, "cameras")));
+}
+
+}  // namespace weft

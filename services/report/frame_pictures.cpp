@@ -1,0 +1,95 @@
+#include "services/report/frame_pictures.h"
+
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "services/report/mesh_colors.h"
+
+namespace weft {
+namespace {
+
+const Eigen::Vector3d kUp(0, -1, 0);
+
+ScalarRange CommonSigmaRange(const std::vector<PicturedMesh>& meshes) {
+  std::vector<double> sigmas;
+  for (const PicturedMesh& pictured : meshes) {
+    const RegisteredMesh& mesh = pictured.mesh;
+    for (size_t v = 0; v < mesh.sigma_mm.size() && v < mesh.state.size(); ++v) {
+      if (mesh.state[v] == VertexState::kObserved) sigmas.push_back(mesh.sigma_mm[v]);
+    }
+  }
+  return RoundRange(std::move(sigmas));
+}
+
+struct Sides {
+  Viewpoint front, back;
+};
+
+absl::StatusOr<Sides> SidesOf(const RegisteredMesh& mesh) {
+  const absl::StatusOr<Viewpoint> front = ViewpointOf(mesh.vertices_mm, MeshSide::kFront, kUp);
+  if (!front.ok()) return front.status();
+  const absl::StatusOr<Viewpoint> back = ViewpointOf(mesh.vertices_mm, MeshSide::kBack, kUp);
+  if (!back.ok()) return back.status();
+  return Sides{*front, *back};
+}
+
+absl::StatusOr<std::vector<MeshPicture>> DrawSides(const TriangleMesh& mesh,
+                                                   const std::vector<Eigen::Vector3f>& colors,
+                                                   const Sides& sides, double shading) {
+  MeshViewOptions options;
+  options.shading = shading;
+  std::vector<MeshPicture> pictures;
+  for (const auto& [title, viewpoint] : {std::pair{"Front", sides.front}, {"Back", sides.back}}) {
+    const absl::StatusOr<MeshView> view = RenderMesh(mesh, colors, viewpoint, options);
+    if (!view.ok()) return view.status();
+    absl::StatusOr<std::string> png = EncodePng(*view);
+    if (!png.ok()) return png.status();
+    pictures.push_back({title, *std::move(png), view->width_px, view->height_px});
+  }
+  return pictures;
+}
+
+absl::StatusOr<FramePictures> DrawFrame(const PicturedMesh& pictured, const Sides& sides,
+                                        const ScalarRange& range) {
+  const TriangleMesh mesh{pictured.mesh.vertices_mm, pictured.faces};
+  FramePictures result{pictured.frame, pictured.why_shown, {}, {}, range};
+  auto by_state = DrawSides(mesh, StateColors(pictured.mesh.state), sides, 1.0);
+  if (!by_state.ok()) return by_state.status();
+  const std::vector<double> sigmas(pictured.mesh.sigma_mm.begin(), pictured.mesh.sigma_mm.end());
+  auto by_sigma = DrawSides(mesh, ScalarColors(sigmas, range), sides, 0.6);
+  if (!by_sigma.ok()) return by_sigma.status();
+  result.by_state = *std::move(by_state);
+  result.by_sigma = *std::move(by_sigma);
+  return result;
+}
+
+}  // namespace
+
+std::vector<FramePictures> DrawFrames(const std::vector<PicturedMesh>& meshes,
+                                      std::vector<std::string>& notes) {
+  const ScalarRange range = CommonSigmaRange(meshes);
+  std::optional<Sides> sides;
+  std::vector<FramePictures> pictures;
+  for (const PicturedMesh& pictured : meshes) {
+    const auto note = [&](const absl::Status& status) {
+      notes.push_back(absl::StrCat("Frame ", pictured.frame, " has no picture: ", status.message()));
+    };
+    if (!sides) {
+      const absl::StatusOr<Sides> found = SidesOf(pictured.mesh);
+      if (!found.ok()) {
+        note(found.status());
+        continue;
+      }
+      sides = *found;
+    }
+    absl::StatusOr<FramePictures> drawn = DrawFrame(pictured, *sides, range);
+    if (drawn.ok()) {
+      pictures.push_back(*std::move(drawn));
+    } else {
+      note(drawn.status());
+    }
+  }
+  return pictures;
+}
+
+}  // namespace weft

@@ -1,0 +1,27 @@
+// Pictures of registered meshes for the report.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "services/report/html_report.h"
+#include "services/report/mesh_view.h"
+
+namespace weft {
+
+// A frame to be pictured.
+struct PicturedMesh {
+  std::string frame;
+  std::string why_shown;
+  RegisteredMesh mesh;
+  std::vector<Face> faces;
+};
+
+// Front and back of every mesh by state and by sigma, all from the viewpoint that suits the first mesh and
+// with one range of sigma (of the observed vertices), so that frames compare. World up is -y. Meshes that
+// cannot be drawn are left out and noted in `notes`.
+std::vector<FramePictures> DrawFrames(const std::vector<PicturedMesh>& meshes,
+                                      std::vector<std::string>& notes);
+
+}  // namespace weft

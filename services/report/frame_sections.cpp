@@ -1,0 +1,166 @@
+// The sections about frames: plots over them, and their table.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "services/report/html_text.h"
+#include "services/report/plot.h"
+#include "services/report/report_sections.h"
+
+namespace weft {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+// Longer tables are folded away behind a short one of the frames that need a look.
+constexpr size_t kLongTable = 40;
+constexpr size_t kMostTroubled = 200;
+constexpr size_t kLowest = 5;
+const char kDash[] = "\xE2\x80\x93";
+
+std::string StateText(v1::FrameState state) {
+  switch (state) {
+    case v1::FRAME_STATE_DONE:
+      return "<span class=\"state good\">&#10003; done</span>";
+    case v1::FRAME_STATE_DEGRADED:
+      return "<span class=\"state warn\">! degraded</span>";
+    case v1::FRAME_STATE_FAILED:
+      return "<span class=\"state bad\">&#10005; failed</span>";
+    case v1::FRAME_STATE_CANCELLED:
+      return "<span class=\"state\">cancelled</span>";
+    case v1::FRAME_STATE_RUNNING:
+      return "<span class=\"state\">running</span>";
+    case v1::FRAME_STATE_WAITING:
+      return "<span class=\"state\">waiting</span>";
+    default:
+      return "<span class=\"state bad\">? not recorded</span>";
+  }
+}
+
+std::string Bar(double share) {
+  const double percent = std::isfinite(share) ? std::clamp(100 * share, 0.0, 100.0) : 0;
+  return absl::StrFormat("<i class=\"bar\"><i style=\"width:%.1f%%\"></i></i>", percent);
+}
+
+std::string ReasonText(const v1::FrameReport& frame) {
+  std::string reason = EscapeHtml(frame.reason());
+  if (frame.set_aside()) {
+    absl::StrAppend(&reason, reason.empty() ? "" : "; ",
+                    "given up because its workers ended abnormally; a new job tries it again");
+  }
+  return reason;
+}
+
+std::string FrameRow(const v1::FrameReport& frame) {
+  const v1::MeshReport& mesh = frame.mesh();
+  const bool registered = IsRegistered(frame.state());
+  const int cameras = frame.views_used() + frame.views_missing();
+  return TableRow(
+      "td",
+      {NameHtml(frame.frame()), StateText(frame.state()),
+       registered ? FormatPercent(mesh.coverage()) + Bar(mesh.coverage()) : kDash,
+       registered ? absl::StrCat(FormatCount(mesh.observed()), " of ", FormatCount(mesh.vertices_with_cell()))
+                  : kDash,
+       frame.has_cloud() ? FormatCount(frame.cloud().centers()) : kDash,
+       registered ? FormatNumber(mesh.median_observed_sigma_mm(), 3) : kDash,
+       cameras > 0 ? absl::StrCat(FormatCount(frame.views_used()), " of ", FormatCount(cameras)) : kDash,
+       frame.total_ms() > 0 ? FormatDuration(frame.total_ms()) : kDash, ReasonText(frame)});
+}
+
+std::string FrameTable(const std::vector<const v1::FrameReport*>& frames) {
+  std::string rows;
+  for (const v1::FrameReport* frame : frames) rows += FrameRow(*frame);
+  return Table({"Frame", "State", "Coverage", "Observed cells", "Triangulated", "Sigma, mm", "Cameras",
+                "Time", "Remark"},
+               rows, "frames");
+}
+
+// Frames that are not simply done, and those with the lowest coverage; in their order.
+std::vector<const v1::FrameReport*> FramesToLookAt(const std::vector<v1::FrameReport>& frames) {
+  std::vector<size_t> done, chosen;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    if (frames[i].state() == v1::FRAME_STATE_DONE) {
+      done.push_back(i);
+    } else if (chosen.size() < kMostTroubled) {
+      chosen.push_back(i);
+    }
+  }
+  std::stable_sort(done.begin(), done.end(), [&](size_t a, size_t b) {
+    return frames[a].mesh().coverage() < frames[b].mesh().coverage();
+  });
+  done.resize(std::min(done.size(), kLowest));
+  chosen.insert(chosen.end(), done.begin(), done.end());
+  std::sort(chosen.begin(), chosen.end());
+  std::vector<const v1::FrameReport*> result;
+  for (const size_t i : chosen) result.push_back(&frames[i]);
+  return result;
+}
+
+std::vector<PlotLayer> StageLayers(const std::vector<v1::FrameReport>& frames) {
+  std::vector<PlotLayer> layers;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    for (const v1::StageTime& stage : frames[i].stages()) {
+      auto layer = std::find_if(layers.begin(), layers.end(),
+                                [&](const PlotLayer& l) { return l.name == stage.stage(); });
+      if (layer == layers.end()) {
+        layer = layers.insert(layers.end(), {stage.stage(), std::vector<double>(frames.size(), kNone)});
+      }
+      double& value = layer->values[i];
+      value = std::isfinite(value) ? value + stage.time_ms() : stage.time_ms();
+    }
+  }
+  // Missing counts as no time where the frame has others, so that bars are whole means.
+  for (PlotLayer& layer : layers) {
+    for (size_t i = 0; i < frames.size(); ++i) {
+      if (!std::isfinite(layer.values[i]) && frames[i].stages_size() > 0) layer.values[i] = 0;
+    }
+  }
+  return layers;
+}
+
+}  // namespace
+
+std::string PlotSection(const std::vector<v1::FrameReport>& frames) {
+  if (frames.empty()) return "";
+  PlotFrames axis;
+  std::vector<double> coverage, cells, sigma_mm;
+  for (const v1::FrameReport& frame : frames) {
+    const bool registered = IsRegistered(frame.state());
+    axis.names.push_back(frame.frame());
+    axis.without_mesh.push_back(!registered);
+    coverage.push_back(registered ? frame.mesh().coverage() : kNone);
+    cells.push_back(frame.has_cloud() ? frame.cloud().centers() : kNone);
+    sigma_mm.push_back(registered ? frame.mesh().median_observed_sigma_mm() : kNone);
+  }
+  std::string body = "<div class=\"plots\">\n";
+  body += LinePlot(axis, coverage,
+                   {.title = "Coverage: observed share of the cells", .unit = "%", .from_zero = false});
+  body += LinePlot(axis, cells, {.title = "Triangulated cells"});
+  body += LinePlot(axis, sigma_mm,
+                   {.title = "Sigma of observed vertices, median, mm", .unit = "mm", .decimals = 3});
+  const std::vector<PlotLayer> layers = StageLayers(frames);
+  if (!layers.empty()) body += StackedPlot(axis, layers, {.title = "Time per stage"});
+  return Section("plots", "Over the frames", body + "</div>\n");
+}
+
+std::string FrameSection(const std::vector<v1::FrameReport>& frames) {
+  if (frames.empty()) return Section("frames", "Frames", "<p>No frame has a report.</p>\n");
+  std::vector<const v1::FrameReport*> all;
+  for (const v1::FrameReport& frame : frames) all.push_back(&frame);
+  if (frames.size() <= kLongTable) return Section("frames", "Frames", FrameTable(all));
+  const std::vector<const v1::FrameReport*> troubled = FramesToLookAt(frames);
+  const auto not_done = std::count_if(frames.begin(), frames.end(), [](const v1::FrameReport& frame) {
+    return frame.state() != v1::FRAME_STATE_DONE;
+  });
+  std::string body = "<p>Frames that are not simply done, and those with the lowest coverage";
+  if (static_cast<size_t>(not_done) > kMostTroubled) {
+    absl::StrAppend(&body, " (the first ", kMostTroubled, " of ", FormatCount(not_done), ")");
+  }
+  absl::StrAppend(&body, ":</p>\n", FrameTable(troubled), "<details><summary>All ",
+                  FormatCount(static_cast<int64_t>(frames.size())), " frames</summary>\n", FrameTable(all),
+                  "</details>\n");
+  return Section("frames", "Frames", body);
+}
+
+}  // namespace weft

@@ -1,0 +1,36 @@
+#include "services/report/html_report.h"
+
+#include "absl/strings/str_cat.h"
+#include "services/report/html_text.h"
+#include "services/report/job_summary.h"
+#include "services/report/report_sections.h"
+#include "services/report/report_style.h"
+
+namespace weft {
+
+std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
+                          const std::vector<FramePictures>& pictures, const std::vector<std::string>& notes) {
+  const JobSummary summary = Summarize(job, frames);
+  std::string html = absl::StrCat(
+      "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+      // Nothing of the page may load anything or run, whatever a camera is called.
+      "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
+      "'unsafe-inline'\">\n"
+      "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+      "<meta name=\"color-scheme\" content=\"light dark\">\n<title>",
+      EscapeHtml(Headline(job, summary)), "</title>\n<style>\n", kReportStyle,
+      "</style>\n</head>\n<body>\n<main>\n");
+  html += HeadSection(job, summary);
+  html += WarningSection(job, notes);
+  html += PictureSection(pictures);
+  html += PlotSection(frames);
+  html += FrameSection(frames);
+  html += CameraSection(summary);
+  html += CellSection(frames);
+  html += AlignmentSection(frames);
+  html += InputSection(job, frames);
+  html += "</main>\n</body>\n</html>\n";
+  return html;
+}
+
+}  // namespace weft

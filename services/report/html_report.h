@@ -1,0 +1,44 @@
+// The report of a job as one self-contained HTML file: <out>/report.html.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "services/report/mesh_colors.h"
+#include "weft/v1/job.pb.h"
+#include "weft/v1/report.pb.h"
+
+namespace weft {
+
+struct MeshPicture {
+  std::string title;  // "Front"
+  std::string png;    // bytes of the file
+  int width_px = 0;
+  int height_px = 0;
+};
+
+// Pictures of one frame's mesh.
+struct FramePictures {
+  std::string frame;
+  std::string why_shown;  // "first frame"
+  std::vector<MeshPicture> by_state;
+  std::vector<MeshPicture> by_sigma;
+  ScalarRange sigma_range_mm;  // of the colours of by_sigma
+};
+
+// One HTML page that loads nothing and runs no script: what came out in words, pictures, plots over the
+// frames, tables of frames, cameras and stages, warnings, inputs. `frames` in the order to be shown, any
+// states, none or thousands of them. `notes` are remarks about the report itself, shown with the warnings.
+// Every string of the messages is escaped. The same bytes for the same arguments.
+std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
+                          const std::vector<FramePictures>& pictures,
+                          const std::vector<std::string>& notes = {});
+
+// Writes <out_folder>/report.html from `job` and <out_folder>/<frame>/report.json, with pictures of the
+// first, the worst and the last registered frame (<out_folder>/<frame>/mesh.ply). Frame files that are
+// missing or broken, or of other inputs than the job's, are noted in the report. Errors are those of
+// WriteFileAtomically, and of a folder that cannot be listed.
+absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job);
+
+}  // namespace weft

@@ -1,0 +1,143 @@
+#include "services/report/html_text.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_replace.h"
+#include "absl/time/time.h"
+
+namespace weft {
+namespace {
+
+constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
+constexpr std::string_view kDash = "\xE2\x80\x93";
+constexpr std::string_view kThinSpace = "\xE2\x80\xAF";
+
+// Length of the UTF-8 character at the front, 0 where there is none (RFC 3629).
+size_t CharacterLength(std::string_view text) {
+  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned char first = byte(0);
+  if (first < 0x80) return 1;
+  const size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  if (first < 0xC2 || first > 0xF4 || text.size() < length) return 0;
+  for (size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xC0) != 0x80) return 0;
+  }
+  const bool overlong = (first == 0xE0 && byte(1) < 0xA0) || (first == 0xF0 && byte(1) < 0x90);
+  const bool surrogate = first == 0xED && byte(1) >= 0xA0;
+  const bool too_large = first == 0xF4 && byte(1) >= 0x90;
+  return overlong || surrogate || too_large ? 0 : length;
+}
+
+std::string_view Entity(char c) {
+  switch (c) {
+    case '&':
+      return "&amp;";
+    case '<':
+      return "&lt;";
+    case '>':
+      return "&gt;";
+    case '"':
+      return "&quot;";
+    case '\'':
+      return "&#39;";
+    default:
+      return {};
+  }
+}
+
+bool IsControl(std::string_view character) {
+  const auto first = static_cast<unsigned char>(character[0]);
+  if (first < 0x20) return first != '\n' && first != '\t';
+  const bool c1 = first == 0xC2 && static_cast<unsigned char>(character[1]) < 0xA0;
+  return first == 0x7F || c1;
+}
+
+}  // namespace
+
+std::string EscapeHtml(std::string_view text) {
+  std::string html;
+  html.reserve(text.size() + text.size() / 8);
+  while (!text.empty()) {
+    const size_t length = CharacterLength(text);
+    if (length == 0 || IsControl(text.substr(0, length))) {
+      html += kReplacement;
+    } else if (const std::string_view entity = Entity(text[0]); !entity.empty()) {
+      html += entity;
+    } else {
+      html += text.substr(0, length);
+    }
+    text.remove_prefix(std::max<size_t>(length, 1));
+  }
+  return html;
+}
+
+std::string NameHtml(std::string_view name) { return absl::StrCat("<bdi>", EscapeHtml(name), "</bdi>"); }
+
+std::string Shortened(std::string_view text, size_t characters) {
+  size_t at = 0, count = 0;
+  while (at < text.size()) {
+    if (++count > characters) return std::string(text.substr(0, at)) + "\xE2\x80\xA6";
+    at += std::max<size_t>(CharacterLength(text.substr(at)), 1);
+  }
+  return std::string(text);
+}
+
+std::string Words(std::string_view identifier) {
+  return absl::StrReplaceAll(std::string(identifier), {{"_", " "}});
+}
+
+std::string FormatCount(int64_t count) {
+  const std::string digits = absl::StrCat(std::abs(count));
+  std::string text = count < 0 ? "\xE2\x88\x92" : "";
+  for (size_t i = 0; i < digits.size(); ++i) {
+    if (i > 0 && (digits.size() - i) % 3 == 0) text += kThinSpace;
+    text += digits[i];
+  }
+  return text;
+}
+
+std::string FormatNumber(double value, int decimals) {
+  if (!std::isfinite(value)) return std::string(kDash);
+  return absl::StrFormat("%.*f", decimals, value);
+}
+
+std::string FormatPercent(double share) {
+  if (!std::isfinite(share)) return std::string(kDash);
+  // 99.97 % must not read as 100 %.
+  double percent = 100 * share;
+  if (percent < 100 && percent > 99.9) percent = 99.9;
+  return absl::StrCat(absl::StrFormat("%.1f", percent), "\xC2\xA0%");
+}
+
+std::string FormatDuration(double ms) {
+  if (!std::isfinite(ms) || ms < 0) return std::string(kDash);
+  const double s = ms / 1000;
+  if (ms < 9.95) return absl::StrFormat("%.1f\xC2\xA0ms", ms);
+  if (ms < 999.5) return absl::StrFormat("%.0f\xC2\xA0ms", ms);
+  if (s < 9.995) return absl::StrFormat("%.2f\xC2\xA0s", s);
+  if (s < 99.95) return absl::StrFormat("%.1f\xC2\xA0s", s);
+  if (s > 1e12) return std::string(kDash);
+  const int64_t seconds = std::llround(s), minutes = seconds / 60;
+  if (minutes < 60) return absl::StrFormat("%d\xC2\xA0min\xC2\xA0%d\xC2\xA0s", minutes, seconds % 60);
+  return absl::StrFormat("%d\xC2\xA0h\xC2\xA0%d\xC2\xA0min", minutes / 60, minutes % 60);
+}
+
+std::string FormatUnixTime(int64_t unix_ns) {
+  if (unix_ns <= 0) return std::string(kDash);
+  return absl::StrCat(
+      absl::FormatTime("%Y-%m-%d %H:%M:%S", absl::FromUnixNanos(unix_ns), absl::UTCTimeZone()), " UTC");
+}
+
+std::string Counted(int64_t count, const std::string& singular, const std::string& plural) {
+  return absl::StrCat(FormatCount(count), " ", count == 1 ? singular : plural);
+}
+
+std::string Base64(std::string_view bytes) {
+  return absl::Base64Escape(absl::string_view(bytes.data(), bytes.size()));
+}
+
+}  // namespace weft

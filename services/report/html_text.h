@@ -1,0 +1,30 @@
+// Text and numbers as HTML shows them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace weft {
+
+// Safe as text and inside quoted attributes. Bytes that are no UTF-8 and control characters become U+FFFD.
+std::string EscapeHtml(std::string_view text);
+// A name from outside: escaped, and isolated so that right-to-left characters stay its own affair.
+std::string NameHtml(std::string_view name);
+// At most `characters` of the text, with an ellipsis where it was cut; not escaped.
+std::string Shortened(std::string_view text, size_t characters);
+// "too_few_views" as "too few views"; not escaped.
+std::string Words(std::string_view identifier);
+
+// Numbers that are not finite come out as a dash.
+std::string FormatCount(int64_t count);                // "12 345"
+std::string FormatNumber(double value, int decimals);  // "0.14"
+std::string FormatPercent(double share);               // 0.952: "95.2 %"
+std::string FormatDuration(double ms);                 // "340 ms", "2.31 s", "4 min 10 s", "3 h 5 min"
+std::string FormatUnixTime(int64_t unix_ns);           // "2026-11-21 10:44:03 UTC"; a dash for 0
+// "1 frame", "12 frames".
+std::string Counted(int64_t count, const std::string& singular, const std::string& plural);
+
+std::string Base64(std::string_view bytes);
+
+}  // namespace weft

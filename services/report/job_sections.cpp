@@ -1,0 +1,151 @@
+// The sections about the job as a whole.
+#include <array>
+#include <cmath>
+#include <set>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "services/report/html_text.h"
+#include "services/report/report_sections.h"
+
+namespace weft {
+namespace {
+
+std::string Badge(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::kGood:
+      return "<span class=\"badge good\">&#10003; complete</span>";
+    case Verdict::kRemarks:
+      return "<span class=\"badge warn\">! complete in part</span>";
+    case Verdict::kBad:
+      return "<span class=\"badge bad\">&#10005; needs attention</span>";
+    case Verdict::kUnfinished:
+      return "<span class=\"badge\">&#8230; not finished</span>";
+  }
+  return "";
+}
+
+std::string Tile(absl::string_view label, const std::string& value, const std::string& detail) {
+  return absl::StrCat("<div class=\"tile\"><span>", label, "</span><b>", value, "</b><small>", detail,
+                      "</small></div>");
+}
+
+std::string CameraTile(const JobSummary& summary) {
+  int with_images = 0;
+  for (const CameraSummary& camera : summary.cameras) with_images += camera.frames_missing == 0;
+  return Tile("Cameras",
+              absl::StrCat(FormatCount(with_images), " of ",
+                           FormatCount(static_cast<int64_t>(summary.cameras.size()))),
+              "gave an image in every frame");
+}
+
+std::string Tiles(const JobSummary& summary) {
+  std::string tiles;
+  if (std::isfinite(summary.coverage)) {
+    tiles += Tile("Cells observed", FormatPercent(summary.coverage),
+                  summary.registered > 1
+                      ? absl::StrCat("lowest ", FormatPercent(summary.lowest_coverage), " in frame ",
+                                     NameHtml(Shortened(summary.lowest_coverage_frame, 24)))
+                      : "of those that the template has");
+    tiles += Tile("Triangulated cells", FormatCount(std::llround(summary.median_cells)), "per frame, median");
+    tiles += Tile("Uncertainty", FormatNumber(summary.median_sigma_mm, 3) + "\xC2\xA0mm",
+                  "sigma of observed vertices, median");
+    tiles += Tile("Time", FormatDuration(summary.median_frame_ms),
+                  std::isfinite(summary.wall_ms)
+                      ? absl::StrCat("per frame, median; ", FormatDuration(summary.wall_ms), " in all")
+                      : "per frame, median");
+  }
+  if (!summary.cameras.empty()) tiles += CameraTile(summary);
+  if (summary.peak_memory_mib > 0) {
+    tiles += Tile("Memory", FormatCount(std::llround(summary.peak_memory_mib)) + "\xC2\xA0MiB",
+                  "largest of a worker");
+  }
+  return tiles.empty() ? "" : absl::StrCat("<div class=\"tiles\">", tiles, "</div>\n");
+}
+
+std::string FactRow(absl::string_view name, const std::string& html, const std::string& hash = "") {
+  return TableRow("td", {std::string(name), html,
+                         hash.empty() ? "" : absl::StrCat("<code>", EscapeHtml(hash), "</code>")});
+}
+
+std::string FrameRange(const v1::RegistrationSpec& spec) {
+  if (spec.first_frame() == 0 && spec.end_frame() == 0) return "all frames of the dump";
+  if (spec.end_frame() == 0) return absl::StrCat("from position ", spec.first_frame(), " to the end");
+  return absl::StrCat("positions ", spec.first_frame(), " to ", spec.end_frame() - 1, " of the dump");
+}
+
+std::string Threads(const std::vector<v1::FrameReport>& frames) {
+  std::set<int> threads;
+  for (const v1::FrameReport& frame : frames) {
+    if (frame.threads() > 0) threads.insert(frame.threads());
+  }
+  return threads.empty() ? "\xE2\x80\x93" : absl::StrCat(absl::StrJoin(threads, ", "), " per frame");
+}
+
+}  // namespace
+
+std::string Section(const std::string& id, const std::string& heading, const std::string& body) {
+  return absl::StrCat("<section id=\"", id, "\">\n<h2>", heading, "</h2>\n", body, "</section>\n");
+}
+
+std::string TableRow(const std::string& cell_tag, const std::vector<std::string>& cells) {
+  std::string row = "<tr>";
+  for (const std::string& cell : cells) absl::StrAppend(&row, "<", cell_tag, ">", cell, "</", cell_tag, ">");
+  return row + "</tr>\n";
+}
+
+std::string Table(const std::vector<std::string>& header, const std::string& rows,
+                  const std::string& classes) {
+  return absl::StrCat("<div class=\"scroll\"><table class=\"", classes, "\">\n",
+                      header.empty() ? "" : absl::StrCat("<thead>", TableRow("th", header), "</thead>\n"),
+                      "<tbody>\n", rows, "</tbody></table></div>\n");
+}
+
+std::string HeadSection(const v1::Job& job, const JobSummary& summary) {
+  std::string html =
+      absl::StrCat("<header>\n<p class=\"kind\">Weft registration report ", Badge(VerdictOf(job, summary)),
+                   "</p>\n<h1>", EscapeHtml(Headline(job, summary)), "</h1>\n");
+  const std::vector<std::string> remarks = Remarks(job, summary);
+  if (!remarks.empty()) {
+    html += "<ul class=\"remarks\">\n";
+    for (const std::string& remark : remarks) absl::StrAppend(&html, "<li>", EscapeHtml(remark), "</li>\n");
+    html += "</ul>\n";
+  }
+  return html + Tiles(summary) + "</header>\n";
+}
+
+std::string WarningSection(const v1::Job& job, const std::vector<std::string>& notes) {
+  constexpr size_t kShown = 50;
+  std::vector<std::string> warnings(job.warnings().begin(), job.warnings().end());
+  warnings.insert(warnings.end(), notes.begin(), notes.end());
+  if (warnings.empty()) return "";
+  std::string body = "<ul class=\"warnings\">\n";
+  for (size_t i = 0; i < warnings.size() && i < kShown; ++i) {
+    absl::StrAppend(&body, "<li>", EscapeHtml(warnings[i]), "</li>\n");
+  }
+  if (warnings.size() > kShown) absl::StrAppend(&body, "<li>and ", warnings.size() - kShown, " more</li>\n");
+  return Section("warnings", "Warnings", body + "</ul>\n");
+}
+
+std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>& frames) {
+  const v1::RegistrationSpec& spec = job.spec();
+  const std::string preset = spec.options().preset().empty() ? "best" : spec.options().preset();
+  std::string rows;
+  rows += FactRow("Dump", NameHtml(spec.dump()));
+  rows += FactRow("Rig", NameHtml(spec.rig()), job.inputs().rig());
+  rows += FactRow("Board", NameHtml(spec.board()), job.inputs().board());
+  rows += FactRow("Template", NameHtml(spec.garment()), job.inputs().garment());
+  rows += FactRow("Results", NameHtml(spec.out()));
+  rows += FactRow("Frames", FrameRange(spec));
+  rows += FactRow("Preset", EscapeHtml(preset));
+  rows += FactRow("Job", NameHtml(job.id().empty() ? "local" : job.id()));
+  rows += FactRow("Submitted", FormatUnixTime(job.created_unix_ns()));
+  rows += FactRow("Started", FormatUnixTime(job.started_unix_ns()));
+  rows += FactRow("Finished", FormatUnixTime(job.finished_unix_ns()));
+  rows += FactRow("Threads", Threads(frames));
+  rows +=
+      FactRow("Weft", EscapeHtml(job.weft_version().empty() ? "version not recorded" : job.weft_version()));
+  return Section("inputs", "Inputs", Table({"", "", "Content hash"}, rows, "facts"));
+}
+
+}  // namespace weft

@@ -1,0 +1,194 @@
+#include "services/report/job_summary.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "absl/strings/str_cat.h"
+#include "services/report/html_text.h"
+
+namespace weft {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+v1::FrameCounts CountFrames(const std::vector<v1::FrameReport>& frames) {
+  v1::FrameCounts counts;
+  for (const v1::FrameReport& frame : frames) {
+    counts.set_total(counts.total() + 1);
+    switch (frame.state()) {
+      case v1::FRAME_STATE_DONE:
+        counts.set_done(counts.done() + 1);
+        break;
+      case v1::FRAME_STATE_DEGRADED:
+        counts.set_degraded(counts.degraded() + 1);
+        break;
+      case v1::FRAME_STATE_FAILED:
+        counts.set_failed(counts.failed() + 1);
+        break;
+      case v1::FRAME_STATE_CANCELLED:
+        counts.set_cancelled(counts.cancelled() + 1);
+        break;
+      case v1::FRAME_STATE_RUNNING:
+        counts.set_running(counts.running() + 1);
+        break;
+      default:
+        counts.set_waiting(counts.waiting() + 1);
+    }
+  }
+  return counts;
+}
+
+void AddView(const v1::ViewReport& view, CameraSummary& camera) {
+  if (!view.missing_reason().empty()) {
+    ++camera.frames_missing;
+    ++camera.missing_reasons[view.missing_reason()];
+    return;
+  }
+  ++camera.frames_seen;
+  camera.centers += view.centers();
+  camera.corners += view.corners();
+  camera.patches_accepted += view.patches_accepted();
+  for (const v1::ReasonCount& rejected : view.patches_rejected()) {
+    camera.patches_rejected[rejected.reason()] += rejected.count();
+  }
+}
+
+std::vector<CameraSummary> SummarizeCameras(const std::vector<v1::FrameReport>& frames) {
+  std::vector<CameraSummary> cameras;
+  std::map<std::string, size_t> index_of;
+  for (const v1::FrameReport& frame : frames) {
+    for (const v1::ViewReport& view : frame.views()) {
+      const auto [entry, added] = index_of.try_emplace(view.camera(), cameras.size());
+      if (added) cameras.emplace_back().camera = view.camera();
+      AddView(view, cameras[entry->second]);
+    }
+  }
+  return cameras;
+}
+
+// Figures over the registered frames.
+void SummarizeMeshes(const std::vector<v1::FrameReport>& frames, JobSummary& summary) {
+  int64_t observed = 0, observable = 0;
+  std::vector<double> cells, sigmas, times;
+  summary.lowest_coverage = kNone;
+  for (const v1::FrameReport& frame : frames) {
+    summary.peak_memory_mib = std::max(summary.peak_memory_mib, frame.peak_memory_mib());
+    if (!IsRegistered(frame.state())) continue;
+    observed += frame.mesh().observed();
+    observable += frame.mesh().vertices_with_cell();
+    cells.push_back(frame.cloud().centers());
+    sigmas.push_back(frame.mesh().median_observed_sigma_mm());
+    times.push_back(frame.total_ms());
+    if (!(frame.mesh().coverage() >= summary.lowest_coverage)) {
+      summary.lowest_coverage = frame.mesh().coverage();
+      summary.lowest_coverage_frame = frame.frame();
+    }
+  }
+  summary.coverage = observable > 0 ? static_cast<double>(observed) / static_cast<double>(observable) : kNone;
+  summary.median_cells = MedianOf(std::move(cells));
+  summary.median_sigma_mm = MedianOf(std::move(sigmas));
+  summary.median_frame_ms = MedianOf(std::move(times));
+}
+
+std::string WithReason(std::string sentence, const std::string& reason) {
+  return reason.empty() ? sentence + "." : absl::StrCat(sentence, ": ", reason);
+}
+
+}  // namespace
+
+bool IsRegistered(v1::FrameState state) {
+  return state == v1::FRAME_STATE_DONE || state == v1::FRAME_STATE_DEGRADED;
+}
+
+double MedianOf(std::vector<double> values) {
+  std::erase_if(values, [](double v) { return !std::isfinite(v); });
+  if (values.empty()) return kNone;
+  const size_t half = values.size() / 2;
+  std::sort(values.begin(), values.end());
+  return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+}
+
+JobSummary Summarize(const v1::Job& job, const std::vector<v1::FrameReport>& frames) {
+  JobSummary summary;
+  summary.counts = job.frames().total() > 0 ? job.frames() : CountFrames(frames);
+  summary.registered = summary.counts.done() + summary.counts.degraded();
+  const bool timed = job.started_unix_ns() > 0 && job.finished_unix_ns() >= job.started_unix_ns();
+  summary.wall_ms =
+      timed ? 1e-6 * static_cast<double>(job.finished_unix_ns() - job.started_unix_ns()) : kNone;
+  SummarizeMeshes(frames, summary);
+  summary.cameras = SummarizeCameras(frames);
+  std::map<std::string, int> reasons;
+  for (const v1::FrameReport& frame : frames) {
+    if (frame.state() == v1::FRAME_STATE_FAILED) ++reasons[frame.reason()];
+  }
+  summary.failure_reasons.assign(reasons.begin(), reasons.end());
+  std::stable_sort(summary.failure_reasons.begin(), summary.failure_reasons.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  return summary;
+}
+
+Verdict VerdictOf(const v1::Job& job, const JobSummary& summary) {
+  if (job.state() == v1::JOB_STATE_QUEUED || job.state() == v1::JOB_STATE_RUNNING)
+    return Verdict::kUnfinished;
+  if (job.state() == v1::JOB_STATE_FAILED || summary.counts.failed() > 0) return Verdict::kBad;
+  if (summary.registered == 0 && job.state() != v1::JOB_STATE_CANCELLED) return Verdict::kBad;
+  const bool complete = summary.counts.done() == summary.counts.total();
+  return complete && job.state() != v1::JOB_STATE_CANCELLED ? Verdict::kGood : Verdict::kRemarks;
+}
+
+std::string Headline(const v1::Job& job, const JobSummary& summary) {
+  const int total = summary.counts.total();
+  std::string registered =
+      absl::StrCat(FormatCount(summary.registered), " of ", Counted(total, "frame", "frames"), " registered");
+  if (total == 0) registered = "No frames";
+  if (total > 0 && summary.registered == 0)
+    registered = total == 1 ? "The frame was not registered" : "No frame was registered";
+  if (std::isfinite(summary.coverage)) {
+    absl::StrAppend(&registered, ", ", FormatPercent(summary.coverage), " of the cells observed");
+  }
+  switch (job.state()) {
+    case v1::JOB_STATE_QUEUED:
+      return absl::StrCat("Waiting to start: ", registered, " so far.");
+    case v1::JOB_STATE_RUNNING:
+      return absl::StrCat("Still running: ", registered, " so far.");
+    case v1::JOB_STATE_CANCELLED:
+      return absl::StrCat("Cancelled: ", registered, ".");
+    case v1::JOB_STATE_FAILED:
+      return absl::StrCat("The job failed: ", registered, ".");
+    default:
+      return absl::StrCat(registered, ".");
+  }
+}
+
+std::vector<std::string> Remarks(const v1::Job& job, const JobSummary& summary) {
+  std::vector<std::string> remarks;
+  const auto frames = [](int count, absl::string_view one, absl::string_view many) {
+    return absl::StrCat(Counted(count, "frame", "frames"), " ", count == 1 ? one : many);
+  };
+  if (!job.message().empty()) remarks.push_back(job.message());
+  int explained = 0;
+  for (size_t i = 0; i < summary.failure_reasons.size() && i < 3; ++i) {
+    const auto& [reason, count] = summary.failure_reasons[i];
+    remarks.push_back(WithReason(frames(count, "failed", "failed"), reason));
+    explained += count;
+  }
+  const int unexplained = summary.counts.failed() - explained;
+  if (unexplained > 0)
+    remarks.push_back(frames(unexplained, "failed for other reasons (see the table of frames).",
+                             "failed for other reasons (see the table of frames)."));
+  if (const int n = summary.counts.degraded(); n > 0) {
+    remarks.push_back(frames(n, "is degraded: it was registered, with cameras missing.",
+                             "are degraded: they were registered, with cameras missing."));
+  }
+  if (const int n = summary.counts.cancelled(); n > 0) {
+    remarks.push_back(frames(n, "was not computed.", "were not computed."));
+  }
+  if (const int n = summary.counts.reused(); n > 0) {
+    remarks.push_back(frames(n, "was found complete from an earlier run and kept.",
+                             "were found complete from an earlier run and kept."));
+  }
+  return remarks;
+}
+
+}  // namespace weft

@@ -1,0 +1,58 @@
+// What a job's frames come to, as its report tells it.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "weft/v1/job.pb.h"
+#include "weft/v1/report.pb.h"
+
+namespace weft {
+
+bool IsRegistered(v1::FrameState state);  // done or degraded
+
+// NaN where there are no finite values.
+double MedianOf(std::vector<double> values);
+
+// One camera over all frames.
+struct CameraSummary {
+  std::string camera;
+  int frames_seen = 0;
+  int frames_missing = 0;
+  std::map<std::string, int> missing_reasons;  // frames by reason
+  int64_t centers = 0;
+  int64_t corners = 0;
+  int64_t patches_accepted = 0;
+  std::map<std::string, int64_t> patches_rejected;  // by reason
+};
+
+struct JobSummary {
+  v1::FrameCounts counts;  // of the job; counted from the frames where the job has none
+  int registered = 0;      // done and degraded
+  // Over the registered frames; NaN where there are none.
+  double coverage = 0;  // observed vertices of all of them, of those that can be observed
+  double lowest_coverage = 0;
+  std::string lowest_coverage_frame;
+  double median_cells = 0;
+  double median_sigma_mm = 0;
+  double median_frame_ms = 0;
+  double peak_memory_mib = 0;
+  double wall_ms = 0;  // of the job, NaN while it runs
+  // In order of first appearance.
+  std::vector<CameraSummary> cameras;
+  std::vector<std::pair<std::string, int>> failure_reasons;  // frames by reason, most frequent first
+};
+JobSummary Summarize(const v1::Job& job, const std::vector<v1::FrameReport>& frames);
+
+// How the job ended, for the page's colours.
+enum class Verdict { kGood, kRemarks, kBad, kUnfinished };
+Verdict VerdictOf(const v1::Job& job, const JobSummary& summary);
+
+// "12 of 12 frames registered, 95.2 % of the cells observed."
+std::string Headline(const v1::Job& job, const JobSummary& summary);
+// What else is worth a sentence: degraded, failed, missing, reused frames; not escaped.
+std::vector<std::string> Remarks(const v1::Job& job, const JobSummary& summary);
+
+}  // namespace weft

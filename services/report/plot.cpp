@@ -1,0 +1,200 @@
+#include "services/report/plot.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "services/report/html_text.h"
+#include "services/report/plot_axes.h"
+
+namespace weft {
+namespace {
+
+constexpr size_t kMaxPoints = 120;
+constexpr size_t kMaxBars = 100;
+constexpr size_t kMaxLayers = 8;
+
+std::string ValueText(double value, const PlotText& text) {
+  if (text.unit == "%") return FormatPercent(value);
+  const std::string number =
+      text.decimals == 0 ? FormatCount(std::llround(value)) : FormatNumber(value, text.decimals);
+  return text.unit.empty() ? number : absl::StrCat(number, "\xC2\xA0", text.unit);
+}
+
+std::vector<std::string> TickLabels(const std::vector<double>& ticks, const PlotText& text) {
+  std::vector<std::string> labels;
+  const double step = ticks[1] - ticks[0];
+  const double shown_step = text.unit == "%" ? 100 * step : step;
+  int decimals = 0;
+  for (double s = shown_step; decimals < 6 && std::abs(s - std::round(s)) > 1e-6 * s; s *= 10) ++decimals;
+  for (const double tick : ticks) {
+    if (text.unit == "%") {
+      labels.push_back(FormatNumber(100 * tick, decimals) + "\xC2\xA0%");
+    } else if (decimals == 0) {
+      labels.push_back(FormatCount(std::llround(tick)));
+    } else {
+      labels.push_back(FormatNumber(tick, decimals));
+    }
+  }
+  return labels;
+}
+
+// Ticks that hold the values; percentages end at 100.
+std::vector<double> ValueTicks(const std::vector<BinValues>& bins, const PlotText& text) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const BinValues& bin : bins) {
+    if (!std::isfinite(bin.mean)) continue;
+    low = std::min(low, bin.low);
+    high = std::max(high, bin.high);
+  }
+  if (low > high) low = 0, high = 1;
+  if (text.unit == "%") {
+    return RoundTicks(text.from_zero ? 0 : std::clamp(std::floor(10 * low - 0.5) / 10, 0.0, 0.9), 1);
+  }
+  return RoundTicks(text.from_zero ? std::min(0.0, low) : low, high);
+}
+
+// Runs of neighbouring bins that hold values, as path data; `reverse` walks each run back to close a band.
+std::string PathOf(const PlotArea& area, const std::vector<BinValues>& bins) {
+  std::string path;
+  bool drawing = false;
+  for (size_t b = 0; b < bins.size(); ++b) {
+    const bool has_value = std::isfinite(bins[b].mean);
+    if (has_value)
+      absl::StrAppendFormat(&path, "%c%.1f %.1f", drawing ? 'L' : 'M', area.x(b), area.y(bins[b].mean));
+    drawing = has_value;
+  }
+  return path;
+}
+
+// Lowest to highest value of every bin as a bar, with the hover text.
+std::string Ranges(const PlotArea& area, const PlotFrames& frames, const std::vector<PlotBin>& bins,
+                   const std::vector<BinValues>& values, const PlotText& text) {
+  std::string svg;
+  for (size_t b = 0; b < bins.size(); ++b) {
+    if (!std::isfinite(values[b].mean)) continue;
+    const double top = area.y(values[b].high), height = std::max(1.5, area.y(values[b].low) - top);
+    absl::StrAppendFormat(&svg,
+                          "<rect class=\"range\" x=\"%.2f\" y=\"%.1f\" width=\"%.2f\" "
+                          "height=\"%.1f\"><title>%s: mean %s, %s to "
+                          "%s</title></rect>",
+                          area.x(b) - area.bin_width() / 2, top, area.bin_width(), height,
+                          EscapeHtml(BinName(bins[b], frames.names)), ValueText(values[b].mean, text),
+                          ValueText(values[b].low, text), ValueText(values[b].high, text));
+  }
+  return svg;
+}
+
+std::string Points(const PlotArea& area, const PlotFrames& frames, const std::vector<PlotBin>& bins,
+                   const std::vector<BinValues>& values, const PlotText& text) {
+  std::string svg;
+  const double radius = std::clamp(area.bin_width() * 0.35, 1.6, 3.5);
+  for (size_t b = 0; b < bins.size(); ++b) {
+    if (!std::isfinite(values[b].mean)) continue;
+    absl::StrAppendFormat(
+        &svg, "<circle class=\"point\" cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\"><title>%s: %s</title></circle>",
+        area.x(b), area.y(values[b].mean), radius, EscapeHtml(BinName(bins[b], frames.names)),
+        ValueText(values[b].mean, text));
+  }
+  return svg;
+}
+
+std::vector<PlotLayer> Folded(const std::vector<PlotLayer>& layers) {
+  if (layers.size() <= kMaxLayers) return layers;
+  std::vector<PlotLayer> folded(layers.begin(), layers.begin() + (kMaxLayers - 1));
+  PlotLayer other{"other", std::vector<double>(layers[0].values.size(), 0)};
+  for (size_t l = kMaxLayers - 1; l < layers.size(); ++l) {
+    for (size_t i = 0; i < other.values.size(); ++i) {
+      if (std::isfinite(layers[l].values[i])) other.values[i] += layers[l].values[i];
+    }
+  }
+  folded.push_back(std::move(other));
+  return folded;
+}
+
+std::string Legend(const std::vector<PlotLayer>& layers) {
+  std::string html = "<ul class=\"legend\">";
+  for (size_t l = 0; l < layers.size(); ++l) {
+    absl::StrAppend(&html, "<li><i class=\"f", l, "\"></i>", EscapeHtml(Words(layers[l].name)), "</li>");
+  }
+  return html + "</ul>";
+}
+
+// Means of every layer in every bin: [layers][bins].
+std::vector<std::vector<double>> LayerMeans(const std::vector<PlotLayer>& layers,
+                                            const std::vector<PlotBin>& bins) {
+  std::vector<std::vector<double>> means;
+  for (const PlotLayer& layer : layers) {
+    std::vector<double>& row = means.emplace_back();
+    for (const PlotBin& bin : bins) {
+      const double mean = ValuesIn(bin, layer.values).mean;
+      row.push_back(std::isfinite(mean) && mean > 0 ? mean : 0);
+    }
+  }
+  return means;
+}
+
+// Durations need a unit that fits them all.
+struct TimeUnit {
+  double ms = 1;
+  absl::string_view name = "ms";
+};
+TimeUnit UnitFor(double highest_ms) {
+  if (highest_ms > 180'000) return {60'000, "min"};
+  if (highest_ms > 1500) return {1000, "s"};
+  return {1, "ms"};
+}
+
+}  // namespace
+
+std::string LinePlot(const PlotFrames& frames, const std::vector<double>& values, const PlotText& text) {
+  const std::vector<PlotBin> bins = MakeBins(frames.names.size(), kMaxPoints);
+  std::vector<BinValues> in_bins;
+  for (const PlotBin& bin : bins) in_bins.push_back(ValuesIn(bin, values));
+  const PlotArea area(std::max<size_t>(bins.size(), 1), ValueTicks(in_bins, text));
+  std::string svg = area.Axes(frames, bins, TickLabels(area.ticks(), text));
+  const bool single_frames = frames.names.size() <= kMaxPoints;
+  if (!single_frames) svg += Ranges(area, frames, bins, in_bins, text);
+  absl::StrAppend(&svg, "<path class=\"line\" d=\"", PathOf(area, in_bins), "\"/>");
+  if (single_frames) svg += Points(area, frames, bins, in_bins, text);
+  return PlotFigure(text, "", svg);
+}
+
+std::string StackedPlot(const PlotFrames& frames, const std::vector<PlotLayer>& all_layers,
+                        const PlotText& text) {
+  const std::vector<PlotLayer> layers = Folded(all_layers);
+  const std::vector<PlotBin> bins = MakeBins(frames.names.size(), kMaxBars);
+  const std::vector<std::vector<double>> means = LayerMeans(layers, bins);
+  std::vector<double> total(bins.size(), 0);
+  for (const auto& row : means) {
+    for (size_t b = 0; b < bins.size(); ++b) total[b] += row[b];
+  }
+  const double highest_ms = total.empty() ? 0 : *std::max_element(total.begin(), total.end());
+  const TimeUnit unit = UnitFor(highest_ms);
+  const PlotArea area(std::max<size_t>(bins.size(), 1), RoundTicks(0, highest_ms / unit.ms));
+  std::string svg = area.Axes(frames, bins, TickLabels(area.ticks(), {}));
+  absl::StrAppendFormat(&svg, "<text class=\"tick\" x=\"%.0f\" y=\"%.0f\">%s</text>", 2.0, PlotArea::kTop + 3,
+                        unit.name);
+  const double width = std::min(area.bin_width() * (bins.size() > 60 ? 1.0 : 0.72), 60.0);
+  for (size_t b = 0; b < bins.size(); ++b) {
+    double below = 0;
+    for (size_t l = 0; l < layers.size(); ++l) {
+      const double top = below + means[l][b];
+      if (means[l][b] > 0) {
+        absl::StrAppendFormat(&svg,
+                              "<rect class=\"f%d\" x=\"%.2f\" y=\"%.2f\" width=\"%.2f\" "
+                              "height=\"%.2f\"><title>%s: %s %s of %s</title></rect>",
+                              l, area.x(b) - width / 2, area.y(top / unit.ms), width,
+                              area.y(below / unit.ms) - area.y(top / unit.ms),
+                              EscapeHtml(BinName(bins[b], frames.names)), EscapeHtml(Words(layers[l].name)),
+                              FormatDuration(means[l][b]), FormatDuration(total[b]));
+      }
+      below = top;
+    }
+  }
+  return PlotFigure(text, Legend(layers), svg);
+}
+
+}  // namespace weft

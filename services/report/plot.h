@@ -1,0 +1,34 @@
+// Plots over the frames of a job as inline SVG. Colours come from the page's style sheet.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace weft {
+
+// What all plots of a report share.
+struct PlotFrames {
+  std::vector<std::string> names;  // [frames]
+  std::vector<bool> without_mesh;  // [frames]; marked on the axis
+};
+
+struct PlotText {
+  std::string title;
+  std::string unit;  // "mm", or "%" with values from 0 to 1
+  int decimals = 0;  // of the numbers in the hover text
+  bool from_zero = true;
+};
+
+// One value per frame, NaN where there is none. Up to 120 frames as points on a line that breaks where values
+// are missing; more in bins, each with its mean, lowest and highest value.
+std::string LinePlot(const PlotFrames& frames, const std::vector<double>& values, const PlotText& text);
+
+struct PlotLayer {
+  std::string name;
+  std::vector<double> values;  // [frames]
+};
+// The layers on top of each other, a bar per frame, or per bin of frames with their mean. Layers beyond the
+// seventh are drawn as one named "other". Values are milliseconds and shown as durations.
+std::string StackedPlot(const PlotFrames& frames, const std::vector<PlotLayer>& layers, const PlotText& text);
+
+}  // namespace weft

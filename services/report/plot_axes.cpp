@@ -1,0 +1,108 @@
+#include "services/report/plot_axes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "services/report/html_text.h"
+
+namespace weft {
+namespace {
+
+std::string AxisLabel(double x, absl::string_view anchor, const std::string& name) {
+  return absl::StrFormat("<text class=\"tick\" x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\">%s</text>", x,
+                         PlotArea::kBottom + 16, anchor, EscapeHtml(Shortened(name, 14)));
+}
+
+}  // namespace
+
+std::vector<PlotBin> MakeBins(size_t frames, size_t max_bins) {
+  const size_t size = std::max<size_t>(1, (frames + max_bins - 1) / max_bins);
+  std::vector<PlotBin> bins;
+  for (size_t begin = 0; begin < frames; begin += size)
+    bins.push_back({begin, std::min(begin + size, frames)});
+  return bins;
+}
+
+BinValues ValuesIn(const PlotBin& bin, const std::vector<double>& values) {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  BinValues result{0, kNone, kNone};
+  int count = 0;
+  for (size_t i = bin.begin; i < bin.end; ++i) {
+    if (!std::isfinite(values[i])) continue;
+    result.mean += values[i];
+    result.low = count == 0 ? values[i] : std::min(result.low, values[i]);
+    result.high = count == 0 ? values[i] : std::max(result.high, values[i]);
+    ++count;
+  }
+  result.mean = count > 0 ? result.mean / count : kNone;
+  return result;
+}
+
+std::vector<double> RoundTicks(double low, double high) {
+  if (!(high > low)) high = low + (low != 0 ? std::abs(low) : 1);
+  const double rough = (high - low) / 4;
+  const double decade = std::pow(10, std::floor(std::log10(rough)));
+  double step = 10 * decade;
+  for (const double factor : {1.0, 2.0, 2.5, 5.0}) {
+    if (rough <= factor * decade * (1 + 1e-9)) {
+      step = factor * decade;
+      break;
+    }
+  }
+  const double first = std::floor(low / step + 1e-9), last = std::ceil(high / step - 1e-9);
+  std::vector<double> ticks;
+  for (double k = first; k <= last + 0.5; ++k) ticks.push_back(k * step);
+  return ticks;
+}
+
+double PlotArea::y(double value) const {
+  const double share = (value - ticks_.front()) / (ticks_.back() - ticks_.front());
+  return kBottom - std::clamp(share, 0.0, 1.0) * (kBottom - kTop);
+}
+
+std::string PlotArea::Axes(const PlotFrames& frames, const std::vector<PlotBin>& bins,
+                           const std::vector<std::string>& tick_labels) const {
+  std::string svg;
+  for (size_t i = 0; i < ticks_.size(); ++i) {
+    absl::StrAppendFormat(&svg, "<line class=\"grid\" x1=\"%.0f\" x2=\"%.0f\" y1=\"%.1f\" y2=\"%.1f\"/>",
+                          kLeft, kRight, y(ticks_[i]), y(ticks_[i]));
+    absl::StrAppendFormat(&svg, "<text class=\"tick\" x=\"%.0f\" y=\"%.1f\" text-anchor=\"end\">%s</text>",
+                          kLeft - 6, y(ticks_[i]) + 3.5, tick_labels[i]);
+  }
+  const std::vector<std::string>& names = frames.names;
+  if (names.size() == 1) {
+    svg += AxisLabel(x(0), "middle", names[0]);
+  } else if (!names.empty()) {
+    svg += AxisLabel(kLeft, "start", names.front());
+    if (bins.size() > 4) svg += AxisLabel(x(bins.size() / 2), "middle", names[bins[bins.size() / 2].begin]);
+    svg += AxisLabel(kRight, "end", names.back());
+  }
+  for (size_t b = 0; b < bins.size(); ++b) {
+    const auto begin = frames.without_mesh.begin();
+    const auto lost = std::count(begin + static_cast<std::ptrdiff_t>(bins[b].begin),
+                                 begin + static_cast<std::ptrdiff_t>(bins[b].end), true);
+    if (lost == 0) continue;
+    const std::string what =
+        bins[b].end - bins[b].begin == 1 ? ": no mesh" : absl::StrCat(": ", lost, " without mesh");
+    absl::StrAppendFormat(&svg, "<path class=\"lost\" d=\"M%.1f %.1fl4 7h-8z\"><title>%s%s</title></path>",
+                          x(b), kBottom - 7, EscapeHtml(BinName(bins[b], names)), what);
+  }
+  return svg;
+}
+
+std::string BinName(const PlotBin& bin, const std::vector<std::string>& names) {
+  if (bin.end - bin.begin == 1) return absl::StrCat("frame ", names[bin.begin]);
+  return absl::StrCat("frames ", names[bin.begin], " to ", names[bin.end - 1]);
+}
+
+std::string PlotFigure(const PlotText& text, const std::string& legend, const std::string& body) {
+  return absl::StrFormat(
+      "<figure class=\"plot\"><figcaption>%s</figcaption>%s<svg viewBox=\"0 0 %.0f %.0f\" role=\"img\" "
+      "aria-label=\"%s\">%s</svg></figure>\n",
+      EscapeHtml(text.title), legend, PlotArea::kWidth, PlotArea::kHeight, EscapeHtml(text.title), body);
+}
+
+}  // namespace weft

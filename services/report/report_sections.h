@@ -1,0 +1,32 @@
+// The sections of a job's report, each as HTML; empty where there is nothing to tell.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "services/report/html_report.h"
+#include "services/report/job_summary.h"
+
+namespace weft {
+
+std::string HeadSection(const v1::Job& job, const JobSummary& summary);
+std::string WarningSection(const v1::Job& job, const std::vector<std::string>& notes);
+std::string PictureSection(const std::vector<FramePictures>& pictures);
+std::string PlotSection(const std::vector<v1::FrameReport>& frames);
+std::string FrameSection(const std::vector<v1::FrameReport>& frames);
+std::string CameraSection(const JobSummary& summary);
+// Why cells are missing from the clouds.
+std::string CellSection(const std::vector<v1::FrameReport>& frames);
+std::string AlignmentSection(const std::vector<v1::FrameReport>& frames);
+std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>& frames);
+
+// <section> with its heading.
+std::string Section(const std::string& id, const std::string& heading, const std::string& body);
+// A table row of cells that are HTML already; "th" or "td".
+std::string TableRow(const std::string& cell_tag, const std::vector<std::string>& cells);
+// A table in a box that scrolls when it is long or wide. `numbers_from`: the first column aligned to the
+// right.
+std::string Table(const std::vector<std::string>& header, const std::string& rows,
+                  const std::string& classes);
+
+}  // namespace weft

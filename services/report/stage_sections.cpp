@@ -1,0 +1,104 @@
+// The sections about stages: cells without a point, and alignment.
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "services/report/html_text.h"
+#include "services/report/report_sections.h"
+
+namespace weft {
+namespace {
+
+// What the reasons of triangulation/cloud.h mean to an operator; empty for others.
+std::string Explanation(const std::string& reason) {
+  if (reason == "too_few_views")
+    return "seen by fewer cameras than triangulation needs: add cameras on that side, or move them closer";
+  if (reason == "no_consensus")
+    return "the rays of the cameras do not meet: wrong readings, or a calibration that has moved";
+  if (reason == "poor_geometry") return "the rays are nearly parallel: the cameras stand too close together";
+  if (reason == "isolated") return "too few neighbours around it to be trusted";
+  if (reason == "stretched_edges") return "farther from its neighbours than cloth stretches";
+  if (reason == "small_component") return "part of a small piece far from trusted ones";
+  return "";
+}
+
+std::string EnergyText(double energy) {
+  return std::isfinite(energy) ? absl::StrFormat("%.4g", energy) : "\xE2\x80\x93";
+}
+
+// One alignment stage over the frames.
+struct StageSummary {
+  std::string name;
+  std::vector<double> iterations, before, after, time_ms;
+};
+
+std::vector<StageSummary> SummarizeStages(const std::vector<v1::FrameReport>& frames) {
+  std::vector<StageSummary> stages;
+  for (const v1::FrameReport& frame : frames) {
+    for (const v1::AlignmentStage& entry : frame.mesh().stages()) {
+      auto stage = std::find_if(stages.begin(), stages.end(),
+                                [&](const StageSummary& s) { return s.name == entry.name(); });
+      if (stage == stages.end()) stage = stages.insert(stages.end(), StageSummary{.name = entry.name()});
+      stage->iterations.push_back(entry.iterations());
+      stage->before.push_back(entry.energy_before());
+      stage->after.push_back(entry.energy_after());
+      stage->time_ms.push_back(entry.time_ms());
+    }
+  }
+  return stages;
+}
+
+}  // namespace
+
+std::string CellSection(const std::vector<v1::FrameReport>& frames) {
+  std::map<std::string, int64_t> totals;
+  int64_t points = 0, unclaimed = 0, clouds = 0;
+  for (const v1::FrameReport& frame : frames) {
+    if (!frame.has_cloud()) continue;
+    ++clouds;
+    points += int64_t{frame.cloud().centers()} + frame.cloud().corners();
+    unclaimed += frame.mesh().unclaimed_points();
+    for (const v1::ReasonCount& rejected : frame.cloud().rejected())
+      totals[rejected.reason()] += rejected.count();
+  }
+  if (clouds == 0) return "";
+  std::vector<std::pair<std::string, int64_t>> reasons(totals.begin(), totals.end());
+  std::stable_sort(reasons.begin(), reasons.end(),
+                   [](const auto& a, const auto& b) { return a.second > b.second; });
+  const auto per_frame = [&](int64_t count) {
+    const double mean = static_cast<double>(count) / static_cast<double>(clouds);
+    return mean < 9.95 && count % clouds != 0 ? FormatNumber(mean, 1) : FormatCount(std::llround(mean));
+  };
+  std::string rows =
+      TableRow("td", {"<b>became points</b>", per_frame(points), "cells and corners of the cloud"});
+  for (const auto& [reason, count] : reasons) {
+    rows += TableRow("td", {EscapeHtml(Words(reason)), per_frame(count), Explanation(reason)});
+  }
+  if (unclaimed > 0) {
+    rows += TableRow("td", {"not on the garment", per_frame(unclaimed),
+                            "points whose cell belongs to no vertex of the template"});
+  }
+  return Section("cells", "Cells that were seen", Table({"", "Per frame", ""}, rows, "reasons"));
+}
+
+std::string AlignmentSection(const std::vector<v1::FrameReport>& frames) {
+  const std::vector<StageSummary> stages = SummarizeStages(frames);
+  if (stages.empty()) return "";
+  std::string rows;
+  for (const StageSummary& stage : stages) {
+    const auto [least, most] = std::minmax_element(stage.iterations.begin(), stage.iterations.end());
+    const std::string range = *least == *most ? "" : absl::StrFormat(" (%.0f to %.0f)", *least, *most);
+    rows += TableRow(
+        "td",
+        {EscapeHtml(Words(stage.name)), FormatCount(static_cast<int64_t>(stage.iterations.size())),
+         absl::StrFormat("%.0f%s", MedianOf(stage.iterations), range), EnergyText(MedianOf(stage.before)),
+         EnergyText(MedianOf(stage.after)), FormatDuration(MedianOf(stage.time_ms))});
+  }
+  const std::string medians = frames.size() > 1 ? "<p>Medians over the frames.</p>\n" : "";
+  return Section("alignment", "Alignment",
+                 medians + Table({"Stage", "Frames", "Iterations", "Energy before", "Energy after", "Time"},
+                                 rows, "stages"));
+}
+
+}  // namespace weft

@@ -1,0 +1,165 @@
+// WriteJobReport: from the files of a job's results to report.html.
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
+#include <set>
+
+#include "absl/strings/str_cat.h"
+#include "services/files/atomic_file.h"
+#include "services/files/json_file.h"
+#include "services/files/mesh_file.h"
+#include "services/report/frame_pictures.h"
+#include "services/report/html_report.h"
+#include "services/report/html_text.h"
+#include "services/report/job_summary.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Numbers in names by their value, so that frame 9 comes before frame 10.
+bool NaturallyBefore(const std::string& a, const std::string& b) {
+  const auto digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
+  size_t i = 0, j = 0;
+  while (i < a.size() && j < b.size()) {
+    if (!digit(a[i]) || !digit(b[j])) {
+      if (a[i] != b[j]) return a[i] < b[j];
+      ++i, ++j;
+      continue;
+    }
+    size_t i_end = i, j_end = j;
+    while (i < a.size() && a[i] == '0') ++i;
+    while (j < b.size() && b[j] == '0') ++j;
+    for (i_end = i; i_end < a.size() && digit(a[i_end]);) ++i_end;
+    for (j_end = j; j_end < b.size() && digit(b[j_end]);) ++j_end;
+    if (i_end - i != j_end - j) return i_end - i < j_end - j;
+    if (const int order = a.compare(i, i_end - i, b, j, j_end - j); order != 0) return order < 0;
+    i = i_end, j = j_end;
+  }
+  if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
+  return a < b;
+}
+
+// Folders of `out_folder` that hold a report.json.
+absl::StatusOr<std::vector<std::string>> FrameFolders(const std::string& out_folder) {
+  std::vector<std::string> names;
+  std::error_code error;
+  fs::directory_iterator entry(out_folder, error);
+  for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
+    std::error_code no_file;
+    if (fs::is_regular_file(entry->path() / "report.json", no_file))
+      names.push_back(entry->path().filename().string());
+  }
+  if (error == std::errc::no_such_file_or_directory) {
+    return absl::NotFoundError(absl::StrCat(out_folder, ": no such folder"));
+  }
+  if (error) {
+    return absl::PermissionDeniedError(
+        absl::StrCat(out_folder, ": cannot be listed (", error.message(), ")"));
+  }
+  std::sort(names.begin(), names.end(), &NaturallyBefore);
+  return names;
+}
+
+bool OtherInputs(const v1::InputHashes& frame, const v1::InputHashes& job) {
+  const auto differs = [](const std::string& a, const std::string& b) {
+    return !a.empty() && !b.empty() && a != b;
+  };
+  return differs(frame.rig(), job.rig()) || differs(frame.board(), job.board()) ||
+         differs(frame.garment(), job.garment());
+}
+
+std::vector<v1::FrameReport> ReadFrames(const std::string& out_folder, const std::vector<std::string>& names,
+                                        const v1::Job& job, std::vector<std::string>& notes) {
+  std::vector<v1::FrameReport> frames;
+  int other_inputs = 0;
+  for (const std::string& name : names) {
+    v1::FrameReport frame;
+    if (const absl::Status status =
+            ReadJsonFile((fs::path(out_folder) / name / "report.json").string(), frame);
+        !status.ok()) {
+      notes.push_back(absl::StrCat("Frame ", name, " is missing from this report: ", status.message()));
+      continue;
+    }
+    if (OtherInputs(frame.inputs(), job.inputs())) {
+      ++other_inputs;
+      continue;
+    }
+    frame.set_frame(name);
+    frames.push_back(std::move(frame));
+  }
+  if (other_inputs > 0) {
+    notes.push_back(absl::StrCat("Results of ", Counted(other_inputs, "frame", "frames"),
+                                 " in the folder were computed from another rig, "
+                                 "board or template; they are not part of this report."));
+  }
+  return frames;
+}
+
+void NoteOtherFrames(const v1::Job& job, size_t reports, std::vector<std::string>& notes) {
+  const v1::FrameCounts& counts = job.frames();
+  const int64_t finished = int64_t{counts.done()} + counts.degraded() + counts.failed();
+  const auto found = static_cast<int64_t>(reports);
+  if (counts.total() == 0 || found == finished) return;
+  if (found > finished) {
+    notes.push_back(absl::StrCat("The folder holds results of ", found, " frames, the job finished ",
+                                 finished, "; those of earlier jobs on the same inputs are shown too."));
+  } else {
+    notes.push_back(absl::StrCat("The job finished ", finished, " frames, the folder holds reports of ",
+                                 found, "; the others are missing from plots and tables."));
+  }
+}
+
+// The first, the worst and the last registered frame, each with the reason why it is shown.
+std::vector<std::pair<std::string, std::string>> FramesToPicture(const std::vector<v1::FrameReport>& frames) {
+  const v1::FrameReport *first = nullptr, *worst = nullptr, *last = nullptr;
+  for (const v1::FrameReport& frame : frames) {
+    if (!IsRegistered(frame.state())) continue;
+    if (!first) first = &frame;
+    if (!worst || frame.mesh().coverage() < worst->mesh().coverage()) worst = &frame;
+    last = &frame;
+  }
+  std::vector<std::pair<std::string, std::string>> chosen;
+  if (!first) return chosen;
+  const bool first_is_worst = worst == first && last != first;
+  chosen.emplace_back(first->frame(), first == last    ? ""
+                                      : first_is_worst ? "first frame, lowest coverage"
+                                                       : "first frame");
+  if (worst != first && worst != last) chosen.emplace_back(worst->frame(), "lowest coverage");
+  if (last != first)
+    chosen.emplace_back(last->frame(), worst == last ? "last frame, lowest coverage" : "last frame");
+  return chosen;
+}
+
+std::vector<PicturedMesh> ReadMeshes(const std::string& out_folder,
+                                     const std::vector<v1::FrameReport>& frames,
+                                     std::vector<std::string>& notes) {
+  std::vector<PicturedMesh> meshes;
+  for (const auto& [frame, why] : FramesToPicture(frames)) {
+    const std::string path = (fs::path(out_folder) / frame / "mesh.ply").string();
+    absl::StatusOr<RegisteredMesh> mesh = ReadRegisteredMesh(path);
+    absl::StatusOr<TriangleMesh> triangles = mesh.ok() ? ReadMesh(path) : mesh.status();
+    if (!triangles.ok()) {
+      notes.push_back(absl::StrCat("Frame ", frame, " has no picture: ", triangles.status().message()));
+      continue;
+    }
+    meshes.push_back({frame, why, *std::move(mesh), std::move(triangles->faces)});
+  }
+  return meshes;
+}
+
+}  // namespace
+
+absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job) {
+  const absl::StatusOr<std::vector<std::string>> names = FrameFolders(out_folder);
+  if (!names.ok()) return names.status();
+  std::vector<std::string> notes;
+  const std::vector<v1::FrameReport> frames = ReadFrames(out_folder, *names, job, notes);
+  NoteOtherFrames(job, frames.size(), notes);
+  const std::vector<FramePictures> pictures = DrawFrames(ReadMeshes(out_folder, frames, notes), notes);
+  return WriteFileAtomically((fs::path(out_folder) / "report.html").string(),
+                             MakeJobReport(job, frames, pictures, notes));
+}
+
+}  // namespace weft

@@ -1,0 +1,271 @@
+#include "services/report/html_report.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "services/report/html_text.h"
+#include "tests/services/report/sample_job.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+size_t CountOf(const std::string& text, const std::string& what) {
+  size_t count = 0;
+  for (size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
+  return count;
+}
+
+// Every tag that is opened is closed in order; attribute values hold no angle brackets (all are escaped).
+void ExpectBalancedTags(const std::string& html) {
+  std::vector<std::string> open;
+  for (size_t at = html.find('<', html.find("</style>")); at != std::string::npos;
+       at = html.find('<', at + 1)) {
+    const size_t end = html.find('>', at);
+    ASSERT_NE(end, std::string::npos);
+    const std::string tag = html.substr(at + 1, end - at - 1);
+    const std::string name = tag.substr(tag[0] == '/', tag.find_first_of(" /", 1) - (tag[0] == '/'));
+    if (tag.back() == '/' || name == "br" || name == "img" || name == "style" || name == "head") continue;
+    if (tag[0] != '/') {
+      open.push_back(name);
+    } else if (name == "html" && open.empty()) {
+      return;  // opened before the style sheet
+    } else {
+      ASSERT_FALSE(open.empty()) << "closes " << name;
+      ASSERT_EQ(open.back(), name);
+      open.pop_back();
+    }
+  }
+}
+
+std::string Report(const std::vector<v1::FrameReport>& frames) {
+  return MakeJobReport(SampleJob(frames), frames, {});
+}
+
+TEST(JobReport, SaysInWordsWhatCameOut) {
+  const std::vector<v1::FrameReport> frames = SampleFrames(12);
+  const std::string html = Report(frames);
+  int observed = 0;
+  for (const v1::FrameReport& frame : frames) observed += frame.mesh().observed();
+  const std::string share = absl::StrFormat("%.1f", 100.0 * observed / (12 * kSampleVerticesWithCell));
+  EXPECT_THAT(
+      html, HasSubstr("<h1>12 of 12 frames registered, " + share + "\xC2\xA0% of the cells observed.</h1>"));
+  EXPECT_THAT(html, HasSubstr("complete</span>"));
+  EXPECT_THAT(html, HasSubstr("50.0\xC2\xA0s in all"));
+  EXPECT_THAT(html, HasSubstr("<code>0f1e2d3c4b5a6978</code>"));
+  EXPECT_THAT(html, HasSubstr("/takes/jersey_03"));
+  EXPECT_THAT(html, HasSubstr("detection and distortion"));
+  EXPECT_THAT(html, HasSubstr("seen by fewer cameras than triangulation needs"));
+  EXPECT_THAT(html, HasSubstr("Every camera gave a usable image"));
+  EXPECT_EQ(CountOf(html, "<svg"), 4u);
+  ExpectBalancedTags(html);
+}
+
+TEST(JobReport, LoadsNothingAndRunsNothing) {
+  const std::string html = Report(SampleFrames(3));
+  for (const char* what :
+       {"<script", "<link", "http:", "https:", "@import", "url(", "javascript:", " onload"}) {
+    EXPECT_THAT(html, Not(HasSubstr(what)));
+  }
+  EXPECT_THAT(html, HasSubstr("default-src 'none'"));
+}
+
+TEST(JobReport, EscapesEveryStringOfTheMessages) {
+  const std::string evil = "<script>alert('x')</script>\"&\x01\xff";
+  v1::FrameReport frame = SampleFrame(0);
+  LoseCameras(2, evil, frame);
+  frame.set_frame(evil);
+  frame.set_reason(evil);
+  for (v1::ViewReport& view : *frame.mutable_views()) {
+    view.set_camera(evil + view.camera());
+    for (v1::ReasonCount& rejected : *view.mutable_patches_rejected()) rejected.set_reason(evil);
+  }
+  for (v1::ReasonCount& rejected : *frame.mutable_cloud()->mutable_rejected()) rejected.set_reason(evil);
+  for (v1::AlignmentStage& stage : *frame.mutable_mesh()->mutable_stages()) stage.set_name(evil);
+  for (v1::StageTime& stage : *frame.mutable_stages()) stage.set_stage(evil);
+  v1::FrameReport failed = frame;
+  FailFrame(evil, failed);
+  v1::Job job = SampleJob({frame, failed});
+  for (std::string* field :
+       {job.mutable_id(), job.mutable_message(), job.mutable_weft_version(), job.add_warnings(),
+        job.mutable_spec()->mutable_dump(), job.mutable_spec()->mutable_rig(),
+        job.mutable_spec()->mutable_board(), job.mutable_spec()->mutable_garment(),
+        job.mutable_spec()->mutable_out(), job.mutable_spec()->mutable_options()->mutable_preset(),
+        job.mutable_inputs()->mutable_rig(), job.mutable_inputs()->mutable_board(),
+        job.mutable_inputs()->mutable_garment()}) {
+    *field = evil;
+  }
+  const FramePictures pictures{evil, evil, {{evil, "png", 1, 1}}, {}, {}};
+  const std::string html = MakeJobReport(job, {frame, failed}, {pictures}, {evil});
+  EXPECT_THAT(html, Not(HasSubstr("<script")));
+  EXPECT_THAT(html, Not(HasSubstr("alert('x')")));
+  EXPECT_THAT(html, Not(HasSubstr("\x01")));
+  EXPECT_THAT(html, Not(HasSubstr("\xff")));
+  EXPECT_GT(CountOf(html, "&lt;script&gt;alert(&#39;x&#39;)&lt;/script&gt;&quot;&amp;"), 40u);
+  ExpectBalancedTags(html);
+}
+
+TEST(JobReport, TellsDegradedAndFailedFramesWithTheirReasons) {
+  std::vector<v1::FrameReport> frames = SampleFrames(6);
+  LoseCameras(2, "image has 100 x 100 pixels, the rig says 1280 x 960", frames[1]);
+  FailFrame("no cell of the board was decoded in any view", frames[4]);
+  FailFrame("worker ended by signal 9", frames[5]);
+  frames[5].set_set_aside(true);
+  const std::string html = Report(frames);
+  EXPECT_THAT(html, HasSubstr("<h1>4 of 6 frames registered, "));
+  EXPECT_THAT(html, HasSubstr("needs attention</span>"));
+  EXPECT_THAT(html, HasSubstr("1 frame failed: no cell of the board was decoded in any view"));
+  EXPECT_THAT(html, HasSubstr("1 frame is degraded: it was registered, with cameras missing."));
+  EXPECT_THAT(html, HasSubstr("image has 100 x 100 pixels, the rig says 1280 x 960"));
+  EXPECT_THAT(html, HasSubstr("a new job tries it again"));
+  EXPECT_THAT(html, HasSubstr("frame 000004: no mesh"));
+  EXPECT_THAT(html, HasSubstr("<td>22 of 24</td>"));
+}
+
+TEST(JobReport, NamesCamerasWithoutImagesFirst) {
+  std::vector<v1::FrameReport> frames = SampleFrames(5);
+  for (v1::FrameReport& frame : frames) LoseCameras(1, "no image in the dump", frame);
+  const std::string html = Report(frames);
+  EXPECT_THAT(
+      html,
+      HasSubstr(
+          "<tr><td><bdi>400000</bdi></td><td>5 of 5</td><td>no image in the dump (5 frames)</td></tr>"));
+  EXPECT_THAT(html, HasSubstr("<b>23 of 24</b>"));
+  EXPECT_LT(html.find("Without a usable image"), html.find("What each camera contributed"));
+}
+
+TEST(JobReport, OneFrameIsDrawnAndTold) {
+  const std::string html = Report(SampleFrames(1));
+  EXPECT_THAT(html, HasSubstr("<h1>1 of 1 frame registered, "));
+  EXPECT_EQ(CountOf(html, "<circle"), 3u);
+  EXPECT_THAT(html, HasSubstr("frame 000000: decode "));
+  EXPECT_THAT(html, Not(HasSubstr("nan")));
+  EXPECT_THAT(html, Not(HasSubstr("inf\"")));
+}
+
+TEST(JobReport, ThousandFramesOfADomeStayReadable) {
+  std::vector<v1::FrameReport> frames = SampleFrames(1000, 211);
+  FailFrame("only 2 of 211 cameras have an image, triangulation needs 3", frames[500]);
+  const std::string html = Report(frames);
+  EXPECT_THAT(html, HasSubstr("999 of 1\xE2\x80\xAF"
+                              "000 frames registered"));
+  EXPECT_THAT(html, HasSubstr("<summary>All 1\xE2\x80\xAF"
+                              "000 frames</summary>"));
+  EXPECT_LE(CountOf(html, "class=\"range\""), 3u * 120);
+  EXPECT_EQ(CountOf(html, "<circle"), 0u);
+  EXPECT_THAT(html, HasSubstr("frames 000495 to 000503: 1 without mesh"));
+  EXPECT_LT(html.size(), 2u << 20);
+  ExpectBalancedTags(html);
+}
+
+TEST(JobReport, EveryStateOfAJobHasItsHeadline) {
+  const std::vector<v1::FrameReport> frames = SampleFrames(2);
+  v1::Job job = SampleJob(frames);
+  job.mutable_frames()->set_total(5);
+  job.mutable_frames()->set_cancelled(3);
+  const auto headline = [&](v1::JobState state) {
+    job.set_state(state);
+    return MakeJobReport(job, frames, {});
+  };
+  EXPECT_THAT(headline(v1::JOB_STATE_CANCELLED), HasSubstr("<h1>Cancelled: 2 of 5 frames registered, "));
+  EXPECT_THAT(headline(v1::JOB_STATE_CANCELLED), HasSubstr("3 frames were not computed."));
+  EXPECT_THAT(headline(v1::JOB_STATE_RUNNING), HasSubstr("<h1>Still running: 2 of 5 frames registered, "));
+  EXPECT_THAT(headline(v1::JOB_STATE_QUEUED), HasSubstr("<h1>Waiting to start: "));
+  EXPECT_THAT(headline(v1::JOB_STATE_FAILED), HasSubstr("<h1>The job failed: 2 of 5 frames registered, "));
+  EXPECT_THAT(headline(v1::JOB_STATE_UNSPECIFIED), HasSubstr("<h1>2 of 5 frames registered, "));
+}
+
+TEST(JobReport, EveryStateOfAFrameIsNamed) {
+  std::vector<v1::FrameReport> frames;
+  for (int state = v1::FrameState_MIN; state <= v1::FrameState_MAX; ++state) {
+    v1::FrameReport frame;
+    frame.set_frame(absl::StrCat("f", state));
+    frame.set_state(static_cast<v1::FrameState>(state));
+    frames.push_back(frame);
+  }
+  v1::Job job;
+  const std::string html = MakeJobReport(job, frames, {});
+  for (const char* text : {"not recorded", "waiting", "running", "done", "degraded", "failed", "cancelled"}) {
+    EXPECT_THAT(html, HasSubstr(std::string(text) + "</span>"));
+  }
+  ExpectBalancedTags(html);
+}
+
+TEST(JobReport, JobWithoutAnyFrameStillHasAReport) {
+  v1::Job job;
+  job.set_state(v1::JOB_STATE_FAILED);
+  job.set_message("rig.json: camera 7 is named twice");
+  job.mutable_frames()->set_total(8);
+  job.mutable_frames()->set_waiting(8);
+  const std::string html = MakeJobReport(job, {}, {});
+  EXPECT_THAT(html, HasSubstr("<h1>The job failed: No frame was registered.</h1>"));
+  EXPECT_THAT(html, HasSubstr("rig.json: camera 7 is named twice"));
+  EXPECT_THAT(html, HasSubstr("No frame has a report."));
+  EXPECT_EQ(CountOf(html, "<svg"), 0u);
+  ExpectBalancedTags(html);
+}
+
+TEST(JobReport, NumbersThatAreNoneAreDashes) {
+  std::vector<v1::FrameReport> frames = SampleFrames(3);
+  for (v1::FrameReport& frame : frames) {
+    frame.mutable_mesh()->set_coverage(std::numeric_limits<double>::quiet_NaN());
+    frame.mutable_mesh()->set_median_observed_sigma_mm(std::numeric_limits<double>::infinity());
+    frame.mutable_stages(0)->set_time_ms(std::numeric_limits<double>::quiet_NaN());
+    frame.mutable_mesh()->mutable_stages(0)->set_energy_before(std::numeric_limits<double>::quiet_NaN());
+  }
+  const std::string html = Report(frames);
+  EXPECT_THAT(html, Not(HasSubstr("nan")));
+  EXPECT_THAT(html, Not(HasSubstr(">inf")));
+  ExpectBalancedTags(html);
+}
+
+TEST(JobReport, PicturesAreEmbedded) {
+  const FramePictures pictures{
+      "000000", "first frame", {{"Front", "abc", 480, 560}}, {{"Front", "xyz", 480, 560}}, {0, 0.3}};
+  const std::vector<v1::FrameReport> frames = SampleFrames(1);
+  const std::string html = MakeJobReport(SampleJob(frames), frames, {pictures});
+  EXPECT_THAT(html, HasSubstr("src=\"data:image/png;base64,YWJj\""));
+  EXPECT_THAT(html, HasSubstr("alt=\"Front of frame 000000, coloured by state\""));
+  EXPECT_THAT(html, HasSubstr("0.3 mm and more"));
+}
+
+TEST(JobReport, SameBytesForTheSameJob) {
+  const std::vector<v1::FrameReport> frames = SampleFrames(20);
+  EXPECT_EQ(Report(frames), Report(frames));
+}
+
+TEST(HtmlText, NumbersReadWell) {
+  EXPECT_EQ(FormatCount(1234567),
+            "1\xE2\x80\xAF"
+            "234\xE2\x80\xAF"
+            "567");
+  EXPECT_EQ(FormatCount(999), "999");
+  EXPECT_EQ(FormatPercent(0.9997), "99.9\xC2\xA0%");
+  EXPECT_EQ(FormatPercent(1), "100.0\xC2\xA0%");
+  EXPECT_EQ(FormatDuration(0.3), "0.3\xC2\xA0ms");
+  EXPECT_EQ(FormatDuration(2310), "2.31\xC2\xA0s");
+  EXPECT_EQ(FormatDuration(250'000),
+            "4\xC2\xA0min\xC2\xA0"
+            "10\xC2\xA0s");
+  EXPECT_EQ(FormatDuration(3 * 3'600'000 + 300'000),
+            "3\xC2\xA0h\xC2\xA0"
+            "5\xC2\xA0min");
+  EXPECT_EQ(FormatUnixTime(1'790'000'000'000'000'000), "2026-09-21 14:13:20 UTC");
+  EXPECT_EQ(Counted(1, "frame", "frames"), "1 frame");
+}
+
+TEST(HtmlText, BrokenCharactersAreReplaced) {
+  EXPECT_EQ(EscapeHtml("a\xC3\xA9z"), "a\xC3\xA9z");
+  EXPECT_EQ(EscapeHtml("\xC3"), "\xEF\xBF\xBD");
+  EXPECT_EQ(EscapeHtml("\xE2\x82"), "\xEF\xBF\xBD\xEF\xBF\xBD");
+  EXPECT_EQ(EscapeHtml(std::string("\0", 1)), "\xEF\xBF\xBD");
+  EXPECT_EQ(Shortened("h\xC3\xA9llo", 2), "h\xC3\xA9\xE2\x80\xA6");
+  EXPECT_EQ(Shortened("hi", 2), "hi");
+}
+
+}  // namespace
+}  // namespace weft
