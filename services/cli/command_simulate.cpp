@@ -13,6 +13,7 @@
 #include "absl/strings/str_join.h"
 #include "services/cli/commands.h"
 #include "services/cli/progress.h"
+#include "services/pipeline/stop_on_signal.h"
 #include "services/synthetic/take_writer.h"
 
 namespace weft {
@@ -49,11 +50,13 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
     take = SyntheticTake::Make(*setup, [&progress](int) { progress.Advance(); });
   }
   if (!take->ok()) return take->status();
+  const StopOnSignal stop;  // from here on there is something to clear away
   absl::StatusOr<TakeSummary> summary;
   {
     const uint64_t views = static_cast<uint64_t>((*take)->frames()) * (*take)->rig().cameras.size();
     Progress progress("render", views, visible);
-    summary = WriteSyntheticTake(**take, options.out, [&progress] { progress.Advance(); });
+    summary = WriteSyntheticTake(
+        **take, options.out, [&progress] { progress.Advance(); }, stop.token());
   }
   if (!summary.ok()) return summary.status();
   const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

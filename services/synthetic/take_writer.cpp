@@ -72,7 +72,7 @@ struct Tally {
 
 // One frame: its pictures and its truth.
 absl::Status WriteFrame(const SyntheticTake& take, int frame, const std::string& folder,
-                        const std::function<void()>& on_view, Tally& tally) {
+                        const std::function<void()>& on_view, const std::stop_token& stop, Tally& tally) {
   const std::string name = absl::StrFormat("%04d", frame);
   const std::string pictures = (fs::path(folder) / name).string();
   if (absl::Status status = CreateFolders(pictures); !status.ok()) return status;
@@ -84,6 +84,10 @@ absl::Status WriteFrame(const SyntheticTake& take, int frame, const std::string&
   truth.views.resize(cameras);
   std::vector<absl::Status> statuses(cameras);
   tbb::parallel_for(size_t{0}, cameras, [&](size_t c) {
+    if (stop.stop_requested()) {
+      statuses[c] = absl::CancelledError(absl::StrCat("stopped at frame ", name));
+      return;
+    }
     const absl::StatusOr<Frame> picture = take.Render(*scene, frame, static_cast<int>(c));
     statuses[c] = picture.status();
     if (!picture.ok()) return;
@@ -126,14 +130,15 @@ TakeSummary Summarize(const SyntheticTake& take, Tally& tally) {
 }  // namespace
 
 absl::StatusOr<TakeSummary> WriteSyntheticTake(const SyntheticTake& take, const std::string& out,
-                                               const std::function<void()>& on_view) {
+                                               const std::function<void()>& on_view,
+                                               const std::stop_token& stop) {
   const absl::StatusOr<std::string> place = FreePlace(out);
   if (!place.ok()) return place.status();
   PartialFolder folder(*place);
   if (absl::Status status = WriteStudio(take, folder.path()); !status.ok()) return status;
   Tally tally;
   for (int frame = 0; frame < take.frames(); ++frame) {
-    if (absl::Status status = WriteFrame(take, frame, folder.path(), on_view, tally); !status.ok())
+    if (absl::Status status = WriteFrame(take, frame, folder.path(), on_view, stop, tally); !status.ok())
       return status;
   }
   if (absl::Status status = folder.Keep(); !status.ok()) return status;

@@ -124,6 +124,15 @@ TEST(TakeWriter, LeavesAFullFolderAlone) {
   EXPECT_EQ(FilesBelow(folder.path()).size(), 1u);
 }
 
+TEST(TakeWriter, LeavesNothingBehindWhenItIsStopped) {
+  const TempFolder folder;
+  std::stop_source stop;
+  const auto summary = WriteSyntheticTake(
+      Tiny(1, 2, 2), folder / "take", [&stop] { stop.request_stop(); }, stop.get_token());
+  EXPECT_EQ(summary.status().code(), absl::StatusCode::kCancelled) << summary.status();
+  EXPECT_TRUE(fs::is_empty(folder.path()));
+}
+
 TEST(TakeWriter, LeavesNothingBehindWhenItFails) {
   const TempFolder folder;
   WriteBytes(folder / "file", "not a folder");
