@@ -22,34 +22,6 @@ bool TakeInteger(std::string_view* line, int* value) {
   return true;
 }
 
-absl::Status CheckCells(const std::vector<VertexCell>& cells, size_t vertices, const Board& board) {
-  if (cells.size() != vertices) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("the map has ", cells.size(), " entries and the mesh ", vertices,
-                     " vertices; the map needs a line per vertex, -1 -1 where a vertex has no cell"));
-  }
-  std::vector<int> owner(static_cast<size_t>(board.rows) * board.cols, -1);
-  bool any = false;
-  for (size_t v = 0; v < cells.size(); ++v) {
-    const auto [row, col] = cells[v];
-    if (row == -1 && col == -1) continue;
-    if (!board.Contains(row, col)) {
-      return absl::InvalidArgumentError(absl::StrCat("vertex ", v, ": cell (", row, ", ", col,
-                                                     ") is not on the board of ", board.rows, " rows and ",
-                                                     board.cols, " columns"));
-    }
-    int& first = owner[static_cast<size_t>(row) * board.cols + col];
-    if (first >= 0) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("vertex ", v, ": cell (", row, ", ", col, ") belongs to vertex ", first, " already"));
-    }
-    first = static_cast<int>(v);
-    any = true;
-  }
-  if (!any) return absl::InvalidArgumentError("the map gives no vertex a cell of the board");
-  return absl::OkStatus();
-}
-
 absl::Status CheckFaceIndices(const TriangleMesh& mesh) {
   const int vertices = static_cast<int>(mesh.vertices_mm.size());
   for (size_t f = 0; f < mesh.faces.size(); ++f) {
@@ -95,7 +67,9 @@ absl::Status CheckEdges(const TriangleMesh& mesh) {
                                                  " has two faces already; cloth has at most two at an edge"));
 }
 
-absl::Status CheckMesh(const TriangleMesh& mesh) {
+}  // namespace
+
+absl::Status CheckTemplateMesh(const TriangleMesh& mesh) {
   if (mesh.vertices_mm.empty()) return absl::InvalidArgumentError("the mesh has no vertices");
   if (mesh.faces.empty()) return absl::InvalidArgumentError("the mesh has no faces");
   for (size_t v = 0; v < mesh.vertices_mm.size(); ++v) {
@@ -107,7 +81,35 @@ absl::Status CheckMesh(const TriangleMesh& mesh) {
   return CheckEdges(mesh);
 }
 
-}  // namespace
+absl::Status CheckVertexCells(const std::vector<VertexCell>& cells, size_t vertices, const Board& board) {
+  if (cells.size() != vertices) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the map has ", cells.size(), " entries and the mesh ", vertices,
+                     " vertices; the map needs a line per vertex, -1 -1 where a vertex has no cell"));
+  }
+  std::vector<int> owner(static_cast<size_t>(board.rows) * board.cols, -1);
+  bool any = false;
+  for (size_t v = 0; v < cells.size(); ++v) {
+    const auto [row, col] = cells[v];
+    if (row == -1 && col == -1) continue;
+    if (!board.Contains(row, col)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("vertex ", v, ": cell (", row, ", ", col, ") is not on the board of ", board.rows,
+                       " rows and ", board.cols, " columns (line ", v + 1,
+                       " of the map); is this the board that the garment was sewn from?"));
+    }
+    int& first = owner[static_cast<size_t>(row) * board.cols + col];
+    if (first >= 0) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "vertex ", v, ": cell (", row, ", ", col, ") belongs to vertex ", first, " already (lines ",
+          first + 1, " and ", v + 1, " of the map); give one of the two -1 -1"));
+    }
+    first = static_cast<int>(v);
+    any = true;
+  }
+  if (!any) return absl::InvalidArgumentError("the map gives no vertex a cell of the board");
+  return absl::OkStatus();
+}
 
 std::string Template::ContentHash() const {
   weft::ContentHash hash;
@@ -154,8 +156,9 @@ absl::StatusOr<Template> ImportTemplate(std::string id, TriangleMesh mesh, std::
                                         const Board& board) {
   if (id.empty()) return absl::InvalidArgumentError("the template's id is empty");
   if (absl::Status status = board.Validate(); !status.ok()) return status;
-  if (absl::Status status = CheckMesh(mesh); !status.ok()) return status;
-  if (absl::Status status = CheckCells(cells, mesh.vertices_mm.size(), board); !status.ok()) return status;
+  if (absl::Status status = CheckTemplateMesh(mesh); !status.ok()) return status;
+  if (absl::Status status = CheckVertexCells(cells, mesh.vertices_mm.size(), board); !status.ok())
+    return status;
   return Template{std::move(id), board.ContentHash(), std::move(mesh), std::move(cells)};
 }
 

@@ -33,6 +33,11 @@ struct Template {
 absl::StatusOr<std::vector<VertexCell>> ParseVertexCells(std::string_view text,
                                                          const std::string& source_name);
 
+// What ImportTemplate asks of the mesh alone, and of the map for a mesh with that many vertices.
+// InvalidArgument names the first face or vertex that does not fit; the map's line of vertex v is v + 1.
+absl::Status CheckTemplateMesh(const TriangleMesh& mesh);
+absl::Status CheckVertexCells(const std::vector<VertexCell>& cells, size_t vertices, const Board& board);
+
 // Checks that mesh, map and board fit: one entry per vertex, cells on the board and claimed once, faces with
 // valid and distinct indices, finite vertices, no edge with more than two faces. InvalidArgument names the
 // first vertex or face that does not fit.

@@ -44,27 +44,24 @@ void AddRigCommand(CLI::App& app, CommandLine& line) {
   CLI::App* rig = AddCommand(app, "rig", "Make a rig.json: the calibrated cameras of a studio", "");
   rig->require_subcommand(1);
 
-  CLI::App* import = AddCommand(
+  CLI::App* command = AddCommand(
       *rig, "import",
       "Turn a KRT text (per camera: id, K, distortion k1 k2 p1 p2 k3, [R|t] camera_from_world in mm) into a "
       "rig.json. KRT does not carry the size of the images, so it is given here.",
       "  weft rig import --krt KRT --width-px 2668 --height-px 4096 --out rig.json");
   auto options = std::make_shared<ImportOptions>();
-  import->add_option("--krt", options->krt, "The KRT file")->required()->type_name("FILE");
-  import->add_option("--width-px", options->width_px, "Width of every camera's images")
+  command->add_option("--krt", options->krt, "The KRT file")->required()->type_name("FILE");
+  command->add_option("--width-px", options->width_px, "Width of every camera's images")
       ->required()
       ->type_name("PX")
       ->check(CLI::Range(1, 65536));
-  import->add_option("--height-px", options->height_px, "Height of every camera's images")
+  command->add_option("--height-px", options->height_px, "Height of every camera's images")
       ->required()
       ->type_name("PX")
       ->check(CLI::Range(1, 65536));
-  import->add_option("--id", options->id, "Name of the rig, kept in the file")->type_name("NAME");
-  import->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
-  import->callback([options, &line] { line.run = [options] { return Import(*options);
-};
-}  // namespace weft
-);
+  command->add_option("--id", options->id, "Name of the rig, kept in the file")->type_name("NAME");
+  command->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
+  command->callback([options, &line] { line.run = [options] { return Import(*options); }; });
 }
 
 }  // namespace weft

@@ -12,5 +12,6 @@ void AddRigCommand(CLI::App& app, CommandLine& line);
 void AddPatternCommand(CLI::App& app, CommandLine& line);
 void AddEvaluateCommand(CLI::App& app, CommandLine& line);
 void AddSimulateCommand(CLI::App& app, CommandLine& line);
+void AddTemplateCommand(CLI::App& app, CommandLine& line);
 
 }  // namespace weft

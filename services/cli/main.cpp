@@ -54,6 +54,7 @@ int main(int argc, char** argv) {
   weft::AddRegisterCommand(app, line);
   weft::AddRigCommand(app, line);
   weft::AddPatternCommand(app, line);
+  weft::AddTemplateCommand(app, line);
   weft::AddSimulateCommand(app, line);
   weft::AddEvaluateCommand(app, line);
 

@@ -1,0 +1,138 @@
+// weft template: garments, the mesh at rest and the board cell of each of its vertices.
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <numeric>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "alignment/mesh_graph.h"
+#include "services/cli/commands.h"
+#include "services/files/atomic_file.h"
+#include "services/files/board_file.h"
+#include "services/files/mesh_file.h"
+#include "services/files/template_file.h"
+
+namespace weft {
+namespace {
+
+struct ImportOptions {
+  std::string mesh;
+  std::string cells;
+  std::string board;
+  std::string out;
+  std::string id;
+};
+
+absl::Status InFile(const std::string& path, const absl::Status& status) {
+  if (status.ok()) return status;
+  return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
+}
+
+// The name of the output folder where the user gives none.
+std::string DefaultId(const std::string& out) {
+  const std::filesystem::path path = std::filesystem::path(out).lexically_normal();
+  const std::string name =
+      path.has_filename() ? path.filename().string() : path.parent_path().filename().string();
+  return name.empty() || name == "." || name == ".." ? "template" : name;
+}
+
+// Closed runs of edges that have one face. Where several meet at a vertex they count as one.
+int CountBoundaryLoops(const TriangleMesh& mesh) {
+  std::vector<std::pair<int, int>> edges;
+  edges.reserve(3 * mesh.faces.size());
+  for (const Face& face : mesh.faces) {
+    for (int i = 0; i < 3; ++i) edges.push_back(std::minmax({face[i], face[(i + 1) % 3]}));
+  }
+  std::sort(edges.begin(), edges.end());
+  std::vector<int> parent(mesh.vertices_mm.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int v) {
+    while (parent[v] != v) v = parent[v] = parent[parent[v]];
+    return v;
+  };
+  std::vector<bool> on_boundary(mesh.vertices_mm.size(), false);
+  for (size_t i = 0, next = 0; i < edges.size(); i = next) {
+    while (next < edges.size() && edges[next] == edges[i]) ++next;
+    if (next - i != 1) continue;
+    const auto [a, b] = edges[i];
+    on_boundary[a] = on_boundary[b] = true;
+    parent[root(a)] = root(b);
+  }
+  int loops = 0;
+  for (size_t v = 0; v < parent.size(); ++v) loops += on_boundary[v] && parent[v] == static_cast<int>(v);
+  return loops;
+}
+
+void PrintSummary(const ImportOptions& options, const Template& garment) {
+  const size_t vertices = garment.cell_of_vertex.size();
+  const auto with_cell =
+      static_cast<size_t>(std::count_if(garment.cell_of_vertex.begin(), garment.cell_of_vertex.end(),
+                                        [](const VertexCell& cell) { return cell.row >= 0; }));
+  std::printf(
+      "%s/template.json: %zu vertices, %zu faces, %zu vertices with a cell (%zu without), %d component(s), "
+      "%d boundary loop(s), hash %s\n",
+      options.out.c_str(), vertices, garment.rest.faces.size(), with_cell, vertices - with_cell,
+      BuildMeshGraph(garment.rest).components, CountBoundaryLoops(garment.rest),
+      garment.ContentHash().c_str());
+}
+
+absl::Status Import(const ImportOptions& options) {
+  const absl::StatusOr<Board> board = ReadBoard(options.board);
+  if (!board.ok()) return board.status();
+  absl::StatusOr<TriangleMesh> mesh = ReadMesh(options.mesh);
+  if (!mesh.ok()) return mesh.status();
+  const absl::StatusOr<std::string> text = ReadWholeFile(options.cells);
+  if (!text.ok()) return text.status();
+  absl::StatusOr<std::vector<VertexCell>> cells = ParseVertexCells(*text, options.cells);
+  if (!cells.ok()) return cells.status();
+  absl::Status status = InFile(options.mesh, CheckTemplateMesh(*mesh));
+  status.Update(InFile(absl::StrCat(options.cells, " with ", options.mesh),
+                       CheckVertexCells(*cells, mesh->vertices_mm.size(), *board)));
+  if (!status.ok()) return status;
+  const absl::StatusOr<Template> garment = ImportTemplate(
+      options.id.empty() ? DefaultId(options.out) : options.id, *std::move(mesh), *std::move(cells), *board);
+  if (!garment.ok()) return garment.status();
+  const auto name_of = [](const std::string& path) {
+    return std::filesystem::path(path).filename().string();
+  };
+  status =
+      WriteTemplate(options.out, *garment,
+                    absl::StrCat("imported from ", name_of(options.mesh), " and ", name_of(options.cells)));
+  if (!status.ok()) return status;
+  PrintSummary(options, *garment);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddTemplateCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* garment = AddCommand(app, "template",
+                                 "Make a garment's template: its mesh and the board cell of each vertex", "");
+  garment->require_subcommand(1);
+  CLI::App* command = AddCommand(
+      *garment, "import",
+      "Check that a mesh, a vertex-to-cell map and a board belong together, and write them as a template: "
+      "DIR/template.json, DIR/mesh.ply and DIR/cells.txt. Nothing is written when they do not fit.",
+      "  weft template import --mesh shirt.ply --cells vertex_to_cell.txt --board board.png --out shirt");
+  auto options = std::make_shared<ImportOptions>();
+  command->add_option("--mesh", options->mesh, "The garment at rest: triangles, mm, PLY")
+      ->required()
+      ->type_name("FILE");
+  command
+      ->add_option("--cells", options->cells,
+                   "Text with a line `row col` per vertex of the mesh, `-1 -1` for a vertex without a cell")
+      ->required()
+      ->type_name("FILE");
+  command->add_option("--board", options->board, "board.json or board.png of the cloth")
+      ->required()
+      ->type_name("BOARD");
+  command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  command->add_option("--id", options->id, "Name of the template; by default that of the folder")
+      ->type_name("NAME");
+  command->callback([options, &line] { line.run = [options] { return Import(*options); }; });
+}
+
+}  // namespace weft
