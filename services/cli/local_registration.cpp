@@ -7,6 +7,7 @@
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "services/pipeline/registration.h"
+#include "services/report/html_report.h"
 
 namespace weft {
 namespace {
@@ -123,6 +124,7 @@ absl::StatusOr<v1::Job> RegisterLocally(const v1::RegistrationSpec& spec, int th
   if (!status.ok() && !absl::IsCancelled(status)) return status;
   record.End(status);
   if (absl::Status written = WriteJsonFile(job_file, record.job()); !written.ok()) return written;
+  if (absl::Status written = WriteJobReport(spec.out(), record.job()); !written.ok()) return written;
   return record.job();
 }
 
