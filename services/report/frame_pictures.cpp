@@ -1,5 +1,6 @@
 #include "services/report/frame_pictures.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
@@ -33,10 +34,29 @@ absl::StatusOr<Sides> SidesOf(const RegisteredMesh& mesh) {
   return Sides{*front, *back};
 }
 
+// As tall as the mesh asks for at full width, so that wide garments leave no empty paper.
+MeshViewOptions SizeFor(const RegisteredMesh& mesh, const Viewpoint& front) {
+  constexpr double kSlack = 1.06;  // other frames differ a little
+  double left = 0, right = 0, low = 0, high = 0;
+  for (size_t v = 0; v < mesh.vertices_mm.size(); ++v) {
+    const double x = mesh.vertices_mm[v].dot(front.right), y = mesh.vertices_mm[v].dot(front.up);
+    left = v == 0 ? x : std::min(left, x);
+    right = v == 0 ? x : std::max(right, x);
+    low = v == 0 ? y : std::min(low, y);
+    high = v == 0 ? y : std::max(high, y);
+  }
+  MeshViewOptions options;
+  if (right > left) {
+    const double height_px = options.width_px * kSlack * (high - low) / (right - left);
+    options.height_px = static_cast<int>(std::clamp(height_px, 200.0, 620.0));
+  }
+  return options;
+}
+
 absl::StatusOr<std::vector<MeshPicture>> DrawSides(const TriangleMesh& mesh,
                                                    const std::vector<Eigen::Vector3f>& colors,
-                                                   const Sides& sides, double shading) {
-  MeshViewOptions options;
+                                                   const Sides& sides, MeshViewOptions options,
+                                                   double shading) {
   options.shading = shading;
   std::vector<MeshPicture> pictures;
   for (const auto& [title, viewpoint] : {std::pair{"Front", sides.front}, {"Back", sides.back}}) {
@@ -50,13 +70,13 @@ absl::StatusOr<std::vector<MeshPicture>> DrawSides(const TriangleMesh& mesh,
 }
 
 absl::StatusOr<FramePictures> DrawFrame(const PicturedMesh& pictured, const Sides& sides,
-                                        const ScalarRange& range) {
+                                        const MeshViewOptions& size, const ScalarRange& range) {
   const TriangleMesh mesh{pictured.mesh.vertices_mm, pictured.faces};
   FramePictures result{pictured.frame, pictured.why_shown, {}, {}, range};
-  auto by_state = DrawSides(mesh, StateColors(pictured.mesh.state), sides, 1.0);
+  auto by_state = DrawSides(mesh, StateColors(pictured.mesh.state), sides, size, 1.0);
   if (!by_state.ok()) return by_state.status();
   const std::vector<double> sigmas(pictured.mesh.sigma_mm.begin(), pictured.mesh.sigma_mm.end());
-  auto by_sigma = DrawSides(mesh, ScalarColors(sigmas, range), sides, 0.6);
+  auto by_sigma = DrawSides(mesh, ScalarColors(sigmas, range), sides, size, 0.6);
   if (!by_sigma.ok()) return by_sigma.status();
   result.by_state = *std::move(by_state);
   result.by_sigma = *std::move(by_sigma);
@@ -69,6 +89,7 @@ std::vector<FramePictures> DrawFrames(const std::vector<PicturedMesh>& meshes,
                                       std::vector<std::string>& notes) {
   const ScalarRange range = CommonSigmaRange(meshes);
   std::optional<Sides> sides;
+  MeshViewOptions size;
   std::vector<FramePictures> pictures;
   for (const PicturedMesh& pictured : meshes) {
     const auto note = [&](const absl::Status& status) {
@@ -81,8 +102,9 @@ std::vector<FramePictures> DrawFrames(const std::vector<PicturedMesh>& meshes,
         continue;
       }
       sides = *found;
+      size = SizeFor(pictured.mesh, sides->front);
     }
-    absl::StatusOr<FramePictures> drawn = DrawFrame(pictured, *sides, range);
+    absl::StatusOr<FramePictures> drawn = DrawFrame(pictured, *sides, size, range);
     if (drawn.ok()) {
       pictures.push_back(*std::move(drawn));
     } else {

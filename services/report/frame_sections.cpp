@@ -141,7 +141,10 @@ std::string PlotSection(const std::vector<v1::FrameReport>& frames) {
                    {.title = "Sigma of observed vertices, median, mm", .unit = "mm", .decimals = 3});
   const std::vector<PlotLayer> layers = StageLayers(frames);
   if (!layers.empty()) body += StackedPlot(axis, layers, {.title = "Time per stage"});
-  return Section("plots", "Over the frames", body + "</div>\n");
+  const bool any_lost =
+      std::find(axis.without_mesh.begin(), axis.without_mesh.end(), true) != axis.without_mesh.end();
+  const std::string note = any_lost ? "<p>Red triangles mark frames without a mesh.</p>\n" : "";
+  return Section("plots", "Over the frames", body + "</div>\n" + note);
 }
 
 std::string FrameSection(const std::vector<v1::FrameReport>& frames) {

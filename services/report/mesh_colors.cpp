@@ -37,7 +37,7 @@ Eigen::Vector3f UnknownColor() { return {0.55f, 0.55f, 0.55f}; }
 Eigen::Vector3f MapColor(double value) {
   const double t = std::clamp(value, 0.0, 1.0);
   const double hue = (285 - 180 * t) * M_PI / 180;
-  const double chroma = 0.105 + 0.05 * t;
+  const double chroma = 0.092 + 0.065 * t * t * t;  // inside sRGB all the way
   return SrgbFromOklab(0.36 + 0.55 * t, chroma * std::cos(hue), chroma * std::sin(hue));
 }
 

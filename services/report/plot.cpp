@@ -159,6 +159,7 @@ std::string LinePlot(const PlotFrames& frames, const std::vector<double>& values
   if (!single_frames) svg += Ranges(area, frames, bins, in_bins, text);
   absl::StrAppend(&svg, "<path class=\"line\" d=\"", PathOf(area, in_bins), "\"/>");
   if (single_frames) svg += Points(area, frames, bins, in_bins, text);
+  svg += area.LostMarks(frames, bins);
   return PlotFigure(text, "", svg);
 }
 
@@ -174,9 +175,9 @@ std::string StackedPlot(const PlotFrames& frames, const std::vector<PlotLayer>& 
   const double highest_ms = total.empty() ? 0 : *std::max_element(total.begin(), total.end());
   const TimeUnit unit = UnitFor(highest_ms);
   const PlotArea area(std::max<size_t>(bins.size(), 1), RoundTicks(0, highest_ms / unit.ms));
-  std::string svg = area.Axes(frames, bins, TickLabels(area.ticks(), {}));
-  absl::StrAppendFormat(&svg, "<text class=\"tick\" x=\"%.0f\" y=\"%.0f\">%s</text>", 2.0, PlotArea::kTop + 3,
-                        unit.name);
+  std::vector<std::string> labels = TickLabels(area.ticks(), {});
+  for (std::string& label : labels) absl::StrAppend(&label, "\xC2\xA0", unit.name);
+  std::string svg = area.Axes(frames, bins, labels);
   const double width = std::min(area.bin_width() * (bins.size() > 60 ? 1.0 : 0.72), 60.0);
   for (size_t b = 0; b < bins.size(); ++b) {
     double below = 0;
@@ -194,6 +195,7 @@ std::string StackedPlot(const PlotFrames& frames, const std::vector<PlotLayer>& 
       below = top;
     }
   }
+  svg += area.LostMarks(frames, bins);
   return PlotFigure(text, Legend(layers), svg);
 }
 

@@ -80,6 +80,11 @@ std::string PlotArea::Axes(const PlotFrames& frames, const std::vector<PlotBin>&
     if (bins.size() > 4) svg += AxisLabel(x(bins.size() / 2), "middle", names[bins[bins.size() / 2].begin]);
     svg += AxisLabel(kRight, "end", names.back());
   }
+  return svg;
+}
+
+std::string PlotArea::LostMarks(const PlotFrames& frames, const std::vector<PlotBin>& bins) const {
+  std::string svg;
   for (size_t b = 0; b < bins.size(); ++b) {
     const auto begin = frames.without_mesh.begin();
     const auto lost = std::count(begin + static_cast<std::ptrdiff_t>(bins[b].begin),
@@ -88,7 +93,7 @@ std::string PlotArea::Axes(const PlotFrames& frames, const std::vector<PlotBin>&
     const std::string what =
         bins[b].end - bins[b].begin == 1 ? ": no mesh" : absl::StrCat(": ", lost, " without mesh");
     absl::StrAppendFormat(&svg, "<path class=\"lost\" d=\"M%.1f %.1fl4 7h-8z\"><title>%s%s</title></path>",
-                          x(b), kBottom - 7, EscapeHtml(BinName(bins[b], names)), what);
+                          x(b), kBottom - 7, EscapeHtml(BinName(bins[b], frames.names)), what);
   }
   return svg;
 }

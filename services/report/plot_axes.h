@@ -38,9 +38,11 @@ class PlotArea {
   double bin_width() const { return (kRight - kLeft) / static_cast<double>(bins_); }
   double y(double value) const;
 
-  // Grid lines with their labels, frame names below, marks of frames without mesh.
+  // Grid lines with their labels, frame names below.
   std::string Axes(const PlotFrames& frames, const std::vector<PlotBin>& bins,
                    const std::vector<std::string>& tick_labels) const;
+  // Marks on the axis where frames have no mesh.
+  std::string LostMarks(const PlotFrames& frames, const std::vector<PlotBin>& bins) const;
   const std::vector<double>& ticks() const { return ticks_; }
 
  private:

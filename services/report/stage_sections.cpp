@@ -24,7 +24,9 @@ std::string Explanation(const std::string& reason) {
 }
 
 std::string EnergyText(double energy) {
-  return std::isfinite(energy) ? absl::StrFormat("%.4g", energy) : "\xE2\x80\x93";
+  if (!std::isfinite(energy)) return "\xE2\x80\x93";
+  if (std::abs(energy) >= 1000 && std::abs(energy) < 1e12) return FormatCount(std::llround(energy));
+  return absl::StrFormat("%.4g", energy);
 }
 
 // One alignment stage over the frames.
