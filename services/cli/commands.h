@@ -7,6 +7,7 @@
 
 namespace weft {
 
+void AddJobCommand(CLI::App& app, CommandLine& line);
 void AddRegisterCommand(CLI::App& app, CommandLine& line);
 void AddRigCommand(CLI::App& app, CommandLine& line);
 void AddPatternCommand(CLI::App& app, CommandLine& line);

@@ -52,6 +52,7 @@ int main(int argc, char** argv) {
       "`weft COMMAND --help` explains a command and shows examples.");
 
   weft::AddRegisterCommand(app, line);
+  weft::AddJobCommand(app, line);
   weft::AddRigCommand(app, line);
   weft::AddPatternCommand(app, line);
   weft::AddTemplateCommand(app, line);

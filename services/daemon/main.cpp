@@ -1,6 +1,7 @@
 // `weftd`: the daemon.
 #include <CLI/CLI.hpp>
 
+#include <grpc/support/log.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -59,6 +60,12 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
       ->check(CLI::IsMember({"debug", "info", "warn", "error"}));
 }
 
+// What gRPC has to say about its inner life goes into our log.
+void LogGrpc(gpr_log_func_args* args) {
+  const auto level = args->severity == GPR_LOG_SEVERITY_ERROR ? spdlog::level::warn : spdlog::level::debug;
+  spdlog::log(level, "grpc: {}", args->message);
+}
+
 int Fail(const absl::Status& status) {
   spdlog::error("{}", std::string(status.message()));
   return weft::ExitStatusOf(status);
@@ -99,6 +106,7 @@ int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("weftd"));
   spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %^%l%$ %v");
   spdlog::set_level(spdlog::level::from_str(log_level));
+  gpr_set_log_function(LogGrpc);
   try {
     return RunDaemon(options);
   } catch (const std::exception& error) {

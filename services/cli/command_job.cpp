@@ -1,0 +1,230 @@
+// weft job: the jobs of a daemon.
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/time/time.h"
+#include "services/cli/commands.h"
+#include "services/cli/job_view.h"
+#include "services/client/fetch_results.h"
+#include "services/client/registration_client.h"
+#include "services/files/json_file.h"
+#include "services/pipeline/stop_on_signal.h"
+
+namespace weft {
+namespace {
+
+struct JobOptions {
+  std::string server;
+  std::string job_id;
+  std::string out;
+  int limit = 20;
+  bool json = false;
+};
+
+using Client = std::unique_ptr<RegistrationClient>;
+
+absl::Status PrintJson(const google::protobuf::Message& message) {
+  const absl::StatusOr<std::string> json = ToJson(message);
+  if (json.ok()) std::printf("%s", json->c_str());
+  return json.status();
+}
+
+const char* StateWord(v1::JobState state) {
+  switch (state) {
+    case v1::JOB_STATE_QUEUED:
+      return "queued";
+    case v1::JOB_STATE_RUNNING:
+      return "running";
+    case v1::JOB_STATE_DONE:
+      return "done";
+    case v1::JOB_STATE_FAILED:
+      return "failed";
+    case v1::JOB_STATE_CANCELLED:
+      return "cancelled";
+    default:
+      return "unknown";
+  }
+}
+
+std::string LocalTime(int64_t unix_ns) {
+  if (unix_ns == 0) return "-";
+  return absl::FormatTime("%Y-%m-%d %H:%M:%S", absl::FromUnixNanos(unix_ns), absl::LocalTimeZone());
+}
+
+absl::Status List(RegistrationClient& client, const JobOptions& options) {
+  const absl::StatusOr<std::vector<v1::Job>> jobs = client.List(options.limit);
+  if (!jobs.ok()) return jobs.status();
+  if (options.json) {
+    v1::ListJobsResponse response;
+    response.mutable_jobs()->Assign(jobs->begin(), jobs->end());
+    return PrintJson(response);
+  }
+  if (jobs->empty()) std::printf("no jobs at %s\n", client.server().c_str());
+  for (const v1::Job& job : *jobs) {
+    const v1::FrameCounts& frames = job.frames();
+    std::printf("%s  %-9s  %5d/%d frames  %s  %s\n", job.id().c_str(), StateWord(job.state()),
+                frames.done() + frames.degraded(), frames.total(), LocalTime(job.created_unix_ns()).c_str(),
+                job.spec().dump().c_str());
+  }
+  return absl::OkStatus();
+}
+
+void PrintJob(const v1::Job& job) {
+  std::printf("job       %s\nstate     %s%s%s\n", job.id().c_str(), StateWord(job.state()),
+              job.message().empty() ? "" : ": ", job.message().c_str());
+  std::printf("frames    %s\n", JobSummary(job).c_str());
+  if (job.state() == v1::JOB_STATE_RUNNING && job.remaining_s() >= 0) {
+    std::printf("left      about %.0f s\n", job.remaining_s());
+  }
+  std::printf("dump      %s\nrig       %s  %s\nboard     %s  %s\ntemplate  %s  %s\nresults   %s\n",
+              job.spec().dump().c_str(), job.spec().rig().c_str(), job.inputs().rig().c_str(),
+              job.spec().board().c_str(), job.inputs().board().c_str(), job.spec().garment().c_str(),
+              job.inputs().garment().c_str(), job.spec().out().c_str());
+  std::printf("created   %s\nstarted   %s\nfinished  %s\n", LocalTime(job.created_unix_ns()).c_str(),
+              LocalTime(job.started_unix_ns()).c_str(), LocalTime(job.finished_unix_ns()).c_str());
+  for (const std::string& warning : job.warnings()) std::printf("warning   %s\n", warning.c_str());
+}
+
+absl::Status Show(RegistrationClient& client, const JobOptions& options) {
+  const absl::StatusOr<v1::Job> job = client.Get(options.job_id);
+  if (!job.ok()) return job.status();
+  const absl::StatusOr<std::vector<v1::FrameInfo>> frames = client.Frames(options.job_id);
+  if (!frames.ok()) return frames.status();
+  if (options.json) {
+    v1::JobUpdate all;
+    *all.mutable_job() = *job;
+    all.mutable_frames()->Assign(frames->begin(), frames->end());
+    return PrintJson(all);
+  }
+  PrintJob(*job);
+  for (const v1::FrameInfo& frame : *frames) std::printf("%s\n", FrameLine(frame).c_str());
+  return absl::OkStatus();
+}
+
+absl::Status Watch(RegistrationClient& client, const JobOptions& options, bool quiet,
+                   const std::stop_token& stop) {
+  absl::StatusOr<v1::Job> job;
+  {
+    JobView view(quiet);
+    job = client.Watch(
+        options.job_id, [&view](const v1::JobUpdate& update) { view.Show(update); }, stop);
+  }
+  if (!job.ok()) return job.status();
+  if (options.json) {
+    if (absl::Status status = PrintJson(*job); !status.ok()) return status;
+  } else if (!quiet) {
+    std::printf("%s\nresults  %s\n", JobSummary(*job).c_str(), job->spec().out().c_str());
+  }
+  return OutcomeOf(*job);
+}
+
+absl::Status Cancel(RegistrationClient& client, const JobOptions& options, bool quiet) {
+  const absl::StatusOr<v1::Job> job = client.Cancel(options.job_id);
+  if (!job.ok()) return job.status();
+  if (options.json) return PrintJson(*job);
+  if (!quiet)
+    std::printf("%s: %s, %s\n", job->id().c_str(), StateWord(job->state()), JobSummary(*job).c_str());
+  return absl::OkStatus();
+}
+
+absl::Status Fetch(RegistrationClient& client, const JobOptions& options, bool quiet,
+                   const std::stop_token& stop) {
+  const absl::StatusOr<v1::Job> job = client.Get(options.job_id);
+  if (!job.ok()) return job.status();
+  {
+    std::optional<Progress> bar;
+    const auto progress = [&](size_t done, size_t total) {
+      if (!bar) bar.emplace("fetch", total, ProgressVisible(quiet));
+      bar->Set(done, total);
+    };
+    if (absl::Status status = FetchResults(client, *job, options.out, progress, stop); !status.ok()) {
+      return status;
+    }
+  }
+  if (!quiet) std::printf("%s\nresults  %s\n", JobSummary(*job).c_str(), options.out.c_str());
+  return absl::OkStatus();
+}
+
+using Action = std::function<absl::Status(RegistrationClient& client, const std::stop_token& stop)>;
+
+// A subcommand with --server that connects before it acts.
+CLI::App* AddAction(CLI::App& parent, CommandLine& line, const std::shared_ptr<JobOptions>& options,
+                    const std::string& name, const std::string& description, Action action) {
+  CLI::App* command = AddCommand(parent, name, description, "");
+  command->add_option("--server", options->server, "Address of the daemon")
+      ->type_name("HOST:PORT")
+      ->envname("WEFT_SERVER")
+      ->required();
+  command->callback([options, action = std::move(action), &line] {
+    line.run = [options, action] {
+      const StopOnSignal signals;
+      const absl::StatusOr<Client> client = RegistrationClient::Connect(options->server);
+      if (!client.ok()) return client.status();
+      return action(**client, signals.token());
+    };
+  });
+  return command;
+}
+
+void AddJobId(CLI::App* command, const std::shared_ptr<JobOptions>& options) {
+  command->add_option("JOB", options->job_id, "Id of the job, as `weft job list` prints it")->required();
+}
+
+void AddJsonFlag(CLI::App* command, const std::shared_ptr<JobOptions>& options) {
+  command->add_flag("--json", options->json, "Print JSON");
+}
+
+}  // namespace
+
+void AddJobCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* job = AddCommand(app, "job", "Look after the jobs of a daemon",
+                             "  weft job list --server 127.0.0.1:7411\n"
+                             "  WEFT_SERVER=127.0.0.1:7411 weft job watch 20260131-104500-1a2b3c4d");
+  job->require_subcommand(1);
+  auto options = std::make_shared<JobOptions>();
+  CLI::App* list =
+      AddAction(*job, line, options, "list", "List jobs, the newest first",
+                [options](RegistrationClient& client, const auto&) { return List(client, *options); });
+  list->add_option("--limit", options->limit, "At most this many")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000));
+  AddJsonFlag(list, options);
+
+  CLI::App* show =
+      AddAction(*job, line, options, "show", "Show a job and each of its frames",
+                [options](RegistrationClient& client, const auto&) { return Show(client, *options); });
+  AddJobId(show, options);
+  AddJsonFlag(show, options);
+
+  CLI::App* watch = AddAction(*job, line, options, "watch",
+                              "Follow a job until it has ended; stopping the command leaves the job alone. "
+                              "The exit status is that of "
+                              "`weft register`",
+                              [options, &line](RegistrationClient& client, const std::stop_token& stop) {
+                                return Watch(client, *options, line.quiet, stop);
+                              });
+  AddJobId(watch, options);
+  AddJsonFlag(watch, options);
+
+  CLI::App* cancel = AddAction(*job, line, options, "cancel", "Stop a job; finished frames stay",
+                               [options, &line](RegistrationClient& client, const auto&) {
+                                 return Cancel(client, *options, line.quiet);
+                               });
+  AddJobId(cancel, options);
+  AddJsonFlag(cancel, options);
+
+  CLI::App* fetch = AddAction(*job, line, options, "fetch", "Copy a job's results to this machine",
+                              [options, &line](RegistrationClient& client, const std::stop_token& stop) {
+                                return Fetch(client, *options, line.quiet, stop);
+                              });
+  AddJobId(fetch, options);
+  fetch->add_option("--out", options->out, "Folder for them, made where it is missing")
+      ->required()
+      ->type_name("DIR");
+}
+
+}  // namespace weft
