@@ -2,6 +2,7 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <exception>
 
 #include "absl/strings/str_cat.h"
 #include "services/daemon/job_queue.h"
@@ -33,6 +34,19 @@ absl::Status WriteSetAsideReport(const v1::Job& job, const v1::FrameInfo& info) 
   const std::string folder = absl::StrCat(job.spec().out(), "/", info.frame());
   if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
   return WriteJsonFile(absl::StrCat(folder, "/report.json"), report);
+}
+
+// job.json and the report. What a report's writer throws costs the report, not the daemon.
+absl::Status WriteJobFiles(const v1::Job& job, const JobQueueOptions& options) {
+  const std::string& out = job.spec().out();
+  if (absl::Status status = CreateFolders(out); !status.ok()) return status;
+  if (absl::Status status = WriteJsonFile(absl::StrCat(out, "/job.json"), job); !status.ok()) return status;
+  if (!options.write_report) return absl::OkStatus();
+  try {
+    return options.write_report(out, job);
+  } catch (const std::exception& error) {
+    return absl::InternalError(absl::StrCat("the report cannot be written: ", error.what()));
+  }
 }
 
 bool IsResult(v1::FrameState state) {
@@ -250,9 +264,7 @@ void JobQueue::WriteResults(const std::shared_ptr<LiveJob>& live) {
     job.set_finished_unix_ns(UnixNow());
     job.set_remaining_s(0);
   }
-  absl::Status written = CreateFolders(job.spec().out());
-  if (written.ok()) written = WriteJsonFile(absl::StrCat(job.spec().out(), "/job.json"), job);
-  if (written.ok() && options_.write_report) written = options_.write_report(job.spec().out(), job);
+  const absl::Status written = WriteJobFiles(job, options_);
   if (!written.ok()) job.add_warnings(std::string(written.message()));
   spdlog::info("job {}: {} {}", job.id(), v1::JobState_Name(job.state()), job.message());
 

@@ -14,6 +14,7 @@
 #include "services/cli/help.h"
 #include "services/daemon/daemon.h"
 #include "services/pipeline/stop_on_signal.h"
+#include "services/report/html_report.h"
 
 namespace {
 
@@ -96,6 +97,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "weftd " WEFT_VERSION, "Print the version and exit");
   weft::DaemonOptions options;
   options.worker_program = DefaultWorker();
+  options.write_report = weft::WriteJobReport;
   std::string log_level = "info";
   AddOptions(app, options, log_level);
   try {

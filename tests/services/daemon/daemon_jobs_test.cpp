@@ -41,6 +41,17 @@ TEST_F(DaemonTest, RunsAJobToItsEndAndTellsEveryFrame) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_ / "state/tasks"));
 }
 
+TEST_F(DaemonTest, AReportThatCannotBeWrittenIsAWarning) {
+  options_.write_report = [](const std::string&, const v1::Job&) -> absl::Status {
+    throw std::runtime_error("no font");
+  };
+  StartDaemon();
+  const v1::Job job = WaitForEnd(Submit({"a"}));
+  EXPECT_EQ(job.state(), v1::JOB_STATE_DONE);
+  ASSERT_EQ(job.warnings_size(), 2);
+  EXPECT_THAT(job.warnings(1), HasSubstr("no font"));
+}
+
 TEST_F(DaemonTest, AJobWithoutAnyMeshFailsAndSaysWhy) {
   StartDaemon();
   const v1::Job job = WaitForEnd(Submit({"bad1", "bad2"}));
