@@ -1,6 +1,5 @@
 // weft job: the jobs of a daemon.
 #include <cstdio>
-#include <functional>
 #include <memory>
 #include <optional>
 
@@ -26,6 +25,12 @@ struct JobOptions {
 };
 
 using Client = std::unique_ptr<RegistrationClient>;
+
+struct Context {
+  const JobOptions& options;
+  bool quiet;
+  std::stop_token stop;
+};
 
 absl::Status PrintJson(const google::protobuf::Message& message) {
   const absl::StatusOr<std::string> json = ToJson(message);
@@ -55,7 +60,8 @@ std::string LocalTime(int64_t unix_ns) {
   return absl::FormatTime("%Y-%m-%d %H:%M:%S", absl::FromUnixNanos(unix_ns), absl::LocalTimeZone());
 }
 
-absl::Status List(RegistrationClient& client, const JobOptions& options) {
+absl::Status List(RegistrationClient& client, const Context& context) {
+  const JobOptions& options = context.options;
   const absl::StatusOr<std::vector<v1::Job>> jobs = client.List(options.limit);
   if (!jobs.ok()) return jobs.status();
   if (options.json) {
@@ -89,7 +95,8 @@ void PrintJob(const v1::Job& job) {
   for (const std::string& warning : job.warnings()) std::printf("warning   %s\n", warning.c_str());
 }
 
-absl::Status Show(RegistrationClient& client, const JobOptions& options) {
+absl::Status Show(RegistrationClient& client, const Context& context) {
+  const JobOptions& options = context.options;
   const absl::StatusOr<v1::Job> job = client.Get(options.job_id);
   if (!job.ok()) return job.status();
   const absl::StatusOr<std::vector<v1::FrameInfo>> frames = client.Frames(options.job_id);
@@ -105,13 +112,14 @@ absl::Status Show(RegistrationClient& client, const JobOptions& options) {
   return absl::OkStatus();
 }
 
-absl::Status Watch(RegistrationClient& client, const JobOptions& options, bool quiet,
-                   const std::stop_token& stop) {
+absl::Status Watch(RegistrationClient& client, const Context& context) {
+  const JobOptions& options = context.options;
+  const bool quiet = context.quiet;
   absl::StatusOr<v1::Job> job;
   {
     JobView view(quiet);
     job = client.Watch(
-        options.job_id, [&view](const v1::JobUpdate& update) { view.Show(update); }, stop);
+        options.job_id, [&view](const v1::JobUpdate& update) { view.Show(update); }, context.stop);
   }
   if (!job.ok()) return job.status();
   if (options.json) {
@@ -122,7 +130,8 @@ absl::Status Watch(RegistrationClient& client, const JobOptions& options, bool q
   return OutcomeOf(*job);
 }
 
-absl::Status Cancel(RegistrationClient& client, const JobOptions& options, bool quiet) {
+absl::Status Cancel(RegistrationClient& client, const Context& context) {
+  const JobOptions& options = context.options;
   const absl::StatusOr<v1::Job> job = client.Cancel(options.job_id);
   if (!job.ok()) return job.status();
   if (options.json) return PrintJson(*job);
@@ -131,8 +140,9 @@ absl::Status Cancel(RegistrationClient& client, const JobOptions& options, bool 
   return absl::OkStatus();
 }
 
-absl::Status Fetch(RegistrationClient& client, const JobOptions& options, bool quiet,
-                   const std::stop_token& stop) {
+absl::Status Fetch(RegistrationClient& client, const Context& context) {
+  const JobOptions& options = context.options;
+  const bool quiet = context.quiet;
   const absl::StatusOr<v1::Job> job = client.Get(options.job_id);
   if (!job.ok()) return job.status();
   {
@@ -141,7 +151,7 @@ absl::Status Fetch(RegistrationClient& client, const JobOptions& options, bool q
       if (!bar) bar.emplace("fetch", total, ProgressVisible(quiet));
       bar->Set(done, total);
     };
-    if (absl::Status status = FetchResults(client, *job, options.out, progress, stop); !status.ok()) {
+    if (absl::Status status = FetchResults(client, *job, options.out, progress, context.stop); !status.ok()) {
       return status;
     }
   }
@@ -149,33 +159,42 @@ absl::Status Fetch(RegistrationClient& client, const JobOptions& options, bool q
   return absl::OkStatus();
 }
 
-using Action = std::function<absl::Status(RegistrationClient& client, const std::stop_token& stop)>;
+using Action = absl::Status (*)(RegistrationClient& client, const Context& context);
 
-// A subcommand with --server that connects before it acts.
-CLI::App* AddAction(CLI::App& parent, CommandLine& line, const std::shared_ptr<JobOptions>& options,
-                    const std::string& name, const std::string& description, Action action) {
+// What the subcommands take besides --server.
+enum Takes : unsigned { kNothing = 0, kJobId = 1, kJson = 2, kLimit = 4, kOut = 8 };
+
+// A subcommand that connects before it acts. Each has options of its own: WEFT_SERVER sets those of all.
+void AddAction(CLI::App& parent, CommandLine& line, const std::string& name, const std::string& description,
+               unsigned takes, Action action) {
   CLI::App* command = AddCommand(parent, name, description, "");
+  auto options = std::make_shared<JobOptions>();
   command->add_option("--server", options->server, "Address of the daemon")
       ->type_name("HOST:PORT")
       ->envname("WEFT_SERVER")
       ->required();
-  command->callback([options, action = std::move(action), &line] {
-    line.run = [options, action] {
+  if (takes & kJobId) {
+    command->add_option("JOB", options->job_id, "Id of the job, as `weft job list` prints it")->required();
+  }
+  if (takes & kLimit) {
+    command->add_option("--limit", options->limit, "At most this many")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000));
+  }
+  if (takes & kOut) {
+    command->add_option("--out", options->out, "Folder for the results, made where it is missing")
+        ->required()
+        ->type_name("DIR");
+  }
+  if (takes & kJson) command->add_flag("--json", options->json, "Print JSON");
+  command->callback([options, action, &line] {
+    line.run = [options, action, &line] {
       const StopOnSignal signals;
       const absl::StatusOr<Client> client = RegistrationClient::Connect(options->server);
       if (!client.ok()) return client.status();
-      return action(**client, signals.token());
+      return action(**client, {*options, line.quiet, signals.token()});
     };
   });
-  return command;
-}
-
-void AddJobId(CLI::App* command, const std::shared_ptr<JobOptions>& options) {
-  command->add_option("JOB", options->job_id, "Id of the job, as `weft job list` prints it")->required();
-}
-
-void AddJsonFlag(CLI::App* command, const std::shared_ptr<JobOptions>& options) {
-  command->add_flag("--json", options->json, "Print JSON");
 }
 
 }  // namespace
@@ -185,46 +204,15 @@ void AddJobCommand(CLI::App& app, CommandLine& line) {
                              "  weft job list --server 127.0.0.1:7411\n"
                              "  WEFT_SERVER=127.0.0.1:7411 weft job watch 20260131-104500-1a2b3c4d");
   job->require_subcommand(1);
-  auto options = std::make_shared<JobOptions>();
-  CLI::App* list =
-      AddAction(*job, line, options, "list", "List jobs, the newest first",
-                [options](RegistrationClient& client, const auto&) { return List(client, *options); });
-  list->add_option("--limit", options->limit, "At most this many")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1000));
-  AddJsonFlag(list, options);
-
-  CLI::App* show =
-      AddAction(*job, line, options, "show", "Show a job and each of its frames",
-                [options](RegistrationClient& client, const auto&) { return Show(client, *options); });
-  AddJobId(show, options);
-  AddJsonFlag(show, options);
-
-  CLI::App* watch = AddAction(*job, line, options, "watch",
-                              "Follow a job until it has ended; stopping the command leaves the job alone. "
-                              "The exit status is that of "
-                              "`weft register`",
-                              [options, &line](RegistrationClient& client, const std::stop_token& stop) {
-                                return Watch(client, *options, line.quiet, stop);
-                              });
-  AddJobId(watch, options);
-  AddJsonFlag(watch, options);
-
-  CLI::App* cancel = AddAction(*job, line, options, "cancel", "Stop a job; finished frames stay",
-                               [options, &line](RegistrationClient& client, const auto&) {
-                                 return Cancel(client, *options, line.quiet);
-                               });
-  AddJobId(cancel, options);
-  AddJsonFlag(cancel, options);
-
-  CLI::App* fetch = AddAction(*job, line, options, "fetch", "Copy a job's results to this machine",
-                              [options, &line](RegistrationClient& client, const std::stop_token& stop) {
-                                return Fetch(client, *options, line.quiet, stop);
-                              });
-  AddJobId(fetch, options);
-  fetch->add_option("--out", options->out, "Folder for them, made where it is missing")
-      ->required()
-      ->type_name("DIR");
+  AddAction(*job, line, "list", "List jobs, the newest first", kLimit | kJson, List);
+  AddAction(*job, line, "show", "Show a job and each of its frames", kJobId | kJson, Show);
+  AddAction(
+      *job, line, "watch",
+      "Follow a job until it has ended. Stopping the command leaves the job alone. The exit status is that "
+      "of `weft register`",
+      kJobId | kJson, Watch);
+  AddAction(*job, line, "cancel", "Stop a job. Finished frames stay", kJobId | kJson, Cancel);
+  AddAction(*job, line, "fetch", "Copy a job's results to this machine", kJobId | kOut, Fetch);
 }
 
 }  // namespace weft

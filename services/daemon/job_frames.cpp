@@ -72,7 +72,8 @@ std::vector<size_t> JobFrames::TakeChunk(int slots) {
     if (taken_[i] || infos_[i].state() != v1::FRAME_STATE_WAITING) continue;
     (infos_[i].attempts() > 0 ? retried : fresh).push_back(i);
   }
-  const size_t share = fresh.size() / (static_cast<size_t>(std::max(slots, 1)) * kChunksPerWorker);
+  const size_t chunks = slots <= 1 ? 1 : static_cast<size_t>(slots) * kChunksPerWorker;
+  const size_t share = fresh.size() / chunks;
   fresh.resize(std::min(fresh.size(), std::clamp<size_t>(share, 1, kMaxChunk)));
   if (fresh.empty() && !retried.empty()) fresh.push_back(retried.front());
   for (const size_t i : fresh) taken_[i] = true;
