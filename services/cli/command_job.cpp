@@ -135,7 +135,7 @@ absl::Status Cancel(RegistrationClient& client, const Context& context) {
   const absl::StatusOr<v1::Job> job = client.Cancel(options.job_id);
   if (!job.ok()) return job.status();
   if (options.json) return PrintJson(*job);
-  if (!quiet)
+  if (!context.quiet)
     std::printf("%s: %s, %s\n", job->id().c_str(), StateWord(job->state()), JobSummary(*job).c_str());
   return absl::OkStatus();
 }
