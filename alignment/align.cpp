@@ -63,30 +63,43 @@ class Passes {
       : model_(model), options_(options), placement_(placement), stages_(stages) {}
 
   absl::Status RunFirst(const std::vector<VertexTarget>& targets) {
-    return Run(targets, "", [&](const FillStart& filled) {
-      deformation_.position_mm = filled.position_mm;
-      deformation_.rotation.assign(filled.position_mm.size(), placement_.rotation());
-      return absl::OkStatus();
-    });
+    return Run(
+        targets, "",
+        [&](const FillStart& filled) {
+          deformation_.position_mm = filled.position_mm;
+          deformation_.rotation.assign(filled.position_mm.size(), placement_.rotation());
+          return absl::OkStatus();
+        },
+        [] {});
   }
 
-  // From where the last pass ended; what it set aside is filled from its neighbours.
+  // From where the last pass ended; what it set aside starts anew from its neighbours.
   absl::Status RunAgain(const std::vector<VertexTarget>& all, const std::vector<VertexTarget>& kept,
                         int round) {
-    return Run(kept, absl::StrCat("_without_outliers_", round), [&](const FillStart&) {
-      std::vector<bool> known(model_.graph().vertices, true);
-      for (const VertexTarget& t : all) known[t.vertex] = false;
-      for (const VertexTarget& t : kept) known[t.vertex] = true;
-      return LaplacianFill(model_.graph(), known, &deformation_.position_mm);
-    });
+    const MeshGraph& graph = model_.graph();
+    std::vector<bool> settled(graph.vertices, true);
+    for (const VertexTarget& t : all) settled[t.vertex] = false;
+    for (const VertexTarget& t : kept) settled[t.vertex] = true;
+    const std::vector<Eigen::Matrix3d> rotation = deformation_.rotation;
+    const auto set_start = [&](const FillStart&) {
+      return LaplacianFill(graph, settled, &deformation_.position_mm);
+    };
+    const auto keep_settled_rotations = [&] {
+      for (int v = 0; v < graph.vertices; ++v) {
+        bool keep = settled[v];
+        for (int i = graph.first[v]; i < graph.first[v + 1]; ++i) keep = keep && settled[graph.neighbor[i]];
+        if (keep) deformation_.rotation[v] = rotation[v];
+      }
+    };
+    return Run(kept, absl::StrCat("_without_outliers_", round), set_start, keep_settled_rotations);
   }
 
   const Deformation& deformation() const { return deformation_; }
 
  private:
-  template <typename SetStart>
+  template <typename SetStart, typename AfterRigidFit>
   absl::Status Run(const std::vector<VertexTarget>& targets, const std::string& suffix,
-                   const SetStart& set_start) {
+                   const SetStart& set_start, const AfterRigidFit& after_rigid_fit) {
     auto start = Clock::now();
     FillStart filled = PrepareFill(model_, targets, placement_);
     absl::Status status = LaplacianFill(model_.graph(), filled.known, &filled.position_mm);
@@ -96,6 +109,7 @@ class Passes {
 
     start = Clock::now();
     FitRigid(model_.slices(), &deformation_);
+    after_rigid_fit();
     Report("rigid_fit" + suffix, {}, start);
 
     start = Clock::now();

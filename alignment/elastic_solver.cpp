@@ -84,14 +84,11 @@ class Corrections {
 
   void Clear() { pairs_.clear(); }
 
-  void Add(const Preconditioner& preconditioner, Field3 step, Field3 change) {
+  void Add(Field3 step, Field3 change) {
     const double product = Dot(step, change);
     if (!(product > 1e-12 * std::sqrt(Dot(step, step) * Dot(change, change)))) return;
-    Field3 preconditioned = change;
-    preconditioner.Apply(change, &preconditioned);
-    const double scale = product / Dot(change, preconditioned);
     if (static_cast<int>(pairs_.size()) == limit_) pairs_.pop_front();
-    pairs_.push_back({std::move(step), std::move(change), product, scale});
+    pairs_.push_back({std::move(step), std::move(change), product});
   }
 
   // Replaces the gradient by the direction of descent.
@@ -102,8 +99,6 @@ class Corrections {
       AddScaled(static_cast<float>(-alpha[i]), pairs_[i].change, gradient);
     }
     preconditioner.Apply(*gradient, direction);
-    if (!pairs_.empty())
-      AddScaled(static_cast<float>(pairs_.back().scale - 1), Field3(*direction), direction);
     for (size_t i = 0; i < pairs_.size(); ++i) {
       const double beta = Dot(pairs_[i].change, *direction) / pairs_[i].product;
       AddScaled(static_cast<float>(alpha[i] - beta), pairs_[i].step, direction);
@@ -114,7 +109,6 @@ class Corrections {
   struct Pair {
     Field3 step, change;
     double product = 0;
-    double scale = 1;  // of the preconditioner, to fit this pair
   };
   int limit_;
   std::deque<Pair> pairs_;
@@ -246,7 +240,7 @@ ElasticReport Minimise(State* state, const Preconditioner& preconditioner, const
     Field3 step = state->NewField(), change = state->NewField();
     Combine(state->position(), -1, start, &step);
     Combine(next_gradient, -1, gradient, &change);
-    corrections.Add(preconditioner, std::move(step), std::move(change));
+    corrections.Add(std::move(step), std::move(change));
     settled = energy - next_energy < options.tolerance * energy ? settled + 1 : 0;
     report.converged = settled >= kSettledIterations;
     energy = next_energy;

@@ -85,12 +85,14 @@ std::vector<int> FindIsolated(const Lattice& lattice, const CleaningOptions& opt
   const double radius_mm = options.radius_edges * lattice.edge_mm();
   std::vector<int> isolated;
   for (const int i : lattice.members()) {
-    int near = 0;
+    int present = 0, near = 0;
     for (const Offset& offset : offsets) {
       const int j = lattice.Neighbor(i, offset);
-      if (j >= 0 && lattice.Distance(i, j) <= radius_mm) ++near;
+      if (j < 0) continue;
+      ++present;
+      if (lattice.Distance(i, j) <= radius_mm) ++near;
     }
-    if (near < options.min_neighbors) isolated.push_back(i);
+    if (near < options.min_neighbors || near < options.min_near_share * present) isolated.push_back(i);
   }
   return isolated;
 }
@@ -125,8 +127,34 @@ std::vector<int> FindStretched(const Lattice& lattice, size_t points, const Clea
   return stretched;
 }
 
-// Pieces joined by edges that are not long, in the order of their first point.
-std::vector<std::vector<int>> FindPieces(const Lattice& lattice, size_t points, double limit_mm) {
+// Which nodes around a node belong to the same cloth.
+class Bonds {
+ public:
+  Bonds(const Lattice& lattice, int reach, double max_edge_ratio)
+      : lattice_(lattice), offsets_(OffsetsWithin(reach)) {
+    for (const auto& [rows, cols] : offsets_) {
+      limits_mm_.push_back(max_edge_ratio * std::hypot(rows, cols) * lattice.edge_mm());
+    }
+  }
+
+  // True if `visit(neighbour)` was true for one of the nodes bound to i; stops there.
+  template <typename Visit>
+  bool AnyOf(int i, const Visit& visit) const {
+    for (size_t k = 0; k < offsets_.size(); ++k) {
+      const int j = lattice_.Neighbor(i, offsets_[k]);
+      if (j >= 0 && lattice_.Distance(i, j) <= limits_mm_[k] && visit(j)) return true;
+    }
+    return false;
+  }
+
+ private:
+  const Lattice& lattice_;
+  std::vector<Offset> offsets_;
+  std::vector<double> limits_mm_;
+};
+
+// In the order of their first point.
+std::vector<std::vector<int>> FindPieces(const Lattice& lattice, size_t points, const Bonds& bonds) {
   std::vector<std::vector<int>> pieces;
   std::vector<bool> visited(points, false);
   for (const int seed : lattice.members()) {
@@ -134,12 +162,11 @@ std::vector<std::vector<int>> FindPieces(const Lattice& lattice, size_t points, 
     visited[seed] = true;
     std::vector<int> piece = {seed};
     for (size_t next = 0; next < piece.size(); ++next) {
-      for (const Offset& side : kSides) {
-        const int j = lattice.Neighbor(piece[next], side);
-        if (j < 0 || visited[j] || lattice.Distance(piece[next], j) > limit_mm) continue;
+      bonds.AnyOf(piece[next], [&](int j) {
+        if (!visited[j]) piece.push_back(j);
         visited[j] = true;
-        piece.push_back(j);
-      }
+        return false;
+      });
     }
     pieces.push_back(std::move(piece));
   }
@@ -148,7 +175,7 @@ std::vector<std::vector<int>> FindPieces(const Lattice& lattice, size_t points, 
 
 std::vector<int> FindSmallPieces(const Lattice& lattice, size_t points, const CleaningOptions& options) {
   const std::vector<std::vector<int>> pieces =
-      FindPieces(lattice, points, options.max_edge_ratio * lattice.edge_mm());
+      FindPieces(lattice, points, Bonds(lattice, options.reach_cells, options.max_edge_ratio));
   size_t largest = 0;
   for (const auto& piece : pieces) largest = std::max(largest, piece.size());
   const size_t enough = std::min(largest, static_cast<size_t>(options.min_component));
@@ -156,19 +183,12 @@ std::vector<int> FindSmallPieces(const Lattice& lattice, size_t points, const Cl
   for (const auto& piece : pieces) {
     for (const int i : piece) trusted[i] = piece.size() >= enough;
   }
-  const std::vector<Offset> offsets = OffsetsWithin(options.max_gap_cells);
-  const auto fits = [&](int i, const Offset& offset) {
-    const int j = lattice.Neighbor(i, offset);
-    const double cells = std::hypot(offset.first, offset.second);
-    return j >= 0 && trusted[j] &&
-           lattice.Distance(i, j) <= options.max_edge_ratio * cells * lattice.edge_mm();
-  };
+  const Bonds wide(lattice, options.max_gap_cells, options.max_edge_ratio);
   std::vector<int> small;
   for (const auto& piece : pieces) {
     if (piece.size() >= enough) continue;
-    const bool attached = std::any_of(piece.begin(), piece.end(), [&](int i) {
-      return std::any_of(offsets.begin(), offsets.end(), [&](const Offset& o) { return fits(i, o); });
-    });
+    const bool attached = std::any_of(
+        piece.begin(), piece.end(), [&](int i) { return wide.AnyOf(i, [&](int j) { return trusted[j]; }); });
     if (!attached) small.insert(small.end(), piece.begin(), piece.end());
   }
   return small;
@@ -183,6 +203,7 @@ absl::Status CleaningOptions::Validate() const {
   if (reach_cells < 1 || reach_cells > 50) return bad("reach_cells must lie in 1 to 50");
   if (!(radius_edges > 0)) return bad("radius_edges must be positive");
   if (min_neighbors < 0) return bad("min_neighbors must not be negative");
+  if (!(min_near_share >= 0 && min_near_share <= 1)) return bad("min_near_share must lie in 0 to 1");
   if (!(max_edge_ratio > 1)) return bad("max_edge_ratio must be greater than 1");
   if (max_long_edges < 0) return bad("max_long_edges must not be negative");
   if (min_component < 1) return bad("min_component must be at least 1");

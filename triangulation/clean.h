@@ -7,19 +7,23 @@
 namespace weft {
 
 // Lengths are in edges: the median distance of points whose nodes are next to each other on the board.
-// Centres and corners are cleaned apart from each other.
+// Centres and corners are cleaned apart from each other. A point is judged by the nodes that are there: where
+// few cells were seen, few speak for it, which is no reason to drop it.
 struct CleaningOptions {
-  // Density: of the nodes at most reach_cells rows and columns away, this many must lie within radius_edges.
-  // Points that were given a wrong place on the board lie far from the neighbours they have there.
+  // Density: of the nodes at most reach_cells rows and columns away, at least min_neighbors and at least
+  // min_near_share of those that have a point must lie within radius_edges. Points that were given a wrong
+  // place on the board lie far from the neighbours that they have there.
   int reach_cells = 3;
-  double radius_edges = 3.7;
-  int min_neighbors = 10;
+  double radius_edges = 4.3;  // just over the diagonal of three cells
+  int min_neighbors = 3;
+  double min_near_share = 0.5;
   // Stretch: no node may have more than max_long_edges edges longer than max_edge_ratio.
   double max_edge_ratio = 3;
   int max_long_edges = 1;
-  // Pieces: nodes joined by edges that are not long. Smaller ones are dropped unless one of their nodes has a
-  // node of a larger piece at most max_gap_cells rows and columns away, no further in space than
-  // max_edge_ratio times what the cells between them measure. The largest piece always stays.
+  // Pieces: nodes at most reach_cells rows and columns apart belong together when they lie no further from
+  // each other than max_edge_ratio times what the cells between them measure. Pieces of fewer than
+  // min_component nodes are dropped unless such a bond of at most max_gap_cells leads to a larger one. The
+  // largest always stays.
   int min_component = 30;
   int max_gap_cells = 10;
 
