@@ -31,7 +31,8 @@ void AppendFixed(double value, int digits, std::string& out) {
 template <typename Number>
 bool ParseNumber(std::string_view text, Number least, Number* out) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *out);
-  return error == std::errc() && end == text.data() + text.size() && *out >= least;
+  if (error != std::errc() || end != text.data() + text.size()) return false;
+  return std::isfinite(static_cast<double>(*out)) && *out >= least;
 }
 
 // The number of the first column that is wrong, or -1.

@@ -153,6 +153,7 @@ TEST(TruthFile, BrokenLinesAreNamed) {
        std::map<std::string, std::string>{{"center,1,2,3.5,4.5,6,20,1,1\n", "9 columns"},
                                           {"middle,1,2,3.5,4.5,6,20,1,1,7\n", "kind"},
                                           {"center,1,2,nan,4.5,6,20,1,1,7\n", "x_px"},
+                                          {"center,1,2,3.5,4.5,inf,20,1,1,7\n", "pitch_px"},
                                           {"center,1,2,3.5,4.5,6,20,2,1,7\n", "visible"},
                                           {"center,1,2,3.5,4.5,6,20,1,1,-2\n", "vertex"}}) {
     const auto truth = ParseViewTruth(header + line, "c", "t.csv");
