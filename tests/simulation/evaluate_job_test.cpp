@@ -21,6 +21,7 @@ class EvaluateJobTest : public testing::Test {
   void SetUp() override {
     SyntheticTakeOptions options = *SyntheticPreset("tiny", 1);
     options.motion.frames = 2;
+    options.motion.step_s = 1.0 / 1000;  // stretches a little more, takes a tenth of the time
     const auto take = SyntheticTake::Make(options);
     ASSERT_TRUE(take.ok()) << take.status();
     ASSERT_TRUE(WriteSyntheticTake(*take, folder_ / "take").ok());

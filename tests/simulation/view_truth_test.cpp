@@ -154,7 +154,8 @@ class BruteForce {
 
 TEST(ViewTruth, FoldedClothIsSeenAsByBruteForce) {
   SyntheticTakeOptions options = *SyntheticPreset("tiny", 3);
-  options.motion.frames = 1, options.rig.cameras = 2;
+  options.motion.frames = 1, options.motion.step_s = 1.0 / 2000;
+  options.rig.cameras = 2;
   options.motion.compression = 0.2;  // deep folds that hide parts
   const absl::StatusOr<SyntheticTake> take = SyntheticTake::Make(options);
   ASSERT_TRUE(take.ok()) << take.status();
