@@ -169,8 +169,8 @@ void AddAction(CLI::App& parent, CommandLine& line, const std::string& name, con
                unsigned takes, Action action) {
   CLI::App* command = AddCommand(parent, name, description, "");
   auto options = std::make_shared<JobOptions>();
-  command->add_option("--server", options->server, "Address of the daemon")
-      ->type_name("HOST:PORT")
+  command->add_option("--server", options->server, "HOST:PORT of the daemon")
+      ->type_name("ADDRESS")
       ->envname("WEFT_SERVER")
       ->required();
   if (takes & kJobId) {

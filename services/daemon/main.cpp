@@ -34,10 +34,11 @@ std::string DefaultWorker() {
 
 void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_level) {
   app.option_defaults()->always_capture_default();
-  app.add_option("--listen", options.listen,
-                 "Where to listen; port 0 takes a free one. There is no access control: whoever reaches the "
-                 "port may register takes, so keep it on loopback or a trusted network")
-      ->type_name("HOST:PORT");
+  app.add_option(
+         "--listen", options.listen,
+         "HOST:PORT to listen on; port 0 takes a free one. There is no access control: whoever reaches the "
+         "port may register takes, so keep it on loopback or a trusted network")
+      ->type_name("ADDRESS");
   app.add_option("--state", options.state_folder,
                  "Folder for the list of jobs, and for results whose folder is not shared")
       ->required()
