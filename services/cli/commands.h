@@ -14,5 +14,7 @@ void AddPatternCommand(CLI::App& app, CommandLine& line);
 void AddEvaluateCommand(CLI::App& app, CommandLine& line);
 void AddSimulateCommand(CLI::App& app, CommandLine& line);
 void AddTemplateCommand(CLI::App& app, CommandLine& line);
+void AddDecodeCommand(CLI::App& app, CommandLine& line);
+void AddAlignCommand(CLI::App& app, CommandLine& line);
 
 }  // namespace weft

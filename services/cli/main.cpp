@@ -56,6 +56,8 @@ int main(int argc, char** argv) {
   weft::AddRigCommand(app, line);
   weft::AddPatternCommand(app, line);
   weft::AddTemplateCommand(app, line);
+  weft::AddDecodeCommand(app, line);
+  weft::AddAlignCommand(app, line);
   weft::AddSimulateCommand(app, line);
   weft::AddEvaluateCommand(app, line);
 

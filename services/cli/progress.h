@@ -13,8 +13,8 @@ enum class ProgressUnit { kCount, kPercent };
 
 // One line such as "decode  [#####.....]  12/24  0:05 left", at most `width` characters. `elapsed_s` since
 // the start; no remaining time before the first step is done.
-std::string ProgressLine(const std::string& label, uint64_t done, uint64_t total, double elapsed_s,
-                         int width, ProgressUnit unit = ProgressUnit::kCount);
+std::string ProgressLine(const std::string& label, uint64_t done, uint64_t total, double elapsed_s, int width,
+                         ProgressUnit unit = ProgressUnit::kCount);
 
 // True when progress should be drawn: stderr is a terminal and the command is not quiet.
 bool ProgressVisible(bool quiet);

@@ -3,13 +3,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <atomic>
 #include <chrono>
-#include <map>
 
 #include "absl/strings/str_cat.h"
 #include "pattern/decoder.h"
+#include "services/pipeline/stage_reports.h"
 #include "triangulation/clean.h"
 
 namespace weft {
@@ -46,38 +45,6 @@ class StageClock {
   Clock::time_point start_ = Clock::now();
 };
 
-void AddReasons(const std::map<std::string, int>& counts,
-                google::protobuf::RepeatedPtrField<v1::ReasonCount>* reasons) {
-  for (const auto& [reason, count] : counts) {
-    v1::ReasonCount& entry = *reasons->Add();
-    entry.set_reason(reason);
-    entry.set_count(count);
-  }
-}
-
-void Describe(const DecodeResult& result, v1::ViewReport& report) {
-  for (const Observation& observation : result.observations) {
-    if (observation.node.kind == NodeKind::kCenter) {
-      report.set_centers(report.centers() + 1);
-    } else {
-      report.set_corners(report.corners() + 1);
-    }
-  }
-  std::map<std::string, int> rejected;
-  for (const PatchReport& patch : result.patches) {
-    if (patch.accepted) {
-      report.set_patches_accepted(report.patches_accepted() + 1);
-    } else {
-      ++rejected[patch.reason];
-    }
-  }
-  AddReasons(rejected, report.mutable_patches_rejected());
-  report.set_lattice_ms(result.timings.lattice_ms);
-  report.set_colors_ms(result.timings.colors_ms);
-  report.set_growth_ms(result.timings.growth_ms);
-  report.set_refinement_ms(result.timings.refinement_ms);
-}
-
 std::vector<Observation> DecodeCamera(const RegistrationInputs& inputs, size_t index, size_t camera,
                                       v1::ViewReport& report) {
   report.set_camera(inputs.rig.cameras[camera].id);
@@ -93,7 +60,7 @@ std::vector<Observation> DecodeCamera(const RegistrationInputs& inputs, size_t i
     report.set_missing_reason(absl::StrCat(frame->origin, ": ", result.status().message()));
     return {};
   }
-  Describe(*result, report);
+  DescribeDecoding(*result, report);
   return std::move(result->observations);
 }
 
@@ -122,52 +89,6 @@ void DecodeViews(const RegistrationInputs& inputs, size_t index, const FrameProg
   }
   frame.report.set_views_missing(missing);
   frame.report.set_views_used(static_cast<int>(cameras) - missing);
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-void Describe(const Cloud& cloud, v1::CloudReport& report) {
-  std::vector<double> views, sigmas;
-  for (const CloudPoint& point : cloud.points) {
-    const bool center = point.node.kind == NodeKind::kCenter;
-    report.set_centers(report.centers() + center);
-    report.set_corners(report.corners() + !center);
-    views.push_back(point.views);
-    sigmas.push_back(point.sigma_mm);
-  }
-  std::map<std::string, int> rejected;
-  for (const RejectedNode& node : cloud.rejected) ++rejected[std::string(RejectReasonName(node.reason))];
-  AddReasons(rejected, report.mutable_rejected());
-  report.set_median_views(Median(std::move(views)));
-  report.set_median_sigma_mm(Median(std::move(sigmas)));
-}
-
-void Describe(const AlignResult& result, const Template& garment, int unclaimed, v1::MeshReport& report) {
-  report.set_vertices(static_cast<int>(garment.cell_of_vertex.size()));
-  std::vector<double> sigmas;
-  for (size_t v = 0; v < garment.cell_of_vertex.size(); ++v) {
-    report.set_vertices_with_cell(report.vertices_with_cell() + (garment.cell_of_vertex[v].row >= 0));
-    if (result.mesh.state[v] == VertexState::kObserved) sigmas.push_back(result.mesh.sigma_mm[v]);
-  }
-  report.set_observed(static_cast<int>(sigmas.size()));
-  report.set_unclaimed_points(unclaimed);
-  if (report.vertices_with_cell() > 0) {
-    report.set_coverage(static_cast<double>(report.observed()) / report.vertices_with_cell());
-  }
-  report.set_median_observed_sigma_mm(Median(std::move(sigmas)));
-  for (const StageReport& stage : result.stages) {
-    v1::AlignmentStage& entry = *report.add_stages();
-    entry.set_name(stage.name);
-    entry.set_iterations(stage.iterations);
-    entry.set_energy_before(stage.energy_before);
-    entry.set_energy_after(stage.energy_after);
-    entry.set_time_ms(stage.time_ms);
-  }
 }
 
 // The reason why nothing could be triangulated.
@@ -199,7 +120,7 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
   absl::StatusOr<Cloud> cloud = Triangulate(inputs.rig, frame.views, triangulation);
   if (!cloud.ok()) return cloud.status();
   frame.cloud = CleanCloud(*std::move(cloud), CleaningOptions{});
-  Describe(frame.cloud, *frame.report.mutable_cloud());
+  DescribeCloud(frame.cloud, *frame.report.mutable_cloud());
   clock.End("triangulate");
   if (progress) progress(kTriangulated);
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;
@@ -217,7 +138,7 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
     return frame;
   }
   if (!aligned.ok()) return aligned.status();
-  Describe(*aligned, inputs.garment, targets.unclaimed, *frame.report.mutable_mesh());
+  DescribeAlignment(*aligned, inputs.garment, targets.unclaimed, *frame.report.mutable_mesh());
   frame.mesh = std::move(aligned->mesh);
   frame.report.set_state(frame.report.views_missing() > 0 ? v1::FRAME_STATE_DEGRADED : v1::FRAME_STATE_DONE);
   if (frame.report.views_missing() > 0) {

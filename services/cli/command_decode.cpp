@@ -1,0 +1,322 @@
+// weft decode: from images to observations.
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+#include <tbb/parallel_for.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "capture/image_file.h"
+#include "pattern/decoder.h"
+#include "services/cli/commands.h"
+#include "services/cli/decode_overlay.h"
+#include "services/cli/progress.h"
+#include "services/files/atomic_file.h"
+#include "services/files/board_file.h"
+#include "services/files/json_file.h"
+#include "services/files/observations_file.h"
+#include "services/pipeline/stage_reports.h"
+#include "weft/v1/command.pb.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+struct DecodeCommandOptions {
+  std::vector<std::string> images;
+  std::string board;
+  std::string out;
+  std::string mosaic;
+  std::string explain;
+  int threads = 0;
+  bool json = false;
+};
+
+// What became of one image.
+struct DecodedFile {
+  v1::DecodedImage report;
+  ImageObservations found;
+  absl::Status image;    // of reading and decoding
+  absl::Status picture;  // of writing the picture of --explain
+};
+
+double MillisecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+// The column `image`: the file name without folder and ending, or the paths where that is not unique.
+absl::StatusOr<std::vector<std::string>> ImageNames(const std::vector<std::string>& paths) {
+  std::set<std::string> different(paths.begin(), paths.end());
+  if (different.size() != paths.size()) {
+    std::vector<std::string> sorted = paths;
+    std::sort(sorted.begin(), sorted.end());
+    const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+    return absl::InvalidArgumentError(absl::StrCat("the image ", *twice, " is given twice; give it once"));
+  }
+  std::vector<std::string> stems;
+  for (const std::string& path : paths) stems.push_back(fs::path(path).stem().string());
+  const std::set<std::string> different_stems(stems.begin(), stems.end());
+  return different_stems.size() == paths.size() ? stems : paths;
+}
+
+absl::StatusOr<std::optional<PixelFormat>> MosaicByName(const std::string& name) {
+  if (name.empty()) return std::nullopt;
+  const absl::StatusOr<PixelFormat> format = PixelFormatFromName(name);
+  if (!format.ok() || *format == PixelFormat::kGrey8 || *format == PixelFormat::kRgb8) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--mosaic ", name,
+                     " is no order of a Bayer mosaic; it is bayer_rg8, bayer_gr8, bayer_gb8 or bayer_bg8"));
+  }
+  return *format;
+}
+
+// Before the work of minutes, not after it.
+absl::Status CheckWritable(const std::string& file) {
+  std::error_code error;
+  if (fs::is_directory(file, error)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(file, ": --out names a folder; give the name of a file in it"));
+  }
+  const std::string parent = fs::path(file).parent_path().string();
+  const std::string folder = parent.empty() ? "." : parent;
+  if (!fs::is_directory(folder, error)) {
+    return absl::NotFoundError(
+        absl::StrCat(file, ": the folder ", folder, " does not exist; create it first"));
+  }
+  if (access(folder.c_str(), W_OK) == 0) return absl::OkStatus();
+  return absl::PermissionDeniedError(
+      absl::StrCat(file, ": the folder ", folder, " cannot be written; choose one that you may write to"));
+}
+
+absl::StatusOr<BoardIndex> LoadBoard(const std::string& path) {
+  const absl::StatusOr<Board> board = ReadBoard(path);
+  if (!board.ok()) return board.status();
+  absl::StatusOr<BoardIndex> index = BoardIndex::Build(*board);
+  if (!index.ok())
+    return absl::Status(index.status().code(), absl::StrCat(path, ": ", index.status().message()));
+  return index;
+}
+
+absl::StatusOr<DecodeResult> DecodeFrame(const absl::StatusOr<Frame>& frame, const BoardIndex& board,
+                                         v1::DecodedImage& report) {
+  if (!frame.ok()) return frame.status();
+  report.set_width_px(frame->width_px);
+  report.set_height_px(frame->height_px);
+  return DecodeView(*frame, board, DecodeOptions{});
+}
+
+// `picture` is empty where none is wanted.
+void DecodeFile(const std::string& path, std::optional<PixelFormat> mosaic, const BoardIndex& board,
+                const std::string& picture, DecodedFile& file) {
+  const auto start = Clock::now();
+  file.report.set_path(path);
+  v1::ViewReport& view = *file.report.mutable_view();
+  view.set_camera(file.found.image);
+  const absl::StatusOr<Frame> frame = ReadImageFile(path, mosaic);
+  view.set_read_ms(MillisecondsSince(start));
+  absl::StatusOr<DecodeResult> result = DecodeFrame(frame, board, file.report);
+  file.image = result.status();
+  if (!result.ok()) {
+    view.set_missing_reason(std::string(result.status().message()));
+    return;
+  }
+  DescribeDecoding(*result, view);
+  file.report.set_total_ms(MillisecondsSince(start));
+  if (!picture.empty()) {
+    const absl::StatusOr<Frame> drawn = DrawDecoding(*frame, *result);
+    file.picture = drawn.ok() ? WriteImageFile(picture, *drawn) : drawn.status();
+  }
+  file.found.observations = std::move(result->observations);
+}
+
+std::string PictureFile(const DecodeCommandOptions& options, const std::vector<std::string>& names,
+                        size_t i) {
+  if (options.explain.empty()) return "";
+  const std::string stem = fs::path(options.images[i]).stem().string();
+  const std::string name = names[i] == stem ? stem : absl::StrCat(i + 1, "_", stem);
+  return (fs::path(options.explain) / (name + ".png")).string();
+}
+
+std::vector<DecodedFile> DecodeFiles(const DecodeCommandOptions& options,
+                                     const std::vector<std::string>& names, std::optional<PixelFormat> mosaic,
+                                     const BoardIndex& board, bool quiet) {
+  std::vector<DecodedFile> files(names.size());
+  Progress progress("decode", names.size(), ProgressVisible(quiet));
+  const auto threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
+  tbb::parallel_for(
+      tbb::blocked_range<size_t>(0, names.size(), 1),
+      [&](const tbb::blocked_range<size_t>& range) {
+        for (size_t i = range.begin(); i < range.end(); ++i) {
+          files[i].found.image = names[i];
+          DecodeFile(options.images[i], mosaic, board, PictureFile(options, names, i), files[i]);
+          if (!files[i].image.ok() && !quiet) {
+            progress.PrintLine(absl::StrCat("weft: warning: ", files[i].image.message()));
+          }
+          progress.Advance();
+        }
+      },
+      tbb::simple_partitioner());
+  return files;
+}
+
+v1::DecodeReport Summarize(const std::string& out, const std::vector<DecodedFile>& files, double wall_ms) {
+  v1::DecodeReport report;
+  report.set_observations(out);
+  for (const DecodedFile& file : files) {
+    *report.add_images() = file.report;
+    report.set_images_decoded(report.images_decoded() + file.image.ok());
+    report.set_images_failed(report.images_failed() + !file.image.ok());
+    report.set_centers(report.centers() + file.report.view().centers());
+    report.set_corners(report.corners() + file.report.view().corners());
+  }
+  report.set_wall_ms(wall_ms);
+  return report;
+}
+
+std::string RejectedText(const google::protobuf::RepeatedPtrField<v1::ReasonCount>& reasons) {
+  int total = 0;
+  std::vector<std::string> parts;
+  for (const v1::ReasonCount& reason : reasons) {
+    total += reason.count();
+    parts.push_back(absl::StrCat(reason.reason(), " ", reason.count()));
+  }
+  return parts.empty() ? "0" : absl::StrCat(total, ": ", absl::StrJoin(parts, ", "));
+}
+
+void PrintTable(const v1::DecodeReport& report) {
+  int width = 5, accepted = 0;
+  double total_ms = 0;
+  std::map<std::string, int> rejected;
+  for (const v1::DecodedImage& image : report.images()) {
+    width = std::max(width, static_cast<int>(image.view().camera().size()));
+  }
+  std::printf("%-*s  %11s  %7s  %7s  %7s  %8s  %s\n", width, "image", "px", "cells", "corners", "ms",
+              "accepted", "rejected patches");
+  for (const v1::DecodedImage& image : report.images()) {
+    const v1::ViewReport& view = image.view();
+    if (!view.missing_reason().empty()) {
+      std::printf("%-*s  failed: %s\n", width, view.camera().c_str(), view.missing_reason().c_str());
+      continue;
+    }
+    const std::string size = absl::StrCat(image.width_px(), "x", image.height_px());
+    std::printf("%-*s  %11s  %7d  %7d  %7.0f  %8d  %s\n", width, view.camera().c_str(), size.c_str(),
+                view.centers(), view.corners(), image.total_ms(), view.patches_accepted(),
+                RejectedText(view.patches_rejected()).c_str());
+    accepted += view.patches_accepted();
+    total_ms += image.total_ms();
+    for (const v1::ReasonCount& reason : view.patches_rejected()) rejected[reason.reason()] += reason.count();
+  }
+  google::protobuf::RepeatedPtrField<v1::ReasonCount> reasons;
+  for (const auto& [reason, count] : rejected) {
+    v1::ReasonCount& entry = *reasons.Add();
+    entry.set_reason(reason);
+    entry.set_count(count);
+  }
+  std::printf("%-*s  %11s  %7d  %7d  %7.0f  %8d  %s\n", width, "total",
+              absl::StrCat(report.images_decoded(), " images").c_str(), report.centers(), report.corners(),
+              total_ms, accepted, RejectedText(reasons).c_str());
+  std::printf("%s: written in %.1f s\n", report.observations().c_str(), report.wall_ms() / 1000);
+}
+
+// The error that stands at the end when images were left out.
+absl::Status LeftOut(const std::vector<DecodedFile>& files, const std::string& out) {
+  size_t failed = 0;
+  const DecodedFile* first = nullptr;
+  for (const DecodedFile& file : files) {
+    if (file.image.ok()) continue;
+    if (failed++ == 0) first = &file;
+  }
+  if (failed == 0) return absl::OkStatus();
+  const std::string rest =
+      failed == files.size() ? absl::StrCat(out, " was not written") : absl::StrCat(out, " holds the others");
+  return absl::InvalidArgumentError(
+      absl::StrCat(failed, " of ", files.size(), " images could not be decoded, ", rest,
+                   failed > 1 ? "; the first: " : ": ", first->image.message()));
+}
+
+absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
+  const auto start = Clock::now();
+  const auto names = ImageNames(options.images);
+  if (!names.ok()) return names.status();
+  const auto mosaic = MosaicByName(options.mosaic);
+  if (!mosaic.ok()) return mosaic.status();
+  if (absl::Status status = CheckWritable(options.out); !status.ok()) return status;
+  const absl::StatusOr<BoardIndex> board = LoadBoard(options.board);
+  if (!board.ok()) return board.status();
+  if (!options.explain.empty()) {
+    if (absl::Status status = CreateFolders(options.explain); !status.ok()) return status;
+  }
+  std::vector<DecodedFile> files = DecodeFiles(options, *names, *mosaic, *board, quiet);
+
+  std::vector<ImageObservations> found;
+  for (DecodedFile& file : files) {
+    if (file.image.ok()) found.push_back(std::move(file.found));
+  }
+  if (!found.empty()) {
+    if (absl::Status status = WriteObservations(options.out, found); !status.ok()) return status;
+  }
+  const v1::DecodeReport report =
+      Summarize(found.empty() ? "" : options.out, files, MillisecondsSince(start));
+  if (options.json) {
+    const absl::StatusOr<std::string> json = ToJson(report);
+    if (!json.ok()) return json.status();
+    std::fputs(json->c_str(), stdout);
+  } else if (!found.empty()) {
+    PrintTable(report);
+  }
+  for (const DecodedFile& file : files) {
+    if (!file.picture.ok()) return file.picture;
+  }
+  return LeftOut(files, options.out);
+}
+
+}  // namespace
+
+void AddDecodeCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      app, "decode",
+      "Find the cells of a board in images and write them as observations: "
+      "image,x_px,y_px,board_row,board_col,kind,confidence. `image` is the file name without folder and "
+      "ending, or "
+      "the path where names repeat. An image that cannot be decoded is reported and left out, with exit "
+      "status 2.",
+      "  weft decode dump/0000/*.jpg --board board.png --out observations.csv\n"
+      "  weft decode raw.png --mosaic bayer_rg8 --board board.json --out raw.csv --explain pictures");
+  auto options = std::make_shared<DecodeCommandOptions>();
+  command->add_option("IMAGE", options->images, "PNG, JPEG or TIFF images")->required()->type_name("");
+  command->add_option("--board", options->board, "board.json or board.png of the cloth")
+      ->required()
+      ->type_name("BOARD");
+  command->add_option("--out", options->out, "The observations.csv to write")->required()->type_name("FILE");
+  command
+      ->add_option("--mosaic", options->mosaic,
+                   "Grey images are a Bayer mosaic of this order: bayer_rg8, bayer_gr8, bayer_gb8, bayer_bg8")
+      ->type_name("ORDER");
+  command
+      ->add_option("--explain", options->explain,
+                   "Write a picture per image to this folder: cells as dots from red (unsure) to green "
+                   "(sure), corners "
+                   "white, rejected patches in boxes with the reason and the number of nodes")
+      ->type_name("DIR");
+  command->add_option("--threads", options->threads, "Images at a time; 0 for all cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 4096));
+  command->add_flag("--json", options->json, "Print JSON (weft.v1.DecodeReport)");
+  command->callback(
+      [options, &line] { line.run = [options, &line] { return DecodeImages(*options, line.quiet); }; });
+}
+
+}  // namespace weft

@@ -1,0 +1,93 @@
+#include "services/pipeline/stage_reports.h"
+
+#include <algorithm>
+#include <map>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace weft {
+namespace {
+
+void AddReasons(const std::map<std::string, int>& counts,
+                google::protobuf::RepeatedPtrField<v1::ReasonCount>* reasons) {
+  for (const auto& [reason, count] : counts) {
+    v1::ReasonCount& entry = *reasons->Add();
+    entry.set_reason(reason);
+    entry.set_count(count);
+  }
+}
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+void DescribeDecoding(const DecodeResult& result, v1::ViewReport& report) {
+  for (const Observation& observation : result.observations) {
+    if (observation.node.kind == NodeKind::kCenter) {
+      report.set_centers(report.centers() + 1);
+    } else {
+      report.set_corners(report.corners() + 1);
+    }
+  }
+  std::map<std::string, int> rejected;
+  for (const PatchReport& patch : result.patches) {
+    if (patch.accepted) {
+      report.set_patches_accepted(report.patches_accepted() + 1);
+    } else {
+      ++rejected[patch.reason];
+    }
+  }
+  AddReasons(rejected, report.mutable_patches_rejected());
+  report.set_lattice_ms(result.timings.lattice_ms);
+  report.set_colors_ms(result.timings.colors_ms);
+  report.set_growth_ms(result.timings.growth_ms);
+  report.set_refinement_ms(result.timings.refinement_ms);
+}
+
+void DescribeCloud(const Cloud& cloud, v1::CloudReport& report) {
+  std::vector<double> views, sigmas;
+  for (const CloudPoint& point : cloud.points) {
+    const bool center = point.node.kind == NodeKind::kCenter;
+    report.set_centers(report.centers() + center);
+    report.set_corners(report.corners() + !center);
+    views.push_back(point.views);
+    sigmas.push_back(point.sigma_mm);
+  }
+  std::map<std::string, int> rejected;
+  for (const RejectedNode& node : cloud.rejected) ++rejected[std::string(RejectReasonName(node.reason))];
+  AddReasons(rejected, report.mutable_rejected());
+  report.set_median_views(Median(std::move(views)));
+  report.set_median_sigma_mm(Median(std::move(sigmas)));
+}
+
+void DescribeAlignment(const AlignResult& result, const Template& garment, int unclaimed,
+                       v1::MeshReport& report) {
+  report.set_vertices(static_cast<int>(garment.cell_of_vertex.size()));
+  std::vector<double> sigmas;
+  for (size_t v = 0; v < garment.cell_of_vertex.size(); ++v) {
+    report.set_vertices_with_cell(report.vertices_with_cell() + (garment.cell_of_vertex[v].row >= 0));
+    if (result.mesh.state[v] == VertexState::kObserved) sigmas.push_back(result.mesh.sigma_mm[v]);
+  }
+  report.set_observed(static_cast<int>(sigmas.size()));
+  report.set_unclaimed_points(unclaimed);
+  if (report.vertices_with_cell() > 0) {
+    report.set_coverage(static_cast<double>(report.observed()) / report.vertices_with_cell());
+  }
+  report.set_median_observed_sigma_mm(Median(std::move(sigmas)));
+  for (const StageReport& stage : result.stages) {
+    v1::AlignmentStage& entry = *report.add_stages();
+    entry.set_name(stage.name);
+    entry.set_iterations(stage.iterations);
+    entry.set_energy_before(stage.energy_before);
+    entry.set_energy_after(stage.energy_after);
+    entry.set_time_ms(stage.time_ms);
+  }
+}
+
+}  // namespace weft

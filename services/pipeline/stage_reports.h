@@ -1,0 +1,22 @@
+// What the stages did, as messages of the report.
+#pragma once
+
+#include "alignment/align.h"
+#include "alignment/template.h"
+#include "pattern/decoder.h"
+#include "triangulation/cloud.h"
+#include "weft/v1/report.pb.h"
+
+namespace weft {
+
+// Counts of nodes and patches, reasons of rejection, times. Fields of the reading stay as they are.
+void DescribeDecoding(const DecodeResult& result, v1::ViewReport& report);
+
+// Counts, reasons, medians.
+void DescribeCloud(const Cloud& cloud, v1::CloudReport& report);
+
+// Counts, coverage, stages. `unclaimed`: points of the cloud that no vertex claims.
+void DescribeAlignment(const AlignResult& result, const Template& garment, int unclaimed,
+                       v1::MeshReport& report);
+
+}  // namespace weft
