@@ -31,8 +31,9 @@ CloudTargets TargetsFromCloud(const Template& garment, const Cloud& cloud);
 
 // E_Det (paper, Eq. 1): how much each vertex is drawn to its measured or filled position.
 struct DetectionOptions {
-  // Measured vertices weigh (reference_sigma_mm / sigma_mm)^2, sigma_mm raised to min_sigma_mm; 1 where the
-  // option is off or sigma_mm is unknown (0).
+  // Measured vertices weigh (reference_sigma_mm / sigma_mm)^2; 1 where the option is off or sigma_mm is
+  // unknown (0). sigma_mm is raised to min_sigma_mm: that of a triangulated point tells how well its rays
+  // meet, not what calibration, print and shading shift in all views alike.
   bool weigh_by_sigma = true;
   double reference_sigma_mm = 0.5;
   double min_sigma_mm = 0.1;

@@ -47,12 +47,10 @@ std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<V
   std::vector<float> sigmas(graph.vertices, 0);
   std::vector<bool> measured(graph.vertices, false);
   for (const VertexTarget& t : targets) {
-    const double raw = t.sigma_mm > 0 ? t.sigma_mm : options.detection.reference_sigma_mm;
-    double weight = 1;
-    if (options.detection.weigh_by_sigma) {
-      const double floored = std::max(raw, options.detection.min_sigma_mm);
-      weight = std::pow(options.detection.reference_sigma_mm / floored, 2);
-    }
+    const double raw = t.sigma_mm > 0 ? std::max(t.sigma_mm, options.detection.min_sigma_mm)
+                                      : options.detection.reference_sigma_mm;
+    const double weight =
+        options.detection.weigh_by_sigma ? std::pow(options.detection.reference_sigma_mm / raw, 2) : 1;
     sigmas[t.vertex] = static_cast<float>(raw * std::sqrt(SmoothedVarianceShare(stretch / weight)));
     measured[t.vertex] = true;
   }

@@ -104,6 +104,18 @@ TEST(Align, TellsObservedFromInferredVertices) {
   EXPECT_GT(mesh.sigma_mm[middle], mesh.sigma_mm[middle + 7]);
 }
 
+TEST(Align, NeverClaimsMoreCertaintyThanTheFloorAllows) {
+  const Template garment = SheetTemplate(FlatSheet(20, 20));
+  std::vector<VertexTarget> targets = Measure(garment.rest.vertices_mm, 0, 3);
+  for (VertexTarget& t : targets) t.sigma_mm = 1e-4;
+  AlignOptions options;
+  options.detection.min_sigma_mm = 0.2;
+  const auto result = Align(garment, targets, options);
+  ASSERT_TRUE(result.ok());
+  EXPECT_GT(result->mesh.sigma_mm[210], 0.1f);
+  EXPECT_LE(result->mesh.sigma_mm[210], 0.2f);
+}
+
 TEST(Align, SetsOutliersAsideAndInfersTheirVertices) {
   const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
   const auto truth = RolledAndMoved(garment.rest);
