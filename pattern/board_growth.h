@@ -37,6 +37,7 @@ struct GrownCell {
   int col = 0;
   CellFit fit;
   int group = 0;
+  float confidence = 0;  // probability that the cell is there; see RefineCells
 };
 
 // Follows the print from the seeds cell by cell, the best explained first: predicts the next cell from its

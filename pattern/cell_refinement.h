@@ -16,6 +16,8 @@ struct CellRefinementOptions {
   float max_move_cells = 0.3f;
   // A cell has to lie this near to where its neighbours expect it, in cells.
   float max_misfit_cells = 0.3f;
+  // A cell whose identity and place are less certain is dropped.
+  float min_confidence = 0.98f;
   // Fewer connected cells than this may be chance.
   int min_component = 5;
 

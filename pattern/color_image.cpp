@@ -1,6 +1,7 @@
 #include "pattern/color_image.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace weft {
@@ -53,34 +54,73 @@ ColorImage HalfSize(const ColorImage& image) {
   return half;
 }
 
-Plane Brightness(const ColorImage& image) {
-  const int width = image.width_px, height = image.height_px;
-  Plane plane;
-  plane.width_px = width;
-  plane.height_px = height;
-  plane.values.resize(static_cast<size_t>(width) * height);
-  // Rows of the brightest channel, smoothed along x, for three rows at a time.
-  std::vector<float> raw(width);
-  std::vector<float> smooth[3];
-  for (auto& row : smooth) row.resize(width);
-  const auto fill = [&](int y) {
-    const uint8_t* in = image.at(0, y);
-    for (int x = 0; x < width; ++x) raw[x] = std::max({in[4 * x], in[4 * x + 1], in[4 * x + 2]});
-    float* out = smooth[y % 3].data();
-    for (int x = 0; x < width; ++x) {
-      out[x] = 0.125f * (raw[std::max(0, x - 1)] + raw[std::min(width - 1, x + 1)]) + 0.75f * raw[x];
-    }
-  };
-  fill(0);
-  for (int y = 0; y < height; ++y) {
-    if (y + 1 < height) fill(y + 1);
-    const float* above = smooth[std::max(0, y - 1) % 3].data();
-    const float* here = smooth[y % 3].data();
-    const float* below = smooth[std::min(height - 1, y + 1) % 3].data();
-    float* out = plane.row(y);
-    for (int x = 0; x < width; ++x) out[x] = 0.125f * (above[x] + below[x]) + 0.75f * here[x];
+namespace {
+
+// Logarithm of the brightest channel; the offset keeps noise in the dark small.
+Plane LogBrightness(const ColorImage& image) {
+  constexpr float kOffset = 10;
+  std::array<float, 256> logs;
+  for (int k = 0; k < 256; ++k) logs[k] = std::log(static_cast<float>(k) + kOffset);
+  Plane plane{image.width_px, image.height_px, {}};
+  plane.values.resize(static_cast<size_t>(image.width_px) * image.height_px);
+  const uint8_t* in = image.rgbx.data();
+  for (float& v : plane.values) {
+    v = logs[std::max({in[0], in[1], in[2]})];
+    in += 4;
   }
   return plane;
+}
+
+// Weights of offsets 0, 1, 2 ... of a Gaussian.
+std::vector<float> GaussianTaps(float sigma_px) {
+  const int reach = static_cast<int>(std::ceil(2.5f * sigma_px));
+  std::vector<float> taps(reach + 1);
+  float sum = 0;
+  for (int k = 0; k <= reach; ++k) {
+    taps[k] = std::exp(-0.5f * static_cast<float>(k * k) / (sigma_px * sigma_px));
+    sum += k == 0 ? taps[k] : 2 * taps[k];
+  }
+  for (float& t : taps) t /= sum;
+  return taps;
+}
+
+// Separable; pixels beyond the border repeat it.
+Plane Smoothed(const Plane& in, float sigma_px) {
+  const std::vector<float> taps = GaussianTaps(sigma_px);
+  const int reach = static_cast<int>(taps.size()) - 1, width = in.width_px, height = in.height_px;
+  Plane out{width, height, std::vector<float>(in.values.size())};
+  std::vector<float> line(width + 2 * reach);
+  for (int y = 0; y < height; ++y) {
+    float* mid = line.data() + reach;
+    for (int x = 0; x < width; ++x) mid[x] = taps[0] * in.row(y)[x];
+    for (int k = 1; k <= reach; ++k) {
+      const float* above = in.row(std::max(0, y - k));
+      const float* below = in.row(std::min(height - 1, y + k));
+      const float t = taps[k];
+      for (int x = 0; x < width; ++x) mid[x] += t * (above[x] + below[x]);
+    }
+    for (int k = 1; k <= reach; ++k) {
+      mid[-k] = mid[0];
+      mid[width - 1 + k] = mid[width - 1];
+    }
+    float* row = out.row(y);
+    for (int x = 0; x < width; ++x) row[x] = taps[0] * mid[x];
+    for (int k = 1; k <= reach; ++k) {
+      const float t = taps[k];
+      for (int x = 0; x < width; ++x) row[x] += t * (mid[x - k] + mid[x + k]);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+Plane SpotContrast(const ColorImage& image, float surround_px) {
+  const Plane logs = LogBrightness(image);
+  Plane spots = Smoothed(logs, 0.5f);
+  const Plane surround = Smoothed(logs, surround_px);
+  for (size_t k = 0; k < spots.values.size(); ++k) spots.values[k] -= surround.values[k];
+  return spots;
 }
 
 }  // namespace weft

@@ -35,8 +35,9 @@ ColorImage ToColorImage(const Frame& rgb);
 // Half the size, each pixel the mean of 2x2. Pixel x of the half image is at 2 x + 0.5 of `image`.
 ColorImage HalfSize(const ColorImage& image);
 
-// The brightest of the three channels, slightly smoothed (sigma 0.5 px). Every ink is dark in it and no
-// colour.
-Plane Brightness(const ColorImage& image);
+// How much brighter than its surroundings a pixel is, as a ratio's logarithm: the brightest of the three
+// channels (every ink line is dark in it and no colour), smoothed by sigma 0.5 px, over the same smoothed by
+// `surround_px`.
+Plane SpotContrast(const ColorImage& image, float surround_px);
 
 }  // namespace weft

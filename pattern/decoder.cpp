@@ -17,6 +17,10 @@ namespace {
 // A smaller image holds no 3x3 cells that could be read.
 constexpr int kLeastSidePx = 9;
 
+// Residuals of neighbouring pixels are alike, which the fit does not know: measured errors are this much
+// larger.
+constexpr float kSigmaFactor = 2.3f;
+
 class Stopwatch {
  public:
   double LapMs() {
@@ -109,8 +113,8 @@ std::vector<Observation> Centers(const std::vector<GrownCell>& cells) {
     o.x_px = cell.fit.frame.x;
     o.y_px = cell.fit.frame.y;
     o.node = {cell.row, cell.col, NodeKind::kCenter};
-    o.sigma_px = cell.fit.sigma_px;
-    o.confidence = std::clamp(cell.fit.explained, 0.0f, 1.0f);
+    o.sigma_px = kSigmaFactor * cell.fit.sigma_px;
+    o.confidence = cell.confidence;
     centers.push_back(o);
   }
   return centers;
@@ -142,8 +146,9 @@ std::vector<Observation> Corners(const std::vector<GrownCell>& cells) {
       o.x_px += 0.25 * (f.x + towards_col * f.ax + towards_row * f.bx);
       o.y_px += 0.25 * (f.y + towards_col * f.ay + towards_row * f.by);
       // The four windows overlap, so their errors do not average out.
-      variance_px2 += 0.25 * cell->fit.sigma_px * cell->fit.sigma_px;
-      o.confidence = std::min(o.confidence, std::clamp(cell->fit.explained, 0.0f, 1.0f));
+      const double sigma_px = kSigmaFactor * cell->fit.sigma_px;
+      variance_px2 += 0.25 * sigma_px * sigma_px;
+      o.confidence = std::min(o.confidence, cell->confidence);
     }
     if (!complete) continue;
     o.sigma_px = static_cast<float>(std::sqrt(variance_px2));

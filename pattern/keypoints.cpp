@@ -33,23 +33,19 @@ float DarkestNear(const Plane& plane, int x, int y) {
 }  // namespace
 
 absl::Status KeypointOptions::Validate() const {
-  if (!(min_relative_contrast >= 0 && min_relative_contrast < 1)) {
-    return absl::InvalidArgumentError("keypoints.min_relative_contrast must lie in [0, 1)");
-  }
   if (!(min_contrast >= 0)) return absl::InvalidArgumentError("keypoints.min_contrast must not be negative");
   return absl::OkStatus();
 }
 
-std::vector<Keypoint> DetectKeypoints(const Plane& brightness, const KeypointOptions& options) {
+std::vector<Keypoint> DetectKeypoints(const Plane& spots, const KeypointOptions& options) {
   std::vector<Keypoint> points;
-  for (int y = 1; y + 1 < brightness.height_px; ++y) {
-    const float* above = brightness.row(y - 1);
-    const float* here = brightness.row(y);
-    const float* below = brightness.row(y + 1);
-    for (int x = 1; x + 1 < brightness.width_px; ++x) {
+  for (int y = 1; y + 1 < spots.height_px; ++y) {
+    const float* above = spots.row(y - 1);
+    const float* here = spots.row(y);
+    const float* below = spots.row(y + 1);
+    for (int x = 1; x + 1 < spots.width_px; ++x) {
       if (!IsPeak(above, here, below, x)) continue;
-      const float contrast = here[x] - DarkestNear(brightness, x, y);
-      if (contrast < options.min_contrast || contrast < options.min_relative_contrast * here[x]) continue;
+      if (here[x] - DarkestNear(spots, x, y) < options.min_contrast) continue;
       points.push_back({static_cast<float>(x) + PeakOffset(here[x - 1], here[x], here[x + 1]),
                         static_cast<float>(y) + PeakOffset(above[x], here[x], below[x]), here[x]});
     }

@@ -9,11 +9,10 @@
 namespace weft {
 
 struct KeypointOptions {
-  // A spot is brighter than the darkest pixel of its 7x7 neighbourhood by this share of its own brightness
-  // ...
-  float min_relative_contrast = 0.12f;
-  // ... and by this many grey levels.
-  float min_contrast = 4.0f;
+  // Standard deviation of the surroundings that a spot is compared with.
+  float surround_px = 1.6f;
+  // A spot is brighter than the darkest pixel of its 7x7 neighbourhood by this much, as a ratio's logarithm.
+  float min_contrast = 0.12f;
 
   absl::Status Validate() const;
 };
@@ -21,12 +20,12 @@ struct KeypointOptions {
 struct Keypoint {
   float x_px = 0;
   float y_px = 0;
-  float brightness = 0;
+  float contrast = 0;
 };
 
-// Local maxima of `brightness`, sub-pixel, in reading order. They cover pitches of 3 to 6.5 px; coarser cells
+// Local maxima of SpotContrast, sub-pixel, in reading order. They cover pitches of 3 to 6.5 px; coarser cells
 // are found in a smaller image.
-std::vector<Keypoint> DetectKeypoints(const Plane& brightness, const KeypointOptions& options);
+std::vector<Keypoint> DetectKeypoints(const Plane& spots, const KeypointOptions& options);
 
 // Keypoints by place.
 class KeypointGrid {

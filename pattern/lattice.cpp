@@ -36,11 +36,8 @@ struct Frame4 {
 
 class LatticeBuilder {
  public:
-  LatticeBuilder(const std::vector<Keypoint>& points, const Plane& brightness, const LatticeOptions& options)
-      : points_(points),
-        brightness_(brightness),
-        options_(options),
-        grid_(points, brightness.width_px, brightness.height_px) {}
+  LatticeBuilder(const std::vector<Keypoint>& points, const Plane& spots, const LatticeOptions& options)
+      : points_(points), spots_(spots), options_(options), grid_(points, spots.width_px, spots.height_px) {}
 
   std::vector<LatticePatch> Build() {
     frames_.resize(points_.size());
@@ -61,7 +58,7 @@ class LatticeBuilder {
   };
 
   Vec At(int i) const { return {points_[i].x_px, points_[i].y_px}; }
-  float Bright(Vec p) const { return brightness_.Sample(p.x, p.y); }
+  float Spot(Vec p) const { return spots_.Sample(p.x, p.y); }
 
   // The keypoint nearest to `p` within `radius`, -1 where there is none.
   int Nearest(Vec p, float radius) const {
@@ -77,9 +74,8 @@ class LatticeBuilder {
     return best;
   }
 
-  bool InkBetween(Vec p, int q, float brightness) const {
-    const float darker = std::min(points_[q].brightness, brightness);
-    return Bright(0.5f * (p + At(q))) < (1 - options_.min_ink_contrast) * darker;
+  bool InkBetween(Vec p, int q, float contrast) const {
+    return Spot(0.5f * (p + At(q))) < std::min(points_[q].contrast, contrast) - options_.min_ink_contrast;
   }
 
   // Pairs of keypoints opposite each other, short ones first.
@@ -105,8 +101,7 @@ class LatticeBuilder {
         }
       }
       if (behind < 0) continue;
-      if (!InkBetween(p, i, points_[center].brightness) ||
-          !InkBetween(p, behind, points_[center].brightness)) {
+      if (!InkBetween(p, i, points_[center].contrast) || !InkBetween(p, behind, points_[center].contrast)) {
         continue;
       }
       axes_.push_back({0.5f * (At(i) - At(behind)), i, behind, length});
@@ -123,10 +118,10 @@ class LatticeBuilder {
     float corners = 0, edges = 0;
     for (const auto& [s, t] : {std::pair{1.0f, 1.0f}, {1.0f, -1.0f}, {-1.0f, 1.0f}, {-1.0f, -1.0f}}) {
       diagonals += Nearest(p + s * a + t * b, radius) >= 0;
-      corners += Bright(p + 0.5f * (s * a + t * b));
+      corners += Spot(p + 0.5f * (s * a + t * b));
     }
     if (diagonals < 3) return false;
-    for (const float s : {0.5f, -0.5f}) edges += Bright(p + s * a) + Bright(p + s * b);
+    for (const float s : {0.5f, -0.5f}) edges += Spot(p + s * a) + Spot(p + s * b);
     return corners < edges;
   }
 
@@ -220,7 +215,7 @@ class LatticeBuilder {
   }
 
   const std::vector<Keypoint>& points_;
-  const Plane& brightness_;
+  const Plane& spots_;
   const LatticeOptions& options_;
   KeypointGrid grid_;
   std::vector<Frame4> frames_;
@@ -245,9 +240,9 @@ absl::Status LatticeOptions::Validate() const {
   return absl::OkStatus();
 }
 
-std::vector<LatticePatch> BuildLattice(const std::vector<Keypoint>& points, const Plane& brightness,
+std::vector<LatticePatch> BuildLattice(const std::vector<Keypoint>& points, const Plane& spots,
                                        const LatticeOptions& options) {
-  return LatticeBuilder(points, brightness, options).Build();
+  return LatticeBuilder(points, spots, options).Build();
 }
 
 }  // namespace weft

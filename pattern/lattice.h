@@ -18,7 +18,7 @@ struct LatticeOptions {
   float min_sine = 0.3f;
   // The longer axis is at most this much longer.
   float max_stretch = 3.5f;
-  // Ink between two neighbours is darker than the darker of them by this share.
+  // Ink between two neighbours is darker than the darker of them by this much, as a ratio's logarithm.
   float min_ink_contrast = 0.04f;
 
   absl::Status Validate() const;
@@ -44,7 +44,7 @@ struct LatticePatch {
 // Patches of cells whose neighbourhoods agree with each other: every cell with a frame has its four
 // neighbours opposite each other, ink in between, and corners darker than edges. A keypoint is in one patch
 // at most.
-std::vector<LatticePatch> BuildLattice(const std::vector<Keypoint>& points, const Plane& brightness,
+std::vector<LatticePatch> BuildLattice(const std::vector<Keypoint>& points, const Plane& spots,
                                        const LatticeOptions& options);
 
 }  // namespace weft

@@ -229,19 +229,19 @@ std::vector<DecodedPiece> DecodePatch(const MeasuredPatch& patch, const BoardInd
   return pieces;
 }
 
-int MirroredExcess(const MeasuredPatch& patch, const BoardIndex& board) {
-  int excess = 0;
+bool LooksMirrored(const MeasuredPatch& patch, const BoardIndex& board) {
+  int upright = 0, in_mirror = 0;
   for (int i = patch.lattice.i_min; i + 2 <= patch.lattice.i_max; ++i) {
     for (int j = patch.lattice.j_min; j + 2 <= patch.lattice.j_max; ++j) {
       const auto reading = ReadWindow(patch, i, j);
       if (!reading) continue;
       std::array<int, 9> mirrored;
       for (int k = 0; k < 9; ++k) mirrored[k] = reading->best[3 * (k / 3) + 2 - k % 3];
-      excess += board.FindCode(Code(mirrored)).has_value();
-      excess -= board.FindCode(Code(reading->best)).has_value();
+      in_mirror += board.FindCode(Code(mirrored)).has_value();
+      upright += board.FindCode(Code(reading->best)).has_value();
     }
   }
-  return excess;
+  return in_mirror > 2 * upright;
 }
 
 }  // namespace weft

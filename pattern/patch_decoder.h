@@ -57,7 +57,7 @@ void ClassifyPatch(const InkModel& inks, MeasuredPatch* patch);
 // tell.
 std::vector<DecodedPiece> DecodePatch(const MeasuredPatch& patch, const BoardIndex& board);
 
-// Windows of the patch that the board has as seen in a mirror, minus those that it has upright.
-int MirroredExcess(const MeasuredPatch& patch, const BoardIndex& board);
+// Whether the patch reads much better in a mirror: more than twice as many windows are on the board.
+bool LooksMirrored(const MeasuredPatch& patch, const BoardIndex& board);
 
 }  // namespace weft

@@ -79,9 +79,9 @@ CellFrame FrameOnBoard(const LevelPatch& patch, int cell, const BoardPose& pose)
 std::vector<LevelPatch> FindPatches(const ColorImage& image, float scale, const KeypointOptions& keypoints,
                                     const LatticeOptions& lattice) {
   std::vector<LevelPatch> patches;
-  const Plane brightness = Brightness(image);
-  const std::vector<Keypoint> points = DetectKeypoints(brightness, keypoints);
-  for (const LatticePatch& found : BuildLattice(points, brightness, lattice)) {
+  const Plane spots = SpotContrast(image, keypoints.surround_px);
+  const std::vector<Keypoint> points = DetectKeypoints(spots, keypoints);
+  for (const LatticePatch& found : BuildLattice(points, spots, lattice)) {
     if (found.cells.size() < 9) continue;
     LevelPatch patch;
     patch.measured = MeasurePatch(found, points, image);
@@ -115,7 +115,7 @@ InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& option
     best = InkModel::Fitted(Samples(board.board(), options, *patches), best);
     ReadPatches(best, board, options, patches);
   }
-  for (LevelPatch& patch : *patches) patch.mirrored = MirroredExcess(patch.measured, board) > 0;
+  for (LevelPatch& patch : *patches) patch.mirrored = LooksMirrored(patch.measured, board);
   return best;
 }
 
