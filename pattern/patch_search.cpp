@@ -9,7 +9,7 @@ constexpr float kFades[] = {0.0f, 0.25f, 0.45f, 0.6f, 0.75f};
 
 // Good enough to learn inks from, whatever the patch around it says.
 bool Readable(const DecodedPiece& piece, const PatchDecodeOptions& options) {
-  return piece.centers.size() >= 2 && piece.evidence >= options.min_evidence &&
+  return (piece.centers.size() >= 2 || piece.contradicted == 0) && piece.evidence >= options.min_evidence &&
          piece.margin >= options.min_margin;
 }
 

@@ -1,0 +1,244 @@
+#include "pattern/decoder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <thread>
+
+#include "rendered_board.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+
+const BoardIndex& TestBoard() {
+  static const BoardIndex index = *BoardIndex::Build(*GenerateBoard(60, 70, 3.0, 5));
+  return index;
+}
+
+DecodeResult Decode(const Frame& frame, const BoardIndex& board = TestBoard(),
+                    const DecodeOptions& options = {}) {
+  const auto result = DecodeView(frame, board, options);
+  EXPECT_TRUE(result.ok()) << result.status();
+  return result.ok() ? *result : DecodeResult();
+}
+
+std::vector<Observation> OfKind(const DecodeResult& result, NodeKind kind) {
+  std::vector<Observation> found;
+  for (const Observation& o : result.observations) {
+    if (o.node.kind == kind) found.push_back(o);
+  }
+  return found;
+}
+
+struct Score {
+  int expected = 0;  // printed cells whose surroundings are in the image
+  int right = 0;     // within half a pitch
+  int wrong = 0;
+  double median_px = 0, p95_px = 0;
+};
+
+Score Judge(const Photograph& photo, const Board& board, const DecodeResult& result, NodeKind kind) {
+  Score score;
+  const double shift = kind == NodeKind::kCenter ? 0.5 : 0;
+  for (int row = 0; row < board.rows; ++row) {
+    for (int col = 0; col < board.cols; ++col) {
+      if (!Printed(photo, board, row, col)) continue;
+      const auto [x, y] = PixelFromBoard(photo, board, col + 0.5, row + 0.5);
+      const double margin = photo.pitch_px;
+      score.expected +=
+          x > margin && y > margin && x < photo.width_px - 1 - margin && y < photo.height_px - 1 - margin;
+    }
+  }
+  std::vector<double> errors;
+  for (const Observation& o : OfKind(result, kind)) {
+    const auto [x, y] = PixelFromBoard(photo, board, o.node.col + shift, o.node.row + shift);
+    const double error = std::hypot(o.x_px - x, o.y_px - y);
+    const bool right = error < 0.5 * photo.pitch_px * photo.squeeze;
+    (right ? score.right : score.wrong) += 1;
+    if (right) errors.push_back(error);
+  }
+  std::sort(errors.begin(), errors.end());
+  if (!errors.empty()) {
+    score.median_px = errors[errors.size() / 2];
+    score.p95_px = errors[errors.size() * 95 / 100];
+  }
+  return score;
+}
+
+struct Case {
+  const char* name;
+  Photograph photo;
+};
+
+class DecodesPhotographs : public testing::TestWithParam<Case> {};
+
+TEST_P(DecodesPhotographs, FindsNearlyAllCellsWithSubpixelCenters) {
+  const Photograph& photo = GetParam().photo;
+  const DecodeResult result = Decode(Render(photo, TestBoard().board()));
+  const Score centers = Judge(photo, TestBoard().board(), result, NodeKind::kCenter);
+  EXPECT_GE(centers.right, 0.95 * centers.expected);
+  EXPECT_EQ(centers.wrong, 0);
+  // Large cells are sampled sparsely.
+  const double sharp_px = std::max(0.12, 0.01 * photo.pitch_px);
+  EXPECT_LT(centers.median_px, sharp_px);
+  EXPECT_LT(centers.p95_px, 3 * sharp_px);
+  const Score corners = Judge(photo, TestBoard().board(), result, NodeKind::kCorner);
+  EXPECT_GE(corners.right, 0.85 * centers.expected);
+  EXPECT_EQ(corners.wrong, 0);
+  EXPECT_LT(corners.median_px, sharp_px);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Decoder, DecodesPhotographs,
+    testing::Values(
+        Case{"Tilted", {}}, Case{"Upside", {.angle_deg = 185}}, Case{"Sideways", {.angle_deg = 93}},
+        Case{"Tiny", {.width_px = 260, .height_px = 240, .pitch_px = 4.2, .blur_px = 0.7, .noise = 2}},
+        Case{"Large", {.width_px = 640, .height_px = 500, .pitch_px = 17, .blur_px = 1.6}},
+        Case{"Foreshortened", {.pitch_px = 7, .squeeze = 0.6}},
+        Case{"SoftAndFaded", {.pitch_px = 8, .blur_px = 1.7, .noise = 2, .fade = 0.5, .black = 0.25}}),
+    [](const auto& test) { return test.param.name; });
+
+TEST(Decoder, DecodesASingleWindow) {
+  const Photograph photo{.width_px = 90,
+                         .height_px = 80,
+                         .pitch_px = 7,
+                         .bend_cells = 0.1,
+                         .row = 28,
+                         .col = 33,
+                         .rows = 3,
+                         .cols = 3};
+  const DecodeResult result = Decode(Render(photo, TestBoard().board()));
+  const Score score = Judge(photo, TestBoard().board(), result, NodeKind::kCenter);
+  EXPECT_GE(score.right, 5);
+  EXPECT_EQ(score.wrong, 0);
+}
+
+TEST(Decoder, SigmasAndConfidencesDescribeTheErrors) {
+  const Photograph photo{.noise = 8};
+  const DecodeResult result = Decode(Render(photo, TestBoard().board()));
+  int within_3_sigma = 0, n = 0;
+  for (const Observation& o : OfKind(result, NodeKind::kCenter)) {
+    const auto [x, y] = PixelFromBoard(photo, TestBoard().board(), o.node.col + 0.5, o.node.row + 0.5);
+    within_3_sigma += std::hypot(o.x_px - x, o.y_px - y) < 3 * o.sigma_px;
+    ++n;
+    EXPECT_GE(o.confidence, DecodeOptions().refinement.min_confidence);
+    EXPECT_LE(o.confidence, 1);
+    EXPECT_GT(o.sigma_px, 0);
+    EXPECT_LT(o.sigma_px, 1);
+  }
+  EXPECT_GT(n, 1000);
+  EXPECT_GT(within_3_sigma, 0.9 * n);
+}
+
+TEST(Decoder, RejectsAMirroredPrint) {
+  EXPECT_THAT(Decode(Render({.mirrored = true}, TestBoard().board())).observations, testing::IsEmpty());
+}
+
+TEST(Decoder, RejectsAnotherBoard) {
+  const Board other = *GenerateBoard(60, 70, 3.0, 99);
+  EXPECT_THAT(Decode(Render({}, other)).observations, testing::IsEmpty());
+}
+
+TEST(Decoder, FindsNothingInNoise) {
+  Frame frame;
+  frame.width_px = 300;
+  frame.height_px = 300;
+  frame.format = PixelFormat::kRgb8;
+  std::mt19937 random(3);
+  auto bytes = std::make_shared<std::vector<uint8_t>>(3 * 300 * 300);
+  for (uint8_t& b : *bytes) b = static_cast<uint8_t>(random() & 255);
+  frame.pixels = bytes;
+  EXPECT_THAT(Decode(frame).observations, testing::IsEmpty());
+}
+
+TEST(Decoder, ReportsEveryNodeOnceInOrder) {
+  const DecodeResult result = Decode(Render({}, TestBoard().board()));
+  ASSERT_GT(result.observations.size(), 1000u);
+  const auto key = [](const Observation& o) { return std::tuple(o.node.kind, o.node.row, o.node.col); };
+  for (size_t k = 1; k < result.observations.size(); ++k) {
+    EXPECT_LT(key(result.observations[k - 1]), key(result.observations[k]));
+  }
+}
+
+TEST(Decoder, LeavesCornersOutOnRequest) {
+  DecodeOptions options;
+  options.corners = false;
+  const DecodeResult result = Decode(Render({}, TestBoard().board()), TestBoard(), options);
+  EXPECT_THAT(OfKind(result, NodeKind::kCorner), testing::IsEmpty());
+  EXPECT_GT(result.observations.size(), 1000u);
+}
+
+TEST(Decoder, SaysWhatBecameOfEveryPatch) {
+  const DecodeResult result = Decode(Render({.mirrored = true}, TestBoard().board()));
+  ASSERT_FALSE(result.patches.empty());
+  bool mirrored = false;
+  for (const PatchReport& patch : result.patches) {
+    EXPECT_FALSE(patch.accepted);
+    EXPECT_FALSE(patch.reason.empty());
+    mirrored |= patch.reason == "mirrored";
+  }
+  EXPECT_TRUE(mirrored);
+}
+
+TEST(Decoder, GivesTheSameBytesInParallel) {
+  const Frame frame = Render({}, TestBoard().board());
+  const DecodeResult alone = Decode(frame);
+  DecodeResult together[2];
+  {
+    std::jthread first([&] { together[0] = Decode(frame); });
+    std::jthread second([&] { together[1] = Decode(frame); });
+  }
+  for (const DecodeResult& result : together) {
+    ASSERT_EQ(result.observations.size(), alone.observations.size());
+    for (size_t k = 0; k < alone.observations.size(); ++k) {
+      EXPECT_EQ(result.observations[k].x_px, alone.observations[k].x_px);
+      EXPECT_EQ(result.observations[k].y_px, alone.observations[k].y_px);
+      EXPECT_EQ(result.observations[k].sigma_px, alone.observations[k].sigma_px);
+      EXPECT_EQ(result.observations[k].confidence, alone.observations[k].confidence);
+    }
+  }
+}
+
+TEST(Decoder, ImagesWithoutRoomForCellsAreEmpty) {
+  for (const int side : {1, 2, 3, 8, 9, 12, 17}) {
+    Frame frame;
+    frame.width_px = side;
+    frame.height_px = 30 - side;
+    frame.format = PixelFormat::kRgb8;
+    frame.pixels = std::make_shared<std::vector<uint8_t>>(3 * static_cast<size_t>(side) * (30 - side), 90);
+    EXPECT_THAT(Decode(frame).observations, testing::IsEmpty());
+  }
+}
+
+TEST(Decoder, RefusesGreyAndEmptyFrames) {
+  Frame frame;
+  EXPECT_FALSE(DecodeView(frame, TestBoard(), {}).ok());
+  frame.width_px = frame.height_px = 20;
+  frame.origin = "left.png";
+  frame.pixels = std::make_shared<std::vector<uint8_t>>(400, 0);
+  const auto status = DecodeView(frame, TestBoard(), {}).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("left.png"));
+}
+
+TEST(Decoder, RefusesOptionsOutOfRange) {
+  const Frame frame = Render({.width_px = 40, .height_px = 40}, TestBoard().board());
+  const auto refused = [&](auto change) {
+    DecodeOptions options;
+    change(&options);
+    return DecodeView(frame, TestBoard(), options).status().code() == absl::StatusCode::kInvalidArgument;
+  };
+  EXPECT_TRUE(refused([](DecodeOptions* o) { o->levels = 0; }));
+  EXPECT_TRUE(refused([](DecodeOptions* o) { o->keypoints.min_contrast = NAN; }));
+  EXPECT_TRUE(refused([](DecodeOptions* o) { o->keypoints.surround_px = NAN; }));
+  EXPECT_TRUE(refused([](DecodeOptions* o) { o->lattice.tolerance = NAN; }));
+  EXPECT_TRUE(refused([](DecodeOptions* o) { o->patches.min_margin = NAN; }));
+  EXPECT_TRUE(refused([](DecodeOptions* o) { o->growth.min_explained = NAN; }));
+  EXPECT_TRUE(refused([](DecodeOptions* o) { o->refinement.min_confidence = NAN; }));
+}
+
+}  // namespace
+}  // namespace weft
