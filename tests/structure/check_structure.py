@@ -6,6 +6,7 @@ Usage: check_structure.py ROOT RULE
 RULE is one of
   includes  a folder includes only what docs/architecture.md lets it include
   headers   headers outside services/ keep OpenCV, gRPC, protobuf and the like out
+  names     a type has one definition: two of one name would be merged silently by the linker
   length    no source file is longer than 400 lines
   links     links between the Markdown files lead somewhere
 """
@@ -24,6 +25,7 @@ INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 HEAVY = re.compile(
     r'^\s*#\s*include\s+[<"]((?:opencv2|grpc|grpcpp|google/protobuf|pcl|embree3|ceres|spdlog|CLI)[/.]|sqlite3)',
     re.MULTILINE)
+TYPE = re.compile(r"^(?:struct|class|enum class|enum) (\w+)(?![\w:]*::)[^;()]*\{", re.MULTILINE)
 LINK = re.compile(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)")
 MAX_LINES = 400
 SOURCE_ENDINGS = (".h", ".cpp", ".proto", ".py", ".sh")
@@ -68,6 +70,15 @@ def check_headers(root):
             yield f"{path}: includes {include}; keep it in the .cpp"
 
 
+def check_names(root):
+    defined = {}
+    for _, path in stage_files(root, (".h",)):
+        for name in TYPE.findall(text(root, path)):
+            if name in defined:
+                yield f"{path}: {name} is already defined in {defined[name]}"
+            defined.setdefault(name, path)
+
+
 def check_length(root):
     for path in files(root, SOURCE_ENDINGS):
         lines = text(root, path).count("\n")
@@ -82,7 +93,7 @@ def check_links(root):
                 yield f"{path}: link to {link} leads nowhere"
 
 
-RULES = {"includes": check_includes, "headers": check_headers, "length": check_length, "links": check_links}
+RULES = {"includes": check_includes, "headers": check_headers, "names": check_names, "length": check_length, "links": check_links}
 
 
 def main():

@@ -46,6 +46,14 @@ class StructureCheck(unittest.TestCase):
         self.write("pattern/detector.h", "#include <opencv2/core.hpp>\n")
         self.assertEqual(self.run_rule("headers")[0], 1)
 
+    def test_rejects_two_types_of_one_name(self):
+        self.write("pattern/result.h", "struct Result;\nstruct Result {\n};\nclass Other : public Result {\n};\n")
+        self.assertEqual(self.run_rule("names"), (0, ""))
+        self.write("alignment/result.h", "struct Result {\n};\n")
+        status, out = self.run_rule("names")
+        self.assertEqual(status, 1)
+        self.assertIn("Result is already defined in", out)
+
     def test_rejects_long_files(self):
         self.write("capture/long.cpp", "\n" * 400)
         self.assertEqual(self.run_rule("length"), (0, ""))
