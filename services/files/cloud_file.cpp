@@ -189,7 +189,9 @@ absl::StatusOr<CloudTargets> ReadTargets(const std::string& path, const Template
   if ((*vertex)->Find("template_vertex")) return TargetsByVertex(**vertex, path, garment);
   if (!(*vertex)->Find("board_row")) {
     return absl::InvalidArgumentError(
-        absl::StrCat(path, ": its points have neither board_row and board_col nor template_vertex"));
+        absl::StrCat(path,
+                     ": its points have neither board_row and board_col nor template_vertex; is it the "
+                     "cloud.ply of a registration?"));
   }
   absl::StatusOr<Cloud> cloud = CloudFromElement(**vertex, path);
   if (!cloud.ok()) return cloud.status();

@@ -20,10 +20,14 @@ absl::Status ParseJson(std::string_view text, const std::string& source_name,
   const auto status = google::protobuf::util::JsonStringToMessage(
       google::protobuf::StringPiece(text.data(), text.size()), &message, options);
   if (status.ok()) return absl::OkStatus();
+  // One line: the message shows the place in the text and points to it from the line below.
   const std::string why(status.message().data(), status.message().size());
   return absl::InvalidArgumentError(absl::StrCat(
       source_name, ": ",
-      absl::StrReplaceAll(why, {{"Cannot find field.", "unknown field; check its spelling or remove it"}})));
+      absl::StrReplaceAll(why.substr(0, why.find_last_not_of(" ^\n") + 1),
+                          {{"Cannot find field.", "unknown field; check its spelling or remove it"},
+                           {".\n", " near: "},
+                           {"\n", " "}})));
 }
 
 absl::StatusOr<std::string> ToJson(const google::protobuf::Message& message, JsonZeros zeros) {

@@ -1,0 +1,121 @@
+#include "services/files/atomic_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <csignal>
+#include <filesystem>
+#include <string>
+
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+size_t Entries(const std::string& folder) {
+  return static_cast<size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
+}
+
+// Files of this process may not grow beyond `bytes`, as if the disk were full.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    handler_ = std::signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int) = nullptr;
+};
+
+TEST(WriteFileAtomically, ReplacesAFileAndLeavesNothingElse) {
+  const TempFolder folder;
+  ASSERT_TRUE(WriteFileAtomically(folder / "a.txt", "old").ok());
+  ASSERT_TRUE(WriteFileAtomically(folder / "a.txt", std::string("new\0bytes", 9)).ok());
+  EXPECT_EQ(ReadBytes(folder / "a.txt"), std::string("new\0bytes", 9));
+  EXPECT_EQ(Entries(folder.path()), 1u);
+}
+
+TEST(WriteFileAtomically, KeepsTheOldFileWhenTheNewOneCannotBeCompleted) {
+  const TempFolder folder;
+  ASSERT_TRUE(WriteFileAtomically(folder / "a.txt", "old").ok());
+  absl::Status status;
+  {
+    const FileSizeLimit limit(1000);
+    status = WriteFileAtomically(folder / "a.txt", std::string(5000, 'x'));
+  }
+  EXPECT_FALSE(status.ok());
+  EXPECT_THAT(status.message(), HasSubstr(folder / "a.txt"));
+  EXPECT_EQ(ReadBytes(folder / "a.txt"), "old");
+  EXPECT_EQ(Entries(folder.path()), 1u);
+}
+
+TEST(WriteFileAtomically, NamesTheFileAndTheRemedyWhenTheFolderIsMissing) {
+  const TempFolder folder;
+  const absl::Status status = WriteFileAtomically(folder / "missing/a.txt", "x");
+  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(status.message(), AllOf(HasSubstr("missing/a.txt"), HasSubstr("create it first")));
+  EXPECT_FALSE(fs::exists(folder / "missing"));
+}
+
+TEST(WriteFileAtomically, APathBelowAFileOrOverAFolderLeavesBothAlone) {
+  const TempFolder folder;
+  WriteBytes(folder / "file", "kept");
+  fs::create_directory(folder / "folder");
+  EXPECT_EQ(WriteFileAtomically(folder / "file/a.txt", "x").code(), absl::StatusCode::kNotFound);
+  EXPECT_FALSE(WriteFileAtomically(folder / "folder", "x").ok());
+  EXPECT_EQ(ReadBytes(folder / "file"), "kept");
+  EXPECT_EQ(Entries(folder.path()), 2u);
+  EXPECT_EQ(Entries(folder / "folder"), 0u);
+}
+
+TEST(WriteFileAtomically, AFolderWithoutWritePermissionIsPermissionDenied) {
+  if (geteuid() == 0) GTEST_SKIP() << "root writes everywhere";
+  const TempFolder folder;
+  WriteBytes(folder / "locked/a.txt", "old");
+  fs::permissions(folder / "locked", fs::perms::owner_read | fs::perms::owner_exec);
+  const absl::Status status = WriteFileAtomically(folder / "locked/a.txt", "new");
+  fs::permissions(folder / "locked", fs::perms::owner_all);
+  EXPECT_EQ(status.code(), absl::StatusCode::kPermissionDenied);
+  EXPECT_THAT(status.message(), HasSubstr("may write to"));
+  EXPECT_EQ(ReadBytes(folder / "locked/a.txt"), "old");
+}
+
+TEST(ReadWholeFile, TellsMissingFilesFoldersAndLargeFilesApart) {
+  const TempFolder folder;
+  WriteBytes(folder / "a.txt", "12345");
+  EXPECT_EQ(*ReadWholeFile(folder / "a.txt"), "12345");
+  EXPECT_EQ(ReadWholeFile(folder / "b.txt").status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(ReadWholeFile(folder / "a.txt/b.txt").status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(ReadWholeFile(folder.path()).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(ReadWholeFile(folder / "a.txt", 4).status().message(),
+              AllOf(HasSubstr("5 bytes"), HasSubstr("4")));
+}
+
+TEST(CreateFolders, MakesParentsAndRefusesAFileInTheWay) {
+  const TempFolder folder;
+  EXPECT_TRUE(CreateFolders(folder / "a/b/c").ok());
+  EXPECT_TRUE(CreateFolders(folder / "a/b/c").ok());
+  EXPECT_TRUE(fs::is_directory(folder / "a/b/c"));
+  WriteBytes(folder / "file", "");
+  EXPECT_THAT(CreateFolders(folder / "file").message(), AllOf(HasSubstr("file"), HasSubstr("in the way")));
+  EXPECT_FALSE(CreateFolders(folder / "file/below").ok());
+}
+
+}  // namespace
+}  // namespace weft

@@ -1,0 +1,95 @@
+// rig.json and board.json.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "services/files/board_file.h"
+#include "services/files/json_file.h"
+#include "services/files/rig_file.h"
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+const char kRig[] =
+    R"({"cameras": [{"id": "a", "width_px": 100, "height_px": 80, "fx_px": 120.5, "fy_px": 121,
+ "cx_px": 50, "cy_px": 40, "distortion": [0.1, 0, 0, 0, 0], "rotation": [1, 0, 0, 0, 1, 0, 0, 0, 1],
+ "translation_mm": [0, 0.1, 1000]}]})";
+
+std::string RigError(const std::string& part, const std::string& text) {
+  std::string json = kRig;
+  json.replace(json.find(part), part.size(), text);
+  const auto rig = ParseRig(json, "studio/rig.json");
+  EXPECT_EQ(rig.status().code(), absl::StatusCode::kInvalidArgument) << json;
+  EXPECT_THAT(rig.status().message(), HasSubstr("studio/rig.json"));
+  return std::string(rig.status().message());
+}
+
+TEST(RigFile, CamerasAloneAreARigAndReadBackWithTheSameHash) {
+  auto rig = ParseRig(kRig, "rig.json");
+  ASSERT_TRUE(rig.ok()) << rig.status();
+  EXPECT_EQ(rig->cameras[0].fx_px, 120.5);
+  EXPECT_EQ(rig->cameras[0].translation_mm, Eigen::Vector3d(0, 0.1, 1000));
+  const TempFolder folder;
+  rig->id = "studio";
+  ASSERT_TRUE(WriteRig(folder / "rig.json", *rig, "by hand").ok());
+  const auto back = ReadRig(folder / "rig.json");
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->id, "studio");
+  EXPECT_EQ(back->ContentHash(), rig->ContentHash());
+}
+
+TEST(RigFile, NamesTheCameraAndTheField) {
+  EXPECT_THAT(RigError("\"fx_px\"", "\"focal\""), AllOf(HasSubstr("focal"), HasSubstr("unknown field")));
+  EXPECT_THAT(RigError("\"fx_px\": 120.5,", ""), AllOf(HasSubstr("id a"), HasSubstr("fx_px is missing")));
+  EXPECT_THAT(RigError("[0.1, 0, 0, 0, 0]", "[0.1]"),
+              AllOf(HasSubstr("distortion has 1 numbers"), HasSubstr("5 to 8")));
+  EXPECT_THAT(RigError("\"fx_px\": 120.5", "\"fx_px\": \"wide\""), HasSubstr("wide"));
+  EXPECT_THAT(RigError("{\"cameras\"", "{\"hash\": \"0000000000000000\", \"cameras\""),
+              HasSubstr("the field hash says 0000000000000000"));
+  EXPECT_THAT(RigError("]}]}", "]}]"), Not(HasSubstr("\n")));
+}
+
+TEST(BoardFile, ReadsBackFromJsonFolderAndImage) {
+  const TempFolder folder;
+  Board board = *GenerateBoard(7, 9, 2.7, 3);
+  board.id = "small";
+  ASSERT_TRUE(WriteBoard(folder / "board", board, "by hand").ok());
+  for (const char* path : {"board", "board/board.json", "board/board.png"}) {
+    const auto back = ReadBoard(folder / path);
+    ASSERT_TRUE(back.ok()) << back.status();
+    EXPECT_EQ(back->ContentHash(), board.ContentHash()) << path;
+  }
+  EXPECT_EQ(ReadBoard(folder / "board")->cell_mm, 2.7);
+  EXPECT_EQ(ReadBoard(folder / "board")->id, "small");
+  EXPECT_EQ(ReadBoard(folder / "none.png").status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST(BoardFile, NamesTheFieldThatDoesNotFitTheImage) {
+  const TempFolder folder;
+  ASSERT_TRUE(WriteBoard(folder / "board", *GenerateBoard(7, 9, 2.7, 3)).ok());
+  const std::string json = ReadBytes(folder / "board/board.json");
+  const auto error = [&](const std::string& part, const std::string& text) {
+    std::string changed = json;
+    const size_t at = changed.find(part);
+    EXPECT_NE(at, std::string::npos) << json;
+    WriteBytes(folder / "board/board.json", changed.replace(at, part.size(), text));
+    const auto board = ReadBoard(folder / "board");
+    EXPECT_THAT(board.status().message(), HasSubstr("board.json"));
+    return std::string(board.status().message());
+  };
+  EXPECT_THAT(error("\"rows\": 7", "\"rows\": 8"),
+              AllOf(HasSubstr("rows says 8"), HasSubstr("do not belong together")));
+  EXPECT_THAT(error("\"hash\": \"", "\"hash\": \"f"), HasSubstr("hash says f"));
+  EXPECT_THAT(error("\"rows\"", "\"pitch\": 1, \"rows\""),
+              AllOf(HasSubstr("pitch"), HasSubstr("unknown field")));
+  EXPECT_THAT(error("\"board.png\"", "\"/etc/board.png\""), HasSubstr("the field image"));
+}
+
+}  // namespace
+}  // namespace weft

@@ -1,0 +1,94 @@
+#include "services/files/template_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "services/files/mesh_file.h"
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+Template MakeGarment(const Board& board) {
+  const TriangleMesh mesh{{{0, 0, 0.1}, {2.7, 0, 0}, {0, 2.7, 0}, {2.7, 1.0 / 3, 0}}, {{0, 1, 2}, {2, 1, 3}}};
+  auto garment = ImportTemplate("shirt", mesh, {{0, 0}, {0, 1}, {1, 0}, {-1, -1}}, board);
+  EXPECT_TRUE(garment.ok()) << garment.status();
+  return *garment;
+}
+
+class TemplateFile : public ::testing::Test {
+ protected:
+  TemplateFile() : board_(*GenerateBoard(6, 6, 2.7, 1)), garment_(MakeGarment(board_)) {
+    EXPECT_TRUE(WriteTemplate(folder_ / "shirt", garment_, "by hand").ok());
+  }
+
+  // What reading says after `text` was put in the place of `part` of a file.
+  std::string ErrorAfter(const std::string& file, const std::string& part, const std::string& text) {
+    std::string bytes = ReadBytes(folder_ / ("shirt/" + file));
+    const size_t at = bytes.find(part);
+    EXPECT_NE(at, std::string::npos) << bytes;
+    bytes.replace(at, part.size(), text);
+    WriteBytes(folder_ / ("shirt/" + file), bytes);
+    const auto garment = ReadTemplate(folder_ / "shirt");
+    EXPECT_FALSE(garment.ok());
+    EXPECT_THAT(garment.status().message(), HasSubstr(file));
+    return std::string(garment.status().message());
+  }
+
+  TempFolder folder_;
+  Board board_;
+  Template garment_;
+};
+
+TEST_F(TemplateFile, ReadsBackWithTheSameHash) {
+  for (const char* path : {"shirt", "shirt/template.json"}) {
+    const auto back = ReadTemplate(folder_ / path);
+    ASSERT_TRUE(back.ok()) << back.status();
+    EXPECT_EQ(back->id, "shirt");
+    EXPECT_EQ(back->ContentHash(), garment_.ContentHash());
+    EXPECT_EQ(back->cell_of_vertex[3].row, -1);
+  }
+}
+
+TEST_F(TemplateFile, UnknownFieldIsNamed) {
+  EXPECT_THAT(ErrorAfter("template.json", "\"id\"", "\"colour\": 1, \"id\""),
+              AllOf(HasSubstr("colour"), HasSubstr("unknown field")));
+}
+
+TEST_F(TemplateFile, MapThatDoesNotFitTheMeshIsNamed) {
+  EXPECT_THAT(ErrorAfter("cells.txt", "0 1\n", ""), HasSubstr("has 3 lines, the mesh has 4 vertices"));
+}
+
+TEST_F(TemplateFile, ChangedCellsNoLongerFitTheHash) {
+  const std::string cells = folder_ / "shirt/cells.txt";
+  WriteBytes(cells, "0 0\n0 2\n1 0\n-1 -1\n");
+  EXPECT_THAT(ReadTemplate(folder_ / "shirt").status().message(),
+              AllOf(HasSubstr("the field hash says " + garment_.ContentHash()),
+                    HasSubstr("import the template again")));
+}
+
+TEST_F(TemplateFile, FilesOutsideTheFolderAreRefused) {
+  EXPECT_THAT(ErrorAfter("template.json", "\"mesh.ply\"", "\"../mesh.ply\""),
+              AllOf(HasSubstr("the field mesh"), HasSubstr("same folder")));
+}
+
+TEST_F(TemplateFile, MissingMeshIsNotFound) {
+  std::filesystem::remove(folder_ / "shirt/mesh.ply");
+  EXPECT_EQ(ReadTemplate(folder_ / "shirt").status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(TemplateFile, TemplateOfAnotherBoardIsRefusedWithBothHashes) {
+  EXPECT_TRUE(CheckTemplateFitsBoard(garment_, board_).ok());
+  const Board other = *GenerateBoard(6, 6, 2.7, 2);
+  EXPECT_THAT(CheckTemplateFitsBoard(garment_, other).message(),
+              AllOf(HasSubstr(board_.ContentHash()), HasSubstr(other.ContentHash())));
+}
+
+}  // namespace
+}  // namespace weft
