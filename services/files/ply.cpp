@@ -134,10 +134,9 @@ class BodyReader {
     const absl::string_view word(rest_.data(), length);
     rest_.remove_prefix(length);
     if (!absl::SimpleAtod(word, &value)) return absl::StrCat("\"", word.substr(0, 40), "\" is not a number");
-    if (type != PlyType::kFloat32 && type != PlyType::kFloat64) {
-      std::string ignored;
-      if (!StoreValue(type, value, ignored))
-        return absl::StrCat("\"", word.substr(0, 40), "\" is no ", std::string(PlyTypeName(type)));
+    std::string ignored;
+    if (!StoreValue(type, value, ignored)) {
+      return absl::StrCat("\"", word.substr(0, 40), "\" is no ", std::string(PlyTypeName(type)));
     }
     return "";
   }

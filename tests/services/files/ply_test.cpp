@@ -137,6 +137,8 @@ TEST(ParsePly, NamesHeaderLineOrElementRowAndProperty) {
   EXPECT_THAT(ErrorOf("ply\nelement vertex 1\nproperty int x\nend_header\n1\n"), HasSubstr("no format line"));
   EXPECT_THAT(ErrorOf("ply\nformat ascii 1.0\nelement vertex 2\nproperty uchar x\nend_header\n1\n256\n"),
               HasSubstr("element vertex, row 1, property x: \"256\" is no uchar"));
+  EXPECT_THAT(ErrorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1e39\n"),
+              HasSubstr("\"1e39\" is no float"));
   EXPECT_THAT(ErrorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\none\n"),
               HasSubstr("\"one\" is not a number"));
   EXPECT_THAT(ErrorOf("ply\nformat ascii 1.0\nelement face 1\nproperty list char int i\nend_header\n-1 0\n"),
