@@ -9,6 +9,8 @@ namespace {
 
 constexpr int kBucketPx = 8;
 constexpr int kMostAttempts = 5;
+// A candidate this good needs no second attempt from another neighbour.
+constexpr float kWellExplained = 0.75f;
 
 class Growth {
  public:
@@ -22,6 +24,7 @@ class Growth {
         columns_(width_px / kBucketPx + 1),
         cell_of_(board.cells.size(), -1),
         attempts_(board.cells.size(), 0),
+        explained_(board.cells.size(), 0),
         buckets_(static_cast<size_t>(columns_) * (height_px / kBucketPx + 1)) {}
 
   std::vector<GrownCell> Run(const std::vector<GrowthSeed>& seeds) {
@@ -30,7 +33,7 @@ class Growth {
       if (!board_.Contains(seed.row, seed.col)) continue;
       const CellFit fit = fitter_.Fit(seed.row, seed.col, seed.frame, Weights(seed.row, seed.col, true),
                                       {options_.iterations + 2, StrideFor(seed.frame), 1.5f, {}});
-      if (Acceptable(fit)) queue_.push({fit.explained, seed.row, seed.col, fit, seed.group});
+      if (Acceptable(fit)) Enqueue({fit.explained, seed.row, seed.col, fit, seed.group});
     }
     while (!queue_.empty()) {
       const Candidate next = queue_.top();
@@ -117,8 +120,15 @@ class Growth {
     buckets_[static_cast<size_t>(y) * columns_ + x].push_back(index);
   }
 
+  void Enqueue(const Candidate& candidate) {
+    float& explained = explained_[Index(candidate.row, candidate.col)];
+    explained = std::max(explained, candidate.fit.explained);
+    queue_.push(candidate);
+  }
+
   void Try(int row, int col) {
     if (!board_.Contains(row, col) || CellAt(row, col) >= 0) return;
+    if (explained_[Index(row, col)] > kWellExplained) return;
     uint8_t& attempts = attempts_[Index(row, col)];
     if (attempts >= kMostAttempts) return;
     ++attempts;
@@ -127,7 +137,7 @@ class Growth {
     const CellFit fit = fitter_.Fit(row, col, predicted, Weights(row, col, false),
                                     {options_.iterations, StrideFor(predicted), 1.5f, {}});
     if (!Acceptable(fit)) return;
-    queue_.push({fit.explained, row, col, fit, group});
+    Enqueue({fit.explained, row, col, fit, group});
   }
 
   // Mean of what the known neighbours say.
@@ -163,6 +173,7 @@ class Growth {
   int width_px_, height_px_, columns_;
   std::vector<int> cell_of_;  // by board cell
   std::vector<uint8_t> attempts_;
+  std::vector<float> explained_;  // by board cell, of the best candidate so far
   std::vector<std::vector<int>> buckets_;
   std::vector<GrownCell> cells_;
   std::priority_queue<Candidate> queue_;
