@@ -9,6 +9,7 @@ namespace {
 
 constexpr int kBucketPx = 8;
 constexpr int kMostAttempts = 5;
+constexpr float kReach = 1.3f;  // half the side of the fitted window, in cells
 // A candidate this good needs no second attempt from another neighbour.
 constexpr float kWellExplained = 0.75f;
 
@@ -32,7 +33,7 @@ class Growth {
       const GrowthSeed& seed = seeds[k];
       if (!board_.Contains(seed.row, seed.col)) continue;
       const CellFit fit = fitter_.Fit(seed.row, seed.col, seed.frame, Weights(seed.row, seed.col, true),
-                                      {options_.iterations + 2, StrideFor(seed.frame), 1.5f, {}});
+                                      {options_.iterations + 2, StrideFor(seed.frame), kReach, {}});
       if (Acceptable(fit)) Enqueue({fit.explained, seed.row, seed.col, fit, seed.group});
     }
     while (!queue_.empty()) {
@@ -135,7 +136,7 @@ class Growth {
     int group = 0;
     const CellFrame predicted = Predict(row, col, &group);
     const CellFit fit = fitter_.Fit(row, col, predicted, Weights(row, col, false),
-                                    {options_.iterations, StrideFor(predicted), 1.5f, {}});
+                                    {options_.iterations, StrideFor(predicted), kReach, {}});
     if (!Acceptable(fit)) return;
     Enqueue({fit.explained, row, col, fit, group});
   }

@@ -19,7 +19,7 @@ constexpr float kPositionPrior = 0.35f;  // cells
 constexpr float kShapePrior = 0.12f;     // per cell
 constexpr float kOffsetPrior = 12.0f;    // grey levels
 constexpr float kLongestStep = 0.3f;     // cells
-constexpr float kShortestStep = 0.01f;   // cells; a shorter one ends the iterations
+constexpr float kShortestStep = 0.02f;   // cells; a shorter one ends the iterations
 constexpr float kLeastPixels = 8;
 
 // Index of the product of monomials p and q (of 1, u, v) among 1, u, v, uu, uv, vv.

@@ -92,7 +92,7 @@ PatchReport Report(const LevelPatch& patch, const PatchDecodeOptions& options) {
 Appearance LearnAppearance(const ColorImage& image, const Board& board, const BlurredProfile& profile,
                            const InkModel& inks, const std::vector<GrowthSeed>& seeds) {
   constexpr float kLight = 128, kBlack = 25;  // grey levels to start from
-  constexpr size_t kCells = 300;
+  constexpr size_t kCells = 120;
   Appearance start;
   for (int k = 0; k < kCellColors; ++k) {
     for (int c = 0; c < 3; ++c) start.inks[k][c] = kLight * inks.mean(static_cast<CellColor>(k))[c];
