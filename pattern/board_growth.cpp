@@ -9,7 +9,7 @@ namespace {
 
 constexpr int kBucketPx = 8;
 constexpr int kMostAttempts = 5;
-constexpr float kReach = 1.3f;  // half the side of the fitted window, in cells
+constexpr float kReach = 1.25f;  // half the side of the fitted window, in cells
 // A candidate this good needs no second attempt from another neighbour.
 constexpr float kWellExplained = 0.75f;
 

@@ -1,6 +1,7 @@
 #include "pattern/patch_search.h"
 
 #include <algorithm>
+#include <span>
 
 namespace weft {
 namespace {
@@ -15,9 +16,9 @@ bool Readable(const DecodedPiece& piece, const PatchDecodeOptions& options) {
 
 // Cells in readable pieces.
 size_t ReadPatches(const InkModel& inks, const BoardIndex& board, const PatchDecodeOptions& options,
-                   std::vector<LevelPatch>* patches) {
+                   std::span<LevelPatch> patches) {
   size_t readable = 0;
-  for (LevelPatch& patch : *patches) {
+  for (LevelPatch& patch : patches) {
     ClassifyPatch(inks, &patch.measured);
     patch.pieces = DecodePatch(patch.measured, board);
     for (const DecodedPiece& piece : patch.pieces) {
@@ -28,7 +29,7 @@ size_t ReadPatches(const InkModel& inks, const BoardIndex& board, const PatchDec
 }
 
 std::vector<InkSample> Samples(const Board& board, const PatchDecodeOptions& options,
-                               const std::vector<LevelPatch>& patches) {
+                               std::span<const LevelPatch> patches) {
   std::vector<InkSample> samples;
   for (const LevelPatch& patch : patches) {
     for (const DecodedPiece& piece : patch.pieces) {
@@ -44,7 +45,7 @@ std::vector<InkSample> Samples(const Board& board, const PatchDecodeOptions& opt
   return samples;
 }
 
-Rgb MeanColor(const std::vector<LevelPatch>& patches) {
+Rgb MeanColor(std::span<const LevelPatch> patches) {
   Rgb mean = {};
   size_t n = 0;
   for (const LevelPatch& patch : patches) {
@@ -99,22 +100,33 @@ std::vector<LevelPatch> FindPatches(const ColorImage& image, float scale, const 
 
 InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& options,
                        std::vector<LevelPatch>* patches) {
-  const Rgb mean = MeanColor(*patches);
+  // Large patches come first; a few thousand cells are enough to learn from.
+  constexpr size_t kLearningCells = 6000;
+  std::stable_sort(patches->begin(), patches->end(), [](const LevelPatch& s, const LevelPatch& t) {
+    return s.points.size() > t.points.size();
+  });
+  size_t learning = 0;
+  for (size_t cells = 0; learning < patches->size() && cells < kLearningCells; ++learning) {
+    cells += (*patches)[learning].points.size();
+  }
+  const std::span<LevelPatch> some(patches->data(), learning);
+  const Rgb mean = MeanColor(some);
   InkModel best = InkModel::Faded(kFades[0], mean);
   size_t most = 0;
   for (const float fade : kFades) {
     const InkModel inks = InkModel::Faded(fade, mean);
-    const size_t readable = ReadPatches(inks, board, options, patches);
+    const size_t readable = ReadPatches(inks, board, options, some);
     if (readable > most) {
       most = readable;
       best = inks;
     }
   }
-  ReadPatches(best, board, options, patches);
-  for (int round = 0; round < 3 && most > 0; ++round) {
-    best = InkModel::Fitted(Samples(board.board(), options, *patches), best);
-    ReadPatches(best, board, options, patches);
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds && most > 0; ++round) {
+    ReadPatches(best, board, options, some);
+    best = InkModel::Fitted(Samples(board.board(), options, some), best);
   }
+  ReadPatches(best, board, options, *patches);
   for (LevelPatch& patch : *patches) patch.mirrored = LooksMirrored(patch.measured, board);
   return best;
 }

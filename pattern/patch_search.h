@@ -29,7 +29,7 @@ struct LevelPatch {
 std::vector<LevelPatch> FindPatches(const ColorImage& image, float scale, const KeypointOptions& keypoints,
                                     const LatticeOptions& lattice);
 
-// Learns the view's inks from what can be read, then reads all patches with them.
+// Learns the view's inks from what can be read, then reads all patches with them. Orders the patches by size.
 InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& options,
                        std::vector<LevelPatch>* patches);
 
