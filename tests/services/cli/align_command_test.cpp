@@ -1,0 +1,148 @@
+// `weft align`.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "services/files/cloud_file.h"
+#include "services/files/mesh_file.h"
+#include "services/files/template_file.h"
+#include "tests/capture/temp_folder.h"
+#include "tests/services/cli/weft_process.h"
+
+namespace weft {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+constexpr int kSide = 12;
+
+// A flat cloth at rest; its truth is the same cloth rolled onto a cylinder, which keeps every length along
+// it.
+Eigen::Vector3d Rolled(int row, int col) {
+  constexpr double kRadiusMm = 20;
+  const double angle = 2.7 * col / kRadiusMm;
+  return {kRadiusMm * std::sin(angle) + 100, 2.7 * row - 30, kRadiusMm * (1 - std::cos(angle)) + 900};
+}
+
+class AlignCommand : public ::testing::Test {
+ protected:
+  AlignCommand() {
+    TriangleMesh mesh;
+    std::vector<VertexCell> cells;
+    for (int row = 0; row < kSide; ++row) {
+      for (int col = 0; col < kSide; ++col) {
+        mesh.vertices_mm.emplace_back(2.7 * col, 2.7 * row, 0);
+        cells.push_back({row, col});
+        if (row == 0 || col == 0) continue;
+        const int v = row * kSide + col;
+        mesh.faces.push_back({v - kSide - 1, v - kSide, v - 1});
+        mesh.faces.push_back({v - kSide, v, v - 1});
+      }
+    }
+    const auto garment = ImportTemplate("cloth", mesh, cells, *GenerateBoard(kSide, kSide, 2.7, 1));
+    EXPECT_TRUE(garment.ok()) << garment.status();
+    EXPECT_TRUE(WriteTemplate(folder_ / "cloth", *garment).ok());
+  }
+
+  // All cells but a hidden square in the middle.
+  Cloud VisibleCloud() const {
+    Cloud cloud;
+    for (int row = 0; row < kSide; ++row) {
+      for (int col = 0; col < kSide; ++col) {
+        if (Hidden(row, col)) continue;
+        CloudPoint point;
+        point.position_mm = Rolled(row, col);
+        point.node = {row, col, NodeKind::kCenter};
+        point.views = 4;
+        point.sigma_mm = 0.2;
+        cloud.points.push_back(point);
+      }
+    }
+    return cloud;
+  }
+  static bool Hidden(int row, int col) { return row >= 5 && row <= 7 && col >= 5 && col <= 7; }
+
+  WeftRun Align(const std::vector<std::string>& options = {}) {
+    std::vector<std::string> arguments = {"align", folder_ / "cloud.ply", "--template", folder_ / "cloth",
+                                          "--out", folder_ / "mesh.ply"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    return RunWeft(arguments);
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(AlignCommand, RegistersSeenAndUnseenVertices) {
+  ASSERT_TRUE(WriteCloud(folder_ / "cloud.ply", VisibleCloud()).ok());
+  const WeftRun run = Align();
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("elastic"), HasSubstr("iterations"),
+                             HasSubstr("vertices: 144, observed 135, inferred 9"),
+                             HasSubstr("self-intersecting pairs of faces: 0")));
+  const auto mesh = ReadRegisteredMesh(folder_ / "mesh.ply");
+  ASSERT_TRUE(mesh.ok()) << mesh.status();
+  for (int row = 0; row < kSide; ++row) {
+    for (int col = 0; col < kSide; ++col) {
+      const size_t v = static_cast<size_t>(row) * kSide + col;
+      EXPECT_EQ(mesh->state[v], Hidden(row, col) ? VertexState::kInferred : VertexState::kObserved);
+      EXPECT_LT((mesh->vertices_mm[v] - Rolled(row, col)).norm(), Hidden(row, col) ? 0.5 : 0.2)
+          << row << " " << col;
+    }
+  }
+}
+
+TEST_F(AlignCommand, TakesPointsByTemplateVertexAndPrintsJson) {
+  std::string rows;
+  int count = 0;
+  for (int v = 0; v < kSide * kSide; v += 2, ++count) {
+    const Eigen::Vector3d p = Rolled(v / kSide, v % kSide);
+    rows += std::to_string(p.x()) + " " + std::to_string(p.y()) + " " + std::to_string(p.z()) + " " +
+            std::to_string(v) + "\n";
+  }
+  WriteBytes(folder_ / "cloud.ply",
+             "ply\nformat ascii 1.0\nelement vertex " + std::to_string(count) +
+                 "\nproperty float x\nproperty float y\nproperty float z\nproperty int "
+                 "template_vertex\nend_header\n" +
+                 rows);
+  const WeftRun run = Align({"--preset", "paper", "--json"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("\"targets\": 72"), HasSubstr("\"preset\": \"paper\""),
+                             HasSubstr("\"inferred\": 72")));
+}
+
+TEST_F(AlignCommand, TooFewPointsLeaveNoMesh) {
+  Cloud cloud = VisibleCloud();
+  cloud.points.resize(2);
+  ASSERT_TRUE(WriteCloud(folder_ / "cloud.ply", cloud).ok());
+  const WeftRun run = Align();
+  EXPECT_EQ(run.status, 1);
+  EXPECT_THAT(run.err, HasSubstr("cloud.ply: "));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "mesh.ply"));
+}
+
+TEST_F(AlignCommand, CloudOfAnotherGarmentIsPointedOut) {
+  Cloud cloud = VisibleCloud();
+  for (CloudPoint& point : cloud.points) point.node.row += point.node.row < 3 ? 0 : 500;
+  ASSERT_TRUE(WriteCloud(folder_ / "cloud.ply", cloud).ok());
+  EXPECT_THAT(Align().err, AllOf(HasSubstr("have no vertex in the template"),
+                                 HasSubstr("is it the template of this garment?")));
+}
+
+TEST_F(AlignCommand, BadInputEndsWithStatus2) {
+  EXPECT_THAT(Align().err, HasSubstr("cloud.ply: no such file"));
+  ASSERT_TRUE(WriteCloud(folder_ / "cloud.ply", VisibleCloud()).ok());
+  const WeftRun preset = Align({"--preset", "fast"});
+  EXPECT_EQ(preset.status, 2);
+  EXPECT_THAT(preset.err, AllOf(HasSubstr("fast"), HasSubstr("best or paper")));
+  const WeftRun out = RunWeft(
+      {"align", folder_ / "cloud.ply", "--template", folder_ / "cloth", "--out", folder_ / "no/mesh.ply"});
+  EXPECT_EQ(out.status, 2);
+  EXPECT_THAT(out.err, HasSubstr("create it first"));
+}
+
+}  // namespace
+}  // namespace weft

@@ -1,0 +1,109 @@
+// `weft template import`.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <string>
+
+#include "services/files/board_file.h"
+#include "services/files/mesh_file.h"
+#include "services/files/template_file.h"
+#include "tests/capture/temp_folder.h"
+#include "tests/services/cli/weft_process.h"
+
+namespace weft {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+
+class TemplateCommand : public ::testing::Test {
+ protected:
+  TemplateCommand() {
+    EXPECT_TRUE(WriteBoard(folder_ / "board", *GenerateBoard(6, 6, 2.7, 1)).ok());
+    const TriangleMesh square{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2}, {2, 1, 3}}};
+    EXPECT_TRUE(WriteMesh(folder_ / "shirt.ply", square).ok());
+  }
+
+  WeftRun Import(const std::string& cells, const std::vector<std::string>& options = {}) {
+    WriteBytes(folder_ / "map.txt", cells);
+    std::vector<std::string> arguments = {
+        "template", "import",          "--mesh", folder_ / "shirt.ply", "--cells", folder_ / "map.txt",
+        "--board",  folder_ / "board", "--out",  folder_ / "shirt"};
+    arguments.insert(arguments.end(), options.begin(), options.end());
+    return RunWeft(arguments);
+  }
+
+  std::string ErrorOf(const std::string& cells) {
+    const WeftRun run = Import(cells);
+    EXPECT_EQ(run.status, 2);
+    EXPECT_EQ(run.out, "");
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "shirt"));
+    return run.err;
+  }
+
+  TempFolder folder_;
+};
+
+TEST_F(TemplateCommand, ImportsAndSaysWhatItFound) {
+  const WeftRun run = Import("0 0\n0 1\n1 0\n-1 -1\n");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("4 vertices, 2 faces, 3 vertices with a cell (1 without)"),
+                             HasSubstr("1 component(s)"), HasSubstr("1 boundary loop(s)")));
+  const auto garment = ReadTemplate(folder_ / "shirt");
+  ASSERT_TRUE(garment.ok()) << garment.status();
+  EXPECT_EQ(garment->id, "shirt");
+  EXPECT_THAT(run.out, HasSubstr("hash " + garment->ContentHash()));
+  ASSERT_EQ(Import("0 0\n0 1\n1 0\n-1 -1\n", {"--id", "blue"}).status, 0);
+  EXPECT_EQ(ReadTemplate(folder_ / "shirt")->id, "blue");
+}
+
+TEST_F(TemplateCommand, CountsPiecesAndOpenings) {
+  // An open tube of three sides, and a triangle.
+  TriangleMesh mesh{
+      {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 0, 1}, {0, 1, 1}, {5, 0, 0}, {6, 0, 0}, {5, 1, 0}},
+      {}};
+  for (int i = 0; i < 3; ++i) {
+    const int j = (i + 1) % 3;
+    mesh.faces.push_back({i, j, i + 3});
+    mesh.faces.push_back({j, j + 3, i + 3});
+  }
+  mesh.faces.push_back({6, 7, 8});
+  ASSERT_TRUE(WriteMesh(folder_ / "shirt.ply", mesh).ok());
+  const WeftRun run = Import("0 0\n0 1\n0 2\n1 0\n1 1\n1 2\n-1 -1\n-1 -1\n-1 -1\n");
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("2 component(s)"), HasSubstr("3 boundary loop(s)")));
+}
+
+TEST_F(TemplateCommand, MapThatDoesNotFitIsNamedWithLineAndRemedyAndNothingIsWritten) {
+  EXPECT_THAT(
+      ErrorOf("0 0\n0 1\n1 0\n"),
+      AllOf(HasSubstr("map.txt with "), HasSubstr("3 entries and the mesh 4 vertices"), HasSubstr("-1 -1")));
+  EXPECT_THAT(ErrorOf("0 0\n0 1\n1 0\n1 1\n2 2\n"), HasSubstr("5 entries and the mesh 4 vertices"));
+  EXPECT_THAT(ErrorOf("0 0\n0 6\n1 0\n1 1\n"),
+              AllOf(HasSubstr("vertex 1: cell (0, 6)"), HasSubstr("line 2"), HasSubstr("6 columns")));
+  EXPECT_THAT(ErrorOf("0 0\n0 1\n1 0\n0 1\n"),
+              AllOf(HasSubstr("vertex 3"), HasSubstr("lines 2 and 4"), HasSubstr("give one of the two")));
+  EXPECT_THAT(ErrorOf("0 0\n0 one\n1 0\n0 1\n"), HasSubstr("map.txt:2: expected `row col`"));
+}
+
+TEST_F(TemplateCommand, MeshThatIsNoClothIsNamed) {
+  const TriangleMesh fan{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, -1, 0}},
+                         {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}}};
+  ASSERT_TRUE(WriteMesh(folder_ / "shirt.ply", fan).ok());
+  EXPECT_THAT(ErrorOf("0 0\n0 1\n1 0\n1 1\n2 2\n"),
+              AllOf(HasSubstr("shirt.ply: face 2"), HasSubstr("two faces already")));
+  WriteBytes(folder_ / "shirt.ply", "solid");
+  EXPECT_THAT(ErrorOf("0 0\n"), AllOf(HasSubstr("shirt.ply"), HasSubstr("not a PLY file")));
+}
+
+TEST_F(TemplateCommand, OutputBelowAFileIsRefused) {
+  WriteBytes(folder_ / "shirt", "a file");
+  const WeftRun run = Import("0 0\n0 1\n1 0\n-1 -1\n");
+  EXPECT_EQ(run.status, 2);
+  EXPECT_THAT(run.err, HasSubstr("in the way"));
+  EXPECT_EQ(ReadBytes(folder_ / "shirt"), "a file");
+}
+
+}  // namespace
+}  // namespace weft
