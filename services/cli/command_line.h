@@ -13,8 +13,9 @@ namespace weft {
 // 0 done, 1 failed, 2 bad arguments or input.
 enum ExitStatus : int { kExitDone = 0, kExitFailed = 1, kExitBadInput = 2 };
 
-// The one place that maps an outcome to the exit status: InvalidArgument, NotFound, OutOfRange, AlreadyExists
-// and PermissionDenied are bad input, every other error is a failure.
+// The one place that maps an outcome to the exit status: InvalidArgument, NotFound, OutOfRange,
+// AlreadyExists, PermissionDenied and FailedPrecondition (inputs that do not fit each other) are bad input,
+// every other error is a failure.
 int ExitStatusOf(const absl::Status& status);
 
 // The parsed command line. A command's Add function declares its options and, in the subcommand's callback,

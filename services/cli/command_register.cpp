@@ -166,8 +166,8 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
-  command->add_option("--server", options->server, "Let the daemon at this address do the work")
-      ->type_name("HOST:PORT")
+  command->add_option("--server", options->server, "Let the daemon at HOST:PORT do the work")
+      ->type_name("ADDRESS")
       ->envname("WEFT_SERVER");
   command->add_flag("--detach", options->detach, "With --server: print the job's id and do not wait for it");
   command->add_flag("--json", options->json, "Print the job as JSON on standard output");

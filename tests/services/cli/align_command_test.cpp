@@ -119,7 +119,7 @@ TEST_F(AlignCommand, TooFewPointsLeaveNoMesh) {
   cloud.points.resize(2);
   ASSERT_TRUE(WriteCloud(folder_ / "cloud.ply", cloud).ok());
   const WeftRun run = Align();
-  EXPECT_EQ(run.status, 1);
+  EXPECT_EQ(run.status, 2);
   EXPECT_THAT(run.err, HasSubstr("cloud.ply: "));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "mesh.ply"));
 }
