@@ -131,7 +131,8 @@ absl::Status Register(const RegisterOptions& options, bool quiet) {
 void AddRegisterCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = AddCommand(
       app, "register",
-      "Register a dump. Decodes the board in every view, triangulates its cells, aligns the template, and "
+      "From the images of a dump to registered meshes. Decodes the board in every view, triangulates its "
+      "cells, aligns the template, and "
       "writes per frame mesh.ply (the template's vertices), cloud.ply and report.json, and report.html for "
       "all. Frames that are complete from an earlier run with the same inputs are kept, so a stopped run "
       "goes on where it ended.",
@@ -155,8 +156,9 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--out", options->out, "Folder for the results, made where it is missing")
       ->required()
       ->type_name("DIR");
-  command->add_option("--frames", options->frames, "Positions in the dump, B not included; all by default")
-      ->type_name("A:B");
+  command
+      ->add_option("--frames", options->frames, "Positions A:B in the dump, B not included; all by default")
+      ->type_name("RANGE");
   command
       ->add_option("--preset", options->preset,
                    "best: least error on hidden cloth; paper: weights of the paper")
