@@ -75,7 +75,7 @@ TEST_F(WriteReport, PicturesFirstWorstAndLastFrame) {
   EXPECT_THAT(html, HasSubstr("<bdi>000000</bdi> <small>first frame</small>"));
   EXPECT_THAT(html, HasSubstr("<bdi>000003</bdi> <small>lowest coverage</small>"));
   EXPECT_THAT(html, HasSubstr("<bdi>000004</bdi> <small>last frame</small>"));
-  EXPECT_THAT(html, HasSubstr("Back of frame 000003, coloured by uncertainty"));
+  EXPECT_THAT(html, HasSubstr("The other side of frame 000003, coloured by uncertainty"));
   EXPECT_THAT(html, HasSubstr("data:image/png;base64,iVBOR"));
   EXPECT_THAT(html, HasSubstr(">0.1 mm and more")) << "the range is that of observed vertices";
   EXPECT_THAT(html, Not(HasSubstr("Warnings")));
