@@ -73,6 +73,8 @@ struct Case {
   Photograph photo;
 };
 
+void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+
 class DecodesPhotographs : public testing::TestWithParam<Case> {};
 
 TEST_P(DecodesPhotographs, FindsNearlyAllCellsWithSubpixelCenters) {
