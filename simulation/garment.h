@@ -1,0 +1,29 @@
+// A printed garment of any kind: mesh at rest, cell of each vertex, print.
+#pragma once
+
+#include <string_view>
+#include <vector>
+
+#include "alignment/mesh.h"
+#include "alignment/template.h"
+#include "simulation/printed_mesh.h"
+
+namespace weft {
+
+enum class GarmentKind { kSheet, kTube, kSkirt, kTShirt };
+
+// "sheet", "tube", "skirt", "tshirt".
+std::string_view NameOf(GarmentKind kind);
+
+// Panels cut from one board and sewn. A vertex is the centre of a board cell, or lies without a cell on a
+// seam or hem; the seam vertices belong to the faces on both sides, so the mesh is closed there.
+struct Garment {
+  int board_rows = 0;  // the least board that holds the panels
+  int board_cols = 0;
+  double cell_mm = 0;
+  TriangleMesh rest;                       // in a natural pose
+  std::vector<VertexCell> cell_of_vertex;  // [vertices]
+  ClothPrint print;  // [faces], also the flat shape: a face corner lies at cell_mm times its board point
+};
+
+}  // namespace weft

@@ -1,0 +1,40 @@
+#include "simulation/performance.h"
+
+#include <gtest/gtest.h>
+
+namespace weft {
+namespace {
+
+PerformanceOptions SmallTube() {
+  PerformanceOptions options;
+  options.garment = GarmentKind::kTube;
+  options.rows = 12, options.cols = 24, options.cell_mm = 4;
+  options.frames = 3, options.settle_s = 0.1, options.step_s = 1.0 / 5000;
+  return options;
+}
+
+TEST(Performance, HandsOutItsFramesInOrderAndThenSaysThatTheyAreTaken) {
+  auto performance = Performance::Start(SmallTube());
+  ASSERT_TRUE(performance.ok()) << performance.status();
+  EXPECT_EQ(performance->garment().board_rows, 12);
+  EXPECT_EQ(performance->garment().board_cols, 24);
+  for (int i = 0; i < 3; ++i) {
+    const auto frame = performance->Next();
+    ASSERT_TRUE(frame.ok()) << frame.status();
+    EXPECT_NEAR(frame->time_ns, i * 1e9 / 30, 1);
+    EXPECT_EQ(frame->vertices_mm.size(), performance->garment().rest.vertices_mm.size());
+    EXPECT_EQ(frame->velocities_mm_s.size(), frame->vertices_mm.size());
+  }
+  EXPECT_EQ(performance->Next().status().code(), absl::StatusCode::kOutOfRange);
+}
+
+TEST(Performance, OptionsOutOfRangeAreNamed) {
+  PerformanceOptions options = SmallTube();
+  options.fps = 0;
+  const auto performance = Performance::Start(options);
+  EXPECT_EQ(performance.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(performance.status().message().find("fps"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace weft
