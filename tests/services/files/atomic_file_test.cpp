@@ -84,12 +84,33 @@ TEST(WriteFileAtomically, APathBelowAFileOrOverAFolderLeavesBothAlone) {
   EXPECT_EQ(Entries(folder / "folder"), 0u);
 }
 
+// Root writes everywhere; whoever runs the tests as root writes as another user while this lives.
+class WithoutRootRights {
+ public:
+  WithoutRootRights() : user_(geteuid()) {
+    if (user_ == 0) {
+      EXPECT_EQ(seteuid(kNobody), 0);
+    }
+  }
+  ~WithoutRootRights() { EXPECT_EQ(seteuid(user_), 0); }
+
+ private:
+  static constexpr uid_t kNobody = 65534;
+  uid_t user_;
+};
+
 TEST(WriteFileAtomically, AFolderWithoutWritePermissionIsPermissionDenied) {
-  if (geteuid() == 0) GTEST_SKIP() << "root writes everywhere";
   const TempFolder folder;
   WriteBytes(folder / "locked/a.txt", "old");
-  fs::permissions(folder / "locked", fs::perms::owner_read | fs::perms::owner_exec);
-  const absl::Status status = WriteFileAtomically(folder / "locked/a.txt", "new");
+  const fs::perms read_only =
+      fs::perms::owner_read | fs::perms::owner_exec | fs::perms::others_read | fs::perms::others_exec;
+  fs::permissions(folder.path(), read_only | fs::perms::owner_write);
+  fs::permissions(folder / "locked", read_only);
+  absl::Status status;
+  {
+    const WithoutRootRights unprivileged;
+    status = WriteFileAtomically(folder / "locked/a.txt", "new");
+  }
   fs::permissions(folder / "locked", fs::perms::owner_all);
   EXPECT_EQ(status.code(), absl::StatusCode::kPermissionDenied);
   EXPECT_THAT(status.message(), HasSubstr("may write to"));
