@@ -5,7 +5,7 @@
 
 #include "services/cli/commands.h"
 #include "services/cli/progress.h"
-#include "services/synthetic/evaluation_text.h"
+#include "services/evaluation/evaluation_text.h"
 
 namespace weft {
 namespace {

@@ -15,11 +15,12 @@ import os
 import re
 import sys
 
-# Each folder may include itself and those before it; simulation and services are leaves.
+# Each folder may include itself and those before it; simulation, evaluation and services are no part of the flow.
 FLOW = ["capture", "pattern", "triangulation", "alignment"]
 MAY_INCLUDE = {folder: set(FLOW[: i + 1]) for i, folder in enumerate(FLOW)}
 MAY_INCLUDE["simulation"] = set(FLOW) | {"simulation"}
-MAY_INCLUDE["services"] = set(FLOW) | {"simulation", "services", "weft"}  # weft/v1: generated code
+MAY_INCLUDE["evaluation"] = set(FLOW) | {"simulation", "evaluation"}
+MAY_INCLUDE["services"] = set(FLOW) | {"simulation", "evaluation", "services", "weft"}  # weft/v1: generated code
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 HEAVY = re.compile(

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "simulation/evaluation.h"
+#include "evaluation/truth_score.h"
 
 namespace weft {
 

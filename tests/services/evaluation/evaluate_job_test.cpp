@@ -1,4 +1,4 @@
-#include "services/synthetic/evaluate_job.h"
+#include "services/evaluation/evaluate_job.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/observations_file.h"
-#include "services/synthetic/evaluation_text.h"
+#include "services/evaluation/evaluation_text.h"
 #include "services/synthetic/take_writer.h"
 #include "services/synthetic/truth_file.h"
 #include "tests/capture/temp_folder.h"

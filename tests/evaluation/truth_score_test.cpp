@@ -1,4 +1,4 @@
-#include "simulation/evaluation.h"
+#include "evaluation/truth_score.h"
 
 #include <gtest/gtest.h>
 

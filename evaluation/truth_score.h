@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "evaluation/error_summary.h"
 #include "pattern/observation.h"
 #include "simulation/view_truth.h"
 #include "triangulation/cloud.h"
@@ -33,14 +34,6 @@ struct EvaluationOptions {
 
   absl::Status Validate() const;
 };
-
-// Errors of a kind; percentiles are interpolated linearly.
-struct ErrorSummary {
-  int64_t count = 0;
-  double mean = 0, median = 0, p95 = 0, max = 0;
-};
-// Empty when there are no errors to summarize.
-std::optional<ErrorSummary> Summarize(std::vector<double> errors);
 
 // Ratios are empty when there is nothing to divide by. Scores of frames add up with +=.
 

@@ -1,4 +1,4 @@
-#include "services/synthetic/evaluation_text.h"
+#include "services/evaluation/evaluation_text.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "simulation/evaluation.h"
+#include "evaluation/truth_score.h"
 
 #include <algorithm>
 #include <cmath>
@@ -144,25 +144,6 @@ absl::Status EvaluationOptions::Validate() const {
   if (!(covered_within_mm > 0)) return absl::InvalidArgumentError("covered_within_mm must be positive");
   if (well_seen_views < 1) return absl::InvalidArgumentError("well_seen_views must be at least 1");
   return absl::OkStatus();
-}
-
-std::optional<ErrorSummary> Summarize(std::vector<double> errors) {
-  if (errors.empty()) return std::nullopt;
-  std::sort(errors.begin(), errors.end());
-  const auto percentile = [&errors](double share) {
-    const double place = share * static_cast<double>(errors.size() - 1);
-    const auto below = static_cast<size_t>(place);
-    const size_t above = std::min(below + 1, errors.size() - 1);
-    return errors[below] + (place - static_cast<double>(below)) * (errors[above] - errors[below]);
-  };
-  ErrorSummary out;
-  out.count = static_cast<int64_t>(errors.size());
-  for (const double e : errors) out.mean += e;
-  out.mean /= static_cast<double>(errors.size());
-  out.median = percentile(0.5);
-  out.p95 = percentile(0.95);
-  out.max = errors.back();
-  return out;
 }
 
 std::optional<double> DecodeScore::Precision() const { return Ratio(right, observations); }

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "services/synthetic/evaluate_job.h"
+#include "services/evaluation/evaluate_job.h"
 
 namespace weft {
 

@@ -1,4 +1,4 @@
-#include "services/synthetic/evaluate_job.h"
+#include "services/evaluation/evaluate_job.h"
 
 #include <filesystem>
 #include <utility>

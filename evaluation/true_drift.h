@@ -1,0 +1,35 @@
+// How fast a registered mesh slides over the true surface.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "alignment/mesh.h"
+#include "alignment/mesh_graph.h"
+
+namespace weft {
+
+// A material place is told by its position on the cloth at rest. Each registered vertex sits near some
+// material place of the true surface; while the registration holds its threads that place does not change,
+// however the cloth moves. The place's offset from the vertex's own is the tangential error of the vertex,
+// pulled back to the cloth at rest through the true deformation of the vertex's neighbourhood, so that turns
+// and stretch of the cloth do not count.
+class TrueDrift {
+ public:
+  explicit TrueDrift(const TriangleMesh& rest);
+
+  // Tangential error of each vertex, [vertices], in mm of the cloth at rest along two axes fixed to the
+  // cloth; NaN where the neighbourhood spans no plane. Sizes must match the rest.
+  std::vector<Eigen::Vector2d> MaterialOffsets(const std::vector<Eigen::Vector3d>& registered_mm,
+                                               const std::vector<Eigen::Vector3d>& true_mm) const;
+
+ private:
+  MeshGraph graph_;
+  std::vector<Eigen::Vector2d> rest_edge_mm_;  // [2 * edges], neighbours of each vertex in its rest plane
+};
+
+// Length of the change of the offsets from one frame to the next in mm per frame, [vertices].
+std::vector<double> DriftBetween(const std::vector<Eigen::Vector2d>& offsets_mm,
+                                 const std::vector<Eigen::Vector2d>& next_offsets_mm);
+
+}  // namespace weft
