@@ -1,5 +1,6 @@
 #include "alignment/align.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -20,15 +21,17 @@ double MillisecondsSince(Clock::time_point start) {
 
 absl::Status Bad(const char* what) { return absl::InvalidArgumentError(absl::StrCat("alignment.", what)); }
 
-float WeightOf(const VertexTarget& target, const DetectionOptions& options) {
-  if (!options.weigh_by_sigma || target.sigma_mm == 0) return 1;
-  const double ratio = options.reference_sigma_mm / std::max(target.sigma_mm, options.min_sigma_mm);
-  return static_cast<float>(ratio * ratio);
+Eigen::Matrix3d WeightOf(const VertexTarget& target, const DetectionOptions& options) {
+  Eigen::Matrix3d covariance = target.covariance_mm2;
+  if (covariance.isZero()) covariance.diagonal().setConstant(target.sigma_mm * target.sigma_mm);
+  if (!options.weigh_by_sigma || covariance.isZero()) return Eigen::Matrix3d::Identity();
+  covariance.diagonal().array() += options.min_sigma_mm * options.min_sigma_mm;
+  return options.reference_sigma_mm * options.reference_sigma_mm * covariance.inverse();
 }
 
-std::vector<float> VertexWeights(int vertices, const std::vector<VertexTarget>& targets,
-                                 const DetectionOptions& options) {
-  std::vector<float> weights(vertices, static_cast<float>(options.filled_weight));
+std::vector<Eigen::Matrix3d> VertexWeights(int vertices, const std::vector<VertexTarget>& targets,
+                                           const DetectionOptions& options) {
+  std::vector<Eigen::Matrix3d> weights(vertices, options.filled_weight * Eigen::Matrix3d::Identity());
   for (const VertexTarget& t : targets) weights[t.vertex] = WeightOf(t, options);
   return weights;
 }
@@ -114,7 +117,8 @@ class Passes {
 
     start = Clock::now();
     const ElasticProblem problem{std::move(filled.position_mm),
-                                 VertexWeights(model_.graph().vertices, targets, options_.detection)};
+                                 VertexWeights(model_.graph().vertices, targets, options_.detection),
+                                 {}};
     const absl::StatusOr<ElasticReport> report =
         SolveElastic(model_.slices(), model_.graph(), problem, options_.elastic, &deformation_);
     if (!report.ok()) return report.status();

@@ -20,6 +20,8 @@ struct VertexTarget {
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
   double sigma_mm = 0;  // per axis, 0 where unknown
   int views = 0;
+  // Zero where only sigma_mm is known.
+  Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();
 };
 
 // The centres of the cloud that belong to the template; `unclaimed` counts those whose cell no vertex has.
@@ -31,12 +33,11 @@ CloudTargets TargetsFromCloud(const Template& garment, const Cloud& cloud);
 
 // E_Det (paper, Eq. 1): how much each vertex is drawn to its measured or filled position.
 struct DetectionOptions {
-  // Measured vertices weigh (reference_sigma_mm / sigma_mm)^2; 1 where the option is off or sigma_mm is
-  // unknown (0). sigma_mm is raised to min_sigma_mm: that of a triangulated point tells how well its rays
-  // meet, not what calibration, print and shading shift in all views alike.
+  // Measured vertices weigh reference_sigma_mm^2 times the inverse of their covariance, or of sigma_mm^2
+  // where that alone is known; 1 where the option is off or neither is. min_sigma_mm is added in quadrature.
   bool weigh_by_sigma = true;
   double reference_sigma_mm = 0.5;
-  double min_sigma_mm = 0.1;
+  double min_sigma_mm = 0.01;
   // Weight of filled vertices. The paper takes 1; the fill is a poor guess, and a weight that merely keeps
   // the system definite leaves the shape of hidden cloth to E_Dist.
   double filled_weight = 0.001;

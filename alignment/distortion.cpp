@@ -29,11 +29,13 @@ double ReducedDistortionEnergy(const TriangleMesh& rest, const MeshGraph& graph,
   return energy;
 }
 
-double DetectionEnergy(const std::vector<Eigen::Vector3d>& targets_mm, const std::vector<float>& weights,
+double DetectionEnergy(const std::vector<Eigen::Vector3d>& targets_mm,
+                       const std::vector<Eigen::Matrix3d>& weights,
                        const std::vector<Eigen::Vector3d>& position_mm) {
   double energy = 0;
   for (size_t k = 0; k < targets_mm.size(); ++k) {
-    energy += weights[k] * (targets_mm[k] - position_mm[k]).squaredNorm();  // Eq. 1
+    const Eigen::Vector3d off = targets_mm[k] - position_mm[k];
+    energy += off.dot(weights[k] * off);  // Eq. 1
   }
   return energy;
 }

@@ -32,8 +32,9 @@ double DistortionEnergy(const TriangleMesh& rest, const MeshGraph& graph, const 
 double ReducedDistortionEnergy(const TriangleMesh& rest, const MeshGraph& graph,
                                const Deformation& deformation, const DistortionWeights& weights);
 
-// Eq. 1 of the paper, weighted: sum of weight_k |target_k - c_k|^2.
-double DetectionEnergy(const std::vector<Eigen::Vector3d>& targets_mm, const std::vector<float>& weights,
+// Eq. 1 of the paper, weighted: sum of (target_k - c_k)^T weight_k (target_k - c_k).
+double DetectionEnergy(const std::vector<Eigen::Vector3d>& targets_mm,
+                       const std::vector<Eigen::Matrix3d>& weights,
                        const std::vector<Eigen::Vector3d>& position_mm);
 
 }  // namespace weft

@@ -46,6 +46,15 @@ WEFT_INLINE void Gather(const FieldQ& f, const int32_t* index, LanesQ& out) {
   Gather(f.w.data(), index, out.w), Gather(f.x.data(), index, out.x);
   Gather(f.y.data(), index, out.y), Gather(f.z.data(), index, out.z);
 }
+// w v
+WEFT_INLINE void Multiply(const FieldSym& w, size_t at, const Lanes3& v, Lanes3& out) {
+  Lanes xx, xy, xz, yy, yz, zz;
+  Load(w.xx.data() + at, xx), Load(w.xy.data() + at, xy), Load(w.xz.data() + at, xz);
+  Load(w.yy.data() + at, yy), Load(w.yz.data() + at, yz), Load(w.zz.data() + at, zz);
+  out.x = xx * v.x + xy * v.y + xz * v.z;
+  out.y = xy * v.x + yy * v.y + yz * v.z;
+  out.z = xz * v.x + yz * v.y + zz * v.z;
+}
 WEFT_INLINE void Subtract(const Lanes3& a, const Lanes3& b, Lanes3& out) {
   out.x = a.x - b.x, out.y = a.y - b.y, out.z = a.z - b.z;
 }
@@ -185,17 +194,14 @@ WEFT_SIMD_CLONES double EnergyAndGradient(const SlicedMesh& mesh, SliceRange ran
     const size_t at = static_cast<size_t>(s) * kLanes;
     Lanes3 own, target;
     LanesQ q;
-    Lanes weight;
     Load(position, at, own);
     Load(*terms.target, at, target);
-    Load(terms.weight->data() + at, weight);
     Load(rotation, at, q);
-    Lanes3 off;
+    Lanes3 off, g;
     Subtract(own, target, off);
-    Lanes energy;
-    Dot(off, off, energy);
-    energy = energy * weight;  // Eq. 1
-    Lanes3 g = {weight * off.x, weight * off.y, weight * off.z};
+    Multiply(*terms.weight, at, off, g);
+    Lanes energy;  // Eq. 1, 3, 4, 5
+    Dot(off, g, energy);
     for (int slot = mesh.first_slot[s]; slot < mesh.first_slot[s + 1]; ++slot) {
       Lanes3 e, d, a, b;
       LanesQ other;

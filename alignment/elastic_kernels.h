@@ -18,6 +18,14 @@ struct Field3 {
   void Resize(size_t size) { x.resize(size), y.resize(size), z.resize(size); }
 };
 
+// A symmetric 3x3 matrix per vertex.
+struct FieldSym {
+  std::vector<float> xx, xy, xz, yy, yz, zz;
+  void Resize(size_t size) {
+    xx.resize(size), xy.resize(size), xz.resize(size), yy.resize(size), yz.resize(size), zz.resize(size);
+  }
+};
+
 // A unit quaternion per vertex.
 struct FieldQ {
   std::vector<float> w, x, y, z;
@@ -54,10 +62,11 @@ void FitRotations(const SlicedMesh& mesh, SliceRange range, const RotationStep& 
                   const FieldQ& current, FieldQ* next);
 
 // Energy and half its gradient by the positions, at fixed rotations:
-// sum of weight |position - target|^2 + sum over edges of stretch |d - m|^2 + bending |a - b|^2.
+// sum of (position - target)^T weight (position - target) + sum over edges of
+// stretch |d - m|^2 + bending |a - b|^2.
 struct EnergyTerms {
   const Field3* target = nullptr;
-  const std::vector<float>* weight = nullptr;
+  const FieldSym* weight = nullptr;
   float stretch = 3, bending = 0.5f;  // lambda included
 };
 double EnergyAndGradient(const SlicedMesh& mesh, SliceRange range, const EnergyTerms& terms,

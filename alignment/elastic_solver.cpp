@@ -18,14 +18,15 @@ namespace {
 class Preconditioner {
  public:
   static absl::StatusOr<Preconditioner> Build(const SlicedMesh& mesh, const MeshGraph& graph,
-                                              const std::vector<float>& weights, double stretch) {
+                                              const ElasticProblem& problem, double stretch) {
     Preconditioner out;
     out.inverse_diagonal_.assign(mesh.degree.size(), 0);
     std::vector<int> index(graph.vertices, -1);
     for (int v = 0; v < graph.vertices; ++v) {
-      const double edges = stretch * graph.degree(v);
-      out.inverse_diagonal_[v] = static_cast<float>(1 / (weights[v] + edges));
-      if (weights[v] >= kWeakShare * edges) continue;
+      if (!problem.frozen.empty() && problem.frozen[v]) continue;
+      const double edges = stretch * graph.degree(v), weight = problem.weights[v].trace() / 3;
+      out.inverse_diagonal_[v] = static_cast<float>(1 / (weight + edges));
+      if (weight >= kWeakShare * edges) continue;
       index[v] = static_cast<int>(out.weak_.size());
       out.weak_.push_back(v);
     }
@@ -38,7 +39,7 @@ class Preconditioner {
         const int other = index[graph.neighbor[j]];
         if (other > static_cast<int>(i)) matrix.insert(other, i) = -stretch;
       }
-      matrix.insert(i, i) = weights[v] + stretch * graph.degree(v);
+      matrix.insert(i, i) = problem.weights[v].trace() / 3 + stretch * graph.degree(v);
     }
     matrix.makeCompressed();
     out.factor_ = std::make_unique<Factor>(matrix);
@@ -124,8 +125,15 @@ class State {
     for (const Eigen::Vector3d& p : start.position_mm) center_ += p / mesh.vertices;
     Assign(start.position_mm, size, &position_);
     Assign(problem.targets_mm, size, &target_);
-    weight_ = problem.weights;
-    weight_.resize(size, 0);
+    weight_.Resize(size);
+    for (size_t v = 0; v < problem.weights.size(); ++v) {
+      const Eigen::Matrix3f w = problem.weights[v].cast<float>();
+      weight_.xx[v] = w(0, 0), weight_.xy[v] = w(0, 1), weight_.xz[v] = w(0, 2);
+      weight_.yy[v] = w(1, 1), weight_.yz[v] = w(1, 2), weight_.zz[v] = w(2, 2);
+    }
+    for (size_t v = 0; v < problem.frozen.size(); ++v) {
+      if (problem.frozen[v]) frozen_.push_back(static_cast<int>(v));
+    }
     rotation_.Resize(size);
     for (int v = 0; v < mesh.vertices; ++v) {
       const Eigen::Quaterniond q(start.rotation[v]);
@@ -169,9 +177,11 @@ class State {
     return EnergyAt(half_gradient);
   }
   double EnergyAt(Field3* half_gradient) const {
-    return SumOverBlocks(mesh_.slices, [&](SliceRange range) {
+    const double energy = SumOverBlocks(mesh_.slices, [&](SliceRange range) {
       return EnergyAndGradient(mesh_, range, terms_, position_, rotation_, half_gradient);
     });
+    for (const int v : frozen_) half_gradient->x[v] = half_gradient->y[v] = half_gradient->z[v] = 0;
+    return energy;
   }
 
   void WriteTo(Deformation* out) const {
@@ -196,7 +206,8 @@ class State {
   Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
   Field3 position_, target_;
   FieldQ rotation_, next_rotation_;
-  std::vector<float> weight_;
+  FieldSym weight_;
+  std::vector<int> frozen_;
   EnergyTerms terms_;
 };
 
@@ -252,6 +263,13 @@ ElasticReport Minimise(State* state, const Preconditioner& preconditioner, const
 
 }  // namespace
 
+void ElasticProblem::Add(int vertex, const Eigen::Vector3d& target_mm, const Eigen::Matrix3d& weight) {
+  const Eigen::Matrix3d sum = weights[vertex] + weight;
+  const Eigen::Vector3d shift = weight * (target_mm - targets_mm[vertex]);
+  targets_mm[vertex] += sum.ldlt().solve(shift);
+  weights[vertex] = sum;
+}
+
 absl::Status ElasticOptions::Validate() const {
   const auto bad = [](const char* what) {
     return absl::InvalidArgumentError(absl::StrCat("elastic.", what));
@@ -278,8 +296,7 @@ absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const MeshGra
                                            Deformation* deformation) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   const double stretch = options.lambda * options.distortion.stretch;
-  absl::StatusOr<Preconditioner> preconditioner =
-      Preconditioner::Build(mesh, graph, problem.weights, stretch);
+  absl::StatusOr<Preconditioner> preconditioner = Preconditioner::Build(mesh, graph, problem, stretch);
   if (!preconditioner.ok()) return preconditioner.status();
   State state(mesh, problem, options, *deformation);
   const ElasticReport report = Minimise(&state, *preconditioner, options);

@@ -1,4 +1,4 @@
-// Minimises E_Det + lambda E_Dist (paper, Eq. 1 and 2) over positions and rotations of all vertices.
+// Minimises data terms + lambda E_Dist (paper, Eq. 1 to 5) over positions and rotations of all vertices.
 #pragma once
 
 #include <vector>
@@ -21,9 +21,15 @@ struct ElasticOptions {
   absl::Status Validate() const;
 };
 
+// What draws the vertices: the sum over them of (x - target)^T weight (x - target). Eq. 1, 3, 4 and 5 of the
+// paper all have this form, and so has any sum of them (its constant left out).
 struct ElasticProblem {
   std::vector<Eigen::Vector3d> targets_mm;  // [vertices]
-  std::vector<float> weights;               // [vertices], positive
+  std::vector<Eigen::Matrix3d> weights;     // [vertices], symmetric, positive definite
+  std::vector<bool> frozen;                 // [vertices], or empty: vertices whose position stays
+
+  // Adds (x - target)^T weight (x - target); weight positive semi-definite.
+  void Add(int vertex, const Eigen::Vector3d& target_mm, const Eigen::Matrix3d& weight);
 };
 
 struct ElasticReport {

@@ -7,9 +7,9 @@
 
 namespace weft {
 
-// Standard deviation per axis in mm, [vertices]. Measured vertices: their target's, at least min_sigma_mm, lowered
-// by what E_Dist lets them borrow from their neighbours. Others: UncertaintyOptions. Vertices of components
-// without any target get the size of the template, since nothing is known of them.
+// Standard deviation per axis in mm, [vertices]. Measured vertices: their target's, at least min_sigma_mm,
+// lowered by what E_Dist lets them borrow from their neighbours. Others: UncertaintyOptions. Vertices of
+// components without any target get the size of the template, since nothing is known of them.
 std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
                                 const AlignOptions& options);
 

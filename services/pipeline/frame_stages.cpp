@@ -10,6 +10,7 @@
 #include "pattern/decoder.h"
 #include "services/pipeline/stage_reports.h"
 #include "triangulation/clean.h"
+#include "triangulation/footprint.h"
 
 namespace weft {
 namespace {
@@ -119,7 +120,7 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
   const TriangulationOptions triangulation;
   absl::StatusOr<Cloud> cloud = Triangulate(inputs.rig, frame.views, triangulation);
   if (!cloud.ok()) return cloud.status();
-  frame.cloud = CleanCloud(*std::move(cloud), CleaningOptions{});
+  frame.cloud = SharpenCenters(CleanCloud(*std::move(cloud), CleaningOptions{}), FootprintOptions{});
   DescribeCloud(frame.cloud, *frame.report.mutable_cloud());
   clock.End("triangulate");
   if (progress) progress(kTriangulated);

@@ -1,0 +1,143 @@
+#include "triangulation/footprint.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+
+namespace weft {
+namespace {
+
+// Points of one kind by their place on the board.
+class Places {
+ public:
+  Places(const std::vector<CloudPoint>& points, NodeKind kind) {
+    for (const CloudPoint& p : points) {
+      if (p.node.kind != kind) continue;
+      rows_ = std::max(rows_, p.node.row + 1);
+      cols_ = std::max(cols_, p.node.col + 1);
+    }
+    at_.assign(static_cast<size_t>(rows_) * cols_, -1);
+    for (size_t i = 0; i < points.size(); ++i) {
+      const BoardNode& node = points[i].node;
+      if (node.kind == kind) at_[static_cast<size_t>(node.row) * cols_ + node.col] = static_cast<int>(i);
+    }
+  }
+
+  // -1 where there is none.
+  int At(int row, int col) const {
+    return row >= 0 && col >= 0 && row < rows_ && col < cols_ ? at_[static_cast<size_t>(row) * cols_ + col]
+                                                              : -1;
+  }
+
+ private:
+  int rows_ = 0, cols_ = 0;
+  std::vector<int> at_;  // [rows][cols]
+};
+
+// How far the mean of the places around a centre lies from it.
+struct Bend {
+  Eigen::Vector3d value_mm = Eigen::Vector3d::Zero();
+  Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();  // of that mean
+  double own_share = 0;                                      // of the centre's own error in value_mm, negated
+  bool by_corners = false;
+  int axes = 0;  // without corners: directions of the board, of two, in which both neighbours are there
+};
+
+class Bends {
+ public:
+  explicit Bends(const std::vector<CloudPoint>& points)
+      : points_(points), centers_(points, NodeKind::kCenter), corners_(points, NodeKind::kCorner) {
+    std::vector<double> lengths;
+    for (const CloudPoint& p : points) {
+      if (p.node.kind != NodeKind::kCenter) continue;
+      for (const int other :
+           {centers_.At(p.node.row, p.node.col + 1), centers_.At(p.node.row + 1, p.node.col)}) {
+        if (other >= 0) lengths.push_back((points[other].position_mm - p.position_mm).norm());
+      }
+    }
+    if (lengths.empty()) return;
+    std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
+    edge_mm_ = lengths[lengths.size() / 2];
+  }
+
+  double edge_mm() const { return edge_mm_; }  // 0 where no two centres are next to each other
+
+  Bend At(const CloudPoint& center) const {
+    const auto [row, col, kind] = center.node;
+    Bend bend;
+    const std::array<int, 4> around = {corners_.At(row, col), corners_.At(row, col + 1),
+                                       corners_.At(row + 1, col), corners_.At(row + 1, col + 1)};
+    if (std::ranges::all_of(around, [](int i) { return i >= 0; })) {
+      bend.by_corners = true;
+      for (const int i : around) Add(center, i, 0.25, &bend);
+      return bend;
+    }
+    const std::array<std::array<int, 2>, 2> sides = {
+        {{centers_.At(row, col - 1), centers_.At(row, col + 1)},
+         {centers_.At(row - 1, col), centers_.At(row + 1, col)}}};
+    for (const auto& [low, high] : sides) {
+      if (low < 0 || high < 0) continue;
+      ++bend.axes;
+      for (const int i : {low, high}) Add(center, i, 0.25, &bend);
+    }
+    return bend;
+  }
+
+ private:
+  void Add(const CloudPoint& center, int other, double share, Bend* bend) const {
+    bend->value_mm += share * (points_[other].position_mm - center.position_mm);
+    bend->covariance_mm2 += share * share * points_[other].covariance_mm2;
+    bend->own_share += share;
+  }
+
+  const std::vector<CloudPoint>& points_;
+  Places centers_, corners_;
+  double edge_mm_ = 0;
+};
+
+// Share of the variance of the average that a bend by neighbouring centres leaves.
+constexpr std::array<double, 3> kLeftByAxes = {1, 0.65, 0.45};
+
+}  // namespace
+
+absl::Status FootprintOptions::Validate() const {
+  const auto bad = [](const char* what) {
+    return absl::InvalidArgumentError(absl::StrCat("triangulation.footprint.", what));
+  };
+  if (!(neighbor_share >= 0 && neighbor_share <= 0.8)) return bad("neighbor_share must lie in 0 to 0.8");
+  if (!(shift_error >= 0)) return bad("shift_error must not be negative");
+  if (!(uncorrected_edges >= 0)) return bad("uncorrected_edges must not be negative");
+  if (!(shared_edges >= 0)) return bad("shared_edges must not be negative");
+  return absl::OkStatus();
+}
+
+Cloud SharpenCenters(Cloud cloud, const FootprintOptions& options) {
+  if (options.neighbor_share == 0) return cloud;
+  const Cloud measured = cloud;
+  const Bends bends(measured.points);
+  const double edge_mm = bends.edge_mm();
+  const double residual_mm2 = std::pow(edge_mm * options.uncorrected_edges, 2);
+  for (size_t i = 0; i < cloud.points.size(); ++i) {
+    CloudPoint& point = cloud.points[i];
+    if (point.node.kind == NodeKind::kCenter) {
+      const Bend bend = bends.At(measured.points[i]);
+      // Of corners, who average themselves, (1 - share) of the bend is left; of neighbours about all of it.
+      const double gain = options.neighbor_share / (bend.by_corners ? 1 - options.neighbor_share : 1);
+      const Eigen::Vector3d shift = -gain * bend.value_mm;
+      const double left = bend.by_corners ? 0 : kLeftByAxes[bend.axes] * residual_mm2;
+      point.position_mm += shift;
+      point.covariance_mm2 =
+          (1 + gain * bend.own_share) * (1 + gain * bend.own_share) * point.covariance_mm2 +
+          gain * gain * bend.covariance_mm2 + left * Eigen::Matrix3d::Identity() +
+          options.shift_error * options.shift_error * shift * shift.transpose();
+    }
+    point.covariance_mm2.diagonal().array() += std::pow(edge_mm * options.shared_edges, 2);
+    point.sigma_mm = std::sqrt(point.covariance_mm2.trace() / 3);
+  }
+  return cloud;
+}
+
+}  // namespace weft

@@ -1,0 +1,34 @@
+// What a decoded centre averages over, taken out again.
+#pragma once
+
+#include "absl/status/status.h"
+#include "triangulation/cloud.h"
+
+namespace weft {
+
+// A decoder finds the centre of a cell by the whole of its coloured square, every camera in the same way. On
+// bent cloth the point is therefore (1 - neighbor_share) times the thread at the centre plus neighbor_share
+// times the mean of the four neighbouring centres, whatever the number of views, and lies inside the fold.
+// Lengths are in edges: the median distance of points whose centres are next to each other on the board.
+struct FootprintOptions {
+  // Measured on rendered cloth with the decoder of `pattern`; 0 leaves the points as they are.
+  double neighbor_share = 0.43;
+  // Of the shift that takes the average out, the share that is wrong (standard deviation).
+  double shift_error = 0.3;
+  // Standard deviation of the average where too little around a centre was seen to take it out.
+  double uncorrected_edges = 0.05;
+  // What all views of a node share besides: light, ink, print.
+  double shared_edges = 0.004;
+
+  absl::Status Validate() const;
+};
+
+// Moves each centre to where its thread is. A corner is the mean of the four centres around it, so on cloth
+// bent like a parabola the mean of a cell's four corners lies (1 - share) of the bend away from the measured
+// centre, and the thread share of the bend on the other side. Where corners are missing the neighbouring
+// centres tell the bend, less well. Covariances follow: propagated from what the shift was computed of, plus
+// what it leaves. Corners stay; points and rejected nodes keep their order. A node occurs once, rows and
+// columns lie in 0 to 4096, positions are finite.
+Cloud SharpenCenters(Cloud cloud, const FootprintOptions& options);
+
+}  // namespace weft
