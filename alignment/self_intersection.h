@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "alignment/mesh.h"
@@ -19,10 +20,27 @@ struct FacePair {
 // size are seen.
 bool TrianglesIntersect(const Eigen::Vector3d (&s)[3], const Eigen::Vector3d (&t)[3]);
 
+// Where the segment from p to q passes through the triangle, as its share of the way from p; touching counts.
+// Nothing for segments that lie in the triangle's plane.
+std::optional<double> SegmentThroughTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& q,
+                                             const Eigen::Vector3d (&t)[3]);
+
 // All pairs of faces that intersect and share no vertex, ordered by a, then b. Candidates come from a uniform
 // grid. Vertices must be finite and faces valid. Runs in the calling thread's TBB arena; the same result at
 // any thread count.
 std::vector<FacePair> FindSelfIntersections(const std::vector<Eigen::Vector3d>& vertices_mm,
                                             const std::vector<Face>& faces);
+
+struct Tangles {
+  std::vector<FacePair> apart;      // share no vertex
+  std::vector<FacePair> at_vertex;  // share one vertex and meet elsewhere too
+
+  bool empty() const { return apart.empty() && at_vertex.empty(); }
+};
+
+// Like FindSelfIntersections, but stricter: also faces around a common vertex that pass through each other,
+// and both kinds also where they meet only once the vertices are rounded to 32-bit floats, as files hold
+// them. Neighbours across an edge meet outside it only when folded flat, and are not looked at.
+Tangles FindTangles(const std::vector<Eigen::Vector3d>& vertices_mm, const std::vector<Face>& faces);
 
 }  // namespace weft

@@ -5,7 +5,7 @@
 
 #include <Eigen/LU>
 
-#include "tests/alignment/cloth_sheets.h"
+#include "tests/alignment/tangled_sheets.h"
 
 namespace weft {
 namespace {
@@ -165,6 +165,54 @@ TEST(FindSelfIntersections, SameAtAnyThreadCount) {
   const auto one = run(1);
   EXPECT_GE(one.size(), 160u);
   EXPECT_EQ(one, run(2));
+}
+
+TEST(FindTangles, FindsFacesThatMeetAroundAVertex) {
+  TriangleMesh mesh = testing::FacesThroughEachOtherAtAVertex();
+  EXPECT_TRUE(FindSelfIntersections(mesh.vertices_mm, mesh.faces).empty());
+  const Tangles tangles = FindTangles(mesh.vertices_mm, mesh.faces);
+  EXPECT_TRUE(tangles.apart.empty());
+  EXPECT_EQ(tangles.at_vertex, (std::vector<FacePair>{{0, 1}}));
+  mesh.vertices_mm[4].z() = 0.5;  // ends above the other face
+  EXPECT_TRUE(FindTangles(mesh.vertices_mm, mesh.faces).empty());
+}
+
+// Every pair with one vertex in common, in random fans.
+TEST(FindTangles, AgreesWithPiercingSidesAroundAVertex) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  int meeting = 0;
+  for (int i = 0; i < 5000; ++i) {
+    TriangleMesh mesh{{{0, 0, 0}}, {{1, 0, 2}, {3, 4, 0}}};
+    for (int v = 0; v < 4; ++v) mesh.vertices_mm.emplace_back(unit(random), unit(random), 0.3 * unit(random));
+    const auto& p = mesh.vertices_mm;
+    const Triangle s = {p[1], p[0], p[2]}, t = {p[3], p[4], p[0]};
+    const bool meet = Pierces(p[1], p[2], t) || Pierces(p[3], p[4], s);
+    ASSERT_EQ(FindTangles(p, mesh.faces).at_vertex.size(), meet ? 1u : 0u) << i;
+    meeting += meet;
+  }
+  EXPECT_GT(meeting, 500);
+}
+
+TEST(FindTangles, SeesWhatMeetsOnceRoundedToFloats) {
+  TriangleMesh mesh;
+  for (const Eigen::Vector3d& corner : kBase)
+    mesh.vertices_mm.push_back(corner + Eigen::Vector3d(0, 0, 4096));
+  // Above by less than half the distance between floats there.
+  for (const Eigen::Vector3d& corner : kBase) {
+    mesh.vertices_mm.push_back(corner + Eigen::Vector3d(0.5, 0.5, 4096 + 1e-5));
+  }
+  mesh.faces = {{0, 1, 2}, {3, 4, 5}};
+  EXPECT_TRUE(FindSelfIntersections(mesh.vertices_mm, mesh.faces).empty());
+  EXPECT_EQ(FindTangles(mesh.vertices_mm, mesh.faces).apart.size(), 1u);
+}
+
+TEST(FindTangles, FindsWhatFindSelfIntersectionsFinds) {
+  TriangleMesh mesh = CrossedSheets(12);
+  for (Eigen::Vector3d& v : mesh.vertices_mm) v = SomeMotion() * v;
+  const Tangles tangles = FindTangles(mesh.vertices_mm, mesh.faces);
+  EXPECT_EQ(tangles.apart, AllPairs(mesh));
+  EXPECT_TRUE(tangles.at_vertex.empty());
 }
 
 TEST(FindSelfIntersections, MeshesWithoutFacesHaveNone) {

@@ -1,0 +1,24 @@
+// Back towards the observed shape without passing through anything.
+#pragma once
+
+#include "absl/status/status.h"
+#include "alignment/tangle_patch.h"
+
+namespace weft {
+
+struct ReturnOptions {
+  double gap_mm = 0.05;      // kept between faces that come near each other
+  double max_step_mm = 0.5;  // of a vertex in one iteration
+  double smoothness = 1;     // how much a vertex that is held up holds up its neighbours
+  int max_iterations = 40;
+  double tolerance_mm = 0.005;  // ends when no vertex moves further in one iteration
+
+  absl::Status Validate() const;
+};
+
+// Minimises sum_v weight_v |u_v|^2 + smoothness sum_edges |u_a - u_b|^2 over the displacements u from the
+// observed positions, by steps that stay within the contact planes of where they start: a patch without
+// piercings keeps none. Faces nearer than gap_mm are parted as far as there is room. Returns the iterations.
+int ReturnGuarded(const ReturnOptions& options, TanglePatch* patch);
+
+}  // namespace weft

@@ -1,0 +1,240 @@
+#include "alignment/untangle.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "alignment/self_intersection.h"
+#include "alignment/tangle_patch.h"
+#include "alignment/tangle_regions.h"
+#include "alignment/untangle_push.h"
+
+namespace weft {
+namespace {
+
+constexpr double kNoMoveMm = 0.002;
+
+absl::Status Bad(const char* what) { return absl::InvalidArgumentError(absl::StrCat("untangle.", what)); }
+
+absl::Status CheckMesh(const std::vector<Face>& faces, std::span<const float> sigma_mm,
+                       const std::vector<Eigen::Vector3d>& vertices_mm) {
+  const int vertices = static_cast<int>(vertices_mm.size());
+  for (int v = 0; v < vertices; ++v) {
+    if (!vertices_mm[v].allFinite()) {
+      return absl::InvalidArgumentError(absl::StrCat("vertex ", v, ": its position is not finite"));
+    }
+  }
+  for (size_t f = 0; f < faces.size(); ++f) {
+    const auto [a, b, c] = faces[f];
+    if (std::min({a, b, c}) < 0 || std::max({a, b, c}) >= vertices || a == b || b == c || c == a) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("face ", f, ": needs three different vertices of 0 to ", vertices - 1));
+    }
+  }
+  if (sigma_mm.empty()) return absl::OkStatus();
+  if (sigma_mm.size() != vertices_mm.size()) {
+    return absl::InvalidArgumentError(absl::StrCat("sigma_mm: ", sigma_mm.size(), " values for ", vertices,
+                                                   " vertices; give one each, or none"));
+  }
+  for (int v = 0; v < vertices; ++v) {
+    if (!(sigma_mm[v] > 0 && std::isfinite(sigma_mm[v]))) {
+      return absl::InvalidArgumentError(absl::StrCat("vertex ", v, ": sigma_mm must be positive"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+void Append(const Face& face, std::vector<int>* vertices) {
+  vertices->insert(vertices->end(), face.begin(), face.end());
+}
+
+double MeanEdgeMm(const std::vector<Eigen::Vector3d>& vertices_mm, const std::vector<Face>& faces) {
+  double sum = 0;
+  for (const auto& [a, b, c] : faces) {
+    sum += (vertices_mm[b] - vertices_mm[a]).norm() + (vertices_mm[c] - vertices_mm[b]).norm() +
+           (vertices_mm[a] - vertices_mm[c]).norm();
+  }
+  return std::max(sum / (3.0 * static_cast<double>(faces.size())), 1e-6);
+}
+
+// Pushes until nothing is pierced. Returns whether that was reached.
+class Pusher {
+ public:
+  Pusher(const UntangleOptions& options, double edge_mm, TanglePatch* patch)
+      : options_(options), edge_mm_(edge_mm), patch_(patch) {}
+
+  bool Run() {
+    size_t fewest = 0;
+    std::vector<Eigen::Vector3d> best;
+    for (pushes_ = 0;; ++pushes_) {
+      const std::vector<Piercing> piercings = FindPiercings(*patch_);
+      if (best.empty() || piercings.size() < fewest) {
+        fewest = piercings.size();
+        best = patch_->position_mm;
+      }
+      if (piercings.empty()) return true;
+      if (pushes_ == options_.max_pushes) break;
+      Push(piercings);
+    }
+    patch_->position_mm = std::move(best);
+    return false;
+  }
+
+  int pushes() const { return pushes_; }
+
+ private:
+  void Push(const std::vector<Piercing>& piercings) {
+    const TangleRegions found = FindRegions(*patch_, piercings);
+    PushField field(*patch_);
+    std::vector<int> flat;
+    for (const CutOffRegion& region : found.regions) {
+      if (region.loop) {
+        flat.insert(flat.end(), region.vertices.begin(), region.vertices.end());
+        for (const int f : region.opposite) Append(patch_->faces[f], &flat);
+      } else {
+        PushRegion(*patch_, region, options_.push_gap_edges * edge_mm_, &field);
+      }
+    }
+    for (size_t i = 0; i < piercings.size(); ++i) {
+      if (found.explained[i] && pushes_ < options_.max_pushes / 2) continue;
+      if (pushes_ < options_.patience) {
+        ShortenContour(*patch_, piercings[i], options_.contour_step_edges * edge_mm_, &field);
+      } else {
+        const PatchEdge& edge = patch_->edges[piercings[i].edge];
+        flat.insert(flat.end(), {edge.a, edge.b});
+        Append(patch_->faces[piercings[i].face], &flat);
+      }
+    }
+    field.Apply(patch_);
+    if (!flat.empty()) Flatten(flat, 2 + pushes_ / options_.pushes_per_ring, patch_);
+  }
+
+  const UntangleOptions& options_;
+  const double edge_mm_;
+  TanglePatch* patch_;
+  int pushes_ = 0;
+};
+
+// Where no edge passes through a face and yet faces intersect they lie in a common plane: moves the vertices
+// a little, each in a direction of its own.
+void Shake(double distance_mm, TanglePatch* patch) {
+  for (int v = 0; v < patch->free; ++v) {
+    uint32_t state = static_cast<uint32_t>(patch->vertex[v]) * 2654435761u + 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      state = state * 1664525u + 1013904223u;
+      patch->position_mm[v][axis] += distance_mm * ((state >> 8) / 8388608.0 - 1);
+    }
+  }
+}
+
+class Untangler {
+ public:
+  Untangler(const std::vector<Face>& faces, std::span<const float> sigma_mm, const UntangleOptions& options,
+            std::vector<Eigen::Vector3d>* vertices_mm)
+      : faces_(faces),
+        sigma_mm_(sigma_mm),
+        options_(options),
+        observed_mm_(*vertices_mm),
+        vertices_mm_(*vertices_mm),
+        around_(static_cast<int>(vertices_mm->size()), faces),
+        edge_mm_(MeanEdgeMm(*vertices_mm, faces)) {}
+
+  UntangleReport Run(Tangles tangles) {
+    while (!tangles.empty() && report_.rounds < options_.max_rounds) {
+      const int rings = options_.patch_rings * (1 + report_.rounds);
+      for (const std::vector<int>& free : GrowGroups(faces_, around_, Groups(tangles), rings)) Resolve(free);
+      ++report_.rounds;
+      tangles = FindTangles(vertices_mm_, faces_);
+    }
+    report_.pairs_after = static_cast<int>(tangles.apart.size());
+    report_.vertex_pairs_after = static_cast<int>(tangles.at_vertex.size());
+    SumUpMoves();
+    return report_;
+  }
+
+ private:
+  std::vector<std::vector<int>> Groups(const Tangles& tangles) const {
+    std::vector<std::vector<int>> groups;
+    for (const auto* pairs : {&tangles.apart, &tangles.at_vertex}) {
+      for (const FacePair& pair : *pairs) {
+        std::vector<int>& group = groups.emplace_back();
+        Append(faces_[pair.a], &group);
+        Append(faces_[pair.b], &group);
+      }
+    }
+    return groups;
+  }
+
+  void Resolve(const std::vector<int>& free) {
+    TanglePatch patch =
+        CutPatch(observed_mm_, vertices_mm_, faces_, sigma_mm_, free, options_.reach_edges * edge_mm_);
+    ++report_.patches;
+    Pusher pusher(options_, edge_mm_, &patch);
+    // What only touches is parted by the return; if that did not help there is no plane to part it along.
+    if (report_.rounds > 0 && FindPiercings(patch).empty()) Shake(options_.back.gap_mm, &patch);
+    const bool clean = pusher.Run();
+    report_.pushes += pusher.pushes();
+    if (clean) {
+      const std::vector<Eigen::Vector3d> pushed = patch.position_mm;
+      report_.returns += ReturnGuarded(options_.back, &patch);
+      if (!FindPiercings(patch).empty()) patch.position_mm = pushed;
+    }
+    for (int v = 0; v < patch.free; ++v) {
+      const bool moved = (patch.position_mm[v] - patch.observed_mm[v]).norm() > kNoMoveMm;
+      vertices_mm_[patch.vertex[v]] =
+          moved ? patch.position_mm[v].cast<float>().cast<double>() : patch.observed_mm[v];
+    }
+  }
+
+  void SumUpMoves() {
+    for (size_t v = 0; v < observed_mm_.size(); ++v) {
+      const double move_mm = (vertices_mm_[v] - observed_mm_[v]).norm();
+      if (move_mm == 0) continue;
+      ++report_.moved_vertices;
+      report_.mean_move_mm += move_mm;
+      report_.max_move_mm = std::max(report_.max_move_mm, move_mm);
+    }
+    if (report_.moved_vertices > 0) report_.mean_move_mm /= report_.moved_vertices;
+  }
+
+  const std::vector<Face>& faces_;
+  const std::span<const float> sigma_mm_;
+  const UntangleOptions& options_;
+  const std::vector<Eigen::Vector3d> observed_mm_;
+  std::vector<Eigen::Vector3d>& vertices_mm_;
+  const FacesOfVertex around_;
+  const double edge_mm_;
+  UntangleReport report_;
+};
+
+}  // namespace
+
+absl::Status UntangleOptions::Validate() const {
+  if (patch_rings < 1) return Bad("patch_rings must be positive");
+  if (!(reach_edges > 0)) return Bad("reach_edges must be positive");
+  if (max_pushes < 1) return Bad("max_pushes must be positive");
+  if (patience < 0) return Bad("patience must not be negative");
+  if (pushes_per_ring < 1) return Bad("pushes_per_ring must be positive");
+  if (!(push_gap_edges > 0)) return Bad("push_gap_edges must be positive");
+  if (!(contour_step_edges > 0)) return Bad("contour_step_edges must be positive");
+  if (max_rounds < 0) return Bad("max_rounds must not be negative");
+  return back.Validate();
+}
+
+absl::StatusOr<UntangleReport> RemoveSelfIntersections(const std::vector<Face>& faces,
+                                                       std::span<const float> sigma_mm,
+                                                       const UntangleOptions& options,
+                                                       std::vector<Eigen::Vector3d>* vertices_mm) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  if (absl::Status status = CheckMesh(faces, sigma_mm, *vertices_mm); !status.ok()) return status;
+  Tangles tangles = FindTangles(*vertices_mm, faces);
+  const int pairs = static_cast<int>(tangles.apart.size());
+  const int vertex_pairs = static_cast<int>(tangles.at_vertex.size());
+  UntangleReport report;
+  if (!tangles.empty()) report = Untangler(faces, sigma_mm, options, vertices_mm).Run(std::move(tangles));
+  report.pairs_before = pairs;
+  report.vertex_pairs_before = vertex_pairs;
+  return report;
+}
+
+}  // namespace weft

@@ -1,0 +1,59 @@
+// Takes a mesh out of itself (paper, section 5.4, "Solving Self-Intersections"), leaving the rest untouched.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "alignment/guarded_return.h"
+#include "alignment/mesh.h"
+
+namespace weft {
+
+// Lengths named _edges count in mean edges of the patch.
+struct UntangleOptions {
+  int patch_rings = 8;               // edges around tangled faces within which vertices may move
+  double reach_edges = 3;            // cloth this near to them is taken into account
+  int max_pushes = 60;               // iterations that push layers apart, per patch
+  int patience = 5;                  // pushes before cloth that no cut-off region explains is laid flat
+  int pushes_per_ring = 8;           // the part laid flat grows by a ring each time
+  double push_gap_edges = 0.04;      // how far beyond the other layer a region is pushed
+  double contour_step_edges = 0.05;  // per push, where only the contour tells the way
+  int max_rounds = 4;                // searches of the whole mesh; patches grow from round to round
+  ReturnOptions back;
+
+  absl::Status Validate() const;
+};
+
+struct UntangleReport {
+  // Pairs of faces that intersect: those that share no vertex, and those around a common vertex. Exact
+  // counts, over the whole mesh, of the positions as they are and as they will be when stored as 32-bit
+  // floats.
+  int pairs_before = 0, pairs_after = 0;
+  int vertex_pairs_before = 0, vertex_pairs_after = 0;
+  int patches = 0;  // places worked on, over all rounds
+  int rounds = 0;
+  int pushes = 0, returns = 0;  // iterations, over all patches
+  int moved_vertices = 0;
+  double max_move_mm = 0, mean_move_mm = 0;  // of the moved vertices
+};
+
+// Moves vertices near self-intersections until there are none; all others keep their bytes. Around each place
+// a patch is cut out. Regions on the wrong side of another layer are found from the contours and pushed back
+// through it; folds that have turned inside out are laid flat; what is left shortens its contour, and is laid
+// flat after a while (tangle_regions.h, untangle_push.h). Once the patch is clean it returns as near to where
+// it was as it can without passing through anything (guarded_return.h), so the last step can not undo the
+// first. Moved vertices are rounded to 32-bit floats.
+//
+// Lower `sigma_mm` ([vertices], positive, or empty) holds a vertex more firmly to its place. A patch that
+// does not come clean keeps the better of its states, and pairs_after tells so: this is not an error.
+// InvalidArgument for options, vertices that are not finite, faces that are no triangles of them and sigmas
+// that are not positive, each named. The search runs in the calling thread's TBB arena, the patches one after
+// the other in the calling thread; the same bytes at any thread count.
+absl::StatusOr<UntangleReport> RemoveSelfIntersections(const std::vector<Face>& faces,
+                                                       std::span<const float> sigma_mm,
+                                                       const UntangleOptions& options,
+                                                       std::vector<Eigen::Vector3d>* vertices_mm);
+
+}  // namespace weft
