@@ -1,33 +1,15 @@
 #include "simulation/performance.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "simulation/cloth.h"
+#include "simulation/performance_source.h"
+#include "simulation/worn_garment.h"
 
 namespace weft {
-
-class Performance::Source {
- public:
-  PerformanceOptions options;
-  Garment garment;
-  std::vector<Face> body_faces;
-  std::vector<std::vector<Eigen::Vector3d>> frames_mm;
-  int next = 0;
-
-  PerformanceFrame FrameAt(int frame) const {
-    PerformanceFrame out;
-    out.time_ns = std::llround(frame * 1e9 / options.fps);
-    out.vertices_mm = frames_mm[frame];
-    // Central differences, one-sided at the ends.
-    const int before = std::max(0, frame - 1), after = std::min<int>(frames_mm.size() - 1, frame + 1);
-    const double per_s = after > before ? options.fps / (after - before) : 0;
-    for (size_t v = 0; v < out.vertices_mm.size(); ++v)
-      out.velocities_mm_s.push_back((frames_mm[after][v] - frames_mm[before][v]) * per_s);
-    return out;
-  }
-};
 
 namespace {
 
@@ -48,6 +30,48 @@ MotionOptions MotionOptionsOf(const PerformanceOptions& o) {
   return out;
 }
 
+// Sheet or tube between handles, simulated at once.
+class HandledCloth : public PerformanceSource {
+ public:
+  HandledCloth(Garment garment, double fps, std::vector<std::vector<Eigen::Vector3d>> frames_mm)
+      : garment_(std::move(garment)), fps_(fps), frames_mm_(std::move(frames_mm)) {}
+
+  const Garment& garment() const override { return garment_; }
+  const std::vector<Face>& body_faces() const override { return no_faces_; }
+  absl::StatusOr<PerformanceFrame> FrameAt(int frame) override {
+    PerformanceFrame out;
+    out.time_ns = std::llround(frame * 1e9 / fps_);
+    out.vertices_mm = frames_mm_[frame];
+    // Central differences, one-sided at the ends.
+    const int last = static_cast<int>(frames_mm_.size()) - 1;
+    const int before = std::max(0, frame - 1), after = std::min(last, frame + 1);
+    const double per_s = after > before ? fps_ / (after - before) : 0;
+    for (size_t v = 0; v < out.vertices_mm.size(); ++v)
+      out.velocities_mm_s.push_back((frames_mm_[after][v] - frames_mm_[before][v]) * per_s);
+    return out;
+  }
+
+ private:
+  Garment garment_;
+  double fps_;
+  std::vector<std::vector<Eigen::Vector3d>> frames_mm_;
+  std::vector<Face> no_faces_;
+};
+
+absl::StatusOr<std::unique_ptr<PerformanceSource>> HangCloth(const PerformanceOptions& o,
+                                                             const std::function<void(double)>& on_progress) {
+  absl::StatusOr<Cloth> cloth = BuildCloth(ClothOptionsOf(o));
+  if (!cloth.ok()) return cloth.status();
+  auto frames = SimulateMotion(*cloth, MotionOptionsOf(o), [&](int done) {
+    if (on_progress) on_progress(static_cast<double>(done) / o.frames);
+  });
+  if (!frames.ok()) return frames.status();
+  Garment garment = {o.rows, o.cols, o.cell_mm, cloth->rest, cloth->cell_of_vertex, cloth->print};
+  return std::make_unique<HandledCloth>(std::move(garment), o.fps, *std::move(frames));
+}
+
+bool IsWorn(GarmentKind kind) { return kind == GarmentKind::kTShirt || kind == GarmentKind::kSkirt; }
+
 }  // namespace
 
 std::string_view NameOf(GarmentKind kind) {
@@ -64,63 +88,46 @@ std::string_view NameOf(GarmentKind kind) {
   return "";
 }
 
-std::string_view NameOf(PerformanceMotion motion) {
-  switch (motion) {
-    case PerformanceMotion::kBreathing:
-      return "breathing";
-    case PerformanceMotion::kTwist:
-      return "twist";
-    case PerformanceMotion::kJogging:
-      return "jogging";
-    case PerformanceMotion::kPinch:
-      return "pinch";
-  }
-  return "";
-}
-
 absl::Status PerformanceOptions::Validate() const {
   if (!(step_s >= 0))
     return absl::InvalidArgumentError(
         absl::StrCat("performance: step_s is ", step_s, ", expected 0 (automatic) or more"));
-  if (garment != GarmentKind::kSheet && garment != GarmentKind::kTube)
-    return absl::UnimplementedError(
-        absl::StrCat("performance: no garment \"", std::string(NameOf(garment)), "\" yet"));
-  absl::Status status = ClothOptionsOf(*this).Validate();
-  status.Update(MotionOptionsOf(*this).Validate());
+  // The handles' options hold frames, rate and time to settle, for all garments.
+  absl::Status status = MotionOptionsOf(*this).Validate();
+  if (!IsWorn(garment)) {
+    status.Update(ClothOptionsOf(*this).Validate());
+    return status;
+  }
+  if (!(cell_mm >= 1 && cell_mm <= 20))
+    return absl::InvalidArgumentError(
+        absl::StrCat("performance: cell_mm is ", cell_mm, ", expected 1 to 20 for a garment that is worn"));
+  status.Update(jersey.Validate());
   return status;
 }
 
-Performance::Performance(std::unique_ptr<Source> source) : source_(std::move(source)) {}
+Performance::Performance(const PerformanceOptions& options, std::unique_ptr<PerformanceSource> source)
+    : options_(options), source_(std::move(source)) {}
 Performance::Performance(Performance&&) noexcept = default;
 Performance& Performance::operator=(Performance&&) noexcept = default;
 Performance::~Performance() = default;
 
-const PerformanceOptions& Performance::options() const { return source_->options; }
-const Garment& Performance::garment() const { return source_->garment; }
-const std::vector<Face>& Performance::body_faces() const { return source_->body_faces; }
+const PerformanceOptions& Performance::options() const { return options_; }
+const Garment& Performance::garment() const { return source_->garment(); }
+const std::vector<Face>& Performance::body_faces() const { return source_->body_faces(); }
 
 absl::StatusOr<Performance> Performance::Start(const PerformanceOptions& options,
                                                const std::function<void(double)>& on_progress) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
-  absl::StatusOr<Cloth> cloth = BuildCloth(ClothOptionsOf(options));
-  if (!cloth.ok()) return cloth.status();
-  auto frames = SimulateMotion(*cloth, MotionOptionsOf(options), [&](int done) {
-    if (on_progress) on_progress(static_cast<double>(done) / options.frames);
-  });
-  if (!frames.ok()) return frames.status();
-  auto source = std::make_unique<Source>();
-  source->options = options;
-  source->garment = {options.rows, options.cols,          options.cell_mm,
-                     cloth->rest,  cloth->cell_of_vertex, cloth->print};
-  source->frames_mm = *std::move(frames);
-  return Performance(std::move(source));
+  absl::StatusOr<std::unique_ptr<PerformanceSource>> source =
+      IsWorn(options.garment) ? WearGarment(options, on_progress) : HangCloth(options, on_progress);
+  if (!source.ok()) return source.status();
+  return Performance(options, *std::move(source));
 }
 
 absl::StatusOr<PerformanceFrame> Performance::Next() {
-  if (source_->next >= static_cast<int>(source_->frames_mm.size()))
-    return absl::OutOfRangeError(
-        absl::StrCat("performance: all ", source_->frames_mm.size(), " frames are taken"));
-  return source_->FrameAt(source_->next++);
+  if (next_ >= options_.frames)
+    return absl::OutOfRangeError(absl::StrCat("performance: all ", options_.frames, " frames are taken"));
+  return source_->FrameAt(next_++);
 }
 
 }  // namespace weft

@@ -5,22 +5,19 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "alignment/mesh.h"
+#include "simulation/body_motion.h"
 #include "simulation/cloth_motion.h"
+#include "simulation/fabric.h"
 #include "simulation/garment.h"
 
 namespace weft {
 
-// What the person in the garment does; sheet and tube hang from handles instead, see HandleMotion.
-enum class PerformanceMotion { kBreathing, kTwist, kJogging, kPinch };
-
-// "breathing", "twist", "jogging", "pinch".
-std::string_view NameOf(PerformanceMotion motion);
+class PerformanceSource;
 
 // Of the borders that hold a sheet or tube.
 struct HandleMotion {
@@ -32,7 +29,7 @@ struct HandleMotion {
 
 struct PerformanceOptions {
   GarmentKind garment = GarmentKind::kTube;
-  PerformanceMotion motion = PerformanceMotion::kBreathing;
+  PerformanceMotion motion = PerformanceMotion::kBreathing;  // of the person in T-shirt or skirt
   double cell_mm = 3;  // T-shirt and skirt keep their size: the number of cells follows
   int rows = 90;       // sheet and tube: cells from top to bottom
   int cols = 144;      // sheet and tube: cells from left to right, or around
@@ -40,8 +37,9 @@ struct PerformanceOptions {
   double fps = 30;
   double settle_s = 0.7;  // from rest to the first frame
   double step_s = 0;      // of the integration; 0 for one that suits the cell
-  HandleMotion handles;
-  FabricOptions fabric;
+  HandleMotion handles;   // sheet and tube
+  FabricOptions fabric;   // of sheet and tube
+  JerseyOptions jersey;   // of T-shirt and skirt
   uint64_t seed = 1;
 
   absl::Status Validate() const;
@@ -77,11 +75,12 @@ class Performance {
   // The next frame; OutOfRange after the last. Internal when the simulation fails, with the remedy.
   absl::StatusOr<PerformanceFrame> Next();
 
-  class Source;  // what makes the frames
-
  private:
-  explicit Performance(std::unique_ptr<Source> source);
-  std::unique_ptr<Source> source_;
+  Performance(const PerformanceOptions& options, std::unique_ptr<PerformanceSource> source);
+
+  PerformanceOptions options_;
+  std::unique_ptr<PerformanceSource> source_;
+  int next_ = 0;
 };
 
 }  // namespace weft

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "alignment/self_intersection.h"
+
 namespace weft {
 namespace {
 
@@ -34,6 +36,29 @@ TEST(Performance, OptionsOutOfRangeAreNamed) {
   const auto performance = Performance::Start(options);
   EXPECT_EQ(performance.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_NE(performance.status().message().find("fps"), std::string::npos);
+}
+
+// A T-shirt of 3000 cells.
+PerformanceOptions SmallTShirt() {
+  PerformanceOptions options;
+  options.garment = GarmentKind::kTShirt;
+  options.cell_mm = 20;
+  options.frames = 3, options.settle_s = 0.1;
+  return options;
+}
+
+TEST(Performance, DressesAPersonInATShirtWithoutIntersections) {
+  auto performance = Performance::Start(SmallTShirt());
+  ASSERT_TRUE(performance.ok()) << performance.status();
+  const Garment& garment = performance->garment();
+  EXPECT_TRUE(FindSelfIntersections(garment.rest.vertices_mm, garment.rest.faces).empty());
+  for (int i = 0; i < 3; ++i) {
+    const auto frame = performance->Next();
+    ASSERT_TRUE(frame.ok()) << frame.status();
+    EXPECT_EQ(frame->vertices_mm.size(), garment.cell_of_vertex.size());
+    EXPECT_FALSE(performance->body_faces().empty());
+    EXPECT_TRUE(FindSelfIntersections(frame->vertices_mm, garment.rest.faces).empty());
+  }
 }
 
 }  // namespace

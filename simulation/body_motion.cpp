@@ -1,0 +1,113 @@
+#include "simulation/body_motion.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "simulation/random.h"
+#include "simulation/wardrobe.h"
+
+namespace weft {
+namespace {
+
+constexpr double kTurn = 2 * std::numbers::pi;
+constexpr double kDeg = std::numbers::pi / 180;
+
+// What the seed decides: `k` numbers one use.
+struct Whims {
+  uint64_t key;
+  double Phase(uint64_t k) const { return kTurn * UniformOf(key, 2 * k); }
+  double Size(uint64_t k) const { return 0.9 + 0.2 * UniformOf(key, 2 * k + 1); }
+};
+
+// Nobody stands quite still.
+void Breathe(double t, const Whims& whims, BodyPose& pose) {
+  pose.breath_mm += 2.5 * whims.Size(0) * (1 - std::cos(kTurn * t / 3.4));
+  pose.twist += 2.5 * kDeg * std::sin(kTurn * t / 4.7 + whims.Phase(1));
+  pose.lean += 1.2 * kDeg * std::sin(kTurn * t / 3.9 + whims.Phase(2));
+  pose.left.arm_out += 2.5 * kDeg * std::sin(kTurn * t / 4.1 + whims.Phase(3));
+  pose.right.arm_out += 2.5 * kDeg * std::sin(kTurn * t / 4.4 + whims.Phase(4));
+  pose.root_mm.x() += 4 * std::sin(kTurn * t / 5.3 + whims.Phase(5));
+}
+
+void Twist(double t, const Whims& whims, BodyPose& pose) {
+  const double swing = std::sin(kTurn * t / 2.6);
+  pose.twist += 32 * kDeg * whims.Size(1) * swing;
+  pose.turn += 5 * kDeg * swing;
+  pose.left.arm_out += 14 * kDeg, pose.right.arm_out += 14 * kDeg;
+  pose.left.arm_forward += 10 * kDeg * swing, pose.right.arm_forward -= 10 * kDeg * swing;
+  pose.lean += 4 * kDeg * std::sin(kTurn * t / 3.7 + whims.Phase(2));
+}
+
+void Jog(double t, const Whims& whims, BodyPose& pose) {
+  const double stride = kTurn * t * 1.25, swing = std::sin(stride);
+  pose.root_mm.y() -= 24 * whims.Size(0) * std::abs(std::cos(stride)) - 12;
+  pose.root_mm.x() += 6 * swing;
+  pose.lean += 6 * kDeg;
+  pose.twist += 9 * kDeg * whims.Size(1) * swing;
+  pose.turn -= 4 * kDeg * swing;
+  const auto limbs = [&](BodyPose::Limbs& l, double sign) {
+    l.arm_out = 24 * kDeg;
+    l.arm_forward = sign * 32 * kDeg * whims.Size(2) * swing;
+    l.elbow = 80 * kDeg + sign * 8 * kDeg * swing;
+    l.leg_forward = 8 * kDeg - sign * 32 * kDeg * swing;
+    l.knee = (35 + 30 * sign * std::cos(stride)) * kDeg;
+  };
+  limbs(pose.left, 1);
+  limbs(pose.right, -1);
+}
+
+}  // namespace
+
+std::string_view NameOf(PerformanceMotion motion) {
+  switch (motion) {
+    case PerformanceMotion::kBreathing:
+      return "breathing";
+    case PerformanceMotion::kTwist:
+      return "twist";
+    case PerformanceMotion::kJogging:
+      return "jogging";
+    case PerformanceMotion::kPinch:
+      return "pinch";
+  }
+  return "";
+}
+
+double SmoothStep(double t) {
+  t = std::clamp(t, 0.0, 1.0);
+  return t * t * (3 - 2 * t);
+}
+
+BodyPose PoseAt(PerformanceMotion motion, double time_s, uint64_t seed) {
+  const BodyPose natural = NaturalPose();
+  if (time_s <= 0) return natural;
+  const Whims whims = {KeyOf(seed, "choreography")};
+  BodyPose pose = natural;
+  if (motion == PerformanceMotion::kTwist) Twist(time_s, whims, pose);
+  if (motion == PerformanceMotion::kJogging) Jog(time_s, whims, pose);
+  if (motion != PerformanceMotion::kJogging) Breathe(time_s, whims, pose);
+  return Mix(natural, pose, SmoothStep(time_s / 0.6));
+}
+
+PinchState PinchAt(double time_s, const Eigen::Vector3d& rest_mm, uint64_t seed) {
+  // Of each round: come near, close, pull, hold and wiggle, give back, open and leave.
+  constexpr double kRound = 3.2, kNear = 0.5, kClosed = 0.7, kPulled = 1.3, kBack = 2.2, kOpen = 2.6;
+  const Whims whims = {KeyOf(seed, "pinch")};
+  const double t = std::max(0.0, time_s - kRound * std::floor(time_s / kRound));
+  const double arrived = SmoothStep(t / kNear) - SmoothStep((t - kOpen) / (kRound - kOpen));
+  const double closed =
+      SmoothStep((t - kNear) / (kClosed - kNear)) - SmoothStep((t - kBack) / (kOpen - kBack));
+  const double pulled = SmoothStep((t - kClosed) / (kPulled - kClosed)) -
+                        SmoothStep((t - 0.85 * kBack) / (kBack - 0.85 * kBack));
+  PinchState out;
+  out.hand.away = Eigen::Vector3d(0.35, 0.25, -1).normalized();
+  const Eigen::Vector3d side(1, 0, 0.35);
+  out.hand.grip_mm = rest_mm + 160 * (1 - arrived) * out.hand.away +
+                     55 * whims.Size(0) * pulled * out.hand.away +
+                     18 * pulled * std::sin(kTurn * t / 0.8 + whims.Phase(1)) * side;
+  out.hand.opening_mm = 26 * (1 - closed);
+  out.holds = t >= kClosed && t < kBack;
+  return out;
+}
+
+}  // namespace weft

@@ -1,0 +1,33 @@
+// What a body does over time.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "simulation/body.h"
+
+namespace weft {
+
+// What the person in the garment does.
+enum class PerformanceMotion { kBreathing, kTwist, kJogging, kPinch };
+
+// "breathing", "twist", "jogging", "pinch".
+std::string_view NameOf(PerformanceMotion motion);
+
+// Smooth, from 0 at t <= 0 to 1 at t >= 1.
+double SmoothStep(double t);
+
+// The pose at `time_s`; at 0 and before it is the natural one, the motion sets in within 0.6 s. The seed
+// decides about phases and small differences of size.
+BodyPose PoseAt(PerformanceMotion motion, double time_s, uint64_t seed);
+
+// The hand of kPinch at a time: comes to `rest_mm` on the garment, takes hold, pulls and lets go, again and
+// again.
+struct PinchState {
+  HandPose hand;
+  bool holds = false;
+};
+PinchState PinchAt(double time_s, const Eigen::Vector3d& rest_mm, uint64_t seed);
+
+}  // namespace weft

@@ -1,0 +1,24 @@
+// Meshes of tapered capsules, for bodies and hands.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "alignment/mesh.h"
+
+namespace weft {
+
+// Spheres of radius ra .. rb along a .. b.
+struct Capsule {
+  Eigen::Vector3d a, b;
+  double ra = 0, rb = 0;
+};
+
+inline constexpr int kCapsuleAround = 32, kCapsuleAlong = 14, kCapsuleCap = 8;
+
+// Vertices of a capsule's mesh and its faces, numbered from `first_vertex` on; every capsule has as many.
+std::vector<Eigen::Vector3d> CapsuleVertices(const Capsule& capsule);
+void AppendCapsuleFaces(int first_vertex, std::vector<Face>& faces);
+int CapsuleVertexCount();
+
+}  // namespace weft

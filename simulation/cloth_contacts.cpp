@@ -1,0 +1,257 @@
+#include "simulation/cloth_contacts.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "simulation/nearest_points.h"
+#include "simulation/parallel.h"
+
+namespace weft {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr size_t kChunk = 512;  // elements a task looks at; fixes the order of the pairs
+
+uint64_t BoxKey(int x, int y, int z) {
+  const int bias = 1 << 20;
+  return static_cast<uint64_t>(x + bias) << 42 | static_cast<uint64_t>(y + bias) << 21 |
+         static_cast<uint64_t>(z + bias);
+}
+
+// Entries sorted into buckets by a hash of their key; the order within a bucket is that of insertion.
+class HashedBoxes {
+ public:
+  struct Entry {
+    uint64_t key;
+    int element;
+  };
+
+  explicit HashedBoxes(const std::vector<Entry>& entries) : entries_(entries.size()) {
+    size_t size = 1;
+    while (size < entries.size()) size *= 2;
+    mask_ = size - 1;
+    start_.assign(size + 1, 0);
+    for (const Entry& e : entries) ++start_[BucketOf(e.key) + 1];
+    for (size_t b = 0; b < size; ++b) start_[b + 1] += start_[b];
+    std::vector<uint32_t> used(start_.begin(), start_.end() - 1);
+    for (const Entry& e : entries) entries_[used[BucketOf(e.key)]++] = e;
+  }
+  size_t BucketOf(uint64_t key) const { return (key * 0x9e3779b97f4a7c15ULL >> 24) & mask_; }
+  size_t buckets() const { return mask_ + 1; }
+  const Entry* begin(size_t bucket) const { return entries_.data() + start_[bucket]; }
+  const Entry* end(size_t bucket) const { return entries_.data() + start_[bucket + 1]; }
+
+ private:
+  size_t mask_;
+  std::vector<uint32_t> start_;
+  std::vector<Entry> entries_;
+};
+
+// Points in a hashed grid of cubic boxes.
+class PointGrid {
+ public:
+  PointGrid(const std::vector<Vector3d>& points, double box_mm)
+      : box_mm_(box_mm), boxes_(EntriesOf(points)) {}
+
+  // Calls visit(point) for all points in the boxes that the cube of half size `reach` around p touches.
+  template <typename Visit>
+  void Around(const Vector3d& p, double reach, const Visit& visit) const {
+    const Eigen::Vector3i low = BoxOf(p - Vector3d::Constant(reach)),
+                          high = BoxOf(p + Vector3d::Constant(reach));
+    for (int x = low.x(); x <= high.x(); ++x)
+      for (int y = low.y(); y <= high.y(); ++y)
+        for (int z = low.z(); z <= high.z(); ++z) {
+          const uint64_t key = BoxKey(x, y, z);
+          const size_t bucket = boxes_.BucketOf(key);
+          for (const auto* e = boxes_.begin(bucket); e != boxes_.end(bucket); ++e)
+            if (e->key == key) visit(e->element);
+        }
+  }
+
+ private:
+  Eigen::Vector3i BoxOf(const Vector3d& p) const { return (p / box_mm_).array().floor().cast<int>(); }
+  std::vector<HashedBoxes::Entry> EntriesOf(const std::vector<Vector3d>& points) const {
+    std::vector<HashedBoxes::Entry> out;
+    out.reserve(points.size());
+    for (const Vector3d& p : points) {
+      const Eigen::Vector3i box = BoxOf(p);
+      out.push_back({BoxKey(box.x(), box.y(), box.z()), static_cast<int>(out.size())});
+    }
+    return out;
+  }
+
+  double box_mm_;
+  HashedBoxes boxes_;
+};
+
+// Runs `visit(i, out)` over all elements; the chunks' results are joined in order.
+template <typename Visit>
+void Collect(size_t count, const Visit& visit, std::vector<ContactPair>& out) {
+  const size_t chunks = (count + kChunk - 1) / kChunk;
+  std::vector<std::vector<ContactPair>> found(chunks);
+  tbb::parallel_for(size_t{0}, chunks, [&](size_t k) {
+    for (size_t i = k * kChunk; i < std::min(count, (k + 1) * kChunk); ++i) visit(i, found[k]);
+  });
+  for (const std::vector<ContactPair>& part : found) out.insert(out.end(), part.begin(), part.end());
+}
+
+}  // namespace
+
+ContactFinder::ContactFinder(int vertices, const std::vector<Face>& faces) : faces_(faces) {
+  for (const Face& f : faces)
+    for (int k = 0; k < 3; ++k)
+      edges_.push_back({std::min(f[k], f[(k + 1) % 3]), std::max(f[k], f[(k + 1) % 3])});
+  std::sort(edges_.begin(), edges_.end());
+  edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
+  std::vector<std::vector<int>> of(vertices);
+  for (const auto& [a, b] : edges_) of[a].push_back(b), of[b].push_back(a);
+  neighbor_first_ = {0};
+  for (std::vector<int>& list : of) {
+    std::sort(list.begin(), list.end());
+    neighbor_.insert(neighbor_.end(), list.begin(), list.end());
+    neighbor_first_.push_back(static_cast<int>(neighbor_.size()));
+  }
+}
+
+bool ContactFinder::Joined(int a, int b) const {
+  return std::binary_search(neighbor_.begin() + neighbor_first_[a],
+                            neighbor_.begin() + neighbor_first_[a + 1], b);
+}
+
+void ContactFinder::FindAtFaces(const std::vector<Vector3d>& x, double reach,
+                                std::vector<ContactPair>& out) const {
+  std::vector<double> size(faces_.size());  // half the size of a face
+  std::vector<Vector3d> center(faces_.size());
+  double mean = 0;
+  for (size_t f = 0; f < faces_.size(); ++f) {
+    const Vector3d &a = x[faces_[f][0]], &b = x[faces_[f][1]], &c = x[faces_[f][2]];
+    const Vector3d low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
+    center[f] = (low + high) / 2;
+    size[f] = (high - low).maxCoeff() / 2;
+    mean += size[f] / static_cast<double>(faces_.size());
+  }
+  const PointGrid grid(x, 2 * (mean + reach));
+  Collect(
+      faces_.size(),
+      [&](size_t f, std::vector<ContactPair>& found) {
+        const Face& t = faces_[f];
+        const double far = size[f] + reach;
+        grid.Around(center[f], far, [&](int v) {
+          if (((x[v] - center[f]).array().abs() > far).any()) return;
+          if (v == t[0] || v == t[1] || v == t[2]) return;
+          const NearestPoints near = NearestOnTriangle(x[v], x[t[0]], x[t[1]], x[t[2]]);
+          if (!(near.distance_mm < reach)) return;
+          found.push_back({{v, t[0], t[1], t[2]},
+                           near.weight,
+                           near.normal,
+                           near.distance_mm,
+                           false,
+                           Joined(v, t[0]) || Joined(v, t[1]) || Joined(v, t[2])});
+        });
+      },
+      out);
+}
+
+void ContactFinder::FindAtEdges(const std::vector<Vector3d>& x, double reach,
+                                std::vector<ContactPair>& out) const {
+  // Boxes around the edges, half the reach wider; each is listed in every grid box that it touches.
+  std::vector<Eigen::Array3f> low(edges_.size()), high(edges_.size());
+  double mean = 0;
+  for (size_t e = 0; e < edges_.size(); ++e) {
+    const Vector3d &a = x[edges_[e][0]], &b = x[edges_[e][1]];
+    low[e] = a.cwiseMin(b).cast<float>().array() - static_cast<float>(0.501 * reach);
+    high[e] = a.cwiseMax(b).cast<float>().array() + static_cast<float>(0.501 * reach);
+    mean += (high[e] - low[e]).maxCoeff() / static_cast<double>(edges_.size());
+  }
+  const float per_mm = static_cast<float>(1 / mean);
+  const auto box_of = [per_mm](const Eigen::Array3f& p) -> Eigen::Array3i {
+    return (p * per_mm).floor().cast<int>();
+  };
+  std::vector<HashedBoxes::Entry> entries;
+  entries.reserve(6 * edges_.size());
+  for (size_t e = 0; e < edges_.size(); ++e) {
+    const Eigen::Array3i first = box_of(low[e]), last = box_of(high[e]);
+    for (int i = first.x(); i <= last.x(); ++i)
+      for (int j = first.y(); j <= last.y(); ++j)
+        for (int k = first.z(); k <= last.z(); ++k) entries.push_back({BoxKey(i, j, k), static_cast<int>(e)});
+  }
+  const HashedBoxes boxes(entries);
+  const auto test = [&](int i, int j, uint64_t key, std::vector<ContactPair>& found) {
+    if ((low[i] > high[j]).any() || (low[j] > high[i]).any()) return;
+    const auto [a, b] = edges_[i];
+    const auto [c, d] = edges_[j];
+    if (a == c || a == d || b == c || b == d) return;
+    // The pair is found in several boxes and taken in the first that both touch.
+    const Eigen::Array3i first = box_of(low[i].max(low[j]));
+    if (BoxKey(first.x(), first.y(), first.z()) != key) return;
+    const NearestPoints near = NearestOfEdges(x[a], x[b], x[c], x[d]);
+    if (!(near.distance_mm < reach)) return;
+    found.push_back({{a, b, c, d},
+                     near.weight,
+                     near.normal,
+                     near.distance_mm,
+                     true,
+                     Joined(a, c) || Joined(a, d) || Joined(b, c) || Joined(b, d)});
+  };
+  Collect(
+      boxes.buckets(),
+      [&](size_t bucket, std::vector<ContactPair>& found) {
+        for (const auto* p = boxes.begin(bucket); p != boxes.end(bucket); ++p)
+          for (const auto* q = p + 1; q != boxes.end(bucket); ++q)
+            if (p->key == q->key) test(p->element, q->element, p->key, found);
+      },
+      out);
+}
+
+std::vector<ContactPair> ContactFinder::Find(const std::vector<Vector3d>& x, double reach) const {
+  std::vector<ContactPair> out;
+  FindAtFaces(x, reach, out);
+  FindAtEdges(x, reach, out);
+  return out;
+}
+
+int KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Vector3d>& from,
+              const Eigen::Isometry3d& carry, double reach, double thickness, std::vector<Vector3d>& to) {
+  constexpr int kHalvings = 6;  // then a vertex moves with the others only
+  const size_t n = from.size();
+  std::vector<Vector3d> carried(n), move(n);
+  std::vector<uint8_t> halvings(n, 0), crossed(n);
+  ForEachIndex(n, [&](size_t v) {
+    carried[v] = carry * from[v];
+    move[v] = to[v] - carried[v];
+    const double length = move[v].norm(), longest = 0.49 * reach;
+    if (length > longest) {
+      move[v] *= longest / length;
+      to[v] = carried[v] + move[v];
+      halvings[v] = 1;  // counts as held back
+    }
+  });
+  const auto separation = [&](const ContactPair& p, const Vector3d& normal) {
+    const double a = normal.dot(to[p.v[0]]), b = normal.dot(to[p.v[1]]);
+    const double c = normal.dot(to[p.v[2]]), d = normal.dot(to[p.v[3]]);
+    return p.is_edges ? std::min(a, b) - std::max(c, d) : a - std::max({b, c, d});
+  };
+  for (bool any = true; any;) {
+    std::fill(crossed.begin(), crossed.end(), 0);
+    // Flags are only ever set, so the order of the pairs does not matter.
+    ForEachIndex(pairs.size(), [&](size_t k) {
+      const ContactPair& p = pairs[k];
+      const double least = std::min(0.1 * thickness, 0.3 * p.distance_mm);
+      if (separation(p, carry.linear() * p.normal) >= least) return;
+      for (const int v : p.v) __atomic_store_n(&crossed[v], 1, __ATOMIC_RELAXED);
+    });
+    any = false;
+    for (size_t v = 0; v < n; ++v) {
+      if (!crossed[v] || move[v].isZero(0)) continue;
+      any = true;
+      move[v] = ++halvings[v] > kHalvings ? Vector3d::Zero() : Vector3d(0.5 * move[v]);
+      to[v] = carried[v] + move[v];
+    }
+  }
+  return static_cast<int>(std::count_if(halvings.begin(), halvings.end(), [](uint8_t h) { return h > 0; }));
+}
+
+}  // namespace weft

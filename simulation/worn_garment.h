@@ -1,0 +1,17 @@
+// A garment on a body that moves: dressing, settling, frames.
+#pragma once
+
+#include <functional>
+#include <memory>
+
+#include "absl/status/statusor.h"
+#include "simulation/performance_source.h"
+
+namespace weft {
+
+// T-shirt or skirt. Lets the body grow into the sewn garment, lowers the arms and waits for the cloth to
+// hang; that is the garment's rest. Errors of MakeTShirt and MakeSkirt; Internal when the cloth diverges.
+absl::StatusOr<std::unique_ptr<PerformanceSource>> WearGarment(
+    const PerformanceOptions& options, const std::function<void(double)>& on_progress);
+
+}  // namespace weft
