@@ -12,13 +12,34 @@ namespace {
 constexpr double kUsedShare = 0.9;    // of the room between two, so that rounding does not close it
 constexpr double kTouchingMm = 1e-9;  // no normal can be told
 
+// Those whose boxes come within reach of the box of all that moves.
+std::vector<int> FacesWithinReach(const TanglePatch& patch, const std::vector<bool>& moves, double reach_mm) {
+  Eigen::AlignedBox3d moving;
+  for (const Face& f : patch.faces) {
+    if (!moves[f[0]] && !moves[f[1]] && !moves[f[2]]) continue;
+    for (const int v : f) moving.extend(patch.position_mm[v]);
+  }
+  std::vector<int> some;
+  if (moving.isEmpty()) return some;
+  moving.min().array() -= reach_mm;
+  moving.max().array() += reach_mm;
+  for (int f = 0; f < static_cast<int>(patch.faces.size()); ++f) {
+    Eigen::AlignedBox3d box;
+    for (const int v : patch.faces[f]) box.extend(patch.position_mm[v]);
+    if (moving.intersects(box)) some.push_back(f);
+  }
+  return some;
+}
+
 class Collector {
  public:
-  Collector(const TanglePatch& patch, double reach_mm, double gap_mm)
-      : patch_(patch), reach_mm_(reach_mm), gap_mm_(gap_mm) {}
+  Collector(const TanglePatch& patch, const std::vector<bool>& moves, double reach_mm, double gap_mm)
+      : patch_(patch), moves_(moves), reach_mm_(reach_mm), gap_mm_(gap_mm) {
+    for (const Face& f : patch.faces) face_moves_.push_back(moves[f[0]] || moves[f[1]] || moves[f[2]]);
+  }
 
   void AddPair(int a, int b) {
-    if (!HasFree(a) && !HasFree(b)) return;
+    if (!face_moves_[a] && !face_moves_[b]) return;
     AddCorners(a, b);
     AddCorners(b, a);
     for (const int e : patch_.edges_of_face[a]) {
@@ -43,10 +64,6 @@ class Collector {
 
  private:
   const Eigen::Vector3d& At(int v) const { return patch_.position_mm[v]; }
-  bool HasFree(int f) const {
-    const Face& face = patch_.faces[f];
-    return face[0] < patch_.free || face[1] < patch_.free || face[2] < patch_.free;
-  }
 
   // The corners that belong to this face first of all, against the other face.
   void AddCorners(int corners_of, int f) {
@@ -54,7 +71,7 @@ class Collector {
     for (const int v : patch_.faces[corners_of]) {
       if (patch_.FacesOf(v)[0] != corners_of) continue;
       if (v == face[0] || v == face[1] || v == face[2]) continue;
-      if (v >= patch_.free && !HasFree(f)) continue;
+      if (!moves_[v] && !face_moves_[f]) continue;
       const Eigen::Vector3d &a = At(face[0]), &b = At(face[1]), &c = At(face[2]);
       const Eigen::Vector3d across = (b - a).cross(c - a);
       const double height = across.dot(At(v) - a);
@@ -67,7 +84,7 @@ class Collector {
 
   void AddEdges(const PatchEdge& e, const PatchEdge& f) {
     if (e.a == f.a || e.a == f.b || e.b == f.a || e.b == f.b) return;
-    if (e.a >= patch_.free && e.b >= patch_.free && f.a >= patch_.free && f.b >= patch_.free) return;
+    if (!moves_[e.a] && !moves_[e.b] && !moves_[f.a] && !moves_[f.b]) return;
     const Eigen::Vector3d across = (At(e.b) - At(e.a)).cross(At(f.b) - At(f.a));
     const double height = across.dot(At(f.a) - At(e.a));
     if (height * height > reach_mm_ * reach_mm_ * across.squaredNorm()) return;
@@ -83,7 +100,7 @@ class Collector {
         distance > kTouchingMm ? Eigen::Vector3d((p - q) / distance) : Eigen::Vector3d::Zero();
     const double room = (distance - gap_mm_) / 2;
     const auto add = [&](int v, const Eigen::Vector3d& own_side, double beyond) {
-      if (v >= patch_.free) return;
+      if (!moves_[v]) return;
       const double all = room + std::max(beyond, 0.0);
       planes_.push_back({v, own_side, all > 0 ? kUsedShare * all : all});
     };
@@ -92,16 +109,22 @@ class Collector {
   }
 
   const TanglePatch& patch_;
+  const std::vector<bool>& moves_;
+  std::vector<bool> face_moves_;  // [faces]
   const double reach_mm_, gap_mm_;
   std::vector<ContactPlane> planes_;
 };
 
 }  // namespace
 
-ContactPlanes FindContactPlanes(const TanglePatch& patch, double reach_mm, double gap_mm) {
-  const FaceGrid grid(patch.position_mm, patch.faces, reach_mm / 2);
-  Collector collector(patch, reach_mm, gap_mm);
-  grid.VisitPairs(0, grid.cells(), [&](int a, int b) { collector.AddPair(a, b); });
+ContactPlanes FindContactPlanes(const TanglePatch& patch, const std::vector<bool>& moves, double reach_mm,
+                                double gap_mm) {
+  const std::vector<int> some = FacesWithinReach(patch, moves, reach_mm);
+  std::vector<Face> faces;
+  for (const int f : some) faces.push_back(patch.faces[f]);
+  const FaceGrid grid(patch.position_mm, faces, reach_mm / 2);
+  Collector collector(patch, moves, reach_mm, gap_mm);
+  grid.VisitPairs(0, grid.cells(), [&](int a, int b) { collector.AddPair(some[a], some[b]); });
   return collector.Take();
 }
 

@@ -21,10 +21,12 @@ struct ContactPlanes {
 };
 
 // One plane half-way between the nearest points of each vertex and face, and each two edges, that have no
-// vertex in common, lie within reach_mm and have a free vertex. When every free vertex moves in a straight
-// line, by reach_mm / 2 at the most and by no more than its room in all its planes (0 for those below 0), no
-// two of them meet on the way: each stays within the half-space where it was (separating planes of convex
-// sets). The room leaves gap_mm between them.
-ContactPlanes FindContactPlanes(const TanglePatch& patch, double reach_mm, double gap_mm);
+// vertex in common, lie within reach_mm and have a vertex that `moves` ([n], free ones only); planes of such
+// vertices alone are listed. When every one of them moves in a straight line, by reach_mm / 2 at the most and
+// by no more than its room in all its planes (0 for those below 0), no two of them meet on the way: each
+// stays within the half-space where it was (separating planes of convex sets). The room leaves gap_mm between
+// them.
+ContactPlanes FindContactPlanes(const TanglePatch& patch, const std::vector<bool>& moves, double reach_mm,
+                                double gap_mm);
 
 }  // namespace weft

@@ -6,7 +6,7 @@ namespace weft {
 namespace {
 
 constexpr double kMaxCells = 1 << 23;
-constexpr double kCellPerExtent = 2;       // size of a cell against the mean extent of a face's box
+constexpr double kCellPerExtent = 3;       // size of a cell against the mean extent of a face's box
 constexpr double kFloatRounding = 2.5e-7;  // of the mesh's extent
 
 }  // namespace

@@ -11,11 +11,6 @@ namespace weft {
 
 struct FaceBox {
   Eigen::Array3f low, high;
-
-  bool Overlaps(const FaceBox& other) const {
-    return low.x() <= other.high.x() && other.low.x() <= high.x() && low.y() <= other.high.y() &&
-           other.low.y() <= high.y() && low.z() <= other.high.z() && other.low.z() <= high.z();
-  }
 };
 
 // Vertices must be finite. Thread safety: const functions may be called from any number of threads.
@@ -29,14 +24,33 @@ class FaceGrid {
   // Calls visit(a, b), a < b, for the pairs of faces whose boxes overlap, each in one of the cells only.
   template <typename Visit>
   void VisitPairs(int first_cell, int last_cell, const Visit& visit) const {
+    Eigen::Array<float, Eigen::Dynamic, 6> sides;  // of the cell's boxes: low, and high negated
+    Eigen::ArrayXf apart;
     for (int cell = first_cell; cell < last_cell; ++cell) {
-      for (int i = first_[cell]; i + 1 < first_[cell + 1]; ++i) {
-        const FaceBox& box = boxes_[faces_[i]];
-        for (int j = i + 1; j < first_[cell + 1]; ++j) {
-          const FaceBox& other = boxes_[faces_[j]];
+      const int* face = faces_.data() + first_[cell];
+      const int count = first_[cell + 1] - first_[cell];
+      if (count < 2) continue;
+      if (count > sides.rows()) {
+        sides.resize(2 * count, 6);
+        apart.resize(2 * count);
+      }
+      for (int i = 0; i < count; ++i)
+        sides.row(i) << boxes_[face[i]].low.transpose(), -boxes_[face[i]].high.transpose();
+      for (int i = 0; i + 1 < count; ++i) {
+        const FaceBox& box = boxes_[face[i]];
+        // The widest gap between this box and each later one along any axis.
+        const int later = count - i - 1;
+        apart.head(later) = (sides.col(0).segment(i + 1, later) - box.high.x())
+                                .max(sides.col(1).segment(i + 1, later) - box.high.y())
+                                .max(sides.col(2).segment(i + 1, later) - box.high.z())
+                                .max(sides.col(3).segment(i + 1, later) + box.low.x())
+                                .max(sides.col(4).segment(i + 1, later) + box.low.y())
+                                .max(sides.col(5).segment(i + 1, later) + box.low.z());
+        for (int j = 0; j < later; ++j) {
+          if (apart[j] > 0) continue;
           // Of the cells that both touch, the one where their overlap begins.
-          if (box.Overlaps(other) && Index(CellAt(box.low.max(other.low))) == cell)
-            visit(faces_[i], faces_[j]);
+          const int other = face[i + 1 + j];
+          if (Index(CellAt(box.low.max(boxes_[other].low))) == cell) visit(face[i], other);
         }
       }
     }

@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kSweeps = 12;
 constexpr int kProjections = 4;
+constexpr double kAtRestMm = 0.005;
 
 // The nearest move, or nearly so, within the planes and the greatest step.
 Eigen::Vector3d Admissible(Eigen::Vector3d move, std::span<const ContactPlane> planes, double max_step_mm) {
@@ -34,6 +35,73 @@ Eigen::Vector3d Admissible(Eigen::Vector3d move, std::span<const ContactPlane> p
   return share * move;
 }
 
+class GuardedReturn {
+ public:
+  GuardedReturn(const ReturnOptions& options, TanglePatch* patch)
+      : options_(options),
+        patch_(patch),
+        start_(patch->vertex.size(), Eigen::Vector3d::Zero()),
+        moves_(patch->vertex.size(), false) {
+    std::fill_n(moves_.begin(), patch->free, true);
+  }
+
+  double Energy() const {
+    double energy = 0;
+    for (int v = 0; v < patch_->free; ++v) {
+      const Eigen::Vector3d u = patch_->position_mm[v] - patch_->observed_mm[v];
+      energy += patch_->weight[v] * u.squaredNorm();
+      for (const int w : patch_->NeighborsOf(v)) {
+        const Eigen::Vector3d other = patch_->position_mm[w] - patch_->observed_mm[w];
+        energy += (w < patch_->free ? 0.5 : 1.0) * options_.smoothness * (u - other).squaredNorm();
+      }
+    }
+    return energy;
+  }
+
+  void Step() {
+    const ContactPlanes contacts =
+        FindContactPlanes(*patch_, moves_, 2 * options_.max_step_mm + options_.gap_mm, options_.gap_mm);
+    std::vector<int> moving;
+    for (int v = 0; v < patch_->free; ++v) {
+      start_[v] = patch_->position_mm[v] - patch_->observed_mm[v];
+      if (moves_[v]) moving.push_back(v);
+    }
+    std::vector<Eigen::Vector3d> u = start_;
+    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+      for (const int v : moving) {
+        const std::span<const ContactPlane> planes(contacts.planes.data() + contacts.first[v],
+                                                   contacts.planes.data() + contacts.first[v + 1]);
+        u[v] = start_[v] + Admissible(Wish(v, u) - start_[v], planes, options_.max_step_mm);
+      }
+      std::reverse(moving.begin(), moving.end());
+    }
+    std::vector<bool> eager(patch_->free, false);
+    for (const int v : moving) {
+      eager[v] = std::max((u[v] - start_[v]).norm(), (Wish(v, u) - u[v]).norm()) > kAtRestMm;
+      patch_->position_mm[v] = patch_->observed_mm[v] + u[v];
+    }
+    // Those that came to rest, among others at rest, stay there.
+    for (int v = 0; v < patch_->free; ++v) {
+      moves_[v] = eager[v];
+      for (const int w : patch_->NeighborsOf(v)) moves_[v] = moves_[v] || (w < patch_->free && eager[w]);
+    }
+  }
+
+ private:
+  // The best displacement of the vertex while its neighbours keep theirs.
+  Eigen::Vector3d Wish(int v, const std::vector<Eigen::Vector3d>& u) const {
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    for (const int w : patch_->NeighborsOf(v)) sum += u[w];
+    const double degree = static_cast<double>(patch_->NeighborsOf(v).size());
+    return options_.smoothness * sum / (patch_->weight[v] + options_.smoothness * degree);
+  }
+
+  const ReturnOptions& options_;
+  TanglePatch* patch_;
+  std::vector<Eigen::Vector3d> start_;  // [n], displacements before the step
+  std::vector<bool> moves_;             // [n]
+};
+
 }  // namespace
 
 absl::Status ReturnOptions::Validate() const {
@@ -44,40 +112,20 @@ absl::Status ReturnOptions::Validate() const {
   if (!(max_step_mm > 0)) return bad("max_step_mm must be positive");
   if (!(smoothness >= 0)) return bad("smoothness must not be negative");
   if (max_iterations < 0) return bad("max_iterations must not be negative");
-  if (!(tolerance_mm >= 0)) return bad("tolerance_mm must not be negative");
+  if (!(tolerance >= 0)) return bad("tolerance must not be negative");
   return absl::OkStatus();
 }
 
 int ReturnGuarded(const ReturnOptions& options, TanglePatch* patch) {
-  const auto displacement = [&](int v) -> Eigen::Vector3d {
-    return patch->position_mm[v] - patch->observed_mm[v];
-  };
+  GuardedReturn run(options, patch);
+  double energy = run.Energy();
   int iteration = 0;
-  std::vector<Eigen::Vector3d> u(patch->vertex.size(), Eigen::Vector3d::Zero());
   while (iteration < options.max_iterations) {
     ++iteration;
-    const ContactPlanes contacts =
-        FindContactPlanes(*patch, 2 * options.max_step_mm + options.gap_mm, options.gap_mm);
-    for (int v = 0; v < patch->free; ++v) u[v] = displacement(v);
-    for (int sweep = 0; sweep < kSweeps; ++sweep) {
-      for (int i = 0; i < patch->free; ++i) {
-        const int v = sweep % 2 == 0 ? i : patch->free - 1 - i;
-        Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-        for (const int w : patch->NeighborsOf(v)) sum += u[w];
-        const double degree = static_cast<double>(patch->NeighborsOf(v).size());
-        const Eigen::Vector3d best =
-            options.smoothness * sum / (patch->weight[v] + options.smoothness * degree);
-        const std::span<const ContactPlane> planes(contacts.planes.data() + contacts.first[v],
-                                                   contacts.planes.data() + contacts.first[v + 1]);
-        u[v] = displacement(v) + Admissible(best - displacement(v), planes, options.max_step_mm);
-      }
-    }
-    double largest = 0;
-    for (int v = 0; v < patch->free; ++v) {
-      largest = std::max(largest, (u[v] - displacement(v)).norm());
-      patch->position_mm[v] = patch->observed_mm[v] + u[v];
-    }
-    if (largest < options.tolerance_mm) break;
+    run.Step();
+    const double before = energy;
+    energy = run.Energy();
+    if (before - energy < options.tolerance * before) break;
   }
   return iteration;
 }

@@ -10,8 +10,8 @@ struct ReturnOptions {
   double gap_mm = 0.05;      // kept between faces that come near each other
   double max_step_mm = 0.5;  // of a vertex in one iteration
   double smoothness = 1;     // how much a vertex that is held up holds up its neighbours
-  int max_iterations = 40;
-  double tolerance_mm = 0.005;  // ends when no vertex moves further in one iteration
+  int max_iterations = 60;
+  double tolerance = 0.01;  // ends when an iteration lowers the energy by less than this share
 
   absl::Status Validate() const;
 };

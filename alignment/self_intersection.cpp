@@ -14,6 +14,8 @@ namespace {
 constexpr int kCellsPerBlock = 1 << 14;
 constexpr double kFloatRounding = 2.5e-7;  // two points come closer by this share of their coordinates
 
+constexpr double kParallel = 1e-10;  // sine of the angle below which a segment lies in a plane
+
 using Triangle = Eigen::Vector3d[3];
 
 void SetCorners(const std::vector<Eigen::Vector3d>& vertices_mm, const Face& face, Triangle& corners) {
@@ -117,8 +119,11 @@ std::optional<double> SegmentThroughTriangle(const Eigen::Vector3d& p, const Eig
                                              const Triangle& t) {
   const Eigen::Vector3d normal = (t[1] - t[0]).cross(t[2] - t[0]);
   const double from = normal.dot(p - t[0]), to = normal.dot(q - t[0]);
-  if ((from > 0 && to > 0) || (from < 0 && to < 0) || from == to) return std::nullopt;
-  const Eigen::Vector3d way = q - p, a = t[0] - p, b = t[1] - p, c = t[2] - p;
+  if ((from > 0 && to > 0) || (from < 0 && to < 0)) return std::nullopt;
+  const Eigen::Vector3d way = q - p;
+  // In the triangle's plane, as far as rounding lets one tell.
+  if (std::abs(from - to) <= kParallel * way.norm() * normal.norm()) return std::nullopt;
+  const Eigen::Vector3d a = t[0] - p, b = t[1] - p, c = t[2] - p;
   const double ab = way.dot(a.cross(b)), bc = way.dot(b.cross(c)), ca = way.dot(c.cross(a));
   const bool inside = (ab >= 0 && bc >= 0 && ca >= 0) || (ab <= 0 && bc <= 0 && ca <= 0);
   if (!inside) return std::nullopt;

@@ -12,7 +12,9 @@
 namespace weft {
 namespace {
 
-constexpr double kNoMoveMm = 0.002;
+constexpr double kNoMoveMm = 0.005;
+constexpr int kMaxDoublings = 2;      // of a patch's rings
+constexpr int kPiercingsPerRing = 3;  // fewer of them do not enclose a region as wide as the patch
 
 absl::Status Bad(const char* what) { return absl::InvalidArgumentError(absl::StrCat("untangle.", what)); }
 
@@ -142,7 +144,8 @@ class Untangler {
   UntangleReport Run(Tangles tangles) {
     while (!tangles.empty() && report_.rounds < options_.max_rounds) {
       const int rings = options_.patch_rings * (1 + report_.rounds);
-      for (const std::vector<int>& free : GrowGroups(faces_, around_, Groups(tangles), rings)) Resolve(free);
+      const std::vector<std::vector<int>> grown = GrowGroups(faces_, around_, Groups(tangles), rings);
+      for (const std::vector<int>& free : grown) Resolve(WideEnoughPatch(free, rings));
       ++report_.rounds;
       tangles = FindTangles(vertices_mm_, faces_);
     }
@@ -165,9 +168,24 @@ class Untangler {
     return groups;
   }
 
-  void Resolve(const std::vector<int>& free) {
-    TanglePatch patch =
-        CutPatch(observed_mm_, vertices_mm_, faces_, sigma_mm_, free, options_.reach_edges * edge_mm_);
+  TanglePatch PatchOf(const std::vector<int>& free) const {
+    return CutPatch(observed_mm_, vertices_mm_, faces_, sigma_mm_, free, options_.reach_edges * edge_mm_);
+  }
+
+  // A region wider than the patch is not seen to be cut off from the rest. Its contour pierces many edges.
+  TanglePatch WideEnoughPatch(std::vector<int> free, int rings) const {
+    TanglePatch patch = PatchOf(free);
+    for (int doubled = 0; doubled < kMaxDoublings; ++doubled, rings *= 2) {
+      const std::vector<Piercing> piercings = FindPiercings(patch);
+      const std::vector<bool> explained = FindRegions(patch, piercings).explained;
+      if (std::count(explained.begin(), explained.end(), false) < kPiercingsPerRing * rings) break;
+      free = GrowGroups(faces_, around_, {free}, rings)[0];
+      patch = PatchOf(free);
+    }
+    return patch;
+  }
+
+  void Resolve(TanglePatch patch) {
     ++report_.patches;
     Pusher pusher(options_, edge_mm_, &patch);
     // What only touches is parted by the return; if that did not help there is no plane to part it along.

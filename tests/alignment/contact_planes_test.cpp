@@ -103,7 +103,8 @@ TEST(ContactPlanes, KeepACrowdFromPassingThroughItself) {
   const double reach_mm = 1.2;
   double moved_mm = 0;
   for (int step = 0; step < 60; ++step) {
-    const ContactPlanes contacts = FindContactPlanes(patch, reach_mm, 0.01);
+    const ContactPlanes contacts =
+        FindContactPlanes(patch, std::vector<bool>(patch.vertex.size(), true), reach_mm, 0.01);
     for (int v = 0; v < patch.free; ++v) {
       const Eigen::Vector3d move = Within(contacts, v, 3 * points.Next(), reach_mm / 2);
       patch.position_mm[v] += move;
@@ -118,7 +119,9 @@ TEST(ContactPlanes, AskLayersThatAreTooNearToPart) {
   const TriangleMesh below = FlatSheet(4, 4);
   TriangleMesh above = below;
   for (Eigen::Vector3d& v : above.vertices_mm) v += Eigen::Vector3d(0.9, 0.7, 0.03);
-  const ContactPlanes contacts = FindContactPlanes(WholeMesh(testing::Joined(below, above)), 0.5, 0.05);
+  const TanglePatch patch = WholeMesh(testing::Joined(below, above));
+  const ContactPlanes contacts =
+      FindContactPlanes(patch, std::vector<bool>(patch.vertex.size(), true), 0.5, 0.05);
   int asking = 0;
   for (const ContactPlane& plane : contacts.planes) {
     if (plane.room_mm >= 0) continue;

@@ -103,7 +103,7 @@ TEST(RemoveSelfIntersections, PullsASleeveOutOfTheTorso) {
   const Outcome outcome = Untangle(SleeveInTorso(6));
   EXPECT_GT(outcome.report.pairs_before, 50);
   ExpectClean(outcome);
-  EXPECT_LT(outcome.report.max_move_mm, 10);
+  EXPECT_LT(outcome.report.max_move_mm, 5);
 }
 
 TEST(RemoveSelfIntersections, PartsHemsThatCutIntoEachOther) {

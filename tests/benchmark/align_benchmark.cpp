@@ -3,7 +3,6 @@
 #include <benchmark/benchmark.h>
 #include <tbb/task_arena.h>
 
-#include "alignment/self_intersection.h"
 #include "tests/alignment/cloth_sheets.h"
 
 namespace weft {
@@ -69,16 +68,6 @@ void BuildModel(benchmark::State& state) {
   for (auto _ : state) benchmark::DoNotOptimize(AlignmentModel(frame.garment));
 }
 BENCHMARK(BuildModel)->Arg(320)->ArgName("n")->Unit(benchmark::kMillisecond);
-
-void SelfIntersections(benchmark::State& state) {
-  const Frame frame = SomeFrame(static_cast<int>(state.range(0)));
-  tbb::task_arena(1).execute([&] {
-    for (auto _ : state) {
-      benchmark::DoNotOptimize(FindSelfIntersections(frame.truth, frame.garment.rest.faces));
-    }
-  });
-}
-BENCHMARK(SelfIntersections)->Arg(320)->ArgName("n")->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace weft
