@@ -3,9 +3,8 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
-#include "pattern/cell_window.h"
+#include "pattern/cell_kernel.h"
 
 namespace weft {
 namespace {
@@ -14,7 +13,6 @@ constexpr int kUnknowns = kCellColors + 1;  // the inks and black
 constexpr int kRounds = 3;
 using MatrixN = Eigen::Matrix<double, kUnknowns, kUnknowns>;
 using MatrixN3 = Eigen::Matrix<double, kUnknowns, 3>;
-using VectorN = Eigen::Matrix<double, kUnknowns, 1>;
 
 // Least squares for the colours, given the light at each cell.
 struct ColorSums {
@@ -30,44 +28,76 @@ struct ColorSums {
   }
 };
 
-// What one cell's pixels say; the light is the ratio between them and what `window` predicts. Nothing where
-// the window is dark.
-struct CellSums {
-  ColorSums sums;
-  double light;
+// A cell with its samples of the image.
+struct SampledCell {
+  int labels[5][5];  // ink of the cells around, kCellColors off the board
+  CellFrame frame;
+  float scale;  // of the image that was sampled
+  CellSamples samples;
 };
 
-std::optional<CellSums> SumCell(const ColorImage& image, const CellWindow& window, int stride) {
-  ColorSums own;
-  double ti = 0, tt = 0;
-  window.ForEachPixel(image, stride, [&](const uint8_t* pixel, float u, float v) {
-    const int j = std::clamp(static_cast<int>(u + 2.5f), 1, 3),
-              i = std::clamp(static_cast<int>(v + 2.5f), 1, 3);
-    const auto& pu = window.along_u[BlurredProfile::Bin(u - static_cast<float>(j - 2))];
-    const auto& pv = window.along_v[BlurredProfile::Bin(v - static_cast<float>(i - 2))];
-    const float along_u[3] = {pu.before, pu.here, pu.after}, along_v[3] = {pv.before, pv.here, pv.after};
-    VectorN mix = VectorN::Zero();
+std::vector<SampledCell> SampleCells(const std::vector<ColorImage>& pyramid, const Board& board,
+                                     const std::vector<PlacedCell>& cells) {
+  std::vector<SampledCell> sampled;
+  sampled.reserve(cells.size());
+  for (const PlacedCell& cell : cells) {
+    const int level = PyramidLevelFor(cell.frame.ShorterEdge(), pyramid.size());
+    const ColorImage& image = pyramid[level];
+    SampledCell out;
+    out.scale = static_cast<float>(1 << level);
+    out.frame = cell.frame;
+    const CellFrame& f = cell.frame;
+    if (!(f.Area() > 1)) continue;
+    for (int k = 0; k < 25; ++k) {
+      const int r = cell.row + k / 5 - 2, c = cell.col + k % 5 - 2;
+      out.labels[k / 5][k % 5] = board.Contains(r, c) ? static_cast<int>(board.at(r, c)) : kCellColors;
+    }
+    BestCellKernels().sample({image.rgbx.data(), image.width_px, image.height_px}, f.InHalvings(out.scale),
+                             {}, &out.samples);
+    sampled.push_back(out);
+  }
+  return sampled;
+}
+
+// What one cell's samples say about the colours at light 1.
+ColorSums SumCell(const SampledCell& cell, const ProfileAlongU& along_u, const ProfileAlongV& along_v) {
+  ColorSums sums;
+  for (int k = 0; k < kCellSide * kCellSide; ++k) {
+    const int group = k / kSampleLanes, lane = k % kSampleLanes;
+    std::array<double, kUnknowns> mix = {};
     double covered = 0;
-    Float4 t = window.black;
-    for (int di = 0; di < 3; ++di) {
-      for (int dj = 0; dj < 3; ++dj) {
-        const float share = along_u[dj] * along_v[di];
-        t += window.colors[i - 1 + di][j - 1 + dj] * share;
-        mix[window.labels[i - 1 + di][j - 1 + dj]] += share;
+    for (int i = 0; i < 5; ++i) {
+      for (int j = 0; j < 5; ++j) {
+        const double share = along_v.value[group][i][lane] * along_u.value[j][lane];
+        mix[cell.labels[i][j]] += share;
         covered += share;
       }
     }
     mix[kCellColors] += 1 - covered;
-    own.normal.noalias() += mix * mix.transpose();
-    for (int c = 0; c < 3; ++c) {
-      own.target.col(c) += mix * static_cast<double>(pixel[c]);
-      own.square += static_cast<double>(pixel[c]) * pixel[c];
-      ti += static_cast<double>(t[c]) * pixel[c];
-      tt += static_cast<double>(t[c]) * t[c];
+    for (int p = 0; p < kUnknowns; ++p) {
+      if (mix[p] == 0) continue;
+      for (int q = 0; q <= p; ++q) sums.normal(p, q) += mix[p] * mix[q];
+      for (int c = 0; c < 3; ++c) sums.target(p, c) += mix[p] * cell.samples.value[c][group][lane];
     }
-  });
-  if (!(tt > 0) || !(ti > 0)) return std::nullopt;
-  return CellSums{own, ti / tt};
+    for (int c = 0; c < 3; ++c) {
+      const double value = cell.samples.value[c][group][lane];
+      sums.square += value * value;
+    }
+  }
+  sums.normal.triangularView<Eigen::StrictlyUpper>() = sums.normal.transpose();
+  return sums;
+}
+
+// The ratio between the samples and what the appearance predicts at light 1; not positive where the samples
+// are dark.
+double LightOf(const ColorSums& sums, const Appearance& now) {
+  MatrixN3 colors;
+  for (int k = 0; k < kUnknowns; ++k) {
+    for (int c = 0; c < 3; ++c) colors(k, c) = k < kCellColors ? now.inks[k][c] : now.black[c];
+  }
+  const double ti = colors.cwiseProduct(sums.target).sum();
+  const double tt = colors.cwiseProduct(sums.normal * colors).sum();
+  return tt > 0 ? ti / tt : 0;
 }
 
 // Solves for the colours and stores them in `appearance`; returns the unexplained share of the squares.
@@ -101,29 +131,39 @@ double SolveColors(ColorSums sums, Appearance* appearance) {
 
 }  // namespace
 
-Appearance CalibrateAppearance(const ColorImage& image, const Board& board, const BlurredProfile& profile,
-                               const std::vector<PlacedCell>& cells, const std::vector<float>& sigmas_px,
-                               const Appearance& start) {
+Appearance CalibrateAppearance(const std::vector<ColorImage>& pyramid, const Board& board,
+                               const SampledProfile& profile, const std::vector<PlacedCell>& cells,
+                               const std::vector<float>& sigmas_px, const Appearance& start) {
+  const std::vector<SampledCell> sampled = SampleCells(pyramid, board, cells);
   Appearance best = start;
   double least = 1e300;
+  int risen = 0;
   for (const float sigma_px : sigmas_px) {
     Appearance current = start;
     current.sigma_px = sigma_px;
+    std::vector<ColorSums> of_cells;
+    of_cells.reserve(sampled.size());
+    for (const SampledCell& cell : sampled) {
+      const CellFrame& f = cell.frame;
+      const float sigma = SigmaInPyramid(sigma_px, cell.scale) / f.Area();
+      of_cells.push_back(SumCell(cell, profile.AlongU(sigma * std::hypot(f.bx, f.by)),
+                                 profile.AlongV(sigma * std::hypot(f.ax, f.ay))));
+    }
     double error = 1e300;
     for (int round = 0; round < kRounds; ++round) {
       ColorSums sums;
-      for (const PlacedCell& cell : cells) {
-        CellWindow window;
-        window.SetColors(board, current, cell.row, cell.col);
-        if (!window.Place(cell.frame, {}, 1.0f, image, profile, sigma_px)) continue;
-        const int stride = std::max(1, static_cast<int>(std::sqrt(cell.frame.Area()) / 5));
-        if (const auto found = SumCell(image, window, stride)) sums.Add(found->sums, found->light);
+      for (const ColorSums& cell : of_cells) {
+        const double light = LightOf(cell, current);
+        if (light > 0) sums.Add(cell, light);
       }
       if (sums.square > 0) error = SolveColors(sums, &current);
     }
     if (error < least) {
       least = error;
       best = current;
+      risen = 0;
+    } else if (++risen == 2) {
+      break;
     }
   }
   return best;

@@ -4,11 +4,11 @@
 #include <array>
 #include <vector>
 
-#include "pattern/blurred_profile.h"
 #include "pattern/board.h"
 #include "pattern/cell_frame.h"
 #include "pattern/color_image.h"
 #include "pattern/ink_model.h"
+#include "pattern/sampled_profile.h"
 
 namespace weft {
 
@@ -19,11 +19,11 @@ struct Appearance {
   float sigma_px = 0.8f;
 };
 
-// The appearance that explains the placed cells best, over the blurs `sigmas_px`. Alternates between the
-// light of each cell's surroundings and, by least squares, the eight colours; the mean over the inks stays
-// that of `start`.
-Appearance CalibrateAppearance(const ColorImage& image, const Board& board, const BlurredProfile& profile,
-                               const std::vector<PlacedCell>& cells, const std::vector<float>& sigmas_px,
-                               const Appearance& start);
+// The appearance that explains the placed cells best, over the blurs `sigmas_px` (ascending; the search ends
+// where the error has risen twice). Alternates between the light of each cell's surroundings and, by least
+// squares, the eight colours; the mean over the inks stays that of `start`. `pyramid` as for CellFitter.
+Appearance CalibrateAppearance(const std::vector<ColorImage>& pyramid, const Board& board,
+                               const SampledProfile& profile, const std::vector<PlacedCell>& cells,
+                               const std::vector<float>& sigmas_px, const Appearance& start);
 
 }  // namespace weft

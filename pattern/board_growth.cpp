@@ -9,7 +9,6 @@ namespace {
 
 constexpr int kBucketPx = 8;
 constexpr int kMostAttempts = 5;
-constexpr float kReach = 1.25f;  // half the side of the fitted window, in cells
 // A candidate this good needs no second attempt from another neighbour.
 constexpr float kWellExplained = 0.75f;
 
@@ -33,7 +32,7 @@ class Growth {
       const GrowthSeed& seed = seeds[k];
       if (!board_.Contains(seed.row, seed.col)) continue;
       const CellFit fit = fitter_.Fit(seed.row, seed.col, seed.frame, Weights(seed.row, seed.col, true),
-                                      {options_.iterations + 2, StrideFor(seed.frame), kReach, {}});
+                                      {options_.iterations + 2, {}});
       if (Acceptable(fit)) Enqueue({fit.explained, seed.row, seed.col, fit, seed.group});
     }
     while (!queue_.empty()) {
@@ -135,8 +134,7 @@ class Growth {
     ++attempts;
     int group = 0;
     const CellFrame predicted = Predict(row, col, &group);
-    const CellFit fit = fitter_.Fit(row, col, predicted, Weights(row, col, false),
-                                    {options_.iterations, StrideFor(predicted), kReach, {}});
+    const CellFit fit = fitter_.Fit(row, col, predicted, Weights(row, col, false), {options_.iterations, {}});
     if (!Acceptable(fit)) return;
     Enqueue({fit.explained, row, col, fit, group});
   }
@@ -181,11 +179,6 @@ class Growth {
 };
 
 }  // namespace
-
-int StrideFor(const CellFrame& frame) {
-  const float least = std::min(std::hypot(frame.ax, frame.ay), std::hypot(frame.bx, frame.by));
-  return std::max(1, static_cast<int>(least / 3.5f));
-}
 
 absl::Status GrowthOptions::Validate() const {
   if (!(min_explained > 0 && min_explained < 1)) {

@@ -10,10 +10,10 @@ namespace weft {
 
 struct GrowthOptions {
   // Share of the variance around a cell that the printed pattern has to explain.
-  float min_explained = 0.55f;
+  float min_explained = 0.35f;
   // How much better the expected ink must fit the cell than any other, in units of the mean squared change
   // that another ink would make; 1 is perfect, below 0 another ink fits better.
-  float min_ink_lead = 0.1f;
+  float min_ink_lead = 0.0f;
   // Largest distance between prediction and fit, in cells.
   float max_move_cells = 0.4f;
   // Least edge and area of a cell in the image.
@@ -45,8 +45,5 @@ struct GrownCell {
 // cell is taken once, and so is a place in the image. Ordered by row and column.
 std::vector<GrownCell> GrowOnBoard(const CellFitter& fitter, const Board& board, int width_px, int height_px,
                                    const std::vector<GrowthSeed>& seeds, const GrowthOptions& options);
-
-// Every so many-th pixel that a fit of such a cell needs.
-int StrideFor(const CellFrame& frame);
 
 }  // namespace weft

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <utility>
 
-#include "pattern/cell_window.h"
-
 namespace weft {
 namespace {
 
 using Vector6 = Eigen::Matrix<float, 6, 1>;
+using Vector4 = Eigen::Matrix<float, 4, 1>;
+using Matrix4 = Eigen::Matrix<float, 4, 4>;
 using Matrix6 = Eigen::Matrix<float, 6, 6>;
 
 // Grey levels by which the model is typically wrong; balances the priors.
@@ -18,120 +18,74 @@ constexpr float kModelNoise = 8.0f;
 constexpr float kPositionPrior = 0.35f;  // cells
 constexpr float kShapePrior = 0.12f;     // per cell
 constexpr float kOffsetPrior = 12.0f;    // grey levels
+constexpr float kSlopePrior = 0.3f;      // of the gain, per cell
 constexpr float kLongestStep = 0.3f;     // cells
 constexpr float kShortestStep = 0.02f;   // cells; a shorter one ends the iterations
-constexpr float kLeastPixels = 8;
+constexpr float kLeastAreaPx2 = 1.0f, kMostAreaPx2 = 4000.0f;
 
 // Index of the product of monomials p and q (of 1, u, v) among 1, u, v, uu, uv, vv.
 constexpr int kProduct[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
-// Weighted sums over pixels: t is the model, tu and tv its derivatives, i the image.
-struct Sums {
-  float weight = 0;
-  float pixels = 0;
-  // Over channels: products of the model's derivatives with monomials 1, u, v, uu, uv, vv.
-  Float4 uu[6] = {}, uv[6] = {}, vv[6] = {};
-  Float4 ut[3] = {}, vt[3] = {}, u1[3] = {}, v1[3] = {}, ui[3] = {}, vi[3] = {};
-  Float4 tt = {}, t1 = {}, ti = {}, i1 = {}, ii = {};
+float SumOf(const float* v) { return v[0] + v[1] + v[2]; }
 
-  void Add(Float4 image, Float4 t, Float4 tu, Float4 tv, float u, float v, float w) {
-    weight += w;
-    pixels += 1;
-    const Float4 wt = t * w, wi = image * w, wtu = tu * w, wtv = tv * w;
-    tt += wt * t;
-    t1 += wt;
-    ti += wt * image;
-    i1 += wi;
-    ii += wi * image;
-    const float m[6] = {1, u, v, u * u, u * v, v * v};
-    const Float4 products[3] = {wtu * tu, wtu * tv, wtv * tv};
-    for (int k = 0; k < 6; ++k) {
-      uu[k] += products[0] * m[k];
-      uv[k] += products[1] * m[k];
-      vv[k] += products[2] * m[k];
-    }
-    const Float4 mixed[4] = {wtu * t, wtv * t, wtu * image, wtv * image};
-    for (int k = 0; k < 3; ++k) {
-      ut[k] += mixed[0] * m[k];
-      vt[k] += mixed[1] * m[k];
-      u1[k] += wtu * m[k];
-      v1[k] += wtv * m[k];
-      ui[k] += mixed[2] * m[k];
-      vi[k] += mixed[3] * m[k];
-    }
-  }
-};
-
-Sums Accumulate(const ColorImage& image, const CellWindow& w, const NeighborWeights& weights, int stride) {
-  Sums sums;
-  const float fall = 1 / (w.reach * w.reach);
-  w.ForEachPixel(image, stride, [&](const uint8_t* pixel, float u, float v) {
-    const int j = std::clamp(static_cast<int>(u + 2.5f), 1, 3),
-              i = std::clamp(static_cast<int>(v + 2.5f), 1, 3);
-    const auto& pu = w.along_u[BlurredProfile::Bin(u - static_cast<float>(j - 2))];
-    const auto& pv = w.along_v[BlurredProfile::Bin(v - static_cast<float>(i - 2))];
-    Float4 rows[3], slopes[3];
-    for (int k = 0; k < 3; ++k) {
-      const Float4* c = &w.colors[i - 1 + k][j - 1];
-      rows[k] = c[0] * pu.before + c[1] * pu.here + c[2] * pu.after;
-      slopes[k] = c[0] * pu.slope_before + c[1] * pu.slope_here + c[2] * pu.slope_after;
-    }
-    const Float4 t = w.black + rows[0] * pv.before + rows[1] * pv.here + rows[2] * pv.after;
-    const Float4 tu = slopes[0] * pv.before + slopes[1] * pv.here + slopes[2] * pv.after;
-    const Float4 tv = rows[0] * pv.slope_before + rows[1] * pv.slope_here + rows[2] * pv.slope_after;
-    const float weight = weights[3 * (i - 1) + j - 1] * (1 - u * u * fall) * (1 - v * v * fall);
-    sums.Add(LoadPixel(pixel), t, tu, tv, u, v, weight);
-  });
-  return sums;
-}
-
-// Light of a window by least squares, with a prior on the offset; false where the print cannot be there.
+// Light of a window by least squares: gain times (1 + slopes along u and v), and an offset; with priors on
+// the slopes and the offset.
 struct Light {
-  float tt, t1, n1, det;  // normal equations of gain and offset
+  Matrix4 normal;
+  Vector4 solved;  // gain, its changes along u and v, offset
+  Eigen::LLT<Matrix4> solver;
 
-  bool Solve(const Sums& s, CellFit* fit) {
-    constexpr float kPrior = 0.1f * (kModelNoise * kModelNoise) / (kOffsetPrior * kOffsetPrior);
-    tt = SumOf(s.tt);
-    t1 = SumOf(s.t1);
-    n1 = 3 * s.weight * (1 + kPrior);
-    det = tt * n1 - t1 * t1;
-    if (!(det > 0)) return false;
-    const float ti = SumOf(s.ti), i1 = SumOf(s.i1), ii = SumOf(s.ii);
-    fit->gain = (ti * n1 - i1 * t1) / det;
-    fit->offset = (i1 * tt - ti * t1) / det;
-    const float sse = ii - 2 * fit->gain * ti - 2 * fit->offset * i1 + fit->gain * fit->gain * tt +
-                      2 * fit->gain * fit->offset * t1 + fit->offset * fit->offset * 3 * s.weight;
-    float variance = ii;
-    for (int c = 0; c < 3; ++c) variance -= s.i1[c] * s.i1[c] / s.weight;
+  // False where the print cannot be there.
+  bool Solve(const CellModelSums& s, const CellImageSums& image, CellFit* fit) {
+    constexpr float kOffset = 0.1f * (kModelNoise * kModelNoise) / (kOffsetPrior * kOffsetPrior);
+    constexpr float kSlope = 0.1f / (kSlopePrior * kSlopePrior);
+    for (int p = 0; p < 3; ++p) {
+      for (int q = 0; q < 3; ++q) normal(p, q) = s.tt[kProduct[p][q]];
+      normal(p, 3) = normal(3, p) = s.t1[p];
+    }
+    normal(3, 3) = 3 * s.weight;
+    const Vector4 target{image.ti[0], image.ti[1], image.ti[2], SumOf(image.i1)};
+    Matrix4 with_prior = normal;
+    with_prior(1, 1) += kSlope * s.tt[0];
+    with_prior(2, 2) += kSlope * s.tt[0];
+    with_prior(3, 3) *= 1 + kOffset;
+    solver.compute(with_prior);
+    if (solver.info() != Eigen::Success) return false;
+    solved = solver.solve(target);
+    fit->gain = solved[0];
+    fit->offset = solved[3];
+    const float sse = image.ii - 2 * solved.dot(target) + solved.dot(normal * solved);
+    float variance = image.ii;
+    for (const float channel : image.i1) variance -= channel * channel / s.weight;
     fit->explained = 1 - sse / std::max(variance, 1.0f);
     fit->noise = std::sqrt(std::max(sse, 0.0f) / (3 * s.weight));
     return fit->gain > 0;
   }
 };
 
-// Normal equations of the step over (1, u, v) in u and in v, gain and offset projected out.
-std::pair<Matrix6, Vector6> StepEquations(const Sums& s, const Light& light, const CellFit& fit) {
+// Normal equations of the step over (1, u, v) in u and in v, the light projected out.
+std::pair<Matrix6, Vector6> StepEquations(const CellModelSums& s, const CellImageSums& image,
+                                          const Light& light, const CellFit& fit) {
   Matrix6 normal;
-  Vector6 with_t, with_1, with_i;
+  Vector6 with_i;
+  Eigen::Matrix<float, 6, 4> with_light;
   for (int p = 0; p < 3; ++p) {
     for (int q = 0; q < 3; ++q) {
       const int k = kProduct[p][q];
-      normal(p, q) = SumOf(s.uu[k]);
-      normal(p, 3 + q) = normal(3 + q, p) = SumOf(s.uv[k]);
-      normal(3 + p, 3 + q) = SumOf(s.vv[k]);
+      normal(p, q) = s.uu[k];
+      normal(p, 3 + q) = normal(3 + q, p) = s.uv[k];
+      normal(3 + p, 3 + q) = s.vv[k];
+      with_light(p, q) = s.ut[k];
+      with_light(3 + p, q) = s.vt[k];
     }
-    with_t[p] = SumOf(s.ut[p]);
-    with_t[3 + p] = SumOf(s.vt[p]);
-    with_1[p] = SumOf(s.u1[p]);
-    with_1[3 + p] = SumOf(s.v1[p]);
-    with_i[p] = SumOf(s.ui[p]);
-    with_i[3 + p] = SumOf(s.vi[p]);
+    with_light(p, 3) = s.u1[p];
+    with_light(3 + p, 3) = s.v1[p];
+    with_i[p] = image.ui[p];
+    with_i[3 + p] = image.vi[p];
   }
   const float gain = fit.gain;
-  const Vector6 residual = gain * (with_i - gain * with_t - fit.offset * with_1);
-  const Vector6 on_t = (with_t * light.n1 - with_1 * light.t1) / light.det;
-  const Vector6 on_1 = (with_1 * light.tt - with_t * light.t1) / light.det;
-  normal -= with_t * on_t.transpose() + with_1 * on_1.transpose();
+  const Vector6 residual = gain * (with_i - with_light * light.solved);
+  normal -= with_light * light.solver.solve(with_light.transpose());
   return {gain * gain * normal, residual};
 }
 
@@ -145,79 +99,162 @@ CellFrame Moved(const CellFrame& frame, const Vector6& step) {
   return {frame.x - shift[0], frame.y - shift[1], edges(0, 0), edges(1, 0), edges(0, 1), edges(1, 1)};
 }
 
-// Compares the expected ink with the others on the cell itself. False without pixels.
-bool JudgeInk(const ColorImage& image, const Appearance& appearance, const CellWindow& w, int stride,
-              CellFit* fit) {
-  Float4 with_shape = {};
-  float shape2 = 0, pixels = 0;
-  w.ForEachPixel(image, stride, [&](const uint8_t* pixel, float u, float v) {
-    const auto& pu = w.along_u[BlurredProfile::Bin(u)];
-    const auto& pv = w.along_v[BlurredProfile::Bin(v)];
-    const float along_v[3] = {pv.before, pv.here, pv.after};
-    Float4 t = w.black;
-    for (int i = 0; i < 3; ++i) {
-      const Float4* c = &w.colors[i + 1][1];
-      t += (c[0] * pu.before + c[1] * pu.here + c[2] * pu.after) * along_v[i];
-    }
-    const float shape = pu.here * pv.here;
-    with_shape += (LoadPixel(pixel) - (t * fit->gain + Splat(fit->offset))) * shape;
-    shape2 += shape * shape;
-    pixels += 1;
-  });
-  if (pixels < 1) return false;
-  const int expected = w.labels[2][2];
-  const Float4 own = FromRgb(appearance.inks[expected]);
-  float lead = 1e9f, contrast = 1e9f;
+// Compares the expected ink with the others on the cell itself.
+void JudgeInk(const std::array<std::array<float, 4>, kCellColors + 1>& colors, int expected,
+              const CellModelSums& model, const CellImageSums& image, CellFit* fit) {
+  constexpr float kSamples = 3 * 16;
+  float with_shape[3];
+  for (int c = 0; c < 3; ++c) {
+    with_shape[c] = image.shape_i[c] - fit->gain * model.shape_t[c] - fit->offset * model.shape;
+  }
+  fit->ink_lead = fit->center_contrast = 1e9f;
   for (int k = 0; k < kCellColors; ++k) {
     if (k == expected) continue;
-    const Float4 change = (FromRgb(appearance.inks[k]) - own) * fit->gain;
-    const float squared = shape2 * SumOf(change * change);
-    lead = std::min(lead, (squared - 2 * SumOf(change * with_shape)) / (3 * pixels));
-    contrast = std::min(contrast, squared / (3 * pixels));
+    float squared = 0, mixed = 0;
+    for (int c = 0; c < 3; ++c) {
+      const float change = (colors[k][c] - colors[expected][c]) * fit->gain;
+      squared += change * change;
+      mixed += change * with_shape[c];
+    }
+    squared *= model.shape2;
+    fit->ink_lead = std::min(fit->ink_lead, (squared - 2 * mixed) / kSamples);
+    fit->center_contrast = std::min(fit->center_contrast, squared / kSamples);
   }
-  fit->ink_lead = lead;
-  fit->center_contrast = std::sqrt(contrast);
-  return true;
+  fit->center_contrast = std::sqrt(fit->center_contrast);
+}
+
+// Whether the samples of a cell are in the image: all, some or none.
+enum class Inside { kAll, kSome, kNone };
+Inside WhereIs(const CellFrame& f, const CellCurvature& bend, int width_px, int height_px) {
+  constexpr float kReach = 0.875f;
+  const float bend_x = 0.5f * (std::abs(bend.uu_x) + std::abs(bend.vv_x)) + std::abs(bend.uv_x);
+  const float bend_y = 0.5f * (std::abs(bend.uu_y) + std::abs(bend.vv_y)) + std::abs(bend.uv_y);
+  const float half_x = kReach * (std::abs(f.ax) + std::abs(f.bx) + bend_x);
+  const float half_y = kReach * (std::abs(f.ay) + std::abs(f.by) + bend_y);
+  const float x_last = static_cast<float>(width_px - 1), y_last = static_cast<float>(height_px - 1);
+  if (f.x >= half_x && f.x <= x_last - half_x && f.y >= half_y && f.y <= y_last - half_y) return Inside::kAll;
+  const bool some =
+      f.x + half_x >= 0 && f.x - half_x <= x_last && f.y + half_y >= 0 && f.y - half_y <= y_last;
+  return some ? Inside::kSome : Inside::kNone;
+}
+
+// 1 for samples in the image, 0 for others; returns how many are.
+int MaskOutside(const CellFrame& f, const CellCurvature& bend, int width_px, int height_px, float* mask) {
+  const float x_last = static_cast<float>(width_px - 1), y_last = static_cast<float>(height_px - 1);
+  int inside = 0;
+  for (int k = 0; k < kSampleGroups * kSampleLanes; ++k) {
+    const float u = CellSample(k % kCellSide), v = CellSample(k / kCellSide);
+    const float x =
+        f.x + u * f.ax + v * f.bx + 0.5f * (u * u * bend.uu_x + v * v * bend.vv_x) + u * v * bend.uv_x;
+    const float y =
+        f.y + u * f.ay + v * f.by + 0.5f * (u * u * bend.uu_y + v * v * bend.vv_y) + u * v * bend.uv_y;
+    const bool in = x >= 0 && y >= 0 && x <= x_last && y <= y_last;
+    mask[k] = in ? 1.0f : 0.0f;
+    inside += in;
+  }
+  return inside;
 }
 
 }  // namespace
 
+CellFitter::CellFitter(const std::vector<ColorImage>& pyramid, const Board& board,
+                       const SampledProfile& profile, const Appearance& appearance)
+    : pyramid_(pyramid),
+      board_(board),
+      profile_(profile),
+      appearance_(appearance),
+      kernels_(BestCellKernels()) {
+  colors_ = {};
+  for (int k = 0; k < kCellColors; ++k) {
+    for (int c = 0; c < 3; ++c) colors_[k][c] = appearance.inks[k][c] - appearance.black[c];
+  }
+}
+
+void CellFitter::SetLook(int row, int col, const NeighborWeights& weights, CellLook* look) const {
+  for (int i = 0; i < 5; ++i) {
+    for (int j = 0; j < 5; ++j) {
+      const int r = row + i - 2, c = col + j - 2;
+      const int label = board_.Contains(r, c) ? static_cast<int>(board_.at(r, c)) : kCellColors;
+      std::copy(colors_[label].begin(), colors_[label].end(), look->colors[i][j]);
+    }
+  }
+  std::copy(appearance_.black.begin(), appearance_.black.end(), look->black);
+  std::copy(weights.begin(), weights.end(), look->neighbor_weights);
+}
+
 CellFit CellFitter::Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights,
                         const CellFitOptions& options) const {
-  CellFit fit;
-  fit.frame = start;
-  CellWindow window;
-  window.SetColors(board_, appearance_, row, col);
   constexpr float kPosition = kModelNoise * kModelNoise / (kPositionPrior * kPositionPrior);
   constexpr float kShape = kModelNoise * kModelNoise / (kShapePrior * kShapePrior);
-  const Vector6 prior{kPosition, kShape, kShape, kPosition, kShape, kShape};
+  constexpr int kLeastSamples = 12;
+  static const Vector6 kPrior{kPosition, kShape, kShape, kPosition, kShape, kShape};
+  CellFit fit;
+  fit.frame = start;
+  const float area = start.Area();
+  if (!(area > kLeastAreaPx2) || area > kMostAreaPx2) return fit;
+  const int level = PyramidLevelFor(start.ShorterEdge(), pyramid_.size());
+  const float scale = static_cast<float>(1 << level);
+  const ColorImage& image = pyramid_[level];
+  const PixelView view{image.rgbx.data(), image.width_px, image.height_px};
+
+  CellLook look;
+  SetLook(row, col, weights, &look);
+  const float sigma_px = SigmaInPyramid(appearance_.sigma_px, scale);
+  look.along_u = &profile_.AlongU(sigma_px * std::hypot(start.bx, start.by) / area);
+  look.along_v = &profile_.AlongV(sigma_px * std::hypot(start.ax, start.ay) / area);
+  const CellCurvature& c = options.curvature;
+  const CellCurvature bend{c.uu_x / scale, c.uu_y / scale, c.uv_x / scale,
+                           c.uv_y / scale, c.vv_x / scale, c.vv_y / scale};
+  CellModel model;
+  CellSamples samples;
+  CellImageSums sums;
+  Light light;
+  bool rendered = false;
+  CellFrame frame = start.InHalvings(scale);
+  // The light at the frame; false where the print cannot be there.
+  const auto look_again = [&] {
+    const Inside inside = WhereIs(frame, bend, view.width_px, view.height_px);
+    if (inside == Inside::kNone) return false;
+    if (inside == Inside::kSome) {
+      alignas(64) float mask[kSampleGroups * kSampleLanes];
+      if (MaskOutside(frame, bend, view.width_px, view.height_px, mask) < kLeastSamples) return false;
+      kernels_.render(look, mask, &model);
+      rendered = false;
+      if (!(model.sums.shape > 0)) return false;
+    } else if (!rendered) {
+      kernels_.render(look, nullptr, &model);
+      rendered = true;
+    }
+    kernels_.sample(view, frame, bend, &samples);
+    kernels_.sum(model, samples, &sums);
+    return light.Solve(model.sums, sums, &fit);
+  };
   Vector6 total = Vector6::Zero();
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
-    if (!window.Place(fit.frame, options.curvature, options.reach, image_, profile_, appearance_.sigma_px))
-      return fit;
-    const Sums sums = Accumulate(image_, window, weights, options.stride);
-    Light light;
-    if (sums.pixels < kLeastPixels || !(sums.weight > 0) || !light.Solve(sums, &fit)) return fit;
-    auto [normal, residual] = StepEquations(sums, light, fit);
-    normal.diagonal() += prior;
+    if (!look_again()) return fit;
+    auto [normal, residual] = StepEquations(model.sums, sums, light, fit);
+    normal.diagonal() += kPrior;
     const Eigen::LLT<Matrix6> solver(normal);
     if (solver.info() != Eigen::Success) return fit;
-    Vector6 step = solver.solve(residual - prior.cwiseProduct(total));
+    Vector6 step = solver.solve(residual - kPrior.cwiseProduct(total));
     const float length = std::hypot(step[0], step[3]);
     if (length > kLongestStep) step *= kLongestStep / length;
     total += step;
-    fit.frame = Moved(fit.frame, step);
+    frame = Moved(frame, step);
+    fit.frame = frame.InHalvings(1 / scale);
     fit.moved_cells = std::hypot(total[0], total[3]);
     if (!(fit.moved_cells < 1)) return fit;
     if (iteration + 1 == options.iterations || length < kShortestStep) {
       const Matrix6 covariance = solver.solve(Matrix6::Identity());
       const float pitch_px = std::sqrt(std::max(fit.frame.Area(), 0.0f));
       fit.sigma_px = fit.noise * pitch_px * std::sqrt(0.5f * (covariance(0, 0) + covariance(3, 3)));
+      if (length >= kShortestStep && !look_again()) return fit;
       break;
     }
   }
-  fit.converged = window.Place(fit.frame, options.curvature, 0.5f, image_, profile_, appearance_.sigma_px) &&
-                  JudgeInk(image_, appearance_, window, options.stride, &fit);
+  const bool on_board = board_.Contains(row, col);
+  JudgeInk(colors_, on_board ? static_cast<int>(board_.at(row, col)) : kCellColors, model.sums, sums, &fit);
+  fit.converged = true;
   return fit;
 }
 

@@ -2,13 +2,14 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
+#include <vector>
 
 #include "pattern/appearance.h"
-#include "pattern/blurred_profile.h"
 #include "pattern/board.h"
 #include "pattern/cell_frame.h"
+#include "pattern/cell_kernel.h"
 #include "pattern/color_image.h"
+#include "pattern/sampled_profile.h"
 
 namespace weft {
 
@@ -31,28 +32,31 @@ struct CellFit {
 
 struct CellFitOptions {
   int iterations = 4;
-  int stride = 1;      // every so many-th pixel in both directions
-  float reach = 1.5f;  // half the side of the window, in cells; at most 1.5
   CellCurvature curvature;
 };
 
-// Fits cells of one board to one image; all arguments must outlive it. Thread-safe.
+// Fits cells of one board to one image, whose halvings `pyramid` holds (level k is 2^k times smaller); all
+// arguments must outlive it. Thread-safe.
 class CellFitter {
  public:
-  CellFitter(const ColorImage& image, const Board& board, const BlurredProfile& profile,
-             const Appearance& appearance)
-      : image_(image), board_(board), profile_(profile), appearance_(appearance) {}
+  CellFitter(const std::vector<ColorImage>& pyramid, const Board& board, const SampledProfile& profile,
+             const Appearance& appearance);
 
   // Gauss-Newton from `start` on the six parameters of the frame; gain and offset of the light are
-  // eliminated. Not converged where the window leaves the image or the print cannot be there.
+  // eliminated. The window reaches one cell to all sides and counts less towards its border. Not converged
+  // where the window leaves the image or the print cannot be there.
   CellFit Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights,
               const CellFitOptions& options) const;
 
  private:
-  const ColorImage& image_;
+  void SetLook(int row, int col, const NeighborWeights& weights, CellLook* look) const;
+
+  const std::vector<ColorImage>& pyramid_;
   const Board& board_;
-  const BlurredProfile& profile_;
+  const SampledProfile& profile_;
   const Appearance& appearance_;
+  const CellKernels& kernels_;
+  std::array<std::array<float, 4>, kCellColors + 1> colors_;  // minus black; the last is off the board
 };
 
 }  // namespace weft

@@ -1,6 +1,9 @@
 // Where a cell is in the image, and how its surroundings bend.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 namespace weft {
 
 // A cell's centre, and the edges to the next cells along the board's columns (a) and rows (b), all in px.
@@ -9,6 +12,12 @@ struct CellFrame {
   float ax = 0, ay = 0, bx = 0, by = 0;
 
   float Area() const { return ax * by - ay * bx; }
+  float ShorterEdge() const { return std::sqrt(std::min(ax * ax + ay * ay, bx * bx + by * by)); }
+  // In px of an image `scale` times smaller, whose pixel x is at (x + 0.5) scale - 0.5 of this one.
+  CellFrame InHalvings(float scale) const {
+    const float s = 1 / scale;
+    return {(x + 0.5f) * s - 0.5f, (y + 0.5f) * s - 0.5f, ax * s, ay * s, bx * s, by * s};
+  }
 };
 
 // Second derivatives of the image position over board columns (u) and rows (v), in px: how a cell's

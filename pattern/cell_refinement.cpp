@@ -8,6 +8,8 @@
 namespace weft {
 namespace {
 
+constexpr float kLargestShift = 0.25f;  // cells
+
 // Cells by their place on the board.
 class CellMap {
  public:
@@ -40,25 +42,6 @@ Surroundings Around(const CellMap& map, const std::vector<CellFrame>& frames, in
   return near;
 }
 
-// Second differences of the positions around a cell; axes without neighbours on both sides stay straight.
-CellCurvature Curvature(const Surroundings& near) {
-  CellCurvature k;
-  const CellFrame& here = *near[4];
-  if (near[3] && near[5]) {
-    k.uu_x = near[3]->x + near[5]->x - 2 * here.x;
-    k.uu_y = near[3]->y + near[5]->y - 2 * here.y;
-  }
-  if (near[1] && near[7]) {
-    k.vv_x = near[1]->x + near[7]->x - 2 * here.x;
-    k.vv_y = near[1]->y + near[7]->y - 2 * here.y;
-  }
-  if (near[0] && near[2] && near[6] && near[8]) {
-    k.uv_x = 0.25f * (near[0]->x + near[8]->x - near[2]->x - near[6]->x);
-    k.uv_y = 0.25f * (near[0]->y + near[8]->y - near[2]->y - near[6]->y);
-  }
-  return k;
-}
-
 // Distance in cells between a cell and where its neighbours expect it; a neighbour expects it half way
 // between what its own edges say and what the cell's edges say.
 float Misfit(const Surroundings& near) {
@@ -87,37 +70,103 @@ std::vector<CellFrame> Frames(const std::vector<GrownCell>& cells) {
   return frames;
 }
 
-void PlaceAgain(const CellFitter& fitter, const Board& board, const CellRefinementOptions& options,
-                std::vector<GrownCell>* cells) {
+// Positions along one axis of the board, three cells to both sides; null where unknown.
+using Line = std::array<const CellFrame*, 7>;
+
+Line LineThrough(const CellMap& map, const std::vector<CellFrame>& frames, int row, int col, int dr, int dc) {
+  Line line;
+  for (int k = -3; k <= 3; ++k) {
+    const int other = map.At(row + k * dr, col + k * dc);
+    line[k + 3] = other >= 0 ? &frames[other] : nullptr;
+  }
+  return line;
+}
+
+// What the differences along a line of cells say about the error of the middle one. A fit averages over the
+// cell, so the middle is off towards the chord of bent cloth: by kBend of the second difference. And what
+// is rough between neighbours is noise: part of the third or fourth difference. The shares were fitted to
+// ray-traced views with known truth.
+struct Shift {
+  float x = 0, y = 0;
+};
+Shift ErrorAlong(const Line& line) {
+  const auto known = [&](int from, int to) {
+    return std::all_of(line.begin() + 3 + from, line.begin() + 4 + to, [](const CellFrame* f) { return f; });
+  };
+  // Weights of the cells -3 to 3.
+  static constexpr std::array<float, 7> kFive = {0, 0.065f, -0.095f, 0.06f, -0.095f, 0.065f, 0};
+  static constexpr std::array<float, 7> kFour = {0, 0, 0.05f, -0.04f, -0.07f, 0.06f, 0};
+  static constexpr std::array<float, 7> kThree = {0, 0, 0.05f, -0.1f, 0.05f, 0, 0};
+  static constexpr std::array<float, 7> kOneSided = {0, 0, 0, 0.08f, -0.18f, 0.12f, -0.02f};
+  const std::array<float, 7>* weights = nullptr;
+  bool mirrored = false;
+  if (known(-2, 2)) {
+    weights = &kFive;
+  } else if (known(-1, 1)) {
+    mirrored = known(-2, 1);
+    weights = mirrored || known(-1, 2) ? &kFour : &kThree;
+  } else if (known(0, 3) || known(-3, 0)) {
+    mirrored = !known(0, 3);
+    weights = &kOneSided;
+  }
+  Shift error;
+  if (weights == nullptr) return error;
+  for (int k = -3; k <= 3; ++k) {
+    const float weight = (*weights)[3 + k];
+    if (weight == 0) continue;
+    const CellFrame& f = *line[mirrored ? 3 - k : 3 + k];
+    error.x += weight * f.x;
+    error.y += weight * f.y;
+  }
+  return error;
+}
+
+void Sharpen(const Board& board, std::vector<GrownCell>* cells) {
   const CellMap map(board, *cells);
   const std::vector<CellFrame> before = Frames(*cells);
-  for (GrownCell& cell : *cells) {
-    const Surroundings near = Around(map, before, cell.row, cell.col);
-    NeighborWeights weights;
-    for (int k = 0; k < 9; ++k) weights[k] = near[k] ? 1.0f : 0.2f;
-    const CellFit fit = fitter.Fit(cell.row, cell.col, cell.fit.frame, weights,
-                                   {2, StrideFor(cell.fit.frame), options.reach, Curvature(near)});
-    if (fit.converged && fit.moved_cells < options.max_move_cells) cell.fit = fit;
+  for (size_t k = 0; k < cells->size(); ++k) {
+    GrownCell& cell = (*cells)[k];
+    const Shift u = ErrorAlong(LineThrough(map, before, cell.row, cell.col, 0, 1));
+    const Shift v = ErrorAlong(LineThrough(map, before, cell.row, cell.col, 1, 0));
+    // Larger ones are no noise: a neighbour is wrong.
+    const float x = u.x + v.x, y = u.y + v.y, limit = kLargestShift * before[k].ShorterEdge();
+    if (x * x + y * y > limit * limit) continue;
+    cell.fit.frame.x -= x;
+    cell.fit.frame.y -= y;
   }
 }
 
 // Probability that a cell is where it was found: a logistic model of how well the print explains its
-// surroundings and its neighbours', how many neighbours are known, and how clearly its ink leads the others.
-// The weights were fitted to ray-traced views with known truth.
-float Confidence(const CellMap& map, const std::vector<GrownCell>& cells, const GrownCell& cell) {
-  float neighbors = 0, explained_around = 0;
+// surroundings and its neighbours', how many neighbours are known and agree, and how clearly its ink leads
+// the others. The weights were fitted to ray-traced views with known truth.
+float Confidence(const CellMap& map, const std::vector<GrownCell>& cells, const GrownCell& cell,
+                 float misfit_cells) {
+  float neighbors = 0, edge_neighbors = 0, explained_around = 0, light_around = 0, lead_around = 0, shape = 0;
+  const auto lead_of = [](const CellFit& fit) {
+    const float contrast2 = std::max(fit.center_contrast * fit.center_contrast, 1e-6f);
+    return std::clamp(fit.ink_lead / contrast2, 0.0f, 1.0f);
+  };
   for (int k = 0; k < 9; ++k) {
     const int other = k == 4 ? -1 : map.At(cell.row + k / 3 - 1, cell.col + k % 3 - 1);
     if (other < 0) continue;
     neighbors += 1;
-    explained_around += cells[other].fit.explained;
+    edge_neighbors += k % 2;
+    const CellFit& fit = cells[other].fit;
+    explained_around += std::clamp(fit.explained, 0.0f, 1.0f);
+    light_around += fit.gain;
+    lead_around += lead_of(fit);
+    const CellFrame &f = cell.fit.frame, &g = fit.frame;
+    shape += (std::hypot(f.ax - g.ax, f.ay - g.ay) + std::hypot(f.bx - g.bx, f.by - g.by)) / f.ShorterEdge();
   }
   if (neighbors == 0) return 0;
   const float explained = std::clamp(cell.fit.explained, 0.0f, 1.0f);
-  const float around = std::clamp(explained_around / neighbors, 0.0f, 1.0f);
-  const float contrast2 = std::max(cell.fit.center_contrast * cell.fit.center_contrast, 1e-6f);
-  const float lead = std::clamp(cell.fit.ink_lead / contrast2, 0.0f, 1.0f);
-  const float logit = -6.2f + 3.4f * explained + 3.6f * around + 2.0f * lead + 6.0f * neighbors / 8;
+  const float lead = lead_of(cell.fit);
+  const float share = 1 / neighbors;
+  const float light = std::min(std::abs(std::log(cell.fit.gain / (share * light_around))), 2.0f);
+  const float logit = -6.82f + 2.89f * explained + 4.59f * share * explained_around + 1.09f * lead +
+                      2.36f * share * lead_around + 3.5f * neighbors / 8 + 2.19f * edge_neighbors / 4 -
+                      0.79f * std::min(misfit_cells, 1.0f) - 2.36f * light -
+                      2.39f * std::min(share * shape, 2.0f);
   return 1 / (1 + std::exp(-logit));
 }
 
@@ -156,11 +205,6 @@ std::vector<int> ComponentSizes(const Board& board, const std::vector<GrownCell>
 }  // namespace
 
 absl::Status CellRefinementOptions::Validate() const {
-  if (!(reach >= 0.5f && reach <= 1.5f))
-    return absl::InvalidArgumentError("refinement.reach must lie in 0.5 to 1.5");
-  if (!(max_move_cells > 0)) return absl::InvalidArgumentError("refinement.max_move_cells must be above 0");
-  if (!(max_misfit_cells > 0))
-    return absl::InvalidArgumentError("refinement.max_misfit_cells must be above 0");
   if (!(min_confidence >= 0 && min_confidence < 1)) {
     return absl::InvalidArgumentError("refinement.min_confidence must lie in [0, 1)");
   }
@@ -168,25 +212,18 @@ absl::Status CellRefinementOptions::Validate() const {
   return absl::OkStatus();
 }
 
-void RefineCells(const CellFitter& fitter, const Board& board, const CellRefinementOptions& options,
-                 std::vector<GrownCell>* cells) {
-  PlaceAgain(fitter, board, options, cells);
+void RefineCells(const Board& board, const CellRefinementOptions& options, std::vector<GrownCell>* cells) {
   {
     const CellMap map(board, *cells);
     const std::vector<CellFrame> frames = Frames(*cells);
-    Filter(
-        [&](size_t k) {
-          return Misfit(Around(map, frames, (*cells)[k].row, (*cells)[k].col)) <= options.max_misfit_cells;
-        },
-        cells);
-  }
-  {
-    const CellMap map(board, *cells);
-    for (GrownCell& cell : *cells) cell.confidence = Confidence(map, *cells, cell);
+    for (GrownCell& cell : *cells) {
+      cell.confidence = Confidence(map, *cells, cell, Misfit(Around(map, frames, cell.row, cell.col)));
+    }
     Filter([&](size_t k) { return (*cells)[k].confidence >= options.min_confidence; }, cells);
   }
   const std::vector<int> sizes = ComponentSizes(board, *cells);
   Filter([&](size_t k) { return sizes[k] >= options.min_component; }, cells);
+  Sharpen(board, cells);
 }
 
 }  // namespace weft

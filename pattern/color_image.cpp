@@ -54,6 +54,20 @@ ColorImage HalfSize(const ColorImage& image) {
   return half;
 }
 
+int PyramidLevelFor(float edge_px, size_t levels) {
+  constexpr float kLongestEdgePx = 7.5f;
+  int level = 0;
+  for (float longest = kLongestEdgePx; edge_px > longest && level + 1 < static_cast<int>(levels);
+       longest *= 2)
+    ++level;
+  return level;
+}
+
+float SigmaInPyramid(float sigma_px, float scale) {
+  // Variances of a box and of linear interpolation, the mean over places between two pixels.
+  return std::sqrt(sigma_px * sigma_px + (scale * scale - 1) / 12 + scale * scale / 6);
+}
+
 namespace {
 
 // Logarithm of the brightest channel; the offset keeps noise in the dark small.

@@ -35,6 +35,14 @@ ColorImage ToColorImage(const Frame& rgb);
 // Half the size, each pixel the mean of 2x2. Pixel x of the half image is at 2 x + 0.5 of `image`.
 ColorImage HalfSize(const ColorImage& image);
 
+// A cell is measured in the largest of an image and its halvings in which its shorter edge is below 7.5 px:
+// the number of halvings, at most `levels` - 1, for an edge in px of the full image.
+int PyramidLevelFor(float edge_px, size_t levels);
+
+// Blur of bilinear samples of the image after halvings by `scale` in all, in px of the full image, which has
+// a blur of `sigma_px` itself.
+float SigmaInPyramid(float sigma_px, float scale);
+
 // How much brighter than its surroundings a pixel is, as a ratio's logarithm: the brightest of the three
 // channels (every ink line is dark in it and no colour), smoothed by sigma 0.5 px, over the same smoothed by
 // `surround_px`.

@@ -8,8 +8,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "pattern/appearance.h"
-#include "pattern/blurred_profile.h"
 #include "pattern/patch_search.h"
+#include "pattern/sampled_profile.h"
 
 namespace weft {
 namespace {
@@ -47,19 +47,26 @@ absl::StatusOr<ColorImage> ReadColors(const Frame& frame) {
   return ToColorImage(*rgb);
 }
 
-std::vector<LevelPatch> FindPatchesAtAllLevels(const ColorImage& full, const DecodeOptions& options) {
+// The image and its halvings.
+std::vector<ColorImage> Pyramid(ColorImage full, int levels) {
+  std::vector<ColorImage> pyramid;
+  pyramid.push_back(std::move(full));
+  for (int level = 1; level < levels; ++level) {
+    ColorImage half = HalfSize(pyramid.back());
+    if (half.width_px < kLeastSidePx || half.height_px < kLeastSidePx) break;
+    pyramid.push_back(std::move(half));
+  }
+  return pyramid;
+}
+
+std::vector<LevelPatch> FindPatchesAtAllLevels(const std::vector<ColorImage>& pyramid,
+                                               const DecodeOptions& options) {
   std::vector<LevelPatch> patches;
-  ColorImage smaller;
-  const ColorImage* image = &full;
   float scale = 1;
-  for (int level = 0; level < options.levels; ++level, scale *= 2) {
-    if (level > 0) {
-      smaller = HalfSize(*image);
-      image = &smaller;
-    }
-    if (image->width_px < kLeastSidePx || image->height_px < kLeastSidePx) break;
-    std::vector<LevelPatch> found = FindPatches(*image, scale, options.keypoints, options.lattice);
+  for (const ColorImage& image : pyramid) {
+    std::vector<LevelPatch> found = FindPatches(image, scale, options.keypoints, options.lattice);
     std::move(found.begin(), found.end(), std::back_inserter(patches));
+    scale *= 2;
   }
   return patches;
 }
@@ -89,8 +96,9 @@ PatchReport Report(const LevelPatch& patch, const PatchDecodeOptions& options) {
 }
 
 // Starts from the inks of the patches, and learns the rest from some of the seeds.
-Appearance LearnAppearance(const ColorImage& image, const Board& board, const BlurredProfile& profile,
-                           const InkModel& inks, const std::vector<GrowthSeed>& seeds) {
+Appearance LearnAppearance(const std::vector<ColorImage>& pyramid, const Board& board,
+                           const SampledProfile& profile, const InkModel& inks,
+                           const std::vector<GrowthSeed>& seeds) {
   constexpr float kLight = 128, kBlack = 25;  // grey levels to start from
   constexpr size_t kCells = 120;
   Appearance start;
@@ -102,7 +110,7 @@ Appearance LearnAppearance(const ColorImage& image, const Board& board, const Bl
   for (size_t k = 0; k < seeds.size(); k += std::max<size_t>(1, seeds.size() / kCells)) {
     cells.push_back({seeds[k].row, seeds[k].col, seeds[k].frame});
   }
-  return CalibrateAppearance(image, board, profile, cells,
+  return CalibrateAppearance(pyramid, board, profile, cells,
                              {0.4f, 0.55f, 0.7f, 0.85f, 1.0f, 1.2f, 1.5f, 1.9f, 2.4f, 3.0f, 4.0f}, start);
 }
 
@@ -171,11 +179,13 @@ absl::Status DecodeOptions::Validate() const {
 absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& board,
                                         const DecodeOptions& options) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
-  const absl::StatusOr<ColorImage> image = ReadColors(frame);
+  absl::StatusOr<ColorImage> image = ReadColors(frame);
   if (!image.ok()) return image.status();
   DecodeResult result;
+  if (image->width_px < kLeastSidePx || image->height_px < kLeastSidePx) return result;
   Stopwatch watch;
-  std::vector<LevelPatch> patches = FindPatchesAtAllLevels(*image, options);
+  const std::vector<ColorImage> pyramid = Pyramid(*std::move(image), options.levels);
+  std::vector<LevelPatch> patches = FindPatchesAtAllLevels(pyramid, options);
   result.timings.lattice_ms = watch.LapMs();
   const InkModel inks = DecodePatches(board, options.patches, &patches);
   for (const LevelPatch& patch : patches) result.patches.push_back(Report(patch, options.patches));
@@ -183,13 +193,13 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
   result.timings.colors_ms = watch.LapMs();
   if (seeds.empty()) return result;
 
-  const BlurredProfile profile(board.board().square_fraction);
-  const Appearance appearance = LearnAppearance(*image, board.board(), profile, inks, seeds);
-  const CellFitter fitter(*image, board.board(), profile, appearance);
+  const SampledProfile profile(board.board().square_fraction);
+  const Appearance appearance = LearnAppearance(pyramid, board.board(), profile, inks, seeds);
+  const CellFitter fitter(pyramid, board.board(), profile, appearance);
   std::vector<GrownCell> cells =
-      GrowOnBoard(fitter, board.board(), image->width_px, image->height_px, seeds, options.growth);
+      GrowOnBoard(fitter, board.board(), frame.width_px, frame.height_px, seeds, options.growth);
   result.timings.growth_ms = watch.LapMs();
-  RefineCells(fitter, board.board(), options.refinement, &cells);
+  RefineCells(board.board(), options.refinement, &cells);
   result.observations = Centers(cells);
   if (options.corners) {
     const std::vector<Observation> corners = Corners(cells);

@@ -11,8 +11,8 @@ namespace weft {
 // times the mean of the four neighbouring centres, whatever the number of views, and lies inside the fold.
 // Lengths are in edges: the median distance of points whose centres are next to each other on the board.
 struct FootprintOptions {
-  // Measured on rendered cloth with the decoder of `pattern`; 0 leaves the points as they are.
-  double neighbor_share = 0.43;
+  // What the decoder of `pattern` leaves, measured on rendered cloth; 0 leaves the points as they are.
+  double neighbor_share = 0.12;
   // Of the shift that takes the average out, the share that is wrong (standard deviation).
   double shift_error = 0.3;
   // Standard deviation of the average where too little around a centre was seen to take it out.
