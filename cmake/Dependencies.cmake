@@ -9,7 +9,7 @@ find_package(CLI11 2.1 REQUIRED)
 find_package(embree 3.13 REQUIRED)
 find_package(SQLite3 3.40 REQUIRED)
 find_package(spdlog 1.10 REQUIRED)
-find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs)
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core imgproc imgcodecs video)
 if(WEFT_BUILD_TESTS)
   find_package(Ceres 2.1 REQUIRED)  # the oracle of the elastic solver
 endif()

@@ -49,7 +49,7 @@ step "Registration of the take, through gRPC"
   --template "$out/take/template" --out "$out/result" --observations --server "$address"
 
 step "Accuracy against ground truth"
-"$weft" evaluate "$out/result" --truth "$out/take/truth"
+"$weft" evaluate "$out/result" --truth "$out/take/truth" --quick --out "$out/evaluation"
 
 step "Done"
 echo "meshes  $out/result/<frame>/mesh.ply"

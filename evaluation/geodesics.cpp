@@ -19,8 +19,8 @@ constexpr double kFlatAngle = 1e-8;
 // Relative to the edge: what windows may miss a corner by, and how narrow a window may be.
 constexpr double kTouch = 1e-9;
 constexpr double kNarrow = 1e-10;
-// By less than this, relative to the edge, no path counts as shorter: regular meshes are full of ties, and of two equal
-// paths one must stay.
+// By less than this, relative to the edge, no path counts as shorter: regular meshes are full of ties, and of
+// two equal paths one must stay.
 constexpr double kTie = 1e-9;
 
 // Positive when `b` points to the left of `a`.

@@ -1,18 +1,22 @@
-// weft evaluate: a job's result against ground truth.
+// weft evaluate: how good a job's result is.
+#include <tbb/task_arena.h>
+
 #include <cstdio>
 #include <memory>
 #include <string>
 
 #include "services/cli/commands.h"
 #include "services/cli/progress.h"
+#include "services/evaluation/evaluation_report.h"
 #include "services/evaluation/evaluation_text.h"
 
 namespace weft {
 namespace {
 
 struct EvaluateOptions {
-  std::string result;
-  std::string truth;
+  EvaluationRequest request;
+  std::string out;
+  int threads = 0;
   bool json = false;
 };
 
@@ -20,12 +24,18 @@ absl::Status EvaluateCommand(const EvaluateOptions& options, bool quiet) {
   absl::StatusOr<JobEvaluation> evaluation;
   {
     Progress progress("evaluate", 1, ProgressVisible(quiet));
-    evaluation = EvaluateJob(options.result, options.truth, EvaluationOptions(),
-                             [&progress](size_t done, size_t all) { progress.Set(done, all); });
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] {
+      evaluation =
+          EvaluateJob(options.request, [&progress](size_t done, size_t all) { progress.Set(done, all); });
+    });
   }
   if (!evaluation.ok()) return evaluation.status();
+  if (!options.out.empty())
+    if (absl::Status status = WriteEvaluation(options.out, *evaluation); !status.ok()) return status;
   if (!options.json) {
     std::fputs(EvaluationTable(*evaluation).c_str(), stdout);
+    if (!options.out.empty()) std::printf("report   %s/report.html\n", options.out.c_str());
     return absl::OkStatus();
   }
   const absl::StatusOr<std::string> json = EvaluationJson(*evaluation);
@@ -34,27 +44,66 @@ absl::Status EvaluateCommand(const EvaluateOptions& options, bool quiet) {
   return absl::OkStatus();
 }
 
+void AddInputOptions(CLI::App& command, EvaluationRequest& request) {
+  command
+      .add_option("--truth", request.truth,
+                  "The folder truth of a synthetic take; by default <take>/truth if there")
+      ->type_name("DIR");
+  command.add_option("--take", request.dump, "The dump with the pictures; by default that of the job")
+      ->type_name("DUMP");
+  command.add_option("--rig", request.rig, "The cameras, rig.json; by default that of the job")
+      ->type_name("FILE");
+  command.add_option("--template", request.garment, "Folder of the template; by default that of the job")
+      ->type_name("DIR");
+  command
+      .add_option("--fps", request.fps, "Frames per second of the take, for drift; 30 when it is not given")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option(
+          "--samples", request.samples,
+          "Frames at which geodesic distortion and texture drift are measured, spread evenly; 0 for all")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--sources", request.geodesics.sources,
+                  "Vertices that geodesic distances are measured from")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100000));
+  command.add_option("--seed", request.geodesics.seed, "Of the choice of those vertices")->type_name("N");
+  command.add_flag("--quick", request.quick,
+                   "Leave out geodesic distortion and texture drift, which take long");
+}
+
 }  // namespace
 
 void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command = AddCommand(
-      app, "evaluate",
-      "Measure a job's result against the truth of a synthetic take. Decoding: precision, recall of the "
-      "cells "
-      "that can be seen well, distance to the true pixel. Cloud: share of the vertices that at least 3 "
-      "cameras "
-      "see well with a point within 1 mm, error of all points. Mesh: distance of every vertex to its true "
-      "place, apart for vertices that at least 3 cameras see well and for all others. Files that the result "
-      "lacks are named and not scored.",
-      "  weft evaluate result --truth take/truth\n"
-      "  weft evaluate result --truth take/truth --json > scores.json");
+  CLI::App* command =
+      AddCommand(app, "evaluate",
+                 "Measure a job's result, against the truth of a synthetic take where there is one. With a "
+                 "truth: precision and "
+                 "recall of decoding, error of the cloud, distance of every vertex to its true place (apart "
+                 "for vertices that at "
+                 "least 3 cameras see well and for all others), exact drift. Without: coverage and "
+                 "visibility, correspondence "
+                 "drift by optical flow between unwrapped textures, geodesic distortion against the "
+                 "template, self-intersections, "
+                 "jitter, reprojection and leave-one-camera-out error of every camera. What cannot be "
+                 "measured is named with the "
+                 "reason. With --out: evaluation.json, frames.csv, cameras.csv and report.html.",
+                 "  weft evaluate result --out result/evaluation\n"
+                 "  weft evaluate result --truth take/truth --quick\n"
+                 "  weft evaluate result --truth take/truth --json > scores.json");
   auto options = std::make_shared<EvaluateOptions>();
-  command->add_option("result", options->result, "The folder that `weft register` wrote")
+  command->add_option("result", options->request.result, "The folder that `weft register` wrote")
       ->required()
       ->type_name("DIR");
-  command->add_option("--truth", options->truth, "The folder truth of the take")
-      ->required()
+  AddInputOptions(*command, options->request);
+  command->add_option("--out", options->out, "Folder for report and tables, made where it is missing")
       ->type_name("DIR");
+  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.Evaluation)");
   command->callback(
       [options, &line] { line.run = [options, &line] { return EvaluateCommand(*options, line.quiet); }; });

@@ -1,81 +1,155 @@
 #include "services/evaluation/evaluate_job.h"
 
-#include <filesystem>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <mutex>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "services/files/cloud_file.h"
-#include "services/files/mesh_file.h"
-#include "services/files/observations_file.h"
-#include "services/synthetic/truth_file.h"
 
 namespace weft {
 namespace {
 
-namespace fs = std::filesystem;
+// Sums and counts per vertex.
+class FieldMean {
+ public:
+  void Add(const std::vector<double>& values) {
+    if (sum_.size() < values.size()) sum_.resize(values.size()), count_.resize(values.size());
+    for (size_t v = 0; v < values.size(); ++v)
+      if (std::isfinite(values[v])) sum_[v] += values[v], ++count_[v];
+  }
+  std::vector<double> Mean() const {
+    std::vector<double> mean(sum_.size(), std::numeric_limits<double>::quiet_NaN());
+    for (size_t v = 0; v < sum_.size(); ++v)
+      if (count_[v] > 0) mean[v] = sum_[v] / count_[v];
+    return mean;
+  }
 
-// The three pieces of a frame; names of those that are not there are appended to `missing`.
-absl::StatusOr<ResultPieces> ReadFrameResult(const fs::path& folder, std::vector<std::string>& missing) {
-  const auto path_of = [&](const char* name) -> std::string {
-    std::error_code error;
-    if (fs::exists(folder / name, error)) return (folder / name).string();
-    missing.emplace_back(name);
-    return "";
+ private:
+  std::vector<double> sum_;
+  std::vector<int> count_;
+};
+
+std::optional<ErrorSummary> MeanOf(const std::vector<EvaluatedFrame>& frames,
+                                   std::optional<ErrorSummary> FrameMetrics::*field) {
+  ErrorSummary total;
+  for (const EvaluatedFrame& frame : frames) {
+    const std::optional<ErrorSummary>& one = frame.metrics.*field;
+    if (!one) continue;
+    const auto weight = static_cast<double>(one->count);
+    total.count += one->count;
+    total.mean += weight * one->mean, total.median += weight * one->median, total.p95 += weight * one->p95;
+    total.max = std::max(total.max, one->max);
+  }
+  if (total.count == 0) return std::nullopt;
+  const auto count = static_cast<double>(total.count);
+  total.mean /= count, total.median /= count, total.p95 /= count;
+  return total;
+}
+
+template <typename T>
+std::optional<T> MeanOf(const std::vector<EvaluatedFrame>& frames, std::optional<T> FrameMetrics::*field) {
+  double sum = 0;
+  int count = 0;
+  for (const EvaluatedFrame& frame : frames)
+    if (frame.metrics.*field) sum += static_cast<double>(*(frame.metrics.*field)), ++count;
+  if (count == 0) return std::nullopt;
+  return static_cast<T>(sum / count);
+}
+
+FrameMetrics Total(const std::vector<EvaluatedFrame>& frames) {
+  FrameMetrics total;
+  for (const auto field : {&FrameMetrics::coverage, &FrameMetrics::distortion_mm,
+                           &FrameMetrics::distortion_relative, &FrameMetrics::texture_flow_lost})
+    total.*field = MeanOf(frames, field);
+  for (const auto field : {&FrameMetrics::texture_drift_mm_s, &FrameMetrics::true_drift_observed_mm_s,
+                           &FrameMetrics::true_drift_inferred_mm_s, &FrameMetrics::jitter_observed_mm,
+                           &FrameMetrics::jitter_inferred_mm, &FrameMetrics::jitter_of_truth_mm,
+                           &FrameMetrics::reprojection_px, &FrameMetrics::left_out_px})
+    total.*field = MeanOf(frames, field);
+  for (const EvaluatedFrame& frame : frames)
+    if (frame.metrics.self_intersections)
+      total.self_intersections = total.self_intersections.value_or(0) + *frame.metrics.self_intersections;
+  return total;
+}
+
+// Why a measure stayed empty although its inputs were there.
+void ExplainGaps(const EvaluationRequest& request, const EvaluationInputs& inputs, JobEvaluation& out) {
+  const auto remark = [&](const char* metric, const char* reason) {
+    out.remarks.push_back({metric, reason});
   };
-  ResultPieces result;
-  if (const std::string path = path_of("observations.csv"); !path.empty()) {
-    absl::StatusOr<std::vector<ImageObservations>> images = ReadObservations(path);
-    if (!images.ok()) return images.status();
-    result.observations.emplace();
-    for (ImageObservations& image : *images)
-      result.observations->push_back({std::move(image.image), std::move(image.observations)});
+  const FrameMetrics& total = out.total_metrics;
+  if (inputs.rig && !total.reprojection_px)
+    remark("reprojection, leave-one-camera-out",
+           "there is no observations.csv; register with --observations");
+  if (inputs.garment && !total.coverage)
+    remark("coverage, visibility", "no mesh.ply tells the states of its vertices");
+  if (!total.jitter_observed_mm)
+    remark("jitter", "no three consecutive frames have a mesh that tells the states of its vertices");
+  if (request.quick) {
+    remark("geodesic distortion, texture drift", "left out on request (--quick)");
+  } else if (inputs.dump && inputs.garment && !total.texture_drift_mm_s) {
+    remark("texture drift", "no two consecutive frames have a mesh and pictures that show the same cells");
   }
-  if (const std::string path = path_of("cloud.ply"); !path.empty()) {
-    absl::StatusOr<Cloud> cloud = ReadCloud(path);
-    if (!cloud.ok()) return cloud.status();
-    result.cloud = *std::move(cloud);
-  }
-  if (const std::string path = path_of("mesh.ply"); !path.empty()) {
-    absl::StatusOr<TriangleMesh> mesh = ReadMesh(path);
-    if (!mesh.ok()) return mesh.status();
-    result.mesh_mm = std::move(mesh->vertices_mm);
-  }
-  return result;
+  if (inputs.garment && !inputs.truth.empty() && !total.true_drift_observed_mm_s)
+    remark("exact drift", "no two consecutive frames have a mesh");
 }
 
 }  // namespace
 
-absl::StatusOr<JobEvaluation> EvaluateJob(const std::string& result_folder, const std::string& truth_folder,
-                                          const EvaluationOptions& options,
+absl::StatusOr<JobEvaluation> EvaluateJob(const EvaluationRequest& request,
                                           const std::function<void(size_t, size_t)>& on_frame) {
-  const absl::StatusOr<std::vector<std::string>> names = ListTruthFrames(truth_folder);
-  if (!names.ok()) return names.status();
+  absl::StatusOr<EvaluationInputs> inputs = LoadEvaluationInputs(request);
+  if (!inputs.ok()) return inputs.status();
+  const absl::StatusOr<EvaluationTools> tools = PrepareTools(request, *inputs);
+  if (!tools.ok()) return tools.status();
   JobEvaluation out;
-  bool any = false;
-  for (const std::string& name : *names) {
-    EvaluatedFrame frame;
-    frame.frame = name;
-    const fs::path folder = fs::path(result_folder) / name;
-    const absl::StatusOr<ResultPieces> result = ReadFrameResult(folder, frame.missing);
-    if (!result.ok()) return result.status();
-    if (result->observations || result->cloud || result->mesh_mm) {
-      any = true;
-      const absl::StatusOr<FrameTruth> truth = ReadFrameTruth((fs::path(truth_folder) / name).string());
-      if (!truth.ok()) return truth.status();
-      absl::StatusOr<FrameScore> score = Evaluate(*truth, *result, options);
-      if (!score.ok())
-        return absl::Status(score.status().code(),
-                            absl::StrCat(folder.string(), ": ", score.status().message()));
-      frame.score = *std::move(score);
-      out.total += frame.score;
+  out.remarks = inputs->remarks;
+  out.result = inputs->result, out.truth = inputs->truth, out.dump = inputs->dump_path, out.fps = inputs->fps;
+  if (inputs->garment) out.shape = inputs->garment->rest;
+
+  FieldMean visibility, error, distortion, texture_drift, true_drift;
+  const size_t all = inputs->frames.size();
+  const size_t batch = 4 * static_cast<size_t>(tbb::this_task_arena::max_concurrency());
+  size_t done = 0;
+  std::mutex mutex;
+  // Batches are added up in the order of the frames, so that sums do not depend on which frame was ready
+  // first.
+  for (size_t begin = 0; begin < all; begin += batch) {
+    std::vector<absl::StatusOr<FrameOutcome>> outcomes(std::min(batch, all - begin));
+    tbb::parallel_for(size_t{0}, outcomes.size(), [&](size_t i) {
+      outcomes[i] = EvaluateFrame(request, *inputs, *tools, begin + i);
+      const std::lock_guard lock(mutex);
+      ++done;
+      if (on_frame) on_frame(done, all);
+    });
+    for (absl::StatusOr<FrameOutcome>& outcome : outcomes) {
+      if (!outcome.ok()) return outcome.status();
+      visibility.Add(outcome->fields.observed);
+      error.Add(outcome->fields.error_mm);
+      distortion.Add(outcome->fields.distortion_mm);
+      texture_drift.Add(outcome->fields.texture_drift_mm_s);
+      true_drift.Add(outcome->fields.true_drift_mm_s);
+      out.cameras.resize(std::max(out.cameras.size(), outcome->cameras.size()));
+      for (size_t c = 0; c < outcome->cameras.size(); ++c) out.cameras[c] += outcome->cameras[c];
+      out.total += outcome->frame.score;
+      out.frames.push_back(std::move(outcome->frame));
     }
-    out.frames.push_back(std::move(frame));
-    if (on_frame) on_frame(out.frames.size(), names->size());
   }
-  if (any) return out;
-  return absl::NotFoundError(
-      absl::StrCat(result_folder, ": holds no observations.csv, cloud.ply or mesh.ply of any of the ",
-                   names->size(), " frames of ", truth_folder, "; give the --out folder of `weft register`"));
+  if (std::all_of(out.frames.begin(), out.frames.end(),
+                  [](const auto& frame) { return frame.missing.size() == 3; })) {
+    return absl::NotFoundError(
+        absl::StrCat(request.result, ": holds no observations.csv, cloud.ply or mesh.ply of any of the ", all,
+                     " frames of ", inputs->truth, "; give the --out folder of `weft register`"));
+  }
+  out.total_metrics = Total(out.frames);
+  out.maps = {visibility.Mean(), error.Mean(), distortion.Mean(), texture_drift.Mean(), true_drift.Mean()};
+  ExplainGaps(request, *inputs, out);
+  return out;
 }
 
 }  // namespace weft

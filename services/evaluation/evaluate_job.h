@@ -1,4 +1,4 @@
-// The result folder of a job against the truth of a synthetic take.
+// The result folder of a job, measured with ground truth and without.
 #pragma once
 
 #include <functional>
@@ -6,26 +6,34 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "evaluation/truth_score.h"
+#include "services/evaluation/evaluate_frame.h"
 
 namespace weft {
 
-struct EvaluatedFrame {
-  std::string frame;
-  std::vector<std::string> missing;  // file names of the result that are not there
-  FrameScore score;
+// Means over the frames, [vertices]; NaN where no frame has a value, empty where it was not measured at all.
+struct VertexMaps {
+  std::vector<double> visibility;  // share of the frames that observe the vertex (paper, Fig. 7)
+  std::vector<double> error_mm, distortion_mm, texture_drift_mm_s, true_drift_mm_s;
 };
 
 struct JobEvaluation {
-  std::vector<EvaluatedFrame> frames;  // every frame of the truth
-  FrameScore total;                    // over all frames; what is missing adds nothing
+  std::vector<EvaluatedFrame> frames;
+  FrameScore total;  // over all frames; what is missing adds nothing
+  // Over all frames. Counts add up and the largest error is that of all; means, medians and percentiles are
+  // means of those of the frames, weighted by their counts.
+  FrameMetrics total_metrics;
+  VertexMaps maps;
+  std::vector<CameraErrors> cameras;  // of all frames
+  TriangleMesh shape;                 // the template, to draw the maps on; empty where there is none
+  std::vector<EvaluationRemark> remarks;
+  std::string result, truth, dump;
+  double fps = 0;
 };
 
-// Reads <result>/<frame>/{observations.csv,cloud.ply,mesh.ply} for every frame of the truth. `on_frame` (may
-// be empty) is called with frames done and all. NotFound when the result holds none of these files. Errors
-// name the file.
-absl::StatusOr<JobEvaluation> EvaluateJob(const std::string& result_folder, const std::string& truth_folder,
-                                          const EvaluationOptions& options,
+// Measures every frame, several at a time in the calling thread's TBB arena; the same numbers at any thread
+// count. `on_frame` (may be empty) is called with frames done and all, from any thread, calls never overlap.
+// NotFound when the result holds no file of any frame. Errors name the file.
+absl::StatusOr<JobEvaluation> EvaluateJob(const EvaluationRequest& request,
                                           const std::function<void(size_t, size_t)>& on_frame = {});
 
 }  // namespace weft

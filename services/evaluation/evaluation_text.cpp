@@ -1,14 +1,9 @@
 #include "services/evaluation/evaluation_text.h"
 
-#include <algorithm>
-#include <cstdint>
-#include <limits>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "services/files/json_file.h"
-#include "weft/v1/evaluation.pb.h"
 
 namespace weft {
 namespace {
@@ -52,6 +47,33 @@ std::string Line(const std::string& name, const FrameScore& score) {
   return line + "\n";
 }
 
+std::string Measures(const FrameMetrics& m) {
+  std::string out;
+  const auto mean = [](const std::optional<ErrorSummary>& errors) {
+    return Number(errors, &ErrorSummary::mean);
+  };
+  if (m.coverage)
+    absl::StrAppendFormat(&out, "coverage %s of the vertices with a cell are observed\n",
+                          Percent(m.coverage));
+  if (m.distortion_mm)
+    absl::StrAppendFormat(&out, "geodesic %.2f mm of distortion, %.2f%% of the distance\n", *m.distortion_mm,
+                          100 * m.distortion_relative.value_or(0));
+  if (m.texture_drift_mm_s)
+    absl::StrAppendFormat(&out, "drift    %s mm/s by texture flow\n", mean(m.texture_drift_mm_s));
+  if (m.true_drift_observed_mm_s || m.true_drift_inferred_mm_s)
+    absl::StrAppendFormat(&out, "         %s mm/s exactly where observed, %s where inferred\n",
+                          mean(m.true_drift_observed_mm_s), mean(m.true_drift_inferred_mm_s));
+  if (m.jitter_observed_mm)
+    absl::StrAppendFormat(&out, "jitter   %s mm where observed, %s where inferred\n",
+                          mean(m.jitter_observed_mm), mean(m.jitter_inferred_mm));
+  if (m.self_intersections)
+    absl::StrAppendFormat(&out, "mesh     %d pairs of faces intersect\n", *m.self_intersections);
+  if (m.reprojection_px)
+    absl::StrAppendFormat(&out, "cameras  %s px reprojection error, %s px with the camera left out\n",
+                          mean(m.reprojection_px), mean(m.left_out_px));
+  return out;
+}
+
 std::string Counts(const FrameScore& total) {
   std::string out;
   if (const auto& d = total.centers) {
@@ -78,80 +100,26 @@ std::string Counts(const FrameScore& total) {
   return out;
 }
 
-// JSON writes 64-bit numbers as strings, so counts are 32 bits wide there.
-uint32_t Count(int64_t count) {
-  return static_cast<uint32_t>(std::min<int64_t>(count, std::numeric_limits<uint32_t>::max()));
-}
-
-std::optional<v1::ErrorSummary> ToProto(const std::vector<double>& errors) {
-  const std::optional<ErrorSummary> summary = Summarize(errors);
-  if (!summary) return std::nullopt;
-  v1::ErrorSummary out;
-  out.set_count(Count(summary->count));
-  out.set_mean(summary->mean);
-  out.set_median(summary->median);
-  out.set_p95(summary->p95);
-  out.set_max(summary->max);
-  return out;
-}
-
-v1::DecodeScore ToProto(const DecodeScore& score) {
-  v1::DecodeScore out;
-  out.set_observations(Count(score.observations));
-  out.set_right(Count(score.right));
-  out.set_scoreable(Count(score.scoreable));
-  out.set_found(Count(score.found));
-  if (const auto precision = score.Precision()) out.set_precision(*precision);
-  if (const auto recall = score.Recall()) out.set_recall(*recall);
-  if (const auto errors = ToProto(score.errors_px)) *out.mutable_error_px() = *errors;
-  return out;
-}
-
-v1::CloudScore ToProto(const CloudScore& score) {
-  v1::CloudScore out;
-  out.set_points(Count(score.points));
-  out.set_points_of_unseen_cells(Count(score.points_of_unseen_cells));
-  out.set_well_seen_vertices(Count(score.well_seen));
-  out.set_covered_vertices(Count(score.covered));
-  if (const auto coverage = score.Coverage()) out.set_coverage(*coverage);
-  if (const auto errors = ToProto(score.errors_mm)) *out.mutable_error_mm() = *errors;
-  return out;
-}
-
-v1::FrameScore ToProto(const std::string& name, const std::vector<std::string>& missing,
-                       const FrameScore& score) {
-  v1::FrameScore out;
-  out.set_frame(name);
-  for (const std::string& file : missing) out.add_missing(file);
-  if (score.centers) *out.mutable_centers() = ToProto(*score.centers);
-  if (score.corners) *out.mutable_corners() = ToProto(*score.corners);
-  if (score.cloud) *out.mutable_cloud() = ToProto(*score.cloud);
-  if (score.mesh) {
-    v1::MeshScore& mesh = *out.mutable_mesh();
-    if (const auto visible = ToProto(score.mesh->visible_mm)) *mesh.mutable_visible_mm() = *visible;
-    if (const auto hidden = ToProto(score.mesh->hidden_mm)) *mesh.mutable_hidden_mm() = *hidden;
-  }
-  return out;
-}
-
 }  // namespace
 
 std::string EvaluationTable(const JobEvaluation& evaluation) {
+  if (evaluation.truth.empty()) {
+    std::string out = Measures(evaluation.total_metrics);
+    for (const EvaluationRemark& remark : evaluation.remarks)
+      absl::StrAppendFormat(&out, "note     %s: %s\n", remark.metric, remark.reason);
+    return out;
+  }
   std::string out = absl::StrFormat("%-8s | %-33s | %-24s | %s\n", "", "decode, cell centres",
                                     "cloud, of well seen", "mesh error in mm");
   absl::StrAppendFormat(&out, "%-8s | %8s %8s %7s %7s | %8s %7s %7s | %7s %7s %7s %7s\n", "frame", "precis.",
                         "recall", "med px", "p95 px", "covered", "med mm", "p95 mm", "visible", "p95",
                         "hidden", "p95");
   for (const EvaluatedFrame& frame : evaluation.frames) absl::StrAppend(&out, Line(frame.frame, frame.score));
-  return absl::StrCat(out, Line("total", evaluation.total), "\n", Counts(evaluation.total));
-}
-
-absl::StatusOr<std::string> EvaluationJson(const JobEvaluation& evaluation) {
-  v1::Evaluation out;
-  for (const EvaluatedFrame& frame : evaluation.frames)
-    *out.add_frames() = ToProto(frame.frame, frame.missing, frame.score);
-  *out.mutable_total() = ToProto("total", {}, evaluation.total);
-  return ToJson(out);
+  absl::StrAppend(&out, Line("total", evaluation.total), "\n", Counts(evaluation.total),
+                  Measures(evaluation.total_metrics));
+  for (const EvaluationRemark& remark : evaluation.remarks)
+    absl::StrAppendFormat(&out, "note     %s: %s\n", remark.metric, remark.reason);
+  return out;
 }
 
 }  // namespace weft

@@ -1,16 +1,35 @@
-// An evaluation as a table to read and as JSON.
+// An evaluation to read on a terminal, as JSON, and as tables of comma-separated values.
 #pragma once
 
+#include <array>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "services/evaluation/evaluate_job.h"
 
 namespace weft {
 
-// A line per frame and one for the total; pieces that are missing say so.
+// With a truth a line per frame and one for the total; the other measures of all frames below; what could not
+// be measured, and why.
 std::string EvaluationTable(const JobEvaluation& evaluation);
 // weft.v1.Evaluation.
 absl::StatusOr<std::string> EvaluationJson(const JobEvaluation& evaluation);
+// A line per frame; columns that no frame fills stay empty.
+std::string FrameCsv(const JobEvaluation& evaluation);
+// A line per camera.
+std::string CameraCsv(const JobEvaluation& evaluation);
+
+// Vertices by the share of frames that observe them, in ten equal steps from 0 to 1; all 0 where it is not
+// known.
+std::array<int, 10> VisibilityHistogram(const std::vector<double>& visibility);
+
+// Table 1 of the paper.
+struct PublishedScore {
+  const char* method;
+  double drift_mm_s;
+  double geodesic_distortion_mm;
+};
+const std::vector<PublishedScore>& PaperTable1();
 
 }  // namespace weft

@@ -26,20 +26,20 @@ struct Sides {
   Viewpoint front, back;
 };
 
-absl::StatusOr<Sides> SidesOf(const RegisteredMesh& mesh) {
-  const absl::StatusOr<Viewpoint> front = ViewpointOf(mesh.vertices_mm, MeshSide::kFront, kUp);
+absl::StatusOr<Sides> SidesOf(const std::vector<Eigen::Vector3d>& vertices_mm) {
+  const absl::StatusOr<Viewpoint> front = ViewpointOf(vertices_mm, MeshSide::kFront, kUp);
   if (!front.ok()) return front.status();
-  const absl::StatusOr<Viewpoint> back = ViewpointOf(mesh.vertices_mm, MeshSide::kBack, kUp);
+  const absl::StatusOr<Viewpoint> back = ViewpointOf(vertices_mm, MeshSide::kBack, kUp);
   if (!back.ok()) return back.status();
   return Sides{*front, *back};
 }
 
 // As tall as the mesh asks for at full width, so that wide garments leave no empty paper.
-MeshViewOptions SizeFor(const RegisteredMesh& mesh, const Viewpoint& front) {
+MeshViewOptions SizeFor(const std::vector<Eigen::Vector3d>& vertices_mm, const Viewpoint& front) {
   constexpr double kSlack = 1.06;  // other frames differ a little
   double left = 0, right = 0, low = 0, high = 0;
-  for (size_t v = 0; v < mesh.vertices_mm.size(); ++v) {
-    const double x = mesh.vertices_mm[v].dot(front.right), y = mesh.vertices_mm[v].dot(front.up);
+  for (size_t v = 0; v < vertices_mm.size(); ++v) {
+    const double x = vertices_mm[v].dot(front.right), y = vertices_mm[v].dot(front.up);
     left = v == 0 ? x : std::min(left, x);
     right = v == 0 ? x : std::max(right, x);
     low = v == 0 ? y : std::min(low, y);
@@ -59,7 +59,8 @@ absl::StatusOr<std::vector<MeshPicture>> DrawSides(const TriangleMesh& mesh,
                                                    double shading) {
   options.shading = shading;
   std::vector<MeshPicture> pictures;
-  for (const auto& [title, viewpoint] : {std::pair{"One side", sides.front}, {"The other side", sides.back}}) {
+  for (const auto& [title, viewpoint] :
+       {std::pair{"One side", sides.front}, {"The other side", sides.back}}) {
     const absl::StatusOr<MeshView> view = RenderMesh(mesh, colors, viewpoint, options);
     if (!view.ok()) return view.status();
     absl::StatusOr<std::string> png = EncodePng(*view);
@@ -85,6 +86,14 @@ absl::StatusOr<FramePictures> DrawFrame(const PicturedMesh& pictured, const Side
 
 }  // namespace
 
+absl::StatusOr<std::vector<MeshPicture>> DrawBothSides(const TriangleMesh& mesh,
+                                                       const std::vector<Eigen::Vector3f>& colors,
+                                                       double shading) {
+  const absl::StatusOr<Sides> sides = SidesOf(mesh.vertices_mm);
+  if (!sides.ok()) return sides.status();
+  return DrawSides(mesh, colors, *sides, SizeFor(mesh.vertices_mm, sides->front), shading);
+}
+
 std::vector<FramePictures> DrawFrames(const std::vector<PicturedMesh>& meshes,
                                       std::vector<std::string>& notes) {
   const ScalarRange range = CommonSigmaRange(meshes);
@@ -96,13 +105,13 @@ std::vector<FramePictures> DrawFrames(const std::vector<PicturedMesh>& meshes,
       notes.push_back(absl::StrCat("Frame ", pictured.frame, " has no picture: ", status.message()));
     };
     if (!sides) {
-      const absl::StatusOr<Sides> found = SidesOf(pictured.mesh);
+      const absl::StatusOr<Sides> found = SidesOf(pictured.mesh.vertices_mm);
       if (!found.ok()) {
         note(found.status());
         continue;
       }
       sides = *found;
-      size = SizeFor(pictured.mesh, sides->front);
+      size = SizeFor(pictured.mesh.vertices_mm, sides->front);
     }
     absl::StatusOr<FramePictures> drawn = DrawFrame(pictured, *sides, size, range);
     if (drawn.ok()) {

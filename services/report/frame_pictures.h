@@ -24,4 +24,9 @@ struct PicturedMesh {
 std::vector<FramePictures> DrawFrames(const std::vector<PicturedMesh>& meshes,
                                       std::vector<std::string>& notes);
 
+// Both broad sides of a mesh. Errors of RenderMesh.
+absl::StatusOr<std::vector<MeshPicture>> DrawBothSides(const TriangleMesh& mesh,
+                                                       const std::vector<Eigen::Vector3f>& colors,
+                                                       double shading);
+
 }  // namespace weft

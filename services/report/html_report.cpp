@@ -8,19 +8,22 @@
 
 namespace weft {
 
-std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
-                          const std::vector<FramePictures>& pictures, const std::vector<std::string>& notes) {
-  const JobSummary summary = Summarize(job, frames);
-  std::string html = absl::StrCat(
+std::string Page(const std::string& title, const std::string& body) {
+  return absl::StrCat(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       // Nothing of the page may load anything or run, whatever a camera is called.
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
       "'unsafe-inline'\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<meta name=\"color-scheme\" content=\"light dark\">\n<title>",
-      EscapeHtml(Headline(job, summary)), "</title>\n<style>\n", kReportStyle,
-      "</style>\n</head>\n<body>\n<main>\n");
-  html += HeadSection(job, summary);
+      EscapeHtml(title), "</title>\n<style>\n", kReportStyle, "</style>\n</head>\n<body>\n<main>\n", body,
+      "</main>\n</body>\n</html>\n");
+}
+
+std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
+                          const std::vector<FramePictures>& pictures, const std::vector<std::string>& notes) {
+  const JobSummary summary = Summarize(job, frames);
+  std::string html = HeadSection(job, summary);
   html += WarningSection(job, notes);
   html += PictureSection(pictures);
   html += PlotSection(frames);
@@ -29,8 +32,7 @@ std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>
   html += CellSection(frames);
   html += AlignmentSection(frames);
   html += InputSection(job, frames);
-  html += "</main>\n</body>\n</html>\n";
-  return html;
+  return Page(Headline(job, summary), html);
 }
 
 }  // namespace weft

@@ -81,7 +81,7 @@ std::string Ranges(const PlotArea& area, const PlotFrames& frames, const std::ve
                           "height=\"%.1f\"><title>%s: mean %s, %s to "
                           "%s</title></rect>",
                           area.x(b) - area.bin_width() / 2, top, area.bin_width(), height,
-                          EscapeHtml(BinName(bins[b], frames.names)), ValueText(values[b].mean, text),
+                          EscapeHtml(BinName(bins[b], frames)), ValueText(values[b].mean, text),
                           ValueText(values[b].low, text), ValueText(values[b].high, text));
   }
   return svg;
@@ -95,7 +95,7 @@ std::string Points(const PlotArea& area, const PlotFrames& frames, const std::ve
     if (!std::isfinite(values[b].mean)) continue;
     absl::StrAppendFormat(
         &svg, "<circle class=\"point\" cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\"><title>%s: %s</title></circle>",
-        area.x(b), area.y(values[b].mean), radius, EscapeHtml(BinName(bins[b], frames.names)),
+        area.x(b), area.y(values[b].mean), radius, EscapeHtml(BinName(bins[b], frames)),
         ValueText(values[b].mean, text));
   }
   return svg;
@@ -163,6 +163,28 @@ std::string LinePlot(const PlotFrames& frames, const std::vector<double>& values
   return PlotFigure(text, "", svg);
 }
 
+std::string BarPlot(const PlotFrames& frames, const std::vector<double>& values, const PlotText& text) {
+  const std::vector<PlotBin> bins = MakeBins(frames.names.size(), kMaxBars);
+  std::vector<BinValues> in_bins;
+  for (const PlotBin& bin : bins) in_bins.push_back(ValuesIn(bin, values));
+  double highest = 0;
+  for (const BinValues& bin : in_bins)
+    if (std::isfinite(bin.mean)) highest = std::max(highest, bin.mean);
+  const PlotArea area(std::max<size_t>(bins.size(), 1), RoundTicks(0, highest));
+  std::string svg = area.Axes(frames, bins, TickLabels(area.ticks(), text));
+  const double width = area.bin_width() * 0.8;
+  for (size_t b = 0; b < bins.size(); ++b) {
+    if (!std::isfinite(in_bins[b].mean)) continue;
+    const double top = area.y(in_bins[b].mean);
+    absl::StrAppendFormat(&svg,
+                          "<rect class=\"f0\" x=\"%.2f\" y=\"%.2f\" width=\"%.2f\" "
+                          "height=\"%.2f\"><title>%s: %s</title></rect>",
+                          area.x(b) - width / 2, top, width, PlotArea::kBottom - top,
+                          EscapeHtml(BinName(bins[b], frames)), ValueText(in_bins[b].mean, text));
+  }
+  return PlotFigure(text, "", svg);
+}
+
 std::string StackedPlot(const PlotFrames& frames, const std::vector<PlotLayer>& all_layers,
                         const PlotText& text) {
   const std::vector<PlotLayer> layers = Folded(all_layers);
@@ -189,7 +211,7 @@ std::string StackedPlot(const PlotFrames& frames, const std::vector<PlotLayer>& 
                               "height=\"%.2f\"><title>%s: %s %s of %s</title></rect>",
                               l, area.x(b) - width / 2, area.y(top / unit.ms), width,
                               area.y(below / unit.ms) - area.y(top / unit.ms),
-                              EscapeHtml(BinName(bins[b], frames.names)), EscapeHtml(Words(layers[l].name)),
+                              EscapeHtml(BinName(bins[b], frames)), EscapeHtml(Words(layers[l].name)),
                               FormatDuration(means[l][b]), FormatDuration(total[b]));
       }
       below = top;

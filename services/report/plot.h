@@ -10,6 +10,7 @@ namespace weft {
 struct PlotFrames {
   std::vector<std::string> names;  // [frames]
   std::vector<bool> without_mesh;  // [frames]; marked on the axis
+  std::string noun = "frame";      // what the hover text calls them
 };
 
 struct PlotText {
@@ -22,6 +23,9 @@ struct PlotText {
 // One value per frame, NaN where there is none. Up to 120 frames as points on a line that breaks where values
 // are missing; more in bins, each with its mean, lowest and highest value.
 std::string LinePlot(const PlotFrames& frames, const std::vector<double>& values, const PlotText& text);
+
+// A bar per value, each named by `frames`; at most 100 of them.
+std::string BarPlot(const PlotFrames& frames, const std::vector<double>& values, const PlotText& text);
 
 struct PlotLayer {
   std::string name;

@@ -93,14 +93,15 @@ std::string PlotArea::LostMarks(const PlotFrames& frames, const std::vector<Plot
     const std::string what =
         bins[b].end - bins[b].begin == 1 ? ": no mesh" : absl::StrCat(": ", lost, " without mesh");
     absl::StrAppendFormat(&svg, "<path class=\"lost\" d=\"M%.1f %.1fl4 7h-8z\"><title>%s%s</title></path>",
-                          x(b), kBottom - 7, EscapeHtml(BinName(bins[b], frames.names)), what);
+                          x(b), kBottom - 7, EscapeHtml(BinName(bins[b], frames)), what);
   }
   return svg;
 }
 
-std::string BinName(const PlotBin& bin, const std::vector<std::string>& names) {
-  if (bin.end - bin.begin == 1) return absl::StrCat("frame ", names[bin.begin]);
-  return absl::StrCat("frames ", names[bin.begin], " to ", names[bin.end - 1]);
+std::string BinName(const PlotBin& bin, const PlotFrames& frames) {
+  const std::vector<std::string>& names = frames.names;
+  if (bin.end - bin.begin == 1) return absl::StrCat(frames.noun, " ", names[bin.begin]);
+  return absl::StrCat(frames.noun, "s ", names[bin.begin], " to ", names[bin.end - 1]);
 }
 
 std::string PlotFigure(const PlotText& text, const std::string& legend, const std::string& body) {

@@ -51,7 +51,7 @@ class PlotArea {
 };
 
 // "frame 0012", "frames 0012 to 0019"; not escaped.
-std::string BinName(const PlotBin& bin, const std::vector<std::string>& names);
+std::string BinName(const PlotBin& bin, const PlotFrames& frames);
 
 // <figure> with the caption and the picture around `body`.
 std::string PlotFigure(const PlotText& text, const std::string& legend, const std::string& body);

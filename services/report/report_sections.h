@@ -20,6 +20,8 @@ std::string CellSection(const std::vector<v1::FrameReport>& frames);
 std::string AlignmentSection(const std::vector<v1::FrameReport>& frames);
 std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>& frames);
 
+// The whole page around `body`; it loads nothing and runs nothing. `title` is not escaped.
+std::string Page(const std::string& title, const std::string& body);
 // <section> with its heading.
 std::string Section(const std::string& id, const std::string& heading, const std::string& body);
 // A table row of cells that are HTML already; "th" or "td".

@@ -1,11 +1,11 @@
 // WriteJobReport: from the files of a job's results to report.html.
 #include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <set>
 
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
+#include "services/files/frame_folders.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/report/frame_pictures.h"
@@ -17,50 +17,6 @@ namespace weft {
 namespace {
 
 namespace fs = std::filesystem;
-
-// Numbers in names by their value, so that frame 9 comes before frame 10.
-bool NaturallyBefore(const std::string& a, const std::string& b) {
-  const auto digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
-  size_t i = 0, j = 0;
-  while (i < a.size() && j < b.size()) {
-    if (!digit(a[i]) || !digit(b[j])) {
-      if (a[i] != b[j]) return a[i] < b[j];
-      ++i, ++j;
-      continue;
-    }
-    size_t i_end = i, j_end = j;
-    while (i < a.size() && a[i] == '0') ++i;
-    while (j < b.size() && b[j] == '0') ++j;
-    for (i_end = i; i_end < a.size() && digit(a[i_end]);) ++i_end;
-    for (j_end = j; j_end < b.size() && digit(b[j_end]);) ++j_end;
-    if (i_end - i != j_end - j) return i_end - i < j_end - j;
-    if (const int order = a.compare(i, i_end - i, b, j, j_end - j); order != 0) return order < 0;
-    i = i_end, j = j_end;
-  }
-  if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
-  return a < b;
-}
-
-// Folders of `out_folder` that hold a report.json.
-absl::StatusOr<std::vector<std::string>> FrameFolders(const std::string& out_folder) {
-  std::vector<std::string> names;
-  std::error_code error;
-  fs::directory_iterator entry(out_folder, error);
-  for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
-    std::error_code no_file;
-    if (fs::is_regular_file(entry->path() / "report.json", no_file))
-      names.push_back(entry->path().filename().string());
-  }
-  if (error == std::errc::no_such_file_or_directory) {
-    return absl::NotFoundError(absl::StrCat(out_folder, ": no such folder"));
-  }
-  if (error) {
-    return absl::PermissionDeniedError(
-        absl::StrCat(out_folder, ": cannot be listed (", error.message(), ")"));
-  }
-  std::sort(names.begin(), names.end(), &NaturallyBefore);
-  return names;
-}
 
 bool OtherInputs(const v1::InputHashes& frame, const v1::InputHashes& job) {
   const auto differs = [](const std::string& a, const std::string& b) {
@@ -152,7 +108,7 @@ std::vector<PicturedMesh> ReadMeshes(const std::string& out_folder,
 }  // namespace
 
 absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job) {
-  const absl::StatusOr<std::vector<std::string>> names = FrameFolders(out_folder);
+  const absl::StatusOr<std::vector<std::string>> names = ListFrameFolders(out_folder, "report.json");
   if (!names.ok()) return names.status();
   std::vector<std::string> notes;
   const std::vector<v1::FrameReport> frames = ReadFrames(out_folder, *names, job, notes);

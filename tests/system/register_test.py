@@ -19,7 +19,8 @@ class Register(StudioTest):
     def test_registers_every_frame_close_to_the_truth(self):
         done = self.register("--observations", check=0)
         self.assertIn(f"{len(self.frames)} of {len(self.frames)} frames registered", done.stdout)
-        evaluation = json.loads(weft("evaluate", self.out, "--truth", f"{self.take}/truth", "--json", check=0).stdout)
+        evaluation = json.loads(weft("evaluate", self.out, "--truth", f"{self.take}/truth", "--json", "--quick",
+                                     check=0).stdout)
         total = evaluation["total"]
         # The take is coarse, its folds are small beside its cells; readme_test.py asks for more of a finer one.
         self.assertGreater(total["centers"]["precision"], 0.99)

@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include "services/evaluation/evaluation_text.h"
 #include "services/files/cloud_file.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/observations_file.h"
-#include "services/evaluation/evaluation_text.h"
 #include "services/synthetic/take_writer.h"
 #include "services/synthetic/truth_file.h"
 #include "tests/capture/temp_folder.h"
@@ -55,7 +55,9 @@ class EvaluateJobTest : public testing::Test {
   }
 
   absl::StatusOr<JobEvaluation> Run() {
-    return EvaluateJob(folder_ / "result", folder_ / "take/truth", EvaluationOptions());
+    EvaluationRequest request;
+    request.result = folder_ / "result", request.truth = folder_ / "take/truth";
+    return EvaluateJob(request);
   }
 
   TempFolder folder_;
@@ -103,10 +105,13 @@ TEST_F(EvaluateJobTest, BrokenFilesAreNamed) {
 }
 
 TEST_F(EvaluateJobTest, WrongFoldersAreRefused) {
-  EXPECT_EQ(EvaluateJob(folder_ / "nowhere", folder_ / "take/truth", {}).status().code(),
-            absl::StatusCode::kNotFound);
-  EXPECT_EQ(EvaluateJob(folder_ / "result", folder_ / "take", {}).status().code(),
-            absl::StatusCode::kNotFound);
+  for (const auto& [result, truth] :
+       {std::pair{"nowhere", "take/truth"}, {"result", "take"}, {"nowhere", ""}}) {
+    EvaluationRequest request;
+    request.result = folder_ / result;
+    if (*truth) request.truth = folder_ / truth;
+    EXPECT_EQ(EvaluateJob(request).status().code(), absl::StatusCode::kNotFound) << result << " " << truth;
+  }
 }
 
 }  // namespace

@@ -1,0 +1,275 @@
+#include "services/evaluation/evaluate_frame.h"
+
+#include <cmath>
+#include <filesystem>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "alignment/self_intersection.h"
+#include "evaluation/jitter.h"
+#include "services/evaluation/frame_pieces.h"
+#include "services/files/mesh_file.h"
+#include "services/synthetic/truth_file.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+using Positions = std::vector<Eigen::Vector3d>;
+
+// `samples` of the frames, spread evenly, all when it is 0.
+std::vector<bool> Spread(size_t frames, int samples) {
+  std::vector<bool> chosen(frames, samples == 0 || static_cast<size_t>(samples) >= frames);
+  for (int i = 0; i < samples && !chosen.empty(); ++i) chosen[(2 * i + 1) * frames / (2 * samples)] = true;
+  return chosen;
+}
+
+std::optional<ErrorSummary> SummaryWhere(const std::vector<double>& values, const std::vector<bool>& take,
+                                         bool expected) {
+  std::vector<double> taken;
+  for (size_t v = 0; v < values.size(); ++v)
+    if (std::isfinite(values[v]) && (take.empty() ? expected : take[v] == expected))
+      taken.push_back(values[v]);
+  return Summarize(std::move(taken));
+}
+
+class FrameEvaluator {
+ public:
+  FrameEvaluator(const EvaluationRequest& request, const EvaluationInputs& inputs,
+                 const EvaluationTools& tools, size_t index)
+      : request_(request), inputs_(inputs), tools_(tools), index_(index), name_(inputs.frames[index].name) {}
+
+  absl::StatusOr<FrameOutcome> Run() {
+    out_.frame.frame = name_;
+    absl::StatusOr<FramePieces> pieces = ReadFramePieces((fs::path(inputs_.result) / name_).string());
+    if (!pieces.ok()) return pieces.status();
+    pieces_ = *std::move(pieces);
+    out_.frame.missing = pieces_.missing;
+    absl::Status status = ScoreAgainstTruth();
+    if (status.ok()) status = MeasureMesh();
+    if (status.ok()) status = MeasureCameras();
+    if (status.ok() && pieces_.mesh) status = MeasureSteps();
+    if (!status.ok()) return status;
+    return std::move(out_);
+  }
+
+ private:
+  // The mesh of a neighbouring frame of the take; empty when there is none.
+  absl::StatusOr<std::optional<ResultMesh>> Neighbor(int step) const {
+    const auto at = static_cast<int64_t>(index_) + step;
+    if (at < 0 || at >= static_cast<int64_t>(inputs_.frames.size())) return std::nullopt;
+    const ListedFrame& other = inputs_.frames[at];
+    if (other.position != inputs_.frames[index_].position + step) return std::nullopt;
+    const fs::path path = fs::path(inputs_.result) / other.name / "mesh.ply";
+    std::error_code error;
+    if (!fs::exists(path, error)) return std::nullopt;
+    absl::StatusOr<ResultMesh> mesh = ReadResultMesh(path.string());
+    if (!mesh.ok()) return mesh.status();
+    if (absl::Status status = CheckSize(path, mesh->mesh.vertices_mm.size()); !status.ok()) return status;
+    return *std::move(mesh);
+  }
+
+  absl::Status CheckSize(const fs::path& path, size_t vertices) const {
+    const size_t expected =
+        inputs_.garment ? inputs_.garment->rest.vertices_mm.size() : pieces_.mesh->mesh.vertices_mm.size();
+    if (vertices == expected) return absl::OkStatus();
+    return absl::InvalidArgumentError(absl::StrCat(path.string(), ": has ", vertices,
+                                                   " vertices, the template ", expected,
+                                                   "; they do not belong together"));
+  }
+
+  absl::StatusOr<Positions> TrueMesh(int step) const {
+    absl::StatusOr<TriangleMesh> mesh =
+        ReadMesh((fs::path(inputs_.truth) / inputs_.frames[index_ + step].name / "mesh.ply").string());
+    if (!mesh.ok()) return mesh.status();
+    return std::move(mesh->vertices_mm);
+  }
+
+  absl::Status ScoreAgainstTruth() {
+    ResultPieces& pieces = pieces_.pieces;
+    if (inputs_.truth.empty() || (!pieces.observations && !pieces.cloud && !pieces_.mesh))
+      return absl::OkStatus();
+    const absl::StatusOr<FrameTruth> truth = ReadFrameTruth((fs::path(inputs_.truth) / name_).string());
+    if (!truth.ok()) return truth.status();
+    if (pieces_.mesh) pieces.mesh_mm = pieces_.mesh->mesh.vertices_mm;
+    absl::StatusOr<FrameScore> score = Evaluate(*truth, pieces, request_.scores);
+    if (!score.ok())
+      return absl::Status(score.status().code(), absl::StrCat((fs::path(inputs_.result) / name_).string(),
+                                                              ": ", score.status().message()));
+    out_.frame.score = *std::move(score);
+    true_mm_ = truth->mesh.vertices_mm;
+    if (pieces_.mesh)
+      for (size_t v = 0; v < true_mm_.size(); ++v)
+        out_.fields.error_mm.push_back((pieces.mesh_mm->at(v) - true_mm_[v]).norm());
+    return absl::OkStatus();
+  }
+
+  absl::Status MeasureMesh() {
+    if (!pieces_.mesh) return absl::OkStatus();
+    const TriangleMesh& mesh = pieces_.mesh->mesh;
+    if (absl::Status status =
+            CheckSize(fs::path(inputs_.result) / name_ / "mesh.ply", mesh.vertices_mm.size());
+        !status.ok())
+      return status;
+    FrameMetrics& metrics = out_.frame.metrics;
+    metrics.self_intersections =
+        static_cast<int64_t>(FindSelfIntersections(mesh.vertices_mm, mesh.faces).size());
+    if (inputs_.garment && !pieces_.mesh->observed.empty()) {
+      int with_cell = 0, observed = 0;
+      for (size_t v = 0; v < mesh.vertices_mm.size(); ++v) {
+        const bool has_cell = inputs_.garment->cell_of_vertex[v].row >= 0;
+        with_cell += has_cell ? 1 : 0;
+        observed += has_cell && pieces_.mesh->observed[v] ? 1 : 0;
+        out_.fields.observed.push_back(!has_cell ? std::nan("") : pieces_.mesh->observed[v] ? 1 : 0);
+      }
+      if (with_cell > 0) metrics.coverage = static_cast<double>(observed) / with_cell;
+    }
+    if (tools_.geodesics && tools_.measure_geodesics[index_]) {
+      absl::StatusOr<DistortionScore> score = tools_.geodesics->Measure(mesh.vertices_mm);
+      if (!score.ok()) return score.status();
+      metrics.distortion_mm = score->mean_mm;
+      metrics.distortion_relative = score->mean_relative;
+      out_.fields.distortion_mm = std::move(score->of_vertex_mm);
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status MeasureCameras() {
+    const ResultPieces& pieces = pieces_.pieces;
+    if (!inputs_.rig || !pieces.observations || !pieces.cloud) return absl::OkStatus();
+    std::vector<ViewObservations> views;
+    for (const CameraObservations& seen : *pieces.observations) {
+      const int camera = inputs_.rig->IndexOf(seen.camera_id);
+      if (camera < 0)
+        return absl::InvalidArgumentError(absl::StrCat((fs::path(inputs_.result) / name_).string(),
+                                                       "/observations.csv: camera ", seen.camera_id,
+                                                       " is not in the rig"));
+      views.push_back({camera, seen.observations});
+    }
+    absl::StatusOr<std::vector<CameraErrors>> errors =
+        MeasureCameraErrors(*inputs_.rig, std::move(views), *pieces.cloud, request_.cameras);
+    if (!errors.ok()) return errors.status();
+    CameraErrors all;
+    for (const CameraErrors& camera : *errors) all += camera;
+    out_.frame.metrics.reprojection_px = Summarize(std::move(all.reprojection_px));
+    out_.frame.metrics.left_out_px = Summarize(std::move(all.left_out_px));
+    out_.cameras = *std::move(errors);
+    return absl::OkStatus();
+  }
+
+  absl::Status MeasureSteps() {
+    const absl::StatusOr<std::optional<ResultMesh>> before = Neighbor(-1), after = Neighbor(1);
+    if (!before.ok()) return before.status();
+    if (!after.ok()) return after.status();
+    if (!*after) return absl::OkStatus();
+    const Positions &now_mm = pieces_.mesh->mesh.vertices_mm, &after_mm = (*after)->mesh.vertices_mm;
+    FrameMetrics& metrics = out_.frame.metrics;
+    if (*before) {
+      const std::vector<double> jitter_mm = SecondDifferences((*before)->mesh.vertices_mm, now_mm, after_mm);
+      if (!pieces_.mesh->observed.empty()) {
+        metrics.jitter_observed_mm = SummaryWhere(jitter_mm, pieces_.mesh->observed, true);
+        metrics.jitter_inferred_mm = SummaryWhere(jitter_mm, pieces_.mesh->observed, false);
+      }
+    }
+    if (!true_mm_.empty()) {
+      if (absl::Status status = MeasureTrueMotion(before->has_value(), after_mm); !status.ok()) return status;
+    }
+    if (tools_.texture && tools_.measure_texture[index_]) return MeasureTexture(now_mm, after_mm);
+    return absl::OkStatus();
+  }
+
+  absl::Status MeasureTrueMotion(bool has_before, const Positions& after_mm) {
+    FrameMetrics& metrics = out_.frame.metrics;
+    const absl::StatusOr<Positions> true_after_mm = TrueMesh(1);
+    if (!true_after_mm.ok()) return true_after_mm.status();
+    if (has_before) {
+      const absl::StatusOr<Positions> true_before_mm = TrueMesh(-1);
+      if (!true_before_mm.ok()) return true_before_mm.status();
+      metrics.jitter_of_truth_mm = Summarize(SecondDifferences(*true_before_mm, true_mm_, *true_after_mm));
+    }
+    if (!tools_.true_drift) return absl::OkStatus();
+    std::vector<double> drift =
+        DriftBetween(tools_.true_drift->MaterialOffsets(pieces_.mesh->mesh.vertices_mm, true_mm_),
+                     tools_.true_drift->MaterialOffsets(after_mm, *true_after_mm));
+    for (double& d : drift) d *= inputs_.fps;
+    metrics.true_drift_observed_mm_s = SummaryWhere(drift, pieces_.mesh->observed, true);
+    if (!pieces_.mesh->observed.empty())
+      metrics.true_drift_inferred_mm_s = SummaryWhere(drift, pieces_.mesh->observed, false);
+    out_.fields.true_drift_mm_s = std::move(drift);
+    return absl::OkStatus();
+  }
+
+  absl::Status MeasureTexture(const Positions& now_mm, const Positions& after_mm) {
+    const int dump_now = inputs_.frames[index_].dump_index,
+              dump_after = inputs_.frames[index_ + 1].dump_index;
+    if (dump_now < 0 || dump_after < 0) return absl::OkStatus();
+    const std::vector<Face>& faces = inputs_.garment->rest.faces;
+    const auto now = VisibleMesh::Build(now_mm, faces, tools_.cell_mm);
+    const auto after = VisibleMesh::Build(after_mm, faces, tools_.cell_mm);
+    if (!now.ok()) return now.status();
+    if (!after.ok()) return after.status();
+    const UnwrapPlan plan = tools_.texture->Plan(*inputs_.rig, *now, *after);
+    TextureDriftField field = tools_.texture->EmptyField();
+    for (size_t c = 0; c < plan.of_camera.size(); ++c) {
+      if (plan.of_camera[c].empty()) continue;
+      const absl::StatusOr<GreyImage> image_now = Picture(dump_now, c), image_after = Picture(dump_after, c);
+      if (!image_now.ok() || !image_after.ok()) continue;  // a camera that lacks a picture colours nothing
+      tools_.texture->Measure(plan, static_cast<int>(c), inputs_.rig->cameras[c], now_mm, *image_now,
+                              after_mm, *image_after, &field);
+    }
+    for (double& d : field.mm) d *= inputs_.fps;
+    FrameMetrics& metrics = out_.frame.metrics;
+    metrics.texture_drift_mm_s = SummaryWhere(field.mm, {}, true);
+    if (field.tried > 0)
+      metrics.texture_flow_lost = static_cast<double>(field.lost) / static_cast<double>(field.tried);
+    out_.fields.texture_drift_mm_s = std::move(field.mm);
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<GreyImage> Picture(int dump_index, size_t camera) const {
+    const absl::StatusOr<Frame> frame = inputs_.dump->ReadView(dump_index, camera);
+    if (!frame.ok()) return frame.status();
+    return ToGrey(*frame);
+  }
+
+  const EvaluationRequest& request_;
+  const EvaluationInputs& inputs_;
+  const EvaluationTools& tools_;
+  const size_t index_;
+  const std::string& name_;
+  FramePieces pieces_;
+  Positions true_mm_;
+  FrameOutcome out_;
+};
+
+}  // namespace
+
+absl::StatusOr<EvaluationTools> PrepareTools(const EvaluationRequest& request,
+                                             const EvaluationInputs& inputs) {
+  EvaluationTools tools;
+  const size_t frames = inputs.frames.size();
+  tools.measure_geodesics = Spread(frames, request.samples);
+  // The last frame has no step to another one.
+  tools.measure_texture = Spread(frames > 0 ? frames - 1 : 0, request.samples);
+  tools.measure_texture.resize(frames, false);
+  if (!inputs.garment) return tools;
+  tools.cell_mm = CellPitchMm(*inputs.garment);
+  if (!inputs.truth.empty()) tools.true_drift.emplace(inputs.garment->rest);
+  if (request.quick) return tools;
+  absl::StatusOr<GeodesicDistortion> geodesics =
+      GeodesicDistortion::Build(inputs.garment->rest, request.geodesics);
+  if (!geodesics.ok()) return geodesics.status();
+  tools.geodesics = *std::move(geodesics);
+  if (!inputs.dump) return tools;
+  absl::StatusOr<TextureDrift> texture = TextureDrift::Build(*inputs.garment, request.texture);
+  if (!texture.ok()) return texture.status();
+  tools.texture = *std::move(texture);
+  return tools;
+}
+
+absl::StatusOr<FrameOutcome> EvaluateFrame(const EvaluationRequest& request, const EvaluationInputs& inputs,
+                                           const EvaluationTools& tools, size_t index) {
+  return FrameEvaluator(request, inputs, tools, index).Run();
+}
+
+}  // namespace weft

@@ -1,0 +1,61 @@
+// The measures of one frame, and of the step to the next one.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "evaluation/error_summary.h"
+#include "evaluation/true_drift.h"
+#include "services/evaluation/evaluation_inputs.h"
+
+namespace weft {
+
+// Measures that need no truth, and those of motion. Empty where a piece is missing.
+struct FrameMetrics {
+  std::optional<double> coverage;  // observed vertices of those with a cell
+  std::optional<double> distortion_mm, distortion_relative;
+  std::optional<int64_t> self_intersections;       // pairs of faces
+  std::optional<ErrorSummary> texture_drift_mm_s;  // of the vertices that could be measured
+  std::optional<double> texture_flow_lost;         // share of the windows whose flow did not come back
+  std::optional<ErrorSummary> true_drift_observed_mm_s, true_drift_inferred_mm_s;
+  std::optional<ErrorSummary> jitter_observed_mm, jitter_inferred_mm, jitter_of_truth_mm;
+  std::optional<ErrorSummary> reprojection_px, left_out_px;
+};
+
+struct EvaluatedFrame {
+  std::string frame;
+  std::vector<std::string> missing;  // file names of the result that are not there
+  FrameScore score;                  // against the truth
+  FrameMetrics metrics;
+};
+
+// Values per vertex for the maps on the garment, [vertices]; NaN: not measured, empty: of no vertex.
+struct VertexFields {
+  std::vector<double> observed;  // 1 or 0
+  std::vector<double> error_mm, distortion_mm, texture_drift_mm_s, true_drift_mm_s;
+};
+
+struct FrameOutcome {
+  EvaluatedFrame frame;
+  VertexFields fields;
+  std::vector<CameraErrors> cameras;
+};
+
+// What is prepared once per job.
+struct EvaluationTools {
+  std::optional<GeodesicDistortion> geodesics;
+  std::optional<TextureDrift> texture;
+  std::optional<TrueDrift> true_drift;
+  double cell_mm = 0;
+  std::vector<bool> measure_geodesics, measure_texture;  // [frames]
+};
+absl::StatusOr<EvaluationTools> PrepareTools(const EvaluationRequest& request,
+                                             const EvaluationInputs& inputs);
+
+// Errors name the file. Parallel in the calling thread's TBB arena.
+absl::StatusOr<FrameOutcome> EvaluateFrame(const EvaluationRequest& request, const EvaluationInputs& inputs,
+                                           const EvaluationTools& tools, size_t index);
+
+}  // namespace weft

@@ -1,0 +1,259 @@
+#include "services/evaluation/evaluation_sections.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "services/evaluation/evaluation_text.h"
+#include "services/report/html_text.h"
+#include "services/report/mesh_colors.h"
+#include "services/report/picture_html.h"
+#include "services/report/plot.h"
+#include "services/report/report_sections.h"
+
+namespace weft {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr char kDash[] = "\xE2\x80\x93";
+
+double MeanOr(const std::optional<ErrorSummary>& errors) { return errors ? errors->mean : kNone; }
+double ValueOr(const std::optional<double>& value) { return value.value_or(kNone); }
+
+std::string Shown(double value, int decimals, const char* unit) {
+  return std::isfinite(value) ? absl::StrCat(FormatNumber(value, decimals), "\xC2\xA0", unit) : kDash;
+}
+
+std::string Tile(const char* what, const std::string& value, const std::string& detail) {
+  return absl::StrCat("<div class=\"tile\"><span>", what, "</span><b>", value, "</b><small>", detail,
+                      "</small></div>\n");
+}
+
+// Mean error of a kind of vertices over all frames.
+double MeshErrorMm(const JobEvaluation& evaluation, std::vector<double> MeshScore::*kind) {
+  if (!evaluation.total.mesh) return kNone;
+  return MeanOr(Summarize((*evaluation.total.mesh).*kind));
+}
+
+PlotFrames FrameAxis(const JobEvaluation& evaluation) {
+  PlotFrames axis;
+  for (const EvaluatedFrame& frame : evaluation.frames) {
+    axis.names.push_back(frame.frame);
+    axis.without_mesh.push_back(std::find(frame.missing.begin(), frame.missing.end(), "mesh.ply") !=
+                                frame.missing.end());
+  }
+  return axis;
+}
+
+using FrameValue = std::function<double(const EvaluatedFrame&)>;
+
+std::string PlotOf(const JobEvaluation& evaluation, const PlotText& text, const FrameValue& value) {
+  std::vector<double> values;
+  bool any = false;
+  for (const EvaluatedFrame& frame : evaluation.frames) {
+    values.push_back(value(frame));
+    any = any || std::isfinite(values.back());
+  }
+  return any ? LinePlot(FrameAxis(evaluation), values, text) : "";
+}
+
+FrameValue MeanOfMetric(std::optional<ErrorSummary> FrameMetrics::*field) {
+  return [field](const EvaluatedFrame& frame) { return MeanOr(frame.metrics.*field); };
+}
+
+FrameValue MeanOfMesh(std::vector<double> MeshScore::*kind) {
+  return [kind](const EvaluatedFrame& frame) {
+    return frame.score.mesh ? MeanOr(Summarize((*frame.score.mesh).*kind)) : kNone;
+  };
+}
+
+double Pairs(const EvaluatedFrame& frame) {
+  return frame.metrics.self_intersections ? static_cast<double>(*frame.metrics.self_intersections) : kNone;
+}
+
+}  // namespace
+
+std::string EvaluationHead(const JobEvaluation& evaluation) {
+  const FrameMetrics& total = evaluation.total_metrics;
+  const double visible_mm = MeshErrorMm(evaluation, &MeshScore::visible_mm),
+               hidden_mm = MeshErrorMm(evaluation, &MeshScore::hidden_mm);
+  std::string headline = Counted(static_cast<int64_t>(evaluation.frames.size()), "frame", "frames");
+  if (total.coverage)
+    absl::StrAppend(&headline, ", ", FormatPercent(*total.coverage), " of the cells observed");
+  std::string html =
+      absl::StrCat("<header>\n<p class=\"kind\">Weft evaluation of ", NameHtml(evaluation.result),
+                   evaluation.truth.empty() ? ", without ground truth" : ", against ground truth",
+                   "</p>\n<h1>", headline, ".</h1>\n<div class=\"tiles\">\n");
+  html += Tile("Vertex error, well seen", Shown(visible_mm, 3, "mm"),
+               absl::StrCat("hidden ", Shown(hidden_mm, 2, "mm")));
+  html += Tile("Correspondence drift", Shown(MeanOr(total.texture_drift_mm_s), 2, "mm/s"),
+               absl::StrCat("texture flow; exact ", Shown(MeanOr(total.true_drift_observed_mm_s), 2, "mm/s"),
+                            " where observed"));
+  html += Tile("Geodesic distortion", Shown(ValueOr(total.distortion_mm), 2, "mm"),
+               total.distortion_relative
+                   ? absl::StrCat(FormatPercent(*total.distortion_relative), " of the distance")
+                   : "against the template");
+  html += Tile("Left-out camera error", Shown(MeanOr(total.left_out_px), 3, "px"),
+               absl::StrCat("reprojection ", Shown(MeanOr(total.reprojection_px), 3, "px")));
+  html +=
+      Tile("Self-intersecting pairs",
+           total.self_intersections ? FormatCount(*total.self_intersections) : kDash, "of faces, all frames");
+  html += Tile("Jitter", Shown(MeanOr(total.jitter_observed_mm), 3, "mm"),
+               absl::StrCat("inferred ", Shown(MeanOr(total.jitter_inferred_mm), 3, "mm")));
+  return html + "</div>\n</header>\n";
+}
+
+std::string PaperSection(const JobEvaluation& evaluation) {
+  const FrameMetrics& total = evaluation.total_metrics;
+  const double drift = MeanOr(total.texture_drift_mm_s), distortion = ValueOr(total.distortion_mm);
+  const auto row = [](const std::string& method, double drift_mm_s, double distortion_mm) {
+    return TableRow("td", {method, FormatNumber(drift_mm_s, 2), FormatNumber(distortion_mm, 2)});
+  };
+  std::string rows = row("<b>This result</b>", drift, distortion);
+  for (const PublishedScore& published : PaperTable1())
+    rows += row(EscapeHtml(published.method), published.drift_mm_s, published.geodesic_distortion_mm);
+  return Section(
+      "paper", "Beside the paper",
+      Table({"Method", "Correspondence drift rate, mm/s", "Geodesic distortion, mm"}, rows, "cameras") +
+          "<p>The other lines are Table 1 of Halimi et al. 2022, measured on that paper's own recordings of "
+          "worn "
+          "shirts, which are not public: another garment, other motion, another frame rate. Drift: optical "
+          "flow "
+          "between consecutive unwrapped textures. Distortion: mean change of exact geodesic distances from "
+          "seeded "
+          "sources, here against the template, there against a T-pose.</p>\n");
+}
+
+std::string MapSection(const JobEvaluation& evaluation) {
+  if (evaluation.shape.vertices_mm.empty()) return "";
+  std::string body;
+  const auto add = [&](const char* title, const char* label, const char* unit,
+                       const std::vector<double>& values, const ScalarRange& range) {
+    if (values.empty()) return;
+    const absl::StatusOr<std::string> html =
+        GarmentMapHtml(evaluation.shape, {title, label, unit, values, range});
+    absl::StrAppend(&body, html.ok() ? *html
+                                     : absl::StrCat("<p>", title, " has no picture: ",
+                                                    EscapeHtml(std::string(html.status().message())), "</p>\n"));
+  };
+  const VertexMaps& maps = evaluation.maps;
+  add("Visibility: share of the frames that observe the vertex", "share", "", maps.visibility, {0, 1});
+  add("Vertex error, mean over the frames", "error", "mm", maps.error_mm, RoundRange(maps.error_mm));
+  add("Geodesic distortion, mean over sources and frames", "distortion", "mm", maps.distortion_mm,
+      RoundRange(maps.distortion_mm));
+  add("Drift by texture flow", "drift", "mm/s", maps.texture_drift_mm_s, RoundRange(maps.texture_drift_mm_s));
+  add("Exact drift", "drift", "mm/s", maps.true_drift_mm_s, RoundRange(maps.true_drift_mm_s, 0.95));
+  if (body.empty()) return "";
+  return Section("maps", "On the garment", absl::StrCat("<div class=\"meshes\">\n", body, "</div>\n"));
+}
+
+std::string VisibilitySection(const JobEvaluation& evaluation) {
+  if (evaluation.maps.visibility.empty()) return "";
+  PlotFrames axis;
+  axis.noun = "observed in";
+  std::vector<double> share;
+  double all = 0;
+  const std::array<int, 10> counts = VisibilityHistogram(evaluation.maps.visibility);
+  for (size_t i = 0; i < counts.size(); ++i) {
+    axis.names.push_back(absl::StrFormat("%d\xE2\x80\x93%d %%", 10 * i, 10 * (i + 1)));
+    axis.without_mesh.push_back(false);
+    all += counts[i];
+  }
+  for (const int count : counts) share.push_back(all > 0 ? count / all : kNone);
+  std::string body = "<div class=\"plots\">\n";
+  body += BarPlot(axis, share, {.title = "Vertices by the share of frames that observe them", .unit = "%"});
+  body +=
+      PlotOf(evaluation, {.title = "Coverage: observed share of the cells", .unit = "%", .from_zero = false},
+             [](const EvaluatedFrame& frame) { return ValueOr(frame.metrics.coverage); });
+  return Section(
+      "visibility", "Visibility",
+      body +
+          "</div>\n<p>The paper reports 54 % to 90 % coverage per frame, 75 % in the mean (Fig. 7).</p>\n");
+}
+
+std::string FramePlotSection(const JobEvaluation& evaluation) {
+  std::string body;
+  const auto plot = [&](const char* title, const char* unit, int decimals, const FrameValue& value) {
+    body += PlotOf(evaluation, {.title = title, .unit = unit, .decimals = decimals}, value);
+  };
+  plot("Vertex error, well seen, mean, mm", "mm", 3, MeanOfMesh(&MeshScore::visible_mm));
+  plot("Vertex error, hidden, mean, mm", "mm", 2, MeanOfMesh(&MeshScore::hidden_mm));
+  plot("Drift by texture flow, mean, mm/s", "mm/s", 2, MeanOfMetric(&FrameMetrics::texture_drift_mm_s));
+  plot("Exact drift, observed, mean, mm/s", "mm/s", 2, MeanOfMetric(&FrameMetrics::true_drift_observed_mm_s));
+  plot("Exact drift, inferred, mean, mm/s", "mm/s", 1, MeanOfMetric(&FrameMetrics::true_drift_inferred_mm_s));
+  plot("Geodesic distortion, mm", "mm", 2,
+       [](const EvaluatedFrame& frame) { return ValueOr(frame.metrics.distortion_mm); });
+  plot("Self-intersecting pairs of faces", "", 0, Pairs);
+  plot("Jitter, observed, mm", "mm", 3, MeanOfMetric(&FrameMetrics::jitter_observed_mm));
+  plot("Jitter, inferred, mm", "mm", 3, MeanOfMetric(&FrameMetrics::jitter_inferred_mm));
+  plot("Left-out camera error, px", "px", 3, MeanOfMetric(&FrameMetrics::left_out_px));
+  if (body.empty()) return "";
+  return Section("plots", "Over the frames", absl::StrCat("<div class=\"plots\">\n", body, "</div>\n"));
+}
+
+std::string FrameTableSection(const JobEvaluation& evaluation) {
+  std::string rows;
+  const auto row = [](const std::string& name, const FrameScore& score, const FrameMetrics& m) {
+    const auto mesh = [&](std::vector<double> MeshScore::*kind) {
+      return score.mesh ? MeanOr(Summarize((*score.mesh).*kind)) : kNone;
+    };
+    const auto cloud = score.cloud ? Summarize(score.cloud->errors_mm) : std::nullopt;
+    return TableRow(
+        "td", {name, m.coverage ? FormatPercent(*m.coverage) : kDash,
+               score.centers && score.centers->Recall() ? FormatPercent(*score.centers->Recall()) : kDash,
+               FormatNumber(cloud ? cloud->median : kNone, 3), FormatNumber(mesh(&MeshScore::visible_mm), 3),
+               FormatNumber(mesh(&MeshScore::hidden_mm), 2), FormatNumber(MeanOr(m.texture_drift_mm_s), 2),
+               FormatNumber(MeanOr(m.true_drift_observed_mm_s), 2), FormatNumber(ValueOr(m.distortion_mm), 2),
+               m.self_intersections ? FormatCount(*m.self_intersections) : kDash,
+               FormatNumber(MeanOr(m.jitter_observed_mm), 3), FormatNumber(MeanOr(m.left_out_px), 3)});
+  };
+  rows += row("<b>all</b>", evaluation.total, evaluation.total_metrics);
+  for (const EvaluatedFrame& frame : evaluation.frames)
+    rows += row(NameHtml(frame.frame), frame.score, frame.metrics);
+  return Section("frames", "Frames",
+                 Table({"Frame", "Coverage", "Decode recall", "Cloud, median mm", "Well seen, mm",
+                        "Hidden, mm", "Texture drift, mm/s", "Exact drift, mm/s", "Distortion, mm",
+                        "Self-inter&shy;sections", "Jitter, mm", "Left out, px"},
+                       rows, "cameras"));
+}
+
+std::string CameraTableSection(const JobEvaluation& evaluation) {
+  if (evaluation.cameras.empty()) return "";
+  std::string rows;
+  for (const CameraErrors& camera : evaluation.cameras) {
+    const auto reprojection = Summarize(camera.reprojection_px), left_out = Summarize(camera.left_out_px);
+    const auto shift = [&](int axis) {
+      return left_out ? camera.shift_sum_px[axis] / static_cast<double>(left_out->count) : kNone;
+    };
+    const double outliers = camera.observations > 0 ? static_cast<double>(camera.outliers) /
+                                                          static_cast<double>(camera.observations)
+                                                    : kNone;
+    rows += TableRow("td", {NameHtml(camera.camera_id), FormatCount(camera.observations),
+                            std::isfinite(outliers) ? FormatPercent(outliers) : kDash,
+                            FormatNumber(reprojection ? reprojection->median : kNone, 3),
+                            FormatNumber(reprojection ? reprojection->p95 : kNone, 3),
+                            FormatNumber(left_out ? left_out->median : kNone, 3),
+                            FormatNumber(left_out ? left_out->p95 : kNone, 3), FormatNumber(shift(0), 3),
+                            FormatNumber(shift(1), 3)});
+  }
+  return Section(
+      "cameras", "Cameras",
+      Table({"Camera", "Observations", "Outliers", "Reprojection, median px", "95 %", "Left out, median px",
+             "95 %", "Shift x, px", "Shift y, px"},
+            rows, "cameras") +
+          "<p>Left out: distance to the point of all other cameras that agree with it. A shift that is not "
+          "near zero speaks for a camera that has moved since its calibration.</p>\n");
+}
+
+std::string RemarkSection(const JobEvaluation& evaluation) {
+  if (evaluation.remarks.empty()) return "";
+  std::string rows;
+  for (const EvaluationRemark& remark : evaluation.remarks)
+    rows += TableRow("td", {EscapeHtml(remark.metric), EscapeHtml(remark.reason)});
+  return Section("remarks", "Not measured, and assumed", Table({}, rows, "facts"));
+}
+
+}  // namespace weft

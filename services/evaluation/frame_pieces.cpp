@@ -1,0 +1,56 @@
+#include "services/evaluation/frame_pieces.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "services/files/cloud_file.h"
+#include "services/files/mesh_file.h"
+#include "services/files/observations_file.h"
+#include "services/files/ply.h"
+
+namespace weft {
+
+namespace fs = std::filesystem;
+
+absl::StatusOr<ResultMesh> ReadResultMesh(const std::string& path) {
+  const absl::StatusOr<Ply> ply = ReadPly(path);
+  if (!ply.ok()) return ply.status();
+  absl::StatusOr<TriangleMesh> mesh = MeshFromPly(*ply, path);
+  if (!mesh.ok()) return mesh.status();
+  ResultMesh out{*std::move(mesh), {}};
+  if (const PlyProperty* state = ply->Find("vertex")->Find("state"); state && !state->is_list)
+    for (const double s : state->values)
+      out.observed.push_back(s != static_cast<double>(VertexState::kInferred));
+  return out;
+}
+
+absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder) {
+  FramePieces out;
+  const auto path_of = [&](const char* name) -> std::string {
+    std::error_code error;
+    const fs::path path = fs::path(frame_folder) / name;
+    if (fs::exists(path, error)) return path.string();
+    out.missing.emplace_back(name);
+    return "";
+  };
+  if (const std::string path = path_of("observations.csv"); !path.empty()) {
+    absl::StatusOr<std::vector<ImageObservations>> images = ReadObservations(path);
+    if (!images.ok()) return images.status();
+    out.pieces.observations.emplace();
+    for (ImageObservations& image : *images)
+      out.pieces.observations->push_back({std::move(image.image), std::move(image.observations)});
+  }
+  if (const std::string path = path_of("cloud.ply"); !path.empty()) {
+    absl::StatusOr<Cloud> cloud = ReadCloud(path);
+    if (!cloud.ok()) return cloud.status();
+    out.pieces.cloud = *std::move(cloud);
+  }
+  if (const std::string path = path_of("mesh.ply"); !path.empty()) {
+    absl::StatusOr<ResultMesh> mesh = ReadResultMesh(path);
+    if (!mesh.ok()) return mesh.status();
+    out.mesh = *std::move(mesh);
+  }
+  return out;
+}
+
+}  // namespace weft

@@ -1,0 +1,30 @@
+// What a result holds of one frame.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "alignment/mesh.h"
+#include "evaluation/truth_score.h"
+
+namespace weft {
+
+struct ResultMesh {
+  TriangleMesh mesh;
+  std::vector<bool> observed;  // [vertices]; empty where the file does not tell states
+};
+
+struct FramePieces {
+  ResultPieces pieces;  // all but the mesh
+  std::optional<ResultMesh> mesh;
+  std::vector<std::string> missing;  // names of the files that are not there
+};
+
+// Reads <result>/<frame>/{observations.csv,cloud.ply,mesh.ply}. Errors name the file.
+absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder);
+// NotFound: no such file.
+absl::StatusOr<ResultMesh> ReadResultMesh(const std::string& path);
+
+}  // namespace weft

@@ -1,0 +1,30 @@
+// Pictures of meshes as HTML.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "alignment/mesh.h"
+#include "services/report/html_report.h"
+#include "services/report/mesh_colors.h"
+
+namespace weft {
+
+// "label 0 [colours] 0.5 mm and more".
+std::string ColorBar(const ScalarRange& range, const std::string& label, const std::string& unit);
+// Pictures side by side under their legend (HTML already); empty without pictures.
+std::string PictureRow(const std::vector<MeshPicture>& pictures, const std::string& what_of,
+                       const std::string& coloring, const std::string& legend);
+
+// Values of the vertices to be painted on a garment.
+struct GarmentMap {
+  std::string title;           // "Vertex error"
+  std::string label, unit;     // of the colour bar: "error", "mm"
+  std::vector<double> values;  // [vertices], NaN is grey
+  ScalarRange range;
+};
+// Both sides of the garment with a heading and a colour bar. Errors of RenderMesh.
+absl::StatusOr<std::string> GarmentMapHtml(const TriangleMesh& mesh, const GarmentMap& map);
+
+}  // namespace weft

@@ -1,0 +1,111 @@
+#include "evaluation/texture_drift.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "evaluation/error_summary.h"
+#include "simulation/renderer.h"
+#include "tests/simulation/flat_studio.h"
+
+namespace weft {
+namespace {
+
+constexpr double kFps = 30;
+
+// A curved printed sheet before three cameras, photographed with blur and noise.
+class TextureDriftTest : public testing::Test {
+ protected:
+  static constexpr int kRows = 24, kCols = 30;
+
+  void SetUp() override {
+    cloth_ = FlatSheet(kRows, kCols);
+    garment_.rest = cloth_.rest;
+    garment_.cell_of_vertex = cloth_.cell_of_vertex;
+    for (const double angle_deg : {-25.0, 0.0, 25.0}) {
+      CameraModel camera = FlatCamera(1400, 600, angle_deg);
+      camera.id = "c" + std::to_string(rig_.cameras.size());
+      rig_.cameras.push_back(camera);
+    }
+  }
+
+  // The cloth of a frame: a wave that travels, so that the surface moves by much more than the texture
+  // drifts.
+  TriangleMesh ClothAt(int frame) const {
+    TriangleMesh mesh = cloth_.rest;
+    for (auto& v : mesh.vertices_mm) {
+      v.z() += 8 * std::sin(0.05 * v.x() + 0.15 * frame);
+      v += Eigen::Vector3d(1.3, 0.4, -0.8) * frame;
+    }
+    return mesh;
+  }
+  // A registered mesh on the same surface whose vertices slide along x by so much per frame.
+  std::vector<Eigen::Vector3d> SlidingMesh(int frame, double mm_per_frame) const {
+    std::vector<Eigen::Vector3d> vertices = cloth_.rest.vertices_mm;
+    for (auto& v : vertices) {  // a thread is where it is at rest, so the slide along x is the drift
+      v.x() += mm_per_frame * frame;
+      v.z() += 8 * std::sin(0.05 * v.x() + 0.15 * frame);
+      v += Eigen::Vector3d(1.3, 0.4, -0.8) * frame;
+    }
+    return vertices;
+  }
+
+  GreyImage Photograph(int frame, int camera) const {
+    StudioOptions look = PlainLook();
+    look.light = LightOptions();
+    look.light.rays = 32;
+    SensorOptions sensor;
+    const absl::StatusOr<Board> board = GenerateBoard(kRows, kCols, kFlatCellMm, 1);
+    const auto scene = StudioScene::Build(ClothAt(frame), cloth_.print, *board, look);
+    EXPECT_TRUE(scene.ok()) << scene.status();
+    const auto picture = RenderView(*scene, rig_.cameras[camera], sensor, frame);
+    EXPECT_TRUE(picture.ok()) << picture.status();
+    return *ToGrey(*picture);
+  }
+
+  TextureDriftField Measure(double slide_mm) const {
+    const auto drift = TextureDrift::Build(garment_, {});
+    EXPECT_TRUE(drift.ok()) << drift.status();
+    const auto before = VisibleMesh::Build(SlidingMesh(0, slide_mm), cloth_.rest.faces, kFlatCellMm);
+    const auto after = VisibleMesh::Build(SlidingMesh(1, slide_mm), cloth_.rest.faces, kFlatCellMm);
+    const UnwrapPlan plan = drift->Plan(rig_, *before, *after);
+    TextureDriftField field = drift->EmptyField();
+    for (int c = 0; c < 3; ++c)
+      if (!plan.of_camera[c].empty())
+        drift->Measure(plan, c, rig_.cameras[c], before->vertices_mm(), Photograph(0, c),
+                       after->vertices_mm(), Photograph(1, c), &field);
+    return field;
+  }
+
+  static std::vector<double> Measured(const TextureDriftField& field) {
+    std::vector<double> mm;
+    for (const double d : field.mm)
+      if (!std::isnan(d)) mm.push_back(d);
+    return mm;
+  }
+
+  Cloth cloth_;
+  Template garment_;
+  Rig rig_;
+};
+
+TEST_F(TextureDriftTest, SlidingTextureHasItsSpeed) {
+  for (const double speed_mm_s : {2.0, 20.0}) {
+    const TextureDriftField field = Measure(speed_mm_s / kFps);
+    const auto found = Summarize(Measured(field));
+    ASSERT_TRUE(found);
+    EXPECT_GT(found->count, kRows * kCols / 2);
+    EXPECT_LT(field.lost, 0.02 * static_cast<double>(field.tried));
+    EXPECT_NEAR(found->mean * kFps, speed_mm_s, 0.05 * speed_mm_s);
+  }
+}
+
+TEST_F(TextureDriftTest, TextureThatStaysHasNone) {
+  const auto found = Summarize(Measured(Measure(0)));
+  ASSERT_TRUE(found);
+  EXPECT_LT(found->mean * kFps, 0.3);
+}
+
+}  // namespace
+}  // namespace weft
