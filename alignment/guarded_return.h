@@ -11,7 +11,7 @@ struct ReturnOptions {
   double max_step_mm = 0.5;  // of a vertex in one iteration
   double smoothness = 1;     // how much a vertex that is held up holds up its neighbours
   int max_iterations = 60;
-  double tolerance = 0.01;  // ends when iterations lower the energy by less than this share
+  double tolerance = 0.01;  // ends when an iteration lowers the energy by less than this share
 
   absl::Status Validate() const;
 };

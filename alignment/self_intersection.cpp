@@ -90,9 +90,8 @@ bool PointApart(const Triangle& s, const Triangle& t) {
          (a.dot(beside_d) < area && b.dot(beside_d) < area);
 }
 
-// A ray from the corner that both have leaves each of them through the side opposite.
 bool MeetBesidesFirstCorner(const Triangle& s, const Triangle& t) {
-  return ComeWithin(0, {s[1], s[2], s[2]}, t) || ComeWithin(0, s, {t[1], t[2], t[2]});
+  return SegmentThroughTriangle(s[1], s[2], t) || SegmentThroughTriangle(t[1], t[2], s);
 }
 
 // The pairs of faces near each other for which `accept`, ordered.

@@ -46,6 +46,33 @@ bool HasEndMarker(const std::vector<uint8_t>& bytes) {
   return true;
 }
 
+// The file appears under its name only when it is complete.
+absl::Status EncodeAndWrite(const std::string& path, const cv::Mat& image,
+                            const std::vector<int>& parameters) {
+  std::vector<uint8_t> bytes;
+  try {
+    if (!cv::imencode(fs::path(path).extension().string(), image, bytes, parameters)) {
+      return absl::InternalError(absl::StrCat(path, ": the image cannot be encoded"));
+    }
+  } catch (const cv::Exception& e) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": unknown image format; end the name in .png, .jpg or .tif"));
+  }
+  const std::string temporary = absl::StrCat(path, ".tmp.", getpid());
+  std::ofstream out(temporary, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  std::error_code error;
+  if (out) fs::rename(temporary, path, error);
+  if (!out || error) {
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    return absl::UnavailableError(
+        absl::StrCat(path, ": cannot be written (folder missing, read-only or disk full?)"));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<Frame> ReadImageFile(const std::string& path, std::optional<PixelFormat> mosaic) {
@@ -105,29 +132,26 @@ absl::Status WriteImageFile(const std::string& path, const Frame& frame, int jpe
     cv::cvtColor(image, bgr, cv::COLOR_RGB2BGR);
     image = bgr;
   }
-  std::vector<uint8_t> bytes;
-  try {
-    if (!cv::imencode(fs::path(path).extension().string(), image, bytes,
-                      {cv::IMWRITE_JPEG_QUALITY, jpeg_quality})) {
-      return absl::InternalError(absl::StrCat(path, ": the image cannot be encoded"));
-    }
-  } catch (const cv::Exception& e) {
+  return EncodeAndWrite(path, image, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality});
+}
+
+absl::Status WriteDeepImageFile(const std::string& path, const DeepImage& image) {
+  const std::string ending = fs::path(path).extension().string();
+  if (ending != ".png" && ending != ".tif" && ending != ".tiff") {
     return absl::InvalidArgumentError(
-        absl::StrCat(path, ": unknown image format; end the name in .png, .jpg or .tif"));
+        absl::StrCat(path, ": 16-bit images are PNG or TIFF; end the name in .png or .tif"));
   }
-  const std::string temporary = absl::StrCat(path, ".tmp.", getpid());
-  std::ofstream out(temporary, std::ios::binary);
-  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  out.close();
-  std::error_code error;
-  if (out) fs::rename(temporary, path, error);
-  if (!out || error) {
-    std::error_code ignored;
-    fs::remove(temporary, ignored);
-    return absl::UnavailableError(
-        absl::StrCat(path, ": cannot be written (folder missing, read-only or disk full?)"));
+  if (image.width_px <= 0 || image.height_px <= 0 || (image.channels != 1 && image.channels != 3) ||
+      image.values.size() != static_cast<size_t>(image.width_px) * image.height_px * image.channels) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": ", image.values.size(), " values for ",
+                                                   image.width_px, " x ", image.height_px, " pixels of ",
+                                                   image.channels, " channels"));
   }
-  return absl::OkStatus();
+  cv::Mat pixels(image.height_px, image.width_px, image.channels == 3 ? CV_16UC3 : CV_16UC1,
+                 const_cast<uint16_t*>(image.values.data()));
+  cv::Mat bgr;
+  if (image.channels == 3) cv::cvtColor(pixels, bgr, cv::COLOR_RGB2BGR);
+  return EncodeAndWrite(path, image.channels == 3 ? bgr : pixels, {});
 }
 
 }  // namespace weft

@@ -1,8 +1,10 @@
 // Image files in and out.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "capture/frame.h"
@@ -19,5 +21,15 @@ absl::StatusOr<Frame> ReadImageFile(const std::string& path,
 // Writes by the path's ending (png, jpg, tif); `jpeg_quality` 1 to 100. The file appears under its name only
 // when it is complete.
 absl::Status WriteImageFile(const std::string& path, const Frame& frame, int jpeg_quality = 95);
+
+// Values of 16 bits, [height][width][channels], one channel or red, green and blue.
+struct DeepImage {
+  int width_px = 0;
+  int height_px = 0;
+  int channels = 1;
+  std::vector<uint16_t> values;
+};
+// As PNG or TIFF, in the same way. InvalidArgument: another ending, or sizes that do not fit.
+absl::Status WriteDeepImageFile(const std::string& path, const DeepImage& image);
 
 }  // namespace weft

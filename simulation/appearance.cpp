@@ -1,9 +1,5 @@
 #include "simulation/appearance.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -14,10 +10,8 @@
 namespace weft {
 namespace {
 
-float SmoothStep(float low, float high, float x) {
-  const float t = std::clamp((x - low) / (high - low), 0.0f, 1.0f);
-  return t * t * (3 - 2 * t);
-}
+constexpr float kSpot_mm = 0.5f;  // size of the spots of the weave
+constexpr float kTurn = 2 * std::numbers::pi_v<float>;
 
 // A zero-mean number of standard deviation 1 (uniform) for a place of an integer grid.
 float PlaceNoise(uint64_t key, int64_t x, int64_t y) {
@@ -25,120 +19,118 @@ float PlaceNoise(uint64_t key, int64_t x, int64_t y) {
   return 3.4641016f * (static_cast<float>(MixBits(key ^ MixBits(counter)) >> 40) * 0x1.0p-24f - 0.5f);
 }
 
-// Smooth noise between the places of a unit grid.
-float SmoothNoise(uint64_t key, float x, float y) {
+// Smooth noise between the places of a unit grid, and its slope.
+struct NoiseValue {
+  float value = 0, by_x = 0, by_y = 0;
+};
+NoiseValue SmoothNoise(uint64_t key, float x, float y) {
   const float fx = std::floor(x), fy = std::floor(y);
   const auto ix = static_cast<int64_t>(fx), iy = static_cast<int64_t>(fy);
-  const float u = x - fx, v = y - fy;
-  return (1 - u) * (1 - v) * PlaceNoise(key, ix, iy) + u * (1 - v) * PlaceNoise(key, ix + 1, iy) +
-         (1 - u) * v * PlaceNoise(key, ix, iy + 1) + u * v * PlaceNoise(key, ix + 1, iy + 1);
+  const float tx = x - fx, ty = y - fy;
+  const float u = tx * tx * (3 - 2 * tx), v = ty * ty * (3 - 2 * ty);
+  const float n00 = PlaceNoise(key, ix, iy), n10 = PlaceNoise(key, ix + 1, iy);
+  const float n01 = PlaceNoise(key, ix, iy + 1), n11 = PlaceNoise(key, ix + 1, iy + 1);
+  return {(1 - v) * ((1 - u) * n00 + u * n10) + v * ((1 - u) * n01 + u * n11),
+          6 * tx * (1 - tx) * ((1 - v) * (n10 - n00) + v * (n11 - n01)),
+          6 * ty * (1 - ty) * ((1 - u) * (n01 - n00) + u * (n11 - n10))};
+}
+
+// What is left of a pattern of this period in pixels of this size: the transfer of a pixel with its blur,
+// nothing from two pixels a period on.
+float Resolved(float footprint_mm, float period_mm) {
+  const float pixels = period_mm / std::max(footprint_mm, 1e-6f);
+  return std::clamp((pixels - 2) / 3, 0.0f, 1.0f);
 }
 
 // Signed distance to a square with round corners, centred on the origin, in cells; negative inside.
 float SquareDistance(float x, float y, float half, float corner) {
   const float dx = std::abs(x) - half + corner, dy = std::abs(y) - half + corner;
-  const float ox = std::max(dx, 0.0f), oy = std::max(dy, 0.0f);
-  return std::sqrt(ox * ox + oy * oy) + std::min(std::max(dx, dy), 0.0f) - corner;
+  const float nearest = std::max(dx, dy);
+  if (dx <= 0 || dy <= 0) return nearest - corner;
+  return std::sqrt(dx * dx + dy * dy) - corner;
 }
 
-// The k-th of n directions, distributed as the cosine of the angle to +z (Hammersley points, turned).
-Eigen::Vector3f CosineDirection(int k, int n, float turn_u, float turn_v) {
-  float bits = 0, digit = 0.5f;
-  for (int i = k; i > 0; i >>= 1, digit *= 0.5f) bits += static_cast<float>(i & 1) * digit;
-  float u = (static_cast<float>(k) + 0.5f) / static_cast<float>(n) + turn_u, v = bits + turn_v;
-  u -= std::floor(u), v -= std::floor(v);
-  const float radius = std::sqrt(u), angle = 2 * std::numbers::pi_v<float> * v;
-  return {radius * std::cos(angle), radius * std::sin(angle), std::sqrt(std::max(0.0f, 1 - u))};
-}
-
-float DomeRadiance(const LightOptions& o, const Eigen::Vector3f& direction) {
-  float radiance = o.dome_radiance - o.dome_gradient * direction.y();
-  for (const Lamp& lamp : o.lamps) {
-    const float limit = std::cos(lamp.half_angle_deg * std::numbers::pi_v<float> / 180);
-    radiance +=
-        lamp.radiance * SmoothStep(limit - 0.02f, limit + 0.02f, direction.dot(lamp.direction.normalized()));
-  }
-  return radiance;
+absl::Status CheckShare(const char* part, const char* field, double value, double most) {
+  if (value >= 0 && value <= most) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(part, ": ", field, " is ", value, ", expected 0 to ", most));
 }
 
 }  // namespace
 
 absl::Status InkOptions::Validate() const {
-  if (!(spread_cells > 0 && spread_cells <= 0.5))
+  if (!(spread_cells > 0))
     return absl::InvalidArgumentError(
-        absl::StrCat("inks: spread_cells is ", spread_cells, ", expected 0 to 0.5"));
-  if (!(corner_cells >= 0 && corner_cells <= 0.4))
-    return absl::InvalidArgumentError(
-        absl::StrCat("inks: corner_cells is ", corner_cells, ", expected 0 to 0.4"));
-  if (!(cell_variation >= 0 && cell_variation < 0.5) || !(weave_variation >= 0 && weave_variation < 0.5))
-    return absl::InvalidArgumentError("inks: cell_variation and weave_variation must lie between 0 and 0.5");
-  return absl::OkStatus();
+        absl::StrCat("inks: spread_cells is ", spread_cells, ", expected more than 0"));
+  absl::Status status = CheckShare("inks", "spread_cells", spread_cells, 0.5);
+  status.Update(CheckShare("inks", "corner_cells", corner_cells, 0.4));
+  status.Update(CheckShare("inks", "cell_variation", cell_variation, 0.5));
+  return status;
 }
 
-Eigen::Vector3f InkAt(const Board& board, const InkOptions& inks, float col, float row) {
-  const int c = static_cast<int>(std::floor(col)), r = static_cast<int>(std::floor(row));
-  if (!board.Contains(r, c)) return inks.line;
-  const float x = col - static_cast<float>(c) - 0.5f, y = row - static_cast<float>(r) - 0.5f;
-  const auto half = static_cast<float>(board.square_fraction / 2);
-  const float distance = SquareDistance(x, y, half, static_cast<float>(inks.corner_cells));
-  const auto spread = static_cast<float>(inks.spread_cells);
-  const float line = SmoothStep(-spread, spread, distance);
-  Eigen::Vector3f ink = (1 - line) * inks.color[static_cast<size_t>(board.at(r, c))] + line * inks.line;
-  float shade = 1;
-  if (inks.cell_variation > 0)
-    shade += static_cast<float>(inks.cell_variation) * PlaceNoise(KeyOf(inks.seed, "cell"), c, r);
-  if (inks.weave_variation > 0) {
-    // Interpolated noise has 4/9 of the variance of its places.
-    shade += 1.5f * static_cast<float>(inks.weave_variation) *
-             SmoothNoise(KeyOf(inks.seed, "weave"), 6 * col, 6 * row);
+PrintedInk::PrintedInk(const Board& board, const InkOptions& inks)
+    : rows_(board.rows),
+      cols_(board.cols),
+      half_square_(static_cast<float>(board.square_fraction / 2)),
+      corner_(static_cast<float>(inks.corner_cells)),
+      spread_(static_cast<float>(inks.spread_cells)),
+      line_(inks.line) {
+  const uint64_t key = KeyOf(inks.seed, "cell");
+  cells_.reserve(static_cast<size_t>(rows_) * cols_);
+  for (int r = 0; r < rows_; ++r)
+    for (int c = 0; c < cols_; ++c) {
+      const float shade = 1 + static_cast<float>(inks.cell_variation) * PlaceNoise(key, c, r);
+      cells_.emplace_back(inks.color[static_cast<size_t>(board.at(r, c))] * std::max(shade, 0.1f));
+    }
+}
+
+Eigen::Vector3f PrintedInk::At(float col, float row) const {
+  const float left = std::floor(col), top = std::floor(row);
+  if (!(left >= 0 && top >= 0 && left < static_cast<float>(cols_) && top < static_cast<float>(rows_)))
+    return line_;
+  const float distance = SquareDistance(col - left - 0.5f, row - top - 0.5f, half_square_, corner_);
+  const float t = std::clamp(0.5f + distance / (2 * spread_), 0.0f, 1.0f);
+  const float line = t * t * (3 - 2 * t);
+  const Eigen::Vector3f& cell = cells_[static_cast<size_t>(top) * cols_ + static_cast<size_t>(left)];
+  return cell + line * (line_ - cell);
+}
+
+absl::Status FabricLookOptions::Validate() const {
+  absl::Status status = CheckShare("fabric", "weave_variation", weave_variation, 0.5);
+  status.Update(CheckShare("fabric", "knit_depth", knit_depth, 1));
+  status.Update(CheckShare("fabric", "wrinkle_slope", wrinkle_slope, 1));
+  status.Update(CheckShare("fabric", "fuzz", fuzz, 1));
+  if (!(wale_mm > 0 && course_mm > 0 && wrinkle_mm > 0))
+    status.Update(absl::InvalidArgumentError("fabric: wale_mm, course_mm and wrinkle_mm must be positive"));
+  return status;
+}
+
+FabricTexture FabricAt(const FabricLookOptions& fabric, float x_mm, float y_mm, float footprint_mm) {
+  FabricTexture out;
+  if (fabric.weave_variation > 0) {
+    // Spots smaller than a pixel average out. Interpolated noise has a third of its places' variance.
+    const float averaged = std::min(1.0f, kSpot_mm / std::max(footprint_mm, 1e-6f));
+    const float x = x_mm / std::max(kSpot_mm, footprint_mm), y = y_mm / std::max(kSpot_mm, footprint_mm);
+    out.shade += 1.8f * averaged * static_cast<float>(fabric.weave_variation) *
+                 SmoothNoise(KeyOf(fabric.seed, "weave"), x, y).value;
   }
-  return ink * std::max(shade, 0.1f);
-}
-
-absl::Status LightOptions::Validate() const {
-  if (!(dome_radiance >= std::abs(dome_gradient)))
-    return absl::InvalidArgumentError("light: dome_gradient must not exceed dome_radiance");
-  if (rays < 1 || rays > 4096)
-    return absl::InvalidArgumentError(absl::StrCat("light: rays is ", rays, ", expected 1 to 4096"));
-  if (!(bounce >= 0 && bounce <= 1))
-    return absl::InvalidArgumentError("light: bounce must lie between 0 and 1");
-  for (const Lamp& lamp : lamps)
-    if (!(lamp.direction.norm() > 0) || !(lamp.half_angle_deg > 0 && lamp.half_angle_deg < 90))
-      return absl::InvalidArgumentError(
-          "light: a lamp needs a direction and a half angle of 0 to 90 degrees");
-  return absl::OkStatus();
-}
-
-VertexLight LightVertices(const RayScene& scene, const std::vector<Eigen::Vector3d>& vertices_mm,
-                          const std::vector<Eigen::Vector3d>& normals, const LightOptions& options) {
-  constexpr float kNear_mm = 0.02f;
-  const uint64_t key = KeyOf(1, "light");
-  VertexLight out;
-  out.outside.resize(vertices_mm.size());
-  out.inside.resize(vertices_mm.size());
-  const auto light = [&](size_t v, const Eigen::Vector3f& normal) {
-    const Eigen::Vector3f across = normal.unitOrthogonal();
-    const Eigen::Vector3f along = normal.cross(across);
-    const auto turn_u = static_cast<float>(UniformOf(key, 2 * v));
-    const auto turn_v = static_cast<float>(UniformOf(key, 2 * v + 1));
-    float sum = 0;
-    for (int k = 0; k < options.rays; ++k) {
-      const Eigen::Vector3f d = CosineDirection(k, options.rays, turn_u, turn_v);
-      const Eigen::Vector3f world = d.x() * across + d.y() * along + d.z() * normal;
-      const bool hidden = scene.Occluded(vertices_mm[v].cast<float>() + kNear_mm * normal, world, kNear_mm,
-                                         std::numeric_limits<float>::infinity());
-      sum += hidden ? options.bounce : DomeRadiance(options, world);
-    }
-    return sum / static_cast<float>(options.rays);
-  };
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, vertices_mm.size(), 64), [&](const auto& range) {
-    for (size_t v = range.begin(); v < range.end(); ++v) {
-      const Eigen::Vector3f normal = normals[v].cast<float>();
-      if (normal.squaredNorm() < 0.5f) continue;
-      out.outside[v] = light(v, normal);
-      out.inside[v] = light(v, -normal);
-    }
-  });
+  const auto wale = static_cast<float>(fabric.wale_mm), course = static_cast<float>(fabric.course_mm);
+  const float knit = static_cast<float>(fabric.knit_depth) * Resolved(footprint_mm, wale);
+  if (knit > 0) {
+    // Loops are Vs in columns: the rows bend upwards towards the middle of a wale.
+    const float across = x_mm / wale, middle = std::abs(across - std::floor(across) - 0.5f);
+    const float along = y_mm / course + middle;
+    out.shade -=
+        knit * (0.25f - 0.25f * std::cos(kTurn * across) + 0.25f - 0.25f * std::cos(kTurn * along) - 0.5f);
+  }
+  if (fabric.wrinkle_slope > 0) {
+    const auto size = static_cast<float>(fabric.wrinkle_mm);
+    const NoiseValue coarse = SmoothNoise(KeyOf(fabric.seed, "wrinkle"), x_mm / size, y_mm / size);
+    const NoiseValue fine = SmoothNoise(KeyOf(fabric.seed, "crease"), 2.3f * x_mm / size, 2.3f * y_mm / size);
+    // The slope of this noise has a standard deviation of 1.
+    const auto slope = static_cast<float>(fabric.wrinkle_slope);
+    out.slope =
+        slope * Eigen::Vector2f(0.8f * coarse.by_x + 0.5f * fine.by_x, 0.8f * coarse.by_y + 0.5f * fine.by_y);
+  }
   return out;
 }
 

@@ -1,4 +1,4 @@
-// What printed cloth looks like: inks, fabric, light.
+// What printed cloth looks like: inks and fabric.
 #pragma once
 
 #include <Eigen/Core>
@@ -8,7 +8,6 @@
 
 #include "absl/status/status.h"
 #include "pattern/board.h"
-#include "simulation/ray_scene.h"
 
 namespace weft {
 
@@ -28,38 +27,48 @@ struct InkOptions {
   double spread_cells = 0.05;                    // width over which square and line mix
   double corner_cells = 0.06;                    // radius of the squares' corners
   double cell_variation = 0.06;                  // standard deviation of a cell's reflectance, relative
-  double weave_variation = 0.05;                 // the same for places a sixth of a cell in size
   uint64_t seed = 1;
 
   absl::Status Validate() const;
 };
 
-// Reflectance of the printed side at a board position (in cells). Outside the board: `line`.
-Eigen::Vector3f InkAt(const Board& board, const InkOptions& inks, float col, float row);
+// Reflectance of the printed side, with the colour of every cell worked out once.
+class PrintedInk {
+ public:
+  PrintedInk() = default;
+  PrintedInk(const Board& board, const InkOptions& inks);
 
-// A dome of light all around, brighter from above (-y), with soft lamps in it.
-struct Lamp {
-  Eigen::Vector3f direction = Eigen::Vector3f(0, -1, 0);  // towards the lamp, any length
-  float half_angle_deg = 20;
-  float radiance = 4;  // relative to the dome
+  // At a board position (in cells); the ink of the lines outside the board.
+  Eigen::Vector3f At(float col, float row) const;
+
+ private:
+  int rows_ = 0, cols_ = 0;
+  float half_square_ = 0, corner_ = 0, spread_ = 0;
+  Eigen::Vector3f line_ = Eigen::Vector3f::Zero();
+  std::vector<Eigen::Vector3f> cells_;  // [rows][cols]
 };
-struct LightOptions {
-  float dome_radiance = 0.45f;
-  float dome_gradient = 0.25f;  // added straight up, subtracted straight down
-  std::vector<Lamp> lamps = {
-      {{0.9f, -0.7f, -0.6f}, 20, 8}, {{-0.9f, -0.5f, -0.4f}, 20, 6}, {{0.1f, -0.6f, 1.0f}, 20, 7}};
-  float bounce = 0.12f;  // light that reaches a place by way of the cloth that hides the dome
-  int rays = 96;         // per vertex and side
+
+// Knitted cotton. Its texture is part of the cloth, so it moves with it; what is finer than a pixel fades.
+struct FabricLookOptions {
+  double weave_variation = 0.05;  // standard deviation of the reflectance of spots half a millimetre in size
+  double wale_mm = 0.85;          // width of a column of loops
+  double course_mm = 0.65;        // height of a row of loops
+  double knit_depth = 0.35;       // how much darker the gaps between loops are
+  double wrinkle_slope = 0.10;    // standard deviation of the slope of wrinkles finer than the mesh
+  double wrinkle_mm = 7;          // their size
+  double fuzz = 0.05;             // reflectance of fibres that stand off, at grazing view
+  uint64_t seed = 1;
 
   absl::Status Validate() const;
 };
 
-// Light falling on each vertex from its outer and its inner side, relative to an unoccluded white dome.
-// Ray casts from every vertex in the calling thread's TBB arena; shadows are soft, at the mesh's resolution.
-struct VertexLight {
-  std::vector<float> outside, inside;  // [vertices]
+// The texture at a place of the cloth, relative to plain cloth.
+struct FabricTexture {
+  float shade = 1;                                  // factor of the reflectance
+  Eigen::Vector2f slope = Eigen::Vector2f::Zero();  // of the surface along board x and y
 };
-VertexLight LightVertices(const RayScene& scene, const std::vector<Eigen::Vector3d>& vertices_mm,
-                          const std::vector<Eigen::Vector3d>& normals, const LightOptions& options);
+
+// At a board position in mm; `footprint_mm` is the size of a pixel on the cloth.
+FabricTexture FabricAt(const FabricLookOptions& fabric, float x_mm, float y_mm, float footprint_mm);
 
 }  // namespace weft

@@ -20,19 +20,26 @@ struct RayHit {
   bool from_outside = false;         // the face is seen counter-clockwise
 };
 
-// A mesh prepared for ray casts. Immutable; any number of threads may cast at once.
+// A mesh prepared for ray casts. Immutable; any number of threads may cast at once. Casts without a time are
+// those of the middle of the exposure.
 class RayScene {
  public:
-  // InvalidArgument: face indices out of range or vertices not finite. Internal: Embree's own message.
+  // `path_mm` [vertices]: the way of each vertex while the shutter is open; it is at `vertices_mm` half-way.
+  // Empty for a mesh at rest. InvalidArgument: face indices out of range, sizes that differ, or vertices not
+  // finite. Internal: Embree's own message.
   static absl::StatusOr<RayScene> Build(const std::vector<Eigen::Vector3d>& vertices_mm,
-                                        const std::vector<Face>& faces);
+                                        const std::vector<Face>& faces,
+                                        const std::vector<Eigen::Vector3d>& path_mm = {});
 
   RayHit Cast(const Eigen::Vector3f& origin_mm, const Eigen::Vector3f& direction) const;
 
   // Sixteen rays from one origin that point to nearly the same place; NaN directions miss.
   static constexpr int kPacket = 16;
-  using Directions = std::array<Eigen::Vector3f, kPacket>;
-  void CastPacket(const Eigen::Vector3f& origin_mm, const Directions& directions,
+  struct Packet {
+    std::array<Eigen::Vector3f, kPacket> direction;
+    std::array<float, kPacket> time;  // 0 the shutter opens, 1 it closes
+  };
+  void CastPacket(const Eigen::Vector3f& origin_mm, const Packet& packet,
                   std::array<RayHit, kPacket>* hits) const;
 
   // True if anything lies on the ray between `near_mm` and `far_mm`; `direction` has length 1.

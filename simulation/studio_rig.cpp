@@ -95,4 +95,48 @@ absl::StatusOr<Rig> MakeStudioRig(const std::string& id, const StudioRigOptions&
   return rig;
 }
 
+Eigen::Vector3d AimOf(const Rig& rig) {
+  Eigen::Matrix3d normal = 1e-9 * Eigen::Matrix3d::Identity();
+  Eigen::Vector3d right = Eigen::Vector3d::Zero();
+  for (const CameraModel& camera : rig.cameras) {
+    const std::optional<Ray> ray =
+        camera.PixelRay({(camera.width_px - 1) / 2.0, (camera.height_px - 1) / 2.0});
+    if (!ray) continue;
+    const Eigen::Matrix3d across = Eigen::Matrix3d::Identity() - ray->direction * ray->direction.transpose();
+    normal += across;
+    right += across * ray->origin_mm;
+  }
+  return normal.ldlt().solve(right);
+}
+
+absl::StatusOr<Rig> CropRig(const Rig& rig, const Eigen::AlignedBox3d& box_mm) {
+  constexpr int kLeastPx = 64;
+  constexpr int kSteps = 8;  // distortion bends the box's faces, so points spread over them are projected
+  Rig out;
+  out.id = rig.id + "-cropped";
+  for (const CameraModel& camera : rig.cameras) {
+    Eigen::AlignedBox2d seen;
+    for (int k = 0; k < (kSteps + 1) * (kSteps + 1) * (kSteps + 1); ++k) {
+      const Eigen::Array3d share(k % (kSteps + 1), k / (kSteps + 1) % (kSteps + 1),
+                                 k / ((kSteps + 1) * (kSteps + 1)));
+      const Eigen::Vector3d point = box_mm.min().array() + share / kSteps * box_mm.sizes().array();
+      if (const auto pixel = camera.Project(point)) seen.extend(*pixel);
+    }
+    if (seen.isEmpty()) continue;
+    const auto left = static_cast<int>(std::max(0.0, std::floor(seen.min().x())));
+    const auto top = static_cast<int>(std::max(0.0, std::floor(seen.min().y())));
+    const auto right = static_cast<int>(std::min(camera.width_px - 1.0, std::ceil(seen.max().x())));
+    const auto bottom = static_cast<int>(std::min(camera.height_px - 1.0, std::ceil(seen.max().y())));
+    if (right - left + 1 < kLeastPx || bottom - top + 1 < kLeastPx) continue;
+    CameraModel cropped = camera;
+    cropped.width_px = right - left + 1, cropped.height_px = bottom - top + 1;
+    cropped.cx_px -= left, cropped.cy_px -= top;
+    out.cameras.push_back(cropped);
+  }
+  if (out.cameras.empty())
+    return absl::InvalidArgumentError(
+        absl::StrCat("rig ", rig.id, ": no camera shows the garment; are its translations in mm?"));
+  return out;
+}
+
 }  // namespace weft

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstdint>
 #include <string>
 
@@ -32,5 +33,14 @@ struct StudioRigOptions {
 
 // Cameras c00, c01, ... in the world axes of the cloth (x right, y down). The same seed gives the same rig.
 absl::StatusOr<Rig> MakeStudioRig(const std::string& id, const StudioRigOptions& options);
+
+// Where the cameras of a rig look: the point nearest to the rays through the middles of their pictures, in
+// the sense of least squares. For a single camera, and cameras that look along one line, the point of the
+// line nearest to the origin.
+Eigen::Vector3d AimOf(const Rig& rig);
+
+// Each picture cropped to what it shows of the box, so that principal points shift and nothing else; cameras
+// that show less than 64 px of it in width or height are left out. InvalidArgument when none is left.
+absl::StatusOr<Rig> CropRig(const Rig& rig, const Eigen::AlignedBox3d& box_mm);
 
 }  // namespace weft

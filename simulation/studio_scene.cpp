@@ -1,72 +1,161 @@
 #include "simulation/studio_scene.h"
 
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <cmath>
-#include <numbers>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "simulation/random.h"
 
 namespace weft {
+namespace {
 
-absl::Status StudioOptions::Validate() const {
-  if (absl::Status status = inks.Validate(); !status.ok()) return status;
-  if (!(backdrop.variation >= 0 && backdrop.variation <= 1))
-    return absl::InvalidArgumentError("backdrop: variation must lie between 0 and 1");
-  return light.Validate();
+absl::Status CheckParts(const MovingMesh& cloth, const ClothPrint& print, const MovingMesh& body) {
+  if (print.of_face.size() != cloth.mesh.faces.size()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("print has ", print.of_face.size(), " faces, the mesh ", cloth.mesh.faces.size()));
+  }
+  for (const MovingMesh* part : {&cloth, &body}) {
+    if (part->velocities_mm_s.empty() || part->velocities_mm_s.size() == part->mesh.vertices_mm.size())
+      continue;
+    return absl::InvalidArgumentError(absl::StrCat(part->velocities_mm_s.size(), " velocities for a mesh of ",
+                                                   part->mesh.vertices_mm.size(), " vertices"));
+  }
+  return absl::OkStatus();
 }
 
-absl::StatusOr<StudioScene> StudioScene::Build(TriangleMesh mesh, ClothPrint print, Board board,
-                                               const StudioOptions& options) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  if (absl::Status status = board.Validate(); !status.ok()) return status;
-  if (print.of_face.size() != mesh.faces.size()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("print has ", print.of_face.size(), " faces, the mesh ", mesh.faces.size()));
-  }
-  absl::StatusOr<RayScene> rays = RayScene::Build(mesh.vertices_mm, mesh.faces);
-  if (!rays.ok()) return rays.status();
+void Append(const MovingMesh& part, bool moving, std::vector<Face>* faces,
+            std::vector<Eigen::Vector3d>* places_mm, std::vector<Eigen::Vector3d>* velocities_mm_s) {
+  const auto first = static_cast<int>(places_mm->size());
+  for (const Face& f : part.mesh.faces) faces->push_back({f[0] + first, f[1] + first, f[2] + first});
+  places_mm->insert(places_mm->end(), part.mesh.vertices_mm.begin(), part.mesh.vertices_mm.end());
+  if (!moving) return;
+  velocities_mm_s->insert(velocities_mm_s->end(), part.velocities_mm_s.begin(), part.velocities_mm_s.end());
+  velocities_mm_s->resize(places_mm->size(), Eigen::Vector3d::Zero());
+}
+
+}  // namespace
+
+absl::Status StudioOptions::Validate() const {
+  absl::Status status = inks.Validate();
+  status.Update(fabric.Validate());
+  status.Update(light.Validate());
+  status.Update(room.Validate());
+  if (!(skin.variation >= 0 && skin.variation < 1))
+    status.Update(absl::InvalidArgumentError("skin: variation must lie between 0 and 1"));
+  return status;
+}
+
+absl::StatusOr<StudioScene> StudioScene::Build(MovingMesh cloth, ClothPrint print, Board board,
+                                               MovingMesh body, const StudioOptions& options) {
+  absl::Status status = options.Validate();
+  status.Update(board.Validate());
+  status.Update(CheckParts(cloth, print, body));
+  if (!status.ok()) return status;
+  auto fixed = std::make_shared<Fixed>();
+  fixed->options = options;
+  fixed->print = std::move(print);
+  fixed->ink = PrintedInk(board, options.inks);
+  fixed->board = std::move(board);
+  fixed->room = StudioRoom(options.room, options.light);
+  fixed->cloth_vertices = cloth.mesh.vertices_mm.size();
+  const bool moving = !cloth.velocities_mm_s.empty() || !body.velocities_mm_s.empty();
+  Append(cloth, moving, &fixed->faces, &fixed->places_mm, &fixed->velocities_mm_s);
+  Append(body, moving, &fixed->faces, &fixed->places_mm, &fixed->velocities_mm_s);
+  if (status = LightUp(*fixed); !status.ok()) return status;
   StudioScene out;
+  out.fixed_ = std::move(fixed);
+  return out.Exposed(0, 0);
+}
+
+absl::StatusOr<StudioScene> StudioScene::Exposed(double offset_s, double exposure_s) const {
+  StudioScene out;
+  out.fixed_ = fixed_;
+  out.places_mm_ = fixed_->places_mm;
+  const std::vector<Eigen::Vector3d>& velocities = fixed_->velocities_mm_s;
+  for (size_t v = 0; v < velocities.size(); ++v) out.places_mm_[v] += offset_s * velocities[v];
+  if (exposure_s > 0) {
+    out.paths_mm_.reserve(velocities.size());
+    for (const Eigen::Vector3d& velocity : velocities) out.paths_mm_.emplace_back(exposure_s * velocity);
+  }
+  out.mesh_.vertices_mm.assign(out.places_mm_.begin(),
+                               out.places_mm_.begin() + static_cast<std::ptrdiff_t>(fixed_->cloth_vertices));
+  out.mesh_.faces.assign(fixed_->faces.begin(),
+                         fixed_->faces.begin() + static_cast<std::ptrdiff_t>(fixed_->print.of_face.size()));
+  absl::StatusOr<RayScene> rays = RayScene::Build(out.places_mm_, fixed_->faces, out.paths_mm_);
+  if (!rays.ok()) return rays.status();
   out.rays_ = *std::move(rays);
-  out.light_ =
-      LightVertices(out.rays_, mesh.vertices_mm, VertexNormals(mesh.vertices_mm, mesh.faces), options.light);
-  out.mesh_ = std::move(mesh);
-  out.print_ = std::move(print);
-  out.board_ = std::move(board);
-  out.options_ = options;
-  out.HangBackdrop();
   return out;
 }
 
-Eigen::Vector3f StudioScene::Radiance(const RayHit& hit, const Eigen::Vector3f& direction) const {
-  if (hit.face < 0) return Backdrop(direction);
-  const Face& face = mesh_.faces[hit.face];
-  const float b = hit.weight_b, c = hit.weight_c, a = 1 - b - c;
-  const std::vector<float>& side = hit.from_outside ? light_.outside : light_.inside;
-  const float light = a * side[face[0]] + b * side[face[1]] + c * side[face[2]];
-  if (!hit.from_outside) return options_.inks.back * light;
-  const auto& corners = print_.of_face[hit.face];
-  if (std::isnan(corners[0].x())) return options_.inks.line * light;
-  const BoardPoint p = a * corners[0] + b * corners[1] + c * corners[2];
-  return InkAt(board_, options_.inks, static_cast<float>(p.x()), static_cast<float>(p.y())) * light;
+absl::Status StudioScene::LightUp(Fixed& fixed) {
+  const absl::StatusOr<RayScene> rays = RayScene::Build(fixed.places_mm, fixed.faces);
+  if (!rays.ok()) return rays.status();
+  VertexLight light =
+      LightVertices(*rays, fixed.places_mm, VertexNormals(fixed.places_mm, fixed.faces), fixed.options.light);
+  fixed.light_by_slope = LightBySlope(fixed, light);
+  fixed.outside = std::move(light.outside);
+  fixed.inside = std::move(light.inside);
+  return absl::OkStatus();
 }
 
-void StudioScene::HangBackdrop() {
-  const uint64_t key = KeyOf(options_.backdrop.seed, "backdrop");
-  for (uint64_t k = 0; k < waves_.size(); ++k) {
-    waves_[k].around = static_cast<float>(std::round(3 + 14 * UniformOf(key, 3 * k)));
-    waves_[k].drift = static_cast<float>(8 * UniformOf(key, 3 * k + 1) - 4);
-    waves_[k].phase = static_cast<float>(2 * std::numbers::pi * UniformOf(key, 3 * k + 2));
+// A surface that rises by s along board x turns its normal by -s times the direction of board x.
+std::vector<Eigen::Vector2f> StudioScene::LightBySlope(const Fixed& fixed, const VertexLight& light) {
+  std::vector<Eigen::Vector2f> out(fixed.cloth_vertices, Eigen::Vector2f::Zero());
+  std::vector<float> faces(fixed.cloth_vertices, 0);
+  for (size_t f = 0; f < fixed.print.of_face.size(); ++f) {
+    const auto& board = fixed.print.of_face[f];
+    if (std::isnan(board[0].x())) continue;
+    const Face& face = fixed.faces[f];
+    Eigen::Matrix2d edges;
+    edges << board[1] - board[0], board[2] - board[0];
+    if (!(std::abs(edges.determinant()) > 1e-12)) continue;
+    Eigen::Matrix<double, 3, 2> ways;
+    ways << fixed.places_mm[face[1]] - fixed.places_mm[face[0]],
+        fixed.places_mm[face[2]] - fixed.places_mm[face[0]];
+    const Eigen::Matrix<double, 3, 2> axes = ways * edges.inverse();
+    const Eigen::Vector3f x = axes.col(0).normalized().cast<float>();
+    const Eigen::Vector3f y = axes.col(1).normalized().cast<float>();
+    for (const int v : face) {
+      out[v] -= Eigen::Vector2f(light.flux[v].dot(x), light.flux[v].dot(y));
+      faces[v] += 1;
+    }
   }
+  for (size_t v = 0; v < out.size(); ++v)
+    if (faces[v] > 0) out[v] /= faces[v];
+  return out;
 }
 
-Eigen::Vector3f StudioScene::Backdrop(const Eigen::Vector3f& direction) const {
-  const BackdropOptions& o = options_.backdrop;
-  const float length = direction.norm();
-  if (!(length > 0)) return o.color;
-  const float angle = std::atan2(direction.x(), direction.z()), height = direction.y() / length;
-  float sum = 0;
-  for (const Wave& w : waves_) sum += std::sin(w.around * angle + w.drift * height + w.phase);
-  return o.color * (1 + o.variation * sum / static_cast<float>(waves_.size()));
+Eigen::Vector3d StudioScene::CenterMm() const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& v : mesh_.vertices_mm) sum += v;
+  return sum / std::max<double>(1, static_cast<double>(mesh_.vertices_mm.size()));
+}
+
+ShadedPoint StudioScene::ShadeAt(int face, bool from_outside, const Eigen::Vector3f& weights) const {
+  const Face& corners = fixed_->faces[face];
+  const std::vector<float>& side = from_outside ? fixed_->outside : fixed_->inside;
+  ShadedPoint out;
+  for (int i = 0; i < 3; ++i) out.light += weights[i] * side[corners[i]];
+  if (!IsCloth(face)) {
+    const SkinOptions& skin = fixed_->options.skin;
+    const uint64_t key = KeyOf(skin.seed, "skin");
+    float shade = 0;
+    for (int i = 0; i < 3; ++i)
+      shade += weights[i] * static_cast<float>(2 * UniformOf(key, static_cast<uint64_t>(corners[i])) - 1);
+    out.plain = skin.color * (1 + static_cast<float>(skin.variation) * shade);
+    return out;
+  }
+  const auto& board = fixed_->print.of_face[face];
+  out.plain = from_outside ? fixed_->options.inks.line : fixed_->options.inks.back;
+  if (!from_outside || std::isnan(board[0].x())) return out;
+  out.printed = true;
+  for (int i = 0; i < 3; ++i) {
+    out.board += weights[i] * board[i].cast<float>();
+    out.light_by_slope += weights[i] * fixed_->light_by_slope[corners[i]];
+  }
+  return out;
 }
 
 }  // namespace weft

@@ -2,7 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <memory>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -11,58 +11,97 @@
 #include "simulation/appearance.h"
 #include "simulation/printed_mesh.h"
 #include "simulation/ray_scene.h"
+#include "simulation/studio_light.h"
+#include "simulation/studio_room.h"
 
 namespace weft {
 
-// What is behind the cloth: a soft, uneven wall that the light reaches, by direction only.
-struct BackdropOptions {
-  Eigen::Vector3f color = {0.075f, 0.080f, 0.090f};  // linear
-  float variation = 0.5f;                            // of its brightness, relative, 0 to 1
+struct SkinOptions {
+  Eigen::Vector3f color = {0.36f, 0.21f, 0.15f};  // linear reflectance
+  double variation = 0.12;                        // of its brightness from place to place, relative
   uint64_t seed = 1;
 };
 
 struct StudioOptions {
   InkOptions inks;
+  FabricLookOptions fabric;
+  SkinOptions skin;
   LightOptions light;
-  BackdropOptions backdrop;
+  RoomOptions room;
 
   absl::Status Validate() const;
+};
+
+// Surfaces in motion. Velocities [vertices] may be empty for what is at rest.
+struct MovingMesh {
+  TriangleMesh mesh;
+  std::vector<Eigen::Vector3d> velocities_mm_s;
+};
+
+// What a ray meets: where and how to shade it.
+struct ShadedPoint {
+  bool printed = false;                             // the printed side of the cloth, at `board`
+  Eigen::Vector2f board = Eigen::Vector2f::Zero();  // in cells
+  Eigen::Vector3f plain = Eigen::Vector3f::Zero();  // reflectance of what is not printed
+  float light = 0;                                  // falling on it
+  Eigen::Vector2f light_by_slope =
+      Eigen::Vector2f::Zero();  // change of light with the slope along board x, y
 };
 
 // Immutable; any number of threads may look at it.
 class StudioScene {
  public:
   // Any mesh that carries a print of `board` will do; faces without print look like thread in the colour of
-  // the lines. Casts the light in the calling thread's TBB arena. InvalidArgument: options, board or mesh do
-  // not fit, named.
-  static absl::StatusOr<StudioScene> Build(TriangleMesh mesh, ClothPrint print, Board board,
+  // the lines. Casts the light in the calling thread's TBB arena. InvalidArgument: options, board or meshes
+  // do not fit, named.
+  static absl::StatusOr<StudioScene> Build(MovingMesh cloth, ClothPrint print, Board board, MovingMesh body,
                                            const StudioOptions& options);
 
-  const TriangleMesh& mesh() const { return mesh_; }
-  const ClothPrint& print() const { return print_; }
-  const Board& board() const { return board_; }
-  const RayScene& rays() const { return rays_; }
+  // The scene during an exposure of this length whose middle comes `offset_s` after this moment: every vertex
+  // goes on at its velocity. The light stays as it is.
+  absl::StatusOr<StudioScene> Exposed(double offset_s, double exposure_s) const;
 
-  // Linear light that reaches a camera from a hit, or from the backdrop where `hit` is none; `direction` is
-  // the ray's, any length.
-  Eigen::Vector3f Radiance(const RayHit& hit, const Eigen::Vector3f& direction) const;
+  // Of the cloth, in the middle of the exposure.
+  const TriangleMesh& mesh() const { return mesh_; }
+  const ClothPrint& print() const { return fixed_->print; }
+  const Board& board() const { return fixed_->board; }
+  const StudioOptions& options() const { return fixed_->options; }
+  const RayScene& rays() const { return rays_; }
+  const StudioRoom& room() const { return fixed_->room; }
+  const PrintedInk& ink() const { return fixed_->ink; }
+
+  // Cloth and body as one mesh, the cloth first: faces, places in the middle of the exposure, ways during it
+  // (empty at rest). Rays hit these faces.
+  const std::vector<Face>& faces() const { return fixed_->faces; }
+  const std::vector<Eigen::Vector3d>& places_mm() const { return places_mm_; }
+  const std::vector<Eigen::Vector3d>& paths_mm() const { return paths_mm_; }
+  bool IsCloth(int face) const { return face < static_cast<int>(fixed_->print.of_face.size()); }
+  Eigen::Vector3d CenterMm() const;
+
+  // `weights` are barycentric.
+  ShadedPoint ShadeAt(int face, bool from_outside, const Eigen::Vector3f& weights) const;
 
  private:
-  // A wave of the backdrop's brightness around the vertical axis, drifting with the height.
-  struct Wave {
-    float around = 0, drift = 0, phase = 0;
+  // What stays while the cloth moves on.
+  struct Fixed {
+    StudioOptions options;
+    ClothPrint print;
+    Board board;
+    PrintedInk ink;
+    StudioRoom room;
+    std::vector<Face> faces;
+    size_t cloth_vertices = 0;
+    std::vector<Eigen::Vector3d> places_mm, velocities_mm_s;  // velocities empty at rest
+    std::vector<float> outside, inside;                       // light per vertex
+    std::vector<Eigen::Vector2f> light_by_slope;              // per vertex of the cloth
   };
+  static absl::Status LightUp(Fixed& fixed);
+  static std::vector<Eigen::Vector2f> LightBySlope(const Fixed& fixed, const VertexLight& light);
 
-  void HangBackdrop();
-  Eigen::Vector3f Backdrop(const Eigen::Vector3f& direction) const;
-
+  std::shared_ptr<const Fixed> fixed_;
   TriangleMesh mesh_;
-  ClothPrint print_;
-  Board board_;
-  StudioOptions options_;
+  std::vector<Eigen::Vector3d> places_mm_, paths_mm_;
   RayScene rays_;
-  VertexLight light_;
-  std::array<Wave, 3> waves_;
 };
 
 }  // namespace weft

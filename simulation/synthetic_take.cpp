@@ -1,112 +1,137 @@
 #include "simulation/synthetic_take.h"
 
+#include <cmath>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "simulation/random.h"
 
 namespace weft {
 namespace {
 
-// A small tube with folds before 12 cameras, just large enough to be decoded and registered.
-void SetUpTiny(SyntheticTakeOptions& o) {
-  o.cloth.rows = 24, o.cloth.cols = 48, o.cloth.cell_mm = 3;
-  o.motion.frames = 3;
-  o.motion.step_s = 1.0 / 10000;
-  o.motion.settle_s = 0.3;
-  o.motion.sway_mm = 2, o.motion.compression = 0.06;
-  o.rig.cameras = 12;
-  o.rig.width_px = 192, o.rig.height_px = 256;
-  o.rig.distance_mm = 800;
-  o.rig.object_width_mm = 50, o.rig.object_height_mm = 72;
-  o.sensor.point_spread_sigma_px = 0.6;
-  o.look.light.rays = 32;
+constexpr double kMaxExposureMs = 100;
+
+// Middle of a camera's exposure after the frame's time.
+double OffsetMsOf(const SyntheticTakeOptions& o, const std::string& camera_id) {
+  return o.shutter.time_offset_ms * (2 * UniformOf(KeyOf(o.seed, camera_id + " offset"), 0) - 1);
 }
 
-void SetUpQuickstart(SyntheticTakeOptions& o) {
-  o.cloth.rows = 72, o.cloth.cols = 120, o.cloth.cell_mm = 3;
-  o.motion.frames = 5;
-  o.motion.step_s = 1.0 / 8000;
-  o.rig.cameras = 16;
-  o.rig.width_px = 600, o.rig.height_px = 800;
-  o.rig.fill = 0.74;
-  o.motion.compression = 0.13;
-  o.sensor.point_spread_sigma_px = 1.0;
-  o.rig.object_width_mm = 150, o.rig.object_height_mm = 220;
+bool IsDropped(const SyntheticTakeOptions& o, const std::string& camera_id, int frame) {
+  return UniformOf(KeyOf(o.seed, camera_id + " drop"), static_cast<uint64_t>(frame)) < o.shutter.drop_rate;
 }
 
 }  // namespace
 
-std::vector<std::string> SyntheticPresetNames() { return {"tiny", "quickstart"}; }
-
-absl::StatusOr<SyntheticTakeOptions> SyntheticPreset(std::string_view name, uint64_t seed) {
-  SyntheticTakeOptions o;
-  if (name == "tiny") {
-    SetUpTiny(o);
-  } else if (name == "quickstart") {
-    SetUpQuickstart(o);
-  } else {
-    return absl::InvalidArgumentError(absl::StrCat("preset \"", std::string(name), "\" is none of ",
-                                                   absl::StrJoin(SyntheticPresetNames(), ", ")));
-  }
-  o.name = absl::StrCat("synthetic-", std::string(name), "-", seed);
-  o.seed = KeyOf(seed, "board");
-  o.motion.seed = KeyOf(seed, "motion");
-  o.rig.seed = KeyOf(seed, "rig");
-  o.look.inks.seed = KeyOf(seed, "inks");
-  o.look.backdrop.seed = KeyOf(seed, "backdrop");
-  o.sensor.seed = KeyOf(seed, "sensor");
-  return o;
+absl::Status ShutterOptions::Validate() const {
+  const auto bad = [](const char* field, double value, const char* expected) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("shutter: ", field, " is ", value, ", expected ", expected));
+  };
+  if (!(exposure_ms >= 0 && exposure_ms <= kMaxExposureMs))
+    return bad("exposure_ms", exposure_ms, "0 to 100");
+  if (!(time_offset_ms >= 0 && time_offset_ms <= kMaxExposureMs))
+    return bad("time_offset_ms", time_offset_ms, "0 to 100");
+  if (!(drop_rate >= 0 && drop_rate <= 1)) return bad("drop_rate", drop_rate, "0 to 1");
+  return absl::OkStatus();
 }
 
 absl::Status SyntheticTakeOptions::Validate() const {
-  absl::Status status = cloth.Validate();
-  status.Update(motion.Validate());
-  status.Update(rig.Validate());
+  absl::Status status = performance.Validate();
+  status.Update(given_rig ? given_rig->Validate() : rig.Validate());
   status.Update(look.Validate());
-  status.Update(sensor.Validate());
+  status.Update(camera.Validate());
+  status.Update(shutter.Validate());
+  if (crop_margin_mm >= 0 && !given_rig)
+    status.Update(absl::InvalidArgumentError("take: crop_margin_mm needs a given rig"));
   return status;
 }
 
 absl::StatusOr<SyntheticTake> SyntheticTake::Make(const SyntheticTakeOptions& options,
-                                                  const std::function<void(int)>& on_frame) {
+                                                  const std::function<void(double)>& on_progress) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
-  const ClothOptions& c = options.cloth;
+  absl::StatusOr<Performance> performance = Performance::Start(options.performance, on_progress);
+  if (!performance.ok()) return performance.status();
+  absl::StatusOr<PerformanceFrame> first = performance->Next();
+  if (!first.ok()) return first.status();
+  const Garment& garment = performance->garment();
   absl::StatusOr<Board> board =
-      GenerateBoard(c.first_row + c.rows, c.first_col + c.cols, c.cell_mm, options.seed);
+      GenerateBoard(garment.board_rows, garment.board_cols, garment.cell_mm, options.seed);
   if (!board.ok()) return board.status();
   board->id = options.name;
-  absl::StatusOr<Rig> rig = MakeStudioRig(options.name, options.rig);
-  if (!rig.ok()) return rig.status();
-  absl::StatusOr<Cloth> cloth = BuildCloth(c);
-  if (!cloth.ok()) return cloth.status();
-  absl::StatusOr<Template> garment = ImportTemplate(options.name, cloth->rest, cloth->cell_of_vertex, *board);
-  if (!garment.ok()) return garment.status();
-  auto positions = SimulateMotion(*cloth, options.motion, on_frame);
-  if (!positions.ok()) return positions.status();
+  absl::StatusOr<Template> imported =
+      ImportTemplate(options.name, garment.rest, garment.cell_of_vertex, *board);
+  if (!imported.ok()) return imported.status();
 
-  SyntheticTake take(std::move(cloth->print));
+  SyntheticTake take(*std::move(performance), *std::move(first));
   take.options_ = options;
   take.board_ = *std::move(board);
-  take.rig_ = *std::move(rig);
-  take.garment_ = *std::move(garment);
-  take.positions_mm_ = *std::move(positions);
+  take.garment_ = *std::move(imported);
+  if (absl::Status status = take.PlaceGarment(); !status.ok()) return status;
   return take;
 }
 
-TriangleMesh SyntheticTake::MeshAt(int frame) const { return {positions_mm_[frame], garment_.rest.faces}; }
-
-absl::StatusOr<StudioScene> SyntheticTake::SceneAt(int frame) const {
-  return StudioScene::Build(MeshAt(frame), print_, board_, options_.look);
+absl::Status SyntheticTake::PlaceGarment() {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& v : first_->vertices_mm) box.extend(v);
+  if (!options_.given_rig) {
+    StudioRigOptions rig = options_.rig;
+    rig.aim_mm += box.center();
+    absl::StatusOr<Rig> made = MakeStudioRig(options_.name, rig);
+    if (!made.ok()) return made.status();
+    rig_ = *std::move(made);
+    options_.look.room.center_mm = box.center().cast<float>();
+    return absl::OkStatus();
+  }
+  rig_ = *options_.given_rig;
+  const Eigen::Vector3d volume_mm = AimOf(rig_);
+  place_mm_ = volume_mm - box.center();
+  options_.look.room.center_mm = volume_mm.cast<float>();
+  if (options_.crop_margin_mm < 0) return absl::OkStatus();
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(options_.crop_margin_mm);
+  absl::StatusOr<Rig> cropped =
+      CropRig(rig_, Eigen::AlignedBox3d(box.min() + place_mm_ - margin, box.max() + place_mm_ + margin));
+  if (!cropped.ok()) return cropped.status();
+  rig_ = *std::move(cropped);
+  return absl::OkStatus();
 }
 
-absl::StatusOr<Frame> SyntheticTake::Render(const StudioScene& scene, int frame, int camera) const {
-  return RenderView(scene, rig_.cameras[camera], options_.sensor, frame);
+absl::StatusOr<TakeFrame> SyntheticTake::Next() {
+  absl::StatusOr<PerformanceFrame> moment = first_ ? *std::move(first_) : performance_.Next();
+  first_.reset();
+  if (!moment.ok()) return moment.status();
+  MovingMesh cloth{{std::move(moment->vertices_mm), garment_.rest.faces}, std::move(moment->velocities_mm_s)};
+  MovingMesh body{{std::move(moment->body_vertices_mm), performance_.body_faces()},
+                  std::move(moment->body_velocities_mm_s)};
+  for (MovingMesh* part : {&cloth, &body})
+    for (Eigen::Vector3d& v : part->mesh.vertices_mm) v += place_mm_;
+  const absl::StatusOr<StudioScene> scene =
+      StudioScene::Build(std::move(cloth), print_, board_, std::move(body), options_.look);
+  if (!scene.ok()) return scene.status();
+  absl::StatusOr<StudioScene> exposed = scene->Exposed(0, options_.shutter.exposure_ms / 1000);
+  if (!exposed.ok()) return exposed.status();
+  return TakeFrame{next_++, moment->time_ns, *std::move(exposed)};
 }
 
-ViewTruth SyntheticTake::Truth(const StudioScene& scene, int camera) const {
-  return FindViewTruth(scene.mesh(), locator_, scene.rays(), rig_.cameras[camera]);
+absl::StatusOr<FilmedView> SyntheticTake::Film(const TakeFrame& frame, int camera) const {
+  const CameraModel& model = rig_.cameras[camera];
+  const double offset_ms = OffsetMsOf(options_, model.id);
+  FilmedView out;
+  out.mid_exposure_ns = frame.time_ns + std::llround(1e6 * offset_ms);
+  out.truth.camera_id = model.id;
+  if (IsDropped(options_, model.id, frame.index)) return out;
+  std::optional<StudioScene> own;
+  if (offset_ms != 0) {
+    absl::StatusOr<StudioScene> moved =
+        frame.scene.Exposed(offset_ms / 1000, options_.shutter.exposure_ms / 1000);
+    if (!moved.ok()) return moved.status();
+    own = *std::move(moved);
+  }
+  const StudioScene& scene = own ? *own : frame.scene;
+  absl::StatusOr<Picture> picture = RenderView(scene, model, options_.camera, frame.index);
+  if (!picture.ok()) return picture.status();
+  out.picture = *std::move(picture);
+  out.truth = FindViewTruth(scene.mesh(), locator_, scene.rays(), model);
+  return out;
 }
 
 }  // namespace weft

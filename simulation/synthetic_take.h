@@ -3,17 +3,14 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
-#include <string_view>
-#include <vector>
 
 #include "absl/status/statusor.h"
 #include "alignment/template.h"
-#include "capture/frame.h"
 #include "capture/rig.h"
 #include "pattern/board.h"
-#include "simulation/cloth.h"
-#include "simulation/cloth_motion.h"
+#include "simulation/performance.h"
 #include "simulation/printed_mesh.h"
 #include "simulation/renderer.h"
 #include "simulation/studio_rig.h"
@@ -22,55 +19,81 @@
 
 namespace weft {
 
-struct SyntheticTakeOptions {
-  std::string name = "synthetic";  // part of the ids of board, rig and template
-  uint64_t seed = 1;               // of the board; the parts below have seeds of their own
-  ClothOptions cloth;
-  MotionOptions motion;
-  StudioRigOptions rig;
-  StudioOptions look;
-  SensorOptions sensor;
+// When each camera looks.
+struct ShutterOptions {
+  double exposure_ms = 0;     // of every picture; 0 freezes the motion
+  double time_offset_ms = 0;  // middle of a camera's exposure against the frame's time; up to this, each way
+  double drop_rate = 0;       // share of the pictures that are lost
 
   absl::Status Validate() const;
 };
 
-// "tiny" (for tests: two seconds of work), "quickstart" (a tube with folds before 16 cameras).
-std::vector<std::string> SyntheticPresetNames();
-// Every part's seed follows from `seed`. InvalidArgument lists the names there are.
-absl::StatusOr<SyntheticTakeOptions> SyntheticPreset(std::string_view name, uint64_t seed);
+struct SyntheticTakeOptions {
+  std::string name = "synthetic";  // part of the ids of board, rig and template
+  uint64_t seed = 1;               // of the board and the shutters; the parts below have seeds of their own
+  PerformanceOptions performance;
+  StudioRigOptions rig;
+  // Used instead of `rig`: the garment is placed where the cameras look.
+  std::optional<Rig> given_rig;
+  double crop_margin_mm = -1;  // 0 or more: pictures of a given rig are cropped to the garment and this much
+  StudioOptions look;
+  CameraOptions camera;
+  ShutterOptions shutter;
 
-// Everything but the pictures, which are made one at a time.
+  absl::Status Validate() const;
+};
+
+// A moment of the take, lit.
+struct TakeFrame {
+  int index = 0;
+  int64_t time_ns = 0;  // 0 at the first frame
+  StudioScene scene;    // exposed for a camera without time offset
+};
+
+struct FilmedView {
+  int64_t mid_exposure_ns = 0;
+  std::optional<Picture> picture;  // empty where it was lost
+  ViewTruth truth;                 // in the middle of the exposure; empty where the picture was lost
+};
+
+// Frames come in order; the pictures of a frame may be made by any number of threads. Deterministic.
 class SyntheticTake {
  public:
-  // Simulates the motion; `on_frame` (may be empty) is called with the number of frames done. Deterministic.
-  // Errors of the options, GenerateBoard and SimulateMotion.
+  // Dresses the scene; `on_progress` (may be empty) is called with the share done, 0 to 1. Errors of the
+  // options, GenerateBoard and Performance.
   static absl::StatusOr<SyntheticTake> Make(const SyntheticTakeOptions& options,
-                                            const std::function<void(int)>& on_frame = {});
+                                            const std::function<void(double)>& on_progress = {});
 
   const SyntheticTakeOptions& options() const { return options_; }
   const Board& board() const { return board_; }
   const Rig& rig() const { return rig_; }
   const Template& garment() const { return garment_; }
-  int frames() const { return static_cast<int>(positions_mm_.size()); }
+  int frames() const { return options_.performance.frames; }
 
-  // The true mesh of a frame, vertices in the template's order.
-  TriangleMesh MeshAt(int frame) const;
-  // The lit scene of a frame; casts its light in the calling thread's TBB arena.
-  absl::StatusOr<StudioScene> SceneAt(int frame) const;
-  // What camera `camera` of the rig takes of the scene at `frame`.
-  absl::StatusOr<Frame> Render(const StudioScene& scene, int frame, int camera) const;
-  ViewTruth Truth(const StudioScene& scene, int camera) const;
+  // The next frame; OutOfRange after the last. Casts its light in the calling thread's TBB arena.
+  absl::StatusOr<TakeFrame> Next();
+  // What camera `camera` of the rig makes of it. The truth holds where cloth and camera were in the middle of
+  // this camera's exposure, so the true mesh of the frame is that of a camera without time offset.
+  absl::StatusOr<FilmedView> Film(const TakeFrame& frame, int camera) const;
 
  private:
-  explicit SyntheticTake(ClothPrint print) : print_(std::move(print)), locator_(print_) {}
+  SyntheticTake(Performance performance, PerformanceFrame first)
+      : performance_(std::move(performance)),
+        first_(std::move(first)),
+        print_(performance_.garment().print),
+        locator_(print_) {}
+  absl::Status PlaceGarment();
 
   SyntheticTakeOptions options_;
+  Performance performance_;
+  std::optional<PerformanceFrame> first_;  // until it is handed out
+  ClothPrint print_;
+  PrintLocator locator_;
+  Eigen::Vector3d place_mm_ = Eigen::Vector3d::Zero();  // of the garment in the rig's world
+  int next_ = 0;
   Board board_;
   Rig rig_;
   Template garment_;
-  ClothPrint print_;
-  PrintLocator locator_;
-  std::vector<std::vector<Eigen::Vector3d>> positions_mm_;  // [frames][vertices]
 };
 
 }  // namespace weft

@@ -1,20 +1,27 @@
 // weft simulate: a synthetic take with ground truth.
 #include <tbb/global_control.h>
 #include <tbb/info.h>
+#include <unistd.h>
 
+#include <array>
 #include <chrono>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "services/cli/commands.h"
 #include "services/cli/progress.h"
+#include "services/files/rig_file.h"
 #include "services/pipeline/stop_on_signal.h"
 #include "services/synthetic/take_writer.h"
+#include "simulation/take_presets.h"
 
 namespace weft {
 namespace {
@@ -22,10 +29,30 @@ namespace {
 struct SimulateOptions {
   std::string preset = "quickstart";
   std::string out;
-  int frames = 0;
+  std::string rig;
   uint64_t seed = 1;
   int threads = 0;
+  TakeFileOptions files;
+  // What the arguments change in the preset, in their order.
+  std::vector<std::function<void(SyntheticTakeOptions&)>> changes;
 };
+
+constexpr uint64_t kProgressSteps = 1000;
+
+absl::StatusOr<SyntheticTakeOptions> SetUp(const SimulateOptions& options) {
+  absl::StatusOr<SyntheticTakeOptions> setup = SyntheticPreset(options.preset, options.seed);
+  if (!setup.ok()) return setup.status();
+  if (!options.rig.empty()) {
+    absl::StatusOr<Rig> rig = ReadRig(options.rig);
+    if (!rig.ok()) return rig.status();
+    setup->given_rig = *std::move(rig);
+  }
+  for (const auto& change : options.changes) change(*setup);
+  absl::Status status = setup->Validate();
+  status.Update(options.files.Validate(setup->camera.sensor.bits));
+  if (!status.ok()) return status;
+  return setup;
+}
 
 absl::Status Simulate(const SimulateOptions& options, bool quiet) {
   // Before the work of minutes, not after it.
@@ -34,29 +61,32 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
     return absl::AlreadyExistsError(
         absl::StrCat(options.out, ": exists and is not an empty folder; remove it or choose another"));
   }
-  absl::StatusOr<SyntheticTakeOptions> setup = SyntheticPreset(options.preset, options.seed);
+  const absl::StatusOr<SyntheticTakeOptions> setup = SetUp(options);
   if (!setup.ok()) return setup.status();
-  if (options.frames > 0) setup->motion.frames = options.frames;
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   options.threads > 0
                                       ? static_cast<size_t>(options.threads)
                                       : static_cast<size_t>(tbb::info::default_concurrency()));
 
+  const StopOnSignal stop;  // before the first thread
   const auto start = std::chrono::steady_clock::now();
   const bool visible = ProgressVisible(quiet);
   std::optional<absl::StatusOr<SyntheticTake>> take;
   {
-    Progress progress("cloth ", static_cast<uint64_t>(setup->motion.frames), visible);
-    take = SyntheticTake::Make(*setup, [&progress](int) { progress.Advance(); });
+    Progress progress("cloth ", kProgressSteps, visible, ProgressUnit::kPercent);
+    take = SyntheticTake::Make(*setup, [&](double share) {
+      // Nothing is written yet, so there is nothing to clear away.
+      if (stop.token().stop_requested()) kill(getpid(), SIGINT);
+      progress.Set(static_cast<uint64_t>(share * kProgressSteps), kProgressSteps);
+    });
   }
   if (!take->ok()) return take->status();
-  const StopOnSignal stop;  // from here on there is something to clear away
   absl::StatusOr<TakeSummary> summary;
   {
     const uint64_t views = static_cast<uint64_t>((*take)->frames()) * (*take)->rig().cameras.size();
     Progress progress("render", views, visible);
     summary = WriteSyntheticTake(
-        **take, options.out, [&progress] { progress.Advance(); }, stop.token());
+        **take, options.out, options.files, [&progress] { progress.Advance(); }, stop.token());
   }
   if (!summary.ok()) return summary.status();
   const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -65,7 +95,133 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
       "%.1f s\n",
       options.out.c_str(), summary->frames, summary->cameras, summary->cells, summary->scoreable_per_view,
       summary->median_pitch_px, took_s);
+  if (summary->lost_pictures > 0) std::printf("%d pictures lost on request\n", summary->lost_pictures);
   return absl::OkStatus();
+}
+
+// Declares options that change the preset.
+class Changes {
+ public:
+  Changes(CLI::App& command, std::shared_ptr<SimulateOptions> options)
+      : command_(command), options_(std::move(options)) {}
+
+  template <typename Value, typename Change>
+  CLI::Option* Add(const std::string& name, const std::string& unit, const std::string& about,
+                   Change change) {
+    const std::function<void(const Value&)> note = [options = options_, change](const Value& value) {
+      options->changes.push_back([change, value](SyntheticTakeOptions& o) { change(o, value); });
+    };
+    return command_.add_option_function<Value>(name, note, about)->type_name(unit)->group(group_);
+  }
+  template <typename Enum>
+  void AddChoice(const std::string& name, const std::string& about,
+                 const std::vector<std::pair<std::string, Enum>>& choices,
+                 const std::function<void(SyntheticTakeOptions&, Enum)>& change) {
+    std::vector<std::string> names;
+    for (const auto& choice : choices) names.push_back(choice.first);
+    Add<std::string>(name, "NAME", about,
+                     [choices, change](SyntheticTakeOptions& o, const std::string& given) {
+                       for (const auto& [choice, value] : choices)
+                         if (choice == given) change(o, value);
+                     })
+        ->check(CLI::IsMember(names));
+  }
+  void Group(const std::string& group) { group_ = group; }
+
+ private:
+  CLI::App& command_;
+  std::shared_ptr<SimulateOptions> options_;
+  std::string group_;
+};
+
+using Take = SyntheticTakeOptions;
+
+void AddPerformanceOptions(Changes& changes) {
+  changes.Group("Garment and motion");
+  std::vector<std::pair<std::string, GarmentKind>> garments;
+  for (const GarmentKind k :
+       {GarmentKind::kSheet, GarmentKind::kTube, GarmentKind::kSkirt, GarmentKind::kTShirt})
+    garments.emplace_back(NameOf(k), k);
+  changes.AddChoice<GarmentKind>("--garment", "What is filmed", garments,
+                                 [](Take& o, GarmentKind k) { o.performance.garment = k; });
+  std::vector<std::pair<std::string, PerformanceMotion>> motions;
+  for (const PerformanceMotion m : {PerformanceMotion::kBreathing, PerformanceMotion::kTwist,
+                                    PerformanceMotion::kJogging, PerformanceMotion::kPinch})
+    motions.emplace_back(NameOf(m), m);
+  changes.AddChoice<PerformanceMotion>("--motion", "What the person in the garment does", motions,
+                                       [](Take& o, PerformanceMotion m) { o.performance.motion = m; });
+  changes.Add<double>("--cell-mm", "MM", "Pitch of the printed cells; the number of cells follows",
+                      [](Take& o, double v) { o.performance.cell_mm = v; });
+  changes
+      .Add<int>("--frames", "N", "Number of frames; 0 for the preset's own",
+                [](Take& o, int v) {
+                  if (v > 0) o.performance.frames = v;
+                })
+      ->check(CLI::Range(0, 100000));
+  changes.Add<double>("--fps", "HZ", "Frames per second", [](Take& o, double v) { o.performance.fps = v; });
+}
+
+void AddRigOptions(Changes& changes) {
+  changes.Group("Cameras");
+  changes.Add<int>("--cameras", "N", "Number of cameras around the garment",
+                   [](Take& o, int v) { o.rig.cameras = v; });
+  changes.Add<int>("--width-px", "PX", "Width of the pictures", [](Take& o, int v) { o.rig.width_px = v; });
+  changes.Add<int>("--height-px", "PX", "Height of the pictures",
+                   [](Take& o, int v) { o.rig.height_px = v; });
+  changes.Add<double>(
+      "--crop-margin-mm", "MM",
+      "With --rig: crop the pictures to the garment of the first frame and this much around it",
+      [](Take& o, double v) { o.crop_margin_mm = v; });
+}
+
+void AddLensOptions(Changes& changes) {
+  changes.Group("Lens and shutter");
+  changes.Add<double>("--blur-px", "SIGMA", "Point spread of the lens, Gaussian",
+                      [](Take& o, double v) { o.camera.lens.point_spread_sigma_px = v; });
+  changes.Add<double>("--f-number", "N", "Aperture, for defocus; 0 for everything in focus",
+                      [](Take& o, double v) { o.camera.lens.f_number = v; });
+  changes.Add<double>("--focus-mm", "MM", "Distance in focus; 0 for the middle of the garment",
+                      [](Take& o, double v) { o.camera.lens.focus_distance_mm = v; });
+  changes.Add<double>("--focus-error-mm", "MM", "Error of a camera's focus, up to this, each way",
+                      [](Take& o, double v) { o.camera.lens.focus_error_mm = v; });
+  changes.Add<double>("--vignetting", "SHARE", "Share of the light that the corners lose",
+                      [](Take& o, double v) { o.camera.lens.vignetting = v; });
+  changes.Add<double>("--exposure-ms", "MS", "Time that the shutter is open, for motion blur; 0 freezes",
+                      [](Take& o, double v) { o.shutter.exposure_ms = v; });
+  changes.Add<double>("--time-offset-ms", "MS", "A camera's trigger against the others, up to this, each way",
+                      [](Take& o, double v) { o.shutter.time_offset_ms = v; });
+  changes.Add<double>("--drop-rate", "SHARE", "Share of the pictures that are lost",
+                      [](Take& o, double v) { o.shutter.drop_rate = v; });
+}
+
+void AddSensorOptions(Changes& changes) {
+  changes.Group("Sensor");
+  changes.AddChoice<Readout>(
+      "--readout", "color: interpolated from a Bayer mosaic; mosaic: raw; three-chips: all colours measured",
+      {{"color", Readout::kColor}, {"mosaic", Readout::kMosaic}, {"three-chips", Readout::kThreeChips}},
+      [](Take& o, Readout v) { o.camera.sensor.readout = v; });
+  changes.Add<int>("--bits", "N", "Bits of a value, 8 to 12; more than 8 are stored as 16",
+                   [](Take& o, int v) { o.camera.sensor.bits = v; });
+  changes.Add<double>("--gain", "FACTOR", "Brightness of the pictures, relative to the preset",
+                      [](Take& o, double v) { o.camera.sensor.exposure *= v; });
+  changes.Add<double>("--gamma", "G", "Of the values; 1 for a linear camera",
+                      [](Take& o, double v) { o.camera.sensor.gamma = v; });
+  changes.Add<double>("--full-well", "ELECTRONS", "Electrons at white; photon noise follows",
+                      [](Take& o, double v) { o.camera.sensor.full_well_electrons = v; });
+  changes.Add<double>("--read-noise", "ELECTRONS", "Noise of the electronics",
+                      [](Take& o, double v) { o.camera.sensor.read_noise_electrons = v; });
+  changes.Add<double>("--sharpening", "SHARE", "Sharpening in the camera",
+                      [](Take& o, double v) { o.camera.sensor.sharpening = v; });
+  changes.Add<double>("--color-variation", "SIGMA", "Difference of the colours between cameras",
+                      [](Take& o, double v) { o.camera.sensor.color_variation = v; });
+  changes.Add<double>("--exposure-variation", "SIGMA", "Difference of the brightness between cameras",
+                      [](Take& o, double v) { o.camera.sensor.exposure_variation = v; });
+}
+
+std::string PresetText() {
+  std::string out = "What to film:";
+  for (const TakePreset& p : TakePresets()) absl::StrAppend(&out, "\n", p.name, ": ", p.about);
+  return out;
 }
 
 }  // namespace
@@ -80,16 +236,15 @@ void AddSimulateCommand(CLI::App& app, CommandLine& line) {
       "result --observations\n"
       "  weft evaluate result --truth take/truth");
   auto options = std::make_shared<SimulateOptions>();
-  command
-      ->add_option("--preset", options->preset,
-                   absl::StrCat("What to film: ", absl::StrJoin(SyntheticPresetNames(), ", ")))
-      ->type_name("NAME");
+  command->add_option("--preset", options->preset, PresetText())->type_name("NAME");
   command->add_option("--out", options->out, "The folder to write; it must not exist yet or be empty")
       ->required()
       ->type_name("DIR");
-  command->add_option("--frames", options->frames, "Number of frames; 0 for the preset's own")
-      ->type_name("N")
-      ->check(CLI::Range(0, 10000));
+  command
+      ->add_option("--rig", options->rig,
+                   "Cameras to film with, e.g. of `weft rig import`; the garment hangs where they look, y is "
+                   "down")
+      ->type_name("FILE");
   command
       ->add_option("--seed", options->seed,
                    "Everything random follows from it: board, rig, motion, noise. The same seed gives the "
@@ -98,6 +253,13 @@ void AddSimulateCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--threads", options->threads, "Threads to use; 0 for all")
       ->type_name("N")
       ->check(CLI::Range(0, 4096));
+  command->add_option("--image-format", options->files.image_ending, "png, jpg or tif")->type_name("NAME");
+  command->add_option("--jpeg-quality", options->files.jpeg_quality, "Of jpg, 1 to 100")->type_name("Q");
+  Changes changes(*command, options);
+  AddPerformanceOptions(changes);
+  AddRigOptions(changes);
+  AddLensOptions(changes);
+  AddSensorOptions(changes);
   command->callback(
       [options, &line] { line.run = [options, &line] { return Simulate(*options, line.quiet); }; });
 }

@@ -66,41 +66,82 @@ absl::StatusOr<std::string> FreePlace(const std::string& out) {
 }
 
 struct Tally {
-  std::vector<double> pitches_px;
+  // Counts of the scoreable cells by pitch; a long take has hundreds of millions.
+  static constexpr double kStepPx = 0.01;
+  std::vector<uint64_t> cells_by_pitch = std::vector<uint64_t>(10000, 0);
+  uint64_t cells = 0;
   size_t views = 0;
+  int lost = 0;
+  std::string pictures_csv = "frame,camera,mid_exposure_ns,lost\n";
+
+  void Add(double pitch_px) {
+    const double step = std::clamp(pitch_px / kStepPx, 0.0, static_cast<double>(cells_by_pitch.size() - 1));
+    ++cells_by_pitch[static_cast<size_t>(step)];
+    ++cells;
+  }
+  double MedianPitchPx() const {
+    uint64_t below = 0;
+    size_t step = 0;
+    while (step + 1 < cells_by_pitch.size() && 2 * (below += cells_by_pitch[step]) < cells) ++step;
+    return (static_cast<double>(step) + 0.5) * kStepPx;
+  }
 };
 
+// Values scaled to 16 bits, so that white is white whatever the number of bits.
+DeepImage ToDeepImage(const Picture& picture) {
+  DeepImage out{picture.width_px, picture.height_px, picture.channels(), picture.values};
+  const uint32_t most = (1U << picture.bits) - 1;
+  for (uint16_t& v : out.values) v = static_cast<uint16_t>((v * 65535U + most / 2) / most);
+  return out;
+}
+
+absl::Status WritePicture(const std::string& path, const Picture& picture, const TakeFileOptions& options) {
+  if (picture.bits > 8) return WriteDeepImageFile(path, ToDeepImage(picture));
+  return WriteImageFile(path, ToFrame(picture), options.jpeg_quality);
+}
+
 // One frame: its pictures and its truth.
-absl::Status WriteFrame(const SyntheticTake& take, int frame, const std::string& folder,
-                        const std::function<void()>& on_view, const std::stop_token& stop, Tally& tally) {
-  const std::string name = absl::StrFormat("%04d", frame);
+absl::Status WriteFrame(const SyntheticTake& take, const TakeFrame& frame, const std::string& folder,
+                        const TakeFileOptions& options, const std::function<void()>& on_view,
+                        const std::stop_token& stop, Tally& tally) {
+  const std::string name = absl::StrFormat("%04d", frame.index);
   const std::string pictures = (fs::path(folder) / name).string();
   if (absl::Status status = CreateFolders(pictures); !status.ok()) return status;
-  const absl::StatusOr<StudioScene> scene = take.SceneAt(frame);
-  if (!scene.ok()) return scene.status();
-  const size_t cameras = take.rig().cameras.size();
-  FrameTruth truth;
-  truth.mesh = scene->mesh();
-  truth.views.resize(cameras);
-  std::vector<absl::Status> statuses(cameras);
-  tbb::parallel_for(size_t{0}, cameras, [&](size_t c) {
+  const std::vector<CameraModel>& cameras = take.rig().cameras;
+  std::vector<FilmedView> views(cameras.size());
+  std::vector<absl::Status> statuses(cameras.size());
+  tbb::parallel_for(size_t{0}, cameras.size(), [&](size_t c) {
     if (stop.stop_requested()) {
       statuses[c] = absl::CancelledError(absl::StrCat("stopped at frame ", name));
       return;
     }
-    const absl::StatusOr<Frame> picture = take.Render(*scene, frame, static_cast<int>(c));
-    statuses[c] = picture.status();
-    if (!picture.ok()) return;
-    statuses[c] = WriteImageFile(absl::StrCat(pictures, "/", take.rig().cameras[c].id, ".png"), *picture);
-    truth.views[c] = take.Truth(*scene, static_cast<int>(c));
+    absl::StatusOr<FilmedView> view = take.Film(frame, static_cast<int>(c));
+    statuses[c] = view.status();
+    if (!view.ok()) return;
+    if (view->picture) {
+      const std::string path = absl::StrCat(pictures, "/", cameras[c].id, ".", options.image_ending);
+      statuses[c] = WritePicture(path, *view->picture, options);
+      view->picture->values.clear();
+    }
+    views[c] = *std::move(view);
     if (on_view) on_view();
   });
   for (const absl::Status& status : statuses)
     if (!status.ok()) return status;
-  for (const ViewTruth& view : truth.views)
-    for (const NodeTruth& node : view.nodes)
-      if (node.scoreable && node.vertex >= 0) tally.pitches_px.push_back(node.pitch_px);
-  tally.views += cameras;
+  FrameTruth truth;
+  truth.mesh = frame.scene.mesh();
+  for (FilmedView& view : views) {
+    absl::StrAppend(&tally.pictures_csv, name, ",", view.truth.camera_id, ",", view.mid_exposure_ns, ",",
+                    view.picture ? 0 : 1, "\n");
+    if (!view.picture) {
+      ++tally.lost;
+      continue;
+    }
+    for (const NodeTruth& node : view.truth.nodes)
+      if (node.scoreable && node.vertex >= 0) tally.Add(node.pitch_px);
+    ++tally.views;
+    truth.views.push_back(std::move(view.truth));
+  }
   return WriteFrameTruth((fs::path(folder) / "truth" / name).string(), truth);
 }
 
@@ -114,34 +155,54 @@ absl::Status WriteStudio(const SyntheticTake& take, const std::string& folder) {
   return status;
 }
 
-TakeSummary Summarize(const SyntheticTake& take, Tally& tally) {
+TakeSummary Summarize(const SyntheticTake& take, const Tally& tally) {
   TakeSummary out;
   out.frames = take.frames();
   out.cameras = static_cast<int>(take.rig().cameras.size());
+  out.lost_pictures = tally.lost;
   for (const VertexCell& cell : take.garment().cell_of_vertex) out.cells += cell.row >= 0 ? 1 : 0;
-  if (tally.pitches_px.empty()) return out;
-  const auto middle = tally.pitches_px.begin() + static_cast<std::ptrdiff_t>(tally.pitches_px.size() / 2);
-  std::nth_element(tally.pitches_px.begin(), middle, tally.pitches_px.end());
-  out.median_pitch_px = *middle;
-  out.scoreable_per_view = static_cast<double>(tally.pitches_px.size()) / static_cast<double>(tally.views);
+  if (tally.cells == 0) return out;
+  out.median_pitch_px = tally.MedianPitchPx();
+  out.scoreable_per_view = static_cast<double>(tally.cells) / static_cast<double>(tally.views);
   return out;
 }
 
 }  // namespace
 
-absl::StatusOr<TakeSummary> WriteSyntheticTake(const SyntheticTake& take, const std::string& out,
+absl::Status TakeFileOptions::Validate(int bits) const {
+  const bool jpeg = image_ending == "jpg" || image_ending == "jpeg";
+  if (!jpeg && image_ending != "png" && image_ending != "tif")
+    return absl::InvalidArgumentError(
+        absl::StrCat("pictures: \"", image_ending, "\" is none of png, jpg, tif"));
+  if (jpeg && bits > 8)
+    return absl::InvalidArgumentError(
+        absl::StrCat("pictures: JPEG holds 8 bits, not ", bits, "; choose png or tif"));
+  if (jpeg_quality < 1 || jpeg_quality > 100)
+    return absl::InvalidArgumentError(
+        absl::StrCat("pictures: jpeg_quality is ", jpeg_quality, ", expected 1 to 100"));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<TakeSummary> WriteSyntheticTake(SyntheticTake& take, const std::string& out,
+                                               const TakeFileOptions& options,
                                                const std::function<void()>& on_view,
                                                const std::stop_token& stop) {
+  if (absl::Status status = options.Validate(take.options().camera.sensor.bits); !status.ok()) return status;
   const absl::StatusOr<std::string> place = FreePlace(out);
   if (!place.ok()) return place.status();
   PartialFolder folder(*place);
   if (absl::Status status = WriteStudio(take, folder.path()); !status.ok()) return status;
   Tally tally;
-  for (int frame = 0; frame < take.frames(); ++frame) {
-    if (absl::Status status = WriteFrame(take, frame, folder.path(), on_view, stop, tally); !status.ok())
-      return status;
+  for (int i = 0; i < take.frames(); ++i) {
+    const absl::StatusOr<TakeFrame> frame = take.Next();
+    if (!frame.ok()) return frame.status();
+    absl::Status status = WriteFrame(take, *frame, folder.path(), options, on_view, stop, tally);
+    if (!status.ok()) return status;
   }
-  if (absl::Status status = folder.Keep(); !status.ok()) return status;
+  const std::string pictures = (fs::path(folder.path()) / "truth" / "pictures.csv").string();
+  absl::Status status = WriteFileAtomically(pictures, tally.pictures_csv);
+  if (status.ok()) status = folder.Keep();
+  if (!status.ok()) return status;
   return Summarize(take, tally);
 }
 

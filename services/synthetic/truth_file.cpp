@@ -1,14 +1,14 @@
 #include "services/synthetic/truth_file.h"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <limits>
+#include <type_traits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_split.h"
 #include "services/files/atomic_file.h"
 #include "services/files/mesh_file.h"
 
@@ -17,42 +17,32 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::array<std::string_view, 10> kColumns = {
-    "kind", "row", "col", "x_px", "y_px", "pitch_px", "facing_deg", "visible", "scoreable", "vertex"};
-constexpr std::string_view kHeader = "kind,row,col,x_px,y_px,pitch_px,facing_deg,visible,scoreable,vertex";
+constexpr std::string_view kMagic = "weftvt1\n";
+constexpr size_t kNodeBytes = 21;
+constexpr double kPixelSteps = 1e4, kPitchSteps = 256, kAngleSteps = 100;
+enum Flag : uint8_t { kIsCorner = 1, kIsVisible = 2, kIsScoreable = 4, kAllFlags = 7 };
 
-void AppendFixed(double value, int digits, std::string& out) {
-  char buffer[400];
-  const auto end = std::to_chars(buffer, buffer + sizeof(buffer), value, std::chars_format::fixed, digits);
-  out += ',';
-  out.append(buffer, end.ptr);
+// Little-endian numbers, whatever the machine.
+template <typename Number>
+void Put(Number value, std::string& out) {
+  const auto bits = static_cast<std::make_unsigned_t<Number>>(value);
+  for (size_t i = 0; i < sizeof(Number); ++i) out += static_cast<char>(bits >> (8 * i) & 0xff);
 }
 
 template <typename Number>
-bool ParseNumber(std::string_view text, Number least, Number* out) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), *out);
-  if (error != std::errc() || end != text.data() + text.size()) return false;
-  return std::isfinite(static_cast<double>(*out)) && *out >= least;
+Number Take(std::string_view& bytes) {
+  std::make_unsigned_t<Number> bits = 0;
+  for (size_t i = 0; i < sizeof(Number); ++i)
+    bits = static_cast<decltype(bits)>(bits | static_cast<decltype(bits)>(static_cast<uint8_t>(bytes[i]))
+                                                  << (8 * i));
+  bytes.remove_prefix(sizeof(Number));
+  return static_cast<Number>(bits);
 }
 
-// The number of the first column that is wrong, or -1.
-int ParseFields(const std::array<std::string_view, kColumns.size()>& fields, NodeTruth* node) {
-  constexpr double kLeastPixel = -1e9;
-  int visible = 0, scoreable = 0;
-  if (fields[0] != "center" && fields[0] != "corner") return 0;
-  node->node.kind = fields[0] == "center" ? NodeKind::kCenter : NodeKind::kCorner;
-  if (!ParseNumber(fields[1], 0, &node->node.row)) return 1;
-  if (!ParseNumber(fields[2], 0, &node->node.col)) return 2;
-  if (!ParseNumber(fields[3], kLeastPixel, &node->pixel_px.x())) return 3;
-  if (!ParseNumber(fields[4], kLeastPixel, &node->pixel_px.y())) return 4;
-  if (!ParseNumber(fields[5], 0.0, &node->pitch_px)) return 5;
-  if (!ParseNumber(fields[6], 0.0, &node->facing_deg)) return 6;
-  if (!ParseNumber(fields[7], 0, &visible) || visible > 1) return 7;
-  if (!ParseNumber(fields[8], 0, &scoreable) || scoreable > 1) return 8;
-  if (!ParseNumber(fields[9], -1, &node->vertex)) return 9;
-  node->visible = visible == 1;
-  node->scoreable = scoreable == 1;
-  return -1;
+template <typename Number>
+Number Steps(double value, double steps) {
+  using Limits = std::numeric_limits<Number>;
+  return static_cast<Number>(std::clamp<double>(std::round(value * steps), Limits::min(), Limits::max()));
 }
 
 // Names in `folder` of files with this ending (without it), or of folders when it is empty; sorted.
@@ -70,49 +60,53 @@ std::vector<std::string> NamesIn(const std::string& folder, std::string_view end
 
 }  // namespace
 
-std::string ViewTruthToCsv(const ViewTruth& truth) {
-  std::string out(kHeader);
-  out += '\n';
+std::string EncodeViewTruth(const ViewTruth& truth) {
+  std::string out(kMagic);
+  out.reserve(kMagic.size() + sizeof(uint32_t) + kNodeBytes * truth.nodes.size());
+  Put(static_cast<uint32_t>(truth.nodes.size()), out);
   for (const NodeTruth& n : truth.nodes) {
-    absl::StrAppend(&out, n.node.kind == NodeKind::kCenter ? "center," : "corner,", n.node.row, ",",
-                    n.node.col);
-    AppendFixed(n.pixel_px.x(), 4, out);
-    AppendFixed(n.pixel_px.y(), 4, out);
-    AppendFixed(n.pitch_px, 3, out);
-    AppendFixed(n.facing_deg, 2, out);
-    absl::StrAppend(&out, n.visible ? ",1" : ",0", n.scoreable ? ",1," : ",0,", n.vertex, "\n");
+    const int flags = (n.node.kind == NodeKind::kCorner ? kIsCorner : 0) | (n.visible ? kIsVisible : 0) |
+                      (n.scoreable ? kIsScoreable : 0);
+    Put(static_cast<uint8_t>(flags), out);
+    Put(static_cast<uint16_t>(n.node.row), out);
+    Put(static_cast<uint16_t>(n.node.col), out);
+    Put(Steps<int32_t>(n.pixel_px.x(), kPixelSteps), out);
+    Put(Steps<int32_t>(n.pixel_px.y(), kPixelSteps), out);
+    Put(Steps<uint16_t>(n.pitch_px, kPitchSteps), out);
+    Put(Steps<uint16_t>(n.facing_deg, kAngleSteps), out);
+    Put(static_cast<int32_t>(n.vertex), out);
   }
   return out;
 }
 
-absl::StatusOr<ViewTruth> ParseViewTruth(std::string_view csv, std::string camera_id,
-                                         const std::string& source_name) {
+absl::StatusOr<ViewTruth> DecodeViewTruth(std::string_view bytes, std::string camera_id,
+                                          const std::string& source_name) {
+  const auto bad = [&](const std::string& what) {
+    return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", what));
+  };
+  if (!bytes.starts_with(kMagic)) return bad("is not a view's truth; it does not begin with weftvt1");
+  bytes.remove_prefix(kMagic.size());
+  if (bytes.size() < sizeof(uint32_t)) return bad("ends before the number of nodes");
+  const auto count = Take<uint32_t>(bytes);
+  if (bytes.size() != kNodeBytes * count)
+    return bad(absl::StrCat("holds ", bytes.size(), " bytes for ", count, " nodes, expected ",
+                            kNodeBytes * count, "; was the file truncated?"));
   ViewTruth out;
   out.camera_id = std::move(camera_id);
-  int line = 0;
-  for (const absl::string_view text : absl::StrSplit(absl::string_view(csv.data(), csv.size()), '\n')) {
-    ++line;
-    const auto bad = [&](const std::string& what) {
-      return absl::InvalidArgumentError(absl::StrCat(source_name, ": line ", line, ": ", what));
-    };
-    if (line == 1) {
-      if (std::string_view(text.data(), text.size()) == kHeader) continue;
-      return bad(absl::StrCat("expected the columns ", std::string(kHeader)));
-    }
-    if (text.empty()) continue;
-    std::array<std::string_view, kColumns.size()> fields;
-    size_t count = 0;
-    for (const absl::string_view field : absl::StrSplit(text, ',')) {
-      if (count < fields.size()) fields[count] = std::string_view(field.data(), field.size());
-      ++count;
-    }
-    if (count != fields.size()) return bad(absl::StrCat("has ", count, " columns, expected ", fields.size()));
-    NodeTruth node;
-    if (const int wrong = ParseFields(fields, &node); wrong >= 0) {
-      return bad(
-          absl::StrCat(std::string(kColumns[wrong]), " cannot be \"", std::string(fields[wrong]), "\""));
-    }
-    out.nodes.push_back(node);
+  out.nodes.resize(count);
+  for (NodeTruth& n : out.nodes) {
+    const auto number = &n - out.nodes.data();
+    const auto flags = Take<uint8_t>(bytes);
+    if (flags > kAllFlags) return bad(absl::StrCat("node ", number, ": flags cannot be ", flags));
+    n.node.kind = (flags & kIsCorner) != 0 ? NodeKind::kCorner : NodeKind::kCenter;
+    n.visible = (flags & kIsVisible) != 0, n.scoreable = (flags & kIsScoreable) != 0;
+    n.node.row = Take<uint16_t>(bytes), n.node.col = Take<uint16_t>(bytes);
+    n.pixel_px.x() = Take<int32_t>(bytes) / kPixelSteps;
+    n.pixel_px.y() = Take<int32_t>(bytes) / kPixelSteps;
+    n.pitch_px = Take<uint16_t>(bytes) / kPitchSteps;
+    n.facing_deg = Take<uint16_t>(bytes) / kAngleSteps;
+    n.vertex = Take<int32_t>(bytes);
+    if (n.vertex < -1) return bad(absl::StrCat("node ", number, ": vertex cannot be ", n.vertex));
   }
   return out;
 }
@@ -120,8 +114,8 @@ absl::StatusOr<ViewTruth> ParseViewTruth(std::string_view csv, std::string camer
 absl::Status WriteFrameTruth(const std::string& folder, const FrameTruth& truth) {
   if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
   for (const ViewTruth& view : truth.views) {
-    const std::string path = (fs::path(folder) / (view.camera_id + ".csv")).string();
-    if (absl::Status status = WriteFileAtomically(path, ViewTruthToCsv(view)); !status.ok()) return status;
+    const std::string path = (fs::path(folder) / (view.camera_id + ".truth")).string();
+    if (absl::Status status = WriteFileAtomically(path, EncodeViewTruth(view)); !status.ok()) return status;
   }
   return WriteMesh((fs::path(folder) / "mesh.ply").string(), truth.mesh);
 }
@@ -132,11 +126,11 @@ absl::StatusOr<FrameTruth> ReadFrameTruth(const std::string& folder) {
   if (!mesh.ok()) return mesh.status();
   out.mesh = *std::move(mesh);
   const auto vertices = static_cast<int>(out.mesh.vertices_mm.size());
-  for (const std::string& camera : NamesIn(folder, ".csv")) {
-    const std::string path = (fs::path(folder) / (camera + ".csv")).string();
+  for (const std::string& camera : NamesIn(folder, ".truth")) {
+    const std::string path = (fs::path(folder) / (camera + ".truth")).string();
     const absl::StatusOr<std::string> text = ReadWholeFile(path);
     if (!text.ok()) return text.status();
-    absl::StatusOr<ViewTruth> view = ParseViewTruth(*text, camera, path);
+    absl::StatusOr<ViewTruth> view = DecodeViewTruth(*text, camera, path);
     if (!view.ok()) return view.status();
     for (const NodeTruth& node : view->nodes) {
       if (node.vertex < vertices) continue;
@@ -146,8 +140,8 @@ absl::StatusOr<FrameTruth> ReadFrameTruth(const std::string& folder) {
     out.views.push_back(*std::move(view));
   }
   if (out.views.empty()) {
-    return absl::NotFoundError(
-        absl::StrCat(folder, ": holds no <camera>.csv; is it a frame of a truth folder of `weft simulate`?"));
+    return absl::NotFoundError(absl::StrCat(
+        folder, ": holds no <camera>.truth; is it a frame of a truth folder of `weft simulate`?"));
   }
   return out;
 }

@@ -1,4 +1,4 @@
-// Ground truth on disk: <truth>/<frame>/mesh.ply and <truth>/<frame>/<camera>.csv.
+// Ground truth on disk: <truth>/<frame>/mesh.ply and <truth>/<frame>/<camera>.truth.
 #pragma once
 
 #include <string>
@@ -10,13 +10,12 @@
 
 namespace weft {
 
-// Columns kind,row,col,x_px,y_px,pitch_px,facing_deg,visible,scoreable,vertex; kind is `center` or `corner`,
-// pixels to 1e-4.
-std::string ViewTruthToCsv(const ViewTruth& truth);
+// The bytes of a <camera>.truth file: 21 a node, pixels to 1e-4, pitch to 1/256 px, angles to 0.01 degrees.
+std::string EncodeViewTruth(const ViewTruth& truth);
 
-// InvalidArgument names source_name and line.
-absl::StatusOr<ViewTruth> ParseViewTruth(std::string_view csv, std::string camera_id,
-                                         const std::string& source_name);
+// InvalidArgument names source_name and what is wrong.
+absl::StatusOr<ViewTruth> DecodeViewTruth(std::string_view bytes, std::string camera_id,
+                                          const std::string& source_name);
 
 // Writes a frame's folder (made where it is missing).
 absl::Status WriteFrameTruth(const std::string& folder, const FrameTruth& truth);

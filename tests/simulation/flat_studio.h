@@ -23,20 +23,29 @@ inline Cloth FlatSheet(int rows, int cols) {
   return *std::move(cloth);
 }
 
-// Even light of 1 on plain inks.
+// Even light of 1 on plain inks, before a black room.
 inline StudioOptions PlainLook() {
   StudioOptions look;
-  look.inks.cell_variation = look.inks.weave_variation = 0;
+  look.inks.cell_variation = 0;
+  look.fabric.weave_variation = look.fabric.knit_depth = look.fabric.wrinkle_slope = look.fabric.fuzz = 0;
+  look.room.wall.setZero();
+  look.room.strut = look.room.lamp_glow = 0;
+  look.room.floor_below_mm = 1e6;
   look.light.lamps.clear();
   look.light.dome_radiance = 1, look.light.dome_gradient = 0;
   return look;
 }
 
-inline StudioScene SceneOf(const Cloth& cloth, const StudioOptions& look) {
+// Moving at `velocity_mm_s`.
+inline StudioScene SceneOf(const Cloth& cloth, const StudioOptions& look,
+                           const Eigen::Vector3d& velocity_mm_s = Eigen::Vector3d::Zero()) {
   absl::StatusOr<Board> board =
       GenerateBoard(cloth.options.rows, cloth.options.cols, cloth.options.cell_mm, 1);
   EXPECT_TRUE(board.ok()) << board.status();
-  absl::StatusOr<StudioScene> scene = StudioScene::Build(cloth.rest, cloth.print, *std::move(board), look);
+  MovingMesh sheet{cloth.rest, {}};
+  if (!velocity_mm_s.isZero()) sheet.velocities_mm_s.assign(cloth.rest.vertices_mm.size(), velocity_mm_s);
+  absl::StatusOr<StudioScene> scene =
+      StudioScene::Build(std::move(sheet), cloth.print, *std::move(board), {}, look);
   EXPECT_TRUE(scene.ok()) << scene.status();
   return *std::move(scene);
 }

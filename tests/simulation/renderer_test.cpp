@@ -3,8 +3,9 @@
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <vector>
 
 #include "tests/simulation/flat_studio.h"
 
@@ -33,13 +34,13 @@ TEST(Renderer, CellCentersHaveTheColorOfTheBoard) {
   const StudioScene scene = SceneOf(FlatSheet(kRows, kCols), PlainLook());
   for (const double angle_deg : {0.0, 35.0}) {
     const CameraModel camera = FlatCamera(1000, 300, angle_deg);
-    const absl::StatusOr<LinearImage> image = TraceView(scene, camera, 2);
-    ASSERT_TRUE(image.ok()) << image.status();
+    const absl::StatusOr<TracedView> view = TraceView(scene, camera);
+    ASSERT_TRUE(view.ok()) << view.status();
     for (int r = 0; r < kRows; ++r)
       for (int c = 0; c < kCols; ++c) {
         const Eigen::Vector2d pixel = PixelOf(camera, CellCenter(r, c));
-        const float* seen =
-            image->at(static_cast<int>(std::lround(pixel.x())), static_cast<int>(std::lround(pixel.y())));
+        const float* seen = view->image.at(static_cast<int>(std::lround(pixel.x())),
+                                           static_cast<int>(std::lround(pixel.y())));
         const Eigen::Vector3f ink = InkOptions().color[static_cast<size_t>(scene.board().at(r, c))];
         for (int i = 0; i < 3; ++i) EXPECT_NEAR(seen[i], ink[i], 1e-4) << r << ", " << c;
       }
@@ -50,8 +51,8 @@ TEST(Renderer, SquaresAreCentredOnTheProjectionOfTheirCells) {
   const StudioScene scene = SceneOf(FlatSheet(kRows, kCols), PlainLook());
   CameraModel camera = FlatCamera(1200, 300, 0);  // 16 px a cell
   camera.distortion = {-0.3, 0.2, 0.002, -0.001, 0, 0, 0, 0};
-  const absl::StatusOr<LinearImage> image = TraceView(scene, camera, 4);
-  ASSERT_TRUE(image.ok()) << image.status();
+  const absl::StatusOr<TracedView> view = TraceView(scene, camera, {64});
+  ASSERT_TRUE(view.ok()) << view.status();
   const Eigen::Vector3f line = InkOptions().line;
   double worst_px = 0;
   for (int r = 0; r < kRows; ++r)
@@ -63,7 +64,7 @@ TEST(Renderer, SquaresAreCentredOnTheProjectionOfTheirCells) {
       Eigen::Vector2d moment = Eigen::Vector2d::Zero();
       for (int y = y0 - 7; y <= y0 + 7; ++y)
         for (int x = x0 - 7; x <= x0 + 7; ++x) {
-          const Eigen::Map<const Eigen::Vector3f> seen(image->at(x, y));
+          const Eigen::Map<const Eigen::Vector3f> seen(view->image.at(x, y));
           const double light = (seen - line).sum();
           sum += light;
           moment += light * Eigen::Vector2d(x, y);
@@ -96,79 +97,152 @@ TEST(Renderer, RaysAgreeWithTheLensModel) {
   EXPECT_GT(hits, 100);
 }
 
-LinearImage EvenImage(int width_px, int height_px, float light) {
-  return {width_px, height_px, std::vector<float>(3 * static_cast<size_t>(width_px) * height_px, light)};
-}
-
-TEST(Renderer, BlurSpreadsAPointAsAGaussian) {
-  LinearImage image = EvenImage(41, 41, 0);
-  image.at(20, 20)[1] = 1;
-  BlurImage(1.5, &image);
-  double sum = 0, variance = 0;
-  for (int y = 0; y < 41; ++y)
-    for (int x = 0; x < 41; ++x) {
-      sum += image.at(x, y)[1];
-      variance += image.at(x, y)[1] * (x - 20) * (x - 20);
-      EXPECT_EQ(image.at(x, y)[0], 0);
-    }
-  EXPECT_NEAR(sum, 1, 1e-5);
-  EXPECT_NEAR(variance, 1.5 * 1.5, 0.01);
-}
-
-TEST(Renderer, NoiseFollowsTheNumberOfPhotons) {
-  SensorOptions options;
-  options.gamma = 1, options.exposure = 1;
-  options.full_well_electrons = 1000, options.read_noise_electrons = 0;
-  const Frame frame = DevelopImage(EvenImage(200, 200, 0.4f), options, "c", 0);
-  double sum = 0, squares = 0;
-  for (const uint8_t v : *frame.pixels) sum += v, squares += v * v;
-  const auto n = static_cast<double>(frame.pixels->size());
-  const double mean = sum / n, sigma = std::sqrt(squares / n - mean * mean);
-  EXPECT_NEAR(mean, 0.4 * 255, 0.1);
-  // 400 electrons: a standard deviation of 20 of 1000, plus that of rounding.
-  EXPECT_NEAR(sigma, std::sqrt(std::pow(255 * 20 / 1000.0, 2) + 1 / 12.0), 0.05);
-}
-
-TEST(Renderer, MosaicTakesTheChannelOfItsPlace) {
-  LinearImage image = EvenImage(4, 4, 0);
-  for (int y = 0; y < 4; ++y)
-    for (int x = 0; x < 4; ++x) image.at(x, y)[0] = 0.2f, image.at(x, y)[1] = 0.4f, image.at(x, y)[2] = 0.8f;
-  SensorOptions options;
-  options.noise = false, options.gamma = 1, options.exposure = 1;
-  options.mosaic = PixelFormat::kBayerRg8;
-  const Frame frame = DevelopImage(image, options, "c", 0);
-  ASSERT_TRUE(frame.Validate().ok());
-  EXPECT_EQ(frame.row(0)[0], 51);   // red
-  EXPECT_EQ(frame.row(0)[1], 102);  // green
-  EXPECT_EQ(frame.row(1)[0], 102);
-  EXPECT_EQ(frame.row(1)[1], 204);  // blue
-}
-
 TEST(Renderer, SamePictureAtAnyThreadCount) {
   const Cloth cloth = FlatSheet(kRows, kCols);
   const CameraModel camera = FlatCamera(900, 300, 40);
   const auto render = [&](int threads, uint64_t seed) {
     tbb::task_arena arena(threads);
     return arena.execute([&] {
-      SensorOptions sensor;
-      sensor.seed = seed;
-      const absl::StatusOr<Frame> frame = RenderView(SceneOf(cloth, StudioOptions()), camera, sensor, 7);
-      EXPECT_TRUE(frame.ok()) << frame.status();
-      return *frame->pixels;
+      CameraOptions options;
+      options.sensor.seed = seed;
+      options.lens.f_number = 4, options.lens.vignetting = 0.1;
+      const absl::StatusOr<StudioScene> scene =
+          SceneOf(cloth, StudioOptions(), {200, 50, 30}).Exposed(0.001, 0.01);
+      EXPECT_TRUE(scene.ok()) << scene.status();
+      const absl::StatusOr<Picture> picture = RenderView(*scene, camera, options, 7);
+      EXPECT_TRUE(picture.ok()) << picture.status();
+      return picture->values;
     });
   };
-  const std::vector<uint8_t> one = render(1, 5);
+  const std::vector<uint16_t> one = render(1, 5);
   EXPECT_EQ(one, render(2, 5));
   EXPECT_NE(one, render(2, 6));
 }
 
-TEST(Renderer, OptionsOutOfRangeAreNamed) {
-  SensorOptions sensor;
-  sensor.exposure = 0;
-  EXPECT_NE(sensor.Validate().message().find("exposure"), std::string::npos);
-  sensor = SensorOptions();
-  sensor.mosaic = PixelFormat::kRgb8;
-  EXPECT_NE(sensor.Validate().message().find("mosaic"), std::string::npos);
+// Where the brightness along a row crosses from the print to the room behind it: share of the sheet in each
+// pixel, 1 inside.
+std::vector<double> CoverAlongRow(const LinearImage& image, int y) {
+  std::vector<double> out;
+  for (int x = 0; x < image.width_px; ++x) out.push_back(image.at(x, y)[0]);
+  return out;
+}
+
+// White all over, before a black room.
+StudioOptions WhiteOnBlack() {
+  StudioOptions look = PlainLook();
+  look.inks.color.fill(Eigen::Vector3f::Ones());
+  look.inks.line.setOnes();
+  return look;
+}
+
+TEST(Renderer, EdgeOfAMovingSheetIsARampOfSpeedTimesExposure) {
+  const CameraModel camera = FlatCamera(1000, 400, 0);  // 2.5 px per mm
+  const StudioScene still = SceneOf(FlatSheet(kRows, kCols), WhiteOnBlack(), {800, 0, 0});
+  const absl::StatusOr<StudioScene> scene = still.Exposed(0, 0.004);  // 3.2 mm, 8 px
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  const absl::StatusOr<TracedView> view = TraceView(*scene, camera);
+  ASSERT_TRUE(view.ok()) << view.status();
+  const double edge_px = PixelOf(camera, {kCols * kFlatCellMm / 2, 0, 0}).x();
+  const std::vector<double> cover = CoverAlongRow(view->image, 120);
+  for (int x = 190; x < 310; ++x) {
+    const double expected = std::clamp(0.5 - (x - edge_px) / 8, 0.0, 1.0);
+    EXPECT_NEAR(cover[x], expected, 0.08) << x << " of " << edge_px;
+  }
+}
+
+TEST(Renderer, PrintOfAMovingSheetIsTheMeanOfItsPlacesDuringTheExposure) {
+  const CameraModel camera = FlatCamera(1000, 300, 20);
+  const StudioScene still = SceneOf(FlatSheet(kRows, kCols), PlainLook(), {600, 300, -200});
+  constexpr double kExposureS = 0.006;
+  const absl::StatusOr<StudioScene> moving = still.Exposed(0, kExposureS);
+  ASSERT_TRUE(moving.ok()) << moving.status();
+  const absl::StatusOr<TracedView> blurred = TraceView(*moving, camera, {16});
+  ASSERT_TRUE(blurred.ok()) << blurred.status();
+  constexpr int kMoments = 24;
+  std::vector<double> mean(blurred->image.rgb.size());
+  for (int k = 0; k < kMoments; ++k) {
+    const absl::StatusOr<StudioScene> moment = still.Exposed(kExposureS * ((k + 0.5) / kMoments - 0.5), 0);
+    ASSERT_TRUE(moment.ok()) << moment.status();
+    const absl::StatusOr<TracedView> view = TraceView(*moment, camera, {16});
+    ASSERT_TRUE(view.ok()) << view.status();
+    for (size_t i = 0; i < mean.size(); ++i) mean[i] += view->image.rgb[i] / kMoments;
+  }
+  double squares = 0, change = 0;
+  const absl::StatusOr<TracedView> frozen = TraceView(still, camera, {16});
+  ASSERT_TRUE(frozen.ok()) << frozen.status();
+  for (size_t i = 0; i < mean.size(); ++i) {
+    squares += std::pow(blurred->image.rgb[i] - mean[i], 2);
+    change += std::pow(frozen->image.rgb[i] - mean[i], 2);
+  }
+  EXPECT_LT(std::sqrt(squares / change), 0.12);
+}
+
+TEST(Renderer, EvenSurfacesLookAsWhenEverySampleIsARay) {
+  // A tilted sheet, sampled pixel by pixel on its faces; against it the mean of rays cast one by one.
+  const StudioScene scene = SceneOf(FlatSheet(kRows, kCols), PlainLook());
+  const CameraModel camera = FlatCamera(500, 300, 55);
+  const absl::StatusOr<TracedView> view = TraceView(scene, camera, {16});
+  ASSERT_TRUE(view.ok()) << view.status();
+  constexpr int kAxis = 12;
+  double worst = 0;
+  for (int y = 10; y < camera.height_px; y += 23)
+    for (int x = 7; x < camera.width_px; x += 19) {
+      Eigen::Vector3f mean = Eigen::Vector3f::Zero();
+      bool inside = true;
+      for (int k = 0; k < kAxis * kAxis; ++k) {
+        const auto ray = camera.PixelRay(
+            {x - 0.5 + (k % kAxis + 0.5) / kAxis, y - 0.5 + (static_cast<double>(k / kAxis) + 0.5) / kAxis});
+        ASSERT_TRUE(ray.has_value());
+        const RayHit hit = scene.rays().Cast(ray->origin_mm.cast<float>(), ray->direction.cast<float>());
+        inside = inside && hit.face >= 0;
+        if (!inside) break;
+        const ShadedPoint point =
+            scene.ShadeAt(hit.face, true, {1 - hit.weight_b - hit.weight_c, hit.weight_b, hit.weight_c});
+        mean += point.light * scene.ink().At(point.board.x(), point.board.y()) / (kAxis * kAxis);
+      }
+      if (!inside) continue;
+      const Eigen::Map<const Eigen::Vector3f> seen(view->image.at(x, y));
+      worst = std::max<double>(worst, (seen - mean).cwiseAbs().maxCoeff());
+    }
+  EXPECT_LT(worst, 0.03);
+}
+
+TEST(Renderer, LensBlursWhatIsOutOfFocusByThinLensAndPointSpread) {
+  const StudioScene scene = SceneOf(FlatSheet(kRows, kCols), WhiteOnBlack());
+  const CameraModel camera = FlatCamera(1000, 400, 0);
+  CameraOptions options;
+  options.sensor.noise = false, options.sensor.gamma = 1, options.sensor.exposure = 0.9;
+  options.sensor.readout = Readout::kThreeChips, options.sensor.bits = 12;
+  options.lens.point_spread_sigma_px = 1.5;
+  options.lens.f_number = 2.8, options.lens.focus_distance_mm = 200;
+  const absl::StatusOr<Picture> picture = RenderView(scene, camera, options, 0);
+  ASSERT_TRUE(picture.ok()) << picture.status();
+  // The spread of the edge's derivative: pixel and Gaussian and disc (R^2 / 4) add up.
+  const double edge_px = PixelOf(camera, {kCols * kFlatCellMm / 2, 0, 0}).x();
+  double weight = 0, moment = 0;
+  for (int x = 200; x < 300; ++x) {
+    const auto value = [&](int at) {
+      return static_cast<double>(picture->values[3 * (120 * static_cast<size_t>(picture->width_px) + at)]);
+    };
+    const double drop = value(x) - value(x + 1);
+    weight += drop;
+    moment += drop * std::pow(x + 0.5 - edge_px, 2);
+  }
+  // f = 3.45 mm at f/2.8.
+  const double radius_px = 3.45 * 3.45 * 200 / (2 * 2.8 * 400 * (200 - 3.45)) / 0.00345;
+  EXPECT_NEAR(DefocusRadiusPx(options.lens, 1000, 200, 400), radius_px, 1e-9);
+  EXPECT_NEAR(radius_px, 1.57, 0.01);
+  EXPECT_NEAR(moment / weight, 1.5 * 1.5 + radius_px * radius_px / 4 + 2.0 / 12, 0.1);
+}
+
+TEST(Renderer, TimeOffsetMovesTheSheetByItsVelocity) {
+  const StudioScene scene = SceneOf(FlatSheet(kRows, kCols), PlainLook(), {100, -40, 20});
+  const absl::StatusOr<StudioScene> later = scene.Exposed(0.01, 0.002);
+  ASSERT_TRUE(later.ok()) << later.status();
+  for (size_t v = 0; v < scene.mesh().vertices_mm.size(); ++v)
+    EXPECT_LT(
+        (later->mesh().vertices_mm[v] - scene.mesh().vertices_mm[v] - Eigen::Vector3d(1, -0.4, 0.2)).norm(),
+        1e-9);
 }
 
 }  // namespace

@@ -6,12 +6,14 @@
 #include <atomic>
 #include <map>
 
+#include "capture/image_file.h"
 #include "capture/image_folder_dump.h"
 #include "services/files/board_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/rig_file.h"
 #include "services/files/template_file.h"
 #include "services/synthetic/truth_file.h"
+#include "simulation/take_presets.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -19,12 +21,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-SyntheticTake Tiny(uint64_t seed, int frames, int cameras) {
+SyntheticTakeOptions TinyOptions(uint64_t seed, int frames, int cameras) {
   SyntheticTakeOptions options = *SyntheticPreset("tiny", seed);
-  options.motion.frames = frames;
-  options.motion.step_s = 1.0 / 1000;  // stretches a little more, takes a tenth of the time
+  options.performance.frames = frames;
+  options.performance.step_s = 1.0 / 1000;  // stretches a little more, takes a tenth of the time
   options.rig.cameras = cameras;
-  absl::StatusOr<SyntheticTake> take = SyntheticTake::Make(options);
+  return options;
+}
+
+SyntheticTake Tiny(uint64_t seed, int frames, int cameras) {
+  absl::StatusOr<SyntheticTake> take = SyntheticTake::Make(TinyOptions(seed, frames, cameras));
   EXPECT_TRUE(take.ok()) << take.status();
   return *std::move(take);
 }
@@ -40,10 +46,10 @@ std::map<std::string, std::string> FilesBelow(const std::string& folder) {
 
 TEST(TakeWriter, FolderIsADumpWithEverythingThatRegistrationNeeds) {
   const TempFolder folder;
-  const SyntheticTake take = Tiny(1, 2, 3);
+  SyntheticTake take = Tiny(1, 2, 3);
   const std::string out = folder / "take";
   std::atomic<int> views = 0;
-  const auto summary = WriteSyntheticTake(take, out, [&views] { ++views; });
+  const auto summary = WriteSyntheticTake(take, out, {}, [&views] { ++views; });
   ASSERT_TRUE(summary.ok()) << summary.status();
   EXPECT_EQ(views, 6);
   EXPECT_EQ(summary->cells, 24 * 48);
@@ -66,14 +72,18 @@ TEST(TakeWriter, FolderIsADumpWithEverythingThatRegistrationNeeds) {
   const auto set = (*dump)->Read(1);
   ASSERT_TRUE(set.ok()) << set.status();
   ASSERT_EQ(set->frames.size(), 3u);
-  const auto scene = take.SceneAt(1);
-  ASSERT_TRUE(scene.ok()) << scene.status();
-  EXPECT_EQ(*set->frames[2].pixels, *take.Render(*scene, 1, 2)->pixels);
+  SyntheticTake again = Tiny(1, 2, 3);
+  ASSERT_TRUE(again.Next().ok());
+  const auto frame = again.Next();
+  ASSERT_TRUE(frame.ok()) << frame.status();
+  const auto view = again.Film(*frame, 2);
+  ASSERT_TRUE(view.ok()) << view.status();
+  EXPECT_EQ(*set->frames[2].pixels, *ToFrame(*view->picture).pixels);
 }
 
 TEST(TakeWriter, TruthReadsBackAsItWas) {
   const TempFolder folder;
-  const SyntheticTake take = Tiny(1, 1, 2);
+  SyntheticTake take = Tiny(1, 1, 2);
   const std::string out = folder / "take";
   ASSERT_TRUE(WriteSyntheticTake(take, out).ok());
   const auto frames = ListTruthFrames(out + "/truth");
@@ -81,12 +91,15 @@ TEST(TakeWriter, TruthReadsBackAsItWas) {
   EXPECT_EQ(*frames, std::vector<std::string>{"0000"});
   const auto truth = ReadFrameTruth(out + "/truth/0000");
   ASSERT_TRUE(truth.ok()) << truth.status();
-  EXPECT_EQ(truth->mesh.vertices_mm, take.MeshAt(0).vertices_mm);
-  EXPECT_EQ(truth->mesh.faces, take.MeshAt(0).faces);
-  const auto scene = take.SceneAt(0);
-  ASSERT_TRUE(scene.ok());
+  SyntheticTake again = Tiny(1, 1, 2);
+  const auto frame = again.Next();
+  ASSERT_TRUE(frame.ok()) << frame.status();
+  EXPECT_EQ(truth->mesh.vertices_mm, frame->scene.mesh().vertices_mm);
+  EXPECT_EQ(truth->mesh.faces, frame->scene.mesh().faces);
   ASSERT_EQ(truth->views.size(), 2u);
-  const ViewTruth expected = take.Truth(*scene, 1);
+  const auto filmed = again.Film(*frame, 1);
+  ASSERT_TRUE(filmed.ok()) << filmed.status();
+  const ViewTruth& expected = filmed->truth;
   EXPECT_EQ(truth->views[1].camera_id, expected.camera_id);
   ASSERT_EQ(truth->views[1].nodes.size(), expected.nodes.size());
   for (size_t i = 0; i < expected.nodes.size(); ++i) {
@@ -104,13 +117,14 @@ TEST(TakeWriter, SameFilesAtAnyThreadCountAndOthersForAnotherSeed) {
   const auto write = [&](const std::string& name, uint64_t seed, int threads) {
     tbb::task_arena arena(threads);
     arena.execute([&] {
-      const auto summary = WriteSyntheticTake(Tiny(seed, 1, 2), folder / name);
+      SyntheticTake take = Tiny(seed, 1, 2);
+      const auto summary = WriteSyntheticTake(take, folder / name);
       EXPECT_TRUE(summary.ok()) << summary.status();
     });
     return FilesBelow(folder / name);
   };
   const auto one = write("one", 1, 1);
-  EXPECT_EQ(one.size(), 2u + 1 + 2 + 3 + 3);  // pictures, rig, board, template, truth
+  EXPECT_EQ(one.size(), 2u + 1 + 2 + 3 + 4);  // pictures, rig, board, template, truth
   EXPECT_TRUE(one == write("two", 1, 2));
   const auto other = write("other", 2, 2);
   for (const char* name : {"0000/c00.png", "rig.json", "board.png", "truth/0000/mesh.ply"})
@@ -120,7 +134,8 @@ TEST(TakeWriter, SameFilesAtAnyThreadCountAndOthersForAnotherSeed) {
 TEST(TakeWriter, LeavesAFullFolderAlone) {
   const TempFolder folder;
   WriteBytes(folder / "take/mine.txt", "mine");
-  const auto summary = WriteSyntheticTake(Tiny(1, 1, 1), folder / "take");
+  SyntheticTake take = Tiny(1, 1, 1);
+  const auto summary = WriteSyntheticTake(take, folder / "take");
   EXPECT_EQ(summary.status().code(), absl::StatusCode::kAlreadyExists);
   EXPECT_EQ(FilesBelow(folder.path()).size(), 1u);
 }
@@ -128,8 +143,9 @@ TEST(TakeWriter, LeavesAFullFolderAlone) {
 TEST(TakeWriter, LeavesNothingBehindWhenItIsStopped) {
   const TempFolder folder;
   std::stop_source stop;
+  SyntheticTake take = Tiny(1, 2, 2);
   const auto summary = WriteSyntheticTake(
-      Tiny(1, 2, 2), folder / "take", [&stop] { stop.request_stop(); }, stop.get_token());
+      take, folder / "take", {}, [&stop] { stop.request_stop(); }, stop.get_token());
   EXPECT_EQ(summary.status().code(), absl::StatusCode::kCancelled) << summary.status();
   EXPECT_TRUE(fs::is_empty(folder.path()));
 }
@@ -137,7 +153,8 @@ TEST(TakeWriter, LeavesNothingBehindWhenItIsStopped) {
 TEST(TakeWriter, LeavesNothingBehindWhenItFails) {
   const TempFolder folder;
   WriteBytes(folder / "file", "not a folder");
-  EXPECT_FALSE(WriteSyntheticTake(Tiny(1, 1, 1), folder / "file/take").ok());
+  SyntheticTake take = Tiny(1, 1, 1);
+  EXPECT_FALSE(WriteSyntheticTake(take, folder / "file/take").ok());
   EXPECT_EQ(FilesBelow(folder.path()).size(), 1u);
 }
 
@@ -147,22 +164,130 @@ TEST(SyntheticPreset, UnknownNamesAreAnsweredWithTheKnownOnes) {
   EXPECT_NE(preset.status().message().find("tiny, quickstart"), std::string::npos);
 }
 
-TEST(TruthFile, BrokenLinesAreNamed) {
-  const std::string header = "kind,row,col,x_px,y_px,pitch_px,facing_deg,visible,scoreable,vertex\n";
-  EXPECT_TRUE(ParseViewTruth(header + "center,1,2,3.5,4.5,6,20,1,1,7\n", "c", "t.csv").ok());
-  for (const auto& [line, expected] :
-       std::map<std::string, std::string>{{"center,1,2,3.5,4.5,6,20,1,1\n", "9 columns"},
-                                          {"middle,1,2,3.5,4.5,6,20,1,1,7\n", "kind"},
-                                          {"center,1,2,nan,4.5,6,20,1,1,7\n", "x_px"},
-                                          {"center,1,2,3.5,4.5,inf,20,1,1,7\n", "pitch_px"},
-                                          {"center,1,2,3.5,4.5,6,20,2,1,7\n", "visible"},
-                                          {"center,1,2,3.5,4.5,6,20,1,1,-2\n", "vertex"}}) {
-    const auto truth = ParseViewTruth(header + line, "c", "t.csv");
-    EXPECT_EQ(truth.status().code(), absl::StatusCode::kInvalidArgument);
-    EXPECT_NE(truth.status().message().find("t.csv: line 2"), std::string::npos);
-    EXPECT_NE(truth.status().message().find(expected), std::string::npos) << truth.status();
+TEST(TakeWriter, DeepPicturesAreStoredWith16BitsWhateverTheirOwn) {
+  const TempFolder folder;
+  SyntheticTakeOptions options = TinyOptions(1, 1, 1);
+  options.camera.sensor.bits = 12;
+  auto take = SyntheticTake::Make(options);
+  ASSERT_TRUE(take.ok()) << take.status();
+  ASSERT_TRUE(WriteSyntheticTake(*take, folder / "deep", {.image_ending = "tif"}).ok());
+  SyntheticTake shallow = Tiny(1, 1, 1);
+  ASSERT_TRUE(WriteSyntheticTake(shallow, folder / "shallow").ok());
+  const auto deep = ReadImageFile(folder / "deep/0000/c00.tif");
+  const auto plain = ReadImageFile(folder / "shallow/0000/c00.png");
+  ASSERT_TRUE(deep.ok()) << deep.status();
+  ASSERT_TRUE(plain.ok()) << plain.status();
+  EXPECT_GT(fs::file_size(folder / "deep/0000/c00.tif"), 3u * 192 * 256);
+  ASSERT_EQ(deep->pixels->size(), plain->pixels->size());
+  for (size_t i = 0; i < plain->pixels->size(); ++i) EXPECT_NEAR((*deep->pixels)[i], (*plain->pixels)[i], 1);
+}
+
+TEST(TakeWriter, LostPicturesAreMissingAndNamed) {
+  const TempFolder folder;
+  SyntheticTakeOptions options = TinyOptions(1, 2, 6);
+  options.shutter.drop_rate = 0.4;
+  auto take = SyntheticTake::Make(options);
+  ASSERT_TRUE(take.ok()) << take.status();
+  const auto summary = WriteSyntheticTake(*take, folder / "take");
+  ASSERT_TRUE(summary.ok()) << summary.status();
+  EXPECT_GT(summary->lost_pictures, 0);
+  EXPECT_LT(summary->lost_pictures, 12);
+  const std::string list = ReadBytes(folder / "take/truth/pictures.csv");
+  int lost = 0;
+  for (const std::string frame : {"0000", "0001"})
+    for (int c = 0; c < 6; ++c) {
+      const std::string name = frame + "/c0" + std::to_string(c);
+      const bool there = fs::exists(folder / ("take/" + name + ".png"));
+      EXPECT_EQ(there, fs::exists(folder / ("take/truth/" + name + ".truth")));
+      const std::string time = frame == "0000" ? "0" : "33333333";
+      EXPECT_NE(list.find(frame + ",c0" + std::to_string(c) + "," + time + (there ? ",0\n" : ",1\n")),
+                std::string::npos);
+      lost += there ? 0 : 1;
+    }
+  EXPECT_EQ(lost, summary->lost_pictures);
+}
+
+TEST(SyntheticTake, TruthIsThatOfTheMiddleOfEachCamerasExposure) {
+  SyntheticTakeOptions options = TinyOptions(1, 1, 4);
+  options.performance.handles.sway_mm = 20;
+  options.shutter.time_offset_ms = 4, options.shutter.exposure_ms = 2;
+  auto take = SyntheticTake::Make(options);
+  ASSERT_TRUE(take.ok()) << take.status();
+  const auto frame = take->Next();
+  ASSERT_TRUE(frame.ok()) << frame.status();
+  auto performance = Performance::Start(options.performance);
+  ASSERT_TRUE(performance.ok());
+  const auto moment = performance->Next();
+  ASSERT_TRUE(moment.ok());
+  int checked = 0;
+  for (int c = 0; c < 4; ++c) {
+    const auto view = take->Film(*frame, c);
+    ASSERT_TRUE(view.ok()) << view.status();
+    EXPECT_NE(view->mid_exposure_ns, 0);
+    EXPECT_LE(std::abs(view->mid_exposure_ns), 4000000);
+    for (const NodeTruth& n : view->truth.nodes) {
+      if (n.vertex < 0) continue;
+      const Eigen::Vector3d place =
+          moment->vertices_mm[n.vertex] + 1e-9 * view->mid_exposure_ns * moment->velocities_mm_s[n.vertex];
+      const auto pixel = take->rig().cameras[c].Project(place);
+      ASSERT_TRUE(pixel.has_value());
+      EXPECT_LT((*pixel - n.pixel_px).norm(), 1e-6);
+      ++checked;
+    }
   }
-  EXPECT_FALSE(ParseViewTruth("x,y\n", "c", "t.csv").ok());
+  EXPECT_GT(checked, 500);
+}
+
+TEST(SyntheticTake, GarmentHangsWhereAGivenRigLooksAndPicturesAreCroppedToIt) {
+  SyntheticTakeOptions options = TinyOptions(1, 1, 3);
+  options.rig.aim_mm = {500, -300, 900};
+  options.rig.fill = 0.4;
+  const auto rig = MakeStudioRig("given", options.rig);
+  ASSERT_TRUE(rig.ok()) << rig.status();
+  EXPECT_LT((AimOf(*rig) - options.rig.aim_mm).norm(), 40) << "cameras look past the aim a little";
+  options.given_rig = *rig;
+  options.crop_margin_mm = 5;
+  auto take = SyntheticTake::Make(options);
+  ASSERT_TRUE(take.ok()) << take.status();
+  const auto frame = take->Next();
+  ASSERT_TRUE(frame.ok()) << frame.status();
+  EXPECT_LT((frame->scene.CenterMm() - AimOf(*rig)).norm(), 15);
+  for (size_t c = 0; c < take->rig().cameras.size(); ++c) {
+    const CameraModel &cropped = take->rig().cameras[c], &whole = rig->cameras[rig->IndexOf(cropped.id)];
+    EXPECT_LT(cropped.width_px * cropped.height_px, whole.width_px * whole.height_px);
+    const auto a = cropped.Project(frame->scene.CenterMm()), b = whole.Project(frame->scene.CenterMm());
+    ASSERT_TRUE(a && b);
+    EXPECT_NEAR((*b - *a).x(), whole.cx_px - cropped.cx_px, 1e-9);
+    for (const Eigen::Vector3d& v : frame->scene.mesh().vertices_mm) {
+      const auto pixel = whole.Project(v);
+      if (!pixel || !whole.Contains(*pixel)) continue;
+      EXPECT_TRUE(cropped.Contains(*cropped.Project(v)));
+    }
+  }
+}
+
+TEST(TruthFile, BrokenBytesAreNamed) {
+  ViewTruth truth{"c", {}};
+  truth.nodes.resize(2);
+  truth.nodes[1].node = {3, 40000, NodeKind::kCorner};
+  truth.nodes[1].pixel_px = {-0.5, 4095.1234};
+  const std::string bytes = EncodeViewTruth(truth);
+  const auto read = DecodeViewTruth(bytes, "c", "t");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->nodes[1].node, truth.nodes[1].node);
+  EXPECT_LT((read->nodes[1].pixel_px - truth.nodes[1].pixel_px).norm(), 1e-9);
+  const auto message = [](const std::string& broken) {
+    const auto out = DecodeViewTruth(broken, "c", "t.truth");
+    EXPECT_EQ(out.status().code(), absl::StatusCode::kInvalidArgument);
+    return std::string(out.status().message());
+  };
+  EXPECT_NE(message("kind,row\n").find("t.truth: is not a view's truth"), std::string::npos);
+  EXPECT_NE(message(bytes.substr(0, bytes.size() - 1)).find("truncated"), std::string::npos);
+  EXPECT_NE(message(bytes + "x").find("bytes for 2 nodes"), std::string::npos);
+  EXPECT_NE(message(bytes.substr(0, 9)).find("ends before"), std::string::npos);
+  std::string flags = bytes;
+  flags[12] = 8;
+  EXPECT_NE(message(flags).find("node 0: flags"), std::string::npos);
 }
 
 }  // namespace

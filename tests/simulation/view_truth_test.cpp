@@ -8,7 +8,7 @@
 #include <cmath>
 #include <map>
 
-#include "simulation/synthetic_take.h"
+#include "simulation/take_presets.h"
 #include "tests/simulation/flat_studio.h"
 
 namespace weft {
@@ -154,20 +154,23 @@ class BruteForce {
 
 TEST(ViewTruth, FoldedClothIsSeenAsByBruteForce) {
   SyntheticTakeOptions options = *SyntheticPreset("tiny", 3);
-  options.motion.frames = 1, options.motion.step_s = 1.0 / 2000;
+  options.performance.frames = 1, options.performance.step_s = 1.0 / 2000;
   options.rig.cameras = 2;
-  options.motion.compression = 0.2;  // deep folds that hide parts
-  const absl::StatusOr<SyntheticTake> take = SyntheticTake::Make(options);
+  options.performance.handles.compression = 0.2;  // deep folds that hide parts
+  absl::StatusOr<SyntheticTake> take = SyntheticTake::Make(options);
   ASSERT_TRUE(take.ok()) << take.status();
-  const absl::StatusOr<StudioScene> scene = take->SceneAt(0);
-  ASSERT_TRUE(scene.ok()) << scene.status();
+  const absl::StatusOr<TakeFrame> frame = take->Next();
+  ASSERT_TRUE(frame.ok()) << frame.status();
+  const StudioScene& scene = frame->scene;
   int partly = 0, differing = 0, cells = 0;
   for (int c = 0; c < 2; ++c) {
     std::map<BoardNode, NodeTruth> truth;
-    for (const NodeTruth& n : take->Truth(*scene, c).nodes) truth[n.node] = n;
-    const BruteForce brute(scene->mesh(), scene->print(), take->rig().cameras[c]);
-    for (int row = 0; row < options.cloth.rows; ++row)
-      for (int col = 0; col < options.cloth.cols; ++col) {
+    const absl::StatusOr<FilmedView> view = take->Film(*frame, c);
+    ASSERT_TRUE(view.ok()) << view.status();
+    for (const NodeTruth& n : view->truth.nodes) truth[n.node] = n;
+    const BruteForce brute(scene.mesh(), scene.print(), take->rig().cameras[c]);
+    for (int row = 0; row < options.performance.rows; ++row)
+      for (int col = 0; col < options.performance.cols; ++col) {
         const int mask = brute.PointsInSight(row, col);
         const bool expected = (mask & 16) != 0 && std::popcount(static_cast<unsigned>(mask)) >= 5;
         const auto found = truth.find({row, col, NodeKind::kCenter});

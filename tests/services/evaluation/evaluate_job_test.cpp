@@ -9,6 +9,7 @@
 #include "services/files/observations_file.h"
 #include "services/synthetic/take_writer.h"
 #include "services/synthetic/truth_file.h"
+#include "simulation/take_presets.h"
 #include "tests/capture/temp_folder.h"
 #include "weft/v1/evaluation.pb.h"
 
@@ -20,9 +21,9 @@ class EvaluateJobTest : public testing::Test {
  protected:
   void SetUp() override {
     SyntheticTakeOptions options = *SyntheticPreset("tiny", 1);
-    options.motion.frames = 2;
-    options.motion.step_s = 1.0 / 1000;  // stretches a little more, takes a tenth of the time
-    const auto take = SyntheticTake::Make(options);
+    options.performance.frames = 2;
+    options.performance.step_s = 1.0 / 1000;  // stretches a little more, takes a tenth of the time
+    auto take = SyntheticTake::Make(options);
     ASSERT_TRUE(take.ok()) << take.status();
     ASSERT_TRUE(WriteSyntheticTake(*take, folder_ / "take").ok());
     const auto truth = ReadFrameTruth(folder_ / "take/truth/0000");

@@ -1,0 +1,109 @@
+#include "simulation/studio_light.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "absl/strings/str_cat.h"
+#include "simulation/random.h"
+
+namespace weft {
+namespace {
+
+constexpr float kNear_mm = 0.02f;
+
+float SmoothStep(float low, float high, float x) {
+  const float t = std::clamp((x - low) / (high - low), 0.0f, 1.0f);
+  return t * t * (3 - 2 * t);
+}
+
+// The k-th of n directions, distributed as the cosine of the angle to +z (Hammersley points, turned).
+Eigen::Vector3f CosineDirection(int k, int n, float turn_u, float turn_v) {
+  float bits = 0, digit = 0.5f;
+  for (int i = k; i > 0; i >>= 1, digit *= 0.5f) bits += static_cast<float>(i & 1) * digit;
+  float u = (static_cast<float>(k) + 0.5f) / static_cast<float>(n) + turn_u, v = bits + turn_v;
+  u -= std::floor(u), v -= std::floor(v);
+  const float radius = std::sqrt(u), angle = 2 * std::numbers::pi_v<float> * v;
+  return {radius * std::cos(angle), radius * std::sin(angle), std::sqrt(std::max(0.0f, 1 - u))};
+}
+
+struct PlaceLight {
+  float light = 0;
+  Eigen::Vector3f flux = Eigen::Vector3f::Zero();
+};
+
+// Rays are distributed as the cosine to the normal, so light is their mean and flux the mean over cosines.
+PlaceLight LightPlace(const RayScene& scene, const Eigen::Vector3f& place_mm, const Eigen::Vector3f& normal,
+                      const LightOptions& options, int rays, float turn_u, float turn_v) {
+  constexpr float kLeastCosine = 0.15f;  // grazing rays would be noise
+  const Eigen::Vector3f across = normal.unitOrthogonal();
+  const Eigen::Vector3f along = normal.cross(across);
+  PlaceLight out;
+  for (int k = 0; k < rays; ++k) {
+    const Eigen::Vector3f d = CosineDirection(k, rays, turn_u, turn_v);
+    const Eigen::Vector3f world = d.x() * across + d.y() * along + d.z() * normal;
+    const bool hidden =
+        scene.Occluded(place_mm + kNear_mm * normal, world, kNear_mm, std::numeric_limits<float>::infinity());
+    const float radiance = hidden ? options.bounce : DomeRadiance(options, world);
+    out.light += radiance;
+    out.flux += radiance / std::max(d.z(), kLeastCosine) * world;
+  }
+  out.light /= static_cast<float>(rays);
+  out.flux /= static_cast<float>(rays);
+  return out;
+}
+
+}  // namespace
+
+absl::Status LightOptions::Validate() const {
+  if (!(dome_radiance >= std::abs(dome_gradient)))
+    return absl::InvalidArgumentError("light: dome_gradient must not exceed dome_radiance");
+  if (rays < 1 || rays > 4096)
+    return absl::InvalidArgumentError(absl::StrCat("light: rays is ", rays, ", expected 1 to 4096"));
+  if (!(bounce >= 0 && bounce <= 1))
+    return absl::InvalidArgumentError("light: bounce must lie between 0 and 1");
+  for (const Lamp& lamp : lamps)
+    if (!(lamp.direction.norm() > 0) || !(lamp.half_angle_deg > 0 && lamp.half_angle_deg < 90))
+      return absl::InvalidArgumentError(
+          "light: a lamp needs a direction and a half angle of 0 to 90 degrees");
+  return absl::OkStatus();
+}
+
+float DomeRadiance(const LightOptions& options, const Eigen::Vector3f& direction) {
+  float radiance = options.dome_radiance - options.dome_gradient * direction.y();
+  for (const Lamp& lamp : options.lamps) {
+    const float limit = std::cos(lamp.half_angle_deg * std::numbers::pi_v<float> / 180);
+    radiance +=
+        lamp.radiance * SmoothStep(limit - 0.02f, limit + 0.02f, direction.dot(lamp.direction.normalized()));
+  }
+  return radiance;
+}
+
+VertexLight LightVertices(const RayScene& scene, const std::vector<Eigen::Vector3d>& vertices_mm,
+                          const std::vector<Eigen::Vector3d>& normals, const LightOptions& options) {
+  const uint64_t key = KeyOf(1, "light");
+  const size_t count = vertices_mm.size();
+  VertexLight out;
+  out.outside.resize(count), out.inside.resize(count);
+  out.flux.resize(count, Eigen::Vector3f::Zero());
+  const int inner_rays = (options.rays + 2) / 3;
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, count, 64), [&](const auto& range) {
+    for (size_t v = range.begin(); v < range.end(); ++v) {
+      const Eigen::Vector3f normal = normals[v].cast<float>(), place = vertices_mm[v].cast<float>();
+      if (normal.squaredNorm() < 0.5f) continue;
+      const auto turn_u = static_cast<float>(UniformOf(key, 2 * v));
+      const auto turn_v = static_cast<float>(UniformOf(key, 2 * v + 1));
+      const PlaceLight outside = LightPlace(scene, place, normal, options, options.rays, turn_u, turn_v);
+      out.outside[v] = outside.light;
+      out.flux[v] = outside.flux - outside.flux.dot(normal) * normal;
+      out.inside[v] = LightPlace(scene, place, -normal, options, inner_rays, turn_u, turn_v).light;
+    }
+  });
+  return out;
+}
+
+}  // namespace weft

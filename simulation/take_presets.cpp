@@ -1,0 +1,101 @@
+#include "simulation/take_presets.h"
+
+#include <array>
+
+#include "absl/strings/str_cat.h"
+#include "simulation/random.h"
+
+namespace weft {
+namespace {
+
+void SetUpTiny(SyntheticTakeOptions& o) {
+  o.performance.rows = 24, o.performance.cols = 48, o.performance.cell_mm = 3;
+  o.performance.frames = 3;
+  o.performance.step_s = 1.0 / 10000;
+  o.performance.settle_s = 0.3;
+  o.performance.handles.sway_mm = 2, o.performance.handles.compression = 0.06;
+  o.rig.cameras = 12;
+  o.rig.width_px = 192, o.rig.height_px = 256;
+  o.rig.distance_mm = 800;
+  o.rig.object_width_mm = 50, o.rig.object_height_mm = 72;
+  o.camera.lens.point_spread_sigma_px = 0.6;
+  o.look.light.rays = 32;
+  o.look.room.floor_below_mm = 600;
+}
+
+void SetUpQuickstart(SyntheticTakeOptions& o) {
+  o.performance.rows = 72, o.performance.cols = 120, o.performance.cell_mm = 3;
+  o.performance.frames = 5;
+  o.performance.step_s = 1.0 / 8000;
+  o.performance.handles.compression = 0.13;
+  o.rig.cameras = 16;
+  o.rig.width_px = 600, o.rig.height_px = 800;
+  o.rig.fill = 0.74;
+  o.rig.object_width_mm = 150, o.rig.object_height_mm = 220;
+}
+
+// A camera as studios use: what differs between cameras, a short exposure, an aperture that must be wide.
+void SetUpStudioCamera(SyntheticTakeOptions& o) {
+  o.camera.lens.point_spread_sigma_px = 0.8, o.camera.lens.point_spread_variation = 0.15;
+  o.camera.lens.f_number = 5.6, o.camera.lens.focus_error_mm = 30;
+  o.camera.lens.vignetting = 0.1;
+  o.camera.sensor.exposure_variation = 0.05, o.camera.sensor.color_variation = 0.02;
+  o.shutter.exposure_ms = 2;
+}
+
+void SetUpTShirt24(SyntheticTakeOptions& o) {
+  o.performance.garment = GarmentKind::kTShirt;
+  o.performance.motion = PerformanceMotion::kTwist;
+  o.performance.cell_mm = 6;
+  o.performance.frames = 200;
+  o.rig.cameras = 24;
+  o.rig.width_px = 1280, o.rig.height_px = 1024;
+  o.rig.distance_mm = 2200;
+  o.rig.elevation_deg = 25;
+  o.rig.object_width_mm = 900, o.rig.object_height_mm = 720;
+  o.rig.fill = 0.85;
+  SetUpStudioCamera(o);
+}
+
+struct Preset {
+  const char* name;
+  const char* about;
+  void (*set_up)(SyntheticTakeOptions&);
+};
+constexpr std::array kPresets = {
+    Preset{"tiny", "a small tube before 12 cameras, 3 frames; seconds", SetUpTiny},
+    Preset{"quickstart", "a tube with folds before 16 cameras, 5 frames; half a minute", SetUpQuickstart},
+    Preset{"tshirt-24", "a T-shirt of 19,000 cells, worn, before 24 cameras, 200 frames; an hour",
+           SetUpTShirt24},
+};
+
+}  // namespace
+
+std::vector<TakePreset> TakePresets() {
+  std::vector<TakePreset> out;
+  for (const Preset& p : kPresets) out.push_back({p.name, p.about});
+  return out;
+}
+
+absl::StatusOr<SyntheticTakeOptions> SyntheticPreset(std::string_view name, uint64_t seed) {
+  std::string names;
+  for (const Preset& preset : kPresets) {
+    absl::StrAppend(&names, names.empty() ? "" : ", ", preset.name);
+    if (name != preset.name) continue;
+    SyntheticTakeOptions o;
+    preset.set_up(o);
+    o.name = absl::StrCat("synthetic-", preset.name, "-", seed);
+    o.seed = KeyOf(seed, "board");
+    o.performance.seed = KeyOf(seed, "motion");
+    o.rig.seed = KeyOf(seed, "rig");
+    o.look.inks.seed = KeyOf(seed, "inks");
+    o.look.fabric.seed = KeyOf(seed, "fabric");
+    o.look.skin.seed = KeyOf(seed, "skin");
+    o.look.room.seed = KeyOf(seed, "backdrop");
+    o.camera.sensor.seed = KeyOf(seed, "sensor");
+    return o;
+  }
+  return absl::InvalidArgumentError(absl::StrCat("preset \"", std::string(name), "\" is none of ", names));
+}
+
+}  // namespace weft
