@@ -136,36 +136,46 @@ void Sharpen(const Board& board, std::vector<GrownCell>* cells) {
   }
 }
 
+// How clearly the ink leads the others, 0 to 1.
+float RelativeLead(const CellFit& fit) {
+  const float contrast2 = std::max(fit.center_contrast * fit.center_contrast, 1e-6f);
+  return std::clamp(fit.ink_lead / contrast2, 0.0f, 1.0f);
+}
+
 // Probability that a cell is where it was found: a logistic model of how well the print explains its
 // surroundings and its neighbours', how many neighbours are known and agree, and how clearly its ink leads
 // the others. The weights were fitted to ray-traced views with known truth.
 float Confidence(const CellMap& map, const std::vector<GrownCell>& cells, const GrownCell& cell,
-                 float misfit_cells) {
-  float neighbors = 0, edge_neighbors = 0, explained_around = 0, light_around = 0, lead_around = 0, shape = 0;
-  const auto lead_of = [](const CellFit& fit) {
-    const float contrast2 = std::max(fit.center_contrast * fit.center_contrast, 1e-6f);
-    return std::clamp(fit.ink_lead / contrast2, 0.0f, 1.0f);
-  };
+                 float misfit_cells, int width_px, int height_px) {
+  const CellFrame& f = cell.fit.frame;
+  float neighbors = 0, explained_around = 0, light_around = 0, lead_around = 0, shape = 0;
+  float present = 0, edge_present = 0;  // with those that the border of the image cuts off
   for (int k = 0; k < 9; ++k) {
-    const int other = k == 4 ? -1 : map.At(cell.row + k / 3 - 1, cell.col + k % 3 - 1);
+    if (k == 4) continue;
+    const int dr = k / 3 - 1, dc = k % 3 - 1;
+    const int other = map.At(cell.row + dr, cell.col + dc);
+    const float x = f.x + static_cast<float>(dc) * f.ax + static_cast<float>(dr) * f.bx,
+                y = f.y + static_cast<float>(dc) * f.ay + static_cast<float>(dr) * f.by;
+    const bool outside =
+        x < 0 || y < 0 || x > static_cast<float>(width_px - 1) || y > static_cast<float>(height_px - 1);
+    present += other >= 0 || outside;
+    edge_present += (other >= 0 || outside) && k % 2 == 1;
     if (other < 0) continue;
     neighbors += 1;
-    edge_neighbors += k % 2;
     const CellFit& fit = cells[other].fit;
     explained_around += std::clamp(fit.explained, 0.0f, 1.0f);
     light_around += fit.gain;
-    lead_around += lead_of(fit);
-    const CellFrame &f = cell.fit.frame, &g = fit.frame;
+    lead_around += RelativeLead(fit);
+    const CellFrame& g = fit.frame;
     shape += (std::hypot(f.ax - g.ax, f.ay - g.ay) + std::hypot(f.bx - g.bx, f.by - g.by)) / f.ShorterEdge();
   }
   if (neighbors == 0) return 0;
   const float explained = std::clamp(cell.fit.explained, 0.0f, 1.0f);
-  const float lead = lead_of(cell.fit);
   const float share = 1 / neighbors;
   const float light = std::min(std::abs(std::log(cell.fit.gain / (share * light_around))), 2.0f);
-  const float logit = -6.82f + 2.89f * explained + 4.59f * share * explained_around + 1.09f * lead +
-                      2.36f * share * lead_around + 3.5f * neighbors / 8 + 2.19f * edge_neighbors / 4 -
-                      0.79f * std::min(misfit_cells, 1.0f) - 2.36f * light -
+  const float logit = -6.82f + 2.89f * explained + 4.59f * share * explained_around +
+                      1.09f * RelativeLead(cell.fit) + 2.36f * share * lead_around + 3.5f * present / 8 +
+                      2.19f * edge_present / 4 - 0.79f * std::min(misfit_cells, 1.0f) - 2.36f * light -
                       2.39f * std::min(share * shape, 2.0f);
   return 1 / (1 + std::exp(-logit));
 }
@@ -212,12 +222,14 @@ absl::Status CellRefinementOptions::Validate() const {
   return absl::OkStatus();
 }
 
-void RefineCells(const Board& board, const CellRefinementOptions& options, std::vector<GrownCell>* cells) {
+void RefineCells(const Board& board, int width_px, int height_px, const CellRefinementOptions& options,
+                 std::vector<GrownCell>* cells) {
   {
     const CellMap map(board, *cells);
     const std::vector<CellFrame> frames = Frames(*cells);
     for (GrownCell& cell : *cells) {
-      cell.confidence = Confidence(map, *cells, cell, Misfit(Around(map, frames, cell.row, cell.col)));
+      cell.confidence =
+          Confidence(map, *cells, cell, Misfit(Around(map, frames, cell.row, cell.col)), width_px, height_px);
     }
     Filter([&](size_t k) { return (*cells)[k].confidence >= options.min_confidence; }, cells);
   }

@@ -19,6 +19,7 @@ struct CellRefinementOptions {
 
 // Drops cells that are too uncertain and those that are left in small groups, then sharpens the places of the
 // rest by their neighbours'. Order is kept.
-void RefineCells(const Board& board, const CellRefinementOptions& options, std::vector<GrownCell>* cells);
+void RefineCells(const Board& board, int width_px, int height_px, const CellRefinementOptions& options,
+                 std::vector<GrownCell>* cells);
 
 }  // namespace weft

@@ -199,7 +199,7 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
   std::vector<GrownCell> cells =
       GrowOnBoard(fitter, board.board(), frame.width_px, frame.height_px, seeds, options.growth);
   result.timings.growth_ms = watch.LapMs();
-  RefineCells(board.board(), options.refinement, &cells);
+  RefineCells(board.board(), frame.width_px, frame.height_px, options.refinement, &cells);
   result.observations = Centers(cells);
   if (options.corners) {
     const std::vector<Observation> corners = Corners(cells);

@@ -106,7 +106,7 @@ InkModel InkModel::Fitted(const std::vector<InkSample>& samples, const InkModel&
   return model;
 }
 
-std::array<float, kCellColors> InkModel::LogLikelihoods(const Rgb& color) const {
+std::array<float, kCellColors> InkModel::Likelihoods(const Rgb& color) const {
   std::array<float, kCellColors> out;
   for (int k = 0; k < kCellColors; ++k) {
     const Ink& ink = inks_[k];
@@ -114,7 +114,7 @@ std::array<float, kCellColors> InkModel::LogLikelihoods(const Rgb& color) const 
     const auto& p = ink.precision;
     const float q =
         p[0] * x * x + p[3] * y * y + p[5] * z * z + 2 * (p[1] * x * y + p[2] * x * z + p[4] * y * z);
-    out[k] = std::log((1 - kOutlierShare) * std::exp(ink.log_norm - 0.5f * q) + kOutlierShare / kColorVolume);
+    out[k] = (1 - kOutlierShare) * std::exp(ink.log_norm - 0.5f * q) + kOutlierShare / kColorVolume;
   }
   return out;
 }

@@ -26,8 +26,8 @@ class InkModel {
   // From cells whose ink is known. Inks with few samples keep the values of `before`.
   static InkModel Fitted(const std::vector<InkSample>& samples, const InkModel& before);
 
-  // Log density of the colour under each ink.
-  std::array<float, kCellColors> LogLikelihoods(const Rgb& color) const;
+  // Density of the colour under each ink.
+  std::array<float, kCellColors> Likelihoods(const Rgb& color) const;
 
   const Rgb& mean(CellColor color) const { return inks_[static_cast<int>(color)].mean; }
 

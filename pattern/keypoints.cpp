@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <cstring>
 
 namespace weft {
 namespace {
@@ -13,11 +15,16 @@ float PeakOffset(float before, float here, float after) {
   return std::clamp(0.5f * (before - after) / curvature, -0.5f, 0.5f);
 }
 
-bool IsPeak(const float* above, const float* here, const float* below, int x) {
-  const float v = here[x];
-  // Ties go to the first in reading order.
-  return v > here[x + 1] && v >= here[x - 1] && v >= above[x - 1] && v >= above[x] && v >= above[x + 1] &&
-         v > below[x - 1] && v > below[x] && v > below[x + 1];
+// 1 where a pixel is above its eight neighbours and zero; ties go to the first in reading order. The border
+// is left out.
+void MarkPeaks(const float* above, const float* here, const float* below, int width, uint8_t* peaks) {
+  for (int x = 1; x + 1 < width; ++x) {
+    const float v = here[x];
+    const bool row = (v > 0) & (v > here[x + 1]) & (v >= here[x - 1]);
+    const bool upper = (v >= above[x - 1]) & (v >= above[x]) & (v >= above[x + 1]);
+    const bool lower = (v > below[x - 1]) & (v > below[x]) & (v > below[x + 1]);
+    peaks[x] = row & upper & lower;
+  }
 }
 
 float DarkestNear(const Plane& plane, int x, int y) {
@@ -42,12 +49,22 @@ absl::Status KeypointOptions::Validate() const {
 
 std::vector<Keypoint> DetectKeypoints(const Plane& spots, const KeypointOptions& options) {
   std::vector<Keypoint> points;
+  std::vector<uint8_t> peaks((spots.width_px + 15) / 8 * 8, 0);
   for (int y = 1; y + 1 < spots.height_px; ++y) {
     const float* above = spots.row(y - 1);
     const float* here = spots.row(y);
     const float* below = spots.row(y + 1);
+    MarkPeaks(above, here, below, spots.width_px, peaks.data());
     for (int x = 1; x + 1 < spots.width_px; ++x) {
-      if (!IsPeak(above, here, below, x)) continue;
+      if (x % 8 == 0) {
+        uint64_t eight;
+        std::memcpy(&eight, &peaks[x], sizeof eight);
+        if (eight == 0) {
+          x += 7;
+          continue;
+        }
+      }
+      if (peaks[x] == 0) continue;
       if (here[x] - DarkestNear(spots, x, y) < options.min_contrast) continue;
       points.push_back({static_cast<float>(x) + PeakOffset(here[x - 1], here[x], here[x + 1]),
                         static_cast<float>(y) + PeakOffset(above[x], here[x], below[x]), here[x]});

@@ -57,6 +57,14 @@ class LatticeBuilder {
     float length;
   };
 
+  struct Neighbor {
+    int keypoint;
+    Vec to;
+    float squared;
+  };
+  // Enough for cells three times as long as wide.
+  static constexpr size_t kMostNear = 18;
+
   Vec At(int i) const { return {points_[i].x_px, points_[i].y_px}; }
   float Spot(Vec p) const { return spots_.Sample(p.x, p.y); }
 
@@ -84,30 +92,39 @@ class LatticeBuilder {
     near_.clear();
     const Vec p = At(center);
     grid_.Near(p.x, p.y, options_.max_edge_px, [&](int i) {
-      if (i != center) near_.push_back(i);
-    });
-    for (const int i : near_) {
       const Vec v = At(i) - p;
+      if (i != center) near_.push_back({i, v, Dot(v, v)});
+    });
+    if (near_.size() > kMostNear) {
+      const auto nearer = [](const Neighbor& s, const Neighbor& t) {
+        return s.squared != t.squared ? s.squared < t.squared : s.keypoint < t.keypoint;
+      };
+      std::nth_element(near_.begin(), near_.begin() + kMostNear, near_.end(), nearer);
+      near_.resize(kMostNear);
+    }
+    for (const auto& [i, v, squared] : near_) {
       if (v.y < 0 || (v.y == 0 && v.x < 0)) continue;
-      const float length = Length(v);
+      const float length = std::sqrt(squared);
       if (length < 1.5f) continue;
-      int behind = -1;
-      float best = options_.tolerance * length;
-      for (const int k : near_) {
-        const float miss = Length(At(k) - p + v);
-        if (miss < best) {
-          best = miss;
-          behind = k;
+      const Neighbor* behind = nullptr;
+      float best = options_.tolerance * options_.tolerance * squared;
+      for (const Neighbor& other : near_) {
+        const Vec miss = other.to + v;
+        if (Dot(miss, miss) < best) {
+          best = Dot(miss, miss);
+          behind = &other;
         }
       }
-      if (behind < 0) continue;
-      if (!InkBetween(p, i, points_[center].contrast) || !InkBetween(p, behind, points_[center].contrast)) {
+      if (behind == nullptr) continue;
+      if (!InkBetween(p, i, points_[center].contrast) ||
+          !InkBetween(p, behind->keypoint, points_[center].contrast)) {
         continue;
       }
-      axes_.push_back({0.5f * (At(i) - At(behind)), i, behind, length});
+      axes_.push_back({0.5f * (v - behind->to), i, behind->keypoint, length});
     }
-    std::stable_sort(axes_.begin(), axes_.end(),
-                     [](const Axis& s, const Axis& t) { return s.length < t.length; });
+    std::stable_sort(axes_.begin(), axes_.end(), [](const Axis& s, const Axis& t) {
+      return s.length != t.length ? s.length < t.length : s.ahead < t.ahead;
+    });
     if (axes_.size() > 6) axes_.resize(6);
   }
 
@@ -221,7 +238,7 @@ class LatticeBuilder {
   std::vector<Frame4> frames_;
   std::vector<bool> taken_;
   std::vector<Axis> axes_;
-  std::vector<int> near_;
+  std::vector<Neighbor> near_;
 };
 
 }  // namespace

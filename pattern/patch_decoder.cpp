@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
-#include <optional>
+#include <utility>
 
 namespace weft {
 namespace {
@@ -24,97 +23,145 @@ Rgb SampleColor(const ColorImage& image, float x, float y) {
   return out;
 }
 
-struct Reading {
-  std::array<int, 9> cells;
-  std::array<int, 9> best;    // likeliest ink
-  std::array<int, 9> second;  // runner-up
-  std::array<float, 9> lead;
-};
-
-std::optional<Reading> ReadWindow(const MeasuredPatch& patch, int i, int j) {
-  Reading reading;
+// The cells of the 3x3 window at (i, j), row by row; false where one is missing.
+bool WindowAt(const MeasuredPatch& patch, int i, int j, std::array<int, 9>* cells) {
+  const int* row = patch.grid.data() + static_cast<size_t>(i - patch.lattice.i_min) * patch.columns() +
+                   (j - patch.lattice.j_min);
+  int least = 0;
   for (int k = 0; k < 9; ++k) {
-    const int cell = patch.CellAt(i + k / 3, j + k % 3);
-    if (cell < 0) return std::nullopt;
-    reading.cells[k] = cell;
-    const auto& ll = patch.log_likelihoods[cell];
-    int best = 0, second = 1;
-    for (int c = 0; c < kCellColors; ++c) {
-      if (ll[c] > ll[best]) best = c;
-    }
-    if (best == 1) second = 0;
-    for (int c = 0; c < kCellColors; ++c) {
-      if (c != best && ll[c] > ll[second]) second = c;
-    }
-    reading.best[k] = best;
-    reading.second[k] = second;
-    reading.lead[k] = ll[best] - ll[second];
+    (*cells)[k] = row[static_cast<size_t>(k / 3) * patch.columns() + k % 3];
+    least = std::min(least, (*cells)[k]);
   }
-  return reading;
+  return least >= 0;
 }
 
-uint32_t Code(const std::array<int, 9>& colors) {
+uint32_t CodeOf(const MeasuredPatch& patch, const std::array<int, 9>& cells) {
   uint32_t code = 0;
-  for (const int c : colors) code = code * kCellColors + static_cast<uint32_t>(c);
+  for (const int cell : cells) code = code * kCellColors + patch.readings[cell].best;
   return code;
 }
 
-// Poses of lattice cell (0, 0) that the window at (i, j) may mean: as read, and with one of its two weakest
-// cells read as its runner-up.
-void PosesOf(const Reading& reading, int i, int j, const BoardIndex& board, std::vector<BoardPose>* poses) {
-  const auto add = [&](const std::array<int, 9>& colors) {
-    const auto found = board.FindCode(Code(colors));
+// Whether the likeliest inks of all nine cells are the board's under the pose.
+bool Agrees(const MeasuredPatch& patch, const std::array<int, 9>& cells, int i, int j, const BoardPose& pose,
+            const Board& board) {
+  for (int k = 0; k < 9; ++k) {
+    const BoardCell at = pose.ToBoard(i + k / 3, j + k % 3);
+    if (!board.Contains(at.row, at.col)) return false;
+    if (static_cast<uint8_t>(board.at(at.row, at.col)) != patch.readings[cells[k]].best) return false;
+  }
+  return true;
+}
+
+// Poses of lattice cell (0, 0) that the window at (i, j) may mean: as read, or else with one of its two
+// weakest cells read as its runner-up.
+void PosesOf(const MeasuredPatch& patch, const std::array<int, 9>& cells, int i, int j,
+             const BoardIndex& board, std::vector<BoardPose>* poses) {
+  constexpr float kUnclear = 4;
+  const auto add = [&](uint32_t code) {
+    const auto found = board.FindCode(code);
     if (!found) return;
     const BoardCell origin = found->ToBoard(-i, -j);
     poses->push_back({origin.row, origin.col, found->quarter_turns});
   };
   poses->clear();
-  add(reading.best);
-  std::array<int, 9> order;
-  std::iota(order.begin(), order.end(), 0);
-  std::partial_sort(order.begin(), order.begin() + 2, order.end(), [&](int s, int t) {
-    return reading.lead[s] != reading.lead[t] ? reading.lead[s] < reading.lead[t] : s < t;
-  });
-  for (int k = 0; k < 2; ++k) {
-    if (reading.lead[order[k]] > 4) break;
-    auto colors = reading.best;
-    colors[order[k]] = reading.second[order[k]];
-    add(colors);
+  const uint32_t code = CodeOf(patch, cells);
+  add(code);
+  int weakest = -1, weak = -1;
+  for (int k = 0; k < 9; ++k) {
+    const float lead = patch.readings[cells[k]].lead;
+    if (weakest < 0 || lead < patch.readings[cells[weakest]].lead) {
+      weak = weakest;
+      weakest = k;
+    } else if (weak < 0 || lead < patch.readings[cells[weak]].lead) {
+      weak = k;
+    }
+  }
+  static constexpr std::array<uint32_t, 9> kPlace = {5764801, 823543, 117649, 16807, 2401, 343, 49, 7, 1};
+  for (const int k : {weakest, weak}) {
+    const CellReading& reading = patch.readings[cells[k]];
+    if (reading.lead > kUnclear) break;
+    add(code + kPlace[k] * reading.second - kPlace[k] * reading.best);
   }
 }
 
-// Log likelihood of one cell on the board over that of a random ink.
+// Evidence of one cell for a pose.
 float CellEvidence(const MeasuredPatch& patch, int cell, const BoardPose& pose, const Board& board) {
   const PatchCell& c = patch.lattice.cells[cell];
   const BoardCell at = pose.ToBoard(c.i, c.j);
-  const auto& ll = patch.log_likelihoods[cell];
-  double mean = 0;
-  for (const float l : ll) mean += std::exp(l) / kCellColors;
-  const float background = static_cast<float>(std::log(mean));
-  if (!board.Contains(at.row, at.col)) return *std::min_element(ll.begin(), ll.end()) - background;
-  return ll[static_cast<int>(board.at(at.row, at.col))] - background;
+  const auto& evidence = patch.readings[cell].evidence;
+  if (!board.Contains(at.row, at.col)) return *std::min_element(evidence.begin(), evidence.end());
+  return evidence[static_cast<int>(board.at(at.row, at.col))];
 }
 
 // Cells next to the piece (8-neighbours) whose colours are less likely under its pose than by chance.
 int CountContradicted(const MeasuredPatch& patch, const DecodedPiece& piece, const Board& board) {
-  std::vector<int> ring;
+  std::vector<bool> seen(patch.lattice.cells.size(), false);
+  for (const int cell : piece.cells) seen[cell] = true;
+  int contradicted = 0;
   for (const int cell : piece.cells) {
     const PatchCell& c = patch.lattice.cells[cell];
     for (int k = 0; k < 9; ++k) {
       const int near = patch.CellAt(c.i + k / 3 - 1, c.j + k % 3 - 1);
-      if (near >= 0 && !std::binary_search(piece.cells.begin(), piece.cells.end(), near))
-        ring.push_back(near);
+      if (near < 0 || seen[near]) continue;
+      seen[near] = true;
+      contradicted += CellEvidence(patch, near, piece.pose, board) < 0;
     }
   }
-  std::sort(ring.begin(), ring.end());
-  ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
-  return static_cast<int>(std::count_if(
-      ring.begin(), ring.end(), [&](int cell) { return CellEvidence(patch, cell, piece.pose, board) < 0; }));
+  return contradicted;
 }
 
+// Windows that read one pose.
 struct Vote {
+  BoardPose pose;
   std::vector<std::pair<int, int>> windows;  // (i, j)
 };
+
+// One vote per pose, most windows first.
+std::vector<Vote> CountVotes(const MeasuredPatch& patch, const BoardIndex& board) {
+  std::map<BoardPose, size_t> index;
+  std::vector<Vote> votes;
+  std::vector<BoardPose> poses;
+  std::array<int, 9> cells;
+  size_t last = 0;  // the next window usually reads the same
+  for (int i = patch.lattice.i_min; i + 2 <= patch.lattice.i_max; ++i) {
+    for (int j = patch.lattice.j_min; j + 2 <= patch.lattice.j_max; ++j) {
+      if (!WindowAt(patch, i, j, &cells)) continue;
+      if (last < votes.size() && Agrees(patch, cells, i, j, votes[last].pose, board.board())) {
+        votes[last].windows.push_back({i, j});
+        continue;
+      }
+      PosesOf(patch, cells, i, j, board, &poses);
+      for (const BoardPose& pose : poses) {
+        const auto [at, added] = index.emplace(pose, votes.size());
+        if (added) votes.push_back({pose, {}});
+        votes[at->second].windows.push_back({i, j});
+        if (&pose == &poses.front()) last = at->second;
+      }
+    }
+  }
+  std::stable_sort(votes.begin(), votes.end(), [](const Vote& s, const Vote& t) {
+    return s.windows.size() != t.windows.size() ? s.windows.size() > t.windows.size() : s.pose < t.pose;
+  });
+  return votes;
+}
+
+// How much better the piece's pose is on its cells than the best of the others, and than random colours.
+float Margin(const MeasuredPatch& patch, const DecodedPiece& piece, const std::vector<Vote>& votes,
+             const Board& board) {
+  constexpr size_t kMostCells = 200;
+  const size_t step = (piece.cells.size() + kMostCells - 1) / kMostCells;
+  const auto evidence = [&](const BoardPose& pose) {
+    float sum = 0;
+    for (size_t k = 0; k < piece.cells.size(); k += step)
+      sum += CellEvidence(patch, piece.cells[k], pose, board);
+    return sum;
+  };
+  float runner_up = 0;
+  for (const Vote& vote : votes) {
+    if (vote.pose != piece.pose) runner_up = std::max(runner_up, evidence(vote.pose));
+  }
+  return evidence(piece.pose) - runner_up;
+}
 
 }  // namespace
 
@@ -170,59 +217,58 @@ MeasuredPatch MeasurePatch(const LatticePatch& patch, const std::vector<Keypoint
 }
 
 void ClassifyPatch(const InkModel& inks, MeasuredPatch* patch) {
-  patch->log_likelihoods.resize(patch->colors.size());
+  patch->readings.resize(patch->colors.size());
   for (size_t k = 0; k < patch->colors.size(); ++k) {
-    patch->log_likelihoods[k] = inks.LogLikelihoods(patch->colors[k]);
+    const std::array<float, kCellColors> likelihoods = inks.Likelihoods(patch->colors[k]);
+    CellReading& reading = patch->readings[k];
+    float sum = 0;
+    int best = 0, second = 1;
+    for (const float p : likelihoods) sum += p;
+    for (int c = 1; c < kCellColors; ++c) {
+      if (likelihoods[c] > likelihoods[best]) best = c;
+    }
+    if (best == 1) second = 0;
+    for (int c = 0; c < kCellColors; ++c) {
+      if (c != best && likelihoods[c] > likelihoods[second]) second = c;
+    }
+    for (int c = 0; c < kCellColors; ++c) {
+      reading.evidence[c] = std::log(likelihoods[c] * (kCellColors / sum));
+    }
+    reading.best = static_cast<uint8_t>(best);
+    reading.second = static_cast<uint8_t>(second);
+    reading.lead = reading.evidence[best] - reading.evidence[second];
   }
 }
 
 std::vector<DecodedPiece> DecodePatch(const MeasuredPatch& patch, const BoardIndex& board) {
-  std::map<BoardPose, Vote> votes;
-  std::vector<BoardPose> poses;
-  for (int i = patch.lattice.i_min; i + 2 <= patch.lattice.i_max; ++i) {
-    for (int j = patch.lattice.j_min; j + 2 <= patch.lattice.j_max; ++j) {
-      const auto reading = ReadWindow(patch, i, j);
-      if (!reading) continue;
-      PosesOf(*reading, i, j, board, &poses);
-      for (const BoardPose& pose : poses) votes[pose].windows.push_back({i, j});
-    }
-  }
-  std::vector<std::pair<BoardPose, const Vote*>> ranked;
-  for (const auto& [pose, vote] : votes) ranked.push_back({pose, &vote});
-  std::stable_sort(ranked.begin(), ranked.end(), [](const auto& s, const auto& t) {
-    return s.second->windows.size() > t.second->windows.size();
-  });
   constexpr size_t kMostPieces = 24;
-  if (ranked.size() > kMostPieces) ranked.resize(kMostPieces);
+  std::vector<Vote> votes = CountVotes(patch, board);
+  if (votes.size() > kMostPieces) votes.resize(kMostPieces);
   std::vector<DecodedPiece> pieces;
   std::vector<bool> taken(patch.lattice.cells.size(), false);
-  for (const auto& [pose, vote] : ranked) {
+  std::vector<uint8_t> role(patch.lattice.cells.size());  // 1 in the piece, 2 middle of a window
+  std::array<int, 9> cells;
+  for (const Vote& vote : votes) {
+    std::fill(role.begin(), role.end(), 0);
+    for (const auto& [i, j] : vote.windows) {
+      WindowAt(patch, i, j, &cells);
+      if (std::any_of(cells.begin(), cells.end(), [&](int cell) { return taken[cell]; })) continue;
+      for (const int cell : cells) role[cell] |= 1;
+      role[cells[4]] |= 2;
+    }
     DecodedPiece piece;
-    piece.pose = pose;
-    for (const auto& [i, j] : vote->windows) {
-      bool free = true;
-      for (int k = 0; k < 9; ++k) free &= !taken[patch.CellAt(i + k / 3, j + k % 3)];
-      if (!free) continue;
-      piece.centers.push_back(patch.CellAt(i + 1, j + 1));
-      for (int k = 0; k < 9; ++k) piece.cells.push_back(patch.CellAt(i + k / 3, j + k % 3));
+    piece.pose = vote.pose;
+    for (size_t k = 0; k < role.size(); ++k) {
+      if (role[k] == 0) continue;
+      piece.cells.push_back(static_cast<int>(k));
+      if (role[k] & 2) piece.centers.push_back(static_cast<int>(k));
     }
     if (piece.centers.empty()) continue;
-    for (std::vector<int>* list : {&piece.cells, &piece.centers}) {
-      std::sort(list->begin(), list->end());
-      list->erase(std::unique(list->begin(), list->end()), list->end());
-    }
     for (const int cell : piece.cells) {
       taken[cell] = true;
-      piece.evidence += CellEvidence(patch, cell, pose, board.board());
+      piece.evidence += CellEvidence(patch, cell, vote.pose, board.board());
     }
-    float runner_up = 0;  // random colours
-    for (const auto& [other, unused] : ranked) {
-      if (other == pose) continue;
-      float evidence = 0;
-      for (const int cell : piece.cells) evidence += CellEvidence(patch, cell, other, board.board());
-      runner_up = std::max(runner_up, evidence);
-    }
-    piece.margin = piece.evidence - runner_up;
+    piece.margin = Margin(patch, piece, votes, board.board());
     piece.contradicted = CountContradicted(patch, piece, board.board());
     pieces.push_back(std::move(piece));
   }
@@ -231,14 +277,13 @@ std::vector<DecodedPiece> DecodePatch(const MeasuredPatch& patch, const BoardInd
 
 bool LooksMirrored(const MeasuredPatch& patch, const BoardIndex& board) {
   int upright = 0, in_mirror = 0;
+  std::array<int, 9> cells;
   for (int i = patch.lattice.i_min; i + 2 <= patch.lattice.i_max; ++i) {
     for (int j = patch.lattice.j_min; j + 2 <= patch.lattice.j_max; ++j) {
-      const auto reading = ReadWindow(patch, i, j);
-      if (!reading) continue;
-      std::array<int, 9> mirrored;
-      for (int k = 0; k < 9; ++k) mirrored[k] = reading->best[3 * (k / 3) + 2 - k % 3];
-      in_mirror += board.FindCode(Code(mirrored)).has_value();
-      upright += board.FindCode(Code(reading->best)).has_value();
+      if (!WindowAt(patch, i, j, &cells)) continue;
+      upright += board.FindCode(CodeOf(patch, cells)).has_value();
+      for (const int row : {0, 3, 6}) std::swap(cells[row], cells[row + 2]);
+      in_mirror += board.FindCode(CodeOf(patch, cells)).has_value();
     }
   }
   return in_mirror > 2 * upright;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -24,12 +25,19 @@ struct PatchDecodeOptions {
   absl::Status Validate() const;
 };
 
+// What the inks say about one cell.
+struct CellReading {
+  std::array<float, kCellColors> evidence;  // log likelihood of each ink over that of a random one
+  float lead;                               // of the likeliest ink over the next
+  uint8_t best, second;
+};
+
 // A patch with what was measured at its cells.
 struct MeasuredPatch {
   LatticePatch lattice;
-  std::vector<Rgb> colors;                                      // [cells], relative to the light around
-  std::vector<std::array<float, kCellColors>> log_likelihoods;  // [cells]
-  std::vector<int> grid;                                        // [i][j] -> cell, -1 where there is none
+  std::vector<Rgb> colors;            // [cells], relative to the light around
+  std::vector<CellReading> readings;  // [cells]
+  std::vector<int> grid;              // [i][j] -> cell, -1 where there is none
 
   int CellAt(int i, int j) const;
   int columns() const { return lattice.j_max - lattice.j_min + 1; }
@@ -41,7 +49,7 @@ struct DecodedPiece {
   std::vector<int> cells;    // ascending indices into the patch
   std::vector<int> centers;  // middle cells of the 3x3 windows that read this pose, ascending
   float evidence = 0;
-  float margin = 0;
+  float margin = 0;      // over the runner-up, on 200 of the cells where there are more
   int contradicted = 0;  // cells next to the piece, outside of it, that look like another ink
 };
 
@@ -49,7 +57,7 @@ struct DecodedPiece {
 MeasuredPatch MeasurePatch(const LatticePatch& patch, const std::vector<Keypoint>& points,
                            const ColorImage& image);
 
-// Fills log_likelihoods.
+// Fills readings.
 void ClassifyPatch(const InkModel& inks, MeasuredPatch* patch);
 
 // Pieces that read a pose, the one with most windows first. A patch that was joined wrongly reads several; a

@@ -58,6 +58,26 @@ Rgb MeanColor(std::span<const LevelPatch> patches) {
   return mean;
 }
 
+// A few thousand cells are enough to learn from: the largest patches, or the first cells of them, which are
+// near each other.
+std::vector<LevelPatch> LearningPart(const std::vector<LevelPatch>& patches) {
+  constexpr size_t kCells = 4000, kCellsOfOne = 1000;
+  std::vector<LevelPatch> some;
+  size_t cells = 0;
+  for (const LevelPatch& patch : patches) {
+    if (cells >= kCells) break;
+    LevelPatch part;
+    part.measured = patch.measured;
+    const size_t kept = std::min(kCellsOfOne, part.measured.colors.size());
+    part.measured.lattice.cells.resize(kept);
+    part.measured.colors.resize(kept);
+    for (int& cell : part.measured.grid) cell = cell < static_cast<int>(kept) ? cell : -1;
+    cells += kept;
+    some.push_back(std::move(part));
+  }
+  return some;
+}
+
 // The frame of a patch's cell in the directions of the board, in pixels of the full image.
 CellFrame FrameOnBoard(const LevelPatch& patch, int cell, const BoardPose& pose) {
   const PatchCell& c = patch.measured.lattice.cells[cell];
@@ -100,16 +120,10 @@ std::vector<LevelPatch> FindPatches(const ColorImage& image, float scale, const 
 
 InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& options,
                        std::vector<LevelPatch>* patches) {
-  // Large patches come first; a few thousand cells are enough to learn from.
-  constexpr size_t kLearningCells = 6000;
   std::stable_sort(patches->begin(), patches->end(), [](const LevelPatch& s, const LevelPatch& t) {
     return s.points.size() > t.points.size();
   });
-  size_t learning = 0;
-  for (size_t cells = 0; learning < patches->size() && cells < kLearningCells; ++learning) {
-    cells += (*patches)[learning].points.size();
-  }
-  const std::span<LevelPatch> some(patches->data(), learning);
+  std::vector<LevelPatch> some = LearningPart(*patches);
   const Rgb mean = MeanColor(some);
   InkModel best = InkModel::Faded(kFades[0], mean);
   size_t most = 0;
@@ -127,7 +141,11 @@ InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& option
     best = InkModel::Fitted(Samples(board.board(), options, some), best);
   }
   ReadPatches(best, board, options, *patches);
-  for (LevelPatch& patch : *patches) patch.mirrored = LooksMirrored(patch.measured, board);
+  for (LevelPatch& patch : *patches) {
+    // What mostly reads as it should is not a mirror's image.
+    const bool read = !patch.pieces.empty() && 2 * patch.pieces.front().cells.size() > patch.points.size();
+    patch.mirrored = !read && LooksMirrored(patch.measured, board);
+  }
   return best;
 }
 
