@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <limits>
-#include <numeric>
-
 #include "alignment/closest_points.h"
 #include "alignment/self_intersection.h"
 #include "alignment/tangle_regions.h"
@@ -14,6 +12,7 @@ namespace weft {
 namespace {
 
 using testing::FlatSheet;
+using testing::WholeMesh;
 
 class RandomPoints {
  public:
@@ -71,12 +70,6 @@ TEST(ClosestPoints, TakeSidesWithoutLength) {
   const Eigen::Vector3d shares = ClosestOnTriangle(p, q, q, q);
   EXPECT_TRUE(shares.allFinite());
   EXPECT_NEAR(shares.sum(), 1, 1e-12);
-}
-
-TanglePatch WholeMesh(const TriangleMesh& mesh) {
-  std::vector<int> all(mesh.vertices_mm.size());
-  std::iota(all.begin(), all.end(), 0);
-  return CutPatch(mesh.vertices_mm, mesh.vertices_mm, mesh.faces, {}, all, 8);
 }
 
 // The greatest move towards `wish` that the planes leave.

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <numbers>
+#include <numeric>
 
+#include "alignment/tangle_patch.h"
 #include "tests/alignment/cloth_sheets.h"
 
 namespace weft::testing {
@@ -32,15 +34,14 @@ inline TriangleMesh DentedLayers(int n, double depth_mm, double radius_mm) {
 }
 
 // A fold across the sheet whose sides have passed through each other half-way along it: seen from the side
-// the sheet is an open arch at both ends and a loop in between.
-inline TriangleMesh PinchedFold(int n, double overlap_mm) {
-  const double width = (n - 1) * kCellMm;
+// the sheet is an open arch at both ends and a loop in between. The loop is there for pinch > 0.4.
+inline TriangleMesh PinchedFold(int n, double pinch) {
+  const double middle = (n - 1) * kCellMm / 2;
   return Shaped(FlatSheet(n, n), [&](const Eigen::Vector3d& p) {
-    const double s = (p.x() - width / 2) / 14, along = (p.y() - width / 2) / (width / 6);
-    const double rise = std::exp(-s * s);                          // the fold's height
-    const double neck = -s * std::exp(-s * s * s * s / 2) * rise;  // brings the sides together, and beyond
-    return Eigen::Vector3d(p.x() + (9 + overlap_mm * std::exp(-along * along)) * 2.2 * neck,
-                           p.y() + 0.01 * p.x(), 16 * rise);
+    const double t = p.x() - middle + 0.3, along = (p.y() - middle) / 20;
+    const double arch = std::exp(-t * t / 200);
+    const double narrow = 0.6 + pinch * std::exp(-along * along);
+    return Eigen::Vector3d(middle + t * (1 - narrow * arch), p.y() + 0.01 * t, 14 * arch);
   });
 }
 
@@ -114,6 +115,13 @@ inline TriangleMesh RoughLayers(int n, double roughness_mm, uint32_t seed) {
 // Two faces with one vertex in common; the side of one opposite to it passes through the other.
 inline TriangleMesh FacesThroughEachOtherAtAVertex() {
   return {{{0, 0, 0}, {4, 0, 0}, {0, 4, 0}, {1, 1, 1}, {1.2, 1, -1}}, {{0, 1, 2}, {0, 3, 4}}};
+}
+
+// All of its vertices may move.
+inline TanglePatch WholeMesh(const TriangleMesh& mesh) {
+  std::vector<int> all(mesh.vertices_mm.size());
+  std::iota(all.begin(), all.end(), 0);
+  return CutPatch(mesh.vertices_mm, mesh.vertices_mm, mesh.faces, {}, all, 8);
 }
 
 }  // namespace weft::testing

@@ -93,7 +93,7 @@ TEST(RemoveSelfIntersections, MovesWhatIsKnownLeast) {
 }
 
 TEST(RemoveSelfIntersections, OpensAPinchedFold) {
-  const Outcome outcome = Untangle(PinchedFold(50, 4));
+  const Outcome outcome = Untangle(PinchedFold(50, 1));
   EXPECT_GT(outcome.report.pairs_before, 20);
   ExpectClean(outcome);
   EXPECT_LT(outcome.report.max_move_mm, 8);
