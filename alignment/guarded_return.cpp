@@ -13,6 +13,7 @@ namespace {
 constexpr int kSweeps = 12;
 constexpr int kProjections = 4;
 constexpr double kAtRestMm = 0.005;
+constexpr int kPatience = 3;  // iterations of little use in a row
 
 // The nearest move, or nearly so, within the planes and the greatest step.
 Eigen::Vector3d Admissible(Eigen::Vector3d move, std::span<const ContactPlane> planes, double max_step_mm) {
@@ -119,13 +120,13 @@ absl::Status ReturnOptions::Validate() const {
 int ReturnGuarded(const ReturnOptions& options, TanglePatch* patch) {
   GuardedReturn run(options, patch);
   double energy = run.Energy();
-  int iteration = 0;
-  while (iteration < options.max_iterations) {
+  int iteration = 0, idle = 0;
+  while (iteration < options.max_iterations && idle < kPatience) {
     ++iteration;
     run.Step();
     const double before = energy;
     energy = run.Energy();
-    if (before - energy < options.tolerance * before) break;
+    idle = before - energy < options.tolerance * before ? idle + 1 : 0;
   }
   return iteration;
 }

@@ -90,8 +90,9 @@ bool PointApart(const Triangle& s, const Triangle& t) {
          (a.dot(beside_d) < area && b.dot(beside_d) < area);
 }
 
+// A ray from the corner that both have leaves each of them through the side opposite.
 bool MeetBesidesFirstCorner(const Triangle& s, const Triangle& t) {
-  return SegmentThroughTriangle(s[1], s[2], t) || SegmentThroughTriangle(t[1], t[2], s);
+  return ComeWithin(0, {s[1], s[2], s[2]}, t) || ComeWithin(0, s, {t[1], t[2], t[2]});
 }
 
 // The pairs of faces near each other for which `accept`, ordered.

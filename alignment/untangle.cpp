@@ -99,9 +99,8 @@ class Pusher {
     }
     for (size_t i = 0; i < piercings.size(); ++i) {
       if (found.explained[i] && pushes_ < options_.max_pushes / 2) continue;
-      if (pushes_ < options_.patience) {
-        ShortenContour(*patch_, piercings[i], options_.contour_step_edges * edge_mm_, &field);
-      } else {
+      ShortenContour(*patch_, piercings[i], options_.contour_step_edges * edge_mm_, &field);
+      if (pushes_ >= options_.patience) {
         const PatchEdge& edge = patch_->edges[piercings[i].edge];
         flat.insert(flat.end(), {edge.a, edge.b});
         Append(patch_->faces[piercings[i].face], &flat);

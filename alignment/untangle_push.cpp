@@ -13,8 +13,9 @@ namespace weft {
 namespace {
 
 constexpr int kSweeps = 40;
-constexpr double kSpread = 0.5;   // pull of a neighbour against that of a full push
-constexpr double kAnchor = 1e-3;  // pull of the place where a vertex is
+constexpr double kSpread = 0.5;     // pull of a neighbour against that of a full push
+constexpr double kAnchor = 1e-3;    // pull of the place where a vertex is
+constexpr double kHemAnchor = 0.3;  // pull on the hem of a film, against that of a neighbour
 constexpr double kSoftGradient = 0.3;
 
 Eigen::Vector3d NormalOf(const TanglePatch& patch, int face) {
@@ -43,6 +44,32 @@ std::vector<int> Grown(const TanglePatch& patch, const std::vector<int>& vertice
   }
   std::sort(all.begin(), all.end());
   return all;
+}
+
+// Without the vertices that have no way to others than these.
+std::vector<int> Bordered(const TanglePatch& patch, const std::vector<int>& vertices) {
+  std::vector<bool> among(patch.vertex.size(), false), bordered(patch.vertex.size(), false);
+  for (const int v : vertices) among[v] = true;
+  std::vector<int> front;
+  for (const int v : vertices) {
+    const std::span<const int> neighbors = patch.NeighborsOf(v);
+    if (std::all_of(neighbors.begin(), neighbors.end(), [&](int w) { return among[w]; })) continue;
+    bordered[v] = true;
+    front.push_back(v);
+  }
+  while (!front.empty()) {
+    const int v = front.back();
+    front.pop_back();
+    for (const int w : patch.NeighborsOf(v)) {
+      if (!among[w] || bordered[w]) continue;
+      bordered[w] = true;
+      front.push_back(w);
+    }
+  }
+  std::vector<int> some;
+  std::copy_if(vertices.begin(), vertices.end(), std::back_inserter(some),
+               [&](int v) { return bordered[v]; });
+  return some;
 }
 
 struct Layer {
@@ -200,15 +227,21 @@ void ShortenContour(const TanglePatch& patch, const Piercing& piercing, double s
 }
 
 void Flatten(const std::vector<int>& vertices, int rings, TanglePatch* patch) {
-  const std::vector<int> some = Grown(*patch, vertices, rings);
+  const std::vector<int> some = Bordered(*patch, Grown(*patch, vertices, rings));
+  if (some.empty()) return;
   std::vector<int> index(patch->vertex.size(), -1);
   for (size_t i = 0; i < some.size(); ++i) index[some[i]] = static_cast<int>(i);
   Eigen::SparseMatrix<double> laplacian(some.size(), some.size());
   laplacian.reserve(Eigen::VectorXi::Constant(some.size(), 8));
+  // A film that ends within the patch would shrink.
+  std::vector<double> anchor(patch->vertex.size(), 0);
+  for (const PatchEdge& edge : patch->edges) {
+    if (edge.face[1] < 0) anchor[edge.a] = anchor[edge.b] = kHemAnchor;
+  }
   Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(some.size(), 3);
   for (size_t i = 0; i < some.size(); ++i) {
-    double diagonal = kAnchor;  // where a whole sheet is flattened
-    right.row(i) = kAnchor * patch->position_mm[some[i]].transpose();
+    double diagonal = anchor[some[i]];
+    right.row(i) = diagonal * patch->position_mm[some[i]].transpose();
     for (const int w : patch->NeighborsOf(some[i])) {
       diagonal += 1;
       if (index[w] < 0) {

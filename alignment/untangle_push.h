@@ -40,6 +40,7 @@ void PushRegion(const TanglePatch& patch, const CutOffRegion& region, double gap
 void ShortenContour(const TanglePatch& patch, const Piercing& piercing, double step_mm, PushField* field);
 
 // Lays the vertices, and those within some rings of them, between their surroundings like a soap film.
+// A sheet of which nothing would remain around them is left as it is.
 void Flatten(const std::vector<int>& vertices, int rings, TanglePatch* patch);
 
 }  // namespace weft

@@ -139,7 +139,46 @@ TEST_P(RandomTangles, EndCleanOrAreCounted) {
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomTangles, ::testing::Range(1u, 7u));
 
-TEST(RemoveSelfIntersections, CountsWhatItLeaves) {
+// Noise that throws single vertices through their neighbours, all over a tube.
+TEST(RemoveSelfIntersections, CleansUpAfterNoise) {
+  TriangleMesh mesh = testing::Tube(70, 30, 30);
+  std::mt19937 random(11);
+  std::normal_distribution<double> noise(0, 2);
+  for (size_t v = 0; v < mesh.vertices_mm.size(); v += 5) {
+    mesh.vertices_mm[v] += Eigen::Vector3d(noise(random), noise(random), noise(random));
+  }
+  const Outcome outcome = Untangle(mesh);
+  EXPECT_GT(outcome.report.pairs_before + outcome.report.vertex_pairs_before, 20);
+  ExpectClean(outcome);
+}
+
+TEST(RemoveSelfIntersections, TakesFacesWithoutArea) {
+  TriangleMesh mesh = DentedLayers(40, 3, 12);
+  for (int v = 805; v < 815; v += 2) mesh.vertices_mm[v] = mesh.vertices_mm[v + 1];
+  ExpectClean(Untangle(mesh));
+}
+
+// The projective plane has no place in space without intersections.
+TEST(RemoveSelfIntersections, CountsWhatCanNotBeParted) {
+  TriangleMesh mesh{{{0, 0, 0}, {9, 1, 0}, {8, 9, 1}, {1, 8, 0}, {4, 5, 9}, {5, 3, 4}},
+                    {{0, 1, 4},
+                     {0, 1, 5},
+                     {0, 2, 3},
+                     {0, 2, 5},
+                     {0, 3, 4},
+                     {1, 2, 3},
+                     {1, 2, 4},
+                     {1, 3, 5},
+                     {2, 4, 5},
+                     {3, 4, 5}}};
+  const Outcome outcome = Untangle(mesh);
+  const Tangles left = FindTangles(outcome.mesh.vertices_mm, outcome.mesh.faces);
+  EXPECT_FALSE(left.empty());
+  EXPECT_EQ(outcome.report.pairs_after, static_cast<int>(left.apart.size()));
+  EXPECT_EQ(outcome.report.vertex_pairs_after, static_cast<int>(left.at_vertex.size()));
+}
+
+TEST(RemoveSelfIntersections, LeavesAllWithoutRounds) {
   UntangleOptions options;
   options.max_rounds = 0;
   TriangleMesh mesh = DentedLayers(30, 4, 12);
