@@ -41,7 +41,7 @@ absl::Status Import(const ImportOptions& options) {
 }  // namespace
 
 void AddRigCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* rig = AddCommand(app, "rig", "Make a rig.json: the calibrated cameras of a studio", "");
+  CLI::App* rig = AddCommand(app, "rig", "Make or choose a rig.json: the calibrated cameras of a studio", "");
   rig->require_subcommand(1);
 
   CLI::App* command = AddCommand(
@@ -62,6 +62,7 @@ void AddRigCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--id", options->id, "Name of the rig, kept in the file")->type_name("NAME");
   command->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
   command->callback([options, &line] { line.run = [options] { return Import(*options); }; });
+  AddRigPlanCommand(*rig, line);
 }
 
 }  // namespace weft

@@ -10,6 +10,7 @@ namespace weft {
 void AddJobCommand(CLI::App& app, CommandLine& line);
 void AddRegisterCommand(CLI::App& app, CommandLine& line);
 void AddRigCommand(CLI::App& app, CommandLine& line);
+void AddRigPlanCommand(CLI::App& rig, CommandLine& line);
 void AddPatternCommand(CLI::App& app, CommandLine& line);
 void AddEvaluateCommand(CLI::App& app, CommandLine& line);
 void AddSimulateCommand(CLI::App& app, CommandLine& line);

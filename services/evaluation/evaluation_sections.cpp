@@ -135,9 +135,10 @@ std::string MapSection(const JobEvaluation& evaluation) {
     if (values.empty()) return;
     const absl::StatusOr<std::string> html =
         GarmentMapHtml(evaluation.shape, {title, label, unit, values, range});
-    absl::StrAppend(&body, html.ok() ? *html
-                                     : absl::StrCat("<p>", title, " has no picture: ",
-                                                    EscapeHtml(std::string(html.status().message())), "</p>\n"));
+    absl::StrAppend(&body, html.ok()
+                               ? *html
+                               : absl::StrCat("<p>", title, " has no picture: ",
+                                              EscapeHtml(std::string(html.status().message())), "</p>\n"));
   };
   const VertexMaps& maps = evaluation.maps;
   add("Visibility: share of the frames that observe the vertex", "share", "", maps.visibility, {0, 1});

@@ -11,6 +11,7 @@
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/synthetic/take_writer.h"
+#include "simulation/take_presets.h"
 #include "tests/capture/temp_folder.h"
 #include "weft/v1/evaluation.pb.h"
 
@@ -24,7 +25,7 @@ class SlidingResultTest : public testing::Test {
   static void SetUpTestSuite() {
     folder_ = new TempFolder;
     SyntheticTakeOptions options = *SyntheticPreset("tiny", 3);
-    options.motion.frames = 3;
+    options.performance.frames = 3;
     auto take = SyntheticTake::Make(options);
     ASSERT_TRUE(take.ok()) << take.status();
     take_ = new SyntheticTake(*std::move(take));
@@ -41,7 +42,10 @@ class SlidingResultTest : public testing::Test {
     const PrintLocator print(PrintFromVertexCells(garment.rest.faces, garment.cell_of_vertex));
     const double cell_mm = take_->board().cell_mm;
     for (int f = 0; f < take_->frames(); ++f) {
-      const TriangleMesh truth = take_->MeshAt(f);
+      const std::string name = "/000" + std::to_string(f);
+      const auto read = ReadMesh(*folder_ / "take/truth" + name + "/mesh.ply");
+      ASSERT_TRUE(read.ok()) << read.status();
+      const TriangleMesh& truth = *read;
       RegisteredMesh mesh;
       mesh.vertices_mm = truth.vertices_mm;
       for (size_t v = 0; v < mesh.vertices_mm.size(); ++v) {
@@ -53,7 +57,7 @@ class SlidingResultTest : public testing::Test {
       }
       mesh.sigma_mm.assign(mesh.vertices_mm.size(), 0.1f);
       mesh.views.assign(mesh.vertices_mm.size(), 4);
-      const std::string folder = result + "/000" + std::to_string(f);
+      const std::string folder = result + name;
       std::filesystem::create_directories(folder);
       ASSERT_TRUE(WriteRegisteredMesh(folder + "/mesh.ply", mesh, truth.faces).ok());
     }
