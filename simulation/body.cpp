@@ -76,7 +76,7 @@ class BodyBuilder {
       Add(0, chest, {side * 15, -345, 8}, {side * 150, -288, 5}, 40, 44, 1);
     }
     Add(0, chest, {0, -300, 6}, {0, -420, -12}, 60, 53, 1);
-    Add(0, chest, {0, -470, -26}, {0, -540, -16}, 70, 84, 1.15);
+    Add(0, chest, {0, -465, -30}, {0, -545, -14}, 62, 80, 1.2);
     AddArm(1, chest, -1, pose_.left);
     AddArm(2, chest, 1, pose_.right);
     AddLeg(3, pelvis, -1, pose_.left);
@@ -133,8 +133,9 @@ SurfaceDistance Body::DistanceToPart(const Part& part, const Vector3d& p) {
   const double slope = std::clamp((part.ra - part.rb) / length, -0.99, 0.99);
   // The nearest sphere of a cone lies where the distance is stationary along the axis.
   const double t = std::clamp((along + across * slope / std::sqrt(1 - slope * slope)) / length, 0.0, 1.0);
-  const Vector3d from = q - t * axis;
-  const double distance = std::max(from.norm(), 1e-9);
+  Vector3d from = q - t * axis;
+  if (from.squaredNorm() < 1e-12) from = 1e-6 * axis.unitOrthogonal();  // on the axis any direction will do
+  const double distance = from.norm();
   Vector3d gradient = from / distance;
   gradient.z() /= part.depth;
   const double size = gradient.norm();
@@ -191,11 +192,19 @@ std::vector<Vector3d> Body::MeshVertices() const {
     for (Vector3d p : CapsuleVertices({a, b, part.ra, part.rb})) {
       p.z() *= part.depth;
       p = part.axes * p;
-      for (int i = 0; i < 3; ++i) {
-        const SurfaceDistance d = DistanceTo(p);
-        if (d.distance_mm < -kBlendWithinMm) break;  // deep inside another part, not seen
-        p -= d.distance_mm * d.normal;
+      // Onto the blended surface, unless that lies deep inside another part and is not seen.
+      SurfaceDistance d = DistanceWithin(p, kBlendWithinMm);
+      for (int i = 0; i < 3 && d.distance_mm > -kBlendWithinMm; ++i) {
+        const Vector3d next = p - d.distance_mm * d.normal;
+        const SurfaceDistance there = DistanceWithin(next, kBlendWithinMm);
+        if (std::abs(there.distance_mm) >= std::abs(d.distance_mm)) break;
+        p = next, d = there;
       }
+      // Where another part is nearer, its mesh is to be seen: this one stays a little below.
+      const SurfaceDistance own = DistanceToPart(part, p);
+      double least = own.distance_mm;
+      for (const Part& other : parts_) least = std::min(least, DistanceToPart(other, p).distance_mm);
+      p -= std::min(4.0, 0.5 * (own.distance_mm - least)) * own.normal;
       out.push_back(p);
     }
   }

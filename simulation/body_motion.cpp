@@ -47,7 +47,7 @@ void Jog(double t, const Whims& whims, BodyPose& pose) {
   pose.twist += 9 * kDeg * whims.Size(1) * swing;
   pose.turn -= 4 * kDeg * swing;
   const auto limbs = [&](BodyPose::Limbs& l, double sign) {
-    l.arm_out = 24 * kDeg;
+    l.arm_out = 33 * kDeg;
     l.arm_forward = sign * 32 * kDeg * whims.Size(2) * swing;
     l.elbow = 80 * kDeg + sign * 8 * kDeg * swing;
     l.leg_forward = 8 * kDeg - sign * 32 * kDeg * swing;

@@ -13,7 +13,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr size_t kChunk = 512;  // elements a task looks at; fixes the order of the pairs
+constexpr size_t kChunk = 1024;  // elements that a task looks at; fixes the order of the pairs
+constexpr double kMargin = 0.8;  // candidates are listed this much farther than they count, relative
 
 uint64_t BoxKey(int x, int y, int z) {
   const int bias = 1 << 20;
@@ -88,19 +89,20 @@ class PointGrid {
 };
 
 // Runs `visit(i, out)` over all elements; the chunks' results are joined in order.
-template <typename Visit>
-void Collect(size_t count, const Visit& visit, std::vector<ContactPair>& out) {
+template <typename Result, typename Visit>
+void Collect(size_t count, const Visit& visit, std::vector<Result>& out) {
   const size_t chunks = (count + kChunk - 1) / kChunk;
-  std::vector<std::vector<ContactPair>> found(chunks);
+  std::vector<std::vector<Result>> found(chunks);
   tbb::parallel_for(size_t{0}, chunks, [&](size_t k) {
     for (size_t i = k * kChunk; i < std::min(count, (k + 1) * kChunk); ++i) visit(i, found[k]);
   });
-  for (const std::vector<ContactPair>& part : found) out.insert(out.end(), part.begin(), part.end());
+  for (const std::vector<Result>& part : found) out.insert(out.end(), part.begin(), part.end());
 }
 
 }  // namespace
 
-ContactFinder::ContactFinder(int vertices, const std::vector<Face>& faces) : faces_(faces) {
+ContactFinder::ContactFinder(int vertices, const std::vector<Face>& faces, double reach_mm)
+    : faces_(faces), reach_mm_(reach_mm), margin_mm_(kMargin * reach_mm) {
   for (const Face& f : faces)
     for (int k = 0; k < 3; ++k)
       edges_.push_back({std::min(f[k], f[(k + 1) % 3]), std::max(f[k], f[(k + 1) % 3])});
@@ -121,8 +123,8 @@ bool ContactFinder::Joined(int a, int b) const {
                             neighbor_.begin() + neighbor_first_[a + 1], b);
 }
 
-void ContactFinder::FindAtFaces(const std::vector<Vector3d>& x, double reach,
-                                std::vector<ContactPair>& out) const {
+void ContactFinder::ListVerticesAtFaces(const std::vector<Vector3d>& x, double reach) {
+  at_faces_.clear();
   std::vector<double> size(faces_.size());  // half the size of a face
   std::vector<Vector3d> center(faces_.size());
   double mean = 0;
@@ -136,27 +138,21 @@ void ContactFinder::FindAtFaces(const std::vector<Vector3d>& x, double reach,
   const PointGrid grid(x, 2 * (mean + reach));
   Collect(
       faces_.size(),
-      [&](size_t f, std::vector<ContactPair>& found) {
+      [&](size_t f, std::vector<Candidate>& found) {
         const Face& t = faces_[f];
         const double far = size[f] + reach;
         grid.Around(center[f], far, [&](int v) {
           if (((x[v] - center[f]).array().abs() > far).any()) return;
           if (v == t[0] || v == t[1] || v == t[2]) return;
-          const NearestPoints near = NearestOnTriangle(x[v], x[t[0]], x[t[1]], x[t[2]]);
-          if (!(near.distance_mm < reach)) return;
-          found.push_back({{v, t[0], t[1], t[2]},
-                           near.weight,
-                           near.normal,
-                           near.distance_mm,
-                           false,
-                           Joined(v, t[0]) || Joined(v, t[1]) || Joined(v, t[2])});
+          if (NearestOnTriangle(x[v], x[t[0]], x[t[1]], x[t[2]]).distance_mm < reach)
+            found.push_back({v, static_cast<int>(f)});
         });
       },
-      out);
+      at_faces_);
 }
 
-void ContactFinder::FindAtEdges(const std::vector<Vector3d>& x, double reach,
-                                std::vector<ContactPair>& out) const {
+void ContactFinder::ListEdgesAtEdges(const std::vector<Vector3d>& x, double reach) {
+  at_edges_.clear();
   // Boxes around the edges, half the reach wider; each is listed in every grid box that it touches.
   std::vector<Eigen::Array3f> low(edges_.size()), high(edges_.size());
   double mean = 0;
@@ -179,7 +175,7 @@ void ContactFinder::FindAtEdges(const std::vector<Vector3d>& x, double reach,
         for (int k = first.z(); k <= last.z(); ++k) entries.push_back({BoxKey(i, j, k), static_cast<int>(e)});
   }
   const HashedBoxes boxes(entries);
-  const auto test = [&](int i, int j, uint64_t key, std::vector<ContactPair>& found) {
+  const auto test = [&](int i, int j, uint64_t key, std::vector<Candidate>& found) {
     if ((low[i] > high[j]).any() || (low[j] > high[i]).any()) return;
     const auto [a, b] = edges_[i];
     const auto [c, d] = edges_[j];
@@ -187,30 +183,70 @@ void ContactFinder::FindAtEdges(const std::vector<Vector3d>& x, double reach,
     // The pair is found in several boxes and taken in the first that both touch.
     const Eigen::Array3i first = box_of(low[i].max(low[j]));
     if (BoxKey(first.x(), first.y(), first.z()) != key) return;
-    const NearestPoints near = NearestOfEdges(x[a], x[b], x[c], x[d]);
-    if (!(near.distance_mm < reach)) return;
-    found.push_back({{a, b, c, d},
-                     near.weight,
-                     near.normal,
-                     near.distance_mm,
-                     true,
-                     Joined(a, c) || Joined(a, d) || Joined(b, c) || Joined(b, d)});
+    if (NearestOfEdges(x[a], x[b], x[c], x[d]).distance_mm < reach) found.push_back({i, j});
   };
   Collect(
       boxes.buckets(),
-      [&](size_t bucket, std::vector<ContactPair>& found) {
+      [&](size_t bucket, std::vector<Candidate>& found) {
         for (const auto* p = boxes.begin(bucket); p != boxes.end(bucket); ++p)
           for (const auto* q = p + 1; q != boxes.end(bucket); ++q)
             if (p->key == q->key) test(p->element, q->element, p->key, found);
       },
-      out);
+      at_edges_);
 }
 
-std::vector<ContactPair> ContactFinder::Find(const std::vector<Vector3d>& x, double reach) const {
-  std::vector<ContactPair> out;
-  FindAtFaces(x, reach, out);
-  FindAtEdges(x, reach, out);
-  return out;
+void ContactFinder::Measure(const std::vector<Vector3d>& x) {
+  pairs_.clear();
+  const float reach = static_cast<float>(reach_mm_);
+  Collect(
+      at_faces_.size(),
+      [&](size_t k, std::vector<ContactPair>& found) {
+        const int v = at_faces_[k].a;
+        const Face& t = faces_[at_faces_[k].b];
+        const NearestPoints near = NearestOnTriangle(x[v], x[t[0]], x[t[1]], x[t[2]]);
+        if (!(near.distance_mm < reach)) return;
+        found.push_back({{v, t[0], t[1], t[2]},
+                         near.weight,
+                         near.normal,
+                         near.distance_mm,
+                         false,
+                         Joined(v, t[0]) || Joined(v, t[1]) || Joined(v, t[2])});
+      },
+      pairs_);
+  Collect(
+      at_edges_.size(),
+      [&](size_t k, std::vector<ContactPair>& found) {
+        const auto [a, b] = edges_[at_edges_[k].a];
+        const auto [c, d] = edges_[at_edges_[k].b];
+        const NearestPoints near = NearestOfEdges(x[a], x[b], x[c], x[d]);
+        if (!(near.distance_mm < reach)) return;
+        found.push_back({{a, b, c, d},
+                         near.weight,
+                         near.normal,
+                         near.distance_mm,
+                         true,
+                         Joined(a, c) || Joined(a, d) || Joined(b, c) || Joined(b, d)});
+      },
+      pairs_);
+}
+
+const std::vector<ContactPair>& ContactFinder::Find(const std::vector<Vector3d>& x,
+                                                    const Eigen::Isometry3d& carry) {
+  // Two elements that were farther apart than reach and margin are still out of reach while every vertex is
+  // within half the margin of where it was carried.
+  bool stale = listed_at_mm_.empty();
+  const double limit2 = margin_mm_ * margin_mm_ / 4;
+  for (size_t v = 0; v < listed_at_mm_.size(); ++v) {
+    listed_at_mm_[v] = carry * listed_at_mm_[v];
+    stale |= !((x[v] - listed_at_mm_[v]).squaredNorm() < limit2);
+  }
+  if (stale) {
+    ListVerticesAtFaces(x, reach_mm_ + margin_mm_);
+    ListEdgesAtEdges(x, reach_mm_ + margin_mm_);
+    listed_at_mm_ = x;
+  }
+  Measure(x);
+  return pairs_;
 }
 
 int KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Vector3d>& from,

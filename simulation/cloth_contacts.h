@@ -22,24 +22,35 @@ struct ContactPair {
   bool is_near = false;  // neighbours in the sheet: a vertex of one is joined to a vertex of the other
 };
 
+// Finds the pairs step by step. Candidates from a grid are kept as long as nothing has moved far.
 class ContactFinder {
  public:
-  ContactFinder(int vertices, const std::vector<Face>& faces);
+  // `reach_mm`: pairs nearer than that are found.
+  ContactFinder(int vertices, const std::vector<Face>& faces, double reach_mm);
 
-  // All pairs nearer than `reach_mm`, in a fixed order. Parallel in the calling thread's TBB arena, the same
-  // result at any thread count.
-  std::vector<ContactPair> Find(const std::vector<Eigen::Vector3d>& x_mm, double reach_mm) const;
+  // All pairs within reach, in an order that follows from the calls before. `carry`: the rigid motion since
+  // the last call that all vertices have about in common. Parallel in the calling thread's TBB arena, the
+  // same result at any thread count.
+  const std::vector<ContactPair>& Find(const std::vector<Eigen::Vector3d>& x_mm,
+                                       const Eigen::Isometry3d& carry);
 
  private:
-  void FindAtFaces(const std::vector<Eigen::Vector3d>& x_mm, double reach_mm,
-                   std::vector<ContactPair>& out) const;
-  void FindAtEdges(const std::vector<Eigen::Vector3d>& x_mm, double reach_mm,
-                   std::vector<ContactPair>& out) const;
+  struct Candidate {
+    int a, b;  // vertex and face, or two edges
+  };
+
+  void ListVerticesAtFaces(const std::vector<Eigen::Vector3d>& x_mm, double reach_mm);
+  void ListEdgesAtEdges(const std::vector<Eigen::Vector3d>& x_mm, double reach_mm);
+  void Measure(const std::vector<Eigen::Vector3d>& x_mm);
   bool Joined(int a, int b) const;
 
   std::vector<Face> faces_;
   std::vector<std::array<int, 2>> edges_;
   std::vector<int> neighbor_first_, neighbor_;
+  double reach_mm_, margin_mm_;
+  std::vector<Candidate> at_faces_, at_edges_;
+  std::vector<Eigen::Vector3d> listed_at_mm_;  // positions when the candidates were listed, carried since
+  std::vector<ContactPair> pairs_;
 };
 
 // Shortens the moves from `from` to `to` where needed so that no two elements of the cloth pass through each

@@ -39,22 +39,20 @@ GarmentSolver::GarmentSolver(const std::vector<Face>& faces,
       reach_mm_(kReachCells * cell_mm),
       body_gap_mm_(1 + 0.15 * cell_mm),
       fabric_(static_cast<int>(x_mm.size()), faces, flat_mm, options),
-      finder_(static_cast<int>(x_mm.size()), faces),
+      finder_(static_cast<int>(x_mm.size()), faces, reach_mm_),
       x_(std::move(x_mm)),
       v_(x_.size(), Vector3d::Zero()),
       local_(x_.size()),
       inverse_(x_.size()),
       rhs_(x_.size()),
-      dv_(x_.size()),
+      dv_(x_.size(), Vector3f::Zero()),
       product_(x_.size()),
       is_held_(x_.size()) {}
 
-void GarmentSolver::FindContacts(double step_s, const StepInput& input) {
-  (void)input;
-  pairs_ = finder_.Find(x_, reach_mm_);
+void GarmentSolver::PushLayersApart(double step_s, const std::vector<ContactPair>& pairs) {
   contacts_.clear();
   const double k = kContactNPerM;
-  for (const ContactPair& p : pairs_) {
+  for (const ContactPair& p : pairs) {
     const double thickness = p.is_near ? kNearThickness * thickness_mm_ : thickness_mm_;
     Vector3d relative = Vector3d::Zero();
     for (int i = 0; i < 4; ++i) relative += static_cast<double>(p.weight[i]) * v_[p.v[i]];
@@ -118,7 +116,6 @@ void GarmentSolver::BuildSystem(double step_s, const StepInput& input) {
     const Vector3d force = fabric_.forces()[i] + mass * (input.gravity_mm_s2 - drag * v_[i]);
     rhs_[i] = (step_s * force).cast<float>() - elastic_scale_ * product_[i];
     is_held_[i] = 0;
-    dv_[i].setZero();
   });
   TouchBody(step_s, input);
   ForEachIndex(n, [&](size_t i) {
@@ -153,7 +150,7 @@ void GarmentSolver::Multiply(const std::vector<Vector3f>& p, std::vector<Vector3
   });
 }
 
-// Preconditioned conjugate gradients; held vertices keep the velocity that dv_ begins with.
+// Preconditioned conjugate gradients from the last step's solution; held vertices keep what dv_ holds.
 int GarmentSolver::Solve() {
   const size_t n = x_.size();
   std::vector<Vector3f> r(n), z(n), p(n);
@@ -167,7 +164,9 @@ int GarmentSolver::Solve() {
     return SumOf(n, [&](size_t i) { return static_cast<double>(a[i].dot(b[i])); });
   };
   double rz = dot(r, z);
-  const double goal = kTolerance * kTolerance * rz;
+  const double goal = kTolerance * kTolerance * SumOf(n, [&](size_t i) {
+                        return is_held_[i] ? 0.0 : static_cast<double>(rhs_[i].dot(inverse_[i] * rhs_[i]));
+                      });
   int iteration = 0;
   for (; iteration < kMaxIterations && rz > goal && rz > 0; ++iteration) {
     Multiply(p, product_);
@@ -201,18 +200,20 @@ void GarmentSolver::PushOutOfBody(const StepInput& input, std::vector<Vector3d>&
 
 StepReport GarmentSolver::Step(double step_s, const StepInput& input) {
   StepReport report;
-  FindContacts(step_s, input);
+  const std::vector<ContactPair>& pairs = finder_.Find(x_, carry_);
+  PushLayersApart(step_s, pairs);
   BuildSystem(step_s, input);
   report.contacts = static_cast<int>(contacts_.size());
   report.iterations = Solve();
   std::vector<Vector3d> to(x_.size());
   ForEachIndex(x_.size(), [&](size_t i) { to[i] = x_[i] + step_s * (v_[i] + dv_[i].cast<double>()); });
   PushOutOfBody(input, to);
-  report.held_back = KeepApart(pairs_, x_, input.carry, reach_mm_, thickness_mm_, to);
+  report.held_back = KeepApart(pairs, x_, input.carry, reach_mm_, thickness_mm_, to);
   ForEachIndex(x_.size(), [&](size_t i) {
     v_[i] = (to[i] - x_[i]) / step_s;
     x_[i] = to[i];
   });
+  carry_ = input.carry;
   return report;
 }
 

@@ -68,7 +68,7 @@ class GarmentSolver {
     float weight;
   };
 
-  void FindContacts(double step_s, const StepInput& input);
+  void PushLayersApart(double step_s, const std::vector<ContactPair>& pairs);
   void TouchBody(double step_s, const StepInput& input);
   void BuildSystem(double step_s, const StepInput& input);
   void Multiply(const std::vector<Eigen::Vector3f>& p, std::vector<Eigen::Vector3f>& out);
@@ -80,9 +80,9 @@ class GarmentSolver {
   Fabric fabric_;
   ContactFinder finder_;
   std::vector<Eigen::Vector3d> x_, v_;
+  Eigen::Isometry3d carry_ = Eigen::Isometry3d::Identity();  // of the last step
 
   // Of the step at hand.
-  std::vector<ContactPair> pairs_;
   std::vector<Contact> contacts_;
   std::vector<int> touch_first_;
   std::vector<Touch> touches_;

@@ -14,7 +14,7 @@ constexpr double kDeg = std::numbers::pi / 180;
 
 // The T-shirt's measures, [mm]; heights from the point where shoulder and neck meet.
 constexpr double kNeck = 80, kShoulder = 205, kShoulderDrop = 38, kChest = 240, kUnderarm = 225, kHem = 236;
-constexpr double kLength = 620, kSleeve = 185, kCuff = 160, kSleeveSeam = 110;
+constexpr double kLength = 680, kSleeve = 185, kCuff = 160, kSleeveSeam = 110;
 constexpr double kNeckHeight = -372;  // of that point over the pelvis
 constexpr double kLayerDepth = 45;    // of front and back from the middle when put on
 // The skirt's: half of the circumferences, and its length.

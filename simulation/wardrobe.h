@@ -17,7 +17,7 @@ struct Outfit {
   std::vector<int> waist;                 // vertices that sit on the pelvis (skirt)
 };
 
-// Five panels: front, back, two sleeves, collar band; half chest 480 mm, length 620 mm. 98,000 cells of
+// Five panels: front, back, two sleeves, collar band; half chest 480 mm, length 680 mm. 96,000 cells of
 // 2.7 mm, 19,000 of 6 mm. The coarsest cell is about 20 mm.
 std::vector<Panel> TShirtPanels(double cell_mm);
 absl::StatusOr<Outfit> MakeTShirt(double cell_mm);

@@ -1,0 +1,91 @@
+#include "simulation/body.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "simulation/body_motion.h"
+#include "simulation/wardrobe.h"
+
+namespace weft {
+namespace {
+
+using Eigen::Vector3d;
+
+TEST(Body, NormalIsTheGradientOfTheDistance) {
+  const Body body(NaturalPose());
+  int near = 0;
+  for (int k = 0; k < 2000; ++k) {
+    const double angle = 0.7 * k;
+    const Vector3d p(190 * std::cos(angle), -380 + 0.36 * k, 150 * std::sin(angle));
+    const SurfaceDistance d = body.DistanceTo(p);
+    if (std::abs(d.distance_mm) > 15) continue;
+    ++near;
+    // A step along the normal by the distance ends on the surface.
+    const SurfaceDistance at = body.DistanceTo(p - d.distance_mm * d.normal);
+    EXPECT_NEAR(at.distance_mm, 0, 2 + 0.2 * std::abs(d.distance_mm)) << p.transpose();
+  }
+  EXPECT_GT(near, 30);
+}
+
+TEST(Body, ShortReachGivesTheSameDistanceNearby) {
+  const Body body(NaturalPose());
+  for (int k = 0; k < 300; ++k) {
+    const Vector3d p(150 * std::sin(1.3 * k), -350 + 2 * k, 110 * std::cos(1.3 * k));
+    const double full = body.DistanceTo(p).distance_mm;
+    if (full >= 10) continue;
+    EXPECT_NEAR(body.DistanceWithin(p, 10).distance_mm, full, 1e-6);
+  }
+}
+
+TEST(Body, MeshLiesOnTheSurfaceAndFacesOutwards) {
+  const Body body(NaturalPose());
+  const std::vector<Vector3d> x = body.MeshVertices();
+  for (const Vector3d& p : x) EXPECT_LT(body.DistanceTo(p).distance_mm, 1);
+  double volume = 0;  // of all parts together, positive for faces that are counter-clockwise from outside
+  for (const Face& f : Body::MeshFaces()) volume += x[f[0]].dot(x[f[1]].cross(x[f[2]])) / 6;
+  EXPECT_GT(volume, 3e7);
+}
+
+TEST(Body, ArmsMoveAsTheirAnglesSay) {
+  BodyPose pose;
+  pose.right.arm_out = std::acos(0);  // a quarter turn: straight to the side
+  EXPECT_LT(Body(pose).DistanceTo({480, -275, 0}).distance_mm, 0);
+  pose.right.arm_out = 0, pose.right.arm_forward = std::acos(0);
+  EXPECT_LT(Body(pose).DistanceTo({172, -275, -400}).distance_mm, 0);
+  EXPECT_GT(Body(BodyPose()).DistanceTo({480, -275, 0}).distance_mm, 0);
+}
+
+TEST(BodyMotion, BeginsInTheNaturalPoseAndNeverJumps) {
+  for (const PerformanceMotion motion : {PerformanceMotion::kBreathing, PerformanceMotion::kTwist,
+                                         PerformanceMotion::kJogging, PerformanceMotion::kPinch}) {
+    const std::vector<Vector3d> natural = Body(NaturalPose()).MeshVertices();
+    std::vector<Vector3d> before = Body(PoseAt(motion, 0, 1)).MeshVertices();
+    for (size_t v = 0; v < natural.size(); ++v) EXPECT_EQ(before[v], natural[v]);
+    double moved = 0;
+    for (int k = 1; k <= 20; ++k) {
+      const std::vector<Vector3d> x = Body(PoseAt(motion, 0.05 * k, 1)).MeshVertices();
+      for (size_t v = 0; v < x.size(); v += 7) {
+        // 6 m/s: a foot that jogs.
+        ASSERT_LT((x[v] - before[v]).norm(), 300) << NameOf(motion) << " at " << 0.05 * k << " s";
+        moved = std::max(moved, (x[v] - natural[v]).norm());
+      }
+      before = x;
+    }
+    EXPECT_GT(moved, 4) << NameOf(motion);
+  }
+}
+
+TEST(BodyMotion, HandHoldsWhileItPulls) {
+  const Vector3d rest(10, 20, -130);
+  double farthest = 0;
+  EXPECT_FALSE(PinchAt(0, rest, 1).holds);
+  for (int k = 0; k < 320; ++k) {
+    const PinchState state = PinchAt(0.01 * k, rest, 1);
+    if (state.holds) farthest = std::max(farthest, (state.hand.grip_mm - rest).norm());
+  }
+  EXPECT_GT(farthest, 30);
+}
+
+}  // namespace
+}  // namespace weft

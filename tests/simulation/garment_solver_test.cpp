@@ -1,0 +1,205 @@
+#include "simulation/garment_solver.h"
+
+#include <gtest/gtest.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "alignment/self_intersection.h"
+#include "simulation/cloth.h"
+
+namespace weft {
+namespace {
+
+using Eigen::Vector3d;
+
+// A flat sheet of cells of 5 mm, y down.
+struct Sheet {
+  Cloth cloth;
+  std::vector<std::array<Eigen::Vector2d, 3>> flat_mm;
+
+  Sheet(int rows, int cols) {
+    ClothOptions options;
+    options.shape = ClothShape::kSheet;
+    options.rows = rows, options.cols = cols, options.cell_mm = 5;
+    cloth = *BuildCloth(options);
+    for (const auto& p : cloth.print.of_face) flat_mm.push_back({5 * p[0], 5 * p[1], 5 * p[2]});
+  }
+  GarmentSolver Solver(const JerseyOptions& jersey) const {
+    return SolverFrom(cloth.rest.vertices_mm, jersey);
+  }
+  GarmentSolver SolverFrom(const std::vector<Vector3d>& x_mm, const JerseyOptions& jersey) const {
+    return GarmentSolver(cloth.rest.faces, flat_mm, x_mm, 5, jersey);
+  }
+};
+
+JerseyOptions WithoutAir() {
+  JerseyOptions jersey;
+  jersey.air_drag_per_s = 0;
+  return jersey;
+}
+
+std::vector<Vector3d> Mapped(const std::vector<Vector3d>& x,
+                             const std::function<Vector3d(const Vector3d&)>& f) {
+  std::vector<Vector3d> out;
+  for (const Vector3d& p : x) out.push_back(f(p));
+  return out;
+}
+
+TEST(GarmentSolver, FallsFreely) {
+  const Sheet sheet(6, 6);
+  GarmentSolver solver = sheet.Solver(WithoutAir());
+  const double step = 1e-3;
+  for (int k = 0; k < 100; ++k) solver.Step(step, {});
+  // Implicit Euler falls g h^2 n (n + 1) / 2 in n steps.
+  const double fallen = 9810 * step * step * 100 * 101 / 2;
+  for (size_t v = 0; v < solver.positions_mm().size(); ++v)
+    EXPECT_LT((solver.positions_mm()[v] - sheet.cloth.rest.vertices_mm[v] - Vector3d(0, fallen, 0)).norm(),
+              1e-3 * fallen);
+}
+
+TEST(GarmentSolver, HangingStripStretchesByItsWeight) {
+  const Sheet sheet(40, 6);
+  const JerseyOptions jersey;
+  GarmentSolver solver = sheet.Solver(jersey);
+  StepInput input;
+  input.drag_per_s = 30;
+  for (int j = 0; j < sheet.cloth.grid_cols; ++j) {
+    input.held.push_back(sheet.cloth.vertex_at(0, j));
+    input.held_at_mm.push_back(sheet.cloth.rest.vertices_mm[input.held.back()]);
+  }
+  for (int k = 0; k < 600; ++k) solver.Step(2e-3, input);
+  // Strain at depth s below the hold: weight of what hangs below, over the stiffness.
+  const double length = 200, density = jersey.density_kg_m2 * 1e-6, stiffness = jersey.stretch_n_per_m;
+  const double expected = density * 9810 * length * length / (2 * stiffness);
+  const int low = sheet.cloth.vertex_at(sheet.cloth.grid_rows - 1, sheet.cloth.grid_cols / 2);
+  EXPECT_NEAR(solver.positions_mm()[low].y() - sheet.cloth.rest.vertices_mm[low].y(), expected,
+              0.05 * expected);
+}
+
+TEST(GarmentSolver, BendingEnergyIsThatOfACylinder) {
+  const Sheet sheet(40, 40);
+  const JerseyOptions jersey;
+  const GarmentSolver solver = sheet.Solver(jersey);
+  const double radius = 80, area = 200.0 * 200.0;
+  const double expected = jersey.bending_n_m * 1e6 * area / (2 * radius * radius);
+  for (const double angle : {0.0, 0.8, 1.57}) {
+    const Vector3d along(std::cos(angle), std::sin(angle), 0), axis(-along.y(), along.x(), 0);
+    const std::vector<Vector3d> rolled =
+        Mapped(sheet.cloth.rest.vertices_mm, [&](const Vector3d& p) -> Vector3d {
+          const double turn = along.dot(p) / radius;
+          return radius * std::sin(turn) * along + axis.dot(p) * axis -
+                 Vector3d(0, 0, radius * std::cos(turn));
+        });
+    EXPECT_NEAR(solver.fabric().BendingEnergy(rolled) / expected, 1, 0.25) << angle;
+  }
+}
+
+TEST(GarmentSolver, LosesEnergyAndKeepsMomentum) {
+  const Sheet sheet(12, 12);
+  // Stretched, sheared and bent; nothing acts from outside.
+  const std::vector<Vector3d> start = Mapped(sheet.cloth.rest.vertices_mm, [](const Vector3d& p) {
+    return Vector3d(1.04 * p.x() + 0.05 * p.y(), 0.99 * p.y(), 3 * std::sin(p.x() / 9));
+  });
+  GarmentSolver solver = sheet.SolverFrom(start, WithoutAir());
+  StepInput weightless;
+  weightless.gravity_mm_s2.setZero();
+  const auto& mass = solver.fabric().mass_kg();
+  double before = 1e18, first = 0;
+  for (int k = 0; k < 80; ++k) {
+    solver.Step(1e-3, weightless);
+    double energy = solver.fabric().MembraneEnergy(solver.positions_mm()) +
+                    solver.fabric().BendingEnergy(solver.positions_mm());
+    Vector3d momentum = Vector3d::Zero();
+    double moving = 0;
+    for (size_t v = 0; v < mass.size(); ++v) {
+      const Vector3d& velocity = solver.velocities_mm_s()[v];
+      energy += mass[v] * velocity.squaredNorm() / 2;
+      momentum += mass[v] * velocity;
+      moving += mass[v] * velocity.norm();
+    }
+    if (k == 0) first = energy;
+    EXPECT_LT(energy, before * (1 + 1e-3)) << "step " << k;
+    EXPECT_LT(momentum.norm(), 0.01 * moving) << "step " << k;
+    before = energy;
+  }
+  EXPECT_LT(before, 0.5 * first);
+}
+
+// A sheet whose upper and lower borders are pushed together fast, so that it crumples between them.
+std::vector<Vector3d> Crumple(int threads, int steps) {
+  const Sheet sheet(30, 24);
+  const std::vector<Vector3d> start = Mapped(sheet.cloth.rest.vertices_mm, [](const Vector3d& p) {
+    return Vector3d(p.x(), p.y(), 2 * std::sin(p.y() / 7) + std::sin(p.x() / 11));
+  });
+  GarmentSolver solver = sheet.SolverFrom(start, {});
+  StepInput input;
+  for (const int i : {0, sheet.cloth.grid_rows - 1})
+    for (int j = 0; j < sheet.cloth.grid_cols; ++j) {
+      input.held.push_back(sheet.cloth.vertex_at(i, j));
+      input.held_at_mm.push_back(start[input.held.back()]);
+    }
+  tbb::task_arena(threads).execute([&] {
+    for (int k = 0; k < steps; ++k) {
+      for (size_t h = 0; h < input.held.size(); ++h)
+        input.held_at_mm[h].y() += (h < input.held.size() / 2 ? 1 : -1) * 60.0 / steps;
+      solver.Step(1.5e-3, input);
+    }
+  });
+  EXPECT_TRUE(FindSelfIntersections(solver.positions_mm(), sheet.cloth.rest.faces).empty());
+  return solver.positions_mm();
+}
+
+TEST(GarmentSolver, CrumpledClothDoesNotPassThroughItself) {
+  const std::vector<Vector3d> x = Crumple(1, 250);
+  double low = 1e9, high = -1e9;
+  for (const Vector3d& p : x) low = std::min(low, p.z()), high = std::max(high, p.z());
+  EXPECT_GT(high - low, 20) << "the cloth has no folds";
+}
+
+TEST(GarmentSolver, AnyNumberOfThreadsGivesTheSameBytes) { EXPECT_EQ(Crumple(1, 40), Crumple(3, 40)); }
+
+TEST(GarmentSolver, ASphereIsNotEntered) {
+  const Sheet sheet(24, 24);
+  const Vector3d center(0, 40, 0);
+  Obstacle sphere;
+  sphere.distance = [&](const Vector3d& p, double) {
+    return SurfaceDistance{(p - center).norm() - 30, (p - center).normalized()};
+  };
+  sphere.velocity_mm_s = [](const Vector3d&) -> Vector3d { return Vector3d::Zero(); };
+  StepInput input;
+  input.obstacle = &sphere;
+  // Lies flat above the sphere and falls onto it.
+  GarmentSolver solver = sheet.SolverFrom(
+      Mapped(sheet.cloth.rest.vertices_mm, [](const Vector3d& p) { return Vector3d(p.x(), 0, p.y()); }), {});
+  for (int k = 0; k < 200; ++k) solver.Step(1.5e-3, input);
+  double least = 1e9;
+  for (const Vector3d& p : solver.positions_mm()) least = std::min(least, (p - center).norm() - 30);
+  EXPECT_GT(least, 0);
+  EXPECT_LT(least, 3) << "the cloth does not lie on the sphere";
+  EXPECT_TRUE(FindSelfIntersections(solver.positions_mm(), sheet.cloth.rest.faces).empty());
+}
+
+TEST(KeepApart, HoldsBackAVertexOnItsWayThroughAFaceOnly) {
+  const std::vector<Face> faces = {{0, 1, 2}};
+  const std::vector<Vector3d> from = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {2, 2, 1}, {20, 20, 1}};
+  ContactFinder finder(5, faces, 4);
+  const std::vector<ContactPair> pairs = finder.Find(from, Eigen::Isometry3d::Identity());
+  ASSERT_EQ(pairs.size(), 1u);
+  EXPECT_NEAR(pairs[0].distance_mm, 1, 1e-6);
+  std::vector<Vector3d> to = from;
+  to[3].z() = -0.5;
+  to[4].z() = 0;
+  EXPECT_GT(KeepApart(pairs, from, Eigen::Isometry3d::Identity(), 4, 1, to), 0);
+  EXPECT_GT(to[3].z(), 0);
+  EXPECT_EQ(to[4].z(), 0);
+  // A motion that all have in common is free.
+  const Eigen::Isometry3d carry(Eigen::Translation3d(0, 0, 50));
+  to = from;
+  for (Vector3d& p : to) p = carry * p;
+  EXPECT_EQ(KeepApart(pairs, from, carry, 4, 1, to), 0);
+}
+
+}  // namespace
+}  // namespace weft
