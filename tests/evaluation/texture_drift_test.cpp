@@ -55,13 +55,12 @@ class TextureDriftTest : public testing::Test {
     StudioOptions look = PlainLook();
     look.light = LightOptions();
     look.light.rays = 32;
-    SensorOptions sensor;
     const absl::StatusOr<Board> board = GenerateBoard(kRows, kCols, kFlatCellMm, 1);
-    const auto scene = StudioScene::Build(ClothAt(frame), cloth_.print, *board, look);
+    const auto scene = StudioScene::Build(MovingMesh{ClothAt(frame), {}}, cloth_.print, *board, {}, look);
     EXPECT_TRUE(scene.ok()) << scene.status();
-    const auto picture = RenderView(*scene, rig_.cameras[camera], sensor, frame);
+    const auto picture = RenderView(*scene, rig_.cameras[camera], CameraOptions(), frame);
     EXPECT_TRUE(picture.ok()) << picture.status();
-    return *ToGrey(*picture);
+    return *ToGrey(ToFrame(*picture));
   }
 
   TextureDriftField Measure(double slide_mm) const {
