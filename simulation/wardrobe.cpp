@@ -18,7 +18,7 @@ constexpr double kLength = 680, kSleeve = 185, kCuff = 160, kSleeveSeam = 110;
 constexpr double kNeckHeight = -372;  // of that point over the pelvis
 constexpr double kLayerDepth = 45;    // of front and back from the middle when put on
 // The skirt's: half of the circumferences, and its length.
-constexpr double kWaist = 190, kSkirtHem = 330, kSkirtLength = 470;
+constexpr double kWaist = 208, kSkirtHem = 330, kSkirtLength = 470;
 constexpr double kDressingArm = 60 * kDeg;
 
 std::vector<Vec2> Line(const Vec2& a, const Vec2& b) { return {a, b}; }
@@ -244,8 +244,8 @@ absl::StatusOr<Outfit> MakeSkirt(double cell_mm) {
     const double angle = std::numbers::pi / 2 * at.x() / half_width, side = panel == 0 ? 1 : -1;
     // Half an ellipse each, as wide as the cloth.
     const double scale = half_width / kWaist;
-    out.start_mm.emplace_back(side * 139 * scale * std::sin(angle), 5 + at.y(),
-                              -side * 101 * scale * std::cos(angle));
+    out.start_mm.emplace_back(side * 152 * scale * std::sin(angle), 5 + at.y(),
+                              -side * 110 * scale * std::cos(angle));
   }
   for (const char* border : {"waist_front", "waist_back"})
     for (const int v : sewn->of_seam.at(border)) out.waist.push_back(v);

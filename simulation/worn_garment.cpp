@@ -172,7 +172,8 @@ class WornGarment : public PerformanceSource {
       };
       StepInput input;
       input.obstacle = &obstacle;
-      input.carry = body.world_from_chest() * before.world_from_chest().inverse();
+      const auto trunk = waist_.empty() ? &Body::world_from_chest : &Body::world_from_pelvis;
+      input.carry = (body.*trunk)() * (before.*trunk)().inverse();
       const double calm = std::clamp(-time_s_ / DressingS(), 0.0, 1.0);
       input.drag_per_s = 25 * calm * calm;
       if (time_s_ + DressingS() < kGrowS) input.gravity_mm_s2 *= 0.3;

@@ -82,5 +82,18 @@ TEST(Performance, DressesAPersonInATShirtWithoutPassingThroughItOrItself) {
   }
 }
 
+TEST(Performance, SkirtFollowsTheLegsWithoutPassingThroughItself) {
+  PerformanceOptions options = SmallTShirt();
+  options.garment = GarmentKind::kSkirt, options.motion = PerformanceMotion::kJogging;
+  options.fps = 10;
+  auto performance = Performance::Start(options);
+  ASSERT_TRUE(performance.ok()) << performance.status();
+  for (int i = 0; i < 3; ++i) {
+    const auto frame = performance->Next();
+    ASSERT_TRUE(frame.ok()) << frame.status();
+    EXPECT_TRUE(FindSelfIntersections(frame->vertices_mm, performance->garment().rest.faces).empty());
+  }
+}
+
 }  // namespace
 }  // namespace weft
