@@ -213,9 +213,39 @@ void Sum(const CellModel& model, const CellSamples& samples, CellImageSums* out)
   SumLanes(sums, 16, out->ui);
 }
 
+void SmoothRow(const float* const* rows, const float* taps, int reach, int width, float* __restrict__ scratch,
+               float* __restrict__ out) {
+  float* mid = scratch + reach;
+  const float* here = rows[reach];
+  for (int x = 0; x < width; ++x) mid[x] = taps[0] * here[x];
+  for (int k = 1; k <= reach; ++k) {
+    const float *above = rows[reach - k], *below = rows[reach + k];
+    for (int x = 0; x < width; ++x) mid[x] += taps[k] * (above[x] + below[x]);
+  }
+  for (int k = 1; k <= reach; ++k) {
+    mid[-k] = mid[0];
+    mid[width - 1 + k] = mid[width - 1];
+  }
+  for (int x = 0; x < width; ++x) out[x] = taps[0] * mid[x];
+  for (int k = 1; k <= reach; ++k) {
+    for (int x = 0; x < width; ++x) out[x] += taps[k] * (mid[x - k] + mid[x + k]);
+  }
+}
+
+void MarkPeaks(const float* above, const float* here, const float* below, float least, int width,
+               uint8_t* __restrict__ peaks) {
+  for (int x = 1; x + 1 < width; ++x) {
+    const float v = here[x];
+    const bool row = (v > least) & (v > here[x + 1]) & (v >= here[x - 1]);
+    const bool upper = (v >= above[x - 1]) & (v >= above[x]) & (v >= above[x + 1]);
+    const bool lower = (v > below[x - 1]) & (v > below[x]) & (v > below[x + 1]);
+    peaks[x] = row & upper & lower;
+  }
+}
+
 }  // namespace
 
 extern const CellKernels kCellKernels;
-const CellKernels kCellKernels = {Render, Sample, Sum};
+const CellKernels kCellKernels = {Render, Sample, Sum, SmoothRow, MarkPeaks};
 
 }  // namespace weft::WEFT_KERNEL_NAMESPACE

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "pattern/cell_kernel.h"
+
 namespace weft {
 
 float Plane::Sample(float x, float y) const {
@@ -70,20 +72,20 @@ float SigmaInPyramid(float sigma_px, float scale) {
 
 namespace {
 
-// Logarithm of the brightest channel; the offset keeps noise in the dark small.
-Plane LogBrightness(const ColorImage& image) {
-  constexpr float kOffset = 10;
-  std::array<float, 256> logs;
-  for (int k = 0; k < 256; ++k) logs[k] = std::log(static_cast<float>(k) + kOffset);
-  Plane plane{image.width_px, image.height_px, {}};
-  plane.values.resize(static_cast<size_t>(image.width_px) * image.height_px);
-  const uint8_t* in = image.rgbx.data();
-  for (float& v : plane.values) {
-    v = logs[std::max({in[0], in[1], in[2]})];
-    in += 4;
+// Logarithms of the brightest channel along a row; the offset keeps noise in the dark small.
+class LogBrightness {
+ public:
+  LogBrightness() {
+    constexpr float kOffset = 10;
+    for (int k = 0; k < 256; ++k) logs_[k] = std::log(static_cast<float>(k) + kOffset);
   }
-  return plane;
-}
+  void Row(const uint8_t* rgbx, int width_px, float* out) const {
+    for (int x = 0; x < width_px; ++x, rgbx += 4) out[x] = logs_[std::max({rgbx[0], rgbx[1], rgbx[2]})];
+  }
+
+ private:
+  std::array<float, 256> logs_;
+};
 
 // Weights of offsets 0, 1, 2 ... of a Gaussian.
 std::vector<float> GaussianTaps(float sigma_px) {
@@ -98,42 +100,30 @@ std::vector<float> GaussianTaps(float sigma_px) {
   return taps;
 }
 
-// Separable; pixels beyond the border repeat it.
-Plane Smoothed(const Plane& in, float sigma_px) {
-  const std::vector<float> taps = GaussianTaps(sigma_px);
-  const int reach = static_cast<int>(taps.size()) - 1, width = in.width_px, height = in.height_px;
-  Plane out{width, height, std::vector<float>(in.values.size())};
-  std::vector<float> line(width + 2 * reach);
-  for (int y = 0; y < height; ++y) {
-    float* mid = line.data() + reach;
-    for (int x = 0; x < width; ++x) mid[x] = taps[0] * in.row(y)[x];
-    for (int k = 1; k <= reach; ++k) {
-      const float* above = in.row(std::max(0, y - k));
-      const float* below = in.row(std::min(height - 1, y + k));
-      const float t = taps[k];
-      for (int x = 0; x < width; ++x) mid[x] += t * (above[x] + below[x]);
-    }
-    for (int k = 1; k <= reach; ++k) {
-      mid[-k] = mid[0];
-      mid[width - 1 + k] = mid[width - 1];
-    }
-    float* row = out.row(y);
-    for (int x = 0; x < width; ++x) row[x] = taps[0] * mid[x];
-    for (int k = 1; k <= reach; ++k) {
-      const float t = taps[k];
-      for (int x = 0; x < width; ++x) row[x] += t * (mid[x - k] + mid[x + k]);
-    }
-  }
-  return out;
-}
-
 }  // namespace
 
 Plane SpotContrast(const ColorImage& image, float surround_px) {
-  const Plane logs = LogBrightness(image);
-  Plane spots = Smoothed(logs, 0.5f);
-  const Plane surround = Smoothed(logs, surround_px);
-  for (size_t k = 0; k < spots.values.size(); ++k) spots.values[k] -= surround.values[k];
+  const std::vector<float> narrow = GaussianTaps(0.5f), wide = GaussianTaps(surround_px);
+  const int narrow_reach = static_cast<int>(narrow.size()) - 1, reach = static_cast<int>(wide.size()) - 1;
+  const int width = image.width_px, height = image.height_px, most = std::max(reach, narrow_reach);
+  const LogBrightness brightness;
+  const CellKernels& kernels = BestCellKernels();
+  // The rows around the current one, by y modulo their number, stay in the cache.
+  const int kept = 2 * most + 1;
+  std::vector<float> ring(static_cast<size_t>(kept) * width), scratch(width + 2 * most), surround(width);
+  std::vector<const float*> rows(kept);
+  const auto row_at = [&](int y) { return ring.data() + static_cast<size_t>(y % kept) * width; };
+  Plane spots{width, height, std::vector<float>(static_cast<size_t>(width) * height)};
+  int read = 0;
+  for (int y = 0; y < height; ++y) {
+    for (; read < std::min(height, y + most + 1); ++read)
+      brightness.Row(image.at(0, read), width, row_at(read));
+    for (int k = -most; k <= most; ++k) rows[most + k] = row_at(std::clamp(y + k, 0, height - 1));
+    float* out = spots.row(y);
+    kernels.smooth_row(&rows[most - narrow_reach], narrow.data(), narrow_reach, width, scratch.data(), out);
+    kernels.smooth_row(&rows[most - reach], wide.data(), reach, width, scratch.data(), surround.data());
+    for (int x = 0; x < width; ++x) out[x] -= surround[x];
+  }
   return spots;
 }
 

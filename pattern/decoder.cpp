@@ -179,11 +179,12 @@ absl::Status DecodeOptions::Validate() const {
 absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& board,
                                         const DecodeOptions& options) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
+  Stopwatch watch;
   absl::StatusOr<ColorImage> image = ReadColors(frame);
   if (!image.ok()) return image.status();
   DecodeResult result;
+  result.timings.read_ms = watch.LapMs();
   if (image->width_px < kLeastSidePx || image->height_px < kLeastSidePx) return result;
-  Stopwatch watch;
   const std::vector<ColorImage> pyramid = Pyramid(*std::move(image), options.levels);
   std::vector<LevelPatch> patches = FindPatchesAtAllLevels(pyramid, options);
   result.timings.lattice_ms = watch.LapMs();

@@ -41,8 +41,9 @@ struct PatchReport {
   double margin = 0;  // log likelihood of the best pose minus the runner-up's
 };
 
+// Reading is demosaicing and repacking.
 struct DecodeTimings {
-  double lattice_ms = 0, colors_ms = 0, growth_ms = 0, refinement_ms = 0;
+  double read_ms = 0, lattice_ms = 0, colors_ms = 0, growth_ms = 0, refinement_ms = 0;
 };
 
 // Observations ordered by kind, row, column; a node occurs at most once.

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "pattern/cell_kernel.h"
+
 namespace weft {
 namespace {
 
@@ -15,19 +17,22 @@ float PeakOffset(float before, float here, float after) {
   return std::clamp(0.5f * (before - after) / curvature, -0.5f, 0.5f);
 }
 
-// 1 where a pixel is above its eight neighbours and zero; ties go to the first in reading order. The border
-// is left out.
-void MarkPeaks(const float* above, const float* here, const float* below, int width, uint8_t* peaks) {
-  for (int x = 1; x + 1 < width; ++x) {
-    const float v = here[x];
-    const bool row = (v > 0) & (v > here[x + 1]) & (v >= here[x - 1]);
-    const bool upper = (v >= above[x - 1]) & (v >= above[x]) & (v >= above[x + 1]);
-    const bool lower = (v > below[x - 1]) & (v > below[x]) & (v > below[x + 1]);
-    peaks[x] = row & upper & lower;
-  }
-}
+using Float4 = float __attribute__((vector_size(16)));
 
+Float4 Min(Float4 a, Float4 b) { return a < b ? a : b; }
+
+// Least of the 7x7 pixels around one; pixels beyond the border repeat it.
 float DarkestNear(const Plane& plane, int x, int y) {
+  if (x >= 3 && y >= 3 && x + 3 < plane.width_px && y + 3 < plane.height_px) {
+    Float4 least = {1e9f, 1e9f, 1e9f, 1e9f}, left, right;
+    for (int dy = -3; dy <= 3; ++dy) {
+      const float* row = plane.row(y + dy) + x;
+      std::memcpy(&left, row - 3, sizeof left);
+      std::memcpy(&right, row, sizeof right);
+      least = Min(least, Min(left, right));
+    }
+    return std::min(std::min(least[0], least[1]), std::min(least[2], least[3]));
+  }
   float darkest = plane.row(y)[x];
   for (int dy = -3; dy <= 3; ++dy) {
     const float* row = plane.row(std::clamp(y + dy, 0, plane.height_px - 1));
@@ -54,7 +59,7 @@ std::vector<Keypoint> DetectKeypoints(const Plane& spots, const KeypointOptions&
     const float* above = spots.row(y - 1);
     const float* here = spots.row(y);
     const float* below = spots.row(y + 1);
-    MarkPeaks(above, here, below, spots.width_px, peaks.data());
+    BestCellKernels().mark_peaks(above, here, below, 0, spots.width_px, peaks.data());
     for (int x = 1; x + 1 < spots.width_px; ++x) {
       if (x % 8 == 0) {
         uint64_t eight;
