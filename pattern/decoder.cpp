@@ -165,6 +165,16 @@ std::vector<Observation> Corners(const std::vector<GrownCell>& cells) {
   return corners;
 }
 
+// A sixth of all random windows are on a large board. So few cells in a view full of lattice are chance, or a
+// print of another board.
+bool LooksLikeChance(const std::vector<PatchReport>& patches, const std::vector<GrownCell>& cells) {
+  constexpr size_t kEnoughCells = 50;
+  constexpr double kLeastShare = 0.02;
+  double nodes = 0;
+  for (const PatchReport& patch : patches) nodes += patch.nodes;
+  return cells.size() < kEnoughCells && static_cast<double>(cells.size()) < kLeastShare * nodes;
+}
+
 }  // namespace
 
 absl::Status DecodeOptions::Validate() const {
@@ -201,6 +211,13 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
       GrowOnBoard(fitter, board.board(), frame.width_px, frame.height_px, seeds, options.growth);
   result.timings.growth_ms = watch.LapMs();
   RefineCells(board.board(), frame.width_px, frame.height_px, options.refinement, &cells);
+  if (LooksLikeChance(result.patches, cells)) {
+    cells.clear();
+    for (PatchReport& patch : result.patches) {
+      if (patch.accepted) patch.reason = "too few cells of the view agree";
+      patch.accepted = false;
+    }
+  }
   result.observations = Centers(cells);
   if (options.corners) {
     const std::vector<Observation> corners = Corners(cells);
