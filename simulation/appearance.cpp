@@ -11,6 +11,8 @@ namespace weft {
 namespace {
 
 constexpr float kSpot_mm = 0.5f;  // size of the spots of the weave
+// Apart by use; hashed with the seed at every look, so numbers and no names.
+constexpr uint64_t kWeave = 1, kWrinkle = 2, kCrease = 3;
 constexpr float kTurn = 2 * std::numbers::pi_v<float>;
 
 // A zero-mean number of standard deviation 1 (uniform) for a place of an integer grid.
@@ -63,6 +65,7 @@ absl::Status InkOptions::Validate() const {
         absl::StrCat("inks: spread_cells is ", spread_cells, ", expected more than 0"));
   absl::Status status = CheckShare("inks", "spread_cells", spread_cells, 0.5);
   status.Update(CheckShare("inks", "corner_cells", corner_cells, 0.4));
+  status.Update(CheckShare("inks", "line_growth_cells", line_growth_cells, 0.2));
   status.Update(CheckShare("inks", "cell_variation", cell_variation, 0.5));
   return status;
 }
@@ -70,7 +73,7 @@ absl::Status InkOptions::Validate() const {
 PrintedInk::PrintedInk(const Board& board, const InkOptions& inks)
     : rows_(board.rows),
       cols_(board.cols),
-      half_square_(static_cast<float>(board.square_fraction / 2)),
+      half_square_(static_cast<float>(board.square_fraction / 2 - inks.line_growth_cells)),
       corner_(static_cast<float>(inks.corner_cells)),
       spread_(static_cast<float>(inks.spread_cells)),
       line_(inks.line) {
@@ -111,7 +114,7 @@ FabricTexture FabricAt(const FabricLookOptions& fabric, float x_mm, float y_mm, 
     const float averaged = std::min(1.0f, kSpot_mm / std::max(footprint_mm, 1e-6f));
     const float x = x_mm / std::max(kSpot_mm, footprint_mm), y = y_mm / std::max(kSpot_mm, footprint_mm);
     out.shade += 1.8f * averaged * static_cast<float>(fabric.weave_variation) *
-                 SmoothNoise(KeyOf(fabric.seed, "weave"), x, y).value;
+                 SmoothNoise(MixBits(fabric.seed + kWeave), x, y).value;
   }
   const auto wale = static_cast<float>(fabric.wale_mm), course = static_cast<float>(fabric.course_mm);
   const float knit = static_cast<float>(fabric.knit_depth) * Resolved(footprint_mm, wale);
@@ -124,8 +127,9 @@ FabricTexture FabricAt(const FabricLookOptions& fabric, float x_mm, float y_mm, 
   }
   if (fabric.wrinkle_slope > 0) {
     const auto size = static_cast<float>(fabric.wrinkle_mm);
-    const NoiseValue coarse = SmoothNoise(KeyOf(fabric.seed, "wrinkle"), x_mm / size, y_mm / size);
-    const NoiseValue fine = SmoothNoise(KeyOf(fabric.seed, "crease"), 2.3f * x_mm / size, 2.3f * y_mm / size);
+    const NoiseValue coarse = SmoothNoise(MixBits(fabric.seed + kWrinkle), x_mm / size, y_mm / size);
+    const NoiseValue fine =
+        SmoothNoise(MixBits(fabric.seed + kCrease), 2.3f * x_mm / size, 2.3f * y_mm / size);
     // The slope of this noise has a standard deviation of 1.
     const auto slope = static_cast<float>(fabric.wrinkle_slope);
     out.slope =

@@ -15,17 +15,18 @@ namespace weft {
 // their blur is undone: dark, unsaturated, blue and magenta darkest, white bluish, lines barely darker than
 // blue.
 struct InkOptions {
-  std::array<Eigen::Vector3f, kCellColors> color = {{{0.176f, 0.024f, 0.016f},
-                                                     {0.108f, 0.201f, 0.103f},
-                                                     {0.284f, 0.340f, 0.112f},
-                                                     {0.009f, 0.015f, 0.135f},
-                                                     {0.122f, 0.054f, 0.158f},
-                                                     {0.130f, 0.240f, 0.368f},
-                                                     {0.305f, 0.375f, 0.478f}}};
-  Eigen::Vector3f line = {0.007f, 0.005f, 0.011f};
+  std::array<Eigen::Vector3f, kCellColors> color = {{{0.183f, 0.037f, 0.025f},
+                                                     {0.112f, 0.199f, 0.120f},
+                                                     {0.252f, 0.307f, 0.119f},
+                                                     {0.015f, 0.022f, 0.143f},
+                                                     {0.126f, 0.073f, 0.172f},
+                                                     {0.143f, 0.242f, 0.348f},
+                                                     {0.270f, 0.346f, 0.473f}}};
+  Eigen::Vector3f line = {0.014f, 0.013f, 0.022f};
   Eigen::Vector3f back = {0.30f, 0.31f, 0.34f};  // the fabric's unprinted inside
-  double spread_cells = 0.05;                    // width over which square and line mix
-  double corner_cells = 0.06;                    // radius of the squares' corners
+  double line_growth_cells = 0.06;               // how far the ink of the lines creeps into each square
+  double spread_cells = 0.10;                    // width over which square and line mix
+  double corner_cells = 0.10;                    // radius of the squares' corners
   double cell_variation = 0.06;                  // standard deviation of a cell's reflectance, relative
   uint64_t seed = 1;
 

@@ -19,7 +19,7 @@ struct LinearImage {
 };
 
 struct LensOptions {
-  double point_spread_sigma_px = 0.8;  // Gaussian
+  double point_spread_sigma_px = 0.7;  // Gaussian
   double point_spread_variation = 0;   // of a camera's sigma, relative, each way
   double f_number = 0;                 // aperture; 0 for a pinhole, with everything in focus
   double focus_distance_mm = 0;        // along the optical axis; 0 for the middle of what is filmed

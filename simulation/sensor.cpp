@@ -41,12 +41,23 @@ Eigen::Matrix3f ResponseOf(const SensorOptions& o, const std::string& camera_id)
   return static_cast<float>(exposure) * response;
 }
 
+// Standard normal to the eye and to 4.9 standard deviations: the sum of eight uniform numbers.
+float NoiseOf(uint64_t key, uint64_t place) {
+  uint64_t bits = MixBits(key ^ MixBits(place));
+  int64_t sum = 0;
+  for (int word = 0; word < 2; ++word, bits = MixBits(bits))
+    for (int shift = 0; shift < 64; shift += 16) sum += static_cast<int64_t>(bits >> shift & 0xffff);
+  constexpr float kMean = 8 * 32767.5f, kSigma = 53509.9f;  // 65536 sqrt(8 / 12)
+  return (static_cast<float>(sum) - kMean) / kSigma;
+}
+
 // One measured value, relative to white.
 float Measure(float value, const SensorOptions& o, uint64_t key, uint64_t place) {
   if (!o.noise) return value;
-  const double electrons = std::max(0.0f, value) * o.full_well_electrons;
-  const double sigma = std::sqrt(electrons + o.read_noise_electrons * o.read_noise_electrons);
-  return std::min(value + static_cast<float>(sigma / o.full_well_electrons * NormalOf(key, place)), 1.0f);
+  const auto well = static_cast<float>(o.full_well_electrons);
+  const auto read = static_cast<float>(o.read_noise_electrons);
+  const float sigma = std::sqrt(std::max(0.0f, value) * well + read * read);
+  return std::min(value + sigma / well * NoiseOf(key, place), 1.0f);
 }
 
 template <typename Row>
@@ -71,8 +82,8 @@ std::vector<float> MeasureMosaic(const LinearImage& image, const SensorOptions& 
   return raw;
 }
 
-LinearImage MeasureThreeChips(const LinearImage& image, const SensorOptions& o,
-                              const Eigen::Matrix3f& response, uint64_t key) {
+LinearImage MeasureBinned(const LinearImage& image, const SensorOptions& o, const Eigen::Matrix3f& response,
+                          uint64_t key) {
   LinearImage out{image.width_px, image.height_px, std::vector<float>(image.rgb.size())};
   ForRows(image.height_px, [&](int y) {
     for (int x = 0; x < image.width_px; ++x) {
@@ -200,8 +211,8 @@ Picture DevelopImage(const LinearImage& image, const SensorOptions& options, con
     });
     return out;
   }
-  LinearImage measured = options.readout == Readout::kThreeChips
-                             ? MeasureThreeChips(image, options, response, key)
+  LinearImage measured = options.readout == Readout::kBinned
+                             ? MeasureBinned(image, options, response, key)
                              : Demosaic(MeasureMosaic(image, options, response, key), image.width_px,
                                         image.height_px, options.mosaic);
   Sharpen(options.sharpening, &measured);

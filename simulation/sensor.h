@@ -12,17 +12,18 @@
 
 namespace weft {
 
-// kColor: the camera interpolates its Bayer mosaic to three colours (Malvar et al. 2004, linear, 5 x 5);
-// kMosaic: raw; kThreeChips: every pixel measures three colours, which few cameras do.
-enum class Readout { kColor, kMosaic, kThreeChips };
+// kBinned: a pixel is a quad of the Bayer mosaic and measures all three colours, as cameras do that are read
+// out at half their resolution; kColor: the mosaic is interpolated (Malvar et al. 2004, linear, 5 x 5);
+// kMosaic: raw.
+enum class Readout { kBinned, kColor, kMosaic };
 
 struct SensorOptions {
-  Readout readout = Readout::kColor;
+  Readout readout = Readout::kBinned;
   PixelFormat mosaic = PixelFormat::kBayerRg8;  // order of the colours
   int bits = 8;                                 // of a value, 8 to 12
   double exposure = 1.35;                       // linear value 1 / exposure is white
   double gamma = 2.2;                           // of the values; 1 for a linear camera
-  double full_well_electrons = 9000;            // electrons at white; photon noise follows
+  double full_well_electrons = 20000;           // electrons at white; photon noise follows
   double read_noise_electrons = 14;
   bool noise = true;
   double exposure_variation = 0;  // standard deviation of a camera's exposure, relative

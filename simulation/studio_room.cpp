@@ -13,6 +13,7 @@ namespace {
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kSoftEdge_mm = 4;
 constexpr float kTape_mm = 50;
+constexpr float kDiscCosine = 0.86f;  // no lamp's disc reaches farther than 30 degrees
 
 // 1 within `half` of 0, 0 outside, with a soft edge.
 float Band(float distance_mm, float half_mm) {
@@ -77,7 +78,9 @@ Eigen::Vector3f StudioRoom::Dome(const Eigen::Vector3f& place) const {
   }
   for (const Lamp& lamp : light_.lamps) {
     // The fitting shows as a disc of a third of the soft source that it feeds.
-    const float angle = std::acos(std::clamp(place.dot(lamp.direction) / place.norm(), -1.0f, 1.0f));
+    const float cosine = place.dot(lamp.direction) / place.norm();
+    if (cosine < kDiscCosine) continue;
+    const float angle = std::acos(std::min(cosine, 1.0f));
     const float disc = Band(angle * radius, lamp.half_angle_deg * kPi / 180 * radius / 3);
     light += disc * (Eigen::Vector3f::Constant(options_.lamp_glow) - light);
   }

@@ -140,7 +140,7 @@ ShadedPoint StudioScene::ShadeAt(int face, bool from_outside, const Eigen::Vecto
   for (int i = 0; i < 3; ++i) out.light += weights[i] * side[corners[i]];
   if (!IsCloth(face)) {
     const SkinOptions& skin = fixed_->options.skin;
-    const uint64_t key = KeyOf(skin.seed, "skin");
+    const uint64_t key = MixBits(skin.seed);
     float shade = 0;
     for (int i = 0; i < 3; ++i)
       shade += weights[i] * static_cast<float>(2 * UniformOf(key, static_cast<uint64_t>(corners[i])) - 1);

@@ -36,7 +36,7 @@ void SetUpQuickstart(SyntheticTakeOptions& o) {
 
 // A camera as studios use: what differs between cameras, a short exposure, an aperture that must be wide.
 void SetUpStudioCamera(SyntheticTakeOptions& o) {
-  o.camera.lens.point_spread_sigma_px = 0.8, o.camera.lens.point_spread_variation = 0.15;
+  o.camera.lens.point_spread_sigma_px = 0.7, o.camera.lens.point_spread_variation = 0.15;
   o.camera.lens.f_number = 5.6, o.camera.lens.focus_error_mm = 30;
   o.camera.lens.vignetting = 0.1;
   o.camera.sensor.exposure_variation = 0.05, o.camera.sensor.color_variation = 0.02;

@@ -197,8 +197,9 @@ void AddLensOptions(Changes& changes) {
 void AddSensorOptions(Changes& changes) {
   changes.Group("Sensor");
   changes.AddChoice<Readout>(
-      "--readout", "color: interpolated from a Bayer mosaic; mosaic: raw; three-chips: all colours measured",
-      {{"color", Readout::kColor}, {"mosaic", Readout::kMosaic}, {"three-chips", Readout::kThreeChips}},
+      "--readout",
+      "binned: each pixel is a quad of the Bayer mosaic; color: interpolated from it; mosaic: raw",
+      {{"color", Readout::kColor}, {"mosaic", Readout::kMosaic}, {"binned", Readout::kBinned}},
       [](Take& o, Readout v) { o.camera.sensor.readout = v; });
   changes.Add<int>("--bits", "N", "Bits of a value, 8 to 12; more than 8 are stored as 16",
                    [](Take& o, int v) { o.camera.sensor.bits = v; });

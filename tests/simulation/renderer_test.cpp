@@ -212,7 +212,7 @@ TEST(Renderer, LensBlursWhatIsOutOfFocusByThinLensAndPointSpread) {
   const CameraModel camera = FlatCamera(1000, 400, 0);
   CameraOptions options;
   options.sensor.noise = false, options.sensor.gamma = 1, options.sensor.exposure = 0.9;
-  options.sensor.readout = Readout::kThreeChips, options.sensor.bits = 12;
+  options.sensor.readout = Readout::kBinned, options.sensor.bits = 12;
   options.lens.point_spread_sigma_px = 1.5;
   options.lens.f_number = 2.8, options.lens.focus_distance_mm = 200;
   const absl::StatusOr<Picture> picture = RenderView(scene, camera, options, 0);

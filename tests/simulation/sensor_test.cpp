@@ -75,7 +75,7 @@ TEST(Sensor, MosaicTakesTheChannelOfItsPlace) {
 TEST(Sensor, InterpolatedColorsAreRightWhereLightChangesEvenly) {
   // Linear ramps of each channel pass the interpolation unchanged, whatever the pattern.
   SensorOptions options = LinearSensor();
-  options.bits = 12;
+  options.bits = 12, options.readout = Readout::kColor;
   LinearImage image = EvenImage(24, 20, 0, 0, 0);
   for (int y = 0; y < 20; ++y)
     for (int x = 0; x < 24; ++x) {
@@ -99,7 +99,7 @@ TEST(Sensor, InterpolatedColorsAreRightWhereLightChangesEvenly) {
 TEST(Sensor, ValuesFillTheirBitsAndEndAtWhite) {
   for (const int bits : {8, 10, 12}) {
     SensorOptions options = LinearSensor();
-    options.readout = Readout::kThreeChips, options.bits = bits;
+    options.readout = Readout::kBinned, options.bits = bits;
     const Picture picture = DevelopImage(EvenImage(1, 1, 0, 0.5f, 3), options, "c", 0);
     const double most = (1 << bits) - 1;
     EXPECT_EQ(picture.values[0], 0);
@@ -112,7 +112,7 @@ TEST(Sensor, ValuesFillTheirBitsAndEndAtWhite) {
 
 TEST(Sensor, GammaIsThePowerOfTheLight) {
   SensorOptions options = LinearSensor();
-  options.readout = Readout::kThreeChips, options.bits = 12, options.gamma = 2.2;
+  options.readout = Readout::kBinned, options.bits = 12, options.gamma = 2.2;
   for (const float light : {0.0005f, 0.003f, 0.02f, 0.3f, 0.9f}) {
     const Picture picture = DevelopImage(EvenImage(1, 1, light, light, light), options, "c", 0);
     EXPECT_NEAR(picture.values[0], 4095 * std::pow(light, 1 / 2.2), 0.8) << light;
@@ -121,7 +121,7 @@ TEST(Sensor, GammaIsThePowerOfTheLight) {
 
 TEST(Sensor, CamerasDifferInColorAndBrightnessByTheirVariation) {
   SensorOptions options = LinearSensor();
-  options.readout = Readout::kThreeChips, options.bits = 12;
+  options.readout = Readout::kBinned, options.bits = 12;
   options.color_variation = 0.03;
   constexpr int kCameras = 400;
   double squares = 0;
@@ -134,7 +134,7 @@ TEST(Sensor, CamerasDifferInColorAndBrightnessByTheirVariation) {
 
 TEST(Sensor, SharpeningLeavesEvenLightAndRaisesEdges) {
   SensorOptions options = LinearSensor();
-  options.readout = Readout::kThreeChips, options.sharpening = 1;
+  options.readout = Readout::kBinned, options.sharpening = 1;
   LinearImage image = EvenImage(20, 5, 0.2f, 0.2f, 0.2f);
   for (int y = 0; y < 5; ++y)
     for (int x = 10; x < 20; ++x) image.at(x, y)[0] = 0.6f;
