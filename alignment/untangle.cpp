@@ -12,6 +12,7 @@
 namespace weft {
 namespace {
 
+constexpr double kFarEdges = 1000;
 constexpr double kNoMoveMm = 0.005;
 constexpr int kMaxDoublings = 2;      // of a patch's rings
 constexpr int kPiercingsPerRing = 3;  // fewer of them do not enclose a region as wide as the patch
@@ -77,6 +78,7 @@ class Pusher {
       if (piercings.empty()) return true;
       if (pushes_ == options_.max_pushes) break;
       Push(piercings);
+      if (!StaysNear()) break;
     }
     patch_->position_mm = std::move(best);
     return false;
@@ -85,6 +87,14 @@ class Pusher {
   int pushes() const { return pushes_; }
 
  private:
+  // Hopeless tangles may drive vertices out of all bounds.
+  bool StaysNear() const {
+    for (int v = 0; v < patch_->free; ++v) {
+      if (!((patch_->position_mm[v] - patch_->observed_mm[v]).norm() < kFarEdges * edge_mm_)) return false;
+    }
+    return true;
+  }
+
   void Push(const std::vector<Piercing>& piercings) {
     const TangleRegions found = FindRegions(*patch_, piercings);
     PushField field(*patch_);
