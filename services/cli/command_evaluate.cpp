@@ -56,7 +56,8 @@ void AddInputOptions(CLI::App& command, EvaluationRequest& request) {
   command.add_option("--template", request.garment, "Folder of the template; by default that of the job")
       ->type_name("DIR");
   command
-      .add_option("--fps", request.fps, "Frames per second of the take, for drift; 30 when it is not given")
+      .add_option("--fps", request.fps,
+                  "Frames per second of the take, for drift; by default that of the truth, else 30")
       ->type_name("N")
       ->check(CLI::PositiveNumber);
   command

@@ -4,8 +4,11 @@
 #include <map>
 #include <utility>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 #include "capture/image_folder_dump.h"
+#include "services/files/atomic_file.h"
 #include "services/files/frame_folders.h"
 #include "services/files/json_file.h"
 #include "services/files/rig_file.h"
@@ -75,6 +78,25 @@ absl::Status OpenDump(const std::string& path, bool is_required, EvaluationInput
   return absl::OkStatus();
 }
 
+// Frames per second by the times of the pictures of a camera in <truth>/pictures.csv
+// (frame,camera,mid_exposure_ns,lost); 0 where they do not tell.
+double FpsOfTruth(const std::string& truth) {
+  if (truth.empty()) return 0;
+  const absl::StatusOr<std::string> csv = ReadWholeFile((fs::path(truth) / "pictures.csv").string());
+  if (!csv.ok()) return 0;
+  std::string camera;
+  std::vector<double> times_ns;
+  for (const auto line : absl::StrSplit(*csv, '\n')) {
+    const std::vector<std::string> fields = absl::StrSplit(line, ',');
+    double time_ns = 0;
+    if (fields.size() < 3 || !absl::SimpleAtod(fields[2], &time_ns)) continue;
+    if (camera.empty()) camera = fields[1];
+    if (fields[1] == camera) times_ns.push_back(time_ns);
+  }
+  if (times_ns.size() < 2 || !(times_ns.back() > times_ns.front())) return 0;
+  return 1e9 * static_cast<double>(times_ns.size() - 1) / (times_ns.back() - times_ns.front());
+}
+
 absl::Status ListFrames(EvaluationInputs& inputs) {
   const absl::StatusOr<std::vector<std::string>> names =
       inputs.truth.empty() ? ListFrameFolders(inputs.result) : ListTruthFrames(inputs.truth);
@@ -120,7 +142,7 @@ absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& r
   if (inputs.truth.empty())
     inputs.remarks.push_back(
         {"errors against the truth, exact drift", "there is no ground truth; give --truth"});
-  inputs.fps = request.fps;
+  inputs.fps = request.fps > 0 ? request.fps : FpsOfTruth(inputs.truth);
   if (inputs.fps == 0) {
     inputs.fps = 30;
     inputs.remarks.push_back({"drift per second", "30 frames a second are assumed; give --fps"});

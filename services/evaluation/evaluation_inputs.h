@@ -21,7 +21,7 @@ struct EvaluationRequest {
   std::string result;  // folder of a job's results
   // Empty paths are taken from <result>/job.json, the truth from the folder `truth` of the dump.
   std::string truth, dump, rig, garment;
-  double fps = 0;  // of the take; 0: 30, with a remark
+  double fps = 0;  // of the take; 0: by the times of the truth, else 30 with a remark
   int samples =
       20;  // frames at which what takes long is measured (geodesics, texture drift), spread evenly; 0: all
   bool quick = false;  // leaves that out altogether
