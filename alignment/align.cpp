@@ -36,19 +36,46 @@ std::vector<Eigen::Matrix3d> VertexWeights(int vertices, const std::vector<Verte
   return weights;
 }
 
-// The targets that do not lie too far from the surface.
-std::vector<VertexTarget> WithoutOutliers(const std::vector<VertexTarget>& targets,
-                                          const std::vector<Eigen::Vector3d>& position_mm,
-                                          const RobustOptions& options) {
+// How far each target is from where the surface would lie without it. The pull of a target of weight w on a
+// vertex that its edges hold with k leaves k / (w + k) of that distance.
+std::vector<double> DistancesToOthers(const MeshGraph& graph, const std::vector<VertexTarget>& targets,
+                                      const std::vector<Eigen::Vector3d>& position_mm,
+                                      const AlignOptions& options) {
   std::vector<double> distance_mm;
-  for (const VertexTarget& t : targets) distance_mm.push_back((t.position_mm - position_mm[t.vertex]).norm());
+  for (const VertexTarget& t : targets) {
+    const double weight = WeightOf(t, options.detection).trace() / 3;
+    const double edges = options.elastic.lambda * options.elastic.distortion.stretch * graph.degree(t.vertex);
+    const double left = edges > 0 ? edges / (weight + edges) : 1;
+    distance_mm.push_back((t.position_mm - position_mm[t.vertex]).norm() / left);
+  }
+  return distance_mm;
+}
+
+VertexTarget Weakened(VertexTarget target, double factor, const DetectionOptions& options) {
+  if (target.sigma_mm == 0) target.sigma_mm = options.reference_sigma_mm;
+  target.sigma_mm /= std::sqrt(factor);
+  target.covariance_mm2 /= factor;
+  return target;
+}
+
+// The targets without outliers, those near the limit weakened.
+std::vector<VertexTarget> WithoutOutliers(const MeshGraph& graph, const std::vector<VertexTarget>& targets,
+                                          const std::vector<Eigen::Vector3d>& position_mm,
+                                          const AlignOptions& options) {
+  const std::vector<double> distance_mm = DistancesToOthers(graph, targets, position_mm, options);
   std::vector<double> sorted = distance_mm;
   std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
   const double limit_mm =
-      std::max(options.outlier_ratio * sorted[sorted.size() / 2], options.min_distance_mm);
+      std::max(options.robust.outlier_ratio * sorted[sorted.size() / 2], options.robust.min_distance_mm);
+  constexpr double kUntouched = 0.5;  // of the limit; below, a weight would only blur good measurements
   std::vector<VertexTarget> kept;
   for (size_t i = 0; i < targets.size(); ++i) {
-    if (distance_mm[i] <= limit_mm) kept.push_back(targets[i]);
+    const double ratio = limit_mm > 0 ? distance_mm[i] / limit_mm : 0;
+    if (ratio >= 1) continue;
+    const double beyond = std::max(0.0, (ratio - kUntouched) / (1 - kUntouched));
+    const double biweight = std::pow(1 - beyond * beyond, 2);
+    kept.push_back(beyond > 0 ? Weakened(targets[i], std::max(biweight, 1e-3), options.detection)
+                              : targets[i]);
   }
   return kept;
 }
@@ -61,9 +88,9 @@ bool SameVertices(const std::vector<VertexTarget>& a, const std::vector<VertexTa
 // Fill, rigid fit and E_Det + lambda E_Dist, first with all targets, then without the outliers.
 class Passes {
  public:
-  Passes(const AlignmentModel& model, const AlignOptions& options, const Eigen::Isometry3d& placement,
-         std::vector<StageReport>* stages)
-      : model_(model), options_(options), placement_(placement), stages_(stages) {}
+  Passes(const AlignmentModel& model, const AlignOptions& options, const AlignContext& context,
+         const Eigen::Isometry3d& placement, std::vector<StageReport>* stages)
+      : model_(model), options_(options), context_(context), placement_(placement), stages_(stages) {}
 
   absl::Status RunFirst(const std::vector<VertexTarget>& targets) {
     return Run(
@@ -97,6 +124,37 @@ class Passes {
     return Run(kept, absl::StrCat("_without_outliers_", round), set_start, keep_settled_rotations);
   }
 
+  // E_Push and E_Recon for what `targets` does not hold, from where the last pass ended.
+  absl::Status RunHidden(const std::vector<VertexTarget>& targets) {
+    const bool scanned = context_.scan != nullptr && options_.recon.weight > 0;
+    if (!scanned && options_.push.weight == 0) return absl::OkStatus();
+    const MeshGraph& graph = model_.graph();
+    ElasticProblem base{deformation_.position_mm, VertexWeights(graph.vertices, targets, options_.detection),
+                        std::vector<bool>(graph.vertices, false)};
+    std::vector<bool> hidden(graph.vertices, true);
+    for (const VertexTarget& t : targets) {
+      hidden[t.vertex] = false;
+      base.targets_mm[t.vertex] = t.position_mm;
+      base.frozen[t.vertex] = options_.freeze_observed && t.views != 2;
+    }
+    if (options_.push.weight > 0) {
+      AddPush(deformation_.position_mm, model_.rest().faces, hidden, options_.push, &base);
+    }
+    for (int round = 1; round <= (scanned ? options_.recon.rounds : 1); ++round) {
+      const auto start = Clock::now();
+      ElasticProblem problem = base;
+      if (scanned) {
+        AddRecon(*context_.scan, deformation_.position_mm, model_.rest().faces, hidden, options_.recon,
+                 &problem);
+      }
+      const absl::StatusOr<ElasticReport> report =
+          SolveElastic(model_.slices(), graph, problem, options_.elastic, &deformation_, context_.cancelled);
+      if (!report.ok()) return report.status();
+      Report(scanned ? absl::StrCat("recon_", round) : "push", *report, start);
+    }
+    return absl::OkStatus();
+  }
+
   const Deformation& deformation() const { return deformation_; }
 
  private:
@@ -119,8 +177,8 @@ class Passes {
     const ElasticProblem problem{std::move(filled.position_mm),
                                  VertexWeights(model_.graph().vertices, targets, options_.detection),
                                  {}};
-    const absl::StatusOr<ElasticReport> report =
-        SolveElastic(model_.slices(), model_.graph(), problem, options_.elastic, &deformation_);
+    const absl::StatusOr<ElasticReport> report = SolveElastic(
+        model_.slices(), model_.graph(), problem, options_.elastic, &deformation_, context_.cancelled);
     if (!report.ok()) return report.status();
     Report("elastic" + suffix, *report, start);
     return absl::OkStatus();
@@ -133,6 +191,7 @@ class Passes {
 
   const AlignmentModel& model_;
   const AlignOptions& options_;
+  const AlignContext& context_;
   const Eigen::Isometry3d placement_;
   std::vector<StageReport>* stages_;
   Deformation deformation_;
@@ -145,7 +204,7 @@ RegisteredMesh Describe(const AlignmentModel& model, const std::vector<VertexTar
   mesh.state.assign(mesh.vertices_mm.size(), VertexState::kInferred);
   mesh.views.assign(mesh.vertices_mm.size(), 0);
   for (const VertexTarget& t : targets) {
-    mesh.state[t.vertex] = VertexState::kObserved;
+    mesh.state[t.vertex] = t.views == 2 ? VertexState::kTwoView : VertexState::kObserved;
     mesh.views[t.vertex] = t.views;
   }
   mesh.sigma_mm = VertexSigmas(model, targets, options);
@@ -181,7 +240,8 @@ absl::Status UncertaintyOptions::Validate() const {
 absl::Status AlignOptions::Validate() const {
   if (!(min_target_share >= 0 && min_target_share <= 1)) return Bad("min_target_share must lie in 0 to 1");
   for (const absl::Status& status :
-       {detection.Validate(), elastic.Validate(), robust.Validate(), uncertainty.Validate()}) {
+       {detection.Validate(), elastic.Validate(), robust.Validate(), push.Validate(), recon.Validate(),
+        untangle.Validate(), uncertainty.Validate()}) {
     if (!status.ok()) return status;
   }
   return absl::OkStatus();
@@ -193,6 +253,8 @@ AlignOptions PaperPreset() {
   options.detection.filled_weight = 1;
   options.elastic.distortion = {.stretch = 3, .bending = 0.5};  // Eq. 2 as it stands
   options.robust.max_rounds = 0;
+  options.push = {.weight = 1, .depth_mm = 1};  // Eq. 3; the paper does not give its epsilon
+  options.recon.tangential_share = 1;           // Eq. 4
   return options;
 }
 
@@ -205,7 +267,7 @@ AlignmentModel::AlignmentModel(const Template& garment)
       mean_edge_mm_(MeanEdgeMm(garment.rest, graph_)) {}
 
 absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
-                                  const AlignOptions& options) {
+                                  const AlignOptions& options, const AlignContext& context) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   if (absl::Status status = CheckTargets(targets, model.graph().vertices); !status.ok()) return status;
   AlignResult result;
@@ -214,25 +276,35 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
   if (!placement.ok()) return placement.status();
   result.stages.push_back({.name = "place", .time_ms = MillisecondsSince(start)});
 
-  Passes passes(model, options, *placement, &result.stages);
+  Passes passes(model, options, context, *placement, &result.stages);
   if (absl::Status status = passes.RunFirst(targets); !status.ok()) return status;
   std::vector<VertexTarget> used = targets;
   for (int round = 1; round <= options.robust.max_rounds; ++round) {
     // Among all targets: good ones that an outlier had dragged along come back.
     std::vector<VertexTarget> kept =
-        WithoutOutliers(targets, passes.deformation().position_mm, options.robust);
+        WithoutOutliers(model.graph(), targets, passes.deformation().position_mm, options);
     if (SameVertices(kept, used)) break;
     used = std::move(kept);
     if (absl::Status status = passes.RunAgain(targets, used, round); !status.ok()) return status;
   }
+  if (absl::Status status = passes.RunHidden(used); !status.ok()) return status;
   result.outliers = static_cast<int>(targets.size() - used.size());
   result.mesh = Describe(model, used, passes.deformation(), options);
+  if (!options.remove_self_intersections) return result;
+  const auto untangle_start = Clock::now();
+  const absl::StatusOr<UntangleReport> untangling = RemoveSelfIntersections(
+      model.rest().faces, result.mesh.sigma_mm, options.untangle, &result.mesh.vertices_mm);
+  if (!untangling.ok()) return untangling.status();
+  result.untangling = *untangling;
+  result.stages.push_back({.name = "untangle",
+                           .iterations = untangling->pushes + untangling->returns,
+                           .time_ms = MillisecondsSince(untangle_start)});
   return result;
 }
 
 absl::StatusOr<AlignResult> Align(const Template& garment, const std::vector<VertexTarget>& targets,
-                                  const AlignOptions& options) {
-  return Align(AlignmentModel(garment), targets, options);
+                                  const AlignOptions& options, const AlignContext& context) {
+  return Align(AlignmentModel(garment), targets, options, context);
 }
 
 }  // namespace weft

@@ -7,9 +7,11 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "alignment/elastic_solver.h"
+#include "alignment/hidden_stages.h"
 #include "alignment/mesh.h"
 #include "alignment/mesh_graph.h"
 #include "alignment/template.h"
+#include "alignment/untangle.h"
 #include "triangulation/cloud.h"
 
 namespace weft {
@@ -48,10 +50,11 @@ struct DetectionOptions {
 // Targets that no smooth cloth explains.
 struct RobustOptions {
   int max_rounds = 3;  // solves after the first one, each without the outliers of the one before; 0 is off
-  // A target is an outlier when it lies further from the surface than this many times the median target, and
-  // further than min_distance_mm.
+  // The distance of a target is that to the surface as its neighbours alone would hold it. A target is an
+  // outlier when it is further off than this many times the median target, and than min_distance_mm; nearer
+  // ones weigh less the closer they come to that limit (Tukey's biweight).
   double outlier_ratio = 5;
-  double min_distance_mm = 1.5;
+  double min_distance_mm = 4;
 
   absl::Status Validate() const;
 };
@@ -72,12 +75,24 @@ struct AlignOptions {
   DetectionOptions detection;
   ElasticOptions elastic;
   RobustOptions robust;
+  // Whether measured vertices stay where E_Det + E_Dist left them in the stages after it.
+  bool freeze_observed = true;
+  PushOptions push;
+  ReconOptions recon;
+  bool remove_self_intersections = true;
+  UntangleOptions untangle;
   UncertaintyOptions uncertainty;
 
   absl::Status Validate() const;
 };
 AlignOptions PaperPreset();  // every vertex weighs 1, no outlier rounds
 AlignOptions BestPreset();   // least error on hidden cloth
+
+// What a frame may bring besides targets.
+struct AlignContext {
+  const Scan* scan = nullptr;  // E_Recon
+  CancelCheck cancelled;
+};
 
 struct StageReport {
   std::string name;
@@ -89,6 +104,7 @@ struct StageReport {
 struct AlignResult {
   RegisteredMesh mesh;
   std::vector<StageReport> stages;  // "place", "fill", "rigid_fit", "elastic", ...
+  UntangleReport untangling;        // all zero where it was not asked for
   int outliers = 0;                 // targets set aside; their vertices are inferred
 };
 
@@ -111,16 +127,19 @@ class AlignmentModel {
   double mean_edge_mm_ = 0;
 };
 
-// Stages: rigid placement, Laplacian fill, per-vertex rigid fit, E_Det + lambda E_Dist, and again without
-// outliers. A component of the mesh with fewer than three targets follows the placement of the whole
-// template. InvalidArgument for options and targets that are no valid input (named): vertex off the mesh or
-// twice, not finite, negative sigma. FailedPrecondition when the targets cannot place the template: too few,
-// all on a line, or of another scale (the frame is then reported as failed, never filled with a copy).
-// Parallel loops run in the calling thread's TBB arena; the same result at any thread count.
+// Stages: rigid placement, Laplacian fill, per-vertex rigid fit, E_Det + lambda E_Dist (Eq. 1 and 2), again
+// without outliers, then with measured vertices frozen E_Push and E_Recon + lambda E_Dist (Eq. 3 and 4), and
+// the removal of self-intersections. A
+// component of the mesh with fewer than three targets follows the placement of the whole template.
+// InvalidArgument for options and targets that are no valid input (named): vertex off the mesh or twice, not
+// finite, negative sigma. FailedPrecondition when the targets cannot place the template: too few, all on a
+// line, or of another scale (the frame is then reported as failed, never filled with a copy). Cancelled:
+// context.cancelled said so. Parallel loops run in the calling thread's TBB arena; the same result at any
+// thread count.
 absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
-                                  const AlignOptions& options);
+                                  const AlignOptions& options, const AlignContext& context = {});
 // For one frame alone.
 absl::StatusOr<AlignResult> Align(const Template& garment, const std::vector<VertexTarget>& targets,
-                                  const AlignOptions& options);
+                                  const AlignOptions& options, const AlignContext& context = {});
 
 }  // namespace weft

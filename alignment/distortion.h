@@ -18,7 +18,7 @@ struct Deformation {
 // lower bending weight gives narrow folds their curvature back, on observed vertices and on hidden ones.
 struct DistortionWeights {
   double stretch = 3;    // of |d - (a + b) / 2|^2
-  double bending = 0.2;  // of |a - b|^2
+  double bending = 0.1;  // of |a - b|^2
 };
 
 // Eq. 2 of the paper: over the edges, the squared distances between the images of both ends and of the

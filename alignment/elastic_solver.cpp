@@ -215,7 +215,8 @@ constexpr int kSettledIterations = 3;  // in a row below the tolerance
 constexpr int kMaxHalvings = 6;
 constexpr int kRigidFitSteps = 24;  // from any start; the last ones no longer change anything
 
-ElasticReport Minimise(State* state, const Preconditioner& preconditioner, const ElasticOptions& options) {
+absl::StatusOr<ElasticReport> Minimise(State* state, const Preconditioner& preconditioner,
+                                       const ElasticOptions& options, const CancelCheck& cancelled) {
   ElasticReport report;
   Field3 gradient = state->NewField(), next_gradient = state->NewField(), direction = state->NewField();
   double energy = state->Evaluate(&gradient);
@@ -224,6 +225,7 @@ ElasticReport Minimise(State* state, const Preconditioner& preconditioner, const
   Corrections corrections(options.memory);
   int settled = 0;
   while (report.iterations < options.max_iterations && !report.converged) {
+    if (cancelled && cancelled()) return absl::CancelledError("the alignment was cancelled");
     Field3 reduced = gradient;
     corrections.Direction(preconditioner, &reduced, &direction);
     const Field3 start = state->position();
@@ -293,13 +295,14 @@ void FitRigid(const SlicedMesh& mesh, Deformation* deformation) {
 
 absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const MeshGraph& graph,
                                            const ElasticProblem& problem, const ElasticOptions& options,
-                                           Deformation* deformation) {
+                                           Deformation* deformation, const CancelCheck& cancelled) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   const double stretch = options.lambda * options.distortion.stretch;
   absl::StatusOr<Preconditioner> preconditioner = Preconditioner::Build(mesh, graph, problem, stretch);
   if (!preconditioner.ok()) return preconditioner.status();
   State state(mesh, problem, options, *deformation);
-  const ElasticReport report = Minimise(&state, *preconditioner, options);
+  absl::StatusOr<ElasticReport> report = Minimise(&state, *preconditioner, options, cancelled);
+  if (!report.ok()) return report;
   state.WriteTo(deformation);
   return report;
 }

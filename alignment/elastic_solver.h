@@ -1,6 +1,7 @@
 // Minimises data terms + lambda E_Dist (paper, Eq. 1 to 5) over positions and rotations of all vertices.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -32,6 +33,9 @@ struct ElasticProblem {
   void Add(int vertex, const Eigen::Vector3d& target_mm, const Eigen::Matrix3d& weight);
 };
 
+// Asked now and then, from the calling thread; true ends the work with Cancelled.
+using CancelCheck = std::function<bool()>;
+
 struct ElasticReport {
   int iterations = 0;
   int evaluations = 0;
@@ -49,9 +53,10 @@ void FitRigid(const SlicedMesh& mesh, Deformation* state);
 // the mesh's graph, the same for each coordinate (global step). L-BFGS over the positions, rotations
 // eliminated by the local step, with that matrix as the preconditioner: its block of weakly held vertices
 // factorised (they move together over long ways), its diagonal for the others. `state` holds the start and
-// receives the result. Deterministic at any thread count.
+// receives the result. Cancelled: `cancelled` said so, `state` is as it was. Deterministic at any thread
+// count.
 absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const MeshGraph& graph,
                                            const ElasticProblem& problem, const ElasticOptions& options,
-                                           Deformation* state);
+                                           Deformation* state, const CancelCheck& cancelled = nullptr);
 
 }  // namespace weft

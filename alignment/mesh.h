@@ -16,7 +16,12 @@ struct TriangleMesh {
 };
 
 // How the position of a registered vertex is known.
-enum class VertexState : uint8_t { kInferred = 0, kObserved = 1 };
+enum class VertexState : uint8_t {
+  kInferred = 0,  // by the cloth around it
+  kObserved = 1,  // measured by three or more cameras
+  kTwoView = 2,   // measured by two
+  kBridged = 3,   // the whole frame comes from its neighbours in time
+};
 
 // The template's vertices at one frame, in the template's order.
 struct RegisteredMesh {

@@ -194,6 +194,27 @@ std::vector<int> FindSmallPieces(const Lattice& lattice, size_t points, const Cl
   return small;
 }
 
+std::vector<int> FindUnconfirmed(const Lattice& lattice, const std::vector<CloudPoint>& points,
+                                 const CleaningOptions& options) {
+  const std::vector<Offset> offsets = OffsetsWithin(options.reach_cells);
+  std::vector<int> unconfirmed;
+  for (const int i : lattice.members()) {
+    if (points[i].views > 2) continue;
+    int witnesses = 0;
+    bool contradicted = false;
+    for (const Offset& offset : offsets) {
+      const int j = lattice.Neighbor(i, offset);
+      if (j < 0 || points[j].views <= 2) continue;
+      ++witnesses;
+      const double cloth_mm = std::hypot(offset.first, offset.second) * lattice.edge_mm();
+      contradicted = contradicted ||
+                     lattice.Distance(i, j) > (1 + options.max_strain) * cloth_mm + 3 * points[i].sigma_mm;
+    }
+    if (contradicted || witnesses < options.min_witnesses) unconfirmed.push_back(i);
+  }
+  return unconfirmed;
+}
+
 }  // namespace
 
 absl::Status CleaningOptions::Validate() const {
@@ -207,6 +228,8 @@ absl::Status CleaningOptions::Validate() const {
   if (!(max_edge_ratio > 1)) return bad("max_edge_ratio must be greater than 1");
   if (max_long_edges < 0) return bad("max_long_edges must not be negative");
   if (min_component < 1) return bad("min_component must be at least 1");
+  if (min_witnesses < 0) return bad("min_witnesses must not be negative");
+  if (!(max_strain >= 0)) return bad("max_strain must not be negative");
   if (max_gap_cells < 1 || max_gap_cells > 50) return bad("max_gap_cells must lie in 1 to 50");
   return absl::OkStatus();
 }
@@ -223,6 +246,7 @@ Cloud CleanCloud(Cloud cloud, const CleaningOptions& options) {
     reject(FindIsolated(lattice, options), RejectReason::kIsolated);
     reject(FindStretched(lattice, points, options), RejectReason::kStretchedEdges);
     reject(FindSmallPieces(lattice, points, options), RejectReason::kSmallComponent);
+    reject(FindUnconfirmed(lattice, cloud.points, options), RejectReason::kUnconfirmed);
   }
   Cloud clean;
   clean.rejected = std::move(cloud.rejected);

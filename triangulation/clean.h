@@ -26,13 +26,17 @@ struct CleaningOptions {
   // largest always stays.
   int min_component = 30;
   int max_gap_cells = 10;
+  // Points of two views: at least min_witnesses nodes of three or more views at most reach_cells away, and
+  // none of them further from the point than the cells between them allow, max_strain and three sigmas added.
+  int min_witnesses = 3;
+  double max_strain = 0.1;
 
   absl::Status Validate() const;
 };
 
-// The cloud without points that fail a test; their nodes join `rejected` with kIsolated, kStretchedEdges or
-// kSmallComponent (the tests run in this order, each on what the one before left). Rows and columns must lie
-// in 0 to 4096, a node occurs once, positions are finite.
+// The cloud without points that fail a test; their nodes join `rejected` with kIsolated, kStretchedEdges,
+// kSmallComponent or kUnconfirmed (the tests run in this order, each on what the one before left). Rows and
+// columns must lie in 0 to 4096, a node occurs once, positions are finite.
 Cloud CleanCloud(Cloud cloud, const CleaningOptions& options);
 
 }  // namespace weft

@@ -16,6 +16,8 @@ std::string_view RejectReasonName(RejectReason reason) {
       return "stretched_edges";
     case RejectReason::kSmallComponent:
       return "small_component";
+    case RejectReason::kUnconfirmed:
+      return "unconfirmed";
   }
   return "unknown";
 }

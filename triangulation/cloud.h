@@ -26,8 +26,9 @@ enum class RejectReason : uint8_t {
   kIsolated,        // cleaning: few neighbours around it
   kStretchedEdges,  // cleaning: far from its neighbours on the board
   kSmallComponent,  // cleaning: small piece far from trusted ones
+  kUnconfirmed,     // cleaning: seen by two cameras, without neighbours that confirm it
 };
-inline constexpr int kRejectReasons = 6;
+inline constexpr int kRejectReasons = 7;
 std::string_view RejectReasonName(RejectReason reason);  // "too_few_views" ...
 
 struct RejectedNode {

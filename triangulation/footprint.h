@@ -12,13 +12,13 @@ namespace weft {
 // Lengths are in edges: the median distance of points whose centres are next to each other on the board.
 struct FootprintOptions {
   // What the decoder of `pattern` leaves, measured on rendered cloth; 0 leaves the points as they are.
-  double neighbor_share = 0.12;
-  // Of the shift that takes the average out, the share that is wrong (standard deviation).
-  double shift_error = 0.3;
+  double neighbor_share = 0.2;
+  // What the shift leaves, as a share of it (standard deviation): strongly bent cells are no parabolas.
+  double shift_error = 1.6;
   // Standard deviation of the average where too little around a centre was seen to take it out.
   double uncorrected_edges = 0.05;
   // What all views of a node share besides: light, ink, print.
-  double shared_edges = 0.004;
+  double shared_edges = 0.0055;
 
   absl::Status Validate() const;
 };

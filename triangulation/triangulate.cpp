@@ -59,11 +59,35 @@ struct NodeResult {
   RejectReason reason = RejectReason::kTooFewViews;
 };
 
+// The point of a node that two cameras saw, under stricter conditions than three need.
+NodeResult TriangulatePair(std::span<const Sight> sights, const TriangulationOptions& options,
+                           uint64_t seed) {
+  NodeResult result{.views = 2};
+  ConsensusOptions pair = options.consensus;
+  pair.min_views = 2;
+  pair.min_pair_angle_deg = std::max(pair.min_pair_angle_deg, options.two_view.min_angle_deg);
+  const Consensus consensus = FindConsensus(sights, pair, seed);
+  if (consensus.inliers.empty()) return result;
+  const std::optional<RefinedPoint> point =
+      RefinePoint(consensus.position_mm, sights, consensus.inliers, options.refinement);
+  const double limit = options.two_view.max_residual_sigmas;
+  if (!point || point->chi_square > limit * limit) return result;
+  if (point->covariance_mm2.trace() > 3 * options.two_view.max_sigma_mm * options.two_view.max_sigma_mm) {
+    result.reason = RejectReason::kPoorGeometry;
+    return result;
+  }
+  result.point = point;
+  return result;
+}
+
 // Consensus, refinement, and the choice of inliers again at the refined point until it stays.
 NodeResult TriangulateNode(std::span<const Sight> sights, const TriangulationOptions& options,
                            uint64_t seed) {
   NodeResult result;
   result.views = DistinctCameras(sights);
+  if (result.views == 2 && options.consensus.min_views > 2 && options.two_view.accept) {
+    return TriangulatePair(sights, options, seed);
+  }
   if (result.views < options.consensus.min_views) return result;
   result.reason = RejectReason::kNoConsensus;
   Consensus consensus = FindConsensus(sights, options.consensus, seed);
@@ -97,7 +121,7 @@ int SpareResiduals(const NodeResult& result) { return 2 * result.views - 3; }
 double FrameVarianceFactor(const std::vector<NodeResult>& results) {
   double chi_square = 0, spare = 0;
   for (const NodeResult& result : results) {
-    if (!result.point) continue;
+    if (!result.point || result.views < 3) continue;  // pairs were chosen by their misclosure
     chi_square += result.point->chi_square;
     spare += SpareResiduals(result);
   }
@@ -169,8 +193,19 @@ absl::Status RefinementOptions::Validate() const {
   return absl::OkStatus();
 }
 
+absl::Status TwoViewOptions::Validate() const {
+  const auto bad = [](const char* what) {
+    return absl::InvalidArgumentError(absl::StrCat("triangulation.two_view.", what));
+  };
+  if (!(min_angle_deg >= 0 && min_angle_deg < 90)) return bad("min_angle_deg must lie in 0 to 90");
+  if (!(max_residual_sigmas > 0)) return bad("max_residual_sigmas must be positive");
+  if (!(max_sigma_mm > 0)) return bad("max_sigma_mm must be positive");
+  return absl::OkStatus();
+}
+
 absl::Status TriangulationOptions::Validate() const {
   if (absl::Status status = consensus.Validate(); !status.ok()) return status;
+  if (absl::Status status = two_view.Validate(); !status.ok()) return status;
   return refinement.Validate();
 }
 

@@ -48,21 +48,33 @@ struct RefinementOptions {
   absl::Status Validate() const;
 };
 
-struct TriangulationOptions {
-  ConsensusOptions consensus;
-  RefinementOptions refinement;
+// Nodes that exactly two cameras saw. The paper leaves them out; two rays that meet well are good evidence
+// all the same, once their neighbours confirm it (CleanCloud).
+struct TwoViewOptions {
+  bool accept = true;
+  double min_angle_deg = 8;        // between the two rays
+  double max_residual_sigmas = 3;  // of their misclosure
+  double max_sigma_mm = 0.3;
 
   absl::Status Validate() const;
 };
 
-// One point per node that enough cameras agree on, every other seen node in `rejected` with its reason and
-// the number of cameras that saw it. A camera that sees a node more than once counts once, by the observation
-// that fits best. The covariance is the inverse of the normal matrix of the reprojection error, weighted by
-// sigma_px, times a variance factor of at least 1: that of the whole frame, drawn towards the node's own.
-// InvalidArgument names camera and node of an observation that is not finite, off the range of boards
-// (0 to 4096), or without sigma_px, and cameras that the rig lacks.
-// Runs parallel loops in the calling thread's TBB arena; the same result at any thread count, and in any
-// order of `views` as long as no camera occurs twice.
+struct TriangulationOptions {
+  ConsensusOptions consensus;
+  RefinementOptions refinement;
+  TwoViewOptions two_view;
+
+  absl::Status Validate() const;
+};
+
+// One point per node that enough cameras agree on, or two under TwoViewOptions; every other seen node in
+// `rejected` with its reason and the number of cameras that saw it. A camera that sees a node more than once
+// counts once, by the observation that fits best. The covariance is the inverse of the normal matrix of the
+// reprojection error, weighted by sigma_px, times a variance factor of at least 1: that of the whole frame,
+// drawn towards the node's own. InvalidArgument names camera and node of an observation that is not finite,
+// off the range of boards (0 to 4096), or without sigma_px, and cameras that the rig lacks. Runs parallel
+// loops in the calling thread's TBB arena; the same result at any thread count, and in any order of `views`
+// as long as no camera occurs twice.
 absl::StatusOr<Cloud> Triangulate(const Rig& rig, const std::vector<ViewObservations>& views,
                                   const TriangulationOptions& options);
 

@@ -14,6 +14,7 @@
 #include "services/files/cloud_file.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
+#include "services/files/scan_file.h"
 #include "services/files/template_file.h"
 #include "services/pipeline/presets.h"
 #include "services/pipeline/stage_reports.h"
@@ -27,6 +28,7 @@ struct AlignCommandOptions {
   std::string garment;
   std::string out;
   std::string preset = "best";
+  std::string scan;
   int threads = 0;
   bool json = false;
 };
@@ -79,8 +81,12 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   }
   const auto threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
+  absl::StatusOr<Scan> scan = Scan();
+  if (!options.scan.empty()) scan = ReadScan(options.scan);
+  if (!scan.ok()) return scan.status();
+  const AlignContext context{.scan = options.scan.empty() ? nullptr : &*scan};
   const auto start = std::chrono::steady_clock::now();
-  const absl::StatusOr<AlignResult> result = Align(*garment, targets->targets, *preset);
+  const absl::StatusOr<AlignResult> result = Align(*garment, targets->targets, *preset, context);
   if (!result.ok()) {
     return absl::Status(result.status().code(), absl::StrCat(options.cloud, ": ", result.status().message()));
   }
@@ -119,6 +125,12 @@ void AddAlignCommand(CLI::App& app, CommandLine& line) {
       ->add_option("--preset", options->preset,
                    "best: least error on hidden cloth; paper: the paper's weights")
       ->type_name("NAME");
+  command
+      ->add_option(
+          "--scan", options->scan,
+          "A scan of the same moment by any other method, PLY or PCD in mm: evidence for cloth that the "
+          "cloud does not show")
+      ->type_name("FILE");
   command->add_option("--threads", options->threads, "Threads to use; 0 for all cores")
       ->type_name("N")
       ->check(CLI::Range(0, 4096));

@@ -26,6 +26,8 @@ struct RegisterOptions {
   std::string server;
   bool detach = false;
   bool observations = false;
+  bool frames_alone = false;
+  std::string scans;
   bool json = false;
   int threads = 0;
 };
@@ -60,6 +62,8 @@ absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
   spec.set_out(options.out);
   spec.mutable_options()->set_preset(options.preset);
   spec.mutable_options()->set_write_observations(options.observations);
+  spec.mutable_options()->set_frames_alone(options.frames_alone);
+  spec.mutable_options()->set_scans(options.scans);
   if (absl::Status status = ParseFrames(options.frames, spec); !status.ok()) return status;
   return spec;
 }
@@ -165,6 +169,14 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
       ->type_name("NAME")
       ->check(CLI::IsMember({"best", "paper"}));
   command->add_flag("--observations", options->observations, "Write <frame>/observations.csv as well");
+  command
+      ->add_option(
+          "--scans", options->scans,
+          "Folder of scans by any other method, <frame>.ply or <frame>.pcd in mm: evidence for cloth "
+          "that the pattern does not show")
+      ->type_name("DIR");
+  command->add_flag("--frames-alone", options->frames_alone,
+                    "No refinement over neighbouring frames, and no bridges over failed ones");
   command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));

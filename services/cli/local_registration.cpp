@@ -119,8 +119,8 @@ absl::StatusOr<v1::Job> RegisterLocally(const v1::RegistrationSpec& spec, int th
       .started = [&](const std::string& frame) { record.Started(frame); },
       .advanced = [&](const std::string& frame, double share) { record.Advanced(frame, share); },
       .finished = [&](const v1::FrameInfo& info) { record.Finished(info); }};
-  const absl::Status status =
-      RegisterFrames(**inputs, *frames, spec.options(), spec.out(), threads, events, std::move(stop));
+  const absl::Status status = RegisterFrames(**inputs, *frames, *frames, spec.options(), spec.out(), threads,
+                                             events, std::move(stop));
   if (!status.ok() && !absl::IsCancelled(status)) return status;
   record.End(status);
   if (absl::Status written = WriteJsonFile(job_file, record.job()); !written.ok()) return written;

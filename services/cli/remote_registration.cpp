@@ -48,6 +48,8 @@ v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec) {
                             spec.mutable_garment(), spec.mutable_out()}) {
     *path = Absolute(*path);
   }
+  std::string* scans = spec.mutable_options()->mutable_scans();
+  if (!scans->empty()) *scans = Absolute(*scans);
   return spec;
 }
 

@@ -37,6 +37,10 @@ absl::Status CanonicalizeInputs(const PathPolicy& policy, v1::RegistrationSpec& 
     if (!canonical.ok()) return canonical.status();
     *path = *std::move(canonical);
   }
+  if (spec.options().scans().empty()) return absl::OkStatus();
+  absl::StatusOr<std::string> scans = policy.CheckInput("spec.options.scans", spec.options().scans());
+  if (!scans.ok()) return scans.status();
+  spec.mutable_options()->set_scans(*std::move(scans));
   return absl::OkStatus();
 }
 

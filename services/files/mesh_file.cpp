@@ -166,9 +166,9 @@ absl::StatusOr<RegisteredMesh> ReadRegisteredMesh(const std::string& path) {
   mesh.vertices_mm = *std::move(positions);
   for (size_t row = 0; row < mesh.vertices_mm.size(); ++row) {
     const double state = columns[0]->values[row], views = columns[2]->values[row];
-    if (state != 0 && state != 1) {
+    if (state != 0 && state != 1 && state != 2 && state != 3) {
       return absl::InvalidArgumentError(absl::StrCat(path, ": element vertex, row ", row,
-                                                     ", property state: is ", state, ", expected 0 or 1"));
+                                                     ", property state: is ", state, ", expected 0 to 3"));
     }
     if (!(views >= 0 && views <= 1e6)) {
       return absl::InvalidArgumentError(

@@ -37,7 +37,7 @@ absl::Status WriteFrame(const std::string& folder, const RegistrationInputs& inp
                         const FrameResult& frame) {
   if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
   const fs::path base(folder);
-  for (const char* name : {"report.json", "mesh.ply", "cloud.ply", "observations.csv"}) {
+  for (const char* name : {"report.json", "mesh.ply", "unrefined.ply", "cloud.ply", "observations.csv"}) {
     if (absl::Status status = Remove(base / name); !status.ok()) return status;
   }
   if (frame.report.options().write_observations()) {
@@ -52,6 +52,11 @@ absl::Status WriteFrame(const std::string& folder, const RegistrationInputs& inp
         WriteRegisteredMesh((base / "mesh.ply").string(), *frame.mesh, inputs.garment.rest.faces);
     if (!status.ok()) return status;
   }
+  if (frame.mesh && !frame.report.options().frames_alone()) {
+    const absl::Status status =
+        WriteRegisteredMesh((base / "unrefined.ply").string(), *frame.mesh, inputs.garment.rest.faces);
+    if (!status.ok()) return status;
+  }
   return WriteJsonFile((base / "report.json").string(), frame.report);
 }
 
@@ -63,7 +68,9 @@ absl::StatusOr<v1::FrameReport> ReadCompleteReport(const std::string& folder) {
   }
   std::error_code error;
   const bool complete =
-      fs::exists(base / "cloud.ply", error) && fs::exists(base / "mesh.ply", error) &&
+      report.state() != v1::FRAME_STATE_FAILED && fs::exists(base / "cloud.ply", error) &&
+      fs::exists(base / "mesh.ply", error) &&
+      (report.options().frames_alone() || fs::exists(base / "unrefined.ply", error)) &&
       (!report.options().write_observations() || fs::exists(base / "observations.csv", error));
   if (!complete) return absl::NotFoundError(absl::StrCat(folder, " lacks files of its report"));
   return report;

@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <filesystem>
 
 #include "absl/strings/str_cat.h"
 #include "pattern/decoder.h"
+#include "services/files/scan_file.h"
 #include "services/pipeline/stage_reports.h"
 #include "triangulation/clean.h"
 #include "triangulation/footprint.h"
@@ -106,11 +108,28 @@ std::string NoCloudReason(const v1::FrameReport& report, const TriangulationOpti
   return absl::StrCat("no cell could be triangulated from ", seen, " observations of cells");
 }
 
+// Empty where the folder has no scan of the frame.
+absl::StatusOr<Scan> ReadScanOf(const RegistrationInputs& inputs, size_t index, const std::string& scans) {
+  const std::string path = ScanPath(inputs, index, scans);
+  return path.empty() ? Scan() : ReadScan(path);
+}
+
 }  // namespace
 
+std::string ScanPath(const RegistrationInputs& inputs, size_t index, const std::string& scans) {
+  if (scans.empty()) return "";
+  for (const char* ending : {".ply", ".pcd"}) {
+    const std::filesystem::path path =
+        std::filesystem::path(scans) / (inputs.dump->frame_names()[index] + ending);
+    std::error_code error;
+    if (std::filesystem::exists(path, error)) return path.string();
+  }
+  return "";
+}
+
 absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_t index,
-                                         const AlignOptions& options, const FrameProgress& progress,
-                                         std::stop_token stop) {
+                                         const AlignOptions& options, const std::string& scans,
+                                         const FrameProgress& progress, std::stop_token stop) {
   FrameResult frame;
   StageClock clock(frame.report);
   DecodeViews(inputs, index, progress, stop, frame);
@@ -132,7 +151,11 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
     return frame;
   }
   const CloudTargets targets = TargetsFromCloud(inputs.garment, frame.cloud);
-  absl::StatusOr<AlignResult> aligned = Align(*inputs.model, targets.targets, options);
+  const absl::StatusOr<Scan> scan = ReadScanOf(inputs, index, scans);
+  if (!scan.ok()) return scan.status();
+  const AlignContext context{scan->points_mm.empty() ? nullptr : &*scan,
+                             [&stop] { return stop.stop_requested(); }};
+  absl::StatusOr<AlignResult> aligned = Align(*inputs.model, targets.targets, options, context);
   clock.End("align");
   if (absl::IsFailedPrecondition(aligned.status())) {
     frame.report.set_reason(std::string(aligned.status().message()));

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -19,9 +20,13 @@ struct FrameResult {
   std::optional<RegisteredMesh> mesh;
 };
 
-// Runs in the calling thread's TBB arena. Cancelled when `stop` was requested.
+// The frame's scan in the folder `scans`: <frame>.ply or <frame>.pcd. Empty where there is none.
+std::string ScanPath(const RegistrationInputs& inputs, size_t index, const std::string& scans);
+
+// Runs in the calling thread's TBB arena. Cancelled when `stop` was requested. Errors of a scan that cannot
+// be read.
 absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_t index,
-                                         const AlignOptions& options, const FrameProgress& progress,
-                                         std::stop_token stop);
+                                         const AlignOptions& options, const std::string& scans,
+                                         const FrameProgress& progress, std::stop_token stop);
 
 }  // namespace weft

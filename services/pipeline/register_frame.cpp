@@ -37,6 +37,18 @@ v1::RegistrationOptions Canonical(v1::RegistrationOptions options) {
   return options;
 }
 
+// Of the frame's images and its scan.
+absl::StatusOr<std::string> Fingerprint(const RegistrationInputs& inputs, size_t index,
+                                        const v1::RegistrationOptions& options) {
+  const absl::StatusOr<std::string> images = inputs.dump->Fingerprint(index);
+  const std::string scan = ScanPath(inputs, index, options.scans());
+  if (!images.ok() || scan.empty()) return images;
+  std::error_code error;
+  const auto bytes = std::filesystem::file_size(scan, error);
+  const auto written = std::filesystem::last_write_time(scan, error).time_since_epoch().count();
+  return absl::StrCat(*images, "+", bytes, "-", written);
+}
+
 }  // namespace
 
 absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, size_t index,
@@ -46,10 +58,10 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
   const absl::StatusOr<AlignOptions> preset = PresetByName(options.preset());
   if (!preset.ok()) return preset.status();
   // Taken first: images that change while they are read must not look like those that were read.
-  const absl::StatusOr<std::string> fingerprint = inputs.dump->Fingerprint(index);
+  const absl::StatusOr<std::string> fingerprint = Fingerprint(inputs, index, options);
   if (!fingerprint.ok()) return fingerprint.status();
 
-  absl::StatusOr<FrameResult> frame = ComputeFrame(inputs, index, *preset, progress, stop);
+  absl::StatusOr<FrameResult> frame = ComputeFrame(inputs, index, *preset, options.scans(), progress, stop);
   if (!frame.ok()) return frame.status();
   v1::FrameReport& report = frame->report;
   report.set_frame(inputs.dump->frame_names()[index]);
@@ -73,7 +85,7 @@ absl::StatusOr<v1::FrameReport> FindCompleteFrame(const RegistrationInputs& inpu
   const std::string folder = FrameFolder(inputs, index, out);
   absl::StatusOr<v1::FrameReport> report = ReadCompleteReport(folder);
   if (!report.ok()) return report.status();
-  const absl::StatusOr<std::string> fingerprint = inputs.dump->Fingerprint(index);
+  const absl::StatusOr<std::string> fingerprint = Fingerprint(inputs, index, options);
   if (!fingerprint.ok()) return fingerprint.status();
   const bool same = report->frame() == inputs.dump->frame_names()[index] &&
                     report->weft_version() == WEFT_VERSION && report->images_fingerprint() == *fingerprint &&

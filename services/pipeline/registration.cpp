@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <mutex>
 
+#include "services/pipeline/refine_frame.h"
 #include "services/pipeline/register_frame.h"
 
 namespace weft {
@@ -34,20 +35,29 @@ class AdvancedOnce {
 
 }  // namespace
 
-absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<size_t>& frames,
-                            const v1::RegistrationOptions& options, const std::string& out, int threads,
-                            const RegistrationEvents& events, std::stop_token stop) {
+absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames,
+                            const std::vector<size_t>& frames, const v1::RegistrationOptions& options,
+                            const std::string& out, int threads, const RegistrationEvents& events,
+                            std::stop_token stop) {
   const int concurrency = threads > 0 ? threads : tbb::info::default_concurrency();
   // More threads than cores are wanted where a caller asks for them, for example to compare results.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(std::max(concurrency, 1)));
   tbb::task_arena arena(concurrency);
+  const auto refine = [&](size_t index) {
+    const auto at = std::lower_bound(job_frames.begin(), job_frames.end(), index) - job_frames.begin();
+    absl::Status status;
+    if (options.frames_alone()) return status;
+    arena.execute([&] { status = RefineAround(inputs, job_frames, static_cast<size_t>(at), out, stop); });
+    return status;
+  };
   for (const size_t index : frames) {
     if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
     const std::string& name = inputs.dump->frame_names()[index];
     if (events.started) events.started(name);
     if (const auto complete = FindCompleteFrame(inputs, index, options, out); complete.ok()) {
       if (events.finished) events.finished(SummaryOf(*complete, /*reused=*/true));
+      if (absl::Status status = refine(index); !status.ok()) return status;
       continue;
     }
     AdvancedOnce advanced(events, name);
@@ -55,6 +65,7 @@ absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<
     arena.execute([&] { report = RegisterFrame(inputs, index, options, out, std::ref(advanced), stop); });
     if (!report.ok()) return report.status();
     if (events.finished) events.finished(SummaryOf(*report, /*reused=*/false));
+    if (absl::Status status = refine(index); !status.ok()) return status;
   }
   return absl::OkStatus();
 }

@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "alignment/alignment_memory.h"
+
 namespace weft {
 namespace {
 
@@ -73,7 +75,12 @@ void DescribeAlignment(const AlignResult& result, const Template& garment, int u
   for (size_t v = 0; v < garment.cell_of_vertex.size(); ++v) {
     report.set_vertices_with_cell(report.vertices_with_cell() + (garment.cell_of_vertex[v].row >= 0));
     if (result.mesh.state[v] == VertexState::kObserved) sigmas.push_back(result.mesh.sigma_mm[v]);
+    report.set_two_view(report.two_view() + (result.mesh.state[v] == VertexState::kTwoView));
   }
+  const size_t bytes = AlignmentMemoryBytes(report.vertices(), ElasticOptions{});
+  report.set_alignment_memory_mib(static_cast<double>(bytes) / (1 << 20));
+  report.set_self_intersections_before(result.untangling.pairs_before);
+  report.set_self_intersections(result.untangling.pairs_after);
   report.set_observed(static_cast<int>(sigmas.size()));
   report.set_unclaimed_points(unclaimed);
   if (report.vertices_with_cell() > 0) {

@@ -28,8 +28,17 @@ Eigen::Vector3f SrgbFromOklab(double lightness, double a, double b) {
 Eigen::Vector3f ClothColor() { return {0.80f, 0.79f, 0.76f}; }
 
 Eigen::Vector3f StateColor(VertexState state) {
-  return state == VertexState::kObserved ? Eigen::Vector3f(0.36f, 0.62f, 0.83f)
-                                         : Eigen::Vector3f(0.93f, 0.58f, 0.22f);
+  switch (state) {
+    case VertexState::kObserved:
+      return {0.36f, 0.62f, 0.83f};
+    case VertexState::kTwoView:
+      return {0.45f, 0.72f, 0.55f};
+    case VertexState::kBridged:
+      return {0.66f, 0.50f, 0.74f};
+    case VertexState::kInferred:
+      break;
+  }
+  return {0.93f, 0.58f, 0.22f};
 }
 
 Eigen::Vector3f UnknownColor() { return {0.55f, 0.55f, 0.55f}; }

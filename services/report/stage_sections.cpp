@@ -20,6 +20,7 @@ std::string Explanation(const std::string& reason) {
   if (reason == "isolated") return "too few neighbours around it to be trusted";
   if (reason == "stretched_edges") return "farther from its neighbours than cloth stretches";
   if (reason == "small_component") return "part of a small piece far from trusted ones";
+  if (reason == "unconfirmed") return "seen by two cameras, without neighbours that confirm it";
   return "";
 }
 

@@ -38,6 +38,9 @@ absl::Status Run(const v1::Task& task, const std::function<void(const v1::Worker
   if (!inputs.ok()) return inputs.status();
   const absl::StatusOr<std::vector<size_t>> frames = FindFrames(task, (*inputs)->dump->frame_names());
   if (!frames.ok()) return frames.status();
+  const absl::StatusOr<std::vector<size_t>> job_frames =
+      FramesInRange(task.spec(), (*inputs)->dump->frame_names());
+  if (!job_frames.ok()) return job_frames.status();
   RegistrationEvents events;
   events.started = [&report](const std::string& frame) {
     v1::WorkerEvent event;
@@ -55,8 +58,8 @@ absl::Status Run(const v1::Task& task, const std::function<void(const v1::Worker
     *event.mutable_finished() = info;
     report(event);
   };
-  return RegisterFrames(**inputs, *frames, task.spec().options(), task.spec().out(), task.threads(), events,
-                        stop);
+  return RegisterFrames(**inputs, *job_frames, *frames, task.spec().options(), task.spec().out(),
+                        task.threads(), events, stop);
 }
 
 }  // namespace

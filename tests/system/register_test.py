@@ -34,7 +34,7 @@ class Register(StudioTest):
         two = self.path("two")
         self.register("--observations", "--threads", "2", check=0, out=two)
         one_thread = results(self.out)
-        self.assertEqual(len(one_thread), 3 * len(self.frames))
+        self.assertEqual(len(one_thread), 4 * len(self.frames))
         self.assertEqual(one_thread, results(two))
 
     def test_registers_the_frames_asked_for(self):

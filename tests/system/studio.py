@@ -55,7 +55,7 @@ def results(folder):
 
 def temporary_files(folder):
     """Files that a finished or stopped program must not leave behind."""
-    known = {"cloud.ply", "mesh.ply", "observations.csv", "report.json", "job.json", "report.html"}
+    known = {"cloud.ply", "mesh.ply", "unrefined.ply", "observations.csv", "report.json", "job.json", "report.html"}
     return [os.path.join(base, name) for base, _, names in os.walk(folder) for name in names if name not in known]
 
 

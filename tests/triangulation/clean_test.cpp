@@ -136,6 +136,28 @@ TEST(CleanCloud, CleansCornersApartFromCentres) {
   EXPECT_EQ(clean.rejected[0].node, (BoardNode{4, 4, NodeKind::kCorner}));
 }
 
+TEST(CleanCloud, KeepsPointsOfTwoViewsThatTheirNeighboursConfirm) {
+  Cloud cloud = CloudOf(BentSheet(30, 40));
+  PointAt(&cloud, 12, 17).views = 2;
+  PointAt(&cloud, 20, 5).views = 2;
+  PointAt(&cloud, 20, 5).position_mm += Eigen::Vector3d(0, 3.5, 0);  // further than the cloth reaches
+  const Cloud clean = CleanCloud(cloud, {});
+  ASSERT_EQ(clean.rejected.size(), 1u);
+  EXPECT_EQ(clean.rejected[0].node, (BoardNode{20, 5, NodeKind::kCenter}));
+  EXPECT_EQ(clean.rejected[0].reason, RejectReason::kUnconfirmed);
+}
+
+TEST(CleanCloud, RejectsPointsOfTwoViewsWithoutWitnesses) {
+  Cloud cloud = CloudOf(BentSheet(30, 40));
+  for (CloudPoint& p : cloud.points) p.views = p.node.col < 30 ? 5 : 2;
+  const Cloud clean = CleanCloud(cloud, {});
+  EXPECT_FALSE(clean.rejected.empty());
+  for (const RejectedNode& r : clean.rejected) {
+    EXPECT_GE(r.node.col, 32);
+    EXPECT_EQ(r.reason, RejectReason::kUnconfirmed);
+  }
+}
+
 TEST(CleanCloud, KeepsEarlierRejectionsAndTheirOrder) {
   Cloud cloud = CloudOf(BentSheet(20, 20));
   cloud.rejected = {{{0, 30, NodeKind::kCenter}, 2, RejectReason::kTooFewViews},

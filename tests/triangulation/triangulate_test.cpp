@@ -23,7 +23,12 @@ using testing::RingRig;
 const BoardNode kNode{3, 4, NodeKind::kCenter};
 const Eigen::Vector3d kPoint(20, -35, 60);
 
-TriangulationOptions Options() { return {}; }
+// Without what two views alone give.
+TriangulationOptions Options() {
+  TriangulationOptions options;
+  options.two_view.accept = false;
+  return options;
+}
 
 Observation Seen(const CameraModel& camera, const Eigen::Vector3d& point, const BoardNode& node = kNode) {
   const Eigen::Vector2d pixel = *camera.Project(point);
@@ -66,6 +71,30 @@ TEST(Triangulate, RejectsNodeSeenByTwoCamerasOnly) {
   EXPECT_EQ(cloud->rejected[0].reason, RejectReason::kTooFewViews);
   EXPECT_EQ(cloud->rejected[0].views, 2);
   EXPECT_EQ(cloud->rejected[0].node, kNode);
+}
+
+TEST(Triangulate, TakesTwoRaysThatMeetWell) {
+  const Rig rig = RingRig(6);
+  const auto cloud =
+      Triangulate(rig, {{0, {Seen(rig.cameras[0], kPoint)}}, {2, {Seen(rig.cameras[2], kPoint)}}}, {});
+  ASSERT_TRUE(cloud.ok());
+  ASSERT_EQ(cloud->points.size(), 1u);
+  EXPECT_EQ(cloud->points[0].views, 2);
+  EXPECT_LT((cloud->points[0].position_mm - kPoint).norm(), 1e-3);
+}
+
+TEST(Triangulate, RejectsTwoRaysThatMissEachOtherOrLieTooClose) {
+  const Rig rig = RingRig(6);
+  Observation off = Seen(rig.cameras[2], kPoint);
+  off.y_px += 1;  // ten sigmas
+  const auto apart = Triangulate(rig, {{0, {Seen(rig.cameras[0], kPoint)}}, {2, {off}}}, {});
+  ASSERT_TRUE(apart.ok());
+  EXPECT_TRUE(apart->points.empty());
+  const Rig close = RingRig(180);  // cameras 0 and 3: 6 degrees apart
+  const auto narrow =
+      Triangulate(close, {{0, {Seen(close.cameras[0], kPoint)}}, {3, {Seen(close.cameras[3], kPoint)}}}, {});
+  ASSERT_TRUE(narrow.ok());
+  EXPECT_TRUE(narrow->points.empty());
 }
 
 TEST(Triangulate, CountsACameraOnceHoweverOftenItSeesANode) {

@@ -1,0 +1,144 @@
+#include "alignment/temporal.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+
+namespace weft {
+namespace {
+
+// Of the way between the neighbours, the share that cloth may be off the straight line; standard deviation.
+constexpr double kOffTheLine = 0.15;
+
+absl::Status CheckSize(const AlignmentModel& model, const RegisteredMesh& mesh) {
+  const auto vertices = static_cast<size_t>(model.graph().vertices);
+  if (mesh.vertices_mm.size() == vertices && mesh.state.size() == vertices &&
+      mesh.sigma_mm.size() == vertices && mesh.views.size() == vertices) {
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("temporal: a mesh has ", mesh.vertices_mm.size(), " vertices, the template ", vertices));
+}
+
+bool Measured(const RegisteredMesh& mesh, size_t v) {
+  return mesh.state[v] == VertexState::kObserved || mesh.state[v] == VertexState::kTwoView;
+}
+
+// How far observed vertices are from the middle between their neighbours in time: what motion that is not
+// even makes of Eq. 5. Per axis.
+double UnevenMotionMm(const RegisteredMesh& previous, const RegisteredMesh& own, const RegisteredMesh& next) {
+  std::vector<double> squared;
+  for (size_t v = 0; v < own.vertices_mm.size(); ++v) {
+    if (!Measured(previous, v) || !Measured(own, v) || !Measured(next, v)) continue;
+    const Eigen::Vector3d middle = 0.5 * (previous.vertices_mm[v] + next.vertices_mm[v]);
+    squared.push_back((middle - own.vertices_mm[v]).squaredNorm() / 3);
+  }
+  if (squared.empty()) return 0;
+  std::nth_element(squared.begin(), squared.begin() + squared.size() / 2, squared.end());
+  return std::sqrt(squared[squared.size() / 2]);
+}
+
+Deformation DeformationAt(const AlignmentModel& model, const std::vector<Eigen::Vector3d>& position_mm) {
+  const std::vector<Eigen::Vector3d>& rest = model.rest().vertices_mm;
+  const auto size = static_cast<Eigen::Index>(rest.size());
+  const Eigen::Map<const Eigen::Matrix3Xd> from(rest[0].data(), 3, size), to(position_mm[0].data(), 3, size);
+  const Eigen::Isometry3d placement(Eigen::umeyama(from, to, false));
+  Deformation deformation;
+  deformation.position_mm = position_mm;
+  deformation.rotation.assign(rest.size(), placement.rotation());
+  FitRigid(model.slices(), &deformation);
+  return deformation;
+}
+
+absl::Status Relax(const AlignmentModel& model, const ElasticProblem& problem, const TemporalOptions& options,
+                   const CancelCheck& cancelled, std::vector<Eigen::Vector3d>* position_mm) {
+  Deformation deformation = DeformationAt(model, *position_mm);
+  const absl::StatusOr<ElasticReport> report =
+      SolveElastic(model.slices(), model.graph(), problem, options.elastic, &deformation, cancelled);
+  if (!report.ok()) return report.status();
+  *position_mm = std::move(deformation.position_mm);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status TemporalOptions::Validate() const {
+  const auto bad = [](const char* what) {
+    return absl::InvalidArgumentError(absl::StrCat("temporal.", what));
+  };
+  if (!(weight > 0) || !std::isfinite(weight)) return bad("weight must be positive");
+  if (!(reference_sigma_mm > 0)) return bad("reference_sigma_mm must be positive");
+  return elastic.Validate();
+}
+
+absl::StatusOr<RegisteredMesh> RefineInTime(const AlignmentModel& model, const RegisteredMesh& previous,
+                                            const RegisteredMesh& own, const RegisteredMesh& next,
+                                            const TemporalOptions& options, const CancelCheck& cancelled) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  for (const RegisteredMesh* mesh : {&previous, &own, &next}) {
+    if (absl::Status status = CheckSize(model, *mesh); !status.ok()) return status;
+  }
+  const size_t vertices = own.vertices_mm.size();
+  const double uneven_mm = UnevenMotionMm(previous, own, next);
+  RegisteredMesh refined = own;
+  ElasticProblem problem;
+  problem.targets_mm = own.vertices_mm;
+  problem.weights.assign(vertices, options.weight * Eigen::Matrix3d::Identity());
+  problem.frozen.assign(vertices, false);
+  for (size_t v = 0; v < vertices; ++v) {
+    problem.frozen[v] = Measured(own, v);
+    if (problem.frozen[v]) continue;
+    const double own_mm2 = std::pow(std::max(own.sigma_mm[v], 1e-3f), 2);
+    const double pair_mm2 =
+        (std::pow(previous.sigma_mm[v], 2) + std::pow(next.sigma_mm[v], 2)) / 4 + uneven_mm * uneven_mm;
+    const double own_share = options.weigh_by_sigma ? pair_mm2 / (own_mm2 + pair_mm2) : 0.5;
+    const Eigen::Vector3d middle = 0.5 * (previous.vertices_mm[v] + next.vertices_mm[v]);
+    problem.targets_mm[v] = own_share * own.vertices_mm[v] + (1 - own_share) * middle;  // Eq. 5
+    if (!options.weigh_by_sigma) continue;
+    // Errors of one vertex in three frames are alike: the better of both counts, not their number.
+    const double best_mm2 = std::min(own_mm2, pair_mm2);
+    refined.sigma_mm[v] = static_cast<float>(std::sqrt(best_mm2));
+    problem.weights[v] *= std::pow(options.reference_sigma_mm, 2) /
+                          std::max(best_mm2, 0.01 * std::pow(options.reference_sigma_mm, 2));
+  }
+  absl::Status status = Relax(model, problem, options, cancelled, &refined.vertices_mm);
+  if (!status.ok()) return status;
+  // Single precision inside the solver must not move what was measured.
+  for (size_t v = 0; v < vertices; ++v) {
+    if (problem.frozen[v]) refined.vertices_mm[v] = own.vertices_mm[v];
+  }
+  return refined;
+}
+
+absl::StatusOr<RegisteredMesh> BridgeInTime(const AlignmentModel& model, const RegisteredMesh& previous,
+                                            const RegisteredMesh& next, const Gap& gap,
+                                            const TemporalOptions& options, const CancelCheck& cancelled) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  for (const RegisteredMesh* mesh : {&previous, &next}) {
+    if (absl::Status status = CheckSize(model, *mesh); !status.ok()) return status;
+  }
+  if (gap.frames_since_previous < 1 || gap.frames_to_next < 1) {
+    return absl::InvalidArgumentError("temporal: a gap has at least one frame on either side");
+  }
+  const size_t vertices = previous.vertices_mm.size();
+  const double share =
+      static_cast<double>(gap.frames_since_previous) / (gap.frames_since_previous + gap.frames_to_next);
+  RegisteredMesh mesh;
+  mesh.state.assign(vertices, VertexState::kBridged);
+  mesh.views.assign(vertices, 0);
+  for (size_t v = 0; v < vertices; ++v) {
+    const Eigen::Vector3d way = next.vertices_mm[v] - previous.vertices_mm[v];
+    mesh.vertices_mm.push_back(previous.vertices_mm[v] + share * way);
+    mesh.sigma_mm.push_back(static_cast<float>(
+        std::hypot(std::max(previous.sigma_mm[v], next.sigma_mm[v]), kOffTheLine * way.norm())));
+  }
+  ElasticProblem problem{mesh.vertices_mm, {}, {}};
+  problem.weights.assign(vertices, options.weight * Eigen::Matrix3d::Identity());
+  absl::Status status = Relax(model, problem, options, cancelled, &mesh.vertices_mm);
+  if (!status.ok()) return status;
+  return mesh;
+}
+
+}  // namespace weft

@@ -1,0 +1,42 @@
+// Refinement over neighbouring frames (paper, section 5.4.2, Eq. 5), as Jacobi passes: a frame's result
+// depends on the states of the pass before alone, so frames are refined in any order, anywhere.
+#pragma once
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "alignment/align.h"
+
+namespace weft {
+
+struct TemporalOptions {
+  // Of E_Smooth against E_Dist, for vertices whose pull is as sure as reference_sigma_mm.
+  double weight = 0.1;
+  double reference_sigma_mm = 1;
+  // Eq. 5 gives the mean of both neighbours and the frame's own state half each. With this set, each counts
+  // by its variance instead: cloth that both neighbours observed outweighs what the frame alone inferred.
+  bool weigh_by_sigma = true;
+  ElasticOptions elastic;
+
+  absl::Status Validate() const;
+};
+
+// One pass for one frame: hidden vertices minimise E_Smooth + lambda E_Dist, observed ones stay where they
+// are. All three meshes are of the pass before and have the template's vertices. InvalidArgument: options, or
+// meshes of another size. Otherwise as Align. The same result at any thread count.
+absl::StatusOr<RegisteredMesh> RefineInTime(const AlignmentModel& model, const RegisteredMesh& previous,
+                                            const RegisteredMesh& own, const RegisteredMesh& next,
+                                            const TemporalOptions& options,
+                                            const CancelCheck& cancelled = nullptr);
+
+// A frame that could not be registered, from the registered ones around it: positions in between by time,
+// then relaxed by E_Dist. Every vertex has state kBridged, no views, and a sigma that grows with the way that
+// it moved in between.
+struct Gap {
+  int frames_since_previous = 1, frames_to_next = 1;  // at least 1
+};
+absl::StatusOr<RegisteredMesh> BridgeInTime(const AlignmentModel& model, const RegisteredMesh& previous,
+                                            const RegisteredMesh& next, const Gap& gap,
+                                            const TemporalOptions& options,
+                                            const CancelCheck& cancelled = nullptr);
+
+}  // namespace weft

@@ -1,0 +1,156 @@
+#include "alignment/hidden_stages.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "alignment/align.h"
+#include "tests/alignment/cloth_sheets.h"
+
+namespace weft {
+namespace {
+
+using testing::FlatSheet;
+using ::testing::HasSubstr;
+using testing::kCellMm;
+using testing::Mapped;
+using testing::Measure;
+using testing::SheetTemplate;
+
+constexpr int kRows = 40, kCols = 50;
+
+bool Hidden(int v) { return std::hypot(v / kCols - kRows / 2, v % kCols - kCols / 2) <= 9; }
+
+// A dent of 6 mm where nobody looks; how deep it is only a scan can tell.
+Eigen::Vector3d Dented(const Eigen::Vector3d& p) {
+  const double x = p.x() - kCols / 2 * kCellMm, y = p.y() - kRows / 2 * kCellMm;
+  return p - Eigen::Vector3d(0, 0, 6 * std::exp(-(x * x + y * y) / (2 * 64)));
+}
+
+Scan ScanOf(double noise_mm) {
+  std::mt19937 random(5);
+  std::normal_distribution<double> noise(0, noise_mm);
+  Scan scan;
+  for (double x = 0; x < (kCols - 1) * kCellMm; x += 1.1) {
+    for (double y = 0; y < (kRows - 1) * kCellMm; y += 1.1) {
+      scan.points_mm.push_back(Dented({x, y, 0}) + Eigen::Vector3d(0, 0, noise(random)));
+    }
+  }
+  scan.normals.assign(scan.points_mm.size(), Eigen::Vector3d::UnitZ());
+  return scan;
+}
+
+double HiddenError(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& truth) {
+  double sum = 0;
+  int count = 0;
+  for (size_t v = 0; v < a.size(); ++v) {
+    if (!Hidden(static_cast<int>(v))) continue;
+    sum += (a[v] - truth[v]).norm();
+    ++count;
+  }
+  return sum / count;
+}
+
+class HiddenStages : public ::testing::Test {
+ protected:
+  const Template garment_ = SheetTemplate(FlatSheet(kRows, kCols));
+  const AlignmentModel model_{garment_};
+  const std::vector<Eigen::Vector3d> truth_ = Mapped(garment_.rest.vertices_mm, Dented);
+  const std::vector<VertexTarget> targets_ = Measure(truth_, 0.05, 1, [](int v) { return !Hidden(v); });
+};
+
+TEST_F(HiddenStages, AScanShowsWhatThePatternDoesNot) {
+  const Scan scan = ScanOf(0.3);
+  const auto alone = Align(model_, targets_, BestPreset());
+  const auto scanned = Align(model_, targets_, BestPreset(), {.scan = &scan});
+  ASSERT_TRUE(alone.ok() && scanned.ok());
+  EXPECT_LT(HiddenError(scanned->mesh.vertices_mm, truth_),
+            0.4 * HiddenError(alone->mesh.vertices_mm, truth_));
+  // Measured vertices are frozen.
+  for (const VertexTarget& t : targets_) {
+    EXPECT_LT((scanned->mesh.vertices_mm[t.vertex] - alone->mesh.vertices_mm[t.vertex]).norm(), 1e-4);
+  }
+}
+
+TEST_F(HiddenStages, AScanFromTheOtherSideOrFarAwaySaysNothing) {
+  Scan scan = ScanOf(0);
+  for (Eigen::Vector3d& n : scan.normals) n = -n;
+  const auto alone = Align(model_, targets_, BestPreset());
+  const auto turned = Align(model_, targets_, BestPreset(), {.scan = &scan});
+  for (Eigen::Vector3d& p : scan.points_mm) p.z() += 300;
+  scan.normals.clear();
+  const auto away = Align(model_, targets_, BestPreset(), {.scan = &scan});
+  ASSERT_TRUE(alone.ok() && turned.ok() && away.ok());
+  EXPECT_LT(testing::MaxDistance(turned->mesh.vertices_mm, alone->mesh.vertices_mm), 0.1);
+  EXPECT_LT(testing::MaxDistance(away->mesh.vertices_mm, alone->mesh.vertices_mm), 0.1);
+}
+
+TEST_F(HiddenStages, PushMovesHiddenVerticesAgainstTheirNormals) {
+  AlignOptions options;
+  const auto still = Align(model_, targets_, options);
+  options.push = {.weight = 0.05, .depth_mm = 2};
+  const auto pushed = Align(model_, targets_, options);
+  ASSERT_TRUE(still.ok() && pushed.ok());
+  const int middle = kRows / 2 * kCols + kCols / 2;
+  EXPECT_LT(pushed->mesh.vertices_mm[middle].z(), still->mesh.vertices_mm[middle].z() - 0.5);
+  EXPECT_LT((pushed->mesh.vertices_mm[0] - still->mesh.vertices_mm[0]).norm(), 1e-4);
+}
+
+TEST_F(HiddenStages, StopWhenCancelled) {
+  int asked = 0;
+  const AlignContext context{.cancelled = [&asked] { return ++asked > 3; }};
+  EXPECT_EQ(Align(model_, targets_, BestPreset(), context).status().code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(asked, 4);
+}
+
+TEST(AssociateScan, GivesEveryPointToItsClosestVertexAndAverages) {
+  const TriangleMesh sheet = FlatSheet(4, 4);
+  Scan scan;
+  scan.points_mm = {{0.1, 0, 1}, {-0.1, 0.2, 3}, {kCellMm, 0.3, 1}, {500, 0, 0}, {2 * kCellMm, kCellMm, 0.5}};
+  std::vector<bool> wanted(16, true);
+  wanted[1] = false;  // takes its point and does nothing with it
+  const auto pulls = AssociateScan(scan, sheet.vertices_mm, sheet.faces, wanted, {});
+  ASSERT_EQ(pulls.size(), 2u);
+  EXPECT_EQ(pulls[0].vertex, 0);
+  EXPECT_EQ(pulls[0].points, 2);
+  EXPECT_LT((pulls[0].position_mm - Eigen::Vector3d(0, 0.1, 2)).norm(), 1e-12);
+  EXPECT_EQ(pulls[1].vertex, 6);
+  EXPECT_LT((pulls[1].normal - Eigen::Vector3d::UnitZ()).norm(), 1e-12);
+}
+
+TEST(AssociateScan, FindsWhatComparingAllPairsFinds) {
+  const TriangleMesh sheet = FlatSheet(20, 20);
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> at(-20, 70), height(-8, 8);
+  Scan scan;
+  for (int i = 0; i < 2000; ++i) scan.points_mm.emplace_back(at(random), at(random), height(random));
+  AssociationOptions options;
+  std::vector<int> expected(400, 0);
+  for (const Eigen::Vector3d& p : scan.points_mm) {
+    size_t nearest = 0;
+    for (size_t v = 1; v < 400; ++v) {
+      if ((sheet.vertices_mm[v] - p).norm() < (sheet.vertices_mm[nearest] - p).norm()) nearest = v;
+    }
+    if ((sheet.vertices_mm[nearest] - p).norm() <= options.max_distance_mm) ++expected[nearest];
+  }
+  std::vector<int> found(400, 0);
+  for (const ScanPull& pull :
+       AssociateScan(scan, sheet.vertices_mm, sheet.faces, std::vector<bool>(400, true), options)) {
+    found[pull.vertex] = pull.points;
+  }
+  EXPECT_EQ(found, expected);
+}
+
+TEST(HiddenStageOptions, NameTheFieldThatIsWrong) {
+  AlignOptions options;
+  options.recon.tangential_share = 2;
+  EXPECT_THAT(options.Validate().message(), HasSubstr("recon.tangential_share"));
+  options = {};
+  options.push.weight = -1;
+  EXPECT_THAT(options.Validate().message(), HasSubstr("push.weight"));
+  options = {};
+  options.recon.association.max_distance_mm = 0;
+  EXPECT_THAT(options.Validate().message(), HasSubstr("recon.association.max_distance_mm"));
+}
+
+}  // namespace
+}  // namespace weft

@@ -1,0 +1,144 @@
+#include "alignment/temporal.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <tbb/task_arena.h>
+
+#include <cstring>
+
+#include "tests/alignment/cloth_sheets.h"
+
+namespace weft {
+namespace {
+
+using testing::FlatSheet;
+using ::testing::HasSubstr;
+using testing::Mapped;
+using testing::Rolled;
+using testing::SheetTemplate;
+
+constexpr int kRows = 30, kCols = 36;
+
+bool Hidden(int v) { return std::hypot(v / kCols - kRows / 2, v % kCols - kCols / 2) <= 7; }
+
+// The sheet at a time: it moves evenly and bends a little more each frame.
+std::vector<Eigen::Vector3d> SheetAt(const TriangleMesh& rest, double frame) {
+  return Mapped(rest.vertices_mm, [&](const Eigen::Vector3d& p) {
+    return Eigen::Vector3d(Rolled(p, 60 - frame) + Eigen::Vector3d(4 * frame, -3 * frame, 0));
+  });
+}
+
+// Registered on its own: hidden vertices are off by a wave that differs from frame to frame.
+RegisteredMesh Registered(const TriangleMesh& rest, int frame, double wave_mm) {
+  RegisteredMesh mesh;
+  mesh.vertices_mm = SheetAt(rest, frame);
+  for (int v = 0; v < kRows * kCols; ++v) {
+    mesh.state.push_back(Hidden(v) ? VertexState::kInferred : VertexState::kObserved);
+    mesh.views.push_back(Hidden(v) ? 0 : 5);
+    mesh.sigma_mm.push_back(Hidden(v) ? 1.5f : 0.05f);
+    if (Hidden(v)) mesh.vertices_mm[v].z() += wave_mm * std::sin(0.4 * v + 2.1 * frame);
+  }
+  return mesh;
+}
+
+double HiddenError(const RegisteredMesh& mesh, const std::vector<Eigen::Vector3d>& truth) {
+  double sum = 0;
+  int count = 0;
+  for (int v = 0; v < kRows * kCols; ++v) {
+    if (!Hidden(v)) continue;
+    sum += (mesh.vertices_mm[v] - truth[v]).norm();
+    ++count;
+  }
+  return sum / count;
+}
+
+class Temporal : public ::testing::Test {
+ protected:
+  const Template garment_ = SheetTemplate(FlatSheet(kRows, kCols));
+  const AlignmentModel model_{garment_};
+  const RegisteredMesh previous_ = Registered(garment_.rest, 0, 1.2),
+                       own_ = Registered(garment_.rest, 1, 1.2), next_ = Registered(garment_.rest, 2, 1.2);
+};
+
+TEST_F(Temporal, SmoothsHiddenVerticesAndLeavesMeasuredOnesWhereTheyAre) {
+  for (const bool weigh_by_sigma : {false, true}) {
+    TemporalOptions options;
+    options.weigh_by_sigma = weigh_by_sigma;
+    const auto refined = RefineInTime(model_, previous_, own_, next_, options);
+    ASSERT_TRUE(refined.ok()) << refined.status();
+    const auto truth = SheetAt(garment_.rest, 1);
+    EXPECT_LT(HiddenError(*refined, truth), 0.6 * HiddenError(own_, truth));
+    for (int v = 0; v < kRows * kCols; ++v) {
+      EXPECT_EQ(refined->state[v], own_.state[v]);
+      if (!Hidden(v)) {
+        EXPECT_EQ(refined->vertices_mm[v], own_.vertices_mm[v]);
+        EXPECT_EQ(refined->sigma_mm[v], own_.sigma_mm[v]);
+      }
+    }
+  }
+}
+
+TEST_F(Temporal, TrustsNeighboursThatSawWhatTheFrameDidNot) {
+  RegisteredMesh before = previous_, after = next_;
+  before.vertices_mm = SheetAt(garment_.rest, 0);
+  after.vertices_mm = SheetAt(garment_.rest, 2);
+  for (RegisteredMesh* mesh : {&before, &after}) {
+    mesh->state.assign(kRows * kCols, VertexState::kObserved);
+    mesh->sigma_mm.assign(kRows * kCols, 0.05f);
+  }
+  const auto refined = RefineInTime(model_, before, own_, after, {});
+  ASSERT_TRUE(refined.ok());
+  EXPECT_LT(HiddenError(*refined, SheetAt(garment_.rest, 1)), 0.2);
+  const int middle = kRows / 2 * kCols + kCols / 2;
+  EXPECT_EQ(refined->state[middle], VertexState::kInferred);
+  EXPECT_LT(refined->sigma_mm[middle], own_.sigma_mm[middle]);
+}
+
+TEST_F(Temporal, BridgesAFailedFrameAndSaysSo) {
+  const RegisteredMesh before = Registered(garment_.rest, 0, 0), after = Registered(garment_.rest, 3, 0);
+  const auto bridge = BridgeInTime(model_, before, after, {1, 2}, {});
+  ASSERT_TRUE(bridge.ok()) << bridge.status();
+  const auto truth = SheetAt(garment_.rest, 1);
+  EXPECT_LT(testing::MaxDistance(bridge->vertices_mm, truth), 1);
+  for (int v = 0; v < kRows * kCols; ++v) {
+    EXPECT_EQ(bridge->state[v], VertexState::kBridged);
+    EXPECT_EQ(bridge->views[v], 0);
+    EXPECT_GT(bridge->sigma_mm[v], before.sigma_mm[v]);
+  }
+  // No copy of either side.
+  EXPECT_GT(testing::MaxDistance(bridge->vertices_mm, before.vertices_mm), 3);
+  EXPECT_GT(testing::MaxDistance(bridge->vertices_mm, after.vertices_mm), 3);
+}
+
+TEST_F(Temporal, GivesTheSameBytesAtAnyThreadCount) {
+  const auto run = [&](int threads) {
+    tbb::task_arena arena(threads);
+    return arena.execute([&] { return RefineInTime(model_, previous_, own_, next_, {}); });
+  };
+  const auto one = run(1), two = run(2);
+  ASSERT_TRUE(one.ok() && two.ok());
+  EXPECT_EQ(std::memcmp(one->vertices_mm.data(), two->vertices_mm.data(),
+                        one->vertices_mm.size() * sizeof(Eigen::Vector3d)),
+            0);
+}
+
+TEST_F(Temporal, RefusesMeshesOfAnotherTemplateAndWrongOptions) {
+  RegisteredMesh other = next_;
+  other.vertices_mm.pop_back();
+  EXPECT_EQ(RefineInTime(model_, previous_, own_, other, {}).status().code(),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(BridgeInTime(model_, previous_, next_, {0, 1}, {}).status().code(),
+            absl::StatusCode::kInvalidArgument);
+  TemporalOptions options;
+  options.weight = 0;
+  EXPECT_THAT(RefineInTime(model_, previous_, own_, next_, options).status().message(),
+              HasSubstr("temporal.weight"));
+}
+
+TEST_F(Temporal, StopsWhenCancelled) {
+  const auto refined = RefineInTime(model_, previous_, own_, next_, {}, [] { return true; });
+  EXPECT_EQ(refined.status().code(), absl::StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace weft
