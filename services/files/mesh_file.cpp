@@ -143,7 +143,7 @@ absl::Status WriteRegisteredMesh(const std::string& path, const RegisteredMesh& 
   vertex.properties.push_back(
       PlyColumn("views", PlyType::kInt32, std::vector<double>(mesh.views.begin(), mesh.views.end())));
   Ply ply;
-  ply.comments.push_back("positions in mm; state 0 inferred, 1 observed");
+  ply.comments.push_back("positions in mm; state 0 inferred, 1 observed, 2 by two views, 3 bridged");
   ply.elements = {std::move(vertex), FaceElement(faces)};
   return WritePly(path, ply);
 }

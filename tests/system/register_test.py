@@ -8,7 +8,7 @@ import subprocess
 import time
 import unittest
 
-from studio import BIN, LONG_S, StudioTest, png, read, results, temporary_files, weft, write
+from studio import BIN, BRIDGED, LONG_S, StudioTest, png, read, results, temporary_files, vertex_states, weft, write
 
 
 def frame_report(out, frame):
@@ -90,7 +90,7 @@ class DegradedFrames(StudioTest):
         camera = os.path.splitext(self.images[3])[0]
         self.assertIn(f"weft: warning: camera {camera} of the rig has no images", done.stderr)
 
-    def test_frame_with_two_cameras_fails_and_the_others_go_on(self):
+    def test_frame_with_two_cameras_fails_and_is_bridged_by_the_others(self):
         for camera in range(2, len(self.images)):
             os.remove(self.image(1, camera))
         done = self.register(check=1)
@@ -98,6 +98,14 @@ class DegradedFrames(StudioTest):
         report = frame_report(self.out, self.frames[1])
         self.assertEqual(report["state"], "FRAME_STATE_FAILED")
         self.assertIn("triangulation needs 3", report["reason"])
+        self.assertTrue(report["temporal"]["bridged"])
+        self.assertEqual(report["temporal"]["neighbors"], [self.frames[0], self.frames[2]])
+        self.assertEqual(vertex_states(os.path.join(self.out, self.frames[1], "mesh.ply")), {BRIDGED})
+
+    def test_failed_frame_has_no_mesh_where_frames_stand_alone(self):
+        for camera in range(2, len(self.images)):
+            os.remove(self.image(1, camera))
+        self.register("--frames-alone", check=1)
         self.assertFalse(os.path.exists(os.path.join(self.out, self.frames[1], "mesh.ply")))
 
 

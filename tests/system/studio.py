@@ -1,6 +1,7 @@
 """A small synthetic studio on disk, and the programs of Weft as users run them."""
 
 import os
+import re
 import shutil
 import struct
 import subprocess
@@ -51,6 +52,17 @@ def results(folder):
                 path = os.path.join(base, name)
                 found[os.path.relpath(path, folder)] = read(path, "rb")
     return found
+
+
+INFERRED, OBSERVED, TWO_VIEW, BRIDGED = range(4)
+
+
+def vertex_states(mesh):
+    """The states that occur in a mesh.ply."""
+    header, body = read(mesh, "rb").split(b"end_header\n", 1)
+    vertices = int(re.search(rb"element vertex (\d+)", header).group(1))
+    vertex = struct.Struct("<fffBfi")  # x y z state sigma_mm views
+    return {values[3] for values in vertex.iter_unpack(body[:vertices * vertex.size])}
 
 
 def temporary_files(folder):
