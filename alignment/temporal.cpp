@@ -62,6 +62,17 @@ absl::Status Relax(const AlignmentModel& model, const ElasticProblem& problem, c
   return absl::OkStatus();
 }
 
+absl::StatusOr<TemporalResult> Untangled(const AlignmentModel& model, RegisteredMesh mesh,
+                                         const TemporalOptions& options) {
+  TemporalResult result{std::move(mesh), {}};
+  if (!options.remove_self_intersections) return result;
+  const absl::StatusOr<UntangleReport> untangling = RemoveSelfIntersections(
+      model.rest().faces, result.mesh.sigma_mm, options.untangle, &result.mesh.vertices_mm);
+  if (!untangling.ok()) return untangling.status();
+  result.untangling = *untangling;
+  return result;
+}
+
 }  // namespace
 
 absl::Status TemporalOptions::Validate() const {
@@ -73,7 +84,7 @@ absl::Status TemporalOptions::Validate() const {
   return elastic.Validate();
 }
 
-absl::StatusOr<RegisteredMesh> RefineInTime(const AlignmentModel& model, const RegisteredMesh& previous,
+absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const RegisteredMesh& previous,
                                             const RegisteredMesh& own, const RegisteredMesh& next,
                                             const TemporalOptions& options, const CancelCheck& cancelled) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
@@ -109,10 +120,10 @@ absl::StatusOr<RegisteredMesh> RefineInTime(const AlignmentModel& model, const R
   for (size_t v = 0; v < vertices; ++v) {
     if (problem.frozen[v]) refined.vertices_mm[v] = own.vertices_mm[v];
   }
-  return refined;
+  return Untangled(model, std::move(refined), options);
 }
 
-absl::StatusOr<RegisteredMesh> BridgeInTime(const AlignmentModel& model, const RegisteredMesh& previous,
+absl::StatusOr<TemporalResult> BridgeInTime(const AlignmentModel& model, const RegisteredMesh& previous,
                                             const RegisteredMesh& next, const Gap& gap,
                                             const TemporalOptions& options, const CancelCheck& cancelled) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
@@ -138,7 +149,7 @@ absl::StatusOr<RegisteredMesh> BridgeInTime(const AlignmentModel& model, const R
   problem.weights.assign(vertices, options.weight * Eigen::Matrix3d::Identity());
   absl::Status status = Relax(model, problem, options, cancelled, &mesh.vertices_mm);
   if (!status.ok()) return status;
-  return mesh;
+  return Untangled(model, std::move(mesh), options);
 }
 
 }  // namespace weft

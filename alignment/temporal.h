@@ -16,14 +16,22 @@ struct TemporalOptions {
   // by its variance instead: cloth that both neighbours observed outweighs what the frame alone inferred.
   bool weigh_by_sigma = true;
   ElasticOptions elastic;
+  bool remove_self_intersections = true;  // last, since moved vertices may meet other layers anew
+  UntangleOptions untangle;
 
   absl::Status Validate() const;
 };
 
+struct TemporalResult {
+  RegisteredMesh mesh;
+  UntangleReport untangling;  // all zero where it was not asked for
+};
+
 // One pass for one frame: hidden vertices minimise E_Smooth + lambda E_Dist, observed ones stay where they
-// are. All three meshes are of the pass before and have the template's vertices. InvalidArgument: options, or
-// meshes of another size. Otherwise as Align. The same result at any thread count.
-absl::StatusOr<RegisteredMesh> RefineInTime(const AlignmentModel& model, const RegisteredMesh& previous,
+// are unless a self-intersection is removed there. All three meshes are of the pass before and have the
+// template's vertices. InvalidArgument: options, or meshes of another size. Otherwise as Align. The same
+// result at any thread count.
+absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const RegisteredMesh& previous,
                                             const RegisteredMesh& own, const RegisteredMesh& next,
                                             const TemporalOptions& options,
                                             const CancelCheck& cancelled = nullptr);
@@ -34,7 +42,7 @@ absl::StatusOr<RegisteredMesh> RefineInTime(const AlignmentModel& model, const R
 struct Gap {
   int frames_since_previous = 1, frames_to_next = 1;  // at least 1
 };
-absl::StatusOr<RegisteredMesh> BridgeInTime(const AlignmentModel& model, const RegisteredMesh& previous,
+absl::StatusOr<TemporalResult> BridgeInTime(const AlignmentModel& model, const RegisteredMesh& previous,
                                             const RegisteredMesh& next, const Gap& gap,
                                             const TemporalOptions& options,
                                             const CancelCheck& cancelled = nullptr);

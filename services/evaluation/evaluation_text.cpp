@@ -61,13 +61,14 @@ std::string Measures(const FrameMetrics& m) {
   if (m.texture_drift_mm_s)
     absl::StrAppendFormat(&out, "drift    %s mm/s by texture flow\n", mean(m.texture_drift_mm_s));
   if (m.true_drift_observed_mm_s || m.true_drift_inferred_mm_s)
-    absl::StrAppendFormat(&out, "         %s mm/s exactly where observed, %s where inferred\n",
+    absl::StrAppendFormat(&out, "drift    %s mm/s against the truth where observed, %s where inferred\n",
                           mean(m.true_drift_observed_mm_s), mean(m.true_drift_inferred_mm_s));
   if (m.jitter_observed_mm)
     absl::StrAppendFormat(&out, "jitter   %s mm where observed, %s where inferred\n",
                           mean(m.jitter_observed_mm), mean(m.jitter_inferred_mm));
   if (m.self_intersections)
-    absl::StrAppendFormat(&out, "mesh     %d pairs of faces intersect\n", *m.self_intersections);
+    absl::StrAppendFormat(&out, "pairs    %d of faces that intersect, in all frames\n",
+                          *m.self_intersections);
   if (m.reprojection_px)
     absl::StrAppendFormat(&out, "cameras  %s px reprojection error, %s px with the camera left out\n",
                           mean(m.reprojection_px), mean(m.left_out_px));

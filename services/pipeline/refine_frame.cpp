@@ -83,7 +83,7 @@ Neighbors FindNeighbors(const Surroundings& frames, int at, const v1::FrameRepor
   return found;
 }
 
-absl::StatusOr<RegisteredMesh> Compute(const RegistrationInputs& inputs, const Surroundings& frames, int at,
+absl::StatusOr<TemporalResult> Compute(const RegistrationInputs& inputs, const Surroundings& frames, int at,
                                        bool bridge, const Neighbors& neighbors, const std::stop_token& stop) {
   const absl::StatusOr<RegisteredMesh> previous =
       ReadRegisteredMesh(frames.File(neighbors.previous, "unrefined.ply"));
@@ -127,13 +127,15 @@ absl::Status RefineFrame(const RegistrationInputs& inputs, const Surroundings& f
   v1::TemporalReport temporal;
   temporal.set_window(neighbors.window);
   if (neighbors.previous >= 0 && neighbors.next >= 0) {
-    absl::StatusOr<RegisteredMesh> mesh = Compute(inputs, frames, at, bridge, neighbors, stop);
-    if (absl::IsCancelled(mesh.status())) return mesh.status();
+    const absl::StatusOr<TemporalResult> result = Compute(inputs, frames, at, bridge, neighbors, stop);
+    if (absl::IsCancelled(result.status())) return result.status();
     // A neighbour that is being computed anew has no mesh for a moment; whoever completes it comes back here.
-    if (!mesh.ok()) return absl::OkStatus();
+    if (!result.ok()) return absl::OkStatus();
     const absl::Status written =
-        WriteRegisteredMesh(frames.File(at, "mesh.ply"), *mesh, inputs.garment.rest.faces);
+        WriteRegisteredMesh(frames.File(at, "mesh.ply"), result->mesh, inputs.garment.rest.faces);
     if (!written.ok()) return written;
+    temporal.set_self_intersections_before(result->untangling.pairs_before);
+    temporal.set_self_intersections(result->untangling.pairs_after);
     temporal.set_bridged(bridge);
     temporal.set_refined(!bridge);
     temporal.add_neighbors(frames.Name(neighbors.previous));

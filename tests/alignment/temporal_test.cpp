@@ -67,12 +67,12 @@ TEST_F(Temporal, SmoothsHiddenVerticesAndLeavesMeasuredOnesWhereTheyAre) {
     const auto refined = RefineInTime(model_, previous_, own_, next_, options);
     ASSERT_TRUE(refined.ok()) << refined.status();
     const auto truth = SheetAt(garment_.rest, 1);
-    EXPECT_LT(HiddenError(*refined, truth), 0.6 * HiddenError(own_, truth));
+    EXPECT_LT(HiddenError(refined->mesh, truth), 0.6 * HiddenError(own_, truth));
     for (int v = 0; v < kRows * kCols; ++v) {
-      EXPECT_EQ(refined->state[v], own_.state[v]);
+      EXPECT_EQ(refined->mesh.state[v], own_.state[v]);
       if (!Hidden(v)) {
-        EXPECT_EQ(refined->vertices_mm[v], own_.vertices_mm[v]);
-        EXPECT_EQ(refined->sigma_mm[v], own_.sigma_mm[v]);
+        EXPECT_EQ(refined->mesh.vertices_mm[v], own_.vertices_mm[v]);
+        EXPECT_EQ(refined->mesh.sigma_mm[v], own_.sigma_mm[v]);
       }
     }
   }
@@ -88,10 +88,10 @@ TEST_F(Temporal, TrustsNeighboursThatSawWhatTheFrameDidNot) {
   }
   const auto refined = RefineInTime(model_, before, own_, after, {});
   ASSERT_TRUE(refined.ok());
-  EXPECT_LT(HiddenError(*refined, SheetAt(garment_.rest, 1)), 0.2);
+  EXPECT_LT(HiddenError(refined->mesh, SheetAt(garment_.rest, 1)), 0.2);
   const int middle = kRows / 2 * kCols + kCols / 2;
-  EXPECT_EQ(refined->state[middle], VertexState::kInferred);
-  EXPECT_LT(refined->sigma_mm[middle], own_.sigma_mm[middle]);
+  EXPECT_EQ(refined->mesh.state[middle], VertexState::kInferred);
+  EXPECT_LT(refined->mesh.sigma_mm[middle], own_.sigma_mm[middle]);
 }
 
 TEST_F(Temporal, BridgesAFailedFrameAndSaysSo) {
@@ -99,15 +99,15 @@ TEST_F(Temporal, BridgesAFailedFrameAndSaysSo) {
   const auto bridge = BridgeInTime(model_, before, after, {1, 2}, {});
   ASSERT_TRUE(bridge.ok()) << bridge.status();
   const auto truth = SheetAt(garment_.rest, 1);
-  EXPECT_LT(testing::MaxDistance(bridge->vertices_mm, truth), 1);
+  EXPECT_LT(testing::MaxDistance(bridge->mesh.vertices_mm, truth), 1);
   for (int v = 0; v < kRows * kCols; ++v) {
-    EXPECT_EQ(bridge->state[v], VertexState::kBridged);
-    EXPECT_EQ(bridge->views[v], 0);
-    EXPECT_GT(bridge->sigma_mm[v], before.sigma_mm[v]);
+    EXPECT_EQ(bridge->mesh.state[v], VertexState::kBridged);
+    EXPECT_EQ(bridge->mesh.views[v], 0);
+    EXPECT_GT(bridge->mesh.sigma_mm[v], before.sigma_mm[v]);
   }
   // No copy of either side.
-  EXPECT_GT(testing::MaxDistance(bridge->vertices_mm, before.vertices_mm), 3);
-  EXPECT_GT(testing::MaxDistance(bridge->vertices_mm, after.vertices_mm), 3);
+  EXPECT_GT(testing::MaxDistance(bridge->mesh.vertices_mm, before.vertices_mm), 3);
+  EXPECT_GT(testing::MaxDistance(bridge->mesh.vertices_mm, after.vertices_mm), 3);
 }
 
 TEST_F(Temporal, GivesTheSameBytesAtAnyThreadCount) {
@@ -117,8 +117,8 @@ TEST_F(Temporal, GivesTheSameBytesAtAnyThreadCount) {
   };
   const auto one = run(1), two = run(2);
   ASSERT_TRUE(one.ok() && two.ok());
-  EXPECT_EQ(std::memcmp(one->vertices_mm.data(), two->vertices_mm.data(),
-                        one->vertices_mm.size() * sizeof(Eigen::Vector3d)),
+  EXPECT_EQ(std::memcmp(one->mesh.vertices_mm.data(), two->mesh.vertices_mm.data(),
+                        one->mesh.vertices_mm.size() * sizeof(Eigen::Vector3d)),
             0);
 }
 
