@@ -78,7 +78,7 @@ class QuickStart(unittest.TestCase):
             self.assertGreater(total["cloud"]["coverage"], 0.95)
             self.assertLess(total["cloud"]["error_mm"]["median"], 0.15)
             self.assertLess(total["mesh"]["visible_mm"]["mean"], 0.3)
-            self.assertEqual(total["metrics"]["self_intersecting_pairs"], 0)
+            self.assertEqual(total["measures"]["self_intersecting_pairs"], 0)
             shown = re.sub(r"[0-9]", "0", done.stdout)
             text = read(os.path.join(SOURCE, "README.md"))
             for heading in re.findall(r"^== .*", text, re.MULTILINE):
