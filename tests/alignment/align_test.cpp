@@ -16,6 +16,7 @@ using ::testing::HasSubstr;
 using testing::kCellMm;
 using testing::Mapped;
 using testing::MaxDistance;
+using testing::MeanError;
 using testing::Measure;
 using testing::Rolled;
 using testing::SheetTemplate;
@@ -31,18 +32,6 @@ std::vector<Eigen::Vector3d> RolledAndMoved(const TriangleMesh& rest) {
 
 // Within 8 cells of the sheet's middle.
 bool InHiddenPatch(int v) { return std::hypot(v / kCols - kRows / 2, v % kCols - kCols / 2) <= 8; }
-
-double MeanError(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& truth,
-                 const std::function<bool(int)>& counts) {
-  double sum = 0;
-  int count = 0;
-  for (size_t v = 0; v < a.size(); ++v) {
-    if (!counts(static_cast<int>(v))) continue;
-    sum += (a[v] - truth[v]).norm();
-    ++count;
-  }
-  return sum / count;
-}
 
 TEST(Align, FindsRigidMotionsWithoutDistortion) {
   const Template garment = SheetTemplate(FlatSheet(kRows, kCols));

@@ -87,4 +87,17 @@ inline double MaxDistance(const std::vector<Eigen::Vector3d>& a, const std::vect
   return largest;
 }
 
+// Mean distance of the vertices that `counts` picks.
+inline double MeanError(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& truth,
+                 const std::function<bool(int)>& counts) {
+  double sum = 0;
+  int count = 0;
+  for (size_t v = 0; v < a.size(); ++v) {
+    if (!counts(static_cast<int>(v))) continue;
+    sum += (a[v] - truth[v]).norm();
+    ++count;
+  }
+  return sum / count;
+}
+
 }  // namespace weft::testing

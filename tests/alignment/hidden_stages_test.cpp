@@ -40,14 +40,7 @@ Scan ScanOf(double noise_mm) {
 }
 
 double HiddenError(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& truth) {
-  double sum = 0;
-  int count = 0;
-  for (size_t v = 0; v < a.size(); ++v) {
-    if (!Hidden(static_cast<int>(v))) continue;
-    sum += (a[v] - truth[v]).norm();
-    ++count;
-  }
-  return sum / count;
+  return testing::MeanError(a, truth, Hidden);
 }
 
 class HiddenStages : public ::testing::Test {

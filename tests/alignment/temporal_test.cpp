@@ -42,14 +42,7 @@ RegisteredMesh Registered(const TriangleMesh& rest, int frame, double wave_mm) {
 }
 
 double HiddenError(const RegisteredMesh& mesh, const std::vector<Eigen::Vector3d>& truth) {
-  double sum = 0;
-  int count = 0;
-  for (int v = 0; v < kRows * kCols; ++v) {
-    if (!Hidden(v)) continue;
-    sum += (mesh.vertices_mm[v] - truth[v]).norm();
-    ++count;
-  }
-  return sum / count;
+  return testing::MeanError(mesh.vertices_mm, truth, Hidden);
 }
 
 class Temporal : public ::testing::Test {
