@@ -1,10 +1,9 @@
 #include "services/files/scan_file.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <sstream>
 #include <vector>
@@ -13,6 +12,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "services/files/atomic_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/ply.h"
 
@@ -104,9 +104,20 @@ absl::StatusOr<PcdHeader> ParsePcdHeader(const std::string& text, const std::str
     if (sizes[i] < 1 || sizes[i] > 8 || header.counts[i] < 1 || header.counts[i] > 4096) {
       return Bad(path, absl::StrCat("SIZE or COUNT of the field ", header.fields[i], " is out of range"));
     }
+    const bool wanted = std::find(kPcdFields.begin(), kPcdFields.end(), header.fields[i]) != kPcdFields.end();
+    if (wanted && (header.counts[i] != 1 || (sizes[i] != 4 && sizes[i] != 8))) {
+      return Bad(path, absl::StrCat("the field ", header.fields[i], " must be one float or double a point"));
+    }
     header.bytes.push_back(sizes[i] * header.counts[i]);
   }
   return header;
+}
+
+template <typename T>
+double ValueAt(const std::string& text, size_t at) {
+  T value;
+  std::memcpy(&value, text.data() + at, sizeof(T));
+  return value;
 }
 
 // Columns of the wanted fields that are there.
@@ -125,9 +136,8 @@ absl::StatusOr<std::map<std::string, std::vector<double>>> PcdColumns(const std:
     for (size_t f = 0; f < header.fields.size(); ++f) {
       double value = 0;
       if (header.binary) {
-        float single = 0;
-        if (header.bytes[f] == 4) std::memcpy(&single, text.data() + at, 4);
-        value = single;
+        if (header.bytes[f] == 4) value = ValueAt<float>(text, at);
+        if (header.bytes[f] == 8) value = ValueAt<double>(text, at);
         at += header.bytes[f];
       } else {
         std::string word;
@@ -145,12 +155,11 @@ absl::StatusOr<std::map<std::string, std::vector<double>>> PcdColumns(const std:
 }
 
 absl::StatusOr<Scan> ScanFromPcd(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return absl::NotFoundError(absl::StrCat(path, ": cannot be read"));
-  const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
-  const absl::StatusOr<PcdHeader> header = ParsePcdHeader(text, path);
+  const absl::StatusOr<std::string> text = ReadWholeFile(path);
+  if (!text.ok()) return text.status();
+  const absl::StatusOr<PcdHeader> header = ParsePcdHeader(*text, path);
   if (!header.ok()) return header.status();
-  auto columns = PcdColumns(text, *header, path);
+  auto columns = PcdColumns(*text, *header, path);
   if (!columns.ok()) return columns.status();
   const auto has = [&](const char* name) { return (*columns)[name].size() == header->points; };
   if (!has("x") || !has("y") || !has("z")) return Bad(path, "has no fields x y z");

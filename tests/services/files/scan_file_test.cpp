@@ -1,0 +1,78 @@
+#include "services/files/scan_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::SizeIs;
+
+std::string PcdHead(const std::string& size, const std::string& points, const std::string& data) {
+  return "# .PCD v0.7\nFIELDS x y z\nSIZE " + size + "\nTYPE F F F\nPOINTS " + points + "\nDATA " + data +
+         "\n";
+}
+
+template <typename T>
+std::string Bytes(const std::vector<T>& values) {
+  return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
+}
+
+absl::StatusOr<Scan> Read(const std::string& name, const std::string& content) {
+  const TempFolder folder;
+  WriteBytes(folder / name, content);
+  return ReadScan(folder / name);
+}
+
+TEST(ReadScan, PcdAsTextFloatsOrDoublesHoldsTheSamePoints) {
+  for (const std::string& content :
+       {PcdHead("4 4 4", "2", "ascii") + "1 2.5 3\n-4 5 6\n",
+        PcdHead("4 4 4", "2", "binary") + Bytes<float>({1, 2.5, 3, -4, 5, 6}),
+        PcdHead("8 8 8", "2", "binary") + Bytes<double>({1, 2.5, 3, -4, 5, 6})}) {
+    const auto scan = Read("scan.pcd", content);
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    ASSERT_THAT(scan->points_mm, SizeIs(2));
+    EXPECT_EQ(scan->points_mm[0], Eigen::Vector3d(1, 2.5, 3));
+    EXPECT_EQ(scan->points_mm[1], Eigen::Vector3d(-4, 5, 6));
+    EXPECT_TRUE(scan->normals.empty());
+  }
+}
+
+TEST(ReadScan, PointsWithoutMeasurementAreLeftOut) {
+  const auto scan = Read("scan.pcd", PcdHead("4 4 4", "2", "ascii") + "nan nan nan\n1 2 3\n");
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_THAT(scan->points_mm, SizeIs(1));
+}
+
+TEST(ReadScan, PlyNormalsHaveLengthOne) {
+  const auto scan = Read("scan.ply",
+                         "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+                         "property float z\nproperty float nx\nproperty float ny\nproperty float nz\n"
+                         "end_header\n1 2 3 0 0 4\n");
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  ASSERT_THAT(scan->normals, SizeIs(1));
+  EXPECT_EQ(scan->normals[0], Eigen::Vector3d::UnitZ());
+}
+
+TEST(ReadScan, NamesWhatIsWrongWithAFile) {
+  const auto error = [](const std::string& content) {
+    return std::string(Read("scan.pcd", content).status().message());
+  };
+  const std::string three = Bytes<float>({1, 2, 3});
+  EXPECT_THAT(error(PcdHead("4 4 4", "2", "binary") + three), HasSubstr("scan.pcd: is truncated"));
+  EXPECT_THAT(error(PcdHead("4 4 4", "18446744073709551615", "binary") + three), HasSubstr("is truncated"));
+  EXPECT_THAT(error(PcdHead("4 4 4", "-1", "ascii")), HasSubstr("POINTS is no count"));
+  EXPECT_THAT(error(PcdHead("2 2 2", "1", "binary") + three), HasSubstr("the field x must be"));
+  EXPECT_THAT(error(PcdHead("4 4", "1", "binary") + three), HasSubstr("differ in length"));
+  EXPECT_THAT(error(PcdHead("4 4 4", "1", "binary_compressed") + three), HasSubstr("convert it"));
+  EXPECT_THAT(error("no header"), HasSubstr("is no PCD file"));
+  EXPECT_EQ(ReadScan("/no/such.pcd").status().code(), absl::StatusCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace weft
