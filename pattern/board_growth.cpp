@@ -25,7 +25,7 @@ class Growth {
         cell_of_(board.cells.size(), -1),
         attempts_(board.cells.size(), 0),
         explained_(board.cells.size(), 0),
-        buckets_(static_cast<size_t>(columns_) * (height_px / kBucketPx + 1)) {}
+        newest_(static_cast<size_t>(columns_) * (height_px / kBucketPx + 1), -1) {}
 
   std::vector<GrownCell> Run(const std::vector<GrowthSeed>& seeds) {
     for (size_t k = 0; k < seeds.size(); ++k) {
@@ -33,12 +33,14 @@ class Growth {
       if (!board_.Contains(seed.row, seed.col)) continue;
       const CellFit fit = fitter_.Fit(seed.row, seed.col, seed.frame, Weights(seed.row, seed.col, true),
                                       {options_.iterations + 2, {}});
-      if (Acceptable(fit)) Enqueue({fit.explained, seed.row, seed.col, fit, seed.group});
+      if (Acceptable(fit)) Enqueue({seed.row, seed.col, fit, seed.group, 0});
     }
     while (!queue_.empty()) {
-      const Candidate next = queue_.top();
+      const Entry top = queue_.top();
       queue_.pop();
-      if (CellAt(next.row, next.col) >= 0) continue;
+      free_.push_back(top.candidate);
+      if (cell_of_[top.cell] >= 0) continue;
+      const GrownCell next = candidates_[top.candidate];
       if (PlaceTaken(next.row, next.col, next.fit.frame)) continue;
       Take(next);
       for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}})
@@ -51,14 +53,13 @@ class Growth {
   }
 
  private:
-  struct Candidate {
-    float priority;
-    int row, col;
-    CellFit fit;
-    int group;
-    bool operator<(const Candidate& other) const {
-      if (priority != other.priority) return priority < other.priority;
-      return row != other.row ? row > other.row : col > other.col;
+  // A candidate in the queue: the best explained first, then the first on the board.
+  struct Entry {
+    float explained;
+    int cell;       // of the board
+    int candidate;  // index
+    bool operator<(const Entry& other) const {
+      return explained != other.explained ? explained < other.explained : cell > other.cell;
     }
   };
 
@@ -90,40 +91,56 @@ class Growth {
   bool PlaceTaken(int row, int col, const CellFrame& frame) const {
     const int bx = static_cast<int>(frame.x) / kBucketPx, by = static_cast<int>(frame.y) / kBucketPx;
     const int reach = 1 + static_cast<int>(std::sqrt(frame.Area())) / kBucketPx;
+    const float size = SquaredEdges(frame);
     for (int y = std::max(0, by - reach); y <= std::min(height_px_ / kBucketPx, by + reach); ++y) {
       for (int x = std::max(0, bx - reach); x <= std::min(columns_ - 1, bx + reach); ++x) {
-        for (const int k : buckets_[static_cast<size_t>(y) * columns_ + x]) {
+        for (int k = newest_[static_cast<size_t>(y) * columns_ + x]; k >= 0; k = next_in_bucket_[k]) {
           const GrownCell& other = cells_[k];
+          const CellFrame& f = other.fit.frame;
+          const float dx = frame.x - f.x, dy = frame.y - f.y;
+          // No point of a cell is farther from its middle.
+          if (dx * dx + dy * dy > 0.5f * std::max(size, SquaredEdges(f))) continue;
           if (other.row == row && other.col == col) continue;
-          if (Inside(other.fit.frame, frame.x, frame.y) ||
-              Inside(frame, other.fit.frame.x, other.fit.frame.y)) {
-            return true;
-          }
+          if (Inside(f, dx, dy) || Inside(frame, -dx, -dy)) return true;
         }
       }
     }
     return false;
   }
 
-  static bool Inside(const CellFrame& f, float x, float y) {
-    const float dx = x - f.x, dy = y - f.y, area = f.Area();
-    const float u = (f.by * dx - f.bx * dy) / area, v = (f.ax * dy - f.ay * dx) / area;
-    return std::abs(u) < 0.5f && std::abs(v) < 0.5f;
+  static float SquaredEdges(const CellFrame& f) {
+    return f.ax * f.ax + f.ay * f.ay + f.bx * f.bx + f.by * f.by;
   }
 
-  void Take(const Candidate& c) {
+  // Whether a point at (dx, dy) from the middle is in the cell.
+  static bool Inside(const CellFrame& f, float dx, float dy) {
+    const float half = 0.5f * f.Area();
+    return std::abs(f.by * dx - f.bx * dy) < half && std::abs(f.ax * dy - f.ay * dx) < half;
+  }
+
+  void Take(const GrownCell& cell) {
     const int index = static_cast<int>(cells_.size());
-    cells_.push_back({c.row, c.col, c.fit, c.group});
-    cell_of_[Index(c.row, c.col)] = index;
-    const int x = static_cast<int>(c.fit.frame.x) / kBucketPx,
-              y = static_cast<int>(c.fit.frame.y) / kBucketPx;
-    buckets_[static_cast<size_t>(y) * columns_ + x].push_back(index);
+    cells_.push_back(cell);
+    cell_of_[Index(cell.row, cell.col)] = index;
+    const int x = static_cast<int>(cell.fit.frame.x) / kBucketPx,
+              y = static_cast<int>(cell.fit.frame.y) / kBucketPx;
+    int& newest = newest_[static_cast<size_t>(y) * columns_ + x];
+    next_in_bucket_.push_back(newest);
+    newest = index;
   }
 
-  void Enqueue(const Candidate& candidate) {
-    float& explained = explained_[Index(candidate.row, candidate.col)];
-    explained = std::max(explained, candidate.fit.explained);
-    queue_.push(candidate);
+  void Enqueue(const GrownCell& candidate) {
+    const size_t cell = Index(candidate.row, candidate.col);
+    explained_[cell] = std::max(explained_[cell], candidate.fit.explained);
+    int at = static_cast<int>(candidates_.size());
+    if (free_.empty()) {
+      candidates_.push_back(candidate);
+    } else {
+      at = free_.back();
+      free_.pop_back();
+      candidates_[at] = candidate;
+    }
+    queue_.push({candidate.fit.explained, static_cast<int>(cell), at});
   }
 
   void Try(int row, int col) {
@@ -136,7 +153,7 @@ class Growth {
     const CellFrame predicted = Predict(row, col, &group);
     const CellFit fit = fitter_.Fit(row, col, predicted, Weights(row, col, false), {options_.iterations, {}});
     if (!Acceptable(fit)) return;
-    Enqueue({fit.explained, row, col, fit, group});
+    Enqueue({row, col, fit, group, 0});
   }
 
   // Mean of what the known neighbours say.
@@ -173,9 +190,12 @@ class Growth {
   std::vector<int> cell_of_;  // by board cell
   std::vector<uint8_t> attempts_;
   std::vector<float> explained_;  // by board cell, of the best candidate so far
-  std::vector<std::vector<int>> buckets_;
+  std::vector<int> newest_;       // [buckets], the cell that was taken last there, -1 for none
   std::vector<GrownCell> cells_;
-  std::priority_queue<Candidate> queue_;
+  std::vector<int> next_in_bucket_;  // [cells], the one taken before, -1 for none
+  std::vector<GrownCell> candidates_;
+  std::vector<int> free_;  // places in candidates_
+  std::priority_queue<Entry> queue_;
 };
 
 }  // namespace

@@ -1,17 +1,12 @@
 #include "pattern/cell_fitter.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <utility>
+
+#include "pattern/small_cholesky.h"
 
 namespace weft {
 namespace {
-
-using Vector6 = Eigen::Matrix<float, 6, 1>;
-using Vector4 = Eigen::Matrix<float, 4, 1>;
-using Matrix4 = Eigen::Matrix<float, 4, 4>;
-using Matrix6 = Eigen::Matrix<float, 6, 6>;
 
 // Grey levels by which the model is typically wrong; balances the priors.
 constexpr float kModelNoise = 8.0f;
@@ -31,30 +26,30 @@ float SumOf(const float* v) { return v[0] + v[1] + v[2]; }
 // Light of a window by least squares: gain times (1 + slopes along u and v), and an offset; with priors on
 // the slopes and the offset.
 struct Light {
-  Matrix4 normal;
-  Vector4 solved;  // gain, its changes along u and v, offset
-  Eigen::LLT<Matrix4> solver;
+  SmallVector<4> solved;  // gain, its changes along u and v, offset
+  SmallCholesky<4> solver;
 
   // False where the print cannot be there.
   bool Solve(const CellModelSums& s, const CellImageSums& image, CellFit* fit) {
     constexpr float kOffset = 0.1f * (kModelNoise * kModelNoise) / (kOffsetPrior * kOffsetPrior);
     constexpr float kSlope = 0.1f / (kSlopePrior * kSlopePrior);
+    SmallMatrix<4> normal;
     for (int p = 0; p < 3; ++p) {
-      for (int q = 0; q < 3; ++q) normal(p, q) = s.tt[kProduct[p][q]];
-      normal(p, 3) = normal(3, p) = s.t1[p];
+      for (int q = 0; q < 3; ++q) normal[p][q] = s.tt[kProduct[p][q]];
+      normal[p][3] = normal[3][p] = s.t1[p];
     }
-    normal(3, 3) = 3 * s.weight;
-    const Vector4 target{image.ti[0], image.ti[1], image.ti[2], SumOf(image.i1)};
-    Matrix4 with_prior = normal;
-    with_prior(1, 1) += kSlope * s.tt[0];
-    with_prior(2, 2) += kSlope * s.tt[0];
-    with_prior(3, 3) *= 1 + kOffset;
-    solver.compute(with_prior);
-    if (solver.info() != Eigen::Success) return false;
-    solved = solver.solve(target);
+    normal[3][3] = 3 * s.weight;
+    const SmallVector<4> target{image.ti[0], image.ti[1], image.ti[2], SumOf(image.i1)};
+    SmallMatrix<4> with_prior = normal;
+    with_prior[1][1] += kSlope * s.tt[0];
+    with_prior[2][2] += kSlope * s.tt[0];
+    with_prior[3][3] *= 1 + kOffset;
+    if (!solver.Factor(with_prior)) return false;
+    solved = solver.Solve(target);
     fit->gain = solved[0];
     fit->offset = solved[3];
-    const float sse = image.ii - 2 * solved.dot(target) + solved.dot(normal * solved);
+    float sse = image.ii - 2 * Dot(solved, target);
+    for (int p = 0; p < 4; ++p) sse += solved[p] * Dot(normal[p], solved);
     float variance = image.ii;
     for (const float channel : image.i1) variance -= channel * channel / s.weight;
     fit->explained = 1 - sse / std::max(variance, 1.0f);
@@ -64,40 +59,50 @@ struct Light {
 };
 
 // Normal equations of the step over (1, u, v) in u and in v, the light projected out.
-std::pair<Matrix6, Vector6> StepEquations(const CellModelSums& s, const CellImageSums& image,
-                                          const Light& light, const CellFit& fit) {
-  Matrix6 normal;
-  Vector6 with_i;
-  Eigen::Matrix<float, 6, 4> with_light;
-  for (int p = 0; p < 3; ++p) {
-    for (int q = 0; q < 3; ++q) {
-      const int k = kProduct[p][q];
-      normal(p, q) = s.uu[k];
-      normal(p, 3 + q) = normal(3 + q, p) = s.uv[k];
-      normal(3 + p, 3 + q) = s.vv[k];
-      with_light(p, q) = s.ut[k];
-      with_light(3 + p, q) = s.vt[k];
+struct StepEquations {
+  SmallMatrix<6> normal;  // lower triangle
+  SmallVector<6> residual;
+
+  StepEquations(const CellModelSums& s, const CellImageSums& image, const Light& light, float gain) {
+    SmallVector<4> whitened[6];
+    for (int p = 0; p < 3; ++p) {
+      for (int q = 0; q < 3; ++q) {
+        const int k = kProduct[p][q];
+        normal[p][q] = s.uu[k];
+        normal[3 + p][q] = s.uv[k];
+        normal[3 + p][3 + q] = s.vv[k];
+      }
+      const float *ut = s.ut, *vt = s.vt;
+      const int* k = kProduct[p];
+      const SmallVector<4> u{ut[k[0]], ut[k[1]], ut[k[2]], s.u1[p]};
+      const SmallVector<4> v{vt[k[0]], vt[k[1]], vt[k[2]], s.v1[p]};
+      residual[p] = gain * (image.ui[p] - Dot(u, light.solved));
+      residual[3 + p] = gain * (image.vi[p] - Dot(v, light.solved));
+      whitened[p] = light.solver.Forward(u);
+      whitened[3 + p] = light.solver.Forward(v);
     }
-    with_light(p, 3) = s.u1[p];
-    with_light(3 + p, 3) = s.v1[p];
-    with_i[p] = image.ui[p];
-    with_i[3 + p] = image.vi[p];
+    for (int p = 0; p < 6; ++p) {
+      for (int q = 0; q <= p; ++q)
+        normal[p][q] = gain * gain * (normal[p][q] - Dot(whitened[p], whitened[q]));
+    }
   }
-  const float gain = fit.gain;
-  const Vector6 residual = gain * (with_i - with_light * light.solved);
-  normal -= with_light * light.solver.solve(with_light.transpose());
-  return {gain * gain * normal, residual};
-}
+};
 
 // The frame after the map (u, v) -> (u, v) + step over (1, u, v).
-CellFrame Moved(const CellFrame& frame, const Vector6& step) {
-  Eigen::Matrix2f change, edges;
-  change << 1 + step[1], step[2], step[4], 1 + step[5];
-  edges << frame.ax, frame.bx, frame.ay, frame.by;
-  edges = edges * change.inverse();
-  const Eigen::Vector2f shift = edges * Eigen::Vector2f(step[0], step[3]);
-  return {frame.x - shift[0], frame.y - shift[1], edges(0, 0), edges(1, 0), edges(0, 1), edges(1, 1)};
+CellFrame Moved(const CellFrame& f, const SmallVector<6>& step) {
+  const float uu = 1 + step[1], uv = step[2], vu = step[4], vv = 1 + step[5];
+  const float inverse = 1 / (uu * vv - uv * vu);
+  CellFrame out;
+  out.ax = inverse * (f.ax * vv - f.bx * vu);
+  out.ay = inverse * (f.ay * vv - f.by * vu);
+  out.bx = inverse * (f.bx * uu - f.ax * uv);
+  out.by = inverse * (f.by * uu - f.ay * uv);
+  out.x = f.x - (out.ax * step[0] + out.bx * step[3]);
+  out.y = f.y - (out.ay * step[0] + out.by * step[3]);
+  return out;
 }
+
+float Length(float x, float y) { return std::sqrt(x * x + y * y); }
 
 // Compares the expected ink with the others on the cell itself.
 void JudgeInk(const std::array<std::array<float, 4>, kCellColors + 1>& colors, int expected,
@@ -161,6 +166,7 @@ CellFitter::CellFitter(const std::vector<ColorImage>& pyramid, const Board& boar
                        const SampledProfile& profile, const Appearance& appearance)
     : pyramid_(pyramid),
       board_(board),
+      labels_(static_cast<size_t>(board.rows + 4) * (board.cols + 4), kCellColors),
       profile_(profile),
       appearance_(appearance),
       kernels_(BestCellKernels()) {
@@ -168,15 +174,18 @@ CellFitter::CellFitter(const std::vector<ColorImage>& pyramid, const Board& boar
   for (int k = 0; k < kCellColors; ++k) {
     for (int c = 0; c < 3; ++c) colors_[k][c] = appearance.inks[k][c] - appearance.black[c];
   }
+  for (int row = 0; row < board.rows; ++row) {
+    for (int col = 0; col < board.cols; ++col) {
+      labels_[static_cast<size_t>(row + 2) * (board.cols + 4) + col + 2] =
+          static_cast<uint8_t>(board.at(row, col));
+    }
+  }
 }
 
 void CellFitter::SetLook(int row, int col, const NeighborWeights& weights, CellLook* look) const {
   for (int i = 0; i < 5; ++i) {
-    for (int j = 0; j < 5; ++j) {
-      const int r = row + i - 2, c = col + j - 2;
-      const int label = board_.Contains(r, c) ? static_cast<int>(board_.at(r, c)) : kCellColors;
-      std::copy(colors_[label].begin(), colors_[label].end(), look->colors[i][j]);
-    }
+    const uint8_t* labels = &labels_[static_cast<size_t>(row + i) * (board_.cols + 4) + col];
+    for (int j = 0; j < 5; ++j) std::copy_n(colors_[labels[j]].data(), 4, look->colors[i][j]);
   }
   std::copy(appearance_.black.begin(), appearance_.black.end(), look->black);
   std::copy(weights.begin(), weights.end(), look->neighbor_weights);
@@ -187,7 +196,7 @@ CellFit CellFitter::Fit(int row, int col, const CellFrame& start, const Neighbor
   constexpr float kPosition = kModelNoise * kModelNoise / (kPositionPrior * kPositionPrior);
   constexpr float kShape = kModelNoise * kModelNoise / (kShapePrior * kShapePrior);
   constexpr int kLeastSamples = 12;
-  static const Vector6 kPrior{kPosition, kShape, kShape, kPosition, kShape, kShape};
+  static constexpr SmallVector<6> kPrior = {kPosition, kShape, kShape, kPosition, kShape, kShape};
   CellFit fit;
   fit.frame = start;
   const float area = start.Area();
@@ -200,8 +209,8 @@ CellFit CellFitter::Fit(int row, int col, const CellFrame& start, const Neighbor
   CellLook look;
   SetLook(row, col, weights, &look);
   const float sigma_px = SigmaInPyramid(appearance_.sigma_px, scale);
-  look.along_u = &profile_.AlongU(sigma_px * std::hypot(start.bx, start.by) / area);
-  look.along_v = &profile_.AlongV(sigma_px * std::hypot(start.ax, start.ay) / area);
+  look.along_u = &profile_.AlongU(sigma_px * Length(start.bx, start.by) / area);
+  look.along_v = &profile_.AlongV(sigma_px * Length(start.ax, start.ay) / area);
   const CellCurvature& c = options.curvature;
   const CellCurvature bend{c.uu_x / scale, c.uu_y / scale, c.uv_x / scale,
                            c.uv_y / scale, c.vv_x / scale, c.vv_y / scale};
@@ -229,31 +238,37 @@ CellFit CellFitter::Fit(int row, int col, const CellFrame& start, const Neighbor
     kernels_.sum(model, samples, &sums);
     return light.Solve(model.sums, sums, &fit);
   };
-  Vector6 total = Vector6::Zero();
+  SmallVector<6> total = {};
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
     if (!look_again()) return fit;
-    auto [normal, residual] = StepEquations(model.sums, sums, light, fit);
-    normal.diagonal() += kPrior;
-    const Eigen::LLT<Matrix6> solver(normal);
-    if (solver.info() != Eigen::Success) return fit;
-    Vector6 step = solver.solve(residual - kPrior.cwiseProduct(total));
-    const float length = std::hypot(step[0], step[3]);
-    if (length > kLongestStep) step *= kLongestStep / length;
-    total += step;
+    StepEquations equations(model.sums, sums, light, fit.gain);
+    for (int p = 0; p < 6; ++p) {
+      equations.normal[p][p] += kPrior[p];
+      equations.residual[p] -= kPrior[p] * total[p];
+    }
+    SmallCholesky<6> solver;
+    if (!solver.Factor(equations.normal)) return fit;
+    SmallVector<6> step = solver.Solve(equations.residual);
+    const float length = Length(step[0], step[3]);
+    const float shortened = length > kLongestStep ? kLongestStep / length : 1;
+    for (int p = 0; p < 6; ++p) {
+      step[p] *= shortened;
+      total[p] += step[p];
+    }
     frame = Moved(frame, step);
     fit.frame = frame.InHalvings(1 / scale);
-    fit.moved_cells = std::hypot(total[0], total[3]);
+    fit.moved_cells = Length(total[0], total[3]);
     if (!(fit.moved_cells < 1)) return fit;
     if (iteration + 1 == options.iterations || length < kShortestStep) {
-      const Matrix6 covariance = solver.solve(Matrix6::Identity());
-      const float pitch_px = std::sqrt(std::max(fit.frame.Area(), 0.0f));
-      fit.sigma_px = fit.noise * pitch_px * std::sqrt(0.5f * (covariance(0, 0) + covariance(3, 3)));
+      const SmallVector<6> along_u = solver.Forward({1, 0, 0, 0, 0, 0}),
+                           along_v = solver.Forward({0, 0, 0, 1, 0, 0});
+      const float variance = 0.5f * (Dot(along_u, along_u) + Dot(along_v, along_v));
+      fit.sigma_px = fit.noise * std::sqrt(std::max(fit.frame.Area(), 0.0f) * variance);
       if (length >= kShortestStep && !look_again()) return fit;
       break;
     }
   }
-  const bool on_board = board_.Contains(row, col);
-  JudgeInk(colors_, on_board ? static_cast<int>(board_.at(row, col)) : kCellColors, model.sums, sums, &fit);
+  JudgeInk(colors_, static_cast<int>(board_.at(row, col)), model.sums, sums, &fit);
   fit.converged = true;
   return fit;
 }

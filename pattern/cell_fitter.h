@@ -42,9 +42,9 @@ class CellFitter {
   CellFitter(const std::vector<ColorImage>& pyramid, const Board& board, const SampledProfile& profile,
              const Appearance& appearance);
 
-  // Gauss-Newton from `start` on the six parameters of the frame; gain and offset of the light are
-  // eliminated. The window reaches one cell to all sides and counts less towards its border. Not converged
-  // where the window leaves the image or the print cannot be there.
+  // Gauss-Newton from `start` on the six parameters of the frame, for a cell of the board; gain and offset of
+  // the light are eliminated. The window reaches one cell to all sides and counts less towards its border.
+  // Not converged where the window leaves the image or the print cannot be there.
   CellFit Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights,
               const CellFitOptions& options) const;
 
@@ -53,6 +53,7 @@ class CellFitter {
 
   const std::vector<ColorImage>& pyramid_;
   const Board& board_;
+  std::vector<uint8_t> labels_;  // [rows + 4][cols + 4], the inks with two cells off the board all around
   const SampledProfile& profile_;
   const Appearance& appearance_;
   const CellKernels& kernels_;

@@ -147,11 +147,23 @@ void Render(const CellLook& look, const float* mask, CellModel* model) {
   SumLanes(sums, 51, model->sums.uu);
 }
 
+// The four bytes of the even (0) or odd (1) pixels of 16 pairs, of which `pairs` holds the first 8 and the
+// next.
+inline IntLanes PixelsOf(const int32_t* pairs, int odd) {
+  const IntLanes low = Int(pairs), high = Int(pairs + kSampleLanes);
+  return odd == 0
+             ? __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30)
+             : __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+}
+
 void Sample(const PixelView& image, const CellFrame& frame, const CellCurvature& bend, CellSamples* samples) {
   const float x_last = static_cast<float>(image.width_px - 1) - 0.001f,
               y_last = static_cast<float>(image.height_px - 1) - 0.001f;
   const Lanes x_row = frame.x + kU * frame.ax + (0.5f * bend.uu_x) * (kU * kU);
   const Lanes y_row = frame.y + kU * frame.ay + (0.5f * bend.uu_y) * (kU * kU);
+  // In steps over all samples: what is written by parts and read as a whole stalls when read at once.
+  Lanes fx[kSampleGroups], fy[kSampleGroups];
+  alignas(64) int32_t at[kSampleGroups * kSampleLanes];
   for (int m = 0; m < kSampleGroups; ++m) {
     const Lanes v = RowOf(m);
     Lanes x = x_row + v * (frame.bx + bend.uv_x * kU) + (0.5f * bend.vv_x) * (v * v);
@@ -159,26 +171,27 @@ void Sample(const PixelView& image, const CellFrame& frame, const CellCurvature&
     x = x > 0.0f ? (x < x_last ? x : Lanes{} + x_last) : Lanes{};
     y = y > 0.0f ? (y < y_last ? y : Lanes{} + y_last) : Lanes{};
     const IntLanes xi = __builtin_convertvector(x, IntLanes), yi = __builtin_convertvector(y, IntLanes);
-    const Lanes fx = x - __builtin_convertvector(xi, Lanes), fy = y - __builtin_convertvector(yi, Lanes);
-    const IntLanes at = 4 * (yi * image.width_px + xi);
-    int32_t pixel[4][kSampleLanes];
-    const uint8_t* below = image.rgbx + 4 * static_cast<int64_t>(image.width_px);
-    for (int l = 0; l < kSampleLanes; ++l) {
-      int32_t p[2], q[2];
-      std::memcpy(p, image.rgbx + at[l], sizeof p);
-      std::memcpy(q, below + at[l], sizeof q);
-      pixel[0][l] = p[0];
-      pixel[1][l] = p[1];
-      pixel[2][l] = q[0];
-      pixel[3][l] = q[1];
-    }
+    fx[m] = x - __builtin_convertvector(xi, Lanes);
+    fy[m] = y - __builtin_convertvector(yi, Lanes);
+    const IntLanes offset = 4 * (yi * image.width_px + xi);
+    std::memcpy(at + m * kSampleLanes, &offset, sizeof offset);
+  }
+  // Pixels and their right neighbours, and those below.
+  alignas(64) int32_t upper[2 * kSampleGroups * kSampleLanes], lower[2 * kSampleGroups * kSampleLanes];
+  const uint8_t* below = image.rgbx + 4 * static_cast<int64_t>(image.width_px);
+  for (int k = 0; k < kSampleGroups * kSampleLanes; ++k) {
+    std::memcpy(upper + 2 * k, image.rgbx + at[k], 8);
+    std::memcpy(lower + 2 * k, below + at[k], 8);
+  }
+  for (int m = 0; m < kSampleGroups; ++m) {
+    const int32_t *top = upper + 2 * m * kSampleLanes, *low = lower + 2 * m * kSampleLanes;
+    const IntLanes pixel[4] = {PixelsOf(top, 0), PixelsOf(top, 1), PixelsOf(low, 0), PixelsOf(low, 1)};
     for (int c = 0; c < 3; ++c) {
       Lanes corner[4];
-      for (int k = 0; k < 4; ++k)
-        corner[k] = __builtin_convertvector((Int(pixel[k]) >> (8 * c)) & 255, Lanes);
-      const Lanes top = corner[0] + fx * (corner[1] - corner[0]),
-                  low = corner[2] + fx * (corner[3] - corner[2]);
-      Store(top + fy * (low - top), samples->value[c][m]);
+      for (int k = 0; k < 4; ++k) corner[k] = __builtin_convertvector((pixel[k] >> (8 * c)) & 255, Lanes);
+      const Lanes above = corner[0] + fx[m] * (corner[1] - corner[0]),
+                  under = corner[2] + fx[m] * (corner[3] - corner[2]);
+      Store(above + fy[m] * (under - above), samples->value[c][m]);
     }
   }
 }

@@ -1,8 +1,8 @@
 #include "pattern/decoder.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <iterator>
 #include <utility>
 
@@ -21,17 +21,23 @@ constexpr int kLeastSidePx = 9;
 // larger.
 constexpr float kSigmaFactor = 2.3f;
 
+// Processor time of the calling thread.
 class Stopwatch {
  public:
   double LapMs() {
-    const auto now = std::chrono::steady_clock::now();
-    const double ms = std::chrono::duration<double, std::milli>(now - start_).count();
-    start_ = now;
+    const double now_ms = NowMs(), ms = now_ms - start_ms_;
+    start_ms_ = now_ms;
     return ms;
   }
 
  private:
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  static double NowMs() {
+    timespec time;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+  }
+
+  double start_ms_ = NowMs();
 };
 
 absl::StatusOr<ColorImage> ReadColors(const Frame& frame) {

@@ -41,7 +41,7 @@ struct PatchReport {
   double margin = 0;  // log likelihood of the best pose minus the runner-up's
 };
 
-// Reading is demosaicing and repacking.
+// Processor time. Reading is demosaicing and repacking.
 struct DecodeTimings {
   double read_ms = 0, lattice_ms = 0, colors_ms = 0, growth_ms = 0, refinement_ms = 0;
 };
