@@ -1,4 +1,4 @@
-// The inner loops of finding spots and of fitting cells, compiled for several instruction sets. All give the
+// The inner loops of fitting cells, compiled for several instruction sets. All give the
 // same bytes.
 #pragma once
 
@@ -65,14 +65,6 @@ struct CellKernels {
   void (*sample)(const PixelView& image, const CellFrame& frame, const CellCurvature& curvature,
                  CellSamples* samples);
   void (*sum)(const CellModel& model, const CellSamples& samples, CellImageSums* sums);
-  // One row of an image smoothed by symmetric taps of offsets 0 to `reach`: rows[reach + k] is the row at k.
-  // Pixels beyond the border repeat it. `scratch` holds width + 2 reach floats.
-  void (*smooth_row)(const float* const* rows, const float* taps, int reach, int width, float* scratch,
-                     float* out);
-  // 1 where a pixel of `here` is above its eight neighbours and `least`; ties go to the first in reading
-  // order. The first and last pixel are left out.
-  void (*mark_peaks)(const float* above, const float* here, const float* below, float least, int width,
-                     uint8_t* peaks);
 };
 
 // The fastest that this processor runs.

@@ -1,33 +1,9 @@
-// Body of the cell kernels; a file per instruction set defines WEFT_KERNEL_NAMESPACE and includes it. Only
-// fixed loops over lanes and no inline function of a library, so that no code for one processor gets into
-// what others run.
-#ifndef WEFT_KERNEL_NAMESPACE
-#define WEFT_KERNEL_NAMESPACE baseline
-#endif
-
-#include <cstring>
-
+// Body of the cell kernels; see kernel_lanes.h.
 #include "pattern/cell_kernel.h"
+#include "pattern/kernel_lanes.h"
 
 namespace weft::WEFT_KERNEL_NAMESPACE {
 namespace {
-
-typedef float Lanes __attribute__((vector_size(64)));
-typedef int32_t IntLanes __attribute__((vector_size(64)));
-typedef float Lanes8 __attribute__((vector_size(32)));
-typedef float Lanes4 __attribute__((vector_size(16)));
-
-inline Lanes Load(const float* p) {
-  Lanes v;
-  std::memcpy(&v, p, sizeof v);
-  return v;
-}
-inline IntLanes Int(const int32_t* p) {
-  IntLanes v;
-  std::memcpy(&v, p, sizeof v);
-  return v;
-}
-inline void Store(Lanes v, float* p) { std::memcpy(p, &v, sizeof v); }
 
 constexpr Lanes kU = {-0.875f, -0.625f, -0.375f, -0.125f, 0.125f, 0.375f, 0.625f, 0.875f,
                       -0.875f, -0.625f, -0.375f, -0.125f, 0.125f, 0.375f, 0.625f, 0.875f};
@@ -147,13 +123,9 @@ void Render(const CellLook& look, const float* mask, CellModel* model) {
   SumLanes(sums, 51, model->sums.uu);
 }
 
-// The four bytes of the even (0) or odd (1) pixels of 16 pairs, of which `pairs` holds the first 8 and the
-// next.
-inline IntLanes PixelsOf(const int32_t* pairs, int odd) {
-  const IntLanes low = Int(pairs), high = Int(pairs + kSampleLanes);
-  return odd == 0
-             ? __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30)
-             : __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+// The left (0) or right (1) pixels of 16 pairs.
+inline IntLanes Pixels(const int32_t* pairs, int right) {
+  return EveryOther(Int(pairs), Int(pairs + kSampleLanes), right);
 }
 
 void Sample(const PixelView& image, const CellFrame& frame, const CellCurvature& bend, CellSamples* samples) {
@@ -185,7 +157,7 @@ void Sample(const PixelView& image, const CellFrame& frame, const CellCurvature&
   }
   for (int m = 0; m < kSampleGroups; ++m) {
     const int32_t *top = upper + 2 * m * kSampleLanes, *low = lower + 2 * m * kSampleLanes;
-    const IntLanes pixel[4] = {PixelsOf(top, 0), PixelsOf(top, 1), PixelsOf(low, 0), PixelsOf(low, 1)};
+    const IntLanes pixel[4] = {Pixels(top, 0), Pixels(top, 1), Pixels(low, 0), Pixels(low, 1)};
     for (int c = 0; c < 3; ++c) {
       Lanes corner[4];
       for (int k = 0; k < 4; ++k) corner[k] = __builtin_convertvector((pixel[k] >> (8 * c)) & 255, Lanes);
@@ -226,39 +198,9 @@ void Sum(const CellModel& model, const CellSamples& samples, CellImageSums* out)
   SumLanes(sums, 16, out->ui);
 }
 
-void SmoothRow(const float* const* rows, const float* taps, int reach, int width, float* __restrict__ scratch,
-               float* __restrict__ out) {
-  float* mid = scratch + reach;
-  const float* here = rows[reach];
-  for (int x = 0; x < width; ++x) mid[x] = taps[0] * here[x];
-  for (int k = 1; k <= reach; ++k) {
-    const float *above = rows[reach - k], *below = rows[reach + k];
-    for (int x = 0; x < width; ++x) mid[x] += taps[k] * (above[x] + below[x]);
-  }
-  for (int k = 1; k <= reach; ++k) {
-    mid[-k] = mid[0];
-    mid[width - 1 + k] = mid[width - 1];
-  }
-  for (int x = 0; x < width; ++x) out[x] = taps[0] * mid[x];
-  for (int k = 1; k <= reach; ++k) {
-    for (int x = 0; x < width; ++x) out[x] += taps[k] * (mid[x - k] + mid[x + k]);
-  }
-}
-
-void MarkPeaks(const float* above, const float* here, const float* below, float least, int width,
-               uint8_t* __restrict__ peaks) {
-  for (int x = 1; x + 1 < width; ++x) {
-    const float v = here[x];
-    const bool row = (v > least) & (v > here[x + 1]) & (v >= here[x - 1]);
-    const bool upper = (v >= above[x - 1]) & (v >= above[x]) & (v >= above[x + 1]);
-    const bool lower = (v > below[x - 1]) & (v > below[x]) & (v > below[x + 1]);
-    peaks[x] = row & upper & lower;
-  }
-}
-
 }  // namespace
 
 extern const CellKernels kCellKernels;
-const CellKernels kCellKernels = {Render, Sample, Sum, SmoothRow, MarkPeaks};
+const CellKernels kCellKernels = {Render, Sample, Sum};
 
 }  // namespace weft::WEFT_KERNEL_NAMESPACE

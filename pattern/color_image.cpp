@@ -1,10 +1,10 @@
 #include "pattern/color_image.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <cstring>
 
-#include "pattern/cell_kernel.h"
+#include "pattern/image_kernel.h"
 
 namespace weft {
 
@@ -20,39 +20,49 @@ float Plane::Sample(float x, float y) const {
   return (1 - fy) * ((1 - fx) * top[x0] + fx * top[x1]) + fy * ((1 - fx) * bottom[x0] + fx * bottom[x1]);
 }
 
-ColorImage ToColorImage(const Frame& rgb) {
-  ColorImage image;
-  image.width_px = rgb.width_px;
-  image.height_px = rgb.height_px;
-  const size_t pixels = static_cast<size_t>(rgb.width_px) * rgb.height_px;
-  image.rgbx.resize(4 * pixels);
-  const uint8_t* in = rgb.pixels->data();
-  uint8_t* out = image.rgbx.data();
-  for (size_t i = 0; i < pixels; ++i, in += 3, out += 4) {
-    out[0] = in[0];
-    out[1] = in[1];
-    out[2] = in[2];
-    out[3] = 0;
+namespace {
+
+ColorImage EmptyImage(int width_px, int height_px) {
+  return {width_px, height_px, PixelVector<uint8_t>(4 * static_cast<size_t>(width_px) * height_px)};
+}
+
+ColorImage Demosaic(const Frame& frame) {
+  ColorImage image = EmptyImage(frame.width_px, frame.height_px);
+  const PixelFormat format = frame.format;
+  const bool red_first = format == PixelFormat::kBayerRg8 || format == PixelFormat::kBayerGr8;
+  const bool green_first = format == PixelFormat::kBayerGr8 || format == PixelFormat::kBayerGb8;
+  const ImageKernels& kernels = BestImageKernels();
+  const int last = frame.height_px - 1;
+  for (int y = 1; y < last; ++y) {
+    const bool odd = y % 2 != 0;
+    kernels.demosaic_row(frame.row(y - 1), frame.row(y), frame.row(y + 1), frame.width_px, green_first != odd,
+                         red_first != odd, image.row(y));
   }
+  const size_t row_bytes = 4 * static_cast<size_t>(frame.width_px);
+  std::memcpy(image.row(0), image.row(1), row_bytes);
+  std::memcpy(image.row(last), image.row(last - 1), row_bytes);
+  return image;
+}
+
+}  // namespace
+
+absl::StatusOr<ColorImage> ToColorImage(const Frame& frame) {
+  if (absl::Status status = frame.Validate(); !status.ok()) return status;
+  const bool small = frame.width_px < 3 || frame.height_px < 3;
+  if (frame.format != PixelFormat::kGrey8 && frame.format != PixelFormat::kRgb8 && !small)
+    return Demosaic(frame);
+  const absl::StatusOr<Frame> rgb = ToRgb(frame);
+  if (!rgb.ok()) return rgb.status();
+  ColorImage image = EmptyImage(rgb->width_px, rgb->height_px);
+  for (int y = 0; y < rgb->height_px; ++y)
+    BestImageKernels().widen_row(rgb->row(y), rgb->width_px, image.row(y));
   return image;
 }
 
 ColorImage HalfSize(const ColorImage& image) {
-  ColorImage half;
-  half.width_px = image.width_px / 2;
-  half.height_px = image.height_px / 2;
-  half.rgbx.resize(4 * static_cast<size_t>(half.width_px) * half.height_px);
-  for (int y = 0; y < half.height_px; ++y) {
-    const uint8_t* top = image.at(0, 2 * y);
-    const uint8_t* bottom = image.at(0, 2 * y + 1);
-    uint8_t* out = half.rgbx.data() + 4 * static_cast<size_t>(y) * half.width_px;
-    for (int x = 0; x < half.width_px; ++x) {
-      for (int c = 0; c < 4; ++c) {
-        const int sum = top[8 * x + c] + top[8 * x + 4 + c] + bottom[8 * x + c] + bottom[8 * x + 4 + c];
-        out[4 * x + c] = static_cast<uint8_t>((sum + 2) / 4);
-      }
-    }
-  }
+  ColorImage half = EmptyImage(image.width_px / 2, image.height_px / 2);
+  for (int y = 0; y < half.height_px; ++y)
+    BestImageKernels().halve_rows(image.at(0, 2 * y), image.at(0, 2 * y + 1), half.width_px, half.row(y));
   return half;
 }
 
@@ -72,21 +82,6 @@ float SigmaInPyramid(float sigma_px, float scale) {
 
 namespace {
 
-// Logarithms of the brightest channel along a row; the offset keeps noise in the dark small.
-class LogBrightness {
- public:
-  LogBrightness() {
-    constexpr float kOffset = 10;
-    for (int k = 0; k < 256; ++k) logs_[k] = std::log(static_cast<float>(k) + kOffset);
-  }
-  void Row(const uint8_t* rgbx, int width_px, float* out) const {
-    for (int x = 0; x < width_px; ++x, rgbx += 4) out[x] = logs_[std::max({rgbx[0], rgbx[1], rgbx[2]})];
-  }
-
- private:
-  std::array<float, 256> logs_;
-};
-
 // Weights of offsets 0, 1, 2 ... of a Gaussian.
 std::vector<float> GaussianTaps(float sigma_px) {
   const int reach = static_cast<int>(std::ceil(2.5f * sigma_px));
@@ -103,26 +98,24 @@ std::vector<float> GaussianTaps(float sigma_px) {
 }  // namespace
 
 Plane SpotContrast(const ColorImage& image, float surround_px) {
-  const std::vector<float> narrow = GaussianTaps(0.5f), wide = GaussianTaps(surround_px);
-  const int narrow_reach = static_cast<int>(narrow.size()) - 1, reach = static_cast<int>(wide.size()) - 1;
-  const int width = image.width_px, height = image.height_px, most = std::max(reach, narrow_reach);
-  const LogBrightness brightness;
-  const CellKernels& kernels = BestCellKernels();
+  std::vector<float> narrow = GaussianTaps(0.5f);
+  const std::vector<float> wide = GaussianTaps(surround_px);
+  const int reach = static_cast<int>(wide.size()) - 1;
+  narrow.resize(wide.size());
+  const int width = image.width_px, height = image.height_px;
+  const ImageKernels& kernels = BestImageKernels();
   // The rows around the current one, by y modulo their number, stay in the cache.
-  const int kept = 2 * most + 1;
-  std::vector<float> ring(static_cast<size_t>(kept) * width), scratch(width + 2 * most), surround(width);
+  const int kept = 2 * reach + 1;
+  std::vector<float> ring(static_cast<size_t>(kept) * width), scratch(2 * (width + kept));
   std::vector<const float*> rows(kept);
   const auto row_at = [&](int y) { return ring.data() + static_cast<size_t>(y % kept) * width; };
-  Plane spots{width, height, std::vector<float>(static_cast<size_t>(width) * height)};
+  Plane spots{width, height, PixelVector<float>(static_cast<size_t>(width) * height)};
   int read = 0;
   for (int y = 0; y < height; ++y) {
-    for (; read < std::min(height, y + most + 1); ++read)
-      brightness.Row(image.at(0, read), width, row_at(read));
-    for (int k = -most; k <= most; ++k) rows[most + k] = row_at(std::clamp(y + k, 0, height - 1));
-    float* out = spots.row(y);
-    kernels.smooth_row(&rows[most - narrow_reach], narrow.data(), narrow_reach, width, scratch.data(), out);
-    kernels.smooth_row(&rows[most - reach], wide.data(), reach, width, scratch.data(), surround.data());
-    for (int x = 0; x < width; ++x) out[x] -= surround[x];
+    for (; read < std::min(height, y + reach + 1); ++read)
+      kernels.brightness_row(image.at(0, read), width, row_at(read));
+    for (int k = -reach; k <= reach; ++k) rows[reach + k] = row_at(std::clamp(y + k, 0, height - 1));
+    kernels.spot_row(rows.data(), narrow.data(), wide.data(), reach, width, scratch.data(), spots.row(y));
   }
   return spots;
 }

@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "capture/frame.h"
+#include "pattern/pixel_allocator.h"
 
 namespace weft {
 
@@ -12,8 +14,9 @@ namespace weft {
 struct ColorImage {
   int width_px = 0;
   int height_px = 0;
-  std::vector<uint8_t> rgbx;
+  PixelVector<uint8_t> rgbx;
 
+  uint8_t* row(int y) { return rgbx.data() + 4 * static_cast<size_t>(y) * width_px; }
   const uint8_t* at(int x, int y) const { return rgbx.data() + 4 * (static_cast<size_t>(y) * width_px + x); }
 };
 
@@ -21,7 +24,7 @@ struct ColorImage {
 struct Plane {
   int width_px = 0;
   int height_px = 0;
-  std::vector<float> values;
+  PixelVector<float> values;
 
   const float* row(int y) const { return values.data() + static_cast<size_t>(y) * width_px; }
   float* row(int y) { return values.data() + static_cast<size_t>(y) * width_px; }
@@ -29,8 +32,8 @@ struct Plane {
   float Sample(float x, float y) const;
 };
 
-// `rgb` is a kRgb8 frame.
-ColorImage ToColorImage(const Frame& rgb);
+// The colours of a frame as ToRgb gives them; InvalidArgument as there.
+absl::StatusOr<ColorImage> ToColorImage(const Frame& frame);
 
 // Half the size, each pixel the mean of 2x2. Pixel x of the half image is at 2 x + 0.5 of `image`.
 ColorImage HalfSize(const ColorImage& image);

@@ -48,9 +48,7 @@ absl::StatusOr<ColorImage> ReadColors(const Frame& frame) {
         ": a grey image cannot be decoded, colours carry the code; where it is a Bayer mosaic, name "
         "its order"));
   }
-  const absl::StatusOr<Frame> rgb = ToRgb(frame);
-  if (!rgb.ok()) return rgb.status();
-  return ToColorImage(*rgb);
+  return ToColorImage(frame);
 }
 
 // The image and its halvings.

@@ -1,0 +1,39 @@
+// Memory for whole images.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace weft {
+
+// Memory for `bytes` bytes, in huge pages where the system gives them for large images: touching it the first
+// time is much quicker. Throws std::bad_alloc.
+void* AllocatePixels(size_t bytes);
+void FreePixels(void* memory);
+
+// Leaves elements uninitialised when a vector is made or grown without values.
+template <typename T>
+struct PixelAllocator {
+  using value_type = T;
+
+  PixelAllocator() = default;
+  template <typename U>
+  PixelAllocator(const PixelAllocator<U>&) {}
+
+  T* allocate(size_t n) { return static_cast<T*>(AllocatePixels(n * sizeof(T))); }
+  void deallocate(T* memory, size_t) { FreePixels(memory); }
+  template <typename U>
+  void construct(U* at) {
+    ::new (static_cast<void*>(at)) U;
+  }
+  template <typename U, typename... Args>
+  void construct(U* at, Args&&... args) {
+    ::new (static_cast<void*>(at)) U(static_cast<Args&&>(args)...);
+  }
+  bool operator==(const PixelAllocator&) const = default;
+};
+
+template <typename T>
+using PixelVector = std::vector<T, PixelAllocator<T>>;
+
+}  // namespace weft
