@@ -63,18 +63,6 @@ std::vector<ColorImage> Pyramid(ColorImage full, int levels) {
   return pyramid;
 }
 
-std::vector<LevelPatch> FindPatchesAtAllLevels(const std::vector<ColorImage>& pyramid,
-                                               const DecodeOptions& options) {
-  std::vector<LevelPatch> patches;
-  float scale = 1;
-  for (const ColorImage& image : pyramid) {
-    std::vector<LevelPatch> found = FindPatches(image, scale, options.keypoints, options.lattice);
-    std::move(found.begin(), found.end(), std::back_inserter(patches));
-    scale *= 2;
-  }
-  return patches;
-}
-
 PatchReport Report(const LevelPatch& patch, const PatchDecodeOptions& options) {
   PatchReport report;
   report.nodes = static_cast<int>(patch.points.size());
@@ -200,7 +188,7 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
   result.timings.read_ms = watch.LapMs();
   if (image->width_px < kLeastSidePx || image->height_px < kLeastSidePx) return result;
   const std::vector<ColorImage> pyramid = Pyramid(*std::move(image), options.levels);
-  std::vector<LevelPatch> patches = FindPatchesAtAllLevels(pyramid, options);
+  std::vector<LevelPatch> patches = FindPatches(pyramid, options.keypoints, options.lattice);
   result.timings.lattice_ms = watch.LapMs();
   const InkModel inks = DecodePatches(board, options.patches, &patches);
   for (const LevelPatch& patch : patches) result.patches.push_back(Report(patch, options.patches));

@@ -51,7 +51,7 @@ std::vector<Keypoint> DetectKeypoints(const Plane& spots, const KeypointOptions&
 }
 
 KeypointGrid::KeypointGrid(const std::vector<Keypoint>& points, int width_px, int height_px)
-    : points_(points), columns_(width_px / kBucketPx + 1), rows_(height_px / kBucketPx + 1) {
+    : columns_(width_px / kBucketPx + 1), rows_(height_px / kBucketPx + 1) {
   first_.assign(static_cast<size_t>(columns_) * rows_ + 1, 0);
   std::vector<int> bucket(points.size());
   for (size_t i = 0; i < points.size(); ++i) {
@@ -59,9 +59,11 @@ KeypointGrid::KeypointGrid(const std::vector<Keypoint>& points, int width_px, in
     ++first_[bucket[i] + 1];
   }
   for (size_t b = 1; b < first_.size(); ++b) first_[b] += first_[b - 1];
-  indices_.resize(points.size());
+  places_.resize(points.size());
   std::vector<int> next(first_.begin(), first_.end() - 1);
-  for (size_t i = 0; i < points.size(); ++i) indices_[next[bucket[i]]++] = static_cast<int>(i);
+  for (size_t i = 0; i < points.size(); ++i) {
+    places_[next[bucket[i]]++] = {points[i].x_px, points[i].y_px, static_cast<int>(i)};
+  }
 }
 
 }  // namespace weft

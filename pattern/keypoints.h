@@ -43,10 +43,13 @@ class KeypointGrid {
     return v < 0 ? 0 : (b >= count ? count - 1 : b);
   }
 
-  const std::vector<Keypoint>& points_;
+  struct Place {
+    float x, y;
+    int index;
+  };
   int columns_, rows_;
-  std::vector<int> first_;    // [rows][columns] + 1
-  std::vector<int> indices_;  // by bucket
+  std::vector<int> first_;     // [rows][columns] + 1
+  std::vector<Place> places_;  // by bucket
 };
 
 template <typename Visit>
@@ -55,9 +58,9 @@ void KeypointGrid::Near(float x, float y, float radius_px, Visit visit) const {
   const int r0 = Bucket(y - radius_px, rows_), r1 = Bucket(y + radius_px, rows_);
   for (int r = r0; r <= r1; ++r) {
     for (int i = first_[r * columns_ + c0]; i < first_[r * columns_ + c1 + 1]; ++i) {
-      const Keypoint& p = points_[indices_[i]];
-      const float dx = p.x_px - x, dy = p.y_px - y;
-      if (dx * dx + dy * dy <= radius_px * radius_px) visit(indices_[i]);
+      const Place& p = places_[i];
+      const float dx = p.x - x, dy = p.y - y;
+      if (dx * dx + dy * dy <= radius_px * radius_px) visit(p.index);
     }
   }
 }

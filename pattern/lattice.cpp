@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <deque>
-#include <unordered_map>
+#include <cstdint>
 
 namespace weft {
 namespace {
@@ -24,20 +23,51 @@ struct Frame4 {
   std::array<int, 4> neighbor = {-1, -1, -1, -1};
   bool valid = false;
 
-  // The frame seen from axes turned by `turn` quarter turns: a' = b, b' = -a for one.
-  Frame4 Turned(int turn) const {
-    Frame4 f = *this;
-    for (int t = 0; t < turn; ++t) {
-      f = Frame4{f.b, -1.0f * f.a, {f.neighbor[1], f.neighbor[2], f.neighbor[3], f.neighbor[0]}, valid};
-    }
-    return f;
+  // The frame seen from axes turned by a quarter turn: a' = b, b' = -a.
+  Frame4 Turned() const {
+    return {b, -1.0f * a, {neighbor[1], neighbor[2], neighbor[3], neighbor[0]}, valid};
   }
+};
+
+// Places (i, j) of a patch that are taken; open addressing.
+class TakenPlaces {
+ public:
+  // For up to `most` places.
+  explicit TakenPlaces(size_t most) {
+    while ((size_t{1} << bits_) < 2 * most) ++bits_;
+    slots_.resize(size_t{1} << bits_);
+  }
+  void Clear() { ++round_; }
+  // False where the place is taken already.
+  bool Take(int i, int j) {
+    const uint64_t key = static_cast<uint64_t>(static_cast<uint32_t>(i)) << 32 | static_cast<uint32_t>(j);
+    const size_t mask = slots_.size() - 1;
+    size_t at = (key * 0x9e3779b97f4a7c15u) >> (64 - bits_);
+    for (; slots_[at].round == round_; at = (at + 1) & mask) {
+      if (slots_[at].key == key) return false;
+    }
+    slots_[at] = {key, round_};
+    return true;
+  }
+
+ private:
+  struct Slot {
+    uint64_t key = 0;
+    uint32_t round = 0;  // free where it is not the current one
+  };
+  int bits_ = 1;
+  uint32_t round_ = 1;
+  std::vector<Slot> slots_;
 };
 
 class LatticeBuilder {
  public:
   LatticeBuilder(const std::vector<Keypoint>& points, const Plane& spots, const LatticeOptions& options)
-      : points_(points), spots_(spots), options_(options), grid_(points, spots.width_px, spots.height_px) {}
+      : points_(points),
+        spots_(spots),
+        options_(options),
+        grid_(points, spots.width_px, spots.height_px),
+        places_(points.size()) {}
 
   std::vector<LatticePatch> Build() {
     frames_.resize(points_.size());
@@ -61,9 +91,13 @@ class LatticeBuilder {
     int keypoint;
     Vec to;
     float squared;
+    bool operator<(const Neighbor& other) const {
+      return squared != other.squared ? squared < other.squared : keypoint < other.keypoint;
+    }
   };
   // Enough for cells three times as long as wide.
   static constexpr size_t kMostNear = 18;
+  static constexpr size_t kMostAxes = 6;
 
   Vec At(int i) const { return {points_[i].x_px, points_[i].y_px}; }
   float Spot(Vec p) const { return spots_.Sample(p.x, p.y); }
@@ -86,9 +120,8 @@ class LatticeBuilder {
     return Spot(0.5f * (p + At(q))) < std::min(points_[q].contrast, contrast) - options_.min_ink_contrast;
   }
 
-  // Pairs of keypoints opposite each other, short ones first.
-  void FindAxes(int center) {
-    axes_.clear();
+  // The nearest keypoints around one, near ones first.
+  void FindNear(int center) {
     near_.clear();
     const Vec p = At(center);
     grid_.Near(p.x, p.y, options_.max_edge_px, [&](int i) {
@@ -96,36 +129,31 @@ class LatticeBuilder {
       if (i != center) near_.push_back({i, v, Dot(v, v)});
     });
     if (near_.size() > kMostNear) {
-      const auto nearer = [](const Neighbor& s, const Neighbor& t) {
-        return s.squared != t.squared ? s.squared < t.squared : s.keypoint < t.keypoint;
-      };
-      std::nth_element(near_.begin(), near_.begin() + kMostNear, near_.end(), nearer);
+      std::nth_element(near_.begin(), near_.begin() + kMostNear, near_.end());
       near_.resize(kMostNear);
     }
-    for (const auto& [i, v, squared] : near_) {
-      if (v.y < 0 || (v.y == 0 && v.x < 0)) continue;
-      const float length = std::sqrt(squared);
-      if (length < 1.5f) continue;
-      const Neighbor* behind = nullptr;
-      float best = options_.tolerance * options_.tolerance * squared;
-      for (const Neighbor& other : near_) {
-        const Vec miss = other.to + v;
-        if (Dot(miss, miss) < best) {
-          best = Dot(miss, miss);
-          behind = &other;
-        }
+    std::sort(near_.begin(), near_.end());
+  }
+
+  // Adds the axis from the keypoint opposite `ahead` to it, where there is one and ink in between.
+  bool AddAxis(int center, const Neighbor& ahead) {
+    const auto& [i, v, squared] = ahead;
+    if (v.y < 0 || (v.y == 0 && v.x < 0) || squared < 1.5f * 1.5f) return false;
+    const Neighbor* behind = nullptr;
+    float best = options_.tolerance * options_.tolerance * squared;
+    for (const Neighbor& other : near_) {
+      const Vec miss = other.to + v;
+      if (Dot(miss, miss) < best) {
+        best = Dot(miss, miss);
+        behind = &other;
       }
-      if (behind == nullptr) continue;
-      if (!InkBetween(p, i, points_[center].contrast) ||
-          !InkBetween(p, behind->keypoint, points_[center].contrast)) {
-        continue;
-      }
-      axes_.push_back({0.5f * (v - behind->to), i, behind->keypoint, length});
     }
-    std::stable_sort(axes_.begin(), axes_.end(), [](const Axis& s, const Axis& t) {
-      return s.length != t.length ? s.length < t.length : s.ahead < t.ahead;
-    });
-    if (axes_.size() > 6) axes_.resize(6);
+    if (behind == nullptr) return false;
+    const float contrast = points_[center].contrast;
+    if (!InkBetween(At(center), i, contrast) || !InkBetween(At(center), behind->keypoint, contrast))
+      return false;
+    axes_.push_back({0.5f * (v - behind->to), i, behind->keypoint, std::sqrt(squared)});
+    return true;
   }
 
   // Diagonal neighbours that are there, and corners darker than edges.
@@ -142,16 +170,22 @@ class LatticeBuilder {
     return corners < edges;
   }
 
+  // The two shortest axes that make cells. They are sought short ones first, and no farther than needed.
   Frame4 FindFrame(int center) {
-    FindAxes(center);
+    FindNear(center);
+    axes_.clear();
     const Vec p = At(center);
     Frame4 best;
     float best_size = 1e9f;
-    for (size_t k = 0; k < axes_.size(); ++k) {
-      for (size_t l = k + 1; l < axes_.size(); ++l) {
-        const Axis &s = axes_[k], &t = axes_[l];
+    for (const Neighbor& neighbor : near_) {
+      if (axes_.size() == kMostAxes) break;
+      if (!axes_.empty() && axes_[0].length + std::sqrt(neighbor.squared) >= best_size) break;
+      if (!AddAxis(center, neighbor)) continue;
+      const Axis& t = axes_.back();
+      for (size_t k = 0; k + 1 < axes_.size(); ++k) {
+        const Axis& s = axes_[k];
         if (s.length + t.length >= best_size) break;
-        if (t.length > options_.max_stretch * s.length) break;
+        if (t.length > options_.max_stretch * s.length) continue;
         const float cross = Cross(s.v, t.v);
         if (std::abs(cross) < options_.min_sine * s.length * t.length) continue;
         if (!LooksLikeCells(p, s.v, t.v)) continue;
@@ -167,47 +201,44 @@ class LatticeBuilder {
   Frame4 Aligned(const Frame4& frame, int neighbor) const {
     const Frame4& other = frames_[neighbor];
     if (!other.valid) return {};
-    const float limit = 0.4f * std::max(Length(frame.a), Length(frame.b));
-    for (int turn = 0; turn < 4; ++turn) {
-      Frame4 turned = other.Turned(turn);
-      if (Length(turned.a - frame.a) < limit && Length(turned.b - frame.b) < limit) return turned;
+    const float limit = 0.16f * std::max(Dot(frame.a, frame.a), Dot(frame.b, frame.b));
+    const auto near = [&](Vec v, Vec w) { return Dot(v - w, v - w) < limit; };
+    Frame4 turned = other;
+    for (int turn = 0; turn < 4; ++turn, turned = turned.Turned()) {
+      if (near(turned.a, frame.a) && near(turned.b, frame.b)) return turned;
     }
     return {};
   }
 
   LatticePatch GrowPatch(int seed) {
     LatticePatch patch;
-    std::unordered_map<int64_t, int> occupied;  // by i, j
     struct Front {
       int i, j, keypoint;
       Frame4 frame;
     };
-    std::deque<Front> queue;
+    places_.Clear();
+    std::vector<Front> grown;  // with frames, in the order in which they were found
     const auto add = [&](int i, int j, int keypoint, const Frame4& frame) {
-      const int64_t key = static_cast<int64_t>(i) * (int64_t{1} << 32) + j;
-      if (taken_[keypoint] || !occupied.emplace(key, keypoint).second) return;
+      if (taken_[keypoint] || !places_.Take(i, j)) return;
       taken_[keypoint] = true;
       patch.cells.push_back({i, j, keypoint, frame.a.x, frame.a.y, frame.b.x, frame.b.y});
       patch.i_min = std::min(patch.i_min, i);
       patch.i_max = std::max(patch.i_max, i);
       patch.j_min = std::min(patch.j_min, j);
       patch.j_max = std::max(patch.j_max, j);
-      if (frame.valid) queue.push_back({i, j, keypoint, frame});
+      if (frame.valid) grown.push_back({i, j, keypoint, frame});
     };
     add(0, 0, seed, frames_[seed]);
     static constexpr int kStep[4][2] = {{0, 1}, {1, 0}, {0, -1}, {-1, 0}};
-    // Cells without a frame join last: those with one know better where they belong.
-    std::vector<Front> grown;
-    while (!queue.empty()) {
-      const Front front = queue.front();
-      queue.pop_front();
-      grown.push_back(front);
+    for (size_t next = 0; next < grown.size(); ++next) {
+      const Front front = grown[next];
       for (int k = 0; k < 4; ++k) {
         const Frame4 aligned = Aligned(front.frame, front.frame.neighbor[k]);
         if (!aligned.valid || aligned.neighbor[(k + 2) % 4] != front.keypoint) continue;
         add(front.i + kStep[k][0], front.j + kStep[k][1], front.frame.neighbor[k], aligned);
       }
     }
+    // Cells without a frame join last: those with one know better where they belong.
     for (const Front& front : grown) {
       for (int k = 0; k < 4; ++k) {
         if (frames_[front.frame.neighbor[k]].valid) continue;
@@ -235,6 +266,7 @@ class LatticeBuilder {
   const Plane& spots_;
   const LatticeOptions& options_;
   KeypointGrid grid_;
+  TakenPlaces places_;
   std::vector<Frame4> frames_;
   std::vector<bool> taken_;
   std::vector<Axis> axes_;

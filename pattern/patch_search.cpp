@@ -1,6 +1,7 @@
 #include "pattern/patch_search.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 namespace weft {
@@ -95,25 +96,78 @@ CellFrame FrameOnBoard(const LevelPatch& patch, int cell, const BoardPose& pose)
   }
 }
 
+// A keypoint of an image `scale` times smaller; pixel x of it is at (x + 0.5) scale - 0.5 of the full image.
+Keypoint InFullImage(const Keypoint& p, float scale) {
+  return {(p.x_px + 0.5f) * scale - 0.5f, (p.y_px + 0.5f) * scale - 0.5f, p.contrast};
+}
+
+// Where the full image shows the inside of large patches.
+class FoundPlaces {
+ public:
+  FoundPlaces(int width_px, int height_px)
+      : columns_(width_px / kBucketPx + 1), rows_(height_px / kBucketPx + 1) {
+    found_.assign(static_cast<size_t>(columns_) * rows_, false);
+  }
+
+  void Add(const LevelPatch& patch) {
+    if (patch.points.size() < kLeastCells) return;
+    for (size_t k = 0; k < patch.points.size(); ++k) {
+      const PatchCell& c = patch.measured.lattice.cells[k];
+      if (!Inside(patch.measured, c)) continue;
+      const Keypoint& p = patch.points[k];
+      const float half_x = 0.5f * patch.scale * (std::abs(c.ax) + std::abs(c.bx)),
+                  half_y = 0.5f * patch.scale * (std::abs(c.ay) + std::abs(c.by));
+      const int last = Bucket(p.x_px + half_x, columns_);
+      for (int y = Bucket(p.y_px - half_y, rows_); y <= Bucket(p.y_px + half_y, rows_); ++y) {
+        for (int x = Bucket(p.x_px - half_x, columns_); x <= last; ++x) found_[At(x, y)] = true;
+      }
+    }
+  }
+  bool Contains(const Keypoint& p) const {
+    return found_[At(Bucket(p.x_px, columns_), Bucket(p.y_px, rows_))];
+  }
+
+ private:
+  static constexpr int kBucketPx = 4;
+  static constexpr size_t kLeastCells = 30;
+
+  // Whether the cell and the eight around it have frames.
+  static bool Inside(const MeasuredPatch& patch, const PatchCell& cell) {
+    for (int k = 0; k < 9; ++k) {
+      const int near = patch.CellAt(cell.i + k / 3 - 1, cell.j + k % 3 - 1);
+      if (near < 0 || !patch.lattice.cells[near].has_frame()) return false;
+    }
+    return true;
+  }
+  static int Bucket(float v, int count) { return std::clamp(static_cast<int>(v) / kBucketPx, 0, count - 1); }
+  size_t At(int x, int y) const { return static_cast<size_t>(y) * columns_ + x; }
+
+  int columns_, rows_;
+  std::vector<bool> found_;  // [rows][columns]
+};
+
 }  // namespace
 
-std::vector<LevelPatch> FindPatches(const ColorImage& image, float scale, const KeypointOptions& keypoints,
+std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, const KeypointOptions& keypoints,
                                     const LatticeOptions& lattice) {
   std::vector<LevelPatch> patches;
-  const Plane spots = SpotContrast(image, keypoints.surround_px);
-  const std::vector<Keypoint> points = DetectKeypoints(spots, keypoints);
-  for (const LatticePatch& found : BuildLattice(points, spots, lattice)) {
-    if (found.cells.size() < 9) continue;
-    LevelPatch patch;
-    patch.measured = MeasurePatch(found, points, image);
-    patch.scale = scale;
-    for (const PatchCell& c : found.cells) {
-      Keypoint p = points[c.keypoint];
-      p.x_px = (p.x_px + 0.5f) * scale - 0.5f;
-      p.y_px = (p.y_px + 0.5f) * scale - 0.5f;
-      patch.points.push_back(p);
+  FoundPlaces found(pyramid[0].width_px, pyramid[0].height_px);
+  for (size_t level = 0; level < pyramid.size(); ++level) {
+    const float scale = static_cast<float>(1 << level);
+    const ColorImage& image = pyramid[level];
+    const Plane spots = SpotContrast(image, keypoints.surround_px);
+    std::vector<Keypoint> points = DetectKeypoints(spots, keypoints);
+    std::erase_if(points, [&](const Keypoint& p) { return found.Contains(InFullImage(p, scale)); });
+    const size_t first = patches.size();
+    for (const LatticePatch& piece : BuildLattice(points, spots, lattice)) {
+      if (piece.cells.size() < 9) continue;
+      LevelPatch patch;
+      patch.measured = MeasurePatch(piece, points, image);
+      patch.scale = scale;
+      for (const PatchCell& c : piece.cells) patch.points.push_back(InFullImage(points[c.keypoint], scale));
+      patches.push_back(std::move(patch));
     }
-    patches.push_back(std::move(patch));
+    for (size_t k = first; k < patches.size(); ++k) found.Add(patches[k]);
   }
   return patches;
 }

@@ -24,9 +24,9 @@ struct LevelPatch {
   bool mirrored = false;  // reads better in a mirror
 };
 
-// Patches of at least 3x3 cells in one image of the pyramid; pixel x of it is at (x + 0.5) scale - 0.5 of the
-// full image.
-std::vector<LevelPatch> FindPatches(const ColorImage& image, float scale, const KeypointOptions& keypoints,
+// Patches of at least 3x3 cells in all images of a pyramid, the first one being the full image; where a large
+// patch has been found, smaller images are not searched again.
+std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, const KeypointOptions& keypoints,
                                     const LatticeOptions& lattice);
 
 // Learns the view's inks from what can be read, then reads all patches with them. Orders the patches by size.

@@ -6,10 +6,11 @@
 
 namespace weft {
 
-// Memory for `bytes` bytes, in huge pages where the system gives them for large images: touching it the first
-// time is much quicker. Throws std::bad_alloc.
+// Memory for `bytes` bytes. Large blocks are in huge pages where the system gives them, and are kept for the
+// next image of that size instead of being returned: to touch new memory takes longer than to find all spots
+// in it. Throws std::bad_alloc. Thread-safe.
 void* AllocatePixels(size_t bytes);
-void FreePixels(void* memory);
+void FreePixels(void* memory, size_t bytes);
 
 // Leaves elements uninitialised when a vector is made or grown without values.
 template <typename T>
@@ -21,7 +22,7 @@ struct PixelAllocator {
   PixelAllocator(const PixelAllocator<U>&) {}
 
   T* allocate(size_t n) { return static_cast<T*>(AllocatePixels(n * sizeof(T))); }
-  void deallocate(T* memory, size_t) { FreePixels(memory); }
+  void deallocate(T* memory, size_t n) { FreePixels(memory, n * sizeof(T)); }
   template <typename U>
   void construct(U* at) {
     ::new (static_cast<void*>(at)) U;
