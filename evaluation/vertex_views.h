@@ -6,9 +6,9 @@
 
 #include "absl/status/status.h"
 #include "alignment/mesh.h"
+#include "alignment/ray_scene.h"
 #include "alignment/template.h"
 #include "capture/camera_model.h"
-#include "simulation/ray_scene.h"
 
 namespace weft {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "simulation/ray_scene.h"
+#include "alignment/ray_scene.h"
 
 namespace weft {
 

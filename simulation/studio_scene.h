@@ -7,10 +7,10 @@
 
 #include "absl/status/statusor.h"
 #include "alignment/mesh.h"
+#include "alignment/ray_scene.h"
 #include "pattern/board.h"
 #include "simulation/appearance.h"
 #include "simulation/printed_mesh.h"
-#include "simulation/ray_scene.h"
 #include "simulation/studio_light.h"
 #include "simulation/studio_room.h"
 

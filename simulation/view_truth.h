@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "alignment/ray_scene.h"
 #include "capture/camera_model.h"
 #include "pattern/observation.h"
 #include "simulation/printed_mesh.h"
-#include "simulation/ray_scene.h"
 
 namespace weft {
 

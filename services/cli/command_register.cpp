@@ -27,6 +27,7 @@ struct RegisterOptions {
   bool detach = false;
   bool observations = false;
   bool frames_alone = false;
+  bool single_look = false;
   std::string scans;
   bool json = false;
   int threads = 0;
@@ -63,6 +64,7 @@ absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
   spec.mutable_options()->set_preset(options.preset);
   spec.mutable_options()->set_write_observations(options.observations);
   spec.mutable_options()->set_frames_alone(options.frames_alone);
+  spec.mutable_options()->set_single_look(options.single_look);
   spec.mutable_options()->set_scans(options.scans);
   if (absl::Status status = ParseFrames(options.frames, spec); !status.ok()) return status;
   return spec;
@@ -177,6 +179,8 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
       ->type_name("DIR");
   command->add_flag("--frames-alone", options->frames_alone,
                     "No refinement over neighbouring frames, and no bridges over failed ones");
+  command->add_flag("--single-look", options->single_look,
+                    "Do not look for missed cells again where the first mesh expects them");
   command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));

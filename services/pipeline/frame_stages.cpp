@@ -114,6 +114,81 @@ absl::StatusOr<Scan> ReadScanOf(const RegistrationInputs& inputs, size_t index, 
   return path.empty() ? Scan() : ReadScan(path);
 }
 
+// From observations to mesh, in the members of `frame`.
+class Registration {
+ public:
+  Registration(const RegistrationInputs& inputs, const FrameOptions& options, const Scan& scan,
+               const std::stop_token& stop, FrameResult& frame)
+      : inputs_(inputs), options_(options), scan_(scan), stop_(stop), frame_(frame) {}
+
+  absl::Status Triangulate() {
+    absl::StatusOr<Cloud> cloud = weft::Triangulate(inputs_.rig, frame_.views, TriangulationOptions{});
+    if (!cloud.ok()) return cloud.status();
+    frame_.cloud = SharpenCenters(CleanCloud(*std::move(cloud), CleaningOptions{}), FootprintOptions{});
+    return absl::OkStatus();
+  }
+
+  // Adds what the second look finds to observations and cloud. Nothing to be done for frames that cannot be
+  // registered.
+  absl::Status LookAgain(size_t index) {
+    // Only where to look is asked of this mesh.
+    AlignOptions rough = options_.align;
+    rough.remove_self_intersections = false;
+    const absl::StatusOr<AlignResult> first = AlignCloud(rough);
+    if (!first.ok()) return absl::IsFailedPrecondition(first.status()) ? absl::OkStatus() : first.status();
+    std::vector<v1::ViewReport*> reports;
+    for (v1::ViewReport& report : *frame_.report.mutable_views()) reports.push_back(&report);
+    const absl::StatusOr<int> added = weft::LookAgain(inputs_, index, first->mesh, options_.second, stop_,
+                                                      &frame_.views, std::move(reports));
+    if (!added.ok()) return added.status();
+    observed_at_first_ = static_cast<int>(
+        std::count(first->mesh.state.begin(), first->mesh.state.end(), VertexState::kObserved));
+    return *added > 0 ? Triangulate() : absl::OkStatus();
+  }
+
+  // Mesh, state and reason of the frame.
+  absl::Status Align() {
+    v1::FrameReport& report = frame_.report;
+    DescribeCloud(frame_.cloud, *report.mutable_cloud());
+    report.set_state(v1::FRAME_STATE_FAILED);
+    if (frame_.cloud.points.empty()) {
+      report.set_reason(NoCloudReason(report, TriangulationOptions{}));
+      return absl::OkStatus();
+    }
+    absl::StatusOr<AlignResult> aligned = AlignCloud(options_.align);
+    if (absl::IsFailedPrecondition(aligned.status())) {
+      report.set_reason(std::string(aligned.status().message()));
+      return absl::OkStatus();
+    }
+    if (!aligned.ok()) return aligned.status();
+    DescribeAlignment(*aligned, inputs_.garment, unclaimed_, *report.mutable_mesh());
+    report.mutable_mesh()->set_observed_at_first_look(observed_at_first_);
+    frame_.mesh = std::move(aligned->mesh);
+    report.set_state(report.views_missing() > 0 ? v1::FRAME_STATE_DEGRADED : v1::FRAME_STATE_DONE);
+    if (report.views_missing() > 0) {
+      report.set_reason(
+          absl::StrCat(report.views_missing(), " of ", report.views_size(), " cameras have no usable image"));
+    }
+    return absl::OkStatus();
+  }
+
+ private:
+  absl::StatusOr<AlignResult> AlignCloud(const AlignOptions& options) {
+    const CloudTargets targets = TargetsFromCloud(inputs_.garment, frame_.cloud);
+    unclaimed_ = targets.unclaimed;
+    const AlignContext context{scan_.points_mm.empty() ? nullptr : &scan_,
+                               [this] { return stop_.stop_requested(); }};
+    return weft::Align(*inputs_.model, targets.targets, options, context);
+  }
+
+  const RegistrationInputs& inputs_;
+  const FrameOptions& options_;
+  const Scan& scan_;
+  const std::stop_token& stop_;
+  FrameResult& frame_;
+  int unclaimed_ = 0, observed_at_first_ = 0;
+};
+
 }  // namespace
 
 std::string ScanPath(const RegistrationInputs& inputs, size_t index, const std::string& scans) {
@@ -128,47 +203,27 @@ std::string ScanPath(const RegistrationInputs& inputs, size_t index, const std::
 }
 
 absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_t index,
-                                         const AlignOptions& options, const std::string& scans,
-                                         const FrameProgress& progress, std::stop_token stop) {
+                                         const FrameOptions& options, const FrameProgress& progress,
+                                         std::stop_token stop) {
   FrameResult frame;
   StageClock clock(frame.report);
   DecodeViews(inputs, index, progress, stop, frame);
   clock.End("decode");
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;
+  const absl::StatusOr<Scan> scan = ReadScanOf(inputs, index, options.scans);
+  if (!scan.ok()) return scan.status();
 
-  const TriangulationOptions triangulation;
-  absl::StatusOr<Cloud> cloud = Triangulate(inputs.rig, frame.views, triangulation);
-  if (!cloud.ok()) return cloud.status();
-  frame.cloud = SharpenCenters(CleanCloud(*std::move(cloud), CleaningOptions{}), FootprintOptions{});
-  DescribeCloud(frame.cloud, *frame.report.mutable_cloud());
+  Registration registration(inputs, options, *scan, stop, frame);
+  if (absl::Status status = registration.Triangulate(); !status.ok()) return status;
   clock.End("triangulate");
   if (progress) progress(kTriangulated);
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;
-
-  frame.report.set_state(v1::FRAME_STATE_FAILED);
-  if (frame.cloud.points.empty()) {
-    frame.report.set_reason(NoCloudReason(frame.report, triangulation));
-    return frame;
+  if (options.second_look) {
+    if (absl::Status status = registration.LookAgain(index); !status.ok()) return status;
+    clock.End("second look");
   }
-  const CloudTargets targets = TargetsFromCloud(inputs.garment, frame.cloud);
-  const absl::StatusOr<Scan> scan = ReadScanOf(inputs, index, scans);
-  if (!scan.ok()) return scan.status();
-  const AlignContext context{scan->points_mm.empty() ? nullptr : &*scan,
-                             [&stop] { return stop.stop_requested(); }};
-  absl::StatusOr<AlignResult> aligned = Align(*inputs.model, targets.targets, options, context);
+  if (absl::Status status = registration.Align(); !status.ok()) return status;
   clock.End("align");
-  if (absl::IsFailedPrecondition(aligned.status())) {
-    frame.report.set_reason(std::string(aligned.status().message()));
-    return frame;
-  }
-  if (!aligned.ok()) return aligned.status();
-  DescribeAlignment(*aligned, inputs.garment, targets.unclaimed, *frame.report.mutable_mesh());
-  frame.mesh = std::move(aligned->mesh);
-  frame.report.set_state(frame.report.views_missing() > 0 ? v1::FRAME_STATE_DEGRADED : v1::FRAME_STATE_DONE);
-  if (frame.report.views_missing() > 0) {
-    frame.report.set_reason(absl::StrCat(frame.report.views_missing(), " of ", frame.report.views_size(),
-                                         " cameras have no usable image"));
-  }
   return frame;
 }
 

@@ -1,4 +1,5 @@
-// The stages of one frame in memory: decode, triangulate, clean, align.
+// The stages of one frame in memory: decode, triangulate, clean, align, and all of it again for what was
+// missed.
 #pragma once
 
 #include <optional>
@@ -8,9 +9,18 @@
 
 #include "absl/status/statusor.h"
 #include "services/pipeline/register_frame.h"
+#include "services/pipeline/second_look.h"
 #include "triangulation/triangulate.h"
 
 namespace weft {
+
+struct FrameOptions {
+  AlignOptions align;
+  std::string scans;  // folder; empty where there is none
+  // Whether cells that were missed are looked for again where the first mesh expects them.
+  bool second_look = true;
+  SecondLookOptions second;
+};
 
 // What a frame came to; `mesh` is empty when it could not be registered, and report.reason says why.
 struct FrameResult {
@@ -26,7 +36,7 @@ std::string ScanPath(const RegistrationInputs& inputs, size_t index, const std::
 // Runs in the calling thread's TBB arena. Cancelled when `stop` was requested. Errors of a scan that cannot
 // be read.
 absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_t index,
-                                         const AlignOptions& options, const std::string& scans,
-                                         const FrameProgress& progress, std::stop_token stop);
+                                         const FrameOptions& options, const FrameProgress& progress,
+                                         std::stop_token stop);
 
 }  // namespace weft

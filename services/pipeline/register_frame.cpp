@@ -61,7 +61,9 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
   const absl::StatusOr<std::string> fingerprint = Fingerprint(inputs, index, options);
   if (!fingerprint.ok()) return fingerprint.status();
 
-  absl::StatusOr<FrameResult> frame = ComputeFrame(inputs, index, *preset, options.scans(), progress, stop);
+  const FrameOptions frame_options{
+      *preset, options.scans(), Canonical(options).preset() == "best" && !options.single_look(), {}};
+  absl::StatusOr<FrameResult> frame = ComputeFrame(inputs, index, frame_options, progress, stop);
   if (!frame.ok()) return frame.status();
   v1::FrameReport& report = frame->report;
   report.set_frame(inputs.dump->frame_names()[index]);

@@ -69,10 +69,11 @@ absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::Registr
     return absl::Status(index.status().code(), absl::StrCat(spec.board(), ": ", index.status().message()));
   }
   auto model = std::make_unique<AlignmentModel>(*garment);
+  std::vector<CellNeighborhood> neighborhoods = FindCellNeighborhoods(*garment);
   std::vector<std::string> warnings = (*dump)->warnings();
   return std::make_unique<RegistrationInputs>(
       RegistrationInputs{*std::move(rig), *std::move(index), *std::move(garment), std::move(model),
-                         *std::move(dump), std::move(hashes), std::move(warnings)});
+                         *std::move(dump), std::move(hashes), std::move(neighborhoods), std::move(warnings)});
 }
 
 absl::StatusOr<std::vector<size_t>> FramesInRange(const v1::RegistrationSpec& spec,

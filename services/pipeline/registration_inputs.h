@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "alignment/align.h"
+#include "alignment/cell_prediction.h"
 #include "alignment/template.h"
 #include "capture/frame_source.h"
 #include "capture/rig.h"
@@ -23,7 +24,8 @@ struct RegistrationInputs {
   std::unique_ptr<AlignmentModel> model;  // of `garment`
   std::unique_ptr<FrameSource> dump;
   v1::InputHashes hashes;
-  std::vector<std::string> warnings;  // cameras without images, images of unknown cameras
+  std::vector<CellNeighborhood> neighborhoods;  // of `garment`
+  std::vector<std::string> warnings;            // cameras without images, images of unknown cameras
 };
 
 // Reads rig, board, template and the list of the dump's images. Errors keep the category of the file that

@@ -1,4 +1,4 @@
-#include "simulation/ray_scene.h"
+#include "alignment/ray_scene.h"
 
 #include <embree3/rtcore.h>
 #include <tbb/task_arena.h>
