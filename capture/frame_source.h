@@ -1,4 +1,4 @@
-// The one interface through which recorded dumps and, later, live cameras hand out frame sets.
+// The one interface through which the stages read recordings, of whatever kind.
 #pragma once
 
 #include <string>
@@ -31,6 +31,10 @@ class FrameSource {
   // 16 hex digits that change when the recorded images of the frame change; reads no pixels.
   // OutOfRange: no such frame.
   virtual absl::StatusOr<std::string> Fingerprint(size_t index) const = 0;
+
+  // What an operator should know of the recording as a whole, in words: cameras that one side lacks, an index
+  // that a crash cut short.
+  virtual const std::vector<std::string>& warnings() const = 0;
 };
 
 }  // namespace weft

@@ -1,109 +1,28 @@
 #include "capture/image_folder_dump.h"
 
-#include <algorithm>
 #include <filesystem>
 #include <map>
 
-#include "absl/strings/ascii.h"
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "capture/content_hash.h"
 #include "capture/image_file.h"
+#include "capture/image_folder.h"
 
 namespace weft {
-namespace {
-
 namespace fs = std::filesystem;
-
-bool IsImage(const fs::path& path) {
-  const std::string ending = absl::AsciiStrToLower(path.extension().string());
-  return ending == ".png" || ending == ".jpg" || ending == ".jpeg" || ending == ".tif" || ending == ".tiff";
-}
-
-// Numbers inside names compare by value: image9 before image10.
-bool NaturalLess(const std::string& a, const std::string& b) {
-  size_t i = 0, j = 0;
-  while (i < a.size() && j < b.size()) {
-    if (absl::ascii_isdigit(a[i]) && absl::ascii_isdigit(b[j])) {
-      size_t ie = i, je = j;
-      while (ie < a.size() && absl::ascii_isdigit(a[ie])) ++ie;
-      while (je < b.size() && absl::ascii_isdigit(b[je])) ++je;
-      while (i + 1 < ie && a[i] == '0') ++i;
-      while (j + 1 < je && b[j] == '0') ++j;
-      if (ie - i != je - j) return ie - i < je - j;
-      const int order = a.compare(i, ie - i, b, j, je - j);
-      if (order != 0) return order < 0;
-      i = ie;
-      j = je;
-    } else {
-      if (a[i] != b[j]) return a[i] < b[j];
-      ++i;
-      ++j;
-    }
-  }
-  if (a.size() - i != b.size() - j) return a.size() - i < b.size() - j;
-  return a < b;
-}
-
-struct NaturalOrder {
-  bool operator()(const std::string& a, const std::string& b) const { return NaturalLess(a, b); }
-};
-
-// [frame][camera id] -> path
-using Listing = std::map<std::string, std::map<std::string, std::string>, NaturalOrder>;
-
-std::vector<fs::directory_entry> Entries(const fs::path& folder, std::error_code& error) {
-  std::vector<fs::directory_entry> out;
-  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
-    out.push_back(*it);
-  std::sort(out.begin(), out.end());
-  return out;
-}
-
-// The camera of <dump>/cam<camera>/..., empty for other folders.
-std::string CameraOfFolder(const fs::path& folder, const Rig& rig) {
-  const std::string name = folder.filename().string();
-  if (!absl::StartsWith(name, "cam")) return "";
-  const std::string id = name.substr(3);
-  return rig.IndexOf(id) >= 0 ? id : rig.IndexOf(name) >= 0 ? name : "";
-}
-
-Listing List(const std::string& folder, const Rig& rig, std::error_code& error) {
-  Listing listing;
-  for (const fs::directory_entry& entry : Entries(folder, error)) {
-    std::error_code entry_error;
-    if (!entry.is_directory(entry_error)) continue;
-    const std::string camera_of_folder = CameraOfFolder(entry.path(), rig);
-    for (const fs::directory_entry& file : Entries(entry.path(), entry_error)) {
-      if (!IsImage(file.path())) continue;
-      const std::string stem = file.path().stem().string();
-      if (camera_of_folder.empty()) {
-        listing[entry.path().filename().string()][stem] = file.path().string();
-      } else if (absl::StartsWith(stem, "image")) {
-        listing[stem.substr(5)][camera_of_folder] = file.path().string();
-      }
-    }
-  }
-  return listing;
-}
-
-}  // namespace
 
 absl::StatusOr<std::unique_ptr<ImageFolderDump>> ImageFolderDump::Open(const std::string& folder,
                                                                        const Rig& rig,
                                                                        const ImageFolderOptions& options) {
-  std::error_code error;
-  if (!fs::is_directory(folder, error)) return absl::NotFoundError(absl::StrCat(folder, ": no such folder"));
-  const Listing listing = List(folder, rig, error);
-  if (error)
-    return absl::PermissionDeniedError(absl::StrCat(folder, ": cannot be listed (", error.message(), ")"));
+  const absl::StatusOr<ImageFolder> listing = ListImageFolder(folder, &rig);
+  if (!listing.ok()) return listing.status();
 
   auto dump = std::unique_ptr<ImageFolderDump>(new ImageFolderDump);
   dump->rig_ = rig;
   dump->options_ = options;
   std::vector<int> images_of_camera(rig.cameras.size(), 0);
   std::map<std::string, int> unknown_cameras;
-  for (const auto& [frame, files] : listing) {
+  for (const auto& [frame, files] : *listing) {
     std::vector<std::string> paths(rig.cameras.size());
     int known = 0;
     for (const auto& [camera, path] : files) {

@@ -29,7 +29,7 @@ class ImageFolderDump : public FrameSource {
   absl::StatusOr<Frame> ReadView(size_t index, size_t camera) const override;
   // Over names, sizes and modification times of the image files.
   absl::StatusOr<std::string> Fingerprint(size_t index) const override;
-  const std::vector<std::string>& warnings() const { return warnings_; }
+  const std::vector<std::string>& warnings() const override { return warnings_; }
 
  private:
   ImageFolderDump() = default;

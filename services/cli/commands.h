@@ -14,6 +14,7 @@ void AddRigPlanCommand(CLI::App& rig, CommandLine& line);
 void AddPatternCommand(CLI::App& app, CommandLine& line);
 void AddEvaluateCommand(CLI::App& app, CommandLine& line);
 void AddSimulateCommand(CLI::App& app, CommandLine& line);
+void AddTakeCommand(CLI::App& app, CommandLine& line);
 void AddTemplateCommand(CLI::App& app, CommandLine& line);
 void AddDecodeCommand(CLI::App& app, CommandLine& line);
 void AddAlignCommand(CLI::App& app, CommandLine& line);

@@ -7,7 +7,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
-#include "capture/image_folder_dump.h"
+#include "capture/open_dump.h"
 #include "services/files/atomic_file.h"
 #include "services/files/frame_folders.h"
 #include "services/files/json_file.h"
@@ -67,7 +67,7 @@ absl::Status OpenDump(const std::string& path, bool is_required, EvaluationInput
     inputs.remarks.push_back({"texture drift", "there are no pictures; give --take and --rig"});
     return absl::OkStatus();
   }
-  absl::StatusOr<std::unique_ptr<ImageFolderDump>> dump = ImageFolderDump::Open(path, *inputs.rig);
+  absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(path, *inputs.rig);
   if (dump.ok()) {
     inputs.dump = *std::move(dump);
     inputs.dump_path = path;

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "capture/image_folder_dump.h"
+#include "capture/open_dump.h"
 #include "services/files/board_file.h"
 #include "services/files/rig_file.h"
 #include "services/files/template_file.h"
@@ -62,7 +62,7 @@ absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::Registr
   hashes.set_garment(garment->ContentHash());
   if (absl::Status status = CheckExpected(spec, hashes); !status.ok()) return status;
 
-  absl::StatusOr<std::unique_ptr<ImageFolderDump>> dump = ImageFolderDump::Open(spec.dump(), *rig);
+  absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(spec.dump(), *rig);
   if (!dump.ok()) return dump.status();
   absl::StatusOr<BoardIndex> index = BoardIndex::Build(*board);
   if (!index.ok()) {

@@ -1,0 +1,191 @@
+#include "capture/stream_reader.h"
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "capture/checksum.h"
+#include "capture/frame_codec.h"
+#include "capture/take_files.h"
+
+namespace weft {
+namespace {
+
+constexpr uint64_t kMaxIndexBytes = uint64_t{1} << 32;
+constexpr size_t kSearchBytes = size_t{256} * kBlockBytes;  // read at a time when looking for the next chunk
+
+absl::Status DataLoss(const PosixFile& file, uint64_t offset_bytes, absl::string_view what) {
+  return absl::DataLossError(absl::StrCat(file.path(), ": byte ", offset_bytes, ": ", what));
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<StreamReader>> StreamReader::Open(const std::string& folder,
+                                                                 const std::string& camera_id) {
+  absl::StatusOr<PosixFile> file = PosixFile::Open(StreamFile(folder, camera_id), O_RDONLY);
+  if (!file.ok()) return file.status();
+  AlignedBuffer block(kBlockBytes);
+  absl::StatusOr<StreamHeader> header = absl::InvalidArgumentError("the file ends before its header does");
+  const absl::Status read = file->ReadAt(block.data(), kBlockBytes, 0);
+  if (!read.ok() && !absl::IsOutOfRange(read)) return read;
+  if (read.ok()) header = ReadStreamHeader(block.data());
+  if (header.ok() && header->camera_id != camera_id) {
+    header = absl::InvalidArgumentError(absl::StrCat("is the stream of camera ", header->camera_id));
+  }
+  if (!header.ok()) {
+    return absl::InvalidArgumentError(absl::StrCat(file->path(), ": ", header.status().message()));
+  }
+  auto reader = std::unique_ptr<StreamReader>(new StreamReader(*std::move(file), *std::move(header)));
+  reader->ReadIndex(IndexFile(folder, camera_id));
+  return reader;
+}
+
+void StreamReader::ReadIndex(const std::string& path) {
+  const absl::StatusOr<PosixFile> file = PosixFile::Open(path, O_RDONLY);
+  const absl::StatusOr<uint64_t> size = file.ok() ? file->Size() : absl::StatusOr<uint64_t>(file.status());
+  if (!size.ok()) {
+    index_damage_ = std::string(size.status().message());
+    return;
+  }
+  std::string bytes(std::min(*size, kMaxIndexBytes), '\0');
+  absl::StatusOr<ParsedIndex> index = ParsedIndex{};
+  if (const absl::Status read = file->ReadAt(bytes.data(), bytes.size(), 0); !read.ok()) {
+    index = read;
+  } else {
+    index = ParseIndex(bytes);
+  }
+  if (index.ok() && index->take != header_.take)
+    index = absl::InvalidArgumentError("belongs to another take");
+  if (!index.ok()) {
+    index_damage_ = absl::StrCat(path, ": ", index.status().message());
+    return;
+  }
+  records_ = std::move(index->records);
+  if (index->ignored_bytes > 0) {
+    index_damage_ = absl::StrCat(path, ": the last ", index->ignored_bytes, " bytes are no records");
+  }
+}
+
+absl::StatusOr<ChunkHeader> StreamReader::ReadHeader(const IndexRecord& record) const {
+  AlignedBuffer block(kBlockBytes);
+  const absl::Status read = file_.ReadAt(block.data(), kBlockBytes, record.offset_bytes);
+  if (absl::IsOutOfRange(read))
+    return DataLoss(file_, record.offset_bytes, "the stream is shorter than its index");
+  if (!read.ok()) return read;
+  absl::StatusOr<ChunkHeader> header = ReadChunkHeader(block.data());
+  if (!header.ok()) return DataLoss(file_, record.offset_bytes, header.status().message());
+  if (header->take != header_.take || RecordOf(*header, record.offset_bytes) != record) {
+    return DataLoss(file_, record.offset_bytes, "the chunk is another one than the index says");
+  }
+  return header;
+}
+
+absl::StatusOr<RawFrame> StreamReader::Read(const IndexRecord& record) const {
+  const absl::StatusOr<ChunkHeader> header = ReadHeader(record);
+  if (!header.ok()) return header.status();
+  if (header->codec == PayloadCodec::kMissing) return absl::NotFoundError(header->reason);
+  const absl::StatusOr<uint64_t> file_bytes = file_.Size();
+  if (!file_bytes.ok()) return file_bytes.status();
+  if (record.offset_bytes + kBlockBytes + header->payload_bytes > *file_bytes) {
+    return DataLoss(file_, record.offset_bytes, "the stream ends inside the frame");
+  }
+  auto payload = std::make_unique<AlignedBuffer>(header->payload_bytes);
+  if (absl::Status status = file_.ReadAt(payload->data(), payload->size(), record.offset_bytes + kBlockBytes);
+      !status.ok()) {
+    return status;
+  }
+  if (Checksum(payload->data(), payload->size()) != header->checksum) {
+    return DataLoss(file_, record.offset_bytes, "the frame does not fit its checksum");
+  }
+  if (header->codec == PayloadCodec::kPlanesZstd) {
+    auto unpacked = DecodeFrameBytes(*payload, header->format, header->width_px, header->frame_bytes);
+    if (!unpacked.ok()) return DataLoss(file_, record.offset_bytes, unpacked.status().message());
+    payload = *std::move(unpacked);
+  }
+  RawFrame frame;
+  frame.camera_id = header_.camera_id;
+  frame.width_px = header->width_px;
+  frame.height_px = header->height_px;
+  frame.format = header->format;
+  frame.bytes = std::move(payload);
+  frame.device_time_ns = header->device_time_ns;
+  frame.host_time_ns = header->host_time_ns;
+  frame.device_frame_id = header->device_frame_id;
+  return frame;
+}
+
+absl::StatusOr<uint64_t> StreamReader::PayloadChecksum(uint64_t offset_bytes, uint64_t size) const {
+  AlignedBuffer payload(size);
+  if (absl::Status status = file_.ReadAt(payload.data(), size, offset_bytes); !status.ok()) return status;
+  return Checksum(payload.data(), size);
+}
+
+bool StreamReader::CheckChunk(uint64_t offset_bytes, uint64_t file_bytes, AlignedBuffer& block,
+                              ChunkHeader& header, std::string& why) const {
+  if (!file_.ReadAt(block.data(), kBlockBytes, offset_bytes).ok()) {
+    why = "the block cannot be read";
+    return false;
+  }
+  absl::StatusOr<ChunkHeader> read = ReadChunkHeader(block.data());
+  if (!read.ok()) {
+    why = std::string(read.status().message());
+    return false;
+  }
+  if (read->take != header_.take) {
+    why = "chunk of another take";
+    return false;
+  }
+  if (offset_bytes + kBlockBytes + read->payload_bytes > file_bytes) {
+    why = "the stream ends inside the frame";
+    return false;
+  }
+  const absl::StatusOr<uint64_t> checksum = PayloadChecksum(offset_bytes + kBlockBytes, read->payload_bytes);
+  if (!checksum.ok() || *checksum != read->checksum) {
+    why = absl::StrCat("the frame of set ", read->set, " does not fit its checksum");
+    return false;
+  }
+  header = *std::move(read);
+  return true;
+}
+
+absl::StatusOr<uint64_t> StreamReader::NextChunk(uint64_t offset_bytes, uint64_t file_bytes) const {
+  AlignedBuffer piece(kSearchBytes);
+  for (uint64_t at = offset_bytes + kBlockBytes; at + kBlockBytes <= file_bytes; at += kSearchBytes) {
+    const uint64_t size = std::min<uint64_t>(kSearchBytes, file_bytes - at);
+    if (absl::Status status = file_.ReadAt(piece.data(), size, at); !status.ok()) return status;
+    for (uint64_t block = 0; block + kBlockBytes <= size; block += kBlockBytes)
+      if (BeginsLikeChunk(piece.data() + block)) return at + block;
+  }
+  return file_bytes;
+}
+
+absl::StatusOr<StreamScan> StreamReader::Scan() const {
+  const absl::StatusOr<uint64_t> file_bytes = file_.Size();
+  if (!file_bytes.ok()) return file_bytes.status();
+  StreamScan scan;
+  scan.file_bytes = *file_bytes;
+  AlignedBuffer block(kBlockBytes);
+  uint64_t at = kBlockBytes;
+  while (at + kBlockBytes <= *file_bytes) {
+    ChunkHeader header;
+    std::string why;
+    if (CheckChunk(at, *file_bytes, block, header, why) &&
+        (scan.records.empty() ||
+         (header.sequence > scan.records.back().sequence && header.set > scan.records.back().set))) {
+      scan.records.push_back(RecordOf(header, at));
+      at += header.size_in_stream();
+      scan.end_bytes = std::min(at, *file_bytes);
+      continue;
+    }
+    if (why.empty()) why = absl::StrCat("set ", header.set, " stands after a later one");
+    const absl::StatusOr<uint64_t> next = NextChunk(at, *file_bytes);
+    if (!next.ok()) return next.status();
+    if (*next < *file_bytes || why != "no chunk header") scan.damage.push_back({at, why});
+    at = *next;
+  }
+  return scan;
+}
+
+}  // namespace weft

@@ -1,0 +1,64 @@
+#include "services/cli/take_text.h"
+
+#include <algorithm>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+
+namespace weft {
+namespace {
+
+std::string StateText(const v1::Take& take) {
+  std::string state = v1::TakeState_Name(take.state());
+  state = absl::AsciiStrToLower(state.substr(std::string("TAKE_STATE_").size()));
+  return take.stop_cause().empty() ? state : absl::StrCat(state, ": ", take.stop_cause());
+}
+
+}  // namespace
+
+std::string TakeInfoText(const v1::TakeInfo& info) {
+  std::string text =
+      absl::StrFormat("%s: take %s, %s\n%d frame sets of %d cameras, %.1f s, %.2f GB\n", info.path(),
+                      info.take().id(), StateText(info.take()), info.sets(), info.timing_size(),
+                      info.duration_s(), static_cast<double>(info.bytes()) / 1e9);
+  if (!info.take().origin().empty()) absl::StrAppend(&text, "from ", info.take().origin(), "\n");
+  int width = 6;
+  for (const v1::TakeTiming& timing : info.timing())
+    width = std::max(width, static_cast<int>(timing.camera().size()));
+  text += absl::StrFormat("%-*s  %7s  %7s  %11s  %10s  %9s  %9s\n", width, "camera", "frames", "missing",
+                          "interval ms", "jitter ms", "offset ms", "worst ms");
+  for (const v1::TakeTiming& timing : info.timing()) {
+    text += absl::StrFormat("%-*s  %7d  %7d  %11.3f  %10.4f  %9.4f  %9.4f\n", width, timing.camera(),
+                            timing.frames(), timing.missing(), timing.interval_mean_ms(),
+                            timing.interval_jitter_ms(), timing.offset_mean_ms(), timing.offset_worst_ms());
+  }
+  for (const v1::TakeCause& cause : info.causes()) {
+    absl::StrAppend(&text,
+                    cause.camera().empty() ? "dropped" : absl::StrCat("missing, camera ", cause.camera()),
+                    ": ", cause.count(), " of: ", cause.cause(), "\n");
+  }
+  for (const std::string& note : info.notes()) absl::StrAppend(&text, "note: ", note, "\n");
+  return text;
+}
+
+std::string TakeCheckText(const v1::TakeCheckReport& report) {
+  std::string text = absl::StrFormat(
+      "%s: %s; %d frame sets, %d frames intact, %d missing with a reason, %d sets "
+      "dropped with a cause, %.2f GB read\n",
+      report.take(), report.whole() ? "whole" : "not whole", report.sets(), report.frames(), report.missing(),
+      report.dropped(), static_cast<double>(report.bytes()) / 1e9);
+  for (const std::string& problem : report.problems()) absl::StrAppend(&text, "problem: ", problem, "\n");
+  return text;
+}
+
+std::string TakeRecoveryText(const v1::TakeRecoveryReport& report) {
+  std::string text = absl::StrFormat(
+      "%s: %d frame sets, %d of them brought back; %d frames of unfinished sets cut off, %d lines added to "
+      "the ledger\n",
+      report.take(), report.sets(), report.brought_back(), report.cut_off(), report.entries_added());
+  for (const std::string& damage : report.damage()) absl::StrAppend(&text, "lost: ", damage, "\n");
+  return text;
+}
+
+}  // namespace weft

@@ -1,0 +1,366 @@
+#include "services/recording/recorder.h"
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+
+namespace weft {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+int64_t HostTime_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+// A set on its way to the disk. Each writer does its cameras; the last one completes it.
+struct Job {
+  RawFrameSet set;
+  uint64_t bytes = 0;
+  std::atomic<int> writers_left = 0;
+  std::atomic<bool> is_lost = false;
+};
+
+}  // namespace
+
+absl::Status RecorderOptions::Validate() const {
+  if (writers < 1 || writers > 64) return absl::InvalidArgumentError("writers must be 1 to 64");
+  if (flush_interval_ms < 1) return absl::InvalidArgumentError("flush_interval_ms must be positive");
+  if (slow_write_ms < 1) return absl::InvalidArgumentError("slow_write_ms must be positive");
+  if (stop_timeout_ms < 1) return absl::InvalidArgumentError("stop_timeout_ms must be positive");
+  return take.stream.Validate();
+}
+
+// Outlives the recorder while a thread of it waits for a disk that does not answer.
+struct Recorder::Shared {
+  Shared(std::unique_ptr<TakeWriter> files, RecorderOptions with, Acknowledged tell)
+      : take(std::move(files)),
+        options(std::move(with)),
+        acknowledged(std::move(tell)),
+        queues(options.writers) {}
+
+  const std::unique_ptr<TakeWriter> take;
+  const RecorderOptions options;
+  const Acknowledged acknowledged;
+
+  mutable std::mutex mutex;
+  std::condition_variable changed;
+  std::vector<std::deque<std::shared_ptr<Job>>> queues;  // of each writer
+  std::vector<LedgerEntry> written;                      // sets that wait for the next flush, and their lines
+  std::vector<LedgerEntry> events;                       // drops and notes that wait for it
+  std::optional<uint64_t> last_offered;
+  std::optional<uint64_t> last_written;
+  RecorderCounters counters;
+  absl::Status failure;  // of the first write that failed
+  bool stopping = false;
+  uint64_t progress = 0;
+  size_t writers_running = 0;
+  bool flusher_running = false;
+  std::vector<std::thread> threads;
+  bool stopped = false;
+  absl::Status close_status;
+
+  void WriterLoop(size_t writer);
+  void FlusherLoop();
+
+ private:
+  void WriteJob(Job& job, size_t writer);
+  void Complete(const Job& job);
+  void Flush();
+  void CheckDisk();
+  void Close();
+
+ public:
+  // The mutex is held.
+  void Drop(uint64_t first_set, uint64_t last_set, int64_t device_time_ns, const std::string& cause);
+  void Fail(const absl::Status& status);
+};
+
+void Recorder::Shared::Drop(uint64_t first_set, uint64_t last_set, int64_t device_time_ns,
+                            const std::string& cause) {
+  counters.sets_dropped += last_set - first_set + 1;
+  if (!events.empty()) {
+    LedgerEntry& last = events.back();
+    if (last.event == LedgerEvent::kDropped && last.last_set + 1 == first_set && last.cause == cause) {
+      last.last_set = last_set;
+      return;
+    }
+  }
+  events.push_back({LedgerEvent::kDropped, first_set, last_set, device_time_ns, HostTime_ns(), "", cause});
+}
+
+void Recorder::Shared::Fail(const absl::Status& status) {
+  failure.Update(status);
+  if (counters.stop_cause.empty()) {
+    counters.stop_cause = std::string(status.message());
+    events.push_back(
+        {LedgerEvent::kNote, 0, 0, 0, HostTime_ns(), "", "recording stopped: " + counters.stop_cause});
+  }
+  changed.notify_all();
+}
+
+void Recorder::Shared::WriteJob(Job& job, size_t writer) {
+  for (size_t camera = writer; camera < take->camera_ids().size(); camera += queues.size()) {
+    const auto start = Clock::now();
+    const absl::Status status = take->Append(camera, job.set);
+    const double took_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    const std::lock_guard lock(mutex);
+    ++progress;
+    if (!status.ok()) {
+      job.is_lost = true;
+      Fail(status);
+      return;
+    }
+    if (took_ms > options.slow_write_ms) {
+      events.push_back({LedgerEvent::kNote, job.set.number, job.set.number, job.set.device_time_ns,
+                        HostTime_ns(), take->camera_ids()[camera],
+                        absl::StrFormat("slow disk: writing the frame took %.1f s", took_ms / 1000)});
+    }
+  }
+}
+
+// The mutex is held.
+void Recorder::Shared::Complete(const Job& job) {
+  counters.queued_bytes -= job.bytes;
+  ++progress;
+  if (job.is_lost) {
+    Drop(job.set.number, job.set.number, job.set.device_time_ns,
+         absl::StrCat("recording stopped: ", counters.stop_cause));
+  } else {
+    for (LedgerEntry& entry : EntriesOfRecorded(job.set, HostTime_ns())) written.push_back(std::move(entry));
+    last_written = job.set.number;
+    counters.bytes_written += job.bytes;
+  }
+  changed.notify_all();
+}
+
+void Recorder::Shared::WriterLoop(size_t writer) {
+  std::unique_lock lock(mutex);
+  while (true) {
+    changed.wait(lock, [&] { return stopping || !queues[writer].empty(); });
+    if (queues[writer].empty()) break;
+    const std::shared_ptr<Job> job = std::move(queues[writer].front());
+    queues[writer].pop_front();
+    if (!failure.ok()) {
+      job->is_lost = true;
+    } else {
+      lock.unlock();
+      WriteJob(*job, writer);
+      lock.lock();
+    }
+    if (--job->writers_left == 0) Complete(*job);
+  }
+  --writers_running;
+  changed.notify_all();
+}
+
+void Recorder::Shared::Flush() {
+  std::vector<LedgerEntry> sets, others;
+  std::optional<uint64_t> last;
+  {
+    const std::lock_guard lock(mutex);
+    if (!failure.ok()) return;
+    sets.swap(written);
+    others.swap(events);
+    last = last_written;
+  }
+  if (sets.empty() && others.empty()) return;
+  std::vector<LedgerEntry> entries = sets;
+  entries.insert(entries.end(), others.begin(), others.end());
+  const absl::Status status = take->Commit(sets.empty() ? std::nullopt : last, entries);
+  std::unique_lock lock(mutex);
+  ++progress;
+  if (!status.ok()) {  // Close tries again, once room was made
+    written.insert(written.begin(), sets.begin(), sets.end());
+    events.insert(events.begin(), others.begin(), others.end());
+    Fail(status);
+    return;
+  }
+  for (const LedgerEntry& entry : sets) {
+    counters.sets_recorded += entry.event == LedgerEvent::kRecorded;
+    counters.frames_missing += entry.event == LedgerEvent::kMissing;
+  }
+  lock.unlock();
+  for (const LedgerEntry& entry : sets)
+    if (acknowledged && entry.event == LedgerEvent::kRecorded) acknowledged(entry.first_set);
+}
+
+void Recorder::Shared::CheckDisk() {
+  const absl::StatusOr<uint64_t> free_bytes = take->FreeBytes();
+  if (!free_bytes.ok() || *free_bytes >= options.low_disk_bytes) return;
+  const std::lock_guard lock(mutex);
+  if (!counters.stop_cause.empty()) return;
+  counters.stop_cause = absl::StrCat("disk nearly full: ", *free_bytes >> 20, " MiB are free, the mark is ",
+                                     options.low_disk_bytes >> 20, " MiB");
+  events.push_back(
+      {LedgerEvent::kNote, 0, 0, 0, HostTime_ns(), "", "recording stopped: " + counters.stop_cause});
+}
+
+void Recorder::Shared::FlusherLoop() {
+  const auto interval = std::chrono::milliseconds(options.flush_interval_ms);
+  std::unique_lock lock(mutex);
+  while (!(stopping && writers_running == 0)) {
+    changed.wait_for(lock, interval, [&] { return stopping && writers_running == 0; });
+    lock.unlock();
+    Flush();
+    CheckDisk();
+    lock.lock();
+  }
+  lock.unlock();
+  Close();
+  lock.lock();
+  flusher_running = false;
+  changed.notify_all();
+}
+
+void Recorder::Shared::Close() {
+  Flush();
+  std::vector<LedgerEntry> entries;
+  size_t recorded = 0;
+  std::optional<uint64_t> last;
+  {
+    const std::lock_guard lock(mutex);
+    entries = std::move(written);
+    for (const LedgerEntry& entry : entries) recorded += entry.event == LedgerEvent::kRecorded;
+    entries.insert(entries.end(), events.begin(), events.end());
+    last = last_written;
+  }
+  const absl::Status status = take->Close(last, entries);
+  const std::lock_guard lock(mutex);
+  close_status = failure;
+  close_status.Update(status);
+  if (status.ok()) counters.sets_recorded += recorded;
+  ++progress;
+}
+
+absl::StatusOr<std::unique_ptr<Recorder>> Recorder::Start(const std::string& folder,
+                                                          const std::vector<std::string>& camera_ids,
+                                                          const RecorderOptions& options,
+                                                          Acknowledged acknowledged) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  auto take = TakeWriter::Create(folder, camera_ids, options.take);
+  if (!take.ok()) return take.status();
+  auto shared = std::make_shared<Shared>(*std::move(take), options, std::move(acknowledged));
+  shared->writers_running = shared->queues.size();
+  shared->flusher_running = true;
+  for (size_t i = 0; i < shared->queues.size(); ++i)
+    shared->threads.emplace_back([shared, i] { shared->WriterLoop(i); });
+  shared->threads.emplace_back([shared] { shared->FlusherLoop(); });
+  return std::unique_ptr<Recorder>(new Recorder(std::move(shared)));
+}
+
+Recorder::~Recorder() { Stop().IgnoreError(); }
+
+namespace {
+
+// Why a set cannot be recorded as it is; empty where it can.
+std::string Fault(const RawFrameSet& set, const std::vector<std::string>& camera_ids,
+                  const std::optional<uint64_t>& last) {
+  if (last && set.number <= *last) return absl::StrCat("its number is not after ", *last);
+  for (const std::string& id : camera_ids) {
+    int times = 0;
+    for (const RawFrame& frame : set.frames) times += frame.camera_id == id;
+    for (const MissingFrame& missing : set.missing) times += missing.camera_id == id;
+    if (times != 1) return absl::StrCat("it accounts for camera ", id, " ", times, " times");
+  }
+  for (const RawFrame& frame : set.frames)
+    if (absl::Status status = frame.Validate(); !status.ok()) return std::string(status.message());
+  return "";
+}
+
+}  // namespace
+
+bool Recorder::Offer(RawFrameSet set) {
+  Shared& shared = *shared_;
+  const std::string fault = Fault(set, shared.take->camera_ids(), shared.last_offered);
+  const uint64_t bytes = set.bytes();
+  const std::lock_guard lock(shared.mutex);
+  ++shared.counters.sets_offered;
+  std::string cause;
+  if (!fault.empty()) {
+    cause = absl::StrCat("refused: ", fault);
+  } else if (!shared.counters.stop_cause.empty()) {
+    cause = absl::StrCat("recording stopped: ", shared.counters.stop_cause);
+  } else if (shared.counters.queued_bytes + bytes > shared.options.queue_bytes) {
+    cause = absl::StrCat("disk too slow: the queue of ", shared.options.queue_bytes >> 20, " MiB is full");
+  }
+  if (fault.empty()) shared.last_offered = set.number;
+  if (!cause.empty()) {
+    shared.Drop(set.number, set.number, set.device_time_ns, cause);
+    return false;
+  }
+  auto job = std::make_shared<Job>();
+  job->set = std::move(set);
+  job->bytes = bytes;
+  job->writers_left = static_cast<int>(shared.queues.size());
+  shared.counters.queued_bytes += bytes;
+  shared.counters.queued_bytes_peak =
+      std::max(shared.counters.queued_bytes_peak, shared.counters.queued_bytes);
+  for (auto& queue : shared.queues) queue.push_back(job);
+  shared.changed.notify_all();
+  return true;
+}
+
+bool Recorder::OfferAndWait(RawFrameSet set) {
+  {
+    const uint64_t bytes = set.bytes();
+    std::unique_lock lock(shared_->mutex);
+    shared_->changed.wait(lock, [&] {
+      return !shared_->counters.stop_cause.empty() || shared_->counters.queued_bytes == 0 ||
+             shared_->counters.queued_bytes + bytes <= shared_->options.queue_bytes;
+    });
+  }
+  return Offer(std::move(set));
+}
+
+void Recorder::Note(const std::string& camera_id, const std::string& cause) {
+  const std::lock_guard lock(shared_->mutex);
+  shared_->events.push_back({LedgerEvent::kNote, 0, 0, 0, HostTime_ns(), camera_id, cause});
+}
+
+void Recorder::NoteDropped(uint64_t first_set, uint64_t last_set, int64_t device_time_ns,
+                           const std::string& cause) {
+  const std::lock_guard lock(shared_->mutex);
+  shared_->counters.sets_offered += last_set - first_set + 1;
+  shared_->last_offered = last_set;
+  shared_->Drop(first_set, last_set, device_time_ns, cause);
+}
+
+RecorderCounters Recorder::Counters() const {
+  const std::lock_guard lock(shared_->mutex);
+  return shared_->counters;
+}
+
+absl::Status Recorder::Stop() {
+  Shared& shared = *shared_;
+  std::unique_lock lock(shared.mutex);
+  if (shared.stopped) return shared.close_status;
+  shared.stopped = true;
+  shared.stopping = true;
+  shared.changed.notify_all();
+  const auto patience = std::chrono::milliseconds(shared.options.stop_timeout_ms);
+  for (uint64_t before = shared.progress;; before = shared.progress) {
+    if (shared.changed.wait_for(lock, patience, [&] { return !shared.flusher_running; })) break;
+    if (shared.progress != before) continue;
+    shared.close_status = absl::DeadlineExceededError(
+        absl::StrCat("the disk has not answered for ", shared.options.stop_timeout_ms / 1000,
+                     " s; the take was left as it is, run `weft take recover` when the disk is back"));
+    for (std::thread& thread : shared.threads) thread.detach();
+    return shared.close_status;
+  }
+  lock.unlock();
+  for (std::thread& thread : shared.threads) thread.join();
+  return shared.close_status;
+}
+
+}  // namespace weft

@@ -1,0 +1,49 @@
+// Takes made from other recordings: folders of images in and out, parts of takes.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "capture/frame.h"
+#include "services/recording/recorder.h"
+
+namespace weft {
+
+// After each frame set: done, of how many.
+using CopyProgress = std::function<void(uint64_t done, uint64_t total)>;
+
+struct TakeCopyOptions {
+  RecorderOptions recorder;
+  std::optional<PixelFormat> mosaic;  // of grey images
+  double fps = 0;                     // images carry no time; at 0 their device times stay 0
+};
+
+// Images (<frame>/<camera>.png or cam<camera>/image<frame>.png) become a take, bit by bit: 8-bit pixels as
+// they are decoded from the files. A frame whose name is a number keeps it. Images that cannot be read are
+// missing, with the reason. Returns the number of sets.
+absl::StatusOr<uint64_t> ImportImages(const std::string& images, const std::string& out,
+                                      const TakeCopyOptions& options, const CopyProgress& progress = nullptr);
+
+// The take as images, <out>/<frame>/<camera>.png: 8 bits as `weft register` sees them, or, with `demosaic`,
+// RGB.
+absl::StatusOr<uint64_t> ExportImages(const std::string& take, const std::string& out, bool demosaic,
+                                      const CopyProgress& progress = nullptr);
+
+struct TrimOptions {
+  uint64_t first_set = 0;  // numbers, both included
+  uint64_t last_set = UINT64_MAX;
+  std::map<std::string, int64_t> shift_ns;  // added to the device times of a camera's frames
+  RecorderOptions recorder;
+};
+
+// The frame sets of a range as a take of their own, numbers and times as they were. InvalidArgument: an empty
+// range, or a camera that the take lacks.
+absl::StatusOr<uint64_t> TrimTake(const std::string& take, const std::string& out, const TrimOptions& options,
+                                  const CopyProgress& progress = nullptr);
+
+}  // namespace weft

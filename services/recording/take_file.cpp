@@ -1,0 +1,173 @@
+#include "services/recording/take_file.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <random>
+#include <utility>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "capture/recorded_take.h"
+#include "services/files/json_file.h"
+
+namespace weft {
+namespace {
+
+// Mean and scatter of numbers that come one by one.
+struct Spread {
+  uint64_t count = 0;
+  double sum = 0, squares = 0, worst = 0;
+
+  void Add(double value) {
+    ++count;
+    sum += value;
+    squares += value * value;
+    worst = std::max(worst, std::abs(value));
+  }
+  double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
+  double deviation() const {
+    if (count < 2) return 0;
+    return std::sqrt(std::max(0.0, squares / static_cast<double>(count) - mean() * mean()));
+  }
+};
+
+// The middle one of the cameras' times in a set; empty where no camera has a frame.
+std::optional<int64_t> MedianTime_ns(const RecordedTake& take, size_t set) {
+  std::vector<int64_t> times_ns;
+  for (size_t camera = 0; camera < take.camera_ids().size(); ++camera) {
+    const IndexRecord* record = take.Record(set, camera);
+    if (record != nullptr && !record->is_missing) times_ns.push_back(record->device_time_ns);
+  }
+  if (times_ns.empty()) return std::nullopt;
+  std::nth_element(times_ns.begin(), times_ns.begin() + static_cast<std::ptrdiff_t>(times_ns.size() / 2),
+                   times_ns.end());
+  return times_ns[times_ns.size() / 2];
+}
+
+void DescribeTiming(const RecordedTake& take, v1::TakeInfo& info) {
+  std::vector<std::optional<int64_t>> medians_ns;
+  for (size_t set = 0; set < take.sets().size(); ++set) medians_ns.push_back(MedianTime_ns(take, set));
+  for (size_t camera = 0; camera < take.camera_ids().size(); ++camera) {
+    Spread intervals_ms, offsets_ms;
+    const IndexRecord* before = nullptr;
+    v1::TakeTiming& timing = *info.add_timing();
+    timing.set_camera(take.camera_ids()[camera]);
+    for (size_t set = 0; set < take.sets().size(); ++set) {
+      const IndexRecord* record = take.Record(set, camera);
+      if (record == nullptr || record->is_missing) {
+        timing.set_missing(timing.missing() + 1);
+        continue;
+      }
+      timing.set_frames(timing.frames() + 1);
+      offsets_ms.Add(static_cast<double>(record->device_time_ns - *medians_ns[set]) / 1e6);
+      if (before != nullptr && before->set + 1 == record->set)
+        intervals_ms.Add(static_cast<double>(record->device_time_ns - before->device_time_ns) / 1e6);
+      before = record;
+    }
+    timing.set_interval_mean_ms(intervals_ms.mean());
+    timing.set_interval_jitter_ms(intervals_ms.deviation());
+    timing.set_offset_mean_ms(offsets_ms.mean());
+    timing.set_offset_jitter_ms(offsets_ms.deviation());
+    timing.set_offset_worst_ms(offsets_ms.worst);
+  }
+  std::optional<int64_t> first_ns, last_ns;
+  for (const std::optional<int64_t>& median_ns : medians_ns) {
+    if (!median_ns) continue;
+    if (!first_ns) first_ns = median_ns;
+    last_ns = median_ns;
+  }
+  if (first_ns) info.set_duration_s(static_cast<double>(*last_ns - *first_ns) / 1e9);
+}
+
+void DescribeCauses(const RecordedTake& take, v1::TakeInfo& info) {
+  std::map<std::pair<std::string, std::string>, uint64_t> counts;
+  for (const LedgerEntry& entry : take.ledger()) {
+    if (entry.event == LedgerEvent::kMissing) ++counts[{entry.camera_id, entry.cause}];
+    if (entry.event == LedgerEvent::kDropped)
+      counts[{"", entry.cause}] += entry.last_set - entry.first_set + 1;
+    if (entry.event == LedgerEvent::kNote)
+      info.add_notes(entry.camera_id.empty() ? entry.cause
+                                             : absl::StrCat("camera ", entry.camera_id, ": ", entry.cause));
+  }
+  for (const auto& [key, count] : counts) {
+    v1::TakeCause& cause = *info.add_causes();
+    cause.set_camera(key.first);
+    cause.set_cause(key.second);
+    cause.set_count(count);
+  }
+}
+
+}  // namespace
+
+std::string TakeJsonFile(const std::string& take) {
+  return (std::filesystem::path(take) / "take.json").string();
+}
+
+v1::Take NewTake(const std::string& origin) {
+  std::random_device random;
+  const uint64_t number = (uint64_t{random()} << 32 | random()) | 1;
+  v1::Take take;
+  take.set_id(absl::StrFormat("%016x", number));
+  take.set_state(v1::TAKE_STATE_RECORDING);
+  take.set_started_host_time_ns(std::chrono::duration_cast<std::chrono::nanoseconds>(
+                                    std::chrono::system_clock::now().time_since_epoch())
+                                    .count());
+  take.set_weft_version(WEFT_VERSION);
+  take.set_origin(origin);
+  return take;
+}
+
+uint64_t TakeNumber(const v1::Take& take) {
+  uint64_t number = 0;
+  return absl::SimpleHexAtoi(take.id(), &number) ? number : 0;
+}
+
+absl::Status WriteTakeFile(const std::string& folder, const v1::Take& take) {
+  return WriteJsonFile(TakeJsonFile(folder), take, JsonZeros::kOmitted);
+}
+
+absl::StatusOr<v1::Take> ReadTakeFile(const std::string& folder) {
+  v1::Take take;
+  const absl::Status status = ReadJsonFile(TakeJsonFile(folder), take);
+  if (status.ok()) return take;
+  if (!absl::IsNotFound(status)) return status;
+  const absl::StatusOr<std::unique_ptr<RecordedTake>> streams = RecordedTake::Open(folder);
+  if (!streams.ok()) return streams.status();
+  take.set_id(absl::StrFormat("%016x", (*streams)->take()));
+  take.set_state(v1::TAKE_STATE_RECORDING);
+  for (const std::string& id : (*streams)->camera_ids()) take.add_cameras()->set_id(id);
+  return take;
+}
+
+absl::StatusOr<v1::TakeInfo> DescribeTake(const std::string& folder) {
+  const absl::StatusOr<std::unique_ptr<RecordedTake>> streams = RecordedTake::Open(folder);
+  if (!streams.ok()) return streams.status();
+  absl::StatusOr<v1::Take> take = ReadTakeFile(folder);
+  if (!take.ok()) return take.status();
+  v1::TakeInfo info;
+  info.set_path(folder);
+  *info.mutable_take() = *std::move(take);
+  info.set_sets((*streams)->sets().size());
+  uint64_t bytes = 0;
+  for (size_t camera = 0; camera < (*streams)->camera_ids().size(); ++camera)
+    for (const IndexRecord& record : (*streams)->stream(camera).records())
+      bytes += kBlockBytes + PaddedBytes(record.payload_bytes);
+  info.set_bytes(bytes);
+  DescribeTiming(**streams, info);
+  DescribeCauses(**streams, info);
+  for (const std::string& warning : (*streams)->warnings()) info.add_warnings(warning);
+  if (info.take().state() == v1::TAKE_STATE_RECORDING) {
+    info.add_warnings(
+        absl::StrCat("the take was not closed: it is being recorded, or its recorder crashed; then run "
+                     "`weft take recover ",
+                     folder, "`"));
+  }
+  return info;
+}
+
+}  // namespace weft

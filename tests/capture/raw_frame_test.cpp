@@ -1,0 +1,132 @@
+#include "capture/raw_frame.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "capture/frame_codec.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+
+RawFrame FrameOf(RawFormat format, int width_px, int height_px, const std::vector<uint8_t>& content) {
+  RawFrame frame;
+  frame.camera_id = "cam";
+  frame.width_px = width_px;
+  frame.height_px = height_px;
+  frame.format = format;
+  auto bytes = std::make_shared<AlignedBuffer>(content.size());
+  std::copy(content.begin(), content.end(), bytes->data());
+  frame.bytes = std::move(bytes);
+  return frame;
+}
+
+// Values of `bits` each as a little-endian stream of bits, written bit by bit.
+std::vector<uint8_t> BitStream(const std::vector<unsigned>& values, int bits) {
+  std::vector<uint8_t> out((values.size() * bits + 7) / 8, 0);
+  size_t at = 0;
+  for (const unsigned value : values)
+    for (int bit = 0; bit < bits; ++bit, ++at)
+      if (value >> bit & 1) out[at / 8] = static_cast<uint8_t>(out[at / 8] | 1 << at % 8);
+  return out;
+}
+
+TEST(RawFrame, KeepsTheUpperBitsOfDeepPixels) {
+  const std::vector<unsigned> values = {0, 1023, 512, 4, 259, 1020};
+  const std::vector<uint8_t> expected = {0, 255, 128, 1, 64, 255};
+  std::vector<uint8_t> words;
+  for (const unsigned v : values)
+    words.insert(words.end(), {static_cast<uint8_t>(v), static_cast<uint8_t>(v >> 8)});
+  // GigE Vision's packing: the upper bytes of two pixels around their lower bits.
+  std::vector<uint8_t> pairs;
+  for (size_t i = 0; i < values.size(); i += 2) {
+    pairs.push_back(static_cast<uint8_t>(values[i] >> 2));
+    pairs.push_back(static_cast<uint8_t>((values[i] & 3) | (values[i + 1] & 3) << 4));
+    pairs.push_back(static_cast<uint8_t>(values[i + 1] >> 2));
+  }
+  const RawFrame frames[] = {FrameOf(RawFormat::kMono10, 3, 2, words),
+                             FrameOf(RawFormat::kBayerRg10p, 3, 2, BitStream(values, 10)),
+                             FrameOf(RawFormat::kMono10Packed, 3, 2, pairs)};
+  for (const RawFrame& raw : frames) {
+    // GigE Vision counts 12 bits a pixel for both of its packings.
+    const auto frame = ToFrame(raw);
+    ASSERT_TRUE(frame.ok()) << frame.status();
+    EXPECT_EQ(*frame->pixels, expected) << RawFormatName(raw.format);
+  }
+  EXPECT_EQ(ToFrame(frames[1])->format, PixelFormat::kBayerRg8);
+  const auto twelve = ToFrame(FrameOf(RawFormat::kMono12p, 2, 1, BitStream({0xabc, 0x123}, 12)));
+  ASSERT_TRUE(twelve.ok());
+  EXPECT_EQ(*twelve->pixels, (std::vector<uint8_t>{0xab, 0x12}));
+}
+
+TEST(RawFrame, TurnsOtherOrdersIntoRgb) {
+  EXPECT_EQ(*ToFrame(FrameOf(RawFormat::kBgr8, 1, 1, {1, 2, 3}))->pixels, (std::vector<uint8_t>{3, 2, 1}));
+  // Without chroma, luma 16 is black and 235 white.
+  EXPECT_EQ(*ToFrame(FrameOf(RawFormat::kYuyv, 2, 1, {16, 128, 235, 128}))->pixels,
+            (std::vector<uint8_t>{0, 0, 0, 255, 255, 255}));
+  EXPECT_EQ(*ToFrame(FrameOf(RawFormat::kUyvy, 2, 1, {128, 16, 128, 235}))->pixels,
+            (std::vector<uint8_t>{0, 0, 0, 255, 255, 255}));
+}
+
+TEST(RawFrame, RefusesWhatIsNoImageAndNamesTheCamera) {
+  EXPECT_THAT(
+      std::string(ToFrame(FrameOf(RawFormat::kMono8, 4, 4, std::vector<uint8_t>(15))).status().message()),
+      HasSubstr("camera cam: 15 bytes, expected 16 for 4x4 Mono8"));
+  EXPECT_FALSE(FrameOf(static_cast<RawFormat>(7), 1, 1, {0}).Validate().ok());
+  EXPECT_FALSE(FrameOf(RawFormat::kMono8, 0, 4, {}).Validate().ok());
+  EXPECT_FALSE(ToFrame(FrameOf(RawFormat::kMotionJpeg, 4, 4, {1, 2, 3})).ok());
+}
+
+TEST(RawFrame, KnowsItsFormatsByName) {
+  EXPECT_EQ(*RawFormatFromName("BayerRG12p"), RawFormat::kBayerRg12p);
+  EXPECT_THAT(std::string(RawFormatFromName("Mono9").status().message()), HasSubstr("Mono8, Mono10"));
+}
+
+TEST(FrameCodec, GivesBackEveryByteOfEveryFormat) {
+  uint32_t state = 1;
+  for (const char* name :
+       {"Mono8", "Mono12", "Mono12p", "BayerRG8", "BayerGB10", "BayerBG12p", "RGB8", "YUV422_8"}) {
+    for (const auto& [width, height] : {std::pair{2, 1}, {2, 2}, {34, 9}, {130, 65}}) {
+      const RawFormat format = *RawFormatFromName(name);
+      std::vector<uint8_t> content(RawBytes(format, width, height));
+      for (size_t i = 0; i < content.size(); ++i) {
+        state = state * 1664525 + 1013904223;
+        content[i] = static_cast<uint8_t>(i / 7 + (state >> 29));
+      }
+      const RawFrame frame = FrameOf(format, width, height, content);
+      const auto packed = EncodeFrame(frame, 1);
+      ASSERT_TRUE(packed.ok());
+      const auto back = DecodeFrameBytes(**packed, format, width, content.size());
+      ASSERT_TRUE(back.ok()) << name << " " << width << " " << back.status();
+      EXPECT_EQ(std::vector<uint8_t>((*back)->data(), (*back)->data() + (*back)->size()), content) << name;
+    }
+  }
+}
+
+TEST(FrameCodec, MakesSmoothImagesSmallAndFindsForeignBytes) {
+  std::vector<uint8_t> content(200 * 100);
+  for (size_t i = 0; i < content.size(); ++i) content[i] = static_cast<uint8_t>(i % 200 / 2 + (i % 2) * 90);
+  const auto packed = EncodeFrame(FrameOf(RawFormat::kBayerRg8, 200, 100, content), 1);
+  ASSERT_TRUE(packed.ok());
+  EXPECT_LT((*packed)->size(), content.size() / 4);
+  EXPECT_EQ(DecodeFrameBytes(**packed, RawFormat::kBayerRg8, 200, content.size() + 1).status().code(),
+            absl::StatusCode::kDataLoss);
+  (*packed)->data()[(*packed)->size() / 2] ^= 0x55;
+  (*packed)->Shrink((*packed)->size() - 1);
+  EXPECT_EQ(DecodeFrameBytes(**packed, RawFormat::kBayerRg8, 200, content.size()).status().code(),
+            absl::StatusCode::kDataLoss);
+}
+
+TEST(BufferPool, HandsBuffersOutAgain) {
+  BufferPool pool(5000, 1);
+  auto first = pool.Take();
+  EXPECT_EQ(reinterpret_cast<uintptr_t>(first->data()) % kBlockBytes, 0u);
+  EXPECT_EQ(first->data()[8191], 0);  // padding
+  const uint8_t* where = first->data();
+  first.reset();
+  EXPECT_EQ(pool.Take()->data(), where);
+}
+
+}  // namespace
+}  // namespace weft

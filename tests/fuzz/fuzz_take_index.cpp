@@ -1,0 +1,32 @@
+#include "capture/ledger.h"
+#include "capture/take_format.h"
+#include "tests/fuzz/fuzz_target.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  if (const auto index = weft::ParseIndex(bytes); index.ok()) {
+    weft::FuzzRequire((index->records.size() + 1) * weft::kIndexRecordBytes + index->ignored_bytes == size);
+    std::string again = weft::IndexHeader(index->take);
+    for (const weft::IndexRecord& record : index->records) AppendTo(again, record);
+    weft::FuzzRequire(again.substr(weft::kIndexRecordBytes) ==
+                      bytes.substr(weft::kIndexRecordBytes, again.size() - weft::kIndexRecordBytes));
+  }
+  if (const auto ledger = weft::ParseLedger(bytes); ledger.ok()) {
+    weft::FuzzRequire(ledger->intact_bytes <= size);
+    weft::FuzzRequire(ledger->damage.empty() == (ledger->intact_bytes == size));
+    std::string again = weft::LedgerHeading();
+    for (const weft::LedgerEntry& entry : ledger->entries) again += ToCsvLine(entry);
+    const auto reread = weft::ParseLedger(again);
+    weft::FuzzRequire(reread.ok() && reread->entries.size() == ledger->entries.size());
+  }
+  return 0;
+}
+
+std::vector<std::string> weft::FuzzSeeds() {
+  std::string index = IndexHeader(5);
+  AppendTo(index, {0, 4096, 0, 1, 2, 5000, 77, false});
+  AppendTo(index, {1, 16384, 3, 10, 20, 0, 0, true});
+  return {index, LedgerHeading() + ToCsvLine({LedgerEvent::kRecorded, 0, 0, 1, 2, "", ""}) +
+                     ToCsvLine({LedgerEvent::kDropped, 1, 9, 1, 2, "", "disk \"slow\", full"}) +
+                     ToCsvLine({LedgerEvent::kMissing, 10, 10, 1, 2, "cam", "lost"})};
+}

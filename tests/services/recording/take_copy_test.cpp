@@ -1,0 +1,132 @@
+#include "services/recording/take_copy.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "capture/image_file.h"
+#include "capture/image_folder.h"
+#include "capture/recorded_take.h"
+#include "capture/recover_take.h"
+#include "services/recording/disk_speed.h"
+#include "services/recording/take_file.h"
+#include "tests/capture/pattern_frames.h"
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+TakeCopyOptions Small() {
+  TakeCopyOptions options;
+  options.recorder.low_disk_bytes = 0;
+  options.recorder.take.stream.preallocate_bytes = 0;
+  return options;
+}
+
+// Grey images of two cameras in the frames 7, 9 and 10; one is broken, one is not there.
+void WriteImages(const std::string& folder) {
+  PatternFrames cameras({"left", "right"}, 33, 17, RawFormat::kMono8);
+  for (const uint64_t frame : {7, 9, 10})
+    for (size_t camera = 0; camera < 2; ++camera) {
+      const std::string path =
+          folder + "/" + FrameNameOf(frame) + "/" + cameras.camera_ids()[camera] + ".png";
+      WriteBytes(path, "no image");
+      if (frame == 9 && camera == 1) continue;
+      const auto image = ToFrame(cameras.Frame(camera, frame));
+      ASSERT_TRUE(image.ok() && WriteImageFile(path, *image).ok());
+    }
+  std::filesystem::remove(folder + "/0010/left.png");
+}
+
+TEST(TakeCopy, ImagesGoInAndComeOutBitByBit) {
+  for (const bool compress : {false, true}) {
+    const TempFolder temp;
+    WriteImages(temp / "images");
+    TakeCopyOptions options = Small();
+    options.fps = 100;
+    options.recorder.take.stream.compress = compress;
+    options.mosaic = PixelFormat::kBayerGb8;
+    const auto sets = ImportImages(temp / "images", temp / "take", options);
+    ASSERT_TRUE(sets.ok()) << sets.status();
+    EXPECT_EQ(*sets, 3u);
+    EXPECT_THAT(VerifyTake(temp / "take")->problems, IsEmpty());
+    const auto take = RecordedTake::Open(temp / "take");
+    EXPECT_THAT((*take)->sets(), ElementsAre(7, 9, 10));
+    EXPECT_EQ((*take)->ReadRaw(1, 0)->device_time_ns, 90'000'000);
+    EXPECT_EQ((*take)->ReadRaw(1, 0)->format, RawFormat::kBayerGb8);
+    EXPECT_THAT(std::string((*take)->ReadRaw(1, 1).status().message()), HasSubstr("not a readable PNG"));
+    EXPECT_EQ((*take)->ReadRaw(2, 0).status().message(), "no image in the dump");
+
+    ASSERT_TRUE(ExportImages(temp / "take", temp / "out", false).ok());
+    const auto images = ListImageFolder(temp / "out");
+    ASSERT_TRUE(images.ok());
+    PatternFrames cameras({"left", "right"}, 33, 17, RawFormat::kMono8);
+    size_t count = 0;
+    for (const auto& [frame, files] : *images)
+      for (const auto& [camera, path] : files) {
+        const RawFrame expected = cameras.Frame(camera == "right", std::stoul(frame));
+        const auto image = ReadImageFile(path);
+        ASSERT_TRUE(image.ok());
+        EXPECT_EQ(0, std::memcmp(image->pixels->data(), expected.bytes->data(), expected.bytes->size()));
+        ++count;
+      }
+    EXPECT_EQ(count, 4u);
+  }
+}
+
+TEST(TakeCopy, TrimsToARangeAndShiftsTheTimesOfACamera) {
+  const TempFolder temp;
+  WriteImages(temp / "images");
+  ASSERT_TRUE(ImportImages(temp / "images", temp / "take", Small()).ok());
+  TrimOptions options;
+  options.recorder = Small().recorder;
+  options.first_set = 8;
+  options.shift_ns["right"] = -250;
+  const auto sets = TrimTake(temp / "take", temp / "part", options);
+  ASSERT_TRUE(sets.ok()) << sets.status();
+  const auto part = RecordedTake::Open(temp / "part");
+  EXPECT_THAT((*part)->sets(), ElementsAre(9, 10));
+  EXPECT_EQ((*part)->ReadRaw(1, 1)->device_time_ns, -250);
+  EXPECT_EQ((*part)->ReadRaw(1, 0).status().message(), "no image in the dump");
+  const auto info = DescribeTake(temp / "part");
+  ASSERT_TRUE(info.ok()) << info.status();
+  EXPECT_THAT(info->take().origin(), HasSubstr("sets 9 to 10 of take"));
+  EXPECT_EQ(info->timing(1).frames(), 1u);
+  EXPECT_EQ(info->causes_size(), 2);
+
+  options.first_set = 11;
+  EXPECT_THAT(std::string(TrimTake(temp / "take", temp / "none", options).status().message()),
+              HasSubstr("it holds 7 to 10"));
+  options.first_set = 0;
+  options.shift_ns["up"] = 1;
+  EXPECT_THAT(std::string(TrimTake(temp / "take", temp / "none", options).status().message()),
+              HasSubstr("camera up"));
+}
+
+TEST(TakeCopy, StopsImportingAtTheLowDiskMark) {
+  const TempFolder temp;
+  WriteImages(temp / "images");
+  TakeCopyOptions options = Small();
+  options.recorder.low_disk_bytes = uint64_t{1} << 62;
+  options.recorder.flush_interval_ms = 1;
+  const auto sets = ImportImages(temp / "images", temp / "take", options);
+  if (!sets.ok()) {  // the three images may have been quicker than the look at the disk
+    EXPECT_THAT(std::string(sets.status().message()), HasSubstr("disk nearly full"));
+  }
+  EXPECT_THAT(VerifyTake(temp / "take")->problems, IsEmpty());
+}
+
+TEST(DiskSpeed, MeasuresAndLeavesNothingBehind) {
+  const TempFolder temp;
+  const auto speed = MeasureDiskSpeed(temp.path(), 16 << 20);
+  ASSERT_TRUE(speed.ok()) << speed.status();
+  EXPECT_GT(speed->bytes_per_s, 0);
+  EXPECT_TRUE(std::filesystem::is_empty(temp.path()));
+  EXPECT_FALSE(MeasureDiskSpeed(temp / "nowhere", 1).ok());
+}
+
+}  // namespace
+}  // namespace weft

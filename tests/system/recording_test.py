@@ -1,0 +1,193 @@
+"""Recorders that are killed, and recorders whose disk fails: what was acknowledged is there, byte by byte."""
+
+import json
+import os
+import random
+import re
+import shutil
+import subprocess
+import tempfile
+import time
+import unittest
+
+from studio import BIN, LONG_S, StudioTest, read, results, weft
+
+LOAD = os.path.join(BIN, "recorder_load")
+FAULTS = os.environ["WEFT_DISK_FAULTS"]
+SMALL = ["3", "96", "64"]  # cameras, width_px, height_px
+LARGE = ["2", "1024", "512"]
+
+
+def load(*arguments, faults=None, **options):
+    environment = dict(os.environ)
+    if faults:
+        environment.update(faults, LD_PRELOAD=FAULTS)
+    return subprocess.Popen([LOAD, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                            env=environment, **options)
+
+
+def acknowledged(output):
+    """The last set that was acknowledged; a line that was cut off does not count."""
+    sets = [int(line.split()[1]) for line in output[:output.rfind("\n") + 1].splitlines() if line.startswith("ack ")]
+    return max(sets, default=-1)
+
+
+class Recording(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="weft test ")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.take = os.path.join(folder.name, "take")
+
+    def check(self, cameras, take=None):
+        """Number of sets, and the last one; every byte is as it was recorded."""
+        done = load("check", take or self.take, *cameras)
+        out, errors = done.communicate(timeout=LONG_S)
+        self.assertEqual(done.returncode, 0, out + errors)
+        return tuple(map(int, re.fullmatch(r"sets (\d+) last (-?\d+)\n", out).groups()))
+
+    def ledger(self):
+        """Sets by event, and all lines."""
+        lines = read(os.path.join(self.take, "ledger.csv")).splitlines()[1:]
+        sets = {"recorded": set(), "dropped": set()}
+        for line in lines:
+            event, first, last = line.split(",")[:3]
+            if event in sets:
+                sets[event] |= set(range(int(first), int(last) + 1))
+        return sets, lines
+
+    def assert_all_accounted(self, counters):
+        sets, _ = self.ledger()
+        self.assertEqual(len(sets["recorded"]), counters["recorded"])
+        self.assertEqual(len(sets["dropped"]), counters["dropped"])
+        self.assertFalse(sets["recorded"] & sets["dropped"])
+        self.assertEqual(sets["recorded"] | sets["dropped"], set(range(counters["offered"])))
+
+    def counters(self, out):
+        found = re.search(r"offered (\d+) recorded (\d+) dropped (\d+) peak_mib (\d+) cause (.*)", out)
+        self.assertIsNotNone(found, out)
+        return {**dict(zip(["offered", "recorded", "dropped", "peak_mib"], map(int, found.groups()))),
+                "cause": found.group(5)}
+
+    def assert_whole(self):
+        report = json.loads(weft("take", "verify", self.take, "--json", check=0).stdout)
+        self.assertTrue(report["whole"])
+        return report
+
+    def test_keeps_every_acknowledged_set_when_it_is_killed_at_any_moment(self):
+        chance = random.Random(7)
+        brought_back = later_than_acknowledged = 0
+        for round_number in range(100):
+            shutil.rmtree(self.take, ignore_errors=True)
+            recorder = load("record", self.take, *SMALL, 1000000, chance.choice([0, 2000]), 16)
+            begun = recorder.stdout.readline() if round_number % 5 else ""
+            time.sleep(chance.uniform(0, 0.1))
+            recorder.kill()
+            out = begun + recorder.communicate(timeout=LONG_S)[0]
+            if not os.path.exists(os.path.join(self.take, "take.json")):
+                self.assertEqual(acknowledged(out), -1)  # killed before it began
+                continue
+            done = load("recover", self.take, *SMALL)
+            found, errors = done.communicate(timeout=LONG_S)
+            self.assertEqual(done.returncode, 0, errors)
+            back, sets, last = map(int, re.fullmatch(r"brought_back (\d+)\nsets (\d+) last (-?\d+)\n", found).groups())
+            self.assertEqual(sets, last + 1)
+            self.assertGreaterEqual(last, acknowledged(out))
+            later_than_acknowledged += last > acknowledged(out)
+            brought_back += back
+        self.assertGreater(later_than_acknowledged, 0)
+        self.assertGreater(brought_back, 0)
+
+    def test_drops_whole_sets_while_the_disk_stalls_and_goes_on_afterwards(self):
+        stall = os.path.join(self.folder, "stall")
+        recorder = load("record", self.take, *LARGE, 300, 100, 8, faults={"WEFT_FAULT_STALL": stall})
+        time.sleep(0.5)
+        open(stall, "w").close()
+        time.sleep(1)
+        os.remove(stall)
+        out, errors = recorder.communicate(timeout=LONG_S)
+        self.assertEqual(recorder.returncode, 0, errors)
+        counters = self.counters(out)
+        self.assertLessEqual(counters["peak_mib"], 8)
+        self.assertGreater(counters["dropped"], 0)
+        self.assert_all_accounted(counters)
+        sets, lines = self.ledger()
+        self.assertGreater(max(sets["recorded"]), max(sets["dropped"]))
+        self.assertTrue(any("disk too slow: the queue of 8 MiB is full" in line for line in lines))
+        self.assertTrue(any("slow disk: writing the frame took" in line for line in lines))
+        self.assertEqual(self.check(LARGE)[0], counters["recorded"])
+        self.assert_whole()
+
+    def test_gives_up_on_a_disk_that_never_answers_and_loses_nothing_acknowledged(self):
+        stall = os.path.join(self.folder, "stall")
+        recorder = load("record", self.take, *LARGE, 200, 100, 8, faults={"WEFT_FAULT_STALL": stall})
+        time.sleep(0.5)
+        open(stall, "w").close()
+        out, errors = recorder.communicate(timeout=LONG_S)
+        self.assertEqual(recorder.returncode, 1)
+        self.assertIn("the disk has not answered", errors)
+        weft("take", "recover", self.take, check=0)
+        self.assertGreaterEqual(self.check(LARGE)[1], acknowledged(out))
+        self.assert_whole()
+
+    def test_a_full_disk_stops_the_take_at_a_whole_set(self):
+        for fault, cause in (("WEFT_FAULT_FULL", "No space left on device"), ("WEFT_FAULT_ERROR", "Input/output error")):
+            shutil.rmtree(self.take, ignore_errors=True)
+            recorder = load("record", self.take, *LARGE, 100, 200, 8, faults={fault: "20000000"})
+            out, errors = recorder.communicate(timeout=LONG_S)
+            self.assertEqual(recorder.returncode, 1)
+            self.assertIn(cause, errors)
+            counters = self.counters(out)
+            self.assertIn(cause, counters["cause"])
+            self.assertGreater(counters["recorded"], 0)
+            self.assert_all_accounted(counters)
+            sets, last = self.check(LARGE)
+            self.assertEqual((sets, last), (counters["recorded"], counters["recorded"] - 1))
+            self.assert_whole()
+
+    def test_a_file_system_without_room_stops_the_take_at_a_whole_set(self):
+        mount = os.path.join(self.folder, "disk")
+        os.mkdir(mount)
+        inside = subprocess.run(
+            ["unshare", "--user", "--map-root-user", "--mount", "sh", "-c",
+             'mount -t tmpfs -o size=24m tmpfs "$1" || exit 77; '
+             '"$2" record "$1/take" 2 1024 512 100 200 8; echo "status $?"; "$2" check "$1/take" 2 1024 512; '
+             '"$3" take verify "$1/take" --json',
+             "sh", mount, LOAD, os.path.join(BIN, "weft")],
+            capture_output=True, text=True, timeout=LONG_S, check=False)
+        if inside.returncode == 77 or "unshare" in inside.stderr:
+            self.skipTest("this machine lets no user mount a file system: " + inside.stderr)
+        self.assertIn("status 1", inside.stdout, inside.stderr)
+        self.assertIn("No space left on device", inside.stderr)
+        self.assertRegex(inside.stdout, r'"whole": true')
+        counters = self.counters(inside.stdout)
+        self.assertGreater(counters["recorded"], 5)
+        self.assertIn(f"sets {counters['recorded']} last {counters['recorded'] - 1}", inside.stdout)
+
+
+class RecordedTakes(StudioTest):
+    def test_register_like_the_images_that_they_were_made_of(self):
+        recorded = self.path("recorded")
+        weft("take", "import", self.take, "--out", recorded, "--fps", "30", check=0)
+        weft("take", "verify", recorded, check=0)
+        self.register("--frames", "0:2", check=0)
+        from_take = self.path("from_take")
+        self.register("--frames", "0:2", check=0, dump=recorded, out=from_take)
+        self.assertTrue(results(self.out))
+        self.assertEqual(results(self.out), results(from_take))
+
+    def test_tell_what_they_hold(self):
+        recorded = self.path("recorded")
+        os.remove(self.image(1, 0))
+        weft("take", "import", self.take, "--out", recorded, "--fps", "25", check=0)
+        info = weft("take", "info", recorded, check=0).stdout
+        self.assertIn("complete", info)
+        self.assertIn(f"{len(self.frames)} frame sets of {len(self.images)} cameras", info)
+        self.assertIn("1 of: no image in the dump", info)
+        self.assertRegex(info, r" 40\.000 +0\.0000")
+        refused = weft("take", "import", self.take, "--out", recorded, check=2)
+        self.assertIn("holds a take", refused.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
