@@ -26,37 +26,26 @@ struct RayScene::Handles {
 
 namespace {
 
-constexpr float kMiddle = 0.5f;  // time of the middle of the exposure
-
-absl::Status CheckMesh(const std::vector<Eigen::Vector3d>& vertices_mm, const std::vector<Face>& faces,
-                       const std::vector<Eigen::Vector3d>& path_mm) {
+absl::Status CheckMesh(const std::vector<Eigen::Vector3d>& vertices_mm, const std::vector<Face>& faces) {
   const int count = static_cast<int>(vertices_mm.size());
   for (size_t f = 0; f < faces.size(); ++f)
     for (const int v : faces[f])
       if (v < 0 || v >= count)
         return absl::InvalidArgumentError(
             absl::StrCat("face ", f, " names vertex ", v, " of a mesh with ", count, " vertices"));
-  if (!path_mm.empty() && path_mm.size() != vertices_mm.size()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("motion of ", path_mm.size(), " vertices for a mesh with ", count));
-  }
   for (int v = 0; v < count; ++v)
-    if (!vertices_mm[v].allFinite() || (!path_mm.empty() && !path_mm[v].allFinite()))
+    if (!vertices_mm[v].allFinite())
       return absl::InvalidArgumentError(absl::StrCat("vertex ", v, " is not finite"));
   return absl::OkStatus();
 }
 
-// Vertices at a share of the exposure before (negative) or after its middle. False without memory.
-bool SetPositions(RTCGeometry geometry, unsigned step, const std::vector<Eigen::Vector3d>& vertices_mm,
-                  const std::vector<Eigen::Vector3d>& path_mm, double share) {
+// False without memory.
+bool SetPositions(RTCGeometry geometry, const std::vector<Eigen::Vector3d>& vertices_mm) {
   auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(
-      geometry, RTC_BUFFER_TYPE_VERTEX, step, RTC_FORMAT_FLOAT3, 3 * sizeof(float), vertices_mm.size()));
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), vertices_mm.size()));
   if (!positions) return vertices_mm.empty();
-  for (size_t v = 0; v < vertices_mm.size(); ++v) {
-    const Eigen::Vector3d place =
-        path_mm.empty() ? vertices_mm[v] : Eigen::Vector3d(vertices_mm[v] + share * path_mm[v]);
-    for (int i = 0; i < 3; ++i) positions[3 * v + i] = static_cast<float>(place[i]);
-  }
+  for (size_t v = 0; v < vertices_mm.size(); ++v)
+    for (int i = 0; i < 3; ++i) positions[3 * v + i] = static_cast<float>(vertices_mm[v][i]);
   return true;
 }
 
@@ -72,9 +61,8 @@ bool SetFaces(RTCGeometry geometry, const std::vector<Face>& faces) {
 }  // namespace
 
 absl::StatusOr<RayScene> RayScene::Build(const std::vector<Eigen::Vector3d>& vertices_mm,
-                                         const std::vector<Face>& faces,
-                                         const std::vector<Eigen::Vector3d>& path_mm) {
-  if (absl::Status status = CheckMesh(vertices_mm, faces, path_mm); !status.ok()) return status;
+                                         const std::vector<Face>& faces) {
+  if (absl::Status status = CheckMesh(vertices_mm, faces); !status.ok()) return status;
   auto handles = std::make_shared<Handles>();
   handles->device = rtcNewDevice(nullptr);
   if (!handles->device)
@@ -83,15 +71,7 @@ absl::StatusOr<RayScene> RayScene::Build(const std::vector<Eigen::Vector3d>& ver
   // Robust: rays through a shared edge do not slip between its two faces.
   rtcSetSceneFlags(handles->scene, RTC_SCENE_FLAG_ROBUST);
   RTCGeometry geometry = rtcNewGeometry(handles->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  bool complete = true;
-  if (path_mm.empty()) {
-    complete = SetPositions(geometry, 0, vertices_mm, path_mm, 0);
-  } else {
-    rtcSetGeometryTimeStepCount(geometry, 2);
-    for (unsigned step = 0; step < 2; ++step)
-      complete = complete && SetPositions(geometry, step, vertices_mm, path_mm, step - 0.5);
-  }
-  if (!complete || !SetFaces(geometry, faces)) {
+  if (!SetPositions(geometry, vertices_mm) || !SetFaces(geometry, faces)) {
     rtcReleaseGeometry(geometry);
     return absl::ResourceExhaustedError("Embree has no memory for the mesh");
   }
@@ -115,7 +95,6 @@ RayHit RayScene::Cast(const Eigen::Vector3f& origin_mm, const Eigen::Vector3f& d
   r.ray.org_x = origin_mm.x(), r.ray.org_y = origin_mm.y(), r.ray.org_z = origin_mm.z();
   r.ray.dir_x = direction.x(), r.ray.dir_y = direction.y(), r.ray.dir_z = direction.z();
   r.ray.tfar = std::numeric_limits<float>::infinity();
-  r.ray.time = kMiddle;
   r.ray.mask = 0xffffffffU;
   r.hit.geomID = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect1(handles_->scene, &context, &r);
@@ -128,37 +107,6 @@ RayHit RayScene::Cast(const Eigen::Vector3f& origin_mm, const Eigen::Vector3f& d
   return out;
 }
 
-void RayScene::CastPacket(const Eigen::Vector3f& origin_mm, const Packet& packet,
-                          std::array<RayHit, kPacket>* hits) const {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  alignas(64) int valid[kPacket];
-  RTCRayHit16 r;
-  for (int i = 0; i < kPacket; ++i) {
-    const Eigen::Vector3f& d = packet.direction[i];
-    valid[i] = std::isnan(d.x()) ? 0 : -1;
-    r.ray.org_x[i] = origin_mm.x(), r.ray.org_y[i] = origin_mm.y(), r.ray.org_z[i] = origin_mm.z();
-    r.ray.dir_x[i] = d.x(), r.ray.dir_y[i] = d.y(), r.ray.dir_z[i] = d.z();
-    r.ray.tnear[i] = 0, r.ray.time[i] = packet.time[i];
-    r.ray.tfar[i] = std::numeric_limits<float>::infinity();
-    r.ray.mask[i] = 0xffffffffU, r.ray.id[i] = 0, r.ray.flags[i] = 0;
-    r.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-    r.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-  }
-  rtcIntersect16(valid, handles_->scene, &context, &r);
-  for (int i = 0; i < kPacket; ++i) {
-    RayHit& out = (*hits)[i];
-    out = RayHit();
-    if (!valid[i] || r.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
-    out.face = static_cast<int>(r.hit.primID[i]);
-    out.distance_mm = r.ray.tfar[i];
-    out.weight_b = r.hit.u[i], out.weight_c = r.hit.v[i];
-    const Eigen::Vector3f normal(r.hit.Ng_x[i], r.hit.Ng_y[i], r.hit.Ng_z[i]);
-    out.from_outside = packet.direction[i].dot(normal) < 0;
-  }
-}
-
 bool RayScene::Occluded(const Eigen::Vector3f& origin_mm, const Eigen::Vector3f& direction, float near_mm,
                         float far_mm) const {
   RTCIntersectContext context;
@@ -168,10 +116,31 @@ bool RayScene::Occluded(const Eigen::Vector3f& origin_mm, const Eigen::Vector3f&
   r.org_x = origin_mm.x(), r.org_y = origin_mm.y(), r.org_z = origin_mm.z();
   r.dir_x = direction.x(), r.dir_y = direction.y(), r.dir_z = direction.z();
   r.tnear = near_mm, r.tfar = far_mm;
-  r.time = kMiddle;
   r.mask = 0xffffffffU;
   rtcOccluded1(handles_->scene, &context, &r);
   return r.tfar < 0;
+}
+
+uint32_t RayScene::Occluded(const Packet& packet) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  alignas(64) int valid[kPacket];
+  RTCRay16 r;
+  std::memset(&r, 0, sizeof(r));
+  for (int i = 0; i < kPacket; ++i) {
+    valid[i] = i < packet.count ? -1 : 0;
+    if (i >= packet.count) continue;
+    const Eigen::Vector3f &o = packet.origin_mm[i], &d = packet.direction[i];
+    r.org_x[i] = o.x(), r.org_y[i] = o.y(), r.org_z[i] = o.z();
+    r.dir_x[i] = d.x(), r.dir_y[i] = d.y(), r.dir_z[i] = d.z();
+    r.tnear[i] = packet.near_mm[i], r.tfar[i] = packet.far_mm[i];
+    r.mask[i] = 0xffffffffU;
+  }
+  rtcOccluded16(valid, handles_->scene, &context, &r);
+  uint32_t out = 0;
+  for (int i = 0; i < packet.count; ++i)
+    if (r.tfar[i] < 0) out |= 1U << i;
+  return out;
 }
 
 bool RayScene::InSight(const Eigen::Vector3d& from_mm, const Eigen::Vector3d& to_mm,

@@ -18,7 +18,8 @@ constexpr float kTurn = 2 * std::numbers::pi_v<float>;
 // A zero-mean number of standard deviation 1 (uniform) for a place of an integer grid.
 float PlaceNoise(uint64_t key, int64_t x, int64_t y) {
   const uint64_t counter = static_cast<uint64_t>(y) << 32 ^ static_cast<uint32_t>(x);
-  return 3.4641016f * (static_cast<float>(MixBits(key ^ MixBits(counter)) >> 40) * 0x1.0p-24f - 0.5f);
+  return 3.4641016f *
+         (static_cast<float>(MixBits(key + 0x9e3779b97f4a7c15ULL * counter) >> 40) * 0x1.0p-24f - 0.5f);
 }
 
 // Smooth noise between the places of a unit grid, and its slope.

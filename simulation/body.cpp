@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "simulation/capsule_mesh.h"
+#include "simulation/capsule.h"
 
 namespace weft {
 namespace {
@@ -120,29 +120,17 @@ class BodyBuilder {
 Body::Body(const BodyPose& pose, double growth) { BodyBuilder(pose, growth, *this).Build(); }
 
 SurfaceDistance Body::DistanceToPart(const Part& part, const Vector3d& p) {
-  // In the part's axes, with the depth taken out: spheres around a tapered axis.
+  // In the part's axes, with the depth taken out: a capsule.
   const auto local = [&](const Vector3d& q) -> Vector3d {
     Vector3d out = part.axes.transpose() * q;
     out.z() /= part.depth;
     return out;
   };
-  const Vector3d axis = local(part.b - part.a), q = local(p - part.a);
-  const double length = axis.norm();
-  const double along = q.dot(axis) / length;
-  const double across = std::sqrt(std::max(0.0, q.squaredNorm() - along * along));
-  const double slope = std::clamp((part.ra - part.rb) / length, -0.99, 0.99);
-  // The nearest sphere of a cone lies where the distance is stationary along the axis.
-  const double t = std::clamp((along + across * slope / std::sqrt(1 - slope * slope)) / length, 0.0, 1.0);
-  Vector3d from = q - t * axis;
-  if (from.squaredNorm() < 1e-12) from = 1e-6 * axis.unitOrthogonal();  // on the axis any direction will do
-  const double distance = from.norm();
-  Vector3d gradient = from / distance;
-  gradient.z() /= part.depth;
-  const double size = gradient.norm();
-  SurfaceDistance out;
-  out.distance_mm = (distance - part.ra - t * (part.rb - part.ra)) / size;
-  out.normal = part.axes * (gradient / size);
-  return out;
+  SurfaceDistance out =
+      weft::DistanceTo({Vector3d::Zero(), local(part.b - part.a), part.ra, part.rb}, local(p - part.a));
+  out.normal.z() /= part.depth;
+  const double size = out.normal.norm();
+  return {out.distance_mm / size, part.axes * (out.normal / size)};
 }
 
 SurfaceDistance Body::DistanceWithin(const Vector3d& p_mm, double far_mm) const {
@@ -216,52 +204,6 @@ const std::vector<Face>& Body::MeshFaces() {
     std::vector<Face> out;
     const size_t parts = Body(BodyPose()).parts_.size();
     for (size_t i = 0; i < parts; ++i) AppendCapsuleFaces(static_cast<int>(i) * CapsuleVertexCount(), out);
-    return out;
-  }();
-  return faces;
-}
-
-namespace {
-
-// Palm, wrist, and two bones each of thumb and four fingers; the grip is at the origin, the wrist at +z.
-std::vector<Capsule> HandBones(double opening_mm) {
-  const double gap = opening_mm / 2;
-  std::vector<Capsule> out;
-  const Vector3d thumb_tip(0, 8 + gap, 4), thumb_joint(-8, 26 + gap, 34), thumb_root(-10, 34, 70);
-  const Vector3d tip(0, -8 - gap, 2), joint(-4, -34 - gap, 26), root(0, -24, 82);
-  out.push_back({thumb_root, thumb_joint, 14, 11});
-  out.push_back({thumb_joint, thumb_tip, 11, 7.5});
-  out.push_back({root, joint, 11, 9});
-  out.push_back({joint, tip, 9, 7});
-  for (int k = 1; k <= 3; ++k) {  // the other fingers are bent
-    const Vector3d knuckle(18.0 * k, -24 + 2 * k, 84 + 3 * k), bend(18.0 * k, -40, 48 + 4 * k);
-    out.push_back({knuckle, bend, 10.5 - 0.7 * k, 9 - 0.6 * k});
-    out.push_back({bend, Vector3d(17.0 * k, -8, 44 + 5 * k), 9 - 0.6 * k, 7.5 - 0.5 * k});
-    out.push_back({Vector3d(16.0 * k, 2, 135), knuckle, 17, 13});
-  }
-  out.push_back({Vector3d(8, 4, 135), root, 18, 14});
-  out.push_back({Vector3d(22, 4, 140), Vector3d(22, 6, 330), 26, 36});
-  return out;
-}
-
-}  // namespace
-
-std::vector<Vector3d> HandVertices(const HandPose& pose) {
-  const Vector3d z = pose.away.normalized();
-  const Vector3d y = (Vector3d::UnitY() - z.y() * z).normalized(), x = y.cross(z);
-  Eigen::Matrix3d axes;
-  axes << x, y, z;
-  std::vector<Vector3d> out;
-  for (const Capsule& bone : HandBones(pose.opening_mm))
-    for (const Vector3d& p : CapsuleVertices(bone)) out.push_back(pose.grip_mm + axes * p);
-  return out;
-}
-
-const std::vector<Face>& HandFaces() {
-  static const std::vector<Face> faces = [] {
-    std::vector<Face> out;
-    const size_t bones = HandBones(0).size();
-    for (size_t i = 0; i < bones; ++i) AppendCapsuleFaces(static_cast<int>(i) * CapsuleVertexCount(), out);
     return out;
   }();
   return faces;

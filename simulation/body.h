@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "alignment/mesh.h"
+#include "simulation/capsule.h"
 
 namespace weft {
 
@@ -27,19 +28,6 @@ struct BodyPose {
 
 // share 0: a, 1: b.
 BodyPose Mix(const BodyPose& a, const BodyPose& b, double share);
-
-// A hand that belongs to nobody: pinches with thumb and forefinger at `grip_mm`, comes from `away`.
-struct HandPose {
-  Eigen::Vector3d grip_mm = Eigen::Vector3d::Zero();
-  Eigen::Vector3d away = -Eigen::Vector3d::UnitZ();  // unit, from the grip towards the wrist
-  double opening_mm = 0;                             // gap between the finger tips
-};
-
-// Distance to a surface and its direction.
-struct SurfaceDistance {
-  double distance_mm = 0;  // negative inside; exact near the surface to a few percent
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit, outwards
-};
 
 // A posed body. `growth` scales every thickness, so that a body can grow into a garment. Immutable; any
 // number of threads may ask.
@@ -78,9 +66,5 @@ class Body {
   std::vector<Part> parts_;
   Eigen::Isometry3d world_from_pelvis_, world_from_chest_;
 };
-
-// Meshes of the hand: constant topology, vertices by pose.
-std::vector<Eigen::Vector3d> HandVertices(const HandPose& pose);
-const std::vector<Face>& HandFaces();
 
 }  // namespace weft

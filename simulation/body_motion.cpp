@@ -13,6 +13,9 @@ namespace {
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kDeg = std::numbers::pi / 180;
 
+// Of kTwistAndPinch: the trunk calms down, and is calm when the hand comes near.
+constexpr double kCalmFromS = 2.3, kHandFromS = 3.2;
+
 // What the seed decides: `k` numbers one use.
 struct Whims {
   uint64_t key;
@@ -69,6 +72,8 @@ std::string_view NameOf(PerformanceMotion motion) {
       return "jogging";
     case PerformanceMotion::kPinch:
       return "pinch";
+    case PerformanceMotion::kTwistAndPinch:
+      return "twist-and-pinch";
   }
   return "";
 }
@@ -84,29 +89,41 @@ BodyPose PoseAt(PerformanceMotion motion, double time_s, uint64_t seed) {
   const Whims whims = {KeyOf(seed, "choreography")};
   BodyPose pose = natural;
   if (motion == PerformanceMotion::kTwist) Twist(time_s, whims, pose);
+  if (motion == PerformanceMotion::kTwistAndPinch) {
+    Twist(time_s, whims, pose);
+    pose = Mix(pose, natural, SmoothStep((time_s - kCalmFromS) / (kHandFromS - kCalmFromS)));
+  }
   if (motion == PerformanceMotion::kJogging) Jog(time_s, whims, pose);
   if (motion != PerformanceMotion::kJogging) Breathe(time_s, whims, pose);
   return Mix(natural, pose, SmoothStep(time_s / 0.6));
 }
 
-PinchState PinchAt(double time_s, const Eigen::Vector3d& rest_mm, uint64_t seed) {
-  // Of each round: come near, close, pull, hold and wiggle, give back, open and leave.
-  constexpr double kRound = 3.2, kNear = 0.5, kClosed = 0.7, kPulled = 1.3, kBack = 2.2, kOpen = 2.6;
+bool HasHand(PerformanceMotion motion) {
+  return motion == PerformanceMotion::kPinch || motion == PerformanceMotion::kTwistAndPinch;
+}
+
+PinchState PinchAt(PerformanceMotion motion, double time_s, const Eigen::Vector3d& rest_mm, uint64_t seed) {
+  // Of each round: come near, close, pull, hold and wiggle, give back, open and leave. Before the first the
+  // hand comes from afar.
+  constexpr double kRound = 3.2, kNear = 0.5, kClosed = 0.8, kPulled = 1.4, kBack = 2.2, kOpen = 2.6;
+  constexpr double kNearMm = 160, kAfarMm = 600, kClosedMm = 5, kOpenMm = 28;
   const Whims whims = {KeyOf(seed, "pinch")};
-  const double t = std::max(0.0, time_s - kRound * std::floor(time_s / kRound));
+  if (motion == PerformanceMotion::kTwistAndPinch) time_s -= kHandFromS;
+  const double t = time_s < 0 ? 0 : time_s - kRound * std::floor(time_s / kRound);
   const double arrived = SmoothStep(t / kNear) - SmoothStep((t - kOpen) / (kRound - kOpen));
   const double closed =
       SmoothStep((t - kNear) / (kClosed - kNear)) - SmoothStep((t - kBack) / (kOpen - kBack));
   const double pulled = SmoothStep((t - kClosed) / (kPulled - kClosed)) -
                         SmoothStep((t - 0.85 * kBack) / (kBack - 0.85 * kBack));
+  const double away_mm = kNearMm * (1 - arrived) + (kAfarMm - kNearMm) * SmoothStep(-time_s);
   PinchState out;
   out.hand.away = Eigen::Vector3d(0.35, 0.25, -1).normalized();
   const Eigen::Vector3d side(1, 0, 0.35);
-  out.hand.grip_mm = rest_mm + 160 * (1 - arrived) * out.hand.away +
-                     55 * whims.Size(0) * pulled * out.hand.away +
+  out.hand.grip_mm = rest_mm + (away_mm + 55 * whims.Size(0) * pulled) * out.hand.away +
                      18 * pulled * std::sin(kTurn * t / 0.8 + whims.Phase(1)) * side;
-  out.hand.opening_mm = 26 * (1 - closed);
-  out.holds = t >= kClosed && t < kBack;
+  out.hand.opening_mm = kOpenMm + closed * (kClosedMm - kOpenMm);
+  out.is_away = time_s <= -1;
+  out.holds = t >= kNear && t < kBack;
   return out;
 }
 

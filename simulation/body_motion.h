@@ -6,13 +6,14 @@
 #include <string_view>
 
 #include "simulation/body.h"
+#include "simulation/hand.h"
 
 namespace weft {
 
 // What the person in the garment does.
-enum class PerformanceMotion { kBreathing, kTwist, kJogging, kPinch };
+enum class PerformanceMotion { kBreathing, kTwist, kJogging, kPinch, kTwistAndPinch };
 
-// "breathing", "twist", "jogging", "pinch".
+// "breathing", "twist", "jogging", "pinch", "twist-and-pinch".
 std::string_view NameOf(PerformanceMotion motion);
 
 // Smooth, from 0 at t <= 0 to 1 at t >= 1.
@@ -22,12 +23,16 @@ double SmoothStep(double t);
 // decides about phases and small differences of size.
 BodyPose PoseAt(PerformanceMotion motion, double time_s, uint64_t seed);
 
-// The hand of kPinch at a time: comes to `rest_mm` on the garment, takes hold, pulls and lets go, again and
-// again.
+// Motions with a hand in them.
+bool HasHand(PerformanceMotion motion);
+
+// The hand at a time: comes to `rest_mm` on the garment, takes hold of it, pulls and lets go, again and
+// again; with kTwistAndPinch it stays away while the trunk twists.
 struct PinchState {
   HandPose hand;
+  bool is_away = false;  // and has not set out yet
   bool holds = false;
 };
-PinchState PinchAt(double time_s, const Eigen::Vector3d& rest_mm, uint64_t seed);
+PinchState PinchAt(PerformanceMotion motion, double time_s, const Eigen::Vector3d& rest_mm, uint64_t seed);
 
 }  // namespace weft

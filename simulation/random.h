@@ -33,4 +33,11 @@ inline double NormalOf(uint64_t key, uint64_t counter) {
   return std::sqrt(-2 * std::log(u)) * std::cos(6.283185307179586 * v);
 }
 
+// Van der Corput's sequence: evenly spread over 0 to 1, however many are taken.
+inline float RadicalInverse(int i) {
+  float out = 0, digit = 0.5f;
+  for (; i > 0; i >>= 1, digit *= 0.5f) out += digit * static_cast<float>(i & 1);
+  return out;
+}
+
 }  // namespace weft

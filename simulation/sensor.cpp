@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -41,23 +42,42 @@ Eigen::Matrix3f ResponseOf(const SensorOptions& o, const std::string& camera_id)
   return static_cast<float>(exposure) * response;
 }
 
-// Standard normal to the eye and to 4.9 standard deviations: the sum of eight uniform numbers.
-float NoiseOf(uint64_t key, uint64_t place) {
-  uint64_t bits = MixBits(key ^ MixBits(place));
-  int64_t sum = 0;
-  for (int word = 0; word < 2; ++word, bits = MixBits(bits))
-    for (int shift = 0; shift < 64; shift += 16) sum += static_cast<int64_t>(bits >> shift & 0xffff);
-  constexpr float kMean = 8 * 32767.5f, kSigma = 53509.9f;  // 65536 sqrt(8 / 12)
-  return (static_cast<float>(sum) - kMean) / kSigma;
+// Standard normal numbers from 16 random bits each: the quantiles of as many equal shares.
+class NormalQuantiles {
+ public:
+  NormalQuantiles() : of_share_(kShares) {
+    // Upwards from the middle by Newton's method on the distribution function; the lower half mirrors it.
+    double x = 0;
+    for (int i = kShares / 2; i < kShares; ++i) {
+      const double share = (i + 0.5) / kShares;
+      for (int k = 0; k < 4; ++k)
+        x += (share - 1 + 0.5 * std::erfc(x / std::numbers::sqrt2)) * std::sqrt(2 * std::numbers::pi) *
+             std::exp(x * x / 2);
+      of_share_[i] = static_cast<float>(x);
+      of_share_[kShares - 1 - i] = -of_share_[i];
+    }
+  }
+  float operator[](uint64_t bits) const { return of_share_[bits & (kShares - 1)]; }
+
+ private:
+  static constexpr int kShares = 1 << 16;
+  std::vector<float> of_share_;
+};
+
+// Four standard normal numbers of a place.
+std::array<float, 4> NoiseOf(uint64_t key, uint64_t place) {
+  static const NormalQuantiles quantiles;
+  const uint64_t bits = MixBits(key ^ MixBits(place));
+  return {quantiles[bits], quantiles[bits >> 16], quantiles[bits >> 32], quantiles[bits >> 48]};
 }
 
 // One measured value, relative to white.
-float Measure(float value, const SensorOptions& o, uint64_t key, uint64_t place) {
+float Measure(float value, const SensorOptions& o, float noise) {
   if (!o.noise) return value;
   const auto well = static_cast<float>(o.full_well_electrons);
   const auto read = static_cast<float>(o.read_noise_electrons);
   const float sigma = std::sqrt(std::max(0.0f, value) * well + read * read);
-  return std::min(value + sigma / well * NoiseOf(key, place), 1.0f);
+  return std::min(value + sigma / well * noise, 1.0f);
 }
 
 template <typename Row>
@@ -76,7 +96,8 @@ std::vector<float> MeasureMosaic(const LinearImage& image, const SensorOptions& 
     for (int x = 0; x < image.width_px; ++x) {
       const size_t place = static_cast<size_t>(y) * image.width_px + x;
       const Eigen::Map<const Eigen::Vector3f> light(image.at(x, y));
-      raw[place] = Measure(response.row(channels[2 * (y & 1) + (x & 1)]).dot(light), o, key, place);
+      raw[place] =
+          Measure(response.row(channels[2 * (y & 1) + (x & 1)]).dot(light), o, NoiseOf(key, place)[0]);
     }
   });
   return raw;
@@ -89,8 +110,8 @@ LinearImage MeasureBinned(const LinearImage& image, const SensorOptions& o, cons
     for (int x = 0; x < image.width_px; ++x) {
       const size_t place = static_cast<size_t>(y) * image.width_px + x;
       const Eigen::Vector3f value = response * Eigen::Map<const Eigen::Vector3f>(image.at(x, y));
-      for (int i = 0; i < 3; ++i)
-        out.rgb[3 * place + i] = Measure(value[i], o, key, 3 * place + static_cast<size_t>(i));
+      const std::array<float, 4> noise = NoiseOf(key, place);
+      for (int i = 0; i < 3; ++i) out.rgb[3 * place + i] = Measure(value[i], o, noise[i]);
     }
   });
   return out;

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -23,9 +24,7 @@ float SmoothStep(float low, float high, float x) {
 
 // The k-th of n directions, distributed as the cosine of the angle to +z (Hammersley points, turned).
 Eigen::Vector3f CosineDirection(int k, int n, float turn_u, float turn_v) {
-  float bits = 0, digit = 0.5f;
-  for (int i = k; i > 0; i >>= 1, digit *= 0.5f) bits += static_cast<float>(i & 1) * digit;
-  float u = (static_cast<float>(k) + 0.5f) / static_cast<float>(n) + turn_u, v = bits + turn_v;
+  float u = (static_cast<float>(k) + 0.5f) / static_cast<float>(n) + turn_u, v = RadicalInverse(k) + turn_v;
   u -= std::floor(u), v -= std::floor(v);
   const float radius = std::sqrt(u), angle = 2 * std::numbers::pi_v<float> * v;
   return {radius * std::cos(angle), radius * std::sin(angle), std::sqrt(std::max(0.0f, 1 - u))};
@@ -43,14 +42,22 @@ PlaceLight LightPlace(const RayScene& scene, const Eigen::Vector3f& place_mm, co
   const Eigen::Vector3f across = normal.unitOrthogonal();
   const Eigen::Vector3f along = normal.cross(across);
   PlaceLight out;
-  for (int k = 0; k < rays; ++k) {
-    const Eigen::Vector3f d = CosineDirection(k, rays, turn_u, turn_v);
-    const Eigen::Vector3f world = d.x() * across + d.y() * along + d.z() * normal;
-    const bool hidden =
-        scene.Occluded(place_mm + kNear_mm * normal, world, kNear_mm, std::numeric_limits<float>::infinity());
-    const float radiance = hidden ? options.bounce : DomeRadiance(options, world);
-    out.light += radiance;
-    out.flux += radiance / std::max(d.z(), kLeastCosine) * world;
+  for (int first = 0; first < rays; first += RayScene::kPacket) {
+    RayScene::Packet packet;
+    std::array<float, RayScene::kPacket> cosine;
+    for (int k = first; k < std::min(rays, first + RayScene::kPacket); ++k) {
+      const Eigen::Vector3f d = CosineDirection(k, rays, turn_u, turn_v);
+      cosine[packet.count] = std::max(d.z(), kLeastCosine);
+      packet.Add(place_mm + kNear_mm * normal, d.x() * across + d.y() * along + d.z() * normal, kNear_mm,
+                 std::numeric_limits<float>::infinity());
+    }
+    const uint32_t hidden = scene.Occluded(packet);
+    for (int i = 0; i < packet.count; ++i) {
+      const Eigen::Vector3f& world = packet.direction[i];
+      const float radiance = (hidden >> i & 1) != 0 ? options.bounce : DomeRadiance(options, world);
+      out.light += radiance;
+      out.flux += radiance / cosine[i] * world;
+    }
   }
   out.light /= static_cast<float>(rays);
   out.flux /= static_cast<float>(rays);
@@ -84,23 +91,27 @@ float DomeRadiance(const LightOptions& options, const Eigen::Vector3f& direction
 }
 
 VertexLight LightVertices(const RayScene& scene, const std::vector<Eigen::Vector3d>& vertices_mm,
-                          const std::vector<Eigen::Vector3d>& normals, const LightOptions& options) {
+                          const std::vector<Eigen::Vector3d>& normals, size_t cloth_vertices,
+                          const LightOptions& options) {
   const uint64_t key = KeyOf(1, "light");
   const size_t count = vertices_mm.size();
   VertexLight out;
   out.outside.resize(count), out.inside.resize(count);
   out.flux.resize(count, Eigen::Vector3f::Zero());
-  const int inner_rays = (options.rays + 2) / 3;
+  const int inner_rays = (options.rays + 2) / 3, body_rays = (options.rays + 1) / 2;
   tbb::parallel_for(tbb::blocked_range<size_t>(0, count, 64), [&](const auto& range) {
     for (size_t v = range.begin(); v < range.end(); ++v) {
       const Eigen::Vector3f normal = normals[v].cast<float>(), place = vertices_mm[v].cast<float>();
       if (normal.squaredNorm() < 0.5f) continue;
       const auto turn_u = static_cast<float>(UniformOf(key, 2 * v));
       const auto turn_v = static_cast<float>(UniformOf(key, 2 * v + 1));
-      const PlaceLight outside = LightPlace(scene, place, normal, options, options.rays, turn_u, turn_v);
+      const bool is_cloth = v < cloth_vertices;
+      const PlaceLight outside =
+          LightPlace(scene, place, normal, options, is_cloth ? options.rays : body_rays, turn_u, turn_v);
       out.outside[v] = outside.light;
       out.flux[v] = outside.flux - outside.flux.dot(normal) * normal;
-      out.inside[v] = LightPlace(scene, place, -normal, options, inner_rays, turn_u, turn_v).light;
+      if (is_cloth)
+        out.inside[v] = LightPlace(scene, place, -normal, options, inner_rays, turn_u, turn_v).light;
     }
   });
   return out;

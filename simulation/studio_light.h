@@ -21,7 +21,7 @@ struct LightOptions {
   std::vector<Lamp> lamps = {
       {{0.9f, -0.7f, -0.6f}, 20, 8}, {{-0.9f, -0.5f, -0.4f}, 20, 6}, {{0.1f, -0.6f, 1.0f}, 20, 7}};
   float bounce = 0.12f;  // light that reaches a place by way of the cloth that hides the dome
-  int rays = 96;         // per vertex, on its outer side; a third of that on its inner side
+  int rays = 96;  // per vertex of the cloth, on its outer side; a third of that inside, half on the body
 
   absl::Status Validate() const;
 };
@@ -30,13 +30,15 @@ struct LightOptions {
 float DomeRadiance(const LightOptions& options, const Eigen::Vector3f& direction);
 
 // Light falling on each vertex from its outer and its inner side, relative to an unoccluded white dome, and
-// how that on the outer side changes with the normal: d outside = flux . d normal. Ray casts from every
-// vertex in the calling thread's TBB arena; shadows are soft, at the mesh's resolution.
+// how that on the outer side changes with the normal: d outside = flux . d normal. The first `cloth_vertices`
+// are the cloth's; the others are a closed body's, which has no light inside. Ray casts from every vertex in
+// the calling thread's TBB arena; shadows are soft, at the mesh's resolution.
 struct VertexLight {
   std::vector<float> outside, inside;  // [vertices]
   std::vector<Eigen::Vector3f> flux;   // [vertices]
 };
 VertexLight LightVertices(const RayScene& scene, const std::vector<Eigen::Vector3d>& vertices_mm,
-                          const std::vector<Eigen::Vector3d>& normals, const LightOptions& options);
+                          const std::vector<Eigen::Vector3d>& normals, size_t cloth_vertices,
+                          const LightOptions& options);
 
 }  // namespace weft

@@ -63,7 +63,10 @@ absl::StatusOr<StudioScene> StudioScene::Build(MovingMesh cloth, ClothPrint prin
   const bool moving = !cloth.velocities_mm_s.empty() || !body.velocities_mm_s.empty();
   Append(cloth, moving, &fixed->faces, &fixed->places_mm, &fixed->velocities_mm_s);
   Append(body, moving, &fixed->faces, &fixed->places_mm, &fixed->velocities_mm_s);
-  if (status = LightUp(*fixed); !status.ok()) return status;
+  absl::StatusOr<RayScene> rays = RayScene::Build(fixed->places_mm, fixed->faces);
+  if (!rays.ok()) return rays.status();
+  fixed->rays = *std::move(rays);
+  LightUp(*fixed);
   StudioScene out;
   out.fixed_ = std::move(fixed);
   return out.Exposed(0, 0);
@@ -83,21 +86,20 @@ absl::StatusOr<StudioScene> StudioScene::Exposed(double offset_s, double exposur
                                out.places_mm_.begin() + static_cast<std::ptrdiff_t>(fixed_->cloth_vertices));
   out.mesh_.faces.assign(fixed_->faces.begin(),
                          fixed_->faces.begin() + static_cast<std::ptrdiff_t>(fixed_->print.of_face.size()));
-  absl::StatusOr<RayScene> rays = RayScene::Build(out.places_mm_, fixed_->faces, out.paths_mm_);
+  out.rays_ = fixed_->rays;
+  if (offset_s == 0 || velocities.empty()) return out;
+  absl::StatusOr<RayScene> rays = RayScene::Build(out.places_mm_, fixed_->faces);
   if (!rays.ok()) return rays.status();
   out.rays_ = *std::move(rays);
   return out;
 }
 
-absl::Status StudioScene::LightUp(Fixed& fixed) {
-  const absl::StatusOr<RayScene> rays = RayScene::Build(fixed.places_mm, fixed.faces);
-  if (!rays.ok()) return rays.status();
-  VertexLight light =
-      LightVertices(*rays, fixed.places_mm, VertexNormals(fixed.places_mm, fixed.faces), fixed.options.light);
+void StudioScene::LightUp(Fixed& fixed) {
+  VertexLight light = LightVertices(fixed.rays, fixed.places_mm, VertexNormals(fixed.places_mm, fixed.faces),
+                                    fixed.cloth_vertices, fixed.options.light);
   fixed.light_by_slope = LightBySlope(fixed, light);
   fixed.outside = std::move(light.outside);
   fixed.inside = std::move(light.inside);
-  return absl::OkStatus();
 }
 
 // A surface that rises by s along board x turns its normal by -s times the direction of board x.

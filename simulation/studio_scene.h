@@ -66,12 +66,12 @@ class StudioScene {
   const ClothPrint& print() const { return fixed_->print; }
   const Board& board() const { return fixed_->board; }
   const StudioOptions& options() const { return fixed_->options; }
-  const RayScene& rays() const { return rays_; }
+  const RayScene& rays() const { return rays_; }  // of cloth and body in the middle of the exposure
   const StudioRoom& room() const { return fixed_->room; }
   const PrintedInk& ink() const { return fixed_->ink; }
 
   // Cloth and body as one mesh, the cloth first: faces, places in the middle of the exposure, ways during it
-  // (empty at rest). Rays hit these faces.
+  // (empty at rest).
   const std::vector<Face>& faces() const { return fixed_->faces; }
   const std::vector<Eigen::Vector3d>& places_mm() const { return places_mm_; }
   const std::vector<Eigen::Vector3d>& paths_mm() const { return paths_mm_; }
@@ -92,10 +92,11 @@ class StudioScene {
     std::vector<Face> faces;
     size_t cloth_vertices = 0;
     std::vector<Eigen::Vector3d> places_mm, velocities_mm_s;  // velocities empty at rest
+    RayScene rays;                                            // of the places
     std::vector<float> outside, inside;                       // light per vertex
     std::vector<Eigen::Vector2f> light_by_slope;              // per vertex of the cloth
   };
-  static absl::Status LightUp(Fixed& fixed);
+  static void LightUp(Fixed& fixed);
   static std::vector<Eigen::Vector2f> LightBySlope(const Fixed& fixed, const VertexLight& light);
 
   std::shared_ptr<const Fixed> fixed_;

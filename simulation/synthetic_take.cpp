@@ -42,7 +42,7 @@ absl::Status SyntheticTakeOptions::Validate() const {
   status.Update(camera.Validate());
   status.Update(shutter.Validate());
   if (crop_margin_mm >= 0 && !given_rig)
-    status.Update(absl::InvalidArgumentError("take: crop_margin_mm needs a given rig"));
+    status.Update(absl::InvalidArgumentError("take: pictures can only be cropped for given cameras; name them with --rig"));
   return status;
 }
 
@@ -95,9 +95,23 @@ absl::Status SyntheticTake::PlaceGarment() {
   return absl::OkStatus();
 }
 
-absl::StatusOr<TakeFrame> SyntheticTake::Next() {
+absl::StatusOr<PerformanceFrame> SyntheticTake::NextMoment() {
   absl::StatusOr<PerformanceFrame> moment = first_ ? *std::move(first_) : performance_.Next();
   first_.reset();
+  if (moment.ok()) ++next_;
+  return moment;
+}
+
+absl::Status SyntheticTake::Skip() { return NextMoment().status(); }
+
+Shot SyntheticTake::ShotOf(int frame, const std::string& camera_id) const {
+  const double time_ns = frame * 1e9 / options_.performance.fps;
+  return {std::llround(time_ns) + std::llround(1e6 * OffsetMsOf(options_, camera_id)),
+          IsDropped(options_, camera_id, frame)};
+}
+
+absl::StatusOr<TakeFrame> SyntheticTake::Next() {
+  absl::StatusOr<PerformanceFrame> moment = NextMoment();
   if (!moment.ok()) return moment.status();
   MovingMesh cloth{{std::move(moment->vertices_mm), garment_.rest.faces}, std::move(moment->velocities_mm_s)};
   MovingMesh body{{std::move(moment->body_vertices_mm), performance_.body_faces()},
@@ -109,16 +123,17 @@ absl::StatusOr<TakeFrame> SyntheticTake::Next() {
   if (!scene.ok()) return scene.status();
   absl::StatusOr<StudioScene> exposed = scene->Exposed(0, options_.shutter.exposure_ms / 1000);
   if (!exposed.ok()) return exposed.status();
-  return TakeFrame{next_++, moment->time_ns, *std::move(exposed)};
+  return TakeFrame{next_ - 1, moment->time_ns, *std::move(exposed)};
 }
 
 absl::StatusOr<FilmedView> SyntheticTake::Film(const TakeFrame& frame, int camera) const {
   const CameraModel& model = rig_.cameras[camera];
   const double offset_ms = OffsetMsOf(options_, model.id);
   FilmedView out;
-  out.mid_exposure_ns = frame.time_ns + std::llround(1e6 * offset_ms);
+  const Shot shot = ShotOf(frame.index, model.id);
+  out.mid_exposure_ns = shot.mid_exposure_ns;
   out.truth.camera_id = model.id;
-  if (IsDropped(options_, model.id, frame.index)) return out;
+  if (shot.lost) return out;
   std::optional<StudioScene> own;
   if (offset_ms != 0) {
     absl::StatusOr<StudioScene> moved =

@@ -56,6 +56,12 @@ struct FilmedView {
   ViewTruth truth;                 // in the middle of the exposure; empty where the picture was lost
 };
 
+// One picture to be.
+struct Shot {
+  int64_t mid_exposure_ns = 0;
+  bool lost = false;
+};
+
 // Frames come in order; the pictures of a frame may be made by any number of threads. Deterministic.
 class SyntheticTake {
  public:
@@ -70,8 +76,13 @@ class SyntheticTake {
   const Template& garment() const { return garment_; }
   int frames() const { return options_.performance.frames; }
 
-  // The next frame; OutOfRange after the last. Casts its light in the calling thread's TBB arena.
+  // The next frame; OutOfRange after the last. Casts its light in the calling thread's TBB arena. May run
+  // beside Film.
   absl::StatusOr<TakeFrame> Next();
+  // Passes over it: the cloth moves on, the light is spared.
+  absl::Status Skip();
+  int next() const { return next_; }
+  Shot ShotOf(int frame, const std::string& camera_id) const;
   // What camera `camera` of the rig makes of it. The truth holds where cloth and camera were in the middle of
   // this camera's exposure, so the true mesh of the frame is that of a camera without time offset.
   absl::StatusOr<FilmedView> Film(const TakeFrame& frame, int camera) const;
@@ -83,6 +94,7 @@ class SyntheticTake {
         print_(performance_.garment().print),
         locator_(print_) {}
   absl::Status PlaceGarment();
+  absl::StatusOr<PerformanceFrame> NextMoment();
 
   SyntheticTakeOptions options_;
   Performance performance_;

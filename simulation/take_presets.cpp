@@ -45,7 +45,8 @@ void SetUpStudioCamera(SyntheticTakeOptions& o) {
 
 void SetUpTShirt24(SyntheticTakeOptions& o) {
   o.performance.garment = GarmentKind::kTShirt;
-  o.performance.motion = PerformanceMotion::kTwist;
+  o.performance.motion = PerformanceMotion::kTwistAndPinch;
+  o.performance.step_s = 1.0 / 600;
   o.performance.cell_mm = 6;
   o.performance.frames = 200;
   o.rig.cameras = 24;
@@ -57,6 +58,16 @@ void SetUpTShirt24(SyntheticTakeOptions& o) {
   SetUpStudioCamera(o);
 }
 
+// One vertex on every cell of the size that such studios print; the cameras are given.
+void SetUpTShirtRig(SyntheticTakeOptions& o) {
+  o.performance.garment = GarmentKind::kTShirt;
+  o.performance.motion = PerformanceMotion::kTwistAndPinch;
+  o.performance.cell_mm = 2.7;
+  o.performance.frames = 1;
+  o.crop_margin_mm = 100;
+  SetUpStudioCamera(o);
+}
+
 struct Preset {
   const char* name;
   const char* about;
@@ -65,8 +76,13 @@ struct Preset {
 constexpr std::array kPresets = {
     Preset{"tiny", "a small tube before 12 cameras, 3 frames; seconds", SetUpTiny},
     Preset{"quickstart", "a tube with folds before 16 cameras, 5 frames; half a minute", SetUpQuickstart},
-    Preset{"tshirt-24", "a T-shirt of 19,000 cells, worn, before 24 cameras, 200 frames; an hour",
+    Preset{"tshirt-24",
+           "a T-shirt of 19,000 cells, worn, twisted and pulled, before 24 cameras, 200 frames; half an hour",
            SetUpTShirt24},
+    Preset{"tshirt-rig",
+           "a T-shirt of 96,000 cells, worn, before the cameras of --rig, cropped to it; an hour for 200 "
+           "cameras",
+           SetUpTShirtRig},
 };
 
 }  // namespace

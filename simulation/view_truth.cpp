@@ -14,7 +14,7 @@ namespace weft {
 namespace {
 
 constexpr double kProbeOffset = 1.0 / 3;  // of the nine points, in cells from the node
-constexpr double kClearance_mm = 0.05;    // how near to itself a surface does not hide
+constexpr float kClearance_mm = 0.05f;    // how near to itself a surface does not hide
 constexpr double kAtVertex = 1e-6;        // a weight this near to 1 is the vertex itself
 constexpr int kProbesNeeded = 5;
 
@@ -23,6 +23,7 @@ struct Probe {
   int vertex = -1;
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  bool in_sight = false;
   std::optional<Eigen::Vector2d> pixel_px;
 };
 
@@ -40,22 +41,26 @@ class ViewProbe {
   std::optional<NodeTruth> Look(const BoardNode& node) const {
     const double half = node.kind == NodeKind::kCenter ? 0.5 : 0.0;
     const BoardPoint place(node.col + half, node.row + half);
-    std::array<Probe, 9> probes;
+    Probes probes;
     for (int k = 0; k < 9; ++k) probes[k] = ProbeAt(place + kProbeOffset * BoardPoint(k % 3 - 1, k / 3 - 1));
-    const Probe& middle = probes[4];
-    if (!middle.on_cloth || !middle.pixel_px || !camera_.Contains(*middle.pixel_px)) return std::nullopt;
+    Probe& middle = probes[4];
+    if (!middle.on_cloth) return std::nullopt;
+    middle.pixel_px = camera_.Project(middle.position_mm);
+    if (!middle.pixel_px || !camera_.Contains(*middle.pixel_px)) return std::nullopt;
+    if (!SetInSight(probes)) return std::nullopt;
 
     Eigen::Vector3d normal = Eigen::Vector3d::Zero();
     bool complete = true;
-    for (const Probe& p : probes) {
+    int seen = 0;
+    for (Probe& p : probes) {
+      if (p.on_cloth && &p != &middle) p.pixel_px = camera_.Project(p.position_mm);
       normal += p.normal;
-      complete = complete && p.on_cloth && p.pixel_px;
+      complete = complete && p.pixel_px;
+      seen += p.in_sight && p.pixel_px ? 1 : 0;
     }
+    if (seen == 0) return std::nullopt;
     const Eigen::Vector3d to_eye = (eye_mm_ - middle.position_mm).normalized();
     const double cosine = normal.normalized().dot(to_eye);
-    int seen = 0;
-    for (const Probe& p : probes) seen += p.on_cloth && p.pixel_px && InSight(p) ? 1 : 0;
-    if (seen == 0) return std::nullopt;
 
     NodeTruth out;
     out.node = node;
@@ -63,13 +68,15 @@ class ViewProbe {
     out.pixel_px = *middle.pixel_px;
     out.facing_deg = std::acos(std::clamp(cosine, -1.0, 1.0)) * 180 / std::numbers::pi;
     out.pitch_px = Pitch(probes);
-    out.visible = seen >= kProbesNeeded && InSight(middle);
+    out.visible = seen >= kProbesNeeded && middle.in_sight;
     out.scoreable = out.visible && complete && out.pitch_px >= options_.min_pitch_px &&
                     out.facing_deg < options_.max_facing_deg;
     return out;
   }
 
  private:
+  using Probes = std::array<Probe, 9>;
+
   Probe ProbeAt(const BoardPoint& place) const {
     Probe out;
     const std::optional<SurfacePoint> point = print_.Find(place);
@@ -82,12 +89,26 @@ class ViewProbe {
     if (point->weights.maxCoeff(&corner) > 1 - kAtVertex) out.vertex = face[corner];
     out.position_mm = PositionOf(*point, mesh_.vertices_mm, mesh_.faces);
     out.normal = (b - a).cross(c - a).normalized();
-    out.pixel_px = camera_.Project(out.position_mm);
     return out;
   }
 
-  bool InSight(const Probe& p) const {
-    return p.normal.dot(eye_mm_ - p.position_mm) > 0 && rays_.InSight(eye_mm_, p.position_mm, kClearance_mm);
+  // False when none is in sight.
+  bool SetInSight(Probes& probes) const {
+    RayScene::Packet rays;
+    std::array<Probe*, 9> of_ray;
+    for (Probe& p : probes) {
+      const Eigen::Vector3d way = eye_mm_ - p.position_mm;
+      const double length = way.norm();
+      if (!p.on_cloth || !(p.normal.dot(way) > 0) || length <= kClearance_mm) continue;
+      of_ray[rays.count] = &p;
+      // From the surface, where single precision is finest.
+      rays.Add(p.position_mm.cast<float>(), (way / length).cast<float>(), kClearance_mm,
+               static_cast<float>(length));
+    }
+    if (rays.count == 0) return false;
+    const uint32_t hidden = rays_.Occluded(rays);
+    for (int k = 0; k < rays.count; ++k) of_ray[k]->in_sight = (hidden >> k & 1) == 0;
+    return std::any_of(probes.begin(), probes.end(), [](const Probe& p) { return p.in_sight; });
   }
 
   // From the largest of the parallelograms that the probes span, so that nodes at the cloth's edge have one.

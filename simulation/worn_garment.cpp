@@ -1,12 +1,15 @@
 #include "simulation/worn_garment.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "simulation/body_motion.h"
 #include "simulation/garment_solver.h"
+#include "simulation/hand.h"
 #include "simulation/random.h"
 #include "simulation/wardrobe.h"
 
@@ -36,6 +39,25 @@ std::vector<std::array<Eigen::Vector2d, 3>> FlatShape(const Garment& garment) {
   return flat;
 }
 
+// What the cloth lies on and is touched by.
+struct Solid {
+  Body body;
+  std::optional<Hand> hand;
+
+  SurfaceDistance DistanceWithin(const Vector3d& p, double far_mm) const {
+    const SurfaceDistance d = body.DistanceWithin(p, far_mm);
+    if (!hand || !hand->IsWithin(p, far_mm)) return d;
+    const SurfaceDistance e = hand->DistanceTo(p);
+    return e.distance_mm < d.distance_mm ? e : d;
+  }
+  // Where the part nearest to `p` had that point before.
+  Vector3d PlaceIn(const Solid& before, const Vector3d& p) const {
+    const bool on_hand = hand && hand->DistanceTo(p).distance_mm < body.DistanceTo(p).distance_mm;
+    if (!on_hand) return body.PlaceIn(before.body, p);
+    return before.hand ? hand->PlaceIn(*before.hand, p) : p;
+  }
+};
+
 class WornGarment : public PerformanceSource {
  public:
   WornGarment(const PerformanceOptions& options, Outfit outfit)
@@ -49,9 +71,9 @@ class WornGarment : public PerformanceSource {
     Disturb();
     solver_.emplace(garment_.rest.faces, FlatShape(garment_), start_mm_, garment_.cell_mm, options.jersey);
     body_faces_ = Body::MeshFaces();
-    if (options.motion != PerformanceMotion::kPinch) return;
+    if (!HasHand(options.motion)) return;
     const int shift = static_cast<int>(Body(BodyPose()).MeshVertices().size());
-    for (Face f : HandFaces()) body_faces_.push_back({f[0] + shift, f[1] + shift, f[2] + shift});
+    for (Face f : Hand::MeshFaces()) body_faces_.push_back({f[0] + shift, f[1] + shift, f[2] + shift});
   }
 
   absl::Status Dress(const std::function<void(double)>& on_progress) {
@@ -62,7 +84,7 @@ class WornGarment : public PerformanceSource {
       if (on_progress) on_progress(1 - time_s_ / from);
     }
     garment_.rest.vertices_mm = solver_->positions_mm();
-    if (options_.motion == PerformanceMotion::kPinch) ChoosePinch();
+    if (HasHand(options_.motion)) ChoosePinch();
     return absl::OkStatus();
   }
 
@@ -73,7 +95,7 @@ class WornGarment : public PerformanceSource {
     const double at_s = frame / options_.fps;
     if (absl::Status status = Advance(at_s); !status.ok()) return status;
     PerformanceFrame out;
-    out.time_ns = std::llround(at_s * 1e9);
+    out.time_ns = std::llround(frame * 1e9 / options_.fps);
     out.vertices_mm = solver_->positions_mm();
     out.velocities_mm_s = solver_->velocities_mm_s();
     constexpr double kBriefly = 1e-3;
@@ -109,45 +131,62 @@ class WornGarment : public PerformanceSource {
     return Body(pose, growth);
   }
 
-  std::vector<Vector3d> BodyMeshAt(double time_s) const {
-    std::vector<Vector3d> out = BodyAt(time_s).MeshVertices();
-    if (options_.motion != PerformanceMotion::kPinch) return out;
-    const std::vector<Vector3d> hand = HandVertices(PinchAt(time_s, pinch_at_mm_, options_.seed).hand);
-    out.insert(out.end(), hand.begin(), hand.end());
+  // No hand while the garment is put on.
+  std::optional<PinchState> PinchStateAt(double time_s) const {
+    if (!HasHand(options_.motion) || time_s < 0) return std::nullopt;
+    return PinchAt(options_.motion, time_s, pinch_at_mm_, options_.seed);
+  }
+
+  Solid SolidAt(double time_s) const {
+    Solid out = {BodyAt(time_s), std::nullopt};
+    if (const auto state = PinchStateAt(time_s)) out.hand.emplace(state->hand);
     return out;
   }
 
-  // The place that the hand takes hold of: the front, below the chest.
+  std::vector<Vector3d> BodyMeshAt(double time_s) const {
+    std::vector<Vector3d> out = BodyAt(time_s).MeshVertices();
+    if (const auto state = PinchStateAt(time_s)) {
+      const std::vector<Vector3d> hand = Hand(state->hand).MeshVertices();
+      out.insert(out.end(), hand.begin(), hand.end());
+    }
+    return out;
+  }
+
+  // The place that the hand takes hold of: the front, where it hangs free of the body.
   void ChoosePinch() {
-    const Vector3d goal = kPelvisMm + Vector3d(45, -70, -400);
-    double least = 1e18;
-    int nearest = 0;
+    constexpr double kFreeMm = 15;
+    const Vector3d goal = kPelvisMm + Vector3d(45, -40, 0);
+    const Body body = BodyAt(0);
+    double least = std::numeric_limits<double>::infinity();
     const std::vector<Vector3d>& x = solver_->positions_mm();
     for (size_t v = 0; v < x.size(); ++v) {
       if (x[v].z() > 0) continue;
-      const double d = (x[v] - goal).head<2>().squaredNorm();
-      if (d < least) least = d, nearest = static_cast<int>(v);
+      // Where it is nowhere free, the place that is nearest to the goal.
+      const double far = body.DistanceTo(x[v]).distance_mm < kFreeMm ? 1e6 : 0;
+      const double d = far + (x[v] - goal).head<2>().squaredNorm();
+      if (d < least) least = d, pinched_ = static_cast<int>(v);
     }
-    pinch_at_mm_ = x[nearest];
+    pinch_at_mm_ = x[pinched_];
   }
 
-  // While the hand holds, the vertices near its grip move with it.
+  // What the tips of the fingers touch when they begin to close moves with them until they open.
   void Pinch(double time_s, StepInput& input) {
-    if (options_.motion != PerformanceMotion::kPinch || time_s < 0) return;
-    const PinchState state = PinchAt(time_s, pinch_at_mm_, options_.seed);
+    const std::optional<PinchState> state = PinchStateAt(time_s);
+    if (!state) return;
     const std::vector<Vector3d>& x = solver_->positions_mm();
-    if (state.holds && held_.empty()) {
-      constexpr double kGripMm = 11;
+    if (state->is_away) pinch_at_mm_ = x[pinched_];
+    const std::array<Vector3d, 2> tips = Hand(state->hand).Tips();
+    if (state->holds && held_.empty()) {
+      constexpr double kTouchMm = 11.5;  // from the middle of a tip
       for (size_t v = 0; v < x.size(); ++v)
-        if ((x[v] - state.hand.grip_mm).norm() < std::max(kGripMm, garment_.cell_mm)) {
-          held_.push_back(static_cast<int>(v));
-          held_from_grip_.push_back(x[v] - state.hand.grip_mm);
-        }
+        for (int tip = 0; tip < 2; ++tip)
+          if ((x[v] - tips[tip]).norm() < std::max(kTouchMm, 0.8 * garment_.cell_mm))
+            held_.push_back({static_cast<int>(v), tip, x[v] - tips[tip]});
     }
-    if (!state.holds) held_.clear(), held_from_grip_.clear();
-    for (size_t k = 0; k < held_.size(); ++k) {
-      input.held.push_back(held_[k]);
-      input.held_at_mm.push_back(state.hand.grip_mm + held_from_grip_[k]);
+    if (!state->holds) held_.clear();
+    for (const Held& h : held_) {
+      input.held.push_back(h.vertex);
+      input.held_at_mm.push_back(tips[h.tip] + h.from_tip_mm);
     }
   }
 
@@ -161,26 +200,26 @@ class WornGarment : public PerformanceSource {
   absl::Status Advance(double until_s) {
     const int steps = static_cast<int>(std::ceil((until_s - time_s_) / step_s_ - 1e-9));
     const double h = steps > 0 ? (until_s - time_s_) / steps : 0;
-    Body before = BodyAt(time_s_);
+    Solid before = SolidAt(time_s_);
     for (int k = 0; k < steps; ++k) {
       time_s_ = k + 1 == steps ? until_s : time_s_ + h;
-      const Body body = BodyAt(time_s_);
+      const Solid solid = SolidAt(time_s_);
       Obstacle obstacle;
-      obstacle.distance = [&](const Vector3d& p, double far) { return body.DistanceWithin(p, far); };
+      obstacle.distance = [&](const Vector3d& p, double far) { return solid.DistanceWithin(p, far); };
       obstacle.velocity_mm_s = [&](const Vector3d& p) -> Vector3d {
-        return (p - body.PlaceIn(before, p)) / h;
+        return (p - solid.PlaceIn(before, p)) / h;
       };
       StepInput input;
       input.obstacle = &obstacle;
       const auto trunk = waist_.empty() ? &Body::world_from_chest : &Body::world_from_pelvis;
-      input.carry = (body.*trunk)() * (before.*trunk)().inverse();
+      input.carry = (solid.body.*trunk)() * (before.body.*trunk)().inverse();
       const double calm = std::clamp(-time_s_ / DressingS(), 0.0, 1.0);
       input.drag_per_s = 25 * calm * calm;
       if (time_s_ + DressingS() < kGrowS) input.gravity_mm_s2 *= 0.3;
       Pinch(time_s_, input);
-      HoldWaist(body, input);
+      HoldWaist(solid.body, input);
       solver_->Step(h, input);
-      before = body;
+      before = solid;
     }
     if (!solver_->IsFinite())
       return absl::InternalError(
@@ -197,8 +236,13 @@ class WornGarment : public PerformanceSource {
   std::optional<GarmentSolver> solver_;
   std::vector<Face> body_faces_;
   Vector3d pinch_at_mm_ = Vector3d::Zero();
-  std::vector<int> held_;
-  std::vector<Vector3d> held_from_grip_;
+  int pinched_ = 0;  // vertex
+  struct Held {
+    int vertex = 0;
+    int tip = 0;
+    Vector3d from_tip_mm;
+  };
+  std::vector<Held> held_;
 };
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
-#include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -33,8 +32,9 @@ struct SimulateOptions {
   uint64_t seed = 1;
   int threads = 0;
   TakeFileOptions files;
-  // What the arguments change in the preset, in their order.
+  // What the arguments change in the preset, in their order, and how they read.
   std::vector<std::function<void(SyntheticTakeOptions&)>> changes;
+  std::string changes_text;
 };
 
 constexpr uint64_t kProgressSteps = 1000;
@@ -54,15 +54,26 @@ absl::StatusOr<SyntheticTakeOptions> SetUp(const SimulateOptions& options) {
   return setup;
 }
 
+// All that the files follow from. Threads are not part of it.
+std::string RecipeOf(const SimulateOptions& options, const SyntheticTakeOptions& setup) {
+  std::string out =
+      absl::StrCat("weft " WEFT_VERSION " simulate --preset ", options.preset, " --seed ", options.seed,
+                   options.changes_text, " --image-format ", options.files.image_ending);
+  if (options.files.image_ending == "jpg")
+    absl::StrAppend(&out, " --jpeg-quality ", options.files.jpeg_quality);
+  if (setup.given_rig) absl::StrAppend(&out, " rig ", setup.given_rig->ContentHash());
+  return out;
+}
+
 absl::Status Simulate(const SimulateOptions& options, bool quiet) {
-  // Before the work of minutes, not after it.
-  std::error_code error;
-  if (std::filesystem::exists(options.out, error) && !std::filesystem::is_empty(options.out, error)) {
-    return absl::AlreadyExistsError(
-        absl::StrCat(options.out, ": exists and is not an empty folder; remove it or choose another"));
-  }
   const absl::StatusOr<SyntheticTakeOptions> setup = SetUp(options);
   if (!setup.ok()) return setup.status();
+  const absl::StatusOr<TakeFolder> folder = TakeFolder::Open(options.out, RecipeOf(options, *setup));
+  if (!folder.ok()) return folder.status();
+  if (folder->IsComplete()) {
+    std::printf("%s: is complete, all %d frames\n", options.out.c_str(), setup->performance.frames);
+    return absl::OkStatus();
+  }
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   options.threads > 0
                                       ? static_cast<size_t>(options.threads)
@@ -75,7 +86,7 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
   {
     Progress progress("cloth ", kProgressSteps, visible, ProgressUnit::kPercent);
     take = SyntheticTake::Make(*setup, [&](double share) {
-      // Nothing is written yet, so there is nothing to clear away.
+      // Nothing is half-written yet, so there is nothing to clear away.
       if (stop.token().stop_requested()) kill(getpid(), SIGINT);
       progress.Set(static_cast<uint64_t>(share * kProgressSteps), kProgressSteps);
     });
@@ -86,7 +97,7 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
     const uint64_t views = static_cast<uint64_t>((*take)->frames()) * (*take)->rig().cameras.size();
     Progress progress("render", views, visible);
     summary = WriteSyntheticTake(
-        **take, options.out, options.files, [&progress] { progress.Advance(); }, stop.token());
+        **take, *folder, options.files, [&progress] { progress.Advance(); }, stop.token());
   }
   if (!summary.ok()) return summary.status();
   const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -95,6 +106,10 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
       "%.1f s\n",
       options.out.c_str(), summary->frames, summary->cameras, summary->cells, summary->scoreable_per_view,
       summary->median_pitch_px, took_s);
+  if (summary->tangled_frames == 0)
+    std::printf("no frame has self-intersections\n");
+  else
+    std::printf("%d frames have self-intersections\n", summary->tangled_frames);
   if (summary->lost_pictures > 0) std::printf("%d pictures lost on request\n", summary->lost_pictures);
   return absl::OkStatus();
 }
@@ -108,7 +123,8 @@ class Changes {
   template <typename Value, typename Change>
   CLI::Option* Add(const std::string& name, const std::string& unit, const std::string& about,
                    Change change) {
-    const std::function<void(const Value&)> note = [options = options_, change](const Value& value) {
+    const std::function<void(const Value&)> note = [options = options_, name, change](const Value& value) {
+      absl::StrAppend(&options->changes_text, " ", name, " ", value);
       options->changes.push_back([change, value](SyntheticTakeOptions& o) { change(o, value); });
     };
     return command_.add_option_function<Value>(name, note, about)->type_name(unit)->group(group_);
@@ -145,8 +161,9 @@ void AddPerformanceOptions(Changes& changes) {
   changes.AddChoice<GarmentKind>("--garment", "What is filmed", garments,
                                  [](Take& o, GarmentKind k) { o.performance.garment = k; });
   std::vector<std::pair<std::string, PerformanceMotion>> motions;
-  for (const PerformanceMotion m : {PerformanceMotion::kBreathing, PerformanceMotion::kTwist,
-                                    PerformanceMotion::kJogging, PerformanceMotion::kPinch})
+  for (const PerformanceMotion m :
+       {PerformanceMotion::kBreathing, PerformanceMotion::kTwist, PerformanceMotion::kJogging,
+        PerformanceMotion::kPinch, PerformanceMotion::kTwistAndPinch})
     motions.emplace_back(NameOf(m), m);
   changes.AddChoice<PerformanceMotion>("--motion", "What the person in the garment does", motions,
                                        [](Take& o, PerformanceMotion m) { o.performance.motion = m; });
@@ -238,7 +255,10 @@ void AddSimulateCommand(CLI::App& app, CommandLine& line) {
       "  weft evaluate result --truth take/truth");
   auto options = std::make_shared<SimulateOptions>();
   command->add_option("--preset", options->preset, PresetText())->type_name("NAME");
-  command->add_option("--out", options->out, "The folder to write; it must not exist yet or be empty")
+  command
+      ->add_option("--out", options->out,
+                   "The folder to write, new or empty; a take that was stopped goes on when the "
+                   "same command is given again")
       ->required()
       ->type_name("DIR");
   command

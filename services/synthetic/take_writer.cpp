@@ -2,7 +2,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-#include <unistd.h>
+#include <tbb/parallel_invoke.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
+#include "alignment/self_intersection.h"
 #include "capture/image_file.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
@@ -23,57 +23,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A folder under a temporary name; it goes away unless it is kept.
-class PartialFolder {
- public:
-  explicit PartialFolder(const std::string& final_path)
-      : final_path_(final_path), path_(absl::StrCat(final_path, ".partial-", getpid())) {}
-  ~PartialFolder() {
-    std::error_code error;
-    if (!path_.empty()) fs::remove_all(path_, error);
-  }
-  PartialFolder(const PartialFolder&) = delete;
-  PartialFolder& operator=(const PartialFolder&) = delete;
-
-  const std::string& path() const { return path_; }
-
-  absl::Status Keep() {
-    std::error_code error;
-    fs::rename(path_, final_path_, error);
-    if (error) {
-      return absl::UnavailableError(
-          absl::StrCat(final_path_, ": cannot be put in place (", error.message(), ")"));
-    }
-    path_.clear();
-    return absl::OkStatus();
-  }
-
- private:
-  std::string final_path_;
-  std::string path_;
-};
-
-// `out` without a trailing slash; AlreadyExists when something stands there.
-absl::StatusOr<std::string> FreePlace(const std::string& out) {
-  fs::path path = fs::path(out).lexically_normal();
-  if (!path.has_filename()) path = path.parent_path();
-  std::error_code error;
-  if (fs::exists(path, error) && !fs::is_empty(path, error)) {
-    return absl::AlreadyExistsError(
-        absl::StrCat(path.string(), ": exists and is not an empty folder; remove it or choose another"));
-  }
-  return path.string();
-}
-
 struct Tally {
   // Counts of the scoreable cells by pitch; a long take has hundreds of millions.
   static constexpr double kStepPx = 0.01;
   std::vector<uint64_t> cells_by_pitch = std::vector<uint64_t>(10000, 0);
   uint64_t cells = 0;
   size_t views = 0;
-  int lost = 0;
-  std::string pictures_csv = "frame,camera,mid_exposure_ns,lost\n";
+  int tangled_frames = 0;
 
+  void Add(const FrameTruth& truth) {
+    if (!FindTangles(truth.mesh.vertices_mm, truth.mesh.faces).empty()) ++tangled_frames;
+    views += truth.views.size();
+    for (const ViewTruth& view : truth.views)
+      for (const NodeTruth& node : view.nodes)
+        if (node.scoreable && node.vertex >= 0) Add(node.pitch_px);
+  }
   void Add(double pitch_px) {
     const double step = std::clamp(pitch_px / kStepPx, 0.0, static_cast<double>(cells_by_pitch.size() - 1));
     ++cells_by_pitch[static_cast<size_t>(step)];
@@ -101,25 +65,25 @@ absl::Status WritePicture(const std::string& path, const Picture& picture, const
 }
 
 // One frame: its pictures and its truth.
-absl::Status WriteFrame(const SyntheticTake& take, const TakeFrame& frame, const std::string& folder,
+absl::Status WriteFrame(const SyntheticTake& take, const TakeFrame& frame, const TakeFolder& folder,
                         const TakeFileOptions& options, const std::function<void()>& on_view,
                         const std::stop_token& stop, Tally& tally) {
-  const std::string name = absl::StrFormat("%04d", frame.index);
-  const std::string pictures = (fs::path(folder) / name).string();
-  if (absl::Status status = CreateFolders(pictures); !status.ok()) return status;
+  const absl::StatusOr<TakeFolder::Draft> draft = folder.BeginFrame(frame.index);
+  if (!draft.ok()) return draft.status();
   const std::vector<CameraModel>& cameras = take.rig().cameras;
   std::vector<FilmedView> views(cameras.size());
   std::vector<absl::Status> statuses(cameras.size());
   tbb::parallel_for(size_t{0}, cameras.size(), [&](size_t c) {
     if (stop.stop_requested()) {
-      statuses[c] = absl::CancelledError(absl::StrCat("stopped at frame ", name));
+      statuses[c] = absl::CancelledError(absl::StrCat("stopped at frame ", TakeFolder::NameOf(frame.index),
+                                                      "; the same command goes on from there"));
       return;
     }
     absl::StatusOr<FilmedView> view = take.Film(frame, static_cast<int>(c));
     statuses[c] = view.status();
     if (!view.ok()) return;
     if (view->picture) {
-      const std::string path = absl::StrCat(pictures, "/", cameras[c].id, ".", options.image_ending);
+      const std::string path = absl::StrCat(draft->pictures, "/", cameras[c].id, ".", options.image_ending);
       statuses[c] = WritePicture(path, *view->picture, options);
       view->picture->values.clear();
     }
@@ -130,19 +94,39 @@ absl::Status WriteFrame(const SyntheticTake& take, const TakeFrame& frame, const
     if (!status.ok()) return status;
   FrameTruth truth;
   truth.mesh = frame.scene.mesh();
-  for (FilmedView& view : views) {
-    absl::StrAppend(&tally.pictures_csv, name, ",", view.truth.camera_id, ",", view.mid_exposure_ns, ",",
-                    view.picture ? 0 : 1, "\n");
-    if (!view.picture) {
-      ++tally.lost;
-      continue;
+  for (FilmedView& view : views)
+    if (view.picture) truth.views.push_back(std::move(view.truth));
+  if (absl::Status status = WriteFrameTruth(draft->truth, truth); !status.ok()) return status;
+  tally.Add(truth);
+  return folder.KeepFrame(frame.index);
+}
+
+// A frame that was finished before the take was stopped.
+absl::Status CountFrame(const TakeFolder& folder, int frame, Tally& tally) {
+  const absl::StatusOr<FrameTruth> truth = ReadFrameTruth(folder.TruthOf(frame));
+  // Without a single picture there is nothing to count.
+  if (absl::IsNotFound(truth.status())) return absl::OkStatus();
+  if (truth.ok()) tally.Add(*truth);
+  return truth.status();
+}
+
+// When each camera looked, and what was lost.
+std::string PicturesTable(const SyntheticTake& take) {
+  std::string out = "frame,camera,mid_exposure_ns,lost\n";
+  for (int frame = 0; frame < take.frames(); ++frame)
+    for (const CameraModel& camera : take.rig().cameras) {
+      const Shot shot = take.ShotOf(frame, camera.id);
+      absl::StrAppend(&out, TakeFolder::NameOf(frame), ",", camera.id, ",", shot.mid_exposure_ns, ",",
+                      shot.lost ? 1 : 0, "\n");
     }
-    for (const NodeTruth& node : view.truth.nodes)
-      if (node.scoreable && node.vertex >= 0) tally.Add(node.pitch_px);
-    ++tally.views;
-    truth.views.push_back(std::move(view.truth));
-  }
-  return WriteFrameTruth((fs::path(folder) / "truth" / name).string(), truth);
+  return out;
+}
+
+int CountLost(const SyntheticTake& take) {
+  int lost = 0;
+  for (int frame = 0; frame < take.frames(); ++frame)
+    for (const CameraModel& camera : take.rig().cameras) lost += take.ShotOf(frame, camera.id).lost ? 1 : 0;
+  return lost;
 }
 
 absl::Status WriteStudio(const SyntheticTake& take, const std::string& folder) {
@@ -159,7 +143,8 @@ TakeSummary Summarize(const SyntheticTake& take, const Tally& tally) {
   TakeSummary out;
   out.frames = take.frames();
   out.cameras = static_cast<int>(take.rig().cameras.size());
-  out.lost_pictures = tally.lost;
+  out.lost_pictures = CountLost(take);
+  out.tangled_frames = tally.tangled_frames;
   for (const VertexCell& cell : take.garment().cell_of_vertex) out.cells += cell.row >= 0 ? 1 : 0;
   if (tally.cells == 0) return out;
   out.median_pitch_px = tally.MedianPitchPx();
@@ -183,26 +168,36 @@ absl::Status TakeFileOptions::Validate(int bits) const {
   return absl::OkStatus();
 }
 
-absl::StatusOr<TakeSummary> WriteSyntheticTake(SyntheticTake& take, const std::string& out,
+absl::StatusOr<TakeSummary> WriteSyntheticTake(SyntheticTake& take, const TakeFolder& folder,
                                                const TakeFileOptions& options,
                                                const std::function<void()>& on_view,
                                                const std::stop_token& stop) {
   if (absl::Status status = options.Validate(take.options().camera.sensor.bits); !status.ok()) return status;
-  const absl::StatusOr<std::string> place = FreePlace(out);
-  if (!place.ok()) return place.status();
-  PartialFolder folder(*place);
   if (absl::Status status = WriteStudio(take, folder.path()); !status.ok()) return status;
   Tally tally;
+  absl::StatusOr<TakeFrame> frame = absl::UnavailableError("no frame was made yet");
   for (int i = 0; i < take.frames(); ++i) {
-    const absl::StatusOr<TakeFrame> frame = take.Next();
+    if (folder.HasFrame(i)) {
+      absl::Status status = CountFrame(folder, i, tally);
+      if (status.ok() && take.next() == i) status = take.Skip();
+      if (!status.ok()) return status;
+      for (size_t c = 0; on_view && c < take.rig().cameras.size(); ++c) on_view();
+      continue;
+    }
+    if (take.next() == i) frame = take.Next();
     if (!frame.ok()) return frame.status();
-    absl::Status status = WriteFrame(take, *frame, folder.path(), options, on_view, stop, tally);
+    // The cloth moves on while this frame is filmed.
+    absl::Status status;
+    absl::StatusOr<TakeFrame> following = absl::UnavailableError("the take is over");
+    tbb::parallel_invoke([&] { status = WriteFrame(take, *frame, folder, options, on_view, stop, tally); },
+                         [&] {
+                           if (i + 1 < take.frames() && !folder.HasFrame(i + 1)) following = take.Next();
+                         });
     if (!status.ok()) return status;
+    frame = std::move(following);
   }
-  const std::string pictures = (fs::path(folder.path()) / "truth" / "pictures.csv").string();
-  absl::Status status = WriteFileAtomically(pictures, tally.pictures_csv);
-  if (status.ok()) status = folder.Keep();
-  if (!status.ok()) return status;
+  if (absl::Status status = WriteFileAtomically(folder.PicturesCsv(), PicturesTable(take)); !status.ok())
+    return status;
   return Summarize(take, tally);
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "services/synthetic/take_folder.h"
 #include "simulation/synthetic_take.h"
 
 namespace weft {
@@ -16,6 +17,7 @@ struct TakeSummary {
   int cameras = 0;
   int cells = 0;  // of the garment
   int lost_pictures = 0;
+  int tangled_frames = 0;         // whose cloth passes through itself
   double median_pitch_px = 0;     // of the scoreable cells, all views
   double scoreable_per_view = 0;  // cells, in the mean
 };
@@ -28,14 +30,13 @@ struct TakeFileOptions {
   absl::Status Validate(int bits) const;
 };
 
-// Writes <out>/<frame>/<camera>.png, rig.json, board.json and board.png, template/ and
-// truth/{pictures.csv,<frame>/{mesh.ply,<camera>.truth}}. The folder appears under its name when it is
-// complete; until then it is <out>.partial-<process id>. `on_view` (may be empty) is called after each view,
-// from any thread. Takes every frame out of `take`.
-// AlreadyExists when <out> exists and is not an empty folder; Cancelled, with nothing left behind, when
-// `stop` is requested. Parallel over views in the calling thread's TBB arena; the same bytes at any thread
-// count.
-absl::StatusOr<TakeSummary> WriteSyntheticTake(SyntheticTake& take, const std::string& out,
+// Writes <frame>/<camera>.png, rig.json, board.json and board.png, template/ and
+// truth/{pictures.csv,<frame>/{mesh.ply,<camera>.truth}} into the take's folder. Frames that stand there
+// already are left as they are; the cloth of the next frame moves while one is filmed. `on_view` (may be
+// empty) is called after each view, from any thread. Takes every frame out of `take`. Cancelled, with the
+// finished frames kept, when `stop` is requested. Parallel over views in the calling thread's TBB arena; the
+// same bytes at any thread count, in one go or in several.
+absl::StatusOr<TakeSummary> WriteSyntheticTake(SyntheticTake& take, const TakeFolder& folder,
                                                const TakeFileOptions& options = {},
                                                const std::function<void()>& on_view = {},
                                                const std::stop_token& stop = {});

@@ -57,8 +57,9 @@ TEST(Body, ArmsMoveAsTheirAnglesSay) {
 }
 
 TEST(BodyMotion, BeginsInTheNaturalPoseAndNeverJumps) {
-  for (const PerformanceMotion motion : {PerformanceMotion::kBreathing, PerformanceMotion::kTwist,
-                                         PerformanceMotion::kJogging, PerformanceMotion::kPinch}) {
+  for (const PerformanceMotion motion :
+       {PerformanceMotion::kBreathing, PerformanceMotion::kTwist, PerformanceMotion::kJogging,
+        PerformanceMotion::kPinch, PerformanceMotion::kTwistAndPinch}) {
     const std::vector<Vector3d> natural = Body(NaturalPose()).MeshVertices();
     std::vector<Vector3d> before = Body(PoseAt(motion, 0, 1)).MeshVertices();
     for (size_t v = 0; v < natural.size(); ++v) EXPECT_EQ(before[v], natural[v]);
@@ -79,12 +80,40 @@ TEST(BodyMotion, BeginsInTheNaturalPoseAndNeverJumps) {
 TEST(BodyMotion, HandHoldsWhileItPulls) {
   const Vector3d rest(10, 20, -130);
   double farthest = 0;
-  EXPECT_FALSE(PinchAt(0, rest, 1).holds);
+  EXPECT_FALSE(PinchAt(PerformanceMotion::kPinch, 0, rest, 1).holds);
   for (int k = 0; k < 320; ++k) {
-    const PinchState state = PinchAt(0.01 * k, rest, 1);
+    const PinchState state = PinchAt(PerformanceMotion::kPinch, 0.01 * k, rest, 1);
     if (state.holds) farthest = std::max(farthest, (state.hand.grip_mm - rest).norm());
   }
   EXPECT_GT(farthest, 30);
+}
+
+TEST(BodyMotion, HandStaysAwayWhileTheTrunkTwistsAndComesWithoutAJump) {
+  const Vector3d rest(10, 20, -130);
+  Vector3d before = PinchAt(PerformanceMotion::kTwistAndPinch, 0, rest, 1).hand.grip_mm;
+  double twist = 0;
+  for (int k = 1; k < 600; ++k) {
+    const PinchState state = PinchAt(PerformanceMotion::kTwistAndPinch, 0.01 * k, rest, 1);
+    EXPECT_LT((state.hand.grip_mm - before).norm(), 12) << k;  // 1.2 m/s
+    before = state.hand.grip_mm;
+    const double now = std::abs(PoseAt(PerformanceMotion::kTwistAndPinch, 0.01 * k, 1).twist);
+    if (state.is_away) twist = std::max(twist, now);
+    if (state.holds) {
+      EXPECT_LT(now, 0.1) << k;
+    }
+  }
+  EXPECT_GT(twist, 0.4);
+}
+
+TEST(Hand, DistancesAreToItsMeshAndPlacesMoveWithItsBones) {
+  const Hand hand({{10, 20, 30}, {0, 0, -1}, 20}), closed({{10, 20, 30}, {0, 0, -1}, 5});
+  for (const Vector3d& p : hand.MeshVertices()) EXPECT_LT(hand.DistanceTo(p).distance_mm, 0.3);
+  const std::array<Vector3d, 2> tips = hand.Tips(), closed_tips = closed.Tips();
+  for (int t = 0; t < 2; ++t) {
+    EXPECT_LT(hand.DistanceTo(tips[t]).distance_mm, -6);
+    EXPECT_LT((hand.PlaceIn(closed, tips[t]) - closed_tips[t]).norm(), 1e-9);
+  }
+  EXPECT_NEAR((tips[0] - tips[1]).norm() - (closed_tips[0] - closed_tips[1]).norm(), 15, 1e-9);
 }
 
 }  // namespace

@@ -35,6 +35,14 @@ SyntheticTake Tiny(uint64_t seed, int frames, int cameras) {
   return *std::move(take);
 }
 
+absl::StatusOr<TakeSummary> Write(SyntheticTake& take, const std::string& out,
+                                  const std::function<void()>& on_view = {},
+                                  const std::stop_token& stop = {}) {
+  const absl::StatusOr<TakeFolder> folder = TakeFolder::Open(out, "test");
+  if (!folder.ok()) return folder.status();
+  return WriteSyntheticTake(take, *folder, {}, on_view, stop);
+}
+
 // Content of every file below a folder, by relative path.
 std::map<std::string, std::string> FilesBelow(const std::string& folder) {
   std::map<std::string, std::string> out;
@@ -49,7 +57,7 @@ TEST(TakeWriter, FolderIsADumpWithEverythingThatRegistrationNeeds) {
   SyntheticTake take = Tiny(1, 2, 3);
   const std::string out = folder / "take";
   std::atomic<int> views = 0;
-  const auto summary = WriteSyntheticTake(take, out, {}, [&views] { ++views; });
+  const auto summary = Write(take, out, [&views] { ++views; });
   ASSERT_TRUE(summary.ok()) << summary.status();
   EXPECT_EQ(views, 6);
   EXPECT_EQ(summary->cells, 24 * 48);
@@ -85,7 +93,7 @@ TEST(TakeWriter, TruthReadsBackAsItWas) {
   const TempFolder folder;
   SyntheticTake take = Tiny(1, 1, 2);
   const std::string out = folder / "take";
-  ASSERT_TRUE(WriteSyntheticTake(take, out).ok());
+  ASSERT_TRUE(Write(take, out).ok());
   const auto frames = ListTruthFrames(out + "/truth");
   ASSERT_TRUE(frames.ok()) << frames.status();
   EXPECT_EQ(*frames, std::vector<std::string>{"0000"});
@@ -118,13 +126,13 @@ TEST(TakeWriter, SameFilesAtAnyThreadCountAndOthersForAnotherSeed) {
     tbb::task_arena arena(threads);
     arena.execute([&] {
       SyntheticTake take = Tiny(seed, 1, 2);
-      const auto summary = WriteSyntheticTake(take, folder / name);
+      const auto summary = Write(take, folder / name);
       EXPECT_TRUE(summary.ok()) << summary.status();
     });
     return FilesBelow(folder / name);
   };
   const auto one = write("one", 1, 1);
-  EXPECT_EQ(one.size(), 2u + 1 + 2 + 3 + 4);  // pictures, rig, board, template, truth
+  EXPECT_EQ(one.size(), 2u + 1 + 2 + 3 + 4 + 1);  // pictures, rig, board, template, truth, recipe
   EXPECT_TRUE(one == write("two", 1, 2));
   const auto other = write("other", 2, 2);
   for (const char* name : {"0000/c00.png", "rig.json", "board.png", "truth/0000/mesh.ply"})
@@ -135,26 +143,64 @@ TEST(TakeWriter, LeavesAFullFolderAlone) {
   const TempFolder folder;
   WriteBytes(folder / "take/mine.txt", "mine");
   SyntheticTake take = Tiny(1, 1, 1);
-  const auto summary = WriteSyntheticTake(take, folder / "take");
+  const auto summary = Write(take, folder / "take");
   EXPECT_EQ(summary.status().code(), absl::StatusCode::kAlreadyExists);
   EXPECT_EQ(FilesBelow(folder.path()).size(), 1u);
 }
 
-TEST(TakeWriter, LeavesNothingBehindWhenItIsStopped) {
+TEST(TakeWriter, GoesOnAfterAStopWithTheSameBytes) {
   const TempFolder folder;
+  SyntheticTake whole = Tiny(1, 3, 2);
+  ASSERT_TRUE(Write(whole, folder / "whole").ok());
+
+  // Stopped in the middle of the second frame.
   std::stop_source stop;
-  SyntheticTake take = Tiny(1, 2, 2);
-  const auto summary = WriteSyntheticTake(
-      take, folder / "take", {}, [&stop] { stop.request_stop(); }, stop.get_token());
+  std::atomic<int> views = 0;
+  SyntheticTake stopped = Tiny(1, 3, 2);
+  absl::StatusOr<TakeSummary> summary;
+  tbb::task_arena(1).execute([&] {  // so that no other view is under way
+    summary = Write(
+        stopped, folder / "take",
+        [&] {
+          if (++views == 3) stop.request_stop();
+        },
+        stop.get_token());
+  });
   EXPECT_EQ(summary.status().code(), absl::StatusCode::kCancelled) << summary.status();
-  EXPECT_TRUE(fs::is_empty(folder.path()));
+  EXPECT_TRUE(fs::exists(folder / "take/0000/c01.png"));
+  EXPECT_FALSE(fs::exists(folder / "take/0001"));
+  EXPECT_FALSE(fs::exists(folder / "take/truth/0001"));
+  const auto first_written = fs::last_write_time(folder / "take/0000/c01.png");
+
+  SyntheticTake again = Tiny(1, 3, 2);
+  const auto rest = Write(again, folder / "take");
+  ASSERT_TRUE(rest.ok()) << rest.status();
+  EXPECT_EQ(fs::last_write_time(folder / "take/0000/c01.png"), first_written);
+  EXPECT_EQ(FilesBelow(folder / "take"), FilesBelow(folder / "whole"));
+}
+
+TEST(TakeFolder, RefusesATakeOfAnotherRecipeAndNamesBoth) {
+  const TempFolder folder;
+  ASSERT_TRUE(TakeFolder::Open(folder / "take", "seed 1").ok());
+  EXPECT_TRUE(TakeFolder::Open(folder / "take", "seed 1").ok());
+  const auto other = TakeFolder::Open(folder / "take", "seed 2");
+  EXPECT_EQ(other.status().code(), absl::StatusCode::kAlreadyExists);
+  EXPECT_NE(other.status().message().find("seed 1"), std::string::npos) << other.status();
+  EXPECT_NE(other.status().message().find("seed 2"), std::string::npos) << other.status();
+}
+
+TEST(TakeFolder, OneProcessWritesAtATime) {
+  const TempFolder folder;
+  const auto first = TakeFolder::Open(folder / "take", "seed 1");
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_EQ(TakeFolder::Open(folder / "take", "seed 1").status().code(), absl::StatusCode::kUnavailable);
 }
 
 TEST(TakeWriter, LeavesNothingBehindWhenItFails) {
   const TempFolder folder;
   WriteBytes(folder / "file", "not a folder");
   SyntheticTake take = Tiny(1, 1, 1);
-  EXPECT_FALSE(WriteSyntheticTake(take, folder / "file/take").ok());
+  EXPECT_FALSE(Write(take, folder / "file/take").ok());
   EXPECT_EQ(FilesBelow(folder.path()).size(), 1u);
 }
 
@@ -170,9 +216,11 @@ TEST(TakeWriter, DeepPicturesAreStoredWith16BitsWhateverTheirOwn) {
   options.camera.sensor.bits = 12;
   auto take = SyntheticTake::Make(options);
   ASSERT_TRUE(take.ok()) << take.status();
-  ASSERT_TRUE(WriteSyntheticTake(*take, folder / "deep", {.image_ending = "tif"}).ok());
+  const auto deep_folder = TakeFolder::Open(folder / "deep", "deep");
+  ASSERT_TRUE(deep_folder.ok()) << deep_folder.status();
+  ASSERT_TRUE(WriteSyntheticTake(*take, *deep_folder, {.image_ending = "tif"}).ok());
   SyntheticTake shallow = Tiny(1, 1, 1);
-  ASSERT_TRUE(WriteSyntheticTake(shallow, folder / "shallow").ok());
+  ASSERT_TRUE(Write(shallow, folder / "shallow").ok());
   const auto deep = ReadImageFile(folder / "deep/0000/c00.tif");
   const auto plain = ReadImageFile(folder / "shallow/0000/c00.png");
   ASSERT_TRUE(deep.ok()) << deep.status();
@@ -188,7 +236,7 @@ TEST(TakeWriter, LostPicturesAreMissingAndNamed) {
   options.shutter.drop_rate = 0.4;
   auto take = SyntheticTake::Make(options);
   ASSERT_TRUE(take.ok()) << take.status();
-  const auto summary = WriteSyntheticTake(*take, folder / "take");
+  const auto summary = Write(*take, folder / "take");
   ASSERT_TRUE(summary.ok()) << summary.status();
   EXPECT_GT(summary->lost_pictures, 0);
   EXPECT_LT(summary->lost_pictures, 12);

@@ -8,11 +8,20 @@
 
 namespace weft {
 
+// Distance to a surface and its direction.
+struct SurfaceDistance {
+  double distance_mm = 0;  // negative inside; exact near the surface to a few percent
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // unit, outwards
+};
+
 // Spheres of radius ra .. rb along a .. b.
 struct Capsule {
   Eigen::Vector3d a, b;
   double ra = 0, rb = 0;
 };
+
+// Exact, but for places nearest to the rim between flank and cap.
+SurfaceDistance DistanceTo(const Capsule& capsule, const Eigen::Vector3d& p);
 
 inline constexpr int kCapsuleAround = 32, kCapsuleAlong = 14, kCapsuleCap = 8;
 

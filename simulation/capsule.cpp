@@ -1,4 +1,4 @@
-#include "simulation/capsule_mesh.h"
+#include "simulation/capsule.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -12,6 +12,20 @@ namespace {
 constexpr int kRings = 2 * (kCapsuleCap - 1) + kCapsuleAlong;
 
 }  // namespace
+
+SurfaceDistance DistanceTo(const Capsule& capsule, const Eigen::Vector3d& p) {
+  const Eigen::Vector3d axis = capsule.b - capsule.a, q = p - capsule.a;
+  const double length = axis.norm();
+  const double along = q.dot(axis) / length;
+  const double across = std::sqrt(std::max(0.0, q.squaredNorm() - along * along));
+  const double slope = std::clamp((capsule.ra - capsule.rb) / length, -0.99, 0.99);
+  // The nearest sphere of a cone lies where the distance is stationary along the axis.
+  const double t = std::clamp((along + across * slope / std::sqrt(1 - slope * slope)) / length, 0.0, 1.0);
+  Eigen::Vector3d from = q - t * axis;
+  if (from.squaredNorm() < 1e-12) from = 1e-6 * axis.unitOrthogonal();  // on the axis any direction will do
+  const double distance = from.norm();
+  return {distance - capsule.ra - t * (capsule.rb - capsule.ra), from / distance};
+}
 
 int CapsuleVertexCount() { return 2 + kRings * kCapsuleAround; }
 
