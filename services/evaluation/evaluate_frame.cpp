@@ -33,6 +33,12 @@ std::optional<ErrorSummary> SummaryWhere(const std::vector<double>& values, cons
   return Summarize(std::move(taken));
 }
 
+Positions Difference(const Positions& a, const Positions& b) {
+  Positions out(a.size());
+  for (size_t v = 0; v < a.size(); ++v) out[v] = a[v] - b[v];
+  return out;
+}
+
 class FrameEvaluator {
  public:
   FrameEvaluator(const EvaluationRequest& request, const EvaluationInputs& inputs,
@@ -44,6 +50,7 @@ class FrameEvaluator {
     absl::StatusOr<FramePieces> pieces = ReadFramePieces((fs::path(inputs_.result) / name_).string());
     if (!pieces.ok()) return pieces.status();
     pieces_ = *std::move(pieces);
+    if (pieces_.mesh) measured_ = pieces_.mesh->Measured();
     out_.frame.missing = pieces_.missing;
     absl::Status status = ScoreAgainstTruth();
     if (status.ok()) status = MeasureMesh();
@@ -114,16 +121,7 @@ class FrameEvaluator {
     FrameMetrics& metrics = out_.frame.metrics;
     metrics.self_intersections =
         static_cast<int64_t>(FindSelfIntersections(mesh.vertices_mm, mesh.faces).size());
-    if (inputs_.garment && !pieces_.mesh->observed.empty()) {
-      int with_cell = 0, observed = 0;
-      for (size_t v = 0; v < mesh.vertices_mm.size(); ++v) {
-        const bool has_cell = inputs_.garment->cell_of_vertex[v].row >= 0;
-        with_cell += has_cell ? 1 : 0;
-        observed += has_cell && pieces_.mesh->observed[v] ? 1 : 0;
-        out_.fields.observed.push_back(!has_cell ? std::nan("") : pieces_.mesh->observed[v] ? 1 : 0);
-      }
-      if (with_cell > 0) metrics.coverage = static_cast<double>(observed) / with_cell;
-    }
+    MeasureCoverage();
     if (tools_.geodesics && tools_.measure_geodesics[index_]) {
       absl::StatusOr<DistortionScore> score = tools_.geodesics->Measure(mesh.vertices_mm);
       if (!score.ok()) return score.status();
@@ -132,6 +130,24 @@ class FrameEvaluator {
       out_.fields.distortion_mm = std::move(score->of_vertex_mm);
     }
     return absl::OkStatus();
+  }
+
+  void MeasureCoverage() {
+    const std::vector<VertexState>& state = pieces_.mesh->state;
+    if (!inputs_.garment || state.empty()) return;
+    int with_cell = 0, by_three = 0, by_two = 0;
+    for (size_t v = 0; v < state.size(); ++v) {
+      const bool has_cell = inputs_.garment->cell_of_vertex[v].row >= 0;
+      const bool observed = state[v] == VertexState::kObserved;
+      out_.fields.observed.push_back(!has_cell ? std::nan("") : observed ? 1 : 0);
+      if (!has_cell) continue;
+      ++with_cell;
+      by_three += observed ? 1 : 0;
+      by_two += state[v] == VertexState::kTwoView ? 1 : 0;
+    }
+    if (with_cell == 0) return;
+    out_.frame.metrics.coverage = static_cast<double>(by_three) / with_cell;
+    out_.frame.metrics.two_view_share = static_cast<double>(by_two) / with_cell;
   }
 
   absl::Status MeasureCameras() {
@@ -166,35 +182,43 @@ class FrameEvaluator {
     FrameMetrics& metrics = out_.frame.metrics;
     if (*before) {
       const std::vector<double> jitter_mm = SecondDifferences((*before)->mesh.vertices_mm, now_mm, after_mm);
-      if (!pieces_.mesh->observed.empty()) {
-        metrics.jitter_observed_mm = SummaryWhere(jitter_mm, pieces_.mesh->observed, true);
-        metrics.jitter_inferred_mm = SummaryWhere(jitter_mm, pieces_.mesh->observed, false);
+      if (!measured_.empty()) {
+        metrics.jitter_observed_mm = SummaryWhere(jitter_mm, measured_, true);
+        metrics.jitter_inferred_mm = SummaryWhere(jitter_mm, measured_, false);
       }
     }
     if (!true_mm_.empty()) {
-      if (absl::Status status = MeasureTrueMotion(before->has_value(), after_mm); !status.ok()) return status;
+      const Positions* const before_mm = *before ? &(*before)->mesh.vertices_mm : nullptr;
+      if (absl::Status status = MeasureTrueMotion(before_mm, after_mm); !status.ok()) return status;
     }
     if (tools_.texture && tools_.measure_texture[index_]) return MeasureTexture(now_mm, after_mm);
     return absl::OkStatus();
   }
 
-  absl::Status MeasureTrueMotion(bool has_before, const Positions& after_mm) {
+  // `before_mm` may be null.
+  absl::Status MeasureTrueMotion(const Positions* before_mm, const Positions& after_mm) {
     FrameMetrics& metrics = out_.frame.metrics;
     const absl::StatusOr<Positions> true_after_mm = TrueMesh(1);
     if (!true_after_mm.ok()) return true_after_mm.status();
-    if (has_before) {
+    if (before_mm != nullptr) {
       const absl::StatusOr<Positions> true_before_mm = TrueMesh(-1);
       if (!true_before_mm.ok()) return true_before_mm.status();
       metrics.jitter_of_truth_mm = Summarize(SecondDifferences(*true_before_mm, true_mm_, *true_after_mm));
+      // The cloth's own acceleration is in neither the error of the mesh nor its trembling.
+      const Positions& now_mm = pieces_.mesh->mesh.vertices_mm;
+      const std::vector<double> trembling_mm =
+          SecondDifferences(Difference(*before_mm, *true_before_mm), Difference(now_mm, true_mm_),
+                            Difference(after_mm, *true_after_mm));
+      metrics.error_jitter_observed_mm = SummaryWhere(trembling_mm, measured_, true);
+      if (!measured_.empty()) metrics.error_jitter_inferred_mm = SummaryWhere(trembling_mm, measured_, false);
     }
     if (!tools_.true_drift) return absl::OkStatus();
     std::vector<double> drift =
         DriftBetween(tools_.true_drift->MaterialOffsets(pieces_.mesh->mesh.vertices_mm, true_mm_),
                      tools_.true_drift->MaterialOffsets(after_mm, *true_after_mm));
     for (double& d : drift) d *= inputs_.fps;
-    metrics.true_drift_observed_mm_s = SummaryWhere(drift, pieces_.mesh->observed, true);
-    if (!pieces_.mesh->observed.empty())
-      metrics.true_drift_inferred_mm_s = SummaryWhere(drift, pieces_.mesh->observed, false);
+    metrics.true_drift_observed_mm_s = SummaryWhere(drift, measured_, true);
+    if (!measured_.empty()) metrics.true_drift_inferred_mm_s = SummaryWhere(drift, measured_, false);
     out_.fields.true_drift_mm_s = std::move(drift);
     return absl::OkStatus();
   }
@@ -238,6 +262,7 @@ class FrameEvaluator {
   const size_t index_;
   const std::string& name_;
   FramePieces pieces_;
+  std::vector<bool> measured_;  // [vertices]; empty where states are not known
   Positions true_mm_;
   FrameOutcome out_;
 };

@@ -63,12 +63,14 @@ std::optional<T> MeanOf(const std::vector<EvaluatedFrame>& frames, std::optional
 
 FrameMetrics Total(const std::vector<EvaluatedFrame>& frames) {
   FrameMetrics total;
-  for (const auto field : {&FrameMetrics::coverage, &FrameMetrics::distortion_mm,
-                           &FrameMetrics::distortion_relative, &FrameMetrics::texture_flow_lost})
+  for (const auto field :
+       {&FrameMetrics::coverage, &FrameMetrics::two_view_share, &FrameMetrics::distortion_mm,
+        &FrameMetrics::distortion_relative, &FrameMetrics::texture_flow_lost})
     total.*field = MeanOf(frames, field);
   for (const auto field : {&FrameMetrics::texture_drift_mm_s, &FrameMetrics::true_drift_observed_mm_s,
                            &FrameMetrics::true_drift_inferred_mm_s, &FrameMetrics::jitter_observed_mm,
                            &FrameMetrics::jitter_inferred_mm, &FrameMetrics::jitter_of_truth_mm,
+                           &FrameMetrics::error_jitter_observed_mm, &FrameMetrics::error_jitter_inferred_mm,
                            &FrameMetrics::reprojection_px, &FrameMetrics::left_out_px})
     total.*field = MeanOf(frames, field);
   for (const EvaluatedFrame& frame : frames)

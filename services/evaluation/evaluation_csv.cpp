@@ -30,6 +30,7 @@ std::vector<Column> FrameColumns() {
   using Frame = const EvaluatedFrame&;
   return {
       {"coverage", [](Frame f) { return f.metrics.coverage; }},
+      {"two_view_share", [](Frame f) { return f.metrics.two_view_share; }},
       {"decode_precision", [](Frame f) { return f.score.centers ? f.score.centers->Precision() : Value(); }},
       {"decode_recall", [](Frame f) { return f.score.centers ? f.score.centers->Recall() : Value(); }},
       {"decode_median_px",
@@ -64,6 +65,8 @@ std::vector<Column> FrameColumns() {
       MeanColumn("jitter_observed_mm", &FrameMetrics::jitter_observed_mm),
       MeanColumn("jitter_inferred_mm", &FrameMetrics::jitter_inferred_mm),
       MeanColumn("jitter_of_truth_mm", &FrameMetrics::jitter_of_truth_mm),
+      MeanColumn("error_jitter_observed_mm", &FrameMetrics::error_jitter_observed_mm),
+      MeanColumn("error_jitter_inferred_mm", &FrameMetrics::error_jitter_inferred_mm),
       MeanColumn("reprojection_px", &FrameMetrics::reprojection_px),
       MeanColumn("left_out_px", &FrameMetrics::left_out_px)};
 }

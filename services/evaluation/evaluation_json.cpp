@@ -58,6 +58,7 @@ v1::CloudScore ToProto(const CloudScore& score) {
 v1::MeasureScore ToProto(const FrameMetrics& metrics) {
   v1::MeasureScore out;
   if (metrics.coverage) out.set_coverage(*metrics.coverage);
+  if (metrics.two_view_share) out.set_two_view_share(*metrics.two_view_share);
   if (metrics.distortion_mm) out.set_geodesic_distortion_mm(*metrics.distortion_mm);
   if (metrics.distortion_relative) out.set_geodesic_distortion_relative(*metrics.distortion_relative);
   if (metrics.self_intersections) out.set_self_intersecting_pairs(Count(*metrics.self_intersections));
@@ -72,6 +73,8 @@ v1::MeasureScore ToProto(const FrameMetrics& metrics) {
   put(metrics.jitter_observed_mm, &v1::MeasureScore::mutable_jitter_observed_mm, out);
   put(metrics.jitter_inferred_mm, &v1::MeasureScore::mutable_jitter_inferred_mm, out);
   put(metrics.jitter_of_truth_mm, &v1::MeasureScore::mutable_jitter_of_truth_mm, out);
+  put(metrics.error_jitter_observed_mm, &v1::MeasureScore::mutable_error_jitter_observed_mm, out);
+  put(metrics.error_jitter_inferred_mm, &v1::MeasureScore::mutable_error_jitter_inferred_mm, out);
   put(metrics.reprojection_px, &v1::MeasureScore::mutable_reprojection_px, out);
   put(metrics.left_out_px, &v1::MeasureScore::mutable_left_out_px, out);
   return out;

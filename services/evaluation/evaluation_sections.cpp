@@ -166,6 +166,8 @@ std::string VisibilitySection(const JobEvaluation& evaluation) {
   for (const int count : counts) share.push_back(all > 0 ? count / all : kNone);
   std::string body = "<div class=\"plots\">\n";
   body += BarPlot(axis, share, {.title = "Vertices by the share of frames that observe them", .unit = "%"});
+  body += PlotOf(evaluation, {.title = "Measured by two cameras only, share of the cells", .unit = "%"},
+                 [](const EvaluatedFrame& frame) { return ValueOr(frame.metrics.two_view_share); });
   body +=
       PlotOf(evaluation, {.title = "Coverage: observed share of the cells", .unit = "%", .from_zero = false},
              [](const EvaluatedFrame& frame) { return ValueOr(frame.metrics.coverage); });
@@ -190,6 +192,8 @@ std::string FramePlotSection(const JobEvaluation& evaluation) {
   plot("Self-intersecting pairs of faces", "", 0, Pairs);
   plot("Jitter, observed, mm", "mm", 3, MeanOfMetric(&FrameMetrics::jitter_observed_mm));
   plot("Jitter, inferred, mm", "mm", 3, MeanOfMetric(&FrameMetrics::jitter_inferred_mm));
+  plot("Jitter of the error, observed, mm", "mm", 3, MeanOfMetric(&FrameMetrics::error_jitter_observed_mm));
+  plot("Jitter of the error, inferred, mm", "mm", 3, MeanOfMetric(&FrameMetrics::error_jitter_inferred_mm));
   plot("Left-out camera error, px", "px", 3, MeanOfMetric(&FrameMetrics::left_out_px));
   if (body.empty()) return "";
   return Section("plots", "Over the frames", absl::StrCat("<div class=\"plots\">\n", body, "</div>\n"));

@@ -53,8 +53,9 @@ std::string Measures(const FrameMetrics& m) {
     return Number(errors, &ErrorSummary::mean);
   };
   if (m.coverage)
-    absl::StrAppendFormat(&out, "coverage %s of the vertices with a cell are observed\n",
-                          Percent(m.coverage));
+    absl::StrAppendFormat(
+        &out, "coverage %s of the vertices with a cell are seen by three cameras or more, %s by two\n",
+        Percent(m.coverage), Percent(m.two_view_share));
   if (m.distortion_mm)
     absl::StrAppendFormat(&out, "geodesic %.2f mm of distortion, %.2f%% of the distance\n", *m.distortion_mm,
                           100 * m.distortion_relative.value_or(0));
@@ -66,6 +67,10 @@ std::string Measures(const FrameMetrics& m) {
   if (m.jitter_observed_mm)
     absl::StrAppendFormat(&out, "jitter   %s mm where observed, %s where inferred\n",
                           mean(m.jitter_observed_mm), mean(m.jitter_inferred_mm));
+  if (m.error_jitter_observed_mm || m.error_jitter_inferred_mm)
+    absl::StrAppendFormat(&out,
+                          "         %s mm of the error against the truth where observed, %s where inferred\n",
+                          mean(m.error_jitter_observed_mm), mean(m.error_jitter_inferred_mm));
   if (m.self_intersections)
     absl::StrAppendFormat(&out, "pairs    %d of faces that intersect, in all frames\n",
                           *m.self_intersections);

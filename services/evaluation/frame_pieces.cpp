@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "services/files/cloud_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/observations_file.h"
@@ -18,9 +19,20 @@ absl::StatusOr<ResultMesh> ReadResultMesh(const std::string& path) {
   absl::StatusOr<TriangleMesh> mesh = MeshFromPly(*ply, path);
   if (!mesh.ok()) return mesh.status();
   ResultMesh out{*std::move(mesh), {}};
-  if (const PlyProperty* state = ply->Find("vertex")->Find("state"); state && !state->is_list)
-    for (const double s : state->values)
-      out.observed.push_back(s != static_cast<double>(VertexState::kInferred));
+  const PlyProperty* state = ply->Find("vertex")->Find("state");
+  if (!state || state->is_list) return out;
+  for (const double s : state->values) {
+    if (!(s >= 0 && s <= static_cast<double>(VertexState::kBridged)))
+      return absl::InvalidArgumentError(absl::StrCat(path, ": a vertex cannot have state ", s));
+    out.state.push_back(static_cast<VertexState>(s));
+  }
+  return out;
+}
+
+std::vector<bool> ResultMesh::Measured() const {
+  std::vector<bool> out;
+  out.reserve(state.size());
+  for (const VertexState s : state) out.push_back(s == VertexState::kObserved || s == VertexState::kTwoView);
   return out;
 }
 

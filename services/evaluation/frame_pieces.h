@@ -13,7 +13,10 @@ namespace weft {
 
 struct ResultMesh {
   TriangleMesh mesh;
-  std::vector<bool> observed;  // [vertices]; empty where the file does not tell states
+  std::vector<VertexState> state;  // [vertices]; empty where the file does not tell states
+
+  // [vertices] or empty: those that cameras measured in this very frame, three or more of them or two.
+  std::vector<bool> Measured() const;
 };
 
 struct FramePieces {

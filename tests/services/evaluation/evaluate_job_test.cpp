@@ -25,7 +25,9 @@ class EvaluateJobTest : public testing::Test {
     options.performance.step_s = 1.0 / 1000;  // stretches a little more, takes a tenth of the time
     auto take = SyntheticTake::Make(options);
     ASSERT_TRUE(take.ok()) << take.status();
-    ASSERT_TRUE(WriteSyntheticTake(*take, folder_ / "take").ok());
+    const auto take_folder = TakeFolder::Open(folder_ / "take", "test");
+    ASSERT_TRUE(take_folder.ok()) << take_folder.status();
+    ASSERT_TRUE(WriteSyntheticTake(*take, *take_folder).ok());
     const auto truth = ReadFrameTruth(folder_ / "take/truth/0000");
     ASSERT_TRUE(truth.ok()) << truth.status();
     std::filesystem::create_directories(folder_ / "result/0000");

@@ -29,7 +29,9 @@ class SlidingResultTest : public testing::Test {
     auto take = SyntheticTake::Make(options);
     ASSERT_TRUE(take.ok()) << take.status();
     take_ = new SyntheticTake(*std::move(take));
-    ASSERT_TRUE(WriteSyntheticTake(*take_, *folder_ / "take").ok());
+    const auto take_folder = TakeFolder::Open(*folder_ / "take", "test");
+    ASSERT_TRUE(take_folder.ok()) << take_folder.status();
+    ASSERT_TRUE(WriteSyntheticTake(*take_, *take_folder).ok());
   }
   static void TearDownTestSuite() {
     delete take_;
