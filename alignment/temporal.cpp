@@ -5,12 +5,16 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/fill.h"
 
 namespace weft {
 namespace {
 
 // Of the way between the neighbours, the share that cloth may be off the straight line; standard deviation.
 constexpr double kOffTheLine = 0.15;
+
+// Of the acceleration of hidden cloth as the cloth around tells it, the share that may be wrong.
+constexpr double kAccelerationError = 0.5;
 
 absl::Status CheckSize(const AlignmentModel& model, const RegisteredMesh& mesh) {
   const auto vertices = static_cast<size_t>(model.graph().vertices);
@@ -26,18 +30,79 @@ bool Measured(const RegisteredMesh& mesh, size_t v) {
   return mesh.state[v] == VertexState::kObserved || mesh.state[v] == VertexState::kTwoView;
 }
 
-// How far observed vertices are from the middle between their neighbours in time: what motion that is not
-// even makes of Eq. 5. Per axis.
-double UnevenMotionMm(const RegisteredMesh& previous, const RegisteredMesh& own, const RegisteredMesh& next) {
-  std::vector<double> squared;
-  for (size_t v = 0; v < own.vertices_mm.size(); ++v) {
-    if (!Measured(previous, v) || !Measured(own, v) || !Measured(next, v)) continue;
-    const Eigen::Vector3d middle = 0.5 * (previous.vertices_mm[v] + next.vertices_mm[v]);
-    squared.push_back((middle - own.vertices_mm[v]).squaredNorm() / 3);
+Eigen::Vector3d Middle(const RegisteredMesh& previous, const RegisteredMesh& next, size_t v) {
+  return 0.5 * (previous.vertices_mm[v] + next.vertices_mm[v]);
+}
+
+// Mean over a vertex and its neighbours, of those that `counted` names, as often as asked; others keep 0.
+std::vector<Eigen::Vector3d> Smoothed(const MeshGraph& graph, const std::vector<bool>& counted, int rings,
+                                      std::vector<Eigen::Vector3d> values) {
+  std::vector<Eigen::Vector3d> before;
+  for (int ring = 0; ring < rings; ++ring) {
+    before = values;
+    for (int v = 0; v < graph.vertices; ++v) {
+      if (!counted[v]) continue;
+      int count = 1;
+      for (int i = graph.first[v]; i < graph.first[v + 1]; ++i) {
+        const int other = graph.neighbor[i];
+        if (!counted[other]) continue;
+        values[v] += before[other];
+        ++count;
+      }
+      values[v] /= count;
+    }
   }
-  if (squared.empty()) return 0;
-  std::nth_element(squared.begin(), squared.begin() + squared.size() / 2, squared.end());
-  return std::sqrt(squared[squared.size() / 2]);
+  return values;
+}
+
+// How three frames of a vertex differ from even motion, own - middle: what was measured, and what of it is
+// the cloth's acceleration.
+struct UnevenMotion {
+  std::vector<bool> measured;                   // in all three frames
+  std::vector<Eigen::Vector3d> seen_mm;         // 0 where not measured
+  std::vector<Eigen::Vector3d> accelerated_mm;  // smooth over the surface; from the measured ones elsewhere
+};
+absl::StatusOr<UnevenMotion> FindUnevenMotion(const MeshGraph& graph, const RegisteredMesh& previous,
+                                              const RegisteredMesh& own, const RegisteredMesh& next,
+                                              int rings) {
+  const size_t vertices = own.vertices_mm.size();
+  UnevenMotion motion;
+  motion.measured.assign(vertices, false);
+  motion.seen_mm.assign(vertices, Eigen::Vector3d::Zero());
+  bool any = false;
+  for (size_t v = 0; v < vertices; ++v) {
+    if (!Measured(previous, v) || !Measured(own, v) || !Measured(next, v)) continue;
+    any = motion.measured[v] = true;
+    motion.seen_mm[v] = own.vertices_mm[v] - Middle(previous, next, v);
+  }
+  motion.accelerated_mm = Smoothed(graph, motion.measured, rings, motion.seen_mm);
+  if (any) {
+    absl::Status status = LaplacianFill(graph, motion.measured, &motion.accelerated_mm);
+    if (!status.ok()) return status;
+  }
+  return motion;
+}
+
+// Where measured vertices are by the measurements of three frames: of what is no acceleration, and so noise,
+// 2/3 go, then the three weigh the same. The larger a move against sigma, the less it is noise, and the less
+// of it is made. At the border to hidden cloth acceleration is known too poorly.
+std::vector<Eigen::Vector3d> SharedNoise(const MeshGraph& graph, const RegisteredMesh& own,
+                                         const UnevenMotion& motion, double max_sigmas) {
+  const auto inside = [&](int v) {
+    bool measured = motion.measured[v] && own.state[v] == VertexState::kObserved;
+    for (int i = graph.first[v]; i < graph.first[v + 1]; ++i) {
+      measured = measured && motion.measured[graph.neighbor[i]];
+    }
+    return measured;
+  };
+  std::vector<Eigen::Vector3d> position_mm = own.vertices_mm;
+  for (int v = 0; v < graph.vertices; ++v) {
+    if (!inside(v)) continue;
+    const Eigen::Vector3d move = 2.0 / 3 * (motion.accelerated_mm[v] - motion.seen_mm[v]);
+    const double limit_mm2 = std::pow(2 * max_sigmas * own.sigma_mm[v], 2);
+    if (limit_mm2 > 0) position_mm[v] += move * limit_mm2 / (limit_mm2 + move.squaredNorm());
+  }
+  return position_mm;
 }
 
 Deformation DeformationAt(const AlignmentModel& model, const std::vector<Eigen::Vector3d>& position_mm) {
@@ -81,6 +146,8 @@ absl::Status TemporalOptions::Validate() const {
   };
   if (!(weight > 0) || !std::isfinite(weight)) return bad("weight must be positive");
   if (!(reference_sigma_mm > 0)) return bad("reference_sigma_mm must be positive");
+  if (!(max_observed_sigmas >= 0)) return bad("max_observed_sigmas must not be negative");
+  if (accelerated_rings < 1) return bad("accelerated_rings must be at least 1");
   return elastic.Validate();
 }
 
@@ -92,8 +159,12 @@ absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const R
     if (absl::Status status = CheckSize(model, *mesh); !status.ok()) return status;
   }
   const size_t vertices = own.vertices_mm.size();
-  const double uneven_mm = UnevenMotionMm(previous, own, next);
+  const absl::StatusOr<UnevenMotion> motion =
+      FindUnevenMotion(model.graph(), previous, own, next, options.accelerated_rings);
+  if (!motion.ok()) return motion.status();
   RegisteredMesh refined = own;
+  refined.vertices_mm = SharedNoise(model.graph(), own, *motion, options.max_observed_sigmas);
+  const std::vector<Eigen::Vector3d> measured_mm = refined.vertices_mm;
   ElasticProblem problem;
   problem.targets_mm = own.vertices_mm;
   problem.weights.assign(vertices, options.weight * Eigen::Matrix3d::Identity());
@@ -102,11 +173,11 @@ absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const R
     problem.frozen[v] = Measured(own, v);
     if (problem.frozen[v]) continue;
     const double own_mm2 = std::pow(std::max(own.sigma_mm[v], 1e-3f), 2);
-    const double pair_mm2 =
-        (std::pow(previous.sigma_mm[v], 2) + std::pow(next.sigma_mm[v], 2)) / 4 + uneven_mm * uneven_mm;
+    const double pair_mm2 = (std::pow(previous.sigma_mm[v], 2) + std::pow(next.sigma_mm[v], 2)) / 4 +
+                            std::pow(kAccelerationError, 2) * motion->accelerated_mm[v].squaredNorm();
     const double own_share = options.weigh_by_sigma ? pair_mm2 / (own_mm2 + pair_mm2) : 0.5;
-    const Eigen::Vector3d middle = 0.5 * (previous.vertices_mm[v] + next.vertices_mm[v]);
-    problem.targets_mm[v] = own_share * own.vertices_mm[v] + (1 - own_share) * middle;  // Eq. 5
+    const Eigen::Vector3d even = Middle(previous, next, v) + motion->accelerated_mm[v];
+    problem.targets_mm[v] = own_share * own.vertices_mm[v] + (1 - own_share) * even;  // Eq. 5
     if (!options.weigh_by_sigma) continue;
     // Errors of one vertex in three frames are alike: the better of both counts, not their number.
     const double best_mm2 = std::min(own_mm2, pair_mm2);
@@ -118,7 +189,7 @@ absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const R
   if (!status.ok()) return status;
   // Single precision inside the solver must not move what was measured.
   for (size_t v = 0; v < vertices; ++v) {
-    if (problem.frozen[v]) refined.vertices_mm[v] = own.vertices_mm[v];
+    if (problem.frozen[v]) refined.vertices_mm[v] = measured_mm[v];
   }
   return Untangled(model, std::move(refined), options);
 }

@@ -15,6 +15,12 @@ struct TemporalOptions {
   // Eq. 5 gives the mean of both neighbours and the frame's own state half each. With this set, each counts
   // by its variance instead: cloth that both neighbours observed outweighs what the frame alone inferred.
   bool weigh_by_sigma = true;
+  // What three frames measured differs from even motion by the cloth's acceleration, which is alike over
+  // `accelerated_rings` rings of vertices, and by noise, which is not. Hidden vertices accelerate with the
+  // cloth around them. The noise of observed ones is shared out over the three frames; they move by at most
+  // max_observed_sigmas of their sigma_mm, 0 leaves them where they are.
+  double max_observed_sigmas = 0.5;
+  int accelerated_rings = 2;
   ElasticOptions elastic;
   bool remove_self_intersections = true;  // last, since moved vertices may meet other layers anew
   UntangleOptions untangle;
@@ -27,10 +33,10 @@ struct TemporalResult {
   UntangleReport untangling;  // all zero where it was not asked for
 };
 
-// One pass for one frame: hidden vertices minimise E_Smooth + lambda E_Dist, observed ones stay where they
-// are unless a self-intersection is removed there. All three meshes are of the pass before and have the
-// template's vertices. InvalidArgument: options, or meshes of another size. Otherwise as Align. The same
-// result at any thread count.
+// One pass for one frame: hidden vertices minimise E_Smooth + lambda E_Dist, observed ones move by at most
+// max_observed_sigmas of their sigma_mm (unless a self-intersection is removed there), which stays as it is.
+// All three meshes are of the pass before and have the template's vertices. InvalidArgument: options, or
+// meshes of another size. Otherwise as Align. The same result at any thread count.
 absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const RegisteredMesh& previous,
                                             const RegisteredMesh& own, const RegisteredMesh& next,
                                             const TemporalOptions& options,
