@@ -1,0 +1,103 @@
+// What each stage of the alignment is worth: time and error with it and without. Counters: errors in mm of
+// hidden and visible vertices against the truth, pairs of faces that intersect in the result.
+// On a wrinkled sheet of which a quarter is hidden; or on a frame of your own, with WEFT_ABLATION_TEMPLATE (a
+// template's folder), WEFT_ABLATION_TARGETS (points with template_vertex, or a cloud) and WEFT_ABLATION_TRUTH
+// (a mesh) in the environment.
+#include <benchmark/benchmark.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <functional>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "alignment/self_intersection.h"
+#include "services/files/cloud_file.h"
+#include "services/files/mesh_file.h"
+#include "services/files/template_file.h"
+#include "tests/benchmark/wrinkled_sheet.h"
+
+namespace weft {
+namespace {
+
+template <typename Value>
+Value OrExit(absl::StatusOr<Value> value) {
+  if (value.ok()) return *std::move(value);
+  std::fprintf(stderr, "ablation: %s\n", value.status().ToString().c_str());
+  std::exit(2);
+}
+
+testing::MeasuredSheet LoadFrame() {
+  const char *garment = std::getenv("WEFT_ABLATION_TEMPLATE"),
+             *targets = std::getenv("WEFT_ABLATION_TARGETS"), *truth = std::getenv("WEFT_ABLATION_TRUTH");
+  if (!garment || !targets || !truth) return testing::WrinkledSheet(160);
+  testing::MeasuredSheet frame;
+  frame.garment = OrExit(ReadTemplate(garment));
+  frame.truth = OrExit(ReadMesh(truth)).vertices_mm;
+  frame.targets = OrExit(ReadTargets(targets, frame.garment)).targets;
+  return frame;
+}
+
+// Mean and median.
+std::pair<double, double> Summary(std::vector<double> values) {
+  if (values.empty()) return {0, 0};
+  double sum = 0;
+  for (const double v : values) sum += v;
+  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+  return {sum / static_cast<double>(values.size()), values[values.size() / 2]};
+}
+
+void Ablate(benchmark::State& state, AlignOptions options, const std::function<void(AlignOptions*)>& change) {
+  static const testing::MeasuredSheet frame = LoadFrame();
+  static const AlignmentModel model(frame.garment);
+  change(&options);
+  AlignResult result;
+  tbb::task_arena(1).execute([&] {
+    for (auto _ : state) result = OrExit(weft::Align(model, frame.targets, options));
+  });
+  std::vector<bool> visible(frame.truth.size(), false);
+  for (const VertexTarget& t : frame.targets) visible[t.vertex] = true;
+  std::vector<double> error_mm[2];
+  for (size_t v = 0; v < frame.truth.size(); ++v) {
+    error_mm[visible[v]].push_back((result.mesh.vertices_mm[v] - frame.truth[v]).norm());
+  }
+  std::tie(state.counters["hidden_mean_mm"], state.counters["hidden_median_mm"]) = Summary(error_mm[0]);
+  state.counters["visible_mean_mm"] = Summary(error_mm[1]).first;
+  state.counters["pairs"] =
+      static_cast<double>(FindSelfIntersections(result.mesh.vertices_mm, frame.garment.rest.faces).size());
+}
+
+void Register(const std::string& name, const AlignOptions& options,
+              const std::function<void(AlignOptions*)>& change) {
+  benchmark::RegisterBenchmark(name.c_str(), [=](benchmark::State& state) { Ablate(state, options, change); })
+      ->Iterations(1)
+      ->Unit(benchmark::kMillisecond);
+}
+
+const int kRegistered = [] {
+  Register("best", BestPreset(), [](AlignOptions*) {});
+  Register("best/filled_counts_fully", BestPreset(), [](AlignOptions* o) { o->detection.filled_weight = 1; });
+  Register("best/bending_as_paper", BestPreset(),
+           [](AlignOptions* o) { o->elastic.distortion.bending = 0.5; });
+  Register("best/all_weigh_the_same", BestPreset(),
+           [](AlignOptions* o) { o->detection.weigh_by_sigma = false; });
+  Register("best/outliers_stay", BestPreset(), [](AlignOptions* o) { o->robust.max_rounds = 0; });
+  Register("best/with_push", BestPreset(), [](AlignOptions* o) { o->push.weight = 1; });
+  Register("best/not_untangled", BestPreset(), [](AlignOptions* o) { o->remove_self_intersections = false; });
+  Register("best/fill_and_rigid_fit_alone", BestPreset(), [](AlignOptions* o) {
+    o->elastic.max_iterations = 1;
+    o->remove_self_intersections = false;
+  });
+  Register("paper", PaperPreset(), [](AlignOptions*) {});
+  Register("paper/without_push", PaperPreset(), [](AlignOptions* o) { o->push.weight = 0; });
+  Register("paper/measured_not_frozen", PaperPreset(), [](AlignOptions* o) { o->freeze_observed = false; });
+  Register("paper/not_untangled", PaperPreset(),
+           [](AlignOptions* o) { o->remove_self_intersections = false; });
+  return 0;
+}();
+
+}  // namespace
+}  // namespace weft
