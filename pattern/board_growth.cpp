@@ -32,7 +32,7 @@ class Growth {
       const GrowthSeed& seed = seeds[k];
       if (!board_.Contains(seed.row, seed.col)) continue;
       const CellFit fit = fitter_.Fit(seed.row, seed.col, seed.frame, Weights(seed.row, seed.col, true),
-                                      {options_.iterations + 2, {}});
+                                      options_.iterations + 2);
       if (Acceptable(fit)) Enqueue({seed.row, seed.col, fit, seed.group, 0});
     }
     while (!queue_.empty()) {
@@ -44,7 +44,7 @@ class Growth {
       if (PlaceTaken(next.row, next.col, next.fit.frame)) continue;
       Take(next);
       for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}})
-        Try(next.row + dr, next.col + dc);
+        Try(next.row + dr, next.col + dc, dr, dc);
     }
     std::sort(cells_.begin(), cells_.end(), [](const GrownCell& s, const GrownCell& t) {
       return s.row != t.row ? s.row < t.row : s.col < t.col;
@@ -143,7 +143,8 @@ class Growth {
     queue_.push({candidate.fit.explained, static_cast<int>(cell), at});
   }
 
-  void Try(int row, int col) {
+  // Looks for the cell that is (dr, dc) from one just taken.
+  void Try(int row, int col, int dr, int dc) {
     if (!board_.Contains(row, col) || CellAt(row, col) >= 0) return;
     if (explained_[Index(row, col)] > kWellExplained) return;
     uint8_t& attempts = attempts_[Index(row, col)];
@@ -151,9 +152,26 @@ class Growth {
     ++attempts;
     int group = 0;
     const CellFrame predicted = Predict(row, col, &group);
-    const CellFit fit = fitter_.Fit(row, col, predicted, Weights(row, col, false), {options_.iterations, {}});
-    if (!Acceptable(fit)) return;
+    const NeighborWeights weights = Weights(row, col, false);
+    CellFit fit = fitter_.Fit(row, col, predicted, weights, options_.iterations);
+    if (!Acceptable(fit)) {
+      const GrownCell& from = cells_[CellAt(row - dr, col - dc)];
+      group = from.group;
+      fit = fitter_.Fit(row, col, TurnedAway(from.fit.frame, dr, dc), weights, options_.iterations);
+      if (!Acceptable(fit)) return;
+    }
     Enqueue({row, col, fit, group, 0});
+  }
+
+  // The cell (dr, dc) from another where the cloth turns away from the camera: folds end growth in most
+  // cases.
+  static CellFrame TurnedAway(const CellFrame& from, int dr, int dc) {
+    constexpr float kShortened = 0.65f, kStep = 0.5f * (1 + kShortened);
+    CellFrame f = from;
+    f.x += kStep * (static_cast<float>(dc) * f.ax + static_cast<float>(dr) * f.bx);
+    f.y += kStep * (static_cast<float>(dc) * f.ay + static_cast<float>(dr) * f.by);
+    for (float* v : {dc != 0 ? &f.ax : &f.bx, dc != 0 ? &f.ay : &f.by}) *v *= kShortened;
+    return f;
   }
 
   // Mean of what the known neighbours say.

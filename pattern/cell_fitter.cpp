@@ -10,12 +10,14 @@ namespace {
 
 // Grey levels by which the model is typically wrong; balances the priors.
 constexpr float kModelNoise = 8.0f;
-constexpr float kPositionPrior = 0.35f;  // cells
-constexpr float kShapePrior = 0.12f;     // per cell
-constexpr float kOffsetPrior = 12.0f;    // grey levels
-constexpr float kSlopePrior = 0.3f;      // of the gain, per cell
-constexpr float kLongestStep = 0.3f;     // cells
-constexpr float kShortestStep = 0.02f;   // cells; a shorter one ends the iterations
+constexpr float kPositionPrior = 0.35f;   // cells
+constexpr float kShapePrior = 0.12f;      // per cell
+constexpr float kOffsetPrior = 12.0f;     // grey levels
+constexpr float kSlopePrior = 0.3f;       // of the gain, per cell
+constexpr float kLongestStep = 0.3f;      // cells
+constexpr float kShortestStep = 0.02f;    // cells; a shorter one ends the iterations
+constexpr float kLeastPrecision = 1e-3f;  // keeps a step without evidence small
+constexpr int kLeastSamples = 12;         // in the image
 constexpr float kLeastAreaPx2 = 1.0f, kMostAreaPx2 = 4000.0f;
 
 // Index of the product of monomials p and q (of 1, u, v) among 1, u, v, uu, uv, vv.
@@ -130,12 +132,14 @@ void JudgeInk(const std::array<std::array<float, 4>, kCellColors + 1>& colors, i
 
 // Whether the samples of a cell are in the image: all, some or none.
 enum class Inside { kAll, kSome, kNone };
-Inside WhereIs(const CellFrame& f, const CellCurvature& bend, int width_px, int height_px) {
-  constexpr float kReach = 0.875f;
-  const float bend_x = 0.5f * (std::abs(bend.uu_x) + std::abs(bend.vv_x)) + std::abs(bend.uv_x);
-  const float bend_y = 0.5f * (std::abs(bend.uu_y) + std::abs(bend.vv_y)) + std::abs(bend.uv_y);
-  const float half_x = kReach * (std::abs(f.ax) + std::abs(f.bx) + bend_x);
-  const float half_y = kReach * (std::abs(f.ay) + std::abs(f.by) + bend_y);
+Inside WhereIs(const CellFrame& f, const CellBend& bend, int width_px, int height_px) {
+  const auto half = [&bend](float a, float b, int k) {
+    constexpr float kReach = 0.875f;
+    return kReach * (std::abs(a) + std::abs(b) + std::abs(bend.fold_u[k]) + std::abs(bend.fold_v[k]) +
+                     std::abs(bend.twist[k]) + std::abs(bend.fan_u[k]) + std::abs(bend.fan_v[k]) +
+                     std::abs(bend.rest[k]));
+  };
+  const float half_x = half(f.ax, f.bx, 0), half_y = half(f.ay, f.by, 1);
   const float x_last = static_cast<float>(width_px - 1), y_last = static_cast<float>(height_px - 1);
   if (f.x >= half_x && f.x <= x_last - half_x && f.y >= half_y && f.y <= y_last - half_y) return Inside::kAll;
   const bool some =
@@ -143,21 +147,85 @@ Inside WhereIs(const CellFrame& f, const CellCurvature& bend, int width_px, int 
   return some ? Inside::kSome : Inside::kNone;
 }
 
+// What CellBend adds to x (k = 0) or y (1) at (u, v).
+float BendAt(const CellBend& bend, int k, float u, float v) {
+  const float abs_u = std::abs(u), abs_v = std::abs(v);
+  return abs_u * bend.fold_u[k] + abs_v * bend.fold_v[k] + u * v * bend.twist[k] + u * abs_v * bend.fan_u[k] +
+         abs_u * v * bend.fan_v[k] + abs_u * abs_v * bend.rest[k];
+}
+
 // 1 for samples in the image, 0 for others; returns how many are.
-int MaskOutside(const CellFrame& f, const CellCurvature& bend, int width_px, int height_px, float* mask) {
+int MaskOutside(const CellFrame& f, const CellBend& bend, int width_px, int height_px, float* mask) {
   const float x_last = static_cast<float>(width_px - 1), y_last = static_cast<float>(height_px - 1);
   int inside = 0;
   for (int k = 0; k < kSampleGroups * kSampleLanes; ++k) {
     const float u = CellSample(k % kCellSide), v = CellSample(k / kCellSide);
-    const float x =
-        f.x + u * f.ax + v * f.bx + 0.5f * (u * u * bend.uu_x + v * v * bend.vv_x) + u * v * bend.uv_x;
-    const float y =
-        f.y + u * f.ay + v * f.by + 0.5f * (u * u * bend.uu_y + v * v * bend.vv_y) + u * v * bend.uv_y;
+    const float x = f.x + u * f.ax + v * f.bx + BendAt(bend, 0, u, v);
+    const float y = f.y + u * f.ay + v * f.by + BendAt(bend, 1, u, v);
     const bool in = x >= 0 && y >= 0 && x <= x_last && y <= y_last;
     mask[k] = in ? 1.0f : 0.0f;
     inside += in;
   }
   return inside;
+}
+
+// What the image shows where a cell is expected.
+class Window {
+ public:
+  Window(const CellKernels& kernels, const PixelView& image, const CellLook& look)
+      : kernels_(kernels), image_(image), look_(look) {}
+
+  // Fills the sums and the light for the cell at `frame`, in px of the image; false where the print cannot be
+  // there.
+  bool Look(const CellFrame& frame, const CellBend& bend, CellFit* fit) {
+    const Inside inside = WhereIs(frame, bend, image_.width_px, image_.height_px);
+    if (inside == Inside::kNone) return false;
+    if (inside == Inside::kSome) {
+      alignas(64) float mask[kSampleGroups * kSampleLanes];
+      if (MaskOutside(frame, bend, image_.width_px, image_.height_px, mask) < kLeastSamples) return false;
+      kernels_.render(look_, mask, &model);
+      rendered_ = false;
+      if (!(model.sums.shape > 0)) return false;
+    } else if (!rendered_) {
+      kernels_.render(look_, nullptr, &model);
+      rendered_ = true;
+    }
+    kernels_.sample(image_, frame, bend, &samples_);
+    kernels_.sum(model, samples_, &sums);
+    return light.Solve(model.sums, sums, fit);
+  }
+
+  CellModel model;
+  CellImageSums sums;
+  Light light;
+
+ private:
+  const CellKernels& kernels_;
+  const PixelView& image_;
+  const CellLook& look_;
+  CellSamples samples_;
+  bool rendered_ = false;
+};
+
+// The frame and bend that interpolate bilinearly between nine centres.
+void Interpolate(const CellNodes& nodes, CellFrame* frame, CellBend* bend) {
+  for (int k = 0; k < 2; ++k) {
+    const float* n = k == 0 ? nodes.x : nodes.y;
+    const float a = 0.5f * (n[5] - n[3]), b = 0.5f * (n[7] - n[1]);
+    const float fold_u = 0.5f * (n[5] + n[3]) - n[4], fold_v = 0.5f * (n[7] + n[1]) - n[4];
+    const float middle = n[4] + fold_u + fold_v;
+    const float d0 = n[0] - middle + a + b, d2 = n[2] - middle - a + b, d6 = n[6] - middle + a - b,
+                d8 = n[8] - middle - a - b;
+    (k == 0 ? frame->x : frame->y) = n[4];
+    (k == 0 ? frame->ax : frame->ay) = a;
+    (k == 0 ? frame->bx : frame->by) = b;
+    bend->fold_u[k] = fold_u;
+    bend->fold_v[k] = fold_v;
+    bend->twist[k] = 0.25f * (d0 - d2 - d6 + d8);
+    bend->fan_u[k] = 0.25f * (d2 + d8 - d0 - d6);
+    bend->fan_v[k] = 0.25f * (d6 + d8 - d0 - d2);
+    bend->rest[k] = 0.25f * (d0 + d2 + d6 + d8);
+  }
 }
 
 }  // namespace
@@ -182,66 +250,44 @@ CellFitter::CellFitter(const std::vector<ColorImage>& pyramid, const Board& boar
   }
 }
 
-void CellFitter::SetLook(int row, int col, const NeighborWeights& weights, CellLook* look) const {
+CellFitter::Level CellFitter::LevelFor(const CellFrame& frame) const {
+  const int level = PyramidLevelFor(frame.ShorterEdge(), pyramid_.size());
+  const ColorImage& image = pyramid_[level];
+  return {{image.rgbx.data(), image.width_px, image.height_px}, static_cast<float>(1 << level)};
+}
+
+CellLook CellFitter::LookAt(int row, int col, const CellFrame& frame, float scale,
+                            const NeighborWeights& weights) const {
+  CellLook look;
   for (int i = 0; i < 5; ++i) {
     const uint8_t* labels = &labels_[static_cast<size_t>(row + i) * (board_.cols + 4) + col];
-    for (int j = 0; j < 5; ++j) std::copy_n(colors_[labels[j]].data(), 4, look->colors[i][j]);
+    for (int j = 0; j < 5; ++j) std::copy_n(colors_[labels[j]].data(), 4, look.colors[i][j]);
   }
-  std::copy(appearance_.black.begin(), appearance_.black.end(), look->black);
-  std::copy(weights.begin(), weights.end(), look->neighbor_weights);
+  std::copy(appearance_.black.begin(), appearance_.black.end(), look.black);
+  std::copy(weights.begin(), weights.end(), look.neighbor_weights);
+  const float sigma = SigmaInPyramid(appearance_.sigma_px, scale) / frame.Area();
+  look.along_u = &profile_.AlongU(sigma * Length(frame.bx, frame.by));
+  look.along_v = &profile_.AlongV(sigma * Length(frame.ax, frame.ay));
+  return look;
 }
 
 CellFit CellFitter::Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights,
-                        const CellFitOptions& options) const {
+                        int iterations) const {
   constexpr float kPosition = kModelNoise * kModelNoise / (kPositionPrior * kPositionPrior);
   constexpr float kShape = kModelNoise * kModelNoise / (kShapePrior * kShapePrior);
-  constexpr int kLeastSamples = 12;
   static constexpr SmallVector<6> kPrior = {kPosition, kShape, kShape, kPosition, kShape, kShape};
   CellFit fit;
   fit.frame = start;
   const float area = start.Area();
   if (!(area > kLeastAreaPx2) || area > kMostAreaPx2) return fit;
-  const int level = PyramidLevelFor(start.ShorterEdge(), pyramid_.size());
-  const float scale = static_cast<float>(1 << level);
-  const ColorImage& image = pyramid_[level];
-  const PixelView view{image.rgbx.data(), image.width_px, image.height_px};
-
-  CellLook look;
-  SetLook(row, col, weights, &look);
-  const float sigma_px = SigmaInPyramid(appearance_.sigma_px, scale);
-  look.along_u = &profile_.AlongU(sigma_px * Length(start.bx, start.by) / area);
-  look.along_v = &profile_.AlongV(sigma_px * Length(start.ax, start.ay) / area);
-  const CellCurvature& c = options.curvature;
-  const CellCurvature bend{c.uu_x / scale, c.uu_y / scale, c.uv_x / scale,
-                           c.uv_y / scale, c.vv_x / scale, c.vv_y / scale};
-  CellModel model;
-  CellSamples samples;
-  CellImageSums sums;
-  Light light;
-  bool rendered = false;
+  const auto [image, scale] = LevelFor(start);
+  const CellLook look = LookAt(row, col, start, scale, weights);
+  Window window(kernels_, image, look);
   CellFrame frame = start.InHalvings(scale);
-  // The light at the frame; false where the print cannot be there.
-  const auto look_again = [&] {
-    const Inside inside = WhereIs(frame, bend, view.width_px, view.height_px);
-    if (inside == Inside::kNone) return false;
-    if (inside == Inside::kSome) {
-      alignas(64) float mask[kSampleGroups * kSampleLanes];
-      if (MaskOutside(frame, bend, view.width_px, view.height_px, mask) < kLeastSamples) return false;
-      kernels_.render(look, mask, &model);
-      rendered = false;
-      if (!(model.sums.shape > 0)) return false;
-    } else if (!rendered) {
-      kernels_.render(look, nullptr, &model);
-      rendered = true;
-    }
-    kernels_.sample(view, frame, bend, &samples);
-    kernels_.sum(model, samples, &sums);
-    return light.Solve(model.sums, sums, &fit);
-  };
   SmallVector<6> total = {};
-  for (int iteration = 0; iteration < options.iterations; ++iteration) {
-    if (!look_again()) return fit;
-    StepEquations equations(model.sums, sums, light, fit.gain);
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    if (!window.Look(frame, {}, &fit)) return fit;
+    StepEquations equations(window.model.sums, window.sums, window.light, fit.gain);
     for (int p = 0; p < 6; ++p) {
       equations.normal[p][p] += kPrior[p];
       equations.residual[p] -= kPrior[p] * total[p];
@@ -259,16 +305,51 @@ CellFit CellFitter::Fit(int row, int col, const CellFrame& start, const Neighbor
     fit.frame = frame.InHalvings(1 / scale);
     fit.moved_cells = Length(total[0], total[3]);
     if (!(fit.moved_cells < 1)) return fit;
-    if (iteration + 1 == options.iterations || length < kShortestStep) {
+    if (iteration + 1 == iterations || length < kShortestStep) {
       const SmallVector<6> along_u = solver.Forward({1, 0, 0, 0, 0, 0}),
                            along_v = solver.Forward({0, 0, 0, 1, 0, 0});
       const float variance = 0.5f * (Dot(along_u, along_u) + Dot(along_v, along_v));
       fit.sigma_px = fit.noise * std::sqrt(std::max(fit.frame.Area(), 0.0f) * variance);
-      if (length >= kShortestStep && !look_again()) return fit;
+      if (length >= kShortestStep && !window.Look(frame, {}, &fit)) return fit;
       break;
     }
   }
-  JudgeInk(colors_, static_cast<int>(board_.at(row, col)), model.sums, sums, &fit);
+  JudgeInk(colors_, static_cast<int>(board_.at(row, col)), window.model.sums, window.sums, &fit);
+  fit.converged = true;
+  return fit;
+}
+
+CellFit CellFitter::FitCenter(int row, int col, const CellNodes& nodes, const NeighborWeights& weights,
+                              const CenterPrior& prior) const {
+  CellFit fit;
+  CellBend bend;
+  Interpolate(nodes, &fit.frame, &bend);
+  CellFrame& f = fit.frame;
+  const float area = f.Area();
+  if (!(area > kLeastAreaPx2) || area > kMostAreaPx2) return fit;
+  const auto [image, scale] = LevelFor(f);
+  CellLook look = LookAt(row, col, f, scale, weights);
+  look.moves_center = true;
+  Window window(kernels_, image, look);
+  if (!window.Look(f.InHalvings(scale), bend.InHalvings(scale), &fit)) return fit;
+  const StepEquations equations(window.model.sums, window.sums, window.light, fit.gain);
+  // The pull of the prior, given in px, on steps in cells; the print moves against the steps.
+  const float precision = kModelNoise * kModelNoise * prior.precision;
+  const float x = precision * (f.x - prior.x), y = precision * (f.y - prior.y);
+  const float uu = equations.normal[0][0] + precision * (f.ax * f.ax + f.ay * f.ay) + kLeastPrecision,
+              uv = equations.normal[3][0] + precision * (f.ax * f.bx + f.ay * f.by),
+              vv = equations.normal[3][3] + precision * (f.bx * f.bx + f.by * f.by) + kLeastPrecision;
+  const float u = equations.residual[0] + f.ax * x + f.ay * y,
+              v = equations.residual[3] + f.bx * x + f.by * y;
+  const float determinant = uu * vv - uv * uv;
+  if (!(determinant > 0)) return fit;
+  const float du = (vv * u - uv * v) / determinant, dv = (uu * v - uv * u) / determinant;
+  fit.moved_cells = Length(du, dv);
+  const float shortened = fit.moved_cells > kLongestStep ? kLongestStep / fit.moved_cells : 1;
+  f.x -= shortened * (f.ax * du + f.bx * dv);
+  f.y -= shortened * (f.ay * du + f.by * dv);
+  fit.sigma_px = fit.noise * std::sqrt(0.5f * area * (uu + vv) / determinant);
+  JudgeInk(colors_, static_cast<int>(board_.at(row, col)), window.model.sums, window.sums, &fit);
   fit.converged = true;
   return fit;
 }

@@ -30,9 +30,10 @@ struct CellFit {
   float sigma_px = 0;  // predicted standard deviation of the position per axis
 };
 
-struct CellFitOptions {
-  int iterations = 4;
-  CellCurvature curvature;
+// What the cells around say about where a cell's centre is.
+struct CenterPrior {
+  float x = 0, y = 0;
+  float precision = 0;  // 1 / px^2
 };
 
 // Fits cells of one board to one image, whose halvings `pyramid` holds (level k is 2^k times smaller); all
@@ -42,14 +43,26 @@ class CellFitter {
   CellFitter(const std::vector<ColorImage>& pyramid, const Board& board, const SampledProfile& profile,
              const Appearance& appearance);
 
-  // Gauss-Newton from `start` on the six parameters of the frame, for a cell of the board; gain and offset of
-  // the light are eliminated. The window reaches one cell to all sides and counts less towards its border.
-  // Not converged where the window leaves the image or the print cannot be there.
-  CellFit Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights,
-              const CellFitOptions& options) const;
+  // Gauss-Newton from `start` on the six parameters of the frame; gain and offset of the light are
+  // eliminated. The window reaches one cell to all sides and counts less towards its border. Not converged
+  // where the window leaves the image or the print cannot be there.
+  CellFit Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights, int iterations) const;
+
+  // One Gauss-Newton step of the centre alone, in a print that is interpolated bilinearly between the nine
+  // centres (cloth creased at the centres, as a mesh with a vertex per cell). The other numbers are those
+  // before the step; sigma_px takes the cells around as known.
+  CellFit FitCenter(int row, int col, const CellNodes& nodes, const NeighborWeights& weights,
+                    const CenterPrior& prior) const;
 
  private:
-  void SetLook(int row, int col, const NeighborWeights& weights, CellLook* look) const;
+  // The image of the pyramid that a cell is measured in.
+  struct Level {
+    PixelView image;
+    float scale;
+  };
+  Level LevelFor(const CellFrame& frame) const;
+  CellLook LookAt(int row, int col, const CellFrame& frame, float scale,
+                  const NeighborWeights& weights) const;
 
   const std::vector<ColorImage>& pyramid_;
   const Board& board_;

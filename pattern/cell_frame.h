@@ -20,10 +20,26 @@ struct CellFrame {
   }
 };
 
-// Second derivatives of the image position over board columns (u) and rows (v), in px: how a cell's
-// surroundings bend away from its frame.
-struct CellCurvature {
-  float uu_x = 0, uu_y = 0, uv_x = 0, uv_y = 0, vv_x = 0, vv_y = 0;
+// How the print bends at a cell. At (u, v) cells from its centre, -1 to 1, the image position is that of the
+// frame plus |u| fold_u + |v| fold_v + u v twist + u |v| fan_u + |u| v fan_v + |u v| rest; (x, y) each, in
+// px.
+struct CellBend {
+  float fold_u[2] = {}, fold_v[2] = {}, twist[2] = {}, fan_u[2] = {}, fan_v[2] = {}, rest[2] = {};
+
+  // In px of an image `scale` times smaller.
+  CellBend InHalvings(float scale) const {
+    CellBend bend = *this;
+    for (float* v : {bend.fold_u, bend.fold_v, bend.twist, bend.fan_u, bend.fan_v, bend.rest}) {
+      v[0] /= scale;
+      v[1] /= scale;
+    }
+    return bend;
+  }
+};
+
+// Centres of a cell and the eight around it, row by row, in px.
+struct CellNodes {
+  float x[9] = {}, y[9] = {};
 };
 
 // A board cell at its place in the image.

@@ -16,6 +16,9 @@ struct CellLook {
   float neighbor_weights[9];  // 3x3, row by row
   const ProfileAlongU* along_u;
   const ProfileAlongV* along_v;
+  // The slopes are those of a move of the centre alone, which dies out linearly towards the cells around,
+  // instead of a move of all.
+  bool moves_center = false;
 };
 
 // Weighted sums over the samples and the three channels. t is the rendered cell, tu and tv its derivatives by
@@ -62,8 +65,7 @@ struct CellKernels {
   void (*render)(const CellLook& look, const float* mask, CellModel* model);
   // Bilinear samples at the places of a cell; places outside of the image (at least 2x2) are moved to its
   // border.
-  void (*sample)(const PixelView& image, const CellFrame& frame, const CellCurvature& curvature,
-                 CellSamples* samples);
+  void (*sample)(const PixelView& image, const CellFrame& frame, const CellBend& bend, CellSamples* samples);
   void (*sum)(const CellModel& model, const CellSamples& samples, CellImageSums* sums);
 };
 

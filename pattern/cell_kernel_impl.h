@@ -15,6 +15,8 @@ inline Lanes RowOf(int group) {
                lower, lower, lower, lower, lower, lower, lower, lower};
 }
 
+inline Lanes Abs(Lanes v) { return v < 0.0f ? -v : v; }
+
 inline Lanes4 Folded(Lanes v) {
   const Lanes8 half = __builtin_shufflevector(v, v, 0, 1, 2, 3, 4, 5, 6, 7) +
                       __builtin_shufflevector(v, v, 8, 9, 10, 11, 12, 13, 14, 15);
@@ -65,6 +67,7 @@ void Render(const CellLook& look, const float* mask, CellModel* model) {
   Lanes sums[51] = {};
   for (int m = 0; m < kSampleGroups; ++m) {
     const Lanes v = RowOf(m);
+    const Lanes tent = (1.0f - Abs(kU)) * (1.0f - Abs(v));
     Lanes w = across[kNear[m]] * (1.0f - v * v);
     if (mask != nullptr) w *= Load(mask + kSampleLanes * m);
     Store(w, model->w[m]);
@@ -87,6 +90,10 @@ void Render(const CellLook& look, const float* mask, CellModel* model) {
         t += rows[a][c] * p;
         tu += slopes[a][c] * p;
         tv += rows[a][c] * Load(look.along_v->slope[m][a]);
+      }
+      if (look.moves_center) {
+        tu *= tent;
+        tv *= tent;
       }
       const Lanes wt = w * t, wtu = w * tu, wtv = w * tv;
       Store(wt, model->wt[c][m]);
@@ -128,18 +135,26 @@ inline IntLanes Pixels(const int32_t* pairs, int right) {
   return EveryOther(Int(pairs), Int(pairs + kSampleLanes), right);
 }
 
-void Sample(const PixelView& image, const CellFrame& frame, const CellCurvature& bend, CellSamples* samples) {
+void Sample(const PixelView& image, const CellFrame& frame, const CellBend& bend, CellSamples* samples) {
   const float x_last = static_cast<float>(image.width_px - 1) - 0.001f,
               y_last = static_cast<float>(image.height_px - 1) - 0.001f;
-  const Lanes x_row = frame.x + kU * frame.ax + (0.5f * bend.uu_x) * (kU * kU);
-  const Lanes y_row = frame.y + kU * frame.ay + (0.5f * bend.uu_y) * (kU * kU);
+  // The position at v = 0 and its slopes over v and |v|, along the columns.
+  const float center[2] = {frame.x, frame.y}, a[2] = {frame.ax, frame.ay}, b[2] = {frame.bx, frame.by};
+  const Lanes abs_u = Abs(kU);
+  Lanes middle[2], over_v[2], over_abs_v[2];
+  for (int k = 0; k < 2; ++k) {
+    middle[k] = center[k] + kU * a[k] + abs_u * bend.fold_u[k];
+    over_v[k] = b[k] + kU * bend.twist[k] + abs_u * bend.fan_v[k];
+    over_abs_v[k] = bend.fold_v[k] + kU * bend.fan_u[k] + abs_u * bend.rest[k];
+  }
   // In steps over all samples: what is written by parts and read as a whole stalls when read at once.
   Lanes fx[kSampleGroups], fy[kSampleGroups];
   alignas(64) int32_t at[kSampleGroups * kSampleLanes];
   for (int m = 0; m < kSampleGroups; ++m) {
     const Lanes v = RowOf(m);
-    Lanes x = x_row + v * (frame.bx + bend.uv_x * kU) + (0.5f * bend.vv_x) * (v * v);
-    Lanes y = y_row + v * (frame.by + bend.uv_y * kU) + (0.5f * bend.vv_y) * (v * v);
+    const Lanes abs_v = Abs(v);
+    Lanes x = middle[0] + v * over_v[0] + abs_v * over_abs_v[0];
+    Lanes y = middle[1] + v * over_v[1] + abs_v * over_abs_v[1];
     x = x > 0.0f ? (x < x_last ? x : Lanes{} + x_last) : Lanes{};
     y = y > 0.0f ? (y < y_last ? y : Lanes{} + y_last) : Lanes{};
     const IntLanes xi = __builtin_convertvector(x, IntLanes), yi = __builtin_convertvector(y, IntLanes);

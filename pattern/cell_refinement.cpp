@@ -3,138 +3,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <initializer_list>
 #include <utility>
+
+#include "pattern/cell_map.h"
+#include "pattern/cell_mesh.h"
 
 namespace weft {
 namespace {
-
-constexpr float kLargestShift = 0.25f;  // cells
-
-// Cells by their place on the board.
-class CellMap {
- public:
-  CellMap(const Board& board, const std::vector<GrownCell>& cells)
-      : board_(board), index_(board.cells.size(), -1) {
-    for (size_t k = 0; k < cells.size(); ++k) {
-      index_[static_cast<size_t>(cells[k].row) * board.cols + cells[k].col] = static_cast<int>(k);
-    }
-  }
-
-  // Index of the cell, -1 where there is none.
-  int At(int row, int col) const {
-    return board_.Contains(row, col) ? index_[static_cast<size_t>(row) * board_.cols + col] : -1;
-  }
-
- private:
-  const Board& board_;
-  std::vector<int> index_;
-};
-
-// The 3x3 cells around one, row by row; null where unknown.
-using Surroundings = std::array<const CellFrame*, 9>;
-
-Surroundings Around(const CellMap& map, const std::vector<CellFrame>& frames, int row, int col) {
-  Surroundings near;
-  for (int k = 0; k < 9; ++k) {
-    const int other = map.At(row + k / 3 - 1, col + k % 3 - 1);
-    near[k] = other >= 0 ? &frames[other] : nullptr;
-  }
-  return near;
-}
-
-// Distance in cells between a cell and where its neighbours expect it; a neighbour expects it half way
-// between what its own edges say and what the cell's edges say.
-float Misfit(const Surroundings& near) {
-  const CellFrame& here = *near[4];
-  float x = 0, y = 0, weights = 0;
-  for (int k = 0; k < 9; ++k) {
-    if (k == 4 || !near[k]) continue;
-    const float dc = static_cast<float>(k % 3 - 1), dr = static_cast<float>(k / 3 - 1);
-    const CellFrame& f = *near[k];
-    const float weight = dc != 0 && dr != 0 ? 0.5f : 1.0f;
-    x += weight * (f.x - 0.5f * (dc * (f.ax + here.ax) + dr * (f.bx + here.bx)) - here.x);
-    y += weight * (f.y - 0.5f * (dc * (f.ay + here.ay) + dr * (f.by + here.by)) - here.y);
-    weights += weight;
-  }
-  if (weights == 0) return 0;
-  x /= weights;
-  y /= weights;
-  const float area = here.Area();
-  return std::hypot(here.by * x - here.bx * y, here.ax * y - here.ay * x) / area;
-}
-
-std::vector<CellFrame> Frames(const std::vector<GrownCell>& cells) {
-  std::vector<CellFrame> frames;
-  frames.reserve(cells.size());
-  for (const GrownCell& cell : cells) frames.push_back(cell.fit.frame);
-  return frames;
-}
-
-// Positions along one axis of the board, three cells to both sides; null where unknown.
-using Line = std::array<const CellFrame*, 7>;
-
-Line LineThrough(const CellMap& map, const std::vector<CellFrame>& frames, int row, int col, int dr, int dc) {
-  Line line;
-  for (int k = -3; k <= 3; ++k) {
-    const int other = map.At(row + k * dr, col + k * dc);
-    line[k + 3] = other >= 0 ? &frames[other] : nullptr;
-  }
-  return line;
-}
-
-// What the differences along a line of cells say about the error of the middle one. A fit averages over the
-// cell, so the middle is off towards the chord of bent cloth: by kBend of the second difference. And what
-// is rough between neighbours is noise: part of the third or fourth difference. The shares were fitted to
-// ray-traced views with known truth.
-struct Shift {
-  float x = 0, y = 0;
-};
-Shift ErrorAlong(const Line& line) {
-  const auto known = [&](int from, int to) {
-    return std::all_of(line.begin() + 3 + from, line.begin() + 4 + to, [](const CellFrame* f) { return f; });
-  };
-  // Weights of the cells -3 to 3.
-  static constexpr std::array<float, 7> kFive = {0, 0.065f, -0.095f, 0.06f, -0.095f, 0.065f, 0};
-  static constexpr std::array<float, 7> kFour = {0, 0, 0.05f, -0.04f, -0.07f, 0.06f, 0};
-  static constexpr std::array<float, 7> kThree = {0, 0, 0.05f, -0.1f, 0.05f, 0, 0};
-  static constexpr std::array<float, 7> kOneSided = {0, 0, 0, 0.08f, -0.18f, 0.12f, -0.02f};
-  const std::array<float, 7>* weights = nullptr;
-  bool mirrored = false;
-  if (known(-2, 2)) {
-    weights = &kFive;
-  } else if (known(-1, 1)) {
-    mirrored = known(-2, 1);
-    weights = mirrored || known(-1, 2) ? &kFour : &kThree;
-  } else if (known(0, 3) || known(-3, 0)) {
-    mirrored = !known(0, 3);
-    weights = &kOneSided;
-  }
-  Shift error;
-  if (weights == nullptr) return error;
-  for (int k = -3; k <= 3; ++k) {
-    const float weight = (*weights)[3 + k];
-    if (weight == 0) continue;
-    const CellFrame& f = *line[mirrored ? 3 - k : 3 + k];
-    error.x += weight * f.x;
-    error.y += weight * f.y;
-  }
-  return error;
-}
-
-void Sharpen(const Board& board, std::vector<GrownCell>* cells) {
-  const CellMap map(board, *cells);
-  const std::vector<CellFrame> before = Frames(*cells);
-  for (size_t k = 0; k < cells->size(); ++k) {
-    GrownCell& cell = (*cells)[k];
-    const Shift u = ErrorAlong(LineThrough(map, before, cell.row, cell.col, 0, 1));
-    const Shift v = ErrorAlong(LineThrough(map, before, cell.row, cell.col, 1, 0));
-    // Larger ones are no noise: a neighbour is wrong.
-    const float x = u.x + v.x, y = u.y + v.y, limit = kLargestShift * before[k].ShorterEdge();
-    if (x * x + y * y > limit * limit) continue;
-    cell.fit.frame.x -= x;
-    cell.fit.frame.y -= y;
-  }
-}
 
 // How clearly the ink leads the others, 0 to 1.
 float RelativeLead(const CellFit& fit) {
@@ -142,41 +18,88 @@ float RelativeLead(const CellFit& fit) {
   return std::clamp(fit.ink_lead / contrast2, 0.0f, 1.0f);
 }
 
-// Probability that a cell is where it was found: a logistic model of how well the print explains its
-// surroundings and its neighbours', how many neighbours are known and agree, and how clearly its ink leads
-// the others. The weights were fitted to ray-traced views with known truth.
-float Confidence(const CellMap& map, const std::vector<GrownCell>& cells, const GrownCell& cell,
-                 float misfit_cells, int width_px, int height_px) {
+// What speaks for a cell and against it.
+constexpr int kReasons = 11;
+using Evidence = std::array<float, kReasons>;
+
+// Sums over the cells around one.
+struct Surroundings {
+  float known = 0, explained = 0, light = 0, lead = 0, shape = 0;
+  // Where they expect the cell, less where it is; each half way between what its own edges say and what the
+  // cell's edges say. In px, with weights.
+  float x = 0, y = 0, weights = 0;
+  std::array<bool, 9> present = {};  // or cut off by the border of the image
+
+  void Add(const CellFrame& here, const CellFit& near, float dr, float dc) {
+    const CellFrame& f = near.frame;
+    known += 1;
+    explained += std::clamp(near.explained, 0.0f, 1.0f);
+    light += near.gain;
+    lead += RelativeLead(near);
+    shape += (std::hypot(here.ax - f.ax, here.ay - f.ay) + std::hypot(here.bx - f.bx, here.by - f.by)) /
+             here.ShorterEdge();
+    const float weight = dc != 0 && dr != 0 ? 0.5f : 1.0f;
+    x += weight * (f.x - 0.5f * (dc * (f.ax + here.ax) + dr * (f.bx + here.bx)) - here.x);
+    y += weight * (f.y - 0.5f * (dc * (f.ay + here.ay) + dr * (f.by + here.by)) - here.y);
+    weights += weight;
+  }
+
+  // Distance between a cell and where it is expected, in cells.
+  float Misfit(const CellFrame& here) const {
+    return std::hypot(here.by * x - here.bx * y, here.ax * y - here.ay * x) / (weights * here.Area());
+  }
+};
+
+Surroundings Around(const CellMap& map, const std::vector<GrownCell>& cells, const GrownCell& cell,
+                    int width_px, int height_px) {
   const CellFrame& f = cell.fit.frame;
-  float neighbors = 0, explained_around = 0, light_around = 0, lead_around = 0, shape = 0;
-  float present = 0, edge_present = 0;  // with those that the border of the image cuts off
+  Surroundings around;
   for (int k = 0; k < 9; ++k) {
-    if (k == 4) continue;
-    const int dr = k / 3 - 1, dc = k % 3 - 1;
-    const int other = map.At(cell.row + dr, cell.col + dc);
-    const float x = f.x + static_cast<float>(dc) * f.ax + static_cast<float>(dr) * f.bx,
-                y = f.y + static_cast<float>(dc) * f.ay + static_cast<float>(dr) * f.by;
+    const int other = map.At(cell.row + k / 3 - 1, cell.col + k % 3 - 1);
+    const float dr = static_cast<float>(k / 3 - 1), dc = static_cast<float>(k % 3 - 1);
+    const float x = f.x + dc * f.ax + dr * f.bx, y = f.y + dc * f.ay + dr * f.by;
     const bool outside =
         x < 0 || y < 0 || x > static_cast<float>(width_px - 1) || y > static_cast<float>(height_px - 1);
-    present += other >= 0 || outside;
-    edge_present += (other >= 0 || outside) && k % 2 == 1;
-    if (other < 0) continue;
-    neighbors += 1;
-    const CellFit& fit = cells[other].fit;
-    explained_around += std::clamp(fit.explained, 0.0f, 1.0f);
-    light_around += fit.gain;
-    lead_around += RelativeLead(fit);
-    const CellFrame& g = fit.frame;
-    shape += (std::hypot(f.ax - g.ax, f.ay - g.ay) + std::hypot(f.bx - g.bx, f.by - g.by)) / f.ShorterEdge();
+    around.present[k] = other >= 0 || outside;
+    if (k != 4 && other >= 0) around.Add(f, cells[other].fit, dr, dc);
   }
-  if (neighbors == 0) return 0;
-  const float explained = std::clamp(cell.fit.explained, 0.0f, 1.0f);
-  const float share = 1 / neighbors;
-  const float light = std::min(std::abs(std::log(cell.fit.gain / (share * light_around))), 2.0f);
-  const float logit = -6.82f + 2.89f * explained + 4.59f * share * explained_around +
-                      1.09f * RelativeLead(cell.fit) + 2.36f * share * lead_around + 3.5f * present / 8 +
-                      2.19f * edge_present / 4 - 0.79f * std::min(misfit_cells, 1.0f) - 2.36f * light -
-                      2.39f * std::min(share * shape, 2.0f);
+  return around;
+}
+
+Evidence EvidenceFor(const CellFit& fit, const Surroundings& around) {
+  const auto& p = around.present;
+  const auto count = [&p](std::initializer_list<int> places) {
+    return static_cast<float>(std::count_if(places.begin(), places.end(), [&p](int k) { return p[k]; }));
+  };
+  const float quads = static_cast<float>(p[0] && p[1] && p[3]) + static_cast<float>(p[1] && p[2] && p[5]) +
+                      static_cast<float>(p[3] && p[6] && p[7]) + static_cast<float>(p[5] && p[7] && p[8]);
+  const CellFrame& f = fit.frame;
+  const float height_px = f.Area() / std::max(std::hypot(f.ax, f.ay), std::hypot(f.bx, f.by));
+  const float share = 1 / around.known;
+  const float light = std::min(std::abs(std::log(fit.gain / (share * around.light))), 2.0f);
+  return {std::clamp(fit.explained, 0.0f, 1.0f),
+          share * around.explained,
+          RelativeLead(fit),
+          share * around.lead,
+          count({0, 1, 2, 3, 5, 6, 7, 8}) / 8,
+          count({1, 3, 5, 7}) / 4,
+          quads / 4,
+          std::log(std::clamp(around.Misfit(f), 0.01f, 1.0f)),
+          std::log(std::max(light, 0.005f)),
+          std::log(std::clamp(share * around.shape, 0.02f, 2.0f)),
+          std::log(fit.sigma_px / height_px)};
+}
+
+// Probability that a cell is where it was found, by a logistic model. The weights were fitted to ray-traced
+// views with known truth.
+float Confidence(const CellFit& fit, const Surroundings& around) {
+  static constexpr float kConstant = -10.78f;
+  static constexpr Evidence kWeights = {2.15f, 4.38f,  1.28f,  3.51f,  2.43f, 1.13f,
+                                        1.36f, -0.36f, -0.23f, -0.69f, -0.22f};
+  if (around.known == 0) return 0;
+  const Evidence evidence = EvidenceFor(fit, around);
+  float logit = kConstant;
+  for (int k = 0; k < kReasons; ++k) logit += kWeights[k] * evidence[k];
   return 1 / (1 + std::exp(-logit));
 }
 
@@ -212,6 +135,14 @@ std::vector<int> ComponentSizes(const Board& board, const std::vector<GrownCell>
   return size;
 }
 
+// Chance finds as many more small components as there is more to search, and each further cell of one is less
+// likely by about the same factor.
+int LeastComponent(int least, size_t cells) {
+  constexpr float kCellsOfFew = 1000, kCellsPerE = 4.4f;
+  const float more = kCellsPerE * std::log(std::max(1.0f, static_cast<float>(cells) / kCellsOfFew));
+  return least + static_cast<int>(more);
+}
+
 }  // namespace
 
 absl::Status CellRefinementOptions::Validate() const {
@@ -222,20 +153,20 @@ absl::Status CellRefinementOptions::Validate() const {
   return absl::OkStatus();
 }
 
-void RefineCells(const Board& board, int width_px, int height_px, const CellRefinementOptions& options,
-                 std::vector<GrownCell>* cells) {
+void RefineCells(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+                 const CellRefinementOptions& options, std::vector<GrownCell>* cells) {
+  SweepCenters(fitter, board, cells);
   {
     const CellMap map(board, *cells);
-    const std::vector<CellFrame> frames = Frames(*cells);
     for (GrownCell& cell : *cells) {
-      cell.confidence =
-          Confidence(map, *cells, cell, Misfit(Around(map, frames, cell.row, cell.col)), width_px, height_px);
+      cell.confidence = Confidence(cell.fit, Around(map, *cells, cell, width_px, height_px));
     }
     Filter([&](size_t k) { return (*cells)[k].confidence >= options.min_confidence; }, cells);
   }
   const std::vector<int> sizes = ComponentSizes(board, *cells);
-  Filter([&](size_t k) { return sizes[k] >= options.min_component; }, cells);
-  Sharpen(board, cells);
+  const int least = LeastComponent(options.min_component, cells->size());
+  Filter([&](size_t k) { return sizes[k] >= least; }, cells);
+  SweepCenters(fitter, board, cells);
 }
 
 }  // namespace weft

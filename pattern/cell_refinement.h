@@ -11,15 +11,15 @@ namespace weft {
 struct CellRefinementOptions {
   // A cell whose identity and place are less certain is dropped.
   float min_confidence = 0.975f;
-  // Fewer connected cells than this may be chance.
+  // Fewer connected cells than this may be chance, in a view of up to a thousand; larger ones ask for more.
   int min_component = 5;
 
   absl::Status Validate() const;
 };
 
-// Drops cells that are too uncertain and those that are left in small groups, then sharpens the places of the
-// rest by their neighbours'. Order is kept.
-void RefineCells(const Board& board, int width_px, int height_px, const CellRefinementOptions& options,
-                 std::vector<GrownCell>* cells);
+// Fits the centres of neighbouring cells together, drops cells that are too uncertain and those that are left
+// in small groups, and fits the rest once more. Order is kept.
+void RefineCells(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+                 const CellRefinementOptions& options, std::vector<GrownCell>* cells);
 
 }  // namespace weft

@@ -120,8 +120,7 @@ std::vector<Observation> Centers(const std::vector<GrownCell>& cells) {
   return centers;
 }
 
-// Corners between four known cells. What a cell's edges predict and the mean of the centres err by the same
-// amount in opposite directions where the surface bends, so half of each is right to third order.
+// Corners between four known cells, in the middle of them, as the centres were fitted.
 std::vector<Observation> Corners(const std::vector<GrownCell>& cells) {
   std::vector<Observation> corners;
   const auto find = [&](int row, int col) -> const GrownCell* {
@@ -141,10 +140,8 @@ std::vector<Observation> Corners(const std::vector<GrownCell>& cells) {
       const GrownCell* cell = k == 3 ? &last : find(last.row - 1 + k / 2, last.col - 1 + k % 2);
       complete = cell != nullptr;
       if (!complete) break;
-      const CellFrame& f = cell->fit.frame;
-      const double towards_col = k % 2 == 0 ? 0.25 : -0.25, towards_row = k / 2 == 0 ? 0.25 : -0.25;
-      o.x_px += 0.25 * (f.x + towards_col * f.ax + towards_row * f.bx);
-      o.y_px += 0.25 * (f.y + towards_col * f.ay + towards_row * f.by);
+      o.x_px += 0.25 * cell->fit.frame.x;
+      o.y_px += 0.25 * cell->fit.frame.y;
       // The four windows overlap, so their errors do not average out.
       const double sigma_px = kSigmaFactor * cell->fit.sigma_px;
       variance_px2 += 0.25 * sigma_px * sigma_px;
@@ -202,7 +199,7 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
   std::vector<GrownCell> cells =
       GrowOnBoard(fitter, board.board(), frame.width_px, frame.height_px, seeds, options.growth);
   result.timings.growth_ms = watch.LapMs();
-  RefineCells(board.board(), frame.width_px, frame.height_px, options.refinement, &cells);
+  RefineCells(fitter, board.board(), frame.width_px, frame.height_px, options.refinement, &cells);
   if (LooksLikeChance(result.patches, cells)) {
     cells.clear();
     for (PatchReport& patch : result.patches) {

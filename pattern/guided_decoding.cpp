@@ -130,8 +130,7 @@ class GuidedSearch {
         CellFrame start = wanted.frame;
         start.x += 0.5f * (static_cast<float>(j) * start.ax + static_cast<float>(i) * start.bx);
         start.y += 0.5f * (static_cast<float>(j) * start.ay + static_cast<float>(i) * start.by);
-        const CellFit fit =
-            fitter_.Fit(wanted.row, wanted.col, start, wanted.in_sight, {options_.iterations, {}});
+        const CellFit fit = fitter_.Fit(wanted.row, wanted.col, start, wanted.in_sight, options_.iterations);
         if (fit.converged && (!best.converged || fit.explained > best.explained)) best = fit;
       }
     }
@@ -171,7 +170,7 @@ class GuidedSearch {
   float ExplainedAlone(const PredictedCell& wanted, const CellFrame& frame) const {
     NeighborWeights alone{};
     alone[4] = 1;
-    return fitter_.Fit(wanted.row, wanted.col, frame, alone, {1, {}}).explained;
+    return fitter_.Fit(wanted.row, wanted.col, frame, alone, 1).explained;
   }
 
   // What the print of other places of the board explains at a place.
@@ -181,7 +180,7 @@ class GuidedSearch {
     for (int dr = -reach; dr <= reach; ++dr) {
       for (int dc = -reach; dc <= reach; ++dc) {
         if (dr == 0 && dc == 0) continue;
-        const CellFit rival = fitter_.Fit(wanted.row + dr, wanted.col + dc, frame, wanted.in_sight, {1, {}});
+        const CellFit rival = fitter_.Fit(wanted.row + dr, wanted.col + dc, frame, wanted.in_sight, 1);
         best = std::max(best, rival.explained);
       }
     }

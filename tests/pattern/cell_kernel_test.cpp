@@ -44,7 +44,8 @@ TEST(CellKernels, GiveTheSameBytesOnEveryInstructionSet) {
   std::mt19937 random(8);
   for (uint8_t& byte : pixels) byte = static_cast<uint8_t>(random());
   const CellFrame frame{20.3f, 14.6f, 5.1f, 1.3f, -0.9f, 6.2f};
-  const CellCurvature bend{0.2f, -0.1f, 0.05f, 0.1f, -0.3f, 0.2f};
+  const CellBend bend{{0.2f, -0.1f}, {0.05f, 0.1f}, {-0.3f, 0.2f},
+                      {0.1f, 0.3f},  {-0.2f, 0.1f}, {0.2f, -0.4f}};
   CellModel expected_model;
   CellSamples expected_samples;
   CellImageSums expected_sums;

@@ -100,6 +100,7 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"Tiny", {.width_px = 260, .height_px = 240, .pitch_px = 4.2, .blur_px = 0.7, .noise = 2}},
         Case{"Large", {.width_px = 640, .height_px = 500, .pitch_px = 17, .blur_px = 1.6}},
         Case{"Foreshortened", {.pitch_px = 7, .squeeze = 0.6}},
+        Case{"Pleated", {.pitch_px = 8, .bend_cells = 0.2, .pleat = 0.55}},
         Case{"SoftAndFaded", {.pitch_px = 8, .blur_px = 1.7, .noise = 2, .fade = 0.5, .black = 0.25}}),
     [](const auto& test) { return test.param.name; });
 
@@ -129,7 +130,7 @@ TEST(Decoder, SigmasAndConfidencesDescribeTheErrors) {
     EXPECT_GE(o.confidence, DecodeOptions().refinement.min_confidence);
     EXPECT_LE(o.confidence, 1);
     EXPECT_GT(o.sigma_px, 0);
-    EXPECT_LT(o.sigma_px, 1);
+    EXPECT_LT(o.sigma_px, 0.5 * photo.pitch_px);
   }
   EXPECT_GT(n, 1000);
   EXPECT_GT(within_3_sigma, 0.9 * n);

@@ -21,15 +21,24 @@ struct Photograph {
   double angle_deg = 20;
   double bend_cells = 0.6;  // how far the paper is from flat, sideways
   double squeeze = 1.0;     // along the board's columns: 0.6 shows cells at 60 % of their width
-  double blur_px = 0.8;     // standard deviation
-  double noise = 3;         // grey levels
-  double fade = 0.35;       // inks mixed with grey
-  double black = 0.12;      // ink lines
-  bool mirrored = false;    // print-through: the board from behind
+  double pleat = 1.0;    // along the columns: four of twelve cells are seen at this width, creased at centres
+  double blur_px = 0.8;  // standard deviation
+  double noise = 3;      // grey levels
+  double fade = 0.35;    // inks mixed with grey
+  double black = 0.12;   // ink lines
+  bool mirrored = false;  // print-through: the board from behind
   // Only the cells [row, row + rows) x [col, col + cols) are printed; the rest is grey cloth.
   int row = 0, col = 0, rows = 1 << 20, cols = 1 << 20;
   uint32_t seed = 1;
 };
+
+// Columns from the middle at `width` cells from it, where pleats take less than their columns.
+inline double ColumnsAcross(const Photograph& p, double width) {
+  constexpr double kPeriod = 12, kFlat = 8;
+  const double shown = kFlat + p.pleat * (kPeriod - kFlat), periods = std::floor((width - 0.5) / shown);
+  const double within = width - 0.5 - periods * shown;
+  return 0.5 + periods * kPeriod + (within < kFlat ? within : kFlat + (within - kFlat) / p.pleat);
+}
 
 // Board coordinates (columns u, rows v; cell (r, c) has its middle at (c + 0.5, r + 0.5)) of a pixel.
 inline std::pair<double, double> BoardFromPixel(const Photograph& p, const Board& board, double x, double y) {
@@ -39,6 +48,7 @@ inline std::pair<double, double> BoardFromPixel(const Photograph& p, const Board
   double v = (-std::sin(angle) * dx + std::cos(angle) * dy) / p.pitch_px;
   u += p.bend_cells * std::sin(2 * M_PI * v / 23) + 0.5 * p.bend_cells * std::sin(2 * M_PI * u / 31);
   v += p.bend_cells * std::sin(2 * M_PI * u / 27 + 1);
+  u = ColumnsAcross(p, u);
   if (p.mirrored) u = -u;
   return {u + 0.5 * board.cols, v + 0.5 * board.rows};
 }
@@ -51,8 +61,8 @@ inline std::pair<double, double> PixelFromBoard(const Photograph& p, const Board
     const auto [at_u, at_v] = BoardFromPixel(p, board, x, y);
     const double du = (p.mirrored ? at_u - u : u - at_u) * p.pitch_px * p.squeeze,
                  dv = (v - at_v) * p.pitch_px;
-    x += 0.7 * (std::cos(angle) * du - std::sin(angle) * dv);
-    y += 0.7 * (std::sin(angle) * du + std::cos(angle) * dv);
+    x += 0.5 * (std::cos(angle) * du - std::sin(angle) * dv);
+    y += 0.5 * (std::sin(angle) * du + std::cos(angle) * dv);
   }
   return {x, y};
 }

@@ -1,0 +1,17 @@
+// The centres of all cells of a view, fitted together.
+#pragma once
+
+#include <vector>
+
+#include "pattern/board_growth.h"
+#include "pattern/cell_fitter.h"
+
+namespace weft {
+
+// Moves every cell once to where the image and the cells around want it, in the order given (Gauss-Seidel on
+// the least squares of a print that is interpolated bilinearly between the centres, with a robust prior on
+// how the rows and columns of centres bend); and takes over what the fit says about the image there. Of a
+// frame only the centre changes. Two sweeps come close to the end.
+void SweepCenters(const CellFitter& fitter, const Board& board, std::vector<GrownCell>* cells);
+
+}  // namespace weft
