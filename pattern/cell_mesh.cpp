@@ -59,8 +59,9 @@ class MeshSweep {
  public:
   MeshSweep(const Board& board, std::vector<GrownCell>* cells) : cells_(*cells), map_(board, *cells) {}
 
-  void Run(const CellFitter& fitter) {
+  void Run(const CellFitter& fitter, float least_move_cells) {
     for (GrownCell& cell : cells_) {
+      if (cell.fit.moved_cells < least_move_cells) continue;
       NeighborWeights weights;
       const CellNodes nodes = NodesAround(cell, &weights);
       CellFit fit = fitter.FitCenter(cell.row, cell.col, nodes, weights, PriorOf(cell));
@@ -116,8 +117,9 @@ class MeshSweep {
 
 }  // namespace
 
-void SweepCenters(const CellFitter& fitter, const Board& board, std::vector<GrownCell>* cells) {
-  MeshSweep(board, cells).Run(fitter);
+void SweepCenters(const CellFitter& fitter, const Board& board, float least_move_cells,
+                  std::vector<GrownCell>* cells) {
+  MeshSweep(board, cells).Run(fitter, least_move_cells);
 }
 
 }  // namespace weft

@@ -11,7 +11,9 @@ namespace weft {
 // Moves every cell once to where the image and the cells around want it, in the order given (Gauss-Seidel on
 // the least squares of a print that is interpolated bilinearly between the centres, with a robust prior on
 // how the rows and columns of centres bend); and takes over what the fit says about the image there. Of a
-// frame only the centre changes. Two sweeps come close to the end.
-void SweepCenters(const CellFitter& fitter, const Board& board, std::vector<GrownCell>* cells);
+// frame only the centre changes. Two sweeps come close to the end; cells that the fit before moved by less
+// than `least_move_cells` stay as they are.
+void SweepCenters(const CellFitter& fitter, const Board& board, float least_move_cells,
+                  std::vector<GrownCell>* cells);
 
 }  // namespace weft

@@ -18,6 +18,9 @@ float RelativeLead(const CellFit& fit) {
   return std::clamp(fit.ink_lead / contrast2, 0.0f, 1.0f);
 }
 
+// A cell that moved by less in the first sweep has settled.
+constexpr float kSettledCells = 0.02f;
+
 // What speaks for a cell and against it.
 constexpr int kReasons = 11;
 using Evidence = std::array<float, kReasons>;
@@ -155,7 +158,7 @@ absl::Status CellRefinementOptions::Validate() const {
 
 void RefineCells(const CellFitter& fitter, const Board& board, int width_px, int height_px,
                  const CellRefinementOptions& options, std::vector<GrownCell>* cells) {
-  SweepCenters(fitter, board, cells);
+  SweepCenters(fitter, board, 0, cells);
   {
     const CellMap map(board, *cells);
     for (GrownCell& cell : *cells) {
@@ -166,7 +169,7 @@ void RefineCells(const CellFitter& fitter, const Board& board, int width_px, int
   const std::vector<int> sizes = ComponentSizes(board, *cells);
   const int least = LeastComponent(options.min_component, cells->size());
   Filter([&](size_t k) { return sizes[k] >= least; }, cells);
-  SweepCenters(fitter, board, cells);
+  SweepCenters(fitter, board, kSettledCells, cells);
 }
 
 }  // namespace weft

@@ -45,7 +45,7 @@ class CellMesh : public testing::Test {
         truth_.push_back({x, y});
       }
     }
-    for (int sweep = 0; sweep < 3; ++sweep) SweepCenters(fitter, board_, &cells);
+    for (int sweep = 0; sweep < 3; ++sweep) SweepCenters(fitter, board_, 0, &cells);
     for (size_t k = 0; k < cells.size(); ++k) {
       const CellFrame& f = cells[k].fit.frame;
       // Cells at the border of those that are fitted have unknown neighbours.
