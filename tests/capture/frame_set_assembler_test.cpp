@@ -256,7 +256,8 @@ TEST_F(Assembler, AccountsForEveryTriggerUnderRandomTrouble) {
         const unsigned what = random() % 100;
         if (what < 3) continue;
         // A clock that is off from the very start is no jump.
-        if (what == 4 && id > 9) clock_ns[camera] += static_cast<int64_t>(random() % 20'000) * kMs - 10'000 * kMs;
+        if (what == 4 && id > 9)
+          clock_ns[camera] += static_cast<int64_t>(random() % 20'000) * kMs - 10'000 * kMs;
         CameraDelivery delivery = FrameOf(id, clock_ns[camera]);
         if (what < 8 && what > 4) {
           delivery.kind = CameraDelivery::Kind::kLostFrame;
