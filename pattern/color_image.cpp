@@ -8,16 +8,12 @@
 
 namespace weft {
 
-float Plane::Sample(float x, float y) const {
+float Plane::SampleAtBorder(float x, float y) const {
   x = std::clamp(x, 0.0f, static_cast<float>(width_px - 1));
   y = std::clamp(y, 0.0f, static_cast<float>(height_px - 1));
-  const int x0 = std::min(static_cast<int>(x), std::max(0, width_px - 2));
-  const int y0 = std::min(static_cast<int>(y), std::max(0, height_px - 2));
-  const int x1 = std::min(x0 + 1, width_px - 1);
-  const float* top = row(y0);
-  const float* bottom = row(std::min(y0 + 1, height_px - 1));
-  const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
-  return (1 - fy) * ((1 - fx) * top[x0] + fx * top[x1]) + fy * ((1 - fx) * bottom[x0] + fx * bottom[x1]);
+  const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+  const int y1 = std::min(y0 + 1, height_px - 1), step = x0 + 1 < width_px ? 1 : 0;
+  return Between(row(y0) + x0, row(y1) + x0, step, x - static_cast<float>(x0), y - static_cast<float>(y0));
 }
 
 namespace {
@@ -98,10 +94,8 @@ std::vector<float> GaussianTaps(float sigma_px) {
 }  // namespace
 
 Plane SpotContrast(const ColorImage& image, float surround_px) {
-  std::vector<float> narrow = GaussianTaps(0.5f);
-  const std::vector<float> wide = GaussianTaps(surround_px);
-  const int reach = static_cast<int>(wide.size()) - 1;
-  narrow.resize(wide.size());
+  const std::vector<float> narrow = GaussianTaps(0.5f), wide = GaussianTaps(surround_px);
+  const int narrow_reach = static_cast<int>(narrow.size()) - 1, reach = static_cast<int>(wide.size()) - 1;
   const int width = image.width_px, height = image.height_px;
   const ImageKernels& kernels = BestImageKernels();
   // The rows around the current one, by y modulo their number, stay in the cache.
@@ -115,7 +109,8 @@ Plane SpotContrast(const ColorImage& image, float surround_px) {
     for (; read < std::min(height, y + reach + 1); ++read)
       kernels.brightness_row(image.at(0, read), width, row_at(read));
     for (int k = -reach; k <= reach; ++k) rows[reach + k] = row_at(std::clamp(y + k, 0, height - 1));
-    kernels.spot_row(rows.data(), narrow.data(), wide.data(), reach, width, scratch.data(), spots.row(y));
+    kernels.spot_row(rows.data(), narrow.data(), narrow_reach, wide.data(), reach, width, scratch.data(),
+                     spots.row(y));
   }
   return spots;
 }

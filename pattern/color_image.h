@@ -29,7 +29,18 @@ struct Plane {
   const float* row(int y) const { return values.data() + static_cast<size_t>(y) * width_px; }
   float* row(int y) { return values.data() + static_cast<size_t>(y) * width_px; }
   // Bilinear; coordinates are clamped to the image.
-  float Sample(float x, float y) const;
+  float Sample(float x, float y) const {
+    const int x0 = static_cast<int>(x), y0 = static_cast<int>(y);
+    if (!(x >= 0 && y >= 0 && x0 + 1 < width_px && y0 + 1 < height_px)) return SampleAtBorder(x, y);
+    return Between(row(y0) + x0, row(y0 + 1) + x0, 1, x - static_cast<float>(x0), y - static_cast<float>(y0));
+  }
+
+ private:
+  static float Between(const float* upper, const float* lower, int step, float fx, float fy) {
+    return (1 - fy) * ((1 - fx) * upper[0] + fx * upper[step]) +
+           fy * ((1 - fx) * lower[0] + fx * lower[step]);
+  }
+  float SampleAtBorder(float x, float y) const;
 };
 
 // The colours of a frame as ToRgb gives them; InvalidArgument as there.

@@ -123,31 +123,31 @@ std::vector<Observation> Centers(const std::vector<GrownCell>& cells) {
 // Corners between four known cells, in the middle of them, as the centres were fitted.
 std::vector<Observation> Corners(const std::vector<GrownCell>& cells) {
   std::vector<Observation> corners;
-  const auto find = [&](int row, int col) -> const GrownCell* {
-    const auto at =
-        std::lower_bound(cells.begin(), cells.end(), std::pair{row, col}, [](const auto& cell, auto key) {
-          return std::pair{cell.row, cell.col} < key;
-        });
-    return at != cells.end() && at->row == row && at->col == col ? &*at : nullptr;
+  // Index of the cell up and left of the current one, or else of the first after that place; moves on.
+  size_t above = 0;
+  const auto is_at = [&](size_t k, int row, int col) {
+    return k < cells.size() && cells[k].row == row && cells[k].col == col;
   };
-  for (const GrownCell& last : cells) {
+  for (size_t k = 0; k < cells.size(); ++k) {
+    const int row = cells[k].row, col = cells[k].col;
+    while (std::pair{cells[above].row, cells[above].col} < std::pair{row - 1, col - 1}) ++above;
+    if (!is_at(above, row - 1, col - 1) || !is_at(above + 1, row - 1, col) || k == 0 ||
+        !is_at(k - 1, row, col - 1)) {
+      continue;
+    }
     Observation o;
-    o.node = {last.row, last.col, NodeKind::kCorner};
+    o.node = {row, col, NodeKind::kCorner};
     o.confidence = 1;
     double variance_px2 = 0;
-    bool complete = true;
-    for (int k = 0; k < 4 && complete; ++k) {
-      const GrownCell* cell = k == 3 ? &last : find(last.row - 1 + k / 2, last.col - 1 + k % 2);
-      complete = cell != nullptr;
-      if (!complete) break;
-      o.x_px += 0.25 * cell->fit.frame.x;
-      o.y_px += 0.25 * cell->fit.frame.y;
+    const GrownCell* const around[] = {&cells[above], &cells[above + 1], &cells[k - 1], &cells[k]};
+    for (int n = 0; n < 4; ++n) {
+      o.x_px += 0.25 * around[n]->fit.frame.x;
+      o.y_px += 0.25 * around[n]->fit.frame.y;
       // The four windows overlap, so their errors do not average out.
-      const double sigma_px = kSigmaFactor * cell->fit.sigma_px;
+      const double sigma_px = kSigmaFactor * around[n]->fit.sigma_px;
       variance_px2 += 0.25 * sigma_px * sigma_px;
-      o.confidence = std::min(o.confidence, cell->confidence);
+      o.confidence = std::min(o.confidence, around[n]->confidence);
     }
-    if (!complete) continue;
     o.sigma_px = static_cast<float>(std::sqrt(variance_px2));
     corners.push_back(o);
   }

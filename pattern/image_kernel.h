@@ -17,11 +17,11 @@ struct ImageKernels {
   void (*halve_rows)(const uint8_t* upper, const uint8_t* lower, int half_width_px, uint8_t* rgbx);
   // Logarithm of the brightest channel plus 10; the offset keeps noise in the dark small.
   void (*brightness_row)(const uint8_t* rgbx, int width_px, float* out);
-  // One row of an image smoothed by two sets of symmetric taps of offsets 0 to `reach`, the first minus the
-  // second: rows[reach + k] is the row at k. Pixels beyond the border repeat it. `scratch` holds two times
-  // width + 2 reach floats.
-  void (*spot_row)(const float* const* rows, const float* narrow, const float* wide, int reach, int width_px,
-                   float* scratch, float* out);
+  // One row of an image smoothed by two sets of symmetric taps, the first minus the second: of offsets 0 to
+  // `narrow_reach`, and to `reach`, which is no less; rows[reach + k] is the row at k. Pixels beyond the
+  // border repeat it. `scratch` holds two times width + 2 reach floats.
+  void (*spot_row)(const float* const* rows, const float* narrow, int narrow_reach, const float* wide,
+                   int reach, int width_px, float* scratch, float* out);
   // 1 where a pixel of rows[3] is above its eight neighbours and by `contrast` above the least of its 7x7
   // pixels, which are rows[0] to rows[6]; ties go to the first in reading order. The first and last pixel are
   // left out. `scratch` holds width + 6 floats.

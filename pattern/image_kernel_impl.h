@@ -125,17 +125,21 @@ void BrightnessRow(const uint8_t* rgbx, int width, float* __restrict__ out) {
   });
 }
 
-void SpotRow(const float* const* rows, const float* narrow, const float* wide, int reach, int width,
-             float* __restrict__ scratch, float* __restrict__ out) {
+void SpotRow(const float* const* rows, const float* narrow, int narrow_reach, const float* wide, int reach,
+             int width, float* __restrict__ scratch, float* __restrict__ out) {
   float *near = scratch + reach, *far = near + width + 2 * reach;
   ForBlocks<16>(width, [&](int x, auto extent) {
     const Lanes here = LoadFloats(rows[reach] + x, extent);
     Lanes n = narrow[0] * here, w = wide[0] * here;
-    for (int k = 1; k <= reach; ++k) {
-      const Lanes both = LoadFloats(rows[reach - k] + x, extent) + LoadFloats(rows[reach + k] + x, extent);
-      n += narrow[k] * both;
-      w += wide[k] * both;
+    const auto both = [&](int k) {
+      return LoadFloats(rows[reach - k] + x, extent) + LoadFloats(rows[reach + k] + x, extent);
+    };
+    for (int k = 1; k <= narrow_reach; ++k) {
+      const Lanes pair = both(k);
+      n += narrow[k] * pair;
+      w += wide[k] * pair;
     }
+    for (int k = narrow_reach + 1; k <= reach; ++k) w += wide[k] * both(k);
     StoreFloats(n, near + x, extent);
     StoreFloats(w, far + x, extent);
   });
@@ -148,10 +152,11 @@ void SpotRow(const float* const* rows, const float* narrow, const float* wide, i
   }
   ForBlocks<16>(width, [&](int x, auto extent) {
     Lanes n = narrow[0] * LoadFloats(near + x, extent), w = wide[0] * LoadFloats(far + x, extent);
-    for (int k = 1; k <= reach; ++k) {
-      n += narrow[k] * (LoadFloats(near + x - k, extent) + LoadFloats(near + x + k, extent));
-      w += wide[k] * (LoadFloats(far + x - k, extent) + LoadFloats(far + x + k, extent));
-    }
+    const auto both = [&](const float* mid, int k) {
+      return LoadFloats(mid + x - k, extent) + LoadFloats(mid + x + k, extent);
+    };
+    for (int k = 1; k <= narrow_reach; ++k) n += narrow[k] * both(near, k);
+    for (int k = 1; k <= reach; ++k) w += wide[k] * both(far, k);
     StoreFloats(n - w, out + x, extent);
   });
 }

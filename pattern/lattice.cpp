@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <span>
 
 namespace weft {
 namespace {
@@ -38,15 +39,12 @@ class TakenPlaces {
     slots_.resize(size_t{1} << bits_);
   }
   void Clear() { ++round_; }
+  bool Contains(int i, int j) const { return slots_[SlotOf(Key(i, j))].round == round_; }
   // False where the place is taken already.
   bool Take(int i, int j) {
-    const uint64_t key = static_cast<uint64_t>(static_cast<uint32_t>(i)) << 32 | static_cast<uint32_t>(j);
-    const size_t mask = slots_.size() - 1;
-    size_t at = (key * 0x9e3779b97f4a7c15u) >> (64 - bits_);
-    for (; slots_[at].round == round_; at = (at + 1) & mask) {
-      if (slots_[at].key == key) return false;
-    }
-    slots_[at] = {key, round_};
+    Slot& slot = slots_[SlotOf(Key(i, j))];
+    if (slot.round == round_) return false;
+    slot = {Key(i, j), round_};
     return true;
   }
 
@@ -55,6 +53,18 @@ class TakenPlaces {
     uint64_t key = 0;
     uint32_t round = 0;  // free where it is not the current one
   };
+
+  static uint64_t Key(int i, int j) {
+    return static_cast<uint64_t>(static_cast<uint32_t>(i)) << 32 | static_cast<uint32_t>(j);
+  }
+  // Where the key is, or else would be.
+  size_t SlotOf(uint64_t key) const {
+    const size_t mask = slots_.size() - 1;
+    size_t at = (key * 0x9e3779b97f4a7c15u) >> (64 - bits_);
+    while (slots_[at].round == round_ && slots_[at].key != key) at = (at + 1) & mask;
+    return at;
+  }
+
   int bits_ = 1;
   uint32_t round_ = 1;
   std::vector<Slot> slots_;
@@ -91,8 +101,8 @@ class LatticeBuilder {
     int keypoint;
     Vec to;
     float squared;
-    bool operator<(const Neighbor& other) const {
-      return squared != other.squared ? squared < other.squared : keypoint < other.keypoint;
+    bool IsNearer(float than_squared, int than_keypoint) const {
+      return squared != than_squared ? squared < than_squared : keypoint < than_keypoint;
     }
   };
   // Enough for cells three times as long as wide.
@@ -122,18 +132,21 @@ class LatticeBuilder {
 
   // The nearest keypoints around one, near ones first.
   void FindNear(int center) {
-    near_.clear();
+    near_count_ = 0;
     const Vec p = At(center);
     grid_.Near(p.x, p.y, options_.max_edge_px, [&](int i) {
       const Vec v = At(i) - p;
-      if (i != center) near_.push_back({i, v, Dot(v, v)});
+      const float squared = Dot(v, v);
+      size_t at = near_count_;
+      if (i == center || (at == kMostNear && near_[at - 1].IsNearer(squared, i))) return;
+      if (at == kMostNear) --at;
+      for (; at > 0 && !near_[at - 1].IsNearer(squared, i); --at) near_[at] = near_[at - 1];
+      near_[at] = {i, v, squared};
+      near_count_ = std::min(near_count_ + 1, kMostNear);
     });
-    if (near_.size() > kMostNear) {
-      std::nth_element(near_.begin(), near_.begin() + kMostNear, near_.end());
-      near_.resize(kMostNear);
-    }
-    std::sort(near_.begin(), near_.end());
   }
+
+  std::span<const Neighbor> Near() const { return {near_.data(), near_count_}; }
 
   // Adds the axis from the keypoint opposite `ahead` to it, where there is one and ink in between.
   bool AddAxis(int center, const Neighbor& ahead) {
@@ -141,7 +154,7 @@ class LatticeBuilder {
     if (v.y < 0 || (v.y == 0 && v.x < 0) || squared < 1.5f * 1.5f) return false;
     const Neighbor* behind = nullptr;
     float best = options_.tolerance * options_.tolerance * squared;
-    for (const Neighbor& other : near_) {
+    for (const Neighbor& other : Near()) {
       const Vec miss = other.to + v;
       if (Dot(miss, miss) < best) {
         best = Dot(miss, miss);
@@ -177,7 +190,7 @@ class LatticeBuilder {
     const Vec p = At(center);
     Frame4 best;
     float best_size = 1e9f;
-    for (const Neighbor& neighbor : near_) {
+    for (const Neighbor& neighbor : Near()) {
       if (axes_.size() == kMostAxes) break;
       if (!axes_.empty() && axes_[0].length + std::sqrt(neighbor.squared) >= best_size) break;
       if (!AddAxis(center, neighbor)) continue;
@@ -233,6 +246,7 @@ class LatticeBuilder {
     for (size_t next = 0; next < grown.size(); ++next) {
       const Front front = grown[next];
       for (int k = 0; k < 4; ++k) {
+        if (taken_[front.frame.neighbor[k]]) continue;
         const Frame4 aligned = Aligned(front.frame, front.frame.neighbor[k]);
         if (!aligned.valid || aligned.neighbor[(k + 2) % 4] != front.keypoint) continue;
         add(front.i + kStep[k][0], front.j + kStep[k][1], front.frame.neighbor[k], aligned);
@@ -255,6 +269,7 @@ class LatticeBuilder {
     const float radius = options_.tolerance * std::max(Length(frame.a), Length(frame.b));
     for (const int s : {-1, 1}) {
       for (const int t : {-1, 1}) {
+        if (places_.Contains(i + s, j + t)) continue;
         const Vec place = At(keypoint) + static_cast<float>(s) * frame.b + static_cast<float>(t) * frame.a;
         const int diagonal = Nearest(place, radius);
         if (diagonal >= 0 && !frames_[diagonal].valid) add(i + s, j + t, diagonal, Frame4{});
@@ -270,7 +285,8 @@ class LatticeBuilder {
   std::vector<Frame4> frames_;
   std::vector<bool> taken_;
   std::vector<Axis> axes_;
-  std::vector<Neighbor> near_;
+  std::array<Neighbor, kMostNear> near_;
+  size_t near_count_ = 0;
 };
 
 }  // namespace

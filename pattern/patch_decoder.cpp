@@ -163,6 +163,41 @@ float Margin(const MeasuredPatch& patch, const DecodedPiece& piece, const std::v
   return evidence(piece.pose) - runner_up;
 }
 
+// Mean brightness of the 7x7 cells around each one, as far as they are known; at least 1.
+std::vector<float> LightAround(const MeasuredPatch& patch, const std::vector<float>& bright) {
+  constexpr int kReach = 3;
+  const int columns = patch.columns(), rows = patch.lattice.i_max - patch.lattice.i_min + 1;
+  // Sums over all cells above and to the left.
+  struct Sum {
+    double bright = 0;
+    int cells = 0;
+  };
+  std::vector<Sum> sums(static_cast<size_t>(rows + 1) * (columns + 1));
+  const auto at = [&](int i, int j) -> Sum& { return sums[static_cast<size_t>(i) * (columns + 1) + j]; };
+  for (int i = 0; i < rows; ++i) {
+    Sum row;
+    for (int j = 0; j < columns; ++j) {
+      const int cell = patch.grid[static_cast<size_t>(i) * columns + j];
+      if (cell >= 0) {
+        row.bright += bright[cell];
+        ++row.cells;
+      }
+      at(i + 1, j + 1) = {at(i, j + 1).bright + row.bright, at(i, j + 1).cells + row.cells};
+    }
+  }
+  std::vector<float> light(bright.size());
+  for (size_t k = 0; k < light.size(); ++k) {
+    const int i = patch.lattice.cells[k].i - patch.lattice.i_min,
+              j = patch.lattice.cells[k].j - patch.lattice.j_min;
+    const int i0 = std::max(i - kReach, 0), i1 = std::min(i + kReach + 1, rows);
+    const int j0 = std::max(j - kReach, 0), j1 = std::min(j + kReach + 1, columns);
+    const double sum = at(i1, j1).bright - at(i0, j1).bright - at(i1, j0).bright + at(i0, j0).bright;
+    const int cells = at(i1, j1).cells - at(i0, j1).cells - at(i1, j0).cells + at(i0, j0).cells;
+    light[k] = std::max(static_cast<float>(sum / cells), 1.0f);
+  }
+  return light;
+}
+
 }  // namespace
 
 absl::Status PatchDecodeOptions::Validate() const {
@@ -197,21 +232,9 @@ MeasuredPatch MeasurePatch(const LatticePatch& patch, const std::vector<Keypoint
     bright[k] = (raw[k][0] + raw[k][1] + raw[k][2]) / 3;
   }
   out.colors.resize(raw.size());
-  constexpr int kReach = 3;
+  const std::vector<float> light = LightAround(out, bright);
   for (size_t k = 0; k < raw.size(); ++k) {
-    const PatchCell& c = patch.cells[k];
-    float light = 0;
-    int n = 0;
-    for (int i = c.i - kReach; i <= c.i + kReach; ++i) {
-      for (int j = c.j - kReach; j <= c.j + kReach; ++j) {
-        const int other = out.CellAt(i, j);
-        if (other < 0) continue;
-        light += bright[other];
-        ++n;
-      }
-    }
-    light = std::max(light / static_cast<float>(n), 1.0f);
-    for (int channel = 0; channel < 3; ++channel) out.colors[k][channel] = raw[k][channel] / light;
+    for (int channel = 0; channel < 3; ++channel) out.colors[k][channel] = raw[k][channel] / light[k];
   }
   return out;
 }
