@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <queue>
 
 namespace weft {
@@ -15,10 +17,11 @@ constexpr float kWellExplained = 0.75f;
 class Growth {
  public:
   Growth(const CellFitter& fitter, const Board& board, int width_px, int height_px,
-         const GrowthOptions& options)
+         const GrowthOptions& options, bool wants_missing)
       : fitter_(fitter),
         board_(board),
         options_(options),
+        wants_missing_(wants_missing),
         width_px_(width_px),
         height_px_(height_px),
         columns_(width_px / kBucketPx + 1),
@@ -27,13 +30,22 @@ class Growth {
         explained_(board.cells.size(), 0),
         newest_(static_cast<size_t>(columns_) * (height_px / kBucketPx + 1), -1) {}
 
+  // The cells where growth stopped, after a run.
+  std::vector<MissingCell> Missing() const {
+    std::vector<MissingCell> missing;
+    for (const auto& [cell, miss] : missing_) {
+      if (cell_of_[cell] < 0) missing.push_back(miss);
+    }
+    return missing;
+  }
+
   std::vector<GrownCell> Run(const std::vector<GrowthSeed>& seeds) {
     for (size_t k = 0; k < seeds.size(); ++k) {
       const GrowthSeed& seed = seeds[k];
       if (!board_.Contains(seed.row, seed.col)) continue;
       const CellFit fit = fitter_.Fit(seed.row, seed.col, seed.frame, Weights(seed.row, seed.col, true),
                                       options_.iterations + 2);
-      if (Acceptable(fit)) Enqueue({seed.row, seed.col, fit, seed.group, 0});
+      if (!WhyNot(fit)) Enqueue({seed.row, seed.col, fit, seed.group, 0});
     }
     while (!queue_.empty()) {
       const Entry top = queue_.top();
@@ -41,7 +53,10 @@ class Growth {
       free_.push_back(top.candidate);
       if (cell_of_[top.cell] >= 0) continue;
       const GrownCell next = candidates_[top.candidate];
-      if (PlaceTaken(next.row, next.col, next.fit.frame)) continue;
+      if (PlaceTaken(next.row, next.col, next.fit.frame)) {
+        Miss(next.row, next.col, next.fit.frame, WhyMissing::kTaken);
+        continue;
+      }
       Take(next);
       for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}})
         Try(next.row + dr, next.col + dc, dr, dc);
@@ -76,15 +91,28 @@ class Growth {
     return weights;
   }
 
-  bool Acceptable(const CellFit& fit) const {
-    if (!fit.converged || fit.moved_cells > options_.max_move_cells) return false;
-    if (fit.explained < options_.min_explained) return false;
-    if (fit.ink_lead < options_.min_ink_lead * fit.center_contrast * fit.center_contrast) return false;
+  // Nothing for a fit that can be taken.
+  std::optional<WhyMissing> WhyNot(const CellFit& fit) const {
+    if (!fit.converged) return WhyMissing::kNoFit;
+    if (fit.moved_cells > options_.max_move_cells) return WhyMissing::kMoved;
+    if (fit.explained < options_.min_explained) return WhyMissing::kNotExplained;
+    if (fit.ink_lead < options_.min_ink_lead * fit.center_contrast * fit.center_contrast)
+      return WhyMissing::kOtherInk;
     const CellFrame& f = fit.frame;
-    if (f.Area() < options_.min_area_px) return false;
-    if (std::min(std::hypot(f.ax, f.ay), std::hypot(f.bx, f.by)) < options_.min_edge_px) return false;
+    if (f.Area() < options_.min_area_px || f.ShorterEdge() < options_.min_edge_px)
+      return WhyMissing::kTooSmall;
+    if (!InImage(f)) return WhyMissing::kNoFit;
+    return std::nullopt;
+  }
+
+  bool InImage(const CellFrame& f) const {
     return f.x >= 0 && f.y >= 0 && f.x <= static_cast<float>(width_px_ - 1) &&
            f.y <= static_cast<float>(height_px_ - 1);
+  }
+
+  // Notes where growth stops; where it comes by again the last reason counts.
+  void Miss(int row, int col, const CellFrame& at, WhyMissing why) {
+    if (wants_missing_ && InImage(at)) missing_[Index(row, col)] = {row, col, at.x, at.y, why};
   }
 
   // Whether the middle lies within another cell, or another's middle within this one.
@@ -154,11 +182,11 @@ class Growth {
     const CellFrame predicted = Predict(row, col, &group);
     const NeighborWeights weights = Weights(row, col, false);
     CellFit fit = fitter_.Fit(row, col, predicted, weights, options_.iterations);
-    if (!Acceptable(fit)) {
+    if (WhyNot(fit)) {
       const GrownCell& from = cells_[CellAt(row - dr, col - dc)];
       group = from.group;
       fit = fitter_.Fit(row, col, TurnedAway(from.fit.frame, dr, dc), weights, options_.iterations);
-      if (!Acceptable(fit)) return;
+      if (const auto why = WhyNot(fit)) return Miss(row, col, predicted, *why);
     }
     Enqueue({row, col, fit, group, 0});
   }
@@ -204,6 +232,7 @@ class Growth {
   const CellFitter& fitter_;
   const Board& board_;
   const GrowthOptions& options_;
+  bool wants_missing_;
   int width_px_, height_px_, columns_;
   std::vector<int> cell_of_;  // by board cell
   std::vector<uint8_t> attempts_;
@@ -214,6 +243,7 @@ class Growth {
   std::vector<GrownCell> candidates_;
   std::vector<int> free_;  // places in candidates_
   std::priority_queue<Entry> queue_;
+  std::map<size_t, MissingCell> missing_;  // by board cell
 };
 
 }  // namespace
@@ -235,9 +265,26 @@ absl::Status GrowthOptions::Validate() const {
   return absl::OkStatus();
 }
 
+std::string_view Describe(WhyMissing why) {
+  static constexpr std::string_view kWords[kWhyMissing] = {
+      "no print could be fitted",
+      "not where its neighbours expect it",
+      "does not look like the print",
+      "another ink fits better",
+      "too small",
+      "place taken by another cell",
+      "found, but not surely enough",
+  };
+  return kWords[static_cast<int>(why)];
+}
+
 std::vector<GrownCell> GrowOnBoard(const CellFitter& fitter, const Board& board, int width_px, int height_px,
-                                   const std::vector<GrowthSeed>& seeds, const GrowthOptions& options) {
-  return Growth(fitter, board, width_px, height_px, options).Run(seeds);
+                                   const std::vector<GrowthSeed>& seeds, const GrowthOptions& options,
+                                   std::vector<MissingCell>* missing) {
+  Growth growth(fitter, board, width_px, height_px, options, missing != nullptr);
+  std::vector<GrownCell> cells = growth.Run(seeds);
+  if (missing != nullptr) *missing = growth.Missing();
+  return cells;
 }
 
 }  // namespace weft

@@ -1,6 +1,8 @@
 // From a few cells whose place on the board is known to all that can be seen.
 #pragma once
 
+#include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -40,10 +42,33 @@ struct GrownCell {
   float confidence = 0;  // probability that the cell is there; see RefineCells
 };
 
+// Why a board cell next to known ones was not taken.
+enum class WhyMissing : uint8_t {
+  kNoFit,         // no print could be fitted
+  kMoved,         // the print is not where the neighbours expect it
+  kNotExplained,  // the image does not look like the print
+  kOtherInk,      // another ink fits better
+  kTooSmall,
+  kTaken,   // another cell is at that place of the image
+  kUnsure,  // found, but not surely enough
+};
+inline constexpr int kWhyMissing = 7;
+// In a few words.
+std::string_view Describe(WhyMissing why);
+
+struct MissingCell {
+  int row = 0;
+  int col = 0;
+  float x_px = 0, y_px = 0;
+  WhyMissing why = WhyMissing::kNoFit;
+};
+
 // Follows the print from the seeds cell by cell, the best explained first: predicts the next cell from its
 // known neighbours, fits it, and takes it when the image shows the colours that the board has there. A board
 // cell is taken once, and so is a place in the image. Ordered by row and column.
+// `missing` (may be null) gets the cells at which growth stopped within the image, in the same order.
 std::vector<GrownCell> GrowOnBoard(const CellFitter& fitter, const Board& board, int width_px, int height_px,
-                                   const std::vector<GrowthSeed>& seeds, const GrowthOptions& options);
+                                   const std::vector<GrowthSeed>& seeds, const GrowthOptions& options,
+                                   std::vector<MissingCell>* missing = nullptr);
 
 }  // namespace weft

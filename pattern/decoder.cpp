@@ -154,6 +154,21 @@ std::vector<Observation> Corners(const std::vector<GrownCell>& cells) {
   return corners;
 }
 
+// Groups of the cells that stayed, and those that were grown and dropped again.
+void ExplainCells(const std::vector<GrownCell>& grown, const std::vector<GrownCell>& stayed,
+                  DecodeExplanation* explanation) {
+  size_t next = 0;
+  for (const GrownCell& cell : grown) {
+    if (next < stayed.size() && stayed[next].row == cell.row && stayed[next].col == cell.col) {
+      explanation->groups.push_back(cell.group);
+      ++next;
+    } else {
+      const CellFrame& f = cell.fit.frame;
+      explanation->missing.push_back({cell.row, cell.col, f.x, f.y, WhyMissing::kUnsure});
+    }
+  }
+}
+
 // A sixth of all random windows are on a large board. So few cells in a view full of lattice are chance, or a
 // print of another board.
 bool LooksLikeChance(const std::vector<PatchReport>& patches, const std::vector<GrownCell>& cells) {
@@ -185,7 +200,8 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
   result.timings.read_ms = watch.LapMs();
   if (image->width_px < kLeastSidePx || image->height_px < kLeastSidePx) return result;
   const std::vector<ColorImage> pyramid = Pyramid(*std::move(image), options.levels);
-  std::vector<LevelPatch> patches = FindPatches(pyramid, options.keypoints, options.lattice);
+  std::vector<LevelPatch> patches = FindPatches(pyramid, options.keypoints, options.lattice,
+                                                options.explain ? &result.explanation.loose : nullptr);
   result.timings.lattice_ms = watch.LapMs();
   const InkModel inks = DecodePatches(board, options.patches, &patches);
   for (const LevelPatch& patch : patches) result.patches.push_back(Report(patch, options.patches));
@@ -197,8 +213,10 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
   const Appearance appearance = LearnAppearance(pyramid, board.board(), profile, inks, seeds);
   const CellFitter fitter(pyramid, board.board(), profile, appearance);
   std::vector<GrownCell> cells =
-      GrowOnBoard(fitter, board.board(), frame.width_px, frame.height_px, seeds, options.growth);
+      GrowOnBoard(fitter, board.board(), frame.width_px, frame.height_px, seeds, options.growth,
+                  options.explain ? &result.explanation.missing : nullptr);
   result.timings.growth_ms = watch.LapMs();
+  const std::vector<GrownCell> grown = options.explain ? cells : std::vector<GrownCell>();
   RefineCells(fitter, board.board(), frame.width_px, frame.height_px, options.refinement, &cells);
   if (LooksLikeChance(result.patches, cells)) {
     cells.clear();
@@ -207,6 +225,7 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
       patch.accepted = false;
     }
   }
+  if (options.explain) ExplainCells(grown, cells, &result.explanation);
   result.observations = Centers(cells);
   if (options.corners) {
     const std::vector<Observation> corners = Corners(cells);

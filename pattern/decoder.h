@@ -23,6 +23,8 @@ struct DecodeOptions {
   int levels = 3;
   // Whether corners are reported beside centres.
   bool corners = true;
+  // Whether the result explains itself beyond the patches' reports.
+  bool explain = false;
   KeypointOptions keypoints;
   LatticeOptions lattice;
   PatchDecodeOptions patches;
@@ -46,11 +48,19 @@ struct DecodeTimings {
   double read_ms = 0, lattice_ms = 0, colors_ms = 0, growth_ms = 0, refinement_ms = 0;
 };
 
+// What a picture of a decoding shows beside observations and patches.
+struct DecodeExplanation {
+  std::vector<int> groups;           // [centers], cells that grew from one piece of lattice have one number
+  std::vector<MissingCell> missing;  // where growth along the board stopped
+  std::vector<Keypoint> loose;       // spots of the full image that are in no patch
+};
+
 // Observations ordered by kind, row, column; a node occurs at most once.
 struct DecodeResult {
   std::vector<Observation> observations;
   std::vector<PatchReport> patches;
   DecodeTimings timings;
+  DecodeExplanation explanation;  // empty unless asked for
 };
 
 // Finds the nodes of the board in one view. Grey frames are InvalidArgument: colours carry the code.

@@ -149,7 +149,7 @@ class FoundPlaces {
 }  // namespace
 
 std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, const KeypointOptions& keypoints,
-                                    const LatticeOptions& lattice) {
+                                    const LatticeOptions& lattice, std::vector<Keypoint>* loose) {
   std::vector<LevelPatch> patches;
   FoundPlaces found(pyramid[0].width_px, pyramid[0].height_px);
   for (size_t level = 0; level < pyramid.size(); ++level) {
@@ -159,15 +159,23 @@ std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, cons
     std::vector<Keypoint> points = DetectKeypoints(spots, keypoints);
     std::erase_if(points, [&](const Keypoint& p) { return found.Contains(InFullImage(p, scale)); });
     const size_t first = patches.size();
+    std::vector<bool> joined(points.size(), false);
     for (const LatticePatch& piece : BuildLattice(points, spots, lattice)) {
       if (piece.cells.size() < 9) continue;
       LevelPatch patch;
       patch.measured = MeasurePatch(piece, points, image);
       patch.scale = scale;
-      for (const PatchCell& c : piece.cells) patch.points.push_back(InFullImage(points[c.keypoint], scale));
+      for (const PatchCell& c : piece.cells) {
+        patch.points.push_back(InFullImage(points[c.keypoint], scale));
+        joined[c.keypoint] = true;
+      }
       patches.push_back(std::move(patch));
     }
     for (size_t k = first; k < patches.size(); ++k) found.Add(patches[k]);
+    if (loose == nullptr || level > 0) continue;
+    for (size_t k = 0; k < points.size(); ++k) {
+      if (!joined[k]) loose->push_back(points[k]);
+    }
   }
   return patches;
 }

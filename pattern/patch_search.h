@@ -25,9 +25,10 @@ struct LevelPatch {
 };
 
 // Patches of at least 3x3 cells in all images of a pyramid, the first one being the full image; where a large
-// patch has been found, smaller images are not searched again.
+// patch has been found, smaller images are not searched again. `loose` (may be null) gets the keypoints of
+// the full image that are in no patch.
 std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, const KeypointOptions& keypoints,
-                                    const LatticeOptions& lattice);
+                                    const LatticeOptions& lattice, std::vector<Keypoint>* loose = nullptr);
 
 // Learns the view's inks from what can be read, then reads all patches with them. Orders the patches by size.
 InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& options,

@@ -186,6 +186,31 @@ TEST(Decoder, SaysWhatBecameOfEveryPatch) {
   EXPECT_TRUE(mirrored);
 }
 
+TEST(Decoder, ExplainsWhereGrowthStopsOnRequest) {
+  // Part of the board is printed: growth stops at its border, and every cell tells the piece it came from.
+  const Photograph photo{.row = 15, .col = 20, .rows = 30, .cols = 30};
+  const Frame frame = Render(photo, TestBoard().board());
+  DecodeOptions options;
+  options.explain = true;
+  const DecodeResult result = Decode(frame, TestBoard(), options);
+  const size_t cells = OfKind(result, NodeKind::kCenter).size();
+  ASSERT_GT(cells, 500u);
+  EXPECT_EQ(result.explanation.groups.size(), cells);
+  ASSERT_FALSE(result.explanation.missing.empty());
+  int beyond = 0;
+  for (const MissingCell& cell : result.explanation.missing) {
+    EXPECT_THAT(result.observations,
+                testing::Not(testing::Contains(
+                    testing::Field(&Observation::node, BoardNode{cell.row, cell.col, NodeKind::kCenter}))));
+    EXPECT_FALSE(Describe(cell.why).empty());
+    beyond += !Printed(photo, TestBoard().board(), cell.row, cell.col);
+  }
+  EXPECT_GT(beyond, 50);
+  const DecodeResult plain = Decode(frame);
+  EXPECT_TRUE(plain.explanation.missing.empty() && plain.explanation.groups.empty());
+  EXPECT_EQ(plain.observations.size(), result.observations.size());
+}
+
 TEST(Decoder, GivesTheSameBytesInParallel) {
   const Frame frame = Render({}, TestBoard().board());
   const DecodeResult alone = Decode(frame);
