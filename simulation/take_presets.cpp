@@ -79,9 +79,7 @@ constexpr std::array kPresets = {
     Preset{"tshirt-24",
            "a T-shirt of 19,000 cells, worn, twisted and pulled, before 24 cameras, 200 frames; half an hour",
            SetUpTShirt24},
-    Preset{"tshirt-rig",
-           "a T-shirt of 96,000 cells, worn, before the cameras of --rig, cropped to it; an hour for 200 "
-           "cameras",
+    Preset{"tshirt-rig", "a T-shirt of 96,000 cells, worn, before the cameras of --rig, cropped to it; hours",
            SetUpTShirtRig},
 };
 
