@@ -145,6 +145,56 @@ Color Speckle(double x, double y) {
   return {Hash(i, j, 6), Hash(i, j, 7), Hash(i, j, 8)};
 }
 
+// Checks of several colours between dark lines, as on shirts.
+Color Madras(double x, double y) {
+  const double u = (x + 0.2 * y) / 7, v = (y - 0.2 * x) / 7;
+  const int col = static_cast<int>(std::floor(u)), row = static_cast<int>(std::floor(v));
+  const bool line = u - col < 0.2 || v - row < 0.2;
+  if (line) return {0.15, 0.1, 0.2};
+  Color color;
+  for (int c = 0; c < 3; ++c) color[c] = 0.3 + 0.35 * (Hash(col % 5, c, 20) + Hash(row % 4, c, 21));
+  return color;
+}
+
+// Coloured letters on a dark screen.
+Color TextOnAScreen(double x, double y) {
+  const int line = static_cast<int>(y / 12), column = static_cast<int>(x / 7);
+  const Color letters = Text(x * 6 / 7, y * 11 / 12);
+  const double lit = 1 - letters[0];
+  return {lit * (0.3 + 0.7 * Hash(column / 4, line, 30)), lit * (0.3 + 0.7 * Hash(column / 4, line, 31)),
+          lit * (0.3 + 0.7 * Hash(column / 4, line, 32))};
+}
+
+// Bright pieces of any shape between dark lead.
+Color StainedGlass(double x, double y) {
+  constexpr double kSize = 8;
+  const int i = static_cast<int>(std::floor(x / kSize)), j = static_cast<int>(std::floor(y / kSize));
+  double nearest = 1e9, second = 1e9;
+  int piece = 0;
+  for (int k = 0; k < 9; ++k) {
+    const int a = i + k % 3 - 1, b = j + k / 3 - 1;
+    const double distance = std::hypot(x - kSize * (a + Hash(a, b, 40)), y - kSize * (b + Hash(a, b, 41)));
+    if (distance < nearest) {
+      second = nearest;
+      nearest = distance;
+      piece = 1000 * a + b;
+    } else {
+      second = std::min(second, distance);
+    }
+  }
+  if (second - nearest < 1.5) return {0.1, 0.1, 0.1};
+  const auto rgb = CellColorRgb(static_cast<CellColor>(7 * Hash(piece, 0, 42)));
+  return {rgb[0] / 255.0, rgb[1] / 255.0, rgb[2] / 255.0};
+}
+
+// Cells as on a board in colours that no board has.
+Color PastelCells(double x, double y) {
+  const double u = x / 8, v = y / 8;
+  const int col = static_cast<int>(std::floor(u)), row = static_cast<int>(std::floor(v));
+  if (std::max(std::abs(u - col - 0.5), std::abs(v - row - 0.5)) > 0.375) return {0.1, 0.1, 0.1};
+  return {0.4 + 0.6 * Hash(row, col, 50), 0.4 + 0.6 * Hash(row, col, 51), 0.4 + 0.6 * Hash(row, col, 52)};
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Decoder, ImagesWithoutTheBoard,
     testing::Values(
@@ -154,6 +204,8 @@ INSTANTIATE_TEST_SUITE_P(
              }},
         Case{"Plaid", Plaid}, Case{"Checks", Checks}, Case{"RegularTiles", Tiles}, Case{"Text", Text},
         Case{"Screen", Screen}, Case{"Weave", Weave}, Case{"Clouds", Clouds}, Case{"Speckle", Speckle},
+        Case{"Madras", Madras}, Case{"TextOnAScreen", TextOnAScreen}, Case{"StainedGlass", StainedGlass},
+        Case{"PastelCells", PastelCells},
         Case{"RandomCellsOf5Px", [](double x, double y) { return Cells(x, y, 5, 0.3, RandomInk); }},
         Case{"RandomCellsOf12Px", [](double x, double y) { return Cells(x, y, 12, 0.8, RandomInk); }}),
     [](const auto& test) { return test.param.name; });
