@@ -9,8 +9,8 @@ namespace {
 // Steps of the bar: thousandths of the job.
 constexpr uint64_t kSteps = 1000;
 
-const char* StateWord(v1::FrameState state) {
-  switch (state) {
+const char* StateWord(const v1::FrameInfo& info) {
+  switch (info.state()) {
     case v1::FRAME_STATE_WAITING:
       return "waiting";
     case v1::FRAME_STATE_RUNNING:
@@ -20,7 +20,7 @@ const char* StateWord(v1::FrameState state) {
     case v1::FRAME_STATE_DEGRADED:
       return "degraded";
     case v1::FRAME_STATE_FAILED:
-      return "failed";
+      return info.bridged() ? "bridged" : "failed";
     case v1::FRAME_STATE_CANCELLED:
       return "cancelled";
     default:
@@ -35,7 +35,7 @@ int Finished(const v1::FrameCounts& frames) {
 }  // namespace
 
 std::string FrameLine(const v1::FrameInfo& info) {
-  std::string line = absl::StrFormat("%-6s  %-9s", info.frame(), StateWord(info.state()));
+  std::string line = absl::StrFormat("%-6s  %-9s", info.frame(), StateWord(info));
   if (info.state() == v1::FRAME_STATE_DONE || info.state() == v1::FRAME_STATE_DEGRADED) {
     absl::StrAppendFormat(&line, "  %5.1f %% of the cells", 100 * info.coverage());
     if (info.reused()) {
@@ -54,7 +54,10 @@ std::string JobSummary(const v1::Job& job) {
                                      frames.total() == 1 ? " frame registered" : " frames registered");
   if (frames.degraded() > 0) absl::StrAppend(&summary, " (", frames.degraded(), " with cameras missing)");
   if (frames.reused() > 0) absl::StrAppend(&summary, ", ", frames.reused(), " kept from an earlier run");
-  if (frames.failed() > 0) absl::StrAppend(&summary, ", ", frames.failed(), " failed");
+  if (frames.bridged() > 0) absl::StrAppend(&summary, ", ", frames.bridged(), " bridged");
+  if (const int left = frames.failed() - frames.bridged(); left > 0) {
+    absl::StrAppend(&summary, ", ", left, " failed");
+  }
   if (frames.cancelled() > 0) absl::StrAppend(&summary, ", ", frames.cancelled(), " cancelled");
   return summary;
 }

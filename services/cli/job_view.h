@@ -10,7 +10,8 @@
 
 namespace weft {
 
-// Draws a progress bar with the remaining time and prints a line per finished frame, on stderr.
+// Draws a progress bar with the remaining time and prints a line per finished frame, on stderr; a failed
+// frame gets a second one when it turns out to be bridged.
 class JobView {
  public:
   explicit JobView(bool quiet);
@@ -28,7 +29,8 @@ class JobView {
 // "0007  degraded  93.2 % of the cells  1.8 s  (2 of 24 cameras have no usable image)".
 std::string FrameLine(const v1::FrameInfo& info);
 
-// "11 of 12 frames registered (2 with cameras missing), 1 failed".
+// "10 of 12 frames registered (2 with cameras missing), 1 bridged, 1 failed". A bridged frame is no failed
+// one here: it failed, and has a mesh from the frames around it.
 std::string JobSummary(const v1::Job& job);
 
 // Ok for a job that registered every frame; otherwise the error that decides the exit status.

@@ -2,10 +2,12 @@
 
 #include <chrono>
 #include <filesystem>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
+#include "services/pipeline/refine_frame.h"
 #include "services/pipeline/registration.h"
 #include "services/report/html_report.h"
 
@@ -61,8 +63,7 @@ class JobRecord {
     frames.set_done(frames.done() + (info.state() == v1::FRAME_STATE_DONE));
     frames.set_degraded(frames.degraded() + (info.state() == v1::FRAME_STATE_DEGRADED));
     frames.set_failed(frames.failed() + (info.state() == v1::FRAME_STATE_FAILED));
-    if (info.state() == v1::FRAME_STATE_FAILED)
-      last_failure_ = absl::StrCat(info.frame(), ": ", info.reason());
+    if (info.state() == v1::FRAME_STATE_FAILED) failed_.push_back(info);
     Tell(info);
   }
 
@@ -72,6 +73,7 @@ class JobRecord {
     frames.set_cancelled(frames.waiting() + frames.running());
     frames.set_waiting(0);
     frames.set_running(0);
+    CountBridged();
     if (!status.ok()) {
       job_.set_state(v1::JOB_STATE_CANCELLED);
       job_.set_message(std::string(status.message()));
@@ -79,13 +81,23 @@ class JobRecord {
       job_.set_state(v1::JOB_STATE_DONE);
     } else {
       job_.set_state(v1::JOB_STATE_FAILED);
-      job_.set_message(absl::StrCat("no frame could be registered; the last one, ", last_failure_));
+      job_.set_message(absl::StrCat("no frame could be registered; the last one, ", failed_.back().frame(),
+                                    ": ", failed_.back().reason()));
     }
     job_.set_finished_unix_ns(UnixNow());
     job_.set_remaining_s(0);
   }
 
  private:
+  void CountBridged() {
+    for (v1::FrameInfo& info : failed_) {
+      info.set_bridged(WasBridged(job_.spec().out(), info.frame()));
+      if (!info.bridged()) continue;
+      job_.mutable_frames()->set_bridged(job_.frames().bridged() + 1);
+      Tell(info);
+    }
+  }
+
   void Tell(const v1::FrameInfo& info) {
     if (!update_) return;
     v1::JobUpdate update;
@@ -96,7 +108,7 @@ class JobRecord {
 
   const std::function<void(const v1::JobUpdate&)>& update_;
   v1::Job job_;
-  std::string last_failure_;
+  std::vector<v1::FrameInfo> failed_;
 };
 
 }  // namespace

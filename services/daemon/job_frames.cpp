@@ -34,7 +34,7 @@ std::optional<size_t> JobFrames::Find(const std::string& name) const {
 v1::FrameCounts JobFrames::Counts() const {
   v1::FrameCounts counts;
   counts.set_total(static_cast<int>(infos_.size()));
-  int waiting = 0, running = 0, done = 0, degraded = 0, failed = 0, cancelled = 0, reused = 0;
+  int waiting = 0, running = 0, done = 0, degraded = 0, failed = 0, cancelled = 0, reused = 0, bridged = 0;
   for (const v1::FrameInfo& info : infos_) {
     waiting += info.state() == v1::FRAME_STATE_WAITING;
     running += info.state() == v1::FRAME_STATE_RUNNING;
@@ -43,6 +43,7 @@ v1::FrameCounts JobFrames::Counts() const {
     failed += info.state() == v1::FRAME_STATE_FAILED;
     cancelled += info.state() == v1::FRAME_STATE_CANCELLED;
     reused += info.reused();
+    bridged += info.bridged();
   }
   counts.set_waiting(waiting);
   counts.set_running(running);
@@ -51,6 +52,7 @@ v1::FrameCounts JobFrames::Counts() const {
   counts.set_failed(failed);
   counts.set_cancelled(cancelled);
   counts.set_reused(reused);
+  counts.set_bridged(bridged);
   return counts;
 }
 
@@ -121,6 +123,11 @@ void JobFrames::End(size_t position, v1::FrameState state, const std::string& re
   infos_[position].set_reason(reason);
   infos_[position].set_share_done(0);
   taken_[position] = false;
+  Touch(position);
+}
+
+void JobFrames::Bridge(size_t position) {
+  infos_[position].set_bridged(true);
   Touch(position);
 }
 

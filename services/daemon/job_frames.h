@@ -39,6 +39,8 @@ class JobFrames {
   void GiveBack(size_t position, Attempt attempt);
   // Ends it without a result.
   void End(size_t position, v1::FrameState state, const std::string& reason);
+  // The results hold a mesh for this failed frame after all.
+  void Bridge(size_t position);
   bool DealtWith(size_t position) const;
 
   // Counts up with every change; ChangedSince lists at most `limit` frames in the order of their changes.

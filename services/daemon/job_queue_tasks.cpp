@@ -9,6 +9,7 @@
 #include "services/daemon/job_queue_state.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
+#include "services/pipeline/refine_frame.h"
 
 namespace weft {
 namespace {
@@ -47,6 +48,15 @@ absl::Status WriteJobFiles(const v1::Job& job, const JobQueueOptions& options) {
   } catch (const std::exception& error) {
     return absl::InternalError(absl::StrCat("the report cannot be written: ", error.what()));
   }
+}
+
+// Positions of the failed frames that have a mesh from the frames around them.
+std::vector<size_t> BridgedFrames(const std::string& out, const std::vector<v1::FrameInfo>& infos) {
+  std::vector<size_t> bridged;
+  for (size_t i = 0; i < infos.size(); ++i) {
+    if (infos[i].state() == v1::FRAME_STATE_FAILED && WasBridged(out, infos[i].frame())) bridged.push_back(i);
+  }
+  return bridged;
 }
 
 bool IsResult(v1::FrameState state) {
@@ -248,8 +258,11 @@ void JobQueue::FinishIfDone(const std::shared_ptr<LiveJob>& job) {
 // Watchers are told of the end when job.json and report.html can be fetched.
 void JobQueue::WriteResults(const std::shared_ptr<LiveJob>& live) {
   v1::Job job;
+  // All frames are dealt with, so that nobody changes them any more.
+  const std::vector<size_t> bridged = BridgedFrames(live->job.spec().out(), live->frames.infos());
   {
     const Lock lock(mutex_);
+    for (const size_t position : bridged) live->frames.Bridge(position);
     job = Describe(*live);
     const v1::FrameCounts& frames = job.frames();
     job.set_state(v1::JOB_STATE_DONE);

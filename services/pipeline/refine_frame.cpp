@@ -162,4 +162,10 @@ absl::Status RefineAround(const RegistrationInputs& inputs, const std::vector<si
   return absl::OkStatus();
 }
 
+bool WasBridged(const std::string& out, const std::string& frame) {
+  v1::FrameReport report;
+  const std::string file = (std::filesystem::path(out) / frame / "report.json").string();
+  return ReadJsonFile(file, report).ok() && report.temporal().bridged();
+}
+
 }  // namespace weft

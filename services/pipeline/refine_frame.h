@@ -24,4 +24,8 @@ inline constexpr int kMaxBridge = 3;
 absl::Status RefineAround(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames, size_t at,
                           const std::string& out, std::stop_token stop);
 
+// Whether the results in `out` hold a mesh for this failed frame, made from the frames around it. Certain
+// once all frames of the job are dealt with.
+bool WasBridged(const std::string& out, const std::string& frame);
+
 }  // namespace weft

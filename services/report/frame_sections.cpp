@@ -19,14 +19,15 @@ constexpr size_t kMostTroubled = 200;
 constexpr size_t kLowest = 5;
 const char kDash[] = "\xE2\x80\x93";
 
-std::string StateText(v1::FrameState state) {
-  switch (state) {
+std::string StateText(const v1::FrameReport& frame) {
+  switch (frame.state()) {
     case v1::FRAME_STATE_DONE:
       return "<span class=\"state good\">&#10003; done</span>";
     case v1::FRAME_STATE_DEGRADED:
       return "<span class=\"state warn\">! degraded</span>";
     case v1::FRAME_STATE_FAILED:
-      return "<span class=\"state bad\">&#10005; failed</span>";
+      return frame.temporal().bridged() ? "<span class=\"state bad\">&#10005; bridged</span>"
+                                        : "<span class=\"state bad\">&#10005; failed</span>";
     case v1::FRAME_STATE_CANCELLED:
       return "<span class=\"state\">cancelled</span>";
     case v1::FRAME_STATE_RUNNING:
@@ -58,7 +59,7 @@ std::string FrameRow(const v1::FrameReport& frame) {
   const int cameras = frame.views_used() + frame.views_missing();
   return TableRow(
       "td",
-      {NameHtml(frame.frame()), StateText(frame.state()),
+      {NameHtml(frame.frame()), StateText(frame),
        registered ? FormatPercent(mesh.coverage()) + Bar(mesh.coverage()) : kDash,
        registered ? absl::StrCat(FormatCount(mesh.observed()), " of ", FormatCount(mesh.vertices_with_cell()))
                   : kDash,

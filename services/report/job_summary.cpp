@@ -25,6 +25,7 @@ v1::FrameCounts CountFrames(const std::vector<v1::FrameReport>& frames) {
         break;
       case v1::FRAME_STATE_FAILED:
         counts.set_failed(counts.failed() + 1);
+        counts.set_bridged(counts.bridged() + frame.temporal().bridged());
         break;
       case v1::FRAME_STATE_CANCELLED:
         counts.set_cancelled(counts.cancelled() + 1);
@@ -177,6 +178,10 @@ std::vector<std::string> Remarks(const v1::Job& job, const JobSummary& summary) 
   if (unexplained > 0)
     remarks.push_back(frames(unexplained, "failed for other reasons (see the table of frames).",
                              "failed for other reasons (see the table of frames)."));
+  if (const int n = summary.counts.bridged(); n > 0) {
+    remarks.push_back(absl::StrCat(FormatCount(n), " of them ", n == 1 ? "is" : "are",
+                                   " bridged: the mesh comes from the frames around."));
+  }
   if (const int n = summary.counts.degraded(); n > 0) {
     remarks.push_back(frames(n, "is degraded: it was registered, with cameras missing.",
                              "are degraded: they were registered, with cameras missing."));

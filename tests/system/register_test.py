@@ -94,7 +94,8 @@ class DegradedFrames(StudioTest):
         for camera in range(2, len(self.images)):
             os.remove(self.image(1, camera))
         done = self.register(check=1)
-        self.assertIn("2 of 3 frames registered, 1 failed", done.stdout)
+        self.assertIn("2 of 3 frames registered, 1 bridged\n", done.stdout)
+        self.assertRegex(done.stderr, rf"{self.frames[1]} +bridged .*triangulation needs 3")
         report = frame_report(self.out, self.frames[1])
         self.assertEqual(report["state"], "FRAME_STATE_FAILED")
         self.assertIn("triangulation needs 3", report["reason"])
@@ -105,7 +106,8 @@ class DegradedFrames(StudioTest):
     def test_failed_frame_has_no_mesh_where_frames_stand_alone(self):
         for camera in range(2, len(self.images)):
             os.remove(self.image(1, camera))
-        self.register("--frames-alone", check=1)
+        done = self.register("--frames-alone", check=1)
+        self.assertIn("2 of 3 frames registered, 1 failed\n", done.stdout)
         self.assertFalse(os.path.exists(os.path.join(self.out, self.frames[1], "mesh.ply")))
 
 

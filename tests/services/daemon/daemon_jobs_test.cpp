@@ -41,6 +41,23 @@ TEST_F(DaemonTest, RunsAJobToItsEndAndTellsEveryFrame) {
   EXPECT_TRUE(std::filesystem::is_empty(folder_ / "state/tasks"));
 }
 
+TEST_F(DaemonTest, TellsOfFailedFramesThatTheirNeighboursBridged) {
+  StartDaemon();
+  const std::string id = Submit({"a", "bad_bridged", "bad", "b"});
+  int told = 0;
+  const auto job = client_->Watch(id, [&told](const v1::JobUpdate& update) {
+    for (const v1::FrameInfo& frame : update.frames()) told += frame.bridged();
+  });
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ(job->frames().failed(), 2);
+  EXPECT_EQ(job->frames().bridged(), 1);
+  EXPECT_EQ(told, 1);
+  const std::vector<v1::FrameInfo> frames = Frames(id);
+  ASSERT_EQ(frames.size(), 4u);
+  EXPECT_TRUE(frames[1].bridged());
+  EXPECT_FALSE(frames[2].bridged());
+}
+
 TEST_F(DaemonTest, AReportThatCannotBeWrittenIsAWarning) {
   options_.write_report = [](const std::string&, const v1::Job&) -> absl::Status {
     throw std::runtime_error("no font");

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "absl/strings/match.h"
+#include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "services/worker/worker_event.h"
 
@@ -48,6 +49,13 @@ void Act(const weft::v1::Task& task, const std::string& frame) {
   if (absl::StartsWith(frame, "garbage")) {
     std::printf("\xff\xfe not JSON\n{\"finished\": 3}\n{}\n%s\n", std::string(3 << 20, 'x').c_str());
     std::fflush(stdout);
+  }
+  if (absl::EndsWith(frame, "bridged")) {
+    weft::v1::FrameReport report;
+    report.mutable_temporal()->set_bridged(true);
+    const std::string folder = task.spec().out() + "/" + frame;
+    if (!weft::CreateFolders(folder).ok() || !weft::WriteJsonFile(folder + "/report.json", report).ok())
+      exit(1);
   }
   if (absl::StartsWith(frame, "slow")) usleep(300'000);
   if (absl::StartsWith(frame, "error")) {

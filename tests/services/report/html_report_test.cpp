@@ -195,6 +195,15 @@ TEST(JobReport, EveryStateOfAFrameIsNamed) {
   ExpectBalancedTags(html);
 }
 
+TEST(JobReport, BridgedFrameIsNamed) {
+  v1::FrameReport bridged = SampleFrame(1);
+  FailFrame("no cell of the board was decoded in any view", bridged);
+  bridged.mutable_temporal()->set_bridged(true);
+  const std::string html = MakeJobReport(SampleJob({SampleFrame(0), bridged}), {SampleFrame(0), bridged}, {});
+  EXPECT_THAT(html, HasSubstr("bridged</span>"));
+  EXPECT_THAT(html, HasSubstr("1 of them is bridged"));
+}
+
 TEST(JobReport, JobWithoutAnyFrameStillHasAReport) {
   v1::Job job;
   job.set_state(v1::JOB_STATE_FAILED);

@@ -131,6 +131,7 @@ inline v1::Job SampleJob(const std::vector<v1::FrameReport>& frames) {
     if (frame.state() == v1::FRAME_STATE_DONE) counts.set_done(counts.done() + 1);
     if (frame.state() == v1::FRAME_STATE_DEGRADED) counts.set_degraded(counts.degraded() + 1);
     if (frame.state() == v1::FRAME_STATE_FAILED) counts.set_failed(counts.failed() + 1);
+    counts.set_bridged(counts.bridged() + frame.temporal().bridged());
   }
   job.set_created_unix_ns(1'790'000'000'000'000'000);
   job.set_started_unix_ns(1'790'000'002'000'000'000);
