@@ -28,12 +28,12 @@ absl::Status Bad(const std::string& path, const std::string& why) {
 // Normals of length 1, or none at all.
 void TidyNormals(Scan& scan) {
   for (Eigen::Vector3d& n : scan.normals) {
-    const double length = n.norm();
-    if (!(length > 0) || !std::isfinite(length)) {
+    const double largest = n.cwiseAbs().maxCoeff();
+    if (!n.allFinite() || largest == 0) {
       scan.normals.clear();
       return;
     }
-    n /= length;
+    n = (n / largest).normalized();  // squares of very short or long normals are no doubles
   }
 }
 
@@ -154,15 +154,15 @@ absl::StatusOr<std::map<std::string, std::vector<double>>> PcdColumns(const std:
   return columns;
 }
 
-absl::StatusOr<Scan> ScanFromPcd(const std::string& path) {
-  const absl::StatusOr<std::string> text = ReadWholeFile(path);
-  if (!text.ok()) return text.status();
-  const absl::StatusOr<PcdHeader> header = ParsePcdHeader(*text, path);
+}  // namespace
+
+absl::StatusOr<Scan> ParsePcd(const std::string& bytes, const std::string& source_name) {
+  const absl::StatusOr<PcdHeader> header = ParsePcdHeader(bytes, source_name);
   if (!header.ok()) return header.status();
-  auto columns = PcdColumns(*text, *header, path);
+  auto columns = PcdColumns(bytes, *header, source_name);
   if (!columns.ok()) return columns.status();
   const auto has = [&](const char* name) { return (*columns)[name].size() == header->points; };
-  if (!has("x") || !has("y") || !has("z")) return Bad(path, "has no fields x y z");
+  if (!has("x") || !has("y") || !has("z")) return Bad(source_name, "has no fields x y z");
   const bool normals = has("normal_x") && has("normal_y") && has("normal_z");
   Scan scan;
   for (size_t i = 0; i < header->points; ++i) {
@@ -178,10 +178,10 @@ absl::StatusOr<Scan> ScanFromPcd(const std::string& path) {
   return scan;
 }
 
-}  // namespace
-
 absl::StatusOr<Scan> ReadScan(const std::string& path) {
-  return absl::EndsWithIgnoreCase(path, ".pcd") ? ScanFromPcd(path) : ScanFromPly(path);
+  if (!absl::EndsWithIgnoreCase(path, ".pcd")) return ScanFromPly(path);
+  const absl::StatusOr<std::string> bytes = ReadWholeFile(path);
+  return bytes.ok() ? ParsePcd(*bytes, path) : bytes.status();
 }
 
 }  // namespace weft

@@ -59,6 +59,18 @@ TEST(ReadScan, PlyNormalsHaveLengthOne) {
   EXPECT_EQ(scan->normals[0], Eigen::Vector3d::UnitZ());
 }
 
+TEST(ParsePcd, NormalsOfAnyLengthGetLengthOne) {
+  for (const std::string normal : {"0 0 4", "0 0 1e-200", "0 0 1e200"}) {
+    const auto scan =
+        ParsePcd("FIELDS x y z normal_x normal_y normal_z\nSIZE 8 8 8 8 8 8\nPOINTS 1\nDATA ascii\n1 2 3 " +
+                     normal + "\n",
+                 "scan.pcd");
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    ASSERT_THAT(scan->normals, SizeIs(1)) << normal;
+    EXPECT_EQ(scan->normals[0], Eigen::Vector3d::UnitZ());
+  }
+}
+
 TEST(ReadScan, NamesWhatIsWrongWithAFile) {
   const auto error = [](const std::string& content) {
     return std::string(Read("scan.pcd", content).status().message());
