@@ -110,11 +110,13 @@ absl::StatusOr<BoardIndex> LoadBoard(const std::string& path) {
 }
 
 absl::StatusOr<DecodeResult> DecodeFrame(const absl::StatusOr<Frame>& frame, const BoardIndex& board,
-                                         v1::DecodedImage& report) {
+                                         bool explain, v1::DecodedImage& report) {
   if (!frame.ok()) return frame.status();
   report.set_width_px(frame->width_px);
   report.set_height_px(frame->height_px);
-  return DecodeView(*frame, board, DecodeOptions{});
+  DecodeOptions options;
+  options.explain = explain;
+  return DecodeView(*frame, board, options);
 }
 
 // `picture` is empty where none is wanted.
@@ -126,7 +128,7 @@ void DecodeFile(const std::string& path, std::optional<PixelFormat> mosaic, cons
   view.set_camera(file.found.image);
   const absl::StatusOr<Frame> frame = ReadImageFile(path, mosaic);
   view.set_read_ms(MillisecondsSince(start));
-  absl::StatusOr<DecodeResult> result = DecodeFrame(frame, board, file.report);
+  absl::StatusOr<DecodeResult> result = DecodeFrame(frame, board, !picture.empty(), file.report);
   file.image = result.status();
   if (!result.ok()) {
     view.set_missing_reason(std::string(result.status().message()));
@@ -307,9 +309,9 @@ void AddDecodeCommand(CLI::App& app, CommandLine& line) {
       ->type_name("ORDER");
   command
       ->add_option("--explain", options->explain,
-                   "Write a picture per image to this folder: cells as dots from red (unsure) to green "
-                   "(sure), corners "
-                   "white, rejected patches in boxes with the reason and the number of nodes")
+                   "Write a picture per image to this folder: cells as dots in the colour of their patch, "
+                   "crosses where the search along the board stopped, rejected patches in boxes with the "
+                   "reason, and a legend with counts")
       ->type_name("DIR");
   command->add_option("--threads", options->threads, "Images at a time; 0 for all cores")
       ->type_name("N")

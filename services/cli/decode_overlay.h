@@ -7,9 +7,11 @@
 
 namespace weft {
 
-// The image (enlarged where its cells are small), with a dot per cell from red (unsure) over yellow to green
-// (sure), a white point per corner, and a box with the reason around every rejected patch. Large patches come
-// first where boxes would cover each other. InvalidArgument: the frame is no image.
+// The image (enlarged where its cells are small) with what became of it, and a legend with counts below: a
+// dot per cell in the colour of the patch that it grew from, a white point per corner, grey points for spots
+// that belong to no patch, a cross where growth stopped in the colour of the reason, and a box around every
+// rejected patch with its reason and size in words, as far as there is room. `result` was decoded with
+// DecodeOptions::explain. InvalidArgument: the frame is no image.
 absl::StatusOr<Frame> DrawDecoding(const Frame& frame, const DecodeResult& result);
 
 }  // namespace weft
