@@ -141,14 +141,19 @@ TEST(Align, GivesTheSameBytesAtAnyThreadCount) {
     tbb::task_arena arena(threads);
     return arena.execute([&] { return Align(garment, targets, BestPreset()); });
   };
-  const auto one = run(1), two = run(2);
-  ASSERT_TRUE(one.ok() && two.ok());
-  ASSERT_EQ(one->mesh.vertices_mm.size(), two->mesh.vertices_mm.size());
-  EXPECT_EQ(std::memcmp(one->mesh.vertices_mm.data(), two->mesh.vertices_mm.data(),
-                        one->mesh.vertices_mm.size() * sizeof(Eigen::Vector3d)),
-            0);
-  EXPECT_EQ(one->mesh.sigma_mm, two->mesh.sigma_mm);
-  EXPECT_EQ(one->outliers, two->outliers);
+  const auto one = run(1);
+  ASSERT_TRUE(one.ok()) << one.status();
+  for (const int threads : {2, 4}) {
+    const auto more = run(threads);
+    ASSERT_TRUE(more.ok()) << more.status();
+    ASSERT_EQ(one->mesh.vertices_mm.size(), more->mesh.vertices_mm.size());
+    EXPECT_EQ(std::memcmp(one->mesh.vertices_mm.data(), more->mesh.vertices_mm.data(),
+                          one->mesh.vertices_mm.size() * sizeof(Eigen::Vector3d)),
+              0)
+        << threads;
+    EXPECT_EQ(one->mesh.sigma_mm, more->mesh.sigma_mm);
+    EXPECT_EQ(one->outliers, more->outliers);
+  }
 }
 
 // Two sheets, a third that nobody sees, triangles without area and vertices without faces.

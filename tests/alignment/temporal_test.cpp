@@ -160,11 +160,13 @@ TEST_F(Temporal, GivesTheSameBytesAtAnyThreadCount) {
     tbb::task_arena arena(threads);
     return arena.execute([&] { return RefineInTime(model_, previous_, own_, next_, {}); });
   };
-  const auto one = run(1), two = run(2);
-  ASSERT_TRUE(one.ok() && two.ok());
-  EXPECT_EQ(std::memcmp(one->mesh.vertices_mm.data(), two->mesh.vertices_mm.data(),
-                        one->mesh.vertices_mm.size() * sizeof(Eigen::Vector3d)),
-            0);
+  const auto one = run(1), two = run(2), four = run(4);
+  ASSERT_TRUE(one.ok() && two.ok() && four.ok());
+  for (const auto* more : {&two, &four}) {
+    EXPECT_EQ(std::memcmp(one->mesh.vertices_mm.data(), (*more)->mesh.vertices_mm.data(),
+                          one->mesh.vertices_mm.size() * sizeof(Eigen::Vector3d)),
+              0);
+  }
 }
 
 TEST_F(Temporal, RefusesMeshesOfAnotherTemplateAndWrongOptions) {
