@@ -81,6 +81,24 @@ class Daemon(StudioTest):
         self.assertTrue(read(f"{self.out}/report.html").lstrip().lower().startswith("<!doctype html"))
         self.assertEqual(temporary_files(self.out), [])
 
+    def test_takes_scans_as_a_registration_without_it_does(self):
+        scans = self.path("scans")
+        os.mkdir(scans)
+        frame = self.frames[0]
+        shutil.copy(f"{self.take}/truth/{frame}/mesh.ply", f"{scans}/{frame}.ply")
+        self.start_daemon("--workers", "1")
+        first = ["--frames", "0:1", "--scans", scans]
+        self.register_remotely(*first, check=0)
+        local, without = self.path("local"), self.path("without")
+        self.register(*first, check=0, out=local)
+        self.assertEqual(results(self.out), results(local))
+        self.register(*first[:2], check=0, out=without)
+        self.assertNotEqual(results(local)[f"{frame}/mesh.ply"], results(without)[f"{frame}/mesh.ply"])
+        with tempfile.TemporaryDirectory() as outside:
+            other = self.path("other")
+            self.assert_refused(self.register_remotely("--scans", outside, out=other), outside, "--allow-path",
+                                out=other)
+
     def test_refuses_what_it_may_not_touch_and_what_does_not_fit(self):
         self.start_daemon()
         with tempfile.TemporaryDirectory() as outside:
