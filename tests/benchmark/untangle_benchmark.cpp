@@ -1,6 +1,7 @@
-// Speed of finding and removing self-intersections on one core, on a wrinkled sheet of n x n vertices that
-// hangs over itself. Baselines: the search without faces around common vertices (SelfIntersections), and the
-// search twice, before and after, which is all that untangling a clean mesh would cost (Tangles).
+// Speed of finding and removing self-intersections on one core, on two wrinkled sheets of n x n vertices, one
+// over the other: 200 704 faces at n = 225, where the search is to take less than 0.1 s. Baselines: the
+// search without faces around common vertices (SelfIntersections), and the search twice, before and after,
+// which is all that untangling a clean mesh would cost (Tangles).
 #include <benchmark/benchmark.h>
 #include <tbb/task_arena.h>
 
