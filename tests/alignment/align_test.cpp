@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <cstring>
@@ -133,6 +134,7 @@ TEST(Align, TrustsPreciseTargetsMore) {
 }
 
 TEST(Align, GivesTheSameBytesAtAnyThreadCount) {
+  const tbb::global_control more_than_cores(tbb::global_control::max_allowed_parallelism, 4);
   const Template garment = SheetTemplate(FlatSheet(120, 120));  // several blocks
   const auto truth = RolledAndMoved(garment.rest);
   std::vector<VertexTarget> targets = Measure(truth, 0.3, 6, [](int v) { return v % 7 != 0; });

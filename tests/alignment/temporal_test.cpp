@@ -2,6 +2,7 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
 #include <cstring>
@@ -156,6 +157,7 @@ TEST_F(Temporal, BridgesAFailedFrameAndSaysSo) {
 }
 
 TEST_F(Temporal, GivesTheSameBytesAtAnyThreadCount) {
+  const tbb::global_control more_than_cores(tbb::global_control::max_allowed_parallelism, 4);
   const auto run = [&](int threads) {
     tbb::task_arena arena(threads);
     return arena.execute([&] { return RefineInTime(model_, previous_, own_, next_, {}); });
