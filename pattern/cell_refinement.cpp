@@ -170,6 +170,14 @@ void RefineCells(const CellFitter& fitter, const Board& board, int width_px, int
   const int least = LeastComponent(options.min_component, cells->size());
   Filter([&](size_t k) { return sizes[k] >= least; }, cells);
   SweepCenters(fitter, board, kSettledCells, cells);
+  // Neighbours may have pulled a cell at the rim out of the image.
+  const float x_most = static_cast<float>(width_px) - 0.5f, y_most = static_cast<float>(height_px) - 0.5f;
+  Filter(
+      [&](size_t k) {
+        const CellFrame& f = (*cells)[k].fit.frame;
+        return f.x >= -0.5f && f.y >= -0.5f && f.x <= x_most && f.y <= y_most;
+      },
+      cells);
 }
 
 }  // namespace weft

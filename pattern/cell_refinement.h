@@ -18,7 +18,8 @@ struct CellRefinementOptions {
 };
 
 // Fits the centres of neighbouring cells together, drops cells that are too uncertain and those that are left
-// in small groups, and fits the rest once more. Order is kept.
+// in small groups, and fits the rest once more. Cells whose centres then lie outside the image are dropped.
+// Order is kept.
 void RefineCells(const CellFitter& fitter, const Board& board, int width_px, int height_px,
                  const CellRefinementOptions& options, std::vector<GrownCell>* cells);
 
