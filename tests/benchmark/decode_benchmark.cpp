@@ -7,6 +7,8 @@
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <random>
+#include <thread>
+#include <vector>
 
 #include "../pattern/rendered_board.h"
 #include "pattern/decoder.h"
@@ -142,6 +144,24 @@ void DecodeRawView(benchmark::State& state) {
   state.counters["ratio_to_baseline"] = own_s / baseline_s;
 }
 BENCHMARK(DecodeRawView)->Unit(benchmark::kMillisecond);
+
+// As many views at a time as the argument says; views per second grow with it as far as there are cores.
+void DecodeRawViewsInParallel(benchmark::State& state) {
+  const RawView& view = TheRawView();
+  for (auto _ : state) {
+    std::vector<std::jthread> threads;
+    for (int k = 0; k < state.range(0); ++k)
+      threads.emplace_back([&] { benchmark::DoNotOptimize(DecodeView(view.frame, view.index, {})); });
+  }
+  state.counters["views_per_s"] =
+      benchmark::Counter(static_cast<double>(state.range(0)), benchmark::Counter::kIsIterationInvariantRate);
+}
+BENCHMARK(DecodeRawViewsInParallel)
+    ->RangeMultiplier(2)
+    ->Range(1, 8)
+    ->MeasureProcessCPUTime()
+    ->UseRealTime()
+    ->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace weft
