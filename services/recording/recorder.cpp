@@ -332,7 +332,6 @@ void Recorder::NoteDropped(uint64_t first_set, uint64_t last_set, int64_t device
                            const std::string& cause) {
   const std::lock_guard lock(shared_->mutex);
   shared_->counters.sets_offered += last_set - first_set + 1;
-  shared_->last_offered = last_set;
   shared_->Drop(first_set, last_set, device_time_ns, cause);
 }
 

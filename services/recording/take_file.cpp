@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <random>
+#include <regex>
 #include <utility>
 
 #include "absl/strings/numbers.h"
@@ -84,21 +85,33 @@ void DescribeTiming(const RecordedTake& take, v1::TakeInfo& info) {
   if (first_ns) info.set_duration_s(static_cast<double>(*last_ns - *first_ns) / 1e9);
 }
 
+// A cause of the ledger, or several that differ in their numbers alone.
+struct Cause {
+  std::string text;
+  uint64_t count = 0;
+};
+
 void DescribeCauses(const RecordedTake& take, v1::TakeInfo& info) {
-  std::map<std::pair<std::string, std::string>, uint64_t> counts;
+  const std::regex number("[0-9]+([.][0-9]+)?");
+  std::map<std::pair<std::string, std::string>, Cause> causes;
+  const auto add = [&](const std::string& camera_id, const std::string& text, uint64_t count) {
+    const std::string without_numbers = std::regex_replace(text, number, "*");
+    Cause& cause = causes[{camera_id, without_numbers}];
+    cause.text = cause.count == 0 || cause.text == text ? text : without_numbers;
+    cause.count += count;
+  };
   for (const LedgerEntry& entry : take.ledger()) {
-    if (entry.event == LedgerEvent::kMissing) ++counts[{entry.camera_id, entry.cause}];
-    if (entry.event == LedgerEvent::kDropped)
-      counts[{"", entry.cause}] += entry.last_set - entry.first_set + 1;
+    if (entry.event == LedgerEvent::kMissing) add(entry.camera_id, entry.cause, 1);
+    if (entry.event == LedgerEvent::kDropped) add("", entry.cause, entry.last_set - entry.first_set + 1);
     if (entry.event == LedgerEvent::kNote)
       info.add_notes(entry.camera_id.empty() ? entry.cause
                                              : absl::StrCat("camera ", entry.camera_id, ": ", entry.cause));
   }
-  for (const auto& [key, count] : counts) {
+  for (const auto& [key, found] : causes) {
     v1::TakeCause& cause = *info.add_causes();
     cause.set_camera(key.first);
-    cause.set_cause(key.second);
-    cause.set_count(count);
+    cause.set_cause(found.text);
+    cause.set_count(found.count);
   }
 }
 

@@ -1,0 +1,342 @@
+#include "capture/gige_camera.h"
+
+#include <arv.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <map>
+#include <mutex>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "capture/aligned_buffer.h"
+
+namespace weft {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Unref {
+  void operator()(void* object) const { g_object_unref(object); }
+};
+template <typename T>
+using Object = std::unique_ptr<T, Unref>;
+
+// Receives an error of GLib and frees it.
+class Error {
+ public:
+  Error() = default;
+  ~Error() { g_clear_error(&error_); }
+  Error(const Error&) = delete;
+  Error& operator=(const Error&) = delete;
+  GError** out() { return &error_; }
+  bool ok() const { return error_ == nullptr; }
+  std::string message() const { return error_ ? error_->message : ""; }
+
+ private:
+  GError* error_ = nullptr;
+};
+
+std::string FeatureText(ArvDevice* device, const char* name) {
+  ArvGcNode* node = arv_device_get_feature(device, name);
+  if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node)) return "";
+  Error error;
+  const char* text = arv_gc_feature_node_get_value_as_string(ARV_GC_FEATURE_NODE(node), error.out());
+  return error.ok() && text != nullptr ? text : "";
+}
+
+constexpr const char* kReportedFeatures[] = {
+    "DeviceVendorName", "DeviceModelName", "DeviceSerialNumber",  "DeviceVersion",    "Width",
+    "Height",           "PixelFormat",     "ExposureTime",        "ExposureTimeAbs",  "Gain",
+    "GainRaw",          "TriggerSelector", "TriggerMode",         "TriggerSource",    "AcquisitionFrameRate",
+    "PtpEnable",        "PtpStatus",       "PtpOffsetFromMaster", "GevSCPSPacketSize"};
+
+const char* LossInWords(ArvBufferStatus status) {
+  switch (status) {
+    case ARV_BUFFER_STATUS_TIMEOUT:
+      return "packets of the frame did not arrive in time";
+    case ARV_BUFFER_STATUS_MISSING_PACKETS:
+      return "packets of the frame are missing";
+    case ARV_BUFFER_STATUS_WRONG_PACKET_ID:
+      return "packets of the frame have wrong numbers";
+    case ARV_BUFFER_STATUS_SIZE_MISMATCH:
+      return "the frame is larger than the camera announced";
+    case ARV_BUFFER_STATUS_ABORTED:
+      return "the frame was broken off";
+    default:
+      return "the frame did not arrive";
+  }
+}
+
+// A buffer of Aravis around memory of ours, which the frame takes along.
+ArvBuffer* WrapBuffer(std::shared_ptr<AlignedBuffer> memory) {
+  auto* holder = new std::shared_ptr<AlignedBuffer>(std::move(memory));
+  return arv_buffer_new_full((*holder)->size(), (*holder)->data(), holder,
+                             [](void* data) { delete static_cast<std::shared_ptr<AlignedBuffer>*>(data); });
+}
+
+class GigeCamera : public CameraSource {
+ public:
+  explicit GigeCamera(GigeCameraOptions options) : options_(std::move(options)) {}
+  ~GigeCamera() override { Close(); }
+
+  absl::Status Open();
+  const std::string& camera_id() const override { return options_.id; }
+  std::map<std::string, std::string> settings() const override {
+    const std::lock_guard lock(mutex_);
+    return settings_;
+  }
+  absl::Status Start() override;
+  absl::StatusOr<CameraDelivery> Next(std::chrono::milliseconds timeout) override;
+  void Stop() override;
+  CameraCounters counters() const override {
+    const std::lock_guard lock(mutex_);
+    return counters_;
+  }
+
+ private:
+  absl::Status SetFeatures();
+  absl::Status Failed(const std::string& what, const Error& error) const {
+    return absl::UnavailableError(
+        absl::StrCat("camera ", options_.id, " (", options_.device, "): ", what, ": ", error.message()));
+  }
+  void Close();
+  CameraDelivery Deliver(ArvBuffer* buffer);
+  absl::StatusOr<CameraDelivery> Reconnect(std::chrono::milliseconds timeout);
+  void ReadStatistics();
+
+  const GigeCameraOptions options_;
+  Object<ArvCamera> camera_;
+  Object<ArvStream> stream_;
+  std::unique_ptr<BufferPool> pool_;
+  std::atomic<bool> is_lost_ = false;
+  bool is_reported_lost_ = false;
+  bool is_started_ = false;
+  Clock::time_point next_attempt_;
+  Clock::time_point lost_since_;
+  BlockIdUnwrapper unwrapper_;
+  uint64_t missing_before_ = 0, resent_before_ = 0;
+  mutable std::mutex mutex_;
+  std::map<std::string, std::string> settings_;
+  CameraCounters counters_;
+};
+
+absl::Status GigeCamera::SetFeatures() {
+  ArvDevice* device = arv_camera_get_device(camera_.get());
+  for (const std::string& feature : options_.features) {
+    const std::pair<std::string, std::string> parts = absl::StrSplit(feature, absl::MaxSplits('=', 1));
+    ArvGcNode* node = arv_device_get_feature(device, parts.first.c_str());
+    if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node)) {
+      return absl::InvalidArgumentError(absl::StrCat("camera ", options_.id, ": it has no feature ",
+                                                     parts.first, "; `arv-tool-0.8 features` lists them"));
+    }
+    Error error;
+    arv_gc_feature_node_set_value_from_string(ARV_GC_FEATURE_NODE(node), parts.second.c_str(), error.out());
+    if (!error.ok()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("camera ", options_.id, ": it refuses the feature ", feature, ": ", error.message()));
+    }
+  }
+  if (options_.fps > 0) {
+    Error error;
+    arv_camera_set_frame_rate(camera_.get(), options_.fps, error.out());
+    if (!error.ok()) return Failed(absl::StrCat("it refuses ", options_.fps, " frames per second"), error);
+  }
+  std::map<std::string, std::string> settings;
+  for (const char* name : kReportedFeatures)
+    if (std::string text = FeatureText(device, name); !text.empty()) settings[name] = std::move(text);
+  for (const std::string& feature : options_.features) {
+    const std::string name = feature.substr(0, feature.find('='));
+    if (std::string text = FeatureText(device, name.c_str()); !text.empty()) settings[name] = std::move(text);
+  }
+  const std::lock_guard lock(mutex_);
+  settings_ = std::move(settings);
+  return absl::OkStatus();
+}
+
+absl::Status GigeCamera::Open() {
+  Close();
+  Error error;
+  camera_.reset(arv_camera_new(options_.device.c_str(), error.out()));
+  if (!camera_) {
+    return absl::NotFoundError(absl::StrCat(
+        "camera ", options_.id, ": no camera ", options_.device, " answers", error.ok() ? "" : " (",
+        error.message(), error.ok() ? "" : ")", "; is it powered, in this network, and free?"));
+  }
+  if (!arv_camera_is_gv_device(camera_.get())) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("camera ", options_.id, ": ", options_.device, " is no GigE Vision camera"));
+  }
+  Error size_error;
+  if (options_.packet_size_bytes > 0) {
+    arv_camera_gv_set_packet_size(camera_.get(), options_.packet_size_bytes, size_error.out());
+  } else {
+    arv_camera_gv_auto_packet_size(camera_.get(), size_error.out());
+  }
+  if (!size_error.ok()) return Failed("its packet size cannot be set", size_error);
+  is_lost_ = false;
+  g_signal_connect(arv_camera_get_device(camera_.get()), "control-lost",
+                   G_CALLBACK(+[](ArvDevice*, void* lost) { *static_cast<std::atomic<bool>*>(lost) = true; }),
+                   &is_lost_);
+  return SetFeatures();
+}
+
+absl::Status GigeCamera::Start() {
+  Error error;
+  const guint payload = arv_camera_get_payload(camera_.get(), error.out());
+  if (!error.ok()) return Failed("it does not say how large its frames are", error);
+  stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, error.out()));
+  if (!error.ok() || !stream_) return Failed("its stream cannot be opened", error);
+  g_object_set(stream_.get(), "packet-resend",
+               options_.resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
+               "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_AUTO, nullptr);
+  pool_ = std::make_unique<BufferPool>(payload, static_cast<size_t>(4 * options_.buffers));
+  for (int i = 0; i < options_.buffers; ++i) arv_stream_push_buffer(stream_.get(), WrapBuffer(pool_->Take()));
+  unwrapper_.Reset();
+  missing_before_ = resent_before_ = 0;
+  Error start_error;
+  arv_camera_start_acquisition(camera_.get(), start_error.out());
+  if (!start_error.ok()) return Failed("it does not start", start_error);
+  is_started_ = true;
+  return absl::OkStatus();
+}
+
+void GigeCamera::ReadStatistics() {
+  guint64 resent = 0, missing = 0;
+  arv_gv_stream_get_statistics(ARV_GV_STREAM(stream_.get()), &resent, &missing);
+  const std::lock_guard lock(mutex_);
+  counters_.packets_resent += resent - std::exchange(resent_before_, resent);
+  counters_.packets_missing += missing - std::exchange(missing_before_, missing);
+}
+
+CameraDelivery GigeCamera::Deliver(ArvBuffer* buffer) {
+  CameraDelivery delivery;
+  RawFrame& frame = delivery.frame;
+  const ArvBufferStatus status = arv_buffer_get_status(buffer);
+  frame.camera_id = options_.id;
+  frame.host_time_ns = static_cast<int64_t>(arv_buffer_get_system_timestamp(buffer));
+  frame.device_time_ns = static_cast<int64_t>(arv_buffer_get_timestamp(buffer));
+  frame.device_frame_id = unwrapper_.Unwrap(arv_buffer_get_frame_id(buffer));
+  const uint64_t missing = missing_before_;
+  ReadStatistics();
+  delivery.kind = CameraDelivery::Kind::kLostFrame;
+  if (status != ARV_BUFFER_STATUS_SUCCESS) {
+    delivery.cause = LossInWords(status);
+    if (missing_before_ > missing)
+      absl::StrAppend(&delivery.cause, ": ", missing_before_ - missing, " packets");
+  } else {
+    frame.width_px = arv_buffer_get_image_width(buffer);
+    frame.height_px = arv_buffer_get_image_height(buffer);
+    frame.format = static_cast<RawFormat>(arv_buffer_get_image_pixel_format(buffer));
+    const auto memory = *static_cast<const std::shared_ptr<AlignedBuffer>*>(arv_buffer_get_user_data(buffer));
+    const uint64_t expected = RawBytes(frame.format, frame.width_px, frame.height_px);
+    if (expected > 0 && expected < memory->size()) memory->Shrink(expected);  // chunk data follow the image
+    frame.bytes = memory;
+    const absl::Status valid = frame.Validate();
+    if (valid.ok()) delivery.kind = CameraDelivery::Kind::kFrame;
+    delivery.cause = std::string(valid.message());
+  }
+  const std::lock_guard lock(mutex_);
+  ++(delivery.kind == CameraDelivery::Kind::kFrame ? counters_.frames : counters_.frames_lost);
+  return delivery;
+}
+
+absl::StatusOr<CameraDelivery> GigeCamera::Reconnect(std::chrono::milliseconds timeout) {
+  CameraDelivery delivery;
+  if (!is_reported_lost_) {
+    is_reported_lost_ = true;
+    lost_since_ = Clock::now();
+    next_attempt_ = lost_since_;
+    Close();
+    delivery.kind = CameraDelivery::Kind::kDisconnected;
+    delivery.cause = "the camera no longer answers (unplugged, without power, or taken by another program)";
+    const std::lock_guard lock(mutex_);
+    ++counters_.disconnections;
+    return delivery;
+  }
+  if (Clock::now() < next_attempt_) {
+    std::this_thread::sleep_for(std::min<Clock::duration>(timeout, next_attempt_ - Clock::now()));
+    return absl::DeadlineExceededError("the camera is disconnected");
+  }
+  next_attempt_ = Clock::now() + std::chrono::milliseconds(options_.reconnect_interval_ms);
+  arv_update_device_list();
+  absl::Status status = Open();
+  if (status.ok()) status = Start();
+  if (!status.ok()) return absl::DeadlineExceededError(status.message());
+  is_reported_lost_ = false;
+  delivery.kind = CameraDelivery::Kind::kReconnected;
+  const auto away = std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - lost_since_).count();
+  delivery.cause = absl::StrCat("after ", away, " ms, with the same settings");
+  return delivery;
+}
+
+absl::StatusOr<CameraDelivery> GigeCamera::Next(std::chrono::milliseconds timeout) {
+  if (is_lost_ || is_reported_lost_) return Reconnect(timeout);
+  if (!is_started_)
+    return absl::FailedPreconditionError(absl::StrCat("camera ", options_.id, ": not started"));
+  ArvBuffer* buffer = arv_stream_timeout_pop_buffer(
+      stream_.get(),
+      static_cast<guint64>(std::chrono::duration_cast<std::chrono::microseconds>(timeout).count()));
+  if (buffer == nullptr) return absl::DeadlineExceededError("no frame");
+  arv_stream_push_buffer(stream_.get(), WrapBuffer(pool_->Take()));
+  CameraDelivery delivery = Deliver(buffer);
+  g_object_unref(buffer);
+  return delivery;
+}
+
+void GigeCamera::Stop() {
+  if (!camera_ || !is_started_) return;
+  is_started_ = false;
+  Error error;
+  arv_camera_stop_acquisition(camera_.get(), error.out());
+  ReadStatistics();
+}
+
+void GigeCamera::Close() {
+  if (camera_ && !is_lost_) Stop();
+  is_started_ = false;
+  if (camera_) {
+    g_signal_handlers_disconnect_by_data(arv_camera_get_device(camera_.get()), &is_lost_);
+  }
+  stream_.reset();
+  camera_.reset();
+}
+
+}  // namespace
+
+absl::Status GigeCameraOptions::Validate() const {
+  if (id.empty() || device.empty())
+    return absl::InvalidArgumentError("a GigE Vision camera needs an id and a device");
+  if (buffers < 2)
+    return absl::InvalidArgumentError(absl::StrCat("camera ", id, ": buffers must be at least 2"));
+  if (!(fps >= 0))
+    return absl::InvalidArgumentError(absl::StrCat("camera ", id, ": fps must not be negative"));
+  for (const std::string& feature : features) {
+    if (feature.find('=') == std::string::npos || feature.front() == '=')
+      return absl::InvalidArgumentError(
+          absl::StrCat("camera ", id, ": feature \"", feature, "\" is not of the form Name=value"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::unique_ptr<CameraSource>> OpenGigeCamera(const GigeCameraOptions& options) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  auto camera = std::make_unique<GigeCamera>(options);
+  if (absl::Status status = camera->Open(); !status.ok()) return status;
+  return camera;
+}
+
+uint64_t BlockIdUnwrapper::Unwrap(uint64_t block_id) {
+  constexpr uint64_t kIds = 65535;
+  if (block_id == 0 || block_id > kIds || last_ == 0) {
+    last_ = std::max(last_, block_id);
+    return block_id == 0 ? last_ : last_ = block_id;
+  }
+  const uint64_t step = (block_id + kIds - ((last_ - 1) % kIds + 1)) % kIds;
+  return last_ += step <= kIds / 2 ? step : 0;
+}
+
+}  // namespace weft

@@ -1,0 +1,42 @@
+// GigE Vision cameras through Aravis.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "capture/camera_source.h"
+
+namespace weft {
+
+struct GigeCameraOptions {
+  std::string id;                     // of the camera in the take
+  std::string device;                 // address, serial number or name by which Aravis knows it
+  std::vector<std::string> features;  // "Name=value", any GenICam feature, set in this order
+  double fps = 0;                     // free run; 0: as the features say
+  int packet_size_bytes = 0;          // 0: the largest that the network lets through
+  bool resend = true;                 // ask for lost packets again
+  int buffers = 16;                   // frames that wait for Next
+  int reconnect_interval_ms = 500;
+
+  absl::Status Validate() const;
+};
+
+// Opens the camera, sets its features and reads them back. NotFound: no such camera. InvalidArgument: a
+// feature that the camera lacks or a value that it refuses, both named. Unavailable: it does not answer, or
+// somebody else controls it. Aravis looks for cameras on every network interface; it takes about a second.
+absl::StatusOr<std::unique_ptr<CameraSource>> OpenGigeCamera(const GigeCameraOptions& options);
+
+// The block ids of GigE Vision count from 1 to 65535 and then from 1 again, or on in 64 bits.
+class BlockIdUnwrapper {
+ public:
+  // The id as it would be without wrapping. Blocks come in order, up to 32767 of them may be missing.
+  uint64_t Unwrap(uint64_t block_id);
+  void Reset() { last_ = 0; }
+
+ private:
+  uint64_t last_ = 0;
+};
+
+}  // namespace weft

@@ -1,0 +1,39 @@
+// From live cameras to a take: a thread per camera, frame sets, the recorder.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "capture/camera_source.h"
+#include "capture/frame_set_assembler.h"
+#include "services/recording/recorder.h"
+#include "weft/v1/take.pb.h"
+
+namespace weft {
+
+struct LiveRecordingOptions {
+  FrameSetOptions sets;
+  RecorderOptions recorder;
+  double seconds = 0;  // 0: until told to stop
+};
+
+struct LiveRecordingState {
+  double elapsed_s = 0;
+  RecorderCounters recorder;
+  std::vector<CameraCounters> cameras;
+};
+
+// Starts the cameras, records what they deliver into a new take at `folder`, and stops them: after `seconds`,
+// when `stop` becomes true, when the recorder stops, or when every source has ended. `report` is called
+// several times a second. The take and its take.json are complete when it returns, also after an error of the
+// disk; where a camera does not start nothing is written.
+absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
+                                    const std::vector<std::unique_ptr<CameraSource>>& cameras,
+                                    const LiveRecordingOptions& options, const std::atomic<bool>& stop,
+                                    const std::function<void(const LiveRecordingState&)>& report = nullptr);
+
+}  // namespace weft

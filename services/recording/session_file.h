@@ -1,0 +1,24 @@
+// session.json: the cameras of a live session.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "services/recording/live_recording.h"
+#include "weft/v1/session.pb.h"
+
+namespace weft {
+
+// InvalidArgument names file and field. At least one camera, ids unique and fit for file names, every camera
+// with a device.
+absl::StatusOr<v1::Session> ReadSession(const std::string& path);
+
+// What the session says of sets and recorder, defaults filled in.
+absl::StatusOr<LiveRecordingOptions> RecordingOptionsOf(const v1::Session& session);
+
+// Opens all cameras; the first error otherwise.
+absl::StatusOr<std::vector<std::unique_ptr<CameraSource>>> OpenCameras(const v1::Session& session);
+
+}  // namespace weft

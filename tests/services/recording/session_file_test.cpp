@@ -1,0 +1,61 @@
+#include "services/recording/session_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "services/files/json_file.h"
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+
+v1::Session TwoCameras() {
+  v1::Session session;
+  for (const char* id : {"left", "right"}) {
+    v1::SessionCamera& camera = *session.add_cameras();
+    camera.set_id(id);
+    camera.mutable_gige()->set_device("192.168.1.11");
+  }
+  return session;
+}
+
+std::string FaultOf(const v1::Session& session) {
+  const TempFolder folder;
+  const std::string path = folder.path() + "/session.json";
+  EXPECT_TRUE(WriteJsonFile(path, session).ok());
+  const absl::Status status = ReadSession(path).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(status.message(), HasSubstr(path));
+  return std::string(status.message());
+}
+
+TEST(SessionFile, NamesTheFaultyField) {
+  EXPECT_THAT(FaultOf({}), HasSubstr("the field cameras is empty"));
+  v1::Session session = TwoCameras();
+  session.mutable_cameras(1)->set_id("left");
+  EXPECT_THAT(FaultOf(session), HasSubstr("cameras[1]: the id left occurs twice"));
+  session.mutable_cameras(1)->set_id("../right");
+  EXPECT_THAT(FaultOf(session), HasSubstr("cameras[1]: camera id \"../right\""));
+  session = TwoCameras();
+  session.mutable_cameras(0)->mutable_gige()->clear_device();
+  EXPECT_THAT(FaultOf(session), HasSubstr("cameras[0] (id left): the field gige.device is missing"));
+  session = TwoCameras();
+  session.set_fps(-1);
+  EXPECT_THAT(FaultOf(session), HasSubstr("fps must not be negative"));
+  session.set_fps(30);
+  session.set_tolerance_ms(20);
+  EXPECT_THAT(FaultOf(session), HasSubstr("must be below half the period"));
+}
+
+TEST(SessionFile, ToleranceFollowsTheRate) {
+  v1::Session session = TwoCameras();
+  EXPECT_EQ(RecordingOptionsOf(session)->sets.tolerance_ns, 2'000'000);
+  session.set_fps(200);
+  EXPECT_EQ(RecordingOptionsOf(session)->sets.period_ns, 5'000'000);
+  EXPECT_EQ(RecordingOptionsOf(session)->sets.tolerance_ns, 1'000'000);
+}
+
+}  // namespace
+}  // namespace weft
