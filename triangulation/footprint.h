@@ -11,8 +11,9 @@ namespace weft {
 // times the mean of the four neighbouring centres, whatever the number of views, and lies inside the fold.
 // Lengths are in edges: the median distance of points whose centres are next to each other on the board.
 struct FootprintOptions {
-  // What the decoder of `pattern` leaves, measured on rendered cloth; 0 leaves the points as they are.
-  double neighbor_share = 0.2;
+  // What the decoder of `pattern` leaves, measured on rendered cloth (footprint_decoder_test); 0 leaves the
+  // points as they are.
+  double neighbor_share = 0.06;
   // What the shift leaves, as a share of it (standard deviation): strongly bent cells are no parabolas.
   double shift_error = 1.6;
   // Standard deviation of the average where too little around a centre was seen to take it out.
