@@ -292,8 +292,8 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
   result.mesh = Describe(model, used, passes.deformation(), options);
   if (!options.remove_self_intersections) return result;
   const auto untangle_start = Clock::now();
-  const absl::StatusOr<UntangleReport> untangling = RemoveSelfIntersections(
-      model.rest().faces, result.mesh.sigma_mm, options.untangle, &result.mesh.vertices_mm);
+  const absl::StatusOr<UntangleReport> untangling =
+      RemoveSelfIntersections(model.rest().faces, options.untangle, &result.mesh);
   if (!untangling.ok()) return untangling.status();
   result.untangling = *untangling;
   result.stages.push_back({.name = "untangle",

@@ -36,6 +36,15 @@ Eigen::Vector3d Admissible(Eigen::Vector3d move, std::span<const ContactPlane> p
   return share * move;
 }
 
+// The part of the way from `start` (within the bound) to `end` that lies within it.
+Eigen::Vector3d UpToBound(const Eigen::Vector3d& start, const Eigen::Vector3d& end, double bound_mm) {
+  if (end.norm() <= bound_mm) return end;
+  const Eigen::Vector3d way = end - start;
+  const double a = way.squaredNorm(), b = start.dot(way), c = start.squaredNorm() - bound_mm * bound_mm;
+  if (!(a > 0) || c >= 0) return start;
+  return start + (std::sqrt(b * b - a * c) - b) / a * way;
+}
+
 class GuardedReturn {
  public:
   GuardedReturn(const ReturnOptions& options, TanglePatch* patch)
@@ -73,6 +82,7 @@ class GuardedReturn {
         const std::span<const ContactPlane> planes(contacts.planes.data() + contacts.first[v],
                                                    contacts.planes.data() + contacts.first[v + 1]);
         u[v] = start_[v] + Admissible(Wish(v, u) - start_[v], planes, options_.max_step_mm);
+        u[v] = UpToBound(start_[v], u[v], patch_->bound_mm[v]);
       }
       std::reverse(moving.begin(), moving.end());
     }

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace weft {
 namespace {
 
 constexpr double kLeastWeight = 0.02, kMostWeight = 50;
+constexpr double kBoundedFactor = 1000;  // of the weight: others move around a bounded vertex
 
 class DisjointSets {
  public:
@@ -159,6 +161,15 @@ void SetWeights(std::span<const float> sigma_mm, TanglePatch* patch) {
   }
 }
 
+void SetBounds(std::span<const double> bound_mm, TanglePatch* patch) {
+  patch->bound_mm.assign(patch->vertex.size(), std::numeric_limits<double>::infinity());
+  if (bound_mm.empty()) return;
+  for (int v = 0; v < patch->free; ++v) {
+    patch->bound_mm[v] = bound_mm[patch->vertex[v]];
+    if (patch->IsBounded(v)) patch->weight[v] *= kBoundedFactor;
+  }
+}
+
 }  // namespace
 
 FacesOfVertex::FacesOfVertex(int vertices, const std::vector<Face>& faces)
@@ -210,7 +221,8 @@ std::vector<std::vector<int>> GrowGroups(const std::vector<Face>& faces, const F
 
 TanglePatch CutPatch(const std::vector<Eigen::Vector3d>& observed_mm,
                      const std::vector<Eigen::Vector3d>& position_mm, const std::vector<Face>& faces,
-                     std::span<const float> sigma_mm, const std::vector<int>& free, double reach_mm) {
+                     std::span<const float> sigma_mm, std::span<const double> bound_mm,
+                     const std::vector<int>& free, double reach_mm) {
   TanglePatch patch;
   patch.faces = FacesNear(position_mm, faces, free, reach_mm);
   Renumber(free, &patch);
@@ -221,6 +233,7 @@ TanglePatch CutPatch(const std::vector<Eigen::Vector3d>& observed_mm,
     patch.position_mm.push_back(position_mm[v]);
   }
   SetWeights(sigma_mm, &patch);
+  SetBounds(bound_mm, &patch);
   return patch;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -30,13 +31,15 @@ struct TanglePatch {
   int free = 0;
   std::vector<Eigen::Vector3d> observed_mm;  // [n], where the mesh has them
   std::vector<Eigen::Vector3d> position_mm;  // [n]
-  std::vector<double> weight;                // [n], how firmly each is held where the mesh has it; mean 1
+  std::vector<double> weight;                // [n], how firmly each is held where the mesh has it
+  std::vector<double> bound_mm;  // [n], how far it may be from there; infinite where nothing bounds it
   std::vector<Face> faces;
   std::vector<PatchEdge> edges;
   std::vector<std::array<int, 3>> edges_of_face;  // edge i joins the corners i and i + 1
   std::vector<int> neighbor_first, neighbor;      // of the free vertices, [free + 1] and their entries
   std::vector<int> face_first, face_of;           // faces around each vertex, [n + 1] and their entries
 
+  bool IsBounded(int v) const { return std::isfinite(bound_mm[v]); }
   std::span<const int> NeighborsOf(int v) const {
     return {neighbor.data() + neighbor_first[v], neighbor.data() + neighbor_first[v + 1]};
   }
@@ -51,9 +54,10 @@ std::vector<std::vector<int>> GrowGroups(const std::vector<Face>& faces, const F
                                          const std::vector<std::vector<int>>& groups, int rings);
 
 // The patch where the vertices `free` (ordered) may move. Faces within about reach_mm of them belong
-// to it, fixed. `sigma_mm`: [vertices] or empty.
+// to it, fixed. `sigma_mm` and `bound_mm` (infinite where nothing bounds a vertex): [vertices] or empty.
 TanglePatch CutPatch(const std::vector<Eigen::Vector3d>& observed_mm,
                      const std::vector<Eigen::Vector3d>& position_mm, const std::vector<Face>& faces,
-                     std::span<const float> sigma_mm, const std::vector<int>& free, double reach_mm);
+                     std::span<const float> sigma_mm, std::span<const double> bound_mm,
+                     const std::vector<int>& free, double reach_mm);
 
 }  // namespace weft

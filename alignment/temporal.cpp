@@ -131,8 +131,8 @@ absl::StatusOr<TemporalResult> Untangled(const AlignmentModel& model, Registered
                                          const TemporalOptions& options) {
   TemporalResult result{std::move(mesh), {}};
   if (!options.remove_self_intersections) return result;
-  const absl::StatusOr<UntangleReport> untangling = RemoveSelfIntersections(
-      model.rest().faces, result.mesh.sigma_mm, options.untangle, &result.mesh.vertices_mm);
+  const absl::StatusOr<UntangleReport> untangling =
+      RemoveSelfIntersections(model.rest().faces, options.untangle, &result.mesh);
   if (!untangling.ok()) return untangling.status();
   result.untangling = *untangling;
   return result;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "absl/strings/str_cat.h"
 #include "alignment/self_intersection.h"
@@ -14,6 +15,7 @@ namespace {
 
 constexpr double kFarEdges = 1000;
 constexpr double kNoMoveMm = 0.005;
+constexpr double kRoundingMm = 1e-3;  // more than what storing as 32-bit floats moves a vertex
 constexpr int kMaxDoublings = 2;      // of a patch's rings
 constexpr int kPiercingsPerRing = 3;  // fewer of them do not enclose a region as wide as the patch
 
@@ -97,6 +99,7 @@ class Pusher {
 
   void Push(const std::vector<Piercing>& piercings) {
     const TangleRegions found = FindRegions(*patch_, piercings);
+    Release(piercings);
     PushField field(*patch_);
     std::vector<int> flat;
     for (const CutOffRegion& region : found.regions) {
@@ -120,6 +123,25 @@ class Pusher {
     if (!flat.empty()) Flatten(flat, 2 + pushes_ / options_.pushes_per_ring, patch_);
   }
 
+  // Bounded vertices that contradict each other, after a while, and later all that take part.
+  void Release(const std::vector<Piercing>& piercings) {
+    if (pushes_ < options_.bounded_pushes) return;
+    const bool all = pushes_ >= 2 * options_.bounded_pushes;
+    const int rings = all ? (pushes_ - 2 * options_.bounded_pushes) / options_.pushes_per_ring : 0;
+    std::vector<int> released;
+    for (const Piercing& piercing : piercings) {
+      const PatchEdge& edge = patch_->edges[piercing.edge];
+      std::vector<int> some = {edge.a, edge.b};
+      Append(patch_->faces[piercing.face], &some);
+      if (all || std::all_of(some.begin(), some.end(), [&](int v) { return patch_->IsBounded(v); })) {
+        released.insert(released.end(), some.begin(), some.end());
+      }
+    }
+    for (const int v : GrownInPatch(*patch_, released, rings)) {
+      patch_->bound_mm[v] = std::numeric_limits<double>::infinity();  // its weight draws it back all the same
+    }
+  }
+
   const UntangleOptions& options_;
   const double edge_mm_;
   TanglePatch* patch_;
@@ -140,10 +162,11 @@ void Shake(double distance_mm, TanglePatch* patch) {
 
 class Untangler {
  public:
-  Untangler(const std::vector<Face>& faces, std::span<const float> sigma_mm, const UntangleOptions& options,
-            std::vector<Eigen::Vector3d>* vertices_mm)
+  Untangler(const std::vector<Face>& faces, std::span<const float> sigma_mm, std::vector<double> bound_mm,
+            const UntangleOptions& options, std::vector<Eigen::Vector3d>* vertices_mm)
       : faces_(faces),
         sigma_mm_(sigma_mm),
+        bound_mm_(std::move(bound_mm)),
         options_(options),
         observed_mm_(*vertices_mm),
         vertices_mm_(*vertices_mm),
@@ -178,7 +201,8 @@ class Untangler {
   }
 
   TanglePatch PatchOf(const std::vector<int>& free) const {
-    return CutPatch(observed_mm_, vertices_mm_, faces_, sigma_mm_, free, options_.reach_edges * edge_mm_);
+    return CutPatch(observed_mm_, vertices_mm_, faces_, sigma_mm_, bound_mm_, free,
+                    options_.reach_edges * edge_mm_);
   }
 
   // A region wider than the patch is not seen to be cut off from the rest. Its contour pierces many edges.
@@ -210,6 +234,7 @@ class Untangler {
       const bool moved = (patch.position_mm[v] - patch.observed_mm[v]).norm() > kNoMoveMm;
       vertices_mm_[patch.vertex[v]] =
           moved ? patch.position_mm[v].cast<float>().cast<double>() : patch.observed_mm[v];
+      if (!bound_mm_.empty()) bound_mm_[patch.vertex[v]] = patch.bound_mm[v];
     }
   }
 
@@ -226,6 +251,7 @@ class Untangler {
 
   const std::vector<Face>& faces_;
   const std::span<const float> sigma_mm_;
+  std::vector<double> bound_mm_;
   const UntangleOptions& options_;
   const std::vector<Eigen::Vector3d> observed_mm_;
   std::vector<Eigen::Vector3d>& vertices_mm_;
@@ -233,6 +259,27 @@ class Untangler {
   const double edge_mm_;
   UntangleReport report_;
 };
+
+absl::StatusOr<UntangleReport> Remove(const std::vector<Face>& faces, std::span<const float> sigma_mm,
+                                      std::vector<double> bound_mm, const UntangleOptions& options,
+                                      std::vector<Eigen::Vector3d>* vertices_mm) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  if (absl::Status status = CheckMesh(faces, sigma_mm, *vertices_mm); !status.ok()) return status;
+  Tangles tangles = FindTangles(*vertices_mm, faces);
+  const int pairs = static_cast<int>(tangles.apart.size());
+  const int vertex_pairs = static_cast<int>(tangles.at_vertex.size());
+  UntangleReport report;
+  if (!tangles.empty()) {
+    report = Untangler(faces, sigma_mm, std::move(bound_mm), options, vertices_mm).Run(std::move(tangles));
+  }
+  report.pairs_before = pairs;
+  report.vertex_pairs_before = vertex_pairs;
+  return report;
+}
+
+bool IsMeasured(VertexState state) {
+  return state == VertexState::kObserved || state == VertexState::kTwoView;
+}
 
 }  // namespace
 
@@ -242,6 +289,8 @@ absl::Status UntangleOptions::Validate() const {
   if (max_pushes < 1) return Bad("max_pushes must be positive");
   if (patience < 0) return Bad("patience must not be negative");
   if (pushes_per_ring < 1) return Bad("pushes_per_ring must be positive");
+  if (bounded_pushes < 0) return Bad("bounded_pushes must not be negative");
+  if (!(max_observed_sigmas >= 0)) return Bad("max_observed_sigmas must not be negative");
   if (!(push_gap_edges > 0)) return Bad("push_gap_edges must be positive");
   if (!(contour_step_edges > 0)) return Bad("contour_step_edges must be positive");
   if (max_rounds < 0) return Bad("max_rounds must not be negative");
@@ -252,15 +301,28 @@ absl::StatusOr<UntangleReport> RemoveSelfIntersections(const std::vector<Face>& 
                                                        std::span<const float> sigma_mm,
                                                        const UntangleOptions& options,
                                                        std::vector<Eigen::Vector3d>* vertices_mm) {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
-  if (absl::Status status = CheckMesh(faces, sigma_mm, *vertices_mm); !status.ok()) return status;
-  Tangles tangles = FindTangles(*vertices_mm, faces);
-  const int pairs = static_cast<int>(tangles.apart.size());
-  const int vertex_pairs = static_cast<int>(tangles.at_vertex.size());
-  UntangleReport report;
-  if (!tangles.empty()) report = Untangler(faces, sigma_mm, options, vertices_mm).Run(std::move(tangles));
-  report.pairs_before = pairs;
-  report.vertex_pairs_before = vertex_pairs;
+  return Remove(faces, sigma_mm, {}, options, vertices_mm);
+}
+
+absl::StatusOr<UntangleReport> RemoveSelfIntersections(const std::vector<Face>& faces,
+                                                       const UntangleOptions& options, RegisteredMesh* mesh) {
+  const std::vector<Eigen::Vector3d> before_mm = mesh->vertices_mm;
+  std::vector<double> bound_mm(before_mm.size(), std::numeric_limits<double>::infinity());
+  for (size_t v = 0; v < bound_mm.size(); ++v) {
+    if (!IsMeasured(mesh->state[v])) continue;
+    bound_mm[v] = std::max(0.0, options.max_observed_sigmas * mesh->sigma_mm[v] - kRoundingMm);
+  }
+  absl::StatusOr<UntangleReport> report =
+      Remove(faces, mesh->sigma_mm, std::move(bound_mm), options, &mesh->vertices_mm);
+  if (!report.ok()) return report;
+  for (size_t v = 0; v < before_mm.size(); ++v) {
+    const double move_mm = (mesh->vertices_mm[v] - before_mm[v]).norm();
+    if (!IsMeasured(mesh->state[v]) || move_mm <= options.max_observed_sigmas * mesh->sigma_mm[v]) continue;
+    mesh->state[v] = VertexState::kInferred;
+    mesh->views[v] = 0;
+    mesh->sigma_mm[v] = static_cast<float>(std::hypot(mesh->sigma_mm[v], move_mm));
+    ++report->demoted_vertices;
+  }
   return report;
 }
 

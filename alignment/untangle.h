@@ -13,11 +13,16 @@ namespace weft {
 
 // Lengths named _edges count in mean edges of the patch.
 struct UntangleOptions {
-  int patch_rings = 8;               // edges around tangled faces within which vertices may move
-  double reach_edges = 3;            // cloth this near to them is taken into account
-  int max_pushes = 60;               // iterations that push layers apart, per patch
-  int patience = 5;                  // pushes before cloth that no cut-off region explains is laid flat
-  int pushes_per_ring = 8;           // the part laid flat grows by a ring each time
+  int patch_rings = 8;      // edges around tangled faces within which vertices may move
+  double reach_edges = 3;   // cloth this near to them is taken into account
+  int max_pushes = 60;      // iterations that push layers apart, per patch
+  int patience = 5;         // pushes before cloth that no cut-off region explains is laid flat
+  int pushes_per_ring = 8;  // the part laid flat grows by a ring each time
+  // Measured vertices move by at most this many times their sigma_mm until bounded_pushes have not helped;
+  // then those that contradict each other may move freely, and after as many again all that take part in a
+  // tangle.
+  double max_observed_sigmas = 3;
+  int bounded_pushes = 20;
   double push_gap_edges = 0.04;      // how far beyond the other layer a region is pushed
   double contour_step_edges = 0.05;  // per push, where only the contour tells the way
   int max_rounds = 4;                // searches of the whole mesh; patches grow from round to round
@@ -36,6 +41,7 @@ struct UntangleReport {
   int rounds = 0;
   int pushes = 0, returns = 0;  // iterations, over all patches
   int moved_vertices = 0;
+  int demoted_vertices = 0;                  // measured ones that moved further than they may, now inferred
   double max_move_mm = 0, mean_move_mm = 0;  // of the moved vertices
 };
 
@@ -55,5 +61,11 @@ absl::StatusOr<UntangleReport> RemoveSelfIntersections(const std::vector<Face>& 
                                                        std::span<const float> sigma_mm,
                                                        const UntangleOptions& options,
                                                        std::vector<Eigen::Vector3d>* vertices_mm);
+
+// The same for a registered mesh, whose inferred vertices make way for the measured ones: these stay within
+// options.max_observed_sigmas of their sigma_mm, and of those for which no place was found there the state
+// becomes kInferred, without views, and the move is added to sigma_mm in quadrature.
+absl::StatusOr<UntangleReport> RemoveSelfIntersections(const std::vector<Face>& faces,
+                                                       const UntangleOptions& options, RegisteredMesh* mesh);
 
 }  // namespace weft

@@ -13,37 +13,16 @@ namespace weft {
 namespace {
 
 constexpr int kSweeps = 40;
-constexpr double kSpread = 0.5;     // pull of a neighbour against that of a full push
-constexpr double kAnchor = 1e-3;    // pull of the place where a vertex is
-constexpr double kHemAnchor = 0.3;  // pull on the hem of a film, against that of a neighbour
+constexpr double kSpread = 0.5;         // pull of a neighbour against that of a full push
+constexpr double kAnchor = 1e-3;        // pull of the place where a vertex is
+constexpr double kBoundedAnchor = 0.3;  // the same of a bounded vertex
+constexpr double kHemAnchor = 0.3;      // pull on the hem of a film, against that of a neighbour
 constexpr double kSoftGradient = 0.3;
 
 Eigen::Vector3d NormalOf(const TanglePatch& patch, int face) {
   const Face& f = patch.faces[face];
   const Eigen::Vector3d& a = patch.position_mm[f[0]];
   return (patch.position_mm[f[1]] - a).cross(patch.position_mm[f[2]] - a).normalized();
-}
-
-// The vertices (free ones only) and all within some rings, ordered.
-std::vector<int> Grown(const TanglePatch& patch, const std::vector<int>& vertices, int rings) {
-  std::vector<bool> reached(patch.free, false);
-  std::vector<int> all, front;
-  const auto reach = [&](int v) {
-    if (v >= patch.free || reached[v]) return;
-    reached[v] = true;
-    all.push_back(v);
-    front.push_back(v);
-  };
-  for (const int v : vertices) reach(v);
-  for (int ring = 0; ring < rings; ++ring) {
-    const std::vector<int> last = std::move(front);
-    front.clear();
-    for (const int v : last) {
-      for (const int w : patch.NeighborsOf(v)) reach(w);
-    }
-  }
-  std::sort(all.begin(), all.end());
-  return all;
 }
 
 // Without the vertices that have no way to others than these.
@@ -141,6 +120,27 @@ PointOnFace ClosestOn(const TanglePatch& patch, const Layer& layer, const Eigen:
 
 }  // namespace
 
+std::vector<int> GrownInPatch(const TanglePatch& patch, const std::vector<int>& vertices, int rings) {
+  std::vector<bool> reached(patch.free, false);
+  std::vector<int> all, front;
+  const auto reach = [&](int v) {
+    if (v >= patch.free || reached[v]) return;
+    reached[v] = true;
+    all.push_back(v);
+    front.push_back(v);
+  };
+  for (const int v : vertices) reach(v);
+  for (int ring = 0; ring < rings; ++ring) {
+    const std::vector<int> last = std::move(front);
+    front.clear();
+    for (const int v : last) {
+      for (const int w : patch.NeighborsOf(v)) reach(w);
+    }
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
 PushField::PushField(const TanglePatch& patch)
     : patch_(patch), sum_(patch.free, Eigen::Vector3d::Zero()), weight_(patch.free, 0) {}
 
@@ -174,10 +174,15 @@ void PushField::Apply(TanglePatch* patch) const {
       Eigen::Vector3d sum = Eigen::Vector3d::Zero();
       for (const int w : patch->NeighborsOf(v)) sum += move[w];
       const double degree = static_cast<double>(patch->NeighborsOf(v).size());
-      move[v] = (asked[v] + kSpread * sum) / (pull[v] + kSpread * degree + kAnchor);
+      const double anchor = patch->IsBounded(v) ? kBoundedAnchor : kAnchor;
+      move[v] = (asked[v] + kSpread * sum) / (pull[v] + kSpread * degree + anchor);
     }
   }
-  for (int v = 0; v < patch->free; ++v) patch->position_mm[v] += move[v];
+  for (int v = 0; v < patch->free; ++v) {
+    const Eigen::Vector3d way = patch->position_mm[v] + move[v] - patch->observed_mm[v];
+    const double share = std::min(1.0, patch->bound_mm[v] / std::max(way.norm(), 1e-12));
+    patch->position_mm[v] = patch->observed_mm[v] + share * way;
+  }
 }
 
 void PushRegion(const TanglePatch& patch, const CutOffRegion& region, double gap_mm, PushField* field) {
@@ -227,7 +232,9 @@ void ShortenContour(const TanglePatch& patch, const Piercing& piercing, double s
 }
 
 void Flatten(const std::vector<int>& vertices, int rings, TanglePatch* patch) {
-  const std::vector<int> some = Bordered(*patch, Grown(*patch, vertices, rings));
+  std::vector<int> grown = GrownInPatch(*patch, vertices, rings);
+  std::erase_if(grown, [&](int v) { return patch->IsBounded(v); });
+  const std::vector<int> some = Bordered(*patch, grown);
   if (some.empty()) return;
   std::vector<int> index(patch->vertex.size(), -1);
   for (size_t i = 0; i < some.size(); ++i) index[some[i]] = static_cast<int>(i);

@@ -22,7 +22,7 @@ class PushField {
   void Part(const std::vector<Corner>& corners, const Eigen::Vector3d& move);
 
   // Moves the patch: the vertices asked as they were asked, the others along with them, less and less with
-  // the distance.
+  // the distance, and bounded ones no further than they may.
   void Apply(TanglePatch* patch) const;
 
  private:
@@ -39,8 +39,11 @@ void PushRegion(const TanglePatch& patch, const CutOffRegion& region, double gap
 // Collisions through Intersection Contour Minimization, Eq. 5), by step_mm at the most.
 void ShortenContour(const TanglePatch& patch, const Piercing& piercing, double step_mm, PushField* field);
 
-// Lays the vertices, and those within some rings of them, between their surroundings like a soap film.
-// A sheet of which nothing would remain around them is left as it is.
+// The vertices (free ones only) and all within some rings of them, ordered.
+std::vector<int> GrownInPatch(const TanglePatch& patch, const std::vector<int>& vertices, int rings);
+
+// Lays the vertices, and those within some rings of them, between their surroundings like a soap film;
+// bounded ones stay where they are. A sheet of which nothing would remain around them is left as it is.
 void Flatten(const std::vector<int>& vertices, int rings, TanglePatch* patch);
 
 }  // namespace weft

@@ -34,7 +34,8 @@ TEST(TanglePatch, ReachesSomeRingsAndJoinsGroupsThatMeet) {
 
 TEST(TanglePatch, KeepsClothNearbyAsFixed) {
   const TriangleMesh mesh = DentedLayers(30, 1, 10);  // the other layer lies within 3 mm everywhere
-  const TanglePatch patch = CutPatch(mesh.vertices_mm, mesh.vertices_mm, mesh.faces, {}, {434, 435, 436}, 4);
+  const TanglePatch patch =
+      CutPatch(mesh.vertices_mm, mesh.vertices_mm, mesh.faces, {}, {}, {434, 435, 436}, 4);
   EXPECT_EQ(patch.free, 3);
   EXPECT_TRUE(std::any_of(patch.vertex.begin() + 3, patch.vertex.end(), [](int v) { return v >= 900; }));
   for (size_t v = 0; v < patch.vertex.size(); ++v) {
@@ -48,7 +49,7 @@ TEST(TanglePatch, HoldsKnownVerticesMoreFirmly) {
   const TriangleMesh mesh = FlatSheet(3, 3);
   const std::vector<float> sigma_mm = {1, 1, 1, 1, 1, 1, 1, 1, 0.5f};
   const TanglePatch patch =
-      CutPatch(mesh.vertices_mm, mesh.vertices_mm, mesh.faces, sigma_mm, {0, 1, 2, 3, 4, 5, 6, 7, 8}, 4);
+      CutPatch(mesh.vertices_mm, mesh.vertices_mm, mesh.faces, sigma_mm, {}, {0, 1, 2, 3, 4, 5, 6, 7, 8}, 4);
   EXPECT_NEAR(patch.weight[8] / patch.weight[0], 4, 1e-9);
   EXPECT_NEAR(std::accumulate(patch.weight.begin(), patch.weight.end(), 0.0), 9, 1e-9);
 }

@@ -121,7 +121,7 @@ inline TriangleMesh FacesThroughEachOtherAtAVertex() {
 inline TanglePatch WholeMesh(const TriangleMesh& mesh) {
   std::vector<int> all(mesh.vertices_mm.size());
   std::iota(all.begin(), all.end(), 0);
-  return CutPatch(mesh.vertices_mm, mesh.vertices_mm, mesh.faces, {}, all, 8);
+  return CutPatch(mesh.vertices_mm, mesh.vertices_mm, mesh.faces, {}, {}, all, 8);
 }
 
 }  // namespace weft::testing

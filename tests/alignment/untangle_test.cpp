@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
+#include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 
 #include "alignment/self_intersection.h"
@@ -187,6 +189,92 @@ TEST(RemoveSelfIntersections, LeavesAllWithoutRounds) {
   ASSERT_TRUE(report.ok()) << report.status();
   EXPECT_EQ(report->pairs_after, report->pairs_before);
   EXPECT_EQ(mesh.vertices_mm, before.vertices_mm);
+}
+
+RegisteredMesh Registered(const TriangleMesh& mesh, const std::function<bool(size_t)>& is_observed) {
+  RegisteredMesh registered{.vertices_mm = mesh.vertices_mm, .state = {}, .sigma_mm = {}, .views = {}};
+  for (size_t v = 0; v < mesh.vertices_mm.size(); ++v) {
+    registered.state.push_back(is_observed(v) ? VertexState::kObserved : VertexState::kInferred);
+    registered.sigma_mm.push_back(is_observed(v) ? 0.1f : 3.f);
+    registered.views.push_back(is_observed(v) ? 5 : 0);
+  }
+  return registered;
+}
+
+// Everything still called observed is within three sigma of where it was; the others say how far they went.
+void ExpectHonest(const TriangleMesh& before, const RegisteredMesh& mesh, const UntangleReport& report,
+                  const std::function<bool(size_t)>& was_observed) {
+  int demoted = 0;
+  for (size_t v = 0; v < before.vertices_mm.size(); ++v) {
+    const double move_mm = (mesh.vertices_mm[v] - before.vertices_mm[v]).norm();
+    if (mesh.state[v] == VertexState::kObserved) {
+      ASSERT_TRUE(was_observed(v)) << v;
+      ASSERT_LE(move_mm, 0.3) << v;
+    } else if (was_observed(v)) {
+      ++demoted;
+      EXPECT_EQ(mesh.views[v], 0);
+      EXPECT_NEAR(mesh.sigma_mm[v], std::hypot(0.1, move_mm), 1e-4);
+    }
+  }
+  EXPECT_EQ(report.demoted_vertices, demoted);
+}
+
+TEST(RemoveSelfIntersections, InferredClothMakesWayForObserved) {
+  const TriangleMesh mesh = DentedLayers(60, 6, 18);
+  const size_t layer = mesh.vertices_mm.size() / 2;
+  // Whichever layer was observed.
+  for (const bool below : {true, false}) {
+    const auto is_observed = [&](size_t v) { return (v < layer) == below; };
+    RegisteredMesh registered = Registered(mesh, is_observed);
+    const auto report = RemoveSelfIntersections(mesh.faces, {}, &registered);
+    ASSERT_TRUE(report.ok()) << report.status();
+    EXPECT_GT(report->pairs_before, 50);
+    ExpectClean({*report, {registered.vertices_mm, mesh.faces}});
+    EXPECT_EQ(report->demoted_vertices, 0);
+    ExpectHonest(mesh, registered, *report, is_observed);
+  }
+}
+
+// One side of the fold was observed, the other, which passes through it, was not.
+TEST(RemoveSelfIntersections, HiddenSideOfAPinchedFoldMakesWay) {
+  const TriangleMesh mesh = PinchedFold(50, 1);
+  const auto is_observed = [&](size_t v) { return v % 50 < 25; };
+  RegisteredMesh registered = Registered(mesh, is_observed);
+  const auto report = RemoveSelfIntersections(mesh.faces, {}, &registered);
+  ASSERT_TRUE(report.ok()) << report.status();
+  EXPECT_GT(report->pairs_before, 20);
+  ExpectClean({*report, {registered.vertices_mm, mesh.faces}});
+  EXPECT_LE(report->demoted_vertices, 10);  // of 1250, along the ridge
+  ExpectHonest(mesh, registered, *report, is_observed);
+}
+
+TEST(RemoveSelfIntersections, ObservedVerticesThatContradictEachOtherAreDemoted) {
+  const TriangleMesh mesh = DentedLayers(60, 4, 18);
+  const auto is_observed = [](size_t) { return true; };
+  RegisteredMesh registered = Registered(mesh, is_observed);
+  const auto report = RemoveSelfIntersections(mesh.faces, {}, &registered);
+  ASSERT_TRUE(report.ok()) << report.status();
+  ExpectClean({*report, {registered.vertices_mm, mesh.faces}});
+  EXPECT_GT(report->demoted_vertices, 0);
+  ExpectHonest(mesh, registered, *report, is_observed);
+  for (size_t v = 0; v < mesh.vertices_mm.size(); ++v) {
+    const Eigen::Vector3d& p = mesh.vertices_mm[v];
+    if (std::hypot(p.x() - 80, p.y() - 80) > 60) {
+      ASSERT_EQ(registered.state[v], VertexState::kObserved) << v;
+    }
+  }
+}
+
+TEST(RemoveSelfIntersections, ContactWithinSigmaDemotesNobody) {
+  const TriangleMesh mesh = DentedLayers(60, 0.2, 18);
+  const auto is_observed = [](size_t) { return true; };
+  RegisteredMesh registered = Registered(mesh, is_observed);
+  const auto report = RemoveSelfIntersections(mesh.faces, {}, &registered);
+  ASSERT_TRUE(report.ok()) << report.status();
+  EXPECT_GT(report->pairs_before, 10);
+  ExpectClean({*report, {registered.vertices_mm, mesh.faces}});
+  EXPECT_EQ(report->demoted_vertices, 0);
+  ExpectHonest(mesh, registered, *report, is_observed);
 }
 
 TEST(RemoveSelfIntersections, SameAtAnyThreadCount) {
