@@ -11,9 +11,10 @@ import tempfile
 import time
 import unittest
 
-if "WEFT_IN_NAMESPACE" not in os.environ:
+NAMESPACE = ["unshare", "--user", "--map-root-user", "--net"]
+if "WEFT_IN_NAMESPACE" not in os.environ and subprocess.run([*NAMESPACE, "true"], check=False).returncode == 0:
     os.environ["WEFT_IN_NAMESPACE"] = "1"
-    os.execvp("unshare", ["unshare", "--user", "--map-root-user", "--net", sys.executable, *sys.argv])
+    os.execvp("unshare", [*NAMESPACE, sys.executable, *sys.argv])
 
 from studio import BIN, LONG_S, read, weft, write
 
@@ -22,6 +23,8 @@ FPS = 10
 
 
 def setUpModule():
+    if "WEFT_IN_NAMESPACE" not in os.environ:
+        raise unittest.SkipTest("this machine lets no user have a network of their own")
     subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
     for address in CAMERAS.values():
         subprocess.run(["ip", "address", "add", address + "/8", "dev", "lo"], check=True)
