@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "capture/content_hash.h"
+#include "capture/frame_set_reading.h"
 #include "capture/image_file.h"
 #include "capture/image_folder.h"
 
@@ -61,20 +62,7 @@ absl::StatusOr<std::unique_ptr<ImageFolderDump>> ImageFolderDump::Open(const std
 }
 
 absl::StatusOr<FrameSet> ImageFolderDump::Read(size_t index) const {
-  if (index >= frame_names_.size()) {
-    return absl::OutOfRangeError(absl::StrCat("frame ", index, " of ", frame_names_.size()));
-  }
-  FrameSet set;
-  set.name = frame_names_[index];
-  for (size_t i = 0; i < rig_.cameras.size(); ++i) {
-    absl::StatusOr<Frame> frame = ReadView(index, i);
-    if (frame.ok()) {
-      set.frames.push_back(*std::move(frame));
-    } else {
-      set.missing.push_back({rig_.cameras[i].id, std::string(frame.status().message())});
-    }
-  }
-  return set;
+  return ReadFrameSet(*this, rig_, index);
 }
 
 absl::StatusOr<Frame> ImageFolderDump::ReadView(size_t index, size_t camera) const {
