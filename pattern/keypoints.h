@@ -1,6 +1,7 @@
 // Candidates for cell centres: bright spots between dark ink lines.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -32,9 +33,15 @@ class KeypointGrid {
  public:
   KeypointGrid(const std::vector<Keypoint>& points, int width_px, int height_px);
 
-  // Calls visit(index) for the keypoints within `radius_px` of (x, y), in a fixed order.
+  struct Place {
+    float x, y;
+    int index;
+  };
+
+  // Calls visit(places) for spans of keypoints that hold all within `radius_px` of (x, y), and others around
+  // them, in a fixed order; ends where it returns true.
   template <typename Visit>
-  void Near(float x, float y, float radius_px, Visit visit) const;
+  void Around(float x, float y, float radius_px, Visit visit) const;
 
  private:
   static constexpr int kBucketPx = 4;
@@ -43,25 +50,18 @@ class KeypointGrid {
     return v < 0 ? 0 : (b >= count ? count - 1 : b);
   }
 
-  struct Place {
-    float x, y;
-    int index;
-  };
   int columns_, rows_;
   std::vector<int> first_;     // [rows][columns] + 1
   std::vector<Place> places_;  // by bucket
 };
 
 template <typename Visit>
-void KeypointGrid::Near(float x, float y, float radius_px, Visit visit) const {
+void KeypointGrid::Around(float x, float y, float radius_px, Visit visit) const {
   const int c0 = Bucket(x - radius_px, columns_), c1 = Bucket(x + radius_px, columns_);
   const int r0 = Bucket(y - radius_px, rows_), r1 = Bucket(y + radius_px, rows_);
   for (int r = r0; r <= r1; ++r) {
-    for (int i = first_[r * columns_ + c0]; i < first_[r * columns_ + c1 + 1]; ++i) {
-      const Place& p = places_[i];
-      const float dx = p.x - x, dy = p.y - y;
-      if (dx * dx + dy * dy <= radius_px * radius_px) visit(p.index);
-    }
+    const int* first = &first_[static_cast<size_t>(r) * columns_];
+    if (visit(std::span(places_.data() + first[c0], places_.data() + first[c1 + 1]))) return;
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <span>
 
 namespace weft {
@@ -39,10 +40,10 @@ class TakenPlaces {
     slots_.resize(size_t{1} << bits_);
   }
   void Clear() { ++round_; }
-  bool Contains(int i, int j) const { return slots_[SlotOf(Key(i, j))].round == round_; }
+  bool Contains(int i, int j) const { return slots_[SlotOf(i, j)].round == round_; }
   // False where the place is taken already.
   bool Take(int i, int j) {
-    Slot& slot = slots_[SlotOf(Key(i, j))];
+    Slot& slot = slots_[SlotOf(i, j)];
     if (slot.round == round_) return false;
     slot = {Key(i, j), round_};
     return true;
@@ -57,17 +58,57 @@ class TakenPlaces {
   static uint64_t Key(int i, int j) {
     return static_cast<uint64_t>(static_cast<uint32_t>(i)) << 32 | static_cast<uint32_t>(j);
   }
-  // Where the key is, or else would be.
-  size_t SlotOf(uint64_t key) const {
+  // Where the place is, or else would be. Places of a 4x4 tile begin near each other in memory: growth asks
+  // for neighbours.
+  size_t SlotOf(int i, int j) const {
+    const uint64_t key = Key(i, j);
     const size_t mask = slots_.size() - 1;
-    size_t at = (key * 0x9e3779b97f4a7c15u) >> (64 - bits_);
+    size_t at = (Key(i >> 2, j >> 2) * 0x9e3779b97f4a7c15u) >> (64 - bits_);
+    at = (at & ~size_t{15}) | static_cast<size_t>((i & 3) << 2 | (j & 3));
     while (slots_[at].round == round_ && slots_[at].key != key) at = (at + 1) & mask;
     return at;
   }
 
-  int bits_ = 1;
+  int bits_ = 4;
   uint32_t round_ = 1;
   std::vector<Slot> slots_;
+};
+
+// The keypoints within reach of one.
+struct Surroundings {
+  std::vector<float> squared;  // distance
+  std::vector<int> keypoint;
+  std::vector<int> rank;  // by distance; of equally far ones the lower keypoint goes first
+
+  // With space for whole lanes.
+  void Reserve(size_t count) {
+    if (rank.size() >= count + kLanes) return;
+    for (std::vector<int>* v : {&keypoint, &rank}) v->resize(2 * count + kLanes);
+    squared.resize(2 * count + kLanes);
+  }
+
+  // Counts for each of the first `count` which of them go before it; no branch depends on their order.
+  void Rank(size_t count) {
+    size_t sum = 0;
+    for (size_t block = 0; block < count; block += kLanes) {
+      Floats here;
+      std::memcpy(&here, &squared[block], sizeof here);
+      Ints before = {};
+      for (size_t j = 0; j < count; ++j) before -= squared[j] < here;
+      std::memcpy(&rank[block], &before, sizeof before);
+      for (size_t k = block; k < std::min(block + kLanes, count); ++k) sum += rank[k];
+    }
+    // Where two are equally far it falls short of the sum over 0, 1, 2 ...
+    if (2 * sum == count * (count - 1)) return;
+    for (size_t j = 0; j < count; ++j) {
+      for (size_t k = 0; k < count; ++k) rank[k] += squared[j] == squared[k] && keypoint[j] < keypoint[k];
+    }
+  }
+
+ private:
+  static constexpr size_t kLanes = 4;
+  typedef float Floats __attribute__((vector_size(4 * kLanes)));
+  typedef int Ints __attribute__((vector_size(4 * kLanes)));
 };
 
 class LatticeBuilder {
@@ -81,11 +122,15 @@ class LatticeBuilder {
 
   std::vector<LatticePatch> Build() {
     frames_.resize(points_.size());
-    for (size_t i = 0; i < points_.size(); ++i) frames_[i] = FindFrame(static_cast<int>(i));
+    framed_.resize(points_.size());
+    for (size_t i = 0; i < points_.size(); ++i) {
+      frames_[i] = FindFrame(static_cast<int>(i));
+      framed_[i] = frames_[i].valid;
+    }
     std::vector<LatticePatch> patches;
     taken_.assign(points_.size(), false);
     for (size_t i = 0; i < points_.size(); ++i) {
-      if (frames_[i].valid && !taken_[i]) patches.push_back(GrowPatch(static_cast<int>(i)));
+      if (framed_[i] && !taken_[i]) patches.push_back(GrowPatch(static_cast<int>(i)));
     }
     return patches;
   }
@@ -101,9 +146,6 @@ class LatticeBuilder {
     int keypoint;
     Vec to;
     float squared;
-    bool IsNearer(float than_squared, int than_keypoint) const {
-      return squared != than_squared ? squared < than_squared : keypoint < than_keypoint;
-    }
   };
   // Enough for cells three times as long as wide.
   static constexpr size_t kMostNear = 18;
@@ -116,14 +158,25 @@ class LatticeBuilder {
   int Nearest(Vec p, float radius) const {
     int best = -1;
     float best_distance = radius * radius;
-    grid_.Near(p.x, p.y, radius, [&](int i) {
-      const Vec d = At(i) - p;
-      if (Dot(d, d) < best_distance) {
+    grid_.Around(p.x, p.y, radius, [&](std::span<const KeypointGrid::Place> places) {
+      for (const auto& [x, y, i] : places) {
+        const Vec d = Vec{x, y} - p;
+        if (Dot(d, d) >= best_distance) continue;
         best_distance = Dot(d, d);
         best = i;
       }
+      return false;
     });
     return best;
+  }
+
+  bool AnyNear(Vec p, float radius) const {
+    bool found = false;
+    grid_.Around(p.x, p.y, radius, [&](std::span<const KeypointGrid::Place> places) {
+      for (const auto& [x, y, i] : places) found |= Dot(Vec{x, y} - p, Vec{x, y} - p) < radius * radius;
+      return found;
+    });
+    return found;
   }
 
   bool InkBetween(Vec p, int q, float contrast) const {
@@ -132,18 +185,27 @@ class LatticeBuilder {
 
   // The nearest keypoints around one, near ones first.
   void FindNear(int center) {
-    near_count_ = 0;
+    const float reach = options_.max_edge_px * options_.max_edge_px;
     const Vec p = At(center);
-    grid_.Near(p.x, p.y, options_.max_edge_px, [&](int i) {
-      const Vec v = At(i) - p;
-      const float squared = Dot(v, v);
-      size_t at = near_count_;
-      if (i == center || (at == kMostNear && near_[at - 1].IsNearer(squared, i))) return;
-      if (at == kMostNear) --at;
-      for (; at > 0 && !near_[at - 1].IsNearer(squared, i); --at) near_[at] = near_[at - 1];
-      near_[at] = {i, v, squared};
-      near_count_ = std::min(near_count_ + 1, kMostNear);
+    size_t count = 0;
+    grid_.Around(p.x, p.y, options_.max_edge_px, [&](std::span<const KeypointGrid::Place> places) {
+      around_.Reserve(count + places.size());
+      for (const auto& [x, y, i] : places) {
+        const Vec v = Vec{x, y} - p;
+        const float squared = Dot(v, v);
+        around_.squared[count] = squared;
+        around_.keypoint[count] = i;
+        count += squared <= reach && i != center;
+      }
+      return false;
     });
+    around_.Rank(count);
+    near_count_ = std::min(count, kMostNear);
+    for (size_t k = 0; k < count; ++k) {
+      const int i = around_.keypoint[k];
+      if (around_.rank[k] < static_cast<int>(kMostNear))
+        near_[around_.rank[k]] = {i, At(i) - p, around_.squared[k]};
+    }
   }
 
   std::span<const Neighbor> Near() const { return {near_.data(), near_count_}; }
@@ -171,14 +233,14 @@ class LatticeBuilder {
 
   // Diagonal neighbours that are there, and corners darker than edges.
   bool LooksLikeCells(Vec p, Vec a, Vec b) const {
+    constexpr int kMostMissing = 1;
     const float radius = options_.tolerance * std::max(Length(a), Length(b));
-    int diagonals = 0;
+    int missing = 0;
     float corners = 0, edges = 0;
     for (const auto& [s, t] : {std::pair{1.0f, 1.0f}, {1.0f, -1.0f}, {-1.0f, 1.0f}, {-1.0f, -1.0f}}) {
-      diagonals += Nearest(p + s * a + t * b, radius) >= 0;
+      if (!AnyNear(p + s * a + t * b, radius) && ++missing > kMostMissing) return false;
       corners += Spot(p + 0.5f * (s * a + t * b));
     }
-    if (diagonals < 3) return false;
     for (const float s : {0.5f, -0.5f}) edges += Spot(p + s * a) + Spot(p + s * b);
     return corners < edges;
   }
@@ -212,11 +274,10 @@ class LatticeBuilder {
 
   // The neighbour's frame turned to agree with `frame`; invalid where it does not under any turn.
   Frame4 Aligned(const Frame4& frame, int neighbor) const {
-    const Frame4& other = frames_[neighbor];
-    if (!other.valid) return {};
+    if (!framed_[neighbor]) return {};
     const float limit = 0.16f * std::max(Dot(frame.a, frame.a), Dot(frame.b, frame.b));
     const auto near = [&](Vec v, Vec w) { return Dot(v - w, v - w) < limit; };
-    Frame4 turned = other;
+    Frame4 turned = frames_[neighbor];
     for (int turn = 0; turn < 4; ++turn, turned = turned.Turned()) {
       if (near(turned.a, frame.a) && near(turned.b, frame.b)) return turned;
     }
@@ -255,7 +316,7 @@ class LatticeBuilder {
     // Cells without a frame join last: those with one know better where they belong.
     for (const Front& front : grown) {
       for (int k = 0; k < 4; ++k) {
-        if (frames_[front.frame.neighbor[k]].valid) continue;
+        if (framed_[front.frame.neighbor[k]]) continue;
         add(front.i + kStep[k][0], front.j + kStep[k][1], front.frame.neighbor[k], Frame4{});
       }
       AddDiagonals(front.frame, front.keypoint, front.i, front.j, add);
@@ -272,7 +333,7 @@ class LatticeBuilder {
         if (places_.Contains(i + s, j + t)) continue;
         const Vec place = At(keypoint) + static_cast<float>(s) * frame.b + static_cast<float>(t) * frame.a;
         const int diagonal = Nearest(place, radius);
-        if (diagonal >= 0 && !frames_[diagonal].valid) add(i + s, j + t, diagonal, Frame4{});
+        if (diagonal >= 0 && !framed_[diagonal]) add(i + s, j + t, diagonal, Frame4{});
       }
     }
   }
@@ -283,8 +344,9 @@ class LatticeBuilder {
   KeypointGrid grid_;
   TakenPlaces places_;
   std::vector<Frame4> frames_;
-  std::vector<bool> taken_;
+  std::vector<uint8_t> framed_, taken_;  // whether frames are valid, and keypoints in a patch
   std::vector<Axis> axes_;
+  Surroundings around_;
   std::array<Neighbor, kMostNear> near_;
   size_t near_count_ = 0;
 };

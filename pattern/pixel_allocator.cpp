@@ -18,8 +18,8 @@ struct Block {
   size_t bytes;
 };
 
-// Large blocks that wait to be used again. There are never more bytes in use and waiting together than were
-// in use at some time.
+// Large blocks in use, and those that wait to be used again: for as much as they hold or for less. Together
+// they never have more bytes than were in use at some time.
 class Pool {
  public:
   ~Pool() {
@@ -28,44 +28,56 @@ class Pool {
 
   void* Take(size_t bytes) {
     const std::lock_guard lock(mutex_);
-    auto at = std::find_if(free_.begin(), free_.end(), [&](const Block& b) { return b.bytes == bytes; });
-    void* memory = nullptr;
-    if (at != free_.end()) {
-      memory = at->memory;
-      free_bytes_ -= bytes;
-      free_.erase(at);
-    } else {
-      memory = std::aligned_alloc(kHugePage, bytes);
-      if (memory == nullptr) throw std::bad_alloc();
-      // A wish: where it is not granted, ordinary pages serve as well.
-      madvise(memory, bytes, MADV_HUGEPAGE);
+    // The smallest that is large enough; of equal ones the last that came back, which the cache may hold.
+    auto best = free_.end();
+    for (auto at = free_.begin(); at != free_.end(); ++at) {
+      if (at->bytes >= bytes && (best == free_.end() || at->bytes <= best->bytes)) best = at;
     }
-    used_bytes_ += bytes;
+    if (best == free_.end()) {
+      used_.push_back(NewBlock(bytes));
+    } else {
+      used_.push_back(*best);
+      free_bytes_ -= best->bytes;
+      free_.erase(best);
+    }
+    used_bytes_ += used_.back().bytes;
     most_used_bytes_ = std::max(most_used_bytes_, used_bytes_);
-    return memory;
+    DropOldest();
+    return used_.back().memory;
   }
 
-  void Return(void* memory, size_t bytes) {
+  void Return(void* memory) {
     const std::lock_guard lock(mutex_);
-    free_.push_back({memory, bytes});
-    free_bytes_ += bytes;
-    used_bytes_ -= bytes;
-    DropTo(most_used_bytes_);
+    const auto at =
+        std::find_if(used_.begin(), used_.end(), [&](const Block& b) { return b.memory == memory; });
+    used_bytes_ -= at->bytes;
+    free_bytes_ += at->bytes;
+    free_.push_back(*at);
+    used_.erase(at);
+    DropOldest();
   }
 
  private:
-  // Frees the blocks that have waited longest.
-  void DropTo(size_t bytes) {
+  static Block NewBlock(size_t bytes) {
+    void* memory = std::aligned_alloc(kHugePage, bytes);
+    if (memory == nullptr) throw std::bad_alloc();
+    // A wish: where it is not granted, ordinary pages serve as well.
+    madvise(memory, bytes, MADV_HUGEPAGE);
+    return {memory, bytes};
+  }
+
+  // Frees the blocks that have waited longest while there are too many.
+  void DropOldest() {
     size_t dropped = 0;
-    while (free_bytes_ > bytes) {
+    for (; used_bytes_ + free_bytes_ > most_used_bytes_; ++dropped) {
       free_bytes_ -= free_[dropped].bytes;
-      std::free(free_[dropped++].memory);
+      std::free(free_[dropped].memory);
     }
     free_.erase(free_.begin(), free_.begin() + static_cast<std::ptrdiff_t>(dropped));
   }
 
   std::mutex mutex_;
-  std::vector<Block> free_;
+  std::vector<Block> used_, free_;
   size_t free_bytes_ = 0, used_bytes_ = 0, most_used_bytes_ = 0;
 };
 
@@ -88,7 +100,7 @@ void* AllocatePixels(size_t bytes) {
 }
 
 void FreePixels(void* memory, size_t bytes) {
-  if (bytes >= kHugePage) return ThePool().Return(memory, RoundedUp(bytes, kHugePage));
+  if (bytes >= kHugePage) return ThePool().Return(memory);
   ::operator delete(memory);
 }
 

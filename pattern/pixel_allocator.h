@@ -7,8 +7,8 @@
 namespace weft {
 
 // Memory for `bytes` bytes. Large blocks are in huge pages where the system gives them, and are kept for the
-// next image of that size instead of being returned: to touch new memory takes longer than to find all spots
-// in it. Throws std::bad_alloc. Thread-safe.
+// next image that fits instead of being returned: to touch new memory takes longer than to find all spots in
+// it. Throws std::bad_alloc. Thread-safe.
 void* AllocatePixels(size_t bytes);
 void FreePixels(void* memory, size_t bytes);
 
