@@ -60,7 +60,8 @@ Score ScoreOf(const Eigen::Vector3d& point, std::span<const Sight> sights, doubl
   return score;
 }
 
-// Draws needed to meet a pair of inliers with the confidence asked for, when a share of the rays are inliers.
+}  // namespace
+
 int DrawsNeeded(double inlier_share, double confidence, int limit) {
   const double hit = inlier_share * inlier_share;
   if (hit >= 1) return 1;
@@ -69,7 +70,11 @@ int DrawsNeeded(double inlier_share, double confidence, int limit) {
   return needed < limit ? static_cast<int>(needed) : limit;
 }
 
-}  // namespace
+std::pair<int, int> DrawPair(int n, uint64_t* state) {
+  const int i = static_cast<int>(NextRandom(state) % n);
+  const int j = static_cast<int>((i + 1 + NextRandom(state) % (n - 1)) % n);
+  return {std::min(i, j), std::max(i, j)};
+}
 
 int DistinctCameras(std::span<const Sight> sights) {
   int count = 0;
@@ -125,9 +130,8 @@ Consensus FindConsensus(std::span<const Sight> sights, const ConsensusOptions& o
   } else {
     int draws = options.max_hypotheses;
     for (int k = 0; k < draws; ++k) {
-      const int i = static_cast<int>(NextRandom(&seed) % n);
-      const int j = static_cast<int>((i + 1 + NextRandom(&seed) % (n - 1)) % n);
-      if (!try_pair(std::min(i, j), std::max(i, j))) break;
+      const auto [i, j] = DrawPair(n, &seed);
+      if (!try_pair(i, j)) break;
       draws =
           std::min(draws, DrawsNeeded(double(best.cameras) / n, options.confidence, options.max_hypotheses));
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "triangulation/sight.h"
@@ -13,6 +14,13 @@ struct Consensus {
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
   std::vector<int> inliers;  // indices into the sights, one per camera, ordered
 };
+
+// Draws needed to meet a pair of inliers with the confidence asked for, when a share of the rays are inliers;
+// at most `limit`.
+int DrawsNeeded(double inlier_share, double confidence, int limit);
+
+// The next pair of 0 to n - 1 by the generator's state, the smaller first.
+std::pair<int, int> DrawPair(int n, uint64_t* state);
 
 // Number of distinct cameras; `sights` ordered by camera.
 int DistinctCameras(std::span<const Sight> sights);

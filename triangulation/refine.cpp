@@ -10,7 +10,8 @@ namespace {
 
 double Variance(const Sight& sight, const RefinementOptions& options) {
   const double sigma = std::max(sight.sigma_px, options.min_sigma_px);
-  return sigma * sigma + options.calibration_sigma_px * options.calibration_sigma_px;
+  const double left = options.camera_sigma_px.empty() ? 0 : options.camera_sigma_px[sight.camera];
+  return sigma * sigma + left * left + options.calibration_sigma_px * options.calibration_sigma_px;
 }
 
 // Gauss-Newton system of the reprojection error at a point.

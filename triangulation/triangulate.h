@@ -20,8 +20,9 @@ struct ViewObservations {
 // The search for the rays that meet in one point.
 struct ConsensusOptions {
   double inlier_radius_mm = 1.0;  // distance of a ray from the point
-  // Also asked of an inlier: pixel residual in units of the observation's sigma_px. Catches wrong rays that
-  // pass within the radius; generous, since sigma_px does not know of calibration errors.
+  // Also asked of an inlier: pixel residual in units of the observation's sigma_px, with what the calibration
+  // is known to leave (RefinementOptions::camera_sigma_px). Catches wrong rays that pass within the radius;
+  // generous, since not all errors of a calibration are known.
   double max_residual_sigmas = 8;
   double min_residual_px = 0.5;  // residuals below this always pass the test by sigma
   int min_views = 3;             // inlier rays from distinct cameras
@@ -36,11 +37,13 @@ struct ConsensusOptions {
 // The least-squares point of the inlier rays.
 struct RefinementOptions {
   int max_iterations = 10;
-  double tolerance_mm = 1e-6;         // length of the last step
-  double huber_sigmas = 2.5;          // residuals beyond this count linearly
-  double min_sigma_px = 0.02;         // no observation counts as more certain than this
-  double calibration_sigma_px = 0.0;  // added to sigma_px in quadrature: what the rig's calibration leaves
-  double max_sigma_mm = 1.0;          // points less certain are rejected (kPoorGeometry)
+  double tolerance_mm = 1e-6;           // length of the last step
+  double huber_sigmas = 2.5;            // residuals beyond this count linearly
+  double min_sigma_px = 0.02;           // no observation counts as more certain than this
+  double calibration_sigma_px = 0.0;    // added to sigma_px in quadrature: what the rig's calibration leaves
+  std::vector<double> camera_sigma_px;  // likewise, per camera of the rig; empty where it is not known
+  double min_angle_deg = 2;             // between the outermost rays, else kPoorGeometry
+  double max_sigma_mm = 1.0;            // points less certain are rejected (kPoorGeometry)
   // Weight, in residuals, of the frame's common variance factor against the node's own; a node of three views
   // has three residuals to spare, too few to judge its own scatter.
   double variance_prior_residuals = 8;
@@ -71,7 +74,8 @@ struct TriangulationOptions {
 // `rejected` with its reason and the number of cameras that saw it. A camera that sees a node more than once
 // counts once, by the observation that fits best. The covariance is the inverse of the normal matrix of the
 // reprojection error, weighted by sigma_px, times a variance factor of at least 1: that of the whole frame,
-// drawn towards the node's own. InvalidArgument names camera and node of an observation that is not finite,
+// drawn towards the node's own. What the calibration leaves is part of it; neighbours share that part.
+// InvalidArgument names camera and node of an observation that is not finite,
 // off the range of boards (0 to 4096), or without sigma_px, and cameras that the rig lacks. Runs parallel
 // loops in the calling thread's TBB arena; the same result at any thread count, and in any order of `views`
 // as long as no camera occurs twice.

@@ -203,6 +203,50 @@ TEST(Triangulate, CovarianceGrowsWhenObservationsScatterMoreThanTheySay) {
   EXPECT_NEAR(MeanSquaredMahalanobis(*cloud, truth), 3, 0.9);
 }
 
+TEST(Triangulate, CovarianceHoldsWhatTheCalibrationLeaves) {
+  // Every camera is off by its own amount, the same for all nodes of this small sheet; one rig after the
+  // other.
+  const Rig rig = RingRig(8);
+  const std::vector<NodeTruth> truth = BentSheet(2, 2);
+  std::mt19937 random(12);
+  std::normal_distribution<double> unit(0, 1);
+  TriangulationOptions options = Options();
+  for (int c = 0; c < 8; ++c) options.refinement.camera_sigma_px.push_back(c < 4 ? 0.2 : 0.6);
+  double sum = 0;
+  constexpr int kRigs = 400;
+  for (int k = 0; k < kRigs; ++k) {
+    std::vector<ViewObservations> views = Observe(rig, truth, 0.05, 100 + k);
+    for (ViewObservations& view : views) {
+      const double sigma = options.refinement.camera_sigma_px[view.camera];
+      const double x = sigma * unit(random), y = sigma * unit(random);
+      for (Observation& o : view.observations) o.x_px += x, o.y_px += y;
+    }
+    const auto cloud = Triangulate(rig, views, options);
+    ASSERT_TRUE(cloud.ok());
+    ASSERT_EQ(cloud->points.size(), truth.size());
+    sum += MeanSquaredMahalanobis(*cloud, truth);
+  }
+  EXPECT_NEAR(sum / kRigs, 3, 0.6);
+  options.refinement.camera_sigma_px.pop_back();
+  EXPECT_THAT(Triangulate(rig, Observe(rig, truth, 0.05, 1), options).status().message(),
+              HasSubstr("camera_sigma_px has 7 entries, the rig has 8"));
+}
+
+TEST(Triangulate, RejectsRaysFromOneDirection) {
+  const Rig rig = RingRig(360);  // neighbours are 1 degree apart, at three heights
+  const auto seen = [&](int a, int b, int c) {
+    std::vector<ViewObservations> views;
+    for (const int i : {a, b, c}) views.push_back({i, {Seen(rig.cameras[i], kPoint)}});
+    TriangulationOptions options = Options();
+    options.refinement.min_angle_deg = 10;
+    return *Triangulate(rig, views, options);
+  };
+  EXPECT_EQ(seen(0, 9, 18).points.size(), 1u);
+  const Cloud narrow = seen(0, 3, 6);
+  ASSERT_EQ(narrow.rejected.size(), 1u);
+  EXPECT_EQ(narrow.rejected[0].reason, RejectReason::kPoorGeometry);
+}
+
 TEST(Triangulate, SameBytesAtAnyThreadCountAndOrderOfViews) {
   const Rig rig = RingRig(20);
   std::vector<ViewObservations> views = Observe(rig, BentSheet(30, 30), 0.2, 9);
