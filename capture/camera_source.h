@@ -7,6 +7,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "capture/clock_track.h"
 #include "capture/raw_frame.h"
 
 namespace weft {
@@ -18,11 +19,13 @@ struct CameraDelivery {
     kLostFrame,     // the camera took a frame that did not arrive whole; `cause` says why
     kDisconnected,  // the camera is gone; the source looks for it
     kReconnected,   // it is back, its counters and its clock may have begun anew
+    kClock,         // its clock was read: `clock`
     kNote,          // anything else that belongs into the ledger
   };
   Kind kind = Kind::kFrame;
   RawFrame frame;     // kLostFrame: number and times alone, 0 where the camera did not say
   std::string cause;  // in words
+  ClockReading clock;
 };
 
 // Running totals of a camera.
@@ -48,6 +51,10 @@ class CameraSource {
   // DeadlineExceeded: nothing within the time. OutOfRange: the source has ended and will deliver no more.
   virtual absl::StatusOr<CameraDelivery> Next(std::chrono::milliseconds timeout) = 0;
   virtual void Stop() = 0;
+  // Takes one frame now, where the camera is configured to be triggered so.
+  virtual absl::Status Trigger() {
+    return absl::UnimplementedError("camera " + camera_id() + " takes no trigger of ours");
+  }
   virtual CameraCounters counters() const = 0;
 };
 

@@ -12,6 +12,7 @@ namespace weft {
 namespace {
 
 constexpr size_t kMaxLosses = 1024;
+constexpr size_t kMaxSetsBeforeBegin = 8;  // that wait for the cameras to start
 
 std::string Milliseconds(int64_t ns) { return absl::StrFormat("%.3f ms", static_cast<double>(ns) / 1e6); }
 std::string Seconds(int64_t ns) { return absl::StrFormat("%.3f s", static_cast<double>(ns) / 1e9); }
@@ -27,6 +28,7 @@ absl::Status FrameSetOptions::Validate() const {
                                                    " ns, or a frame fits two sets"));
   }
   if (max_wait_ns <= 0) return absl::InvalidArgumentError("max_wait_ns must be positive");
+  if (start_wait_ns < 0) return absl::InvalidArgumentError("start_wait_ns must not be negative");
   if (clock_jump_ns <= 0) return absl::InvalidArgumentError("clock_jump_ns must be positive");
   return absl::OkStatus();
 }
@@ -37,7 +39,12 @@ FrameSetAssembler::FrameSetAssembler(std::vector<std::string> camera_ids, const 
       options_(options),
       cameras_(camera_ids_.size()),
       next_number_(first_number) {
-  for (Camera& camera : cameras_) camera.has_clock = options_.clocks == ClockDomain::kShared;
+  for (Camera& camera : cameras_) camera.clock = NewClock();
+}
+
+ClockTrack FrameSetAssembler::NewClock() const {
+  const int64_t half_ns = options_.period_ns > 0 ? options_.period_ns / 2 : options_.clock_jump_ns;
+  return {options_.period_ns, std::min(options_.clock_jump_ns, half_ns)};
 }
 
 void FrameSetAssembler::Note(size_t camera, int64_t host_time_ns, const std::string& cause,
@@ -61,46 +68,42 @@ AssembledSets FrameSetAssembler::Add(size_t camera, CameraDelivery delivery, int
       break;
     case CameraDelivery::Kind::kReconnected:
       state.is_connected = true;
-      state.last_device_ns.reset();
-      state.has_clock = options_.clocks == ClockDomain::kShared;
-      state.offset_ns = 0;
+      state.clock = NewClock();
+      state.last_id.reset();
+      if (options_.clocks == ClockDomain::kShared) ExpectSharedClock(*state.clock);
       Note(camera, host_time_ns, "reconnected: " + delivery.cause, out);
+      break;
+    case CameraDelivery::Kind::kClock:
+      NoteJump(camera, state.clock->AddReading(delivery.clock), host_time_ns, out);
       break;
     case CameraDelivery::Kind::kNote:
       Note(camera, host_time_ns, delivery.cause, out);
       break;
   }
-  Deliver(host_time_ns, false, out);
+  Deliver(host_time_ns, out);
   return out;
 }
 
-void FrameSetAssembler::CheckClock(size_t camera, const RawFrame& frame, AssembledSets& out) {
-  Camera& state = cameras_[camera];
-  if (!state.has_clock) {  // matched to the sets by when it arrived
-    state.offset_ns = frame.host_time_ns - frame.device_time_ns;
-    state.has_clock = true;
+// A camera whose clock had jumped comes back with that clock.
+void FrameSetAssembler::ExpectSharedClock(ClockTrack& clock) const {
+  for (const Camera& other : cameras_) {
+    const std::optional<int64_t> offset_ns = other.clock->offset_ns();
+    if (&*other.clock == &clock || !other.is_connected || !offset_ns) continue;
+    clock.Expect(*offset_ns);
+    return;
   }
-  if (!state.last_device_ns) return;
-  if (options_.clocks == ClockDomain::kEstimated) {
-    // Quartzes drift apart by some 10 ppm, arrivals scatter by milliseconds: follow slowly.
-    const int64_t error_ns = frame.host_time_ns - frame.device_time_ns - state.offset_ns;
-    state.offset_ns += std::clamp(error_ns, -options_.tolerance_ns, options_.tolerance_ns) / 64;
-  }
-  // Two witnesses of how much time has passed: the host's clock, which is late when frames arrive in a rush,
-  // and the camera's own count, which is silent about pauses. A clock has jumped when it contradicts both.
-  const int64_t by_device_ns = frame.device_time_ns - *state.last_device_ns;
-  int64_t jump_ns = by_device_ns - (frame.host_time_ns - state.last_host_ns);
-  int64_t limit_ns = options_.clock_jump_ns;
-  if (options_.period_ns > 0 && frame.device_frame_id > state.last_id) {
-    const int64_t by_count_ns =
-        by_device_ns - options_.period_ns * static_cast<int64_t>(frame.device_frame_id - state.last_id);
-    limit_ns = std::min(limit_ns, options_.period_ns / 2);
-    if (std::abs(by_count_ns) <= limit_ns) return;
-    if (std::abs(jump_ns) > limit_ns) jump_ns = by_count_ns;
-  }
-  if (std::abs(jump_ns) <= limit_ns) return;
-  state.offset_ns -= jump_ns;
-  Note(camera, frame.host_time_ns,
+}
+
+int64_t FrameSetAssembler::CommonTime_ns(const Camera& camera, int64_t device_ns) const {
+  const int64_t offset_ns =
+      options_.clocks == ClockDomain::kEstimated ? camera.clock->offset_ns().value_or(0) : 0;
+  return camera.clock->Steady_ns(device_ns) + offset_ns;
+}
+
+void FrameSetAssembler::NoteJump(size_t camera, int64_t jump_ns, int64_t host_time_ns,
+                                 AssembledSets& out) const {
+  if (jump_ns == 0) return;
+  Note(camera, host_time_ns,
        absl::StrCat("its clock jumped by ", Seconds(jump_ns),
                     "; its frames are matched by the time before the jump"),
        out);
@@ -108,32 +111,36 @@ void FrameSetAssembler::CheckClock(size_t camera, const RawFrame& frame, Assembl
 
 // Frames that the camera counted and that nobody saw.
 void FrameSetAssembler::NoteGap(Camera& camera, const RawFrame& frame, int64_t time_ns) {
-  if (!camera.last_device_ns || !camera.last_time_ns || frame.device_frame_id <= camera.last_id + 1) return;
-  const uint64_t lost = std::min<uint64_t>(frame.device_frame_id - camera.last_id - 1, kMaxLosses);
+  if (!camera.last_id || !camera.last_time_ns || frame.device_frame_id <= *camera.last_id + 1) return;
+  const uint64_t last_id = *camera.last_id;
+  const uint64_t lost = std::min<uint64_t>(frame.device_frame_id - last_id - 1, kMaxLosses);
   for (uint64_t i = 1; i <= lost; ++i) {
-    const auto part = static_cast<double>(i) / static_cast<double>(frame.device_frame_id - camera.last_id);
+    const auto part = static_cast<double>(i) / static_cast<double>(frame.device_frame_id - last_id);
     const auto at_ns =
         *camera.last_time_ns + std::llround(part * static_cast<double>(time_ns - *camera.last_time_ns));
     const bool known = std::any_of(camera.losses.begin(), camera.losses.end(), [&](const Loss& loss) {
       return std::abs(loss.time_ns - at_ns) <= std::max(options_.tolerance_ns, options_.period_ns / 4);
     });
     if (!known) {
-      camera.losses.push_back({at_ns, absl::StrCat("the camera counted its frame ", camera.last_id + i,
-                                                   ", and nothing of it arrived")});
+      camera.losses.push_back(
+          {at_ns, absl::StrCat("the camera counted its frame ", last_id + i, ", and nothing of it arrived")});
     }
   }
 }
 
 void FrameSetAssembler::AddFrame(size_t camera, RawFrame frame, int64_t host_time_ns, AssembledSets& out) {
   Camera& state = cameras_[camera];
-  CheckClock(camera, frame, out);
-  const int64_t time_ns = frame.device_time_ns + state.offset_ns;
+  if (!first_host_ns_) first_host_ns_ = host_time_ns;
+  const int64_t jump_ns =
+      state.clock->AddFrame(frame.device_time_ns, frame.host_time_ns, frame.device_frame_id);
+  NoteJump(camera, jump_ns, frame.host_time_ns, out);
+  const int64_t time_ns = CommonTime_ns(state, frame.device_time_ns);
   NoteGap(state, frame, time_ns);
-  state.last_device_ns = frame.device_time_ns;
-  state.last_host_ns = frame.host_time_ns;
   state.last_id = frame.device_frame_id;
+  if (!state.first_time_ns) state.first_time_ns = time_ns;
   state.last_time_ns = time_ns;
 
+  if (begin_ns_ && time_ns < *begin_ns_ - options_.tolerance_ns) return;
   if (last_delivered_ns_ && time_ns <= *last_delivered_ns_ + options_.tolerance_ns) {
     Note(camera, host_time_ns,
          absl::StrCat("frame ", frame.device_frame_id, " came ", Milliseconds(*last_delivered_ns_ - time_ns),
@@ -159,11 +166,11 @@ void FrameSetAssembler::AddFrame(size_t camera, RawFrame frame, int64_t host_tim
 void FrameSetAssembler::AddLoss(size_t camera, const CameraDelivery& delivery, int64_t host_time_ns) {
   Camera& state = cameras_[camera];
   int64_t time_ns = host_time_ns;
-  if (delivery.frame.device_time_ns != 0 && state.has_clock) {
-    time_ns = delivery.frame.device_time_ns + state.offset_ns;
-  } else if (state.last_time_ns && delivery.frame.device_frame_id > state.last_id) {
+  if (delivery.frame.device_time_ns != 0 && state.last_id) {
+    time_ns = CommonTime_ns(state, delivery.frame.device_time_ns);
+  } else if (state.last_time_ns && state.last_id && delivery.frame.device_frame_id > *state.last_id) {
     time_ns = *state.last_time_ns +
-              options_.period_ns * static_cast<int64_t>(delivery.frame.device_frame_id - state.last_id);
+              options_.period_ns * static_cast<int64_t>(delivery.frame.device_frame_id - *state.last_id);
   }
   state.losses.push_back({time_ns, delivery.cause});
   if (state.losses.size() > kMaxLosses) state.losses.pop_front();
@@ -240,11 +247,40 @@ void FrameSetAssembler::DeliverFirst(int64_t host_time_ns, AssembledSets& out) {
   out.entries.push_back({LedgerEvent::kDropped, number, number, set.device_time_ns, host_time_ns, "", cause});
 }
 
-void FrameSetAssembler::Deliver(int64_t host_time_ns, bool all, AssembledSets& out) {
+bool FrameSetAssembler::HasBegun(int64_t host_time_ns, AssembledSets& out) {
+  if (begin_ns_ || options_.start_wait_ns == 0) return true;
+  int64_t begin_ns = INT64_MIN;
+  bool all = true;
+  for (const Camera& camera : cameras_) {
+    begin_ns = std::max(begin_ns, camera.first_time_ns.value_or(INT64_MIN));
+    all = all && (camera.first_time_ns || !camera.is_connected);
+  }
+  if (!all && (!first_host_ns_ || host_time_ns - *first_host_ns_ < options_.start_wait_ns)) {
+    while (open_.size() > kMaxSetsBeforeBegin) LeaveOutFirst();
+    return false;
+  }
+  if (all)
+    while (!open_.empty() && open_.front().time_ns < begin_ns - options_.tolerance_ns) LeaveOutFirst();
+  if (open_.empty()) return false;
+  begin_ns_ = open_.front().time_ns;
+  if (left_out_ > 0) {
+    out.entries.push_back({LedgerEvent::kNote, 0, 0, *begin_ns_, host_time_ns, "",
+                           absl::StrCat("the take begins when every camera delivers: ", left_out_,
+                                        " triggers before that are not in it")});
+  }
+  return true;
+}
+
+void FrameSetAssembler::LeaveOutFirst() {
+  open_.pop_front();
+  ++left_out_;
+}
+
+void FrameSetAssembler::Deliver(int64_t host_time_ns, AssembledSets& out) {
+  if (!HasBegun(host_time_ns, out)) return;
   while (!open_.empty()) {
     const OpenSet& first = open_.front();
-    bool decided =
-        all || open_.size() > kMaxOpenSets || host_time_ns - first.opened_host_ns >= options_.max_wait_ns;
+    bool decided = open_.size() > kMaxOpenSets || host_time_ns - first.opened_host_ns >= options_.max_wait_ns;
     if (!decided) {
       decided = true;
       for (size_t camera = 0; camera < cameras_.size() && decided; ++camera)
@@ -255,15 +291,25 @@ void FrameSetAssembler::Deliver(int64_t host_time_ns, bool all, AssembledSets& o
   }
 }
 
+bool FrameSetAssembler::IsWaiting(int64_t before_host_ns) const {
+  return std::any_of(open_.begin(), open_.end(),
+                     [&](const OpenSet& set) { return set.opened_host_ns < before_host_ns; });
+}
+
 AssembledSets FrameSetAssembler::Advance(int64_t host_time_ns) {
   AssembledSets out;
-  Deliver(host_time_ns, false, out);
+  Deliver(host_time_ns, out);
   return out;
 }
 
 AssembledSets FrameSetAssembler::Finish(int64_t host_time_ns) {
   AssembledSets out;
-  Deliver(host_time_ns, true, out);
+  Deliver(host_time_ns, out);
+  if (open_.empty()) return out;
+  out.entries.push_back({LedgerEvent::kNote, 0, 0, open_.front().time_ns, host_time_ns, "",
+                         absl::StrCat("the take ended while ", open_.size(),
+                                      " frame sets waited for a camera: they are not in it")});
+  open_.clear();
   return out;
 }
 

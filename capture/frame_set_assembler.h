@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "capture/camera_source.h"
+#include "capture/clock_track.h"
 #include "capture/ledger.h"
 #include "capture/raw_frame.h"
 
@@ -18,16 +19,19 @@ namespace weft {
 // How the clocks of the cameras are related.
 enum class ClockDomain {
   kShared,     // synchronized (PTP): device times compare as they are
-  kEstimated,  // each its own: offsets come from when the first frames arrived, good to the delay of their
-               // arrival
+  kEstimated,  // each its own, put on the host's by readings of the clock, or, where the camera has none, by
+               // the quickest arrivals (clock_track.h)
 };
 
 struct FrameSetOptions {
   int64_t period_ns = 0;                // between triggers; 0: unknown, triggers are counted as they come
   int64_t tolerance_ns = 2'000'000;     // between the frames of a set
   int64_t max_wait_ns = 500'000'000;    // for the last frame of a set, by the host's clock
-  int64_t clock_jump_ns = 100'000'000;  // a clock that departs from the host's by more has jumped
+  int64_t clock_jump_ns = 100'000'000;  // clocks that depart from the host's by more, or by half a period,
+                                        // have jumped
   ClockDomain clocks = ClockDomain::kShared;
+  int64_t start_wait_ns = 0;  // how long the first set waits until every camera has delivered; frames before
+                              // are left out, with a note. 0: the first frame begins the first set
   bool drop_incomplete = false;  // sets without every camera are dropped, with their causes in the ledger
 
   absl::Status Validate() const;
@@ -42,8 +46,8 @@ struct AssembledSets {
 
 // Every trigger of which any camera tells, and every one that the period says must have been, ends as a set
 // or as a line. A set is delivered when each camera has its frame in it, is known to have lost it, is already
-// at a later one, or is disconnected; at the latest after max_wait_ns. Clocks that jump are noticed by
-// comparing with the host's clock and corrected, with a note. Bounded: at most kMaxOpenSets sets wait. Thread
+// at a later one, or is disconnected; at the latest after max_wait_ns. Clocks that jump are noticed
+// (clock_track.h) and corrected, with a note. Bounded: at most kMaxOpenSets sets wait. Thread
 // safety: none.
 class FrameSetAssembler {
  public:
@@ -57,11 +61,10 @@ class FrameSetAssembler {
   AssembledSets Add(size_t camera, CameraDelivery delivery, int64_t host_time_ns);
   // Time passes: sets that waited too long are delivered without the cameras that are late.
   AssembledSets Advance(int64_t host_time_ns);
-  // Delivers what waits.
+  // A set that began before this host time still waits for a camera.
+  bool IsWaiting(int64_t before_host_ns) const;
+  // The end: sets that still wait for a camera are cut off, and left out with a note.
   AssembledSets Finish(int64_t host_time_ns);
-
-  // The camera's device time plus this is the time by which it is matched.
-  int64_t clock_offset_ns(size_t camera) const { return cameras_[camera].offset_ns; }
 
  private:
   struct Loss {
@@ -70,12 +73,9 @@ class FrameSetAssembler {
   };
   struct Camera {
     bool is_connected = true;
-    bool has_clock = false;  // the offset is known
-    int64_t offset_ns = 0;
-    std::optional<int64_t> last_device_ns;  // of the last frame
-    int64_t last_host_ns = 0;
-    uint64_t last_id = 0;
-    std::optional<int64_t> last_time_ns;  // by the common clock
+    std::optional<ClockTrack> clock;                     // since it was connected
+    std::optional<uint64_t> last_id;                     // of the last frame since it was connected
+    std::optional<int64_t> first_time_ns, last_time_ns;  // by the common clock
     std::deque<Loss> losses;
   };
   struct OpenSet {
@@ -86,9 +86,15 @@ class FrameSetAssembler {
 
   void AddFrame(size_t camera, RawFrame frame, int64_t host_time_ns, AssembledSets& out);
   void AddLoss(size_t camera, const CameraDelivery& delivery, int64_t host_time_ns);
-  void CheckClock(size_t camera, const RawFrame& frame, AssembledSets& out);
+  int64_t CommonTime_ns(const Camera& camera, int64_t device_ns) const;
+  void NoteJump(size_t camera, int64_t jump_ns, int64_t host_time_ns, AssembledSets& out) const;
   void NoteGap(Camera& camera, const RawFrame& frame, int64_t time_ns);
-  void Deliver(int64_t host_time_ns, bool all, AssembledSets& out);
+  ClockTrack NewClock() const;
+  void ExpectSharedClock(ClockTrack& clock) const;
+  void LeaveOutFirst();
+  // True once the first set may begin.
+  bool HasBegun(int64_t host_time_ns, AssembledSets& out);
+  void Deliver(int64_t host_time_ns, AssembledSets& out);
   bool IsDecided(const OpenSet& set, size_t camera) const;
   std::string WhyMissing(const OpenSet& set, size_t camera, bool timed_out);
   void DeliverFirst(int64_t host_time_ns, AssembledSets& out);
@@ -100,6 +106,9 @@ class FrameSetAssembler {
   std::deque<OpenSet> open_;  // by time
   uint64_t next_number_;
   std::optional<int64_t> last_delivered_ns_;
+  std::optional<int64_t> begin_ns_;       // of the first set, where the cameras are waited for
+  std::optional<int64_t> first_host_ns_;  // of the first frame of any camera
+  uint64_t left_out_ = 0;                 // sets before the first
 };
 
 }  // namespace weft

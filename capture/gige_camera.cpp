@@ -1,18 +1,22 @@
 #include "capture/gige_camera.h"
 
 #include <arv.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_split.h"
 #include "capture/aligned_buffer.h"
+#include "capture/gige_device.h"
+#include "capture/glib_error.h"
 
 namespace weft {
 namespace {
@@ -24,35 +28,6 @@ struct Unref {
 };
 template <typename T>
 using Object = std::unique_ptr<T, Unref>;
-
-// Receives an error of GLib and frees it.
-class Error {
- public:
-  Error() = default;
-  ~Error() { g_clear_error(&error_); }
-  Error(const Error&) = delete;
-  Error& operator=(const Error&) = delete;
-  GError** out() { return &error_; }
-  bool ok() const { return error_ == nullptr; }
-  std::string message() const { return error_ ? error_->message : ""; }
-
- private:
-  GError* error_ = nullptr;
-};
-
-std::string FeatureText(ArvDevice* device, const char* name) {
-  ArvGcNode* node = arv_device_get_feature(device, name);
-  if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node)) return "";
-  Error error;
-  const char* text = arv_gc_feature_node_get_value_as_string(ARV_GC_FEATURE_NODE(node), error.out());
-  return error.ok() && text != nullptr ? text : "";
-}
-
-constexpr const char* kReportedFeatures[] = {
-    "DeviceVendorName", "DeviceModelName", "DeviceSerialNumber",  "DeviceVersion",    "Width",
-    "Height",           "PixelFormat",     "ExposureTime",        "ExposureTimeAbs",  "Gain",
-    "GainRaw",          "TriggerSelector", "TriggerMode",         "TriggerSource",    "AcquisitionFrameRate",
-    "PtpEnable",        "PtpStatus",       "PtpOffsetFromMaster", "GevSCPSPacketSize"};
 
 const char* LossInWords(ArvBufferStatus status) {
   switch (status) {
@@ -69,6 +44,12 @@ const char* LossInWords(ArvBufferStatus status) {
     default:
       return "the frame did not arrive";
   }
+}
+
+bool MayUsePacketSockets() {
+  const int fd = socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, 0);
+  if (fd >= 0) close(fd);
+  return fd >= 0;
 }
 
 // A buffer of Aravis around memory of ours, which the frame takes along.
@@ -92,14 +73,18 @@ class GigeCamera : public CameraSource {
   absl::Status Start() override;
   absl::StatusOr<CameraDelivery> Next(std::chrono::milliseconds timeout) override;
   void Stop() override;
+  absl::Status Trigger() override;
   CameraCounters counters() const override {
     const std::lock_guard lock(mutex_);
     return counters_;
   }
 
  private:
-  absl::Status SetFeatures();
-  absl::Status Failed(const std::string& what, const Error& error) const {
+  absl::Status Configure();
+  absl::Status WaitForPtp();
+  int64_t DeviceTime_ns(ArvBuffer* buffer) const;
+  std::string LossCause(ArvBufferStatus status, uint64_t missing_packets) const;
+  absl::Status Failed(const std::string& what, const GlibError& error) const {
     return absl::UnavailableError(
         absl::StrCat("camera ", options_.id, " (", options_.device, "): ", what, ": ", error.message()));
   }
@@ -110,7 +95,12 @@ class GigeCamera : public CameraSource {
 
   const GigeCameraOptions options_;
   Object<ArvCamera> camera_;
+  std::optional<GigeDevice> device_;
   Object<ArvStream> stream_;
+  Object<ArvChunkParser> chunks_;
+  bool can_resend_ = false;
+  Clock::time_point next_reading_;
+  std::timed_mutex device_mutex_;  // of camera_ and device_: Trigger comes from another thread
   std::unique_ptr<BufferPool> pool_;
   std::atomic<bool> is_lost_ = false;
   bool is_reported_lost_ = false;
@@ -124,42 +114,55 @@ class GigeCamera : public CameraSource {
   CameraCounters counters_;
 };
 
-absl::Status GigeCamera::SetFeatures() {
-  ArvDevice* device = arv_camera_get_device(camera_.get());
-  for (const std::string& feature : options_.features) {
-    const std::pair<std::string, std::string> parts = absl::StrSplit(feature, absl::MaxSplits('=', 1));
-    ArvGcNode* node = arv_device_get_feature(device, parts.first.c_str());
-    if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node)) {
-      return absl::InvalidArgumentError(absl::StrCat("camera ", options_.id, ": it has no feature ",
-                                                     parts.first, "; `arv-tool-0.8 features` lists them"));
-    }
-    Error error;
-    arv_gc_feature_node_set_value_from_string(ARV_GC_FEATURE_NODE(node), parts.second.c_str(), error.out());
-    if (!error.ok()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("camera ", options_.id, ": it refuses the feature ", feature, ": ", error.message()));
-    }
-  }
-  if (options_.fps > 0) {
-    Error error;
+absl::Status GigeCamera::Configure() {
+  for (const std::string& feature : options_.features)
+    if (absl::Status status = device_->Set(feature); !status.ok()) return status;
+  if (absl::Status status = device_->SetTrigger(options_.trigger); !status.ok()) return status;
+  if (options_.fps > 0 && options_.trigger.kind == TriggerKind::kFreeRun) {
+    GlibError error;
     arv_camera_set_frame_rate(camera_.get(), options_.fps, error.out());
     if (!error.ok()) return Failed(absl::StrCat("it refuses ", options_.fps, " frames per second"), error);
   }
-  std::map<std::string, std::string> settings;
-  for (const char* name : kReportedFeatures)
-    if (std::string text = FeatureText(device, name); !text.empty()) settings[name] = std::move(text);
-  for (const std::string& feature : options_.features) {
-    const std::string name = feature.substr(0, feature.find('='));
-    if (std::string text = FeatureText(device, name.c_str()); !text.empty()) settings[name] = std::move(text);
+  if (options_.ptp)
+    if (absl::Status status = device_->EnablePtp(); !status.ok()) return status;
+  if (options_.chunk_timestamps) {
+    GlibError error;
+    arv_camera_set_chunks(camera_.get(), "Timestamp", error.out());
+    if (!error.ok()) return Failed("it sends no ChunkTimestamp", error);
+    chunks_.reset(arv_camera_create_chunk_parser(camera_.get()));
   }
+  std::map<std::string, std::string> settings = device_->Describe(options_.features);
+  can_resend_ = device_->CanResend();
+  settings["PacketResend"] = !can_resend_ ? "the camera cannot" : options_.resend ? "on" : "off";
+  settings["PacketSocket"] = !options_.packet_socket ? "off" : MayUsePacketSockets() ? "on" : "not permitted";
+  GInetAddress* inet = g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(
+      arv_gv_device_get_device_address(ARV_GV_DEVICE(arv_camera_get_device(camera_.get())))));
+  const std::unique_ptr<char, decltype(&g_free)> text(g_inet_address_to_string(inet), &g_free);
+  settings["DeviceAddress"] = text.get();
   const std::lock_guard lock(mutex_);
   settings_ = std::move(settings);
   return absl::OkStatus();
 }
 
+absl::Status GigeCamera::WaitForPtp() {
+  const Clock::time_point end = Clock::now() + std::chrono::milliseconds(options_.ptp_wait_ms);
+  while (!device_->HasPtpTime()) {
+    if (Clock::now() >= end) {
+      return absl::UnavailableError(
+          absl::StrCat("camera ", options_.id, ": PTP is still in the state ", device_->PtpStatus(),
+                       " after ", options_.ptp_wait_ms,
+                       " ms; is there a PTP master in its network, and does the switch let PTP through?"));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  const std::lock_guard lock(mutex_);
+  settings_["PtpStatus"] = device_->PtpStatus();
+  return absl::OkStatus();
+}
+
 absl::Status GigeCamera::Open() {
   Close();
-  Error error;
+  GlibError error;
   camera_.reset(arv_camera_new(options_.device.c_str(), error.out()));
   if (!camera_) {
     return absl::NotFoundError(absl::StrCat(
@@ -170,34 +173,40 @@ absl::Status GigeCamera::Open() {
     return absl::InvalidArgumentError(
         absl::StrCat("camera ", options_.id, ": ", options_.device, " is no GigE Vision camera"));
   }
-  Error size_error;
+  GlibError size_error;
   if (options_.packet_size_bytes > 0) {
     arv_camera_gv_set_packet_size(camera_.get(), options_.packet_size_bytes, size_error.out());
   } else {
     arv_camera_gv_auto_packet_size(camera_.get(), size_error.out());
   }
+  if (!options_.packet_socket)
+    arv_camera_gv_set_stream_options(camera_.get(), ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
   if (!size_error.ok()) return Failed("its packet size cannot be set", size_error);
   is_lost_ = false;
   g_signal_connect(arv_camera_get_device(camera_.get()), "control-lost",
                    G_CALLBACK(+[](ArvDevice*, void* lost) { *static_cast<std::atomic<bool>*>(lost) = true; }),
                    &is_lost_);
-  return SetFeatures();
+  device_.emplace(options_.id, arv_camera_get_device(camera_.get()));
+  return Configure();
 }
 
 absl::Status GigeCamera::Start() {
-  Error error;
+  if (options_.ptp)
+    if (absl::Status status = WaitForPtp(); !status.ok()) return status;
+  GlibError error;
   const guint payload = arv_camera_get_payload(camera_.get(), error.out());
   if (!error.ok()) return Failed("it does not say how large its frames are", error);
   stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, error.out()));
   if (!error.ok() || !stream_) return Failed("its stream cannot be opened", error);
   g_object_set(stream_.get(), "packet-resend",
                options_.resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
-               "socket-buffer", ARV_GV_STREAM_SOCKET_BUFFER_AUTO, nullptr);
+               "frame-retention", static_cast<guint>(1000 * options_.retention_ms), "socket-buffer",
+               ARV_GV_STREAM_SOCKET_BUFFER_AUTO, nullptr);
   pool_ = std::make_unique<BufferPool>(payload, static_cast<size_t>(4 * options_.buffers));
   for (int i = 0; i < options_.buffers; ++i) arv_stream_push_buffer(stream_.get(), WrapBuffer(pool_->Take()));
   unwrapper_.Reset();
   missing_before_ = resent_before_ = 0;
-  Error start_error;
+  GlibError start_error;
   arv_camera_start_acquisition(camera_.get(), start_error.out());
   if (!start_error.ok()) return Failed("it does not start", start_error);
   is_started_ = true;
@@ -212,21 +221,39 @@ void GigeCamera::ReadStatistics() {
   counters_.packets_missing += missing - std::exchange(missing_before_, missing);
 }
 
+int64_t GigeCamera::DeviceTime_ns(ArvBuffer* buffer) const {
+  if (chunks_ && arv_buffer_get_status(buffer) == ARV_BUFFER_STATUS_SUCCESS) {
+    GlibError error;
+    const gint64 time_ns =
+        arv_chunk_parser_get_integer_value(chunks_.get(), buffer, "ChunkTimestamp", error.out());
+    if (error.ok()) return time_ns;
+  }
+  return static_cast<int64_t>(arv_buffer_get_timestamp(buffer));
+}
+
+std::string GigeCamera::LossCause(ArvBufferStatus status, uint64_t missing_packets) const {
+  std::string cause = LossInWords(status);
+  if (missing_packets == 0) return cause;
+  const char* resend = !can_resend_      ? "the camera cannot resend them"
+                       : options_.resend ? "asked for again in vain"
+                                         : "resend is off";
+  absl::StrAppend(&cause, ": ", missing_packets, " packets, ", resend);
+  return cause;
+}
+
 CameraDelivery GigeCamera::Deliver(ArvBuffer* buffer) {
   CameraDelivery delivery;
   RawFrame& frame = delivery.frame;
   const ArvBufferStatus status = arv_buffer_get_status(buffer);
   frame.camera_id = options_.id;
   frame.host_time_ns = static_cast<int64_t>(arv_buffer_get_system_timestamp(buffer));
-  frame.device_time_ns = static_cast<int64_t>(arv_buffer_get_timestamp(buffer));
+  frame.device_time_ns = DeviceTime_ns(buffer);
   frame.device_frame_id = unwrapper_.Unwrap(arv_buffer_get_frame_id(buffer));
   const uint64_t missing = missing_before_;
   ReadStatistics();
   delivery.kind = CameraDelivery::Kind::kLostFrame;
   if (status != ARV_BUFFER_STATUS_SUCCESS) {
-    delivery.cause = LossInWords(status);
-    if (missing_before_ > missing)
-      absl::StrAppend(&delivery.cause, ": ", missing_before_ - missing, " packets");
+    delivery.cause = LossCause(status, missing_before_ - missing);
   } else {
     frame.width_px = arv_buffer_get_image_width(buffer);
     frame.height_px = arv_buffer_get_image_height(buffer);
@@ -250,7 +277,10 @@ absl::StatusOr<CameraDelivery> GigeCamera::Reconnect(std::chrono::milliseconds t
     is_reported_lost_ = true;
     lost_since_ = Clock::now();
     next_attempt_ = lost_since_;
-    Close();
+    {
+      const std::lock_guard lock(device_mutex_);
+      Close();
+    }
     delivery.kind = CameraDelivery::Kind::kDisconnected;
     delivery.cause = "the camera no longer answers (unplugged, without power, or taken by another program)";
     const std::lock_guard lock(mutex_);
@@ -263,6 +293,7 @@ absl::StatusOr<CameraDelivery> GigeCamera::Reconnect(std::chrono::milliseconds t
   }
   next_attempt_ = Clock::now() + std::chrono::milliseconds(options_.reconnect_interval_ms);
   arv_update_device_list();
+  const std::lock_guard lock(device_mutex_);
   absl::Status status = Open();
   if (status.ok()) status = Start();
   if (!status.ok()) return absl::DeadlineExceededError(status.message());
@@ -277,6 +308,17 @@ absl::StatusOr<CameraDelivery> GigeCamera::Next(std::chrono::milliseconds timeou
   if (is_lost_ || is_reported_lost_) return Reconnect(timeout);
   if (!is_started_)
     return absl::FailedPreconditionError(absl::StrCat("camera ", options_.id, ": not started"));
+  if (options_.clock_interval_ms > 0 && Clock::now() >= next_reading_) {
+    next_reading_ = Clock::now() + std::chrono::milliseconds(options_.clock_interval_ms);
+    const std::lock_guard lock(device_mutex_);
+    absl::StatusOr<ClockReading> reading = device_->ReadClock();
+    if (reading.ok()) {
+      CameraDelivery delivery;
+      delivery.kind = CameraDelivery::Kind::kClock;
+      delivery.clock = *std::move(reading);
+      return delivery;
+    }
+  }
   ArvBuffer* buffer = arv_stream_timeout_pop_buffer(
       stream_.get(),
       static_cast<guint64>(std::chrono::duration_cast<std::chrono::microseconds>(timeout).count()));
@@ -287,10 +329,17 @@ absl::StatusOr<CameraDelivery> GigeCamera::Next(std::chrono::milliseconds timeou
   return delivery;
 }
 
+absl::Status GigeCamera::Trigger() {
+  const std::unique_lock lock(device_mutex_, std::chrono::milliseconds(20));
+  if (!lock || is_lost_ || !is_started_)
+    return absl::UnavailableError(absl::StrCat("camera ", options_.id, ": not connected"));
+  return device_->Execute("TriggerSoftware");
+}
+
 void GigeCamera::Stop() {
   if (!camera_ || !is_started_) return;
   is_started_ = false;
-  Error error;
+  GlibError error;
   arv_camera_stop_acquisition(camera_.get(), error.out());
   ReadStatistics();
 }
@@ -302,6 +351,8 @@ void GigeCamera::Close() {
     g_signal_handlers_disconnect_by_data(arv_camera_get_device(camera_.get()), &is_lost_);
   }
   stream_.reset();
+  chunks_.reset();
+  device_.reset();
   camera_.reset();
 }
 
@@ -314,6 +365,8 @@ absl::Status GigeCameraOptions::Validate() const {
     return absl::InvalidArgumentError(absl::StrCat("camera ", id, ": buffers must be at least 2"));
   if (!(fps >= 0))
     return absl::InvalidArgumentError(absl::StrCat("camera ", id, ": fps must not be negative"));
+  if (clock_interval_ms < 0 || ptp_wait_ms < 0 || retention_ms <= 0)
+    return absl::InvalidArgumentError(absl::StrCat("camera ", id, ": waits must not be negative"));
   for (const std::string& feature : features) {
     if (feature.find('=') == std::string::npos || feature.front() == '=')
       return absl::InvalidArgumentError(

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "services/recording/take_file.h"
 
 namespace weft {
@@ -14,6 +15,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kPollInterval{50};
+constexpr std::chrono::seconds kClockWait{3};
 
 int64_t HostTime_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -24,16 +26,25 @@ int64_t HostTime_ns() {
 // What the threads of the cameras share.
 class SetsToRecorder {
  public:
-  SetsToRecorder(const std::vector<std::string>& ids, const FrameSetOptions& options, Recorder& recorder)
-      : assembler_(ids, options), recorder_(recorder) {}
+  SetsToRecorder(const std::vector<std::string>& ids, const FrameSetOptions& options, Recorder& recorder,
+                 ClockLog& clocks)
+      : ids_(ids), assembler_(ids, options), recorder_(recorder), clocks_(clocks) {}
 
   void Add(size_t camera, CameraDelivery delivery) {
     const std::lock_guard lock(mutex_);
+    if (delivery.kind == CameraDelivery::Kind::kClock) {
+      const std::string change = clocks_.Add(camera, delivery.clock);
+      if (!change.empty()) recorder_.Note(ids_[camera], change);
+    }
     Hand(assembler_.Add(camera, std::move(delivery), HostTime_ns()));
   }
   void Advance() {
     const std::lock_guard lock(mutex_);
     Hand(assembler_.Advance(HostTime_ns()));
+  }
+  bool IsWaiting(int64_t before_host_ns) {
+    const std::lock_guard lock(mutex_);
+    return assembler_.IsWaiting(before_host_ns);
   }
   void Finish() {
     const std::lock_guard lock(mutex_);
@@ -52,9 +63,11 @@ class SetsToRecorder {
     for (RawFrameSet& set : out.sets) recorder_.Offer(std::move(set));
   }
 
+  const std::vector<std::string> ids_;
   std::mutex mutex_;
   FrameSetAssembler assembler_;
   Recorder& recorder_;
+  ClockLog& clocks_;
 };
 
 void Pump(CameraSource& camera, size_t index, const std::atomic<bool>& stopping, std::atomic<size_t>& running,
@@ -74,8 +87,29 @@ void Pump(CameraSource& camera, size_t index, const std::atomic<bool>& stopping,
   --running;
 }
 
-v1::Take Describe(const std::vector<std::unique_ptr<CameraSource>>& cameras) {
+const char* TriggerInWords(TriggerKind kind) {
+  switch (kind) {
+    case TriggerKind::kFreeRun:
+      return "free run";
+    case TriggerKind::kSoftware:
+      return "software trigger";
+    case TriggerKind::kLine:
+      return "hardware trigger";
+    case TriggerKind::kAction:
+      return "action commands";
+  }
+  return "";
+}
+
+v1::Take Describe(const std::vector<std::unique_ptr<CameraSource>>& cameras,
+                  const LiveRecordingOptions& options) {
   v1::Take take = NewTake("");
+  const FrameSetOptions& sets = options.sets;
+  take.set_sync(absl::StrFormat("%s, %s, tolerance %.3f ms", TriggerInWords(options.trigger.kind),
+                                sets.clocks == ClockDomain::kShared ? "shared clocks" : "clocks of their own",
+                                static_cast<double>(sets.tolerance_ns) / 1e6));
+  if (sets.period_ns > 0)
+    *take.mutable_sync() += absl::StrFormat(", period %.3f ms", static_cast<double>(sets.period_ns) / 1e6);
   for (const auto& source : cameras) {
     v1::TakeCamera& camera = *take.add_cameras();
     camera.set_id(source->camera_id());
@@ -103,6 +137,104 @@ absl::Status StartAll(const std::vector<std::unique_ptr<CameraSource>>& cameras)
   return absl::OkStatus();
 }
 
+// What runs while a take is recorded.
+class LiveTake {
+ public:
+  LiveTake(const std::vector<std::unique_ptr<CameraSource>>& cameras, const std::vector<std::string>& ids,
+           const LiveRecordingOptions& options, Recorder& recorder, ClockLog& clocks)
+      : cameras_(cameras),
+        ids_(ids),
+        options_(options),
+        recorder_(recorder),
+        clocks_(clocks),
+        sets_(ids, options.sets, recorder, clocks),
+        running_(cameras.size()) {}
+
+  absl::Status Begin() {
+    for (size_t i = 0; i < cameras_.size(); ++i)
+      threads_.emplace_back([this, i] { Pump(*cameras_[i], i, stopping_, running_, sets_); });
+    if (!options_.trigger.IsOurs()) return absl::OkStatus();
+    WaitForClocks();
+    auto triggers = TriggerSender::Start(
+        cameras_, options_.trigger, clocks_, [this](size_t camera, const std::string& what) {
+          recorder_.Note(ids_[camera], absl::StrCat("trigger not sent: ", what));
+        });
+    if (!triggers.ok()) return triggers.status();
+    triggers_ = *std::move(triggers);
+    return absl::OkStatus();
+  }
+
+  void RunUntilTheEnd(const std::atomic<bool>& stop,
+                      const std::function<void(const LiveRecordingState&)>& report) {
+    const auto begin = Clock::now();
+    for (bool is_over = false; !is_over;) {
+      std::this_thread::sleep_for(kPollInterval);
+      sets_.Advance();
+      LiveRecordingState state;
+      state.elapsed_s = std::chrono::duration<double>(Clock::now() - begin).count();
+      state.recorder = recorder_.Counters();
+      for (const auto& camera : cameras_) state.cameras.push_back(camera->counters());
+      if (report) report(state);
+      is_over = stop || running_ == 0 || !state.recorder.stop_cause.empty() ||
+                (options_.seconds > 0 && state.elapsed_s >= options_.seconds);
+    }
+  }
+
+  // No more triggers; what was triggered before still arrives.
+  void End() {
+    triggers_.reset();
+    const int64_t end_ns = HostTime_ns();
+    while (sets_.IsWaiting(end_ns) && recorder_.Counters().stop_cause.empty() &&
+           HostTime_ns() - end_ns < options_.sets.max_wait_ns) {
+      std::this_thread::sleep_for(kPollInterval / 5);
+      sets_.Advance();
+    }
+    stopping_ = true;
+    for (std::thread& thread : threads_) thread.join();
+    StopAll(cameras_);
+    sets_.Finish();
+  }
+
+ private:
+  // Action commands name a time of the cameras' clocks.
+  void WaitForClocks() {
+    const auto end = Clock::now() + kClockWait;
+    for (size_t i = 0; i < cameras_.size(); ++i)
+      while (options_.trigger.kind == TriggerKind::kAction && !clocks_.Last(i) && Clock::now() < end)
+        std::this_thread::sleep_for(kPollInterval / 5);
+  }
+
+  const std::vector<std::unique_ptr<CameraSource>>& cameras_;
+  const std::vector<std::string>& ids_;
+  const LiveRecordingOptions& options_;
+  Recorder& recorder_;
+  ClockLog& clocks_;
+  SetsToRecorder sets_;
+  std::atomic<bool> stopping_ = false;
+  std::atomic<size_t> running_;
+  std::vector<std::thread> threads_;
+  std::unique_ptr<TriggerSender> triggers_;
+};
+
+void Summarize(const std::vector<std::unique_ptr<CameraSource>>& cameras, const RecorderCounters& counters,
+               v1::Take& take) {
+  take.set_state(counters.stop_cause.empty() ? v1::TAKE_STATE_COMPLETE : v1::TAKE_STATE_STOPPED);
+  take.set_stop_cause(counters.stop_cause);
+  take.set_ended_host_time_ns(HostTime_ns());
+  take.set_sets_recorded(counters.sets_recorded);
+  take.set_sets_dropped(counters.sets_dropped);
+  take.set_frames_missing(counters.frames_missing);
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    const CameraCounters of = cameras[i]->counters();
+    v1::TakeCamera& camera = *take.mutable_cameras(static_cast<int>(i));
+    camera.set_frames_received(of.frames);
+    camera.set_frames_lost(of.frames_lost);
+    camera.set_packets_resent(of.packets_resent);
+    camera.set_packets_missing(of.packets_missing);
+    camera.set_disconnections(of.disconnections);
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
@@ -110,50 +242,30 @@ absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
                                     const LiveRecordingOptions& options, const std::atomic<bool>& stop,
                                     const std::function<void(const LiveRecordingState&)>& report) {
   if (absl::Status status = options.sets.Validate(); !status.ok()) return status;
+  if (absl::Status status = options.trigger.Validate(); !status.ok()) return status;
   if (absl::Status status = StartAll(cameras); !status.ok()) return status;
-  v1::Take take = Describe(cameras);
+  v1::Take take = Describe(cameras, options);
   std::vector<std::string> ids;
   for (const auto& camera : cameras) ids.push_back(camera->camera_id());
   RecorderOptions recorder_options = options.recorder;
   recorder_options.take.take = TakeNumber(take);
   const auto recorder = Recorder::Start(folder, ids, recorder_options);
+  ClockLog clocks(ids);
   absl::Status ready = recorder.status();
   if (ready.ok()) ready = WriteTakeFile(folder, take);
+  if (ready.ok()) ready = clocks.Open(folder);
   if (!ready.ok()) {
     StopAll(cameras);
     return ready;
   }
 
-  SetsToRecorder sets(ids, options.sets, **recorder);
-  std::atomic<bool> stopping = false;
-  std::atomic<size_t> running = cameras.size();
-  std::vector<std::thread> threads;
-  for (size_t i = 0; i < cameras.size(); ++i)
-    threads.emplace_back([&, i] { Pump(*cameras[i], i, stopping, running, sets); });
-  const auto begin = Clock::now();
-  while (!stopping) {
-    std::this_thread::sleep_for(kPollInterval);
-    sets.Advance();
-    LiveRecordingState state;
-    state.elapsed_s = std::chrono::duration<double>(Clock::now() - begin).count();
-    state.recorder = (*recorder)->Counters();
-    for (const auto& camera : cameras) state.cameras.push_back(camera->counters());
-    if (report) report(state);
-    stopping = stop || running == 0 || !state.recorder.stop_cause.empty() ||
-               (options.seconds > 0 && state.elapsed_s >= options.seconds);
-  }
-  for (std::thread& thread : threads) thread.join();
-  StopAll(cameras);
-  sets.Finish();
+  LiveTake live(cameras, ids, options, **recorder, clocks);
+  absl::Status status = live.Begin();
+  if (status.ok()) live.RunUntilTheEnd(stop, report);
+  live.End();
   const absl::Status written = (*recorder)->Stop();
-  const RecorderCounters counters = (*recorder)->Counters();
-  take.set_state(counters.stop_cause.empty() ? v1::TAKE_STATE_COMPLETE : v1::TAKE_STATE_STOPPED);
-  take.set_stop_cause(counters.stop_cause);
-  take.set_ended_host_time_ns(HostTime_ns());
-  take.set_sets_recorded(counters.sets_recorded);
-  take.set_sets_dropped(counters.sets_dropped);
-  take.set_frames_missing(counters.frames_missing);
-  absl::Status status = written;
+  status.Update(written);
+  Summarize(cameras, (*recorder)->Counters(), take);
   if (!absl::IsDeadlineExceeded(written)) status.Update(WriteTakeFile(folder, take));
   if (!status.ok()) return status;
   return take;

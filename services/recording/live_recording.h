@@ -1,4 +1,4 @@
-// From live cameras to a take: a thread per camera, frame sets, the recorder.
+// From live cameras to a take: a thread per camera, triggers, frame sets, the recorder.
 #pragma once
 
 #include <atomic>
@@ -11,6 +11,7 @@
 #include "capture/camera_source.h"
 #include "capture/frame_set_assembler.h"
 #include "services/recording/recorder.h"
+#include "services/recording/trigger_sender.h"
 #include "weft/v1/take.pb.h"
 
 namespace weft {
@@ -18,6 +19,7 @@ namespace weft {
 struct LiveRecordingOptions {
   FrameSetOptions sets;
   RecorderOptions recorder;
+  TriggerOptions trigger;
   double seconds = 0;  // 0: until told to stop
 };
 
@@ -28,9 +30,10 @@ struct LiveRecordingState {
 };
 
 // Starts the cameras, records what they deliver into a new take at `folder`, and stops them: after `seconds`,
-// when `stop` becomes true, when the recorder stops, or when every source has ended. `report` is called
-// several times a second. The take and its take.json are complete when it returns, also after an error of the
-// disk; where a camera does not start nothing is written.
+// when `stop` becomes true, when the recorder stops, or when every source has ended. The take holds the
+// triggers from the first at which all cameras deliver to the last that began before the end. `report` is
+// called several times a second. The take and its take.json are complete when it returns, also after an error
+// of the disk; where a camera does not start nothing is written.
 absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
                                     const std::vector<std::unique_ptr<CameraSource>>& cameras,
                                     const LiveRecordingOptions& options, const std::atomic<bool>& stop,

@@ -11,6 +11,43 @@
 #include "services/files/json_file.h"
 
 namespace weft {
+namespace {
+
+TriggerKind KindOf(v1::SessionTriggerKind kind) {
+  switch (kind) {
+    case v1::SESSION_TRIGGER_KIND_SOFTWARE:
+      return TriggerKind::kSoftware;
+    case v1::SESSION_TRIGGER_KIND_LINE:
+      return TriggerKind::kLine;
+    case v1::SESSION_TRIGGER_KIND_ACTION:
+      return TriggerKind::kAction;
+    default:
+      return TriggerKind::kFreeRun;
+  }
+}
+
+CameraTrigger TriggerOf(const v1::Session& session) {
+  const v1::SessionTrigger& from = session.trigger();
+  CameraTrigger trigger;
+  trigger.kind = KindOf(from.kind());
+  if (!from.line().empty()) trigger.line = from.line();
+  if (from.device_key() != 0) trigger.device_key = from.device_key();
+  if (from.group_key() != 0) trigger.group_key = from.group_key();
+  if (from.group_mask() != 0) trigger.group_mask = from.group_mask();
+  return trigger;
+}
+
+// A frame that waits for packets holds up those behind it: they must fit into the buffers, and their sets
+// must wait.
+int Retention_ms(const v1::Session& session, int buffers) {
+  const double max_wait_ms = session.max_wait_ms() > 0 ? session.max_wait_ms() : 500;
+  const double buffered_ms = session.fps() > 0 ? 1000 * buffers / session.fps() : max_wait_ms;
+  return std::max(20, static_cast<int>(0.5 * std::min(max_wait_ms, buffered_ms)));
+}
+
+constexpr int64_t kStartWait_ns = 5'000'000'000;
+
+}  // namespace
 
 absl::StatusOr<v1::Session> ReadSession(const std::string& path) {
   v1::Session session;
@@ -46,6 +83,7 @@ absl::StatusOr<LiveRecordingOptions> RecordingOptionsOf(const v1::Session& sessi
   }
   if (session.tolerance_ms() > 0) sets.tolerance_ns = std::llround(1e6 * session.tolerance_ms());
   if (session.max_wait_ms() > 0) sets.max_wait_ns = std::llround(1e6 * session.max_wait_ms());
+  sets.start_wait_ns = kStartWait_ns;
   sets.drop_incomplete = session.drop_incomplete();
   if (session.clocks() == v1::SESSION_CLOCKS_ESTIMATED) sets.clocks = ClockDomain::kEstimated;
   options.recorder.take.stream.compress = session.compress();
@@ -53,6 +91,14 @@ absl::StatusOr<LiveRecordingOptions> RecordingOptionsOf(const v1::Session& sessi
     options.recorder.queue_bytes = static_cast<uint64_t>(session.queue_mib()) << 20;
   if (session.low_disk_gib() > 0)
     options.recorder.low_disk_bytes = static_cast<uint64_t>(session.low_disk_gib() * (1 << 30));
+  const CameraTrigger trigger = TriggerOf(session);
+  options.trigger.kind = trigger.kind;
+  options.trigger.keys = {trigger.device_key, trigger.group_key, trigger.group_mask, {}};
+  options.trigger.period_ns = sets.period_ns;
+  options.trigger.clocks = sets.clocks;
+  if (session.trigger().lead_ms() != 0)
+    options.trigger.lead_ns = std::llround(1e6 * session.trigger().lead_ms());
+  if (absl::Status status = options.trigger.Validate(); !status.ok()) return status;
   if (absl::Status status = sets.Validate(); !status.ok()) return status;
   return options;
 }
@@ -67,7 +113,14 @@ absl::StatusOr<std::vector<std::unique_ptr<CameraSource>>> OpenCameras(const v1:
     options.fps = session.fps();
     options.packet_size_bytes = camera.gige().packet_size_bytes();
     options.resend = !camera.gige().no_resend();
+    options.packet_socket = !camera.gige().no_packet_socket();
+    options.chunk_timestamps = camera.gige().chunk_timestamps();
+    options.trigger = TriggerOf(session);
+    options.ptp = session.ptp();
+    if (session.ptp_wait_s() > 0)
+      options.ptp_wait_ms = static_cast<int>(std::lround(1000 * session.ptp_wait_s()));
     if (camera.gige().buffers() > 0) options.buffers = camera.gige().buffers();
+    options.retention_ms = Retention_ms(session, options.buffers);
     auto source = OpenGigeCamera(options);
     if (!source.ok()) return source.status();
     cameras.push_back(*std::move(source));

@@ -3,11 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
-#include <memory>
 #include <random>
 #include <set>
+
+#include "tests/capture/assembler_fixture.h"
 
 namespace weft {
 namespace {
@@ -15,87 +15,6 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
-constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kPeriod_ns = 10 * kMs;
-constexpr int64_t kEpoch_ns = int64_t{1'700'000'000} * 1000 * kMs;
-
-// Cameras a, b and c with a frame every 10 ms; what they deliver arrives 3 ms after its device time.
-class Assembler : public ::testing::Test {
- protected:
-  explicit Assembler(ClockDomain clocks = ClockDomain::kShared) {
-    options_.period_ns = kPeriod_ns;
-    options_.tolerance_ns = 2 * kMs;
-    options_.max_wait_ns = 100 * kMs;
-    options_.clocks = clocks;
-    Restart();
-  }
-  void Restart() {
-    ASSERT_TRUE(options_.Validate().ok());
-    assembler_ = std::make_unique<FrameSetAssembler>(ids_, options_);
-    got_ = {};
-  }
-
-  // Frame `id` of a camera; its clock is off by `clock_ns`, it was late by `late_ns`.
-  CameraDelivery FrameOf(uint64_t id, int64_t clock_ns = 0, int64_t late_ns = 0) {
-    CameraDelivery delivery;
-    const int64_t taken_ns = kEpoch_ns + static_cast<int64_t>(id) * kPeriod_ns + late_ns;
-    delivery.frame.device_frame_id = id;
-    delivery.frame.device_time_ns = taken_ns + clock_ns;
-    delivery.frame.host_time_ns = taken_ns + 3 * kMs;
-    return delivery;
-  }
-  void Add(size_t camera, CameraDelivery delivery) {
-    delivery.frame.camera_id = ids_[camera];
-    now_ns_ = std::max(now_ns_, delivery.frame.host_time_ns);
-    Collect(assembler_->Add(camera, std::move(delivery), now_ns_));
-  }
-  void AddAll(uint64_t id) {
-    for (size_t camera = 0; camera < 3; ++camera) Add(camera, FrameOf(id));
-  }
-  CameraDelivery Say(CameraDelivery::Kind kind, const std::string& cause) {
-    CameraDelivery delivery;
-    delivery.kind = kind;
-    delivery.cause = cause;
-    delivery.frame.host_time_ns = now_ns_;
-    return delivery;
-  }
-  void Collect(AssembledSets out) {
-    for (RawFrameSet& set : out.sets) got_.sets.push_back(std::move(set));
-    for (LedgerEntry& entry : out.entries) got_.entries.push_back(std::move(entry));
-  }
-  void Finish() { Collect(assembler_->Finish(now_ns_)); }
-
-  std::vector<uint64_t> Numbers() const {
-    std::vector<uint64_t> numbers;
-    for (const RawFrameSet& set : got_.sets) numbers.push_back(set.number);
-    return numbers;
-  }
-  std::vector<std::string> Causes() const {
-    std::vector<std::string> causes;
-    for (const LedgerEntry& entry : got_.entries) causes.push_back(entry.cause);
-    return causes;
-  }
-  // Every frame of a set was taken at one trigger, in sets without a missing camera all frames are there.
-  void ExpectOneTriggerEach() const {
-    for (const RawFrameSet& set : got_.sets) {
-      EXPECT_EQ(set.frames.size() + set.missing.size(), 3u);
-      for (const RawFrame& frame : set.frames)
-        EXPECT_EQ(frame.device_frame_id, set.frames[0].device_frame_id);
-    }
-  }
-
-  const std::vector<std::string> ids_ = {"a", "b", "c"};
-  FrameSetOptions options_;
-  std::unique_ptr<FrameSetAssembler> assembler_;
-  AssembledSets got_;
-  int64_t now_ns_ = 0;
-};
-
-class EstimatedClocks : public Assembler {
- protected:
-  EstimatedClocks() : Assembler(ClockDomain::kEstimated) {}
-};
 
 TEST_F(Assembler, DeliversSetsAsSoonAsTheyAreComplete) {
   for (uint64_t id = 0; id < 5; ++id) AddAll(id);
@@ -115,9 +34,7 @@ TEST_F(Assembler, PutsTogetherWhatArrivesInAnyOrderBetweenTheCameras) {
     const auto jitter_ns = static_cast<int64_t>(random() % kMs) - kMs / 2;
     Add(camera, FrameOf(next[camera]++, jitter_ns));
   }
-  EXPECT_EQ(got_.sets.size(), 200u);
-  EXPECT_TRUE(
-      std::all_of(got_.sets.begin(), got_.sets.end(), [](const auto& set) { return set.missing.empty(); }));
+  ExpectAllComplete(200);
   ExpectOneTriggerEach();
 }
 
@@ -214,36 +131,40 @@ TEST_F(Assembler, KeepsTheOthersTogetherWhenOneIsOutsideTheTolerance) {
   EXPECT_EQ(got_.sets[2].frames.size(), 1u);  // what the camera took is kept as well
 }
 
-TEST_F(Assembler, FollowsAClockThatJumps) {
-  for (const int64_t jump_ns : {int64_t{3'200} * kMs, -int64_t{3'200} * kMs, -kEpoch_ns}) {
-    Restart();
-    for (uint64_t id = 0; id < 3; ++id) AddAll(id);
-    for (uint64_t id = 3; id < 6; ++id) {
-      for (size_t camera : {0, 2}) Add(camera, FrameOf(id));
-      Add(1, FrameOf(id, jump_ns));
-    }
-    EXPECT_EQ(got_.sets.size(), 6u);
-    for (const RawFrameSet& set : got_.sets) EXPECT_TRUE(set.missing.empty());
-    ASSERT_EQ(got_.entries.size(), 1u);
-    EXPECT_EQ(got_.entries[0].camera_id, "b");
-    EXPECT_THAT(got_.entries[0].cause, HasSubstr("its clock jumped by"));
-    ExpectOneTriggerEach();
+TEST_F(Assembler, BeginsWhenEveryCameraDelivers) {
+  options_.start_wait_ns = 1000 * kMs;
+  Restart();
+  for (uint64_t id = 0; id < 20; ++id) {
+    Add(0, FrameOf(id));
+    if (id >= 4) Add(1, FrameOf(id));
+    if (id >= 15) Add(2, FrameOf(id));
   }
+  EXPECT_THAT(Numbers(), ElementsAre(0, 1, 2, 3, 4));
+  for (const RawFrameSet& set : got_.sets) EXPECT_TRUE(set.missing.empty());
+  EXPECT_THAT(
+      Causes(),
+      ElementsAre("the take begins when every camera delivers: 15 triggers before that are not in it"));
 }
 
-TEST_F(EstimatedClocks, MatchesByWhenFramesArriveAndFollowsDrift) {
-  // Ten minutes; b counts from its own start and is fast by 50 ppm, c is slow by 30 ppm.
-  for (uint64_t id = 0; id < 60'000; ++id) {
-    const auto elapsed_ns = static_cast<int64_t>(id) * kPeriod_ns;
-    Add(0, FrameOf(id));
-    Add(1, FrameOf(id, -kEpoch_ns + elapsed_ns / 20'000));
-    Add(2, FrameOf(id, 77 * kMs - elapsed_ns / 33'333));
-  }
-  EXPECT_EQ(got_.sets.size(), 60'000u);
-  EXPECT_TRUE(
-      std::all_of(got_.sets.begin(), got_.sets.end(), [](const auto& set) { return set.missing.empty(); }));
-  EXPECT_THAT(got_.entries, IsEmpty());
-  ExpectOneTriggerEach();
+TEST_F(Assembler, BeginsWithoutACameraThatStaysSilent) {
+  options_.start_wait_ns = 100 * kMs;
+  Restart();
+  for (uint64_t id = 0; id < 30; ++id)
+    for (size_t camera : {0, 2}) Add(camera, FrameOf(id));
+  Finish();
+  ASSERT_FALSE(got_.sets.empty());
+  EXPECT_EQ(got_.sets[0].missing[0].reason, "the camera has not delivered yet");
+}
+
+TEST_F(Assembler, CutsOffWhatIsUnderWayAtTheEnd) {
+  AddAll(0);
+  for (size_t camera : {0, 2}) Add(camera, FrameOf(1));
+  EXPECT_TRUE(assembler_->IsWaiting(now_ns_ + 1));
+  EXPECT_FALSE(assembler_->IsWaiting(now_ns_));
+  Collect(assembler_->Finish(now_ns_));
+  EXPECT_THAT(Numbers(), ElementsAre(0));
+  EXPECT_THAT(Causes(),
+              ElementsAre("the take ended while 1 frame sets waited for a camera: they are not in it"));
 }
 
 TEST_F(Assembler, AccountsForEveryTriggerUnderRandomTrouble) {

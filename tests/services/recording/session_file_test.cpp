@@ -47,6 +47,9 @@ TEST(SessionFile, NamesTheFaultyField) {
   session.set_fps(30);
   session.set_tolerance_ms(20);
   EXPECT_THAT(FaultOf(session), HasSubstr("must be below half the period"));
+  session = TwoCameras();
+  session.mutable_trigger()->set_kind(v1::SESSION_TRIGGER_KIND_ACTION);
+  EXPECT_THAT(FaultOf(session), HasSubstr("fps is missing"));
 }
 
 TEST(SessionFile, ToleranceFollowsTheRate) {

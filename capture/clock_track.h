@@ -1,0 +1,54 @@
+// How the clock of one camera relates to that of the host.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+namespace weft {
+
+// The camera's clock read on request.
+struct ClockReading {
+  int64_t host_time_ns = 0;          // CLOCK_REALTIME
+  int64_t device_minus_host_ns = 0;  // right to within uncertainty_ns: half the time that the answer took
+  int64_t uncertainty_ns = 0;
+  std::string ptp_status;                // as the camera names it, "Slave"; empty where it has no PTP
+  std::optional<int64_t> ptp_offset_ns;  // from its PTP master, as the camera says
+};
+
+// Bounds of host time minus device time, from two kinds of evidence: readings bound it from both sides; a
+// frame arrives after it was taken, however late, so arrivals bound it from above. Between pieces of evidence
+// the bounds widen by what quartzes drift. A jump is what no lateness explains: a frame that seems to come
+// from the future, or from the past by the same amount that the camera's count of frames contradicts, or a
+// reading outside the bounds. Jumps are taken out: `Steady` is the device's time as if there had been none.
+// Thread safety: none.
+class ClockTrack {
+ public:
+  // `period_ns`: between triggers, 0 where unknown. `limit_ns`: smaller jumps are not told from lateness.
+  ClockTrack(int64_t period_ns, int64_t limit_ns) : period_ns_(period_ns), limit_ns_(limit_ns) {}
+
+  // What the offset ought to be, before any evidence: departures are jumps.
+  void Expect(int64_t offset_ns) { low_ns_ = high_ns_ = offset_ns; }
+
+  // The jump of the device's clock since the frame before, 0 for none. `id`: the camera's count.
+  int64_t AddFrame(int64_t device_ns, int64_t host_ns, uint64_t id);
+  int64_t AddReading(const ClockReading& reading);
+
+  int64_t Steady_ns(int64_t device_ns) const { return device_ns + correction_ns_; }
+  // Host time minus steady time; nothing before the first evidence.
+  std::optional<int64_t> offset_ns() const;
+
+ private:
+  void Widen(int64_t host_ns);
+
+  int64_t period_ns_;
+  int64_t limit_ns_;
+  int64_t correction_ns_ = 0;
+  std::optional<int64_t> low_ns_, high_ns_;
+  std::optional<int64_t> widened_ns_;  // up to this host time
+  bool has_frame_ = false;
+  int64_t last_device_ns_ = 0;
+  uint64_t last_id_ = 0;
+};
+
+}  // namespace weft

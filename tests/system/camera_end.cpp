@@ -1,0 +1,392 @@
+#include "tests/system/camera_end.h"
+
+#include <arpa/inet.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+namespace weft {
+namespace {
+
+constexpr uint16_t kControlPort = 3956;
+constexpr size_t kFramesToResend = 32;
+constexpr int64_t kPtpLock_ns = 300'000'000;
+
+// Registers of GigE Vision.
+constexpr uint32_t kDeviceMode = 0x4, kVendor = 0x48, kModel = 0x68, kCapability = 0x934,
+                   kTimestampControl = 0x944, kTimestampHigh = 0x948, kTimestampLow = 0x94c,
+                   kPrivilege = 0xa00, kHeartbeat = 0x938, kStreamPort = 0xd00, kPacketSize = 0xd04,
+                   kStreamAddress = 0xd18, kStreamSource = 0xd1c;
+constexpr uint32_t kCanWriteMemory = 1u << 1, kCanResend = 1u << 2, kCanAct = 1u << 6,
+                   kFireTestPacket = 1u << 31;
+// Registers of camera_end.xml.
+constexpr uint32_t kWidth = 0x8000, kHeight = 0x8004, kPixelFormat = 0x8008, kAcquisition = 0x800c,
+                   kFrameRate = 0x8010, kExposure = 0x8014, kTriggerMode = 0x8020, kTriggerSource = 0x8024,
+                   kTriggerSoftware = 0x8028, kDeviceKey = 0x8030, kGroupKey = 0x8034, kGroupMask = 0x8038,
+                   kActionSelector = 0x803c, kPtpEnable = 0x8040, kPtpStatus = 0x8048, kPtpOffset = 0x8050,
+                   kChunkMode = 0x8060, kPayload = 0x8070;
+constexpr uint32_t kFromSoftware = 0, kFromLine = 1, kFromAction = 2;
+constexpr uint16_t kDiscovery = 0x0002, kResend = 0x0040, kReadRegister = 0x0080, kWriteRegister = 0x0082,
+                   kReadMemory = 0x0084, kWriteMemory = 0x0086, kAction = 0x0100;
+constexpr uint32_t kImageChunk = 0x5fffffff, kTimestampChunk = 0x4001;
+constexpr size_t kChunkBytes = 8 + 8 + 8;  // heading of the image's chunk; timestamp with heading
+
+[[noreturn]] void Die(const std::string& what) {
+  std::fprintf(stderr, "%s: %s\n", what.c_str(), std::strerror(errno));
+  std::exit(1);
+}
+
+template <typename T>
+void Put(std::vector<uint8_t>& bytes, T value) {
+  for (int shift = 8 * (static_cast<int>(sizeof(T)) - 1); shift >= 0; shift -= 8)
+    bytes.push_back(static_cast<uint8_t>(static_cast<uint64_t>(value) >> shift));
+}
+
+template <typename T>
+T Get(const uint8_t* bytes) {
+  uint64_t value = 0;
+  for (size_t i = 0; i < sizeof(T); ++i) value = value << 8 | bytes[i];
+  return static_cast<T>(value);
+}
+
+int BoundSocket(in_addr_t address, uint16_t port) {
+  const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  const int on = 1;
+  setsockopt(fd, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_addr.s_addr = address;
+  to.sin_port = htons(port);
+  if (fd < 0 || bind(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0)
+    Die("camera_ends: no socket");
+  return fd;
+}
+
+uint64_t PeerOf(const sockaddr_in& from) { return uint64_t{from.sin_addr.s_addr} << 16 | from.sin_port; }
+
+}  // namespace
+
+int64_t CameraEndHostTime_ns() {
+  timespec now{};
+  clock_gettime(CLOCK_REALTIME, &now);
+  return int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
+}
+
+CameraEnd::CameraEnd(const std::string& serial, const std::string& address, const std::string& genicam_file) {
+  registers_ = arv_fake_camera_new_full(serial.c_str(), genicam_file.c_str());
+  if (registers_ == nullptr) Die(genicam_file);
+  const in_addr_t ip = inet_addr(address.c_str());
+  arv_fake_camera_write_memory(registers_, 0x24, 4, &ip);
+  arv_fake_camera_write_memory(registers_, kVendor, 5, "Weft");
+  arv_fake_camera_write_memory(registers_, kModel, 10, "CameraEnd");
+  SetResend(true);
+  for (const auto& [where, value] : {std::pair<uint32_t, uint32_t>{kWidth, 512},
+                                     {kHeight, 256},
+                                     {kPixelFormat, 0x01080001},
+                                     {kDeviceMode, 1u << 31},
+                                     {kHeartbeat, 3000},
+                                     {kPacketSize, 1400},
+                                     {kActionSelector, 1},
+                                     {kFrameRate, std::bit_cast<uint32_t>(10.0f)},
+                                     {kExposure, std::bit_cast<uint32_t>(1000.0f)}})
+    SetRegister(where, value);
+  control_ = BoundSocket(ip, kControlPort);
+  broadcast_ = BoundSocket(INADDR_BROADCAST, kControlPort);
+  stream_ = BoundSocket(ip, 0);
+  const int no_fragments = IP_PMTUDISC_DO;
+  setsockopt(stream_, IPPROTO_IP, IP_MTU_DISCOVER, &no_fragments, sizeof no_fragments);
+  sockaddr_in bound{};
+  socklen_t length = sizeof bound;
+  if (getsockname(stream_, reinterpret_cast<sockaddr*>(&bound), &length) != 0) Die("camera_ends: no stream");
+  SetRegister(kStreamSource, ntohs(bound.sin_port));
+  wake_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  clock_.host_start_ns = CameraEndHostTime_ns();
+  thread_ = std::thread([this] { Run(); });
+}
+
+void CameraEnd::SetResend(bool resend) {
+  SetRegister(kCapability, kCanWriteMemory | kCanAct | (resend ? kCanResend : 0));
+}
+
+void CameraEnd::SetClock(const std::string& field, double value) {
+  const std::lock_guard lock(mutex_);
+  const std::map<std::string, double*> fields = {{"offset_ns", &clock_.offset_ns},
+                                                 {"drift_ppm", &clock_.drift_ppm},
+                                                 {"jump_ns", &clock_.jump_ns},
+                                                 {"ptp_error_ns", &clock_.ptp_error_ns},
+                                                 {"phase_ns", &clock_.phase_ns}};
+  const auto found = fields.find(field);
+  if (found == fields.end()) Die("camera_ends: unknown field " + field);
+  *found->second = value;
+}
+
+void CameraEnd::AddTrigger(int64_t host_time_ns, uint32_t source) {
+  const std::lock_guard lock(mutex_);
+  triggers_.push_back({host_time_ns, source});
+}
+
+void CameraEnd::PulseLine(int64_t host_time_ns) {
+  AddTrigger(host_time_ns, kFromLine);
+  const uint64_t one = 1;
+  if (write(wake_, &one, sizeof one) < 0) Die("camera_ends: no wake-up");
+}
+
+uint32_t CameraEnd::Register(uint32_t address) const {
+  uint32_t value = 0;
+  arv_fake_camera_read_register(registers_, address, &value);
+  return value;
+}
+
+void CameraEnd::SetRegister(uint32_t address, uint32_t value) {
+  arv_fake_camera_write_register(registers_, address, value);
+}
+
+float CameraEnd::FloatRegister(uint32_t address) const { return std::bit_cast<float>(Register(address)); }
+
+int64_t CameraEnd::DeviceTime_ns(int64_t host_time_ns) const {
+  const std::lock_guard lock(mutex_);
+  const double own =
+      clock_.offset_ns + 1e-6 * clock_.drift_ppm * static_cast<double>(host_time_ns - clock_.host_start_ns);
+  return host_time_ns + std::llround((Register(kPtpEnable) ? clock_.ptp_error_ns : own) + clock_.jump_ns);
+}
+
+int64_t CameraEnd::HostTimeOf_ns(int64_t device_time_ns) const {
+  return device_time_ns - (DeviceTime_ns(device_time_ns) - device_time_ns);
+}
+
+size_t CameraEnd::ImageBytes() const {
+  return size_t{Register(kWidth)} * Register(kHeight) * (Register(kPixelFormat) >> 16 & 0xff) / 8;
+}
+
+uint32_t CameraEnd::PacketBytes() const {
+  return (Register(kPacketSize) & 0xffff) - 36;
+}  // without IP, UDP and GVSP
+
+void CameraEnd::Run() {
+  std::array<pollfd, 3> sockets = {pollfd{control_, POLLIN, 0}, {broadcast_, POLLIN, 0}, {wake_, POLLIN, 0}};
+  std::array<uint8_t, 2048> data{};
+  while (true) {
+    const int64_t now_ns = CameraEndHostTime_ns();
+    if (controller_ && now_ns - controller_seen_ns_ > int64_t{Register(kHeartbeat)} * 1'000'000) {
+      controller_.reset();
+      SetRegister(kPrivilege, 0);
+      SetRegister(kAcquisition, 0);
+    }
+    const std::optional<int64_t> next_ns = NextExposure(now_ns);
+    if (next_ns && *next_ns <= now_ns) {
+      Expose(*next_ns);
+      continue;
+    }
+    const int64_t wait_ns = std::min<int64_t>(next_ns ? *next_ns - now_ns : 100'000'000, 100'000'000);
+    const timespec timeout{wait_ns / 1'000'000'000, wait_ns % 1'000'000'000};
+    if (ppoll(sockets.data(), sockets.size(), &timeout, nullptr) <= 0) continue;
+    uint64_t count = 0;
+    if (sockets[2].revents != 0 && read(wake_, &count, sizeof count) < 0) continue;
+    for (size_t i = 0; i < 2; ++i) {
+      sockaddr_in from{};
+      socklen_t length = sizeof from;
+      const ssize_t size =
+          recvfrom(sockets[i].fd, data.data(), data.size(), 0, reinterpret_cast<sockaddr*>(&from), &length);
+      if (size >= 8) HandleControl(data.data(), static_cast<size_t>(size), from, control_);
+    }
+  }
+}
+
+std::optional<int64_t> CameraEnd::NextExposure(int64_t now_ns) {
+  if (Register(kAcquisition) == 0) return std::nullopt;
+  const std::lock_guard lock(mutex_);
+  if (Register(kTriggerMode) == 1) {
+    std::optional<int64_t> next_ns;
+    for (const Trigger& trigger : triggers_)
+      if (trigger.source == Register(kTriggerSource))
+        next_ns = std::min(trigger.host_time_ns, next_ns.value_or(trigger.host_time_ns));
+    return next_ns;
+  }
+  const double period_ns = 1e9 / FloatRegister(kFrameRate);
+  if (last_exposure_ns_ == 0) last_exposure_ns_ = now_ns;
+  const double phase_ns = clock_.phase_ns;
+  const double count = std::floor((static_cast<double>(last_exposure_ns_) - phase_ns) / period_ns + 0.5) + 1;
+  return std::llround(count * period_ns + phase_ns);
+}
+
+void CameraEnd::Expose(int64_t host_time_ns) {
+  last_exposure_ns_ = host_time_ns;
+  {
+    const std::lock_guard lock(mutex_);
+    std::erase_if(triggers_, [&](const Trigger& trigger) { return trigger.host_time_ns <= host_time_ns; });
+  }
+  Frame frame;
+  frame.id = static_cast<uint16_t>(frames_ % 65535 + 1);
+  frame.device_time_ns = DeviceTime_ns(host_time_ns);
+  frame.payload = Image(host_time_ns, frame.device_time_ns);
+  ++frames_;
+  SendPackets(frame, 0, UINT32_MAX);
+  sent_.push_back(std::move(frame));
+  if (sent_.size() > kFramesToResend) sent_.pop_front();
+}
+
+std::vector<uint8_t> CameraEnd::Image(int64_t host_time_ns, int64_t device_time_ns) const {
+  std::vector<uint8_t> bytes(ImageBytes());
+  const std::array<int64_t, 3> numbers = {host_time_ns, static_cast<int64_t>(frames_), device_time_ns};
+  for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>((i * 31 + frames_ * 7) >> 3);
+  std::memcpy(bytes.data(), numbers.data(), std::min(bytes.size(), sizeof numbers));
+  if (Register(kChunkMode) == 1) {
+    const auto image_bytes = static_cast<uint32_t>(bytes.size());
+    Put(bytes, kImageChunk);
+    Put(bytes, image_bytes);
+    Put(bytes, device_time_ns);
+    Put(bytes, kTimestampChunk);
+    Put(bytes, uint32_t{8});
+  }
+  return bytes;
+}
+
+void CameraEnd::SendPackets(const Frame& frame, uint32_t first, uint32_t last) {
+  const size_t step = PacketBytes();
+  const auto data_packets = static_cast<uint32_t>((frame.payload.size() + step - 1) / step);
+  const auto payload_type = static_cast<uint16_t>(Register(kChunkMode) == 1 ? 0x4001 : 0x0001);
+  for (uint32_t id = first; id <= std::min(last, data_packets + 1); ++id) {
+    std::vector<uint8_t> packet;
+    Put(packet, uint16_t{0});
+    Put(packet, frame.id);
+    const uint32_t content = id == 0 ? 1 : id == data_packets + 1 ? 2 : 3;
+    Put(packet, content << 24 | id);
+    if (content == 1) {
+      Put(packet, uint16_t{0});
+      Put(packet, payload_type);
+      Put(packet, frame.device_time_ns);
+      for (const uint32_t value : {Register(kPixelFormat), Register(kWidth), Register(kHeight), 0u, 0u, 0u})
+        Put(packet, value);
+    } else if (content == 2) {
+      Put(packet, uint32_t{payload_type});
+      Put(packet, Register(kHeight));
+    } else {
+      const auto begin = frame.payload.begin() + static_cast<ptrdiff_t>((id - 1) * step);
+      const auto size = std::min<size_t>(step, static_cast<size_t>(frame.payload.end() - begin));
+      packet.insert(packet.end(), begin, begin + static_cast<ptrdiff_t>(size));
+    }
+    Send(packet);
+  }
+}
+
+void CameraEnd::Send(const std::vector<uint8_t>& packet) {
+  sockaddr_in to{};
+  to.sin_family = AF_INET;
+  to.sin_addr.s_addr = htonl(Register(kStreamAddress));
+  to.sin_port = htons(static_cast<uint16_t>(Register(kStreamPort)));
+  // What the network does not take is lost, as with a camera.
+  static_cast<void>(
+      sendto(stream_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to));
+}
+
+void CameraEnd::SendTestPacket() { Send(std::vector<uint8_t>((Register(kPacketSize) & 0xffff) - 28)); }
+
+void CameraEnd::Resend(const uint8_t* data, size_t size) {
+  if (size < 12 || (Register(kCapability) & kCanResend) == 0) return;
+  const auto id = Get<uint16_t>(data + 2);
+  for (const Frame& frame : sent_)
+    if (frame.id == id)
+      SendPackets(frame, Get<uint32_t>(data + 4) & 0xffffff, Get<uint32_t>(data + 8) & 0xffffff);
+}
+
+void CameraEnd::Action(const uint8_t* data, size_t size, bool is_scheduled) {
+  if (size < (is_scheduled ? 20u : 12u) || Register(kTriggerMode) != 1 ||
+      Register(kTriggerSource) != kFromAction)
+    return;
+  if (Get<uint32_t>(data) != Register(kDeviceKey) || Get<uint32_t>(data + 4) != Register(kGroupKey)) return;
+  if ((Get<uint32_t>(data + 8) & Register(kGroupMask)) == 0) return;
+  AddTrigger(is_scheduled ? HostTimeOf_ns(Get<int64_t>(data + 12)) : CameraEndHostTime_ns(), kFromAction);
+}
+
+void CameraEnd::RefreshRegisters() {
+  const int64_t now_ns = CameraEndHostTime_ns();
+  const bool ptp = Register(kPtpEnable) == 1;
+  SetRegister(kPtpStatus, !ptp ? 0 : now_ns - ptp_since_ns_ < kPtpLock_ns ? 1 : 2);
+  const int64_t offset_ns = ptp ? DeviceTime_ns(now_ns) - now_ns : 0;
+  SetRegister(kPtpOffset, static_cast<uint32_t>(static_cast<uint64_t>(offset_ns) >> 32));
+  SetRegister(kPtpOffset + 4, static_cast<uint32_t>(offset_ns));
+  SetRegister(kPayload, static_cast<uint32_t>(ImageBytes() + (Register(kChunkMode) == 1 ? kChunkBytes : 0)));
+}
+
+void CameraEnd::Written(uint32_t address, uint32_t value) {
+  const int64_t now_ns = CameraEndHostTime_ns();
+  if (address == kTimestampControl && (value & 2) != 0) {
+    const int64_t device_ns = DeviceTime_ns(now_ns);
+    SetRegister(kTimestampHigh, static_cast<uint32_t>(static_cast<uint64_t>(device_ns) >> 32));
+    SetRegister(kTimestampLow, static_cast<uint32_t>(device_ns));
+  } else if (address == kPtpEnable) {
+    ptp_since_ns_ = now_ns;
+  } else if (address == kPacketSize && (value & kFireTestPacket) != 0) {
+    SetRegister(kPacketSize, value & ~kFireTestPacket);
+    SendTestPacket();
+  } else if (address == kAcquisition) {
+    frames_ = 0;
+    last_exposure_ns_ = 0;
+    const std::lock_guard lock(mutex_);
+    triggers_.clear();
+  } else if (address == kTriggerSoftware && Register(kTriggerMode) == 1 &&
+             Register(kTriggerSource) == kFromSoftware) {
+    AddTrigger(now_ns, kFromSoftware);
+  }
+}
+
+std::vector<uint8_t> CameraEnd::Answer(uint16_t command, const uint8_t* data, size_t size, uint8_t flags) {
+  std::vector<uint8_t> answer;
+  const uint32_t address = size >= 4 ? Get<uint32_t>(data) : 0;
+  RefreshRegisters();
+  if (command == kDiscovery) {
+    answer.resize(0xf8);
+    arv_fake_camera_read_memory(registers_, 0, 0xf8, answer.data());
+  } else if (command == kReadRegister && size >= 4) {
+    Put(answer, Register(address));
+  } else if (command == kWriteRegister && size >= 8) {
+    SetRegister(address, Get<uint32_t>(data + 4));
+    Written(address, Get<uint32_t>(data + 4));
+    Put(answer, uint32_t{1});
+  } else if (command == kReadMemory && size >= 8) {
+    Put(answer, address);
+    const size_t bytes = Get<uint32_t>(data + 4) & 0xffff;
+    answer.resize(4 + bytes);
+    if (bytes > 0)
+      arv_fake_camera_read_memory(registers_, address, static_cast<guint32>(bytes), answer.data() + 4);
+  } else if (command == kWriteMemory && size > 4) {
+    arv_fake_camera_write_memory(registers_, address, static_cast<guint32>(size - 4), data + 4);
+    if (size >= 8) Written(address, Get<uint32_t>(data + 4));
+    Put(answer, address);
+  } else if (command == kResend) {
+    Resend(data, size);
+  } else if (command == kAction) {
+    Action(data, size, (flags & 0x80) != 0);
+  }
+  return answer;
+}
+
+void CameraEnd::HandleControl(const uint8_t* data, size_t size, const sockaddr_in& from, int socket) {
+  if (data[0] != 0x42) return;
+  const auto command = Get<uint16_t>(data + 2);
+  const bool writes = command == kWriteRegister || command == kWriteMemory;
+  if (writes && controller_ && *controller_ != PeerOf(from)) return;
+  const std::vector<uint8_t> answer = Answer(command, data + 8, size - 8, data[1]);
+  if (writes && Register(kPrivilege) == 0) controller_.reset();
+  if (writes && Register(kPrivilege) != 0) controller_ = PeerOf(from);
+  if (controller_ == PeerOf(from)) controller_seen_ns_ = CameraEndHostTime_ns();
+  if ((data[1] & 1) == 0) return;
+  std::vector<uint8_t> packet;
+  Put(packet, uint16_t{0});
+  Put(packet, static_cast<uint16_t>(command + 1));
+  Put(packet, static_cast<uint16_t>(answer.size()));
+  Put(packet, Get<uint16_t>(data + 6));
+  packet.insert(packet.end(), answer.begin(), answer.end());
+  static_cast<void>(
+      sendto(socket, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&from), sizeof from));
+}
+
+}  // namespace weft

@@ -1,0 +1,134 @@
+"""GigE Vision cameras without hardware in a network of their own, and what was really in front of them."""
+
+import contextlib
+import json
+import os
+import struct
+import subprocess
+import sys
+import unittest
+
+from studio import BIN, LONG_S, read, weft, write
+
+NAMESPACE = ["unshare", "--user", "--map-root-user", "--net"]
+SOURCE = os.environ["WEFT_SOURCE"]
+
+
+def enter_network():
+    """Runs the program again in a network of its own, since cameras are looked for by broadcast."""
+    if "WEFT_IN_NAMESPACE" not in os.environ and subprocess.run([*NAMESPACE, "true"], check=False).returncode == 0:
+        os.environ["WEFT_IN_NAMESPACE"] = "1"
+        os.execvp("unshare", [*NAMESPACE, sys.executable, *sys.argv])
+
+
+def set_up_network(addresses):
+    if "WEFT_IN_NAMESPACE" not in os.environ:
+        raise unittest.SkipTest("this machine lets no user have a network of their own")
+    subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
+    for address in addresses:
+        subprocess.run(["ip", "address", "add", address + "/8", "dev", "lo"], check=True)
+
+
+class Cameras:
+    """A process with cameras, by name and address."""
+
+    def __init__(self, cameras):
+        self.process = subprocess.Popen(
+            [os.path.join(BIN, "camera_ends"), os.path.join(SOURCE, "tests/system/camera_end.xml"),
+             *(f"{name}={address}" for name, address in cameras.items())],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        assert self.process.stdout.readline() == "ready\n"
+
+    def tell(self, line):
+        self.process.stdin.write(line + "\n")
+        self.process.stdin.flush()
+        assert self.process.stdout.readline() == "done\n", line
+
+    def kill(self):
+        self.process.kill()
+        self.process.communicate()
+
+
+@contextlib.contextmanager
+def packet_loss(share, address=None):
+    """Cameras (or that of one address) lose this share of their large packets."""
+    rule = ["OUTPUT", *(["-s", address] if address else []), "-p", "udp", "-m", "length", "--length", "1000:65535",
+            "-m", "statistic", "--mode", "random", "--probability", str(share), "-j", "DROP"]
+    subprocess.run(["iptables", "-A", *rule], check=True)
+    try:
+        yield
+    finally:
+        subprocess.run(["iptables", "-D", *rule], check=True)
+
+
+def frames(take, camera):
+    """(set, device time, true host time of the exposure, count) of every frame in the stream, by docs/file-formats.md."""
+    found = []
+    with open(os.path.join(take, "streams", camera + ".stream"), "rb") as stream:
+        stream.seek(4096)
+        while len(header := stream.read(4096)) == 4096 and header[:8] == b"WEFTCHNK":
+            codec, = struct.unpack_from("<I", header, 12)
+            number, device_ns = struct.unpack_from("<Qq", header, 32)
+            size, = struct.unpack_from("<Q", header, 88)
+            payload = stream.read((size + 4095) // 4096 * 4096)
+            if codec == 0:
+                true_ns, count, said_ns = struct.unpack_from("<3q", payload)
+                assert said_ns == device_ns, "the frame's time and its own record of it"
+                found.append((number, device_ns, true_ns, count))
+    return found
+
+
+def true_spread_ns(take, cameras):
+    """The largest difference between the true times of exposures that the take calls one set."""
+    times = {}
+    for camera in cameras:
+        for number, _, true_ns, _ in frames(take, camera):
+            times.setdefault(number, []).append(true_ns)
+    return max(max(t) - min(t) for t in times.values())
+
+
+class LiveTest(unittest.TestCase):
+    def live_set_up(self, folder, cameras):
+        self.cameras = cameras
+        self.take = os.path.join(folder, "take")
+        self.session = os.path.join(folder, "session.json")
+
+    def start_cameras(self, *names):
+        cameras = Cameras({name: self.cameras[name] for name in names or self.cameras})
+        self.addCleanup(cameras.kill)
+        return cameras
+
+    def write_session(self, features=(), gige=(), **more):
+        cameras = [{"id": name, "gige": {"device": address, "packet_size_bytes": 1500, "buffers": 64,
+                                         "features": ["Width=256", "Height=128", *features], **dict(gige)}}
+                   for name, address in self.cameras.items()]
+        # Waits are long because the machine may have other things to do.
+        write(self.session, json.dumps({"cameras": cameras, "fps": 10, "tolerance_ms": 2, "max_wait_ms": 5000,
+                                        "low_disk_gib": 0.01, **more}))
+
+    def record(self, seconds, **options):
+        return subprocess.Popen([os.path.join(BIN, "weft"), "take", "record", "--session", self.session, "--out", self.take,
+                                 "--seconds", str(seconds), "--json"],
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+    def finish(self, recorder):
+        out, errors = recorder.communicate(timeout=LONG_S)
+        self.assertEqual(recorder.returncode, 0, errors)
+        return json.loads(out)
+
+    def assert_accounted(self, info):
+        """The take is whole, its streams have one length, and no set is missing between the first and the last."""
+        weft("take", "verify", self.take, check=0)
+        lengths = {int(t.get("frames", 0)) + int(t.get("missing", 0)) for t in info["timing"]}
+        self.assertEqual(lengths, {int(info["sets"])})
+        accounted = set()
+        for line in read(os.path.join(self.take, "ledger.csv")).splitlines()[1:]:
+            event, first, last = line.split(",")[:3]
+            if event in ("recorded", "dropped"):
+                accounted |= set(range(int(first), int(last) + 1))
+        self.assertEqual(accounted, set(range(len(accounted))))
+
+    def assert_complete(self, info, at_least):
+        self.assert_accounted(info)
+        self.assertGreaterEqual(int(info["sets"]), at_least, info)
+        self.assertEqual(info.get("causes", []), [])
