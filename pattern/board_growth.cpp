@@ -39,28 +39,13 @@ class Growth {
     return missing;
   }
 
-  std::vector<GrownCell> Run(const std::vector<GrowthSeed>& seeds) {
-    for (size_t k = 0; k < seeds.size(); ++k) {
-      const GrowthSeed& seed = seeds[k];
-      if (!board_.Contains(seed.row, seed.col)) continue;
-      const CellFit fit = fitter_.Fit(seed.row, seed.col, seed.frame, Weights(seed.row, seed.col, true),
-                                      options_.iterations + 2);
-      if (!WhyNot(fit)) Enqueue({seed.row, seed.col, fit, seed.group, 0});
-    }
-    while (!queue_.empty()) {
-      const Entry top = queue_.top();
-      queue_.pop();
-      free_.push_back(top.candidate);
-      if (cell_of_[top.cell] >= 0) continue;
-      const GrownCell next = candidates_[top.candidate];
-      if (PlaceTaken(next.row, next.col, next.fit.frame)) {
-        Miss(next.row, next.col, next.fit.frame, WhyMissing::kTaken);
-        continue;
-      }
-      Take(next);
-      for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}})
-        Try(next.row + dr, next.col + dc, dr, dc);
-    }
+  std::vector<GrownCell> Run(
+      const std::vector<GrowthSeed>& seeds,
+      const std::function<std::vector<GrowthSeed>(const std::vector<GrownCell>&)>& find_more) {
+    Start(seeds);
+    TakeAll(options_.clearly_explained);
+    if (find_more) Start(find_more(cells_));
+    TakeAll(-1);
     std::sort(cells_.begin(), cells_.end(), [](const GrownCell& s, const GrownCell& t) {
       return s.row != t.row ? s.row < t.row : s.col < t.col;
     });
@@ -77,6 +62,33 @@ class Growth {
       return explained != other.explained ? explained < other.explained : cell > other.cell;
     }
   };
+
+  void Start(const std::vector<GrowthSeed>& seeds) {
+    for (const GrowthSeed& seed : seeds) {
+      if (!board_.Contains(seed.row, seed.col) || CellAt(seed.row, seed.col) >= 0) continue;
+      const CellFit fit = fitter_.Fit(seed.row, seed.col, seed.frame, Weights(seed.row, seed.col, true),
+                                      options_.iterations + 2);
+      if (!WhyNot(fit)) Enqueue({seed.row, seed.col, fit, seed.group, 0});
+    }
+  }
+
+  // Takes candidates that are explained by this share or more, and those that follow from them.
+  void TakeAll(float least_explained) {
+    while (!queue_.empty() && queue_.top().explained >= least_explained) {
+      const Entry top = queue_.top();
+      queue_.pop();
+      free_.push_back(top.candidate);
+      if (cell_of_[top.cell] >= 0) continue;
+      const GrownCell next = candidates_[top.candidate];
+      if (PlaceTaken(next.row, next.col, next.fit.frame)) {
+        Miss(next.row, next.col, next.fit.frame, WhyMissing::kTaken);
+        continue;
+      }
+      Take(next);
+      for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}})
+        Try(next.row + dr, next.col + dc, dr, dc);
+    }
+  }
 
   size_t Index(int row, int col) const { return static_cast<size_t>(row) * board_.cols + col; }
   int CellAt(int row, int col) const { return board_.Contains(row, col) ? cell_of_[Index(row, col)] : -1; }
@@ -255,6 +267,9 @@ absl::Status GrowthOptions::Validate() const {
   if (!(min_ink_lead >= 0 && min_ink_lead < 1)) {
     return absl::InvalidArgumentError("growth.min_ink_lead must lie in [0, 1)");
   }
+  if (!(clearly_explained >= 0 && clearly_explained <= 1)) {
+    return absl::InvalidArgumentError("growth.clearly_explained must lie in [0, 1]");
+  }
   if (!(max_move_cells > 0 && max_move_cells <= 1)) {
     return absl::InvalidArgumentError("growth.max_move_cells must lie in (0, 1]");
   }
@@ -278,11 +293,13 @@ std::string_view Describe(WhyMissing why) {
   return kWords[static_cast<int>(why)];
 }
 
-std::vector<GrownCell> GrowOnBoard(const CellFitter& fitter, const Board& board, int width_px, int height_px,
-                                   const std::vector<GrowthSeed>& seeds, const GrowthOptions& options,
-                                   std::vector<MissingCell>* missing) {
+std::vector<GrownCell> GrowOnBoard(
+    const CellFitter& fitter, const Board& board, int width_px, int height_px,
+    const std::vector<GrowthSeed>& seeds, const GrowthOptions& options,
+    const std::function<std::vector<GrowthSeed>(const std::vector<GrownCell>&)>& find_more,
+    std::vector<MissingCell>* missing) {
   Growth growth(fitter, board, width_px, height_px, options, missing != nullptr);
-  std::vector<GrownCell> cells = growth.Run(seeds);
+  std::vector<GrownCell> cells = growth.Run(seeds, find_more);
   if (missing != nullptr) *missing = growth.Missing();
   return cells;
 }

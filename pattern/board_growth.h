@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <string_view>
 #include <vector>
 
@@ -16,6 +17,8 @@ struct GrowthOptions {
   // How much better the expected ink must fit the cell than any other, in units of the mean squared change
   // that another ink would make; 1 is perfect, below 0 another ink fits better.
   float min_ink_lead = 0.0f;
+  // What is explained by this share is clear, and comes before all that is not.
+  float clearly_explained = 0.6f;
   // Largest distance between prediction and fit, in cells.
   float max_move_cells = 0.4f;
   // Least edge and area of a cell in the image.
@@ -66,9 +69,12 @@ struct MissingCell {
 // Follows the print from the seeds cell by cell, the best explained first: predicts the next cell from its
 // known neighbours, fits it, and takes it when the image shows the colours that the board has there. A board
 // cell is taken once, and so is a place in the image. Ordered by row and column.
+// Once all that is clear has been taken, `find_more` (may be null) gets these cells and names further seeds.
 // `missing` (may be null) gets the cells at which growth stopped within the image, in the same order.
-std::vector<GrownCell> GrowOnBoard(const CellFitter& fitter, const Board& board, int width_px, int height_px,
-                                   const std::vector<GrowthSeed>& seeds, const GrowthOptions& options,
-                                   std::vector<MissingCell>* missing = nullptr);
+std::vector<GrownCell> GrowOnBoard(
+    const CellFitter& fitter, const Board& board, int width_px, int height_px,
+    const std::vector<GrowthSeed>& seeds, const GrowthOptions& options,
+    const std::function<std::vector<GrowthSeed>(const std::vector<GrownCell>&)>& find_more = nullptr,
+    std::vector<MissingCell>* missing = nullptr);
 
 }  // namespace weft

@@ -184,7 +184,7 @@ bool LooksLikeChance(const std::vector<PatchReport>& patches, const std::vector<
 absl::Status DecodeOptions::Validate() const {
   if (levels < 1 || levels > 8) return absl::InvalidArgumentError("levels must lie in 1 to 8");
   for (const absl::Status& status : {keypoints.Validate(), lattice.Validate(), patches.Validate(),
-                                     growth.Validate(), refinement.Validate()}) {
+                                     growth.Validate(), islands.Validate(), refinement.Validate()}) {
     if (!status.ok()) return status;
   }
   return absl::OkStatus();
@@ -200,8 +200,9 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
   result.timings.read_ms = watch.LapMs();
   if (image->width_px < kLeastSidePx || image->height_px < kLeastSidePx) return result;
   const std::vector<ColorImage> pyramid = Pyramid(*std::move(image), options.levels);
-  std::vector<LevelPatch> patches = FindPatches(pyramid, options.keypoints, options.lattice,
-                                                options.explain ? &result.explanation.loose : nullptr);
+  std::vector<LooseSpot> loose;
+  std::vector<LevelPatch> patches = FindPatches(pyramid, options.keypoints, options.lattice, &loose);
+  if (options.explain) result.explanation.loose = loose;
   result.timings.lattice_ms = watch.LapMs();
   const InkModel inks = DecodePatches(board, options.patches, &patches);
   for (const LevelPatch& patch : patches) result.patches.push_back(Report(patch, options.patches));
@@ -212,8 +213,12 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
   const SampledProfile profile(board.board().square_fraction);
   const Appearance appearance = LearnAppearance(pyramid, board.board(), profile, inks, seeds);
   const CellFitter fitter(pyramid, board.board(), profile, appearance);
+  AddUnread(patches, options.patches, &loose);
+  const auto find_islands = [&](const std::vector<GrownCell>& known) {
+    return FindIslandSeeds(fitter, pyramid, board.board(), inks, known, loose, options.islands);
+  };
   std::vector<GrownCell> cells =
-      GrowOnBoard(fitter, board.board(), frame.width_px, frame.height_px, seeds, options.growth,
+      GrowOnBoard(fitter, board.board(), frame.width_px, frame.height_px, seeds, options.growth, find_islands,
                   options.explain ? &result.explanation.missing : nullptr);
   result.timings.growth_ms = watch.LapMs();
   const std::vector<GrownCell> grown = options.explain ? cells : std::vector<GrownCell>();

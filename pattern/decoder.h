@@ -10,6 +10,7 @@
 #include "pattern/board_growth.h"
 #include "pattern/board_index.h"
 #include "pattern/cell_refinement.h"
+#include "pattern/island_search.h"
 #include "pattern/keypoints.h"
 #include "pattern/lattice.h"
 #include "pattern/observation.h"
@@ -29,6 +30,7 @@ struct DecodeOptions {
   LatticeOptions lattice;
   PatchDecodeOptions patches;
   GrowthOptions growth;
+  IslandOptions islands;
   CellRefinementOptions refinement;
 
   absl::Status Validate() const;
@@ -52,7 +54,7 @@ struct DecodeTimings {
 struct DecodeExplanation {
   std::vector<int> groups;           // [centers], cells that grew from one piece of lattice have one number
   std::vector<MissingCell> missing;  // where growth along the board stopped
-  std::vector<Keypoint> loose;       // spots of the full image that are in no patch
+  std::vector<LooseSpot> loose;      // spots that are in no patch
 };
 
 // Observations ordered by kind, row, column; a node occurs at most once.

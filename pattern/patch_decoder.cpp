@@ -8,21 +8,6 @@
 namespace weft {
 namespace {
 
-Rgb SampleColor(const ColorImage& image, float x, float y) {
-  x = std::clamp(x, 0.0f, static_cast<float>(image.width_px - 1));
-  y = std::clamp(y, 0.0f, static_cast<float>(image.height_px - 1));
-  const int x0 = std::min(static_cast<int>(x), std::max(0, image.width_px - 2));
-  const int y0 = std::min(static_cast<int>(y), std::max(0, image.height_px - 2));
-  const int x1 = std::min(x0 + 1, image.width_px - 1), y1 = std::min(y0 + 1, image.height_px - 1);
-  const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
-  Rgb out;
-  for (int c = 0; c < 3; ++c) {
-    out[c] = (1 - fy) * ((1 - fx) * image.at(x0, y0)[c] + fx * image.at(x1, y0)[c]) +
-             fy * ((1 - fx) * image.at(x0, y1)[c] + fx * image.at(x1, y1)[c]);
-  }
-  return out;
-}
-
 // The cells of the 3x3 window at (i, j), row by row; false where one is missing.
 bool WindowAt(const MeasuredPatch& patch, int i, int j, std::array<int, 9>* cells) {
   const int* row = patch.grid.data() + static_cast<size_t>(i - patch.lattice.i_min) * patch.columns() +
@@ -209,6 +194,21 @@ absl::Status PatchDecodeOptions::Validate() const {
   return absl::OkStatus();
 }
 
+Rgb SampleColor(const ColorImage& image, float x, float y) {
+  x = std::clamp(x, 0.0f, static_cast<float>(image.width_px - 1));
+  y = std::clamp(y, 0.0f, static_cast<float>(image.height_px - 1));
+  const int x0 = std::min(static_cast<int>(x), std::max(0, image.width_px - 2));
+  const int y0 = std::min(static_cast<int>(y), std::max(0, image.height_px - 2));
+  const int x1 = std::min(x0 + 1, image.width_px - 1), y1 = std::min(y0 + 1, image.height_px - 1);
+  const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
+  Rgb out;
+  for (int c = 0; c < 3; ++c) {
+    out[c] = (1 - fy) * ((1 - fx) * image.at(x0, y0)[c] + fx * image.at(x1, y0)[c]) +
+             fy * ((1 - fx) * image.at(x0, y1)[c] + fx * image.at(x1, y1)[c]);
+  }
+  return out;
+}
+
 int MeasuredPatch::CellAt(int i, int j) const {
   if (i < lattice.i_min || i > lattice.i_max || j < lattice.j_min || j > lattice.j_max) return -1;
   return grid[static_cast<size_t>(i - lattice.i_min) * columns() + (j - lattice.j_min)];
@@ -239,28 +239,29 @@ MeasuredPatch MeasurePatch(const LatticePatch& patch, const std::vector<Keypoint
   return out;
 }
 
+CellReading ReadCell(const InkModel& inks, const Rgb& color) {
+  const std::array<float, kCellColors> likelihoods = inks.Likelihoods(color);
+  CellReading reading;
+  float sum = 0;
+  int best = 0, second = 1;
+  for (const float p : likelihoods) sum += p;
+  for (int c = 1; c < kCellColors; ++c) {
+    if (likelihoods[c] > likelihoods[best]) best = c;
+  }
+  if (best == 1) second = 0;
+  for (int c = 0; c < kCellColors; ++c) {
+    if (c != best && likelihoods[c] > likelihoods[second]) second = c;
+  }
+  for (int c = 0; c < kCellColors; ++c) reading.evidence[c] = std::log(likelihoods[c] * (kCellColors / sum));
+  reading.best = static_cast<uint8_t>(best);
+  reading.second = static_cast<uint8_t>(second);
+  reading.lead = reading.evidence[best] - reading.evidence[second];
+  return reading;
+}
+
 void ClassifyPatch(const InkModel& inks, MeasuredPatch* patch) {
   patch->readings.resize(patch->colors.size());
-  for (size_t k = 0; k < patch->colors.size(); ++k) {
-    const std::array<float, kCellColors> likelihoods = inks.Likelihoods(patch->colors[k]);
-    CellReading& reading = patch->readings[k];
-    float sum = 0;
-    int best = 0, second = 1;
-    for (const float p : likelihoods) sum += p;
-    for (int c = 1; c < kCellColors; ++c) {
-      if (likelihoods[c] > likelihoods[best]) best = c;
-    }
-    if (best == 1) second = 0;
-    for (int c = 0; c < kCellColors; ++c) {
-      if (c != best && likelihoods[c] > likelihoods[second]) second = c;
-    }
-    for (int c = 0; c < kCellColors; ++c) {
-      reading.evidence[c] = std::log(likelihoods[c] * (kCellColors / sum));
-    }
-    reading.best = static_cast<uint8_t>(best);
-    reading.second = static_cast<uint8_t>(second);
-    reading.lead = reading.evidence[best] - reading.evidence[second];
-  }
+  for (size_t k = 0; k < patch->colors.size(); ++k) patch->readings[k] = ReadCell(inks, patch->colors[k]);
 }
 
 std::vector<DecodedPiece> DecodePatch(const MeasuredPatch& patch, const BoardIndex& board) {

@@ -53,6 +53,12 @@ struct DecodedPiece {
   int contradicted = 0;  // cells next to the piece, outside of it, that look like another ink
 };
 
+// The colour at a point, bilinear; outside of the image that of its border.
+Rgb SampleColor(const ColorImage& image, float x, float y);
+
+// What the inks say about a colour relative to the light around.
+CellReading ReadCell(const InkModel& inks, const Rgb& color);
+
 // Reads the colours of a patch from the image in which its keypoints were found.
 MeasuredPatch MeasurePatch(const LatticePatch& patch, const std::vector<Keypoint>& points,
                            const ColorImage& image);

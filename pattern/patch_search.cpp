@@ -149,7 +149,7 @@ class FoundPlaces {
 }  // namespace
 
 std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, const KeypointOptions& keypoints,
-                                    const LatticeOptions& lattice, std::vector<Keypoint>* loose) {
+                                    const LatticeOptions& lattice, std::vector<LooseSpot>* loose) {
   std::vector<LevelPatch> patches;
   FoundPlaces found(pyramid[0].width_px, pyramid[0].height_px);
   for (size_t level = 0; level < pyramid.size(); ++level) {
@@ -164,6 +164,7 @@ std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, cons
       if (piece.cells.size() < 9) continue;
       LevelPatch patch;
       patch.measured = MeasurePatch(piece, points, image);
+      patch.level = static_cast<int>(level);
       patch.scale = scale;
       for (const PatchCell& c : piece.cells) {
         patch.points.push_back(InFullImage(points[c.keypoint], scale));
@@ -172,9 +173,10 @@ std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, cons
       patches.push_back(std::move(patch));
     }
     for (size_t k = first; k < patches.size(); ++k) found.Add(patches[k]);
-    if (loose == nullptr || level > 0) continue;
     for (size_t k = 0; k < points.size(); ++k) {
-      if (!joined[k]) loose->push_back(points[k]);
+      if (joined[k]) continue;
+      const Keypoint p = InFullImage(points[k], scale);
+      loose->push_back({p.x_px, p.y_px, static_cast<int>(level)});
     }
   }
   return patches;
@@ -221,6 +223,21 @@ std::string WhyRejected(const LevelPatch& patch, const DecodedPiece& piece,
     return "contradicted by the cells around";
   }
   return "";
+}
+
+void AddUnread(const std::vector<LevelPatch>& patches, const PatchDecodeOptions& options,
+               std::vector<LooseSpot>* loose) {
+  std::vector<bool> read;
+  for (const LevelPatch& patch : patches) {
+    read.assign(patch.points.size(), false);
+    for (const DecodedPiece& piece : patch.pieces) {
+      if (!WhyRejected(patch, piece, options).empty()) continue;
+      for (const int k : piece.cells) read[k] = true;
+    }
+    for (size_t k = 0; k < read.size(); ++k) {
+      if (!read[k]) loose->push_back({patch.points[k].x_px, patch.points[k].y_px, patch.level});
+    }
+  }
 }
 
 std::vector<GrowthSeed> SeedsOf(const std::vector<LevelPatch>& patches, const Board& board,

@@ -9,6 +9,7 @@
 #include "pattern/board_index.h"
 #include "pattern/color_image.h"
 #include "pattern/ink_model.h"
+#include "pattern/island_search.h"
 #include "pattern/keypoints.h"
 #include "pattern/lattice.h"
 #include "pattern/patch_decoder.h"
@@ -19,16 +20,21 @@ namespace weft {
 struct LevelPatch {
   MeasuredPatch measured;
   std::vector<Keypoint> points;  // [cells], in pixels of the full image
+  int level = 0;                 // of the pyramid
   float scale = 1;               // pixels of the full image per pixel
   std::vector<DecodedPiece> pieces;
   bool mirrored = false;  // reads better in a mirror
 };
 
 // Patches of at least 3x3 cells in all images of a pyramid, the first one being the full image; where a large
-// patch has been found, smaller images are not searched again. `loose` (may be null) gets the keypoints of
-// the full image that are in no patch.
+// patch has been found, smaller images are not searched again. `loose` gets the keypoints that are in no
+// patch.
 std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, const KeypointOptions& keypoints,
-                                    const LatticeOptions& lattice, std::vector<Keypoint>* loose = nullptr);
+                                    const LatticeOptions& lattice, std::vector<LooseSpot>* loose);
+
+// Adds the cells of patches that are in no piece that stands.
+void AddUnread(const std::vector<LevelPatch>& patches, const PatchDecodeOptions& options,
+               std::vector<LooseSpot>* loose);
 
 // Learns the view's inks from what can be read, then reads all patches with them. Orders the patches by size.
 InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& options,

@@ -130,7 +130,7 @@ void DrawLoose(const Frame& frame, const DecodeResult& result, int scale, double
                std::vector<LegendEntry>& legend) {
   const DecodedPlaces decoded(frame, result.observations, pitch_px);
   int count = 0;
-  for (const Keypoint& spot : result.explanation.loose) {
+  for (const LooseSpot& spot : result.explanation.loose) {
     if (decoded.Near(spot.x_px, spot.y_px)) continue;
     cv::circle(picture, At(spot.x_px, spot.y_px, scale), 1, kLoose, cv::FILLED);
     ++count;

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <thread>
 
 #include "rendered_board.h"
@@ -134,6 +135,40 @@ TEST(Decoder, SigmasAndConfidencesDescribeTheErrors) {
   }
   EXPECT_GT(n, 1000);
   EXPECT_GT(within_3_sigma, 0.9 * n);
+}
+
+// The photograph with grey cloth over all rows of the board but those before `first_hidden`, and two after
+// `first_seen`.
+Frame CoverRows(const Photograph& photo, const Board& board, int first_hidden, int first_seen) {
+  Frame frame = Render(photo, board);
+  auto pixels = std::make_shared<std::vector<uint8_t>>(*frame.pixels);
+  for (int y = 0; y < photo.height_px; ++y) {
+    for (int x = 0; x < photo.width_px; ++x) {
+      const double row = BoardFromPixel(photo, board, x, y).second;
+      if (row < first_hidden || (row >= first_seen && row < first_seen + 2)) continue;
+      for (int c = 0; c < 3; ++c) (*pixels)[3 * (static_cast<size_t>(y) * photo.width_px + x) + c] = 90;
+    }
+  }
+  frame.pixels = pixels;
+  return frame;
+}
+
+TEST(Decoder, FindsAStripBeyondACover) {
+  // Two rows hold no 3x3 window, so no lattice can be read there.
+  const Photograph photo{.pitch_px = 7, .bend_cells = 0.1};
+  const Board& board = TestBoard().board();
+  constexpr int kHidden = 30, kSeen = 33;
+  const Frame frame = CoverRows(photo, board, kHidden, kSeen);
+  const auto in_strip = [](const DecodeResult& result) {
+    return std::ranges::count_if(OfKind(result, NodeKind::kCenter),
+                                 [](const Observation& o) { return o.node.row >= kSeen; });
+  };
+  const DecodeResult result = Decode(frame);
+  EXPECT_GE(in_strip(result), 60);
+  EXPECT_EQ(Judge(photo, board, result, NodeKind::kCenter).wrong, 0);
+  DecodeOptions without;
+  without.islands.min_explained = 0.999f;
+  EXPECT_EQ(in_strip(Decode(frame, TestBoard(), without)), 0);
 }
 
 TEST(Decoder, RejectsAMirroredPrint) {

@@ -1,0 +1,270 @@
+#include "pattern/island_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "pattern/cell_map.h"
+#include "pattern/patch_decoder.h"
+
+namespace weft {
+namespace {
+
+constexpr int kBucketPx = 16, kFarthestBuckets = 3;
+constexpr float kFarthestCells = 10;
+// Known cells from which the print may go on to a spot, and readings of it that are fitted.
+constexpr size_t kMostAnchors = 5, kMostReadings = 2;
+// Rows or columns of the board between them.
+constexpr int kBetweenAnchors = 3;
+constexpr int kIterations = 6;
+constexpr float kFarthestMoveCells = 0.5f;
+// Pitches that a spot may belong to, in px of the image where it was found.
+constexpr float kLeastPitchPx = 2, kLargestPitchPx = 9;
+
+// Evidence of each ink at the nine places of a window; the last is for places off the board.
+constexpr int kLabels = kCellColors + 1, kThrees = kLabels * kLabels * kLabels;
+using WindowEvidence = std::array<std::array<float, kLabels>, 9>;
+// The same for three cells of a row together.
+using ThreesEvidence = std::array<std::array<float, kThrees>, 3>;
+
+struct Reading {
+  float evidence;
+  int row, col;
+};
+
+class IslandSearch {
+ public:
+  IslandSearch(const CellFitter& fitter, const std::vector<ColorImage>& pyramid, const Board& board,
+               const InkModel& inks, const std::vector<GrownCell>& known, const IslandOptions& options)
+      : fitter_(fitter),
+        pyramid_(pyramid),
+        board_(board),
+        inks_(inks),
+        known_(known),
+        options_(options),
+        map_(board, known),
+        centers_(Centers(known), pyramid[0].width_px, pyramid[0].height_px),
+        bucket_columns_(pyramid[0].width_px / kBucketPx + 1),
+        bucket_rows_(pyramid[0].height_px / kBucketPx + 1),
+        buckets_(static_cast<size_t>(bucket_columns_) * bucket_rows_, -1),
+        threes_(static_cast<size_t>(board.rows + 2) * board.cols, kThrees - 1) {
+    for (int row = 0; row < board.rows; ++row) {
+      for (int col = 0; col < board.cols; ++col) {
+        int three = 0;
+        for (int c = col - 1; c <= col + 1; ++c)
+          three =
+              kLabels * three + (board.Contains(row, c) ? static_cast<int>(board.at(row, c)) : kCellColors);
+        *ThreeAt(row, col) = static_cast<uint16_t>(three);
+      }
+    }
+    for (size_t k = 0; k < known.size(); ++k) {
+      const CellFrame& f = known[k].fit.frame;
+      int& best = buckets_[static_cast<size_t>(Bucket(f.y, bucket_rows_)) * bucket_columns_ +
+                           Bucket(f.x, bucket_columns_)];
+      if (best < 0 || known[k].fit.explained > known[best].fit.explained) best = static_cast<int>(k);
+      last_group_ = std::max(last_group_, known[k].group);
+    }
+  }
+
+  std::vector<GrowthSeed> Run(const std::vector<LooseSpot>& spots) {
+    for (const LooseSpot& spot : spots) {
+      FindAnchors(spot);
+      looked_ = {};
+      for (const int anchor : anchors_) ReadFrom(known_[anchor], spot);
+    }
+    return std::move(seeds_);
+  }
+
+ private:
+  int Bucket(float v, int count) const { return std::clamp(static_cast<int>(v) / kBucketPx, 0, count - 1); }
+
+  static bool Contains(const CellFrame& f, float dx, float dy) {
+    const float half = 0.5f * f.Area();
+    return std::abs(f.by * dx - f.bx * dy) < half && std::abs(f.ax * dy - f.ay * dx) < half;
+  }
+
+  // Of rows -1 to rows.
+  uint16_t* ThreeAt(int row, int col) { return &threes_[static_cast<size_t>(row + 1) * board_.cols + col]; }
+
+  static std::vector<Keypoint> Centers(const std::vector<GrownCell>& cells) {
+    std::vector<Keypoint> centers;
+    for (const GrownCell& cell : cells) centers.push_back({cell.fit.frame.x, cell.fit.frame.y, 0});
+    return centers;
+  }
+
+  // Whether a spot lies in a known cell, as large as `alike` or smaller.
+  bool Known(const LooseSpot& spot, const CellFrame& alike) const {
+    const float radius = std::max(std::hypot(alike.ax + alike.bx, alike.ay + alike.by),
+                                  std::hypot(alike.ax - alike.bx, alike.ay - alike.by)) /
+                         2;
+    bool known = false;
+    centers_.Near(spot.x_px, spot.y_px, radius, [&](int k) {
+      const CellFrame& f = known_[k].fit.frame;
+      known = known || Contains(f, spot.x_px - f.x, spot.y_px - f.y);
+    });
+    return known;
+  }
+
+  // The best explained known cells near a spot that is in none of them: the nearest one, and further ones
+  // that are elsewhere on the board.
+  void FindAnchors(const LooseSpot& spot) {
+    anchors_.clear();
+    near_.clear();
+    const int column = Bucket(spot.x_px, bucket_columns_), row = Bucket(spot.y_px, bucket_rows_);
+    const float scale = 1.0f / static_cast<float>(1 << spot.level);
+    for (int y = std::max(row - kFarthestBuckets, 0); y <= std::min(row + kFarthestBuckets, bucket_rows_ - 1);
+         ++y) {
+      for (int x = std::max(column - kFarthestBuckets, 0);
+           x <= std::min(column + kFarthestBuckets, bucket_columns_ - 1); ++x) {
+        const int k = buckets_[static_cast<size_t>(y) * bucket_columns_ + x];
+        if (k < 0) continue;
+        const CellFrame& f = known_[k].fit.frame;
+        const float dx = spot.x_px - f.x, dy = spot.y_px - f.y, area = f.Area(),
+                    area_there = scale * scale * area;
+        const float squared = dx * dx + dy * dy;
+        if (squared > kFarthestCells * kFarthestCells * area) continue;
+        if (area_there < kLeastPitchPx * kLeastPitchPx || area_there > kLargestPitchPx * kLargestPitchPx)
+          continue;
+        near_.push_back({squared, k});
+      }
+    }
+    if (near_.empty()) return;
+    if (Known(spot, known_[std::min_element(near_.begin(), near_.end())->second].fit.frame)) return;
+    while (anchors_.size() < kMostAnchors && !near_.empty()) {
+      const int nearest = std::min_element(near_.begin(), near_.end())->second;
+      anchors_.push_back(nearest);
+      std::erase_if(near_, [&](const auto& other) {
+        const GrownCell &s = known_[nearest], &t = known_[other.second];
+        return std::max(std::abs(s.row - t.row), std::abs(s.col - t.col)) <= kBetweenAnchors;
+      });
+    }
+  }
+
+  // Whether cells are so alike that the same colours are around them.
+  static bool SameShape(const CellFrame& f, const CellFrame& g) {
+    constexpr float kAlike = 0.15f;
+    const float limit = kAlike * kAlike * std::max(f.ax * f.ax + f.ay * f.ay, f.bx * f.bx + f.by * f.by);
+    const auto squared = [](float x, float y) { return x * x + y * y; };
+    return squared(f.ax - g.ax, f.ay - g.ay) < limit && squared(f.bx - g.bx, f.by - g.by) < limit;
+  }
+
+  // Colours at a cell and around it, as evidence of inks.
+  WindowEvidence Look(const CellFrame& frame) const {
+    const int level = PyramidLevelFor(frame.ShorterEdge(), pyramid_.size());
+    const CellFrame f = frame.InHalvings(static_cast<float>(1 << level));
+    std::array<Rgb, 9> colors;
+    float light = 0;
+    for (int k = 0; k < 9; ++k) {
+      const float u = static_cast<float>(k % 3 - 1), v = static_cast<float>(k / 3 - 1);
+      colors[k] = SampleColor(pyramid_[level], f.x + u * f.ax + v * f.bx, f.y + u * f.ay + v * f.by);
+      light += colors[k][0] + colors[k][1] + colors[k][2];
+    }
+    light = std::max(light / 27, 1.0f);
+    WindowEvidence window;
+    for (int k = 0; k < 9; ++k) {
+      // Neighbours may be hidden, and are not quite where the frame puts them.
+      const float weight = k == 4 ? 1.0f : (k % 2 == 1 ? 0.8f : 0.6f);
+      for (float& channel : colors[k]) channel /= light;
+      const CellReading reading = ReadCell(inks_, colors[k]);
+      for (int ink = 0; ink < kCellColors; ++ink) window[k][ink] = weight * reading.evidence[ink];
+      window[k][kCellColors] = -weight;
+    }
+    return window;
+  }
+
+  void LookAtThrees(const CellFrame& frame) {
+    looked_ = frame;
+    const WindowEvidence window = Look(frame);
+    for (int i = 0; i < 3; ++i) {
+      float* next = of_threes_[i].data();
+      for (const float left : window[3 * i]) {
+        for (const float middle : window[3 * i + 1]) {
+          for (const float right : window[3 * i + 2]) *next++ = left + middle + right;
+        }
+      }
+    }
+  }
+
+  // The missing cells around the anchor that the image looks like most, best first.
+  void FindReadings(const GrownCell& anchor) {
+    readings_.clear();
+    const int reach = options_.reach_cells;
+    const int first_row = std::max(anchor.row - reach, 0), first_col = std::max(anchor.col - reach, 0);
+    const int last_row = std::min(anchor.row + reach, board_.rows - 1),
+              last_col = std::min(anchor.col + reach, board_.cols - 1);
+    const float *above = of_threes_[0].data(), *here = of_threes_[1].data(), *below = of_threes_[2].data();
+    const float least = options_.min_evidence;
+    for (int row = first_row; row <= last_row; ++row) {
+      const uint16_t *up = ThreeAt(row - 1, 0), *at = ThreeAt(row, 0), *down = ThreeAt(row + 1, 0);
+      for (int col = first_col; col <= last_col; ++col) {
+        const float evidence = above[up[col]] + here[at[col]] + below[down[col]];
+        if (evidence >= least && map_.At(row, col) < 0) readings_.push_back({evidence, row, col});
+      }
+    }
+    const size_t kept = std::min(readings_.size(), kMostReadings);
+    std::partial_sort(readings_.begin(), readings_.begin() + static_cast<std::ptrdiff_t>(kept),
+                      readings_.end(),
+                      [](const Reading& s, const Reading& t) { return s.evidence > t.evidence; });
+    readings_.resize(kept);
+  }
+
+  void ReadFrom(const GrownCell& anchor, const LooseSpot& spot) {
+    static constexpr NeighborWeights kWeights = {0.6f, 0.6f, 0.6f, 0.6f, 1, 0.6f, 0.6f, 0.6f, 0.6f};
+    CellFrame frame = anchor.fit.frame;
+    frame.x = spot.x_px;
+    frame.y = spot.y_px;
+    if (!SameShape(frame, looked_)) LookAtThrees(frame);
+    FindReadings(anchor);
+    for (const Reading& reading : readings_) {
+      const CellFit fit = fitter_.Fit(reading.row, reading.col, frame, kWeights, kIterations);
+      if (!fit.converged || fit.explained < options_.min_explained || fit.moved_cells > kFarthestMoveCells ||
+          fit.ink_lead < options_.min_ink_lead * fit.center_contrast * fit.center_contrast) {
+        continue;
+      }
+      seeds_.push_back({reading.row, reading.col, fit.frame, ++last_group_});
+    }
+  }
+
+  const CellFitter& fitter_;
+  const std::vector<ColorImage>& pyramid_;
+  const Board& board_;
+  const InkModel& inks_;
+  const std::vector<GrownCell>& known_;
+  const IslandOptions& options_;
+  CellMap map_;
+  KeypointGrid centers_;  // of known cells
+  int bucket_columns_, bucket_rows_;
+  std::vector<int> buckets_;  // the best explained known cell, -1 where there is none
+  // [rows + 2][cols], a cell and those left and right of it as a number; a row off the board above and below.
+  std::vector<uint16_t> threes_;
+  CellFrame looked_;  // where of_threes_ is from
+  ThreesEvidence of_threes_;
+  int last_group_ = 0;
+  std::vector<std::pair<float, int>> near_;  // squared distance, known cell
+  std::vector<int> anchors_;
+  std::vector<Reading> readings_;
+  std::vector<GrowthSeed> seeds_;
+};
+
+}  // namespace
+
+absl::Status IslandOptions::Validate() const {
+  if (reach_cells < 1 || reach_cells > 100)
+    return absl::InvalidArgumentError("islands.reach_cells must lie in 1 to 100");
+  if (!(min_evidence > 0)) return absl::InvalidArgumentError("islands.min_evidence must be above 0");
+  if (!(min_explained > 0 && min_explained < 1))
+    return absl::InvalidArgumentError("islands.min_explained must lie in (0, 1)");
+  if (!(min_ink_lead >= 0 && min_ink_lead < 1))
+    return absl::InvalidArgumentError("islands.min_ink_lead must lie in [0, 1)");
+  return absl::OkStatus();
+}
+
+std::vector<GrowthSeed> FindIslandSeeds(const CellFitter& fitter, const std::vector<ColorImage>& pyramid,
+                                        const Board& board, const InkModel& inks,
+                                        const std::vector<GrownCell>& known,
+                                        const std::vector<LooseSpot>& spots, const IslandOptions& options) {
+  return IslandSearch(fitter, pyramid, board, inks, known, options).Run(spots);
+}
+
+}  // namespace weft
