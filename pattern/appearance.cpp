@@ -68,7 +68,7 @@ ColorSums SumCell(const SampledCell& cell, const ProfileAlongU& along_u, const P
     double covered = 0;
     for (int i = 0; i < 5; ++i) {
       for (int j = 0; j < 5; ++j) {
-        const double share = along_v.value[group][i][lane] * along_u.value[j][lane];
+        const double share = along_v.value[group][i][lane] * along_u.value[j][k % kCellSide];
         mix[cell.labels[i][j]] += share;
         covered += share;
       }

@@ -22,7 +22,8 @@ struct CellLook {
 };
 
 // Weighted sums over the samples and the three channels. t is the rendered cell, tu and tv its derivatives by
-// u and v.
+// u and v. Where the centre alone moves, slopes times more than 1 (times t: more than 1, u, v) are not
+// summed: those are 0.
 struct CellModelSums {
   float uu[6], uv[6], vv[6];  // tu tu, tu tv, tv tv with monomials 1, u, v, uu, uv, vv
   float ut[6], vt[6], tt[6];  // tu t, tv t, t t with the same monomials

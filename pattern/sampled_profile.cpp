@@ -24,10 +24,12 @@ SampledProfile::SampledProfile(double square_fraction) : along_u_(kLevels), alon
     const auto value = [&](double d) { return static_cast<float>(edge(d + half) - edge(d - half)); };
     const auto slope = [&](double d) { return static_cast<float>(density(d + half) - density(d - half)); };
     for (int cell = 0; cell < 5; ++cell) {
+      for (int column = 0; column < kCellSide; ++column) {
+        const double u = CellSample(column) - (cell - 2);
+        along_u_[level].value[cell][column] = value(u);
+        along_u_[level].slope[cell][column] = slope(u);
+      }
       for (int lane = 0; lane < kSampleLanes; ++lane) {
-        const double u = CellSample(lane % kCellSide) - (cell - 2);
-        along_u_[level].value[cell][lane] = value(u);
-        along_u_[level].slope[cell][lane] = slope(u);
         for (int group = 0; group < kSampleGroups; ++group) {
           const double v = CellSample(2 * group + lane / kCellSide) - (cell - 2);
           along_v_[level].value[group][cell][lane] = value(v);
