@@ -99,9 +99,11 @@ class IslandSearch {
                                   std::hypot(alike.ax - alike.bx, alike.ay - alike.by)) /
                          2;
     bool known = false;
-    centers_.Near(spot.x_px, spot.y_px, radius, [&](int k) {
-      const CellFrame& f = known_[k].fit.frame;
-      known = known || Contains(f, spot.x_px - f.x, spot.y_px - f.y);
+    centers_.Around(spot.x_px, spot.y_px, radius, [&](const auto& places) {
+      known = std::any_of(places.begin(), places.end(), [&](const KeypointGrid::Place& place) {
+        return Contains(known_[place.index].fit.frame, spot.x_px - place.x, spot.y_px - place.y);
+      });
+      return known;
     });
     return known;
   }
