@@ -112,6 +112,7 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
   CLI::App* garment = AddCommand(app, "template",
                                  "Make a garment's template: its mesh and the board cell of each vertex", "");
   garment->require_subcommand(1);
+  AddTemplateBuildCommand(*garment, line);
   CLI::App* command = AddCommand(
       *garment, "import",
       "Check that a mesh, a vertex-to-cell map and a board belong together, and write them as a template: "

@@ -16,6 +16,7 @@ void AddEvaluateCommand(CLI::App& app, CommandLine& line);
 void AddSimulateCommand(CLI::App& app, CommandLine& line);
 void AddTakeCommand(CLI::App& app, CommandLine& line);
 void AddTemplateCommand(CLI::App& app, CommandLine& line);
+void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line);
 void AddDecodeCommand(CLI::App& app, CommandLine& line);
 void AddAlignCommand(CLI::App& app, CommandLine& line);
 

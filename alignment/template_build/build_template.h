@@ -1,0 +1,84 @@
+// A garment's template from clouds of it: panels, seams, openings, rest state.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "alignment/template.h"
+#include "alignment/template_build/board_panels.h"
+#include "alignment/template_build/lift.h"
+#include "alignment/template_build/panel_sheet.h"
+#include "alignment/template_build/rest_shape.h"
+#include "alignment/template_build/seams.h"
+#include "pattern/board.h"
+#include "triangulation/cloud.h"
+
+namespace weft {
+
+struct TemplateBuildOptions {
+  std::string id = "template";
+  int openings = -1;              // expected; -1 takes what is found
+  double max_hole_mm = 0;         // a hole with a longer border is not closed; 0: 60 pitches
+  int max_clouds = 4;             // that tell of the seams; all tell which cells are in the garment
+  bool allow_open_seams = false;  // borders that look like a seam beyond the greatest gap stay open
+  double near_seam_factor = 3;    // of the greatest gap, up to which borders look like one
+  int near_seam_points = 15;      // and along how many
+  PanelOptions panels;
+  LiftOptions lift;
+  SeamOptions seams;
+  RestShapeOptions rest;
+
+  absl::Status Validate() const;
+};
+
+// What a build starts from.
+struct TemplateSources {
+  std::vector<Cloud> clouds;
+  std::vector<std::string> cloud_names;  // for messages
+  // Panels on the board, [rows][cols], 0 outside; empty: as the clouds show them.
+  std::vector<uint32_t> panel_labels;
+};
+
+// A border of the sewn mesh.
+struct TemplateBorder {
+  std::vector<int> loop;    // vertices, the cloth to the left seen from outside
+  double length_mm = 0;     // at rest
+  std::vector<int> panels;  // that it runs along
+};
+
+struct TemplatePanel {
+  int cells = 0;
+  int first_row = 0, last_row = 0, first_col = 0, last_col = 0;
+};
+
+struct BuiltTemplate {
+  Template garment;
+  PanelSheet sheet;              // vertices as in garment
+  double cell_mm = 0;            // pitch that the panels were laid out with
+  double measured_pitch_mm = 0;  // in the clouds
+  std::vector<TemplatePanel> panels;
+  std::vector<Seam> seams;
+  std::vector<TemplateBorder> openings;      // longest first
+  std::vector<TemplateBorder> closed_holes;  // between seams, longest first
+  int seam_faces = 0;                        // of the strips; the last faces are theirs and those of holes
+  int euler = 0, genus = 0;
+  RestStrain strain;
+  int filled_cells = 0, speck_cells = 0, contradicting_points = 0;
+  int reference = 0;  // cloud in whose pose the template rests
+  std::vector<std::string> warnings;
+};
+
+// Finds the panels and seams, sews, closes small holes between seams, checks the openings, and lays the
+// garment to rest in the pose of the cloud that shows most of it. Errors tell what is missing and where:
+// InvalidArgument (no clouds, cells off the board, pitch of another board), FailedPrecondition (panels that
+// no cloud shows together, a panel sewn to nothing, a border that looks like a seam but is too far from its
+// partner, openings other than expected, handles). `on_progress` (may be empty) gets the share
+// done. Parallel loops run in the caller's TBB arena; the same result at any thread count.
+absl::StatusOr<BuiltTemplate> BuildTemplate(const Board& board, const TemplateSources& sources,
+                                            const TemplateBuildOptions& options,
+                                            const std::function<void(double)>& on_progress = {});
+
+}  // namespace weft

@@ -1,0 +1,46 @@
+// The sewn garment's mesh at rest: near the cloud, as long everywhere as the print.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "alignment/mesh.h"
+
+namespace weft {
+
+struct RestShapeOptions {
+  int iterations = 30;
+  double length_weight = 10;    // of an edge's length against 1 for a measured place
+  double seam_weight = 0.3;     // of the length of edges across seams, as a share of length_weight
+  double bending_weight = 0.3;  // of smoothness, against what the start has
+  double unseen_weight = 0.001;
+
+  absl::Status Validate() const;
+};
+
+// What the rest state is held to.
+struct RestShapeProblem {
+  std::vector<Face> faces;
+  int panel_faces = 0;  // the first faces are those of the panels: their edges have their length on the board
+  std::vector<Eigen::Vector3d> flat_mm;  // [vertices] on the board
+  std::vector<Eigen::Vector3d>
+      start_mm;             // [vertices]; edges across seams have their length here, but at most
+  double most_seam_mm = 0;  // this
+  std::vector<bool> seen;   // [vertices] held to start_mm
+  std::vector<bool> fixed;  // [vertices] stay where they are; empty: none
+};
+
+// Minimises the sum over the edges of (length - rest length)^2, held to measured places and smooth as the
+// start, by alternating between edge directions and a prefactored linear system (Liu et al. 2013, Fast
+// simulation of mass-spring systems). Deterministic.
+absl::StatusOr<std::vector<Eigen::Vector3d>> RefineRestShape(const RestShapeProblem& problem,
+                                                             const RestShapeOptions& options);
+
+// How far the edges within panels are from their length on the board.
+struct RestStrain {
+  double median = 0, p95 = 0, most = 0;  // |length / length on the board - 1|
+  std::vector<double> of_vertex;         // [vertices], mean over its edges in the panel
+};
+RestStrain MeasureRestStrain(const RestShapeProblem& problem, const std::vector<Eigen::Vector3d>& rest_mm);
+
+}  // namespace weft

@@ -1,0 +1,48 @@
+// Which outlines of the panels are sewn together.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "alignment/template_build/panel_borders.h"
+
+namespace weft {
+
+struct SeamOptions {
+  double max_gap_mm = 0;     // between the outermost cells of both sides; 0: four pitches
+  int min_points = 8;        // a run of fewer border points is no seam
+  double most_slant = -0.5;  // cosine between both sides, which run against each other
+  double most_beside = 0.5;  // share of the gap by which a side may lie behind the other's border
+  double min_apart_mm = 0;   // on the board, between sides of one outline; 0: ten pitches
+  double max_easing = 0.35;  // one side may be longer by this share
+
+  absl::Status Validate() const;
+};
+
+// Two runs of border points that face each other. Neither side leaves out a vertex.
+struct Seam {
+  std::vector<int> side_a;  // vertices, along the loop
+  std::vector<int> side_b;  // vertices, against the loop; side_b.front() faces side_a.front()
+  int panel_a = -1, panel_b = -1;
+  double length_mm = 0;  // mean of both sides, on the board
+  double gap_mm = 0;     // median distance of the sides
+  double max_gap_mm = 0;
+  bool wide = false;  // beyond the greatest gap, but between two seams
+};
+
+// Seams by closeness in space and direction along consistent runs: a border point's partner is the nearest
+// point of another outline, or of the same one far away on it, that runs against it and lies before it; both
+// must choose each other, and partners must move along steadily. The longest runs are settled first, then all
+// are prolonged to their corners. A point belongs to two seams at most, an edge to one. Ordered by first
+// vertex.
+std::vector<Seam> FindSeams(const PanelBorders& borders, double cell_mm, const SeamOptions& options);
+
+// Runs that look like seams with up to `factor` times the greatest gap and whose sides face each other
+// squarely, among the border edges that `seams` leave open. Where both ends of a run border on seams the
+// cloth between must be sewn as well, it was merely not seen: these have `wide` set. The others may be a seam
+// that is too far apart, or no seam.
+std::vector<Seam> FindNearSeams(const PanelBorders& borders, const std::vector<Seam>& seams, double cell_mm,
+                                double factor, const SeamOptions& options);
+
+}  // namespace weft

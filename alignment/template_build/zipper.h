@@ -1,0 +1,25 @@
+// Triangles that close seams and small holes.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "alignment/mesh.h"
+#include "alignment/template_build/seams.h"
+
+namespace weft {
+
+// The strip of triangles between both sides of a seam, each of its edges used once: of all such strips the
+// one whose edges across are shortest (sum of squares). Both sides keep their vertices, whatever their
+// densities.
+std::vector<Face> ZipSeam(const Seam& seam, const std::vector<Eigen::Vector3d>& position_mm);
+
+// Triangles of least total area over a hole, without new vertices. `loop` is a border as CheckTopology gives
+// it. No triangle doubles an edge that `faces` hold, nor closes two corners of one face into another.
+// FailedPrecondition when there is none, or when the loop has more than 300 vertices.
+absl::StatusOr<std::vector<Face>> FillHole(const std::vector<int>& loop,
+                                           const std::vector<Eigen::Vector3d>& position_mm,
+                                           const std::vector<Face>& faces);
+
+}  // namespace weft

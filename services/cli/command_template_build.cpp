@@ -1,0 +1,193 @@
+// weft template build: a garment's template from clouds of it.
+#include <tbb/task_arena.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <opencv2/imgcodecs.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "alignment/template_build/build_template.h"
+#include "services/cli/commands.h"
+#include "services/cli/progress.h"
+#include "services/files/atomic_file.h"
+#include "services/files/board_file.h"
+#include "services/files/cloud_file.h"
+#include "services/files/template_file.h"
+#include "services/report/template_report.h"
+
+namespace weft {
+namespace {
+
+struct BuildOptions {
+  std::vector<std::string> clouds;
+  std::string board;
+  std::string panels;
+  std::string out;
+  int threads = 0;
+  TemplateBuildOptions build;
+};
+
+// One label per cell from an image of the board: each colour that is not black is a label of its own.
+absl::StatusOr<std::vector<uint32_t>> ReadPanels(const std::string& path, const Board& board) {
+  const cv::Mat image = cv::imread(path, cv::IMREAD_COLOR);
+  if (image.empty()) return absl::NotFoundError(absl::StrCat(path, ": no image that can be read"));
+  if (image.rows != board.rows || image.cols != board.cols) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": has ", image.cols, " x ", image.rows,
+                                                   " pixels, the board ", board.cols, " x ", board.rows,
+                                                   " cells; the image needs a pixel per cell"));
+  }
+  std::vector<uint32_t> labels;
+  for (int row = 0; row < image.rows; ++row) {
+    for (int col = 0; col < image.cols; ++col) {
+      const cv::Vec3b& pixel = image.at<cv::Vec3b>(row, col);
+      labels.push_back(pixel[0] | pixel[1] << 8 | pixel[2] << 16);
+    }
+  }
+  return labels;
+}
+
+absl::StatusOr<TemplateSources> ReadSources(const BuildOptions& options, const Board& board) {
+  TemplateSources sources;
+  if (!options.panels.empty()) {
+    absl::StatusOr<std::vector<uint32_t>> labels = ReadPanels(options.panels, board);
+    if (!labels.ok()) return labels.status();
+    sources.panel_labels = *std::move(labels);
+  }
+  for (const std::string& path : options.clouds) {
+    absl::StatusOr<Cloud> cloud = ReadCloud(path);
+    if (!cloud.ok()) return cloud.status();
+    sources.clouds.push_back(*std::move(cloud));
+    sources.cloud_names.push_back(path);
+  }
+  return sources;
+}
+
+std::string PanelNames(std::vector<int> panels) {
+  for (int& panel : panels) ++panel;
+  return absl::StrCat(panels.size() == 1 ? "panel " : "panels ", absl::StrJoin(panels, ", "));
+}
+
+void PrintBuilt(const BuildOptions& options, const BuiltTemplate& built) {
+  const Template& garment = built.garment;
+  absl::PrintF("%d panels, %d seams, %d openings; %d vertices, %d faces, hash %s\n", built.panels.size(),
+               built.seams.size(), built.openings.size(), garment.rest.vertices_mm.size(),
+               garment.rest.faces.size(), garment.ContentHash());
+  for (const Seam& seam : built.seams) {
+    absl::PrintF("seam     panel %d to panel %d, %.0f mm, %.1f mm wide\n", seam.panel_a + 1, seam.panel_b + 1,
+                 seam.length_mm, seam.gap_mm);
+  }
+  for (const TemplateBorder& opening : built.openings) {
+    absl::PrintF("opening  %.0f mm, %s\n", opening.length_mm, PanelNames(opening.panels));
+  }
+  absl::PrintF("rest     edges within %.1f %% of the print (median), %.1f %% (95 of 100)\n",
+               100 * built.strain.median, 100 * built.strain.p95);
+  absl::PrintF("template %s/template.json\nreport   %s/report.html\n", options.out, options.out);
+}
+
+// The name of the output folder.
+std::string DefaultId(const std::string& out) {
+  const std::string name =
+      std::filesystem::path(out + "/").lexically_normal().parent_path().filename().string();
+  return name.empty() || name == "." || name == ".." ? "template" : name;
+}
+
+absl::Status Build(BuildOptions options, bool quiet) {
+  if (options.build.id.empty()) options.build.id = DefaultId(options.out);
+  const absl::StatusOr<Board> board = ReadBoard(options.board);
+  if (!board.ok()) return board.status();
+  const absl::StatusOr<TemplateSources> sources = ReadSources(options, *board);
+  if (!sources.ok()) return sources.status();
+  absl::StatusOr<BuiltTemplate> built;
+  {
+    constexpr uint64_t kSteps = 100;
+    Progress progress("build", kSteps, ProgressVisible(quiet), ProgressUnit::kPercent);
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] {
+      built = BuildTemplate(*board, *sources, options.build, [&](double share) {
+        progress.Set(static_cast<uint64_t>(share * kSteps), kSteps);
+      });
+    });
+  }
+  if (!built.ok()) return built.status();
+  for (const std::string& warning : built->warnings) PrintWarning(warning);
+  std::vector<std::string> names;
+  for (const std::string& path : options.clouds) {
+    names.push_back(std::filesystem::path(path).filename().string());
+  }
+  absl::Status status =
+      WriteTemplate(options.out, built->garment, absl::StrCat("built from ", absl::StrJoin(names, ", ")));
+  if (!status.ok()) return status;
+  const absl::StatusOr<std::string> report =
+      MakeTemplateReport(*built, {options.board, options.panels, options.clouds});
+  if (!report.ok()) return report.status();
+  status = WriteFileAtomically((std::filesystem::path(options.out) / "report.html").string(), *report);
+  if (!status.ok()) return status;
+  PrintBuilt(options, *built);
+  return absl::OkStatus();
+}
+
+void AddSewingOptions(CLI::App& command, TemplateBuildOptions& options) {
+  command
+      .add_option("--openings", options.openings,
+                  "Openings that the garment has, e.g. 4 for a T-shirt (neck, sleeves, hem), 2 for a skirt; "
+                  "-1 takes what is found")
+      ->type_name("N")
+      ->check(CLI::Range(-1, 100));
+  command
+      .add_option("--max-seam-gap-mm", options.seams.max_gap_mm,
+                  "Furthest that the outermost cells on both sides of a seam may be apart; 0: four cells")
+      ->type_name("MM")
+      ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--max-hole-mm", options.max_hole_mm,
+                  "Longest border of a hole that is closed; 0: sixty cells")
+      ->type_name("MM")
+      ->check(CLI::NonNegativeNumber);
+  command.add_flag("--allow-open-seams", options.allow_open_seams,
+                   "Borders that run along each other like a seam but further apart stay open");
+}
+
+}  // namespace
+
+void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      garment, "build",
+      "Build a template from clouds of the garment, best of a person who stands with arms away from the "
+      "body. "
+      "Finds the panels on the board and the seams between them, sews, checks the openings, and lays the "
+      "garment to rest in the pose of the cloud that shows most: DIR/template.json, DIR/mesh.ply and "
+      "DIR/cells.txt, as `weft template import` writes them. Nothing is written when the garment is not what "
+      "was expected.",
+      "  weft template build takes/tpose/*/cloud.ply --board board.json --openings 4 --out shirt\n"
+      "  weft template build cloud.ply --board board.png --panels mask.png --openings 4 --out shirt");
+  auto options = std::make_shared<BuildOptions>();
+  options->build.id.clear();
+  command->add_option("clouds", options->clouds, "cloud.ply of one or more frames")
+      ->required()
+      ->type_name("CLOUD...");
+  command->add_option("--board", options->board, "board.json or board.png of the cloth")
+      ->required()
+      ->type_name("BOARD");
+  command
+      ->add_option("--panels", options->panels,
+                   "Image of the board with a pixel per cell: black outside the garment, each panel in any "
+                   "other colour. By default the panels are the cells that the clouds show")
+      ->type_name("IMAGE");
+  AddSewingOptions(*command, options->build);
+  command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  command->add_option("--id", options->build.id, "Name of the template; by default that of the folder")
+      ->type_name("NAME");
+  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1024));
+  command->callback(
+      [options, &line] { line.run = [options, &line] { return Build(*options, line.quiet); }; });
+}
+
+}  // namespace weft

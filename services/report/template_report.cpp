@@ -1,0 +1,213 @@
+#include "services/report/template_report.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "services/report/frame_pictures.h"
+#include "services/report/html_text.h"
+#include "services/report/mesh_colors.h"
+#include "services/report/picture_html.h"
+#include "services/report/report_sections.h"
+
+namespace weft {
+namespace {
+
+// Hues a golden angle apart, so that neighbours in the list differ most.
+Eigen::Vector3f SeamColor(size_t seam) {
+  const double hue = std::fmod(0.02 + 0.618034 * static_cast<double>(seam), 1.0);
+  const double lightness = seam % 3 == 1 ? 0.42 : seam % 3 == 2 ? 0.62 : 0.52;
+  Eigen::Vector3f color;
+  for (int i = 0; i < 3; ++i) {
+    const double place = std::fmod(hue + (3 - i) / 3.0, 1.0);
+    const double ramp = std::clamp(std::abs(6 * place - 3) - 1, 0.0, 1.0);
+    color[i] = static_cast<float>(lightness + (ramp - 0.5) * 0.75 * (1 - std::abs(2 * lightness - 1)));
+  }
+  return color;
+}
+
+// Vertices as a path over the board's cells.
+std::string PathOf(const PanelSheet& sheet, const std::vector<int>& vertices, bool closed) {
+  std::string path;
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    const VertexCell& cell = sheet.cell_of_vertex[vertices[i]];
+    absl::StrAppendFormat(&path, "%c%.1f %.1f", i == 0 ? 'M' : 'L', cell.col + 0.5, cell.row + 0.5);
+  }
+  return closed ? path + "Z" : path;
+}
+
+std::string Label(const PanelSheet& sheet, int vertex, double size, const std::string& color,
+                  const std::string& text) {
+  const VertexCell& cell = sheet.cell_of_vertex[vertex];
+  return absl::StrFormat(
+      "<text x=\"%.1f\" y=\"%.1f\" font-size=\"%.1f\" text-anchor=\"middle\" dominant-baseline=\"central\" "
+      "fill=\"%s\" stroke=\"#fff\" stroke-width=\"%.2f\" paint-order=\"stroke\" "
+      "font-weight=\"bold\">%s</text>\n",
+      cell.col + 0.5, cell.row + 0.5, size, color, size / 6, text);
+}
+
+std::string BoardPicture(const BuiltTemplate& built) {
+  int first_row = 1 << 30, last_row = 0, first_col = 1 << 30, last_col = 0;
+  for (const TemplatePanel& panel : built.panels) {
+    first_row = std::min(first_row, panel.first_row), last_row = std::max(last_row, panel.last_row);
+    first_col = std::min(first_col, panel.first_col), last_col = std::max(last_col, panel.last_col);
+  }
+  const double unit = std::max(last_col - first_col, last_row - first_row) / 100.0, margin = 3 * unit;
+  const PanelSheet& sheet = built.sheet;
+  std::string svg = absl::StrFormat(
+      "<svg viewBox=\"%.1f %.1f %.1f %.1f\" role=\"img\" aria-label=\"Panels on the board\">\n",
+      first_col - margin, first_row - margin, last_col - first_col + 1 + 2 * margin,
+      last_row - first_row + 1 + 2 * margin);
+  std::string outlines;
+  for (const std::vector<int>& loop : sheet.loops) outlines += PathOf(sheet, loop, true);
+  absl::StrAppendFormat(&svg,
+                        "<path d=\"%s\" fill=\"#c9ced6\" fill-rule=\"evenodd\" stroke=\"#7d8590\" "
+                        "stroke-width=\"%.2f\"/>\n",
+                        outlines, 0.3 * unit);
+  std::string labels;
+  for (size_t i = 0; i < built.seams.size(); ++i) {
+    const std::string color = HexColor(SeamColor(i));
+    for (const std::vector<int>* side : {&built.seams[i].side_a, &built.seams[i].side_b}) {
+      absl::StrAppendFormat(&svg,
+                            "<path d=\"%s\" fill=\"none\" stroke=\"%s\" stroke-width=\"%.2f\" "
+                            "stroke-linejoin=\"round\"/>\n",
+                            PathOf(sheet, *side, false), color, 0.9 * unit);
+      labels += Label(sheet, (*side)[side->size() / 2], 2.6 * unit, color, absl::StrCat(i + 1));
+    }
+  }
+  for (size_t p = 0; p < built.panels.size(); ++p) {
+    const TemplatePanel& panel = built.panels[p];
+    const double width = panel.last_col - panel.first_col, height = panel.last_row - panel.first_row;
+    labels += absl::StrFormat(
+        "<text x=\"%.1f\" y=\"%.1f\" font-size=\"%.1f\" text-anchor=\"middle\" dominant-baseline=\"central\" "
+        "fill=\"#30363d\">%d</text>\n",
+        panel.first_col + width / 2, panel.first_row + height / 2,
+        std::clamp(0.8 * std::min(width, height), 1.5 * unit, 6 * unit), p + 1);
+  }
+  return svg + labels + "</svg>\n";
+}
+
+std::string Swatch(size_t seam) {
+  return absl::StrCat("<span style=\"color:", HexColor(SeamColor(seam)), "\">&#9632;</span> ", seam + 1);
+}
+
+std::string Names(std::vector<int> panels) {
+  for (int& panel : panels) ++panel;
+  return absl::StrJoin(panels, ", ");
+}
+
+std::string SeamTable(const BuiltTemplate& built) {
+  std::string rows;
+  for (size_t i = 0; i < built.seams.size(); ++i) {
+    const Seam& seam = built.seams[i];
+    rows += TableRow("td", {Swatch(i), absl::StrCat(seam.panel_a + 1), absl::StrCat(seam.panel_b + 1),
+                            FormatNumber(seam.length_mm, 0), FormatNumber(seam.gap_mm, 1),
+                            FormatNumber(seam.max_gap_mm, 1),
+                            absl::StrCat(seam.side_a.size(), " / ", seam.side_b.size())});
+  }
+  return Table({"Seam", "Panel", "with panel", "Length, mm", "Width, mm", "Widest, mm", "Cells"}, rows, "");
+}
+
+std::string BorderTable(const BuiltTemplate& built) {
+  std::string rows;
+  const auto add = [&](const char* name, const std::vector<TemplateBorder>& borders) {
+    for (size_t i = 0; i < borders.size(); ++i) {
+      rows += TableRow("td",
+                       {absl::StrCat(name, " ", i + 1), FormatNumber(borders[i].length_mm, 0),
+                        Names(borders[i].panels), FormatCount(static_cast<int64_t>(borders[i].loop.size()))});
+    }
+  };
+  add("Opening", built.openings);
+  add("Closed hole", built.closed_holes);
+  return Table({"Border", "Length, mm", "Along panels", "Vertices"}, rows, "");
+}
+
+std::string PanelTable(const BuiltTemplate& built) {
+  std::string rows;
+  for (size_t i = 0; i < built.panels.size(); ++i) {
+    const TemplatePanel& p = built.panels[i];
+    rows += TableRow(
+        "td", {absl::StrCat(i + 1), FormatCount(p.cells), absl::StrCat(p.first_row, " to ", p.last_row),
+               absl::StrCat(p.first_col, " to ", p.last_col)});
+  }
+  return Table({"Panel", "Cells", "Rows", "Columns"}, rows, "");
+}
+
+// The garment with its seams in the colours of the board's picture, openings dark.
+absl::StatusOr<std::string> SewnPictures(const BuiltTemplate& built) {
+  std::vector<Eigen::Vector3f> colors = PlainColors(built.garment.rest.vertices_mm.size());
+  for (size_t i = 0; i < built.seams.size(); ++i) {
+    for (const std::vector<int>* side : {&built.seams[i].side_a, &built.seams[i].side_b}) {
+      for (const int v : *side) colors[v] = SeamColor(i);
+    }
+  }
+  for (const TemplateBorder& opening : built.openings) {
+    for (const int v : opening.loop) colors[v] = Eigen::Vector3f::Constant(0.15F);
+  }
+  const absl::StatusOr<std::vector<MeshPicture>> pictures = DrawBothSides(built.garment.rest, colors, 0.7);
+  if (!pictures.ok()) return pictures.status();
+  return PictureRow(*pictures, "the template", "seam", "<p>Seams coloured as above, openings dark.</p>");
+}
+
+std::string HeadOf(const BuiltTemplate& built) {
+  const Template& garment = built.garment;
+  return absl::StrCat("<header><h1>Template ", NameHtml(garment.id), "</h1>\n<p>",
+                      Counted(built.sheet.panels, "panel", "panels"), ", ",
+                      Counted(static_cast<int64_t>(built.seams.size()), "seam", "seams"), ", ",
+                      Counted(static_cast<int64_t>(built.openings.size()), "opening", "openings"), "; ",
+                      FormatCount(static_cast<int64_t>(garment.rest.vertices_mm.size())), " vertices, ",
+                      FormatCount(static_cast<int64_t>(garment.rest.faces.size())), " faces (",
+                      FormatCount(built.seam_faces), " of them across seams), Euler characteristic ",
+                      built.euler, ", ", built.genus, " handles. Edges are within ",
+                      FormatPercent(built.strain.median), " (median) and ", FormatPercent(built.strain.p95),
+                      " (95 of 100) of the print.</p></header>\n");
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> MakeTemplateReport(const BuiltTemplate& built,
+                                               const TemplateReportInputs& inputs) {
+  const absl::StatusOr<std::string> sewn = SewnPictures(built);
+  if (!sewn.ok()) return sewn.status();
+  GarmentMap strain{"Distance from the print", "strain", "%", built.strain.of_vertex, {}};
+  for (double& value : strain.values) value *= 100;
+  strain.range = RoundRange(strain.values);
+  const absl::StatusOr<std::string> map = GarmentMapHtml(built.garment.rest, strain);
+  if (!map.ok()) return map.status();
+
+  std::string html = HeadOf(built);
+  std::string warnings;
+  for (const std::string& warning : built.warnings) {
+    absl::StrAppend(&warnings, "<li>", EscapeHtml(warning), "</li>\n");
+  }
+  if (!warnings.empty()) html += Section("warnings", "Warnings", absl::StrCat("<ul>", warnings, "</ul>"));
+  html += Section("board", "Panels on the board",
+                  absl::StrCat("<p>Panels bear large numbers. Both sides of a seam have the same small "
+                               "number and colour; grey outlines are open.</p>\n",
+                               BoardPicture(built)));
+  html += Section("garment", "The sewn garment", *sewn);
+  html += Section("seams", "Seams", SeamTable(built));
+  html += Section("borders", "Openings and closed holes", BorderTable(built));
+  html += Section("strain", "Rest state", *map);
+  html += Section("panels", "Panels", PanelTable(built));
+  std::vector<std::string> clouds;
+  for (size_t i = 0; i < inputs.clouds.size(); ++i) {
+    const bool reference = static_cast<int>(i) == built.reference;
+    clouds.push_back(NameHtml(inputs.clouds[i]) + (reference ? " (its pose is the rest state's)" : ""));
+  }
+  html += Section(
+      "inputs", "Inputs",
+      absl::StrCat(
+          "<p>Board ", NameHtml(inputs.board), ", cells of ", FormatNumber(built.cell_mm, 2), " mm (",
+          FormatNumber(built.measured_pitch_mm, 2), " mm apart in the clouds). Panels ",
+          inputs.panels.empty() ? "as the clouds show them" : absl::StrCat("from ", NameHtml(inputs.panels)),
+          "; ", FormatCount(built.filled_cells),
+          " of their cells are in no cloud. Left out: ", FormatCount(built.contradicting_points),
+          " points that contradict the cloth around them, ", FormatCount(built.speck_cells),
+          " cells in pieces too small for a panel.</p>\n<p>Clouds: ", absl::StrJoin(clouds, ", "), "</p>\n"));
+  return Page(absl::StrCat("Template ", built.garment.id), html);
+}
+
+}  // namespace weft
