@@ -1,12 +1,36 @@
-// Body of the ray kernels; see pattern/kernel_lanes.h.
-#include "pattern/kernel_lanes.h"
+// Body of the ray kernels: 16 rays at a time on every processor, so that all of them give the same bytes. A
+// file per instruction set defines WEFT_KERNEL_NAMESPACE before it includes this; no inline function of a
+// library is used, so that no code for one processor gets into what others run.
+#include <cstdint>
+#include <cstring>
+
 #include "triangulation/ray_kernel.h"
+
+#ifndef WEFT_KERNEL_NAMESPACE
+#define WEFT_KERNEL_NAMESPACE baseline
+#endif
 
 namespace weft::WEFT_KERNEL_NAMESPACE {
 namespace {
 
+typedef float Lanes __attribute__((vector_size(64)));
+typedef int32_t IntLanes __attribute__((vector_size(64)));
+typedef float Lanes8 __attribute__((vector_size(32)));
+typedef float Lanes4 __attribute__((vector_size(16)));
 typedef double Doubles __attribute__((vector_size(64)));  // half as many lanes
 
+inline Lanes Load(const float* p) {
+  Lanes v;
+  std::memcpy(&v, p, sizeof v);
+  return v;
+}
+inline void Store(Lanes v, float* p) { std::memcpy(p, &v, sizeof v); }
+// Lanes 0, 2, 4 ... (odd = 0) or 1, 3, 5 ... (1) of two vectors behind each other.
+inline IntLanes EveryOther(IntLanes low, IntLanes high, int odd) {
+  return odd == 0
+             ? __builtin_shufflevector(low, high, 0, 2, 4, 6, 8, 10, 12, 14, 16, 18, 20, 22, 24, 26, 28, 30)
+             : __builtin_shufflevector(low, high, 1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23, 25, 27, 29, 31);
+}
 inline Doubles LoadDoubles(const double* p) {
   Doubles v;
   std::memcpy(&v, p, sizeof v);
