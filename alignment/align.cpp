@@ -92,15 +92,26 @@ class Passes {
          const Eigen::Isometry3d& placement, std::vector<StageReport>* stages)
       : model_(model), options_(options), context_(context), placement_(placement), stages_(stages) {}
 
+  // Cloth begins stiff and ends as soft as it is.
   absl::Status RunFirst(const std::vector<VertexTarget>& targets) {
-    return Run(
-        targets, "",
-        [&](const FillStart& filled) {
-          deformation_.position_mm = filled.position_mm;
-          deformation_.rotation.assign(filled.position_mm.size(), placement_.rotation());
-          return absl::OkStatus();
-        },
-        [] {});
+    absl::StatusOr<ElasticProblem> problem = Prepare(targets, "");
+    if (!problem.ok()) return problem.status();
+    if (context_.start_mm != nullptr) {
+      auto moved = MovedWithTargets(model_.graph(), targets, *context_.start_mm);
+      if (!moved.ok()) return moved.status();
+      problem->targets_mm = *std::move(moved);
+    }
+    deformation_.position_mm = problem->targets_mm;
+    deformation_.rotation.assign(deformation_.position_mm.size(), placement_.rotation());
+    Watch("fill");
+    Fit("");
+    ElasticOptions stiff = options_.elastic;
+    stiff.distortion.bending = options_.first_bending;
+    stiff.tolerance = options_.first_tolerance;
+    if (options_.first_bending > 0) {
+      if (absl::Status status = Solve(*problem, stiff, "stiff"); !status.ok()) return status;
+    }
+    return Solve(*problem, options_.elastic, "elastic");
   }
 
   // From where the last pass ended; what it set aside starts anew from its neighbours.
@@ -110,18 +121,19 @@ class Passes {
     std::vector<bool> settled(graph.vertices, true);
     for (const VertexTarget& t : all) settled[t.vertex] = false;
     for (const VertexTarget& t : kept) settled[t.vertex] = true;
+    const std::string suffix = absl::StrCat("_without_outliers_", round);
+    const absl::StatusOr<ElasticProblem> problem = Prepare(kept, suffix);
+    if (!problem.ok()) return problem.status();
+    absl::Status status = LaplacianFill(graph, settled, &deformation_.position_mm);
+    if (!status.ok()) return status;
     const std::vector<Eigen::Matrix3d> rotation = deformation_.rotation;
-    const auto set_start = [&](const FillStart&) {
-      return LaplacianFill(graph, settled, &deformation_.position_mm);
-    };
-    const auto keep_settled_rotations = [&] {
-      for (int v = 0; v < graph.vertices; ++v) {
-        bool keep = settled[v];
-        for (int i = graph.first[v]; i < graph.first[v + 1]; ++i) keep = keep && settled[graph.neighbor[i]];
-        if (keep) deformation_.rotation[v] = rotation[v];
-      }
-    };
-    return Run(kept, absl::StrCat("_without_outliers_", round), set_start, keep_settled_rotations);
+    Fit(suffix);
+    for (int v = 0; v < graph.vertices; ++v) {
+      bool keep = settled[v];
+      for (int i = graph.first[v]; i < graph.first[v + 1]; ++i) keep = keep && settled[graph.neighbor[i]];
+      if (keep) deformation_.rotation[v] = rotation[v];
+    }
+    return Solve(*problem, options_.elastic, "elastic" + suffix);
   }
 
   // E_Push and E_Recon for what `targets` does not hold, from where the last pass ended.
@@ -141,16 +153,14 @@ class Passes {
       AddPush(deformation_.position_mm, model_.rest().faces, hidden, options_.push, &base);
     }
     for (int round = 1; round <= (scanned ? options_.recon.rounds : 1); ++round) {
-      const auto start = Clock::now();
       ElasticProblem problem = base;
       if (scanned) {
         AddRecon(*context_.scan, deformation_.position_mm, model_.rest().faces, hidden, options_.recon,
                  &problem);
       }
-      const absl::StatusOr<ElasticReport> report =
-          SolveElastic(model_.slices(), graph, problem, options_.elastic, &deformation_, context_.cancelled);
-      if (!report.ok()) return report.status();
-      Report(scanned ? absl::StrCat("recon_", round) : "push", *report, start);
+      absl::Status status =
+          Solve(problem, options_.elastic, scanned ? absl::StrCat("recon_", round) : "push");
+      if (!status.ok()) return status;
     }
     return absl::OkStatus();
   }
@@ -158,30 +168,39 @@ class Passes {
   const Deformation& deformation() const { return deformation_; }
 
  private:
-  template <typename SetStart, typename AfterRigidFit>
-  absl::Status Run(const std::vector<VertexTarget>& targets, const std::string& suffix,
-                   const SetStart& set_start, const AfterRigidFit& after_rigid_fit) {
-    auto start = Clock::now();
-    FillStart filled = PrepareFill(model_, targets, placement_);
+  // E_Det (Eq. 1), the vertices without a target drawn to where the fill has them.
+  absl::StatusOr<ElasticProblem> Prepare(const std::vector<VertexTarget>& targets,
+                                         const std::string& suffix) {
+    const auto start = Clock::now();
+    std::vector<Eigen::Vector3d> placed_mm;
+    for (const Eigen::Vector3d& v : model_.rest().vertices_mm) placed_mm.push_back(placement_ * v);
+    FillStart filled = PrepareFill(model_.graph(), targets, std::move(placed_mm));
     absl::Status status = LaplacianFill(model_.graph(), filled.known, &filled.position_mm);
-    if (status.ok()) status = set_start(filled);
     if (!status.ok()) return status;
     Report("fill" + suffix, {}, start);
+    return ElasticProblem{std::move(filled.position_mm),
+                          VertexWeights(model_.graph().vertices, targets, options_.detection),
+                          {}};
+  }
 
-    start = Clock::now();
+  void Fit(const std::string& suffix) {
+    const auto start = Clock::now();
     FitRigid(model_.slices(), &deformation_);
-    after_rigid_fit();
     Report("rigid_fit" + suffix, {}, start);
+  }
 
-    start = Clock::now();
-    const ElasticProblem problem{std::move(filled.position_mm),
-                                 VertexWeights(model_.graph().vertices, targets, options_.detection),
-                                 {}};
-    const absl::StatusOr<ElasticReport> report = SolveElastic(
-        model_.slices(), model_.graph(), problem, options_.elastic, &deformation_, context_.cancelled);
+  absl::Status Solve(const ElasticProblem& problem, const ElasticOptions& options, const std::string& name) {
+    const auto start = Clock::now();
+    const absl::StatusOr<ElasticReport> report =
+        SolveElastic(model_.slices(), model_.graph(), problem, options, &deformation_, context_.cancelled);
     if (!report.ok()) return report.status();
-    Report("elastic" + suffix, *report, start);
+    Report(name, *report, start);
+    Watch(name);
     return absl::OkStatus();
+  }
+
+  void Watch(const std::string& name) const {
+    if (context_.watch) context_.watch(name, deformation_.position_mm);
   }
 
   void Report(const std::string& name, const ElasticReport& report, Clock::time_point start) {
@@ -239,6 +258,8 @@ absl::Status UncertaintyOptions::Validate() const {
 
 absl::Status AlignOptions::Validate() const {
   if (!(min_target_share >= 0 && min_target_share <= 1)) return Bad("min_target_share must lie in 0 to 1");
+  if (!(first_bending >= 0)) return Bad("first_bending must not be negative");
+  if (!(first_tolerance > 0)) return Bad("first_tolerance must be positive");
   for (const absl::Status& status :
        {detection.Validate(), elastic.Validate(), robust.Validate(), push.Validate(), recon.Validate(),
         untangle.Validate(), uncertainty.Validate()}) {
@@ -252,6 +273,7 @@ AlignOptions PaperPreset() {
   options.detection.weigh_by_sigma = false;
   options.detection.filled_weight = 1;
   options.elastic.distortion = {.stretch = 3, .bending = 0.5};  // Eq. 2 as it stands
+  options.first_bending = 0;
   options.robust.max_rounds = 0;
   options.push = {.weight = 1, .depth_mm = 1};  // Eq. 3; the paper does not give its epsilon
   options.recon.tangential_share = 1;           // Eq. 4
@@ -270,6 +292,10 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
                                   const AlignOptions& options, const AlignContext& context) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   if (absl::Status status = CheckTargets(targets, model.graph().vertices); !status.ok()) return status;
+  if (context.start_mm != nullptr) {
+    if (absl::Status status = CheckStart(*context.start_mm, model.graph().vertices); !status.ok())
+      return status;
+  }
   AlignResult result;
   const auto start = Clock::now();
   const absl::StatusOr<Eigen::Isometry3d> placement = PlaceTemplate(model, targets, options.min_target_share);
@@ -299,6 +325,7 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
   result.stages.push_back({.name = "untangle",
                            .iterations = untangling->pushes + untangling->returns,
                            .time_ms = MillisecondsSince(untangle_start)});
+  if (context.watch) context.watch("untangle", result.mesh.vertices_mm);
   return result;
 }
 

@@ -1,6 +1,7 @@
 // Registration of the template to the points of one frame (paper, section 5.4).
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -74,6 +75,11 @@ struct AlignOptions {
   double min_target_share = 0.005;
   DetectionOptions detection;
   ElasticOptions elastic;
+  // The first solve begins with this weight of bending, to first_tolerance, and goes on from there with that
+  // of `elastic`: stiff cloth finds the wide folds, and soft cloth that starts from them crumples less. 0
+  // leaves the beginning out.
+  double first_bending = 0.2;
+  double first_tolerance = 1e-3;
   RobustOptions robust;
   // Whether measured vertices stay where E_Det + E_Dist left them in the stages after it.
   bool freeze_observed = true;
@@ -91,7 +97,12 @@ AlignOptions BestPreset();   // least error on hidden cloth
 // What a frame may bring besides targets.
 struct AlignContext {
   const Scan* scan = nullptr;  // E_Recon
+  // Where the vertices were a moment ago, or as another registration has them, [vertices]. Vertices without a
+  // target start from there, moved with the targets around them, instead of from a smooth fill.
+  const std::vector<Eigen::Vector3d>* start_mm = nullptr;
   CancelCheck cancelled;
+  // Called with the vertices after each stage that moves them, from the calling thread.
+  std::function<void(const std::string& stage, const std::vector<Eigen::Vector3d>& vertices_mm)> watch;
 };
 
 struct StageReport {
@@ -103,7 +114,7 @@ struct StageReport {
 
 struct AlignResult {
   RegisteredMesh mesh;
-  std::vector<StageReport> stages;  // "place", "fill", "rigid_fit", "elastic", ...
+  std::vector<StageReport> stages;  // "place", "fill", "rigid_fit", "stiff", "elastic", ...
   UntangleReport untangling;        // all zero where it was not asked for
   int outliers = 0;                 // targets set aside; their vertices are inferred
 };
@@ -129,13 +140,13 @@ class AlignmentModel {
 
 // Stages: rigid placement, Laplacian fill, per-vertex rigid fit, E_Det + lambda E_Dist (Eq. 1 and 2), again
 // without outliers, then with measured vertices frozen E_Push and E_Recon + lambda E_Dist (Eq. 3 and 4), and
-// the removal of self-intersections. A
-// component of the mesh with fewer than three targets follows the placement of the whole template.
-// InvalidArgument for options and targets that are no valid input (named): vertex off the mesh or twice, not
-// finite, negative sigma. FailedPrecondition when the targets cannot place the template: too few, all on a
-// line, or of another scale (the frame is then reported as failed, never filled with a copy). Cancelled:
-// context.cancelled said so. Parallel loops run in the calling thread's TBB arena; the same result at any
-// thread count.
+// the removal of self-intersections. A component of the mesh with fewer than three targets follows the
+// placement of the whole template, or stays as context.start_mm has it.
+// InvalidArgument for options, targets and starts that are no valid input (named): vertex off the mesh or
+// twice, not finite, negative sigma. FailedPrecondition when the targets cannot place the template: too few,
+// all on a line, or of another scale (the frame is then reported as failed, never filled with a copy).
+// Cancelled: context.cancelled said so. Parallel loops run in the calling thread's TBB arena; the same result
+// at any thread count.
 absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
                                   const AlignOptions& options, const AlignContext& context = {});
 // For one frame alone.

@@ -17,8 +17,8 @@ struct Deformation {
 // Weights of the two parts of the reduced distortion energy of an edge. Eq. 2 of the paper is {3, 0.5}; a
 // lower bending weight gives narrow folds their curvature back, on observed vertices and on hidden ones.
 struct DistortionWeights {
-  double stretch = 3;    // of |d - (a + b) / 2|^2
-  double bending = 0.1;  // of |a - b|^2
+  double stretch = 3;     // of |d - (a + b) / 2|^2
+  double bending = 0.05;  // of |a - b|^2
 };
 
 // Eq. 2 of the paper: over the edges, the squared distances between the images of both ends and of the

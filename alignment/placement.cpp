@@ -3,8 +3,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/fill.h"
 
 namespace weft {
 namespace {
@@ -62,6 +64,19 @@ absl::Status CheckTargets(const std::vector<VertexTarget>& targets, int vertices
   return absl::OkStatus();
 }
 
+absl::Status CheckStart(const std::vector<Eigen::Vector3d>& start_mm, int vertices) {
+  if (start_mm.size() != static_cast<size_t>(vertices)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("start: has ", start_mm.size(), " vertices, the template ", vertices));
+  }
+  for (int v = 0; v < vertices; ++v) {
+    if (!start_mm[v].allFinite()) {
+      return absl::InvalidArgumentError(absl::StrCat("start: vertex ", v, " is not finite"));
+    }
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<Eigen::Isometry3d> PlaceTemplate(const AlignmentModel& model,
                                                 const std::vector<VertexTarget>& targets,
                                                 double min_target_share) {
@@ -87,12 +102,9 @@ absl::StatusOr<Eigen::Isometry3d> PlaceTemplate(const AlignmentModel& model,
   return Eigen::Isometry3d(Eigen::umeyama(from, to, false));
 }
 
-FillStart PrepareFill(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
-                      const Eigen::Isometry3d& placement) {
-  const MeshGraph& graph = model.graph();
-  FillStart start;
-  start.known.assign(graph.vertices, false);
-  for (const Eigen::Vector3d& v : model.rest().vertices_mm) start.position_mm.push_back(placement * v);
+FillStart PrepareFill(const MeshGraph& graph, const std::vector<VertexTarget>& targets,
+                      std::vector<Eigen::Vector3d> base_mm) {
+  FillStart start{std::move(base_mm), std::vector<bool>(graph.vertices, false)};
   std::vector<int> count(graph.components, 0);
   std::vector<Eigen::Vector3d> shift(graph.components, Eigen::Vector3d::Zero());
   for (const VertexTarget& t : targets) {
@@ -110,6 +122,17 @@ FillStart PrepareFill(const AlignmentModel& model, const std::vector<VertexTarge
     start.known[t.vertex] = true;
   }
   return start;
+}
+
+absl::StatusOr<std::vector<Eigen::Vector3d>> MovedWithTargets(const MeshGraph& graph,
+                                                              const std::vector<VertexTarget>& targets,
+                                                              const std::vector<Eigen::Vector3d>& start_mm) {
+  FillStart filled = PrepareFill(graph, targets, start_mm);
+  std::vector<Eigen::Vector3d>& move_mm = filled.position_mm;
+  for (size_t v = 0; v < start_mm.size(); ++v) move_mm[v] -= start_mm[v];
+  if (absl::Status status = LaplacianFill(graph, filled.known, &move_mm); !status.ok()) return status;
+  for (size_t v = 0; v < start_mm.size(); ++v) move_mm[v] += start_mm[v];
+  return move_mm;
 }
 
 }  // namespace weft

@@ -13,20 +13,29 @@ namespace weft {
 // InvalidArgument names the first target that is not on the mesh, occurs twice or is not finite.
 absl::Status CheckTargets(const std::vector<VertexTarget>& targets, int vertices);
 
+// InvalidArgument where a start has another number of vertices, or one that is not finite.
+absl::Status CheckStart(const std::vector<Eigen::Vector3d>& start_mm, int vertices);
+
 // Least-squares rigid transformation from rest positions to targets (Umeyama 1991, without scale).
 // FailedPrecondition where the targets are too few, lie on a line or are of another scale than the template.
 absl::StatusOr<Eigen::Isometry3d> PlaceTemplate(const AlignmentModel& model,
                                                 const std::vector<VertexTarget>& targets,
                                                 double min_target_share);
 
-// Start of the fill: the target of every vertex that has one, and for the others their placed rest position,
+// Start of the fill: the target of every vertex that has one, and for the others their place in `base_mm`,
 // moved with the mean of the targets in components that have one or two. `known` tells what is not to be
 // filled: targets, and every vertex of components with fewer than three.
 struct FillStart {
   std::vector<Eigen::Vector3d> position_mm;
   std::vector<bool> known;
 };
-FillStart PrepareFill(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
-                      const Eigen::Isometry3d& placement);
+FillStart PrepareFill(const MeshGraph& graph, const std::vector<VertexTarget>& targets,
+                      std::vector<Eigen::Vector3d> base_mm);
+
+// `start_mm` moved with the targets: each vertex by what its target is away from there, the others, in
+// components with at least three targets, by what a smooth fill makes of these moves.
+absl::StatusOr<std::vector<Eigen::Vector3d>> MovedWithTargets(const MeshGraph& graph,
+                                                              const std::vector<VertexTarget>& targets,
+                                                              const std::vector<Eigen::Vector3d>& start_mm);
 
 }  // namespace weft

@@ -65,6 +65,18 @@ class Bends {
 
   double edge_mm() const { return edge_mm_; }  // 0 where no two centres are next to each other
 
+  // The greatest of the lengths [points] that belong to the centre or one of the eight around it.
+  double GreatestAround(const CloudPoint& center, const std::vector<double>& lengths_mm) const {
+    double greatest_mm = 0;
+    for (int row = center.node.row - 1; row <= center.node.row + 1; ++row) {
+      for (int col = center.node.col - 1; col <= center.node.col + 1; ++col) {
+        const int i = centers_.At(row, col);
+        if (i >= 0) greatest_mm = std::max(greatest_mm, lengths_mm[i]);
+      }
+    }
+    return greatest_mm;
+  }
+
   Bend At(const CloudPoint& center) const {
     const auto [row, col, kind] = center.node;
     Bend bend;
@@ -108,7 +120,7 @@ absl::Status FootprintOptions::Validate() const {
     return absl::InvalidArgumentError(absl::StrCat("triangulation.footprint.", what));
   };
   if (!(neighbor_share >= 0 && neighbor_share <= 0.8)) return bad("neighbor_share must lie in 0 to 0.8");
-  if (!(shift_error >= 0)) return bad("shift_error must not be negative");
+  if (!(fold_error >= 0)) return bad("fold_error must not be negative");
   if (!(uncorrected_edges >= 0)) return bad("uncorrected_edges must not be negative");
   if (!(shared_edges >= 0)) return bad("shared_edges must not be negative");
   return absl::OkStatus();
@@ -120,19 +132,26 @@ Cloud SharpenCenters(Cloud cloud, const FootprintOptions& options) {
   const Bends bends(measured.points);
   const double edge_mm = bends.edge_mm();
   const double residual_mm2 = std::pow(edge_mm * options.uncorrected_edges, 2);
+  std::vector<Bend> found(measured.points.size());
+  std::vector<double> length_mm(measured.points.size(), 0);
+  for (size_t i = 0; i < found.size(); ++i) {
+    if (measured.points[i].node.kind != NodeKind::kCenter) continue;
+    found[i] = bends.At(measured.points[i]);
+    length_mm[i] = found[i].value_mm.norm();
+  }
   for (size_t i = 0; i < cloud.points.size(); ++i) {
     CloudPoint& point = cloud.points[i];
     if (point.node.kind == NodeKind::kCenter) {
-      const Bend bend = bends.At(measured.points[i]);
+      const Bend& bend = found[i];
       // Of corners, who average themselves, (1 - share) of the bend is left; of neighbours about all of it.
       const double gain = options.neighbor_share / (bend.by_corners ? 1 - options.neighbor_share : 1);
-      const Eigen::Vector3d shift = -gain * bend.value_mm;
-      const double left = bend.by_corners ? 0 : kLeftByAxes[bend.axes] * residual_mm2;
-      point.position_mm += shift;
+      const double fold_mm = options.fold_error * bends.GreatestAround(measured.points[i], length_mm);
+      const double left =
+          (bend.by_corners ? 0 : kLeftByAxes[bend.axes] * residual_mm2) + fold_mm * fold_mm / 3;
+      point.position_mm -= gain * bend.value_mm;
       point.covariance_mm2 =
           (1 + gain * bend.own_share) * (1 + gain * bend.own_share) * point.covariance_mm2 +
-          gain * gain * bend.covariance_mm2 + left * Eigen::Matrix3d::Identity() +
-          options.shift_error * options.shift_error * shift * shift.transpose();
+          gain * gain * bend.covariance_mm2 + left * Eigen::Matrix3d::Identity();
     }
     point.covariance_mm2.diagonal().array() += std::pow(edge_mm * options.shared_edges, 2);
     point.sigma_mm = std::sqrt(point.covariance_mm2.trace() / 3);

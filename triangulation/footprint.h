@@ -14,12 +14,14 @@ struct FootprintOptions {
   // What the decoder of `pattern` leaves, measured on rendered cloth (footprint_decoder_test); 0 leaves the
   // points as they are.
   double neighbor_share = 0.06;
-  // What the shift leaves, as a share of it (standard deviation): strongly bent cells are no parabolas.
-  double shift_error = 1.6;
+  // Folds hardly wider than a cell are no parabolas, and what a decoder loses of them shows in no view's
+  // residuals: standard deviation (length of the error), as a share of the greatest bend that was measured
+  // within one cell of the centre.
+  double fold_error = 0.12;
   // Standard deviation of the average where too little around a centre was seen to take it out.
-  double uncorrected_edges = 0.05;
+  double uncorrected_edges = 0.035;
   // What all views of a node share besides: light, ink, print.
-  double shared_edges = 0.0055;
+  double shared_edges = 0.003;
 
   absl::Status Validate() const;
 };

@@ -5,12 +5,17 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <functional>
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "alignment/align.h"
 #include "alignment/self_intersection.h"
 #include "services/cli/commands.h"
+#include "services/files/atomic_file.h"
 #include "services/files/cloud_file.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
@@ -29,8 +34,16 @@ struct AlignCommandOptions {
   std::string out;
   std::string preset = "best";
   std::string scan;
+  std::string start;
+  std::string stages;
   int threads = 0;
   bool json = false;
+};
+
+// What the command line names besides the cloud.
+struct Extras {
+  Scan scan;
+  std::vector<Eigen::Vector3d> start_mm;
 };
 
 v1::AlignReport Describe(const AlignCommandOptions& options, const AlignResult& result,
@@ -64,7 +77,47 @@ void PrintReport(const v1::AlignReport& report) {
   std::printf("vertices: %d, observed %d, inferred %d; self-intersecting pairs of faces: %d\n",
               report.mesh().vertices(), report.mesh().observed(), report.inferred(),
               report.self_intersections());
+  if (report.mesh().demoted() > 0) {
+    std::printf("measured vertices that made way for others and count as inferred: %d\n",
+                report.mesh().demoted());
+  }
   std::printf("%s: written\n", report.mesh_file().c_str());
+}
+
+// Writes the vertices after each stage to <folder>/<number>_<stage>.ply and keeps the first error.
+class StageWriter {
+ public:
+  StageWriter(const std::string& folder, const Template& garment) : folder_(folder), garment_(garment) {}
+
+  void Write(const std::string& stage, const std::vector<Eigen::Vector3d>& vertices_mm) {
+    if (status_.ok() && count_ == 0) status_ = CreateFolders(folder_);
+    if (!status_.ok()) return;
+    const std::string name = absl::StrFormat("%s/%02d_%s.ply", folder_, ++count_, stage);
+    status_ = WriteMesh(name, {vertices_mm, garment_.rest.faces});
+  }
+
+  const absl::Status& status() const { return status_; }
+
+ private:
+  const std::string& folder_;
+  const Template& garment_;
+  int count_ = 0;
+  absl::Status status_;
+};
+
+absl::StatusOr<Extras> ReadExtras(const AlignCommandOptions& options) {
+  Extras extras;
+  if (!options.scan.empty()) {
+    absl::StatusOr<Scan> scan = ReadScan(options.scan);
+    if (!scan.ok()) return scan.status();
+    extras.scan = *std::move(scan);
+  }
+  if (!options.start.empty()) {
+    absl::StatusOr<TriangleMesh> start = ReadMesh(options.start);
+    if (!start.ok()) return start.status();
+    extras.start_mm = std::move(start->vertices_mm);
+  }
+  return extras;
 }
 
 absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
@@ -81,15 +134,18 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   }
   const auto threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
-  absl::StatusOr<Scan> scan = Scan();
-  if (!options.scan.empty()) scan = ReadScan(options.scan);
-  if (!scan.ok()) return scan.status();
-  const AlignContext context{.scan = options.scan.empty() ? nullptr : &*scan};
+  const absl::StatusOr<Extras> extras = ReadExtras(options);
+  if (!extras.ok()) return extras.status();
+  StageWriter stages(options.stages, *garment);
+  AlignContext context{.scan = options.scan.empty() ? nullptr : &extras->scan,
+                       .start_mm = options.start.empty() ? nullptr : &extras->start_mm};
+  if (!options.stages.empty()) context.watch = std::bind_front(&StageWriter::Write, &stages);
   const auto start = std::chrono::steady_clock::now();
   const absl::StatusOr<AlignResult> result = Align(*garment, targets->targets, *preset, context);
   if (!result.ok()) {
     return absl::Status(result.status().code(), absl::StrCat(options.cloud, ": ", result.status().message()));
   }
+  if (!stages.status().ok()) return stages.status();
   const double align_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   if (absl::Status status = WriteRegisteredMesh(options.out, result->mesh, garment->rest.faces); !status.ok())
@@ -114,7 +170,8 @@ void AddAlignCommand(CLI::App& app, CommandLine& line) {
                  "their vertex by board "
                  "cell (board_row, board_col), or by the property template_vertex (-1 for none).",
                  "  weft align result/0000/cloud.ply --template shirt --out mesh.ply\n"
-                 "  weft align cloud.ply --template shirt --out mesh.ply --preset paper --json");
+                 "  weft align cloud.ply --template shirt --out mesh.ply --preset paper --json\n"
+                 "  weft align cloud.ply --template shirt --out mesh.ply --start before.ply --stages stages");
   auto options = std::make_shared<AlignCommandOptions>();
   command->add_option("CLOUD", options->cloud, "The cloud: a PLY file")->required()->type_name("");
   command->add_option("--template", options->garment, "Folder that `weft template import` wrote")
@@ -131,6 +188,16 @@ void AddAlignCommand(CLI::App& app, CommandLine& line) {
           "A scan of the same moment by any other method, PLY or PCD in mm: evidence for cloth that the "
           "cloud does not show")
       ->type_name("FILE");
+  command
+      ->add_option(
+          "--start", options->start,
+          "A mesh of the template, PLY, from another moment or registration: vertices that the cloud "
+          "does not show start from there instead of from a smooth fill")
+      ->type_name("FILE");
+  command
+      ->add_option("--stages", options->stages,
+                   "Write the mesh after each stage, too: <number>_<stage>.ply in this folder")
+      ->type_name("DIR");
   command->add_option("--threads", options->threads, "Threads to use; 0 for all cores")
       ->type_name("N")
       ->check(CLI::Range(0, 4096));

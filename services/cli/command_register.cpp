@@ -29,6 +29,7 @@ struct RegisterOptions {
   bool frames_alone = false;
   bool single_look = false;
   std::string scans;
+  std::string starts;
   bool json = false;
   int threads = 0;
 };
@@ -66,6 +67,7 @@ absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
   spec.mutable_options()->set_frames_alone(options.frames_alone);
   spec.mutable_options()->set_single_look(options.single_look);
   spec.mutable_options()->set_scans(options.scans);
+  spec.mutable_options()->set_starts(options.starts);
   if (absl::Status status = ParseFrames(options.frames, spec); !status.ok()) return status;
   return spec;
 }
@@ -176,6 +178,11 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
           "--scans", options->scans,
           "Folder of scans by any other method, <frame>.ply or <frame>.pcd in mm: evidence for cloth "
           "that the pattern does not show")
+      ->type_name("DIR");
+  command
+      ->add_option("--start-from", options->starts,
+                   "Results of an earlier registration of this take: cloth that is not seen starts from "
+                   "<frame>/mesh.ply there instead of from a smooth fill")
       ->type_name("DIR");
   command->add_flag("--frames-alone", options->frames_alone,
                     "No refinement over neighbouring frames, and no bridges over failed ones");

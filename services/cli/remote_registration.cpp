@@ -48,8 +48,10 @@ v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec) {
                             spec.mutable_garment(), spec.mutable_out()}) {
     *path = Absolute(*path);
   }
-  std::string* scans = spec.mutable_options()->mutable_scans();
-  if (!scans->empty()) *scans = Absolute(*scans);
+  v1::RegistrationOptions& options = *spec.mutable_options();
+  for (std::string* path : {options.mutable_scans(), options.mutable_starts()}) {
+    if (!path->empty()) *path = Absolute(*path);
+  }
   return spec;
 }
 

@@ -25,22 +25,23 @@ std::string NewJobId() {
 }
 
 absl::Status CanonicalizeInputs(const PathPolicy& policy, v1::RegistrationSpec& spec) {
+  v1::RegistrationOptions& options = *spec.mutable_options();
   const struct {
     const char* field;
     std::string* path;
+    bool optional = false;
   } inputs[] = {{"spec.dump", spec.mutable_dump()},
                 {"spec.rig", spec.mutable_rig()},
                 {"spec.board", spec.mutable_board()},
-                {"spec.garment", spec.mutable_garment()}};
-  for (const auto& [field, path] : inputs) {
+                {"spec.garment", spec.mutable_garment()},
+                {"spec.options.scans", options.mutable_scans(), true},
+                {"spec.options.starts", options.mutable_starts(), true}};
+  for (const auto& [field, path, optional] : inputs) {
+    if (optional && path->empty()) continue;
     absl::StatusOr<std::string> canonical = policy.CheckInput(field, *path);
     if (!canonical.ok()) return canonical.status();
     *path = *std::move(canonical);
   }
-  if (spec.options().scans().empty()) return absl::OkStatus();
-  absl::StatusOr<std::string> scans = policy.CheckInput("spec.options.scans", spec.options().scans());
-  if (!scans.ok()) return scans.status();
-  spec.mutable_options()->set_scans(*std::move(scans));
   return absl::OkStatus();
 }
 

@@ -70,6 +70,7 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
         CheckText("spec.out", spec.out(), kMaxPathBytes), CheckPlainName("out_probe", request.out_probe()),
         CheckRange(spec), CheckText("spec.options.preset", spec.options().preset(), kMaxNameBytes),
         CheckText("spec.options.scans", spec.options().scans(), kMaxPathBytes),
+        CheckText("spec.options.starts", spec.options().starts(), kMaxPathBytes),
         CheckHash("spec.expected.rig", spec.expected().rig()),
         CheckHash("spec.expected.board", spec.expected().board()),
         CheckHash("spec.expected.garment", spec.expected().garment())}) {

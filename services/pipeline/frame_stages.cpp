@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "pattern/decoder.h"
+#include "services/files/mesh_file.h"
 #include "services/files/scan_file.h"
 #include "services/pipeline/stage_reports.h"
 #include "triangulation/clean.h"
@@ -114,12 +115,41 @@ absl::StatusOr<Scan> ReadScanOf(const RegistrationInputs& inputs, size_t index, 
   return path.empty() ? Scan() : ReadScan(path);
 }
 
+// Empty where the folder has no mesh of the frame.
+absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStartOf(const RegistrationInputs& inputs, size_t index,
+                                                         const std::string& starts) {
+  const std::string path = StartPath(inputs, index, starts);
+  if (path.empty()) return std::vector<Eigen::Vector3d>();
+  absl::StatusOr<TriangleMesh> mesh = ReadMesh(path);
+  if (!mesh.ok()) return mesh.status();
+  if (mesh->vertices_mm.size() != inputs.garment.rest.vertices_mm.size()) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": has ", mesh->vertices_mm.size(),
+                                                   " vertices, the template ",
+                                                   inputs.garment.rest.vertices_mm.size()));
+  }
+  return std::move(mesh->vertices_mm);
+}
+
+// What a frame brings besides images.
+struct Extras {
+  Scan scan;
+  std::vector<Eigen::Vector3d> start_mm;
+};
+absl::StatusOr<Extras> ReadExtrasOf(const RegistrationInputs& inputs, size_t index,
+                                    const FrameOptions& options) {
+  absl::StatusOr<Scan> scan = ReadScanOf(inputs, index, options.scans);
+  if (!scan.ok()) return scan.status();
+  absl::StatusOr<std::vector<Eigen::Vector3d>> start_mm = ReadStartOf(inputs, index, options.starts);
+  if (!start_mm.ok()) return start_mm.status();
+  return Extras{*std::move(scan), *std::move(start_mm)};
+}
+
 // From observations to mesh, in the members of `frame`.
 class Registration {
  public:
-  Registration(const RegistrationInputs& inputs, const FrameOptions& options, const Scan& scan,
+  Registration(const RegistrationInputs& inputs, const FrameOptions& options, const Extras& extras,
                const std::stop_token& stop, FrameResult& frame)
-      : inputs_(inputs), options_(options), scan_(scan), stop_(stop), frame_(frame) {}
+      : inputs_(inputs), options_(options), extras_(extras), stop_(stop), frame_(frame) {}
 
   absl::Status Triangulate() {
     absl::StatusOr<Cloud> cloud = weft::Triangulate(inputs_.rig, frame_.views, TriangulationOptions{});
@@ -176,14 +206,15 @@ class Registration {
   absl::StatusOr<AlignResult> AlignCloud(const AlignOptions& options) {
     const CloudTargets targets = TargetsFromCloud(inputs_.garment, frame_.cloud);
     unclaimed_ = targets.unclaimed;
-    const AlignContext context{scan_.points_mm.empty() ? nullptr : &scan_,
-                               [this] { return stop_.stop_requested(); }};
+    const AlignContext context{.scan = extras_.scan.points_mm.empty() ? nullptr : &extras_.scan,
+                               .start_mm = extras_.start_mm.empty() ? nullptr : &extras_.start_mm,
+                               .cancelled = [this] { return stop_.stop_requested(); }};
     return weft::Align(*inputs_.model, targets.targets, options, context);
   }
 
   const RegistrationInputs& inputs_;
   const FrameOptions& options_;
-  const Scan& scan_;
+  const Extras& extras_;
   const std::stop_token& stop_;
   FrameResult& frame_;
   int unclaimed_ = 0, observed_at_first_ = 0;
@@ -202,6 +233,14 @@ std::string ScanPath(const RegistrationInputs& inputs, size_t index, const std::
   return "";
 }
 
+std::string StartPath(const RegistrationInputs& inputs, size_t index, const std::string& starts) {
+  if (starts.empty()) return "";
+  const std::filesystem::path path =
+      std::filesystem::path(starts) / inputs.dump->frame_names()[index] / "mesh.ply";
+  std::error_code error;
+  return std::filesystem::exists(path, error) ? path.string() : "";
+}
+
 absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_t index,
                                          const FrameOptions& options, const FrameProgress& progress,
                                          std::stop_token stop) {
@@ -210,10 +249,10 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
   DecodeViews(inputs, index, progress, stop, frame);
   clock.End("decode");
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;
-  const absl::StatusOr<Scan> scan = ReadScanOf(inputs, index, options.scans);
-  if (!scan.ok()) return scan.status();
+  const absl::StatusOr<Extras> extras = ReadExtrasOf(inputs, index, options);
+  if (!extras.ok()) return extras.status();
 
-  Registration registration(inputs, options, *scan, stop, frame);
+  Registration registration(inputs, options, *extras, stop, frame);
   if (absl::Status status = registration.Triangulate(); !status.ok()) return status;
   clock.End("triangulate");
   if (progress) progress(kTriangulated);

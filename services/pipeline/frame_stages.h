@@ -16,7 +16,8 @@ namespace weft {
 
 struct FrameOptions {
   AlignOptions align;
-  std::string scans;  // folder; empty where there is none
+  std::string scans;   // folder; empty where there is none
+  std::string starts;  // folder of an earlier registration; empty where there is none
   // Whether cells that were missed are looked for again where the first mesh expects them.
   bool second_look = true;
   SecondLookOptions second;
@@ -33,8 +34,11 @@ struct FrameResult {
 // The frame's scan in the folder `scans`: <frame>.ply or <frame>.pcd. Empty where there is none.
 std::string ScanPath(const RegistrationInputs& inputs, size_t index, const std::string& scans);
 
-// Runs in the calling thread's TBB arena. Cancelled when `stop` was requested. Errors of a scan that cannot
-// be read.
+// The mesh that an earlier registration in the folder `starts` has of the frame. Empty where it has none.
+std::string StartPath(const RegistrationInputs& inputs, size_t index, const std::string& starts);
+
+// Runs in the calling thread's TBB arena. Cancelled when `stop` was requested. Errors of a scan or a
+// start that cannot be read; InvalidArgument where the start is a mesh of another template.
 absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_t index,
                                          const FrameOptions& options, const FrameProgress& progress,
                                          std::stop_token stop);

@@ -136,6 +136,7 @@ absl::Status RefineFrame(const RegistrationInputs& inputs, const Surroundings& f
     if (!written.ok()) return written;
     temporal.set_self_intersections_before(result->untangling.pairs_before);
     temporal.set_self_intersections(result->untangling.pairs_after);
+    temporal.set_demoted(result->untangling.demoted_vertices);
     temporal.set_bridged(bridge);
     temporal.set_refined(!bridge);
     temporal.add_neighbors(frames.Name(neighbors.previous));

@@ -37,16 +37,28 @@ v1::RegistrationOptions Canonical(v1::RegistrationOptions options) {
   return options;
 }
 
-// Of the frame's images and its scan.
+// Of the frame's images, its scan and its start.
 absl::StatusOr<std::string> Fingerprint(const RegistrationInputs& inputs, size_t index,
                                         const v1::RegistrationOptions& options) {
-  const absl::StatusOr<std::string> images = inputs.dump->Fingerprint(index);
-  const std::string scan = ScanPath(inputs, index, options.scans());
-  if (!images.ok() || scan.empty()) return images;
+  absl::StatusOr<std::string> fingerprint = inputs.dump->Fingerprint(index);
+  if (!fingerprint.ok()) return fingerprint;
+  for (const std::string& file :
+       {ScanPath(inputs, index, options.scans()), StartPath(inputs, index, options.starts())}) {
+    if (file.empty()) continue;
+    std::error_code error;
+    const auto bytes = std::filesystem::file_size(file, error);
+    const auto written = std::filesystem::last_write_time(file, error).time_since_epoch().count();
+    absl::StrAppend(&*fingerprint, "+", bytes, "-", written);
+  }
+  return fingerprint;
+}
+
+// Frames that start from their own results would differ from run to run.
+absl::Status CheckStarts(const std::string& starts, const std::string& out) {
   std::error_code error;
-  const auto bytes = std::filesystem::file_size(scan, error);
-  const auto written = std::filesystem::last_write_time(scan, error).time_since_epoch().count();
-  return absl::StrCat(*images, "+", bytes, "-", written);
+  if (starts.empty() || !std::filesystem::equivalent(starts, out, error)) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("options.starts: ", starts, " is the folder of the results; give that of an earlier run"));
 }
 
 }  // namespace
@@ -57,12 +69,16 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
   const auto start = std::chrono::steady_clock::now();
   const absl::StatusOr<AlignOptions> preset = PresetByName(options.preset());
   if (!preset.ok()) return preset.status();
+  if (absl::Status status = CheckStarts(options.starts(), out); !status.ok()) return status;
   // Taken first: images that change while they are read must not look like those that were read.
   const absl::StatusOr<std::string> fingerprint = Fingerprint(inputs, index, options);
   if (!fingerprint.ok()) return fingerprint.status();
 
-  const FrameOptions frame_options{
-      *preset, options.scans(), Canonical(options).preset() == "best" && !options.single_look(), {}};
+  const FrameOptions frame_options{*preset,
+                                   options.scans(),
+                                   options.starts(),
+                                   Canonical(options).preset() == "best" && !options.single_look(),
+                                   {}};
   absl::StatusOr<FrameResult> frame = ComputeFrame(inputs, index, frame_options, progress, stop);
   if (!frame.ok()) return frame.status();
   v1::FrameReport& report = frame->report;

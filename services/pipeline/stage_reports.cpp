@@ -81,6 +81,7 @@ void DescribeAlignment(const AlignResult& result, const Template& garment, int u
   report.set_alignment_memory_mib(static_cast<double>(bytes) / (1 << 20));
   report.set_self_intersections_before(result.untangling.pairs_before);
   report.set_self_intersections(result.untangling.pairs_after);
+  report.set_demoted(result.untangling.demoted_vertices);
   report.set_observed(static_cast<int>(sigmas.size()));
   report.set_unclaimed_points(unclaimed);
   if (report.vertices_with_cell() > 0) {

@@ -44,11 +44,27 @@ std::string Bar(double share) {
   return absl::StrFormat("<i class=\"bar\"><i style=\"width:%.1f%%\"></i></i>", percent);
 }
 
+void AddRemark(const std::string& remark, std::string* text) {
+  absl::StrAppend(text, text->empty() ? "" : "; ", remark);
+}
+
+// What the removal of self-intersections left, and whom it cost a measurement.
+void AddUntangling(const v1::FrameReport& frame, std::string* text) {
+  const v1::TemporalReport& temporal = frame.temporal();
+  const bool again = temporal.refined() || temporal.bridged();
+  const int pairs = again ? temporal.self_intersections() : frame.mesh().self_intersections();
+  const int demoted = frame.mesh().demoted() + temporal.demoted();
+  if (pairs > 0) AddRemark(absl::StrCat(FormatCount(pairs), " pairs of faces intersect"), text);
+  if (demoted > 0) {
+    AddRemark(absl::StrCat(FormatCount(demoted), " measured vertices made way for others"), text);
+  }
+}
+
 std::string ReasonText(const v1::FrameReport& frame) {
   std::string reason = EscapeHtml(frame.reason());
+  AddUntangling(frame, &reason);
   if (frame.set_aside()) {
-    absl::StrAppend(&reason, reason.empty() ? "" : "; ",
-                    "given up because its workers ended abnormally; a new job tries it again");
+    AddRemark("given up because its workers ended abnormally; a new job tries it again", &reason);
   }
   return reason;
 }

@@ -82,6 +82,7 @@ const int kRegistered = [] {
   Register("best/filled_counts_fully", BestPreset(), [](AlignOptions* o) { o->detection.filled_weight = 1; });
   Register("best/bending_as_paper", BestPreset(),
            [](AlignOptions* o) { o->elastic.distortion.bending = 0.5; });
+  Register("best/soft_from_the_start", BestPreset(), [](AlignOptions* o) { o->first_bending = 0; });
   Register("best/all_weigh_the_same", BestPreset(),
            [](AlignOptions* o) { o->detection.weigh_by_sigma = false; });
   Register("best/outliers_stay", BestPreset(), [](AlignOptions* o) { o->robust.max_rounds = 0; });

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <array>
 #include <functional>
 #include <random>
 
@@ -90,7 +91,7 @@ TEST(SharpenCenters, LeavesFlatClothWhereItIs) {
 TEST(SharpenCenters, CovarianceMatchesTheErrors) {
   const double radius_mm = 300;
   FootprintOptions options;
-  options.shared_edges = options.shift_error = 0;
+  options.shared_edges = options.fold_error = 0;
   const Cloud sharp = SharpenCenters(Measured(radius_mm, 0.03, 2, options), options);
   double chi_square = 0;
   int count = 0;
@@ -112,6 +113,21 @@ TEST(SharpenCenters, IsLessSureOfCentresThatNothingSurrounds) {
     if (p.node == BoardNode{0, 0, NodeKind::kCenter}) corner = p.sigma_mm;
   }
   EXPECT_GT(corner, 2 * inside);
+}
+
+TEST(SharpenCenters, IsLessSureInNarrowFoldsAndBesideThem) {
+  Cloud measured = Measured(1e9, 0, 1, {});
+  for (CloudPoint& p : measured.points) {
+    if (p.node.kind == NodeKind::kCenter && p.node.row == 5) p.position_mm.z() += 1;
+  }
+  const Cloud sharp = SharpenCenters(measured, {});
+  std::array<double, kRows> sigma_mm = {};
+  for (const CloudPoint& p : sharp.points) {
+    if (p.node.kind == NodeKind::kCenter && p.node.col == 5) sigma_mm[p.node.row] = p.sigma_mm;
+  }
+  EXPECT_GT(sigma_mm[5], 0.05);
+  EXPECT_GT(sigma_mm[4], 0.05);
+  EXPECT_LT(sigma_mm[8], 0.03);
 }
 
 TEST(SharpenCenters, ChangesNothingWithoutAnAverage) {

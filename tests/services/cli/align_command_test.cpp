@@ -114,6 +114,25 @@ TEST_F(AlignCommand, TakesPointsByTemplateVertexAndPrintsJson) {
                              HasSubstr("\"inferred\": 72")));
 }
 
+TEST_F(AlignCommand, StartsFromAMeshAndWritesEachStage) {
+  ASSERT_TRUE(WriteCloud(folder_ / "cloud.ply", VisibleCloud()).ok());
+  ASSERT_EQ(Align().status, 0);
+  std::filesystem::rename(folder_ / "mesh.ply", folder_ / "before.ply");
+  const WeftRun run = Align({"--start", folder_ / "before.ply", "--stages", folder_ / "stages"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  const auto mesh = ReadMesh(folder_ / "mesh.ply"), last = ReadMesh(folder_ / "stages/04_untangle.ply"),
+             first = ReadMesh(folder_ / "stages/01_fill.ply"), before = ReadMesh(folder_ / "before.ply");
+  ASSERT_TRUE(mesh.ok() && last.ok() && first.ok() && before.ok()) << first.status() << last.status();
+  const size_t hidden = 6 * kSide + 6;
+  EXPECT_LT((last->vertices_mm[hidden] - mesh->vertices_mm[hidden]).norm(), 1e-4);
+  EXPECT_LT((first->vertices_mm[hidden] - before->vertices_mm[hidden]).norm(), 0.2);
+
+  ASSERT_TRUE(WriteMesh(folder_ / "small.ply", {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}}).ok());
+  const WeftRun refused = Align({"--start", folder_ / "small.ply"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.err, HasSubstr("start: has 3 vertices, the template 144"));
+}
+
 TEST_F(AlignCommand, TooFewPointsLeaveNoMesh) {
   Cloud cloud = VisibleCloud();
   cloud.points.resize(2);
