@@ -6,10 +6,11 @@
 #include <optional>
 #include <queue>
 
+#include "pattern/occupied_places.h"
+
 namespace weft {
 namespace {
 
-constexpr int kBucketPx = 8;
 constexpr int kMostAttempts = 5;
 // A candidate this good needs no second attempt from another neighbour.
 constexpr float kWellExplained = 0.75f;
@@ -24,11 +25,10 @@ class Growth {
         wants_missing_(wants_missing),
         width_px_(width_px),
         height_px_(height_px),
-        columns_(width_px / kBucketPx + 1),
         cell_of_(board.cells.size(), -1),
         attempts_(board.cells.size(), 0),
         explained_(board.cells.size(), 0),
-        newest_(static_cast<size_t>(columns_) * (height_px / kBucketPx + 1), -1) {}
+        places_(width_px, height_px) {}
 
   // The cells where growth stopped, after a run.
   std::vector<MissingCell> Missing() const {
@@ -80,7 +80,7 @@ class Growth {
       free_.push_back(top.candidate);
       if (cell_of_[top.cell] >= 0) continue;
       const GrownCell next = candidates_[top.candidate];
-      if (PlaceTaken(next.row, next.col, next.fit.frame)) {
+      if (places_.AreTaken(next.fit.frame)) {
         Miss(next.row, next.col, next.fit.frame, WhyMissing::kTaken);
         continue;
       }
@@ -127,46 +127,10 @@ class Growth {
     if (wants_missing_ && InImage(at)) missing_[Index(row, col)] = {row, col, at.x, at.y, why};
   }
 
-  // Whether the middle lies within another cell, or another's middle within this one.
-  bool PlaceTaken(int row, int col, const CellFrame& frame) const {
-    const int bx = static_cast<int>(frame.x) / kBucketPx, by = static_cast<int>(frame.y) / kBucketPx;
-    const int reach = 1 + static_cast<int>(std::sqrt(frame.Area())) / kBucketPx;
-    const float size = SquaredEdges(frame);
-    for (int y = std::max(0, by - reach); y <= std::min(height_px_ / kBucketPx, by + reach); ++y) {
-      for (int x = std::max(0, bx - reach); x <= std::min(columns_ - 1, bx + reach); ++x) {
-        for (int k = newest_[static_cast<size_t>(y) * columns_ + x]; k >= 0; k = next_in_bucket_[k]) {
-          const GrownCell& other = cells_[k];
-          const CellFrame& f = other.fit.frame;
-          const float dx = frame.x - f.x, dy = frame.y - f.y;
-          // No point of a cell is farther from its middle.
-          if (dx * dx + dy * dy > 0.5f * std::max(size, SquaredEdges(f))) continue;
-          if (other.row == row && other.col == col) continue;
-          if (Inside(f, dx, dy) || Inside(frame, -dx, -dy)) return true;
-        }
-      }
-    }
-    return false;
-  }
-
-  static float SquaredEdges(const CellFrame& f) {
-    return f.ax * f.ax + f.ay * f.ay + f.bx * f.bx + f.by * f.by;
-  }
-
-  // Whether a point at (dx, dy) from the middle is in the cell.
-  static bool Inside(const CellFrame& f, float dx, float dy) {
-    const float half = 0.5f * f.Area();
-    return std::abs(f.by * dx - f.bx * dy) < half && std::abs(f.ax * dy - f.ay * dx) < half;
-  }
-
   void Take(const GrownCell& cell) {
-    const int index = static_cast<int>(cells_.size());
+    cell_of_[Index(cell.row, cell.col)] = static_cast<int>(cells_.size());
     cells_.push_back(cell);
-    cell_of_[Index(cell.row, cell.col)] = index;
-    const int x = static_cast<int>(cell.fit.frame.x) / kBucketPx,
-              y = static_cast<int>(cell.fit.frame.y) / kBucketPx;
-    int& newest = newest_[static_cast<size_t>(y) * columns_ + x];
-    next_in_bucket_.push_back(newest);
-    newest = index;
+    places_.Take(cell.fit.frame);
   }
 
   void Enqueue(const GrownCell& candidate) {
@@ -245,13 +209,12 @@ class Growth {
   const Board& board_;
   const GrowthOptions& options_;
   bool wants_missing_;
-  int width_px_, height_px_, columns_;
+  int width_px_, height_px_;
   std::vector<int> cell_of_;  // by board cell
   std::vector<uint8_t> attempts_;
   std::vector<float> explained_;  // by board cell, of the best candidate so far
-  std::vector<int> newest_;       // [buckets], the cell that was taken last there, -1 for none
   std::vector<GrownCell> cells_;
-  std::vector<int> next_in_bucket_;  // [cells], the one taken before, -1 for none
+  OccupiedPlaces places_;
   std::vector<GrownCell> candidates_;
   std::vector<int> free_;  // places in candidates_
   std::priority_queue<Entry> queue_;

@@ -33,6 +33,15 @@ struct Reading {
   int row, col;
 };
 
+// A known cell near a spot; the nearest are the least.
+struct Near {
+  float squared;  // distance
+  int cell;
+  bool operator<(const Near& other) const {
+    return squared != other.squared ? squared < other.squared : cell < other.cell;
+  }
+};
+
 class IslandSearch {
  public:
   IslandSearch(const CellFitter& fitter, const std::vector<ColorImage>& pyramid, const Board& board,
@@ -47,7 +56,7 @@ class IslandSearch {
         centers_(Centers(known), pyramid[0].width_px, pyramid[0].height_px),
         bucket_columns_(pyramid[0].width_px / kBucketPx + 1),
         bucket_rows_(pyramid[0].height_px / kBucketPx + 1),
-        buckets_(static_cast<size_t>(bucket_columns_) * bucket_rows_, -1),
+        buckets_(static_cast<size_t>(bucket_columns_) * bucket_rows_),
         threes_(static_cast<size_t>(board.rows + 2) * board.cols, kThrees - 1) {
     for (int row = 0; row < board.rows; ++row) {
       for (int col = 0; col < board.cols; ++col) {
@@ -60,11 +69,13 @@ class IslandSearch {
     }
     for (size_t k = 0; k < known.size(); ++k) {
       const CellFrame& f = known[k].fit.frame;
-      int& best = buckets_[static_cast<size_t>(Bucket(f.y, bucket_rows_)) * bucket_columns_ +
-                           Bucket(f.x, bucket_columns_)];
-      if (best < 0 || known[k].fit.explained > known[best].fit.explained) best = static_cast<int>(k);
+      Best& best = buckets_[static_cast<size_t>(Bucket(f.y, bucket_rows_)) * bucket_columns_ +
+                            Bucket(f.x, bucket_columns_)];
+      if (best.cell < 0 || known[k].fit.explained > known[best.cell].fit.explained)
+        best = {f.x, f.y, f.Area(), static_cast<int>(k)};
       last_group_ = std::max(last_group_, known[k].group);
     }
+    MarkNearKnown();
   }
 
   std::vector<GrowthSeed> Run(const std::vector<LooseSpot>& spots) {
@@ -77,7 +88,27 @@ class IslandSearch {
   }
 
  private:
+  // The best explained known cell of a bucket; with what most spots ask it for.
+  struct Best {
+    float x = 0, y = 0, area_px2 = 0;
+    int cell = -1;  // -1 where there is none
+  };
+
   int Bucket(float v, int count) const { return std::clamp(static_cast<int>(v) / kBucketPx, 0, count - 1); }
+
+  void MarkNearKnown() {
+    near_known_.assign(buckets_.size(), 0);
+    for (int row = 0; row < bucket_rows_; ++row) {
+      for (int column = 0; column < bucket_columns_; ++column) {
+        if (buckets_[static_cast<size_t>(row) * bucket_columns_ + column].cell < 0) continue;
+        const int first = std::max(column - kFarthestBuckets, 0),
+                  last = std::min(column + kFarthestBuckets, bucket_columns_ - 1);
+        for (int y = std::max(row - kFarthestBuckets, 0);
+             y <= std::min(row + kFarthestBuckets, bucket_rows_ - 1); ++y)
+          std::fill_n(&near_known_[static_cast<size_t>(y) * bucket_columns_ + first], last - first + 1, 1);
+      }
+    }
+  }
 
   static bool Contains(const CellFrame& f, float dx, float dy) {
     const float half = 0.5f * f.Area();
@@ -114,30 +145,30 @@ class IslandSearch {
     anchors_.clear();
     near_.clear();
     const int column = Bucket(spot.x_px, bucket_columns_), row = Bucket(spot.y_px, bucket_rows_);
+    if (!near_known_[static_cast<size_t>(row) * bucket_columns_ + column]) return;
     const float scale = 1.0f / static_cast<float>(1 << spot.level);
     for (int y = std::max(row - kFarthestBuckets, 0); y <= std::min(row + kFarthestBuckets, bucket_rows_ - 1);
          ++y) {
       for (int x = std::max(column - kFarthestBuckets, 0);
            x <= std::min(column + kFarthestBuckets, bucket_columns_ - 1); ++x) {
-        const int k = buckets_[static_cast<size_t>(y) * bucket_columns_ + x];
-        if (k < 0) continue;
-        const CellFrame& f = known_[k].fit.frame;
-        const float dx = spot.x_px - f.x, dy = spot.y_px - f.y, area = f.Area(),
-                    area_there = scale * scale * area;
+        const Best& best = buckets_[static_cast<size_t>(y) * bucket_columns_ + x];
+        if (best.cell < 0) continue;
+        const float dx = spot.x_px - best.x, dy = spot.y_px - best.y,
+                    area_there = scale * scale * best.area_px2;
         const float squared = dx * dx + dy * dy;
-        if (squared > kFarthestCells * kFarthestCells * area) continue;
+        if (squared > kFarthestCells * kFarthestCells * best.area_px2) continue;
         if (area_there < kLeastPitchPx * kLeastPitchPx || area_there > kLargestPitchPx * kLargestPitchPx)
           continue;
-        near_.push_back({squared, k});
+        near_.push_back({squared, best.cell});
       }
     }
     if (near_.empty()) return;
-    if (Known(spot, known_[std::min_element(near_.begin(), near_.end())->second].fit.frame)) return;
+    if (Known(spot, known_[std::min_element(near_.begin(), near_.end())->cell].fit.frame)) return;
     while (anchors_.size() < kMostAnchors && !near_.empty()) {
-      const int nearest = std::min_element(near_.begin(), near_.end())->second;
+      const int nearest = std::min_element(near_.begin(), near_.end())->cell;
       anchors_.push_back(nearest);
-      std::erase_if(near_, [&](const auto& other) {
-        const GrownCell &s = known_[nearest], &t = known_[other.second];
+      std::erase_if(near_, [&](const Near& other) {
+        const GrownCell &s = known_[nearest], &t = known_[other.cell];
         return std::max(std::abs(s.row - t.row), std::abs(s.col - t.col)) <= kBetweenAnchors;
       });
     }
@@ -196,19 +227,20 @@ class IslandSearch {
     const int last_row = std::min(anchor.row + reach, board_.rows - 1),
               last_col = std::min(anchor.col + reach, board_.cols - 1);
     const float *above = of_threes_[0].data(), *here = of_threes_[1].data(), *below = of_threes_[2].data();
-    const float least = options_.min_evidence;
+    // What a further reading has to exceed.
+    float bar = std::nextafter(options_.min_evidence, 0.0f);
     for (int row = first_row; row <= last_row; ++row) {
       const uint16_t *up = ThreeAt(row - 1, 0), *at = ThreeAt(row, 0), *down = ThreeAt(row + 1, 0);
       for (int col = first_col; col <= last_col; ++col) {
         const float evidence = above[up[col]] + here[at[col]] + below[down[col]];
-        if (evidence >= least && map_.At(row, col) < 0) readings_.push_back({evidence, row, col});
+        if (evidence <= bar || map_.At(row, col) >= 0) continue;
+        if (readings_.size() == kMostReadings) readings_.pop_back();
+        const auto place = std::find_if(readings_.begin(), readings_.end(),
+                                        [evidence](const Reading& r) { return r.evidence < evidence; });
+        readings_.insert(place, {evidence, row, col});
+        if (readings_.size() == kMostReadings) bar = readings_.back().evidence;
       }
     }
-    const size_t kept = std::min(readings_.size(), kMostReadings);
-    std::partial_sort(readings_.begin(), readings_.begin() + static_cast<std::ptrdiff_t>(kept),
-                      readings_.end(),
-                      [](const Reading& s, const Reading& t) { return s.evidence > t.evidence; });
-    readings_.resize(kept);
   }
 
   void ReadFrom(const GrownCell& anchor, const LooseSpot& spot) {
@@ -237,13 +269,14 @@ class IslandSearch {
   CellMap map_;
   KeypointGrid centers_;  // of known cells
   int bucket_columns_, bucket_rows_;
-  std::vector<int> buckets_;  // the best explained known cell, -1 where there is none
+  std::vector<Best> buckets_;
+  std::vector<uint8_t> near_known_;  // whether one of the buckets around has a known cell
   // [rows + 2][cols], a cell and those left and right of it as a number; a row off the board above and below.
   std::vector<uint16_t> threes_;
   CellFrame looked_;  // where of_threes_ is from
   ThreesEvidence of_threes_;
   int last_group_ = 0;
-  std::vector<std::pair<float, int>> near_;  // squared distance, known cell
+  std::vector<Near> near_;
   std::vector<int> anchors_;
   std::vector<Reading> readings_;
   std::vector<GrowthSeed> seeds_;
