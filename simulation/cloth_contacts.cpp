@@ -144,8 +144,8 @@ void ContactFinder::ListVerticesAtFaces(const std::vector<Vector3d>& x, double r
         grid.Around(center[f], far, [&](int v) {
           if (((x[v] - center[f]).array().abs() > far).any()) return;
           if (v == t[0] || v == t[1] || v == t[2]) return;
-          if (NearestOnTriangle(x[v], x[t[0]], x[t[1]], x[t[2]]).distance_mm < reach)
-            found.push_back({v, static_cast<int>(f)});
+          const float distance = NearestOnTriangle(x[v], x[t[0]], x[t[1]], x[t[2]]).distance_mm;
+          if (distance < reach) found.push_back({v, static_cast<int>(f), distance});
         });
       },
       at_faces_);
@@ -183,7 +183,8 @@ void ContactFinder::ListEdgesAtEdges(const std::vector<Vector3d>& x, double reac
     // The pair is found in several boxes and taken in the first that both touch.
     const Eigen::Array3i first = box_of(low[i].max(low[j]));
     if (BoxKey(first.x(), first.y(), first.z()) != key) return;
-    if (NearestOfEdges(x[a], x[b], x[c], x[d]).distance_mm < reach) found.push_back({i, j});
+    const float distance = NearestOfEdges(x[a], x[b], x[c], x[d]).distance_mm;
+    if (distance < reach) found.push_back({i, j, distance});
   };
   Collect(
       boxes.buckets(),
@@ -198,11 +199,16 @@ void ContactFinder::ListEdgesAtEdges(const std::vector<Vector3d>& x, double reac
 void ContactFinder::Measure(const std::vector<Vector3d>& x) {
   pairs_.clear();
   const float reach = static_cast<float>(reach_mm_);
+  // Elements come nearer by no more than what their vertices have moved, so most need no closer look.
+  const float unreached = reach + 1e-3F;
+  const auto longest = [&](int a, int b) { return std::max(moved_mm_[a], moved_mm_[b]); };
   Collect(
       at_faces_.size(),
       [&](size_t k, std::vector<ContactPair>& found) {
         const int v = at_faces_[k].a;
         const Face& t = faces_[at_faces_[k].b];
+        const float moved = moved_mm_[v] + std::max(longest(t[0], t[1]), moved_mm_[t[2]]);
+        if (at_faces_[k].distance_mm - moved > unreached) return;
         const NearestPoints near = NearestOnTriangle(x[v], x[t[0]], x[t[1]], x[t[2]]);
         if (!(near.distance_mm < reach)) return;
         found.push_back({{v, t[0], t[1], t[2]},
@@ -218,6 +224,7 @@ void ContactFinder::Measure(const std::vector<Vector3d>& x) {
       [&](size_t k, std::vector<ContactPair>& found) {
         const auto [a, b] = edges_[at_edges_[k].a];
         const auto [c, d] = edges_[at_edges_[k].b];
+        if (at_edges_[k].distance_mm - longest(a, b) - longest(c, d) > unreached) return;
         const NearestPoints near = NearestOfEdges(x[a], x[b], x[c], x[d]);
         if (!(near.distance_mm < reach)) return;
         found.push_back({{a, b, c, d},
@@ -238,12 +245,15 @@ const std::vector<ContactPair>& ContactFinder::Find(const std::vector<Vector3d>&
   const double limit2 = margin_mm_ * margin_mm_ / 4;
   for (size_t v = 0; v < listed_at_mm_.size(); ++v) {
     listed_at_mm_[v] = carry * listed_at_mm_[v];
-    stale |= !((x[v] - listed_at_mm_[v]).squaredNorm() < limit2);
+    const double moved2 = (x[v] - listed_at_mm_[v]).squaredNorm();
+    stale |= !(moved2 < limit2);
+    moved_mm_[v] = static_cast<float>(std::sqrt(moved2));
   }
   if (stale) {
     ListVerticesAtFaces(x, reach_mm_ + margin_mm_);
     ListEdgesAtEdges(x, reach_mm_ + margin_mm_);
     listed_at_mm_ = x;
+    moved_mm_.assign(x.size(), 0);
   }
   Measure(x);
   return pairs_;

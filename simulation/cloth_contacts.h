@@ -36,7 +36,8 @@ class ContactFinder {
 
  private:
   struct Candidate {
-    int a, b;  // vertex and face, or two edges
+    int a, b;           // vertex and face, or two edges
+    float distance_mm;  // when it was listed
   };
 
   void ListVerticesAtFaces(const std::vector<Eigen::Vector3d>& x_mm, double reach_mm);
@@ -50,6 +51,7 @@ class ContactFinder {
   double reach_mm_, margin_mm_;
   std::vector<Candidate> at_faces_, at_edges_;
   std::vector<Eigen::Vector3d> listed_at_mm_;  // positions when the candidates were listed, carried since
+  std::vector<float> moved_mm_;                // how far each vertex is from there
   std::vector<ContactPair> pairs_;
 };
 

@@ -11,7 +11,6 @@
 #include "absl/status/statusor.h"
 #include "alignment/mesh.h"
 #include "simulation/body_motion.h"
-#include "simulation/cloth_motion.h"
 #include "simulation/fabric.h"
 #include "simulation/garment.h"
 
@@ -25,6 +24,8 @@ struct HandleMotion {
   double compression = 0.10;  // share by which the handles come closer; this is what makes folds
   double twist_deg = 30;      // of the tube's lower end against the upper one, each way
   double sway_mm = 8;         // sideways motion, each way
+
+  absl::Status Validate() const;
 };
 
 struct PerformanceOptions {
@@ -38,8 +39,7 @@ struct PerformanceOptions {
   double settle_s = 0.7;  // from rest to the first frame
   double step_s = 0;      // of the integration; 0 for one that suits the cell
   HandleMotion handles;   // sheet and tube
-  FabricOptions fabric;   // of sheet and tube
-  JerseyOptions jersey;   // of T-shirt and skirt
+  JerseyOptions jersey;
   uint64_t seed = 1;
 
   absl::Status Validate() const;

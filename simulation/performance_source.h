@@ -1,12 +1,18 @@
 // What stands behind a Performance: one way of making frames.
 #pragma once
 
+#include <cmath>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "simulation/performance.h"
 
 namespace weft {
+
+// How many equal steps of `longest_s` at most make up a span of time; rounding errors are no span.
+inline int StepsWithin(double span_s, double longest_s) {
+  return static_cast<int>(std::ceil(span_s / longest_s - 1e-9));
+}
 
 class PerformanceSource {
  public:

@@ -8,11 +8,17 @@
 namespace weft {
 namespace {
 
+// A thin poplin: unlike a knit it does not give way, so that a small tube folds.
+void SetUpPoplin(SyntheticTakeOptions& o) {
+  o.performance.jersey.compression_share = 1;
+  o.performance.jersey.bending_n_m = 8e-6;
+}
+
 void SetUpTiny(SyntheticTakeOptions& o) {
   o.performance.rows = 24, o.performance.cols = 48, o.performance.cell_mm = 3;
   o.performance.frames = 3;
-  o.performance.step_s = 1.0 / 10000;
   o.performance.settle_s = 0.3;
+  SetUpPoplin(o);
   o.performance.handles.sway_mm = 2, o.performance.handles.compression = 0.06;
   o.rig.cameras = 12;
   o.rig.width_px = 192, o.rig.height_px = 256;
@@ -26,8 +32,8 @@ void SetUpTiny(SyntheticTakeOptions& o) {
 void SetUpQuickstart(SyntheticTakeOptions& o) {
   o.performance.rows = 72, o.performance.cols = 120, o.performance.cell_mm = 3;
   o.performance.frames = 5;
-  o.performance.step_s = 1.0 / 8000;
   o.performance.handles.compression = 0.13;
+  SetUpPoplin(o);
   o.rig.cameras = 16;
   o.rig.width_px = 600, o.rig.height_px = 800;
   o.rig.fill = 0.74;

@@ -21,14 +21,14 @@ using Eigen::Vector3d;
 
 constexpr double kGrowS = 0.6;           // the body grows into the garment,
 constexpr double kLowerS = 0.5;          // lowers its arms,
-constexpr double kSlowestMmPerS = 2200;  // of cloth against the trunk, sets the automatic step
+constexpr double kFastestMmPerS = 2200;  // of cloth against the trunk, sets the automatic step
 
 // The person stands so that the garment is about the origin.
 const Vector3d kPelvisMm(0, 60, 0);
 
 double StepOf(const PerformanceOptions& o) {
   if (o.step_s > 0) return o.step_s;
-  return std::min(0.002, 0.5 * o.cell_mm / kSlowestMmPerS);
+  return std::min(0.002, 0.5 * o.cell_mm / kFastestMmPerS);
 }
 
 std::vector<std::array<Eigen::Vector2d, 3>> FlatShape(const Garment& garment) {
@@ -198,11 +198,11 @@ class WornGarment : public PerformanceSource {
   }
 
   absl::Status Advance(double until_s) {
-    const int steps = static_cast<int>(std::ceil((until_s - time_s_) / step_s_ - 1e-9));
-    const double h = steps > 0 ? (until_s - time_s_) / steps : 0;
+    const int steps = StepsWithin(until_s - time_s_, step_s_);
+    const double h = (until_s - time_s_) / std::max(1, steps);
     Solid before = SolidAt(time_s_);
     for (int k = 0; k < steps; ++k) {
-      time_s_ = k + 1 == steps ? until_s : time_s_ + h;
+      time_s_ += h;
       const Solid solid = SolidAt(time_s_);
       Obstacle obstacle;
       obstacle.distance = [&](const Vector3d& p, double far) { return solid.DistanceWithin(p, far); };
@@ -221,6 +221,7 @@ class WornGarment : public PerformanceSource {
       solver_->Step(h, input);
       before = solid;
     }
+    time_s_ = until_s;
     if (!solver_->IsFinite())
       return absl::InternalError(
           absl::StrCat("cloth simulation diverged at ", until_s, " s; use a smaller step_s than ", step_s_));

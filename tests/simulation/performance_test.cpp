@@ -15,7 +15,7 @@ PerformanceOptions SmallTube() {
   PerformanceOptions options;
   options.garment = GarmentKind::kTube;
   options.rows = 12, options.cols = 24, options.cell_mm = 4;
-  options.frames = 3, options.settle_s = 0.1, options.step_s = 1.0 / 5000;
+  options.frames = 3, options.settle_s = 0.1;
   return options;
 }
 

@@ -22,7 +22,6 @@ class EvaluateJobTest : public testing::Test {
   void SetUp() override {
     SyntheticTakeOptions options = *SyntheticPreset("tiny", 1);
     options.performance.frames = 2;
-    options.performance.step_s = 1.0 / 1000;  // stretches a little more, takes a tenth of the time
     auto take = SyntheticTake::Make(options);
     ASSERT_TRUE(take.ok()) << take.status();
     const auto take_folder = TakeFolder::Open(folder_ / "take", "test");
