@@ -93,10 +93,10 @@ absl::Status ScoreDecoding(const FrameTruth& truth, const std::vector<CameraObse
 
 CloudScore ScoreCloud(const FrameTruth& truth, const std::vector<int>& scoreable_views, const Cloud& cloud,
                       const EvaluationOptions& options) {
-  std::map<BoardNode, int> vertex_of;
+  std::map<BoardNode, int> vertex_of;  // of all cells that are in sight anywhere; -1 for cut ones
   for (const ViewTruth& view : truth.views)
     for (const NodeTruth& node : view.nodes)
-      if (node.vertex >= 0) vertex_of[node.node] = node.vertex;
+      if (node.node.kind == NodeKind::kCenter) vertex_of[node.node] = node.vertex;
   std::set<int> near;  // vertices with a point near them
   CloudScore score;
   for (const CloudPoint& point : cloud.points) {
@@ -107,6 +107,7 @@ CloudScore ScoreCloud(const FrameTruth& truth, const std::vector<int>& scoreable
       ++score.points_of_unseen_cells;
       continue;
     }
+    if (vertex->second < 0) continue;
     const double error_mm = (point.position_mm - truth.mesh.vertices_mm[vertex->second]).norm();
     score.errors_mm.push_back(error_mm);
     if (error_mm <= options.covered_within_mm) near.insert(vertex->second);

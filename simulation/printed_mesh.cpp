@@ -98,6 +98,11 @@ std::optional<SurfacePoint> PrintLocator::Find(const BoardPoint& point) const {
   return std::nullopt;
 }
 
+SurfacePoint PrintLocator::Beyond(int face, const BoardPoint& point) const {
+  const std::optional<Eigen::Vector3d> weights = WeightsIn(print_.of_face[face], point);
+  return {face, weights.value_or(Eigen::Vector3d(1, 0, 0))};
+}
+
 Eigen::Vector3d PositionOf(const SurfacePoint& point, const std::vector<Eigen::Vector3d>& vertices_mm,
                            const std::vector<Face>& faces) {
   const Face& face = faces[point.face];

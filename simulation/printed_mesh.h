@@ -42,6 +42,10 @@ class PrintLocator {
   // The face of lowest index that covers the point; empty where the cloth does not carry that place.
   std::optional<SurfacePoint> Find(const BoardPoint& point) const;
 
+  // The place of a board coordinate in the plane of a printed face, also outside of it: weights may be
+  // negative.
+  SurfacePoint Beyond(int face, const BoardPoint& point) const;
+
   // Board cells covered by the print: [row_begin, row_end) x [col_begin, col_end).
   int row_begin() const { return row_begin_; }
   int row_end() const { return row_end_; }

@@ -32,7 +32,7 @@ void SetUpTiny(SyntheticTakeOptions& o) {
 void SetUpQuickstart(SyntheticTakeOptions& o) {
   o.performance.rows = 72, o.performance.cols = 120, o.performance.cell_mm = 3;
   o.performance.frames = 5;
-  o.performance.handles.compression = 0.13;
+  o.performance.handles.compression = 0.2;
   SetUpPoplin(o);
   o.rig.cameras = 16;
   o.rig.width_px = 600, o.rig.height_px = 800;

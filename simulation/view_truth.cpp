@@ -20,12 +20,16 @@ constexpr int kProbesNeeded = 5;
 
 struct Probe {
   bool on_cloth = false;
+  bool has_place = false;  // on the cloth, or where its print would go on
+  int face = -1;
   int vertex = -1;
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   bool in_sight = false;
   std::optional<Eigen::Vector2d> pixel_px;
 };
+
+BoardPoint OffsetOf(int probe) { return kProbeOffset * BoardPoint(probe % 3 - 1, probe / 3 - 1); }
 
 class ViewProbe {
  public:
@@ -42,9 +46,9 @@ class ViewProbe {
     const double half = node.kind == NodeKind::kCenter ? 0.5 : 0.0;
     const BoardPoint place(node.col + half, node.row + half);
     Probes probes;
-    for (int k = 0; k < 9; ++k) probes[k] = ProbeAt(place + kProbeOffset * BoardPoint(k % 3 - 1, k / 3 - 1));
+    for (int k = 0; k < 9; ++k) probes[k] = ProbeAt(place + OffsetOf(k));
     Probe& middle = probes[4];
-    if (!middle.on_cloth) return std::nullopt;
+    if (!middle.on_cloth && !ContinuePrint(place, probes)) return std::nullopt;
     middle.pixel_px = camera_.Project(middle.position_mm);
     if (!middle.pixel_px || !camera_.Contains(*middle.pixel_px)) return std::nullopt;
     if (!SetInSight(probes)) return std::nullopt;
@@ -53,9 +57,9 @@ class ViewProbe {
     bool complete = true;
     int seen = 0;
     for (Probe& p : probes) {
-      if (p.on_cloth && &p != &middle) p.pixel_px = camera_.Project(p.position_mm);
+      if (p.has_place && &p != &middle) p.pixel_px = camera_.Project(p.position_mm);
       normal += p.normal;
-      complete = complete && p.pixel_px;
+      complete = complete && p.on_cloth && p.pixel_px;
       seen += p.in_sight && p.pixel_px ? 1 : 0;
     }
     if (seen == 0) return std::nullopt;
@@ -84,12 +88,28 @@ class ViewProbe {
     const Face& face = mesh_.faces[point->face];
     const Eigen::Vector3d &a = mesh_.vertices_mm[face[0]], &b = mesh_.vertices_mm[face[1]],
                           &c = mesh_.vertices_mm[face[2]];
-    out.on_cloth = true;
+    out.on_cloth = out.has_place = true;
+    out.face = point->face;
     int corner = 0;
     if (point->weights.maxCoeff(&corner) > 1 - kAtVertex) out.vertex = face[corner];
     out.position_mm = PositionOf(*point, mesh_.vertices_mm, mesh_.faces);
     out.normal = (b - a).cross(c - a).normalized();
     return out;
+  }
+
+  // A cell that is cut through has its middle where the print would go on along the nearest face.
+  bool ContinuePrint(const BoardPoint& place, Probes& probes) const {
+    int face = -1;
+    for (const int k : {1, 3, 5, 7, 0, 2, 6, 8})
+      if (face < 0 && probes[k].on_cloth) face = probes[k].face;
+    if (face < 0) return false;
+    for (int k = 0; k < 9; ++k) {
+      if (probes[k].on_cloth) continue;
+      const SurfacePoint point = print_.Beyond(face, place + OffsetOf(k));
+      probes[k].position_mm = PositionOf(point, mesh_.vertices_mm, mesh_.faces);
+      probes[k].has_place = true;
+    }
+    return true;
   }
 
   // False when none is in sight.
@@ -113,7 +133,7 @@ class ViewProbe {
 
   // From the largest of the parallelograms that the probes span, so that nodes at the cloth's edge have one.
   static double Pitch(const std::array<Probe, 9>& probes) {
-    const auto seen = [&](int k) { return probes[k].on_cloth && probes[k].pixel_px; };
+    const auto seen = [&](int k) { return probes[k].pixel_px.has_value(); };
     const auto span = [&](int a, int b) {
       return Eigen::Vector2d((*probes[b].pixel_px - *probes[a].pixel_px) / kProbeOffset);
     };

@@ -15,7 +15,7 @@ namespace weft {
 // A node of the board in one view.
 struct NodeTruth {
   BoardNode node;
-  int vertex = -1;  // the mesh's vertex at a centre; -1 where there is none, and for corners
+  int vertex = -1;  // the mesh's vertex at a centre; -1 where there is none (cut cells), and for corners
   Eigen::Vector2d pixel_px = Eigen::Vector2d::Zero();
   // Square root of the area of the projected cell (corner: of the unit square around it).
   double pitch_px = 0;
@@ -32,8 +32,9 @@ struct ScoreableOptions {
 };
 
 // The nodes of which at least one of the 9 points is in sight, with their place in the picture; ordered by
-// kind, row, column. A node on a seam, where the cloth carries its place twice, appears once, at the face of
-// lowest index.
+// kind, row, column. Where a panel is cut through a cell and its middle is not on the cloth, its place is
+// where the print would go on; such a node is never visible. A node on a seam, where the cloth carries its
+// place twice, appears once, at the face of lowest index.
 struct ViewTruth {
   std::string camera_id;
   std::vector<NodeTruth> nodes;

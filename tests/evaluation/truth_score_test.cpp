@@ -178,6 +178,22 @@ TEST(Evaluation, CoverageCountsPointsNearTheirVertexOnly) {
   EXPECT_NEAR(Summarize(score.cloud->errors_mm)->max, 1.5, 1e-12);
 }
 
+TEST(Evaluation, PointOfACutCellIsNoPointOfAnUnseenOne) {
+  FrameTruth truth = SheetTruth();
+  ResultPieces result = PerfectResult(truth);
+  CloudPoint cut = result.cloud->points[0], unseen = cut;
+  cut.node.row = 100, unseen.node.row = 101;
+  result.cloud->points.push_back(cut), result.cloud->points.push_back(unseen);
+  NodeTruth node = truth.views[0].nodes[0];
+  node.node.row = 100, node.vertex = -1, node.visible = node.scoreable = false;
+  truth.views[0].nodes.push_back(node);
+  const absl::StatusOr<FrameScore> score = Evaluate(truth, result, {});
+  ASSERT_TRUE(score.ok()) << score.status();
+  EXPECT_EQ(score->cloud->points, kCells + 2);
+  EXPECT_EQ(score->cloud->points_of_unseen_cells, 1);
+  EXPECT_EQ(score->cloud->errors_mm.size(), static_cast<size_t>(kCells));
+}
+
 TEST(Evaluation, MissingPiecesAreNotZero) {
   const FrameTruth truth = SheetTruth();
   const FrameScore score = ScoreOf(truth, ResultPieces());

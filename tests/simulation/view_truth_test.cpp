@@ -73,6 +73,27 @@ TEST(ViewTruth, BackSideIsNotSeen) {
   EXPECT_TRUE(TruthOf(FlatSheet(6, 6), FlatCamera(1000, 300, 180)).nodes.empty());
 }
 
+TEST(ViewTruth, CellCutThroughBeforeItsMiddleIsKnownButNotVisible) {
+  const Cloth cloth = FlatSheet(6, 8);
+  ClothPrint print = cloth.print;  // the cloth begins 0.4 cells later on the board: cells 0.4 .. 8.4
+  for (auto& face : print.of_face)
+    for (BoardPoint& p : face) p.x() += 0.4;
+  int cut = 0;
+  for (const NodeTruth& n : TruthOf(cloth.rest, print, FlatCamera(1000, 300, 0)).nodes) {
+    if (n.node.kind != NodeKind::kCenter) continue;
+    EXPECT_EQ(n.visible, n.node.col < 8);
+    if (n.node.col < 8) continue;
+    const Eigen::Vector2d expected(157.3 + 1000 * (n.node.col + 0.5 - 0.4 - 4) * kFlatCellMm / 300,
+                                   121.8 + 1000 * (n.node.row + 0.5 - 3) * kFlatCellMm / 300);
+    EXPECT_LT((n.pixel_px - expected).norm(), 1e-6);
+    EXPECT_NEAR(n.pitch_px, 1000 * kFlatCellMm / 300, 1e-6);
+    EXPECT_EQ(n.vertex, -1);
+    EXPECT_FALSE(n.scoreable);
+    ++cut;
+  }
+  EXPECT_EQ(cut, 6);
+}
+
 TEST(ViewTruth, ScreenHidesWhatIsBehindIt) {
   const Cloth cloth = FlatSheet(12, 16);
   const CameraModel camera = FlatCamera(1000, 300, 0);

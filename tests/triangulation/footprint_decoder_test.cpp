@@ -67,7 +67,8 @@ TEST(FootprintOfTheDecoder, IsTheShareThatTriangulationTakesOut) {
     Add(result->observations, view->truth, sums);
   }
   ASSERT_GT(sums.cells, 5000u);
-  EXPECT_NEAR(sums.bend_error / sums.bend_bend, FootprintOptions().neighbor_share, 0.04);
+  // It varies from one way of folding to another.
+  EXPECT_NEAR(sums.bend_error / sums.bend_bend, FootprintOptions().neighbor_share, 0.06);
 }
 
 }  // namespace
