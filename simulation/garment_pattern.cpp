@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <set>
 
@@ -148,17 +149,75 @@ absl::Status AddPanel(const Panel& panel, int index, const BoardPlace& place,
   for (const Face& face : mesh->faces) {
     Face sewn_face;
     std::array<BoardPoint, 3> print;
+    std::array<Vec2, 3> places;
     for (int k = 0; k < 3; ++k) {
       sewn_face[k] = vertex_of_node[face[k]];
       print[k] = mesh->NodeAt(outline, face[k]);
+      places[k] = place.PanelOf(print[k]);
     }
     sewn.garment.rest.faces.push_back(sewn_face);
     sewn.garment.print.of_face.push_back(print);
+    sewn.panel_of_face.push_back(index);
+    sewn.place_of_face.push_back(places);
   }
   return absl::OkStatus();
 }
 
+// A panel of a sewn garment, to find the face at a place of it.
+class PanelFaces {
+ public:
+  PanelFaces(const SewnPanels& sewn, int panel)
+      : cell_mm_(sewn.garment.cell_mm), locator_(PrintOf(sewn, panel)) {}
+
+  // A place that just misses the panel, beside a curved border, belongs to the face next to it.
+  SurfacePoint At(const Vec2& place_mm) const {
+    const Vec2 place = place_mm / cell_mm_;
+    for (const double far : {0.0, 0.02, 0.1, 0.3, 1.0})
+      for (int k = 0; k < 8; ++k) {
+        const double angle = k * std::numbers::pi / 4;
+        if (const auto near = locator_.Find(place + far * Vec2(std::cos(angle), std::sin(angle))))
+          return locator_.Beyond(near->face, place);
+      }
+    return {};
+  }
+
+ private:
+  static ClothPrint PrintOf(const SewnPanels& sewn, int panel) {
+    ClothPrint out;
+    for (size_t f = 0; f < sewn.place_of_face.size(); ++f) {
+      std::array<BoardPoint, 3> corners;
+      for (int k = 0; k < 3; ++k) corners[k] = sewn.place_of_face[f][k] / sewn.garment.cell_mm;
+      if (sewn.panel_of_face[f] != panel) corners.fill(BoardPoint::Constant(std::nan("")));
+      out.of_face.push_back(corners);
+    }
+    return out;
+  }
+
+  double cell_mm_;
+  PrintLocator locator_;
+};
+
 }  // namespace
+
+std::vector<Eigen::Vector3d> PositionsOn(const SewnPanels& coarse,
+                                         const std::vector<Eigen::Vector3d>& coarse_mm,
+                                         const SewnPanels& fine) {
+  std::vector<PanelFaces> panels;
+  for (int p = 0; p <= coarse.panel_of_face.back(); ++p) panels.emplace_back(coarse, p);
+  std::vector<Eigen::Vector3d> out;
+  for (const auto& [panel, at_mm] : fine.place_of_vertex)
+    out.push_back(PositionOf(panels[panel].At(at_mm), coarse_mm, coarse.garment.rest.faces));
+  for (const auto& [name, vertices] : fine.of_seam) {
+    const std::vector<int>& on = coarse.of_seam.at(name);
+    for (size_t k = 0; k < vertices.size(); ++k) {
+      const double at = static_cast<double>(k * (on.size() - 1)) / static_cast<double>(vertices.size() - 1);
+      const size_t i = std::min(static_cast<size_t>(at), on.size() - 2);
+      const double t = at - static_cast<double>(i);
+      out[vertices[k]] = (1 - t) * coarse_mm[on[i]] + t * coarse_mm[on[i + 1]];
+    }
+  }
+  return out;
+}
 
 double LengthMm(const std::vector<Vec2>& path_mm) {
   double sum = 0;

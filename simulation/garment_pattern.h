@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
@@ -33,8 +34,10 @@ struct PanelPlace {
 };
 
 struct SewnPanels {
-  Garment garment;                                  // its rest vertices are still all zero
-  std::vector<PanelPlace> place_of_vertex;          // [vertices]
+  Garment garment;                                            // its rest vertices are still all zero
+  std::vector<PanelPlace> place_of_vertex;                    // [vertices]
+  std::vector<int> panel_of_face;                             // [faces]
+  std::vector<std::array<Eigen::Vector2d, 3>> place_of_face;  // [faces], its corners in its panel, [mm]
   std::map<std::string, std::vector<int>> of_seam;  // vertices of each seam and border, from corner to corner
 };
 
@@ -43,6 +46,12 @@ struct SewnPanels {
 // vertices without cell, about a cell apart. InvalidArgument: a panel too small for the cell, or sewn edges
 // that do not join the same corners.
 absl::StatusOr<SewnPanels> SewPanels(const std::vector<Panel>& panels, double cell_mm);
+
+// Where the vertices of `fine` lie on `coarse`, both sewn of the same panels, when the latter is at
+// `coarse_mm`: seams on seams, everything else at its place in the panel.
+std::vector<Eigen::Vector3d> PositionsOn(const SewnPanels& coarse,
+                                         const std::vector<Eigen::Vector3d>& coarse_mm,
+                                         const SewnPanels& fine);
 
 double LengthMm(const std::vector<Eigen::Vector2d>& path_mm);
 

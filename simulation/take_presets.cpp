@@ -52,7 +52,6 @@ void SetUpStudioCamera(SyntheticTakeOptions& o) {
 void SetUpTShirt24(SyntheticTakeOptions& o) {
   o.performance.garment = GarmentKind::kTShirt;
   o.performance.motion = PerformanceMotion::kTwistAndPinch;
-  o.performance.step_s = 1.0 / 600;
   o.performance.cell_mm = 6;
   o.performance.frames = 200;
   o.rig.cameras = 24;

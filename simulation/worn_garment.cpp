@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/untangle.h"
 #include "simulation/body_motion.h"
 #include "simulation/garment_solver.h"
 #include "simulation/hand.h"
@@ -21,7 +22,9 @@ using Eigen::Vector3d;
 
 constexpr double kGrowS = 0.6;           // the body grows into the garment,
 constexpr double kLowerS = 0.5;          // lowers its arms,
-constexpr double kFastestMmPerS = 2200;  // of cloth against the trunk, sets the automatic step
+constexpr double kFinelyPutOnMm = 3.1;   // smaller cells are put on in a garment of twice the cells, refined
+constexpr double kRefinedSettleS = 0.1;  // and come to rest within this time
+constexpr double kFastestMmPerS = 1800;  // of cloth against the trunk, sets the automatic step
 
 // The person stands so that the garment is about the origin.
 const Vector3d kPelvisMm(0, 60, 0);
@@ -60,16 +63,21 @@ struct Solid {
 
 class WornGarment : public PerformanceSource {
  public:
-  WornGarment(const PerformanceOptions& options, Outfit outfit)
+  // Spread around a thin body, or worn already (`worn_mm`, [vertices], free of self-intersections).
+  WornGarment(const PerformanceOptions& options, Outfit outfit, std::vector<Vector3d> worn_mm = {})
       : options_(options),
         step_s_(StepOf(options)),
         garment_(std::move(outfit.sewn.garment)),
         waist_(std::move(outfit.waist)),
         start_mm_(std::move(outfit.start_mm)),
-        time_s_(-DressingS()) {
+        time_s_(worn_mm.empty() ? -DressingS() : -std::min(kRefinedSettleS, options.settle_s)) {
     for (Vector3d& p : start_mm_) p += kPelvisMm;
-    Disturb();
-    solver_.emplace(garment_.rest.faces, FlatShape(garment_), start_mm_, garment_.cell_mm, options.jersey);
+    if (worn_mm.empty()) {
+      Disturb();
+      worn_mm = start_mm_;
+    }
+    solver_.emplace(garment_.rest.faces, FlatShape(garment_), std::move(worn_mm), garment_.cell_mm,
+                    options.jersey);
     body_faces_ = Body::MeshFaces();
     if (!HasHand(options.motion)) return;
     const int shift = static_cast<int>(Body(BodyPose()).MeshVertices().size());
@@ -246,15 +254,45 @@ class WornGarment : public PerformanceSource {
   std::vector<Held> held_;
 };
 
+absl::StatusOr<Outfit> MakeOutfit(const PerformanceOptions& options) {
+  return options.garment == GarmentKind::kSkirt ? MakeSkirt(options.cell_mm) : MakeTShirt(options.cell_mm);
+}
+
+// Where a worn garment of twice the cell has the vertices of `fine`; empty when that passes through itself.
+absl::StatusOr<std::vector<Vector3d>> WornCoarsely(PerformanceOptions options, const SewnPanels& fine,
+                                                   const std::function<void(double)>& on_progress) {
+  options.cell_mm *= 2;
+  options.step_s = 0;
+  const absl::StatusOr<Outfit> outfit = MakeOutfit(options);
+  if (!outfit.ok()) return outfit.status();
+  const absl::StatusOr<std::unique_ptr<PerformanceSource>> worn = WearGarment(options, on_progress);
+  if (!worn.ok()) return worn.status();
+  std::vector<Vector3d> out = PositionsOn(outfit->sewn, (*worn)->garment().rest.vertices_mm, fine);
+  const auto untangled = RemoveSelfIntersections(fine.garment.rest.faces, {}, UntangleOptions(), &out);
+  if (!untangled.ok()) return untangled.status();
+  if (untangled->pairs_after > 0) out.clear();
+  return out;
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<PerformanceSource>> WearGarment(
     const PerformanceOptions& options, const std::function<void(double)>& on_progress) {
-  absl::StatusOr<Outfit> outfit =
-      options.garment == GarmentKind::kSkirt ? MakeSkirt(options.cell_mm) : MakeTShirt(options.cell_mm);
+  absl::StatusOr<Outfit> outfit = MakeOutfit(options);
   if (!outfit.ok()) return outfit.status();
-  auto worn = std::make_unique<WornGarment>(options, *std::move(outfit));
-  if (absl::Status status = worn->Dress(on_progress); !status.ok()) return status;
+  const auto report = [&](double from, double to) -> std::function<void(double)> {
+    if (!on_progress) return {};
+    return [=](double share) { on_progress(from + share * (to - from)); };
+  };
+  std::vector<Vector3d> worn_mm;
+  if (options.cell_mm < kFinelyPutOnMm) {
+    auto coarsely = WornCoarsely(options, outfit->sewn, report(0, 0.5));
+    if (!coarsely.ok()) return coarsely.status();
+    worn_mm = *std::move(coarsely);
+  }
+  const double done = worn_mm.empty() ? 0 : 0.5;
+  auto worn = std::make_unique<WornGarment>(options, *std::move(outfit), std::move(worn_mm));
+  if (absl::Status status = worn->Dress(report(done, 1)); !status.ok()) return status;
   return worn;
 }
 

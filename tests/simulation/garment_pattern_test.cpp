@@ -117,6 +117,15 @@ TEST(GarmentPattern, CellsFillThePanels) {
   EXPECT_LT(static_cast<double>(cells.size() - with_cell), 0.03 * static_cast<double>(with_cell));
 }
 
+TEST(GarmentPattern, FineGarmentLiesOnACoarseOneOfTheSamePanels) {
+  const auto coarse = MakeSkirt(16), fine = MakeSkirt(8);
+  ASSERT_TRUE(coarse.ok() && fine.ok());
+  const std::vector<Eigen::Vector3d> on = PositionsOn(coarse->sewn, coarse->start_mm, fine->sewn);
+  ASSERT_EQ(on.size(), fine->start_mm.size());
+  // Both are spread on the same smooth surface; chords of 16 mm leave it by half a millimetre.
+  for (size_t v = 0; v < on.size(); ++v) EXPECT_LT((on[v] - fine->start_mm[v]).norm(), 1) << "vertex " << v;
+}
+
 TEST(GarmentPattern, WhatCannotBeSewnIsNamed) {
   std::vector<Panel> panels = SkirtPanels();
   panels[1].outline[0].from = "elsewhere";
