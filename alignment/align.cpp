@@ -226,7 +226,7 @@ RegisteredMesh Describe(const AlignmentModel& model, const std::vector<VertexTar
     mesh.state[t.vertex] = t.views == 2 ? VertexState::kTwoView : VertexState::kObserved;
     mesh.views[t.vertex] = t.views;
   }
-  mesh.sigma_mm = VertexSigmas(model, targets, options);
+  mesh.sigma_mm = VertexSigmas(model, targets, deformation.position_mm, options);
   return mesh;
 }
 

@@ -6,6 +6,9 @@
 namespace weft {
 namespace {
 
+// Of the variance that E_Dist takes away: a pull that noise alone hardly ever causes.
+constexpr double kExpectedPull = 3;
+
 // Share of the variance of independent noise of weight 1 that is left on a wide triangular grid whose edges
 // have the weight `coupling`: the mean of 1 / (1 + coupling * eigenvalue) over the eigenvalues of the graph's
 // Laplacian, which spread from 0 to about 12 (nearly evenly, as on any surface).
@@ -41,6 +44,7 @@ void SpreadOutwards(const MeshGraph& graph, const std::vector<int>& rings, std::
 }  // namespace
 
 std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
+                                const std::vector<Eigen::Vector3d>& position_mm,
                                 const AlignOptions& options) {
   const MeshGraph& graph = model.graph();
   const double stretch = options.elastic.lambda * options.elastic.distortion.stretch;
@@ -51,7 +55,10 @@ std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<V
                                       : options.detection.reference_sigma_mm;
     const double weight =
         options.detection.weigh_by_sigma ? std::pow(options.detection.reference_sigma_mm / raw, 2) : 1;
-    sigmas[t.vertex] = static_cast<float>(raw * std::sqrt(SmoothedVarianceShare(stretch / weight)));
+    const double share = SmoothedVarianceShare(stretch / weight);
+    const double pulled_mm2 = (position_mm[t.vertex] - t.position_mm).squaredNorm() / 3;
+    const double excess_mm2 = std::max(0.0, pulled_mm2 - kExpectedPull * raw * raw * (1 - share));
+    sigmas[t.vertex] = static_cast<float>(std::sqrt(share * raw * raw + excess_mm2));
     measured[t.vertex] = true;
   }
   const std::vector<int> rings = RingDistance(graph, measured);
