@@ -87,12 +87,21 @@ std::string Ranges(const PlotArea& area, const PlotFrames& frames, const std::ve
   return svg;
 }
 
+bool HasValue(const std::vector<BinValues>& values, size_t bin) {
+  return bin < values.size() && std::isfinite(values[bin].mean);
+}
+
+// Where no line leads to a value, as in metrics of a sample of the frames.
+bool IsAlone(const std::vector<BinValues>& values, size_t bin) {
+  return HasValue(values, bin) && !HasValue(values, bin + 1) && (bin == 0 || !HasValue(values, bin - 1));
+}
+
 std::string Points(const PlotArea& area, const PlotFrames& frames, const std::vector<PlotBin>& bins,
-                   const std::vector<BinValues>& values, const PlotText& text) {
+                   const std::vector<BinValues>& values, const PlotText& text, bool only_lone) {
   std::string svg;
-  const double radius = std::clamp(area.bin_width() * 0.35, 1.6, 3.5);
+  const double radius = std::clamp(area.bin_width() * 0.35, only_lone ? 2.5 : 1.6, 3.5);
   for (size_t b = 0; b < bins.size(); ++b) {
-    if (!std::isfinite(values[b].mean)) continue;
+    if (!HasValue(values, b) || (only_lone && !IsAlone(values, b))) continue;
     absl::StrAppendFormat(
         &svg, "<circle class=\"point\" cx=\"%.1f\" cy=\"%.1f\" r=\"%.1f\"><title>%s: %s</title></circle>",
         area.x(b), area.y(values[b].mean), radius, EscapeHtml(BinName(bins[b], frames)),
@@ -158,7 +167,7 @@ std::string LinePlot(const PlotFrames& frames, const std::vector<double>& values
   const bool single_frames = frames.names.size() <= kMaxPoints;
   if (!single_frames) svg += Ranges(area, frames, bins, in_bins, text);
   absl::StrAppend(&svg, "<path class=\"line\" d=\"", PathOf(area, in_bins), "\"/>");
-  if (single_frames) svg += Points(area, frames, bins, in_bins, text);
+  svg += Points(area, frames, bins, in_bins, text, !single_frames);
   svg += area.LostMarks(frames, bins);
   return PlotFigure(text, "", svg);
 }

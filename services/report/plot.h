@@ -21,7 +21,8 @@ struct PlotText {
 };
 
 // One value per frame, NaN where there is none. Up to 120 frames as points on a line that breaks where values
-// are missing; more in bins, each with its mean, lowest and highest value.
+// are missing; more in bins, each with its mean, lowest and highest value, and a point where both neighbours
+// are missing.
 std::string LinePlot(const PlotFrames& frames, const std::vector<double>& values, const PlotText& text);
 
 // A bar per value, each named by `frames`; at most 100 of them.

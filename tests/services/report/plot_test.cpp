@@ -63,6 +63,16 @@ TEST(Plot, LineBreaksWhereAValueIsMissing) {
   EXPECT_THAT(svg, Not(HasSubstr("nan")));
 }
 
+TEST(Plot, ValuesOfAFewOfManyFramesArePoints) {
+  std::vector<double> values(400, std::nan(""));
+  for (size_t i = 10; i < values.size(); i += 20) values[i] = 2;
+  for (size_t i = 198; i < 204; ++i) values[i] = 3;
+  const std::string svg = LinePlot(Frames(400), values, {.title = "Drift"});
+  size_t points = 0;
+  for (size_t at = svg.find("<circle"); at != std::string::npos; at = svg.find("<circle", at + 1)) ++points;
+  EXPECT_EQ(points, 20u);  // and a line where neighbours have values
+}
+
 TEST(Plot, PlotOfNothingHasAxesOnly) {
   const double none = std::nan("");
   const std::string svg = LinePlot(Frames(3), {none, none, none}, {.title = "Coverage", .unit = "%"});
