@@ -90,6 +90,22 @@ struct StepEquations {
   }
 };
 
+// The same for a move of the centre alone, over 1 in u and in v.
+struct CenterEquations {
+  float uu, uv, vv;
+  float u, v;  // residuals
+
+  CenterEquations(const CellModelSums& s, const CellImageSums& image, const Light& light, float gain) {
+    const SmallVector<4> ut{s.ut[0], s.ut[1], s.ut[2], s.u1[0]}, vt{s.vt[0], s.vt[1], s.vt[2], s.v1[0]};
+    const SmallVector<4> whitened_u = light.solver.Forward(ut), whitened_v = light.solver.Forward(vt);
+    u = gain * (image.ui[0] - Dot(ut, light.solved));
+    v = gain * (image.vi[0] - Dot(vt, light.solved));
+    uu = gain * gain * (s.uu[0] - Dot(whitened_u, whitened_u));
+    uv = gain * gain * (s.uv[0] - Dot(whitened_v, whitened_u));
+    vv = gain * gain * (s.vv[0] - Dot(whitened_v, whitened_v));
+  }
+};
+
 // The frame after the map (u, v) -> (u, v) + step over (1, u, v).
 CellFrame Moved(const CellFrame& f, const SmallVector<6>& step) {
   const float uu = 1 + step[1], uv = step[2], vu = step[4], vv = 1 + step[5];
@@ -332,15 +348,14 @@ CellFit CellFitter::FitCenter(int row, int col, const CellNodes& nodes, const Ne
   look.moves_center = true;
   Window window(kernels_, image, look);
   if (!window.Look(f.InHalvings(scale), bend.InHalvings(scale), &fit)) return fit;
-  const StepEquations equations(window.model.sums, window.sums, window.light, fit.gain);
+  const CenterEquations equations(window.model.sums, window.sums, window.light, fit.gain);
   // The pull of the prior, given in px, on steps in cells; the print moves against the steps.
   const float precision = kModelNoise * kModelNoise * prior.precision;
   const float x = precision * (f.x - prior.x), y = precision * (f.y - prior.y);
-  const float uu = equations.normal[0][0] + precision * (f.ax * f.ax + f.ay * f.ay) + kLeastPrecision,
-              uv = equations.normal[3][0] + precision * (f.ax * f.bx + f.ay * f.by),
-              vv = equations.normal[3][3] + precision * (f.bx * f.bx + f.by * f.by) + kLeastPrecision;
-  const float u = equations.residual[0] + f.ax * x + f.ay * y,
-              v = equations.residual[3] + f.bx * x + f.by * y;
+  const float uu = equations.uu + precision * (f.ax * f.ax + f.ay * f.ay) + kLeastPrecision,
+              uv = equations.uv + precision * (f.ax * f.bx + f.ay * f.by),
+              vv = equations.vv + precision * (f.bx * f.bx + f.by * f.by) + kLeastPrecision;
+  const float u = equations.u + f.ax * x + f.ay * y, v = equations.v + f.bx * x + f.by * y;
   const float determinant = uu * vv - uv * uv;
   if (!(determinant > 0)) return fit;
   const float du = (vv * u - uv * v) / determinant, dv = (uu * v - uv * u) / determinant;

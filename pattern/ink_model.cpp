@@ -9,6 +9,8 @@ namespace {
 // Share of the uniform component, and the volume of colours it spreads over.
 constexpr float kOutlierShare = 0.01f;
 constexpr float kColorVolume = 4.0f;
+// Below it an ink is lost in the rounding of the uniform component.
+constexpr float kLeastExponent = -24;
 // Least standard deviation of an ink, relative to the light.
 constexpr double kFloor = 0.03;
 constexpr size_t kLeastSamples = 12;
@@ -114,7 +116,9 @@ std::array<float, kCellColors> InkModel::Likelihoods(const Rgb& color) const {
     const auto& p = ink.precision;
     const float q =
         p[0] * x * x + p[3] * y * y + p[5] * z * z + 2 * (p[1] * x * y + p[2] * x * z + p[4] * y * z);
-    out[k] = (1 - kOutlierShare) * std::exp(ink.log_norm - 0.5f * q) + kOutlierShare / kColorVolume;
+    const float exponent = ink.log_norm - 0.5f * q;
+    out[k] = kOutlierShare / kColorVolume;
+    if (exponent > kLeastExponent) out[k] += (1 - kOutlierShare) * std::exp(exponent);
   }
   return out;
 }

@@ -252,7 +252,13 @@ CellReading ReadCell(const InkModel& inks, const Rgb& color) {
   for (int c = 0; c < kCellColors; ++c) {
     if (c != best && likelihoods[c] > likelihoods[second]) second = c;
   }
-  for (int c = 0; c < kCellColors; ++c) reading.evidence[c] = std::log(likelihoods[c] * (kCellColors / sum));
+  // Most inks are as unlikely as can be.
+  const float least = *std::min_element(likelihoods.begin(), likelihoods.end());
+  const float least_evidence = std::log(least * (kCellColors / sum));
+  for (int c = 0; c < kCellColors; ++c) {
+    const float p = likelihoods[c];
+    reading.evidence[c] = p == least ? least_evidence : std::log(p * (kCellColors / sum));
+  }
   reading.best = static_cast<uint8_t>(best);
   reading.second = static_cast<uint8_t>(second);
   reading.lead = reading.evidence[best] - reading.evidence[second];
