@@ -213,7 +213,7 @@ class Builder {
     }
     problem.fixed.resize(loose.size());
     for (size_t v = 0; v < loose.size(); ++v) problem.fixed[v] = rings[v] < 0 || rings[v] > kRings;
-    absl::StatusOr<std::vector<Eigen::Vector3d>> pulled_mm = RefineRestShape(problem, options_.rest);
+    absl::StatusOr<std::vector<Eigen::Vector3d>> pulled_mm = RefineRestShape(problem, options_.pull);
     if (!pulled_mm.ok()) return pulled_mm.status();
     lifts_.resize(1);
     lifts_[0].position_mm = *std::move(pulled_mm);
@@ -297,8 +297,12 @@ class Builder {
 
   absl::Status LayToRest() {
     Tell(0.8);
-    const RestShapeProblem problem = RestProblem();
-    absl::StatusOr<std::vector<Eigen::Vector3d>> rest_mm = RefineRestShape(problem, options_.rest);
+    RestShapeProblem problem = RestProblem();
+    absl::StatusOr<std::vector<Eigen::Vector3d>> rest_mm = RefineRestShape(problem, options_.smooth);
+    if (!rest_mm.ok()) return rest_mm.status();
+    Tell(0.9);
+    problem.start_mm = *std::move(rest_mm);
+    rest_mm = RefineRestShape(problem, options_.rest);
     if (!rest_mm.ok()) return rest_mm.status();
     built_.strain = MeasureRestStrain(problem, *rest_mm);
     for (std::vector<TemplateBorder>* borders : {&built_.openings, &built_.closed_holes}) {
@@ -332,6 +336,8 @@ absl::Status TemplateBuildOptions::Validate() const {
   absl::Status status = panels.Validate();
   status.Update(lift.Validate());
   status.Update(seams.Validate());
+  status.Update(pull.Validate());
+  status.Update(smooth.Validate());
   status.Update(rest.Validate());
   return status;
 }

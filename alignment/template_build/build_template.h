@@ -29,6 +29,10 @@ struct TemplateBuildOptions {
   PanelOptions panels;
   LiftOptions lift;
   SeamOptions seams;
+  RestShapeOptions pull = {30, 10, 0.3, 0.3, 1, 1, 0.001};  // draws seams together between their ends
+  // The rest state: first wrinkles are smoothed, which registration would otherwise expect in every frame,
+  // then the lengths of the print restored.
+  RestShapeOptions smooth = {40, 10, 0.3, 10, 0, 0.001, 0.0001};
   RestShapeOptions rest;
 
   absl::Status Validate() const;

@@ -60,6 +60,23 @@ Sparse Laplacian(int vertices, const std::vector<Spring>& springs, bool weighted
   return matrix;
 }
 
+// Only the rows of vertices inside a panel, where neighbours lie all around.
+Sparse WithoutBorders(const Sparse& laplacian, const RestShapeProblem& problem) {
+  std::vector<std::pair<int, int>> sides;
+  for (int f = 0; f < problem.panel_faces; ++f) {
+    const Face& face = problem.faces[f];
+    for (int i = 0; i < 3; ++i) sides.push_back(std::minmax(face[i], face[(i + 1) % 3]));
+  }
+  std::sort(sides.begin(), sides.end());
+  Eigen::VectorXd inside = Eigen::VectorXd::Ones(laplacian.rows());
+  for (size_t i = 0; i < sides.size(); ++i) {
+    const bool shared =
+        (i > 0 && sides[i - 1] == sides[i]) || (i + 1 < sides.size() && sides[i + 1] == sides[i]);
+    if (!shared) inside[sides[i].first] = inside[sides[i].second] = 0;
+  }
+  return inside.asDiagonal() * laplacian;
+}
+
 // A linear system of which some unknowns are given.
 class FreePart {
  public:
@@ -111,6 +128,10 @@ absl::Status RestShapeOptions::Validate() const {
   if (!(length_weight > 0)) return absl::InvalidArgumentError("length_weight must be above 0");
   if (!(seam_weight > 0)) return absl::InvalidArgumentError("seam_weight must be above 0");
   if (!(bending_weight >= 0)) return absl::InvalidArgumentError("bending_weight must be 0 or more");
+  if (!(kept_bends >= 0 && kept_bends <= 1)) {
+    return absl::InvalidArgumentError("kept_bends must be from 0 to 1");
+  }
+  if (!(seen_weight > 0)) return absl::InvalidArgumentError("seen_weight must be above 0");
   if (!(unseen_weight > 0)) return absl::InvalidArgumentError("unseen_weight must be above 0");
   return absl::OkStatus();
 }
@@ -120,22 +141,22 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> RefineRestShape(const RestShapeProb
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   const int vertices = static_cast<int>(problem.start_mm.size());
   const std::vector<Spring> springs = SpringsOf(problem, options);
-  const Sparse graph = Laplacian(vertices, springs, /*weighted=*/false);
+  const Sparse graph = WithoutBorders(Laplacian(vertices, springs, /*weighted=*/false), problem);
   Sparse matrix = Laplacian(vertices, springs, /*weighted=*/true);
-  const Sparse bending = options.bending_weight * (graph * graph);
+  const Sparse bending = options.bending_weight * (graph.transpose() * graph);
   matrix += bending;
   Eigen::MatrixX3d start(vertices, 3);
   Eigen::VectorXd hold(vertices);
   for (int v = 0; v < vertices; ++v) {
     start.row(v) = problem.start_mm[v];
-    hold[v] = problem.seen[v] ? 1 : options.unseen_weight;
+    hold[v] = problem.seen[v] ? options.seen_weight : options.unseen_weight;
   }
   matrix += Sparse(hold.asDiagonal());
   const FreePart free(matrix, problem.fixed);
   if (!free.ok()) {
     return absl::InternalError("rest shape: the matrix of the edges could not be factorised");
   }
-  const Eigen::MatrixX3d held = bending * start + hold.asDiagonal() * start;
+  const Eigen::MatrixX3d held = options.kept_bends * (bending * start) + hold.asDiagonal() * start;
   Eigen::MatrixX3d position = start;
   for (int iteration = 0; iteration < options.iterations; ++iteration) {
     Eigen::MatrixX3d right = held;

@@ -9,11 +9,13 @@
 namespace weft {
 
 struct RestShapeOptions {
-  int iterations = 30;
-  double length_weight = 10;    // of an edge's length against 1 for a measured place
-  double seam_weight = 0.3;     // of the length of edges across seams, as a share of length_weight
-  double bending_weight = 0.3;  // of smoothness, against what the start has
-  double unseen_weight = 0.001;
+  int iterations = 40;
+  double length_weight = 10;      // of an edge's length
+  double seam_weight = 0.3;       // of the length of edges across seams, as a share of length_weight
+  double bending_weight = 0.03;   // of a vertex's distance from the mean of its neighbours
+  double kept_bends = 0;          // share of that distance in the start which is no bending
+  double seen_weight = 0.001;     // holds measured places
+  double unseen_weight = 0.0001;  // holds the others
 
   absl::Status Validate() const;
 };
@@ -30,8 +32,8 @@ struct RestShapeProblem {
   std::vector<bool> fixed;  // [vertices] stay where they are; empty: none
 };
 
-// Minimises the sum over the edges of (length - rest length)^2, held to measured places and smooth as the
-// start, by alternating between edge directions and a prefactored linear system (Liu et al. 2013, Fast
+// Minimises the sum over the edges of (length - rest length)^2, held to the start and smooth within
+// panels, by alternating between edge directions and a prefactored linear system (Liu et al. 2013, Fast
 // simulation of mass-spring systems). Deterministic.
 absl::StatusOr<std::vector<Eigen::Vector3d>> RefineRestShape(const RestShapeProblem& problem,
                                                              const RestShapeOptions& options);

@@ -29,6 +29,7 @@ struct BuildOptions {
   std::string board;
   std::string panels;
   std::string out;
+  double cell_mm = 0;
   int threads = 0;
   TemplateBuildOptions build;
 };
@@ -99,8 +100,9 @@ std::string DefaultId(const std::string& out) {
 
 absl::Status Build(BuildOptions options, bool quiet) {
   if (options.build.id.empty()) options.build.id = DefaultId(options.out);
-  const absl::StatusOr<Board> board = ReadBoard(options.board);
+  absl::StatusOr<Board> board = ReadBoard(options.board);
   if (!board.ok()) return board.status();
+  if (options.cell_mm > 0) board->cell_mm = options.cell_mm;
   const absl::StatusOr<TemplateSources> sources = ReadSources(options, *board);
   if (!sources.ok()) return sources.status();
   absl::StatusOr<BuiltTemplate> built;
@@ -179,6 +181,12 @@ void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
                    "Image of the board with a pixel per cell: black outside the garment, each panel in any "
                    "other colour. By default the panels are the cells that the clouds show")
       ->type_name("IMAGE");
+  command
+      ->add_option(
+          "--cell-mm", options->cell_mm,
+          "Size of a printed cell; 0: as in board.json, or as the clouds show it for a plain board.png")
+      ->type_name("MM")
+      ->check(CLI::NonNegativeNumber);
   AddSewingOptions(*command, options->build);
   command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
   command->add_option("--id", options->build.id, "Name of the template; by default that of the folder")

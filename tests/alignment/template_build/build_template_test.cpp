@@ -60,7 +60,7 @@ TEST(BuildTemplate, SewsOnePanelToATube) {
   EXPECT_NEAR(built->seams[0].length_mm, 29 * kPitchMm, 0.1);
   EXPECT_NEAR(built->seams[0].gap_mm, 2 * kPitchMm, 0.1);
   EXPECT_TRUE(built->closed_holes.empty());
-  EXPECT_LT(built->strain.p95, 0.005);
+  EXPECT_LT(built->strain.p95, 0.02);
 }
 
 TEST(BuildTemplate, SewsPanelsOfDifferentDensity) {
@@ -72,7 +72,7 @@ TEST(BuildTemplate, SewsPanelsOfDifferentDensity) {
     ExpectTube(tube, *built);
     EXPECT_EQ(built->panels.size(), 2u);
     EXPECT_EQ(built->seams.size(), 2u);
-    EXPECT_LT(built->strain.p95, 0.01);
+    EXPECT_LT(built->strain.p95, 0.02);
   }
 }
 
