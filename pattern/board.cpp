@@ -50,6 +50,7 @@ std::vector<CodedWindow> CanonicalWindows(const Board& board) {
   windows.reserve(static_cast<size_t>(board.rows - 2) * (board.cols - 2));
   for (int row = 0; row + 3 <= board.rows; ++row) {
     for (int col = 0; col + 3 <= board.cols; ++col) {
+      if (!board.HasWindow(row, col)) continue;
       const auto codes = RotatedCodes(BoardWindow(board, row, col));
       const auto least = std::min_element(codes.begin(), codes.end());
       windows.push_back({*least, row, col, static_cast<int32_t>(least - codes.begin())});
@@ -74,6 +75,9 @@ absl::Status Board::Validate() const {
     return bad(absl::StrCat("cells holds ", cells.size(), " colours, ", rows, "x", cols, " needs ",
                             static_cast<size_t>(rows) * cols));
   }
+  if (!panels.empty() && panels.size() != cells.size()) {
+    return bad(absl::StrCat("panels holds ", panels.size(), " cells, the board has ", cells.size()));
+  }
   if (!(cell_mm >= 0 && cell_mm < 1e6)) return bad(absl::StrCat("cell_mm ", cell_mm, " must be 0 or more"));
   if (!(square_fraction > 0 && square_fraction <= 1)) {
     return bad(absl::StrCat("square_fraction ", square_fraction, " must be above 0 and at most 1"));
@@ -84,6 +88,15 @@ absl::Status Board::Validate() const {
     }
   }
   return absl::OkStatus();
+}
+
+bool Board::HasWindow(int row, int col) const {
+  if (row < 0 || col < 0 || row + 3 > rows || col + 3 > cols) return false;
+  if (panels.empty()) return true;
+  const uint8_t panel = panels[static_cast<size_t>(row) * cols + col];
+  for (int i = 1; i < 9 && panel != 0; ++i)
+    if (panels[static_cast<size_t>(row + i / 3) * cols + col + i % 3] != panel) return false;
+  return panel != 0;
 }
 
 std::string Board::ContentHash() const {

@@ -33,6 +33,9 @@ struct Board {
   double cell_mm = 0;             // pitch; 0 where unknown (a plain board.png)
   double square_fraction = 0.75;  // coloured part of the pitch, the rest is ink
   std::vector<CellColor> cells;   // [rows][cols], row 0 at the top
+  // [rows][cols], the panel of each cell, 0 outside of all. Where there are panels only windows within one of
+  // them count: the others are cut apart before anybody sees them. Empty: the whole board counts.
+  std::vector<uint8_t> panels;
 
   CellColor at(int row, int col) const { return cells[static_cast<size_t>(row) * cols + col]; }
   bool Contains(int row, int col) const { return row >= 0 && row < rows && col >= 0 && col < cols; }
@@ -41,6 +44,9 @@ struct Board {
   absl::Status Validate() const;
   // 16 hex digits over rows, cols and colours: what decides whether two files are the same board.
   std::string ContentHash() const;
+  // Whether the 3x3 window with this upper left cell lies on the board, and within one panel where there are
+  // any.
+  bool HasWindow(int row, int col) const;
   // Pairs of 3x3 windows that read the same under the four rotations; at most `limit` of them.
   std::vector<CodeClash> FindClashes(size_t limit) const;
 };
@@ -50,8 +56,9 @@ struct Board {
 absl::StatusOr<Board> BoardFromImage(const Frame& image);
 Frame BoardToImage(const Board& board);
 
-// A random board whose 3x3 windows are unique under rotation, without equal 4-neighbours; the same for the
-// same seed. ResourceExhausted when no such board of this size is found.
+// A plain random board (board_generation.h makes better ones) whose 3x3 windows are unique under rotation,
+// without equal 4-neighbours; the same for the same seed. ResourceExhausted when no such board of this size
+// is found.
 absl::StatusOr<Board> GenerateBoard(int rows, int cols, double cell_mm, uint64_t seed);
 
 }  // namespace weft

@@ -4,26 +4,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "pattern/board.h"
+#include "pattern/random.h"
 #include "pattern/window_code.h"
 
 namespace weft {
 namespace {
-
-// splitmix64: the same numbers on every platform.
-class Random {
- public:
-  explicit Random(uint64_t seed) : state_(seed) {}
-  // 0 to n - 1.
-  uint32_t Below(uint32_t n) {
-    uint64_t z = (state_ += 0x9e3779b97f4a7c15ULL);
-    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-    z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-    return static_cast<uint32_t>((static_cast<unsigned __int128>(z ^ (z >> 31)) * n) >> 64);
-  }
-
- private:
-  uint64_t state_;
-};
 
 // Fills the board cell by cell in reading order; a cell completes the window whose lower right it is. Where
 // no colour fits, the last cells are taken back, the more the longer the search is stuck.

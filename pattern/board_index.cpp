@@ -23,6 +23,7 @@ absl::StatusOr<BoardIndex> BoardIndex::Build(const Board& board) {
   index.slots_.resize(size_t{1} << bits);
   for (int row = 0; row + 3 <= board.rows; ++row) {
     for (int col = 0; col + 3 <= board.cols; ++col) {
+      if (!board.HasWindow(row, col)) continue;
       const auto turned = RotatedCodes(BoardWindow(board, row, col));
       const uint32_t window = static_cast<uint32_t>(row * board.cols + col) * 4;
       for (uint32_t turn = 0; turn < 4; ++turn) index.Insert(turned[turn], window + turn);

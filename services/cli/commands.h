@@ -12,6 +12,8 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line);
 void AddRigCommand(CLI::App& app, CommandLine& line);
 void AddRigPlanCommand(CLI::App& rig, CommandLine& line);
 void AddPatternCommand(CLI::App& app, CommandLine& line);
+void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line);
+void AddPatternPaletteCommand(CLI::App& pattern, CommandLine& line);
 void AddEvaluateCommand(CLI::App& app, CommandLine& line);
 void AddSimulateCommand(CLI::App& app, CommandLine& line);
 void AddTakeCommand(CLI::App& app, CommandLine& line);

@@ -5,6 +5,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "capture/image_file.h"
+#include "pattern/panel_mask.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "weft/v1/board.pb.h"
@@ -33,15 +34,31 @@ absl::Status Mismatch(const std::string& path, const char* field, const std::str
                                                  "; the two files do not belong together"));
 }
 
+// The file beside a board.json that a field names.
+absl::StatusOr<std::string> FileBeside(const std::string& path, const char* field, const fs::path& name) {
+  if (name.has_parent_path()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        path, ": the field ", field, " must name a file in the same folder, not ", name.string()));
+  }
+  return (fs::path(path).parent_path() / name).string();
+}
+
+absl::Status ReadPanels(const std::string& path, const std::string& name, Board* board) {
+  const absl::StatusOr<std::string> file = FileBeside(path, "panels", name);
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<std::vector<uint8_t>> panels = ReadPanelMask(*file, board->rows, board->cols);
+  if (!panels.ok()) return panels.status();
+  board->panels = *panels;
+  return absl::OkStatus();
+}
+
 absl::StatusOr<Board> ReadBoardJson(const std::string& path) {
   v1::Board proto;
   if (absl::Status status = ReadJsonFile(path, proto); !status.ok()) return status;
   const fs::path image_name = proto.image().empty() ? "board.png" : proto.image();
-  if (image_name.has_parent_path()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(path, ": the field image must name a file in the same folder, not ", proto.image()));
-  }
-  const std::string image = (fs::path(path).parent_path() / image_name).string();
+  const absl::StatusOr<std::string> image_file = FileBeside(path, "image", image_name);
+  if (!image_file.ok()) return image_file.status();
+  const std::string& image = *image_file;
   absl::StatusOr<Board> board = ReadBoardImage(image);
   if (!board.ok()) return board.status();
   if (proto.rows() != board->rows)
@@ -53,6 +70,9 @@ absl::StatusOr<Board> ReadBoardJson(const std::string& path) {
   if (proto.has_id()) board->id = proto.id();
   board->cell_mm = proto.cell_mm();
   if (proto.has_square_fraction()) board->square_fraction = proto.square_fraction();
+  if (!proto.panels().empty()) {
+    if (absl::Status status = ReadPanels(path, proto.panels(), &*board); !status.ok()) return status;
+  }
   if (absl::Status status = board->Validate(); !status.ok()) {
     return absl::InvalidArgumentError(absl::StrCat(path, ": ", status.message()));
   }
@@ -60,6 +80,17 @@ absl::StatusOr<Board> ReadBoardJson(const std::string& path) {
 }
 
 }  // namespace
+
+absl::StatusOr<std::vector<uint8_t>> ReadPanelMask(const std::string& path, int rows, int cols) {
+  const absl::StatusOr<Frame> mask = ReadImageFile(path);
+  if (!mask.ok()) return mask.status();
+  if (mask->height_px != rows || mask->width_px != cols) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": ", mask->height_px, " rows and ", mask->width_px,
+                                                   " columns of pixels, the board has ", rows, "x", cols,
+                                                   " cells; a panel mask has one pixel per cell"));
+  }
+  return PanelsFromMask(*mask);
+}
 
 absl::StatusOr<Board> ReadBoard(const std::string& path) {
   std::error_code error;
@@ -84,6 +115,12 @@ absl::Status WriteBoard(const std::string& folder, const Board& board, const std
   proto.set_cell_mm(board.cell_mm);
   proto.set_square_fraction(board.square_fraction);
   proto.set_image("board.png");
+  if (!board.panels.empty()) {
+    const Frame mask = PanelsToMask(board.panels, board.rows, board.cols);
+    if (absl::Status status = WriteImageFile((base / "panels.png").string(), mask); !status.ok())
+      return status;
+    proto.set_panels("panels.png");
+  }
   return WriteJsonFile((base / "board.json").string(), proto, JsonZeros::kOmitted);
 }
 

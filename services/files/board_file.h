@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "pattern/board.h"
@@ -14,7 +15,11 @@ namespace weft {
 // are not looked for here (Board::FindClashes, BoardIndex::Build).
 absl::StatusOr<Board> ReadBoard(const std::string& path);
 
-// Writes <folder>/board.png and <folder>/board.json; the folder is made where it is missing.
+// Panels of a board (pattern/panel_mask.h) from an image with one pixel per cell; errors name the file.
+absl::StatusOr<std::vector<uint8_t>> ReadPanelMask(const std::string& path, int rows, int cols);
+
+// Writes <folder>/board.png, <folder>/board.json and, for a board with panels, <folder>/panels.png; the
+// folder is made where it is missing.
 absl::Status WriteBoard(const std::string& folder, const Board& board, const std::string& provenance = "");
 
 }  // namespace weft
