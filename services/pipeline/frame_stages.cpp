@@ -180,6 +180,10 @@ class Registration {
   absl::Status Align() {
     v1::FrameReport& report = frame_.report;
     DescribeCloud(frame_.cloud, *report.mutable_cloud());
+    const auto biases = MeasureCameraBias(inputs_.rig, frame_.views, frame_.cloud, CameraBiasOptions{});
+    if (!biases.ok()) return biases.status();
+    for (int v = 0; v < report.views_size(); ++v)
+      DescribeBias((*biases)[frame_.views[v].camera], *report.mutable_views(v));
     report.set_state(v1::FRAME_STATE_FAILED);
     if (frame_.cloud.points.empty()) {
       report.set_reason(NoCloudReason(report, TriangulationOptions{}));

@@ -68,6 +68,16 @@ void DescribeCloud(const Cloud& cloud, v1::CloudReport& report) {
   report.set_median_sigma_mm(Median(std::move(sigmas)));
 }
 
+void DescribeBias(const CameraBias& bias, v1::ViewReport& report) {
+  if (bias.observations == 0) return;
+  v1::CameraBias& out = *report.mutable_bias();
+  out.set_observations(bias.observations);
+  out.set_mean_x_px(bias.mean_px.x());
+  out.set_mean_y_px(bias.mean_px.y());
+  out.set_rms_px(bias.rms_px);
+  out.set_significance(bias.significance);
+}
+
 void DescribeAlignment(const AlignResult& result, const Template& garment, int unclaimed,
                        v1::MeshReport& report) {
   report.set_vertices(static_cast<int>(garment.cell_of_vertex.size()));

@@ -4,6 +4,7 @@
 #include "alignment/align.h"
 #include "alignment/template.h"
 #include "pattern/decoder.h"
+#include "triangulation/camera_bias.h"
 #include "triangulation/cloud.h"
 #include "weft/v1/report.pb.h"
 
@@ -14,6 +15,9 @@ void DescribeDecoding(const DecodeResult& result, v1::ViewReport& report);
 
 // Counts, reasons, medians.
 void DescribeCloud(const Cloud& cloud, v1::CloudReport& report);
+
+// Nothing for a camera without observations to judge by.
+void DescribeBias(const CameraBias& bias, v1::ViewReport& report);
 
 // Counts, coverage, stages. `unclaimed`: points of the cloud that no vertex claims.
 void DescribeAlignment(const AlignResult& result, const Template& garment, int unclaimed,

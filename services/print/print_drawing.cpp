@@ -202,7 +202,8 @@ void PageDrawing::Piece(const PrintPiece& piece) {
     Outline(piece, cells, 1);
     cairo_stroke(context_);
   }
-  Text(piece.x_mm, piece.y_mm + piece.rows * layout_.cell_mm + 5, 3.5,
+  const double beside_marks = piece.mark_cols.empty() ? 0 : 50;
+  Text(piece.x_mm + beside_marks, piece.y_mm + piece.rows * layout_.cell_mm + 5, 3.5,
        absl::StrCat(piece.label, piece.panel > 0 ? "   seam: white dashes, cut: black line" : ""));
 }
 

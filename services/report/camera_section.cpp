@@ -12,6 +12,7 @@ namespace {
 
 constexpr size_t kReasonColumns = 5;
 constexpr size_t kShownReasons = 3;
+constexpr double kSignificantBias = 4;
 const char kDash[] = "\xE2\x80\x93";
 
 double PerFrame(int64_t count, const CameraSummary& camera) {
@@ -71,6 +72,15 @@ std::vector<std::string> MainReasons(const std::vector<CameraSummary>& cameras) 
   return reasons;
 }
 
+// How far the camera sees nodes from where the others do; marked where it is hardly chance.
+std::string BiasText(const CameraSummary& camera) {
+  if (camera.frames_with_bias == 0) return kDash;
+  const std::string length = FormatNumber(std::hypot(camera.bias_x_px, camera.bias_y_px), 2);
+  const std::string text =
+      absl::StrCat(length, " (", FormatNumber(camera.bias_significance, 1), " \xCF\x83)");
+  return camera.bias_significance > kSignificantBias ? absl::StrCat("<b>", text, "</b>") : text;
+}
+
 std::string CameraRow(const CameraSummary& camera, const std::vector<std::string>& reasons, bool has_others,
                       double most_centers) {
   const double share = most_centers > 0 ? PerFrame(camera.centers, camera) / most_centers : 0;
@@ -80,7 +90,9 @@ std::string CameraRow(const CameraSummary& camera, const std::vector<std::string
                    FormatCount(camera.frames_seen + camera.frames_missing)),
       PerFrameText(camera.centers, camera) +
           absl::StrFormat("<i class=\"bar\"><i style=\"width:%.1f%%\"></i></i>", 100 * share),
-      PerFrameText(camera.corners, camera), PerFrameText(camera.patches_accepted, camera)};
+      PerFrameText(camera.corners, camera),
+      PerFrameText(camera.patches_accepted, camera),
+      BiasText(camera)};
   int64_t others = 0;
   for (const auto& [reason, count] : camera.patches_rejected) others += count;
   for (const std::string& reason : reasons) {
@@ -106,7 +118,8 @@ std::string CameraSection(const JobSummary& summary) {
       has_others |= std::find(reasons.begin(), reasons.end(), reason) == reasons.end();
     }
   }
-  std::vector<std::string> header = {"Camera", "Frames", "Cells seen", "Corners seen", "Patches read"};
+  std::vector<std::string> header = {"Camera",       "Frames",       "Cells seen",
+                                     "Corners seen", "Patches read", "Off by, px"};
   for (const std::string& reason : reasons) header.push_back("Rejected: " + EscapeHtml(Words(reason)));
   if (has_others) header.push_back("Rejected: other reasons");
   std::string rows;
@@ -117,7 +130,11 @@ std::string CameraSection(const JobSummary& summary) {
       absl::StrCat(
           MissingCameras(summary.cameras),
           "<h3>What each camera contributed</h3>\n<p>Means per frame in which the camera gave an image. A "
-          "patch is a connected piece of the pattern; it is rejected as a whole.</p>\n",
+          "patch is a connected piece of the pattern; it is rejected as a whole. <i>Off by</i> is how far a "
+          "camera "
+          "sees the cloth from where all others see it, with its significance: in bold where the camera "
+          "moved or its "
+          "calibration is off.</p>\n",
           Table(header, rows, "cameras")));
 }
 

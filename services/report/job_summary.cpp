@@ -53,6 +53,11 @@ void AddView(const v1::ViewReport& view, CameraSummary& camera) {
   for (const v1::ReasonCount& rejected : view.patches_rejected()) {
     camera.patches_rejected[rejected.reason()] += rejected.count();
   }
+  if (!view.has_bias()) return;
+  const double n = ++camera.frames_with_bias;
+  camera.bias_x_px += (view.bias().mean_x_px() - camera.bias_x_px) / n;
+  camera.bias_y_px += (view.bias().mean_y_px() - camera.bias_y_px) / n;
+  camera.bias_significance += (view.bias().significance() - camera.bias_significance) / n;
 }
 
 std::vector<CameraSummary> SummarizeCameras(const std::vector<v1::FrameReport>& frames) {

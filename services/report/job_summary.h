@@ -26,6 +26,11 @@ struct CameraSummary {
   int64_t corners = 0;
   int64_t patches_accepted = 0;
   std::map<std::string, int64_t> patches_rejected;  // by reason
+  // Where the camera sees nodes, minus where all others say that they are; means over the frames.
+  int frames_with_bias = 0;
+  double bias_x_px = 0;
+  double bias_y_px = 0;
+  double bias_significance = 0;
 };
 
 struct JobSummary {

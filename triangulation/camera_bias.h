@@ -1,0 +1,41 @@
+// Whether a camera sees the cloth where the others say that it is.
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "triangulation/triangulate.h"
+
+namespace weft {
+
+struct CameraBiasOptions {
+  int max_nodes = 5000;  // of the cloud that are looked at, spread evenly
+  // Neighbouring nodes share their errors (light, folds), so the scatter of a mean is judged by the means of
+  // squares of so many cells a side.
+  int block_cells = 16;
+  TriangulationOptions triangulation;
+
+  absl::Status Validate() const;
+};
+
+// Residuals of one camera, observed minus expected, where the expected pixel is that of the point as all
+// other cameras see it.
+struct CameraBias {
+  int observations = 0;
+  Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d mean_sigma_px = Eigen::Vector2d::Zero();  // of the mean; 0 where there are too few blocks
+  double rms_px = 0;
+  // Length of the mean in units of its sigma. Above 4 it is hardly chance: the camera moved, or its
+  // calibration is off. 0 where mean_sigma_px is.
+  double significance = 0;
+};
+
+// One entry per camera of the rig. Points need one camera more than min_views to count. InvalidArgument:
+// options; a view of a camera that the rig lacks.
+absl::StatusOr<std::vector<CameraBias>> MeasureCameraBias(const Rig& rig,
+                                                          const std::vector<ViewObservations>& views,
+                                                          const Cloud& cloud,
+                                                          const CameraBiasOptions& options);
+
+}  // namespace weft
