@@ -48,7 +48,7 @@ void Entry(cairo_t* context, const PaletteReport& report, int a, int b) {
 }  // namespace
 
 absl::Status WritePalettePicture(const PaletteReport& report, const std::string& path) {
-  const int width = kLeft + kCellColors * kBox + 20, height = kTop + kCellColors * kBox + 60;
+  const int width = kLeft + kCellColors * kBox + 20, height = kTop + kCellColors * kBox + 80;
   const std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> surface(
       cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height), &cairo_surface_destroy);
   const std::unique_ptr<cairo_t, decltype(&cairo_destroy)> owner(cairo_create(surface.get()), &cairo_destroy);
@@ -65,11 +65,10 @@ absl::Status WritePalettePicture(const PaletteReport& report, const std::string&
     Text(context, 52, kTop + k * kBox + kBox / 2 + 5, 13, name);
     for (int b = 0; b < kCellColors; ++b) Entry(context, report, k, b);
   }
-  Text(context, 20, height - 34, 13,
-       absl::StrFormat(
-           "red: below %.0f, easily mistaken; yellow: below %.0f. Small: share of the row's ink that is read "
-           "as the column's.",
-           kWeakSeparation, kSafeSeparation));
+  Text(context, 20, height - 54, 13,
+       absl::StrFormat("Red: below %.0f, easily mistaken; yellow: below %.0f.", kWeakSeparation,
+                       kSafeSeparation));
+  Text(context, 20, height - 34, 13, "Small: share of the row's ink that is read as the column's.");
   Text(context, 20, height - 14, 13,
        absl::StrCat("Weakest: ", std::string(CellColorName(report.weakest_a)), " and ",
                     std::string(CellColorName(report.weakest_b)), "."));
