@@ -1,9 +1,4 @@
 // weft take: recorded takes.
-#include <unistd.h>
-
-#include <algorithm>
-#include <atomic>
-#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -21,8 +16,6 @@
 #include "services/cli/take_text.h"
 #include "services/files/json_file.h"
 #include "services/recording/disk_speed.h"
-#include "services/recording/live_recording.h"
-#include "services/recording/session_file.h"
 #include "services/recording/take_copy.h"
 #include "services/recording/take_file.h"
 
@@ -34,8 +27,6 @@ struct TakeCommandOptions {
   std::string out;
   std::string mosaic;
   std::string sets;
-  std::string session;
-  double seconds = 0;
   std::vector<std::string> shifts;
   double fps = 0;
   double size_gib = 1;
@@ -44,17 +35,10 @@ struct TakeCommandOptions {
   bool json = false;
 };
 
-absl::Status PrintJson(const google::protobuf::Message& message) {
-  const absl::StatusOr<std::string> json = ToJson(message);
-  if (!json.ok()) return json.status();
-  std::fputs(json->c_str(), stdout);
-  return absl::OkStatus();
-}
-
 absl::Status Info(const TakeCommandOptions& options) {
   const absl::StatusOr<v1::TakeInfo> info = DescribeTake(options.take);
   if (!info.ok()) return info.status();
-  if (options.json) return PrintJson(*info);
+  if (options.json) return PrintJsonMessage(*info);
   std::fputs(TakeInfoText(*info).c_str(), stdout);
   for (const std::string& warning : info->warnings()) PrintWarning(warning);
   return absl::OkStatus();
@@ -74,7 +58,7 @@ absl::Status Verify(const TakeCommandOptions& options) {
   report.set_bytes(check->bytes);
   for (const std::string& problem : check->problems) report.add_problems(problem);
   if (options.json) {
-    if (absl::Status status = PrintJson(report); !status.ok()) return status;
+    if (absl::Status status = PrintJsonMessage(report); !status.ok()) return status;
   } else {
     std::fputs(TakeCheckText(report).c_str(), stdout);
   }
@@ -101,7 +85,7 @@ absl::Status Recover(const TakeCommandOptions& options) {
   report.set_cut_off(recovery->cut_off);
   report.set_entries_added(recovery->entries_added);
   for (const std::string& damage : recovery->damage) report.add_damage(damage);
-  if (options.json) return PrintJson(report);
+  if (options.json) return PrintJsonMessage(report);
   std::fputs(TakeRecoveryText(report).c_str(), stdout);
   return absl::OkStatus();
 }
@@ -190,66 +174,6 @@ absl::Status TestDisk(const TakeCommandOptions& options) {
   return absl::OkStatus();
 }
 
-std::atomic<bool> interrupted = false;
-
-std::string StateLine(const LiveRecordingState& state) {
-  return absl::StrFormat("%5.0f s  %d sets, %d dropped, %d frames missing, %d MiB wait", state.elapsed_s,
-                         state.recorder.sets_recorded, state.recorder.sets_dropped,
-                         state.recorder.frames_missing, state.recorder.queued_bytes >> 20);
-}
-
-absl::Status Record(const TakeCommandOptions& options, bool quiet) {
-  const absl::StatusOr<v1::Session> session = ReadSession(options.session);
-  if (!session.ok()) return session.status();
-  absl::StatusOr<LiveRecordingOptions> recording = RecordingOptionsOf(*session);
-  if (!recording.ok()) return recording.status();
-  recording->seconds = options.seconds;
-  const auto cameras = OpenCameras(*session);
-  if (!cameras.ok()) return cameras.status();
-  std::signal(SIGINT, [](int) { interrupted = true; });
-  std::signal(SIGTERM, [](int) { interrupted = true; });
-  const bool shows_progress = !quiet && isatty(STDERR_FILENO);
-  int reports = 0;
-  const auto show = [&](const LiveRecordingState& state) {
-    if (shows_progress && reports++ % 10 == 0) std::fprintf(stderr, "\r%s", StateLine(state).c_str());
-  };
-  const absl::StatusOr<v1::Take> take = RecordLive(options.out, *cameras, *recording, interrupted, show);
-  if (reports > 0) std::fputc('\n', stderr);
-  if (!take.ok()) return take.status();
-  TakeCommandOptions about = options;
-  about.take = options.out;
-  if (absl::Status status = Info(about); !status.ok()) return status;
-  if (!options.json) {
-    for (const auto& camera : *cameras) {
-      const CameraCounters c = camera->counters();
-      absl::PrintF("camera %s: %d frames, %d lost, %d packets resent, %d packets missing, %d times away\n",
-                   camera->camera_id(), c.frames, c.frames_lost, c.packets_resent, c.packets_missing,
-                   c.disconnections);
-    }
-  }
-  if (take->stop_cause().empty()) return absl::OkStatus();
-  return absl::ResourceExhaustedError(absl::StrCat(options.out, ": ", take->stop_cause()));
-}
-
-void AddRecordCommand(CLI::App& take, CommandLine& line) {
-  const auto options = std::make_shared<TakeCommandOptions>();
-  CLI::App* record =
-      AddCommand(take, "record",
-                 "Record the cameras of a session into a new take, until the time is over or Ctrl-C; "
-                 "then say what was recorded, and why frames are missing.",
-                 "  weft take record --session session.json --out take --seconds 60");
-  record->add_option("--session", options->session, "session.json with cameras, rate and tolerance")
-      ->required()
-      ->type_name("FILE");
-  record->add_option("--out", options->out, "Folder of the new take")->required()->type_name("DIR");
-  record->add_option("--seconds", options->seconds, "How long; 0: until Ctrl-C")
-      ->type_name("S")
-      ->check(CLI::NonNegativeNumber);
-  record->add_flag("--json", options->json, "Print JSON (weft.v1.TakeInfo)");
-  record->callback(
-      [options, &line] { line.run = [options, &line] { return Record(*options, line.quiet); }; });
-}
-
 void AddCopyCommands(CLI::App& take, CommandLine& line) {
   const auto options = std::make_shared<TakeCommandOptions>();
   const auto add_out = [&](CLI::App& command, const char* what) {
@@ -274,7 +198,8 @@ void AddCopyCommands(CLI::App& take, CommandLine& line) {
       ->type_name("N");
   import->add_option("--mosaic", options->mosaic, "Grey images are a Bayer mosaic of this order")
       ->type_name("ORDER");
-  import->callback([options, &line] { line.run = [options, &line] { return Import(*options, line.quiet);
+  import->callback([options, &line] {
+    line.run = [options, &line] { return Import(*options, line.quiet);
 };
 }  // namespace
 );
@@ -329,7 +254,8 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
       "rebuild "
       "the indexes, complete the ledger.",
       "  weft take recover take", Recover);
-  AddRecordCommand(*take, line);
+  AddTakeRecordCommand(*take, line);
+  AddTakeSyncCommand(*take, line);
   AddCopyCommands(*take, line);
 
   CLI::App* disk = AddCommand(*take, "test-disk", "Measure how fast a disk takes frames, before a take does.",

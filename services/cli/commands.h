@@ -17,6 +17,8 @@ void AddPatternPaletteCommand(CLI::App& pattern, CommandLine& line);
 void AddEvaluateCommand(CLI::App& app, CommandLine& line);
 void AddSimulateCommand(CLI::App& app, CommandLine& line);
 void AddTakeCommand(CLI::App& app, CommandLine& line);
+void AddTakeRecordCommand(CLI::App& take, CommandLine& line);
+void AddTakeSyncCommand(CLI::App& take, CommandLine& line);
 void AddTemplateCommand(CLI::App& app, CommandLine& line);
 void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line);
 void AddDecodeCommand(CLI::App& app, CommandLine& line);

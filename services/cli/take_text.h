@@ -1,8 +1,9 @@
-// Recorded takes in words.
+// Recorded takes in words, and messages as JSON.
 #pragma once
 
 #include <string>
 
+#include "absl/status/status.h"
 #include "weft/v1/take.pb.h"
 
 namespace weft {
@@ -10,5 +11,8 @@ namespace weft {
 std::string TakeInfoText(const v1::TakeInfo& info);
 std::string TakeCheckText(const v1::TakeCheckReport& report);
 std::string TakeRecoveryText(const v1::TakeRecoveryReport& report);
+
+// On standard output.
+absl::Status PrintJsonMessage(const google::protobuf::Message& message);
 
 }  // namespace weft

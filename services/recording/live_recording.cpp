@@ -108,6 +108,7 @@ v1::Take Describe(const std::vector<std::unique_ptr<CameraSource>>& cameras,
   take.set_sync(absl::StrFormat("%s, %s, tolerance %.3f ms", TriggerInWords(options.trigger.kind),
                                 sets.clocks == ClockDomain::kShared ? "shared clocks" : "clocks of their own",
                                 static_cast<double>(sets.tolerance_ns) / 1e6));
+  take.set_own_clocks(sets.clocks == ClockDomain::kEstimated);
   if (sets.period_ns > 0)
     *take.mutable_sync() += absl::StrFormat(", period %.3f ms", static_cast<double>(sets.period_ns) / 1e6);
   for (const auto& source : cameras) {

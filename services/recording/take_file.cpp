@@ -1,8 +1,6 @@
 #include "services/recording/take_file.h"
 
-#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -15,75 +13,11 @@
 #include "absl/strings/str_format.h"
 #include "capture/recorded_take.h"
 #include "services/files/json_file.h"
+#include "services/recording/clock_log.h"
+#include "services/recording/common_times.h"
 
 namespace weft {
 namespace {
-
-// Mean and scatter of numbers that come one by one.
-struct Spread {
-  uint64_t count = 0;
-  double sum = 0, squares = 0, worst = 0;
-
-  void Add(double value) {
-    ++count;
-    sum += value;
-    squares += value * value;
-    worst = std::max(worst, std::abs(value));
-  }
-  double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
-  double deviation() const {
-    if (count < 2) return 0;
-    return std::sqrt(std::max(0.0, squares / static_cast<double>(count) - mean() * mean()));
-  }
-};
-
-// The middle one of the cameras' times in a set; empty where no camera has a frame.
-std::optional<int64_t> MedianTime_ns(const RecordedTake& take, size_t set) {
-  std::vector<int64_t> times_ns;
-  for (size_t camera = 0; camera < take.camera_ids().size(); ++camera) {
-    const IndexRecord* record = take.Record(set, camera);
-    if (record != nullptr && !record->is_missing) times_ns.push_back(record->device_time_ns);
-  }
-  if (times_ns.empty()) return std::nullopt;
-  std::nth_element(times_ns.begin(), times_ns.begin() + static_cast<std::ptrdiff_t>(times_ns.size() / 2),
-                   times_ns.end());
-  return times_ns[times_ns.size() / 2];
-}
-
-void DescribeTiming(const RecordedTake& take, v1::TakeInfo& info) {
-  std::vector<std::optional<int64_t>> medians_ns;
-  for (size_t set = 0; set < take.sets().size(); ++set) medians_ns.push_back(MedianTime_ns(take, set));
-  for (size_t camera = 0; camera < take.camera_ids().size(); ++camera) {
-    Spread intervals_ms, offsets_ms;
-    const IndexRecord* before = nullptr;
-    v1::TakeTiming& timing = *info.add_timing();
-    timing.set_camera(take.camera_ids()[camera]);
-    for (size_t set = 0; set < take.sets().size(); ++set) {
-      const IndexRecord* record = take.Record(set, camera);
-      if (record == nullptr || record->is_missing) {
-        timing.set_missing(timing.missing() + 1);
-        continue;
-      }
-      timing.set_frames(timing.frames() + 1);
-      offsets_ms.Add(static_cast<double>(record->device_time_ns - *medians_ns[set]) / 1e6);
-      if (before != nullptr && before->set + 1 == record->set)
-        intervals_ms.Add(static_cast<double>(record->device_time_ns - before->device_time_ns) / 1e6);
-      before = record;
-    }
-    timing.set_interval_mean_ms(intervals_ms.mean());
-    timing.set_interval_jitter_ms(intervals_ms.deviation());
-    timing.set_offset_mean_ms(offsets_ms.mean());
-    timing.set_offset_jitter_ms(offsets_ms.deviation());
-    timing.set_offset_worst_ms(offsets_ms.worst);
-  }
-  std::optional<int64_t> first_ns, last_ns;
-  for (const std::optional<int64_t>& median_ns : medians_ns) {
-    if (!median_ns) continue;
-    if (!first_ns) first_ns = median_ns;
-    last_ns = median_ns;
-  }
-  if (first_ns) info.set_duration_s(static_cast<double>(*last_ns - *first_ns) / 1e9);
-}
 
 // A cause of the ledger, or several that differ in their numbers alone.
 struct Cause {
@@ -171,7 +105,10 @@ absl::StatusOr<v1::TakeInfo> DescribeTake(const std::string& folder) {
     for (const IndexRecord& record : (*streams)->stream(camera).records())
       bytes += kBlockBytes + PaddedBytes(record.payload_bytes);
   info.set_bytes(bytes);
-  DescribeTiming(**streams, info);
+  const absl::StatusOr<std::vector<LoggedReading>> readings = ReadClockLog(folder);
+  const CommonTimes times(**streams, readings.value_or(std::vector<LoggedReading>{}),
+                          info.take().own_clocks());
+  DescribeTiming(**streams, times, info);
   DescribeCauses(**streams, info);
   for (const std::string& warning : (*streams)->warnings()) info.add_warnings(warning);
   if (info.take().state() == v1::TAKE_STATE_RECORDING) {

@@ -1,0 +1,60 @@
+// When the frames of a recorded take were taken, on one time axis for all cameras.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "capture/recorded_take.h"
+#include "services/recording/clock_log.h"
+#include "weft/v1/take.pb.h"
+
+namespace weft {
+
+// Mean and scatter of numbers that come one by one.
+struct Spread {
+  uint64_t count = 0;
+  double sum = 0, squares = 0, worst = 0;
+
+  void Add(double value) {
+    ++count;
+    sum += value;
+    squares += value * value;
+    worst = std::max(worst, std::abs(value));
+  }
+  double mean() const { return count > 0 ? sum / static_cast<double>(count) : 0; }
+  double rms() const { return count > 0 ? std::sqrt(squares / static_cast<double>(count)) : 0; }
+  double deviation() const { return std::sqrt(std::max(0.0, rms() * rms() - mean() * mean())); }
+};
+
+// Device times compare as they are where the clocks are synchronized, but for clocks that jumped; clocks of
+// their own are put on the host's by their readings. Takes without readings: device times as they are.
+class CommonTimes {
+ public:
+  CommonTimes(const RecordedTake& take, const std::vector<LoggedReading>& readings, bool own_clocks);
+
+  // Nothing where the camera has no frame in the set at this index.
+  std::optional<int64_t> Time_ns(size_t set, size_t camera) const;
+  // The middle one of the cameras' times; nothing where no camera has a frame.
+  std::optional<int64_t> Median_ns(size_t set) const { return medians_ns_[set]; }
+  // Between the first and the last camera of the set.
+  std::optional<int64_t> Spread_ns(size_t set) const;
+
+ private:
+  using Readings = std::map<int64_t, int64_t>;  // device minus host, by host time
+
+  static std::optional<int64_t> MinusHost_ns(const Readings& readings, const IndexRecord& record);
+
+  const RecordedTake& take_;
+  bool own_clocks_;
+  std::vector<Readings> readings_;  // of each camera
+  std::vector<std::optional<int64_t>> medians_ns_;
+};
+
+// Fills `timing` and `duration_s`.
+void DescribeTiming(const RecordedTake& take, const CommonTimes& times, v1::TakeInfo& info);
+
+}  // namespace weft

@@ -1,0 +1,191 @@
+#include "services/recording/sync_report.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "capture/recorded_take.h"
+#include "services/recording/clock_log.h"
+#include "services/recording/common_times.h"
+#include "services/recording/take_file.h"
+
+namespace weft {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kManyLost = 0.01;  // of the frames
+constexpr double kPtpLimit_us = 100;
+
+// Of the camera's clock against the host's, over the readings that no jump parts.
+double Drift_ppm(const std::vector<const ClockReading*>& readings) {
+  constexpr double kJump_ns = 5e7;
+  double seconds = 0, drift_ns = 0;
+  for (size_t i = 1; i < readings.size(); ++i) {
+    const auto step_ns =
+        static_cast<double>(readings[i]->device_minus_host_ns - readings[i - 1]->device_minus_host_ns);
+    if (std::abs(step_ns) > kJump_ns) continue;
+    drift_ns += step_ns;
+    seconds += static_cast<double>(readings[i]->host_time_ns - readings[i - 1]->host_time_ns) / 1e9;
+  }
+  return seconds > 0 ? drift_ns / seconds / 1e3 : 0;
+}
+
+void DescribeClock(const std::string& id, const std::vector<LoggedReading>& all, SyncAnalysis& out) {
+  std::vector<const ClockReading*> readings;
+  for (const LoggedReading& logged : all)
+    if (logged.camera_id == id) readings.push_back(&logged.reading);
+  CameraSyncSeries& series = out.series.back();
+  v1::CameraClock& clock = *out.report.add_clocks();
+  clock.set_camera(id);
+  clock.set_readings(readings.size());
+  if (readings.empty()) return;
+  Spread ptp_us;
+  int64_t best_ns = readings.front()->uncertainty_ns;
+  for (const ClockReading* reading : readings) {
+    best_ns = std::min(best_ns, reading->uncertainty_ns);
+    const std::string& status = reading->ptp_status;
+    const int states = clock.ptp_states_size();
+    if (!status.empty() && (states == 0 || clock.ptp_states(states - 1) != status))
+      clock.add_ptp_states(status);
+    series.clock_ms.push_back(
+        static_cast<double>(reading->device_minus_host_ns - readings.front()->device_minus_host_ns) / 1e6);
+    const bool follows =
+        absl::StartsWithIgnoreCase(status, "slave") || absl::EqualsIgnoreCase(status, "master");
+    series.ptp_us.push_back(
+        reading->ptp_offset_ns && follows ? static_cast<double>(*reading->ptp_offset_ns) / 1e3 : kNone);
+    if (std::isfinite(series.ptp_us.back())) ptp_us.Add(series.ptp_us.back());
+  }
+  clock.set_minus_host_first_ms(static_cast<double>(readings.front()->device_minus_host_ns) / 1e6);
+  clock.set_minus_host_last_ms(static_cast<double>(readings.back()->device_minus_host_ns) / 1e6);
+  clock.set_uncertainty_ms(static_cast<double>(best_ns) / 1e6);
+  clock.set_drift_ppm(Drift_ppm(readings));
+  clock.set_ptp_offset_rms_us(ptp_us.rms());
+  clock.set_ptp_offset_worst_us(ptp_us.worst);
+}
+
+void CountJumps(const RecordedTake& take, v1::SyncReport& report) {
+  for (const LedgerEntry& entry : take.ledger()) {
+    if (entry.event == LedgerEvent::kDropped)
+      report.set_sets_dropped(report.sets_dropped() + entry.last_set - entry.first_set + 1);
+    if (!absl::StrContains(entry.cause, "its clock jumped")) continue;
+    for (v1::CameraClock& clock : *report.mutable_clocks())
+      if (clock.camera() == entry.camera_id) clock.set_jumps(clock.jumps() + 1);
+  }
+}
+
+void DescribeSets(const RecordedTake& take, const CommonTimes& times, SyncAnalysis& out) {
+  std::vector<double> spreads_ms;
+  uint64_t complete = 0;
+  for (size_t set = 0; set < take.sets().size(); ++set) {
+    out.set_names.push_back(FrameNameOf(take.sets()[set]));
+    if (const std::optional<int64_t> spread_ns = times.Spread_ns(set))
+      spreads_ms.push_back(static_cast<double>(*spread_ns) / 1e6);
+    bool is_complete = true;
+    for (size_t camera = 0; camera < take.camera_ids().size(); ++camera) {
+      const std::optional<int64_t> time_ns = times.Time_ns(set, camera);
+      is_complete = is_complete && time_ns;
+      out.series[camera].offset_ms.push_back(
+          time_ns ? static_cast<double>(*time_ns - *times.Median_ns(set)) / 1e6 : kNone);
+    }
+    complete += is_complete ? 1 : 0;
+  }
+  out.report.set_sets_complete(complete);
+  if (spreads_ms.empty()) return;
+  std::sort(spreads_ms.begin(), spreads_ms.end());
+  out.report.set_spread_median_ms(spreads_ms[spreads_ms.size() / 2]);
+  out.report.set_spread_worst_ms(spreads_ms.back());
+}
+
+void FindFaults(v1::SyncReport& report) {
+  const auto find = [&](const std::string& text) { report.add_findings(text); };
+  for (const v1::CameraClock& clock : report.clocks()) {
+    const std::string camera = "camera " + clock.camera() + ": ";
+    if (clock.ptp_states_size() > 1)
+      find(camera + "PTP changed its state during the take (" + absl::StrJoin(clock.ptp_states(), ", ") +
+           "); look at the master and the switch");
+    if (clock.ptp_offset_worst_us() > kPtpLimit_us)
+      find(absl::StrFormat(
+          "%sup to %.0f us from the PTP master; use a switch with PTP (boundary or transparent clock)",
+          camera, clock.ptp_offset_worst_us()));
+    if (clock.jumps() > 0)
+      find(absl::StrCat(camera, "its clock jumped ",
+                        clock.jumps() == 1 ? "once" : absl::StrCat(clock.jumps(), " times"),
+                        "; synchronize it by PTP, or look at what steps the master"));
+    if (clock.readings() == 0) find(camera + "its clock was never read; its times are as it says");
+  }
+  for (const v1::TakeTiming& timing : report.timing()) {
+    const auto all = static_cast<double>(timing.frames() + timing.missing());
+    if (static_cast<double>(timing.missing()) > kManyLost * all)
+      find(absl::StrFormat("camera %s: %d of %.0f frames are missing; the causes are below", timing.camera(),
+                           timing.missing(), all));
+  }
+  if (report.take().own_clocks())
+    find(
+        "the clocks were not synchronized: offsets are good to the uncertainty of their readings; PTP makes "
+        "them exact");
+}
+
+}  // namespace
+
+absl::StatusOr<SyncAnalysis> AnalyzeSync(const std::string& path) {
+  absl::StatusOr<v1::TakeInfo> info = DescribeTake(path);
+  if (!info.ok()) return info.status();
+  const absl::StatusOr<std::unique_ptr<RecordedTake>> take = RecordedTake::Open(path);
+  if (!take.ok()) return take.status();
+  const std::vector<LoggedReading> readings = ReadClockLog(path).value_or(std::vector<LoggedReading>{});
+  SyncAnalysis out;
+  v1::SyncReport& report = out.report;
+  report.set_path(path);
+  *report.mutable_take() = info->take();
+  report.set_sets(info->sets());
+  *report.mutable_timing() = info->timing();
+  *report.mutable_causes() = info->causes();
+  *report.mutable_notes() = info->notes();
+  for (const std::string& id : (*take)->camera_ids()) {
+    out.series.push_back({id, {}, {}, {}});
+    DescribeClock(id, readings, out);
+  }
+  DescribeSets(**take, CommonTimes(**take, readings, info->take().own_clocks()), out);
+  CountJumps(**take, report);
+  FindFaults(report);
+  return out;
+}
+
+std::string SyncReportText(const v1::SyncReport& report) {
+  std::string text = absl::StrFormat("%s: %d frame sets, %d of them complete, %d dropped\n", report.path(),
+                                     report.sets(), report.sets_complete(), report.sets_dropped());
+  if (!report.take().sync().empty()) absl::StrAppend(&text, report.take().sync(), "\n");
+  absl::StrAppendFormat(&text, "between the cameras of a set: %.4f ms in the median, %.4f ms at worst\n",
+                        report.spread_median_ms(), report.spread_worst_ms());
+  int width = 6;
+  for (const v1::TakeTiming& timing : report.timing())
+    width = std::max(width, static_cast<int>(timing.camera().size()));
+  text += absl::StrFormat("%-*s %8s %8s %10s %10s %9s %9s %6s %11s %11s  %s\n", width, "camera", "frames",
+                          "missing", "offset ms", "jitter ms", "worst ms", "drift ppm", "jumps", "PTP rms us",
+                          "worst us", "PTP");
+  for (int i = 0; i < report.timing_size(); ++i) {
+    const v1::TakeTiming& timing = report.timing(i);
+    const v1::CameraClock& clock = report.clocks(i);
+    text += absl::StrFormat("%-*s %8d %8d %10.4f %10.4f %9.4f %9.2f %6d %11.3f %11.3f  %s\n", width,
+                            timing.camera(), timing.frames(), timing.missing(), timing.offset_mean_ms(),
+                            timing.offset_jitter_ms(), timing.offset_worst_ms(), clock.drift_ppm(),
+                            clock.jumps(), clock.ptp_offset_rms_us(), clock.ptp_offset_worst_us(),
+                            absl::StrJoin(clock.ptp_states(), ", "));
+  }
+  for (const v1::TakeCause& cause : report.causes()) {
+    absl::StrAppend(&text,
+                    cause.camera().empty() ? "dropped" : absl::StrCat("missing, camera ", cause.camera()),
+                    ": ", cause.count(), " of: ", cause.cause(), "\n");
+  }
+  for (const std::string& finding : report.findings()) absl::StrAppend(&text, "finding: ", finding, "\n");
+  return text;
+}
+
+}  // namespace weft
