@@ -6,6 +6,7 @@
 namespace weft {
 namespace {
 
+constexpr int kMaxDoubtful = 3;
 constexpr int64_t kDriftDivisor = 10'000;  // 100 ppm: quartzes of cameras keep to 50
 
 }  // namespace
@@ -55,7 +56,11 @@ int64_t ClockTrack::AddReading(const ClockReading& reading) {
   if (low_ns_ && high_ns_) {
     const int64_t above_ns = value_ns - reading.uncertainty_ns - *high_ns_;
     const int64_t below_ns = *low_ns_ - value_ns - reading.uncertainty_ns;
-    if (std::max(above_ns, below_ns) > limit_ns_) {
+    const bool jumped = std::max(above_ns, below_ns) > limit_ns_;
+    // The next frame tells by the camera's count how far, which no reading tells as exactly.
+    doubtful_readings_ = jumped ? doubtful_readings_ + 1 : 0;
+    if (jumped && period_ns_ > 0 && has_frame_ && doubtful_readings_ < kMaxDoubtful) return 0;
+    if (jumped) {
       jump_ns = *offset_ns() - value_ns;
       correction_ns_ -= jump_ns;
       value_ns += jump_ns;

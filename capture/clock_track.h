@@ -47,6 +47,7 @@ class ClockTrack {
   std::optional<int64_t> low_ns_, high_ns_;
   std::optional<int64_t> widened_ns_;  // up to this host time
   bool has_frame_ = false;
+  int doubtful_readings_ = 0;  // in a row, that show a jump of which no frame told
   int64_t last_device_ns_ = 0;
   uint64_t last_id_ = 0;
 };

@@ -106,6 +106,25 @@ TEST_F(Assembler, SeesAJumpInAReadingWhereTriggersComeIrregularly) {
   EXPECT_THAT(Causes(), ElementsAre(HasSubstr("its clock jumped by -5.000 s")));
 }
 
+TEST_F(Assembler, FollowsAJumpByTheCountOfFramesWhereAReadingIsVague) {
+  CameraDelivery reading = Say(CameraDelivery::Kind::kClock, "");
+  for (uint64_t id = 0; id < 6; ++id) {
+    const int64_t jump_ns = id < 3 ? 0 : 3200 * kMs;
+    if (id == 0 || id == 3) {  // 4 ms wrong, twice the tolerance
+      reading.clock = {kEpoch_ns + static_cast<int64_t>(id) * kPeriod_ns,
+                       jump_ns + (id == 3 ? 4 * kMs : 0),
+                       5 * kMs,
+                       "",
+                       {}};
+      Add(1, reading);
+    }
+    for (size_t camera : {0, 2}) Add(camera, FrameOf(id));
+    Add(1, FrameOf(id, jump_ns));
+  }
+  ExpectAllComplete(6);
+  EXPECT_THAT(Causes(), ElementsAre(HasSubstr("its clock jumped by 3.200 s")));
+}
+
 TEST_F(Assembler, TakesBackACameraWhoseClockIsWrong) {
   AddAll(0);
   CameraDelivery reading = Say(CameraDelivery::Kind::kClock, "");
