@@ -372,21 +372,28 @@ std::vector<uint8_t> CameraEnd::Answer(uint16_t command, const uint8_t* data, si
 void CameraEnd::HandleControl(const uint8_t* data, size_t size, const sockaddr_in& from, int socket) {
   if (data[0] != 0x42) return;
   const auto command = Get<uint16_t>(data + 2);
+  const std::pair request(PeerOf(from), Get<uint16_t>(data + 6));
+  const auto send = [&] {
+    static_cast<void>(sendto(socket, answer_.data(), answer_.size(), 0,
+                             reinterpret_cast<const sockaddr*>(&from), sizeof from));
+  };
+  const bool wants_answer = (data[1] & 1) != 0;
+  if (wants_answer && request == answered_) return send();  // asked again before the answer came: done once
   const bool writes = command == kWriteRegister || command == kWriteMemory;
   if (writes && controller_ && *controller_ != PeerOf(from)) return;
   const std::vector<uint8_t> answer = Answer(command, data + 8, size - 8, data[1]);
   if (writes && Register(kPrivilege) == 0) controller_.reset();
   if (writes && Register(kPrivilege) != 0) controller_ = PeerOf(from);
   if (controller_ == PeerOf(from)) controller_seen_ns_ = CameraEndHostTime_ns();
-  if ((data[1] & 1) == 0) return;
-  std::vector<uint8_t> packet;
-  Put(packet, uint16_t{0});
-  Put(packet, static_cast<uint16_t>(command + 1));
-  Put(packet, static_cast<uint16_t>(answer.size()));
-  Put(packet, Get<uint16_t>(data + 6));
-  packet.insert(packet.end(), answer.begin(), answer.end());
-  static_cast<void>(
-      sendto(socket, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&from), sizeof from));
+  if (!wants_answer) return;
+  answer_.clear();
+  Put(answer_, uint16_t{0});
+  Put(answer_, static_cast<uint16_t>(command + 1));
+  Put(answer_, static_cast<uint16_t>(answer.size()));
+  Put(answer_, request.second);
+  answer_.insert(answer_.end(), answer.begin(), answer.end());
+  answered_ = request;
+  send();
 }
 
 }  // namespace weft

@@ -14,6 +14,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace weft {
@@ -78,6 +79,8 @@ class CameraEnd {
   int control_ = -1, broadcast_ = -1, stream_ = -1, wake_ = -1;
   std::optional<uint64_t> controller_;  // address and port of who holds the camera
   int64_t controller_seen_ns_ = 0;
+  std::pair<uint64_t, uint16_t> answered_;  // peer and number of the last request
+  std::vector<uint8_t> answer_;
   int64_t last_exposure_ns_ = 0;
   int64_t ptp_since_ns_ = 0;
   uint64_t frames_ = 0;
