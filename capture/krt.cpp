@@ -5,6 +5,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 
 namespace weft {
@@ -101,6 +102,31 @@ absl::StatusOr<Rig> ParseKrt(std::string_view text, const std::string& source_na
     return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", status.message()));
   }
   return rig;
+}
+
+absl::StatusOr<std::string> FormatKrt(const Rig& rig) {
+  if (absl::Status status = rig.Validate(); !status.ok()) return status;
+  std::string out;
+  for (const CameraModel& c : rig.cameras) {
+    const auto& d = c.distortion;
+    if (d[5] != 0 || d[6] != 0 || d[7] != 0) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "camera ", c.id,
+          ": KRT holds k1 k2 p1 p2 k3 only, and its lens has k4 k5 k6 as well; export as opencv"));
+    }
+    if (c.id.find_first_of(" \t/") != std::string::npos) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("camera ", c.id, ": KRT allows no space or slash in an id"));
+    }
+    absl::StrAppendFormat(&out, "%s\n%.17g 0 %.17g\n0 %.17g %.17g\n0 0 1\n%.17g %.17g %.17g %.17g %.17g\n",
+                          c.id, c.fx_px, c.cx_px, c.fy_px, c.cy_px, d[0], d[1], d[2], d[3], d[4]);
+    for (int r = 0; r < 3; ++r) {
+      absl::StrAppendFormat(&out, "%.17g %.17g %.17g %.17g\n", c.rotation(r, 0), c.rotation(r, 1),
+                            c.rotation(r, 2), c.translation_mm[r]);
+    }
+    out += '\n';
+  }
+  return out;
 }
 
 }  // namespace weft

@@ -15,4 +15,8 @@ namespace weft {
 absl::StatusOr<Rig> ParseKrt(std::string_view text, const std::string& source_name, int width_px,
                              int height_px);
 
+// The same text from a rig, every digit kept. InvalidArgument: a camera with more than five distortion
+// coefficients, or an id with a space or slash.
+absl::StatusOr<std::string> FormatKrt(const Rig& rig);
+
 }  // namespace weft

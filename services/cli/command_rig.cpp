@@ -4,7 +4,9 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
+#include "capture/colmap_text.h"
 #include "capture/krt.h"
+#include "capture/opencv_yaml.h"
 #include "services/cli/commands.h"
 #include "services/files/atomic_file.h"
 #include "services/files/rig_file.h"
@@ -12,56 +14,138 @@
 namespace weft {
 namespace {
 
+constexpr uint64_t kMaxTextBytes = 64 << 20;
+
 struct ImportOptions {
-  std::string krt;
+  std::string krt, opencv, colmap;
   int width_px = 0;
   int height_px = 0;
   std::string id;
   std::string out;
 };
 
-absl::Status Import(const ImportOptions& options) {
-  constexpr uint64_t kMaxKrtBytes = 64 << 20;
-  const absl::StatusOr<std::string> text = ReadWholeFile(options.krt, kMaxKrtBytes);
+absl::StatusOr<Rig> ReadForeignRig(const ImportOptions& options) {
+  namespace fs = std::filesystem;
+  if (!options.colmap.empty()) {
+    const absl::StatusOr<std::string> cameras =
+        ReadWholeFile((fs::path(options.colmap) / "cameras.txt").string(), kMaxTextBytes);
+    const absl::StatusOr<std::string> images =
+        ReadWholeFile((fs::path(options.colmap) / "images.txt").string(), kMaxTextBytes);
+    if (!cameras.ok()) return cameras.status();
+    if (!images.ok()) return images.status();
+    return ParseColmapText(*cameras, *images, options.colmap);
+  }
+  const absl::StatusOr<std::string> text =
+      ReadWholeFile(options.krt.empty() ? options.opencv : options.krt, kMaxTextBytes);
   if (!text.ok()) return text.status();
-  absl::StatusOr<Rig> rig = ParseKrt(*text, options.krt, options.width_px, options.height_px);
+  if (!options.opencv.empty()) return ParseOpenCvYaml(*text, options.opencv);
+  if (options.width_px == 0 || options.height_px == 0) {
+    return absl::InvalidArgumentError(
+        "KRT does not carry the size of the images: --width-px and --height-px are needed");
+  }
+  return ParseKrt(*text, options.krt, options.width_px, options.height_px);
+}
+
+absl::Status Import(const ImportOptions& options) {
+  absl::StatusOr<Rig> rig = ReadForeignRig(options);
   if (!rig.ok()) return rig.status();
   rig->id = options.id;
-  if (absl::Status status =
-          WriteRig(options.out, *rig,
-                   absl::StrCat("imported from ", std::filesystem::path(options.krt).filename().string()));
+  const std::string from = !options.krt.empty()      ? options.krt
+                           : !options.opencv.empty() ? options.opencv
+                                                     : options.colmap;
+  if (absl::Status status = WriteRig(
+          options.out, *rig, absl::StrCat("imported from ", std::filesystem::path(from).filename().string()));
       !status.ok()) {
     return status;
   }
+  const CameraModel& first = rig->cameras[0];
   std::printf("%s: %zu cameras, %dx%d px, hash %s\n", options.out.c_str(), rig->cameras.size(),
-              options.width_px, options.height_px, rig->ContentHash().c_str());
+              first.width_px, first.height_px, rig->ContentHash().c_str());
   return absl::OkStatus();
 }
 
-}  // namespace
-
-void AddRigCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* rig = AddCommand(app, "rig", "Make or choose a rig.json: the calibrated cameras of a studio", "");
-  rig->require_subcommand(1);
-
-  CLI::App* command = AddCommand(
-      *rig, "import",
-      "Turn a KRT text (per camera: id, K, distortion k1 k2 p1 p2 k3, [R|t] camera_from_world in mm) into a "
-      "rig.json. KRT does not carry the size of the images, so it is given here.",
-      "  weft rig import --krt KRT --width-px 2668 --height-px 4096 --out rig.json");
+void AddImportCommand(CLI::App& rig, CommandLine& line) {
+  CLI::App* command =
+      AddCommand(rig, "import",
+                 "Turn the calibration of another program into a rig.json: a KRT text (per camera: id, K, "
+                 "distortion k1 k2 p1 p2 k3, "
+                 "[R|t] camera_from_world in mm; the size of the images is given here), OpenCV's YAML, or a "
+                 "folder with COLMAP's "
+                 "cameras.txt and images.txt in mm.",
+                 "  weft rig import --krt KRT --width-px 2668 --height-px 4096 --out rig.json\n"
+                 "  weft rig import --opencv cameras.yml --out rig.json\n"
+                 "  weft rig import --colmap sparse --out rig.json");
   auto options = std::make_shared<ImportOptions>();
-  command->add_option("--krt", options->krt, "The KRT file")->required()->type_name("FILE");
-  command->add_option("--width-px", options->width_px, "Width of every camera's images")
-      ->required()
+  CLI::Option_group* from = command->add_option_group("From", "One of them");
+  from->add_option("--krt", options->krt, "A KRT file")->type_name("FILE");
+  from->add_option("--opencv", options->opencv, "OpenCV's YAML")->type_name("FILE");
+  from->add_option("--colmap", options->colmap, "Folder of COLMAP's text model")->type_name("DIR");
+  from->require_option(1);
+  command->add_option("--width-px", options->width_px, "Width of every camera's images, for KRT")
       ->type_name("PX")
       ->check(CLI::Range(1, 65536));
-  command->add_option("--height-px", options->height_px, "Height of every camera's images")
-      ->required()
+  command->add_option("--height-px", options->height_px, "Height of every camera's images, for KRT")
       ->type_name("PX")
       ->check(CLI::Range(1, 65536));
   command->add_option("--id", options->id, "Name of the rig, kept in the file")->type_name("NAME");
   command->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
   command->callback([options, &line] { line.run = [options] { return Import(*options); }; });
+}
+
+struct ExportOptions {
+  std::string rig;
+  std::string format;
+  std::string out;
+};
+
+absl::Status Export(const ExportOptions& options) {
+  namespace fs = std::filesystem;
+  const absl::StatusOr<Rig> rig = ReadRig(options.rig);
+  if (!rig.ok()) return rig.status();
+  absl::Status status;
+  if (options.format == "colmap") {
+    const absl::StatusOr<ColmapText> text = FormatColmapText(*rig);
+    if (!text.ok()) return text.status();
+    status = CreateFolders(options.out);
+    status.Update(WriteFileAtomically((fs::path(options.out) / "cameras.txt").string(), text->cameras));
+    status.Update(WriteFileAtomically((fs::path(options.out) / "images.txt").string(), text->images));
+    status.Update(WriteFileAtomically((fs::path(options.out) / "points3D.txt").string(), ""));
+  } else {
+    const absl::StatusOr<std::string> text =
+        options.format == "krt" ? FormatKrt(*rig) : FormatOpenCvYaml(*rig);
+    if (!text.ok()) return text.status();
+    status = WriteFileAtomically(options.out, *text);
+  }
+  if (status.ok()) std::printf("%s: %zu cameras\n", options.out.c_str(), rig->cameras.size());
+  return status;
+}
+
+void AddExportCommand(CLI::App& rig, CommandLine& line) {
+  CLI::App* command = AddCommand(rig, "export",
+                                 "Write a rig.json for other programs: KRT, OpenCV's YAML, or COLMAP's text "
+                                 "model (a folder, FULL_OPENCV cameras, "
+                                 "lengths in mm).",
+                                 "  weft rig export rig.json --format opencv --out cameras.yml\n"
+                                 "  weft rig export rig.json --format colmap --out sparse");
+  auto options = std::make_shared<ExportOptions>();
+  command->add_option("rig", options->rig, "The rig.json")->required()->type_name("FILE");
+  command->add_option("--format", options->format, "krt, opencv or colmap")
+      ->required()
+      ->check(CLI::IsMember({"krt", "opencv", "colmap"}));
+  command->add_option("--out", options->out, "File, or folder for colmap")->required()->type_name("PATH");
+  command->callback([options, &line] { line.run = [options] { return Export(*options); }; });
+}
+
+}  // namespace
+
+void AddRigCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* rig =
+      AddCommand(app, "rig", "Make, convert or choose a rig.json: the calibrated cameras of a studio", "");
+  rig->require_subcommand(1);
+
+  AddImportCommand(*rig, line);
+  AddExportCommand(*rig, line);
+  AddRigCalibrateCommands(*rig, line);
   AddRigPlanCommand(*rig, line);
 }
 

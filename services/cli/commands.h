@@ -10,6 +10,7 @@ namespace weft {
 void AddJobCommand(CLI::App& app, CommandLine& line);
 void AddRegisterCommand(CLI::App& app, CommandLine& line);
 void AddRigCommand(CLI::App& app, CommandLine& line);
+void AddRigCalibrateCommands(CLI::App& rig, CommandLine& line);
 void AddRigPlanCommand(CLI::App& rig, CommandLine& line);
 void AddPatternCommand(CLI::App& app, CommandLine& line);
 void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line);

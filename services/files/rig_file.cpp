@@ -1,6 +1,7 @@
 #include "services/files/rig_file.h"
 
 #include <algorithm>
+#include <numbers>
 
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
@@ -15,6 +16,7 @@ absl::Status CheckFields(const v1::Camera& camera, const std::string& who) {
   const auto* reflection = camera.GetReflection();
   for (int i = 0; i < descriptor->field_count(); ++i) {
     const auto* field = descriptor->field(i);
+    if (field->cpp_type() == field->CPPTYPE_MESSAGE) continue;  // may be missing
     if (field->has_presence() && !reflection->HasField(camera, field)) {
       return absl::InvalidArgumentError(absl::StrCat(who, ": the field ", field->name(), " is missing"));
     }
@@ -63,6 +65,38 @@ v1::Camera ToProto(const CameraModel& camera) {
   return proto;
 }
 
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+
+void ToProto(const CalibratedCamera& camera, v1::CameraSigmas& proto) {
+  const auto& s = camera.sigmas;
+  proto.set_fx_px(s[0]);
+  proto.set_fy_px(s[1]);
+  proto.set_cx_px(s[2]);
+  proto.set_cy_px(s[3]);
+  for (int i = 4; i < 9; ++i) proto.add_distortion(s[i]);
+  for (int i = 9; i < 12; ++i) proto.add_rotation_deg(s[i] * kDegPerRad);
+  for (int i = 12; i < 15; ++i) proto.add_center_mm(s[i]);
+  proto.set_projection_px(camera.projection_sigma_px);
+  proto.set_corner_px(camera.corner_sigma_px);
+  proto.set_rms_px(camera.rms_px);
+  proto.set_views(camera.views);
+  proto.set_corners(camera.corners);
+}
+
+CalibratedCamera FromProto(const v1::CameraSigmas& proto) {
+  CalibratedCamera camera;
+  camera.sigmas = {proto.fx_px(), proto.fy_px(), proto.cx_px(), proto.cy_px()};
+  for (int i = 0; i < 5; ++i) camera.sigmas[4 + i] = proto.distortion(i);
+  for (int i = 0; i < 3; ++i) camera.sigmas[9 + i] = proto.rotation_deg(i) / kDegPerRad;
+  for (int i = 0; i < 3; ++i) camera.sigmas[12 + i] = proto.center_mm(i);
+  camera.projection_sigma_px = proto.projection_px();
+  camera.corner_sigma_px = proto.corner_px();
+  camera.rms_px = proto.rms_px();
+  camera.views = proto.views();
+  camera.corners = proto.corners();
+  return camera;
+}
+
 }  // namespace
 
 absl::StatusOr<Rig> ParseRig(std::string_view json, const std::string& source_name) {
@@ -94,14 +128,54 @@ absl::StatusOr<Rig> ReadRig(const std::string& path) {
   return ParseRig(*json, path);
 }
 
-absl::Status WriteRig(const std::string& path, const Rig& rig, const std::string& provenance) {
+absl::Status WriteRig(const std::string& path, const Rig& rig, const std::string& provenance,
+                      const CalibrationRecord* calibration) {
   if (absl::Status status = rig.Validate(); !status.ok()) return status;
   v1::Rig proto;
   if (!rig.id.empty()) proto.set_id(rig.id);
   proto.set_hash(rig.ContentHash());
   if (!provenance.empty()) proto.set_provenance(provenance);
   for (const CameraModel& camera : rig.cameras) *proto.add_cameras() = ToProto(camera);
+  if (calibration) {
+    v1::RigCalibration& record = *proto.mutable_calibration();
+    record.set_version(calibration->version);
+    record.set_replaces(calibration->replaces);
+    record.set_calibrated_utc(calibration->calibrated_utc);
+    record.set_rms_px(calibration->rms_px);
+    for (int i = 0; i < 3; ++i) record.add_stage_low_mm(calibration->stage_low_mm[i]);
+    for (int i = 0; i < 3; ++i) record.add_stage_high_mm(calibration->stage_high_mm[i]);
+    for (int i = 0; i < proto.cameras_size(); ++i) {
+      ToProto(calibration->cameras[i], *proto.mutable_cameras(i)->mutable_sigmas());
+    }
+  }
   return WriteJsonFile(path, proto, JsonZeros::kOmitted);
+}
+
+absl::StatusOr<std::optional<CalibrationRecord>> ReadCalibrationRecord(const std::string& path) {
+  if (absl::Status status = ReadRig(path).status(); !status.ok()) return status;
+  v1::Rig proto;
+  if (absl::Status status = ReadJsonFile(path, proto); !status.ok()) return status;
+  if (!proto.has_calibration()) return std::nullopt;
+  const v1::RigCalibration& from = proto.calibration();
+  CalibrationRecord record;
+  record.version = from.version();
+  record.replaces = from.replaces();
+  record.calibrated_utc = from.calibrated_utc();
+  record.rms_px = from.rms_px();
+  if (from.stage_low_mm_size() == 3 && from.stage_high_mm_size() == 3) {
+    for (int i = 0; i < 3; ++i) record.stage_low_mm[i] = from.stage_low_mm(i);
+    for (int i = 0; i < 3; ++i) record.stage_high_mm[i] = from.stage_high_mm(i);
+  }
+  for (const v1::Camera& camera : proto.cameras()) {
+    const v1::CameraSigmas& sigmas = camera.sigmas();
+    if (sigmas.distortion_size() != 5 || sigmas.rotation_deg_size() != 3 || sigmas.center_mm_size() != 3) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(path, ": camera ", camera.id(),
+                       ": sigmas needs 5 numbers of distortion, 3 of rotation_deg and 3 of center_mm"));
+    }
+    record.cameras.push_back(FromProto(sigmas));
+  }
+  return record;
 }
 
 }  // namespace weft

@@ -1,0 +1,216 @@
+#include "capture/calibration/bundle_adjustment.h"
+
+#include <ceres/ceres.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "absl/strings/str_cat.h"
+#include "capture/calibration/view_equations.h"
+
+namespace weft {
+namespace {
+
+constexpr int kRows = kViewUnknowns + 2;
+using Factor = Eigen::Matrix<double, kViewUnknowns + 1, kViewUnknowns + 1>;
+
+// Upper triangular R with R^T R = `normal`, which may be singular: unknowns without information get a zero
+// row.
+Factor SemiDefiniteFactor(const Factor& normal) {
+  Factor r = Factor::Zero();
+  for (int i = 0; i < normal.rows(); ++i) {
+    const double pivot = normal(i, i) - r.col(i).head(i).squaredNorm();
+    if (!(pivot > 1e-13 * normal(i, i))) continue;
+    r(i, i) = std::sqrt(pivot);
+    for (int j = i + 1; j < normal.cols(); ++j) {
+      r(i, j) = (normal(i, j) - r.col(i).head(i).dot(r.col(j).head(i))) / r(i, i);
+    }
+  }
+  return r;
+}
+
+// The numbers that the solver changes, and the equations of all views at them. Ceres asks for a new point
+// once; the views are then worked out together, in the caller's arena.
+class Equations : public ceres::EvaluationCallback {
+ public:
+  Equations(const CalibrationBundle& bundle, double huber_sigmas)
+      : bundle_(bundle), huber_sigmas_(huber_sigmas) {
+    const auto add = [this](const auto& block) {
+      unknowns_.insert(unknowns_.end(), block.begin(), block.end());
+    };
+    for (const CameraModel& camera : bundle.cameras) add(UnknownsOf(camera));
+    for (const BoardWarp& warp : bundle.warps) add(UnknownsOf(warp));
+    for (const BoardPlacement& placement : bundle.placements) add(UnknownsOf(placement.world_from_board));
+    factors_.resize(bundle.views.size());
+    robust_costs_.resize(bundle.views.size());
+  }
+
+  double* Camera(size_t i) { return &unknowns_[i * kCameraUnknowns]; }
+  double* Warp(size_t i) { return Camera(bundle_.cameras.size()) + i * kWarpUnknowns; }
+  double* Placement(size_t i) { return Warp(bundle_.warps.size()) + i * kPlacementUnknowns; }
+
+  void PrepareForEvaluation(bool with_derivatives, bool new_point) override {
+    if (!new_point && (has_factors_ || !with_derivatives)) return;
+    tbb::parallel_for(size_t{0}, bundle_.views.size(), [&](size_t v) {
+      const BundleView& view = bundle_.views[v];
+      const BoardPlacement& placement = bundle_.placements[view.placement];
+      const ViewState state{&bundle_.cameras[view.camera],    Camera(view.camera),
+                            &placement.world_from_board,      Placement(view.placement),
+                            &bundle_.boards[placement.board], Warp(placement.board)};
+      ViewSums sums;
+      SumView(state, view.corners, bundle_.sigma_px[view.camera], huber_sigmas_, with_derivatives, &sums);
+      robust_costs_[v] = sums.robust_cost;
+      if (with_derivatives) factors_[v] = SemiDefiniteFactor(sums.normal);
+    });
+    has_factors_ = with_derivatives;
+  }
+
+  // The last residual makes up for what Huber's weights leave out of the robust cost; to the solver it is
+  // constant.
+  void Fill(size_t view, double* residuals, double** jacobians) const {
+    std::fill(residuals, residuals + kRows, 0.0);
+    if (!has_factors_) {
+      residuals[0] = std::sqrt(robust_costs_[view]);
+      return;
+    }
+    const Factor& factor = factors_[view];
+    Eigen::Map<Eigen::Matrix<double, kViewUnknowns + 1, 1>> r(residuals);
+    r = factor.col(kViewUnknowns);
+    residuals[kRows - 1] = std::sqrt(std::max(0.0, robust_costs_[view] - r.squaredNorm()));
+    if (!jacobians) return;
+    const auto fill = [&]<int kCount>(double* to, int first) {
+      if (!to) return;
+      Eigen::Map<Eigen::Matrix<double, kRows, kCount, Eigen::RowMajor>> block(to);
+      block.setZero();
+      block.template topRows<kViewUnknowns + 1>() = factor.template middleCols<kCount>(first);
+    };
+    fill.template operator()<kCameraUnknowns>(jacobians[0], 0);
+    fill.template operator()<kPlacementUnknowns>(jacobians[1], kCameraUnknowns);
+    fill.template operator()<kWarpUnknowns>(jacobians[2], kCameraUnknowns + kPlacementUnknowns);
+  }
+
+ private:
+  const CalibrationBundle& bundle_;
+  const double huber_sigmas_;
+  bool has_factors_ = false;
+  // Cameras, warps, placements. In one piece: Ceres orders unknowns by their addresses.
+  std::vector<double> unknowns_;
+  std::vector<Factor> factors_;
+  std::vector<double> robust_costs_;
+};
+
+class ViewCost : public ceres::SizedCostFunction<kRows, kCameraUnknowns, kPlacementUnknowns, kWarpUnknowns> {
+ public:
+  ViewCost(const Equations& equations, size_t view) : equations_(equations), view_(view) {}
+  bool Evaluate(const double* const*, double* residuals, double** jacobians) const override {
+    equations_.Fill(view_, residuals, jacobians);
+    return true;
+  }
+
+ private:
+  const Equations& equations_;
+  const size_t view_;
+};
+
+class TellIteration : public ceres::IterationCallback {
+ public:
+  TellIteration(const std::function<void(int, int)>& tell, int most) : tell_(tell), most_(most) {}
+  ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
+    if (tell_) tell_(summary.iteration, most_);
+    return ceres::SOLVER_CONTINUE;
+  }
+
+ private:
+  const std::function<void(int, int)>& tell_;
+  const int most_;
+};
+
+// Unknowns of a camera that stay as they are.
+std::vector<int> HeldUnknowns(const BundleOptions& options, int camera) {
+  std::vector<int> held;
+  const auto hold = [&held](std::initializer_list<int> which) { held.insert(held.end(), which); };
+  if (options.lens < LensFreedom::kFocalLength) hold({0, 1});
+  if (options.lens < LensFreedom::kCenterAndK1) hold({2, 3, 4});
+  if (options.lens < LensFreedom::kAll) hold({5, 6, 7, 8});
+  if (!options.free_cameras || camera == options.reference_camera) hold({9, 10, 11, 12, 13, 14});
+  return held;
+}
+
+void AddBlocks(const CalibrationBundle& bundle, const BundleOptions& options, Equations& equations,
+               ceres::Problem& problem, ceres::ParameterBlockOrdering& ordering) {
+  for (size_t v = 0; v < bundle.views.size(); ++v) {
+    const BundleView& view = bundle.views[v];
+    const int board = bundle.placements[view.placement].board;
+    problem.AddResidualBlock(new ViewCost(equations, v), nullptr, equations.Camera(view.camera),
+                             equations.Placement(view.placement), equations.Warp(board));
+    ordering.AddElementToGroup(equations.Placement(view.placement), 0);
+    ordering.AddElementToGroup(equations.Camera(view.camera), 1);
+    ordering.AddElementToGroup(equations.Warp(board), 1);
+  }
+  for (size_t c = 0; c < bundle.cameras.size(); ++c) {
+    double* camera = equations.Camera(c);
+    if (!problem.HasParameterBlock(camera)) continue;
+    const std::vector<int> held = HeldUnknowns(options, static_cast<int>(c));
+    if (held.size() == kCameraUnknowns) {
+      problem.SetParameterBlockConstant(camera);
+    } else if (!held.empty()) {
+      problem.SetManifold(camera, new ceres::SubsetManifold(kCameraUnknowns, held));
+    }
+  }
+  for (size_t b = 0; b < bundle.warps.size(); ++b) {
+    if (!options.free_warps && problem.HasParameterBlock(equations.Warp(b)))
+      problem.SetParameterBlockConstant(equations.Warp(b));
+  }
+}
+
+}  // namespace
+
+absl::Status BundleOptions::Validate() const {
+  if (!(huber_sigmas > 0)) return absl::InvalidArgumentError("huber_sigmas must be positive");
+  if (max_iterations < 1) return absl::InvalidArgumentError("max_iterations must be at least 1");
+  if (!(tolerance > 0)) return absl::InvalidArgumentError("tolerance must be positive");
+  return absl::OkStatus();
+}
+
+absl::StatusOr<BundleSummary> AdjustBundle(const BundleOptions& options, CalibrationBundle* bundle,
+                                           const std::function<void(int, int)>& on_iteration) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  Equations equations(*bundle, options.huber_sigmas);
+  ceres::Problem::Options problem_options;
+  problem_options.evaluation_callback = &equations;
+  ceres::Problem problem(problem_options);
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  AddBlocks(*bundle, options, equations, problem, *ordering);
+
+  ceres::Solver::Options solver;
+  // Cameras share boards with most of the others, so what remains of the Schur complement is dense.
+  solver.linear_solver_type = ceres::DENSE_SCHUR;
+  solver.linear_solver_ordering = ordering;
+  solver.num_threads = 1;
+  solver.max_num_iterations = options.max_iterations;
+  solver.function_tolerance = options.tolerance;
+  solver.parameter_tolerance = 1e-12;
+  solver.logging_type = ceres::SILENT;
+  TellIteration tell(on_iteration, options.max_iterations);
+  solver.callbacks.push_back(&tell);
+  ceres::Solver::Summary result;
+  ceres::Solve(solver, &problem, &result);
+  if (!result.IsSolutionUsable()) {
+    return absl::InternalError(absl::StrCat("bundle adjustment failed: ", result.message));
+  }
+  for (size_t c = 0; c < bundle->cameras.size(); ++c) {
+    bundle->cameras[c] = CameraWith(bundle->cameras[c], equations.Camera(c));
+  }
+  for (size_t p = 0; p < bundle->placements.size(); ++p) {
+    RigidPose& pose = bundle->placements[p].world_from_board;
+    pose = PoseWith(pose, equations.Placement(p));
+  }
+  for (size_t b = 0; b < bundle->warps.size(); ++b) bundle->warps[b] = WarpWith(equations.Warp(b));
+  return BundleSummary{result.termination_type == ceres::CONVERGENCE,
+                       static_cast<int>(result.iterations.size()) - 1, result.initial_cost,
+                       result.final_cost};
+}
+
+}  // namespace weft

@@ -1,0 +1,344 @@
+#include "capture/calibration/gates.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "capture/calibration/covisibility.h"
+
+namespace weft {
+namespace {
+
+// "camera a", "cameras a, b and 3 more".
+std::string Name(const std::vector<CalibrationCamera>& cameras, const std::vector<int>& which) {
+  constexpr size_t kMost = 8;
+  std::vector<std::string> ids;
+  for (size_t i = 0; i < std::min(kMost, which.size()); ++i) ids.push_back(cameras[which[i]].id);
+  std::string out = absl::StrCat(which.size() == 1 ? "camera " : "cameras ", absl::StrJoin(ids, ", "));
+  if (which.size() > kMost) absl::StrAppend(&out, " and ", which.size() - kMost, " more");
+  return out;
+}
+
+// How the tags of a view lie against the board's description: an affine map from board to picture.
+struct Layout {
+  bool judged = false;
+  bool mirrored = false;
+  double misfit = 0;  // root mean square, in parts of the view's own spread
+};
+Layout JudgeLayout(const TagBoard& board, const BoardView& view) {
+  std::vector<Eigen::Vector3d> on_board;
+  std::vector<Eigen::Vector2d> in_picture;
+  std::map<int, std::pair<Eigen::Vector2d, Eigen::Vector2d>> tags;  // sums over their corners
+  for (const BoardCorner& corner : view.corners) {
+    auto& [place, pixel] =
+        tags.try_emplace(corner.index / 4, Eigen::Vector2d::Zero(), Eigen::Vector2d::Zero()).first->second;
+    place += FlatCorner(board, corner.index).head<2>() / 4;
+    pixel += corner.pixel_px / 4;
+  }
+  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
+  for (const auto& [tag, sums] : tags) {
+    on_board.emplace_back(sums.first.x() / board.width_mm(), sums.first.y() / board.height_mm(), 1);
+    in_picture.push_back(sums.second);
+    mean += sums.second / static_cast<double>(tags.size());
+  }
+  Layout out;
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 3, 2> rhs = Eigen::Matrix<double, 3, 2>::Zero();
+  for (size_t i = 0; i < on_board.size(); ++i) {
+    normal += on_board[i] * on_board[i].transpose();
+    rhs += on_board[i] * in_picture[i].transpose();
+  }
+  // Tags on a line tell nothing.
+  if (on_board.size() < 5 || normal.determinant() < 1e-4 * std::pow(static_cast<double>(on_board.size()), 3))
+    return out;
+  const Eigen::Matrix<double, 3, 2> affine = normal.ldlt().solve(rhs);
+  double off = 0, spread = 0;
+  for (size_t i = 0; i < on_board.size(); ++i) {
+    off += (affine.transpose() * on_board[i] - in_picture[i]).squaredNorm();
+    spread += (in_picture[i] - mean).squaredNorm();
+  }
+  out.judged = true;
+  out.mirrored = affine.topRows<2>().determinant() < 0;
+  out.misfit = std::sqrt(off / spread);
+  return out;
+}
+
+class ViewGates {
+ public:
+  ViewGates(const CalibrationTarget& target, const CalibrationViews& views,
+            const std::vector<CameraSightings>& sightings, const GateOptions& options)
+      : target_(target),
+        views_(views),
+        sightings_(sightings),
+        options_(options),
+        count_(views.cameras.size()) {}
+
+  std::vector<CalibrationIssue> Run() {
+    const Covisibility covisibility = CountSharedViews(views_);
+    Layouts();
+    Blur();
+    Unseen(covisibility);
+    Islands(covisibility);
+    Counts(covisibility);
+    Coverage(covisibility);
+    return issues_;
+  }
+
+ private:
+  void Add(CalibrationFault fault, std::vector<int> cameras, std::string message) {
+    issues_.push_back({fault, std::move(cameras), std::move(message)});
+  }
+
+  void Layouts() {
+    for (size_t b = 0; b < target_.boards.size(); ++b) {
+      int judged = 0, mirrored = 0, wrong = 0;
+      for (const BoardView& view : views_.boards) {
+        if (view.board != static_cast<int>(b)) continue;
+        const Layout layout = JudgeLayout(target_.boards[b], view);
+        judged += layout.judged;
+        mirrored += layout.judged && layout.mirrored;
+        wrong += layout.judged && layout.misfit > 0.25;
+      }
+      const TagBoard& board = target_.boards[b];
+      if (2 * wrong > judged) {
+        Add(CalibrationFault::kWrongLayout, {},
+            absl::StrCat("board ", board.id, ": its tags do not lie as target.json says in ", wrong, " of ",
+                         judged, " views; give the rows, cols and tag_ids of the board that was printed"));
+      } else if (2 * mirrored > judged) {
+        Add(CalibrationFault::kMirroredBoard, {},
+            absl::StrCat("board ", board.id, ": mirrored in ", mirrored, " of ", judged,
+                         " views: its tags run the other way round than target.json says; correct the order "
+                         "of tag_ids, "
+                         "or print the board again unmirrored"));
+      }
+    }
+  }
+
+  void Blur() {
+    for (size_t c = 0; c < sightings_.size(); ++c) {
+      const CameraSightings& s = sightings_[c];
+      const int all = s.tags + s.blurred_tags;
+      if (all < 20 || s.blurred_tags <= options_.max_blurred_share * all) continue;
+      unsharp_.push_back(static_cast<int>(c));
+      Add(CalibrationFault::kBlurred, {static_cast<int>(c)},
+          absl::StrFormat(
+              "camera %s: %d of %d tags are blurred (typically %.1f px); move the board more slowly, expose "
+              "for a shorter time, or focus the camera",
+              views_.cameras[c].id, s.blurred_tags, all, s.blurred_px));
+    }
+  }
+
+  void Unseen(const Covisibility& covisibility) {
+    for (size_t c = 0; c < count_; ++c) {
+      if (covisibility.shared[c][c] > 0) continue;
+      unseen_.push_back(static_cast<int>(c));
+      const CameraSightings seen = c < sightings_.size() ? sightings_[c] : CameraSightings{};
+      const std::string& id = views_.cameras[c].id;
+      if (seen.mirrored) {
+        Add(CalibrationFault::kMirroredImages, {static_cast<int>(c)},
+            absl::StrCat("camera ", id,
+                         ": its images are mirrored, tags are found only with left and right exchanged; "
+                         "switch off the camera's flip (ReverseX)"));
+        continue;
+      }
+      if (std::find(unsharp_.begin(), unsharp_.end(), static_cast<int>(c)) != unsharp_.end()) continue;
+      std::string why = absl::StrCat("camera ", id, ": saw no board in ", seen.images, " images");
+      if (seen.small_tags + seen.unclear_tags > 0) {
+        absl::StrAppend(&why, " (", seen.small_tags, " tags too small, ", seen.unclear_tags,
+                        " hidden or without contrast)");
+      }
+      Add(CalibrationFault::kCameraUnseen, {static_cast<int>(c)},
+          absl::StrCat(why, "; show it the boards, or check its light, focus and direction"));
+    }
+  }
+
+  void Islands(const Covisibility& covisibility) {
+    std::vector<std::vector<int>> islands;
+    for (const std::vector<int>& island : covisibility.islands) {
+      if (covisibility.shared[island[0]][island[0]] > 0) islands.push_back(island);
+    }
+    for (size_t i = 1; i < islands.size(); ++i) {
+      Add(CalibrationFault::kIslands, islands[i],
+          absl::StrCat(Name(views_.cameras, islands[i]), islands[i].size() == 1 ? " shares" : " share",
+                       " no board with ", Name(views_.cameras, islands[0]),
+                       "; show boards where cameras of both groups see them at the same moment"));
+    }
+    islands_ = islands.size();
+  }
+
+  void Counts(const Covisibility& covisibility) {
+    const std::vector<int> shared = SharedViews(views_);
+    for (size_t c = 0; c < count_; ++c) {
+      const int views = covisibility.shared[c][c];
+      if (views == 0) continue;
+      const std::string& id = views_.cameras[c].id;
+      if (views < options_.min_views) {
+        Add(CalibrationFault::kTooFewViews, {static_cast<int>(c)},
+            absl::StrCat("camera ", id, ": ", views, " views of boards, at least ", options_.min_views,
+                         " are needed; show it the boards from more sides and distances"));
+      } else if (shared[c] < options_.min_shared_views && islands_ <= 1) {
+        Add(CalibrationFault::kTooFewViews, {static_cast<int>(c)},
+            absl::StrCat("camera ", id, ": shares ", shared[c], " of its ", views,
+                         " views with another camera, at least ", options_.min_shared_views,
+                         " are needed; show boards where its neighbours see them too"));
+      }
+    }
+  }
+
+  void Coverage(const Covisibility& covisibility) {
+    static constexpr const char* kPlaces[9] = {
+        "top left", "top", "top right", "left", "middle", "right", "bottom left", "bottom", "bottom right"};
+    for (size_t c = 0; c < count_; ++c) {
+      if (covisibility.shared[c][c] < options_.min_views) continue;
+      const std::array<int, 9> coverage = CornerCoverage(views_, static_cast<int>(c));
+      std::vector<std::string> bare;
+      for (int i = 0; i < 9; ++i) {
+        if (coverage[i] == 0) bare.push_back(kPlaces[i]);
+      }
+      if (9 - static_cast<int>(bare.size()) >= options_.min_covered_cells) continue;
+      Add(CalibrationFault::kPoorCoverage, {static_cast<int>(c)},
+          absl::StrCat("camera ", views_.cameras[c].id, ": ",
+                       views_.boards.empty() ? 0 : covisibility.shared[c][c], " views leave the ",
+                       absl::StrJoin(bare, ", "),
+                       " of its image bare, where its lens stays unknown; show boards there"));
+    }
+  }
+
+  const CalibrationTarget& target_;
+  const CalibrationViews& views_;
+  const std::vector<CameraSightings>& sightings_;
+  const GateOptions& options_;
+  const size_t count_;
+  size_t islands_ = 0;
+  std::vector<int> unsharp_, unseen_;
+  std::vector<CalibrationIssue> issues_;
+};
+
+}  // namespace
+
+std::string CalibrationFaultName(CalibrationFault fault) {
+  switch (fault) {
+    case CalibrationFault::kCameraUnseen:
+      return "camera_unseen";
+    case CalibrationFault::kMirroredImages:
+      return "mirrored_images";
+    case CalibrationFault::kMirroredBoard:
+      return "mirrored_board";
+    case CalibrationFault::kWrongLayout:
+      return "wrong_layout";
+    case CalibrationFault::kBlurred:
+      return "blurred";
+    case CalibrationFault::kTooFewViews:
+      return "too_few_views";
+    case CalibrationFault::kIslands:
+      return "islands";
+    case CalibrationFault::kPoorCoverage:
+      return "poor_coverage";
+    case CalibrationFault::kHighResidual:
+      return "high_residual";
+    case CalibrationFault::kWrongScale:
+      return "wrong_scale";
+    case CalibrationFault::kUncertain:
+      return "uncertain";
+  }
+  return "";
+}
+
+absl::Status GateOptions::Validate() const {
+  if (min_views < 3) return absl::InvalidArgumentError("min_views must be at least 3");
+  if (min_covered_cells < 1 || min_covered_cells > 9) {
+    return absl::InvalidArgumentError("min_covered_cells must be 1 to 9");
+  }
+  if (!(max_rms_px > 0)) return absl::InvalidArgumentError("max_rms_px must be positive");
+  if (!(max_scale_error > 0)) return absl::InvalidArgumentError("max_scale_error must be positive");
+  return absl::OkStatus();
+}
+
+std::array<int, 9> CornerCoverage(const CalibrationViews& views, int camera) {
+  std::array<int, 9> out{};
+  const CalibrationCamera& size = views.cameras[camera];
+  for (const BoardView& view : views.boards) {
+    if (view.camera != camera) continue;
+    for (const BoardCorner& corner : view.corners) {
+      const int col = std::clamp(static_cast<int>(3 * (corner.pixel_px.x() + 0.5) / size.width_px), 0, 2);
+      const int row = std::clamp(static_cast<int>(3 * (corner.pixel_px.y() + 0.5) / size.height_px), 0, 2);
+      ++out[3 * row + col];
+    }
+  }
+  return out;
+}
+
+std::vector<CalibrationIssue> CheckViews(const CalibrationTarget& target, const CalibrationViews& views,
+                                         const std::vector<CameraSightings>& sightings,
+                                         const GateOptions& options) {
+  return ViewGates(target, views, sightings, options).Run();
+}
+
+std::vector<CalibrationIssue> CheckSolution(const CalibrationTarget& target,
+                                            const CalibrationSolution& solution, bool scale_from_bar,
+                                            const GateOptions& options) {
+  std::vector<CalibrationIssue> out;
+  std::vector<double> rms;
+  for (const CameraFit& fit : solution.cameras) rms.push_back(fit.rms_px);
+  std::nth_element(rms.begin(), rms.begin() + static_cast<std::ptrdiff_t>(rms.size() / 2), rms.end());
+  const double limit_px =
+      std::min(options.max_rms_px, std::max(0.2, options.max_rms_ratio * rms[rms.size() / 2]));
+  for (size_t c = 0; c < solution.cameras.size(); ++c) {
+    const CameraFit& fit = solution.cameras[c];
+    const std::string who = absl::StrCat("camera ", solution.bundle.cameras[c].id);
+    const int corners = fit.corners + fit.rejected_corners;
+    if (fit.rms_px > limit_px) {
+      out.push_back(
+          {CalibrationFault::kHighResidual,
+           {static_cast<int>(c)},
+           absl::StrFormat("%s: residuals of %.2f px over %d views, at most %.2f px are accepted (the median "
+                           "camera has %.2f px); was it moved, out of sync, or the board bent?",
+                           who, fit.rms_px, fit.views, limit_px, rms[rms.size() / 2])});
+    } else if (10 * fit.rejected_corners > 3 * corners) {
+      out.push_back(
+          {CalibrationFault::kHighResidual,
+           {static_cast<int>(c)},
+           absl::StrFormat("%s: %d of %d corners do not fit the others; was it moved or out of sync?", who,
+                           fit.rejected_corners, corners)});
+    } else if (fit.projection_sigma_px > options.max_projection_sigma_px) {
+      out.push_back(
+          {CalibrationFault::kUncertain,
+           {static_cast<int>(c)},
+           absl::StrFormat(
+               "%s: points of the stage are predicted to %.2f px only, at most %.2f px are accepted; "
+               "show it more boards (it has %d views), tilted, near and far, with its neighbours",
+               who, fit.projection_sigma_px, options.max_projection_sigma_px, fit.views)});
+    }
+  }
+  for (const ScaleBarFit& fit : solution.bars) {
+    const ScaleBar& bar = target.scale_bars[fit.bar];
+    const double error = fit.length_mm / bar.length_mm - 1;
+    if (scale_from_bar ||
+        std::abs(error) <= std::max(options.max_scale_error, 4 * fit.sigma_mm / bar.length_mm))
+      continue;
+    out.push_back(
+        {CalibrationFault::kWrongScale,
+         {},
+         absl::StrFormat(
+             "scale bar %s: %.2f mm by the size of the boards' tags, but target.json says %.2f mm: the "
+             "tags were printed at %.2f %% of tag_mm; measure them and correct target.json, or take "
+             "the scale from the bar",
+             bar.id, fit.length_mm, bar.length_mm, 100 / (1 + error))});
+  }
+  return out;
+}
+
+absl::Status IssuesStatus(const std::vector<CalibrationIssue>& issues) {
+  if (issues.empty()) return absl::OkStatus();
+  std::vector<std::string> lines;
+  constexpr size_t kMost = 12;
+  for (size_t i = 0; i < std::min(kMost, issues.size()); ++i) lines.push_back(issues[i].message);
+  if (issues.size() > kMost) lines.push_back(absl::StrCat("and ", issues.size() - kMost, " more"));
+  return absl::FailedPreconditionError(absl::StrJoin(lines, "\n  "));
+}
+
+}  // namespace weft

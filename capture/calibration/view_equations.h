@@ -1,0 +1,65 @@
+// The least-squares equations of one board in one image, with analytic derivatives.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "capture/calibration/calibration_bundle.h"
+
+namespace weft {
+
+// Unknowns of a camera: fx fy cx cy k1 k2 p1 p2 k3, a turn of the camera about its own axes (rotation vector,
+// left of its rotation), its centre in world mm. Of a placement: a turn about world axes (left of its
+// rotation), its translation in mm. Turns start at zero, so that no rotation is far from the one at which it
+// is linearised.
+inline constexpr int kLensUnknowns = 9;
+inline constexpr int kCameraUnknowns = 15;
+inline constexpr int kPlacementUnknowns = 6;
+inline constexpr int kViewUnknowns = kCameraUnknowns + kPlacementUnknowns + kWarpUnknowns;
+
+using CameraUnknowns = std::array<double, kCameraUnknowns>;
+using PlacementUnknowns = std::array<double, kPlacementUnknowns>;
+using WarpUnknowns = std::array<double, kWarpUnknowns>;
+
+CameraUnknowns UnknownsOf(const CameraModel& camera);
+PlacementUnknowns UnknownsOf(const RigidPose& world_from_board);
+WarpUnknowns UnknownsOf(const BoardWarp& warp);
+
+// A rotation with the derivative of a turn: d (R x) / d turn = -[R x]_x turn_jacobian.
+struct TurnedRotation {
+  Eigen::Matrix3d rotation;
+  Eigen::Matrix3d turn_jacobian;
+};
+TurnedRotation Turn(const Eigen::Vector3d& turn, const Eigen::Matrix3d& rotation);
+
+// `camera` and `pose` with these unknowns in place of their numbers.
+CameraModel CameraWith(const CameraModel& camera, const double* unknowns);
+RigidPose PoseWith(const RigidPose& pose, const double* unknowns);
+BoardWarp WarpWith(const double* unknowns);
+
+// Where the unknowns of a view stand, and the rotations that its turns start from.
+struct ViewState {
+  const CameraModel* camera = nullptr;
+  const double* camera_unknowns = nullptr;  // [kCameraUnknowns]
+  const RigidPose* pose = nullptr;
+  const double* pose_unknowns = nullptr;  // [kPlacementUnknowns]
+  const TagBoard* board = nullptr;
+  const double* warp_unknowns = nullptr;  // [kWarpUnknowns]
+};
+
+// Sums over the corners, with residuals in units of sigma and Huber's weights: the normal equations of the
+// view, order camera, placement, warp, residual: [J r]^T [J r]; and the robust cost, sum of Huber's loss (not
+// halved).
+struct ViewSums {
+  Eigen::Matrix<double, kViewUnknowns + 1, kViewUnknowns + 1> normal;  // both triangles
+  double robust_cost = 0;
+};
+void SumView(const ViewState& state, const std::vector<BoardCorner>& corners, double sigma_px,
+             double huber_sigmas, bool with_derivatives, ViewSums* sums);
+
+// Pixel of a corner by the state's unknowns, and its derivative by them where wanted; false behind the
+// camera.
+bool ProjectCorner(const ViewState& state, int corner, Eigen::Vector2d* pixel_px,
+                   Eigen::Matrix<double, 2, kViewUnknowns>* derivative);
+
+}  // namespace weft

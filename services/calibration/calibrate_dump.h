@@ -1,0 +1,57 @@
+// `weft rig calibrate`: from a dump of moved boards to a rig and what is known of it.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "services/calibration/detect_boards.h"
+#include "services/files/rig_file.h"
+
+namespace weft {
+
+struct CalibrationRequest {
+  std::string dump;
+  std::string target;       // target.json
+  std::string initial_rig;  // lenses to start from; may be empty
+  std::string out;          // the rig.json to write
+  std::string rig_id;       // empty: that of the rig that `out` holds, or "rig"
+  int every = 1;            // frames apart
+  TagDetectionOptions detection;
+  SolveOptions solve;
+  GateOptions gates;
+};
+
+// Everything that is known at the end, accepted or not.
+struct CalibrationResult {
+  CalibrationTarget target;
+  BoardDetection detection;
+  std::vector<CalibrationIssue> issues;         // none: accepted
+  std::optional<CalibrationSolution> solution;  // empty where the views did not allow one
+  Rig rig;                                      // of the solution
+  CalibrationRecord record;
+  std::string provenance;
+  double detection_s = 0;
+  double solution_s = 0;
+};
+
+// Detects, checks, solves, checks again; a solution that does not come about is an issue too. Errors name the
+// file. `on_progress` (may be empty) is told a stage and its share done, from any thread; calls never
+// overlap. Parallel in the calling thread's TBB arena.
+absl::StatusOr<CalibrationResult> CalibrateDump(
+    const CalibrationRequest& request,
+    const std::function<void(const std::string&, double)>& on_progress = {});
+
+// weft.v1.CalibrationReport.
+absl::StatusOr<std::string> CalibrationJson(const CalibrationResult& result);
+// One page that loads nothing: what came out, what is wrong, coverage and residuals of every image, who sees
+// what together, sigmas.
+std::string MakeCalibrationReport(const CalibrationResult& result);
+// The rig of an accepted result under `out`, and <out without .json>.report.{html,json} of any.
+absl::Status WriteCalibration(const std::string& out, const CalibrationResult& result);
+// Where WriteCalibration puts its page: "rig.json" gives "rig.report.html".
+std::string CalibrationReportPath(const std::string& out);
+
+}  // namespace weft

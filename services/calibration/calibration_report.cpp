@@ -1,0 +1,220 @@
+// The page of a calibration.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "absl/strings/str_cat.h"
+#include "capture/calibration/covisibility.h"
+#include "services/calibration/calibrate_dump.h"
+#include "services/calibration/report_drawings.h"
+#include "services/report/html_text.h"
+#include "services/report/plot.h"
+#include "services/report/report_sections.h"
+
+namespace weft {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kDegPerRad = 180 / std::numbers::pi;
+
+std::string Tile(const std::string& label, const std::string& value, const std::string& small) {
+  return absl::StrCat("<div class=\"tile\"><span>", label, "</span><b>", value, "</b><small>", small,
+                      "</small></div>\n");
+}
+
+std::string Head(const CalibrationResult& result) {
+  const size_t cameras = result.detection.views.cameras.size();
+  const bool accepted = result.issues.empty();
+  std::string out = absl::StrCat(
+      "<header>\n<p class=\"kind\">Weft rig calibration <span class=\"badge ",
+      accepted ? "good\">accepted" : "bad\">refused", "</span></p>\n<h1>",
+      accepted ? absl::StrCat(Counted(static_cast<int64_t>(cameras), "camera", "cameras"),
+                              " calibrated, residuals ", FormatNumber(result.solution->rms_px, 3), " px.")
+               : absl::StrCat(Counted(static_cast<int64_t>(result.issues.size()), "reason", "reasons"),
+                              " against this calibration."),
+      "</h1>\n");
+  if (!result.provenance.empty()) absl::StrAppend(&out, "<p>", EscapeHtml(result.provenance), ".</p>\n");
+  out += "<div class=\"tiles\">\n";
+  out += Tile("Frames", FormatCount(static_cast<int64_t>(result.detection.views.frames.size())),
+              absl::StrCat(FormatCount(static_cast<int64_t>(result.detection.views.boards.size())),
+                           " views of boards"));
+  out += Tile("Detection", FormatDuration(1000 * result.detection_s), "");
+  if (result.solution) {
+    const CalibrationSolution& s = *result.solution;
+    double worst = 0;
+    for (const CameraFit& fit : s.cameras) {
+      if (std::isfinite(fit.projection_sigma_px)) worst = std::max(worst, fit.projection_sigma_px);
+    }
+    out += Tile("Solution", FormatDuration(1000 * result.solution_s),
+                absl::StrCat(s.iterations, " iterations", s.converged ? "" : ", not converged"));
+    out += Tile(
+        "Residuals", FormatNumber(s.rms_px, 3) + " px",
+        absl::StrCat("variance factor ", FormatNumber(s.variance_factor, 3), ", 1 for a model that fits"));
+    out += Tile("Worst camera over the stage", FormatNumber(worst, 3) + " px",
+                "standard deviation of where it sees a known point");
+    const Eigen::Vector3d stage = s.stage_high_mm - s.stage_low_mm;
+    out += Tile("Stage",
+                absl::StrCat(FormatNumber(stage.x(), 0), " x ", FormatNumber(stage.y(), 0), " x ",
+                             FormatNumber(stage.z(), 0)),
+                "mm that the boards were moved through");
+    out += Tile("Rig", absl::StrCat("version ", result.record.version),
+                absl::StrCat(EscapeHtml(result.rig.id), " ", result.rig.ContentHash()));
+  }
+  return out + "</div>\n</header>\n";
+}
+
+std::string List(const std::string& id, const std::string& heading, const std::vector<std::string>& items) {
+  if (items.empty()) return "";
+  std::string body = "<ul class=\"warnings\">\n";
+  constexpr size_t kMost = 60;
+  for (size_t i = 0; i < std::min(kMost, items.size()); ++i)
+    absl::StrAppend(&body, "<li>", EscapeHtml(items[i]), "</li>\n");
+  if (items.size() > kMost) absl::StrAppend(&body, "<li>and ", items.size() - kMost, " more</li>\n");
+  return Section(id, heading, body + "</ul>\n");
+}
+
+std::string Issues(const CalibrationResult& result) {
+  std::vector<std::string> messages;
+  for (const CalibrationIssue& issue : result.issues) messages.push_back(issue.message);
+  return List("warnings", "Why it is refused", messages) +
+         List("images", "Images that could not be read", result.detection.warnings);
+}
+
+// Ten lengths that keep lines of typical residuals visible.
+double Magnification(const CalibrationResult& result) {
+  if (!result.solution) return 1;
+  const double wanted = 60 / std::max(1e-3, result.solution->rms_px);
+  return std::pow(10, std::floor(std::log10(wanted))) *
+         (wanted / std::pow(10, std::floor(std::log10(wanted))) >= 5 ? 5 : 1);
+}
+
+std::string Images(const CalibrationResult& result) {
+  const double magnified = Magnification(result);
+  const std::string what =
+      result.solution
+          ? absl::StrCat("Lines are residuals of some corners, ", FormatNumber(magnified, 0),
+                         " times their length: directions at random are noise, a common direction in one "
+                         "place is a lens that is not known there. ")
+          : "Dots are corners of boards. ";
+  return Section("coverage", "What each camera saw",
+                 absl::StrCat("<p>", what, "Parts of an image without any corner are shaded.</p>\n",
+                              ImagePanels(result, magnified)));
+}
+
+std::string Links(const CalibrationResult& result) {
+  return Section(
+      "covisibility", "Who sees the same boards",
+      absl::StrCat(
+          "<div class=\"plots\">\n", LinkMatrix(result),
+          LinkDrawing(result, "From above (x to the right, z down the page)", 0, 2),
+          LinkDrawing(result, "From the side (z to the right, y down)", 2, 1),
+          "</div>\n<p>The more boards two cameras share, the darker their square and line. Dots are the "
+          "boards.</p>\n"));
+}
+
+std::string Plots(const CalibrationResult& result) {
+  if (!result.solution) return "";
+  PlotFrames axis;
+  axis.noun = "camera";
+  std::vector<double> rms, projection, views;
+  for (size_t c = 0; c < result.solution->cameras.size(); ++c) {
+    const CameraFit& fit = result.solution->cameras[c];
+    axis.names.push_back(result.detection.views.cameras[c].id);
+    axis.without_mesh.push_back(false);
+    rms.push_back(fit.rms_px);
+    projection.push_back(fit.projection_sigma_px);
+    views.push_back(fit.views);
+  }
+  return Section(
+      "plots", "By camera",
+      absl::StrCat(
+          "<div class=\"plots\">\n",
+          LinePlot(axis, rms, {.title = "Residuals, px", .unit = "px", .decimals = 3}),
+          LinePlot(axis, projection,
+                   {.title = "Sigma of known points over the stage, px", .unit = "px", .decimals = 3}),
+          LinePlot(axis, views, {.title = "Views of boards"}), "</div>\n"));
+}
+
+std::string Cameras(const CalibrationResult& result) {
+  const std::vector<int> shared = SharedViews(result.detection.views);
+  std::string rows;
+  for (size_t c = 0; c < result.detection.views.cameras.size(); ++c) {
+    const CameraSightings& seen = result.detection.sightings[c];
+    std::vector<std::string> cells = {NameHtml(result.detection.views.cameras[c].id)};
+    int views = 0;
+    for (const BoardView& view : result.detection.views.boards) views += view.camera == static_cast<int>(c);
+    for (const int count : {seen.images, views, shared[c], seen.blurred_tags})
+      cells.push_back(FormatCount(count));
+    if (result.solution) {
+      const CameraFit& fit = result.solution->cameras[c];
+      const auto sigma = [&](int i) {
+        return fit.covariance.size() ? std::sqrt(fit.covariance(i, i)) : kNaN;
+      };
+      const auto longest = [&](int i) {
+        return std::sqrt(sigma(i) * sigma(i) + sigma(i + 1) * sigma(i + 1) + sigma(i + 2) * sigma(i + 2));
+      };
+      const CameraModel& camera = result.solution->bundle.cameras[c];
+      cells.push_back(FormatCount(fit.corners));
+      cells.push_back(FormatCount(fit.rejected_corners));
+      for (const double value : {fit.sigma_px, fit.rms_px, fit.projection_sigma_px})
+        cells.push_back(FormatNumber(value, 3));
+      cells.push_back(absl::StrCat(FormatNumber(camera.fx_px, 1), " &plusmn; ", FormatNumber(sigma(0), 2)));
+      cells.push_back(absl::StrCat(FormatNumber(camera.cx_px, 1), " &plusmn; ", FormatNumber(sigma(2), 2)));
+      cells.push_back(absl::StrCat(FormatNumber(camera.cy_px, 1), " &plusmn; ", FormatNumber(sigma(3), 2)));
+      cells.push_back(
+          absl::StrCat(FormatNumber(camera.distortion[0], 4), " &plusmn; ", FormatNumber(sigma(4), 4)));
+      cells.push_back(FormatNumber(longest(9) * kDegPerRad, 4));
+      cells.push_back(FormatNumber(longest(12), 3));
+    }
+    rows += TableRow("td", cells);
+  }
+  std::vector<std::string> header = {"Camera", "Images", "Views", "Shared", "Blurred tags"};
+  if (result.solution) {
+    for (const char* name : {"Corners", "Rejected", "Corner sigma, px", "Residuals, px", "Stage sigma, px",
+                             "fx, px", "cx, px", "cy, px", "k1", "Rotation, deg", "Centre, mm"}) {
+      header.push_back(name);
+    }
+  }
+  return Section("cameras", "Cameras and their sigmas", Table(header, rows, "cameras"));
+}
+
+std::string Boards(const CalibrationResult& result) {
+  if (!result.solution) return "";
+  std::string rows;
+  for (size_t b = 0; b < result.solution->bundle.warps.size(); ++b) {
+    const BoardWarp& warp = result.solution->bundle.warps[b];
+    const TagBoard& board = result.target.boards[b];
+    rows += TableRow(
+        "td", {NameHtml(board.id), absl::StrCat(board.rows, " x ", board.cols), FormatNumber(board.tag_mm, 3),
+               FormatNumber(warp.bend_xx_mm, 2), FormatNumber(warp.bend_xy_mm, 2),
+               FormatNumber(warp.bend_yy_mm, 2), FormatNumber(100 * warp.stretch, 3)});
+  }
+  std::string body =
+      Table({"Board", "Tags", "Tag, mm", "Bend along x, mm", "Twist, mm", "Bend along y, mm", "Stretch, %"},
+            rows, "cameras");
+  if (!result.solution->bars.empty()) {
+    rows.clear();
+    for (const ScaleBarFit& fit : result.solution->bars) {
+      const ScaleBar& bar = result.target.scale_bars[fit.bar];
+      rows += TableRow(
+          "td", {NameHtml(bar.id), FormatNumber(bar.length_mm, 3), FormatNumber(fit.length_mm, 3),
+                 FormatNumber(fit.sigma_mm, 3), FormatNumber(100 * (fit.length_mm / bar.length_mm - 1), 3),
+                 FormatCount(fit.frames)});
+    }
+    body += "<h3>Scale bars</h3>\n" +
+            Table({"Bar", "Length, mm", "Measured by tag sizes, mm", "Sigma, mm", "Difference, %", "Frames"},
+                  rows, "cameras");
+  }
+  return Section("boards", "Boards", body);
+}
+
+}  // namespace
+
+std::string MakeCalibrationReport(const CalibrationResult& result) {
+  return Page("Weft rig calibration",
+              absl::StrCat(Head(result), Issues(result), Plots(result), Images(result), Links(result),
+                           Cameras(result), Boards(result)));
+}
+
+}  // namespace weft

@@ -1,0 +1,144 @@
+#include "services/calibration/detect_boards.h"
+
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <atomic>
+#include <set>
+
+#include "absl/strings/str_cat.h"
+#include "capture/image_file.h"
+#include "capture/image_folder.h"
+#include "capture/recorded_take.h"
+
+namespace weft {
+namespace {
+
+CameraModel OfSize(const std::string& id, int width_px, int height_px) {
+  CameraModel camera;
+  camera.id = id;
+  camera.width_px = width_px;
+  camera.height_px = height_px;
+  camera.fx_px = camera.fy_px = std::max(width_px, height_px);
+  camera.cx_px = 0.5 * (width_px - 1);
+  camera.cy_px = 0.5 * (height_px - 1);
+  return camera;
+}
+
+absl::StatusOr<Rig> CamerasOfTake(const RecordedTake& take) {
+  Rig rig;
+  for (size_t c = 0; c < take.camera_ids().size(); ++c) {
+    for (size_t set = 0; set < take.sets().size(); ++set) {
+      const absl::StatusOr<RawFrame> frame = take.ReadRaw(set, c);
+      if (!frame.ok()) continue;
+      rig.cameras.push_back(OfSize(take.camera_ids()[c], frame->width_px, frame->height_px));
+      break;
+    }
+  }
+  return rig;
+}
+
+absl::StatusOr<Rig> CamerasOfFolder(const std::string& folder) {
+  const absl::StatusOr<ImageFolder> images = ListImageFolder(folder);
+  if (!images.ok()) return images.status();
+  Rig rig;
+  std::set<std::string> known;
+  for (const auto& [frame, cameras] : *images) {
+    for (const auto& [camera, path] : cameras) {
+      if (!known.insert(camera).second) continue;
+      const absl::StatusOr<Frame> image = ReadImageFile(path);
+      if (!image.ok()) return image.status();
+      rig.cameras.push_back(OfSize(camera, image->width_px, image->height_px));
+    }
+  }
+  std::sort(rig.cameras.begin(), rig.cameras.end(),
+            [](const CameraModel& a, const CameraModel& b) { return NaturalOrder()(a.id, b.id); });
+  return rig;
+}
+
+using Detectors = tbb::enumerable_thread_specific<std::unique_ptr<TagDetector>>;
+
+// Whether the camera's images show tags when left and right are exchanged, by a dozen of them.
+bool SeesMirrored(const FrameSource& source, const std::vector<size_t>& frames, size_t camera,
+                  const TagDetector& detector) {
+  constexpr size_t kLooks = 12;
+  for (size_t i = 0; i < std::min(kLooks, frames.size()); ++i) {
+    const size_t frame = frames[i * frames.size() / std::min(kLooks, frames.size())];
+    const absl::StatusOr<Frame> image = source.ReadView(frame, camera);
+    if (!image.ok()) continue;
+    const absl::StatusOr<Frame> mirrored = MirroredGrey(*image);
+    if (!mirrored.ok()) continue;
+    const absl::StatusOr<ImageTags> tags = detector.Detect(*mirrored);
+    if (tags.ok() && tags->tags.size() >= 2) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+absl::StatusOr<Rig> CamerasOfDump(const std::string& folder) {
+  const absl::StatusOr<std::unique_ptr<RecordedTake>> take = RecordedTake::Open(folder);
+  absl::StatusOr<Rig> rig = take.ok() ? CamerasOfTake(**take) : CamerasOfFolder(folder);
+  if (rig.ok() && rig->cameras.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(folder, ": holds no images of any camera"));
+  }
+  return rig;
+}
+
+absl::StatusOr<BoardDetection> DetectBoards(const FrameSource& source, const Rig& cameras,
+                                            const CalibrationTarget& target,
+                                            const TagDetectionOptions& options, int every,
+                                            const std::function<void(size_t, size_t)>& on_image) {
+  std::set<std::string> families;
+  for (const TagBoard& board : target.boards) families.insert(board.family);
+  for (const ScaleBar& bar : target.scale_bars) families.insert(bar.family);
+  const std::vector<std::string> names(families.begin(), families.end());
+  if (absl::Status status = TagDetector::Make(names, options).status(); !status.ok()) return status;
+  Detectors detectors([&] { return *TagDetector::Make(names, options); });
+
+  std::vector<size_t> frames;
+  for (size_t f = 0; f < source.frame_names().size(); f += static_cast<size_t>(std::max(1, every)))
+    frames.push_back(f);
+  const size_t count = cameras.cameras.size();
+  std::vector<absl::StatusOr<ImageTags>> found(frames.size() * count);
+  std::atomic<size_t> done = 0;
+  tbb::parallel_for(size_t{0}, found.size(), [&](size_t i) {
+    const absl::StatusOr<Frame> image = source.ReadView(frames[i / count], i % count);
+    found[i] = image.ok() ? detectors.local()->Detect(*image) : image.status();
+    if (on_image) on_image(++done, found.size());
+  });
+
+  BoardDetection out;
+  out.sightings.resize(count);
+  for (const CameraModel& camera : cameras.cameras)
+    out.views.cameras.push_back({camera.id, camera.width_px, camera.height_px});
+  for (const size_t f : frames) out.views.frames.push_back(source.frame_names()[f]);
+  for (size_t i = 0; i < found.size(); ++i) {
+    const size_t camera = i % count, frame = i / count;
+    if (!found[i].ok()) {
+      out.warnings.push_back(absl::StrCat("camera ", cameras.cameras[camera].id, ", frame ",
+                                          out.views.frames[frame], ": ", found[i].status().message()));
+      continue;
+    }
+    CameraSightings& s = out.sightings[camera];
+    ++s.images;
+    s.tags += static_cast<int>(found[i]->tags.size());
+    // A mean over the images, weighted by their blurred tags.
+    if (found[i]->blurred > 0) {
+      s.blurred_px +=
+          (found[i]->blurred_px - s.blurred_px) * found[i]->blurred / (s.blurred_tags + found[i]->blurred);
+    }
+    s.blurred_tags += found[i]->blurred;
+    s.small_tags += found[i]->small;
+    s.unclear_tags += found[i]->unclear;
+    AddSightings(target, static_cast<int>(camera), static_cast<int>(frame), found[i]->tags, &out.views);
+  }
+  tbb::parallel_for(size_t{0}, count, [&](size_t c) {
+    CameraSightings& s = out.sightings[c];
+    if (s.images > 0 && s.tags == 0) s.mirrored = SeesMirrored(source, frames, c, *detectors.local());
+  });
+  return out;
+}
+
+}  // namespace weft

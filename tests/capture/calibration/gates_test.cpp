@@ -1,0 +1,159 @@
+#include "capture/calibration/gates.h"
+
+#include <gmock/gmock.h>
+
+#include <algorithm>
+#include <map>
+
+#include "tests/capture/calibration/simulated_calibration.h"
+
+namespace weft {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+MATCHER_P3(Issue, fault, cameras, text, "") {
+  *result_listener << CalibrationFaultName(arg.fault) << ": " << arg.message;
+  return arg.fault == fault && arg.cameras == std::vector<int>(cameras) &&
+         arg.message.find(text) != std::string::npos;
+}
+
+class Gates : public ::testing::Test {
+ protected:
+  std::vector<CalibrationIssue> Check(const std::vector<CameraSightings>& sightings = {}) const {
+    return CheckViews(truth_.moved.target, truth_.views, sightings, {});
+  }
+  SimulatedCalibration truth_ = Simulate(6, 72, 0.1, 1.5);
+};
+
+TEST_F(Gates, GoodViewsPass) { EXPECT_THAT(Check(), IsEmpty()); }
+
+TEST_F(Gates, ACameraThatSawNothingIsNamed) {
+  std::erase_if(truth_.views.boards, [](const BoardView& view) { return view.camera == 2; });
+  std::vector<CameraSightings> sightings(6);
+  sightings[2].images = 72;
+  EXPECT_THAT(Check(sightings), ElementsAre(Issue(CalibrationFault::kCameraUnseen, std::vector{2},
+                                                  "camera c02: saw no board in 72 images")));
+}
+
+TEST_F(Gates, MirroredImagesAreNotTakenForAbsence) {
+  std::erase_if(truth_.views.boards, [](const BoardView& view) { return view.camera == 2; });
+  std::vector<CameraSightings> sightings(6);
+  sightings[2].mirrored = true;
+  EXPECT_THAT(Check(sightings), ElementsAre(Issue(CalibrationFault::kMirroredImages, std::vector{2},
+                                                  "camera c02: its images are mirrored")));
+}
+
+TEST_F(Gates, BlurredTagsAreTheCauseAndNotAbsence) {
+  std::erase_if(truth_.views.boards, [](const BoardView& view) { return view.camera == 4; });
+  std::vector<CameraSightings> sightings(6);
+  sightings[4] = {.images = 72, .tags = 10, .blurred_tags = 340, .blurred_px = 3.2};
+  EXPECT_THAT(Check(sightings),
+              ElementsAre(Issue(CalibrationFault::kBlurred, std::vector{4},
+                                "camera c04: 340 of 350 tags are blurred (typically 3.2 px)")));
+}
+
+TEST_F(Gates, AMirroredBoardIsNamed) {
+  TagBoard& board = truth_.moved.target.boards[1];
+  for (int row = 0; row < board.rows; ++row) {
+    std::reverse(board.tag_ids.begin() + row * board.cols, board.tag_ids.begin() + (row + 1) * board.cols);
+  }
+  // What the camera sees of a tag now belongs to another place of the board.
+  for (BoardView& view : truth_.views.boards) {
+    if (view.board != 1) continue;
+    for (BoardCorner& corner : view.corners) {
+      const int tag = corner.index / 4, col = tag % board.cols;
+      corner.index += 4 * (board.cols - 1 - 2 * col);
+    }
+  }
+  EXPECT_THAT(Check(), ElementsAre(Issue(CalibrationFault::kMirroredBoard, std::vector<int>{},
+                                         "board B: mirrored in")));
+}
+
+TEST_F(Gates, ABoardOfOtherRowsAndColumnsIsNamed) {
+  std::swap(truth_.moved.target.boards[0].rows, truth_.moved.target.boards[0].cols);
+  EXPECT_THAT(Check(), ElementsAre(Issue(CalibrationFault::kWrongLayout, std::vector<int>{},
+                                         "board A: its tags do not lie")));
+}
+
+TEST_F(Gates, TwoIslandsAreNamedOnce) {
+  std::erase_if(truth_.views.boards,
+                [](const BoardView& view) { return (view.camera < 2) != (view.frame < 36); });
+  EXPECT_THAT(Check(), ElementsAre(Issue(CalibrationFault::kIslands, (std::vector{0, 1}),
+                                         "cameras c00, c01 share no board with cameras c02, c03, c04, c05")));
+}
+
+TEST_F(Gates, TooFewViewsAreCounted) {
+  int left = 4;
+  std::erase_if(truth_.views.boards, [&](const BoardView& view) { return view.camera == 1 && left-- <= 0; });
+  EXPECT_THAT(Check(), ElementsAre(Issue(CalibrationFault::kTooFewViews, std::vector{1},
+                                         "camera c01: 4 views of boards")));
+}
+
+TEST_F(Gates, ViewsThatNoOtherCameraSharesDoNotCount) {
+  std::map<std::pair<int, int>, bool> seen_by_first;
+  for (const BoardView& view : truth_.views.boards) {
+    if (view.camera == 0 && seen_by_first.size() + 3 < 20) seen_by_first[{view.frame, view.board}] = true;
+  }
+  int kept = 0;
+  std::erase_if(truth_.views.boards, [&](const BoardView& view) {
+    if (view.camera == 0) return !seen_by_first.contains({view.frame, view.board}) && ++kept > 3;
+    return seen_by_first.contains({view.frame, view.board});
+  });
+  EXPECT_THAT(Check(),
+              ElementsAre(Issue(CalibrationFault::kTooFewViews, std::vector{0}, "camera c00: shares")));
+}
+
+TEST_F(Gates, BarePartsOfTheImageAreNamed) {
+  for (BoardView& view : truth_.views.boards) {
+    if (view.camera != 3) continue;
+    std::erase_if(view.corners, [&](const BoardCorner& c) {
+      return c.pixel_px.x() > truth_.views.cameras[3].width_px / 3.0 ||
+             c.pixel_px.y() > truth_.views.cameras[3].height_px * 0.6;
+    });
+  }
+  std::erase_if(truth_.views.boards, [](const BoardView& view) { return view.corners.empty(); });
+  EXPECT_THAT(Check(), ElementsAre(Issue(CalibrationFault::kPoorCoverage, std::vector{3},
+                                         "leave the top right, right, bottom left, bottom, bottom right")));
+}
+
+TEST_F(Gates, WrongTagSizeShowsAgainstAScaleBar) {
+  truth_ = Simulate(6, 72, 0.1, 1.5, {{"bar", "tag36h11", 500, 501, 300}});
+  for (TagBoard& board : truth_.moved.target.boards) board.tag_mm *= 1.03, board.gap_mm *= 1.03;
+  const auto solution = SolveCalibration(truth_.moved.target, truth_.views, std::nullopt, {});
+  ASSERT_TRUE(solution.ok()) << solution.status();
+  EXPECT_THAT(
+      CheckSolution(truth_.moved.target, *solution, false, {}),
+      ElementsAre(Issue(CalibrationFault::kWrongScale, std::vector<int>{}, "printed at 97.09 % of tag_mm")));
+  EXPECT_THAT(CheckSolution(truth_.moved.target, *solution, true, {}), IsEmpty());
+}
+
+TEST_F(Gates, ACameraThatWasMovedWhileRecordingIsNamed) {
+  // From the middle of the recording on, camera 5 looks from elsewhere.
+  Rig moved = truth_.rig;
+  moved.cameras[5].translation_mm += Eigen::Vector3d(15, 0, 0);
+  const CalibrationViews later = SeeTarget(truth_.moved, moved, {.noise_px = 0.1});
+  std::erase_if(truth_.views.boards,
+                [](const BoardView& view) { return view.camera == 5 && view.frame >= 36; });
+  for (const BoardView& view : later.boards) {
+    if (view.camera == 5 && view.frame >= 36) truth_.views.boards.push_back(view);
+  }
+  const auto solution = SolveCalibration(truth_.moved.target, truth_.views, std::nullopt, {});
+  ASSERT_TRUE(solution.ok()) << solution.status();
+  EXPECT_THAT(CheckSolution(truth_.moved.target, *solution, false, {}),
+              ElementsAre(Issue(CalibrationFault::kHighResidual, std::vector{5}, "camera c05")));
+}
+
+TEST_F(Gates, AllIssuesComeInOneError) {
+  EXPECT_TRUE(IssuesStatus({}).ok());
+  const absl::Status status =
+      IssuesStatus({{CalibrationFault::kIslands, {1}, "first"}, {CalibrationFault::kBlurred, {2}, "second"}});
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), AllOf(HasSubstr("first"), HasSubstr("second")));
+}
+
+}  // namespace
+}  // namespace weft

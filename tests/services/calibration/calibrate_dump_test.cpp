@@ -1,0 +1,148 @@
+// From rendered images to a rig.json.
+#include "services/calibration/calibrate_dump.h"
+
+#include <gmock/gmock.h>
+
+#include <filesystem>
+
+#include "capture/image_file.h"
+#include "services/calibration/rehearsal.h"
+#include "services/files/atomic_file.h"
+#include "services/files/target_file.h"
+#include "tests/capture/calibration/simulated_calibration.h"
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+namespace fs = std::filesystem;
+
+CalibrationTarget OneBoard() {
+  CalibrationTarget target{"one", {MakeBoard("A", 0, 5, 4, 28)}, {{"bar", "tag36h11", 500, 501, 260}}};
+  target.boards[0].gap_mm = 7;
+  return target;
+}
+
+// A dump of four cameras, rendered once.
+class CalibrateDumpTest : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TempFolder;
+    RehearsalOptions options;
+    options.rig = {.cameras = 4,
+                   .width_px = 400,
+                   .height_px = 320,
+                   .distance_mm = 1200,
+                   .around_deg = 70,
+                   .object_width_mm = 380,
+                   .object_height_mm = 300};
+    options.motion = {.frames = 36, .reach_mm = {120, 90, 100}, .seed = 3};
+    options.look.samples = 3;
+    ASSERT_TRUE(WriteTarget(*folder_ / "target.json", OneBoard()).ok());
+    ASSERT_TRUE(WriteRehearsal(*folder_ / "boards", OneBoard(), options).ok());
+  }
+  static void TearDownTestSuite() { delete folder_; }
+
+  static CalibrationRequest Request() {
+    CalibrationRequest request;
+    request.dump = *folder_ / "boards";
+    request.target = *folder_ / "target.json";
+    request.out = *folder_ / "rig.json";
+    return request;
+  }
+  static std::string Refusal(const CalibrationRequest& request) {
+    const auto result = CalibrateDump(request);
+    if (!result.ok()) return result.status().ToString();
+    return std::string(IssuesStatus(result->issues).message());
+  }
+
+  static TempFolder* folder_;
+};
+TempFolder* CalibrateDumpTest::folder_ = nullptr;
+
+TEST_F(CalibrateDumpTest, RenderedBoardsGiveTheRigThatTookThem) {
+  const auto result = CalibrateDump(Request());
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_TRUE(IssuesStatus(result->issues).ok()) << IssuesStatus(result->issues);
+  ASSERT_TRUE(result->solution.has_value());
+  EXPECT_LT(result->solution->rms_px, 0.12);
+  ASSERT_TRUE(WriteCalibration(Request().out, *result).ok());
+
+  const Rig truth = ReadRig(*folder_ / "boards/truth/rig.json").value();
+  const auto rig = ReadRig(Request().out);
+  ASSERT_TRUE(rig.ok()) << rig.status();
+  // Distances between cameras do not depend on the world frame.
+  for (int c = 1; c < 4; ++c) {
+    const double is = (rig->cameras[c].CenterWorld() - rig->cameras[0].CenterWorld()).norm();
+    const double should = (truth.cameras[c].CenterWorld() - truth.cameras[0].CenterWorld()).norm();
+    EXPECT_NEAR(is / should, 1, 6e-3);
+    EXPECT_NEAR(rig->cameras[c].fx_px / truth.cameras[c].fx_px, 1, 8e-3);
+  }
+  ASSERT_EQ(result->solution->bars.size(), 1u);
+  EXPECT_NEAR(result->solution->bars[0].length_mm, 260, 0.8);
+
+  const auto record = ReadCalibrationRecord(Request().out);
+  ASSERT_TRUE(record.ok() && record->has_value()) << record.status();
+  EXPECT_EQ((*record)->version, 1);
+  EXPECT_EQ((*record)->cameras.size(), 4u);
+  EXPECT_GT((*record)->cameras[2].sigmas[0], 0);
+  const auto page = ReadWholeFile(CalibrationReportPath(Request().out));
+  ASSERT_TRUE(page.ok());
+  EXPECT_THAT(*page, HasSubstr("accepted"));
+
+  // Calibrated again, the version counts up and names what it replaces.
+  const auto again = CalibrateDump(Request());
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->record.version, 2);
+  EXPECT_EQ(again->record.replaces, rig->ContentHash());
+  fs::remove(std::string(Request().out));
+}
+
+TEST_F(CalibrateDumpTest, RefusalsLeaveNoRigButAPage) {
+  CalibrationTarget wrong = OneBoard();
+  wrong.boards[0].tag_mm *= 1.05;
+  wrong.boards[0].gap_mm *= 1.05;
+  ASSERT_TRUE(WriteTarget(*folder_ / "wrong.json", wrong).ok());
+  CalibrationRequest request = Request();
+  request.target = *folder_ / "wrong.json";
+  request.out = *folder_ / "refused.json";
+  const auto result = CalibrateDump(request);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_THAT(std::string(IssuesStatus(result->issues).message()), HasSubstr("printed at 95."));
+  ASSERT_TRUE(WriteCalibration(request.out, *result).ok());
+  EXPECT_FALSE(fs::exists(std::string(request.out)));
+  EXPECT_TRUE(fs::exists(CalibrationReportPath(request.out)));
+}
+
+TEST_F(CalibrateDumpTest, BlurredBoardsAreTheCauseThatIsNamed) {
+  CalibrationRequest request = Request();
+  request.detection.max_blur_px = 0.5;  // sharper than the lens
+  EXPECT_THAT(Refusal(request), HasSubstr("tags are blurred"));
+}
+
+TEST_F(CalibrateDumpTest, MirroredImagesAreNamed) {
+  // Camera c01 with left and right exchanged.
+  const std::string mirrored = *folder_ / "mirrored";
+  fs::copy(std::string(*folder_ / "boards"), mirrored, fs::copy_options::recursive);
+  for (const auto& entry : fs::recursive_directory_iterator(mirrored)) {
+    if (entry.path().filename() != "c01.png") continue;
+    const Frame image = ReadImageFile(entry.path().string()).value();
+    ASSERT_TRUE(WriteImageFile(entry.path().string(), MirroredGrey(image).value()).ok());
+  }
+  CalibrationRequest request = Request();
+  request.dump = mirrored;
+  EXPECT_THAT(Refusal(request), HasSubstr("camera c01: its images are mirrored"));
+}
+
+TEST_F(CalibrateDumpTest, ErrorsNameTheFile) {
+  CalibrationRequest request = Request();
+  request.target = *folder_ / "none.json";
+  EXPECT_THAT(Refusal(request), HasSubstr("none.json"));
+  request = Request();
+  request.dump = *folder_ / "nothing";
+  EXPECT_THAT(Refusal(request), HasSubstr("nothing"));
+}
+
+}  // namespace
+}  // namespace weft
