@@ -12,7 +12,8 @@ namespace {
 
 constexpr size_t kReasonColumns = 5;
 constexpr size_t kShownReasons = 3;
-constexpr double kSignificantBias = 4;
+// Decoding itself leaves some hundredths of a pixel, which many cells make significant.
+constexpr double kSignificantBias = 4, kNotableBiasPx = 0.1;
 const char kDash[] = "\xE2\x80\x93";
 
 double PerFrame(int64_t count, const CameraSummary& camera) {
@@ -75,10 +76,11 @@ std::vector<std::string> MainReasons(const std::vector<CameraSummary>& cameras) 
 // How far the camera sees nodes from where the others do; marked where it is hardly chance.
 std::string BiasText(const CameraSummary& camera) {
   if (camera.frames_with_bias == 0) return kDash;
-  const std::string length = FormatNumber(std::hypot(camera.bias_x_px, camera.bias_y_px), 2);
+  const double length_px = std::hypot(camera.bias_x_px, camera.bias_y_px);
   const std::string text =
-      absl::StrCat(length, " (", FormatNumber(camera.bias_significance, 1), " \xCF\x83)");
-  return camera.bias_significance > kSignificantBias ? absl::StrCat("<b>", text, "</b>") : text;
+      absl::StrCat(FormatNumber(length_px, 2), " (", FormatNumber(camera.bias_significance, 1), " \xCF\x83)");
+  const bool off = camera.bias_significance > kSignificantBias && length_px > kNotableBiasPx;
+  return off ? absl::StrCat("<b>", text, "</b>") : text;
 }
 
 std::string CameraRow(const CameraSummary& camera, const std::vector<std::string>& reasons, bool has_others,
