@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/fill.h"
+#include "alignment/local_stretch.h"
 #include "alignment/placement.h"
 #include "alignment/vertex_sigma.h"
 
@@ -114,6 +115,18 @@ class Passes {
     return Solve(*problem, options_.elastic, "elastic");
   }
 
+  // From here on the cloth is as long as it was measured.
+  absl::Status Stretch(const std::vector<VertexTarget>& targets) {
+    const absl::StatusOr<ElasticProblem> problem = Prepare(targets, "_stretched");
+    if (!problem.ok()) return problem.status();
+    absl::StatusOr<SlicedMesh> mesh =
+        StretchToTargets(model_, targets, deformation_.rotation, options_.stretch_rings);
+    if (!mesh.ok()) return mesh.status();
+    stretched_ = *std::move(mesh);
+    slices_ = &stretched_;
+    return Solve(*problem, options_.elastic, "elastic_stretched");
+  }
+
   // From where the last pass ended; what it set aside starts anew from its neighbours.
   absl::Status RunAgain(const std::vector<VertexTarget>& all, const std::vector<VertexTarget>& kept,
                         int round) {
@@ -185,14 +198,14 @@ class Passes {
 
   void Fit(const std::string& suffix) {
     const auto start = Clock::now();
-    FitRigid(model_.slices(), &deformation_);
+    FitRigid(*slices_, &deformation_);
     Report("rigid_fit" + suffix, {}, start);
   }
 
   absl::Status Solve(const ElasticProblem& problem, const ElasticOptions& options, const std::string& name) {
     const auto start = Clock::now();
     const absl::StatusOr<ElasticReport> report =
-        SolveElastic(model_.slices(), model_.graph(), problem, options, &deformation_, context_.cancelled);
+        SolveElastic(*slices_, model_.graph(), problem, options, &deformation_, context_.cancelled);
     if (!report.ok()) return report.status();
     Report(name, *report, start);
     Watch(name);
@@ -213,6 +226,8 @@ class Passes {
   const AlignContext& context_;
   const Eigen::Isometry3d placement_;
   std::vector<StageReport>* stages_;
+  SlicedMesh stretched_;
+  const SlicedMesh* slices_ = &model_.slices();
   Deformation deformation_;
 };
 
@@ -258,6 +273,7 @@ absl::Status UncertaintyOptions::Validate() const {
 
 absl::Status AlignOptions::Validate() const {
   if (!(min_target_share >= 0 && min_target_share <= 1)) return Bad("min_target_share must lie in 0 to 1");
+  if (stretch_rings < 0) return Bad("stretch_rings must not be negative");
   if (!(first_bending >= 0)) return Bad("first_bending must not be negative");
   if (!(first_tolerance > 0)) return Bad("first_tolerance must be positive");
   for (const absl::Status& status :
@@ -304,6 +320,9 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
 
   Passes passes(model, options, context, *placement, &result.stages);
   if (absl::Status status = passes.RunFirst(targets); !status.ok()) return status;
+  if (options.stretch_rings > 0) {
+    if (absl::Status status = passes.Stretch(targets); !status.ok()) return status;
+  }
   std::vector<VertexTarget> used = targets;
   for (int round = 1; round <= options.robust.max_rounds; ++round) {
     // Among all targets: good ones that an outlier had dragged along come back.

@@ -80,6 +80,9 @@ struct AlignOptions {
   // leaves the beginning out.
   double first_bending = 0.2;
   double first_tolerance = 1e-3;
+  // For cloth that stretches by more than a few percent: rest edges take the length of the cloth measured
+  // around them, smoothed over so many rings of vertices (local_stretch.h); 0 keeps the template's.
+  int stretch_rings = 0;
   RobustOptions robust;
   // Whether measured vertices stay where E_Det + E_Dist left them in the stages after it.
   bool freeze_observed = true;

@@ -28,6 +28,8 @@
 namespace weft {
 namespace {
 
+constexpr int kStretchRings = 4;
+
 struct AlignCommandOptions {
   std::string cloud;
   std::string garment;
@@ -36,6 +38,7 @@ struct AlignCommandOptions {
   std::string scan;
   std::string start;
   std::string stages;
+  bool stretchy = false;
   int threads = 0;
   bool json = false;
 };
@@ -121,8 +124,9 @@ absl::StatusOr<Extras> ReadExtras(const AlignCommandOptions& options) {
 }
 
 absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
-  const absl::StatusOr<AlignOptions> preset = PresetByName(options.preset);
+  absl::StatusOr<AlignOptions> preset = PresetByName(options.preset);
   if (!preset.ok()) return preset.status();
+  if (options.stretchy) preset->stretch_rings = kStretchRings;
   const absl::StatusOr<Template> garment = ReadTemplate(options.garment);
   if (!garment.ok()) return garment.status();
   const absl::StatusOr<CloudTargets> targets = ReadTargets(options.cloud, *garment);
@@ -194,6 +198,9 @@ void AddAlignCommand(CLI::App& app, CommandLine& line) {
           "A mesh of the template, PLY, from another moment or registration: vertices that the cloud "
           "does not show start from there instead of from a smooth fill")
       ->type_name("FILE");
+  command->add_flag("--stretchy", options->stretchy,
+                    "For cloth that stretches by more than a few percent: hidden cloth is as long as the "
+                    "measured cloth around it, not as the template");
   command
       ->add_option("--stages", options->stages,
                    "Write the mesh after each stage, too: <number>_<stage>.ply in this folder")

@@ -96,6 +96,23 @@ TEST(Align, StartsHiddenClothWhereAnotherMeshHasIt) {
   }
 }
 
+// Stretched by a fifth around a cylinder, and a little narrower along it.
+TEST(Align, LocalStretchKeepsHiddenClothAsLongAsTheClothAroundIt) {
+  const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
+  const auto truth = Mapped(garment.rest.vertices_mm, [](const Eigen::Vector3d& p) {
+    return SomeMotion() * Rolled({1.2 * p.x(), 0.95 * p.y(), 0}, kRadiusMm);
+  });
+  auto targets = Measure(truth, 0.05, 1, [](int v) { return !InHiddenPatch(v); });
+  for (VertexTarget& t : targets) t.sigma_mm = 0.05;
+  AlignOptions options = BestPreset();
+  const auto stiff = Align(garment, targets, options);
+  options.stretch_rings = 4;
+  const auto stretched = Align(garment, targets, options);
+  ASSERT_TRUE(stiff.ok() && stretched.ok());
+  EXPECT_LT(MeanError(stretched->mesh.vertices_mm, truth, InHiddenPatch),
+            0.4 * MeanError(stiff->mesh.vertices_mm, truth, InHiddenPatch));
+}
+
 TEST(Align, RefusesStartsOfAnotherMesh) {
   const Template garment = SheetTemplate(FlatSheet(8, 8));
   const auto targets = Measure(garment.rest.vertices_mm, 0, 1);
