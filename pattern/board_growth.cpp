@@ -40,9 +40,11 @@ class Growth {
   }
 
   std::vector<GrownCell> Run(
-      const std::vector<GrowthSeed>& seeds,
+      const std::vector<GrownCell>& known, const std::vector<GrowthSeed>& seeds,
       const std::function<std::vector<GrowthSeed>(const std::vector<GrownCell>&)>& find_more) {
+    for (const GrownCell& cell : known) Take(cell);
     Start(seeds);
+    for (const GrownCell& cell : known) TryAround(cell);
     TakeAll(options_.clearly_explained);
     if (find_more) Start(find_more(cells_));
     TakeAll(-1);
@@ -85,8 +87,7 @@ class Growth {
         continue;
       }
       Take(next);
-      for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}})
-        Try(next.row + dr, next.col + dc, dr, dc);
+      TryAround(next);
     }
   }
 
@@ -145,6 +146,11 @@ class Growth {
       candidates_[at] = candidate;
     }
     queue_.push({candidate.fit.explained, static_cast<int>(cell), at});
+  }
+
+  void TryAround(const GrownCell& cell) {
+    for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}})
+      Try(cell.row + dr, cell.col + dc, dr, dc);
   }
 
   // Looks for the cell that is (dr, dc) from one just taken.
@@ -258,11 +264,11 @@ std::string_view Describe(WhyMissing why) {
 
 std::vector<GrownCell> GrowOnBoard(
     const CellFitter& fitter, const Board& board, int width_px, int height_px,
-    const std::vector<GrowthSeed>& seeds, const GrowthOptions& options,
+    const std::vector<GrownCell>& known, const std::vector<GrowthSeed>& seeds, const GrowthOptions& options,
     const std::function<std::vector<GrowthSeed>(const std::vector<GrownCell>&)>& find_more,
     std::vector<MissingCell>* missing) {
   Growth growth(fitter, board, width_px, height_px, options, missing != nullptr);
-  std::vector<GrownCell> cells = growth.Run(seeds, find_more);
+  std::vector<GrownCell> cells = growth.Run(known, seeds, find_more);
   if (missing != nullptr) *missing = growth.Missing();
   return cells;
 }

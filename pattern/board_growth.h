@@ -69,11 +69,12 @@ struct MissingCell {
 // Follows the print from the seeds cell by cell, the best explained first: predicts the next cell from its
 // known neighbours, fits it, and takes it when the image shows the colours that the board has there. A board
 // cell is taken once, and so is a place in the image. Ordered by row and column.
+// Growth goes on from the cells of `known`, too, which stay as they are.
 // Once all that is clear has been taken, `find_more` (may be null) gets these cells and names further seeds.
 // `missing` (may be null) gets the cells at which growth stopped within the image, in the same order.
 std::vector<GrownCell> GrowOnBoard(
     const CellFitter& fitter, const Board& board, int width_px, int height_px,
-    const std::vector<GrowthSeed>& seeds, const GrowthOptions& options,
+    const std::vector<GrownCell>& known, const std::vector<GrowthSeed>& seeds, const GrowthOptions& options,
     const std::function<std::vector<GrowthSeed>(const std::vector<GrownCell>&)>& find_more = nullptr,
     std::vector<MissingCell>* missing = nullptr);
 

@@ -106,6 +106,16 @@ float Confidence(const CellFit& fit, const Surroundings& around) {
   return 1 / (1 + std::exp(-logit));
 }
 
+// Fits the centres once, and judges the cells there.
+void FillConfidences(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+                     std::vector<GrownCell>* cells) {
+  SweepCenters(fitter, board, 0, cells);
+  const CellMap map(board, *cells);
+  for (GrownCell& cell : *cells) {
+    cell.confidence = Confidence(cell.fit, Around(map, *cells, cell, width_px, height_px));
+  }
+}
+
 template <typename Keep>
 void Filter(Keep keep, std::vector<GrownCell>* cells) {
   size_t kept = 0;
@@ -152,20 +162,39 @@ absl::Status CellRefinementOptions::Validate() const {
   if (!(min_confidence >= 0 && min_confidence < 1)) {
     return absl::InvalidArgumentError("refinement.min_confidence must lie in [0, 1)");
   }
+  if (!(min_confidence_to_grow >= 0 && min_confidence_to_grow < 1)) {
+    return absl::InvalidArgumentError("refinement.min_confidence_to_grow must lie in [0, 1)");
+  }
   if (min_component < 1) return absl::InvalidArgumentError("refinement.min_component must be at least 1");
   return absl::OkStatus();
 }
 
+Regrowth RegrowthFrom(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+                      const CellRefinementOptions& options, const std::vector<GrownCell>& cells) {
+  std::vector<GrownCell> judged = cells;
+  FillConfidences(fitter, board, width_px, height_px, &judged);
+  const CellMap map(board, cells);
+  const auto sure = [&](int row, int col) {
+    const int k = map.At(row, col);
+    return k >= 0 && judged[k].confidence >= options.min_confidence_to_grow;
+  };
+  Regrowth again;
+  for (const GrownCell& cell : cells) {
+    int around = 0;
+    for (int k = 0; k < 9; ++k) around += sure(cell.row + k / 3 - 1, cell.col + k % 3 - 1);
+    if (around == 9) {
+      again.known.push_back(cell);
+    } else if (sure(cell.row, cell.col)) {
+      again.seeds.push_back({cell.row, cell.col, cell.fit.frame, cell.group});
+    }
+  }
+  return again;
+}
+
 void RefineCells(const CellFitter& fitter, const Board& board, int width_px, int height_px,
                  const CellRefinementOptions& options, std::vector<GrownCell>* cells) {
-  SweepCenters(fitter, board, 0, cells);
-  {
-    const CellMap map(board, *cells);
-    for (GrownCell& cell : *cells) {
-      cell.confidence = Confidence(cell.fit, Around(map, *cells, cell, width_px, height_px));
-    }
-    Filter([&](size_t k) { return (*cells)[k].confidence >= options.min_confidence; }, cells);
-  }
+  FillConfidences(fitter, board, width_px, height_px, cells);
+  Filter([&](size_t k) { return (*cells)[k].confidence >= options.min_confidence; }, cells);
   const std::vector<int> sizes = ComponentSizes(board, *cells);
   const int least = LeastComponent(options.min_component, cells->size());
   Filter([&](size_t k) { return sizes[k] >= least; }, cells);

@@ -9,13 +9,26 @@
 namespace weft {
 
 struct CellRefinementOptions {
-  // A cell whose identity and place are less certain is dropped.
+  // Before growth goes on from what is left, cells less certain than this make room.
+  float min_confidence_to_grow = 0.9f;
+  // A cell whose identity and place are less certain is dropped in the end.
   float min_confidence = 0.975f;
   // Fewer connected cells than this may be chance, in a view of up to a thousand; larger ones ask for more.
   int min_component = 5;
 
   absl::Status Validate() const;
 };
+
+// Where growth starts again.
+struct Regrowth {
+  std::vector<GrownCell> known;   // sure, and all cells around them are
+  std::vector<GrowthSeed> seeds;  // sure, next to others that are not
+};
+
+// Leaves out cells that are less sure than min_confidence_to_grow: what was taken wrongly is in the way of
+// what is there.
+Regrowth RegrowthFrom(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+                      const CellRefinementOptions& options, const std::vector<GrownCell>& cells);
 
 // Fits the centres of neighbouring cells together, drops cells that are too uncertain and those that are left
 // in small groups, and fits the rest once more. Cells whose centres then lie outside the image are dropped.

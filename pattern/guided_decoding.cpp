@@ -20,7 +20,7 @@ constexpr int kLevels = 4;
 constexpr float kConfidence = 0.99f;
 
 // Errors of neighbouring pixels are alike, which the fit does not know; as in DecodeView.
-constexpr float kSigmaFactor = 2.3f;
+constexpr float kSigmaFactor = 1.9f;
 
 // Precision of the fit's own belief that a cell is where it was looked for, in units of 1 / noise^2 and
 // cells; see CellFitter. It is no measurement, so it is taken out of sigma.
@@ -233,7 +233,7 @@ std::optional<Observation> CornerAt(const SettledCells& settled, int row, int co
     const double towards_col = k % 2 == 0 ? 0.25 : -0.25, towards_row = k / 2 == 0 ? 0.25 : -0.25;
     o.x_px += 0.25 * (f.x + towards_col * f.ax + towards_row * f.bx);
     o.y_px += 0.25 * (f.y + towards_col * f.ay + towards_row * f.by);
-    variance_px2 += 0.25 * at->second.sigma_px * at->second.sigma_px;
+    variance_px2 += 0.125 * at->second.sigma_px * at->second.sigma_px;
   }
   o.sigma_px = static_cast<float>(std::sqrt(variance_px2));
   return o;
