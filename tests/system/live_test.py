@@ -1,5 +1,6 @@
 """`weft take record` on GigE Vision cameras: whole frames, every trigger accounted for, sets of one moment."""
 
+import json
 import os
 import subprocess
 import tempfile
@@ -129,6 +130,21 @@ class Live(LiveTest):
         self.assertEqual(settings["Gain"], "6")
         self.assertEqual(settings["PacketSocket"], "off")
         self.assertGreater(len(frames(self.take, "left")), 10)
+
+    def test_doctor_opens_the_cameras_of_a_session(self):
+        cameras = self.start_cameras("left", "middle", "right")
+        cameras.tell("resend right 0")
+        self.write_session()
+        done = weft("doctor", "--session", self.session, "--dir", os.path.dirname(self.session), "--disk-test-gib", "0.01",
+                    "--json", check=1)
+        findings = json.loads(done.stdout)["findings"]
+        verdicts = {finding["subject"]: finding["verdict"] for finding in findings}
+        self.assertEqual([verdicts["camera " + name] for name in CAMERAS],
+                         ["DOCTOR_VERDICT_GOOD"] * 2 + ["DOCTOR_VERDICT_WARNING", "DOCTOR_VERDICT_BAD"])
+        found = "\n".join(finding["found"] for finding in findings)
+        self.assertIn("127.0.0.2: Weft CameraEnd, serial left", found)
+        self.assertIn("256x128 Mono8, 0.3 MB/s, packets of 1500 bytes, resend on", found)
+        self.assertIn("the cameras send 1.0 MB/s", found)
 
     def test_refuses_what_the_camera_does_not_have(self):
         self.start_cameras()

@@ -1,0 +1,65 @@
+// weft doctor: what would spoil a recording on this machine?
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "services/cli/commands.h"
+#include "services/cli/take_text.h"
+#include "services/recording/doctor.h"
+#include "services/recording/session_file.h"
+
+namespace weft {
+namespace {
+
+struct DoctorCommandOptions {
+  DoctorOptions doctor;
+  std::string session;
+  bool no_cameras = false;
+  bool json = false;
+};
+
+absl::Status RunDoctor(DoctorCommandOptions& options) {
+  if (!options.session.empty()) {
+    absl::StatusOr<v1::Session> session = ReadSession(options.session);
+    if (!session.ok()) return session.status();
+    options.doctor.session = *std::move(session);
+  }
+  options.doctor.look_for_cameras = !options.no_cameras;
+  const v1::DoctorReport report = Examine(options.doctor);
+  if (options.json) {
+    if (absl::Status status = PrintJsonMessage(report); !status.ok()) return status;
+  } else {
+    std::fputs(DoctorText(report).c_str(), stdout);
+  }
+  for (const v1::DoctorFinding& finding : report.findings())
+    if (finding.verdict() == v1::DOCTOR_VERDICT_BAD)
+      return absl::UnavailableError(finding.subject() + ": " + finding.found());
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddDoctorCommand(CLI::App& app, CommandLine& line) {
+  const auto options = std::make_shared<DoctorCommandOptions>();
+  CLI::App* doctor = AddCommand(
+      app, "doctor",
+      "Look for what would spoil a recording on this machine: network, socket buffers, permissions, clock, "
+      "disk, cameras, and the data rate of a session; each with a remedy. Exit status 1 when frames would be "
+      "lost.",
+      "  weft doctor --dir /data/takes\n"
+      "  weft doctor --session session.json --dir /data/takes");
+  doctor
+      ->add_option("--session", options->session, "session.json: opens its cameras and sums their data rates")
+      ->type_name("FILE");
+  doctor->add_option("--dir", options->doctor.directory, "Where takes are to be recorded")->type_name("DIR");
+  doctor
+      ->add_option("--disk-test-gib", options->doctor.disk_test_gib,
+                   "How much to write in testing the disk; 0: nothing")
+      ->type_name("GIB")
+      ->check(CLI::Range(0.0, 1024.0));
+  doctor->add_flag("--no-cameras", options->no_cameras, "Do not look for cameras in the network");
+  doctor->add_flag("--json", options->json, "Print JSON (weft.v1.DoctorReport)");
+  doctor->callback([options, &line] { line.run = [options] { return RunDoctor(*options); }; });
+}
+
+}  // namespace weft

@@ -1,0 +1,271 @@
+#include "services/recording/doctor.h"
+
+#include <sys/socket.h>
+#include <sys/timex.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "capture/camera_source.h"
+#include "capture/gige_discovery.h"
+#include "capture/raw_frame.h"
+#include "services/recording/disk_speed.h"
+#include "services/recording/session_file.h"
+
+namespace weft {
+namespace {
+
+constexpr int64_t kWantedBuffer_bytes = 16 << 20;
+constexpr int kJumboMtu = 8000;
+constexpr double kLinkShare = 0.9;  // of a link that frames can fill
+constexpr double kDiskShare = 0.8;
+constexpr double kLowDisk_bytes = 20e9;
+
+class Examination {
+ public:
+  explicit Examination(const DoctorOptions& options) : options_(options), root_(options.system_root) {}
+
+  v1::DoctorReport Run() {
+    CheckNetwork();
+    CheckBuffers();
+    CheckPacketSockets();
+    CheckClock();
+    CheckDisk();
+    if (options_.look_for_cameras) LookForCameras();
+    if (options_.session) CheckSession(*options_.session);
+    return std::move(report_);
+  }
+
+ private:
+  void Find(const std::string& subject, v1::DoctorVerdict verdict, const std::string& found,
+            const std::string& remedy = "") {
+    v1::DoctorFinding& finding = *report_.add_findings();
+    finding.set_subject(subject);
+    finding.set_verdict(verdict);
+    finding.set_found(found);
+    finding.set_remedy(remedy);
+  }
+  void Good(const std::string& subject, const std::string& found) {
+    Find(subject, v1::DOCTOR_VERDICT_GOOD, found);
+  }
+
+  // The first line of a file below the root; empty where there is none.
+  std::string Line(const std::string& path) const {
+    std::ifstream file(root_ / path);
+    std::string line;
+    std::getline(file, line);
+    return line;
+  }
+
+  void CheckNetwork();
+  void CheckBuffers();
+  void CheckPacketSockets();
+  void CheckClock();
+  void CheckDisk();
+  void LookForCameras();
+  void CheckSession(const v1::Session& session);
+  double CheckCamera(const v1::Session& session, const v1::SessionCamera& camera);
+
+  const DoctorOptions& options_;
+  const std::filesystem::path root_;
+  v1::DoctorReport report_;
+  double links_bytes_per_s_ = 0;
+  double disk_bytes_per_s_ = 0;
+};
+
+void Examination::CheckNetwork() {
+  std::error_code error;
+  std::vector<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(root_ / "sys/class/net", error))
+    if (const std::string name = entry.path().filename(); name != "lo") names.push_back(name);
+  std::sort(names.begin(), names.end());
+  for (const std::string& name : names) {
+    const std::string subject = "network " + name, folder = "sys/class/net/" + name;
+    if (Line(folder + "/operstate") == "down") {
+      Find(subject, v1::DOCTOR_VERDICT_WARNING, "down",
+           "plug it in, or ignore it where no camera hangs on it");
+      continue;
+    }
+    int mtu = 0, mbit_per_s = 0;
+    static_cast<void>(absl::SimpleAtoi(Line(folder + "/mtu"), &mtu));
+    const bool has_speed = absl::SimpleAtoi(Line(folder + "/speed"), &mbit_per_s) && mbit_per_s > 0;
+    if (has_speed) links_bytes_per_s_ += mbit_per_s * 1e6 / 8;
+    const std::string found =
+        absl::StrCat("MTU ", mtu, has_speed ? absl::StrCat(", ", mbit_per_s, " Mbit/s") : ", speed unknown");
+    if (mtu >= kJumboMtu) {
+      Good(subject, found);
+    } else {
+      Find(subject, v1::DOCTOR_VERDICT_WARNING, found + ": small packets cost six times the work",
+           absl::StrCat("`ip link set ", name, " mtu 9000`, and jumbo frames on the switch"));
+    }
+  }
+  if (names.empty())
+    Find("network", v1::DOCTOR_VERDICT_WARNING, "no interface but the loopback",
+         "GigE Vision cameras need one");
+}
+
+void Examination::CheckBuffers() {
+  int64_t bytes = 0;
+  if (!absl::SimpleAtoi(Line("proc/sys/net/core/rmem_max"), &bytes)) {
+    Find("socket buffers", v1::DOCTOR_VERDICT_WARNING, "net.core.rmem_max cannot be read",
+         "look at `sysctl net.core.rmem_max`");
+  } else if (bytes < kWantedBuffer_bytes) {
+    Find("socket buffers", v1::DOCTOR_VERDICT_WARNING,
+         absl::StrCat("net.core.rmem_max is ", bytes, " bytes: a busy moment of the host loses packets"),
+         absl::StrCat("`sysctl -w net.core.rmem_max=", 2 * kWantedBuffer_bytes, "` (and in /etc/sysctl.d)"));
+  } else {
+    Good("socket buffers", absl::StrCat("net.core.rmem_max is ", bytes, " bytes"));
+  }
+}
+
+void Examination::CheckPacketSockets() {
+  const int fd = socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, 0);
+  if (fd >= 0) {
+    close(fd);
+    Good("permissions", "packet sockets are allowed");
+    return;
+  }
+  Find("permissions", v1::DOCTOR_VERDICT_WARNING,
+       "no packet sockets: frames pass the whole network stack, good to some 250 MB/s",
+       "`setcap cap_net_raw+ep $(which weft)`, or record as root");
+}
+
+void Examination::CheckClock() {
+  timex state{};
+  const int answer = adjtimex(&state);
+  if (answer != TIME_ERROR && (state.status & STA_UNSYNC) == 0) {
+    Good("clock",
+         absl::StrFormat("synchronized, to within %.1f ms", static_cast<double>(state.maxerror) / 1e3));
+  } else {
+    Find("clock", v1::DOCTOR_VERDICT_WARNING,
+         "the host's clock is not synchronized: times of takes on several hosts do not compare",
+         "run chrony, or ptp4l with phc2sys where cameras use PTP");
+  }
+}
+
+void Examination::CheckDisk() {
+  const std::string subject = "disk " + options_.directory;
+  std::error_code error;
+  const std::filesystem::space_info space = std::filesystem::space(options_.directory, error);
+  if (error) {
+    Find(subject, v1::DOCTOR_VERDICT_BAD, error.message(), "make the folder, or name another with --dir");
+    return;
+  }
+  const auto free_bytes = static_cast<double>(space.available);
+  std::string found = absl::StrFormat("%.1f GB free", free_bytes / 1e9);
+  if (options_.disk_test_gib > 0) {
+    const auto speed =
+        MeasureDiskSpeed(options_.directory, static_cast<uint64_t>(options_.disk_test_gib * (1 << 30)));
+    if (!speed.ok()) {
+      Find(subject, v1::DOCTOR_VERDICT_BAD, std::string(speed.status().message()),
+           "free space, or name another disk with --dir");
+      return;
+    }
+    disk_bytes_per_s_ = speed->bytes_per_s;
+    found += absl::StrFormat(", takes %.2f GB/s, slowest write %.0f ms", speed->bytes_per_s / 1e9,
+                             speed->slowest_write_ms);
+    if (!speed->bypasses_page_cache) found += ", without O_DIRECT";
+  }
+  if (free_bytes < kLowDisk_bytes) {
+    Find(subject, v1::DOCTOR_VERDICT_WARNING, found, "free space: recording stops at the low-disk mark");
+  } else {
+    Good(subject, found);
+  }
+}
+
+void Examination::LookForCameras() {
+  const std::vector<FoundCamera> cameras = FindGigeCameras();
+  for (const FoundCamera& camera : cameras)
+    Good("found",
+         absl::StrCat(camera.address, ": ", camera.vendor, " ", camera.model, ", serial ", camera.serial));
+  if (cameras.empty())
+    Find("found", v1::DOCTOR_VERDICT_WARNING, "no GigE Vision camera answers",
+         "power, cables, addresses in the host's subnet, and a firewall that lets UDP port 3956 through");
+}
+
+double Examination::CheckCamera(const v1::Session& session, const v1::SessionCamera& camera) {
+  v1::Session alone = session;
+  alone.clear_cameras();
+  *alone.add_cameras() = camera;
+  const std::string subject = "camera " + camera.id();
+  const auto opened = OpenCameras(alone);
+  if (!opened.ok()) {
+    Find(subject, v1::DOCTOR_VERDICT_BAD, std::string(opened.status().message()),
+         "compare `gige.device` with the cameras found; close programs that hold it");
+    return 0;
+  }
+  std::map<std::string, std::string> settings = opened->front()->settings();
+  int width_px = 0, height_px = 0, packet_bytes = 0;
+  const absl::StatusOr<RawFormat> format = RawFormatFromName(settings["PixelFormat"]);
+  const bool known = absl::SimpleAtoi(settings["Width"], &width_px) &&
+                     absl::SimpleAtoi(settings["Height"], &height_px) && format.ok();
+  static_cast<void>(absl::SimpleAtoi(settings["GevSCPSPacketSize"], &packet_bytes));
+  const double bytes_per_s =
+      known ? static_cast<double>(RawBytes(*format, width_px, height_px)) * session.fps() : 0;
+  const std::string found =
+      absl::StrFormat("%dx%d %s, %.1f MB/s, packets of %d bytes, resend %s", width_px, height_px,
+                      settings["PixelFormat"], bytes_per_s / 1e6, packet_bytes, settings["PacketResend"]);
+  if (!format.ok()) {
+    Find(subject, v1::DOCTOR_VERDICT_BAD, found, std::string(format.status().message()));
+  } else if (settings["PacketResend"] != "on") {
+    Find(subject, v1::DOCTOR_VERDICT_WARNING, found,
+         "a lost packet costs its frame: leave resend on where the camera can");
+  } else {
+    Good(subject, found);
+  }
+  return bytes_per_s;
+}
+
+void Examination::CheckSession(const v1::Session& session) {
+  double sum = 0;
+  for (const v1::SessionCamera& camera : session.cameras()) sum += CheckCamera(session, camera);
+  if (session.fps() <= 0) {
+    Find("bandwidth", v1::DOCTOR_VERDICT_WARNING, "the session names no rate",
+         "give `fps` for a sum of the data rates");
+    return;
+  }
+  std::string found = absl::StrFormat("the cameras send %.1f MB/s", sum / 1e6);
+  if (links_bytes_per_s_ > 0) absl::StrAppendFormat(&found, ", links carry %.1f", links_bytes_per_s_ / 1e6);
+  if (disk_bytes_per_s_ > 0) absl::StrAppendFormat(&found, ", the disk takes %.1f", disk_bytes_per_s_ / 1e6);
+  const bool links_full = links_bytes_per_s_ > 0 && sum > kLinkShare * links_bytes_per_s_;
+  const bool disk_full = disk_bytes_per_s_ > 0 && sum > kDiskShare * disk_bytes_per_s_;
+  if (links_full) {
+    Find("bandwidth", v1::DOCTOR_VERDICT_BAD, found,
+         "fewer frames a second, 8 bits instead of 12, or more links");
+  } else if (disk_full) {
+    Find("bandwidth", v1::DOCTOR_VERDICT_BAD, found, "a faster disk, fewer frames a second, or `compress`");
+  } else {
+    Good("bandwidth", found);
+  }
+}
+
+}  // namespace
+
+v1::DoctorReport Examine(const DoctorOptions& options) { return Examination(options).Run(); }
+
+std::string DoctorText(const v1::DoctorReport& report) {
+  std::string text;
+  size_t width = 0;
+  for (const v1::DoctorFinding& finding : report.findings())
+    width = std::max(width, finding.subject().size());
+  for (const v1::DoctorFinding& finding : report.findings()) {
+    const char* verdict = finding.verdict() == v1::DOCTOR_VERDICT_GOOD      ? "good   "
+                          : finding.verdict() == v1::DOCTOR_VERDICT_WARNING ? "warning"
+                                                                            : "BAD    ";
+    absl::StrAppendFormat(&text, "%s  %-*s  %s\n", verdict, static_cast<int>(width), finding.subject(),
+                          finding.found());
+    if (!finding.remedy().empty())
+      absl::StrAppendFormat(&text, "%*s  -> %s\n", static_cast<int>(width) + 9, "", finding.remedy());
+  }
+  return text;
+}
+
+}  // namespace weft

@@ -1,0 +1,27 @@
+// What would spoil a recording on this machine, found before it begins.
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "weft/v1/doctor.pb.h"
+#include "weft/v1/session.pb.h"
+
+namespace weft {
+
+struct DoctorOptions {
+  std::string directory = ".";         // where takes are to be recorded
+  double disk_test_gib = 0.25;         // written and removed again; 0: none
+  std::optional<v1::Session> session;  // its cameras are opened and asked
+  bool look_for_cameras = true;
+  std::string system_root = "/";  // below which proc and sys are
+};
+
+// Network interfaces, socket buffers, permissions, clock and disk of the host; cameras that answer; and for a
+// session every camera with its packet size, PTP and data rate, the sum of the rates against links and disk.
+// Findings in the order in which they were made, each with a remedy where it is not good.
+v1::DoctorReport Examine(const DoctorOptions& options);
+
+std::string DoctorText(const v1::DoctorReport& report);
+
+}  // namespace weft
