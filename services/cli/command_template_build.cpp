@@ -1,10 +1,9 @@
-// weft template build: a garment's template from clouds of it.
+// weft template build: a garment's template from recordings or clouds of it.
 #include <tbb/task_arena.h>
 
 #include <cstdio>
 #include <filesystem>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,59 +14,23 @@
 #include "alignment/template_build/build_template.h"
 #include "services/cli/commands.h"
 #include "services/cli/progress.h"
+#include "services/cli/template_sources.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
-#include "services/files/cloud_file.h"
 #include "services/files/template_file.h"
+#include "services/pipeline/stop_on_signal.h"
 #include "services/report/template_report.h"
 
 namespace weft {
 namespace {
 
 struct BuildOptions {
-  std::vector<std::string> clouds;
-  std::string board;
-  std::string panels;
+  TemplateSourceFiles from;
   std::string out;
   double cell_mm = 0;
   int threads = 0;
   TemplateBuildOptions build;
 };
-
-// One label per cell from an image of the board: each colour that is not black is a label of its own.
-absl::StatusOr<std::vector<uint32_t>> ReadPanels(const std::string& path, const Board& board) {
-  const cv::Mat image = cv::imread(path, cv::IMREAD_COLOR);
-  if (image.empty()) return absl::NotFoundError(absl::StrCat(path, ": no image that can be read"));
-  if (image.rows != board.rows || image.cols != board.cols) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": has ", image.cols, " x ", image.rows,
-                                                   " pixels, the board ", board.cols, " x ", board.rows,
-                                                   " cells; the image needs a pixel per cell"));
-  }
-  std::vector<uint32_t> labels;
-  for (int row = 0; row < image.rows; ++row) {
-    for (int col = 0; col < image.cols; ++col) {
-      const cv::Vec3b& pixel = image.at<cv::Vec3b>(row, col);
-      labels.push_back(pixel[0] | pixel[1] << 8 | pixel[2] << 16);
-    }
-  }
-  return labels;
-}
-
-absl::StatusOr<TemplateSources> ReadSources(const BuildOptions& options, const Board& board) {
-  TemplateSources sources;
-  if (!options.panels.empty()) {
-    absl::StatusOr<std::vector<uint32_t>> labels = ReadPanels(options.panels, board);
-    if (!labels.ok()) return labels.status();
-    sources.panel_labels = *std::move(labels);
-  }
-  for (const std::string& path : options.clouds) {
-    absl::StatusOr<Cloud> cloud = ReadCloud(path);
-    if (!cloud.ok()) return cloud.status();
-    sources.clouds.push_back(*std::move(cloud));
-    sources.cloud_names.push_back(path);
-  }
-  return sources;
-}
 
 std::string PanelNames(std::vector<int> panels) {
   for (int& panel : panels) ++panel;
@@ -100,16 +63,19 @@ std::string DefaultId(const std::string& out) {
 
 absl::Status Build(BuildOptions options, bool quiet) {
   if (options.build.id.empty()) options.build.id = DefaultId(options.out);
-  absl::StatusOr<Board> board = ReadBoard(options.board);
+  absl::StatusOr<Board> board = ReadBoard(options.from.board);
   if (!board.ok()) return board.status();
   if (options.cell_mm > 0) board->cell_mm = options.cell_mm;
-  const absl::StatusOr<TemplateSources> sources = ReadSources(options, *board);
+  options.from.clouds_out = (std::filesystem::path(options.out) / "clouds").string();
+  StopOnSignal stop;
+  tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+  absl::StatusOr<TemplateSources> sources;
+  arena.execute([&] { sources = ReadTemplateSources(options.from, *board, quiet, stop.token()); });
   if (!sources.ok()) return sources.status();
   absl::StatusOr<BuiltTemplate> built;
   {
     constexpr uint64_t kSteps = 100;
     Progress progress("build", kSteps, ProgressVisible(quiet), ProgressUnit::kPercent);
-    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
     arena.execute([&] {
       built = BuildTemplate(*board, *sources, options.build, [&](double share) {
         progress.Set(static_cast<uint64_t>(share * kSteps), kSteps);
@@ -119,14 +85,14 @@ absl::Status Build(BuildOptions options, bool quiet) {
   if (!built.ok()) return built.status();
   for (const std::string& warning : built->warnings) PrintWarning(warning);
   std::vector<std::string> names;
-  for (const std::string& path : options.clouds) {
+  for (const std::string& path : sources->cloud_names) {
     names.push_back(std::filesystem::path(path).filename().string());
   }
   absl::Status status =
       WriteTemplate(options.out, built->garment, absl::StrCat("built from ", absl::StrJoin(names, ", ")));
   if (!status.ok()) return status;
   const absl::StatusOr<std::string> report =
-      MakeTemplateReport(*built, {options.board, options.panels, options.clouds});
+      MakeTemplateReport(*built, {options.from.board, options.from.panels, sources->cloud_names});
   if (!report.ok()) return report.status();
   status = WriteFileAtomically((std::filesystem::path(options.out) / "report.html").string(), *report);
   if (!status.ok()) return status;
@@ -160,24 +126,30 @@ void AddSewingOptions(CLI::App& command, TemplateBuildOptions& options) {
 void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
   CLI::App* command = AddCommand(
       garment, "build",
-      "Build a template from clouds of the garment, best of a person who stands with arms away from the "
-      "body. "
+      "Build a template from a recording of the garment, or from clouds of it, best of a person who stands "
+      "with arms away from the body. "
       "Finds the panels on the board and the seams between them, sews, checks the openings, and lays the "
       "garment to rest in the pose of the cloud that shows most: DIR/template.json, DIR/mesh.ply and "
-      "DIR/cells.txt, as `weft template import` writes them. Nothing is written when the garment is not what "
-      "was expected.",
-      "  weft template build takes/tpose/*/cloud.ply --board board.json --openings 4 --out shirt\n"
+      "DIR/cells.txt, as `weft template import` writes them. Nothing but the clouds of a recording is "
+      "written (DIR/clouds/, to try again with other options) when the garment is not what was expected.",
+      "  weft template build TPOSE_DUMP --rig rig.json --board board.json --openings 4 --out shirt\n"
+      "  weft template build shirt/clouds/*.ply --board board.json --openings 5 --out shirt\n"
       "  weft template build cloud.ply --board board.png --panels mask.png --openings 4 --out shirt");
   auto options = std::make_shared<BuildOptions>();
   options->build.id.clear();
-  command->add_option("clouds", options->clouds, "cloud.ply of one or more frames")
+  TemplateSourceFiles& from = options->from;
+  command->add_option("sources", from.sources, "Dumps to decode and triangulate, or cloud.ply of frames")
       ->required()
-      ->type_name("CLOUD...");
-  command->add_option("--board", options->board, "board.json or board.png of the cloth")
+      ->type_name("DUMP|CLOUD...");
+  command->add_option("--rig", from.rig, "rig.json of the cameras that recorded the dumps")->type_name("RIG");
+  command->add_option("--board", from.board, "board.json or board.png of the cloth")
       ->required()
       ->type_name("BOARD");
+  command->add_option("--samples", from.samples, "Frames of a dump, spread evenly over it, to build from")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1000));
   command
-      ->add_option("--panels", options->panels,
+      ->add_option("--panels", from.panels,
                    "Image of the board with a pixel per cell: black outside the garment, each panel in any "
                    "other colour. By default the panels are the cells that the clouds show")
       ->type_name("IMAGE");

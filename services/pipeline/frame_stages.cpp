@@ -1,19 +1,13 @@
 #include "services/pipeline/frame_stages.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
-#include "pattern/decoder.h"
 #include "services/files/mesh_file.h"
 #include "services/files/scan_file.h"
 #include "services/pipeline/stage_reports.h"
-#include "triangulation/clean.h"
-#include "triangulation/footprint.h"
 
 namespace weft {
 namespace {
@@ -49,64 +43,21 @@ class StageClock {
   Clock::time_point start_ = Clock::now();
 };
 
-std::vector<Observation> DecodeCamera(const RegistrationInputs& inputs, size_t index, size_t camera,
-                                      v1::ViewReport& report) {
-  report.set_camera(inputs.rig.cameras[camera].id);
-  const auto start = Clock::now();
-  const absl::StatusOr<Frame> frame = inputs.dump->ReadView(index, camera);
-  report.set_read_ms(MillisecondsSince(start));
-  if (!frame.ok()) {
-    report.set_missing_reason(std::string(frame.status().message()));
-    return {};
-  }
-  absl::StatusOr<DecodeResult> result = DecodeView(*frame, inputs.board, DecodeOptions{});
-  if (!result.ok()) {
-    report.set_missing_reason(absl::StrCat(frame->origin, ": ", result.status().message()));
-    return {};
-  }
-  DescribeDecoding(*result, report);
-  return std::move(result->observations);
-}
-
-// One entry per camera of the rig, in its order.
+// Decodes all views into the members of `frame`.
 void DecodeViews(const RegistrationInputs& inputs, size_t index, const FrameProgress& progress,
                  const std::stop_token& stop, FrameResult& frame) {
-  const size_t cameras = inputs.rig.cameras.size();
-  frame.views.resize(cameras);
-  std::vector<v1::ViewReport> reports(cameras);
-  std::atomic<size_t> done = 0;
-  tbb::parallel_for(
-      tbb::blocked_range<size_t>(0, cameras, 1),
-      [&](const tbb::blocked_range<size_t>& range) {
-        for (size_t camera = range.begin(); camera < range.end(); ++camera) {
-          if (stop.stop_requested()) return;
-          frame.views[camera].camera = static_cast<int>(camera);
-          frame.views[camera].observations = DecodeCamera(inputs, index, camera, reports[camera]);
-          if (progress) progress(kDecoded * static_cast<double>(++done) / static_cast<double>(cameras));
-        }
-      },
-      tbb::simple_partitioner());
+  const FrameProgress part = [&](double share) {
+    if (progress) progress(kDecoded * share);
+  };
+  DecodedFrame decoded = DecodeFrame(inputs.rig, inputs.board, *inputs.dump, index, part, stop);
+  frame.views = std::move(decoded.views);
   int missing = 0;
-  for (v1::ViewReport& report : reports) {
+  for (v1::ViewReport& report : decoded.reports) {
     missing += !report.missing_reason().empty();
     *frame.report.add_views() = std::move(report);
   }
   frame.report.set_views_missing(missing);
-  frame.report.set_views_used(static_cast<int>(cameras) - missing);
-}
-
-// The reason why nothing could be triangulated.
-std::string NoCloudReason(const v1::FrameReport& report, const TriangulationOptions& options) {
-  int64_t seen = 0;
-  for (const v1::ViewReport& view : report.views()) seen += view.centers();
-  const int least = options.consensus.min_views;
-  if (report.views_used() < least) {
-    return absl::StrCat("only ", report.views_used(), " of ", report.views_size(),
-                        " cameras have an image, triangulation needs ", least);
-  }
-  if (seen == 0)
-    return "no cell of the board was decoded in any view; is it the printed board, and in focus?";
-  return absl::StrCat("no cell could be triangulated from ", seen, " observations of cells");
+  frame.report.set_views_used(frame.report.views_size() - missing);
 }
 
 // Empty where the folder has no scan of the frame.
@@ -152,10 +103,9 @@ class Registration {
       : inputs_(inputs), options_(options), extras_(extras), stop_(stop), frame_(frame) {}
 
   absl::Status Triangulate() {
-    absl::StatusOr<Cloud> cloud = weft::Triangulate(inputs_.rig, frame_.views, TriangulationOptions{});
-    if (!cloud.ok()) return cloud.status();
-    frame_.cloud = SharpenCenters(CleanCloud(*std::move(cloud), CleaningOptions{}), FootprintOptions{});
-    return absl::OkStatus();
+    absl::StatusOr<Cloud> cloud = TriangulateFrame(inputs_.rig, frame_.views);
+    if (cloud.ok()) frame_.cloud = *std::move(cloud);
+    return cloud.status();
   }
 
   // Adds what the second look finds to observations and cloud. Nothing to be done for frames that cannot be
@@ -186,7 +136,7 @@ class Registration {
       DescribeBias((*biases)[frame_.views[v].camera], *report.mutable_views(v));
     report.set_state(v1::FRAME_STATE_FAILED);
     if (frame_.cloud.points.empty()) {
-      report.set_reason(NoCloudReason(report, TriangulationOptions{}));
+      report.set_reason(NoCloudReason(frame_.views, report.views_used()));
       return absl::OkStatus();
     }
     absl::StatusOr<AlignResult> aligned = AlignCloud(options_.align);

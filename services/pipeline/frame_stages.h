@@ -10,7 +10,6 @@
 #include "absl/status/statusor.h"
 #include "services/pipeline/register_frame.h"
 #include "services/pipeline/second_look.h"
-#include "triangulation/triangulate.h"
 
 namespace weft {
 

@@ -1,19 +1,16 @@
 // One frame, from images to mesh.
 #pragma once
 
-#include <functional>
 #include <stop_token>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/pipeline/frame_cloud.h"
 #include "services/pipeline/registration_inputs.h"
 #include "weft/v1/report.pb.h"
 
 namespace weft {
-
-// Called with the share of the frame's work that is done, 0 to 1, from any thread of the arena.
-using FrameProgress = std::function<void(double share)>;
 
 // Decodes every view, triangulates, cleans and aligns frame `index` of the dump, and writes its files to
 // <out>/<frame>/, report.json last. Views whose image is missing or broken make the frame degraded; a frame

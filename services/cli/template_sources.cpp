@@ -1,0 +1,128 @@
+#include "services/cli/template_sources.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <opencv2/imgcodecs.hpp>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "capture/open_dump.h"
+#include "services/cli/command_line.h"
+#include "services/cli/progress.h"
+#include "services/files/cloud_file.h"
+#include "services/files/rig_file.h"
+#include "services/pipeline/frame_cloud.h"
+
+namespace weft {
+namespace {
+
+// One label per cell from an image of the board: each colour that is not black is a label of its own.
+absl::StatusOr<std::vector<uint32_t>> ReadPanels(const std::string& path, const Board& board) {
+  const cv::Mat image = cv::imread(path, cv::IMREAD_COLOR);
+  if (image.empty()) return absl::NotFoundError(absl::StrCat(path, ": no image that can be read"));
+  if (image.rows != board.rows || image.cols != board.cols) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": has ", image.cols, " x ", image.rows,
+                                                   " pixels, the board ", board.cols, " x ", board.rows,
+                                                   " cells; the image needs a pixel per cell"));
+  }
+  std::vector<uint32_t> labels;
+  for (int row = 0; row < image.rows; ++row) {
+    for (int col = 0; col < image.cols; ++col) {
+      const cv::Vec3b& pixel = image.at<cv::Vec3b>(row, col);
+      labels.push_back(pixel[0] | pixel[1] << 8 | pixel[2] << 16);
+    }
+  }
+  return labels;
+}
+
+// `count` of the positions 0 to `frames` - 1, from the first to the last.
+std::vector<size_t> SpreadOver(size_t frames, size_t count) {
+  std::vector<size_t> positions;
+  count = std::min(count, frames);
+  for (size_t i = 0; i < count; ++i) positions.push_back(count == 1 ? 0 : i * (frames - 1) / (count - 1));
+  return positions;
+}
+
+absl::StatusOr<Cloud> FrameCloud(const Rig& rig, const BoardIndex& board, const FrameSource& dump,
+                                 size_t index, const FrameProgress& progress, const std::stop_token& stop) {
+  const DecodedFrame decoded = DecodeFrame(rig, board, dump, index, progress, stop);
+  if (stop.stop_requested()) return absl::CancelledError("the build was cancelled");
+  absl::StatusOr<Cloud> cloud = TriangulateFrame(rig, decoded.views);
+  if (!cloud.ok() || !cloud->points.empty()) return cloud;
+  const auto used = std::ranges::count_if(
+      decoded.reports, [](const v1::ViewReport& report) { return report.missing_reason().empty(); });
+  return absl::FailedPreconditionError(NoCloudReason(decoded.views, static_cast<int>(used)));
+}
+
+// Adds the clouds of the dump's frames to `sources`.
+absl::Status AddDump(const std::string& folder, const TemplateSourceFiles& files, const Board& board,
+                     bool quiet, const std::stop_token& stop, TemplateSources& sources) {
+  if (files.rig.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(folder, ": is a folder, and a dump needs its cameras: give --rig rig.json"));
+  }
+  const absl::StatusOr<Rig> rig = ReadRig(files.rig);
+  if (!rig.ok()) return rig.status();
+  const absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(folder, *rig);
+  if (!dump.ok()) return dump.status();
+  for (const std::string& warning : (*dump)->warnings()) PrintWarning(warning);
+  const absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
+  if (!index.ok()) {
+    return absl::Status(index.status().code(), absl::StrCat(files.board, ": ", index.status().message()));
+  }
+  const std::vector<size_t> frames =
+      SpreadOver((*dump)->frame_names().size(), static_cast<size_t>(files.samples));
+  constexpr uint64_t kSteps = 1000;  // of each frame
+  Progress progress("decode", kSteps * frames.size(), ProgressVisible(quiet), ProgressUnit::kPercent);
+  absl::Status last = absl::OkStatus();
+  size_t found = 0;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    const auto advance = [&](double share) {
+      progress.Set(kSteps * i + static_cast<uint64_t>(share * kSteps), kSteps * frames.size());
+    };
+    absl::StatusOr<Cloud> cloud = FrameCloud(*rig, *index, **dump, frames[i], advance, stop);
+    if (absl::IsCancelled(cloud.status())) return cloud.status();
+    const std::string& name = (*dump)->frame_names()[frames[i]];
+    last = cloud.status();
+    if (!cloud.ok()) {
+      progress.PrintLine(absl::StrCat("frame ", name, " is left out: ", cloud.status().message()));
+      continue;
+    }
+    const std::string path = (std::filesystem::path(files.clouds_out) / (name + ".ply")).string();
+    if (absl::Status status = WriteCloud(path, *cloud); !status.ok()) return status;
+    sources.clouds.push_back(*std::move(cloud));
+    sources.cloud_names.push_back(path);
+    ++found;
+  }
+  if (found > 0) return absl::OkStatus();
+  return absl::Status(last.code(),
+                      absl::StrCat(folder, ": no frame has a cloud; the last one: ", last.message()));
+}
+
+}  // namespace
+
+absl::StatusOr<TemplateSources> ReadTemplateSources(const TemplateSourceFiles& files, const Board& board,
+                                                    bool quiet, const std::stop_token& stop) {
+  TemplateSources sources;
+  if (!files.panels.empty()) {
+    absl::StatusOr<std::vector<uint32_t>> labels = ReadPanels(files.panels, board);
+    if (!labels.ok()) return labels.status();
+    sources.panel_labels = *std::move(labels);
+  }
+  for (const std::string& path : files.sources) {
+    std::error_code error;
+    if (std::filesystem::is_directory(path, error)) {
+      if (absl::Status status = AddDump(path, files, board, quiet, stop, sources); !status.ok())
+        return status;
+      continue;
+    }
+    absl::StatusOr<Cloud> cloud = ReadCloud(path);
+    if (!cloud.ok()) return cloud.status();
+    sources.clouds.push_back(*std::move(cloud));
+    sources.cloud_names.push_back(path);
+  }
+  return sources;
+}
+
+}  // namespace weft

@@ -1,0 +1,79 @@
+#include "services/pipeline/frame_cloud.h"
+
+#include <tbb/parallel_for.h>
+
+#include <atomic>
+#include <chrono>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "pattern/decoder.h"
+#include "services/pipeline/stage_reports.h"
+#include "triangulation/clean.h"
+#include "triangulation/footprint.h"
+
+namespace weft {
+namespace {
+
+std::vector<Observation> DecodeCamera(const FrameSource& dump, const BoardIndex& board, size_t index,
+                                      size_t camera, v1::ViewReport& report) {
+  const auto start = std::chrono::steady_clock::now();
+  const absl::StatusOr<Frame> frame = dump.ReadView(index, camera);
+  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
+  report.set_read_ms(elapsed.count());
+  if (!frame.ok()) {
+    report.set_missing_reason(std::string(frame.status().message()));
+    return {};
+  }
+  absl::StatusOr<DecodeResult> result = DecodeView(*frame, board, DecodeOptions{});
+  if (!result.ok()) {
+    report.set_missing_reason(absl::StrCat(frame->origin, ": ", result.status().message()));
+    return {};
+  }
+  DescribeDecoding(*result, report);
+  return std::move(result->observations);
+}
+
+}  // namespace
+
+DecodedFrame DecodeFrame(const Rig& rig, const BoardIndex& board, const FrameSource& dump, size_t index,
+                         const FrameProgress& progress, const std::stop_token& stop) {
+  const size_t cameras = rig.cameras.size();
+  DecodedFrame frame{std::vector<ViewObservations>(cameras), std::vector<v1::ViewReport>(cameras)};
+  std::atomic<size_t> done = 0;
+  tbb::parallel_for(
+      tbb::blocked_range<size_t>(0, cameras, 1),
+      [&](const tbb::blocked_range<size_t>& range) {
+        for (size_t camera = range.begin(); camera < range.end(); ++camera) {
+          if (stop.stop_requested()) return;
+          v1::ViewReport& report = frame.reports[camera];
+          report.set_camera(rig.cameras[camera].id);
+          frame.views[camera].camera = static_cast<int>(camera);
+          frame.views[camera].observations = DecodeCamera(dump, board, index, camera, report);
+          if (progress) progress(static_cast<double>(++done) / static_cast<double>(cameras));
+        }
+      },
+      tbb::simple_partitioner());
+  return frame;
+}
+
+absl::StatusOr<Cloud> TriangulateFrame(const Rig& rig, const std::vector<ViewObservations>& views) {
+  absl::StatusOr<Cloud> cloud = Triangulate(rig, views, TriangulationOptions{});
+  if (!cloud.ok()) return cloud;
+  return SharpenCenters(CleanCloud(*std::move(cloud), CleaningOptions{}), FootprintOptions{});
+}
+
+std::string NoCloudReason(const std::vector<ViewObservations>& views, int views_used) {
+  size_t seen = 0;
+  for (const ViewObservations& view : views) seen += view.observations.size();
+  const int least = TriangulationOptions{}.consensus.min_views;
+  if (views_used < least) {
+    return absl::StrCat("only ", views_used, " of ", views.size(),
+                        " cameras have an image, triangulation needs ", least);
+  }
+  if (seen == 0)
+    return "no cell of the board was decoded in any view; is it the printed board, and in focus?";
+  return absl::StrCat("no cell could be triangulated from ", seen, " observations of cells");
+}
+
+}  // namespace weft

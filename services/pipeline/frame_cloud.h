@@ -1,0 +1,42 @@
+// From the images of a frame set to its cloud: decode every view, triangulate, clean.
+#pragma once
+
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "capture/frame_source.h"
+#include "capture/rig.h"
+#include "pattern/board_index.h"
+#include "triangulation/cloud.h"
+#include "triangulation/triangulate.h"
+#include "weft/v1/report.pb.h"
+
+namespace weft {
+
+// Called with the share of the work that is done, 0 to 1, from any thread of the arena.
+using FrameProgress = std::function<void(double share)>;
+
+// Views and reports have an entry per camera of the rig, in its order. A view whose image is missing or
+// broken has no observations, and its report says why.
+struct DecodedFrame {
+  std::vector<ViewObservations> views;
+  std::vector<v1::ViewReport> reports;
+};
+
+// Decodes the images of frame `index` in the calling thread's TBB arena. Once `stop` is requested the
+// remaining views stay empty.
+DecodedFrame DecodeFrame(const Rig& rig, const BoardIndex& board, const FrameSource& dump, size_t index,
+                         const FrameProgress& progress, const std::stop_token& stop);
+
+// The nodes where the views' observations meet, cleaned, with centres sharpened where cloth bends.
+// InvalidArgument as Triangulate.
+absl::StatusOr<Cloud> TriangulateFrame(const Rig& rig, const std::vector<ViewObservations>& views);
+
+// The reason, for the operator, why nothing could be triangulated from these views, of which `views_used`
+// have an image.
+std::string NoCloudReason(const std::vector<ViewObservations>& views, int views_used);
+
+}  // namespace weft
