@@ -10,6 +10,7 @@
 #include "capture/open_dump.h"
 #include "services/cli/command_line.h"
 #include "services/cli/progress.h"
+#include "services/files/atomic_file.h"
 #include "services/files/cloud_file.h"
 #include "services/files/rig_file.h"
 #include "services/pipeline/frame_cloud.h"
@@ -89,6 +90,7 @@ absl::Status AddDump(const std::string& folder, const TemplateSourceFiles& files
       progress.PrintLine(absl::StrCat("frame ", name, " is left out: ", cloud.status().message()));
       continue;
     }
+    if (absl::Status status = CreateFolders(files.clouds_out); !status.ok()) return status;
     const std::string path = (std::filesystem::path(files.clouds_out) / (name + ".ply")).string();
     if (absl::Status status = WriteCloud(path, *cloud); !status.ok()) return status;
     sources.clouds.push_back(*std::move(cloud));
