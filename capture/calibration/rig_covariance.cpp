@@ -16,18 +16,8 @@ std::vector<ViewSums> SumViews(const CalibrationBundle& bundle, double huber_sig
   std::vector<ViewSums> out(bundle.views.size());
   tbb::parallel_for(size_t{0}, out.size(), [&](size_t v) {
     const BundleView& view = bundle.views[v];
-    const CameraModel& camera = bundle.cameras[view.camera];
-    const BoardPlacement& placement = bundle.placements[view.placement];
-    const CameraUnknowns camera_unknowns = UnknownsOf(camera);
-    const PlacementUnknowns pose_unknowns = UnknownsOf(placement.world_from_board);
-    const WarpUnknowns warp_unknowns = UnknownsOf(bundle.warps[placement.board]);
-    const ViewState state{&camera,
-                          camera_unknowns.data(),
-                          &placement.world_from_board,
-                          pose_unknowns.data(),
-                          &bundle.boards[placement.board],
-                          warp_unknowns.data()};
-    SumView(state, view.corners, bundle.sigma_px[view.camera], huber_sigmas, true, &out[v]);
+    const BundleViewState now(bundle, view);
+    SumView(now.state(), view.corners, bundle.sigma_px[view.camera], huber_sigmas, true, &out[v]);
   });
   return out;
 }

@@ -167,19 +167,18 @@ void SumView(const ViewState& state, const std::vector<BoardCorner>& corners, do
   if (with_derivatives) sums->normal.noalias() = rows.transpose() * rows;
 }
 
-std::vector<Eigen::Vector2d> ViewResiduals(const CalibrationBundle& bundle, const BundleView& view) {
-  const CameraModel& camera = bundle.cameras[view.camera];
+BundleViewState::BundleViewState(const CalibrationBundle& bundle, const BundleView& view)
+    : camera_(UnknownsOf(bundle.cameras[view.camera])),
+      pose_(UnknownsOf(bundle.placements[view.placement].world_from_board)),
+      warp_(UnknownsOf(bundle.warps[bundle.placements[view.placement].board])) {
   const BoardPlacement& placement = bundle.placements[view.placement];
-  const CameraUnknowns camera_unknowns = UnknownsOf(camera);
-  const PlacementUnknowns pose_unknowns = UnknownsOf(placement.world_from_board);
-  const WarpUnknowns warp_unknowns = UnknownsOf(bundle.warps[placement.board]);
-  const ViewState state{&camera,
-                        camera_unknowns.data(),
-                        &placement.world_from_board,
-                        pose_unknowns.data(),
-                        &bundle.boards[placement.board],
-                        warp_unknowns.data()};
-  const ViewFrame frame(state);
+  state_ = {&bundle.cameras[view.camera],    camera_.data(), &placement.world_from_board, pose_.data(),
+            &bundle.boards[placement.board], warp_.data()};
+}
+
+std::vector<Eigen::Vector2d> ViewResiduals(const CalibrationBundle& bundle, const BundleView& view) {
+  const BundleViewState now(bundle, view);
+  const ViewFrame frame(now.state());
   std::vector<Eigen::Vector2d> out;
   for (const BoardCorner& corner : view.corners) {
     Eigen::Vector2d pixel = Eigen::Vector2d::Constant(std::numeric_limits<double>::quiet_NaN());

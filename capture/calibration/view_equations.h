@@ -47,6 +47,23 @@ struct ViewState {
   const double* warp_unknowns = nullptr;  // [kWarpUnknowns]
 };
 
+// The state of a view of a bundle as it stands: unknowns at the bundle's own numbers. Valid as long as the
+// bundle.
+class BundleViewState {
+ public:
+  BundleViewState(const CalibrationBundle& bundle, const BundleView& view);
+  BundleViewState(const BundleViewState&) = delete;
+  BundleViewState& operator=(const BundleViewState&) = delete;
+
+  const ViewState& state() const { return state_; }
+
+ private:
+  CameraUnknowns camera_;
+  PlacementUnknowns pose_;
+  WarpUnknowns warp_;
+  ViewState state_;
+};
+
 // Sums over the corners, with residuals in units of sigma and Huber's weights: the normal equations of the
 // view, order camera, placement, warp, residual: [J r]^T [J r]; and the robust cost, sum of Huber's loss (not
 // halved).
