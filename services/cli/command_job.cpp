@@ -8,9 +8,9 @@
 #include "absl/time/time.h"
 #include "services/cli/commands.h"
 #include "services/cli/job_view.h"
+#include "services/cli/take_text.h"
 #include "services/client/fetch_results.h"
 #include "services/client/registration_client.h"
-#include "services/files/json_file.h"
 #include "services/pipeline/stop_on_signal.h"
 
 namespace weft {
@@ -31,12 +31,6 @@ struct Context {
   bool quiet;
   std::stop_token stop;
 };
-
-absl::Status PrintJson(const google::protobuf::Message& message) {
-  const absl::StatusOr<std::string> json = ToJson(message);
-  if (json.ok()) std::printf("%s", json->c_str());
-  return json.status();
-}
 
 const char* StateWord(v1::JobState state) {
   switch (state) {
@@ -67,7 +61,7 @@ absl::Status List(RegistrationClient& client, const Context& context) {
   if (options.json) {
     v1::ListJobsResponse response;
     response.mutable_jobs()->Assign(jobs->begin(), jobs->end());
-    return PrintJson(response);
+    return PrintJsonMessage(response);
   }
   if (jobs->empty()) std::printf("no jobs at %s\n", client.server().c_str());
   for (const v1::Job& job : *jobs) {
@@ -105,7 +99,7 @@ absl::Status Show(RegistrationClient& client, const Context& context) {
     v1::JobUpdate all;
     *all.mutable_job() = *job;
     all.mutable_frames()->Assign(frames->begin(), frames->end());
-    return PrintJson(all);
+    return PrintJsonMessage(all);
   }
   PrintJob(*job);
   for (const v1::FrameInfo& frame : *frames) std::printf("%s\n", FrameLine(frame).c_str());
@@ -123,7 +117,7 @@ absl::Status Watch(RegistrationClient& client, const Context& context) {
   }
   if (!job.ok()) return job.status();
   if (options.json) {
-    if (absl::Status status = PrintJson(*job); !status.ok()) return status;
+    if (absl::Status status = PrintJsonMessage(*job); !status.ok()) return status;
   } else if (!quiet) {
     std::printf("%s\nresults  %s\n", JobSummary(*job).c_str(), job->spec().out().c_str());
   }
@@ -134,7 +128,7 @@ absl::Status Cancel(RegistrationClient& client, const Context& context) {
   const JobOptions& options = context.options;
   const absl::StatusOr<v1::Job> job = client.Cancel(options.job_id);
   if (!job.ok()) return job.status();
-  if (options.json) return PrintJson(*job);
+  if (options.json) return PrintJsonMessage(*job);
   if (!context.quiet)
     std::printf("%s: %s, %s\n", job->id().c_str(), StateWord(job->state()), JobSummary(*job).c_str());
   return absl::OkStatus();
