@@ -16,6 +16,11 @@ std::optional<int64_t> ClockTrack::offset_ns() const {
   return high_ns_;
 }
 
+std::optional<int64_t> ClockTrack::uncertainty_ns() const {
+  if (!low_ns_ || !high_ns_) return std::nullopt;
+  return (*high_ns_ - *low_ns_) / 2;
+}
+
 void ClockTrack::Widen(int64_t host_ns) {
   const int64_t since_ns = widened_ns_.value_or(host_ns);
   const int64_t drift_ns = std::max<int64_t>(0, host_ns - since_ns) / kDriftDivisor;

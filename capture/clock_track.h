@@ -37,6 +37,8 @@ class ClockTrack {
   int64_t Steady_ns(int64_t device_ns) const { return device_ns + correction_ns_; }
   // Host time minus steady time; nothing before the first evidence.
   std::optional<int64_t> offset_ns() const;
+  // How far the offset may be off; nothing where arrivals alone tell.
+  std::optional<int64_t> uncertainty_ns() const;
 
  private:
   void Widen(int64_t host_ns);

@@ -69,6 +69,9 @@ AssembledSets FrameSetAssembler::Add(size_t camera, CameraDelivery delivery, int
     case CameraDelivery::Kind::kReconnected:
       state.is_connected = true;
       state.clock = NewClock();
+      state.is_clock_known = false;
+      state.clock_since_ns.reset();
+      state.unplaced_ns.clear();
       state.last_id.reset();
       if (options_.clocks == ClockDomain::kShared) ExpectSharedClock(*state.clock);
       Note(camera, host_time_ns, "reconnected: " + delivery.cause, out);
@@ -128,12 +131,36 @@ void FrameSetAssembler::NoteGap(Camera& camera, const RawFrame& frame, int64_t t
   }
 }
 
+// A reading that took long may put a frame to the trigger before or after its own.
+bool FrameSetAssembler::IsClockKnown(Camera& camera, int64_t host_time_ns) const {
+  if (camera.is_clock_known) return true;
+  if (!camera.clock_since_ns) camera.clock_since_ns = host_time_ns;
+  camera.is_clock_known = options_.clocks == ClockDomain::kShared ||
+                          camera.clock->uncertainty_ns().value_or(0) <= options_.tolerance_ns / 2 ||
+                          host_time_ns - *camera.clock_since_ns >= options_.start_wait_ns;
+  if (!camera.is_clock_known) return false;
+  for (const int64_t device_ns : camera.unplaced_ns)
+    camera.losses.push_back({CommonTime_ns(camera, device_ns), ClockCause()});
+  camera.unplaced_ns.clear();
+  return true;
+}
+
+std::string FrameSetAssembler::ClockCause() const {
+  return absl::StrCat("the camera's clock was not yet known to within half the tolerance of ",
+                      Milliseconds(options_.tolerance_ns));
+}
+
 void FrameSetAssembler::AddFrame(size_t camera, RawFrame frame, int64_t host_time_ns, AssembledSets& out) {
   Camera& state = cameras_[camera];
   if (!first_host_ns_) first_host_ns_ = host_time_ns;
   const int64_t jump_ns =
       state.clock->AddFrame(frame.device_time_ns, frame.host_time_ns, frame.device_frame_id);
   NoteJump(camera, jump_ns, frame.host_time_ns, out);
+  if (!IsClockKnown(state, host_time_ns)) {
+    state.unplaced_ns.push_back(frame.device_time_ns);
+    if (state.unplaced_ns.size() > kMaxLosses) state.unplaced_ns.pop_front();
+    return;
+  }
   const int64_t time_ns = CommonTime_ns(state, frame.device_time_ns);
   NoteGap(state, frame, time_ns);
   state.last_id = frame.device_frame_id;
@@ -197,6 +224,7 @@ std::string FrameSetAssembler::WhyMissing(const OpenSet& set, size_t camera, boo
     return cause;
   }
   if (!state.is_connected) return "the camera is disconnected";
+  if (!state.unplaced_ns.empty()) return ClockCause();
   if (!state.last_time_ns) return "the camera has not delivered yet";
   const int64_t off_ns = *state.last_time_ns - set.time_ns;
   if (off_ns > options_.tolerance_ns && off_ns < std::max(4 * options_.tolerance_ns, options_.period_ns)) {

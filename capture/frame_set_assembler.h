@@ -30,8 +30,9 @@ struct FrameSetOptions {
   int64_t clock_jump_ns = 100'000'000;  // clocks that depart from the host's by more, or by half a period,
                                         // have jumped
   ClockDomain clocks = ClockDomain::kShared;
-  int64_t start_wait_ns = 0;  // how long the first set waits until every camera has delivered; frames before
-                              // are left out, with a note. 0: the first frame begins the first set
+  int64_t start_wait_ns = 0;  // how long the first set waits until every camera has delivered and its clock
+                              // is known to within half the tolerance; frames before are left out, with a
+                              // note. A camera that comes back waits as long for its clock. 0: no waiting
   bool drop_incomplete = false;  // sets without every camera are dropped, with their causes in the ledger
 
   absl::Status Validate() const;
@@ -74,6 +75,9 @@ class FrameSetAssembler {
   struct Camera {
     bool is_connected = true;
     std::optional<ClockTrack> clock;                     // since it was connected
+    bool is_clock_known = false;                         // well enough to tell which trigger a frame is of
+    std::optional<int64_t> clock_since_ns;               // host time of the first frame of this clock
+    std::deque<int64_t> unplaced_ns;                     // device times of frames while it was not
     std::optional<uint64_t> last_id;                     // of the last frame since it was connected
     std::optional<int64_t> first_time_ns, last_time_ns;  // by the common clock
     std::deque<Loss> losses;
@@ -85,6 +89,8 @@ class FrameSetAssembler {
   };
 
   void AddFrame(size_t camera, RawFrame frame, int64_t host_time_ns, AssembledSets& out);
+  bool IsClockKnown(Camera& camera, int64_t host_time_ns) const;
+  std::string ClockCause() const;
   void AddLoss(size_t camera, const CameraDelivery& delivery, int64_t host_time_ns);
   int64_t CommonTime_ns(const Camera& camera, int64_t device_ns) const;
   void NoteJump(size_t camera, int64_t jump_ns, int64_t host_time_ns, AssembledSets& out) const;

@@ -23,6 +23,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+// A clock that could not be read as well as a quiet network allows is read again soon.
+constexpr int64_t kVagueReading_ns = 1'000'000;
+constexpr std::chrono::milliseconds kVagueReadingInterval{200};
+
 struct Unref {
   void operator()(void* object) const { g_object_unref(object); }
 };
@@ -312,6 +316,8 @@ absl::StatusOr<CameraDelivery> GigeCamera::Next(std::chrono::milliseconds timeou
     next_reading_ = Clock::now() + std::chrono::milliseconds(options_.clock_interval_ms);
     const std::lock_guard lock(device_mutex_);
     absl::StatusOr<ClockReading> reading = device_->ReadClock();
+    if (!reading.ok() || reading->uncertainty_ns > kVagueReading_ns)
+      next_reading_ = std::min(next_reading_, Clock::now() + kVagueReadingInterval);
     if (reading.ok()) {
       CameraDelivery delivery;
       delivery.kind = CameraDelivery::Kind::kClock;

@@ -76,6 +76,7 @@ void TriggerSender::Run() {
 }
 
 void TriggerSender::Send(int64_t at_host_ns) {
+  FollowSharedClock();
   for (size_t i = 0; i < cameras_.size(); ++i) {
     const absl::Status status =
         options_.kind == TriggerKind::kAction ? SendAction(i, at_host_ns) : cameras_[i]->Trigger();
@@ -85,18 +86,22 @@ void TriggerSender::Send(int64_t at_host_ns) {
   }
 }
 
+// Once for all cameras of a trigger. Kept as long as the lead allows, so that noise of the readings does not
+// reach the intervals.
+void TriggerSender::FollowSharedClock() {
+  const std::optional<ClockReading> clock = clocks_.Last(0);
+  if (!clock) return;
+  const int64_t minus_host_ns = clock->device_minus_host_ns;
+  if (!shared_minus_host_ns_ || std::abs(*shared_minus_host_ns_ - minus_host_ns) > options_.lead_ns / 4)
+    shared_minus_host_ns_ = minus_host_ns;
+}
+
 absl::Status TriggerSender::SendAction(size_t camera, int64_t at_host_ns) {
   ActionCommand command = options_.keys;
-  const size_t reference = options_.clocks == ClockDomain::kShared ? 0 : camera;
-  if (const std::optional<ClockReading> clock = clocks_.Last(reference)) {
-    int64_t minus_host_ns = clock->device_minus_host_ns;
-    if (options_.clocks == ClockDomain::kShared) {
-      // Kept as long as the lead allows, so that noise of the readings does not reach the intervals.
-      if (!shared_minus_host_ns_ || std::abs(*shared_minus_host_ns_ - minus_host_ns) > options_.lead_ns / 4)
-        shared_minus_host_ns_ = minus_host_ns;
-      minus_host_ns = *shared_minus_host_ns_;
-    }
-    command.device_time_ns = at_host_ns + minus_host_ns;
+  if (options_.clocks == ClockDomain::kShared) {
+    if (shared_minus_host_ns_) command.device_time_ns = at_host_ns + *shared_minus_host_ns_;
+  } else if (const std::optional<ClockReading> clock = clocks_.Last(camera)) {
+    command.device_time_ns = at_host_ns + clock->device_minus_host_ns;
   }
   return sender_.Send(command, addresses_[camera]);
 }

@@ -48,6 +48,7 @@ class TriggerSender {
                 const ClockLog& clocks, Note note, ActionSender sender);
   void Run();
   void Send(int64_t at_host_ns);
+  void FollowSharedClock();
   absl::Status SendAction(size_t camera, int64_t at_host_ns);
 
   const std::vector<std::unique_ptr<CameraSource>>& cameras_;

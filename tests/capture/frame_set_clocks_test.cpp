@@ -89,6 +89,54 @@ TEST_F(EstimatedClocks, ArePutTogetherByReadingsWhereArrivalsMislead) {
   ExpectAllComplete(50);
 }
 
+TEST_F(EstimatedClocks, LeaveOutFramesUntilAReadingTellsTheirTrigger) {
+  // The first reading of b took so long that its frames look as if they were of the trigger before.
+  options_.start_wait_ns = 1000 * kMs;
+  Restart();
+  for (uint64_t id = 0; id < 20; ++id) {
+    for (size_t camera = 0; camera < 3; ++camera) {
+      if (id % 5 == 0) {
+        const bool vague = camera == 1 && id == 0;
+        CameraDelivery reading = Say(CameraDelivery::Kind::kClock, "");
+        reading.clock.host_time_ns = kEpoch_ns + static_cast<int64_t>(id) * kPeriod_ns;
+        reading.clock.device_minus_host_ns = vague ? 9 * kMs : 0;
+        reading.clock.uncertainty_ns = vague ? 10 * kMs : kMs / 10;
+        Add(camera, reading);
+      }
+      Add(camera, FrameOf(id));
+    }
+  }
+  ExpectAllComplete(15);
+  ExpectOneTriggerEach();
+  EXPECT_THAT(
+      Causes(),
+      ElementsAre("the take begins when every camera delivers: 5 triggers before that are not in it"));
+}
+
+TEST_F(EstimatedClocks, SayWhyACameraThatCameBackIsStillMissing) {
+  options_.start_wait_ns = 1000 * kMs;
+  Restart();
+  const auto read = [&](size_t camera, int64_t error_ns, int64_t uncertainty_ns) {
+    CameraDelivery reading = Say(CameraDelivery::Kind::kClock, "");
+    reading.clock = {kEpoch_ns, error_ns, uncertainty_ns, "", {}};
+    Add(camera, reading);
+  };
+  for (size_t camera = 0; camera < 3; ++camera) read(camera, 0, kMs / 10);
+  AddAll(0);
+  Add(1, Say(CameraDelivery::Kind::kDisconnected, "no heartbeat"));
+  Add(1, Say(CameraDelivery::Kind::kReconnected, "after 30 ms"));
+  read(1, 9 * kMs, 10 * kMs);
+  AddAll(1);
+  read(1, 0, kMs / 10);
+  AddAll(2);
+  ASSERT_EQ(got_.sets.size(), 3u);
+  ExpectOneTriggerEach();
+  ASSERT_EQ(got_.sets[1].missing.size(), 1u);
+  EXPECT_EQ(got_.sets[1].missing[0].reason,
+            "the camera's clock was not yet known to within half the tolerance of 2.000 ms");
+  EXPECT_TRUE(got_.sets[2].missing.empty());
+}
+
 TEST_F(Assembler, SeesAJumpInAReadingWhereTriggersComeIrregularly) {
   options_.period_ns = 0;
   Restart();

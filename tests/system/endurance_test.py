@@ -5,7 +5,6 @@ really saw.
 The take lasts 20 s; WEFT_ENDURANCE_S=600 makes it ten minutes and prints figures.
 """
 
-import csv
 import json
 import os
 import re
@@ -40,11 +39,6 @@ class Endurance(LiveTest):
     def start(self, seconds, **faults):
         return self.record(seconds, env={**os.environ, "LD_PRELOAD": FAULTS, **faults})
 
-    def ledger(self):
-        with open(os.path.join(self.take, "ledger.csv"), newline="") as file:
-            lines = list(csv.reader(file))[1:]
-        return [(line[0], int(line[1]), int(line[2]), line[5], line[6]) for line in lines]
-
     def assert_true_frames(self):
         """Every frame holds what its camera saw at the trigger of its set, bit by bit. Returns their number."""
         first = None
@@ -61,21 +55,28 @@ class Endurance(LiveTest):
         middle = self.start_cameras("middle")
         stall = os.path.join(self.folder, "stall")
         with packet_loss(0.01):
-            recorder = self.start(SECONDS, WEFT_FAULT_STALL=stall)
+            recorder = self.start(0, WEFT_FAULT_STALL=stall)
+            self.wait_for_more_sets(recorder, 10)
             begin = time.monotonic()
-            self.sleep_until(begin, 0.2)
+            self.sleep_until(begin, 0.1)
             middle.kill()
-            self.sleep_until(begin, 0.35)
+            self.wait_for(recorder, "note", words="disconnected: ")
+            self.sleep_until(begin, 0.25)
             self.start_cameras("middle")
-            self.sleep_until(begin, 0.6)
+            self.wait_for(recorder, "note", words="reconnected: ")
+            self.sleep_until(begin, 0.5)
             others.tell("set right jump_ns 3.2e9")
-            self.sleep_until(begin, 0.7)
+            self.wait_for(recorder, "note", words="jumped")
+            self.sleep_until(begin, 0.65)
             open(stall, "w").close()
-            self.sleep_until(begin, 0.85)
+            self.sleep_until(begin, 0.8)
             os.unlink(stall)
+            self.wait_for(recorder, "dropped", words="disk")
+            self.wait_for_more_sets(recorder, 10)
+            self.sleep_until(begin, 1)
             with open(f"/proc/{recorder.pid}/status") as status:
                 peak_kib = int(re.search(r"VmHWM:\s+(\d+)", status.read()).group(1))
-            info = self.finish(recorder)
+            info = self.stop(recorder)
         self.assert_accounted(info)
         total = self.assert_true_frames()
         notes = "\n".join(info["notes"])

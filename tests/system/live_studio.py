@@ -1,12 +1,14 @@
 """GigE Vision cameras without hardware in a network of their own, and what was really in front of them."""
 
 import contextlib
+import csv
 import functools
 import json
 import os
 import struct
 import subprocess
 import sys
+import time
 import unittest
 
 from studio import BIN, LONG_S, read, weft, write
@@ -117,10 +119,34 @@ class LiveTest(unittest.TestCase):
         write(self.session, json.dumps({"cameras": cameras, "fps": 10, "tolerance_ms": 2, "max_wait_ms": 5000,
                                         "low_disk_gib": 0.01, **more}))
 
-    def record(self, seconds, **options):
+    def record(self, seconds=0, **options):
+        """0 s: until `stop`, as tests do that wait for what they need; how long that takes depends on the machine."""
         return subprocess.Popen([os.path.join(BIN, "weft"), "take", "record", "--session", self.session, "--out", self.take,
                                  "--seconds", str(seconds), "--json"],
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
+
+    def ledger(self):
+        """The lines that are whole so far: event, first set, last set, camera, cause."""
+        path = os.path.join(self.take, "ledger.csv")
+        text = read(path) if os.path.exists(path) else ""
+        return [(line[0], int(line[1]), int(line[2]), line[5], line[6])
+                for line in csv.reader(text[:text.rfind("\n") + 1].splitlines()[1:])]
+
+    def wait_for(self, recorder, event, count=1, words=""):
+        """Until the ledger has so many lines of this kind."""
+        end = time.monotonic() + LONG_S
+        while sum(line[0] == event and words in line[4] for line in self.ledger()) < count:
+            if recorder.poll() is not None or time.monotonic() > end:
+                recorder.kill()
+                self.fail(f"the take has not got {count} {event} {words}: {recorder.communicate()[1]}")
+            time.sleep(0.1)
+
+    def wait_for_more_sets(self, recorder, count):
+        self.wait_for(recorder, "recorded", sum(line[0] == "recorded" for line in self.ledger()) + count)
+
+    def stop(self, recorder):
+        recorder.terminate()
+        return self.finish(recorder)
 
     def finish(self, recorder):
         out, errors = recorder.communicate(timeout=LONG_S)
@@ -133,13 +159,11 @@ class LiveTest(unittest.TestCase):
         lengths = {int(t.get("frames", 0)) + int(t.get("missing", 0)) for t in info["timing"]}
         self.assertEqual(lengths, {int(info["sets"])})
         accounted = set()
-        for line in read(os.path.join(self.take, "ledger.csv")).splitlines()[1:]:
-            event, first, last = line.split(",")[:3]
+        for event, first, last, _, _ in self.ledger():
             if event in ("recorded", "dropped"):
-                accounted |= set(range(int(first), int(last) + 1))
+                accounted |= set(range(first, last + 1))
         self.assertEqual(accounted, set(range(len(accounted))))
 
-    def assert_complete(self, info, at_least):
+    def assert_complete(self, info):
         self.assert_accounted(info)
-        self.assertGreaterEqual(int(info["sets"]), at_least, info)
         self.assertEqual(info.get("causes", []), [])

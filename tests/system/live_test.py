@@ -28,8 +28,10 @@ class Live(LiveTest):
         self.start_cameras()
         self.write_session(ptp=True)
         with packet_loss(0.02):
-            info = self.finish(self.record(4))
-        self.assert_complete(info, at_least=30)
+            recorder = self.record()
+            self.wait_for_more_sets(recorder, 30)
+            info = self.stop(recorder)
+        self.assert_complete(info)
         for camera in info["take"]["cameras"]:
             self.assertGreater(int(camera["packets_resent"]), 0)
             self.assertEqual(camera["settings"]["PacketResend"], "on")
@@ -48,11 +50,13 @@ class Live(LiveTest):
                 self.take += " 2"
             self.write_session(ptp=True, gige=gige)
             with packet_loss(0.01, CAMERAS["middle"]):
-                info = self.finish(self.record(4))
+                recorder = self.record()
+                self.wait_for(recorder, "missing", 3)
+                info = self.stop(recorder)
             self.assert_accounted(info)
             lost = {timing["camera"]: int(timing["missing"]) for timing in info["timing"]}
             self.assertEqual([lost["left"], lost["right"], lost["top"]], [0, 0, 0])
-            self.assertGreater(lost["middle"], 2)
+            self.assertGreaterEqual(lost["middle"], 3)
             causes = [cause["cause"] for cause in info["causes"] if cause["camera"] == "middle"]
             self.assertRegex("\n".join(causes), f"packets of the frame (are missing|did not arrive in time): .* packets, {words}")
 
@@ -62,11 +66,13 @@ class Live(LiveTest):
         cameras.tell("set middle drift_ppm 50")
         cameras.tell("set right drift_ppm -80")
         self.write_session(**ESTIMATED, tolerance_ms=30)
-        recorder = self.record(7)
-        time.sleep(4)
+        recorder = self.record()
+        self.wait_for_more_sets(recorder, 25)
         cameras.tell("set top jump_ns -3.2e9")
-        info = self.finish(recorder)
-        self.assert_complete(info, at_least=50)
+        self.wait_for(recorder, "note", words="jumped")
+        self.wait_for_more_sets(recorder, 15)
+        info = self.stop(recorder)
+        self.assert_complete(info)
         self.assertEqual(true_spread_ns(self.take, CAMERAS), 0)
         jumps = [note for note in info["notes"] if "jumped" in note]
         self.assertEqual(len(jumps), 1, info["notes"])
@@ -77,37 +83,41 @@ class Live(LiveTest):
         for kind, shared in (("SOFTWARE", False), ("ACTION", True)):
             self.write_session(ptp=shared, trigger={"kind": f"SESSION_TRIGGER_KIND_{kind}", "lead_ms": 80},
                                **({} if shared else {**ESTIMATED, "tolerance_ms": 40}))
-            info = self.finish(self.record(3))
+            recorder = self.record()
+            self.wait_for_more_sets(recorder, 15)
+            info = self.stop(recorder)
             self.assert_accounted(info)
-            self.assertGreater(int(info["sets"]), 15)
-            # Action commands are for one moment, software triggers come one after the other.
-            self.assertLess(true_spread_ns(self.take, CAMERAS), 1 if shared else 40_000_000)
+            # Action commands are for one moment; software triggers come one after the other, as fast as the
+            # machine is, and frames further apart than the tolerance make sets of their own.
+            self.assertLess(true_spread_ns(self.take, CAMERAS), 1 if shared else 100_000_000)
             self.take += " next"
         self.write_session(ptp=True, fps=0, trigger={"kind": "SESSION_TRIGGER_KIND_LINE"})
-        recorder = self.record(0)
-        pulses = 0
+        recorder = self.record()
+        recorded = 0
         while recorder.poll() is None:
-            if pulses < 20:
-                cameras.tell("line")
-                pulses += 1
-            elif pulses == 20:
-                recorder.terminate()
-                pulses += 1
+            cameras.tell("line")
             time.sleep(0.2)
+            if recorded < 5:
+                recorded = sum(line[0] == "recorded" for line in self.ledger())
+                if recorded >= 5:
+                    recorder.terminate()
         info = self.finish(recorder)
-        self.assert_complete(info, at_least=3)
+        self.assert_complete(info)
         self.assertEqual(true_spread_ns(self.take, CAMERAS), 0)
 
     def test_goes_on_without_a_camera_and_takes_it_back(self):
         self.start_cameras("left", "right", "top")
         middle = self.start_cameras("middle")
         self.write_session(ptp=True)
-        recorder = self.record(14)
-        time.sleep(4)
+        recorder = self.record()
+        self.wait_for_more_sets(recorder, 10)
         middle.kill()
-        time.sleep(2)
+        self.wait_for(recorder, "note", words="disconnected: ")
+        self.wait_for_more_sets(recorder, 10)
         self.start_cameras("middle")
-        info = self.finish(recorder)
+        self.wait_for(recorder, "note", words="reconnected: ")
+        self.wait_for_more_sets(recorder, 10)
+        info = self.stop(recorder)
         self.assert_accounted(info)
         notes = "\n".join(info["notes"])
         self.assertRegex(notes, "camera middle: disconnected: the camera no longer answers")
@@ -122,8 +132,10 @@ class Live(LiveTest):
         self.addCleanup(subprocess.run, ["ip", "link", "set", "lo", "mtu", "65536"], check=True)
         self.write_session(ptp=True, features=["PixelFormat=BayerRG12Packed", "Gain=6"],
                            gige={"packet_size_bytes": 0, "no_packet_socket": True, "chunk_timestamps": True})
-        info = self.finish(self.record(2))
-        self.assert_complete(info, at_least=10)
+        recorder = self.record()
+        self.wait_for_more_sets(recorder, 11)
+        info = self.stop(recorder)
+        self.assert_complete(info)
         settings = info["take"]["cameras"][0]["settings"]
         self.assertGreater(int(settings["GevSCPSPacketSize"]), 3000)
         self.assertLessEqual(int(settings["GevSCPSPacketSize"]), 4000)
