@@ -48,10 +48,12 @@ class Growth {
     TakeAll(options_.clearly_explained);
     if (find_more) Start(find_more(cells_));
     TakeAll(-1);
-    std::sort(cells_.begin(), cells_.end(), [](const GrownCell& s, const GrownCell& t) {
-      return s.row != t.row ? s.row < t.row : s.col < t.col;
-    });
-    return std::move(cells_);
+    std::vector<GrownCell> ordered;
+    ordered.reserve(cells_.size());
+    for (const int k : cell_of_) {
+      if (k >= 0) ordered.push_back(cells_[k]);
+    }
+    return ordered;
   }
 
  private:

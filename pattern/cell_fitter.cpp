@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "pattern/small_cholesky.h"
 
@@ -29,24 +30,28 @@ float SumOf(const float* v) { return v[0] + v[1] + v[2]; }
 // the slopes and the offset.
 struct Light {
   SmallVector<4> solved;  // gain, its changes along u and v, offset
+  SmallMatrix<4> normal;
   SmallCholesky<4> solver;
 
-  // False where the print cannot be there.
-  bool Solve(const CellModelSums& s, const CellImageSums& image, CellFit* fit) {
+  // What does not depend on the image; false where the print cannot be seen.
+  bool Prepare(const CellModelSums& s) {
     constexpr float kOffset = 0.1f * (kModelNoise * kModelNoise) / (kOffsetPrior * kOffsetPrior);
     constexpr float kSlope = 0.1f / (kSlopePrior * kSlopePrior);
-    SmallMatrix<4> normal;
     for (int p = 0; p < 3; ++p) {
       for (int q = 0; q < 3; ++q) normal[p][q] = s.tt[kProduct[p][q]];
       normal[p][3] = normal[3][p] = s.t1[p];
     }
     normal[3][3] = 3 * s.weight;
-    const SmallVector<4> target{image.ti[0], image.ti[1], image.ti[2], SumOf(image.i1)};
     SmallMatrix<4> with_prior = normal;
     with_prior[1][1] += kSlope * s.tt[0];
     with_prior[2][2] += kSlope * s.tt[0];
     with_prior[3][3] *= 1 + kOffset;
-    if (!solver.Factor(with_prior)) return false;
+    return solver.Factor(with_prior);
+  }
+
+  // False where the print cannot be there.
+  bool Solve(const CellModelSums& s, const CellImageSums& image, CellFit* fit) {
+    const SmallVector<4> target{image.ti[0], image.ti[1], image.ti[2], SumOf(image.i1)};
     solved = solver.Solve(target);
     fit->gain = solved[0];
     fit->offset = solved[3];
@@ -60,34 +65,50 @@ struct Light {
   }
 };
 
-// Normal equations of the step over (1, u, v) in u and in v, the light projected out.
-struct StepEquations {
-  SmallMatrix<6> normal;  // lower triangle
-  SmallVector<6> residual;
-
-  StepEquations(const CellModelSums& s, const CellImageSums& image, const Light& light, float gain) {
-    SmallVector<4> whitened[6];
+// Normal equations of the step over (1, u, v) in u and in v, the light projected out; not of the image.
+class StepEquations {
+ public:
+  void Prepare(const CellModelSums& s, const Light& light) {
     for (int p = 0; p < 3; ++p) {
       for (int q = 0; q < 3; ++q) {
         const int k = kProduct[p][q];
-        normal[p][q] = s.uu[k];
-        normal[3 + p][q] = s.uv[k];
-        normal[3 + p][3 + q] = s.vv[k];
+        normal_[p][q] = s.uu[k];
+        normal_[3 + p][q] = s.uv[k];
+        normal_[3 + p][3 + q] = s.vv[k];
       }
-      const float *ut = s.ut, *vt = s.vt;
       const int* k = kProduct[p];
-      const SmallVector<4> u{ut[k[0]], ut[k[1]], ut[k[2]], s.u1[p]};
-      const SmallVector<4> v{vt[k[0]], vt[k[1]], vt[k[2]], s.v1[p]};
-      residual[p] = gain * (image.ui[p] - Dot(u, light.solved));
-      residual[3 + p] = gain * (image.vi[p] - Dot(v, light.solved));
-      whitened[p] = light.solver.Forward(u);
-      whitened[3 + p] = light.solver.Forward(v);
+      with_light_[p] = {s.ut[k[0]], s.ut[k[1]], s.ut[k[2]], s.u1[p]};
+      with_light_[3 + p] = {s.vt[k[0]], s.vt[k[1]], s.vt[k[2]], s.v1[p]};
     }
+    SmallVector<4> whitened[6];
+    for (int p = 0; p < 6; ++p) whitened[p] = light.solver.Forward(with_light_[p]);
     for (int p = 0; p < 6; ++p) {
-      for (int q = 0; q <= p; ++q)
-        normal[p][q] = gain * gain * (normal[p][q] - Dot(whitened[p], whitened[q]));
+      for (int q = 0; q <= p; ++q) normal_[p][q] -= Dot(whitened[p], whitened[q]);
     }
   }
+
+  // Lower triangle, with a prior on the diagonal.
+  SmallMatrix<6> Normal(float gain, const SmallVector<6>& prior) const {
+    SmallMatrix<6> normal;
+    for (int p = 0; p < 6; ++p) {
+      for (int q = 0; q <= p; ++q) normal[p][q] = gain * gain * normal_[p][q];
+      normal[p][p] += prior[p];
+    }
+    return normal;
+  }
+
+  SmallVector<6> Residual(const CellImageSums& image, const Light& light, float gain) const {
+    SmallVector<6> residual;
+    for (int p = 0; p < 3; ++p) {
+      residual[p] = gain * (image.ui[p] - Dot(with_light_[p], light.solved));
+      residual[3 + p] = gain * (image.vi[p] - Dot(with_light_[3 + p], light.solved));
+    }
+    return residual;
+  }
+
+ private:
+  SmallMatrix<6> normal_;         // for a gain of 1
+  SmallVector<4> with_light_[6];  // products with what the light is made of
 };
 
 // The same for a move of the centre alone, over 1 in u and in v.
@@ -199,12 +220,11 @@ class Window {
     if (inside == Inside::kSome) {
       alignas(64) float mask[kSampleGroups * kSampleLanes];
       if (MaskOutside(frame, bend, image_.width_px, image_.height_px, mask) < kLeastSamples) return false;
-      kernels_.render(look_, mask, &model);
       rendered_ = false;
-      if (!(model.sums.shape > 0)) return false;
+      if (!Render(mask) || !(model.sums.shape > 0)) return false;
     } else if (!rendered_) {
-      kernels_.render(look_, nullptr, &model);
       rendered_ = true;
+      if (!Render(nullptr)) return false;
     }
     kernels_.sample(image_, frame, bend, &samples_);
     kernels_.sum(model, samples_, &sums);
@@ -214,8 +234,15 @@ class Window {
   CellModel model;
   CellImageSums sums;
   Light light;
+  int renderings = 0;
 
  private:
+  bool Render(const float* mask) {
+    kernels_.render(look_, mask, &model);
+    ++renderings;
+    return light.Prepare(model.sums);
+  }
+
   const CellKernels& kernels_;
   const PixelView& image_;
   const CellLook& look_;
@@ -300,17 +327,18 @@ CellFit CellFitter::Fit(int row, int col, const CellFrame& start, const Neighbor
   const CellLook look = LookAt(row, col, start, scale, weights);
   Window window(kernels_, image, look);
   CellFrame frame = start.InHalvings(scale);
+  StepEquations equations;
+  int prepared_for = 0;  // rendering
   SmallVector<6> total = {};
   for (int iteration = 0; iteration < iterations; ++iteration) {
     if (!window.Look(frame, {}, &fit)) return fit;
-    StepEquations equations(window.model.sums, window.sums, window.light, fit.gain);
-    for (int p = 0; p < 6; ++p) {
-      equations.normal[p][p] += kPrior[p];
-      equations.residual[p] -= kPrior[p] * total[p];
-    }
+    if (std::exchange(prepared_for, window.renderings) != window.renderings)
+      equations.Prepare(window.model.sums, window.light);
     SmallCholesky<6> solver;
-    if (!solver.Factor(equations.normal)) return fit;
-    SmallVector<6> step = solver.Solve(equations.residual);
+    if (!solver.Factor(equations.Normal(fit.gain, kPrior))) return fit;
+    SmallVector<6> residual = equations.Residual(window.sums, window.light, fit.gain);
+    for (int p = 0; p < 6; ++p) residual[p] -= kPrior[p] * total[p];
+    SmallVector<6> step = solver.Solve(residual);
     const float length = Length(step[0], step[3]);
     const float shortened = length > kLongestStep ? kLongestStep / length : 1;
     for (int p = 0; p < 6; ++p) {

@@ -14,7 +14,7 @@ namespace {
 constexpr int kBucketPx = 16, kFarthestBuckets = 3;
 constexpr float kFarthestCells = 10;
 // Known cells from which the print may go on to a spot, and readings of it that are fitted.
-constexpr size_t kMostAnchors = 5, kMostReadings = 2;
+constexpr size_t kMostAnchors = 3, kMostReadings = 2;
 // Rows or columns of the board between them.
 constexpr int kBetweenAnchors = 3;
 constexpr int kIterations = 6;
@@ -139,31 +139,41 @@ class IslandSearch {
     return known;
   }
 
+  // Adds the best explained known cells that are up to `reach` buckets from a spot and may have its size.
+  void FindNear(const LooseSpot& spot, int reach) {
+    near_.clear();
+    const int column = Bucket(spot.x_px, bucket_columns_), row = Bucket(spot.y_px, bucket_rows_);
+    const int first = std::max(column - reach, 0), last = std::min(column + reach, bucket_columns_ - 1);
+    const float scale2 = static_cast<float>(1 << 2 * spot.level);
+    const float least_px2 = scale2 * kLeastPitchPx * kLeastPitchPx,
+                largest_px2 = scale2 * kLargestPitchPx * kLargestPitchPx;
+    for (int y = std::max(row - reach, 0); y <= std::min(row + reach, bucket_rows_ - 1); ++y) {
+      const Best* buckets = &buckets_[static_cast<size_t>(y) * bucket_columns_];
+      for (int x = first; x <= last; ++x) {
+        const Best& best = buckets[x];
+        if (best.cell < 0 || best.area_px2 < least_px2 || best.area_px2 > largest_px2) continue;
+        const float dx = spot.x_px - best.x, dy = spot.y_px - best.y, squared = dx * dx + dy * dy;
+        if (squared <= kFarthestCells * kFarthestCells * best.area_px2) near_.push_back({squared, best.cell});
+      }
+    }
+  }
+
+  bool IsInNearest(const LooseSpot& spot) const {
+    return !near_.empty() &&
+           Known(spot, known_[std::min_element(near_.begin(), near_.end())->cell].fit.frame);
+  }
+
   // The best explained known cells near a spot that is in none of them: the nearest one, and further ones
   // that are elsewhere on the board.
   void FindAnchors(const LooseSpot& spot) {
     anchors_.clear();
-    near_.clear();
     const int column = Bucket(spot.x_px, bucket_columns_), row = Bucket(spot.y_px, bucket_rows_);
     if (!near_known_[static_cast<size_t>(row) * bucket_columns_ + column]) return;
-    const float scale = 1.0f / static_cast<float>(1 << spot.level);
-    for (int y = std::max(row - kFarthestBuckets, 0); y <= std::min(row + kFarthestBuckets, bucket_rows_ - 1);
-         ++y) {
-      for (int x = std::max(column - kFarthestBuckets, 0);
-           x <= std::min(column + kFarthestBuckets, bucket_columns_ - 1); ++x) {
-        const Best& best = buckets_[static_cast<size_t>(y) * bucket_columns_ + x];
-        if (best.cell < 0) continue;
-        const float dx = spot.x_px - best.x, dy = spot.y_px - best.y,
-                    area_there = scale * scale * best.area_px2;
-        const float squared = dx * dx + dy * dy;
-        if (squared > kFarthestCells * kFarthestCells * best.area_px2) continue;
-        if (area_there < kLeastPitchPx * kLeastPitchPx || area_there > kLargestPitchPx * kLargestPitchPx)
-          continue;
-        near_.push_back({squared, best.cell});
-      }
+    // Most spots are in a known cell right there.
+    for (const int reach : {1, kFarthestBuckets}) {
+      FindNear(spot, reach);
+      if (IsInNearest(spot)) return;
     }
-    if (near_.empty()) return;
-    if (Known(spot, known_[std::min_element(near_.begin(), near_.end())->cell].fit.frame)) return;
     while (anchors_.size() < kMostAnchors && !near_.empty()) {
       const int nearest = std::min_element(near_.begin(), near_.end())->cell;
       anchors_.push_back(nearest);
@@ -209,6 +219,9 @@ class IslandSearch {
   void LookAtThrees(const CellFrame& frame) {
     looked_ = frame;
     const WindowEvidence window = Look(frame);
+    most_evidence_ = 0;
+    for (const auto& inks : window) most_evidence_ += *std::max_element(inks.begin(), inks.end());
+    if (most_evidence_ <= options_.min_evidence) return;
     for (int i = 0; i < 3; ++i) {
       float* next = of_threes_[i].data();
       for (const float left : window[3 * i]) {
@@ -222,6 +235,7 @@ class IslandSearch {
   // The missing cells around the anchor that the image looks like most, best first.
   void FindReadings(const GrownCell& anchor) {
     readings_.clear();
+    if (most_evidence_ <= options_.min_evidence) return;
     const int reach = options_.reach_cells;
     const int first_row = std::max(anchor.row - reach, 0), first_col = std::max(anchor.col - reach, 0);
     const int last_row = std::min(anchor.row + reach, board_.rows - 1),
@@ -275,6 +289,7 @@ class IslandSearch {
   std::vector<uint16_t> threes_;
   CellFrame looked_;  // where of_threes_ is from
   ThreesEvidence of_threes_;
+  float most_evidence_ = 0;  // that any window may have there
   int last_group_ = 0;
   std::vector<Near> near_;
   std::vector<int> anchors_;
