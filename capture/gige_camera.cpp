@@ -23,8 +23,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// A clock that could not be read as well as a quiet network allows is read again soon.
-constexpr int64_t kVagueReading_ns = 1'000'000;
+constexpr int64_t kVagueReading_ns = 1'000'000;  // a quiet network does better: the clock is read again soon
 constexpr std::chrono::milliseconds kVagueReadingInterval{200};
 
 struct Unref {
