@@ -13,23 +13,7 @@
 namespace weft {
 namespace {
 
-constexpr int kRows = kViewUnknowns + 2;
-using Factor = Eigen::Matrix<double, kViewUnknowns + 1, kViewUnknowns + 1>;
-
-// Upper triangular R with R^T R = `normal`, which may be singular: unknowns without information get a zero
-// row.
-Factor SemiDefiniteFactor(const Factor& normal) {
-  Factor r = Factor::Zero();
-  for (int i = 0; i < normal.rows(); ++i) {
-    const double pivot = normal(i, i) - r.col(i).head(i).squaredNorm();
-    if (!(pivot > 1e-13 * normal(i, i))) continue;
-    r(i, i) = std::sqrt(pivot);
-    for (int j = i + 1; j < normal.cols(); ++j) {
-      r(i, j) = (normal(i, j) - r.col(i).head(i).dot(r.col(j).head(i))) / r(i, i);
-    }
-  }
-  return r;
-}
+constexpr int kRows = kViewRows + 1;
 
 // The numbers that the solver changes, and the equations of all views at them. Ceres asks for a new point
 // once; the views are then worked out together, in the caller's arena.
@@ -43,8 +27,7 @@ class Equations : public ceres::EvaluationCallback {
     for (const CameraModel& camera : bundle.cameras) add(UnknownsOf(camera));
     for (const BoardWarp& warp : bundle.warps) add(UnknownsOf(warp));
     for (const BoardPlacement& placement : bundle.placements) add(UnknownsOf(placement.world_from_board));
-    factors_.resize(bundle.views.size());
-    robust_costs_.resize(bundle.views.size());
+    sums_.resize(bundle.views.size());
   }
 
   double* Camera(size_t i) { return &unknowns_[i * kCameraUnknowns]; }
@@ -59,10 +42,7 @@ class Equations : public ceres::EvaluationCallback {
       const ViewState state{&bundle_.cameras[view.camera],    Camera(view.camera),
                             &placement.world_from_board,      Placement(view.placement),
                             &bundle_.boards[placement.board], Warp(placement.board)};
-      ViewSums sums;
-      SumView(state, view.corners, bundle_.sigma_px[view.camera], huber_sigmas_, with_derivatives, &sums);
-      robust_costs_[v] = sums.robust_cost;
-      if (with_derivatives) factors_[v] = SemiDefiniteFactor(sums.normal);
+      SumView(state, view.corners, bundle_.sigma_px[view.camera], huber_sigmas_, with_derivatives, &sums_[v]);
     });
     has_factors_ = with_derivatives;
   }
@@ -72,19 +52,19 @@ class Equations : public ceres::EvaluationCallback {
   void Fill(size_t view, double* residuals, double** jacobians) const {
     std::fill(residuals, residuals + kRows, 0.0);
     if (!has_factors_) {
-      residuals[0] = std::sqrt(robust_costs_[view]);
+      residuals[0] = std::sqrt(sums_[view].robust_cost);
       return;
     }
-    const Factor& factor = factors_[view];
-    Eigen::Map<Eigen::Matrix<double, kViewUnknowns + 1, 1>> r(residuals);
+    const auto& factor = sums_[view].factor;
+    Eigen::Map<Eigen::Matrix<double, kViewRows, 1>> r(residuals);
     r = factor.col(kViewUnknowns);
-    residuals[kRows - 1] = std::sqrt(std::max(0.0, robust_costs_[view] - r.squaredNorm()));
+    residuals[kRows - 1] = std::sqrt(std::max(0.0, sums_[view].robust_cost - r.squaredNorm()));
     if (!jacobians) return;
     const auto fill = [&]<int kCount>(double* to, int first) {
       if (!to) return;
       Eigen::Map<Eigen::Matrix<double, kRows, kCount, Eigen::RowMajor>> block(to);
       block.setZero();
-      block.template topRows<kViewUnknowns + 1>() = factor.template middleCols<kCount>(first);
+      block.template topRows<kViewRows>() = factor.template middleCols<kCount>(first);
     };
     fill.template operator()<kCameraUnknowns>(jacobians[0], 0);
     fill.template operator()<kPlacementUnknowns>(jacobians[1], kCameraUnknowns);
@@ -97,8 +77,7 @@ class Equations : public ceres::EvaluationCallback {
   bool has_factors_ = false;
   // Cameras, warps, placements. In one piece: Ceres orders unknowns by their addresses.
   std::vector<double> unknowns_;
-  std::vector<Factor> factors_;
-  std::vector<double> robust_costs_;
+  std::vector<ViewSums> sums_;
 };
 
 class ViewCost : public ceres::SizedCostFunction<kRows, kCameraUnknowns, kPlacementUnknowns, kWarpUnknowns> {
@@ -112,6 +91,21 @@ class ViewCost : public ceres::SizedCostFunction<kRows, kCameraUnknowns, kPlacem
  private:
   const Equations& equations_;
   const size_t view_;
+};
+
+class RadialPrior : public ceres::SizedCostFunction<3, kCameraUnknowns> {
+ public:
+  explicit RadialPrior(const CameraModel& camera) : weights_(RadialPriorWeights(camera)) {}
+  bool Evaluate(const double* const* unknowns, double* residuals, double** jacobians) const override {
+    for (int i = 0; i < 3; ++i) residuals[i] = weights_[i] * unknowns[0][kRadialUnknowns[i]];
+    if (!jacobians || !jacobians[0]) return true;
+    std::fill(jacobians[0], jacobians[0] + 3 * kCameraUnknowns, 0.0);
+    for (int i = 0; i < 3; ++i) jacobians[0][i * kCameraUnknowns + kRadialUnknowns[i]] = weights_[i];
+    return true;
+  }
+
+ private:
+  const Eigen::Vector3d weights_;
 };
 
 class TellIteration : public ceres::IterationCallback {
@@ -152,6 +146,7 @@ void AddBlocks(const CalibrationBundle& bundle, const BundleOptions& options, Eq
   for (size_t c = 0; c < bundle.cameras.size(); ++c) {
     double* camera = equations.Camera(c);
     if (!problem.HasParameterBlock(camera)) continue;
+    problem.AddResidualBlock(new RadialPrior(bundle.cameras[c]), nullptr, camera);
     const std::vector<int> held = HeldUnknowns(options, static_cast<int>(c));
     if (held.size() == kCameraUnknowns) {
       problem.SetParameterBlockConstant(camera);
@@ -171,6 +166,7 @@ absl::Status BundleOptions::Validate() const {
   if (!(huber_sigmas > 0)) return absl::InvalidArgumentError("huber_sigmas must be positive");
   if (max_iterations < 1) return absl::InvalidArgumentError("max_iterations must be at least 1");
   if (!(tolerance > 0)) return absl::InvalidArgumentError("tolerance must be positive");
+  if (!(first_radius > 0)) return absl::InvalidArgumentError("first_radius must be positive");
   return absl::OkStatus();
 }
 
@@ -190,6 +186,7 @@ absl::StatusOr<BundleSummary> AdjustBundle(const BundleOptions& options, Calibra
   solver.linear_solver_ordering = ordering;
   solver.num_threads = 1;
   solver.max_num_iterations = options.max_iterations;
+  solver.initial_trust_region_radius = options.first_radius;
   solver.function_tolerance = options.tolerance;
   solver.parameter_tolerance = 1e-12;
   solver.logging_type = ceres::SILENT;

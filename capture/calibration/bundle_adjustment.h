@@ -18,7 +18,8 @@ struct BundleOptions {
   int reference_camera = 0;  // what the other poses are found relative to
   double huber_sigmas = 3;   // residuals beyond this count linearly
   int max_iterations = 50;
-  double tolerance = 1e-8;  // relative change of the cost at which it ends
+  double tolerance = 1e-8;    // relative change of the cost at which it ends
+  double first_radius = 1e4;  // of the trust region, in Ceres' units; larger where the start is good
 
   absl::Status Validate() const;
 };
@@ -31,10 +32,11 @@ struct BundleSummary {
 };
 
 // Least squares by Levenberg and Marquardt (Ceres), placements eliminated by the Schur complement. All
-// corners of a view go in as one block of 27 equations, the triangular factor of its normal equations: the
-// same problem, smaller by the number of corners. Metric scale comes from the boards' sizes. `on_iteration`
-// (may be empty) is told iterations done and the most there may be. Internal: the solver failed, its words
-// included. Parallel in the calling thread's TBB arena, the same bytes at any thread count.
+// corners of a view go in as one block of 21 equations (ViewSums): the same problem, smaller by the number of
+// corners. RadialPriorWeights holds the lenses where boards did not reach. Metric scale comes from the
+// boards' sizes. `on_iteration` (may be empty) is told iterations done and the most there may be. Internal:
+// the solver failed, its words included. Parallel in the calling thread's TBB arena, the same bytes at any
+// thread count.
 absl::StatusOr<BundleSummary> AdjustBundle(const BundleOptions& options, CalibrationBundle* bundle,
                                            const std::function<void(int, int)>& on_iteration = {});
 

@@ -12,12 +12,17 @@ namespace {
 
 constexpr int kPlacementFirst = kCameraUnknowns, kWarpFirst = kCameraUnknowns + kPlacementUnknowns;
 
-std::vector<ViewSums> SumViews(const CalibrationBundle& bundle, double huber_sigmas) {
-  std::vector<ViewSums> out(bundle.views.size());
+using ViewNormal = Eigen::Matrix<double, kViewUnknowns + 1, kViewUnknowns + 1>;
+
+// J^T J of every view.
+std::vector<ViewNormal> ViewNormals(const CalibrationBundle& bundle, double huber_sigmas) {
+  std::vector<ViewNormal> out(bundle.views.size());
   tbb::parallel_for(size_t{0}, out.size(), [&](size_t v) {
     const BundleView& view = bundle.views[v];
     const BundleViewState now(bundle, view);
-    SumView(now.state(), view.corners, bundle.sigma_px[view.camera], huber_sigmas, true, &out[v]);
+    ViewSums sums;
+    SumView(now.state(), view.corners, bundle.sigma_px[view.camera], huber_sigmas, true, &sums);
+    out[v].noalias() = sums.factor.transpose() * sums.factor;
   });
   return out;
 }
@@ -41,7 +46,7 @@ Eigen::MatrixXd WorldMotions(const CalibrationBundle& bundle, int unknowns) {
 }  // namespace
 
 RigInformation ReduceToRig(const CalibrationBundle& bundle, double huber_sigmas) {
-  const std::vector<ViewSums> sums = SumViews(bundle, huber_sigmas);
+  const std::vector<ViewNormal> normals = ViewNormals(bundle, huber_sigmas);
   const Eigen::Index cameras = static_cast<Eigen::Index>(bundle.cameras.size()) * kCameraUnknowns;
   const Eigen::Index unknowns = cameras + static_cast<Eigen::Index>(bundle.warps.size()) * kWarpUnknowns;
   RigInformation out;
@@ -60,7 +65,7 @@ RigInformation ReduceToRig(const CalibrationBundle& bundle, double huber_sigmas)
     const Eigen::Index warp = count - kWarpUnknowns;
     std::vector<Eigen::Index> row_of(count);
     for (size_t k = 0; k < of_placement[p].size(); ++k) {
-      const auto& n = sums[of_placement[p][k]].normal;
+      const ViewNormal& n = normals[of_placement[p][k]];
       const Eigen::Index at = static_cast<Eigen::Index>(k) * kCameraUnknowns;
       own.block<kCameraUnknowns, kCameraUnknowns>(at, at) =
           n.topLeftCorner<kCameraUnknowns, kCameraUnknowns>();
@@ -85,12 +90,19 @@ RigInformation ReduceToRig(const CalibrationBundle& bundle, double huber_sigmas)
       for (Eigen::Index i = 0; i < count; ++i) out.matrix(row_of[i], row_of[j]) += own(i, j);
     }
   }
+  for (size_t c = 0; c < bundle.cameras.size(); ++c) {
+    const Eigen::Vector3d weights = RadialPriorWeights(bundle.cameras[c]);
+    for (int i = 0; i < 3; ++i) {
+      const Eigen::Index at = static_cast<Eigen::Index>(c) * kCameraUnknowns + kRadialUnknowns[i];
+      out.matrix(at, at) += weights[i] * weights[i];
+    }
+  }
   out.gauge = WorldMotions(bundle, static_cast<int>(unknowns));
   out.on_images = Eigen::MatrixXd::Zero(unknowns, 6);
   for (size_t v = 0; v < bundle.views.size(); ++v) {
     const Eigen::Index at = static_cast<Eigen::Index>(bundle.views[v].camera) * kCameraUnknowns;
     out.on_images.middleRows<kCameraUnknowns>(at) +=
-        sums[v].normal.topLeftCorner<kCameraUnknowns, kCameraUnknowns>() *
+        normals[v].topLeftCorner<kCameraUnknowns, kCameraUnknowns>() *
         out.gauge.middleRows<kCameraUnknowns>(at);
   }
   return out;

@@ -144,12 +144,13 @@ absl::Status CheckAllCamerasLeft(const CalibrationBundle& bundle, const std::vec
 absl::Status Adjust(const SolveOptions& options, const OnProgress& on_progress, CalibrationSolution* solution,
                     std::vector<int>* rejected) {
   struct Round {
-    bool free_warps;
     double tolerance;
+    double first_radius;
     double rejection_sigmas;  // before the round; 0 for none
   };
+  // Warps are free from the start: lenses that had to make up for a bent board came back only slowly.
   const Round rounds[] = {
-      {false, 1e-4, 0}, {true, 1e-6, 2 * options.rejection_sigmas}, {true, 1e-9, options.rejection_sigmas}};
+      {1e-3, 1e4, 0}, {1e-6, 1e7, 2 * options.rejection_sigmas}, {1e-8, 1e7, options.rejection_sigmas}};
   CalibrationBundle& bundle = solution->bundle;
   for (int i = 0; i < 3; ++i) {
     if (rounds[i].rejection_sigmas > 0) {
@@ -159,9 +160,9 @@ absl::Status Adjust(const SolveOptions& options, const OnProgress& on_progress, 
       EstimateSigmas(options.min_sigma_px, &bundle);
     }
     BundleOptions bundle_options;
-    bundle_options.free_warps = rounds[i].free_warps;
     bundle_options.huber_sigmas = options.huber_sigmas;
     bundle_options.tolerance = rounds[i].tolerance;
+    bundle_options.first_radius = rounds[i].first_radius;
     bundle_options.max_iterations = 100;
     bundle_options.reference_camera = CameraWithMostViews(bundle);
     const absl::StatusOr<BundleSummary> summary =

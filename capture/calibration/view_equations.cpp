@@ -1,6 +1,8 @@
 #include "capture/calibration/view_equations.h"
 
 #include <Eigen/Geometry>
+#include <Eigen/QR>
+#include <algorithm>
 #include <cmath>
 
 namespace weft {
@@ -11,6 +13,10 @@ Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
   m << 0, -v.z(), v.y(), v.z(), 0, -v.x(), -v.y(), v.x(), 0;
   return m;
 }
+
+constexpr int kViewColumns = kViewRows - 1;  // lens, pose of the board to the camera, warp
+constexpr int kPoseColumn = kLensUnknowns, kWarpColumn = kPoseColumn + 6;
+using ViewDerivative = Eigen::Matrix<double, 2, kViewColumns>;
 
 Eigen::Vector3d Vec3(const double* v) { return {v[0], v[1], v[2]}; }
 
@@ -61,8 +67,7 @@ Eigen::Vector2d ApplyLens(const ViewFrame& frame, const Eigen::Vector2d& p, Eige
   return {fx * xd + cx, fy * yd + cy};
 }
 
-bool Project(const ViewFrame& frame, int corner, Eigen::Vector2d* pixel_px,
-             Eigen::Matrix<double, 2, kViewUnknowns>* derivative) {
+bool Project(const ViewFrame& frame, int corner, Eigen::Vector2d* pixel_px, ViewDerivative* derivative) {
   const Eigen::Vector2d flat = FlatCorner(frame.shape, corner).head<2>();
   const Eigen::Vector3d turned = frame.board.rotation * WarpedPoint(frame.shape, frame.warp, flat);
   const Eigen::Vector3d in_camera = frame.camera.rotation * (turned + frame.board_mm - frame.center_mm);
@@ -79,15 +84,30 @@ bool Project(const ViewFrame& frame, int corner, Eigen::Vector2d* pixel_px,
   Eigen::Matrix<double, 2, 3> perspective;
   perspective << 1 / z, 0, -p.x() / z, 0, 1 / z, -p.y() / z;
   const Eigen::Matrix<double, 2, 3> by_camera_point = by_point * perspective;
-  const Eigen::Matrix<double, 2, 3> by_world_point = by_camera_point * frame.camera.rotation;
   derivative->leftCols<kLensUnknowns>() = by_lens;
-  derivative->middleCols<3>(9) = -by_camera_point * Cross(in_camera) * frame.camera.turn_jacobian;
-  derivative->middleCols<3>(12) = -by_world_point;
-  derivative->middleCols<3>(15) = -by_world_point * Cross(turned) * frame.board.turn_jacobian;
-  derivative->middleCols<3>(18) = by_world_point;
-  derivative->middleCols<kWarpUnknowns>(21) =
-      by_world_point * frame.board.rotation * WarpDerivative(frame.shape, flat);
+  derivative->middleCols<3>(kPoseColumn) = -by_camera_point * Cross(in_camera);
+  derivative->middleCols<3>(kPoseColumn + 3) = by_camera_point;
+  derivative->middleCols<kWarpUnknowns>(kWarpColumn) =
+      by_camera_point * frame.camera.rotation * frame.board.rotation * WarpDerivative(frame.shape, flat);
   return true;
+}
+
+// The columns of Project in terms of the view's unknowns: how a turn about the camera and a shift of the
+// board in the camera's frame follow from those of camera and board.
+Eigen::Matrix<double, kViewColumns, kViewUnknowns> ByUnknowns(const ViewFrame& frame) {
+  Eigen::Matrix<double, kViewColumns, kViewUnknowns> out =
+      Eigen::Matrix<double, kViewColumns, kViewUnknowns>::Zero();
+  const Eigen::Matrix3d& turned = frame.camera.rotation;
+  const Eigen::Vector3d board = turned * (frame.board_mm - frame.center_mm);
+  constexpr int kPlacement = kCameraUnknowns;
+  out.topLeftCorner<kLensUnknowns, kLensUnknowns>().setIdentity();
+  out.block<3, 3>(kPoseColumn, kLensUnknowns) = frame.camera.turn_jacobian;
+  out.block<3, 3>(kPoseColumn + 3, kLensUnknowns + 3) = -turned;
+  out.block<3, 3>(kPoseColumn, kPlacement) = turned * frame.board.turn_jacobian;
+  out.block<3, 3>(kPoseColumn + 3, kPlacement) = Cross(board) * turned * frame.board.turn_jacobian;
+  out.block<3, 3>(kPoseColumn + 3, kPlacement + 3) = turned;
+  out.bottomRightCorner<kWarpUnknowns, kWarpUnknowns>().setIdentity();
+  return out;
 }
 
 }  // namespace
@@ -137,18 +157,30 @@ RigidPose PoseWith(const RigidPose& pose, const double* u) {
 
 BoardWarp WarpWith(const double* u) { return {u[0], u[1], u[2], u[3]}; }
 
+Eigen::Vector3d RadialPriorWeights(const CameraModel& camera) {
+  constexpr double kSigmaAtCorner = 0.1;
+  const double x = std::max(camera.cx_px + 0.5, camera.width_px - 0.5 - camera.cx_px) / camera.fx_px,
+               y = std::max(camera.cy_px + 0.5, camera.height_px - 0.5 - camera.cy_px) / camera.fy_px;
+  const double r2 = x * x + y * y;
+  return Eigen::Vector3d(r2, r2 * r2, r2 * r2 * r2) / kSigmaAtCorner;
+}
+
 bool ProjectCorner(const ViewState& state, int corner, Eigen::Vector2d* pixel_px,
                    Eigen::Matrix<double, 2, kViewUnknowns>* derivative) {
-  return Project(ViewFrame(state), corner, pixel_px, derivative);
+  const ViewFrame frame(state);
+  ViewDerivative by_view;
+  if (!Project(frame, corner, pixel_px, derivative ? &by_view : nullptr)) return false;
+  if (derivative) *derivative = by_view * ByUnknowns(frame);
+  return true;
 }
 
 void SumView(const ViewState& state, const std::vector<BoardCorner>& corners, double sigma_px,
              double huber_sigmas, bool with_derivatives, ViewSums* sums) {
   const ViewFrame frame(state);
   sums->robust_cost = 0;
-  Eigen::Matrix<double, Eigen::Dynamic, kViewUnknowns + 1> rows;
-  if (with_derivatives) rows.setZero(2 * corners.size(), kViewUnknowns + 1);
-  Eigen::Matrix<double, 2, kViewUnknowns> derivative;
+  Eigen::Matrix<double, Eigen::Dynamic, kViewRows> rows;
+  if (with_derivatives) rows.setZero(std::max<Eigen::Index>(kViewRows, 2 * corners.size()), kViewRows);
+  ViewDerivative derivative;
   for (size_t i = 0; i < corners.size(); ++i) {
     Eigen::Vector2d pixel;
     if (!Project(frame, corners[i].index, &pixel, with_derivatives ? &derivative : nullptr)) {
@@ -161,10 +193,15 @@ void SumView(const ViewState& state, const std::vector<BoardCorner>& corners, do
     sums->robust_cost += far ? huber_sigmas * (2 * length - huber_sigmas) : length * length;
     if (!with_derivatives) continue;
     const double root_weight = far ? std::sqrt(huber_sigmas / length) : 1;
-    rows.block<2, kViewUnknowns>(2 * i, 0) = derivative * (root_weight / sigma_px);
-    rows.block<2, 1>(2 * i, kViewUnknowns) = residual * root_weight;
+    rows.block<2, kViewColumns>(2 * i, 0) = derivative * (root_weight / sigma_px);
+    rows.block<2, 1>(2 * i, kViewColumns) = residual * root_weight;
   }
-  if (with_derivatives) sums->normal.noalias() = rows.transpose() * rows;
+  if (!with_derivatives) return;
+  const Eigen::HouseholderQR<Eigen::Ref<decltype(rows)>> qr(rows);
+  const Eigen::Matrix<double, kViewRows, kViewRows> triangle =
+      rows.topRows<kViewRows>().triangularView<Eigen::Upper>();
+  sums->factor.leftCols<kViewUnknowns>().noalias() = triangle.leftCols<kViewColumns>() * ByUnknowns(frame);
+  sums->factor.col(kViewUnknowns) = triangle.col(kViewColumns);
 }
 
 BundleViewState::BundleViewState(const CalibrationBundle& bundle, const BundleView& view)

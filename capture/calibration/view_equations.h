@@ -17,6 +17,8 @@ inline constexpr int kCameraUnknowns = 15;
 inline constexpr int kPlacementUnknowns = 6;
 inline constexpr int kViewUnknowns = kCameraUnknowns + kPlacementUnknowns + kWarpUnknowns;
 
+inline constexpr std::array<int, 3> kRadialUnknowns = {4, 5, 8};  // k1 k2 k3
+
 using CameraUnknowns = std::array<double, kCameraUnknowns>;
 using PlacementUnknowns = std::array<double, kPlacementUnknowns>;
 using WarpUnknowns = std::array<double, kWarpUnknowns>;
@@ -64,11 +66,22 @@ class BundleViewState {
   ViewState state_;
 };
 
-// Sums over the corners, with residuals in units of sigma and Huber's weights: the normal equations of the
-// view, order camera, placement, warp, residual: [J r]^T [J r]; and the robust cost, sum of Huber's loss (not
-// halved).
+// Weights of k1, k2 and k3: none of their terms is expected to move the furthest corner of the picture by
+// more than a tenth of its distance from the principal point (one sigma). Pictures that boards covered well
+// know these terms thousands of times better; where boards did not reach the corners, terms many times as
+// large cancel each other over the middle and take the principal point and the pose along.
+Eigen::Vector3d RadialPriorWeights(const CameraModel& camera);
+
+// One view only tells where the board lies to the camera: lens, that pose and the warp, and the residual.
+inline constexpr int kViewRows = kLensUnknowns + 6 + kWarpUnknowns + 1;
+
+// All corners of a view together, with residuals r in units of sigma and Huber's weights: `factor` F has the
+// columns camera, placement, warp, residual, and F^T F = [J r]^T [J r]; and the robust cost, sum of Huber's
+// loss (not halved). F is the triangle of a QR decomposition in terms of the board's pose to the camera: the
+// normal equations of single views are too badly conditioned to be factored (their rounding errors make up a
+// tenth of a per cent of the cost).
 struct ViewSums {
-  Eigen::Matrix<double, kViewUnknowns + 1, kViewUnknowns + 1> normal;  // both triangles
+  Eigen::Matrix<double, kViewRows, kViewUnknowns + 1> factor;
   double robust_cost = 0;
 };
 void SumView(const ViewState& state, const std::vector<BoardCorner>& corners, double sigma_px,

@@ -145,6 +145,7 @@ OracleResult SolveByGaussNewton(const Sheet& sheet, const ElasticProblem& elasti
   }
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  options.sparse_linear_algebra_library_type = ceres::EIGEN_SPARSE;  // SuiteSparse is partly GPL
   options.max_num_iterations = 200;
   options.function_tolerance = 1e-12;
   options.num_threads = 1;

@@ -45,6 +45,8 @@ void Judge(int cameras, int frames, double noise_px, double longest, uint64_t se
       "  chi-square per freedom: all together %.3f (%.1f sigmas off), lenses %.2f, poses %.2f, worst camera "
       "%.1f of 15\n",
       compared.per_freedom(), compared.sigmas_off(), lens, pose, worst);
+  std::printf("  likelihood ratio of the true rig per freedom: %.3f\n",
+              LikelihoodRatio(*solved, truth) / compared.freedom);
   std::printf("  centres %.3f mm rms, worst stage sigma %.3f px\n", std::sqrt(center_mm), projection_px);
 }
 
@@ -59,6 +61,6 @@ int main(int argc, char** argv) {
   }
   weft::Judge(8, 60, 0.1, 2.5, 1);
   weft::Judge(24, 80, 0.1, 2.5, 1);
-  weft::Judge(211, 400, 0.1, 4.5, 1);
+  weft::Judge(211, 80, 0.1, 4.5, 1);
   return 0;
 }

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "capture/calibration/bundle_adjustment.h"
 #include "capture/calibration/rig_covariance.h"
 #include "capture/calibration/solve_calibration.h"
 #include "simulation/board_motion.h"
@@ -120,6 +121,25 @@ inline ErrorsAndSigmas Compare(const CalibrationSolution& solution, const Simula
   out.chi_square = out.errors.dot(information.matrix * out.errors) / solution.variance_factor;
   out.freedom = static_cast<double>(out.errors.size()) - 6;
   return out;
+}
+
+// The likelihood ratio of the true rig and the solution: how much the true cameras and warps, with the boards
+// placed as well as they allow, raise the solution's cost. Chi-square with the freedom of ErrorsAndSigmas
+// where sigmas and solution are right, also where lenses are weak: long lenses know their focal length to a
+// thousandth and the ratio to the distance a hundred times better, so that their errors lie along a curve,
+// and e^T C^-1 e, which takes it for a line, grows with the square of the noise.
+inline double LikelihoodRatio(const CalibrationSolution& solution, const SimulatedCalibration& truth) {
+  BundleOptions options;
+  options.lens = LensFreedom::kNone;
+  options.free_cameras = options.free_warps = false;
+  CalibrationBundle at_solution = solution.bundle;
+  const double least = AdjustBundle(options, &at_solution)->final_cost;
+  const RigidPose to_true = TrueFromSolved(solution, truth.rig);
+  CalibrationBundle at_truth = solution.bundle;
+  for (BoardPlacement& p : at_truth.placements) p.world_from_board = to_true * p.world_from_board;
+  at_truth.cameras = truth.rig.cameras;
+  at_truth.warps = truth.moved.warps;
+  return 2 * (AdjustBundle(options, &at_truth)->final_cost - least) / solution.variance_factor;
 }
 
 }  // namespace weft

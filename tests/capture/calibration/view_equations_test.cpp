@@ -83,7 +83,7 @@ TEST(ViewEquations, FarResidualsCountLinearly) {
   ViewSums sums;
   SumView(one.State(), {{5, at + Eigen::Vector2d(8, 6)}}, 2.0, 3.0, true, &sums);  // 10 px, 5 sigmas
   EXPECT_NEAR(sums.robust_cost, 3 * (2 * 5 - 3), 1e-9);
-  EXPECT_NEAR(sums.normal(kViewUnknowns, kViewUnknowns), 5 * 5 * 3.0 / 5, 1e-9);
+  EXPECT_NEAR(sums.factor.col(kViewUnknowns).squaredNorm(), 5 * 5 * 3.0 / 5, 1e-9);
 }
 
 }  // namespace
