@@ -123,6 +123,7 @@ PinchState PinchAt(PerformanceMotion motion, double time_s, const Eigen::Vector3
                      18 * pulled * std::sin(kTurn * t / 0.8 + whims.Phase(1)) * side;
   out.hand.opening_mm = kOpenMm + closed * (kClosedMm - kOpenMm);
   out.is_away = time_s <= -1;
+  out.aims = t < 0.8 * kNear;
   out.holds = t >= kNear && t < kBack;
   return out;
 }

@@ -31,6 +31,7 @@ bool HasHand(PerformanceMotion motion);
 struct PinchState {
   HandPose hand;
   bool is_away = false;  // and has not set out yet
+  bool aims = false;     // at a place that may still move
   bool holds = false;
 };
 PinchState PinchAt(PerformanceMotion motion, double time_s, const Eigen::Vector3d& rest_mm, uint64_t seed);

@@ -21,10 +21,24 @@ constexpr double kKgMm2PerS2PerNm = 1e6;  // 1 N m = 1e6 kg mm^2 / s^2
 // Cells cut in two bend more easily along rows and columns than along their diagonals: 0.8 and 1.2 of the
 // plate.
 constexpr double kHingeShare = 0.8;
+constexpr double kLocking = 5;        // stress beyond `locks_at` e is this times (strain - e)^2 / e, relative
+constexpr double kShearLocking = 10;  // of the energy, times the fourth power of shear
 
 double Cotangent(const Vector2d& at, const Vector2d& p, const Vector2d& q) {
   const Vector2d a = p - at, b = q - at;
   return a.dot(b) / std::max(std::abs(a.x() * b.y() - a.y() * b.x()), 1e-9);
+}
+
+// Per unit of stiffness, at a thread's strain (above 0 when longer).
+struct ThreadLaw {
+  double energy, stress, slope;
+};
+ThreadLaw LawOf(double strain, const JerseyOptions& o) {
+  if (strain < 0)
+    return {o.compression_share * strain * strain / 2, o.compression_share * strain, o.compression_share};
+  const double over = std::max(0.0, strain - o.locks_at), locking = kLocking / o.locks_at;
+  return {strain * strain / 2 + locking * over * over * over / 3, strain + locking * over * over,
+          1 + 2 * locking * over};
 }
 
 }  // namespace
@@ -39,6 +53,7 @@ absl::Status JerseyOptions::Validate() const {
   status.Update(check("stretch_n_per_m", stretch_n_per_m, 1, 1e5));
   status.Update(check("compression_share", compression_share, 0.01, 1));
   status.Update(check("shear_n_per_m", shear_n_per_m, 0, 1e5));
+  status.Update(check("locks_at", locks_at, 0.01, 10));
   status.Update(check("bending_n_m", bending_n_m, 0, 1e-2));
   status.Update(check("damping_s", damping_s, 0, 0.1));
   status.Update(check("air_drag_per_s", air_drag_per_s, 0, 100));
@@ -157,16 +172,19 @@ void Fabric::EvaluateFaces(const std::vector<Vector3d>& x) {
     const auto thread = [&](const Vector3d& w, Matrix3f& p) -> Vector3d {
       const double length = std::max(w.norm(), 1e-9);
       const Vector3d n = w / length;
-      const double k = t.area_mm2 * full * (length < 1 ? options_.compression_share : 1);
-      const double across = k * std::max(0.0, 1 - 1 / length);
-      p = ((k - across) * (n * n.transpose()) + across * Eigen::Matrix3d::Identity()).cast<float>();
-      return k * (length - 1) * n;
+      const double k = t.area_mm2 * full;
+      const ThreadLaw law = LawOf(length - 1, options_);
+      const double across = std::max(0.0, law.stress / length);
+      p = (k * ((law.slope - across) * (n * n.transpose()) + across * Eigen::Matrix3d::Identity()))
+              .cast<float>();
+      return k * law.stress * n;
     };
-    const double angle = wu.dot(wv);
-    s.tu = thread(wu, s.pu) + t.area_mm2 * shear * angle * wv;
-    s.tv = thread(wv, s.pv) + t.area_mm2 * shear * angle * wu;
+    const double angle = wu.dot(wv), locking = 2 * kShearLocking * angle * angle;
+    const double stress = t.area_mm2 * shear * angle * (1 + locking);
+    s.tu = thread(wu, s.pu) + stress * wv;
+    s.tv = thread(wv, s.pv) + stress * wu;
     s.wu = wu.cast<float>(), s.wv = wv.cast<float>();
-    s.shear = static_cast<float>(t.area_mm2 * shear);
+    s.shear = static_cast<float>(t.area_mm2 * shear * (1 + 3 * locking));
   });
 }
 
@@ -226,11 +244,9 @@ double Fabric::MembraneEnergy(const std::vector<Vector3d>& x) const {
   for (const Triangle& t : triangles_) {
     const Vector3d e1 = x[t.v[1]] - x[t.v[0]], e2 = x[t.v[2]] - x[t.v[0]];
     const Vector3d wu = e1 * t.a[1] + e2 * t.a[2], wv = e1 * t.b[1] + e2 * t.b[2];
-    const auto thread = [&](double length) {
-      return (length < 1 ? options_.compression_share : 1) * k * (length - 1) * (length - 1) / 2;
-    };
-    const double angle = wu.dot(wv);
-    sum += t.area_mm2 * (thread(wu.norm()) + thread(wv.norm()) + options_.shear_n_per_m * angle * angle / 2);
+    const double angle2 = std::pow(wu.dot(wv), 2);
+    sum += t.area_mm2 * (k * (LawOf(wu.norm() - 1, options_).energy + LawOf(wv.norm() - 1, options_).energy) +
+                         options_.shear_n_per_m * angle2 * (1 + kShearLocking * angle2) / 2);
   }
   return sum;
 }

@@ -16,6 +16,7 @@ struct JerseyOptions {
   double stretch_n_per_m = 400;    // along rows and columns of the board, per width
   double compression_share = 0.3;  // of that when shortened: a knit gives way
   double shear_n_per_m = 60;
+  double locks_at = 0.1;         // strain from which on the loops lock and stiffness rises
   double bending_n_m = 2e-5;     // per width
   double damping_s = 1e-3;       // of deformation, relative to its stiffness
   double air_drag_per_s = 1.0;   // share of the velocity lost per second
@@ -26,7 +27,8 @@ struct JerseyOptions {
 };
 
 // Units: mm, kg, s; so forces are in kg mm/s^2 and stiffness per width in kg/s^2 (= N/m).
-// Membrane: Baraff and Witkin 1998 (stretch along both threads, shear) with constant strain per face.
+// Membrane: Baraff and Witkin 1998 (stretch along both threads, shear) with constant strain per face; stress
+// grows linearly up to `locks_at` and with the square of the strain beyond, and with the cube of shear.
 // Bending: the quadratic energy of Bergou et al. 2006 for sheets that are flat at rest; a cylinder has the
 // energy of a plate of that stiffness, up to 22 % more or less by direction.
 class Fabric {

@@ -89,12 +89,13 @@ void GarmentSolver::TouchBody(double step_s, const StepInput& input) {
     const double far = body_gap_mm_ + 2 * step_s * v_[v].norm() + 1;
     const SurfaceDistance d = input.obstacle->distance(x_[v], far);
     // Distances are to the body at the end of the step; the cloth's own motion closes in on it.
-    const double depth = body_gap_mm_ - d.distance_mm - step_s * d.normal.dot(v_[v]);
-    if (depth <= 0) return;
+    // A vertex that leaves is still held by the end of the spring, else it would be thrown to and fro.
+    const double before = body_gap_mm_ - d.distance_mm, depth = before - step_s * d.normal.dot(v_[v]);
+    if (before <= 0 && depth <= 0) return;
     const Vector3d slip = Across(v_[v] - input.obstacle->velocity_mm_s(x_[v]), d.normal);
     const Matrix3d along = d.normal * d.normal.transpose();
     const double k = kBodyNPerM * std::min(1.0, cell_mm_ * cell_mm_ / 36);
-    const double damping = FrictionDamping(options_.friction, k * depth, slip.norm());
+    const double damping = FrictionDamping(options_.friction, k * std::max(0.0, depth), slip.norm());
     local_[v] +=
         (k * step_s * step_s * along + step_s * damping * (Matrix3d::Identity() - along)).cast<float>();
     rhs_[v] += (step_s * k * depth * d.normal - step_s * damping * slip).cast<float>();
@@ -118,6 +119,11 @@ void GarmentSolver::BuildSystem(double step_s, const StepInput& input) {
     is_held_[i] = 0;
   });
   TouchBody(step_s, input);
+  for (const Grip& g : input.grips) {
+    const double k = input.grip_n_per_m;
+    local_[g.vertex] += static_cast<float>(k * step_s * step_s) * Matrix3f::Identity();
+    rhs_[g.vertex] += (step_s * k * (g.at_mm - x_[g.vertex] - step_s * v_[g.vertex])).cast<float>();
+  }
   ForEachIndex(n, [&](size_t i) {
     Matrix3f block = local_[i] + elastic_scale_ * fabric_.Diagonal(static_cast<int>(i));
     for (int t = touch_first_[i]; t < touch_first_[i + 1]; ++t) {

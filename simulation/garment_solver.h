@@ -21,6 +21,12 @@ struct Obstacle {
   std::function<Eigen::Vector3d(const Eigen::Vector3d& p_mm)> velocity_mm_s;
 };
 
+// A vertex that fingers hold: a spring pulls it to a place, that of the end of the step.
+struct Grip {
+  int vertex = 0;
+  Eigen::Vector3d at_mm = Eigen::Vector3d::Zero();
+};
+
 // What acts during a step, besides the cloth itself.
 struct StepInput {
   Eigen::Vector3d gravity_mm_s2 = {0, 9810, 0};
@@ -29,6 +35,8 @@ struct StepInput {
   const Obstacle* obstacle = nullptr;
   std::vector<int> held;                    // vertices that follow a hand or handle
   std::vector<Eigen::Vector3d> held_at_mm;  // where they are at the end of the step
+  std::vector<Grip> grips;                  // at most one a vertex
+  double grip_n_per_m = 0;                  // stiffness of their springs
   double drag_per_s = 0;                    // more than the fabric's own, to calm it down
 };
 

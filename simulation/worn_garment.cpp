@@ -177,12 +177,27 @@ class WornGarment : public PerformanceSource {
     pinch_at_mm_ = x[pinched_];
   }
 
-  // What the tips of the fingers touch when they begin to close moves with them until they open.
+  // Follows the place on the moving cloth until the hand is there, never so far that fingers press it
+  // against the body.
+  void AimHand(double from_s, double to_s) {
+    const std::optional<PinchState> state = PinchStateAt(to_s);
+    if (!state || !state->aims) return;
+    constexpr double kClearMm = 18, kFollowMmPerS = 150;
+    Vector3d goal = solver_->positions_mm()[pinched_];
+    const double clear = BodyAt(to_s).DistanceTo(goal).distance_mm;
+    goal += std::max(0.0, kClearMm - clear) * state->hand.away;
+    const Vector3d way = goal - pinch_at_mm_;
+    const double longest = state->is_away ? way.norm() : kFollowMmPerS * (to_s - from_s);
+    pinch_at_mm_ += std::min(1.0, longest / std::max(way.norm(), 1e-9)) * way;
+  }
+
+  // What the tips of the fingers touch when they begin to close moves with them until they open; where more
+  // force would be needed than fingers have, the cloth slips between them.
   void Pinch(double time_s, StepInput& input) {
+    constexpr double kGripN = 6, kSpringMm = 1;  // all fingers; at which a spring gives way
     const std::optional<PinchState> state = PinchStateAt(time_s);
     if (!state) return;
     const std::vector<Vector3d>& x = solver_->positions_mm();
-    if (state->is_away) pinch_at_mm_ = x[pinched_];
     const std::array<Vector3d, 2> tips = Hand(state->hand).Tips();
     if (state->holds && held_.empty()) {
       constexpr double kTouchMm = 11.5;  // from the middle of a tip
@@ -192,9 +207,13 @@ class WornGarment : public PerformanceSource {
             held_.push_back({static_cast<int>(v), tip, x[v] - tips[tip]});
     }
     if (!state->holds) held_.clear();
-    for (const Held& h : held_) {
-      input.held.push_back(h.vertex);
-      input.held_at_mm.push_back(tips[h.tip] + h.from_tip_mm);
+    if (held_.empty()) return;
+    input.grip_n_per_m = 1e3 * kGripN / kSpringMm / static_cast<double>(held_.size());
+    for (Held& h : held_) {
+      Vector3d pull = tips[h.tip] + h.from_tip_mm - x[h.vertex];
+      if (const double far = pull.norm(); far > kSpringMm) pull *= kSpringMm / far;
+      h.from_tip_mm = x[h.vertex] + pull - tips[h.tip];
+      input.grips.push_back({h.vertex, x[h.vertex] + pull});
     }
   }
 
@@ -210,6 +229,7 @@ class WornGarment : public PerformanceSource {
     const double h = (until_s - time_s_) / std::max(1, steps);
     Solid before = SolidAt(time_s_);
     for (int k = 0; k < steps; ++k) {
+      AimHand(time_s_, time_s_ + h);
       time_s_ += h;
       const Solid solid = SolidAt(time_s_);
       Obstacle obstacle;

@@ -127,6 +127,94 @@ TEST(GarmentSolver, LosesEnergyAndKeepsMomentum) {
   EXPECT_LT(before, 0.5 * first);
 }
 
+TEST(GarmentSolver, ForcesAreTheSlopeOfTheEnergyFarBeyondWhereTheClothLocks) {
+  const Sheet sheet(6, 6);
+  const std::vector<Vector3d> x = Mapped(sheet.cloth.rest.vertices_mm, [](const Vector3d& p) {
+    return Vector3d(1.3 * p.x() + 0.4 * p.y(), 0.9 * p.y(), 2 * std::sin(p.x() / 9));
+  });
+  Fabric fabric(static_cast<int>(x.size()), sheet.cloth.rest.faces, sheet.flat_mm, {});
+  fabric.Linearize(x);
+  const auto energy = [&](size_t v, int axis, double by_mm) {
+    std::vector<Vector3d> moved = x;
+    moved[v][axis] += by_mm;
+    return fabric.MembraneEnergy(moved) + fabric.BendingEnergy(moved);
+  };
+  for (size_t v = 0; v < x.size(); ++v)
+    for (int axis = 0; axis < 3; ++axis) {
+      const double slope = (energy(v, axis, 1e-4) - energy(v, axis, -1e-4)) / 2e-4;
+      EXPECT_NEAR(fabric.forces()[v][axis], -slope, 1e-3 * (100 + std::abs(slope))) << v << " " << axis;
+    }
+}
+
+TEST(GarmentSolver, ClothThatLocksBearsAPullThatWouldDoubleIt) {
+  // At 400 N/m a linear sheet would be twice as long under this pull.
+  const Sheet sheet(40, 6);
+  GarmentSolver solver = sheet.Solver({});
+  StepInput input;
+  input.drag_per_s = 30;
+  input.gravity_mm_s2 = {0, 400e3 / (0.18e-6 * 200 / 2) / 1e3, 0};
+  for (int j = 0; j < sheet.cloth.grid_cols; ++j) {
+    input.held.push_back(sheet.cloth.vertex_at(0, j));
+    input.held_at_mm.push_back(sheet.cloth.rest.vertices_mm[input.held.back()]);
+  }
+  for (int k = 0; k < 300; ++k) solver.Step(1e-3, input);
+  double most = 0;
+  for (const auto& [along_x, along_y] : solver.fabric().Stretches(solver.positions_mm()))
+    most = std::max({most, along_x, along_y});
+  EXPECT_GT(most, 1.2);
+  EXPECT_LT(most, 1.45);
+}
+
+TEST(GarmentSolver, TautClothOnACylinderLiesStill) {
+  const Sheet sheet(8, 40);
+  Obstacle cylinder;
+  cylinder.distance = [](const Vector3d& p, double) {
+    const Vector3d out(p.x(), 0, p.z());
+    return SurfaceDistance{out.norm() - 40, out.normalized()};
+  };
+  cylinder.velocity_mm_s = [](const Vector3d&) -> Vector3d { return Vector3d::Zero(); };
+  // Half around it, then straight to both ends, which are pulled by 3 %.
+  const std::vector<Vector3d> start = Mapped(sheet.cloth.rest.vertices_mm, [](const Vector3d& p) {
+    constexpr double kRadius = 42, kQuarter = 66;
+    const double side = p.x() < 0 ? -1 : 1, along = std::abs(p.x());
+    if (along > kQuarter) return Vector3d(side * kRadius, p.y(), along - kQuarter);
+    return Vector3d(kRadius * std::sin(p.x() / kRadius), p.y(), -kRadius * std::cos(p.x() / kRadius));
+  });
+  GarmentSolver solver = sheet.SolverFrom(start, {});
+  StepInput input;
+  input.obstacle = &cylinder;
+  input.gravity_mm_s2.setZero();
+  for (int i = 0; i < sheet.cloth.grid_rows; ++i)
+    for (const int j : {0, sheet.cloth.grid_cols - 1}) {
+      input.held.push_back(sheet.cloth.vertex_at(i, j));
+      input.held_at_mm.push_back(start[input.held.back()] + Vector3d(0, 0, 3));
+    }
+  for (int k = 0; k < 300; ++k) solver.Step(2e-3, input);
+  double fastest = 0;
+  for (const Vector3d& v : solver.velocities_mm_s()) fastest = std::max(fastest, v.norm());
+  EXPECT_LT(fastest, 5);
+}
+
+TEST(GarmentSolver, ASpringOfAGripLengthensByItsLoad) {
+  const Sheet sheet(6, 6);
+  GarmentSolver solver = sheet.Solver({});
+  StepInput input;
+  input.drag_per_s = 30;
+  input.grip_n_per_m = 5;
+  double mass = 0;
+  for (const double m : solver.fabric().mass_kg()) mass += m;
+  for (int j = 0; j < sheet.cloth.grid_cols; ++j) {
+    const int v = sheet.cloth.vertex_at(0, j);
+    input.grips.push_back({v, sheet.cloth.rest.vertices_mm[v]});
+  }
+  for (int k = 0; k < 600; ++k) solver.Step(2e-3, input);
+  double sunk_mm = 0;
+  for (const Grip& g : input.grips)
+    sunk_mm += (solver.positions_mm()[g.vertex] - g.at_mm).y() / static_cast<double>(input.grips.size());
+  const double expected_mm = mass * 9810 / (input.grip_n_per_m * static_cast<double>(input.grips.size()));
+  EXPECT_NEAR(sunk_mm, expected_mm, 0.03 * expected_mm);
+}
+
 // A sheet whose upper and lower borders are pushed together fast, so that it crumples between them.
 std::vector<Vector3d> Crumple(int threads, int steps) {
   const Sheet sheet(30, 24);

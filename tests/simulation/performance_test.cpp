@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -80,6 +81,43 @@ TEST(Performance, DressesAPersonInATShirtWithoutPassingThroughItOrItself) {
       EXPECT_LT(winding, 0.5) << "vertex " << v << " is inside the body";
     }
   }
+}
+
+// Length of every side of a face relative to the flat pattern, in order of size.
+std::vector<double> StretchesOf(const Garment& garment, const std::vector<Eigen::Vector3d>& x) {
+  std::vector<double> out;
+  for (size_t f = 0; f < garment.rest.faces.size(); ++f)
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3;
+      const Face& face = garment.rest.faces[f];
+      const double flat_mm =
+          garment.cell_mm * (garment.print.of_face[f][k] - garment.print.of_face[f][next]).norm();
+      out.push_back((x[face[k]] - x[face[next]]).norm() / flat_mm);
+    }
+  std::sort(out.begin(), out.end());
+  return out;
+}
+
+TEST(Performance, AHandThatPullsStretchesClothNoFurtherThanClothBears) {
+  PerformanceOptions options = SmallTShirt();
+  options.motion = PerformanceMotion::kPinch;
+  options.fps = 10, options.frames = 27;
+  auto performance = Performance::Start(options);
+  ASSERT_TRUE(performance.ok()) << performance.status();
+  double pulled_mm = 0;
+  std::vector<Eigen::Vector3d> first;
+  for (int i = 0; i < options.frames; ++i) {
+    const auto frame = performance->Next();
+    ASSERT_TRUE(frame.ok()) << frame.status();
+    const std::vector<double> stretch = StretchesOf(performance->garment(), frame->vertices_mm);
+    EXPECT_LT(stretch.back(), 1.5) << "frame " << i;
+    EXPECT_LT(stretch[stretch.size() * 999 / 1000], 1.2) << "frame " << i;
+    EXPECT_TRUE(FindSelfIntersections(frame->vertices_mm, performance->garment().rest.faces).empty());
+    if (i == 0) first = frame->vertices_mm;
+    for (size_t v = 0; v < first.size(); ++v)
+      pulled_mm = std::max(pulled_mm, first[v].z() - frame->vertices_mm[v].z());
+  }
+  EXPECT_GT(pulled_mm, 30) << "the hand got hold of nothing";
 }
 
 TEST(Performance, SkirtFollowsTheLegsWithoutPassingThroughItself) {
