@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "pattern/cell_bounds.h"
 #include "pattern/small_cholesky.h"
 
 namespace weft {
@@ -167,45 +168,6 @@ void JudgeInk(const std::array<std::array<float, 4>, kCellColors + 1>& colors, i
   fit->center_contrast = std::sqrt(fit->center_contrast);
 }
 
-// Whether the samples of a cell are in the image: all, some or none.
-enum class Inside { kAll, kSome, kNone };
-Inside WhereIs(const CellFrame& f, const CellBend& bend, int width_px, int height_px) {
-  const auto half = [&bend](float a, float b, int k) {
-    constexpr float kReach = 0.875f;
-    return kReach * (std::abs(a) + std::abs(b) + std::abs(bend.fold_u[k]) + std::abs(bend.fold_v[k]) +
-                     std::abs(bend.twist[k]) + std::abs(bend.fan_u[k]) + std::abs(bend.fan_v[k]) +
-                     std::abs(bend.rest[k]));
-  };
-  const float half_x = half(f.ax, f.bx, 0), half_y = half(f.ay, f.by, 1);
-  const float x_last = static_cast<float>(width_px - 1), y_last = static_cast<float>(height_px - 1);
-  if (f.x >= half_x && f.x <= x_last - half_x && f.y >= half_y && f.y <= y_last - half_y) return Inside::kAll;
-  const bool some =
-      f.x + half_x >= 0 && f.x - half_x <= x_last && f.y + half_y >= 0 && f.y - half_y <= y_last;
-  return some ? Inside::kSome : Inside::kNone;
-}
-
-// What CellBend adds to x (k = 0) or y (1) at (u, v).
-float BendAt(const CellBend& bend, int k, float u, float v) {
-  const float abs_u = std::abs(u), abs_v = std::abs(v);
-  return abs_u * bend.fold_u[k] + abs_v * bend.fold_v[k] + u * v * bend.twist[k] + u * abs_v * bend.fan_u[k] +
-         abs_u * v * bend.fan_v[k] + abs_u * abs_v * bend.rest[k];
-}
-
-// 1 for samples in the image, 0 for others; returns how many are.
-int MaskOutside(const CellFrame& f, const CellBend& bend, int width_px, int height_px, float* mask) {
-  const float x_last = static_cast<float>(width_px - 1), y_last = static_cast<float>(height_px - 1);
-  int inside = 0;
-  for (int k = 0; k < kSampleGroups * kSampleLanes; ++k) {
-    const float u = CellSample(k % kCellSide), v = CellSample(k / kCellSide);
-    const float x = f.x + u * f.ax + v * f.bx + BendAt(bend, 0, u, v);
-    const float y = f.y + u * f.ay + v * f.by + BendAt(bend, 1, u, v);
-    const bool in = x >= 0 && y >= 0 && x <= x_last && y <= y_last;
-    mask[k] = in ? 1.0f : 0.0f;
-    inside += in;
-  }
-  return inside;
-}
-
 // What the image shows where a cell is expected.
 class Window {
  public:
@@ -231,6 +193,17 @@ class Window {
     return light.Solve(model.sums, sums, fit);
   }
 
+  // Solves once more with samples that are not like the print counting less: something else may be in front
+  // of it there. False where nothing of the print is left.
+  bool TrustPrint(CellFit* fit) {
+    alignas(64) float trust[kSampleGroups * kSampleLanes];
+    WeighByResiduals(trust);
+    rendered_ = false;
+    if (!Render(trust)) return false;
+    kernels_.sum(model, samples_, &sums);
+    return light.Solve(model.sums, sums, fit);
+  }
+
   CellModel model;
   CellImageSums sums;
   Light light;
@@ -243,33 +216,37 @@ class Window {
     return light.Prepare(model.sums);
   }
 
+  // Weights of a Cauchy distribution; 0 for samples that had none.
+  void WeighByResiduals(float* trust) const {
+    constexpr float kScale2 = 2.0f;       // of the distribution, squared, in mean squared residuals
+    constexpr float kLeastScale2 = 9.0f;  // in squared grey levels
+    float sum = 0;
+    for (int k = 0; k < kSampleGroups * kSampleLanes; ++k) {
+      const int group = k / kSampleLanes, lane = k % kSampleLanes;
+      const float gain = light.solved[0] + light.solved[1] * CellSample(k % kCellSide) +
+                         light.solved[2] * CellSample(k / kCellSide);
+      const float weight = model.w[group][lane];
+      float squared = 0;
+      for (int c = 0; c < 3; ++c) {
+        const float residual =
+            weight * (samples_.value[c][group][lane] - light.solved[3]) - gain * model.wt[c][group][lane];
+        squared += residual * residual;
+      }
+      const float weighted = weight > 0 ? squared / (3 * weight) : 0;
+      sum += weighted;
+      trust[k] = weight > 0 ? weighted / weight : -1;
+    }
+    const float scale2 = std::max(kScale2 * sum / model.sums.weight, kLeastScale2);
+    for (int k = 0; k < kSampleGroups * kSampleLanes; ++k)
+      trust[k] = trust[k] < 0 ? 0 : scale2 / (scale2 + trust[k]);
+  }
+
   const CellKernels& kernels_;
   const PixelView& image_;
   const CellLook& look_;
   CellSamples samples_;
   bool rendered_ = false;
 };
-
-// The frame and bend that interpolate bilinearly between nine centres.
-void Interpolate(const CellNodes& nodes, CellFrame* frame, CellBend* bend) {
-  for (int k = 0; k < 2; ++k) {
-    const float* n = k == 0 ? nodes.x : nodes.y;
-    const float a = 0.5f * (n[5] - n[3]), b = 0.5f * (n[7] - n[1]);
-    const float fold_u = 0.5f * (n[5] + n[3]) - n[4], fold_v = 0.5f * (n[7] + n[1]) - n[4];
-    const float middle = n[4] + fold_u + fold_v;
-    const float d0 = n[0] - middle + a + b, d2 = n[2] - middle - a + b, d6 = n[6] - middle + a - b,
-                d8 = n[8] - middle - a - b;
-    (k == 0 ? frame->x : frame->y) = n[4];
-    (k == 0 ? frame->ax : frame->ay) = a;
-    (k == 0 ? frame->bx : frame->by) = b;
-    bend->fold_u[k] = fold_u;
-    bend->fold_v[k] = fold_v;
-    bend->twist[k] = 0.25f * (d0 - d2 - d6 + d8);
-    bend->fan_u[k] = 0.25f * (d2 + d8 - d0 - d6);
-    bend->fan_v[k] = 0.25f * (d6 + d8 - d0 - d2);
-    bend->rest[k] = 0.25f * (d0 + d2 + d6 + d8);
-  }
-}
 
 }  // namespace
 
@@ -376,7 +353,14 @@ CellFit CellFitter::FitCenter(int row, int col, const CellNodes& nodes, const Ne
   look.moves_center = true;
   Window window(kernels_, image, look);
   if (!window.Look(f.InHalvings(scale), bend.InHalvings(scale), &fit)) return fit;
-  const CenterEquations equations(window.model.sums, window.sums, window.light, fit.gain);
+  JudgeInk(colors_, static_cast<int>(board_.at(row, col)), window.model.sums, window.sums, &fit);
+  float gain = fit.gain;
+  if (std::any_of(weights.begin(), weights.end(), [](float weight) { return weight < 1; })) {
+    CellFit trusting;
+    if (!window.TrustPrint(&trusting)) return fit;
+    gain = trusting.gain;
+  }
+  const CenterEquations equations(window.model.sums, window.sums, window.light, gain);
   // The pull of the prior, given in px, on steps in cells; the print moves against the steps.
   const float precision = kModelNoise * kModelNoise * prior.precision;
   const float x = precision * (f.x - prior.x), y = precision * (f.y - prior.y);
@@ -392,7 +376,6 @@ CellFit CellFitter::FitCenter(int row, int col, const CellNodes& nodes, const Ne
   f.x -= shortened * (f.ax * du + f.bx * dv);
   f.y -= shortened * (f.ay * du + f.by * dv);
   fit.sigma_px = fit.noise * std::sqrt(0.5f * area * (uu + vv) / determinant);
-  JudgeInk(colors_, static_cast<int>(board_.at(row, col)), window.model.sums, window.sums, &fit);
   fit.converged = true;
   return fit;
 }

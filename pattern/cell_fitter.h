@@ -49,7 +49,8 @@ class CellFitter {
   CellFit Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights, int iterations) const;
 
   // One Gauss-Newton step of the centre alone, in a print that is interpolated bilinearly between the nine
-  // centres (cloth creased at the centres, as a mesh with a vertex per cell). The other numbers are those
+  // centres (cloth creased at the centres, as a mesh with a vertex per cell). Where neighbours count less
+  // than fully, parts of the window that are not like the print count less, too. The other numbers are those
   // before the step; sigma_px takes the cells around as known.
   CellFit FitCenter(int row, int col, const CellNodes& nodes, const NeighborWeights& weights,
                     const CenterPrior& prior) const;

@@ -26,6 +26,13 @@ struct CellFrame {
 struct CellBend {
   float fold_u[2] = {}, fold_v[2] = {}, twist[2] = {}, fan_u[2] = {}, fan_v[2] = {}, rest[2] = {};
 
+  // What it adds to x (k = 0) or y (1) at (u, v).
+  float At(int k, float u, float v) const {
+    const float abs_u = std::abs(u), abs_v = std::abs(v);
+    return abs_u * fold_u[k] + abs_v * fold_v[k] + u * v * twist[k] + u * abs_v * fan_u[k] +
+           abs_u * v * fan_v[k] + abs_u * abs_v * rest[k];
+  }
+
   // In px of an image `scale` times smaller.
   CellBend InHalvings(float scale) const {
     CellBend bend = *this;
@@ -41,6 +48,27 @@ struct CellBend {
 struct CellNodes {
   float x[9] = {}, y[9] = {};
 };
+
+// The frame and bend that interpolate bilinearly between nine centres.
+inline void Interpolate(const CellNodes& nodes, CellFrame* frame, CellBend* bend) {
+  for (int k = 0; k < 2; ++k) {
+    const float* n = k == 0 ? nodes.x : nodes.y;
+    const float a = 0.5f * (n[5] - n[3]), b = 0.5f * (n[7] - n[1]);
+    const float fold_u = 0.5f * (n[5] + n[3]) - n[4], fold_v = 0.5f * (n[7] + n[1]) - n[4];
+    const float middle = n[4] + fold_u + fold_v;
+    const float d0 = n[0] - middle + a + b, d2 = n[2] - middle - a + b, d6 = n[6] - middle + a - b,
+                d8 = n[8] - middle - a - b;
+    (k == 0 ? frame->x : frame->y) = n[4];
+    (k == 0 ? frame->ax : frame->ay) = a;
+    (k == 0 ? frame->bx : frame->by) = b;
+    bend->fold_u[k] = fold_u;
+    bend->fold_v[k] = fold_v;
+    bend->twist[k] = 0.25f * (d0 - d2 - d6 + d8);
+    bend->fan_u[k] = 0.25f * (d2 + d8 - d0 - d6);
+    bend->fan_v[k] = 0.25f * (d6 + d8 - d0 - d2);
+    bend->rest[k] = 0.25f * (d0 + d2 + d6 + d8);
+  }
+}
 
 // A board cell at its place in the image.
 struct PlacedCell {

@@ -131,6 +131,23 @@ TEST(Robustness, StrongShear) {
   }
 }
 
+TEST(Robustness, LargeCellsInVerySharpPictures) {
+  // Corners of the printed squares are spots of their own there, and make lattices.
+  for (const double pitch_px : {4, 6, 8, 10, 12, 14, 17, 20}) {
+    for (const double blur_px : {0.5, 0.8, 1.2, 2.0}) {
+      if (blur_px > 0.2 * pitch_px) continue;
+      Photograph photo = Small(pitch_px);
+      photo.width_px = static_cast<int>(16 * pitch_px);
+      photo.height_px = static_cast<int>(14 * pitch_px);
+      photo.bend_cells = 0.3;
+      photo.blur_px = blur_px;
+      const Found found = Judge(photo, Render(photo, TestBoard().board()));
+      EXPECT_GE(found.RecallOf(), 0.95) << pitch_px << " px, blur " << blur_px << " px";
+      EXPECT_EQ(found.wrong, 0) << pitch_px << " px, blur " << blur_px << " px";
+    }
+  }
+}
+
 TEST(Robustness, MotionBlur) {
   const Photograph photo = Small(8);
   const Frame frame = Render(photo, TestBoard().board());
