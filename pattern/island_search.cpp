@@ -14,7 +14,7 @@ namespace {
 constexpr int kBucketPx = 16, kFarthestBuckets = 3;
 constexpr float kFarthestCells = 10;
 // Known cells from which the print may go on to a spot, and readings of it that are fitted.
-constexpr size_t kMostAnchors = 3, kMostReadings = 2;
+constexpr size_t kMostAnchors = 5, kMostReadings = 2;
 // Rows or columns of the board between them.
 constexpr int kBetweenAnchors = 3;
 constexpr int kIterations = 6;
