@@ -4,13 +4,17 @@
 #include <atomic>
 #include <csignal>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "services/cli/commands.h"
 #include "services/cli/take_text.h"
+#include "services/recording/disk_check.h"
 #include "services/recording/live_recording.h"
 #include "services/recording/session_file.h"
 #include "services/recording/take_file.h"
@@ -22,6 +26,7 @@ struct RecordCommandOptions {
   std::string session;
   std::string out;
   double seconds = 0;
+  bool no_disk_test = false;
   bool json = false;
 };
 
@@ -47,6 +52,26 @@ absl::Status PrintOutcome(const std::string& folder, bool json) {
   return absl::OkStatus();
 }
 
+// In the folder that the take's own is made in.
+absl::Status TestDisk(const RecordCommandOptions& options,
+                      const std::vector<std::unique_ptr<CameraSource>>& cameras,
+                      const LiveRecordingOptions& recording) {
+  const std::optional<double> rate = DataRate_bytes_per_s(cameras, recording);
+  if (options.no_disk_test || !rate) return absl::OkStatus();
+  std::filesystem::path folder = std::filesystem::absolute(options.out).parent_path();
+  while (!std::filesystem::exists(folder) && folder.has_relative_path()) folder = folder.parent_path();
+  const absl::StatusOr<DiskSpeed> speed = MeasureDiskSpeed(folder.string(), DiskTestBytes(*rate));
+  if (!speed.ok()) return speed.status();
+  const absl::StatusOr<std::vector<std::string>> warnings = JudgeDisk(*speed, *rate, recording);
+  if (!warnings.ok()) {
+    return absl::Status(warnings.status().code(),
+                        absl::StrCat(folder.string(), ": ", warnings.status().message(),
+                                     "; --no-disk-test records all the same"));
+  }
+  for (const std::string& warning : *warnings) PrintWarning(absl::StrCat(folder.string(), ": ", warning));
+  return absl::OkStatus();
+}
+
 absl::Status Record(const RecordCommandOptions& options, bool quiet) {
   const absl::StatusOr<v1::Session> session = ReadSession(options.session);
   if (!session.ok()) return session.status();
@@ -55,6 +80,7 @@ absl::Status Record(const RecordCommandOptions& options, bool quiet) {
   recording->seconds = options.seconds;
   const auto cameras = OpenCameras(*session);
   if (!cameras.ok()) return cameras.status();
+  if (absl::Status status = TestDisk(options, *cameras, *recording); !status.ok()) return status;
   std::signal(SIGINT, [](int) { interrupted = true; });
   std::signal(SIGTERM, [](int) { interrupted = true; });
   const bool shows_progress = !quiet && isatty(STDERR_FILENO);
@@ -74,11 +100,12 @@ absl::Status Record(const RecordCommandOptions& options, bool quiet) {
 
 void AddTakeRecordCommand(CLI::App& take, CommandLine& line) {
   const auto options = std::make_shared<RecordCommandOptions>();
-  CLI::App* record =
-      AddCommand(take, "record",
-                 "Record the cameras of a session into a new take, until the time is over or Ctrl-C; "
-                 "then say what was recorded, and why frames are missing.",
-                 "  weft take record --session session.json --out take --seconds 60");
+  CLI::App* record = AddCommand(
+      take, "record",
+      "Record the cameras of a session into a new take, until the time is over or Ctrl-C; "
+      "then say what was recorded, and why frames are missing. Measures before whether the disk keeps up "
+      "with the cameras, and refuses where it does not.",
+      "  weft take record --session session.json --out take --seconds 60");
   record->add_option("--session", options->session, "session.json with cameras, rate and tolerance")
       ->required()
       ->type_name("FILE");
@@ -86,6 +113,8 @@ void AddTakeRecordCommand(CLI::App& take, CommandLine& line) {
   record->add_option("--seconds", options->seconds, "How long; 0: until Ctrl-C")
       ->type_name("S")
       ->check(CLI::NonNegativeNumber);
+  record->add_flag("--no-disk-test", options->no_disk_test,
+                   "Do not measure first whether the disk keeps up with the cameras");
   record->add_flag("--json", options->json, "Print JSON (weft.v1.TakeInfo)");
   record->callback(
       [options, &line] { line.run = [options, &line] { return Record(*options, line.quiet); }; });

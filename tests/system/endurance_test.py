@@ -85,7 +85,10 @@ class Endurance(LiveTest):
         self.assertRegex(notes, r"camera right: its clock jumped by 3\.2\d+ s")
         self.assertEqual(notes.count("jumped"), 1, notes)
         events = self.ledger()
-        self.assertEqual({camera for event, _, _, camera, _ in events if event == "missing"}, {"middle"},
+        # A machine that is slow to start a camera begins the take without it.
+        first = {camera: frames(self.take, camera)[0][0] for camera in CAMERAS}
+        self.assertEqual({camera for event, number, _, camera, _ in events if event == "missing" and number >= first[camera]},
+                         {"middle"},
                          [event for event in events if event[0] in ("missing", "note") and event[3] != "middle"][:20])
         dropped = [(last - first + 1, cause) for event, first, last, _, cause in events if event == "dropped"]
         self.assertTrue(dropped and all("disk" in cause for _, cause in dropped), dropped)

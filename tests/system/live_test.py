@@ -143,6 +143,15 @@ class Live(LiveTest):
         self.assertEqual(settings["PacketSocket"], "off")
         self.assertGreater(len(frames(self.take, "left")), 10)
 
+    def test_looks_at_the_disk_before_it_records(self):
+        self.start_cameras()
+        self.write_session(ptp=True, low_disk_gib=1e9)
+        recorder = self.record(1)
+        _, errors = recorder.communicate(timeout=LONG_S)
+        self.assertEqual(recorder.returncode, 2, errors)
+        self.assertRegex(errors, "recording stops at the low-disk mark .* make room on the disk.*--no-disk-test")
+        self.assertFalse(os.path.exists(self.take))
+
     def test_doctor_opens_the_cameras_of_a_session(self):
         cameras = self.start_cameras("left", "middle", "right")
         cameras.tell("resend right 0")
