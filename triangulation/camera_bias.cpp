@@ -45,7 +45,25 @@ void AddPoint(const CloudPoint& point, const std::vector<Sight>& sights, const C
               std::vector<CameraSums>* sums) {
   std::vector<int> inliers;
   InliersAt(point.position_mm, sights, options.triangulation.consensus, &inliers);
-  if (static_cast<int>(inliers.size()) <= options.triangulation.consensus.min_views) return;
+  const int agreeing = static_cast<int>(inliers.size()), needed = options.triangulation.consensus.min_views;
+  if (agreeing < needed) return;
+  const std::pair<int, int> block = {point.node.row / options.block_cells,
+                                     point.node.col / options.block_cells};
+  const auto add = [&](int camera, const Eigen::Vector2d& residual_px) {
+    BlockSum& sum = (*sums)[camera].blocks[block];
+    sum.residual_px += residual_px;
+    ++sum.count;
+    (*sums)[camera].squared_px2 += residual_px.squaredNorm();
+  };
+  // A camera that moved has no part in the point, and sees it as far off as it moved.
+  for (size_t i = 0; i < sights.size(); ++i) {
+    const bool agrees = std::any_of(inliers.begin(), inliers.end(),
+                                    [&](int k) { return sights[k].camera == sights[i].camera; });
+    if (agrees || !(sights[i].DepthMm(point.position_mm) > 0)) continue;
+    const Eigen::Vector2d residual_px = -sights[i].ResidualPx(point.position_mm);
+    if (residual_px.norm() <= options.max_drift_px) add(sights[i].camera, residual_px);
+  }
+  if (agreeing == needed) return;  // without one of them there is no point
   std::vector<Linearised> linearised;
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   for (const int i : inliers) {
@@ -63,16 +81,9 @@ void AddPoint(const CloudPoint& point, const std::vector<Sight>& sights, const C
   bool invertible = false;
   normal.computeInverseWithCheck(covariance, invertible);
   if (!invertible) return;
-  const std::pair<int, int> block = {point.node.row / options.block_cells,
-                                     point.node.col / options.block_cells};
   for (size_t k = 0; k < linearised.size(); ++k) {
     const std::optional<Eigen::Vector2d> residual = LeftOut(linearised[k], covariance);
-    if (!residual) continue;
-    CameraSums& camera = (*sums)[sights[inliers[k]].camera];
-    BlockSum& sum = camera.blocks[block];
-    sum.residual_px += *residual;
-    ++sum.count;
-    camera.squared_px2 += residual->squaredNorm();
+    if (residual) add(sights[inliers[k]].camera, *residual);
   }
 }
 
@@ -103,6 +114,7 @@ CameraBias Summarise(const CameraSums& sums) {
 absl::Status CameraBiasOptions::Validate() const {
   if (max_nodes < 1) return absl::InvalidArgumentError("camera_bias.max_nodes must be at least 1");
   if (block_cells < 1) return absl::InvalidArgumentError("camera_bias.block_cells must be at least 1");
+  if (!(max_drift_px > 0)) return absl::InvalidArgumentError("camera_bias.max_drift_px must be positive");
   return triangulation.Validate();
 }
 

@@ -14,6 +14,9 @@ struct CameraBiasOptions {
   // Neighbouring nodes share their errors (light, folds), so the scatter of a mean is judged by the means of
   // squares of so many cells a side.
   int block_cells = 16;
+  // Sights that no point has a part in count up to this distance from it; those further off are taken for
+  // wrong. A camera that was knocked has only such.
+  double max_drift_px = 20;
   TriangulationOptions triangulation;
 
   absl::Status Validate() const;
@@ -26,13 +29,14 @@ struct CameraBias {
   Eigen::Vector2d mean_px = Eigen::Vector2d::Zero();
   Eigen::Vector2d mean_sigma_px = Eigen::Vector2d::Zero();  // of the mean; 0 where there are too few blocks
   double rms_px = 0;
-  // Length of the mean in units of its sigma; above 4 it is hardly chance. Decoding itself leaves up to 0.07 px
-  // in views of perfectly known cameras; a longer mean says that the camera moved or its calibration is off. 0
-  // where mean_sigma_px is.
+  // Length of the mean in units of its sigma; above 4 it is hardly chance. Decoding itself leaves up to 0.07
+  // px in views of perfectly known cameras; a longer mean says that the camera moved or its calibration is
+  // off. 0 where mean_sigma_px is.
   double significance = 0;
 };
 
-// One entry per camera of the rig. Points need one camera more than min_views to count. InvalidArgument:
+// One entry per camera of the rig. Points need one camera more than min_views to count for those that make
+// them up. InvalidArgument:
 // options; a view of a camera that the rig lacks.
 absl::StatusOr<std::vector<CameraBias>> MeasureCameraBias(const Rig& rig,
                                                           const std::vector<ViewObservations>& views,

@@ -7,6 +7,7 @@
 #include "capture/colmap_text.h"
 #include "capture/krt.h"
 #include "capture/opencv_yaml.h"
+#include "services/cli/command_rig_refine.h"
 #include "services/cli/commands.h"
 #include "services/files/atomic_file.h"
 #include "services/files/rig_file.h"
@@ -147,6 +148,7 @@ void AddRigCommand(CLI::App& app, CommandLine& line) {
   AddExportCommand(*rig, line);
   AddRigCalibrateCommands(*rig, line);
   AddRigPlanCommand(*rig, line);
+  AddRigRefineCommand(*rig, line);
 }
 
 }  // namespace weft

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "services/report/html_text.h"
 
 namespace weft {
@@ -134,13 +135,36 @@ JobSummary Summarize(const v1::Job& job, const std::vector<v1::FrameReport>& fra
   return summary;
 }
 
+std::vector<std::string> CameraAlarms(const JobSummary& summary) {
+  // Decoding itself leaves some hundredths of a pixel, which many cells make significant.
+  constexpr double kSignificant = 4, kNotablePx = 0.2;
+  // One wrong camera pulls the others along, by the share that it has in the points.
+  constexpr double kShareOfWorst = 0.5;
+  std::vector<const CameraSummary*> off;
+  const auto length_px = [](const CameraSummary* c) { return std::hypot(c->bias_x_px, c->bias_y_px); };
+  for (const CameraSummary& camera : summary.cameras) {
+    if (camera.bias_significance > kSignificant && length_px(&camera) > kNotablePx) off.push_back(&camera);
+  }
+  std::stable_sort(off.begin(), off.end(), [&](auto* a, auto* b) { return length_px(a) > length_px(b); });
+  std::vector<std::string> alarms;
+  for (const CameraSummary* camera : off) {
+    if (length_px(camera) < kShareOfWorst * length_px(off[0])) break;
+    alarms.push_back(absl::StrFormat(
+        "Camera %s moved, or its calibration is off: it sees the cloth %.2f px (right %.2f, down %.2f; %.0f "
+        "sigmas) from where the others see it; correct the rig with weft rig refine, or calibrate again.",
+        camera->camera, length_px(camera), camera->bias_x_px, camera->bias_y_px, camera->bias_significance));
+  }
+  return alarms;
+}
+
 Verdict VerdictOf(const v1::Job& job, const JobSummary& summary) {
   if (job.state() == v1::JOB_STATE_QUEUED || job.state() == v1::JOB_STATE_RUNNING)
     return Verdict::kUnfinished;
   if (job.state() == v1::JOB_STATE_FAILED || summary.counts.failed() > 0) return Verdict::kBad;
   if (summary.registered == 0 && job.state() != v1::JOB_STATE_CANCELLED) return Verdict::kBad;
   const bool complete = summary.counts.done() == summary.counts.total();
-  return complete && job.state() != v1::JOB_STATE_CANCELLED ? Verdict::kGood : Verdict::kRemarks;
+  const bool good = complete && job.state() != v1::JOB_STATE_CANCELLED && CameraAlarms(summary).empty();
+  return good ? Verdict::kGood : Verdict::kRemarks;
 }
 
 std::string Headline(const v1::Job& job, const JobSummary& summary) {
@@ -173,6 +197,7 @@ std::vector<std::string> Remarks(const v1::Job& job, const JobSummary& summary) 
     return absl::StrCat(Counted(count, "frame", "frames"), " ", count == 1 ? one : many);
   };
   if (!job.message().empty()) remarks.push_back(job.message());
+  for (std::string& alarm : CameraAlarms(summary)) remarks.push_back(std::move(alarm));
   int explained = 0;
   for (size_t i = 0; i < summary.failure_reasons.size() && i < 3; ++i) {
     const auto& [reason, count] = summary.failure_reasons[i];

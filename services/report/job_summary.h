@@ -55,9 +55,13 @@ JobSummary Summarize(const v1::Job& job, const std::vector<v1::FrameReport>& fra
 enum class Verdict { kGood, kRemarks, kBad, kUnfinished };
 Verdict VerdictOf(const v1::Job& job, const JobSummary& summary);
 
+// A sentence per camera that sees the cloth elsewhere than the others do, the worst first: it moved, or its
+// calibration is off.
+std::vector<std::string> CameraAlarms(const JobSummary& summary);
+
 // "12 of 12 frames registered, 95.2 % of the cells observed."
 std::string Headline(const v1::Job& job, const JobSummary& summary);
-// What else is worth a sentence: degraded, failed, missing, reused frames; not escaped.
+// What else is worth a sentence: cameras that moved, degraded, failed, missing, reused frames; not escaped.
 std::vector<std::string> Remarks(const v1::Job& job, const JobSummary& summary);
 
 }  // namespace weft

@@ -39,6 +39,26 @@ TEST(CameraBias, FindsTheCameraThatIsOffAndByHowMuch) {
   }
 }
 
+TEST(CameraBias, ACameraThatWasKnockedIsFoundThoughNoPointContainsIt) {
+  const Rig filmed = RingRig(8);
+  const std::vector<ViewObservations> views = Observe(filmed, BentSheet(80, 80), 0.1, 1);
+  Rig rig = filmed;  // as calibrated, before camera 3 turned by 0.05 degrees
+  CameraModel& camera = rig.cameras[3];
+  const Eigen::Vector3d center = camera.CenterWorld();
+  camera.rotation = Eigen::AngleAxisd(0.05 * M_PI / 180, Eigen::Vector3d::UnitY()) * camera.rotation;
+  camera.translation_mm = -camera.rotation * center;
+  const std::vector<CameraBias> biases = Biases(rig, views);
+  const double expected_px = camera.fx_px * 0.05 * M_PI / 180;
+  ASSERT_GT(expected_px, 0.9);
+  EXPECT_GT(biases[3].observations, 1000);
+  EXPECT_NEAR(biases[3].mean_px.norm(), expected_px, 0.1 * expected_px);
+  EXPECT_GT(biases[3].significance, 20);
+  for (size_t c = 0; c < biases.size(); ++c) {
+    if (c == 3) continue;
+    EXPECT_LT(biases[c].mean_px.norm(), 0.1) << c;
+  }
+}
+
 TEST(CameraBias, NoiseAloneIsNotSignificant) {
   const Rig rig = RingRig(10);
   int high = 0;

@@ -46,6 +46,27 @@ std::string Report(const std::vector<v1::FrameReport>& frames) {
   return MakeJobReport(SampleJob(frames), frames, {});
 }
 
+TEST(JobReport, ACameraThatMovedIsAnAlarm) {
+  std::vector<v1::FrameReport> frames = SampleFrames(4);
+  for (v1::FrameReport& frame : frames) {
+    ASSERT_GT(frame.views_size(), 2);
+    for (int v = 0; v < frame.views_size(); ++v) {
+      v1::CameraBias& bias = *frame.mutable_views(v)->mutable_bias();
+      bias.set_observations(4000);
+      bias.set_mean_x_px(v == 1 ? 2.3 : v == 2 ? 0.3 : 0.05);
+      bias.set_mean_y_px(v == 1 ? -0.4 : 0);
+      bias.set_significance(v == 1 ? 45 : 6);
+    }
+  }
+  const std::string html = Report(frames);
+  EXPECT_THAT(html, HasSubstr("Camera " + frames[0].views(1).camera() +
+                              " moved, or its calibration is off: it sees the cloth 2.33 px (right 2.30, "
+                              "down -0.40; 45 sigmas)"));
+  // Camera 2 is pulled along.
+  EXPECT_EQ(CountOf(html, "moved, or its calibration is off"), 1u);
+  EXPECT_THAT(html, Not(HasSubstr("complete</span>")));
+}
+
 TEST(JobReport, SaysInWordsWhatCameOut) {
   const std::vector<v1::FrameReport> frames = SampleFrames(12);
   const std::string html = Report(frames);

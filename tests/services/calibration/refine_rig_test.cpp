@@ -1,0 +1,107 @@
+// From stored observations to a corrected rig.json.
+#include "services/calibration/refine_rig.h"
+
+#include <gmock/gmock.h>
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <filesystem>
+#include <numbers>
+#include <random>
+
+#include "services/files/observations_file.h"
+#include "simulation/studio_rig.h"
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+// A result of two frames: a tube of cells that turns before sixteen cameras.
+class RefineRigTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    StudioRigOptions options;
+    options.cameras = 16;
+    options.distance_mm = 2000;
+    options.object_width_mm = 400;
+    options.object_height_mm = 600;
+    filmed_ = MakeStudioRig("studio", options).value();
+    for (int frame = 0; frame < 2; ++frame) WriteFrame(frame);
+    // Calibrated before camera c03 was knocked.
+    before_ = filmed_;
+    CameraModel& camera = before_.cameras[3];
+    const Eigen::Vector3d center = camera.CenterWorld();
+    camera.rotation =
+        Eigen::AngleAxisd(0.05 * std::numbers::pi / 180, Eigen::Vector3d::UnitX()) * camera.rotation;
+    camera.translation_mm = -camera.rotation * center;
+    ASSERT_TRUE(WriteRig(folder_ / "rig.json", before_).ok());
+    request_ = {.result = folder_ / "result", .rig = folder_ / "rig.json", .out = folder_ / "new.json"};
+  }
+
+  void WriteFrame(int frame) {
+    std::mt19937 random(frame);
+    std::normal_distribution<double> noise(0, 0.1);
+    std::vector<ImageObservations> images;
+    for (const CameraModel& camera : filmed_.cameras) images.push_back({camera.id, {}});
+    for (int row = 0; row < 60; ++row) {
+      for (int col = 0; col < 100; ++col) {
+        const double angle = 0.06 * col + 0.3 * frame;
+        const Eigen::Vector3d normal(std::cos(angle), 0, std::sin(angle));
+        const Eigen::Vector3d point = 150 * normal + Eigen::Vector3d(0, 8.0 * (row - 30), 0);
+        for (size_t c = 0; c < images.size(); ++c) {
+          const CameraModel& camera = filmed_.cameras[c];
+          if (normal.dot((camera.CenterWorld() - point).normalized()) < 0.2) continue;
+          const auto pixel = camera.Project(point);
+          if (!pixel || !camera.Contains(*pixel)) continue;
+          const double x = noise(random), y = noise(random);
+          images[c].observations.push_back(
+              {pixel->x() + x, pixel->y() + y, {row, col, NodeKind::kCenter}, 0, 1});
+        }
+      }
+    }
+    const std::string base = folder_ / ("result/000" + std::to_string(frame));
+    std::filesystem::create_directories(base);
+    ASSERT_TRUE(WriteObservations(base + "/observations.csv", images).ok());
+  }
+
+  TempFolder folder_;
+  Rig filmed_, before_;
+  RefinementRequest request_;
+};
+
+TEST_F(RefineRigTest, TheKnockedCameraIsNamedAndSetRight) {
+  const auto result = RefineRigFromResult(request_);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_THAT(result->frames, ElementsAre("0000", "0001"));
+  const std::vector<std::string> text = RefinementText(*result);
+  ASSERT_EQ(text.size(), 2u) << text[1];
+  EXPECT_THAT(text[0], StartsWith("camera " + filmed_.cameras[3].id + " moved: turned by 0.0"));
+  EXPECT_THAT(text[1], HasSubstr("points of 2 frames: residuals"));
+  for (size_t c = 0; c < 16; ++c) {
+    const Eigen::AngleAxisd turn(result->rig.cameras[c].rotation * filmed_.cameras[c].rotation.transpose());
+    EXPECT_LT(turn.angle() * 180 / std::numbers::pi, 0.01) << c;
+  }
+  EXPECT_FALSE(result->record.has_value());
+  EXPECT_THAT(result->provenance, HasSubstr("refined from the cloth in 2 frames of result"));
+  const v1::RigRefinementReport report = RefinementReport(*result);
+  EXPECT_TRUE(report.cameras(3).moved());
+  EXPECT_NE(report.rig_hash(), report.rig_hash_before());
+}
+
+TEST_F(RefineRigTest, ErrorsSayWhatIsMissing) {
+  request_.result = folder_ / "empty";
+  std::filesystem::create_directories(request_.result);
+  EXPECT_THAT(std::string(RefineRigFromResult(request_).status().message()),
+              HasSubstr("register the take with --observations"));
+  request_.result = folder_ / "result";
+  before_.cameras[2].id = "other";
+  ASSERT_TRUE(WriteRig(folder_ / "rig.json", before_).ok());
+  EXPECT_THAT(std::string(RefineRigFromResult(request_).status().message()), HasSubstr("is not in the rig"));
+}
+
+}  // namespace
+}  // namespace weft
