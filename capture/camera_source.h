@@ -51,6 +51,8 @@ class CameraSource {
   // DeadlineExceeded: nothing within the time. OutOfRange: the source has ended and will deliver no more.
   virtual absl::StatusOr<CameraDelivery> Next(std::chrono::milliseconds timeout) = 0;
   virtual void Stop() = 0;
+  // False: the camera films by its own clock alone.
+  virtual bool TakesTriggers() const { return true; }
   // Takes one frame now, where the camera is configured to be triggered so.
   virtual absl::Status Trigger() {
     return absl::UnimplementedError("camera " + camera_id() + " takes no trigger of ours");

@@ -30,6 +30,9 @@ absl::Status FrameSetOptions::Validate() const {
   if (max_wait_ns <= 0) return absl::InvalidArgumentError("max_wait_ns must be positive");
   if (start_wait_ns < 0) return absl::InvalidArgumentError("start_wait_ns must not be negative");
   if (clock_jump_ns <= 0) return absl::InvalidArgumentError("clock_jump_ns must be positive");
+  for (const CameraTiming& timing : cameras)
+    if (timing.own_pace && period_ns == 0)
+      return absl::InvalidArgumentError("a camera at its own pace needs the rate of the others");
   return absl::OkStatus();
 }
 
@@ -39,7 +42,11 @@ FrameSetAssembler::FrameSetAssembler(std::vector<std::string> camera_ids, const 
       options_(options),
       cameras_(camera_ids_.size()),
       next_number_(first_number) {
-  for (Camera& camera : cameras_) camera.clock = NewClock();
+  for (size_t i = 0; i < cameras_.size(); ++i) {
+    cameras_[i].clock = NewClock();
+    if (i < options_.cameras.size()) cameras_[i].timing = options_.cameras[i];
+    if (cameras_[i].timing.own_pace) cameras_[i].own_pace.emplace(options_.period_ns);
+  }
 }
 
 ClockTrack FrameSetAssembler::NewClock() const {
@@ -73,7 +80,10 @@ AssembledSets FrameSetAssembler::Add(size_t camera, CameraDelivery delivery, int
       state.clock_since_ns.reset();
       state.unplaced_ns.clear();
       state.last_id.reset();
-      if (options_.clocks == ClockDomain::kShared) ExpectSharedClock(*state.clock);
+      if (state.own_pace) state.own_pace->Restart();
+      // A camera whose clock had jumped comes back with that clock.
+      if (options_.clocks == ClockDomain::kShared && !state.timing.own_clock)
+        if (const std::optional<int64_t> offset_ns = SharedOffset_ns()) state.clock->Expect(*offset_ns);
       Note(camera, host_time_ns, "reconnected: " + delivery.cause, out);
       break;
     case CameraDelivery::Kind::kClock:
@@ -87,20 +97,23 @@ AssembledSets FrameSetAssembler::Add(size_t camera, CameraDelivery delivery, int
   return out;
 }
 
-// A camera whose clock had jumped comes back with that clock.
-void FrameSetAssembler::ExpectSharedClock(ClockTrack& clock) const {
-  for (const Camera& other : cameras_) {
-    const std::optional<int64_t> offset_ns = other.clock->offset_ns();
-    if (&*other.clock == &clock || !other.is_connected || !offset_ns) continue;
-    clock.Expect(*offset_ns);
-    return;
+// Host time minus the shared clock, as a camera says that is there or, where none is, as one has said.
+std::optional<int64_t> FrameSetAssembler::SharedOffset_ns() const {
+  std::optional<int64_t> said_ns;
+  for (const Camera& camera : cameras_) {
+    const std::optional<int64_t> offset_ns = camera.clock->offset_ns();
+    if (camera.timing.own_clock || !offset_ns) continue;
+    if (camera.is_connected) return offset_ns;
+    said_ns = offset_ns;
   }
+  return said_ns;
 }
 
 int64_t FrameSetAssembler::CommonTime_ns(const Camera& camera, int64_t device_ns) const {
-  const int64_t offset_ns =
-      options_.clocks == ClockDomain::kEstimated ? camera.clock->offset_ns().value_or(0) : 0;
-  return camera.clock->Steady_ns(device_ns) + offset_ns;
+  const int64_t steady_ns = camera.clock->Steady_ns(device_ns),
+                own_ns = camera.clock->offset_ns().value_or(0);
+  if (options_.clocks == ClockDomain::kEstimated) return steady_ns + own_ns;
+  return camera.timing.own_clock ? steady_ns + own_ns - SharedOffset_ns().value_or(0) : steady_ns;
 }
 
 void FrameSetAssembler::NoteJump(size_t camera, int64_t jump_ns, int64_t host_time_ns,
@@ -135,9 +148,10 @@ void FrameSetAssembler::NoteGap(Camera& camera, const RawFrame& frame, int64_t t
 bool FrameSetAssembler::IsClockKnown(Camera& camera, int64_t host_time_ns) const {
   if (camera.is_clock_known) return true;
   if (!camera.clock_since_ns) camera.clock_since_ns = host_time_ns;
-  camera.is_clock_known = options_.clocks == ClockDomain::kShared ||
-                          camera.clock->uncertainty_ns().value_or(0) <= options_.tolerance_ns / 2 ||
-                          host_time_ns - *camera.clock_since_ns >= options_.start_wait_ns;
+  const bool is_known = options_.clocks == ClockDomain::kShared
+                            ? !camera.timing.own_clock || SharedOffset_ns()
+                            : camera.clock->uncertainty_ns().value_or(0) <= options_.tolerance_ns / 2;
+  camera.is_clock_known = is_known || host_time_ns - *camera.clock_since_ns >= options_.start_wait_ns;
   if (!camera.is_clock_known) return false;
   for (const int64_t device_ns : camera.unplaced_ns)
     camera.losses.push_back({CommonTime_ns(camera, device_ns), ClockCause()});
@@ -167,6 +181,10 @@ void FrameSetAssembler::AddFrame(size_t camera, RawFrame frame, int64_t host_tim
   if (!state.first_time_ns) state.first_time_ns = time_ns;
   state.last_time_ns = time_ns;
 
+  if (state.own_pace) {
+    state.own_pace->Add(std::move(frame), time_ns);
+    return;
+  }
   if (begin_ns_ && time_ns < *begin_ns_ - options_.tolerance_ns) return;
   if (last_delivered_ns_ && time_ns <= *last_delivered_ns_ + options_.tolerance_ns) {
     Note(camera, host_time_ns,
@@ -206,6 +224,7 @@ void FrameSetAssembler::AddLoss(size_t camera, const CameraDelivery& delivery, i
 bool FrameSetAssembler::IsDecided(const OpenSet& set, size_t camera) const {
   const Camera& state = cameras_[camera];
   if (set.frames.contains(camera) || !state.is_connected) return true;
+  if (state.own_pace) return state.own_pace->Knows(set.time_ns);
   if (state.last_time_ns && *state.last_time_ns > set.time_ns + options_.tolerance_ns) return true;
   return std::any_of(state.losses.begin(), state.losses.end(), [&](const Loss& loss) {
     return std::abs(loss.time_ns - set.time_ns) <= options_.tolerance_ns;
@@ -214,11 +233,14 @@ bool FrameSetAssembler::IsDecided(const OpenSet& set, size_t camera) const {
 
 std::string FrameSetAssembler::WhyMissing(const OpenSet& set, size_t camera, bool timed_out) {
   Camera& state = cameras_[camera];
-  const int64_t reach_ns = options_.period_ns > 0 ? options_.period_ns / 2 : options_.tolerance_ns;
+  const int64_t reach_ns = state.own_pace           ? options_.period_ns
+                           : options_.period_ns > 0 ? options_.period_ns / 2
+                                                    : options_.tolerance_ns;
   while (!state.losses.empty() && state.losses.front().time_ns < set.time_ns - reach_ns)
     state.losses.pop_front();
+  const int64_t expected_ns = state.own_pace ? state.own_pace->Expected_ns(set.time_ns) : set.time_ns;
   for (auto loss = state.losses.begin(); loss != state.losses.end(); ++loss) {
-    if (std::abs(loss->time_ns - set.time_ns) > reach_ns) continue;
+    if (std::abs(loss->time_ns - expected_ns) > reach_ns) continue;
     std::string cause = std::move(loss->cause);
     state.losses.erase(loss);
     return cause;
@@ -226,6 +248,7 @@ std::string FrameSetAssembler::WhyMissing(const OpenSet& set, size_t camera, boo
   if (!state.is_connected) return "the camera is disconnected";
   if (!state.unplaced_ns.empty()) return ClockCause();
   if (!state.last_time_ns) return "the camera has not delivered yet";
+  if (state.own_pace && !timed_out) return "no frame of the camera, at its own pace, is near this trigger";
   const int64_t off_ns = *state.last_time_ns - set.time_ns;
   if (off_ns > options_.tolerance_ns && off_ns < std::max(4 * options_.tolerance_ns, options_.period_ns)) {
     return absl::StrCat("its frame is ", Milliseconds(off_ns), " late, the tolerance is ",
@@ -233,6 +256,18 @@ std::string FrameSetAssembler::WhyMissing(const OpenSet& set, size_t camera, boo
   }
   if (timed_out) return absl::StrCat("no frame within ", Milliseconds(options_.max_wait_ns));
   return "the camera took no frame at this trigger";
+}
+
+std::optional<RawFrame> FrameSetAssembler::TakeFrame(OpenSet& set, size_t camera) {
+  if (cameras_[camera].own_pace) return cameras_[camera].own_pace->Take(set.time_ns);
+  const auto frame = set.frames.find(camera);
+  return frame != set.frames.end() ? std::optional(std::move(frame->second)) : std::nullopt;
+}
+
+void FrameSetAssembler::NoteLeftOver(size_t camera, int64_t host_time_ns, AssembledSets& out) {
+  if (!cameras_[camera].own_pace) return;
+  const std::string text = cameras_[camera].own_pace->TakeLeftOver();
+  if (!text.empty() && last_delivered_ns_) Note(camera, host_time_ns, text, out);
 }
 
 void FrameSetAssembler::DeliverFirst(int64_t host_time_ns, AssembledSets& out) {
@@ -255,9 +290,9 @@ void FrameSetAssembler::DeliverFirst(int64_t host_time_ns, AssembledSets& out) {
   set.number = number;
   set.device_time_ns = open.time_ns;
   for (size_t camera = 0; camera < cameras_.size(); ++camera) {
-    const auto frame = open.frames.find(camera);
-    if (frame != open.frames.end()) {
-      set.frames.push_back(std::move(frame->second));
+    if (std::optional<RawFrame> frame = TakeFrame(open, camera)) {
+      set.frames.push_back(*std::move(frame));
+      NoteLeftOver(camera, host_time_ns, out);
     } else {
       set.missing.push_back({camera_ids_[camera], WhyMissing(open, camera, timed_out)});
     }
@@ -333,6 +368,7 @@ AssembledSets FrameSetAssembler::Advance(int64_t host_time_ns) {
 AssembledSets FrameSetAssembler::Finish(int64_t host_time_ns) {
   AssembledSets out;
   Deliver(host_time_ns, out);
+  for (size_t camera = 0; camera < cameras_.size(); ++camera) NoteLeftOver(camera, host_time_ns, out);
   if (open_.empty()) return out;
   out.entries.push_back({LedgerEvent::kNote, 0, 0, open_.front().time_ns, host_time_ns, "",
                          absl::StrCat("the take ended while ", open_.size(),

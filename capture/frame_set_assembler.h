@@ -12,6 +12,7 @@
 #include "capture/camera_source.h"
 #include "capture/clock_track.h"
 #include "capture/ledger.h"
+#include "capture/own_pace.h"
 #include "capture/raw_frame.h"
 
 namespace weft {
@@ -21,6 +22,12 @@ enum class ClockDomain {
   kShared,     // synchronized (PTP): device times compare as they are
   kEstimated,  // each its own, put on the host's by readings of the clock, or, where the camera has none, by
                // the quickest arrivals (clock_track.h)
+};
+
+// What sets a camera apart from the others of its session.
+struct CameraTiming {
+  bool own_clock = false;  // among shared clocks: put on theirs by way of the host's
+  bool own_pace = false;   // no trigger reaches it: sets have its frame whose time fits best (own_pace.h)
 };
 
 struct FrameSetOptions {
@@ -34,7 +41,9 @@ struct FrameSetOptions {
                               // is known to within half the tolerance; frames before are left out, with a
                               // note. A camera that comes back waits as long for its clock. 0: no waiting
   bool drop_incomplete = false;  // sets without every camera are dropped, with their causes in the ledger
+  std::vector<CameraTiming> cameras;  // by camera; those that are not there are as the others
 
+  // At its own pace no camera sets the time of sets, so not all can be.
   absl::Status Validate() const;
 };
 
@@ -81,6 +90,8 @@ class FrameSetAssembler {
     std::optional<uint64_t> last_id;                     // of the last frame since it was connected
     std::optional<int64_t> first_time_ns, last_time_ns;  // by the common clock
     std::deque<Loss> losses;
+    CameraTiming timing;
+    std::optional<OwnPaceFrames> own_pace;
   };
   struct OpenSet {
     int64_t time_ns = 0;
@@ -93,10 +104,12 @@ class FrameSetAssembler {
   std::string ClockCause() const;
   void AddLoss(size_t camera, const CameraDelivery& delivery, int64_t host_time_ns);
   int64_t CommonTime_ns(const Camera& camera, int64_t device_ns) const;
+  std::optional<int64_t> SharedOffset_ns() const;
   void NoteJump(size_t camera, int64_t jump_ns, int64_t host_time_ns, AssembledSets& out) const;
   void NoteGap(Camera& camera, const RawFrame& frame, int64_t time_ns);
   ClockTrack NewClock() const;
-  void ExpectSharedClock(ClockTrack& clock) const;
+  void NoteLeftOver(size_t camera, int64_t host_time_ns, AssembledSets& out);
+  std::optional<RawFrame> TakeFrame(OpenSet& set, size_t camera);
   void LeaveOutFirst();
   // True once the first set may begin.
   bool HasBegun(int64_t host_time_ns, AssembledSets& out);

@@ -76,6 +76,7 @@ class GigeCamera : public CameraSource {
   absl::Status Start() override;
   absl::StatusOr<CameraDelivery> Next(std::chrono::milliseconds timeout) override;
   void Stop() override;
+  bool TakesTriggers() const override { return options_.trigger.kind != TriggerKind::kFreeRun; }
   absl::Status Trigger() override;
   CameraCounters counters() const override {
     const std::lock_guard lock(mutex_);
@@ -385,16 +386,6 @@ absl::StatusOr<std::unique_ptr<CameraSource>> OpenGigeCamera(const GigeCameraOpt
   auto camera = std::make_unique<GigeCamera>(options);
   if (absl::Status status = camera->Open(); !status.ok()) return status;
   return camera;
-}
-
-uint64_t BlockIdUnwrapper::Unwrap(uint64_t block_id) {
-  constexpr uint64_t kIds = 65535;
-  if (block_id == 0 || block_id > kIds || last_ == 0) {
-    last_ = std::max(last_, block_id);
-    return block_id == 0 ? last_ : last_ = block_id;
-  }
-  const uint64_t step = (block_id + kIds - ((last_ - 1) % kIds + 1)) % kIds;
-  return last_ += step <= kIds / 2 ? step : 0;
 }
 
 }  // namespace weft

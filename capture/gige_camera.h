@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "capture/camera_source.h"
+#include "capture/frame_count.h"
 #include "capture/gige_device.h"
 
 namespace weft {
@@ -35,16 +36,5 @@ struct GigeCameraOptions {
 // feature that the camera lacks or a value that it refuses, both named. Unavailable: it does not answer, or
 // somebody else controls it. Aravis looks for cameras on every network interface; it takes about a second.
 absl::StatusOr<std::unique_ptr<CameraSource>> OpenGigeCamera(const GigeCameraOptions& options);
-
-// The block ids of GigE Vision count from 1 to 65535 and then from 1 again, or on in 64 bits.
-class BlockIdUnwrapper {
- public:
-  // The id as it would be without wrapping. Blocks come in order, up to 32767 of them may be missing.
-  uint64_t Unwrap(uint64_t block_id);
-  void Reset() { last_ = 0; }
-
- private:
-  uint64_t last_ = 0;
-};
 
 }  // namespace weft

@@ -14,7 +14,7 @@ namespace {
 constexpr int kMaxSide_px = 65536;
 
 // How pixels lie in the bytes.
-enum class Layout { kBytes, kWords, kBitStream, kPairsIn3Bytes, kBgr, kYuyv, kUyvy, kJpeg };
+enum class Layout { kBytes, kWords, kBitStream, kPairsIn3Bytes, kCsi2, kBgr, kYuyv, kUyvy, kJpeg };
 
 struct FormatInfo {
   RawFormat format;
@@ -73,6 +73,16 @@ constexpr std::array kFormats = {
     FormatInfo{RawFormat::kBgr8, "BGR8", PixelFormat::kRgb8, Layout::kBgr, 8},
     FormatInfo{RawFormat::kYuyv, "YUV422_8", PixelFormat::kRgb8, Layout::kYuyv, 8},
     FormatInfo{RawFormat::kUyvy, "YUV422_8_UYVY", PixelFormat::kRgb8, Layout::kUyvy, 8},
+    FormatInfo{RawFormat::kMono10Csi2, "Mono10Csi2", PixelFormat::kGrey8, Layout::kCsi2, 10},
+    FormatInfo{RawFormat::kBayerGr10Csi2, "BayerGR10Csi2", PixelFormat::kBayerGr8, Layout::kCsi2, 10},
+    FormatInfo{RawFormat::kBayerRg10Csi2, "BayerRG10Csi2", PixelFormat::kBayerRg8, Layout::kCsi2, 10},
+    FormatInfo{RawFormat::kBayerGb10Csi2, "BayerGB10Csi2", PixelFormat::kBayerGb8, Layout::kCsi2, 10},
+    FormatInfo{RawFormat::kBayerBg10Csi2, "BayerBG10Csi2", PixelFormat::kBayerBg8, Layout::kCsi2, 10},
+    FormatInfo{RawFormat::kMono12Csi2, "Mono12Csi2", PixelFormat::kGrey8, Layout::kCsi2, 12},
+    FormatInfo{RawFormat::kBayerGr12Csi2, "BayerGR12Csi2", PixelFormat::kBayerGr8, Layout::kCsi2, 12},
+    FormatInfo{RawFormat::kBayerRg12Csi2, "BayerRG12Csi2", PixelFormat::kBayerRg8, Layout::kCsi2, 12},
+    FormatInfo{RawFormat::kBayerGb12Csi2, "BayerGB12Csi2", PixelFormat::kBayerGb8, Layout::kCsi2, 12},
+    FormatInfo{RawFormat::kBayerBg12Csi2, "BayerBG12Csi2", PixelFormat::kBayerBg8, Layout::kCsi2, 12},
     FormatInfo{RawFormat::kMotionJpeg, "MJPEG", PixelFormat::kRgb8, Layout::kJpeg, 8},
 };
 
@@ -103,6 +113,12 @@ void UpperBytesOfBitStream(const uint8_t* in, size_t size, int bits, std::vector
 
 void UpperBytesOfPairs(const uint8_t* in, std::vector<uint8_t>& out) {
   for (size_t i = 0; i < out.size(); ++i) out[i] = in[i / 2 * 3 + (i % 2) * 2];
+}
+
+// The upper bytes of a group of pixels stand before the byte with their lower bits.
+void UpperBytesOfCsi2(const uint8_t* in, int bits, std::vector<uint8_t>& out) {
+  const size_t group = bits == 10 ? 4 : 2;
+  for (size_t i = 0; i < out.size(); ++i) out[i] = in[i / group * (group + 1) + i % group];
 }
 
 absl::Status DecodeJpeg(const RawFrame& raw, std::vector<uint8_t>& out) {
@@ -144,6 +160,9 @@ absl::Status Convert(const RawFrame& raw, const FormatInfo& info, std::vector<ui
       break;
     case Layout::kPairsIn3Bytes:
       UpperBytesOfPairs(raw.bytes->data(), out);
+      break;
+    case Layout::kCsi2:
+      UpperBytesOfCsi2(raw.bytes->data(), info.bits, out);
       break;
     case Layout::kBgr:
       ConvertColour(raw, CV_8UC3, cv::COLOR_BGR2RGB, out);

@@ -15,7 +15,8 @@ namespace weft {
 
 // The values are the codes of GenICam's Pixel Format Naming Convention (PFNC 2.4); its bits 16 to 23 are the
 // bits of a pixel. "p" packs pixels as a little-endian stream of bits, "Packed" (GigE Vision) two pixels into
-// 3 bytes. The convention has no motion JPEG, so its code is ours.
+// 3 bytes, "Csi2" (MIPI, V4L2) the upper bytes of 4 pixels of 10 bits or 2 of 12 before one byte with their
+// lower bits. The convention has neither Csi2 nor motion JPEG, so their codes are ours.
 enum class RawFormat : uint32_t {
   kMono8 = 0x01080001,
   kMono10 = 0x01100003,
@@ -58,6 +59,16 @@ enum class RawFormat : uint32_t {
   kYuyv = 0x02100032,
   kUyvy = 0x0210001f,
   kMotionJpeg = 0x80000001,
+  kMono10Csi2 = 0x810a0046,
+  kMono12Csi2 = 0x810c0047,
+  kBayerGr10Csi2 = 0x810a0056,
+  kBayerRg10Csi2 = 0x810a0058,
+  kBayerGb10Csi2 = 0x810a0054,
+  kBayerBg10Csi2 = 0x810a0052,
+  kBayerGr12Csi2 = 0x810c0057,
+  kBayerRg12Csi2 = 0x810c0059,
+  kBayerGb12Csi2 = 0x810c0055,
+  kBayerBg12Csi2 = 0x810c0053,
 };
 
 // The convention's name ("BayerRG8", "Mono12p", ...), empty for codes that are not in the list above; the

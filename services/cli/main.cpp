@@ -53,6 +53,7 @@ int main(int argc, char** argv) {
 
   weft::AddRegisterCommand(app, line);
   weft::AddJobCommand(app, line);
+  weft::AddCameraCommand(app, line);
   weft::AddDoctorCommand(app, line);
   weft::AddTakeCommand(app, line);
   weft::AddRigCommand(app, line);

@@ -23,19 +23,22 @@ std::vector<const ClockReading*> WithoutSlow(std::vector<const ClockReading*> re
   return readings;
 }
 
-std::vector<int64_t> Times(const CommonTimes& times, size_t set, size_t cameras) {
-  std::vector<int64_t> found;
-  for (size_t camera = 0; camera < cameras; ++camera)
-    if (const std::optional<int64_t> time_ns = times.Time_ns(set, camera)) found.push_back(*time_ns);
-  std::sort(found.begin(), found.end());
-  return found;
-}
-
 }  // namespace
 
 CommonTimes::CommonTimes(const RecordedTake& take, const std::vector<LoggedReading>& readings,
-                         bool own_clocks)
-    : take_(take), own_clocks_(own_clocks), readings_(take.camera_ids().size()) {
+                         const v1::Take& description)
+    : take_(take),
+      own_clocks_(description.own_clocks()),
+      has_own_clock_(take.camera_ids().size()),
+      is_own_pace_(take.camera_ids().size()),
+      readings_(take.camera_ids().size()) {
+  for (const v1::TakeCamera& camera : description.cameras()) {
+    const auto& ids = take.camera_ids();
+    const auto index = static_cast<size_t>(std::find(ids.begin(), ids.end(), camera.id()) - ids.begin());
+    if (index == ids.size()) continue;
+    has_own_clock_[index] = camera.own_clock();
+    is_own_pace_[index] = camera.own_pace();
+  }
   for (size_t camera = 0; camera < readings_.size(); ++camera) {
     std::vector<const ClockReading*> own;
     for (const LoggedReading& logged : readings)
@@ -44,9 +47,19 @@ CommonTimes::CommonTimes(const RecordedTake& take, const std::vector<LoggedReadi
       readings_[camera][reading->host_time_ns] = reading->device_minus_host_ns;
   }
   for (size_t set = 0; set < take.sets().size(); ++set) {
-    const std::vector<int64_t> times_ns = Times(*this, set, readings_.size());
+    const std::vector<int64_t> times_ns = TriggeredTimes_ns(set);
     medians_ns_.push_back(times_ns.empty() ? std::nullopt : std::optional(times_ns[times_ns.size() / 2]));
   }
+}
+
+std::vector<int64_t> CommonTimes::TriggeredTimes_ns(size_t set) const {
+  std::vector<int64_t> found, others;
+  for (size_t camera = 0; camera < readings_.size(); ++camera)
+    if (const std::optional<int64_t> time_ns = Time_ns(set, camera))
+      (is_own_pace_[camera] ? others : found).push_back(*time_ns);
+  if (found.empty()) found.swap(others);
+  std::sort(found.begin(), found.end());
+  return found;
 }
 
 // Between two readings the clock ran evenly, or it jumped: then the one counts with which the frame was not
@@ -76,16 +89,20 @@ std::optional<int64_t> CommonTimes::Time_ns(size_t set, size_t camera) const {
   if (own_clocks_) return record->device_time_ns - *own_ns;
   // What most cameras say is the common clock.
   std::vector<int64_t> all_ns;
-  for (const Readings& readings : readings_)
-    if (const std::optional<int64_t> one_ns = MinusHost_ns(readings, *record)) all_ns.push_back(*one_ns);
+  for (size_t other = 0; other < readings_.size(); ++other) {
+    if (has_own_clock_[other]) continue;
+    if (const std::optional<int64_t> one_ns = MinusHost_ns(readings_[other], *record))
+      all_ns.push_back(*one_ns);
+  }
+  if (all_ns.empty()) return record->device_time_ns - *own_ns;
   std::nth_element(all_ns.begin(), all_ns.begin() + static_cast<std::ptrdiff_t>(all_ns.size() / 2),
                    all_ns.end());
   const int64_t off_ns = *own_ns - all_ns[all_ns.size() / 2];
-  return record->device_time_ns - (std::abs(off_ns) > kJumped_ns ? off_ns : 0);
+  return record->device_time_ns - (has_own_clock_[camera] || std::abs(off_ns) > kJumped_ns ? off_ns : 0);
 }
 
 std::optional<int64_t> CommonTimes::Spread_ns(size_t set) const {
-  const std::vector<int64_t> times_ns = Times(*this, set, readings_.size());
+  const std::vector<int64_t> times_ns = TriggeredTimes_ns(set);
   if (times_ns.empty()) return std::nullopt;
   return times_ns.back() - times_ns.front();
 }

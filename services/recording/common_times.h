@@ -34,13 +34,16 @@ struct Spread {
 // their own are put on the host's by their readings. Takes without readings: device times as they are.
 class CommonTimes {
  public:
-  CommonTimes(const RecordedTake& take, const std::vector<LoggedReading>& readings, bool own_clocks);
+  // `description`: of the take, says whose clock is its own and who runs at its own pace.
+  CommonTimes(const RecordedTake& take, const std::vector<LoggedReading>& readings,
+              const v1::Take& description);
 
   // Nothing where the camera has no frame in the set at this index.
   std::optional<int64_t> Time_ns(size_t set, size_t camera) const;
-  // The middle one of the cameras' times; nothing where no camera has a frame.
+  // The middle one of the times of the cameras that do not run at their own pace,
+  // where one has a frame; nothing where no camera has one.
   std::optional<int64_t> Median_ns(size_t set) const { return medians_ns_[set]; }
-  // Between the first and the last camera of the set.
+  // Between the first and the last of these cameras.
   std::optional<int64_t> Spread_ns(size_t set) const;
 
  private:
@@ -48,9 +51,12 @@ class CommonTimes {
 
   static std::optional<int64_t> MinusHost_ns(const Readings& readings, const IndexRecord& record);
 
+  std::vector<int64_t> TriggeredTimes_ns(size_t set) const;
+
   const RecordedTake& take_;
-  bool own_clocks_;
-  std::vector<Readings> readings_;  // of each camera
+  bool own_clocks_;                                // of all
+  std::vector<bool> has_own_clock_, is_own_pace_;  // by camera
+  std::vector<Readings> readings_;                 // of each camera
   std::vector<std::optional<int64_t>> medians_ns_;
 };
 

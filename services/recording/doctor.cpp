@@ -17,6 +17,7 @@
 #include "capture/camera_source.h"
 #include "capture/gige_discovery.h"
 #include "capture/raw_frame.h"
+#include "capture/v4l2_device.h"
 #include "services/recording/disk_speed.h"
 #include "services/recording/session_file.h"
 
@@ -183,11 +184,22 @@ void Examination::CheckDisk() {
 
 void Examination::LookForCameras() {
   const std::vector<FoundCamera> cameras = FindGigeCameras();
+  const std::vector<V4l2Identity> local = FindV4l2Cameras();
   for (const FoundCamera& camera : cameras)
     Good("found",
          absl::StrCat(camera.address, ": ", camera.vendor, " ", camera.model, ", serial ", camera.serial));
-  if (cameras.empty())
-    Find("found", v1::DOCTOR_VERDICT_WARNING, "no GigE Vision camera answers",
+  for (const V4l2Identity& camera : local) {
+    if (camera.card.empty()) {
+      Find("found", v1::DOCTOR_VERDICT_WARNING, absl::StrCat(camera.path, ": this user may not open it"),
+           "`usermod -aG video $USER` and log in again");
+    } else {
+      Good("found", absl::StrCat(camera.path, ": ", camera.card, " at ", camera.bus,
+                                 camera.serial.empty() ? "" : ", serial " + camera.serial));
+    }
+  }
+  if (cameras.empty() && local.empty())
+    Find("found", v1::DOCTOR_VERDICT_WARNING,
+         "no GigE Vision camera answers, and there is none at /dev/video*",
          "power, cables, addresses in the host's subnet, and a firewall that lets UDP port 3956 through");
 }
 
@@ -199,7 +211,7 @@ double Examination::CheckCamera(const v1::Session& session, const v1::SessionCam
   const auto opened = OpenCameras(alone);
   if (!opened.ok()) {
     Find(subject, v1::DOCTOR_VERDICT_BAD, std::string(opened.status().message()),
-         "compare `gige.device` with the cameras found; close programs that hold it");
+         "compare its `device` with what `weft camera list` shows; close programs that hold it");
     return 0;
   }
   std::map<std::string, std::string> settings = opened->front()->settings();
@@ -210,12 +222,13 @@ double Examination::CheckCamera(const v1::Session& session, const v1::SessionCam
   static_cast<void>(absl::SimpleAtoi(settings["GevSCPSPacketSize"], &packet_bytes));
   const double bytes_per_s =
       known ? static_cast<double>(RawBytes(*format, width_px, height_px)) * session.fps() : 0;
-  const std::string found =
-      absl::StrFormat("%dx%d %s, %.1f MB/s, packets of %d bytes, resend %s", width_px, height_px,
-                      settings["PixelFormat"], bytes_per_s / 1e6, packet_bytes, settings["PacketResend"]);
+  std::string found =
+      absl::StrFormat("%dx%d %s, %.1f MB/s", width_px, height_px, settings["PixelFormat"], bytes_per_s / 1e6);
+  if (camera.has_gige())
+    absl::StrAppendFormat(&found, ", packets of %d bytes, resend %s", packet_bytes, settings["PacketResend"]);
   if (!format.ok()) {
     Find(subject, v1::DOCTOR_VERDICT_BAD, found, std::string(format.status().message()));
-  } else if (settings["PacketResend"] != "on") {
+  } else if (camera.has_gige() && settings["PacketResend"] != "on") {
     Find(subject, v1::DOCTOR_VERDICT_WARNING, found,
          "a lost packet costs its frame: leave resend on where the camera can");
   } else {

@@ -119,6 +119,10 @@ v1::Take Describe(const std::vector<std::unique_ptr<CameraSource>>& cameras,
       if (name == "DeviceSerialNumber") camera.set_serial(value);
       (*camera.mutable_settings())[name] = value;
     }
+    const size_t index = static_cast<size_t>(take.cameras_size()) - 1;
+    if (index >= sets.cameras.size()) continue;
+    camera.set_own_clock(sets.cameras[index].own_clock);
+    camera.set_own_pace(sets.cameras[index].own_pace);
   }
   return take;
 }
@@ -201,7 +205,8 @@ class LiveTake {
   void WaitForClocks() {
     const auto end = Clock::now() + kClockWait;
     for (size_t i = 0; i < cameras_.size(); ++i)
-      while (options_.trigger.kind == TriggerKind::kAction && !clocks_.Last(i) && Clock::now() < end)
+      while (options_.trigger.kind == TriggerKind::kAction && cameras_[i]->TakesTriggers() &&
+             !clocks_.Last(i) && Clock::now() < end)
         std::this_thread::sleep_for(kPollInterval / 5);
   }
 

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "capture/gige_camera.h"
 #include "capture/take_format.h"
+#include "capture/v4l2_camera.h"
 #include "services/files/json_file.h"
 
 namespace weft {
@@ -45,6 +46,33 @@ int Retention_ms(const v1::Session& session, int buffers) {
   return std::max(20, static_cast<int>(0.5 * std::min(max_wait_ms, buffered_ms)));
 }
 
+// Empty where the camera is of one kind and says which device it is.
+std::string FaultOf(const v1::SessionCamera& camera) {
+  if (camera.has_gige() == camera.has_v4l2()) return "it needs one of the fields gige and v4l2";
+  if (camera.has_gige() && camera.gige().device().empty()) return "the field gige.device is missing";
+  if (camera.has_v4l2() && camera.v4l2().device().empty()) return "the field v4l2.device is missing";
+  return "";
+}
+
+// V4L2 cameras take no triggers of ours, nor do they know PTP.
+absl::Status AddTiming(const v1::Session& session, FrameSetOptions& sets) {
+  bool has_leader = false, has_shared_clock = false;
+  const bool free_run = KindOf(session.trigger().kind()) == TriggerKind::kFreeRun;
+  for (const v1::SessionCamera& camera : session.cameras()) {
+    sets.cameras.push_back({camera.has_v4l2(), camera.own_pace()});
+    has_leader = has_leader || !camera.own_pace();
+    has_shared_clock = has_shared_clock || !camera.has_v4l2();
+    if (camera.has_v4l2() && !camera.own_pace() && !free_run &&
+        KindOf(session.trigger().kind()) != TriggerKind::kLine)
+      return absl::InvalidArgumentError(absl::StrCat(
+          "camera ", camera.id(), ": V4L2 cameras take no triggers from Weft; set its `own_pace`"));
+  }
+  if (!has_leader)
+    return absl::InvalidArgumentError("every camera has `own_pace`; one must set the times of sets");
+  if (!has_shared_clock) sets.clocks = ClockDomain::kEstimated;
+  return absl::OkStatus();
+}
+
 constexpr int64_t kStartWait_ns = 5'000'000'000;
 
 }  // namespace
@@ -62,9 +90,8 @@ absl::StatusOr<v1::Session> ReadSession(const std::string& path) {
       return absl::InvalidArgumentError(absl::StrCat(field, ": ", status.message()));
     if (!ids.insert(camera.id()).second)
       return absl::InvalidArgumentError(absl::StrCat(field, ": the id ", camera.id(), " occurs twice"));
-    if (camera.gige().device().empty())
-      return absl::InvalidArgumentError(
-          absl::StrCat(field, " (id ", camera.id(), "): the field gige.device is missing"));
+    if (const std::string fault = FaultOf(camera); !fault.empty())
+      return absl::InvalidArgumentError(absl::StrCat(field, " (id ", camera.id(), "): ", fault));
   }
   const absl::StatusOr<LiveRecordingOptions> options = RecordingOptionsOf(session);
   if (!options.ok()) return absl::InvalidArgumentError(absl::StrCat(path, ": ", options.status().message()));
@@ -86,6 +113,7 @@ absl::StatusOr<LiveRecordingOptions> RecordingOptionsOf(const v1::Session& sessi
   sets.start_wait_ns = kStartWait_ns;
   sets.drop_incomplete = session.drop_incomplete();
   if (session.clocks() == v1::SESSION_CLOCKS_ESTIMATED) sets.clocks = ClockDomain::kEstimated;
+  if (absl::Status status = AddTiming(session, sets); !status.ok()) return status;
   options.recorder.take.stream.compress = session.compress();
   if (session.queue_mib() > 0)
     options.recorder.queue_bytes = static_cast<uint64_t>(session.queue_mib()) << 20;
@@ -103,25 +131,50 @@ absl::StatusOr<LiveRecordingOptions> RecordingOptionsOf(const v1::Session& sessi
   return options;
 }
 
+namespace {
+
+absl::StatusOr<std::unique_ptr<CameraSource>> OpenGige(const v1::Session& session,
+                                                       const v1::SessionCamera& camera) {
+  GigeCameraOptions options;
+  options.id = camera.id();
+  options.device = camera.gige().device();
+  options.features.assign(camera.gige().features().begin(), camera.gige().features().end());
+  options.fps = session.fps();
+  options.packet_size_bytes = camera.gige().packet_size_bytes();
+  options.resend = !camera.gige().no_resend();
+  options.packet_socket = !camera.gige().no_packet_socket();
+  options.chunk_timestamps = camera.gige().chunk_timestamps();
+  options.trigger = camera.own_pace() ? CameraTrigger{} : TriggerOf(session);
+  options.ptp = session.ptp();
+  if (session.ptp_wait_s() > 0)
+    options.ptp_wait_ms = static_cast<int>(std::lround(1000 * session.ptp_wait_s()));
+  if (camera.gige().buffers() > 0) options.buffers = camera.gige().buffers();
+  options.retention_ms = Retention_ms(session, options.buffers);
+  return OpenGigeCamera(options);
+}
+
+absl::StatusOr<std::unique_ptr<CameraSource>> OpenV4l2(const v1::Session& session,
+                                                       const v1::SessionCamera& camera) {
+  const v1::V4l2Camera& from = camera.v4l2();
+  V4l2CameraOptions options;
+  options.id = camera.id();
+  options.device = from.device();
+  options.format = from.format();
+  options.width_px = from.width_px();
+  options.height_px = from.height_px();
+  options.controls.assign(from.controls().begin(), from.controls().end());
+  options.fps = session.fps();
+  options.memory = from.user_buffers() ? V4l2Memory::kUser : V4l2Memory::kMmap;
+  if (from.buffers() > 0) options.buffers = from.buffers();
+  return OpenV4l2Camera(options);
+}
+
+}  // namespace
+
 absl::StatusOr<std::vector<std::unique_ptr<CameraSource>>> OpenCameras(const v1::Session& session) {
   std::vector<std::unique_ptr<CameraSource>> cameras;
   for (const v1::SessionCamera& camera : session.cameras()) {
-    GigeCameraOptions options;
-    options.id = camera.id();
-    options.device = camera.gige().device();
-    options.features.assign(camera.gige().features().begin(), camera.gige().features().end());
-    options.fps = session.fps();
-    options.packet_size_bytes = camera.gige().packet_size_bytes();
-    options.resend = !camera.gige().no_resend();
-    options.packet_socket = !camera.gige().no_packet_socket();
-    options.chunk_timestamps = camera.gige().chunk_timestamps();
-    options.trigger = TriggerOf(session);
-    options.ptp = session.ptp();
-    if (session.ptp_wait_s() > 0)
-      options.ptp_wait_ms = static_cast<int>(std::lround(1000 * session.ptp_wait_s()));
-    if (camera.gige().buffers() > 0) options.buffers = camera.gige().buffers();
-    options.retention_ms = Retention_ms(session, options.buffers);
-    auto source = OpenGigeCamera(options);
+    auto source = camera.has_v4l2() ? OpenV4l2(session, camera) : OpenGige(session, camera);
     if (!source.ok()) return source.status();
     cameras.push_back(*std::move(source));
   }

@@ -126,6 +126,14 @@ void FindFaults(v1::SyncReport& report) {
       find(absl::StrFormat("camera %s: %d of %.0f frames are missing; the causes are below", timing.camera(),
                            timing.missing(), all));
   }
+  for (const v1::TakeCamera& camera : report.take().cameras()) {
+    for (const v1::TakeTiming& timing : report.timing())
+      if (camera.own_pace() && timing.camera() == camera.id())
+        find(
+            absl::StrFormat("camera %s: at its own pace, up to %.1f ms from the time of its set; only a "
+                            "trigger would hold it",
+                            camera.id(), timing.offset_worst_ms()));
+  }
   if (report.take().own_clocks())
     find(
         "the clocks were not synchronized: offsets are good to the uncertainty of their readings; PTP makes "
@@ -152,7 +160,7 @@ absl::StatusOr<SyncAnalysis> AnalyzeSync(const std::string& path) {
     out.series.push_back({id, {}, {}, {}});
     DescribeClock(id, readings, out);
   }
-  DescribeSets(**take, CommonTimes(**take, readings, info->take().own_clocks()), out);
+  DescribeSets(**take, CommonTimes(**take, readings, info->take()), out);
   CountJumps(**take, report);
   FindFaults(report);
   return out;

@@ -106,8 +106,7 @@ absl::StatusOr<v1::TakeInfo> DescribeTake(const std::string& folder) {
       bytes += kBlockBytes + PaddedBytes(record.payload_bytes);
   info.set_bytes(bytes);
   const absl::StatusOr<std::vector<LoggedReading>> readings = ReadClockLog(folder);
-  const CommonTimes times(**streams, readings.value_or(std::vector<LoggedReading>{}),
-                          info.take().own_clocks());
+  const CommonTimes times(**streams, readings.value_or(std::vector<LoggedReading>{}), info.take());
   DescribeTiming(**streams, times, info);
   DescribeCauses(**streams, info);
   for (const std::string& warning : (*streams)->warnings()) info.add_warnings(warning);

@@ -51,6 +51,8 @@ TriggerSender::TriggerSender(const std::vector<std::unique_ptr<CameraSource>>& c
     const auto address = settings.find("DeviceAddress");
     addresses_.push_back(address != settings.end() ? address->second : "");
   }
+  while (first_triggered_ + 1 < cameras_.size() && !cameras_[first_triggered_]->TakesTriggers())
+    ++first_triggered_;
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -78,6 +80,7 @@ void TriggerSender::Run() {
 void TriggerSender::Send(int64_t at_host_ns) {
   FollowSharedClock();
   for (size_t i = 0; i < cameras_.size(); ++i) {
+    if (!cameras_[i]->TakesTriggers()) continue;
     const absl::Status status =
         options_.kind == TriggerKind::kAction ? SendAction(i, at_host_ns) : cameras_[i]->Trigger();
     const std::string failure(status.message());
@@ -89,7 +92,7 @@ void TriggerSender::Send(int64_t at_host_ns) {
 // Once for all cameras of a trigger. Kept as long as the lead allows, so that noise of the readings does not
 // reach the intervals.
 void TriggerSender::FollowSharedClock() {
-  const std::optional<ClockReading> clock = clocks_.Last(0);
+  const std::optional<ClockReading> clock = clocks_.Last(first_triggered_);
   if (!clock) return;
   const int64_t minus_host_ns = clock->device_minus_host_ns;
   if (!shared_minus_host_ns_ || std::abs(*shared_minus_host_ns_ - minus_host_ns) > options_.lead_ns / 4)

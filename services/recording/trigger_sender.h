@@ -30,8 +30,8 @@ struct TriggerOptions {
   absl::Status Validate() const;
 };
 
-// A thread that triggers cameras from its construction until Stop. `note` is told of what fails, once per
-// camera and message.
+// A thread that triggers the cameras that take triggers, from its construction until Stop. `note` is told of
+// what fails, once per camera and message.
 class TriggerSender {
  public:
   using Note = std::function<void(size_t camera, const std::string& what)>;
@@ -57,6 +57,7 @@ class TriggerSender {
   const Note note_;
   ActionSender sender_;
   std::vector<std::string> addresses_, failures_;  // by camera
+  size_t first_triggered_ = 0;                     // its readings are those of the common clock
   std::optional<int64_t> shared_minus_host_ns_;    // of the common clock
   std::atomic<bool> stopping_ = false;
   std::thread thread_;

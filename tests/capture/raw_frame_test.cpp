@@ -3,6 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+
 #include "capture/frame_codec.h"
 
 namespace weft {
@@ -58,6 +63,52 @@ TEST(RawFrame, KeepsTheUpperBitsOfDeepPixels) {
   const auto twelve = ToFrame(FrameOf(RawFormat::kMono12p, 2, 1, BitStream({0xabc, 0x123}, 12)));
   ASSERT_TRUE(twelve.ok());
   EXPECT_EQ(*twelve->pixels, (std::vector<uint8_t>{0xab, 0x12}));
+}
+
+TEST(RawFrame, KeepsTheUpperBitsOfCsi2Pixels) {
+  // Four pixels of 10 bits in 5 bytes, two of 12 in 3: upper bytes, then the lower bits, first pixel lowest.
+  const auto ten = ToFrame(FrameOf(RawFormat::kBayerRg10Csi2, 4, 1, {0xab, 0x01, 0xff, 0x80, 0b11'10'01'00}));
+  ASSERT_TRUE(ten.ok());
+  EXPECT_EQ(*ten->pixels, (std::vector<uint8_t>{0xab, 0x01, 0xff, 0x80}));
+  EXPECT_EQ(ten->format, PixelFormat::kBayerRg8);
+  const auto twelve = ToFrame(FrameOf(RawFormat::kMono12Csi2, 2, 2, {1, 2, 0xff, 3, 4, 0xff}));
+  ASSERT_TRUE(twelve.ok());
+  EXPECT_EQ(*twelve->pixels, (std::vector<uint8_t>{1, 2, 3, 4}));
+}
+
+// ITU-R BT.601, luma 16 to 235: colours by its definition and not by a library.
+TEST(RawFrame, ColoursOfYuvAreThoseOfBt601) {
+  for (const auto& [r, g, b] : {std::array{200., 30., 60.}, {20., 220., 90.}, {90., 80., 250.}}) {
+    const double y = 0.299 * r + 0.587 * g + 0.114 * b;
+    const auto luma = static_cast<uint8_t>(std::lround(16 + y * 219 / 255));
+    const auto cb = static_cast<uint8_t>(std::lround(128 + (b - y) / 1.772 * 224 / 255));
+    const auto cr = static_cast<uint8_t>(std::lround(128 + (r - y) / 1.402 * 224 / 255));
+    for (const auto& frame : {ToFrame(FrameOf(RawFormat::kYuyv, 2, 1, {luma, cb, luma, cr})),
+                              ToFrame(FrameOf(RawFormat::kUyvy, 2, 1, {cb, luma, cr, luma}))}) {
+      ASSERT_TRUE(frame.ok());
+      EXPECT_NEAR((*frame->pixels)[0], r, 2);
+      EXPECT_NEAR((*frame->pixels)[4], g, 2);
+      EXPECT_NEAR((*frame->pixels)[5], b, 2);
+    }
+  }
+}
+
+TEST(RawFrame, MotionJpegShowsWhatWasEncoded) {
+  cv::Mat image(48, 64, CV_8UC3);
+  for (int y = 0; y < image.rows; ++y)
+    for (int x = 0; x < image.cols; ++x)
+      image.at<cv::Vec3b>(y, x) = {static_cast<uint8_t>(2 * x), static_cast<uint8_t>(3 * y), 60};
+  std::vector<uint8_t> jpeg;
+  ASSERT_TRUE(cv::imencode(".jpg", image, jpeg, {cv::IMWRITE_JPEG_QUALITY, 98}));
+  const auto frame = ToFrame(FrameOf(RawFormat::kMotionJpeg, 64, 48, jpeg));
+  ASSERT_TRUE(frame.ok()) << frame.status();
+  EXPECT_EQ(frame->format, PixelFormat::kRgb8);
+  for (int y = 0; y < image.rows; ++y)
+    for (int x = 0; x < image.cols; ++x)
+      for (int c = 0; c < 3; ++c)
+        ASSERT_NEAR((*frame->pixels)[3 * (y * 64 + x) + c], image.at<cv::Vec3b>(y, x)[2 - c], 12);
+  EXPECT_THAT(std::string(ToFrame(FrameOf(RawFormat::kMotionJpeg, 32, 48, jpeg)).status().message()),
+              HasSubstr("JPEG is 64x48"));
 }
 
 TEST(RawFrame, TurnsOtherOrdersIntoRgb) {

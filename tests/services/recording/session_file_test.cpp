@@ -52,6 +52,29 @@ TEST(SessionFile, NamesTheFaultyField) {
   EXPECT_THAT(FaultOf(session), HasSubstr("fps is missing"));
 }
 
+TEST(SessionFile, CamerasOfThisMachineHaveTheirOwnClock) {
+  v1::Session session = TwoCameras();
+  session.set_fps(30);
+  v1::SessionCamera& camera = *session.add_cameras();
+  camera.set_id("usb");
+  EXPECT_THAT(FaultOf(session), HasSubstr("(id usb): it needs one of the fields gige and v4l2"));
+  camera.mutable_v4l2()->set_format("YUYV");
+  EXPECT_THAT(FaultOf(session), HasSubstr("the field v4l2.device is missing"));
+  camera.mutable_v4l2()->set_device("/dev/video0");
+  FrameSetOptions sets = RecordingOptionsOf(session)->sets;
+  EXPECT_EQ(sets.clocks, ClockDomain::kShared);
+  EXPECT_TRUE(sets.cameras[2].own_clock && !sets.cameras[0].own_clock);
+  session.mutable_trigger()->set_kind(v1::SESSION_TRIGGER_KIND_SOFTWARE);
+  EXPECT_THAT(FaultOf(session), HasSubstr("camera usb: V4L2 cameras take no triggers from Weft"));
+  camera.set_own_pace(true);
+  EXPECT_TRUE(RecordingOptionsOf(session)->sets.cameras[2].own_pace);
+  session.mutable_cameras()->DeleteSubrange(0, 2);
+  EXPECT_THAT(FaultOf(session), HasSubstr("one must set the times"));
+  session.mutable_cameras(0)->set_own_pace(false);
+  session.clear_trigger();
+  EXPECT_EQ(RecordingOptionsOf(session)->sets.clocks, ClockDomain::kEstimated);
+}
+
 TEST(SessionFile, ToleranceFollowsTheRate) {
   v1::Session session = TwoCameras();
   EXPECT_EQ(RecordingOptionsOf(session)->sets.tolerance_ns, 2'000'000);

@@ -1,0 +1,41 @@
+// weft camera: the cameras at hand.
+#include <cstdio>
+#include <memory>
+
+#include "services/cli/commands.h"
+#include "services/cli/take_text.h"
+#include "services/recording/camera_list.h"
+
+namespace weft {
+namespace {
+
+struct CameraListCommandOptions {
+  bool details = false;
+  bool json = false;
+};
+
+absl::Status List(const CameraListCommandOptions& options) {
+  const v1::CameraList list = ListCameras();
+  if (options.json) return PrintJsonMessage(list);
+  std::fputs(CameraListText(list, options.details).c_str(), stdout);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddCameraCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* camera = AddCommand(app, "camera", "The cameras at hand.", "");
+  camera->require_subcommand(1);
+  const auto options = std::make_shared<CameraListCommandOptions>();
+  CLI::App* list = AddCommand(
+      *camera, "list",
+      "List the cameras that session.json can name: GigE Vision cameras that answer in the network, and V4L2 "
+      "cameras of this machine (USB, CSI, frame grabbers).",
+      "  weft camera list\n"
+      "  weft camera list --details");
+  list->add_flag("--details", options->details, "Formats, sizes and controls of V4L2 cameras, too");
+  list->add_flag("--json", options->json, "Print JSON (weft.v1.CameraList)");
+  list->callback([options, &line] { line.run = [options] { return List(*options); }; });
+}
+
+}  // namespace weft

@@ -1,0 +1,110 @@
+"""V4L2 cameras: the kernel's virtual driver in a guest. WEFT_ENDURANCE_S=600 adds a session of that many seconds with four
+GigE Vision cameras besides, which takes a quiet machine, and prints figures."""
+
+import csv
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from guest import kernel, run_in_guest
+from live_studio import LiveTest, frames
+from studio import BIN, weft, write
+
+SOURCE = os.environ["WEFT_SOURCE"]
+GIGE = {"left": "127.0.0.2", "middle": "127.0.0.3", "right": "127.0.0.4", "top": "127.0.0.5"}
+SECONDS = float(os.environ.get("WEFT_ENDURANCE_S", "0"))
+FPS = 4  # a guest is slow
+STILL = ["Test Pattern=100% Colorbar", "OSD Text Mode=None", "Timestamp Source=Start of Exposure"]
+SABOTAGE = (("0.3", "0", "Inject V4L2_BUF_FLAG_ERROR"), ("0.45", "0", "Disconnect"),
+            ("0.6", "1", "Percentage of Dropped Buffers=30"), ("0.7", "1", "Percentage of Dropped Buffers=0"))
+
+
+class V4l2(LiveTest):
+    def setUp(self):
+        kernel()
+        folder = tempfile.TemporaryDirectory(prefix="weft test ")
+        self.addCleanup(folder.cleanup)
+        self.live_set_up(folder.name, GIGE)
+        for program in ("v4l2_guest", "camera_ends"):
+            subprocess.run(["strip", "-o", os.path.join(folder.name, program), os.path.join(BIN, program)], check=True)
+        shutil.copy(os.path.join(SOURCE, "tests/system/camera_end.xml"), folder.name)
+        self.folder = folder.name
+
+    def write_mixed_session(self):
+        usb = [{"id": f"usb{i}", "own_pace": True,
+                "v4l2": {"device": f"platform:vivid-00{i}", "format": "YUYV", "width_px": 320, "height_px": 180,
+                         "controls": STILL, "user_buffers": i == 1}} for i in range(2)]
+        self.write_session(["Width=64", "Height=64"], ptp=True, fps=FPS, tolerance_ms=2)
+        with open(self.session) as file:
+            session = json.load(file)
+        session["cameras"] += usb
+        write(self.session, json.dumps(session))
+
+    def test_formats_controls_buffers_and_losses(self):
+        run_in_guest(self.folder, "./v4l2_guest check\n")
+
+    @unittest.skipIf(SECONDS == 0, "WEFT_ENDURANCE_S is not set")
+    def test_a_session_with_gige_cameras(self):
+        self.write_mixed_session()
+        faults = " ".join(f"{float(at) * SECONDS} /dev/video{device} '{control}'" for at, device, control in SABOTAGE)
+        addresses = "\n".join(f"ip address add {address}/8 dev lo" for address in GIGE.values())
+        names = " ".join(f"{name}={address}" for name, address in GIGE.items())
+        run_in_guest(self.folder, f"""set -e
+{addresses}
+mkfifo /tmp/lines
+./camera_ends camera_end.xml {names} < /tmp/lines > /tmp/answers &
+exec 3> /tmp/lines
+until grep -q ready /tmp/answers; do sleep 0.2; done
+./v4l2_guest record session.json take {SECONDS} {faults}
+""", limit_s=400 + 1.2 * SECONDS)
+        info = json.loads(weft("take", "info", self.take, "--json", check=0).stdout)
+        self.assert_accounted(info)
+        self.assert_gige_frames_are_true()
+        self.assert_usb_frames_are_whole()
+        self.assert_events_have_causes(info)
+        sync = json.loads(weft("take", "sync", self.take, "--json", check=0).stdout)
+        self.assertLess(sync["spread_worst_ms"], 2)
+        for timing in sync["timing"]:
+            limit_ms = 1500 / FPS if timing["camera"].startswith("usb") else 2
+            self.assertLess(timing["offset_worst_ms"], limit_ms, timing)
+        print(json.dumps(info, indent=1), weft("take", "sync", self.take, check=0).stdout)
+
+    def assert_gige_frames_are_true(self):
+        """Of every set, all GigE cameras exposed at the same moment."""
+        times = {}
+        for camera in GIGE:
+            for number, _, true_ns, _ in frames(self.take, camera):
+                times.setdefault(number, set()).add(true_ns)
+        self.assertGreater(len(times), SECONDS * FPS / 4)
+        self.assertTrue(all(len(found) == 1 for found in times.values()))
+
+    def assert_usb_frames_are_whole(self):
+        """The picture is still, so every frame has the same bytes; and no frame is in two sets."""
+        images = os.path.join(self.folder, "images")
+        weft("take", "export", self.take, "--out", images, check=0)
+        for camera in ("usb0", "usb1"):
+            pictures = set()
+            for base, _, names in os.walk(images):
+                for name in names:
+                    if name.startswith(camera):
+                        with open(os.path.join(base, name), "rb") as file:
+                            pictures.add(file.read())
+            self.assertEqual(len(pictures), 1)
+
+    def assert_events_have_causes(self, info):
+        with open(os.path.join(self.take, "ledger.csv"), newline="") as file:
+            missing = [(line[5], line[6]) for line in csv.reader(file) if line[0] == "missing"]
+        notes = "\n".join(info["notes"])
+        self.assertRegex(notes, "camera usb0: disconnected: .*the device is gone")
+        self.assertRegex(notes, r"camera usb0: reconnected: after \d+ ms")
+        causes = {camera: [cause for of, cause in missing if of == camera] for camera in ("usb0", "usb1")}
+        self.assertTrue(any("torn: the driver marks" in cause for cause in causes["usb0"]), causes["usb0"])
+        self.assertTrue(any("disconnected" in cause for cause in causes["usb0"]), causes["usb0"])
+        self.assertTrue(any("did not deliver it: dropped by" in cause for cause in causes["usb1"]), causes["usb1"])
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
