@@ -3,7 +3,9 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <functional>
 
 #include "capture/image_file.h"
 #include "services/calibration/rehearsal.h"
@@ -15,8 +17,39 @@
 namespace weft {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 namespace fs = std::filesystem;
+
+Frame WithPixels(Frame image, std::vector<uint8_t> pixels) {
+  image.pixels = std::make_shared<const std::vector<uint8_t>>(std::move(pixels));
+  return image;
+}
+
+// What a camera behind a cover sees.
+Frame Covered(const Frame& image) {
+  return WithPixels(image, std::vector<uint8_t>(image.pixels->size(), 90));
+}
+
+// Out of focus: every pixel the mean over 7 x 7.
+Frame Unsharp(const Frame& image) {
+  const int bytes = BytesPerPixel(image.format);
+  std::vector<uint8_t> out(image.pixels->size());
+  for (int y = 0; y < image.height_px; ++y) {
+    for (int i = 0; i < image.width_px * bytes; ++i) {
+      int sum = 0;
+      for (int dy = -3; dy <= 3; ++dy) {
+        const uint8_t* row = image.row(std::clamp(y + dy, 0, image.height_px - 1));
+        for (int dx = -3; dx <= 3; ++dx) {
+          const int x = std::clamp(i / bytes + dx, 0, image.width_px - 1);
+          sum += row[x * bytes + i % bytes];
+        }
+      }
+      out[static_cast<size_t>(y) * image.width_px * bytes + i] = static_cast<uint8_t>(sum / 49);
+    }
+  }
+  return WithPixels(image, std::move(out));
+}
 
 CalibrationTarget OneBoard() {
   CalibrationTarget target{"one", {MakeBoard("A", 0, 5, 4, 28)}, {{"bar", "tag36h11", 500, 501, 260}}};
@@ -55,6 +88,28 @@ class CalibrateDumpTest : public ::testing::Test {
     const auto result = CalibrateDump(request);
     if (!result.ok()) return result.status().ToString();
     return std::string(IssuesStatus(result->issues).message());
+  }
+
+  // A copy of the dump in which the images that `which` chooses, by frame (from 0) and camera, are changed.
+  static std::string ChangedDump(const std::string& name,
+                                 const std::function<bool(int, const std::string&)>& which,
+                                 const std::function<Frame(const Frame&)>& change) {
+    const std::string copy = *folder_ / name;
+    fs::copy(std::string(*folder_ / "boards"), copy, fs::copy_options::recursive);
+    std::vector<fs::path> frames;
+    for (const auto& entry : fs::directory_iterator(copy)) {
+      if (fs::exists(entry.path() / "c00.png")) frames.push_back(entry.path());
+    }
+    std::sort(frames.begin(), frames.end());
+    EXPECT_EQ(frames.size(), 36u);
+    for (size_t f = 0; f < frames.size(); ++f) {
+      for (const char* camera : {"c00", "c01", "c02", "c03"}) {
+        if (!which(static_cast<int>(f), camera)) continue;
+        const std::string file = frames[f] / (std::string(camera) + ".png");
+        EXPECT_TRUE(WriteImageFile(file, change(ReadImageFile(file).value())).ok());
+      }
+    }
+    return copy;
   }
 
   static TempFolder* folder_;
@@ -122,17 +177,47 @@ TEST_F(CalibrateDumpTest, BlurredBoardsAreTheCauseThatIsNamed) {
 }
 
 TEST_F(CalibrateDumpTest, MirroredImagesAreNamed) {
-  // Camera c01 with left and right exchanged.
-  const std::string mirrored = *folder_ / "mirrored";
-  fs::copy(std::string(*folder_ / "boards"), mirrored, fs::copy_options::recursive);
-  for (const auto& entry : fs::recursive_directory_iterator(mirrored)) {
-    if (entry.path().filename() != "c01.png") continue;
-    const Frame image = ReadImageFile(entry.path().string()).value();
-    ASSERT_TRUE(WriteImageFile(entry.path().string(), MirroredGrey(image).value()).ok());
-  }
   CalibrationRequest request = Request();
-  request.dump = mirrored;
+  request.dump = ChangedDump(
+      "mirrored", [](int, const std::string& camera) { return camera == "c01"; },
+      [](const Frame& image) { return MirroredGrey(image).value(); });
   EXPECT_THAT(Refusal(request), HasSubstr("camera c01: its images are mirrored"));
+}
+
+TEST_F(CalibrateDumpTest, ACameraThatSeesNoBoardIsNamed) {
+  CalibrationRequest request = Request();
+  request.dump = ChangedDump(
+      "covered", [](int, const std::string& camera) { return camera == "c02"; }, Covered);
+  EXPECT_THAT(Refusal(request), HasSubstr("camera c02: saw no board in 36 images"));
+}
+
+TEST_F(CalibrateDumpTest, ACameraFarOutOfFocusIsNamed) {
+  CalibrationRequest request = Request();
+  request.dump = ChangedDump(
+      "unsharp", [](int, const std::string& camera) { return camera == "c03"; }, Unsharp);
+  // So far that no tag is found any more; softer ones count as blurred.
+  EXPECT_THAT(Refusal(request), AllOf(HasSubstr("camera c03: saw no board in 36 images"),
+                                      HasSubstr("check its light, focus and direction")));
+}
+
+TEST_F(CalibrateDumpTest, AMirroredBoardIsNamed) {
+  CalibrationTarget wrong = OneBoard();
+  for (int row = 0; row < 5; ++row) {
+    std::reverse(wrong.boards[0].tag_ids.begin() + 4 * row, wrong.boards[0].tag_ids.begin() + 4 * row + 4);
+  }
+  ASSERT_TRUE(WriteTarget(*folder_ / "turned.json", wrong).ok());
+  CalibrationRequest request = Request();
+  request.target = *folder_ / "turned.json";
+  EXPECT_THAT(Refusal(request), HasSubstr("board A: mirrored in"));
+}
+
+TEST_F(CalibrateDumpTest, TwoIslandsAreNamed) {
+  // Cameras 0 and 1 are covered in every second frame, the others in the rest; camera 3 then sees no board.
+  CalibrationRequest request = Request();
+  request.dump = ChangedDump(
+      "islands", [](int frame, const std::string& camera) { return (camera < "c02") == (frame % 2 == 0); },
+      Covered);
+  EXPECT_THAT(Refusal(request), HasSubstr("camera c02 shares no board with cameras c00, c01"));
 }
 
 TEST_F(CalibrateDumpTest, ErrorsNameTheFile) {
