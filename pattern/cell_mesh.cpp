@@ -10,8 +10,8 @@ namespace {
 
 // Weight of what may be hidden.
 constexpr float kUnknownWeight = 0.2f;
-// Cells hide mostly where cloth turns away from the camera: the edge to an unknown cell is shorter.
-constexpr float kUnknownEdge = 0.93f;
+// Cells hide mostly where cloth turns away from the camera: the edge to a hidden cell is shorter.
+constexpr float kHiddenEdge = 0.93f;
 // Differences along a row or column of centres at which the prior lets go, in cells.
 constexpr float kFourthDifference = 0.1f, kSecondDifference = 0.03f;
 
@@ -59,7 +59,8 @@ class PriorSums {
 
 class MeshSweep {
  public:
-  MeshSweep(const Board& board, std::vector<GrownCell>* cells) : cells_(*cells), map_(board, *cells) {}
+  MeshSweep(const Board& board, std::vector<GrownCell>* cells)
+      : board_(board), cells_(*cells), map_(board, *cells) {}
 
   void Run(const CellFitter& fitter, float least_move_cells) {
     for (GrownCell& cell : cells_) {
@@ -88,11 +89,13 @@ class MeshSweep {
     std::array<const CellFrame*, 9> near;
     const CellFrame& f = cell.fit.frame;
     for (int k = 0; k < 9; ++k) {
-      near[k] = At(cell.row + k / 3 - 1, cell.col + k % 3 - 1);
+      const int row = cell.row + k / 3 - 1, col = cell.col + k % 3 - 1;
+      near[k] = At(row, col);
       (*weights)[k] = near[k] ? 1 : kUnknownWeight;
       const float dc = static_cast<float>(k % 3 - 1), dr = static_cast<float>(k / 3 - 1);
-      nodes.x[k] = near[k] ? near[k]->x : f.x + kUnknownEdge * (dc * f.ax + dr * f.bx);
-      nodes.y[k] = near[k] ? near[k]->y : f.y + kUnknownEdge * (dc * f.ay + dr * f.by);
+      const float edge = board_.Contains(row, col) ? kHiddenEdge : 1;
+      nodes.x[k] = near[k] ? near[k]->x : f.x + edge * (dc * f.ax + dr * f.bx);
+      nodes.y[k] = near[k] ? near[k]->y : f.y + edge * (dc * f.ay + dr * f.by);
     }
     for (const int k : {0, 2, 6, 8}) {
       if (near[k]) continue;
@@ -113,6 +116,7 @@ class MeshSweep {
     return sums.Solve(cell.fit.frame);
   }
 
+  const Board& board_;
   std::vector<GrownCell>& cells_;
   CellMap map_;
 };

@@ -107,8 +107,8 @@ class TakenPlaces {
 
 class GuidedSearch {
  public:
-  GuidedSearch(const CellFitter& fitter, const Frame& frame, const GuidedOptions& options)
-      : fitter_(fitter), frame_(frame), options_(options) {}
+  GuidedSearch(const Board& board, const CellFitter& fitter, const Frame& frame, const GuidedOptions& options)
+      : board_(board), fitter_(fitter), frame_(frame), options_(options) {}
 
   GuidedCell Look(const PredictedCell& wanted) const {
     GuidedCell cell;
@@ -179,14 +179,16 @@ class GuidedSearch {
     const int reach = options_.rival_cells;
     for (int dr = -reach; dr <= reach; ++dr) {
       for (int dc = -reach; dc <= reach; ++dc) {
-        if (dr == 0 && dc == 0) continue;
-        const CellFit rival = fitter_.Fit(wanted.row + dr, wanted.col + dc, frame, wanted.in_sight, 1);
+        const int row = wanted.row + dr, col = wanted.col + dc;
+        if ((dr == 0 && dc == 0) || !board_.Contains(row, col)) continue;
+        const CellFit rival = fitter_.Fit(row, col, frame, wanted.in_sight, 1);
         best = std::max(best, rival.explained);
       }
     }
     return best;
   }
 
+  const Board& board_;
   const CellFitter& fitter_;
   const Frame& frame_;
   const GuidedOptions& options_;
@@ -303,7 +305,7 @@ absl::StatusOr<GuidedResult> DecodePredicted(const Frame& frame, const Board& bo
   const SampledProfile profile(board.square_fraction);
   const Appearance appearance = LearnAppearance(*pyramid, board, profile, known);
   const CellFitter fitter(*pyramid, board, profile, appearance);
-  const GuidedSearch search(fitter, frame, options);
+  const GuidedSearch search(board, fitter, frame, options);
   for (size_t k = 0; k < wanted.size(); ++k) result.cells[k] = search.Look(wanted[k]);
 
   SettleClaims(known, frame.width_px, frame.height_px, &result.cells);

@@ -14,7 +14,7 @@
 namespace weft {
 namespace {
 
-constexpr double kLeastPitchPx = 10;  // cells are enlarged to this
+constexpr double kLeastPitchPx = 9.5;  // smaller cells are enlarged
 constexpr int kMostScale = 4;
 constexpr double kMostPixels = 48e6;  // of the picture
 constexpr double kFontScale = 0.35, kLegendFontScale = 0.45;
