@@ -125,7 +125,8 @@ absl::StatusOr<TextureDrift> TextureDrift::Build(const Template& garment,
   return drift;
 }
 
-UnwrapPlan TextureDrift::Plan(const Rig& rig, const VisibleMesh& before, const VisibleMesh& after) const {
+UnwrapPlan TextureDrift::Plan(const Rig& rig, const VisibleMesh& before, const VisibleMesh& after,
+                              const std::vector<std::vector<bool>>& uncovered) const {
   const size_t cameras = rig.cameras.size();
   std::vector<std::vector<float>> pitch_px(cameras);  // [cameras][vertices], 0 where not seen in both frames
   UnwrapPlan plan;
@@ -134,10 +135,11 @@ UnwrapPlan TextureDrift::Plan(const Rig& rig, const VisibleMesh& before, const V
   for (size_t c = 0; c < cameras; ++c) {
     const std::vector<VertexView> a = before.Look(rig.cameras[c], options_.viewing),
                                   b = after.Look(rig.cameras[c], options_.viewing);
+    const bool all_uncovered = uncovered.empty() || uncovered[c].empty();
     plan.seen[c].resize(a.size());
     pitch_px[c].resize(a.size());
     for (size_t v = 0; v < a.size(); ++v) {
-      plan.seen[c][v] = a[v].seen && b[v].seen;
+      plan.seen[c][v] = a[v].seen && b[v].seen && (all_uncovered || uncovered[c][v]);
       pitch_px[c][v] = plan.seen[c][v] ? std::min(a[v].pitch_px, b[v].pitch_px) : 0;
     }
   }

@@ -65,8 +65,11 @@ class TextureDrift {
   // InvalidArgument: options, a template without printed faces.
   static absl::StatusOr<TextureDrift> Build(const Template& garment, const TextureDriftOptions& options);
 
-  // Meshes have the template's vertices and faces. Parallel in the calling thread's TBB arena.
-  UnwrapPlan Plan(const Rig& rig, const VisibleMesh& before, const VisibleMesh& after) const;
+  // Meshes have the template's vertices and faces. `uncovered`, [cameras][vertices]: where nothing else is in
+  // front of the cloth in either frame (ReadAround); empty, of all cameras or of one: not known, taken as
+  // everywhere. Parallel in the calling thread's TBB arena.
+  UnwrapPlan Plan(const Rig& rig, const VisibleMesh& before, const VisibleMesh& after,
+                  const std::vector<std::vector<bool>>& uncovered) const;
 
   TextureDriftField EmptyField() const;
   // Adds what camera `camera` measures by its blocks of the plan. The same numbers in any order of the

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <utility>
 
 #include "simulation/printed_mesh.h"
@@ -70,6 +71,23 @@ double CellPitchMm(const Template& garment) {
         (garment.rest.vertices_mm[face[1]] - origin).cross(garment.rest.vertices_mm[face[2]] - origin).norm();
   }
   return cells > 0 ? std::sqrt(area_mm2 / cells) : 0;
+}
+
+std::vector<bool> ReadAround(const std::vector<VertexCell>& cell_of_vertex,
+                             const std::vector<Observation>& observations) {
+  constexpr int kMost = 5;  // of nine
+  std::set<std::pair<int, int>> read;
+  for (const Observation& o : observations)
+    if (o.node.kind == NodeKind::kCenter) read.emplace(o.node.row, o.node.col);
+  std::vector<bool> around;
+  around.reserve(cell_of_vertex.size());
+  for (const VertexCell& cell : cell_of_vertex) {
+    int count = 0;
+    for (int k = 0; k < 9; ++k)
+      count += static_cast<int>(read.count({cell.row + k / 3 - 1, cell.col + k % 3 - 1}));
+    around.push_back(cell.row >= 0 && count >= kMost);
+  }
+  return around;
 }
 
 }  // namespace weft

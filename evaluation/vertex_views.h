@@ -9,6 +9,7 @@
 #include "alignment/ray_scene.h"
 #include "alignment/template.h"
 #include "capture/camera_model.h"
+#include "pattern/observation.h"
 
 namespace weft {
 
@@ -45,6 +46,12 @@ class VisibleMesh {
   double cell_mm_ = 0;
   RayScene rays_;
 };
+
+// [vertices] Whether a picture was read around a vertex: most of the 3x3 cells around its own were decoded.
+// Where the mesh alone says that a camera sees cloth but little of it was read, something that is no part of
+// the mesh covers it, such as a hand.
+std::vector<bool> ReadAround(const std::vector<VertexCell>& cell_of_vertex,
+                             const std::vector<Observation>& observations);
 
 // Pitch of the template's cells at rest: the square root of the area of the printed faces by that of their
 // cells. 0 when no face is printed.

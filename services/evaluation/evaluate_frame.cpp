@@ -232,7 +232,9 @@ class FrameEvaluator {
     const auto after = VisibleMesh::Build(after_mm, faces, tools_.cell_mm);
     if (!now.ok()) return now.status();
     if (!after.ok()) return after.status();
-    const UnwrapPlan plan = tools_.texture->Plan(*inputs_.rig, *now, *after);
+    const absl::StatusOr<std::vector<std::vector<bool>>> uncovered = UncoveredInBoth();
+    if (!uncovered.ok()) return uncovered.status();
+    const UnwrapPlan plan = tools_.texture->Plan(*inputs_.rig, *now, *after, *uncovered);
     TextureDriftField field = tools_.texture->EmptyField();
     for (size_t c = 0; c < plan.of_camera.size(); ++c) {
       if (plan.of_camera[c].empty()) continue;
@@ -248,6 +250,26 @@ class FrameEvaluator {
       metrics.texture_flow_lost = static_cast<double>(field.lost) / static_cast<double>(field.tried);
     out_.fields.texture_drift_mm_s = std::move(field.mm);
     return absl::OkStatus();
+  }
+
+  // [cameras][vertices], for TextureDrift::Plan, of this frame and the next.
+  absl::StatusOr<std::vector<std::vector<bool>>> UncoveredInBoth() const {
+    std::vector<std::vector<bool>> uncovered;
+    const auto views_after =
+        ReadCameraObservations((fs::path(inputs_.result) / inputs_.frames[index_ + 1].name).string());
+    if (!views_after.ok()) return views_after.status();
+    if (!pieces_.pieces.observations || !*views_after) return uncovered;
+    const std::vector<VertexCell>& cells = inputs_.garment->cell_of_vertex;
+    uncovered.assign(inputs_.rig->cameras.size(), std::vector<bool>(cells.size(), true));
+    for (const std::vector<CameraObservations>* views : {&*pieces_.pieces.observations, &**views_after}) {
+      std::vector<std::vector<bool>> read(uncovered.size(), std::vector<bool>(cells.size(), false));
+      for (const CameraObservations& view : *views)
+        if (const int camera = inputs_.rig->IndexOf(view.camera_id); camera >= 0)
+          read[camera] = ReadAround(cells, view.observations);
+      for (size_t c = 0; c < read.size(); ++c)
+        for (size_t v = 0; v < cells.size(); ++v) uncovered[c][v] = uncovered[c][v] && read[c][v];
+    }
+    return uncovered;
   }
 
   absl::StatusOr<GreyImage> Picture(int dump_index, size_t camera) const {

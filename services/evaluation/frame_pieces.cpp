@@ -13,6 +13,10 @@ namespace weft {
 
 namespace fs = std::filesystem;
 
+namespace {
+constexpr char kObservations[] = "observations.csv";
+}  // namespace
+
 absl::StatusOr<ResultMesh> ReadResultMesh(const std::string& path) {
   const absl::StatusOr<Ply> ply = ReadPly(path);
   if (!ply.ok()) return ply.status();
@@ -36,6 +40,19 @@ std::vector<bool> ResultMesh::Measured() const {
   return out;
 }
 
+absl::StatusOr<std::optional<std::vector<CameraObservations>>> ReadCameraObservations(
+    const std::string& frame_folder) {
+  const fs::path path = fs::path(frame_folder) / kObservations;
+  std::error_code error;
+  if (!fs::exists(path, error)) return std::nullopt;
+  absl::StatusOr<std::vector<ImageObservations>> images = ReadObservations(path.string());
+  if (!images.ok()) return images.status();
+  std::vector<CameraObservations> views;
+  for (ImageObservations& image : *images)
+    views.push_back({std::move(image.image), std::move(image.observations)});
+  return views;
+}
+
 absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder) {
   FramePieces out;
   const auto path_of = [&](const char* name) -> std::string {
@@ -45,13 +62,10 @@ absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder) {
     out.missing.emplace_back(name);
     return "";
   };
-  if (const std::string path = path_of("observations.csv"); !path.empty()) {
-    absl::StatusOr<std::vector<ImageObservations>> images = ReadObservations(path);
-    if (!images.ok()) return images.status();
-    out.pieces.observations.emplace();
-    for (ImageObservations& image : *images)
-      out.pieces.observations->push_back({std::move(image.image), std::move(image.observations)});
-  }
+  absl::StatusOr<std::optional<std::vector<CameraObservations>>> views = ReadCameraObservations(frame_folder);
+  if (!views.ok()) return views.status();
+  out.pieces.observations = *std::move(views);
+  if (!out.pieces.observations) out.missing.emplace_back(kObservations);
   if (const std::string path = path_of("cloud.ply"); !path.empty()) {
     absl::StatusOr<Cloud> cloud = ReadCloud(path);
     if (!cloud.ok()) return cloud.status();

@@ -25,6 +25,9 @@ struct FramePieces {
   std::vector<std::string> missing;  // names of the files that are not there
 };
 
+// Empty: there is no observations.csv in the folder. Errors name the file.
+absl::StatusOr<std::optional<std::vector<CameraObservations>>> ReadCameraObservations(
+    const std::string& frame_folder);
 // Reads <result>/<frame>/{observations.csv,cloud.ply,mesh.ply}. Errors name the file.
 absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder);
 // NotFound: no such file.

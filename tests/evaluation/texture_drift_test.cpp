@@ -63,12 +63,49 @@ class TextureDriftTest : public testing::Test {
     return *ToGrey(ToFrame(*picture));
   }
 
+  // A hand in front of half the cloth, with a pattern of its own that moves by `hand_px` to the right.
+  void Cover(int frame, double hand_px, GreyImage* picture) const {
+    for (int y = 0; y < picture->height_px; ++y)
+      for (int x = 0; x < picture->width_px / 2; ++x)
+        picture->value[static_cast<size_t>(y) * picture->width_px + x] =
+            static_cast<float>(120 + 40 * std::sin(0.4 * (x - hand_px * frame)) + 40 * std::sin(0.3 * y));
+  }
+
+  // A hand in front of part of the cloth in all pictures; `told`: nothing was read there.
+  TextureDriftField MeasureBehindHand(bool told) const {
+    const auto drift = TextureDrift::Build(garment_, {});
+    EXPECT_TRUE(drift.ok()) << drift.status();
+    const auto mesh = VisibleMesh::Build(cloth_.rest.vertices_mm, cloth_.rest.faces, kFlatCellMm);
+    std::vector<std::vector<bool>> uncovered(rig_.cameras.size());
+    for (size_t c = 0; told && c < rig_.cameras.size(); ++c) {
+      std::vector<Observation> read;
+      for (size_t v = 0; v < cloth_.rest.vertices_mm.size(); ++v) {
+        const auto pixel = rig_.cameras[c].Project(cloth_.rest.vertices_mm[v]);
+        const VertexCell& cell = garment_.cell_of_vertex[v];
+        if (cell.row >= 0 && pixel && pixel->x() > rig_.cameras[c].width_px / 2.0 + 5)
+          read.push_back({pixel->x(), pixel->y(), {cell.row, cell.col, NodeKind::kCenter}, 0.1f, 1});
+      }
+      uncovered[c] = ReadAround(garment_.cell_of_vertex, read);
+    }
+    const UnwrapPlan plan = drift->Plan(rig_, *mesh, *mesh, uncovered);
+    TextureDriftField field = drift->EmptyField();
+    for (int c = 0; c < 3; ++c) {
+      if (plan.of_camera[c].empty()) continue;
+      GreyImage before = Photograph(0, c), after = before;
+      Cover(0, 1.5, &before);
+      Cover(1, 1.5, &after);
+      drift->Measure(plan, c, rig_.cameras[c], mesh->vertices_mm(), before, mesh->vertices_mm(), after,
+                     &field);
+    }
+    return field;
+  }
+
   TextureDriftField Measure(double slide_mm) const {
     const auto drift = TextureDrift::Build(garment_, {});
     EXPECT_TRUE(drift.ok()) << drift.status();
     const auto before = VisibleMesh::Build(SlidingMesh(0, slide_mm), cloth_.rest.faces, kFlatCellMm);
     const auto after = VisibleMesh::Build(SlidingMesh(1, slide_mm), cloth_.rest.faces, kFlatCellMm);
-    const UnwrapPlan plan = drift->Plan(rig_, *before, *after);
+    const UnwrapPlan plan = drift->Plan(rig_, *before, *after, {});
     TextureDriftField field = drift->EmptyField();
     for (int c = 0; c < 3; ++c)
       if (!plan.of_camera[c].empty())
@@ -98,6 +135,15 @@ TEST_F(TextureDriftTest, SlidingTextureHasItsSpeed) {
     EXPECT_LT(field.lost, 0.02 * static_cast<double>(field.tried));
     EXPECT_NEAR(found->mean * kFps, speed_mm_s, 0.05 * speed_mm_s);
   }
+}
+
+TEST_F(TextureDriftTest, WhatMovesInFrontOfTheClothIsNoDrift) {
+  const auto fooled = Summarize(Measured(MeasureBehindHand(false)));
+  const auto found = Summarize(Measured(MeasureBehindHand(true)));
+  ASSERT_TRUE(fooled && found);
+  EXPECT_GT(fooled->mean * kFps, 2);
+  EXPECT_LT(found->mean * kFps, 0.3);
+  EXPECT_GT(found->count, kRows * kCols / 5);
 }
 
 TEST_F(TextureDriftTest, TextureThatStaysHasNone) {
