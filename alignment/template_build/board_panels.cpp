@@ -235,7 +235,7 @@ absl::StatusOr<BoardPanels> FindPanels(const std::vector<CellGrid>& grids, doubl
   return panels;
 }
 
-absl::StatusOr<BoardPanels> PanelsFromLabels(const std::vector<uint32_t>& labels,
+absl::StatusOr<BoardPanels> PanelsFromLabels(const std::vector<uint8_t>& labels,
                                              const std::vector<CellGrid>& grids, double cell_mm,
                                              const PanelOptions& options) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;

@@ -43,7 +43,7 @@ absl::StatusOr<BoardPanels> FindPanels(const std::vector<CellGrid>& grids, doubl
 // Panels as a label image of the board gives them ([rows][cols], 0 for cells outside the garment); pieces of
 // one label that do not touch are panels of their own, specks are left out. FailedPrecondition when nothing
 // is left.
-absl::StatusOr<BoardPanels> PanelsFromLabels(const std::vector<uint32_t>& labels,
+absl::StatusOr<BoardPanels> PanelsFromLabels(const std::vector<uint8_t>& labels,
                                              const std::vector<CellGrid>& grids, double cell_mm,
                                              const PanelOptions& options);
 

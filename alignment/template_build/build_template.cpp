@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/mesh_graph.h"
 #include "alignment/template_build/cell_grid.h"
+#include "alignment/template_build/chart_packing.h"
 #include "alignment/template_build/mesh_topology.h"
 #include "alignment/template_build/template_checks.h"
 #include "alignment/template_build/zipper.h"
@@ -64,8 +65,8 @@ class Builder {
     if (!(built_.measured_pitch_mm > 0)) {
       return absl::FailedPreconditionError("the clouds show no two cells side by side");
     }
-    built_.cell_mm = board_.cell_mm > 0 ? board_.cell_mm : built_.measured_pitch_mm;
-    const double off = built_.measured_pitch_mm / built_.cell_mm - 1;
+    built_.parts.cell_mm = board_.cell_mm > 0 ? board_.cell_mm : built_.measured_pitch_mm;
+    const double off = built_.measured_pitch_mm / built_.parts.cell_mm - 1;
     const std::string pitches =
         absl::StrCat("cells are ", std::round(100 * built_.measured_pitch_mm) / 100,
                      " mm apart in the clouds and ", board_.cell_mm, " mm on the board");
@@ -77,7 +78,7 @@ class Builder {
       built_.warnings.push_back(absl::StrCat(pitches, ": was the cloth printed at this scale?"));
     }
     for (CellGrid& grid : grids_) {
-      built_.contradicting_points += ForgetContradictions(built_.cell_mm, &grid);
+      built_.contradicting_points += ForgetContradictions(built_.parts.cell_mm, &grid);
     }
     return absl::OkStatus();
   }
@@ -85,16 +86,16 @@ class Builder {
   absl::Status FindSheet() {
     const absl::StatusOr<BoardPanels> panels =
         sources_.panel_labels.empty()
-            ? FindPanels(grids_, built_.cell_mm, options_.panels)
-            : PanelsFromLabels(sources_.panel_labels, grids_, built_.cell_mm, options_.panels);
+            ? FindPanels(grids_, built_.parts.cell_mm, options_.panels)
+            : PanelsFromLabels(sources_.panel_labels, grids_, built_.parts.cell_mm, options_.panels);
     if (!panels.ok()) return panels.status();
     built_.filled_cells = panels->filled_cells;
     built_.speck_cells = panels->speck_cells;
     absl::StatusOr<PanelSheet> sheet =
-        MakePanelSheet(*panels, built_.cell_mm, options_.panels.min_panel_cells);
+        MakePanelSheet(*panels, built_.parts.cell_mm, options_.panels.min_panel_cells);
     if (!sheet.ok()) return sheet.status();
     built_.sheet = *std::move(sheet);
-    built_.panels = DescribePanels(built_.sheet);
+    built_.parts.panels = DescribePanels(built_.sheet);
     return absl::OkStatus();
   }
 
@@ -110,7 +111,8 @@ class Builder {
     std::vector<bool> ever_placed(built_.sheet.panels, false);
     for (size_t i = 0; i < order.size(); ++i) {
       Tell(0.1 + 0.4 * static_cast<double>(i) / order.size());
-      absl::StatusOr<LiftedPanels> lifted = lifter.Lift(grids_[order[i]], built_.cell_mm, options_.lift);
+      absl::StatusOr<LiftedPanels> lifted =
+          lifter.Lift(grids_[order[i]], built_.parts.cell_mm, options_.lift);
       if (absl::IsFailedPrecondition(lifted.status())) continue;
       if (!lifted.ok()) return lifted.status();
       for (int p = 0; p < built_.sheet.panels; ++p) {
@@ -129,7 +131,7 @@ class Builder {
     for (int p = 0; p < built_.sheet.panels; ++p) {
       if (ever_placed[p]) continue;
       return absl::FailedPreconditionError(
-          absl::StrCat("no cloud shows enough of ", PanelText(built_.panels, p),
+          absl::StrCat("no cloud shows enough of ", PanelText(built_.parts.panels, p),
                        " to tell where it is; add one, or leave it out of --panels"));
     }
     return absl::FailedPreconditionError(
@@ -144,7 +146,7 @@ class Builder {
     for (int round = 0;; ++round) {
       Tell(0.5 + 0.3 * round / kMostRounds);
       const PanelBorders borders(built_.sheet, lifts_);
-      built_.seams = FindSeams(borders, built_.cell_mm, options_.seams);
+      built_.parts.seams = FindSeams(borders, built_.parts.cell_mm, options_.seams);
       Zip();
       const int before = std::exchange(open_points, OpenPoints(borders));
       const bool settled = round > 0 && open_points >= before;
@@ -152,7 +154,8 @@ class Builder {
         if (absl::Status status = PullTogether(); !status.ok()) return status;
         continue;
       }
-      if (absl::Status status = CheckSewnTogether(built_.sheet, built_.seams); !status.ok()) return status;
+      if (absl::Status status = CheckSewnTogether(built_.sheet, built_.parts.seams); !status.ok())
+        return status;
       if (absl::Status status = JudgeNearSeams(borders); !status.ok()) return status;
       Zip();
       return absl::OkStatus();
@@ -162,7 +165,7 @@ class Builder {
   // The panels' faces and a strip for each seam.
   void Zip() {
     faces_ = built_.sheet.flat.faces;
-    for (const Seam& seam : built_.seams) {
+    for (const Seam& seam : built_.parts.seams) {
       const std::vector<Face> strip = ZipSeam(seam, lifts_[0].position_mm);
       faces_.insert(faces_.end(), strip.begin(), strip.end());
     }
@@ -172,15 +175,15 @@ class Builder {
   // Border points that no seam has.
   int OpenPoints(const PanelBorders& borders) const {
     int sewn = 0;
-    for (const Seam& seam : built_.seams) {
+    for (const Seam& seam : built_.parts.seams) {
       sewn += static_cast<int>(seam.side_a.size() + seam.side_b.size()) - 2;
     }
     return borders.size() - sewn;
   }
 
   RestShapeProblem RestProblem() const {
-    std::vector<double> gaps_mm = {built_.cell_mm};
-    for (const Seam& seam : built_.seams) gaps_mm.push_back(seam.gap_mm);
+    std::vector<double> gaps_mm = {built_.parts.cell_mm};
+    for (const Seam& seam : built_.parts.seams) gaps_mm.push_back(seam.gap_mm);
     std::nth_element(gaps_mm.begin(), gaps_mm.begin() + gaps_mm.size() / 2, gaps_mm.end());
     constexpr double kSlack = 1.5;
     return {faces_,
@@ -224,16 +227,18 @@ class Builder {
   absl::Status JudgeNearSeams(const PanelBorders& borders) {
     SeamOptions near = options_.seams;
     near.min_points = options_.near_seam_points;
-    const double max_gap_mm = options_.seams.max_gap_mm > 0 ? options_.seams.max_gap_mm : 4 * built_.cell_mm;
+    const double max_gap_mm =
+        options_.seams.max_gap_mm > 0 ? options_.seams.max_gap_mm : 4 * built_.parts.cell_mm;
     std::vector<Seam> doubtful;
-    for (Seam& seam : FindNearSeams(borders, built_.seams, built_.cell_mm, options_.near_seam_factor, near)) {
+    for (Seam& seam :
+         FindNearSeams(borders, built_.parts.seams, built_.parts.cell_mm, options_.near_seam_factor, near)) {
       if (!seam.wide) {
         doubtful.push_back(std::move(seam));
         continue;
       }
       built_.warnings.push_back(absl::StrCat("closed without having seen it, since both ends are sewn: ",
                                              SeamText(built_.sheet, seam)));
-      built_.seams.push_back(std::move(seam));
+      built_.parts.seams.push_back(std::move(seam));
     }
     if (options_.allow_open_seams) return absl::OkStatus();
     return CheckNearSeams(built_.sheet, doubtful, max_gap_mm);
@@ -266,7 +271,9 @@ class Builder {
     }
     return borders;
   }
-  double MaxHoleMm() const { return options_.max_hole_mm > 0 ? options_.max_hole_mm : 60 * built_.cell_mm; }
+  double MaxHoleMm() const {
+    return options_.max_hole_mm > 0 ? options_.max_hole_mm : 60 * built_.parts.cell_mm;
+  }
 
   absl::Status CloseHoles() {
     const absl::StatusOr<Borders> borders = FindBorders();
@@ -277,7 +284,7 @@ class Builder {
       const bool closes = i >= borders->openings && border.length_mm <= MaxHoleMm();
       if (closes) filling = FillHole(border.loop, lifts_[0].position_mm, faces_);
       if (!closes || !filling.ok()) {
-        built_.openings.push_back(border);
+        built_.parts.openings.push_back(border);
         if (closes) built_.warnings.push_back(std::string(filling.status().message()));
         continue;
       }
@@ -305,12 +312,16 @@ class Builder {
     rest_mm = RefineRestShape(problem, options_.rest);
     if (!rest_mm.ok()) return rest_mm.status();
     built_.strain = MeasureRestStrain(problem, *rest_mm);
-    for (std::vector<TemplateBorder>* borders : {&built_.openings, &built_.closed_holes}) {
+    for (std::vector<TemplateBorder>* borders : {&built_.parts.openings, &built_.closed_holes}) {
       for (TemplateBorder& border : *borders) border.length_mm = LoopLengthMm(border.loop, *rest_mm);
     }
     absl::StatusOr<Template> garment = ImportTemplate(options_.id, {*std::move(rest_mm), std::move(faces_)},
                                                       built_.sheet.cell_of_vertex, board_);
     if (!garment.ok()) return garment.status();
+    GarmentParts& parts = built_.parts;
+    parts.panel_faces = static_cast<int>(built_.sheet.flat.faces.size());
+    parts.expected_openings = options_.openings;
+    PackCharts(built_.sheet, parts.cell_mm, options_.texture_gap_cells, &parts);
     built_.garment = *std::move(garment);
     return absl::OkStatus();
   }
@@ -330,6 +341,7 @@ class Builder {
 absl::Status TemplateBuildOptions::Validate() const {
   if (id.empty()) return absl::InvalidArgumentError("the template's id is empty");
   if (!(max_hole_mm >= 0)) return absl::InvalidArgumentError("max_hole_mm must be 0 or more");
+  if (texture_gap_cells < 0) return absl::InvalidArgumentError("texture_gap_cells must be 0 or more");
   if (max_clouds < 1) return absl::InvalidArgumentError("max_clouds must be 1 or more");
   if (!(near_seam_factor >= 1)) return absl::InvalidArgumentError("near_seam_factor must be 1 or more");
   if (near_seam_points < 3) return absl::InvalidArgumentError("near_seam_points must be 3 or more");

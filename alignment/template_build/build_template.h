@@ -22,6 +22,7 @@ struct TemplateBuildOptions {
   std::string id = "template";
   int openings = -1;              // expected; -1 takes what is found
   double max_hole_mm = 0;         // a hole with a longer border is not closed; 0: 60 pitches
+  int texture_gap_cells = 4;      // between the panels in the texture
   int max_clouds = 4;             // that tell of the seams; all tell which cells are in the garment
   bool allow_open_seams = false;  // borders that look like a seam beyond the greatest gap stay open
   double near_seam_factor = 3;    // of the greatest gap, up to which borders look like one
@@ -43,29 +44,14 @@ struct TemplateSources {
   std::vector<Cloud> clouds;
   std::vector<std::string> cloud_names;  // for messages
   // Panels on the board, [rows][cols], 0 outside; empty: as the clouds show them.
-  std::vector<uint32_t> panel_labels;
-};
-
-// A border of the sewn mesh.
-struct TemplateBorder {
-  std::vector<int> loop;    // vertices, the cloth to the left seen from outside
-  double length_mm = 0;     // at rest
-  std::vector<int> panels;  // that it runs along
-};
-
-struct TemplatePanel {
-  int cells = 0;
-  int first_row = 0, last_row = 0, first_col = 0, last_col = 0;
+  std::vector<uint8_t> panel_labels;
 };
 
 struct BuiltTemplate {
   Template garment;
-  PanelSheet sheet;              // vertices as in garment
-  double cell_mm = 0;            // pitch that the panels were laid out with
-  double measured_pitch_mm = 0;  // in the clouds
-  std::vector<TemplatePanel> panels;
-  std::vector<Seam> seams;
-  std::vector<TemplateBorder> openings;      // longest first
+  GarmentParts parts;
+  PanelSheet sheet;                          // vertices as in garment
+  double measured_pitch_mm = 0;              // in the clouds
   std::vector<TemplateBorder> closed_holes;  // between seams, longest first
   int seam_faces = 0;                        // of the strips; the last faces are theirs and those of holes
   int euler = 0, genus = 0;

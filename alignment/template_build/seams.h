@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "alignment/garment_parts.h"
 #include "alignment/template_build/panel_borders.h"
 
 namespace weft {
@@ -18,17 +19,6 @@ struct SeamOptions {
   double max_easing = 0.35;  // one side may be longer by this share
 
   absl::Status Validate() const;
-};
-
-// Two runs of border points that face each other. Neither side leaves out a vertex.
-struct Seam {
-  std::vector<int> side_a;  // vertices, along the loop
-  std::vector<int> side_b;  // vertices, against the loop; side_b.front() faces side_a.front()
-  int panel_a = -1, panel_b = -1;
-  double length_mm = 0;  // mean of both sides, on the board
-  double gap_mm = 0;     // median distance of the sides
-  double max_gap_mm = 0;
-  bool wide = false;  // beyond the greatest gap, but between two seams
 };
 
 // Seams by closeness in space and direction along consistent runs: a border point's partner is the nearest

@@ -111,7 +111,7 @@ absl::Status CheckOpenings(const BuiltTemplate& built, const TemplateBuildOption
   if (options.openings >= 0 && found != options.openings) {
     return absl::FailedPreconditionError(absl::StrCat(
         "the sewn garment has ", found, " openings, expected were ", options.openings,
-        ". Openings: ", BordersText(built.openings), ". ",
+        ". Openings: ", BordersText(built.parts.openings), ". ",
         found > options.openings
             ? "The shortest of them are holes or seams that were not closed: add a cloud that shows the "
               "cloth "
@@ -124,7 +124,7 @@ absl::Status CheckOpenings(const BuiltTemplate& built, const TemplateBuildOption
         absl::StrCat("the sewn garment has ", topology.genus,
                      " handle(s), like a cup: borders are sewn together that "
                      "merely touch. Openings: ",
-                     BordersText(built.openings),
+                     BordersText(built.parts.openings),
                      ". Add a cloud of a pose in which they are apart, or lower --max-seam-gap-mm"));
   }
   return absl::OkStatus();

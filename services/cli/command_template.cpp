@@ -10,8 +10,10 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/mesh_graph.h"
 #include "services/cli/commands.h"
+#include "services/cli/template_summary.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
+#include "services/files/garment_parts_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/template_file.h"
 
@@ -24,19 +26,12 @@ struct ImportOptions {
   std::string board;
   std::string out;
   std::string id;
+  int openings = -1;
 };
 
 absl::Status InFile(const std::string& path, const absl::Status& status) {
   if (status.ok()) return status;
   return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
-}
-
-// The name of the output folder where the user gives none.
-std::string DefaultId(const std::string& out) {
-  const std::filesystem::path path = std::filesystem::path(out).lexically_normal();
-  const std::string name =
-      path.has_filename() ? path.filename().string() : path.parent_path().filename().string();
-  return name.empty() || name == "." || name == ".." ? "template" : name;
 }
 
 // Closed runs of edges that have one face. Where several meet at a vertex they count as one.
@@ -92,15 +87,24 @@ absl::Status Import(const ImportOptions& options) {
   status.Update(InFile(absl::StrCat(options.cells, " with ", options.mesh),
                        CheckVertexCells(*cells, mesh->vertices_mm.size(), *board)));
   if (!status.ok()) return status;
-  const absl::StatusOr<Template> garment = ImportTemplate(
-      options.id.empty() ? DefaultId(options.out) : options.id, *std::move(mesh), *std::move(cells), *board);
+  absl::StatusOr<Template> garment =
+      ImportTemplate(options.id.empty() ? TemplateIdOf(options.out) : options.id, *std::move(mesh),
+                     *std::move(cells), *board);
   if (!garment.ok()) return garment.status();
+  GarmentParts parts;
+  if (options.openings >= 0) {
+    const absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(*garment, {});
+    status = InFile(options.mesh, summary.status());
+    if (status.ok()) status = InFile(options.mesh, CheckOpeningCount(*summary, options.openings));
+    if (!status.ok()) return status;
+    parts.expected_openings = options.openings;
+  }
   const auto name_of = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };
-  status =
-      WriteTemplate(options.out, *garment,
-                    absl::StrCat("imported from ", name_of(options.mesh), " and ", name_of(options.cells)));
+  status = WriteTemplateWithParts(
+      options.out, *garment, parts,
+      absl::StrCat("imported from ", name_of(options.mesh), " and ", name_of(options.cells)));
   if (!status.ok()) return status;
   PrintSummary(options, *garment);
   return absl::OkStatus();
@@ -113,6 +117,7 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
                                  "Make a garment's template: its mesh and the board cell of each vertex", "");
   garment->require_subcommand(1);
   AddTemplateBuildCommand(*garment, line);
+  AddTemplateCheckCommand(*garment, line);
   CLI::App* command = AddCommand(
       *garment, "import",
       "Check that a mesh, a vertex-to-cell map and a board belong together, and write them as a template: "
@@ -133,6 +138,12 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
   command->add_option("--id", options->id, "Name of the template; by default that of the folder")
       ->type_name("NAME");
+  command
+      ->add_option("--openings", options->openings,
+                   "Openings that the garment has, e.g. 4 for a T-shirt: a mesh with others, or that is no "
+                   "clean surface, is refused")
+      ->type_name("N")
+      ->check(CLI::Range(-1, 100));
   command->callback([options, &line] { line.run = [options] { return Import(*options); }; });
 }
 

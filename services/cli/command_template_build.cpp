@@ -14,10 +14,12 @@
 #include "alignment/template_build/build_template.h"
 #include "services/cli/commands.h"
 #include "services/cli/progress.h"
+#include "services/cli/take_text.h"
 #include "services/cli/template_sources.h"
+#include "services/cli/template_summary.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
-#include "services/files/template_file.h"
+#include "services/files/garment_parts_file.h"
 #include "services/pipeline/stop_on_signal.h"
 #include "services/report/template_report.h"
 
@@ -29,6 +31,7 @@ struct BuildOptions {
   std::string out;
   double cell_mm = 0;
   int threads = 0;
+  bool json = false;
   TemplateBuildOptions build;
 };
 
@@ -39,14 +42,14 @@ std::string PanelNames(std::vector<int> panels) {
 
 void PrintBuilt(const BuildOptions& options, const BuiltTemplate& built) {
   const Template& garment = built.garment;
-  absl::PrintF("%d panels, %d seams, %d openings; %d vertices, %d faces, hash %s\n", built.panels.size(),
-               built.seams.size(), built.openings.size(), garment.rest.vertices_mm.size(),
-               garment.rest.faces.size(), garment.ContentHash());
-  for (const Seam& seam : built.seams) {
+  absl::PrintF("%d panels, %d seams, %d openings; %d vertices, %d faces, hash %s\n",
+               built.parts.panels.size(), built.parts.seams.size(), built.parts.openings.size(),
+               garment.rest.vertices_mm.size(), garment.rest.faces.size(), garment.ContentHash());
+  for (const Seam& seam : built.parts.seams) {
     absl::PrintF("seam     panel %d to panel %d, %.0f mm, %.1f mm wide\n", seam.panel_a + 1, seam.panel_b + 1,
                  seam.length_mm, seam.gap_mm);
   }
-  for (const TemplateBorder& opening : built.openings) {
+  for (const TemplateBorder& opening : built.parts.openings) {
     absl::PrintF("opening  %.0f mm, %s\n", opening.length_mm, PanelNames(opening.panels));
   }
   absl::PrintF("rest     edges within %.1f %% of the print (median), %.1f %% (95 of 100)\n",
@@ -54,15 +57,15 @@ void PrintBuilt(const BuildOptions& options, const BuiltTemplate& built) {
   absl::PrintF("template %s/template.json\nreport   %s/report.html\n", options.out, options.out);
 }
 
-// The name of the output folder.
-std::string DefaultId(const std::string& out) {
-  const std::string name =
-      std::filesystem::path(out + "/").lexically_normal().parent_path().filename().string();
-  return name.empty() || name == "." || name == ".." ? "template" : name;
+// Summary of what was built, with the warnings.
+absl::StatusOr<v1::TemplateSummary> SummaryOf(const BuiltTemplate& built) {
+  absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(built.garment, built.parts);
+  if (summary.ok()) *summary->mutable_warnings() = {built.warnings.begin(), built.warnings.end()};
+  return summary;
 }
 
 absl::Status Build(BuildOptions options, bool quiet) {
-  if (options.build.id.empty()) options.build.id = DefaultId(options.out);
+  if (options.build.id.empty()) options.build.id = TemplateIdOf(options.out);
   absl::StatusOr<Board> board = ReadBoard(options.from.board);
   if (!board.ok()) return board.status();
   if (options.cell_mm > 0) board->cell_mm = options.cell_mm;
@@ -88,14 +91,18 @@ absl::Status Build(BuildOptions options, bool quiet) {
   for (const std::string& path : sources->cloud_names) {
     names.push_back(std::filesystem::path(path).filename().string());
   }
-  absl::Status status =
-      WriteTemplate(options.out, built->garment, absl::StrCat("built from ", absl::StrJoin(names, ", ")));
+  absl::Status status = WriteTemplateWithParts(options.out, built->garment, built->parts,
+                                               absl::StrCat("built from ", absl::StrJoin(names, ", ")));
   if (!status.ok()) return status;
   const absl::StatusOr<std::string> report =
       MakeTemplateReport(*built, {options.from.board, options.from.panels, sources->cloud_names});
   if (!report.ok()) return report.status();
   status = WriteFileAtomically((std::filesystem::path(options.out) / "report.html").string(), *report);
   if (!status.ok()) return status;
+  if (options.json) {
+    const absl::StatusOr<v1::TemplateSummary> summary = SummaryOf(*built);
+    return summary.ok() ? PrintJsonMessage(*summary) : summary.status();
+  }
   PrintBuilt(options, *built);
   return absl::OkStatus();
 }
@@ -166,6 +173,7 @@ void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
   command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
+  command->add_flag("--json", options->json, "Print JSON (weft.v1.TemplateSummary)");
   command->callback(
       [options, &line] { line.run = [options, &line] { return Build(*options, line.quiet); }; });
 }

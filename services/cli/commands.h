@@ -24,6 +24,7 @@ void AddTakeRecordCommand(CLI::App& take, CommandLine& line);
 void AddTakeSyncCommand(CLI::App& take, CommandLine& line);
 void AddTemplateCommand(CLI::App& app, CommandLine& line);
 void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line);
+void AddTemplateCheckCommand(CLI::App& garment, CommandLine& line);
 void AddDecodeCommand(CLI::App& app, CommandLine& line);
 void AddAlignCommand(CLI::App& app, CommandLine& line);
 

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -11,31 +10,13 @@
 #include "services/cli/command_line.h"
 #include "services/cli/progress.h"
 #include "services/files/atomic_file.h"
+#include "services/files/board_file.h"
 #include "services/files/cloud_file.h"
 #include "services/files/rig_file.h"
 #include "services/pipeline/frame_cloud.h"
 
 namespace weft {
 namespace {
-
-// One label per cell from an image of the board: each colour that is not black is a label of its own.
-absl::StatusOr<std::vector<uint32_t>> ReadPanels(const std::string& path, const Board& board) {
-  const cv::Mat image = cv::imread(path, cv::IMREAD_COLOR);
-  if (image.empty()) return absl::NotFoundError(absl::StrCat(path, ": no image that can be read"));
-  if (image.rows != board.rows || image.cols != board.cols) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": has ", image.cols, " x ", image.rows,
-                                                   " pixels, the board ", board.cols, " x ", board.rows,
-                                                   " cells; the image needs a pixel per cell"));
-  }
-  std::vector<uint32_t> labels;
-  for (int row = 0; row < image.rows; ++row) {
-    for (int col = 0; col < image.cols; ++col) {
-      const cv::Vec3b& pixel = image.at<cv::Vec3b>(row, col);
-      labels.push_back(pixel[0] | pixel[1] << 8 | pixel[2] << 16);
-    }
-  }
-  return labels;
-}
 
 // `count` of the positions 0 to `frames` - 1, from the first to the last.
 std::vector<size_t> SpreadOver(size_t frames, size_t count) {
@@ -108,9 +89,11 @@ absl::StatusOr<TemplateSources> ReadTemplateSources(const TemplateSourceFiles& f
                                                     bool quiet, const std::stop_token& stop) {
   TemplateSources sources;
   if (!files.panels.empty()) {
-    absl::StatusOr<std::vector<uint32_t>> labels = ReadPanels(files.panels, board);
+    absl::StatusOr<std::vector<uint8_t>> labels = ReadPanelMask(files.panels, board.rows, board.cols);
     if (!labels.ok()) return labels.status();
     sources.panel_labels = *std::move(labels);
+  } else {
+    sources.panel_labels = board.panels;
   }
   for (const std::string& path : files.sources) {
     std::error_code error;

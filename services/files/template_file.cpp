@@ -5,8 +5,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
+#include "services/files/garment_parts_file.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
+#include "services/files/ply.h"
 #include "weft/v1/template.pb.h"
 
 namespace weft {
@@ -21,22 +23,154 @@ absl::Status CheckFileName(const std::string& path, const char* field, const std
       path, ": the field ", field, " must name a file in the same folder, it is \"", name, "\""));
 }
 
+void PartsToProto(const GarmentParts& parts, v1::Template* proto) {
+  proto->set_cell_mm(parts.cell_mm);
+  for (const TemplatePanel& panel : parts.panels) {
+    v1::TemplatePanel* out = proto->add_panels();
+    out->set_cells(panel.cells);
+    out->set_first_row(panel.first_row);
+    out->set_last_row(panel.last_row);
+    out->set_first_col(panel.first_col);
+    out->set_last_col(panel.last_col);
+    out->set_texture_row(panel.texture_row);
+    out->set_texture_col(panel.texture_col);
+    out->set_quarter_turns(panel.quarter_turns);
+  }
+  for (const Seam& seam : parts.seams) {
+    v1::TemplateSeam* out = proto->add_seams();
+    out->set_panel_a(seam.panel_a);
+    out->set_panel_b(seam.panel_b);
+    out->set_length_mm(seam.length_mm);
+    out->set_gap_mm(seam.gap_mm);
+    out->set_max_gap_mm(seam.max_gap_mm);
+    out->mutable_side_a()->Assign(seam.side_a.begin(), seam.side_a.end());
+    out->mutable_side_b()->Assign(seam.side_b.begin(), seam.side_b.end());
+  }
+  for (const TemplateBorder& opening : parts.openings) {
+    v1::TemplateOpening* out = proto->add_openings();
+    out->set_length_mm(opening.length_mm);
+    out->mutable_panels()->Assign(opening.panels.begin(), opening.panels.end());
+    out->mutable_vertices()->Assign(opening.loop.begin(), opening.loop.end());
+  }
+  if (parts.expected_openings >= 0) proto->set_expected_openings(parts.expected_openings);
+  proto->set_panel_faces(parts.panel_faces);
+  proto->set_texture_side_mm(parts.texture_side_mm);
+}
+
+GarmentParts PartsFromProto(const v1::Template& proto) {
+  GarmentParts parts;
+  parts.cell_mm = proto.cell_mm();
+  for (const v1::TemplatePanel& panel : proto.panels()) {
+    parts.panels.push_back({panel.cells(), panel.first_row(), panel.last_row(), panel.first_col(),
+                            panel.last_col(), panel.texture_row(), panel.texture_col(),
+                            panel.quarter_turns()});
+  }
+  for (const v1::TemplateSeam& seam : proto.seams()) {
+    parts.seams.push_back({{seam.side_a().begin(), seam.side_a().end()},
+                           {seam.side_b().begin(), seam.side_b().end()},
+                           seam.panel_a(),
+                           seam.panel_b(),
+                           seam.length_mm(),
+                           seam.gap_mm(),
+                           seam.max_gap_mm()});
+  }
+  for (const v1::TemplateOpening& opening : proto.openings()) {
+    parts.openings.push_back({{opening.vertices().begin(), opening.vertices().end()},
+                              opening.length_mm(),
+                              {opening.panels().begin(), opening.panels().end()}});
+  }
+  if (proto.has_expected_openings()) parts.expected_openings = proto.expected_openings();
+  parts.panel_faces = proto.panel_faces();
+  parts.texture_side_mm = proto.texture_side_mm();
+  return parts;
+}
+
+// Coordinates in double precision, so that the mesh read back hashes the same.
+absl::Status WriteTexturedMesh(const std::string& path, const TriangleMesh& mesh, const GarmentParts& parts) {
+  if (parts.texture_mm.empty()) return WriteMesh(path, mesh);
+  PlyElement vertex{"vertex", mesh.vertices_mm.size(), {}};
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const Eigen::Vector3d& p : mesh.vertices_mm) values.push_back(p[axis]);
+    vertex.properties.push_back(
+        PlyColumn(std::string(1, static_cast<char>('x' + axis)), PlyType::kFloat64, std::move(values)));
+  }
+  for (int axis = 0; axis < 2; ++axis) {
+    std::vector<double> values;
+    for (const Eigen::Vector2d& p : parts.texture_mm) values.push_back(p[axis] / parts.texture_side_mm);
+    vertex.properties.push_back(PlyColumn(axis == 0 ? "s" : "t", PlyType::kFloat32, std::move(values)));
+  }
+  PlyProperty indices = PlyColumn("vertex_indices", PlyType::kInt32, {});
+  indices.is_list = true;
+  indices.list_start.push_back(0);
+  for (const Face& face : mesh.faces) {
+    indices.values.insert(indices.values.end(), face.begin(), face.end());
+    indices.list_start.push_back(indices.values.size());
+  }
+  Ply ply;
+  ply.comments.push_back("positions in mm");
+  ply.elements = {std::move(vertex), {"face", mesh.faces.size(), {std::move(indices)}}};
+  return WritePly(path, ply);
+}
+
+// The properties s and t of the vertices; empty where they have none.
+std::vector<Eigen::Vector2d> TextureFromPly(const Ply& ply) {
+  const PlyElement* vertex = ply.Find("vertex");
+  const PlyProperty* s = vertex ? vertex->Find("s") : nullptr;
+  const PlyProperty* t = vertex ? vertex->Find("t") : nullptr;
+  if (!s || !t || s->is_list || t->is_list) return {};
+  std::vector<Eigen::Vector2d> texture;
+  for (size_t row = 0; row < vertex->rows; ++row) texture.emplace_back(s->values[row], t->values[row]);
+  return texture;
+}
+
 std::string CellsText(const std::vector<VertexCell>& cells) {
   std::string text;
   for (const VertexCell& cell : cells) absl::StrAppend(&text, cell.row, " ", cell.col, "\n");
   return text;
 }
 
-}  // namespace
-
-absl::StatusOr<Template> ReadTemplate(const std::string& path) {
+std::string JsonPath(const std::string& path) {
   std::error_code error;
-  const std::string json = fs::is_directory(path, error) ? (fs::path(path) / "template.json").string() : path;
+  return fs::is_directory(path, error) ? (fs::path(path) / "template.json").string() : path;
+}
+
+absl::StatusOr<v1::Template> ReadProto(const std::string& json) {
   v1::Template proto;
   if (absl::Status status = ReadJsonFile(json, proto); !status.ok()) return status;
   absl::Status status = CheckFileName(json, "mesh", proto.mesh());
   status.Update(CheckFileName(json, "cells", proto.cells()));
   if (!status.ok()) return status;
+  return proto;
+}
+
+}  // namespace
+
+absl::StatusOr<GarmentParts> ReadGarmentParts(const std::string& path) {
+  const std::string json = JsonPath(path);
+  const absl::StatusOr<v1::Template> proto = ReadProto(json);
+  if (!proto.ok()) return proto.status();
+  const std::string mesh_path = (fs::path(json).parent_path() / proto->mesh()).string();
+  const absl::StatusOr<Ply> ply = ReadPly(mesh_path);
+  if (!ply.ok()) return ply.status();
+  const absl::StatusOr<TriangleMesh> mesh = MeshFromPly(*ply, mesh_path);
+  if (!mesh.ok()) return mesh.status();
+  GarmentParts parts = PartsFromProto(*proto);
+  if (parts.texture_side_mm > 0) {
+    parts.texture_mm = TextureFromPly(*ply);
+    for (Eigen::Vector2d& place : parts.texture_mm) place *= parts.texture_side_mm;
+  }
+  if (absl::Status status = CheckGarmentParts(parts, *mesh); !status.ok()) {
+    return absl::Status(status.code(), absl::StrCat(json, ": ", status.message()));
+  }
+  return parts;
+}
+
+absl::StatusOr<Template> ReadTemplate(const std::string& path) {
+  const std::string json = JsonPath(path);
+  const absl::StatusOr<v1::Template> read = ReadProto(json);
+  if (!read.ok()) return read.status();
+  const v1::Template& proto = *read;
   const fs::path folder = fs::path(json).parent_path();
 
   absl::StatusOr<TriangleMesh> mesh = ReadMesh((folder / proto.mesh()).string());
@@ -65,10 +199,17 @@ absl::StatusOr<Template> ReadTemplate(const std::string& path) {
 
 absl::Status WriteTemplate(const std::string& folder, const Template& garment,
                            const std::string& provenance) {
+  return WriteTemplateWithParts(folder, garment, {}, provenance);
+}
+
+absl::Status WriteTemplateWithParts(const std::string& folder, const Template& garment,
+                                    const GarmentParts& parts, const std::string& provenance) {
   if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
   const fs::path base(folder);
-  if (absl::Status status = WriteMesh((base / "mesh.ply").string(), garment.rest); !status.ok())
+  if (absl::Status status = WriteTexturedMesh((base / "mesh.ply").string(), garment.rest, parts);
+      !status.ok()) {
     return status;
+  }
   if (absl::Status status =
           WriteFileAtomically((base / "cells.txt").string(), CellsText(garment.cell_of_vertex));
       !status.ok()) {
@@ -81,6 +222,7 @@ absl::Status WriteTemplate(const std::string& folder, const Template& garment,
   proto.set_board_hash(garment.board_hash);
   proto.set_mesh("mesh.ply");
   proto.set_cells("cells.txt");
+  PartsToProto(parts, &proto);
   return WriteJsonFile((base / "template.json").string(), proto, JsonZeros::kOmitted);
 }
 

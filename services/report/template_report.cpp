@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -50,7 +51,7 @@ std::string Label(const PanelSheet& sheet, int vertex, double size, const std::s
 
 std::string BoardPicture(const BuiltTemplate& built) {
   int first_row = 1 << 30, last_row = 0, first_col = 1 << 30, last_col = 0;
-  for (const TemplatePanel& panel : built.panels) {
+  for (const TemplatePanel& panel : built.parts.panels) {
     first_row = std::min(first_row, panel.first_row), last_row = std::max(last_row, panel.last_row);
     first_col = std::min(first_col, panel.first_col), last_col = std::max(last_col, panel.last_col);
   }
@@ -67,9 +68,9 @@ std::string BoardPicture(const BuiltTemplate& built) {
                         "stroke-width=\"%.2f\"/>\n",
                         outlines, 0.3 * unit);
   std::string labels;
-  for (size_t i = 0; i < built.seams.size(); ++i) {
+  for (size_t i = 0; i < built.parts.seams.size(); ++i) {
     const std::string color = HexColor(SeamColor(i));
-    for (const std::vector<int>* side : {&built.seams[i].side_a, &built.seams[i].side_b}) {
+    for (const std::vector<int>* side : {&built.parts.seams[i].side_a, &built.parts.seams[i].side_b}) {
       absl::StrAppendFormat(&svg,
                             "<path d=\"%s\" fill=\"none\" stroke=\"%s\" stroke-width=\"%.2f\" "
                             "stroke-linejoin=\"round\"/>\n",
@@ -77,8 +78,8 @@ std::string BoardPicture(const BuiltTemplate& built) {
       labels += Label(sheet, (*side)[side->size() / 2], 2.6 * unit, color, absl::StrCat(i + 1));
     }
   }
-  for (size_t p = 0; p < built.panels.size(); ++p) {
-    const TemplatePanel& panel = built.panels[p];
+  for (size_t p = 0; p < built.parts.panels.size(); ++p) {
+    const TemplatePanel& panel = built.parts.panels[p];
     const double width = panel.last_col - panel.first_col, height = panel.last_row - panel.first_row;
     labels += absl::StrFormat(
         "<text x=\"%.1f\" y=\"%.1f\" font-size=\"%.1f\" text-anchor=\"middle\" dominant-baseline=\"central\" "
@@ -87,6 +88,52 @@ std::string BoardPicture(const BuiltTemplate& built) {
         std::clamp(0.8 * std::min(width, height), 1.5 * unit, 6 * unit), p + 1);
   }
   return svg + labels + "</svg>\n";
+}
+
+// The panels as charts, with their cells' rows as they lie on the board.
+std::string TexturePicture(const BuiltTemplate& built) {
+  const GarmentParts& parts = built.parts;
+  const double side = parts.texture_side_mm;
+  std::string svg = absl::StrFormat(
+      "<svg viewBox=\"0 0 %.1f %.1f\" role=\"img\" aria-label=\"Panels in the texture\" "
+      "style=\"max-width:34em\">\n"
+      "<rect width=\"%.1f\" height=\"%.1f\" fill=\"none\" stroke=\"#7d8590\" stroke-width=\"%.2f\"/>\n",
+      side, side, side, side, side / 300);
+  std::string outlines;
+  for (const std::vector<int>& loop : built.sheet.loops) {
+    for (size_t i = 0; i < loop.size(); ++i) {
+      const Eigen::Vector2d& place = parts.texture_mm[loop[i]];
+      absl::StrAppendFormat(&outlines, "%c%.1f %.1f", i == 0 ? 'M' : 'L', place.x(), side - place.y());
+    }
+    outlines += "Z";
+  }
+  absl::StrAppendFormat(&svg,
+                        "<path d=\"%s\" fill=\"#c9ced6\" fill-rule=\"evenodd\" stroke=\"#7d8590\" "
+                        "stroke-width=\"%.2f\"/>\n",
+                        outlines, side / 500);
+  for (size_t p = 0; p < parts.panels.size(); ++p) {
+    const TemplatePanel& panel = parts.panels[p];
+    double rows = panel.last_row - panel.first_row + 1, cols = panel.last_col - panel.first_col + 1;
+    if (panel.quarter_turns % 2 == 1) std::swap(rows, cols);
+    const double x = (panel.texture_col + cols / 2) * parts.cell_mm,
+                 y = (panel.texture_row + rows / 2) * parts.cell_mm;
+    absl::StrAppendFormat(&svg,
+                          "<text transform=\"translate(%.1f %.1f) rotate(%d)\" font-size=\"%.1f\" "
+                          "text-anchor=\"middle\" dominant-baseline=\"central\" fill=\"#30363d\">%d</text>\n",
+                          x, y, 90 * panel.quarter_turns, side / 20, p + 1);
+  }
+  return svg + "</svg>\n";
+}
+
+std::string TextureSection(const BuiltTemplate& built) {
+  const GarmentParts& parts = built.parts;
+  double cells = 0;
+  for (const TemplatePanel& panel : parts.panels) cells += panel.cells;
+  const double share = cells * std::pow(parts.cell_mm / parts.texture_side_mm, 2);
+  return absl::StrCat("<p>The panels as they lie on the board, packed into a square of ",
+                      FormatNumber(parts.texture_side_mm, 0), " mm a side, of which they cover ",
+                      FormatPercent(share), ". Numbers stand upright as on the board.</p>\n",
+                      TexturePicture(built));
 }
 
 std::string Swatch(size_t seam) {
@@ -100,8 +147,8 @@ std::string Names(std::vector<int> panels) {
 
 std::string SeamTable(const BuiltTemplate& built) {
   std::string rows;
-  for (size_t i = 0; i < built.seams.size(); ++i) {
-    const Seam& seam = built.seams[i];
+  for (size_t i = 0; i < built.parts.seams.size(); ++i) {
+    const Seam& seam = built.parts.seams[i];
     rows += TableRow("td", {Swatch(i), absl::StrCat(seam.panel_a + 1), absl::StrCat(seam.panel_b + 1),
                             FormatNumber(seam.length_mm, 0), FormatNumber(seam.gap_mm, 1),
                             FormatNumber(seam.max_gap_mm, 1),
@@ -119,15 +166,15 @@ std::string BorderTable(const BuiltTemplate& built) {
                         Names(borders[i].panels), FormatCount(static_cast<int64_t>(borders[i].loop.size()))});
     }
   };
-  add("Opening", built.openings);
+  add("Opening", built.parts.openings);
   add("Closed hole", built.closed_holes);
   return Table({"Border", "Length, mm", "Along panels", "Vertices"}, rows, "");
 }
 
 std::string PanelTable(const BuiltTemplate& built) {
   std::string rows;
-  for (size_t i = 0; i < built.panels.size(); ++i) {
-    const TemplatePanel& p = built.panels[i];
+  for (size_t i = 0; i < built.parts.panels.size(); ++i) {
+    const TemplatePanel& p = built.parts.panels[i];
     rows += TableRow(
         "td", {absl::StrCat(i + 1), FormatCount(p.cells), absl::StrCat(p.first_row, " to ", p.last_row),
                absl::StrCat(p.first_col, " to ", p.last_col)});
@@ -138,12 +185,12 @@ std::string PanelTable(const BuiltTemplate& built) {
 // The garment with its seams in the colours of the board's picture, openings dark.
 absl::StatusOr<std::string> SewnPictures(const BuiltTemplate& built) {
   std::vector<Eigen::Vector3f> colors = PlainColors(built.garment.rest.vertices_mm.size());
-  for (size_t i = 0; i < built.seams.size(); ++i) {
-    for (const std::vector<int>* side : {&built.seams[i].side_a, &built.seams[i].side_b}) {
+  for (size_t i = 0; i < built.parts.seams.size(); ++i) {
+    for (const std::vector<int>* side : {&built.parts.seams[i].side_a, &built.parts.seams[i].side_b}) {
       for (const int v : *side) colors[v] = SeamColor(i);
     }
   }
-  for (const TemplateBorder& opening : built.openings) {
+  for (const TemplateBorder& opening : built.parts.openings) {
     for (const int v : opening.loop) colors[v] = Eigen::Vector3f::Constant(0.15F);
   }
   const absl::StatusOr<std::vector<MeshPicture>> pictures = DrawBothSides(built.garment.rest, colors, 0.7);
@@ -155,8 +202,8 @@ std::string HeadOf(const BuiltTemplate& built) {
   const Template& garment = built.garment;
   return absl::StrCat("<header><h1>Template ", NameHtml(garment.id), "</h1>\n<p>",
                       Counted(built.sheet.panels, "panel", "panels"), ", ",
-                      Counted(static_cast<int64_t>(built.seams.size()), "seam", "seams"), ", ",
-                      Counted(static_cast<int64_t>(built.openings.size()), "opening", "openings"), "; ",
+                      Counted(static_cast<int64_t>(built.parts.seams.size()), "seam", "seams"), ", ",
+                      Counted(static_cast<int64_t>(built.parts.openings.size()), "opening", "openings"), "; ",
                       FormatCount(static_cast<int64_t>(garment.rest.vertices_mm.size())), " vertices, ",
                       FormatCount(static_cast<int64_t>(garment.rest.faces.size())), " faces (",
                       FormatCount(built.seam_faces), " of them across seams), Euler characteristic ",
@@ -188,6 +235,7 @@ absl::StatusOr<std::string> MakeTemplateReport(const BuiltTemplate& built,
                                "number and colour; grey outlines are open.</p>\n",
                                BoardPicture(built)));
   html += Section("garment", "The sewn garment", *sewn);
+  html += Section("texture", "Texture", TextureSection(built));
   html += Section("seams", "Seams", SeamTable(built));
   html += Section("borders", "Openings and closed holes", BorderTable(built));
   html += Section("strain", "Rest state", *map);
@@ -200,7 +248,7 @@ absl::StatusOr<std::string> MakeTemplateReport(const BuiltTemplate& built,
   html += Section(
       "inputs", "Inputs",
       absl::StrCat(
-          "<p>Board ", NameHtml(inputs.board), ", cells of ", FormatNumber(built.cell_mm, 2), " mm (",
+          "<p>Board ", NameHtml(inputs.board), ", cells of ", FormatNumber(built.parts.cell_mm, 2), " mm (",
           FormatNumber(built.measured_pitch_mm, 2), " mm apart in the clouds). Panels ",
           inputs.panels.empty() ? "as the clouds show them" : absl::StrCat("from ", NameHtml(inputs.panels)),
           "; ", FormatCount(built.filled_cells),

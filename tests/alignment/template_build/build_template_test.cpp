@@ -37,8 +37,8 @@ void ExpectTube(const Tube& tube, const BuiltTemplate& built) {
   EXPECT_EQ(topology->components, 1);
   EXPECT_EQ(topology->genus, 0);
   ASSERT_EQ(topology->loops.size(), 2u);
-  ASSERT_EQ(built.openings.size(), 2u);
-  for (const TemplateBorder& opening : built.openings) {
+  ASSERT_EQ(built.parts.openings.size(), 2u);
+  for (const TemplateBorder& opening : built.parts.openings) {
     EXPECT_NEAR(opening.length_mm, tube.around * kPitchMm, 0.12 * tube.around * kPitchMm);
   }
   int inwards = 0;
@@ -56,9 +56,9 @@ TEST(BuildTemplate, SewsOnePanelToATube) {
   ASSERT_TRUE(built.ok()) << built.status();
   ExpectTube(tube, *built);
   EXPECT_EQ(built->garment.cell_of_vertex.size(), 60u * 30u);
-  ASSERT_EQ(built->seams.size(), 1u);
-  EXPECT_NEAR(built->seams[0].length_mm, 29 * kPitchMm, 0.1);
-  EXPECT_NEAR(built->seams[0].gap_mm, 2 * kPitchMm, 0.1);
+  ASSERT_EQ(built->parts.seams.size(), 1u);
+  EXPECT_NEAR(built->parts.seams[0].length_mm, 29 * kPitchMm, 0.1);
+  EXPECT_NEAR(built->parts.seams[0].gap_mm, 2 * kPitchMm, 0.1);
   EXPECT_TRUE(built->closed_holes.empty());
   EXPECT_LT(built->strain.p95, 0.02);
 }
@@ -70,8 +70,8 @@ TEST(BuildTemplate, SewsPanelsOfDifferentDensity) {
     const auto built = Build(tube, {TubeCloud(tube)});
     ASSERT_TRUE(built.ok()) << built.status();
     ExpectTube(tube, *built);
-    EXPECT_EQ(built->panels.size(), 2u);
-    EXPECT_EQ(built->seams.size(), 2u);
+    EXPECT_EQ(built->parts.panels.size(), 2u);
+    EXPECT_EQ(built->parts.seams.size(), 2u);
     EXPECT_LT(built->strain.p95, 0.02);
   }
 }
@@ -82,7 +82,7 @@ TEST(BuildTemplate, ClosesCornersWhereThreeAndFourPanelsMeet) {
     const auto built = Build(tube, {TubeCloud(tube)});
     ASSERT_TRUE(built.ok()) << built.status();
     ExpectTube(tube, *built);
-    EXPECT_EQ(built->panels.size(), tube.panels.size());
+    EXPECT_EQ(built->parts.panels.size(), tube.panels.size());
   }
 }
 
@@ -93,7 +93,7 @@ TEST(BuildTemplate, WithstandsNoiseUnseenPatchesAndWrongPoints) {
   const auto built = Build(tube, clouds);
   ASSERT_TRUE(built.ok()) << built.status();
   ExpectTube(tube, *built);
-  EXPECT_EQ(built->panels.size(), 4u);
+  EXPECT_EQ(built->parts.panels.size(), 4u);
   // Every cell of the garment has its vertex, but for corners that no cloud shows.
   EXPECT_GE(built->garment.cell_of_vertex.size(), TubeCloud(tube).points.size() - 15);
   EXPECT_GT(built->contradicting_points, 60);
@@ -104,7 +104,7 @@ TEST(BuildTemplate, SeparatesPanelsThatAbutOnTheBoard) {
   const Tube tube{46, 90, 82, {{40, 40, 3, 3, 0, 0}, {40, 40, 83, 43, 41, 0, 180}}};
   const auto built = Build(tube, {TubeCloud(tube)});
   ASSERT_TRUE(built.ok()) << built.status();
-  EXPECT_EQ(built->panels.size(), 2u);
+  EXPECT_EQ(built->parts.panels.size(), 2u);
   ExpectTube(tube, *built);
 }
 
@@ -144,7 +144,7 @@ TEST(BuildTemplate, SaysWhichSeamIsTooFarApart) {
   options.allow_open_seams = true;
   const auto open = BuildTemplate(PlainBoard(tube), {{TubeCloud(tube)}, {}, {}}, options);
   ASSERT_TRUE(open.ok()) << open.status();
-  EXPECT_EQ(open->openings.size(), 1u);
+  EXPECT_EQ(open->parts.openings.size(), 1u);
 }
 
 TEST(BuildTemplate, SaysWhichPanelIsSewnToNothing) {

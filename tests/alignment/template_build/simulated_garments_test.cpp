@@ -46,9 +46,9 @@ void ExpectBuilt(const Outfit& outfit, double max_gap_mm, int panels, int seams)
   options.panels.cut_pitches = 4;
   const auto built = BuildTemplate(worn.board, {{worn.cloud}, {}, {}}, options);
   ASSERT_TRUE(built.ok()) << built.status();
-  EXPECT_EQ(static_cast<int>(built->panels.size()), panels);
-  EXPECT_EQ(static_cast<int>(built->seams.size()), seams);
-  EXPECT_EQ(static_cast<int>(built->openings.size()), worn.openings);
+  EXPECT_EQ(static_cast<int>(built->parts.panels.size()), panels);
+  EXPECT_EQ(static_cast<int>(built->parts.seams.size()), seams);
+  EXPECT_EQ(static_cast<int>(built->parts.openings.size()), worn.openings);
   EXPECT_EQ(built->genus, 0);
   EXPECT_GE(built->garment.cell_of_vertex.size(), 0.99 * static_cast<double>(worn.cloud.points.size()));
 }

@@ -7,6 +7,7 @@
 
 #include "services/files/board_file.h"
 #include "services/files/cloud_file.h"
+#include "services/files/garment_parts_file.h"
 #include "services/files/template_file.h"
 #include "tests/alignment/template_build/sewn_tubes.h"
 #include "tests/capture/temp_folder.h"
@@ -46,7 +47,26 @@ TEST_F(TemplateBuildCommand, WritesATemplateAndItsReport) {
   EXPECT_EQ(garment->id, "skirt");
   EXPECT_EQ(garment->board_hash, ReadBoard(folder_ / "board")->ContentHash());
   EXPECT_THAT(ReadBytes(folder_ / "skirt/report.html"),
-              AllOf(HasSubstr("2 panels, 2 seams, 2 openings"), HasSubstr("Panels on the board")));
+              AllOf(HasSubstr("2 panels, 2 seams, 2 openings"), HasSubstr("Panels on the board"),
+                    HasSubstr("packed into a square")));
+  const auto parts = ReadGarmentParts(folder_ / "skirt");
+  ASSERT_TRUE(parts.ok()) << parts.status();
+  EXPECT_EQ(parts->panels.size(), 2u);
+  EXPECT_EQ(parts->seams.size(), 2u);
+  EXPECT_EQ(parts->openings.size(), 2u);
+  EXPECT_EQ(parts->expected_openings, 2);
+  EXPECT_EQ(parts->texture_mm.size(), 2800u);
+  const WeftRun check = RunWeft({"template", "check", folder_ / "skirt"});
+  EXPECT_EQ(check.status, 0) << check.err;
+  EXPECT_THAT(check.out, AllOf(HasSubstr("openings 2: "), HasSubstr("2 panels, 2 seams"),
+                               HasSubstr("texture  panels cover")));
+}
+
+TEST_F(TemplateBuildCommand, PrintsJson) {
+  const WeftRun run = Build({"--openings", "2", "--json"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(::testing::StartsWith("{"), HasSubstr("\"seams\": 2"),
+                             HasSubstr("\"expected_openings\": 2"), HasSubstr("\"warnings\": []")));
 }
 
 TEST_F(TemplateBuildCommand, WritesNothingWhenTheOpeningsAreOthers) {
@@ -60,7 +80,7 @@ TEST_F(TemplateBuildCommand, RefusesAPanelImageOfAnotherBoard) {
   EXPECT_TRUE(WriteBoard(folder_ / "other", *GenerateBoard(8, 9, 3, 1)).ok());
   const WeftRun run = Build({"--panels", folder_ / "other/board.png"});
   EXPECT_EQ(run.status, 2);
-  EXPECT_THAT(run.err, HasSubstr("has 9 x 8 pixels, the board 120 x 100 cells"));
+  EXPECT_THAT(run.err, HasSubstr("8 rows and 9 columns of pixels, the board has 100x120 cells"));
 }
 
 }  // namespace

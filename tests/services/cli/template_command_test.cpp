@@ -45,6 +45,39 @@ class TemplateCommand : public ::testing::Test {
   TempFolder folder_;
 };
 
+TEST_F(TemplateCommand, RefusesAMeshWithOtherOpenings) {
+  const std::string cells = "0 0\n0 1\n1 0\n-1 -1\n";
+  const WeftRun refused = Import(cells, {"--openings", "2"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.err,
+              HasSubstr("shirt.ply: the garment has 1 openings, expected were 2. Lengths of their "
+                        "borders: 4 mm"));
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "shirt"));
+  EXPECT_EQ(Import(cells, {"--openings", "1"}).status, 0);
+}
+
+TEST_F(TemplateCommand, CheckSaysWhatATemplateIs) {
+  ASSERT_EQ(Import("0 0\n0 1\n1 0\n-1 -1\n", {"--openings", "1"}).status, 0);
+  const WeftRun run = RunWeft({"template", "check", folder_ / "shirt", "--board", folder_ / "board"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("shirt: 4 vertices, 2 faces, 3 vertices with a cell"),
+                             HasSubstr("openings 1: 4 mm")));
+  const WeftRun json = RunWeft({"template", "check", folder_ / "shirt", "--json"});
+  EXPECT_THAT(json.out, AllOf(HasSubstr("\"expected_openings\": 1"), HasSubstr("\"components\": 1")));
+  const WeftRun other = RunWeft({"template", "check", folder_ / "shirt", "--openings", "4"});
+  EXPECT_EQ(other.status, 2);
+  EXPECT_THAT(other.err, HasSubstr("has 1 openings, expected were 4"));
+}
+
+TEST_F(TemplateCommand, CheckRefusesASurfaceThatFoldsBack) {
+  const TriangleMesh folded{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}}, {{0, 1, 2}, {2, 3, 1}}};
+  ASSERT_TRUE(WriteMesh(folder_ / "shirt.ply", folded).ok());
+  ASSERT_EQ(Import("0 0\n0 1\n1 0\n-1 -1\n").status, 0);
+  const WeftRun run = RunWeft({"template", "check", folder_ / "shirt"});
+  EXPECT_EQ(run.status, 2);
+  EXPECT_THAT(run.err, HasSubstr("run through it in the same sense"));
+}
+
 TEST_F(TemplateCommand, ImportsAndSaysWhatItFound) {
   const WeftRun run = Import("0 0\n0 1\n1 0\n-1 -1\n");
   ASSERT_EQ(run.status, 0) << run.err;

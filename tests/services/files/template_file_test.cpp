@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <string>
 
+#include "services/files/garment_parts_file.h"
 #include "services/files/mesh_file.h"
 #include "tests/capture/temp_folder.h"
 
@@ -54,6 +55,53 @@ TEST_F(TemplateFile, ReadsBackWithTheSameHash) {
     EXPECT_EQ(back->ContentHash(), garment_.ContentHash());
     EXPECT_EQ(back->cell_of_vertex[3].row, -1);
   }
+}
+
+TEST_F(TemplateFile, PartsAreReadBack) {
+  GarmentParts parts;
+  parts.cell_mm = 2.7;
+  parts.panels = {{2, 0, 0, 0, 1, 3, 4, 1}, {1, 1, 1, 0, 0, 9, 9, 0}};
+  parts.seams = {{{0, 1}, {2, 3}, 0, 1, 2.7, 3.1, 3.5}};
+  parts.openings = {{{0, 1, 3, 2}, 10.5, {0, 1}}};
+  parts.expected_openings = 1;
+  parts.panel_faces = 1;
+  parts.texture_side_mm = 30;
+  parts.texture_mm = {{0, 0}, {2.7, 0}, {0, 2.7}, {15, 30}};
+  ASSERT_TRUE(WriteTemplateWithParts(folder_ / "shirt", garment_, parts, "").ok());
+  const auto garment = ReadTemplate(folder_ / "shirt");
+  ASSERT_TRUE(garment.ok()) << garment.status();
+  EXPECT_EQ(garment->ContentHash(), garment_.ContentHash());
+  const auto back = ReadGarmentParts(folder_ / "shirt");
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->cell_mm, 2.7);
+  ASSERT_EQ(back->panels.size(), 2u);
+  EXPECT_EQ(back->panels[0].last_col, 1);
+  EXPECT_EQ(back->panels[0].quarter_turns, 1);
+  ASSERT_EQ(back->seams.size(), 1u);
+  EXPECT_EQ(back->seams[0].side_b, (std::vector<int>{2, 3}));
+  EXPECT_EQ(back->seams[0].panel_b, 1);
+  ASSERT_EQ(back->openings.size(), 1u);
+  EXPECT_EQ(back->openings[0].loop, (std::vector<int>{0, 1, 3, 2}));
+  EXPECT_EQ(back->expected_openings, 1);
+  EXPECT_EQ(back->panel_faces, 1);
+  ASSERT_EQ(back->texture_mm.size(), 4u);
+  EXPECT_LT((back->texture_mm[3] - Eigen::Vector2d(15, 30)).norm(), 1e-4);
+}
+
+TEST_F(TemplateFile, PartsThatDoNotFitTheMeshAreRefused) {
+  GarmentParts parts;
+  parts.panels = {{}};
+  parts.seams = {{{0, 1}, {2, 4}, 0, 0}};
+  ASSERT_TRUE(WriteTemplateWithParts(folder_ / "shirt", garment_, parts, "").ok());
+  EXPECT_THAT(ReadGarmentParts(folder_ / "shirt").status().message(),
+              AllOf(HasSubstr("template.json: seam 0 names vertex 4, there are 4")));
+  parts.seams[0].side_b = {2, 3}, parts.seams[0].panel_b = 1;
+  ASSERT_TRUE(WriteTemplateWithParts(folder_ / "shirt", garment_, parts, "").ok());
+  EXPECT_THAT(ReadGarmentParts(folder_ / "shirt").status().message(),
+              HasSubstr("seam 0 names panel 1, there are 1"));
+  parts.seams.clear(), parts.panel_faces = 3;
+  ASSERT_TRUE(WriteTemplateWithParts(folder_ / "shirt", garment_, parts, "").ok());
+  EXPECT_THAT(ReadGarmentParts(folder_ / "shirt").status().message(), HasSubstr("panel_faces is 3"));
 }
 
 TEST_F(TemplateFile, UnknownFieldIsNamed) {

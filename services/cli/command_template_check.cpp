@@ -1,0 +1,71 @@
+// weft template check: is a template the garment that was meant?
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "services/cli/commands.h"
+#include "services/cli/take_text.h"
+#include "services/cli/template_summary.h"
+#include "services/files/board_file.h"
+#include "services/files/garment_parts_file.h"
+#include "services/files/template_file.h"
+
+namespace weft {
+namespace {
+
+struct CheckOptions {
+  std::string folder;
+  std::string board;
+  int openings = -1;
+  bool json = false;
+};
+
+absl::Status Check(const CheckOptions& options) {
+  const absl::StatusOr<Template> garment = ReadTemplate(options.folder);
+  if (!garment.ok()) return garment.status();
+  const absl::StatusOr<GarmentParts> parts = ReadGarmentParts(options.folder);
+  if (!parts.ok()) return parts.status();
+  if (!options.board.empty()) {
+    const absl::StatusOr<Board> board = ReadBoard(options.board);
+    if (!board.ok()) return board.status();
+    if (absl::Status status = CheckTemplateFitsBoard(*garment, *board); !status.ok()) return status;
+  }
+  const absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(*garment, *parts);
+  absl::Status status = summary.status();
+  if (status.ok()) {
+    status = CheckOpeningCount(*summary, options.openings >= 0 ? options.openings : parts->expected_openings);
+  }
+  if (!status.ok()) {
+    return absl::Status(status.code(), absl::StrCat(options.folder, ": ", status.message()));
+  }
+  if (options.json) return PrintJsonMessage(*summary);
+  std::fputs(TemplateSummaryText(*summary).c_str(), stdout);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddTemplateCheckCommand(CLI::App& garment, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      garment, "check",
+      "Check a template: files that belong together, a clean surface (every edge with one or two faces that "
+      "run the same way round), seams and openings as template.json lists them. Prints what it is.",
+      "  weft template check shirt --openings 4\n"
+      "  weft template check shirt --board board.json --json");
+  auto options = std::make_shared<CheckOptions>();
+  command->add_option("template", options->folder, "Folder of the template, or its template.json")
+      ->required()
+      ->type_name("DIR");
+  command->add_option("--board", options->board, "Board that it must have been sewn from")
+      ->type_name("BOARD");
+  command
+      ->add_option("--openings", options->openings,
+                   "Openings that the garment must have; -1: as many as its builder expected, if said")
+      ->type_name("N")
+      ->check(CLI::Range(-1, 100));
+  command->add_flag("--json", options->json, "Print JSON (weft.v1.TemplateSummary)");
+  command->callback([options, &line] { line.run = [options] { return Check(*options); }; });
+}
+
+}  // namespace weft

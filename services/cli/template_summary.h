@@ -1,0 +1,26 @@
+// What a template is, in numbers and in words.
+#pragma once
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "alignment/garment_parts.h"
+#include "alignment/template.h"
+#include "weft/v1/template.pb.h"
+
+namespace weft {
+
+// FailedPrecondition names the first place at which the mesh is no clean surface (an edge of three faces,
+// faces of opposite sense, pieces that merely touch) and parts of template.json that are not in the mesh:
+// sides of seams that no edges join, openings that are no borders.
+absl::StatusOr<v1::TemplateSummary> SummarizeTemplate(const Template& garment, const GarmentParts& parts);
+
+// FailedPrecondition lists the openings where there are others than `expected`; -1 takes any.
+absl::Status CheckOpeningCount(const v1::TemplateSummary& summary, int expected);
+
+std::string TemplateSummaryText(const v1::TemplateSummary& summary);
+
+// The name of the folder that a template is written to.
+std::string TemplateIdOf(const std::string& folder);
+
+}  // namespace weft
