@@ -82,7 +82,7 @@ constexpr std::array kPresets = {
     Preset{"tiny", "a small tube before 12 cameras, 3 frames; seconds", SetUpTiny},
     Preset{"quickstart", "a tube with folds before 16 cameras, 5 frames; half a minute", SetUpQuickstart},
     Preset{"tshirt-24",
-           "a T-shirt of 19,000 cells, worn, twisted and pulled, before 24 cameras, 200 frames; half an hour",
+           "a T-shirt of 19,000 cells, worn, twisted and pulled, before 24 cameras, 200 frames; about an hour on two cores",
            SetUpTShirt24},
     Preset{"tshirt-rig", "a T-shirt of 96,000 cells, worn, before the cameras of --rig, cropped to it; hours",
            SetUpTShirtRig},
