@@ -45,7 +45,7 @@ class CellFitter {
 
   // Gauss-Newton from `start` on the six parameters of the frame; gain and offset of the light are
   // eliminated. The window reaches one cell to all sides and counts less towards its border. Not converged
-  // where the window leaves the image or the print cannot be there.
+  // where the window leaves the image or the print cannot be there. (row, col) must lie on the board.
   CellFit Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights, int iterations) const;
 
   // One Gauss-Newton step of the centre alone, in a print that is interpolated bilinearly between the nine
