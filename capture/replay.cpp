@@ -36,11 +36,20 @@ class ReplayCamera : public CameraSource {
   }
 
  private:
+  // When the camera took the frame of this set that it lost, by its own clock: a period for every set since
+  // its last frame. 0 where none came before.
+  int64_t LostTime_ns(uint64_t set) const;
+
   const std::shared_ptr<Replay> replay_;
   const size_t camera_;
   const std::string id_;
   size_t next_ = 0;
   int64_t time_ns_;  // of the frame before
+  struct LastFrame {
+    uint64_t set = 0;
+    int64_t device_time_ns = 0;
+  };
+  std::optional<LastFrame> last_;
   std::atomic<uint64_t> frames_ = 0, lost_ = 0;
 };
 
@@ -59,6 +68,11 @@ std::map<std::string, std::string> ReplayCamera::settings() const {
   return settings;
 }
 
+int64_t ReplayCamera::LostTime_ns(uint64_t set) const {
+  if (!last_) return 0;
+  return last_->device_time_ns + replay_->period_ns() * static_cast<int64_t>(set - last_->set);
+}
+
 absl::StatusOr<CameraDelivery> ReplayCamera::Next(std::chrono::milliseconds timeout) {
   const TakeView& view = replay_->view();
   if (next_ == view.sets().size()) return absl::OutOfRangeError("the recorded take ends here");
@@ -66,15 +80,18 @@ absl::StatusOr<CameraDelivery> ReplayCamera::Next(std::chrono::milliseconds time
   if (!replay_->clock().WaitFor(time_ns, next_, timeout))
     return absl::DeadlineExceededError("the next frame is not due yet");
   time_ns_ = time_ns;
+  const uint64_t set = view.sets()[next_];
   absl::StatusOr<RawFrame> frame = view.ReadRaw(next_++, camera_);
   CameraDelivery delivery;
   if (frame.ok()) {
     ++frames_;
+    last_ = {set, frame->device_time_ns};
     delivery.frame = *std::move(frame);
     return delivery;
   }
   ++lost_;
   delivery.kind = CameraDelivery::Kind::kLostFrame;
+  delivery.frame.device_time_ns = LostTime_ns(set);
   delivery.cause = std::string(frame.status().message());
   return delivery;
 }
@@ -117,6 +134,7 @@ std::chrono::nanoseconds ReplayClock::Lateness(int64_t time_ns) const {
 Replay::Replay(TakeView view, std::vector<int64_t> set_times_ns, const ReplayOptions& options)
     : view_(std::move(view)),
       set_times_ns_(std::move(set_times_ns)),
+      period_ns_(PeriodOf_ns(view_.take())),
       clock_(options, set_times_ns_.front()) {}
 
 absl::StatusOr<std::shared_ptr<Replay>> Replay::Open(const std::string& folder,

@@ -70,17 +70,21 @@ class Replay {
   ReplayClock& clock() { return clock_; }
   // When the last frame of the set arrived; that of the set before where it has none.
   int64_t SetTime_ns(size_t index) const { return set_times_ns_[index]; }
+  // The time between triggers; 0 where the take has no times.
+  int64_t period_ns() const { return period_ns_; }
 
  private:
   Replay(TakeView view, std::vector<int64_t> set_times_ns, const ReplayOptions& options);
 
   const TakeView view_;
   const std::vector<int64_t> set_times_ns_;
+  const int64_t period_ns_;
   ReplayClock clock_;
 };
 
-// A camera of the take as a live camera: kLostFrame where it has no frame, with the reason; OutOfRange at the
-// end. Trigger is Replay's step. Sources of one replay share its clock. NotFound: no such camera.
+// A camera of the take as a live camera: kLostFrame where it has no frame, with the reason and about when
+// that frame was taken; OutOfRange at the end. Trigger is Replay's step. Sources of one replay share its
+// clock. NotFound: no such camera.
 absl::StatusOr<std::unique_ptr<CameraSource>> OpenReplayCamera(std::shared_ptr<Replay> replay,
                                                                const std::string& id);
 

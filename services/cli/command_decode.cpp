@@ -10,8 +10,6 @@
 #include <filesystem>
 #include <map>
 #include <memory>
-#include <optional>
-#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -19,6 +17,7 @@
 #include "capture/image_file.h"
 #include "pattern/decoder.h"
 #include "services/cli/commands.h"
+#include "services/cli/decode_inputs.h"
 #include "services/cli/decode_overlay.h"
 #include "services/cli/progress.h"
 #include "services/files/atomic_file.h"
@@ -39,6 +38,7 @@ struct DecodeCommandOptions {
   std::string board;
   std::string out;
   std::string mosaic;
+  std::string frame;  // of a take or a folder of images, which is the only one of `images` then
   std::string explain;
   int threads = 0;
   bool json = false;
@@ -54,32 +54,6 @@ struct DecodedFile {
 
 double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-// The column `image`: the file name without folder and ending, or the paths where that is not unique.
-absl::StatusOr<std::vector<std::string>> ImageNames(const std::vector<std::string>& paths) {
-  std::set<std::string> different(paths.begin(), paths.end());
-  if (different.size() != paths.size()) {
-    std::vector<std::string> sorted = paths;
-    std::sort(sorted.begin(), sorted.end());
-    const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
-    return absl::InvalidArgumentError(absl::StrCat("the image ", *twice, " is given twice; give it once"));
-  }
-  std::vector<std::string> stems;
-  for (const std::string& path : paths) stems.push_back(fs::path(path).stem().string());
-  const std::set<std::string> different_stems(stems.begin(), stems.end());
-  return different_stems.size() == paths.size() ? stems : paths;
-}
-
-absl::StatusOr<std::optional<PixelFormat>> MosaicByName(const std::string& name) {
-  if (name.empty()) return std::nullopt;
-  const absl::StatusOr<PixelFormat> format = PixelFormatFromName(name);
-  if (!format.ok() || *format == PixelFormat::kGrey8 || *format == PixelFormat::kRgb8) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--mosaic ", name,
-                     " is no order of a Bayer mosaic; it is bayer_rg8, bayer_gr8, bayer_gb8 or bayer_bg8"));
-  }
-  return *format;
 }
 
 // Before the work of minutes, not after it.
@@ -120,13 +94,13 @@ absl::StatusOr<DecodeResult> DecodeFrame(const absl::StatusOr<Frame>& frame, con
 }
 
 // `picture` is empty where none is wanted.
-void DecodeFile(const std::string& path, std::optional<PixelFormat> mosaic, const BoardIndex& board,
-                const std::string& picture, DecodedFile& file) {
+void DecodeFile(const DecodeInput& input, const BoardIndex& board, const std::string& picture,
+                DecodedFile& file) {
   const auto start = Clock::now();
-  file.report.set_path(path);
+  file.report.set_path(input.label);
   v1::ViewReport& view = *file.report.mutable_view();
   view.set_camera(file.found.image);
-  const absl::StatusOr<Frame> frame = ReadImageFile(path, mosaic);
+  const absl::StatusOr<Frame> frame = input.read();
   view.set_read_ms(MillisecondsSince(start));
   absl::StatusOr<DecodeResult> result = DecodeFrame(frame, board, !picture.empty(), file.report);
   file.image = result.status();
@@ -143,27 +117,27 @@ void DecodeFile(const std::string& path, std::optional<PixelFormat> mosaic, cons
   file.found.observations = std::move(result->observations);
 }
 
-std::string PictureFile(const DecodeCommandOptions& options, const std::vector<std::string>& names,
-                        size_t i) {
+std::string PictureFile(const DecodeCommandOptions& options, const DecodeInput& input, size_t i) {
   if (options.explain.empty()) return "";
-  const std::string stem = fs::path(options.images[i]).stem().string();
-  const std::string name = names[i] == stem ? stem : absl::StrCat(i + 1, "_", stem);
+  const std::string stem = fs::path(input.name).stem().string();
+  const std::string name =
+      input.name == stem || !options.frame.empty() ? input.name : absl::StrCat(i + 1, "_", stem);
   return (fs::path(options.explain) / (name + ".png")).string();
 }
 
 std::vector<DecodedFile> DecodeFiles(const DecodeCommandOptions& options,
-                                     const std::vector<std::string>& names, std::optional<PixelFormat> mosaic,
-                                     const BoardIndex& board, bool quiet) {
-  std::vector<DecodedFile> files(names.size());
-  Progress progress("decode", names.size(), ProgressVisible(quiet));
+                                     const std::vector<DecodeInput>& inputs, const BoardIndex& board,
+                                     bool quiet) {
+  std::vector<DecodedFile> files(inputs.size());
+  Progress progress("decode", inputs.size(), ProgressVisible(quiet));
   const auto threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
   tbb::parallel_for(
-      tbb::blocked_range<size_t>(0, names.size(), 1),
+      tbb::blocked_range<size_t>(0, inputs.size(), 1),
       [&](const tbb::blocked_range<size_t>& range) {
         for (size_t i = range.begin(); i < range.end(); ++i) {
-          files[i].found.image = names[i];
-          DecodeFile(options.images[i], mosaic, board, PictureFile(options, names, i), files[i]);
+          files[i].found.image = inputs[i].name;
+          DecodeFile(inputs[i], board, PictureFile(options, inputs[i], i), files[i]);
           if (!files[i].image.ok() && !quiet) {
             progress.PrintLine(absl::StrCat("weft: warning: ", files[i].image.message()));
           }
@@ -251,17 +225,15 @@ absl::Status LeftOut(const std::vector<DecodedFile>& files, const std::string& o
 
 absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
   const auto start = Clock::now();
-  const auto names = ImageNames(options.images);
-  if (!names.ok()) return names.status();
-  const auto mosaic = MosaicByName(options.mosaic);
-  if (!mosaic.ok()) return mosaic.status();
+  const auto inputs = FindDecodeInputs(options.images, options.frame, options.mosaic);
+  if (!inputs.ok()) return inputs.status();
   if (absl::Status status = CheckWritable(options.out); !status.ok()) return status;
   const absl::StatusOr<BoardIndex> board = LoadBoard(options.board);
   if (!board.ok()) return board.status();
   if (!options.explain.empty()) {
     if (absl::Status status = CreateFolders(options.explain); !status.ok()) return status;
   }
-  std::vector<DecodedFile> files = DecodeFiles(options, *names, *mosaic, *board, quiet);
+  std::vector<DecodedFile> files = DecodeFiles(options, *inputs, *board, quiet);
 
   std::vector<ImageObservations> found;
   for (DecodedFile& file : files) {
@@ -296,9 +268,14 @@ void AddDecodeCommand(CLI::App& app, CommandLine& line) {
       "the path where names repeat. An image that cannot be decoded is reported and left out, with exit "
       "status 2.",
       "  weft decode dump/0000/*.jpg --board board.png --out observations.csv\n"
+      "  weft decode take --frame 120 --board board.json --out observations.csv\n"
       "  weft decode raw.png --mosaic bayer_rg8 --board board.json --out raw.csv --explain pictures");
   auto options = std::make_shared<DecodeCommandOptions>();
-  command->add_option("IMAGE", options->images, "PNG, JPEG or TIFF images")->required()->type_name("");
+  command->add_option("IMAGE", options->images, "PNG, JPEG or TIFF images; or a take or folder of images")
+      ->required()
+      ->type_name("");
+  command->add_option("--frame", options->frame, "Which frame of a take or folder of images: all its cameras")
+      ->type_name("N");
   command->add_option("--board", options->board, "board.json or board.png of the cloth")
       ->required()
       ->type_name("BOARD");

@@ -13,16 +13,18 @@ namespace {
 constexpr const char* kHeading =
     "host_time_ns,camera,device_minus_host_ns,uncertainty_ns,ptp_status,ptp_offset_ns";
 
-std::string PathOf(const std::string& take) { return (std::filesystem::path(take) / "clocks.csv").string(); }
-
 }  // namespace
+
+std::string ClockLogFile(const std::string& take) {
+  return (std::filesystem::path(take) / "clocks.csv").string();
+}
 
 absl::Status ClockLog::Open(const std::string& take) {
   const std::lock_guard lock(mutex_);
-  file_.open(PathOf(take));
+  file_.open(ClockLogFile(take));
   file_ << kHeading << std::endl;
   if (file_) return absl::OkStatus();
-  return absl::UnavailableError(absl::StrCat(PathOf(take), ": cannot be written"));
+  return absl::UnavailableError(absl::StrCat(ClockLogFile(take), ": cannot be written"));
 }
 
 std::string ClockLog::Add(size_t camera, const ClockReading& reading) {
@@ -44,10 +46,10 @@ std::optional<ClockReading> ClockLog::Last(size_t camera) const {
 }
 
 absl::StatusOr<std::vector<LoggedReading>> ReadClockLog(const std::string& take) {
-  std::ifstream file(PathOf(take));
+  std::ifstream file(ClockLogFile(take));
   std::string line;
   if (!std::getline(file, line) || line != kHeading)
-    return absl::NotFoundError(absl::StrCat(PathOf(take), ": missing, or not a log of clocks"));
+    return absl::NotFoundError(absl::StrCat(ClockLogFile(take), ": missing, or not a log of clocks"));
   std::vector<LoggedReading> readings;
   while (std::getline(file, line)) {
     const std::vector<std::string> cells = absl::StrSplit(line, ',');

@@ -14,6 +14,8 @@
 
 namespace weft {
 
+std::string ClockLogFile(const std::string& take);
+
 struct LoggedReading {
   std::string camera_id;
   ClockReading reading;

@@ -9,10 +9,12 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "capture/image_file.h"
 #include "capture/image_folder.h"
 #include "capture/recorded_take.h"
 #include "services/files/atomic_file.h"
+#include "services/recording/clock_log.h"
 #include "services/recording/take_file.h"
 
 namespace weft {
@@ -34,6 +36,15 @@ class TakeCopy {
   }
 
   bool Add(RawFrameSet set) { return recorder_->OfferAndWait(std::move(set)); }
+
+  // Of the sets from `first` to `last`, those of which the ledger says that they were dropped.
+  void NoteDropped(const std::vector<LedgerEntry>& ledger, uint64_t first, uint64_t last) {
+    for (const LedgerEntry& entry : ledger) {
+      if (entry.event != LedgerEvent::kDropped || entry.last_set < first || entry.first_set > last) continue;
+      recorder_->NoteDropped(std::max(first, entry.first_set), std::min(last, entry.last_set),
+                             entry.device_time_ns, entry.cause);
+    }
+  }
 
   // The number of sets, where all of them are in the take.
   absl::StatusOr<uint64_t> Finish() {
@@ -141,41 +152,32 @@ absl::StatusOr<uint64_t> ExportImages(const std::string& take, const std::string
 
 absl::StatusOr<uint64_t> TrimTake(const std::string& take, const std::string& out, const TrimOptions& options,
                                   const CopyProgress& progress) {
-  const absl::StatusOr<std::unique_ptr<RecordedTake>> recorded = RecordedTake::Open(take);
-  if (!recorded.ok()) return recorded.status();
-  const RecordedTake& source = **recorded;
+  const absl::StatusOr<TakeView> view = TakeView::Open(take, options.view);
+  if (!view.ok()) return view.status();
   absl::StatusOr<v1::Take> description = ReadTakeFile(take);
   if (!description.ok()) return description.status();
-  for (const auto& [id, shift_ns] : options.shift_ns) {
-    const auto& ids = source.camera_ids();
-    if (std::find(ids.begin(), ids.end(), id) == ids.end())
-      return absl::InvalidArgumentError(
-          absl::StrCat(take, ": has no camera ", id, " whose times could be shifted"));
-  }
-  const auto& sets = source.sets();
-  const auto first = std::lower_bound(sets.begin(), sets.end(), options.first_set);
-  const auto last = std::upper_bound(sets.begin(), sets.end(), options.last_set);
-  if (first >= last) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(take, ": has no frame set from ", options.first_set, " to ", options.last_set,
-                     sets.empty() ? "" : absl::StrCat("; it holds ", sets.front(), " to ", sets.back())));
-  }
-  v1::Take trimmed =
-      NewTake(absl::StrCat("sets ", *first, " to ", *(last - 1), " of take ", description->id()));
+  const std::vector<uint64_t>& sets = view->sets();
+  std::string source =
+      absl::StrCat("sets ", sets.front(), " to ", sets.back(), " of take ", description->id());
+  for (const auto& [camera, shift_ns] : options.view.shift_ns)
+    absl::StrAppendFormat(&source, ", camera %s shifted by %.6f ms", camera,
+                          static_cast<double>(shift_ns) / 1e6);
+  v1::Take trimmed = NewTake(source);
   *trimmed.mutable_cameras() = description->cameras();
   trimmed.set_rig_hash(description->rig_hash());
   trimmed.set_board_hash(description->board_hash());
+  trimmed.set_sync(description->sync());
+  trimmed.set_own_clocks(description->own_clocks());
   absl::StatusOr<TakeCopy> copy = TakeCopy::Start(out, std::move(trimmed), options.recorder);
   if (!copy.ok()) return copy.status();
-  for (auto at = first; at != last; ++at) {
-    absl::StatusOr<RawFrameSet> set = source.ReadSet(static_cast<size_t>(at - sets.begin()));
+  std::error_code no_clocks;  // takes of images have none
+  fs::copy_file(ClockLogFile(take), ClockLogFile(out), no_clocks);
+  for (size_t i = 0; i < sets.size(); ++i) {
+    if (i > 0) copy->NoteDropped(view->take().ledger(), sets[i - 1] + 1, sets[i] - 1);
+    absl::StatusOr<RawFrameSet> set = view->ReadSet(i);
     if (!set.ok()) return set.status();
-    for (RawFrame& frame : set->frames) {
-      const auto shift = options.shift_ns.find(frame.camera_id);
-      if (shift != options.shift_ns.end()) frame.device_time_ns += shift->second;
-    }
     if (!copy->Add(*std::move(set))) break;
-    if (progress) progress(static_cast<uint64_t>(at - first) + 1, static_cast<uint64_t>(last - first));
+    if (progress) progress(i + 1, sets.size());
   }
   return copy->Finish();
 }

@@ -3,13 +3,13 @@
 
 #include <cstdint>
 #include <functional>
-#include <map>
 #include <optional>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "capture/frame.h"
+#include "capture/take_view.h"
 #include "services/recording/recorder.h"
 
 namespace weft {
@@ -35,14 +35,12 @@ absl::StatusOr<uint64_t> ExportImages(const std::string& take, const std::string
                                       const CopyProgress& progress = nullptr);
 
 struct TrimOptions {
-  uint64_t first_set = 0;  // numbers, both included
-  uint64_t last_set = UINT64_MAX;
-  std::map<std::string, int64_t> shift_ns;  // added to the device times of a camera's frames
+  TakeViewOptions view;  // the range, and shifts of cameras
   RecorderOptions recorder;
 };
 
-// The frame sets of a range as a take of their own, numbers and times as they were. InvalidArgument: an empty
-// range, or a camera that the take lacks.
+// The frame sets of a range as a take of their own: numbers, times and bytes as they were, with the ledger's
+// account of sets that were dropped and the readings of the clocks. Errors of TakeView.
 absl::StatusOr<uint64_t> TrimTake(const std::string& take, const std::string& out, const TrimOptions& options,
                                   const CopyProgress& progress = nullptr);
 

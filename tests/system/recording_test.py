@@ -188,6 +188,40 @@ class RecordedTakes(StudioTest):
         refused = weft("take", "import", self.take, "--out", recorded, check=2)
         self.assertIn("holds a take", refused.stderr)
 
+    def test_are_played_again(self):
+        recorded = self.path("recorded")
+        weft("take", "import", self.take, "--out", recorded, "--fps", "25", "--compress", check=0)
+        replays = [json.loads(weft("take", "replay", recorded, "--json", *how, check=0, input="\n" * 99).stdout)
+                   for how in (["--fastest"], [], ["--speed", "2"], ["--step"])]
+        self.assertEqual([int(replay["sets"]) for replay in replays], [len(self.frames)] * 4)
+        self.assertEqual(len({replay["checksum"] for replay in replays}), 1)
+        self.assertGreaterEqual(replays[1]["wall_s"], 0.04 * (len(self.frames) - 1))
+        stepped = weft("take", "replay", recorded, "--step", check=0, input="\nq\n").stdout
+        self.assertEqual(stepped.count(" late "), 2)
+        weft("take", "replay", recorded, "--step", "--fastest", check=2)
+
+    def test_are_trimmed_shifted_and_decoded(self):
+        recorded, part = self.path("recorded"), self.path("part")
+        weft("take", "import", self.take, "--out", recorded, "--fps", "25", check=0)
+        # 40 ms are one period: the pictures of the first camera come one set later.
+        camera = os.path.splitext(self.images[0])[0]
+        copied = json.loads(weft("take", "trim", recorded, "--sets", "1:3", "--shift", f"{camera}=40",
+                                 "--out", part, "--json", check=0).stdout)
+        self.assertEqual(int(copied["sets"]), 2)
+        weft("take", "verify", part, check=0)
+        self.assertIn(f"camera {camera} shifted by 40.000000 ms", read(os.path.join(part, "take.json")))
+        board = ["--board", f"{self.take}/board.json"]
+        for take, frame in ((recorded, "0"), (part, "1")):
+            weft("decode", take, "--frame", frame, *board, "--out", self.path(f"{frame}.csv"), check=0)
+        cells = [[line for line in read(self.path(name)).splitlines() if line.startswith(camera + ",")]
+                 for name in ("0.csv", "1.csv")]
+        self.assertGreater(len(cells[0]), 20)
+        self.assertEqual(*cells)
+        refused = weft("decode", recorded, *board, "--out", self.path("no.csv"), check=2)
+        self.assertIn("--frame says which", refused.stderr)
+        refused = weft("decode", recorded, "--frame", "99", *board, "--out", self.path("no.csv"), check=2)
+        self.assertIn("it holds 0 to", refused.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

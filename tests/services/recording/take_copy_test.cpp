@@ -7,6 +7,8 @@
 #include "capture/image_folder.h"
 #include "capture/recorded_take.h"
 #include "capture/recover_take.h"
+#include "services/files/atomic_file.h"
+#include "services/recording/clock_log.h"
 #include "services/recording/disk_speed.h"
 #include "services/recording/take_file.h"
 #include "tests/capture/pattern_frames.h"
@@ -15,6 +17,7 @@
 namespace weft {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -83,8 +86,8 @@ TEST(TakeCopy, TrimsToARangeAndShiftsTheTimesOfACamera) {
   ASSERT_TRUE(ImportImages(temp / "images", temp / "take", Small()).ok());
   TrimOptions options;
   options.recorder = Small().recorder;
-  options.first_set = 8;
-  options.shift_ns["right"] = -250;
+  options.view.first_set = 8;
+  options.view.shift_ns["right"] = -250;
   const auto sets = TrimTake(temp / "take", temp / "part", options);
   ASSERT_TRUE(sets.ok()) << sets.status();
   const auto part = RecordedTake::Open(temp / "part");
@@ -93,17 +96,35 @@ TEST(TakeCopy, TrimsToARangeAndShiftsTheTimesOfACamera) {
   EXPECT_EQ((*part)->ReadRaw(1, 0).status().message(), "no image in the dump");
   const auto info = DescribeTake(temp / "part");
   ASSERT_TRUE(info.ok()) << info.status();
-  EXPECT_THAT(info->take().origin(), HasSubstr("sets 9 to 10 of take"));
+  EXPECT_THAT(info->take().origin(),
+              AllOf(HasSubstr("sets 9 to 10 of take"), HasSubstr("camera right shifted by -0.000250 ms")));
   EXPECT_EQ(info->timing(1).frames(), 1u);
   EXPECT_EQ(info->causes_size(), 2);
 
-  options.first_set = 11;
+  options.view.first_set = 11;
   EXPECT_THAT(std::string(TrimTake(temp / "take", temp / "none", options).status().message()),
               HasSubstr("it holds 7 to 10"));
-  options.first_set = 0;
-  options.shift_ns["up"] = 1;
+  options.view.first_set = 0;
+  options.view.shift_ns["up"] = 1;
   EXPECT_THAT(std::string(TrimTake(temp / "take", temp / "none", options).status().message()),
               HasSubstr("camera up"));
+}
+
+TEST(TakeCopy, TrimmingKeepsTheClocksAndWhySetsWereDropped) {
+  const TempFolder temp;
+  PatternFrames cameras({"left"}, 64, 48);
+  const auto recorder = Recorder::Start(temp / "take", cameras.camera_ids(), Small().recorder);
+  ASSERT_TRUE(recorder.ok()) << recorder.status();
+  ASSERT_TRUE(WriteFileAtomically(ClockLogFile(temp / "take"), "readings").ok());
+  for (const uint64_t number : {1, 2, 6}) ASSERT_TRUE((*recorder)->OfferAndWait(cameras.Set(number)));
+  (*recorder)->NoteDropped(3, 5, 0, "disk too slow");
+  ASSERT_TRUE((*recorder)->Stop().ok());
+  TrimOptions options;
+  options.recorder = Small().recorder;
+  options.view.first_set = 2;
+  EXPECT_EQ(*TrimTake(temp / "take", temp / "part", options), 2u);
+  EXPECT_EQ(*ReadWholeFile(ClockLogFile(temp / "part")), "readings");
+  EXPECT_EQ(VerifyTake(temp / "part")->dropped, 3u);
 }
 
 TEST(TakeCopy, StopsImportingAtTheLowDiskMark) {

@@ -1,0 +1,123 @@
+// weft take import, export, trim: takes from other recordings and into others.
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "absl/strings/str_format.h"
+#include "capture/frame.h"
+#include "services/cli/commands.h"
+#include "services/cli/progress.h"
+#include "services/cli/take_range.h"
+#include "services/cli/take_text.h"
+#include "services/recording/take_copy.h"
+#include "weft/v1/replay.pb.h"
+
+namespace weft {
+namespace {
+
+struct CopyCommandOptions {
+  std::string source;
+  std::string out;
+  std::string mosaic;
+  TakeRange range;
+  double fps = 0;
+  bool compress = false;
+  bool demosaic = false;
+  bool json = false;
+};
+
+CopyProgress MakeProgress(const char* label, bool quiet) {
+  const auto bar = std::make_shared<Progress>(label, 0, ProgressVisible(quiet));
+  return [bar](uint64_t done, uint64_t total) { bar->Set(done, total); };
+}
+
+// `what`: "images of ", for instance.
+absl::Status SayHowMany(const CopyCommandOptions& options, const char* what,
+                        const absl::StatusOr<uint64_t>& sets) {
+  if (!sets.ok()) return sets.status();
+  if (!options.json) {
+    absl::PrintF("%s: %s%d frame sets\n", options.out, what, *sets);
+    return absl::OkStatus();
+  }
+  v1::TakeCopy copy;
+  copy.set_source(options.source);
+  copy.set_out(options.out);
+  copy.set_sets(*sets);
+  return PrintJsonMessage(copy);
+}
+
+absl::Status Import(const CopyCommandOptions& options, bool quiet) {
+  TakeCopyOptions copy;
+  copy.fps = options.fps;
+  copy.recorder.take.stream.compress = options.compress;
+  if (!options.mosaic.empty()) {
+    const absl::StatusOr<PixelFormat> mosaic = PixelFormatFromName(options.mosaic);
+    if (!mosaic.ok()) return mosaic.status();
+    copy.mosaic = *mosaic;
+  }
+  return SayHowMany(options, "",
+                    ImportImages(options.source, options.out, copy, MakeProgress("import", quiet)));
+}
+
+absl::Status Export(const CopyCommandOptions& options, bool quiet) {
+  return SayHowMany(
+      options, "images of ",
+      ExportImages(options.source, options.out, options.demosaic, MakeProgress("export", quiet)));
+}
+
+absl::Status Trim(const CopyCommandOptions& options, bool quiet) {
+  TrimOptions trim;
+  trim.recorder.take.stream.compress = options.compress;
+  absl::StatusOr<TakeViewOptions> view = ParseTakeRange(options.range);
+  if (!view.ok()) return view.status();
+  trim.view = *std::move(view);
+  return SayHowMany(options, "", TrimTake(options.source, options.out, trim, MakeProgress("trim", quiet)));
+}
+
+void AddCompress(CLI::App& command, CopyCommandOptions& options) {
+  command.add_flag("--compress", options.compress,
+                   "Planes apart, predictor and zstd: lossless, half the size, a core's work");
+}
+
+}  // namespace
+
+void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
+  const auto options = std::make_shared<CopyCommandOptions>();
+  const auto add = [&](CLI::App& command, const char* source, const char* about, const char* out, auto run) {
+    command.add_option(source, options->source, about)->required()->type_name("");
+    command.add_option("--out", options->out, out)->required()->type_name("DIR");
+    command.add_flag("--json", options->json, "Print JSON (weft.v1.TakeCopy)");
+    command.callback(
+        [options, &line, run] { line.run = [options, &line, run] { return run(*options, line.quiet); }; });
+  };
+  CLI::App* import =
+      AddCommand(take, "import",
+                 "Make a take of a folder of images, without loss. Images that cannot be read are "
+                 "missing in the take, with the reason.",
+                 "  weft take import dump --out take --fps 30");
+  add(*import, "DUMP", "Folder with <frame>/<camera>.png or cam<camera>/image<frame>.png",
+      "Folder of the new take", Import);
+  AddCompress(*import, *options);
+  import->add_option("--fps", options->fps, "Frames per second, for the times of the frames; 0: no times")
+      ->type_name("N");
+  import->add_option("--mosaic", options->mosaic, "Grey images are a Bayer mosaic of this order")
+      ->type_name("ORDER");
+
+  CLI::App* export_command =
+      AddCommand(take, "export",
+                 "Write a take as images, <out>/<frame>/<camera>.png, 8 bits as `weft register` reads them.",
+                 "  weft take export take --out images --demosaic");
+  add(*export_command, "TAKE", "Folder of the take", "Folder of the images", Export);
+  export_command->add_flag("--demosaic", options->demosaic, "Colour images instead of Bayer mosaics");
+
+  CLI::App* trim = AddCommand(take, "trim",
+                              "Copy a range of frame sets into a take of its own; numbers, times and bytes "
+                              "stay, but for the times of cameras that are shifted.",
+                              "  weft take trim take --sets 100:200 --out walk\n"
+                              "  weft take trim take --out shifted --shift cam3=-1.5");
+  add(*trim, "TAKE", "Folder of the take", "Folder of the new take", Trim);
+  AddTakeRangeOptions(*trim, options->range);
+  AddCompress(*trim, *options);
+}
+
+}  // namespace weft

@@ -1,0 +1,27 @@
+// The images that `weft decode` is given.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "capture/frame.h"
+
+namespace weft {
+
+// An image, wherever it is.
+struct DecodeInput {
+  std::string name;   // the column `image`
+  std::string label;  // for messages and the report
+  std::function<absl::StatusOr<Frame>()> read;
+};
+
+// Image files; or, where `images` is one recorded take or folder of images, all cameras of its frame `frame`.
+// `mosaic`: the order of the Bayer mosaic of grey image files, empty for none. InvalidArgument names the
+// option or the file.
+absl::StatusOr<std::vector<DecodeInput>> FindDecodeInputs(const std::vector<std::string>& images,
+                                                          const std::string& frame,
+                                                          const std::string& mosaic);
+
+}  // namespace weft

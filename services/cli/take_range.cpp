@@ -1,0 +1,55 @@
+#include "services/cli/take_range.h"
+
+#include <cmath>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+
+namespace weft {
+namespace {
+
+// Numbers of sets; B is excluded, as in --frames.
+absl::Status ParseSets(const std::string& text, TakeViewOptions& view) {
+  if (text.empty()) return absl::OkStatus();
+  const std::vector<std::string> parts = absl::StrSplit(text, ':');
+  uint64_t end = UINT64_MAX;
+  const bool fits = parts.size() == 2 && (parts[0].empty() || absl::SimpleAtoi(parts[0], &view.first_set)) &&
+                    (parts[1].empty() || (absl::SimpleAtoi(parts[1], &end) && end > view.first_set));
+  if (!fits) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--sets ", text,
+                     ": expected A:B, the numbers of the first set and of the first one after the range"));
+  }
+  view.last_set = end - 1;
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddTakeRangeOptions(CLI::App& command, TakeRange& range) {
+  command.add_option("--sets", range.sets, "Numbers A:B of the sets, B not included; either may be left out")
+      ->type_name("RANGE");
+  command
+      .add_option("--shift", range.shifts,
+                  "Add this to all times of a camera's frames, again for another camera. Half a period and "
+                  "more takes them to the sets that were triggered then")
+      ->type_name("CAMERA=MS")
+      ->default_str("")
+      ->allow_extra_args(false);
+}
+
+absl::StatusOr<TakeViewOptions> ParseTakeRange(const TakeRange& range) {
+  TakeViewOptions view;
+  if (absl::Status status = ParseSets(range.sets, view); !status.ok()) return status;
+  for (const std::string& text : range.shifts) {
+    const std::vector<std::string> parts = absl::StrSplit(text, absl::MaxSplits('=', 1));
+    double shift_ms = 0;
+    if (parts.size() != 2 || !absl::SimpleAtod(parts[1], &shift_ms) || !(std::abs(shift_ms) < 1e12))
+      return absl::InvalidArgumentError(absl::StrCat("--shift ", text, ": expected CAMERA=MILLISECONDS"));
+    view.shift_ns[parts[0]] = std::llround(1e6 * shift_ms);
+  }
+  return view;
+}
+
+}  // namespace weft

@@ -1,0 +1,24 @@
+// The options that choose a part of a take.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "capture/take_view.h"
+
+namespace weft {
+
+struct TakeRange {
+  std::string sets;
+  std::vector<std::string> shifts;
+};
+
+// --sets and --shift.
+void AddTakeRangeOptions(CLI::App& command, TakeRange& range);
+
+// InvalidArgument names the option and what it should look like.
+absl::StatusOr<TakeViewOptions> ParseTakeRange(const TakeRange& range);
+
+}  // namespace weft
