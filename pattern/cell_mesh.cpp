@@ -62,9 +62,10 @@ class MeshSweep {
   MeshSweep(const Board& board, std::vector<GrownCell>* cells)
       : board_(board), cells_(*cells), map_(board, *cells) {}
 
-  void Run(const CellFitter& fitter, float least_move_cells) {
-    for (GrownCell& cell : cells_) {
-      if (cell.fit.moved_cells < least_move_cells) continue;
+  void Run(const CellFitter& fitter, float least_move_cells, const std::vector<bool>& stays) {
+    for (size_t k = 0; k < cells_.size(); ++k) {
+      GrownCell& cell = cells_[k];
+      if (stays[k] || cell.fit.moved_cells < least_move_cells) continue;
       NeighborWeights weights;
       const CellNodes nodes = NodesAround(cell, &weights);
       CellFit fit = fitter.FitCenter(cell.row, cell.col, nodes, weights, PriorOf(cell));
@@ -124,8 +125,8 @@ class MeshSweep {
 }  // namespace
 
 void SweepCenters(const CellFitter& fitter, const Board& board, float least_move_cells,
-                  std::vector<GrownCell>* cells) {
-  MeshSweep(board, cells).Run(fitter, least_move_cells);
+                  const std::vector<bool>& stays, std::vector<GrownCell>* cells) {
+  MeshSweep(board, cells).Run(fitter, least_move_cells, stays);
 }
 
 }  // namespace weft

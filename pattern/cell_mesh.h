@@ -12,8 +12,8 @@ namespace weft {
 // the least squares of a print that is interpolated bilinearly between the centres, with a robust prior on
 // how the rows and columns of centres bend); and takes over what the fit says about the image there. Of a
 // frame only the centre changes. Two sweeps come close to the end; cells that the fit before moved by less
-// than `least_move_cells` stay as they are.
+// than `least_move_cells`, and those that `stays` [cells] marks, are left as they are.
 void SweepCenters(const CellFitter& fitter, const Board& board, float least_move_cells,
-                  std::vector<GrownCell>* cells);
+                  const std::vector<bool>& stays, std::vector<GrownCell>* cells);
 
 }  // namespace weft

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <initializer_list>
 #include <utility>
 
@@ -106,14 +107,42 @@ float Confidence(const CellFit& fit, const Surroundings& around) {
   return 1 / (1 + std::exp(-logit));
 }
 
-// Fits the centres once, and judges the cells there.
+// Fits the centres once, and judges the cells there; but for those that stay as they are.
 void FillConfidences(const CellFitter& fitter, const Board& board, int width_px, int height_px,
-                     std::vector<GrownCell>* cells) {
-  SweepCenters(fitter, board, 0, cells);
+                     const std::vector<bool>& stays, std::vector<GrownCell>* cells) {
+  SweepCenters(fitter, board, 0, stays, cells);
   const CellMap map(board, *cells);
-  for (GrownCell& cell : *cells) {
+  for (size_t k = 0; k < cells->size(); ++k) {
+    if (stays[k]) continue;
+    GrownCell& cell = (*cells)[k];
     cell.confidence = Confidence(cell.fit, Around(map, *cells, cell, width_px, height_px));
   }
+}
+
+// Puts in the cells as they were judged where nothing has changed since that their fit has looked at; returns
+// which those are.
+std::vector<bool> TakeJudged(const Board& board, const Regrowth& again, std::vector<GrownCell>* cells) {
+  constexpr int kReach = 2;  // of the fit of a centre
+  const int columns = board.cols + 2 * kReach;
+  const auto place = [columns](int row, int col) { return (row + kReach) * columns + col + kReach; };
+  std::vector<uint8_t> changed(static_cast<size_t>(columns) * (board.rows + 2 * kReach), 0);
+  for (const GrownCell& cell : again.judged) changed[place(cell.row, cell.col)] = 1;
+  for (const GrownCell& cell : *cells) changed[place(cell.row, cell.col)] = 1;
+  for (const GrownCell& cell : again.known) changed[place(cell.row, cell.col)] = 0;
+  std::vector<bool> stays(cells->size());
+  auto judged = again.judged.begin();
+  for (size_t k = 0; k < cells->size(); ++k) {
+    GrownCell& cell = (*cells)[k];
+    const uint8_t* here = &changed[place(cell.row, cell.col)];
+    int changes = 0;
+    for (int d = -kReach; d <= kReach; ++d) changes += here[d] + here[d * columns];
+    for (const int d : {-columns - 1, -columns + 1, columns - 1, columns + 1}) changes += here[d];
+    if (changes > 0) continue;
+    while (judged->row != cell.row || judged->col != cell.col) ++judged;
+    cell = *judged;
+    stays[k] = true;
+  }
+  return stays;
 }
 
 template <typename Keep>
@@ -171,14 +200,14 @@ absl::Status CellRefinementOptions::Validate() const {
 
 Regrowth RegrowthFrom(const CellFitter& fitter, const Board& board, int width_px, int height_px,
                       const CellRefinementOptions& options, const std::vector<GrownCell>& cells) {
-  std::vector<GrownCell> judged = cells;
-  FillConfidences(fitter, board, width_px, height_px, &judged);
+  Regrowth again;
+  again.judged = cells;
+  FillConfidences(fitter, board, width_px, height_px, std::vector<bool>(cells.size()), &again.judged);
   const CellMap map(board, cells);
   const auto sure = [&](int row, int col) {
     const int k = map.At(row, col);
-    return k >= 0 && judged[k].confidence >= options.min_confidence_to_grow;
+    return k >= 0 && again.judged[k].confidence >= options.min_confidence_to_grow;
   };
-  Regrowth again;
   for (const GrownCell& cell : cells) {
     int around = 0;
     for (int k = 0; k < 9; ++k) around += sure(cell.row + k / 3 - 1, cell.col + k % 3 - 1);
@@ -192,13 +221,13 @@ Regrowth RegrowthFrom(const CellFitter& fitter, const Board& board, int width_px
 }
 
 void RefineCells(const CellFitter& fitter, const Board& board, int width_px, int height_px,
-                 const CellRefinementOptions& options, std::vector<GrownCell>* cells) {
-  FillConfidences(fitter, board, width_px, height_px, cells);
+                 const CellRefinementOptions& options, const Regrowth& again, std::vector<GrownCell>* cells) {
+  FillConfidences(fitter, board, width_px, height_px, TakeJudged(board, again, cells), cells);
   Filter([&](size_t k) { return (*cells)[k].confidence >= options.min_confidence; }, cells);
   const std::vector<int> sizes = ComponentSizes(board, *cells);
   const int least = LeastComponent(options.min_component, cells->size());
   Filter([&](size_t k) { return sizes[k] >= least; }, cells);
-  SweepCenters(fitter, board, kSettledCells, cells);
+  SweepCenters(fitter, board, kSettledCells, std::vector<bool>(cells->size()), cells);
   // Neighbours may have pulled a cell at the rim out of the image.
   const float x_most = static_cast<float>(width_px) - 0.5f, y_most = static_cast<float>(height_px) - 0.5f;
   Filter(

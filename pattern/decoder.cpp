@@ -225,7 +225,7 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
                       find_islands, options.explain ? &result.explanation.missing : nullptr);
   result.timings.growth_ms = watch.LapMs();
   const std::vector<GrownCell> grown = options.explain ? cells : std::vector<GrownCell>();
-  RefineCells(fitter, board.board(), width_px, height_px, options.refinement, &cells);
+  RefineCells(fitter, board.board(), width_px, height_px, options.refinement, again, &cells);
   if (LooksLikeChance(result.patches, cells)) {
     cells.clear();
     for (PatchReport& patch : result.patches) {

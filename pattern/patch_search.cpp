@@ -155,13 +155,13 @@ class FoundPlaces {
   static constexpr int kBucketPx = 4;
   static constexpr size_t kLeastCells = 30;
 
-  // Whether the cell and the eight around it have frames.
+  // Whether the cell has a frame, and the patch goes on to all sides; single cells may be missing.
   static bool Inside(const MeasuredPatch& patch, const PatchCell& cell) {
-    for (int k = 0; k < 9; ++k) {
-      const int near = patch.CellAt(cell.i + k / 3 - 1, cell.j + k % 3 - 1);
-      if (near < 0 || !patch.lattice.cells[near].has_frame()) return false;
-    }
-    return true;
+    constexpr int kLeastAround = 21;  // of 5x5; one next to a straight border has 20
+    if (!cell.has_frame()) return false;
+    int around = 0;
+    for (int k = 0; k < 25; ++k) around += patch.CellAt(cell.i + k / 5 - 2, cell.j + k % 5 - 2) >= 0;
+    return around >= kLeastAround;
   }
   static int Bucket(float v, int count) { return std::clamp(static_cast<int>(v) / kBucketPx, 0, count - 1); }
   size_t At(int x, int y) const { return static_cast<size_t>(y) * columns_ + x; }

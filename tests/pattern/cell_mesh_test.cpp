@@ -47,7 +47,8 @@ class CellMesh : public testing::Test {
         truth_.push_back({x, y});
       }
     }
-    for (int sweep = 0; sweep < 3; ++sweep) SweepCenters(fitter, board_, 0, &cells);
+    for (int sweep = 0; sweep < 3; ++sweep)
+      SweepCenters(fitter, board_, 0, std::vector<bool>(cells.size()), &cells);
     for (size_t k = 0; k < cells.size(); ++k) {
       const CellFrame& f = cells[k].fit.frame;
       const double error_px = std::hypot(f.x - truth_[k].first, f.y - truth_[k].second);
