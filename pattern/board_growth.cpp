@@ -1,10 +1,10 @@
 #include "pattern/board_growth.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
-#include <queue>
 
 #include "pattern/occupied_places.h"
 
@@ -14,6 +14,38 @@ namespace {
 constexpr int kMostAttempts = 5;
 // A candidate this good needs no second attempt from another neighbour.
 constexpr float kWellExplained = 0.75f;
+
+// Candidates by how well they are explained: the best first, in steps of 1 %; of those in one step the one
+// that came first. Neighbours come one after the other, and are near each other in memory then.
+class CandidateQueue {
+ public:
+  void Push(float explained, int candidate) {
+    const int step = StepOf(explained);
+    steps_[step].candidates.push_back(candidate);
+    best_ = std::max(best_, step);
+  }
+  // The next one of those that are explained by this share or more; -1 where there is none.
+  int Pop(float least_explained) {
+    for (; best_ >= StepOf(least_explained); --best_) {
+      Step& step = steps_[best_];
+      if (step.next < step.candidates.size()) return step.candidates[step.next++];
+      step = {};
+      if (best_ == 0) break;
+    }
+    return -1;
+  }
+
+ private:
+  static constexpr int kSteps = 100;
+  static int StepOf(float explained) { return std::clamp(static_cast<int>(kSteps * explained), 0, kSteps); }
+
+  struct Step {
+    std::vector<int> candidates;
+    size_t next = 0;
+  };
+  std::array<Step, kSteps + 1> steps_;
+  int best_ = 0;  // no later step has any
+};
 
 class Growth {
  public:
@@ -39,33 +71,29 @@ class Growth {
     return missing;
   }
 
-  std::vector<GrownCell> Run(
-      const std::vector<GrownCell>& known, const std::vector<GrowthSeed>& seeds,
-      const std::function<std::vector<GrowthSeed>(const std::vector<GrownCell>&)>& find_more) {
-    for (const GrownCell& cell : known) Take(cell);
+  GrownCells Run(const GrownCells& known, const std::vector<GrowthSeed>& seeds,
+                 const std::function<std::vector<GrowthSeed>(const GrownCells&)>& find_more) {
+    cells_.reserve(known.size() + seeds.size() + seeds.size() / 2);
+    cells_ = known;
+    for (size_t k = 0; k < known.size(); ++k) Take(static_cast<int>(k));
     Start(seeds);
     for (const GrownCell& cell : known) TryAround(cell);
     TakeAll(options_.clearly_explained);
-    if (find_more) Start(find_more(cells_));
+    if (find_more) Start(find_more(Taken()));
     TakeAll(-1);
-    std::vector<GrownCell> ordered;
-    ordered.reserve(cells_.size());
-    for (const int k : cell_of_) {
-      if (k >= 0) ordered.push_back(cells_[k]);
-    }
-    return ordered;
+    return Taken();
   }
 
  private:
-  // A candidate in the queue: the best explained first, then the first on the board.
-  struct Entry {
-    float explained;
-    int cell;       // of the board
-    int candidate;  // index
-    bool operator<(const Entry& other) const {
-      return explained != other.explained ? explained < other.explained : cell > other.cell;
+  // Ordered by row and column.
+  GrownCells Taken() const {
+    GrownCells taken;
+    taken.reserve(taken_);
+    for (const int k : cell_of_) {
+      if (k >= 0) taken.push_back(cells_[k]);
     }
-  };
+    return taken;
+  }
 
   void Start(const std::vector<GrowthSeed>& seeds) {
     for (const GrowthSeed& seed : seeds) {
@@ -78,17 +106,14 @@ class Growth {
 
   // Takes candidates that are explained by this share or more, and those that follow from them.
   void TakeAll(float least_explained) {
-    while (!queue_.empty() && queue_.top().explained >= least_explained) {
-      const Entry top = queue_.top();
-      queue_.pop();
-      free_.push_back(top.candidate);
-      if (cell_of_[top.cell] >= 0) continue;
-      const GrownCell next = candidates_[top.candidate];
+    for (int k = queue_.Pop(least_explained); k >= 0; k = queue_.Pop(least_explained)) {
+      const GrownCell next = cells_[k];
+      if (CellAt(next.row, next.col) >= 0) continue;
       if (places_.AreTaken(next.fit.frame)) {
         Miss(next.row, next.col, next.fit.frame, WhyMissing::kTaken);
         continue;
       }
-      Take(next);
+      Take(k);
       TryAround(next);
     }
   }
@@ -130,24 +155,18 @@ class Growth {
     if (wants_missing_ && InImage(at)) missing_[Index(row, col)] = {row, col, at.x, at.y, why};
   }
 
-  void Take(const GrownCell& cell) {
-    cell_of_[Index(cell.row, cell.col)] = static_cast<int>(cells_.size());
-    cells_.push_back(cell);
+  void Take(int k) {
+    const GrownCell& cell = cells_[k];
+    cell_of_[Index(cell.row, cell.col)] = k;
+    ++taken_;
     places_.Take(cell.fit.frame);
   }
 
   void Enqueue(const GrownCell& candidate) {
     const size_t cell = Index(candidate.row, candidate.col);
     explained_[cell] = std::max(explained_[cell], candidate.fit.explained);
-    int at = static_cast<int>(candidates_.size());
-    if (free_.empty()) {
-      candidates_.push_back(candidate);
-    } else {
-      at = free_.back();
-      free_.pop_back();
-      candidates_[at] = candidate;
-    }
-    queue_.push({candidate.fit.explained, static_cast<int>(cell), at});
+    queue_.Push(candidate.fit.explained, static_cast<int>(cells_.size()));
+    cells_.push_back(candidate);
   }
 
   void TryAround(const GrownCell& cell) {
@@ -218,14 +237,13 @@ class Growth {
   const GrowthOptions& options_;
   bool wants_missing_;
   int width_px_, height_px_;
-  std::vector<int> cell_of_;  // by board cell
+  std::vector<int> cell_of_;  // by board cell, -1 where none has been taken
   std::vector<uint8_t> attempts_;
   std::vector<float> explained_;  // by board cell, of the best candidate so far
-  std::vector<GrownCell> cells_;
+  GrownCells cells_;              // all candidates, taken or not
+  size_t taken_ = 0;
   OccupiedPlaces places_;
-  std::vector<GrownCell> candidates_;
-  std::vector<int> free_;  // places in candidates_
-  std::priority_queue<Entry> queue_;
+  CandidateQueue queue_;
   std::map<size_t, MissingCell> missing_;  // by board cell
 };
 
@@ -264,13 +282,13 @@ std::string_view Describe(WhyMissing why) {
   return kWords[static_cast<int>(why)];
 }
 
-std::vector<GrownCell> GrowOnBoard(
-    const CellFitter& fitter, const Board& board, int width_px, int height_px,
-    const std::vector<GrownCell>& known, const std::vector<GrowthSeed>& seeds, const GrowthOptions& options,
-    const std::function<std::vector<GrowthSeed>(const std::vector<GrownCell>&)>& find_more,
-    std::vector<MissingCell>* missing) {
+GrownCells GrowOnBoard(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+                       const GrownCells& known, const std::vector<GrowthSeed>& seeds,
+                       const GrowthOptions& options,
+                       const std::function<std::vector<GrowthSeed>(const GrownCells&)>& find_more,
+                       std::vector<MissingCell>* missing) {
   Growth growth(fitter, board, width_px, height_px, options, missing != nullptr);
-  std::vector<GrownCell> cells = growth.Run(known, seeds, find_more);
+  GrownCells cells = growth.Run(known, seeds, find_more);
   if (missing != nullptr) *missing = growth.Missing();
   return cells;
 }

@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "pattern/cell_fitter.h"
+#include "pattern/pixel_allocator.h"
 
 namespace weft {
 
@@ -45,6 +46,9 @@ struct GrownCell {
   float confidence = 0;  // probability that the cell is there; see RefineCells
 };
 
+// As many as a view has, in memory that the next view uses again.
+using GrownCells = PixelVector<GrownCell>;
+
 // Why a board cell next to known ones was not taken.
 enum class WhyMissing : uint8_t {
   kNoFit,         // no print could be fitted
@@ -66,16 +70,16 @@ struct MissingCell {
   WhyMissing why = WhyMissing::kNoFit;
 };
 
-// Follows the print from the seeds cell by cell, the best explained first: predicts the next cell from its
-// known neighbours, fits it, and takes it when the image shows the colours that the board has there. A board
-// cell is taken once, and so is a place in the image. Ordered by row and column.
-// Growth goes on from the cells of `known`, too, which stay as they are.
-// Once all that is clear has been taken, `find_more` (may be null) gets these cells and names further seeds.
-// `missing` (may be null) gets the cells at which growth stopped within the image, in the same order.
-std::vector<GrownCell> GrowOnBoard(
-    const CellFitter& fitter, const Board& board, int width_px, int height_px,
-    const std::vector<GrownCell>& known, const std::vector<GrowthSeed>& seeds, const GrowthOptions& options,
-    const std::function<std::vector<GrowthSeed>(const std::vector<GrownCell>&)>& find_more = nullptr,
-    std::vector<MissingCell>* missing = nullptr);
+// Follows the print from the seeds cell by cell, the best explained (to 1 %) first: predicts the next cell
+// from its known neighbours, fits it, and takes it when the image shows the colours that the board has there.
+// A board cell is taken once, and so is a place in the image. Ordered by row and column. Growth goes on from
+// the cells of `known`, too, which stay as they are. Once all that is clear has been taken, `find_more` (may
+// be null) gets these cells and names further seeds. `missing` (may be null) gets the cells at which growth
+// stopped within the image, in the same order.
+GrownCells GrowOnBoard(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+                       const GrownCells& known, const std::vector<GrowthSeed>& seeds,
+                       const GrowthOptions& options,
+                       const std::function<std::vector<GrowthSeed>(const GrownCells&)>& find_more = nullptr,
+                       std::vector<MissingCell>* missing = nullptr);
 
 }  // namespace weft

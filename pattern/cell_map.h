@@ -9,7 +9,7 @@ namespace weft {
 
 class CellMap {
  public:
-  CellMap(const Board& board, const std::vector<GrownCell>& cells)
+  CellMap(const Board& board, const GrownCells& cells)
       : columns_(board.cols + 2 * kBorder),
         index_(static_cast<size_t>(columns_) * (board.rows + 2 * kBorder), -1) {
     for (size_t k = 0; k < cells.size(); ++k) index_[Place(cells[k].row, cells[k].col)] = static_cast<int>(k);

@@ -59,8 +59,7 @@ class PriorSums {
 
 class MeshSweep {
  public:
-  MeshSweep(const Board& board, std::vector<GrownCell>* cells)
-      : board_(board), cells_(*cells), map_(board, *cells) {}
+  MeshSweep(const Board& board, GrownCells* cells) : board_(board), cells_(*cells), map_(board, *cells) {}
 
   void Run(const CellFitter& fitter, float least_move_cells, const std::vector<bool>& stays) {
     for (size_t k = 0; k < cells_.size(); ++k) {
@@ -118,14 +117,14 @@ class MeshSweep {
   }
 
   const Board& board_;
-  std::vector<GrownCell>& cells_;
+  GrownCells& cells_;
   CellMap map_;
 };
 
 }  // namespace
 
 void SweepCenters(const CellFitter& fitter, const Board& board, float least_move_cells,
-                  const std::vector<bool>& stays, std::vector<GrownCell>* cells) {
+                  const std::vector<bool>& stays, GrownCells* cells) {
   MeshSweep(board, cells).Run(fitter, least_move_cells, stays);
 }
 

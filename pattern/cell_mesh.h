@@ -14,6 +14,6 @@ namespace weft {
 // frame only the centre changes. Two sweeps come close to the end; cells that the fit before moved by less
 // than `least_move_cells`, and those that `stays` [cells] marks, are left as they are.
 void SweepCenters(const CellFitter& fitter, const Board& board, float least_move_cells,
-                  const std::vector<bool>& stays, std::vector<GrownCell>* cells);
+                  const std::vector<bool>& stays, GrownCells* cells);
 
 }  // namespace weft

@@ -54,8 +54,8 @@ struct Surroundings {
   }
 };
 
-Surroundings Around(const CellMap& map, const std::vector<GrownCell>& cells, const GrownCell& cell,
-                    int width_px, int height_px) {
+Surroundings Around(const CellMap& map, const GrownCells& cells, const GrownCell& cell, int width_px,
+                    int height_px) {
   const CellFrame& f = cell.fit.frame;
   Surroundings around;
   for (int k = 0; k < 9; ++k) {
@@ -109,7 +109,7 @@ float Confidence(const CellFit& fit, const Surroundings& around) {
 
 // Fits the centres once, and judges the cells there; but for those that stay as they are.
 void FillConfidences(const CellFitter& fitter, const Board& board, int width_px, int height_px,
-                     const std::vector<bool>& stays, std::vector<GrownCell>* cells) {
+                     const std::vector<bool>& stays, GrownCells* cells) {
   SweepCenters(fitter, board, 0, stays, cells);
   const CellMap map(board, *cells);
   for (size_t k = 0; k < cells->size(); ++k) {
@@ -121,7 +121,7 @@ void FillConfidences(const CellFitter& fitter, const Board& board, int width_px,
 
 // Puts in the cells as they were judged where nothing has changed since that their fit has looked at; returns
 // which those are.
-std::vector<bool> TakeJudged(const Board& board, const Regrowth& again, std::vector<GrownCell>* cells) {
+std::vector<bool> TakeJudged(const Board& board, const Regrowth& again, GrownCells* cells) {
   constexpr int kReach = 2;  // of the fit of a centre
   const int columns = board.cols + 2 * kReach;
   const auto place = [columns](int row, int col) { return (row + kReach) * columns + col + kReach; };
@@ -146,7 +146,7 @@ std::vector<bool> TakeJudged(const Board& board, const Regrowth& again, std::vec
 }
 
 template <typename Keep>
-void Filter(Keep keep, std::vector<GrownCell>* cells) {
+void Filter(Keep keep, GrownCells* cells) {
   size_t kept = 0;
   for (size_t k = 0; k < cells->size(); ++k) {
     if (keep(k)) (*cells)[kept++] = (*cells)[k];
@@ -155,7 +155,7 @@ void Filter(Keep keep, std::vector<GrownCell>* cells) {
 }
 
 // Size of the 4-connected component of each cell.
-std::vector<int> ComponentSizes(const Board& board, const std::vector<GrownCell>& cells) {
+std::vector<int> ComponentSizes(const Board& board, const GrownCells& cells) {
   const CellMap map(board, cells);
   std::vector<int> size(cells.size(), 0);
   std::vector<int> members;
@@ -199,7 +199,7 @@ absl::Status CellRefinementOptions::Validate() const {
 }
 
 Regrowth RegrowthFrom(const CellFitter& fitter, const Board& board, int width_px, int height_px,
-                      const CellRefinementOptions& options, const std::vector<GrownCell>& cells) {
+                      const CellRefinementOptions& options, const GrownCells& cells) {
   Regrowth again;
   again.judged = cells;
   FillConfidences(fitter, board, width_px, height_px, std::vector<bool>(cells.size()), &again.judged);
@@ -221,7 +221,7 @@ Regrowth RegrowthFrom(const CellFitter& fitter, const Board& board, int width_px
 }
 
 void RefineCells(const CellFitter& fitter, const Board& board, int width_px, int height_px,
-                 const CellRefinementOptions& options, const Regrowth& again, std::vector<GrownCell>* cells) {
+                 const CellRefinementOptions& options, const Regrowth& again, GrownCells* cells) {
   FillConfidences(fitter, board, width_px, height_px, TakeJudged(board, again, cells), cells);
   Filter([&](size_t k) { return (*cells)[k].confidence >= options.min_confidence; }, cells);
   const std::vector<int> sizes = ComponentSizes(board, *cells);

@@ -21,21 +21,21 @@ struct CellRefinementOptions {
 
 // Where growth starts again.
 struct Regrowth {
-  std::vector<GrownCell> known;   // sure, and all cells around them are
+  GrownCells known;               // sure, and all cells around them are
   std::vector<GrowthSeed> seeds;  // sure, next to others that are not
-  std::vector<GrownCell> judged;  // all cells, with their centres fitted together and their confidence
+  GrownCells judged;              // all cells, with their centres fitted together and their confidence
 };
 
 // Leaves out cells that are less sure than min_confidence_to_grow: what was taken wrongly is in the way of
 // what is there.
 Regrowth RegrowthFrom(const CellFitter& fitter, const Board& board, int width_px, int height_px,
-                      const CellRefinementOptions& options, const std::vector<GrownCell>& cells);
+                      const CellRefinementOptions& options, const GrownCells& cells);
 
 // Fits the centres of neighbouring cells together (but for those of `again` that have not changed since, nor
 // has anything around them: they are taken as they were judged), drops cells that are too uncertain and those
 // that are left in small groups, and fits the rest once more. Cells whose centres then lie outside the image
 // are dropped. Order is kept.
 void RefineCells(const CellFitter& fitter, const Board& board, int width_px, int height_px,
-                 const CellRefinementOptions& options, const Regrowth& again, std::vector<GrownCell>* cells);
+                 const CellRefinementOptions& options, const Regrowth& again, GrownCells* cells);
 
 }  // namespace weft

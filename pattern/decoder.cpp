@@ -106,8 +106,7 @@ Appearance LearnAppearance(const std::vector<ColorImage>& pyramid, const Board& 
                              {0.4f, 0.55f, 0.7f, 0.85f, 1.0f, 1.2f, 1.5f, 1.9f, 2.4f, 3.0f, 4.0f}, start);
 }
 
-std::vector<Observation> Centers(const std::vector<GrownCell>& cells) {
-  std::vector<Observation> centers;
+void AddCenters(const GrownCells& cells, std::vector<Observation>* observations) {
   for (const GrownCell& cell : cells) {
     Observation o;
     o.x_px = cell.fit.frame.x;
@@ -115,14 +114,12 @@ std::vector<Observation> Centers(const std::vector<GrownCell>& cells) {
     o.node = {cell.row, cell.col, NodeKind::kCenter};
     o.sigma_px = kSigmaFactor * cell.fit.sigma_px;
     o.confidence = cell.confidence;
-    centers.push_back(o);
+    observations->push_back(o);
   }
-  return centers;
 }
 
 // Corners between four known cells, in the middle of them, as the centres were fitted.
-std::vector<Observation> Corners(const std::vector<GrownCell>& cells) {
-  std::vector<Observation> corners;
+void AddCorners(const GrownCells& cells, std::vector<Observation>* observations) {
   // Index of the cell up and left of the current one, or else of the first after that place; moves on.
   size_t above = 0;
   const auto is_at = [&](size_t k, int row, int col) {
@@ -149,14 +146,12 @@ std::vector<Observation> Corners(const std::vector<GrownCell>& cells) {
       o.confidence = std::min(o.confidence, around[n]->confidence);
     }
     o.sigma_px = static_cast<float>(std::sqrt(variance_px2));
-    corners.push_back(o);
+    observations->push_back(o);
   }
-  return corners;
 }
 
 // Groups of the cells that stayed, and those that were grown and dropped again.
-void ExplainCells(const std::vector<GrownCell>& grown, const std::vector<GrownCell>& stayed,
-                  DecodeExplanation* explanation) {
+void ExplainCells(const GrownCells& grown, const GrownCells& stayed, DecodeExplanation* explanation) {
   size_t next = 0;
   for (const GrownCell& cell : grown) {
     if (next < stayed.size() && stayed[next].row == cell.row && stayed[next].col == cell.col) {
@@ -171,7 +166,7 @@ void ExplainCells(const std::vector<GrownCell>& grown, const std::vector<GrownCe
 
 // A sixth of all random windows are on a large board. So few cells in a view full of lattice are chance, or a
 // print of another board.
-bool LooksLikeChance(const std::vector<PatchReport>& patches, const std::vector<GrownCell>& cells) {
+bool LooksLikeChance(const std::vector<PatchReport>& patches, const GrownCells& cells) {
   constexpr size_t kEnoughCells = 50;
   constexpr double kLeastShare = 0.02;
   double nodes = 0;
@@ -214,17 +209,16 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
   const Appearance appearance = LearnAppearance(pyramid, board.board(), profile, inks, seeds);
   const CellFitter fitter(pyramid, board.board(), profile, appearance);
   AddUnread(patches, options.patches, &loose);
-  const auto find_islands = [&](const std::vector<GrownCell>& known) {
+  const auto find_islands = [&](const GrownCells& known) {
     return FindIslandSeeds(fitter, pyramid, board.board(), inks, known, loose, options.islands);
   };
   const int width_px = frame.width_px, height_px = frame.height_px;
-  std::vector<GrownCell> cells =
-      GrowOnBoard(fitter, board.board(), width_px, height_px, {}, seeds, options.growth);
+  GrownCells cells = GrowOnBoard(fitter, board.board(), width_px, height_px, {}, seeds, options.growth);
   const Regrowth again = RegrowthFrom(fitter, board.board(), width_px, height_px, options.refinement, cells);
   cells = GrowOnBoard(fitter, board.board(), width_px, height_px, again.known, again.seeds, options.growth,
                       find_islands, options.explain ? &result.explanation.missing : nullptr);
   result.timings.growth_ms = watch.LapMs();
-  const std::vector<GrownCell> grown = options.explain ? cells : std::vector<GrownCell>();
+  const GrownCells grown = options.explain ? cells : GrownCells();
   RefineCells(fitter, board.board(), width_px, height_px, options.refinement, again, &cells);
   if (LooksLikeChance(result.patches, cells)) {
     cells.clear();
@@ -234,11 +228,9 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
     }
   }
   if (options.explain) ExplainCells(grown, cells, &result.explanation);
-  result.observations = Centers(cells);
-  if (options.corners) {
-    const std::vector<Observation> corners = Corners(cells);
-    result.observations.insert(result.observations.end(), corners.begin(), corners.end());
-  }
+  result.observations.reserve((options.corners ? 2 : 1) * cells.size());
+  AddCenters(cells, &result.observations);
+  if (options.corners) AddCorners(cells, &result.observations);
   result.timings.refinement_ms = watch.LapMs();
   return result;
 }

@@ -45,7 +45,7 @@ struct Near {
 class IslandSearch {
  public:
   IslandSearch(const CellFitter& fitter, const std::vector<ColorImage>& pyramid, const Board& board,
-               const InkModel& inks, const std::vector<GrownCell>& known, const IslandOptions& options)
+               const InkModel& inks, const GrownCells& known, const IslandOptions& options)
       : fitter_(fitter),
         pyramid_(pyramid),
         board_(board),
@@ -118,7 +118,7 @@ class IslandSearch {
   // Of rows -1 to rows.
   uint16_t* ThreeAt(int row, int col) { return &threes_[static_cast<size_t>(row + 1) * board_.cols + col]; }
 
-  static std::vector<Keypoint> Centers(const std::vector<GrownCell>& cells) {
+  static std::vector<Keypoint> Centers(const GrownCells& cells) {
     std::vector<Keypoint> centers;
     for (const GrownCell& cell : cells) centers.push_back({cell.fit.frame.x, cell.fit.frame.y, 0});
     return centers;
@@ -278,7 +278,7 @@ class IslandSearch {
   const std::vector<ColorImage>& pyramid_;
   const Board& board_;
   const InkModel& inks_;
-  const std::vector<GrownCell>& known_;
+  const GrownCells& known_;
   const IslandOptions& options_;
   CellMap map_;
   KeypointGrid centers_;  // of known cells
@@ -311,8 +311,7 @@ absl::Status IslandOptions::Validate() const {
 }
 
 std::vector<GrowthSeed> FindIslandSeeds(const CellFitter& fitter, const std::vector<ColorImage>& pyramid,
-                                        const Board& board, const InkModel& inks,
-                                        const std::vector<GrownCell>& known,
+                                        const Board& board, const InkModel& inks, const GrownCells& known,
                                         const std::vector<LooseSpot>& spots, const IslandOptions& options) {
   return IslandSearch(fitter, pyramid, board, inks, known, options).Run(spots);
 }

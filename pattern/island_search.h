@@ -35,8 +35,7 @@ struct LooseSpot {
 // expected to go on as it does at the known cell, with an unknown part of it hidden in between. A seed here
 // is no proof: growth has to find its neighbours. `pyramid` as for CellFitter.
 std::vector<GrowthSeed> FindIslandSeeds(const CellFitter& fitter, const std::vector<ColorImage>& pyramid,
-                                        const Board& board, const InkModel& inks,
-                                        const std::vector<GrownCell>& known,
+                                        const Board& board, const InkModel& inks, const GrownCells& known,
                                         const std::vector<LooseSpot>& spots, const IslandOptions& options);
 
 }  // namespace weft

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "pattern/cell_frame.h"
+#include "pattern/pixel_allocator.h"
 
 namespace weft {
 
@@ -14,7 +15,7 @@ class OccupiedPlaces {
   OccupiedPlaces(int width_px, int height_px)
       : columns_(width_px / kBucketPx + 1),
         rows_(height_px / kBucketPx + 1),
-        newest_(static_cast<size_t>(columns_) * rows_) {}
+        newest_(static_cast<size_t>(columns_) * rows_, Middle()) {}
 
   // Takes the place of a cell whose middle is in the image.
   void Take(const CellFrame& frame) {
@@ -65,7 +66,7 @@ class OccupiedPlaces {
   }
 
   int columns_, rows_;
-  std::vector<Middle> newest_;  // [rows][columns], of the last one taken in each bucket
+  PixelVector<Middle> newest_;  // [rows][columns], of the last one taken in each bucket
   std::vector<Middle> before_;  // by cell, of the one taken before in its bucket
   std::vector<CellFrame> frames_;
 };

@@ -1,4 +1,4 @@
-// Memory for whole images.
+// Memory for whole images, and for what is as large.
 #pragma once
 
 #include <cstddef>

@@ -24,7 +24,7 @@ class CellMesh : public testing::Test {
     pyramid.push_back(*ToColorImage(frame));
     const SampledProfile profile(board_.square_fraction);
     const CellFitter fitter(pyramid, board_, profile, AppearanceOf(photo));
-    std::vector<GrownCell> cells;
+    GrownCells cells;
     for (int row = kFirst; row < kFirst + kCells; ++row) {
       for (int col = kFirst; col < kFirst + kCells; ++col) {
         const auto at = [&](double u, double v) { return PixelFromBoard(photo, board_, u, v); };
