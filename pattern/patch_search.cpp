@@ -103,26 +103,27 @@ Keypoint InFullImage(const Keypoint& p, float scale) {
 
 // Whether a lattice is finer than the cells: in very sharp pictures the corners of a printed square are
 // spots, too. On a board cells next to each other never have the same colour, while some two steps apart do;
-// of the parts of cells every second one has its neighbour's.
+// along an axis that splits cells every second part has its neighbour's.
 bool SplitsCells(const MeasuredPatch& patch) {
   constexpr size_t kCells = 1000;
-  constexpr float kAlike = 0.6f;
+  constexpr float kAlike = 0.75f;
   const auto squared_difference = [](const Rgb& s, const Rgb& t) {
     float sum = 0;
     for (int c = 0; c < 3; ++c) sum += (s[c] - t[c]) * (s[c] - t[c]);
     return sum;
   };
-  float one_step = 0, two_steps = 0;
-  for (size_t k = 0; k < std::min(kCells, patch.colors.size()); ++k) {
-    const PatchCell& c = patch.lattice.cells[k];
-    for (const auto& [di, dj] : {std::pair{0, 1}, {1, 0}}) {
+  const auto splits_along = [&](int di, int dj) {
+    float one_step = 0, two_steps = 0;
+    for (size_t k = 0; k < std::min(kCells, patch.colors.size()); ++k) {
+      const PatchCell& c = patch.lattice.cells[k];
       const int next = patch.CellAt(c.i + di, c.j + dj), after = patch.CellAt(c.i + 2 * di, c.j + 2 * dj);
       if (next < 0 || after < 0) continue;
       one_step += squared_difference(patch.colors[k], patch.colors[next]);
       two_steps += squared_difference(patch.colors[k], patch.colors[after]);
     }
-  }
-  return one_step < kAlike * two_steps;
+    return one_step < kAlike * two_steps;
+  };
+  return splits_along(0, 1) || splits_along(1, 0);
 }
 
 // Where the full image shows the inside of large patches.
