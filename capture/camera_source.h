@@ -47,6 +47,8 @@ class CameraSource {
   virtual const std::string& camera_id() const = 0;
   // The camera's features as it answered them, and what the source made of them (model, packet size, ...).
   virtual std::map<std::string, std::string> settings() const = 0;
+  // What has to happen before any camera of the session films; once, before Start.
+  virtual absl::Status Prepare() { return absl::OkStatus(); }
   virtual absl::Status Start() = 0;
   // DeadlineExceeded: nothing within the time. OutOfRange: the source has ended and will deliver no more.
   virtual absl::StatusOr<CameraDelivery> Next(std::chrono::milliseconds timeout) = 0;

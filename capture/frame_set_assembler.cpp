@@ -249,8 +249,10 @@ std::string FrameSetAssembler::WhyMissing(const OpenSet& set, size_t camera, boo
   if (!state.unplaced_ns.empty()) return ClockCause();
   if (!state.last_time_ns) return "the camera has not delivered yet";
   if (state.own_pace && !timed_out) return "no frame of the camera, at its own pace, is near this trigger";
-  const int64_t off_ns = *state.last_time_ns - set.time_ns;
-  if (off_ns > options_.tolerance_ns && off_ns < std::max(4 * options_.tolerance_ns, options_.period_ns)) {
+  const int64_t off_ns =
+      *state.last_time_ns - set.time_ns;  // later than half a period it is the next trigger's
+  if (off_ns > options_.tolerance_ns &&
+      off_ns < (options_.period_ns > 0 ? options_.period_ns / 2 : 4 * options_.tolerance_ns)) {
     return absl::StrCat("its frame is ", Milliseconds(off_ns), " late, the tolerance is ",
                         Milliseconds(options_.tolerance_ns));
   }
@@ -312,7 +314,7 @@ void FrameSetAssembler::DeliverFirst(int64_t host_time_ns, AssembledSets& out) {
 
 bool FrameSetAssembler::HasBegun(int64_t host_time_ns, AssembledSets& out) {
   if (begin_ns_ || options_.start_wait_ns == 0) return true;
-  int64_t begin_ns = INT64_MIN;
+  int64_t begin_ns = left_out_until_ns_;
   bool all = true;
   for (const Camera& camera : cameras_) {
     begin_ns = std::max(begin_ns, camera.first_time_ns.value_or(INT64_MIN));
@@ -322,8 +324,7 @@ bool FrameSetAssembler::HasBegun(int64_t host_time_ns, AssembledSets& out) {
     while (open_.size() > kMaxSetsBeforeBegin) LeaveOutFirst();
     return false;
   }
-  if (all)
-    while (!open_.empty() && open_.front().time_ns < begin_ns - options_.tolerance_ns) LeaveOutFirst();
+  while (!open_.empty() && open_.front().time_ns + options_.tolerance_ns < begin_ns) LeaveOutFirst();
   if (open_.empty()) return false;
   begin_ns_ = open_.front().time_ns;
   if (left_out_ > 0) {
@@ -335,6 +336,7 @@ bool FrameSetAssembler::HasBegun(int64_t host_time_ns, AssembledSets& out) {
 }
 
 void FrameSetAssembler::LeaveOutFirst() {
+  left_out_until_ns_ = std::max(left_out_until_ns_, open_.front().time_ns + 2 * options_.tolerance_ns);
   open_.pop_front();
   ++left_out_;
 }

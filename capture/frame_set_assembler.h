@@ -125,9 +125,10 @@ class FrameSetAssembler {
   std::deque<OpenSet> open_;  // by time
   uint64_t next_number_;
   std::optional<int64_t> last_delivered_ns_;
-  std::optional<int64_t> begin_ns_;       // of the first set, where the cameras are waited for
-  std::optional<int64_t> first_host_ns_;  // of the first frame of any camera
-  uint64_t left_out_ = 0;                 // sets before the first
+  std::optional<int64_t> begin_ns_;        // of the first set, where the cameras are waited for
+  std::optional<int64_t> first_host_ns_;   // of the first frame of any camera
+  uint64_t left_out_ = 0;                  // sets before the first
+  int64_t left_out_until_ns_ = INT64_MIN;  // what is earlier belongs to one of them
 };
 
 }  // namespace weft

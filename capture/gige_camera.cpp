@@ -14,8 +14,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "capture/aligned_buffer.h"
 #include "capture/gige_device.h"
+#include "capture/gige_stream.h"
 #include "capture/glib_error.h"
 
 namespace weft {
@@ -32,34 +32,10 @@ struct Unref {
 template <typename T>
 using Object = std::unique_ptr<T, Unref>;
 
-const char* LossInWords(ArvBufferStatus status) {
-  switch (status) {
-    case ARV_BUFFER_STATUS_TIMEOUT:
-      return "packets of the frame did not arrive in time";
-    case ARV_BUFFER_STATUS_MISSING_PACKETS:
-      return "packets of the frame are missing";
-    case ARV_BUFFER_STATUS_WRONG_PACKET_ID:
-      return "packets of the frame have wrong numbers";
-    case ARV_BUFFER_STATUS_SIZE_MISMATCH:
-      return "the frame is larger than the camera announced";
-    case ARV_BUFFER_STATUS_ABORTED:
-      return "the frame was broken off";
-    default:
-      return "the frame did not arrive";
-  }
-}
-
 bool MayUsePacketSockets() {
   const int fd = socket(AF_PACKET, SOCK_RAW | SOCK_CLOEXEC, 0);
   if (fd >= 0) close(fd);
   return fd >= 0;
-}
-
-// A buffer of Aravis around memory of ours, which the frame takes along.
-ArvBuffer* WrapBuffer(std::shared_ptr<AlignedBuffer> memory) {
-  auto* holder = new std::shared_ptr<AlignedBuffer>(std::move(memory));
-  return arv_buffer_new_full((*holder)->size(), (*holder)->data(), holder,
-                             [](void* data) { delete static_cast<std::shared_ptr<AlignedBuffer>*>(data); });
 }
 
 class GigeCamera : public CameraSource {
@@ -73,6 +49,7 @@ class GigeCamera : public CameraSource {
     const std::lock_guard lock(mutex_);
     return settings_;
   }
+  absl::Status Prepare() override { return OpenStream(); }
   absl::Status Start() override;
   absl::StatusOr<CameraDelivery> Next(std::chrono::milliseconds timeout) override;
   void Stop() override;
@@ -86,11 +63,13 @@ class GigeCamera : public CameraSource {
  private:
   absl::Status Configure();
   absl::Status WaitForPtp();
+  absl::Status OpenStream();
+  void UsePacketSocket(bool use, const std::string& setting);
   int64_t DeviceTime_ns(ArvBuffer* buffer) const;
   std::string LossCause(ArvBufferStatus status, uint64_t missing_packets) const;
-  absl::Status Failed(const std::string& what, const GlibError& error) const {
+  absl::Status Failed(const std::string& what, const std::string& why) const {
     return absl::UnavailableError(
-        absl::StrCat("camera ", options_.id, " (", options_.device, "): ", what, ": ", error.message()));
+        absl::StrCat("camera ", options_.id, " (", options_.device, "): ", what, ": ", why));
   }
   void Close();
   CameraDelivery Deliver(ArvBuffer* buffer);
@@ -100,19 +79,18 @@ class GigeCamera : public CameraSource {
   const GigeCameraOptions options_;
   Object<ArvCamera> camera_;
   std::optional<GigeDevice> device_;
-  Object<ArvStream> stream_;
+  std::unique_ptr<GigeStream> stream_;
   Object<ArvChunkParser> chunks_;
   bool can_resend_ = false;
   Clock::time_point next_reading_;
   std::timed_mutex device_mutex_;  // of camera_ and device_: Trigger comes from another thread
-  std::unique_ptr<BufferPool> pool_;
   std::atomic<bool> is_lost_ = false;
   bool is_reported_lost_ = false;
   bool is_started_ = false;
   Clock::time_point next_attempt_;
   Clock::time_point lost_since_;
   BlockIdUnwrapper unwrapper_;
-  uint64_t missing_before_ = 0, resent_before_ = 0;
+  GigeStreamCounters counted_;  // of the stream, when last read
   mutable std::mutex mutex_;
   std::map<std::string, std::string> settings_;
   CameraCounters counters_;
@@ -125,20 +103,20 @@ absl::Status GigeCamera::Configure() {
   if (options_.fps > 0 && options_.trigger.kind == TriggerKind::kFreeRun) {
     GlibError error;
     arv_camera_set_frame_rate(camera_.get(), options_.fps, error.out());
-    if (!error.ok()) return Failed(absl::StrCat("it refuses ", options_.fps, " frames per second"), error);
+    if (!error.ok())
+      return Failed(absl::StrCat("it refuses ", options_.fps, " frames per second"), error.message());
   }
   if (options_.ptp)
     if (absl::Status status = device_->EnablePtp(); !status.ok()) return status;
   if (options_.chunk_timestamps) {
     GlibError error;
     arv_camera_set_chunks(camera_.get(), "Timestamp", error.out());
-    if (!error.ok()) return Failed("it sends no ChunkTimestamp", error);
+    if (!error.ok()) return Failed("it sends no ChunkTimestamp", error.message());
     chunks_.reset(arv_camera_create_chunk_parser(camera_.get()));
   }
   std::map<std::string, std::string> settings = device_->Describe(options_.features);
   can_resend_ = device_->CanResend();
   settings["PacketResend"] = !can_resend_ ? "the camera cannot" : options_.resend ? "on" : "off";
-  settings["PacketSocket"] = !options_.packet_socket ? "off" : MayUsePacketSockets() ? "on" : "not permitted";
   GInetAddress* inet = g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(
       arv_gv_device_get_device_address(ARV_GV_DEVICE(arv_camera_get_device(camera_.get())))));
   const std::unique_ptr<char, decltype(&g_free)> text(g_inet_address_to_string(inet), &g_free);
@@ -183,46 +161,64 @@ absl::Status GigeCamera::Open() {
   } else {
     arv_camera_gv_auto_packet_size(camera_.get(), size_error.out());
   }
-  if (!options_.packet_socket)
-    arv_camera_gv_set_stream_options(camera_.get(), ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
-  if (!size_error.ok()) return Failed("its packet size cannot be set", size_error);
+  if (!size_error.ok()) return Failed("its packet size cannot be set", size_error.message());
   is_lost_ = false;
   g_signal_connect(arv_camera_get_device(camera_.get()), "control-lost",
                    G_CALLBACK(+[](ArvDevice*, void* lost) { *static_cast<std::atomic<bool>*>(lost) = true; }),
                    &is_lost_);
   device_.emplace(options_.id, arv_camera_get_device(camera_.get()));
-  return Configure();
+  if (absl::Status status = Configure(); !status.ok()) return status;
+  // Aravis opens a packet socket first and tells it which packets are meant afterwards. In between it takes
+  // those of every camera that films for this one's.
+  if (is_reported_lost_) {
+    UsePacketSocket(false, "off since the camera came back");
+  } else {
+    UsePacketSocket(options_.packet_socket, !options_.packet_socket ? "off"
+                                            : MayUsePacketSockets() ? "on"
+                                                                    : "not permitted");
+  }
+  return absl::OkStatus();
+}
+
+void GigeCamera::UsePacketSocket(bool use, const std::string& setting) {
+  arv_camera_gv_set_stream_options(
+      camera_.get(), use ? ARV_GV_STREAM_OPTION_NONE : ARV_GV_STREAM_OPTION_PACKET_SOCKET_DISABLED);
+  const std::lock_guard lock(mutex_);
+  settings_["PacketSocket"] = setting;
+}
+
+absl::Status GigeCamera::OpenStream() {
+  std::string error;
+  stream_ =
+      GigeStream::Open(camera_.get(), {options_.resend, options_.retention_ms, options_.buffers}, error);
+  if (!stream_) return Failed("its stream cannot be opened", error);
+  unwrapper_.Reset();
+  counted_ = {};
+  return absl::OkStatus();
 }
 
 absl::Status GigeCamera::Start() {
   if (options_.ptp)
     if (absl::Status status = WaitForPtp(); !status.ok()) return status;
+  // Packets before the camera was told to film are other programs'.
+  if (stream_ && stream_->counters().packets_received > 0) {
+    UsePacketSocket(false, "off, since it took in other programs' packets");
+    stream_.reset();
+  }
+  if (!stream_)
+    if (absl::Status status = OpenStream(); !status.ok()) return status;
   GlibError error;
-  const guint payload = arv_camera_get_payload(camera_.get(), error.out());
-  if (!error.ok()) return Failed("it does not say how large its frames are", error);
-  stream_.reset(arv_camera_create_stream(camera_.get(), nullptr, nullptr, error.out()));
-  if (!error.ok() || !stream_) return Failed("its stream cannot be opened", error);
-  g_object_set(stream_.get(), "packet-resend",
-               options_.resend ? ARV_GV_STREAM_PACKET_RESEND_ALWAYS : ARV_GV_STREAM_PACKET_RESEND_NEVER,
-               "frame-retention", static_cast<guint>(1000 * options_.retention_ms), "socket-buffer",
-               ARV_GV_STREAM_SOCKET_BUFFER_AUTO, nullptr);
-  pool_ = std::make_unique<BufferPool>(payload, static_cast<size_t>(4 * options_.buffers));
-  for (int i = 0; i < options_.buffers; ++i) arv_stream_push_buffer(stream_.get(), WrapBuffer(pool_->Take()));
-  unwrapper_.Reset();
-  missing_before_ = resent_before_ = 0;
-  GlibError start_error;
-  arv_camera_start_acquisition(camera_.get(), start_error.out());
-  if (!start_error.ok()) return Failed("it does not start", start_error);
+  arv_camera_start_acquisition(camera_.get(), error.out());
+  if (!error.ok()) return Failed("it does not start", error.message());
   is_started_ = true;
   return absl::OkStatus();
 }
 
 void GigeCamera::ReadStatistics() {
-  guint64 resent = 0, missing = 0;
-  arv_gv_stream_get_statistics(ARV_GV_STREAM(stream_.get()), &resent, &missing);
+  const GigeStreamCounters before = std::exchange(counted_, stream_->counters());
   const std::lock_guard lock(mutex_);
-  counters_.packets_resent += resent - std::exchange(resent_before_, resent);
-  counters_.packets_missing += missing - std::exchange(missing_before_, missing);
+  counters_.packets_resent += counted_.packets_resent - before.packets_resent;
+  counters_.packets_missing += counted_.packets_missing - before.packets_missing;
 }
 
 int64_t GigeCamera::DeviceTime_ns(ArvBuffer* buffer) const {
@@ -253,16 +249,16 @@ CameraDelivery GigeCamera::Deliver(ArvBuffer* buffer) {
   frame.host_time_ns = static_cast<int64_t>(arv_buffer_get_system_timestamp(buffer));
   frame.device_time_ns = DeviceTime_ns(buffer);
   frame.device_frame_id = unwrapper_.Unwrap(arv_buffer_get_frame_id(buffer));
-  const uint64_t missing = missing_before_;
+  const uint64_t missing = counted_.packets_missing;
   ReadStatistics();
   delivery.kind = CameraDelivery::Kind::kLostFrame;
   if (status != ARV_BUFFER_STATUS_SUCCESS) {
-    delivery.cause = LossCause(status, missing_before_ - missing);
+    delivery.cause = LossCause(status, counted_.packets_missing - missing);
   } else {
     frame.width_px = arv_buffer_get_image_width(buffer);
     frame.height_px = arv_buffer_get_image_height(buffer);
     frame.format = static_cast<RawFormat>(arv_buffer_get_image_pixel_format(buffer));
-    const auto memory = *static_cast<const std::shared_ptr<AlignedBuffer>*>(arv_buffer_get_user_data(buffer));
+    const std::shared_ptr<AlignedBuffer> memory = MemoryOf(buffer);
     const uint64_t expected = RawBytes(frame.format, frame.width_px, frame.height_px);
     if (expected > 0 && expected < memory->size()) memory->Shrink(expected);  // chunk data follow the image
     frame.bytes = memory;
@@ -325,14 +321,9 @@ absl::StatusOr<CameraDelivery> GigeCamera::Next(std::chrono::milliseconds timeou
       return delivery;
     }
   }
-  ArvBuffer* buffer = arv_stream_timeout_pop_buffer(
-      stream_.get(),
-      static_cast<guint64>(std::chrono::duration_cast<std::chrono::microseconds>(timeout).count()));
-  if (buffer == nullptr) return absl::DeadlineExceededError("no frame");
-  arv_stream_push_buffer(stream_.get(), WrapBuffer(pool_->Take()));
-  CameraDelivery delivery = Deliver(buffer);
-  g_object_unref(buffer);
-  return delivery;
+  const GigeStream::Buffer buffer = stream_->Pop(timeout);
+  if (!buffer) return absl::DeadlineExceededError("no frame");
+  return Deliver(buffer.get());
 }
 
 absl::Status GigeCamera::Trigger() {

@@ -133,6 +133,8 @@ void StopAll(const std::vector<std::unique_ptr<CameraSource>>& cameras) {
 
 // All, or none.
 absl::Status StartAll(const std::vector<std::unique_ptr<CameraSource>>& cameras) {
+  for (const auto& camera : cameras)
+    if (absl::Status status = camera->Prepare(); !status.ok()) return status;
   for (const auto& camera : cameras) {
     if (absl::Status status = camera->Start(); !status.ok()) {
       StopAll(cameras);

@@ -75,6 +75,16 @@ TEST_F(Assembler, DropsIncompleteSetsWithTheirCausesWhereAsked) {
   EXPECT_THAT(got_.entries[0].cause, HasSubstr("incomplete: b: the camera counted its frame 1"));
 }
 
+TEST_F(Assembler, TakesTheNextFrameForNoLateOne) {
+  AddAll(0);
+  for (size_t camera : {0, 2}) Add(camera, FrameOf(1));
+  CameraDelivery next = FrameOf(2);
+  next.frame.device_frame_id = 1;  // the camera did not count the trigger that it missed
+  Add(1, next);
+  ASSERT_EQ(got_.sets.size(), 2u);
+  EXPECT_EQ(got_.sets[1].missing[0].reason, "the camera took no frame at this trigger");
+}
+
 TEST_F(Assembler, AccountsForTriggersOfWhichNoCameraTells) {
   AddAll(0);
   for (uint64_t id = 4; id < 6; ++id) AddAll(id);
@@ -144,6 +154,16 @@ TEST_F(Assembler, BeginsWhenEveryCameraDelivers) {
   EXPECT_THAT(
       Causes(),
       ElementsAre("the take begins when every camera delivers: 15 triggers before that are not in it"));
+}
+
+TEST_F(Assembler, BeginsAfterTheTriggersThatItLeftOutWhileCamerasHadABacklog) {
+  options_.start_wait_ns = 1000 * kMs;
+  Restart();
+  for (uint64_t id = 0; id < 20; ++id) Add(0, FrameOf(id));
+  for (uint64_t id = 0; id < 20; ++id) Add(1, FrameOf(id));
+  for (uint64_t id = 3; id < 20; ++id) Add(2, FrameOf(id));
+  EXPECT_THAT(Numbers(), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7));
+  for (const RawFrameSet& set : got_.sets) EXPECT_TRUE(set.missing.empty());
 }
 
 TEST_F(Assembler, BeginsWithoutACameraThatStaysSilent) {

@@ -83,8 +83,8 @@ int64_t CameraEndHostTime_ns() {
 CameraEnd::CameraEnd(const std::string& serial, const std::string& address, const std::string& genicam_file) {
   registers_ = arv_fake_camera_new_full(serial.c_str(), genicam_file.c_str());
   if (registers_ == nullptr) Die(genicam_file);
-  const in_addr_t ip = inet_addr(address.c_str());
-  arv_fake_camera_write_memory(registers_, 0x24, 4, &ip);
+  address_ = inet_addr(address.c_str());
+  arv_fake_camera_write_memory(registers_, 0x24, 4, &address_);
   arv_fake_camera_write_memory(registers_, kVendor, 5, "Weft");
   arv_fake_camera_write_memory(registers_, kModel, 10, "CameraEnd");
   SetResend(true);
@@ -98,9 +98,9 @@ CameraEnd::CameraEnd(const std::string& serial, const std::string& address, cons
                                      {kFrameRate, std::bit_cast<uint32_t>(10.0f)},
                                      {kExposure, std::bit_cast<uint32_t>(1000.0f)}})
     SetRegister(where, value);
-  control_ = BoundSocket(ip, kControlPort);
+  control_ = BoundSocket(address_, kControlPort);
   broadcast_ = BoundSocket(INADDR_BROADCAST, kControlPort);
-  stream_ = BoundSocket(ip, 0);
+  stream_ = BoundSocket(address_, 0);
   const int no_fragments = IP_PMTUDISC_DO;
   setsockopt(stream_, IPPROTO_IP, IP_MTU_DISCOVER, &no_fragments, sizeof no_fragments);
   sockaddr_in bound{};
@@ -235,7 +235,8 @@ void CameraEnd::Expose(int64_t host_time_ns) {
 
 std::vector<uint8_t> CameraEnd::Image(int64_t host_time_ns, int64_t device_time_ns) const {
   std::vector<uint8_t> bytes(ImageBytes());
-  const std::array<int64_t, 3> numbers = {host_time_ns, static_cast<int64_t>(frames_), device_time_ns};
+  const std::array<int64_t, 4> numbers = {host_time_ns, static_cast<int64_t>(frames_), device_time_ns,
+                                          ntohl(address_)};
   for (size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<uint8_t>((i * 31 + frames_ * 7) >> 3);
   std::memcpy(bytes.data(), numbers.data(), std::min(bytes.size(), sizeof numbers));
   if (Register(kChunkMode) == 1) {

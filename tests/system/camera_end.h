@@ -76,6 +76,7 @@ class CameraEnd {
   uint32_t PacketBytes() const;
 
   ArvFakeCamera* registers_;
+  uint32_t address_ = 0;  // in network order
   int control_ = -1, broadcast_ = -1, stream_ = -1, wake_ = -1;
   std::optional<uint64_t> controller_;  // address and port of who holds the camera
   int64_t controller_seen_ns_ = 0;

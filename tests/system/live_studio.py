@@ -3,6 +3,7 @@
 import contextlib
 import csv
 import functools
+import ipaddress
 import json
 import os
 import struct
@@ -73,8 +74,10 @@ def pattern(phase):
 def frames(take, camera):
     """(set, device time, true host time of the exposure, count) of every frame in the stream, by docs/file-formats.md.
 
-    Every byte is compared with what the camera sent."""
+    Every byte is compared with what this camera sent."""
     found = []
+    settings = {c["id"]: c["settings"] for c in json.loads(read(os.path.join(take, "take.json")))["cameras"]}
+    own_address = int(ipaddress.ip_address(settings[camera]["DeviceAddress"]))
     with open(os.path.join(take, "streams", camera + ".stream"), "rb") as stream:
         stream.seek(4096)
         while len(header := stream.read(4096)) == 4096 and header[:8] == b"WEFTCHNK":
@@ -83,10 +86,11 @@ def frames(take, camera):
             size, = struct.unpack_from("<Q", header, 88)
             payload = stream.read((size + 4095) // 4096 * 4096)
             if codec == 0:
-                true_ns, count, said_ns = struct.unpack_from("<3q", payload)
+                true_ns, count, said_ns, address = struct.unpack_from("<4q", payload)
+                assert address == own_address, f"frame {count} is said to be of {camera} and is of {address:#x}"
                 assert said_ns == device_ns, "the frame's time and its own record of it"
                 sent = pattern(count * 7 % 2048) * (size // 2048 + 1)
-                assert payload[24:size] == sent[24:size], f"frame {count} of {camera} is not what was sent"
+                assert payload[32:size] == sent[32:size], f"frame {count} of {camera} is not what was sent"
                 found.append((number, device_ns, true_ns, count))
     return found
 
@@ -166,4 +170,5 @@ class LiveTest(unittest.TestCase):
 
     def assert_complete(self, info):
         self.assert_accounted(info)
-        self.assertEqual(info.get("causes", []), [])
+        told = "\n".join(map(str, (line for line in self.ledger() if line[0] != "recorded")))
+        self.assertEqual(info.get("causes", []), [], told)

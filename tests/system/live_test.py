@@ -88,8 +88,8 @@ class Live(LiveTest):
             info = self.stop(recorder)
             self.assert_accounted(info)
             # Action commands are for one moment; software triggers come one after the other, as fast as the
-            # machine is, and frames further apart than the tolerance make sets of their own.
-            self.assertLess(true_spread_ns(self.take, CAMERAS), 1 if shared else 100_000_000)
+            # machine is. Sets reach a tolerance of 40 ms both ways, by clocks that are known to within half of it.
+            self.assertLess(true_spread_ns(self.take, CAMERAS), 1 if shared else 160_000_000)
             self.take += " next"
         self.write_session(ptp=True, fps=0, trigger={"kind": "SESSION_TRIGGER_KIND_LINE"})
         recorder = self.record()
