@@ -9,6 +9,8 @@
 #include "services/cli/progress.h"
 #include "services/cli/take_range.h"
 #include "services/cli/take_text.h"
+#include "services/recording/proxy_video.h"
+#include "services/recording/take_archive.h"
 #include "services/recording/take_copy.h"
 #include "weft/v1/replay.pb.h"
 
@@ -21,6 +23,8 @@ struct CopyCommandOptions {
   std::string mosaic;
   TakeRange range;
   double fps = 0;
+  std::string format = "images";
+  int camera_width_px = 0;
   bool compress = false;
   bool demosaic = false;
   bool json = false;
@@ -59,10 +63,31 @@ absl::Status Import(const CopyCommandOptions& options, bool quiet) {
                     ImportImages(options.source, options.out, copy, MakeProgress("import", quiet)));
 }
 
+absl::Status Archive(const CopyCommandOptions& options, const CopyProgress& progress) {
+  const absl::StatusOr<uint64_t> frames = ExportArchive(options.source, options.out, progress);
+  if (!frames.ok()) return frames.status();
+  if (!options.json) {
+    absl::PrintF("%s: %d frames, each decoded again and equal to the take's in every byte\n", options.out,
+                 *frames);
+    return absl::OkStatus();
+  }
+  v1::TakeCopy copy;
+  copy.set_source(options.source);
+  copy.set_out(options.out);
+  copy.set_frames(*frames);
+  return PrintJsonMessage(copy);
+}
+
 absl::Status Export(const CopyCommandOptions& options, bool quiet) {
-  return SayHowMany(
-      options, "images of ",
-      ExportImages(options.source, options.out, options.demosaic, MakeProgress("export", quiet)));
+  const CopyProgress progress = MakeProgress("export", quiet);
+  if (options.format == "ffv1") return Archive(options, progress);
+  if (options.format == "proxy") {
+    ProxyOptions proxy;
+    proxy.camera_width_px = options.camera_width_px;
+    return SayHowMany(options, "a video of ", ExportProxy(options.source, options.out, proxy, progress));
+  }
+  return SayHowMany(options, "images of ",
+                    ExportImages(options.source, options.out, options.demosaic, progress));
 }
 
 absl::Status Trim(const CopyCommandOptions& options, bool quiet) {
@@ -103,11 +128,24 @@ void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
   import->add_option("--mosaic", options->mosaic, "Grey images are a Bayer mosaic of this order")
       ->type_name("ORDER");
 
-  CLI::App* export_command =
-      AddCommand(take, "export",
-                 "Write a take as images, <out>/<frame>/<camera>.png, 8 bits as `weft register` reads them.",
-                 "  weft take export take --out images --demosaic");
-  add(*export_command, "TAKE", "Folder of the take", "Folder of the images", Export);
+  CLI::App* export_command = AddCommand(
+      take, "export",
+      "Write a take as images, <out>/<frame>/<camera>.png, 8 bits as `weft register` reads them; "
+      "as an archive, <out>/<camera>.mkv in FFV1 without loss, checked by decoding it again; or as "
+      "a video of all cameras to look at. Videos need the program ffmpeg.",
+      "  weft take export take --out images --demosaic\n"
+      "  weft take export take --out archive --format ffv1\n"
+      "  weft take export take --out take.mp4 --format proxy");
+  add(*export_command, "TAKE", "Folder of the take",
+      "Folder of the images or of the archive, file of the video (mp4, mkv)", Export);
+  export_command->add_option("--format", options->format, "images, ffv1 or proxy")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"images", "ffv1", "proxy"}));
+  export_command
+      ->add_option("--camera-width-px", options->camera_width_px,
+                   "Of a camera's picture in a proxy video; 0: all cameras within 1920 px")
+      ->type_name("PX")
+      ->check(CLI::Range(0, 8192));
   export_command->add_flag("--demosaic", options->demosaic, "Colour images instead of Bayer mosaics");
 
   CLI::App* trim = AddCommand(take, "trim",

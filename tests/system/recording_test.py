@@ -222,6 +222,21 @@ class RecordedTakes(StudioTest):
         refused = weft("decode", recorded, "--frame", "99", *board, "--out", self.path("no.csv"), check=2)
         self.assertIn("it holds 0 to", refused.stderr)
 
+    def test_become_archives_and_videos(self):
+        recorded, archive = self.path("recorded"), self.path("archive")
+        weft("take", "import", self.take, "--out", recorded, "--fps", "25", check=0)
+        copied = json.loads(weft("take", "export", recorded, "--format", "ffv1", "--out", archive, "--json", check=0).stdout)
+        self.assertEqual(int(copied["frames"]), len(self.frames) * len(self.images))
+        camera = os.path.splitext(self.images[0])[0]
+        self.assertEqual(len(read(os.path.join(archive, camera + ".csv")).splitlines()), 1 + len(self.frames))
+        weft("take", "export", recorded, "--format", "proxy", "--out", self.path("look.mkv"), check=0)
+        for video in (os.path.join(archive, camera + ".mkv"), self.path("look.mkv")):
+            shown = subprocess.run(["ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames,r_frame_rate",
+                                    "-of", "csv=p=0", video], capture_output=True, text=True, check=True).stdout
+            self.assertEqual(shown.strip(), f"25/1,{len(self.frames)}")
+        refused = weft("take", "export", recorded, "--format", "proxy", "--out", self.path("look.nothing"), check=1)
+        self.assertIn("ffmpeg", refused.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

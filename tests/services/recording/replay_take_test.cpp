@@ -4,9 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "services/recording/live_recording.h"
-#include "services/recording/take_file.h"
-#include "tests/capture/pattern_frames.h"
 #include "tests/capture/temp_folder.h"
+#include "tests/services/recording/recorded_pattern.h"
 
 namespace weft {
 namespace {
@@ -14,30 +13,13 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::SizeIs;
 
-RecorderOptions Small() {
-  RecorderOptions options;
-  options.low_disk_bytes = 0;
-  options.take.stream.preallocate_bytes = 0;
-  return options;
-}
-
 // Sets 3 to 7; set 5 lacks the camera on the right.
 void Record(const std::string& folder, PatternFrames& cameras) {
-  RecorderOptions options = Small();
-  v1::Take take = NewTake("test");
-  options.take.take = TakeNumber(take);
-  const auto recorder = Recorder::Start(folder, cameras.camera_ids(), options);
-  ASSERT_TRUE(recorder.ok()) << recorder.status();
-  ASSERT_TRUE(WriteTakeFile(folder, take).ok());
-  for (uint64_t number = 3; number < 8; ++number) {
-    RawFrameSet set = cameras.Set(number);
-    if (number == 5) {
-      set.frames.pop_back();
-      set.missing.push_back({"right", "3 packets lost"});
-    }
-    ASSERT_TRUE((*recorder)->OfferAndWait(std::move(set)));
-  }
-  ASSERT_TRUE((*recorder)->Stop().ok());
+  std::vector<RawFrameSet> sets;
+  for (uint64_t number = 3; number < 8; ++number) sets.push_back(cameras.Set(number));
+  sets[2].frames.pop_back();
+  sets[2].missing.push_back({"right", "3 packets lost"});
+  RecordSets(folder, cameras.camera_ids(), sets);
 }
 
 class ReplayTakeTest : public ::testing::Test {
@@ -87,7 +69,7 @@ TEST_F(ReplayTakeTest, IsRecordedLikeLiveCameras) {
   options.sets.period_ns = 33'333'333;
   options.sets.start_wait_ns = 1'000'000'000;
   options.sets.max_wait_ns = 5'000'000'000;
-  options.recorder = Small();
+  options.recorder = SmallRecorder();
   const std::atomic<bool> stop = false;
   const auto recorded = RecordLive(temp_ / "again", sources, options, stop);
   ASSERT_TRUE(recorded.ok()) << recorded.status();
