@@ -264,28 +264,28 @@ absl::Status Judge(const SolveOptions& options, CalibrationSolution* solution) {
   return absl::OkStatus();
 }
 
-// The box of all board corners, and each camera's projection sigma over a grid in it.
+// The stage is where boards were: nine points of every placed board. (Over their box the corners of images
+// that no board reached would outweigh everything that matters.)
 void JudgeStage(CalibrationSolution* solution) {
   const CalibrationBundle& bundle = solution->bundle;
   Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
+  std::vector<Eigen::Vector3d> stage;
   for (const BoardPlacement& p : bundle.placements) {
-    for (int corner = 0; corner < bundle.boards[p.board].corner_count(); ++corner) {
-      const Eigen::Vector3d at = p.world_from_board * FlatCorner(bundle.boards[p.board], corner);
-      low = low.cwiseMin(at);
-      high = high.cwiseMax(at);
+    const TagBoard& board = bundle.boards[p.board];
+    for (int i = 0; i < 9; ++i) {
+      stage.push_back(p.world_from_board * Eigen::Vector3d((i % 3 - 1) * board.width_mm() / 2,
+                                                           (i / 3 - 1) * board.height_mm() / 2, 0));
+      low = low.cwiseMin(stage.back());
+      high = high.cwiseMax(stage.back());
     }
   }
   solution->stage_low_mm = low;
   solution->stage_high_mm = high;
-  constexpr int kSteps = 7;
   for (size_t c = 0; c < bundle.cameras.size(); ++c) {
     double sum = 0;
     int seen = 0;
-    for (int i = 0; i < kSteps * kSteps * kSteps; ++i) {
-      const Eigen::Vector3d share =
-          Eigen::Vector3d(i % kSteps, i / kSteps % kSteps, i / kSteps / kSteps) / (kSteps - 1);
-      const double sigma = ProjectionSigmaPx(bundle.cameras[c], solution->cameras[c].covariance,
-                                             low + share.cwiseProduct(high - low));
+    for (const Eigen::Vector3d& point : stage) {
+      const double sigma = ProjectionSigmaPx(bundle.cameras[c], solution->cameras[c].covariance, point);
       if (!std::isfinite(sigma)) continue;
       sum += sigma * sigma;
       ++seen;

@@ -33,8 +33,8 @@ struct CameraFit {
   int rejected_corners = 0;
   double sigma_px = 0;  // of a corner's coordinate, robust
   double rms_px = 0;    // of the corners that were kept
-  double projection_sigma_px =
-      0;  // of known points over the stage volume from the calibration; NaN: it sees nothing of it
+  // Of known points, over all places where boards were; NaN: it sees none of them.
+  double projection_sigma_px = 0;
   Eigen::Matrix<double, 15, 15> covariance;  // of FreeNetworkCovariance
 };
 

@@ -26,11 +26,12 @@ std::vector<size_t> SpreadOver(size_t frames, size_t count) {
   return positions;
 }
 
-absl::StatusOr<Cloud> FrameCloud(const Rig& rig, const BoardIndex& board, const FrameSource& dump,
-                                 size_t index, const FrameProgress& progress, const std::stop_token& stop) {
+absl::StatusOr<Cloud> FrameCloud(const Rig& rig, const std::vector<double>& camera_sigma_px,
+                                 const BoardIndex& board, const FrameSource& dump, size_t index,
+                                 const FrameProgress& progress, const std::stop_token& stop) {
   const DecodedFrame decoded = DecodeFrame(rig, board, dump, index, progress, stop);
   if (stop.stop_requested()) return absl::CancelledError("the build was cancelled");
-  absl::StatusOr<Cloud> cloud = TriangulateFrame(rig, decoded.views);
+  absl::StatusOr<Cloud> cloud = TriangulateFrame(rig, camera_sigma_px, decoded.views);
   if (!cloud.ok() || !cloud->points.empty()) return cloud;
   const auto used = std::ranges::count_if(
       decoded.reports, [](const v1::ViewReport& report) { return report.missing_reason().empty(); });
@@ -46,6 +47,8 @@ absl::Status AddDump(const std::string& folder, const TemplateSourceFiles& files
   }
   const absl::StatusOr<Rig> rig = ReadRig(files.rig);
   if (!rig.ok()) return rig.status();
+  const absl::StatusOr<std::vector<double>> camera_sigma_px = ReadCameraSigmas(files.rig);
+  if (!camera_sigma_px.ok()) return camera_sigma_px.status();
   const absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(folder, *rig);
   if (!dump.ok()) return dump.status();
   for (const std::string& warning : (*dump)->warnings()) PrintWarning(warning);
@@ -63,7 +66,8 @@ absl::Status AddDump(const std::string& folder, const TemplateSourceFiles& files
     const auto advance = [&](double share) {
       progress.Set(kSteps * i + static_cast<uint64_t>(share * kSteps), kSteps * frames.size());
     };
-    absl::StatusOr<Cloud> cloud = FrameCloud(*rig, *index, **dump, frames[i], advance, stop);
+    absl::StatusOr<Cloud> cloud =
+        FrameCloud(*rig, *camera_sigma_px, *index, **dump, frames[i], advance, stop);
     if (absl::IsCancelled(cloud.status())) return cloud.status();
     const std::string& name = (*dump)->frame_names()[frames[i]];
     last = cloud.status();

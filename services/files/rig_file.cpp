@@ -178,4 +178,14 @@ absl::StatusOr<std::optional<CalibrationRecord>> ReadCalibrationRecord(const std
   return record;
 }
 
+absl::StatusOr<std::vector<double>> ReadCameraSigmas(const std::string& path) {
+  const absl::StatusOr<std::optional<CalibrationRecord>> record = ReadCalibrationRecord(path);
+  if (!record.ok()) return record.status();
+  std::vector<double> sigmas_px;
+  if (record->has_value()) {
+    for (const CalibratedCamera& camera : (*record)->cameras) sigmas_px.push_back(camera.projection_sigma_px);
+  }
+  return sigmas_px;
+}
+
 }  // namespace weft

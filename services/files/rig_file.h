@@ -46,4 +46,8 @@ absl::Status WriteRig(const std::string& path, const Rig& rig, const std::string
 // where a camera has no sigmas or too few.
 absl::StatusOr<std::optional<CalibrationRecord>> ReadCalibrationRecord(const std::string& path);
 
+// What the calibration leaves of doubt about a known point in each camera's image
+// (CameraSigmas.projection_px), px; empty where the file knows no sigmas. Errors of ReadCalibrationRecord.
+absl::StatusOr<std::vector<double>> ReadCameraSigmas(const std::string& path);
+
 }  // namespace weft

@@ -57,8 +57,11 @@ DecodedFrame DecodeFrame(const Rig& rig, const BoardIndex& board, const FrameSou
   return frame;
 }
 
-absl::StatusOr<Cloud> TriangulateFrame(const Rig& rig, const std::vector<ViewObservations>& views) {
-  absl::StatusOr<Cloud> cloud = Triangulate(rig, views, TriangulationOptions{});
+absl::StatusOr<Cloud> TriangulateFrame(const Rig& rig, const std::vector<double>& camera_sigma_px,
+                                       const std::vector<ViewObservations>& views) {
+  TriangulationOptions options;
+  options.refinement.camera_sigma_px = camera_sigma_px;
+  absl::StatusOr<Cloud> cloud = Triangulate(rig, views, options);
   if (!cloud.ok()) return cloud;
   return SharpenCenters(CleanCloud(*std::move(cloud), CleaningOptions{}), FootprintOptions{});
 }

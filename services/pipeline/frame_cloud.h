@@ -32,8 +32,10 @@ DecodedFrame DecodeFrame(const Rig& rig, const BoardIndex& board, const FrameSou
                          const FrameProgress& progress, const std::stop_token& stop);
 
 // The nodes where the views' observations meet, cleaned, with centres sharpened where cloth bends.
-// InvalidArgument as Triangulate.
-absl::StatusOr<Cloud> TriangulateFrame(const Rig& rig, const std::vector<ViewObservations>& views);
+// `camera_sigma_px`: what the calibration leaves, per camera of the rig; may be empty. InvalidArgument as
+// Triangulate.
+absl::StatusOr<Cloud> TriangulateFrame(const Rig& rig, const std::vector<double>& camera_sigma_px,
+                                       const std::vector<ViewObservations>& views);
 
 // The reason, for the operator, why nothing could be triangulated from these views, of which `views_used`
 // have an image.

@@ -103,7 +103,7 @@ class Registration {
       : inputs_(inputs), options_(options), extras_(extras), stop_(stop), frame_(frame) {}
 
   absl::Status Triangulate() {
-    absl::StatusOr<Cloud> cloud = TriangulateFrame(inputs_.rig, frame_.views);
+    absl::StatusOr<Cloud> cloud = TriangulateFrame(inputs_.rig, inputs_.camera_sigma_px, frame_.views);
     if (cloud.ok()) frame_.cloud = *std::move(cloud);
     return cloud.status();
   }

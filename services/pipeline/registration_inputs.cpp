@@ -51,6 +51,8 @@ absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::Registr
   if (absl::Status status = CheckFields(spec); !status.ok()) return status;
   absl::StatusOr<Rig> rig = ReadRig(spec.rig());
   if (!rig.ok()) return rig.status();
+  absl::StatusOr<std::vector<double>> camera_sigma_px = ReadCameraSigmas(spec.rig());
+  if (!camera_sigma_px.ok()) return camera_sigma_px.status();
   const absl::StatusOr<Board> board = ReadBoard(spec.board());
   if (!board.ok()) return board.status();
   absl::StatusOr<Template> garment = ReadTemplate(spec.garment());
@@ -71,9 +73,9 @@ absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::Registr
   auto model = std::make_unique<AlignmentModel>(*garment);
   std::vector<CellNeighborhood> neighborhoods = FindCellNeighborhoods(*garment);
   std::vector<std::string> warnings = (*dump)->warnings();
-  return std::make_unique<RegistrationInputs>(
-      RegistrationInputs{*std::move(rig), *std::move(index), *std::move(garment), std::move(model),
-                         *std::move(dump), std::move(hashes), std::move(neighborhoods), std::move(warnings)});
+  return std::make_unique<RegistrationInputs>(RegistrationInputs{
+      *std::move(rig), *std::move(index), *std::move(garment), std::move(model), *std::move(dump),
+      std::move(hashes), std::move(neighborhoods), std::move(warnings), *std::move(camera_sigma_px)});
 }
 
 absl::StatusOr<std::vector<size_t>> FramesInRange(const v1::RegistrationSpec& spec,

@@ -26,6 +26,7 @@ struct RegistrationInputs {
   v1::InputHashes hashes;
   std::vector<CellNeighborhood> neighborhoods;  // of `garment`
   std::vector<std::string> warnings;            // cameras without images, images of unknown cameras
+  std::vector<double> camera_sigma_px;          // ReadCameraSigmas of the rig
 };
 
 // Reads rig, board, template and the list of the dump's images. Errors keep the category of the file that
