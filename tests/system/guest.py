@@ -12,7 +12,8 @@ import shutil
 import subprocess
 import unittest
 
-BIN = os.environ["WEFT_BIN"]
+from studio import BIN, read
+
 PROGRAMS = ("qemu-system-x86_64", "busybox", "cpio", "depmod", "modprobe", "dpkg-deb", "apt-get", "strip")
 MODULES = ("virtio_pci", "9pnet_virtio", "9p", "vivid")
 BOOT = """#!/bin/busybox sh
@@ -115,7 +116,7 @@ def run_in_guest(folder, commands, devices=2, limit_s=540):
     texts = {}
     for name in ("output", "status"):
         path = os.path.join(folder, name)
-        texts[name] = open(path).read() if os.path.exists(path) else None
+        texts[name] = read(path) if os.path.exists(path) else None
     if texts["status"] is None or texts["status"].strip() != "0":
         raise AssertionError(f"in the guest: exit status {texts['status']}\n{texts['output']}\n{console.stdout}{console.stderr}")
     return texts["output"]

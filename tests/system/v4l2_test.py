@@ -4,6 +4,7 @@ GigE Vision cameras besides, which takes a quiet machine, and prints figures."""
 import csv
 import json
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -99,10 +100,12 @@ until grep -q ready /tmp/answers; do sleep 0.2; done
             missing = [(line[5], line[6]) for line in csv.reader(file) if line[0] == "missing"]
         notes = "\n".join(info["notes"])
         self.assertRegex(notes, "camera usb0: disconnected: .*the device is gone")
-        self.assertRegex(notes, r"camera usb0: reconnected: after \d+ ms")
+        back = re.search(r"camera usb0: reconnected: after (\d+) ms", notes)
+        self.assertTrue(back, notes)
         causes = {camera: [cause for of, cause in missing if of == camera] for camera in ("usb0", "usb1")}
         self.assertTrue(any("torn: the driver marks" in cause for cause in causes["usb0"]), causes["usb0"])
-        self.assertTrue(any("disconnected" in cause for cause in causes["usb0"]), causes["usb0"])
+        if int(back.group(1)) > 2000 / FPS:  # at its own pace it may be back before its next frame
+            self.assertTrue(any("disconnected" in cause for cause in causes["usb0"]), causes["usb0"])
         self.assertTrue(any("did not deliver it: dropped by" in cause for cause in causes["usb1"]), causes["usb1"])
 
 
