@@ -49,5 +49,34 @@ inline IntLanes EveryOther(IntLanes low, IntLanes high, int odd) {
 #endif
 }
 
+// Lanes of the lower (upper = 0) or upper (1) halves of two vectors by turns: low 0, high 0, low 1, high 1
+// ...
+inline IntLanes ByTurns(IntLanes low, IntLanes high, int upper) {
+#if defined(__AVX512F__)
+  return upper == 0
+             ? __builtin_shufflevector(low, high, 0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23)
+             : __builtin_shufflevector(low, high, 8, 24, 9, 25, 10, 26, 11, 27, 12, 28, 13, 29, 14, 30, 15,
+                                       31);
+#elif defined(__AVX2__)
+  return upper == 0 ? __builtin_shufflevector(low, high, 0, 8, 1, 9, 2, 10, 3, 11)
+                    : __builtin_shufflevector(low, high, 4, 12, 5, 13, 6, 14, 7, 15);
+#else
+  return upper == 0 ? __builtin_shufflevector(low, high, 0, 4, 1, 5)
+                    : __builtin_shufflevector(low, high, 2, 6, 3, 7);
+#endif
+}
+
+// Turns rows into columns; kLanes rows.
+inline void Transpose(IntLanes* rows) {
+  for (int stride = 1; stride < kLanes; stride *= 2) {
+    IntLanes mixed[kLanes];
+    for (int i = 0; i < kLanes / 2; ++i) {
+      mixed[2 * i] = ByTurns(rows[i], rows[i + kLanes / 2], 0);
+      mixed[2 * i + 1] = ByTurns(rows[i], rows[i + kLanes / 2], 1);
+    }
+    for (int i = 0; i < kLanes; ++i) rows[i] = mixed[i];
+  }
+}
+
 }  // namespace
 }  // namespace weft::WEFT_KERNEL_NAMESPACE

@@ -18,9 +18,9 @@ uint64_t NextRandom(uint64_t* state) {
   return z ^ (z >> 31);
 }
 
-// Middle of the shortest segment between two rays; empty for rays closer to parallel than the sine, and for
-// points behind a camera.
-std::optional<Eigen::Vector3d> MiddleOf(const Sight& a, const Sight& b, double min_sine) {
+// Middle of the shortest segment between two rays; empty for rays closer to parallel than the sine, for
+// points behind a camera and for segments longer than max_gap_mm.
+std::optional<Eigen::Vector3d> MiddleOf(const Sight& a, const Sight& b, double min_sine, double max_gap_mm) {
   const double cosine = a.direction.dot(b.direction);
   const double sine2 = 1 - cosine * cosine;
   if (sine2 < min_sine * min_sine) return std::nullopt;
@@ -29,7 +29,9 @@ std::optional<Eigen::Vector3d> MiddleOf(const Sight& a, const Sight& b, double m
   const double s = (along_a - cosine * along_b) / sine2;
   const double t = (cosine * along_a - along_b) / sine2;
   if (!(s > 0) || !(t > 0)) return std::nullopt;
-  return 0.5 * (a.origin_mm + s * a.direction + b.origin_mm + t * b.direction);
+  const Eigen::Vector3d on_a = s * a.direction, on_b = between + t * b.direction;
+  if ((on_b - on_a).squaredNorm() > max_gap_mm * max_gap_mm) return std::nullopt;
+  return a.origin_mm + 0.5 * (on_a + on_b);
 }
 
 // Cameras with a ray within the radius, and the sum of the squared distances of their closest ones.
@@ -76,6 +78,8 @@ std::pair<int, int> DrawPair(int n, uint64_t* state) {
   return {std::min(i, j), std::max(i, j)};
 }
 
+bool IsMajority(int agreeing, int cameras) { return 3 * agreeing > 2 * cameras; }
+
 int DistinctCameras(std::span<const Sight> sights) {
   int count = 0;
   for (size_t i = 0; i < sights.size(); ++i) count += i == 0 || sights[i].camera != sights[i - 1].camera;
@@ -112,7 +116,8 @@ Consensus FindConsensus(std::span<const Sight> sights, const ConsensusOptions& o
   // Tries a pair; false when every camera agrees already, which no other pair can better.
   const auto try_pair = [&](int i, int j) {
     if (sights[i].camera == sights[j].camera) return true;
-    const std::optional<Eigen::Vector3d> point = MiddleOf(sights[i], sights[j], min_sine);
+    const std::optional<Eigen::Vector3d> point =
+        MiddleOf(sights[i], sights[j], min_sine, 2 * options.inlier_radius_mm);
     if (!point) return true;
     const Score score = ScoreOf(*point, sights, options.inlier_radius_mm);
     if (score.Beats(best)) {
@@ -131,7 +136,8 @@ Consensus FindConsensus(std::span<const Sight> sights, const ConsensusOptions& o
     int draws = options.max_hypotheses;
     for (int k = 0; k < draws; ++k) {
       const auto [i, j] = DrawPair(n, &seed);
-      if (!try_pair(i, j)) break;
+      try_pair(i, j);
+      if (IsMajority(best.cameras, cameras)) break;
       draws =
           std::min(draws, DrawsNeeded(double(best.cameras) / n, options.confidence, options.max_hypotheses));
     }

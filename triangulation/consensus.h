@@ -22,6 +22,9 @@ int DrawsNeeded(double inlier_share, double confidence, int limit);
 // The next pair of 0 to n - 1 by the generator's state, the smaller first.
 std::pair<int, int> DrawPair(int n, uint64_t* state);
 
+// Whether so many cameras agree that the search may end: what the others see can only be less.
+bool IsMajority(int agreeing, int cameras);
+
 // Number of distinct cameras; `sights` ordered by camera.
 int DistinctCameras(std::span<const Sight> sights);
 
@@ -31,7 +34,8 @@ void InliersAt(const Eigen::Vector3d& point_mm, std::span<const Sight> sights,
                const ConsensusOptions& options, std::vector<int>* inliers);
 
 // RANSAC over pairs of rays: all pairs where these are at most max_hypotheses, else a sample drawn from
-// `seed`. The hypothesis with most inliers wins, the one of smallest distances among equals. Empty inliers
+// `seed` that ends with a majority. Pairs that miss each other by more than both radii are passed over. The
+// hypothesis with most inliers wins, the one of smallest distances among equals. Empty inliers
 // where no pair gathers min_views. `sights` ordered by camera; options.seed is not used, pass one that is the
 // node's own.
 Consensus FindConsensus(std::span<const Sight> sights, const ConsensusOptions& options, uint64_t seed);

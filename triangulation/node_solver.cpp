@@ -103,9 +103,9 @@ NodeResult NodeSolver::SolvePair(uint64_t seed) {
   return result;
 }
 
-// Middle of the shortest segment between two rays; empty for rays closer to parallel than the sine, and for
-// points behind a camera.
-std::optional<Eigen::Vector3d> NodeSolver::MiddleOf(int i, int j, double min_sine2) const {
+// Middle of the shortest segment between two rays; empty for rays closer to parallel than the sine, for
+// points behind a camera and for segments longer than two radii: neither ray could be an inlier.
+std::optional<Eigen::Vector3d> NodeSolver::MiddleOf(int i, int j, double min_sine2, double radius_mm) const {
   const Eigen::Vector3d a = AlongOf(i), b = AlongOf(j), from = OriginOf(i), between = OriginOf(j) - from;
   const double aa = a.squaredNorm(), ab = a.dot(b), bb = b.squaredNorm();
   const double scaled_sine2 = aa * bb - ab * ab;
@@ -113,7 +113,9 @@ std::optional<Eigen::Vector3d> NodeSolver::MiddleOf(int i, int j, double min_sin
   const double along_a = a.dot(between), along_b = b.dot(between);
   const double s = bb * along_a - ab * along_b, t = ab * along_a - aa * along_b;
   if (!(s > 0) || !(t > 0)) return std::nullopt;
-  return from + 0.5 * (between + (s * a + t * b) / scaled_sine2);
+  const Eigen::Vector3d on_a = s / scaled_sine2 * a, on_b = between + t / scaled_sine2 * b;
+  if ((on_b - on_a).squaredNorm() > 4 * radius_mm * radius_mm) return std::nullopt;
+  return from + 0.5 * (on_a + on_b);
 }
 
 void NodeSolver::MoveReference(const Eigen::Vector3d& reference_mm) {
@@ -153,7 +155,7 @@ RayScore NodeSolver::ScoreAt(const Eigen::Vector3f& point_mm, double radius_mm) 
 
 void NodeSolver::TryPair(int i, int j, double min_sine2, double radius_mm) {
   if (CameraOf(i) == CameraOf(j)) return;
-  const std::optional<Eigen::Vector3d> middle = MiddleOf(i, j, min_sine2);
+  const std::optional<Eigen::Vector3d> middle = MiddleOf(i, j, min_sine2, radius_mm);
   if (!middle) return;
   if (!has_reference_) MoveReference(*middle);
   const Eigen::Vector3d point = *middle - reference_mm_;
@@ -175,7 +177,7 @@ bool NodeSolver::FindPoint(const ConsensusOptions& options, uint64_t seed) {
     }
   } else {
     int draws = options.max_hypotheses, judged = -1;
-    for (int k = 0; k < draws && best_.rays < distinct_; ++k) {
+    for (int k = 0; k < draws && !IsMajority(best_.rays, distinct_); ++k) {
       const auto [i, j] = DrawPair(rays_, &seed);
       TryPair(i, j, sine * sine, options.inlier_radius_mm);
       if (best_.rays == judged) continue;

@@ -30,7 +30,7 @@ class NodeSolver {
   NodeResult SolvePair(uint64_t seed);
   bool FindPoint(const ConsensusOptions& options, uint64_t seed);
   void TryPair(int i, int j, double min_sine2, double radius_mm);
-  std::optional<Eigen::Vector3d> MiddleOf(int i, int j, double min_sine2) const;
+  std::optional<Eigen::Vector3d> MiddleOf(int i, int j, double min_sine2, double radius_mm) const;
   RayScore ScoreAt(const Eigen::Vector3f& point_mm, double radius_mm) const;
   void MoveReference(const Eigen::Vector3d& reference_mm);
   std::optional<RefinedPoint> Refine(bool select_by_radius);

@@ -60,7 +60,9 @@ double SafeSquare(const std::array<double, 8>& d) {
 }
 
 RayCamera MakeRayCamera(const CameraModel& camera, double calibration_sigma_px) {
-  RayCamera out{camera.fx_px, camera.fy_px, camera.cx_px, camera.cy_px, {}, {}, {}, {}, 0, 0};
+  RayCamera out{};
+  out.fx_px = camera.fx_px, out.fy_px = camera.fy_px;
+  out.cx_px = camera.cx_px, out.cy_px = camera.cy_px;
   std::copy(camera.distortion.begin(), camera.distortion.end(), out.distortion);
   const Eigen::Vector3d origin = camera.CenterWorld();
   for (int i = 0; i < 3; ++i) {
@@ -181,11 +183,25 @@ void RayBlocks::Fill(size_t block, RayBlock* out) const {
     records += (rays[s] + kRayLanes - 1) / kRayLanes * kRayLanes;
   }
   if (static_cast<int>(out->rays.size()) < records) out->rays.resize(records);
-  for (const size_t view : by_camera_) AddRays(view, block, node_of_slot, out);
+  for (size_t i = 0; i < by_camera_.size(); ++i) {
+    if (i + 1 < by_camera_.size()) Prefetch(by_camera_[i + 1], block);
+    AddRays(by_camera_[i], block, node_of_slot, out);
+  }
   for (const NodeRays& node : out->nodes) {
     // Any ray will do.
     for (int i = node.count; i % kRayLanes != 0; ++i) out->rays[node.first + i] = out->rays[node.first];
   }
+}
+
+// The observations of many views are more streams than a processor foresees.
+void RayBlocks::Prefetch(size_t view, size_t block) const {
+  const ViewIndex& index = index_[view];
+  if (!index.order.empty() || index.start[block] == index.start[block + 1]) return;
+  const std::vector<Observation>& observations = (*views_)[view].observations;
+  const char* first = reinterpret_cast<const char*>(observations.data() + index.start[block]);
+  const char* last = reinterpret_cast<const char*>(observations.data() + index.start[block + 1]);
+  constexpr int kCacheLine = 64;
+  for (; first < last; first += kCacheLine) __builtin_prefetch(first);
 }
 
 void RayBlocks::AddRays(size_t view, size_t block, const std::vector<int32_t>& node_of_slot,
@@ -198,22 +214,29 @@ void RayBlocks::AddRays(size_t view, size_t block, const std::vector<int32_t>& n
   const auto place_of = [&](uint32_t i) { return index.order.empty() ? i : index.order[i]; };
   for (uint32_t first = index.start[block]; first < index.start[block + 1]; first += RayColumns::kCount) {
     const int count = std::min<int>(RayColumns::kCount, index.start[block + 1] - first);
-    const int padded = (count + kRayLanes - 1) / kRayLanes * kRayLanes;
-    for (int i = 0; i < padded; ++i) {
-      const Observation& o = observations[place_of(first + std::min(i, count - 1))];
-      columns.x_px[i] = o.x_px;
-      columns.y_px[i] = o.y_px;
-    }
-    BestRayKernels().unproject(cameras_[camera], count, &columns);
     for (int i = 0; i < count; ++i) {
       const uint32_t place = place_of(first + i);
       const Observation& o = observations[place];
-      RayRecord& ray = columns.rays[i];
-      if (!ray.valid && !PlainRay(rig_->cameras[camera], o, &ray)) continue;
-      ray.sigma_px = o.sigma_px;
-      ray.camera = camera;
+      columns.x_px[i] = o.x_px;
+      columns.y_px[i] = o.y_px;
+      columns.sigma_px[i] = o.sigma_px;
       NodeRays& node = out->nodes[node_of_slot[index.slots[place] & slot_mask]];
-      out->rays[node.first + node.count++] = ray;
+      columns.record[i] = &out->rays[node.first + node.count++];
+    }
+    for (int i = count; i % kRayLanes != 0; ++i) {
+      columns.x_px[i] = columns.x_px[0];
+      columns.y_px[i] = columns.y_px[0];
+      columns.sigma_px[i] = columns.sigma_px[0];
+    }
+    BestRayKernels().unproject(cameras_.data(), camera, count, &columns);
+    // From the last one on, so that records that go move none that is still to be looked at.
+    for (int i = count - 1; i >= 0; --i) {
+      const uint32_t place = place_of(first + i);
+      if (columns.valid[i] || PlainRay(rig_->cameras[camera], observations[place], columns.record[i]))
+        continue;
+      NodeRays& node = out->nodes[node_of_slot[index.slots[place] & slot_mask]];
+      RayRecord* end = &out->rays[node.first + node.count--];
+      std::copy(columns.record[i] + 1, end, columns.record[i]);
     }
   }
 }

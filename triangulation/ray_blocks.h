@@ -49,6 +49,7 @@ class RayBlocks {
 
   RayBlocks(const Rig& rig, const std::vector<ViewObservations>& views) : rig_(&rig), views_(&views) {}
   void IndexView(size_t view);
+  void Prefetch(size_t view, size_t block) const;
   void AddRays(size_t view, size_t block, const std::vector<int32_t>& node_of_slot, RayBlock* out) const;
 
   const Rig* rig_;

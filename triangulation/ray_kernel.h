@@ -8,15 +8,16 @@ namespace weft {
 inline constexpr int kRayLanes = 16;
 
 // A camera as the kernels need it. distortion holds k1 k2 p1 p2 k3 k4 k5 k6, rotation is camera_from_world,
-// row by row.
-struct RayCamera {
-  double fx_px, fy_px, cx_px, cy_px;
-  double distortion[8];
-  double rotation[9];
+// row by row. The first cache line is what a ray needs of its camera.
+struct alignas(64) RayCamera {
   double origin_mm[3];
   float axis[3];          // optical axis in the world
   float calibration_px2;  // variance that the calibration leaves in a projected point
-  double safe_square;     // up to this squared distance from the axis the lens model is one-to-one
+  float spare[6];
+  double fx_px, fy_px, cx_px, cy_px;
+  double distortion[8];
+  double rotation[9];
+  double safe_square;  // up to this squared distance from the axis the lens model is one-to-one
 };
 
 // A ray: `along` is scaled so that its depth is 1; pixel_from_offset [2, 3], row by row, is that of Sight.
@@ -31,11 +32,13 @@ struct alignas(64) RayRecord {
 };
 static_assert(sizeof(RayRecord) == 64);
 
-// Pixels of one camera and their rays.
+// Pixels of one camera, and where their rays belong.
 struct RayColumns {
   static constexpr int kCount = 64;
   alignas(64) double x_px[kCount], y_px[kCount];
-  RayRecord rays[kCount];  // without sigma_px and camera
+  float sigma_px[kCount];
+  int32_t valid[kCount];  // as in the records
+  RayRecord* record[kCount];
 };
 
 // 16 rays of a node in short numbers, from a reference point near the node: its distances are small, so
@@ -77,9 +80,9 @@ struct RaySystem {
 };
 
 struct RayKernels {
-  // Rays of the pixels; `count` is at most RayColumns::kCount, columns behind it up to a multiple of 16 are
-  // written as well.
-  void (*unproject)(const RayCamera& camera, int count, RayColumns* columns);
+  // Writes the records of the pixels and columns->valid; `count` is at most RayColumns::kCount. Columns
+  // behind it up to a multiple of 16 are read as well.
+  void (*unproject)(const RayCamera* cameras, int camera, int count, RayColumns* columns);
   // Records up to the next multiple of 16 hold finite numbers and a camera of the rig.
   void (*localise)(const RayCamera* cameras, const RayRecord* records, int rays, const double* reference_mm,
                    const RayLimits& limits, LocalTile* local);

@@ -1,4 +1,6 @@
 // Body of the ray kernels; see pattern/kernel_lanes.h. A tile of 16 rays is taken in parts of kLanes.
+#include <cstddef>
+
 #include "pattern/kernel_lanes.h"
 #include "triangulation/ray_kernel.h"
 
@@ -11,7 +13,6 @@ typedef float HalfLanes __attribute__((vector_size(4 * kHalf)));
 typedef double Doubles __attribute__((vector_size(8 * kHalf)));
 
 inline Doubles LoadDoubles(const double* p) { return LoadAs<Doubles>(p); }
-inline void StoreDoubles(Doubles v, double* p) { std::memcpy(p, &v, sizeof v); }
 inline void StoreInts(IntLanes v, int32_t* p) { std::memcpy(p, &v, sizeof v); }
 
 #if defined(__AVX512F__)
@@ -69,30 +70,46 @@ inline IntLanes Number(int first) {
   return LoadAs<IntLanes>(kNumbers) + first;
 }
 
-// What records hold, by lane.
-struct alignas(64) RayFields {
-  double along[3][kRayLanes];
-  float pixel_from_offset[6][kRayLanes];
-  float sigma_px[kRayLanes];
-  int32_t valid[kRayLanes];
-};
+// Records of kLanes rays or cameras, by place in the record; numbers of 8 bytes take two places.
+constexpr int kPlaces = sizeof(RayRecord) / 4;
+struct Places {
+  IntLanes at[kPlaces];
 
-void ToRecords(const RayFields& fields, RayRecord* records) {
-  for (int lane = 0; lane < kRayLanes; ++lane) {
-    RayRecord& ray = records[lane];
-    for (int k = 0; k < 3; ++k) ray.along[k] = fields.along[k][lane];
-    for (int k = 0; k < 6; ++k) ray.pixel_from_offset[k] = fields.pixel_from_offset[k][lane];
-    ray.valid = fields.valid[lane];
+  Lanes Floats(int place) const { return (Lanes)at[place]; }
+  Doubles Wide(int place, int half) const { return (Doubles)ByTurns(at[place], at[place + 1], half); }
+  void Set(int place, Lanes v) { at[place] = (IntLanes)v; }
+  void SetWide(int place, const Doubles* halves) {
+    for (int odd = 0; odd < 2; ++odd)
+      at[place + odd] = EveryOther((IntLanes)halves[0], (IntLanes)halves[1], odd);
+  }
+};
+constexpr int kAlong = 0, kPixelFromOffset = 6, kSigma = 12, kCamera = 13, kValid = 14, kSpare = 15;
+constexpr int kOrigin = 0, kAxis = 6, kCalibration = 9;
+static_assert(offsetof(RayRecord, pixel_from_offset) == 4 * kPixelFromOffset &&
+              offsetof(RayRecord, sigma_px) == 4 * kSigma && offsetof(RayRecord, camera) == 4 * kCamera &&
+              offsetof(RayRecord, valid) == 4 * kValid && offsetof(RayRecord, spare) == 4 * kSpare &&
+              offsetof(RayCamera, axis) == 4 * kAxis &&
+              offsetof(RayCamera, calibration_px2) == 4 * kCalibration);
+
+// `to`: kLanes records.
+void WriteRecords(Places places, RayRecord* const* to, int count) {
+  for (int first = 0; first < kPlaces; first += kLanes) {
+    Transpose(places.at + first);
+    for (int lane = 0; lane < kLanes; ++lane)
+      if (lane < count)
+        std::memcpy(reinterpret_cast<char*>(to[lane]) + 4 * first, &places.at[first + lane], 4 * kLanes);
   }
 }
 
-void FromRecords(const RayRecord* records, RayFields* fields) {
-  for (int lane = 0; lane < kRayLanes; ++lane) {
-    const RayRecord& ray = records[lane];
-    for (int k = 0; k < 3; ++k) fields->along[k][lane] = ray.along[k];
-    for (int k = 0; k < 6; ++k) fields->pixel_from_offset[k][lane] = ray.pixel_from_offset[k];
-    fields->sigma_px[lane] = ray.sigma_px;
+template <typename Record>
+Places ReadRecords(const Record* const* from) {
+  Places places;
+  for (int first = 0; first < kPlaces; first += kLanes) {
+    for (int lane = 0; lane < kLanes; ++lane)
+      places.at[first + lane] = LoadAs<IntLanes>(reinterpret_cast<const char*>(from[lane]) + 4 * first);
+    Transpose(places.at + first);
   }
+  return places;
 }
 
 // The lens model at a point of the plane z = 1 (CameraModel): where the point is seen.
@@ -144,7 +161,7 @@ struct Unprojection {
   }
 
   // One step in doubles with the last Jacobian, and the rays there.
-  void Finish(const RayCamera& camera, float tolerance, int first, RayFields* out) {
+  Places Finish(const RayCamera& camera, float tolerance) {
     Doubles long_x[2], long_y[2], long_off_x[2], long_off_y[2];
     for (int half = 0; half < 2; ++half) {
       long_x[half] = Long(x, half);
@@ -159,77 +176,70 @@ struct Unprojection {
     const Lanes exact_x = (yy * off_x - xy * off_y) * determinant,
                 exact_y = (xx * off_y - xy * off_x) * determinant;
     const double* r = camera.rotation;
+    Places out;
+    Doubles along[3][2];
     for (int half = 0; half < 2; ++half) {
       long_x[half] -= Long(exact_x, half);
       long_y[half] -= Long(exact_y, half);
-      for (int k = 0; k < 3; ++k)
-        StoreDoubles(r[k] * long_x[half] + r[3 + k] * long_y[half] + r[6 + k],
-                     out->along[k] + first + kHalf * half);
+      for (int k = 0; k < 3; ++k) along[k][half] = r[k] * long_x[half] + r[3 + k] * long_y[half] + r[6 + k];
     }
+    for (int k = 0; k < 3; ++k) out.SetWide(kAlong + 2 * k, along[k]);
     const float fx = static_cast<float>(camera.fx_px), fy = static_cast<float>(camera.fy_px);
     const Lanes pixel[2][2] = {{fx * xx, fx * xy}, {fy * xy, fy * yy}};
     for (int row = 0; row < 2; ++row) {
       const Lanes depth = pixel[row][0] * x + pixel[row][1] * y;
       for (int k = 0; k < 3; ++k)
-        Store(pixel[row][0] * static_cast<float>(r[k]) + pixel[row][1] * static_cast<float>(r[3 + k]) -
-                  depth * static_cast<float>(r[6 + k]),
-              out->pixel_from_offset[3 * row + k] + first);
+        out.Set(kPixelFromOffset + 3 * row + k, pixel[row][0] * static_cast<float>(r[k]) +
+                                                    pixel[row][1] * static_cast<float>(r[3 + k]) -
+                                                    depth * static_cast<float>(r[6 + k]));
     }
-    StoreInts(((Abs(off_x) + Abs(off_y)) < 2 * tolerance) &
-                  ((x * x + y * y) < static_cast<float>(camera.safe_square)) & (Abs(determinant) < 1e6f),
-              out->valid + first);
+    out.at[kValid] = ((Abs(off_x) + Abs(off_y)) < 2 * tolerance) &
+                     ((x * x + y * y) < static_cast<float>(camera.safe_square)) & (Abs(determinant) < 1e6f);
+    return out;
   }
 };
 
 // Newton's method in floats, then one step in doubles. All parts go on until each is done: the bytes must
 // not depend on their number.
-void UnprojectGroup(const RayCamera& camera, const float* lens, int first, RayColumns* out) {
+void UnprojectGroup(const RayCamera& camera, int camera_number, const float* lens, int first, int count,
+                    RayColumns* columns) {
   constexpr int kMaxIterations = 8;
   constexpr float kFloatTolerance = 1e-6f;
   Unprojection parts[kParts];
   for (int p = 0; p < kParts; ++p)
-    parts[p].Start(camera, out->x_px + first + kLanes * p, out->y_px + first + kLanes * p);
+    parts[p].Start(camera, columns->x_px + first + kLanes * p, columns->y_px + first + kLanes * p);
   for (int i = 0;; ++i) {
     bool any = false;
     for (Unprojection& part : parts) any |= part.Look(lens, kFloatTolerance);
     if (i == kMaxIterations || !any) break;
     for (Unprojection& part : parts) part.Step();
   }
-  RayFields fields;
-  for (int p = 0; p < kParts; ++p) parts[p].Finish(camera, kFloatTolerance, kLanes * p, &fields);
-  ToRecords(fields, out->rays + first);
-}
-
-void Unproject(const RayCamera& camera, int count, RayColumns* columns) {
-  float lens[8];
-  for (int k = 0; k < 8; ++k) lens[k] = static_cast<float>(camera.distortion[k]);
-  for (int first = 0; first < count; first += kRayLanes) UnprojectGroup(camera, lens, first, columns);
-}
-
-// The cameras of a tile's rays, by lane.
-struct alignas(64) CameraFields {
-  double origin_mm[3][kRayLanes];
-  float axis[3][kRayLanes], calibration_px2[kRayLanes];
-
-  CameraFields(const RayCamera* cameras, const RayRecord* records) {
-    for (int lane = 0; lane < kRayLanes; ++lane) {
-      const RayCamera& camera = cameras[records[lane].camera];
-      for (int k = 0; k < 3; ++k) origin_mm[k][lane] = camera.origin_mm[k];
-      for (int k = 0; k < 3; ++k) axis[k][lane] = camera.axis[k];
-      calibration_px2[lane] = camera.calibration_px2;
-    }
+  for (int p = 0; p < kParts; ++p) {
+    const int at = first + kLanes * p;
+    Places places = parts[p].Finish(camera, kFloatTolerance);
+    places.Set(kSigma, Load(columns->sigma_px + at));
+    places.at[kCamera] = IntLanes{} + camera_number;
+    places.at[kSpare] = IntLanes{};
+    StoreInts(places.at[kValid], columns->valid + at);
+    WriteRecords(places, columns->record + at, count - at);
   }
-};
+}
 
-void LocalisePart(const CameraFields& cameras, const RayFields& rays, int first, IntLanes has_ray,
+void Unproject(const RayCamera* cameras, int camera, int count, RayColumns* columns) {
+  float lens[8];
+  for (int k = 0; k < 8; ++k) lens[k] = static_cast<float>(cameras[camera].distortion[k]);
+  for (int first = 0; first < count; first += kRayLanes)
+    UnprojectGroup(cameras[camera], camera, lens, first, count, columns);
+}
+
+void LocalisePart(const Places& cameras, const Places& rays, int first, IntLanes has_ray,
                   const double* reference_mm, const RayLimits& limits, LocalTile* local) {
   Doubles along[3][2], foot[3][2], square[2], distance[2];
   for (int half = 0; half < 2; ++half) {
-    const int at = first + kHalf * half;
     Doubles u[3], from_reference[3];
     for (int k = 0; k < 3; ++k) {
-      u[k] = along[k][half] = LoadDoubles(rays.along[k] + at);
-      from_reference[k] = LoadDoubles(cameras.origin_mm[k] + at) - reference_mm[k];
+      u[k] = along[k][half] = rays.Wide(kAlong + 2 * k, half);
+      from_reference[k] = cameras.Wide(kOrigin + 2 * k, half) - reference_mm[k];
     }
     square[half] = 1.0 / (u[0] * u[0] + u[1] * u[1] + u[2] * u[2]);
     distance[half] =
@@ -239,7 +249,7 @@ void LocalisePart(const CameraFields& cameras, const RayFields& rays, int first,
   Lanes along_axis = {};
   for (int k = 0; k < 3; ++k) {
     constexpr float kFarAway = 1e12f;
-    const Lanes axis = Load(cameras.axis[k] + first);
+    const Lanes axis = cameras.Floats(kAxis + k);
     const Lanes at = has_ray ? Short(foot[k]) : Lanes{} + kFarAway;
     along_axis += axis * at;
     Store(axis, local->axis[k] + first);
@@ -249,24 +259,28 @@ void LocalisePart(const CameraFields& cameras, const RayFields& rays, int first,
   Store(Short(square), local->inverse_square + first);
   const Lanes depth = -Short(distance) - along_axis;
   Store(has_ray ? depth : Lanes{} + 1.0f, local->depth_mm + first);
-  const Lanes sigma = Load(rays.sigma_px + first), left = Load(cameras.calibration_px2 + first);
+  const Lanes sigma = rays.Floats(kSigma), left = cameras.Floats(kCalibration);
   const Lanes used = Max(sigma, Lanes{} + limits.min_sigma_px);
   Store(1.0f / (used * used + left), local->inverse_variance + first);
   const float sigmas2 = limits.max_residual_sigmas * limits.max_residual_sigmas;
   Store(Max(sigmas2 * (sigma * sigma + left), Lanes{} + limits.min_residual_px * limits.min_residual_px),
         local->limit_px2 + first);
+  for (int k = 0; k < 6; ++k) Store(rays.Floats(kPixelFromOffset + k), local->pixel_from_offset[k] + first);
 }
 
 void Localise(const RayCamera* cameras, const RayRecord* records, int rays, const double* reference_mm,
               const RayLimits& limits, LocalTile* local) {
   for (int t = 0; t * kRayLanes < rays; ++t) {
-    const CameraFields of_cameras(cameras, records + t * kRayLanes);
-    RayFields fields;
-    FromRecords(records + t * kRayLanes, &fields);
-    for (int first = 0; first < kRayLanes; first += kLanes)
-      LocalisePart(of_cameras, fields, first, Number(t * kRayLanes + first) < rays, reference_mm, limits,
-                   &local[t]);
-    std::memcpy(local[t].pixel_from_offset, fields.pixel_from_offset, sizeof fields.pixel_from_offset);
+    for (int first = 0; first < kRayLanes; first += kLanes) {
+      const RayRecord* from[kLanes];
+      const RayCamera* seen_by[kLanes];
+      for (int lane = 0; lane < kLanes; ++lane) {
+        from[lane] = records + t * kRayLanes + first + lane;
+        seen_by[lane] = cameras + from[lane]->camera;
+      }
+      LocalisePart(ReadRecords(seen_by), ReadRecords(from), first, Number(t * kRayLanes + first) < rays,
+                   reference_mm, limits, &local[t]);
+    }
   }
 }
 

@@ -87,15 +87,20 @@ TEST(PlainPath, SameResultBehindAFisheyeLens) {
 #ifdef __x86_64__
 TEST(RayKernels, SameBytesFromEveryInstructionSet) {
   const Rig rig = RingRig(1);
-  RayCamera camera{4600, 4610, 1185, 2049,  {-0.12, 0.35, 4e-4, -3e-4, -0.4, 0.01, 0, 0},
-                   {},   {},   {},   0.01f, 1};
+  RayCamera camera{};
+  camera.fx_px = 4600, camera.fy_px = 4610, camera.cx_px = 1185, camera.cy_px = 2049;
+  const double distortion[] = {-0.12, 0.35, 4e-4, -3e-4, -0.4, 0.01, 0, 0};
+  std::copy(std::begin(distortion), std::end(distortion), camera.distortion);
+  camera.calibration_px2 = 0.01f;
+  camera.safe_square = 1;
   for (int i = 0; i < 9; ++i) camera.rotation[i] = rig.cameras[0].rotation(i / 3, i % 3);
   for (int i = 0; i < 3; ++i) {
     camera.origin_mm[i] = rig.cameras[0].CenterWorld()[i];
     camera.axis[i] = static_cast<float>(camera.rotation[6 + i]);
   }
   struct Results {
-    RayColumns columns;
+    RayRecord rays[RayColumns::kCount];
+    int32_t valid[RayColumns::kCount];
     LocalTile local[3];
     RayScore score;
     RaySystem system;
@@ -103,17 +108,20 @@ TEST(RayKernels, SameBytesFromEveryInstructionSet) {
   const auto run = [&](const RayKernels& kernels, Results* out) {
     std::memset(static_cast<void*>(out), 0, sizeof *out);
     std::mt19937 random(5);
+    RayColumns columns;
     for (int i = 0; i < RayColumns::kCount; ++i) {
-      out->columns.x_px[i] = 1185 + 0.01 * (random() % 2000);
-      out->columns.y_px[i] = 2049 + 0.01 * (random() % 2000);
+      columns.x_px[i] = 1185 + 0.01 * (random() % 2000);
+      columns.y_px[i] = 2049 + 0.01 * (random() % 2000);
+      columns.sigma_px[i] = 0.01f * static_cast<float>(1 + random() % 20);
+      columns.record[i] = &out->rays[i];
     }
-    kernels.unproject(camera, 48, &out->columns);
-    for (RayRecord& ray : out->columns.rays) ray.sigma_px = 0.01f * static_cast<float>(1 + random() % 20);
+    kernels.unproject(&camera, 0, 48, &columns);
+    std::copy(columns.valid, columns.valid + 48, out->valid);
     const RayLimits limits{400, 0.02f, 8, 0.5f, 2.5f};
     const double reference_mm[3] = {3, -2, 1};
     const float point_mm[3] = {0.2f, 0.4f, -0.3f};
-    kernels.localise(&camera, out->columns.rays, 37, reference_mm, limits, out->local);
-    out->score = kernels.score(out->local, 37, point_mm, 9.0f, 0);
+    kernels.localise(&camera, out->rays, 37, reference_mm, limits, out->local);
+    out->score = kernels.score(out->local, 37, point_mm, 25.0f, 0);
     kernels.linearise(out->local, 37, point_mm, limits, true, &out->system);
   };
   auto one = std::make_unique<Results>(), other = std::make_unique<Results>();
