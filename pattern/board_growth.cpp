@@ -99,7 +99,7 @@ class Growth {
     for (const GrowthSeed& seed : seeds) {
       if (!board_.Contains(seed.row, seed.col) || CellAt(seed.row, seed.col) >= 0) continue;
       const CellFit fit = fitter_.Fit(seed.row, seed.col, seed.frame, Weights(seed.row, seed.col, true),
-                                      options_.iterations + 2);
+                                      options_.iterations + 2, options_.min_explained);
       if (!WhyNot(fit)) Enqueue({seed.row, seed.col, fit, seed.group, 0});
     }
   }
@@ -133,7 +133,10 @@ class Growth {
 
   // Nothing for a fit that can be taken.
   std::optional<WhyMissing> WhyNot(const CellFit& fit) const {
-    if (!fit.converged) return WhyMissing::kNoFit;
+    if (!fit.converged) {
+      const bool given_up = fit.gain > 0 && fit.explained < options_.min_explained;
+      return given_up ? WhyMissing::kNotExplained : WhyMissing::kNoFit;
+    }
     if (fit.moved_cells > options_.max_move_cells) return WhyMissing::kMoved;
     if (fit.explained < options_.min_explained) return WhyMissing::kNotExplained;
     if (fit.ink_lead < options_.min_ink_lead * fit.center_contrast * fit.center_contrast)
@@ -184,11 +187,12 @@ class Growth {
     int group = 0;
     const CellFrame predicted = Predict(row, col, &group);
     const NeighborWeights weights = Weights(row, col, false);
-    CellFit fit = fitter_.Fit(row, col, predicted, weights, options_.iterations);
+    CellFit fit = fitter_.Fit(row, col, predicted, weights, options_.iterations, options_.min_explained);
     if (WhyNot(fit)) {
       const GrownCell& from = cells_[CellAt(row - dr, col - dc)];
       group = from.group;
-      fit = fitter_.Fit(row, col, TurnedAway(from.fit.frame, dr, dc), weights, options_.iterations);
+      fit = fitter_.Fit(row, col, TurnedAway(from.fit.frame, dr, dc), weights, options_.iterations,
+                        options_.min_explained);
       if (const auto why = WhyNot(fit)) return Miss(row, col, predicted, *why);
     }
     Enqueue({row, col, fit, group, 0});

@@ -45,8 +45,11 @@ class CellFitter {
 
   // Gauss-Newton from `start` on the six parameters of the frame; gain and offset of the light are
   // eliminated. The window reaches one cell to all sides and counts less towards its border. Not converged
-  // where the window leaves the image or the print cannot be there. (row, col) must lie on the board.
-  CellFit Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights, int iterations) const;
+  // where the window leaves the image or the print cannot be there; nor where the first steps leave it so
+  // little explained that further ones will hardly bring it to `min_explained`. (row, col) must lie on the
+  // board.
+  CellFit Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights, int iterations,
+              float min_explained = -1e9f) const;
 
   // One Gauss-Newton step of the centre alone, in a print that is interpolated bilinearly between the nine
   // centres (cloth creased at the centres, as a mesh with a vertex per cell). Where neighbours count less

@@ -265,7 +265,8 @@ class IslandSearch {
     if (!SameShape(frame, looked_)) LookAtThrees(frame);
     FindReadings(anchor);
     for (const Reading& reading : readings_) {
-      const CellFit fit = fitter_.Fit(reading.row, reading.col, frame, kWeights, kIterations);
+      const CellFit fit =
+          fitter_.Fit(reading.row, reading.col, frame, kWeights, kIterations, options_.min_explained);
       if (!fit.converged || fit.explained < options_.min_explained || fit.moved_cells > kFarthestMoveCells ||
           fit.ink_lead < options_.min_ink_lead * fit.center_contrast * fit.center_contrast) {
         continue;
