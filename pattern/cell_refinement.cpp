@@ -13,6 +13,8 @@
 namespace weft {
 namespace {
 
+float Length(float x, float y) { return std::sqrt(x * x + y * y); }
+
 // How clearly the ink leads the others, 0 to 1.
 float RelativeLead(const CellFit& fit) {
   const float contrast2 = std::max(fit.center_contrast * fit.center_contrast, 1e-6f);
@@ -40,7 +42,7 @@ struct Surroundings {
     explained += std::clamp(near.explained, 0.0f, 1.0f);
     light += near.gain;
     lead += RelativeLead(near);
-    shape += (std::hypot(here.ax - f.ax, here.ay - f.ay) + std::hypot(here.bx - f.bx, here.by - f.by)) /
+    shape += (Length(here.ax - f.ax, here.ay - f.ay) + Length(here.bx - f.bx, here.by - f.by)) /
              here.ShorterEdge();
     const float weight = dc != 0 && dr != 0 ? 0.5f : 1.0f;
     x += weight * (f.x - 0.5f * (dc * (f.ax + here.ax) + dr * (f.bx + here.bx)) - here.x);
@@ -50,7 +52,7 @@ struct Surroundings {
 
   // Distance between a cell and where it is expected, in cells.
   float Misfit(const CellFrame& here) const {
-    return std::hypot(here.by * x - here.bx * y, here.ax * y - here.ay * x) / (weights * here.Area());
+    return Length(here.by * x - here.bx * y, here.ax * y - here.ay * x) / (weights * here.Area());
   }
 };
 
@@ -78,7 +80,7 @@ Evidence EvidenceFor(const CellFit& fit, const Surroundings& around) {
   const float quads = static_cast<float>(p[0] && p[1] && p[3]) + static_cast<float>(p[1] && p[2] && p[5]) +
                       static_cast<float>(p[3] && p[6] && p[7]) + static_cast<float>(p[5] && p[7] && p[8]);
   const CellFrame& f = fit.frame;
-  const float height_px = f.Area() / std::max(std::hypot(f.ax, f.ay), std::hypot(f.bx, f.by));
+  const float height_px = f.Area() / std::max(Length(f.ax, f.ay), Length(f.bx, f.by));
   const float share = 1 / around.known;
   const float light = std::min(std::abs(std::log(fit.gain / (share * around.light))), 2.0f);
   return {std::clamp(fit.explained, 0.0f, 1.0f),
