@@ -76,11 +76,13 @@ class IslandSearch {
       last_group_ = std::max(last_group_, known[k].group);
     }
     MarkNearKnown();
+    looked_at_.resize(buckets_.size());
   }
 
   std::vector<GrowthSeed> Run(const std::vector<LooseSpot>& spots) {
     for (const LooseSpot& spot : spots) {
       FindAnchors(spot);
+      if (anchors_.empty() || !FirstLook(spot)) continue;
       looked_ = {};
       for (const int anchor : anchors_) ReadFrom(known_[anchor], spot);
     }
@@ -182,6 +184,24 @@ class IslandSearch {
         return std::max(std::abs(s.row - t.row), std::abs(s.col - t.col)) <= kBetweenAnchors;
       });
     }
+  }
+
+  // Whether no spot has been looked at that is nearly the same place; then notes this one. Most spots are in
+  // several images of the pyramid.
+  bool FirstLook(const LooseSpot& spot) {
+    constexpr float kSame = 0.2f;  // of a cell
+    const float reach2 = kSame * kSame * known_[anchors_.front()].fit.frame.Area();
+    const int column = Bucket(spot.x_px, bucket_columns_), row = Bucket(spot.y_px, bucket_rows_);
+    for (int y = std::max(row - 1, 0); y <= std::min(row + 1, bucket_rows_ - 1); ++y) {
+      for (int x = std::max(column - 1, 0); x <= std::min(column + 1, bucket_columns_ - 1); ++x) {
+        for (const LooseSpot* other : looked_at_[static_cast<size_t>(y) * bucket_columns_ + x]) {
+          const float dx = spot.x_px - other->x_px, dy = spot.y_px - other->y_px;
+          if (dx * dx + dy * dy < reach2) return false;
+        }
+      }
+    }
+    looked_at_[static_cast<size_t>(row) * bucket_columns_ + column].push_back(&spot);
+    return true;
   }
 
   // Whether cells are so alike that the same colours are around them.
@@ -292,6 +312,7 @@ class IslandSearch {
   ThreesEvidence of_threes_;
   float most_evidence_ = 0;  // that any window may have there
   int last_group_ = 0;
+  std::vector<std::vector<const LooseSpot*>> looked_at_;  // by bucket
   std::vector<Near> near_;
   std::vector<int> anchors_;
   std::vector<Reading> readings_;
