@@ -80,7 +80,7 @@ namespace {
 
 // Weights of offsets 0, 1, 2 ... of a Gaussian.
 std::vector<float> GaussianTaps(float sigma_px) {
-  const int reach = static_cast<int>(std::ceil(2.5f * sigma_px));
+  const int reach = static_cast<int>(std::round(2.5f * sigma_px));
   std::vector<float> taps(reach + 1);
   float sum = 0;
   for (int k = 0; k <= reach; ++k) {

@@ -167,6 +167,13 @@ void SpotRow(const float* const* rows, const float* narrow, int narrow_reach, co
   });
 }
 
+inline bool IsAny(BytesOfLanes bytes) {
+  uint32_t fours[kLanes / 4], any = 0;
+  std::memcpy(fours, &bytes, sizeof fours);
+  for (const uint32_t four : fours) any |= four;
+  return any != 0;
+}
+
 void PeakRow(const float* const* rows, float contrast, int width, float* __restrict__ scratch,
              uint8_t* __restrict__ peaks) {
   constexpr int kReach = 3;
@@ -187,10 +194,14 @@ void PeakRow(const float* const* rows, float contrast, int width, float* __restr
     const Lanes v = at(here, 0);
     Lanes low = at(least, 0);
     for (int d = 1; d <= kReach; ++d) low = Min(low, Min(at(least, -d), at(least, d)));
-    const IntLanes row = (v > 0.0f) & (v - low >= contrast) & (v > at(here, 1)) & (v >= at(here, -1));
-    const IntLanes upper = (v >= at(above, -1)) & (v >= at(above, 0)) & (v >= at(above, 1));
-    const IntLanes lower = (v > at(below, -1)) & (v > at(below, 0)) & (v > at(below, 1));
-    const BytesOfLanes peak = __builtin_convertvector(row & upper & lower & 1, BytesOfLanes);
+    const IntLanes clear = (v > 0.0f) & (v - low >= contrast);
+    BytesOfLanes peak = __builtin_convertvector(clear & 1, BytesOfLanes);
+    if (IsAny(peak)) {
+      const IntLanes row = clear & (v > at(here, 1)) & (v >= at(here, -1));
+      const IntLanes upper = (v >= at(above, -1)) & (v >= at(above, 0)) & (v >= at(above, 1));
+      const IntLanes lower = (v > at(below, -1)) & (v > at(below, 0)) & (v > at(below, 1));
+      peak = __builtin_convertvector(row & upper & lower & 1, BytesOfLanes);
+    }
     std::memcpy(peaks + x, &peak, static_cast<size_t>(extent.n));
   });
 }

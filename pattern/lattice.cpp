@@ -31,7 +31,7 @@ struct Frame4 {
   }
 };
 
-// Places (i, j) of a patch that are taken; open addressing.
+// Places (i, j) of a patch that are taken; open addressing. Up to 2^19 to all sides, for up to 2^24 patches.
 class TakenPlaces {
  public:
   // For up to `most` places.
@@ -40,38 +40,37 @@ class TakenPlaces {
     slots_.resize(size_t{1} << bits_);
   }
   void Clear() { ++round_; }
-  bool Contains(int i, int j) const { return slots_[SlotOf(i, j)].round == round_; }
+  bool Contains(int i, int j) const { return slots_[SlotOf(i, j)] == Key(i, j); }
   // False where the place is taken already.
   bool Take(int i, int j) {
-    Slot& slot = slots_[SlotOf(i, j)];
-    if (slot.round == round_) return false;
-    slot = {Key(i, j), round_};
+    uint64_t& slot = slots_[SlotOf(i, j)];
+    if (slot == Key(i, j)) return false;
+    slot = Key(i, j);
     return true;
   }
 
  private:
-  struct Slot {
-    uint64_t key = 0;
-    uint32_t round = 0;  // free where it is not the current one
-  };
+  static constexpr int kPlaceBits = 20;
 
-  static uint64_t Key(int i, int j) {
-    return static_cast<uint64_t>(static_cast<uint32_t>(i)) << 32 | static_cast<uint32_t>(j);
+  uint64_t Key(int i, int j) const {
+    constexpr uint64_t kMask = (uint64_t{1} << kPlaceBits) - 1;
+    return (round_ << kPlaceBits | (static_cast<uint64_t>(i) & kMask)) << kPlaceBits |
+           (static_cast<uint64_t>(j) & kMask);
   }
-  // Where the place is, or else would be. Places of a 4x4 tile begin near each other in memory: growth asks
-  // for neighbours.
+  // Where the place is, or else would be: slots of other rounds are free. Places of a 4x4 tile begin near
+  // each other in memory: growth asks for neighbours.
   size_t SlotOf(int i, int j) const {
     const uint64_t key = Key(i, j);
     const size_t mask = slots_.size() - 1;
     size_t at = (Key(i >> 2, j >> 2) * 0x9e3779b97f4a7c15u) >> (64 - bits_);
     at = (at & ~size_t{15}) | static_cast<size_t>((i & 3) << 2 | (j & 3));
-    while (slots_[at].round == round_ && slots_[at].key != key) at = (at + 1) & mask;
+    while (slots_[at] >> 2 * kPlaceBits == round_ && slots_[at] != key) at = (at + 1) & mask;
     return at;
   }
 
   int bits_ = 4;
-  uint32_t round_ = 1;
-  std::vector<Slot> slots_;
+  uint64_t round_ = 1;
+  std::vector<uint64_t> slots_;  // 0 or a key
 };
 
 // The keypoints within reach of one.

@@ -29,10 +29,14 @@ uint32_t CodeOf(const MeasuredPatch& patch, const std::array<int, 9>& cells) {
 // Whether the likeliest inks of all nine cells are the board's under the pose.
 bool Agrees(const MeasuredPatch& patch, const std::array<int, 9>& cells, int i, int j, const BoardPose& pose,
             const Board& board) {
+  const BoardCell first = pose.ToBoard(i, j), last = pose.ToBoard(i + 2, j + 2);
+  if (!board.Contains(first.row, first.col) || !board.Contains(last.row, last.col)) return false;
+  const BoardCell down = pose.ToBoard(i + 1, j), right = pose.ToBoard(i, j + 1);
   for (int k = 0; k < 9; ++k) {
-    const BoardCell at = pose.ToBoard(i + k / 3, j + k % 3);
-    if (!board.Contains(at.row, at.col)) return false;
-    if (static_cast<uint8_t>(board.at(at.row, at.col)) != patch.readings[cells[k]].best) return false;
+    const int di = k / 3, dj = k % 3;
+    const CellColor color = board.at(first.row + di * (down.row - first.row) + dj * (right.row - first.row),
+                                     first.col + di * (down.col - first.col) + dj * (right.col - first.col));
+    if (static_cast<uint8_t>(color) != patch.readings[cells[k]].best) return false;
   }
   return true;
 }
@@ -201,12 +205,15 @@ Rgb SampleColor(const ColorImage& image, float x, float y) {
   const int y0 = std::min(static_cast<int>(y), std::max(0, image.height_px - 2));
   const int x1 = std::min(x0 + 1, image.width_px - 1), y1 = std::min(y0 + 1, image.height_px - 1);
   const float fx = x - static_cast<float>(x0), fy = y - static_cast<float>(y0);
-  Rgb out;
-  for (int c = 0; c < 3; ++c) {
-    out[c] = (1 - fy) * ((1 - fx) * image.at(x0, y0)[c] + fx * image.at(x1, y0)[c]) +
-             fy * ((1 - fx) * image.at(x0, y1)[c] + fx * image.at(x1, y1)[c]);
-  }
-  return out;
+  // All channels at a time.
+  typedef float Channels __attribute__((vector_size(16)));
+  const auto pixel = [&image](int px, int py) {
+    const uint8_t* p = image.at(px, py);
+    return Channels{static_cast<float>(p[0]), static_cast<float>(p[1]), static_cast<float>(p[2]), 0};
+  };
+  const Channels sample = (1 - fy) * ((1 - fx) * pixel(x0, y0) + fx * pixel(x1, y0)) +
+                          fy * ((1 - fx) * pixel(x0, y1) + fx * pixel(x1, y1));
+  return {sample[0], sample[1], sample[2]};
 }
 
 int MeasuredPatch::CellAt(int i, int j) const {
