@@ -34,6 +34,11 @@ class CandidateQueue {
     }
     return -1;
   }
+  // The one that comes so many later of those that are equally well explained; -1 where there is none.
+  int Ahead(size_t later) const {
+    const Step& step = steps_[best_];
+    return step.next + later < step.candidates.size() ? step.candidates[step.next + later] : -1;
+  }
 
  private:
   static constexpr int kSteps = 100;
@@ -57,16 +62,14 @@ class Growth {
         wants_missing_(wants_missing),
         width_px_(width_px),
         height_px_(height_px),
-        cell_of_(board.cells.size(), -1),
-        attempts_(board.cells.size(), 0),
-        explained_(board.cells.size(), 0),
+        on_board_(board.cells.size()),
         places_(width_px, height_px) {}
 
   // The cells where growth stopped, after a run.
   std::vector<MissingCell> Missing() const {
     std::vector<MissingCell> missing;
     for (const auto& [cell, miss] : missing_) {
-      if (cell_of_[cell] < 0) missing.push_back(miss);
+      if (on_board_[cell].taken < 0) missing.push_back(miss);
     }
     return missing;
   }
@@ -85,12 +88,18 @@ class Growth {
   }
 
  private:
+  struct BoardPlace {
+    int taken = -1;       // index of the cell
+    float explained = 0;  // of the best candidate so far
+    int attempts = 0;
+  };
+
   // Ordered by row and column.
   GrownCells Taken() const {
     GrownCells taken;
     taken.reserve(taken_);
-    for (const int k : cell_of_) {
-      if (k >= 0) taken.push_back(cells_[k]);
+    for (const BoardPlace& place : on_board_) {
+      if (place.taken >= 0) taken.push_back(cells_[place.taken]);
     }
     return taken;
   }
@@ -107,6 +116,7 @@ class Growth {
   // Takes candidates that are explained by this share or more, and those that follow from them.
   void TakeAll(float least_explained) {
     for (int k = queue_.Pop(least_explained); k >= 0; k = queue_.Pop(least_explained)) {
+      Prefetch();
       const GrownCell next = cells_[k];
       if (CellAt(next.row, next.col) >= 0) continue;
       if (places_.AreTaken(next.fit.frame)) {
@@ -118,8 +128,21 @@ class Growth {
     }
   }
 
+  // Neighbours in the queue are far from each other in memory.
+  void Prefetch() const {
+    constexpr size_t kSoon = 2, kLater = 5;
+    if (const int later = queue_.Ahead(kLater); later >= 0) __builtin_prefetch(&cells_[later]);
+    const int soon = queue_.Ahead(kSoon);
+    if (soon < 0) return;
+    const GrownCell& cell = cells_[soon];
+    places_.Prefetch(cell.fit.frame);
+    __builtin_prefetch(&on_board_[Index(cell.row, cell.col)]);
+  }
+
   size_t Index(int row, int col) const { return static_cast<size_t>(row) * board_.cols + col; }
-  int CellAt(int row, int col) const { return board_.Contains(row, col) ? cell_of_[Index(row, col)] : -1; }
+  int CellAt(int row, int col) const {
+    return board_.Contains(row, col) ? on_board_[Index(row, col)].taken : -1;
+  }
 
   // Cells not yet known may be hidden: they count less.
   NeighborWeights Weights(int row, int col, bool seed) const {
@@ -160,14 +183,14 @@ class Growth {
 
   void Take(int k) {
     const GrownCell& cell = cells_[k];
-    cell_of_[Index(cell.row, cell.col)] = k;
+    on_board_[Index(cell.row, cell.col)].taken = k;
     ++taken_;
     places_.Take(cell.fit.frame);
   }
 
   void Enqueue(const GrownCell& candidate) {
-    const size_t cell = Index(candidate.row, candidate.col);
-    explained_[cell] = std::max(explained_[cell], candidate.fit.explained);
+    float& explained = on_board_[Index(candidate.row, candidate.col)].explained;
+    explained = std::max(explained, candidate.fit.explained);
     queue_.Push(candidate.fit.explained, static_cast<int>(cells_.size()));
     cells_.push_back(candidate);
   }
@@ -179,11 +202,10 @@ class Growth {
 
   // Looks for the cell that is (dr, dc) from one just taken.
   void Try(int row, int col, int dr, int dc) {
-    if (!board_.Contains(row, col) || CellAt(row, col) >= 0) return;
-    if (explained_[Index(row, col)] > kWellExplained) return;
-    uint8_t& attempts = attempts_[Index(row, col)];
-    if (attempts >= kMostAttempts) return;
-    ++attempts;
+    if (!board_.Contains(row, col)) return;
+    BoardPlace& place = on_board_[Index(row, col)];
+    if (place.taken >= 0 || place.explained > kWellExplained || place.attempts >= kMostAttempts) return;
+    ++place.attempts;
     int group = 0;
     const CellFrame predicted = Predict(row, col, &group);
     const NeighborWeights weights = Weights(row, col, false);
@@ -241,10 +263,8 @@ class Growth {
   const GrowthOptions& options_;
   bool wants_missing_;
   int width_px_, height_px_;
-  std::vector<int> cell_of_;  // by board cell, -1 where none has been taken
-  std::vector<uint8_t> attempts_;
-  std::vector<float> explained_;  // by board cell, of the best candidate so far
-  GrownCells cells_;              // all candidates, taken or not
+  std::vector<BoardPlace> on_board_;  // by board cell
+  GrownCells cells_;                  // all candidates, taken or not
   size_t taken_ = 0;
   OccupiedPlaces places_;
   CandidateQueue queue_;

@@ -78,7 +78,7 @@ TEST(ImageKernels, HalveByTheMeanOfFourPixels) {
 // The definition of SpotContrast, pixel by pixel.
 double Spot(const ColorImage& image, int x, int y, double surround_px) {
   const auto smoothed = [&](double sigma) {
-    const int reach = static_cast<int>(std::ceil(2.5 * sigma));
+    const int reach = static_cast<int>(std::round(2.5 * sigma));
     double sum = 0, weights = 0;
     for (int dy = -reach; dy <= reach; ++dy) {
       for (int dx = -reach; dx <= reach; ++dx) {
