@@ -26,6 +26,7 @@ absl::Status CheckGarmentParts(const GarmentParts& parts, const TriangleMesh& me
     const std::string whose = absl::StrCat("seam ", i);
     absl::Status status = CheckIndices(seam.side_a, vertices, whose, "vertex");
     status.Update(CheckIndices(seam.side_b, vertices, whose, "vertex"));
+    status.Update(CheckIndices(seam.middle, vertices, whose, "vertex"));
     status.Update(CheckIndices({seam.panel_a, seam.panel_b}, panels, whose, "panel"));
     if (!status.ok()) return status;
   }

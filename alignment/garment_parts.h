@@ -18,7 +18,8 @@ struct TemplatePanel {
   int texture_row = 0, texture_col = 0, quarter_turns = 0;
 };
 
-// Two runs of border points that face each other. Neither side leaves out a vertex.
+// Two runs of border points that face each other, and the row of vertices between them, which have no cell.
+// Neither side leaves out a vertex.
 struct Seam {
   std::vector<int> side_a;  // vertices, along the loop
   std::vector<int> side_b;  // vertices, against the loop; side_b.front() faces side_a.front()
@@ -26,7 +27,8 @@ struct Seam {
   double length_mm = 0;  // mean of both sides, on the board
   double gap_mm = 0;     // median distance of the sides
   double max_gap_mm = 0;
-  bool wide = false;  // beyond the greatest gap, but between two seams
+  bool wide = false;        // beyond the greatest gap, but between two seams
+  std::vector<int> middle;  // vertices, along side_a
 };
 
 // A border of the sewn mesh.
@@ -45,7 +47,8 @@ struct GarmentParts {
   int expected_openings = -1;            // as its maker said; -1: not said
   int panel_faces = 0;                   // the first faces lie in panels; the others close seams and holes
   // The panels as they lie on the board, packed into a square: distances within a panel are those of the
-  // print. Faces that close seams reach from one panel to another and have no texture.
+  // print. Faces that close seams reach from one panel to another and have no texture; vertices between
+  // panels have that of a vertex beside them.
   double texture_side_mm = 0;
   std::vector<Eigen::Vector2d> texture_mm;  // [vertices], from the lower left corner; empty: no texture
 };

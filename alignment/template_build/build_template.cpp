@@ -10,6 +10,7 @@
 #include "alignment/template_build/cell_grid.h"
 #include "alignment/template_build/chart_packing.h"
 #include "alignment/template_build/mesh_topology.h"
+#include "alignment/template_build/seam_rows.h"
 #include "alignment/template_build/template_checks.h"
 #include "alignment/template_build/zipper.h"
 
@@ -157,7 +158,11 @@ class Builder {
       if (absl::Status status = CheckSewnTogether(built_.sheet, built_.parts.seams); !status.ok())
         return status;
       if (absl::Status status = JudgeNearSeams(borders); !status.ok()) return status;
-      Zip();
+      faces_ = built_.sheet.flat.faces;
+      const std::vector<Face> strips =
+          ZipWithRows(borders, built_.parts.cell_mm, &built_.parts.seams, &lifts_[0]);
+      faces_.insert(faces_.end(), strips.begin(), strips.end());
+      built_.seam_faces = static_cast<int>(strips.size());
       return absl::OkStatus();
     }
   }
@@ -165,11 +170,12 @@ class Builder {
   // The panels' faces and a strip for each seam.
   void Zip() {
     faces_ = built_.sheet.flat.faces;
-    for (const Seam& seam : built_.parts.seams) {
-      const std::vector<Face> strip = ZipSeam(seam, lifts_[0].position_mm);
-      faces_.insert(faces_.end(), strip.begin(), strip.end());
-    }
-    built_.seam_faces = static_cast<int>(faces_.size() - built_.sheet.flat.faces.size());
+    for (const Seam& seam : built_.parts.seams) AddStrip(seam);
+  }
+
+  void AddStrip(const Seam& seam) {
+    const std::vector<Face> strip = ZipSeam(seam, lifts_[0].position_mm);
+    faces_.insert(faces_.end(), strip.begin(), strip.end());
   }
 
   // Border points that no seam has.
@@ -190,6 +196,7 @@ class Builder {
             static_cast<int>(built_.sheet.flat.faces.size()),
             built_.sheet.flat.vertices_mm,
             lifts_[0].position_mm,
+            {},
             kSlack * gaps_mm[gaps_mm.size() / 2],
             lifts_[0].seen,
             {}};
@@ -218,6 +225,7 @@ class Builder {
     for (size_t v = 0; v < loose.size(); ++v) problem.fixed[v] = rings[v] < 0 || rings[v] > kRings;
     absl::StatusOr<std::vector<Eigen::Vector3d>> pulled_mm = RefineRestShape(problem, options_.pull);
     if (!pulled_mm.ok()) return pulled_mm.status();
+    if (shown_.empty()) shown_ = lifts_;
     lifts_.resize(1);
     lifts_[0].position_mm = *std::move(pulled_mm);
     return absl::OkStatus();
@@ -265,14 +273,23 @@ class Builder {
     };
     std::stable_sort(borders.all.begin(), borders.all.end(), longer);
     while (borders.openings < borders.all.size() &&
-           (options_.openings >= 0 ? static_cast<int>(borders.openings) < options_.openings
-                                   : borders.all[borders.openings].length_mm > MaxHoleMm())) {
+           (options_.openings >= 0
+                ? static_cast<int>(borders.openings) < options_.openings
+                : borders.all[borders.openings].length_mm > MaxHoleMm(borders.all[borders.openings]))) {
       ++borders.openings;
     }
     return borders;
   }
-  double MaxHoleMm() const {
-    return options_.max_hole_mm > 0 ? options_.max_hole_mm : 60 * built_.parts.cell_mm;
+  // What was hardly seen is rather a hole.
+  double MaxHoleMm(const TemplateBorder& border) const {
+    constexpr double kUnseenFactor = 1.5;
+    const double most_mm = options_.max_hole_mm > 0 ? options_.max_hole_mm : 60 * built_.parts.cell_mm;
+    int seen = 0, cells = 0;
+    for (const int v : border.loop) {
+      cells += v < static_cast<int>(built_.sheet.cell_of_vertex.size());
+      seen += lifts_[0].seen[v];
+    }
+    return 2 * seen < cells ? kUnseenFactor * most_mm : most_mm;
   }
 
   absl::Status CloseHoles() {
@@ -281,8 +298,9 @@ class Builder {
     for (size_t i = 0; i < borders->all.size(); ++i) {
       const TemplateBorder& border = borders->all[i];
       absl::StatusOr<std::vector<Face>> filling;
-      const bool closes = i >= borders->openings && border.length_mm <= MaxHoleMm();
-      if (closes) filling = FillHole(border.loop, lifts_[0].position_mm, faces_);
+      const bool closes = i >= borders->openings && border.length_mm <= MaxHoleMm(border);
+      if (closes)
+        filling = FillWhereSeamsMeet(border.loop, faces_, built_.parts.cell_mm, &lifts_[0], &beside_corners_);
       if (!closes || !filling.ok()) {
         built_.parts.openings.push_back(border);
         if (closes) built_.warnings.push_back(std::string(filling.status().message()));
@@ -305,6 +323,9 @@ class Builder {
   absl::Status LayToRest() {
     Tell(0.8);
     RestShapeProblem problem = RestProblem();
+    problem.measured =
+        MeasureGaps(built_.parts.seams, lifts_[0].position_mm, shown_.empty() ? lifts_ : shown_);
+    problem.most_seam_mm /= 2;  // from a side to the row between them
     absl::StatusOr<std::vector<Eigen::Vector3d>> rest_mm = RefineRestShape(problem, options_.smooth);
     if (!rest_mm.ok()) return rest_mm.status();
     Tell(0.9);
@@ -315,13 +336,16 @@ class Builder {
     for (std::vector<TemplateBorder>* borders : {&built_.parts.openings, &built_.closed_holes}) {
       for (TemplateBorder& border : *borders) border.length_mm = LoopLengthMm(border.loop, *rest_mm);
     }
-    absl::StatusOr<Template> garment = ImportTemplate(options_.id, {*std::move(rest_mm), std::move(faces_)},
-                                                      built_.sheet.cell_of_vertex, board_);
+    std::vector<VertexCell> cells = built_.sheet.cell_of_vertex;
+    cells.resize(rest_mm->size());
+    absl::StatusOr<Template> garment =
+        ImportTemplate(options_.id, {*std::move(rest_mm), std::move(faces_)}, std::move(cells), board_);
     if (!garment.ok()) return garment.status();
     GarmentParts& parts = built_.parts;
     parts.panel_faces = static_cast<int>(built_.sheet.flat.faces.size());
     parts.expected_openings = options_.openings;
     PackCharts(built_.sheet, parts.cell_mm, options_.texture_gap_cells, &parts);
+    AddSeamTexture(beside_corners_, &parts);
     built_.garment = *std::move(garment);
     return absl::OkStatus();
   }
@@ -332,6 +356,9 @@ class Builder {
   const std::function<void(double)>& on_progress_;
   std::vector<CellGrid> grids_;
   std::vector<LiftedPanels> lifts_;  // the reference first
+  std::vector<LiftedPanels>
+      shown_;  // as the clouds have them; empty unless the reference was pulled together
+  std::vector<int> beside_corners_;  // beside each vertex where seams meet; those are the last ones
   std::vector<Face> faces_;
   BuiltTemplate built_;
 };

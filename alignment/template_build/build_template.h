@@ -20,8 +20,9 @@ namespace weft {
 
 struct TemplateBuildOptions {
   std::string id = "template";
-  int openings = -1;              // expected; -1 takes what is found
-  double max_hole_mm = 0;         // a hole with a longer border is not closed; 0: 60 pitches
+  int openings = -1;  // expected; -1 takes what is found
+  // A hole with a longer border stays open, one that was hardly seen with half as much again; 0: 60 pitches.
+  double max_hole_mm = 0;
   int texture_gap_cells = 4;      // between the panels in the texture
   int max_clouds = 4;             // that tell of the seams; all tell which cells are in the garment
   bool allow_open_seams = false;  // borders that look like a seam beyond the greatest gap stay open
@@ -33,7 +34,8 @@ struct TemplateBuildOptions {
   RestShapeOptions pull = {30, 10, 0.3, 0.3, 1, 1, 0.001};  // draws seams together between their ends
   // The rest state: first wrinkles are smoothed, which registration would otherwise expect in every frame,
   // then the lengths of the print restored.
-  RestShapeOptions smooth = {40, 10, 0.3, 10, 0, 0.001, 0.0001};
+  // Beside seams the cloth keeps its bends.
+  RestShapeOptions smooth = {40, 10, 0.3, 10, 0, 0.001, 0.0001, 8};
   RestShapeOptions rest;
 
   absl::Status Validate() const;

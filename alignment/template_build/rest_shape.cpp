@@ -42,6 +42,9 @@ std::vector<Spring> SpringsOf(const RestShapeProblem& problem, const RestShapeOp
     springs.push_back(
         {a, b, std::min(length_mm, problem.most_seam_mm), options.length_weight * options.seam_weight});
   }
+  for (const auto& [a, b, length_mm] : problem.measured) {
+    springs.push_back({a, b, length_mm, options.length_weight});
+  }
   return springs;
 }
 
@@ -60,20 +63,32 @@ Sparse Laplacian(int vertices, const std::vector<Spring>& springs, bool weighted
   return matrix;
 }
 
-// Only the rows of vertices inside a panel, where neighbours lie all around.
-Sparse WithoutBorders(const Sparse& laplacian, const RestShapeProblem& problem) {
+// Only the rows of vertices at least so many edges inside a panel; those beside its border have no neighbours
+// all around.
+Sparse WithoutBorders(const Sparse& laplacian, const RestShapeProblem& problem, int border_rings) {
   std::vector<std::pair<int, int>> sides;
+  std::vector<int> ring(laplacian.rows(), 0);  // 0 on borders and outside of panels, -1 for the others
   for (int f = 0; f < problem.panel_faces; ++f) {
     const Face& face = problem.faces[f];
-    for (int i = 0; i < 3; ++i) sides.push_back(std::minmax(face[i], face[(i + 1) % 3]));
+    for (int i = 0; i < 3; ++i) {
+      sides.push_back(std::minmax(face[i], face[(i + 1) % 3]));
+      ring[face[i]] = -1;
+    }
   }
   std::sort(sides.begin(), sides.end());
-  Eigen::VectorXd inside = Eigen::VectorXd::Ones(laplacian.rows());
   for (size_t i = 0; i < sides.size(); ++i) {
     const bool shared =
         (i > 0 && sides[i - 1] == sides[i]) || (i + 1 < sides.size() && sides[i + 1] == sides[i]);
-    if (!shared) inside[sides[i].first] = inside[sides[i].second] = 0;
+    if (!shared) ring[sides[i].first] = ring[sides[i].second] = 0;
   }
+  for (int depth = 0; depth + 1 < border_rings; ++depth) {
+    for (const auto& [a, b] : sides) {
+      if (ring[a] == depth && ring[b] < 0) ring[b] = depth + 1;
+      if (ring[b] == depth && ring[a] < 0) ring[a] = depth + 1;
+    }
+  }
+  Eigen::VectorXd inside(laplacian.rows());
+  for (Eigen::Index v = 0; v < inside.size(); ++v) inside[v] = ring[v] < 0 ? 1 : 0;
   return inside.asDiagonal() * laplacian;
 }
 
@@ -128,6 +143,7 @@ absl::Status RestShapeOptions::Validate() const {
   if (!(length_weight > 0)) return absl::InvalidArgumentError("length_weight must be above 0");
   if (!(seam_weight > 0)) return absl::InvalidArgumentError("seam_weight must be above 0");
   if (!(bending_weight >= 0)) return absl::InvalidArgumentError("bending_weight must be 0 or more");
+  if (border_rings < 1) return absl::InvalidArgumentError("border_rings must be 1 or more");
   if (!(kept_bends >= 0 && kept_bends <= 1)) {
     return absl::InvalidArgumentError("kept_bends must be from 0 to 1");
   }
@@ -141,7 +157,8 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> RefineRestShape(const RestShapeProb
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   const int vertices = static_cast<int>(problem.start_mm.size());
   const std::vector<Spring> springs = SpringsOf(problem, options);
-  const Sparse graph = WithoutBorders(Laplacian(vertices, springs, /*weighted=*/false), problem);
+  const Sparse graph =
+      WithoutBorders(Laplacian(vertices, springs, /*weighted=*/false), problem, options.border_rings);
   Sparse matrix = Laplacian(vertices, springs, /*weighted=*/true);
   const Sparse bending = options.bending_weight * (graph.transpose() * graph);
   matrix += bending;

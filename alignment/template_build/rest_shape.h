@@ -11,30 +11,38 @@ namespace weft {
 struct RestShapeOptions {
   int iterations = 40;
   double length_weight = 10;      // of an edge's length
-  double seam_weight = 0.3;       // of the length of edges across seams, as a share of length_weight
+  double seam_weight = 0.3;       // of edges that are in no panel, as a share of length_weight
   double bending_weight = 0.03;   // of a vertex's distance from the mean of its neighbours
   double kept_bends = 0;          // share of that distance in the start which is no bending
   double seen_weight = 0.001;     // holds measured places
   double unseen_weight = 0.0001;  // holds the others
+  int border_rings = 1;           // vertices closer to the border of their panel do not resist bending
 
   absl::Status Validate() const;
+};
+
+// Two vertices on either side of a seam, and how far apart they were measured.
+struct MeasuredGap {
+  int a = -1, b = -1;
+  double length_mm = 0;
 };
 
 // What the rest state is held to.
 struct RestShapeProblem {
   std::vector<Face> faces;
   int panel_faces = 0;  // the first faces are those of the panels: their edges have their length on the board
-  std::vector<Eigen::Vector3d> flat_mm;  // [vertices] on the board
-  std::vector<Eigen::Vector3d>
-      start_mm;             // [vertices]; edges across seams have their length here, but at most
-  double most_seam_mm = 0;  // this
+  std::vector<Eigen::Vector3d> flat_mm;   // [vertices] on the board
+  std::vector<Eigen::Vector3d> start_mm;  // [vertices]
+  std::vector<MeasuredGap> measured;
+  // Edges that are in no panel have their length in start_mm, but at most this.
+  double most_seam_mm = 0;
   std::vector<bool> seen;   // [vertices] held to start_mm
   std::vector<bool> fixed;  // [vertices] stay where they are; empty: none
 };
 
-// Minimises the sum over the edges of (length - rest length)^2, held to the start and smooth within
-// panels, by alternating between edge directions and a prefactored linear system (Liu et al. 2013, Fast
-// simulation of mass-spring systems). Deterministic.
+// Minimises the sum over edges and measured gaps of (length - rest length)^2, held to the start and smooth
+// within panels, by alternating between edge directions and a prefactored linear system (Liu et al. 2013,
+// Fast simulation of mass-spring systems). Deterministic.
 absl::StatusOr<std::vector<Eigen::Vector3d>> RefineRestShape(const RestShapeProblem& problem,
                                                              const RestShapeOptions& options);
 

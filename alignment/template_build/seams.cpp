@@ -10,6 +10,7 @@ namespace weft {
 namespace {
 
 constexpr double kNearFacing = -0.3;  // most_beside of near seams
+constexpr double kSameCourse = 0.5;   // least cosine between moves along both sides
 
 struct Pair {
   int a, b;  // border points
@@ -52,6 +53,22 @@ class SeamFinder {
     std::reverse(run->begin(), run->end());
     ProlongEnd(run, /*ahead=*/false);
     std::reverse(run->begin(), run->end());
+  }
+
+  // Seams of any length that close a band to a ring, like a collar: they begin where two others end on one
+  // outline. `runs` are those that are settled and prolonged.
+  std::vector<Run> SettleAtEnds(const std::vector<Run>& runs) {
+    std::vector<Run> found;
+    for (int a = 0; a < borders_.size(); ++a) {
+      if (!claimed_[point(a).previous] || claimed_[a]) continue;
+      const int b = OtherEnd(a, runs);
+      if (b < 0) continue;
+      Run run = {{a, b}, {point(a).next, point(b).previous}};
+      ClaimEdges(run);
+      ProlongEnd(&run, /*ahead=*/true);
+      found.push_back(std::move(run));
+    }
+    return found;
   }
 
   // Whether claimed edges follow soon on both sides at both ends.
@@ -195,6 +212,31 @@ class SeamFinder {
     }
   }
 
+  // The nearest point from which an open border leads back beside the one that goes on from a; -1 without.
+  int OtherEnd(int a, const std::vector<Run>& runs) const {
+    const auto ends_a_run = [&](int b) {
+      return std::any_of(runs.begin(), runs.end(), [&](const Run& run) {
+        return (run.back().a == a && run.back().b == b) || (run.front().b == a && run.front().a == b);
+      });
+    };
+    const int next = point(a).next;
+    const Eigen::Vector3d move = (borders_.at(next) - borders_.at(a)).normalized();
+    int best = -1;
+    double least_mm = max_gap_mm_;
+    for (int b = 0; b < borders_.size(); ++b) {
+      const int before = point(b).previous;
+      if (!claimed_[b] || claimed_[before] || before == next || b == next) continue;
+      if (point(a).loop != point(b).loop || borders_.FlatMm(a, b) < min_apart_mm_) continue;
+      const double gap_mm = (borders_.at(a) - borders_.at(b)).norm();
+      if (gap_mm > least_mm || (borders_.at(next) - borders_.at(before)).norm() > max_gap_mm_) continue;
+      if (move.dot((borders_.at(before) - borders_.at(b)).normalized()) < kSameCourse || ends_a_run(b))
+        continue;
+      best = b;
+      least_mm = gap_mm;
+    }
+    return best;
+  }
+
   // Moves on from the run's last pair; `ahead`: a along its loop, otherwise against it.
   void ProlongEnd(Run* run, bool ahead) {
     std::vector<double> gaps_mm;
@@ -212,7 +254,7 @@ class SeamFinder {
       const int next_a = step(last.a, ahead), next_b = step(last.b, !ahead);
       const auto free = [&](int i, int next, bool along) {
         const Eigen::Vector3d move = (borders_.at(next) - borders_.at(i)).normalized();
-        return !claimed_[edge(i, along)] && move.dot(course) > 0.5;
+        return !claimed_[edge(i, along)] && move.dot(course) > kSameCourse;
       };
       const bool free_a = free(last.a, next_a, ahead), free_b = free(last.b, next_b, !ahead);
       const bool meet = next_a == last.b;  // both sides end at the tip of a dart
@@ -286,6 +328,7 @@ std::vector<Seam> FindSeams(const PanelBorders& borders, double cell_mm, const S
   SeamFinder finder(borders, cell_mm, options);
   std::vector<Run> runs = finder.Settle();
   for (Run& run : runs) finder.Prolong(&run);
+  for (Run& run : finder.SettleAtEnds(runs)) runs.push_back(std::move(run));
   return Described(finder, runs);
 }
 

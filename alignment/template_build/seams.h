@@ -12,7 +12,7 @@ namespace weft {
 
 struct SeamOptions {
   double max_gap_mm = 0;     // between the outermost cells of both sides; 0: four pitches
-  int min_points = 8;        // a run of fewer border points is no seam
+  int min_points = 8;        // a run of fewer border points is no seam, unless two others end where it begins
   double most_slant = -0.5;  // cosine between both sides, which run against each other
   double most_beside = 0.5;  // share of the gap by which a side may lie behind the other's border
   double min_apart_mm = 0;   // on the board, between sides of one outline; 0: ten pitches
@@ -24,8 +24,9 @@ struct SeamOptions {
 // Seams by closeness in space and direction along consistent runs: a border point's partner is the nearest
 // point of another outline, or of the same one far away on it, that runs against it and lies before it; both
 // must choose each other, and partners must move along steadily. The longest runs are settled first, then all
-// are prolonged to their corners. A point belongs to two seams at most, an edge to one. Ordered by first
-// vertex.
+// are prolonged to their corners; where two of them end, one of fewer points may close a
+// band to a ring. A point belongs to
+// two seams at most, an edge to one. Ordered by first vertex.
 std::vector<Seam> FindSeams(const PanelBorders& borders, double cell_mm, const SeamOptions& options);
 
 // Runs that look like seams with up to `factor` times the greatest gap and whose sides face each other

@@ -60,8 +60,13 @@ std::string PanelText(const std::vector<TemplatePanel>& panels, int panel) {
 TemplateBorder DescribeBorder(const PanelSheet& sheet, const std::vector<int>& loop,
                               const std::vector<Eigen::Vector3d>& position_mm) {
   std::set<int> panels;
-  for (const int v : loop) panels.insert(sheet.panel_of_vertex[v]);
-  return {loop, LoopLengthMm(loop, position_mm), {panels.begin(), panels.end()}};
+  std::vector<int> in_panels;
+  for (const int v : loop) {
+    if (v >= static_cast<int>(sheet.panel_of_vertex.size())) continue;
+    panels.insert(sheet.panel_of_vertex[v]);
+    in_panels.push_back(v);
+  }
+  return {loop, LoopLengthMm(in_panels, position_mm), {panels.begin(), panels.end()}};
 }
 
 absl::Status CheckSewnTogether(const PanelSheet& sheet, const std::vector<Seam>& seams) {

@@ -17,6 +17,7 @@ std::string PanelText(const std::vector<TemplatePanel>& panels, int panel);
 // "panel 1 (rows 3 to 9, columns 4 to 4) and panel 2 (...), 87 mm long, 4 mm apart (up to 6)"
 std::string SeamText(const PanelSheet& sheet, const Seam& seam);
 
+// Its length is that over the panels' own vertices.
 TemplateBorder DescribeBorder(const PanelSheet& sheet, const std::vector<int>& loop,
                               const std::vector<Eigen::Vector3d>& position_mm);
 

@@ -45,6 +45,7 @@ void PartsToProto(const GarmentParts& parts, v1::Template* proto) {
     out->set_max_gap_mm(seam.max_gap_mm);
     out->mutable_side_a()->Assign(seam.side_a.begin(), seam.side_a.end());
     out->mutable_side_b()->Assign(seam.side_b.begin(), seam.side_b.end());
+    out->mutable_middle()->Assign(seam.middle.begin(), seam.middle.end());
   }
   for (const TemplateBorder& opening : parts.openings) {
     v1::TemplateOpening* out = proto->add_openings();
@@ -72,7 +73,9 @@ GarmentParts PartsFromProto(const v1::Template& proto) {
                            seam.panel_b(),
                            seam.length_mm(),
                            seam.gap_mm(),
-                           seam.max_gap_mm()});
+                           seam.max_gap_mm(),
+                           false,
+                           {seam.middle().begin(), seam.middle().end()}});
   }
   for (const v1::TemplateOpening& opening : proto.openings()) {
     parts.openings.push_back({{opening.vertices().begin(), opening.vertices().end()},
