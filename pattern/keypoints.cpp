@@ -30,17 +30,19 @@ absl::Status KeypointOptions::Validate() const {
 std::vector<Keypoint> DetectKeypoints(const Plane& spots, const KeypointOptions& options) {
   std::vector<Keypoint> points;
   std::vector<float> scratch(spots.width_px + 6);
-  std::vector<uint8_t> peaks((spots.width_px + 15) / 8 * 8, 0);
+  // Most pixels are none, so many are looked at together.
+  constexpr int kTogether = 32;
+  std::vector<uint8_t> peaks((spots.width_px / kTogether + 1) * kTogether, 0);
   for (int y = 1; y + 1 < spots.height_px; ++y) {
     const float* rows[7];
     for (int k = 0; k < 7; ++k) rows[k] = spots.row(std::clamp(y + k - 3, 0, spots.height_px - 1));
     const float *above = rows[2], *here = rows[3], *below = rows[4];
     BestImageKernels().peak_row(rows, options.min_contrast, spots.width_px, scratch.data(), peaks.data());
-    for (int first = 0; first + 1 < spots.width_px; first += 8) {
-      uint64_t eight;
-      std::memcpy(&eight, &peaks[first], sizeof eight);
-      if (eight == 0) continue;
-      for (int x = first; x < first + 8; ++x) {
+    for (int first = 0; first + 1 < spots.width_px; first += kTogether) {
+      uint64_t eights[kTogether / 8];
+      std::memcpy(eights, &peaks[first], sizeof eights);
+      if ((eights[0] | eights[1] | eights[2] | eights[3]) == 0) continue;
+      for (int x = first; x < first + kTogether; ++x) {
         if (peaks[x] == 0) continue;
         points.push_back({static_cast<float>(x) + PeakOffset(here[x - 1], here[x], here[x + 1]),
                           static_cast<float>(y) + PeakOffset(above[x], here[x], below[x]), here[x]});

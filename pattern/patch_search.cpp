@@ -191,6 +191,7 @@ std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, cons
       patch.measured = MeasurePatch(piece, points, image);
       patch.level = static_cast<int>(level);
       patch.scale = scale;
+      patch.points.reserve(piece.cells.size());
       for (const PatchCell& c : piece.cells) {
         patch.points.push_back(InFullImage(points[c.keypoint], scale));
         joined[c.keypoint] = true;
