@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "services/cli/commands.h"
+#include "services/cli/preview_options.h"
 #include "services/cli/take_text.h"
 #include "services/recording/disk_check.h"
 #include "services/recording/live_recording.h"
@@ -26,6 +27,7 @@ struct RecordCommandOptions {
   std::string session;
   std::string out;
   double seconds = 0;
+  PreviewCommandOptions preview;
   bool no_disk_test = false;
   bool json = false;
 };
@@ -81,15 +83,20 @@ absl::Status Record(const RecordCommandOptions& options, bool quiet) {
   const auto cameras = OpenCameras(*session);
   if (!cameras.ok()) return cameras.status();
   if (absl::Status status = TestDisk(options, *cameras, *recording); !status.ok()) return status;
+  const absl::StatusOr<std::unique_ptr<LivePreview>> preview = StartPreview(options.preview, options.out);
+  if (!preview.ok()) return preview.status();
+  if (*preview) recording->look = [&](const RawFrameSet& set) { (*preview)->Offer(set); };
   std::signal(SIGINT, [](int) { interrupted = true; });
   std::signal(SIGTERM, [](int) { interrupted = true; });
   const bool shows_progress = !quiet && isatty(STDERR_FILENO);
   int reports = 0;
   const auto show = [&](const LiveRecordingState& state) {
+    if (*preview) (*preview)->Describe(StateLine(state));
     if (shows_progress && reports++ % 10 == 0) std::fprintf(stderr, "\r%s", StateLine(state).c_str());
   };
   const absl::StatusOr<v1::Take> take = RecordLive(options.out, *cameras, *recording, interrupted, show);
   if (reports > 0) std::fputc('\n', stderr);
+  if (*preview) WarnOfPreview((*preview)->Stop());
   if (!take.ok()) return take.status();
   if (absl::Status status = PrintOutcome(options.out, options.json); !status.ok()) return status;
   if (take->stop_cause().empty()) return absl::OkStatus();
@@ -105,7 +112,9 @@ void AddTakeRecordCommand(CLI::App& take, CommandLine& line) {
       "Record the cameras of a session into a new take, until the time is over or Ctrl-C; "
       "then say what was recorded, and why frames are missing. Measures before whether the disk keeps up "
       "with the cameras, and refuses where it does not.",
-      "  weft take record --session session.json --out take --seconds 60");
+      "  weft take record --session session.json --out take --seconds 60\n"
+      "  weft take record --session session.json --out take --preview look --board board.json --template "
+      "shirt");
   record->add_option("--session", options->session, "session.json with cameras, rate and tolerance")
       ->required()
       ->type_name("FILE");
@@ -113,6 +122,7 @@ void AddTakeRecordCommand(CLI::App& take, CommandLine& line) {
   record->add_option("--seconds", options->seconds, "How long; 0: until Ctrl-C")
       ->type_name("S")
       ->check(CLI::NonNegativeNumber);
+  AddPreviewOptions(*record, options->preview);
   record->add_flag("--no-disk-test", options->no_disk_test,
                    "Do not measure first whether the disk keeps up with the cameras");
   record->add_flag("--json", options->json, "Print JSON (weft.v1.TakeInfo)");

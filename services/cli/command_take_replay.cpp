@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "services/cli/commands.h"
+#include "services/cli/preview_options.h"
 #include "services/cli/progress.h"
 #include "services/cli/take_range.h"
 #include "services/cli/take_text.h"
@@ -19,6 +20,7 @@ namespace {
 struct ReplayCommandOptions {
   std::string take;
   TakeRange range;
+  PreviewCommandOptions preview;
   double speed = 1;
   bool fastest = false;
   bool step = false;
@@ -67,6 +69,8 @@ absl::Status RunReplay(const ReplayCommandOptions& options, bool quiet) {
   if (!opened.ok()) return opened.status();
   Replay& replay = **opened;
   for (const std::string& warning : replay.view().take().warnings()) PrintWarning(warning);
+  const absl::StatusOr<std::unique_ptr<LivePreview>> preview = StartPreview(options.preview, options.take);
+  if (!preview.ok()) return preview.status();
   const bool lists = options.list || options.step;
   FILE* const list = options.json ? stderr : stdout;
   Progress progress("replay", replay.view().sets().size(), ProgressVisible(quiet) && !lists);
@@ -75,6 +79,7 @@ absl::Status RunReplay(const ReplayCommandOptions& options, bool quiet) {
   if (options.step) replay.clock().Step();
   v1::TakeReplay summary = ReplayTake(replay, [&](const RawFrameSet& set, std::chrono::nanoseconds late) {
     progress.Advance();
+    if (*preview) (*preview)->Offer(set);
     const double since_ms = static_cast<double>(replay.SetTime_ns(index++) - begin_ns) / 1e6;
     if (lists) {
       absl::FPrintF(list, "%s\n", SetLine(set, since_ms, static_cast<double>(late.count()) / 1e6));
@@ -85,6 +90,7 @@ absl::Status RunReplay(const ReplayCommandOptions& options, bool quiet) {
     return WaitForEnter();
   });
   summary.set_take(options.take);
+  if (*preview) WarnOfPreview((*preview)->Finish());
   if (options.json) return PrintJsonMessage(summary);
   std::fputs(SummaryText(summary).c_str(), stdout);
   return absl::OkStatus();
@@ -102,7 +108,8 @@ void AddTakeReplayCommand(CLI::App& take, CommandLine& line) {
                  "  weft take replay take\n"
                  "  weft take replay take --fastest --sets 100:200\n"
                  "  weft take replay take --step          (Enter: the next frame set; q: the end)\n"
-                 "  weft take replay take --speed 0.5 --shift cam3=-33.3 --list");
+                 "  weft take replay take --speed 0.5 --shift cam3=-33.3 --list\n"
+                 "  weft take replay take --preview look --board board.json --template shirt");
   replay->add_option("TAKE", options->take, "Folder of the take")->required()->type_name("");
   CLI::Option* speed = replay->add_option("--speed", options->speed, "Times the recorded speed")
                            ->type_name("X")
@@ -112,6 +119,7 @@ void AddTakeReplayCommand(CLI::App& take, CommandLine& line) {
   fastest->excludes(speed)->excludes(step);
   step->excludes(speed);
   AddTakeRangeOptions(*replay, options->range);
+  AddPreviewOptions(*replay, options->preview);
   replay->add_flag("--list", options->list, "A line per frame set");
   replay->add_flag("--json", options->json, "Print JSON (weft.v1.TakeReplay); the list goes to stderr");
   replay->callback(

@@ -26,9 +26,9 @@ int64_t HostTime_ns() {
 // What the threads of the cameras share.
 class SetsToRecorder {
  public:
-  SetsToRecorder(const std::vector<std::string>& ids, const FrameSetOptions& options, Recorder& recorder,
+  SetsToRecorder(const std::vector<std::string>& ids, const LiveRecordingOptions& options, Recorder& recorder,
                  ClockLog& clocks)
-      : ids_(ids), assembler_(ids, options), recorder_(recorder), clocks_(clocks) {}
+      : ids_(ids), options_(options), assembler_(ids, options.sets), recorder_(recorder), clocks_(clocks) {}
 
   void Add(size_t camera, CameraDelivery delivery) {
     const std::lock_guard lock(mutex_);
@@ -60,10 +60,15 @@ class SetsToRecorder {
         recorder_.Note(entry.camera_id, entry.cause);
       }
     }
-    for (RawFrameSet& set : out.sets) recorder_.Offer(std::move(set));
+    for (RawFrameSet& set : out.sets) {
+      if (options_.look && recorder_.Counters().queued_bytes < options_.recorder.queue_bytes / 2)
+        options_.look(set);
+      recorder_.Offer(std::move(set));
+    }
   }
 
   const std::vector<std::string> ids_;
+  const LiveRecordingOptions& options_;
   std::mutex mutex_;
   FrameSetAssembler assembler_;
   Recorder& recorder_;
@@ -154,7 +159,7 @@ class LiveTake {
         options_(options),
         recorder_(recorder),
         clocks_(clocks),
-        sets_(ids, options.sets, recorder, clocks),
+        sets_(ids, options, recorder, clocks),
         running_(cameras.size()) {}
 
   absl::Status Begin() {

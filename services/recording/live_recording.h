@@ -21,6 +21,9 @@ struct LiveRecordingOptions {
   RecorderOptions recorder;
   TriggerOptions trigger;
   double seconds = 0;  // 0: until told to stop
+  // Shown every set before it is recorded, while less than half of the recorder's queue is full: who looks on
+  // costs no frames. Must not wait.
+  std::function<void(const RawFrameSet&)> look;
 };
 
 struct LiveRecordingState {

@@ -200,6 +200,19 @@ class RecordedTakes(StudioTest):
         self.assertEqual(stepped.count(" late "), 2)
         weft("take", "replay", recorded, "--step", "--fastest", check=2)
 
+    def test_are_looked_at_while_they_play(self):
+        recorded, look = self.path("recorded"), self.path("look")
+        weft("take", "import", self.take, "--out", recorded, "--fps", "25", check=0)
+        weft("take", "replay", recorded, "--preview", look, "--board", f"{self.take}/board.json", "--template",
+             f"{self.take}/template", "--decoded-views", "3", check=0)
+        page = read(os.path.join(look, "index.html"))
+        self.assertEqual(page.count("<figure>") + page.count("<figure class=faulty>"), len(self.images))
+        self.assertIn(f"frame set {len(self.frames) - 1}", page)
+        self.assertIn("cells are read by three cameras or more", page)
+        self.assertGreater(page.count("image/png"), 1)  # both sides of the garment
+        refused = weft("take", "replay", recorded, "--template", f"{self.take}/template", check=2)
+        self.assertIn("--board", refused.stderr)
+
     def test_are_trimmed_shifted_and_decoded(self):
         recorded, part = self.path("recorded"), self.path("part")
         weft("take", "import", self.take, "--out", recorded, "--fps", "25", check=0)

@@ -70,12 +70,15 @@ TEST_F(ReplayTakeTest, IsRecordedLikeLiveCameras) {
   options.sets.start_wait_ns = 1'000'000'000;
   options.sets.max_wait_ns = 5'000'000'000;
   options.recorder = SmallRecorder();
+  size_t looked_at = 0;
+  options.look = [&](const RawFrameSet&) { ++looked_at; };
   const std::atomic<bool> stop = false;
   const auto recorded = RecordLive(temp_ / "again", sources, options, stop);
   ASSERT_TRUE(recorded.ok()) << recorded.status();
   const auto again = RecordedTake::Open(temp_ / "again");
   ASSERT_TRUE(again.ok()) << again.status();
   ASSERT_THAT((*again)->sets(), SizeIs(5));
+  EXPECT_EQ(looked_at, 5u);
   for (size_t set = 0; set < 5; ++set)
     for (size_t camera = 0; camera < 2; ++camera) {
       const auto frame = (*again)->ReadRaw(set, camera);

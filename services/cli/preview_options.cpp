@@ -1,0 +1,67 @@
+#include "services/cli/preview_options.h"
+
+#include <filesystem>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "services/cli/command_line.h"
+#include "services/files/board_file.h"
+#include "services/files/template_file.h"
+
+namespace weft {
+
+void AddPreviewOptions(CLI::App& command, PreviewCommandOptions& options) {
+  CLI::Option* preview =
+      command
+          .add_option(
+              "--preview", options.folder,
+              "Write a page there, index.html, that shows what the cameras see and loads itself again: "
+              "pictures, exposure, focus, with --board also cells that are read and coverage")
+          ->type_name("DIR");
+  CLI::Option* board =
+      command.add_option("--board", options.board, "board.json or board.png of the cloth, for the preview")
+          ->type_name("BOARD")
+          ->needs(preview);
+  command
+      .add_option("--template", options.garment,
+                  "The garment, for a coverage of its cells alone, painted on its shape")
+      ->type_name("DIR")
+      ->needs(board);
+  command.add_option("--preview-interval", options.interval_s, "Seconds between pages, at least")
+      ->type_name("S")
+      ->check(CLI::Range(0.1, 3600.0))
+      ->needs(preview);
+  command
+      .add_option("--decoded-views", options.decoded_views, "Cameras that are decoded for a page, in turn")
+      ->type_name("N")
+      ->check(CLI::Range(0, 1000))
+      ->needs(board);
+}
+
+absl::StatusOr<std::unique_ptr<LivePreview>> StartPreview(const PreviewCommandOptions& options,
+                                                          const std::string& take) {
+  if (options.folder.empty()) return nullptr;
+  LivePreviewOptions preview;
+  preview.folder = options.folder;
+  preview.title = std::filesystem::path(take).filename().string();
+  preview.interval_s = options.interval_s;
+  preview.decoded_views = options.decoded_views;
+  if (!options.board.empty()) {
+    absl::StatusOr<Board> board = ReadBoard(options.board);
+    if (!board.ok()) return board.status();
+    preview.board = *std::move(board);
+  }
+  if (!options.garment.empty()) {
+    absl::StatusOr<Template> garment = ReadTemplate(options.garment);
+    if (!garment.ok()) return garment.status();
+    if (absl::Status status = CheckTemplateFitsBoard(*garment, *preview.board); !status.ok()) return status;
+    preview.garment = *std::move(garment);
+  }
+  return LivePreview::Start(preview);
+}
+
+void WarnOfPreview(const absl::Status& status) {
+  if (!status.ok()) PrintWarning(absl::StrCat("the preview: ", status.message()));
+}
+
+}  // namespace weft
