@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/self_intersection.h"
 #include "capture/image_file.h"
+#include "pattern/panel_mask.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
 #include "services/files/rig_file.h"
@@ -136,6 +137,13 @@ absl::Status WriteStudio(const SyntheticTake& take, const std::string& folder) {
   if (status.ok()) status = WriteBoard(folder, take.board(), provenance);
   if (status.ok())
     status = WriteTemplate((fs::path(folder) / "template").string(), take.garment(), provenance);
+  // For `weft template build --panels`.
+  std::vector<uint8_t> in_garment(take.board().cells.size(), 0);
+  for (const VertexCell& cell : take.garment().cell_of_vertex)
+    if (cell.row >= 0) in_garment[static_cast<size_t>(cell.row) * take.board().cols + cell.col] = 255;
+  if (status.ok())
+    status = WriteImageFile((fs::path(folder) / "panels.png").string(),
+                            PanelsToMask(in_garment, take.board().rows, take.board().cols));
   return status;
 }
 

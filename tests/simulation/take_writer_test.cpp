@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <atomic>
 #include <map>
 
@@ -72,6 +73,15 @@ TEST(TakeWriter, FolderIsADumpWithEverythingThatRegistrationNeeds) {
   const auto garment = ReadTemplate(out + "/template");
   ASSERT_TRUE(garment.ok()) << garment.status();
   EXPECT_TRUE(CheckTemplateFitsBoard(*garment, *board).ok());
+  const auto panels = ReadPanelMask(out + "/panels.png", board->rows, board->cols);
+  ASSERT_TRUE(panels.ok()) << panels.status();
+  int cells = 0;
+  for (const VertexCell& cell : garment->cell_of_vertex) {
+    if (cell.row < 0) continue;
+    ++cells;
+    EXPECT_GT((*panels)[cell.row * board->cols + cell.col], 0);
+  }
+  EXPECT_EQ(std::ranges::count_if(*panels, [](uint8_t label) { return label > 0; }), cells);
 
   const auto dump = ImageFolderDump::Open(out, *rig);
   ASSERT_TRUE(dump.ok()) << dump.status();
@@ -132,7 +142,7 @@ TEST(TakeWriter, SameFilesAtAnyThreadCountAndOthersForAnotherSeed) {
     return FilesBelow(folder / name);
   };
   const auto one = write("one", 1, 1);
-  EXPECT_EQ(one.size(), 2u + 1 + 2 + 3 + 4 + 1);  // pictures, rig, board, template, truth, recipe
+  EXPECT_EQ(one.size(), 2u + 1 + 3 + 3 + 4 + 1);  // pictures, rig, board, template, truth, recipe
   EXPECT_TRUE(one == write("two", 1, 2));
   const auto other = write("other", 2, 2);
   for (const char* name : {"0000/c00.png", "rig.json", "board.png", "truth/0000/mesh.ply"})
