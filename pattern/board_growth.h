@@ -43,7 +43,8 @@ struct GrownCell {
   int col = 0;
   CellFit fit;
   int group = 0;
-  float confidence = 0;  // probability that the cell is there; see RefineCells
+  float log_odds = 0;    // logarithm of the odds that the cell is there, judged by itself; see RefineCells
+  float confidence = 0;  // probability that the cell is there, the cells around taken into account
 };
 
 // As many as a view has, in memory that the next view uses again.

@@ -10,7 +10,7 @@ namespace weft {
 
 struct CellRefinementOptions {
   // Before growth goes on from what is left, cells less certain than this make room.
-  float min_confidence_to_grow = 0.9f;
+  float min_confidence_to_grow = 0.85f;
   // A cell whose identity and place are less certain is dropped in the end.
   float min_confidence = 0.975f;
   // Fewer connected cells than this may be chance, in a view of up to a thousand; larger ones ask for more.
