@@ -213,6 +213,9 @@ absl::Status CellRefinementOptions::Validate() const {
   if (!(min_confidence_to_grow >= 0 && min_confidence_to_grow < 1)) {
     return absl::InvalidArgumentError("refinement.min_confidence_to_grow must lie in [0, 1)");
   }
+  if (!(min_confidence_to_help >= 0 && min_confidence_to_help < 1)) {
+    return absl::InvalidArgumentError("refinement.min_confidence_to_help must lie in [0, 1)");
+  }
   if (min_component < 1) return absl::InvalidArgumentError("refinement.min_component must be at least 1");
   return absl::OkStatus();
 }
@@ -242,11 +245,15 @@ Regrowth RegrowthFrom(const CellFitter& fitter, const Board& board, int width_px
 void RefineCells(const CellFitter& fitter, const Board& board, int width_px, int height_px,
                  const CellRefinementOptions& options, const Regrowth& again, GrownCells* cells) {
   FillConfidences(fitter, board, width_px, height_px, TakeJudged(board, again, cells), cells);
-  Filter([&](size_t k) { return (*cells)[k].confidence >= options.min_confidence; }, cells);
+  const auto drop_below = [cells](float confidence) {
+    Filter([&](size_t k) { return (*cells)[k].confidence >= confidence; }, cells);
+  };
+  drop_below(std::min(options.min_confidence_to_help, options.min_confidence));
   const std::vector<int> sizes = ComponentSizes(board, *cells);
   const int least = LeastComponent(options.min_component, cells->size());
   Filter([&](size_t k) { return sizes[k] >= least; }, cells);
   SweepCenters(fitter, board, kSettledCells, std::vector<bool>(cells->size()), cells);
+  drop_below(options.min_confidence);
   // Neighbours may have pulled a cell at the rim out of the image.
   const float x_most = static_cast<float>(width_px) - 0.5f, y_most = static_cast<float>(height_px) - 0.5f;
   Filter(

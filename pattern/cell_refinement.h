@@ -13,6 +13,8 @@ struct CellRefinementOptions {
   float min_confidence_to_grow = 0.85f;
   // A cell whose identity and place are less certain is dropped in the end.
   float min_confidence = 0.975f;
+  // Down to here, cells still connect others and help to place them, before they are dropped.
+  float min_confidence_to_help = 0.92f;
   // Fewer connected cells than this may be chance, in a view of up to a thousand; larger ones ask for more.
   int min_component = 5;
 
@@ -32,9 +34,9 @@ Regrowth RegrowthFrom(const CellFitter& fitter, const Board& board, int width_px
                       const CellRefinementOptions& options, const GrownCells& cells);
 
 // Fits the centres of neighbouring cells together (but for those of `again` that have not changed since, nor
-// has anything around them: they are taken as they were judged), drops cells that are too uncertain and those
-// that are left in small groups, and fits the rest once more. Cells whose centres then lie outside the image
-// are dropped. Order is kept.
+// has anything around them: they are taken as they were judged), drops cells that are no help and those that
+// are left in small groups, fits the rest once more, and drops those that are too uncertain and those whose
+// centres lie outside the image. Order is kept.
 void RefineCells(const CellFitter& fitter, const Board& board, int width_px, int height_px,
                  const CellRefinementOptions& options, const Regrowth& again, GrownCells* cells);
 

@@ -301,6 +301,7 @@ TEST(Decoder, RefusesOptionsOutOfRange) {
   EXPECT_TRUE(refused([](DecodeOptions* o) { o->patches.min_margin = NAN; }));
   EXPECT_TRUE(refused([](DecodeOptions* o) { o->growth.min_explained = NAN; }));
   EXPECT_TRUE(refused([](DecodeOptions* o) { o->refinement.min_confidence = NAN; }));
+  EXPECT_TRUE(refused([](DecodeOptions* o) { o->refinement.min_confidence_to_help = 1; }));
 }
 
 }  // namespace
