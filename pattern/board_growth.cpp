@@ -62,7 +62,7 @@ class Growth {
         wants_missing_(wants_missing),
         width_px_(width_px),
         height_px_(height_px),
-        on_board_(board.cells.size()),
+        on_board_(board.cells.size(), BoardPlace()),
         places_(width_px, height_px) {}
 
   // The cells where growth stopped, after a run.
@@ -263,7 +263,7 @@ class Growth {
   const GrowthOptions& options_;
   bool wants_missing_;
   int width_px_, height_px_;
-  std::vector<BoardPlace> on_board_;  // by board cell
+  PixelVector<BoardPlace> on_board_;  // by board cell
   GrownCells cells_;                  // all candidates, taken or not
   size_t taken_ = 0;
   OccupiedPlaces places_;

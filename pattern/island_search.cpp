@@ -239,8 +239,10 @@ class IslandSearch {
   void LookAtThrees(const CellFrame& frame) {
     looked_ = frame;
     const WindowEvidence window = Look(frame);
-    most_evidence_ = 0;
-    for (const auto& inks : window) most_evidence_ += *std::max_element(inks.begin(), inks.end());
+    most_of_threes_ = {};
+    for (int k = 0; k < 9; ++k)
+      most_of_threes_[k / 3] += *std::max_element(window[k].begin(), window[k].end());
+    most_evidence_ = most_of_threes_[0] + most_of_threes_[1] + most_of_threes_[2];
     if (most_evidence_ <= options_.min_evidence) return;
     for (int i = 0; i < 3; ++i) {
       float* next = of_threes_[i].data();
@@ -261,12 +263,17 @@ class IslandSearch {
     const int last_row = std::min(anchor.row + reach, board_.rows - 1),
               last_col = std::min(anchor.col + reach, board_.cols - 1);
     const float *above = of_threes_[0].data(), *here = of_threes_[1].data(), *below = of_threes_[2].data();
+    // Most cells fall short whatever is above and below them.
+    constexpr float kRounding = 1e-3f;
+    const float others = most_of_threes_[0] + most_of_threes_[2] + kRounding;
     // What a further reading has to exceed.
     float bar = std::nextafter(options_.min_evidence, 0.0f);
     for (int row = first_row; row <= last_row; ++row) {
       const uint16_t *up = ThreeAt(row - 1, 0), *at = ThreeAt(row, 0), *down = ThreeAt(row + 1, 0);
       for (int col = first_col; col <= last_col; ++col) {
-        const float evidence = above[up[col]] + here[at[col]] + below[down[col]];
+        const float middle = here[at[col]];
+        if (middle + others <= bar) continue;
+        const float evidence = above[up[col]] + middle + below[down[col]];
         if (evidence <= bar || map_.At(row, col) >= 0) continue;
         if (readings_.size() == kMostReadings) readings_.pop_back();
         const auto place = std::find_if(readings_.begin(), readings_.end(),
@@ -310,6 +317,7 @@ class IslandSearch {
   std::vector<uint16_t> threes_;
   CellFrame looked_;  // where of_threes_ is from
   ThreesEvidence of_threes_;
+  std::array<float, 3> most_of_threes_ = {};
   float most_evidence_ = 0;  // that any window may have there
   int last_group_ = 0;
   std::vector<std::vector<const LooseSpot*>> looked_at_;  // by bucket
