@@ -40,7 +40,7 @@ class TemplateBuildCommand : public ::testing::Test {
 TEST_F(TemplateBuildCommand, WritesATemplateAndItsReport) {
   const WeftRun run = Build({"--openings", "2"});
   ASSERT_EQ(run.status, 0) << run.err;
-  EXPECT_THAT(run.out, AllOf(HasSubstr("2 panels, 2 seams, 2 openings; 2800 vertices"),
+  EXPECT_THAT(run.out, AllOf(HasSubstr("2 panels, 2 seams, 2 openings; "),
                              HasSubstr("seam     panel 1 to panel 2, 117 mm"), HasSubstr("opening  2")));
   const auto garment = ReadTemplate(folder_ / "skirt");
   ASSERT_TRUE(garment.ok()) << garment.status();
@@ -55,7 +55,11 @@ TEST_F(TemplateBuildCommand, WritesATemplateAndItsReport) {
   EXPECT_EQ(parts->seams.size(), 2u);
   EXPECT_EQ(parts->openings.size(), 2u);
   EXPECT_EQ(parts->expected_openings, 2);
-  EXPECT_EQ(parts->texture_mm.size(), 2800u);
+  size_t vertices = 2800;  // of cells
+  for (const Seam& seam : parts->seams) vertices += seam.middle.size();
+  EXPECT_GT(vertices, 2880u);
+  EXPECT_EQ(garment->rest.vertices_mm.size(), vertices);
+  EXPECT_EQ(parts->texture_mm.size(), vertices);
   const WeftRun check = RunWeft({"template", "check", folder_ / "skirt"});
   EXPECT_EQ(check.status, 0) << check.err;
   EXPECT_THAT(check.out, AllOf(HasSubstr("openings 2: "), HasSubstr("2 panels, 2 seams"),

@@ -61,7 +61,7 @@ TEST_F(TemplateFile, PartsAreReadBack) {
   GarmentParts parts;
   parts.cell_mm = 2.7;
   parts.panels = {{2, 0, 0, 0, 1, 3, 4, 1}, {1, 1, 1, 0, 0, 9, 9, 0}};
-  parts.seams = {{{0, 1}, {2, 3}, 0, 1, 2.7, 3.1, 3.5}};
+  parts.seams = {{{0, 1}, {2, 3}, 0, 1, 2.7, 3.1, 3.5, false, {3}}};
   parts.openings = {{{0, 1, 3, 2}, 10.5, {0, 1}}};
   parts.expected_openings = 1;
   parts.panel_faces = 1;
@@ -80,6 +80,7 @@ TEST_F(TemplateFile, PartsAreReadBack) {
   ASSERT_EQ(back->seams.size(), 1u);
   EXPECT_EQ(back->seams[0].side_b, (std::vector<int>{2, 3}));
   EXPECT_EQ(back->seams[0].panel_b, 1);
+  EXPECT_EQ(back->seams[0].middle, std::vector<int>{3});
   ASSERT_EQ(back->openings.size(), 1u);
   EXPECT_EQ(back->openings[0].loop, (std::vector<int>{0, 1, 3, 2}));
   EXPECT_EQ(back->expected_openings, 1);
