@@ -146,14 +146,43 @@ class ViewGates {
         continue;
       }
       if (std::find(unsharp_.begin(), unsharp_.end(), static_cast<int>(c)) != unsharp_.end()) continue;
-      std::string why = absl::StrCat("camera ", id, ": saw no board in ", seen.images, " images");
-      if (seen.small_tags + seen.unclear_tags > 0) {
-        absl::StrAppend(&why, " (", seen.small_tags, " tags too small, ", seen.unclear_tags,
-                        " hidden or without contrast)");
-      }
-      Add(CalibrationFault::kCameraUnseen, {static_cast<int>(c)},
-          absl::StrCat(why, "; show it the boards, or check its light, focus and direction"));
+      const bool blurred = seen.moving_edge_px > options_.max_moving_edge_px;
+      Add(blurred ? CalibrationFault::kBlurred : CalibrationFault::kCameraUnseen, {static_cast<int>(c)},
+          blurred
+              ? absl::StrFormat("camera %s: no tag can be read in %d images, they are too blurred: what "
+                                "moves in them has edges of about %.1f px; focus the camera, move the board "
+                                "more slowly, or expose for a shorter time",
+                                id, seen.images, seen.moving_edge_px)
+              : absl::StrCat("camera ", id, ": saw no board in ", seen.images, " images", WhyUnseen(seen)));
     }
+  }
+
+  // What speaks for one cause or another where no blur does.
+  static std::string WhyUnseen(const CameraSightings& seen) {
+    if (seen.small_tags > seen.unclear_tags) {
+      return absl::StrCat(" (", seen.small_tags, " tags are too small, ", seen.unclear_tags,
+                          " hidden or without contrast); bring the boards nearer, or print larger tags");
+    }
+    if (seen.unclear_tags > 0) {
+      return absl::StrCat(" (", seen.small_tags, " tags are too small, ", seen.unclear_tags,
+                          " hidden or without contrast); check its light");
+    }
+    if (seen.moving_edge_px > 0) {
+      return absl::StrFormat(
+          ", though something moves there and is sharp (edges of %.1f px); turn the boards' printed side to "
+          "it, and check that they are those of target.json and their tags large enough",
+          seen.moving_edge_px);
+    }
+    return "; nothing moves in them: show it the boards, or check its light, cover and direction";
+  }
+
+  // Behind a count of views: what was refused.
+  std::string Refused(size_t camera) const {
+    if (camera >= sightings_.size()) return "";
+    const CameraSightings& seen = sightings_[camera];
+    if (seen.small_tags + seen.blurred_tags + seen.unclear_tags == 0) return "";
+    return absl::StrCat(" (of its tags ", seen.small_tags, " are too small, ", seen.blurred_tags,
+                        " blurred, ", seen.unclear_tags, " hidden or without contrast)");
   }
 
   void Islands(const Covisibility& covisibility) {
@@ -179,7 +208,7 @@ class ViewGates {
       if (views < options_.min_views) {
         Add(CalibrationFault::kTooFewViews, {static_cast<int>(c)},
             absl::StrCat("camera ", id, ": ", views, " views of boards, at least ", options_.min_views,
-                         " are needed; show it the boards from more sides and distances"));
+                         " are needed", Refused(c), "; show it the boards from more sides and distances"));
       } else if (shared[c] < options_.min_shared_views && islands_ <= 1) {
         Add(CalibrationFault::kTooFewViews, {static_cast<int>(c)},
             absl::StrCat("camera ", id, ": shares ", shared[c], " of its ", views,

@@ -43,16 +43,20 @@ struct CameraSightings {
   int small_tags = 0;     // refused
   int unclear_tags = 0;   // refused
   bool mirrored = false;  // its images show tags only when left and right are exchanged
+  // Of a camera that saw no tag: sharpness of what moves in its images (MovingEdgeBlurPx); 0 where nothing
+  // does.
+  double moving_edge_px = 0;
 };
 
 struct GateOptions {
-  int min_views = 8;               // of boards, of every camera
-  int min_shared_views = 5;        // of those, that some other camera has as well
-  int min_covered_cells = 6;       // of the 3 x 3 parts of every image, with corners in them
-  double max_blurred_share = 0.5;  // of a camera's tags
-  double max_rms_px = 1;           // of a camera's residuals
-  double max_rms_ratio = 4;        // of a camera's residuals to the median camera's, from 0.2 px on
-  double max_scale_error = 0.005;  // of a scale bar, besides 4 of its sigmas
+  int min_views = 8;                // of boards, of every camera
+  int min_shared_views = 5;         // of those, that some other camera has as well
+  int min_covered_cells = 6;        // of the 3 x 3 parts of every image, with corners in them
+  double max_blurred_share = 0.5;   // of a camera's tags
+  double max_moving_edge_px = 1.2;  // sharper ones in images without tags are not blamed for it
+  double max_rms_px = 1;            // of a camera's residuals
+  double max_rms_ratio = 4;         // of a camera's residuals to the median camera's, from 0.2 px on
+  double max_scale_error = 0.005;   // of a scale bar, besides 4 of its sigmas
   double max_projection_sigma_px = 0.5;
 
   absl::Status Validate() const;

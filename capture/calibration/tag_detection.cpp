@@ -37,24 +37,6 @@ absl::Status UnknownFamily(const std::string& family) {
       absl::StrCat("tag family \"", family, "\" is unknown; known are tag36h11 and tagStandard41h12"));
 }
 
-absl::StatusOr<Frame> ToGrey(const Frame& frame) {
-  if (frame.format == PixelFormat::kGrey8) {
-    if (absl::Status status = frame.Validate(); !status.ok()) return status;
-    return frame;
-  }
-  const absl::StatusOr<Frame> rgb = ToRgb(frame);
-  if (!rgb.ok()) return rgb.status();
-  Frame grey = *rgb;
-  grey.format = PixelFormat::kGrey8;
-  auto values = std::make_shared<std::vector<uint8_t>>(rgb->pixels->size() / 3);
-  for (size_t i = 0; i < values->size(); ++i) {
-    const uint8_t* p = &(*rgb->pixels)[3 * i];
-    (*values)[i] = static_cast<uint8_t>((p[0] + 2 * p[1] + p[2] + 2) / 4);
-  }
-  grey.pixels = std::move(values);
-  return grey;
-}
-
 LightImage ToLight(const Frame& grey, double gamma) {
   std::array<float, 256> light;
   for (int v = 0; v < 256; ++v) light[v] = static_cast<float>(255 * std::pow(v / 255.0, gamma));
@@ -144,7 +126,7 @@ absl::StatusOr<std::unique_ptr<TagDetector>> TagDetector::Make(const std::vector
 }
 
 absl::StatusOr<ImageTags> TagDetector::Detect(const Frame& frame) const {
-  const absl::StatusOr<Frame> grey = ToGrey(frame);
+  const absl::StatusOr<Frame> grey = Grey(frame);
   if (!grey.ok()) return grey.status();
   const int reduction = options_.search_reduction > 0 ? options_.search_reduction
                         : static_cast<int64_t>(grey->width_px) * grey->height_px >= 4'000'000 ? 2
@@ -177,9 +159,16 @@ absl::StatusOr<ImageTags> TagDetector::Detect(const Frame& frame) const {
       ++out.unclear;
       continue;
     }
-    constexpr double kAnyBlur = 0.95;  // of the limit
-    if (sharp->blur_px > std::min(options_.max_blur_px, kAnyBlur * sharp->blur_limit_px)) {
+    constexpr double kAnyBlur = 0.95;     // of the limit
+    constexpr double kSharpLensPx = 0.8;  // of edges in pictures that nobody would call blurred
+    const double seen_px = kAnyBlur * sharp->blur_limit_px;
+    if (sharp->blur_px > options_.max_blur_px || (sharp->blur_px > seen_px && seen_px > kSharpLensPx)) {
       blurs.push_back(sharp->blur_px);
+      continue;
+    }
+    // Modules so small that they hide the blur of a sharp lens: size is what is wrong.
+    if (sharp->blur_px > seen_px) {
+      ++out.small;
       continue;
     }
     sighting.corners_px = sharp->corners_px;
@@ -196,8 +185,26 @@ absl::StatusOr<ImageTags> TagDetector::Detect(const Frame& frame) const {
   return out;
 }
 
+absl::StatusOr<Frame> Grey(const Frame& frame) {
+  if (frame.format == PixelFormat::kGrey8) {
+    if (absl::Status status = frame.Validate(); !status.ok()) return status;
+    return frame;
+  }
+  const absl::StatusOr<Frame> rgb = ToRgb(frame);
+  if (!rgb.ok()) return rgb.status();
+  Frame grey = *rgb;
+  grey.format = PixelFormat::kGrey8;
+  auto values = std::make_shared<std::vector<uint8_t>>(rgb->pixels->size() / 3);
+  for (size_t i = 0; i < values->size(); ++i) {
+    const uint8_t* p = &(*rgb->pixels)[3 * i];
+    (*values)[i] = static_cast<uint8_t>((p[0] + 2 * p[1] + p[2] + 2) / 4);
+  }
+  grey.pixels = std::move(values);
+  return grey;
+}
+
 absl::StatusOr<Frame> MirroredGrey(const Frame& frame) {
-  absl::StatusOr<Frame> grey = ToGrey(frame);
+  absl::StatusOr<Frame> grey = Grey(frame);
   if (!grey.ok()) return grey.status();
   auto values = std::make_shared<std::vector<uint8_t>>(*grey->pixels);
   for (int y = 0; y < grey->height_px; ++y) {

@@ -37,8 +37,8 @@ struct ImageTags {
   std::vector<TagSighting> tags;
   int blurred = 0;
   double blurred_px = 0;  // median blur of those
-  int small = 0;
-  int unclear = 0;  // too little contrast, or sides that are hidden or no lines
+  int small = 0;          // modules below min_module_px, or too small to tell whether their edges are sharp
+  int unclear = 0;        // too little contrast, or sides that are hidden or no lines
 };
 
 // Black (0) and white (1) modules of a tag as it is printed, [width_modules][width_modules], its quiet zone
@@ -66,6 +66,8 @@ class TagDetector {
   std::unique_ptr<Library> library_;
 };
 
+// The image in grey, 8 bits. Errors of Frame::Validate.
+absl::StatusOr<Frame> Grey(const Frame& frame);
 // The image with left and right exchanged, grey.
 absl::StatusOr<Frame> MirroredGrey(const Frame& frame);
 

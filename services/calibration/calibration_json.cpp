@@ -17,6 +17,8 @@ void AddCameras(const CalibrationResult& result, v1::CalibrationReport& proto) {
     camera.set_id(views.cameras[c].id);
     camera.set_images(sightings.images);
     camera.set_blurred_tags(sightings.blurred_tags);
+    camera.set_small_tags(sightings.small_tags);
+    camera.set_unclear_tags(sightings.unclear_tags);
     camera.set_shared_views(shared[c]);
     for (const BoardView& view : views.boards)
       camera.set_views(camera.views() + (view.camera == static_cast<int>(c)));

@@ -64,21 +64,21 @@ std::string Head(const CalibrationResult& result) {
   return out + "</div>\n</header>\n";
 }
 
-std::string List(const std::string& id, const std::string& heading, const std::vector<std::string>& items) {
+std::string List(const std::string& id, const std::string& heading, const std::vector<std::string>& items,
+                 size_t most) {
   if (items.empty()) return "";
   std::string body = "<ul class=\"warnings\">\n";
-  constexpr size_t kMost = 60;
-  for (size_t i = 0; i < std::min(kMost, items.size()); ++i)
+  for (size_t i = 0; i < std::min(most, items.size()); ++i)
     absl::StrAppend(&body, "<li>", EscapeHtml(items[i]), "</li>\n");
-  if (items.size() > kMost) absl::StrAppend(&body, "<li>and ", items.size() - kMost, " more</li>\n");
+  if (items.size() > most) absl::StrAppend(&body, "<li>and ", items.size() - most, " more</li>\n");
   return Section(id, heading, body + "</ul>\n");
 }
 
 std::string Issues(const CalibrationResult& result) {
   std::vector<std::string> messages;
   for (const CalibrationIssue& issue : result.issues) messages.push_back(issue.message);
-  return List("warnings", "Why it is refused", messages) +
-         List("images", "Images that could not be read", result.detection.warnings);
+  return List("warnings", "Why it is refused", messages, 60) +
+         List("images", "Images that could not be read", result.detection.warnings, 8);
 }
 
 // Ten lengths that keep lines of typical residuals visible.
@@ -144,7 +144,8 @@ std::string Cameras(const CalibrationResult& result) {
     std::vector<std::string> cells = {NameHtml(result.detection.views.cameras[c].id)};
     int views = 0;
     for (const BoardView& view : result.detection.views.boards) views += view.camera == static_cast<int>(c);
-    for (const int count : {seen.images, views, shared[c], seen.blurred_tags})
+    for (const int count :
+         {seen.images, views, shared[c], seen.tags, seen.small_tags, seen.blurred_tags, seen.unclear_tags})
       cells.push_back(FormatCount(count));
     if (result.solution) {
       const CameraFit& fit = result.solution->cameras[c];
@@ -169,14 +170,20 @@ std::string Cameras(const CalibrationResult& result) {
     }
     rows += TableRow("td", cells);
   }
-  std::vector<std::string> header = {"Camera", "Images", "Views", "Shared", "Blurred tags"};
+  std::vector<std::string> header = {"Camera",    "Images",    "Views",   "Shared",
+                                     "Tags used", "Too small", "Blurred", "Unclear"};
   if (result.solution) {
     for (const char* name : {"Corners", "Rejected", "Corner sigma, px", "Residuals, px", "Stage sigma, px",
                              "fx, px", "cx, px", "cy, px", "k1", "Rotation, deg", "Centre, mm"}) {
       header.push_back(name);
     }
   }
-  return Section("cameras", "Cameras and their sigmas", Table(header, rows, "cameras"));
+  return Section(
+      "cameras", result.solution ? "Cameras and their sigmas" : "Cameras",
+      absl::StrCat("<p>Views are boards in images; shared ones were seen by another camera at the same "
+                   "moment. Tags are left out where they are too small to measure, blurred, or unclear: "
+                   "hidden in part, or without contrast.</p>\n",
+                   Table(header, rows, "cameras")));
 }
 
 std::string Boards(const CalibrationResult& result) {

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
+#include "capture/calibration/moving_edges.h"
 #include "capture/image_file.h"
 #include "capture/image_folder.h"
 #include "capture/recorded_take.h"
@@ -59,15 +60,22 @@ absl::StatusOr<Rig> CamerasOfFolder(const std::string& folder) {
 
 using Detectors = tbb::enumerable_thread_specific<std::unique_ptr<TagDetector>>;
 
-// Whether the camera's images show tags when left and right are exchanged, by a dozen of them.
-bool SeesMirrored(const FrameSource& source, const std::vector<size_t>& frames, size_t camera,
-                  const TagDetector& detector) {
+// Some images of the camera, spread over the recording.
+std::vector<Frame> Looks(const FrameSource& source, const std::vector<size_t>& frames, size_t camera) {
   constexpr size_t kLooks = 12;
+  std::vector<Frame> out;
   for (size_t i = 0; i < std::min(kLooks, frames.size()); ++i) {
     const size_t frame = frames[i * frames.size() / std::min(kLooks, frames.size())];
-    const absl::StatusOr<Frame> image = source.ReadView(frame, camera);
-    if (!image.ok()) continue;
-    const absl::StatusOr<Frame> mirrored = MirroredGrey(*image);
+    if (absl::StatusOr<Frame> image = source.ReadView(frame, camera); image.ok())
+      out.push_back(*std::move(image));
+  }
+  return out;
+}
+
+// Whether the camera's images show tags when left and right are exchanged.
+bool SeesMirrored(const std::vector<Frame>& looks, const TagDetector& detector) {
+  for (const Frame& image : looks) {
+    const absl::StatusOr<Frame> mirrored = MirroredGrey(image);
     if (!mirrored.ok()) continue;
     const absl::StatusOr<ImageTags> tags = detector.Detect(*mirrored);
     if (tags.ok() && tags->tags.size() >= 2) return true;
@@ -136,7 +144,11 @@ absl::StatusOr<BoardDetection> DetectBoards(const FrameSource& source, const Rig
   }
   tbb::parallel_for(size_t{0}, count, [&](size_t c) {
     CameraSightings& s = out.sightings[c];
-    if (s.images > 0 && s.tags == 0) s.mirrored = SeesMirrored(source, frames, c, *detectors.local());
+    if (s.images == 0 || s.tags > 0) return;
+    const std::vector<Frame> looks = Looks(source, frames, c);
+    s.mirrored = SeesMirrored(looks, *detectors.local());
+    const absl::StatusOr<std::optional<double>> moving = MovingEdgeBlurPx(looks);
+    if (moving.ok()) s.moving_edge_px = moving->value_or(0);
   });
   return out;
 }

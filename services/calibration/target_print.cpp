@@ -1,10 +1,12 @@
 #include "services/calibration/target_print.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "capture/calibration/tag_detection.h"
+#include "services/print/vector_file.h"
 
 namespace weft {
 namespace {
@@ -19,6 +21,7 @@ struct BoardPage {
   double width_mm = 0, height_mm = 0;
   std::vector<Rect> black;
   std::string text;
+  double text_mm = 0;                   // its size
   double text_x_mm = 0, text_y_mm = 0;  // of its baseline
 };
 
@@ -54,83 +57,36 @@ absl::StatusOr<BoardPage> LayOut(const TagBoard& board) {
       "Weft board %s   %s %d x %d, ids %d to %d   tag %.3f mm, gap %.3f mm   this line: 100 mm", board.id,
       board.family, board.rows, board.cols, board.tag_ids.front(), board.tag_ids.back(), board.tag_mm,
       board.gap_mm);
+  // As large as the page has room for; the letters of DejaVu Sans are 0.6 of their size wide.
+  page.text_mm = std::min(2.4, (page.width_mm - 2 * edge) / (0.6 * static_cast<double>(page.text.size())));
   page.text_x_mm = edge;
   page.text_y_mm = foot - 3;
   return page;
 }
 
-std::string EscapeXml(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '<')
-      out += "&lt;";
-    else if (c == '&')
-      out += "&amp;";
-    else
-      out += c;
-  }
-  return out;
-}
-
-std::string EscapePdf(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '(' || c == ')' || c == '\\') out += '\\';
-    out += static_cast<unsigned char>(c) < 0x80 ? c : '?';
-  }
-  return out;
+void Draw(const BoardPage& page, cairo_t* context) {
+  cairo_set_source_rgb(context, 1, 1, 1);
+  cairo_paint(context);
+  cairo_set_source_rgb(context, 0, 0, 0);
+  // One fill for all, so that viewers draw no seams between modules.
+  for (const Rect& r : page.black) cairo_rectangle(context, r.x, r.y, r.width, r.height);
+  cairo_fill(context);
+  cairo_select_font_face(context, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+  cairo_set_font_size(context, page.text_mm);
+  cairo_move_to(context, page.text_x_mm, page.text_y_mm);
+  cairo_show_text(context, page.text.c_str());
 }
 
 }  // namespace
 
-absl::StatusOr<std::string> BoardSvg(const TagBoard& board) {
+absl::Status WriteBoardPrint(const TagBoard& board, const std::string& stem) {
   const absl::StatusOr<BoardPage> page = LayOut(board);
   if (!page.ok()) return page.status();
-  std::string path;
-  for (const Rect& r : page->black) {
-    absl::StrAppendFormat(&path, "M%.4f %.4fh%.4fv%.4fh-%.4fz", r.x, r.y, r.width, r.height, r.width);
-  }
-  return absl::StrFormat(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%.4fmm\" height=\"%.4fmm\" viewBox=\"0 0 %.4f "
-      "%.4f\">\n"
-      "<rect width=\"100%%\" height=\"100%%\" fill=\"#fff\"/>\n<path d=\"%s\" fill=\"#000\"/>\n"
-      "<text x=\"%.3f\" y=\"%.3f\" font-family=\"Helvetica, Arial, sans-serif\" "
-      "font-size=\"2.4\">%s</text>\n</svg>\n",
-      page->width_mm, page->height_mm, page->width_mm, page->height_mm, path, page->text_x_mm,
-      page->text_y_mm, EscapeXml(page->text));
-}
-
-absl::StatusOr<std::string> BoardPdf(const TagBoard& board) {
-  const absl::StatusOr<BoardPage> page = LayOut(board);
-  if (!page.ok()) return page.status();
-  constexpr double kPointsPerMm = 72 / 25.4;
-  // In mm with y downwards; one fill for all, so that viewers draw no seams between modules.
-  std::string content = absl::StrFormat("%.8f 0 0 -%.8f 0 %.6f cm 0 g\n", kPointsPerMm, kPointsPerMm,
-                                        page->height_mm * kPointsPerMm);
-  for (const Rect& r : page->black)
-    absl::StrAppendFormat(&content, "%.4f %.4f %.4f %.4f re\n", r.x, r.y, r.width, r.height);
-  absl::StrAppendFormat(&content, "f\nBT /F1 2.4 Tf 1 0 0 -1 %.3f %.3f Tm (%s) Tj ET\n", page->text_x_mm,
-                        page->text_y_mm, EscapePdf(page->text));
-  const std::vector<std::string> objects = {
-      "<< /Type /Catalog /Pages 2 0 R >>", "<< /Type /Pages /Kids [3 0 R] /Count 1 >>",
-      absl::StrFormat("<< /Type /Page /Parent 2 0 R /MediaBox [0 0 %.6f %.6f] /Contents 4 0 R /Resources << "
-                      "/Font << /F1 5 0 R "
-                      ">> >> >>",
-                      page->width_mm * kPointsPerMm, page->height_mm * kPointsPerMm),
-      absl::StrCat("<< /Length ", content.size(), " >>\nstream\n", content, "endstream"),
-      "<< /Type /Font /Subtype /Type1 /BaseFont /Helvetica >>"};
-  std::string out = "%PDF-1.4\n";
-  std::vector<size_t> offsets;
-  for (size_t i = 0; i < objects.size(); ++i) {
-    offsets.push_back(out.size());
-    absl::StrAppend(&out, i + 1, " 0 obj\n", objects[i], "\nendobj\n");
-  }
-  const size_t table = out.size();
-  absl::StrAppend(&out, "xref\n0 ", objects.size() + 1, "\n0000000000 65535 f \n");
-  for (const size_t offset : offsets) absl::StrAppendFormat(&out, "%010d 00000 n \n", offset);
-  absl::StrAppend(&out, "trailer\n<< /Size ", objects.size() + 1, " /Root 1 0 R >>\nstartxref\n", table,
-                  "\n%%EOF\n");
-  return out;
+  const PageSize size{page->width_mm, page->height_mm};
+  absl::Status status = WritePdf(stem + ".pdf", absl::StrCat("weft calibration board ", board.id), {size},
+                                 [&](size_t, cairo_t* context) { Draw(*page, context); });
+  status.Update(WriteSvg(stem + ".svg", size, [&](cairo_t* context) { Draw(*page, context); }));
+  return status;
 }
 
 }  // namespace weft

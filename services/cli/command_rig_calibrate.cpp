@@ -45,11 +45,7 @@ absl::StatusOr<ScaleBar> ParseBar(const std::string& text, const std::string& fa
 }
 
 absl::Status WritePrint(const std::string& stem, const TagBoard& board) {
-  const absl::StatusOr<std::string> svg = BoardSvg(board), pdf = BoardPdf(board);
-  if (!svg.ok()) return svg.status();
-  if (!pdf.ok()) return pdf.status();
-  absl::Status status = WriteFileAtomically(stem + ".svg", *svg);
-  status.Update(WriteFileAtomically(stem + ".pdf", *pdf));
+  const absl::Status status = WriteBoardPrint(board, stem);
   if (status.ok()) std::printf("print    %s.pdf (and .svg), at true scale\n", stem.c_str());
   return status;
 }

@@ -1,7 +1,6 @@
 #include "services/print/print_file.h"
 
-#include <cairo-pdf.h>
-#include <cairo-svg.h>
+#include <cairo.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,60 +12,13 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "services/print/print_drawing.h"
+#include "services/print/vector_file.h"
 
 namespace weft {
 namespace {
 
-constexpr double kPointsPerMm = 72 / 25.4;
 constexpr double kMmPerInch = 25.4;
 constexpr int kMaxImagePx = 32767;  // of cairo
-
-using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
-using Context = std::unique_ptr<cairo_t, decltype(&cairo_destroy)>;
-
-Surface Own(cairo_surface_t* surface) { return Surface(surface, &cairo_surface_destroy); }
-
-absl::Status StatusOf(cairo_status_t status, const std::string& path) {
-  if (status == CAIRO_STATUS_SUCCESS) return absl::OkStatus();
-  return absl::UnavailableError(absl::StrCat(path, ": cannot be written: ", cairo_status_to_string(status)));
-}
-
-// The page onto a surface with so many units per mm.
-absl::Status Draw(const Board& board, const PrintLayout& layout, size_t number, double units_per_mm,
-                  cairo_surface_t* surface, const std::string& path) {
-  const Context context(cairo_create(surface), &cairo_destroy);
-  cairo_scale(context.get(), units_per_mm, units_per_mm);
-  DrawPrintPage(board, layout, number, context.get());
-  cairo_show_page(context.get());
-  return StatusOf(cairo_status(context.get()), path);
-}
-
-absl::Status WritePdf(const Board& board, const PrintLayout& layout, const std::string& path,
-                      const std::function<void(size_t)>& progress) {
-  const Surface surface = Own(cairo_pdf_surface_create(path.c_str(), 1, 1));
-  cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE,
-                                 absl::StrCat("weft board ", board.ContentHash()).c_str());
-  for (size_t k = 1; k <= layout.pages.size(); ++k) {
-    const PrintPage& page = layout.pages[k - 1];
-    cairo_pdf_surface_set_size(surface.get(), page.width_mm * kPointsPerMm, page.height_mm * kPointsPerMm);
-    if (absl::Status status = Draw(board, layout, k, kPointsPerMm, surface.get(), path); !status.ok())
-      return status;
-    if (progress) progress(k);
-  }
-  cairo_surface_finish(surface.get());
-  return StatusOf(cairo_surface_status(surface.get()), path);
-}
-
-absl::Status WriteSvg(const Board& board, const PrintLayout& layout, size_t number, const std::string& path) {
-  const PrintPage& page = layout.pages[number - 1];
-  const Surface surface = Own(
-      cairo_svg_surface_create(path.c_str(), page.width_mm * kPointsPerMm, page.height_mm * kPointsPerMm));
-  cairo_svg_surface_set_document_unit(surface.get(), CAIRO_SVG_UNIT_PT);
-  if (absl::Status status = Draw(board, layout, number, kPointsPerMm, surface.get(), path); !status.ok())
-    return status;
-  cairo_surface_finish(surface.get());
-  return StatusOf(cairo_surface_status(surface.get()), path);
-}
 
 absl::Status WriteTiff(const Board& board, const PrintLayout& layout, size_t number, double dpi,
                        const std::string& path) {
@@ -81,14 +33,16 @@ absl::Status WriteTiff(const Board& board, const PrintLayout& layout, size_t num
   }
   const int width = static_cast<int>(std::lround(page.width_mm * px_per_mm)),
             height = static_cast<int>(std::lround(page.height_mm * px_per_mm));
-  const Surface surface = Own(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height));
-  {
-    const Context context(cairo_create(surface.get()), &cairo_destroy);
-    cairo_set_source_rgb(context.get(), 1, 1, 1);
-    cairo_paint(context.get());
-  }
-  if (absl::Status status = Draw(board, layout, number, px_per_mm, surface.get(), path); !status.ok())
-    return status;
+  const std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)> surface(
+      cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height), &cairo_surface_destroy);
+  const std::unique_ptr<cairo_t, decltype(&cairo_destroy)> context(cairo_create(surface.get()),
+                                                                   &cairo_destroy);
+  cairo_set_source_rgb(context.get(), 1, 1, 1);
+  cairo_paint(context.get());
+  cairo_scale(context.get(), px_per_mm, px_per_mm);
+  DrawPrintPage(board, layout, number, context.get());
+  if (const cairo_status_t drawn = cairo_status(context.get()); drawn != CAIRO_STATUS_SUCCESS)
+    return absl::UnavailableError(absl::StrCat(path, ": cannot be drawn: ", cairo_status_to_string(drawn)));
   cairo_surface_flush(surface.get());
   const uint8_t* data = cairo_image_surface_get_data(surface.get());
   const int stride = cairo_image_surface_get_stride(surface.get());
@@ -144,14 +98,24 @@ absl::StatusOr<std::vector<std::string>> WritePrintFiles(const Board& board, con
     if (error) return absl::UnavailableError(absl::StrCat(folder.string(), ": ", error.message()));
   }
   if (ending == ".pdf") {
-    if (absl::Status status = WritePdf(board, layout, path, progress); !status.ok()) return status;
+    std::vector<PageSize> pages;
+    for (const PrintPage& page : layout.pages) pages.push_back({page.width_mm, page.height_mm});
+    absl::Status status = WritePdf(path, absl::StrCat("weft board ", board.ContentHash()), pages,
+                                   [&](size_t page, cairo_t* context) {
+                                     DrawPrintPage(board, layout, page + 1, context);
+                                     if (progress) progress(page + 1);
+                                   });
+    if (!status.ok()) return status;
     return std::vector<std::string>{path};
   }
   std::vector<std::string> files;
   for (size_t k = 1; k <= layout.pages.size(); ++k) {
     files.push_back(PagePath(path, k));
+    const PageSize size{layout.pages[k - 1].width_mm, layout.pages[k - 1].height_mm};
     absl::Status status = tiff ? WriteTiff(board, layout, k, options.dpi, files.back())
-                               : WriteSvg(board, layout, k, files.back());
+                               : WriteSvg(files.back(), size, [&](cairo_t* context) {
+                                   DrawPrintPage(board, layout, k, context);
+                                 });
     if (!status.ok()) return status;
     if (progress) progress(k);
   }

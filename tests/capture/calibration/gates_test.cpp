@@ -56,6 +56,17 @@ TEST_F(Gates, BlurredTagsAreTheCauseAndNotAbsence) {
                                 "camera c04: 340 of 350 tags are blurred (typically 3.2 px)")));
 }
 
+TEST_F(Gates, ACameraWithoutTagsIsBlurredOnlyWhereWhatMovesIs) {
+  std::erase_if(truth_.views.boards, [](const BoardView& view) { return view.camera == 1; });
+  std::vector<CameraSightings> sightings(6);
+  sightings[1] = {.images = 72, .moving_edge_px = 3.1};
+  EXPECT_THAT(Check(sightings), ElementsAre(Issue(CalibrationFault::kBlurred, std::vector{1},
+                                                  "no tag can be read in 72 images, they are too blurred")));
+  sightings[1].moving_edge_px = 0.7;
+  EXPECT_THAT(Check(sightings), ElementsAre(Issue(CalibrationFault::kCameraUnseen, std::vector{1},
+                                                  "though something moves there and is sharp")));
+}
+
 TEST_F(Gates, AMirroredBoardIsNamed) {
   TagBoard& board = truth_.moved.target.boards[1];
   for (int row = 0; row < board.rows; ++row) {

@@ -19,6 +19,7 @@ namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 namespace fs = std::filesystem;
 
 Frame WithPixels(Frame image, std::vector<uint8_t> pixels) {
@@ -188,16 +189,28 @@ TEST_F(CalibrateDumpTest, ACameraThatSeesNoBoardIsNamed) {
   CalibrationRequest request = Request();
   request.dump = ChangedDump(
       "covered", [](int, const std::string& camera) { return camera == "c02"; }, Covered);
-  EXPECT_THAT(Refusal(request), HasSubstr("camera c02: saw no board in 36 images"));
+  EXPECT_THAT(Refusal(request), HasSubstr("camera c02: saw no board in 36 images; nothing moves in them"));
+}
+
+TEST_F(CalibrateDumpTest, TagsOfAnotherFamilyAreNotCalledBlurred) {
+  CalibrationRequest request = Request();
+  CalibrationTarget other = OneBoard();
+  other.boards[0].family = "tagStandard41h12";  // none of these is in the pictures
+  other.boards[0].gap_mm = 28;
+  other.scale_bars.clear();
+  ASSERT_TRUE(WriteTarget(*folder_ / "other.json", other).ok());
+  request.target = *folder_ / "other.json";
+  EXPECT_THAT(Refusal(request), AllOf(HasSubstr("camera c02: saw no board in 36 images, though something"),
+                                      HasSubstr("is sharp"), Not(HasSubstr("blurred"))));
 }
 
 TEST_F(CalibrateDumpTest, ACameraFarOutOfFocusIsNamed) {
   CalibrationRequest request = Request();
   request.dump = ChangedDump(
       "unsharp", [](int, const std::string& camera) { return camera == "c03"; }, Unsharp);
-  // So far that no tag is found any more; softer ones count as blurred.
-  EXPECT_THAT(Refusal(request), AllOf(HasSubstr("camera c03: saw no board in 36 images"),
-                                      HasSubstr("check its light, focus and direction")));
+  // So far that no tag is found any more; what moves there tells.
+  EXPECT_THAT(Refusal(request), AllOf(HasSubstr("camera c03: no tag can be read in 36 images"),
+                                      HasSubstr("too blurred"), HasSubstr("focus the camera")));
 }
 
 TEST_F(CalibrateDumpTest, AMirroredBoardIsNamed) {

@@ -3,41 +3,25 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
 #include <sstream>
 
 #include "capture/calibration/tag_detection.h"
+#include "capture/image_file.h"
 #include "tests/capture/calibration/simulated_calibration.h"
+#include "tests/capture/temp_folder.h"
 
 namespace weft {
 namespace {
 
 constexpr double kPxPerMm = 6;
 
-// The page as a printer at 6 dots per mm would put it on paper: every "x y w h re" of the PDF, which is drawn
-// in mm.
-Frame PrintPdf(const std::string& pdf) {
-  double width_pt = 0, height_pt = 0;
-  const size_t box = pdf.find("/MediaBox [0 0 ");
-  std::istringstream(pdf.substr(box + 15, 60)) >> width_pt >> height_pt;
-  Frame page;
-  page.width_px = static_cast<int>(std::lround(width_pt / 72 * 25.4 * kPxPerMm));
-  page.height_px = static_cast<int>(std::lround(height_pt / 72 * 25.4 * kPxPerMm));
-  auto paper =
-      std::make_shared<std::vector<uint8_t>>(static_cast<size_t>(page.width_px) * page.height_px, 250);
-  std::istringstream lines(pdf);
-  for (std::string line; std::getline(lines, line);) {
-    if (line.size() < 3 || line.substr(line.size() - 3) != " re") continue;
-    double x, y, w, h;
-    std::istringstream(line) >> x >> y >> w >> h;
-    for (int row = static_cast<int>(std::lround(y * kPxPerMm)); row < std::lround((y + h) * kPxPerMm);
-         ++row) {
-      for (int col = static_cast<int>(std::lround(x * kPxPerMm)); col < std::lround((x + w) * kPxPerMm);
-           ++col)
-        (*paper)[row * page.width_px + col] = 20;
-    }
-  }
-  page.pixels = paper;
-  return page;
+// The page as poppler renders it at 6 dots per mm.
+Frame Rasterised(const std::string& stem) {
+  const std::string command =
+      std::string(WEFT_PDFTOPPM) + " -r 152.4 -png -singlefile \"" + stem + ".pdf\" \"" + stem + "\"";
+  EXPECT_EQ(std::system(command.c_str()), 0);
+  return ReadImageFile(stem + ".png").value();
 }
 
 TEST(TargetPrint, ThePrintHoldsTheBoardAtTrueScale) {
@@ -45,11 +29,12 @@ TEST(TargetPrint, ThePrintHoldsTheBoardAtTrueScale) {
     TagBoard board = MakeBoard("A", 30, 3, 4, 20);
     board.family = family;
     board.gap_mm = 17;
-    const auto pdf = BoardPdf(board);
-    ASSERT_TRUE(pdf.ok()) << pdf.status();
+    const TempFolder folder;
+    const std::string stem = folder / "board";
+    ASSERT_TRUE(WriteBoardPrint(board, stem).ok());
     const auto detector = TagDetector::Make({family}, {}).value();
     CalibrationViews views;
-    AddSightings({"t", {board}, {}}, 0, 0, detector->Detect(PrintPdf(*pdf)).value().tags, &views);
+    AddSightings({"t", {board}, {}}, 0, 0, detector->Detect(Rasterised(stem)).value().tags, &views);
     ASSERT_EQ(views.boards.size(), 1u);
     const std::vector<BoardCorner>& corners = views.boards[0].corners;
     ASSERT_EQ(corners.size(), 48u);
@@ -63,18 +48,19 @@ TEST(TargetPrint, ThePrintHoldsTheBoardAtTrueScale) {
 }
 
 TEST(TargetPrint, SvgIsAsLargeAsThePdf) {
-  const TagBoard board = MakeBoard("A", 0, 2, 2, 50);
-  const std::string svg = BoardSvg(board).value(), pdf = BoardPdf(board).value();
-  double width_mm = 0, width_pt = 0;
-  std::istringstream(svg.substr(svg.find("width=\"") + 7, 20)) >> width_mm;
-  std::istringstream(pdf.substr(pdf.find("/MediaBox [0 0 ") + 15, 20)) >> width_pt;
-  EXPECT_NEAR(width_mm, width_pt * 25.4 / 72, 1e-3);
+  const TempFolder folder;
+  const std::string stem = folder / "board";
+  ASSERT_TRUE(WriteBoardPrint(MakeBoard("A", 0, 2, 2, 50), stem).ok());
+  const std::string svg = ReadBytes(stem + ".svg");
+  double width_pt = 0;
+  std::istringstream(svg.substr(svg.find("width=\"") + 7, 20)) >> width_pt;
+  EXPECT_NEAR(width_pt / 72 * 25.4 * kPxPerMm, Rasterised(stem).width_px, 1);
 }
 
 TEST(TargetPrint, RefusesBoardsWhoseTagsTouch) {
   TagBoard board = MakeBoard("A", 0);
   board.gap_mm = 1;
-  EXPECT_EQ(BoardPdf(board).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(WriteBoardPrint(board, TempFolder() / "board").code(), absl::StatusCode::kInvalidArgument);
 }
 
 }  // namespace
