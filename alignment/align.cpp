@@ -26,7 +26,9 @@ Eigen::Matrix3d WeightOf(const VertexTarget& target, const DetectionOptions& opt
   Eigen::Matrix3d covariance = target.covariance_mm2;
   if (covariance.isZero()) covariance.diagonal().setConstant(target.sigma_mm * target.sigma_mm);
   if (!options.weigh_by_sigma || covariance.isZero()) return Eigen::Matrix3d::Identity();
-  covariance.diagonal().array() += options.min_sigma_mm * options.min_sigma_mm;
+  covariance -= target.fold_covariance_mm2;
+  covariance.diagonal().array() +=
+      options.min_sigma_mm * options.min_sigma_mm + options.cloth_sigma_mm * options.cloth_sigma_mm;
   return options.reference_sigma_mm * options.reference_sigma_mm * covariance.inverse();
 }
 
@@ -37,17 +39,17 @@ std::vector<Eigen::Matrix3d> VertexWeights(int vertices, const std::vector<Verte
   return weights;
 }
 
-// How far each target is from where the surface would lie without it. The pull of a target of weight w on a
-// vertex that its edges hold with k leaves k / (w + k) of that distance.
+// How far each target is from where the surface would lie without it: a vertex that its edges hold with the
+// weight k, and the target with W, stands where W (target - vertex) = k (vertex - place without the target).
 std::vector<double> DistancesToOthers(const MeshGraph& graph, const std::vector<VertexTarget>& targets,
                                       const std::vector<Eigen::Vector3d>& position_mm,
                                       const AlignOptions& options) {
   std::vector<double> distance_mm;
   for (const VertexTarget& t : targets) {
-    const double weight = WeightOf(t, options.detection).trace() / 3;
     const double edges = options.elastic.lambda * options.elastic.distortion.stretch * graph.degree(t.vertex);
-    const double left = edges > 0 ? edges / (weight + edges) : 1;
-    distance_mm.push_back((t.position_mm - position_mm[t.vertex]).norm() / left);
+    Eigen::Vector3d way_mm = t.position_mm - position_mm[t.vertex];
+    if (edges > 0) way_mm += WeightOf(t, options.detection) * way_mm / edges;
+    distance_mm.push_back(way_mm.norm());
   }
   return distance_mm;
 }
@@ -56,6 +58,7 @@ VertexTarget Weakened(VertexTarget target, double factor, const DetectionOptions
   if (target.sigma_mm == 0) target.sigma_mm = options.reference_sigma_mm;
   target.sigma_mm /= std::sqrt(factor);
   target.covariance_mm2 /= factor;
+  target.fold_covariance_mm2 /= factor;
   return target;
 }
 
@@ -250,6 +253,7 @@ RegisteredMesh Describe(const AlignmentModel& model, const std::vector<VertexTar
 absl::Status DetectionOptions::Validate() const {
   if (!(reference_sigma_mm > 0)) return Bad("detection.reference_sigma_mm must be positive");
   if (!(min_sigma_mm > 0)) return Bad("detection.min_sigma_mm must be positive");
+  if (!(cloth_sigma_mm >= 0)) return Bad("detection.cloth_sigma_mm must not be negative");
   if (!(filled_weight >= 1e-6 && filled_weight <= 1e3)) {
     return Bad("detection.filled_weight must lie in 1e-6 to 1000");
   }

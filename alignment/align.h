@@ -25,6 +25,8 @@ struct VertexTarget {
   int views = 0;
   // Zero where only sigma_mm is known.
   Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();
+  // The part of the covariance, or of sigma_mm^2, that folds cause and neighbours share; less than the whole.
+  Eigen::Matrix3d fold_covariance_mm2 = Eigen::Matrix3d::Zero();
 };
 
 // The centres of the cloud that belong to the template; `unclaimed` counts those whose cell no vertex has.
@@ -37,10 +39,14 @@ CloudTargets TargetsFromCloud(const Template& garment, const Cloud& cloud);
 // E_Det (paper, Eq. 1): how much each vertex is drawn to its measured or filled position.
 struct DetectionOptions {
   // Measured vertices weigh reference_sigma_mm^2 times the inverse of their covariance, or of sigma_mm^2
-  // where that alone is known; 1 where the option is off or neither is. min_sigma_mm is added in quadrature.
+  // where that alone is known; 1 where the option is off or neither is. What folds cause is left out: it
+  // pulls neighbours the same way as E_Dist does, who would only add to it.
   bool weigh_by_sigma = true;
   double reference_sigma_mm = 0.5;
+  // Added in quadrature: no measurement is better than the first, and cloth follows a mesh of its cells no
+  // better than the second, which sigma_mm of the result does not contain.
   double min_sigma_mm = 0.01;
+  double cloth_sigma_mm = 0.03;
   // Weight of filled vertices. The paper takes 1; the fill is a poor guess, and a weight that merely keeps
   // the system definite leaves the shape of hidden cloth to E_Dist.
   double filled_weight = 0.001;

@@ -59,6 +59,9 @@ absl::Status CheckTargets(const std::vector<VertexTarget>& targets, int vertices
     if (seen[t.vertex]) return bad("the vertex has a target already");
     if (!t.position_mm.allFinite()) return bad("position_mm is not finite");
     if (!(t.sigma_mm >= 0) || !std::isfinite(t.sigma_mm)) return bad("sigma_mm must be a number from 0");
+    if (!(t.fold_covariance_mm2.trace() <= 3 * t.sigma_mm * t.sigma_mm)) {
+      return bad("fold_covariance_mm2 must be a part of the whole");
+    }
     seen[t.vertex] = true;
   }
   return absl::OkStatus();

@@ -25,7 +25,8 @@ CloudTargets TargetsFromCloud(const Template& garment, const Cloud& cloud) {
     if (vertex < 0) {
       ++out.unclaimed;
     } else {
-      out.targets.push_back({vertex, point.position_mm, point.sigma_mm, point.views, point.covariance_mm2});
+      out.targets.push_back({vertex, point.position_mm, point.sigma_mm, point.views, point.covariance_mm2,
+                             point.fold_covariance_mm2});
     }
   }
   const auto by_vertex = [](const VertexTarget& a, const VertexTarget& b) { return a.vertex < b.vertex; };

@@ -51,14 +51,19 @@ std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<V
   std::vector<float> sigmas(graph.vertices, 0);
   std::vector<bool> measured(graph.vertices, false);
   for (const VertexTarget& t : targets) {
-    const double raw = t.sigma_mm > 0 ? std::max(t.sigma_mm, options.detection.min_sigma_mm)
-                                      : options.detection.reference_sigma_mm;
-    const double weight =
-        options.detection.weigh_by_sigma ? std::pow(options.detection.reference_sigma_mm / raw, 2) : 1;
+    const DetectionOptions& detection = options.detection;
+    const double fold_mm2 = t.fold_covariance_mm2.trace() / 3;
+    const double noise_mm2 = t.sigma_mm > 0 ? std::max(t.sigma_mm * t.sigma_mm - fold_mm2,
+                                                       detection.min_sigma_mm * detection.min_sigma_mm)
+                                            : detection.reference_sigma_mm * detection.reference_sigma_mm;
+    const double weight = detection.weigh_by_sigma
+                              ? std::pow(detection.reference_sigma_mm, 2) /
+                                    (noise_mm2 + detection.cloth_sigma_mm * detection.cloth_sigma_mm)
+                              : 1;
     const double share = SmoothedVarianceShare(stretch / weight);
     const double pulled_mm2 = (position_mm[t.vertex] - t.position_mm).squaredNorm() / 3;
-    const double excess_mm2 = std::max(0.0, pulled_mm2 - kExpectedPull * raw * raw * (1 - share));
-    sigmas[t.vertex] = static_cast<float>(std::sqrt(share * raw * raw + excess_mm2));
+    const double excess_mm2 = std::max(0.0, pulled_mm2 - kExpectedPull * noise_mm2 * (1 - share));
+    sigmas[t.vertex] = static_cast<float>(std::sqrt(share * noise_mm2 + fold_mm2 + excess_mm2));
     measured[t.vertex] = true;
   }
   const std::vector<int> rings = RingDistance(graph, measured);

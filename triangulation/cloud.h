@@ -16,6 +16,9 @@ struct CloudPoint {
   int views = 0;        // inlier rays from distinct cameras
   double sigma_mm = 0;  // square root of a third of the covariance's trace
   Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();
+  // The part of it that folds cause (SharpenCenters). Cells around a fold share it, so a mean over neighbours
+  // knows no better.
+  Eigen::Matrix3d fold_covariance_mm2 = Eigen::Matrix3d::Zero();
 };
 
 // Why a node that was seen has no point in the cloud.

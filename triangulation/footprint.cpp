@@ -44,6 +44,8 @@ struct Bend {
   double own_share = 0;                                      // of the centre's own error in value_mm, negated
   bool by_corners = false;
   int axes = 0;  // without corners: directions of the board, of two, in which both neighbours are there
+
+  bool whole() const { return by_corners || axes == 2; }
 };
 
 class Bends {
@@ -65,16 +67,37 @@ class Bends {
 
   double edge_mm() const { return edge_mm_; }  // 0 where no two centres are next to each other
 
-  // The greatest of the lengths [points] that belong to the centre or one of the eight around it.
-  double GreatestAround(const CloudPoint& center, const std::vector<double>& lengths_mm) const {
-    double greatest_mm = 0;
+  // Sums over pairs of bends.
+  struct Differences {
+    Eigen::Matrix3d square_mm2 = Eigen::Matrix3d::Zero();
+    int pairs = 0;
+  };
+  // Between a centre's bend and those of the four around it; `found` [points].
+  Differences DifferencesAt(const CloudPoint& center, const Bend& own, const std::vector<Bend>& found) const {
+    Differences out;
+    if (!own.whole()) return out;
+    const auto [row, col, kind] = center.node;
+    for (const int i : {centers_.At(row, col - 1), centers_.At(row, col + 1), centers_.At(row - 1, col),
+                        centers_.At(row + 1, col)}) {
+      if (i < 0 || !found[i].whole()) continue;
+      const Eigen::Vector3d difference_mm = found[i].value_mm - own.value_mm;
+      out.square_mm2 += difference_mm * difference_mm.transpose();
+      ++out.pairs;
+    }
+    return out;
+  }
+  // Mean square over a centre and the eight around it; `at` [points].
+  Eigen::Matrix3d MeanAround(const CloudPoint& center, const std::vector<Differences>& at) const {
+    Differences sum;
     for (int row = center.node.row - 1; row <= center.node.row + 1; ++row) {
       for (int col = center.node.col - 1; col <= center.node.col + 1; ++col) {
         const int i = centers_.At(row, col);
-        if (i >= 0) greatest_mm = std::max(greatest_mm, lengths_mm[i]);
+        if (i < 0) continue;
+        sum.square_mm2 += at[i].square_mm2;
+        sum.pairs += at[i].pairs;
       }
     }
-    return greatest_mm;
+    return sum.square_mm2 / std::max(1, sum.pairs);
   }
 
   Bend At(const CloudPoint& center) const {
@@ -133,25 +156,28 @@ Cloud SharpenCenters(Cloud cloud, const FootprintOptions& options) {
   const double edge_mm = bends.edge_mm();
   const double residual_mm2 = std::pow(edge_mm * options.uncorrected_edges, 2);
   std::vector<Bend> found(measured.points.size());
-  std::vector<double> length_mm(measured.points.size(), 0);
-  for (size_t i = 0; i < found.size(); ++i) {
-    if (measured.points[i].node.kind != NodeKind::kCenter) continue;
-    found[i] = bends.At(measured.points[i]);
-    length_mm[i] = found[i].value_mm.norm();
-  }
+  std::vector<Bends::Differences> differences(measured.points.size());
+  const auto for_centers = [&](const auto& step) {
+    for (size_t i = 0; i < found.size(); ++i) {
+      if (measured.points[i].node.kind == NodeKind::kCenter) step(i);
+    }
+  };
+  for_centers([&](size_t i) { found[i] = bends.At(measured.points[i]); });
+  for_centers([&](size_t i) { differences[i] = bends.DifferencesAt(measured.points[i], found[i], found); });
   for (size_t i = 0; i < cloud.points.size(); ++i) {
     CloudPoint& point = cloud.points[i];
     if (point.node.kind == NodeKind::kCenter) {
       const Bend& bend = found[i];
       // Of corners, who average themselves, (1 - share) of the bend is left; of neighbours about all of it.
       const double gain = options.neighbor_share / (bend.by_corners ? 1 - options.neighbor_share : 1);
-      const double fold_mm = options.fold_error * bends.GreatestAround(measured.points[i], length_mm);
-      const double left =
-          (bend.by_corners ? 0 : kLeftByAxes[bend.axes] * residual_mm2) + fold_mm * fold_mm / 3;
+      const double left_mm2 = bend.by_corners ? 0 : kLeftByAxes[bend.axes] * residual_mm2;
       point.position_mm -= gain * bend.value_mm;
       point.covariance_mm2 =
           (1 + gain * bend.own_share) * (1 + gain * bend.own_share) * point.covariance_mm2 +
-          gain * gain * bend.covariance_mm2 + left * Eigen::Matrix3d::Identity();
+          gain * gain * bend.covariance_mm2 + left_mm2 * Eigen::Matrix3d::Identity();
+      point.fold_covariance_mm2 =
+          options.fold_error * options.fold_error * bends.MeanAround(measured.points[i], differences);
+      point.covariance_mm2 += point.fold_covariance_mm2;
     }
     point.covariance_mm2.diagonal().array() += std::pow(edge_mm * options.shared_edges, 2);
     point.sigma_mm = std::sqrt(point.covariance_mm2.trace() / 3);

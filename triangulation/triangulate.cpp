@@ -22,9 +22,8 @@ using SolvedBlocks = std::vector<std::vector<SolvedNode>>;
 // Residuals beyond those that the three unknowns absorb.
 int SpareResiduals(const NodeResult& result) { return 2 * result.views - 3; }
 
-// Common scatter of the frame: chi-square per spare residual, over all points. At least 1, since sigmas that
-// are too large are no evidence that the geometry is better than they say.
-double FrameVarianceFactor(const SolvedBlocks& blocks) {
+// Common scatter of the frame: chi-square per spare residual, over all points.
+double FrameScatter(const SolvedBlocks& blocks) {
   double chi_square = 0, spare = 0;
   for (const auto& block : blocks) {
     for (const auto& [node, result] : block) {
@@ -33,11 +32,13 @@ double FrameVarianceFactor(const SolvedBlocks& blocks) {
       spare += SpareResiduals(result);
     }
   }
-  return spare > 0 ? std::max(1.0, chi_square / spare) : 1.0;
+  return spare > 0 && chi_square > 0 ? chi_square / spare : 1.0;
 }
 
 Cloud Collect(const SolvedBlocks& blocks, const TriangulationOptions& options) {
-  const double frame_factor = FrameVarianceFactor(blocks);
+  const double frame_scatter = FrameScatter(blocks);
+  // Sigmas that are too large are no evidence that the geometry is better than they say.
+  const double frame_factor = std::max(1.0, frame_scatter);
   const double prior = options.refinement.variance_prior_residuals;
   size_t points = 0;
   for (const auto& block : blocks) points += block.size();
@@ -50,8 +51,11 @@ Cloud Collect(const SolvedBlocks& blocks, const TriangulationOptions& options) {
         continue;
       }
       CloudPoint point;
-      const double own = result.point->chi_square + prior * frame_factor;
-      const double factor = std::max(1.0, own / (SpareResiduals(result) + prior));
+      const double own =
+          (result.point->chi_square + prior * frame_scatter) / (SpareResiduals(result) + prior);
+      // A pair was chosen by its misclosure, which says nothing for it.
+      const double relative = result.views < 3 ? std::max(1.0, own / frame_scatter) : own / frame_scatter;
+      const double factor = frame_factor * relative;
       point.position_mm = result.point->position_mm;
       point.covariance_mm2 = factor * result.point->covariance_mm2;
       point.sigma_mm = std::sqrt(point.covariance_mm2.trace() / 3);

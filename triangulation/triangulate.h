@@ -44,8 +44,8 @@ struct RefinementOptions {
   std::vector<double> camera_sigma_px;  // likewise, per camera of the rig; empty where it is not known
   double min_angle_deg = 2;             // between the outermost rays, else kPoorGeometry
   double max_sigma_mm = 1.0;            // points less certain are rejected (kPoorGeometry)
-  // Weight, in residuals, of the frame's common variance factor against the node's own; a node of three views
-  // has three residuals to spare, too few to judge its own scatter.
+  // Weight, in residuals, of the frame's scatter against the node's own; a node of three views has three
+  // residuals to spare, too few to judge its own.
   double variance_prior_residuals = 8;
 
   absl::Status Validate() const;
@@ -73,12 +73,12 @@ struct TriangulationOptions {
 // One point per node that enough cameras agree on, or two under TwoViewOptions; every other seen node in
 // `rejected` with its reason and the number of cameras that saw it. A camera that sees a node more than once
 // counts once, by the observation that fits best. The covariance is the inverse of the normal matrix of the
-// reprojection error, weighted by sigma_px, times a variance factor of at least 1: that of the whole frame,
-// drawn towards the node's own. What the calibration leaves is part of it; neighbours share that part.
-// InvalidArgument names camera and node of an observation that is not finite,
-// off the range of boards (0 to 4096), or without sigma_px, and cameras that the rig lacks. Runs parallel
-// loops in the calling thread's TBB arena; the same result at any thread count, and in any order of `views`
-// as long as no camera occurs twice.
+// reprojection error, weighted by sigma_px, times a variance factor: at least 1 for the whole frame, and
+// greater or smaller for a node whose residuals scatter more or less than the frame's. What the calibration
+// leaves is part of it; neighbours share that part. InvalidArgument names camera and node of an observation
+// that is not finite, off the range of boards (0 to 4096), or without sigma_px, and cameras that the rig
+// lacks. Runs parallel loops in the calling thread's TBB arena; the same result at any thread count, and in
+// any order of `views` as long as no camera occurs twice.
 absl::StatusOr<Cloud> Triangulate(const Rig& rig, const std::vector<ViewObservations>& views,
                                   const TriangulationOptions& options);
 

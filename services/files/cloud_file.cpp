@@ -65,9 +65,10 @@ absl::StatusOr<Cloud> CloudFromElement(const PlyElement& element, const std::str
   const auto kind = rows.Values("kind", 0, 1, 0);
   const auto views = rows.Values("views", 0, kMaxViews, 0);
   const auto sigma_mm = rows.Values("sigma_mm", 0, kMaxSigmaMm, 0);
+  const auto fold_sigma_mm = rows.Values("fold_sigma_mm", 0, kMaxSigmaMm, 0);
   absl::Status status;
   for (const absl::Status& s : {positions.status(), board_row.status(), board_col.status(), kind.status(),
-                                views.status(), sigma_mm.status()}) {
+                                views.status(), sigma_mm.status(), fold_sigma_mm.status()}) {
     status.Update(s);
   }
   if (!status.ok()) return status;
@@ -87,6 +88,15 @@ absl::StatusOr<Cloud> CloudFromElement(const PlyElement& element, const std::str
     for (size_t i = 0; i < element.rows; ++i) {
       cloud.points[i].covariance_mm2(c.row, c.col) = column->values[i];
       cloud.points[i].covariance_mm2(c.col, c.row) = column->values[i];
+    }
+  }
+  for (size_t i = 0; i < element.rows; ++i) {
+    CloudPoint& point = cloud.points[i];
+    if (!((*fold_sigma_mm)[i] < point.sigma_mm)) continue;
+    const double share = std::pow((*fold_sigma_mm)[i] / point.sigma_mm, 2);
+    point.fold_covariance_mm2 = share * point.covariance_mm2;
+    if (point.covariance_mm2.isZero()) {
+      point.fold_covariance_mm2.diagonal().setConstant(share * point.sigma_mm * point.sigma_mm);
     }
   }
   return cloud;
@@ -159,6 +169,8 @@ absl::Status WriteCloud(const std::string& path, const Cloud& cloud, CloudColumn
   add("kind", PlyType::kUint8, [](const CloudPoint& p) { return p.node.kind; });
   add("views", PlyType::kInt32, [](const CloudPoint& p) { return p.views; });
   add("sigma_mm", PlyType::kFloat32, [](const CloudPoint& p) { return p.sigma_mm; });
+  add("fold_sigma_mm", PlyType::kFloat32,
+      [](const CloudPoint& p) { return std::sqrt(p.fold_covariance_mm2.trace() / 3); });
   if (columns == CloudColumns::kWithCovariance) {
     for (const CovarianceColumn& c : kCovariance) {
       add(c.name, PlyType::kFloat32, [&](const CloudPoint& p) { return p.covariance_mm2(c.row, c.col); });

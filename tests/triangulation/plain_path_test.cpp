@@ -54,10 +54,10 @@ void ExpectSameResult(int cameras, double wrong_share, double sigma_px) {
     ASSERT_NE(same, plain.end());
     EXPECT_EQ(point.views, same->second.views);
     EXPECT_LT((point.position_mm - same->second.point.position_mm).norm(), 0.002 * point.sigma_mm);
-    // One factor is common to all entries.
+    // One factor is common to all entries: the frame's, by how the node's residuals scatter against it.
     const Eigen::Matrix3d &a = point.covariance_mm2, &b = same->second.point.covariance_mm2;
     EXPECT_LT((a / a.trace() - b / b.trace()).norm(), 1e-3);
-    EXPECT_GE(a.trace() / b.trace(), 0.999);
+    EXPECT_GE(a.trace() / b.trace(), 0.4);
   }
 }
 

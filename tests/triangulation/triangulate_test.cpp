@@ -203,6 +203,28 @@ TEST(Triangulate, CovarianceGrowsWhenObservationsScatterMoreThanTheySay) {
   EXPECT_NEAR(MeanSquaredMahalanobis(*cloud, truth), 3, 0.9);
 }
 
+TEST(Triangulate, CovarianceIsLargerWhereRaysMeetLessWell) {
+  // Half of the sheet was decoded three times as badly, with the same sigma_px.
+  const Rig rig = RingRig(8);
+  const std::vector<NodeTruth> truth = BentSheet(40, 40);
+  std::vector<ViewObservations> views = Observe(rig, truth, 0.05, 9);
+  const std::vector<ViewObservations> rough = Observe(rig, truth, 0.15, 10);
+  for (size_t v = 0; v < views.size(); ++v) {
+    for (size_t i = 0; i < views[v].observations.size(); ++i) {
+      Observation& o = views[v].observations[i];
+      if (o.node.row >= 20) o = rough[v].observations[i];
+      o.sigma_px = 0.11f;
+    }
+  }
+  const auto cloud = Triangulate(rig, views, Options());
+  ASSERT_TRUE(cloud.ok());
+  ASSERT_EQ(cloud->points.size(), truth.size());
+  double smooth_mm = 0, rough_mm = 0;
+  for (const CloudPoint& p : cloud->points) (p.node.row < 20 ? smooth_mm : rough_mm) += p.sigma_mm;
+  EXPECT_GT(rough_mm, 1.5 * smooth_mm);
+  EXPECT_NEAR(MeanSquaredMahalanobis(*cloud, truth), 3, 0.7);
+}
+
 TEST(Triangulate, CovarianceHoldsWhatTheCalibrationLeaves) {
   // Every camera is off by its own amount, the same for all nodes of this small sheet; one rig after the
   // other.

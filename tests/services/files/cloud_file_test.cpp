@@ -22,6 +22,7 @@ Cloud TwoPoints() {
   cloud.points[0].views = 7;
   cloud.points[0].sigma_mm = 0.25;
   cloud.points[0].covariance_mm2 << 1, 0.5, 0.25, 0.5, 2, -0.125, 0.25, -0.125, 4;
+  cloud.points[0].fold_covariance_mm2.diagonal().setConstant(0.125 * 0.125);
   cloud.points[1].position_mm = {0, 0, 1};
   cloud.points[1].node = {0, 0, NodeKind::kCorner};
   return cloud;
@@ -64,6 +65,10 @@ TEST(CloudFile, ReadsBackWithAndWithoutCovariance) {
     const Eigen::Matrix3d expected =
         columns == CloudColumns::kPlain ? Eigen::Matrix3d::Zero() : cloud.points[0].covariance_mm2;
     EXPECT_EQ(back->points[0].covariance_mm2, expected);
+    // The size is kept; the shape follows what is known.
+    const bool plain = columns == CloudColumns::kPlain;
+    const Eigen::Matrix3d whole = plain ? 0.0625 * Eigen::Matrix3d::Identity() : expected;
+    EXPECT_EQ(back->points[0].fold_covariance_mm2, 0.25 * whole);
   }
 }
 
