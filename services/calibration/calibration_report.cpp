@@ -136,6 +136,7 @@ std::string Plots(const CalibrationResult& result) {
           LinePlot(axis, views, {.title = "Views of boards"}), "</div>\n"));
 }
 
+// What detection found, and what came of it.
 std::string Cameras(const CalibrationResult& result) {
   const std::vector<int> shared = SharedViews(result.detection.views);
   std::string rows;
@@ -149,41 +150,46 @@ std::string Cameras(const CalibrationResult& result) {
       cells.push_back(FormatCount(count));
     if (result.solution) {
       const CameraFit& fit = result.solution->cameras[c];
-      const auto sigma = [&](int i) {
-        return fit.covariance.size() ? std::sqrt(fit.covariance(i, i)) : kNaN;
-      };
-      const auto longest = [&](int i) {
-        return std::sqrt(sigma(i) * sigma(i) + sigma(i + 1) * sigma(i + 1) + sigma(i + 2) * sigma(i + 2));
-      };
-      const CameraModel& camera = result.solution->bundle.cameras[c];
       cells.push_back(FormatCount(fit.corners));
       cells.push_back(FormatCount(fit.rejected_corners));
-      for (const double value : {fit.sigma_px, fit.rms_px, fit.projection_sigma_px})
-        cells.push_back(FormatNumber(value, 3));
-      cells.push_back(absl::StrCat(FormatNumber(camera.fx_px, 1), " &plusmn; ", FormatNumber(sigma(0), 2)));
-      cells.push_back(absl::StrCat(FormatNumber(camera.cx_px, 1), " &plusmn; ", FormatNumber(sigma(2), 2)));
-      cells.push_back(absl::StrCat(FormatNumber(camera.cy_px, 1), " &plusmn; ", FormatNumber(sigma(3), 2)));
-      cells.push_back(
-          absl::StrCat(FormatNumber(camera.distortion[0], 4), " &plusmn; ", FormatNumber(sigma(4), 4)));
-      cells.push_back(FormatNumber(longest(9) * kDegPerRad, 4));
-      cells.push_back(FormatNumber(longest(12), 3));
+      cells.push_back(FormatNumber(fit.rms_px, 3));
     }
     rows += TableRow("td", cells);
   }
   std::vector<std::string> header = {"Camera",    "Images",    "Views",   "Shared",
                                      "Tags used", "Too small", "Blurred", "Unclear"};
-  if (result.solution) {
-    for (const char* name : {"Corners", "Rejected", "Corner sigma, px", "Residuals, px", "Stage sigma, px",
-                             "fx, px", "cx, px", "cy, px", "k1", "Rotation, deg", "Centre, mm"}) {
-      header.push_back(name);
-    }
-  }
+  if (result.solution) header.insert(header.end(), {"Corners", "Rejected", "Residuals, px"});
   return Section(
-      "cameras", result.solution ? "Cameras and their sigmas" : "Cameras",
-      absl::StrCat("<p>Views are boards in images; shared ones were seen by another camera at the same "
-                   "moment. Tags are left out where they are too small to measure, blurred, or unclear: "
-                   "hidden in part, or without contrast.</p>\n",
+      "cameras", "Cameras",
+      absl::StrCat("<p>Views are boards in images; shared ones were seen by another camera at the "
+                   "same moment. Tags are left out where they are too small to measure, blurred, or "
+                   "unclear: hidden in part, or without contrast.</p>\n",
                    Table(header, rows, "cameras")));
+}
+
+// The lenses and how well all is known.
+std::string Sigmas(const CalibrationResult& result) {
+  if (!result.solution) return "";
+  std::string rows;
+  for (size_t c = 0; c < result.solution->cameras.size(); ++c) {
+    const CameraFit& fit = result.solution->cameras[c];
+    const CameraModel& camera = result.solution->bundle.cameras[c];
+    const auto sigma = [&](int i) { return fit.covariance.size() ? std::sqrt(fit.covariance(i, i)) : kNaN; };
+    const auto longest = [&](int i) { return std::hypot(sigma(i), sigma(i + 1), sigma(i + 2)); };
+    const auto with_sigma = [&](double value, int i, int decimals) {
+      return absl::StrCat(FormatNumber(value, decimals), "&nbsp;&plusmn;&nbsp;",
+                          FormatNumber(sigma(i), decimals));
+    };
+    rows +=
+        TableRow("td", {NameHtml(camera.id), with_sigma(camera.fx_px, 0, 2), with_sigma(camera.cx_px, 2, 2),
+                        with_sigma(camera.cy_px, 3, 2), with_sigma(camera.distortion[0], 4, 4),
+                        FormatNumber(longest(9) * kDegPerRad, 4), FormatNumber(longest(12), 3),
+                        FormatNumber(fit.sigma_px, 3), FormatNumber(fit.projection_sigma_px, 3)});
+  }
+  return Section("sigmas", "Lenses and sigmas",
+                 Table({"Camera", "fx, px", "cx, px", "cy, px", "k1", "Rotation, deg", "Centre, mm",
+                        "Corner, px", "Stage, px"},
+                       rows, "cameras"));
 }
 
 std::string Boards(const CalibrationResult& result) {
@@ -221,7 +227,7 @@ std::string Boards(const CalibrationResult& result) {
 std::string MakeCalibrationReport(const CalibrationResult& result) {
   return Page("Weft rig calibration",
               absl::StrCat(Head(result), Issues(result), Plots(result), Images(result), Links(result),
-                           Cameras(result), Boards(result)));
+                           Cameras(result), Sigmas(result), Boards(result)));
 }
 
 }  // namespace weft
