@@ -13,11 +13,10 @@ import time
 import unittest
 
 from live_studio import LiveTest, enter_network, frames, packet_loss, set_up_network
-from studio import weft
+from studio import faulty_disk, weft
 
 CAMERAS = {"left": "127.0.0.2", "middle": "127.0.0.3", "right": "127.0.0.4", "top": "127.0.0.5"}
 SECONDS = float(os.environ.get("WEFT_ENDURANCE_S", "20"))
-FAULTS = os.environ["WEFT_DISK_FAULTS"]
 WIDTH, HEIGHT, FPS = 256, 192, 10
 PERIOD_NS = 1_000_000_000 // FPS
 QUEUE_MIB = 2
@@ -37,7 +36,7 @@ class Endurance(LiveTest):
                            tolerance_ms=2)
 
     def start(self, seconds, **faults):
-        return self.record(seconds, env={**os.environ, "LD_PRELOAD": FAULTS, **faults})
+        return self.record(seconds, env={**os.environ, **faulty_disk(), **faults})
 
     def assert_true_frames(self):
         """Every frame holds what its camera saw at the trigger of its set, bit by bit. Returns their number."""

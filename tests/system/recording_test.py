@@ -10,10 +10,9 @@ import tempfile
 import time
 import unittest
 
-from studio import BIN, LONG_S, StudioTest, read, results, weft
+from studio import BIN, LONG_S, StudioTest, faulty_disk, read, results, weft
 
 LOAD = os.path.join(BIN, "recorder_load")
-FAULTS = os.environ["WEFT_DISK_FAULTS"]
 SMALL = ["3", "96", "64"]  # cameras, width_px, height_px
 LARGE = ["2", "1024", "512"]
 
@@ -21,7 +20,7 @@ LARGE = ["2", "1024", "512"]
 def load(*arguments, faults=None, **options):
     environment = dict(os.environ)
     if faults:
-        environment.update(faults, LD_PRELOAD=FAULTS)
+        environment.update(faults, **faulty_disk())
     return subprocess.Popen([LOAD, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
                             env=environment, **options)
 

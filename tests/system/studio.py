@@ -1,5 +1,7 @@
 """A small synthetic studio on disk, and the programs of Weft as users run them."""
 
+import atexit
+import functools
 import os
 import re
 import shutil
@@ -21,6 +23,14 @@ def weft(*arguments, check=None, **options):
         raise AssertionError(f"weft {' '.join(map(str, arguments))}: exit status {done.returncode}, expected {check}\n"
                              f"{done.stdout}{done.stderr}")
     return done
+
+
+@functools.cache
+def faulty_disk():
+    """The environment in which a program's disk is that of disk_faults.cpp. LD_PRELOAD takes no path with a space."""
+    folder = tempfile.mkdtemp(prefix="weft-faults-")
+    atexit.register(shutil.rmtree, folder)
+    return {"LD_PRELOAD": shutil.copy(os.environ["WEFT_DISK_FAULTS"], folder)}
 
 
 def read(path, mode="r"):
