@@ -65,7 +65,7 @@ def module_files(name):
     """The module's file and those of the modules that it needs, in the order in which they are to be loaded."""
     version = os.listdir(os.path.join(kernel(), "lib/modules"))[0]
     shown = run("modprobe", "-d", kernel(), "-S", version, "--show-depends", name)
-    return re.findall(r"^insmod (\S+)", shown, re.MULTILINE)
+    return re.findall(r"^insmod (.+\.ko\S*)", shown, re.MULTILINE)
 
 
 def build_initramfs(path, devices):
