@@ -35,19 +35,24 @@ CopyProgress MakeProgress(const char* label, bool quiet) {
   return [bar](uint64_t done, uint64_t total) { bar->Set(done, total); };
 }
 
+// `copy`: what is known besides the two places. `text`: the same for people.
+absl::Status Say(const CopyCommandOptions& options, v1::TakeCopy copy, const std::string& text) {
+  if (!options.json) {
+    absl::PrintF("%s: %s\n", options.out, text);
+    return absl::OkStatus();
+  }
+  copy.set_source(options.source);
+  copy.set_out(options.out);
+  return PrintJsonMessage(copy);
+}
+
 // `what`: "images of ", for instance.
 absl::Status SayHowMany(const CopyCommandOptions& options, const char* what,
                         const absl::StatusOr<uint64_t>& sets) {
   if (!sets.ok()) return sets.status();
-  if (!options.json) {
-    absl::PrintF("%s: %s%d frame sets\n", options.out, what, *sets);
-    return absl::OkStatus();
-  }
   v1::TakeCopy copy;
-  copy.set_source(options.source);
-  copy.set_out(options.out);
   copy.set_sets(*sets);
-  return PrintJsonMessage(copy);
+  return Say(options, copy, absl::StrFormat("%s%d frame sets", what, *sets));
 }
 
 absl::Status Import(const CopyCommandOptions& options, bool quiet) {
@@ -66,16 +71,10 @@ absl::Status Import(const CopyCommandOptions& options, bool quiet) {
 absl::Status Archive(const CopyCommandOptions& options, const CopyProgress& progress) {
   const absl::StatusOr<uint64_t> frames = ExportArchive(options.source, options.out, progress);
   if (!frames.ok()) return frames.status();
-  if (!options.json) {
-    absl::PrintF("%s: %d frames, each decoded again and equal to the take's in every byte\n", options.out,
-                 *frames);
-    return absl::OkStatus();
-  }
   v1::TakeCopy copy;
-  copy.set_source(options.source);
-  copy.set_out(options.out);
   copy.set_frames(*frames);
-  return PrintJsonMessage(copy);
+  return Say(options, copy,
+             absl::StrFormat("%d frames, each decoded again and equal to the take's in every byte", *frames));
 }
 
 absl::Status Export(const CopyCommandOptions& options, bool quiet) {

@@ -31,6 +31,8 @@ std::string VideoRate(const RecordedTake& take) {
   return period_ns > 0 ? absl::StrCat("1000000000/", period_ns) : "30";
 }
 
+std::string FileArgument(const std::string& path) { return "file:" + path; }
+
 absl::StatusOr<FfmpegProcess> FfmpegProcess::Start(const std::vector<std::string>& arguments) {
   FfmpegProcess process;
   int ends[2] = {-1, -1};

@@ -17,6 +17,10 @@ namespace weft {
 // Frames a second as ffmpeg takes them: a fraction, or 30 where the take has no times.
 std::string VideoRate(const RecordedTake& take);
 
+// A file as an argument, whatever its name: ffmpeg would take a dash for an option and a colon for a
+// protocol.
+std::string FileArgument(const std::string& path);
+
 // Destroyed before Finish: the program is killed. Thread safety: none.
 class FfmpegProcess {
  public:

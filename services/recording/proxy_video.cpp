@@ -17,6 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 constexpr int kMaxWidth_px = 1920;  // of all cameras together, where nobody asks for more
 constexpr int kMaxCameraWidth_px = 480;
+constexpr int kMaxCameraSide_px = 8192;  // whatever is asked for
 
 // The cameras of a set in rows and columns, RGB.
 class Grid {
@@ -68,6 +69,11 @@ absl::StatusOr<int> CellHeight_px(const RecordedTake& take, int width_px) {
       const absl::StatusOr<ChunkHeader> header = take.stream(camera).ReadHeader(record);
       if (!header.ok()) return header.status();
       const int64_t half_px = int64_t{header->height_px} * width_px / header->width_px / 2;
+      if (half_px > kMaxCameraSide_px / 2) {
+        return absl::InvalidArgumentError(absl::StrCat(
+            "camera ", take.camera_ids()[camera], ": frames of ", header->width_px, "x", header->height_px,
+            " px would be higher than ", kMaxCameraSide_px, " px in the video; ask for narrower pictures"));
+      }
       return 2 * std::max<int>(1, static_cast<int>(half_px));
     }
   return absl::InvalidArgumentError("the take holds no frame");
@@ -92,9 +98,9 @@ void Draw(const RecordedTake& take, size_t set, int width_px, int height_px, Gri
 absl::Status WriteVideo(const RecordedTake& take, int width_px, int height_px, const std::string& file,
                         const CopyProgress& progress) {
   Grid grid(take.camera_ids().size(), width_px, height_px);
-  absl::StatusOr<FfmpegProcess> ffmpeg =
-      FfmpegProcess::Start({"-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", grid.Size(),
-                            "-framerate", VideoRate(take), "-i", "pipe:0", "-pix_fmt", "yuv420p", file});
+  absl::StatusOr<FfmpegProcess> ffmpeg = FfmpegProcess::Start(
+      {"-f", "rawvideo", "-pixel_format", "rgb24", "-video_size", grid.Size(), "-framerate", VideoRate(take),
+       "-i", "pipe:0", "-pix_fmt", "yuv420p", FileArgument(file)});
   if (!ffmpeg.ok()) return ffmpeg.status();
   for (size_t set = 0; set < take.sets().size(); ++set) {
     Draw(take, set, width_px, height_px, grid);
@@ -113,8 +119,9 @@ absl::StatusOr<uint64_t> ExportProxy(const std::string& take, const std::string&
   const int cols = Grid::ColsOf((*recorded)->camera_ids().size());
   int width_px = options.camera_width_px;
   if (width_px == 0) width_px = std::clamp(kMaxWidth_px / cols, 16, kMaxCameraWidth_px);
-  if (width_px < 16 || width_px > 8192)
-    return absl::InvalidArgumentError("a camera's picture must be 16 to 8192 px wide");
+  if (width_px < 16 || width_px > kMaxCameraSide_px)
+    return absl::InvalidArgumentError(
+        absl::StrCat("a camera's picture must be 16 to ", kMaxCameraSide_px, " px wide"));
   width_px = width_px / 2 * 2;
   const absl::StatusOr<int> height_px = CellHeight_px(**recorded, width_px);
   if (!height_px.ok()) return height_px.status();

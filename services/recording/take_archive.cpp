@@ -112,7 +112,7 @@ absl::Status Encode(const CameraFrames& frames, const std::string& rate, const s
                                                                layout.coded_as,
                                                                "-f",
                                                                "matroska",
-                                                               file});
+                                                               FileArgument(file)});
   if (!ffmpeg.ok()) return ffmpeg.status();
   for (const IndexRecord* record : frames.records) {
     const absl::StatusOr<RawFrame> frame = frames.stream->Read(*record);
@@ -125,8 +125,9 @@ absl::Status Encode(const CameraFrames& frames, const std::string& rate, const s
 }
 
 absl::Status Check(const CameraFrames& frames, const std::string& file, const FrameDone& done) {
-  absl::StatusOr<FfmpegProcess> ffmpeg = FfmpegProcess::Start(
-      {"-i", file, "-fps_mode", "passthrough", "-f", "rawvideo", "-pix_fmt", frames.layout.pixels, "pipe:1"});
+  absl::StatusOr<FfmpegProcess> ffmpeg =
+      FfmpegProcess::Start({"-i", FileArgument(file), "-fps_mode", "passthrough", "-f", "rawvideo",
+                            "-pix_fmt", frames.layout.pixels, "pipe:1"});
   if (!ffmpeg.ok()) return ffmpeg.status();
   std::vector<uint8_t> decoded;
   for (const IndexRecord* record : frames.records) {

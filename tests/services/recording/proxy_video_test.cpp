@@ -60,6 +60,17 @@ TEST(ProxyVideo, ShowsAllCamerasSideBySide) {
   EXPECT_FALSE(ffmpeg->Read(picture.data(), 1).ok());
 }
 
+TEST(ProxyVideo, TakesAnyNameForAFile) {
+  const TempFolder temp;
+  RecordPlain(temp / "take");
+  const std::filesystem::path before = std::filesystem::current_path();
+  std::filesystem::current_path(temp / "");
+  const auto sets = ExportProxy("take", "-north:1.mp4", {});
+  std::filesystem::current_path(before);
+  EXPECT_TRUE(sets.ok()) << sets.status();
+  EXPECT_TRUE(std::filesystem::exists(temp / "-north:1.mp4"));
+}
+
 TEST(ProxyVideo, SaysWhyThereIsNone) {
   const TempFolder temp;
   RecordPlain(temp / "take");
