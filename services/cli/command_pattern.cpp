@@ -9,6 +9,7 @@
 #include "services/cli/coding_report_text.h"
 #include "services/cli/commands.h"
 #include "services/cli/progress.h"
+#include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
 
 namespace weft {
@@ -18,6 +19,7 @@ struct GenerateOptions {
   BoardGenerationOptions board;
   std::string panels;
   std::string out;
+  bool json = false;
 };
 
 absl::Status Generate(const GenerateOptions& options) {
@@ -38,6 +40,12 @@ absl::Status Generate(const GenerateOptions& options) {
   if (!board.ok()) return board.status();
   const std::string provenance = absl::StrCat("weft pattern generate, seed ", made.seed);
   if (absl::Status status = WriteBoard(options.out, *board, provenance); !status.ok()) return status;
+  if (options.json) {
+    const absl::StatusOr<std::string> written = ReadWholeFile(options.out + "/board.json");
+    if (!written.ok()) return written.status();
+    std::fputs(written->c_str(), stdout);
+    return absl::OkStatus();
+  }
   std::printf("%s/board.json: %d rows, %d columns, cells of %g mm (%.0f x %.0f mm), hash %s\n",
               options.out.c_str(), board->rows, board->cols, board->cell_mm, board->cols * board->cell_mm,
               board->rows * board->cell_mm, board->ContentHash().c_str());
@@ -119,6 +127,7 @@ void AddGenerate(CLI::App& pattern, CommandLine& line) {
       ->type_name("MASK");
   generate->add_option("--seed", options->board.seed, "Seed of the search")->type_name("N");
   generate->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  generate->add_flag("--json", options->json, "Print board.json (weft.v1.Board)");
   generate->callback([options, &line] { line.run = [options] { return Generate(*options); }; });
 }
 

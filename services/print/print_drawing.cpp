@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "services/print/panel_label.h"
 
 namespace weft {
 namespace {
@@ -23,6 +24,8 @@ class PageDrawing {
   void Head(size_t number);
   void ScaleBar(double x, double y, double length_mm, bool upright);
   void Piece(const PrintPiece& piece);
+  void Panel(const PrintPiece& piece, const std::vector<uint8_t>& cells);
+  void Label(const PanelLabel& label);
   void Cells(const PrintPiece& piece, const std::vector<uint8_t>& cells);
   // Borders between cells of at least `level` and others.
   void Outline(const PrintPiece& piece, const std::vector<uint8_t>& cells, int level);
@@ -94,6 +97,9 @@ void PageDrawing::Head(size_t number) {
   }
   ScaleBar(x, y + 42, 200, false);
   Text(x, y + 50, 3.5, "200 mm: measure it on the cloth before it is cut");
+  const std::vector<PrintPiece>& pieces = layout_.pages[number - 1].pieces;
+  if (!pieces.empty() && pieces[0].panel > 0)
+    Text(x, y + 56, 3.5, "panels: seam white dashes, cut black line");
   ScaleBar(x + 218, y + 6, 40, true);
   Text(x + 224, y + 28, 3.5, "40 mm");
 }
@@ -184,27 +190,52 @@ void PageDrawing::RegistrationMarks(const PrintPiece& piece) {
   cairo_stroke(context_);
 }
 
+// White under the text, so that it can be read on cells.
+void PageDrawing::Label(const PanelLabel& label) {
+  const Eigen::Vector2d size = label.high_mm - label.low_mm;
+  if (label.leader_mm) {
+    Black();
+    cairo_set_line_width(context_, 0.25);
+    Line(label.low_mm.x() + size.x() / 2, label.low_mm.y(), label.leader_mm->x(), label.leader_mm->y());
+    cairo_stroke(context_);
+  } else {
+    cairo_set_source_rgb(context_, 1, 1, 1);
+    cairo_rectangle(context_, label.low_mm.x(), label.low_mm.y(), size.x(), size.y());
+    cairo_fill(context_);
+  }
+  cairo_save(context_);
+  cairo_translate(context_, label.low_mm.x(), label.upright ? label.high_mm.y() : label.low_mm.y());
+  if (label.upright) cairo_rotate(context_, -1.5707963267948966);
+  Text(0.3 * label.size_mm, 1.05 * label.size_mm, label.size_mm, label.text);
+  cairo_restore(context_);
+}
+
+// The seam: white dashes on the ink lines, where they harm nothing. The cut: a black line outside.
+void PageDrawing::Panel(const PrintPiece& piece, const std::vector<uint8_t>& cells) {
+  const double dash = 3;
+  cairo_set_source_rgb(context_, 1, 1, 1);
+  cairo_set_line_width(context_, kSeamLineMm);
+  cairo_set_dash(context_, &dash, 1, 0);
+  Outline(piece, cells, 2);
+  cairo_stroke(context_);
+  cairo_set_dash(context_, nullptr, 0, 0);
+  Black();
+  cairo_set_line_width(context_, kCutLineMm);
+  Outline(piece, cells, 1);
+  cairo_stroke(context_);
+  Label(PlacePanelLabel(piece, cells, layout_.cell_mm));
+}
+
 void PageDrawing::Piece(const PrintPiece& piece) {
   const std::vector<uint8_t> cells = PieceCells(board_, piece, layout_.allowance_cells);
   Cells(piece, cells);
   RegistrationMarks(piece);
   if (piece.panel > 0) {
-    // The seam: white dashes on the ink lines, where they harm nothing. The cut: a black line outside.
-    const double dash = 3;
-    cairo_set_source_rgb(context_, 1, 1, 1);
-    cairo_set_line_width(context_, kSeamLineMm);
-    cairo_set_dash(context_, &dash, 1, 0);
-    Outline(piece, cells, 2);
-    cairo_stroke(context_);
-    cairo_set_dash(context_, nullptr, 0, 0);
-    Black();
-    cairo_set_line_width(context_, kCutLineMm);
-    Outline(piece, cells, 1);
-    cairo_stroke(context_);
+    Panel(piece, cells);
+    return;
   }
   const double beside_marks = piece.mark_cols.empty() ? 0 : 50;
-  Text(piece.x_mm + beside_marks, piece.y_mm + piece.rows * layout_.cell_mm + 5, 3.5,
-       absl::StrCat(piece.label, piece.panel > 0 ? "   seam: white dashes, cut: black line" : ""));
+  Text(piece.x_mm + beside_marks, piece.y_mm + piece.rows * layout_.cell_mm + 5, 3.5, piece.label);
 }
 
 void PageDrawing::Draw(size_t number) {

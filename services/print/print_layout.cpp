@@ -93,8 +93,7 @@ std::vector<PrintPiece> PanelPieces(const Board& board, int allowance) {
   }
   std::vector<PrintPiece> pieces;
   for (const auto& [panel, box] : boxes) {
-    pieces.push_back({.label = absl::StrCat("panel ", panel, ": rows ", box.top, " to ", box.bottom,
-                                            ", columns ", box.left, " to ", box.right),
+    pieces.push_back({.label = absl::StrCat("panel ", panel),
                       .row = box.top - allowance,
                       .col = box.left - allowance,
                       .rows = box.bottom - box.top + 1 + 2 * allowance,

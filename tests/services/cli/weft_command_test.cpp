@@ -110,6 +110,15 @@ TEST(WeftPattern, GeneratesABoardThatPassesItsCheck) {
   EXPECT_THAT(check.out, HasSubstr("every 3x3 window is unique"));
 }
 
+TEST(WeftPattern, GenerateTellsAScriptWhatItWrote) {
+  const TempFolder folder;
+  const WeftRun made =
+      RunWeft({"pattern", "generate", "--rows", "20", "--cols", "30", "--out", folder / "b", "--json"});
+  ASSERT_EQ(made.status, 0) << made.err;
+  EXPECT_EQ(made.out, ReadBytes(folder / "b/board.json"));
+  EXPECT_THAT(made.out, HasSubstr("\"rows\": 20"));
+}
+
 TEST(WeftPattern, ClashingBoardIsBadInput) {
   Board board = *GenerateBoard(12, 12, 2.7, 1);
   for (int row = 0; row < 3; ++row) {

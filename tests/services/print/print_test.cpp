@@ -13,6 +13,7 @@
 
 #include "pattern/board_generation.h"
 #include "pattern/decoder.h"
+#include "services/print/panel_label.h"
 #include "services/print/print_file.h"
 
 namespace weft {
@@ -208,8 +209,13 @@ TEST_F(Print, PanelsAreCutOutWithTheirAllowance) {
   ASSERT_EQ(layout.pages[0].pieces.size(), 2u);
   for (const PrintPiece& piece : layout.pages[0].pieces) {
     const std::vector<uint8_t> cells = PieceCells(board_, piece, layout.allowance_cells);
+    const PanelLabel label = PlacePanelLabel(piece, cells, 2.7);
+    EXPECT_FALSE(label.leader_mm);
     for (int r = 0; r < piece.rows; ++r) {
       for (int c = 0; c < piece.cols; ++c) {
+        const Eigen::Vector2d middle(piece.x_mm + (c + 0.5) * 2.7, piece.y_mm + (r + 0.5) * 2.7);
+        if ((middle.array() > label.low_mm.array()).all() && (middle.array() < label.high_mm.array()).all())
+          continue;
         const cv::Vec3b pixel =
             page.at<cv::Vec3b>(static_cast<int>((piece.y_mm + (r + 0.5) * 2.7) * kPxPerMm),
                                static_cast<int>((piece.x_mm + (c + 0.5) * 2.7) * kPxPerMm));
