@@ -3,7 +3,7 @@
 #include <memory>
 
 #include "services/cli/commands.h"
-#include "services/cli/take_text.h"
+#include "services/cli/json_output.h"
 #include "services/recording/camera_list.h"
 
 namespace weft {

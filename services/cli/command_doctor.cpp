@@ -4,7 +4,7 @@
 #include <string>
 
 #include "services/cli/commands.h"
-#include "services/cli/take_text.h"
+#include "services/cli/json_output.h"
 #include "services/recording/doctor.h"
 #include "services/recording/session_file.h"
 

@@ -8,7 +8,7 @@
 #include "absl/time/time.h"
 #include "services/cli/commands.h"
 #include "services/cli/job_view.h"
-#include "services/cli/take_text.h"
+#include "services/cli/json_output.h"
 #include "services/client/fetch_results.h"
 #include "services/client/registration_client.h"
 #include "services/pipeline/stop_on_signal.h"

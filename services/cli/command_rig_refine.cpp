@@ -7,8 +7,8 @@
 #include <string>
 
 #include "services/calibration/refine_rig.h"
+#include "services/cli/json_output.h"
 #include "services/cli/progress.h"
-#include "services/cli/take_text.h"
 
 namespace weft {
 namespace {

@@ -5,8 +5,8 @@
 #include "absl/strings/str_cat.h"
 #include "capture/recover_take.h"
 #include "services/cli/commands.h"
+#include "services/cli/json_output.h"
 #include "services/cli/take_text.h"
-#include "services/files/json_file.h"
 #include "services/recording/disk_speed.h"
 #include "services/recording/take_file.h"
 

@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "services/cli/commands.h"
+#include "services/cli/json_output.h"
 #include "services/cli/preview_options.h"
 #include "services/cli/take_text.h"
 #include "services/recording/disk_check.h"

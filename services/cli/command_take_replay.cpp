@@ -8,10 +8,10 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "services/cli/commands.h"
+#include "services/cli/json_output.h"
 #include "services/cli/preview_options.h"
 #include "services/cli/progress.h"
 #include "services/cli/take_range.h"
-#include "services/cli/take_text.h"
 #include "services/recording/replay_take.h"
 
 namespace weft {

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "services/cli/commands.h"
+#include "services/cli/json_output.h"
 #include "services/cli/sync_page.h"
-#include "services/cli/take_text.h"
 #include "services/files/atomic_file.h"
 #include "services/recording/sync_report.h"
 

@@ -5,7 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/cli/commands.h"
-#include "services/cli/take_text.h"
+#include "services/cli/json_output.h"
 #include "services/cli/template_summary.h"
 #include "services/files/board_file.h"
 #include "services/files/garment_parts_file.h"

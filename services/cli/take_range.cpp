@@ -45,9 +45,12 @@ absl::StatusOr<TakeViewOptions> ParseTakeRange(const TakeRange& range) {
   for (const std::string& text : range.shifts) {
     const std::vector<std::string> parts = absl::StrSplit(text, absl::MaxSplits('=', 1));
     double shift_ms = 0;
-    if (parts.size() != 2 || !absl::SimpleAtod(parts[1], &shift_ms) || !(std::abs(shift_ms) < 1e12))
+    if (parts.size() != 2 || parts[0].empty() || !absl::SimpleAtod(parts[1], &shift_ms) ||
+        !(std::abs(shift_ms) < 1e12))
       return absl::InvalidArgumentError(absl::StrCat("--shift ", text, ": expected CAMERA=MILLISECONDS"));
-    view.shift_ns[parts[0]] = std::llround(1e6 * shift_ms);
+    if (!view.shift_ns.emplace(parts[0], std::llround(1e6 * shift_ms)).second)
+      return absl::InvalidArgumentError(
+          absl::StrCat("--shift ", text, ": the camera has been shifted already; name each once"));
   }
   return view;
 }

@@ -1,12 +1,10 @@
 #include "services/cli/take_text.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "services/files/json_file.h"
 
 namespace weft {
 namespace {
@@ -61,13 +59,6 @@ std::string TakeRecoveryText(const v1::TakeRecoveryReport& report) {
       report.take(), report.sets(), report.brought_back(), report.cut_off(), report.entries_added());
   for (const std::string& damage : report.damage()) absl::StrAppend(&text, "lost: ", damage, "\n");
   return text;
-}
-
-absl::Status PrintJsonMessage(const google::protobuf::Message& message) {
-  const absl::StatusOr<std::string> json = ToJson(message);
-  if (!json.ok()) return json.status();
-  std::fputs(json->c_str(), stdout);
-  return absl::OkStatus();
 }
 
 }  // namespace weft
