@@ -123,10 +123,10 @@ class LiveTest(unittest.TestCase):
         write(self.session, json.dumps({"cameras": cameras, "fps": 10, "tolerance_ms": 2, "max_wait_ms": 5000,
                                         "low_disk_gib": 0.01, **more}))
 
-    def record(self, seconds=0, **options):
+    def record(self, seconds=0, arguments=(), **options):
         """0 s: until `stop`, as tests do that wait for what they need; how long that takes depends on the machine."""
         return subprocess.Popen([os.path.join(BIN, "weft"), "take", "record", "--session", self.session, "--out", self.take,
-                                 "--seconds", str(seconds), "--json"],
+                                 "--seconds", str(seconds), "--json", *arguments],
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
 
     def ledger(self):

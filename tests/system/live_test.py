@@ -8,7 +8,7 @@ import time
 import unittest
 
 from live_studio import LiveTest, enter_network, frames, packet_loss, set_up_network, true_spread_ns
-from studio import LONG_S, weft
+from studio import LONG_S, read, weft
 
 CAMERAS = {"left": "127.0.0.2", "middle": "127.0.0.3", "right": "127.0.0.4", "top": "127.0.0.5"}
 ESTIMATED = {"clocks": "SESSION_CLOCKS_ESTIMATED"}
@@ -41,6 +41,29 @@ class Live(LiveTest):
         images = os.path.join(os.path.dirname(self.take), "images")
         weft("take", "export", self.take, "--out", images, check=0)
         self.assertEqual(len(os.listdir(images)), int(info["sets"]))
+
+    def test_operators_see_the_cameras_while_they_film(self):
+        self.start_cameras()
+        self.write_session(ptp=True)
+        look = os.path.join(os.path.dirname(self.take), "look")
+        recorder = self.record(arguments=["--preview", look, "--preview-interval", "0.3"])
+        self.wait_for_more_sets(recorder, 5)
+        page = os.path.join(look, "index.html")
+        shown = []  # a page is whole whenever it is read
+        end = time.monotonic() + LONG_S
+        while len(shown) < 3 and time.monotonic() < end:
+            text = read(page) if os.path.exists(page) else ""
+            if text and text not in shown:
+                self.assertTrue(text.rstrip().endswith("</html>"))
+                shown.append(text)
+            time.sleep(0.05)
+        info = self.stop(recorder)
+        self.assertEqual(len(shown), 3)
+        self.assert_complete(info)
+        for text in shown[1:]:
+            for camera in CAMERAS:
+                self.assertIn(f">{camera}<", text)
+            self.assertEqual(text.count("image/jpeg"), len(CAMERAS))
 
     def test_without_resend_losses_stand_in_the_ledger(self):
         cameras = self.start_cameras()
