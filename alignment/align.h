@@ -29,7 +29,8 @@ struct VertexTarget {
   Eigen::Matrix3d fold_covariance_mm2 = Eigen::Matrix3d::Zero();
 };
 
-// The centres of the cloud that belong to the template; `unclaimed` counts those whose cell no vertex has.
+// The points of the cloud that are vertices of the template, cells and corners; `unclaimed` counts the cells
+// that are none (corners are vertices of few templates).
 struct CloudTargets {
   std::vector<VertexTarget> targets;  // ordered by vertex, a vertex at most once
   int unclaimed = 0;

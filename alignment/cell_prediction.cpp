@@ -49,19 +49,19 @@ absl::Status PredictionOptions::Validate() const {
 }
 
 std::vector<CellNeighborhood> FindCellNeighborhoods(const Template& garment) {
-  const std::vector<VertexCell>& cells = garment.cell_of_vertex;
+  const std::vector<VertexNode>& cells = garment.node_of_vertex;
   CellNeighborhood none;
   none.fill(-1);
   std::vector<CellNeighborhood> out(cells.size(), none);
   for (size_t v = 0; v < cells.size(); ++v) {
-    if (cells[v].row >= 0) out[v][kMiddle] = static_cast<int>(v);
+    if (cells[v].IsCell()) out[v][kMiddle] = static_cast<int>(v);
   }
   // Edges of the mesh between neighbours on the board.
   for (const Face& face : garment.rest.faces) {
     for (int k = 0; k < 3; ++k) {
       const int a = face[k], b = face[(k + 1) % 3];
       const int dr = cells[b].row - cells[a].row, dc = cells[b].col - cells[a].col;
-      if (cells[a].row < 0 || cells[b].row < 0 || std::max(std::abs(dr), std::abs(dc)) != 1) continue;
+      if (!cells[a].IsCell() || !cells[b].IsCell() || std::max(std::abs(dr), std::abs(dc)) != 1) continue;
       out[a][kMiddle + 3 * dr + dc] = b;
       out[b][kMiddle - 3 * dr - dc] = a;
     }
@@ -87,7 +87,7 @@ absl::StatusOr<PredictedSurface> PredictedSurface::Build(const Template& garment
                                                          const RegisteredMesh& mesh,
                                                          const PredictionOptions& options) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
-  const size_t vertices = garment.cell_of_vertex.size();
+  const size_t vertices = garment.node_of_vertex.size();
   if (mesh.vertices_mm.size() != vertices || mesh.sigma_mm.size() != vertices ||
       neighborhoods.size() != vertices) {
     return absl::InvalidArgumentError(absl::StrCat("prediction: a mesh of ", mesh.vertices_mm.size(),
@@ -140,8 +140,8 @@ std::vector<CellInView> PredictedSurface::CellsIn(const CameraModel& camera) con
     in_sight[v] = true;
     CellInView& out = cells.emplace_back();
     out.vertex = static_cast<int>(v);
-    out.cell.row = garment_->cell_of_vertex[v].row;
-    out.cell.col = garment_->cell_of_vertex[v].col;
+    out.cell.row = garment_->node_of_vertex[v].row;
+    out.cell.col = garment_->node_of_vertex[v].col;
     const Eigen::Vector<float, 6> f = (Eigen::Vector<double, 6>() << pixel[v], a, b).finished().cast<float>();
     out.cell.frame = {f[0], f[1], f[2], f[3], f[4], f[5]};
     const double depth_mm = (camera.rotation * vertices_mm_[v] + camera.translation_mm).z();

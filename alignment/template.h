@@ -1,6 +1,7 @@
-// A garment's template: its mesh at rest and the board cell of each vertex.
+// A garment's template: its mesh at rest and the board node of each vertex.
 #pragma once
 
+#include <Eigen/Core>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -9,39 +10,55 @@
 #include "absl/status/statusor.h"
 #include "alignment/mesh.h"
 #include "pattern/board.h"
+#include "pattern/observation.h"
 
 namespace weft {
 
-// Board cell of a vertex; row and col are -1 for vertices without a cell (seams).
-struct VertexCell {
+// What of the board a vertex is: the centre of a cell, a corner between cells (as BoardNode counts them), or
+// nothing (seams): row and col are -1.
+struct VertexNode {
   int row = -1;
   int col = -1;
+  NodeKind kind = NodeKind::kCenter;
+
+  bool IsCell() const { return row >= 0 && kind == NodeKind::kCenter; }
+  bool IsCorner() const { return row >= 0 && kind == NodeKind::kCorner; }
+  // Column and row on the board, in cells: the centre of cell (r, c) is at (c + 0.5, r + 0.5), corner (r, c)
+  // at (c, r).
+  Eigen::Vector2d PlaceInCells() const {
+    const double middle = kind == NodeKind::kCenter ? 0.5 : 0;
+    return {col + middle, row + middle};
+  }
 };
 
 struct Template {
   std::string id;
   std::string board_hash;  // Board::ContentHash of the board that the garment was sewn from
   TriangleMesh rest;
-  std::vector<VertexCell> cell_of_vertex;  // [vertices]
+  std::vector<VertexNode> node_of_vertex;  // [vertices]
 
   // 16 hex digits over mesh, map and board hash.
   std::string ContentHash() const;
 };
 
-// Parses a map with a line `row col` per vertex, `-1 -1` for none. InvalidArgument names source_name and
-// line.
-absl::StatusOr<std::vector<VertexCell>> ParseVertexCells(std::string_view text,
-                                                         const std::string& source_name);
+// Parses a map of cells, or of corners, with a line `row col` per vertex, `-1 -1` for none. InvalidArgument
+// names source_name and line.
+absl::StatusOr<std::vector<VertexNode>> ParseVertexMap(std::string_view text, NodeKind kind,
+                                                       const std::string& source_name);
+
+// Adds a map of corners to one of cells for the same vertices. InvalidArgument names the first vertex that is
+// in both, or says that their lengths differ.
+absl::Status JoinCorners(const std::vector<VertexNode>& corners, std::vector<VertexNode>* nodes);
 
 // What ImportTemplate asks of the mesh alone, and of the map for a mesh with that many vertices.
 // InvalidArgument names the first face or vertex that does not fit; the map's line of vertex v is v + 1.
 absl::Status CheckTemplateMesh(const TriangleMesh& mesh);
-absl::Status CheckVertexCells(const std::vector<VertexCell>& cells, size_t vertices, const Board& board);
+absl::Status CheckVertexNodes(const std::vector<VertexNode>& nodes, size_t vertices, const Board& board);
 
-// Checks that mesh, map and board fit: one entry per vertex, cells on the board and claimed once, faces with
-// valid and distinct indices, finite vertices, no edge with more than two faces. InvalidArgument names the
-// first vertex or face that does not fit.
-absl::StatusOr<Template> ImportTemplate(std::string id, TriangleMesh mesh, std::vector<VertexCell> cells,
+// Checks that mesh, map and board fit: one entry per vertex, nodes on the board and claimed once, some cell
+// among them, faces with valid and distinct indices, finite vertices, no edge with more than two faces.
+// InvalidArgument names the first vertex or face that does not fit.
+absl::StatusOr<Template> ImportTemplate(std::string id, TriangleMesh mesh, std::vector<VertexNode> nodes,
                                         const Board& board);
 
 }  // namespace weft

@@ -170,8 +170,8 @@ absl::StatusOr<std::vector<PlanStep>> PlanRig(const Template& garment, const Mom
   const absl::StatusOr<std::vector<VisibleMesh>> meshes = MakeVisible(garment, moments_mm);
   if (!meshes.ok()) return meshes.status();
   std::vector<int> vertices;
-  for (size_t v = 0; v < garment.cell_of_vertex.size(); ++v)
-    if (garment.cell_of_vertex[v].row >= 0) vertices.push_back(static_cast<int>(v));
+  for (size_t v = 0; v < garment.node_of_vertex.size(); ++v)
+    if (garment.node_of_vertex[v].row >= 0) vertices.push_back(static_cast<int>(v));
   const size_t all = vertices.size() * moments_mm.size();
   const size_t step = std::max<size_t>(1, all / static_cast<size_t>(options.max_samples));
   const size_t samples = (all + step - 1) / step;
@@ -207,12 +207,12 @@ absl::StatusOr<RigForecast> ForecastRig(const Template& garment, const Moments& 
   if (absl::Status status = CheckMoments(garment, moments_mm); !status.ok()) return status;
   const absl::StatusOr<std::vector<VisibleMesh>> meshes = MakeVisible(garment, moments_mm);
   if (!meshes.ok()) return meshes.status();
-  const size_t vertices = garment.cell_of_vertex.size();
+  const size_t vertices = garment.node_of_vertex.size();
   RigForecast out;
   for (auto* field : {&out.views, &out.coverage, &out.pitch_px, &out.sigma_mm})
     field->assign(vertices, kNone);
   tbb::parallel_for(size_t{0}, vertices, [&](size_t v) {
-    if (garment.cell_of_vertex[v].row < 0) return;
+    if (garment.node_of_vertex[v].row < 0) return;
     double views = 0, covered = 0, pitch_px = 0, sigma_mm = 0;
     int known = 0;
     for (const VisibleMesh& mesh : *meshes) {

@@ -101,20 +101,20 @@ absl::StatusOr<GreyImage> ToGrey(const Frame& frame) {
 absl::StatusOr<TextureDrift> TextureDrift::Build(const Template& garment,
                                                  const TextureDriftOptions& options) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
-  const ClothPrint print = PrintFromVertexCells(garment.rest.faces, garment.cell_of_vertex);
+  const ClothPrint print = PrintFromVertexNodes(garment.rest.faces, garment.node_of_vertex);
   TextureDrift drift{PrintLocator(print)};
   if (drift.locator_.row_end() <= drift.locator_.row_begin())
     return absl::InvalidArgumentError(
         "the template has no face whose three vertices lie on neighbouring cells");
   drift.options_ = options;
   drift.faces_ = garment.rest.faces;
-  drift.cells_ = garment.cell_of_vertex;
+  drift.nodes_ = garment.node_of_vertex;
   drift.mm_per_cell_ = MetricOf(garment, print);
   std::map<std::pair<int, int>, std::vector<int>> vertices;
-  for (size_t v = 0; v < garment.cell_of_vertex.size(); ++v) {
-    const VertexCell& cell = garment.cell_of_vertex[v];
-    if (cell.row >= 0 && !std::isnan(drift.mm_per_cell_[v](0, 0)))
-      vertices[{cell.row / options.block_cells, cell.col / options.block_cells}].push_back(
+  for (size_t v = 0; v < garment.node_of_vertex.size(); ++v) {
+    const VertexNode& node = garment.node_of_vertex[v];
+    if (node.row >= 0 && !std::isnan(drift.mm_per_cell_[v](0, 0)))
+      vertices[{node.row / options.block_cells, node.col / options.block_cells}].push_back(
           static_cast<int>(v));
   }
   for (auto& [place, inside] : vertices) {
@@ -167,8 +167,8 @@ UnwrapPlan TextureDrift::Plan(const Rig& rig, const VisibleMesh& before, const V
 
 TextureDriftField TextureDrift::EmptyField() const {
   TextureDriftField field;
-  field.mm.assign(cells_.size(), kNone);
-  field.rank.assign(cells_.size(), std::numeric_limits<int8_t>::max());
+  field.mm.assign(nodes_.size(), kNone);
+  field.rank.assign(nodes_.size(), std::numeric_limits<int8_t>::max());
   return field;
 }
 
@@ -303,10 +303,11 @@ TextureDrift::FlowCount TextureDrift::MeasureBlock(const Block& block, int rank,
   std::vector<int> vertices;
   std::vector<cv::Point2f> start;
   for (const int v : block.vertices) {
-    const auto texel = [&](int cell, int begin) {
-      return static_cast<float>((cell - begin + options_.margin_cells + 0.5) * t - 0.5);
+    const auto texel = [&](double place, int begin) {
+      return static_cast<float>((place - begin + options_.margin_cells) * t - 0.5);
     };
-    const cv::Point2f at(texel(cells_[v].col, block.col_begin), texel(cells_[v].row, block.row_begin));
+    const BoardPoint place = nodes_[v].PlaceInCells();
+    const cv::Point2f at(texel(place.x(), block.col_begin), texel(place.y(), block.row_begin));
     if (!AllKnown(known_sum, at, window / 2)) continue;
     vertices.push_back(v);
     start.push_back(at);

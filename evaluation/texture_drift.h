@@ -104,7 +104,7 @@ class TextureDrift {
   TextureDriftOptions options_;
   PrintLocator locator_;
   std::vector<Face> faces_;
-  std::vector<VertexCell> cells_;
+  std::vector<VertexNode> nodes_;
   std::vector<Eigen::Matrix<double, 3, 2>> mm_per_cell_;  // [vertices], rest position by column and row
   std::vector<Block> blocks_;
 };

@@ -58,7 +58,7 @@ std::vector<VertexView> VisibleMesh::Look(const CameraModel& camera, const Viewi
 }
 
 double CellPitchMm(const Template& garment) {
-  const ClothPrint print = PrintFromVertexCells(garment.rest.faces, garment.cell_of_vertex);
+  const ClothPrint print = PrintFromVertexNodes(garment.rest.faces, garment.node_of_vertex);
   double area_mm2 = 0, cells = 0;
   for (size_t f = 0; f < print.of_face.size(); ++f) {
     const auto& board = print.of_face[f];
@@ -73,19 +73,19 @@ double CellPitchMm(const Template& garment) {
   return cells > 0 ? std::sqrt(area_mm2 / cells) : 0;
 }
 
-std::vector<bool> ReadAround(const std::vector<VertexCell>& cell_of_vertex,
+std::vector<bool> ReadAround(const std::vector<VertexNode>& node_of_vertex,
                              const std::vector<Observation>& observations) {
-  constexpr int kMost = 5;  // of nine
   std::set<std::pair<int, int>> read;
   for (const Observation& o : observations)
     if (o.node.kind == NodeKind::kCenter) read.emplace(o.node.row, o.node.col);
   std::vector<bool> around;
-  around.reserve(cell_of_vertex.size());
-  for (const VertexCell& cell : cell_of_vertex) {
+  around.reserve(node_of_vertex.size());
+  for (const VertexNode& node : node_of_vertex) {
+    const int cells = node.IsCell() ? 9 : 4, side = node.IsCell() ? 3 : 2;
     int count = 0;
-    for (int k = 0; k < 9; ++k)
-      count += static_cast<int>(read.count({cell.row + k / 3 - 1, cell.col + k % 3 - 1}));
-    around.push_back(cell.row >= 0 && count >= kMost);
+    for (int k = 0; k < cells; ++k)
+      count += static_cast<int>(read.count({node.row + k / side - 1, node.col + k % side - 1}));
+    around.push_back(node.row >= 0 && 2 * count > cells);
   }
   return around;
 }

@@ -47,10 +47,10 @@ class VisibleMesh {
   RayScene rays_;
 };
 
-// [vertices] Whether a picture was read around a vertex: most of the 3x3 cells around its own were decoded.
-// Where the mesh alone says that a camera sees cloth but little of it was read, something that is no part of
-// the mesh covers it, such as a hand.
-std::vector<bool> ReadAround(const std::vector<VertexCell>& cell_of_vertex,
+// [vertices] Whether a picture was read around a vertex: most of the 3x3 cells around its own were decoded,
+// or of the four around its corner. Where the mesh alone says that a camera sees cloth but little of it was
+// read, something that is no part of the mesh covers it, such as a hand.
+std::vector<bool> ReadAround(const std::vector<VertexNode>& node_of_vertex,
                              const std::vector<Observation>& observations);
 
 // Pitch of the template's cells at rest: the square root of the area of the printed faces by that of their

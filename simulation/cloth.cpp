@@ -29,7 +29,7 @@ Eigen::Vector3d RestPosition(const ClothOptions& o, double row, double col) {
 void AddVertices(Cloth& cloth) {
   const ClothOptions& o = cloth.options;
   cloth.vertex_of_grid.assign(static_cast<size_t>(cloth.grid_rows) * cloth.grid_cols, -1);
-  const auto add = [&](int i, int j, VertexCell cell) {
+  const auto add = [&](int i, int j, VertexNode cell) {
     cloth.vertex_of_grid[static_cast<size_t>(i) * cloth.grid_cols + j] =
         static_cast<int>(cloth.rest.vertices_mm.size());
     cloth.rest.vertices_mm.push_back(RestPosition(o, cloth.row_position[i], cloth.col_position[j]));

@@ -34,7 +34,7 @@ struct ClothOptions {
 struct Cloth {
   ClothOptions options;
   TriangleMesh rest;                       // flat sheet or smooth tube
-  std::vector<VertexCell> cell_of_vertex;  // [vertices]
+  std::vector<VertexNode> cell_of_vertex;  // [vertices]
   ClothPrint print;
   // The vertices as a grid of (rows + 2) lines; a tube's lines are closed (cols + 1 vertices, the seam
   // first), a sheet's have cols + 2.

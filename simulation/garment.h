@@ -22,7 +22,7 @@ struct Garment {
   int board_cols = 0;
   double cell_mm = 0;
   TriangleMesh rest;                       // in a natural pose
-  std::vector<VertexCell> cell_of_vertex;  // [vertices]
+  std::vector<VertexNode> cell_of_vertex;  // [vertices]
   ClothPrint print;  // [faces], also the flat shape: a face corner lies at cell_mm times its board point
 };
 

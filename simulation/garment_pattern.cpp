@@ -141,7 +141,7 @@ absl::Status AddPanel(const Panel& panel, int index, const BoardPlace& place,
     return absl::InvalidArgumentError(absl::StrCat("pattern: panel \"", panel.name, "\" with cells of ",
                                                    place.cell_mm, " mm: ", mesh.status().message()));
   std::vector<int> vertex_of_node = vertex_of_outline;
-  for (const VertexCell& cell : mesh->cells) {
+  for (const VertexNode& cell : mesh->cells) {
     vertex_of_node.push_back(static_cast<int>(sewn.place_of_vertex.size()));
     sewn.place_of_vertex.push_back({index, place.PanelOf(Vec2(cell.col + 0.5, cell.row + 0.5))});
     sewn.garment.cell_of_vertex.push_back(cell);

@@ -170,7 +170,7 @@ void Align(std::vector<int>& inner, std::vector<int>& outer, const std::vector<B
 
 BoardPoint PanelMesh::NodeAt(const std::vector<BoardPoint>& outline, int node) const {
   if (node < static_cast<int>(outline.size())) return outline[node];
-  const VertexCell& cell = cells[node - outline.size()];
+  const VertexNode& cell = cells[node - outline.size()];
   return BoardPoint(cell.col + 0.5, cell.row + 0.5);
 }
 

@@ -13,7 +13,7 @@ namespace weft {
 
 // Nodes 0 .. outline - 1 are the outline's points, the others the centres of `cells`.
 struct PanelMesh {
-  std::vector<VertexCell> cells;
+  std::vector<VertexNode> cells;
   std::vector<Face> faces;  // clockwise on the board (y down: counter-clockwise seen from outside)
 
   BoardPoint NodeAt(const std::vector<BoardPoint>& outline, int node) const;

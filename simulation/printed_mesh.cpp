@@ -22,21 +22,20 @@ std::optional<Eigen::Vector3d> WeightsIn(const std::array<BoardPoint, 3>& t, con
 
 }  // namespace
 
-ClothPrint PrintFromVertexCells(const std::vector<Face>& faces,
-                                const std::vector<VertexCell>& cell_of_vertex) {
+ClothPrint PrintFromVertexNodes(const std::vector<Face>& faces,
+                                const std::vector<VertexNode>& node_of_vertex) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const auto center = [](const VertexCell& cell) { return BoardPoint(cell.col + 0.5, cell.row + 0.5); };
   ClothPrint print;
   print.of_face.reserve(faces.size());
   for (const Face& face : faces) {
     std::array<BoardPoint, 3> corners;
     bool printed = true;
     for (int i = 0; i < 3; ++i) {
-      const VertexCell& cell = cell_of_vertex[face[i]];
-      const VertexCell& next = cell_of_vertex[face[(i + 1) % 3]];
-      printed = printed && cell.row >= 0 && cell.col >= 0 &&
-                (center(cell) - center(next)).cwiseAbs().maxCoeff() <= 1.5;
-      corners[i] = center(cell);
+      const VertexNode& node = node_of_vertex[face[i]];
+      const VertexNode& next = node_of_vertex[face[(i + 1) % 3]];
+      printed = printed && node.row >= 0 && node.col >= 0 &&
+                (node.PlaceInCells() - next.PlaceInCells()).cwiseAbs().maxCoeff() <= 1.5;
+      corners[i] = node.PlaceInCells();
     }
     if (!printed) corners.fill(BoardPoint(nan, nan));
     print.of_face.push_back(corners);

@@ -22,10 +22,10 @@ struct ClothPrint {
   std::vector<std::array<BoardPoint, 3>> of_face;  // [faces]
 };
 
-// The print of a template's mesh: faces whose three vertices have neighbouring cells (at most 1.5 cells
+// The print of a template's mesh: faces whose three vertices have neighbouring nodes (at most 1.5 cells
 // apart) are printed, the others are seams without print. Sizes must match the mesh.
-ClothPrint PrintFromVertexCells(const std::vector<Face>& faces,
-                                const std::vector<VertexCell>& cell_of_vertex);
+ClothPrint PrintFromVertexNodes(const std::vector<Face>& faces,
+                                const std::vector<VertexNode>& node_of_vertex);
 
 // A point of a surface: face and barycentric weights of its corners.
 struct SurfacePoint {

@@ -9,6 +9,7 @@
 #include "alignment/mesh_graph.h"
 #include "alignment/template_build/cell_grid.h"
 #include "alignment/template_build/chart_packing.h"
+#include "alignment/template_build/corner_vertices.h"
 #include "alignment/template_build/mesh_topology.h"
 #include "alignment/template_build/seam_rows.h"
 #include "alignment/template_build/template_checks.h"
@@ -332,20 +333,21 @@ class Builder {
     problem.start_mm = *std::move(rest_mm);
     rest_mm = RefineRestShape(problem, options_.rest);
     if (!rest_mm.ok()) return rest_mm.status();
+    std::vector<VertexNode> nodes = built_.sheet.cell_of_vertex;
+    nodes.resize(rest_mm->size());
+    GarmentParts& parts = built_.parts;
+    PackCharts(built_.sheet, parts.cell_mm, options_.texture_gap_cells, &parts);
+    AddSeamTexture(beside_corners_, &parts);
+    if (options_.corners) AddCornerVertices(built_.sheet, &problem, &*rest_mm, &nodes, &parts.texture_mm);
     built_.strain = MeasureRestStrain(problem, *rest_mm);
     for (std::vector<TemplateBorder>* borders : {&built_.parts.openings, &built_.closed_holes}) {
       for (TemplateBorder& border : *borders) border.length_mm = LoopLengthMm(border.loop, *rest_mm);
     }
-    std::vector<VertexCell> cells = built_.sheet.cell_of_vertex;
-    cells.resize(rest_mm->size());
-    absl::StatusOr<Template> garment =
-        ImportTemplate(options_.id, {*std::move(rest_mm), std::move(faces_)}, std::move(cells), board_);
-    if (!garment.ok()) return garment.status();
-    GarmentParts& parts = built_.parts;
-    parts.panel_faces = static_cast<int>(built_.sheet.flat.faces.size());
+    parts.panel_faces = problem.panel_faces;
     parts.expected_openings = options_.openings;
-    PackCharts(built_.sheet, parts.cell_mm, options_.texture_gap_cells, &parts);
-    AddSeamTexture(beside_corners_, &parts);
+    absl::StatusOr<Template> garment = ImportTemplate(
+        options_.id, {*std::move(rest_mm), std::move(problem.faces)}, std::move(nodes), board_);
+    if (!garment.ok()) return garment.status();
     built_.garment = *std::move(garment);
     return absl::OkStatus();
   }

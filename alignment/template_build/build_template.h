@@ -24,6 +24,7 @@ struct TemplateBuildOptions {
   // A hole with a longer border stays open, one that was hardly seen with half as much again; 0: 60 pitches.
   double max_hole_mm = 0;
   int texture_gap_cells = 4;      // between the panels in the texture
+  bool corners = false;           // a vertex at every inner corner between cells, too
   int max_clouds = 4;             // that tell of the seams; all tell which cells are in the garment
   bool allow_open_seams = false;  // borders that look like a seam beyond the greatest gap stay open
   double near_seam_factor = 3;    // of the greatest gap, up to which borders look like one
@@ -52,7 +53,7 @@ struct TemplateSources {
 struct BuiltTemplate {
   Template garment;
   GarmentParts parts;
-  PanelSheet sheet;                          // vertices as in garment
+  PanelSheet sheet;                          // its vertices are the garment's first ones
   double measured_pitch_mm = 0;              // in the clouds
   std::vector<TemplateBorder> closed_holes;  // between seams, longest first
   int seam_faces = 0;                        // of the strips; the last faces are theirs and those of holes
@@ -64,11 +65,13 @@ struct BuiltTemplate {
 };
 
 // Finds the panels and seams, sews, closes small holes between seams, checks the openings, and lays the
-// garment to rest in the pose of the cloud that shows most of it. Errors tell what is missing and where:
-// InvalidArgument (no clouds, cells off the board, pitch of another board), FailedPrecondition (panels that
-// no cloud shows together, a panel sewn to nothing, a border that looks like a seam but is too far from its
-// partner, openings other than expected, handles). `on_progress` (may be empty) gets the share
-// done. Parallel loops run in the caller's TBB arena; the same result at any thread count.
+// garment to rest in the pose of the cloud that shows most of it. Vertices: the cells, panel by panel; those
+// between panels, which are nothing of the board; the corners, where they are asked for. Errors tell what is
+// missing and where: InvalidArgument (no clouds, cells off the board, pitch of another board),
+// FailedPrecondition (panels that no cloud shows together, a panel sewn to nothing, a border that looks like
+// a seam but is too far from its partner, openings other than expected, handles). `on_progress` (may be
+// empty) gets the share done. Parallel loops run in the caller's TBB arena; the same result at any thread
+// count.
 absl::StatusOr<BuiltTemplate> BuildTemplate(const Board& board, const TemplateSources& sources,
                                             const TemplateBuildOptions& options,
                                             const std::function<void(double)>& on_progress = {});

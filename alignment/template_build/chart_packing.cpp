@@ -28,7 +28,7 @@ std::pair<int, int> Turned(int row, int col, int rows, int cols, int quarter_tur
   }
 }
 
-std::pair<int, int> PlaceInBox(const TemplatePanel& panel, const VertexCell& cell, int quarter_turns) {
+std::pair<int, int> PlaceInBox(const TemplatePanel& panel, const VertexNode& cell, int quarter_turns) {
   return Turned(cell.row - panel.first_row, cell.col - panel.first_col, panel.last_row - panel.first_row + 1,
                 panel.last_col - panel.first_col + 1, quarter_turns);
 }

@@ -14,7 +14,7 @@ namespace weft {
 // cloth, the print outside. Cell (r, c) lies at ((c + 1/2) cell_mm, (r + 1/2) cell_mm, 0).
 struct PanelSheet {
   TriangleMesh flat;
-  std::vector<VertexCell> cell_of_vertex;  // [vertices], every vertex has one
+  std::vector<VertexNode> cell_of_vertex;  // [vertices], every vertex has one
   std::vector<int> panel_of_vertex;        // [vertices], ascending
   int panels = 0;
   std::vector<std::vector<int>> loops;  // outlines and holes of the panels, as CheckTopology gives them

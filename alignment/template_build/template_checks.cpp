@@ -15,7 +15,7 @@ namespace {
 std::string PlaceText(const PanelSheet& sheet, const std::vector<int>& vertices) {
   int first_row = 1 << 30, last_row = -1, first_col = 1 << 30, last_col = -1;
   for (const int v : vertices) {
-    const auto [row, col] = sheet.cell_of_vertex[v];
+    const auto [row, col, kind] = sheet.cell_of_vertex[v];
     first_row = std::min(first_row, row), last_row = std::max(last_row, row);
     first_col = std::min(first_col, col), last_col = std::max(last_col, col);
   }
@@ -41,7 +41,7 @@ std::vector<TemplatePanel> DescribePanels(const PanelSheet& sheet) {
   std::vector<TemplatePanel> panels(sheet.panels);
   for (size_t v = 0; v < sheet.cell_of_vertex.size(); ++v) {
     TemplatePanel& panel = panels[sheet.panel_of_vertex[v]];
-    const auto [row, col] = sheet.cell_of_vertex[v];
+    const auto [row, col, kind] = sheet.cell_of_vertex[v];
     const bool first = panel.cells++ == 0;
     panel.first_row = first ? row : std::min(panel.first_row, row);
     panel.last_row = first ? row : std::max(panel.last_row, row);

@@ -1,4 +1,4 @@
-// weft template: garments, the mesh at rest and the board cell of each of its vertices.
+// weft template: garments, the mesh at rest and what of the board each of its vertices is.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -23,6 +23,7 @@ namespace {
 struct ImportOptions {
   std::string mesh;
   std::string cells;
+  std::string corners;  // empty: no vertex is one
   std::string board;
   std::string out;
   std::string id;
@@ -62,16 +63,39 @@ int CountBoundaryLoops(const TriangleMesh& mesh) {
 }
 
 void PrintSummary(const ImportOptions& options, const Template& garment) {
-  const size_t vertices = garment.cell_of_vertex.size();
+  const size_t vertices = garment.node_of_vertex.size();
   const auto with_cell =
-      static_cast<size_t>(std::count_if(garment.cell_of_vertex.begin(), garment.cell_of_vertex.end(),
-                                        [](const VertexCell& cell) { return cell.row >= 0; }));
+      static_cast<size_t>(std::count_if(garment.node_of_vertex.begin(), garment.node_of_vertex.end(),
+                                        [](const VertexNode& node) { return node.IsCell(); }));
+  const auto on_corner =
+      static_cast<size_t>(std::count_if(garment.node_of_vertex.begin(), garment.node_of_vertex.end(),
+                                        [](const VertexNode& node) { return node.IsCorner(); }));
   std::printf(
-      "%s/template.json: %zu vertices, %zu faces, %zu vertices with a cell (%zu without), %d component(s), "
+      "%s/template.json: %zu vertices, %zu faces, %zu vertices with a cell (%zu without), %s%d component(s), "
       "%d boundary loop(s), hash %s\n",
       options.out.c_str(), vertices, garment.rest.faces.size(), with_cell, vertices - with_cell,
+      on_corner > 0 ? absl::StrCat(on_corner, " on a corner, ").c_str() : "",
       BuildMeshGraph(garment.rest).components, CountBoundaryLoops(garment.rest),
       garment.ContentHash().c_str());
+}
+
+std::string MapNames(const ImportOptions& options) {
+  return options.corners.empty() ? options.cells : absl::StrCat(options.cells, " and ", options.corners);
+}
+
+absl::StatusOr<std::vector<VertexNode>> ReadMaps(const ImportOptions& options) {
+  const absl::StatusOr<std::string> text = ReadWholeFile(options.cells);
+  if (!text.ok()) return text.status();
+  absl::StatusOr<std::vector<VertexNode>> nodes = ParseVertexMap(*text, NodeKind::kCenter, options.cells);
+  if (!nodes.ok() || options.corners.empty()) return nodes;
+  const absl::StatusOr<std::string> corners_text = ReadWholeFile(options.corners);
+  if (!corners_text.ok()) return corners_text.status();
+  const absl::StatusOr<std::vector<VertexNode>> corners =
+      ParseVertexMap(*corners_text, NodeKind::kCorner, options.corners);
+  if (!corners.ok()) return corners.status();
+  const absl::Status status = InFile(MapNames(options), JoinCorners(*corners, &*nodes));
+  if (!status.ok()) return status;
+  return nodes;
 }
 
 absl::Status Import(const ImportOptions& options) {
@@ -79,17 +103,15 @@ absl::Status Import(const ImportOptions& options) {
   if (!board.ok()) return board.status();
   absl::StatusOr<TriangleMesh> mesh = ReadMesh(options.mesh);
   if (!mesh.ok()) return mesh.status();
-  const absl::StatusOr<std::string> text = ReadWholeFile(options.cells);
-  if (!text.ok()) return text.status();
-  absl::StatusOr<std::vector<VertexCell>> cells = ParseVertexCells(*text, options.cells);
-  if (!cells.ok()) return cells.status();
+  absl::StatusOr<std::vector<VertexNode>> nodes = ReadMaps(options);
+  if (!nodes.ok()) return nodes.status();
   absl::Status status = InFile(options.mesh, CheckTemplateMesh(*mesh));
-  status.Update(InFile(absl::StrCat(options.cells, " with ", options.mesh),
-                       CheckVertexCells(*cells, mesh->vertices_mm.size(), *board)));
+  status.Update(InFile(absl::StrCat(MapNames(options), " with ", options.mesh),
+                       CheckVertexNodes(*nodes, mesh->vertices_mm.size(), *board)));
   if (!status.ok()) return status;
   absl::StatusOr<Template> garment =
       ImportTemplate(options.id.empty() ? TemplateIdOf(options.out) : options.id, *std::move(mesh),
-                     *std::move(cells), *board);
+                     *std::move(nodes), *board);
   if (!garment.ok()) return garment.status();
   GarmentParts parts;
   if (options.openings >= 0) {
@@ -121,7 +143,8 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = AddCommand(
       *garment, "import",
       "Check that a mesh, a vertex-to-cell map and a board belong together, and write them as a template: "
-      "DIR/template.json, DIR/mesh.ply and DIR/cells.txt. Nothing is written when they do not fit.",
+      "DIR/template.json, DIR/mesh.ply and DIR/cells.txt (and DIR/corners.txt). Nothing is written when they "
+      "do not fit.",
       "  weft template import --mesh shirt.ply --cells vertex_to_cell.txt --board board.png --out shirt");
   auto options = std::make_shared<ImportOptions>();
   command->add_option("--mesh", options->mesh, "The garment at rest: triangles, mm, PLY")
@@ -131,6 +154,12 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
       ->add_option("--cells", options->cells,
                    "Text with a line `row col` per vertex of the mesh, `-1 -1` for a vertex without a cell")
       ->required()
+      ->type_name("FILE");
+  command
+      ->add_option(
+          "--corners", options->corners,
+          "Text like that of --cells, for vertices that are corners between cells: corner `row col` is "
+          "the upper left one of that cell. Without it only centres of cells are vertices")
       ->type_name("FILE");
   command->add_option("--board", options->board, "board.json or board.png of the cloth")
       ->required()

@@ -137,7 +137,8 @@ void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
       "with arms away from the body. "
       "Finds the panels on the board and the seams between them, sews, checks the openings, and lays the "
       "garment to rest in the pose of the cloud that shows most: DIR/template.json, DIR/mesh.ply and "
-      "DIR/cells.txt, as `weft template import` writes them. Nothing but the clouds of a recording is "
+      "DIR/cells.txt (with --corners DIR/corners.txt), as `weft template import` writes them. Nothing but "
+      "the clouds of a recording is "
       "written (DIR/clouds/, to try again with other options) when the garment is not what was expected.",
       "  weft template build TPOSE_DUMP --rig rig.json --board board.json --openings 4 --out shirt\n"
       "  weft template build shirt/clouds/*.ply --board board.json --openings 5 --out shirt\n"
@@ -167,6 +168,9 @@ void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
       ->type_name("MM")
       ->check(CLI::NonNegativeNumber);
   AddSewingOptions(*command, options->build);
+  command->add_flag("--corners", options->build.corners,
+                    "A vertex at every corner between four cells of a panel as well: twice as many vertices, "
+                    "which clouds with corners tell the places of. Registration takes about twice as long");
   command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
   command->add_option("--id", options->build.id, "Name of the template; by default that of the folder")
       ->type_name("NAME");

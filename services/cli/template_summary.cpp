@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -93,9 +94,12 @@ absl::StatusOr<v1::TemplateSummary> SummarizeTemplate(const Template& garment, c
   summary.set_hash(garment.ContentHash());
   summary.set_board_hash(garment.board_hash);
   summary.set_vertices(vertices);
-  summary.set_vertices_with_cell(
-      static_cast<int>(std::count_if(garment.cell_of_vertex.begin(), garment.cell_of_vertex.end(),
-                                     [](const VertexCell& cell) { return cell.row >= 0; })));
+  const auto count = [&](bool (VertexNode::*is)() const) {
+    return static_cast<int>(
+        std::count_if(garment.node_of_vertex.begin(), garment.node_of_vertex.end(), std::mem_fn(is)));
+  };
+  summary.set_vertices_with_cell(count(&VertexNode::IsCell));
+  summary.set_vertices_with_corner(count(&VertexNode::IsCorner));
   summary.set_faces(static_cast<int>(garment.rest.faces.size()));
   summary.set_components(topology->components);
   summary.set_euler(topology->euler);
@@ -124,12 +128,15 @@ absl::Status CheckOpeningCount(const v1::TemplateSummary& summary, int expected)
 }
 
 std::string TemplateSummaryText(const v1::TemplateSummary& summary) {
+  const std::string corners = summary.vertices_with_corner() > 0
+                                  ? absl::StrFormat("%d on a corner, ", summary.vertices_with_corner())
+                                  : "";
   std::string text = absl::StrFormat(
-      "%s: %d vertices, %d faces, %d vertices with a cell, hash %s\n"
+      "%s: %d vertices, %d faces, %d vertices with a cell, %shash %s\n"
       "surface  clean, %d component(s), Euler characteristic %d, %d handle(s)\n"
       "openings %d: %s\n",
-      summary.id(), summary.vertices(), summary.faces(), summary.vertices_with_cell(), summary.hash(),
-      summary.components(), summary.euler(), summary.handles(), summary.openings_mm_size(),
+      summary.id(), summary.vertices(), summary.faces(), summary.vertices_with_cell(), corners,
+      summary.hash(), summary.components(), summary.euler(), summary.handles(), summary.openings_mm_size(),
       OpeningsText(summary));
   if (summary.panels() > 0)
     absl::StrAppendFormat(&text, "parts    %d panels, %d seams\n", summary.panels(), summary.seams());

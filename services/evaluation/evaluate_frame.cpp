@@ -137,7 +137,7 @@ class FrameEvaluator {
     if (!inputs_.garment || state.empty()) return;
     int with_cell = 0, by_three = 0, by_two = 0;
     for (size_t v = 0; v < state.size(); ++v) {
-      const bool has_cell = inputs_.garment->cell_of_vertex[v].row >= 0;
+      const bool has_cell = inputs_.garment->node_of_vertex[v].row >= 0;
       const bool observed = state[v] == VertexState::kObserved;
       out_.fields.observed.push_back(!has_cell ? std::nan("") : observed ? 1 : 0);
       if (!has_cell) continue;
@@ -259,7 +259,7 @@ class FrameEvaluator {
         ReadCameraObservations((fs::path(inputs_.result) / inputs_.frames[index_ + 1].name).string());
     if (!views_after.ok()) return views_after.status();
     if (!pieces_.pieces.observations || !*views_after) return uncovered;
-    const std::vector<VertexCell>& cells = inputs_.garment->cell_of_vertex;
+    const std::vector<VertexNode>& cells = inputs_.garment->node_of_vertex;
     uncovered.assign(inputs_.rig->cameras.size(), std::vector<bool>(cells.size(), true));
     for (const std::vector<CameraObservations>* views : {&*pieces_.pieces.observations, &**views_after}) {
       std::vector<std::vector<bool>> read(uncovered.size(), std::vector<bool>(cells.size(), false));

@@ -1,5 +1,6 @@
 #include "services/files/template_file.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <utility>
 
@@ -127,10 +128,25 @@ std::vector<Eigen::Vector2d> TextureFromPly(const Ply& ply) {
   return texture;
 }
 
-std::string CellsText(const std::vector<VertexCell>& cells) {
+// The map of the vertices that are such nodes.
+std::string MapText(const std::vector<VertexNode>& nodes, NodeKind kind) {
   std::string text;
-  for (const VertexCell& cell : cells) absl::StrAppend(&text, cell.row, " ", cell.col, "\n");
+  for (const VertexNode& node : nodes) {
+    const VertexNode shown = node.kind == kind ? node : VertexNode{};
+    absl::StrAppend(&text, shown.row, " ", shown.col, "\n");
+  }
   return text;
+}
+
+absl::StatusOr<std::vector<VertexNode>> ReadMap(const std::string& path, NodeKind kind, size_t vertices) {
+  const absl::StatusOr<std::string> text = ReadWholeFile(path);
+  if (!text.ok()) return text.status();
+  absl::StatusOr<std::vector<VertexNode>> nodes = ParseVertexMap(*text, kind, path);
+  if (nodes.ok() && nodes->size() != vertices) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": has ", nodes->size(), " lines, the mesh has ", vertices, " vertices"));
+  }
+  return nodes;
 }
 
 std::string JsonPath(const std::string& path) {
@@ -143,6 +159,7 @@ absl::StatusOr<v1::Template> ReadProto(const std::string& json) {
   if (absl::Status status = ReadJsonFile(json, proto); !status.ok()) return status;
   absl::Status status = CheckFileName(json, "mesh", proto.mesh());
   status.Update(CheckFileName(json, "cells", proto.cells()));
+  if (!proto.corners().empty()) status.Update(CheckFileName(json, "corners", proto.corners()));
   if (!status.ok()) return status;
   return proto;
 }
@@ -178,23 +195,26 @@ absl::StatusOr<Template> ReadTemplate(const std::string& path) {
 
   absl::StatusOr<TriangleMesh> mesh = ReadMesh((folder / proto.mesh()).string());
   if (!mesh.ok()) return mesh.status();
-  const std::string cells_path = (folder / proto.cells()).string();
-  const absl::StatusOr<std::string> text = ReadWholeFile(cells_path);
-  if (!text.ok()) return text.status();
-  absl::StatusOr<std::vector<VertexCell>> cells = ParseVertexCells(*text, cells_path);
-  if (!cells.ok()) return cells.status();
-  if (cells->size() != mesh->vertices_mm.size()) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        cells_path, ": has ", cells->size(), " lines, the mesh has ", mesh->vertices_mm.size(), " vertices"));
+  const size_t vertices = mesh->vertices_mm.size();
+  absl::StatusOr<std::vector<VertexNode>> nodes =
+      ReadMap((folder / proto.cells()).string(), NodeKind::kCenter, vertices);
+  if (!nodes.ok()) return nodes.status();
+  if (!proto.corners().empty()) {
+    const absl::StatusOr<std::vector<VertexNode>> corners =
+        ReadMap((folder / proto.corners()).string(), NodeKind::kCorner, vertices);
+    if (!corners.ok()) return corners.status();
+    if (absl::Status status = JoinCorners(*corners, &*nodes); !status.ok()) {
+      return absl::Status(status.code(), absl::StrCat(json, ": ", status.message()));
+    }
   }
   Template garment;
   garment.id = proto.id();
   garment.board_hash = proto.board_hash();
   garment.rest = *std::move(mesh);
-  garment.cell_of_vertex = *std::move(cells);
+  garment.node_of_vertex = *std::move(nodes);
   if (proto.has_hash() && proto.hash() != garment.ContentHash()) {
     return absl::InvalidArgumentError(absl::StrCat(json, ": the field hash says ", proto.hash(),
-                                                   ", but mesh and cells hash to ", garment.ContentHash(),
+                                                   ", but mesh and maps hash to ", garment.ContentHash(),
                                                    "; import the template again"));
   }
   return garment;
@@ -213,10 +233,21 @@ absl::Status WriteTemplateWithParts(const std::string& folder, const Template& g
       !status.ok()) {
     return status;
   }
-  if (absl::Status status =
-          WriteFileAtomically((base / "cells.txt").string(), CellsText(garment.cell_of_vertex));
+  if (absl::Status status = WriteFileAtomically((base / "cells.txt").string(),
+                                                MapText(garment.node_of_vertex, NodeKind::kCenter));
       !status.ok()) {
     return status;
+  }
+  const bool corners = std::any_of(garment.node_of_vertex.begin(), garment.node_of_vertex.end(),
+                                   [](const VertexNode& node) { return node.IsCorner(); });
+  const std::string corners_path = (base / "corners.txt").string();
+  std::error_code error;
+  if (corners) {
+    absl::Status status =
+        WriteFileAtomically(corners_path, MapText(garment.node_of_vertex, NodeKind::kCorner));
+    if (!status.ok()) return status;
+  } else {
+    fs::remove(corners_path, error);  // of another template that lay here
   }
   v1::Template proto;
   if (!garment.id.empty()) proto.set_id(garment.id);
@@ -225,6 +256,7 @@ absl::Status WriteTemplateWithParts(const std::string& folder, const Template& g
   proto.set_board_hash(garment.board_hash);
   proto.set_mesh("mesh.ply");
   proto.set_cells("cells.txt");
+  if (corners) proto.set_corners("corners.txt");
   PartsToProto(parts, &proto);
   return WriteJsonFile((base / "template.json").string(), proto, JsonZeros::kOmitted);
 }

@@ -1,4 +1,4 @@
-// A template's folder: template.json, mesh.ply and cells.txt.
+// A template's folder: template.json, mesh.ply, cells.txt and, where vertices are corners, corners.txt.
 #pragma once
 
 #include <string>

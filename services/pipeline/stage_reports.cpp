@@ -80,10 +80,10 @@ void DescribeBias(const CameraBias& bias, v1::ViewReport& report) {
 
 void DescribeAlignment(const AlignResult& result, const Template& garment, int unclaimed,
                        v1::MeshReport& report) {
-  report.set_vertices(static_cast<int>(garment.cell_of_vertex.size()));
+  report.set_vertices(static_cast<int>(garment.node_of_vertex.size()));
   std::vector<double> sigmas;
-  for (size_t v = 0; v < garment.cell_of_vertex.size(); ++v) {
-    report.set_vertices_with_cell(report.vertices_with_cell() + (garment.cell_of_vertex[v].row >= 0));
+  for (size_t v = 0; v < garment.node_of_vertex.size(); ++v) {
+    report.set_vertices_with_cell(report.vertices_with_cell() + (garment.node_of_vertex[v].row >= 0));
     if (result.mesh.state[v] == VertexState::kObserved) sigmas.push_back(result.mesh.sigma_mm[v]);
     report.set_two_view(report.two_view() + (result.mesh.state[v] == VertexState::kTwoView));
   }

@@ -22,15 +22,30 @@ const Eigen::Vector3f& ColorOf(size_t coverage_class) {
   return kColors[coverage_class];
 }
 
+// Cameras that read the node's cell; of a corner, those of the cell around it that fewest read. -1 without
+// one.
+int ViewsOf(const VertexNode& node, const Coverage& coverage) {
+  const int reach = node.IsCorner() ? 1 : 0;
+  int least = -1;
+  for (int row = node.row - reach; row <= node.row; ++row) {
+    for (int col = node.col - reach; col <= node.col; ++col) {
+      if (row < 0 || col < 0 || row >= coverage.rows() || col >= coverage.cols()) continue;
+      const int views = coverage.Views(row, col);
+      if (views >= 0 && (least < 0 || views < least)) least = views;
+    }
+  }
+  return least;
+}
+
 }  // namespace
 
 std::string CoverageColor(size_t coverage_class) { return HexColor(ColorOf(coverage_class)); }
 
 absl::StatusOr<std::vector<MeshPicture>> PaintGarment(const Template& garment, const Coverage& coverage) {
   std::vector<Eigen::Vector3f> colors;
-  colors.reserve(garment.cell_of_vertex.size());
-  for (const VertexCell& cell : garment.cell_of_vertex) {
-    const int views = cell.row >= 0 ? coverage.Views(cell.row, cell.col) : -1;
+  colors.reserve(garment.node_of_vertex.size());
+  for (const VertexNode& node : garment.node_of_vertex) {
+    const int views = ViewsOf(node, coverage);
     colors.push_back(views >= 0 ? ColorOf(CoverageClass(views)) : Eigen::Vector3f(0.35f, 0.37f, 0.40f));
   }
   return DrawBothSides(garment.rest, colors, kShading);

@@ -71,8 +71,8 @@ std::optional<Frame> Cut(const Frame& frame, const Box& box) {
 std::vector<std::pair<int, int>> CellsOf(const std::optional<Template>& garment) {
   std::vector<std::pair<int, int>> cells;
   if (!garment) return cells;
-  for (const VertexCell& cell : garment->cell_of_vertex)
-    if (cell.row >= 0) cells.emplace_back(cell.row, cell.col);
+  for (const VertexNode& cell : garment->node_of_vertex)
+    if (cell.IsCell()) cells.emplace_back(cell.row, cell.col);
   return cells;
 }
 

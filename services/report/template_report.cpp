@@ -33,7 +33,7 @@ Eigen::Vector3f SeamColor(size_t seam) {
 std::string PathOf(const PanelSheet& sheet, const std::vector<int>& vertices, bool closed) {
   std::string path;
   for (size_t i = 0; i < vertices.size(); ++i) {
-    const VertexCell& cell = sheet.cell_of_vertex[vertices[i]];
+    const VertexNode& cell = sheet.cell_of_vertex[vertices[i]];
     absl::StrAppendFormat(&path, "%c%.1f %.1f", i == 0 ? 'M' : 'L', cell.col + 0.5, cell.row + 0.5);
   }
   return closed ? path + "Z" : path;
@@ -41,7 +41,7 @@ std::string PathOf(const PanelSheet& sheet, const std::vector<int>& vertices, bo
 
 std::string Label(const PanelSheet& sheet, int vertex, double size, const std::string& color,
                   const std::string& text) {
-  const VertexCell& cell = sheet.cell_of_vertex[vertex];
+  const VertexNode& cell = sheet.cell_of_vertex[vertex];
   return absl::StrFormat(
       "<text x=\"%.1f\" y=\"%.1f\" font-size=\"%.1f\" text-anchor=\"middle\" dominant-baseline=\"central\" "
       "fill=\"%s\" stroke=\"#fff\" stroke-width=\"%.2f\" paint-order=\"stroke\" "

@@ -139,8 +139,8 @@ absl::Status WriteStudio(const SyntheticTake& take, const std::string& folder) {
     status = WriteTemplate((fs::path(folder) / "template").string(), take.garment(), provenance);
   // For `weft template build --panels`.
   std::vector<uint8_t> in_garment(take.board().cells.size(), 0);
-  for (const VertexCell& cell : take.garment().cell_of_vertex)
-    if (cell.row >= 0) in_garment[static_cast<size_t>(cell.row) * take.board().cols + cell.col] = 255;
+  for (const VertexNode& cell : take.garment().node_of_vertex)
+    if (cell.IsCell()) in_garment[static_cast<size_t>(cell.row) * take.board().cols + cell.col] = 255;
   if (status.ok())
     status = WriteImageFile((fs::path(folder) / "panels.png").string(),
                             PanelsToMask(in_garment, take.board().rows, take.board().cols));
@@ -153,7 +153,7 @@ TakeSummary Summarize(const SyntheticTake& take, const Tally& tally) {
   out.cameras = static_cast<int>(take.rig().cameras.size());
   out.lost_pictures = CountLost(take);
   out.tangled_frames = tally.tangled_frames;
-  for (const VertexCell& cell : take.garment().cell_of_vertex) out.cells += cell.row >= 0 ? 1 : 0;
+  for (const VertexNode& cell : take.garment().node_of_vertex) out.cells += cell.IsCell() ? 1 : 0;
   if (tally.cells == 0) return out;
   out.median_pitch_px = tally.MedianPitchPx();
   out.scoreable_per_view = static_cast<double>(tally.cells) / static_cast<double>(tally.views);

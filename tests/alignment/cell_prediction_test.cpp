@@ -22,7 +22,7 @@ class PredictedSurfaceTest : public ::testing::Test {
     garment_.id = "sheet";
     garment_.rest = FlatSheet(kRows, kCols);
     for (Face& f : garment_.rest.faces) std::swap(f[1], f[2]);  // seen from the camera's side
-    for (int v = 0; v < kRows * kCols; ++v) garment_.cell_of_vertex.push_back({v / kCols + 3, v % kCols + 5});
+    for (int v = 0; v < kRows * kCols; ++v) garment_.node_of_vertex.push_back({v / kCols + 3, v % kCols + 5});
     for (Eigen::Vector3d& v : garment_.rest.vertices_mm) v += Eigen::Vector3d(-20, -15, 600);
     camera_.id = "c";
     camera_.width_px = 640, camera_.height_px = 480;

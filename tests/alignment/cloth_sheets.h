@@ -40,7 +40,7 @@ inline Template SheetTemplate(TriangleMesh mesh) {
   Template garment;
   garment.id = "sheet";
   garment.board_hash = "0123456789abcdef";
-  garment.cell_of_vertex.resize(mesh.vertices_mm.size());
+  garment.node_of_vertex.resize(mesh.vertices_mm.size());
   garment.rest = std::move(mesh);
   return garment;
 }
@@ -89,7 +89,7 @@ inline double MaxDistance(const std::vector<Eigen::Vector3d>& a, const std::vect
 
 // Mean distance of the vertices that `counts` picks.
 inline double MeanError(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& truth,
-                 const std::function<bool(int)>& counts) {
+                        const std::function<bool(int)>& counts) {
   double sum = 0;
   int count = 0;
   for (size_t v = 0; v < a.size(); ++v) {

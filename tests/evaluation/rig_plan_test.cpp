@@ -15,7 +15,7 @@ namespace {
 Template GarmentOf(const Cloth& cloth) {
   Template garment;
   garment.rest = cloth.rest;
-  garment.cell_of_vertex = cloth.cell_of_vertex;
+  garment.node_of_vertex = cloth.cell_of_vertex;
   return garment;
 }
 
@@ -38,8 +38,8 @@ TEST_F(RigPlanTest, PitchViewsAndSigmaOfAFlatSheetAreThoseOfGeometry) {
   const auto forecast = ForecastRig(garment_, moments_, rig, {.noise_px = 0.2});
   ASSERT_TRUE(forecast.ok()) << forecast.status();
   int center = -1;
-  for (size_t v = 0; v < garment_.cell_of_vertex.size(); ++v)
-    if (garment_.cell_of_vertex[v].row == 10 && garment_.cell_of_vertex[v].col == 12)
+  for (size_t v = 0; v < garment_.node_of_vertex.size(); ++v)
+    if (garment_.node_of_vertex[v].row == 10 && garment_.node_of_vertex[v].col == 12)
       center = static_cast<int>(v);
   EXPECT_EQ(forecast->views[center], 3);
   EXPECT_EQ(forecast->coverage[center], 1);
@@ -50,7 +50,7 @@ TEST_F(RigPlanTest, PitchViewsAndSigmaOfAFlatSheetAreThoseOfGeometry) {
   const double xx = pixel * (1 + 2 * cosine * cosine), yy = pixel * 3, zz = pixel * 2 * (1 - cosine * cosine);
   EXPECT_NEAR(forecast->sigma_mm[center], std::sqrt((1 / xx + 1 / yy + 1 / zz) / 3),
               0.01 * forecast->sigma_mm[center]);
-  EXPECT_TRUE(std::isnan(forecast->views[garment_.cell_of_vertex.size() - 1]));  // hem, without a cell
+  EXPECT_TRUE(std::isnan(forecast->views[garment_.node_of_vertex.size() - 1]));  // hem, without a cell
 }
 
 TEST_F(RigPlanTest, CamerasThatSeeNothingAreNotChosen) {

@@ -22,7 +22,7 @@ class TextureDriftTest : public testing::Test {
   void SetUp() override {
     cloth_ = FlatSheet(kRows, kCols);
     garment_.rest = cloth_.rest;
-    garment_.cell_of_vertex = cloth_.cell_of_vertex;
+    garment_.node_of_vertex = cloth_.cell_of_vertex;
     for (const double angle_deg : {-25.0, 0.0, 25.0}) {
       CameraModel camera = FlatCamera(1400, 600, angle_deg);
       camera.id = "c" + std::to_string(rig_.cameras.size());
@@ -81,11 +81,11 @@ class TextureDriftTest : public testing::Test {
       std::vector<Observation> read;
       for (size_t v = 0; v < cloth_.rest.vertices_mm.size(); ++v) {
         const auto pixel = rig_.cameras[c].Project(cloth_.rest.vertices_mm[v]);
-        const VertexCell& cell = garment_.cell_of_vertex[v];
+        const VertexNode& cell = garment_.node_of_vertex[v];
         if (cell.row >= 0 && pixel && pixel->x() > rig_.cameras[c].width_px / 2.0 + 5)
           read.push_back({pixel->x(), pixel->y(), {cell.row, cell.col, NodeKind::kCenter}, 0.1f, 1});
       }
-      uncovered[c] = ReadAround(garment_.cell_of_vertex, read);
+      uncovered[c] = ReadAround(garment_.node_of_vertex, read);
     }
     const UnwrapPlan plan = drift->Plan(rig_, *mesh, *mesh, uncovered);
     TextureDriftField field = drift->EmptyField();
@@ -125,6 +125,16 @@ class TextureDriftTest : public testing::Test {
   Template garment_;
   Rig rig_;
 };
+
+TEST(ReadAround, MostOfTheCellsAroundACellOrACornerWereRead) {
+  std::vector<Observation> read;
+  for (const auto& [row, col] : {std::pair(4, 4), {4, 5}, {5, 4}, {3, 4}, {4, 3}})
+    read.push_back({0, 0, {row, col, NodeKind::kCenter}, 0.1f, 1});
+  read.push_back({0, 0, {6, 6, NodeKind::kCorner}, 0.1f, 1});
+  const std::vector<VertexNode> nodes = {
+      {4, 4}, {5, 5}, {5, 5, NodeKind::kCorner}, {6, 6, NodeKind::kCorner}, {}};
+  EXPECT_EQ(ReadAround(nodes, read), (std::vector<bool>{true, false, true, false, false}));
+}
 
 TEST_F(TextureDriftTest, SlidingTextureHasItsSpeed) {
   for (const double speed_mm_s : {2.0, 20.0}) {

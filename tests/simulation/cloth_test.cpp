@@ -23,7 +23,7 @@ TEST(Cloth, EveryCellHasOneVertex) {
     const absl::StatusOr<Cloth> cloth = BuildCloth(options);
     ASSERT_TRUE(cloth.ok()) << cloth.status();
     std::set<std::pair<int, int>> cells;
-    for (const VertexCell& cell : cloth->cell_of_vertex) {
+    for (const VertexNode& cell : cloth->cell_of_vertex) {
       if (cell.row < 0) continue;
       EXPECT_TRUE(cells.insert({cell.row, cell.col}).second);
     }

@@ -55,7 +55,7 @@ void ExpectSound(const Garment& garment) {
   for (const auto& [edge, count] : DirectedEdges(garment.rest.faces))
     ASSERT_EQ(count, 1) << "edge " << edge.first << " " << edge.second << " is not that of two faces alike";
   std::set<std::pair<int, int>> cells;
-  for (const VertexCell& cell : garment.cell_of_vertex) {
+  for (const VertexNode& cell : garment.cell_of_vertex) {
     if (cell.row < 0) continue;
     EXPECT_TRUE(cells.insert({cell.row, cell.col}).second);
     EXPECT_LT(cell.row, garment.board_rows);
@@ -67,7 +67,7 @@ void ExpectSound(const Garment& garment) {
     const BoardPoint e1 = p[1] - p[0], e2 = p[2] - p[0];
     EXPECT_LT(e1.x() * e2.y() - e1.y() * e2.x(), 0);
     for (int k = 0; k < 3; ++k) {
-      const VertexCell& cell = garment.cell_of_vertex[garment.rest.faces[f][k]];
+      const VertexNode& cell = garment.cell_of_vertex[garment.rest.faces[f][k]];
       if (cell.row < 0) continue;
       EXPECT_EQ(p[k], BoardPoint(cell.col + 0.5, cell.row + 0.5));
     }
@@ -112,7 +112,7 @@ TEST(GarmentPattern, CellsFillThePanels) {
   ASSERT_TRUE(sewn.ok()) << sewn.status();
   const auto& cells = sewn->garment.cell_of_vertex;
   const auto with_cell =
-      std::count_if(cells.begin(), cells.end(), [](const VertexCell& c) { return c.row >= 0; });
+      std::count_if(cells.begin(), cells.end(), [](const VertexNode& c) { return c.row >= 0; });
   EXPECT_NEAR(static_cast<double>(with_cell), 98618, 8000);
   EXPECT_LT(static_cast<double>(cells.size() - with_cell), 0.03 * static_cast<double>(with_cell));
 }

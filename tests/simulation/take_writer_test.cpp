@@ -76,7 +76,7 @@ TEST(TakeWriter, FolderIsADumpWithEverythingThatRegistrationNeeds) {
   const auto panels = ReadPanelMask(out + "/panels.png", board->rows, board->cols);
   ASSERT_TRUE(panels.ok()) << panels.status();
   int cells = 0;
-  for (const VertexCell& cell : garment->cell_of_vertex) {
+  for (const VertexNode& cell : garment->node_of_vertex) {
     if (cell.row < 0) continue;
     ++cells;
     EXPECT_GT((*panels)[cell.row * board->cols + cell.col], 0);

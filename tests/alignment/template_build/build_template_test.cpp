@@ -30,9 +30,9 @@ absl::StatusOr<BuiltTemplate> Build(const Tube& tube, std::vector<Cloud> clouds,
 }
 
 size_t Cells(const BuiltTemplate& built) {
-  const std::vector<VertexCell>& cells = built.garment.cell_of_vertex;
+  const std::vector<VertexNode>& cells = built.garment.node_of_vertex;
   return static_cast<size_t>(
-      std::count_if(cells.begin(), cells.end(), [](const VertexCell& cell) { return cell.row >= 0; }));
+      std::count_if(cells.begin(), cells.end(), [](const VertexNode& cell) { return cell.row >= 0; }));
 }
 
 // A clean tube: one piece, two borders as long as the tube is around, no handle, faces all turned outwards.

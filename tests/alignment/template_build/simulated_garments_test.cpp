@@ -23,7 +23,7 @@ Worn PutOn(const Outfit& outfit) {
         static_cast<CellColor>((i % garment.board_cols + 3 * (i / garment.board_cols)) % kCellColors));
   }
   for (size_t v = 0; v < garment.cell_of_vertex.size(); ++v) {
-    const VertexCell& cell = garment.cell_of_vertex[v];
+    const VertexNode& cell = garment.cell_of_vertex[v];
     if (cell.row < 0) continue;
     CloudPoint point;
     point.position_mm = outfit.start_mm[v];
@@ -50,7 +50,7 @@ void ExpectBuilt(const Outfit& outfit, double max_gap_mm, int panels, int seams)
   EXPECT_EQ(static_cast<int>(built->parts.seams.size()), seams);
   EXPECT_EQ(static_cast<int>(built->parts.openings.size()), worn.openings);
   EXPECT_EQ(built->genus, 0);
-  EXPECT_GE(built->garment.cell_of_vertex.size(), 0.99 * static_cast<double>(worn.cloud.points.size()));
+  EXPECT_GE(built->garment.node_of_vertex.size(), 0.99 * static_cast<double>(worn.cloud.points.size()));
 }
 
 TEST(BuildTemplateOfSimulatedGarments, TShirt) {

@@ -32,7 +32,7 @@ class AlignCommand : public ::testing::Test {
  protected:
   AlignCommand() {
     TriangleMesh mesh;
-    std::vector<VertexCell> cells;
+    std::vector<VertexNode> cells;
     for (int row = 0; row < kSide; ++row) {
       for (int col = 0; col < kSide; ++col) {
         mesh.vertices_mm.emplace_back(2.7 * col, 2.7 * row, 0);

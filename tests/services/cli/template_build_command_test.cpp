@@ -2,9 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 
+#include "absl/strings/str_cat.h"
 #include "services/files/board_file.h"
 #include "services/files/cloud_file.h"
 #include "services/files/garment_parts_file.h"
@@ -64,6 +66,32 @@ TEST_F(TemplateBuildCommand, WritesATemplateAndItsReport) {
   EXPECT_EQ(check.status, 0) << check.err;
   EXPECT_THAT(check.out, AllOf(HasSubstr("openings 2: "), HasSubstr("2 panels, 2 seams"),
                                HasSubstr("texture  panels cover")));
+}
+
+TEST_F(TemplateBuildCommand, CornersBecomeVertices) {
+  const WeftRun run = Build({"--openings", "2", "--corners", "--json"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.out, AllOf(HasSubstr("\"vertices_with_cell\": 2800"), HasSubstr("\"openings_mm\"")));
+  const auto garment = ReadTemplate(folder_ / "skirt");
+  ASSERT_TRUE(garment.ok()) << garment.status();
+  const auto corners = std::ranges::count_if(garment->node_of_vertex, &VertexNode::IsCorner);
+  EXPECT_GT(corners, 2500);
+  const WeftRun check = RunWeft({"template", "check", folder_ / "skirt", "--openings", "2"});
+  EXPECT_EQ(check.status, 0) << check.err;
+  EXPECT_THAT(check.out, HasSubstr(absl::StrCat("2800 vertices with a cell, ", corners, " on a corner, ")));
+
+  // What was built can be imported.
+  const WeftRun imported = RunWeft({"template", "import", "--mesh", folder_ / "skirt/mesh.ply", "--cells",
+                                    folder_ / "skirt/cells.txt", "--corners", folder_ / "skirt/corners.txt",
+                                    "--board", folder_ / "board", "--out", folder_ / "again"});
+  ASSERT_EQ(imported.status, 0) << imported.err;
+  EXPECT_EQ(ReadTemplate(folder_ / "again")->ContentHash(), garment->ContentHash());
+  EXPECT_THAT(imported.out, HasSubstr(absl::StrCat(corners, " on a corner")));
+  const WeftRun twice = RunWeft({"template", "import", "--mesh", folder_ / "skirt/mesh.ply", "--cells",
+                                 folder_ / "skirt/cells.txt", "--corners", folder_ / "skirt/cells.txt",
+                                 "--board", folder_ / "board", "--out", folder_ / "twice"});
+  EXPECT_EQ(twice.status, 2);
+  EXPECT_THAT(twice.err, HasSubstr("vertex 0: has cell"));
 }
 
 TEST_F(TemplateBuildCommand, PrintsJson) {

@@ -40,8 +40,8 @@ class EvaluateJobTest : public testing::Test {
     }
     ASSERT_TRUE(WriteObservations(folder_ / "result/0000/observations.csv", images).ok());
     Cloud cloud;
-    for (size_t v = 0; v < take->garment().cell_of_vertex.size(); ++v) {
-      const VertexCell& cell = take->garment().cell_of_vertex[v];
+    for (size_t v = 0; v < take->garment().node_of_vertex.size(); ++v) {
+      const VertexNode& cell = take->garment().node_of_vertex[v];
       CloudPoint point;
       point.node = {cell.row, cell.col, NodeKind::kCenter};
       point.position_mm = truth->mesh.vertices_mm[v];

@@ -41,7 +41,7 @@ class SlidingResultTest : public testing::Test {
   // Every vertex with a cell sits where the print of the true surface is so many mm further along the row.
   static void WriteResult(const std::string& result, double slide_mm_s) {
     const Template& garment = take_->garment();
-    const PrintLocator print(PrintFromVertexCells(garment.rest.faces, garment.cell_of_vertex));
+    const PrintLocator print(PrintFromVertexNodes(garment.rest.faces, garment.node_of_vertex));
     const double cell_mm = take_->board().cell_mm;
     for (int f = 0; f < take_->frames(); ++f) {
       const std::string name = "/000" + std::to_string(f);
@@ -51,7 +51,7 @@ class SlidingResultTest : public testing::Test {
       RegisteredMesh mesh;
       mesh.vertices_mm = truth.vertices_mm;
       for (size_t v = 0; v < mesh.vertices_mm.size(); ++v) {
-        const VertexCell& cell = garment.cell_of_vertex[v];
+        const VertexNode& cell = garment.node_of_vertex[v];
         const double shift = slide_mm_s / kFps * f / cell_mm;
         const auto at = cell.row >= 0 ? print.Find({cell.col + 0.5 + shift, cell.row + 0.5}) : std::nullopt;
         if (at) mesh.vertices_mm[v] = PositionOf(*at, truth.vertices_mm, truth.faces);

@@ -33,7 +33,7 @@ Template SmallGarment() {
   Template garment;
   garment.id = "small";
   garment.rest = {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}}};
-  garment.cell_of_vertex = {{0, 0}, {0, 1}, {-1, -1}};
+  garment.node_of_vertex = {{0, 0}, {0, 1}, {-1, -1}};
   return garment;
 }
 

@@ -53,8 +53,28 @@ TEST_F(TemplateFile, ReadsBackWithTheSameHash) {
     ASSERT_TRUE(back.ok()) << back.status();
     EXPECT_EQ(back->id, "shirt");
     EXPECT_EQ(back->ContentHash(), garment_.ContentHash());
-    EXPECT_EQ(back->cell_of_vertex[3].row, -1);
+    EXPECT_EQ(back->node_of_vertex[3].row, -1);
   }
+}
+
+TEST_F(TemplateFile, CornersHaveAMapOfTheirOwn) {
+  Template fine = garment_;
+  fine.node_of_vertex[3] = {1, 1, NodeKind::kCorner};
+  ASSERT_TRUE(WriteTemplate(folder_ / "shirt", fine).ok());
+  EXPECT_EQ(ReadBytes(folder_ / "shirt/cells.txt"), "0 0\n0 1\n1 0\n-1 -1\n");
+  EXPECT_EQ(ReadBytes(folder_ / "shirt/corners.txt"), "-1 -1\n-1 -1\n-1 -1\n1 1\n");
+  const auto back = ReadTemplate(folder_ / "shirt");
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->ContentHash(), fine.ContentHash());
+  EXPECT_TRUE(back->node_of_vertex[3].IsCorner());
+  EXPECT_THAT(ErrorAfter("corners.txt", "1 1\n", ""), HasSubstr("has 3 lines, the mesh has 4 vertices"));
+  EXPECT_THAT(ErrorAfter("template.json", "\"corners.txt\"", "\"../corners.txt\""),
+              AllOf(HasSubstr("the field corners"), HasSubstr("same folder")));
+
+  // Written again without corners, none are left behind.
+  ASSERT_TRUE(WriteTemplate(folder_ / "shirt", garment_).ok());
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "shirt/corners.txt"));
+  EXPECT_EQ(ReadTemplate(folder_ / "shirt")->ContentHash(), garment_.ContentHash());
 }
 
 TEST_F(TemplateFile, PartsAreReadBack) {
