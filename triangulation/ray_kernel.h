@@ -1,60 +1,57 @@
-// The inner loops of triangulation, compiled for several instruction sets. All give the same bytes.
+// The inner loops of triangulation: 16 nodes side by side, camera by camera, compiled for several instruction
+// sets. What belongs to one node never meets what belongs to another, so all give the same bytes.
 #pragma once
 
 #include <cstdint>
 
 namespace weft {
 
-inline constexpr int kRayLanes = 16;
+inline constexpr int kNodeLanes = 16;
 
-// A camera as the kernels need it. distortion holds k1 k2 p1 p2 k3 k4 k5 k6, rotation is camera_from_world,
-// row by row. The first cache line is what a ray needs of its camera.
-struct alignas(64) RayCamera {
+// distortion holds k1 k2 p1 p2 k3 k4 k5 k6, rotation is camera_from_world, row by row.
+template <typename T>
+struct RayCameraNumbers {
+  T rotation[9];
+  T fx_px, fy_px;
+  T distortion[8];
+};
+
+// A camera as the kernels need it, its numbers in two precisions.
+struct RayCamera {
+  RayCameraNumbers<double> exact;
+  RayCameraNumbers<float> rough;
+  double cx_px, cy_px;
+  double translation_mm[3];  // camera_from_world
   double origin_mm[3];
-  float axis[3];          // optical axis in the world
   float calibration_px2;  // variance that the calibration leaves in a projected point
-  float spare[6];
-  double fx_px, fy_px, cx_px, cy_px;
-  double distortion[8];
-  double rotation[9];
-  double safe_square;  // up to this squared distance from the axis the lens model is one-to-one
+  bool rational;          // k4, k5 or k6 are not 0
+  float safe_square;      // up to this squared distance from the axis the lens model is one-to-one
 };
 
-// A ray: `along` is scaled so that its depth is 1; pixel_from_offset [2, 3], row by row, is that of Sight.
-// One cache line, so that sorting rays by node moves whole lines.
-struct alignas(64) RayRecord {
-  double along[3];
-  float pixel_from_offset[6];
-  float sigma_px;
+// What one camera saw of the nodes of a group. A camera that saw one of them more than once has several rows,
+// one behind the other.
+struct alignas(64) RayRow {
+  double pixel_px[2][kNodeLanes];
+  float sigma_px[kNodeLanes];  // 0 where it did not see the node
+  // The rays, on the plane z = 1 of the camera, good to a thousandth of a pixel; NaN where there is none.
+  float plane[2][kNodeLanes];
   int32_t camera;
-  int32_t valid;  // 0 where the plain path has to look
-  int32_t spare;
-};
-static_assert(sizeof(RayRecord) == 64);
-
-// Pixels of one camera, and where their rays belong.
-struct RayColumns {
-  static constexpr int kCount = 64;
-  alignas(64) double x_px[kCount], y_px[kCount];
-  float sigma_px[kCount];
-  int32_t valid[kCount];  // as in the records
-  RayRecord* record[kCount];
+  bool repeated;  // of the same camera as the row before
 };
 
-// 16 rays of a node in short numbers, from a reference point near the node: its distances are small, so
-// floats hold them to a millionth of a mm.
-struct alignas(64) LocalTile {
-  float foot_mm[3][kRayLanes];  // the ray's nearest point to the reference; far away in lanes without a ray
-  float along[3][kRayLanes];
-  float inverse_square[kRayLanes];  // of `along`
-  float pixel_from_offset[6][kRayLanes];
-  float axis[3][kRayLanes];
-  float depth_mm[kRayLanes];  // of the reference
-  float inverse_variance[kRayLanes];
-  float limit_px2[kRayLanes];  // largest squared residual of an inlier
-  float member[kRayLanes];     // 1 where the ray takes part
-  float inlier[kRayLanes];     // 1 where it should, by the last look
-  float residual_px2[kRayLanes];
+// A row as seen from a point near each node: the residual of the reprojection and its derivative by the
+// point. With the depth it is exact but for the curvature of the lens.
+struct alignas(64) LinearRow {
+  float residual_px[2][kNodeLanes];    // predicted minus observed
+  float jacobian[2][3][kNodeLanes];    // px per mm
+  float inverse_variance[kNodeLanes];  // 0 where there is no ray, or the lens model does not reach
+  float limit_px2[kNodeLanes];         // largest squared residual of an inlier
+  float distance_form[3]
+                     [kNodeLanes];  // of a residual x, y, by x x, x y, y y: squared distance of point and ray
+  float inverse_depth[kNodeLanes];
+  float inlier[kNodeLanes];  // 1 where the ray should take part, by the last look
+  float member[kNodeLanes];  // 1 where it takes part
+  float axis[3];             // optical axis of the camera
 };
 
 struct RayLimits {
@@ -65,34 +62,33 @@ struct RayLimits {
   float huber_sigmas = 0;
 };
 
-// Rays near a point, and the sum of their squared distances.
-struct RayScore {
-  int rays = 0;
-  float squared_mm2 = 0;
+// Cameras with a ray near the points, and the sums of the squared distances of their closest ones.
+struct alignas(64) GroupScore {
+  float cameras[kNodeLanes];
+  float squared_mm2[kNodeLanes];
 };
 
-// Gauss-Newton system of the reprojection error over the members.
-struct RaySystem {
-  float matrix[6];    // xx xy xz yy yz zz
-  float gradient[3];  // Jacobian times residual
-  float chi_square;
-  bool in_front;  // the point lies behind no member's camera
+// Gauss-Newton systems of the reprojection error over the members.
+struct alignas(64) GroupSystem {
+  float matrix[6][kNodeLanes];    // xx xy xz yy yz zz
+  float gradient[3][kNodeLanes];  // Jacobian times residual
+  float chi_square[kNodeLanes];
+  float inliers[kNodeLanes];
+  int32_t changed[kNodeLanes];  // not 0 where inliers and members differ
 };
 
 struct RayKernels {
-  // Writes the records of the pixels and columns->valid; `count` is at most RayColumns::kCount. Columns
-  // behind it up to a multiple of 16 are read as well.
-  void (*unproject)(const RayCamera* cameras, int camera, int count, RayColumns* columns);
-  // Records up to the next multiple of 16 hold finite numbers and a camera of the rig.
-  void (*localise)(const RayCamera* cameras, const RayRecord* records, int rays, const double* reference_mm,
-                   const RayLimits& limits, LocalTile* local);
-  // `point_mm` is relative to the reference. Gives up, with fewer rays than there are, as soon as it cannot
-  // reach at_least rays.
-  RayScore (*score)(const LocalTile* local, int rays, const float* point_mm, float radius_mm2, int at_least);
-  // Writes inlier and residual_px2 of every ray at the point, and the system over the members; with
-  // select_by_radius those within the radius become members first, whatever their residuals.
-  void (*linearise)(LocalTile* local, int rays, const float* point_mm, const RayLimits& limits,
-                    bool select_by_radius, RaySystem* system);
+  // Takes the lens out of the pixels of a row.
+  void (*undistort)(const RayCamera* cameras, int count, RayRow* rows);
+  void (*score)(const RayCamera* cameras, const RayRow* rows, int count, const double (*point_mm)[kNodeLanes],
+                float radius_mm2, GroupScore* score);
+  // The rows at the points; inliers are all rays within the radius. Leaves `member` alone.
+  void (*linearise)(const RayCamera* cameras, const RayRow* rows, int count,
+                    const double (*point_mm)[kNodeLanes], const RayLimits& limits, LinearRow* linear);
+  // At `step_mm` from the points: writes inliers, which are the rays within the radius and the residual
+  // limit, and the systems over the members.
+  void (*accumulate)(LinearRow* rows, int count, const float (*step_mm)[kNodeLanes], const RayLimits& limits,
+                     GroupSystem* system);
 };
 
 // The fastest that this processor runs.

@@ -1,23 +1,18 @@
 #include "triangulation/triangulate.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
-#include "triangulation/node_solver.h"
-#include "triangulation/ray_blocks.h"
+#include "triangulation/group_solver.h"
+#include "triangulation/ray_groups.h"
 
 namespace weft {
 namespace {
 
-struct SolvedNode {
-  BoardNode node;
-  NodeResult result;
-};
-using SolvedBlocks = std::vector<std::vector<SolvedNode>>;
+using SolvedBlocks = std::vector<std::vector<NodeResult>>;
 
 // Residuals beyond those that the three unknowns absorb.
 int SpareResiduals(const NodeResult& result) { return 2 * result.views - 3; }
@@ -26,7 +21,7 @@ int SpareResiduals(const NodeResult& result) { return 2 * result.views - 3; }
 double FrameScatter(const SolvedBlocks& blocks) {
   double chi_square = 0, spare = 0;
   for (const auto& block : blocks) {
-    for (const auto& [node, result] : block) {
+    for (const NodeResult& result : block) {
       if (!result.point || result.views < 3) continue;  // pairs were chosen by their misclosure
       chi_square += result.point->chi_square;
       spare += SpareResiduals(result);
@@ -45,9 +40,9 @@ Cloud Collect(const SolvedBlocks& blocks, const TriangulationOptions& options) {
   Cloud cloud;
   cloud.points.reserve(points);
   for (const auto& block : blocks) {
-    for (const auto& [node, result] : block) {
+    for (const NodeResult& result : block) {
       if (!result.point) {
-        cloud.rejected.push_back({node, result.views, result.reason});
+        cloud.rejected.push_back({result.node, result.views, result.reason});
         continue;
       }
       CloudPoint point;
@@ -59,7 +54,7 @@ Cloud Collect(const SolvedBlocks& blocks, const TriangulationOptions& options) {
       point.position_mm = result.point->position_mm;
       point.covariance_mm2 = factor * result.point->covariance_mm2;
       point.sigma_mm = std::sqrt(point.covariance_mm2.trace() / 3);
-      point.node = node;
+      point.node = result.node;
       point.views = result.views;
       if (point.sigma_mm > options.refinement.max_sigma_mm) {
         cloud.rejected.push_back({point.node, point.views, RejectReason::kPoorGeometry});
@@ -124,20 +119,19 @@ absl::Status TriangulationOptions::Validate() const {
 absl::StatusOr<Cloud> Triangulate(const Rig& rig, const std::vector<ViewObservations>& views,
                                   const TriangulationOptions& options) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
-  const absl::StatusOr<RayBlocks> blocks = RayBlocks::Build(rig, views, options);
-  if (!blocks.ok()) return blocks.status();
-  std::vector<std::vector<SolvedNode>> solved(blocks->size());
-  tbb::parallel_for(tbb::blocked_range<size_t>(0, blocks->size(), 4),
-                    [&](const tbb::blocked_range<size_t>& range) {
-                      RayBlock block;
-                      NodeSolver solver(options, blocks->cameras());
-                      for (size_t b = range.begin(); b < range.end(); ++b) {
-                        blocks->Fill(b, &block);
-                        solved[b].reserve(block.nodes.size());
-                        for (const NodeRays& node : block.nodes)
-                          solved[b].push_back({node.node, solver.Solve(node, block)});
-                      }
-                    });
+  const absl::StatusOr<RayGroups> groups = RayGroups::Build(rig, views, options);
+  if (!groups.ok()) return groups.status();
+  const size_t block_groups = 32;
+  SolvedBlocks solved((groups->size() + block_groups - 1) / block_groups);
+  tbb::parallel_for(size_t{0}, solved.size(), [&](size_t b) {
+    RayGroup group;
+    GroupSolver solver(options, groups->cameras());
+    const size_t end = std::min(groups->size(), (b + 1) * block_groups);
+    for (size_t g = b * block_groups; g < end; ++g) {
+      groups->Fill(g, &group);
+      solver.Solve(group, &solved[b]);
+    }
+  });
   return Collect(solved, options);
 }
 

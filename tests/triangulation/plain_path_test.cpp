@@ -5,6 +5,7 @@
 
 #include "tests/triangulation/plain_triangulation.h"
 #include "tests/triangulation/synthetic_views.h"
+#include "triangulation/ray_groups.h"
 #include "triangulation/ray_kernel.h"
 #include "triangulation/triangulate.h"
 
@@ -86,48 +87,49 @@ TEST(PlainPath, SameResultBehindAFisheyeLens) {
 
 #ifdef __x86_64__
 TEST(RayKernels, SameBytesFromEveryInstructionSet) {
-  const Rig rig = RingRig(1);
-  RayCamera camera{};
-  camera.fx_px = 4600, camera.fy_px = 4610, camera.cx_px = 1185, camera.cy_px = 2049;
-  const double distortion[] = {-0.12, 0.35, 4e-4, -3e-4, -0.4, 0.01, 0, 0};
-  std::copy(std::begin(distortion), std::end(distortion), camera.distortion);
-  camera.calibration_px2 = 0.01f;
-  camera.safe_square = 1;
-  for (int i = 0; i < 9; ++i) camera.rotation[i] = rig.cameras[0].rotation(i / 3, i % 3);
-  for (int i = 0; i < 3; ++i) {
-    camera.origin_mm[i] = rig.cameras[0].CenterWorld()[i];
-    camera.axis[i] = static_cast<float>(camera.rotation[6 + i]);
-  }
+  Rig rig = RingRig(21);
+  rig.cameras[3].distortion = {0.3, -0.1, 1e-4, 2e-4, 0.02, 0.35, -0.05, 0.01};
+  std::vector<ViewObservations> views = Observe(rig, BentSheet(1, 15), 0.15, 5);
+  views[7].observations.push_back(views[7].observations[4]);
+  Spoil(0.2, &views);
+  TriangulationOptions options;
+  options.refinement.calibration_sigma_px = 0.1;
+  const auto groups = RayGroups::Build(rig, views, options);
+  ASSERT_TRUE(groups.ok()) << groups.status();
+  RayGroup group;
+  groups->Fill(0, &group);
+  ASSERT_GE(group.count, 21);
   struct Results {
-    RayRecord rays[RayColumns::kCount];
-    int32_t valid[RayColumns::kCount];
-    LocalTile local[3];
-    RayScore score;
-    RaySystem system;
+    RayRow rows[64];
+    LinearRow linear[64];
+    GroupScore score;
+    GroupSystem system;
   };
   const auto run = [&](const RayKernels& kernels, Results* out) {
     std::memset(static_cast<void*>(out), 0, sizeof *out);
-    std::mt19937 random(5);
-    RayColumns columns;
-    for (int i = 0; i < RayColumns::kCount; ++i) {
-      columns.x_px[i] = 1185 + 0.01 * (random() % 2000);
-      columns.y_px[i] = 2049 + 0.01 * (random() % 2000);
-      columns.sigma_px[i] = 0.01f * static_cast<float>(1 + random() % 20);
-      columns.record[i] = &out->rays[i];
+    std::memcpy(static_cast<void*>(out->rows), group.rows.data(), group.count * sizeof(RayRow));
+    double point_mm[3][kNodeLanes];
+    float step_mm[3][kNodeLanes];
+    for (int lane = 0; lane < kNodeLanes; ++lane) {
+      const double angle = (lane - 7.5) * 2.7 / 150;
+      point_mm[0][lane] = 150 * std::sin(angle) + 0.2;
+      point_mm[1][lane] = -1.35 + 0.01 * lane;
+      point_mm[2][lane] = 150 * std::cos(angle);
+      for (int k = 0; k < 3; ++k) step_mm[k][lane] = 0.01f * static_cast<float>(k + lane - 9);
     }
-    kernels.unproject(&camera, 0, 48, &columns);
-    std::copy(columns.valid, columns.valid + 48, out->valid);
-    const RayLimits limits{400, 0.02f, 8, 0.5f, 2.5f};
-    const double reference_mm[3] = {3, -2, 1};
-    const float point_mm[3] = {0.2f, 0.4f, -0.3f};
-    kernels.localise(&camera, out->rays, 37, reference_mm, limits, out->local);
-    out->score = kernels.score(out->local, 37, point_mm, 25.0f, 0);
-    kernels.linearise(out->local, 37, point_mm, limits, true, &out->system);
+    const RayLimits limits{1, 0.02f, 8, 0.5f, 2.5f};
+    const RayCamera* cameras = groups->cameras().data();
+    kernels.undistort(cameras, group.count, out->rows);
+    kernels.score(cameras, out->rows, group.count, point_mm, limits.radius_mm2, &out->score);
+    kernels.linearise(cameras, out->rows, group.count, point_mm, limits, out->linear);
+    for (LinearRow& row : out->linear) std::copy(row.inlier, row.inlier + kNodeLanes, row.member);
+    kernels.accumulate(out->linear, group.count, step_mm, limits, &out->system);
   };
   auto one = std::make_unique<Results>(), other = std::make_unique<Results>();
   run(baseline::kRayKernels, one.get());
-  EXPECT_GT(one->score.rays, 3);
-  EXPECT_GT(one->system.matrix[0], 0);
+  EXPECT_GT(one->score.cameras[5], 8);
+  EXPECT_GT(one->system.inliers[5], 8);
+  EXPECT_GT(one->system.matrix[0][5], 0);
   if (__builtin_cpu_supports("avx2")) {
     run(avx2::kRayKernels, other.get());
     EXPECT_EQ(std::memcmp(one.get(), other.get(), sizeof(Results)), 0);
