@@ -10,6 +10,7 @@ namespace weft {
 struct BoardCorner {
   int index = 0;  // of the board, as FlatCorner counts
   Eigen::Vector2d pixel_px = Eigen::Vector2d::Zero();
+  Eigen::Vector2d bow_px = Eigen::Vector2d::Zero();  // taken off pixel_px by CorrectSideBows
 };
 
 // One board in one image.
@@ -17,7 +18,8 @@ struct BoardView {
   int camera = 0;
   int frame = 0;
   int board = 0;
-  double blur_px = 0;  // standard deviation of its edges; 0 where not measured
+  double blur_px = 0;           // standard deviation of its edges; 0 where not measured
+  bool straight_sides = false;  // corners are those of SharpenSquare
   std::vector<BoardCorner> corners;
 };
 

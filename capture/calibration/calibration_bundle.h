@@ -43,6 +43,7 @@ struct BundleView {
   int camera = 0;
   int placement = 0;
   std::vector<BoardCorner> corners;
+  bool straight_sides = false;  // of BoardView
 };
 
 struct CalibrationBundle {

@@ -7,9 +7,8 @@
 namespace weft {
 namespace {
 
-constexpr double kStepPx = 0.25;       // between samples of a profile
-constexpr double kCornerShare = 0.12;  // of a side's length that is left out at each end
-constexpr double kMinShare = 0.6;      // of the profiles that must show the step
+constexpr double kStepPx = 0.25;   // between samples of a profile
+constexpr double kMinShare = 0.6;  // of the profiles that must show the step
 
 // Bilinear; NaN outside.
 double LightAt(const LightImage& image, const Eigen::Vector2d& at) {
@@ -28,30 +27,47 @@ struct Step {
   double height = 0;
 };
 
-// The brightness step along `normal` through `at`: mean and variance of the slope over a window of half width
-// `reach_px` that is moved onto the step.
-std::optional<Step> FindStep(const LightImage& image, const Eigen::Vector2d& at,
-                             const Eigen::Vector2d& normal, double reach_px) {
-  Step step;
-  for (int round = 0; round < 4; ++round) {
+// Moves the step to the mean of the slope over a window of half width `reach_px` about it, again and again.
+bool MoveOnto(const LightImage& image, const Eigen::Vector2d& at, const Eigen::Vector2d& normal,
+              double reach_px, double limit_px, Step* step) {
+  constexpr int kRounds = 8;
+  constexpr double kSettledPx = 1e-3;
+  const int half = static_cast<int>(reach_px / kStepPx);
+  double mean = 2 * kSettledPx;
+  for (int round = 0; round < kRounds && std::abs(mean) > kSettledPx; ++round) {
     double sum = 0, first = 0, second = 0;
-    const int half = static_cast<int>(reach_px / kStepPx);
-    double before = LightAt(image, at + (step.offset_px - (half + 0.5) * kStepPx) * normal);
+    double before = LightAt(image, at + (step->offset_px - (half + 0.5) * kStepPx) * normal);
     for (int i = -half; i <= half; ++i) {
-      const double after = LightAt(image, at + (step.offset_px + (i + 0.5) * kStepPx) * normal);
+      const double after = LightAt(image, at + (step->offset_px + (i + 0.5) * kStepPx) * normal);
       const double slope = after - before, t = i * kStepPx;
       sum += slope;
       first += slope * t;
       second += slope * t * t;
       before = after;
     }
-    if (!(sum > 0)) return std::nullopt;
-    const double mean = first / sum;
-    step.offset_px += mean;
-    step.variance_px2 = second / sum - mean * mean;
-    step.height = sum;
-    if (!(std::abs(step.offset_px) < reach_px)) return std::nullopt;
+    if (!(sum > 0)) return false;
+    mean = first / sum;
+    step->offset_px += mean;
+    step->variance_px2 = second / sum - mean * mean;
+    step->height = sum;
+    if (!(std::abs(step->offset_px) < limit_px)) return false;
   }
+  return true;
+}
+
+// The brightness step along `normal` through `at`, looked for within `reach_px`.
+std::optional<Step> FindStep(const LightImage& image, const Eigen::Vector2d& at,
+                             const Eigen::Vector2d& normal, double reach_px) {
+  Step step;
+  if (!MoveOnto(image, at, normal, reach_px, reach_px, &step)) return std::nullopt;
+  // Its place once more from its steepest part: the tails of the steps on both sides reach into the wide
+  // window, one of them where the module behind the border is white.
+  constexpr double kSteepSigmas = 1.5;
+  const double steep_px = kSteepSigmas * std::sqrt(std::max(0.0, step.variance_px2));
+  if (steep_px >= reach_px) return step;
+  Step steep = step;
+  if (!MoveOnto(image, at, normal, std::max(steep_px, 2 * kStepPx), reach_px, &steep)) return std::nullopt;
+  step.offset_px = steep.offset_px;
   return step;
 }
 
@@ -118,7 +134,6 @@ std::optional<Side> FindSide(const LightImage& image, const Eigen::Vector2d& fro
     heights.push_back(step->height);
   }
   if (static_cast<double>(points.size()) < kMinShare * profiles) return std::nullopt;
-  constexpr double kBendsFromPx = 80;  // shorter sides are straight enough under any lens
   side.curve = FitCurve(points, length_px > kBendsFromPx);
   side.blur_px = std::sqrt(std::max(0.0, MedianOf(variances)));
   return side;

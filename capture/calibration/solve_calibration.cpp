@@ -14,6 +14,7 @@
 #include "capture/calibration/rig_covariance.h"
 #include "capture/calibration/rig_initialization.h"
 #include "capture/calibration/scale_bars.h"
+#include "capture/calibration/side_bows.h"
 #include "capture/calibration/view_equations.h"
 
 namespace weft {
@@ -71,7 +72,7 @@ CalibrationBundle MakeBundle(const CalibrationTarget& target, const CalibrationV
     const auto [at, added] =
         placement_of.try_emplace({view.frame, view.board}, static_cast<int>(bundle.placements.size()));
     if (added) bundle.placements.push_back({view.frame, view.board, {}});
-    bundle.views.push_back({view.camera, at->second, view.corners});
+    bundle.views.push_back({view.camera, at->second, view.corners, view.straight_sides});
   }
   return bundle;
 }
@@ -154,6 +155,7 @@ absl::Status Adjust(const SolveOptions& options, const OnProgress& on_progress, 
   CalibrationBundle& bundle = solution->bundle;
   for (int i = 0; i < 3; ++i) {
     if (rounds[i].rejection_sigmas > 0) {
+      CorrectSideBows(&bundle);
       EstimateSigmas(options.min_sigma_px, &bundle);
       RejectOutliers(rounds[i].rejection_sigmas, options.min_corners, &bundle, rejected);
       if (absl::Status status = CheckAllCamerasLeft(bundle, *rejected); !status.ok()) return status;

@@ -229,7 +229,7 @@ void AddSightings(const CalibrationTarget& target, int camera, int frame,
   };
   for (size_t b = 0; b < target.boards.size(); ++b) {
     const TagBoard& board = target.boards[b];
-    BoardView view{camera, frame, static_cast<int>(b), 0, {}};
+    BoardView view{.camera = camera, .frame = frame, .board = static_cast<int>(b), .straight_sides = true};
     std::vector<double> blurs;
     for (size_t i = 0; i < board.tag_ids.size(); ++i) {
       const TagSighting* tag = find(board.family, board.tag_ids[i]);

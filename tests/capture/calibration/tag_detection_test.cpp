@@ -68,8 +68,8 @@ TEST_P(OfFamily, CornersAreFoundToAFewHundredthsOfAPixelWhicheverWayUp) {
       const double error = (corner.pixel_px - photo.corners_px.at(corner.index)).norm();
       sum += error * error;
       EXPECT_LT(error, 0.3) << "corner " << corner.index << " at " << corner.pixel_px.transpose()
-                             << ", off by "
-                             << (corner.pixel_px - photo.corners_px.at(corner.index)).transpose();
+                            << ", off by "
+                            << (corner.pixel_px - photo.corners_px.at(corner.index)).transpose();
     }
     const double rms = std::sqrt(sum / (2 * views.boards[0].corners.size()));
     RecordProperty("rms_px", std::to_string(rms));
