@@ -159,6 +159,7 @@ class Builder {
       if (absl::Status status = CheckSewnTogether(built_.sheet, built_.parts.seams); !status.ok())
         return status;
       if (absl::Status status = JudgeNearSeams(borders); !status.ok()) return status;
+      if (!shown_.empty()) RestoreWidths(shown_, &lifts_[0], &built_.parts.seams);
       faces_ = built_.sheet.flat.faces;
       const std::vector<Face> strips =
           ZipWithRows(borders, built_.parts.cell_mm, &built_.parts.seams, &lifts_[0]);
@@ -326,7 +327,6 @@ class Builder {
     RestShapeProblem problem = RestProblem();
     problem.measured =
         MeasureGaps(built_.parts.seams, lifts_[0].position_mm, shown_.empty() ? lifts_ : shown_);
-    problem.most_seam_mm /= 2;  // from a side to the row between them
     absl::StatusOr<std::vector<Eigen::Vector3d>> rest_mm = RefineRestShape(problem, options_.smooth);
     if (!rest_mm.ok()) return rest_mm.status();
     Tell(0.9);

@@ -1,10 +1,31 @@
 #include "alignment/template_build/seam_rows.h"
 
 #include <algorithm>
+#include <map>
 
 #include "alignment/template_build/zipper.h"
 
 namespace weft {
+
+void RestoreWidths(const std::vector<LiftedPanels>& clouds, LiftedPanels* reference,
+                   std::vector<Seam>* seams) {
+  for (size_t v = 0; v < reference->seen.size(); ++v) {
+    if (reference->seen[v]) reference->position_mm[v] = clouds[0].position_mm[v];
+  }
+  for (Seam& seam : *seams) {
+    std::map<int, double> least_mm;  // of each vertex of side_a: edges across run aslant, too
+    for (const MeasuredGap& gap : MeasureGaps({seam}, reference->position_mm, clouds)) {
+      const auto [at, first] = least_mm.emplace(gap.a, gap.length_mm);
+      at->second = std::min(at->second, gap.length_mm);
+    }
+    if (least_mm.empty()) continue;
+    std::vector<double> widths_mm;
+    for (const auto& [vertex, width_mm] : least_mm) widths_mm.push_back(width_mm);
+    std::sort(widths_mm.begin(), widths_mm.end());
+    seam.gap_mm = widths_mm[widths_mm.size() / 2];
+    seam.max_gap_mm = widths_mm.back();
+  }
+}
 
 std::vector<Face> ZipWithRows(const PanelBorders& borders, double cell_mm, std::vector<Seam>* seams,
                               LiftedPanels* reference) {

@@ -11,6 +11,11 @@
 
 namespace weft {
 
+// Panels that were pulled together to find their seams, as `clouds` (the reference first) show them: seen
+// vertices go back to their places, and seams of which a cloud shows both sides are as wide as there.
+void RestoreWidths(const std::vector<LiftedPanels>& clouds, LiftedPanels* reference,
+                   std::vector<Seam>* seams);
+
 // The strips that close the seams, each with a row of vertices along its middle (`Seam::middle`): cloth folds
 // there, and edges twice as long as a cell would not. The vertices join `reference`, unseen.
 std::vector<Face> ZipWithRows(const PanelBorders& borders, double cell_mm, std::vector<Seam>* seams,

@@ -82,6 +82,24 @@ TEST(BuildTemplate, SewsPanelsOfDifferentDensity) {
   }
 }
 
+// Rest lengths that are too short pull at the cells beside the seam in every frame.
+TEST(BuildTemplate, SeamsOfDifferentWidthAreEachAsWideAtRestAsTheyWere) {
+  const Tube tube{46, 90, 82, {{40, 40, 3, 3, 0, 0}, {40, 40, 45, 3, 40.2, 0}}};
+  const auto built = Build(tube, {TubeCloud(tube)});
+  ASSERT_TRUE(built.ok()) << built.status();
+  ASSERT_EQ(built->parts.seams.size(), 2u);
+  for (const Seam& seam : built->parts.seams) {
+    const double gap_mm = seam.gap_mm;
+    const std::vector<Eigen::Vector3d>& rest_mm = built->garment.rest.vertices_mm;
+    double sum_mm = 0;
+    ASSERT_EQ(seam.side_a.size(), seam.side_b.size());
+    for (size_t k = 0; k < seam.side_a.size(); ++k) {
+      sum_mm += (rest_mm[seam.side_b[k]] - rest_mm[seam.side_a[k]]).norm();
+    }
+    EXPECT_NEAR(sum_mm / static_cast<double>(seam.side_a.size()), gap_mm, 0.02 * gap_mm) << gap_mm;
+  }
+}
+
 TEST(BuildTemplate, ClosesCornersWhereThreeAndFourPanelsMeet) {
   for (const Tube& tube : {ThreePanels(), FourPanels()}) {
     SCOPED_TRACE(tube.panels.size());
