@@ -186,8 +186,9 @@ std::string PanelTable(const BuiltTemplate& built) {
 absl::StatusOr<std::string> SewnPictures(const BuiltTemplate& built) {
   std::vector<Eigen::Vector3f> colors = PlainColors(built.garment.rest.vertices_mm.size());
   for (size_t i = 0; i < built.parts.seams.size(); ++i) {
-    for (const std::vector<int>* side : {&built.parts.seams[i].side_a, &built.parts.seams[i].side_b}) {
-      for (const int v : *side) colors[v] = SeamColor(i);
+    const Seam& seam = built.parts.seams[i];
+    for (const std::vector<int>* row : {&seam.side_a, &seam.middle, &seam.side_b}) {
+      for (const int v : *row) colors[v] = SeamColor(i);
     }
   }
   for (const TemplateBorder& opening : built.parts.openings) {
@@ -200,16 +201,19 @@ absl::StatusOr<std::string> SewnPictures(const BuiltTemplate& built) {
 
 std::string HeadOf(const BuiltTemplate& built) {
   const Template& garment = built.garment;
-  return absl::StrCat("<header><h1>Template ", NameHtml(garment.id), "</h1>\n<p>",
-                      Counted(built.sheet.panels, "panel", "panels"), ", ",
-                      Counted(static_cast<int64_t>(built.parts.seams.size()), "seam", "seams"), ", ",
-                      Counted(static_cast<int64_t>(built.parts.openings.size()), "opening", "openings"), "; ",
-                      FormatCount(static_cast<int64_t>(garment.rest.vertices_mm.size())), " vertices, ",
-                      FormatCount(static_cast<int64_t>(garment.rest.faces.size())), " faces (",
-                      FormatCount(built.seam_faces), " of them across seams), Euler characteristic ",
-                      built.euler, ", ", built.genus, " handles. Edges are within ",
-                      FormatPercent(built.strain.median), " (median) and ", FormatPercent(built.strain.p95),
-                      " (95 of 100) of the print.</p></header>\n");
+  const auto corners = std::count_if(garment.node_of_vertex.begin(), garment.node_of_vertex.end(),
+                                     [](const VertexNode& node) { return node.IsCorner(); });
+  return absl::StrCat(
+      "<header><h1>Template ", NameHtml(garment.id), "</h1>\n<p>",
+      Counted(built.sheet.panels, "panel", "panels"), ", ",
+      Counted(static_cast<int64_t>(built.parts.seams.size()), "seam", "seams"), ", ",
+      Counted(static_cast<int64_t>(built.parts.openings.size()), "opening", "openings"), "; ",
+      FormatCount(static_cast<int64_t>(garment.rest.vertices_mm.size())), " vertices, ",
+      corners > 0 ? absl::StrCat(FormatCount(corners), " of them corners between cells, ") : "",
+      FormatCount(static_cast<int64_t>(garment.rest.faces.size())), " faces (", FormatCount(built.seam_faces),
+      " of them across seams), Euler characteristic ", built.euler, ", ", built.genus,
+      " handles. Edges are within ", FormatPercent(built.strain.median), " (median) and ",
+      FormatPercent(built.strain.p95), " (95 of 100) of the print.</p></header>\n");
 }
 
 }  // namespace

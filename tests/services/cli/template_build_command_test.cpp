@@ -76,6 +76,7 @@ TEST_F(TemplateBuildCommand, CornersBecomeVertices) {
   ASSERT_TRUE(garment.ok()) << garment.status();
   const auto corners = std::ranges::count_if(garment->node_of_vertex, &VertexNode::IsCorner);
   EXPECT_GT(corners, 2500);
+  EXPECT_THAT(ReadBytes(folder_ / "skirt/report.html"), HasSubstr("of them corners between cells"));
   const WeftRun check = RunWeft({"template", "check", folder_ / "skirt", "--openings", "2"});
   EXPECT_EQ(check.status, 0) << check.err;
   EXPECT_THAT(check.out, HasSubstr(absl::StrCat("2800 vertices with a cell, ", corners, " on a corner, ")));
