@@ -94,6 +94,12 @@ RayCamera MakeRayCamera(const CameraModel& camera, double calibration_sigma_px) 
   return out;
 }
 
+void Set(const Observation& o, uint32_t lane, RayRow* row) {
+  row->pixel_px[0][lane] = o.x_px;
+  row->pixel_px[1][lane] = o.y_px;
+  row->sigma_px[lane] = o.sigma_px;
+}
+
 }  // namespace
 
 absl::StatusOr<RayGroups> RayGroups::Build(const Rig& rig, const std::vector<ViewObservations>& views,
@@ -128,6 +134,8 @@ absl::StatusOr<RayGroups> RayGroups::Build(const Rig& rig, const std::vector<Vie
 // Returns the first observation that is wrong, if there is one.
 const Observation* RayGroups::FindRuns(const ViewObservations& view, uint32_t number,
                                        std::vector<Run>* runs) {
+  constexpr size_t kUsualRun = 8;
+  runs->reserve(view.observations.size() / kUsualRun);
   uint32_t last = ~0u;
   for (const Observation& o : view.observations) {
     if (!IsValid(o)) return &o;
@@ -178,54 +186,73 @@ void RayGroups::Fill(size_t group, RayGroup* out) const {
   const uint32_t first = start_[group], last = start_[group + 1];
   out->first_node = FirstNodeOf(runs_[first].group);
   out->count = 0;
-  out->repeats = false;
-  std::fill(out->rays, out->rays + kNodeLanes, 0);
-  std::fill(out->cameras, out->cameras + kNodeLanes, 0);
   for (uint32_t r = first; r < last; ++r) {
-    if (r + (last - first) < runs_.size()) Prefetch(runs_[r + (last - first)]);
+    // Many views are more streams than a processor foresees.
+    constexpr uint32_t kAhead = 6;
+    if (r + kAhead < runs_.size()) Prefetch(runs_[r + kAhead]);
     Add(runs_[r], out);
   }
+  out->CountRays();
   BestRayKernels().undistort(cameras_.data(), out->count, out->rows.data());
 }
 
-// The observations of many views are more streams than a processor foresees.
 void RayGroups::Prefetch(const Run& run) const {
   const Observation* observations = (*views_)[run.view].observations.data() + run.first;
   const char* first = reinterpret_cast<const char*>(observations);
   const char* last = reinterpret_cast<const char*>(observations + run.count);
-  constexpr int kCacheLine = 64, kSecondLevel = 2;
-  for (; first < last; first += kCacheLine) __builtin_prefetch(first, 0, kSecondLevel);
+  constexpr int kCacheLine = 64;
+  for (; first < last; first += kCacheLine) __builtin_prefetch(first);
 }
 
 void RayGroups::Add(const Run& run, RayGroup* out) const {
   const ViewObservations& view = (*views_)[run.view];
+  // The rows that the camera has already, by another run or view.
   int base = out->count;
   while (base > 0 && out->rows[base - 1].camera == view.camera) --base;
-  for (uint32_t i = run.first; i < run.first + run.count; ++i) {
-    const Observation& o = view.observations[i];
-    const int lane = o.node.col % kNodeLanes;
-    int r = base;
-    while (r < out->count && out->rows[r].sigma_px[lane] > 0) ++r;
-    if (r == out->count) out->AddRow(view.camera, r > base);
-    RayRow& row = out->rows[r];
-    row.pixel_px[0][lane] = o.x_px;
-    row.pixel_px[1][lane] = o.y_px;
-    row.sigma_px[lane] = o.sigma_px;
-    out->row_of_ray[out->rays[lane]++ * kNodeLanes + lane] = r;
-    out->cameras[lane] += r == base;
+  if (base == out->count) out->AddRow(view.camera, false);
+  RayRow* row = &out->rows[base];
+  const Observation* const end = view.observations.data() + run.first + run.count;
+  for (const Observation* o = end - run.count; o < end; ++o) {
+    const uint32_t lane = static_cast<uint32_t>(o->node.col) % kNodeLanes;
+    if (row->sigma_px[lane] > 0) {
+      int again = base + 1;
+      while (again < out->count && out->rows[again].sigma_px[lane] > 0) ++again;
+      if (again == out->count) out->AddRow(view.camera, true);
+      Set(*o, lane, &out->rows[again]);
+      row = &out->rows[base];
+    } else {
+      Set(*o, lane, row);
+    }
   }
 }
 
 void RayGroup::AddRow(int camera, bool repeated) {
-  if (count == static_cast<int>(rows.size())) {
-    rows.resize(count + 1);
-    row_of_ray.resize(rows.size() * kNodeLanes);
-  }
+  if (count == static_cast<int>(rows.size())) rows.resize(count + 1);
   RayRow& row = rows[count++];
   std::fill(row.sigma_px, row.sigma_px + kNodeLanes, 0.0f);
   row.camera = camera;
   row.repeated = repeated;
-  repeats |= repeated;
+}
+
+void RayGroup::CountRays() {
+  repeats = false;
+  std::fill(rays, rays + kNodeLanes, 0);
+  std::fill(cameras, cameras + kNodeLanes, 0);
+  for (int i = 0; i < count; ++i) {
+    repeats |= rows[i].repeated;
+    for (int lane = 0; lane < kNodeLanes; ++lane) {
+      const int seen = rows[i].sigma_px[lane] > 0;
+      rays[lane] += seen;
+      cameras[lane] += rows[i].repeated ? 0 : seen;
+    }
+  }
+}
+
+int RayGroup::RowOfRay(int lane, int i) const {
+  if (rays[lane] == count) return i;
+  int row = 0;
+  while (rows[row].sigma_px[lane] == 0 || i-- > 0) ++row;
+  return row;
 }
 
 }  // namespace weft

@@ -13,9 +13,10 @@ namespace weft {
 // Nodes of one kind in one row of the board, those of 16 columns. Used again from group to group.
 struct RayGroup {
   // Row of the i-th ray of a node; its rays are ordered by camera, then by place in the view.
-  int RowOfRay(int lane, int i) const { return row_of_ray[i * kNodeLanes + lane]; }
+  int RowOfRay(int lane, int i) const;
 
   void AddRow(int camera, bool repeated);
+  void CountRays();
 
   BoardNode first_node;
   std::vector<RayRow> rows;  // ordered by camera; the first `count` of them
@@ -23,7 +24,6 @@ struct RayGroup {
   bool repeats = false;          // some row is of the same camera as the one before
   int rays[kNodeLanes] = {};     // of each node
   int cameras[kNodeLanes] = {};  // distinct, of each node
-  std::vector<int> row_of_ray;
 };
 
 // Which observations belong to which group. Keeps references to its arguments.

@@ -91,13 +91,13 @@ inline Lens Distort(const RayCamera& camera, Lanes x, Lanes y) {
 inline void UndistortRow(const RayCamera& camera, int first, RayRow* row) {
   constexpr int kMaxIterations = 10;
   constexpr float kTolerance2 = 1e-6f;  // squared step, about what remains after it
-  const double focal_px[2] = {camera.exact.fx_px, camera.exact.fy_px};
+  const double inverse_focal[2] = {1 / camera.exact.fx_px, 1 / camera.exact.fy_px};
   const double center_px[2] = {camera.cx_px, camera.cy_px};
   Lanes goal[2];
   for (int k = 0; k < 2; ++k) {
     Doubles halves[2];
     for (int half = 0; half < 2; ++half)
-      halves[half] = (LoadDoubles(row->pixel_px[k] + first + kHalf * half) - center_px[k]) / focal_px[k];
+      halves[half] = (LoadDoubles(row->pixel_px[k] + first + kHalf * half) - center_px[k]) * inverse_focal[k];
     goal[k] = Short(halves);
   }
   Lanes x = goal[0], y = goal[1];
