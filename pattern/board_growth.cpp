@@ -55,15 +55,18 @@ class CandidateQueue {
 class Growth {
  public:
   Growth(const CellFitter& fitter, const Board& board, int width_px, int height_px,
-         const GrowthOptions& options, bool wants_missing)
+         const GrowthOptions& options, const std::vector<MissingCell>* missing)
       : fitter_(fitter),
         board_(board),
         options_(options),
-        wants_missing_(wants_missing),
+        wants_missing_(missing != nullptr),
         width_px_(width_px),
         height_px_(height_px),
         on_board_(board.cells.size(), BoardPlace()),
-        places_(width_px, height_px) {}
+        places_(width_px, height_px) {
+    if (missing == nullptr) return;
+    for (const MissingCell& miss : *missing) missing_[Index(miss.row, miss.col)] = miss;
+  }
 
   // The cells where growth stopped, after a run.
   std::vector<MissingCell> Missing() const {
@@ -77,8 +80,7 @@ class Growth {
   GrownCells Run(const GrownCells& known, const std::vector<GrowthSeed>& seeds,
                  const std::function<std::vector<GrowthSeed>(const GrownCells&)>& find_more) {
     cells_.reserve(known.size() + seeds.size() + seeds.size() / 2);
-    cells_ = known;
-    for (size_t k = 0; k < known.size(); ++k) Take(static_cast<int>(k));
+    TakeKnown(known);
     Start(seeds);
     for (const GrownCell& cell : known) TryAround(cell);
     TakeAll(options_.clearly_explained);
@@ -87,11 +89,20 @@ class Growth {
     return Taken();
   }
 
+  GrownCells RunAtRims(const GrownCells& known) {
+    at_rims_ = true;
+    cells_.reserve(known.size() + known.size() / 8);
+    TakeKnown(known);
+    for (const GrownCell& cell : known) TryAround(cell);
+    TakeAll(-1);
+    return Taken();
+  }
+
  private:
   struct BoardPlace {
     int taken = -1;       // index of the cell
     float explained = 0;  // of the best candidate so far
-    int attempts = 0;
+    int attempts = 0;     // at rims: with how many known cells around
   };
 
   // Ordered by row and column.
@@ -102,6 +113,11 @@ class Growth {
       if (place.taken >= 0) taken.push_back(cells_[place.taken]);
     }
     return taken;
+  }
+
+  void TakeKnown(const GrownCells& known) {
+    cells_ = known;
+    for (size_t k = 0; k < known.size(); ++k) Take(static_cast<int>(k));
   }
 
   void Start(const std::vector<GrowthSeed>& seeds) {
@@ -185,7 +201,7 @@ class Growth {
     const GrownCell& cell = cells_[k];
     on_board_[Index(cell.row, cell.col)].taken = k;
     ++taken_;
-    places_.Take(cell.fit.frame);
+    places_.Take(cell.fit.frame, cell.row, cell.col);
   }
 
   void Enqueue(const GrownCell& candidate) {
@@ -204,6 +220,10 @@ class Growth {
   void Try(int row, int col, int dr, int dc) {
     if (!board_.Contains(row, col)) return;
     BoardPlace& place = on_board_[Index(row, col)];
+    if (at_rims_) {
+      if (place.taken < 0) TryAtRim(row, col);
+      return;
+    }
     if (place.taken >= 0 || place.explained > kWellExplained || place.attempts >= kMostAttempts) return;
     ++place.attempts;
     int group = 0;
@@ -217,6 +237,29 @@ class Growth {
                         options_.min_explained);
       if (const auto why = WhyNot(fit)) return Miss(row, col, predicted, *why);
     }
+    Enqueue({row, col, fit, group, 0});
+  }
+
+  // Looks for a cell that has enough known ones around; again where there are more now. Where other parts of
+  // the print are in front of it, the rest of it is looked at.
+  void TryAtRim(int row, int col) {
+    constexpr int kLeastLeft = 6;  // of 16 samples on the cell
+    int known = 0;
+    for (int k = 0; k < 9; ++k) known += CellAt(row + k / 3 - 1, col + k % 3 - 1) >= 0;
+    BoardPlace& place = on_board_[Index(row, col)];
+    if (known < options_.min_known_at_rims || known == place.attempts) return;
+    place.attempts = known;
+    int group = 0;
+    const CellFrame predicted = Predict(row, col, &group);
+    if (!InImage(predicted)) return;
+    strangers_.clear();
+    places_.FindStrangers(predicted, row, col, &strangers_);
+    SampleMask visible;
+    if (!strangers_.empty() && MaskCovered(predicted, strangers_, &visible) < kLeastLeft)
+      return Miss(row, col, predicted, WhyMissing::kTaken);
+    const CellFit fit = fitter_.Fit(row, col, predicted, Weights(row, col, false), options_.iterations,
+                                    options_.min_explained, strangers_.empty() ? nullptr : &visible);
+    if (const auto why = WhyNot(fit)) return Miss(row, col, predicted, *why);
     Enqueue({row, col, fit, group, 0});
   }
 
@@ -262,11 +305,13 @@ class Growth {
   const Board& board_;
   const GrowthOptions& options_;
   bool wants_missing_;
+  bool at_rims_ = false;
   int width_px_, height_px_;
   PixelVector<BoardPlace> on_board_;  // by board cell
   GrownCells cells_;                  // all candidates, taken or not
   size_t taken_ = 0;
   OccupiedPlaces places_;
+  std::vector<CellFrame> strangers_;
   CandidateQueue queue_;
   std::map<size_t, MissingCell> missing_;  // by board cell
 };
@@ -290,6 +335,8 @@ absl::Status GrowthOptions::Validate() const {
   if (!(min_area_px > 0)) return absl::InvalidArgumentError("growth.min_area_px must be above 0");
   if (iterations < 1 || iterations > 50)
     return absl::InvalidArgumentError("growth.iterations must lie in 1 to 50");
+  if (min_known_at_rims < 1 || min_known_at_rims > 8)
+    return absl::InvalidArgumentError("growth.min_known_at_rims must lie in 1 to 8");
   return absl::OkStatus();
 }
 
@@ -311,8 +358,17 @@ GrownCells GrowOnBoard(const CellFitter& fitter, const Board& board, int width_p
                        const GrowthOptions& options,
                        const std::function<std::vector<GrowthSeed>(const GrownCells&)>& find_more,
                        std::vector<MissingCell>* missing) {
-  Growth growth(fitter, board, width_px, height_px, options, missing != nullptr);
+  Growth growth(fitter, board, width_px, height_px, options, missing);
   GrownCells cells = growth.Run(known, seeds, find_more);
+  if (missing != nullptr) *missing = growth.Missing();
+  return cells;
+}
+
+GrownCells GrowAtRims(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+                      const GrownCells& known, const GrowthOptions& options,
+                      std::vector<MissingCell>* missing) {
+  Growth growth(fitter, board, width_px, height_px, options, missing);
+  GrownCells cells = growth.RunAtRims(known);
   if (missing != nullptr) *missing = growth.Missing();
   return cells;
 }

@@ -26,6 +26,8 @@ struct GrowthOptions {
   float min_edge_px = 1.2f;
   float min_area_px = 4.0f;
   int iterations = 4;
+  // At the rims of what is known, a cell is looked for where this many of the eight around it are known.
+  int min_known_at_rims = 4;
 
   absl::Status Validate() const;
 };
@@ -82,5 +84,12 @@ GrownCells GrowOnBoard(const CellFitter& fitter, const Board& board, int width_p
                        const GrowthOptions& options,
                        const std::function<std::vector<GrowthSeed>(const GrownCells&)>& find_more = nullptr,
                        std::vector<MissingCell>* missing = nullptr);
+
+// Grows once more where cells of `known` end, now that the parts of the print on the other side of a fold are
+// known, too: what they cover does not count there. Of `missing` (may be null) those that are found are taken
+// out, others are added.
+GrownCells GrowAtRims(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+                      const GrownCells& known, const GrowthOptions& options,
+                      std::vector<MissingCell>* missing = nullptr);
 
 }  // namespace weft

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "pattern/cell_bounds.h"
 #include "pattern/small_cholesky.h"
 
 namespace weft {
@@ -173,8 +172,10 @@ void JudgeInk(const std::array<std::array<float, 4>, kCellColors + 1>& colors, i
 // What the image shows where a cell is expected.
 class Window {
  public:
-  Window(const CellKernels& kernels, const PixelView& image, const CellLook& look)
-      : kernels_(kernels), image_(image), look_(look) {}
+  // `visible` may be null.
+  Window(const CellKernels& kernels, const PixelView& image, const CellLook& look,
+         const SampleMask* visible = nullptr)
+      : kernels_(kernels), image_(image), look_(look), visible_(visible) {}
 
   // Fills the sums and the light for the cell at `frame`, in px of the image; false where the print cannot be
   // there.
@@ -182,13 +183,13 @@ class Window {
     const Inside inside = WhereIs(frame, bend, image_.width_px, image_.height_px);
     if (inside == Inside::kNone) return false;
     if (inside == Inside::kSome) {
-      alignas(64) float mask[kSampleGroups * kSampleLanes];
-      if (MaskOutside(frame, bend, image_.width_px, image_.height_px, mask) < kLeastSamples) return false;
+      SampleMask mask;
+      if (MaskOutside(frame, bend, image_.width_px, image_.height_px, &mask) < kLeastSamples) return false;
       rendered_ = false;
-      if (!Render(mask) || !(model.sums.shape > 0)) return false;
+      if (!Render(&mask) || !(model.sums.shape > 0)) return false;
     } else if (!rendered_) {
       rendered_ = true;
-      if (!Render(nullptr)) return false;
+      if (!Render(nullptr) || !(model.sums.shape > 0)) return false;
     }
     kernels_.sample(image_, frame, bend, &samples_);
     kernels_.sum(model, samples_, &sums);
@@ -198,10 +199,10 @@ class Window {
   // Solves once more with samples that are not like the print counting less: something else may be in front
   // of it there. False where nothing of the print is left.
   bool TrustPrint(CellFit* fit) {
-    alignas(64) float trust[kSampleGroups * kSampleLanes];
-    WeighByResiduals(trust);
+    SampleMask trust;
+    WeighByResiduals(&trust);
     rendered_ = false;
-    if (!Render(trust)) return false;
+    if (!Render(&trust)) return false;
     kernels_.sum(model, samples_, &sums);
     return light.Solve(model.sums, sums, fit);
   }
@@ -212,16 +213,22 @@ class Window {
   int renderings = 0;
 
  private:
-  bool Render(const float* mask) {
-    kernels_.render(look_, mask, &model);
+  // `mask` may be null.
+  bool Render(SampleMask* mask) {
+    if (visible_ != nullptr && mask != nullptr) {
+      for (size_t k = 0; k < mask->weights.size(); ++k) mask->weights[k] *= visible_->weights[k];
+    }
+    const SampleMask* const weights = mask != nullptr ? mask : visible_;
+    kernels_.render(look_, weights != nullptr ? weights->weights.data() : nullptr, &model);
     ++renderings;
     return light.Prepare(model.sums);
   }
 
   // Weights of a Cauchy distribution; 0 for samples that had none.
-  void WeighByResiduals(float* trust) const {
+  void WeighByResiduals(SampleMask* mask) const {
     constexpr float kScale2 = 2.0f;       // of the distribution, squared, in mean squared residuals
     constexpr float kLeastScale2 = 9.0f;  // in squared grey levels
+    auto& trust = mask->weights;
     float sum = 0;
     for (int k = 0; k < kSampleGroups * kSampleLanes; ++k) {
       const int group = k / kSampleLanes, lane = k % kSampleLanes;
@@ -246,6 +253,7 @@ class Window {
   const CellKernels& kernels_;
   const PixelView& image_;
   const CellLook& look_;
+  const SampleMask* visible_;
   CellSamples samples_;
   bool rendered_ = false;
 };
@@ -294,7 +302,7 @@ CellLook CellFitter::LookAt(int row, int col, const CellFrame& frame, float scal
 }
 
 CellFit CellFitter::Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights,
-                        int iterations, float min_explained) const {
+                        int iterations, float min_explained, const SampleMask* visible) const {
   constexpr float kPosition = kModelNoise * kModelNoise / (kPositionPrior * kPositionPrior);
   constexpr float kShape = kModelNoise * kModelNoise / (kShapePrior * kShapePrior);
   static constexpr SmallVector<6> kPrior = {kPosition, kShape, kShape, kPosition, kShape, kShape};
@@ -304,7 +312,7 @@ CellFit CellFitter::Fit(int row, int col, const CellFrame& start, const Neighbor
   if (!(area > kLeastAreaPx2) || area > kMostAreaPx2) return fit;
   const auto [image, scale] = LevelFor(start);
   const CellLook look = LookAt(row, col, start, scale, weights);
-  Window window(kernels_, image, look);
+  Window window(kernels_, image, look, visible);
   CellFrame frame = start.InHalvings(scale);
   StepEquations equations;
   int prepared_for = 0;  // rendering

@@ -6,6 +6,7 @@
 
 #include "pattern/appearance.h"
 #include "pattern/board.h"
+#include "pattern/cell_bounds.h"
 #include "pattern/cell_frame.h"
 #include "pattern/cell_kernel.h"
 #include "pattern/color_image.h"
@@ -47,9 +48,9 @@ class CellFitter {
   // eliminated. The window reaches one cell to all sides and counts less towards its border. Not converged
   // where the window leaves the image or the print cannot be there; nor where the first steps leave it so
   // little explained that further ones will hardly bring it to `min_explained`. (row, col) must lie on the
-  // board.
+  // board. `visible` (may be null) weighs the samples: 0 where something covers the print.
   CellFit Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights, int iterations,
-              float min_explained = -1e9f) const;
+              float min_explained = -1e9f, const SampleMask* visible = nullptr) const;
 
   // One Gauss-Newton step of the centre alone, in a print that is interpolated bilinearly between the nine
   // centres (cloth creased at the centres, as a mesh with a vertex per cell). Where neighbours count less

@@ -13,6 +13,11 @@ struct CellFrame {
 
   float Area() const { return ax * by - ay * bx; }
   float ShorterEdge() const { return std::sqrt(std::min(ax * ax + ay * ay, bx * bx + by * by)); }
+  // Whether a point at (dx, dy) px from the centre is in the cell.
+  bool Contains(float dx, float dy) const {
+    const float half = 0.5f * Area();
+    return std::abs(by * dx - bx * dy) < half && std::abs(ax * dy - ay * dx) < half;
+  }
   // In px of an image `scale` times smaller, whose pixel x is at (x + 0.5) scale - 0.5 of this one.
   CellFrame InHalvings(float scale) const {
     const float s = 1 / scale;

@@ -1,9 +1,8 @@
 // Cells by their place on the board.
 #pragma once
 
-#include <vector>
-
 #include "pattern/board_growth.h"
+#include "pattern/pixel_allocator.h"
 
 namespace weft {
 
@@ -25,7 +24,7 @@ class CellMap {
   }
 
   int columns_;
-  std::vector<int> index_;
+  PixelVector<int> index_;
 };
 
 }  // namespace weft

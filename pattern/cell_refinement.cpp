@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <initializer_list>
+#include <iterator>
 #include <utility>
 
 #include "pattern/cell_map.h"
@@ -125,6 +126,15 @@ float Confidence(const CellMap& map, const GrownCells& cells, const GrownCell& c
   return 1 / (1 + std::exp(-(kOwn * cell.log_odds + kAround * sum / known + kConstant)));
 }
 
+// Whether a cell and all around it are those that `stays` marks.
+bool AllStay(const CellMap& map, const std::vector<bool>& stays, const GrownCell& cell) {
+  for (int k = 0; k < 9; ++k) {
+    const int other = map.At(cell.row + k / 3 - 1, cell.col + k % 3 - 1);
+    if (other >= 0 && !stays[other]) return false;
+  }
+  return true;
+}
+
 // Fits the centres once, and judges the cells there; those that stay are not fitted again.
 void FillConfidences(const CellFitter& fitter, const Board& board, int width_px, int height_px,
                      const std::vector<bool>& stays, GrownCells* cells) {
@@ -135,7 +145,10 @@ void FillConfidences(const CellFitter& fitter, const Board& board, int width_px,
     GrownCell& cell = (*cells)[k];
     cell.log_odds = LogOdds(cell.fit, Around(map, *cells, cell, width_px, height_px));
   }
-  for (GrownCell& cell : *cells) cell.confidence = Confidence(map, *cells, cell);
+  for (size_t k = 0; k < cells->size(); ++k) {
+    GrownCell& cell = (*cells)[k];
+    if (!AllStay(map, stays, cell)) cell.confidence = Confidence(map, *cells, cell);
+  }
 }
 
 // Puts in the cells as they were judged where nothing has changed since that their fit has looked at; returns
@@ -213,6 +226,9 @@ absl::Status CellRefinementOptions::Validate() const {
   if (!(min_confidence_to_grow >= 0 && min_confidence_to_grow < 1)) {
     return absl::InvalidArgumentError("refinement.min_confidence_to_grow must lie in [0, 1)");
   }
+  if (!(min_confidence_at_rims >= 0 && min_confidence_at_rims < 1)) {
+    return absl::InvalidArgumentError("refinement.min_confidence_at_rims must lie in [0, 1)");
+  }
   if (!(min_confidence_to_help >= 0 && min_confidence_to_help < 1)) {
     return absl::InvalidArgumentError("refinement.min_confidence_to_help must lie in [0, 1)");
   }
@@ -240,6 +256,18 @@ Regrowth RegrowthFrom(const CellFitter& fitter, const Board& board, int width_px
     }
   }
   return again;
+}
+
+Regrowth RegrowthAtRims(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+                        const CellRefinementOptions& options, const Regrowth& again, GrownCells cells) {
+  Regrowth rims;
+  rims.judged = std::move(cells);
+  rims.known.reserve(rims.judged.size());
+  const std::vector<bool> stays = TakeJudged(board, again, &rims.judged);
+  FillConfidences(fitter, board, width_px, height_px, stays, &rims.judged);
+  std::copy_if(rims.judged.begin(), rims.judged.end(), std::back_inserter(rims.known),
+               [&](const GrownCell& cell) { return cell.confidence >= options.min_confidence_at_rims; });
+  return rims;
 }
 
 void RefineCells(const CellFitter& fitter, const Board& board, int width_px, int height_px,

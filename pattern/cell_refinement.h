@@ -11,6 +11,8 @@ namespace weft {
 struct CellRefinementOptions {
   // Before growth goes on from what is left, cells less certain than this make room.
   float min_confidence_to_grow = 0.85f;
+  // Rims are looked at again from cells that are as certain as this; others make room there.
+  float min_confidence_at_rims = 0.95f;
   // A cell whose identity and place are less certain is dropped in the end.
   float min_confidence = 0.975f;
   // Down to here, cells still connect others and help to place them, before they are dropped.
@@ -32,6 +34,11 @@ struct Regrowth {
 // what is there.
 Regrowth RegrowthFrom(const CellFitter& fitter, const Board& board, int width_px, int height_px,
                       const CellRefinementOptions& options, const GrownCells& cells);
+
+// Judges cells that were grown from `again`: `known` are those of at least min_confidence_at_rims, with their
+// centres as fitted together.
+Regrowth RegrowthAtRims(const CellFitter& fitter, const Board& board, int width_px, int height_px,
+                        const CellRefinementOptions& options, const Regrowth& again, GrownCells cells);
 
 // Fits the centres of neighbouring cells together (but for those of `again` that have not changed since, nor
 // has anything around them: they are taken as they were judged), drops cells that are no help and those that

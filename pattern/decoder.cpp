@@ -150,6 +150,18 @@ void AddCorners(const GrownCells& cells, std::vector<Observation>* observations)
   }
 }
 
+void AddUnsure(const Regrowth& rims, std::vector<MissingCell>* missing) {
+  size_t next = 0;
+  for (const GrownCell& cell : rims.judged) {
+    if (next < rims.known.size() && rims.known[next].row == cell.row && rims.known[next].col == cell.col) {
+      ++next;
+    } else {
+      const CellFrame& f = cell.fit.frame;
+      missing->push_back({cell.row, cell.col, f.x, f.y, WhyMissing::kUnsure});
+    }
+  }
+}
+
 // Groups of the cells that stayed, and those that were grown and dropped again.
 void ExplainCells(const GrownCells& grown, const GrownCells& stayed, DecodeExplanation* explanation) {
   size_t next = 0;
@@ -213,10 +225,15 @@ absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& bo
     return FindIslandSeeds(fitter, pyramid, board.board(), inks, known, loose, options.islands);
   };
   const int width_px = frame.width_px, height_px = frame.height_px;
+  std::vector<MissingCell>* const missing = options.explain ? &result.explanation.missing : nullptr;
   GrownCells cells = GrowOnBoard(fitter, board.board(), width_px, height_px, {}, seeds, options.growth);
-  const Regrowth again = RegrowthFrom(fitter, board.board(), width_px, height_px, options.refinement, cells);
+  Regrowth again = RegrowthFrom(fitter, board.board(), width_px, height_px, options.refinement, cells);
   cells = GrowOnBoard(fitter, board.board(), width_px, height_px, again.known, again.seeds, options.growth,
-                      find_islands, options.explain ? &result.explanation.missing : nullptr);
+                      find_islands, missing);
+  again =
+      RegrowthAtRims(fitter, board.board(), width_px, height_px, options.refinement, again, std::move(cells));
+  if (missing != nullptr) AddUnsure(again, missing);
+  cells = GrowAtRims(fitter, board.board(), width_px, height_px, again.known, options.growth, missing);
   result.timings.growth_ms = watch.LapMs();
   const GrownCells grown = options.explain ? cells : GrownCells();
   RefineCells(fitter, board.board(), width_px, height_px, options.refinement, again, &cells);

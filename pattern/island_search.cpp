@@ -112,11 +112,6 @@ class IslandSearch {
     }
   }
 
-  static bool Contains(const CellFrame& f, float dx, float dy) {
-    const float half = 0.5f * f.Area();
-    return std::abs(f.by * dx - f.bx * dy) < half && std::abs(f.ax * dy - f.ay * dx) < half;
-  }
-
   // Of rows -1 to rows.
   uint16_t* ThreeAt(int row, int col) { return &threes_[static_cast<size_t>(row + 1) * board_.cols + col]; }
 
@@ -134,7 +129,7 @@ class IslandSearch {
     bool known = false;
     centers_.Around(spot.x_px, spot.y_px, radius, [&](const auto& places) {
       known = std::any_of(places.begin(), places.end(), [&](const KeypointGrid::Place& place) {
-        return Contains(known_[place.index].fit.frame, spot.x_px - place.x, spot.y_px - place.y);
+        return known_[place.index].fit.frame.Contains(spot.x_px - place.x, spot.y_px - place.y);
       });
       return known;
     });
@@ -172,7 +167,7 @@ class IslandSearch {
     const int column = Bucket(spot.x_px, bucket_columns_), row = Bucket(spot.y_px, bucket_rows_);
     if (!near_known_[static_cast<size_t>(row) * bucket_columns_ + column]) return;
     // Most spots are in a known cell right there.
-    for (const int reach : {1, kFarthestBuckets}) {
+    for (const int reach : {0, 1, kFarthestBuckets}) {
       FindNear(spot, reach);
       if (IsInNearest(spot)) return;
     }
