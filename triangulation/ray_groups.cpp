@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 
 #include "absl/strings/str_cat.h"
 
@@ -15,6 +14,7 @@ constexpr int kMaxNodeIndex = 4096;  // of a row or column, Board::Validate
 
 constexpr int kColumnBits = 9, kRowBits = 13;
 static_assert(kMaxNodeIndex / kNodeLanes < 1 << kColumnBits && kMaxNodeIndex < 1 << kRowBits);
+constexpr uint32_t kNoGroup = ~0u;
 uint32_t GroupOf(const BoardNode& node) {
   return (static_cast<uint32_t>(node.kind) << kRowBits | static_cast<uint32_t>(node.row)) << kColumnBits |
          static_cast<uint32_t>(node.col) / kNodeLanes;
@@ -110,120 +110,117 @@ absl::StatusOr<RayGroups> RayGroups::Build(const Rig& rig, const std::vector<Vie
                                                    left.size(), " entries, the rig has ", rig.cameras.size(),
                                                    " cameras"));
   }
-  RayGroups groups(views);
+  RayGroups groups;
   for (size_t c = 0; c < rig.cameras.size(); ++c) {
     groups.cameras_.push_back(MakeRayCamera(
         rig.cameras[c], std::hypot(options.refinement.calibration_sigma_px, left.empty() ? 0 : left[c])));
   }
+  size_t observations = 0;
+  const ViewObservations* largest = nullptr;
   for (const ViewObservations& view : views) {
     if (view.camera < 0 || view.camera >= static_cast<int>(rig.cameras.size())) {
       return absl::InvalidArgumentError(absl::StrCat("view of camera ", view.camera, ": the rig has ",
                                                      rig.cameras.size(), " cameras, numbered from 0"));
     }
+    groups.views_.push_back(&view);
+    observations += view.observations.size();
+    if (largest == nullptr || view.observations.size() > largest->observations.size()) largest = &view;
   }
-  std::vector<std::vector<Run>> runs(views.size());
-  std::vector<const Observation*> wrong(views.size(), nullptr);
-  tbb::parallel_for(size_t{0}, views.size(),
-                    [&](size_t v) { wrong[v] = FindRuns(views[v], static_cast<uint32_t>(v), &runs[v]); });
-  for (size_t v = 0; v < views.size(); ++v)
-    if (wrong[v] != nullptr) return ErrorOf(rig.cameras[views[v].camera], *wrong[v]);
-  groups.Sort(runs);
+  std::stable_sort(groups.views_.begin(), groups.views_.end(),
+                   [](const auto* a, const auto* b) { return a->camera < b->camera; });
+  // The largest view tells where there is work.
+  constexpr size_t kObservationsPerPart = 1 << 18;
+  const size_t parts = observations / kObservationsPerPart + 1;
+  groups.first_group_ = {0, kNoGroup};
+  for (size_t p = 1; p < parts; ++p)
+    groups.first_group_.push_back(
+        GroupOf(largest->observations[largest->observations.size() * p / parts].node));
+  std::sort(groups.first_group_.begin(), groups.first_group_.end());
   return groups;
 }
 
-// Returns the first observation that is wrong, if there is one.
-const Observation* RayGroups::FindRuns(const ViewObservations& view, uint32_t number,
-                                       std::vector<Run>* runs) {
-  constexpr size_t kUsualRun = 8;
-  runs->reserve(view.observations.size() / kUsualRun);
-  uint32_t last = ~0u;
-  for (const Observation& o : view.observations) {
-    if (!IsValid(o)) return &o;
-    const uint32_t group = GroupOf(o.node);
-    if (group != last) {
-      const uint32_t first = static_cast<uint32_t>(&o - view.observations.data());
-      runs->push_back({group, number, first, 0});
-    }
-    ++runs->back().count;
-    last = group;
+RayGroupReader::RayGroupReader(const RayGroups& groups, size_t part)
+    : cameras_(groups.cameras_), end_group_(groups.first_group_[part + 1]) {
+  const uint32_t first_group = groups.first_group_[part];
+  next_.resize(groups.views_.size());
+  for (const ViewObservations* view : groups.views_) {
+    const Observation* const begin = view->observations.data();
+    const Observation* const end = begin + view->observations.size();
+    const auto place = [&](uint32_t group) {
+      return std::partition_point(begin, end, [&](const Observation& o) { return GroupOf(o.node) < group; });
+    };
+    cursors_.push_back({place(first_group), end_group_ == kNoGroup ? end : place(end_group_), view->camera});
+    in_order_ &= cursors_.back().at <= cursors_.back().end;
+    LookAhead(cursors_.size() - 1, first_group);
   }
-  return nullptr;
 }
 
-// Counting sort: views in the order of their cameras, so the runs of a group come out ordered by camera.
-void RayGroups::Sort(const std::vector<std::vector<Run>>& runs) {
-  std::vector<uint32_t> by_camera(views_->size());
-  std::iota(by_camera.begin(), by_camera.end(), 0);
-  std::stable_sort(by_camera.begin(), by_camera.end(),
-                   [&](uint32_t a, uint32_t b) { return (*views_)[a].camera < (*views_)[b].camera; });
-  int rows = 0, cols = 0;
-  for (const auto& of_view : runs) {
-    for (const Run& run : of_view) {
-      const BoardNode node = FirstNodeOf(run.group);
-      rows = std::max(rows, node.row + 1);
-      cols = std::max(cols, node.col / kNodeLanes + 1);
-    }
-  }
-  const auto place = [&](const Run& run) {
-    const BoardNode node = FirstNodeOf(run.group);
-    return (static_cast<size_t>(node.kind) * rows + node.row) * cols + node.col / kNodeLanes;
-  };
-  std::vector<uint32_t> next(2 * static_cast<size_t>(rows) * cols, 0);
-  for (const auto& of_view : runs)
-    for (const Run& run : of_view) ++next[place(run)];
-  start_.push_back(0);
-  for (uint32_t& count : next) {
-    const uint32_t end = start_.back() + count;
-    count = start_.back();
-    if (end > start_.back()) start_.push_back(end);
-  }
-  runs_.resize(start_.back());
-  for (const uint32_t view : by_camera)
-    for (const Run& run : runs[view]) runs_[next[place(run)]++] = run;
+// Sets the group that a cursor is at, which must be one of this part and none before `least`.
+void RayGroupReader::LookAhead(size_t cursor, uint32_t least) {
+  const Cursor& c = cursors_[cursor];
+  next_[cursor] = c.at < c.end ? GroupOf(c.at->node) : kNoGroup;
+  if (c.at >= c.end || (next_[cursor] >= least && next_[cursor] < end_group_)) return;
+  in_order_ = false;
+  next_[cursor] = kNoGroup;
 }
 
-void RayGroups::Fill(size_t group, RayGroup* out) const {
-  const uint32_t first = start_[group], last = start_[group + 1];
-  out->first_node = FirstNodeOf(runs_[first].group);
+bool RayGroupReader::Next(RayGroup* out) {
+  uint32_t group = kNoGroup;
+  for (const uint32_t next : next_) group = std::min(group, next);
+  if (group == kNoGroup) return false;
+  out->first_node = FirstNodeOf(group);
   out->count = 0;
-  for (uint32_t r = first; r < last; ++r) {
+  const size_t views = cursors_.size();
+  for (size_t v = 0; v < views; ++v) {
     // Many views are more streams than a processor foresees.
-    constexpr uint32_t kAhead = 6;
-    if (r + kAhead < runs_.size()) Prefetch(runs_[r + kAhead]);
-    Add(runs_[r], out);
+    constexpr size_t kAhead = 6, kCacheLine = 64;
+    const char* const ahead = reinterpret_cast<const char*>(cursors_[(v + kAhead) % views].at);
+    for (size_t at = 0; at <= kNodeLanes * sizeof(Observation); at += kCacheLine)
+      __builtin_prefetch(ahead + at);
+    if (next_[v] == group) Add(v, out);
   }
   out->CountRays();
   BestRayKernels().undistort(cameras_.data(), out->count, out->rows.data());
+  return true;
 }
 
-void RayGroups::Prefetch(const Run& run) const {
-  const Observation* observations = (*views_)[run.view].observations.data() + run.first;
-  const char* first = reinterpret_cast<const char*>(observations);
-  const char* last = reinterpret_cast<const char*>(observations + run.count);
-  constexpr int kCacheLine = 64;
-  for (; first < last; first += kCacheLine) __builtin_prefetch(first);
-}
-
-void RayGroups::Add(const Run& run, RayGroup* out) const {
-  const ViewObservations& view = (*views_)[run.view];
-  // The rows that the camera has already, by another run or view.
+// The observations that the cursor's view has of its group.
+void RayGroupReader::Add(size_t cursor, RayGroup* out) {
+  Cursor& c = cursors_[cursor];
+  const uint32_t group = next_[cursor];
+  // The rows that the camera has already, by another view.
   int base = out->count;
-  while (base > 0 && out->rows[base - 1].camera == view.camera) --base;
-  if (base == out->count) out->AddRow(view.camera, false);
+  while (base > 0 && out->rows[base - 1].camera == c.camera) --base;
+  if (base == out->count) out->AddRow(c.camera, false);
   RayRow* row = &out->rows[base];
-  const Observation* const end = view.observations.data() + run.first + run.count;
-  for (const Observation* o = end - run.count; o < end; ++o) {
-    const uint32_t lane = static_cast<uint32_t>(o->node.col) % kNodeLanes;
+  for (; c.at < c.end && GroupOf(c.at->node) == group; ++c.at) {
+    in_order_ &= IsValid(*c.at);
+    const uint32_t lane = static_cast<uint32_t>(c.at->node.col) % kNodeLanes;
     if (row->sigma_px[lane] > 0) {
       int again = base + 1;
       while (again < out->count && out->rows[again].sigma_px[lane] > 0) ++again;
-      if (again == out->count) out->AddRow(view.camera, true);
-      Set(*o, lane, &out->rows[again]);
+      if (again == out->count) out->AddRow(c.camera, true);
+      Set(*c.at, lane, &out->rows[again]);
       row = &out->rows[base];
     } else {
-      Set(*o, lane, row);
+      Set(*c.at, lane, row);
     }
   }
+  LookAhead(cursor, group + 1);
+}
+
+absl::StatusOr<std::vector<ViewObservations>> InOrderOfGroups(const Rig& rig,
+                                                              const std::vector<ViewObservations>& views) {
+  for (const ViewObservations& view : views)
+    for (const Observation& o : view.observations)
+      if (!IsValid(o)) return ErrorOf(rig.cameras[view.camera], o);
+  std::vector<ViewObservations> sorted = views;
+  tbb::parallel_for(size_t{0}, sorted.size(), [&](size_t v) {
+    std::stable_sort(
+        sorted[v].observations.begin(), sorted[v].observations.end(),
+        [](const Observation& a, const Observation& b) { return GroupOf(a.node) < GroupOf(b.node); });
+  });
+  return sorted;
 }
 
 void RayGroup::AddRow(int camera, bool repeated) {

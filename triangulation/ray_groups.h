@@ -26,38 +26,54 @@ struct RayGroup {
   int cameras[kNodeLanes] = {};  // distinct, of each node
 };
 
-// Which observations belong to which group. Keeps references to its arguments.
+// Views whose observations are in the order of the groups, in parts of the board that may be read side by
+// side. Keeps references to its arguments.
 class RayGroups {
  public:
-  // InvalidArgument names camera and node of an observation that is not finite, off the range of boards (0 to
-  // 4096) or without sigma_px, and cameras that the rig lacks. Parallel in the calling thread's TBB arena.
+  // InvalidArgument: cameras that the rig lacks. The observations are not looked at.
   static absl::StatusOr<RayGroups> Build(const Rig& rig, const std::vector<ViewObservations>& views,
                                          const TriangulationOptions& options);
 
-  // Of groups, in the order of kind, row, column; each with at least one observation.
-  size_t size() const { return start_.size() - 1; }
+  size_t parts() const { return first_group_.size() - 1; }
   const std::vector<RayCamera>& cameras() const { return cameras_; }
 
-  // May be called by several threads; fastest in the order of the groups.
-  void Fill(size_t group, RayGroup* out) const;
+ private:
+  friend class RayGroupReader;
+  RayGroups() = default;
+
+  std::vector<RayCamera> cameras_;
+  std::vector<const ViewObservations*> views_;  // in the order of their cameras
+  std::vector<uint32_t> first_group_;           // of each part, and one behind the last
+};
+
+// Reads the groups of one part, in the order of kind, row, column; each observation once.
+class RayGroupReader {
+ public:
+  RayGroupReader(const RayGroups& groups, size_t part);
+
+  // The next group that was seen; false at the end.
+  bool Next(RayGroup* out);
+  // Whether so far all observations were valid and in order; where not, the groups are worth nothing.
+  bool in_order() const { return in_order_; }
 
  private:
-  // Observations of one view behind each other that belong to one group.
-  struct Run {
-    uint32_t group;  // kind, row and column of its first node as one number
-    uint32_t view, first, count;
+  struct Cursor {
+    const Observation *at, *end;
+    int camera;
   };
+  void Add(size_t cursor, RayGroup* out);
+  void LookAhead(size_t cursor, uint32_t least);
 
-  explicit RayGroups(const std::vector<ViewObservations>& views) : views_(&views) {}
-  static const Observation* FindRuns(const ViewObservations& view, uint32_t number, std::vector<Run>* runs);
-  void Sort(const std::vector<std::vector<Run>>& runs);
-  void Prefetch(const Run& run) const;
-  void Add(const Run& run, RayGroup* out) const;
-
-  const std::vector<ViewObservations>* views_;
-  std::vector<RayCamera> cameras_;
-  std::vector<Run> runs_;        // ordered by group, then camera
-  std::vector<uint32_t> start_;  // of each group in runs_, and their end
+  const std::vector<RayCamera>& cameras_;
+  uint32_t end_group_;
+  std::vector<Cursor> cursors_;
+  std::vector<uint32_t> next_;  // group that each cursor is at
+  bool in_order_ = true;
 };
+
+// Copies of the views with their observations in the order of the groups. InvalidArgument names camera and
+// node of an observation that is not finite, off the range of boards (0 to 4096) or without sigma_px.
+absl::StatusOr<std::vector<ViewObservations>> InOrderOfGroups(const Rig& rig,
+                                                              const std::vector<ViewObservations>& views);
 
 }  // namespace weft

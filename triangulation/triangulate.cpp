@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
@@ -121,17 +122,19 @@ absl::StatusOr<Cloud> Triangulate(const Rig& rig, const std::vector<ViewObservat
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   const absl::StatusOr<RayGroups> groups = RayGroups::Build(rig, views, options);
   if (!groups.ok()) return groups.status();
-  const size_t block_groups = 32;
-  SolvedBlocks solved((groups->size() + block_groups - 1) / block_groups);
-  tbb::parallel_for(size_t{0}, solved.size(), [&](size_t b) {
+  SolvedBlocks solved(groups->parts());
+  std::atomic<bool> in_order = true;
+  tbb::parallel_for(size_t{0}, groups->parts(), [&](size_t part) {
     RayGroup group;
+    RayGroupReader reader(*groups, part);
     GroupSolver solver(options, groups->cameras());
-    const size_t end = std::min(groups->size(), (b + 1) * block_groups);
-    for (size_t g = b * block_groups; g < end; ++g) {
-      groups->Fill(g, &group);
-      solver.Solve(group, &solved[b]);
-    }
+    while (reader.in_order() && reader.Next(&group)) solver.Solve(group, &solved[part]);
+    if (!reader.in_order()) in_order = false;
   });
+  if (!in_order) {
+    const absl::StatusOr<std::vector<ViewObservations>> sorted = InOrderOfGroups(rig, views);
+    return sorted.ok() ? Triangulate(rig, *sorted, options) : sorted.status();
+  }
   return Collect(solved, options);
 }
 

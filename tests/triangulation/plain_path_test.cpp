@@ -97,7 +97,7 @@ TEST(RayKernels, SameBytesFromEveryInstructionSet) {
   const auto groups = RayGroups::Build(rig, views, options);
   ASSERT_TRUE(groups.ok()) << groups.status();
   RayGroup group;
-  groups->Fill(0, &group);
+  ASSERT_TRUE(RayGroupReader(*groups, 0).Next(&group));
   ASSERT_GE(group.count, 21);
   struct Results {
     RayRow rows[64];
