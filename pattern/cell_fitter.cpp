@@ -9,8 +9,6 @@
 namespace weft {
 namespace {
 
-// Grey levels by which the model is typically wrong; balances the priors.
-constexpr float kModelNoise = 8.0f;
 constexpr float kPositionPrior = 0.35f;   // cells
 constexpr float kShapePrior = 0.12f;      // per cell
 constexpr float kOffsetPrior = 12.0f;     // grey levels
@@ -123,9 +121,23 @@ struct CenterEquations {
     const SmallVector<4> whitened_u = light.solver.Forward(ut), whitened_v = light.solver.Forward(vt);
     u = gain * (image.ui[0] - Dot(ut, light.solved));
     v = gain * (image.vi[0] - Dot(vt, light.solved));
-    uu = gain * gain * (s.uu[0] - Dot(whitened_u, whitened_u));
+    uu = gain * gain * (s.uu[0] - Dot(whitened_u, whitened_u)) + kLeastPrecision;
     uv = gain * gain * (s.uv[0] - Dot(whitened_v, whitened_u));
-    vv = gain * gain * (s.vv[0] - Dot(whitened_v, whitened_v));
+    vv = gain * gain * (s.vv[0] - Dot(whitened_v, whitened_v)) + kLeastPrecision;
+  }
+
+  // Over moves in px, against which the print moves in the cell's coordinates.
+  CenterPull InPx(const CellFrame& f) const {
+    constexpr float kPrecision = 1 / (kModelNoise * kModelNoise);
+    const float inverse = 1 / f.Area();
+    const float ux = -inverse * f.by, uy = inverse * f.bx, vx = inverse * f.ay, vy = -inverse * f.ax;
+    CenterPull pull;
+    pull.xx = kPrecision * (uu * ux * ux + 2 * uv * ux * vx + vv * vx * vx);
+    pull.xy = kPrecision * (uu * ux * uy + uv * (ux * vy + uy * vx) + vv * vx * vy);
+    pull.yy = kPrecision * (uu * uy * uy + 2 * uv * uy * vy + vv * vy * vy);
+    pull.x = -kPrecision * (u * ux + v * vx);
+    pull.y = -kPrecision * (u * uy + v * vy);
+    return pull;
   }
 };
 
@@ -352,7 +364,7 @@ CellFit CellFitter::Fit(int row, int col, const CellFrame& start, const Neighbor
 }
 
 CellFit CellFitter::FitCenter(int row, int col, const CellNodes& nodes, const NeighborWeights& weights,
-                              const CenterPrior& prior) const {
+                              CenterPull* pull) const {
   CellFit fit;
   CellBend bend;
   Interpolate(nodes, &fit.frame, &bend);
@@ -371,22 +383,7 @@ CellFit CellFitter::FitCenter(int row, int col, const CellNodes& nodes, const Ne
     if (!window.TrustPrint(&trusting)) return fit;
     gain = trusting.gain;
   }
-  const CenterEquations equations(window.model.sums, window.sums, window.light, gain);
-  // The pull of the prior, given in px, on steps in cells; the print moves against the steps.
-  const float precision = kModelNoise * kModelNoise * prior.precision;
-  const float x = precision * (f.x - prior.x), y = precision * (f.y - prior.y);
-  const float uu = equations.uu + precision * (f.ax * f.ax + f.ay * f.ay) + kLeastPrecision,
-              uv = equations.uv + precision * (f.ax * f.bx + f.ay * f.by),
-              vv = equations.vv + precision * (f.bx * f.bx + f.by * f.by) + kLeastPrecision;
-  const float u = equations.u + f.ax * x + f.ay * y, v = equations.v + f.bx * x + f.by * y;
-  const float determinant = uu * vv - uv * uv;
-  if (!(determinant > 0)) return fit;
-  const float du = (vv * u - uv * v) / determinant, dv = (uu * v - uv * u) / determinant;
-  fit.moved_cells = Length(du, dv);
-  const float shortened = fit.moved_cells > kLongestStep ? kLongestStep / fit.moved_cells : 1;
-  f.x -= shortened * (f.ax * du + f.bx * dv);
-  f.y -= shortened * (f.ay * du + f.by * dv);
-  fit.sigma_px = fit.noise * std::sqrt(0.5f * area * (uu + vv) / determinant);
+  *pull = CenterEquations(window.model.sums, window.sums, window.light, gain).InPx(f);
   fit.converged = true;
   return fit;
 }

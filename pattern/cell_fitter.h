@@ -31,10 +31,14 @@ struct CellFit {
   float sigma_px = 0;  // predicted standard deviation of the position per axis
 };
 
-// What the cells around say about where a cell's centre is.
-struct CenterPrior {
+// Grey levels by which the rendered print is typically wrong; balances the image against what is expected.
+inline constexpr float kModelNoise = 8.0f;
+
+// A sum of squares over small moves of a centre: half its second derivative (1 / px^2) and half its slope
+// (1 / px) where the centre is, in units of its noise.
+struct CenterPull {
+  float xx = 0, xy = 0, yy = 0;
   float x = 0, y = 0;
-  float precision = 0;  // 1 / px^2
 };
 
 // Fits cells of one board to one image, whose halvings `pyramid` holds (level k is 2^k times smaller); all
@@ -52,12 +56,12 @@ class CellFitter {
   CellFit Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights, int iterations,
               float min_explained = -1e9f, const SampleMask* visible = nullptr) const;
 
-  // One Gauss-Newton step of the centre alone, in a print that is interpolated bilinearly between the nine
-  // centres (cloth creased at the centres, as a mesh with a vertex per cell). Where neighbours count less
-  // than fully, parts of the window that are not like the print count less, too. The other numbers are those
-  // before the step; sigma_px takes the cells around as known.
+  // What the image says about moves of the centre alone, in a print that is interpolated bilinearly between
+  // the nine centres (cloth creased at the centres, as a mesh with a vertex per cell); the noise of `pull` is
+  // kModelNoise. Where neighbours count less than fully, parts of the window that are not like the print
+  // count less, too. Nothing moves, and sigma_px is not filled.
   CellFit FitCenter(int row, int col, const CellNodes& nodes, const NeighborWeights& weights,
-                    const CenterPrior& prior) const;
+                    CenterPull* pull) const;
 
  private:
   // The image of the pyramid that a cell is measured in.

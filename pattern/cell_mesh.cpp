@@ -1,5 +1,6 @@
 #include "pattern/cell_mesh.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -12,49 +13,88 @@ namespace {
 constexpr float kUnknownWeight = 0.2f;
 // Cells hide mostly where cloth turns away from the camera: the edge to a hidden cell is shorter.
 constexpr float kHiddenEdge = 0.93f;
-// Differences along a row or column of centres at which the prior lets go, in cells.
-constexpr float kFourthDifference = 0.1f, kSecondDifference = 0.03f;
+constexpr float kLongestStep = 0.3f;  // cells
 
-// Positions along a row or column of the board, two cells to both sides; null where unknown.
-using Line = std::array<const CellFrame*, 5>;
+// Differences at which the prior lets go, in edges of a cell that faces the camera: along the longer axis of
+// the cell in the image, and across it, where centres go when the cloth bends out of its surface.
+struct BendScale {
+  float along, across;
+};
+constexpr BendScale kFourthDifference = {0.1f, 0.2f}, kSecondDifference = {0.03f, 0.1f},
+                    kMixedDifference = {0.03f, 0.1f};
 
-// Least squares of the centre of a line by its differences, each with the weight of a Cauchy distribution.
+// Positions along a row or column of the board, three cells to both sides; null where unknown.
+using Line = std::array<const CellFrame*, 7>;
+
+// Least squares of a centre by differences of centres, each with the weights of Cauchy distributions.
 class PriorSums {
  public:
-  explicit PriorSums(float area_px2) : area_px2_(area_px2) {}
-
-  void Add(const Line& line) {
-    const auto [before2, before, here, after, after2] = line;
-    if (before2 && before && after && after2) {
-      AddDifference({1, -4, 6, -4, 1}, line, 6, kFourthDifference);
-      return;
-    }
-    if (before && after) AddDifference({0, 1, -2, 1, 0}, line, -2, kSecondDifference);
-    if (after && after2) AddDifference({0, 0, 1, -2, 1}, line, 1, kSecondDifference);
-    if (before && before2) AddDifference({1, -2, 1, 0, 0}, line, 1, kSecondDifference);
+  explicit PriorSums(const CellFrame& f) {
+    const float xx = f.ax * f.ax + f.bx * f.bx, xy = f.ax * f.ay + f.bx * f.by,
+                yy = f.ay * f.ay + f.by * f.by;
+    const float half = 0.5f * (xx - yy), root = std::sqrt(half * half + xy * xy);
+    longer2_ = 0.5f * (xx + yy) + root;
+    const float x = half > 0 ? half + root : xy, y = half > 0 ? xy : root - half;
+    const float length = std::sqrt(x * x + y * y);
+    if (length > 0) axis_x_ = x / length, axis_y_ = y / length;
   }
 
-  CenterPrior Solve(const CellFrame& here) const {
-    if (!(precision_ > 0)) return {};
-    return {here.x - x_ / precision_, here.y - y_ / precision_, precision_};
+  void AddLine(const Line& line) {
+    const auto known = [&line](int first, int last) {
+      return std::all_of(&line[first], &line[last] + 1, [](const CellFrame* f) { return f != nullptr; });
+    };
+    const bool here = known(1, 5);
+    if (here) AddFourth(line, 1, 6);
+    if (known(0, 4)) AddFourth(line, 0, -4);
+    if (known(2, 6)) AddFourth(line, 2, -4);
+    if (here) return;
+    if (known(2, 4)) AddSecond(line, 2, -2);
+    if (known(1, 3)) AddSecond(line, 1, 1);
+    if (known(3, 5)) AddSecond(line, 3, 1);
+  }
+
+  // A difference in px, in which the centre itself counts `own` times.
+  void Add(float x, float y, float own, const BendScale& scale) {
+    const float along = axis_x_ * x + axis_y_ * y, across = axis_x_ * y - axis_y_ * x;
+    const float along2 = scale.along * scale.along * longer2_ + along * along,
+                across2 = scale.across * scale.across * longer2_ + across * across;
+    const float inverse = own / (along2 * across2);  // divisions are slow
+    const float along_precision = inverse * across2, across_precision = inverse * along2;
+    precision_along_ += own * along_precision;
+    precision_across_ += own * across_precision;
+    along_ += along_precision * along;
+    across_ += across_precision * across;
+  }
+
+  CenterPull Sum() const {
+    const float x = axis_x_, y = axis_y_;
+    return {x * x * precision_along_ + y * y * precision_across_,
+            x * y * (precision_along_ - precision_across_),
+            y * y * precision_along_ + x * x * precision_across_, x * along_ - y * across_,
+            y * along_ + x * across_};
   }
 
  private:
-  void AddDifference(const std::array<float, 5>& weights, const Line& line, float own, float scale_cells) {
-    float x = 0, y = 0;
-    for (int k = 0; k < 5; ++k) {
-      if (weights[k] == 0) continue;
-      x += weights[k] * line[k]->x;
-      y += weights[k] * line[k]->y;
-    }
-    const float precision = 1 / (scale_cells * scale_cells * area_px2_ + x * x + y * y);
-    precision_ += precision * own * own;
-    x_ += precision * own * x;
-    y_ += precision * own * y;
+  void AddFourth(const Line& line, int first, float own) {
+    const CellFrame* const* p = &line[first];
+    Add(p[0]->x + p[4]->x - 4 * (p[1]->x + p[3]->x) + 6 * p[2]->x,
+        p[0]->y + p[4]->y - 4 * (p[1]->y + p[3]->y) + 6 * p[2]->y, own, kFourthDifference);
+  }
+  void AddSecond(const Line& line, int first, float own) {
+    const CellFrame* const* p = &line[first];
+    Add(p[0]->x + p[2]->x - 2 * p[1]->x, p[0]->y + p[2]->y - 2 * p[1]->y, own, kSecondDifference);
   }
 
-  float area_px2_;
-  float precision_ = 0, x_ = 0, y_ = 0;
+  float longer2_ = 0;              // squared longer edge of a cell, px^2
+  float axis_x_ = 1, axis_y_ = 0;  // the direction of it
+  float precision_along_ = 0, precision_across_ = 0, along_ = 0, across_ = 0;
+};
+
+// A centre that is fitted, and what the image said where it was.
+struct FittedCenter {
+  size_t cell;
+  float x, y;
+  CenterPull image;
 };
 
 class MeshSweep {
@@ -62,19 +102,22 @@ class MeshSweep {
   MeshSweep(const Board& board, GrownCells* cells) : board_(board), cells_(*cells), map_(board, *cells) {}
 
   void Run(const CellFitter& fitter, float least_move_cells, const std::vector<bool>& stays) {
+    std::vector<FittedCenter> fitted;
     for (size_t k = 0; k < cells_.size(); ++k) {
       GrownCell& cell = cells_[k];
       if (stays[k] || cell.fit.moved_cells < least_move_cells) continue;
       NeighborWeights weights;
       const CellNodes nodes = NodesAround(cell, &weights);
-      CellFit fit = fitter.FitCenter(cell.row, cell.col, nodes, weights, PriorOf(cell));
+      FittedCenter center{k, cell.fit.frame.x, cell.fit.frame.y, {}};
+      CellFit fit = fitter.FitCenter(cell.row, cell.col, nodes, weights, &center.image);
       if (!fit.converged) continue;
-      CellFrame frame = cell.fit.frame;
-      frame.x = fit.frame.x;
-      frame.y = fit.frame.y;
+      fit.frame = cell.fit.frame;
       cell.fit = fit;
-      cell.fit.frame = frame;
+      Move(center);
+      fitted.push_back(center);
     }
+    // What the prior says has changed since with the cells that come later.
+    for (auto center = fitted.rbegin(); center != fitted.rend(); ++center) Move(*center);
   }
 
  private:
@@ -106,14 +149,58 @@ class MeshSweep {
     return nodes;
   }
 
-  CenterPrior PriorOf(const GrownCell& cell) const {
-    PriorSums sums(std::abs(cell.fit.frame.Area()));
-    for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}}) {
-      Line line;
-      for (int k = -2; k <= 2; ++k) line[k + 2] = At(cell.row + k * dr, cell.col + k * dc);
-      sums.Add(line);
+  CenterPull PriorOf(const GrownCell& cell) const {
+    const CellFrame& here = cell.fit.frame;
+    PriorSums sums(here);
+    Line in_row, in_column;
+    for (int k = -3; k <= 3; ++k) {
+      in_row[k + 3] = At(cell.row, cell.col + k);
+      in_column[k + 3] = At(cell.row + k, cell.col);
     }
-    return sums.Solve(cell.fit.frame);
+    sums.AddLine(in_row);
+    sums.AddLine(in_column);
+    for (const int dr : {-1, 1}) {
+      for (const int dc : {-1, 1}) {
+        const CellFrame *beside = in_row[3 + dc], *above = in_column[3 + dr],
+                        *across = At(cell.row + dr, cell.col + dc);
+        if (!beside || !above || !across) continue;
+        sums.Add(here.x - beside->x - above->x + across->x, here.y - beside->y - above->y + across->y, 1,
+                 kMixedDifference);
+      }
+    }
+    return sums.Sum();
+  }
+
+  // To where image and prior want the centre, by their slopes where it is.
+  void Move(const FittedCenter& center) {
+    CellFit& fit = cells_[center.cell].fit;
+    CellFrame& f = fit.frame;
+    const CenterPull prior = PriorOf(cells_[center.cell]);
+    const CenterPull& image = center.image;
+    const float dx = f.x - center.x, dy = f.y - center.y;
+    const float xx = image.xx + prior.xx, xy = image.xy + prior.xy, yy = image.yy + prior.yy;
+    const float x = image.x + image.xx * dx + image.xy * dy + prior.x,
+                y = image.y + image.xy * dx + image.yy * dy + prior.y;
+    const float inverse = 1 / (xx * yy - xy * xy);
+    const float step_x = inverse * (xy * y - yy * x), step_y = inverse * (xy * x - xx * y);
+    const float step_cells = InCells(f, step_x, step_y);
+    const float shortened = step_cells > kLongestStep ? kLongestStep / step_cells : 1;
+    f.x += shortened * step_x;
+    f.y += shortened * step_y;
+    fit.moved_cells = InCells(f, dx + shortened * step_x, dy + shortened * step_y);
+    // A Cauchy distribution knows less about its middle than its weights say: half as much, and measured
+    // errors ask for a little more.
+    constexpr float kKnown = 0.7f;
+    const float known_xx = image.xx + kKnown * prior.xx, known_xy = image.xy + kKnown * prior.xy,
+                known_yy = image.yy + kKnown * prior.yy;
+    const float variance =
+        0.5f * (known_xx + known_yy) / (known_xx * known_yy - known_xy * known_xy);  // mean of both axes
+    fit.sigma_px = fit.noise / kModelNoise * std::sqrt(variance);
+  }
+
+  static float InCells(const CellFrame& f, float x, float y) {
+    const float u = f.by * x - f.bx * y, v = f.ax * y - f.ay * x;
+    return std::sqrt(u * u + v * v) / std::abs(f.Area());
   }
 
   const Board& board_;

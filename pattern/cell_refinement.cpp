@@ -154,7 +154,7 @@ void FillConfidences(const CellFitter& fitter, const Board& board, int width_px,
 // Puts in the cells as they were judged where nothing has changed since that their fit has looked at; returns
 // which those are.
 std::vector<bool> TakeJudged(const Board& board, const Regrowth& again, GrownCells* cells) {
-  constexpr int kReach = 2;  // of the fit of a centre
+  constexpr int kReach = 2;  // of what matters to the fit of a centre
   const int columns = board.cols + 2 * kReach;
   const auto place = [columns](int row, int col) { return (row + kReach) * columns + col + kReach; };
   std::vector<uint8_t> changed(static_cast<size_t>(columns) * (board.rows + 2 * kReach), 0);

@@ -52,6 +52,7 @@ class CellMesh : public testing::Test {
     for (size_t k = 0; k < cells.size(); ++k) {
       const CellFrame& f = cells[k].fit.frame;
       const double error_px = std::hypot(f.x - truth_[k].first, f.y - truth_[k].second);
+      offsets_px_.push_back({f.x - truth_[k].first, f.y - truth_[k].second});
       all_errors_px_.push_back(error_px);
       // Cells at the border of those that are fitted have unknown neighbours.
       const int row = static_cast<int>(k) / kCells, col = static_cast<int>(k) % kCells;
@@ -78,7 +79,7 @@ class CellMesh : public testing::Test {
   }
 
   const Board board_ = *GenerateBoard(60, 60, 3.0, 5);
-  std::vector<std::pair<double, double>> truth_;
+  std::vector<std::pair<double, double>> truth_, offsets_px_;  // [kCells][kCells]
   std::vector<double> all_errors_px_, errors_px_;  // [kCells][kCells]; without those at the border
 };
 
@@ -86,6 +87,23 @@ TEST_F(CellMesh, BringsDisplacedCentersBack) {
   Fit({.width_px = 200, .height_px = 200, .pitch_px = 7, .bend_cells = 0.2, .noise = 0}, 0.3);
   // From 0.42 px, alternating from cell to cell, which is what the image says least about.
   EXPECT_LT(LargestErrorPx(), 0.25);
+}
+
+TEST_F(CellMesh, NeighborsShareOutTheNoise) {
+  Fit({.width_px = 200, .height_px = 200, .pitch_px = 5, .bend_cells = 0.2, .blur_px = 1.0, .noise = 20}, 0);
+  double squares = 0, alternating = 0;
+  for (int row = 2; row < kCells - 3; ++row) {
+    for (int col = 2; col < kCells - 3; ++col) {
+      const auto* here = &offsets_px_[row * kCells + col];
+      for (const double mixed :
+           {here[0].first - here[1].first - here[kCells].first + here[kCells + 1].first,
+            here[0].second - here[1].second - here[kCells].second + here[kCells + 1].second})
+        alternating += mixed * mixed;
+      squares += here->first * here->first + here->second * here->second;
+    }
+  }
+  // Errors that know nothing of each other have a ratio of 4, alternating ones of 16.
+  EXPECT_LT(alternating / squares, 1.5);
 }
 
 TEST_F(CellMesh, FindsCentersOnCreases) {
