@@ -1,6 +1,8 @@
 """A garment without a template: from its first recording to registered meshes, as a new studio does it."""
 
+import json
 import os
+import shutil
 import unittest
 
 from studio import StudioTest, read, weft
@@ -17,6 +19,22 @@ class TemplateFromARecording(StudioTest):
         self.assertEqual(len(os.listdir(self.path("tube", "clouds"))), len(self.frames))
         done = self.register(template=self.path("tube"), check=0)
         self.assertIn(f"{len(self.frames)} of {len(self.frames)} frames registered", done.stdout)
+
+    def test_corners_double_the_vertices_that_registration_and_evaluation_know(self):
+        built = self.build("--rig", f"{self.take}/rig.json", "--openings", "2", "--corners", check=0)
+        self.assertIn("2 openings", built.stdout)
+        summary = json.loads(weft("template", "check", self.path("tube"), "--json", check=0).stdout)
+        self.assertGreater(summary["vertices_with_corner"], 0.85 * summary["vertices_with_cell"])
+        self.register(template=self.path("tube"), check=0)
+        mesh = json.loads(read(os.path.join(self.out, self.frames[0], "report.json")))["mesh"]
+        self.assertEqual(mesh["vertices_with_cell"], summary["vertices_with_cell"] + summary["vertices_with_corner"])
+        self.assertGreater(mesh["coverage"], 0.9)
+        self.assertEqual(mesh.get("self_intersections", 0), 0)
+        shutil.rmtree(f"{self.take}/truth")  # that of another mesh
+        scores = json.loads(weft("evaluate", self.out, "--samples", "1", "--json", check=0).stdout)
+        drift = scores["total"]["measures"]["texture_drift_mm_s"]
+        self.assertGreater(drift["count"], 0.5 * summary["vertices_with_cell"])
+        self.assertLess(drift["median"], 0.6)
 
     def test_clouds_are_kept_when_the_garment_is_not_what_was_expected(self):
         refused = self.build("--rig", f"{self.take}/rig.json", "--openings", "4", "--samples", "1", check=2)
