@@ -88,5 +88,44 @@ TEST(SideBows, CornersThatWereNotFoundByTheirSidesStay) {
   EXPECT_EQ(picture.MeanError(), before);
 }
 
+// From pictures to poses: with corners as they were found the rig is several sigmas off.
+TEST(SideBows, RenderedBentBoardsGiveARigWithinItsSigmas) {
+  SimulatedCalibration truth;
+  truth.rig = MakeStudioRig("studio", {.cameras = 3,
+                                       .width_px = 480,
+                                       .height_px = 400,
+                                       .distance_mm = 1300,
+                                       .around_deg = 60,
+                                       .object_width_mm = 420,
+                                       .object_height_mm = 350})
+                  .value();
+  const CalibrationTarget target{"target", {MakeBoard("A", 0, 4, 3, 46)}, {}};
+  truth.moved =
+      MoveTarget(target, truth.rig,
+                 {.frames = 30, .reach_mm = {90, 70, 100}, .tilt_deg = 35, .bend_mm = 1.2, .seed = 5})
+          .value();
+  truth.views = SeeTarget(truth.moved, truth.rig, {});
+  truth.views.boards.clear();
+  const auto detector = TagDetector::Make({"tag36h11"}, {.min_module_px = 3}).value();
+  for (int frame = 0; frame < 30; ++frame) {
+    for (int camera = 0; camera < 3; ++camera) {
+      const Frame image = RenderBoards(truth.moved, frame, truth.rig.cameras[camera], {}).value();
+      AddSightings(target, camera, frame, detector->Detect(image)->tags, &truth.views);
+    }
+  }
+  const auto chi_square = [&] {
+    const auto solved = SolveCalibration(target, truth.views, std::nullopt, {});
+    EXPECT_TRUE(solved.ok()) << solved.status();
+    return solved.ok() ? Compare(*solved, truth).per_freedom() : 1e9;
+  };
+  const double corrected = chi_square();
+  for (BoardView& view : truth.views.boards) view.straight_sides = false;
+  const double as_found = chi_square();
+  RecordProperty("chi_square", std::to_string(corrected));
+  RecordProperty("chi_square_as_found", std::to_string(as_found));
+  EXPECT_LT(corrected, 1.5) << as_found;
+  EXPECT_GT(as_found, 1.5 * corrected);
+}
+
 }  // namespace
 }  // namespace weft
