@@ -257,8 +257,11 @@ absl::StatusOr<PaletteReport> JudgePalette(const std::vector<PaletteSample>& sam
     }
   }
   const int a = static_cast<int>(report.weakest_a), b = static_cast<int>(report.weakest_b);
-  report.change =
-      NextNearest(report, a, b) <= NextNearest(report, b, a) ? report.weakest_a : report.weakest_b;
+  // White is the bare cloth: only the other ink can change.
+  const bool change_a =
+      report.weakest_b == CellColor::kWhite ||
+      (report.weakest_a != CellColor::kWhite && NextNearest(report, a, b) <= NextNearest(report, b, a));
+  report.change = change_a ? report.weakest_a : report.weakest_b;
   return report;
 }
 

@@ -28,7 +28,8 @@ struct PaletteReport {
   // diagonal is the share that is read right.
   std::array<std::array<double, kCellColors>, kCellColors> confusion{};
   CellColor weakest_a = CellColor::kRed, weakest_b = CellColor::kGreen;  // of all pairs the least separated
-  // Of the two the one whose other neighbours are nearer as well: a change of it helps most.
+  // Of the two the one whose other neighbours are nearer as well: a change of it helps most. Never white,
+  // which is the bare cloth.
   CellColor change = CellColor::kRed;
 };
 

@@ -62,6 +62,15 @@ TEST(InkPalette, TellsTheInkThatIsNearTwoOthersToChange) {
   EXPECT_EQ(report->change, CellColor::kMagenta);
 }
 
+TEST(InkPalette, NeverTellsToChangeTheBareCloth) {
+  std::array<Rgb, kCellColors> inks = kInks;
+  inks[6] = {inks[5][0] + 12, inks[5][1], inks[5][2]};  // white beside cyan
+  inks[2] = {inks[6][0] + 30, inks[6][1], inks[6][2]};  // and with yellow on its other side
+  const auto report = JudgePalette(Drawn(inks, 3, 400));
+  ASSERT_TRUE(report.ok());
+  EXPECT_EQ(report->change, CellColor::kCyan);
+}
+
 TEST(InkPalette, NeedsSamples) {
   EXPECT_EQ(JudgePalette({}).status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(JudgePalette(Drawn(kInks, 1, 5)).status().message(), HasSubstr("need 8"));
