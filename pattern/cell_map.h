@@ -14,11 +14,11 @@ class CellMap {
     for (size_t k = 0; k < cells.size(); ++k) index_[Place(cells[k].row, cells[k].col)] = static_cast<int>(k);
   }
 
-  // Index of the cell, -1 where there is none; at most three rows or columns off the board.
+  // Index of the cell, -1 where there is none; at most two rows or columns off the board.
   int At(int row, int col) const { return index_[Place(row, col)]; }
 
  private:
-  static constexpr int kBorder = 3;
+  static constexpr int kBorder = 2;
   size_t Place(int row, int col) const {
     return static_cast<size_t>(row + kBorder) * columns_ + col + kBorder;
   }

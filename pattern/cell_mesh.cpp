@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
-#include "pattern/cell_map.h"
+#include "pattern/pixel_allocator.h"
 
 namespace weft {
 namespace {
@@ -23,25 +24,59 @@ struct BendScale {
 constexpr BendScale kFourthDifference = {0.1f, 0.2f}, kSecondDifference = {0.03f, 0.1f},
                     kMixedDifference = {0.03f, 0.1f};
 
-// Positions along a row or column of the board, three cells to both sides; null where unknown.
-using Line = std::array<const CellFrame*, 7>;
+struct Center {
+  float x = std::numeric_limits<float>::quiet_NaN(), y = 0;
+  bool Known() const { return x == x; }
+};
+
+// The centres at their places on the board, up to three rows and columns off it.
+class CenterGrid {
+ public:
+  CenterGrid(const Board& board, const GrownCells& cells)
+      : columns_(board.cols + 2 * kBorder),
+        centers_(static_cast<size_t>(columns_) * (board.rows + 2 * kBorder), Center{}) {
+    for (const GrownCell& cell : cells) *At(cell.row, cell.col) = {cell.fit.frame.x, cell.fit.frame.y};
+  }
+
+  Center* At(int row, int col) {
+    return &centers_[static_cast<size_t>(row + kBorder) * columns_ + col + kBorder];
+  }
+  const Center* At(int row, int col) const { return const_cast<CenterGrid*>(this)->At(row, col); }
+  int columns() const { return columns_; }
+
+ private:
+  static constexpr int kBorder = 3;
+  int columns_;
+  PixelVector<Center> centers_;
+};
+
+// Centres along a row or column of the board, three to both sides of one.
+using Line = std::array<Center, 7>;
+
+// The longer axis of a cell in the image.
+struct LongAxis {
+  explicit LongAxis(const CellFrame& f) {
+    const float xx = f.ax * f.ax + f.bx * f.bx, xy = f.ax * f.ay + f.bx * f.by,
+                yy = f.ay * f.ay + f.by * f.by;
+    const float half = 0.5f * (xx - yy), root = std::sqrt(half * half + xy * xy);
+    squared_px2 = 0.5f * (xx + yy) + root;
+    const float along_x = half > 0 ? half + root : xy, along_y = half > 0 ? xy : root - half;
+    const float length = std::sqrt(along_x * along_x + along_y * along_y);
+    if (length > 0) x = along_x / length, y = along_y / length;
+  }
+
+  float squared_px2 = 0;
+  float x = 1, y = 0;
+};
 
 // Least squares of a centre by differences of centres, each with the weights of Cauchy distributions.
 class PriorSums {
  public:
-  explicit PriorSums(const CellFrame& f) {
-    const float xx = f.ax * f.ax + f.bx * f.bx, xy = f.ax * f.ay + f.bx * f.by,
-                yy = f.ay * f.ay + f.by * f.by;
-    const float half = 0.5f * (xx - yy), root = std::sqrt(half * half + xy * xy);
-    longer2_ = 0.5f * (xx + yy) + root;
-    const float x = half > 0 ? half + root : xy, y = half > 0 ? xy : root - half;
-    const float length = std::sqrt(x * x + y * y);
-    if (length > 0) axis_x_ = x / length, axis_y_ = y / length;
-  }
+  explicit PriorSums(const LongAxis& axis) : axis_(axis) {}
 
   void AddLine(const Line& line) {
     const auto known = [&line](int first, int last) {
-      return std::all_of(&line[first], &line[last] + 1, [](const CellFrame* f) { return f != nullptr; });
+      return std::all_of(&line[first], &line[last] + 1, [](const Center& center) { return center.Known(); });
     };
     const bool here = known(1, 5);
     if (here) AddFourth(line, 1, 6);
@@ -55,9 +90,9 @@ class PriorSums {
 
   // A difference in px, in which the centre itself counts `own` times.
   void Add(float x, float y, float own, const BendScale& scale) {
-    const float along = axis_x_ * x + axis_y_ * y, across = axis_x_ * y - axis_y_ * x;
-    const float along2 = scale.along * scale.along * longer2_ + along * along,
-                across2 = scale.across * scale.across * longer2_ + across * across;
+    const float along = axis_.x * x + axis_.y * y, across = axis_.x * y - axis_.y * x;
+    const float along2 = scale.along * scale.along * axis_.squared_px2 + along * along,
+                across2 = scale.across * scale.across * axis_.squared_px2 + across * across;
     const float inverse = own / (along2 * across2);  // divisions are slow
     const float along_precision = inverse * across2, across_precision = inverse * along2;
     precision_along_ += own * along_precision;
@@ -67,7 +102,7 @@ class PriorSums {
   }
 
   CenterPull Sum() const {
-    const float x = axis_x_, y = axis_y_;
+    const float x = axis_.x, y = axis_.y;
     return {x * x * precision_along_ + y * y * precision_across_,
             x * y * (precision_along_ - precision_across_),
             y * y * precision_along_ + x * x * precision_across_, x * along_ - y * across_,
@@ -76,17 +111,16 @@ class PriorSums {
 
  private:
   void AddFourth(const Line& line, int first, float own) {
-    const CellFrame* const* p = &line[first];
-    Add(p[0]->x + p[4]->x - 4 * (p[1]->x + p[3]->x) + 6 * p[2]->x,
-        p[0]->y + p[4]->y - 4 * (p[1]->y + p[3]->y) + 6 * p[2]->y, own, kFourthDifference);
+    const Center* p = &line[first];
+    Add(p[0].x + p[4].x - 4 * (p[1].x + p[3].x) + 6 * p[2].x,
+        p[0].y + p[4].y - 4 * (p[1].y + p[3].y) + 6 * p[2].y, own, kFourthDifference);
   }
   void AddSecond(const Line& line, int first, float own) {
-    const CellFrame* const* p = &line[first];
-    Add(p[0]->x + p[2]->x - 2 * p[1]->x, p[0]->y + p[2]->y - 2 * p[1]->y, own, kSecondDifference);
+    const Center* p = &line[first];
+    Add(p[0].x + p[2].x - 2 * p[1].x, p[0].y + p[2].y - 2 * p[1].y, own, kSecondDifference);
   }
 
-  float longer2_ = 0;              // squared longer edge of a cell, px^2
-  float axis_x_ = 1, axis_y_ = 0;  // the direction of it
+  const LongAxis& axis_;
   float precision_along_ = 0, precision_across_ = 0, along_ = 0, across_ = 0;
 };
 
@@ -94,12 +128,13 @@ class PriorSums {
 struct FittedCenter {
   size_t cell;
   float x, y;
+  LongAxis axis;
   CenterPull image;
 };
 
 class MeshSweep {
  public:
-  MeshSweep(const Board& board, GrownCells* cells) : board_(board), cells_(*cells), map_(board, *cells) {}
+  MeshSweep(const Board& board, GrownCells* cells) : board_(board), cells_(*cells), centers_(board, *cells) {}
 
   void Run(const CellFitter& fitter, float least_move_cells, const std::vector<bool>& stays) {
     std::vector<FittedCenter> fitted;
@@ -108,7 +143,7 @@ class MeshSweep {
       if (stays[k] || cell.fit.moved_cells < least_move_cells) continue;
       NeighborWeights weights;
       const CellNodes nodes = NodesAround(cell, &weights);
-      FittedCenter center{k, cell.fit.frame.x, cell.fit.frame.y, {}};
+      FittedCenter center{k, cell.fit.frame.x, cell.fit.frame.y, LongAxis(cell.fit.frame), {}};
       CellFit fit = fitter.FitCenter(cell.row, cell.col, nodes, weights, &center.image);
       if (!fit.converged) continue;
       fit.frame = cell.fit.frame;
@@ -121,27 +156,22 @@ class MeshSweep {
   }
 
  private:
-  const CellFrame* At(int row, int col) const {
-    const int k = map_.At(row, col);
-    return k < 0 ? nullptr : &cells_[k].fit.frame;
-  }
-
   // Unknown neighbours are about where the cell's own edges put them.
   CellNodes NodesAround(const GrownCell& cell, NeighborWeights* weights) const {
     CellNodes nodes;
-    std::array<const CellFrame*, 9> near;
+    std::array<Center, 9> near;
     const CellFrame& f = cell.fit.frame;
     for (int k = 0; k < 9; ++k) {
       const int row = cell.row + k / 3 - 1, col = cell.col + k % 3 - 1;
-      near[k] = At(row, col);
-      (*weights)[k] = near[k] ? 1 : kUnknownWeight;
+      near[k] = *centers_.At(row, col);
+      (*weights)[k] = near[k].Known() ? 1 : kUnknownWeight;
       const float dc = static_cast<float>(k % 3 - 1), dr = static_cast<float>(k / 3 - 1);
       const float edge = board_.Contains(row, col) ? kHiddenEdge : 1;
-      nodes.x[k] = near[k] ? near[k]->x : f.x + edge * (dc * f.ax + dr * f.bx);
-      nodes.y[k] = near[k] ? near[k]->y : f.y + edge * (dc * f.ay + dr * f.by);
+      nodes.x[k] = near[k].Known() ? near[k].x : f.x + edge * (dc * f.ax + dr * f.bx);
+      nodes.y[k] = near[k].Known() ? near[k].y : f.y + edge * (dc * f.ay + dr * f.by);
     }
     for (const int k : {0, 2, 6, 8}) {
-      if (near[k]) continue;
+      if (near[k].Known()) continue;
       const int in_column = k < 3 ? 1 : 7, in_row = k % 3 == 0 ? 3 : 5;
       nodes.x[k] = nodes.x[in_column] + nodes.x[in_row] - f.x;
       nodes.y[k] = nodes.y[in_column] + nodes.y[in_row] - f.y;
@@ -149,22 +179,22 @@ class MeshSweep {
     return nodes;
   }
 
-  CenterPull PriorOf(const GrownCell& cell) const {
-    const CellFrame& here = cell.fit.frame;
-    PriorSums sums(here);
+  CenterPull PriorOf(const GrownCell& cell, const LongAxis& axis) const {
+    const Center* here = centers_.At(cell.row, cell.col);
+    const int down = centers_.columns();
+    PriorSums sums(axis);
     Line in_row, in_column;
     for (int k = -3; k <= 3; ++k) {
-      in_row[k + 3] = At(cell.row, cell.col + k);
-      in_column[k + 3] = At(cell.row + k, cell.col);
+      in_row[k + 3] = here[k];
+      in_column[k + 3] = here[k * down];
     }
     sums.AddLine(in_row);
     sums.AddLine(in_column);
     for (const int dr : {-1, 1}) {
       for (const int dc : {-1, 1}) {
-        const CellFrame *beside = in_row[3 + dc], *above = in_column[3 + dr],
-                        *across = At(cell.row + dr, cell.col + dc);
-        if (!beside || !above || !across) continue;
-        sums.Add(here.x - beside->x - above->x + across->x, here.y - beside->y - above->y + across->y, 1,
+        const Center beside = here[dc], above = here[dr * down], across = here[dr * down + dc];
+        if (!beside.Known() || !above.Known() || !across.Known()) continue;
+        sums.Add(here->x - beside.x - above.x + across.x, here->y - beside.y - above.y + across.y, 1,
                  kMixedDifference);
       }
     }
@@ -173,9 +203,10 @@ class MeshSweep {
 
   // To where image and prior want the centre, by their slopes where it is.
   void Move(const FittedCenter& center) {
-    CellFit& fit = cells_[center.cell].fit;
+    GrownCell& cell = cells_[center.cell];
+    CellFit& fit = cell.fit;
     CellFrame& f = fit.frame;
-    const CenterPull prior = PriorOf(cells_[center.cell]);
+    const CenterPull prior = PriorOf(cell, center.axis);
     const CenterPull& image = center.image;
     const float dx = f.x - center.x, dy = f.y - center.y;
     const float xx = image.xx + prior.xx, xy = image.xy + prior.xy, yy = image.yy + prior.yy;
@@ -187,6 +218,7 @@ class MeshSweep {
     const float shortened = step_cells > kLongestStep ? kLongestStep / step_cells : 1;
     f.x += shortened * step_x;
     f.y += shortened * step_y;
+    *centers_.At(cell.row, cell.col) = {f.x, f.y};
     fit.moved_cells = InCells(f, dx + shortened * step_x, dy + shortened * step_y);
     // A Cauchy distribution knows less about its middle than its weights say: half as much, and measured
     // errors ask for a little more.
@@ -205,7 +237,7 @@ class MeshSweep {
 
   const Board& board_;
   GrownCells& cells_;
-  CellMap map_;
+  CenterGrid centers_;
 };
 
 }  // namespace

@@ -23,7 +23,7 @@ float RelativeLead(const CellFit& fit) {
 }
 
 // A cell that moved by less in the first sweep has settled.
-constexpr float kSettledCells = 0.01f;
+constexpr float kSettledCells = 0.02f;
 
 // What speaks for a cell and against it.
 constexpr int kReasons = 11;
