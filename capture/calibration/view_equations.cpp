@@ -159,10 +159,12 @@ BoardWarp WarpWith(const double* u) { return {u[0], u[1], u[2], u[3]}; }
 
 Eigen::Vector3d RadialPriorWeights(const CameraModel& camera) {
   constexpr double kSigmaAtCorner = 0.1;
+  const Eigen::Vector3d sigma(1, 10, 100);
   const double x = std::max(camera.cx_px + 0.5, camera.width_px - 0.5 - camera.cx_px) / camera.fx_px,
                y = std::max(camera.cy_px + 0.5, camera.height_px - 0.5 - camera.cy_px) / camera.fy_px;
   const double r2 = x * x + y * y;
-  return Eigen::Vector3d(r2, r2 * r2, r2 * r2 * r2) / kSigmaAtCorner;
+  const Eigen::Vector3d at_corner(r2, r2 * r2, r2 * r2 * r2);
+  return (at_corner / kSigmaAtCorner).cwiseMax(sigma.cwiseInverse());
 }
 
 bool ProjectCorner(const ViewState& state, int corner, Eigen::Vector2d* pixel_px,

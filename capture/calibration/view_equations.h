@@ -66,10 +66,13 @@ class BundleViewState {
   ViewState state_;
 };
 
-// Weights of k1, k2 and k3: none of their terms is expected to move the furthest corner of the picture by
-// more than a tenth of its distance from the principal point (one sigma). Pictures that boards covered well
-// know these terms thousands of times better; where boards did not reach the corners, terms many times as
-// large cancel each other over the middle and take the principal point and the pose along.
+// Weights of k1, k2 and k3. None of their terms is expected to move the furthest corner of the picture by
+// more than a tenth of its distance from the principal point (one sigma), and the coefficients, which belong
+// to tangents of angles, are about as large for any focal length: sigmas 1, 10 and 100, where the 211 cameras
+// of a real studio have .24, .63 and 0 at most. Pictures that boards covered well know these terms thousands
+// of times better. Where boards did not reach the corners, terms many times as large cancel each other over
+// the middle and take the principal point and the pose along; in long lenses they make the principal point
+// seem to be known.
 Eigen::Vector3d RadialPriorWeights(const CameraModel& camera);
 
 // One view only tells where the board lies to the camera: lens, that pose and the warp, and the residual.
