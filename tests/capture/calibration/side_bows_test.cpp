@@ -25,14 +25,7 @@ struct Picture {
 };
 
 Picture Take(const BoardWarp& warp, double tag_mm) {
-  CameraModel camera;
-  camera.id = "c";
-  camera.width_px = 640;
-  camera.height_px = 480;
-  camera.fx_px = camera.fy_px = 800;
-  camera.cx_px = 330;
-  camera.cy_px = 225;
-  camera.distortion = {-0.15, 0.05, 1e-3, -1e-3, 0};
+  const CameraModel camera = SmallCamera();
   Rig rig;
   rig.cameras = {camera};
   MovedTarget moved;

@@ -19,6 +19,19 @@ inline TagBoard MakeBoard(const std::string& id, int first_tag, int rows = 6, in
   return board;
 }
 
+// A camera for single boards, with a lens that bends and a principal point off the middle.
+inline CameraModel SmallCamera() {
+  CameraModel camera;
+  camera.id = "c";
+  camera.width_px = 640;
+  camera.height_px = 480;
+  camera.fx_px = camera.fy_px = 800;
+  camera.cx_px = 330;
+  camera.cy_px = 225;
+  camera.distortion = {-0.15, 0.05, 1e-3, -1e-3, 0};
+  return camera;
+}
+
 struct SimulatedCalibration {
   Rig rig;
   MovedTarget moved;

@@ -20,15 +20,7 @@ struct Photograph {
 
 Photograph Take(const std::string& family, BoardLookOptions look, double roll_deg = 12) {
   Photograph out;
-  CameraModel camera;
-  camera.id = "c";
-  camera.width_px = 640;
-  camera.height_px = 480;
-  camera.fx_px = camera.fy_px = 800;
-  camera.cx_px = 330;
-  camera.cy_px = 225;
-  camera.distortion = {-0.15, 0.05, 1e-3, -1e-3, 0};
-  out.rig.cameras = {camera};
+  out.rig.cameras = {SmallCamera()};
   TagBoard board = MakeBoard("A", 0, 4, 3, 20);
   board.family = family;
   board.gap_mm = 20;
