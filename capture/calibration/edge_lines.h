@@ -34,8 +34,9 @@ struct SharpSquare {
   double blur_limit_px = 0;  // what a ramp without end would give: a blur close to this may be any larger one
 };
 
-// From corners that are right to half a module, in clockwise order. Each side is a line through the centres
-// of the brightness steps across it. Empty where a side shows no clear step along most of its length.
+// From corners that are right to half a module, in clockwise order. Each side is a straight line, from
+// kBendsFromPx on a parabola, through the centres of the brightness steps across it. Empty where a side shows
+// no clear step along most of its length.
 std::optional<SharpSquare> SharpenSquare(const LightImage& image,
                                          const std::array<Eigen::Vector2d, 4>& rough_px,
                                          const SquareOptions& options);
