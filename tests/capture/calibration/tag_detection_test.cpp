@@ -20,7 +20,8 @@ struct Photograph {
 
 Photograph Take(const std::string& family, BoardLookOptions look, double roll_deg = 12) {
   Photograph out;
-  out.rig.cameras = {SmallCamera()};
+  const CameraModel camera = SmallCamera();
+  out.rig.cameras = {camera};
   TagBoard board = MakeBoard("A", 0, 4, 3, 20);
   board.family = family;
   board.gap_mm = 20;
