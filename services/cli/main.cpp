@@ -7,6 +7,7 @@
 #include "services/cli/command_line.h"
 #include "services/cli/commands.h"
 #include "services/cli/help.h"
+#include "services/verdict/verdict.h"
 
 namespace {
 
@@ -48,7 +49,7 @@ int main(int argc, char** argv) {
   app.fallthrough();
   app.formatter(weft::MakeHelpFormatter());
   app.footer(
-      "Exit status: 0 done, 1 failed, 2 bad arguments or input.\n"
+      "Exit status: 0 done, 1 failed or a verdict that is bad, 2 bad arguments or input.\n"
       "`weft COMMAND --help` explains a command and shows examples.");
 
   weft::AddRegisterCommand(app, line);
@@ -71,7 +72,7 @@ int main(int argc, char** argv) {
   }
   try {
     const absl::Status status = line.run();
-    if (!status.ok()) weft::PrintError(status);
+    if (!status.ok() && !weft::IsVerdict(status)) weft::PrintError(status);  // a verdict stands printed already
     return weft::ExitStatusOf(status);
   } catch (const std::bad_alloc&) {
     weft::PrintError(absl::ResourceExhaustedError("out of memory"));

@@ -1,0 +1,93 @@
+#include "services/verdict/verdict.h"
+
+#include "absl/strings/cord.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/string_view.h"
+
+namespace weft {
+namespace {
+
+constexpr absl::string_view kPayload = "weft.v1.Verdict";
+
+std::string WithUnit(const Limit& limit, double value, int decimals) {
+  const std::string number = absl::StrFormat("%.*f", decimals, value);
+  return limit.unit.empty() ? number : absl::StrCat(number, " ", limit.unit);
+}
+
+// The limits are round numbers: as many decimals as they need.
+std::string LimitText(const Limit& limit, double value) {
+  const std::string number = absl::StrFormat("%g", value);
+  return limit.unit.empty() ? number : absl::StrCat(number, " ", limit.unit);
+}
+
+v1::Grade GradeOf(const Limit& limit, double value) {
+  const auto reaches = [&](double bound) {
+    return limit.better == Better::kMore ? value >= bound : value <= bound;
+  };
+  if (reaches(limit.good)) return v1::GRADE_GOOD;
+  return reaches(limit.usable) ? v1::GRADE_USABLE : v1::GRADE_BAD;
+}
+
+}  // namespace
+
+void AddFinding(v1::Verdict& verdict, v1::Grade grade, const std::string& reason, const std::string& remedy) {
+  if (grade <= verdict.grade()) return;
+  verdict.set_grade(grade);
+  verdict.set_reason(reason);
+  verdict.set_remedy(remedy);
+}
+
+void AddCheck(v1::Verdict& verdict, const Limit& limit, double value, const std::string& reason) {
+  v1::VerdictCheck& check = *verdict.add_checks();
+  check.set_id(std::string(limit.id));
+  check.set_name(std::string(limit.name));
+  check.set_grade(GradeOf(limit, value));
+  check.set_value(WithUnit(limit, value, limit.decimals));
+  check.set_limits(LimitsText(limit));
+  const std::string measured = absl::StrCat(check.name(), ": ", check.value(), " (", check.limits(), ")");
+  AddFinding(verdict, check.grade(), reason.empty() ? measured : reason,
+             check.grade() == v1::GRADE_GOOD ? "" : std::string(limit.remedy));
+}
+
+std::string GradeWord(v1::Grade grade) {
+  switch (grade) {
+    case v1::GRADE_GOOD:
+      return "good";
+    case v1::GRADE_USABLE:
+      return "usable";
+    case v1::GRADE_BAD:
+      return "bad";
+    default:
+      return "unknown";
+  }
+}
+
+std::string LimitsText(const Limit& limit) {
+  const absl::string_view word = limit.better == Better::kMore ? "from" : "up to";
+  if (limit.good == limit.usable) return absl::StrCat("good ", word, " ", LimitText(limit, limit.good));
+  return absl::StrCat("good ", word, " ", LimitText(limit, limit.good), ", usable ", word, " ",
+                      LimitText(limit, limit.usable));
+}
+
+std::string VerdictText(const v1::Verdict& verdict) {
+  std::string text = absl::StrCat(GradeWord(verdict.grade()), ": ", verdict.reason(), "\n");
+  if (!verdict.remedy().empty()) absl::StrAppend(&text, "  remedy: ", verdict.remedy(), "\n");
+  for (const v1::VerdictCheck& check : verdict.checks()) {
+    if (check.grade() == v1::GRADE_GOOD) continue;
+    absl::StrAppend(&text, "  ", GradeWord(check.grade()), ": ", check.name(), " ", check.value(), " (",
+                    check.limits(), ")\n");
+  }
+  return text;
+}
+
+absl::Status VerdictStatus(const v1::Verdict& verdict) {
+  if (verdict.grade() != v1::GRADE_BAD) return absl::OkStatus();
+  absl::Status status = absl::AbortedError(verdict.reason());
+  status.SetPayload(kPayload, absl::Cord(verdict.SerializeAsString()));
+  return status;
+}
+
+bool IsVerdict(const absl::Status& status) { return status.GetPayload(kPayload).has_value(); }
+
+}  // namespace weft
