@@ -2,14 +2,16 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "capture/image_decoders.h"
+#include "capture/image_header.h"
 
 namespace weft {
 namespace {
@@ -18,14 +20,25 @@ namespace fs = std::filesystem;
 
 constexpr uint64_t kMaxFileBytes = uint64_t{4} << 30;
 
-absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path) {
+std::string Size(const ImageSize& size) { return absl::StrCat(size.width_px, "x", size.height_px); }
+
+// The most that a file of such an image may take: 16 bits of 4 channels, and room for what else stands in it.
+uint64_t MostBytes(const std::optional<ImageSize>& expected) {
+  if (!expected) return kMaxFileBytes;
+  return 8 * static_cast<uint64_t>(expected->width_px) * expected->height_px + (uint64_t{64} << 20);
+}
+
+absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path, uint64_t most_bytes) {
   std::error_code error;
   if (!fs::exists(path, error)) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
   if (!fs::is_regular_file(path, error))
     return absl::InvalidArgumentError(absl::StrCat(path, ": not a file"));
   const uint64_t size = fs::file_size(path, error);
   if (error) return absl::UnavailableError(absl::StrCat(path, ": ", error.message()));
-  if (size > kMaxFileBytes) return absl::InvalidArgumentError(absl::StrCat(path, ": larger than 4 GiB"));
+  if (size > most_bytes) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": ", size >> 20, " MiB, an image here takes no more than ", most_bytes >> 20));
+  }
   std::vector<uint8_t> bytes(size);
   std::ifstream in(path, std::ios::binary);
   if (!in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)) && size > 0) {
@@ -34,16 +47,58 @@ absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path) {
   return bytes;
 }
 
-// Decoders fill what a truncated file lacks with grey and carry on; the end marker tells.
-bool HasEndMarker(const std::vector<uint8_t>& bytes) {
-  const auto tail_has = [&](std::initializer_list<uint8_t> marker, size_t tail) {
-    const size_t from = bytes.size() > tail ? bytes.size() - tail : 0;
-    return std::search(bytes.begin() + static_cast<std::ptrdiff_t>(from), bytes.end(), marker.begin(),
-                       marker.end()) != bytes.end();
-  };
-  if (bytes.size() >= 2 && bytes[0] == 0xff && bytes[1] == 0xd8) return tail_has({0xff, 0xd9}, 4096);
-  if (bytes.size() >= 4 && bytes[0] == 0x89 && bytes[1] == 'P') return tail_has({'I', 'E', 'N', 'D'}, 4096);
-  return true;
+// Before pixels are decoded: a small file may announce an image that fills the memory.
+absl::Status CheckSize(const ImageHeader& header, const std::optional<ImageSize>& expected) {
+  const ImageSize size = {header.width_px, header.height_px};
+  if (expected && (size.width_px != expected->width_px || size.height_px != expected->height_px)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("image is ", Size(size), ", the rig says ", Size(*expected)));
+  }
+  if (int64_t{size.width_px} * size.height_px <= kMaxImagePixels) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("image is ", Size(size), ", more than the ",
+                                                 kMaxImagePixels >> 20, " Mi pixels that are read"));
+}
+
+absl::StatusOr<DecodedImage> DecodeTiff(const std::vector<uint8_t>& bytes) {
+  cv::Mat image;
+  try {
+    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
+  } catch (const cv::Exception& e) {
+    return absl::InvalidArgumentError(absl::StrCat("cannot be decoded (", e.err, ")"));
+  }
+  if (image.empty())
+    return absl::InvalidArgumentError("the TIFF image is damaged or truncated; copy the file again");
+  if (image.depth() == CV_16U) {
+    image.convertTo(image, CV_8U, 1.0 / 257.0);
+  } else if (image.depth() != CV_8U) {
+    return absl::InvalidArgumentError("only 8 and 16 bit images are supported");
+  }
+  if (image.channels() == 3) {
+    cv::cvtColor(image, image, cv::COLOR_BGR2RGB);
+  } else if (image.channels() == 4) {
+    cv::cvtColor(image, image, cv::COLOR_BGRA2RGB);
+  } else if (image.channels() != 1) {
+    return absl::InvalidArgumentError(absl::StrCat(image.channels(), " channels, expected 1, 3 or 4"));
+  }
+  if (!image.isContinuous()) image = image.clone();
+  return DecodedImage{image.cols, image.rows, image.channels(), {image.datastart, image.dataend}};
+}
+
+absl::StatusOr<DecodedImage> Decode(const std::vector<uint8_t>& bytes,
+                                    const std::optional<ImageSize>& expected) {
+  if (bytes.empty()) return absl::InvalidArgumentError("the file is empty");
+  const absl::StatusOr<ImageHeader> header = ReadImageHeader(bytes);
+  if (!header.ok()) return header.status();
+  if (absl::Status status = CheckSize(*header, expected); !status.ok()) return status;
+  switch (header->format) {
+    case ImageFormat::kPng:
+      return DecodePng(bytes);
+    case ImageFormat::kJpeg:
+      return DecodeJpeg(bytes);
+    case ImageFormat::kTiff:
+      return DecodeTiff(bytes);
+  }
+  return absl::InternalError("unknown format");
 }
 
 // The file appears under its name only when it is complete.
@@ -75,50 +130,19 @@ absl::Status EncodeAndWrite(const std::string& path, const cv::Mat& image,
 
 }  // namespace
 
-absl::StatusOr<Frame> ReadImageFile(const std::string& path, std::optional<PixelFormat> mosaic) {
-  const absl::StatusOr<std::vector<uint8_t>> bytes = ReadBytes(path);
+absl::StatusOr<Frame> ReadImageFile(const std::string& path, std::optional<PixelFormat> mosaic,
+                                    std::optional<ImageSize> expected) {
+  const absl::StatusOr<std::vector<uint8_t>> bytes = ReadBytes(path, MostBytes(expected));
   if (!bytes.ok()) return bytes.status();
-  if (bytes->empty()) return absl::InvalidArgumentError(absl::StrCat(path, ": the file is empty"));
-  if (!HasEndMarker(*bytes)) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": the image is truncated; copy the file again"));
-  }
-  cv::Mat image;
-  try {
-    image = cv::imdecode(*bytes, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception& e) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": cannot be decoded (", e.err, ")"));
-  }
-  if (image.empty()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(path, ": not a readable PNG, JPEG or TIFF image (truncated or another format?)"));
-  }
-  if (image.depth() == CV_16U) {
-    image.convertTo(image, CV_8U, 1.0 / 257.0);
-  } else if (image.depth() != CV_8U) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": only 8 and 16 bit images are supported"));
-  }
+  absl::StatusOr<DecodedImage> image = Decode(*bytes, expected);
+  if (!image.ok())
+    return absl::Status(image.status().code(), absl::StrCat(path, ": ", image.status().message()));
   Frame frame;
   frame.origin = path;
-  frame.width_px = image.cols;
-  frame.height_px = image.rows;
-  switch (image.channels()) {
-    case 1:
-      frame.format = mosaic.value_or(PixelFormat::kGrey8);
-      break;
-    case 3:
-      cv::cvtColor(image, image, cv::COLOR_BGR2RGB);
-      frame.format = PixelFormat::kRgb8;
-      break;
-    case 4:
-      cv::cvtColor(image, image, cv::COLOR_BGRA2RGB);
-      frame.format = PixelFormat::kRgb8;
-      break;
-    default:
-      return absl::InvalidArgumentError(
-          absl::StrCat(path, ": ", image.channels(), " channels, expected 1, 3 or 4"));
-  }
-  if (!image.isContinuous()) image = image.clone();
-  frame.pixels = std::make_shared<const std::vector<uint8_t>>(image.datastart, image.dataend);
+  frame.width_px = image->width_px;
+  frame.height_px = image->height_px;
+  frame.format = image->channels == 3 ? PixelFormat::kRgb8 : mosaic.value_or(PixelFormat::kGrey8);
+  frame.pixels = std::make_shared<const std::vector<uint8_t>>(std::move(image->values));
   return frame;
 }
 

@@ -11,12 +11,21 @@
 
 namespace weft {
 
-// Reads PNG, JPEG or TIFF, 8 or 16 bits (16 are scaled to 8), grey or colour. A grey file whose pixels are a
-// Bayer mosaic is read as such when `mosaic` names the order. camera_id stays empty.
-// NotFound: no such file. InvalidArgument: not an image, truncated, or larger than 1 Gpx; the message names
-// the file and the remedy.
-absl::StatusOr<Frame> ReadImageFile(const std::string& path,
-                                    std::optional<PixelFormat> mosaic = std::nullopt);
+// Images of more pixels are refused from their header: 256 Mi, such as 16384 x 16384.
+inline constexpr int64_t kMaxImagePixels = int64_t{1} << 28;
+
+struct ImageSize {
+  int width_px = 0;
+  int height_px = 0;
+};
+
+// Reads PNG, JPEG or TIFF by content, 8 or 16 bits (16 are scaled to 8), grey or colour. A grey file whose
+// pixels are a Bayer mosaic is read as such when `mosaic` names the order. camera_id stays empty.
+// NotFound: no such file. InvalidArgument: another format, damaged or truncated (also where the decoder would
+// make pixels up), more than kMaxImagePixels, or not of the size that the rig says, `expected`. Sizes are
+// checked before pixels are decoded. The message names the file and the remedy.
+absl::StatusOr<Frame> ReadImageFile(const std::string& path, std::optional<PixelFormat> mosaic = std::nullopt,
+                                    std::optional<ImageSize> expected = std::nullopt);
 
 // Writes by the path's ending (png, jpg, tif); `jpeg_quality` 1 to 100. The file appears under its name only
 // when it is complete.

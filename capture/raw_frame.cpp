@@ -7,6 +7,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "absl/strings/str_cat.h"
+#include "capture/image_header.h"
 
 namespace weft {
 namespace {
@@ -121,7 +122,16 @@ void UpperBytesOfCsi2(const uint8_t* in, int bits, std::vector<uint8_t>& out) {
   for (size_t i = 0; i < out.size(); ++i) out[i] = in[i / group * (group + 1) + i % group];
 }
 
-absl::Status DecodeJpeg(const RawFrame& raw, std::vector<uint8_t>& out) {
+absl::Status DecodeJpegFrame(const RawFrame& raw, std::vector<uint8_t>& out) {
+  const absl::StatusOr<ImageHeader> header = ReadImageHeader({raw.bytes->data(), raw.bytes->size()});
+  if (!header.ok() || header->format != ImageFormat::kJpeg)
+    return absl::InvalidArgumentError(absl::StrCat("camera ", raw.camera_id, ": not a JPEG image"));
+  // Before pixels are decoded: a small frame may announce an image that fills the memory.
+  if (header->width_px != raw.width_px || header->height_px != raw.height_px) {
+    return absl::InvalidArgumentError(absl::StrCat("camera ", raw.camera_id, ": JPEG is ", header->width_px,
+                                                   "x", header->height_px, ", expected ", raw.width_px, "x",
+                                                   raw.height_px));
+  }
   const cv::Mat bytes(1, static_cast<int>(raw.bytes->size()), CV_8UC1,
                       const_cast<uint8_t*>(raw.bytes->data()));
   cv::Mat image;
@@ -174,7 +184,7 @@ absl::Status Convert(const RawFrame& raw, const FormatInfo& info, std::vector<ui
       ConvertColour(raw, CV_8UC2, cv::COLOR_YUV2RGB_UYVY, out);
       break;
     case Layout::kJpeg:
-      return DecodeJpeg(raw, out);
+      return DecodeJpegFrame(raw, out);
   }
   return absl::OkStatus();
 }

@@ -170,7 +170,12 @@ std::string TakeRow(BodyReader& reader, PlyProperty& property) {
 
 absl::Status ReadElement(BodyReader& reader, const std::string& source_name, PlyElement& element) {
   const size_t row_bytes = reader.LeastRowBytes(element);
-  if (row_bytes == 0) return absl::OkStatus();
+  if (row_bytes == 0 && element.rows == 0) return absl::OkStatus();
+  if (row_bytes == 0) {
+    return absl::InvalidArgumentError(absl::StrCat(source_name, ": element ", element.name,
+                                                   ": the header announces ", element.rows,
+                                                   " rows, but no property of them; the file is damaged"));
+  }
   if (element.rows > reader.MostRows(row_bytes)) {
     return absl::InvalidArgumentError(
         absl::StrCat(source_name, ": element ", element.name, ": the header announces ", element.rows,

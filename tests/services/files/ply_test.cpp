@@ -113,6 +113,14 @@ TEST(ParsePly, HeaderThatAnnouncesFourBillionRowsIsRefusedBeforeAnythingIsAlloca
       AllOf(HasSubstr("element face, row 0, property vertex_index"), HasSubstr("4294967295")));
 }
 
+TEST(ParsePly, RowsWithoutPropertiesNameTheFile) {
+  for (const char* format : {"ascii", "binary_little_endian"}) {
+    EXPECT_THAT(ErrorOf(std::string("ply\nformat ") + format +
+                        " 1.0\nelement vertex 1000000000000000000\nend_header\n"),
+                AllOf(HasSubstr("scan.ply: element vertex"), HasSubstr("1000000000000000000 rows")));
+  }
+}
+
 TEST(ParsePly, EveryTruncationIsAnError) {
   const std::string head =
       "ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty float x\nelement face 1\n"

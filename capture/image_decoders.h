@@ -1,0 +1,28 @@
+// Pixels of PNG and JPEG files, by libpng and libjpeg: what these only warn of is an error here.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "absl/status/statusor.h"
+
+namespace weft {
+
+// 8 bits a value, [height][width][channels], channels 1 (grey) or 3 (red, green, blue).
+struct DecodedImage {
+  int width_px = 0;
+  int height_px = 0;
+  int channels = 1;
+  std::vector<uint8_t> values;
+};
+
+// Baseline and progressive, grey, YCC, RGB and CMYK. Orientation tags are not obeyed. InvalidArgument:
+// damaged or truncated, also where pixels could be made up; the message names no file.
+absl::StatusOr<DecodedImage> DecodeJpeg(std::span<const uint8_t> bytes);
+
+// All kinds; palettes become colours, alpha is left out, 16 bits are scaled to 8 (rounded). InvalidArgument:
+// damaged or truncated, checksums included; the message names no file.
+absl::StatusOr<DecodedImage> DecodePng(std::span<const uint8_t> bytes);
+
+}  // namespace weft
