@@ -1,8 +1,10 @@
 #include "services/daemon/cores.h"
 
 #include <sched.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <fstream>
 #include <thread>
 
 namespace weft {
@@ -22,6 +24,18 @@ CoreShare ShareCores(int cores, int workers, int threads_per_worker) {
   }
   if (share.workers == 0) share.workers = std::max(1, cores / share.threads_per_worker);
   return share;
+}
+
+int64_t UsableMemoryMib() {
+  int64_t mib = (int64_t{sysconf(_SC_PHYS_PAGES)} * sysconf(_SC_PAGESIZE)) >> 20;
+  int64_t bytes = 0;
+  if (std::ifstream("/sys/fs/cgroup/memory.max") >> bytes) mib = std::min(mib, bytes >> 20);
+  return mib;
+}
+
+int64_t ShareMemoryMib(int64_t memory_mib, int workers) {
+  constexpr int64_t kLeastMib = 4096;
+  return std::max(kLeastMib, memory_mib / std::max(1, workers));
 }
 
 }  // namespace weft

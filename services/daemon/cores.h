@@ -1,5 +1,7 @@
-// How many workers with how many threads suit this machine.
+// How many workers with how many threads and how much memory suit this machine.
 #pragma once
+
+#include <cstdint>
 
 namespace weft {
 
@@ -14,5 +16,12 @@ struct CoreShare {
 // Fills in what is 0, so that workers times threads is about `cores`; at most 4 threads per worker, since
 // frames run side by side better than parts of one.
 CoreShare ShareCores(int cores, int workers, int threads_per_worker);
+
+// Memory of this machine, or of the control group that this process runs in where that has less.
+int64_t UsableMemoryMib();
+
+// What each of so many workers may take, so that together they do not take all: a share each, but never less
+// than 4 GiB, since fewer large frames than workers may be under way.
+int64_t ShareMemoryMib(int64_t memory_mib, int workers);
 
 }  // namespace weft

@@ -47,6 +47,9 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   executor_options.worker_program = options.worker_program;
   executor_options.task_folder = absl::StrCat(options.state_folder, "/tasks");
   executor_options.workers = workers;
+  executor_options.worker_memory_mib = options.worker_memory_mib == 0
+                                           ? ShareMemoryMib(UsableMemoryMib(), workers)
+                                           : std::max<int64_t>(0, options.worker_memory_mib);
   executor_options.stop_grace = options.stop_grace;
   executor_options.silence_limit = options.silence_limit;
   // Those of a daemon that was killed; the catalogue is ours by now.

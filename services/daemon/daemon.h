@@ -20,6 +20,7 @@ struct DaemonOptions {
   std::vector<std::string> allow_paths;   // folders that clients may name
   int workers = 0;                        // processes; 0 chooses by the number of cores
   int threads_per_worker = 0;             // 0 chooses by the number of cores
+  int64_t worker_memory_mib = 0;          // of a worker; 0 shares the machine's, negative: any
   std::string worker_program;             // weft-worker
   std::string address_file;               // gets HOST:PORT once the daemon listens; empty for none
   std::chrono::milliseconds stop_grace{5000};

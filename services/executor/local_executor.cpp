@@ -52,6 +52,7 @@ absl::Status LocalExecutorOptions::Validate() const {
   if (workers < 1 || workers > 1024) {
     return absl::InvalidArgumentError(absl::StrCat("workers: ", workers, ", must be 1 to 1024"));
   }
+  if (worker_memory_mib < 0) return absl::InvalidArgumentError("worker_memory_mib: must not be negative");
   if (stop_grace.count() < 0) return absl::InvalidArgumentError("stop_grace: must not be negative");
   if (silence_limit.count() <= 0) return absl::InvalidArgumentError("silence_limit: must be positive");
   return absl::OkStatus();
@@ -159,8 +160,9 @@ void LocalExecutor::Launch(Run& run) {
   const std::string task_file = absl::StrCat(options_.task_folder, "/", run.task.id(), ".json");
   absl::Status status = WriteJsonFile(task_file, run.task);
   if (status.ok()) {
-    absl::StatusOr<ChildProcess> child =
-        ChildProcess::Spawn(options_.worker_program, {task_file, "--parent", absl::StrCat(getpid())});
+    absl::StatusOr<ChildProcess> child = ChildProcess::Spawn(
+        options_.worker_program, {task_file, "--parent", absl::StrCat(getpid()), "--memory-mib",
+                                  absl::StrCat(options_.worker_memory_mib)});
     status = child.status();
     if (child.ok()) run.child.emplace(*std::move(child));
   }

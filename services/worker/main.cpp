@@ -10,9 +10,11 @@
 #include <exception>
 #include <stop_token>
 
+#include "absl/strings/str_cat.h"
 #include "services/cli/command_line.h"
 #include "services/files/json_file.h"
 #include "services/pipeline/stop_on_signal.h"
+#include "services/worker/memory_limit.h"
 #include "services/worker/run_task.h"
 #include "services/worker/worker_event.h"
 
@@ -56,15 +58,21 @@ int main(int argc, char** argv) {
                "weft-worker");
   std::string path;
   int parent = 0;
+  int64_t memory_mib = 0;
   app.set_version_flag("--version", "weft-worker " WEFT_VERSION, "Print the version and exit");
   app.add_option("TASK", path, "The task.json")->required();
   app.add_option("--parent", parent, "End at once unless started by this process")->type_name("PID");
+  app.add_option("--memory-mib", memory_mib, "Memory that this process may take; 0: any")->type_name("MIB");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? weft::kExitDone : weft::kExitBadInput;
   }
   if (!DieWithParent(parent)) return weft::kExitFailed;
+  if (const absl::Status limited = weft::LimitMemory(memory_mib); !limited.ok()) {
+    weft::PrintError(limited);
+    return weft::kExitFailed;
+  }
   signal(SIGPIPE, SIG_IGN);
   const weft::StopOnSignal stop;
   try {
@@ -72,7 +80,10 @@ int main(int argc, char** argv) {
     if (!status.ok()) weft::PrintError(status);
     return weft::ExitStatusOf(status);
   } catch (const std::bad_alloc&) {
-    weft::PrintError(absl::ResourceExhaustedError("out of memory"));
+    weft::PrintError(absl::ResourceExhaustedError(absl::StrCat(
+        "out of memory", memory_mib > 0 ? absl::StrCat("; a worker may take ", memory_mib,
+                                                       " MiB, --worker-memory-mib of weftd changes that")
+                                        : "")));
   } catch (const std::exception& error) {
     weft::PrintError(absl::InternalError(error.what()));
   }

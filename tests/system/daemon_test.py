@@ -99,6 +99,13 @@ class Daemon(StudioTest):
             self.assert_refused(self.register_remotely("--scans", outside, out=other), outside, "--allow-path",
                                 out=other)
 
+    def test_worker_that_takes_too_much_memory_costs_its_frame(self):
+        self.start_daemon("--workers", "1", "--worker-memory-mib", "64")
+        done = self.register_remotely("--frames", "0:1")
+        self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
+        self.assertIn("out of memory; a worker may take 64 MiB", done.stdout + done.stderr)
+        self.assertIsNone(self.daemon.poll())
+
     def test_refuses_what_it_may_not_touch_and_what_does_not_fit(self):
         self.start_daemon()
         with tempfile.TemporaryDirectory() as outside:
