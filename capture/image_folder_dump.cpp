@@ -1,13 +1,15 @@
 #include "capture/image_folder_dump.h"
 
 #include <filesystem>
-#include <map>
+#include <set>
 
 #include "absl/strings/str_cat.h"
+#include "capture/camera_match.h"
 #include "capture/content_hash.h"
 #include "capture/frame_set_reading.h"
 #include "capture/image_file.h"
 #include "capture/image_folder.h"
+#include "capture/natural_order.h"
 
 namespace weft {
 namespace fs = std::filesystem;
@@ -22,14 +24,14 @@ absl::StatusOr<std::unique_ptr<ImageFolderDump>> ImageFolderDump::Open(const std
   dump->rig_ = rig;
   dump->options_ = options;
   std::vector<int> images_of_camera(rig.cameras.size(), 0);
-  std::map<std::string, int> unknown_cameras;
+  std::set<std::string, NaturalOrder> unknown_cameras;
   for (const auto& [frame, files] : *listing) {
     std::vector<std::string> paths(rig.cameras.size());
     int known = 0;
     for (const auto& [camera, path] : files) {
       const int index = rig.IndexOf(camera);
       if (index < 0) {
-        ++unknown_cameras[camera];
+        unknown_cameras.insert(camera);
         continue;
       }
       paths[index] = path;
@@ -45,19 +47,20 @@ absl::StatusOr<std::unique_ptr<ImageFolderDump>> ImageFolderDump::Open(const std
         folder,
         ": holds no image of any camera of the rig; expected <frame>/<camera>.png or "
         "cam<camera>/image<frame>.png",
-        unknown_cameras.empty() ? ""
-                                : absl::StrCat(" (found images of camera ", unknown_cameras.begin()->first,
-                                               ", which the rig lacks)")));
+        unknown_cameras.empty()
+            ? ""
+            : absl::StrCat(" (found images of ", FirstNames({unknown_cameras.begin(), unknown_cameras.end()}),
+                           ", which the rig lacks; is it the rig of this take?)")));
   }
+  CameraMatch match{.of_rig = rig.cameras.size(),
+                    .of_recording = unknown_cameras.size(),
+                    .without_images = {},
+                    .without_model = {unknown_cameras.begin(), unknown_cameras.end()}};
   for (size_t i = 0; i < rig.cameras.size(); ++i) {
-    if (images_of_camera[i] == 0)
-      dump->warnings_.push_back(
-          absl::StrCat("camera ", rig.cameras[i].id, " of the rig has no images in ", folder));
+    match.of_recording += images_of_camera[i] > 0;
+    if (images_of_camera[i] == 0) match.without_images.push_back(rig.cameras[i].id);
   }
-  for (const auto& [camera, count] : unknown_cameras) {
-    dump->warnings_.push_back(
-        absl::StrCat(count, " image(s) of camera ", camera, ", which the rig does not have, are left out"));
-  }
+  dump->warnings_ = CameraWarnings(match, folder);
   return dump;
 }
 
@@ -73,13 +76,9 @@ absl::StatusOr<Frame> ImageFolderDump::ReadView(size_t index, size_t camera) con
   const CameraModel& model = rig_.cameras[camera];
   const std::string& path = paths_[index][camera];
   if (path.empty()) return absl::NotFoundError("no image in the dump");
-  absl::StatusOr<Frame> frame = ReadImageFile(path, options_.mosaic);
+  absl::StatusOr<Frame> frame =
+      ReadImageFile(path, options_.mosaic, ImageSize{model.width_px, model.height_px});
   if (!frame.ok()) return frame.status();
-  if (frame->width_px != model.width_px || frame->height_px != model.height_px) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": image is ", frame->width_px, "x",
-                                                   frame->height_px, ", the rig says ", model.width_px, "x",
-                                                   model.height_px));
-  }
   frame->camera_id = model.id;
   return frame;
 }

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "capture/camera_match.h"
 #include "capture/content_hash.h"
 #include "capture/frame_set_reading.h"
 #include "capture/take_files.h"
@@ -113,22 +114,22 @@ absl::StatusOr<std::unique_ptr<RecordedTakeDump>> RecordedTakeDump::Open(const s
   dump->warnings_ = dump->take_->warnings();
   const std::vector<std::string>& ids = dump->take_->camera_ids();
   size_t known = 0;
+  CameraMatch match{
+      .of_rig = rig.cameras.size(), .of_recording = ids.size(), .without_images = {}, .without_model = {}};
   for (const CameraModel& camera : rig.cameras) {
     const auto at = std::find(ids.begin(), ids.end(), camera.id);
     dump->stream_of_camera_.push_back(at == ids.end() ? -1 : static_cast<int>(at - ids.begin()));
     known += at != ids.end();
-    if (at == ids.end())
-      dump->warnings_.push_back(absl::StrCat("camera ", camera.id, " of the rig has no stream in ", folder));
+    if (at == ids.end()) match.without_images.push_back(camera.id);
   }
   if (known == 0) {
     return absl::InvalidArgumentError(
-        absl::StrCat(folder, ": holds no stream of any camera of the rig (found camera ", ids.front(),
-                     ", which the rig lacks)"));
+        absl::StrCat(folder, ": holds no stream of any camera of the rig (found cameras ", FirstNames(ids),
+                     ", which the rig lacks; is it the rig of this take?)"));
   }
   for (const std::string& id : ids)
-    if (rig.IndexOf(id) < 0)
-      dump->warnings_.push_back(
-          absl::StrCat("the stream of camera ", id, ", which the rig does not have, is left out"));
+    if (rig.IndexOf(id) < 0) match.without_model.push_back(id);
+  for (std::string& line : CameraWarnings(match, folder)) dump->warnings_.push_back(std::move(line));
   for (const uint64_t set : dump->take_->sets()) dump->frame_names_.push_back(FrameNameOf(set));
   if (!dump->frame_names_.empty()) return dump;
   return absl::InvalidArgumentError(absl::StrCat(

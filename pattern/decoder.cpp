@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "capture/mosaic.h"
 #include "pattern/appearance.h"
 #include "pattern/patch_search.h"
 #include "pattern/sampled_profile.h"
@@ -45,8 +46,12 @@ absl::StatusOr<ColorImage> ReadColors(const Frame& frame) {
   if (frame.format == PixelFormat::kGrey8) {
     return absl::InvalidArgumentError(absl::StrCat(
         frame.origin.empty() ? "frame" : frame.origin,
-        ": a grey image cannot be decoded, colours carry the code; where it is a Bayer mosaic, name "
-        "its order"));
+        LooksLikeMosaic(frame)
+            ? ": a grey image that looks like a Bayer mosaic; name its order with --mosaic (bayer_rg8, "
+              "bayer_gr8, bayer_gb8 or bayer_bg8)"
+            : ": a grey image cannot be decoded, colours carry the code; where it is a Bayer mosaic, name "
+              "its "
+              "order with --mosaic"));
   }
   return ToColorImage(frame);
 }

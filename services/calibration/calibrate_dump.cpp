@@ -1,5 +1,6 @@
 #include "services/calibration/calibrate_dump.h"
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -9,6 +10,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "capture/frame_range.h"
 #include "capture/open_dump.h"
 #include "services/files/atomic_file.h"
 #include "services/files/target_file.h"
@@ -26,15 +28,20 @@ absl::StatusOr<BoardDetection> Detect(const CalibrationRequest& request, const C
                                       const OnProgress& on_progress) {
   const absl::StatusOr<Rig> cameras = CamerasOfDump(request.dump);
   if (!cameras.ok()) return cameras.status();
-  const absl::StatusOr<std::unique_ptr<FrameSource>> source = OpenDump(request.dump, *cameras);
+  const absl::StatusOr<std::unique_ptr<FrameSource>> source =
+      OpenDump(request.dump, *cameras, request.mosaic);
   if (!source.ok()) return source.status();
+  const absl::StatusOr<FrameRange> range =
+      FindFrameRange(request.frames, (*source)->frame_names(), request.dump);
+  if (!range.ok()) return range.status();
+  std::vector<size_t> frames;
+  for (size_t f = range->first; f < range->end; f += static_cast<size_t>(std::max(1, request.every)))
+    frames.push_back(f);
   std::mutex mutex;
-  return DetectBoards(**source, *cameras, target, request.detection, request.every,
-                      [&](size_t done, size_t all) {
-                        const std::lock_guard lock(mutex);
-                        if (on_progress)
-                          on_progress("detect", static_cast<double>(done) / static_cast<double>(all));
-                      });
+  return DetectBoards(**source, *cameras, target, request.detection, frames, [&](size_t done, size_t all) {
+    const std::lock_guard lock(mutex);
+    if (on_progress) on_progress("detect", static_cast<double>(done) / static_cast<double>(all));
+  });
 }
 
 CalibratedCamera RecordOf(const CameraFit& fit) {

@@ -18,6 +18,8 @@ struct CalibrationRequest {
   std::string initial_rig;  // lenses to start from; may be empty
   std::string out;          // the rig.json to write
   std::string rig_id;       // empty: that of the rig that `out` holds, or "rig"
+  std::string mosaic;       // of grey image files (MosaicFromName); empty: none
+  std::string frames;       // of the dump (FindFrameRange); empty: all
   int every = 1;            // frames apart
   TagDetectionOptions detection;
   SolveOptions solve;

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
 #include "capture/calibration/moving_edges.h"
 #include "capture/image_file.h"
 #include "capture/image_folder.h"
@@ -96,7 +97,8 @@ absl::StatusOr<Rig> CamerasOfDump(const std::string& folder) {
 
 absl::StatusOr<BoardDetection> DetectBoards(const FrameSource& source, const Rig& cameras,
                                             const CalibrationTarget& target,
-                                            const TagDetectionOptions& options, int every,
+                                            const TagDetectionOptions& options,
+                                            const std::vector<size_t>& frames,
                                             const std::function<void(size_t, size_t)>& on_image) {
   std::set<std::string> families;
   for (const TagBoard& board : target.boards) families.insert(board.family);
@@ -105,9 +107,6 @@ absl::StatusOr<BoardDetection> DetectBoards(const FrameSource& source, const Rig
   if (absl::Status status = TagDetector::Make(names, options).status(); !status.ok()) return status;
   Detectors detectors([&] { return *TagDetector::Make(names, options); });
 
-  std::vector<size_t> frames;
-  for (size_t f = 0; f < source.frame_names().size(); f += static_cast<size_t>(std::max(1, every)))
-    frames.push_back(f);
   const size_t count = cameras.cameras.size();
   std::vector<absl::StatusOr<ImageTags>> found(frames.size() * count);
   std::atomic<size_t> done = 0;
@@ -125,8 +124,9 @@ absl::StatusOr<BoardDetection> DetectBoards(const FrameSource& source, const Rig
   for (size_t i = 0; i < found.size(); ++i) {
     const size_t camera = i % count, frame = i / count;
     if (!found[i].ok()) {
-      out.warnings.push_back(absl::StrCat("camera ", cameras.cameras[camera].id, ", frame ",
-                                          out.views.frames[frame], ": ", found[i].status().message()));
+      const std::string who =
+          absl::StrCat("camera ", cameras.cameras[camera].id, ", frame ", out.views.frames[frame], ": ");
+      out.warnings.push_back(absl::StrCat(who, absl::StripPrefix(found[i].status().message(), who)));
       continue;
     }
     CameraSightings& s = out.sightings[camera];

@@ -23,12 +23,13 @@ struct BoardDetection {
   std::vector<std::string> warnings;       // images that could not be read
 };
 
-// Looks at every image, `every` frames apart. Cameras without any tag are looked at once more with left and
-// right exchanged. `on_image` (may be empty): images done and all, from any thread. Parallel in the calling
-// thread's TBB arena, the same at any thread count.
+// Looks at every image of these frames (positions in the source). Cameras without any tag are looked at once
+// more with left and right exchanged. `on_image` (may be empty): images done and all, from any thread.
+// Parallel in the calling thread's TBB arena, the same at any thread count.
 absl::StatusOr<BoardDetection> DetectBoards(const FrameSource& source, const Rig& cameras,
                                             const CalibrationTarget& target,
-                                            const TagDetectionOptions& options, int every,
+                                            const TagDetectionOptions& options,
+                                            const std::vector<size_t>& frames,
                                             const std::function<void(size_t, size_t)>& on_image = {});
 
 }  // namespace weft

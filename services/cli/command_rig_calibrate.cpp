@@ -15,6 +15,7 @@
 #include "services/calibration/rehearsal.h"
 #include "services/calibration/target_print.h"
 #include "services/cli/commands.h"
+#include "services/cli/input_options.h"
 #include "services/cli/progress.h"
 #include "services/files/atomic_file.h"
 #include "services/files/target_file.h"
@@ -330,7 +331,9 @@ void AddCalibrateCommand(CLI::App& rig, CommandLine& line) {
       ->required()
       ->type_name("FILE");
   command->add_option("--id", request.rig_id, "Name of the rig, kept in the file")->type_name("NAME");
-  command->add_option("--every", request.every, "Look at every Nth frame")
+  AddFramesOption(*command, request.frames, "Which frames of the dump, all by default");
+  AddMosaicOption(*command, request.mosaic);
+  command->add_option("--every", request.every, "Look at every Nth of these frames")
       ->type_name("N")
       ->check(CLI::Range(1, 10000));
   AddSolveOptions(*command, *options);

@@ -55,7 +55,7 @@ void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
       "not "
       "move. Register the take again with the new rig.",
       "  weft rig refine result --rig rig.json --out refined.json\n"
-      "  weft rig refine result --rig rig.json --frames 40 --out refined.json --json");
+      "  weft rig refine result --rig rig.json --samples 40 --out refined.json --json");
   auto options = std::make_shared<RefineOptions>();
   RefinementRequest& request = options->request;
   command->add_option("result", request.result, "What weft register --observations wrote")
@@ -65,9 +65,12 @@ void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
       ->required()
       ->type_name("FILE");
   command->add_option("--out", request.out, "The rig.json to write")->required()->type_name("FILE");
-  command->add_option("--frames", request.frames, "At most so many, spread over the take")
+  command->add_option("--samples", request.frames, "At most so many frames, spread over the take")
       ->type_name("N")
       ->check(CLI::Range(1, 10000));
+  command->add_option("--frames", request.frames)
+      ->group("")
+      ->check(CLI::Range(1, 10000));  // as it was called
   command->add_option("--points", request.points, "Cells of a frame, spread over the board")
       ->type_name("N")
       ->check(CLI::Range(100, 100000));

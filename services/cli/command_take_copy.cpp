@@ -150,7 +150,7 @@ void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
   CLI::App* trim = AddCommand(take, "trim",
                               "Copy a range of frame sets into a take of its own; numbers, times and bytes "
                               "stay, but for the times of cameras that are shifted.",
-                              "  weft take trim take --sets 100:200 --out walk\n"
+                              "  weft take trim take --frames 100:200 --out walk\n"
                               "  weft take trim take --out shifted --shift cam3=-1.5");
   add(*trim, "TAKE", "Folder of the take", "Folder of the new take", Trim);
   AddTakeRangeOptions(*trim, options->range);

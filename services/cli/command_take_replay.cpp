@@ -106,7 +106,7 @@ void AddTakeReplayCommand(CLI::App& take, CommandLine& line) {
                  "recorded speed, slower or faster, as fast as the disk is, or set by set. Says how late "
                  "frame sets came, and a checksum that is the same for every replay of the same sets.",
                  "  weft take replay take\n"
-                 "  weft take replay take --fastest --sets 100:200\n"
+                 "  weft take replay take --fastest --frames 100:200\n"
                  "  weft take replay take --step          (Enter: the next frame set; q: the end)\n"
                  "  weft take replay take --speed 0.5 --shift cam3=-33.3 --list\n"
                  "  weft take replay take --preview look --board board.json --template shirt");

@@ -13,6 +13,7 @@
 #include "absl/strings/str_join.h"
 #include "alignment/template_build/build_template.h"
 #include "services/cli/commands.h"
+#include "services/cli/input_options.h"
 #include "services/cli/json_output.h"
 #include "services/cli/progress.h"
 #include "services/cli/template_sources.h"
@@ -153,7 +154,9 @@ void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
   command->add_option("--board", from.board, "board.json or board.png of the cloth")
       ->required()
       ->type_name("BOARD");
-  command->add_option("--samples", from.samples, "Frames of a dump, spread evenly over it, to build from")
+  AddFramesOption(*command, from.frames, "Which frames of the dumps, all by default");
+  AddMosaicOption(*command, from.mosaic);
+  command->add_option("--samples", from.samples, "How many of these frames, spread evenly, to build from")
       ->type_name("N")
       ->check(CLI::Range(1, 1000));
   command

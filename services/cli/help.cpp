@@ -1,8 +1,10 @@
 #include "services/cli/help.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 
 namespace weft {
@@ -23,6 +25,19 @@ std::string Row(const std::string& name, const std::string& text) {
   return absl::StrCat(out, WrapText(text, kWidth - kColumn, kColumn), "\n");
 }
 
+// The values that an option takes, "a, b, c"; empty where they are not a list of words, or stand in `about`.
+std::string ValuesOf(const CLI::Option& option, const std::string& about) {
+  const std::string type = option.get_type_name();  // "NAME:{a,b,c}"
+  const size_t begin = type.find(":{"), end = type.rfind('}');
+  if (begin == std::string::npos || end == std::string::npos || end < begin) return "";
+  const std::vector<std::string> values = absl::StrSplit(type.substr(begin + 2, end - begin - 2), ',');
+  const std::vector<std::string> words = absl::StrSplit(about, absl::ByAnyChar(" ,;:.\n"), absl::SkipEmpty());
+  const bool are_told = std::all_of(values.begin(), values.end(), [&](const std::string& value) {
+    return std::find(words.begin(), words.end(), value) != words.end();
+  });
+  return are_told ? "" : absl::StrJoin(values, ", ");
+}
+
 class HelpFormatter : public CLI::Formatter {
  public:
   std::string make_description(const CLI::App* app) const override {
@@ -39,10 +54,13 @@ class HelpFormatter : public CLI::Formatter {
       if (option->get_expected_max() > 1) name += "...";
     }
     std::string text = option->get_description();
+    if (const std::string values = ValuesOf(*option, text); !values.empty())
+      absl::StrAppend(&text, ": ", values);
+    const std::string& standard = option->get_default_str();
     if (option->get_required()) {
       text += " (required)";
-    } else if (!option->get_default_str().empty() && option->get_type_size() != 0) {
-      absl::StrAppend(&text, " (default ", option->get_default_str(), ")");
+    } else if (!standard.empty() && standard != "[]" && option->get_type_size() != 0) {
+      absl::StrAppend(&text, " (default ", standard, ")");
     }
     return Row(name, text);
   }

@@ -5,21 +5,27 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "services/cli/input_options.h"
 
 namespace weft {
 namespace {
 
-// Numbers of sets; B is excluded, as in --frames.
+// Frames of takes are named by the numbers of their sets.
 absl::Status ParseSets(const std::string& text, TakeViewOptions& view) {
   if (text.empty()) return absl::OkStatus();
   const std::vector<std::string> parts = absl::StrSplit(text, ':');
+  if (parts.size() == 1 && absl::SimpleAtoi(text, &view.first_set)) {
+    view.last_set = view.first_set;
+    return absl::OkStatus();
+  }
   uint64_t end = UINT64_MAX;
   const bool fits = parts.size() == 2 && (parts[0].empty() || absl::SimpleAtoi(parts[0], &view.first_set)) &&
                     (parts[1].empty() || (absl::SimpleAtoi(parts[1], &end) && end > view.first_set));
   if (!fits) {
     return absl::InvalidArgumentError(
-        absl::StrCat("--sets ", text,
-                     ": expected A:B, the numbers of the first set and of the first one after the range"));
+        absl::StrCat("--frames ", text,
+                     ": expected the number of a frame set, or A:B, the numbers of the first one and of the "
+                     "first one after the range"));
   }
   view.last_set = end - 1;
   return absl::OkStatus();
@@ -28,8 +34,7 @@ absl::Status ParseSets(const std::string& text, TakeViewOptions& view) {
 }  // namespace
 
 void AddTakeRangeOptions(CLI::App& command, TakeRange& range) {
-  command.add_option("--sets", range.sets, "Numbers A:B of the sets, B not included; either may be left out")
-      ->type_name("RANGE");
+  AddFramesOption(command, range.sets, "Which frame sets of the take, all by default", "--sets");
   command
       .add_option("--shift", range.shifts,
                   "Add this to all times of a camera's frames, again for another camera. Half a period and "

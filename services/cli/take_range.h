@@ -15,7 +15,7 @@ struct TakeRange {
   std::vector<std::string> shifts;
 };
 
-// --sets and --shift.
+// --frames (once --sets) and --shift.
 void AddTakeRangeOptions(CLI::App& command, TakeRange& range);
 
 // InvalidArgument names the option and what it should look like.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "capture/frame_range.h"
 #include "capture/open_dump.h"
 #include "services/cli/command_line.h"
 #include "services/cli/progress.h"
@@ -18,11 +19,13 @@
 namespace weft {
 namespace {
 
-// `count` of the positions 0 to `frames` - 1, from the first to the last.
-std::vector<size_t> SpreadOver(size_t frames, size_t count) {
+// `count` of the positions in `range`, from the first to the last.
+std::vector<size_t> SpreadOver(const FrameRange& range, size_t count) {
   std::vector<size_t> positions;
+  const size_t frames = range.end - range.first;
   count = std::min(count, frames);
-  for (size_t i = 0; i < count; ++i) positions.push_back(count == 1 ? 0 : i * (frames - 1) / (count - 1));
+  for (size_t i = 0; i < count; ++i)
+    positions.push_back(range.first + (count == 1 ? 0 : i * (frames - 1) / (count - 1)));
   return positions;
 }
 
@@ -33,9 +36,7 @@ absl::StatusOr<Cloud> FrameCloud(const Rig& rig, const std::vector<double>& came
   if (stop.stop_requested()) return absl::CancelledError("the build was cancelled");
   absl::StatusOr<Cloud> cloud = TriangulateFrame(rig, camera_sigma_px, decoded.views);
   if (!cloud.ok() || !cloud->points.empty()) return cloud;
-  const auto used = std::ranges::count_if(
-      decoded.reports, [](const v1::ViewReport& report) { return report.missing_reason().empty(); });
-  return absl::FailedPreconditionError(NoCloudReason(decoded.views, static_cast<int>(used)));
+  return absl::FailedPreconditionError(NoCloudReason(decoded.views, decoded.reports));
 }
 
 // Adds the clouds of the dump's frames to `sources`.
@@ -49,15 +50,16 @@ absl::Status AddDump(const std::string& folder, const TemplateSourceFiles& files
   if (!rig.ok()) return rig.status();
   const absl::StatusOr<std::vector<double>> camera_sigma_px = ReadCameraSigmas(files.rig);
   if (!camera_sigma_px.ok()) return camera_sigma_px.status();
-  const absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(folder, *rig);
+  const absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(folder, *rig, files.mosaic);
   if (!dump.ok()) return dump.status();
   for (const std::string& warning : (*dump)->warnings()) PrintWarning(warning);
   const absl::StatusOr<BoardIndex> index = BoardIndex::Build(board);
   if (!index.ok()) {
     return absl::Status(index.status().code(), absl::StrCat(files.board, ": ", index.status().message()));
   }
-  const std::vector<size_t> frames =
-      SpreadOver((*dump)->frame_names().size(), static_cast<size_t>(files.samples));
+  const absl::StatusOr<FrameRange> range = FindFrameRange(files.frames, (*dump)->frame_names(), folder);
+  if (!range.ok()) return range.status();
+  const std::vector<size_t> frames = SpreadOver(*range, static_cast<size_t>(files.samples));
   constexpr uint64_t kSteps = 1000;  // of each frame
   Progress progress("decode", kSteps * frames.size(), ProgressVisible(quiet), ProgressUnit::kPercent);
   absl::Status last = absl::OkStatus();

@@ -17,7 +17,9 @@ struct TemplateSourceFiles {
   std::string board;
   std::string panels;      // image with a pixel per cell; empty: found in the clouds
   std::string clouds_out;  // folder for the clouds of dumps: <frame>.ply
-  int samples = 8;         // frames of a dump, spread evenly over it
+  std::string frames;      // of the dumps (FindFrameRange); empty: all
+  std::string mosaic;      // of grey images of the dumps (MosaicFromName); empty: none
+  int samples = 8;         // frames of a dump, spread evenly over those
 };
 
 // Reads the files; decodes and triangulates the dumps' frames in the calling thread's TBB arena with progress

@@ -98,6 +98,8 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& request, cons
   *job.mutable_inputs() = inputs->hashes;
   job.mutable_warnings()->Assign(inputs->warnings.begin(), inputs->warnings.end());
   prepared.frames = std::move(inputs->frames);
+  job.set_first_frame(prepared.frames.front());
+  job.set_last_frame(prepared.frames.back());
   return prepared;
 }
 

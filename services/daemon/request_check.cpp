@@ -69,6 +69,8 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
         CheckPath("spec.board", spec.board()), CheckPath("spec.garment", spec.garment()),
         CheckText("spec.out", spec.out(), kMaxPathBytes), CheckPlainName("out_probe", request.out_probe()),
         CheckRange(spec), CheckText("spec.options.preset", spec.options().preset(), kMaxNameBytes),
+        CheckText("spec.frames", spec.frames(), kMaxNameBytes),
+        CheckText("spec.options.mosaic", spec.options().mosaic(), kMaxNameBytes),
         CheckText("spec.options.scans", spec.options().scans(), kMaxPathBytes),
         CheckText("spec.options.starts", spec.options().starts(), kMaxPathBytes),
         CheckHash("spec.expected.rig", spec.expected().rig()),

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "pattern/decoder.h"
 #include "services/pipeline/stage_reports.h"
@@ -27,7 +28,9 @@ std::vector<Observation> DecodeCamera(const FrameSource& dump, const BoardIndex&
   }
   absl::StatusOr<DecodeResult> result = DecodeView(*frame, board, DecodeOptions{});
   if (!result.ok()) {
-    report.set_missing_reason(absl::StrCat(frame->origin, ": ", result.status().message()));
+    const std::string why(result.status().message());
+    report.set_missing_reason(absl::StartsWith(why, frame->origin) ? why
+                                                                   : absl::StrCat(frame->origin, ": ", why));
     return {};
   }
   DescribeDecoding(*result, report);
@@ -66,17 +69,24 @@ absl::StatusOr<Cloud> TriangulateFrame(const Rig& rig, const std::vector<double>
   return SharpenCenters(CleanCloud(*std::move(cloud), CleaningOptions{}), FootprintOptions{});
 }
 
-std::string NoCloudReason(const std::vector<ViewObservations>& views, int views_used) {
-  size_t seen = 0;
+std::string NoCloudReason(const std::vector<ViewObservations>& views,
+                          const std::vector<v1::ViewReport>& reports) {
+  size_t seen = 0, used = 0;
   for (const ViewObservations& view : views) seen += view.observations.size();
-  const int least = TriangulationOptions{}.consensus.min_views;
-  if (views_used < least) {
-    return absl::StrCat("only ", views_used, " of ", views.size(),
-                        " cameras have an image, triangulation needs ", least);
+  std::string missing;  // the first reason
+  for (const v1::ViewReport& report : reports) {
+    used += report.missing_reason().empty();
+    if (missing.empty()) missing = report.missing_reason();
   }
-  if (seen == 0)
-    return "no cell of the board was decoded in any view; is it the printed board, and in focus?";
-  return absl::StrCat("no cell could be triangulated from ", seen, " observations of cells");
+  const int least = TriangulationOptions{}.consensus.min_views;
+  if (static_cast<int>(used) < least) {
+    return absl::StrCat("only ", used, " of ", views.size(),
+                        " cameras have a usable image, triangulation needs ", least,
+                        missing.empty() ? "" : "; the first that has none: ", missing);
+  }
+  if (seen == 0) return "no cell of the board was decoded in any view; is it the right board, and in focus?";
+  return absl::StrCat("no cell could be triangulated from ", seen,
+                      " observations of cells, their rays do not meet; is it the rig of this take?");
 }
 
 }  // namespace weft

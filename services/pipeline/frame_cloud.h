@@ -37,8 +37,9 @@ DecodedFrame DecodeFrame(const Rig& rig, const BoardIndex& board, const FrameSou
 absl::StatusOr<Cloud> TriangulateFrame(const Rig& rig, const std::vector<double>& camera_sigma_px,
                                        const std::vector<ViewObservations>& views);
 
-// The reason, for the operator, why nothing could be triangulated from these views, of which `views_used`
-// have an image.
-std::string NoCloudReason(const std::vector<ViewObservations>& views, int views_used);
+// The reason, for the operator, why nothing could be triangulated from these views. `reports` of the same
+// cameras say which of them have no image, and why.
+std::string NoCloudReason(const std::vector<ViewObservations>& views,
+                          const std::vector<v1::ViewReport>& reports);
 
 }  // namespace weft

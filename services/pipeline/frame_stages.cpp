@@ -18,6 +18,10 @@ using Clock = std::chrono::steady_clock;
 constexpr double kDecoded = 0.85;
 constexpr double kTriangulated = 0.92;
 
+// From this share on, cells that the template lacks say that it is another one; fewer cells say nothing.
+constexpr double kForeign = 0.5;
+constexpr int kTellingCells = 50;
+
 double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
@@ -136,12 +140,12 @@ class Registration {
       DescribeBias((*biases)[frame_.views[v].camera], *report.mutable_views(v));
     report.set_state(v1::FRAME_STATE_FAILED);
     if (frame_.cloud.points.empty()) {
-      report.set_reason(NoCloudReason(frame_.views, report.views_used()));
+      report.set_reason(NoCloudReason(frame_.views, {report.views().begin(), report.views().end()}));
       return absl::OkStatus();
     }
     absl::StatusOr<AlignResult> aligned = AlignCloud(options_.align);
     if (absl::IsFailedPrecondition(aligned.status())) {
-      report.set_reason(std::string(aligned.status().message()));
+      report.set_reason(WithStrangers(std::string(aligned.status().message())));
       return absl::OkStatus();
     }
     if (!aligned.ok()) return aligned.status();
@@ -164,6 +168,16 @@ class Registration {
                                .start_mm = extras_.start_mm.empty() ? nullptr : &extras_.start_mm,
                                .cancelled = [this] { return stop_.stop_requested(); }};
     return weft::Align(*inputs_.model, targets.targets, options, context);
+  }
+
+  // Cells of the board that the template lacks explain why too few of its vertices were measured.
+  std::string WithStrangers(std::string reason) const {
+    const int centers = frame_.report.cloud().centers();
+    if (unclaimed_ < kForeign * centers || centers < kTellingCells) return reason;
+    return absl::StrCat(unclaimed_, " of the ", centers,
+                        " cells that were triangulated are on the board but not on the template; is it the "
+                        "template of another part of the board? (",
+                        reason, ")");
   }
 
   const RegistrationInputs& inputs_;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "capture/frame_range.h"
 #include "capture/open_dump.h"
 #include "services/files/board_file.h"
 #include "services/files/rig_file.h"
@@ -64,7 +65,7 @@ absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::Registr
   hashes.set_garment(garment->ContentHash());
   if (absl::Status status = CheckExpected(spec, hashes); !status.ok()) return status;
 
-  absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(spec.dump(), *rig);
+  absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(spec.dump(), *rig, spec.options().mosaic());
   if (!dump.ok()) return dump.status();
   absl::StatusOr<BoardIndex> index = BoardIndex::Build(*board);
   if (!index.ok()) {
@@ -80,6 +81,17 @@ absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::Registr
 
 absl::StatusOr<std::vector<size_t>> FramesInRange(const v1::RegistrationSpec& spec,
                                                   const std::vector<std::string>& frame_names) {
+  std::vector<size_t> range;
+  if (!spec.frames().empty()) {
+    if (spec.first_frame() != 0 || spec.end_frame() != 0) {
+      return absl::InvalidArgumentError(
+          "frames: named twice, by `frames` and by `first_frame` and `end_frame`; give one of them");
+    }
+    const absl::StatusOr<FrameRange> named = FindFrameRange(spec.frames(), frame_names, spec.dump());
+    if (!named.ok()) return named.status();
+    for (size_t i = named->first; i < named->end; ++i) range.push_back(i);
+    return range;
+  }
   const auto count = static_cast<int64_t>(frame_names.size());
   const int64_t first = spec.first_frame();
   const int64_t end = spec.end_frame() == 0 ? count : spec.end_frame();
@@ -88,7 +100,6 @@ absl::StatusOr<std::vector<size_t>> FramesInRange(const v1::RegistrationSpec& sp
         "frames ", first, ":", end, " of ", spec.dump(), ": the dump holds ", count, " frame(s), ",
         frame_names.front(), " to ", frame_names.back(), "; give a range A:B with 0 <= A < B <= ", count));
   }
-  std::vector<size_t> range;
   for (int64_t i = first; i < end; ++i) range.push_back(static_cast<size_t>(i));
   return range;
 }

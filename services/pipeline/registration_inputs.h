@@ -35,8 +35,9 @@ struct RegistrationInputs {
 // named.
 absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::RegistrationSpec& spec);
 
-// Positions in the dump of the frames that `spec` asks for. InvalidArgument: an empty range, or one that ends
-// outside the dump; names what the dump holds.
+// Positions in the dump of the frames that `spec` asks for, by name (FindFrameRange) or by position.
+// InvalidArgument: an empty range, one that ends outside the dump, or both ways at once; names what the dump
+// holds.
 absl::StatusOr<std::vector<size_t>> FramesInRange(const v1::RegistrationSpec& spec,
                                                   const std::vector<std::string>& frame_names);
 

@@ -14,6 +14,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/strip.h"
 #include "capture/camera_source.h"
 #include "capture/gige_discovery.h"
 #include "capture/raw_frame.h"
@@ -210,7 +211,8 @@ double Examination::CheckCamera(const v1::Session& session, const v1::SessionCam
   const std::string subject = "camera " + camera.id();
   const auto opened = OpenCameras(alone);
   if (!opened.ok()) {
-    Find(subject, v1::DOCTOR_VERDICT_BAD, std::string(opened.status().message()),
+    Find(subject, v1::DOCTOR_VERDICT_BAD,
+         std::string(absl::StripPrefix(opened.status().message(), subject + ": ")),
          "compare its `device` with what `weft camera list` shows; close programs that hold it");
     return 0;
   }

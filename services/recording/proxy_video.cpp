@@ -114,6 +114,10 @@ absl::Status WriteVideo(const RecordedTake& take, int width_px, int height_px, c
 
 absl::StatusOr<uint64_t> ExportProxy(const std::string& take, const std::string& out,
                                      const ProxyOptions& options, const CopyProgress& progress) {
+  if (!fs::path(out).has_extension()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        out, ": a proxy video is one file, and its ending says which kind; end the name in .mp4 or .mkv"));
+  }
   const absl::StatusOr<std::unique_ptr<RecordedTake>> recorded = RecordedTake::Open(take);
   if (!recorded.ok()) return recorded.status();
   const int cols = Grid::ColsOf((*recorded)->camera_ids().size());

@@ -122,8 +122,8 @@ TEST(RecordedTake, IsADumpInTheOrderOfTheRig) {
   const auto dump = OpenDump(temp / "take", rig);
   ASSERT_TRUE(dump.ok()) << dump.status();
   EXPECT_THAT((*dump)->frame_names(), ElementsAre("0003", "0004", "0005", "0006"));
-  EXPECT_THAT((*dump)->warnings(), ElementsAre(HasSubstr("camera unknown of the rig has no stream"),
-                                               HasSubstr("camera cam1, which the rig does not have")));
+  EXPECT_THAT((*dump)->warnings(), ElementsAre(HasSubstr("camera unknown of the rig has no images"),
+                                               HasSubstr("is not in the rig: cam1; is it the rig of this take?")));
   const auto set = (*dump)->Read(2);
   ASSERT_TRUE(set.ok());
   EXPECT_TRUE(set->frames.empty());

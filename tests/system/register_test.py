@@ -46,8 +46,8 @@ class Register(StudioTest):
         self.register("--frames", "1:2", check=0)
         self.assertEqual([name for name in os.listdir(self.out) if name.isdigit()], [self.frames[1]])
         other = self.path("other")
-        self.assert_refused(self.register("--frames", "2:9", out=other), "2:9", "holds 3 frame(s)", out=other)
-        self.assert_refused(self.register("--frames", "two", out=other), "--frames two", "A:B", out=other)
+        self.assert_refused(self.register("--frames", "2:9", out=other), "frames 2:9", "it has 3 frames", out=other)
+        self.assert_refused(self.register("--frames", "two", out=other), "frame two is not in", "A:B", out=other)
 
     def test_keeps_complete_frames_and_computes_changed_ones_again(self):
         self.register(check=0)

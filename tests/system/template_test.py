@@ -53,7 +53,7 @@ class TemplateFromARecording(StudioTest):
             for image in self.images[2:]:
                 os.remove(os.path.join(self.take, frame, image))
         refused = self.build("--rig", f"{self.take}/rig.json", "--samples", "1", check=2)
-        self.assertIn("only 2 of 12 cameras have an image, triangulation needs 3", refused.stderr)
+        self.assertIn("only 2 of 12 cameras have a usable image, triangulation needs 3", refused.stderr)
         self.assertFalse(os.path.exists(self.path("tube")))
 
 

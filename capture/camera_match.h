@@ -1,0 +1,22 @@
+// Cameras that only one of rig and recording has.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace weft {
+
+struct CameraMatch {
+  size_t of_rig = 0;                        // cameras of the rig
+  size_t of_recording = 0;                  // cameras of the recording
+  std::vector<std::string> without_images;  // in the rig, not in the recording
+  std::vector<std::string> without_model;   // in the recording, not in the rig
+};
+
+// A line for each of the two kinds, naming the first cameras and counting the rest; empty where all match.
+std::vector<std::string> CameraWarnings(const CameraMatch& match, const std::string& recording);
+
+// "c01, c02, c03 and 5 more".
+std::string FirstNames(const std::vector<std::string>& names);
+
+}  // namespace weft
