@@ -14,17 +14,20 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
 #include "capture/image_file.h"
 #include "pattern/decoder.h"
 #include "services/cli/commands.h"
 #include "services/cli/decode_inputs.h"
 #include "services/cli/decode_overlay.h"
+#include "services/cli/input_options.h"
 #include "services/cli/progress.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
 #include "services/files/json_file.h"
 #include "services/files/observations_file.h"
 #include "services/pipeline/stage_reports.h"
+#include "services/verdict/verdict.h"
 #include "weft/v1/command.pb.h"
 
 namespace weft {
@@ -38,7 +41,7 @@ struct DecodeCommandOptions {
   std::string board;
   std::string out;
   std::string mosaic;
-  std::string frame;  // of a take or a folder of images, which is the only one of `images` then
+  std::string frames;  // of a take or a folder of images, which is the only one of `images` then
   std::string explain;
   int threads = 0;
   bool json = false;
@@ -120,8 +123,11 @@ void DecodeFile(const DecodeInput& input, const BoardIndex& board, const std::st
 std::string PictureFile(const DecodeCommandOptions& options, const DecodeInput& input, size_t i) {
   if (options.explain.empty()) return "";
   const std::string stem = fs::path(input.name).stem().string();
-  const std::string name =
-      input.name == stem || !options.frame.empty() ? input.name : absl::StrCat(i + 1, "_", stem);
+  std::error_code error;
+  const bool is_dump = options.images.size() == 1 && fs::is_directory(options.images[0], error);
+  const std::string name = is_dump              ? absl::StrReplaceAll(input.name, {{"/", "_"}})
+                           : input.name == stem ? input.name
+                                                : absl::StrCat(i + 1, "_", stem);
   return (fs::path(options.explain) / (name + ".png")).string();
 }
 
@@ -160,6 +166,25 @@ v1::DecodeReport Summarize(const std::string& out, const std::vector<DecodedFile
   }
   report.set_wall_ms(wall_ms);
   return report;
+}
+
+// Are these pictures of the board?
+void Judge(v1::DecodeReport& report) {
+  v1::Verdict& verdict = *report.mutable_verdict();
+  if (report.images_failed() > 0) {
+    AddFinding(
+        verdict, report.images_decoded() > 0 ? v1::GRADE_USABLE : v1::GRADE_BAD,
+        absl::StrCat(report.images_failed(), " of ", report.images_size(), " images could not be decoded"),
+        "Mend or replace the images that the warnings name.");
+  }
+  if (report.images_decoded() == 0) return;
+  const double cells = static_cast<double>(report.centers()) / report.images_decoded();
+  AddCheck(
+      verdict, kDecodeCells, cells,
+      cells < kDecodeCells.usable
+          ? absl::StrCat(report.centers() == 0 ? "no cell" : "hardly any cell", " of the board was decoded, ",
+                         report.centers(), " in ", report.images_decoded(), " images: is it the right board?")
+          : "");
 }
 
 std::string RejectedText(const google::protobuf::RepeatedPtrField<v1::ReasonCount>& reasons) {
@@ -225,7 +250,7 @@ absl::Status LeftOut(const std::vector<DecodedFile>& files, const std::string& o
 
 absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
   const auto start = Clock::now();
-  const auto inputs = FindDecodeInputs(options.images, options.frame, options.mosaic);
+  const auto inputs = FindDecodeInputs(options.images, options.frames, options.mosaic);
   if (!inputs.ok()) return inputs.status();
   if (absl::Status status = CheckWritable(options.out); !status.ok()) return status;
   const absl::StatusOr<BoardIndex> board = LoadBoard(options.board);
@@ -242,19 +267,22 @@ absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
   if (!found.empty()) {
     if (absl::Status status = WriteObservations(options.out, found); !status.ok()) return status;
   }
-  const v1::DecodeReport report =
-      Summarize(found.empty() ? "" : options.out, files, MillisecondsSince(start));
+  v1::DecodeReport report = Summarize(found.empty() ? "" : options.out, files, MillisecondsSince(start));
+  Judge(report);
   if (options.json) {
     const absl::StatusOr<std::string> json = ToJson(report);
     if (!json.ok()) return json.status();
     std::fputs(json->c_str(), stdout);
   } else if (!found.empty()) {
+    if (report.verdict().grade() != v1::GRADE_GOOD) std::printf("%s", VerdictText(report.verdict()).c_str());
     PrintTable(report);
   }
   for (const DecodedFile& file : files) {
     if (!file.picture.ok()) return file.picture;
   }
-  return LeftOut(files, options.out);
+  absl::Status status = LeftOut(files, options.out);
+  status.Update(VerdictStatus(report.verdict()));
+  return status;
 }
 
 }  // namespace
@@ -264,26 +292,23 @@ void AddDecodeCommand(CLI::App& app, CommandLine& line) {
       app, "decode",
       "Find the cells of a board in images and write them as observations: "
       "image,x_px,y_px,board_row,board_col,kind,confidence. `image` is the file name without folder and "
-      "ending, or "
-      "the path where names repeat. An image that cannot be decoded is reported and left out, with exit "
+      "ending, or the path where names repeat; of a take or folder the camera, or <frame>/<camera>. An image "
+      "that cannot be decoded is reported and left out, with exit "
       "status 2.",
       "  weft decode dump/0000/*.jpg --board board.png --out observations.csv\n"
-      "  weft decode take --frame 120 --board board.json --out observations.csv\n"
+      "  weft decode take --frames 120 --board board.json --out observations.csv\n"
       "  weft decode raw.png --mosaic bayer_rg8 --board board.json --out raw.csv --explain pictures");
   auto options = std::make_shared<DecodeCommandOptions>();
   command->add_option("IMAGE", options->images, "PNG, JPEG or TIFF images; or a take or folder of images")
       ->required()
       ->type_name("");
-  command->add_option("--frame", options->frame, "Which frame of a take or folder of images: all its cameras")
-      ->type_name("N");
+  AddFramesOption(*command, options->frames,
+                  "Which frames of a take or folder of images, with all their cameras", "--frame");
   command->add_option("--board", options->board, "board.json or board.png of the cloth")
       ->required()
       ->type_name("BOARD");
   command->add_option("--out", options->out, "The observations.csv to write")->required()->type_name("FILE");
-  command
-      ->add_option("--mosaic", options->mosaic,
-                   "Grey images are a Bayer mosaic of this order: bayer_rg8, bayer_gr8, bayer_gb8, bayer_bg8")
-      ->type_name("ORDER");
+  AddMosaicOption(*command, options->mosaic);
   command
       ->add_option("--explain", options->explain,
                    "Write a picture per image to this folder: cells as dots in the colour of their patch, "

@@ -12,6 +12,7 @@
 #include "services/client/fetch_results.h"
 #include "services/client/registration_client.h"
 #include "services/pipeline/stop_on_signal.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -119,7 +120,8 @@ absl::Status Watch(RegistrationClient& client, const Context& context) {
   if (options.json) {
     if (absl::Status status = PrintJsonMessage(*job); !status.ok()) return status;
   } else if (!quiet) {
-    std::printf("%s\nresults  %s\n", JobSummary(*job).c_str(), job->spec().out().c_str());
+    std::printf("%s%s\nresults  %s\n", job->has_verdict() ? VerdictText(job->verdict()).c_str() : "",
+                JobSummary(*job).c_str(), job->spec().out().c_str());
   }
   return OutcomeOf(*job);
 }

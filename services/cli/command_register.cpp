@@ -3,14 +3,15 @@
 #include <memory>
 #include <optional>
 
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "services/cli/commands.h"
+#include "services/cli/input_options.h"
 #include "services/cli/job_view.h"
 #include "services/cli/local_registration.h"
 #include "services/cli/remote_registration.h"
 #include "services/files/json_file.h"
 #include "services/pipeline/stop_on_signal.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -22,6 +23,7 @@ struct RegisterOptions {
   std::string garment;
   std::string out;
   std::string frames;
+  std::string mosaic;
   std::string preset = "best";
   std::string server;
   bool detach = false;
@@ -34,28 +36,7 @@ struct RegisterOptions {
   int threads = 0;
 };
 
-absl::Status ParseFrames(const std::string& text, v1::RegistrationSpec& spec) {
-  if (text.empty()) return absl::OkStatus();
-  const size_t colon = text.find(':');
-  int first = 0;
-  int end = 0;
-  const std::string before = text.substr(0, colon);
-  const std::string after = colon == std::string::npos ? "" : text.substr(colon + 1);
-  const bool valid = colon != std::string::npos && (before.empty() || absl::SimpleAtoi(before, &first)) &&
-                     (after.empty() || absl::SimpleAtoi(after, &end)) && first >= 0 && end >= 0 &&
-                     (after.empty() || end > first);
-  if (!valid) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--frames ", text,
-                     " is no range; give positions in the dump as A:B (B not included), A: or :B, for "
-                     "example 0:10 for the first ten frames"));
-  }
-  spec.set_first_frame(first);
-  spec.set_end_frame(end);
-  return absl::OkStatus();
-}
-
-absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
+v1::RegistrationSpec SpecOf(const RegisterOptions& options) {
   v1::RegistrationSpec spec;
   spec.set_dump(options.dump);
   spec.set_rig(options.rig);
@@ -68,7 +49,8 @@ absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
   spec.mutable_options()->set_single_look(options.single_look);
   spec.mutable_options()->set_scans(options.scans);
   spec.mutable_options()->set_starts(options.starts);
-  if (absl::Status status = ParseFrames(options.frames, spec); !status.ok()) return status;
+  spec.mutable_options()->set_mosaic(options.mosaic);
+  spec.set_frames(options.frames);
   return spec;
 }
 
@@ -77,9 +59,11 @@ absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bo
     const absl::StatusOr<std::string> json = ToJson(job);
     if (!json.ok()) return json.status();
     std::printf("%s", json->c_str());
-  } else if (!quiet) {
-    std::printf("%s\nresults  %s\nreport   %s/report.html\n", JobSummary(job).c_str(), options.out.c_str(),
-                options.out.c_str());
+  } else if (quiet) {
+    if (job.verdict().grade() == v1::GRADE_BAD) std::printf("%s", VerdictText(job.verdict()).c_str());
+  } else {
+    std::printf("%s%s\nresults  %s\nreport   %s/report.html\n", VerdictText(job.verdict()).c_str(),
+                JobSummary(job).c_str(), options.out.c_str(), options.out.c_str());
   }
   return OutcomeOf(job);
 }
@@ -126,10 +110,9 @@ absl::Status Detach(const RegisterOptions& options, const v1::RegistrationSpec& 
 
 absl::Status Register(const RegisterOptions& options, bool quiet) {
   const StopOnSignal signals;
-  const absl::StatusOr<v1::RegistrationSpec> spec = SpecOf(options);
-  if (!spec.ok()) return spec.status();
-  if (options.detach) return Detach(options, *spec);
-  const absl::StatusOr<v1::Job> job = Run(options, *spec, quiet, signals.token());
+  const v1::RegistrationSpec spec = SpecOf(options);
+  if (options.detach) return Detach(options, spec);
+  const absl::StatusOr<v1::Job> job = Run(options, spec, quiet, signals.token());
   if (!job.ok()) return job.status();
   return PrintOutcome(*job, options, quiet);
 }
@@ -164,9 +147,8 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--out", options->out, "Folder for the results, made where it is missing")
       ->required()
       ->type_name("DIR");
-  command
-      ->add_option("--frames", options->frames, "Positions A:B in the dump, B not included; all by default")
-      ->type_name("RANGE");
+  AddFramesOption(*command, options->frames, "Which frames of the dump, all by default");
+  AddMosaicOption(*command, options->mosaic);
   command
       ->add_option("--preset", options->preset,
                    "best: least error on hidden cloth; paper: weights of the paper")

@@ -2,6 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -67,6 +68,8 @@ absl::Status OutcomeOf(const v1::Job& job) {
     return absl::CancelledError(
         absl::StrCat("the job was cancelled: ", JobSummary(job), "; run the command again to go on"));
   }
+  if (job.has_verdict()) return VerdictStatus(job.verdict());
+  // Of a job of an earlier version.
   if (job.state() == v1::JOB_STATE_FAILED) return absl::InternalError(job.message());
   if (job.frames().failed() > 0) {
     return absl::InternalError(absl::StrCat(job.frames().failed(), " of ", job.frames().total(),

@@ -33,7 +33,7 @@ std::string FrameLine(const v1::FrameInfo& info);
 // one here: it failed, and has a mesh from the frames around it.
 std::string JobSummary(const v1::Job& job);
 
-// Ok for a job that registered every frame; otherwise the error that decides the exit status.
+// What decides the exit status: the verdict, or that it was cancelled.
 absl::Status OutcomeOf(const v1::Job& job);
 
 }  // namespace weft

@@ -10,6 +10,7 @@
 #include "services/pipeline/refine_frame.h"
 #include "services/pipeline/registration.h"
 #include "services/report/html_report.h"
+#include "services/report/job_verdict.h"
 
 namespace weft {
 namespace {
@@ -23,8 +24,8 @@ int64_t UnixNow() {
 // The job's record while its frames come in.
 class JobRecord {
  public:
-  JobRecord(const v1::RegistrationSpec& spec, const RegistrationInputs& inputs, int frames,
-            const std::function<void(const v1::JobUpdate&)>& update)
+  JobRecord(const v1::RegistrationSpec& spec, const RegistrationInputs& inputs,
+            const std::vector<size_t>& frames, const std::function<void(const v1::JobUpdate&)>& update)
       : update_(update) {
     const int64_t now = UnixNow();
     job_.set_id(absl::StrCat("local-", now / 1'000'000'000));
@@ -32,8 +33,10 @@ class JobRecord {
     *job_.mutable_inputs() = inputs.hashes;
     job_.mutable_warnings()->Add(inputs.warnings.begin(), inputs.warnings.end());
     job_.set_state(v1::JOB_STATE_RUNNING);
-    job_.mutable_frames()->set_total(frames);
-    job_.mutable_frames()->set_waiting(frames);
+    job_.mutable_frames()->set_total(static_cast<int>(frames.size()));
+    job_.mutable_frames()->set_waiting(static_cast<int>(frames.size()));
+    job_.set_first_frame(inputs.dump->frame_names()[frames.front()]);
+    job_.set_last_frame(inputs.dump->frame_names()[frames.back()]);
     job_.set_created_unix_ns(now);
     job_.set_started_unix_ns(now);
     job_.set_remaining_s(-1);
@@ -86,6 +89,7 @@ class JobRecord {
     }
     job_.set_finished_unix_ns(UnixNow());
     job_.set_remaining_s(0);
+    *job_.mutable_verdict() = JudgeJobFolder(job_.spec().out(), job_);
   }
 
  private:
@@ -121,7 +125,7 @@ absl::StatusOr<v1::Job> RegisterLocally(const v1::RegistrationSpec& spec, int th
   const absl::StatusOr<std::vector<size_t>> frames = FramesInRange(spec, (*inputs)->dump->frame_names());
   if (!frames.ok()) return frames.status();
 
-  JobRecord record(spec, **inputs, static_cast<int>(frames->size()), update);
+  JobRecord record(spec, **inputs, *frames, update);
   const std::string job_file = (std::filesystem::path(spec.out()) / "job.json").string();
   // Written before the first frame: a folder that cannot be written to is found now, not after an hour.
   if (absl::Status status = CreateFolders(spec.out()); !status.ok()) return status;

@@ -69,6 +69,7 @@ std::string FactRow(absl::string_view name, const std::string& html, const std::
 }
 
 std::string FrameRange(const v1::RegistrationSpec& spec) {
+  if (!spec.frames().empty()) return EscapeHtml(spec.frames());
   if (spec.first_frame() == 0 && spec.end_frame() == 0) return "all frames of the dump";
   if (spec.end_frame() == 0) return absl::StrCat("from position ", spec.first_frame(), " to the end");
   return absl::StrCat("positions ", spec.first_frame(), " to ", spec.end_frame() - 1, " of the dump");

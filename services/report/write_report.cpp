@@ -5,53 +5,16 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
-#include "services/files/frame_folders.h"
-#include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/report/frame_pictures.h"
 #include "services/report/html_report.h"
-#include "services/report/html_text.h"
+#include "services/report/job_frames.h"
 #include "services/report/job_summary.h"
 
 namespace weft {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool OtherInputs(const v1::InputHashes& frame, const v1::InputHashes& job) {
-  const auto differs = [](const std::string& a, const std::string& b) {
-    return !a.empty() && !b.empty() && a != b;
-  };
-  return differs(frame.rig(), job.rig()) || differs(frame.board(), job.board()) ||
-         differs(frame.garment(), job.garment());
-}
-
-std::vector<v1::FrameReport> ReadFrames(const std::string& out_folder, const std::vector<std::string>& names,
-                                        const v1::Job& job, std::vector<std::string>& notes) {
-  std::vector<v1::FrameReport> frames;
-  int other_inputs = 0;
-  for (const std::string& name : names) {
-    v1::FrameReport frame;
-    if (const absl::Status status =
-            ReadJsonFile((fs::path(out_folder) / name / "report.json").string(), frame);
-        !status.ok()) {
-      notes.push_back(absl::StrCat("Frame ", name, " is missing from this report: ", status.message()));
-      continue;
-    }
-    if (OtherInputs(frame.inputs(), job.inputs())) {
-      ++other_inputs;
-      continue;
-    }
-    frame.set_frame(name);
-    frames.push_back(std::move(frame));
-  }
-  if (other_inputs > 0) {
-    notes.push_back(absl::StrCat("Results of ", Counted(other_inputs, "frame", "frames"),
-                                 " in the folder were computed from another rig, "
-                                 "board or template; they are not part of this report."));
-  }
-  return frames;
-}
 
 void NoteOtherFrames(const v1::Job& job, size_t reports, std::vector<std::string>& notes) {
   const v1::FrameCounts& counts = job.frames();
@@ -108,14 +71,13 @@ std::vector<PicturedMesh> ReadMeshes(const std::string& out_folder,
 }  // namespace
 
 absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job) {
-  const absl::StatusOr<std::vector<std::string>> names = ListFrameFolders(out_folder, "report.json");
-  if (!names.ok()) return names.status();
   std::vector<std::string> notes;
-  const std::vector<v1::FrameReport> frames = ReadFrames(out_folder, *names, job, notes);
-  NoteOtherFrames(job, frames.size(), notes);
-  const std::vector<FramePictures> pictures = DrawFrames(ReadMeshes(out_folder, frames, notes), notes);
+  const absl::StatusOr<std::vector<v1::FrameReport>> frames = ReadJobFrames(out_folder, job, notes);
+  if (!frames.ok()) return frames.status();
+  NoteOtherFrames(job, frames->size(), notes);
+  const std::vector<FramePictures> pictures = DrawFrames(ReadMeshes(out_folder, *frames, notes), notes);
   return WriteFileAtomically((fs::path(out_folder) / "report.html").string(),
-                             MakeJobReport(job, frames, pictures, notes));
+                             MakeJobReport(job, *frames, pictures, notes));
 }
 
 }  // namespace weft

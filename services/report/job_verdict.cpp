@@ -1,0 +1,139 @@
+#include "services/report/job_verdict.h"
+
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "services/report/html_text.h"
+#include "services/report/job_frames.h"
+#include "services/report/job_summary.h"
+#include "services/verdict/verdict.h"
+
+namespace weft {
+namespace {
+
+// Sums over all frames.
+struct Totals {
+  int64_t images = 0, missing_images = 0;
+  int64_t cells = 0;  // decoded, over all images
+  int64_t points = 0, rays_apart = 0;
+  int64_t registered_cells = 0, strangers = 0;  // of frames with a mesh: cells, and those off the template
+  std::string missing_reason;                   // the first
+};
+
+Totals Sum(const std::vector<v1::FrameReport>& frames) {
+  Totals sum;
+  for (const v1::FrameReport& frame : frames) {
+    for (const v1::ViewReport& view : frame.views()) {
+      ++sum.images;
+      sum.cells += view.centers();
+      sum.missing_images += !view.missing_reason().empty();
+      if (sum.missing_reason.empty()) sum.missing_reason = view.missing_reason();
+    }
+    if (frame.has_mesh()) {
+      sum.registered_cells += frame.cloud().centers();
+      sum.strangers += frame.mesh().unclaimed_points();
+    }
+    sum.points += frame.cloud().centers() + frame.cloud().corners();
+    for (const v1::ReasonCount& rejected : frame.cloud().rejected())
+      if (rejected.reason() == "no_consensus") sum.rays_apart += rejected.count();
+  }
+  return sum;
+}
+
+double Percent(int64_t part, int64_t whole) {
+  return 100 * static_cast<double>(part) / static_cast<double>(whole);
+}
+
+// Are board and rig those of the take?
+void JudgeInputs(const Totals& sum, v1::Verdict& verdict) {
+  constexpr int64_t kTellingNodes = 100;
+  const int64_t used = sum.images - sum.missing_images;
+  if (used > 0) {
+    const double cells = static_cast<double>(sum.cells) / static_cast<double>(used);
+    AddCheck(
+        verdict, kDecodeCells, cells,
+        cells < kDecodeCells.usable
+            ? absl::StrCat("hardly any cell of the board was decoded, ", sum.cells, " in ",
+                           Counted(static_cast<int>(used), "image", "images"), ": is it the right board?")
+            : "");
+  }
+  if (const int64_t nodes = sum.points + sum.rays_apart; nodes >= kTellingNodes) {
+    const double meet = Percent(sum.points, nodes);
+    AddCheck(verdict, kRegisterRaysMeet, meet,
+             meet < kRegisterRaysMeet.usable
+                 ? absl::StrCat("the cameras' rays hardly meet, at ", sum.points, " of ", nodes,
+                                " cells and corners: is it the rig of this take?")
+                 : "");
+  }
+}
+
+void JudgeTemplate(const Totals& sum, v1::Verdict& verdict) {
+  if (sum.registered_cells == 0) return;
+  const double on_template = Percent(sum.registered_cells - sum.strangers, sum.registered_cells);
+  AddCheck(verdict, kRegisterOnTemplate, on_template,
+           on_template < kRegisterOnTemplate.good
+               ? absl::StrCat(
+                     sum.strangers, " of ", sum.registered_cells,
+                     " triangulated cells are on the board but not on the template: is it the template of "
+                     "another part of the board?")
+               : "");
+}
+
+void JudgeFrames(const v1::Job& job, const JobSummary& summary, v1::Verdict& verdict) {
+  const int total = summary.counts.total();
+  if (job.state() == v1::JOB_STATE_CANCELLED) {
+    AddFinding(verdict, v1::GRADE_BAD,
+               absl::StrCat("cancelled with ", summary.registered, " of ", Counted(total, "frame", "frames"),
+                            " registered"),
+               "Run the same command again: it goes on where it ended.");
+    return;
+  }
+  if (job.state() == v1::JOB_STATE_FAILED && total == 0)
+    AddFinding(verdict, v1::GRADE_BAD, job.message(), "Mend what the message names, and register again.");
+  if (total == 0) return;
+  const int failed = total - summary.registered;
+  std::string reason;
+  if (failed > 0) {
+    reason = absl::StrCat(failed, " of ", Counted(total, "frame", "frames"), " could not be registered");
+    if (!summary.failure_reasons.empty()) absl::StrAppend(&reason, ": ", summary.failure_reasons[0].first);
+  }
+  AddCheck(verdict, kRegisterFrames, Percent(summary.registered, total), reason);
+}
+
+}  // namespace
+
+v1::Verdict JudgeJob(const v1::Job& job, const std::vector<v1::FrameReport>& frames) {
+  const JobSummary summary = Summarize(job, frames);
+  const Totals sum = Sum(frames);
+  v1::Verdict verdict;
+  const std::string registered = absl::StrCat(
+      summary.registered, " of ", Counted(summary.counts.total(), "frame", "frames"), " registered");
+  AddFinding(verdict, v1::GRADE_GOOD,
+             std::isfinite(summary.coverage)
+                 ? absl::StrFormat("%s, %.1f %% of the cells observed", registered, 100 * summary.coverage)
+                 : registered,
+             "");
+  JudgeInputs(sum, verdict);
+  JudgeTemplate(sum, verdict);
+  JudgeFrames(job, summary, verdict);
+  if (sum.images > 0) {
+    AddCheck(verdict, kRegisterImages, Percent(sum.images - sum.missing_images, sum.images),
+             sum.missing_images == 0
+                 ? ""
+                 : absl::StrCat(sum.missing_images, " of ", sum.images,
+                                " images could not be used, the first: ", sum.missing_reason));
+  }
+  for (const std::string& alarm : CameraAlarms(summary))
+    AddFinding(verdict, v1::GRADE_USABLE, alarm,
+               "Correct the rig with `weft rig refine`, or calibrate again.");
+  if (std::isfinite(summary.coverage)) AddCheck(verdict, kRegisterCoverage, 100 * summary.coverage);
+  return verdict;
+}
+
+v1::Verdict JudgeJobFolder(const std::string& out_folder, const v1::Job& job) {
+  std::vector<std::string> notes;
+  return JudgeJob(job, ReadJobFrames(out_folder, job, notes).value_or(std::vector<v1::FrameReport>()));
+}
+
+}  // namespace weft

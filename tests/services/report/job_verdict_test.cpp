@@ -1,0 +1,110 @@
+#include "services/report/job_verdict.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+
+// A registered frame of four cameras with 100 cells each.
+v1::FrameReport Frame(const std::string& name) {
+  v1::FrameReport frame;
+  frame.set_frame(name);
+  frame.set_state(v1::FRAME_STATE_DONE);
+  for (const char* camera : {"a", "b", "c", "d"}) {
+    v1::ViewReport& view = *frame.add_views();
+    view.set_camera(camera);
+    view.set_centers(100);
+  }
+  frame.mutable_cloud()->set_centers(190);
+  frame.mutable_cloud()->set_corners(180);
+  frame.mutable_mesh()->set_vertices_with_cell(200);
+  frame.mutable_mesh()->set_observed(180);
+  frame.mutable_mesh()->set_coverage(0.9);
+  return frame;
+}
+
+v1::Job JobOf(int done, int failed) {
+  v1::Job job;
+  job.set_state(v1::JOB_STATE_DONE);
+  job.mutable_frames()->set_total(done + failed);
+  job.mutable_frames()->set_done(done);
+  job.mutable_frames()->set_failed(failed);
+  return job;
+}
+
+void Reject(v1::FrameReport& frame, const std::string& reason, int count) {
+  v1::ReasonCount& rejected = *frame.mutable_cloud()->add_rejected();
+  rejected.set_reason(reason);
+  rejected.set_count(count);
+}
+
+TEST(JobVerdict, SaysWhatAGoodJobCameTo) {
+  const v1::Verdict verdict = JudgeJob(JobOf(2, 0), {Frame("0"), Frame("1")});
+  EXPECT_EQ(verdict.grade(), v1::GRADE_GOOD);
+  EXPECT_EQ(verdict.reason(), "2 of 2 frames registered, 90.0 % of the cells observed");
+  EXPECT_EQ(verdict.remedy(), "");
+  EXPECT_EQ(verdict.checks_size(), 6);
+}
+
+TEST(JobVerdict, HardlyAnyCellIsAnotherBoard) {
+  v1::FrameReport frame = Frame("0");
+  frame.set_state(v1::FRAME_STATE_FAILED);
+  frame.clear_mesh();
+  frame.clear_cloud();
+  for (v1::ViewReport& view : *frame.mutable_views()) view.set_centers(1);
+  const v1::Verdict verdict = JudgeJob(JobOf(0, 1), {frame});
+  EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
+  EXPECT_THAT(verdict.reason(), HasSubstr("4 in 4 images: is it the right board?"));
+}
+
+TEST(JobVerdict, RaysThatHardlyMeetAreAnotherRig) {
+  v1::FrameReport frame = Frame("0");
+  Reject(frame, "no_consensus", 1000);
+  Reject(frame, "too_few_views", 1000);
+  const v1::Verdict verdict = JudgeJob(JobOf(1, 0), {frame});
+  EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
+  EXPECT_THAT(verdict.reason(), HasSubstr("at 370 of 1370 cells and corners: is it the rig of this take?"));
+}
+
+TEST(JobVerdict, CellsOffTheTemplateAreAnotherTemplate) {
+  v1::FrameReport frame = Frame("0");
+  frame.mutable_mesh()->set_unclaimed_points(150);
+  const v1::Verdict verdict = JudgeJob(JobOf(1, 0), {frame});
+  EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
+  EXPECT_THAT(verdict.reason(), HasSubstr("150 of 190 triangulated cells"));
+}
+
+TEST(JobVerdict, CountsFramesAndImages) {
+  v1::FrameReport failed;
+  failed.set_frame("1");
+  failed.set_state(v1::FRAME_STATE_FAILED);
+  failed.set_reason("too little was seen");
+  v1::Verdict verdict = JudgeJob(JobOf(1, 1), {Frame("0"), failed});
+  EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
+  EXPECT_EQ(verdict.reason(), "1 of 2 frames could not be registered: too little was seen");
+  std::vector<v1::FrameReport> frames(19, Frame("0"));
+  frames.push_back(failed);
+  EXPECT_EQ(JudgeJob(JobOf(19, 1), frames).grade(), v1::GRADE_USABLE);
+
+  v1::FrameReport degraded = Frame("0");
+  degraded.mutable_views(1)->set_missing_reason("b.png: no such file");
+  verdict = JudgeJob(JobOf(1, 0), {degraded});
+  EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
+  EXPECT_THAT(verdict.reason(), HasSubstr("1 of 4 images could not be used, the first: b.png"));
+}
+
+TEST(JobVerdict, CancelledJobsGoOn) {
+  v1::Job job = JobOf(1, 0);
+  job.set_state(v1::JOB_STATE_CANCELLED);
+  job.mutable_frames()->set_total(3);
+  const v1::Verdict verdict = JudgeJob(job, {Frame("0")});
+  EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
+  EXPECT_EQ(verdict.reason(), "cancelled with 1 of 3 frames registered");
+  EXPECT_THAT(verdict.remedy(), HasSubstr("goes on"));
+}
+
+}  // namespace
+}  // namespace weft
