@@ -65,8 +65,11 @@ absl::StatusOr<RayScene> RayScene::Build(const std::vector<Eigen::Vector3d>& ver
   if (absl::Status status = CheckMesh(vertices_mm, faces); !status.ok()) return status;
   auto handles = std::make_shared<Handles>();
   handles->device = rtcNewDevice(nullptr);
-  if (!handles->device)
-    return absl::InternalError(absl::StrCat("Embree cannot start, error ", rtcGetDeviceError(nullptr)));
+  if (!handles->device) {
+    const RTCError error = rtcGetDeviceError(nullptr);
+    if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();  // as any other allocation
+    return absl::InternalError(absl::StrCat("Embree cannot start, error ", error));
+  }
   handles->scene = rtcNewScene(handles->device);
   // Robust: rays through a shared edge do not slip between its two faces.
   rtcSetSceneFlags(handles->scene, RTC_SCENE_FLAG_ROBUST);

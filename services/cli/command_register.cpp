@@ -62,8 +62,9 @@ absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bo
   } else if (quiet) {
     if (job.verdict().grade() == v1::GRADE_BAD) std::printf("%s", VerdictText(job.verdict()).c_str());
   } else {
-    std::printf("%s%s\nresults  %s\nreport   %s/report.html\n", VerdictText(job.verdict()).c_str(),
-                JobSummary(job).c_str(), options.out.c_str(), options.out.c_str());
+    std::printf("%s%s\nresults  %s\nreport   %s/report.html\n",
+                job.has_verdict() ? VerdictText(job.verdict()).c_str() : "", JobSummary(job).c_str(),
+                options.out.c_str(), options.out.c_str());
   }
   return OutcomeOf(job);
 }
