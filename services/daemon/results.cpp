@@ -11,7 +11,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "services/client/fetch_results.h"
-#include "services/executor/child_process.h"
+#include "services/files/unique_fd.h"
 
 namespace weft {
 namespace {

@@ -78,25 +78,6 @@ int MakePipe(UniqueFd& reading, UniqueFd& writing) {
 
 }  // namespace
 
-UniqueFd& UniqueFd::operator=(UniqueFd&& other) noexcept {
-  if (this != &other) {
-    Close();
-    fd_ = other.Release();
-  }
-  return *this;
-}
-
-int UniqueFd::Release() {
-  const int fd = fd_;
-  fd_ = -1;
-  return fd;
-}
-
-void UniqueFd::Close() {
-  if (fd_ >= 0) close(fd_);
-  fd_ = -1;
-}
-
 std::vector<std::string> LineSplitter::Add(std::string_view bytes) {
   std::vector<std::string> lines;
   while (!bytes.empty()) {

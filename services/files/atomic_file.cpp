@@ -4,34 +4,65 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "services/files/unique_fd.h"
 
 namespace weft {
 namespace {
 
-// Closes its descriptor when it goes out of scope.
-class FileDescriptor {
- public:
-  explicit FileDescriptor(int fd) : fd_(fd) {}
-  ~FileDescriptor() { Close(); }
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
-
-  int get() const { return fd_; }
-  int Close() {
-    const int result = fd_ >= 0 ? close(fd_) : 0;
-    fd_ = -1;
-    return result;
+// 0, or errno.
+int WriteAll(int fd, std::string_view bytes) {
+  while (!bytes.empty()) {
+    const ssize_t n = write(fd, bytes.data(), bytes.size());
+    if (n < 0 && errno == EINTR) continue;
+    if (n < 0) return errno;
+    bytes.remove_prefix(static_cast<size_t>(n));
   }
+  return 0;
+}
 
- private:
-  int fd_;
-};
+int WriteAndFlush(const std::string& path, std::string_view bytes) {
+  UniqueFd file(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+  if (!file.open()) return errno;
+  if (const int error = WriteAll(file.get(), bytes)) return error;
+  if (fsync(file.get()) != 0) return errno;
+  return file.Close() == 0 ? 0 : errno;
+}
+
+// 0, or errno.
+int SyncFolderFd(int fd) {
+  if (fsync(fd) == 0) return 0;
+  // File systems that cannot flush a folder keep its names in order by themselves.
+  return errno == EINVAL || errno == ENOTSUP || errno == ENOSYS ? 0 : errno;
+}
+
+int SyncFolderAt(const std::string& path) {
+  const UniqueFd folder(open(path.empty() ? "/" : path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  // A folder that one may write to and not read cannot be opened; what it holds is flushed by the system.
+  if (!folder.open()) return errno == EACCES ? 0 : errno;
+  return SyncFolderFd(folder.get());
+}
+
+bool TakeDigits(std::string_view& text) {
+  const size_t digits = std::min(text.find_first_not_of("0123456789"), text.size());
+  text.remove_prefix(digits);
+  return digits > 0;
+}
+
+bool TakeWord(std::string_view& text, std::string_view word) {
+  if (text.substr(0, word.size()) != word) return false;
+  text.remove_prefix(word.size());
+  return true;
+}
+
+}  // namespace
 
 absl::Status WriteError(const std::string& path, int error) {
   switch (error) {
@@ -53,30 +84,9 @@ absl::Status WriteError(const std::string& path, int error) {
   }
 }
 
-// 0, or errno.
-int WriteAll(int fd, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = write(fd, bytes.data(), bytes.size());
-    if (n < 0 && errno == EINTR) continue;
-    if (n < 0) return errno;
-    bytes.remove_prefix(static_cast<size_t>(n));
-  }
-  return 0;
-}
-
-int WriteAndFlush(const std::string& path, std::string_view bytes) {
-  FileDescriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
-  if (file.get() < 0) return errno;
-  if (const int error = WriteAll(file.get(), bytes)) return error;
-  if (fsync(file.get()) != 0) return errno;
-  return file.Close() == 0 ? 0 : errno;
-}
-
-}  // namespace
-
 absl::StatusOr<std::string> ReadWholeFile(const std::string& path, uint64_t max_bytes) {
-  FileDescriptor file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
-  if (file.get() < 0) {
+  UniqueFd file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (!file.open()) {
     if (errno == ENOENT || errno == ENOTDIR) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
     return absl::PermissionDeniedError(absl::StrCat(path, ": cannot be opened (", strerror(errno), ")"));
   }
@@ -107,22 +117,48 @@ absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes
   const std::string temporary = absl::StrCat(path, ".tmp.", getpid(), ".", counter++);
   int error = WriteAndFlush(temporary, bytes);
   if (error == 0 && rename(temporary.c_str(), path.c_str()) != 0) error = errno;
-  if (error == 0) return absl::OkStatus();
-  unlink(temporary.c_str());
-  return WriteError(path, error);
+  if (error != 0) {
+    unlink(temporary.c_str());
+    return WriteError(path, error);
+  }
+  const size_t slash = path.rfind('/');
+  error = SyncFolderAt(slash == std::string::npos ? "." : path.substr(0, slash));
+  return error == 0 ? absl::OkStatus() : WriteError(path, error);
+}
+
+bool IsTemporaryNameOf(std::string_view name, std::string_view file) {
+  return TakeWord(name, file) && TakeWord(name, ".tmp.") && TakeDigits(name) && TakeWord(name, ".") &&
+         TakeDigits(name) && name.empty();
 }
 
 absl::Status CreateFolders(const std::string& path) {
+  namespace fs = std::filesystem;
+  fs::path whole = fs::path(path).lexically_normal();
+  if (!whole.has_filename()) whole = whole.parent_path();
+  // Those that are missing, the innermost first.
+  std::vector<fs::path> missing;
   std::error_code error;
-  std::filesystem::create_directories(path, error);
-  if (!error && !std::filesystem::is_directory(path, error))
-    error = std::make_error_code(std::errc::not_a_directory);
-  if (!error) return absl::OkStatus();
+  for (fs::path at = whole; !at.empty() && !fs::exists(at, error) && !error; at = at.parent_path()) {
+    missing.push_back(at);
+  }
+  error.clear();
+  fs::create_directories(path, error);
+  if (!error && !fs::is_directory(path, error)) error = std::make_error_code(std::errc::not_a_directory);
   if (error.value() == EEXIST || error.value() == ENOTDIR) {
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": cannot be made a folder, a file of that name is in the way"));
   }
-  return WriteError(path, error.value());
+  if (error) return WriteError(path, error.value());
+  for (const fs::path& made : missing) {
+    const std::string parent = made.parent_path().string();
+    if (const int failed = SyncFolderAt(parent.empty() ? "." : parent)) return WriteError(parent, failed);
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SyncFolder(int fd, const std::string& path) {
+  const int error = SyncFolderFd(fd);
+  return error == 0 ? absl::OkStatus() : WriteError(path, error);
 }
 
 }  // namespace weft

@@ -14,12 +14,24 @@ namespace weft {
 // `max_bytes`. The message names the file.
 absl::StatusOr<std::string> ReadWholeFile(const std::string& path, uint64_t max_bytes = uint64_t{4} << 30);
 
-// Writes to a temporary name in the same folder, flushes it to the disk and renames it. The folder must
-// exist. NotFound, PermissionDenied, ResourceExhausted (disk full) or Unavailable; the message names file and
-// remedy, and neither the file nor the temporary one is left behind.
+// Writes to a temporary name in the same folder, flushes it to the disk, renames it and flushes the folder,
+// so that the file survives a power failure. The folder must exist. NotFound, PermissionDenied,
+// ResourceExhausted (disk full) or Unavailable; the message names file and remedy, and the temporary file is
+// not left behind. After an error of the last flush the new file stands, and may be lost in a power failure.
 absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes);
 
-// Makes the folder and its parents where they are missing. Errors as WriteFileAtomically.
+// Whether WriteFileAtomically gives the file `file` temporary names like `name`.
+bool IsTemporaryNameOf(std::string_view name, std::string_view file);
+
+// Makes the folder and its parents where they are missing, flushed to the disk. Errors as
+// WriteFileAtomically.
 absl::Status CreateFolders(const std::string& path);
+
+// Flushes an open folder: names made, replaced and removed in it so far are on the disk. Unavailable names
+// `path`.
+absl::Status SyncFolder(int fd, const std::string& path);
+
+// The status of a file that cannot be written, by errno.
+absl::Status WriteError(const std::string& path, int error);
 
 }  // namespace weft

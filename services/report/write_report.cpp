@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
+#include "services/files/confined_folder.h"
 #include "services/files/mesh_file.h"
 #include "services/report/frame_pictures.h"
 #include "services/report/html_report.h"
@@ -76,8 +77,11 @@ absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job) {
   if (!frames.ok()) return frames.status();
   NoteOtherFrames(job, frames->size(), notes);
   const std::vector<FramePictures> pictures = DrawFrames(ReadMeshes(out_folder, *frames, notes), notes);
-  return WriteFileAtomically((fs::path(out_folder) / "report.html").string(),
-                             MakeJobReport(job, *frames, pictures, notes));
+  // Through the open folder: a link that takes its place is not followed.
+  const absl::StatusOr<ConfinedFolder> folder = ConfinedFolder::Open(fs::absolute(out_folder).string());
+  if (!folder.ok()) return folder.status();
+  return folder->InWords(
+      WriteFileAtomically(folder->At("report.html"), MakeJobReport(job, *frames, pictures, notes)));
 }
 
 }  // namespace weft
