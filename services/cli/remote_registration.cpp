@@ -9,6 +9,7 @@
 #include "services/client/fetch_results.h"
 #include "services/client/registration_client.h"
 #include "services/files/atomic_file.h"
+#include "services/pipeline/output_folder.h"
 
 namespace weft {
 namespace {
@@ -56,6 +57,7 @@ v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec) {
 }
 
 absl::StatusOr<v1::Job> Submit(RegistrationClient& client, const v1::RegistrationSpec& spec) {
+  if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
   const absl::StatusOr<Probe> probe = Probe::Create(spec.out());
   if (!probe.ok()) return probe.status();
   v1::SubmitJobRequest request;

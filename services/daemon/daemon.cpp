@@ -57,7 +57,8 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   std::filesystem::remove_all(executor_options.task_folder, ignored);
   absl::StatusOr<std::unique_ptr<LocalExecutor>> executor = LocalExecutor::Create(executor_options);
   if (!executor.ok()) return executor.status();
-  return JobQueue::Create(*std::move(catalogue), *std::move(executor), {threads, options.write_report});
+  return JobQueue::Create(*std::move(catalogue), *std::move(executor),
+                          {threads, options.write_report, options.find_incomplete});
 }
 
 void ConfigureServer(grpc::ServerBuilder& builder) {

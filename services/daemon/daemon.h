@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "services/daemon/prepare_job.h"
+#include "services/pipeline/results_check.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {
@@ -29,6 +30,10 @@ struct DaemonOptions {
   // Reads the inputs of a job, and writes the report of one that has ended.
   InputsLoader load_inputs = LoadJobInputs;
   std::function<absl::Status(const std::string& out, const v1::Job& job)> write_report;
+  // JobQueueOptions.find_incomplete; results are not looked at without it.
+  std::function<absl::StatusOr<std::vector<IncompleteFrame>>(const v1::Job& job,
+                                                             const std::vector<v1::FrameInfo>& frames)>
+      find_incomplete;
 
   // InvalidArgument names the option.
   absl::Status Validate() const;

@@ -118,6 +118,14 @@ void JobFrames::GiveBack(size_t position, Attempt attempt) {
   Touch(position);
 }
 
+void JobFrames::DoAgain(size_t position) {
+  v1::FrameInfo fresh;
+  fresh.set_frame(infos_[position].frame());
+  fresh.set_state(v1::FRAME_STATE_WAITING);
+  infos_[position] = std::move(fresh);
+  Touch(position);
+}
+
 void JobFrames::End(size_t position, v1::FrameState state, const std::string& reason) {
   infos_[position].set_state(state);
   infos_[position].set_reason(reason);

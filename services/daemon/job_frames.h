@@ -37,6 +37,8 @@ class JobFrames {
   // Back to waiting. A refunded attempt does not count against the frame.
   enum class Attempt { kCounts, kRefunded };
   void GiveBack(size_t position, Attempt attempt);
+  // Back to waiting after it was dealt with, as if it had never run: its results are gone.
+  void DoAgain(size_t position);
   // Ends it without a result.
   void End(size_t position, v1::FrameState state, const std::string& reason);
   // The results hold a mesh for this failed frame after all.

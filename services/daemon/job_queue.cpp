@@ -54,6 +54,11 @@ absl::Status JobQueue::Resume() {
     }
     jobs_.push_back(live);
     spdlog::info("job {} goes on: {} frames left", live->job.id(), live->frames.FramesLeft());
+    const v1::FrameCounts counts = live->frames.Counts();
+    if (options_.find_incomplete && counts.done() + counts.degraded() + counts.failed() > 0) {
+      live->checking = true;
+      Defer([this, live] { CheckResults(live); });
+    }
     FinishIfDone(live);
   }
   Schedule();

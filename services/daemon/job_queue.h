@@ -19,6 +19,7 @@
 #include "services/catalogue/catalogue.h"
 #include "services/daemon/job_frames.h"
 #include "services/executor/executor.h"
+#include "services/pipeline/results_check.h"
 #include "weft/v1/registration.pb.h"
 
 namespace weft {
@@ -27,6 +28,11 @@ struct JobQueueOptions {
   int threads_per_worker = 1;
   // Writes the report of a job that has ended beside its results.
   std::function<absl::Status(const std::string& out, const v1::Job& job)> write_report;
+  // Frames whose results are not there, among those that are dealt with (results_check.h). Asked before a job
+  // is done, and when one is taken up again; what it names is registered again.
+  std::function<absl::StatusOr<std::vector<IncompleteFrame>>(const v1::Job& job,
+                                                             const std::vector<v1::FrameInfo>& frames)>
+      find_incomplete;
 };
 
 // The oldest job has the first claim on the workers; the next begins when all its frames are taken. A frame
@@ -83,6 +89,7 @@ class JobQueue {
   // The functions below take the lock, and tell the watchers when they have let go of it.
   void OnEvent(const std::string& task_id, const v1::WorkerEvent& event);
   void OnTaskEnded(const std::string& task_id, const TaskEnd& end);
+  void CheckResults(const std::shared_ptr<LiveJob>& job);
   void WriteResults(const std::shared_ptr<LiveJob>& job);
   void UnlockAndTell(Lock& lock);
   void WorkInBackground();  // the loop of background_
@@ -98,6 +105,9 @@ class JobQueue {
   void BlameWorker(RunningTask& task, const std::string& reason);
   void SetAside(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason);
   void EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message);
+  // The job's folder and its end (job_queue_results.cpp).
+  bool HoldsFolder(const std::shared_ptr<LiveJob>& job);
+  void RegisterAgain(const std::shared_ptr<LiveJob>& job, const std::vector<IncompleteFrame>& frames);
   void FinishIfDone(const std::shared_ptr<LiveJob>& job);
   // Writing down and telling.
   v1::Job Describe(const LiveJob& job) const;

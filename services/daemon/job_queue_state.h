@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "services/daemon/job_queue.h"
+#include "services/pipeline/result_lock.h"
 
 namespace weft {
 
@@ -21,11 +22,15 @@ struct JobQueue::LiveJob {
     std::string message;
   };
   std::optional<EarlyEnd> early;
+  bool checking = false;   // its results are being looked at; no task of it runs
+  bool checked = false;    // they are all there
   bool finishing = false;  // its last files are being written
   bool ended = false;
   int failed_starts = 0;  // workers in a row that ended before they began a frame
   int watchers = 0;
-  uint64_t version = 1;  // counts changes of `job`
+  int repairs = 0;                 // how often frames had to be done again
+  std::optional<ResultLock> lock;  // from its first task to its end
+  uint64_t version = 1;            // counts changes of `job`
   std::optional<std::chrono::steady_clock::time_point> first_task;
 };
 

@@ -2,25 +2,14 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <exception>
 
 #include "absl/strings/str_cat.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_queue_state.h"
-#include "services/files/atomic_file.h"
-#include "services/files/json_file.h"
-#include "services/pipeline/refine_frame.h"
+#include "services/pipeline/frame_files.h"
 
 namespace weft {
 namespace {
-
-std::string FirstFailure(const JobFrames& frames) {
-  for (const v1::FrameInfo& info : frames.infos()) {
-    if (info.state() == v1::FRAME_STATE_FAILED)
-      return absl::StrCat("frame ", info.frame(), ": ", info.reason());
-  }
-  return "";
-}
 
 // The frame's own report, since no worker is left to write it.
 absl::Status WriteSetAsideReport(const v1::Job& job, const v1::FrameInfo& info) {
@@ -31,32 +20,8 @@ absl::Status WriteSetAsideReport(const v1::Job& job, const v1::FrameInfo& info) 
   report.set_set_aside(true);
   *report.mutable_inputs() = job.inputs();
   *report.mutable_options() = job.spec().options();
-  report.set_weft_version(job.weft_version());
-  const std::string folder = absl::StrCat(job.spec().out(), "/", info.frame());
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
-  return WriteJsonFile(absl::StrCat(folder, "/report.json"), report);
-}
-
-// job.json and the report. What a report's writer throws costs the report, not the daemon.
-absl::Status WriteJobFiles(const v1::Job& job, const JobQueueOptions& options) {
-  const std::string& out = job.spec().out();
-  if (absl::Status status = CreateFolders(out); !status.ok()) return status;
-  if (absl::Status status = WriteJsonFile(absl::StrCat(out, "/job.json"), job); !status.ok()) return status;
-  if (!options.write_report) return absl::OkStatus();
-  try {
-    return options.write_report(out, job);
-  } catch (const std::exception& error) {
-    return absl::InternalError(absl::StrCat("the report cannot be written: ", error.what()));
-  }
-}
-
-// Positions of the failed frames that have a mesh from the frames around them.
-std::vector<size_t> BridgedFrames(const std::string& out, const std::vector<v1::FrameInfo>& infos) {
-  std::vector<size_t> bridged;
-  for (size_t i = 0; i < infos.size(); ++i) {
-    if (infos[i].state() == v1::FRAME_STATE_FAILED && WasBridged(out, infos[i].frame())) bridged.push_back(i);
-  }
-  return bridged;
+  report.set_weft_version(WEFT_VERSION);
+  return WriteReportAlone(job.spec().out(), report);
 }
 
 bool IsResult(v1::FrameState state) {
@@ -69,7 +34,10 @@ bool IsResult(v1::FrameState state) {
 void JobQueue::Schedule() {
   if (stopping_) return;
   for (const auto& job : jobs_) {
-    if (job->ended || job->early) continue;
+    if (job->ended || job->early || job->checking) continue;
+    if (job->frames.HasWaiting() && tasks_.size() < static_cast<size_t>(executor_->slots()) &&
+        !HoldsFolder(job))
+      continue;
     while (job->frames.HasWaiting()) {
       if (tasks_.size() >= static_cast<size_t>(executor_->slots()) || !StartTask(job)) return;
     }
@@ -247,51 +215,6 @@ void JobQueue::EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state,
   ++job->version;
   MarkChanged(*job);
   FinishIfDone(job);
-}
-
-void JobQueue::FinishIfDone(const std::shared_ptr<LiveJob>& job) {
-  if (job->ended || job->finishing || HasTasks(*job) || !job->frames.AllDealtWith()) return;
-  job->finishing = true;
-  Defer([this, job] { WriteResults(job); });
-}
-
-// Watchers are told of the end when job.json and report.html can be fetched.
-void JobQueue::WriteResults(const std::shared_ptr<LiveJob>& live) {
-  v1::Job job;
-  // All frames are dealt with, so that nobody changes them any more.
-  const std::vector<size_t> bridged = BridgedFrames(live->job.spec().out(), live->frames.infos());
-  {
-    const Lock lock(mutex_);
-    for (const size_t position : bridged) live->frames.Bridge(position);
-    job = Describe(*live);
-    const v1::FrameCounts& frames = job.frames();
-    job.set_state(v1::JOB_STATE_DONE);
-    job.set_message("");
-    if (live->early) {
-      job.set_state(live->early->state);
-      job.set_message(live->early->message);
-    } else if (frames.done() + frames.degraded() == 0) {
-      job.set_state(v1::JOB_STATE_FAILED);
-      job.set_message(absl::StrCat("no frame could be registered; ", FirstFailure(live->frames)));
-    }
-    job.set_finished_unix_ns(UnixNow());
-    job.set_remaining_s(0);
-  }
-  const absl::Status written = WriteJobFiles(job, options_);
-  if (!written.ok()) job.add_warnings(std::string(written.message()));
-  spdlog::info("job {}: {} {}", job.id(), v1::JobState_Name(job.state()), job.message());
-
-  Lock lock(mutex_);
-  live->job = job;
-  live->ended = true;
-  ++live->version;
-  if (absl::Status status = catalogue_->UpdateAll(job, live->frames.infos()); !status.ok()) {
-    spdlog::error("{}", std::string(status.message()));
-  }
-  MarkChanged(*live);
-  Forget(live);
-  job_ended_.notify_all();
-  UnlockAndTell(lock);
 }
 
 }  // namespace weft

@@ -104,6 +104,7 @@ int main(int argc, char** argv) {
   weft::DaemonOptions options;
   options.worker_program = DefaultWorker();
   options.write_report = weft::WriteJobReport;
+  options.find_incomplete = weft::FindIncompleteFrames;
   std::string log_level = "info";
   AddOptions(app, options, log_level);
   try {

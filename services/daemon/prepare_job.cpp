@@ -6,13 +6,16 @@
 #include <memory>
 #include <random>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "services/daemon/request_check.h"
 #include "services/files/atomic_file.h"
+#include "services/pipeline/output_folder.h"
 #include "services/pipeline/registration_inputs.h"
+#include "services/pipeline/result_lock.h"
 
 namespace weft {
 namespace {
@@ -45,12 +48,24 @@ absl::Status CanonicalizeInputs(const PathPolicy& policy, v1::RegistrationSpec& 
   return absl::OkStatus();
 }
 
+// Both canonical.
+bool LiesBelow(const std::string& path, const std::string& folder) {
+  return path == folder || absl::StartsWith(path, folder + "/");
+}
+
 // The folder of results, which exists then.
-absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const PathPolicy& policy,
-                                      const std::string& own_folder) {
-  std::string out = own_folder;
+absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const v1::RegistrationSpec& spec,
+                                      const PathPolicy& policy, const std::string& results_folder,
+                                      const std::string& job_id) {
+  std::string out = absl::StrCat(results_folder, "/", job_id);
   if (!request.spec().out().empty()) {
+    if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
+    const std::string state_folder = std::filesystem::path(results_folder).parent_path().string();
     const absl::StatusOr<std::string> asked = policy.CheckOutput("spec.out", request.spec().out());
+    if (asked.ok() && LiesBelow(*asked, state_folder)) {
+      return absl::PermissionDeniedError(absl::StrCat(
+          "spec.out: ", *asked, " lies in the daemon's own folder, ", state_folder, "; choose another one"));
+    }
     const std::string& probe = request.out_probe();
     std::error_code error;
     if (probe.empty() && !asked.ok()) return asked.status();
@@ -92,8 +107,12 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& request, cons
   if (job.spec().out().empty()) job.mutable_spec()->set_out(absl::StrCat(results_folder, "/", job.id()));
   absl::StatusOr<LoadedInputs> inputs = load(job.spec());
   if (!inputs.ok()) return inputs.status();
-  absl::StatusOr<std::string> out = ChooseOut(request, policy, absl::StrCat(results_folder, "/", job.id()));
+  absl::StatusOr<std::string> out = ChooseOut(request, job.spec(), policy, results_folder, job.id());
   if (!out.ok()) return out.status();
+  // Whoever writes there now is named now, not when the job's turn comes. The job takes the lock when it
+  // starts.
+  const absl::StatusOr<ResultLock> nobody = ResultLock::Acquire(*out, "weftd", std::chrono::milliseconds(0));
+  if (!nobody.ok()) return nobody.status();
   job.mutable_spec()->set_out(*std::move(out));
   *job.mutable_inputs() = inputs->hashes;
   job.mutable_warnings()->Assign(inputs->warnings.begin(), inputs->warnings.end());

@@ -1,7 +1,5 @@
 #include "services/pipeline/refine_frame.h"
 
-#include <google/protobuf/util/message_differencer.h>
-
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -12,11 +10,13 @@
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/pipeline/frame_files.h"
+#include "services/pipeline/frame_neighbors.h"
 
 namespace weft {
 namespace {
 
-using google::protobuf::util::MessageDifferencer;
+constexpr char kMesh[] = "mesh.ply";
+constexpr char kUnrefined[] = "unrefined.ply";
 
 // The frames of a job and what their reports say, read when asked for.
 class Surroundings {
@@ -27,14 +27,27 @@ class Surroundings {
 
   int size() const { return static_cast<int>(job_frames_.size()); }
   const std::string& Name(int at) const { return inputs_.dump->frame_names()[job_frames_[at]]; }
-  std::string File(int at, const char* name) const {
-    return (std::filesystem::path(out_) / Name(at) / name).string();
+  absl::StatusOr<ConfinedFolder> Folder(int at) const {
+    return OpenFrameFolder(out_, Name(at), ConfinedFolder::IfMissing::kFail);
   }
   // Empty while the frame is not complete.
   std::optional<v1::FrameReport> Report(int at) const {
-    v1::FrameReport report;
-    if (!ReadJsonFile(File(at, "report.json"), report).ok()) return std::nullopt;
-    return report;
+    const absl::StatusOr<ConfinedFolder> folder = Folder(at);
+    if (!folder.ok()) return std::nullopt;
+    absl::StatusOr<v1::FrameReport> report = ReadReport(*folder);
+    if (!report.ok()) return std::nullopt;
+    return *std::move(report);
+  }
+  // The mesh that the frame got on its own. NotFound: it is not there as it was written.
+  absl::StatusOr<RegisteredMesh> Unrefined(int at) const {
+    const absl::StatusOr<ConfinedFolder> folder = Folder(at);
+    if (!folder.ok()) return absl::NotFoundError(folder.status().message());
+    const absl::StatusOr<v1::FrameReport> report = ReadReport(*folder);
+    if (!report.ok()) return report.status();
+    if (const std::string problem = CheckFile(*folder, kUnrefined, *report); !problem.empty()) {
+      return absl::NotFoundError(absl::StrCat(folder->path(), ": ", problem));
+    }
+    return ReadRegisteredMesh(folder->At(kUnrefined));
   }
 
  private:
@@ -43,53 +56,11 @@ class Surroundings {
   const std::string& out_;
 };
 
-// Whether both come from one registration: a neighbour of an earlier run, with other options, is not there
-// yet.
-bool FromSameRun(v1::FrameReport a, v1::FrameReport b) {
-  for (v1::FrameReport* report : {&a, &b}) {
-    if (report->options().preset().empty()) report->mutable_options()->set_preset("best");
-  }
-  return a.weft_version() == b.weft_version() && MessageDifferencer::Equals(a.inputs(), b.inputs()) &&
-         MessageDifferencer::Equals(a.options(), b.options());
-}
-
-bool Registered(const v1::FrameReport& report) {
-  return report.state() == v1::FRAME_STATE_DONE || report.state() == v1::FRAME_STATE_DEGRADED;
-}
-
-// The frames that frame `at` depends on: the nearest registered ones on either side, at most `reach` away.
-struct Neighbors {
-  bool complete = true;  // false while a frame in between is not dealt with
-  int previous = -1, next = -1;
-  std::string window;
-};
-Neighbors FindNeighbors(const Surroundings& frames, int at, const v1::FrameReport& own, int reach) {
-  Neighbors found;
-  found.window = own.images_fingerprint();
-  for (const int direction : {-1, 1}) {
-    int& neighbor = direction < 0 ? found.previous : found.next;
-    for (int step = 1; step <= reach && neighbor < 0; ++step) {
-      const int other = at + direction * step;
-      if (other < 0 || other >= frames.size()) break;
-      const std::optional<v1::FrameReport> report = frames.Report(other);
-      if (!report || !FromSameRun(own, *report)) {
-        found.complete = false;
-        return found;
-      }
-      if (Registered(*report)) neighbor = other;
-      absl::StrAppend(&found.window, " ", report->frame(), ":", report->images_fingerprint());
-    }
-  }
-  return found;
-}
-
 absl::StatusOr<TemporalResult> Compute(const RegistrationInputs& inputs, const Surroundings& frames, int at,
                                        bool bridge, const Neighbors& neighbors, const std::stop_token& stop) {
-  const absl::StatusOr<RegisteredMesh> previous =
-      ReadRegisteredMesh(frames.File(neighbors.previous, "unrefined.ply"));
+  const absl::StatusOr<RegisteredMesh> previous = frames.Unrefined(neighbors.previous);
   if (!previous.ok()) return previous.status();
-  const absl::StatusOr<RegisteredMesh> next =
-      ReadRegisteredMesh(frames.File(neighbors.next, "unrefined.ply"));
+  const absl::StatusOr<RegisteredMesh> next = frames.Unrefined(neighbors.next);
   if (!next.ok()) return next.status();
   const TemporalOptions options;
   const auto cancelled = [&stop] { return stop.stop_requested(); };
@@ -97,57 +68,74 @@ absl::StatusOr<TemporalResult> Compute(const RegistrationInputs& inputs, const S
     const Gap gap{at - neighbors.previous, neighbors.next - at};
     return BridgeInTime(*inputs.model, *previous, *next, gap, options, cancelled);
   }
-  const absl::StatusOr<RegisteredMesh> own = ReadRegisteredMesh(frames.File(at, "unrefined.ply"));
+  const absl::StatusOr<RegisteredMesh> own = frames.Unrefined(at);
   if (!own.ok()) return own.status();
   return RefineInTime(*inputs.model, *previous, *own, *next, options, cancelled);
 }
 
 // The state without neighbours.
-absl::Status Undo(const RegistrationInputs& inputs, const Surroundings& frames, int at, bool bridge) {
-  const std::string file = frames.File(at, "mesh.ply");
-  if (bridge) {
-    std::error_code error;
-    std::filesystem::remove(file, error);
-    return error ? absl::PermissionDeniedError(absl::StrCat(file, ": ", error.message())) : absl::OkStatus();
+absl::Status Undo(const RegistrationInputs& inputs, const Surroundings& frames, int at,
+                  const ConfinedFolder& folder, v1::FrameReport& report) {
+  if (report.state() == v1::FRAME_STATE_FAILED) {
+    UnlistFile(kMesh, report);
+    return folder.Remove(kMesh);
   }
-  const absl::StatusOr<RegisteredMesh> own = ReadRegisteredMesh(frames.File(at, "unrefined.ply"));
+  const absl::StatusOr<RegisteredMesh> own = frames.Unrefined(at);
   if (!own.ok()) return own.status();
-  return WriteRegisteredMesh(file, *own, inputs.garment.rest.faces);
+  absl::Status status = WriteRegisteredMesh(folder.At(kMesh), *own, inputs.garment.rest.faces);
+  if (status.ok()) status = ListFile(folder, kMesh, report);
+  return status;
+}
+
+// The state with both neighbours.
+absl::Status Refine(const RegistrationInputs& inputs, const Surroundings& frames, int at,
+                    const Neighbors& neighbors, const std::stop_token& stop, const ConfinedFolder& folder,
+                    v1::FrameReport& report) {
+  const bool bridge = report.state() == v1::FRAME_STATE_FAILED;
+  const absl::StatusOr<TemporalResult> result = Compute(inputs, frames, at, bridge, neighbors, stop);
+  if (!result.ok()) return result.status();
+  absl::Status status = WriteRegisteredMesh(folder.At(kMesh), result->mesh, inputs.garment.rest.faces);
+  if (status.ok()) status = ListFile(folder, kMesh, report);
+  v1::TemporalReport& temporal = *report.mutable_temporal();
+  temporal.set_self_intersections_before(result->untangling.pairs_before);
+  temporal.set_self_intersections(result->untangling.pairs_after);
+  temporal.set_demoted(result->untangling.demoted_vertices);
+  temporal.set_bridged(bridge);
+  temporal.set_refined(!bridge);
+  temporal.add_neighbors(frames.Name(neighbors.previous));
+  temporal.add_neighbors(frames.Name(neighbors.next));
+  return status;
 }
 
 absl::Status RefineFrame(const RegistrationInputs& inputs, const Surroundings& frames, int at,
                          const std::stop_token& stop) {
   const auto start = std::chrono::steady_clock::now();
-  std::optional<v1::FrameReport> report = frames.Report(at);
-  if (!report || report->options().frames_alone()) return absl::OkStatus();
-  const bool bridge = report->state() == v1::FRAME_STATE_FAILED;
-  if (!bridge && !Registered(*report)) return absl::OkStatus();
-  const Neighbors neighbors = FindNeighbors(frames, at, *report, bridge ? kMaxBridge : 1);
+  const absl::StatusOr<ConfinedFolder> folder = frames.Folder(at);
+  if (!folder.ok()) return absl::NotFoundError(folder.status().message());
+  absl::StatusOr<v1::FrameReport> report = ReadReport(*folder);
+  if (!report.ok()) return report.status();
+  const FrameFacts own = FactsOf(*report);
+  if (own.frames_alone || (!own.registered && !own.failed)) return absl::OkStatus();
+  const Neighbors neighbors =
+      FindNeighbors(at, frames.size(), own, [&](int other) -> std::optional<FrameFacts> {
+        const std::optional<v1::FrameReport> there = frames.Report(other);
+        if (!there || !FromSameRun(*report, *there)) return std::nullopt;
+        return FactsOf(*there);
+      });
   if (!neighbors.complete || neighbors.window == report->temporal().window()) return absl::OkStatus();
-  v1::TemporalReport temporal;
-  temporal.set_window(neighbors.window);
+  const bool changed = report->temporal().refined() || report->temporal().bridged();
+  report->mutable_temporal()->Clear();
+  report->mutable_temporal()->set_window(neighbors.window);
+  absl::Status status;
   if (neighbors.previous >= 0 && neighbors.next >= 0) {
-    const absl::StatusOr<TemporalResult> result = Compute(inputs, frames, at, bridge, neighbors, stop);
-    if (absl::IsCancelled(result.status())) return result.status();
-    // A neighbour that is being computed anew has no mesh for a moment; whoever completes it comes back here.
-    if (!result.ok()) return absl::OkStatus();
-    const absl::Status written =
-        WriteRegisteredMesh(frames.File(at, "mesh.ply"), result->mesh, inputs.garment.rest.faces);
-    if (!written.ok()) return written;
-    temporal.set_self_intersections_before(result->untangling.pairs_before);
-    temporal.set_self_intersections(result->untangling.pairs_after);
-    temporal.set_demoted(result->untangling.demoted_vertices);
-    temporal.set_bridged(bridge);
-    temporal.set_refined(!bridge);
-    temporal.add_neighbors(frames.Name(neighbors.previous));
-    temporal.add_neighbors(frames.Name(neighbors.next));
-  } else if (report->temporal().refined() || report->temporal().bridged()) {
-    if (absl::Status status = Undo(inputs, frames, at, bridge); !status.ok()) return status;
+    status = Refine(inputs, frames, at, neighbors, stop, *folder, *report);
+  } else if (changed) {
+    status = Undo(inputs, frames, at, *folder, *report);
   }
+  if (!status.ok()) return folder->InWords(status);
   const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-  temporal.set_time_ms(elapsed.count());
-  *report->mutable_temporal() = std::move(temporal);
-  return WriteJsonFile(frames.File(at, "report.json"), *report);
+  report->mutable_temporal()->set_time_ms(elapsed.count());
+  return WriteReport(*folder, *report);
 }
 
 }  // namespace
@@ -158,7 +146,10 @@ absl::Status RefineAround(const RegistrationInputs& inputs, const std::vector<si
   const int center = static_cast<int>(at);
   for (int i = std::max(0, center - kMaxBridge); i <= std::min(frames.size() - 1, center + kMaxBridge); ++i) {
     if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
-    if (absl::Status status = RefineFrame(inputs, frames, i, stop); !status.ok()) return status;
+    const absl::Status status = RefineFrame(inputs, frames, i, stop);
+    // A frame that is being computed anew has no mesh for a moment; whoever completes it comes back here. One
+    // that somebody removed is found before the job ends (results_check.h).
+    if (!status.ok() && !absl::IsNotFound(status)) return status;
   }
   return absl::OkStatus();
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "services/pipeline/frame_neighbors.h"
 #include "services/pipeline/registration_inputs.h"
 #include "weft/v1/report.pb.h"
 
@@ -14,12 +15,12 @@ namespace weft {
 // A frame registered on its own is kept as <frame>/unrefined.ply; its mesh.ply follows from that file of the
 // frame itself and of those before and after (alignment/temporal.h). A failed frame gets a mesh.ply between
 // the nearest registered frames, at most kMaxBridge frames away on either side.
-inline constexpr int kMaxBridge = 3;
-
+//
 // Does so for every frame of the job within kMaxBridge of position `at` of `job_frames` (positions in the
 // dump) whose surroundings are complete. Whichever worker completes the last frame around a frame refines it,
 // so any number of workers, in any order, ends with the same files; two that do it at once write the same
-// bytes. Frames that are refined already, from the same surroundings, stay. Cancelled: `stop` was requested.
+// bytes. Frames that are refined already, from the same surroundings, stay.
+// So do frames that are not there as their reports say. Cancelled: `stop` was requested.
 // Runs in the calling thread's TBB arena.
 absl::Status RefineAround(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames, size_t at,
                           const std::string& out, std::stop_token stop);

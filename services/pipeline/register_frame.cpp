@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/pipeline/frame_files.h"
+#include "services/pipeline/frame_neighbors.h"
 #include "services/pipeline/frame_stages.h"
 #include "services/pipeline/presets.h"
 
@@ -16,10 +17,6 @@ namespace weft {
 namespace {
 
 using google::protobuf::util::MessageDifferencer;
-
-std::string FrameFolder(const RegistrationInputs& inputs, size_t index, const std::string& out) {
-  return (std::filesystem::path(out) / inputs.dump->frame_names()[index]).string();
-}
 
 // Largest resident size of this process so far; 0 where the system does not tell.
 double PeakMemoryMib() {
@@ -29,12 +26,6 @@ double PeakMemoryMib() {
     if (key == "VmHWM:" && status >> kib) return kib / 1024;
   }
   return 0;
-}
-
-// The options with defaults spelled out, so that equal settings compare equal.
-v1::RegistrationOptions Canonical(v1::RegistrationOptions options) {
-  if (options.preset().empty()) options.set_preset("best");
-  return options;
 }
 
 // Of the frame's images, its scan and its start.
@@ -91,8 +82,7 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
   report.set_threads(tbb::this_task_arena::max_concurrency());
   const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
   report.set_total_ms(elapsed.count());
-  if (absl::Status status = WriteFrame(FrameFolder(inputs, index, out), inputs, *frame); !status.ok())
-    return status;
+  if (absl::Status status = WriteFrame(out, inputs, *frame); !status.ok()) return status;
   if (progress) progress(1);
   return std::move(report);
 }
@@ -100,16 +90,24 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
 absl::StatusOr<v1::FrameReport> FindCompleteFrame(const RegistrationInputs& inputs, size_t index,
                                                   const v1::RegistrationOptions& options,
                                                   const std::string& out) {
-  const std::string folder = FrameFolder(inputs, index, out);
-  absl::StatusOr<v1::FrameReport> report = ReadCompleteReport(folder);
+  const absl::StatusOr<ConfinedFolder> folder =
+      OpenFrameFolder(out, inputs.dump->frame_names()[index], ConfinedFolder::IfMissing::kFail);
+  if (!folder.ok()) return folder.status();
+  absl::StatusOr<v1::FrameReport> report = ReadReport(*folder);
   if (!report.ok()) return report.status();
+  if (!FactsOf(*report).registered) return absl::NotFoundError(absl::StrCat(folder->path(), " failed"));
   const absl::StatusOr<std::string> fingerprint = Fingerprint(inputs, index, options);
   if (!fingerprint.ok()) return fingerprint.status();
   const bool same = report->frame() == inputs.dump->frame_names()[index] &&
                     report->weft_version() == WEFT_VERSION && report->images_fingerprint() == *fingerprint &&
                     MessageDifferencer::Equals(report->inputs(), inputs.hashes) &&
-                    MessageDifferencer::Equals(report->options(), Canonical(options));
-  if (!same) return absl::NotFoundError(absl::StrCat(folder, " was computed from something else"));
+                    MessageDifferencer::Equals(Canonical(report->options()), Canonical(options));
+  if (!same) return absl::NotFoundError(absl::StrCat(folder->path(), " was computed from something else"));
+  if (const std::string problem = CheckFiles(*folder, *report); !problem.empty()) {
+    return absl::NotFoundError(absl::StrCat(folder->path(), ": ", problem));
+  }
+  // Whoever wrote it may have been killed before that.
+  if (absl::Status status = folder->Sync(); !status.ok()) return status;
   return report;
 }
 

@@ -23,8 +23,9 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
                                               const v1::RegistrationOptions& options, const std::string& out,
                                               const FrameProgress& progress, std::stop_token stop);
 
-// The report of an earlier run when its files are complete and were computed from the same inputs, images and
-// options by this version of Weft; NotFound otherwise. Frames that failed are never complete.
+// The report of an earlier run when its files are as they were written and were computed from the same
+// inputs, images and options by this version of Weft; NotFound otherwise. Frames that failed are never
+// complete. What is complete is on the disk, too.
 absl::StatusOr<v1::FrameReport> FindCompleteFrame(const RegistrationInputs& inputs, size_t index,
                                                   const v1::RegistrationOptions& options,
                                                   const std::string& out);

@@ -55,17 +55,16 @@ absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<
     if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
     const std::string& name = inputs.dump->frame_names()[index];
     if (events.started) events.started(name);
-    if (const auto complete = FindCompleteFrame(inputs, index, options, out); complete.ok()) {
-      if (events.finished) events.finished(SummaryOf(*complete, /*reused=*/true));
-      if (absl::Status status = refine(index); !status.ok()) return status;
-      continue;
+    absl::StatusOr<v1::FrameReport> report = FindCompleteFrame(inputs, index, options, out);
+    const bool reused = report.ok();
+    if (!reused) {
+      AdvancedOnce advanced(events, name);
+      arena.execute([&] { report = RegisterFrame(inputs, index, options, out, std::ref(advanced), stop); });
+      if (!report.ok()) return report.status();
     }
-    AdvancedOnce advanced(events, name);
-    absl::StatusOr<v1::FrameReport> report;
-    arena.execute([&] { report = RegisterFrame(inputs, index, options, out, std::ref(advanced), stop); });
-    if (!report.ok()) return report.status();
-    if (events.finished) events.finished(SummaryOf(*report, /*reused=*/false));
+    // Told last: whoever is killed before that refines when it comes back to the frame.
     if (absl::Status status = refine(index); !status.ok()) return status;
+    if (events.finished) events.finished(SummaryOf(*report, reused));
   }
   return absl::OkStatus();
 }

@@ -11,6 +11,7 @@
 
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
+#include "services/pipeline/frame_files.h"
 #include "tests/alignment/cloth_sheets.h"
 #include "tests/capture/temp_folder.h"
 
@@ -70,7 +71,14 @@ class RefineAroundTest : public ::testing::Test {
     report.set_state(state);
     report.set_images_fingerprint(images);
     report.mutable_options()->set_preset(preset);
-    ASSERT_TRUE(WriteJsonFile(File(frame, "report.json"), report).ok());
+    report.set_format_version(kReportFormat);
+    const auto folder = ConfinedFolder::Open(folder_ / Name(frame));
+    ASSERT_TRUE(folder.ok()) << folder.status();
+    if (state != v1::FRAME_STATE_FAILED) {
+      for (const char* file : {"unrefined.ply", "mesh.ply"})
+        ASSERT_TRUE(ListFile(*folder, file, report).ok());
+    }
+    ASSERT_TRUE(WriteReport(*folder, report).ok());
   }
   void Register(int frame, const std::string& preset = "best") {
     std::filesystem::create_directories(folder_ / Name(frame));
@@ -182,6 +190,29 @@ TEST_F(RefineAroundTest, LeavesRefinedFramesThatNothingChangedAround) {
   const auto written = std::filesystem::last_write_time(File(1, "report.json"));
   ASSERT_TRUE(Refine(2).ok());
   EXPECT_EQ(std::filesystem::last_write_time(File(1, "report.json")), written);
+}
+
+TEST_F(RefineAroundTest, TakesNothingFromADamagedNeighbour) {
+  for (const int frame : {0, 1, 2}) Register(frame);
+  const std::string whole = ReadBytes(File(2, "unrefined.ply"));
+  std::string damaged = whole;
+  damaged[damaged.size() / 2] ^= 1;
+  WriteBytes(File(2, "unrefined.ply"), damaged);
+  ASSERT_TRUE(Refine(1).ok());
+  EXPECT_TRUE(SameAsAlone(1));
+  WriteBytes(File(2, "unrefined.ply"), whole);
+  ASSERT_TRUE(Refine(1).ok());
+  EXPECT_FALSE(SameAsAlone(1));
+}
+
+TEST_F(RefineAroundTest, ListsTheMeshesThatItWrites) {
+  Run({0, 1, 2, 3, 4}, {3});
+  for (int frame = 0; frame < 5; ++frame) {
+    const auto folder = ConfinedFolder::Open(folder_ / Name(frame));
+    const auto report = ReadReport(*folder);
+    ASSERT_TRUE(report.ok()) << report.status();
+    EXPECT_EQ(CheckFiles(*folder, *report), "") << frame;
+  }
 }
 
 TEST_F(RefineAroundTest, StopsWhenAskedTo) {

@@ -1,0 +1,52 @@
+#include "services/pipeline/frame_neighbors.h"
+
+#include <google/protobuf/util/message_differencer.h>
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace weft {
+
+using google::protobuf::util::MessageDifferencer;
+
+FrameFacts FactsOf(const v1::FrameReport& report) {
+  FrameFacts facts{report.frame(), report.images_fingerprint()};
+  facts.registered = report.state() == v1::FRAME_STATE_DONE || report.state() == v1::FRAME_STATE_DEGRADED;
+  facts.failed = report.state() == v1::FRAME_STATE_FAILED;
+  facts.frames_alone = report.options().frames_alone();
+  return facts;
+}
+
+Neighbors FindNeighbors(int at, int frames, const FrameFacts& own, const FactsAt& facts_at) {
+  const int reach = own.failed ? kMaxBridge : 1;
+  Neighbors found;
+  found.window = own.images_fingerprint;
+  for (const int direction : {-1, 1}) {
+    int& neighbor = direction < 0 ? found.previous : found.next;
+    for (int step = 1; step <= reach && neighbor < 0; ++step) {
+      const int other = at + direction * step;
+      if (other < 0 || other >= frames) break;
+      const std::optional<FrameFacts> facts = facts_at(other);
+      if (!facts) {
+        found.complete = false;
+        return found;
+      }
+      if (facts->registered) neighbor = other;
+      absl::StrAppend(&found.window, " ", facts->frame, ":", facts->images_fingerprint);
+    }
+  }
+  return found;
+}
+
+v1::RegistrationOptions Canonical(v1::RegistrationOptions options) {
+  if (options.preset().empty()) options.set_preset("best");
+  return options;
+}
+
+bool FromSameRun(const v1::FrameReport& a, const v1::FrameReport& b) {
+  return a.weft_version() == b.weft_version() && MessageDifferencer::Equals(a.inputs(), b.inputs()) &&
+         MessageDifferencer::Equals(Canonical(a.options()), Canonical(b.options()));
+}
+
+}  // namespace weft

@@ -1,0 +1,43 @@
+// Which frames a frame's refinement depends on.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "weft/v1/report.pb.h"
+
+namespace weft {
+
+// A failed frame gets a mesh between the nearest registered frames, at most so many frames away.
+inline constexpr int kMaxBridge = 3;
+
+// What a frame's neighbours must know of it.
+struct FrameFacts {
+  std::string frame;
+  std::string images_fingerprint;
+  bool registered = false;
+  bool frames_alone = false;
+  bool failed = false;
+};
+FrameFacts FactsOf(const v1::FrameReport& report);
+
+// By position in the job; none while the frame is not complete.
+using FactsAt = std::function<std::optional<FrameFacts>(int at)>;
+
+// Positions of the nearest registered frames before and after, -1 where there are none in reach: of a failed
+// frame kMaxBridge frames, of others one.
+struct Neighbors {
+  bool complete = true;  // false while a frame in between is not dealt with
+  int previous = -1, next = -1;
+  std::string window;  // TemporalReport.window of a frame that follows from them
+};
+Neighbors FindNeighbors(int at, int frames, const FrameFacts& own, const FactsAt& facts_at);
+
+// The options with defaults spelled out, so that equal settings compare equal.
+v1::RegistrationOptions Canonical(v1::RegistrationOptions options);
+
+// Whether both come from one registration: a frame of an earlier run, with other options, is not there yet.
+bool FromSameRun(const v1::FrameReport& a, const v1::FrameReport& b);
+
+}  // namespace weft

@@ -1,0 +1,44 @@
+// One writer per folder of results.
+#pragma once
+
+#include <chrono>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "services/files/confined_folder.h"
+
+namespace weft {
+
+// Holds <out>/.weft-lock, which says who holds it, with flock(); whoever dies lets go of it. Where the file
+// system has no locks, nothing is held and nobody is refused. Thread safety: none.
+class ResultLock {
+ public:
+  static constexpr char kFileName[] = ".weft-lock";
+
+  // `out` is an absolute path without links, of a folder that exists. `owner` in words, e.g. "weft register";
+  // process and machine are added. Tries again for as long as `patience`, since a process that was killed
+  // lets go only when it is gone. FailedPrecondition: another process holds it; the message says which, and
+  // what to do. Otherwise errors of ConfinedFolder::Open and WriteFileAtomically.
+  static absl::StatusOr<ResultLock> Acquire(const std::string& out, const std::string& owner,
+                                            std::chrono::milliseconds patience);
+  ResultLock(ResultLock&&) = default;
+  ResultLock& operator=(ResultLock&&) = default;
+  // Removes the file and lets go.
+  ~ResultLock();
+
+  // Takes the lock anew where the file was removed or replaced meanwhile, for example with the whole folder,
+  // which is made again. Errors as Acquire.
+  absl::Status Renew();
+
+ private:
+  ResultLock(ConfinedFolder folder, UniqueFd file, std::string owner)
+      : folder_(std::move(folder)), file_(std::move(file)), owner_(std::move(owner)) {}
+  bool IsInPlace() const;
+
+  ConfinedFolder folder_;
+  UniqueFd file_;
+  std::string owner_;
+};
+
+}  // namespace weft

@@ -1,0 +1,33 @@
+// Whether the results of a job are there, before anybody says that it is done.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "weft/v1/job.pb.h"
+
+namespace weft {
+
+// How often frames of one job may have to be done again before it is given up.
+inline constexpr int kMaxRepairs = 10;
+
+struct IncompleteFrame {
+  size_t position = 0;  // in the list of frames
+  std::string why;      // e.g. "mesh.ply is missing"
+};
+
+// Looks at the files of all frames whose state is done, degraded or failed: there, as their report lists
+// them, from the job's inputs and options, and refined by their neighbours. Those that are not are to be
+// registered again; where only the refinement of a failed frame is missing, the frame named is a neighbour
+// that brings it. `frames`: all frames of the job, in order. Folders of complete frames are on the disk when
+// it returns. spec.out is an absolute path without links. Errors when the folder cannot be read or flushed.
+absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteFrames(const v1::Job& job,
+                                                                  const std::vector<v1::FrameInfo>& frames);
+
+// The status of a job whose frames had to be done again too often.
+absl::Status TooManyRepairs(const std::string& out, const std::string& frame, const std::string& why);
+
+}  // namespace weft

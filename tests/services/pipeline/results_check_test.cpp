@@ -1,0 +1,165 @@
+#include "services/pipeline/results_check.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "services/files/json_file.h"
+#include "services/pipeline/frame_files.h"
+#include "services/pipeline/frame_neighbors.h"
+#include "services/pipeline/output_folder.h"
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+constexpr int kFrames = 5;
+
+// A job of five frames whose results are whole; frame 3 failed, and its mesh comes from its neighbours.
+class ResultsCheckTest : public ::testing::Test {
+ protected:
+  ResultsCheckTest() {
+    job_.mutable_spec()->set_out(folder_.path());
+    job_.mutable_inputs()->set_rig("1111111111111111");
+    for (int i = 0; i < kFrames; ++i) {
+      infos_.emplace_back();
+      infos_[i].set_frame(Name(i));
+      infos_[i].set_state(i == 3 ? v1::FRAME_STATE_FAILED : v1::FRAME_STATE_DONE);
+      Write(i);
+    }
+  }
+
+  static std::string Name(int frame) { return "f" + std::to_string(frame); }
+  std::string File(int frame, const std::string& name) const { return folder_ / (Name(frame) + "/" + name); }
+  void Write(int frame) {
+    v1::FrameReport report;
+    report.set_frame(Name(frame));
+    report.set_state(infos_[frame].state());
+    report.set_format_version(kReportFormat);
+    report.set_weft_version(WEFT_VERSION);
+    report.set_images_fingerprint("i");
+    *report.mutable_inputs() = job_.inputs();
+    report.mutable_options()->set_preset("best");
+    report.mutable_temporal()->set_window(kWindows[frame]);
+    for (const char* name : {"mesh.ply", "unrefined.ply", "cloud.ply"}) WriteBytes(File(frame, name), name);
+    const auto folder = ConfinedFolder::Open(folder_ / Name(frame));
+    for (const char* name : {"mesh.ply", "unrefined.ply", "cloud.ply"}) {
+      ASSERT_TRUE(ListFile(*folder, name, report).ok());
+    }
+    ASSERT_TRUE(WriteReport(*folder, report).ok());
+  }
+  void Change(int frame, const std::function<void(v1::FrameReport&)>& change) {
+    v1::FrameReport report;
+    ASSERT_TRUE(ReadJsonFile(File(frame, "report.json"), report).ok());
+    change(report);
+    ASSERT_TRUE(WriteJsonFile(File(frame, "report.json"), report).ok());
+  }
+  std::vector<std::string> Incomplete() {
+    const auto found = FindIncompleteFrames(job_, infos_);
+    EXPECT_TRUE(found.ok()) << found.status();
+    std::vector<std::string> lines;
+    for (const IncompleteFrame& frame : *found) {
+      lines.push_back(infos_[frame.position].frame() + ": " + frame.why);
+    }
+    return lines;
+  }
+
+  // The frames before and after each: of a failed one all up to the nearest registered ones.
+  static constexpr const char* kWindows[kFrames] = {"i f1:i", "i f0:i f2:i", "i f1:i f3:i", "i f2:i f4:i",
+                                                    "i f3:i"};
+  const TempFolder folder_;
+  v1::Job job_;
+  std::vector<v1::FrameInfo> infos_;
+};
+
+TEST_F(ResultsCheckTest, WholeResultsAreComplete) { EXPECT_THAT(Incomplete(), IsEmpty()); }
+
+TEST_F(ResultsCheckTest, FindsFilesThatAreMissingDamagedOrNotOfThisRun) {
+  fs::remove(File(0, "mesh.ply"));
+  WriteBytes(File(1, "cloud.ply"), "cloud.plz");
+  WriteBytes(File(2, "observations.csv"), "of an earlier run");
+  fs::remove(File(3, "mesh.ply"));
+  WriteBytes(File(4, "report.json"), ReadBytes(File(4, "report.json")).substr(0, 40));
+  EXPECT_THAT(Incomplete(), ElementsAre("f0: mesh.ply is missing", "f1: cloud.ply is not as it was written",
+                                        "f2: observations.csv is not of this run", "f3: mesh.ply is missing",
+                                        HasSubstr("f4: report.json is missing, damaged")));
+}
+
+TEST_F(ResultsCheckTest, FindsFramesOfAnotherRunAndOfAnOlderFormat) {
+  Change(0, [](v1::FrameReport& report) { report.mutable_options()->set_preset("paper"); });
+  Change(1, [](v1::FrameReport& report) { report.mutable_inputs()->set_rig("2222222222222222"); });
+  Change(2, [](v1::FrameReport& report) { report.set_weft_version("0.0.1"); });
+  Change(3, [](v1::FrameReport& report) { report.set_format_version(0); });
+  Change(4, [](v1::FrameReport& report) { report.set_state(v1::FRAME_STATE_FAILED); });
+  EXPECT_EQ(Incomplete().size(), 5u);
+}
+
+TEST_F(ResultsCheckTest, FindsRegisteredFramesThatAreNotRefined) {
+  Change(1, [](v1::FrameReport& report) { report.clear_temporal(); });
+  EXPECT_THAT(Incomplete(), ElementsAre(HasSubstr("f1: its neighbourhood is not refined")));
+}
+
+TEST_F(ResultsCheckTest, ANeighbourBringsTheRefinementOfAFailedFrame) {
+  Change(3, [](v1::FrameReport& report) { report.clear_temporal(); });
+  EXPECT_THAT(Incomplete(), ElementsAre(HasSubstr("f2: its neighbourhood is not refined")));
+}
+
+TEST_F(ResultsCheckTest, FramesThatWaitAreNobodysConcern) {
+  infos_[2].set_state(v1::FRAME_STATE_WAITING);
+  fs::remove_all(folder_ / Name(2));
+  Change(1, [](v1::FrameReport& report) { report.clear_temporal(); });
+  EXPECT_THAT(Incomplete(), IsEmpty());
+}
+
+TEST_F(ResultsCheckTest, ARemovedFolderLacksEverything) {
+  fs::remove_all(folder_.path());
+  EXPECT_EQ(Incomplete().size(), 5u);
+  fs::create_directory(folder_.path());
+}
+
+TEST_F(ResultsCheckTest, LinksAreNoResults) {
+  fs::rename(folder_ / "f0", folder_ / "moved");
+  fs::create_directory_symlink(folder_ / "moved", folder_ / "f0");
+  fs::rename(File(1, "mesh.ply"), File(1, "moved"));
+  fs::create_symlink(File(1, "moved"), File(1, "mesh.ply"));
+  EXPECT_THAT(Incomplete(), ElementsAre(HasSubstr("remove the link"), "f1: mesh.ply is missing"));
+}
+
+TEST_F(ResultsCheckTest, RemovesTemporaryFilesAndNothingElse) {
+  WriteBytes(File(0, "mesh.ply.tmp.12.3"), "half");
+  WriteBytes(File(0, "mine.tmp.12.3"), "kept");
+  WriteBytes(folder_ / "job.json.tmp.1.0", "half");
+  WriteBytes(folder_ / "other/mesh.ply.tmp.12.3", "of no frame");
+  RemoveTemporaryFiles(folder_.path(), {Name(0), Name(1), "none"});
+  EXPECT_FALSE(fs::exists(File(0, "mesh.ply.tmp.12.3")));
+  EXPECT_FALSE(fs::exists(folder_ / "job.json.tmp.1.0"));
+  EXPECT_TRUE(fs::exists(File(0, "mine.tmp.12.3")));
+  EXPECT_TRUE(fs::exists(folder_ / "other/mesh.ply.tmp.12.3"));
+  EXPECT_THAT(Incomplete(), IsEmpty());
+}
+
+TEST_F(ResultsCheckTest, OutMayNotLieInWhatIsRead) {
+  v1::RegistrationSpec spec;
+  fs::create_directories(folder_ / "take/0000");
+  spec.set_dump(folder_ / "take");
+  spec.set_garment(folder_ / "shirt");
+  for (const char* out : {"take", "take/result", "take/../take/a/b", "take/"}) {
+    spec.set_out(folder_ / out);
+    const absl::Status status = CheckOutOfInputs(spec);
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << out;
+    EXPECT_THAT(status.message(), HasSubstr("the take"));
+  }
+  for (const char* out : {"take2", "result", "tak"}) {
+    spec.set_out(folder_ / out);
+    EXPECT_TRUE(CheckOutOfInputs(spec).ok()) << out;
+  }
+}
+
+}  // namespace
+}  // namespace weft
