@@ -15,6 +15,7 @@ enum class LedgerEvent {
   kMissing,   // this camera has no frame in the set
   kDropped,   // the sets first_set to last_set are not in the take
   kNote,  // something happened: a camera was lost, a clock jumped, the disk was slow, the recorder stopped
+  kEnd,   // the take was closed: last_set is its last one, the cause says how it ended
 };
 
 // One line. Times are 0 where they do not apply.
@@ -30,17 +31,21 @@ struct LedgerEntry {
   bool operator==(const LedgerEntry&) const = default;
 };
 
-// "event,first_set,last_set,device_time_ns,host_time_ns,camera,cause" and a line feed.
+// "event,first_set,last_set,device_time_ns,host_time_ns,camera,cause,checksum" and a line feed.
 std::string LedgerHeading();
-// A line of CSV; line breaks inside the cause become spaces.
-std::string ToCsvLine(const LedgerEntry& entry);
+// Each line ends with a checksum over that of the line before it and its own bytes: `before` is that of the
+// line before and becomes its own. Line breaks inside the cause become spaces.
+uint64_t LedgerStart();  // before the first line
+std::string ToCsvLine(const LedgerEntry& entry, uint64_t& before);
 
 struct ParsedLedger {
-  std::vector<LedgerEntry> entries;
-  uint64_t intact_bytes = 0;  // what follows was cut off by a crash or is damaged
-  std::string damage;         // in words; empty where the ledger ends as it should
+  std::vector<LedgerEntry> entries;  // of all lines that are intact
+  bool has_checksums = true;         // false: made by an earlier version, without the last column
+  std::string damage;                // the first damaged place, in words; empty where there is none
+  size_t damaged_lines = 0;
+  uint64_t checksum = 0;  // of the last line, where nothing is damaged
 };
-// Reads up to the first line that is not whole. InvalidArgument: not even the heading.
+// Lines that are damaged are left out; those after them are read. InvalidArgument: not even the heading.
 absl::StatusOr<ParsedLedger> ParseLedger(std::string_view csv);
 
 }  // namespace weft

@@ -74,6 +74,14 @@ absl::Status PosixFile::ReadAt(void* bytes, size_t size, uint64_t offset_bytes) 
   return absl::OkStatus();
 }
 
+absl::StatusOr<std::string> PosixFile::ReadAll() const {
+  const absl::StatusOr<uint64_t> size = Size();
+  if (!size.ok()) return size.status();
+  std::string bytes(*size, '\0');
+  if (absl::Status status = ReadAt(bytes.data(), bytes.size(), 0); !status.ok()) return status;
+  return bytes;
+}
+
 absl::Status PosixFile::WriteAt(const iovec* pieces, int count, uint64_t offset_bytes) {
   std::vector<iovec> left(pieces, pieces + count);
   size_t first = 0;
@@ -116,6 +124,15 @@ absl::Status PosixFile::Preallocate(uint64_t offset_bytes, uint64_t size_bytes) 
     if (errno != EINTR) return FileError(path_, "gets no room", errno);
   }
   return absl::OkStatus();
+}
+
+absl::Status SyncFolder(const std::string& folder) {
+  const int fd = open(folder.empty() ? "." : folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (fd < 0) return errno == EACCES ? absl::OkStatus() : FileError(folder, "cannot be opened", errno);
+  const int error = fsync(fd) == 0 ? 0 : errno;
+  close(fd);
+  if (error == 0 || error == EINVAL || error == ENOTSUP || error == ENOSYS) return absl::OkStatus();
+  return FileError(folder, "cannot be flushed to the disk", error);
 }
 
 }  // namespace weft

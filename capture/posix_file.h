@@ -29,6 +29,7 @@ class PosixFile {
   absl::StatusOr<uint64_t> Size() const;
   // Exactly `size` bytes. OutOfRange: the file ends before.
   absl::Status ReadAt(void* bytes, size_t size, uint64_t offset_bytes) const;
+  absl::StatusOr<std::string> ReadAll() const;
   // All of the pieces, one after the other.
   absl::Status WriteAt(const iovec* pieces, int count, uint64_t offset_bytes);
   absl::Status WriteAt(const void* bytes, size_t size, uint64_t offset_bytes);
@@ -44,5 +45,8 @@ class PosixFile {
   std::string path_;
   int fd_ = -1;
 };
+
+// The names in the folder are on the disk. Where the file system cannot flush a folder, nothing happens.
+absl::Status SyncFolder(const std::string& folder);
 
 }  // namespace weft

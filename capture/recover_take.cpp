@@ -1,263 +1,284 @@
 #include "capture/recover_take.h"
 
 #include <fcntl.h>
-#include <stdio.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <memory>
-#include <optional>
 #include <set>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "capture/ledger.h"
-#include "capture/recorded_take.h"
+#include "capture/stream_repair.h"
 #include "capture/take_files.h"
+#include "capture/take_scan.h"
 #include "capture/take_writer.h"
 
 namespace weft {
 namespace {
 
-struct ScannedStream {
-  std::string camera_id;
-  std::unique_ptr<StreamReader> reader;
-  StreamScan scan;
+constexpr const char* kUnfinished = "lost: not on the disk when the recorder ended";
+
+std::string WhereGone(const ScannedStream& stream, uint64_t set) {
+  if (!stream.reader) return "lost: the stream is gone";
+  const IndexRecord* indexed = stream.Indexed(set);
+  const std::vector<IndexRecord>& intact = stream.scan.records;
+  const bool is_beyond =
+      indexed ? indexed->offset_bytes + kBlockBytes + indexed->payload_bytes > stream.scan.file_bytes
+              : intact.empty() || set > intact.back().set;
+  return is_beyond ? "lost: the stream ends before it" : "lost: damaged in the stream";
+}
+
+// The take as it is, and as it will be.
+class Recovery {
+ public:
+  Recovery(std::string folder, const TakeRecoveryOptions& options, std::vector<ScannedStream> streams,
+           absl::StatusOr<ParsedLedger> ledger)
+      : folder_(std::move(folder)),
+        options_(options),
+        streams_(std::move(streams)),
+        parsed_(std::move(ledger)),
+        aside_(folder_) {
+    if (parsed_.ok()) ledger_ = SummaryOf(parsed_->entries);
+    sets_ = SetsOf(streams_, ledger_);
+    for (const ScannedStream& stream : streams_) {
+      if (!stream.reader) continue;
+      for (const IndexRecord& record : stream.reader->records()) indexed_.insert(record.set);
+    }
+  }
+
+  absl::Status Plan();
+  absl::Status Apply(PosixFile& ledger);
+  TakeRecovery Result() && { return std::move(result_); }
+
+ private:
+  StreamHeader HeaderFor(const ScannedStream& stream) const;
+  absl::Status PlanOf(const ScannedStream& stream);
+  void NoteLost(const ScannedStream& stream, const std::map<std::string, std::vector<uint64_t>>& lost);
+  void PlanLedger();
+  absl::Status WriteLedger(PosixFile& file);
+  absl::Status ReadMissingReasons();
+  // The camera's frame was on the disk. An index is written after its own stream was flushed, maybe before
+  // others.
+  bool WasOnDisk(const ScannedStream& stream, uint64_t set) const {
+    return ledger_.recorded.contains(set) || stream.Indexed(set) || (!parsed_.ok() && indexed_.contains(set));
+  }
+  TakeEnd End() const;
+
+  const std::string folder_;
+  const TakeRecoveryOptions& options_;
+  const std::vector<ScannedStream> streams_;
+  const absl::StatusOr<ParsedLedger> parsed_;
+  SetLedger ledger_;
+  std::map<uint64_t, int64_t> sets_;
+  std::set<uint64_t> indexed_;  // by any index
+  std::vector<StreamPlan> plans_;
+  std::map<std::pair<uint64_t, std::string>, std::string> reasons_;  // of every gap of the new streams
+  std::vector<LedgerEntry> entries_;
+  bool rewrites_ledger_ = false;
+  KeptAside aside_;
+  TakeRecovery result_;
 };
 
-absl::StatusOr<std::vector<ScannedStream>> ScanStreams(const std::string& folder) {
-  const absl::StatusOr<std::vector<std::string>> ids = CamerasOfTake(folder);
-  if (!ids.ok()) return ids.status();
-  std::vector<ScannedStream> streams;
-  for (const std::string& id : *ids) {
-    absl::StatusOr<std::unique_ptr<StreamReader>> reader = StreamReader::Open(StreamFolder(folder), id);
-    if (!reader.ok()) return reader.status();
-    absl::StatusOr<StreamScan> scan = (*reader)->Scan();
-    if (!scan.ok()) return scan.status();
-    streams.push_back({id, *std::move(reader), *std::move(scan)});
-  }
-  return streams;
+StreamHeader Recovery::HeaderFor(const ScannedStream& stream) const {
+  if (stream.file_damage().empty()) return stream.reader->header();
+  StreamHeader header{TakeOf(streams_), stream.camera_id, "", kStreamVersion};
+  if (header.take == 0) header.take = options_.take;
+  for (const ScannedStream& other : streams_)
+    if (other.file_damage().empty()) header.version = other.reader->header().version;
+  const auto description = options_.descriptions.find(stream.camera_id);
+  if (header.version > 1 && description != options_.descriptions.end())
+    header.description = description->second;
+  return header;
 }
 
-// The last set that every stream has reached; empty where one has none.
-std::optional<uint64_t> LastCommonSet(const std::vector<ScannedStream>& streams) {
-  std::optional<uint64_t> last;
-  for (const ScannedStream& stream : streams) {
-    if (stream.scan.records.empty()) return std::nullopt;
-    const uint64_t own = stream.scan.records.back().set;
-    last = last ? std::min(*last, own) : own;
-  }
-  return last;
-}
-
-std::set<uint64_t> SetsOf(const std::vector<ScannedStream>& streams) {
-  std::set<uint64_t> sets;
-  for (const ScannedStream& stream : streams)
-    for (const IndexRecord& record : stream.scan.records) sets.insert(record.set);
-  return sets;
-}
-
-std::string Place(const ScannedStream& stream, uint64_t offset_bytes) {
-  return absl::StrCat("camera ", stream.camera_id, ", byte ", offset_bytes, ": ");
-}
-
-absl::StatusOr<std::string> ReadAll(const PosixFile& file) {
-  const absl::StatusOr<uint64_t> size = file.Size();
-  if (!size.ok()) return size.status();
-  std::string bytes(*size, '\0');
-  if (absl::Status status = file.ReadAt(bytes.data(), bytes.size(), 0); !status.ok()) return status;
-  return bytes;
-}
-
-void CheckStream(const ScannedStream& stream, TakeCheck& check) {
-  for (const StreamDamage& damage : stream.scan.damage)
-    check.problems.push_back(Place(stream, damage.offset_bytes) + damage.what);
-  if (!stream.reader->index_damage().empty()) check.problems.push_back(stream.reader->index_damage());
-  if (stream.scan.file_bytes > stream.scan.end_bytes) {
-    check.problems.push_back(absl::StrCat(Place(stream, stream.scan.end_bytes),
-                                          stream.scan.file_bytes - stream.scan.end_bytes,
-                                          " bytes follow the last frame"));
-  }
-  const std::vector<IndexRecord>& indexed = stream.reader->records();
-  std::set<uint64_t> found;
-  for (const IndexRecord& record : stream.scan.records) {
-    const bool is_indexed = std::binary_search(indexed.begin(), indexed.end(), record,
-                                               [](const auto& a, const auto& b) { return a.set < b.set; });
-    check.unindexed += !is_indexed;
-    check.missing += record.is_missing;
-    check.frames += !record.is_missing;
-    found.insert(record.set);
-  }
-  for (const IndexRecord& record : indexed) {
-    if (!found.contains(record.set)) {
-      check.problems.push_back(absl::StrCat(Place(stream, record.offset_bytes), "set ", record.set,
-                                            " stands in the index, but its frame is not intact"));
+// Of frames that the cameras did not deliver: the streams know why.
+absl::Status Recovery::ReadMissingReasons() {
+  for (const ScannedStream& stream : streams_)
+    for (const IndexRecord& record : stream.scan.records) {
+      if (!record.is_missing) continue;
+      const absl::StatusOr<ChunkHeader> header = stream.reader->ReadHeader(record);
+      if (!header.ok()) return header.status();
+      reasons_[{record.set, stream.camera_id}] = header->reason;
     }
-  }
-  check.bytes += stream.scan.file_bytes;
-}
-
-void CheckSets(const std::vector<ScannedStream>& streams, const std::vector<LedgerEntry>& ledger,
-               TakeCheck& check) {
-  const std::set<uint64_t> all = SetsOf(streams);
-  std::set<uint64_t> recorded;
-  for (const LedgerEntry& entry : ledger) {
-    if (entry.event == LedgerEvent::kRecorded) recorded.insert(entry.first_set);
-    if (entry.event == LedgerEvent::kDropped) check.dropped += entry.last_set - entry.first_set + 1;
-  }
-  std::vector<std::set<uint64_t>> of_stream;
-  for (const ScannedStream& stream : streams) {
-    std::set<uint64_t>& own = of_stream.emplace_back();
-    for (const IndexRecord& record : stream.scan.records) own.insert(record.set);
-  }
-  for (const uint64_t set : all) {
-    bool complete = true;
-    for (size_t i = 0; i < streams.size(); ++i) {
-      if (of_stream[i].contains(set)) continue;
-      complete = false;
-      check.problems.push_back(
-          absl::StrCat("set ", set, ": camera ", streams[i].camera_id, " does not account for it"));
-    }
-    check.sets += complete;
-    if (!recorded.contains(set))
-      check.problems.push_back(absl::StrCat("set ", set, ": is in the streams, but not in the ledger"));
-  }
-  for (const uint64_t set : recorded)
-    if (!all.contains(set))
-      check.problems.push_back(absl::StrCat("set ", set, ": is in the ledger, but in no stream"));
-}
-
-// A new index under the old name. The old one stays where this fails.
-absl::Status WriteIndex(const std::string& path, uint64_t take, const std::vector<IndexRecord>& records) {
-  std::string bytes = IndexHeader(take);
-  for (const IndexRecord& record : records) AppendTo(bytes, record);
-  const std::string temporary = path + ".tmp";
-  {
-    absl::StatusOr<PosixFile> file = PosixFile::Open(temporary, O_RDWR | O_CREAT | O_TRUNC);
-    if (!file.ok()) return file.status();
-    if (absl::Status status = file->WriteAt(bytes.data(), bytes.size(), 0); !status.ok()) return status;
-    if (absl::Status status = file->SyncData(); !status.ok()) return status;
-  }
-  if (rename(temporary.c_str(), path.c_str()) != 0) return FileError(path, "cannot be replaced", errno);
   return absl::OkStatus();
 }
 
-absl::Status RecoverStream(const std::string& folder, const ScannedStream& stream,
-                           std::optional<uint64_t> last_set, TakeRecovery& recovery) {
-  std::vector<IndexRecord> kept;
-  uint64_t end_bytes = kBlockBytes;
-  for (const IndexRecord& record : stream.scan.records) {
-    if (!last_set || record.set > *last_set) {
-      ++recovery.cut_off;
-      continue;
+absl::Status Recovery::PlanOf(const ScannedStream& stream) {
+  std::vector<PlannedChunk> chunks;
+  std::map<std::string, std::vector<uint64_t>> lost;  // by why
+  for (const auto& [set, time_ns] : sets_) {
+    PlannedChunk& chunk = chunks.emplace_back();
+    chunk.set = set;
+    chunk.intact = stream.Intact(set);
+    result_.frames_missing += !chunk.intact || chunk.intact->is_missing;
+    if (chunk.intact) continue;
+    const IndexRecord* indexed = stream.Indexed(set);
+    chunk.device_time_ns = indexed ? indexed->device_time_ns : time_ns;
+    chunk.host_time_ns = indexed ? indexed->host_time_ns : 0;
+    const auto known = ledger_.missing.find({set, stream.camera_id});
+    if (known != ledger_.missing.end()) {
+      chunk.reason = known->second;  // it never was there
+    } else if (WasOnDisk(stream, set)) {
+      chunk.reason = WhereGone(stream, set);
+      ++result_.frames_lost;
+      lost[chunk.reason].push_back(set);
+    } else {
+      chunk.reason = kUnfinished;
+      ++result_.frames_unfinished;
     }
-    kept.push_back(record);
-    end_bytes = record.offset_bytes + kBlockBytes + PaddedBytes(record.payload_bytes);
+    reasons_[{set, stream.camera_id}] = chunk.reason;
   }
-  for (const StreamDamage& damage : stream.scan.damage)
-    if (damage.offset_bytes < end_bytes)
-      recovery.damage.push_back(Place(stream, damage.offset_bytes) + damage.what);
-  if (kept != stream.reader->records() || !stream.reader->index_damage().empty()) {
-    const std::string index = IndexFile(StreamFolder(folder), stream.camera_id);
-    if (absl::Status status = WriteIndex(index, stream.reader->header().take, kept); !status.ok())
-      return status;
+  NoteLost(stream, lost);
+  absl::StatusOr<StreamPlan> plan = PlanStream(folder_, stream, HeaderFor(stream), std::move(chunks));
+  if (!plan.ok()) return plan.status();
+  result_.cut_bytes += plan->cut_bytes;
+  const std::string name = absl::StrCat("streams/", stream.camera_id, ".stream: ");
+  if (plan->is_rewritten) {
+    result_.changes.push_back(name +
+                              (stream.reader ? "written anew, the old one is kept aside" : "made, of gaps"));
+  } else if (plan->has_changes()) {
+    result_.changes.push_back(absl::StrCat(name, plan->chunks.size() - plan->first_appended,
+                                           " gaps appended, ", plan->cut_bytes, " bytes cut and kept aside, ",
+                                           plan->needs_index ? "index completed" : "index unchanged"));
   }
-  if (stream.scan.file_bytes == end_bytes) return absl::OkStatus();
-  absl::StatusOr<PosixFile> file =
-      PosixFile::Open(StreamFile(StreamFolder(folder), stream.camera_id), O_RDWR);
-  if (!file.ok()) return file.status();
-  if (absl::Status status = file->Truncate(end_bytes); !status.ok()) return status;
-  return file->SyncData();
+  plans_.push_back(*std::move(plan));
+  return absl::OkStatus();
 }
 
-// Lines for sets that are in the streams up to `last_set`, but not in the ledger.
-absl::StatusOr<std::string> MissingLines(const std::vector<ScannedStream>& streams,
-                                         std::optional<uint64_t> last_set,
-                                         const std::vector<LedgerEntry>& entries, uint64_t& count) {
-  std::set<uint64_t> known;
-  for (const LedgerEntry& entry : entries)
-    if (entry.event == LedgerEvent::kRecorded) known.insert(entry.first_set);
-  std::string lines;
-  for (const uint64_t number : SetsOf(streams)) {
-    if (!last_set || number > *last_set || known.contains(number)) continue;
-    RawFrameSet set;
-    set.number = number;
-    for (const ScannedStream& stream : streams) {
-      const auto& records = stream.scan.records;
-      const auto at = std::lower_bound(records.begin(), records.end(), number,
-                                       [](const IndexRecord& r, uint64_t n) { return r.set < n; });
-      if (at == records.end() || at->set != number) {
-        set.missing.push_back({stream.camera_id, "lost: damaged in the stream"});
-        continue;
-      }
-      set.device_time_ns = at->device_time_ns;
-      if (!at->is_missing) continue;
-      const absl::StatusOr<ChunkHeader> header = stream.reader->ReadHeader(*at);
-      if (!header.ok()) return header.status();
-      set.missing.push_back({stream.camera_id, header->reason});
+void Recovery::NoteLost(const ScannedStream& stream,
+                        const std::map<std::string, std::vector<uint64_t>>& lost) {
+  const std::string camera = absl::StrCat("camera ", stream.camera_id, ": ");
+  if (stream.reader && !stream.reader->header_damage().empty())
+    result_.damage.push_back(camera + stream.reader->header_damage());
+  for (const StreamDamage& damage : stream.scan.damage)
+    result_.damage.push_back(
+        absl::StrCat("camera ", stream.camera_id, ", byte ", damage.offset_bytes, ": ", damage.what));
+  for (const auto& [why, sets] : lost)
+    result_.damage.push_back(absl::StrCat(camera, sets.size(), sets.size() == 1 ? " frame " : " frames ", why,
+                                          " (set ", RangesText(sets), ")"));
+}
+
+void Recovery::PlanLedger() {
+  for (const auto& [set, time_ns] : sets_) {
+    if (!ledger_.recorded.contains(set))
+      entries_.push_back({LedgerEvent::kRecorded, set, set, time_ns, 0, "", ""});
+    for (const ScannedStream& stream : streams_) {
+      const auto reason = reasons_.find({set, stream.camera_id});
+      if (reason != reasons_.end() && !ledger_.missing.contains(reason->first))
+        entries_.push_back({LedgerEvent::kMissing, set, set, time_ns, 0, stream.camera_id, reason->second});
     }
-    for (const LedgerEntry& entry : EntriesOfRecorded(set, 0)) lines += ToCsvLine(entry), ++count;
   }
-  return lines;
+  result_.entries_added = entries_.size();
+  rewrites_ledger_ = !parsed_.ok() || parsed_->damaged_lines > 0;
+  if (!parsed_.ok()) {
+    result_.damage.push_back(
+        absl::StrCat("ledger.csv: ", parsed_.status().message(), "; notes and the causes of drops are lost"));
+  } else if (parsed_->damaged_lines > 0) {
+    result_.damage.push_back(
+        absl::StrCat("ledger.csv: ", parsed_->damage, ", ", parsed_->damaged_lines,
+                     " in all; what they said of recorded sets is known from the streams"));
+  }
+  const bool has_v2 = std::any_of(plans_.begin(), plans_.end(),
+                                  [](const StreamPlan& plan) { return plan.header.version > 1; });
+  const bool lacks_end = has_v2 && !ledger_.has_end;
+  if (entries_.empty() && !rewrites_ledger_ && !lacks_end && result_.changes.empty()) return;
+  // An older ledger gets the checksums of this version.
+  rewrites_ledger_ = rewrites_ledger_ || !parsed_->has_checksums;
+  result_.changes.push_back(
+      absl::StrCat("ledger.csv: ", rewrites_ledger_ ? "written anew, the old one is kept aside, " : "",
+                   entries_.size(), " lines about sets added"));
+  entries_.push_back({LedgerEvent::kNote, 0, 0, 0, 0, "",
+                      absl::StrCat("recovered: ", result_.brought_back, " frame sets brought back, ",
+                                   result_.frames_lost, " acknowledged frames lost, ",
+                                   result_.frames_unfinished, " frames of unfinished sets not there")});
+  entries_.push_back(
+      EndEntry(End(), sets_.empty() ? std::nullopt : std::optional<uint64_t>(sets_.rbegin()->first)));
+}
+
+TakeEnd Recovery::End() const {
+  TakeEnd end;
+  end.outcome = TakeOutcome::kRecovered;
+  end.ended_host_time_ns = result_.ended_host_time_ns;
+  end.sets_recorded = result_.sets;
+  end.sets_dropped = result_.dropped;
+  end.frames_missing = result_.frames_missing;
+  return end;
+}
+
+absl::Status Recovery::Plan() {
+  result_.sets = sets_.size();
+  result_.dropped = CountDropped(ledger_, sets_);
+  for (const auto& [set, time_ns] : sets_) result_.brought_back += !indexed_.contains(set);
+  for (const ScannedStream& stream : streams_) {
+    for (const IndexRecord& record : stream.scan.records)
+      result_.ended_host_time_ns = std::max(result_.ended_host_time_ns, record.host_time_ns);
+    if (stream.scan.end)
+      result_.ended_host_time_ns = std::max(result_.ended_host_time_ns, stream.scan.end->ended_host_time_ns);
+  }
+  if (absl::Status status = ReadMissingReasons(); !status.ok()) return status;
+  for (const ScannedStream& stream : streams_)
+    if (absl::Status status = PlanOf(stream); !status.ok()) return status;
+  PlanLedger();
+  return absl::OkStatus();
+}
+
+absl::Status Recovery::WriteLedger(PosixFile& file) {
+  if (entries_.empty()) return absl::OkStatus();
+  uint64_t checksum = parsed_.ok() ? parsed_->checksum : 0;
+  std::string text;
+  if (rewrites_ledger_) {
+    text = LedgerHeading();
+    checksum = LedgerStart();
+    if (parsed_.ok())
+      for (const LedgerEntry& entry : parsed_->entries) text += ToCsvLine(entry, checksum);
+  }
+  for (const LedgerEntry& entry : entries_) text += ToCsvLine(entry, checksum);
+  if (!rewrites_ledger_) {
+    const absl::StatusOr<uint64_t> size = file.Size();
+    if (!size.ok()) return size.status();
+    if (absl::Status status = file.WriteAt(text.data(), text.size(), *size); !status.ok()) return status;
+    return file.SyncData();
+  }
+  if (absl::Status status = aside_.Keep(LedgerFile(folder_)); !status.ok()) return status;
+  return ReplaceFile(LedgerFile(folder_), text);
+}
+
+absl::Status Recovery::Apply(PosixFile& ledger) {
+  const TakeEnd how = End();
+  StreamEnd end;
+  end.outcome = how.outcome;
+  end.ended_host_time_ns = how.ended_host_time_ns;
+  end.sets_recorded = how.sets_recorded;
+  end.sets_dropped = how.sets_dropped;
+  end.frames_missing = how.frames_missing;
+  for (const std::string& name : options_.keep)
+    if (absl::Status status = aside_.Keep(folder_ + "/" + name); !status.ok()) return status;
+  for (const StreamPlan& plan : plans_)
+    if (absl::Status status = ApplyPlan(folder_, plan, end, aside_); !status.ok()) return status;
+  if (absl::Status status = WriteLedger(ledger); !status.ok()) return status;
+  result_.kept_aside = aside_.folder();
+  return SyncFolder(folder_);
 }
 
 }  // namespace
 
-absl::StatusOr<TakeCheck> VerifyTake(const std::string& folder) {
-  const absl::StatusOr<std::vector<ScannedStream>> streams = ScanStreams(folder);
-  if (!streams.ok()) return streams.status();
-  TakeCheck check;
-  for (const ScannedStream& stream : *streams) CheckStream(stream, check);
-  absl::StatusOr<ParsedLedger> ledger = ParsedLedger{};
-  const absl::StatusOr<PosixFile> file = PosixFile::Open(LedgerFile(folder), O_RDONLY);
-  const absl::StatusOr<std::string> text =
-      file.ok() ? ReadAll(*file) : absl::StatusOr<std::string>(file.status());
-  ledger = text.ok() ? ParseLedger(*text) : absl::StatusOr<ParsedLedger>(text.status());
-  if (!ledger.ok()) {
-    check.problems.push_back(absl::StrCat("ledger.csv: ", ledger.status().message()));
-    ledger = ParsedLedger{};
-  }
-  if (!ledger->damage.empty()) check.problems.push_back(absl::StrCat("ledger.csv: ", ledger->damage));
-  CheckSets(*streams, ledger->entries, check);
-  if (check.unindexed > 0) {
-    check.problems.push_back(
-        absl::StrCat(check.unindexed, " intact frames are not in the index; run `weft take recover`"));
-  }
-  return check;
-}
-
-absl::StatusOr<TakeRecovery> RecoverTake(const std::string& folder) {
+absl::StatusOr<TakeRecovery> RecoverTake(const std::string& folder, const TakeRecoveryOptions& options) {
   if (!IsRecordedTake(folder)) return absl::NotFoundError(absl::StrCat(folder, ": no recorded take"));
-  absl::StatusOr<PosixFile> ledger = OpenLockedLedger(folder, O_RDWR | O_CREAT);
-  if (!ledger.ok()) return ledger.status();
-  const absl::StatusOr<std::vector<ScannedStream>> streams = ScanStreams(folder);
+  absl::StatusOr<PosixFile> ledger = OpenLockedLedger(folder, options.dry_run ? O_RDONLY : O_RDWR | O_CREAT);
+  if (!ledger.ok() && !(options.dry_run && absl::IsNotFound(ledger.status()))) return ledger.status();
+  absl::StatusOr<ParsedLedger> parsed = absl::NotFoundError("the file is gone");
+  if (ledger.ok()) {
+    const absl::StatusOr<std::string> text = ledger->ReadAll();
+    if (!text.ok()) return text.status();
+    parsed = ParseLedger(*text);
+    if (text->empty()) parsed = absl::DataLossError("the file is gone or empty");
+  }
+  absl::StatusOr<std::vector<ScannedStream>> streams = ScanStreams(folder, options.cameras, options.take);
   if (!streams.ok()) return streams.status();
-  const std::optional<uint64_t> last_set = LastCommonSet(*streams);
-  TakeRecovery recovery;
-  std::set<uint64_t> indexed;
-  for (const ScannedStream& stream : *streams) {
-    for (const IndexRecord& record : stream.reader->records()) indexed.insert(record.set);
-    if (absl::Status status = RecoverStream(folder, stream, last_set, recovery); !status.ok()) return status;
-  }
-  for (const uint64_t set : SetsOf(*streams)) {
-    if (!last_set || set > *last_set) continue;
-    ++recovery.sets;
-    recovery.brought_back += !indexed.contains(set);
-  }
-
-  const absl::StatusOr<std::string> text = ReadAll(*ledger);
-  if (!text.ok()) return text.status();
-  absl::StatusOr<ParsedLedger> parsed = ParseLedger(*text);
-  const bool has_heading = parsed.ok();
-  if (!has_heading) parsed = ParsedLedger{};
-  absl::StatusOr<std::string> lines =
-      MissingLines(*streams, last_set, parsed->entries, recovery.entries_added);
-  if (!lines.ok()) return lines.status();
-  if (!has_heading) *lines = LedgerHeading() + *lines;
-  if (absl::Status status = ledger->Truncate(parsed->intact_bytes); !status.ok()) return status;
-  if (absl::Status status = ledger->WriteAt(lines->data(), lines->size(), parsed->intact_bytes); !status.ok())
-    return status;
-  if (absl::Status status = ledger->SyncData(); !status.ok()) return status;
-  return recovery;
+  Recovery recovery(folder, options, *std::move(streams), std::move(parsed));
+  if (absl::Status status = recovery.Plan(); !status.ok()) return status;
+  if (!options.dry_run)
+    if (absl::Status status = recovery.Apply(*ledger); !status.ok()) return status;
+  return std::move(recovery).Result();
 }
 
 }  // namespace weft

@@ -22,24 +22,80 @@ absl::Status DataLoss(const PosixFile& file, uint64_t offset_bytes, absl::string
 
 }  // namespace
 
+absl::StatusOr<StreamHeader> StreamReader::ReadHeaderOf(const PosixFile& file, const std::string& camera_id) {
+  const auto bad = [&](absl::string_view what) {
+    return absl::InvalidArgumentError(absl::StrCat(file.path(), ": ", what));
+  };
+  AlignedBuffer block(kBlockBytes);
+  const absl::Status read = file.ReadAt(block.data(), kBlockBytes, 0);
+  if (absl::IsOutOfRange(read)) return bad("the file ends before its header does");
+  if (!read.ok()) return read;
+  absl::StatusOr<StreamHeaderBlock> parsed = ReadStreamHeader(block.data());
+  if (!parsed.ok()) return bad(parsed.status().message());
+  StreamHeader& header = parsed->header;
+  if (header.camera_id != camera_id) return bad(absl::StrCat("is the stream of camera ", header.camera_id));
+  const absl::StatusOr<uint64_t> size = file.Size();
+  if (!size.ok()) return size.status();
+  if (kBlockBytes + parsed->description_bytes > *size) return bad("the file ends before its header does");
+  header.description.resize(parsed->description_bytes);
+  const absl::Status rest = file.ReadAt(header.description.data(), header.description.size(), kBlockBytes);
+  if (!rest.ok()) return rest;
+  if (header.version > 1 &&
+      Checksum(header.description.data(), header.description.size()) != parsed->description_checksum)
+    return bad("damaged stream header");
+  return std::move(header);
+}
+
 absl::StatusOr<std::unique_ptr<StreamReader>> StreamReader::Open(const std::string& folder,
                                                                  const std::string& camera_id) {
   absl::StatusOr<PosixFile> file = PosixFile::Open(StreamFile(folder, camera_id), O_RDONLY);
   if (!file.ok()) return file.status();
-  AlignedBuffer block(kBlockBytes);
-  absl::StatusOr<StreamHeader> header = absl::InvalidArgumentError("the file ends before its header does");
-  const absl::Status read = file->ReadAt(block.data(), kBlockBytes, 0);
-  if (!read.ok() && !absl::IsOutOfRange(read)) return read;
-  if (read.ok()) header = ReadStreamHeader(block.data());
-  if (header.ok() && header->camera_id != camera_id) {
-    header = absl::InvalidArgumentError(absl::StrCat("is the stream of camera ", header->camera_id));
-  }
-  if (!header.ok()) {
-    return absl::InvalidArgumentError(absl::StrCat(file->path(), ": ", header.status().message()));
-  }
+  absl::StatusOr<StreamHeader> header = ReadHeaderOf(*file, camera_id);
+  if (!header.ok()) return header.status();
   auto reader = std::unique_ptr<StreamReader>(new StreamReader(*std::move(file), *std::move(header)));
   reader->ReadIndex(IndexFile(folder, camera_id));
+  reader->ReadEnd();
   return reader;
+}
+
+absl::StatusOr<std::unique_ptr<StreamReader>> StreamReader::OpenDamaged(const std::string& folder,
+                                                                        const std::string& camera_id,
+                                                                        uint64_t take) {
+  absl::StatusOr<std::unique_ptr<StreamReader>> whole = Open(folder, camera_id);
+  if (whole.ok() || !absl::IsInvalidArgument(whole.status())) return whole;
+  absl::StatusOr<PosixFile> file = PosixFile::Open(StreamFile(folder, camera_id), O_RDONLY);
+  if (!file.ok()) return file.status();
+  auto reader = std::unique_ptr<StreamReader>(
+      new StreamReader(*std::move(file), StreamHeader{take, camera_id, "", kStreamVersion}));
+  reader->header_damage_ = std::string(whole.status().message());
+  if (take == 0) reader->header_.take = reader->TakeOfFirstChunk();
+  reader->ReadIndex(IndexFile(folder, camera_id));
+  reader->ReadEnd();
+  return reader;
+}
+
+uint64_t StreamReader::TakeOfFirstChunk() const {
+  const uint64_t file_bytes = file_.Size().value_or(0);
+  AlignedBuffer block(kBlockBytes);
+  uint64_t at = 0;
+  while (true) {
+    const absl::StatusOr<uint64_t> next = NextChunk(at, file_bytes);
+    if (!next.ok() || *next >= file_bytes) return 0;
+    at = *next;
+    if (!file_.ReadAt(block.data(), kBlockBytes, at).ok()) return 0;
+    if (const absl::StatusOr<ChunkHeader> header = ReadChunkHeader(block.data()); header.ok())
+      return header->take;
+  }
+}
+
+void StreamReader::ReadEnd() {
+  const absl::StatusOr<uint64_t> size = file_.Size();
+  AlignedBuffer block(kBlockBytes);
+  if (!size.ok() || *size < 2 * kBlockBytes || *size % kBlockBytes != 0 ||
+      !file_.ReadAt(block.data(), kBlockBytes, *size - kBlockBytes).ok() || !BeginsLikeEnd(block.data()))
+    return;
+  absl::StatusOr<StreamEnd> end = ReadStreamEnd(block.data());
+  if (end.ok() && end->take == header_.take) end_ = *std::move(end);
 }
 
 void StreamReader::ReadIndex(const std::string& path) {
@@ -156,7 +212,7 @@ absl::StatusOr<uint64_t> StreamReader::NextChunk(uint64_t offset_bytes, uint64_t
     const uint64_t size = std::min<uint64_t>(kSearchBytes, file_bytes - at);
     if (absl::Status status = file_.ReadAt(piece.data(), size, at); !status.ok()) return status;
     for (uint64_t block = 0; block + kBlockBytes <= size; block += kBlockBytes)
-      if (BeginsLikeChunk(piece.data() + block)) return at + block;
+      if (BeginsLikeChunk(piece.data() + block) || BeginsLikeEnd(piece.data() + block)) return at + block;
   }
   return file_bytes;
 }
@@ -167,7 +223,8 @@ absl::StatusOr<StreamScan> StreamReader::Scan() const {
   StreamScan scan;
   scan.file_bytes = *file_bytes;
   AlignedBuffer block(kBlockBytes);
-  uint64_t at = kBlockBytes;
+  uint64_t at = std::min(header_.size_in_stream(), *file_bytes);
+  scan.end_bytes = std::max<uint64_t>(at, kBlockBytes);
   while (at + kBlockBytes <= *file_bytes) {
     ChunkHeader header;
     std::string why;
@@ -178,6 +235,10 @@ absl::StatusOr<StreamScan> StreamReader::Scan() const {
       at += header.size_in_stream();
       scan.end_bytes = std::min(at, *file_bytes);
       continue;
+    }
+    if (end_ && at + kBlockBytes == *file_bytes && at == scan.end_bytes) {
+      scan.end = end_;
+      break;
     }
     if (why.empty()) why = absl::StrCat("set ", header.set, " stands after a later one");
     const absl::StatusOr<uint64_t> next = NextChunk(at, *file_bytes);

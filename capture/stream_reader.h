@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,8 @@ struct StreamScan {
   std::vector<StreamDamage> damage;  // between and after them
   uint64_t end_bytes = kBlockBytes;  // of the last intact chunk
   uint64_t file_bytes = kBlockBytes;
+  std::optional<StreamEnd>
+      end;  // the end record, where it is the file's last block and follows the last chunk
 };
 
 // Thread safety: const functions may be called from any number of threads.
@@ -34,7 +37,16 @@ class StreamReader {
   static absl::StatusOr<std::unique_ptr<StreamReader>> Open(const std::string& folder,
                                                             const std::string& camera_id);
 
+  // The same where the header is damaged or the file is empty: then header_damage() says what is wrong, and
+  // the stream is taken for one of `take`; at 0, of the take of its first intact chunk. Errors of PosixFile.
+  static absl::StatusOr<std::unique_ptr<StreamReader>> OpenDamaged(const std::string& folder,
+                                                                   const std::string& camera_id,
+                                                                   uint64_t take);
+  const std::string& header_damage() const { return header_damage_; }
+
   const StreamHeader& header() const { return header_; }
+  // The end record, where the file ends with one. Version 1 has none.
+  const std::optional<StreamEnd>& end() const { return end_; }
   const std::vector<IndexRecord>& records() const { return records_; }
   // What is wrong with the index, in words; empty where it is whole.
   const std::string& index_damage() const { return index_damage_; }
@@ -50,7 +62,10 @@ class StreamReader {
 
  private:
   StreamReader(PosixFile file, StreamHeader header) : file_(std::move(file)), header_(std::move(header)) {}
+  static absl::StatusOr<StreamHeader> ReadHeaderOf(const PosixFile& file, const std::string& camera_id);
   void ReadIndex(const std::string& path);
+  void ReadEnd();
+  uint64_t TakeOfFirstChunk() const;
   // The chunk at this place, with its payload checked; false with the reason where there is none.
   bool CheckChunk(uint64_t offset_bytes, uint64_t file_bytes, AlignedBuffer& block, ChunkHeader& header,
                   std::string& why) const;
@@ -59,7 +74,9 @@ class StreamReader {
   absl::StatusOr<uint64_t> NextChunk(uint64_t offset_bytes, uint64_t file_bytes) const;
 
   PosixFile file_;
-  const StreamHeader header_;
+  StreamHeader header_;
+  std::string header_damage_;
+  std::optional<StreamEnd> end_;
   std::vector<IndexRecord> records_;
   std::string index_damage_;
 };

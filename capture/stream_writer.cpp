@@ -2,6 +2,8 @@
 
 #include <fcntl.h>
 
+#include <algorithm>
+#include <cstring>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -18,7 +20,12 @@ absl::Status StreamWriterOptions::Validate() const {
 
 StreamWriter::StreamWriter(PosixFile stream, PosixFile index, const StreamHeader& header,
                            const StreamWriterOptions& options)
-    : stream_(std::move(stream)), index_(std::move(index)), header_(header), options_(options) {}
+    : stream_(std::move(stream)),
+      index_(std::move(index)),
+      header_(header),
+      options_(options),
+      end_bytes_(header.size_in_stream()),
+      committed_end_bytes_(header.size_in_stream()) {}
 
 absl::StatusOr<std::unique_ptr<StreamWriter>> StreamWriter::Create(const std::string& folder,
                                                                    const StreamHeader& header,
@@ -35,10 +42,11 @@ absl::StatusOr<std::unique_ptr<StreamWriter>> StreamWriter::Create(const std::st
   if (!index.ok()) return index.status();
   auto writer =
       std::unique_ptr<StreamWriter>(new StreamWriter(*std::move(stream), *std::move(index), header, options));
-  if (absl::Status status = writer->Reserve(kBlockBytes); !status.ok()) return status;
-  WriteBlock(header, writer->header_block_.data());
-  if (absl::Status status = writer->stream_.WriteAt(writer->header_block_.data(), kBlockBytes, 0);
-      !status.ok())
+  if (absl::Status status = writer->Reserve(header.size_in_stream()); !status.ok()) return status;
+  const std::string head = HeaderBytes(header);
+  AlignedBuffer blocks(head.size());
+  std::memcpy(blocks.data(), head.data(), head.size());
+  if (absl::Status status = writer->stream_.WriteAt(blocks.data(), blocks.size(), 0); !status.ok())
     return status;
   const std::string start = IndexHeader(header.take);
   if (absl::Status status = writer->index_.WriteAt(start.data(), start.size(), 0); !status.ok())
@@ -114,7 +122,8 @@ absl::Status StreamWriter::Commit(uint64_t last_set) {
       records.push_back(pending_[i]);
   }
   if (records.empty()) return absl::OkStatus();
-  if (absl::Status status = stream_.SyncData(); !status.ok()) return status;
+  if (flush_failure_.ok()) flush_failure_ = stream_.SyncData();
+  if (!flush_failure_.ok()) return flush_failure_;
   std::string bytes;
   for (const IndexRecord& record : records) AppendTo(bytes, record);
   if (absl::Status status = index_.WriteAt(bytes.data(), bytes.size(), index_bytes_); !status.ok())
@@ -126,21 +135,42 @@ absl::Status StreamWriter::Commit(uint64_t last_set) {
     const std::lock_guard lock(mutex_);
     pending_.erase(pending_.begin(), pending_.begin() + static_cast<std::ptrdiff_t>(records.size()));
   }
-  committed_ = std::move(records);
+  committed_.insert(committed_.end(), records.begin(), records.end());
+  last_set_ = committed_.back().set;
   return absl::OkStatus();
 }
 
+absl::Status StreamWriter::Trim() {
+  reserved_bytes_ = end_bytes_;
+  return stream_.Truncate(end_bytes_);
+}
+
 absl::Status StreamWriter::Close(std::optional<uint64_t> last_set) {
-  absl::Status status = last_set ? Commit(*last_set) : absl::OkStatus();
   for (; !committed_.empty() && (!last_set || committed_.back().set > *last_set); committed_.pop_back()) {
     committed_end_bytes_ = committed_.back().offset_bytes;
     index_bytes_ -= kIndexRecordBytes;
   }
-  status.Update(index_.Truncate(index_bytes_));
+  if (index_bytes_ == kIndexRecordBytes) {
+    last_set_ = 0;
+  } else if (last_set) {
+    last_set_ = std::min(last_set_, *last_set);
+  }
+  absl::Status status = index_.Truncate(index_bytes_);
   status.Update(stream_.Truncate(committed_end_bytes_));
   status.Update(stream_.SyncData());
   status.Update(index_.SyncData());
   return status;
+}
+
+absl::Status StreamWriter::WriteEnd(StreamEnd end) {
+  end.take = header_.take;
+  end.chunks = index_bytes_ / kIndexRecordBytes - 1;
+  end.last_set = last_set_;
+  WriteBlock(end, header_block_.data());
+  if (absl::Status status = stream_.WriteAt(header_block_.data(), kBlockBytes, committed_end_bytes_);
+      !status.ok())
+    return status;
+  return stream_.SyncData();
 }
 
 }  // namespace weft

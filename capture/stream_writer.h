@@ -24,7 +24,8 @@ struct StreamWriterOptions {
   absl::Status Validate() const;
 };
 
-// A stream's life: Create, Append for every frame set in order, Commit from time to time, Close. After an
+// A stream's life: Create, Append for every frame set in order, Commit and Keep from time to time, Close,
+// WriteEnd. After an
 // error of Append the stream is as before and may be closed; a file that is not closed is read after `weft
 // take recover`. Thread safety: Commit may run beside Append, otherwise one thread at a time.
 class StreamWriter {
@@ -40,12 +41,19 @@ class StreamWriter {
   absl::Status Append(uint64_t set, const RawFrame& frame);
   absl::Status AppendMissing(uint64_t set, int64_t device_time_ns, const std::string& reason);
 
-  // Flushes the data to the disk, then writes index records for the chunks of sets up to `last_set`.
+  // Flushes the data to the disk, then writes index records for the chunks of sets up to `last_set`. After a
+  // flush that failed nobody knows what reached the disk, so every later Commit fails too.
   absl::Status Commit(uint64_t last_set);
+  // What was committed stays, whatever comes later.
+  void Keep() { committed_.clear(); }
 
-  // Commits, and cuts off the reserved room and the sets after `last_set` (all where there is none). Tries
-  // all of it and answers the first error. Precondition: `last_set` is not before the last but one Commit.
+  // Gives back what was reserved and not used.
+  absl::Status Trim();
+  // Cuts off the reserved room and the sets after `last_set` (all where there is none). Tries all of it and
+  // answers the first error. Precondition: what was kept is not cut.
   absl::Status Close(std::optional<uint64_t> last_set);
+  // The last block of a stream that was closed without an error; take, chunks and last_set are filled in.
+  absl::Status WriteEnd(StreamEnd end);
 
   uint64_t bytes() const { return end_bytes_; }
 
@@ -60,14 +68,16 @@ class StreamWriter {
   const StreamHeader header_;
   const StreamWriterOptions options_;
   AlignedBuffer header_block_{kBlockBytes};
-  std::atomic<uint64_t> end_bytes_ = kBlockBytes;
+  std::atomic<uint64_t> end_bytes_;
   uint64_t reserved_bytes_ = 0;
   uint64_t sequence_ = 0;
+  absl::Status flush_failure_;
   std::mutex mutex_;
   std::vector<IndexRecord> pending_;  // written, not yet in the index
   uint64_t index_bytes_ = 0;
-  std::vector<IndexRecord> committed_;  // by the last Commit
-  uint64_t committed_end_bytes_ = kBlockBytes;
+  std::vector<IndexRecord> committed_;  // and not yet kept
+  uint64_t committed_end_bytes_;
+  uint64_t last_set_ = 0;  // of the committed chunks
 };
 
 }  // namespace weft

@@ -14,8 +14,9 @@ static_assert(std::endian::native == std::endian::little, "the format is little-
 
 constexpr char kStreamMagic[9] = "WEFTSTRM";
 constexpr char kChunkMagic[9] = "WEFTCHNK";
+constexpr char kEndMagic[9] = "WEFTENDS";
 constexpr char kIndexMagic[9] = "WEFTINDX";
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 1;  // of chunks and indexes
 
 class Writer {
  public:
@@ -70,7 +71,8 @@ void Seal(uint8_t* block) {
   std::memcpy(block + kSealedBytes, &checksum, sizeof checksum);
 }
 
-absl::Status CheckBlock(const uint8_t* block, const char* magic, const char* what) {
+absl::Status CheckBlock(const uint8_t* block, const char* magic, const char* what, uint32_t first_version,
+                        uint32_t last_version) {
   if (std::memcmp(block, magic, 8) != 0) return absl::InvalidArgumentError(absl::StrCat("no ", what));
   uint64_t checksum;
   std::memcpy(&checksum, block + kSealedBytes, sizeof checksum);
@@ -78,9 +80,9 @@ absl::Status CheckBlock(const uint8_t* block, const char* magic, const char* wha
     return absl::InvalidArgumentError(absl::StrCat("damaged ", what));
   uint32_t version;
   std::memcpy(&version, block + 8, sizeof version);
-  if (version == kVersion) return absl::OkStatus();
+  if (version >= first_version && version <= last_version) return absl::OkStatus();
   return absl::InvalidArgumentError(
-      absl::StrCat(what, " of version ", version, "; this program reads version ", kVersion));
+      absl::StrCat(what, " of version ", version, "; this program reads up to version ", last_version));
 }
 
 absl::Status CheckChunk(const ChunkHeader& header, uint32_t format) {
@@ -109,9 +111,35 @@ void WriteBlock(const StreamHeader& header, uint8_t* block) {
   std::memset(block, 0, kBlockBytes);
   Writer(block)
       .Magic(kStreamMagic)
-      .Number(kVersion)
+      .Number(header.version)
       .Number(header.take)
-      .Text(header.camera_id, kMaxCameraIdBytes);
+      .Text(header.camera_id, kMaxCameraIdBytes)
+      .Number(static_cast<uint64_t>(header.description.size()))
+      .Number(Checksum(header.description.data(), header.description.size()));
+  if (header.version == 1) std::memset(block + 24 + header.camera_id.size(), 0, 16);
+  Seal(block);
+}
+
+std::string HeaderBytes(const StreamHeader& header) {
+  std::string bytes(header.size_in_stream(), '\0');
+  WriteBlock(header, reinterpret_cast<uint8_t*>(bytes.data()));
+  return bytes.replace(kBlockBytes, header.description.size(), header.description);
+}
+
+void WriteBlock(const StreamEnd& end, uint8_t* block) {
+  std::memset(block, 0, kBlockBytes);
+  Writer(block)
+      .Magic(kEndMagic)
+      .Number(kStreamVersion)
+      .Number(static_cast<uint32_t>(end.outcome))
+      .Number(end.take)
+      .Number(end.chunks)
+      .Number(end.last_set)
+      .Number(end.ended_host_time_ns)
+      .Number(end.sets_recorded)
+      .Number(end.sets_dropped)
+      .Number(end.frames_missing)
+      .Text(end.cause, kMaxReasonBytes);
   Seal(block);
 }
 
@@ -138,20 +166,47 @@ void WriteBlock(const ChunkHeader& header, uint8_t* block) {
   Seal(block);
 }
 
-absl::StatusOr<StreamHeader> ReadStreamHeader(const uint8_t* block) {
-  if (absl::Status status = CheckBlock(block, kStreamMagic, "stream header"); !status.ok()) return status;
-  Reader reader(block + 12);
-  StreamHeader header;
+absl::StatusOr<StreamHeaderBlock> ReadStreamHeader(const uint8_t* block) {
+  if (absl::Status status = CheckBlock(block, kStreamMagic, "stream header", 1, kStreamVersion); !status.ok())
+    return status;
+  StreamHeaderBlock read;
+  StreamHeader& header = read.header;
+  Reader reader(block + 8);
+  header.version = reader.Number<uint32_t>();
   header.take = reader.Number<uint64_t>();
   if (!reader.Text(kMaxCameraIdBytes, header.camera_id)) {
     return absl::InvalidArgumentError("stream header with an impossible camera id");
   }
   if (absl::Status status = CheckCameraId(header.camera_id); !status.ok()) return status;
-  return header;
+  if (header.version == 1) return read;
+  read.description_bytes = reader.Number<uint64_t>();
+  read.description_checksum = reader.Number<uint64_t>();
+  if (read.description_bytes <= kMaxDescriptionBytes) return read;
+  return absl::InvalidArgumentError("stream header with an impossible description");
+}
+
+absl::StatusOr<StreamEnd> ReadStreamEnd(const uint8_t* block) {
+  if (absl::Status status = CheckBlock(block, kEndMagic, "end record", kStreamVersion, kStreamVersion);
+      !status.ok())
+    return status;
+  Reader reader(block + 12);
+  StreamEnd end;
+  const auto outcome = reader.Number<uint32_t>();
+  end.outcome = static_cast<TakeOutcome>(outcome);
+  end.take = reader.Number<uint64_t>();
+  end.chunks = reader.Number<uint64_t>();
+  end.last_set = reader.Number<uint64_t>();
+  end.ended_host_time_ns = reader.Number<int64_t>();
+  end.sets_recorded = reader.Number<uint64_t>();
+  end.sets_dropped = reader.Number<uint64_t>();
+  end.frames_missing = reader.Number<uint64_t>();
+  if (outcome >= 1 && outcome <= 3 && reader.Text(kMaxReasonBytes, end.cause)) return end;
+  return absl::InvalidArgumentError("end record with impossible content");
 }
 
 absl::StatusOr<ChunkHeader> ReadChunkHeader(const uint8_t* block) {
-  if (absl::Status status = CheckBlock(block, kChunkMagic, "chunk header"); !status.ok()) return status;
+  if (absl::Status status = CheckBlock(block, kChunkMagic, "chunk header", kVersion, kVersion); !status.ok())
+    return status;
   Reader reader(block + 12);
   ChunkHeader header;
   header.codec = static_cast<PayloadCodec>(reader.Number<uint32_t>());
@@ -177,6 +232,8 @@ absl::StatusOr<ChunkHeader> ReadChunkHeader(const uint8_t* block) {
 }
 
 bool BeginsLikeChunk(const uint8_t* block) { return std::memcmp(block, kChunkMagic, 8) == 0; }
+
+bool BeginsLikeEnd(const uint8_t* block) { return std::memcmp(block, kEndMagic, 8) == 0; }
 
 std::string IndexHeader(uint64_t take) {
   std::string bytes(kIndexRecordBytes, '\0');

@@ -15,10 +15,18 @@
 
 namespace weft {
 
+// Streams of version 1 have no description and no end record.
+inline constexpr uint32_t kStreamVersion = 2;
+
 // A file is of this take, this version and this camera.
 struct StreamHeader {
   uint64_t take = 0;  // random, tells streams of different takes apart
   std::string camera_id;
+  std::string description;  // of the take, as take.json says it when the stream begins; may be empty
+  uint32_t version = kStreamVersion;
+
+  // Bytes before the first chunk.
+  uint64_t size_in_stream() const { return kBlockBytes + PaddedBytes(description.size()); }
 };
 
 // How a chunk's payload holds the bytes of the frame.
@@ -49,6 +57,24 @@ struct ChunkHeader {
   uint64_t size_in_stream() const { return kBlockBytes + PaddedBytes(payload_bytes); }
 };
 
+// The last block of a stream that was closed: until when was recorded, and how it went. A stream without it
+// was cut, or its recorder crashed.
+enum class TakeOutcome : uint32_t { kComplete = 1, kStopped = 2, kRecovered = 3 };
+struct StreamEnd {
+  uint64_t take = 0;
+  uint64_t chunks = 0;             // of this stream
+  uint64_t last_set = 0;           // of this stream; 0 where it has no chunk
+  int64_t ended_host_time_ns = 0;  // when the take ended; 0 where that is not known
+  TakeOutcome outcome = TakeOutcome::kComplete;
+  uint64_t sets_recorded = 0;  // of the take, as the ledger accounts for them
+  uint64_t sets_dropped = 0;
+  uint64_t frames_missing = 0;
+  std::string cause;  // why it stopped; at most kMaxReasonBytes
+
+  bool operator==(const StreamEnd&) const = default;
+};
+
+inline constexpr size_t kMaxDescriptionBytes = size_t{16} << 20;
 inline constexpr size_t kMaxCameraIdBytes = 128;
 inline constexpr size_t kMaxReasonBytes = 1024;
 inline constexpr uint64_t kMaxPayloadBytes = uint64_t{1} << 32;
@@ -72,12 +98,23 @@ inline constexpr size_t kIndexRecordBytes = 72;
 using Block = std::array<uint8_t, kBlockBytes>;
 void WriteBlock(const StreamHeader& header, uint8_t* block);
 void WriteBlock(const ChunkHeader& header, uint8_t* block);
+void WriteBlock(const StreamEnd& end, uint8_t* block);
+// The block of the header, and the description's blocks.
+std::string HeaderBytes(const StreamHeader& header);
 // InvalidArgument: not such a block, of another version, or damaged; says what is wrong, without a file name.
 // A chunk's header that is accepted has a known format and codec and sizes that fit each other.
-absl::StatusOr<StreamHeader> ReadStreamHeader(const uint8_t* block);
 absl::StatusOr<ChunkHeader> ReadChunkHeader(const uint8_t* block);
-// True where a chunk's header may stand: cheap, without a check.
+absl::StatusOr<StreamEnd> ReadStreamEnd(const uint8_t* block);
+// The header without its description, whose size and checksum follow from the block too.
+struct StreamHeaderBlock {
+  StreamHeader header;
+  uint64_t description_bytes = 0;
+  uint64_t description_checksum = 0;
+};
+absl::StatusOr<StreamHeaderBlock> ReadStreamHeader(const uint8_t* block);
+// True where a chunk's header or an end record may stand: cheap, without a check.
 bool BeginsLikeChunk(const uint8_t* block);
+bool BeginsLikeEnd(const uint8_t* block);
 
 // The index starts with a record's worth of header. Parsing stops at the first record that is damaged or cut
 // off or does not continue the one before it, which a crash may leave at the end; `ignored_bytes` says how

@@ -61,12 +61,25 @@ absl::StatusOr<std::unique_ptr<TakeWriter>> TakeWriter::Create(const std::string
   if (absl::Status status = take->ledger_.WriteAt(heading.data(), heading.size(), 0); !status.ok())
     return status;
   take->ledger_bytes_ = heading.size();
-  for (const std::string& id : camera_ids) {
-    auto stream = StreamWriter::Create(StreamFolder(folder), {options.take, id}, options.stream);
+  take->ledger_checksum_ = LedgerStart();
+  for (size_t i = 0; i < camera_ids.size(); ++i) {
+    const std::string description = i < options.descriptions.size() ? options.descriptions[i] : "";
+    auto stream = StreamWriter::Create(StreamFolder(folder), {options.take, camera_ids[i], description},
+                                       options.stream);
     if (!stream.ok()) return stream.status();
     take->streams_.push_back(*std::move(stream));
   }
+  if (absl::Status status = take->SyncFolders(folder); !status.ok()) return status;
   return take;
+}
+
+absl::Status TakeWriter::SyncFolders(const std::string& folder) const {
+  std::error_code error;
+  const fs::path path = fs::absolute(folder, error).lexically_normal();
+  const fs::path own = path.has_filename() ? path : path.parent_path();
+  for (const std::string& each : {StreamFolder(folder), folder, own.parent_path().string()})
+    if (absl::Status status = SyncFolder(each); !status.ok()) return status;
+  return absl::OkStatus();
 }
 
 absl::Status TakeWriter::Append(size_t camera, const RawFrameSet& set) {
@@ -82,11 +95,15 @@ absl::Status TakeWriter::Append(size_t camera, const RawFrameSet& set) {
 absl::Status TakeWriter::AppendToLedger(const std::vector<LedgerEntry>& entries) {
   if (entries.empty()) return absl::OkStatus();
   std::string text;
-  for (const LedgerEntry& entry : entries) text += ToCsvLine(entry);
+  uint64_t checksum = ledger_checksum_;
+  for (const LedgerEntry& entry : entries) text += ToCsvLine(entry, checksum);
   if (absl::Status status = ledger_.WriteAt(text.data(), text.size(), ledger_bytes_); !status.ok())
     return status;
+  // Where this fails the same place is written again.
+  if (absl::Status status = ledger_.SyncData(); !status.ok()) return status;
   ledger_bytes_ += text.size();
-  return ledger_.SyncData();
+  ledger_checksum_ = checksum;
+  return absl::OkStatus();
 }
 
 absl::Status TakeWriter::Commit(std::optional<uint64_t> last_set, const std::vector<LedgerEntry>& entries) {
@@ -94,13 +111,36 @@ absl::Status TakeWriter::Commit(std::optional<uint64_t> last_set, const std::vec
     for (const auto& stream : streams_)
       if (absl::Status status = stream->Commit(*last_set); !status.ok()) return status;
   }
-  return AppendToLedger(entries);
+  if (absl::Status status = AppendToLedger(entries); !status.ok()) return status;
+  for (const auto& stream : streams_) stream->Keep();
+  return absl::OkStatus();
 }
 
-absl::Status TakeWriter::Close(std::optional<uint64_t> last_set, const std::vector<LedgerEntry>& entries) {
+absl::Status TakeWriter::Trim() {
+  absl::Status status;
+  for (const auto& stream : streams_) status.Update(stream->Trim());
+  return status;
+}
+
+absl::Status TakeWriter::Close(std::optional<uint64_t> last_set, const std::vector<LedgerEntry>& entries,
+                               const TakeEnd& end) {
   absl::Status status;
   for (const auto& stream : streams_) status.Update(stream->Close(last_set));
-  status.Update(AppendToLedger(entries));
+  std::vector<LedgerEntry> lines = entries;
+  if (status.ok()) lines.push_back(EndEntry(end, last_set));
+  // A line of an earlier try may stand beyond.
+  status.Update(AppendToLedger(lines));
+  status.Update(ledger_.Truncate(ledger_bytes_));
+  status.Update(ledger_.SyncData());
+  StreamEnd last;
+  last.outcome = end.outcome;
+  last.cause = end.cause;
+  last.ended_host_time_ns = end.ended_host_time_ns;
+  last.sets_recorded = end.sets_recorded;
+  last.sets_dropped = end.sets_dropped;
+  last.frames_missing = end.frames_missing;
+  for (const auto& stream : streams_)
+    if (status.ok()) status.Update(stream->WriteEnd(last));
   return status;
 }
 
@@ -109,6 +149,19 @@ absl::StatusOr<uint64_t> TakeWriter::FreeBytes() const {
   if (fstatvfs(ledger_.descriptor(), &info) != 0)
     return FileError(ledger_.path(), "the disk has no size", errno);
   return static_cast<uint64_t>(info.f_bavail) * info.f_frsize;
+}
+
+LedgerEntry EndEntry(const TakeEnd& end, std::optional<uint64_t> last_set) {
+  const char* how = end.outcome == TakeOutcome::kComplete  ? "complete"
+                    : end.outcome == TakeOutcome::kStopped ? "stopped"
+                                                           : "recovered";
+  return {LedgerEvent::kEnd,
+          0,
+          last_set.value_or(0),
+          0,
+          end.ended_host_time_ns,
+          "",
+          end.cause.empty() ? how : absl::StrCat(how, ": ", end.cause)};
 }
 
 std::vector<LedgerEntry> EntriesOfRecorded(const RawFrameSet& set, int64_t host_time_ns) {

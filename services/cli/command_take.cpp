@@ -3,12 +3,13 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
-#include "capture/recover_take.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
 #include "services/cli/take_text.h"
 #include "services/recording/disk_speed.h"
 #include "services/recording/take_file.h"
+#include "services/recording/take_recovery.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -17,6 +18,9 @@ struct TakeCommandOptions {
   std::string take;
   double size_gib = 1;
   bool json = false;
+  bool force = false;
+  bool dry_run = false;
+  bool purge = false;
 };
 
 absl::Status Info(const TakeCommandOptions& options) {
@@ -29,49 +33,35 @@ absl::Status Info(const TakeCommandOptions& options) {
 }
 
 absl::Status Verify(const TakeCommandOptions& options) {
-  const absl::StatusOr<TakeCheck> check = VerifyTake(options.take);
-  if (!check.ok()) return check.status();
-  v1::TakeCheckReport report;
-  report.set_take(options.take);
-  report.set_whole(check->problems.empty());
-  report.set_sets(check->sets);
-  report.set_frames(check->frames);
-  report.set_missing(check->missing);
-  report.set_dropped(check->dropped);
-  report.set_unindexed(check->unindexed);
-  report.set_bytes(check->bytes);
-  for (const std::string& problem : check->problems) report.add_problems(problem);
+  const absl::StatusOr<v1::TakeCheckReport> report = VerifyRecordedTake(options.take);
+  if (!report.ok()) return report.status();
   if (options.json) {
-    if (absl::Status status = PrintJsonMessage(report); !status.ok()) return status;
+    if (absl::Status status = PrintJsonMessage(*report); !status.ok()) return status;
   } else {
-    std::fputs(TakeCheckText(report).c_str(), stdout);
+    std::fputs(TakeCheckText(*report).c_str(), stdout);
   }
-  if (report.whole()) return absl::OkStatus();
-  return absl::DataLossError(absl::StrCat(options.take, ": not whole, ", report.problems_size(),
-                                          " problem(s); the first: ", report.problems(0)));
+  return VerdictStatus(report->verdict());
+}
+
+absl::Status Purge(const TakeCommandOptions& options) {
+  const absl::StatusOr<uint64_t> bytes = PurgeRecovered(options.take);
+  if (!bytes.ok()) return bytes.status();
+  std::printf("%s: %.2f GB of earlier recoveries removed\n", options.take.c_str(),
+              static_cast<double>(*bytes) / 1e9);
+  return absl::OkStatus();
 }
 
 absl::Status Recover(const TakeCommandOptions& options) {
-  const absl::StatusOr<TakeRecovery> recovery = RecoverTake(options.take);
-  if (!recovery.ok()) return recovery.status();
-  absl::StatusOr<v1::Take> take = ReadTakeFile(options.take);
-  if (!take.ok()) return take.status();
-  if (take->state() == v1::TAKE_STATE_RECORDING) {
-    take->set_state(v1::TAKE_STATE_RECOVERED);
-    take->set_stop_cause("the recorder ended without closing the take");
-    take->set_sets_recorded(recovery->sets);
-    if (absl::Status status = WriteTakeFile(options.take, *take); !status.ok()) return status;
+  if (options.purge) return Purge(options);
+  const absl::StatusOr<v1::TakeRecoveryReport> report =
+      RecoverRecordedTake(options.take, {options.force, options.dry_run});
+  if (!report.ok()) return report.status();
+  if (options.json) {
+    if (absl::Status status = PrintJsonMessage(*report); !status.ok()) return status;
+  } else {
+    std::fputs(TakeRecoveryText(*report).c_str(), stdout);
   }
-  v1::TakeRecoveryReport report;
-  report.set_take(options.take);
-  report.set_sets(recovery->sets);
-  report.set_brought_back(recovery->brought_back);
-  report.set_cut_off(recovery->cut_off);
-  report.set_entries_added(recovery->entries_added);
-  for (const std::string& damage : recovery->damage) report.add_damage(damage);
-  if (options.json) return PrintJsonMessage(report);
-  std::fputs(TakeRecoveryText(report).c_str(), stdout);
-  return absl::OkStatus();
+  return VerdictStatus(report->verdict());
 }
 
 absl::Status TestDisk(const TakeCommandOptions& options) {
@@ -97,20 +87,29 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
     command->add_option("TAKE", options->take, "Folder of the take")->required()->type_name("");
     command->add_flag("--json", options->json, "Print JSON");
     command->callback([options, &line, run] { line.run = [options, run] { return run(*options); }; });
+    return command;
   };
   add("info",
-      "Show what a take holds: cameras, frame sets, sync between the cameras, and why frames are missing.",
+      "Show what a take holds: the verdict, cameras, frame sets, sync between the cameras, and why frames "
+      "are "
+      "missing. Exit status 0, whatever the verdict.",
       "  weft take info take", Info);
   add("verify",
-      "Read every byte of a take and check it: checksums, index, ledger, lengths of the streams. Exit status "
-      "1 when "
-      "anything is not as it should be.",
+      "Read every byte of a take and check it: checksums, streams, indexes, ledger, take.json. Exit status 1 "
+      "when anything is not as it should be.",
       "  weft take verify take", Verify);
-  add("recover",
-      "Make a take readable again whose recorder crashed: keep every frame set that reached the disk whole, "
-      "rebuild "
-      "the indexes, complete the ledger.",
-      "  weft take recover take", Recover);
+  CLI::App* recover =
+      add("recover",
+          "Make a take readable again whose recorder crashed or whose files are damaged. Every intact frame "
+          "stays; a gap with its reason takes the place of a frame that is gone; index, ledger and totals "
+          "follow. What is replaced or cut is kept in TAKE/recovered.",
+          "  weft take recover take\n"
+          "  weft take recover --dry-run take\n"
+          "  weft take recover --force take",
+          Recover);
+  recover->add_flag("--force", options->force, "Also a take that was closed");
+  recover->add_flag("--dry-run", options->dry_run, "Say what would be done, change nothing");
+  recover->add_flag("--purge", options->purge, "Only remove what earlier recoveries kept in TAKE/recovered");
   AddTakeRecordCommand(*take, line);
   AddTakeReplayCommand(*take, line);
   AddTakeSyncCommand(*take, line);

@@ -5,6 +5,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -19,6 +20,7 @@ std::string StateText(const v1::Take& take) {
 
 std::string TakeInfoText(const v1::TakeInfo& info) {
   std::string text =
+      VerdictText(info.verdict()) +
       absl::StrFormat("%s: take %s, %s\n%d frame sets of %d cameras, %.1f s, %.2f GB\n", info.path(),
                       info.take().id(), StateText(info.take()), info.sets(), info.timing_size(),
                       info.duration_s(), static_cast<double>(info.bytes()) / 1e9);
@@ -43,21 +45,30 @@ std::string TakeInfoText(const v1::TakeInfo& info) {
 }
 
 std::string TakeCheckText(const v1::TakeCheckReport& report) {
-  std::string text = absl::StrFormat(
-      "%s: %s; %d frame sets, %d frames intact, %d missing with a reason, %d sets "
-      "dropped with a cause, %.2f GB read\n",
-      report.take(), report.whole() ? "whole" : "not whole", report.sets(), report.frames(), report.missing(),
-      report.dropped(), static_cast<double>(report.bytes()) / 1e9);
+  std::string text =
+      VerdictText(report.verdict()) +
+      absl::StrFormat(
+          "%s: %s; %d frame sets, %d of them with all cameras; %d frames intact, %d missing with a reason, "
+          "%d sets dropped with a cause, %.2f GB read\n",
+          report.take(), report.whole() ? "whole" : "not whole", report.sets(), report.complete_sets(),
+          report.frames(), report.missing(), report.dropped(), static_cast<double>(report.bytes()) / 1e9);
   for (const std::string& problem : report.problems()) absl::StrAppend(&text, "problem: ", problem, "\n");
   return text;
 }
 
 std::string TakeRecoveryText(const v1::TakeRecoveryReport& report) {
-  std::string text = absl::StrFormat(
-      "%s: %d frame sets, %d of them brought back; %d frames of unfinished sets cut off, %d lines added to "
-      "the ledger\n",
-      report.take(), report.sets(), report.brought_back(), report.cut_off(), report.entries_added());
+  std::string text =
+      VerdictText(report.verdict()) + absl::StrFormat(
+                                          "%s: %d frame sets, %d of them brought back; %d frames lost, %d "
+                                          "frames of unfinished sets not there\n",
+                                          report.take(), report.sets(), report.brought_back(),
+                                          report.frames_lost(), report.frames_unfinished());
   for (const std::string& damage : report.damage()) absl::StrAppend(&text, "lost: ", damage, "\n");
+  for (const std::string& change : report.changes())
+    absl::StrAppend(&text, report.dry_run() ? "would do: " : "done: ", change, "\n");
+  if (!report.kept_aside().empty())
+    absl::StrAppend(&text, "kept aside: ", report.kept_aside(), "; `weft take recover --purge ",
+                    report.take(), "` removes it\n");
   return text;
 }
 

@@ -261,7 +261,7 @@ absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
   std::vector<std::string> ids;
   for (const auto& camera : cameras) ids.push_back(camera->camera_id());
   RecorderOptions recorder_options = options.recorder;
-  recorder_options.take.take = TakeNumber(take);
+  DescribeStreams(take, recorder_options.take);
   const auto recorder = Recorder::Start(folder, ids, recorder_options);
   ClockLog clocks(ids);
   absl::Status ready = recorder.status();

@@ -60,6 +60,7 @@ struct Recorder::Shared {
   std::vector<LedgerEntry> events;                       // drops and notes that wait for it
   std::optional<uint64_t> last_offered;
   std::optional<uint64_t> last_written;
+  std::optional<uint64_t> last_acknowledged;
   RecorderCounters counters;
   absl::Status failure;  // of the first write that failed
   bool stopping = false;
@@ -76,7 +77,9 @@ struct Recorder::Shared {
  private:
   void WriteJob(Job& job, size_t writer);
   void Complete(const Job& job);
-  void Flush();
+  bool Flush();
+  void DropWritten();
+  TakeEnd End(const absl::Status& status) const;
   void CheckDisk();
   void Close();
 
@@ -164,28 +167,29 @@ void Recorder::Shared::WriterLoop(size_t writer) {
   changed.notify_all();
 }
 
-void Recorder::Shared::Flush() {
+// False: the disk did not take it; sets and lines wait for another try.
+bool Recorder::Shared::Flush() {
   std::vector<LedgerEntry> sets, others;
   std::optional<uint64_t> last;
   {
     const std::lock_guard lock(mutex);
-    if (!failure.ok()) return;
     sets.swap(written);
     others.swap(events);
     last = last_written;
   }
-  if (sets.empty() && others.empty()) return;
+  if (sets.empty() && others.empty()) return true;
   std::vector<LedgerEntry> entries = sets;
   entries.insert(entries.end(), others.begin(), others.end());
   const absl::Status status = take->Commit(sets.empty() ? std::nullopt : last, entries);
   std::unique_lock lock(mutex);
   ++progress;
-  if (!status.ok()) {  // Close tries again, once room was made
+  if (!status.ok()) {
     written.insert(written.begin(), sets.begin(), sets.end());
     events.insert(events.begin(), others.begin(), others.end());
     Fail(status);
-    return;
+    return false;
   }
+  if (!sets.empty()) last_acknowledged = last;
   for (const LedgerEntry& entry : sets) {
     counters.sets_recorded += entry.event == LedgerEvent::kRecorded;
     counters.frames_missing += entry.event == LedgerEvent::kMissing;
@@ -193,6 +197,30 @@ void Recorder::Shared::Flush() {
   lock.unlock();
   for (const LedgerEntry& entry : sets)
     if (acknowledged && entry.event == LedgerEvent::kRecorded) acknowledged(entry.first_set);
+  return true;
+}
+
+// What was written and never flushed is not in the take.
+void Recorder::Shared::DropWritten() {
+  const std::lock_guard lock(mutex);
+  std::vector<LedgerEntry> lost;
+  lost.swap(written);
+  for (const LedgerEntry& entry : lost) {
+    if (entry.event != LedgerEvent::kRecorded) continue;
+    Drop(entry.first_set, entry.first_set, entry.device_time_ns,
+         absl::StrCat("recording stopped: ", counters.stop_cause));
+  }
+}
+
+TakeEnd Recorder::Shared::End(const absl::Status& status) const {
+  TakeEnd end;
+  end.outcome = status.ok() && counters.stop_cause.empty() ? TakeOutcome::kComplete : TakeOutcome::kStopped;
+  end.cause = counters.stop_cause;
+  end.ended_host_time_ns = HostTime_ns();
+  end.sets_recorded = counters.sets_recorded;
+  end.sets_dropped = counters.sets_dropped;
+  end.frames_missing = counters.frames_missing;
+  return end;
 }
 
 void Recorder::Shared::CheckDisk() {
@@ -211,8 +239,9 @@ void Recorder::Shared::FlusherLoop() {
   std::unique_lock lock(mutex);
   while (!(stopping && writers_running == 0)) {
     changed.wait_for(lock, interval, [&] { return stopping && writers_running == 0; });
+    const bool has_failed = !failure.ok();
     lock.unlock();
-    Flush();
+    if (!has_failed) Flush();
     CheckDisk();
     lock.lock();
   }
@@ -223,23 +252,29 @@ void Recorder::Shared::FlusherLoop() {
   changed.notify_all();
 }
 
+// Once more after a failure: the disk may only have lacked the room that was reserved ahead of the streams.
 void Recorder::Shared::Close() {
-  Flush();
-  std::vector<LedgerEntry> entries;
-  size_t recorded = 0;
-  std::optional<uint64_t> last;
+  absl::Status status;
   {
     const std::lock_guard lock(mutex);
-    entries = std::move(written);
-    for (const LedgerEntry& entry : entries) recorded += entry.event == LedgerEvent::kRecorded;
-    entries.insert(entries.end(), events.begin(), events.end());
-    last = last_written;
+    status = failure;
   }
-  const absl::Status status = take->Close(last, entries);
+  if (!status.ok()) take->Trim().IgnoreError();
+  if (!Flush()) DropWritten();
+  std::vector<LedgerEntry> entries;
+  std::optional<uint64_t> last;
+  TakeEnd end;
+  {
+    const std::lock_guard lock(mutex);
+    status = failure;
+    entries.swap(events);
+    last = last_acknowledged;
+    end = End(status);
+  }
+  status.Update(take->Close(last, entries, end));
   const std::lock_guard lock(mutex);
-  close_status = failure;
-  close_status.Update(status);
-  if (status.ok()) counters.sets_recorded += recorded;
+  close_status = status;
+  if (!status.ok() && counters.stop_cause.empty()) counters.stop_cause = std::string(status.message());
   ++progress;
 }
 

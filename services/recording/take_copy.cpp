@@ -28,7 +28,7 @@ class TakeCopy {
   static absl::StatusOr<TakeCopy> Start(const std::string& out, v1::Take take, RecorderOptions options) {
     std::vector<std::string> ids;
     for (const v1::TakeCamera& camera : take.cameras()) ids.push_back(camera.id());
-    options.take.take = TakeNumber(take);
+    DescribeStreams(take, options.take);
     auto recorder = Recorder::Start(out, ids, options);
     if (!recorder.ok()) return recorder.status();
     if (absl::Status status = WriteTakeFile(out, take); !status.ok()) return status;
@@ -50,13 +50,10 @@ class TakeCopy {
   absl::StatusOr<uint64_t> Finish() {
     const absl::Status stopped = recorder_->Stop();
     const RecorderCounters counters = recorder_->Counters();
-    take_.set_state(counters.stop_cause.empty() ? v1::TAKE_STATE_COMPLETE : v1::TAKE_STATE_STOPPED);
-    take_.set_stop_cause(counters.stop_cause);
-    take_.set_sets_recorded(counters.sets_recorded);
-    take_.set_sets_dropped(counters.sets_dropped);
-    take_.set_frames_missing(counters.frames_missing);
-    if (!stopped.ok()) return stopped;
-    if (absl::Status status = WriteTakeFile(out_, take_); !status.ok()) return status;
+    SetOutcome(counters, take_);
+    absl::Status status = stopped;
+    if (!absl::IsDeadlineExceeded(stopped)) status.Update(WriteTakeFile(out_, take_));
+    if (!status.ok()) return status;
     if (!counters.stop_cause.empty())
       return absl::ResourceExhaustedError(absl::StrCat(out_, ": ", counters.stop_cause));
     return counters.sets_recorded;

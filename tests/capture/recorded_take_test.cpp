@@ -5,6 +5,7 @@
 
 #include <filesystem>
 
+#include "absl/strings/match.h"
 #include "capture/open_dump.h"
 #include "capture/recover_take.h"
 #include "capture/take_files.h"
@@ -55,7 +56,8 @@ void Record(const std::string& folder, uint64_t count, bool close, bool compress
     }
   }
   if (close) {
-    ASSERT_TRUE((*writer)->Close(2 + count, entries).ok());
+    ASSERT_TRUE((*writer)->Commit(2 + count, entries).ok());
+    ASSERT_TRUE((*writer)->Close(2 + count, {}, {}).ok());
   }
 }
 
@@ -165,42 +167,79 @@ TEST(RecoverTake, BringsBackWhatTheIndexDoesNotKnow) {
   EXPECT_EQ(RecoverTake(folder)->entries_added, 0u);
 }
 
-TEST(RecoverTake, KeepsWholeSetsOfStreamsThatAreCutAtAnyPlace) {
+// Number of frames of a camera that are exact; the others are missing with a reason that says that they are
+// lost.
+size_t CountExact(const std::string& folder, size_t camera) {
+  const PatternFrames cameras = Cameras();
+  const auto take = RecordedTake::Open(folder);
+  size_t exact = 0;
+  for (size_t i = 0; i < (*take)->sets().size(); ++i) {
+    const auto frame = (*take)->ReadRaw(i, camera);
+    const bool is_exact = frame.ok() && cameras.IsExact(*frame, camera, (*take)->sets()[i]);
+    EXPECT_TRUE(is_exact || absl::StrContains(frame.status().message(), "lost")) << frame.status();
+    exact += frame.ok();
+  }
+  return exact;
+}
+
+TEST(RecoverTake, LeavesGapsWhereOneStreamIsCutAtAnyPlace) {
   for (const uint64_t cut_bytes : {0, 100, 4095, 4096, 4097, 9000, 20000, 30000, 41000}) {
     const TempFolder temp;
     const std::string folder = temp / "take";
     Record(folder, 6, true);
     const std::string stream = StreamFile(StreamFolder(folder), "cam2");
-    if (fs::file_size(stream) < 4096 + cut_bytes) continue;
     fs::resize_file(stream, fs::file_size(stream) - cut_bytes);
+    TakeRecoveryOptions dry;
+    dry.dry_run = true;
+    const auto plan = RecoverTake(folder, dry);
     const auto recovery = RecoverTake(folder);
-    ASSERT_TRUE(recovery.ok()) << recovery.status();
-    EXPECT_EQ(recovery->sets, recovery->cut_off > 0 ? 6 - recovery->cut_off / 2 : 6u);
-    ExpectExact(folder, recovery->sets);
-    // The ledger is history: it still tells of sets that were there once.
-    for (const std::string& problem : Problems(folder))
-      EXPECT_THAT(problem, HasSubstr("is in the ledger"));
+    ASSERT_TRUE(plan.ok() && recovery.ok()) << recovery.status();
+    EXPECT_EQ(plan->changes, recovery->changes);
+    EXPECT_EQ(plan->changes.empty(), cut_bytes == 0);
+    EXPECT_EQ(recovery->sets, 6u);
+    EXPECT_THAT(Problems(folder), IsEmpty()) << cut_bytes;
+    EXPECT_EQ(CountExact(folder, 0), 6u);
+    EXPECT_EQ(CountExact(folder, 2), 6u);
+    EXPECT_EQ(CountExact(folder, 1) + recovery->frames_lost, 5u);  // set 5 never had one
+    EXPECT_THAT(RecoverTake(folder)->changes, IsEmpty());
   }
 }
 
-TEST(RecoverTake, SkipsADamagedFrameAndSaysSo) {
+TEST(RecoverTake, PutsAGapInThePlaceOfADamagedFrame) {
   const TempFolder temp;
   const std::string folder = temp / "take";
   Record(folder, 6, true);
   const auto intact = RecordedTake::Open(folder);
   const IndexRecord of_set_4 = *(*intact)->Record(1, 0);
-  Damage(StreamFile(StreamFolder(folder), "cam1"), of_set_4.offset_bytes + kBlockBytes + 10);
+  const std::string stream = StreamFile(StreamFolder(folder), "cam1");
+  Damage(stream, of_set_4.offset_bytes + kBlockBytes + 10);
+  const std::string damaged = ReadBytes(stream);
   EXPECT_EQ((*intact)->ReadRaw(1, 0).status().code(), absl::StatusCode::kDataLoss);
-  EXPECT_THAT(Problems(folder),
-              Contains(HasSubstr("the frame of set 4 does not fit its checksum")));
+  EXPECT_THAT(Problems(folder), Contains(HasSubstr("the frame of set 4 does not fit its checksum")));
   const auto recovery = RecoverTake(folder);
   ASSERT_TRUE(recovery.ok());
-  EXPECT_THAT(recovery->damage, ElementsAre(HasSubstr("camera cam1, byte 16384: the frame of set 4")));
+  EXPECT_THAT(recovery->damage, Contains(HasSubstr("camera cam1, byte 16384: the frame of set 4")));
+  EXPECT_EQ(recovery->frames_lost, 1u);
+  EXPECT_EQ(ReadBytes(recovery->kept_aside + "/cam1.stream"), damaged);
+  EXPECT_THAT(Problems(folder), IsEmpty());
   const auto take = RecordedTake::Open(folder);
   EXPECT_EQ((*take)->sets().size(), 6u);
-  EXPECT_EQ((*take)->ReadSet(1)->missing[0].camera_id, "cam1");
-  EXPECT_TRUE(Cameras().IsExact(*(*take)->ReadRaw(1, 1), 1, 4));
-  EXPECT_TRUE(Cameras().IsExact(*(*take)->ReadRaw(2, 0), 0, 5));
+  EXPECT_EQ((*take)->ReadSet(1)->missing[0].reason, "lost: damaged in the stream");
+  EXPECT_EQ(CountExact(folder, 0), 5u);
+  EXPECT_EQ(CountExact(folder, 2), 6u);
+}
+
+TEST(RecoverTake, PutsNothingInThePlaceOfASetThatNoCameraHas) {
+  const TempFolder temp;
+  const std::string folder = temp / "take";
+  Record(folder, 3, true);
+  for (const char* id : {"cam1", "cam2", "cam10"})
+    fs::resize_file(StreamFile(StreamFolder(folder), id), 4096 * 4);
+  const auto recovery = RecoverTake(folder);
+  ASSERT_TRUE(recovery.ok());
+  EXPECT_EQ(recovery->frames_lost, 3u + 2u);  // set 5 lacked one before
+  EXPECT_THAT(Problems(folder), IsEmpty());
+  EXPECT_EQ(RecordedTake::Open(folder).value()->sets().size(), 3u);
 }
 
 TEST(RecoverTake, IgnoresChunksOfAnotherTake) {

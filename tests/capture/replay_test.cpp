@@ -37,7 +37,8 @@ void Record(const std::string& folder) {
     for (size_t camera = 0; camera < 2; ++camera) ASSERT_TRUE((*writer)->Append(camera, set).ok());
     for (const LedgerEntry& entry : EntriesOfRecorded(set, 1)) entries.push_back(entry);
   }
-  ASSERT_TRUE((*writer)->Close(kFirst + kSets - 1, entries).ok());
+  ASSERT_TRUE((*writer)->Commit(kFirst + kSets - 1, entries).ok());
+  ASSERT_TRUE((*writer)->Close(kFirst + kSets - 1, {}, {}).ok());
 }
 
 class ReplayTest : public ::testing::Test {

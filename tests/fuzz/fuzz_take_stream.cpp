@@ -86,7 +86,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
       Seal(index, at, kIndexRecordBytes);
   }
   files.Fill(StreamOf(input.substr(0, cut)), index);
-  const auto reader = weft::StreamReader::Open(files.folder(), "cam");
+  const auto reader = weft::StreamReader::OpenDamaged(files.folder(), "cam", data[0] & 2 ? 9 : 0);
   if (!reader.ok()) return 0;
   for (const weft::IndexRecord& record : (*reader)->records()) {
     const auto frame = (*reader)->Read(record);
@@ -107,10 +107,10 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
 }
 
 std::vector<std::string> weft::FuzzSeeds() {
-  std::string blocks(kShortBytes * 6, '\0'), index = IndexHeader(9);
+  std::string blocks(kShortBytes * 7, '\0'), index = IndexHeader(9);
   std::string block(kBlockBytes, '\0');
   auto* at = reinterpret_cast<uint8_t*>(block.data());
-  WriteBlock(StreamHeader{9, "cam"}, at);
+  WriteBlock(StreamHeader{9, "cam", ""}, at);
   blocks.replace(0, kShortBytes, block, 0, kShortBytes);
 
   AlignedBuffer payload(24);
@@ -156,6 +156,13 @@ std::vector<std::string> weft::FuzzSeeds() {
   WriteBlock(missing, at);
   blocks.replace(5 * kShortBytes, kShortBytes, block, 0, kShortBytes);
   AppendTo(index, RecordOf(missing, 5 * kBlockBytes));
+
+  StreamEnd end;
+  end.take = 9;
+  end.chunks = 3;
+  end.last_set = 5;
+  WriteBlock(end, at);
+  blocks.replace(6 * kShortBytes, kShortBytes, block, 0, kShortBytes);
 
   const std::string prefix = {1, static_cast<char>(blocks.size() & 0xff),
                               static_cast<char>(blocks.size() >> 8)};

@@ -1,0 +1,26 @@
+// Is a recorded take good, and if not, what to do.
+#pragma once
+
+#include <string>
+
+#include "capture/recorded_take.h"
+#include "weft/v1/take.pb.h"
+
+namespace weft {
+
+// "Run `weft take recover TAKE`..."; `force`: the take was closed.
+std::string RecoverRemedy(const std::string& folder, bool force);
+
+// Adds to the verdict of `info` what streams, take.json and ledger say without reading the frames: whether it
+// was closed, whether streams are cut or gone, how many sets have all cameras.
+void JudgeTake(const RecordedTake& take, v1::TakeInfo& info);
+
+// Of what every byte says.
+void JudgeCheck(v1::TakeCheckReport& report, bool is_closed);
+
+void JudgeRecovery(v1::TakeRecoveryReport& report);
+
+// Some process writes the take now.
+bool IsBeingRecorded(const std::string& folder);
+
+}  // namespace weft
