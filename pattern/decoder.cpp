@@ -79,7 +79,7 @@ PatchReport Report(const LevelPatch& patch, const PatchDecodeOptions& options) {
     report.y_min_px = std::min<double>(report.y_min_px, p.y_px);
     report.y_max_px = std::max<double>(report.y_max_px, p.y_px);
   }
-  report.reason = "no window of the board";
+  report.reason = "pattern not found on the board (wrong board, blur, fold)";
   for (const DecodedPiece& piece : patch.pieces) {
     const std::string reason = WhyRejected(patch, piece, options);
     if (&piece == &patch.pieces.front() || reason.empty()) {

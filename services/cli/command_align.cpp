@@ -81,7 +81,7 @@ void PrintReport(const v1::AlignReport& report) {
               report.mesh().vertices(), report.mesh().observed(), report.inferred(),
               report.self_intersections());
   if (report.mesh().demoted() > 0) {
-    std::printf("measured vertices that made way for others and count as inferred: %d\n",
+    std::printf("observed vertices moved to undo a self-intersection, now inferred: %d\n",
                 report.mesh().demoted());
   }
   std::printf("%s: written\n", report.mesh_file().c_str());

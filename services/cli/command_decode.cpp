@@ -21,6 +21,7 @@
 #include "services/cli/decode_inputs.h"
 #include "services/cli/decode_overlay.h"
 #include "services/cli/input_options.h"
+#include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
@@ -274,7 +275,7 @@ absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
     if (!json.ok()) return json.status();
     std::fputs(json->c_str(), stdout);
   } else if (!found.empty()) {
-    if (report.verdict().grade() != v1::GRADE_GOOD) std::printf("%s", VerdictText(report.verdict()).c_str());
+    if (report.verdict().grade() != v1::GRADE_GOOD) PrintVerdict(report.verdict());
     PrintTable(report);
   }
   for (const DecodedFile& file : files) {

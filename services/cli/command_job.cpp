@@ -9,10 +9,10 @@
 #include "services/cli/commands.h"
 #include "services/cli/job_view.h"
 #include "services/cli/json_output.h"
+#include "services/cli/print_verdict.h"
 #include "services/client/fetch_results.h"
 #include "services/client/registration_client.h"
 #include "services/pipeline/stop_on_signal.h"
-#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -120,8 +120,8 @@ absl::Status Watch(RegistrationClient& client, const Context& context) {
   if (options.json) {
     if (absl::Status status = PrintJsonMessage(*job); !status.ok()) return status;
   } else if (!quiet) {
-    std::printf("%s%s\nresults  %s\n", job->has_verdict() ? VerdictText(job->verdict()).c_str() : "",
-                JobSummary(*job).c_str(), job->spec().out().c_str());
+    if (job->has_verdict()) PrintVerdict(job->verdict());
+    std::printf("%s\nresults  %s\n", JobSummary(*job).c_str(), job->spec().out().c_str());
   }
   return OutcomeOf(*job);
 }

@@ -8,10 +8,10 @@
 #include "services/cli/input_options.h"
 #include "services/cli/job_view.h"
 #include "services/cli/local_registration.h"
+#include "services/cli/print_verdict.h"
 #include "services/cli/remote_registration.h"
 #include "services/files/json_file.h"
 #include "services/pipeline/stop_on_signal.h"
-#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -60,11 +60,11 @@ absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bo
     if (!json.ok()) return json.status();
     std::printf("%s", json->c_str());
   } else if (quiet) {
-    if (job.verdict().grade() == v1::GRADE_BAD) std::printf("%s", VerdictText(job.verdict()).c_str());
+    if (job.verdict().grade() == v1::GRADE_BAD) PrintVerdict(job.verdict());
   } else {
-    std::printf("%s%s\nresults  %s\nreport   %s/report.html\n",
-                job.has_verdict() ? VerdictText(job.verdict()).c_str() : "", JobSummary(job).c_str(),
-                options.out.c_str(), options.out.c_str());
+    if (job.has_verdict()) PrintVerdict(job.verdict());
+    std::printf("%s\nresults  %s\nreport   %s/report.html\n", JobSummary(job).c_str(), options.out.c_str(),
+                options.out.c_str());
   }
   return OutcomeOf(job);
 }

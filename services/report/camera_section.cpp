@@ -23,8 +23,8 @@ double PerFrame(int64_t count, const CameraSummary& camera) {
 std::string PerFrameText(int64_t count, const CameraSummary& camera) {
   if (camera.frames_seen == 0) return kDash;
   const double mean = PerFrame(count, camera);
-  return mean < 9.95 && count % camera.frames_seen != 0 ? FormatNumber(mean, 1)
-                                                        : FormatCount(std::llround(mean));
+  return camera.frames_seen > 1 && count > 0 && mean < 9.95 ? FormatNumber(mean, 1)
+                                                            : FormatCount(std::llround(mean));
 }
 
 // Most frequent first; then "and N similar".

@@ -59,8 +59,7 @@ absl::StatusOr<std::vector<MeshPicture>> DrawSides(const TriangleMesh& mesh,
                                                    double shading) {
   options.shading = shading;
   std::vector<MeshPicture> pictures;
-  for (const auto& [title, viewpoint] :
-       {std::pair{"One side", sides.front}, {"The other side", sides.back}}) {
+  for (const auto& [title, viewpoint] : {std::pair{"Front", sides.front}, {"Back", sides.back}}) {
     const absl::StatusOr<MeshView> view = RenderMesh(mesh, colors, viewpoint, options);
     if (!view.ok()) return view.status();
     absl::StatusOr<std::string> png = EncodePng(*view);

@@ -54,10 +54,12 @@ void AddUntangling(const v1::FrameReport& frame, std::string* text) {
   const bool again = temporal.refined() || temporal.bridged();
   const int pairs = again ? temporal.self_intersections() : frame.mesh().self_intersections();
   const int demoted = frame.mesh().demoted() + temporal.demoted();
-  if (pairs > 0) AddRemark(absl::StrCat(FormatCount(pairs), " pairs of faces intersect"), text);
-  if (demoted > 0) {
-    AddRemark(absl::StrCat(FormatCount(demoted), " measured vertices made way for others"), text);
-  }
+  if (pairs > 0)
+    AddRemark(absl::StrCat(Counted(pairs, "pair of faces intersects", "pairs of faces intersect")), text);
+  if (demoted > 0)
+    AddRemark(absl::StrCat(Counted(demoted, "observed vertex", "observed vertices"),
+                           " moved to undo a self-intersection"),
+              text);
 }
 
 std::string ReasonText(const v1::FrameReport& frame) {

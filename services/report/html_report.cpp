@@ -3,6 +3,7 @@
 #include "absl/strings/str_cat.h"
 #include "services/report/html_text.h"
 #include "services/report/job_summary.h"
+#include "services/report/job_verdict.h"
 #include "services/report/report_sections.h"
 #include "services/report/report_style.h"
 
@@ -20,10 +21,25 @@ std::string Page(const std::string& title, const std::string& body) {
       "</main>\n</body>\n</html>\n");
 }
 
+namespace {
+
+// Results of earlier versions have no verdict, and a job that runs has none yet.
+v1::Job Judged(v1::Job job, const std::vector<v1::FrameReport>& frames) {
+  const bool is_over = job.state() != v1::JOB_STATE_QUEUED && job.state() != v1::JOB_STATE_RUNNING;
+  if (!is_over) {
+    job.clear_verdict();
+  } else if (job.verdict().grade() == v1::GRADE_UNSPECIFIED) {
+    *job.mutable_verdict() = JudgeJob(job, frames);
+  }
+  return job;
+}
+
+}  // namespace
+
 std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
                           const std::vector<FramePictures>& pictures, const std::vector<std::string>& notes) {
   const JobSummary summary = Summarize(job, frames);
-  std::string html = HeadSection(job, summary);
+  std::string html = HeadSection(Judged(job, frames), summary);
   html += WarningSection(job, notes);
   html += PictureSection(pictures);
   html += PlotSection(frames);

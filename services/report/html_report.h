@@ -12,7 +12,7 @@
 namespace weft {
 
 struct MeshPicture {
-  std::string title;  // "One side"
+  std::string title;  // "Front"
   std::string png;    // bytes of the file
   int width_px = 0;
   int height_px = 0;

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
 constexpr std::string_view kDash = "\xE2\x80\x93";
-constexpr std::string_view kThinSpace = "\xE2\x80\xAF";
+constexpr char kMinus[] = "\xE2\x88\x92";
 
 // Length of the UTF-8 character at the front, 0 where there is none (RFC 3629).
 size_t CharacterLength(std::string_view text) {
@@ -56,6 +56,16 @@ bool IsControl(std::string_view character) {
   return first == 0x7F || c1;
 }
 
+// Digits in threes: "1,234,567".
+std::string Grouped(const std::string& digits) {
+  std::string text;
+  for (size_t i = 0; i < digits.size(); ++i) {
+    if (i > 0 && (digits.size() - i) % 3 == 0) text += ',';
+    text += digits[i];
+  }
+  return text;
+}
+
 }  // namespace
 
 std::string EscapeHtml(std::string_view text) {
@@ -91,18 +101,17 @@ std::string Words(std::string_view identifier) {
 }
 
 std::string FormatCount(int64_t count) {
-  const std::string digits = absl::StrCat(std::abs(count));
-  std::string text = count < 0 ? "\xE2\x88\x92" : "";
-  for (size_t i = 0; i < digits.size(); ++i) {
-    if (i > 0 && (digits.size() - i) % 3 == 0) text += kThinSpace;
-    text += digits[i];
-  }
-  return text;
+  const std::string digits = absl::StrCat(count);
+  return count < 0 ? absl::StrCat(kMinus, Grouped(digits.substr(1))) : Grouped(digits);
 }
 
 std::string FormatNumber(double value, int decimals) {
   if (!std::isfinite(value)) return std::string(kDash);
-  return absl::StrFormat("%.*f", decimals, value);
+  const std::string text = absl::StrFormat("%.*f", decimals, std::abs(value));
+  const size_t point = std::min(text.find('.'), text.size());
+  const bool is_zero = text.find_first_not_of("0.") == std::string::npos;
+  return absl::StrCat(value < 0 && !is_zero ? kMinus : "", Grouped(text.substr(0, point)),
+                      text.substr(point));
 }
 
 std::string FormatPercent(double share) {

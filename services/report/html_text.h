@@ -17,8 +17,8 @@ std::string Shortened(std::string_view text, size_t characters);
 std::string Words(std::string_view identifier);
 
 // Numbers that are not finite come out as a dash.
-std::string FormatCount(int64_t count);                // "12 345"
-std::string FormatNumber(double value, int decimals);  // "0.14"
+std::string FormatCount(int64_t count);                // "12,345"
+std::string FormatNumber(double value, int decimals);  // "0.14", "1,204.5"
 std::string FormatPercent(double share);               // 0.952: "95.2 %"
 std::string FormatDuration(double ms);                 // "340 ms", "2.31 s", "4 min 10 s", "3 h 5 min"
 std::string FormatUnixTime(int64_t unix_ns);           // "2026-11-21 10:44:03 UTC"; a dash for 0

@@ -1,5 +1,4 @@
 // The sections about the job as a whole.
-#include <array>
 #include <cmath>
 #include <set>
 
@@ -7,23 +6,10 @@
 #include "absl/strings/str_join.h"
 #include "services/report/html_text.h"
 #include "services/report/report_sections.h"
+#include "services/report/verdict_html.h"
 
 namespace weft {
 namespace {
-
-std::string Badge(Verdict verdict) {
-  switch (verdict) {
-    case Verdict::kGood:
-      return "<span class=\"badge good\">&#10003; complete</span>";
-    case Verdict::kRemarks:
-      return "<span class=\"badge warn\">! complete in part</span>";
-    case Verdict::kBad:
-      return "<span class=\"badge bad\">&#10005; needs attention</span>";
-    case Verdict::kUnfinished:
-      return "<span class=\"badge\">&#8230; not finished</span>";
-  }
-  return "";
-}
 
 std::string Tile(absl::string_view label, const std::string& value, const std::string& detail) {
   return absl::StrCat("<div class=\"tile\"><span>", label, "</span><b>", value, "</b><small>", detail,
@@ -103,16 +89,15 @@ std::string Table(const std::vector<std::string>& header, const std::string& row
 }
 
 std::string HeadSection(const v1::Job& job, const JobSummary& summary) {
-  std::string html =
-      absl::StrCat("<header>\n<p class=\"kind\">Weft registration report ", Badge(VerdictOf(job, summary)),
-                   "</p>\n<h1>", EscapeHtml(Headline(job, summary)), "</h1>\n");
-  const std::vector<std::string> remarks = Remarks(job, summary);
-  if (!remarks.empty()) {
-    html += "<ul class=\"remarks\">\n";
-    for (const std::string& remark : remarks) absl::StrAppend(&html, "<li>", EscapeHtml(remark), "</li>\n");
-    html += "</ul>\n";
-  }
-  return html + Tiles(summary) + "</header>\n";
+  const v1::Verdict& verdict = job.verdict();
+  std::string more;
+  for (const std::string& remark : Remarks(job, summary))
+    if (remark != verdict.reason()) absl::StrAppend(&more, "<li>", EscapeHtml(remark), "</li>\n");
+  if (!more.empty()) more = absl::StrCat("<ul class=\"remarks\">\n", more, "</ul>\n");
+  const bool is_over = verdict.grade() != v1::GRADE_UNSPECIFIED;
+  const std::string kind = absl::StrCat("Weft registration report",
+                                        is_over ? "" : " <span class=\"badge\">&#8230; not finished</span>");
+  return PageHead(kind, Headline(job, summary), verdict, more + Tiles(summary));
 }
 
 std::string WarningSection(const v1::Job& job, const std::vector<std::string>& notes) {

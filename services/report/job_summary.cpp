@@ -157,16 +157,6 @@ std::vector<std::string> CameraAlarms(const JobSummary& summary) {
   return alarms;
 }
 
-Verdict VerdictOf(const v1::Job& job, const JobSummary& summary) {
-  if (job.state() == v1::JOB_STATE_QUEUED || job.state() == v1::JOB_STATE_RUNNING)
-    return Verdict::kUnfinished;
-  if (job.state() == v1::JOB_STATE_FAILED || summary.counts.failed() > 0) return Verdict::kBad;
-  if (summary.registered == 0 && job.state() != v1::JOB_STATE_CANCELLED) return Verdict::kBad;
-  const bool complete = summary.counts.done() == summary.counts.total();
-  const bool good = complete && job.state() != v1::JOB_STATE_CANCELLED && CameraAlarms(summary).empty();
-  return good ? Verdict::kGood : Verdict::kRemarks;
-}
-
 std::string Headline(const v1::Job& job, const JobSummary& summary) {
   const int total = summary.counts.total();
   std::string registered =

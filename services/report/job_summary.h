@@ -51,10 +51,6 @@ struct JobSummary {
 };
 JobSummary Summarize(const v1::Job& job, const std::vector<v1::FrameReport>& frames);
 
-// How the job ended, for the page's colours.
-enum class Verdict { kGood, kRemarks, kBad, kUnfinished };
-Verdict VerdictOf(const v1::Job& job, const JobSummary& summary);
-
 // A sentence per camera that sees the cloth elsewhere than the others do, the worst first: it moved, or its
 // calibration is off.
 std::vector<std::string> CameraAlarms(const JobSummary& summary);

@@ -1,5 +1,8 @@
 #include "services/report/picture_html.h"
 
+#include <algorithm>
+#include <utility>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "services/report/frame_pictures.h"
@@ -19,18 +22,24 @@ std::string Picture(const MeshPicture& picture, const std::string& what_of, cons
 
 }  // namespace
 
-std::string ColorBar(const ScalarRange& range, const std::string& label, const std::string& unit) {
+std::string ColorBar(const ScalarRange& range, const std::string& label, const std::string& unit,
+                     bool bounded) {
   constexpr int kStops = 16;
   std::string stops;
   for (int i = 0; i <= kStops; ++i) {
     const double t = static_cast<double>(i) / kStops;
     absl::StrAppendFormat(&stops, "%s%s %.1f%%", i > 0 ? "," : "", HexColor(MapColor(t)), 100 * t);
   }
+  const std::string unit_html = unit.empty() ? "" : " " + EscapeHtml(unit);
   return absl::StrFormat(
-      "<p class=\"colorbar\"><span>%s %g</span><i "
-      "style=\"background:linear-gradient(90deg,%s)\"></i><span>%g "
-      "%s and more</span></p>",
-      EscapeHtml(label), range.low, stops, range.high, EscapeHtml(unit));
+      "<p class=\"colorbar\"><span>%s %g%s</span><i "
+      "style=\"background:linear-gradient(90deg,%s)\"></i><span>%g%s%s</span></p>",
+      EscapeHtml(label), range.low, unit_html, stops, range.high, unit_html, bounded ? "" : " and more");
+}
+
+GarmentMap ShareMap(const std::string& title, const std::string& label, std::vector<double> shares) {
+  for (double& share : shares) share *= 100;
+  return {title, label, "%", std::move(shares), {0, 100}};
 }
 
 std::string PictureRow(const std::vector<MeshPicture>& pictures, const std::string& what_of,
@@ -45,9 +54,12 @@ absl::StatusOr<std::string> GarmentMapHtml(const TriangleMesh& mesh, const Garme
   const absl::StatusOr<std::vector<MeshPicture>> pictures =
       DrawBothSides(mesh, ScalarColors(map.values, map.range), 0.6);
   if (!pictures.ok()) return pictures.status();
+  const bool bounded = std::none_of(map.values.begin(), map.values.end(),
+                                    [&](double value) { return value > map.range.high; });
   return absl::StrCat(
       "<div><h3>", EscapeHtml(map.title), "</h3>\n",
-      PictureRow(*pictures, "the garment", map.title, ColorBar(map.range, map.label, map.unit)), "</div>\n");
+      PictureRow(*pictures, "the garment", map.title, ColorBar(map.range, map.label, map.unit, bounded)),
+      "</div>\n");
 }
 
 }  // namespace weft

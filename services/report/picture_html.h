@@ -11,8 +11,9 @@
 
 namespace weft {
 
-// "label 0 [colours] 0.5 mm and more".
-std::string ColorBar(const ScalarRange& range, const std::string& label, const std::string& unit);
+// "label 0 mm [colours] 0.5 mm and more"; `bounded`: no value exceeds the range.
+std::string ColorBar(const ScalarRange& range, const std::string& label, const std::string& unit,
+                     bool bounded = false);
 // Pictures side by side under their legend (HTML already); empty without pictures.
 std::string PictureRow(const std::vector<MeshPicture>& pictures, const std::string& what_of,
                        const std::string& coloring, const std::string& legend);
@@ -24,6 +25,8 @@ struct GarmentMap {
   std::vector<double> values;  // [vertices], NaN is grey
   ScalarRange range;
 };
+// Shares from 0 to 1 as per cent, 0 % to 100 %.
+GarmentMap ShareMap(const std::string& title, const std::string& label, std::vector<double> shares);
 // Both sides of the garment with a heading and a colour bar. Errors of RenderMesh.
 absl::StatusOr<std::string> GarmentMapHtml(const TriangleMesh& mesh, const GarmentMap& map);
 

@@ -71,7 +71,7 @@ std::string CellSection(const std::vector<v1::FrameReport>& frames) {
                    [](const auto& a, const auto& b) { return a.second > b.second; });
   const auto per_frame = [&](int64_t count) {
     const double mean = static_cast<double>(count) / static_cast<double>(clouds);
-    return mean < 9.95 && count % clouds != 0 ? FormatNumber(mean, 1) : FormatCount(std::llround(mean));
+    return clouds > 1 && count > 0 && mean < 9.95 ? FormatNumber(mean, 1) : FormatCount(std::llround(mean));
   };
   std::string rows =
       TableRow("td", {"<b>became points</b>", per_frame(points), "cells and corners of the cloud"});

@@ -12,6 +12,7 @@
 #include "services/report/mesh_colors.h"
 #include "services/report/picture_html.h"
 #include "services/report/report_sections.h"
+#include "services/report/verdict_html.h"
 
 namespace weft {
 namespace {
@@ -199,21 +200,18 @@ absl::StatusOr<std::string> SewnPictures(const BuiltTemplate& built) {
   return PictureRow(*pictures, "the template", "seam", "<p>Seams coloured as above, openings dark.</p>");
 }
 
-std::string HeadOf(const BuiltTemplate& built) {
+std::string HeadOf(const BuiltTemplate& built, const v1::Verdict& verdict) {
   const Template& garment = built.garment;
   const auto corners = std::count_if(garment.node_of_vertex.begin(), garment.node_of_vertex.end(),
                                      [](const VertexNode& node) { return node.IsCorner(); });
-  return absl::StrCat(
-      "<header><h1>Template ", NameHtml(garment.id), "</h1>\n<p>",
-      Counted(built.sheet.panels, "panel", "panels"), ", ",
-      Counted(static_cast<int64_t>(built.parts.seams.size()), "seam", "seams"), ", ",
-      Counted(static_cast<int64_t>(built.parts.openings.size()), "opening", "openings"), "; ",
-      FormatCount(static_cast<int64_t>(garment.rest.vertices_mm.size())), " vertices, ",
+  const std::string more = absl::StrCat(
+      "<p>", FormatCount(static_cast<int64_t>(garment.rest.vertices_mm.size())), " vertices, ",
       corners > 0 ? absl::StrCat(FormatCount(corners), " of them corners between cells, ") : "",
       FormatCount(static_cast<int64_t>(garment.rest.faces.size())), " faces (", FormatCount(built.seam_faces),
-      " of them across seams), Euler characteristic ", built.euler, ", ", built.genus,
-      " handles. Edges are within ", FormatPercent(built.strain.median), " (median) and ",
-      FormatPercent(built.strain.p95), " (95 of 100) of the print.</p></header>\n");
+      " of them across seams), Euler characteristic ", FormatCount(built.euler), ", ",
+      Counted(built.genus, "handle", "handles"), ". Edges are within ", FormatPercent(built.strain.median),
+      " (median) and ", FormatPercent(built.strain.p95), " (95 of 100) of the print.</p>\n");
+  return PageHead("Weft template", absl::StrCat("Template ", garment.id), verdict, more);
 }
 
 }  // namespace
@@ -228,7 +226,7 @@ absl::StatusOr<std::string> MakeTemplateReport(const BuiltTemplate& built,
   const absl::StatusOr<std::string> map = GarmentMapHtml(built.garment.rest, strain);
   if (!map.ok()) return map.status();
 
-  std::string html = HeadOf(built);
+  std::string html = HeadOf(built, inputs.verdict);
   std::string warnings;
   for (const std::string& warning : built.warnings) {
     absl::StrAppend(&warnings, "<li>", EscapeHtml(warning), "</li>\n");

@@ -6,6 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "alignment/template_build/build_template.h"
+#include "weft/v1/verdict.pb.h"
 
 namespace weft {
 
@@ -14,6 +15,7 @@ struct TemplateReportInputs {
   std::string board;
   std::string panels;               // empty: found in the clouds
   std::vector<std::string> clouds;  // BuiltTemplate::reference is one of them
+  v1::Verdict verdict;
 };
 
 // Panels on the board with seams in matching colours and numbers, the sewn garment, tables of panels, seams

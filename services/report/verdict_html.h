@@ -9,8 +9,13 @@ namespace v1 {
 class Verdict;
 }
 
-// A section with the badge, the reason, the remedy and a table of values beside their limits; empty where the
-// verdict says nothing.
+// Badge and reason, remedy, and a table of values beside their limits; empty where the verdict says nothing.
 std::string VerdictHtml(const v1::Verdict& verdict);
+
+// The head of a page: a line of what kind it is (HTML already), the badge before the headline (not escaped),
+// the reason where it is another one, the remedy, values beside limits; `more` (HTML already) follows in the
+// same <header>. Without a verdict the headline alone.
+std::string PageHead(const std::string& kind, const std::string& headline, const v1::Verdict& verdict,
+                     const std::string& more);
 
 }  // namespace weft

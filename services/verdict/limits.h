@@ -89,9 +89,132 @@ inline constexpr Limit kRegisterCoverage{
     1,
     "Add cameras where the cloth is not seen: `weft rig plan` tells which; see report.html for where."};
 
+// Evaluations.
+inline constexpr Limit kEvaluateFrames{
+    "evaluate.frames",
+    "frames with a mesh",
+    "%",
+    100,
+    90,
+    Better::kMore,
+    1,
+    "See in the report of the job why the others have none, mend that, and register them again."};
+inline constexpr Limit kEvaluateCoverage{
+    "evaluate.coverage",
+    "cells seen by 3 cameras or more",
+    "%",
+    75,
+    50,
+    Better::kMore,
+    1,
+    "Add cameras where the map of visibility is dark: `weft rig plan` tells which."};
+inline constexpr Limit kEvaluatePrecision{
+    "evaluate.precision",
+    "decoded cells that are right",
+    "%",
+    99.5,
+    98,
+    Better::kMore,
+    2,
+    "Check that board and rig are those of the take; give the cells more pixels and light."};
+inline constexpr Limit kEvaluateVertexError{
+    "evaluate.vertex_error",
+    "vertex error where 3 cameras or more see, mean",
+    "mm",
+    0.5,
+    1.5,
+    Better::kLess,
+    3,
+    "Check the calibration of the rig; see on the map of vertex errors where they are."};
+inline constexpr Limit kEvaluateDrift{
+    "evaluate.drift",
+    "drift of observed vertices, mean",
+    "mm/s",
+    3,
+    15,
+    Better::kLess,
+    2,
+    "See on the map of drift where the mesh slides; more cameras or light there hold it."};
+inline constexpr Limit kEvaluateDistortion{
+    "evaluate.distortion",
+    "geodesic distortion",
+    "%",
+    3,
+    6,
+    Better::kLess,
+    2,
+    "Check that the template is that of the garment: `weft template build` makes it from a recording."};
+inline constexpr Limit kEvaluateSelfIntersections{
+    "evaluate.self_intersections",
+    "pairs of faces that intersect, a frame",
+    "",
+    0,
+    20,
+    Better::kLess,
+    1,
+    "Look at these frames before they are used; register them again with neighbours on both sides."};
+inline constexpr Limit kEvaluateLeftOut{
+    "evaluate.left_out",
+    "error of a camera that is left out, mean",
+    "px",
+    0.5,
+    1.5,
+    Better::kLess,
+    3,
+    "A camera that moved shows a shift in the table of cameras: correct it with `weft rig refine`."};
+
+// Calibrated rigs.
+inline constexpr Limit kCalibrationReprojection{
+    "calibration.reprojection",
+    "reprojection error",
+    "px",
+    0.3,
+    1,
+    Better::kLess,
+    3,
+    "See in the report which cameras stand out; shorter exposures and a flatter board lower it."};
+inline constexpr Limit kCalibrationUncertainty{
+    "calibration.uncertainty",
+    "projection uncertainty of the worst camera",
+    "px",
+    0.2,
+    0.5,
+    Better::kLess,
+    3,
+    "Show that camera more boards, near and far, tilted, and into the corners of its image."};
+inline constexpr Limit kPlanCoverage{
+    "plan.coverage",
+    "cells covered by the chosen cameras",
+    "%",
+    75,
+    50,
+    Better::kMore,
+    1,
+    "Choose more cameras (--cameras), or add candidates where the map of views is dark."};
+
+// Templates.
+inline constexpr Limit kTemplateStrain{
+    "template.strain",
+    "edges off the print, 95 of 100",
+    "%",
+    5,
+    15,
+    Better::kLess,
+    1,
+    "See in the report where; build from frames that show that part without folds."};
+
 // In the order of docs/verdicts.md.
-inline constexpr std::array kLimits = {&kTakeCompleteSets,   &kDecodeCells,    &kRegisterRaysMeet,
-                                       &kRegisterOnTemplate, &kRegisterFrames, &kRegisterImages,
-                                       &kRegisterCoverage};
+inline constexpr std::array kLimits = {
+    &kTakeCompleteSets,       &kDecodeCells,
+    &kRegisterRaysMeet,       &kRegisterOnTemplate,
+    &kRegisterFrames,         &kRegisterImages,
+    &kRegisterCoverage,       &kEvaluateFrames,
+    &kEvaluateCoverage,       &kEvaluatePrecision,
+    &kEvaluateVertexError,    &kEvaluateDrift,
+    &kEvaluateDistortion,     &kEvaluateSelfIntersections,
+    &kEvaluateLeftOut,        &kCalibrationReprojection,
+    &kCalibrationUncertainty, &kPlanCoverage,
+    &kTemplateStrain,
+};
 
 }  // namespace weft

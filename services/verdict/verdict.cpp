@@ -1,6 +1,7 @@
 #include "services/verdict/verdict.h"
 
 #include "absl/strings/cord.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/string_view.h"
@@ -29,6 +30,24 @@ v1::Grade GradeOf(const Limit& limit, double value) {
   return reaches(limit.usable) ? v1::GRADE_USABLE : v1::GRADE_BAD;
 }
 
+// Rounded as the limit wants it, with more decimals where rounding would carry the value over a limit: 98.97
+// % does not read as the 99 % that it misses.
+std::string ValueText(const Limit& limit, double value) {
+  const v1::Grade grade = GradeOf(limit, value);
+  for (int decimals = limit.decimals; decimals < limit.decimals + 4; ++decimals) {
+    const std::string number = absl::StrFormat("%.*f", decimals, value);
+    double shown = 0;
+    if (absl::SimpleAtod(number, &shown) && GradeOf(limit, shown) == grade)
+      return WithUnit(limit, value, decimals);
+  }
+  return WithUnit(limit, value, limit.decimals);
+}
+
+// "share of sets: 40.2 % (good from 99 %, usable from 90 %)".
+std::string MeasuredText(const v1::VerdictCheck& check) {
+  return absl::StrCat(check.name(), ": ", check.value(), " (", check.limits(), ")");
+}
+
 }  // namespace
 
 void AddFinding(v1::Verdict& verdict, v1::Grade grade, const std::string& reason, const std::string& remedy) {
@@ -43,10 +62,9 @@ void AddCheck(v1::Verdict& verdict, const Limit& limit, double value, const std:
   check.set_id(std::string(limit.id));
   check.set_name(std::string(limit.name));
   check.set_grade(GradeOf(limit, value));
-  check.set_value(WithUnit(limit, value, limit.decimals));
+  check.set_value(ValueText(limit, value));
   check.set_limits(LimitsText(limit));
-  const std::string measured = absl::StrCat(check.name(), ": ", check.value(), " (", check.limits(), ")");
-  AddFinding(verdict, check.grade(), reason.empty() ? measured : reason,
+  AddFinding(verdict, check.grade(), reason.empty() ? MeasuredText(check) : reason,
              check.grade() == v1::GRADE_GOOD ? "" : std::string(limit.remedy));
 }
 
@@ -74,9 +92,8 @@ std::string VerdictText(const v1::Verdict& verdict) {
   std::string text = absl::StrCat(GradeWord(verdict.grade()), ": ", verdict.reason(), "\n");
   if (!verdict.remedy().empty()) absl::StrAppend(&text, "  remedy: ", verdict.remedy(), "\n");
   for (const v1::VerdictCheck& check : verdict.checks()) {
-    if (check.grade() == v1::GRADE_GOOD) continue;
-    absl::StrAppend(&text, "  ", GradeWord(check.grade()), ": ", check.name(), " ", check.value(), " (",
-                    check.limits(), ")\n");
+    if (check.grade() == v1::GRADE_GOOD || MeasuredText(check) == verdict.reason()) continue;
+    absl::StrAppend(&text, "  ", GradeWord(check.grade()), ": ", MeasuredText(check), "\n");
   }
   return text;
 }

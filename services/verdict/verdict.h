@@ -24,7 +24,7 @@ std::string GradeWord(v1::Grade grade);
 std::string LimitsText(const Limit& limit);
 
 // "usable: REASON" and, where there is one, "  remedy: REMEDY", each a line. Checks that are not good follow,
-// a line each.
+// a line each, but the one that is the reason.
 std::string VerdictText(const v1::Verdict& verdict);
 
 // OK unless the verdict is bad. A bad verdict is an Aborted status that IsVerdict() tells apart from an

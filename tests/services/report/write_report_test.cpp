@@ -75,7 +75,7 @@ TEST_F(WriteReport, PicturesFirstWorstAndLastFrame) {
   EXPECT_THAT(html, HasSubstr("<bdi>000000</bdi> <small>first frame</small>"));
   EXPECT_THAT(html, HasSubstr("<bdi>000003</bdi> <small>lowest coverage</small>"));
   EXPECT_THAT(html, HasSubstr("<bdi>000004</bdi> <small>last frame</small>"));
-  EXPECT_THAT(html, HasSubstr("The other side of frame 000003, coloured by uncertainty"));
+  EXPECT_THAT(html, HasSubstr("Back of frame 000003, coloured by uncertainty"));
   EXPECT_THAT(html, HasSubstr("data:image/png;base64,iVBOR"));
   EXPECT_THAT(html, HasSubstr(">0.1 mm and more")) << "the range is that of observed vertices";
   EXPECT_THAT(html, Not(HasSubstr("Warnings")));
@@ -106,7 +106,7 @@ TEST_F(WriteReport, BrokenFilesAreNotedAndTheRestIsTold) {
   EXPECT_THAT(html, HasSubstr("Frame 000000 has no picture: "));
   EXPECT_THAT(html, HasSubstr("Frame 000003 has no picture: "));
   EXPECT_THAT(html, HasSubstr("The job finished 4 frames, the folder holds reports of 3"));
-  EXPECT_THAT(html, HasSubstr("<h1>4 of 4 frames registered"));
+  EXPECT_THAT(html, HasSubstr("good</span> 4 of 4 frames registered"));
 }
 
 TEST_F(WriteReport, ResultsOfOtherInputsAreLeftOut) {
@@ -127,7 +127,7 @@ TEST_F(WriteReport, FailedFramesNeedNoMesh) {
   v1::Job job = SampleJob({frame});
   job.set_state(v1::JOB_STATE_FAILED);
   const std::string html = Written(job);
-  EXPECT_THAT(html, HasSubstr("<h1>The job failed: The frame was not registered.</h1>"));
+  EXPECT_THAT(html, HasSubstr("bad</span> The job failed: The frame was not registered.</h1>"));
   EXPECT_THAT(html, Not(HasSubstr("<img")));
 }
 

@@ -56,9 +56,21 @@ TEST(Verdict, PrintsTheValueBesideItsLimits) {
   AddCheck(verdict, kShare, 40.24);
   EXPECT_EQ(VerdictText(verdict),
             "bad: share of sets: 40.2 % (good from 99 %, usable from 90 %)\n"
-            "  remedy: Record again.\n"
-            "  bad: share of sets 40.2 % (good from 99 %, usable from 90 %)\n");
+            "  remedy: Record again.\n");
+  AddCheck(verdict, kError, .7);
+  EXPECT_THAT(VerdictText(verdict),
+              HasSubstr("\n  bad: error: 0.70 px (good up to 0.2 px, usable up to 0.5 px)\n"));
   EXPECT_THAT(VerdictText(v1::Verdict()), StartsWith("unknown"));
+}
+
+TEST(Verdict, ValueIsNotRoundedOverALimitThatItMisses) {
+  v1::Verdict verdict;
+  AddCheck(verdict, kShare, 98.99);
+  AddCheck(verdict, kShare, 99.04);
+  AddCheck(verdict, kError, 0.5004);
+  EXPECT_EQ(verdict.checks(0).value(), "98.99 %");
+  EXPECT_EQ(verdict.checks(1).value(), "99.0 %");
+  EXPECT_EQ(verdict.checks(2).value(), "0.5004 px");
 }
 
 TEST(Verdict, GoodHasNoRemedy) {
