@@ -28,6 +28,7 @@ std::vector<Eigen::Vector2d> TrueDrift::MaterialOffsets(const std::vector<Eigen:
     Eigen::Matrix2d spread = Eigen::Matrix2d::Zero();
     Eigen::Matrix<double, 3, 2> moment = Eigen::Matrix<double, 3, 2>::Zero();
     for (int i = graph_.first[v]; i < graph_.first[v + 1]; ++i) {
+      if (!true_mm[graph_.neighbor[i]].allFinite()) continue;
       spread += rest_edge_mm_[i] * rest_edge_mm_[i].transpose();
       moment += (true_mm[graph_.neighbor[i]] - true_mm[v]) * rest_edge_mm_[i].transpose();
     }

@@ -19,7 +19,8 @@ class TrueDrift {
   explicit TrueDrift(const TriangleMesh& rest);
 
   // Tangential error of each vertex, [vertices], in mm of the cloth at rest along two axes fixed to the
-  // cloth; NaN where the neighbourhood spans no plane. Sizes must match the rest.
+  // cloth; NaN where the neighbourhood spans no plane. Vertices whose true position is NaN have no offset and
+  // are no neighbours. Sizes must match the rest.
   std::vector<Eigen::Vector2d> MaterialOffsets(const std::vector<Eigen::Vector3d>& registered_mm,
                                                const std::vector<Eigen::Vector3d>& true_mm) const;
 

@@ -120,19 +120,27 @@ CloudScore ScoreCloud(const FrameTruth& truth, const std::vector<int>& scoreable
   return score;
 }
 
-absl::StatusOr<MeshScore> ScoreMesh(const FrameTruth& truth, const std::vector<int>& scoreable_views,
-                                    const std::vector<Eigen::Vector3d>& mesh_mm,
+absl::StatusOr<MeshScore> ScoreMesh(const FrameTruth& truth, const ResultPieces& result,
+                                    const std::vector<int>& views_of_truth,
                                     const EvaluationOptions& options) {
-  if (mesh_mm.size() != truth.mesh.vertices_mm.size()) {
-    return absl::InvalidArgumentError(absl::StrCat("the mesh has ", mesh_mm.size(), " vertices, the truth ",
-                                                   truth.mesh.vertices_mm.size(),
-                                                   "; they belong to different templates"));
+  const std::vector<Eigen::Vector3d>& mesh_mm = *result.mesh_mm;
+  const TruthByNode* by_node = result.by_node;
+  const size_t vertices = by_node != nullptr ? by_node->vertices() : truth.mesh.vertices_mm.size();
+  if (mesh_mm.size() != vertices) {
+    return absl::InvalidArgumentError(absl::StrCat("the mesh has ", mesh_mm.size(), " vertices, ",
+                                                   by_node != nullptr ? "its template " : "the truth ",
+                                                   vertices, "; they do not belong together"));
   }
+  const std::vector<Eigen::Vector3d> true_mm =
+      by_node != nullptr ? by_node->Positions(truth.mesh.vertices_mm) : truth.mesh.vertices_mm;
+  const std::vector<int> scoreable_views =
+      by_node != nullptr ? by_node->ScoreableViews(truth) : views_of_truth;
   MeshScore score;
-  for (size_t v = 0; v < mesh_mm.size(); ++v) {
-    const double error_mm = (mesh_mm[v] - truth.mesh.vertices_mm[v]).norm();
-    if (!std::isfinite(error_mm))
+  for (size_t v = 0; v < vertices; ++v) {
+    if (!mesh_mm[v].allFinite())
       return absl::InvalidArgumentError(absl::StrCat("vertex ", v, " of the mesh is not finite"));
+    if (by_node != nullptr && !true_mm[v].allFinite()) continue;
+    const double error_mm = (mesh_mm[v] - true_mm[v]).norm();
     (scoreable_views[v] >= options.well_seen_views ? score.visible_mm : score.hidden_mm).push_back(error_mm);
   }
   return score;
@@ -190,7 +198,7 @@ absl::StatusOr<FrameScore> Evaluate(const FrameTruth& truth, const ResultPieces&
   }
   if (result.cloud) score.cloud = ScoreCloud(truth, scoreable_views, *result.cloud, options);
   if (result.mesh_mm) {
-    absl::StatusOr<MeshScore> mesh = ScoreMesh(truth, scoreable_views, *result.mesh_mm, options);
+    absl::StatusOr<MeshScore> mesh = ScoreMesh(truth, result, scoreable_views, options);
     if (!mesh.ok()) return mesh.status();
     score.mesh = *std::move(mesh);
   }

@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "evaluation/error_summary.h"
+#include "evaluation/truth_by_node.h"
 #include "pattern/observation.h"
 #include "simulation/view_truth.h"
 #include "triangulation/cloud.h"
@@ -25,6 +26,7 @@ struct ResultPieces {
   std::optional<std::vector<CameraObservations>> observations;
   std::optional<Cloud> cloud;
   std::optional<std::vector<Eigen::Vector3d>> mesh_mm;  // vertices in the template's order
+  const TruthByNode* by_node = nullptr;                 // where that template is not the truth's own
 };
 
 struct EvaluationOptions {
@@ -63,7 +65,8 @@ struct CloudScore {
   CloudScore& operator+=(const CloudScore& other);
 };
 
-// Distance of each vertex to its true position.
+// Distance of each vertex to its true position. Against a truth of another template, of those vertices alone
+// whose place on the true cloth the board tells.
 struct MeshScore {
   std::vector<double> visible_mm;  // of vertices that are well seen
   std::vector<double> hidden_mm;   // of all others, those without a cell among them

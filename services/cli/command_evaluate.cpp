@@ -6,9 +6,11 @@
 #include <string>
 
 #include "services/cli/commands.h"
+#include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
 #include "services/evaluation/evaluation_report.h"
 #include "services/evaluation/evaluation_text.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -34,21 +36,24 @@ absl::Status EvaluateCommand(const EvaluateOptions& options, bool quiet) {
   if (!options.out.empty())
     if (absl::Status status = WriteEvaluation(options.out, *evaluation); !status.ok()) return status;
   if (!options.json) {
-    std::fputs(EvaluationTable(*evaluation).c_str(), stdout);
+    PrintVerdict(evaluation->verdict);
+    std::printf("\n%s", EvaluationTable(*evaluation).c_str());
     if (!options.out.empty()) std::printf("report   %s/report.html\n", options.out.c_str());
-    return absl::OkStatus();
+    return VerdictStatus(evaluation->verdict);
   }
   const absl::StatusOr<std::string> json = EvaluationJson(*evaluation);
   if (!json.ok()) return json.status();
   std::fputs(json->c_str(), stdout);
-  return absl::OkStatus();
+  return VerdictStatus(evaluation->verdict);
 }
 
 void AddInputOptions(CLI::App& command, EvaluationRequest& request) {
-  command
-      .add_option("--truth", request.truth,
-                  "The folder truth of a synthetic take; by default <take>/truth if there")
-      ->type_name("DIR");
+  CLI::Option* truth =
+      command
+          .add_option("--truth", request.truth,
+                      "The folder truth of a synthetic take; by default <take>/truth where that fits")
+          ->type_name("DIR");
+  command.add_flag("--no-truth", request.no_truth, "Leave a truth beside the take alone")->excludes(truth);
   command.add_option("--take", request.dump, "The dump with the pictures; by default that of the job")
       ->type_name("DUMP");
   command.add_option("--rig", request.rig, "The cameras, rig.json; by default that of the job")
@@ -57,7 +62,7 @@ void AddInputOptions(CLI::App& command, EvaluationRequest& request) {
       ->type_name("DIR");
   command
       .add_option("--fps", request.fps,
-                  "Frames per second of the take, for drift; by default that of the truth, else 30")
+                  "Frames per second of the take, for drift; by default by the times of the take")
       ->type_name("N")
       ->check(CLI::PositiveNumber);
   command
@@ -84,14 +89,15 @@ void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
                  "Measure a job's result, against the truth of a synthetic take where there is one. With a "
                  "truth: precision and "
                  "recall of decoding, error of the cloud, distance of every vertex to its true place (apart "
-                 "for vertices that at "
-                 "least 3 cameras see well and for all others), exact drift. Without: coverage and "
+                 "for vertices that 3 cameras or more see and for all others; where the template is not that "
+                 "of the take, by board cell), exact drift. Without: coverage and "
                  "visibility, correspondence "
                  "drift by optical flow between unwrapped textures, geodesic distortion against the "
                  "template, self-intersections, "
                  "jitter, reprojection and leave-one-camera-out error of every camera. What cannot be "
                  "measured is named with the "
-                 "reason. With --out: evaluation.json, frames.csv, cameras.csv and report.html.",
+                 "reason. The verdict comes first; bad is exit status 1. With --out: evaluation.json, "
+                 "frames.csv, cameras.csv and report.html.",
                  "  weft evaluate result --out result/evaluation\n"
                  "  weft evaluate result --truth take/truth --quick\n"
                  "  weft evaluate result --truth take/truth --json > scores.json");

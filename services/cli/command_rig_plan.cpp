@@ -6,8 +6,10 @@
 #include <string>
 
 #include "services/cli/commands.h"
+#include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
 #include "services/evaluation/plan_rig.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -31,20 +33,20 @@ absl::Status Plan(const PlanOptions& options, bool quiet) {
   }
   if (!plan.ok()) return plan.status();
   if (absl::Status status = WriteRigPlan(options.out, *plan); !status.ok()) return status;
+  const v1::Verdict verdict = RigPlanVerdict(*plan);
   if (options.json) {
     const absl::StatusOr<std::string> json = RigPlanJson(*plan);
     if (!json.ok()) return json.status();
     std::fputs(json->c_str(), stdout);
-    return absl::OkStatus();
+    return VerdictStatus(verdict);
   }
+  PrintVerdict(verdict);
   const PlanStep& chosen = plan->steps[plan->rig.cameras.size() - 1];
-  std::printf(
-      "%zu of %zu cameras cover %.1f %% of the cells (all of them %.1f %%); %.1f views a cell, sigma %.3f "
-      "mm\n",
-      plan->rig.cameras.size(), plan->candidates.cameras.size(), 100 * chosen.coverage,
-      100 * plan->steps.back().coverage, chosen.mean_views, chosen.median_sigma_mm);
+  std::printf("covered  %.1f %% by the chosen cameras, %.1f %% by all; %.1f views a cell, sigma %.3f mm\n",
+              100 * chosen.coverage, 100 * plan->steps.back().coverage, chosen.mean_views,
+              chosen.median_sigma_mm);
   std::printf("rig      %s/rig.json\nreport   %s/report.html\n", options.out.c_str(), options.out.c_str());
-  return absl::OkStatus();
+  return VerdictStatus(verdict);
 }
 
 void AddSeeingOptions(CLI::App& command, RigPlanOptions& options) {

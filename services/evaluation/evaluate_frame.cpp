@@ -39,6 +39,13 @@ Positions Difference(const Positions& a, const Positions& b) {
   return out;
 }
 
+// By the frame rate, per second; nothing where it is not known.
+std::optional<ErrorSummary> PerSecond(const std::optional<ErrorSummary>& per_frame, double fps) {
+  if (!per_frame || fps <= 0) return std::nullopt;
+  return ErrorSummary{per_frame->count, fps * per_frame->mean, fps * per_frame->median, fps * per_frame->p95,
+                      fps * per_frame->max};
+}
+
 class FrameEvaluator {
  public:
   FrameEvaluator(const EvaluationRequest& request, const EvaluationInputs& inputs,
@@ -89,7 +96,18 @@ class FrameEvaluator {
     absl::StatusOr<TriangleMesh> mesh =
         ReadMesh((fs::path(inputs_.truth) / inputs_.frames[index_ + step].name / "mesh.ply").string());
     if (!mesh.ok()) return mesh.status();
-    return std::move(mesh->vertices_mm);
+    return OfResult(std::move(mesh->vertices_mm));
+  }
+
+  // True positions of the result's vertices.
+  Positions OfResult(Positions of_truth_mm) const {
+    return inputs_.truth_by_node ? inputs_.truth_by_node->Positions(of_truth_mm) : of_truth_mm;
+  }
+
+  // Whether the truth knows the vertices of the mesh.
+  bool IsMeshOfTruth(const FrameTruth& truth) const {
+    return pieces_.mesh &&
+           (inputs_.truth_by_node || pieces_.mesh->mesh.vertices_mm.size() == truth.mesh.vertices_mm.size());
   }
 
   absl::Status ScoreAgainstTruth() {
@@ -98,16 +116,18 @@ class FrameEvaluator {
       return absl::OkStatus();
     const absl::StatusOr<FrameTruth> truth = ReadFrameTruth((fs::path(inputs_.truth) / name_).string());
     if (!truth.ok()) return truth.status();
-    if (pieces_.mesh) pieces.mesh_mm = pieces_.mesh->mesh.vertices_mm;
+    const bool has_mesh = IsMeshOfTruth(*truth);
+    if (has_mesh) pieces.mesh_mm = pieces_.mesh->mesh.vertices_mm;
+    if (inputs_.truth_by_node) pieces.by_node = &*inputs_.truth_by_node;
     absl::StatusOr<FrameScore> score = Evaluate(*truth, pieces, request_.scores);
     if (!score.ok())
       return absl::Status(score.status().code(), absl::StrCat((fs::path(inputs_.result) / name_).string(),
                                                               ": ", score.status().message()));
     out_.frame.score = *std::move(score);
-    true_mm_ = truth->mesh.vertices_mm;
-    if (pieces_.mesh)
-      for (size_t v = 0; v < true_mm_.size(); ++v)
-        out_.fields.error_mm.push_back((pieces.mesh_mm->at(v) - true_mm_[v]).norm());
+    if (!has_mesh) return absl::OkStatus();
+    true_mm_ = OfResult(truth->mesh.vertices_mm);
+    for (size_t v = 0; v < true_mm_.size(); ++v)
+      out_.fields.error_mm.push_back((pieces.mesh_mm->at(v) - true_mm_[v]).norm());
     return absl::OkStatus();
   }
 
@@ -203,7 +223,8 @@ class FrameEvaluator {
     if (before_mm != nullptr) {
       const absl::StatusOr<Positions> true_before_mm = TrueMesh(-1);
       if (!true_before_mm.ok()) return true_before_mm.status();
-      metrics.jitter_of_truth_mm = Summarize(SecondDifferences(*true_before_mm, true_mm_, *true_after_mm));
+      metrics.jitter_of_truth_mm =
+          SummaryWhere(SecondDifferences(*true_before_mm, true_mm_, *true_after_mm), {}, true);
       // The cloth's own acceleration is in neither the error of the mesh nor its trembling.
       const Positions& now_mm = pieces_.mesh->mesh.vertices_mm;
       const std::vector<double> trembling_mm =
@@ -216,10 +237,11 @@ class FrameEvaluator {
     std::vector<double> drift =
         DriftBetween(tools_.true_drift->MaterialOffsets(pieces_.mesh->mesh.vertices_mm, true_mm_),
                      tools_.true_drift->MaterialOffsets(after_mm, *true_after_mm));
-    for (double& d : drift) d *= inputs_.fps;
-    metrics.true_drift_observed_mm_s = SummaryWhere(drift, measured_, true);
-    if (!measured_.empty()) metrics.true_drift_inferred_mm_s = SummaryWhere(drift, measured_, false);
-    out_.fields.true_drift_mm_s = std::move(drift);
+    metrics.true_drift_observed_mm = SummaryWhere(drift, measured_, true);
+    if (!measured_.empty()) metrics.true_drift_inferred_mm = SummaryWhere(drift, measured_, false);
+    metrics.true_drift_observed_mm_s = PerSecond(metrics.true_drift_observed_mm, inputs_.fps);
+    metrics.true_drift_inferred_mm_s = PerSecond(metrics.true_drift_inferred_mm, inputs_.fps);
+    out_.fields.true_drift_mm = std::move(drift);
     return absl::OkStatus();
   }
 
@@ -243,12 +265,12 @@ class FrameEvaluator {
       tools_.texture->Measure(plan, static_cast<int>(c), inputs_.rig->cameras[c], now_mm, *image_now,
                               after_mm, *image_after, &field);
     }
-    for (double& d : field.mm) d *= inputs_.fps;
     FrameMetrics& metrics = out_.frame.metrics;
-    metrics.texture_drift_mm_s = SummaryWhere(field.mm, {}, true);
+    metrics.texture_drift_mm = SummaryWhere(field.mm, {}, true);
+    metrics.texture_drift_mm_s = PerSecond(metrics.texture_drift_mm, inputs_.fps);
     if (field.tried > 0)
       metrics.texture_flow_lost = static_cast<double>(field.lost) / static_cast<double>(field.tried);
-    out_.fields.texture_drift_mm_s = std::move(field.mm);
+    out_.fields.texture_drift_mm = std::move(field.mm);
     return absl::OkStatus();
   }
 

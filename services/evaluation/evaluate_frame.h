@@ -17,10 +17,12 @@ struct FrameMetrics {
   // Of the vertices with a cell: measured by three or more cameras, as the paper counts, and by two.
   std::optional<double> coverage, two_view_share;
   std::optional<double> distortion_mm, distortion_relative;
-  std::optional<int64_t> self_intersections;       // pairs of faces
-  std::optional<ErrorSummary> texture_drift_mm_s;  // of the vertices that could be measured
-  std::optional<double> texture_flow_lost;         // share of the windows whose flow did not come back
+  std::optional<int64_t> self_intersections;  // pairs of faces
+  // To the next frame; per second as well where the frame rate is known.
+  std::optional<ErrorSummary> texture_drift_mm, texture_drift_mm_s;  // of the vertices that could be measured
+  std::optional<double> texture_flow_lost;  // share of the windows whose flow did not come back
   // Observed: by two or more cameras; all other vertices are inferred.
+  std::optional<ErrorSummary> true_drift_observed_mm, true_drift_inferred_mm;
   std::optional<ErrorSummary> true_drift_observed_mm_s, true_drift_inferred_mm_s;
   std::optional<ErrorSummary> jitter_observed_mm, jitter_inferred_mm, jitter_of_truth_mm;
   std::optional<ErrorSummary> error_jitter_observed_mm, error_jitter_inferred_mm;  // of the vertices' errors
@@ -37,7 +39,8 @@ struct EvaluatedFrame {
 // Values per vertex for the maps on the garment, [vertices]; NaN: not measured, empty: of no vertex.
 struct VertexFields {
   std::vector<double> observed;  // 1 by three or more cameras, else 0
-  std::vector<double> error_mm, distortion_mm, texture_drift_mm_s, true_drift_mm_s;
+  std::vector<double> error_mm, distortion_mm;
+  std::vector<double> texture_drift_mm, true_drift_mm;  // to the next frame
 };
 
 struct FrameOutcome {

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "services/evaluation/evaluation_verdict.h"
 
 namespace weft {
 namespace {
@@ -22,10 +23,10 @@ class FieldMean {
     for (size_t v = 0; v < values.size(); ++v)
       if (std::isfinite(values[v])) sum_[v] += values[v], ++count_[v];
   }
-  std::vector<double> Mean() const {
+  std::vector<double> Mean(double scale = 1) const {
     std::vector<double> mean(sum_.size(), std::numeric_limits<double>::quiet_NaN());
     for (size_t v = 0; v < sum_.size(); ++v)
-      if (count_[v] > 0) mean[v] = sum_[v] / count_[v];
+      if (count_[v] > 0) mean[v] = scale * sum_[v] / count_[v];
     return mean;
   }
 
@@ -67,11 +68,13 @@ FrameMetrics Total(const std::vector<EvaluatedFrame>& frames) {
        {&FrameMetrics::coverage, &FrameMetrics::two_view_share, &FrameMetrics::distortion_mm,
         &FrameMetrics::distortion_relative, &FrameMetrics::texture_flow_lost})
     total.*field = MeanOf(frames, field);
-  for (const auto field : {&FrameMetrics::texture_drift_mm_s, &FrameMetrics::true_drift_observed_mm_s,
-                           &FrameMetrics::true_drift_inferred_mm_s, &FrameMetrics::jitter_observed_mm,
-                           &FrameMetrics::jitter_inferred_mm, &FrameMetrics::jitter_of_truth_mm,
-                           &FrameMetrics::error_jitter_observed_mm, &FrameMetrics::error_jitter_inferred_mm,
-                           &FrameMetrics::reprojection_px, &FrameMetrics::left_out_px})
+  for (const auto field :
+       {&FrameMetrics::texture_drift_mm, &FrameMetrics::texture_drift_mm_s,
+        &FrameMetrics::true_drift_observed_mm, &FrameMetrics::true_drift_inferred_mm,
+        &FrameMetrics::true_drift_observed_mm_s, &FrameMetrics::true_drift_inferred_mm_s,
+        &FrameMetrics::jitter_observed_mm, &FrameMetrics::jitter_inferred_mm,
+        &FrameMetrics::jitter_of_truth_mm, &FrameMetrics::error_jitter_observed_mm,
+        &FrameMetrics::error_jitter_inferred_mm, &FrameMetrics::reprojection_px, &FrameMetrics::left_out_px})
     total.*field = MeanOf(frames, field);
   for (const EvaluatedFrame& frame : frames)
     if (frame.metrics.self_intersections)
@@ -94,11 +97,19 @@ void ExplainGaps(const EvaluationRequest& request, const EvaluationInputs& input
     remark("jitter", "no three consecutive frames have a mesh that tells the states of its vertices");
   if (request.quick) {
     remark("geodesic distortion, texture drift", "left out on request (--quick)");
-  } else if (inputs.dump && inputs.garment && !total.texture_drift_mm_s) {
+  } else if (inputs.dump && inputs.garment && !total.texture_drift_mm) {
     remark("texture drift", "no two consecutive frames have a mesh and pictures that show the same cells");
   }
-  if (inputs.garment && !inputs.truth.empty() && !total.true_drift_observed_mm_s)
+  const bool any_mesh = std::any_of(out.frames.begin(), out.frames.end(), [](const EvaluatedFrame& frame) {
+    return frame.metrics.self_intersections.has_value();
+  });
+  if (!inputs.truth.empty() && any_mesh && !out.total.mesh) {
+    remark("vertex error, exact drift",
+           "the result's mesh has other vertices than the truth's, and only templates tell which is which: "
+           "give --template, and keep the take's template beside its truth");
+  } else if (inputs.garment && !inputs.truth.empty() && !total.true_drift_observed_mm) {
     remark("exact drift", "no two consecutive frames have a mesh");
+  }
 }
 
 }  // namespace
@@ -111,7 +122,8 @@ absl::StatusOr<JobEvaluation> EvaluateJob(const EvaluationRequest& request,
   if (!tools.ok()) return tools.status();
   JobEvaluation out;
   out.remarks = inputs->remarks;
-  out.result = inputs->result, out.truth = inputs->truth, out.dump = inputs->dump_path, out.fps = inputs->fps;
+  out.result = inputs->result, out.truth = inputs->truth, out.dump = inputs->dump_path;
+  out.fps = inputs->fps, out.fps_source = inputs->fps_source;
   if (inputs->garment) out.shape = inputs->garment->rest;
 
   FieldMean visibility, error, distortion, texture_drift, true_drift;
@@ -134,8 +146,8 @@ absl::StatusOr<JobEvaluation> EvaluateJob(const EvaluationRequest& request,
       visibility.Add(outcome->fields.observed);
       error.Add(outcome->fields.error_mm);
       distortion.Add(outcome->fields.distortion_mm);
-      texture_drift.Add(outcome->fields.texture_drift_mm_s);
-      true_drift.Add(outcome->fields.true_drift_mm_s);
+      texture_drift.Add(outcome->fields.texture_drift_mm);
+      true_drift.Add(outcome->fields.true_drift_mm);
       out.cameras.resize(std::max(out.cameras.size(), outcome->cameras.size()));
       for (size_t c = 0; c < outcome->cameras.size(); ++c) out.cameras[c] += outcome->cameras[c];
       out.total += outcome->frame.score;
@@ -146,11 +158,15 @@ absl::StatusOr<JobEvaluation> EvaluateJob(const EvaluationRequest& request,
                   [](const auto& frame) { return frame.missing.size() == 3; })) {
     return absl::NotFoundError(
         absl::StrCat(request.result, ": holds no observations.csv, cloud.ply or mesh.ply of any of the ", all,
-                     " frames of ", inputs->truth, "; give the --out folder of `weft register`"));
+                     " frames", inputs->truth.empty() ? "" : absl::StrCat(" of ", inputs->truth),
+                     "; give the --out folder of `weft register`"));
   }
   out.total_metrics = Total(out.frames);
-  out.maps = {visibility.Mean(), error.Mean(), distortion.Mean(), texture_drift.Mean(), true_drift.Mean()};
+  const double per_frame = out.fps > 0 ? out.fps : 1;
+  out.maps = {visibility.Mean(), error.Mean(), distortion.Mean(), texture_drift.Mean(per_frame),
+              true_drift.Mean(per_frame)};
   ExplainGaps(request, *inputs, out);
+  out.verdict = VerdictOf(out);
   return out;
 }
 

@@ -7,13 +7,15 @@
 
 #include "absl/status/statusor.h"
 #include "services/evaluation/evaluate_frame.h"
+#include "weft/v1/verdict.pb.h"
 
 namespace weft {
 
 // Means over the frames, [vertices]; NaN where no frame has a value, empty where it was not measured at all.
 struct VertexMaps {
   std::vector<double> visibility;  // share of the frames that observe the vertex (paper, Fig. 7)
-  std::vector<double> error_mm, distortion_mm, texture_drift_mm_s, true_drift_mm_s;
+  std::vector<double> error_mm, distortion_mm;
+  std::vector<double> texture_drift, true_drift;  // mm/s, or mm a frame where the frame rate is not known
 };
 
 struct JobEvaluation {
@@ -27,7 +29,9 @@ struct JobEvaluation {
   TriangleMesh shape;                 // the template, to draw the maps on; empty where there is none
   std::vector<EvaluationRemark> remarks;
   std::string result, truth, dump;
-  double fps = 0;
+  double fps = 0;          // 0: not known
+  std::string fps_source;  // "--fps", "the take's times"
+  v1::Verdict verdict;
 };
 
 // Measures every frame, several at a time in the calling thread's TBB arena; the same numbers at any thread

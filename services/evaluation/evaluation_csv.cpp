@@ -68,7 +68,10 @@ std::vector<Column> FrameColumns() {
       MeanColumn("error_jitter_observed_mm", &FrameMetrics::error_jitter_observed_mm),
       MeanColumn("error_jitter_inferred_mm", &FrameMetrics::error_jitter_inferred_mm),
       MeanColumn("reprojection_px", &FrameMetrics::reprojection_px),
-      MeanColumn("left_out_px", &FrameMetrics::left_out_px)};
+      MeanColumn("left_out_px", &FrameMetrics::left_out_px),
+      MeanColumn("texture_drift_mm", &FrameMetrics::texture_drift_mm),
+      MeanColumn("true_drift_observed_mm", &FrameMetrics::true_drift_observed_mm),
+      MeanColumn("true_drift_inferred_mm", &FrameMetrics::true_drift_inferred_mm)};
 }
 
 // Quoted where a name would break the line.

@@ -1,15 +1,10 @@
 #include "services/evaluation/evaluation_inputs.h"
 
 #include <filesystem>
-#include <map>
 #include <utility>
 
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_split.h"
 #include "capture/open_dump.h"
-#include "services/files/atomic_file.h"
-#include "services/files/frame_folders.h"
 #include "services/files/json_file.h"
 #include "services/files/rig_file.h"
 #include "services/files/template_file.h"
@@ -62,12 +57,13 @@ absl::Status LoadTemplate(const std::string& path, const v1::Job& job, Evaluatio
   return CheckHash("template", path, job.inputs().garment(), inputs.garment->ContentHash());
 }
 
-absl::Status OpenDump(const std::string& path, bool is_required, EvaluationInputs& inputs) {
+absl::Status OpenDump(const std::string& path, const std::string& mosaic, bool is_required,
+                      EvaluationInputs& inputs) {
   if (path.empty() || !inputs.rig) {
     inputs.remarks.push_back({"texture drift", "there are no pictures; give --take and --rig"});
     return absl::OkStatus();
   }
-  absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(path, *inputs.rig);
+  absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(path, *inputs.rig, mosaic);
   if (dump.ok()) {
     inputs.dump = *std::move(dump);
     inputs.dump_path = path;
@@ -78,48 +74,70 @@ absl::Status OpenDump(const std::string& path, bool is_required, EvaluationInput
   return absl::OkStatus();
 }
 
-// Frames per second by the times of the pictures of a camera in <truth>/pictures.csv
-// (frame,camera,mid_exposure_ns,lost); 0 where they do not tell.
-double FpsOfTruth(const std::string& truth) {
-  if (truth.empty()) return 0;
-  const absl::StatusOr<std::string> csv = ReadWholeFile((fs::path(truth) / "pictures.csv").string());
-  if (!csv.ok()) return 0;
-  std::string camera;
-  std::vector<double> times_ns;
-  for (const auto line : absl::StrSplit(*csv, '\n')) {
-    const std::vector<std::string> fields = absl::StrSplit(line, ',');
-    double time_ns = 0;
-    if (fields.size() < 3 || !absl::SimpleAtod(fields[2], &time_ns)) continue;
-    if (camera.empty()) camera = fields[1];
-    if (fields[1] == camera) times_ns.push_back(time_ns);
-  }
-  if (times_ns.size() < 2 || !(times_ns.back() > times_ns.front())) return 0;
-  return 1e9 * static_cast<double>(times_ns.size() - 1) / (times_ns.back() - times_ns.front());
+// A truth that nobody named and that does not fit is no reason to refuse the result.
+void LeaveTruth(const absl::Status& why, EvaluationInputs& inputs) {
+  inputs.remarks.push_back(
+      {"errors against the truth, exact drift",
+       absl::StrCat(inputs.truth, " stands beside the take and was left out: ", why.message())});
+  inputs.truth.clear();
 }
 
-absl::Status ListFrames(EvaluationInputs& inputs) {
-  const absl::StatusOr<std::vector<std::string>> names =
-      inputs.truth.empty() ? ListFrameFolders(inputs.result) : ListTruthFrames(inputs.truth);
-  if (!names.ok()) return names.status();
-  std::map<std::string, int> in_dump;
-  if (inputs.dump)
-    for (size_t i = 0; i < inputs.dump->frame_names().size(); ++i)
-      in_dump[inputs.dump->frame_names()[i]] = static_cast<int>(i);
-  for (size_t i = 0; i < names->size(); ++i) {
-    const auto at = in_dump.find((*names)[i]);
-    const bool is_known = at != in_dump.end();
-    inputs.frames.push_back(
-        {(*names)[i], is_known ? at->second : static_cast<int>(i), is_known ? at->second : -1});
+// Finds which vertex of the truth is which of the result. Needs the template of the take beside its truth.
+absl::Status MatchTruth(EvaluationInputs& inputs) {
+  const fs::path of_truth = (fs::path(inputs.truth) / "../template").lexically_normal();
+  if (!inputs.garment || !Exists(of_truth / "template.json")) return absl::OkStatus();
+  const absl::StatusOr<Template> truth = ReadTemplate(of_truth.string());
+  if (!truth.ok()) return truth.status();
+  if (HaveSameVertices(*inputs.garment, *truth)) return absl::OkStatus();
+  absl::StatusOr<TruthByNode> by_node = TruthByNode::Build(*inputs.garment, *truth);
+  if (!by_node.ok()) return by_node.status();
+  inputs.remarks.push_back(
+      {"vertex error, exact drift",
+       absl::StrCat("the result's template is not that of ", of_truth.string(),
+                    "; its vertices are compared by board cell, which ", by_node->matched(), " of ",
+                    by_node->vertices(), " have in common with the truth")});
+  inputs.truth_by_node = *std::move(by_node);
+  return absl::OkStatus();
+}
+
+absl::Status LoadTruth(const EvaluationRequest& request, const std::string& dump, EvaluationInputs& inputs) {
+  const bool is_named = !request.truth.empty();
+  inputs.truth = request.truth;
+  if (request.no_truth) {
+    inputs.remarks.push_back({"errors against the truth, exact drift", "left out on request (--no-truth)"});
+    return absl::OkStatus();
   }
-  if (!inputs.frames.empty()) return absl::OkStatus();
-  return absl::NotFoundError(
-      absl::StrCat(inputs.result, ": holds no frames; give the --out folder of `weft register`"));
+  if (!is_named && !dump.empty() && Exists(fs::path(dump) / "truth"))
+    inputs.truth = (fs::path(dump) / "truth").string();
+  if (inputs.truth.empty()) {
+    inputs.remarks.push_back(
+        {"errors against the truth, exact drift", "there is no ground truth; give --truth"});
+    return absl::OkStatus();
+  }
+  absl::Status status = ListTruthFrames(inputs.truth).status();
+  if (status.ok()) status = MatchTruth(inputs);
+  if (!status.ok() && !is_named) {
+    LeaveTruth(status, inputs);
+    return absl::OkStatus();
+  }
+  return status;
+}
+
+// By --fps, else by the times of the take.
+void FindFrameRate(const EvaluationRequest& request, const TakeTimes& times, EvaluationInputs& inputs) {
+  inputs.fps = request.fps > 0 ? request.fps : times.fps;
+  inputs.fps_source = request.fps > 0 ? "--fps" : times.source;
+  if (inputs.fps == 0)
+    inputs.remarks.push_back({"drift per second",
+                              "nothing tells the frame rate of the take, so drift is given per frame; --fps "
+                              "gives it per second"});
 }
 
 }  // namespace
 
 absl::Status EvaluationRequest::Validate() const {
   if (result.empty()) return absl::InvalidArgumentError("the folder of the result is empty");
+  if (no_truth && !truth.empty()) return absl::InvalidArgumentError("a truth is named and left out at once");
   if (!(fps >= 0)) return absl::InvalidArgumentError("fps must not be negative");
   if (samples < 0) return absl::InvalidArgumentError("samples must not be negative");
   for (const absl::Status& status :
@@ -136,24 +154,24 @@ absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& r
   EvaluationInputs inputs;
   inputs.result = request.result;
   const std::string dump = PathOf(request.dump, job.spec().dump());
-  inputs.truth = request.truth;
-  if (inputs.truth.empty() && !dump.empty() && Exists(fs::path(dump) / "truth"))
-    inputs.truth = (fs::path(dump) / "truth").string();
-  if (inputs.truth.empty())
-    inputs.remarks.push_back(
-        {"errors against the truth, exact drift", "there is no ground truth; give --truth"});
-  inputs.fps = request.fps > 0 ? request.fps : FpsOfTruth(inputs.truth);
-  if (inputs.fps == 0) {
-    inputs.fps = 30;
-    inputs.remarks.push_back({"drift per second", "30 frames a second are assumed; give --fps"});
-  }
   if (absl::Status status = LoadRig(PathOf(request.rig, job.spec().rig()), job, inputs); !status.ok())
     return status;
   if (absl::Status status = LoadTemplate(PathOf(request.garment, job.spec().garment()), job, inputs);
       !status.ok())
     return status;
-  if (absl::Status status = OpenDump(dump, !request.dump.empty(), inputs); !status.ok()) return status;
-  if (absl::Status status = ListFrames(inputs); !status.ok()) return status;
+  const std::string mosaic = dump == job.spec().dump() ? job.spec().options().mosaic() : "";
+  if (absl::Status status = OpenDump(dump, mosaic, !request.dump.empty(), inputs); !status.ok())
+    return status;
+  if (absl::Status status = LoadTruth(request, dump, inputs); !status.ok()) return status;
+  const fs::path beside = fs::path(dump) / "truth";
+  const TakeTimes times = TimesOfTake(dump, !inputs.truth.empty() ? inputs.truth
+                                            : Exists(beside)      ? beside.string()
+                                                                  : "");
+  FindFrameRate(request, times, inputs);
+  absl::StatusOr<std::vector<ListedFrame>> frames =
+      ListFrames(inputs.result, inputs.truth, job, inputs.dump.get(), times);
+  if (!frames.ok()) return frames.status();
+  inputs.frames = *std::move(frames);
   return inputs;
 }
 

@@ -13,7 +13,9 @@
 #include "evaluation/camera_errors.h"
 #include "evaluation/geodesic_distortion.h"
 #include "evaluation/texture_drift.h"
+#include "evaluation/truth_by_node.h"
 #include "evaluation/truth_score.h"
+#include "services/evaluation/listed_frames.h"
 
 namespace weft {
 
@@ -21,7 +23,8 @@ struct EvaluationRequest {
   std::string result;  // folder of a job's results
   // Empty paths are taken from <result>/job.json, the truth from the folder `truth` of the dump.
   std::string truth, dump, rig, garment;
-  double fps = 0;  // of the take; 0: by the times of the truth, else 30 with a remark
+  bool no_truth = false;  // a truth beside the dump is left alone
+  double fps = 0;         // of the take; 0: by the times of the take
   int samples =
       20;  // frames at which what takes long is measured (geodesics, texture drift), spread evenly; 0: all
   bool quick = false;  // leaves that out altogether
@@ -39,26 +42,25 @@ struct EvaluationRemark {
   std::string reason;
 };
 
-struct ListedFrame {
-  std::string name;
-  int position = 0;     // in the take: frames are consecutive when their positions are
-  int dump_index = -1;  // in the dump; -1 when it is not there
-};
-
 // Pieces that are missing are empty, with a remark in `remarks`.
 struct EvaluationInputs {
   std::string result, truth, dump_path;
-  double fps = 0;
+  double fps = 0;          // 0: not known
+  std::string fps_source;  // "--fps", "the take's times"
   std::optional<Rig> rig;
   std::optional<Template> garment;
   std::unique_ptr<FrameSource> dump;
-  std::vector<ListedFrame> frames;  // of the truth where there is one, else of the result
+  // Where the result's template is not the truth's own.
+  std::optional<TruthByNode> truth_by_node;
+  // Those that the job was asked for, and those that the result holds. Without job.json all of the truth.
+  std::vector<ListedFrame> frames;
   std::vector<EvaluationRemark> remarks;
 };
 
-// Files that the request names must be readable; those that job.json names may be missing.
-// FailedPrecondition: rig or template are not those of the job, both hashes named. NotFound: a truth or a
-// result without frames.
+// Files that the request names must be readable; those that job.json names may be missing, and a truth that
+// nobody named and that does not fit is left alone with a remark.
+// FailedPrecondition: rig or template are not those of the job, or the truth is of another board, both hashes
+// named. NotFound: a truth or a result without frames.
 absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& request);
 
 }  // namespace weft

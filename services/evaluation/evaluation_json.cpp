@@ -67,6 +67,9 @@ v1::MeasureScore ToProto(const FrameMetrics& metrics) {
                       v1::MeasureScore& to) {
     if (from) *(to.*field)() = ToProto(*from);
   };
+  put(metrics.texture_drift_mm, &v1::MeasureScore::mutable_texture_drift_mm, out);
+  put(metrics.true_drift_observed_mm, &v1::MeasureScore::mutable_true_drift_observed_mm, out);
+  put(metrics.true_drift_inferred_mm, &v1::MeasureScore::mutable_true_drift_inferred_mm, out);
   put(metrics.texture_drift_mm_s, &v1::MeasureScore::mutable_texture_drift_mm_s, out);
   put(metrics.true_drift_observed_mm_s, &v1::MeasureScore::mutable_true_drift_observed_mm_s, out);
   put(metrics.true_drift_inferred_mm_s, &v1::MeasureScore::mutable_true_drift_inferred_mm_s, out);
@@ -153,6 +156,8 @@ absl::StatusOr<std::string> EvaluationJson(const JobEvaluation& evaluation) {
   out.set_truth(evaluation.truth);
   out.set_dump(evaluation.dump);
   out.set_frames_per_s(evaluation.fps);
+  out.set_frames_per_s_source(evaluation.fps_source);
+  *out.mutable_verdict() = evaluation.verdict;
   return ToJson(out);
 }
 

@@ -8,11 +8,13 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "services/evaluation/evaluation_text.h"
+#include "services/evaluation/evaluation_verdict.h"
 #include "services/report/html_text.h"
 #include "services/report/mesh_colors.h"
 #include "services/report/picture_html.h"
 #include "services/report/plot.h"
 #include "services/report/report_sections.h"
+#include "services/report/verdict_html.h"
 
 namespace weft {
 namespace {
@@ -21,6 +23,21 @@ constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 constexpr char kDash[] = "\xE2\x80\x93";
 
 double MeanOr(const std::optional<ErrorSummary>& errors) { return errors ? errors->mean : kNone; }
+// Drift of all or of one frame: per second, or per frame where the frame rate is not known.
+using DriftField = std::optional<ErrorSummary> FrameMetrics::*;
+struct Drift {
+  DriftField per_second, per_frame;
+};
+constexpr Drift kTextureDrift{&FrameMetrics::texture_drift_mm_s, &FrameMetrics::texture_drift_mm};
+constexpr Drift kObservedDrift{&FrameMetrics::true_drift_observed_mm_s,
+                               &FrameMetrics::true_drift_observed_mm};
+constexpr Drift kInferredDrift{&FrameMetrics::true_drift_inferred_mm_s,
+                               &FrameMetrics::true_drift_inferred_mm};
+DriftField FieldOf(const JobEvaluation& evaluation, const Drift& drift) {
+  return evaluation.fps > 0 ? drift.per_second : drift.per_frame;
+}
+const char* DriftUnit(const JobEvaluation& evaluation) { return evaluation.fps > 0 ? "mm/s" : "mm a frame"; }
+
 double ValueOr(const std::optional<double>& value) { return value.value_or(kNone); }
 
 std::string Shown(double value, int decimals, const char* unit) {
@@ -80,30 +97,34 @@ std::string EvaluationHead(const JobEvaluation& evaluation) {
   const FrameMetrics& total = evaluation.total_metrics;
   const double visible_mm = MeshErrorMm(evaluation, &MeshScore::visible_mm),
                hidden_mm = MeshErrorMm(evaluation, &MeshScore::hidden_mm);
-  std::string headline = Counted(static_cast<int64_t>(evaluation.frames.size()), "frame", "frames");
-  if (total.coverage)
-    absl::StrAppend(&headline, ", ", FormatPercent(*total.coverage), " of the cells observed");
-  std::string html =
-      absl::StrCat("<header>\n<p class=\"kind\">Weft evaluation of ", NameHtml(evaluation.result),
-                   evaluation.truth.empty() ? ", without ground truth" : ", against ground truth",
-                   "</p>\n<h1>", headline, ".</h1>\n<div class=\"tiles\">\n");
-  html += Tile("Vertex error, well seen", Shown(visible_mm, 3, "mm"),
-               absl::StrCat("hidden ", Shown(hidden_mm, 2, "mm")));
-  html += Tile("Correspondence drift", Shown(MeanOr(total.texture_drift_mm_s), 2, "mm/s"),
-               absl::StrCat("texture flow; exact ", Shown(MeanOr(total.true_drift_observed_mm_s), 2, "mm/s"),
-                            " where observed"));
-  html += Tile("Geodesic distortion", Shown(ValueOr(total.distortion_mm), 2, "mm"),
-               total.distortion_relative
-                   ? absl::StrCat(FormatPercent(*total.distortion_relative), " of the distance")
-                   : "against the template");
-  html += Tile("Left-out camera error", Shown(MeanOr(total.left_out_px), 3, "px"),
-               absl::StrCat("reprojection ", Shown(MeanOr(total.reprojection_px), 3, "px")));
-  html +=
-      Tile("Self-intersecting pairs",
-           total.self_intersections ? FormatCount(*total.self_intersections) : kDash, "of faces, all frames");
-  html += Tile("Jitter", Shown(MeanOr(total.jitter_observed_mm), 3, "mm"),
-               absl::StrCat("inferred ", Shown(MeanOr(total.jitter_inferred_mm), 3, "mm")));
-  return html + "</div>\n</header>\n";
+  const auto drift = [&](const Drift& of) {
+    return Shown(MeanOr(total.*FieldOf(evaluation, of)), evaluation.fps > 0 ? 2 : 3, DriftUnit(evaluation));
+  };
+  std::string tiles = "<div class=\"tiles\">\n";
+  tiles += Tile("Vertex error, seen by 3 or more", Shown(visible_mm, 3, "mm"),
+                absl::StrCat("seen by fewer ", Shown(hidden_mm, 3, "mm")));
+  tiles += Tile("Correspondence drift", drift(kTextureDrift),
+                absl::StrCat("texture flow; exact ", drift(kObservedDrift), " where observed"));
+  tiles += Tile("Geodesic distortion", Shown(ValueOr(total.distortion_mm), 2, "mm"),
+                total.distortion_relative
+                    ? absl::StrCat(FormatPercent(*total.distortion_relative), " of the distance")
+                    : "against the template");
+  tiles += Tile("Left-out camera error", Shown(MeanOr(total.left_out_px), 3, "px"),
+                absl::StrCat("reprojection ", Shown(MeanOr(total.reprojection_px), 3, "px")));
+  tiles += Tile("Self-intersections",
+                !total.self_intersections        ? kDash
+                : *total.self_intersections == 0 ? "none"
+                                                 : FormatCount(*total.self_intersections),
+                "pairs of faces, all frames");
+  tiles += Tile("Jitter", Shown(MeanOr(total.jitter_observed_mm), 3, "mm"),
+                absl::StrCat("inferred ", Shown(MeanOr(total.jitter_inferred_mm), 3, "mm")));
+  tiles += Tile("Frames a second", evaluation.fps > 0 ? FormatNumber(evaluation.fps, 2) : "not known",
+                evaluation.fps > 0 ? absl::StrCat("by ", EscapeHtml(evaluation.fps_source))
+                                   : "drift is given per frame; --fps gives it per second");
+  return PageHead(
+      absl::StrCat("Weft evaluation of ", NameHtml(evaluation.result),
+                   evaluation.truth.empty() ? ", without ground truth" : ", against ground truth"),
+      EvaluationHeadline(evaluation) + ".", evaluation.verdict, tiles + "</div>\n");
 }
 
 std::string PaperSection(const JobEvaluation& evaluation) {
@@ -130,23 +151,22 @@ std::string PaperSection(const JobEvaluation& evaluation) {
 std::string MapSection(const JobEvaluation& evaluation) {
   if (evaluation.shape.vertices_mm.empty()) return "";
   std::string body;
-  const auto add = [&](const char* title, const char* label, const char* unit,
-                       const std::vector<double>& values, const ScalarRange& range) {
-    if (values.empty()) return;
-    const absl::StatusOr<std::string> html =
-        GarmentMapHtml(evaluation.shape, {title, label, unit, values, range});
+  const auto add = [&](const GarmentMap& map) {
+    if (map.values.empty()) return;
+    const absl::StatusOr<std::string> html = GarmentMapHtml(evaluation.shape, map);
     absl::StrAppend(&body, html.ok()
                                ? *html
-                               : absl::StrCat("<p>", title, " has no picture: ",
+                               : absl::StrCat("<p>", map.title, " has no picture: ",
                                               EscapeHtml(std::string(html.status().message())), "</p>\n"));
   };
   const VertexMaps& maps = evaluation.maps;
-  add("Visibility: share of the frames that observe the vertex", "share", "", maps.visibility, {0, 1});
-  add("Vertex error, mean over the frames", "error", "mm", maps.error_mm, RoundRange(maps.error_mm));
-  add("Geodesic distortion, mean over sources and frames", "distortion", "mm", maps.distortion_mm,
-      RoundRange(maps.distortion_mm));
-  add("Drift by texture flow", "drift", "mm/s", maps.texture_drift_mm_s, RoundRange(maps.texture_drift_mm_s));
-  add("Exact drift", "drift", "mm/s", maps.true_drift_mm_s, RoundRange(maps.true_drift_mm_s, 0.95));
+  const char* drift_unit = DriftUnit(evaluation);
+  add(ShareMap("Visibility: share of the frames that observe the vertex", "share", maps.visibility));
+  add({"Vertex error, mean over the frames", "error", "mm", maps.error_mm, RoundRange(maps.error_mm)});
+  add({"Geodesic distortion, mean over sources and frames", "distortion", "mm", maps.distortion_mm,
+       RoundRange(maps.distortion_mm)});
+  add({"Drift by texture flow", "drift", drift_unit, maps.texture_drift, RoundRange(maps.texture_drift)});
+  add({"Exact drift", "drift", drift_unit, maps.true_drift, RoundRange(maps.true_drift, 0.95)});
   if (body.empty()) return "";
   return Section("maps", "On the garment", absl::StrCat("<div class=\"meshes\">\n", body, "</div>\n"));
 }
@@ -179,14 +199,18 @@ std::string VisibilitySection(const JobEvaluation& evaluation) {
 
 std::string FramePlotSection(const JobEvaluation& evaluation) {
   std::string body;
-  const auto plot = [&](const char* title, const char* unit, int decimals, const FrameValue& value) {
+  const auto plot = [&](const std::string& title, const char* unit, int decimals, const FrameValue& value) {
     body += PlotOf(evaluation, {.title = title, .unit = unit, .decimals = decimals}, value);
   };
-  plot("Vertex error, well seen, mean, mm", "mm", 3, MeanOfMesh(&MeshScore::visible_mm));
-  plot("Vertex error, hidden, mean, mm", "mm", 2, MeanOfMesh(&MeshScore::hidden_mm));
-  plot("Drift by texture flow, mean, mm/s", "mm/s", 2, MeanOfMetric(&FrameMetrics::texture_drift_mm_s));
-  plot("Exact drift, observed, mean, mm/s", "mm/s", 2, MeanOfMetric(&FrameMetrics::true_drift_observed_mm_s));
-  plot("Exact drift, inferred, mean, mm/s", "mm/s", 1, MeanOfMetric(&FrameMetrics::true_drift_inferred_mm_s));
+  const auto drift = [&](const char* title, const Drift& of) {
+    plot(absl::StrCat(title, ", mean, ", DriftUnit(evaluation)), DriftUnit(evaluation),
+         evaluation.fps > 0 ? 2 : 3, MeanOfMetric(FieldOf(evaluation, of)));
+  };
+  plot("Vertex error, seen by 3 or more, mean, mm", "mm", 3, MeanOfMesh(&MeshScore::visible_mm));
+  plot("Vertex error, seen by fewer, mean, mm", "mm", 3, MeanOfMesh(&MeshScore::hidden_mm));
+  drift("Drift by texture flow", kTextureDrift);
+  drift("Exact drift, observed", kObservedDrift);
+  drift("Exact drift, inferred", kInferredDrift);
   plot("Geodesic distortion, mm", "mm", 2,
        [](const EvaluatedFrame& frame) { return ValueOr(frame.metrics.distortion_mm); });
   plot("Self-intersecting pairs of faces", "", 0, Pairs);
@@ -201,7 +225,12 @@ std::string FramePlotSection(const JobEvaluation& evaluation) {
 
 std::string FrameTableSection(const JobEvaluation& evaluation) {
   std::string rows;
-  const auto row = [](const std::string& name, const FrameScore& score, const FrameMetrics& m) {
+  const std::string unit = absl::StrCat(", ", DriftUnit(evaluation));
+  const int decimals = evaluation.fps > 0 ? 2 : 3;
+  const auto row = [&](const std::string& name, const FrameScore& score, const FrameMetrics& m) {
+    const auto drift = [&](const Drift& of) {
+      return FormatNumber(MeanOr(m.*FieldOf(evaluation, of)), decimals);
+    };
     const auto mesh = [&](std::vector<double> MeshScore::*kind) {
       return score.mesh ? MeanOr(Summarize((*score.mesh).*kind)) : kNone;
     };
@@ -210,8 +239,8 @@ std::string FrameTableSection(const JobEvaluation& evaluation) {
         "td", {name, m.coverage ? FormatPercent(*m.coverage) : kDash,
                score.centers && score.centers->Recall() ? FormatPercent(*score.centers->Recall()) : kDash,
                FormatNumber(cloud ? cloud->median : kNone, 3), FormatNumber(mesh(&MeshScore::visible_mm), 3),
-               FormatNumber(mesh(&MeshScore::hidden_mm), 2), FormatNumber(MeanOr(m.texture_drift_mm_s), 2),
-               FormatNumber(MeanOr(m.true_drift_observed_mm_s), 2), FormatNumber(ValueOr(m.distortion_mm), 2),
+               FormatNumber(mesh(&MeshScore::hidden_mm), 3), drift(kTextureDrift), drift(kObservedDrift),
+               FormatNumber(ValueOr(m.distortion_mm), 2),
                m.self_intersections ? FormatCount(*m.self_intersections) : kDash,
                FormatNumber(MeanOr(m.jitter_observed_mm), 3), FormatNumber(MeanOr(m.left_out_px), 3)});
   };
@@ -219,8 +248,8 @@ std::string FrameTableSection(const JobEvaluation& evaluation) {
   for (const EvaluatedFrame& frame : evaluation.frames)
     rows += row(NameHtml(frame.frame), frame.score, frame.metrics);
   return Section("frames", "Frames",
-                 Table({"Frame", "Coverage", "Decode recall", "Cloud, median mm", "Well seen, mm",
-                        "Hidden, mm", "Texture drift, mm/s", "Exact drift, mm/s", "Distortion, mm",
+                 Table({"Frame", "Coverage", "Decode recall", "Cloud, median mm", "Seen by 3+, mm",
+                        "By fewer, mm", "Texture drift" + unit, "Exact drift" + unit, "Distortion, mm",
                         "Self-inter&shy;sections", "Jitter, mm", "Left out, px"},
                        rows, "cameras"));
 }

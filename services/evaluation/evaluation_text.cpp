@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "services/report/html_text.h"
 
 namespace weft {
 namespace {
@@ -11,7 +12,7 @@ namespace {
 constexpr char kUnknown[] = "-";
 
 std::string Percent(const std::optional<double>& share) {
-  return share ? absl::StrFormat("%.2f%%", 100 * *share) : kUnknown;
+  return share ? absl::StrFormat("%.2f %%", 100 * *share) : kUnknown;
 }
 
 std::string Number(const std::optional<ErrorSummary>& errors, double ErrorSummary::*field) {
@@ -47,44 +48,62 @@ std::string Line(const std::string& name, const FrameScore& score) {
   return line + "\n";
 }
 
-std::string Measures(const FrameMetrics& m) {
+// "0.536 mm/s", or "0.018 mm a frame" where the frame rate is not known.
+std::string Drift(const std::optional<ErrorSummary>& mm_s, const std::optional<ErrorSummary>& mm) {
+  if (mm_s) return Number(mm_s, &ErrorSummary::mean) + " mm/s";
+  return mm ? Number(mm, &ErrorSummary::mean) + " mm a frame" : kUnknown;
+}
+
+std::string Motion(const FrameMetrics& m) {
   std::string out;
   const auto mean = [](const std::optional<ErrorSummary>& errors) {
     return Number(errors, &ErrorSummary::mean);
   };
-  if (m.coverage)
-    absl::StrAppendFormat(
-        &out, "coverage %s of the vertices with a cell are seen by three cameras or more, %s by two\n",
-        Percent(m.coverage), Percent(m.two_view_share));
-  if (m.distortion_mm)
-    absl::StrAppendFormat(&out, "geodesic %.2f mm of distortion, %.2f%% of the distance\n", *m.distortion_mm,
-                          100 * m.distortion_relative.value_or(0));
-  if (m.texture_drift_mm_s)
-    absl::StrAppendFormat(&out, "drift    %s mm/s by texture flow\n", mean(m.texture_drift_mm_s));
-  if (m.true_drift_observed_mm_s || m.true_drift_inferred_mm_s)
-    absl::StrAppendFormat(&out, "drift    %s mm/s against the truth where observed, %s where inferred\n",
-                          mean(m.true_drift_observed_mm_s), mean(m.true_drift_inferred_mm_s));
+  if (m.texture_drift_mm)
+    absl::StrAppendFormat(&out, "drift    %s by texture flow\n",
+                          Drift(m.texture_drift_mm_s, m.texture_drift_mm));
+  if (m.true_drift_observed_mm || m.true_drift_inferred_mm)
+    absl::StrAppendFormat(&out, "drift    %s against the truth where observed, %s where inferred\n",
+                          Drift(m.true_drift_observed_mm_s, m.true_drift_observed_mm),
+                          Drift(m.true_drift_inferred_mm_s, m.true_drift_inferred_mm));
   if (m.jitter_observed_mm)
-    absl::StrAppendFormat(&out, "jitter   %s mm where observed, %s where inferred\n",
+    absl::StrAppendFormat(&out, "jitter   %s mm where observed, %s mm where inferred\n",
                           mean(m.jitter_observed_mm), mean(m.jitter_inferred_mm));
   if (m.error_jitter_observed_mm || m.error_jitter_inferred_mm)
-    absl::StrAppendFormat(&out,
-                          "         %s mm of the error against the truth where observed, %s where inferred\n",
-                          mean(m.error_jitter_observed_mm), mean(m.error_jitter_inferred_mm));
+    absl::StrAppendFormat(
+        &out, "         %s mm of the error against the truth where observed, %s mm where inferred\n",
+        mean(m.error_jitter_observed_mm), mean(m.error_jitter_inferred_mm));
+  return out;
+}
+
+std::string Measures(const FrameMetrics& m) {
+  std::string out;
+  if (m.coverage)
+    absl::StrAppendFormat(&out, "coverage %s of the cells seen by 3 cameras or more, %s by 2\n",
+                          Percent(m.coverage), Percent(m.two_view_share));
+  if (m.distortion_mm)
+    absl::StrAppendFormat(&out, "geodesic %.2f mm of distortion, %.2f %% of the distance\n", *m.distortion_mm,
+                          100 * m.distortion_relative.value_or(0));
+  absl::StrAppend(&out, Motion(m));
   if (m.self_intersections)
-    absl::StrAppendFormat(&out, "pairs    %d of faces that intersect, in all frames\n",
-                          *m.self_intersections);
+    absl::StrAppend(&out, "self-intersections: ",
+                    *m.self_intersections == 0
+                        ? "none"
+                        : absl::StrCat(FormatCount(*m.self_intersections), " pairs of faces in all frames"),
+                    "\n");
   if (m.reprojection_px)
     absl::StrAppendFormat(&out, "cameras  %s px reprojection error, %s px with the camera left out\n",
-                          mean(m.reprojection_px), mean(m.left_out_px));
+                          Number(m.reprojection_px, &ErrorSummary::mean),
+                          Number(m.left_out_px, &ErrorSummary::mean));
   return out;
 }
 
 std::string Counts(const FrameScore& total) {
+  const auto count = [](size_t number) { return FormatCount(static_cast<int64_t>(number)); };
   std::string out;
   if (const auto& d = total.centers) {
-    absl::StrAppendFormat(&out, "decode   %d of %d observed cells are right, %d of %d scoreable ones found\n",
-                          d->right, d->observations, d->found, d->scoreable);
+    absl::StrAppendFormat(&out, "decode   %s of %s observed cells are right, %s of %s scoreable ones found\n",
+                          count(d->right), count(d->observations), count(d->found), count(d->scoreable));
   }
   if (const auto& d = total.corners) {
     const auto errors = Summarize(d->errors_px);
@@ -94,37 +113,40 @@ std::string Counts(const FrameScore& total) {
   }
   if (const auto& c = total.cloud) {
     absl::StrAppendFormat(&out,
-                          "cloud    %d of %d well seen vertices have a point; %d points, %d of cells that no "
-                          "camera sees\n",
-                          c->covered, c->well_seen, c->points, c->points_of_unseen_cells);
+                          "cloud    %s of %s vertex positions seen by 3 cameras or more have a point; %s "
+                          "points, %s of cells that no camera sees\n",
+                          count(c->covered), count(c->well_seen), count(c->points),
+                          count(c->points_of_unseen_cells));
   }
   if (const auto& m = total.mesh) {
-    absl::StrAppendFormat(&out,
-                          "mesh     %d vertices are well seen, %d are hidden from all but few cameras\n",
-                          m->visible_mm.size(), m->hidden_mm.size());
+    absl::StrAppendFormat(&out, "mesh     %s vertex positions seen by 3 cameras or more, %s by fewer\n",
+                          count(m->visible_mm.size()), count(m->hidden_mm.size()));
   }
+  return out;
+}
+
+// What could not be measured, and at which frame rate the rest was.
+std::string Notes(const JobEvaluation& evaluation) {
+  std::string out;
+  if (evaluation.fps > 0)
+    absl::StrAppendFormat(&out, "rate     %.2f frames/s, by %s\n", evaluation.fps, evaluation.fps_source);
+  for (const EvaluationRemark& remark : evaluation.remarks)
+    absl::StrAppendFormat(&out, "note     %s: %s\n", remark.metric, remark.reason);
   return out;
 }
 
 }  // namespace
 
 std::string EvaluationTable(const JobEvaluation& evaluation) {
-  if (evaluation.truth.empty()) {
-    std::string out = Measures(evaluation.total_metrics);
-    for (const EvaluationRemark& remark : evaluation.remarks)
-      absl::StrAppendFormat(&out, "note     %s: %s\n", remark.metric, remark.reason);
-    return out;
-  }
+  if (evaluation.truth.empty()) return Measures(evaluation.total_metrics) + Notes(evaluation);
   std::string out = absl::StrFormat("%-8s | %-33s | %-24s | %s\n", "", "decode, cell centres",
-                                    "cloud, of well seen", "mesh error in mm");
+                                    "cloud, seen by 3 or more", "mesh error in mm");
   absl::StrAppendFormat(&out, "%-8s | %8s %8s %7s %7s | %8s %7s %7s | %7s %7s %7s %7s\n", "frame", "precis.",
                         "recall", "med px", "p95 px", "covered", "med mm", "p95 mm", "visible", "p95",
                         "hidden", "p95");
   for (const EvaluatedFrame& frame : evaluation.frames) absl::StrAppend(&out, Line(frame.frame, frame.score));
   absl::StrAppend(&out, Line("total", evaluation.total), "\n", Counts(evaluation.total),
-                  Measures(evaluation.total_metrics));
-  for (const EvaluationRemark& remark : evaluation.remarks)
-    absl::StrAppendFormat(&out, "note     %s: %s\n", remark.metric, remark.reason);
+                  Measures(evaluation.total_metrics), Notes(evaluation));
   return out;
 }
 

@@ -5,12 +5,14 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "services/files/atomic_file.h"
 #include "services/files/frame_folders.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/rig_file.h"
 #include "services/files/template_file.h"
+#include "services/verdict/verdict.h"
 #include "weft/v1/rig_plan.pb.h"
 
 namespace weft {
@@ -94,6 +96,19 @@ absl::StatusOr<RigPlanResult> PlanRigFromFiles(const RigPlanRequest& request,
   return out;
 }
 
+std::string RigPlanHeadline(const RigPlanResult& plan) {
+  const size_t chosen = plan.rig.cameras.size();
+  return absl::StrFormat("%d of %d cameras cover %.1f %% of the cells", chosen,
+                         plan.candidates.cameras.size(), 100 * plan.steps[chosen - 1].coverage);
+}
+
+v1::Verdict RigPlanVerdict(const RigPlanResult& plan) {
+  v1::Verdict verdict;
+  AddFinding(verdict, v1::GRADE_GOOD, RigPlanHeadline(plan), "");
+  AddCheck(verdict, kPlanCoverage, 100 * plan.steps[plan.rig.cameras.size() - 1].coverage);
+  return verdict;
+}
+
 absl::StatusOr<std::string> RigPlanJson(const RigPlanResult& plan) {
   v1::RigPlan out;
   out.set_template_hash(plan.garment.ContentHash());
@@ -113,6 +128,7 @@ absl::StatusOr<std::string> RigPlanJson(const RigPlanResult& plan) {
   }
   out.set_chosen(static_cast<uint32_t>(plan.rig.cameras.size()));
   out.set_rig_hash(plan.rig.ContentHash());
+  *out.mutable_verdict() = RigPlanVerdict(plan);
   return ToJson(out);
 }
 

@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "evaluation/rig_plan.h"
+#include "weft/v1/verdict.pb.h"
 
 namespace weft {
 
@@ -33,6 +34,10 @@ struct RigPlanResult {
 absl::StatusOr<RigPlanResult> PlanRigFromFiles(const RigPlanRequest& request,
                                                const std::function<void(size_t, size_t)>& on_camera = {});
 
+// "3 of 16 cameras cover 93.1 % of the cells".
+std::string RigPlanHeadline(const RigPlanResult& plan);
+// By the limits of docs/verdicts.md.
+v1::Verdict RigPlanVerdict(const RigPlanResult& plan);
 // weft.v1.RigPlan.
 absl::StatusOr<std::string> RigPlanJson(const RigPlanResult& plan);
 // One page that loads nothing: coverage by the number of cameras, the rig from above and from the side, what

@@ -88,7 +88,7 @@ TEST_F(EvaluateJobTest, TableAndJsonSayWhatIsMissing) {
   const std::string table = EvaluationTable(*evaluation);
   EXPECT_NE(table.find("no observations.csv"), std::string::npos);
   EXPECT_NE(table.find("no mesh.ply"), std::string::npos);
-  EXPECT_NE(table.find("100.00%"), std::string::npos);
+  EXPECT_NE(table.find("100.00 %"), std::string::npos);
   const auto json = EvaluationJson(*evaluation);
   ASSERT_TRUE(json.ok()) << json.status();
   v1::Evaluation read;

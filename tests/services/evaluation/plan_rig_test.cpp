@@ -55,6 +55,11 @@ TEST_F(PlanRigTest, WritesARigOfTheChosenCameras) {
   const std::string page = ReadBytes(folder_ / "plan/report.html");
   for (const char* id : {"id=\"curves\"", "id=\"rig\"", "id=\"maps\"", "id=\"cameras\""})
     EXPECT_NE(page.find(id), std::string::npos) << id;
+  EXPECT_EQ(read.verdict().checks(0).id(), "plan.coverage");
+  EXPECT_NE(page.find(read.verdict().checks(0).limits()), std::string::npos);
+  EXPECT_NE(page.find("<span>100 %</span>"), std::string::npos);  // no share exceeds that
+  for (const CameraModel& camera : rig->cameras)
+    EXPECT_NE(page.find("text-anchor=\"middle\">" + camera.id + "</text>"), std::string::npos) << camera.id;
 }
 
 TEST_F(PlanRigTest, WithoutANumberAsFewAsAreNearlyAsGoodAsAll) {

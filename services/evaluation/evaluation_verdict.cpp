@@ -1,0 +1,72 @@
+#include "services/evaluation/evaluation_verdict.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "services/verdict/verdict.h"
+
+namespace weft {
+namespace {
+
+int64_t MissingMeshes(const JobEvaluation& evaluation) {
+  return std::count_if(evaluation.frames.begin(), evaluation.frames.end(), [](const EvaluatedFrame& frame) {
+    return std::find(frame.missing.begin(), frame.missing.end(), "mesh.ply") != frame.missing.end();
+  });
+}
+
+void AddFrames(const JobEvaluation& evaluation, v1::Verdict& verdict) {
+  const auto all = static_cast<int64_t>(evaluation.frames.size());
+  const int64_t missing = MissingMeshes(evaluation);
+  AddCheck(verdict, kEvaluateFrames, 100.0 * static_cast<double>(all - missing) / static_cast<double>(all),
+           absl::StrCat(missing, " of ", all, " frames that were asked for have no mesh"));
+}
+
+void AddTruth(const FrameScore& total, v1::Verdict& verdict) {
+  if (total.centers)
+    if (const auto precision = total.centers->Precision())
+      AddCheck(verdict, kEvaluatePrecision, 100 * *precision);
+  if (total.mesh)
+    if (const auto visible = Summarize(total.mesh->visible_mm))
+      AddCheck(verdict, kEvaluateVertexError, visible->mean);
+}
+
+}  // namespace
+
+v1::Verdict VerdictOf(const JobEvaluation& evaluation) {
+  v1::Verdict verdict;
+  AddFinding(verdict, v1::GRADE_GOOD, EvaluationHeadline(evaluation), "");
+  const FrameMetrics& total = evaluation.total_metrics;
+  AddFrames(evaluation, verdict);
+  if (total.coverage) AddCheck(verdict, kEvaluateCoverage, 100 * *total.coverage);
+  AddTruth(evaluation.total, verdict);
+  if (total.true_drift_observed_mm_s) {
+    AddCheck(verdict, kEvaluateDrift, total.true_drift_observed_mm_s->mean);
+  } else if (total.texture_drift_mm_s) {
+    AddCheck(verdict, kEvaluateDrift, total.texture_drift_mm_s->mean);
+  }
+  if (total.distortion_relative) AddCheck(verdict, kEvaluateDistortion, 100 * *total.distortion_relative);
+  if (total.self_intersections) {
+    const auto meshes =
+        static_cast<double>(evaluation.frames.size()) - static_cast<double>(MissingMeshes(evaluation));
+    AddCheck(verdict, kEvaluateSelfIntersections,
+             static_cast<double>(*total.self_intersections) / std::max(1.0, meshes));
+  }
+  if (total.left_out_px) AddCheck(verdict, kEvaluateLeftOut, total.left_out_px->mean);
+  return verdict;
+}
+
+std::string EvaluationHeadline(const JobEvaluation& evaluation) {
+  const size_t frames = evaluation.frames.size();
+  std::string headline = absl::StrCat(frames, frames == 1 ? " frame" : " frames");
+  const FrameMetrics& total = evaluation.total_metrics;
+  if (total.coverage)
+    absl::StrAppendFormat(&headline, ", %.1f %% of the cells seen by 3 cameras or more",
+                          100 * *total.coverage);
+  if (evaluation.total.mesh)
+    if (const auto visible = Summarize(evaluation.total.mesh->visible_mm))
+      absl::StrAppendFormat(&headline, ", vertex error %.3f mm", visible->mean);
+  return headline;
+}
+
+}  // namespace weft

@@ -1,0 +1,102 @@
+#include "services/evaluation/listed_frames.h"
+
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "capture/natural_order.h"
+#include "capture/take_files.h"
+#include "capture/take_view.h"
+#include "services/files/atomic_file.h"
+#include "services/files/frame_folders.h"
+#include "services/synthetic/truth_file.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+// Frames per second by the times of the pictures of a camera in <truth>/pictures.csv
+// (frame,camera,mid_exposure_ns,lost); 0 where they do not tell.
+double FpsOfTruth(const std::string& truth) {
+  const absl::StatusOr<std::string> csv = ReadWholeFile((fs::path(truth) / "pictures.csv").string());
+  if (!csv.ok()) return 0;
+  std::string camera;
+  std::vector<double> times_ns;
+  for (const auto line : absl::StrSplit(*csv, '\n')) {
+    const std::vector<std::string> fields = absl::StrSplit(line, ',');
+    double time_ns = 0;
+    if (fields.size() < 3 || !absl::SimpleAtod(fields[2], &time_ns)) continue;
+    if (camera.empty()) camera = fields[1];
+    if (fields[1] == camera) times_ns.push_back(time_ns);
+  }
+  if (times_ns.size() < 2 || !(times_ns.back() > times_ns.front())) return 0;
+  return 1e9 * static_cast<double>(times_ns.size() - 1) / (times_ns.back() - times_ns.front());
+}
+
+bool HoldsAnyFile(const fs::path& folder) {
+  std::error_code error;
+  return fs::directory_iterator(folder, error) != fs::directory_iterator();
+}
+
+// Whether the job was asked for a frame; jobs of earlier versions know positions in the dump alone.
+bool WasAskedFor(const v1::Job& job, const std::string& name, int64_t position) {
+  if (!job.first_frame().empty() && !job.last_frame().empty())
+    return !NaturalLess(name, job.first_frame()) && !NaturalLess(job.last_frame(), name);
+  const v1::RegistrationSpec& spec = job.spec();
+  return position >= spec.first_frame() && (spec.end_frame() == 0 || position < spec.end_frame());
+}
+
+}  // namespace
+
+TakeTimes TimesOfTake(const std::string& dump, const std::string& truth) {
+  TakeTimes times;
+  if (!dump.empty() && IsRecordedTake(dump)) {
+    const absl::StatusOr<std::unique_ptr<RecordedTake>> take = RecordedTake::Open(dump);
+    if (!take.ok()) return times;
+    for (const uint64_t set : (*take)->sets()) times.positions.push_back(static_cast<int64_t>(set));
+    if (const int64_t period_ns = PeriodOf_ns(**take); period_ns > 0) {
+      times.fps = 1e9 / static_cast<double>(period_ns);
+      times.source = "the take's times";
+    }
+    return times;
+  }
+  if (!truth.empty()) times.fps = FpsOfTruth(truth);
+  if (times.fps > 0)
+    times.source = absl::StrCat("the times in ", (fs::path(truth) / "pictures.csv").string());
+  return times;
+}
+
+absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, const std::string& truth,
+                                                    const v1::Job& job, const FrameSource* dump,
+                                                    const TakeTimes& times) {
+  const bool knows_job = job.has_spec();
+  const bool of_dump = truth.empty() && knows_job && dump != nullptr;
+  absl::StatusOr<std::vector<std::string>> names =
+      of_dump         ? absl::StatusOr<std::vector<std::string>>(dump->frame_names())
+      : truth.empty() ? ListFrameFolders(result)
+                      : ListTruthFrames(truth);
+  if (!names.ok()) return names.status();
+  std::map<std::string, int> in_dump;
+  if (dump != nullptr)
+    for (size_t i = 0; i < dump->frame_names().size(); ++i)
+      in_dump[dump->frame_names()[i]] = static_cast<int>(i);
+  std::vector<ListedFrame> frames;
+  for (size_t i = 0; i < names->size(); ++i) {
+    const std::string& name = (*names)[i];
+    const auto at = in_dump.find(name);
+    const int dump_index = at != in_dump.end() ? at->second : -1;
+    const int64_t place = dump_index >= 0 ? dump_index : static_cast<int64_t>(i);
+    if (knows_job && !WasAskedFor(job, name, place) && !HoldsAnyFile(fs::path(result) / name)) continue;
+    const bool has_time = dump_index >= 0 && static_cast<size_t>(dump_index) < times.positions.size();
+    frames.push_back({name, has_time ? times.positions[dump_index] : place, dump_index});
+  }
+  if (!frames.empty()) return frames;
+  return absl::NotFoundError(
+      absl::StrCat(result, ": holds no frames; give the --out folder of `weft register`"));
+}
+
+}  // namespace weft

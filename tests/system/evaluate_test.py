@@ -1,0 +1,138 @@
+"""`weft evaluate`: what it compares, at which frame rate, and its verdict."""
+
+import json
+import os
+import shutil
+import unittest
+
+from studio import StudioTest, read, weft
+
+
+class Evaluate(StudioTest):
+    def evaluate(self, *more, check=0):
+        """The evaluation as JSON; what takes long is left out."""
+        return json.loads(weft("evaluate", self.out, "--quick", "--json", *more, check=check).stdout)
+
+    def reasons(self, evaluation):
+        return "\n".join(f"{remark['measure']}: {remark['reason']}" for remark in evaluation["remarks"])
+
+
+class BuiltTemplate(Evaluate):
+    """A template that was built from the take has other vertices than the truth, and the same cells."""
+
+    def setUp(self):
+        super().setUp()
+        weft("template", "build", self.take, "--rig", f"{self.take}/rig.json", "--board", f"{self.take}/board.json",
+             "--openings", "2", "--corners", "--out", self.path("tube"), check=0)
+        self.register(template=self.path("tube"), check=0)
+
+    def test_is_compared_with_the_truth_by_board_cell(self):
+        evaluation = self.evaluate()
+        self.assertEqual(evaluation["truth"], f"{self.take}/truth")
+        self.assertIn("by board cell", self.reasons(evaluation))
+        total = evaluation["total"]
+        # Corners between cells have their place on the true cloth as well.
+        summary = json.loads(weft("template", "check", self.path("tube"), "--json", check=0).stdout)
+        nodes = summary["vertices_with_cell"] + summary["vertices_with_corner"]
+        scored = total["mesh"]["visible_mm"]["count"] + total["mesh"]["hidden_mm"]["count"]
+        self.assertGreater(scored, 0.95 * nodes * len(self.frames))
+        self.assertLess(total["mesh"]["visible_mm"]["mean"], 1)
+        self.assertIn("true_drift_observed_mm_s", total["measures"])
+
+    def test_truth_is_left_alone_on_request(self):
+        evaluation = self.evaluate("--no-truth")
+        self.assertEqual(evaluation.get("truth", ""), "")
+        self.assertNotIn("mesh", evaluation["total"])
+        self.assertIn("--no-truth", self.reasons(evaluation))
+        refused = weft("evaluate", self.out, "--no-truth", "--truth", f"{self.take}/truth", check=2)
+        self.assertIn("--truth", refused.stderr)
+
+    def test_truth_that_tells_no_cells_is_a_note_and_not_an_error(self):
+        shutil.rmtree(f"{self.take}/template")
+        evaluation = self.evaluate()
+        self.assertIn("which is which", self.reasons(evaluation))
+        self.assertNotIn("mesh", evaluation["total"])
+        self.assertIn("cloud", evaluation["total"])
+
+
+class FrameRate(Evaluate):
+    def test_of_a_recorded_take_is_that_of_its_times(self):
+        recorded = self.path("recorded")
+        weft("take", "import", self.take, "--out", recorded, "--fps", "50", check=0)
+        self.register(dump=recorded, check=0)
+        evaluation = json.loads(weft("evaluate", self.out, "--samples", "1", "--json", check=0).stdout)
+        self.assertAlmostEqual(evaluation["frames_per_s"], 50, places=3)
+        measures = evaluation["total"]["measures"]
+        self.assertAlmostEqual(measures["texture_drift_mm_s"]["mean"], 50 * measures["texture_drift_mm"]["mean"],
+                               places=4)
+        text = weft("evaluate", self.out, "--quick", check=0).stdout
+        self.assertIn("rate     50.00 frames/s, by the take's times\n", text)
+
+    def test_is_not_assumed_where_nothing_tells_it(self):
+        self.register(check=0)
+        shutil.rmtree(f"{self.take}/truth")
+        evaluation = json.loads(weft("evaluate", self.out, "--samples", "1", "--json", check=0).stdout)
+        self.assertEqual(evaluation.get("frames_per_s", 0), 0)
+        self.assertIn("nothing tells the frame rate", self.reasons(evaluation))
+        measures = evaluation["total"]["measures"]
+        self.assertNotIn("texture_drift_mm_s", measures)
+        self.assertGreater(measures["texture_drift_mm"]["mean"], 0)
+        told = self.evaluate("--fps", "40")
+        self.assertEqual(told["frames_per_s"], 40)
+
+
+class FramesThatWereNotAskedFor(Evaluate):
+    def test_are_no_failures_of_an_evaluation(self):
+        self.register("--frames", "1:3", check=0)
+        evaluation = self.evaluate("--out", self.path("evaluation"))
+        self.assertEqual([frame["frame"] for frame in evaluation["frames"]], self.frames[1:])
+        self.assertTrue(all("mesh.ply" not in frame.get("missing", []) for frame in evaluation["frames"]))
+        page = read(self.path("evaluation", "report.html"))
+        self.assertNotIn("no mesh", page)
+        self.assertNotIn(self.frames[0], page)
+
+    def test_frames_that_were_asked_for_and_are_gone_are_failures(self):
+        self.register("--frames", "1:3", check=0)
+        shutil.rmtree(os.path.join(self.out, self.frames[2]))
+        evaluation = self.evaluate(check=1)
+        self.assertEqual([frame["frame"] for frame in evaluation["frames"]], self.frames[1:])
+        self.assertEqual(evaluation["verdict"]["grade"], "GRADE_BAD")
+
+    def test_failures_of_an_earlier_job_are_not_those_of_this_one(self):
+        for image in self.images[2:]:
+            os.remove(os.path.join(self.take, self.frames[0], image))
+        self.register("--frames-alone", check=1)
+        self.assertIn("triangulation needs 3", read(os.path.join(self.out, "report.html")))
+        self.register("--frames-alone", "--frames", "1:3", check=0)
+        page = read(os.path.join(self.out, "report.html"))
+        self.assertIn("2 of 2 frames registered", page)
+        self.assertNotIn("triangulation needs 3", page)
+        self.assertNotIn(f"frame {self.frames[0]}: no mesh", page)
+        self.assertIn("not part of this report", page)
+
+
+class Verdict(Evaluate):
+    def test_comes_first_and_bad_is_exit_status_1(self):
+        self.register("--observations", check=0)
+        good = weft("evaluate", self.out, "--quick", "--out", self.path("evaluation"), check=0)
+        self.assertRegex(good.stdout, r"^(good|usable): ")
+        verdict = json.loads(read(self.path("evaluation", "evaluation.json")))["verdict"]
+        checks = {check["id"]: check for check in verdict["checks"]}
+        self.assertEqual(checks["evaluate.frames"]["value"], "100.0 %")
+        self.assertIn("good from", checks["evaluate.coverage"]["limits"])
+        page = read(self.path("evaluation", "report.html"))
+        self.assertLess(page.index('class="grade'), page.index('class="tiles'))
+        self.assertIn(checks["evaluate.coverage"]["limits"], page)
+        for frame in self.frames[:2]:
+            os.remove(os.path.join(self.out, frame, "mesh.ply"))
+        bad = weft("evaluate", self.out, "--quick", check=1)
+        self.assertRegex(bad.stdout, "^bad: 2 of 3 frames that were asked for have no mesh\n  remedy: ")
+        self.assertEqual(bad.stderr, "")
+        verdict = self.evaluate(check=1)["verdict"]
+        self.assertEqual(verdict["grade"], "GRADE_BAD")
+        self.assertIn("have no mesh", verdict["reason"])
+        self.assertTrue(verdict["remedy"])
+
+
+if __name__ == "__main__":
+    unittest.main()
