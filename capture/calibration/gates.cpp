@@ -324,9 +324,10 @@ std::vector<CalibrationIssue> CheckSolution(const CalibrationTarget& target,
       out.push_back(
           {CalibrationFault::kHighResidual,
            {static_cast<int>(c)},
-           absl::StrFormat("%s: residuals of %.2f px over %d views, at most %.2f px are accepted (the median "
-                           "camera has %.2f px); was it moved, out of sync, or the board bent?",
-                           who, fit.rms_px, fit.views, limit_px, rms[rms.size() / 2])});
+           absl::StrFormat(
+               "%s: reprojection error of %.2f px over %d views, at most %.2f px are accepted (the median "
+               "camera has %.2f px); was it moved, out of sync, or the board bent?",
+               who, fit.rms_px, fit.views, limit_px, rms[rms.size() / 2])});
     } else if (10 * fit.rejected_corners > 3 * corners) {
       out.push_back(
           {CalibrationFault::kHighResidual,
@@ -334,13 +335,12 @@ std::vector<CalibrationIssue> CheckSolution(const CalibrationTarget& target,
            absl::StrFormat("%s: %d of %d corners do not fit the others; was it moved or out of sync?", who,
                            fit.rejected_corners, corners)});
     } else if (fit.projection_sigma_px > options.max_projection_sigma_px) {
-      out.push_back(
-          {CalibrationFault::kUncertain,
-           {static_cast<int>(c)},
-           absl::StrFormat(
-               "%s: points of the stage are predicted to %.2f px only, at most %.2f px are accepted; "
-               "show it more boards (it has %d views), tilted, near and far, with its neighbours",
-               who, fit.projection_sigma_px, options.max_projection_sigma_px, fit.views)});
+      out.push_back({CalibrationFault::kUncertain,
+                     {static_cast<int>(c)},
+                     absl::StrFormat(
+                         "%s: projection uncertainty of %.2f px on the stage, at most %.2f px are accepted; "
+                         "show it more boards (it has %d views), tilted, near and far, with its neighbours",
+                         who, fit.projection_sigma_px, options.max_projection_sigma_px, fit.views)});
     }
   }
   for (const ScaleBarFit& fit : solution.bars) {

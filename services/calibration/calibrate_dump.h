@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "services/calibration/detect_boards.h"
 #include "services/files/rig_file.h"
+#include "weft/v1/verdict.pb.h"
 
 namespace weft {
 
@@ -45,6 +46,19 @@ struct CalibrationResult {
 absl::StatusOr<CalibrationResult> CalibrateDump(
     const CalibrationRequest& request,
     const std::function<void(const std::string&, double)>& on_progress = {});
+
+// The camera that is the least sure where it sees a known point of the stage.
+struct WorstCamera {
+  std::string id;
+  double sigma_px = 0;
+};
+// Of a result with a solution.
+WorstCamera WorstCameraOf(const CalibrationResult& result);
+// "8 cameras from 60 frames: reprojection error 0.019 px; projection uncertainty up to 0.013 px (c03)", or
+// how many reasons speak against it.
+std::string CalibrationHeadline(const CalibrationResult& result);
+// Bad where it is refused; else by the limits of docs/verdicts.md.
+v1::Verdict CalibrationVerdict(const CalibrationResult& result);
 
 // weft.v1.CalibrationReport.
 absl::StatusOr<std::string> CalibrationJson(const CalibrationResult& result);

@@ -38,6 +38,7 @@ void AddCameras(const CalibrationResult& result, v1::CalibrationReport& proto) {
 absl::StatusOr<std::string> CalibrationJson(const CalibrationResult& result) {
   v1::CalibrationReport proto;
   proto.set_accepted(result.issues.empty());
+  *proto.mutable_verdict() = CalibrationVerdict(result);
   for (const CalibrationIssue& issue : result.issues) {
     v1::CalibrationReport::Issue& to = *proto.add_issues();
     to.set_fault(CalibrationFaultName(issue.fault));

@@ -11,6 +11,7 @@
 #include "services/report/html_text.h"
 #include "services/report/plot.h"
 #include "services/report/report_sections.h"
+#include "services/report/verdict_html.h"
 
 namespace weft {
 namespace {
@@ -24,16 +25,7 @@ std::string Tile(const std::string& label, const std::string& value, const std::
 }
 
 std::string Head(const CalibrationResult& result) {
-  const size_t cameras = result.detection.views.cameras.size();
-  const bool accepted = result.issues.empty();
-  std::string out = absl::StrCat(
-      "<header>\n<p class=\"kind\">Weft rig calibration <span class=\"badge ",
-      accepted ? "good\">accepted" : "bad\">refused", "</span></p>\n<h1>",
-      accepted ? absl::StrCat(Counted(static_cast<int64_t>(cameras), "camera", "cameras"),
-                              " calibrated, residuals ", FormatNumber(result.solution->rms_px, 3), " px.")
-               : absl::StrCat(Counted(static_cast<int64_t>(result.issues.size()), "reason", "reasons"),
-                              " against this calibration."),
-      "</h1>\n");
+  std::string out;
   if (!result.provenance.empty()) absl::StrAppend(&out, "<p>", EscapeHtml(result.provenance), ".</p>\n");
   out += "<div class=\"tiles\">\n";
   out += Tile("Frames", FormatCount(static_cast<int64_t>(result.detection.views.frames.size())),
@@ -42,26 +34,24 @@ std::string Head(const CalibrationResult& result) {
   out += Tile("Detection", FormatDuration(1000 * result.detection_s), "");
   if (result.solution) {
     const CalibrationSolution& s = *result.solution;
-    double worst = 0;
-    for (const CameraFit& fit : s.cameras) {
-      if (std::isfinite(fit.projection_sigma_px)) worst = std::max(worst, fit.projection_sigma_px);
-    }
+    const WorstCamera worst = WorstCameraOf(result);
     out += Tile("Solution", FormatDuration(1000 * result.solution_s),
                 absl::StrCat(s.iterations, " iterations", s.converged ? "" : ", not converged"));
     out += Tile(
-        "Residuals", FormatNumber(s.rms_px, 3) + " px",
+        "Reprojection error", FormatNumber(s.rms_px, 3) + "\xC2\xA0px",
         absl::StrCat("variance factor ", FormatNumber(s.variance_factor, 3), ", 1 for a model that fits"));
-    out += Tile("Worst camera over the stage", FormatNumber(worst, 3) + " px",
-                "standard deviation of where it sees a known point");
+    out += Tile("Projection uncertainty", FormatNumber(worst.sigma_px, 3) + "\xC2\xA0px",
+                absl::StrCat("at most, of a known point on the stage, in camera ", NameHtml(worst.id)));
     const Eigen::Vector3d stage = s.stage_high_mm - s.stage_low_mm;
     out += Tile("Stage",
-                absl::StrCat(FormatNumber(stage.x(), 0), " x ", FormatNumber(stage.y(), 0), " x ",
-                             FormatNumber(stage.z(), 0)),
-                "mm that the boards were moved through");
+                absl::StrCat(FormatNumber(stage.x() / 1000, 2), " x ", FormatNumber(stage.y() / 1000, 2),
+                             " x ", FormatNumber(stage.z() / 1000, 2)),
+                "m that the boards were moved through");
     out += Tile("Rig", absl::StrCat("version ", result.record.version),
                 absl::StrCat(EscapeHtml(result.rig.id), " ", result.rig.ContentHash()));
   }
-  return out + "</div>\n</header>\n";
+  return PageHead("Weft rig calibration", CalibrationHeadline(result) + ".", CalibrationVerdict(result),
+                  out + "</div>\n");
 }
 
 std::string List(const std::string& id, const std::string& heading, const std::vector<std::string>& items,
@@ -93,7 +83,8 @@ std::string Images(const CalibrationResult& result) {
   const double magnified = Magnification(result);
   const std::string what =
       result.solution
-          ? absl::StrCat("Lines are residuals of some corners, ", FormatNumber(magnified, 0),
+          ? absl::StrCat("Lines are reprojection errors of some corners, ",
+                         FormatCount(std::llround(magnified)),
                          " times their length: directions at random are noise, a common direction in one "
                          "place is a lens that is not known there. ")
           : "Dots are corners of boards. ";
@@ -106,9 +97,8 @@ std::string Links(const CalibrationResult& result) {
   return Section(
       "covisibility", "Who sees the same boards",
       absl::StrCat(
-          "<div class=\"plots\">\n", LinkMatrix(result),
-          LinkDrawing(result, "From above (x to the right, z down the page)", 0, 2),
-          LinkDrawing(result, "From the side (z to the right, y down)", 2, 1),
+          "<div class=\"plots drawings\">\n", LinkMatrix(result), LinkDrawing(result, FromAbove()),
+          LinkDrawing(result, FromTheSide()),
           "</div>\n<p>The more boards two cameras share, the darker their square and line. Dots are the "
           "boards.</p>\n"));
 }
@@ -117,39 +107,40 @@ std::string Plots(const CalibrationResult& result) {
   if (!result.solution) return "";
   PlotFrames axis;
   axis.noun = "camera";
-  std::vector<double> rms, projection, views;
+  std::vector<double> rms, projection;
+  const std::vector<int> seen = ViewsOfBoards(result.detection.views);
+  const std::vector<double> views(seen.begin(), seen.end());
   for (size_t c = 0; c < result.solution->cameras.size(); ++c) {
     const CameraFit& fit = result.solution->cameras[c];
     axis.names.push_back(result.detection.views.cameras[c].id);
     axis.without_mesh.push_back(false);
     rms.push_back(fit.rms_px);
     projection.push_back(fit.projection_sigma_px);
-    views.push_back(fit.views);
   }
   return Section(
       "plots", "By camera",
       absl::StrCat(
           "<div class=\"plots\">\n",
-          LinePlot(axis, rms, {.title = "Residuals, px", .unit = "px", .decimals = 3}),
+          LinePlot(axis, rms, {.title = "Reprojection error, px", .unit = "px", .decimals = 3}),
           LinePlot(axis, projection,
-                   {.title = "Sigma of known points over the stage, px", .unit = "px", .decimals = 3}),
+                   {.title = "Projection uncertainty over the stage, px", .unit = "px", .decimals = 3}),
           LinePlot(axis, views, {.title = "Views of boards"}), "</div>\n"));
 }
 
 // What detection found, and what came of it.
 std::string Cameras(const CalibrationResult& result) {
   const std::vector<int> shared = SharedViews(result.detection.views);
+  const std::vector<int> views = ViewsOfBoards(result.detection.views);
   std::string rows;
   for (size_t c = 0; c < result.detection.views.cameras.size(); ++c) {
     const CameraSightings& seen = result.detection.sightings[c];
     std::vector<std::string> cells = {NameHtml(result.detection.views.cameras[c].id)};
-    int views = 0;
-    for (const BoardView& view : result.detection.views.boards) views += view.camera == static_cast<int>(c);
     for (const int count :
-         {seen.images, views, shared[c], seen.tags, seen.small_tags, seen.blurred_tags, seen.unclear_tags})
+         {seen.images, views[c], shared[c], seen.tags, seen.small_tags, seen.blurred_tags, seen.unclear_tags})
       cells.push_back(FormatCount(count));
     if (result.solution) {
       const CameraFit& fit = result.solution->cameras[c];
+      cells.push_back(FormatCount(fit.views));
       cells.push_back(FormatCount(fit.corners));
       cells.push_back(FormatCount(fit.rejected_corners));
       cells.push_back(FormatNumber(fit.rms_px, 3));
@@ -158,13 +149,14 @@ std::string Cameras(const CalibrationResult& result) {
   }
   std::vector<std::string> header = {"Camera",    "Images",    "Views",   "Shared",
                                      "Tags used", "Too small", "Blurred", "Unclear"};
-  if (result.solution) header.insert(header.end(), {"Corners", "Rejected", "Residuals, px"});
-  return Section(
-      "cameras", "Cameras",
-      absl::StrCat("<p>Views are boards in images; shared ones were seen by another camera at the "
-                   "same moment. Tags are left out where they are too small to measure, blurred, or "
-                   "unclear: hidden in part, or without contrast.</p>\n",
-                   Table(header, rows, "cameras")));
+  if (result.solution)
+    header.insert(header.end(), {"Views used", "Corners", "Rejected", "Reprojection error, px"});
+  return Section("cameras", "Cameras",
+                 absl::StrCat("<p>Views are boards in images; shared ones were seen by another camera at the "
+                              "same moment, used ones are in the solution. Tags are left out where they are "
+                              "too small to measure, blurred, or "
+                              "unclear: hidden in part, or without contrast.</p>\n",
+                              Table(header, rows, "cameras")));
 }
 
 // The lenses and how well all is known.
@@ -188,7 +180,7 @@ std::string Sigmas(const CalibrationResult& result) {
   }
   return Section("sigmas", "Lenses and sigmas",
                  Table({"Camera", "fx, px", "cx, px", "cy, px", "k1", "Rotation, deg", "Centre, mm",
-                        "Corner, px", "Stage, px"},
+                        "Corner, px", "Projection, px"},
                        rows, "cameras"));
 }
 

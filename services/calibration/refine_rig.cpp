@@ -146,6 +146,7 @@ v1::RigRefinementReport RefinementReport(const RefinementResult& result) {
   report.set_converged(result.refined.converged);
   report.set_rig_hash_before(result.before.ContentHash());
   report.set_rig_hash(result.rig.ContentHash());
+  *report.mutable_verdict() = RefinementVerdict(result);
   for (size_t c = 0; c < result.rig.cameras.size(); ++c) {
     const CameraCorrection& correction = result.refined.corrections[c];
     v1::RigRefinementReport::Camera& camera = *report.add_cameras();
@@ -166,12 +167,11 @@ v1::RigRefinementReport RefinementReport(const RefinementResult& result) {
 
 std::vector<std::string> RefinementText(const RefinementResult& result) {
   std::vector<std::string> lines, held;
-  double before = 0, after = 0, sights = 0;
+  double before = 0, sights = 0;
   for (size_t c = 0; c < result.rig.cameras.size(); ++c) {
     const CameraCorrection& correction = result.refined.corrections[c];
     const std::string& id = result.rig.cameras[c].id;
     before += correction.sights * std::pow(correction.before_rms_px, 2);
-    after += correction.sights * std::pow(correction.after_rms_px, 2);
     sights += correction.sights;
     if (correction.held) {
       held.push_back(absl::StrFormat("camera %s: only %d sights of the cloth, it stays as it was", id,
@@ -186,9 +186,9 @@ std::vector<std::string> RefinementText(const RefinementResult& result) {
   }
   if (lines.empty()) lines.push_back("no camera moved");
   lines.insert(lines.end(), held.begin(), held.end());
-  lines.push_back(absl::StrFormat("%d points of %d frames: residuals %.3f px before, %.3f px now",
+  lines.push_back(absl::StrFormat("%d points of %d frames: reprojection error %.3f px before, %.3f px now",
                                   result.refined.points_mm.size(), result.frames.size(),
-                                  std::sqrt(before / sights), std::sqrt(after / sights)));
+                                  std::sqrt(before / sights), RmsAfterPx(result)));
   return lines;
 }
 

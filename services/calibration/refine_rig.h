@@ -42,6 +42,10 @@ struct RefinementResult {
 absl::StatusOr<RefinementResult> RefineRigFromResult(const RefinementRequest& request,
                                                      const std::function<void(double)>& on_progress = {});
 
+// Of all sights, after the correction.
+double RmsAfterPx(const RefinementResult& result);
+// By the limits of docs/verdicts.md.
+v1::Verdict RefinementVerdict(const RefinementResult& result);
 v1::RigRefinementReport RefinementReport(const RefinementResult& result);
 // "camera c07 moved: turned by 0.050 deg, shifted by 0.1 mm, it saw the cloth 2.3 px off"; a line per camera
 // that did, then one on the rest.

@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "capture/calibration/covisibility.h"
 #include "services/report/html_text.h"
+#include "services/report/rig_drawing.h"
 
 namespace weft {
 namespace {
@@ -87,54 +88,10 @@ std::string ImagePanel(const CalibrationResult& result, int camera, double magni
       width + 4, height + 4, width + 4, NameHtml(size.id), body, caption);
 }
 
-// World to paper.
-class Paper {
- public:
-  Paper(const CalibrationResult& result, int right, int down) : right_(right), down_(down) {
-    for (const CameraModel& camera : result.solution->bundle.cameras) Hold(camera.CenterWorld());
-    Hold(result.solution->stage_low_mm);
-    Hold(result.solution->stage_high_mm);
-  }
-  Eigen::Vector2d At(const Eigen::Vector3d& world) const {
-    return (On(world) - low_) * kSize / std::max(1.0, (high_ - low_).maxCoeff()) +
-           Eigen::Vector2d(kMargin, kMargin);
-  }
-  Eigen::Vector2d On(const Eigen::Vector3d& world) const { return {world[right_], world[down_]}; }
-  Eigen::Vector2d size() const {
-    return (high_ - low_) * kSize / std::max(1.0, (high_ - low_).maxCoeff()) +
-           2 * Eigen::Vector2d(kMargin, kMargin);
-  }
-
- private:
-  static constexpr double kSize = 500, kMargin = 18;
-  void Hold(const Eigen::Vector3d& world) {
-    low_ = low_.cwiseMin(On(world));
-    high_ = high_.cwiseMax(On(world));
-  }
-  int right_, down_;
-  Eigen::Vector2d low_ = Eigen::Vector2d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector2d high_ = -low_;
-};
-
-}  // namespace
-
-std::string ImagePanels(const CalibrationResult& result, double magnified) {
-  std::string out = "<div style=\"display:flex;flex-wrap:wrap;gap:10px 14px\">\n";
-  for (size_t c = 0; c < result.detection.views.cameras.size(); ++c) {
-    out += ImagePanel(result, static_cast<int>(c), magnified);
-  }
-  return out + "</div>\n";
-}
-
-std::string LinkDrawing(const CalibrationResult& result, const std::string& title, int right, int down) {
-  if (!result.solution) return "";
+// Lines between cameras that share boards, the more the darker.
+std::string LinkLines(const CalibrationResult& result, const RigDrawing& drawing) {
+  constexpr size_t kMostLinks = 900;
   const std::vector<CameraModel>& cameras = result.solution->bundle.cameras;
-  const Paper paper(result, right, down);
-  std::string body;
-  for (const BoardPlacement& p : result.solution->bundle.placements) {
-    const Eigen::Vector2d at = paper.At(p.world_from_board.translation_mm);
-    absl::StrAppendFormat(&body, "<circle class=\"range\" cx=\"%.1f\" cy=\"%.1f\" r=\"3\"/>", at.x(), at.y());
-  }
   const Covisibility covisibility = CountSharedViews(result.detection.views);
   std::vector<std::tuple<int, size_t, size_t>> links;
   for (size_t a = 0; a < cameras.size(); ++a) {
@@ -143,35 +100,53 @@ std::string LinkDrawing(const CalibrationResult& result, const std::string& titl
     }
   }
   std::sort(links.rbegin(), links.rend());
-  constexpr size_t kMostLinks = 900;
   if (links.size() > kMostLinks) links.resize(kMostLinks);
+  std::string svg;
   for (const auto& [shared, a, b] : links) {
-    const Eigen::Vector2d from = paper.At(cameras[a].CenterWorld()), to = paper.At(cameras[b].CenterWorld());
-    absl::StrAppendFormat(&body,
+    const Eigen::Vector2d from = drawing.Place(cameras[a].CenterWorld()),
+                          to = drawing.Place(cameras[b].CenterWorld());
+    absl::StrAppendFormat(&svg,
                           "<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"var(--accent)\" "
-                          "stroke-opacity=\"%.2f\"><title>%s and %s: %d boards</title></line>",
+                          "stroke-opacity=\"%.2f\"><title>%s and %s: %s</title></line>",
                           from.x(), from.y(), to.x(), to.y(),
-                          0.08 + 0.6 * shared / std::get<0>(links.front()), NameHtml(cameras[a].id),
-                          NameHtml(cameras[b].id), shared);
+                          0.08 + 0.6 * shared / std::get<0>(links.front()), EscapeHtml(cameras[a].id),
+                          EscapeHtml(cameras[b].id), Counted(shared, "board", "boards"));
   }
-  for (size_t c = 0; c < cameras.size(); ++c) {
-    const Eigen::Vector2d at = paper.At(cameras[c].CenterWorld()),
-                          look = 12 * paper.On(cameras[c].rotation.row(2).transpose());
-    const Eigen::Vector2d side(-0.45 * look.y(), 0.45 * look.x());
-    absl::StrAppendFormat(
-        &body,
-        "<path d=\"M%.1f %.1fL%.1f %.1fL%.1f %.1fz\" fill=\"var(--ink)\"><title>%s: %d views"
-        "</title></path>",
-        at.x(), at.y(), at.x() + look.x() + side.x(), at.y() + look.y() + side.y(),
-        at.x() + look.x() - side.x(), at.y() + look.y() - side.y(), NameHtml(cameras[c].id),
-        covisibility.shared[c][c]);
+  return svg;
+}
+
+}  // namespace
+
+std::string ImagePanels(const CalibrationResult& result, double magnified) {
+  std::string out = "<div class=\"panels\">\n";
+  for (size_t c = 0; c < result.detection.views.cameras.size(); ++c) {
+    out += ImagePanel(result, static_cast<int>(c), magnified);
   }
-  const Eigen::Vector2d size = paper.size();
-  return absl::StrFormat(
-      "<figure class=\"plot\"><figcaption>%s</figcaption><svg viewBox=\"0 0 %.0f %.0f\" role=\"img\" "
-      "aria-label=\"%s\">%s"
-      "</svg></figure>\n",
-      title, size.x(), size.y(), title, body);
+  return out + "</div>\n";
+}
+
+std::string LinkDrawing(const CalibrationResult& result, const PaperAxes& axes) {
+  if (!result.solution) return "";
+  const CalibrationSolution& solution = *result.solution;
+  RigDrawing drawing(axes);
+  for (const CameraModel& camera : solution.bundle.cameras) drawing.Hold(camera.CenterWorld());
+  for (const Eigen::Vector3d& corner : {solution.stage_low_mm, solution.stage_high_mm}) drawing.Hold(corner);
+  for (const BoardPlacement& p : solution.bundle.placements) {
+    const Eigen::Vector2d at = drawing.Place(p.world_from_board.translation_mm);
+    drawing.Add(absl::StrFormat("<circle class=\"range\" cx=\"%.1f\" cy=\"%.1f\" r=\"3\"/>", at.x(), at.y()));
+  }
+  drawing.Add(LinkLines(result, drawing));
+  const std::vector<int> views = ViewsOfBoards(result.detection.views);
+  for (size_t c = 0; c < solution.bundle.cameras.size(); ++c)
+    drawing.AddCamera(solution.bundle.cameras[c], "camera",
+                      absl::StrCat(": ", Counted(views[c], "view", "views")), true);
+  return drawing.Figure();
+}
+
+std::vector<int> ViewsOfBoards(const CalibrationViews& views) {
+  std::vector<int> count(views.cameras.size(), 0);
+  for (const BoardView& view : views.boards) ++count[view.camera];
+  return count;
 }
 
 std::string LinkMatrix(const CalibrationResult& result) {

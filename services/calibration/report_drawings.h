@@ -2,8 +2,10 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "services/calibration/calibrate_dump.h"
+#include "services/report/rig_drawing.h"
 
 namespace weft {
 
@@ -11,9 +13,12 @@ namespace weft {
 // lines `magnified` times their length.
 std::string ImagePanels(const CalibrationResult& result, double magnified);
 
-// The rig seen along a world axis, with where the boards were, and lines between cameras that share boards,
-// the more the darker. `right` and `down` are the world axes of the paper. Empty without a solution.
-std::string LinkDrawing(const CalibrationResult& result, const std::string& title, int right, int down);
+// The rig with where the boards were, and lines between cameras that share boards, the more the darker.
+// Empty without a solution.
+std::string LinkDrawing(const CalibrationResult& result, const PaperAxes& axes);
+
+// Boards that each camera saw, [cameras]: what the page calls views.
+std::vector<int> ViewsOfBoards(const CalibrationViews& views);
 
 // Who shares boards with whom, a square per pair of cameras, for up to 64 cameras; empty for more.
 std::string LinkMatrix(const CalibrationResult& result);

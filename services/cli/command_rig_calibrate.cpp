@@ -16,9 +16,11 @@
 #include "services/calibration/target_print.h"
 #include "services/cli/commands.h"
 #include "services/cli/input_options.h"
+#include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
 #include "services/files/atomic_file.h"
 #include "services/files/target_file.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -251,27 +253,25 @@ absl::Status Calibrate(CalibrateOptions& options, bool quiet) {
     PrintWarning(absl::StrCat(result->detection.warnings.size(),
                               " images could not be read, the first: ", result->detection.warnings[0]));
   }
+  const v1::Verdict verdict = CalibrationVerdict(*result);
   if (options.json) {
     const absl::StatusOr<std::string> json = CalibrationJson(*result);
     if (!json.ok()) return json.status();
     std::fputs(json->c_str(), stdout);
+    return VerdictStatus(verdict);
   }
-  if (absl::Status refused = IssuesStatus(result->issues); !refused.ok()) {
-    return absl::FailedPreconditionError(absl::StrCat("calibration refused, ", out, " was not written:\n  ",
-                                                      refused.message(),
-                                                      "\n  pictures: ", CalibrationReportPath(out)));
-  }
-  if (options.json) return absl::OkStatus();
-  double worst_px = 0;
-  for (const CameraFit& fit : result->solution->cameras)
-    worst_px = std::max(worst_px, fit.projection_sigma_px);
-  std::printf(
-      "%zu cameras from %zu frames: residuals %.3f px, known points of the stage to %.3f px in the worst "
-      "camera\n",
-      result->rig.cameras.size(), result->detection.views.frames.size(), result->solution->rms_px, worst_px);
-  std::printf("rig      %s (version %d, hash %s)\nreport   %s\n", out.c_str(), result->record.version,
-              result->rig.ContentHash().c_str(), CalibrationReportPath(out).c_str());
-  return absl::OkStatus();
+  PrintVerdict(verdict);
+  const std::string headline = CalibrationHeadline(*result);
+  if (headline != verdict.reason()) std::printf("%s\n", headline.c_str());
+  for (size_t i = 1; i < result->issues.size(); ++i)
+    std::printf("besides  %s\n", result->issues[i].message.c_str());
+  if (result->issues.empty())
+    std::printf("rig      %s (version %d, hash %s)\n", out.c_str(), result->record.version,
+                result->rig.ContentHash().c_str());
+  else
+    std::printf("rig      %s was not written\n", out.c_str());
+  std::printf("report   %s\n", CalibrationReportPath(out).c_str());
+  return VerdictStatus(verdict);
 }
 
 void AddSolveOptions(CLI::App& command, CalibrateOptions& options) {
@@ -300,7 +300,8 @@ void AddSolveOptions(CLI::App& command, CalibrateOptions& options) {
   command.add_option("--min-views", request.gates.min_views, "Views of boards that every camera needs")
       ->type_name("N")
       ->check(CLI::Range(3, 10000));
-  command.add_option("--max-rms-px", request.gates.max_rms_px, "Residuals that are accepted of a camera")
+  command
+      .add_option("--max-rms-px", request.gates.max_rms_px, "Reprojection error that is accepted of a camera")
       ->type_name("PX")
       ->check(CLI::PositiveNumber);
   command

@@ -8,7 +8,9 @@
 
 #include "services/calibration/refine_rig.h"
 #include "services/cli/json_output.h"
+#include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -34,10 +36,15 @@ absl::Status Refine(const RefineOptions& options, bool quiet) {
   if (absl::Status status = WriteRig(options.request.out, result->rig, result->provenance, record);
       !status.ok())
     return status;
-  if (options.json) return PrintJsonMessage(RefinementReport(*result));
+  const v1::Verdict verdict = RefinementVerdict(*result);
+  if (options.json) {
+    const absl::Status printed = PrintJsonMessage(RefinementReport(*result));
+    return printed.ok() ? VerdictStatus(verdict) : printed;
+  }
+  PrintVerdict(verdict);
   for (const std::string& line : RefinementText(*result)) std::printf("%s\n", line.c_str());
   std::printf("rig      %s (hash %s)\n", options.request.out.c_str(), result->rig.ContentHash().c_str());
-  return absl::OkStatus();
+  return VerdictStatus(verdict);
 }
 
 }  // namespace

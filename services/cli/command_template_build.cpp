@@ -15,6 +15,7 @@
 #include "services/cli/commands.h"
 #include "services/cli/input_options.h"
 #include "services/cli/json_output.h"
+#include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
 #include "services/cli/template_sources.h"
 #include "services/cli/template_summary.h"
@@ -22,7 +23,9 @@
 #include "services/files/board_file.h"
 #include "services/files/garment_parts_file.h"
 #include "services/pipeline/stop_on_signal.h"
+#include "services/report/html_text.h"
 #include "services/report/template_report.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -43,9 +46,8 @@ std::string PanelNames(std::vector<int> panels) {
 
 void PrintBuilt(const BuildOptions& options, const BuiltTemplate& built) {
   const Template& garment = built.garment;
-  absl::PrintF("%d panels, %d seams, %d openings; %d vertices, %d faces, hash %s\n",
-               built.parts.panels.size(), built.parts.seams.size(), built.parts.openings.size(),
-               garment.rest.vertices_mm.size(), garment.rest.faces.size(), garment.ContentHash());
+  absl::PrintF("surface  %s faces, hash %s\n", FormatCount(static_cast<int64_t>(garment.rest.faces.size())),
+               garment.ContentHash());
   for (const Seam& seam : built.parts.seams) {
     absl::PrintF("seam     panel %d to panel %d, %.0f mm, %.1f mm wide\n", seam.panel_a + 1, seam.panel_b + 1,
                  seam.length_mm, seam.gap_mm);
@@ -58,10 +60,12 @@ void PrintBuilt(const BuildOptions& options, const BuiltTemplate& built) {
   absl::PrintF("template %s/template.json\nreport   %s/report.html\n", options.out, options.out);
 }
 
-// Summary of what was built, with the warnings.
+// Summary of what was built, with warnings and verdict.
 absl::StatusOr<v1::TemplateSummary> SummaryOf(const BuiltTemplate& built) {
   absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(built.garment, built.parts);
-  if (summary.ok()) *summary->mutable_warnings() = {built.warnings.begin(), built.warnings.end()};
+  if (!summary.ok()) return summary;
+  *summary->mutable_warnings() = {built.warnings.begin(), built.warnings.end()};
+  *summary->mutable_verdict() = TemplateVerdict(*summary);
   return summary;
 }
 
@@ -95,17 +99,20 @@ absl::Status Build(BuildOptions options, bool quiet) {
   absl::Status status = WriteTemplateWithParts(options.out, built->garment, built->parts,
                                                absl::StrCat("built from ", absl::StrJoin(names, ", ")));
   if (!status.ok()) return status;
-  const absl::StatusOr<std::string> report =
-      MakeTemplateReport(*built, {options.from.board, options.from.panels, sources->cloud_names});
+  const absl::StatusOr<v1::TemplateSummary> summary = SummaryOf(*built);
+  if (!summary.ok()) return summary.status();
+  const absl::StatusOr<std::string> report = MakeTemplateReport(
+      *built, {options.from.board, options.from.panels, sources->cloud_names, summary->verdict()});
   if (!report.ok()) return report.status();
   status = WriteFileAtomically((std::filesystem::path(options.out) / "report.html").string(), *report);
   if (!status.ok()) return status;
   if (options.json) {
-    const absl::StatusOr<v1::TemplateSummary> summary = SummaryOf(*built);
-    return summary.ok() ? PrintJsonMessage(*summary) : summary.status();
+    if (absl::Status printed = PrintJsonMessage(*summary); !printed.ok()) return printed;
+  } else {
+    PrintVerdict(summary->verdict());
+    PrintBuilt(options, *built);
   }
-  PrintBuilt(options, *built);
-  return absl::OkStatus();
+  return VerdictStatus(summary->verdict());
 }
 
 void AddSewingOptions(CLI::App& command, TemplateBuildOptions& options) {

@@ -6,10 +6,12 @@
 #include "absl/strings/str_cat.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
+#include "services/cli/print_verdict.h"
 #include "services/cli/template_summary.h"
 #include "services/files/board_file.h"
 #include "services/files/garment_parts_file.h"
 #include "services/files/template_file.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -31,7 +33,7 @@ absl::Status Check(const CheckOptions& options) {
     if (!board.ok()) return board.status();
     if (absl::Status status = CheckTemplateFitsBoard(*garment, *board); !status.ok()) return status;
   }
-  const absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(*garment, *parts);
+  absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(*garment, *parts);
   absl::Status status = summary.status();
   if (status.ok()) {
     status = CheckOpeningCount(*summary, options.openings >= 0 ? options.openings : parts->expected_openings);
@@ -39,9 +41,15 @@ absl::Status Check(const CheckOptions& options) {
   if (!status.ok()) {
     return absl::Status(status.code(), absl::StrCat(options.folder, ": ", status.message()));
   }
-  if (options.json) return PrintJsonMessage(*summary);
-  std::fputs(TemplateSummaryText(*summary).c_str(), stdout);
-  return absl::OkStatus();
+  const v1::Verdict verdict = TemplateVerdict(*summary);
+  if (options.json) {
+    *summary->mutable_verdict() = verdict;
+    if (absl::Status printed = PrintJsonMessage(*summary); !printed.ok()) return printed;
+  } else {
+    PrintVerdict(verdict);
+    std::fputs(TemplateSummaryText(*summary).c_str(), stdout);
+  }
+  return VerdictStatus(verdict);
 }
 
 }  // namespace

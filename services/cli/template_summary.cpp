@@ -12,6 +12,8 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "alignment/template_build/mesh_topology.h"
+#include "services/report/html_text.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -125,6 +127,35 @@ absl::Status CheckOpeningCount(const v1::TemplateSummary& summary, int expected)
   return absl::FailedPreconditionError(absl::StrCat("the garment has ", summary.openings_mm_size(),
                                                     " openings, expected were ", expected,
                                                     ". Lengths of their borders: ", OpeningsText(summary)));
+}
+
+std::string TemplateHeadline(const v1::TemplateSummary& summary) {
+  const auto counted = [](int count, const char* one, const char* many) { return Counted(count, one, many); };
+  std::string parts;
+  if (summary.panels() > 0)
+    parts = absl::StrCat(counted(summary.panels(), "panel", "panels"), ", ",
+                         counted(summary.seams(), "seam", "seams"), ", ");
+  return absl::StrCat(parts, counted(summary.openings_mm_size(), "opening", "openings"), ", ",
+                      counted(summary.vertices(), "vertex", "vertices"));
+}
+
+v1::Verdict TemplateVerdict(const v1::TemplateSummary& summary) {
+  v1::Verdict verdict;
+  AddFinding(verdict, v1::GRADE_GOOD, TemplateHeadline(summary), "");
+  for (const std::string& warning : summary.warnings())
+    AddFinding(verdict, v1::GRADE_USABLE, warning,
+               "Look at the report; where it is not as sewn, build again from more frames.");
+  if (summary.components() > 1)
+    AddFinding(verdict, v1::GRADE_USABLE,
+               absl::StrCat("the garment is in ", summary.components(), " pieces that hang together nowhere"),
+               "Check that no seam was missed: --max-seam-gap-mm says how far its sides may be apart.");
+  if (summary.handles() > 0)
+    AddFinding(verdict, v1::GRADE_USABLE,
+               absl::StrCat("the surface has ", Counted(summary.handles(), "handle", "handles"),
+                            ": cloth that is sewn to cloth it does not touch"),
+               "Look at the seams in the report; a pocket or a strap may be one, a sleeve is not.");
+  if (summary.has_strain_p95()) AddCheck(verdict, kTemplateStrain, 100 * summary.strain_p95());
+  return verdict;
 }
 
 std::string TemplateSummaryText(const v1::TemplateSummary& summary) {

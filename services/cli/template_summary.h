@@ -18,6 +18,11 @@ absl::StatusOr<v1::TemplateSummary> SummarizeTemplate(const Template& garment, c
 // FailedPrecondition lists the openings where there are others than `expected`; -1 takes any.
 absl::Status CheckOpeningCount(const v1::TemplateSummary& summary, int expected);
 
+// "5 panels, 4 seams, 4 openings, 13,000 vertices".
+std::string TemplateHeadline(const v1::TemplateSummary& summary);
+// By the limits of docs/verdicts.md; warnings, handles and loose pieces make it usable.
+v1::Verdict TemplateVerdict(const v1::TemplateSummary& summary);
+
 std::string TemplateSummaryText(const v1::TemplateSummary& summary);
 
 // The name of the folder that a template is written to.

@@ -80,7 +80,7 @@ TEST_F(RefineRigTest, TheKnockedCameraIsNamedAndSetRight) {
   const std::vector<std::string> text = RefinementText(*result);
   ASSERT_EQ(text.size(), 2u) << text[1];
   EXPECT_THAT(text[0], StartsWith("camera " + filmed_.cameras[3].id + " moved: turned by 0.0"));
-  EXPECT_THAT(text[1], HasSubstr("points of 2 frames: residuals"));
+  EXPECT_THAT(text[1], HasSubstr("points of 2 frames: reprojection error"));
   for (size_t c = 0; c < 16; ++c) {
     const Eigen::AngleAxisd turn(result->rig.cameras[c].rotation * filmed_.cameras[c].rotation.transpose());
     EXPECT_LT(turn.angle() * 180 / std::numbers::pi, 0.01) << c;

@@ -42,7 +42,7 @@ class TemplateBuildCommand : public ::testing::Test {
 TEST_F(TemplateBuildCommand, WritesATemplateAndItsReport) {
   const WeftRun run = Build({"--openings", "2"});
   ASSERT_EQ(run.status, 0) << run.err;
-  EXPECT_THAT(run.out, AllOf(HasSubstr("2 panels, 2 seams, 2 openings; "),
+  EXPECT_THAT(run.out, AllOf(HasSubstr("good: 2 panels, 2 seams, 2 openings, "),
                              HasSubstr("seam     panel 1 to panel 2, 117 mm"), HasSubstr("opening  2")));
   const auto garment = ReadTemplate(folder_ / "skirt");
   ASSERT_TRUE(garment.ok()) << garment.status();

@@ -1,0 +1,83 @@
+// What a calibration and a refinement are worth.
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "services/calibration/calibrate_dump.h"
+#include "services/calibration/refine_rig.h"
+#include "services/verdict/verdict.h"
+
+namespace weft {
+
+WorstCamera WorstCameraOf(const CalibrationResult& result) {
+  WorstCamera worst;
+  for (size_t c = 0; c < result.solution->cameras.size(); ++c) {
+    const double sigma_px = result.solution->cameras[c].projection_sigma_px;
+    if (std::isfinite(sigma_px) && (worst.id.empty() || sigma_px > worst.sigma_px))
+      worst = {result.detection.views.cameras[c].id, sigma_px};
+  }
+  return worst;
+}
+
+std::string CalibrationHeadline(const CalibrationResult& result) {
+  if (!result.issues.empty()) {
+    const size_t reasons = result.issues.size();
+    return absl::StrCat("Calibration refused for ", reasons, reasons == 1 ? " reason" : " reasons");
+  }
+  const WorstCamera worst = WorstCameraOf(result);
+  return absl::StrFormat(
+      "%d cameras from %d frames: reprojection error %.3f px; projection uncertainty up to %.3f px (%s)",
+      result.detection.views.cameras.size(), result.detection.views.frames.size(), result.solution->rms_px,
+      worst.sigma_px, worst.id);
+}
+
+v1::Verdict CalibrationVerdict(const CalibrationResult& result) {
+  v1::Verdict verdict;
+  for (const CalibrationIssue& issue : result.issues)
+    AddFinding(verdict, v1::GRADE_BAD, issue.message,
+               "Mend each cause below, record the boards again, and calibrate again; the old rig was kept.");
+  if (!result.issues.empty() || !result.solution) return verdict;
+  AddFinding(verdict, v1::GRADE_GOOD, CalibrationHeadline(result), "");
+  AddCheck(verdict, kCalibrationReprojection, result.solution->rms_px);
+  const WorstCamera worst = WorstCameraOf(result);
+  AddCheck(
+      verdict, kCalibrationUncertainty, worst.sigma_px,
+      absl::StrFormat("camera %s sees a known point of the stage to %.3f px only", worst.id, worst.sigma_px));
+  return verdict;
+}
+
+double RmsAfterPx(const RefinementResult& result) {
+  double sum = 0, sights = 0;
+  for (const CameraCorrection& correction : result.refined.corrections) {
+    sum += correction.sights * std::pow(correction.after_rms_px, 2);
+    sights += correction.sights;
+  }
+  return std::sqrt(sum / sights);
+}
+
+v1::Verdict RefinementVerdict(const RefinementResult& result) {
+  v1::Verdict verdict;
+  int moved = 0, held = 0;
+  for (const CameraCorrection& correction : result.refined.corrections) {
+    moved += correction.moved ? 1 : 0;
+    held += correction.held ? 1 : 0;
+  }
+  AddFinding(verdict, v1::GRADE_GOOD,
+             moved == 0   ? "no camera moved"
+             : moved == 1 ? "1 camera moved and was corrected"
+                          : absl::StrCat(moved, " cameras moved and were corrected"),
+             "");
+  if (!result.refined.converged)
+    AddFinding(verdict, v1::GRADE_BAD, "the poses did not settle",
+               "Calibrate again: too many cameras moved, or the rig is not that of the take.");
+  if (held > 0)
+    AddFinding(verdict, v1::GRADE_USABLE,
+               absl::StrCat(held, held == 1 ? " camera sees" : " cameras see",
+                            " too little of the cloth and was not looked at"),
+               "Register a take in which the cloth passes before it, with more --frames.");
+  AddCheck(verdict, kCalibrationReprojection, RmsAfterPx(result));
+  return verdict;
+}
+
+}  // namespace weft
