@@ -124,11 +124,13 @@ class TellIteration : public ceres::IterationCallback {
 // Unknowns of a camera that stay as they are.
 std::vector<int> HeldUnknowns(const BundleOptions& options, int camera) {
   std::vector<int> held;
-  const auto hold = [&held](std::initializer_list<int> which) { held.insert(held.end(), which); };
-  if (options.lens < LensFreedom::kFocalLength) hold({0, 1});
-  if (options.lens < LensFreedom::kCenterAndK1) hold({2, 3, 4});
-  if (options.lens < LensFreedom::kAll) hold({5, 6, 7, 8});
-  if (!options.free_cameras || camera == options.reference_camera) hold({9, 10, 11, 12, 13, 14});
+  const auto hold = [&held](int first, int last) {
+    for (int unknown = first; unknown <= last; ++unknown) held.push_back(unknown);
+  };
+  if (options.lens < LensFreedom::kFocalLength) hold(0, 1);
+  if (options.lens < LensFreedom::kCenterAndK1) hold(2, 4);
+  if (options.lens < LensFreedom::kAll) hold(5, 8);
+  if (!options.free_cameras || camera == options.reference_camera) hold(9, 14);
   return held;
 }
 
