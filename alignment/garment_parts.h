@@ -38,7 +38,7 @@ struct TemplateBorder {
   std::vector<int> panels;  // that it runs along
 };
 
-// Empty for a template that was imported.
+// Of a template that was imported: no more than what its maker said and the size of the board.
 struct GarmentParts {
   double cell_mm = 0;
   std::vector<TemplatePanel> panels;
@@ -51,6 +51,7 @@ struct GarmentParts {
   // panels have that of a vertex beside them.
   double texture_side_mm = 0;
   std::vector<Eigen::Vector2d> texture_mm;  // [vertices], from the lower left corner; empty: no texture
+  int board_rows = 0, board_cols = 0;       // of the board that it was sewn from; 0: not known
 };
 
 // InvalidArgument names the first entry that does not fit a mesh: vertices that it does not have, panels that

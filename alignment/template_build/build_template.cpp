@@ -345,6 +345,7 @@ class Builder {
     }
     parts.panel_faces = problem.panel_faces;
     parts.expected_openings = options_.openings;
+    parts.board_rows = board_.rows, parts.board_cols = board_.cols;
     absl::StatusOr<Template> garment = ImportTemplate(
         options_.id, {*std::move(rest_mm), std::move(problem.faces)}, std::move(nodes), board_);
     if (!garment.ok()) return garment.status();

@@ -13,10 +13,12 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "alignment/align.h"
+#include "alignment/mesh_texture.h"
 #include "alignment/self_intersection.h"
 #include "services/cli/commands.h"
 #include "services/files/atomic_file.h"
 #include "services/files/cloud_file.h"
+#include "services/files/garment_parts_file.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/scan_file.h"
@@ -129,6 +131,8 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   if (options.stretchy) preset->stretch_rings = kStretchRings;
   const absl::StatusOr<Template> garment = ReadTemplate(options.garment);
   if (!garment.ok()) return garment.status();
+  const absl::StatusOr<GarmentParts> parts = ReadGarmentParts(options.garment);
+  if (!parts.ok()) return parts.status();
   const absl::StatusOr<CloudTargets> targets = ReadTargets(options.cloud, *garment);
   if (!targets.ok()) return targets.status();
   if (!quiet && static_cast<size_t>(targets->unclaimed) > targets->targets.size()) {
@@ -152,8 +156,9 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   if (!stages.status().ok()) return stages.status();
   const double align_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-  if (absl::Status status = WriteRegisteredMesh(options.out, result->mesh, garment->rest.faces); !status.ok())
-    return status;
+  const absl::Status written =
+      WriteRegisteredMesh(options.out, result->mesh, garment->rest.faces, TextureOf(*garment, *parts));
+  if (!written.ok()) return written;
   const v1::AlignReport report = Describe(options, *result, *garment, *targets, align_ms);
   if (!options.json) {
     PrintReport(report);

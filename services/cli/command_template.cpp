@@ -114,6 +114,7 @@ absl::Status Import(const ImportOptions& options) {
                      *std::move(nodes), *board);
   if (!garment.ok()) return garment.status();
   GarmentParts parts;
+  parts.board_rows = board->rows, parts.board_cols = board->cols;
   if (options.openings >= 0) {
     const absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(*garment, {});
     status = InFile(options.mesh, summary.status());

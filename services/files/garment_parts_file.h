@@ -9,7 +9,7 @@
 
 namespace weft {
 
-// WriteTemplate with parts: in template.json, and the texture as properties s and t of the mesh's vertices.
+// WriteTemplate with parts: in template.json, and the mesh with its texture (alignment/mesh_texture.h).
 absl::Status WriteTemplateWithParts(const std::string& folder, const Template& garment,
                                     const GarmentParts& parts, const std::string& provenance);
 

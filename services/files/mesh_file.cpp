@@ -20,7 +20,8 @@ std::vector<PlyProperty> PositionColumns(const std::vector<Eigen::Vector3d>& pos
   return columns;
 }
 
-PlyElement FaceElement(const std::vector<Face>& faces) {
+// `texture` of as many faces, or empty.
+PlyElement FaceElement(const std::vector<Face>& faces, const MeshTexture& texture) {
   PlyProperty indices = PlyColumn("vertex_indices", PlyType::kInt32, {});
   indices.is_list = true;
   indices.values.reserve(faces.size() * 3);
@@ -33,7 +34,29 @@ PlyElement FaceElement(const std::vector<Face>& faces) {
   element.name = "face";
   element.rows = faces.size();
   element.properties.push_back(std::move(indices));
+  if (texture.of_corner.empty()) return element;
+  PlyProperty places = PlyColumn("texcoord", PlyType::kFloat32, {});
+  places.is_list = true;
+  places.values.reserve(faces.size() * 6);
+  places.list_start.push_back(0);
+  for (const auto& corners : texture.of_corner) {
+    for (const Eigen::Vector2f& place : corners) {
+      places.values.insert(places.values.end(), {place.x(), place.y()});
+    }
+    places.list_start.push_back(places.values.size());
+  }
+  element.properties.push_back(std::move(places));
   return element;
+}
+
+void AddTextureColumns(const MeshTexture& texture, PlyElement* vertex) {
+  if (texture.empty()) return;
+  for (int axis = 0; axis < 2; ++axis) {
+    std::vector<double> values;
+    values.reserve(texture.of_vertex.size());
+    for (const Eigen::Vector2f& place : texture.of_vertex) values.push_back(place[axis]);
+    vertex->properties.push_back(PlyColumn(axis == 0 ? "s" : "t", PlyType::kFloat32, std::move(values)));
+  }
 }
 
 absl::StatusOr<std::vector<Face>> FacesFromPly(const PlyElement& element, size_t vertices,
@@ -117,19 +140,20 @@ absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path) {
   return MeshFromPly(*ply, path);
 }
 
-absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh) {
+absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh, const MeshTexture& texture) {
   PlyElement vertex;
   vertex.name = "vertex";
   vertex.rows = mesh.vertices_mm.size();
   vertex.properties = PositionColumns(mesh.vertices_mm, PlyType::kFloat64);
+  AddTextureColumns(texture, &vertex);
   Ply ply;
   ply.comments.push_back("positions in mm");
-  ply.elements = {std::move(vertex), FaceElement(mesh.faces)};
+  ply.elements = {std::move(vertex), FaceElement(mesh.faces, texture)};
   return WritePly(path, ply);
 }
 
 absl::Status WriteRegisteredMesh(const std::string& path, const RegisteredMesh& mesh,
-                                 const std::vector<Face>& faces) {
+                                 const std::vector<Face>& faces, const MeshTexture& texture) {
   PlyElement vertex;
   vertex.name = "vertex";
   vertex.rows = mesh.vertices_mm.size();
@@ -142,9 +166,10 @@ absl::Status WriteRegisteredMesh(const std::string& path, const RegisteredMesh& 
                                         std::vector<double>(mesh.sigma_mm.begin(), mesh.sigma_mm.end())));
   vertex.properties.push_back(
       PlyColumn("views", PlyType::kInt32, std::vector<double>(mesh.views.begin(), mesh.views.end())));
+  AddTextureColumns(texture, &vertex);
   Ply ply;
   ply.comments.push_back("positions in mm; state 0 inferred, 1 observed, 2 by two views, 3 bridged");
-  ply.elements = {std::move(vertex), FaceElement(faces)};
+  ply.elements = {std::move(vertex), FaceElement(faces, texture)};
   return WritePly(path, ply);
 }
 

@@ -6,6 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "alignment/mesh.h"
+#include "alignment/mesh_texture.h"
 #include "services/files/ply.h"
 
 namespace weft {
@@ -16,13 +17,15 @@ namespace weft {
 absl::StatusOr<TriangleMesh> MeshFromPly(const Ply& ply, const std::string& source_name);
 absl::StatusOr<TriangleMesh> ReadMesh(const std::string& path);
 
-// Coordinates in double precision, so that the mesh read back hashes the same.
-absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh);
+// Coordinates in double precision, so that the mesh read back hashes the same. A texture, where there is one,
+// is properties s and t of the vertices, and a list texcoord (u v of each corner) of the faces where they
+// need it.
+absl::Status WriteMesh(const std::string& path, const TriangleMesh& mesh, const MeshTexture& texture = {});
 
-// mesh.ply of a job: x y z, state (0 inferred, 1 observed), sigma_mm, views; coordinates in single precision.
-// InvalidArgument when the vectors of `mesh` differ in length.
+// mesh.ply of a job: x y z, state (0 inferred, 1 observed), sigma_mm, views, texture as above; coordinates in
+// single precision. InvalidArgument when the vectors of `mesh` or `texture` differ in length.
 absl::Status WriteRegisteredMesh(const std::string& path, const RegisteredMesh& mesh,
-                                 const std::vector<Face>& faces);
+                                 const std::vector<Face>& faces, const MeshTexture& texture = {});
 // Reads it back; state, sigma_mm and views must be there.
 absl::StatusOr<RegisteredMesh> ReadRegisteredMesh(const std::string& path);
 

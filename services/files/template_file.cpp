@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/mesh_texture.h"
 #include "services/files/atomic_file.h"
 #include "services/files/garment_parts_file.h"
 #include "services/files/json_file.h"
@@ -57,6 +58,8 @@ void PartsToProto(const GarmentParts& parts, v1::Template* proto) {
   if (parts.expected_openings >= 0) proto->set_expected_openings(parts.expected_openings);
   proto->set_panel_faces(parts.panel_faces);
   proto->set_texture_side_mm(parts.texture_side_mm);
+  proto->set_board_rows(parts.board_rows);
+  proto->set_board_cols(parts.board_cols);
 }
 
 GarmentParts PartsFromProto(const v1::Template& proto) {
@@ -86,35 +89,9 @@ GarmentParts PartsFromProto(const v1::Template& proto) {
   if (proto.has_expected_openings()) parts.expected_openings = proto.expected_openings();
   parts.panel_faces = proto.panel_faces();
   parts.texture_side_mm = proto.texture_side_mm();
+  parts.board_rows = proto.board_rows();
+  parts.board_cols = proto.board_cols();
   return parts;
-}
-
-// Coordinates in double precision, so that the mesh read back hashes the same.
-absl::Status WriteTexturedMesh(const std::string& path, const TriangleMesh& mesh, const GarmentParts& parts) {
-  if (parts.texture_mm.empty()) return WriteMesh(path, mesh);
-  PlyElement vertex{"vertex", mesh.vertices_mm.size(), {}};
-  for (int axis = 0; axis < 3; ++axis) {
-    std::vector<double> values;
-    for (const Eigen::Vector3d& p : mesh.vertices_mm) values.push_back(p[axis]);
-    vertex.properties.push_back(
-        PlyColumn(std::string(1, static_cast<char>('x' + axis)), PlyType::kFloat64, std::move(values)));
-  }
-  for (int axis = 0; axis < 2; ++axis) {
-    std::vector<double> values;
-    for (const Eigen::Vector2d& p : parts.texture_mm) values.push_back(p[axis] / parts.texture_side_mm);
-    vertex.properties.push_back(PlyColumn(axis == 0 ? "s" : "t", PlyType::kFloat32, std::move(values)));
-  }
-  PlyProperty indices = PlyColumn("vertex_indices", PlyType::kInt32, {});
-  indices.is_list = true;
-  indices.list_start.push_back(0);
-  for (const Face& face : mesh.faces) {
-    indices.values.insert(indices.values.end(), face.begin(), face.end());
-    indices.list_start.push_back(indices.values.size());
-  }
-  Ply ply;
-  ply.comments.push_back("positions in mm");
-  ply.elements = {std::move(vertex), {"face", mesh.faces.size(), {std::move(indices)}}};
-  return WritePly(path, ply);
 }
 
 // The properties s and t of the vertices; empty where they have none.
@@ -229,10 +206,8 @@ absl::Status WriteTemplateWithParts(const std::string& folder, const Template& g
                                     const GarmentParts& parts, const std::string& provenance) {
   if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
   const fs::path base(folder);
-  if (absl::Status status = WriteTexturedMesh((base / "mesh.ply").string(), garment.rest, parts);
-      !status.ok()) {
-    return status;
-  }
+  absl::Status mesh = WriteMesh((base / "mesh.ply").string(), garment.rest, TextureOf(garment, parts));
+  if (!mesh.ok()) return mesh;
   if (absl::Status status = WriteFileAtomically((base / "cells.txt").string(),
                                                 MapText(garment.node_of_vertex, NodeKind::kCenter));
       !status.ok()) {

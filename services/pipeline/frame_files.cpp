@@ -43,16 +43,18 @@ absl::Status WriteData(const ConfinedFolder& folder, const RegistrationInputs& i
     if (status.ok()) status = writer(folder.At(name));
     if (status.ok()) status = ListFile(folder, name, report);
   };
-  const auto write_mesh = [&](const std::string& path) {
-    return WriteRegisteredMesh(path, *frame.mesh, inputs.garment.rest.faces);
+  const auto write_mesh = [&](const MeshTexture& texture) {
+    return [&](const std::string& path) {
+      return WriteRegisteredMesh(path, *frame.mesh, inputs.garment.rest.faces, texture);
+    };
   };
   if (report.options().write_observations()) {
     write("observations.csv",
           [&](const std::string& path) { return WriteObservations(path, ByImage(inputs, frame)); });
   }
   write("cloud.ply", [&](const std::string& path) { return WriteCloud(path, frame.cloud); });
-  if (frame.mesh) write("mesh.ply", write_mesh);
-  if (frame.mesh && !report.options().frames_alone()) write("unrefined.ply", write_mesh);
+  if (frame.mesh) write("mesh.ply", write_mesh(inputs.texture));
+  if (frame.mesh && !report.options().frames_alone()) write("unrefined.ply", write_mesh({}));
   return status;
 }
 

@@ -82,7 +82,8 @@ absl::Status Undo(const RegistrationInputs& inputs, const Surroundings& frames, 
   }
   const absl::StatusOr<RegisteredMesh> own = frames.Unrefined(at);
   if (!own.ok()) return own.status();
-  absl::Status status = WriteRegisteredMesh(folder.At(kMesh), *own, inputs.garment.rest.faces);
+  absl::Status status =
+      WriteRegisteredMesh(folder.At(kMesh), *own, inputs.garment.rest.faces, inputs.texture);
   if (status.ok()) status = ListFile(folder, kMesh, report);
   return status;
 }
@@ -94,7 +95,8 @@ absl::Status Refine(const RegistrationInputs& inputs, const Surroundings& frames
   const bool bridge = report.state() == v1::FRAME_STATE_FAILED;
   const absl::StatusOr<TemporalResult> result = Compute(inputs, frames, at, bridge, neighbors, stop);
   if (!result.ok()) return result.status();
-  absl::Status status = WriteRegisteredMesh(folder.At(kMesh), result->mesh, inputs.garment.rest.faces);
+  absl::Status status =
+      WriteRegisteredMesh(folder.At(kMesh), result->mesh, inputs.garment.rest.faces, inputs.texture);
   if (status.ok()) status = ListFile(folder, kMesh, report);
   v1::TemporalReport& temporal = *report.mutable_temporal();
   temporal.set_self_intersections_before(result->untangling.pairs_before);

@@ -6,6 +6,7 @@
 #include "capture/frame_range.h"
 #include "capture/open_dump.h"
 #include "services/files/board_file.h"
+#include "services/files/garment_parts_file.h"
 #include "services/files/rig_file.h"
 #include "services/files/template_file.h"
 #include "services/pipeline/presets.h"
@@ -59,6 +60,10 @@ absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::Registr
   absl::StatusOr<Template> garment = ReadTemplate(spec.garment());
   if (!garment.ok()) return garment.status();
   if (absl::Status status = CheckTemplateFitsBoard(*garment, *board); !status.ok()) return status;
+  absl::StatusOr<GarmentParts> parts = ReadGarmentParts(spec.garment());
+  if (!parts.ok()) return parts.status();
+  parts->board_rows = board->rows, parts->board_cols = board->cols;
+  MeshTexture texture = TextureOf(*garment, *parts);
   v1::InputHashes hashes;
   hashes.set_rig(rig->ContentHash());
   hashes.set_board(board->ContentHash());
@@ -74,9 +79,10 @@ absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::Registr
   auto model = std::make_unique<AlignmentModel>(*garment);
   std::vector<CellNeighborhood> neighborhoods = FindCellNeighborhoods(*garment);
   std::vector<std::string> warnings = (*dump)->warnings();
-  return std::make_unique<RegistrationInputs>(RegistrationInputs{
-      *std::move(rig), *std::move(index), *std::move(garment), std::move(model), *std::move(dump),
-      std::move(hashes), std::move(neighborhoods), std::move(warnings), *std::move(camera_sigma_px)});
+  return std::make_unique<RegistrationInputs>(
+      RegistrationInputs{*std::move(rig), *std::move(index), *std::move(garment), std::move(model),
+                         *std::move(dump), std::move(hashes), std::move(neighborhoods), std::move(warnings),
+                         *std::move(camera_sigma_px), std::move(texture)});
 }
 
 absl::StatusOr<std::vector<size_t>> FramesInRange(const v1::RegistrationSpec& spec,

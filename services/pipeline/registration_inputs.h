@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "alignment/align.h"
 #include "alignment/cell_prediction.h"
+#include "alignment/mesh_texture.h"
 #include "alignment/template.h"
 #include "capture/frame_source.h"
 #include "capture/rig.h"
@@ -27,6 +28,7 @@ struct RegistrationInputs {
   std::vector<CellNeighborhood> neighborhoods;  // of `garment`
   std::vector<std::string> warnings;            // cameras without images, images of unknown cameras
   std::vector<double> camera_sigma_px;          // ReadCameraSigmas of the rig
+  MeshTexture texture;                          // of `garment`, for its meshes
 };
 
 // Reads rig, board, template and the list of the dump's images. Errors keep the category of the file that

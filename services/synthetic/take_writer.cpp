@@ -15,8 +15,8 @@
 #include "pattern/panel_mask.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
+#include "services/files/garment_parts_file.h"
 #include "services/files/rig_file.h"
-#include "services/files/template_file.h"
 #include "services/synthetic/truth_file.h"
 
 namespace weft {
@@ -135,8 +135,12 @@ absl::Status WriteStudio(const SyntheticTake& take, const std::string& folder) {
   if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
   absl::Status status = WriteRig((fs::path(folder) / "rig.json").string(), take.rig(), provenance);
   if (status.ok()) status = WriteBoard(folder, take.board(), provenance);
-  if (status.ok())
-    status = WriteTemplate((fs::path(folder) / "template").string(), take.garment(), provenance);
+  GarmentParts parts;
+  parts.board_rows = take.board().rows, parts.board_cols = take.board().cols;
+  if (status.ok()) {
+    status =
+        WriteTemplateWithParts((fs::path(folder) / "template").string(), take.garment(), parts, provenance);
+  }
   // For `weft template build --panels`.
   std::vector<uint8_t> in_garment(take.board().cells.size(), 0);
   for (const VertexNode& cell : take.garment().node_of_vertex)

@@ -71,7 +71,7 @@ def vertex_states(mesh):
     """The states that occur in a mesh.ply."""
     header, body = read(mesh, "rb").split(b"end_header\n", 1)
     vertices = int(re.search(rb"element vertex (\d+)", header).group(1))
-    vertex = struct.Struct("<fffBfi")  # x y z state sigma_mm views
+    vertex = struct.Struct("<fffBfi" + ("ff" if b"property float t" in header else ""))  # x y z state sigma_mm views s t
     return {values[3] for values in vertex.iter_unpack(body[:vertices * vertex.size])}
 
 

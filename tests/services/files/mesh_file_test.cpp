@@ -95,5 +95,31 @@ TEST(RegisteredMesh, RefusesMeshesWithoutStates) {
               AllOf(HasSubstr("mesh.ply"), HasSubstr("no property state")));
 }
 
+TEST(RegisteredMesh, CarriesItsTextureForOtherPrograms) {
+  RegisteredMesh mesh;
+  mesh.vertices_mm = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  mesh.state.assign(3, VertexState::kObserved);
+  mesh.sigma_mm.assign(3, 0.1f);
+  mesh.views.assign(3, 4);
+  MeshTexture texture;
+  texture.of_vertex = {{0, 0.25f}, {0.5f, 0.25f}, {0, 1}};
+  const TempFolder folder;
+  ASSERT_TRUE(WriteRegisteredMesh(folder / "mesh.ply", mesh, {{0, 1, 2}}, texture).ok());
+  absl::StatusOr<Ply> ply = ReadPly(folder / "mesh.ply");
+  ASSERT_TRUE(ply.ok()) << ply.status();
+  EXPECT_THAT(ply->Find("vertex")->Find("s")->values, ElementsAre(0, 0.5, 0));
+  EXPECT_THAT(ply->Find("vertex")->Find("t")->values, ElementsAre(0.25, 0.25, 1));
+  EXPECT_EQ(ply->Find("face")->Find("texcoord"), nullptr);
+  texture.of_corner = {{{{0, 0.25f}, {0.5f, 0.25f}, {0.75f, 1}}}};
+  ASSERT_TRUE(WriteRegisteredMesh(folder / "mesh.ply", mesh, {{0, 1, 2}}, texture).ok());
+  ply = ReadPly(folder / "mesh.ply");
+  ASSERT_TRUE(ply.ok()) << ply.status();
+  EXPECT_THAT(ply->Find("face")->Find("texcoord")->values, ElementsAre(0, 0.25, 0.5, 0.25, 0.75, 1));
+  EXPECT_EQ(ReadMesh(folder / "mesh.ply")->faces.size(), 1u);
+  EXPECT_EQ(ReadRegisteredMesh(folder / "mesh.ply")->vertices_mm, mesh.vertices_mm);
+  texture.of_vertex.pop_back();
+  EXPECT_FALSE(WriteRegisteredMesh(folder / "mesh.ply", mesh, {{0, 1, 2}}, texture).ok());
+}
+
 }  // namespace
 }  // namespace weft
