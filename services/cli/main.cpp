@@ -6,6 +6,7 @@
 
 #include "services/cli/command_line.h"
 #include "services/cli/commands.h"
+#include "services/cli/completion.h"
 #include "services/cli/help.h"
 #include "services/verdict/verdict.h"
 
@@ -64,6 +65,7 @@ int main(int argc, char** argv) {
   weft::AddAlignCommand(app, line);
   weft::AddSimulateCommand(app, line);
   weft::AddEvaluateCommand(app, line);
+  weft::AddCompletionCommand(app, line);
 
   try {
     app.parse(argc, argv);

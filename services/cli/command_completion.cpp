@@ -1,0 +1,30 @@
+// weft completion: scripts for shells.
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "services/cli/completion.h"
+
+namespace weft {
+
+void AddCompletionCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      app, "completion",
+      "Print the script that lets a shell complete weft's commands, options and values. The Debian package "
+      "installs both.",
+      "  source <(weft completion bash)\n"
+      "  weft completion zsh > ~/.zfunc/_weft");
+  const auto shell = std::make_shared<std::string>();
+  command->add_option("SHELL", *shell, "bash or zsh")
+      ->required()
+      ->type_name("")
+      ->check(CLI::IsMember({"bash", "zsh"}));
+  command->callback([&app, &line, shell] {
+    line.run = [&app, shell] {
+      std::fputs((*shell == "zsh" ? ZshCompletion(app) : BashCompletion(app)).c_str(), stdout);
+      return absl::OkStatus();
+    };
+  });
+}
+
+}  // namespace weft
