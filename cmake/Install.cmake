@@ -1,0 +1,51 @@
+# `cmake --install` and the Debian package (`cmake --build --preset release --target package`).
+include(GNUInstallDirs)
+
+install(TARGETS weft weftd weft-worker RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
+install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
+install(DIRECTORY deploy/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
+install(PROGRAMS deploy/tour.sh DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
+install(FILES deploy/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/weft)
+
+# What shells complete is what the program that was built understands.
+foreach(shell bash zsh)
+  set(script ${CMAKE_BINARY_DIR}/completion/weft.${shell})
+  add_custom_command(OUTPUT ${script}
+    COMMAND ${CMAKE_COMMAND} -E make_directory ${CMAKE_BINARY_DIR}/completion
+    COMMAND weft completion ${shell} > ${script}
+    DEPENDS weft VERBATIM)
+  list(APPEND completion_scripts ${script})
+endforeach()
+add_custom_target(completion ALL DEPENDS ${completion_scripts})
+install(FILES ${CMAKE_BINARY_DIR}/completion/weft.bash
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME weft)
+# Debian's zsh looks for packages' completion elsewhere than for what /usr/local has.
+install(CODE "
+  set(folder zsh/site-functions)
+  if(CMAKE_INSTALL_PREFIX MATCHES \"/usr/?$\")
+    set(folder zsh/vendor-completions)
+  endif()
+  file(INSTALL \"${CMAKE_BINARY_DIR}/completion/weft.zsh\" RENAME _weft
+    DESTINATION \"\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/\${folder}\")")
+
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME weft)
+set(CPACK_PACKAGE_CONTACT "The Weft maintainers <maintainers@weft.invalid>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "multi-view capture of cloth with a printed board")
+set(CPACK_PACKAGE_DESCRIPTION
+  "Weft films a garment that was sewn from fabric with a colour-coded print and\n\
+registers it: one mesh per frame, the same vertices on the same threads of the\n\
+cloth. It records GigE Vision and V4L2 cameras, calibrates them, builds the\n\
+garment's template and registers takes, on one machine or through a daemon.\n\
+.\n\
+`/usr/share/weft/tour.sh` shows all of it without cameras, in five minutes.")
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_DEPENDS fonts-dejavu-core)  # labels of prints
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS ffmpeg)          # archives and proxy videos
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "bash-completion, blender, python3-numpy")
+include(CPack)
