@@ -58,7 +58,7 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   absl::StatusOr<std::unique_ptr<LocalExecutor>> executor = LocalExecutor::Create(executor_options);
   if (!executor.ok()) return executor.status();
   return JobQueue::Create(*std::move(catalogue), *std::move(executor),
-                          {threads, options.write_report, options.find_incomplete});
+                          {threads, options.write_report, options.find_incomplete, options.judge});
 }
 
 void ConfigureServer(grpc::ServerBuilder& builder) {

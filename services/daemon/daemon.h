@@ -27,8 +27,9 @@ struct DaemonOptions {
   std::chrono::milliseconds stop_grace{5000};
   std::chrono::milliseconds silence_limit{std::chrono::minutes(15)};
 
-  // Reads the inputs of a job, and writes the report of one that has ended.
+  // Reads the inputs of a job, judges one that has ended, and writes its report.
   InputsLoader load_inputs = LoadJobInputs;
+  std::function<v1::Verdict(const std::string& out, const v1::Job& job)> judge;
   std::function<absl::Status(const std::string& out, const v1::Job& job)> write_report;
   // JobQueueOptions.find_incomplete; results are not looked at without it.
   std::function<absl::StatusOr<std::vector<IncompleteFrame>>(const v1::Job& job,

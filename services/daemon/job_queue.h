@@ -33,6 +33,8 @@ struct JobQueueOptions {
   std::function<absl::StatusOr<std::vector<IncompleteFrame>>(const v1::Job& job,
                                                              const std::vector<v1::FrameInfo>& frames)>
       find_incomplete;
+  // What a job that has ended came to, from its results.
+  std::function<v1::Verdict(const std::string& out, const v1::Job& job)> judge;
 };
 
 // The oldest job has the first claim on the workers; the next begins when all its frames are taken. A frame

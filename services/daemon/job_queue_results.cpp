@@ -40,6 +40,16 @@ absl::Status WriteJobFiles(const v1::Job& job, const JobQueueOptions& options) {
   }
 }
 
+// What a judge throws costs the verdict, not the daemon.
+void Judge(const JobQueueOptions& options, v1::Job& job) {
+  if (!options.judge) return;
+  try {
+    *job.mutable_verdict() = options.judge(job.spec().out(), job);
+  } catch (const std::exception& error) {
+    job.add_warnings(absl::StrCat("the job cannot be judged: ", error.what()));
+  }
+}
+
 // Positions of the failed frames that have a mesh from the frames around them.
 std::vector<size_t> BridgedFrames(const std::string& out, const std::vector<v1::FrameInfo>& infos) {
   std::vector<size_t> bridged;
@@ -162,6 +172,7 @@ void JobQueue::WriteResults(const std::shared_ptr<LiveJob>& live) {
   }
   absl::Status written = TakeFolder(job, live->lock);
   if (written.ok()) {
+    Judge(options_, job);
     RemoveTemporaryFiles(job.spec().out(), NamesOf(live->frames.infos()));
     written = WriteJobFiles(job, options_);
   }

@@ -15,6 +15,7 @@
 #include "services/daemon/daemon.h"
 #include "services/pipeline/stop_on_signal.h"
 #include "services/report/html_report.h"
+#include "services/report/job_verdict.h"
 
 namespace {
 
@@ -103,6 +104,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "weftd " WEFT_VERSION, "Print the version and exit");
   weft::DaemonOptions options;
   options.worker_program = DefaultWorker();
+  options.judge = weft::JudgeJobFolder;
   options.write_report = weft::WriteJobReport;
   options.find_incomplete = weft::FindIncompleteFrames;
   std::string log_level = "info";

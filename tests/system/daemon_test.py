@@ -74,7 +74,8 @@ class Daemon(StudioTest):
     def test_gives_the_same_files_as_a_registration_without_it(self):
         self.start_daemon("--workers", "2")
         done = self.register_remotely("--observations", check=0)
-        self.assertIn("3 of 3 frames registered", done.stdout)
+        self.assertTrue(done.stdout.startswith("good: 3 of 3 frames registered"), done.stdout)
+        self.assertEqual(json.loads(read(f"{self.out}/job.json"))["verdict"]["grade"], "GRADE_GOOD")
         local = self.path("local")
         self.register("--observations", check=0, out=local)
         self.assertEqual(results(self.out), results(local))
