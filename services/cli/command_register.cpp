@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "services/cli/commands.h"
 #include "services/cli/input_options.h"
@@ -63,8 +64,10 @@ absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bo
     if (job.verdict().grade() == v1::GRADE_BAD) PrintVerdict(job.verdict());
   } else {
     if (job.has_verdict()) PrintVerdict(job.verdict());
-    std::printf("%s\nresults  %s\nreport   %s/report.html\n", JobSummary(job).c_str(), options.out.c_str(),
-                options.out.c_str());
+    const std::string summary = JobSummary(job);
+    const bool is_told = absl::StartsWith(job.verdict().reason(), summary + ",");
+    std::printf("%sresults  %s\nreport   %s/report.html\n",
+                is_told ? "" : absl::StrCat(summary, "\n").c_str(), options.out.c_str(), options.out.c_str());
   }
   return OutcomeOf(job);
 }

@@ -89,7 +89,7 @@ void JudgeFrames(const v1::Job& job, const JobSummary& summary, v1::Verdict& ver
                "Run the same command again: it goes on where it ended.");
     return;
   }
-  if (job.state() == v1::JOB_STATE_FAILED && total == 0)
+  if (job.state() == v1::JOB_STATE_FAILED && !job.message().empty() && summary.failure_reasons.empty())
     AddFinding(verdict, v1::GRADE_BAD, job.message(), "Mend what the message names, and register again.");
   if (total == 0) return;
   const int failed = total - summary.registered;
