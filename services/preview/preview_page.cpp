@@ -16,6 +16,7 @@ namespace {
 constexpr double kClippedCloth = 0.01, kClippedPicture = 0.06;
 constexpr int kDim = 80;              // a 99th percentile below leaves two thirds of the range unused
 constexpr double kFocusFallen = 0.6;  // of the best so far
+constexpr double kFull = 0.97;        // of a bar
 
 constexpr const char* kStyle = R"(<style>
 :root { color-scheme: light dark; --page: #f6f6f3; --card: #fff; --ink: #1c2024; --soft: #5b636c; --line: #dcdedb;
@@ -41,11 +42,21 @@ figure { margin: 0; overflow: hidden; } figure img { display: block; width: 100%
 figure.faulty { border-color: var(--bad); box-shadow: inset 0 0 0 1px var(--bad); }
 figcaption { padding: 6px 10px 9px; } figcaption b { font-size: 15px; } .bad { color: var(--bad); font-weight: 600; }
 .none { padding: 26px 10px; text-align: center; }
-.meter { display: grid; grid-template-columns: 62px 1fr 92px; gap: 8px; align-items: center; font-size: 12px; color: var(--soft); }
-.meter em { font-style: normal; text-align: right; color: var(--ink); white-space: nowrap; }
-.rail { background: var(--rail); height: 8px; border-radius: 4px; position: relative; overflow: hidden; }
-.rail i { position: absolute; top: 0; bottom: 0; border-radius: 4px; background: var(--accent); }
-.rail i.mid { width: 2px; background: var(--card); border-radius: 0; }
+.meter { display: grid; grid-template-columns: 1fr auto; gap: 2px 10px; align-items: end; margin-top: 8px; color: var(--soft);
+  font-size: 14px; }
+.meter em { font-style: normal; color: var(--ink); font-size: 19px; font-weight: 650; line-height: 1.1; white-space: nowrap; }
+.meter em small { font-size: 13px; font-weight: 400; color: var(--soft); }
+.rail { grid-column: 1 / -1; background: var(--rail); height: 22px; border-radius: 5px; position: relative; overflow: hidden; }
+.focus .rail { height: 34px; } .focus em { font-size: 30px; }
+.rail i { position: absolute; top: 0; bottom: 0; background: var(--accent); }
+.rail i.mid { width: 3px; background: var(--card); }
+.rail i.full { background: var(--good); }
+figure a { color: inherit; text-decoration: none; } figure .all { display: none; color: var(--accent); font-size: 20px; }
+figure:target { position: fixed; inset: 0; z-index: 9; display: flex; flex-direction: column; border-radius: 0; overflow: auto; }
+figure:target > a { flex: 1; min-height: 0; } figure:target img { width: 100%; height: 100%; object-fit: contain; }
+figure:target .all { display: block; float: right; } figure:target figcaption { padding: 10px 24px 20px; }
+figure:target .rail { height: 8vh; } figure:target .focus .rail { height: 16vh; }
+figure:target .meter { font-size: 3vh; } figure:target .meter em { font-size: 6vh; } figure:target .focus em { font-size: 13vh; }
 .coverage .share { font-size: 34px; font-weight: 650; line-height: 1.1; }
 .stack { display: flex; height: 12px; border-radius: 6px; overflow: hidden; margin: 8px 0; background: var(--rail); }
 .coverage table { border-collapse: collapse; width: 100%; font-size: 13px; } .coverage td { padding: 1px 0; }
@@ -61,7 +72,7 @@ function tell() {
   const age = (Date.now() - made) / 1000, stale = !over && age > limit;
   document.getElementById("time").textContent = new Date(made).toLocaleTimeString();
   document.body.classList.toggle("stale", stale);
-  if (stale) document.getElementById("chip").textContent = "no news for " + Math.round(age) + " s";
+  if (stale) document.getElementById("chip").textContent = "page not updated for " + Math.round(age) + " s: the recorder stopped or hangs";
 }
 tell(); setInterval(tell, 500);
 </script>
@@ -80,33 +91,37 @@ std::string JpegTag(const Frame& rgb, const std::string& what) {
 
 // A bar between two shares of its rail, with a mark inside where `mark` is not negative.
 std::string Meter(const char* name, double begin, double end, double mark, const std::string& text) {
-  std::string rail = absl::StrFormat("<i style=\"left:%.1f%%;width:%.1f%%\"></i>", 100 * begin,
+  std::string rail = absl::StrFormat("<i%s style=\"left:%.1f%%;width:%.1f%%\"></i>",
+                                     begin <= 0 && end >= kFull ? " class=full" : "", 100 * begin,
                                      100 * std::max(0.01, end - begin));
   if (mark >= 0) absl::StrAppendFormat(&rail, "<i class=mid style=\"left:%.1f%%\"></i>", 100 * mark);
-  return absl::StrFormat("<div class=meter><span>%s</span><div class=rail>%s</div><em>%s</em></div>\n", name,
-                         rail, text);
+  return absl::StrFormat("<div class=\"meter %s\"><span>%s</span><em>%s</em><div class=rail>%s</div></div>\n",
+                         name, name, text, rail);
 }
 
 std::string CameraFigure(const PreviewCamera& camera) {
   const std::string fault = PictureFault(camera);
-  std::string html = fault.empty() ? "<figure>\n" : "<figure class=faulty>\n";
+  const std::string anchor = EscapeHtml("camera-" + camera.id);
+  std::string html = absl::StrCat("<figure id=\"", anchor, fault.empty() ? "\">\n" : "\" class=faulty>\n");
   if (!camera.thumbnail.pixels) {
     return absl::StrCat(html, "<div class=\"none bad\">no picture</div><figcaption><b>", NameHtml(camera.id),
                         "</b> <span class=bad>", EscapeHtml(camera.missing),
                         "</span></figcaption></figure>\n");
   }
-  html += JpegTag(camera.thumbnail, "camera " + camera.id);
-  absl::StrAppend(&html, "<figcaption><b>", NameHtml(camera.id), "</b>");
+  absl::StrAppend(&html, "<a href=\"#", anchor, "\" title=\"this camera alone\">",
+                  JpegTag(camera.thumbnail, "camera " + camera.id),
+                  "</a><figcaption><a class=all href=\"#\">all cameras</a><b>", NameHtml(camera.id), "</b>");
   if (!fault.empty()) absl::StrAppend(&html, " <span class=bad>", fault, "</span>");
   const PictureQuality& quality = camera.quality;
   const double focus = camera.best_focus > 0 ? quality.focus / camera.best_focus : 0;
-  absl::StrAppend(&html,
-                  Meter("exposure", quality.low / 255.0, quality.high / 255.0, quality.middle / 255.0,
-                        absl::StrFormat("%.1f %% white", 100 * quality.clipped_share)),
-                  Meter("focus", 0, focus, -1, absl::StrFormat("%.0f %% of best", 100 * focus)));
+  absl::StrAppend(
+      &html,
+      Meter("exposure", quality.low / 255.0, quality.high / 255.0, quality.middle / 255.0,
+            absl::StrFormat("%.1f&nbsp;%% <small>white</small>", 100 * quality.clipped_share)),
+      Meter("focus", 0, focus, -1, absl::StrFormat("%.0f&nbsp;%% <small>of best</small>", 100 * focus)));
   if (camera.cells >= 0)
-    absl::StrAppend(&html, "<div class=meter><span>cells</span><span></span><em>", FormatCount(camera.cells),
-                    " read</em></div>");
+    absl::StrAppend(&html, "<div class=meter><span>cells read</span><em>", FormatCount(camera.cells),
+                    "</em></div>");
   return html + "</figcaption></figure>\n";
 }
 

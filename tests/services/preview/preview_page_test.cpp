@@ -54,5 +54,15 @@ TEST(PreviewPage, PutsWhatNeedsAttentionFirst) {
   EXPECT_LT(html.find("too dark"), html.find("<figure"));
 }
 
+TEST(PreviewPage, ShowsACameraAloneWithBarsToTurnALensBy) {
+  PreviewPage page;
+  page.cameras = {Camera("c1")};
+  page.cameras[0].quality.focus = 0.087;
+  const std::string html = PreviewHtml(page);
+  EXPECT_THAT(html, AllOf(HasSubstr("<figure id=\"camera-c1\""), HasSubstr("href=\"#camera-c1\""),
+                          HasSubstr("class=\"meter focus\""), HasSubstr("87&nbsp;% <small>of best"),
+                          HasSubstr("page not updated for")));
+}
+
 }  // namespace
 }  // namespace weft
