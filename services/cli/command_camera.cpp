@@ -24,7 +24,7 @@ absl::Status List(const CameraListCommandOptions& options) {
 }  // namespace
 
 void AddCameraCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* camera = AddCommand(app, "camera", "The cameras at hand.", "");
+  CLI::App* camera = AddCommand(app, "camera", "The cameras at hand, and cameras without hardware.", "");
   camera->require_subcommand(1);
   const auto options = std::make_shared<CameraListCommandOptions>();
   CLI::App* list = AddCommand(
@@ -36,6 +36,7 @@ void AddCameraCommand(CLI::App& app, CommandLine& line) {
   list->add_flag("--details", options->details, "Formats, sizes and controls of V4L2 cameras, too");
   list->add_flag("--json", options->json, "Print JSON (weft.v1.CameraList)");
   list->callback([options, &line] { line.run = [options] { return List(*options); }; });
+  AddCameraFakeCommand(*camera, line);
 }
 
 }  // namespace weft

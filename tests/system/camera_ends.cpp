@@ -1,4 +1,4 @@
-// GigE Vision cameras without hardware: camera_ends GENICAM_FILE NAME=ADDRESS... Prints "ready" and obeys
+// GigE Vision cameras without hardware: camera_ends NAME=ADDRESS... Prints "ready" and obeys
 // lines on standard input until that ends:
 //   set NAME FIELD VALUE   a field of CameraEndClock, of one camera or of all ("*")
 //   resend NAME 0|1        whether it can resend packets
@@ -11,7 +11,7 @@
 #include <sstream>
 #include <string>
 
-#include "tests/system/camera_end.h"
+#include "simulation/camera_end/camera_end.h"
 
 namespace weft {
 namespace {
@@ -48,12 +48,12 @@ bool Obey(const std::string& line, const Cameras& cameras) {
 
 int main(int argc, char** argv) {
   weft::Cameras cameras;
-  for (int i = 2; i < argc; ++i) {
+  for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     const size_t equals = argument.find('=');
     if (equals == std::string::npos) return 2;
     const std::string name = argument.substr(0, equals);
-    cameras[name] = std::make_unique<weft::CameraEnd>(name, argument.substr(equals + 1), argv[1]);
+    cameras[name] = std::make_unique<weft::CameraEnd>(name, argument.substr(equals + 1));
   }
   std::puts("ready");
   std::fflush(stdout);
