@@ -17,6 +17,8 @@ struct CameraDelivery {
   enum class Kind {
     kFrame,         // a whole frame
     kLostFrame,     // the camera took a frame that did not arrive whole; `cause` says why
+    kSilent,        // it does not answer; kDisconnected follows unless it answers again
+    kAnswers,       // it does again
     kDisconnected,  // the camera is gone; the source looks for it
     kReconnected,   // it is back, its counters and its clock may have begun anew
     kClock,         // its clock was read: `clock`
@@ -59,6 +61,8 @@ class CameraSource {
   virtual absl::Status Trigger() {
     return absl::UnimplementedError("camera " + camera_id() + " takes no trigger of ours");
   }
+  // Why the camera's clock cannot be read, in words ("it reads 0"); empty where it can.
+  virtual std::string ClockProblem() const { return ""; }
   virtual CameraCounters counters() const = 0;
 };
 

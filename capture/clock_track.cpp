@@ -6,8 +6,10 @@
 namespace weft {
 namespace {
 
-constexpr int kMaxDoubtful = 3;
-constexpr int64_t kDriftDivisor = 10'000;  // 100 ppm: quartzes of cameras keep to 50
+constexpr int kMaxDoubtful = 3;                       // readings in a row
+constexpr int kMaxBelated = 3;                        // frames in a row
+constexpr int64_t kLongestDelay_ns = 10'000'000'000;  // between a frame's time and its arrival
+constexpr int64_t kDriftDivisor = 10'000;             // 100 ppm: quartzes of cameras keep to 50
 
 }  // namespace
 
@@ -27,55 +29,87 @@ void ClockTrack::Widen(int64_t host_ns) {
   widened_ns_ = std::max(since_ns, host_ns);
   if (low_ns_) *low_ns_ -= drift_ns;
   if (high_ns_) *high_ns_ += drift_ns;
+  if (quickest_ns_) *quickest_ns_ += drift_ns;
+}
+
+int64_t ClockTrack::JumpByCount_ns(int64_t device_ns, int64_t late_ns, uint64_t id) const {
+  if (frames_ == 0) return 0;
+  if (period_ns_ == 0 || id <= last_id_) return late_ns < -limit_ns_ ? -late_ns : 0;
+  const int64_t excess_ns = device_ns - last_device_ns_ - period_ns_ * static_cast<int64_t>(id - last_id_);
+  const bool agree =
+      (excess_ns < 0) == (late_ns > 0) && std::abs(excess_ns + late_ns) <= std::abs(late_ns) / 2;
+  return agree && std::abs(excess_ns) > limit_ns_ && std::abs(late_ns) > limit_ns_ ? excess_ns : 0;
+}
+
+// The frame arrived neither before the reading's clock took it nor much later.
+bool ClockTrack::IsConfirmed(int64_t bound_ns) const {
+  const int64_t late_ns = bound_ns - suspicion_->value_ns;
+  return late_ns >= -suspicion_->uncertainty_ns - limit_ns_ &&
+         late_ns <= std::max(limit_ns_, std::abs(suspicion_->jump_ns) / 2);
 }
 
 int64_t ClockTrack::AddFrame(int64_t device_ns, int64_t host_ns, uint64_t id) {
   Widen(host_ns);
   int64_t jump_ns = 0;
-  if (const std::optional<int64_t> offset = offset_ns(); offset && has_frame_) {
-    const int64_t late_ns = host_ns - Steady_ns(device_ns) - *offset;
-    if (period_ns_ > 0 && id > last_id_) {
-      const int64_t excess_ns =
-          device_ns - last_device_ns_ - period_ns_ * static_cast<int64_t>(id - last_id_);
-      const bool agree =
-          (excess_ns < 0) == (late_ns > 0) && std::abs(excess_ns + late_ns) <= std::abs(late_ns) / 2;
-      if (agree && std::abs(excess_ns) > limit_ns_ && std::abs(late_ns) > limit_ns_) jump_ns = excess_ns;
-    } else if (late_ns < -limit_ns_) {
-      jump_ns = -late_ns;
+  if (const std::optional<int64_t> offset = offset_ns()) {
+    const int64_t bound_ns = host_ns - Steady_ns(device_ns), late_ns = bound_ns - *offset;
+    jump_ns = JumpByCount_ns(device_ns, late_ns, id);
+    if (jump_ns == 0 && suspicion_ && IsConfirmed(bound_ns)) jump_ns = suspicion_->jump_ns;
+    belated_frames_ = jump_ns == 0 && late_ns > kLongestDelay_ns ? belated_frames_ + 1 : 0;
+    if (belated_frames_ >= kMaxBelated) {
+      belated_frames_ = 0;
+      if (has_reading_) {
+        GiveUpReadings(late_ns);
+        high_ns_ = bound_ns;
+      } else {
+        jump_ns = -late_ns;
+      }
     }
+    if (jump_ns != 0) suspicion_.reset();
   }
   correction_ns_ -= jump_ns;
   const int64_t bound_ns = host_ns - Steady_ns(device_ns);
   high_ns_ = std::min(high_ns_.value_or(bound_ns), bound_ns);
+  quickest_ns_ = std::min(quickest_ns_.value_or(bound_ns), bound_ns);
   if (low_ns_) low_ns_ = std::min(*low_ns_, *high_ns_);
-  has_frame_ = true;
+  ++frames_;
   last_device_ns_ = device_ns;
   last_id_ = id;
   return jump_ns;
 }
 
-int64_t ClockTrack::AddReading(const ClockReading& reading) {
+void ClockTrack::GiveUpReadings(int64_t contradiction_ns) {
+  contradiction_ns_ = contradiction_ns;
+  suspicion_.reset();
+  low_ns_.reset();
+  high_ns_ = quickest_ns_;
+}
+
+void ClockTrack::AddReading(const ClockReading& reading) {
+  if (contradiction_ns_) return;
   Widen(reading.host_time_ns);
-  int64_t value_ns = -reading.device_minus_host_ns - correction_ns_;
-  int64_t jump_ns = 0;
-  if (low_ns_ && high_ns_) {
-    const int64_t above_ns = value_ns - reading.uncertainty_ns - *high_ns_;
-    const int64_t below_ns = *low_ns_ - value_ns - reading.uncertainty_ns;
-    const bool jumped = std::max(above_ns, below_ns) > limit_ns_;
-    // The next frame tells by the camera's count how far, which no reading tells as exactly.
-    doubtful_readings_ = jumped ? doubtful_readings_ + 1 : 0;
-    if (jumped && period_ns_ > 0 && has_frame_ && doubtful_readings_ < kMaxDoubtful) return 0;
-    if (jumped) {
-      jump_ns = *offset_ns() - value_ns;
-      correction_ns_ -= jump_ns;
-      value_ns += jump_ns;
-    }
-  }
+  const int64_t value_ns = -reading.device_minus_host_ns - correction_ns_;
   const int64_t low_ns = value_ns - reading.uncertainty_ns, high_ns = value_ns + reading.uncertainty_ns;
+  int64_t departure_ns = 0;
+  if (high_ns_) {
+    const int64_t lowest_ns = low_ns_.value_or(*high_ns_ - kLongestDelay_ns);
+    departure_ns = std::max(low_ns - *high_ns_, lowest_ns - high_ns);
+  }
+  if (departure_ns > limit_ns_) {
+    if (!suspicion_) {
+      suspicion_ = {value_ns, reading.uncertainty_ns, *offset_ns() - value_ns, frames_};
+      doubtful_readings_ = 0;
+    }
+    ++doubtful_readings_;
+    if (doubtful_readings_ >= kMaxDoubtful && frames_ > suspicion_->since_frame)
+      GiveUpReadings(std::abs(*offset_ns() - value_ns));
+    return;
+  }
+  suspicion_.reset();
+  has_reading_ = true;
   const bool overlaps = (!low_ns_ || *low_ns_ <= high_ns) && (!high_ns_ || *high_ns_ >= low_ns);
   low_ns_ = overlaps && low_ns_ ? std::max(*low_ns_, low_ns) : low_ns;
   high_ns_ = overlaps && high_ns_ ? std::min(*high_ns_, high_ns) : high_ns;
-  return jump_ns;
 }
 
 }  // namespace weft

@@ -19,9 +19,10 @@ struct ClockReading {
 // Bounds of host time minus device time, from two kinds of evidence: readings bound it from both sides; a
 // frame arrives after it was taken, however late, so arrivals bound it from above. Between pieces of evidence
 // the bounds widen by what quartzes drift. A jump is what no lateness explains: a frame that seems to come
-// from the future, or from the past by the same amount that the camera's count of frames contradicts, or a
-// reading outside the bounds. Jumps are taken out: `Steady` is the device's time as if there had been none.
-// Thread safety: none.
+// from the future, or from the past by the same amount that the camera's count of frames contradicts, or one
+// that confirms what a reading outside the bounds said. Readings alone move no frame; readings that frames
+// contradict are given up, and arrivals alone count. Jumps are taken out: `Steady` is the device's time as if
+// there had been none. Thread safety: none.
 class ClockTrack {
  public:
   // `period_ns`: between triggers, 0 where unknown. `limit_ns`: smaller jumps are not told from lateness.
@@ -32,24 +33,43 @@ class ClockTrack {
 
   // The jump of the device's clock since the frame before, 0 for none. `id`: the camera's count.
   int64_t AddFrame(int64_t device_ns, int64_t host_ns, uint64_t id);
-  int64_t AddReading(const ClockReading& reading);
+  void AddReading(const ClockReading& reading);
 
   int64_t Steady_ns(int64_t device_ns) const { return device_ns + correction_ns_; }
   // Host time minus steady time; nothing before the first evidence.
   std::optional<int64_t> offset_ns() const;
   // How far the offset may be off; nothing where arrivals alone tell.
   std::optional<int64_t> uncertainty_ns() const;
+  uint64_t frames() const { return frames_; }
+  // How far the readings were from the times of the frames; nothing unless they were given up.
+  std::optional<int64_t> contradiction_ns() const { return contradiction_ns_; }
 
  private:
+  // A reading outside the bounds, until a frame confirms it or a reading inside them follows.
+  struct Suspicion {
+    int64_t value_ns = 0;  // what it says of the offset
+    int64_t uncertainty_ns = 0;
+    int64_t jump_ns = 0;  // of the clock, if it is right
+    uint64_t since_frame = 0;
+  };
+
   void Widen(int64_t host_ns);
+  int64_t JumpByCount_ns(int64_t device_ns, int64_t late_ns, uint64_t id) const;
+  bool IsConfirmed(int64_t bound_ns) const;
+  void GiveUpReadings(int64_t contradiction_ns);
 
   int64_t period_ns_;
   int64_t limit_ns_;
   int64_t correction_ns_ = 0;
   std::optional<int64_t> low_ns_, high_ns_;
-  std::optional<int64_t> widened_ns_;  // up to this host time
-  bool has_frame_ = false;
-  int doubtful_readings_ = 0;  // in a row, that show a jump of which no frame told
+  std::optional<int64_t> widened_ns_;   // up to this host time
+  std::optional<int64_t> quickest_ns_;  // arrivals alone: the bound from above
+  std::optional<Suspicion> suspicion_;
+  std::optional<int64_t> contradiction_ns_;
+  bool has_reading_ = false;
+  int doubtful_readings_ = 0;  // in a row, that no frame confirmed
+  int belated_frames_ = 0;     // in a row, later than any that is on its way
+  uint64_t frames_ = 0;
   int64_t last_device_ns_ = 0;
   uint64_t last_id_ = 0;
 };

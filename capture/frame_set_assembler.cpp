@@ -12,7 +12,7 @@ namespace weft {
 namespace {
 
 constexpr size_t kMaxLosses = 1024;
-constexpr size_t kMaxSetsBeforeBegin = 8;  // that wait for the cameras to start
+constexpr uint64_t kArrivalsThatTell = 10;  // of a clock that is not read
 
 std::string Milliseconds(int64_t ns) { return absl::StrFormat("%.3f ms", static_cast<double>(ns) / 1e6); }
 std::string Seconds(int64_t ns) { return absl::StrFormat("%.3f s", static_cast<double>(ns) / 1e9); }
@@ -41,7 +41,8 @@ FrameSetAssembler::FrameSetAssembler(std::vector<std::string> camera_ids, const 
     : camera_ids_(std::move(camera_ids)),
       options_(options),
       cameras_(camera_ids_.size()),
-      next_number_(first_number) {
+      next_number_(first_number),
+      first_number_(first_number) {
   for (size_t i = 0; i < cameras_.size(); ++i) {
     cameras_[i].clock = NewClock();
     if (i < options_.cameras.size()) cameras_[i].timing = options_.cameras[i];
@@ -64,6 +65,7 @@ AssembledSets FrameSetAssembler::Add(size_t camera, CameraDelivery delivery, int
   Camera& state = cameras_[camera];
   switch (delivery.kind) {
     case CameraDelivery::Kind::kFrame:
+      state.is_silent = false;
       AddFrame(camera, std::move(delivery.frame), host_time_ns, out);
       break;
     case CameraDelivery::Kind::kLostFrame:
@@ -75,6 +77,7 @@ AssembledSets FrameSetAssembler::Add(size_t camera, CameraDelivery delivery, int
       break;
     case CameraDelivery::Kind::kReconnected:
       state.is_connected = true;
+      state.is_silent = state.is_clock_doubt_noted = false;
       state.clock = NewClock();
       state.is_clock_known = false;
       state.clock_since_ns.reset();
@@ -87,7 +90,15 @@ AssembledSets FrameSetAssembler::Add(size_t camera, CameraDelivery delivery, int
       Note(camera, host_time_ns, "reconnected: " + delivery.cause, out);
       break;
     case CameraDelivery::Kind::kClock:
-      NoteJump(camera, state.clock->AddReading(delivery.clock), host_time_ns, out);
+      state.is_silent = false;
+      state.clock->AddReading(delivery.clock);
+      NoteUnreadableClock(camera, host_time_ns, out);
+      break;
+    case CameraDelivery::Kind::kSilent:
+      state.is_silent = true;
+      break;
+    case CameraDelivery::Kind::kAnswers:
+      state.is_silent = false;
       break;
     case CameraDelivery::Kind::kNote:
       Note(camera, host_time_ns, delivery.cause, out);
@@ -125,6 +136,15 @@ void FrameSetAssembler::NoteJump(size_t camera, int64_t jump_ns, int64_t host_ti
        out);
 }
 
+void FrameSetAssembler::NoteUnreadableClock(size_t camera, int64_t host_time_ns, AssembledSets& out) {
+  Camera& state = cameras_[camera];
+  if (!state.clock->contradiction_ns() || std::exchange(state.is_clock_doubt_noted, true)) return;
+  Note(camera, host_time_ns,
+       absl::StrCat("its clock cannot be read: readings are ", Seconds(*state.clock->contradiction_ns()),
+                    " off the times of its frames; the arrival of its frames stands in for them"),
+       out);
+}
+
 // Frames that the camera counted and that nobody saw.
 void FrameSetAssembler::NoteGap(Camera& camera, const RawFrame& frame, int64_t time_ns) {
   if (!camera.last_id || !camera.last_time_ns || frame.device_frame_id <= *camera.last_id + 1) return;
@@ -148,10 +168,13 @@ void FrameSetAssembler::NoteGap(Camera& camera, const RawFrame& frame, int64_t t
 bool FrameSetAssembler::IsClockKnown(Camera& camera, int64_t host_time_ns) const {
   if (camera.is_clock_known) return true;
   if (!camera.clock_since_ns) camera.clock_since_ns = host_time_ns;
-  const bool is_known = options_.clocks == ClockDomain::kShared
-                            ? !camera.timing.own_clock || SharedOffset_ns()
-                            : camera.clock->uncertainty_ns().value_or(0) <= options_.tolerance_ns / 2;
-  camera.is_clock_known = is_known || host_time_ns - *camera.clock_since_ns >= options_.start_wait_ns;
+  const std::optional<int64_t> uncertainty_ns = camera.clock->uncertainty_ns();
+  const bool is_read = uncertainty_ns ? *uncertainty_ns <= options_.tolerance_ns / 2
+                                      : camera.clock->frames() >= kArrivalsThatTell;
+  const bool is_shared = options_.clocks == ClockDomain::kShared;
+  const bool is_known = is_shared && (!camera.timing.own_clock || (SharedOffset_ns() && is_read));
+  camera.is_clock_known =
+      is_known || (!is_shared && is_read) || host_time_ns - *camera.clock_since_ns >= options_.start_wait_ns;
   if (!camera.is_clock_known) return false;
   for (const int64_t device_ns : camera.unplaced_ns)
     camera.losses.push_back({CommonTime_ns(camera, device_ns), ClockCause()});
@@ -170,6 +193,7 @@ void FrameSetAssembler::AddFrame(size_t camera, RawFrame frame, int64_t host_tim
   const int64_t jump_ns =
       state.clock->AddFrame(frame.device_time_ns, frame.host_time_ns, frame.device_frame_id);
   NoteJump(camera, jump_ns, frame.host_time_ns, out);
+  NoteUnreadableClock(camera, host_time_ns, out);
   if (!IsClockKnown(state, host_time_ns)) {
     state.unplaced_ns.push_back(frame.device_time_ns);
     if (state.unplaced_ns.size() > kMaxLosses) state.unplaced_ns.pop_front();
@@ -219,164 +243,6 @@ void FrameSetAssembler::AddLoss(size_t camera, const CameraDelivery& delivery, i
   }
   state.losses.push_back({time_ns, delivery.cause});
   if (state.losses.size() > kMaxLosses) state.losses.pop_front();
-}
-
-bool FrameSetAssembler::IsDecided(const OpenSet& set, size_t camera) const {
-  const Camera& state = cameras_[camera];
-  if (set.frames.contains(camera) || !state.is_connected) return true;
-  if (state.own_pace) return state.own_pace->Knows(set.time_ns);
-  if (state.last_time_ns && *state.last_time_ns > set.time_ns + options_.tolerance_ns) return true;
-  return std::any_of(state.losses.begin(), state.losses.end(), [&](const Loss& loss) {
-    return std::abs(loss.time_ns - set.time_ns) <= options_.tolerance_ns;
-  });
-}
-
-std::string FrameSetAssembler::WhyMissing(const OpenSet& set, size_t camera, bool timed_out) {
-  Camera& state = cameras_[camera];
-  const int64_t reach_ns = state.own_pace           ? options_.period_ns
-                           : options_.period_ns > 0 ? options_.period_ns / 2
-                                                    : options_.tolerance_ns;
-  while (!state.losses.empty() && state.losses.front().time_ns < set.time_ns - reach_ns)
-    state.losses.pop_front();
-  const int64_t expected_ns = state.own_pace ? state.own_pace->Expected_ns(set.time_ns) : set.time_ns;
-  for (auto loss = state.losses.begin(); loss != state.losses.end(); ++loss) {
-    if (std::abs(loss->time_ns - expected_ns) > reach_ns) continue;
-    std::string cause = std::move(loss->cause);
-    state.losses.erase(loss);
-    return cause;
-  }
-  if (!state.is_connected) return "the camera is disconnected";
-  if (!state.unplaced_ns.empty()) return ClockCause();
-  if (!state.last_time_ns) return "the camera has not delivered yet";
-  if (state.own_pace && !timed_out) return "no frame of the camera, at its own pace, is near this trigger";
-  const int64_t off_ns =
-      *state.last_time_ns - set.time_ns;  // later than half a period it is the next trigger's
-  if (off_ns > options_.tolerance_ns &&
-      off_ns < (options_.period_ns > 0 ? options_.period_ns / 2 : 4 * options_.tolerance_ns)) {
-    return absl::StrCat("its frame is ", Milliseconds(off_ns), " late, the tolerance is ",
-                        Milliseconds(options_.tolerance_ns));
-  }
-  if (timed_out) return absl::StrCat("no frame within ", Milliseconds(options_.max_wait_ns));
-  return "the camera took no frame at this trigger";
-}
-
-std::optional<RawFrame> FrameSetAssembler::TakeFrame(OpenSet& set, size_t camera) {
-  if (cameras_[camera].own_pace) return cameras_[camera].own_pace->Take(set.time_ns);
-  const auto frame = set.frames.find(camera);
-  return frame != set.frames.end() ? std::optional(std::move(frame->second)) : std::nullopt;
-}
-
-void FrameSetAssembler::NoteLeftOver(size_t camera, int64_t host_time_ns, AssembledSets& out) {
-  if (!cameras_[camera].own_pace) return;
-  const std::string text = cameras_[camera].own_pace->TakeLeftOver();
-  if (!text.empty() && last_delivered_ns_) Note(camera, host_time_ns, text, out);
-}
-
-void FrameSetAssembler::DeliverFirst(int64_t host_time_ns, AssembledSets& out) {
-  OpenSet open = std::move(open_.front());
-  open_.pop_front();
-  uint64_t steps = 1;
-  if (last_delivered_ns_ && options_.period_ns > 0) {
-    const double periods =
-        static_cast<double>(open.time_ns - *last_delivered_ns_) / static_cast<double>(options_.period_ns);
-    steps = static_cast<uint64_t>(std::max<int64_t>(1, std::llround(periods)));
-  }
-  const uint64_t number = last_delivered_ns_ ? next_number_ + steps - 1 : next_number_;
-  if (number > next_number_) {
-    out.entries.push_back({LedgerEvent::kDropped, next_number_, number - 1,
-                           *last_delivered_ns_ + options_.period_ns, host_time_ns, "",
-                           "no camera delivered a frame"});
-  }
-  const bool timed_out = host_time_ns - open.opened_host_ns >= options_.max_wait_ns;
-  RawFrameSet set;
-  set.number = number;
-  set.device_time_ns = open.time_ns;
-  for (size_t camera = 0; camera < cameras_.size(); ++camera) {
-    if (std::optional<RawFrame> frame = TakeFrame(open, camera)) {
-      set.frames.push_back(*std::move(frame));
-      NoteLeftOver(camera, host_time_ns, out);
-    } else {
-      set.missing.push_back({camera_ids_[camera], WhyMissing(open, camera, timed_out)});
-    }
-  }
-  next_number_ = number + 1;
-  last_delivered_ns_ = open.time_ns;
-  if (set.missing.empty() || !options_.drop_incomplete) {
-    out.sets.push_back(std::move(set));
-    return;
-  }
-  std::string cause = "incomplete:";
-  for (const MissingFrame& missing : set.missing)
-    absl::StrAppend(&cause, " ", missing.camera_id, ": ", missing.reason, ";");
-  cause.pop_back();
-  out.entries.push_back({LedgerEvent::kDropped, number, number, set.device_time_ns, host_time_ns, "", cause});
-}
-
-bool FrameSetAssembler::HasBegun(int64_t host_time_ns, AssembledSets& out) {
-  if (begin_ns_ || options_.start_wait_ns == 0) return true;
-  int64_t begin_ns = left_out_until_ns_;
-  bool all = true;
-  for (const Camera& camera : cameras_) {
-    begin_ns = std::max(begin_ns, camera.first_time_ns.value_or(INT64_MIN));
-    all = all && (camera.first_time_ns || !camera.is_connected);
-  }
-  if (!all && (!first_host_ns_ || host_time_ns - *first_host_ns_ < options_.start_wait_ns)) {
-    while (open_.size() > kMaxSetsBeforeBegin) LeaveOutFirst();
-    return false;
-  }
-  while (!open_.empty() && open_.front().time_ns + options_.tolerance_ns < begin_ns) LeaveOutFirst();
-  if (open_.empty()) return false;
-  begin_ns_ = open_.front().time_ns;
-  if (left_out_ > 0) {
-    out.entries.push_back({LedgerEvent::kNote, 0, 0, *begin_ns_, host_time_ns, "",
-                           absl::StrCat("the take begins when every camera delivers: ", left_out_,
-                                        " triggers before that are not in it")});
-  }
-  return true;
-}
-
-void FrameSetAssembler::LeaveOutFirst() {
-  left_out_until_ns_ = std::max(left_out_until_ns_, open_.front().time_ns + 2 * options_.tolerance_ns);
-  open_.pop_front();
-  ++left_out_;
-}
-
-void FrameSetAssembler::Deliver(int64_t host_time_ns, AssembledSets& out) {
-  if (!HasBegun(host_time_ns, out)) return;
-  while (!open_.empty()) {
-    const OpenSet& first = open_.front();
-    bool decided = open_.size() > kMaxOpenSets || host_time_ns - first.opened_host_ns >= options_.max_wait_ns;
-    if (!decided) {
-      decided = true;
-      for (size_t camera = 0; camera < cameras_.size() && decided; ++camera)
-        decided = IsDecided(first, camera);
-    }
-    if (!decided) return;
-    DeliverFirst(host_time_ns, out);
-  }
-}
-
-bool FrameSetAssembler::IsWaiting(int64_t before_host_ns) const {
-  return std::any_of(open_.begin(), open_.end(),
-                     [&](const OpenSet& set) { return set.opened_host_ns < before_host_ns; });
-}
-
-AssembledSets FrameSetAssembler::Advance(int64_t host_time_ns) {
-  AssembledSets out;
-  Deliver(host_time_ns, out);
-  return out;
-}
-
-AssembledSets FrameSetAssembler::Finish(int64_t host_time_ns) {
-  AssembledSets out;
-  Deliver(host_time_ns, out);
-  for (size_t camera = 0; camera < cameras_.size(); ++camera) NoteLeftOver(camera, host_time_ns, out);
-  if (open_.empty()) return out;
-  out.entries.push_back({LedgerEvent::kNote, 0, 0, open_.front().time_ns, host_time_ns, "",
-                         absl::StrCat("the take ended while ", open_.size(),
-                                      " frame sets waited for a camera: they are not in it")});
-  open_.clear();
-  return out;
 }
 
 }  // namespace weft

@@ -55,10 +55,10 @@ struct AssembledSets {
 };
 
 // Every trigger of which any camera tells, and every one that the period says must have been, ends as a set
-// or as a line. A set is delivered when each camera has its frame in it, is known to have lost it, is already
-// at a later one, or is disconnected; at the latest after max_wait_ns. Clocks that jump are noticed
-// (clock_track.h) and corrected, with a note. Bounded: at most kMaxOpenSets sets wait. Thread
-// safety: none.
+// or as a line, up to the end of the recording; the host's clock bounds how many that can be. A set is
+// delivered when each camera has its frame in it, is known to have lost it, is already at a later one, or is
+// disconnected; at the latest after max_wait_ns. Clocks that jump are noticed (clock_track.h) and corrected,
+// with a note. Bounded: at most kMaxOpenSets sets wait. Thread safety: none.
 class FrameSetAssembler {
  public:
   static constexpr size_t kMaxOpenSets = 256;
@@ -69,12 +69,16 @@ class FrameSetAssembler {
 
   // What camera `camera` delivered, in its order. `host_time_ns`: now.
   AssembledSets Add(size_t camera, CameraDelivery delivery, int64_t host_time_ns);
-  // Time passes: sets that waited too long are delivered without the cameras that are late.
+  // Time passes: sets that waited too long are delivered without the cameras that are late, and while all
+  // cameras are away the triggers that the period says must have been are counted as dropped.
   AssembledSets Advance(int64_t host_time_ns);
   // A set that began before this host time still waits for a camera.
   bool IsWaiting(int64_t before_host_ns) const;
-  // The end: sets that still wait for a camera are cut off, and left out with a note.
-  AssembledSets Finish(int64_t host_time_ns);
+  // The end of the recording was at `end_host_ns`, not after now. Sets that still wait for a camera are cut
+  // off, and left out with a note; triggers up to the end of which no camera told are counted as dropped.
+  AssembledSets Finish(int64_t host_time_ns, int64_t end_host_ns);
+  // False once its readings contradicted its frames: arrivals alone tell of its clock.
+  bool IsClockReadable(size_t camera) const { return !cameras_[camera].clock->contradiction_ns(); }
 
  private:
   struct Loss {
@@ -83,6 +87,8 @@ class FrameSetAssembler {
   };
   struct Camera {
     bool is_connected = true;
+    bool is_silent = false;  // does not answer, and is not yet disconnected
+    bool is_clock_doubt_noted = false;
     std::optional<ClockTrack> clock;                     // since it was connected
     bool is_clock_known = false;                         // well enough to tell which trigger a frame is of
     std::optional<int64_t> clock_since_ns;               // host time of the first frame of this clock
@@ -106,6 +112,7 @@ class FrameSetAssembler {
   int64_t CommonTime_ns(const Camera& camera, int64_t device_ns) const;
   std::optional<int64_t> SharedOffset_ns() const;
   void NoteJump(size_t camera, int64_t jump_ns, int64_t host_time_ns, AssembledSets& out) const;
+  void NoteUnreadableClock(size_t camera, int64_t host_time_ns, AssembledSets& out);
   void NoteGap(Camera& camera, const RawFrame& frame, int64_t time_ns);
   ClockTrack NewClock() const;
   void NoteLeftOver(size_t camera, int64_t host_time_ns, AssembledSets& out);
@@ -117,6 +124,10 @@ class FrameSetAssembler {
   bool IsDecided(const OpenSet& set, size_t camera) const;
   std::string WhyMissing(const OpenSet& set, size_t camera, bool timed_out);
   void DeliverFirst(int64_t host_time_ns, AssembledSets& out);
+  // Triggers from the last delivered one to this, at least one.
+  uint64_t StepsTo(const OpenSet& open, int64_t host_time_ns, AssembledSets& out) const;
+  bool AreAllAway() const;
+  void CountUntil(int64_t until_host_ns, int64_t host_time_ns, AssembledSets& out);
   void Note(size_t camera, int64_t host_time_ns, const std::string& cause, AssembledSets& out) const;
 
   const std::vector<std::string> camera_ids_;
@@ -125,6 +136,9 @@ class FrameSetAssembler {
   std::deque<OpenSet> open_;  // by time
   uint64_t next_number_;
   std::optional<int64_t> last_delivered_ns_;
+  int64_t last_delivered_host_ns_ = 0;      // when its first frame came
+  std::optional<int64_t> numbers_from_ns_;  // host time of the first set
+  uint64_t first_number_;
   std::optional<int64_t> begin_ns_;        // of the first set, where the cameras are waited for
   std::optional<int64_t> first_host_ns_;   // of the first frame of any camera
   uint64_t left_out_ = 0;                  // sets before the first

@@ -2,7 +2,9 @@
 
 #include <arv.h>
 
+#include <algorithm>
 #include <chrono>
+#include <thread>
 
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
@@ -18,6 +20,7 @@ constexpr uint32_t kCapabilityRegister = 0x0934, kCanResendBit = 1u << 2;
 constexpr uint32_t kTimestampControlRegister = 0x0944, kLatchBit = 1u << 1;
 constexpr uint32_t kTimestampHighRegister = 0x0948, kTimestampLowRegister = 0x094c;
 constexpr int kClockTries = 3;
+constexpr uint64_t kClockSteps_us = 2000, kLongestTick_us = 100'000;
 
 constexpr const char* kReportedFeatures[] = {
     "DeviceVendorName", "DeviceModelName", "DeviceSerialNumber",  "DeviceVersion",    "Width",
@@ -113,31 +116,59 @@ bool GigeDevice::HasPtpTime() const {
   return absl::StartsWithIgnoreCase(status, "slave") || absl::EqualsIgnoreCase(status, "master");
 }
 
+absl::StatusOr<uint64_t> GigeDevice::TicksPerSecond() const {
+  GlibError error;
+  const guint64 ticks_per_s = arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(device_), error.out());
+  if (!error.ok() || ticks_per_s == 0) return absl::UnavailableError("it has no known rate");
+  return ticks_per_s;
+}
+
+absl::StatusOr<uint64_t> GigeDevice::LatchedTicks() {
+  GlibError error;
+  guint32 high = 0, low = 0;
+  latched_before_ns_ = HostTime_ns();
+  arv_device_write_register(device_, kTimestampControlRegister, kLatchBit, error.out());
+  latched_after_ns_ = HostTime_ns();
+  if (error.ok()) arv_device_read_register(device_, kTimestampHighRegister, &high, error.out());
+  if (error.ok()) arv_device_read_register(device_, kTimestampLowRegister, &low, error.out());
+  if (!error.ok()) return absl::UnavailableError(absl::StrCat("it does not answer: ", error.message()));
+  const uint64_t ticks = uint64_t{high} << 32 | low;
+  if (ticks == 0) return absl::UnavailableError("it reads 0");
+  return ticks;
+}
+
+std::string GigeDevice::ClockProblem() {
+  const absl::StatusOr<uint64_t> ticks_per_s = TicksPerSecond();
+  if (!ticks_per_s.ok()) return std::string(ticks_per_s.status().message());
+  const absl::StatusOr<uint64_t> before = LatchedTicks();
+  if (!before.ok()) return std::string(before.status().message());
+  std::this_thread::sleep_for(std::chrono::microseconds(
+      std::min<uint64_t>(kLongestTick_us, kClockSteps_us + 3 * 1'000'000 / *ticks_per_s)));
+  const absl::StatusOr<uint64_t> after = LatchedTicks();
+  if (!after.ok()) return std::string(after.status().message());
+  return *after == *before ? "it stands still" : "";
+}
+
 absl::StatusOr<ClockReading> GigeDevice::ReadClock() {
-  GlibError frequency_error;
-  const guint64 ticks_per_s =
-      arv_gv_device_get_timestamp_tick_frequency(ARV_GV_DEVICE(device_), frequency_error.out());
-  if (!frequency_error.ok() || ticks_per_s == 0)
-    return absl::UnavailableError(absl::StrCat("camera ", id_, ": its clock has no known rate"));
+  const auto failed = [&](const absl::Status& status) {
+    return absl::UnavailableError(
+        absl::StrCat("camera ", id_, ": its clock cannot be read: ", status.message()));
+  };
+  const absl::StatusOr<uint64_t> rate = TicksPerSecond();
+  if (!rate.ok()) return failed(rate.status());
+  const uint64_t ticks_per_s = *rate, last_ticks = last_ticks_;
   ClockReading best;
   for (int i = 0; i < kClockTries; ++i) {
-    GlibError error;
-    guint32 high = 0, low = 0;
-    const int64_t before_ns = HostTime_ns();
-    arv_device_write_register(device_, kTimestampControlRegister, kLatchBit, error.out());
-    const int64_t after_ns = HostTime_ns();
-    if (error.ok()) arv_device_read_register(device_, kTimestampHighRegister, &high, error.out());
-    if (error.ok()) arv_device_read_register(device_, kTimestampLowRegister, &low, error.out());
-    if (!error.ok())
-      return absl::UnavailableError(
-          absl::StrCat("camera ", id_, ": its clock cannot be read: ", error.message()));
-    const uint64_t ticks = uint64_t{high} << 32 | low;
+    const absl::StatusOr<uint64_t> latched = LatchedTicks();
+    if (!latched.ok()) return failed(latched.status());
+    const uint64_t ticks = last_ticks_ = *latched;
+    if (i == 0 && ticks == last_ticks) return failed(absl::UnavailableError("it stands still"));
     const uint64_t seconds = ticks / ticks_per_s;
     const auto device_ns = static_cast<int64_t>(seconds * 1'000'000'000 + (ticks - seconds * ticks_per_s) *
                                                                               1'000'000'000 / ticks_per_s);
-    const int64_t uncertainty_ns = (after_ns - before_ns + 1) / 2;
+    const int64_t uncertainty_ns = (latched_after_ns_ - latched_before_ns_ + 1) / 2;
     if (i > 0 && uncertainty_ns >= best.uncertainty_ns) continue;
-    best.host_time_ns = before_ns + uncertainty_ns;
+    best.host_time_ns = latched_before_ns_ + uncertainty_ns;
     best.device_minus_host_ns = device_ns - best.host_time_ns;
     best.uncertainty_ns = uncertainty_ns;
   }

@@ -51,7 +51,10 @@ class GigeDevice {
   // True in the states in which the camera has the network's time: slave, or master itself.
   bool HasPtpTime() const;
 
-  // Latches the camera's clock; the best of a few tries. Unavailable: it has none to be read.
+  // Why its clock cannot be read: it reads 0, stands still, has no known rate, or does not answer. Empty
+  // where it can. Takes some milliseconds.
+  std::string ClockProblem();
+  // Latches the camera's clock; the best of a few tries. Unavailable: what ClockProblem says.
   absl::StatusOr<ClockReading> ReadClock();
 
   bool CanResend() const;  // lost packets
@@ -59,8 +62,13 @@ class GigeDevice {
   std::map<std::string, std::string> Describe(const std::vector<std::string>& more) const;
 
  private:
+  absl::StatusOr<uint64_t> TicksPerSecond() const;
+  absl::StatusOr<uint64_t> LatchedTicks();
+
   std::string id_;
   _ArvDevice* device_;
+  int64_t latched_before_ns_ = 0, latched_after_ns_ = 0;  // host times around the last latch
+  uint64_t last_ticks_ = 0;                               // of the reading before
 };
 
 }  // namespace weft

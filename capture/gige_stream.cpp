@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "capture/glib_error.h"
 
 namespace weft {
@@ -18,6 +19,23 @@ ArvBuffer* WrapBuffer(std::shared_ptr<AlignedBuffer> memory) {
   auto* holder = new std::shared_ptr<AlignedBuffer>(std::move(memory));
   return arv_buffer_new_full((*holder)->size(), (*holder)->data(), holder,
                              [](void* data) { delete static_cast<std::shared_ptr<AlignedBuffer>*>(data); });
+}
+
+const char* LossInWords(int status) {
+  switch (status) {
+    case ARV_BUFFER_STATUS_TIMEOUT:
+      return "packets of the frame did not arrive in time";
+    case ARV_BUFFER_STATUS_MISSING_PACKETS:
+      return "packets of the frame are missing";
+    case ARV_BUFFER_STATUS_WRONG_PACKET_ID:
+      return "packets of the frame have wrong numbers";
+    case ARV_BUFFER_STATUS_SIZE_MISMATCH:
+      return "the frame is larger than the camera announced";
+    case ARV_BUFFER_STATUS_ABORTED:
+      return "the frame was broken off";
+    default:
+      return "the frame did not arrive";
+  }
 }
 
 }  // namespace
@@ -76,21 +94,14 @@ std::shared_ptr<AlignedBuffer> MemoryOf(const _ArvBuffer* buffer) {
       arv_buffer_get_user_data(const_cast<_ArvBuffer*>(buffer)));
 }
 
-const char* LossInWords(int status) {
-  switch (status) {
-    case ARV_BUFFER_STATUS_TIMEOUT:
-      return "packets of the frame did not arrive in time";
-    case ARV_BUFFER_STATUS_MISSING_PACKETS:
-      return "packets of the frame are missing";
-    case ARV_BUFFER_STATUS_WRONG_PACKET_ID:
-      return "packets of the frame have wrong numbers";
-    case ARV_BUFFER_STATUS_SIZE_MISMATCH:
-      return "the frame is larger than the camera announced";
-    case ARV_BUFFER_STATUS_ABORTED:
-      return "the frame was broken off";
-    default:
-      return "the frame did not arrive";
-  }
+std::string LossCause(int status, uint64_t missing_packets, bool can_resend, bool resend) {
+  std::string cause = LossInWords(status);
+  if (missing_packets == 0) return cause;
+  const char* asked = !can_resend ? "the camera cannot resend them"
+                      : resend    ? "asked for again in vain"
+                                  : "resend is off";
+  absl::StrAppend(&cause, ": ", missing_packets, missing_packets == 1 ? " packet, " : " packets, ", asked);
+  return cause;
 }
 
 }  // namespace weft

@@ -56,6 +56,6 @@ class GigeStream {
 std::shared_ptr<AlignedBuffer> MemoryOf(const _ArvBuffer* buffer);
 
 // Why a buffer holds no whole frame. `status`: of Aravis.
-const char* LossInWords(int status);
+std::string LossCause(int status, uint64_t missing_packets, bool can_resend, bool resend);
 
 }  // namespace weft

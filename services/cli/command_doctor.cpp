@@ -7,6 +7,7 @@
 #include "services/cli/json_output.h"
 #include "services/recording/doctor.h"
 #include "services/recording/session_file.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -31,10 +32,7 @@ absl::Status RunDoctor(DoctorCommandOptions& options) {
   } else {
     std::fputs(DoctorText(report).c_str(), stdout);
   }
-  for (const v1::DoctorFinding& finding : report.findings())
-    if (finding.verdict() == v1::DOCTOR_VERDICT_BAD)
-      return absl::UnavailableError(finding.subject() + ": " + finding.found());
-  return absl::OkStatus();
+  return VerdictStatus(report.verdict());
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include "services/recording/disk_speed.h"
 #include "services/recording/take_file.h"
 #include "services/recording/take_recovery.h"
+#include "services/recording/take_words.h"
 #include "services/verdict/verdict.h"
 
 namespace weft {
@@ -68,11 +69,10 @@ absl::Status TestDisk(const TakeCommandOptions& options) {
   const absl::StatusOr<DiskSpeed> speed =
       MeasureDiskSpeed(options.take, static_cast<uint64_t>(options.size_gib * (1 << 30)));
   if (!speed.ok()) return speed.status();
-  std::printf("%s: %.2f GB/s%s, slowest write of 8 MiB %.0f ms, %.1f GB free: %.0f s of recording\n",
-              options.take.c_str(), speed->bytes_per_s / 1e9,
-              speed->bypasses_page_cache ? "" : " (through the page cache)", speed->slowest_write_ms,
-              static_cast<double>(speed->free_bytes) / 1e9,
-              static_cast<double>(speed->free_bytes) / speed->bytes_per_s);
+  std::printf("%s: %.2f GB/s%s, slowest write of 8 MiB %.0f ms, %s\n", options.take.c_str(),
+              speed->bytes_per_s / 1e9, speed->bypasses_page_cache ? "" : " (through the page cache)",
+              speed->slowest_write_ms,
+              RoomText(static_cast<double>(speed->free_bytes), 0, speed->bytes_per_s).c_str());
   return absl::OkStatus();
 }
 

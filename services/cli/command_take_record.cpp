@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -20,6 +21,8 @@
 #include "services/recording/live_recording.h"
 #include "services/recording/session_file.h"
 #include "services/recording/take_file.h"
+#include "services/recording/take_words.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -36,23 +39,30 @@ struct RecordCommandOptions {
 std::atomic<bool> interrupted = false;
 
 std::string StateLine(const LiveRecordingState& state) {
-  return absl::StrFormat("%5.0f s  %d sets, %d dropped, %d frames missing, %d MiB wait", state.elapsed_s,
-                         state.recorder.sets_recorded, state.recorder.sets_dropped,
-                         state.recorder.frames_missing, state.recorder.queued_bytes >> 20);
+  return absl::StrFormat("%5.0f s  %s sets, %s dropped, %s frames missing, %d MiB wait", state.elapsed_s,
+                         WithSeparators(state.recorder.sets_recorded),
+                         WithSeparators(state.recorder.sets_dropped),
+                         WithSeparators(state.recorder.frames_missing), state.recorder.queued_bytes >> 20);
 }
 
 absl::Status PrintOutcome(const std::string& folder, bool json) {
   const absl::StatusOr<v1::TakeInfo> info = DescribeTake(folder);
   if (!info.ok()) return info.status();
-  if (json) return PrintJsonMessage(*info);
+  if (json) {
+    if (absl::Status status = PrintJsonMessage(*info); !status.ok()) return status;
+    return VerdictStatus(info->verdict());
+  }
   std::fputs(TakeInfoText(*info).c_str(), stdout);
   for (const std::string& warning : info->warnings()) PrintWarning(warning);
-  for (const v1::TakeCamera& c : info->take().cameras()) {
-    absl::PrintF("camera %s: %d frames, %d lost, %d packets resent, %d packets missing, %d times away\n",
-                 c.id(), c.frames_received(), c.frames_lost(), c.packets_resent(), c.packets_missing(),
-                 c.disconnections());
-  }
-  return absl::OkStatus();
+  std::vector<std::pair<std::string, std::string>> said;
+  for (const v1::TakeCamera& c : info->take().cameras())
+    said.emplace_back(
+        c.id(), absl::StrCat(WithSeparators(c.frames_received()), " frames, ",
+                             WithSeparators(c.frames_lost()), " lost, ", WithSeparators(c.packets_resent()),
+                             " packets resent, ", WithSeparators(c.packets_missing()), " packets missing, ",
+                             c.disconnections(), " times away"));
+  for (const std::string& of : CameraLines(said, said.size())) std::printf("%s\n", of.c_str());
+  return VerdictStatus(info->verdict());
 }
 
 // In the folder that the take's own is made in.
@@ -84,6 +94,7 @@ absl::Status Record(const RecordCommandOptions& options, bool quiet) {
   const auto cameras = OpenCameras(*session);
   if (!cameras.ok()) return cameras.status();
   if (absl::Status status = TestDisk(options, *cameras, *recording); !status.ok()) return status;
+  for (const std::string& warning : ClockWarnings(*cameras)) PrintWarning(warning);
   const absl::StatusOr<std::unique_ptr<LivePreview>> preview = StartPreview(options.preview, options.out);
   if (!preview.ok()) return preview.status();
   if (*preview) recording->look = [&](const RawFrameSet& set) { (*preview)->Offer(set); };
@@ -93,14 +104,18 @@ absl::Status Record(const RecordCommandOptions& options, bool quiet) {
   int reports = 0;
   const auto show = [&](const LiveRecordingState& state) {
     if (*preview) (*preview)->Describe(StateLine(state));
-    if (shows_progress && reports++ % 10 == 0) std::fprintf(stderr, "\r%s", StateLine(state).c_str());
+    if (reports++ % 10 == 0 && shows_progress) std::fprintf(stderr, "\r%s", StateLine(state).c_str());
   };
   const absl::StatusOr<v1::Take> take = RecordLive(options.out, *cameras, *recording, interrupted, show);
-  if (reports > 0) std::fputc('\n', stderr);
+  if (reports > 0 && shows_progress) std::fputc('\n', stderr);
   if (*preview) WarnOfPreview((*preview)->Stop());
-  if (!take.ok()) return take.status();
-  if (absl::Status status = PrintOutcome(options.out, options.json); !status.ok()) return status;
-  if (take->stop_cause().empty()) return absl::OkStatus();
+  if (!take.ok()) {
+    if (reports > 0)
+      static_cast<void>(PrintOutcome(options.out, options.json));  // what is on the disk all the same
+    return take.status();
+  }
+  const absl::Status outcome = PrintOutcome(options.out, options.json);
+  if (!outcome.ok() || take->stop_cause().empty()) return outcome;
   return absl::ResourceExhaustedError(absl::StrCat(options.out, ": ", take->stop_cause()));
 }
 
@@ -111,8 +126,10 @@ void AddTakeRecordCommand(CLI::App& take, CommandLine& line) {
   CLI::App* record = AddCommand(
       take, "record",
       "Record the cameras of a session into a new take, until the time is over or Ctrl-C; "
-      "then say what was recorded, and why frames are missing. Measures before whether the disk keeps up "
-      "with the cameras, and refuses where it does not.",
+      "then give a verdict, what was recorded, why frames are missing, and what to do next. Exit status 1 "
+      "when "
+      "the verdict is bad. Measures before whether the disk keeps up with the cameras, and refuses where it "
+      "does not.",
       "  weft take record --session session.json --out take --seconds 60\n"
       "  weft take record --session session.json --out take --preview look --board board.json --template "
       "shirt");

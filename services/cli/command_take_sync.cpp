@@ -8,6 +8,7 @@
 #include "services/cli/sync_page.h"
 #include "services/files/atomic_file.h"
 #include "services/recording/sync_report.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -25,9 +26,12 @@ absl::Status Sync(const SyncCommandOptions& options) {
     if (absl::Status status = WriteFileAtomically(options.report, SyncPage(*analysis)); !status.ok())
       return status;
   }
-  if (options.json) return PrintJsonMessage(analysis->report);
-  std::fputs(SyncReportText(analysis->report).c_str(), stdout);
-  return absl::OkStatus();
+  if (options.json) {
+    if (absl::Status status = PrintJsonMessage(analysis->report); !status.ok()) return status;
+  } else {
+    std::fputs(SyncReportText(analysis->report).c_str(), stdout);
+  }
+  return VerdictStatus(analysis->report.verdict());
 }
 
 }  // namespace
@@ -37,7 +41,9 @@ void AddTakeSyncCommand(CLI::App& take, CommandLine& line) {
   CLI::App* sync = AddCommand(
       take, "sync",
       "Show how well the cameras of a take kept together: offsets within the sets, drift and jumps of their "
-      "clocks, PTP, and every cause of a missing frame. Findings name what to do.",
+      "clocks, PTP, and every cause of a missing frame. Begins with a verdict; findings name what to do. "
+      "Exit "
+      "status 1 when the verdict is bad.",
       "  weft take sync take --report sync.html");
   sync->add_option("TAKE", options->take, "Folder of the take")->required()->type_name("");
   sync->add_option("--report", options->report, "Write a page with plots over the take")->type_name("FILE");

@@ -5,6 +5,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "services/recording/take_words.h"
 #include "services/verdict/verdict.h"
 
 namespace weft {
@@ -13,17 +14,19 @@ namespace {
 std::string StateText(const v1::Take& take) {
   std::string state = v1::TakeState_Name(take.state());
   state = absl::AsciiStrToLower(state.substr(std::string("TAKE_STATE_").size()));
+  if (take.state() == v1::TAKE_STATE_COMPLETE) state = "closed";
   return take.stop_cause().empty() ? state : absl::StrCat(state, ": ", take.stop_cause());
 }
 
 }  // namespace
 
 std::string TakeInfoText(const v1::TakeInfo& info) {
-  std::string text =
-      VerdictText(info.verdict()) +
-      absl::StrFormat("%s: take %s, %s\n%d frame sets of %d cameras, %.1f s, %.2f GB\n", info.path(),
-                      info.take().id(), StateText(info.take()), info.sets(), info.timing_size(),
-                      info.duration_s(), static_cast<double>(info.bytes()) / 1e9);
+  std::string text = VerdictText(info.verdict());
+  absl::StrAppendFormat(&text, "%s: take %s, %s; %s of %s sets have all cameras\n", info.path(),
+                        info.take().id(), StateText(info.take()), WithSeparators(info.sets_complete()),
+                        WithSeparators(info.sets() + info.sets_dropped()));
+  absl::StrAppendFormat(&text, "%s frame sets of %d cameras, %.1f s, %.2f GB\n", WithSeparators(info.sets()),
+                        info.timing_size(), info.duration_s(), static_cast<double>(info.bytes()) / 1e9);
   if (!info.take().origin().empty()) absl::StrAppend(&text, "from ", info.take().origin(), "\n");
   int width = 6;
   for (const v1::TakeTiming& timing : info.timing())
@@ -35,11 +38,7 @@ std::string TakeInfoText(const v1::TakeInfo& info) {
                             timing.frames(), timing.missing(), timing.interval_mean_ms(),
                             timing.interval_jitter_ms(), timing.offset_mean_ms(), timing.offset_worst_ms());
   }
-  for (const v1::TakeCause& cause : info.causes()) {
-    absl::StrAppend(&text,
-                    cause.camera().empty() ? "dropped" : absl::StrCat("missing, camera ", cause.camera()),
-                    ": ", cause.count(), " of: ", cause.cause(), "\n");
-  }
+  for (const std::string& line : CauseLines(info.causes())) absl::StrAppend(&text, line, "\n");
   for (const std::string& note : info.notes()) absl::StrAppend(&text, "note: ", note, "\n");
   return text;
 }

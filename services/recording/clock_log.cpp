@@ -29,6 +29,7 @@ absl::Status ClockLog::Open(const std::string& take) {
 
 std::string ClockLog::Add(size_t camera, const ClockReading& reading) {
   const std::lock_guard lock(mutex_);
+  if (is_distrusted_[camera]) return "";
   const std::string before = last_[camera] ? last_[camera]->ptp_status : reading.ptp_status;
   last_[camera] = reading;
   if (file_.is_open()) {
@@ -43,6 +44,12 @@ std::string ClockLog::Add(size_t camera, const ClockReading& reading) {
 std::optional<ClockReading> ClockLog::Last(size_t camera) const {
   const std::lock_guard lock(mutex_);
   return last_[camera];
+}
+
+void ClockLog::Distrust(size_t camera) {
+  const std::lock_guard lock(mutex_);
+  is_distrusted_[camera] = true;
+  last_[camera].reset();
 }
 
 absl::StatusOr<std::vector<LoggedReading>> ReadClockLog(const std::string& take) {

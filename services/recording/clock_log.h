@@ -26,7 +26,7 @@ struct LoggedReading {
 class ClockLog {
  public:
   explicit ClockLog(std::vector<std::string> camera_ids)
-      : camera_ids_(std::move(camera_ids)), last_(camera_ids_.size()) {}
+      : camera_ids_(std::move(camera_ids)), last_(camera_ids_.size()), is_distrusted_(camera_ids_.size()) {}
 
   // Readings are written from here on. Errors name the file.
   absl::Status Open(const std::string& take);
@@ -35,12 +35,15 @@ class ClockLog {
   std::string Add(size_t camera, const ClockReading& reading);
 
   std::optional<ClockReading> Last(size_t camera) const;
+  // Its readings say nothing: from here on it has none.
+  void Distrust(size_t camera);
 
  private:
   const std::vector<std::string> camera_ids_;
   mutable std::mutex mutex_;
   std::ofstream file_;
   std::vector<std::optional<ClockReading>> last_;
+  std::vector<bool> is_distrusted_;
 };
 
 // NotFound: the take has none (imported, or of an older version). Lines that are not whole are left out.

@@ -11,6 +11,9 @@ namespace {
 // Synchronized clocks that differ by more than readings are wrong have jumped.
 constexpr int64_t kJumped_ns = 50'000'000;
 
+constexpr int64_t kLongestDelay_ns = 10'000'000'000;  // between a frame's time and its arrival
+constexpr int64_t kArrivals_ns = 5'000'000'000;       // over which the quickest arrival counts
+
 // Answers that took much longer than most say little.
 std::vector<const ClockReading*> WithoutSlow(std::vector<const ClockReading*> readings) {
   if (readings.empty()) return readings;
@@ -31,6 +34,8 @@ CommonTimes::CommonTimes(const RecordedTake& take, const std::vector<LoggedReadi
       own_clocks_(description.own_clocks()),
       has_own_clock_(take.camera_ids().size()),
       is_own_pace_(take.camera_ids().size()),
+      is_by_arrival_(take.camera_ids().size()),
+      are_readings_wrong_(take.camera_ids().size()),
       readings_(take.camera_ids().size()) {
   for (const v1::TakeCamera& camera : description.cameras()) {
     const auto& ids = take.camera_ids();
@@ -45,11 +50,52 @@ CommonTimes::CommonTimes(const RecordedTake& take, const std::vector<LoggedReadi
       if (logged.camera_id == take.camera_ids()[camera]) own.push_back(&logged.reading);
     for (const ClockReading* reading : WithoutSlow(std::move(own)))
       readings_[camera][reading->host_time_ns] = reading->device_minus_host_ns;
+    are_readings_wrong_[camera] = !AgreesWithFrames(camera);
+    if (are_readings_wrong_[camera]) readings_[camera].clear();
+    is_by_arrival_[camera] = readings_[camera].empty() && (own_clocks_ || has_own_clock_[camera]);
+    if (is_by_arrival_[camera]) readings_[camera] = Arrivals(camera);
   }
   for (size_t set = 0; set < take.sets().size(); ++set) {
     const std::vector<int64_t> times_ns = TriggeredTimes_ns(set);
     medians_ns_.push_back(times_ns.empty() ? std::nullopt : std::optional(times_ns[times_ns.size() / 2]));
   }
+}
+
+// By the middle one of its frames none arrived before it was taken, nor long after.
+bool CommonTimes::AgreesWithFrames(size_t camera) const {
+  std::vector<int64_t> late_ns;
+  for (size_t set = 0; set < take_.sets().size(); ++set) {
+    const IndexRecord* record = take_.Record(set, camera);
+    if (record == nullptr || record->is_missing || record->host_time_ns == 0) continue;
+    if (const std::optional<int64_t> minus_host_ns = MinusHost_ns(readings_[camera], *record))
+      late_ns.push_back(record->host_time_ns - (record->device_time_ns - *minus_host_ns));
+  }
+  if (late_ns.empty()) return true;
+  const auto middle = late_ns.begin() + static_cast<std::ptrdiff_t>(late_ns.size() / 2);
+  std::nth_element(late_ns.begin(), middle, late_ns.end());
+  return *middle >= -kJumped_ns && *middle <= kLongestDelay_ns;
+}
+
+CommonTimes::Readings CommonTimes::Arrivals(size_t camera) const {
+  Readings readings;
+  const IndexRecord* quickest = nullptr;
+  int64_t since_ns = 0;
+  const auto end_window = [&] {
+    if (quickest != nullptr)
+      readings[quickest->host_time_ns] = quickest->device_time_ns - quickest->host_time_ns;
+    quickest = nullptr;
+  };
+  for (size_t set = 0; set < take_.sets().size(); ++set) {
+    const IndexRecord* record = take_.Record(set, camera);
+    if (record == nullptr || record->is_missing || record->host_time_ns == 0) continue;
+    if (quickest != nullptr && record->host_time_ns - since_ns > kArrivals_ns) end_window();
+    if (quickest == nullptr) since_ns = record->host_time_ns;
+    if (quickest == nullptr ||
+        record->device_time_ns - record->host_time_ns > quickest->device_time_ns - quickest->host_time_ns)
+      quickest = record;
+  }
+  end_window();
+  return readings;
 }
 
 std::vector<int64_t> CommonTimes::TriggeredTimes_ns(size_t set) const {

@@ -31,7 +31,9 @@ struct Spread {
 };
 
 // Device times compare as they are where the clocks are synchronized, but for clocks that jumped; clocks of
-// their own are put on the host's by their readings. Takes without readings: device times as they are.
+// their own are put on the host's by their readings, or by the quickest arrivals of their frames where the
+// clock was not read or its readings contradict the frames. Synchronized clocks without readings: device
+// times as they are.
 class CommonTimes {
  public:
   // `description`: of the take, says whose clock is its own and who runs at its own pace.
@@ -43,6 +45,10 @@ class CommonTimes {
   // The middle one of the times of the cameras that do not run at their own pace,
   // where one has a frame; nothing where no camera has one.
   std::optional<int64_t> Median_ns(size_t set) const { return medians_ns_[set]; }
+  // The camera's clock is known by the arrival of its frames alone.
+  bool IsByArrival(size_t camera) const { return is_by_arrival_[camera]; }
+  // There were readings of its clock, and its frames contradict them: none of them counts.
+  bool AreReadingsWrong(size_t camera) const { return are_readings_wrong_[camera]; }
   // Between the first and the last of these cameras.
   std::optional<int64_t> Spread_ns(size_t set) const;
 
@@ -51,12 +57,15 @@ class CommonTimes {
 
   static std::optional<int64_t> MinusHost_ns(const Readings& readings, const IndexRecord& record);
 
+  bool AgreesWithFrames(size_t camera) const;
+  Readings Arrivals(size_t camera) const;
   std::vector<int64_t> TriggeredTimes_ns(size_t set) const;
 
   const RecordedTake& take_;
   bool own_clocks_;                                // of all
   std::vector<bool> has_own_clock_, is_own_pace_;  // by camera
-  std::vector<Readings> readings_;                 // of each camera
+  std::vector<bool> is_by_arrival_, are_readings_wrong_;
+  std::vector<Readings> readings_;  // of each camera
   std::vector<std::optional<int64_t>> medians_ns_;
 };
 

@@ -21,6 +21,8 @@
 #include "capture/v4l2_device.h"
 #include "services/recording/disk_speed.h"
 #include "services/recording/session_file.h"
+#include "services/recording/take_words.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -40,9 +42,11 @@ class Examination {
     CheckBuffers();
     CheckPacketSockets();
     CheckClock();
-    CheckDisk();
     if (options_.look_for_cameras) LookForCameras();
-    if (options_.session) CheckSession(*options_.session);
+    if (options_.session) CheckCameras(*options_.session);
+    CheckDisk();
+    if (options_.session) CheckBandwidth(*options_.session);
+    Judge();
     return std::move(report_);
   }
 
@@ -73,14 +77,17 @@ class Examination {
   void CheckClock();
   void CheckDisk();
   void LookForCameras();
-  void CheckSession(const v1::Session& session);
+  void CheckCameras(const v1::Session& session);
   double CheckCamera(const v1::Session& session, const v1::SessionCamera& camera);
+  void CheckBandwidth(const v1::Session& session);
+  void Judge();
 
   const DoctorOptions& options_;
   const std::filesystem::path root_;
   v1::DoctorReport report_;
   double links_bytes_per_s_ = 0;
   double disk_bytes_per_s_ = 0;
+  double session_bytes_per_s_ = 0;
 };
 
 void Examination::CheckNetwork() {
@@ -162,7 +169,7 @@ void Examination::CheckDisk() {
     return;
   }
   const auto free_bytes = static_cast<double>(space.available);
-  std::string found = absl::StrFormat("%.1f GB free", free_bytes / 1e9);
+  std::string found;
   if (options_.disk_test_gib > 0) {
     const auto speed =
         MeasureDiskSpeed(options_.directory, static_cast<uint64_t>(options_.disk_test_gib * (1 << 30)));
@@ -172,10 +179,11 @@ void Examination::CheckDisk() {
       return;
     }
     disk_bytes_per_s_ = speed->bytes_per_s;
-    found += absl::StrFormat(", takes %.2f GB/s, slowest write %.0f ms", speed->bytes_per_s / 1e9,
-                             speed->slowest_write_ms);
+    found = absl::StrFormat("; takes %.2f GB/s, slowest write %.0f ms", speed->bytes_per_s / 1e9,
+                            speed->slowest_write_ms);
     if (!speed->bypasses_page_cache) found += ", without O_DIRECT";
   }
+  found = RoomText(free_bytes, session_bytes_per_s_, disk_bytes_per_s_) + found;
   if (free_bytes < kLowDisk_bytes) {
     Find(subject, v1::DOCTOR_VERDICT_WARNING, found, "free space: recording stops at the low-disk mark");
   } else {
@@ -232,16 +240,26 @@ double Examination::CheckCamera(const v1::Session& session, const v1::SessionCam
     Find(subject, v1::DOCTOR_VERDICT_BAD, found, std::string(format.status().message()));
   } else if (camera.has_gige() && settings["PacketResend"] != "on") {
     Find(subject, v1::DOCTOR_VERDICT_WARNING, found,
-         "a lost packet costs its frame: leave resend on where the camera can");
+         settings["PacketResend"] == "off"
+             ? "resend is off in the session: a lost packet costs its frame; take `no_resend` out"
+             : "camera cannot resend lost packets: use jumbo frames or a link of its own");
   } else {
     Good(subject, found);
   }
+  if (const std::string problem = opened->front()->ClockProblem(); !problem.empty())
+    Find("clock of " + subject, v1::DOCTOR_VERDICT_WARNING, "it cannot be read: " + problem,
+         "takes put its frames in order by their arrival, as even as the network; PTP makes their times "
+         "exact");
   return bytes_per_s;
 }
 
-void Examination::CheckSession(const v1::Session& session) {
-  double sum = 0;
-  for (const v1::SessionCamera& camera : session.cameras()) sum += CheckCamera(session, camera);
+void Examination::CheckCameras(const v1::Session& session) {
+  for (const v1::SessionCamera& camera : session.cameras())
+    session_bytes_per_s_ += CheckCamera(session, camera);
+}
+
+void Examination::CheckBandwidth(const v1::Session& session) {
+  const double sum = session_bytes_per_s_;
   if (session.fps() <= 0) {
     Find("bandwidth", v1::DOCTOR_VERDICT_WARNING, "the session names no rate",
          "give `fps` for a sum of the data rates");
@@ -262,23 +280,74 @@ void Examination::CheckSession(const v1::Session& session) {
   }
 }
 
+// The first of the gravest findings is the reason.
+void Examination::Judge() {
+  const auto grade_of = [](const v1::DoctorFinding& finding) {
+    return finding.verdict() == v1::DOCTOR_VERDICT_BAD       ? v1::GRADE_BAD
+           : finding.verdict() == v1::DOCTOR_VERDICT_WARNING ? v1::GRADE_USABLE
+                                                             : v1::GRADE_GOOD;
+  };
+  v1::Verdict& verdict = *report_.mutable_verdict();
+  for (const v1::DoctorFinding& finding : report_.findings())
+    if (grade_of(finding) != v1::GRADE_GOOD)
+      AddFinding(verdict, grade_of(finding), absl::StrCat(finding.subject(), ": ", finding.found()),
+                 finding.remedy());
+  AddFinding(verdict, v1::GRADE_GOOD, "nothing was found that would spoil a recording", "");
+}
+
+// "clock of camera" of "clock of camera c01".
+std::string KindOf(const std::string& subject) { return subject.substr(0, subject.rfind(' ')); }
+
+// Findings that differ in their camera or interface alone are one.
+struct Line {
+  v1::DoctorFinding finding;
+  std::vector<std::string> subjects;
+};
+std::vector<Line> LinesOf(const v1::DoctorReport& report) {
+  std::vector<Line> lines;
+  for (const v1::DoctorFinding& finding : report.findings()) {
+    const auto same = std::find_if(lines.begin(), lines.end(), [&](const Line& line) {
+      return line.finding.verdict() == finding.verdict() && line.finding.found() == finding.found() &&
+             line.finding.remedy() == finding.remedy() && finding.subject().find(' ') != std::string::npos &&
+             KindOf(line.finding.subject()) == KindOf(finding.subject());
+    });
+    if (same == lines.end()) {
+      lines.push_back({finding, {finding.subject()}});
+    } else {
+      same->subjects.push_back(finding.subject());
+    }
+  }
+  return lines;
+}
+
+std::string SubjectOf(const Line& line) {
+  if (line.subjects.size() == 1) return line.subjects[0];
+  const size_t name = line.subjects[0].rfind(' ') + 1;
+  std::vector<std::string> names;
+  for (const std::string& subject : line.subjects) names.push_back(subject.substr(name));
+  const std::string all = names.size() < 4
+                              ? NamesInShort(names)
+                              : absl::StrCat(names.front(), " to ", names.back(), " (", names.size(), ")");
+  return absl::StrCat(line.subjects[0].substr(0, name - 1), "s ", all);
+}
+
 }  // namespace
 
 v1::DoctorReport Examine(const DoctorOptions& options) { return Examination(options).Run(); }
 
 std::string DoctorText(const v1::DoctorReport& report) {
-  std::string text;
+  std::string text = VerdictText(report.verdict());
+  const std::vector<Line> lines = LinesOf(report);
   size_t width = 0;
-  for (const v1::DoctorFinding& finding : report.findings())
-    width = std::max(width, finding.subject().size());
-  for (const v1::DoctorFinding& finding : report.findings()) {
-    const char* verdict = finding.verdict() == v1::DOCTOR_VERDICT_GOOD      ? "good   "
-                          : finding.verdict() == v1::DOCTOR_VERDICT_WARNING ? "warning"
-                                                                            : "BAD    ";
-    absl::StrAppendFormat(&text, "%s  %-*s  %s\n", verdict, static_cast<int>(width), finding.subject(),
-                          finding.found());
-    if (!finding.remedy().empty())
-      absl::StrAppendFormat(&text, "%*s  -> %s\n", static_cast<int>(width) + 9, "", finding.remedy());
+  for (const Line& line : lines) width = std::max(width, SubjectOf(line).size());
+  for (const Line& line : lines) {
+    const char* verdict = line.finding.verdict() == v1::DOCTOR_VERDICT_GOOD      ? "good   "
+                          : line.finding.verdict() == v1::DOCTOR_VERDICT_WARNING ? "warning"
+                                                                                 : "BAD    ";
+    absl::StrAppendFormat(&text, "%s  %-*s  %s\n", verdict, static_cast<int>(width), SubjectOf(line),
+                          line.finding.found());
+    if (!line.finding.remedy().empty())
+      absl::StrAppendFormat(&text, "%*s  -> %s\n", static_cast<int>(width) + 9, "", line.finding.remedy());
   }
   return text;
 }

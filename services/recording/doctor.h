@@ -18,8 +18,9 @@ struct DoctorOptions {
 };
 
 // Network interfaces, socket buffers, permissions, clock and disk of the host; cameras that answer; and for a
-// session every camera with its packet size, PTP and data rate, the sum of the rates against links and disk.
-// Findings in the order in which they were made, each with a remedy where it is not good.
+// session every camera with its packet size, clock and data rate, the sum of the rates against links and
+// disk. Findings in the order in which they were made, each with a remedy where it is not good; the verdict
+// is that of the gravest.
 v1::DoctorReport Examine(const DoctorOptions& options);
 
 std::string DoctorText(const v1::DoctorReport& report);

@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <chrono>
+#include <map>
 #include <mutex>
 #include <thread>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "services/recording/take_file.h"
+#include "services/recording/take_words.h"
 
 namespace weft {
 namespace {
@@ -36,7 +39,9 @@ class SetsToRecorder {
       const std::string change = clocks_.Add(camera, delivery.clock);
       if (!change.empty()) recorder_.Note(ids_[camera], change);
     }
+    const bool is_reading = delivery.kind == CameraDelivery::Kind::kClock;
     Hand(assembler_.Add(camera, std::move(delivery), HostTime_ns()));
+    if (is_reading && !assembler_.IsClockReadable(camera)) clocks_.Distrust(camera);
   }
   void Advance() {
     const std::lock_guard lock(mutex_);
@@ -46,9 +51,9 @@ class SetsToRecorder {
     const std::lock_guard lock(mutex_);
     return assembler_.IsWaiting(before_host_ns);
   }
-  void Finish() {
+  void Finish(int64_t end_host_ns) {
     const std::lock_guard lock(mutex_);
-    Hand(assembler_.Finish(HostTime_ns()));
+    Hand(assembler_.Finish(HostTime_ns(), end_host_ns));
   }
 
  private:
@@ -125,15 +130,37 @@ v1::Take Describe(const std::vector<std::unique_ptr<CameraSource>>& cameras,
       (*camera.mutable_settings())[name] = value;
     }
     const size_t index = static_cast<size_t>(take.cameras_size()) - 1;
-    if (index >= sets.cameras.size()) continue;
+    camera.set_clock_problem(source->ClockProblem());
     camera.set_own_clock(sets.cameras[index].own_clock);
     camera.set_own_pace(sets.cameras[index].own_pace);
   }
   return take;
 }
 
+// Side by side: one that has just gone takes seconds.
 void StopAll(const std::vector<std::unique_ptr<CameraSource>>& cameras) {
-  for (const auto& camera : cameras) camera->Stop();
+  std::vector<std::thread> threads;
+  for (const auto& camera : cameras) threads.emplace_back([&camera] { camera->Stop(); });
+  for (std::thread& thread : threads) thread.join();
+}
+
+bool FollowsPtp(const CameraSource& camera) {
+  const std::string status = camera.settings()["PtpStatus"];
+  return absl::StartsWithIgnoreCase(status, "slave") || absl::EqualsIgnoreCase(status, "master");
+}
+
+// A camera whose clock cannot be read is put onto the time of the others by the arrival of its frames, unless
+// PTP vouches for its times. One entry per camera.
+FrameSetOptions WithArrivalTimes(const std::vector<std::unique_ptr<CameraSource>>& cameras,
+                                 FrameSetOptions sets) {
+  sets.cameras.resize(cameras.size());
+  bool has_shared_clock = false;
+  for (size_t i = 0; i < cameras.size(); ++i) {
+    if (!cameras[i]->ClockProblem().empty() && !FollowsPtp(*cameras[i])) sets.cameras[i].own_clock = true;
+    has_shared_clock = has_shared_clock || !sets.cameras[i].own_clock;
+  }
+  if (!has_shared_clock) sets.clocks = ClockDomain::kEstimated;
+  return sets;
 }
 
 // All, or none.
@@ -204,7 +231,7 @@ class LiveTake {
     stopping_ = true;
     for (std::thread& thread : threads_) thread.join();
     StopAll(cameras_);
-    sets_.Finish();
+    sets_.Finish(end_ns);
   }
 
  private:
@@ -213,7 +240,7 @@ class LiveTake {
     const auto end = Clock::now() + kClockWait;
     for (size_t i = 0; i < cameras_.size(); ++i)
       while (options_.trigger.kind == TriggerKind::kAction && cameras_[i]->TakesTriggers() &&
-             !clocks_.Last(i) && Clock::now() < end)
+             cameras_[i]->ClockProblem().empty() && !clocks_.Last(i) && Clock::now() < end)
         std::this_thread::sleep_for(kPollInterval / 5);
   }
 
@@ -250,13 +277,32 @@ void Summarize(const std::vector<std::unique_ptr<CameraSource>>& cameras, const 
 
 }  // namespace
 
+std::vector<std::string> ClockWarnings(const std::vector<std::unique_ptr<CameraSource>>& cameras) {
+  std::map<std::string, std::vector<std::string>> ids;  // by problem
+  for (const auto& camera : cameras)
+    if (const std::string problem = camera->ClockProblem(); !problem.empty())
+      ids[problem].push_back(camera->camera_id());
+  std::vector<std::string> warnings;
+  for (const auto& [problem, with] : ids)
+    warnings.push_back(absl::StrCat(
+        with.size() == 1 ? absl::StrCat("camera ", with[0], ": its clock")
+                         : absl::StrCat(with.size(), " of ", cameras.size(), " cameras (", NamesInShort(with),
+                                        "): their clocks"),
+        " cannot be read, ", problem, "; the arrival of frames stands in for ",
+        with.size() == 1 ? "it" : "them", ": sets are as good as the network is even; PTP makes them exact"));
+  return warnings;
+}
+
 absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
                                     const std::vector<std::unique_ptr<CameraSource>>& cameras,
-                                    const LiveRecordingOptions& options, const std::atomic<bool>& stop,
+                                    const LiveRecordingOptions& given, const std::atomic<bool>& stop,
                                     const std::function<void(const LiveRecordingState&)>& report) {
-  if (absl::Status status = options.sets.Validate(); !status.ok()) return status;
-  if (absl::Status status = options.trigger.Validate(); !status.ok()) return status;
+  if (absl::Status status = given.sets.Validate(); !status.ok()) return status;
+  if (absl::Status status = given.trigger.Validate(); !status.ok()) return status;
   if (absl::Status status = StartAll(cameras); !status.ok()) return status;
+  LiveRecordingOptions options = given;
+  options.sets = WithArrivalTimes(cameras, given.sets);
+  options.trigger.clocks = options.sets.clocks;
   v1::Take take = Describe(cameras, options);
   std::vector<std::string> ids;
   for (const auto& camera : cameras) ids.push_back(camera->camera_id());
@@ -272,6 +318,10 @@ absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
     return ready;
   }
 
+  for (size_t i = 0; i < cameras.size(); ++i)
+    if (const std::string problem = cameras[i]->ClockProblem(); !problem.empty())
+      (*recorder)->Note(ids[i], absl::StrCat("its clock cannot be read: ", problem,
+                                             "; the arrival of its frames stands in for it"));
   LiveTake live(cameras, ids, options, **recorder, clocks);
   absl::Status status = live.Begin();
   if (status.ok()) live.RunUntilTheEnd(stop, report);

@@ -15,6 +15,8 @@
 #include "services/recording/clock_log.h"
 #include "services/recording/common_times.h"
 #include "services/recording/take_file.h"
+#include "services/recording/take_words.h"
+#include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
@@ -37,14 +39,17 @@ double Drift_ppm(const std::vector<const ClockReading*>& readings) {
   return seconds > 0 ? drift_ns / seconds / 1e3 : 0;
 }
 
-void DescribeClock(const std::string& id, const std::vector<LoggedReading>& all, SyncAnalysis& out) {
+// `problem`: why no reading counts, empty where they do.
+void DescribeClock(const std::string& id, const std::vector<LoggedReading>& all, const std::string& problem,
+                   SyncAnalysis& out) {
   std::vector<const ClockReading*> readings;
   for (const LoggedReading& logged : all)
-    if (logged.camera_id == id) readings.push_back(&logged.reading);
+    if (logged.camera_id == id && problem.empty()) readings.push_back(&logged.reading);
   CameraSyncSeries& series = out.series.back();
   v1::CameraClock& clock = *out.report.add_clocks();
   clock.set_camera(id);
   clock.set_readings(readings.size());
+  clock.set_problem(problem);
   if (readings.empty()) return;
   Spread ptp_us;
   int64_t best_ns = readings.front()->uncertainty_ns;
@@ -103,41 +108,71 @@ void DescribeSets(const RecordedTake& take, const CommonTimes& times, SyncAnalys
   out.report.set_spread_worst_ms(spreads_ms.back());
 }
 
-void FindFaults(v1::SyncReport& report) {
-  const auto find = [&](const std::string& text) { report.add_findings(text); };
+// What is said of one camera, to be put together where others say the same.
+using Said = std::vector<std::pair<std::string, std::string>>;
+
+void FindClockFaults(const v1::SyncReport& report, Said& said) {
   for (const v1::CameraClock& clock : report.clocks()) {
-    const std::string camera = "camera " + clock.camera() + ": ";
+    const auto say = [&](const std::string& text) { said.emplace_back(clock.camera(), text); };
     if (clock.ptp_states_size() > 1)
-      find(camera + "PTP changed its state during the take (" + absl::StrJoin(clock.ptp_states(), ", ") +
-           "); look at the master and the switch");
+      say("PTP changed its state during the take (" + absl::StrJoin(clock.ptp_states(), ", ") +
+          "); look at the master and the switch");
     if (clock.ptp_offset_worst_us() > kPtpLimit_us)
-      find(absl::StrFormat(
-          "%sup to %.0f us from the PTP master; use a switch with PTP (boundary or transparent clock)",
-          camera, clock.ptp_offset_worst_us()));
+      say(absl::StrFormat(
+          "up to %.0f us from the PTP master; use a switch with PTP (boundary or transparent clock)",
+          clock.ptp_offset_worst_us()));
     if (clock.jumps() > 0)
-      find(absl::StrCat(camera, "its clock jumped ",
-                        clock.jumps() == 1 ? "once" : absl::StrCat(clock.jumps(), " times"),
-                        "; synchronize it by PTP, or look at what steps the master"));
-    if (clock.readings() == 0) find(camera + "its clock was never read; its times are as it says");
+      say(absl::StrCat("its clock jumped ",
+                       clock.jumps() == 1 ? "once" : absl::StrCat(clock.jumps(), " times"),
+                       "; synchronize it by PTP, or look at what steps the master"));
+    if (!clock.problem().empty())
+      say(absl::StrCat("its clock cannot be read, ", clock.problem(),
+                       ": its times are those of arrival, as even as the network; PTP makes them exact"));
+    else if (clock.readings() == 0)
+      say("its clock was never read; its times are as it says");
   }
+}
+
+void FindFaults(v1::SyncReport& report) {
+  Said said;
+  FindClockFaults(report, said);
   for (const v1::TakeTiming& timing : report.timing()) {
     const auto all = static_cast<double>(timing.frames() + timing.missing());
     if (static_cast<double>(timing.missing()) > kManyLost * all)
-      find(absl::StrFormat("camera %s: %d of %.0f frames are missing; the causes are below", timing.camera(),
-                           timing.missing(), all));
+      said.emplace_back(timing.camera(), absl::StrCat(WithSeparators(timing.missing()), " of ",
+                                                      WithSeparators(timing.frames() + timing.missing()),
+                                                      " frames are missing; the causes are below"));
   }
   for (const v1::TakeCamera& camera : report.take().cameras()) {
     for (const v1::TakeTiming& timing : report.timing())
       if (camera.own_pace() && timing.camera() == camera.id())
-        find(
-            absl::StrFormat("camera %s: at its own pace, up to %.1f ms from the time of its set; only a "
-                            "trigger would hold it",
-                            camera.id(), timing.offset_worst_ms()));
+        said.emplace_back(camera.id(),
+                          absl::StrFormat("at its own pace, up to %.1f ms from the time of its set; only "
+                                          "a trigger would hold it",
+                                          timing.offset_worst_ms()));
   }
-  if (report.take().own_clocks())
-    find(
+  for (std::string& line : CameraLines(said, static_cast<size_t>(report.timing_size())))
+    report.add_findings(std::move(line));
+  const auto by_arrival =
+      std::count_if(report.clocks().begin(), report.clocks().end(),
+                    [](const v1::CameraClock& clock) { return !clock.problem().empty(); });
+  if (report.take().own_clocks() && by_arrival < report.clocks_size())
+    report.add_findings(
         "the clocks were not synchronized: offsets are good to the uncertainty of their readings; PTP makes "
         "them exact");
+}
+
+// The take's own verdict, and how far apart the frames of its sets are.
+v1::Verdict JudgeSync(const v1::TakeInfo& info, const v1::SyncReport& report) {
+  v1::Verdict verdict = info.verdict();
+  if (report.spread_median_ms() > 0 || report.sets_complete() > 0) {
+    AddCheck(verdict, kSyncSpread, report.spread_median_ms(),
+             absl::StrFormat("the cameras of a frame set are %.2f ms apart in the median",
+                             report.spread_median_ms()));
+  }
+  if (!report.findings().empty())
+    AddFinding(verdict, v1::GRADE_USABLE, report.findings(0), "See the findings; each says what to do.");
+  return verdict;
 }
 
 }  // namespace
@@ -156,19 +191,29 @@ absl::StatusOr<SyncAnalysis> AnalyzeSync(const std::string& path) {
   *report.mutable_timing() = info->timing();
   *report.mutable_causes() = info->causes();
   *report.mutable_notes() = info->notes();
-  for (const std::string& id : (*take)->camera_ids()) {
+  const CommonTimes times(**take, readings, info->take());
+  for (size_t camera = 0; camera < (*take)->camera_ids().size(); ++camera) {
+    const std::string& id = (*take)->camera_ids()[camera];
+    std::string problem;
+    for (const v1::TakeCamera& described : info->take().cameras())
+      if (described.id() == id) problem = described.clock_problem();
+    if (problem.empty() && times.AreReadingsWrong(camera))
+      problem = "its readings contradict the times of its frames";
     out.series.push_back({id, {}, {}, {}});
-    DescribeClock(id, readings, out);
+    DescribeClock(id, readings, problem, out);
   }
-  DescribeSets(**take, CommonTimes(**take, readings, info->take()), out);
+  DescribeSets(**take, times, out);
   CountJumps(**take, report);
   FindFaults(report);
+  *report.mutable_verdict() = JudgeSync(*info, report);
   return out;
 }
 
 std::string SyncReportText(const v1::SyncReport& report) {
-  std::string text = absl::StrFormat("%s: %d frame sets, %d of them complete, %d dropped\n", report.path(),
-                                     report.sets(), report.sets_complete(), report.sets_dropped());
+  std::string text = VerdictText(report.verdict());
+  absl::StrAppend(&text, report.path(), ": ", WithSeparators(report.sets()), " frame sets, ",
+                  WithSeparators(report.sets_complete()), " of them complete, ",
+                  WithSeparators(report.sets_dropped()), " dropped\n");
   if (!report.take().sync().empty()) absl::StrAppend(&text, report.take().sync(), "\n");
   absl::StrAppendFormat(&text, "between the cameras of a set: %.4f ms in the median, %.4f ms at worst\n",
                         report.spread_median_ms(), report.spread_worst_ms());
@@ -178,20 +223,21 @@ std::string SyncReportText(const v1::SyncReport& report) {
   text += absl::StrFormat("%-*s %8s %8s %10s %10s %9s %9s %6s %11s %11s  %s\n", width, "camera", "frames",
                           "missing", "offset ms", "jitter ms", "worst ms", "drift ppm", "jumps", "PTP rms us",
                           "worst us", "PTP");
+  const auto number = [](bool is_known, int decimals, double value) {
+    return is_known ? absl::StrFormat("%.*f", decimals, value) : std::string("-");
+  };
   for (int i = 0; i < report.timing_size(); ++i) {
     const v1::TakeTiming& timing = report.timing(i);
     const v1::CameraClock& clock = report.clocks(i);
-    text += absl::StrFormat("%-*s %8d %8d %10.4f %10.4f %9.4f %9.2f %6d %11.3f %11.3f  %s\n", width,
-                            timing.camera(), timing.frames(), timing.missing(), timing.offset_mean_ms(),
-                            timing.offset_jitter_ms(), timing.offset_worst_ms(), clock.drift_ppm(),
-                            clock.jumps(), clock.ptp_offset_rms_us(), clock.ptp_offset_worst_us(),
-                            absl::StrJoin(clock.ptp_states(), ", "));
+    const bool has_ptp = clock.ptp_states_size() > 0, is_read = clock.readings() > 1;
+    text += absl::StrFormat(
+        "%-*s %8d %8d %10.4f %10.4f %9.4f %9s %6d %11s %11s  %s\n", width, timing.camera(), timing.frames(),
+        timing.missing(), timing.offset_mean_ms(), timing.offset_jitter_ms(), timing.offset_worst_ms(),
+        number(is_read, 2, clock.drift_ppm()), clock.jumps(), number(has_ptp, 3, clock.ptp_offset_rms_us()),
+        number(has_ptp, 3, clock.ptp_offset_worst_us()),
+        has_ptp ? absl::StrJoin(clock.ptp_states(), ", ") : "-");
   }
-  for (const v1::TakeCause& cause : report.causes()) {
-    absl::StrAppend(&text,
-                    cause.camera().empty() ? "dropped" : absl::StrCat("missing, camera ", cause.camera()),
-                    ": ", cause.count(), " of: ", cause.cause(), "\n");
-  }
+  for (const std::string& line : CauseLines(report.causes())) absl::StrAppend(&text, line, "\n");
   for (const std::string& finding : report.findings()) absl::StrAppend(&text, "finding: ", finding, "\n");
   return text;
 }

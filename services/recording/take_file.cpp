@@ -5,7 +5,6 @@
 #include <map>
 #include <optional>
 #include <random>
-#include <regex>
 #include <utility>
 
 #include "absl/strings/numbers.h"
@@ -19,42 +18,13 @@
 #include "services/recording/clock_log.h"
 #include "services/recording/common_times.h"
 #include "services/recording/take_verdict.h"
+#include "services/recording/take_words.h"
 #include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
 
 constexpr std::string_view kNoChecksum = "0000000000000000";
-
-// A cause of the ledger, or several that differ in their numbers alone.
-struct Cause {
-  std::string text;
-  uint64_t count = 0;
-};
-
-void DescribeCauses(const RecordedTake& take, v1::TakeInfo& info) {
-  const std::regex number("[0-9]+([.][0-9]+)?");
-  std::map<std::pair<std::string, std::string>, Cause> causes;
-  const auto add = [&](const std::string& camera_id, const std::string& text, uint64_t count) {
-    const std::string without_numbers = std::regex_replace(text, number, "*");
-    Cause& cause = causes[{camera_id, without_numbers}];
-    cause.text = cause.count == 0 || cause.text == text ? text : without_numbers;
-    cause.count += count;
-  };
-  for (const LedgerEntry& entry : take.ledger()) {
-    if (entry.event == LedgerEvent::kMissing) add(entry.camera_id, entry.cause, 1);
-    if (entry.event == LedgerEvent::kDropped) add("", entry.cause, entry.last_set - entry.first_set + 1);
-    if (entry.event == LedgerEvent::kNote)
-      info.add_notes(entry.camera_id.empty() ? entry.cause
-                                             : absl::StrCat("camera ", entry.camera_id, ": ", entry.cause));
-  }
-  for (const auto& [key, found] : causes) {
-    v1::TakeCause& cause = *info.add_causes();
-    cause.set_camera(key.first);
-    cause.set_cause(found.text);
-    cause.set_count(found.count);
-  }
-}
 
 }  // namespace
 

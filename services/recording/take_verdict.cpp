@@ -7,14 +7,14 @@
 #include "absl/strings/str_cat.h"
 #include "capture/take_files.h"
 #include "capture/take_writer.h"
-#include "services/verdict/limits.h"
+#include "services/recording/loss_verdict.h"
 #include "services/verdict/verdict.h"
 
 namespace weft {
 namespace {
 
-double CompletePercent(const RecordedTake& take) {
-  size_t complete = 0;
+void CountSets(const RecordedTake& take, v1::TakeInfo& info) {
+  uint64_t complete = 0, dropped = 0;
   for (size_t set = 0; set < take.sets().size(); ++set) {
     size_t frames = 0;
     for (size_t camera = 0; camera < take.camera_ids().size(); ++camera) {
@@ -23,7 +23,10 @@ double CompletePercent(const RecordedTake& take) {
     }
     complete += frames == take.camera_ids().size();
   }
-  return 100.0 * static_cast<double>(complete) / static_cast<double>(take.sets().size());
+  for (const LedgerEntry& entry : take.ledger())
+    if (entry.event == LedgerEvent::kDropped) dropped += entry.last_set - entry.first_set + 1;
+  info.set_sets_complete(complete);
+  info.set_sets_dropped(dropped);
 }
 
 void JudgeState(const std::string& folder, const v1::Take& take, v1::Verdict& verdict) {
@@ -78,11 +81,8 @@ void JudgeTake(const RecordedTake& take, v1::TakeInfo& info) {
   v1::Verdict& verdict = *info.mutable_verdict();
   JudgeState(info.path(), info.take(), verdict);
   JudgeStreams(take, info);
-  if (take.sets().empty()) {
-    AddFinding(verdict, v1::GRADE_BAD, "the take holds no frame set", "record again");
-  } else {
-    AddCheck(verdict, kTakeCompleteSets, CompletePercent(take));
-  }
+  CountSets(take, info);
+  JudgeLosses(info);
 }
 
 void JudgeCheck(v1::TakeCheckReport& report, bool is_closed) {

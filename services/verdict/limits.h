@@ -33,6 +33,15 @@ inline constexpr Limit kTakeCompleteSets{
     1,
     "Run `weft take sync` to see which camera lacks frames and why, mend that, and record again."};
 
+inline constexpr Limit kSyncSpread{"sync.spread",
+                                   "time between the cameras of a frame set, median",
+                                   "ms",
+                                   1,
+                                   10,
+                                   Better::kLess,
+                                   3,
+                                   "Trigger the cameras together, or put them on PTP, and record again."};
+
 // Images and registrations.
 inline constexpr Limit kDecodeCells{
     "decode.cells",

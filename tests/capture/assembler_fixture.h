@@ -64,7 +64,7 @@ class Assembler : public ::testing::Test {
   void Finish() {
     now_ns_ += options_.max_wait_ns;
     Collect(assembler_->Advance(now_ns_));
-    Collect(assembler_->Finish(now_ns_));
+    Collect(assembler_->Finish(now_ns_, now_ns_));
   }
 
   std::vector<uint64_t> Numbers() const {

@@ -108,9 +108,8 @@ TEST_F(EstimatedClocks, LeaveOutFramesUntilAReadingTellsTheirTrigger) {
   }
   ExpectAllComplete(15);
   ExpectOneTriggerEach();
-  EXPECT_THAT(
-      Causes(),
-      ElementsAre("the take begins when every camera delivers: 5 triggers before that are not in it"));
+  EXPECT_THAT(Causes(),
+              ElementsAre("recording began once all cameras delivered; 5 earlier triggers left out"));
 }
 
 TEST_F(EstimatedClocks, SayWhyACameraThatCameBackIsStillMissing) {
@@ -136,6 +135,39 @@ TEST_F(EstimatedClocks, SayWhyACameraThatCameBackIsStillMissing) {
             "the camera's clock was not yet known to within half the tolerance of 2.000 ms");
   EXPECT_TRUE(got_.sets[2].missing.empty());
 }
+
+// Frames every 10 ms, readings of camera b every 50 ms that say 0, or an hour too little from frame 100 on.
+class Readings : public ::testing::TestWithParam<ClockDomain> {};
+
+class AssemblerOf : public Assembler {
+ public:
+  explicit AssemblerOf(ClockDomain clocks) : Assembler(clocks) {}
+  void TestBody() override {}
+  void Run(bool says_zero) {
+    options_.tolerance_ns = 4 * kMs;  // frames arrive after 3 ms
+    Restart();
+    for (uint64_t id = 0; id < 300; ++id) {
+      if (id % 5 == 0) {
+        CameraDelivery reading = Say(CameraDelivery::Kind::kClock, "");
+        const int64_t host_ns = kEpoch_ns + static_cast<int64_t>(id) * kPeriod_ns;
+        reading.clock = {host_ns, says_zero ? -host_ns : id < 100 ? 0 : -3'600'000 * kMs, kMs / 10, "", {}};
+        Add(1, reading);
+      }
+      AddAll(id);
+    }
+    ExpectAllComplete(300);
+    EXPECT_EQ(Numbers().back(), 299u);
+    EXPECT_THAT(Causes(), ElementsAre(HasSubstr("its clock cannot be read: readings are")));
+    EXPECT_FALSE(assembler_->IsClockReadable(1));
+    EXPECT_TRUE(assembler_->IsClockReadable(0));
+  }
+};
+
+TEST_P(Readings, MoveNoFramesThatContradictThem) {
+  for (const bool says_zero : {true, false}) AssemblerOf(GetParam()).Run(says_zero);
+}
+
+INSTANTIATE_TEST_SUITE_P(Clocks, Readings, ::testing::Values(ClockDomain::kShared, ClockDomain::kEstimated));
 
 TEST_F(Assembler, SeesAJumpInAReadingWhereTriggersComeIrregularly) {
   options_.period_ns = 0;

@@ -75,7 +75,7 @@ class Endurance(LiveTest):
             self.sleep_until(begin, 1)
             with open(f"/proc/{recorder.pid}/status") as status:
                 peak_kib = int(re.search(r"VmHWM:\s+(\d+)", status.read()).group(1))
-            info = self.stop(recorder)
+            info = self.stop(recorder, (0, 1))
         self.assert_accounted(info)
         total = self.assert_true_frames()
         notes = "\n".join(info["notes"])
@@ -91,7 +91,7 @@ class Endurance(LiveTest):
                          [event for event in events if event[0] in ("missing", "note") and event[3] != "middle"][:20])
         dropped = [(last - first + 1, cause) for event, first, last, _, cause in events if event == "dropped"]
         self.assertTrue(dropped and all("disk" in cause for _, cause in dropped), dropped)
-        sync = json.loads(weft("take", "sync", self.take, "--json", check=0).stdout)
+        sync = json.loads(weft("take", "sync", self.take, "--json").stdout)
         self.assertEqual({clock["camera"]: clock.get("jumps", 0) for clock in sync["clocks"]},
                          {"left": 0, "middle": 0, "right": 1, "top": 0})
         self.assertLess(sync["spread_median_ms"], 100)
@@ -99,7 +99,7 @@ class Endurance(LiveTest):
         if SECONDS > 60:
             print(json.dumps({"frames": total, "sets": info["sets"], "dropped": dropped, "peak_mib": peak_kib // 1024,
                               "cameras": info["take"]["cameras"], "causes": info["causes"], "notes": info["notes"]}, indent=1))
-            print(weft("take", "sync", self.take, check=0).stdout)
+            print(weft("take", "sync", self.take).stdout)
 
     def sleep_until(self, begin, share):
         time.sleep(max(0, begin + share * SECONDS - time.monotonic()))
@@ -107,9 +107,10 @@ class Endurance(LiveTest):
     def test_a_full_disk_ends_the_take_and_costs_nothing_that_is_on_it(self):
         self.start_cameras()
         recorder = self.start(30, WEFT_FAULT_FULL=str(4 * 20 * 2 * 4096 * 8))
-        _, errors = recorder.communicate(timeout=120)
+        told, errors = recorder.communicate(timeout=120)
         self.assertEqual(recorder.returncode, 1, errors)
         self.assertIn("No space left on device", errors)
+        self.assertIn("No space left on device", json.loads(told)["verdict"]["reason"])
         info = json.loads(weft("take", "info", self.take, "--json", check=0).stdout)
         self.assert_accounted(info)
         self.assertGreater(self.assert_true_frames(), 4)

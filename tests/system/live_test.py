@@ -75,7 +75,7 @@ class Live(LiveTest):
             with packet_loss(0.01, CAMERAS["middle"]):
                 recorder = self.record()
                 self.wait_for(recorder, "missing", 3)
-                info = self.stop(recorder)
+                info = self.stop(recorder, (0, 1))
             self.assert_accounted(info)
             lost = {timing["camera"]: int(timing["missing"]) for timing in info["timing"]}
             self.assertEqual([lost["left"], lost["right"], lost["top"]], [0, 0, 0])
@@ -108,7 +108,7 @@ class Live(LiveTest):
                                **({} if shared else {**ESTIMATED, "tolerance_ms": 40}))
             recorder = self.record()
             self.wait_for_more_sets(recorder, 15)
-            info = self.stop(recorder)
+            info = self.stop(recorder, (0, 1))
             self.assert_accounted(info)
             # Action commands are for one moment; software triggers come one after the other, as fast as the
             # machine is. Sets reach a tolerance of 40 ms both ways, by clocks that are known to within half of it.
@@ -140,7 +140,7 @@ class Live(LiveTest):
         self.start_cameras("middle")
         self.wait_for(recorder, "note", words="reconnected: ")
         self.wait_for_more_sets(recorder, 10)
-        info = self.stop(recorder)
+        info = self.stop(recorder, (0, 1))
         self.assert_accounted(info)
         notes = "\n".join(info["notes"])
         self.assertRegex(notes, "camera middle: disconnected: the camera no longer answers")
@@ -187,6 +187,7 @@ class Live(LiveTest):
                          ["DOCTOR_VERDICT_GOOD"] * 2 + ["DOCTOR_VERDICT_WARNING", "DOCTOR_VERDICT_BAD"])
         found = "\n".join(finding["found"] for finding in findings)
         self.assertIn("127.0.0.2: Weft CameraEnd, serial left", found)
+        self.assertEqual(json.loads(done.stdout)["verdict"]["grade"], "GRADE_BAD")
         self.assertIn("256x128 Mono8, 0.3 MB/s, packets of 1500 bytes, resend on", found)
         self.assertIn("the cameras send 1.0 MB/s", found)
 

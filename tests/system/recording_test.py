@@ -190,9 +190,9 @@ class RecordedTakes(StudioTest):
         os.remove(self.image(1, 0))
         weft("take", "import", self.take, "--out", recorded, "--fps", "25", check=0)
         info = weft("take", "info", recorded, check=0).stdout
-        self.assertIn("complete", info)
+        self.assertIn("closed", info)
         self.assertIn(f"{len(self.frames)} frame sets of {len(self.images)} cameras", info)
-        self.assertIn("1 of: no image in the dump", info)
+        self.assertIn("1 frame missing: no image in the dump", info)
         self.assertRegex(info, r" 40\.000 +0\.0000")
         refused = weft("take", "import", self.take, "--out", recorded, check=2)
         self.assertIn("holds a take", refused.stderr)

@@ -18,6 +18,7 @@ namespace {
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::StartsWith;
 
 constexpr int64_t kMs = 1'000'000;
 constexpr int64_t kPeriod_ns = 100 * kMs;
@@ -96,6 +97,29 @@ TEST(SyncReport, PutsClocksOnOneAxisThroughDriftAndJumps) {
   }
 }
 
+// As the recorders of 0.1.0 left behind: a clock that answered 0 was written down as one that is at 1970.
+TEST(SyncReport, TakesNoReadingThatFramesContradict) {
+  const SyncedTake take(false);
+  const absl::StatusOr<std::vector<LoggedReading>> readings = ReadClockLog(take.path());
+  ASSERT_TRUE(readings.ok());
+  {
+    ClockLog clocks({"a", "b", "c"});
+    ASSERT_TRUE(clocks.Open(take.path()).ok());
+    for (const LoggedReading& logged : *readings) {
+      ClockReading reading = logged.reading;
+      if (logged.camera_id == "c") reading.device_minus_host_ns = -reading.host_time_ns;
+      clocks.Add(logged.camera_id == "a" ? 0 : logged.camera_id == "b" ? 1 : 2, reading);
+    }
+  }
+  const absl::StatusOr<SyncAnalysis> analysis = AnalyzeSync(take.path());
+  ASSERT_TRUE(analysis.ok()) << analysis.status();
+  EXPECT_NEAR(analysis->report.timing(2).offset_mean_ms(), 2, 0.1);
+  EXPECT_EQ(analysis->report.clocks(2).problem(), "its readings contradict the times of its frames");
+  EXPECT_EQ(analysis->report.clocks(0).problem(), "");
+  EXPECT_THAT(analysis->report.findings(),
+              Contains(HasSubstr("camera c: its clock cannot be read, its readings contradict")));
+}
+
 TEST(SyncReport, TellsOfPtpAndWhatToDo) {
   const SyncedTake take(false);
   const absl::StatusOr<SyncAnalysis> analysis = AnalyzeSync(take.path());
@@ -105,8 +129,11 @@ TEST(SyncReport, TellsOfPtpAndWhatToDo) {
   EXPECT_NEAR(report.clocks(0).ptp_offset_rms_us(), 0.3, 1e-6);  // while it followed
   EXPECT_THAT(report.findings(),
               Contains(HasSubstr("camera b: its clock jumped once; synchronize it by PTP")));
-  EXPECT_THAT(report.findings(), Contains(HasSubstr("camera a: PTP changed its state during the take")));
+  EXPECT_THAT(report.findings(),
+              Contains(HasSubstr("3 of 3 cameras (a, b and c): PTP changed its state during the take")));
   EXPECT_THAT(report.findings(), Contains(HasSubstr("camera a: 1 of 40 frames are missing")));
+  EXPECT_THAT(SyncReportText(report),
+              StartsWith("usable: 39 of 40 frame sets have all cameras; a: 1 frame missing"));
   EXPECT_THAT(SyncReportText(report), HasSubstr("40 frame sets, 39 of them complete, 0 dropped"));
 }
 

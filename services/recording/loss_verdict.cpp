@@ -1,0 +1,71 @@
+#include "services/recording/loss_verdict.h"
+
+#include <string>
+#include <vector>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "services/recording/take_words.h"
+#include "services/verdict/verdict.h"
+
+namespace weft {
+namespace {
+
+struct Remedy {
+  const char* cause;  // words of the ledger
+  const char* what;
+};
+constexpr Remedy kRemedies[] = {
+    {"disconnected",
+     "Look after power and cable of the camera and retake now; what was recorded stays readable."},
+    {"does not answer",
+     "Look after power and cable of the camera and retake now; what was recorded stays readable."},
+    {"disk too slow", "Record to a faster disk, with fewer frames a second or with `compress`, and retake."},
+    {"recording stopped",
+     "Make room on the disk, or record to another, and retake; all sets before that are whole."},
+    {"packets", "Use jumbo frames, or a link of its own for the camera (`weft doctor`), and retake."},
+    {"late (tolerance", "Trigger all cameras, use PTP, or give a larger `tolerance_ms`, and retake."},
+    {"no frame at this trigger",
+     "Look whether every camera gets the trigger and keeps its rate, and retake."},
+};
+
+const v1::TakeCause* GreatestLoss(const v1::TakeInfo& info) {
+  const v1::TakeCause* greatest = nullptr;
+  for (const v1::TakeCause& cause : info.causes())
+    if (greatest == nullptr || cause.count() > greatest->count()) greatest = &cause;
+  return greatest;
+}
+
+std::string RemedyFor(const v1::TakeInfo& info) {
+  if (const v1::TakeCause* loss = GreatestLoss(info))
+    for (const Remedy& remedy : kRemedies)
+      if (absl::StrContains(loss->cause(), remedy.cause)) return remedy.what;
+  return absl::StrCat("`weft take sync ", info.path(),
+                      "` says which camera lacks frames; mend that and retake.");
+}
+
+}  // namespace
+
+void JudgeLosses(v1::TakeInfo& info) {
+  v1::Verdict& verdict = *info.mutable_verdict();
+  const uint64_t all = info.sets() + info.sets_dropped();
+  if (all == 0) {
+    AddFinding(verdict, v1::GRADE_BAD, "the take holds no frame set",
+               "`weft doctor --session FILE` looks at the cameras; is there a trigger? Then retake.");
+    return;
+  }
+  std::string reason = absl::StrCat(WithSeparators(info.sets_complete()), " of ", WithSeparators(all),
+                                    " frame sets have all cameras");
+  if (info.sets_complete() == all)
+    reason = all == 1 ? "the one frame set has all cameras"
+                      : absl::StrCat("all ", WithSeparators(all), " frame sets have all cameras");
+  if (const std::vector<std::string> losses = CauseLines(info.causes()); !losses.empty())
+    absl::StrAppend(&reason, "; ", losses[0]);
+  const double percent = 100 * static_cast<double>(info.sets_complete()) / static_cast<double>(all);
+  v1::Verdict graded;
+  AddCheck(graded, kTakeCompleteSets, percent);
+  if (graded.grade() != v1::GRADE_GOOD) AddFinding(verdict, graded.grade(), reason, RemedyFor(info));
+  AddCheck(verdict, kTakeCompleteSets, percent, reason);
+}
+
+}  // namespace weft

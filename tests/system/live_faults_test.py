@@ -1,0 +1,171 @@
+"""What must not pass for a good take: cameras that are gone for good, and clocks that cannot be read."""
+
+import contextlib
+import json
+import os
+import subprocess
+import tempfile
+import time
+import unittest
+
+from live_studio import LiveTest, enter_network, set_up_network
+from studio import BIN, LONG_S, read, weft
+
+CAMERAS = {"left": "127.0.0.2", "right": "127.0.0.3"}
+FPS = 10
+
+
+def setUpModule():
+    set_up_network(CAMERAS.values())
+
+
+class LiveFaults(LiveTest):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="weft test ")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.live_set_up(folder.name, CAMERAS)
+
+    def causes_of(self, info, camera):
+        return [cause["cause"] for cause in info["causes"] if cause["camera"] == camera]
+
+    def test_all_cameras_gone_for_good(self):
+        cameras = self.start_cameras()
+        self.write_session(ptp=True, max_wait_ms=500)
+        seconds = 12
+        begin = time.monotonic()
+        recorder = self.record(seconds)
+        self.wait_for_more_sets(recorder, 10)
+        cameras.kill()
+        gone_s = seconds - (time.monotonic() - begin)
+        told, errors = recorder.communicate(timeout=LONG_S)
+        late_s = time.monotonic() - begin - seconds
+        self.assertEqual(recorder.returncode, 1, errors + told[:300])
+        info = json.loads(told)
+        self.assertEqual(info["verdict"]["grade"], "GRADE_BAD")
+        self.assertIn("disconnected", info["verdict"]["reason"])
+        self.assertIn("retake", info["verdict"]["remedy"])
+        self.assert_accounted(info)
+        dropped = [(last - first + 1, cause) for event, first, last, _, cause in self.ledger() if event == "dropped"]
+        self.assertTrue(all("disconnected" in cause for _, cause in dropped), dropped)
+        # The recorder began a little after it was started.
+        self.assertAlmostEqual(sum(count for count, _ in dropped), gone_s * FPS, delta=25)
+        self.assertLess(late_s, 12)
+        text = weft("take", "info", self.take, check=0).stdout
+        self.assertRegex(text, r"^bad: \d+ of \d+ frame sets have all cameras; no camera delivered a frame at \d+ triggers")
+        self.assertIn(", closed; ", text)
+
+    def test_one_of_two_cameras_gone_for_good(self):
+        self.start_cameras("left")
+        right = self.start_cameras("right")
+        self.write_session(ptp=True, max_wait_ms=1000)
+        recorder = self.record()
+        self.wait_for_more_sets(recorder, 10)
+        right.kill()
+        self.wait_for_more_sets(recorder, 45)
+        info = self.stop(recorder, (1,))
+        self.assert_accounted(info)
+        causes = self.causes_of(info, "right")
+        self.assertTrue(causes and all("disconnected" in cause for cause in causes), causes)
+        self.assertEqual(self.causes_of(info, "left"), [])
+        self.assertRegex("\n".join(info["notes"]), "camera right: disconnected: ")
+        self.assertRegex(info["verdict"]["reason"], r"right: \d+ frames missing: the camera is disconnected")
+
+    def record_for(self, sets):
+        recorder = self.record()
+        self.wait_for_more_sets(recorder, sets)
+        return self.stop(recorder)
+
+    def test_a_clock_that_cannot_be_read(self):
+        cameras = self.start_cameras()
+        for fault, words in (("latch_is_zero", "it reads 0"), ("latch_is_stuck", "it stands still")):
+            with self.subTest(fault):
+                cameras.tell(f"set * {fault} 1")
+                self.write_session(tolerance_ms=30)
+                done = weft("doctor", "--session", self.session, "--dir", self.folder, "--disk-test-gib", "0.01", check=0)
+                self.assertRegex(done.stdout, rf"warning +clock of cameras left and right +it cannot be read: {words}")
+                info = self.record_for(55)
+                self.assert_complete(info)
+                self.assertRegex(self.errors, rf"2 of 2 cameras \(left and right\): their clocks cannot be read, {words}")
+                for camera in info["take"]["cameras"]:
+                    self.assertRegex(camera["clock_problem"], words)
+                self.assertTrue(info["take"]["own_clocks"])
+                self.assertRegex("\n".join(info["notes"]), f"camera left: its clock cannot be read: {words}")
+                sync = json.loads(weft("take", "sync", self.take, "--json").stdout)
+                self.assertRegex(sync["clocks"][0]["problem"], words)
+                self.assertLess(sync["spread_worst_ms"], 60)
+                self.assertRegex(sync["findings"][0], rf"2 of 2 cameras \(left and right\): its clock cannot be read, {words}")
+                cameras.tell(f"set * {fault} 0")
+                self.take += " 2"
+
+    def test_a_clock_that_frames_contradict(self):
+        cameras = self.start_cameras()
+        for clocks in ({}, {"clocks": "SESSION_CLOCKS_ESTIMATED"}):
+            with self.subTest(clocks):
+                self.write_session(tolerance_ms=30, **clocks)
+                recorder = self.record()
+                self.wait_for_more_sets(recorder, 5)
+                cameras.tell("set right latch_error_ns -3.6e12")
+                self.wait_for(recorder, "note", words="its clock cannot be read")
+                self.wait_for_more_sets(recorder, 10)
+                info = self.stop(recorder)
+                cameras.tell("set right latch_error_ns 0")
+                self.assert_complete(info)
+                notes = "\n".join(info["notes"])
+                self.assertRegex(notes, r"camera right: its clock cannot be read: readings are 3[56]\d\d\.\d+ s off")
+                self.assertNotIn("jumped", notes)
+                self.take += " 2"
+
+    @contextlib.contextmanager
+    def running(self, *command):
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        try:
+            yield process
+        finally:
+            process.terminate()
+            process.communicate()
+
+    def test_the_fake_camera_of_aravis(self):
+        with contextlib.ExitStack() as stack:
+            for name, address in CAMERAS.items():
+                stack.enter_context(self.running("arv-fake-gv-camera-0.8", "-i", address, "-s", name))
+            # They sleep between frames, and wake up as late as the machine lets them.
+            self.write_session(fps=4, tolerance_ms=110)
+            end = time.monotonic() + LONG_S
+            while len(json.loads(weft("camera", "list", "--json", check=0).stdout).get("cameras", [])) < 2:
+                self.assertLess(time.monotonic(), end)
+            info = self.record_for(24)
+        self.assert_complete(info)
+        self.assertEqual(info["verdict"]["grade"], "GRADE_GOOD")
+        self.assertEqual({camera["clock_problem"] for camera in info["take"]["cameras"]}, {"it reads 0"})
+
+    def test_cameras_of_our_own_for_anybody_to_try(self):
+        session = os.path.join(self.folder, "fake.json")
+        with self.running(os.path.join(BIN, "weft"), "camera", "fake", "--cameras", "3", "--session", session) as fake:
+            said = fake.stdout.readline()
+            self.assertIn("3 GigE Vision cameras film at 127.0.0.2 to 127.0.0.4", said)
+            done = weft("camera", "fake", "--session", session + " 2")
+            self.assertEqual(done.returncode, 2)
+            self.assertIn("port 3956 of 127.0.0.2 cannot be had", done.stderr)
+            weft("take", "record", "--session", session, "--out", self.take, "--seconds", 3, "--no-disk-test", check=0)
+        text = weft("take", "info", self.take, check=0).stdout
+        self.assertRegex(text, r"^good: all \d+ frame sets have all cameras")
+
+    def test_cameras_that_film_a_dump(self):
+        studio = os.path.join(self.folder, "studio")
+        weft("simulate", "--preset", "tiny", "--out", studio, check=0)
+        session = os.path.join(self.folder, "fake.json")
+        with self.running(os.path.join(BIN, "weft"), "camera", "fake", "--pictures", studio, "--session", session) as fake:
+            self.assertIn("film", fake.stdout.readline())
+            weft("take", "record", "--session", session, "--out", self.take, "--seconds", 2, "--no-disk-test", check=0)
+        out = os.path.join(self.folder, "images")
+        weft("take", "export", self.take, "--out", out, check=0)
+        frames = sorted(os.listdir(out))
+        for camera in sorted(os.listdir(os.path.join(out, frames[0]))):
+            shown = {read(os.path.join(out, frame, camera), "rb") for frame in frames}
+            self.assertEqual(len(shown), min(3, len(frames)), "every frame of the dump, again and again")
+
+
+if __name__ == "__main__":
+    enter_network()
+    unittest.main()
