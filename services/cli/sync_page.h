@@ -7,8 +7,9 @@
 
 namespace weft {
 
-// One self-contained HTML page: findings, offsets and PTP in words, a plot of every camera's offset over the
-// sets and of its clock and PTP over the readings.
+// One self-contained HTML page: the verdict, findings, offsets of all cameras over the sets in one picture,
+// causes of missing frames, clocks and PTP over the readings. The cameras that stray farthest have a plot
+// each.
 std::string SyncPage(const SyncAnalysis& analysis);
 
 }  // namespace weft
