@@ -1,5 +1,6 @@
 #include "capture/gige_camera.h"
 
+#include <arv.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -21,6 +22,8 @@ bool MayUsePacketSockets() {
 }
 
 }  // namespace
+
+void UnrefGObject::operator()(void* object) const { g_object_unref(object); }
 
 absl::Status GigeCamera::Configure() {
   for (const std::string& feature : options_.features)

@@ -1,4 +1,6 @@
 // What a GigE Vision camera delivers while it films, and how it is found again when it is gone.
+#include <arv.h>
+
 #include <algorithm>
 #include <thread>
 #include <utility>

@@ -1,8 +1,6 @@
 // A GigE Vision camera as a source of frames; gige_camera.h opens it.
 #pragma once
 
-#include <arv.h>
-
 #include <atomic>
 #include <chrono>
 #include <map>
@@ -16,10 +14,14 @@
 #include "capture/gige_presence.h"
 #include "capture/gige_stream.h"
 
+struct _ArvBuffer;
+struct _ArvCamera;
+struct _ArvChunkParser;
+
 namespace weft {
 
 struct UnrefGObject {
-  void operator()(void* object) const { g_object_unref(object); }
+  void operator()(void* object) const;
 };
 // Configuring, opening and closing are in gige_camera.cpp, deliveries and coming back in gige_deliveries.cpp.
 class GigeCamera : public CameraSource {
@@ -57,7 +59,7 @@ class GigeCamera : public CameraSource {
   absl::Status WaitForPtp();
   absl::Status OpenStream();
   void UsePacketSocket(bool use, const std::string& setting);
-  int64_t DeviceTime_ns(ArvBuffer* buffer) const;
+  int64_t DeviceTime_ns(_ArvBuffer* buffer) const;
   absl::Status Failed(const std::string& what, const std::string& why) const {
     return absl::UnavailableError(
         absl::StrCat("camera ", options_.id, " (", options_.device, "): ", what, ": ", why));
@@ -66,15 +68,15 @@ class GigeCamera : public CameraSource {
   void Abandon();
   bool Answers();
   std::optional<CameraDelivery> ReadClockWhereDue(Clock::time_point now);
-  CameraDelivery Deliver(ArvBuffer* buffer);
+  CameraDelivery Deliver(_ArvBuffer* buffer);
   absl::StatusOr<CameraDelivery> Reconnect(std::chrono::milliseconds timeout);
   void ReadStatistics();
 
   const GigeCameraOptions options_;
-  Object<ArvCamera> camera_;
+  Object<_ArvCamera> camera_;
   std::optional<GigeDevice> device_;
   std::unique_ptr<GigeStream> stream_;
-  Object<ArvChunkParser> chunks_;
+  Object<_ArvChunkParser> chunks_;
   bool can_resend_ = false;
   Clock::time_point next_reading_;
   bool is_asked_before_reading_ = false;
