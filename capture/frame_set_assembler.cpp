@@ -196,6 +196,7 @@ void FrameSetAssembler::AddFrame(size_t camera, RawFrame frame, int64_t host_tim
   NoteUnreadableClock(camera, host_time_ns, out);
   if (!IsClockKnown(state, host_time_ns)) {
     state.unplaced_ns.push_back(frame.device_time_ns);
+    state.unplaced_before_begin += !begin_ns_;
     if (state.unplaced_ns.size() > kMaxLosses) state.unplaced_ns.pop_front();
     return;
   }

@@ -143,6 +143,7 @@ bool FrameSetAssembler::HasBegun(int64_t host_time_ns, AssembledSets& out) {
   while (!open_.empty() && open_.front().time_ns + options_.tolerance_ns < begin_ns) LeaveOutFirst();
   if (open_.empty()) return false;
   begin_ns_ = open_.front().time_ns;
+  for (const Camera& camera : cameras_) left_out_ = std::max(left_out_, camera.unplaced_before_begin);
   if (left_out_ > 0) {
     out.entries.push_back({LedgerEvent::kNote, 0, 0, *begin_ns_, host_time_ns, "",
                            absl::StrCat("recording began once all cameras delivered; ", left_out_,
