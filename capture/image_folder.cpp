@@ -7,6 +7,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "capture/plain_text.h"
 
 namespace weft {
 namespace {
@@ -35,28 +36,49 @@ std::string CameraOfFolder(const fs::path& folder, const Rig* rig) {
   return rig->IndexOf(name) >= 0 ? name : "";
 }
 
+std::string NameOf(const fs::path& path) { return path.filename().string(); }
+
+std::string ComplainOfNames(const std::vector<std::string>& paths) {
+  return absl::StrCat(EscapedText(paths.front()),
+                      paths.size() == 1 ? "" : absl::StrCat(" and ", paths.size() - 1, " more"),
+                      ": the name is not UTF-8 text without control characters; rename it");
+}
+
 }  // namespace
 
-absl::StatusOr<ImageFolder> ListImageFolder(const std::string& folder, const Rig* rig) {
+absl::StatusOr<ImageFolder> ListImageFolder(const std::string& folder, const Rig* rig,
+                                            std::vector<std::string>* warnings) {
   std::error_code error;
-  if (!fs::is_directory(folder, error)) return absl::NotFoundError(absl::StrCat(folder, ": no such folder"));
+  if (!fs::is_directory(folder, error))
+    return absl::NotFoundError(absl::StrCat(EscapedText(folder), ": no such folder"));
   ImageFolder listing;
+  std::vector<std::string> unfit;
   for (const fs::directory_entry& entry : Entries(folder, error)) {
     std::error_code entry_error;
     if (!entry.is_directory(entry_error)) continue;
+    const bool fit = IsPlainText(NameOf(entry.path()));
     const std::string camera_of_folder = CameraOfFolder(entry.path(), rig);
     for (const fs::directory_entry& file : Entries(entry.path(), entry_error)) {
       if (!IsImage(file.path())) continue;
       const std::string stem = file.path().stem().string();
-      if (camera_of_folder.empty()) {
-        listing[entry.path().filename().string()][stem] = file.path().string();
+      if (!fit || !IsPlainText(stem)) {
+        unfit.push_back(fit ? file.path().string() : entry.path().string());
+        if (!fit) break;
+      } else if (camera_of_folder.empty()) {
+        listing[NameOf(entry.path())][stem] = file.path().string();
       } else if (absl::StartsWith(stem, "image")) {
         listing[stem.substr(5)][camera_of_folder] = file.path().string();
       }
     }
   }
-  if (!error) return listing;
-  return absl::PermissionDeniedError(absl::StrCat(folder, ": cannot be listed (", error.message(), ")"));
+  if (error) {
+    return absl::PermissionDeniedError(
+        absl::StrCat(EscapedText(folder), ": cannot be listed (", error.message(), ")"));
+  }
+  if (unfit.empty()) return listing;
+  if (warnings == nullptr) return absl::InvalidArgumentError(ComplainOfNames(unfit));
+  warnings->push_back(absl::StrCat(ComplainOfNames(unfit), "; left out until then"));
+  return listing;
 }
 
 }  // namespace weft

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "capture/natural_order.h"
@@ -14,8 +15,10 @@ namespace weft {
 using ImageFolder = std::map<std::string, std::map<std::string, std::string>, NaturalOrder>;
 
 // Finds <folder>/<frame>/<camera>.(png|jpg|jpeg|tif|tiff) and <folder>/cam<camera>/image<frame>.(png|...).
-// Where a rig is given, a folder cam<x> is one of a camera only if the rig knows it. NotFound,
-// PermissionDenied.
-absl::StatusOr<ImageFolder> ListImageFolder(const std::string& folder, const Rig* rig = nullptr);
+// Where a rig is given, a folder cam<x> is one of a camera only if the rig knows it. Names become ids of
+// frames and cameras, so they must be plain text (capture/plain_text.h): images of other names are left out
+// with a line in `warnings`; without `warnings` they are InvalidArgument. NotFound, PermissionDenied.
+absl::StatusOr<ImageFolder> ListImageFolder(const std::string& folder, const Rig* rig = nullptr,
+                                            std::vector<std::string>* warnings = nullptr);
 
 }  // namespace weft

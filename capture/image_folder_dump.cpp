@@ -17,10 +17,10 @@ namespace fs = std::filesystem;
 absl::StatusOr<std::unique_ptr<ImageFolderDump>> ImageFolderDump::Open(const std::string& folder,
                                                                        const Rig& rig,
                                                                        const ImageFolderOptions& options) {
-  const absl::StatusOr<ImageFolder> listing = ListImageFolder(folder, &rig);
+  auto dump = std::unique_ptr<ImageFolderDump>(new ImageFolderDump);
+  const absl::StatusOr<ImageFolder> listing = ListImageFolder(folder, &rig, &dump->warnings_);
   if (!listing.ok()) return listing.status();
 
-  auto dump = std::unique_ptr<ImageFolderDump>(new ImageFolderDump);
   dump->rig_ = rig;
   dump->options_ = options;
   std::vector<int> images_of_camera(rig.cameras.size(), 0);
@@ -50,7 +50,8 @@ absl::StatusOr<std::unique_ptr<ImageFolderDump>> ImageFolderDump::Open(const std
         unknown_cameras.empty()
             ? ""
             : absl::StrCat(" (found images of ", FirstNames({unknown_cameras.begin(), unknown_cameras.end()}),
-                           ", which the rig lacks; is it the rig of this take?)")));
+                           ", which the rig lacks; is it the rig of this take?)"),
+        dump->warnings_.empty() ? "" : absl::StrCat("; ", dump->warnings_.front())));
   }
   CameraMatch match{.of_rig = rig.cameras.size(),
                     .of_recording = unknown_cameras.size(),
@@ -60,7 +61,7 @@ absl::StatusOr<std::unique_ptr<ImageFolderDump>> ImageFolderDump::Open(const std
     match.of_recording += images_of_camera[i] > 0;
     if (images_of_camera[i] == 0) match.without_images.push_back(rig.cameras[i].id);
   }
-  dump->warnings_ = CameraWarnings(match, folder);
+  for (std::string& warning : CameraWarnings(match, folder)) dump->warnings_.push_back(std::move(warning));
   return dump;
 }
 

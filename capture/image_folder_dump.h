@@ -17,8 +17,8 @@ struct ImageFolderOptions {
 };
 
 // Lists the dump; images are read by Read. Frames are ordered by name, numbers by value. Image files whose
-// camera the rig does not know, and cameras of the rig without any image, are named in `warnings()` of the
-// result; a dump without any frame of a known camera is InvalidArgument.
+// camera the rig does not know, whose name is not plain text, and cameras of the rig without any image are
+// named in `warnings()` of the result; a dump without any frame of a known camera is InvalidArgument.
 class ImageFolderDump : public FrameSource {
  public:
   static absl::StatusOr<std::unique_ptr<ImageFolderDump>> Open(const std::string& folder, const Rig& rig,

@@ -7,18 +7,23 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/catalogue/backup.h"
+#include "services/catalogue/folder_sync.h"
 #include "services/catalogue/sqlite.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {
 
 // Every call is one transaction that is on the disk when it returns, so the content survives a killed process
-// and a power cut. Errors name the file. Thread safety: one thread at a time.
+// and a power cut. A call that returns an error has changed nothing, and may be made again. Errors name the
+// file. Thread safety: one thread at a time.
 class Catalogue {
  public:
-  // Makes the file where it is missing. Errors of Database::Open. FailedPrecondition: written by a newer
-  // Weft.
+  // Makes the file where it is missing, and restores it where it is damaged (restore.h). FailedPrecondition:
+  // written by a newer Weft, or in use by another weftd. Otherwise errors of the disk.
   static absl::StatusOr<std::unique_ptr<Catalogue>> Open(const std::string& path);
+  // What a user must know of its restoration. Empty: it was sound.
+  const std::vector<std::string>& warnings() const { return warnings_; }
 
   // AlreadyExists: a job of this id.
   absl::Status AddJob(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
@@ -26,10 +31,11 @@ class Catalogue {
   absl::Status UpdateJob(const v1::Job& job);
   // Frames by their position in AddJob. NotFound: no such frame.
   absl::Status UpdateFrame(const std::string& job_id, size_t position, const v1::FrameInfo& info);
-  // The job and all its frames at once.
+  // The job and all its frames at once. NotFound: no such job.
   absl::Status UpdateAll(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
 
-  // NotFound: no such job.
+  // A row that was damaged while the catalogue was in use is read as an entry that says so, and hides no
+  // other. NotFound: no such job.
   absl::StatusOr<v1::Job> ReadJob(const std::string& id);
   // In the order of AddJob.
   absl::StatusOr<std::vector<v1::FrameInfo>> ReadFrames(const std::string& job_id);
@@ -38,13 +44,23 @@ class Catalogue {
   // Queued and running ones, oldest first.
   absl::StatusOr<std::vector<v1::Job>> UnfinishedJobs();
 
+  // A copy of what the catalogue holds now, to be made between other calls. Errors of CatalogueBackup::Start.
+  absl::StatusOr<std::unique_ptr<CatalogueBackup>> StartBackup() {
+    return CatalogueBackup::Start(*database_);
+  }
+  // Grows with every change.
+  int64_t version() const { return database_->AllChangedRows(); }
+
  private:
-  explicit Catalogue(std::unique_ptr<Database> database) : database_(std::move(database)) {}
+  Catalogue(FileLock lock, std::unique_ptr<Database> database, std::vector<std::string> warnings)
+      : lock_(std::move(lock)), database_(std::move(database)), warnings_(std::move(warnings)) {}
   absl::Status MakeSchema();
   absl::Status WriteFrames(const std::string& job_id, const std::vector<v1::FrameInfo>& frames);
   absl::Status WriteJob(const v1::Job& job);
 
+  FileLock lock_;
   std::unique_ptr<Database> database_;
+  std::vector<std::string> warnings_;
 };
 
 }  // namespace weft

@@ -2,10 +2,22 @@
 
 #include <sqlite3.h>
 
+#include <filesystem>
+
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_replace.h"
 
 namespace weft {
 namespace {
+
+absl::Status DamagedError(const std::string& path, const std::string& what) {
+  return absl::DataLossError(absl::StrCat(
+      path, ": damaged (", what,
+      "); start weftd again: it keeps this file aside, takes its backup and all that can still be "
+      "read, and loses no results"));
+}
 
 absl::Status ErrorOf(const std::string& path, int code, const std::string& what) {
   switch (code & 0xff) {
@@ -15,9 +27,7 @@ absl::Status ErrorOf(const std::string& path, int code, const std::string& what)
           absl::StrCat(path, ": in use by another weftd; stop that one, or give another --state folder"));
     case SQLITE_NOTADB:
     case SQLITE_CORRUPT:
-      return absl::DataLossError(absl::StrCat(path, ": not a readable catalogue (", what,
-                                              "); move it away to begin with an empty one, results of "
-                                              "earlier jobs are not in it"));
+      return DamagedError(path, what);
     case SQLITE_FULL:
       return absl::ResourceExhaustedError(absl::StrCat(path, ": ", what, "; make room on the disk"));
     case SQLITE_CANTOPEN:
@@ -26,10 +36,26 @@ absl::Status ErrorOf(const std::string& path, int code, const std::string& what)
       return absl::PermissionDeniedError(
           absl::StrCat(path, ": cannot be opened for writing (", what, "); check the folder's permissions"));
     case SQLITE_IOERR:
-      return absl::UnavailableError(absl::StrCat(path, ": ", what));
+      // A disk that no longer gives back what was written.
+      if (code == SQLITE_IOERR_READ || code == SQLITE_IOERR_CORRUPTFS) return DamagedError(path, what);
+      return absl::UnavailableError(absl::StrCat(path, ": ", what, "; check the disk"));
     default:
       return absl::InternalError(absl::StrCat(path, ": ", what));
   }
+}
+
+// A path as part of a URI.
+std::string UriOf(const std::string& path) {
+  std::string uri = "file:";
+  for (const char c : path) {
+    if (absl::ascii_isalnum(static_cast<unsigned char>(c)) ||
+        std::string_view("/._-").find(c) != std::string_view::npos) {
+      uri += c;
+    } else {
+      absl::StrAppendFormat(&uri, "%%%02X", static_cast<unsigned char>(c));
+    }
+  }
+  return uri + "?immutable=1";
 }
 
 }  // namespace
@@ -43,6 +69,17 @@ absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path
   std::unique_ptr<Database> database(new Database(path, handle));
   if (code != SQLITE_OK) return database->LastError();
   if (absl::Status status = database->Lock(); !status.ok()) return status;
+  return database;
+}
+
+absl::StatusOr<std::unique_ptr<Database>> Database::OpenToRead(const std::string& path) {
+  sqlite3* handle = nullptr;
+  const int code = sqlite3_open_v2(
+      UriOf(path).c_str(), &handle,
+      SQLITE_OPEN_READONLY | SQLITE_OPEN_URI | SQLITE_OPEN_FULLMUTEX | SQLITE_OPEN_EXRESCODE, nullptr);
+  if (handle == nullptr) return absl::ResourceExhaustedError(absl::StrCat(path, ": out of memory"));
+  std::unique_ptr<Database> database(new Database(path, handle));
+  if (code != SQLITE_OK) return database->LastError();
   return database;
 }
 
@@ -64,6 +101,18 @@ absl::Status Database::LastError() const {
 
 int64_t Database::ChangedRows() const { return sqlite3_changes64(handle_); }
 
+int64_t Database::AllChangedRows() const { return sqlite3_total_changes64(handle_); }
+
+absl::Status Database::CheckIntegrity() {
+  absl::StatusOr<Statement> check = Prepare("PRAGMA integrity_check(1)");
+  if (!check.ok()) return check.status();
+  const absl::StatusOr<bool> row = check->Step();
+  if (!row.ok()) return row.status();
+  const std::string found = *row ? check->Bytes(0) : "no answer";
+  if (found == "ok") return absl::OkStatus();
+  return DamagedError(path_, absl::StrReplaceAll(found, {{"\n", ": "}}));
+}
+
 absl::Status Database::Execute(const std::string& sql) {
   return sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK ? absl::OkStatus()
                                                                                     : LastError();
@@ -77,7 +126,11 @@ absl::StatusOr<Statement> Database::Prepare(const std::string& sql) {
 }
 
 absl::StatusOr<int64_t> Database::ReadPragma(const std::string& name) {
-  absl::StatusOr<Statement> statement = Prepare(absl::StrCat("PRAGMA ", name));
+  return ReadNumber(absl::StrCat("PRAGMA ", name));
+}
+
+absl::StatusOr<int64_t> Database::ReadNumber(const std::string& sql) {
+  absl::StatusOr<Statement> statement = Prepare(sql);
   if (!statement.ok()) return statement.status();
   const absl::StatusOr<bool> row = statement->Step();
   if (!row.ok()) return row.status();
@@ -147,6 +200,38 @@ std::string Statement::Bytes(int column) const {
   const int size = sqlite3_column_bytes(handle_, column);
   return data == nullptr ? std::string()
                          : std::string(static_cast<const char*>(data), static_cast<size_t>(size));
+}
+
+absl::StatusOr<std::unique_ptr<DatabaseCopy>> DatabaseCopy::Start(Database& source, const std::string& path) {
+  sqlite3* handle = nullptr;
+  const int code = sqlite3_open_v2(
+      path.c_str(), &handle,
+      SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_FULLMUTEX | SQLITE_OPEN_EXRESCODE, nullptr);
+  if (handle == nullptr) return absl::ResourceExhaustedError(absl::StrCat(path, ": out of memory"));
+  std::unique_ptr<DatabaseCopy> copy(new DatabaseCopy(std::unique_ptr<Database>(new Database(path, handle))));
+  if (code != SQLITE_OK) return copy->target_->LastError();
+  copy->backup_ = sqlite3_backup_init(handle, "main", source.handle_, "main");
+  if (copy->backup_ == nullptr) return copy->target_->LastError();
+  return copy;
+}
+
+DatabaseCopy::~DatabaseCopy() { sqlite3_backup_finish(backup_); }
+
+absl::StatusOr<bool> DatabaseCopy::Step(int pages) {
+  const int code = sqlite3_backup_step(backup_, pages);
+  if (code == SQLITE_OK) return false;
+  if (code != SQLITE_DONE) return ErrorOf(target_->path(), code, sqlite3_errstr(code));
+  const int end = sqlite3_backup_finish(backup_);
+  backup_ = nullptr;
+  if (end != SQLITE_OK) return ErrorOf(target_->path(), end, sqlite3_errstr(end));
+  // Of one file, that nothing beside it belongs to.
+  if (absl::Status status = target_->Execute("PRAGMA journal_mode = DELETE"); !status.ok()) return status;
+  return true;
+}
+
+void RemoveDatabase(const std::string& path) {
+  std::error_code ignored;
+  for (const char* ending : {"", "-wal", "-shm", "-journal"}) std::filesystem::remove(path + ending, ignored);
 }
 
 Transaction::~Transaction() {

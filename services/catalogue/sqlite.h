@@ -10,6 +10,7 @@
 #include "absl/status/statusor.h"
 
 struct sqlite3;
+struct sqlite3_backup;
 struct sqlite3_stmt;
 
 namespace weft {
@@ -22,6 +23,8 @@ class Database {
   // write to it; a process that is killed lets go of it. FailedPrecondition: another process holds it.
   // DataLoss: not a database, or damaged. Otherwise as the operating system says. The message names the file.
   static absl::StatusOr<std::unique_ptr<Database>> Open(const std::string& path);
+  // Opens a file that nobody writes, without its log and without changing anything. Errors as above.
+  static absl::StatusOr<std::unique_ptr<Database>> OpenToRead(const std::string& path);
   ~Database();
   Database(const Database&) = delete;
   Database& operator=(const Database&) = delete;
@@ -30,13 +33,20 @@ class Database {
   absl::Status Execute(const std::string& sql);
   absl::StatusOr<Statement> Prepare(const std::string& sql);
   absl::StatusOr<int64_t> ReadPragma(const std::string& name);
+  // The first number of the first row; 0 where there is none.
+  absl::StatusOr<int64_t> ReadNumber(const std::string& sql);
   // By the last INSERT, UPDATE or DELETE.
   int64_t ChangedRows() const;
+  // By all of them since it was opened.
+  int64_t AllChangedRows() const;
+  // Looks at every page and index. DataLoss: damaged; the message says where.
+  absl::Status CheckIntegrity();
   // What SQLite says of the last failure, as a status that names the file.
   absl::Status LastError() const;
   const std::string& path() const { return path_; }
 
  private:
+  friend class DatabaseCopy;
   Database(std::string path, sqlite3* handle) : path_(std::move(path)), handle_(handle) {}
   absl::Status Lock();
 
@@ -75,6 +85,29 @@ class Statement {
   sqlite3_stmt* handle_;
   int bind_error_ = 0;
 };
+
+// Copies a database into a new file while it is in use. Changes between two steps are in the copy.
+class DatabaseCopy {
+ public:
+  // The source must outlive it. The file is made, or written over.
+  static absl::StatusOr<std::unique_ptr<DatabaseCopy>> Start(Database& source, const std::string& path);
+  ~DatabaseCopy();
+  DatabaseCopy(const DatabaseCopy&) = delete;
+  DatabaseCopy& operator=(const DatabaseCopy&) = delete;
+
+  // Copies some pages more, between two transactions of the source. True: the copy is complete and on the
+  // disk.
+  absl::StatusOr<bool> Step(int pages);
+
+ private:
+  explicit DatabaseCopy(std::unique_ptr<Database> target) : target_(std::move(target)) {}
+
+  std::unique_ptr<Database> target_;
+  sqlite3_backup* backup_ = nullptr;
+};
+
+// Removes the file and what SQLite keeps beside it, where they exist.
+void RemoveDatabase(const std::string& path);
 
 // All or nothing: rolls back unless Commit was called.
 class Transaction {

@@ -62,8 +62,11 @@ absl::Status List(RegistrationClient& client, const Context& context) {
   if (options.json) {
     v1::ListJobsResponse response;
     response.mutable_jobs()->Assign(jobs->begin(), jobs->end());
+    *response.mutable_warnings() = client.info().warnings();
     return PrintJsonMessage(response);
   }
+  for (const std::string& warning : client.info().warnings())
+    std::fprintf(stderr, "weft: warning: %s\n", warning.c_str());
   if (jobs->empty()) std::printf("no jobs at %s\n", client.server().c_str());
   for (const v1::Job& job : *jobs) {
     const v1::FrameCounts& frames = job.frames();

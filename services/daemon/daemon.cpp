@@ -14,6 +14,7 @@
 #include "services/catalogue/catalogue.h"
 #include "services/daemon/cores.h"
 #include "services/daemon/job_queue.h"
+#include "services/daemon/lost_jobs.h"
 #include "services/daemon/path_policy.h"
 #include "services/daemon/registration_service.h"
 #include "services/executor/local_executor.h"
@@ -43,6 +44,7 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   absl::StatusOr<std::unique_ptr<Catalogue>> catalogue =
       Catalogue::Open(absl::StrCat(options.state_folder, "/catalogue.sqlite"));
   if (!catalogue.ok()) return catalogue.status();
+  for (const std::string& warning : (*catalogue)->warnings()) spdlog::warn("{}", warning);
   LocalExecutorOptions executor_options;
   executor_options.worker_program = options.worker_program;
   executor_options.task_folder = absl::StrCat(options.state_folder, "/tasks");
@@ -52,13 +54,27 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
                                            : std::max<int64_t>(0, options.worker_memory_mib);
   executor_options.stop_grace = options.stop_grace;
   executor_options.silence_limit = options.silence_limit;
-  // Those of a daemon that was killed; the catalogue is ours by now.
+  // What a daemon that was killed left there; the catalogue is ours by now. A full disk may not give the
+  // folder again.
   std::error_code ignored;
-  std::filesystem::remove_all(executor_options.task_folder, ignored);
+  for (const auto& entry : std::filesystem::directory_iterator(executor_options.task_folder, ignored)) {
+    std::filesystem::remove_all(entry.path(), ignored);
+  }
   absl::StatusOr<std::unique_ptr<LocalExecutor>> executor = LocalExecutor::Create(executor_options);
   if (!executor.ok()) return executor.status();
-  return JobQueue::Create(*std::move(catalogue), *std::move(executor),
-                          {threads, options.write_report, options.find_incomplete, options.judge});
+  JobQueueOptions queue_options;
+  queue_options.threads_per_worker = threads;
+  queue_options.write_report = options.write_report;
+  queue_options.find_incomplete = options.find_incomplete;
+  queue_options.judge = options.judge;
+  queue_options.list_frames = [load = options.load_inputs](const v1::RegistrationSpec& spec) {
+    absl::StatusOr<LoadedInputs> inputs = load(spec);
+    return inputs.ok() ? absl::StatusOr<std::vector<std::string>>(std::move(inputs->frames))
+                       : inputs.status();
+  };
+  queue_options.warnings = TakeUpLostJobs(absl::StrCat(options.state_folder, "/results"), **catalogue);
+  for (const std::string& warning : queue_options.warnings) spdlog::warn("{}", warning);
+  return JobQueue::Create(*std::move(catalogue), *std::move(executor), std::move(queue_options));
 }
 
 void ConfigureServer(grpc::ServerBuilder& builder) {

@@ -17,7 +17,7 @@ bool IsDealtWith(v1::FrameState state) {
 }  // namespace
 
 JobFrames::JobFrames(std::vector<v1::FrameInfo> frames)
-    : infos_(std::move(frames)), taken_(infos_.size()), changed_(infos_.size()) {
+    : infos_(std::move(frames)), taken_(infos_.size()), late_(infos_.size()), changed_(infos_.size()) {
   for (size_t i = 0; i < infos_.size(); ++i) {
     position_of_.emplace(infos_[i].frame(), i);
     // Watchers that begin now are told of every frame that is past waiting.
@@ -72,7 +72,7 @@ std::vector<size_t> JobFrames::TakeChunk(int slots) {
   std::vector<size_t> fresh, retried;
   for (size_t i = 0; i < infos_.size(); ++i) {
     if (taken_[i] || infos_[i].state() != v1::FRAME_STATE_WAITING) continue;
-    (infos_[i].attempts() > 0 ? retried : fresh).push_back(i);
+    (infos_[i].attempts() > 0 || late_[i] ? retried : fresh).push_back(i);
   }
   const size_t chunks = slots <= 1 ? 1 : static_cast<size_t>(slots) * kChunksPerWorker;
   const size_t share = fresh.size() / chunks;
@@ -111,7 +111,8 @@ void JobFrames::Finish(size_t position, const v1::FrameInfo& info) {
 void JobFrames::GiveBack(size_t position, Attempt attempt) {
   v1::FrameInfo& info = infos_[position];
   const bool ran = info.state() == v1::FRAME_STATE_RUNNING;
-  if (ran && attempt == Attempt::kRefunded) info.set_attempts(info.attempts() - 1);
+  if (ran && attempt != Attempt::kCounts) info.set_attempts(info.attempts() - 1);
+  if (attempt == Attempt::kDaemonKilled) late_[position] = true;
   info.set_state(v1::FRAME_STATE_WAITING);
   info.set_share_done(0);
   taken_[position] = false;

@@ -34,8 +34,9 @@ class JobFrames {
   void Advance(size_t position, double share_done);
   // Takes over state, reason and figures; attempts stay.
   void Finish(size_t position, const v1::FrameInfo& info);
-  // Back to waiting. A refunded attempt does not count against the frame.
-  enum class Attempt { kCounts, kRefunded };
+  // Back to waiting. A refunded attempt does not count against the frame. One that ran when the daemon itself
+  // was killed comes after the others and alone, in case that it was the cause.
+  enum class Attempt { kCounts, kRefunded, kDaemonKilled };
   void GiveBack(size_t position, Attempt attempt);
   // Back to waiting after it was dealt with, as if it had never run: its results are gone.
   void DoAgain(size_t position);
@@ -62,6 +63,7 @@ class JobFrames {
 
   std::vector<v1::FrameInfo> infos_;
   std::vector<bool> taken_;
+  std::vector<bool> late_;                // taken after the others and alone
   std::vector<uint64_t> changed_;         // [frames], the version of the last change, 0 for none
   std::map<uint64_t, size_t> by_change_;  // the reverse
   std::map<std::string, size_t> position_of_;

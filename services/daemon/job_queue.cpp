@@ -5,6 +5,8 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "capture/plain_text.h"
+#include "services/catalogue/message_text.h"
 #include "services/daemon/job_queue_state.h"
 
 namespace weft {
@@ -13,6 +15,24 @@ namespace {
 constexpr size_t kMaxUnfinishedJobs = 1000;
 constexpr size_t kMaxWatchers = 256;
 constexpr size_t kMaxFramesPerUpdate = 1000;
+constexpr std::chrono::seconds kCancelPatience{45};  // less than the client's
+
+// Gives the frames whose entries were damaged their names from the inputs.
+absl::Status NameFrames(const JobQueueOptions& options, const v1::Job& job,
+                        std::vector<v1::FrameInfo>& infos) {
+  const absl::StatusOr<std::vector<std::string>> names =
+      options.list_frames ? options.list_frames(job.spec())
+                          : absl::StatusOr<std::vector<std::string>>(absl::UnavailableError("no inputs"));
+  if (names.ok() && names->size() == infos.size()) {
+    for (size_t i = 0; i < infos.size(); ++i) infos[i].set_frame((*names)[i]);
+    return absl::OkStatus();
+  }
+  return absl::DataLossError(
+      absl::StrCat("the catalogue's list of its frames was damaged, and its inputs do not give them (",
+                   names.ok() ? absl::StrCat("they hold ", names->size(), " frames, it had ", infos.size())
+                              : std::string(names.status().message()),
+                   "); submit it again: finished frames are kept"));
+}
 
 absl::Status ShuttingDown() { return absl::UnavailableError("the daemon is shutting down"); }
 
@@ -40,29 +60,39 @@ absl::Status JobQueue::Resume() {
   if (!unfinished.ok()) return unfinished.status();
   for (v1::Job& job : *unfinished) {
     absl::StatusOr<std::vector<v1::FrameInfo>> infos = catalogue_->ReadFrames(job.id());
-    if (!infos.ok()) return infos.status();
-    auto live = std::make_shared<LiveJob>(LiveJob{std::move(job), JobFrames(*std::move(infos))});
-    for (size_t i = 0; i < live->frames.infos().size(); ++i) {
-      const v1::FrameInfo& info = live->frames.infos()[i];
-      if (info.state() != v1::FRAME_STATE_RUNNING) continue;
-      if (info.attempts() >= kMaxAttempts) {
-        SetAside(live, i, "the daemon itself was killed while it ran");
-      } else {
-        live->frames.GiveBack(i, JobFrames::Attempt::kCounts);
-        Remember(*live, i);
-      }
+    if (infos.ok()) {
+      ResumeJob(std::move(job), *std::move(infos));
+    } else {
+      spdlog::error("job {} cannot be taken up: {}", job.id(), std::string(infos.status().message()));
     }
-    jobs_.push_back(live);
-    spdlog::info("job {} goes on: {} frames left", live->job.id(), live->frames.FramesLeft());
-    const v1::FrameCounts counts = live->frames.Counts();
-    if (options_.find_incomplete && counts.done() + counts.degraded() + counts.failed() > 0) {
-      live->checking = true;
-      Defer([this, live] { CheckResults(live); });
-    }
-    FinishIfDone(live);
   }
+  PlanBackup();
   Schedule();
   return absl::OkStatus();
+}
+
+void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
+  const bool damaged =
+      std::any_of(infos.begin(), infos.end(), [](const v1::FrameInfo& info) { return info.frame().empty(); });
+  absl::Status named;
+  if (damaged) named = NameFrames(options_, job, infos);
+  const auto live = std::make_shared<LiveJob>(LiveJob{std::move(job), JobFrames(std::move(infos))});
+  jobs_.push_back(live);
+  // The daemon's own end is no fault of the frames that ran.
+  for (size_t i = 0; i < live->frames.infos().size(); ++i) {
+    if (live->frames.infos()[i].state() != v1::FRAME_STATE_RUNNING) continue;
+    live->frames.GiveBack(i, JobFrames::Attempt::kDaemonKilled);
+    Remember(*live, i);
+  }
+  if (damaged && named.ok()) SaveAll(*live);
+  spdlog::info("job {} goes on: {} frames left", live->job.id(), live->frames.FramesLeft());
+  if (!named.ok()) EndEarly(live, v1::JOB_STATE_FAILED, std::string(named.message()));
+  const v1::FrameCounts counts = live->frames.Counts();
+  if (options_.find_incomplete && !live->early && counts.done() + counts.degraded() + counts.failed() > 0) {
+    live->checking = true;
+    Defer([this, live] { CheckResults(live); });
+  }
+  FinishIfDone(live);
 }
 
 absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frames) {
@@ -80,9 +110,15 @@ absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frame
   }
   std::vector<v1::FrameInfo> infos(frames.size());
   for (size_t i = 0; i < frames.size(); ++i) {
+    if (!IsUtf8(frames[i])) {
+      return absl::InvalidArgumentError(absl::StrCat(job.spec().dump(), ": the name of frame ",
+                                                     EscapedText(frames[i]),
+                                                     " is not UTF-8 text; rename it"));
+    }
     infos[i].set_frame(frames[i]);
     infos[i].set_state(v1::FRAME_STATE_WAITING);
   }
+  EscapeTexts(job);
   job.set_state(v1::JOB_STATE_QUEUED);
   job.set_created_unix_ns(UnixNow());
   auto live = std::make_shared<LiveJob>(LiveJob{std::move(job), JobFrames(infos)});
@@ -91,6 +127,7 @@ absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frame
   spdlog::info("job {}: {} frames of {}, results to {}", live->job.id(), frames.size(),
                live->job.spec().dump(), live->job.spec().out());
   jobs_.push_back(live);
+  PlanBackup();
   Schedule();
   UnlockAndTell(lock);
   return absl::OkStatus();
@@ -126,6 +163,16 @@ absl::StatusOr<std::vector<v1::Job>> JobQueue::List(int limit) {
   return jobs;
 }
 
+std::vector<std::string> JobQueue::Warnings() {
+  const Lock lock(mutex_);
+  std::vector<std::string> warnings = catalogue_->warnings();
+  warnings.insert(warnings.end(), options_.warnings.begin(), options_.warnings.end());
+  for (const std::string* trouble : {&catalogue_trouble_, &backup_trouble_}) {
+    if (!trouble->empty()) warnings.push_back(*trouble);
+  }
+  return warnings;
+}
+
 JobQueue::Load JobQueue::CurrentLoad() {
   const Lock lock(mutex_);
   Load load;
@@ -143,8 +190,13 @@ absl::StatusOr<v1::Job> JobQueue::Cancel(const std::string& job_id) {
   EndEarly(live, v1::JOB_STATE_CANCELLED, "cancelled");
   UnlockAndTell(lock);
   lock.lock();
-  job_ended_.wait(lock, [&] { return live->ended || stopping_; });
-  if (!live->ended) return ShuttingDown();
+  job_ended_.wait_for(lock, kCancelPatience, [&] { return live->ended || stopping_; });
+  if (!live->ended && stopping_) return ShuttingDown();
+  if (!live->ended) {
+    return absl::UnavailableError(absl::StrCat("job ", job_id,
+                                               " is being cancelled; its end is not written down yet",
+                                               catalogue_trouble_.empty() ? "" : ": ", catalogue_trouble_));
+  }
   return Describe(*live);
 }
 
@@ -214,72 +266,6 @@ void JobQueue::Stop() {
     deferred_changed_.notify_all();
   }
   if (background_.joinable()) background_.join();
-}
-
-v1::Job JobQueue::Describe(const LiveJob& live) const {
-  v1::Job job = live.job;
-  *job.mutable_frames() = live.frames.Counts();
-  if (live.ended) {
-    job.set_remaining_s(0);
-    return job;
-  }
-  constexpr double kEnoughFrames = 0.2;  // before that the guess would jump
-  const double computed = live.frames.FramesComputed();
-  job.set_remaining_s(-1);
-  if (live.first_task && computed >= kEnoughFrames) {
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - *live.first_task;
-    job.set_remaining_s(elapsed.count() * live.frames.FramesLeft() / computed);
-  }
-  return job;
-}
-
-// A catalogue that cannot be written costs work after a restart, but stops no running job.
-void JobQueue::Remember(LiveJob& live, size_t position) {
-  const absl::Status status = catalogue_->UpdateFrame(live.job.id(), position, live.frames.infos()[position]);
-  if (!status.ok()) spdlog::error("{}", std::string(status.message()));
-  MarkChanged(live);
-}
-
-void JobQueue::RememberJob(LiveJob& live) {
-  ++live.version;
-  const absl::Status status = catalogue_->UpdateJob(Describe(live));
-  if (!status.ok()) spdlog::error("{}", std::string(status.message()));
-  MarkChanged(live);
-}
-
-void JobQueue::MarkChanged(const LiveJob& job) {
-  for (const auto& [id, watcher] : watchers_) {
-    if (watcher->job.get() == &job) to_tell_.push_back(watcher->changed);
-  }
-}
-
-void JobQueue::UnlockAndTell(Lock& lock) {
-  std::vector<std::function<void()>> to_tell;
-  to_tell.swap(to_tell_);
-  lock.unlock();
-  for (const auto& tell : to_tell) tell();
-}
-
-void JobQueue::Forget(const std::shared_ptr<LiveJob>& job) {
-  if (job->ended && job->watchers == 0) jobs_.remove(job);
-}
-
-void JobQueue::Defer(std::function<void()> work) {
-  deferred_.push_back(std::move(work));
-  deferred_changed_.notify_all();
-}
-
-void JobQueue::WorkInBackground() {
-  Lock lock(mutex_);
-  for (;;) {
-    deferred_changed_.wait(lock, [this] { return background_ends_ || !deferred_.empty(); });
-    if (deferred_.empty()) return;
-    const std::function<void()> work = std::move(deferred_.front());
-    deferred_.pop_front();
-    lock.unlock();
-    work();
-    lock.lock();
-  }
 }
 
 }  // namespace weft

@@ -1,6 +1,7 @@
 // The daemon's jobs: cut into tasks, run by an executor, remembered in a catalogue.
 #pragma once
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -26,6 +27,10 @@ namespace weft {
 
 struct JobQueueOptions {
   int threads_per_worker = 1;
+  // Names of the frames of a job, from its inputs, for a job whose list of frames was damaged.
+  std::function<absl::StatusOr<std::vector<std::string>>(const v1::RegistrationSpec& spec)> list_frames;
+  // Of Warnings, for as long as the daemon runs.
+  std::vector<std::string> warnings;
   // Writes the report of a job that has ended beside its results.
   std::function<absl::Status(const std::string& out, const v1::Job& job)> write_report;
   // Frames whose results are not there, among those that are dealt with (results_check.h). Asked before a job
@@ -38,8 +43,9 @@ struct JobQueueOptions {
 };
 
 // The oldest job has the first claim on the workers; the next begins when all its frames are taken. A frame
-// whose worker ends abnormally is tried again, kMaxAttempts times in all. Thread safety: any thread may call
-// any function.
+// whose worker ends abnormally is tried again, kMaxAttempts times in all; the daemon's own end, and disks
+// without room, count against no frame and no job: what they refuse is tried again until it works. Thread
+// safety: any thread may call any function.
 class JobQueue {
  public:
   // Takes up the catalogue's unfinished jobs where they stopped. Errors of the catalogue.
@@ -64,6 +70,8 @@ class JobQueue {
     int running = 0;
   };
   Load CurrentLoad();
+  // What a user must know of the daemon's state now: a catalogue that was restored, a disk without room.
+  std::vector<std::string> Warnings();
 
   // One who watches a job. `changed` is called from any thread, without a lock, after every change; a call
   // may still come while Unsubscribe runs. NotFound: no such job. ResourceExhausted: too many watchers.
@@ -84,9 +92,11 @@ class JobQueue {
   struct RunningTask;
   struct Watcher;
   using Lock = std::unique_lock<std::mutex>;
+  using Time = std::chrono::steady_clock::time_point;
 
   JobQueue(std::unique_ptr<Catalogue> catalogue, std::unique_ptr<Executor> executor, JobQueueOptions options);
   absl::Status Resume();
+  void ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos);
 
   // The functions below take the lock, and tell the watchers when they have let go of it.
   void OnEvent(const std::string& task_id, const v1::WorkerEvent& event);
@@ -106,15 +116,26 @@ class JobQueue {
   void ReturnFrames(RunningTask& task, const TaskEnd& end);
   void BlameWorker(RunningTask& task, const std::string& reason);
   void SetAside(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason);
+  void WaitForRoom(LiveJob& job, const std::string& reason);
   void EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message);
   // The job's folder and its end (job_queue_results.cpp).
   bool HoldsFolder(const std::shared_ptr<LiveJob>& job);
   void RegisterAgain(const std::shared_ptr<LiveJob>& job, const std::vector<IncompleteFrame>& frames);
   void FinishIfDone(const std::shared_ptr<LiveJob>& job);
-  // Writing down and telling.
+  // Writing down and telling (job_queue_save.cpp).
   v1::Job Describe(const LiveJob& job) const;
   void Remember(LiveJob& job, size_t position);
   void RememberJob(LiveJob& job);
+  void NoteSaved(LiveJob& job, const absl::Status& status);
+  void SaveAll(LiveJob& job);
+  void SaveAgain();
+  void Conclude(const std::shared_ptr<LiveJob>& job, v1::Job outcome);
+  void End(const std::shared_ptr<LiveJob>& job);
+  void PlanBackup();
+  void MakeBackup(Lock& lock);
+  void WakeAt(std::optional<Time>& due, Time time);
+  std::optional<Time> NextDue() const;
+  void DoWhatIsDue(Lock& lock);
   void MarkChanged(const LiveJob& job);
   void Forget(const std::shared_ptr<LiveJob>& job);
   void Defer(std::function<void()> work);
@@ -135,6 +156,10 @@ class JobQueue {
   std::vector<std::function<void()>> to_tell_;
   std::condition_variable deferred_changed_;
   std::deque<std::function<void()>> deferred_;  // files to write
+  bool due_changed_ = false;
+  std::optional<Time> save_again_, backup_due_, last_backup_;
+  int64_t backed_up_version_ = 0;
+  std::string catalogue_trouble_, backup_trouble_;  // "" while all is well
   bool background_ends_ = false;
   std::thread background_;
 };

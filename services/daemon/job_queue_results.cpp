@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "absl/strings/str_cat.h"
+#include "capture/plain_text.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_queue_state.h"
 #include "services/files/atomic_file.h"
@@ -84,15 +85,21 @@ absl::Status TakeFolder(const v1::Job& job, std::optional<ResultLock>& lock) {
 
 }  // namespace
 
-// Takes the lock of its folder, or ends the job.
+// Takes the lock of its folder, or ends the job; where the disk has no room the job waits.
 bool JobQueue::HoldsFolder(const std::shared_ptr<LiveJob>& job) {
   const absl::Status status = TakeFolder(job->job, job->lock);
-  if (!status.ok()) EndEarly(job, v1::JOB_STATE_FAILED, std::string(status.message()));
+  if (absl::IsResourceExhausted(status)) {
+    WaitForRoom(*job, std::string(status.message()));
+  } else if (!status.ok()) {
+    EndEarly(job, v1::JOB_STATE_FAILED, std::string(status.message()));
+  }
   return status.ok();
 }
 
 void JobQueue::FinishIfDone(const std::shared_ptr<LiveJob>& job) {
-  if (job->ended || job->checking || job->finishing || HasTasks(*job) || !job->frames.AllDealtWith()) return;
+  if (job->ended || job->checking || job->finishing || job->start_again || HasTasks(*job) ||
+      !job->frames.AllDealtWith())
+    return;
   if (options_.find_incomplete && !job->checked && !job->early) {
     job->checking = true;
     Defer([this, job] { CheckResults(job); });
@@ -120,7 +127,9 @@ void JobQueue::CheckResults(const std::shared_ptr<LiveJob>& live) {
   }
   Lock lock(mutex_);
   live->checking = false;
-  if (!incomplete.ok()) {
+  if (absl::IsResourceExhausted(incomplete.status())) {
+    WaitForRoom(*live, std::string(incomplete.status().message()));
+  } else if (!incomplete.ok()) {
     EndEarly(live, v1::JOB_STATE_FAILED, std::string(incomplete.status().message()));
   } else if (!live->early && !incomplete->empty()) {
     RegisterAgain(live, *incomplete);
@@ -176,20 +185,16 @@ void JobQueue::WriteResults(const std::shared_ptr<LiveJob>& live) {
     RemoveTemporaryFiles(job.spec().out(), NamesOf(live->frames.infos()));
     written = WriteJobFiles(job, options_);
   }
-  live->lock.reset();
-  if (!written.ok()) job.add_warnings(std::string(written.message()));
-  spdlog::info("job {}: {} {}", job.id(), v1::JobState_Name(job.state()), job.message());
-
   Lock lock(mutex_);
-  live->job = job;
-  live->ended = true;
-  ++live->version;
-  if (absl::Status status = catalogue_->UpdateAll(job, live->frames.infos()); !status.ok()) {
-    spdlog::error("{}", std::string(status.message()));
+  if (absl::IsResourceExhausted(written) && !stopping_) {
+    live->finishing = false;
+    WaitForRoom(*live, std::string(written.message()));
+    return UnlockAndTell(lock);
   }
-  MarkChanged(*live);
-  Forget(live);
-  job_ended_.notify_all();
+  live->lock.reset();
+  if (!written.ok()) job.add_warnings(EscapedText(std::string(written.message())));
+  spdlog::info("job {}: {} {}", job.id(), v1::JobState_Name(job.state()), job.message());
+  Conclude(live, std::move(job));
   UnlockAndTell(lock);
 }
 

@@ -22,9 +22,14 @@ struct JobQueue::LiveJob {
     std::string message;
   };
   std::optional<EarlyEnd> early;
-  bool checking = false;   // its results are being looked at; no task of it runs
-  bool checked = false;    // they are all there
-  bool finishing = false;  // its last files are being written
+  bool checking = false;           // its results are being looked at; no task of it runs
+  bool checked = false;            // they are all there
+  bool finishing = false;          // its last files are being written
+  bool unsaved = false;            // the catalogue refused a state of it; it gets them all once it can
+  std::optional<v1::Job> outcome;  // its last state, until the catalogue has it
+  // Set while a disk has no room for its tasks.
+  std::optional<std::chrono::steady_clock::time_point> start_again;
+  std::chrono::seconds pause{1};
   bool ended = false;
   int failed_starts = 0;  // workers in a row that ended before they began a frame
   int watchers = 0;

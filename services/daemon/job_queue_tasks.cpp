@@ -3,7 +3,9 @@
 
 #include <algorithm>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "capture/plain_text.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_queue_state.h"
 #include "services/pipeline/frame_files.h"
@@ -24,6 +26,11 @@ absl::Status WriteSetAsideReport(const v1::Job& job, const v1::FrameInfo& info) 
   return WriteReportAlone(job.spec().out(), report);
 }
 
+// The worker's disk, by what WriteFileAtomically says of it.
+bool IsFullDisk(const v1::TaskError& error) {
+  return error.code() == "RESOURCE_EXHAUSTED" && absl::StrContains(error.message(), "make room on the disk");
+}
+
 bool IsResult(v1::FrameState state) {
   return state == v1::FRAME_STATE_DONE || state == v1::FRAME_STATE_DEGRADED ||
          state == v1::FRAME_STATE_FAILED;
@@ -34,11 +41,11 @@ bool IsResult(v1::FrameState state) {
 void JobQueue::Schedule() {
   if (stopping_) return;
   for (const auto& job : jobs_) {
-    if (job->ended || job->early || job->checking) continue;
+    if (job->ended || job->early || job->checking || job->start_again) continue;
     if (job->frames.HasWaiting() && tasks_.size() < static_cast<size_t>(executor_->slots()) &&
         !HoldsFolder(job))
       continue;
-    while (job->frames.HasWaiting()) {
+    while (!job->start_again && job->frames.HasWaiting()) {
       if (tasks_.size() >= static_cast<size_t>(executor_->slots()) || !StartTask(job)) return;
     }
   }
@@ -107,6 +114,8 @@ void JobQueue::OnFrameEvent(RunningTask& task, const v1::WorkerEvent& event) {
   const bool running = job.frames.infos()[*position].state() == v1::FRAME_STATE_RUNNING;
   task.began = true;
   job.failed_starts = 0;
+  if (event.has_finished()) job.pause = std::chrono::seconds(1);
+  if (event.has_finished() && !job.early) job.job.clear_message();
   if (event.has_advanced()) {
     if (running) job.frames.Advance(*position, event.advanced().share_done());
     MarkChanged(job);
@@ -137,7 +146,8 @@ void JobQueue::ReturnFrames(RunningTask& task, const TaskEnd& end) {
   LiveJob& job = *task.job;
   std::erase_if(task.positions, [&job](size_t position) { return job.frames.DealtWith(position); });
   // A worker that reports CANCELLED was stopped: by us, or by somebody who is no reason to give up the job.
-  const bool given_up = task.error && task.error->code() != "CANCELLED";
+  const bool no_room = end.refused || (task.error && IsFullDisk(*task.error));
+  const bool given_up = task.error && task.error->code() != "CANCELLED" && !no_room;
   if (given_up && !stopping_) EndEarly(task.job, v1::JOB_STATE_FAILED, task.error->message());
   if (job.early) {
     for (const size_t position : task.positions) {
@@ -147,10 +157,23 @@ void JobQueue::ReturnFrames(RunningTask& task, const TaskEnd& end) {
     for (const size_t position : task.positions) {
       job.frames.GiveBack(position, JobFrames::Attempt::kRefunded);
     }
+  } else if (no_room) {
+    for (const size_t position : task.positions) job.frames.GiveBack(position, JobFrames::Attempt::kRefunded);
+    WaitForRoom(job, end.refused ? end.reason : task.error->message());
   } else if (!task.positions.empty()) {
     BlameWorker(task, end.clean ? "its worker ended without dealing with it" : end.reason);
   }
   for (const size_t position : task.positions) Remember(job, position);
+}
+
+// A disk without room is no fault of the job: it waits, longer each time.
+void JobQueue::WaitForRoom(LiveJob& job, const std::string& reason) {
+  constexpr std::chrono::seconds kLongestPause{30};
+  spdlog::warn("job {} waits {} s: {}", job.job.id(), job.pause.count(), reason);
+  job.job.set_message(absl::StrCat("waits until there is room: ", EscapedText(reason)));
+  WakeAt(job.start_again, std::chrono::steady_clock::now() + job.pause);
+  job.pause = std::min(2 * job.pause, kLongestPause);
+  RememberJob(job);
 }
 
 // The worker ended before its time: who is to blame is the frame at which it was, or the first that it had
@@ -186,8 +209,9 @@ void JobQueue::BlameWorker(RunningTask& task, const std::string& reason) {
 
 void JobQueue::SetAside(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason) {
   const int attempts = job->frames.infos()[position].attempts();
-  job->frames.End(position, v1::FRAME_STATE_FAILED,
-                  absl::StrCat("its workers ended abnormally ", attempts, " times; last: ", reason));
+  job->frames.End(
+      position, v1::FRAME_STATE_FAILED,
+      absl::StrCat("its workers ended abnormally ", attempts, " times; last: ", EscapedText(reason)));
   Remember(*job, position);
   const v1::FrameInfo info = job->frames.infos()[position];
   spdlog::error("job {}: frame {} is set aside: {}", job->job.id(), info.frame(), info.reason());
@@ -200,7 +224,7 @@ void JobQueue::SetAside(const std::shared_ptr<LiveJob>& job, size_t position, co
 void JobQueue::EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message) {
   if (job->ended || job->finishing || job->early) return;
   spdlog::info("job {} ends early: {}", job->job.id(), message);
-  job->early = LiveJob::EarlyEnd{state, message};
+  job->early = LiveJob::EarlyEnd{state, EscapedText(message)};
   // Frames of running tasks come back when those have ended.
   std::vector<bool> in_task(job->frames.infos().size());
   for (const auto& [id, task] : tasks_) {
@@ -211,7 +235,7 @@ void JobQueue::EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state,
   for (size_t i = 0; i < in_task.size(); ++i) {
     if (!in_task[i] && !job->frames.DealtWith(i)) job->frames.End(i, v1::FRAME_STATE_CANCELLED, message);
   }
-  job->job.set_message(state == v1::JOB_STATE_CANCELLED ? "being cancelled" : message);
+  job->job.set_message(state == v1::JOB_STATE_CANCELLED ? "being cancelled" : job->early->message);
   ++job->version;
   MarkChanged(*job);
   FinishIfDone(job);

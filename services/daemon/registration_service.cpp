@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "absl/strings/str_cat.h"
+#include "capture/plain_text.h"
 #include "services/client/grpc_status.h"
 #include "services/daemon/request_check.h"
 #include "services/daemon/results.h"
@@ -28,7 +29,7 @@ grpc::Status Answer(const char* method, const std::function<absl::Status()>& han
   } catch (const std::exception& error) {
     status = absl::InternalError(error.what());
   }
-  if (!status.ok()) spdlog::info("{}: {}", method, status.ToString());
+  if (!status.ok()) spdlog::info("{}: {}", method, EscapedText(status.ToString()));
   return ToGrpcStatus(status);
 }
 
@@ -81,6 +82,7 @@ grpc::Status RegistrationService::ListJobs(grpc::ServerContext*, const v1::ListJ
         queue_.List(limit == 0 ? kDefaultListLimit : std::min(limit, kMaxListLimit));
     if (!jobs.ok()) return jobs.status();
     response->mutable_jobs()->Assign(jobs->begin(), jobs->end());
+    for (const std::string& warning : queue_.Warnings()) response->add_warnings(EscapedText(warning));
     return absl::OkStatus();
   });
 }
@@ -160,6 +162,7 @@ grpc::Status RegistrationService::GetServerInfo(grpc::ServerContext*, const v1::
     const JobQueue::Load load = queue_.CurrentLoad();
     info->set_jobs_queued(load.queued);
     info->set_jobs_running(load.running);
+    for (const std::string& warning : queue_.Warnings()) info->add_warnings(EscapedText(warning));
     return absl::OkStatus();
   });
 }

@@ -14,6 +14,8 @@ struct TaskEnd {
   bool clean = false;  // by itself with exit status 0
   // For people when not clean, e.g. "killed by signal 11 (Segmentation fault); its last words: ...".
   std::string reason;
+  // It was never started, since this machine had no room for it (disk, processes); the task is not to blame.
+  bool refused = false;
 };
 
 // Called one at a time from a thread of the executor, never from within a call of Executor. `ended` comes

@@ -38,6 +38,7 @@ struct LocalExecutor::Run {
   std::optional<Clock::time_point> kill_at;  // set when it was asked to stop
   std::string stopped_because;
   bool finished = false;
+  bool refused = false;
 
   void Remember(const std::string& line) {
     if (line.empty()) return;
@@ -158,12 +159,15 @@ bool LocalExecutor::TakeRequests() {
 
 void LocalExecutor::Launch(Run& run) {
   const std::string task_file = absl::StrCat(options_.task_folder, "/", run.task.id(), ".json");
-  absl::Status status = WriteJsonFile(task_file, run.task);
+  absl::Status status = CreateFolders(options_.task_folder);
+  if (status.ok()) status = WriteJsonFile(task_file, run.task);
+  run.refused = !status.ok();
   if (status.ok()) {
     absl::StatusOr<ChildProcess> child = ChildProcess::Spawn(
         options_.worker_program, {task_file, "--parent", absl::StrCat(getpid()), "--memory-mib",
                                   absl::StrCat(options_.worker_memory_mib)});
     status = child.status();
+    run.refused = absl::IsResourceExhausted(status);
     if (child.ok()) run.child.emplace(*std::move(child));
   }
   run.heard = Clock::now();
@@ -262,7 +266,7 @@ void LocalExecutor::RemoveFinished() {
       const std::lock_guard lock(mutex_);
       std::erase(taken_, run->task.id());
     }
-    run->listener.ended({run->stopped_because.empty(), run->stopped_because});
+    run->listener.ended({run->stopped_because.empty(), run->stopped_because, run->refused});
   }
 }
 

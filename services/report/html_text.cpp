@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
 #include "absl/time/time.h"
+#include "capture/plain_text.h"
 
 namespace weft {
 namespace {
@@ -15,22 +16,6 @@ namespace {
 constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
 constexpr std::string_view kDash = "\xE2\x80\x93";
 constexpr char kMinus[] = "\xE2\x88\x92";
-
-// Length of the UTF-8 character at the front, 0 where there is none (RFC 3629).
-size_t CharacterLength(std::string_view text) {
-  const auto byte = [&](size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned char first = byte(0);
-  if (first < 0x80) return 1;
-  const size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
-  if (first < 0xC2 || first > 0xF4 || text.size() < length) return 0;
-  for (size_t i = 1; i < length; ++i) {
-    if ((byte(i) & 0xC0) != 0x80) return 0;
-  }
-  const bool overlong = (first == 0xE0 && byte(1) < 0xA0) || (first == 0xF0 && byte(1) < 0x90);
-  const bool surrogate = first == 0xED && byte(1) >= 0xA0;
-  const bool too_large = first == 0xF4 && byte(1) >= 0x90;
-  return overlong || surrogate || too_large ? 0 : length;
-}
 
 std::string_view Entity(char c) {
   switch (c) {
@@ -49,11 +34,9 @@ std::string_view Entity(char c) {
   }
 }
 
-bool IsControl(std::string_view character) {
-  const auto first = static_cast<unsigned char>(character[0]);
-  if (first < 0x20) return first != '\n' && first != '\t';
-  const bool c1 = first == 0xC2 && static_cast<unsigned char>(character[1]) < 0xA0;
-  return first == 0x7F || c1;
+// Newlines and tabs are white space.
+bool IsUnprintable(std::string_view character) {
+  return character[0] != '\n' && character[0] != '\t' && IsControlCharacter(character);
 }
 
 // Digits in threes: "1,234,567".
@@ -72,8 +55,8 @@ std::string EscapeHtml(std::string_view text) {
   std::string html;
   html.reserve(text.size() + text.size() / 8);
   while (!text.empty()) {
-    const size_t length = CharacterLength(text);
-    if (length == 0 || IsControl(text.substr(0, length))) {
+    const size_t length = Utf8CharacterBytes(text);
+    if (length == 0 || IsUnprintable(text.substr(0, length))) {
       html += kReplacement;
     } else if (const std::string_view entity = Entity(text[0]); !entity.empty()) {
       html += entity;
@@ -91,7 +74,7 @@ std::string Shortened(std::string_view text, size_t characters) {
   size_t at = 0, count = 0;
   while (at < text.size()) {
     if (++count > characters) return std::string(text.substr(0, at)) + "\xE2\x80\xA6";
-    at += std::max<size_t>(CharacterLength(text.substr(at)), 1);
+    at += std::max<size_t>(Utf8CharacterBytes(text.substr(at)), 1);
   }
   return std::string(text);
 }

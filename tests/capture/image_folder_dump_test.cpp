@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "capture/image_file.h"
+#include "capture/image_folder.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -51,6 +52,29 @@ TEST(ImageFolderDump, ReadsAFolderPerFrame) {
   EXPECT_EQ(set->frames[0].camera_id, "400002");  // in the rig's order
   EXPECT_EQ(set->frames[0].row(0)[0], 5);
   EXPECT_EQ(set->frames[1].row(0)[0], 7);
+}
+
+TEST(ImageFolderDump, NamesThatAreNoTextAreLeftOutAndNamedInEscapedBytes) {
+  const TempFolder dump;
+  WriteImage(dump / "0009/400002.png");
+  WriteImage(dump / "0009/c\xff\xfe.png");
+  WriteImage(dump / "00\xc3/400002.png");
+  WriteImage(dump / "J\xc3\xbcrgen/400004.png");
+  const auto source = ImageFolderDump::Open(dump.path(), TwoCameras());
+  ASSERT_TRUE(source.ok()) << source.status();
+  EXPECT_THAT((*source)->frame_names(), ElementsAre("0009", "J\xc3\xbcrgen"));
+  EXPECT_THAT((*source)->warnings(),
+              ElementsAre(HasSubstr("/0009/c\\xff\\xfe.png and 1 more: the name is not")));
+  EXPECT_THAT((*source)->warnings(), ElementsAre(HasSubstr("rename it")));
+  EXPECT_EQ(ListImageFolder(dump.path()).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(ImageFolderDump, ADumpOfSuchNamesAloneSaysSo) {
+  const TempFolder dump;
+  WriteImage(dump / "0009/\x1b[2J.png");
+  const auto source = ImageFolderDump::Open(dump.path(), TwoCameras());
+  EXPECT_EQ(source.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(source.status().message()), HasSubstr("/0009/\\x1b[2J.png: the name is not"));
 }
 
 TEST(ImageFolderDump, ReadsAFolderPerCameraAndOrdersNumbersByValue) {

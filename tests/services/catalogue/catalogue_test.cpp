@@ -6,6 +6,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <filesystem>
+
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -36,6 +38,15 @@ class CatalogueTest : public ::testing::Test {
     absl::StatusOr<std::unique_ptr<Catalogue>> catalogue = Catalogue::Open(path_);
     EXPECT_TRUE(catalogue.ok()) << catalogue.status();
     return catalogue.ok() ? *std::move(catalogue) : nullptr;
+  }
+
+  // Paths in the folder whose names hold that text.
+  std::vector<std::string> FilesLike(const std::string& text) {
+    std::vector<std::string> found;
+    for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
+      if (entry.path().filename().string().find(text) != std::string::npos) found.push_back(entry.path());
+    }
+    return found;
   }
 
   TempFolder folder_;
@@ -108,11 +119,14 @@ TEST_F(CatalogueTest, RefusesASecondOpener) {
   EXPECT_THAT(std::string(second.status().message()), HasSubstr(path_));
 }
 
-TEST_F(CatalogueTest, RefusesAFileThatIsNoDatabase) {
+TEST_F(CatalogueTest, SetsAFileThatIsNoDatabaseAside) {
   WriteBytes(path_, std::string(8192, 'x'));
-  const auto catalogue = Catalogue::Open(path_);
-  EXPECT_EQ(catalogue.status().code(), absl::StatusCode::kDataLoss) << catalogue.status();
-  EXPECT_THAT(std::string(catalogue.status().message()), HasSubstr(path_));
+  const auto catalogue = Open();
+  ASSERT_NE(catalogue, nullptr);
+  ASSERT_EQ(catalogue->warnings().size(), 1u);
+  EXPECT_THAT(catalogue->warnings()[0], HasSubstr("catalogue.sqlite.damaged-"));
+  EXPECT_EQ(FilesLike("damaged").size(), 1u);
+  EXPECT_EQ(ReadBytes(FilesLike("damaged")[0]), std::string(8192, 'x'));
 }
 
 TEST_F(CatalogueTest, RefusesADatabaseOfANewerWeft) {
@@ -130,6 +144,19 @@ TEST_F(CatalogueTest, RefusesADatabaseOfANewerWeft) {
 TEST_F(CatalogueTest, NamesAFolderThatDoesNotExist) {
   const auto catalogue = Catalogue::Open(folder_ / "none/catalogue.sqlite");
   EXPECT_EQ(catalogue.status().code(), absl::StatusCode::kPermissionDenied) << catalogue.status();
+}
+
+TEST_F(CatalogueTest, TextsThatAreNotUtf8AreEscapedAndHideNoJob) {
+  const auto catalogue = Open();
+  v1::Job job = MakeJob("a");
+  job.add_warnings("c\xff\xfe.png: unknown camera");
+  ASSERT_TRUE(catalogue->AddJob(job, MakeFrames(1)).ok());
+  v1::FrameInfo info = MakeFrames(1)[0];
+  info.set_reason("\xc3");
+  ASSERT_TRUE(catalogue->UpdateFrame("a", 0, info).ok());
+  ASSERT_EQ(catalogue->ListJobs(10)->size(), 1u);
+  EXPECT_EQ(catalogue->ReadJob("a")->warnings(0), "c\\xff\\xfe.png: unknown camera");
+  EXPECT_EQ((*catalogue->ReadFrames("a"))[0].reason(), "\\xc3");
 }
 
 TEST_F(CatalogueTest, KeepsWhatAKilledProcessHadWritten) {

@@ -1,0 +1,20 @@
+// Before the catalogue is opened: is the file sound? A damaged, emptied or missing one, and one of an older
+// Weft, is set aside, never deleted; a new one gets all that can still be read of it and what its newest
+// backup knows besides.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace weft {
+
+// The caller holds the catalogue's FileLock. Returns what a user must know of the restoration, nothing for a
+// sound or a new catalogue. A crash in the middle is made good by the next call. FailedPrecondition: written
+// by a newer Weft, or in use by one that knows no FileLock. Otherwise errors of the disk; nothing is changed
+// then.
+absl::StatusOr<std::vector<std::string>> MakeCatalogueSound(const std::string& path);
+
+}  // namespace weft

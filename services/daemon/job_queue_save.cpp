@@ -1,0 +1,216 @@
+// JobQueue: what is written down, and what is done in the background.
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "services/daemon/job_queue.h"
+#include "services/daemon/job_queue_state.h"
+
+namespace weft {
+namespace {
+
+constexpr std::chrono::seconds kSaveAgainAfter{1};
+// A backup follows a new job and the end of one, the first at once.
+constexpr std::chrono::seconds kBackupAfter{1};
+constexpr std::chrono::seconds kBackupPeriod{60};
+
+}  // namespace
+
+v1::Job JobQueue::Describe(const LiveJob& live) const {
+  v1::Job job = live.job;
+  *job.mutable_frames() = live.frames.Counts();
+  if (live.ended) {
+    job.set_remaining_s(0);
+    return job;
+  }
+  constexpr double kEnoughFrames = 0.2;  // before that the guess would jump
+  const double computed = live.frames.FramesComputed();
+  job.set_remaining_s(-1);
+  if (live.first_task && computed >= kEnoughFrames) {
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - *live.first_task;
+    job.set_remaining_s(elapsed.count() * live.frames.FramesLeft() / computed);
+  }
+  return job;
+}
+
+// Watchers are told of states that the disk has not taken yet: a restart does those frames again. The end of
+// a job is told when it is written down (Conclude).
+void JobQueue::Remember(LiveJob& live, size_t position) {
+  if (!live.unsaved)
+    NoteSaved(live, catalogue_->UpdateFrame(live.job.id(), position, live.frames.infos()[position]));
+  MarkChanged(live);
+}
+
+void JobQueue::RememberJob(LiveJob& live) {
+  ++live.version;
+  if (!live.unsaved) NoteSaved(live, catalogue_->UpdateJob(Describe(live)));
+  MarkChanged(live);
+}
+
+void JobQueue::NoteSaved(LiveJob& live, const absl::Status& status) {
+  live.unsaved = !status.ok();
+  if (status.ok()) return;
+  if (catalogue_trouble_.empty())
+    spdlog::error("{}; it is tried again until it works", std::string(status.message()));
+  catalogue_trouble_ = std::string(status.message());
+  WakeAt(save_again_, std::chrono::steady_clock::now() + kSaveAgainAfter);
+}
+
+void JobQueue::SaveAll(LiveJob& live) {
+  const v1::Job job = live.outcome ? *live.outcome : Describe(live);
+  absl::Status status = catalogue_->UpdateAll(job, live.frames.infos());
+  // Its row was damaged while the daemon ran.
+  if (absl::IsNotFound(status)) status = catalogue_->AddJob(job, live.frames.infos());
+  NoteSaved(live, status);
+}
+
+void JobQueue::SaveAgain() {
+  const std::list<std::shared_ptr<LiveJob>> jobs = jobs_;
+  for (const std::shared_ptr<LiveJob>& live : jobs) {
+    if (!live->unsaved) continue;
+    SaveAll(*live);
+    if (live->unsaved) return;
+    if (live->outcome) End(live);
+  }
+  if (!catalogue_trouble_.empty()) spdlog::info("the catalogue is written again");
+  catalogue_trouble_.clear();
+}
+
+void JobQueue::Conclude(const std::shared_ptr<LiveJob>& live, v1::Job outcome) {
+  live->outcome = std::move(outcome);
+  SaveAll(*live);
+  if (!live->unsaved) return End(live);
+  live->job.set_message(
+      absl::StrCat("all frames are dealt with; its end cannot be written down yet: ", catalogue_trouble_));
+  ++live->version;
+  MarkChanged(*live);
+}
+
+void JobQueue::End(const std::shared_ptr<LiveJob>& live) {
+  live->job = *std::exchange(live->outcome, std::nullopt);
+  live->ended = true;
+  ++live->version;
+  MarkChanged(*live);
+  Forget(live);
+  PlanBackup();
+  job_ended_.notify_all();
+}
+
+void JobQueue::PlanBackup() {
+  if (backup_due_) return;
+  const Time now = std::chrono::steady_clock::now();
+  WakeAt(backup_due_,
+         last_backup_ ? std::max(now + kBackupAfter, *last_backup_ + kBackupPeriod) : now + kBackupAfter);
+}
+
+// Lets go of the lock between steps, so that nobody waits for it.
+void JobQueue::MakeBackup(Lock& lock) {
+  backup_due_.reset();
+  const int64_t version = catalogue_->version();
+  if (last_backup_ && version == backed_up_version_) return;
+  absl::StatusOr<std::unique_ptr<CatalogueBackup>> backup = catalogue_->StartBackup();
+  absl::Status status = backup.status();
+  for (bool complete = false; status.ok() && !complete;) {
+    const absl::StatusOr<bool> step = (*backup)->Step();
+    status = step.status();
+    complete = step.ok() && *step;
+    lock.unlock();
+    std::this_thread::yield();
+    if (complete) status = (*backup)->Keep();
+    lock.lock();
+  }
+  last_backup_ = std::chrono::steady_clock::now();
+  if (status.ok()) {
+    backed_up_version_ = version;
+    backup_trouble_.clear();
+    return;
+  }
+  if (backup_trouble_.empty()) spdlog::warn("no backup of the catalogue: {}", std::string(status.message()));
+  backup_trouble_ = absl::StrCat("no backup of the list of jobs: ", absl::string_view(status.message()));
+  PlanBackup();
+}
+
+void JobQueue::MarkChanged(const LiveJob& job) {
+  for (const auto& [id, watcher] : watchers_) {
+    if (watcher->job.get() == &job) to_tell_.push_back(watcher->changed);
+  }
+}
+
+void JobQueue::UnlockAndTell(Lock& lock) {
+  std::vector<std::function<void()>> to_tell;
+  to_tell.swap(to_tell_);
+  lock.unlock();
+  for (const auto& tell : to_tell) tell();
+}
+
+void JobQueue::Forget(const std::shared_ptr<LiveJob>& job) {
+  if (job->ended && job->watchers == 0) jobs_.remove(job);
+}
+
+void JobQueue::Defer(std::function<void()> work) {
+  deferred_.push_back(std::move(work));
+  deferred_changed_.notify_all();
+}
+
+void JobQueue::WakeAt(std::optional<Time>& due, Time time) {
+  due = time;
+  due_changed_ = true;
+  deferred_changed_.notify_all();
+}
+
+std::optional<JobQueue::Time> JobQueue::NextDue() const {
+  std::optional<Time> next;
+  const auto consider = [&next](const std::optional<Time>& due) {
+    if (due) next = next ? std::min(*next, *due) : *due;
+  };
+  consider(save_again_);
+  consider(backup_due_);
+  for (const auto& job : jobs_) consider(job->start_again);
+  return next;
+}
+
+void JobQueue::DoWhatIsDue(Lock& lock) {
+  const Time now = std::chrono::steady_clock::now();
+  if (save_again_ && *save_again_ <= now) {
+    save_again_.reset();
+    SaveAgain();
+  }
+  for (const auto& job : std::list(jobs_)) {
+    if (!job->start_again || *job->start_again > now) continue;
+    job->start_again.reset();
+    FinishIfDone(job);
+    Schedule();
+  }
+  if (backup_due_ && *backup_due_ <= now) MakeBackup(lock);
+  UnlockAndTell(lock);
+  lock.lock();
+}
+
+void JobQueue::WorkInBackground() {
+  Lock lock(mutex_);
+  for (;;) {
+    const auto woken = [this] { return background_ends_ || due_changed_ || !deferred_.empty(); };
+    if (const std::optional<Time> due = NextDue()) {
+      deferred_changed_.wait_until(lock, *due, woken);
+    } else {
+      deferred_changed_.wait(lock, woken);
+    }
+    due_changed_ = false;
+    if (deferred_.empty() && background_ends_) break;
+    if (deferred_.empty()) {
+      DoWhatIsDue(lock);
+      continue;
+    }
+    const std::function<void()> work = std::move(deferred_.front());
+    deferred_.pop_front();
+    lock.unlock();
+    work();
+    lock.lock();
+  }
+  SaveAgain();
+  if (catalogue_trouble_.empty()) MakeBackup(lock);
+}
+
+}  // namespace weft
