@@ -1,8 +1,10 @@
 #include "services/evaluation/listed_frames.h"
 
+#include <algorithm>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <set>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
@@ -50,6 +52,19 @@ bool WasAskedFor(const v1::Job& job, const std::string& name, int64_t position) 
   return position >= spec.first_frame() && (spec.end_frame() == 0 || position < spec.end_frame());
 }
 
+// Folders with a mesh, and those of frames that failed, which have a report alone.
+absl::StatusOr<std::vector<std::string>> FramesOfResult(const std::string& result) {
+  const absl::StatusOr<std::vector<std::string>> meshes = ListFrameFolders(result);
+  if (!meshes.ok()) return meshes.status();
+  const absl::StatusOr<std::vector<std::string>> reports = ListFrameFolders(result, "report.json");
+  if (!reports.ok()) return reports.status();
+  std::set<std::string> distinct(meshes->begin(), meshes->end());
+  distinct.insert(reports->begin(), reports->end());
+  std::vector<std::string> names(distinct.begin(), distinct.end());
+  std::sort(names.begin(), names.end(), &NaturallyBefore);
+  return names;
+}
+
 }  // namespace
 
 TakeTimes TimesOfTake(const std::string& dump, const std::string& truth) {
@@ -77,7 +92,7 @@ absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, c
   const bool of_dump = truth.empty() && knows_job && dump != nullptr;
   absl::StatusOr<std::vector<std::string>> names =
       of_dump         ? absl::StatusOr<std::vector<std::string>>(dump->frame_names())
-      : truth.empty() ? ListFrameFolders(result)
+      : truth.empty() ? FramesOfResult(result)
                       : ListTruthFrames(truth);
   if (!names.ok()) return names.status();
   std::map<std::string, int> in_dump;
