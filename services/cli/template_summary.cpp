@@ -159,18 +159,19 @@ v1::Verdict TemplateVerdict(const v1::TemplateSummary& summary) {
 }
 
 std::string TemplateSummaryText(const v1::TemplateSummary& summary) {
-  const std::string corners = summary.vertices_with_corner() > 0
-                                  ? absl::StrFormat("%d on a corner, ", summary.vertices_with_corner())
-                                  : "";
-  std::string text = absl::StrFormat(
-      "%s: %d vertices, %d faces, %d vertices with a cell, %shash %s\n"
-      "surface  clean, %d component(s), Euler characteristic %d, %d handle(s)\n"
-      "openings %d: %s\n",
-      summary.id(), summary.vertices(), summary.faces(), summary.vertices_with_cell(), corners,
-      summary.hash(), summary.components(), summary.euler(), summary.handles(), summary.openings_mm_size(),
-      OpeningsText(summary));
+  const std::string corners =
+      summary.vertices_with_corner() > 0
+          ? absl::StrCat(FormatCount(summary.vertices_with_corner()), " on a corner, ")
+          : "";
+  std::string text = absl::StrCat(
+      summary.id(), ": ", FormatCount(summary.vertices()), " vertices, ", FormatCount(summary.faces()),
+      " faces, ", FormatCount(summary.vertices_with_cell()), " vertices with a cell, ", corners, "hash ",
+      summary.hash(), "\nsurface  clean, ", Counted(summary.components(), "piece", "pieces"),
+      ", Euler characteristic ", summary.euler(), ", ", Counted(summary.handles(), "handle", "handles"),
+      "\nopenings ", summary.openings_mm_size(), ": ", OpeningsText(summary), "\n");
   if (summary.panels() > 0)
-    absl::StrAppendFormat(&text, "parts    %d panels, %d seams\n", summary.panels(), summary.seams());
+    absl::StrAppend(&text, "parts    ", Counted(summary.panels(), "panel", "panels"), ", ",
+                    Counted(summary.seams(), "seam", "seams"), "\n");
   if (summary.texture_coverage() > 0)
     absl::StrAppendFormat(&text, "texture  panels cover %.0f %% of its square\n",
                           100 * summary.texture_coverage());
