@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "services/calibration/calibrate_dump.h"
@@ -9,6 +10,21 @@
 #include "services/verdict/verdict.h"
 
 namespace weft {
+
+namespace {
+
+// Messages of issues end with "; " and what to do.
+void AddRefusal(const std::vector<CalibrationIssue>& issues, v1::Verdict& verdict) {
+  const std::string& message = issues.front().message;
+  const size_t end = message.rfind("; ");
+  std::string remedy = end == std::string::npos ? "mend that and calibrate again" : message.substr(end + 2);
+  remedy[0] = absl::ascii_toupper(static_cast<unsigned char>(remedy[0]));
+  if (remedy.back() != '?') remedy += '.';
+  if (issues.size() > 1) remedy += " The other causes follow.";
+  AddFinding(verdict, v1::GRADE_BAD, message.substr(0, end), remedy);
+}
+
+}  // namespace
 
 WorstCamera WorstCameraOf(const CalibrationResult& result) {
   WorstCamera worst;
@@ -34,10 +50,10 @@ std::string CalibrationHeadline(const CalibrationResult& result) {
 
 v1::Verdict CalibrationVerdict(const CalibrationResult& result) {
   v1::Verdict verdict;
-  for (const CalibrationIssue& issue : result.issues)
-    AddFinding(verdict, v1::GRADE_BAD, issue.message,
-               "Mend each cause below, record the boards again, and calibrate again; the old rig was kept.");
-  if (!result.issues.empty() || !result.solution) return verdict;
+  if (!result.issues.empty()) {
+    AddRefusal(result.issues, verdict);
+    return verdict;
+  }
   AddFinding(verdict, v1::GRADE_GOOD, CalibrationHeadline(result), "");
   AddCheck(verdict, kCalibrationReprojection, result.solution->rms_px);
   const WorstCamera worst = WorstCameraOf(result);
