@@ -1,9 +1,11 @@
 #include "services/client/fetch_results.h"
 
+#include <filesystem>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
+#include "services/files/confined_folder.h"
 
 namespace weft {
 namespace {
@@ -23,9 +25,18 @@ absl::Status CheckFrameName(const std::string& name) {
 }
 
 absl::Status FetchIfThere(RegistrationClient& client, const std::string& job_id, const std::string& frame,
-                          v1::ResultKind kind, const std::string& folder) {
-  absl::Status status = client.Fetch(job_id, frame, kind, absl::StrCat(folder, "/", ResultFileName(kind)));
-  return absl::IsNotFound(status) ? absl::OkStatus() : status;
+                          v1::ResultKind kind, const ConfinedFolder& folder) {
+  const absl::Status status = client.Fetch(job_id, frame, kind, folder.At(ResultFileName(kind)));
+  return absl::IsNotFound(status) ? absl::OkStatus() : folder.InWords(status);
+}
+
+// Made where it is missing. What it is reached by may hold links, what it holds may not.
+absl::StatusOr<ConfinedFolder> OpenOut(const std::string& out) {
+  if (absl::Status status = CreateFolders(out); !status.ok()) return status;
+  std::error_code error;
+  const std::string canonical = std::filesystem::canonical(out, error).string();
+  if (error) return absl::NotFoundError(absl::StrCat(out, ": no such folder (", error.message(), ")"));
+  return ConfinedFolder::Open(canonical);
 }
 
 }  // namespace
@@ -54,24 +65,25 @@ absl::Status FetchResults(RegistrationClient& client, const v1::Job& job, const 
                           std::stop_token stop) {
   const absl::StatusOr<std::vector<v1::FrameInfo>> frames = client.Frames(job.id());
   if (!frames.ok()) return frames.status();
+  const absl::StatusOr<ConfinedFolder> base = OpenOut(out);
+  if (!base.ok()) return base.status();
   size_t done = 0;
   for (const v1::FrameInfo& frame : *frames) {
     if (stop.stop_requested()) return absl::CancelledError("stopped while the results were fetched");
     if (HasFiles(frame)) {
       if (absl::Status status = CheckFrameName(frame.frame()); !status.ok()) return status;
-      const std::string folder = absl::StrCat(out, "/", frame.frame());
-      if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+      const auto folder = base->Child(frame.frame(), ConfinedFolder::IfMissing::kMake);
+      if (!folder.ok()) return folder.status();
       for (const v1::ResultKind kind : {v1::RESULT_KIND_OBSERVATIONS, v1::RESULT_KIND_CLOUD,
                                         v1::RESULT_KIND_MESH, v1::RESULT_KIND_FRAME_REPORT}) {
-        if (absl::Status status = FetchIfThere(client, job.id(), frame.frame(), kind, folder); !status.ok())
+        if (absl::Status status = FetchIfThere(client, job.id(), frame.frame(), kind, *folder); !status.ok())
           return status;
       }
     }
     if (progress) progress(++done, frames->size());
   }
-  if (absl::Status status = CreateFolders(out); !status.ok()) return status;
   for (const v1::ResultKind kind : {v1::RESULT_KIND_JOB_REPORT, v1::RESULT_KIND_JOB}) {
-    if (absl::Status status = FetchIfThere(client, job.id(), "", kind, out); !status.ok()) return status;
+    if (absl::Status status = FetchIfThere(client, job.id(), "", kind, *base); !status.ok()) return status;
   }
   return absl::OkStatus();
 }

@@ -78,5 +78,19 @@ TEST_F(DaemonTest, FetchResultsBringsEveryFileThatIsThere) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "here/a/cloud.ply"));
 }
 
+TEST_F(DaemonTest, FetchResultsFollowsNoLink) {
+  StartDaemon();
+  const std::string id = Submit({"a"});
+  const v1::Job job = WaitForEnd(id);
+  WriteBytes(folder_ / "out/a/mesh.ply", "mesh");
+  WriteBytes(folder_ / "elsewhere/mesh.ply", "kept");
+  std::filesystem::create_directories(folder_ / "here");
+  std::filesystem::create_directory_symlink(folder_ / "elsewhere", folder_ / "here/a");
+  const absl::Status status = FetchResults(*client_, job, folder_ / "here", {});
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition) << status;
+  EXPECT_THAT(std::string(status.message()), ::testing::HasSubstr(folder_ / "here/a"));
+  EXPECT_EQ(ReadBytes(folder_ / "elsewhere/mesh.ply"), "kept");
+}
+
 }  // namespace
 }  // namespace weft
