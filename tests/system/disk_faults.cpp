@@ -70,6 +70,13 @@ std::string PathOf(int fd) {
 }
 
 std::string AbsolutePath(int folder, const char* path) {
+  // A file reached through an open folder.
+  static const std::string kThroughFd = "/proc/self/fd/";
+  if (std::strncmp(path, kThroughFd.c_str(), kThroughFd.size()) == 0) {
+    char* rest = nullptr;
+    const long fd = std::strtol(path + kThroughFd.size(), &rest, 10);
+    return PathOf(static_cast<int>(fd)) + rest;
+  }
   if (path[0] == '/') return path;
   char here[4096];
   const std::string base = folder != AT_FDCWD ? PathOf(folder) : getcwd(here, sizeof here) ? here : "";
@@ -357,6 +364,11 @@ extern "C" int unlinkat(int folder, const char* path, int flags) noexcept {
 extern "C" int mkdir(const char* path, mode_t mode) noexcept {
   static const auto next = Next<int (*)(const char*, mode_t)>("mkdir");
   return OnName("mkdir", AbsolutePath(AT_FDCWD, path), "", [&] { return next(path, mode); });
+}
+
+extern "C" int mkdirat(int folder, const char* path, mode_t mode) noexcept {
+  static const auto next = Next<int (*)(int, const char*, mode_t)>("mkdirat");
+  return OnName("mkdir", AbsolutePath(folder, path), "", [&] { return next(folder, path, mode); });
 }
 
 extern "C" int rmdir(const char* path) noexcept {

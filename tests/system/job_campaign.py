@@ -50,6 +50,11 @@ def processes_of(folder, program):
     return found
 
 
+def differing(found, expected):
+    """Names of the files that are missing, too many, or have other bytes."""
+    return sorted(name for name in expected.keys() | found.keys() if expected.get(name) != found.get(name))
+
+
 class Studio:
     """A take, and a daemon that may be killed, in a folder."""
 
@@ -182,9 +187,7 @@ def run_trial(number, kind, take, expected, job_s, keep=None):
             job_id = studio.submit()
             what = disturb(studio, kind, choice, job_s)
             job = studio.wait_for_end(job_id)
-            found = results(studio.out)
-            wrong = sorted(name for name in expected.keys() | found.keys()
-                           if expected.get(name) != found.get(name))
+            wrong = differing(results(studio.out), expected)
             left = [os.path.relpath(path, folder) for path in temporary_files(studio.out)]
         finally:
             if studio.daemon and studio.daemon.poll() is None:

@@ -10,7 +10,7 @@ import tempfile
 import unittest
 
 import job_campaign
-from job_campaign import Studio, make_take, run_trial, undisturbed, wait_for
+from job_campaign import Studio, differing, make_take, run_trial, undisturbed, wait_for
 from studio import BIN, LONG_S, read, results, temporary_files, weft, write
 
 # Between weftd and weft-worker: kills the worker as soon as it has told of the last frame, once.
@@ -56,7 +56,7 @@ class JobResults(unittest.TestCase):
         return os.path.join(self.out, self.studio.frames[frame], name)
 
     def assert_whole(self):
-        self.assertEqual(results(self.out), self.expected)
+        self.assertEqual(differing(results(self.out), self.expected), [])
         self.assertEqual(temporary_files(self.out), [])
 
     def assert_done(self, job_id):
