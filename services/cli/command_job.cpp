@@ -105,6 +105,7 @@ absl::Status Show(RegistrationClient& client, const Context& context) {
     all.mutable_frames()->Assign(frames->begin(), frames->end());
     return PrintJsonMessage(all);
   }
+  if (job->has_verdict()) PrintVerdict(job->verdict());
   PrintJob(*job);
   for (const v1::FrameInfo& frame : *frames) std::printf("%s\n", FrameLine(frame).c_str());
   return absl::OkStatus();
