@@ -21,7 +21,7 @@ def wait_for(condition, what):
         value = condition()
         if value:
             return value
-        time.sleep(0.05)
+        time.sleep(0.2)
     raise AssertionError(f"waited {LONG_S} s for {what}")
 
 
