@@ -225,6 +225,7 @@ void JobQueue::EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state,
   if (job->ended || job->finishing || job->early) return;
   spdlog::info("job {} ends early: {}", job->job.id(), message);
   job->early = LiveJob::EarlyEnd{state, EscapedText(message)};
+  job->start_again.reset();  // its end need not wait for what its tasks waited for
   // Frames of running tasks come back when those have ended.
   std::vector<bool> in_task(job->frames.infos().size());
   for (const auto& [id, task] : tasks_) {

@@ -54,6 +54,17 @@ TEST(JobFrames, ACrashedFrameComesLastAndAlone) {
   EXPECT_THAT(frames.TakeChunk(2), ElementsAre(0));
 }
 
+TEST(JobFrames, AFrameThatRanWhenTheDaemonWasKilledComesLastAndKeepsItsAttempts) {
+  JobFrames frames = MakeFrames(3);
+  ASSERT_THAT(frames.TakeChunk(2), ElementsAre(0));
+  frames.Start(0);
+  frames.GiveBack(0, JobFrames::Attempt::kDaemonKilled);
+  EXPECT_EQ(frames.infos()[0].attempts(), 0);
+  EXPECT_THAT(frames.TakeChunk(2), ElementsAre(1));
+  EXPECT_THAT(frames.TakeChunk(2), ElementsAre(2));
+  EXPECT_THAT(frames.TakeChunk(2), ElementsAre(0));
+}
+
 TEST(JobFrames, ASingleWorkerTakesLongChunks) {
   JobFrames frames = MakeFrames(20);
   EXPECT_EQ(frames.TakeChunk(1).size(), 16u);
