@@ -161,14 +161,18 @@ def remove(studio, choice):
         return "nothing"
 
 
-def disturb(studio, kind, choice, job_s):
-    """Waits for the moment, and does it."""
+def disturb(studio, kind, choice):
+    """Waits for the moment, and does it. Moments go by how far the job is, since machines are not equally fast."""
+    start = time.monotonic()
     if kind == AIMED:
         wait_for(lambda: studio.reported() == len(studio.frames), "the last report", pause_s=0.001)
         time.sleep(choice.uniform(0, 0.1))
         return kill(studio, choice)
     if kind == RANDOM:
-        time.sleep(choice.uniform(0, job_s))
+        reports = choice.randrange(len(studio.frames) + 1)
+        wait_for(lambda: processes_of(studio.folder, "weft-worker") and studio.reported() >= reports
+                 or studio.reported() == len(studio.frames), "some reports", pause_s=0.001)
+        time.sleep(choice.uniform(0, (time.monotonic() - start) / (reports + 1)))
         return kill(studio, choice)
     reports = choice.randrange(len(studio.frames))  # never all: the job still runs
     wait_for(lambda: studio.reported() >= reports, "some reports", pause_s=0.001)
@@ -176,7 +180,7 @@ def disturb(studio, kind, choice, job_s):
     return remove(studio, choice)
 
 
-def run_trial(number, kind, take, expected, job_s, keep=None):
+def run_trial(number, kind, take, expected, keep=None):
     """One job, disturbed once. Returns a record."""
     choice = random.Random(number)
     with tempfile.TemporaryDirectory(prefix="weft-campaign-") as folder:
@@ -185,7 +189,7 @@ def run_trial(number, kind, take, expected, job_s, keep=None):
         try:
             studio.start_daemon()
             job_id = studio.submit()
-            what = disturb(studio, kind, choice, job_s)
+            what = disturb(studio, kind, choice)
             job = studio.wait_for_end(job_id)
             wrong = differing(results(studio.out), expected)
             left = [os.path.relpath(path, folder) for path in temporary_files(studio.out)]
@@ -249,7 +253,7 @@ def main():
             for number in range(options.begin, min(options.begin + options.count, len(TRIALS))):
                 if number in known:
                     continue
-                record = run_trial(number, TRIALS[number], take, expected, job_s, options.keep)
+                record = run_trial(number, TRIALS[number], take, expected, options.keep)
                 records.append(record)
                 with open(options.log, "a") as log:
                     log.write(json.dumps(record) + "\n")

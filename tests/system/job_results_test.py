@@ -36,7 +36,7 @@ class JobResults(unittest.TestCase):
         shared = tempfile.TemporaryDirectory(prefix="weft results ")
         cls.addClassCleanup(shared.cleanup)
         cls.take = make_take(shared.name)
-        cls.expected, cls.job_s = undisturbed(cls.take)
+        cls.expected, _ = undisturbed(cls.take)
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="weft test ")
@@ -74,7 +74,7 @@ class JobResults(unittest.TestCase):
 
     def test_some_trials_of_the_campaign(self):
         for number in (0, 100, 200):
-            record = run_trial(number, job_campaign.TRIALS[number], self.take, self.expected, self.job_s)
+            record = run_trial(number, job_campaign.TRIALS[number], self.take, self.expected)
             self.assertEqual((record["state"], record["wrong"], record["left"]), ("DONE", [], []), record)
 
     def test_a_worker_killed_as_it_tells_of_the_last_frame_has_refined_it(self):
