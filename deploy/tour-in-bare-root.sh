@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Proves that the Debian package is enough: builds it, makes a bare Debian root, installs the package and nothing else
-# there, and takes the tour as a user without privileges and without a network. Takes half an hour with the build, most of
-# a GB of disk, and the Debian mirror that this machine's apt uses.
+# there, and takes the tour as a user without privileges and without a network. Takes half an hour with the build, 1 GB
+# of disk, and the Debian mirror that this machine's apt uses.
 #
 # Usage: deploy/tour-in-bare-root.sh [DIR]      DIR, new, defaults to a temporary folder that is removed at the end
 # Needs root and debootstrap. WEFT_DEB names a package to use instead of building one.
@@ -36,6 +36,7 @@ before=$(chroot "$root" dpkg-query -f '.\n' -W | wc -l)
 
 echo "== The package: $(basename "$deb"), $(du -h "$deb" | cut -f 1)"
 dpkg-deb --field "$deb" Package Version Depends Recommends
+chmod 755 "$root"
 cp "$deb" "$root/tmp/weft.deb"
 chroot "$root" env DEBIAN_FRONTEND=noninteractive sh -c \
   'apt-get -q update && apt-get -q install -y --no-install-recommends /tmp/weft.deb' > "$root/tmp/apt.log" 2>&1 ||

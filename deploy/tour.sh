@@ -44,7 +44,7 @@ step "Registration"
 run weft register take --rig studio/rig.json --board studio/board.json --template garment --out result --observations
 
 step "How good is it"
-run weft evaluate result --quick --out evaluation
+run weft evaluate result --truth studio/truth --quick --out evaluation
 
 if command -v python3 > /dev/null; then
   step "The meshes in a program of your own"
