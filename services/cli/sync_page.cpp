@@ -25,15 +25,15 @@ std::string PartOf(const std::string& id, const std::string& heading, const std:
 }
 
 std::string Head(const v1::SyncReport& report) {
-  return absl::StrFormat(
-      "<header>\n<h1>Sync of take %s</h1>\n<p>%s. %s of %s complete, %s dropped. Between the cameras of a "
-      "set: %s ms in "
-      "the median, %s ms at worst.</p>\n</header>\n",
-      NameHtml(report.take().id()), EscapeHtml(report.take().sync()),
-      FormatCount(static_cast<int64_t>(report.sets_complete())),
-      Counted(static_cast<int64_t>(report.sets()), "frame set", "frame sets"),
-      FormatCount(static_cast<int64_t>(report.sets_dropped())), FormatNumber(report.spread_median_ms(), 4),
-      FormatNumber(report.spread_worst_ms(), 4));
+  const std::string sync = report.take().sync().empty() ? "" : EscapeHtml(report.take().sync()) + ". ";
+  return PageHead(
+      absl::StrCat("Weft sync of take ", NameHtml(report.take().id())), report.verdict().reason(),
+      report.verdict(),
+      absl::StrCat("<p>", sync, FormatCount(static_cast<int64_t>(report.sets_complete())), " of ",
+                   Counted(static_cast<int64_t>(report.sets()), "frame set", "frame sets"), " complete, ",
+                   FormatCount(static_cast<int64_t>(report.sets_dropped())),
+                   " dropped. Between the cameras of a set: ", FormatNumber(report.spread_median_ms(), 4),
+                   " ms in the median, ", FormatNumber(report.spread_worst_ms(), 4), " ms at worst.</p>\n"));
 }
 
 template <typename Lines>
@@ -147,8 +147,7 @@ std::string SyncPage(const SyncAnalysis& analysis) {
                ptp = {&CameraSyncSeries::ptp_us, "PTP offset", "us", HeatMapGaps::kAreBlank};
   return Page(
       "Weft sync report",
-      absl::StrCat(Head(report), VerdictHtml(report.verdict()),
-                   PartOf("findings", "Findings", List(report.findings())),
+      absl::StrCat(Head(report), PartOf("findings", "Findings", List(report.findings())),
                    PartOf("offsets", "Offset from the other cameras", Plots(analysis, offsets, &sets)),
                    PartOf("missing", "Missing frames", List(CauseLines(report.causes()))),
                    PartOf("cameras", "Cameras", CameraTable(report)),
