@@ -32,7 +32,7 @@ class LiveFaults(LiveTest):
     def test_all_cameras_gone_for_good(self):
         cameras = self.start_cameras()
         self.write_session(ptp=True, max_wait_ms=500)
-        seconds = 12
+        seconds = 9
         begin = time.monotonic()
         recorder = self.record(seconds)
         self.wait_for_more_sets(recorder, 10)
@@ -62,11 +62,13 @@ class LiveFaults(LiveTest):
         recorder = self.record()
         self.wait_for_more_sets(recorder, 10)
         right.kill()
-        self.wait_for_more_sets(recorder, 45)
+        self.wait_for(recorder, "missing", 20, words="the camera is disconnected")
         info = self.stop(recorder, (1,))
         self.assert_accounted(info)
-        causes = self.causes_of(info, "right")
-        self.assertTrue(causes and all("disconnected" in cause for cause in causes), causes)
+        unnamed = sum(int(cause["count"]) for cause in info["causes"]
+                      if cause["camera"] == "right" and "disconnected" not in cause["cause"])
+        # A request that was under way takes 3 s to fail, and nothing is known of the camera meanwhile.
+        self.assertLess(unnamed, 40, info["causes"])
         self.assertEqual(self.causes_of(info, "left"), [])
         self.assertRegex("\n".join(info["notes"]), "camera right: disconnected: ")
         self.assertRegex(info["verdict"]["reason"], r"right: \d+ frames missing: the camera is disconnected")
@@ -78,13 +80,14 @@ class LiveFaults(LiveTest):
 
     def test_a_clock_that_cannot_be_read(self):
         cameras = self.start_cameras()
-        for fault, words in (("latch_is_zero", "it reads 0"), ("latch_is_stuck", "it stands still")):
+        # Readings come once a second; it takes three of them to believe them.
+        for fault, words, sets in (("latch_is_zero", "it reads 0", 45), ("latch_is_stuck", "it stands still", 5)):
             with self.subTest(fault):
                 cameras.tell(f"set * {fault} 1")
                 self.write_session(tolerance_ms=30)
                 done = weft("doctor", "--session", self.session, "--dir", self.folder, "--disk-test-gib", "0.01", check=0)
                 self.assertRegex(done.stdout, rf"warning +clock of cameras left and right +it cannot be read: {words}")
-                info = self.record_for(55)
+                info = self.record_for(sets)
                 self.assert_complete(info)
                 self.assertRegex(self.errors, rf"2 of 2 cameras \(left and right\): their clocks cannot be read, {words}")
                 for camera in info["take"]["cameras"]:
@@ -134,7 +137,7 @@ class LiveFaults(LiveTest):
             end = time.monotonic() + LONG_S
             while len(json.loads(weft("camera", "list", "--json", check=0).stdout).get("cameras", [])) < 2:
                 self.assertLess(time.monotonic(), end)
-            info = self.record_for(24)
+            info = self.record_for(18)
         self.assert_complete(info)
         self.assertEqual(info["verdict"]["grade"], "GRADE_GOOD")
         self.assertEqual({camera["clock_problem"] for camera in info["take"]["cameras"]}, {"it reads 0"})

@@ -77,7 +77,10 @@ def frames(take, camera):
     settings = {c["id"]: c["settings"] for c in json.loads(read(os.path.join(take, "take.json")))["cameras"]}
     own_address = int(ipaddress.ip_address(settings[camera]["DeviceAddress"]))
     with open(os.path.join(take, "streams", camera + ".stream"), "rb") as stream:
-        stream.seek(4096)
+        head = stream.read(4096)
+        id_bytes, = struct.unpack_from("<I", head, 20)
+        description_bytes, = struct.unpack_from("<Q", head, 24 + id_bytes)
+        stream.seek(4096 + (description_bytes + 4095) // 4096 * 4096)
         while len(header := stream.read(4096)) == 4096 and header[:8] == b"WEFTCHNK":
             codec, = struct.unpack_from("<I", header, 12)
             number, device_ns = struct.unpack_from("<Qq", header, 32)
