@@ -46,6 +46,12 @@ void JudgeState(const std::string& folder, const v1::Take& take, v1::Verdict& ve
   }
 }
 
+bool HasEnd(const RecordedTake& streams) {
+  for (size_t i = 0; i < streams.camera_ids().size(); ++i)
+    if (streams.stream(i).header().version == 1 || streams.stream(i).end()) return true;
+  return false;
+}
+
 void JudgeStreams(const RecordedTake& streams, v1::TakeInfo& info) {
   v1::Verdict& verdict = *info.mutable_verdict();
   const bool is_closed = info.take().state() != v1::TAKE_STATE_RECORDING;
@@ -55,6 +61,13 @@ void JudgeStreams(const RecordedTake& streams, v1::TakeInfo& info) {
     AddFinding(verdict, v1::GRADE_BAD, absl::StrCat("camera ", camera.id(), ": its stream is gone"),
                absl::StrCat("copy it again from where it is whole, or leave gaps in its place: ",
                             RecoverRemedy(info.path(), is_closed)));
+  }
+  if (info.take().state() == v1::TAKE_STATE_STOPPED && !HasEnd(streams)) {
+    AddFinding(verdict, v1::GRADE_BAD,
+               absl::StrCat("the recording stopped early: ", info.take().stop_cause(),
+                            "; the disk did not take the end of the streams either"),
+               absl::StrCat("make room, and ", RecoverRemedy(info.path(), false)));
+    return;
   }
   for (size_t i = 0; is_closed && i < ids.size(); ++i) {
     if (streams.stream(i).header().version == 1 || streams.stream(i).end()) continue;
