@@ -3,6 +3,7 @@
 #include <fcntl.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 #include <utility>
 
@@ -54,6 +55,7 @@ class Recovery {
   absl::Status PlanOf(const ScannedStream& stream);
   void NoteLost(const ScannedStream& stream, const std::map<std::string, std::vector<uint64_t>>& lost);
   void PlanLedger();
+  void PlanDropped();
   absl::Status WriteLedger(PosixFile& file);
   absl::Status ReadMissingReasons();
   // The camera's frame was on the disk. An index is written after its own stream was flushed, maybe before
@@ -157,6 +159,30 @@ void Recovery::NoteLost(const ScannedStream& stream,
                                           " (set ", RangesText(sets), ")"));
 }
 
+// Numbers that no set has, where damage to the ledger took lines that said why.
+void Recovery::PlanDropped() {
+  if (parsed_.ok() && parsed_->damaged_lines == 0) return;
+  uint64_t untold = options_.sets_dropped > result_.dropped ? options_.sets_dropped - result_.dropped : 0;
+  std::map<uint64_t, uint64_t> known;  // first to last of each line
+  for (const LedgerEntry& entry : ledger_.dropped) known[entry.first_set] = entry.last_set;
+  uint64_t next = sets_.empty() ? 0 : sets_.begin()->first;
+  for (const auto& [set, time_ns] : sets_) {
+    for (; next < set && untold > 0; ++next) {
+      const auto line = known.upper_bound(next);
+      if (line != known.begin() && std::prev(line)->second >= next) continue;
+      const bool goes_on = !entries_.empty() && entries_.back().event == LedgerEvent::kDropped &&
+                           entries_.back().last_set + 1 == next;
+      if (goes_on) entries_.back().last_set = next;
+      if (!goes_on)
+        entries_.push_back({LedgerEvent::kDropped, next, next, 0, 0, "",
+                            "the line of the ledger that said why is damaged or gone"});
+      --untold;
+      ++result_.dropped;
+    }
+    next = set + 1;
+  }
+}
+
 void Recovery::PlanLedger() {
   for (const auto& [set, time_ns] : sets_) {
     if (!ledger_.recorded.contains(set))
@@ -167,6 +193,7 @@ void Recovery::PlanLedger() {
         entries_.push_back({LedgerEvent::kMissing, set, set, time_ns, 0, stream.camera_id, reason->second});
     }
   }
+  PlanDropped();
   result_.entries_added = entries_.size();
   rewrites_ledger_ = !parsed_.ok() || parsed_->damaged_lines > 0;
   if (!parsed_.ok()) {

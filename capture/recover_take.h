@@ -15,6 +15,8 @@ struct TakeRecoveryOptions {
   bool dry_run = false;              // says what would be done and changes nothing
   std::vector<std::string> cameras;  // that the take should have; one whose stream is gone gets gaps
   uint64_t take = 0;                 // number of the take, where streams do not tell; 0: unknown
+  uint64_t sets_dropped =
+      0;  // as take.json or an end record says it, where the ledger that says why is damaged
   std::vector<std::string> keep;  // files of the take's folder to keep aside, which the caller will replace
   std::map<std::string, std::string> descriptions;  // for the heads of streams whose own are damaged
 };

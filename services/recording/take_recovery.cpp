@@ -166,6 +166,7 @@ absl::StatusOr<v1::TakeRecoveryReport> RecoverRecordedTake(const std::string& fo
   options.dry_run = choice.dry_run;
   options.cameras = IdsOf(known->take);
   options.take = TakeNumber(known->take);
+  options.sets_dropped = known->take.sets_dropped();
   for (int i = 0; i < known->take.cameras_size(); ++i)
     options.descriptions[known->take.cameras(i).id()] = StreamDescription(known->take, i);
   std::error_code error;

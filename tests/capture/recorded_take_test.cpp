@@ -124,8 +124,9 @@ TEST(RecordedTake, IsADumpInTheOrderOfTheRig) {
   const auto dump = OpenDump(temp / "take", rig);
   ASSERT_TRUE(dump.ok()) << dump.status();
   EXPECT_THAT((*dump)->frame_names(), ElementsAre("0003", "0004", "0005", "0006"));
-  EXPECT_THAT((*dump)->warnings(), ElementsAre(HasSubstr("camera unknown of the rig has no images"),
-                                               HasSubstr("is not in the rig: cam1; is it the rig of this take?")));
+  EXPECT_THAT((*dump)->warnings(),
+              ElementsAre(HasSubstr("camera unknown of the rig has no images"),
+                          HasSubstr("is not in the rig: cam1; is it the rig of this take?")));
   const auto set = (*dump)->Read(2);
   ASSERT_TRUE(set.ok());
   EXPECT_TRUE(set->frames.empty());
@@ -240,6 +241,31 @@ TEST(RecoverTake, PutsNothingInThePlaceOfASetThatNoCameraHas) {
   EXPECT_EQ(recovery->frames_lost, 3u + 2u);  // set 5 lacked one before
   EXPECT_THAT(Problems(folder), IsEmpty());
   EXPECT_EQ(RecordedTake::Open(folder).value()->sets().size(), 3u);
+}
+
+TEST(RecoverTake, AccountsForDroppedSetsWhoseLinesAreGone) {
+  const TempFolder temp;
+  const std::string folder = temp / "take";
+  PatternFrames cameras = Cameras();
+  const auto writer = TakeWriter::Create(folder, cameras.camera_ids(), {});
+  ASSERT_TRUE(writer.ok());
+  std::vector<LedgerEntry> entries;
+  for (const uint64_t number : {3, 4, 7, 8}) {
+    const RawFrameSet set = cameras.Set(number);
+    for (size_t camera = 0; camera < 3; ++camera) ASSERT_TRUE((*writer)->Append(camera, set).ok());
+    for (const LedgerEntry& entry : EntriesOfRecorded(set, 1)) entries.push_back(entry);
+  }
+  entries.push_back({LedgerEvent::kDropped, 5, 6, 0, 1, "", "disk too slow"});
+  ASSERT_TRUE((*writer)->Commit(8, entries).ok());
+  ASSERT_TRUE((*writer)->Close(8, {}, {}).ok());
+  fs::remove(LedgerFile(folder));
+  TakeRecoveryOptions options;
+  options.sets_dropped = 2;
+  const auto recovery = RecoverTake(folder, options);
+  ASSERT_TRUE(recovery.ok()) << recovery.status();
+  EXPECT_EQ(recovery->dropped, 2u);
+  EXPECT_EQ(VerifyTake(folder)->dropped, 2u);
+  EXPECT_THAT(Problems(folder), IsEmpty());
 }
 
 TEST(RecoverTake, IgnoresChunksOfAnotherTake) {

@@ -119,7 +119,7 @@ class Damage(unittest.TestCase):
         targets = [(f"streams/{camera}.{kind}", camera if kind == "stream" else None)
                    for camera in IDS for kind in ("stream", "index")] + [("ledger.csv", None), ("take.json", None)]
         lost = 0
-        for round_number in range(int(os.environ.get("WEFT_DAMAGE_ROUNDS", "24"))):
+        for round_number in range(int(os.environ.get("WEFT_DAMAGE_ROUNDS", "16"))):
             self.setUp()
             name, damaged = targets[round_number % len(targets)]
             path = os.path.join(self.take, name)
@@ -136,7 +136,9 @@ class Damage(unittest.TestCase):
             else:
                 os.remove(path)
             report = self.verify()
-            self.assertFalse(report["whole"], what)
+            if report["whole"]:  # a bit of the zeros that fill a block harms no frame
+                self.assertTrue(damaged, what)
+                self.assertEqual(set(frames(self.take).values()), {"exact"}, what)
             self.assertEqual(weft("take", "info", self.take, check=0).stderr.count("error"), 0, what)
             gone = self.assert_recovered(damaged, what)
             if how == "flip":
