@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "capture/checksum.h"
+#include "capture/plain_text.h"
 #include "capture/recorded_take.h"
 #include "capture/take_files.h"
 #include "services/files/atomic_file.h"
@@ -67,7 +68,7 @@ absl::StatusOr<TakeFile> ReadTakeFileStrictly(const std::string& folder) {
   if (!text.ok()) return text.status();
   TakeFile file;
   if (absl::Status status = ParseJson(*text, path, file.take); !status.ok())
-    return absl::DataLossError(absl::StrCat("damaged: ", status.message()));
+    return absl::DataLossError(absl::StrCat("damaged: ", EscapedText(status.message())));
   const std::string printed = file.take.checksum();
   file.take.clear_checksum();
   if (printed.empty()) return file;
