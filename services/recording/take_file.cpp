@@ -68,7 +68,7 @@ absl::StatusOr<TakeFile> ReadTakeFileStrictly(const std::string& folder) {
   if (!text.ok()) return text.status();
   TakeFile file;
   if (absl::Status status = ParseJson(*text, path, file.take); !status.ok())
-    return absl::DataLossError(absl::StrCat("damaged: ", EscapedText(status.message())));
+    return absl::DataLossError(absl::StrCat("damaged: ", EscapedText(std::string(status.message()))));
   const std::string printed = file.take.checksum();
   file.take.clear_checksum();
   if (printed.empty()) return file;
