@@ -12,8 +12,8 @@ void AddCompletionCommand(CLI::App& app, CommandLine& line) {
       app, "completion",
       "Print the script that lets a shell complete weft's commands, options and values. The Debian package "
       "installs both.",
-      "  source <(weft completion bash)\n"
-      "  weft completion zsh > ~/.zfunc/_weft");
+      "  weft completion zsh > ~/.zfunc/_weft\n"
+      "  source <(weft completion bash)");
   const auto shell = std::make_shared<std::string>();
   command->add_option("SHELL", *shell, "bash or zsh")
       ->required()

@@ -95,7 +95,9 @@ class Recording(unittest.TestCase):
             found, errors = done.communicate(timeout=LONG_S)
             self.assertEqual(done.returncode, 0, errors)
             back, sets, last = map(int, re.fullmatch(r"brought_back (\d+)\nsets (\d+) last (-?\d+)\n", found).groups())
-            self.assertEqual(sets, last + 1)
+            accounted, _ = self.ledger()  # at 2000 sets a second a busy machine drops some
+            self.assertEqual(len(accounted["recorded"]), sets)
+            self.assertLessEqual(set(range(last + 1)), accounted["recorded"] | accounted["dropped"])
             self.assertGreaterEqual(last, acknowledged(out))
             later_than_acknowledged += last > acknowledged(out)
             brought_back += back
@@ -215,7 +217,7 @@ class RecordedTakes(StudioTest):
         weft("take", "replay", recorded, "--preview", look, "--board", f"{self.take}/board.json", "--template",
              f"{self.take}/template", "--decoded-views", "3", check=0)
         page = read(os.path.join(look, "index.html"))
-        self.assertEqual(page.count("<figure>") + page.count("<figure class=faulty>"), len(self.images))
+        self.assertEqual(page.count("<figure id="), len(self.images))
         self.assertIn(f"frame set {len(self.frames) - 1}", page)
         self.assertIn("cells are read by three cameras or more", page)
         self.assertGreater(page.count("image/png"), 1)  # both sides of the garment

@@ -81,7 +81,7 @@ TEST_F(DecodeCommand, TruncatedImageIsReportedAndDoesNotLoseTheOthers) {
   const WeftRun run = Decode({"a.png", "b.png", "c.png"});
   EXPECT_EQ(run.status, 2);
   EXPECT_THAT(run.err, AllOf(HasSubstr("1 of 3 images could not be decoded"),
-                             HasSubstr("b.png: the image is truncated")));
+                             HasSubstr("b.png: the PNG image is damaged or truncated")));
   EXPECT_THAT(run.out, HasSubstr("failed: "));
   const auto images = ReadObservations(folder_ / "o.csv");
   ASSERT_TRUE(images.ok()) << images.status();
@@ -137,8 +137,10 @@ TEST_F(DecodeCommand, PrintsJsonThatNamesWhatFailed) {
 TEST_F(DecodeCommand, GreyImagesNeedTheOrderOfTheirMosaic) {
   Frame grey = picture_;
   grey.format = PixelFormat::kGrey8;
-  grey.pixels = std::make_shared<const std::vector<uint8_t>>(
-      picture_.pixels->begin(), picture_.pixels->begin() + grey.width_px * grey.height_px);
+  std::vector<uint8_t> mosaic;  // red and green, green and blue
+  for (int y = 0; y < grey.height_px; ++y)
+    for (int x = 0; x < grey.width_px; ++x) mosaic.push_back(picture_.row(y)[3 * x + x % 2 + y % 2]);
+  grey.pixels = std::make_shared<const std::vector<uint8_t>>(std::move(mosaic));
   ASSERT_TRUE(WriteImageFile(folder_ / "raw.png", grey).ok());
   const WeftRun run = Decode({"raw.png"});
   EXPECT_EQ(run.status, 2);

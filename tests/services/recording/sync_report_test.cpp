@@ -62,6 +62,8 @@ class SyncedTake {
     // An answer that took long says nothing.
     clocks.Add(2, {kEpoch_ns + 12 * kPeriod_ns, 40 * kMs, 45 * kMs, "Slave", 300});
     EXPECT_TRUE((*recorder)->Stop().ok());
+    SetOutcome((*recorder)->Counters(), take);
+    EXPECT_TRUE(WriteTakeFile(path_, take).ok());
   }
   const std::string& path() const { return path_; }
 
