@@ -84,14 +84,17 @@ v1::Verdict RefinementVerdict(const RefinementResult& result) {
              : moved == 1 ? "1 camera moved and was corrected"
                           : absl::StrCat(moved, " cameras moved and were corrected"),
              "");
-  if (!result.refined.converged)
+  if (!result.refined.converged && moved == 0)
+    AddFinding(verdict, v1::GRADE_USABLE, "the poses did not settle, though no camera moved",
+               "Refine from more frames: --samples.");
+  else if (!result.refined.converged)
     AddFinding(verdict, v1::GRADE_BAD, "the poses did not settle",
                "Calibrate again: too many cameras moved, or the rig is not that of the take.");
   if (held > 0)
     AddFinding(verdict, v1::GRADE_USABLE,
                absl::StrCat(held, held == 1 ? " camera sees" : " cameras see",
                             " too little of the cloth and was not looked at"),
-               "Register a take in which the cloth passes before it, with more --frames.");
+               "Register a take in which the cloth passes before it, with more --samples.");
   AddCheck(verdict, kCalibrationReprojection, RmsAfterPx(result));
   return verdict;
 }

@@ -124,8 +124,7 @@ class Compatibility(unittest.TestCase):
 
     def test_a_rig_is_refined_from_results(self):
         for path in self.each():
-            done = weft("rig", "refine", path("result"), "--rig", path("rig.json"), "--out", path("refined.json"))
-            self.assertIn(done.returncode, (0, 1), done.stderr)  # how good a rig of three tiny frames is, is another matter
+            weft("rig", "refine", path("result"), "--rig", path("rig.json"), "--out", path("refined.json"), check=0)
             refined, before = (json.loads(read(path(name))) for name in ("refined.json", "rigs/refined.json"))
             self.assertEqual(len(refined["cameras"]), len(before["cameras"]))
             for now, then in zip(refined["cameras"], before["cameras"]):
