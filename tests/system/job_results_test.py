@@ -64,6 +64,12 @@ class JobResults(unittest.TestCase):
         self.assertEqual(job["frames"]["done"], len(self.studio.frames))
         self.assert_whole()
 
+    def holder(self):
+        try:
+            return read(os.path.join(self.out, ".weft-lock"))
+        except FileNotFoundError:
+            return ""
+
     def start_local(self):
         return subprocess.Popen([os.path.join(BIN, "weft"), *self.studio.register_arguments()], stdout=subprocess.PIPE,
                                 stderr=subprocess.PIPE, text=True)
@@ -135,7 +141,7 @@ class JobResults(unittest.TestCase):
         self.assert_done(job)
 
         local = self.start_local()
-        wait_for(lambda: os.path.exists(os.path.join(self.out, ".weft-lock")), "the local run to begin", pause_s=0.001)
+        wait_for(lambda: f"process {local.pid}" in self.holder(), "the local run to hold the folder", pause_s=0.001)
         os.kill(local.pid, signal.SIGSTOP)
         try:
             refused = weft(*self.studio.register_arguments("--server", self.studio.address, "--preset", "paper"))
