@@ -55,13 +55,6 @@ std::string Remedy(const v1::Verdict& verdict) {
 
 }  // namespace
 
-std::string VerdictHtml(const v1::Verdict& verdict) {
-  if (verdict.grade() == v1::GRADE_UNSPECIFIED) return "";
-  return absl::StrCat("<div id=\"verdict\" class=\"verdict ", LookOf(verdict.grade()).colour,
-                      "\">\n<p class=\"reason\">", Badge(verdict.grade()), " ", EscapeHtml(verdict.reason()),
-                      "</p>\n", Remedy(verdict), Checks(verdict), "</div>\n");
-}
-
 std::string PageHead(const std::string& kind, const std::string& headline, const v1::Verdict& verdict,
                      const std::string& more) {
   std::string head = absl::StrCat("<header>\n<p class=\"kind\">", kind, "</p>\n");

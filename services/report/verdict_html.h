@@ -9,9 +9,6 @@ namespace v1 {
 class Verdict;
 }
 
-// Badge and reason, remedy, and a table of values beside their limits; empty where the verdict says nothing.
-std::string VerdictHtml(const v1::Verdict& verdict);
-
 // The head of a page: a line of what kind it is (HTML already), the badge before the headline (not escaped),
 // the reason where it is another one, the remedy, values beside limits; `more` (HTML already) follows in the
 // same <header>. Without a verdict the headline alone.

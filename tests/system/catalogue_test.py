@@ -10,19 +10,9 @@ import tempfile
 import time
 import unittest
 
-from studio import BIN, LONG_S, StudioTest, read, results, weft
+from studio import BIN, LONG_S, StudioTest, read, results, wait_for, weft
 
 ENDED = ("JOB_STATE_DONE", "JOB_STATE_FAILED", "JOB_STATE_CANCELLED")
-
-
-def wait_for(condition, what):
-    deadline = time.monotonic() + LONG_S
-    while time.monotonic() < deadline:
-        value = condition()
-        if value:
-            return value
-        time.sleep(0.2)
-    raise AssertionError(f"waited {LONG_S} s for {what}")
 
 
 class Catalogue(StudioTest):
@@ -45,7 +35,7 @@ class Catalogue(StudioTest):
         def listening():
             self.assertIsNone(self.daemon.poll(), self.log())
             return os.path.exists(address_file) and read(address_file).strip()
-        self.server = ["--server", wait_for(listening, "weftd to listen")]
+        self.server = ["--server", wait_for(listening, "weftd to listen", pause_s=0.2)]
 
     def kill_daemon(self, how=signal.SIGKILL):
         if self.daemon and self.daemon.poll() is None:
@@ -65,7 +55,8 @@ class Catalogue(StudioTest):
         return next(job for job in self.jobs()["jobs"] if job["id"] == job_id)
 
     def end_of(self, job_id):
-        return wait_for(lambda: (lambda job: job if job["state"] in ENDED else None)(self.job(job_id)), "the job's end")
+        return wait_for(lambda: (lambda job: job if job["state"] in ENDED else None)(self.job(job_id)), "the job's end",
+                        pause_s=0.2)
 
     def assert_done(self, job_id):
         job = self.end_of(job_id)
@@ -129,9 +120,9 @@ class FullDisk(Catalogue):
     def test_a_job_that_ends_while_the_disk_is_full_is_done_once_there_is_room(self):
         self.start_daemon()
         job = self.submit()
-        wait_for(lambda: self.job(job)["frames"]["running"], "a frame to run")
+        wait_for(lambda: self.job(job)["frames"]["running"], "a frame to run", pause_s=0.2)
         self.fill()
-        wait_for(lambda: f"{job}: JOB_STATE_DONE" in self.log(), "the job's end")
+        wait_for(lambda: f"{job}: JOB_STATE_DONE" in self.log(), "the job's end", pause_s=0.2)
         time.sleep(1)  # in which it is written down, or not
         self.assertNotIn(self.job(job)["state"], ENDED)
         self.make_room()
@@ -144,7 +135,7 @@ class FullDisk(Catalogue):
     def test_a_restart_while_the_disk_is_full_is_not_held_against_the_job(self):
         self.start_daemon()
         job = self.submit()
-        wait_for(lambda: self.job(job)["frames"]["running"], "a frame to run")
+        wait_for(lambda: self.job(job)["frames"]["running"], "a frame to run", pause_s=0.2)
         self.fill()
         self.kill_daemon()
         self.start_daemon()
@@ -224,7 +215,8 @@ class Kills(Catalogue):
         self.start_daemon()
         job = self.submit()
         for _ in range(4):
-            wait_for(lambda: self.job(job)["frames"]["running"] or self.job(job)["state"] in ENDED, "a frame to run")
+            wait_for(lambda: self.job(job)["frames"]["running"] or self.job(job)["state"] in ENDED, "a frame to run",
+                     pause_s=0.2)
             self.kill_daemon()
             self.start_daemon()
         self.assert_done(job)

@@ -6,34 +6,9 @@ import shutil
 import signal
 import subprocess
 import tempfile
-import time
 import unittest
 
-from studio import BIN, LONG_S, StudioTest, read, results, temporary_files, weft
-
-
-def wait_for(condition, what):
-    deadline = time.monotonic() + LONG_S
-    while time.monotonic() < deadline:
-        value = condition()
-        if value:
-            return value
-        time.sleep(0.02)
-    raise AssertionError(f"waited {LONG_S} s for {what}")
-
-
-def worker_processes(folder):
-    """Process ids of weft-workers whose task lies below `folder`."""
-    found = []
-    for name in os.listdir("/proc"):
-        if name.isdigit():
-            try:
-                arguments = read(f"/proc/{name}/cmdline").split("\0")
-            except OSError:
-                continue
-            if "weft-worker" in arguments[0] and any(folder in argument for argument in arguments):
-                found.append(int(name))
-    return found
+from studio import BIN, LONG_S, StudioTest, processes_of, read, results, temporary_files, wait_for, weft
 
 
 class Daemon(StudioTest):
@@ -137,7 +112,7 @@ class Daemon(StudioTest):
         self.assertEqual(client.returncode, 1, errors)
         self.assertIn("cancelled", errors)
         self.assertEqual(self.only_job()["state"], "JOB_STATE_CANCELLED")
-        wait_for(lambda: not worker_processes(self.folder), "the worker to end")
+        wait_for(lambda: not processes_of(self.folder, "weft-worker"), "the worker to end")
         self.assertEqual(temporary_files(self.out), [])
         for name in self.frames:
             if os.path.exists(os.path.join(self.out, name)):
@@ -155,7 +130,7 @@ class Daemon(StudioTest):
         self.daemon.wait()
         client.communicate(timeout=LONG_S)
         self.assertEqual(client.returncode, 1)
-        wait_for(lambda: not worker_processes(self.folder), "the workers to end with their daemon")
+        wait_for(lambda: not processes_of(self.folder, "weft-worker"), "the workers to end with their daemon")
 
         self.start_daemon("--workers", "1")
         job = wait_for(lambda: (lambda j: j if j["state"] == "JOB_STATE_DONE" else None)(self.only_job()),
@@ -170,7 +145,7 @@ class Daemon(StudioTest):
         self.start_daemon("--workers", "1")
         client = subprocess.Popen([os.path.join(BIN, "weft"), *self.register_arguments(), "--server", self.address],
                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        worker = wait_for(lambda: worker_processes(self.folder), "a worker")[0]
+        worker = wait_for(lambda: processes_of(self.folder, "weft-worker"), "a worker")[0]
         os.kill(worker, signal.SIGKILL)
         out, errors = client.communicate(timeout=LONG_S)
         self.assertEqual(client.returncode, 0, errors)

@@ -18,36 +18,12 @@ import sys
 import tempfile
 import time
 
-from studio import BIN, LONG_S, read, results, temporary_files, weft, write
+from studio import BIN, processes_of, read, results, temporary_files, wait_for, weft, write
 
 AIMED, RANDOM, REMOVED = "kill at the last report", "kill at random", "results removed"
 TRIALS = [AIMED] * 100 + [RANDOM] * 100 + [REMOVED] * 30
 FRAMES = 4
 WORKERS = 2
-
-
-def wait_for(condition, what, pause_s=0.02):
-    deadline = time.monotonic() + LONG_S
-    while time.monotonic() < deadline:
-        value = condition()
-        if value:
-            return value
-        time.sleep(pause_s)
-    raise AssertionError(f"waited {LONG_S} s for {what}")
-
-
-def processes_of(folder, program):
-    """Process ids of a program of ours whose arguments name `folder`."""
-    found = []
-    for name in os.listdir("/proc"):
-        if name.isdigit():
-            try:
-                arguments = read(f"/proc/{name}/cmdline").split("\0")
-            except OSError:
-                continue
-            if os.path.basename(arguments[0]) == program and any(folder in argument for argument in arguments):
-                found.append(int(name))
-    return found
 
 
 def differing(found, expected):

@@ -9,8 +9,8 @@ import tempfile
 import unittest
 
 import job_campaign
-from job_campaign import Studio, differing, make_take, run_trial, undisturbed, wait_for
-from studio import BIN, LONG_S, read, results, temporary_files, weft, write
+from job_campaign import Studio, differing, make_take, run_trial, undisturbed
+from studio import BIN, LONG_S, read, results, temporary_files, wait_for, weft, write
 
 # Between weftd and weft-worker: kills the worker as soon as it has told of the last frame, once.
 DEADLY_WORKER = """#!{python}

@@ -8,6 +8,7 @@ import shutil
 import struct
 import subprocess
 import tempfile
+import time
 import unittest
 import zlib
 
@@ -79,6 +80,30 @@ def temporary_files(folder):
     """Files that a finished or stopped program must not leave behind."""
     known = {"cloud.ply", "mesh.ply", "unrefined.ply", "observations.csv", "report.json", "job.json", "report.html"}
     return [os.path.join(base, name) for base, _, names in os.walk(folder) for name in names if name not in known]
+
+
+def wait_for(condition, what, pause_s=0.02):
+    deadline = time.monotonic() + LONG_S
+    while time.monotonic() < deadline:
+        value = condition()
+        if value:
+            return value
+        time.sleep(pause_s)
+    raise AssertionError(f"waited {LONG_S} s for {what}")
+
+
+def processes_of(folder, program):
+    """Process ids of a program of ours whose arguments name `folder`."""
+    found = []
+    for name in os.listdir("/proc"):
+        if name.isdigit():
+            try:
+                arguments = read(f"/proc/{name}/cmdline").split("\0")
+            except OSError:
+                continue
+            if os.path.basename(arguments[0]) == program and any(folder in argument for argument in arguments):
+                found.append(int(name))
+    return found
 
 
 class StudioTest(unittest.TestCase):
