@@ -9,7 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "alignment/mesh.h"
-#include "pattern/board.h"
+#include "pattern/board/board.h"
 #include "pattern/observation.h"
 
 namespace weft {

@@ -8,9 +8,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "capture/mosaic.h"
-#include "pattern/appearance.h"
-#include "pattern/patch_search.h"
-#include "pattern/sampled_profile.h"
+#include "pattern/fit/appearance.h"
+#include "pattern/fit/sampled_profile.h"
+#include "pattern/seeds/patch_search.h"
 
 namespace weft {
 namespace {

@@ -7,14 +7,14 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "capture/frame.h"
-#include "pattern/board_growth.h"
-#include "pattern/board_index.h"
-#include "pattern/cell_refinement.h"
-#include "pattern/island_search.h"
-#include "pattern/keypoints.h"
-#include "pattern/lattice.h"
+#include "pattern/board/board_index.h"
 #include "pattern/observation.h"
-#include "pattern/patch_decoder.h"
+#include "pattern/seeds/keypoints.h"
+#include "pattern/seeds/lattice.h"
+#include "pattern/seeds/patch_decoder.h"
+#include "pattern/surface/board_growth.h"
+#include "pattern/surface/cell_refinement.h"
+#include "pattern/surface/island_search.h"
 
 namespace weft {
 

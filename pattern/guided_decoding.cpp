@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "pattern/appearance.h"
+#include "pattern/fit/appearance.h"
 
 namespace weft {
 namespace {

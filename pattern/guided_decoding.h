@@ -7,7 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "capture/frame.h"
-#include "pattern/cell_fitter.h"
+#include "pattern/fit/cell_fitter.h"
 #include "pattern/observation.h"
 
 namespace weft {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "pattern/board.h"
+#include "pattern/board/board.h"
 
 namespace weft {
 

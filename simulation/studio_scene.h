@@ -8,7 +8,7 @@
 #include "absl/status/statusor.h"
 #include "alignment/mesh.h"
 #include "alignment/ray_scene.h"
-#include "pattern/board.h"
+#include "pattern/board/board.h"
 #include "simulation/appearance.h"
 #include "simulation/printed_mesh.h"
 #include "simulation/studio_light.h"

@@ -9,7 +9,7 @@
 #include "absl/status/statusor.h"
 #include "alignment/template.h"
 #include "capture/rig.h"
-#include "pattern/board.h"
+#include "pattern/board/board.h"
 #include "simulation/performance.h"
 #include "simulation/printed_mesh.h"
 #include "simulation/renderer.h"

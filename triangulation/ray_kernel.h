@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include "simd/dispatch.h"
 
 namespace weft {
 
@@ -94,16 +95,6 @@ struct RayKernels {
 // The fastest that this processor runs.
 const RayKernels& BestRayKernels();
 
-namespace baseline {
-extern const RayKernels kRayKernels;
-}
-#ifdef __x86_64__
-namespace avx2 {
-extern const RayKernels kRayKernels;
-}
-namespace avx512 {
-extern const RayKernels kRayKernels;
-}
-#endif
+WEFT_DECLARE_BUILDS(RayKernels, kRayKernels)
 
 }  // namespace weft

@@ -1,5 +1,5 @@
-// Body of the ray kernels; see pattern/kernel_lanes.h. A group of 16 nodes is taken in parts of kLanes.
-#include "pattern/kernel_lanes.h"
+// Body of the ray kernels; see simd/lanes.h. A group of 16 nodes is taken in parts of kLanes.
+#include "simd/lanes.h"
 #include "triangulation/ray_kernel.h"
 
 namespace weft::WEFT_KERNEL_NAMESPACE {

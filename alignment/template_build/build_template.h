@@ -13,7 +13,7 @@
 #include "alignment/template_build/panel_sheet.h"
 #include "alignment/template_build/rest_shape.h"
 #include "alignment/template_build/seams.h"
-#include "pattern/board.h"
+#include "pattern/board/board.h"
 #include "triangulation/cloud.h"
 
 namespace weft {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "pattern/board.h"
-#include "pattern/coding_report.h"
+#include "pattern/board/board.h"
+#include "pattern/board/coding_report.h"
 
 namespace weft {
 

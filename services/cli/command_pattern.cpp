@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
-#include "pattern/board_generation.h"
-#include "pattern/coding_report.h"
+#include "pattern/board/board_generation.h"
+#include "pattern/board/coding_report.h"
 #include "services/cli/coding_report_text.h"
 #include "services/cli/commands.h"
 #include "services/cli/progress.h"

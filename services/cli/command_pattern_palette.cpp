@@ -6,7 +6,7 @@
 #include "absl/strings/str_format.h"
 #include "capture/image_file.h"
 #include "pattern/decoder.h"
-#include "pattern/ink_palette.h"
+#include "pattern/image/ink_palette.h"
 #include "services/cli/commands.h"
 #include "services/files/board_file.h"
 #include "services/print/palette_picture.h"

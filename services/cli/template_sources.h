@@ -7,7 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "alignment/template_build/build_template.h"
-#include "pattern/board.h"
+#include "pattern/board/board.h"
 
 namespace weft {
 

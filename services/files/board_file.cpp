@@ -5,7 +5,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "capture/image_file.h"
-#include "pattern/panel_mask.h"
+#include "pattern/board/panel_mask.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "weft/v1/board.pb.h"

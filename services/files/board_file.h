@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "pattern/board.h"
+#include "pattern/board/board.h"
 
 namespace weft {
 
@@ -15,7 +15,7 @@ namespace weft {
 // are not looked for here (Board::FindClashes, BoardIndex::Build).
 absl::StatusOr<Board> ReadBoard(const std::string& path);
 
-// Panels of a board (pattern/panel_mask.h) from an image with one pixel per cell; errors name the file.
+// Panels of a board (pattern/board/panel_mask.h) from an image with one pixel per cell; errors name the file.
 absl::StatusOr<std::vector<uint8_t>> ReadPanelMask(const std::string& path, int rows, int cols);
 
 // Writes <folder>/board.png, <folder>/board.json and, for a board with panels, <folder>/panels.png; the

@@ -9,7 +9,7 @@
 #include "absl/status/statusor.h"
 #include "capture/frame_source.h"
 #include "capture/rig.h"
-#include "pattern/board_index.h"
+#include "pattern/board/board_index.h"
 #include "triangulation/cloud.h"
 #include "triangulation/triangulate.h"
 #include "weft/v1/report.pb.h"

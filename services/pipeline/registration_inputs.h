@@ -12,7 +12,7 @@
 #include "alignment/template.h"
 #include "capture/frame_source.h"
 #include "capture/rig.h"
-#include "pattern/board_index.h"
+#include "pattern/board/board_index.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {

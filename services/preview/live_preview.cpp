@@ -17,7 +17,7 @@
 
 #include "capture/natural_order.h"
 #include "capture/thumbnail.h"
-#include "pattern/board_index.h"
+#include "pattern/board/board_index.h"
 #include "pattern/decoder.h"
 #include "services/files/atomic_file.h"
 #include "services/preview/coverage_picture.h"

@@ -8,7 +8,7 @@
 #include "absl/status/statusor.h"
 #include "alignment/template.h"
 #include "capture/raw_frame.h"
-#include "pattern/board.h"
+#include "pattern/board/board.h"
 
 namespace weft {
 

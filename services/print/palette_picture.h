@@ -4,7 +4,7 @@
 #include <string>
 
 #include "absl/status/status.h"
-#include "pattern/ink_palette.h"
+#include "pattern/image/ink_palette.h"
 
 namespace weft {
 

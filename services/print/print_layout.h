@@ -6,7 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "pattern/board.h"
+#include "pattern/board/board.h"
 
 namespace weft {
 

@@ -12,7 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/self_intersection.h"
 #include "capture/image_file.h"
-#include "pattern/panel_mask.h"
+#include "pattern/board/panel_mask.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
 #include "services/files/garment_parts_file.h"

@@ -12,8 +12,8 @@
 #include <utility>
 #include <vector>
 
-#include "../pattern/rendered_board.h"
 #include "pattern/decoder.h"
+#include "tests/pattern/rendered_board.h"
 
 namespace weft {
 namespace {

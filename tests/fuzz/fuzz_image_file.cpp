@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "capture/image_file.h"
-#include "pattern/board.h"
+#include "pattern/board/board.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {

@@ -7,7 +7,7 @@
 #include <memory>
 #include <thread>
 
-#include "rendered_board.h"
+#include "tests/pattern/rendered_board.h"
 
 namespace weft {
 namespace {

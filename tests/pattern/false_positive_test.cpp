@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "pattern/decoder.h"
-#include "rendered_board.h"
+#include "tests/pattern/rendered_board.h"
 
 namespace weft {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "capture/frame.h"
-#include "pattern/board.h"
+#include "pattern/board/board.h"
 
 namespace weft {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "pattern/decoder.h"
-#include "rendered_board.h"
+#include "tests/pattern/rendered_board.h"
 
 namespace weft {
 namespace {

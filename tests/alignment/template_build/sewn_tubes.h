@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "pattern/board.h"
+#include "pattern/board/board.h"
 #include "triangulation/cloud.h"
 
 namespace weft::testing {

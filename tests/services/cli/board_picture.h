@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "capture/image_file.h"
-#include "pattern/board.h"
+#include "pattern/board/board.h"
 
 namespace weft {
 

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "pattern/board_generation.h"
+#include "pattern/board/board_generation.h"
 
 namespace weft {
 namespace {

@@ -11,7 +11,7 @@
 #include <regex>
 #include <sstream>
 
-#include "pattern/board_generation.h"
+#include "pattern/board/board_generation.h"
 #include "pattern/decoder.h"
 #include "services/print/panel_label.h"
 #include "services/print/print_file.h"

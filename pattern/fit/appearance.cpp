@@ -1,0 +1,172 @@
+#include "pattern/fit/appearance.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "pattern/fit/cell_kernel.h"
+
+namespace weft {
+namespace {
+
+constexpr int kUnknowns = kCellColors + 1;  // the inks and black
+constexpr int kRounds = 3;
+using MatrixN = Eigen::Matrix<double, kUnknowns, kUnknowns>;
+using MatrixN3 = Eigen::Matrix<double, kUnknowns, 3>;
+
+// Least squares for the colours, given the light at each cell.
+struct ColorSums {
+  MatrixN normal = MatrixN::Zero();
+  MatrixN3 target = MatrixN3::Zero();
+  double square = 0;
+
+  // Every cell counts the same, whatever its light.
+  void Add(const ColorSums& cell, double light) {
+    normal += cell.normal;
+    target += cell.target / light;
+    square += cell.square / (light * light);
+  }
+};
+
+// A cell with its samples of the image.
+struct SampledCell {
+  int labels[5][5];  // ink of the cells around, kCellColors off the board
+  CellFrame frame;
+  float scale;  // of the image that was sampled
+  CellSamples samples;
+};
+
+std::vector<SampledCell> SampleCells(const std::vector<ColorImage>& pyramid, const Board& board,
+                                     const std::vector<PlacedCell>& cells) {
+  std::vector<SampledCell> sampled;
+  sampled.reserve(cells.size());
+  for (const PlacedCell& cell : cells) {
+    const int level = PyramidLevelFor(cell.frame.ShorterEdge(), pyramid.size());
+    const ColorImage& image = pyramid[level];
+    SampledCell out;
+    out.scale = static_cast<float>(1 << level);
+    out.frame = cell.frame;
+    const CellFrame& f = cell.frame;
+    if (!(f.Area() > 1)) continue;
+    for (int k = 0; k < 25; ++k) {
+      const int r = cell.row + k / 5 - 2, c = cell.col + k % 5 - 2;
+      out.labels[k / 5][k % 5] = board.Contains(r, c) ? static_cast<int>(board.at(r, c)) : kCellColors;
+    }
+    BestCellKernels().sample({image.rgbx.data(), image.width_px, image.height_px}, f.InHalvings(out.scale),
+                             {}, &out.samples);
+    sampled.push_back(out);
+  }
+  return sampled;
+}
+
+// What one cell's samples say about the colours at light 1.
+ColorSums SumCell(const SampledCell& cell, const ProfileAlongU& along_u, const ProfileAlongV& along_v) {
+  ColorSums sums;
+  for (int k = 0; k < kCellSide * kCellSide; ++k) {
+    const int group = k / kSampleLanes, lane = k % kSampleLanes;
+    std::array<double, kUnknowns> mix = {};
+    double covered = 0;
+    for (int i = 0; i < 5; ++i) {
+      for (int j = 0; j < 5; ++j) {
+        const double share = along_v.value[group][i][lane] * along_u.value[j][k % kCellSide];
+        mix[cell.labels[i][j]] += share;
+        covered += share;
+      }
+    }
+    mix[kCellColors] += 1 - covered;
+    for (int p = 0; p < kUnknowns; ++p) {
+      if (mix[p] == 0) continue;
+      for (int q = 0; q <= p; ++q) sums.normal(p, q) += mix[p] * mix[q];
+      for (int c = 0; c < 3; ++c) sums.target(p, c) += mix[p] * cell.samples.value[c][group][lane];
+    }
+    for (int c = 0; c < 3; ++c) {
+      const double value = cell.samples.value[c][group][lane];
+      sums.square += value * value;
+    }
+  }
+  sums.normal.triangularView<Eigen::StrictlyUpper>() = sums.normal.transpose();
+  return sums;
+}
+
+// The ratio between the samples and what the appearance predicts at light 1; not positive where the samples
+// are dark.
+double LightOf(const ColorSums& sums, const Appearance& now) {
+  MatrixN3 colors;
+  for (int k = 0; k < kUnknowns; ++k) {
+    for (int c = 0; c < 3; ++c) colors(k, c) = k < kCellColors ? now.inks[k][c] : now.black[c];
+  }
+  const double ti = colors.cwiseProduct(sums.target).sum();
+  const double tt = colors.cwiseProduct(sums.normal * colors).sum();
+  return tt > 0 ? ti / tt : 0;
+}
+
+// Solves for the colours and stores them in `appearance`; returns the unexplained share of the squares.
+double SolveColors(ColorSums sums, Appearance* appearance) {
+  constexpr double kPrior = 1e-3;
+  Appearance& now = *appearance;
+  double mean_before = 0, mean_after = 0;
+  for (int k = 0; k < kUnknowns; ++k) {
+    sums.normal(k, k) += kPrior;
+    for (int c = 0; c < 3; ++c) {
+      sums.target(k, c) += kPrior * (k < kCellColors ? now.inks[k][c] : now.black[c]);
+    }
+  }
+  const MatrixN3 solved = sums.normal.ldlt().solve(sums.target);
+  const double error = sums.square - 2 * solved.cwiseProduct(sums.target).sum() +
+                       solved.cwiseProduct(sums.normal * solved).sum();
+  for (int k = 0; k < kCellColors; ++k) {
+    for (int c = 0; c < 3; ++c) {
+      mean_before += now.inks[k][c];
+      mean_after += solved(k, c);
+    }
+  }
+  // Else the scale of light would drift.
+  const double scale = mean_after > 0 ? mean_before / mean_after : 1;
+  for (int c = 0; c < 3; ++c) {
+    for (int k = 0; k < kCellColors; ++k) now.inks[k][c] = static_cast<float>(scale * solved(k, c));
+    now.black[c] = static_cast<float>(std::max(0.0, scale * solved(kCellColors, c)));
+  }
+  return error / std::max(sums.square, 1e-9);
+}
+
+}  // namespace
+
+Appearance CalibrateAppearance(const std::vector<ColorImage>& pyramid, const Board& board,
+                               const SampledProfile& profile, const std::vector<PlacedCell>& cells,
+                               const std::vector<float>& sigmas_px, const Appearance& start) {
+  const std::vector<SampledCell> sampled = SampleCells(pyramid, board, cells);
+  Appearance best = start;
+  double least = 1e300;
+  int risen = 0;
+  for (const float sigma_px : sigmas_px) {
+    Appearance current = start;
+    current.sigma_px = sigma_px;
+    std::vector<ColorSums> of_cells;
+    of_cells.reserve(sampled.size());
+    for (const SampledCell& cell : sampled) {
+      const CellFrame& f = cell.frame;
+      const float sigma = SigmaInPyramid(sigma_px, cell.scale) / f.Area();
+      of_cells.push_back(SumCell(cell, profile.AlongU(sigma * std::hypot(f.bx, f.by)),
+                                 profile.AlongV(sigma * std::hypot(f.ax, f.ay))));
+    }
+    double error = 1e300;
+    for (int round = 0; round < kRounds; ++round) {
+      ColorSums sums;
+      for (const ColorSums& cell : of_cells) {
+        const double light = LightOf(cell, current);
+        if (light > 0) sums.Add(cell, light);
+      }
+      if (sums.square > 0) error = SolveColors(sums, &current);
+    }
+    if (error < least) {
+      least = error;
+      best = current;
+      risen = 0;
+    } else if (++risen == 2) {
+      break;
+    }
+  }
+  return best;
+}
+
+}  // namespace weft

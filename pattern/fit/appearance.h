@@ -1,0 +1,29 @@
+// How the print looks in one view: its inks and its blur.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "pattern/board/board.h"
+#include "pattern/fit/cell_frame.h"
+#include "pattern/fit/sampled_profile.h"
+#include "pattern/image/color_image.h"
+#include "pattern/image/ink_model.h"
+
+namespace weft {
+
+// Colours in grey levels at full light (the light of a neighbourhood multiplies them), and the blur.
+struct Appearance {
+  std::array<Rgb, kCellColors> inks = {};
+  Rgb black = {};
+  float sigma_px = 0.8f;
+};
+
+// The appearance that explains the placed cells best, over the blurs `sigmas_px` (ascending; the search ends
+// where the error has risen twice). Alternates between the light of each cell's surroundings and, by least
+// squares, the eight colours; the mean over the inks stays that of `start`. `pyramid` as for CellFitter.
+Appearance CalibrateAppearance(const std::vector<ColorImage>& pyramid, const Board& board,
+                               const SampledProfile& profile, const std::vector<PlacedCell>& cells,
+                               const std::vector<float>& sigmas_px, const Appearance& start);
+
+}  // namespace weft

@@ -1,0 +1,391 @@
+#include "pattern/fit/cell_fitter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "pattern/fit/small_cholesky.h"
+
+namespace weft {
+namespace {
+
+constexpr float kPositionPrior = 0.35f;   // cells
+constexpr float kShapePrior = 0.12f;      // per cell
+constexpr float kOffsetPrior = 12.0f;     // grey levels
+constexpr float kSlopePrior = 0.3f;       // of the gain, per cell
+constexpr float kLongestStep = 0.3f;      // cells
+constexpr float kShortestStep = 0.02f;    // cells; a shorter one ends the iterations
+constexpr float kLeastPrecision = 1e-3f;  // keeps a step without evidence small
+// What further steps add to the explained share, after the first one, two, three: less in 99 % of the fits.
+constexpr float kStillToGain[] = {0.35f, 0.2f, 0.1f};
+constexpr int kLeastSamples = 12;  // in the image
+constexpr float kLeastAreaPx2 = 1.0f, kMostAreaPx2 = 4000.0f;
+
+// Index of the product of monomials p and q (of 1, u, v) among 1, u, v, uu, uv, vv.
+constexpr int kProduct[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+
+float SumOf(const float* v) { return v[0] + v[1] + v[2]; }
+
+// Light of a window by least squares: gain times (1 + slopes along u and v), and an offset; with priors on
+// the slopes and the offset.
+struct Light {
+  SmallVector<4> solved;  // gain, its changes along u and v, offset
+  SmallMatrix<4> normal;
+  SmallCholesky<4> solver;
+
+  // What does not depend on the image; false where the print cannot be seen.
+  bool Prepare(const CellModelSums& s) {
+    constexpr float kOffset = 0.1f * (kModelNoise * kModelNoise) / (kOffsetPrior * kOffsetPrior);
+    constexpr float kSlope = 0.1f / (kSlopePrior * kSlopePrior);
+    for (int p = 0; p < 3; ++p) {
+      for (int q = 0; q < 3; ++q) normal[p][q] = s.tt[kProduct[p][q]];
+      normal[p][3] = normal[3][p] = s.t1[p];
+    }
+    normal[3][3] = 3 * s.weight;
+    SmallMatrix<4> with_prior = normal;
+    with_prior[1][1] += kSlope * s.tt[0];
+    with_prior[2][2] += kSlope * s.tt[0];
+    with_prior[3][3] *= 1 + kOffset;
+    return solver.Factor(with_prior);
+  }
+
+  // False where the print cannot be there.
+  bool Solve(const CellModelSums& s, const CellImageSums& image, CellFit* fit) {
+    const SmallVector<4> target{image.ti[0], image.ti[1], image.ti[2], SumOf(image.i1)};
+    solved = solver.Solve(target);
+    fit->gain = solved[0];
+    fit->offset = solved[3];
+    float sse = image.ii - 2 * Dot(solved, target);
+    for (int p = 0; p < 4; ++p) sse += solved[p] * Dot(normal[p], solved);
+    float variance = image.ii;
+    for (const float channel : image.i1) variance -= channel * channel / s.weight;
+    fit->explained = 1 - sse / std::max(variance, 1.0f);
+    fit->noise = std::sqrt(std::max(sse, 0.0f) / (3 * s.weight));
+    return fit->gain > 0;
+  }
+};
+
+// Normal equations of the step over (1, u, v) in u and in v, the light projected out; not of the image.
+class StepEquations {
+ public:
+  void Prepare(const CellModelSums& s, const Light& light) {
+    for (int p = 0; p < 3; ++p) {
+      for (int q = 0; q < 3; ++q) {
+        const int k = kProduct[p][q];
+        normal_[p][q] = s.uu[k];
+        normal_[3 + p][q] = s.uv[k];
+        normal_[3 + p][3 + q] = s.vv[k];
+      }
+      const int* k = kProduct[p];
+      with_light_[p] = {s.ut[k[0]], s.ut[k[1]], s.ut[k[2]], s.u1[p]};
+      with_light_[3 + p] = {s.vt[k[0]], s.vt[k[1]], s.vt[k[2]], s.v1[p]};
+    }
+    SmallVector<4> whitened[6];
+    for (int p = 0; p < 6; ++p) whitened[p] = light.solver.Forward(with_light_[p]);
+    for (int p = 0; p < 6; ++p) {
+      for (int q = 0; q <= p; ++q) normal_[p][q] -= Dot(whitened[p], whitened[q]);
+    }
+  }
+
+  // Lower triangle, with a prior on the diagonal.
+  SmallMatrix<6> Normal(float gain, const SmallVector<6>& prior) const {
+    SmallMatrix<6> normal;
+    for (int p = 0; p < 6; ++p) {
+      for (int q = 0; q <= p; ++q) normal[p][q] = gain * gain * normal_[p][q];
+      normal[p][p] += prior[p];
+    }
+    return normal;
+  }
+
+  SmallVector<6> Residual(const CellImageSums& image, const Light& light, float gain) const {
+    SmallVector<6> residual;
+    for (int p = 0; p < 3; ++p) {
+      residual[p] = gain * (image.ui[p] - Dot(with_light_[p], light.solved));
+      residual[3 + p] = gain * (image.vi[p] - Dot(with_light_[3 + p], light.solved));
+    }
+    return residual;
+  }
+
+ private:
+  SmallMatrix<6> normal_;         // for a gain of 1
+  SmallVector<4> with_light_[6];  // products with what the light is made of
+};
+
+// The same for a move of the centre alone, over 1 in u and in v.
+struct CenterEquations {
+  float uu, uv, vv;
+  float u, v;  // residuals
+
+  CenterEquations(const CellModelSums& s, const CellImageSums& image, const Light& light, float gain) {
+    const SmallVector<4> ut{s.ut[0], s.ut[1], s.ut[2], s.u1[0]}, vt{s.vt[0], s.vt[1], s.vt[2], s.v1[0]};
+    const SmallVector<4> whitened_u = light.solver.Forward(ut), whitened_v = light.solver.Forward(vt);
+    u = gain * (image.ui[0] - Dot(ut, light.solved));
+    v = gain * (image.vi[0] - Dot(vt, light.solved));
+    uu = gain * gain * (s.uu[0] - Dot(whitened_u, whitened_u)) + kLeastPrecision;
+    uv = gain * gain * (s.uv[0] - Dot(whitened_v, whitened_u));
+    vv = gain * gain * (s.vv[0] - Dot(whitened_v, whitened_v)) + kLeastPrecision;
+  }
+
+  // Over moves in px, against which the print moves in the cell's coordinates.
+  CenterPull InPx(const CellFrame& f) const {
+    constexpr float kPrecision = 1 / (kModelNoise * kModelNoise);
+    const float inverse = 1 / f.Area();
+    const float ux = -inverse * f.by, uy = inverse * f.bx, vx = inverse * f.ay, vy = -inverse * f.ax;
+    CenterPull pull;
+    pull.xx = kPrecision * (uu * ux * ux + 2 * uv * ux * vx + vv * vx * vx);
+    pull.xy = kPrecision * (uu * ux * uy + uv * (ux * vy + uy * vx) + vv * vx * vy);
+    pull.yy = kPrecision * (uu * uy * uy + 2 * uv * uy * vy + vv * vy * vy);
+    pull.x = -kPrecision * (u * ux + v * vx);
+    pull.y = -kPrecision * (u * uy + v * vy);
+    return pull;
+  }
+};
+
+// The frame after the map (u, v) -> (u, v) + step over (1, u, v).
+CellFrame Moved(const CellFrame& f, const SmallVector<6>& step) {
+  const float uu = 1 + step[1], uv = step[2], vu = step[4], vv = 1 + step[5];
+  const float inverse = 1 / (uu * vv - uv * vu);
+  CellFrame out;
+  out.ax = inverse * (f.ax * vv - f.bx * vu);
+  out.ay = inverse * (f.ay * vv - f.by * vu);
+  out.bx = inverse * (f.bx * uu - f.ax * uv);
+  out.by = inverse * (f.by * uu - f.ay * uv);
+  out.x = f.x - (out.ax * step[0] + out.bx * step[3]);
+  out.y = f.y - (out.ay * step[0] + out.by * step[3]);
+  return out;
+}
+
+float Length(float x, float y) { return std::sqrt(x * x + y * y); }
+
+// Compares the expected ink with the others on the cell itself.
+void JudgeInk(const std::array<std::array<float, 4>, kCellColors + 1>& colors, int expected,
+              const CellModelSums& model, const CellImageSums& image, CellFit* fit) {
+  constexpr float kSamples = 3 * 16;
+  float with_shape[3];
+  for (int c = 0; c < 3; ++c) {
+    with_shape[c] = image.shape_i[c] - fit->gain * model.shape_t[c] - fit->offset * model.shape;
+  }
+  fit->ink_lead = fit->center_contrast = 1e9f;
+  for (int k = 0; k < kCellColors; ++k) {
+    if (k == expected) continue;
+    float squared = 0, mixed = 0;
+    for (int c = 0; c < 3; ++c) {
+      const float change = (colors[k][c] - colors[expected][c]) * fit->gain;
+      squared += change * change;
+      mixed += change * with_shape[c];
+    }
+    squared *= model.shape2;
+    fit->ink_lead = std::min(fit->ink_lead, (squared - 2 * mixed) / kSamples);
+    fit->center_contrast = std::min(fit->center_contrast, squared / kSamples);
+  }
+  fit->center_contrast = std::sqrt(fit->center_contrast);
+}
+
+// What the image shows where a cell is expected.
+class Window {
+ public:
+  // `visible` may be null.
+  Window(const CellKernels& kernels, const PixelView& image, const CellLook& look,
+         const SampleMask* visible = nullptr)
+      : kernels_(kernels), image_(image), look_(look), visible_(visible) {}
+
+  // Fills the sums and the light for the cell at `frame`, in px of the image; false where the print cannot be
+  // there.
+  bool Look(const CellFrame& frame, const CellBend& bend, CellFit* fit) {
+    const Inside inside = WhereIs(frame, bend, image_.width_px, image_.height_px);
+    if (inside == Inside::kNone) return false;
+    if (inside == Inside::kSome) {
+      SampleMask mask;
+      if (MaskOutside(frame, bend, image_.width_px, image_.height_px, &mask) < kLeastSamples) return false;
+      rendered_ = false;
+      if (!Render(&mask) || !(model.sums.shape > 0)) return false;
+    } else if (!rendered_) {
+      rendered_ = true;
+      if (!Render(nullptr) || !(model.sums.shape > 0)) return false;
+    }
+    kernels_.sample(image_, frame, bend, &samples_);
+    kernels_.sum(model, samples_, &sums);
+    return light.Solve(model.sums, sums, fit);
+  }
+
+  // Solves once more with samples that are not like the print counting less: something else may be in front
+  // of it there. False where nothing of the print is left.
+  bool TrustPrint(CellFit* fit) {
+    SampleMask trust;
+    WeighByResiduals(&trust);
+    rendered_ = false;
+    if (!Render(&trust)) return false;
+    kernels_.sum(model, samples_, &sums);
+    return light.Solve(model.sums, sums, fit);
+  }
+
+  CellModel model;
+  CellImageSums sums;
+  Light light;
+  int renderings = 0;
+
+ private:
+  // `mask` may be null.
+  bool Render(SampleMask* mask) {
+    if (visible_ != nullptr && mask != nullptr) {
+      for (size_t k = 0; k < mask->weights.size(); ++k) mask->weights[k] *= visible_->weights[k];
+    }
+    const SampleMask* const weights = mask != nullptr ? mask : visible_;
+    kernels_.render(look_, weights != nullptr ? weights->weights.data() : nullptr, &model);
+    ++renderings;
+    return light.Prepare(model.sums);
+  }
+
+  // Weights of a Cauchy distribution; 0 for samples that had none.
+  void WeighByResiduals(SampleMask* mask) const {
+    constexpr float kScale2 = 2.0f;       // of the distribution, squared, in mean squared residuals
+    constexpr float kLeastScale2 = 9.0f;  // in squared grey levels
+    auto& trust = mask->weights;
+    float sum = 0;
+    for (int k = 0; k < kSampleGroups * kSampleLanes; ++k) {
+      const int group = k / kSampleLanes, lane = k % kSampleLanes;
+      const float gain = light.solved[0] + light.solved[1] * CellSample(k % kCellSide) +
+                         light.solved[2] * CellSample(k / kCellSide);
+      const float weight = model.w[group][lane];
+      float squared = 0;
+      for (int c = 0; c < 3; ++c) {
+        const float residual =
+            weight * (samples_.value[c][group][lane] - light.solved[3]) - gain * model.wt[c][group][lane];
+        squared += residual * residual;
+      }
+      const float weighted = weight > 0 ? squared / (3 * weight) : 0;
+      sum += weighted;
+      trust[k] = weight > 0 ? weighted / weight : -1;
+    }
+    const float scale2 = std::max(kScale2 * sum / model.sums.weight, kLeastScale2);
+    for (int k = 0; k < kSampleGroups * kSampleLanes; ++k)
+      trust[k] = trust[k] < 0 ? 0 : scale2 / (scale2 + trust[k]);
+  }
+
+  const CellKernels& kernels_;
+  const PixelView& image_;
+  const CellLook& look_;
+  const SampleMask* visible_;
+  CellSamples samples_;
+  bool rendered_ = false;
+};
+
+}  // namespace
+
+CellFitter::CellFitter(const std::vector<ColorImage>& pyramid, const Board& board,
+                       const SampledProfile& profile, const Appearance& appearance)
+    : pyramid_(pyramid),
+      board_(board),
+      labels_(static_cast<size_t>(board.rows + 4) * (board.cols + 4), kCellColors),
+      profile_(profile),
+      appearance_(appearance),
+      kernels_(BestCellKernels()) {
+  colors_ = {};
+  for (int k = 0; k < kCellColors; ++k) {
+    for (int c = 0; c < 3; ++c) colors_[k][c] = appearance.inks[k][c] - appearance.black[c];
+  }
+  for (int row = 0; row < board.rows; ++row) {
+    for (int col = 0; col < board.cols; ++col) {
+      labels_[static_cast<size_t>(row + 2) * (board.cols + 4) + col + 2] =
+          static_cast<uint8_t>(board.at(row, col));
+    }
+  }
+}
+
+CellFitter::Level CellFitter::LevelFor(const CellFrame& frame) const {
+  const int level = PyramidLevelFor(frame.ShorterEdge(), pyramid_.size());
+  const ColorImage& image = pyramid_[level];
+  return {{image.rgbx.data(), image.width_px, image.height_px}, static_cast<float>(1 << level)};
+}
+
+CellLook CellFitter::LookAt(int row, int col, const CellFrame& frame, float scale,
+                            const NeighborWeights& weights) const {
+  CellLook look;
+  for (int i = 0; i < 5; ++i) {
+    const uint8_t* labels = &labels_[static_cast<size_t>(row + i) * (board_.cols + 4) + col];
+    for (int j = 0; j < 5; ++j) std::copy_n(colors_[labels[j]].data(), 4, look.colors[i][j]);
+  }
+  std::copy(appearance_.black.begin(), appearance_.black.end(), look.black);
+  std::copy(weights.begin(), weights.end(), look.neighbor_weights);
+  const float sigma = SigmaInPyramid(appearance_.sigma_px, scale) / frame.Area();
+  look.along_u = &profile_.AlongU(sigma * Length(frame.bx, frame.by));
+  look.along_v = &profile_.AlongV(sigma * Length(frame.ax, frame.ay));
+  return look;
+}
+
+CellFit CellFitter::Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights,
+                        int iterations, float min_explained, const SampleMask* visible) const {
+  constexpr float kPosition = kModelNoise * kModelNoise / (kPositionPrior * kPositionPrior);
+  constexpr float kShape = kModelNoise * kModelNoise / (kShapePrior * kShapePrior);
+  static constexpr SmallVector<6> kPrior = {kPosition, kShape, kShape, kPosition, kShape, kShape};
+  CellFit fit;
+  fit.frame = start;
+  const float area = start.Area();
+  if (!(area > kLeastAreaPx2) || area > kMostAreaPx2) return fit;
+  const auto [image, scale] = LevelFor(start);
+  const CellLook look = LookAt(row, col, start, scale, weights);
+  Window window(kernels_, image, look, visible);
+  CellFrame frame = start.InHalvings(scale);
+  StepEquations equations;
+  int prepared_for = 0;  // rendering
+  SmallVector<6> total = {};
+  for (int iteration = 0; iteration < iterations; ++iteration) {
+    if (!window.Look(frame, {}, &fit)) return fit;
+    if (iteration > 0 && fit.explained < min_explained - kStillToGain[std::min(iteration - 1, 2)]) return fit;
+    if (std::exchange(prepared_for, window.renderings) != window.renderings)
+      equations.Prepare(window.model.sums, window.light);
+    SmallCholesky<6> solver;
+    if (!solver.Factor(equations.Normal(fit.gain, kPrior))) return fit;
+    SmallVector<6> residual = equations.Residual(window.sums, window.light, fit.gain);
+    for (int p = 0; p < 6; ++p) residual[p] -= kPrior[p] * total[p];
+    SmallVector<6> step = solver.Solve(residual);
+    const float length = Length(step[0], step[3]);
+    const float shortened = length > kLongestStep ? kLongestStep / length : 1;
+    for (int p = 0; p < 6; ++p) {
+      step[p] *= shortened;
+      total[p] += step[p];
+    }
+    frame = Moved(frame, step);
+    fit.frame = frame.InHalvings(1 / scale);
+    fit.moved_cells = Length(total[0], total[3]);
+    if (!(fit.moved_cells < 1)) return fit;
+    if (iteration + 1 == iterations || length < kShortestStep) {
+      const SmallVector<6> along_u = solver.Forward({1, 0, 0, 0, 0, 0}),
+                           along_v = solver.Forward({0, 0, 0, 1, 0, 0});
+      const float variance = 0.5f * (Dot(along_u, along_u) + Dot(along_v, along_v));
+      fit.sigma_px = fit.noise * std::sqrt(std::max(fit.frame.Area(), 0.0f) * variance);
+      if (length >= kShortestStep && !window.Look(frame, {}, &fit)) return fit;
+      break;
+    }
+  }
+  JudgeInk(colors_, static_cast<int>(board_.at(row, col)), window.model.sums, window.sums, &fit);
+  fit.converged = true;
+  return fit;
+}
+
+CellFit CellFitter::FitCenter(int row, int col, const CellNodes& nodes, const NeighborWeights& weights,
+                              CenterPull* pull) const {
+  CellFit fit;
+  CellBend bend;
+  Interpolate(nodes, &fit.frame, &bend);
+  CellFrame& f = fit.frame;
+  const float area = f.Area();
+  if (!(area > kLeastAreaPx2) || area > kMostAreaPx2) return fit;
+  const auto [image, scale] = LevelFor(f);
+  CellLook look = LookAt(row, col, f, scale, weights);
+  look.moves_center = true;
+  Window window(kernels_, image, look);
+  if (!window.Look(f.InHalvings(scale), bend.InHalvings(scale), &fit)) return fit;
+  JudgeInk(colors_, static_cast<int>(board_.at(row, col)), window.model.sums, window.sums, &fit);
+  float gain = fit.gain;
+  if (std::any_of(weights.begin(), weights.end(), [](float weight) { return weight < 1; })) {
+    CellFit trusting;
+    if (!window.TrustPrint(&trusting)) return fit;
+    gain = trusting.gain;
+  }
+  *pull = CenterEquations(window.model.sums, window.sums, window.light, gain).InPx(f);
+  fit.converged = true;
+  return fit;
+}
+
+}  // namespace weft

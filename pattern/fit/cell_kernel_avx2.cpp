@@ -1,0 +1,4 @@
+#ifdef __x86_64__
+#define WEFT_KERNEL_NAMESPACE avx2
+#include "pattern/fit/cell_kernel_impl.h"
+#endif

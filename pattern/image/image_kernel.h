@@ -1,0 +1,37 @@
+// The inner loops over whole images, row by row, compiled for several instruction sets. All give the same
+// bytes. Pixels are red, green, blue and a spare byte.
+#pragma once
+
+#include <cstdint>
+#include "simd/dispatch.h"
+
+namespace weft {
+
+struct ImageKernels {
+  // One row of a Bayer mosaic of at least 3x3 pixels, bilinear as ToRgb. `first_green` tells whether the row
+  // begins with green, `with_red` whether it holds red beside green (else blue).
+  void (*demosaic_row)(const uint8_t* above, const uint8_t* here, const uint8_t* below, int width_px,
+                       bool first_green, bool with_red, uint8_t* rgbx);
+  // Three bytes a pixel to four.
+  void (*widen_row)(const uint8_t* rgb, int width_px, uint8_t* rgbx);
+  // Means of 2x2 pixels.
+  void (*halve_rows)(const uint8_t* upper, const uint8_t* lower, int half_width_px, uint8_t* rgbx);
+  // Logarithm of the brightest channel plus 10; the offset keeps noise in the dark small.
+  void (*brightness_row)(const uint8_t* rgbx, int width_px, float* out);
+  // One row of an image smoothed by two sets of symmetric taps, the first minus the second: of offsets 0 to
+  // `narrow_reach`, and to `reach`, which is no less; rows[reach + k] is the row at k. Pixels beyond the
+  // border repeat it. `scratch` holds two times width + 2 reach floats.
+  void (*spot_row)(const float* const* rows, const float* narrow, int narrow_reach, const float* wide,
+                   int reach, int width_px, float* scratch, float* out);
+  // 1 where a pixel of rows[3] is above its eight neighbours and by `contrast` above the least of its 7x7
+  // pixels, which are rows[0] to rows[6]; ties go to the first in reading order. The first and last pixel are
+  // left out. `scratch` holds width + 6 floats.
+  void (*peak_row)(const float* const* rows, float contrast, int width_px, float* scratch, uint8_t* peaks);
+};
+
+// The fastest that this processor runs.
+const ImageKernels& BestImageKernels();
+
+WEFT_DECLARE_BUILDS(ImageKernels, kImageKernels)
+
+}  // namespace weft

@@ -1,4 +1,0 @@
-#ifdef __x86_64__
-#define WEFT_KERNEL_NAMESPACE avx2
-#include "pattern/image_kernel_impl.h"
-#endif

@@ -1,0 +1,250 @@
+#include "pattern/surface/cell_mesh.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "pattern/image/pixel_allocator.h"
+
+namespace weft {
+namespace {
+
+// Weight of what may be hidden.
+constexpr float kUnknownWeight = 0.2f;
+// Cells hide mostly where cloth turns away from the camera: the edge to a hidden cell is shorter.
+constexpr float kHiddenEdge = 0.93f;
+constexpr float kLongestStep = 0.3f;  // cells
+
+// Differences at which the prior lets go, in edges of a cell that faces the camera: along the longer axis of
+// the cell in the image, and across it, where centres go when the cloth bends out of its surface.
+struct BendScale {
+  float along, across;
+};
+constexpr BendScale kFourthDifference = {0.1f, 0.2f}, kSecondDifference = {0.03f, 0.1f},
+                    kMixedDifference = {0.03f, 0.1f};
+
+struct Center {
+  float x = std::numeric_limits<float>::quiet_NaN(), y = 0;
+  bool Known() const { return x == x; }
+};
+
+// The centres at their places on the board, up to three rows and columns off it.
+class CenterGrid {
+ public:
+  CenterGrid(const Board& board, const GrownCells& cells)
+      : columns_(board.cols + 2 * kBorder),
+        centers_(static_cast<size_t>(columns_) * (board.rows + 2 * kBorder), Center{}) {
+    for (const GrownCell& cell : cells) *At(cell.row, cell.col) = {cell.fit.frame.x, cell.fit.frame.y};
+  }
+
+  Center* At(int row, int col) {
+    return &centers_[static_cast<size_t>(row + kBorder) * columns_ + col + kBorder];
+  }
+  const Center* At(int row, int col) const { return const_cast<CenterGrid*>(this)->At(row, col); }
+  int columns() const { return columns_; }
+
+ private:
+  static constexpr int kBorder = 3;
+  int columns_;
+  PixelVector<Center> centers_;
+};
+
+// Centres along a row or column of the board, three to both sides of one.
+using Line = std::array<Center, 7>;
+
+// The longer axis of a cell in the image.
+struct LongAxis {
+  explicit LongAxis(const CellFrame& f) {
+    const float xx = f.ax * f.ax + f.bx * f.bx, xy = f.ax * f.ay + f.bx * f.by,
+                yy = f.ay * f.ay + f.by * f.by;
+    const float half = 0.5f * (xx - yy), root = std::sqrt(half * half + xy * xy);
+    squared_px2 = 0.5f * (xx + yy) + root;
+    const float along_x = half > 0 ? half + root : xy, along_y = half > 0 ? xy : root - half;
+    const float length = std::sqrt(along_x * along_x + along_y * along_y);
+    if (length > 0) x = along_x / length, y = along_y / length;
+  }
+
+  float squared_px2 = 0;
+  float x = 1, y = 0;
+};
+
+// Least squares of a centre by differences of centres, each with the weights of Cauchy distributions.
+class PriorSums {
+ public:
+  explicit PriorSums(const LongAxis& axis) : axis_(axis) {}
+
+  void AddLine(const Line& line) {
+    const auto known = [&line](int first, int last) {
+      return std::all_of(&line[first], &line[last] + 1, [](const Center& center) { return center.Known(); });
+    };
+    const bool here = known(1, 5);
+    if (here) AddFourth(line, 1, 6);
+    if (known(0, 4)) AddFourth(line, 0, -4);
+    if (known(2, 6)) AddFourth(line, 2, -4);
+    if (here) return;
+    if (known(2, 4)) AddSecond(line, 2, -2);
+    if (known(1, 3)) AddSecond(line, 1, 1);
+    if (known(3, 5)) AddSecond(line, 3, 1);
+  }
+
+  // A difference in px, in which the centre itself counts `own` times.
+  void Add(float x, float y, float own, const BendScale& scale) {
+    const float along = axis_.x * x + axis_.y * y, across = axis_.x * y - axis_.y * x;
+    const float along2 = scale.along * scale.along * axis_.squared_px2 + along * along,
+                across2 = scale.across * scale.across * axis_.squared_px2 + across * across;
+    const float inverse = own / (along2 * across2);  // divisions are slow
+    const float along_precision = inverse * across2, across_precision = inverse * along2;
+    precision_along_ += own * along_precision;
+    precision_across_ += own * across_precision;
+    along_ += along_precision * along;
+    across_ += across_precision * across;
+  }
+
+  CenterPull Sum() const {
+    const float x = axis_.x, y = axis_.y;
+    return {x * x * precision_along_ + y * y * precision_across_,
+            x * y * (precision_along_ - precision_across_),
+            y * y * precision_along_ + x * x * precision_across_, x * along_ - y * across_,
+            y * along_ + x * across_};
+  }
+
+ private:
+  void AddFourth(const Line& line, int first, float own) {
+    const Center* p = &line[first];
+    Add(p[0].x + p[4].x - 4 * (p[1].x + p[3].x) + 6 * p[2].x,
+        p[0].y + p[4].y - 4 * (p[1].y + p[3].y) + 6 * p[2].y, own, kFourthDifference);
+  }
+  void AddSecond(const Line& line, int first, float own) {
+    const Center* p = &line[first];
+    Add(p[0].x + p[2].x - 2 * p[1].x, p[0].y + p[2].y - 2 * p[1].y, own, kSecondDifference);
+  }
+
+  const LongAxis& axis_;
+  float precision_along_ = 0, precision_across_ = 0, along_ = 0, across_ = 0;
+};
+
+// A centre that is fitted, and what the image said where it was.
+struct FittedCenter {
+  size_t cell;
+  float x, y;
+  LongAxis axis;
+  CenterPull image;
+};
+
+class MeshSweep {
+ public:
+  MeshSweep(const Board& board, GrownCells* cells) : board_(board), cells_(*cells), centers_(board, *cells) {}
+
+  void Run(const CellFitter& fitter, float least_move_cells, const std::vector<bool>& stays) {
+    std::vector<FittedCenter> fitted;
+    for (size_t k = 0; k < cells_.size(); ++k) {
+      GrownCell& cell = cells_[k];
+      if (stays[k] || cell.fit.moved_cells < least_move_cells) continue;
+      NeighborWeights weights;
+      const CellNodes nodes = NodesAround(cell, &weights);
+      FittedCenter center{k, cell.fit.frame.x, cell.fit.frame.y, LongAxis(cell.fit.frame), {}};
+      CellFit fit = fitter.FitCenter(cell.row, cell.col, nodes, weights, &center.image);
+      if (!fit.converged) continue;
+      fit.frame = cell.fit.frame;
+      cell.fit = fit;
+      Move(center);
+      fitted.push_back(center);
+    }
+    // What the prior says has changed since with the cells that come later.
+    for (auto center = fitted.rbegin(); center != fitted.rend(); ++center) Move(*center);
+  }
+
+ private:
+  // Unknown neighbours are about where the cell's own edges put them.
+  CellNodes NodesAround(const GrownCell& cell, NeighborWeights* weights) const {
+    CellNodes nodes;
+    std::array<Center, 9> near;
+    const CellFrame& f = cell.fit.frame;
+    for (int k = 0; k < 9; ++k) {
+      const int row = cell.row + k / 3 - 1, col = cell.col + k % 3 - 1;
+      near[k] = *centers_.At(row, col);
+      (*weights)[k] = near[k].Known() ? 1 : kUnknownWeight;
+      const float dc = static_cast<float>(k % 3 - 1), dr = static_cast<float>(k / 3 - 1);
+      const float edge = board_.Contains(row, col) ? kHiddenEdge : 1;
+      nodes.x[k] = near[k].Known() ? near[k].x : f.x + edge * (dc * f.ax + dr * f.bx);
+      nodes.y[k] = near[k].Known() ? near[k].y : f.y + edge * (dc * f.ay + dr * f.by);
+    }
+    for (const int k : {0, 2, 6, 8}) {
+      if (near[k].Known()) continue;
+      const int in_column = k < 3 ? 1 : 7, in_row = k % 3 == 0 ? 3 : 5;
+      nodes.x[k] = nodes.x[in_column] + nodes.x[in_row] - f.x;
+      nodes.y[k] = nodes.y[in_column] + nodes.y[in_row] - f.y;
+    }
+    return nodes;
+  }
+
+  CenterPull PriorOf(const GrownCell& cell, const LongAxis& axis) const {
+    const Center* here = centers_.At(cell.row, cell.col);
+    const int down = centers_.columns();
+    PriorSums sums(axis);
+    Line in_row, in_column;
+    for (int k = -3; k <= 3; ++k) {
+      in_row[k + 3] = here[k];
+      in_column[k + 3] = here[k * down];
+    }
+    sums.AddLine(in_row);
+    sums.AddLine(in_column);
+    for (const int dr : {-1, 1}) {
+      for (const int dc : {-1, 1}) {
+        const Center beside = here[dc], above = here[dr * down], across = here[dr * down + dc];
+        if (!beside.Known() || !above.Known() || !across.Known()) continue;
+        sums.Add(here->x - beside.x - above.x + across.x, here->y - beside.y - above.y + across.y, 1,
+                 kMixedDifference);
+      }
+    }
+    return sums.Sum();
+  }
+
+  // To where image and prior want the centre, by their slopes where it is.
+  void Move(const FittedCenter& center) {
+    GrownCell& cell = cells_[center.cell];
+    CellFit& fit = cell.fit;
+    CellFrame& f = fit.frame;
+    const CenterPull prior = PriorOf(cell, center.axis);
+    const CenterPull& image = center.image;
+    const float dx = f.x - center.x, dy = f.y - center.y;
+    const float xx = image.xx + prior.xx, xy = image.xy + prior.xy, yy = image.yy + prior.yy;
+    const float x = image.x + image.xx * dx + image.xy * dy + prior.x,
+                y = image.y + image.xy * dx + image.yy * dy + prior.y;
+    const float inverse = 1 / (xx * yy - xy * xy);
+    const float step_x = inverse * (xy * y - yy * x), step_y = inverse * (xy * x - xx * y);
+    const float step_cells = InCells(f, step_x, step_y);
+    const float shortened = step_cells > kLongestStep ? kLongestStep / step_cells : 1;
+    f.x += shortened * step_x;
+    f.y += shortened * step_y;
+    *centers_.At(cell.row, cell.col) = {f.x, f.y};
+    fit.moved_cells = InCells(f, dx + shortened * step_x, dy + shortened * step_y);
+    // A Cauchy distribution knows less about its middle than its weights say: half as much, and measured
+    // errors ask for a little more.
+    constexpr float kKnown = 0.7f;
+    const float known_xx = image.xx + kKnown * prior.xx, known_xy = image.xy + kKnown * prior.xy,
+                known_yy = image.yy + kKnown * prior.yy;
+    const float variance =
+        0.5f * (known_xx + known_yy) / (known_xx * known_yy - known_xy * known_xy);  // mean of both axes
+    fit.sigma_px = fit.noise / kModelNoise * std::sqrt(variance);
+  }
+
+  static float InCells(const CellFrame& f, float x, float y) {
+    const float u = f.by * x - f.bx * y, v = f.ax * y - f.ay * x;
+    return std::sqrt(u * u + v * v) / std::abs(f.Area());
+  }
+
+  const Board& board_;
+  GrownCells& cells_;
+  CenterGrid centers_;
+};
+
+}  // namespace
+
+void SweepCenters(const CellFitter& fitter, const Board& board, float least_move_cells,
+                  const std::vector<bool>& stays, GrownCells* cells) {
+  MeshSweep(board, cells).Run(fitter, least_move_cells, stays);
+}
+
+}  // namespace weft

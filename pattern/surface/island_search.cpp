@@ -1,0 +1,344 @@
+#include "pattern/surface/island_search.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "pattern/seeds/patch_decoder.h"
+#include "pattern/surface/cell_map.h"
+
+namespace weft {
+namespace {
+
+constexpr int kBucketPx = 16, kFarthestBuckets = 3;
+constexpr float kFarthestCells = 10;
+// Known cells from which the print may go on to a spot, and readings of it that are fitted.
+constexpr size_t kMostAnchors = 5, kMostReadings = 2;
+// Rows or columns of the board between them.
+constexpr int kBetweenAnchors = 3;
+constexpr int kIterations = 6;
+constexpr float kFarthestMoveCells = 0.5f;
+// Pitches that a spot may belong to, in px of the image where it was found.
+constexpr float kLeastPitchPx = 2, kLargestPitchPx = 9;
+
+// Evidence of each ink at the nine places of a window; the last is for places off the board.
+constexpr int kLabels = kCellColors + 1, kThrees = kLabels * kLabels * kLabels;
+using WindowEvidence = std::array<std::array<float, kLabels>, 9>;
+// The same for three cells of a row together.
+using ThreesEvidence = std::array<std::array<float, kThrees>, 3>;
+
+struct Reading {
+  float evidence;
+  int row, col;
+};
+
+// A known cell near a spot; the nearest are the least.
+struct Near {
+  float squared;  // distance
+  int cell;
+  bool operator<(const Near& other) const {
+    return squared != other.squared ? squared < other.squared : cell < other.cell;
+  }
+};
+
+class IslandSearch {
+ public:
+  IslandSearch(const CellFitter& fitter, const std::vector<ColorImage>& pyramid, const Board& board,
+               const InkModel& inks, const GrownCells& known, const IslandOptions& options)
+      : fitter_(fitter),
+        pyramid_(pyramid),
+        board_(board),
+        inks_(inks),
+        known_(known),
+        options_(options),
+        map_(board, known),
+        centers_(Centers(known), pyramid[0].width_px, pyramid[0].height_px),
+        bucket_columns_(pyramid[0].width_px / kBucketPx + 1),
+        bucket_rows_(pyramid[0].height_px / kBucketPx + 1),
+        buckets_(static_cast<size_t>(bucket_columns_) * bucket_rows_),
+        threes_(static_cast<size_t>(board.rows + 2) * board.cols, kThrees - 1) {
+    for (int row = 0; row < board.rows; ++row) {
+      for (int col = 0; col < board.cols; ++col) {
+        int three = 0;
+        for (int c = col - 1; c <= col + 1; ++c)
+          three =
+              kLabels * three + (board.Contains(row, c) ? static_cast<int>(board.at(row, c)) : kCellColors);
+        *ThreeAt(row, col) = static_cast<uint16_t>(three);
+      }
+    }
+    for (size_t k = 0; k < known.size(); ++k) {
+      const CellFrame& f = known[k].fit.frame;
+      Best& best = buckets_[static_cast<size_t>(Bucket(f.y, bucket_rows_)) * bucket_columns_ +
+                            Bucket(f.x, bucket_columns_)];
+      if (best.cell < 0 || known[k].fit.explained > known[best.cell].fit.explained)
+        best = {f.x, f.y, f.Area(), static_cast<int>(k)};
+      last_group_ = std::max(last_group_, known[k].group);
+    }
+    MarkNearKnown();
+    looked_at_.resize(buckets_.size());
+  }
+
+  std::vector<GrowthSeed> Run(const std::vector<LooseSpot>& spots) {
+    for (const LooseSpot& spot : spots) {
+      FindAnchors(spot);
+      if (anchors_.empty() || !FirstLook(spot)) continue;
+      looked_ = {};
+      for (const int anchor : anchors_) ReadFrom(known_[anchor], spot);
+    }
+    return std::move(seeds_);
+  }
+
+ private:
+  // The best explained known cell of a bucket; with what most spots ask it for.
+  struct Best {
+    float x = 0, y = 0, area_px2 = 0;
+    int cell = -1;  // -1 where there is none
+  };
+
+  int Bucket(float v, int count) const { return std::clamp(static_cast<int>(v) / kBucketPx, 0, count - 1); }
+
+  void MarkNearKnown() {
+    near_known_.assign(buckets_.size(), 0);
+    for (int row = 0; row < bucket_rows_; ++row) {
+      for (int column = 0; column < bucket_columns_; ++column) {
+        if (buckets_[static_cast<size_t>(row) * bucket_columns_ + column].cell < 0) continue;
+        const int first = std::max(column - kFarthestBuckets, 0),
+                  last = std::min(column + kFarthestBuckets, bucket_columns_ - 1);
+        for (int y = std::max(row - kFarthestBuckets, 0);
+             y <= std::min(row + kFarthestBuckets, bucket_rows_ - 1); ++y)
+          std::fill_n(&near_known_[static_cast<size_t>(y) * bucket_columns_ + first], last - first + 1, 1);
+      }
+    }
+  }
+
+  // Of rows -1 to rows.
+  uint16_t* ThreeAt(int row, int col) { return &threes_[static_cast<size_t>(row + 1) * board_.cols + col]; }
+
+  static std::vector<Keypoint> Centers(const GrownCells& cells) {
+    std::vector<Keypoint> centers;
+    for (const GrownCell& cell : cells) centers.push_back({cell.fit.frame.x, cell.fit.frame.y, 0});
+    return centers;
+  }
+
+  // Whether a spot lies in a known cell, as large as `alike` or smaller.
+  bool Known(const LooseSpot& spot, const CellFrame& alike) const {
+    const float radius = std::max(std::hypot(alike.ax + alike.bx, alike.ay + alike.by),
+                                  std::hypot(alike.ax - alike.bx, alike.ay - alike.by)) /
+                         2;
+    bool known = false;
+    centers_.Around(spot.x_px, spot.y_px, radius, [&](const auto& places) {
+      known = std::any_of(places.begin(), places.end(), [&](const KeypointGrid::Place& place) {
+        return known_[place.index].fit.frame.Contains(spot.x_px - place.x, spot.y_px - place.y);
+      });
+      return known;
+    });
+    return known;
+  }
+
+  // Adds the best explained known cells that are up to `reach` buckets from a spot and may have its size.
+  void FindNear(const LooseSpot& spot, int reach) {
+    near_.clear();
+    const int column = Bucket(spot.x_px, bucket_columns_), row = Bucket(spot.y_px, bucket_rows_);
+    const int first = std::max(column - reach, 0), last = std::min(column + reach, bucket_columns_ - 1);
+    const float scale2 = static_cast<float>(1 << 2 * spot.level);
+    const float least_px2 = scale2 * kLeastPitchPx * kLeastPitchPx,
+                largest_px2 = scale2 * kLargestPitchPx * kLargestPitchPx;
+    for (int y = std::max(row - reach, 0); y <= std::min(row + reach, bucket_rows_ - 1); ++y) {
+      const Best* buckets = &buckets_[static_cast<size_t>(y) * bucket_columns_];
+      for (int x = first; x <= last; ++x) {
+        const Best& best = buckets[x];
+        if (best.cell < 0 || best.area_px2 < least_px2 || best.area_px2 > largest_px2) continue;
+        const float dx = spot.x_px - best.x, dy = spot.y_px - best.y, squared = dx * dx + dy * dy;
+        if (squared <= kFarthestCells * kFarthestCells * best.area_px2) near_.push_back({squared, best.cell});
+      }
+    }
+  }
+
+  bool IsInNearest(const LooseSpot& spot) const {
+    return !near_.empty() &&
+           Known(spot, known_[std::min_element(near_.begin(), near_.end())->cell].fit.frame);
+  }
+
+  // The best explained known cells near a spot that is in none of them: the nearest one, and further ones
+  // that are elsewhere on the board.
+  void FindAnchors(const LooseSpot& spot) {
+    anchors_.clear();
+    const int column = Bucket(spot.x_px, bucket_columns_), row = Bucket(spot.y_px, bucket_rows_);
+    if (!near_known_[static_cast<size_t>(row) * bucket_columns_ + column]) return;
+    // Most spots are in a known cell right there.
+    for (const int reach : {0, 1, kFarthestBuckets}) {
+      FindNear(spot, reach);
+      if (IsInNearest(spot)) return;
+    }
+    while (anchors_.size() < kMostAnchors && !near_.empty()) {
+      const int nearest = std::min_element(near_.begin(), near_.end())->cell;
+      anchors_.push_back(nearest);
+      std::erase_if(near_, [&](const Near& other) {
+        const GrownCell &s = known_[nearest], &t = known_[other.cell];
+        return std::max(std::abs(s.row - t.row), std::abs(s.col - t.col)) <= kBetweenAnchors;
+      });
+    }
+  }
+
+  // Whether no spot has been looked at that is nearly the same place; then notes this one. Most spots are in
+  // several images of the pyramid.
+  bool FirstLook(const LooseSpot& spot) {
+    constexpr float kSame = 0.2f;  // of a cell
+    const float reach2 = kSame * kSame * known_[anchors_.front()].fit.frame.Area();
+    const int column = Bucket(spot.x_px, bucket_columns_), row = Bucket(spot.y_px, bucket_rows_);
+    for (int y = std::max(row - 1, 0); y <= std::min(row + 1, bucket_rows_ - 1); ++y) {
+      for (int x = std::max(column - 1, 0); x <= std::min(column + 1, bucket_columns_ - 1); ++x) {
+        for (const LooseSpot* other : looked_at_[static_cast<size_t>(y) * bucket_columns_ + x]) {
+          const float dx = spot.x_px - other->x_px, dy = spot.y_px - other->y_px;
+          if (dx * dx + dy * dy < reach2) return false;
+        }
+      }
+    }
+    looked_at_[static_cast<size_t>(row) * bucket_columns_ + column].push_back(&spot);
+    return true;
+  }
+
+  // Whether cells are so alike that the same colours are around them.
+  static bool SameShape(const CellFrame& f, const CellFrame& g) {
+    constexpr float kAlike = 0.15f;
+    const float limit = kAlike * kAlike * std::max(f.ax * f.ax + f.ay * f.ay, f.bx * f.bx + f.by * f.by);
+    const auto squared = [](float x, float y) { return x * x + y * y; };
+    return squared(f.ax - g.ax, f.ay - g.ay) < limit && squared(f.bx - g.bx, f.by - g.by) < limit;
+  }
+
+  // Colours at a cell and around it, as evidence of inks.
+  WindowEvidence Look(const CellFrame& frame) const {
+    const int level = PyramidLevelFor(frame.ShorterEdge(), pyramid_.size());
+    const CellFrame f = frame.InHalvings(static_cast<float>(1 << level));
+    std::array<Rgb, 9> colors;
+    float light = 0;
+    for (int k = 0; k < 9; ++k) {
+      const float u = static_cast<float>(k % 3 - 1), v = static_cast<float>(k / 3 - 1);
+      colors[k] = SampleColor(pyramid_[level], f.x + u * f.ax + v * f.bx, f.y + u * f.ay + v * f.by);
+      light += colors[k][0] + colors[k][1] + colors[k][2];
+    }
+    light = std::max(light / 27, 1.0f);
+    WindowEvidence window;
+    for (int k = 0; k < 9; ++k) {
+      // Neighbours may be hidden, and are not quite where the frame puts them.
+      const float weight = k == 4 ? 1.0f : (k % 2 == 1 ? 0.8f : 0.6f);
+      for (float& channel : colors[k]) channel /= light;
+      const CellReading reading = ReadCell(inks_, colors[k]);
+      for (int ink = 0; ink < kCellColors; ++ink) window[k][ink] = weight * reading.evidence[ink];
+      window[k][kCellColors] = -weight;
+    }
+    return window;
+  }
+
+  void LookAtThrees(const CellFrame& frame) {
+    looked_ = frame;
+    const WindowEvidence window = Look(frame);
+    most_of_threes_ = {};
+    for (int k = 0; k < 9; ++k)
+      most_of_threes_[k / 3] += *std::max_element(window[k].begin(), window[k].end());
+    most_evidence_ = most_of_threes_[0] + most_of_threes_[1] + most_of_threes_[2];
+    if (most_evidence_ <= options_.min_evidence) return;
+    for (int i = 0; i < 3; ++i) {
+      float* next = of_threes_[i].data();
+      for (const float left : window[3 * i]) {
+        for (const float middle : window[3 * i + 1]) {
+          for (const float right : window[3 * i + 2]) *next++ = left + middle + right;
+        }
+      }
+    }
+  }
+
+  // The missing cells around the anchor that the image looks like most, best first.
+  void FindReadings(const GrownCell& anchor) {
+    readings_.clear();
+    if (most_evidence_ <= options_.min_evidence) return;
+    const int reach = options_.reach_cells;
+    const int first_row = std::max(anchor.row - reach, 0), first_col = std::max(anchor.col - reach, 0);
+    const int last_row = std::min(anchor.row + reach, board_.rows - 1),
+              last_col = std::min(anchor.col + reach, board_.cols - 1);
+    const float *above = of_threes_[0].data(), *here = of_threes_[1].data(), *below = of_threes_[2].data();
+    // Most cells fall short whatever is above and below them.
+    constexpr float kRounding = 1e-3f;
+    const float others = most_of_threes_[0] + most_of_threes_[2] + kRounding;
+    // What a further reading has to exceed.
+    float bar = std::nextafter(options_.min_evidence, 0.0f);
+    for (int row = first_row; row <= last_row; ++row) {
+      const uint16_t *up = ThreeAt(row - 1, 0), *at = ThreeAt(row, 0), *down = ThreeAt(row + 1, 0);
+      for (int col = first_col; col <= last_col; ++col) {
+        const float middle = here[at[col]];
+        if (middle + others <= bar) continue;
+        const float evidence = above[up[col]] + middle + below[down[col]];
+        if (evidence <= bar || map_.At(row, col) >= 0) continue;
+        if (readings_.size() == kMostReadings) readings_.pop_back();
+        const auto place = std::find_if(readings_.begin(), readings_.end(),
+                                        [evidence](const Reading& r) { return r.evidence < evidence; });
+        readings_.insert(place, {evidence, row, col});
+        if (readings_.size() == kMostReadings) bar = readings_.back().evidence;
+      }
+    }
+  }
+
+  void ReadFrom(const GrownCell& anchor, const LooseSpot& spot) {
+    static constexpr NeighborWeights kWeights = {0.6f, 0.6f, 0.6f, 0.6f, 1, 0.6f, 0.6f, 0.6f, 0.6f};
+    CellFrame frame = anchor.fit.frame;
+    frame.x = spot.x_px;
+    frame.y = spot.y_px;
+    if (!SameShape(frame, looked_)) LookAtThrees(frame);
+    FindReadings(anchor);
+    for (const Reading& reading : readings_) {
+      const CellFit fit =
+          fitter_.Fit(reading.row, reading.col, frame, kWeights, kIterations, options_.min_explained);
+      if (!fit.converged || fit.explained < options_.min_explained || fit.moved_cells > kFarthestMoveCells ||
+          fit.ink_lead < options_.min_ink_lead * fit.center_contrast * fit.center_contrast) {
+        continue;
+      }
+      seeds_.push_back({reading.row, reading.col, fit.frame, ++last_group_});
+    }
+  }
+
+  const CellFitter& fitter_;
+  const std::vector<ColorImage>& pyramid_;
+  const Board& board_;
+  const InkModel& inks_;
+  const GrownCells& known_;
+  const IslandOptions& options_;
+  CellMap map_;
+  KeypointGrid centers_;  // of known cells
+  int bucket_columns_, bucket_rows_;
+  std::vector<Best> buckets_;
+  std::vector<uint8_t> near_known_;  // whether one of the buckets around has a known cell
+  // [rows + 2][cols], a cell and those left and right of it as a number; a row off the board above and below.
+  std::vector<uint16_t> threes_;
+  CellFrame looked_;  // where of_threes_ is from
+  ThreesEvidence of_threes_;
+  std::array<float, 3> most_of_threes_ = {};
+  float most_evidence_ = 0;  // that any window may have there
+  int last_group_ = 0;
+  std::vector<std::vector<const LooseSpot*>> looked_at_;  // by bucket
+  std::vector<Near> near_;
+  std::vector<int> anchors_;
+  std::vector<Reading> readings_;
+  std::vector<GrowthSeed> seeds_;
+};
+
+}  // namespace
+
+absl::Status IslandOptions::Validate() const {
+  if (reach_cells < 1 || reach_cells > 100)
+    return absl::InvalidArgumentError("islands.reach_cells must lie in 1 to 100");
+  if (!(min_evidence > 0)) return absl::InvalidArgumentError("islands.min_evidence must be above 0");
+  if (!(min_explained > 0 && min_explained < 1))
+    return absl::InvalidArgumentError("islands.min_explained must lie in (0, 1)");
+  if (!(min_ink_lead >= 0 && min_ink_lead < 1))
+    return absl::InvalidArgumentError("islands.min_ink_lead must lie in [0, 1)");
+  return absl::OkStatus();
+}
+
+std::vector<GrowthSeed> FindIslandSeeds(const CellFitter& fitter, const std::vector<ColorImage>& pyramid,
+                                        const Board& board, const InkModel& inks, const GrownCells& known,
+                                        const std::vector<LooseSpot>& spots, const IslandOptions& options) {
+  return IslandSearch(fitter, pyramid, board, inks, known, options).Run(spots);
+}
+
+}  // namespace weft

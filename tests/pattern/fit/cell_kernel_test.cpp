@@ -1,0 +1,160 @@
+#include "pattern/fit/cell_kernel.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <vector>
+
+#include "pattern/fit/cell_frame.h"
+
+namespace weft {
+namespace {
+
+CellLook SomeLook(const SampledProfile& profile) {
+  std::mt19937 random(4);
+  std::uniform_real_distribution<float> grey(0, 200);
+  CellLook look;
+  for (auto& row : look.colors) {
+    for (auto& color : row) {
+      for (float& channel : color) channel = grey(random);
+    }
+  }
+  for (float& channel : look.black) channel = 0.1f * grey(random);
+  for (float& weight : look.neighbor_weights) weight = 1;
+  look.neighbor_weights[2] = 0.3f;
+  look.along_u = &profile.AlongU(0.2f);
+  look.along_v = &profile.AlongV(0.3f);
+  return look;
+}
+
+std::vector<const CellKernels*> AllThatRunHere() {
+  std::vector<const CellKernels*> kernels = {&baseline::kCellKernels};
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx2")) kernels.push_back(&avx2::kCellKernels);
+  if (&BestCellKernels() == &avx512::kCellKernels) kernels.push_back(&avx512::kCellKernels);
+#endif
+  return kernels;
+}
+
+// The sums of a rendered cell, sample by sample as CellModelSums defines them. Those that a moving centre
+// does not need are zero.
+std::array<double, 51> PlainSums(const CellLook& look) {
+  std::array<double, 51> sums = {};
+  for (int k = 0; k < kCellSide * kCellSide; ++k) {
+    const int i = k / kCellSide, j = k % kCellSide, group = i / 2, lane = k % kSampleLanes;
+    const double u = CellSample(j), v = CellSample(i);
+    const auto cell_of = [](int n) { return n < 2 ? 0 : (n < 6 ? 1 : 2); };
+    const double w = look.neighbor_weights[3 * cell_of(i) + cell_of(j)] * (1 - u * u) * (1 - v * v);
+    const bool own = cell_of(i) == 1 && cell_of(j) == 1;
+    const double shape = own ? look.along_u->value[2][j] * look.along_v->value[group][2][lane] : 0;
+    sums[45] += w;
+    sums[49] += shape;
+    sums[50] += shape * shape;
+    for (int c = 0; c < 3; ++c) {
+      double t = look.black[c], tu = 0, tv = 0;
+      for (int a = cell_of(i); a < cell_of(i) + 3; ++a) {
+        for (int b = 0; b < 5; ++b) {
+          const double ink = look.colors[a][b][c];
+          t += ink * look.along_u->value[b][j] * look.along_v->value[group][a][lane];
+          tu += ink * look.along_u->slope[b][j] * look.along_v->value[group][a][lane];
+          tv += ink * look.along_u->value[b][j] * look.along_v->slope[group][a][lane];
+        }
+      }
+      if (look.moves_center) {
+        tu *= (1 - std::abs(u)) * (1 - std::abs(v));
+        tv *= (1 - std::abs(u)) * (1 - std::abs(v));
+      }
+      const double squares[6] = {tu * tu, tu * tv, tv * tv, tu * t, tv * t, t * t}, plain[3] = {tu, tv, t};
+      const double monomials[6] = {1, u, v, u * u, u * v, v * v};
+      for (int q = 0; q < 6; ++q) {
+        const int needed = look.moves_center ? (q < 3 ? 1 : (q < 5 ? 3 : 6)) : 6;
+        for (int m = 0; m < needed; ++m) sums[6 * q + m] += w * squares[q] * monomials[m];
+      }
+      for (int q = 0; q < 3; ++q) {
+        const int needed = look.moves_center && q < 2 ? 1 : 3;
+        for (int m = 0; m < needed; ++m) sums[36 + 3 * q + m] += w * plain[q] * monomials[m];
+      }
+      sums[46 + c] += shape * t;
+    }
+  }
+  return sums;
+}
+
+TEST(CellKernels, SumARenderedCellAsDefined) {
+  const SampledProfile profile(0.75);
+  CellLook look = SomeLook(profile);
+  for (const bool moves_center : {false, true}) {
+    look.moves_center = moves_center;
+    CellModel model;
+    BestCellKernels().render(look, nullptr, &model);
+    const auto sums = std::bit_cast<std::array<float, 51>>(model.sums);
+    const std::array<double, 51> expected = PlainSums(look);
+    for (int k = 0; k < 51; ++k) {
+      // Terms of either sign may add up to much less than they are.
+      const double scale = k < 36 ? std::max(1e5, expected[k / 6 * 6]) : 1e3;
+      EXPECT_NEAR(sums[k], expected[k], 1e-5 * scale)
+          << "sum " << k << (moves_center ? " of the centre" : "");
+    }
+  }
+}
+
+TEST(CellKernels, GiveTheSameBytesOnEveryInstructionSet) {
+  const SampledProfile profile(0.75);
+  CellLook look = SomeLook(profile);
+  std::vector<uint8_t> pixels(4 * 40 * 30);
+  std::mt19937 random(8);
+  for (uint8_t& byte : pixels) byte = static_cast<uint8_t>(random());
+  const CellFrame frame{20.3f, 14.6f, 5.1f, 1.3f, -0.9f, 6.2f};
+  const CellBend bend{{0.2f, -0.1f}, {0.05f, 0.1f}, {-0.3f, 0.2f},
+                      {0.1f, 0.3f},  {-0.2f, 0.1f}, {0.2f, -0.4f}};
+  for (const bool moves_center : {false, true}) {
+    look.moves_center = moves_center;
+    CellModel expected_model;
+    CellSamples expected_samples;
+    CellImageSums expected_sums;
+    for (const CellKernels* kernels : AllThatRunHere()) {
+      CellModel model;
+      CellSamples samples;
+      CellImageSums sums;
+      kernels->render(look, nullptr, &model);
+      kernels->sample({pixels.data(), 40, 30}, frame, bend, &samples);
+      kernels->sum(model, samples, &sums);
+      if (kernels == &baseline::kCellKernels) {
+        expected_model = model;
+        expected_samples = samples;
+        expected_sums = sums;
+      }
+      EXPECT_EQ(std::memcmp(&model.sums, &expected_model.sums, sizeof model.sums), 0);
+      EXPECT_EQ(std::memcmp(&samples, &expected_samples, sizeof samples), 0);
+      EXPECT_EQ(std::memcmp(&sums, &expected_sums, sizeof sums), 0);
+    }
+  }
+}
+
+TEST(CellKernels, SampleBilinearlyAndStayInTheImage) {
+  // Red is x, green is y, blue is 7.
+  std::vector<uint8_t> pixels(4 * 40 * 30);
+  for (int k = 0; k < 40 * 30; ++k) {
+    pixels[4 * k] = static_cast<uint8_t>(k % 40);
+    pixels[4 * k + 1] = static_cast<uint8_t>(k / 40);
+    pixels[4 * k + 2] = 7;
+  }
+  CellSamples samples;
+  const CellFrame frame{0.5f, 15.25f, 4, 1, -1, 4};
+  BestCellKernels().sample({pixels.data(), 40, 30}, frame, {}, &samples);
+  for (int k = 0; k < kCellSide * kCellSide; ++k) {
+    const int group = k / kSampleLanes, lane = k % kSampleLanes;
+    const float u = CellSample(k % kCellSide), v = CellSample(k / kCellSide);
+    EXPECT_NEAR(samples.value[0][group][lane], std::max(0.0f, 0.5f + 4 * u - v), 1e-4f);
+    EXPECT_NEAR(samples.value[1][group][lane], 15.25f + u + 4 * v, 1e-4f);
+    EXPECT_NEAR(samples.value[2][group][lane], 7, 1e-5f);
+  }
+}
+
+}  // namespace
+}  // namespace weft

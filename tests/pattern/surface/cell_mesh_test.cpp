@@ -1,0 +1,133 @@
+#include "pattern/surface/cell_mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "tests/pattern/rendered_board.h"
+
+namespace weft {
+namespace {
+
+constexpr int kFirst = 24, kCells = 12;  // rows and columns of the board that are fitted
+
+class CellMesh : public testing::Test {
+ protected:
+  void Fit(const Photograph& photo, double displaced_px) { Fit(photo, Render(photo, board_), displaced_px); }
+
+  void Fit(const Photograph& photo, const Frame& frame, double displaced_px) {
+    std::vector<ColorImage> pyramid;
+    pyramid.push_back(*ToColorImage(frame));
+    const SampledProfile profile(board_.square_fraction);
+    const CellFitter fitter(pyramid, board_, profile, AppearanceOf(photo));
+    GrownCells cells;
+    for (int row = kFirst; row < kFirst + kCells; ++row) {
+      for (int col = kFirst; col < kFirst + kCells; ++col) {
+        const auto at = [&](double u, double v) { return PixelFromBoard(photo, board_, u, v); };
+        const auto [x, y] = at(col + 0.5, row + 0.5);
+        const auto [left, left_y] = at(col, row + 0.5);
+        const auto [right, right_y] = at(col + 1, row + 0.5);
+        const auto [up, up_y] = at(col + 0.5, row);
+        const auto [down, down_y] = at(col + 0.5, row + 1);
+        GrownCell cell{row, col, {}, 0, 0};
+        // Neighbours displaced against each other.
+        const double off = (row + col) % 2 == 0 ? displaced_px : -displaced_px;
+        const auto edge = [](double a, double b) { return static_cast<float>(b - a); };
+        cell.fit.frame = {static_cast<float>(x + off),
+                          static_cast<float>(y - off),
+                          edge(left, right),
+                          edge(left_y, right_y),
+                          edge(up, down),
+                          edge(up_y, down_y)};
+        cells.push_back(cell);
+        truth_.push_back({x, y});
+      }
+    }
+    for (int sweep = 0; sweep < 3; ++sweep)
+      SweepCenters(fitter, board_, 0, std::vector<bool>(cells.size()), &cells);
+    for (size_t k = 0; k < cells.size(); ++k) {
+      const CellFrame& f = cells[k].fit.frame;
+      const double error_px = std::hypot(f.x - truth_[k].first, f.y - truth_[k].second);
+      offsets_px_.push_back({f.x - truth_[k].first, f.y - truth_[k].second});
+      all_errors_px_.push_back(error_px);
+      // Cells at the border of those that are fitted have unknown neighbours.
+      const int row = static_cast<int>(k) / kCells, col = static_cast<int>(k) % kCells;
+      if (std::min({row, col, kCells - 1 - row, kCells - 1 - col}) < 2) continue;
+      errors_px_.push_back(error_px);
+    }
+  }
+
+  double LargestErrorPx() const { return *std::max_element(errors_px_.begin(), errors_px_.end()); }
+
+  static Appearance AppearanceOf(const Photograph& photo) {
+    constexpr float kLight = 160;  // typical; the fit finds what is really there
+    Appearance look;
+    look.sigma_px = static_cast<float>(photo.blur_px);
+    for (int k = 0; k < kCellColors; ++k) {
+      const auto rgb = CellColorRgb(static_cast<CellColor>(k));
+      const double grey = (rgb[0] + rgb[1] + rgb[2]) / 765.0;
+      for (int c = 0; c < 3; ++c) {
+        look.inks[k][c] = kLight * static_cast<float>((1 - photo.fade) * rgb[c] / 255 + photo.fade * grey);
+      }
+    }
+    look.black.fill(kLight * static_cast<float>(photo.black));
+    return look;
+  }
+
+  const Board board_ = *GenerateBoard(60, 60, 3.0, 5);
+  std::vector<std::pair<double, double>> truth_, offsets_px_;  // [kCells][kCells]
+  std::vector<double> all_errors_px_, errors_px_;  // [kCells][kCells]; without those at the border
+};
+
+TEST_F(CellMesh, BringsDisplacedCentersBack) {
+  Fit({.width_px = 200, .height_px = 200, .pitch_px = 7, .bend_cells = 0.2, .noise = 0}, 0.3);
+  // From 0.42 px, alternating from cell to cell, which is what the image says least about.
+  EXPECT_LT(LargestErrorPx(), 0.25);
+}
+
+TEST_F(CellMesh, NeighborsShareOutTheNoise) {
+  Fit({.width_px = 200, .height_px = 200, .pitch_px = 5, .bend_cells = 0.2, .blur_px = 1.0, .noise = 20}, 0);
+  double squares = 0, alternating = 0;
+  for (int row = 2; row < kCells - 3; ++row) {
+    for (int col = 2; col < kCells - 3; ++col) {
+      const auto* here = &offsets_px_[row * kCells + col];
+      for (const double mixed :
+           {here[0].first - here[1].first - here[kCells].first + here[kCells + 1].first,
+            here[0].second - here[1].second - here[kCells].second + here[kCells + 1].second})
+        alternating += mixed * mixed;
+      squares += here->first * here->first + here->second * here->second;
+    }
+  }
+  // Errors that know nothing of each other have a ratio of 4, alternating ones of 16.
+  EXPECT_LT(alternating / squares, 1.5);
+}
+
+TEST_F(CellMesh, FindsCentersOnCreases) {
+  Fit({.width_px = 200, .height_px = 200, .pitch_px = 7, .bend_cells = 0, .pleat = 0.6, .noise = 0}, 0);
+  EXPECT_LT(LargestErrorPx(), 0.35);
+}
+
+TEST_F(CellMesh, WhatCoversABorderCellPullsLittleAtIt) {
+  const Photograph photo{.width_px = 200, .height_px = 200, .pitch_px = 8, .angle_deg = 0, .bend_cells = 0};
+  Frame frame = Render(photo, board_);
+  // Bright cloth in front of the right fifth of the last column.
+  const double edge_px = PixelFromBoard(photo, board_, kFirst + kCells - 0.2, kFirst).first;
+  auto pixels = std::make_shared<std::vector<uint8_t>>(*frame.pixels);
+  for (int y = 0; y < frame.height_px; ++y) {
+    for (int x = static_cast<int>(std::ceil(edge_px)); x < frame.width_px; ++x)
+      std::fill_n(&(*pixels)[3 * (static_cast<size_t>(y) * frame.width_px + x)], 3, 150);
+  }
+  frame.pixels = pixels;
+  Fit(photo, frame, 0);
+  double sum_px = 0;
+  for (int row = 2; row < kCells - 2; ++row) sum_px += all_errors_px_[row * kCells + kCells - 1];
+  // A fit that trusts all samples alike is off by 1.7 px.
+  EXPECT_LT(sum_px / (kCells - 4), 1.2);
+}
+
+}  // namespace
+}  // namespace weft
