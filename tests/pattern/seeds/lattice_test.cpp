@@ -11,122 +11,10 @@
 #include <utility>
 #include <vector>
 
+#include "tests/pattern/seeds/drawn_sheets.h"
+
 namespace weft {
 namespace {
-
-// A sheet of cells in the image: cell (row, col) is at origin + col a + row b.
-struct Sheet {
-  double x = 0, y = 0;
-  double ax = 5, ay = 0, bx = 0, by = 5;
-  int rows = 12, cols = 14;
-
-  std::pair<double, double> Pixel(double row, double col) const {
-    return {x + col * ax + row * bx, y + col * ay + row * by};
-  }
-  // Row and column of a pixel.
-  std::pair<double, double> Cell(double px, double py) const {
-    const double area = ax * by - ay * bx, dx = px - x, dy = py - y;
-    return {(ax * dy - ay * dx) / area, (by * dx - bx * dy) / area};
-  }
-};
-
-Sheet Turned(const Sheet& sheet, double angle_deg) {
-  const double c = std::cos(angle_deg * M_PI / 180), s = std::sin(angle_deg * M_PI / 180);
-  Sheet out = sheet;
-  out.ax = c * sheet.ax - s * sheet.ay;
-  out.ay = s * sheet.ax + c * sheet.ay;
-  out.bx = c * sheet.bx - s * sheet.by;
-  out.by = s * sheet.bx + c * sheet.by;
-  return out;
-}
-
-// The middle of the sheet to (x, y).
-Sheet MovedTo(double x, double y, Sheet sheet) {
-  sheet.x = sheet.y = 0;
-  const auto [mx, my] = sheet.Pixel(0.5 * (sheet.rows - 1), 0.5 * (sheet.cols - 1));
-  sheet.x = x - mx;
-  sheet.y = y - my;
-  return sheet;
-}
-
-struct Origin {
-  int sheet, row, col;  // sheet -1: spurious
-};
-
-// Sheets on dark ground, with what is true of each keypoint.
-class Scene {
- public:
-  explicit Scene(std::vector<Sheet> sheets, int side_px = 160) : sheets_(std::move(sheets)) {
-    spots_ = {side_px, side_px, PixelVector<float>(static_cast<size_t>(side_px) * side_px)};
-    for (int y = 0; y < side_px; ++y) {
-      for (int x = 0; x < side_px; ++x) spots_.row(y)[x] = SpotAt(x, y);
-    }
-    for (size_t s = 0; s < sheets_.size(); ++s) {
-      for (int row = 0; row < sheets_[s].rows; ++row) {
-        for (int col = 0; col < sheets_[s].cols; ++col) {
-          const auto [x, y] = sheets_[s].Pixel(row, col);
-          points_.push_back({static_cast<float>(x), static_cast<float>(y), kPeak});
-          origins_.push_back({static_cast<int>(s), row, col});
-        }
-      }
-    }
-  }
-
-  void Jitter(double sigma_px, uint32_t seed) {
-    std::mt19937 random(seed);
-    std::normal_distribution<float> off(0, static_cast<float>(sigma_px));
-    for (Keypoint& p : points_) {
-      p.x_px += off(random);
-      p.y_px += off(random);
-    }
-  }
-
-  void Drop(double share, uint32_t seed) {
-    std::mt19937 random(seed);
-    for (size_t k = points_.size(); k-- > 0;) {
-      if (random() >= share * 4294967296.0) continue;
-      points_.erase(points_.begin() + static_cast<std::ptrdiff_t>(k));
-      origins_.erase(origins_.begin() + static_cast<std::ptrdiff_t>(k));
-    }
-  }
-
-  void AddSpurious(int count, uint32_t seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<float> at(2, static_cast<float>(spots_.width_px - 3));
-    for (int k = 0; k < count; ++k) {
-      points_.push_back({at(random), at(random), kPeak});
-      origins_.push_back({-1, 0, 0});
-    }
-  }
-
-  void RemoveInk() { std::fill(spots_.values.begin(), spots_.values.end(), kPeak); }
-
-  std::vector<LatticePatch> Build(const LatticeOptions& options = {}) const {
-    return BuildLattice(points_, spots_, options);
-  }
-
-  const Origin& OriginOf(const PatchCell& cell) const { return origins_[cell.keypoint]; }
-  size_t size() const { return points_.size(); }
-
- private:
-  static constexpr float kPeak = 0.3f;
-
-  // Peaks of kPeak at the cells, edges at nought, corners below.
-  float SpotAt(double x, double y) const {
-    float spot = -kPeak;
-    for (const Sheet& sheet : sheets_) {
-      const auto [row, col] = sheet.Cell(x, y);
-      if (row < -0.5 || col < -0.5 || row > sheet.rows - 0.5 || col > sheet.cols - 0.5) continue;
-      spot = static_cast<float>(0.5 * kPeak * (std::cos(2 * M_PI * row) + std::cos(2 * M_PI * col)));
-    }
-    return spot;
-  }
-
-  std::vector<Sheet> sheets_;
-  Plane spots_;
-  std::vector<Keypoint> points_;
-  std::vector<Origin> origins_;
-};
 
 enum class Judged { kAll, kFramed };
 
@@ -320,6 +208,57 @@ TEST(Lattice, SpotsWithoutInkBetweenAreNoCells) {
   Scene scene({MovedTo(80, 80, {})});
   scene.RemoveInk();
   EXPECT_TRUE(scene.Build().empty());
+}
+
+TEST(Lattice, FramesHaveInkOnAllSides) {
+  for (const double angle_deg : {0.0, 40.0, 130.0, 220.0, 310.0}) {
+    Scene scene({MovedTo(80, 80, Turned({}, angle_deg))});
+    scene.RemoveInkRightOf(6);
+    int framed = 0;
+    for (const LatticePatch& patch : scene.Build()) {
+      EXPECT_EQ(JoinedWrongly(scene, patch), 0);
+      for (const PatchCell& cell : patch.cells) {
+        if (!cell.has_frame()) continue;
+        ++framed;
+        EXPECT_NE(scene.OriginOf(cell).col, 6) << angle_deg;
+        EXPECT_NE(scene.OriginOf(cell).col, 7) << angle_deg;
+      }
+    }
+    EXPECT_EQ(framed, 10 * 10);
+  }
+}
+
+TEST(Lattice, WhatIsFarFromRegularIsTakenOnceAtMost) {
+  size_t joined = 0;
+  for (uint32_t seed = 1; seed <= 20; ++seed) {
+    Scene scene({MovedTo(80, 80, Turned({.rows = 20, .cols = 20}, 17.0 * seed))});
+    scene.Jitter(0.6, seed);
+    scene.AddSpurious(150, seed + 50);
+    std::set<int> keypoints;
+    for (const LatticePatch& patch : scene.Build()) {
+      std::set<std::pair<int, int>> places;
+      for (const PatchCell& cell : patch.cells) {
+        EXPECT_TRUE(keypoints.insert(cell.keypoint).second);
+        EXPECT_TRUE(places.insert({cell.i, cell.j}).second);
+      }
+    }
+    joined += keypoints.size();
+  }
+  EXPECT_GT(joined, 2000u);
+}
+
+// Cells whose pitch changes from one to the next by half are not of one piece of cloth.
+TEST(Lattice, FramesThatDisagreeAreNotJoined) {
+  for (const double turn_deg : {0.0, 90.0, 180.0, 270.0}) {
+    const Sheet fine = MovedTo(60, 80, Turned({.ax = 4, .by = 6, .rows = 9, .cols = 9}, turn_deg));
+    Sheet wide = fine;
+    wide.ax *= 1.9;
+    wide.ay *= 1.9;
+    std::tie(wide.x, wide.y) = fine.Pixel(0, 9.45);
+    const Scene scene({fine, wide});
+    for (const LatticePatch& patch : scene.Build())
+      EXPECT_EQ(JoinedWrongly(scene, patch, Judged::kFramed), 0) << turn_deg;
+  }
 }
 
 TEST(Lattice, RandomPointsAreNoLattice) {
