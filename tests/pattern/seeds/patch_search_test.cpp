@@ -78,7 +78,7 @@ TEST(FindPatches, FindsCellsAtTheLevelOfTheirSize) {
   };
   // Level k is for pitches of 3 to 6.5 px times 2^k, and joins edges of up to 9 px.
   for (const Case& c : {Case{4, 0, 0}, {8, 0, 1}, {16, 1, 2}, {30, 3, 3}}) {
-    const int side = static_cast<int>(std::min(230.0, 30 * c.pitch_px));
+    const int side = static_cast<int>(std::min(c.pitch_px < 20 ? 230.0 : 300.0, 30 * c.pitch_px));
     const Photograph photo{.width_px = side, .height_px = side, .pitch_px = c.pitch_px, .bend_cells = 0.2};
     const Search search = Find(Render(photo, TestBoard()));
     const size_t cells = CellsOfLevels(photo, search, c.first, c.last), there = CellsInPicture(photo);
