@@ -103,6 +103,49 @@ TEST(CellKernels, SumARenderedCellAsDefined) {
   }
 }
 
+// The print in closed form: squares of 0.75 blurred by `sigma_u` and `sigma_v`, at any (u, v).
+double PrintAt(const CellLook& look, int channel, double u, double v, double sigma_u, double sigma_v) {
+  const auto share = [](double d, double sigma) {
+    return 0.5 * (std::erf((d + 0.375) / (sigma * M_SQRT2)) - std::erf((d - 0.375) / (sigma * M_SQRT2)));
+  };
+  double t = look.black[channel];
+  for (int a = 0; a < 5; ++a) {
+    for (int b = 0; b < 5; ++b)
+      t += look.colors[a][b][channel] * share(v - (a - 2), sigma_v) * share(u - (b - 2), sigma_u);
+  }
+  return t;
+}
+
+TEST(CellKernels, SlopesAreThoseOfThePrintByFiniteDifferences) {
+  const SampledProfile profile(0.75);
+  // Blurs of the profile's table, the second of them the nearest to 0.2.
+  const double sigma_u = 0.04 * std::exp(0.0677 * 18), sigma_v = 0.04 * std::exp(0.0677 * 24);
+  CellLook look = SomeLook(profile);
+  look.along_u = &profile.AlongU(static_cast<float>(sigma_u));
+  look.along_v = &profile.AlongV(static_cast<float>(sigma_v));
+  for (const bool moves_center : {false, true}) {
+    look.moves_center = moves_center;
+    CellModel model;
+    BestCellKernels().render(look, nullptr, &model);
+    for (int k = 0; k < kCellSide * kCellSide; ++k) {
+      const double u = CellSample(k % kCellSide), v = CellSample(k / kCellSide), h = 1e-4;
+      const int group = k / kSampleLanes, lane = k % kSampleLanes;
+      const float w = model.w[group][lane];
+      ASSERT_GT(w, 0);
+      // A move of the centre alone dies out linearly.
+      const double tent = moves_center ? (1 - std::abs(u)) * (1 - std::abs(v)) : 1;
+      for (int c = 0; c < 3; ++c) {
+        const auto at = [&](double du, double dv) {
+          return PrintAt(look, c, u + du, v + dv, sigma_u, sigma_v);
+        };
+        EXPECT_NEAR(model.wt[c][group][lane] / w, at(0, 0), 0.05);
+        EXPECT_NEAR(model.wtu[c][group][lane] / w, tent * (at(h, 0) - at(-h, 0)) / (2 * h), 0.5);
+        EXPECT_NEAR(model.wtv[c][group][lane] / w, tent * (at(0, h) - at(0, -h)) / (2 * h), 0.5);
+      }
+    }
+  }
+}
+
 TEST(CellKernels, GiveTheSameBytesOnEveryInstructionSet) {
   const SampledProfile profile(0.75);
   CellLook look = SomeLook(profile);
