@@ -5,112 +5,25 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
 #include <functional>
-#include <map>
 #include <string>
-#include <tuple>
+#include <utility>
 #include <vector>
 
-#include "capture/image_file.h"
-#include "pattern/decoder.h"
-#include "services/files/board_file.h"
-#include "services/synthetic/truth_file.h"
-#include "simulation/take_presets.h"
+#include "tests/benchmark/decode_score.h"
 
 namespace weft {
 namespace {
 
-// An observation with what is true of it.
-struct Judged {
-  NodeKind kind;
-  bool right;  // the node is there, within half a pitch
-  double error_px, pitch_px;
-  float sigma_px, confidence;
-  int neighbors;  // of the 8 around it, observed
-};
+using testing::DecodeScore;
+using testing::Quantile;
+using testing::ScoredObservation;
 
-struct Judgement {
-  std::vector<Judged> judged;
-  size_t scoreable = 0, found = 0;  // cells
-};
-
-using NodeKey = std::tuple<NodeKind, int, int>;
-NodeKey KeyOf(const BoardNode& node) { return {node.kind, node.row, node.col}; }
-
-void Judge(const DecodeResult& result, const ViewTruth& truth, Judgement& judgement) {
-  std::map<NodeKey, const NodeTruth*> is_there;
-  for (const NodeTruth& node : truth.nodes) is_there[KeyOf(node.node)] = &node;
-  std::map<NodeKey, bool> observed;
-  for (const Observation& o : result.observations) observed[KeyOf(o.node)] = true;
-  for (const Observation& o : result.observations) {
-    const auto at = is_there.find(KeyOf(o.node));
-    Judged j{o.node.kind, false, 0, 0, o.sigma_px, o.confidence, 0};
-    for (int k = 0; k < 9; ++k) {
-      if (k != 4)
-        j.neighbors += observed.contains({o.node.kind, o.node.row + k / 3 - 1, o.node.col + k % 3 - 1});
-    }
-    if (at != is_there.end()) {
-      j.pitch_px = at->second->pitch_px;
-      j.error_px = std::hypot(o.x_px - at->second->pixel_px.x(), o.y_px - at->second->pixel_px.y());
-      j.right = j.error_px < 0.5 * j.pitch_px;
-    }
-    judgement.judged.push_back(j);
-  }
-  for (const NodeTruth& node : truth.nodes) {
-    if (!node.scoreable || node.node.kind != NodeKind::kCenter) continue;
-    ++judgement.scoreable;
-    judgement.found += observed.contains(KeyOf(node.node));
-  }
-}
-
-bool JudgeTake(const std::string& folder, Judgement& judgement) {
-  const auto board = ReadBoard(folder + "/board.json");
-  const auto frames = ListTruthFrames(folder + "/truth");
-  if (!board.ok() || !frames.ok()) {
-    std::fprintf(stderr, "%s: no take with truth\n", folder.c_str());
-    return false;
-  }
-  const BoardIndex index = *BoardIndex::Build(*board);
-  for (const size_t f : {size_t{0}, frames->size() / 2}) {
-    const auto truth = ReadFrameTruth(folder + "/truth/" + (*frames)[f]);
-    if (!truth.ok()) continue;
-    for (const ViewTruth& view : truth->views) {
-      const auto image = ReadImageFile(folder + "/" + (*frames)[f] + "/" + view.camera_id + ".png");
-      if (!image.ok()) continue;
-      const auto result = DecodeView(*image, index, {});
-      if (result.ok()) Judge(*result, view, judgement);
-    }
-  }
-  return true;
-}
-
-void JudgeSmallTake(Judgement& judgement) {
-  SyntheticTakeOptions options = *SyntheticPreset("quickstart", 1);
-  options.performance.frames = 1;
-  SyntheticTake take = *SyntheticTake::Make(options);
-  const TakeFrame frame = *take.Next();
-  const BoardIndex index = *BoardIndex::Build(take.board());
-  for (int camera = 0; camera < static_cast<int>(take.rig().cameras.size()); camera += 4) {
-    const FilmedView view = *take.Film(frame, camera);
-    const Frame image = ToFrame(*view.picture);
-    Judge(*DecodeView(image, index, {}), view.truth, judgement);
-  }
-}
-
-double Quantile(std::vector<double> values, double share) {
-  if (values.empty()) return 0;
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
-  std::nth_element(values.begin(), at, values.end());
-  return *at;
-}
-
-void PrintClass(const char* name, const std::vector<Judged>& all,
-                const std::function<bool(const Judged&)>& in) {
+void PrintClass(const char* name, const std::vector<ScoredObservation>& all,
+                const std::function<bool(const ScoredObservation&)>& in) {
   std::vector<double> errors, ratios;
   double squares = 0;
-  for (const Judged& j : all) {
+  for (const ScoredObservation& j : all) {
     if (!j.right || !in(j)) continue;
     errors.push_back(j.error_px);
     ratios.push_back(j.error_px / j.sigma_px);
@@ -122,39 +35,41 @@ void PrintClass(const char* name, const std::vector<Judged>& all,
               Quantile(ratios, 0.95), Quantile(ratios, 0.99));
 }
 
-void PrintErrors(const std::vector<Judged>& all) {
+void PrintErrors(const std::vector<ScoredObservation>& all) {
   std::printf("%-22s %8s  %13s   %27s\n", "", "", "error px", "error / sigma_px");
   std::printf("%-22s %8s  %6s %6s   %6s %6s %6s %6s\n", "class", "n", "50 %", "95 %", "rms", "50 %", "95 %",
               "99 %");
   // Of two axes that each err by sigma.
   std::printf("%-22s %8s  %6s %6s   %6.2f %6.2f %6.2f %6.2f\n", "(as sigma_px says)", "", "", "", 1.41, 1.18,
               2.45, 3.03);
-  const auto cell = [](const Judged& j) { return j.kind == NodeKind::kCenter; };
+  const auto cell = [](const ScoredObservation& j) { return j.node.kind == NodeKind::kCenter; };
   PrintClass("cells", all, cell);
-  PrintClass("  inside, 8 around", all, [&](const Judged& j) { return cell(j) && j.neighbors == 8; });
+  PrintClass("  inside, 8 around", all,
+             [&](const ScoredObservation& j) { return cell(j) && j.neighbors == 8; });
   PrintClass("  border, 5 to 7", all,
-             [&](const Judged& j) { return cell(j) && j.neighbors >= 5 && j.neighbors < 8; });
-  PrintClass("  border, 0 to 4", all, [&](const Judged& j) { return cell(j) && j.neighbors < 5; });
-  constexpr std::array<double, 6> kPitches = {0, 4, 5, 7, 10, 1e9};
+             [&](const ScoredObservation& j) { return cell(j) && j.neighbors >= 5 && j.neighbors < 8; });
+  PrintClass("  border, 0 to 4", all, [&](const ScoredObservation& j) { return cell(j) && j.neighbors < 5; });
+  constexpr std::array<double, 7> kPitches = {0, 3, 4, 5, 7, 10, 1e9};
   for (size_t k = 0; k + 1 < kPitches.size(); ++k) {
     const std::string name =
         kPitches[k + 1] > 1e6 ? "  pitch above 10 px"
                               : "  pitch below " + std::to_string(static_cast<int>(kPitches[k + 1])) + " px";
-    PrintClass(name.c_str(), all, [&](const Judged& j) {
+    PrintClass(name.c_str(), all, [&](const ScoredObservation& j) {
       return cell(j) && j.pitch_px >= kPitches[k] && j.pitch_px < kPitches[k + 1];
     });
   }
-  PrintClass("corners", all, [&](const Judged& j) { return !cell(j); });
+  PrintClass("corners", all, [&](const ScoredObservation& j) { return !cell(j); });
 }
 
-void PrintReliability(const std::vector<Judged>& all) {
+void PrintReliability(const std::vector<ScoredObservation>& all) {
   constexpr std::array<float, 8> kEdges = {0, 0.95f, 0.98f, 0.99f, 0.995f, 0.998f, 0.9995f, 1.01f};
   std::printf("\n%-22s %8s  %9s %9s\n", "confidence", "n", "says", "is right");
   for (size_t k = 0; k + 1 < kEdges.size(); ++k) {
     double says = 0;
     size_t n = 0, right = 0;
-    for (const Judged& j : all) {
-      if (j.kind != NodeKind::kCenter || j.confidence < kEdges[k] || j.confidence >= kEdges[k + 1]) continue;
+    for (const ScoredObservation& j : all) {
+      if (j.node.kind != NodeKind::kCenter || j.confidence < kEdges[k] || j.confidence >= kEdges[k + 1])
+        continue;
       ++n;
       right += j.right;
       says += j.confidence;
@@ -165,18 +80,37 @@ void PrintReliability(const std::vector<Judged>& all) {
   }
 }
 
+int Run(const std::vector<std::string>& folders) {
+  DecodeScore all;
+  const auto add = [&all](const testing::TrueTake& take) {
+    const BoardIndex index = *BoardIndex::Build(take.board);
+    const DecodeScore score = *testing::DecodeAndScore(take, index, {});
+    all.observations.insert(all.observations.end(), score.observations.begin(), score.observations.end());
+    all.cells.insert(all.cells.end(), score.cells.begin(), score.cells.end());
+  };
+  for (const std::string& folder : folders) {
+    const auto take = testing::ReadTrueTake(folder);
+    if (!take.ok()) {
+      std::fprintf(stderr, "accuracy_decode: %s\n", std::string(take.status().message()).c_str());
+      return 2;
+    }
+    add(*take);
+  }
+  if (folders.empty()) add(testing::MakeSmallTake());
+  std::printf("recall of %zu scoreable cells: %.4f\n", all.cells.size(), all.Recall());
+  for (const auto& [least, most] : {std::pair{3, 4}, {4, 5}, {5, 7}, {7, 10}, {10, 1000}}) {
+    const size_t cells = all.CellsOf(least, most);
+    if (cells == 0) continue;
+    std::printf("  of %6zu from %d px%s: %.4f\n", cells, least,
+                most < 1000 ? (" to " + std::to_string(most) + " px").c_str() : "", all.Recall(least, most));
+  }
+  std::printf("precision: %.5f (%zu cells wrong)\n\n", all.Precision(), all.WrongCells());
+  PrintErrors(all.observations);
+  PrintReliability(all.observations);
+  return 0;
+}
+
 }  // namespace
 }  // namespace weft
 
-int main(int argc, char** argv) {
-  weft::Judgement judgement;
-  for (int k = 1; k < argc; ++k) {
-    if (!weft::JudgeTake(argv[k], judgement)) return 2;
-  }
-  if (argc < 2) weft::JudgeSmallTake(judgement);
-  const double scoreable = static_cast<double>(std::max<size_t>(judgement.scoreable, 1));
-  std::printf("recall of %zu scoreable cells: %.4f\n\n", judgement.scoreable,
-              static_cast<double>(judgement.found) / scoreable);
-  weft::PrintErrors(judgement.judged);
-  weft::PrintReliability(judgement.judged);
-}
+int main(int argc, char** argv) { return weft::Run({argv + 1, argv + argc}); }
