@@ -81,7 +81,8 @@ Fabric::Pattern Fabric::Pattern::Of(int rows, std::vector<std::array<int, 2>> en
 }
 
 Fabric::Fabric(int vertices, const std::vector<Face>& faces,
-               const std::vector<std::array<Vector2d, 3>>& flat_mm, const JerseyOptions& options)
+               const std::vector<std::array<Vector2d, 3>>& flat_mm, const JerseyOptions& options,
+               const std::vector<Crease>& creases)
     : options_(options), mass_kg_(vertices, 0), state_(faces.size()), forces_(vertices, Vector3d::Zero()) {
   std::vector<std::array<int, 2>> entries;
   for (size_t f = 0; f < faces.size(); ++f) {
@@ -114,10 +115,12 @@ Fabric::Fabric(int vertices, const std::vector<Face>& faces,
       for (int j = 0; j < 3; ++j) corner.entry[j] = membrane_.Find(faces[f][k], faces[f][j]);
       corners_[used[faces[f][k]]++] = corner;
     }
-  AddBending(faces, flat_mm);
+  AddBending(faces, flat_mm, creases);
+  AddCreases();
 }
 
-void Fabric::AddBending(const std::vector<Face>& faces, const std::vector<std::array<Vector2d, 3>>& flat_mm) {
+void Fabric::AddBending(const std::vector<Face>& faces, const std::vector<std::array<Vector2d, 3>>& flat_mm,
+                        const std::vector<Crease>& creases) {
   struct Side {
     int face, corner;  // opposite the edge
   };
@@ -125,16 +128,13 @@ void Fabric::AddBending(const std::vector<Face>& faces, const std::vector<std::a
   for (size_t f = 0; f < faces.size(); ++f)
     for (int k = 0; k < 3; ++k)
       sides[std::minmax(faces[f][(k + 1) % 3], faces[f][(k + 2) % 3])].push_back({static_cast<int>(f), k});
-  struct Hinge {
-    std::array<int, 4> v;
-    std::array<double, 4> weight;
-    double stiffness;
-  };
+  std::map<std::pair<int, int>, double> crease_of;
+  for (const Crease& c : creases) crease_of[std::minmax(c.a, c.b)] = c.angle_rad;
   std::vector<Hinge> hinges;
   std::vector<std::array<int, 2>> entries;
   for (const auto& [edge, both] : sides) {
     if (both.size() != 2) continue;
-    Hinge h = {{edge.first, edge.second, 0, 0}, {0, 0, 0, 0}, 0};
+    Hinge h = {{edge.first, edge.second, 0, 0}, {0, 0, 0, 0}};
     double area = 0;
     for (int s = 0; s < 2; ++s) {
       const auto& [f, k] = both[s];
@@ -147,9 +147,13 @@ void Fabric::AddBending(const std::vector<Face>& faces, const std::vector<std::a
       }
       h.weight[0] += cot[1], h.weight[1] += cot[0], h.weight[2 + s] = -(cot[0] + cot[1]);
       area += triangles_[f].area_mm2;
+      h.length_mm += (p[(k + 1) % 3] - p[(k + 2) % 3]).norm() / 2;
     }
     h.stiffness = kHingeShare * options_.bending_n_m * kKgMm2PerS2PerNm / area;
     hinges.push_back(h);
+    if (const auto crease = crease_of.find(edge); crease != crease_of.end())
+      bent_.push_back(
+          {h, 2 * h.length_mm * std::sin(crease->second / 2), {faces[both[0].face], faces[both[1].face]}});
     for (const int i : h.v)
       for (const int j : h.v) entries.push_back({i, j});
   }
@@ -160,6 +164,26 @@ void Fabric::AddBending(const std::vector<Face>& faces, const std::vector<std::a
       for (int j = 0; j < 4; ++j)
         value[bending_.Find(h.v[i], h.v[j])] += h.stiffness * h.weight[i] * h.weight[j];
   bend_.assign(value.begin(), value.end());
+}
+
+void Fabric::AddCreases() {
+  pull_.resize(bent_.size());
+  bent_first_.assign(vertices() + 1, 0);
+  for (const BentHinge& bent : bent_)
+    for (const int v : bent.hinge.v) ++bent_first_[v + 1];
+  for (int v = 0; v < vertices(); ++v) bent_first_[v + 1] += bent_first_[v];
+  bent_corners_.resize(bent_first_.back());
+  std::vector<int> used(bent_first_.begin(), bent_first_.end() - 1);
+  for (size_t h = 0; h < bent_.size(); ++h)
+    for (int i = 0; i < 4; ++i)
+      bent_corners_[used[bent_[h].hinge.v[i]]++] = {static_cast<int>(h), bent_[h].hinge.weight[i]};
+}
+
+// Half way between those of the two faces.
+Vector3d Fabric::NormalOf(const BentHinge& bent, const std::vector<Vector3d>& x) {
+  Vector3d sum = Vector3d::Zero();
+  for (const auto& [a, b, c] : bent.faces) sum += (x[b] - x[a]).cross(x[c] - x[a]).normalized();
+  return sum.normalized();
 }
 
 void Fabric::EvaluateFaces(const std::vector<Vector3d>& x) {
@@ -190,6 +214,10 @@ void Fabric::EvaluateFaces(const std::vector<Vector3d>& x) {
 
 void Fabric::Linearize(const std::vector<Vector3d>& x) {
   EvaluateFaces(x);
+  // The bend is along the normal, so that the normal's own change does no work.
+  ForEachIndex(bent_.size(), [&](size_t h) {
+    pull_[h] = bent_[h].hinge.stiffness * bent_[h].rest * NormalOf(bent_[h], x);
+  });
   ForEachIndex(forces_.size(), [&](size_t v) {
     Vector3d force = Vector3d::Zero();
     for (int e = membrane_.first[v]; e < membrane_.first[v + 1]; ++e) block_[e].setZero();
@@ -209,6 +237,8 @@ void Fabric::Linearize(const std::vector<Vector3d>& x) {
     // Relative to the vertex itself: rows of the bending matrix sum to zero.
     for (int e = bending_.first[v]; e < bending_.first[v + 1]; ++e)
       force -= static_cast<double>(bend_[e]) * (x[bending_.column[e]] - x[v]);
+    for (int c = bent_first_[v]; c < bent_first_[v + 1]; ++c)
+      force += bent_corners_[c].weight * pull_[bent_corners_[c].hinge];
     forces_[v] = force;
   });
 }
@@ -256,6 +286,11 @@ double Fabric::BendingEnergy(const std::vector<Vector3d>& x) const {
   for (size_t v = 0; v < x.size(); ++v)
     for (int e = bending_.first[v]; e < bending_.first[v + 1]; ++e)
       sum += bend_[e] * (x[bending_.column[e]] - x[v]).dot(x[v]) / 2;
+  for (const BentHinge& bent : bent_) {
+    Vector3d bend = Vector3d::Zero();
+    for (int i = 0; i < 4; ++i) bend += bent.hinge.weight[i] * x[bent.hinge.v[i]];
+    sum += bent.hinge.stiffness * bent.rest * (bent.rest / 2 - NormalOf(bent, x).dot(bend));
+  }
   return sum;
 }
 

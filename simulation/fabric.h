@@ -26,16 +26,26 @@ struct JerseyOptions {
   absl::Status Validate() const;
 };
 
+// An edge along which the cloth is bent at rest: pressed, or curled as knits are at their hems. Angle between
+// the normals of its two faces, above 0 where the edge stands out on the outer side.
+struct Crease {
+  int a = 0, b = 0;  // vertices of the edge
+  double angle_rad = 0;
+};
+
 // Units: mm, kg, s; so forces are in kg mm/s^2 and stiffness per width in kg/s^2 (= N/m).
 // Membrane: Baraff and Witkin 1998 (stretch along both threads, shear) with constant strain per face; stress
 // grows linearly up to `locks_at` and with the square of the strain beyond, and with the cube of shear.
 // Bending: the quadratic energy of Bergou et al. 2006 for sheets that are flat at rest; a cylinder has the
-// energy of a plate of that stiffness, up to 22 % more or less by direction.
+// energy of a plate of that stiffness, up to 22 % more or less by direction. Creases: the same energy of the
+// difference from the bent rest, with the normal between the edge's faces (Garg et al. 2007 in spirit).
 class Fabric {
  public:
-  // flat_mm: [faces], the corners of each face at rest; the two sides of a seam may differ.
+  // flat_mm: [faces], the corners of each face at rest; the two sides of a seam may differ. Creases on edges
+  // that are not between two faces have no effect.
   Fabric(int vertices, const std::vector<Face>& faces,
-         const std::vector<std::array<Eigen::Vector2d, 3>>& flat_mm, const JerseyOptions& options);
+         const std::vector<std::array<Eigen::Vector2d, 3>>& flat_mm, const JerseyOptions& options,
+         const std::vector<Crease>& creases = {});
 
   int vertices() const { return static_cast<int>(mass_kg_.size()); }
   const std::vector<double>& mass_kg() const { return mass_kg_; }
@@ -78,7 +88,28 @@ class Fabric {
     std::array<int, 3> entry;  // in the row of the corner's vertex, per corner of the face
   };
 
-  void AddBending(const std::vector<Face>& faces, const std::vector<std::array<Eigen::Vector2d, 3>>& flat_mm);
+  // Two faces at an edge: ends of the edge, then the corners opposite it.
+  struct Hinge {
+    std::array<int, 4> v;
+    std::array<double, 4> weight;  // their sum with the positions is the bend, a vector along the normal
+    double stiffness = 0;
+    double length_mm = 0;
+  };
+  // Of a hinge with a crease: the rest bend is `rest` times the normal.
+  struct BentHinge {
+    Hinge hinge;
+    double rest = 0;
+    std::array<std::array<int, 3>, 2> faces;  // corners, counter-clockwise seen from outside
+  };
+  struct BentCorner {
+    int hinge;
+    double weight;
+  };
+
+  void AddBending(const std::vector<Face>& faces, const std::vector<std::array<Eigen::Vector2d, 3>>& flat_mm,
+                  const std::vector<Crease>& creases);
+  void AddCreases();
+  static Eigen::Vector3d NormalOf(const BentHinge& hinge, const std::vector<Eigen::Vector3d>& x_mm);
   void EvaluateFaces(const std::vector<Eigen::Vector3d>& x_mm);
 
   JerseyOptions options_;
@@ -90,6 +121,10 @@ class Fabric {
   Pattern membrane_, bending_;
   std::vector<Eigen::Matrix3f> block_;  // of membrane_
   std::vector<float> bend_;             // of bending_
+  std::vector<BentHinge> bent_;
+  std::vector<Eigen::Vector3d> pull_;  // of each bent hinge, times the weight of a vertex: its force
+  std::vector<int> bent_first_;        // [vertices + 1] into bent_corners_
+  std::vector<BentCorner> bent_corners_;
   std::vector<Eigen::Vector3d> forces_;
 };
 

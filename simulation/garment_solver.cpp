@@ -32,13 +32,14 @@ Vector3d Across(const Vector3d& v, const Vector3d& normal) { return v - normal.d
 
 GarmentSolver::GarmentSolver(const std::vector<Face>& faces,
                              const std::vector<std::array<Eigen::Vector2d, 3>>& flat_mm,
-                             std::vector<Vector3d> x_mm, double cell_mm, const JerseyOptions& options)
+                             std::vector<Vector3d> x_mm, double cell_mm, const JerseyOptions& options,
+                             const std::vector<Crease>& creases)
     : options_(options),
       cell_mm_(cell_mm),
       thickness_mm_(options.thickness_cells * cell_mm),
       reach_mm_(kReachCells * cell_mm),
       body_gap_mm_(1 + 0.15 * cell_mm),
-      fabric_(static_cast<int>(x_mm.size()), faces, flat_mm, options),
+      fabric_(static_cast<int>(x_mm.size()), faces, flat_mm, options, creases),
       finder_(static_cast<int>(x_mm.size()), faces, reach_mm_),
       x_(std::move(x_mm)),
       v_(x_.size(), Vector3d::Zero()),

@@ -53,7 +53,8 @@ struct StepReport {
 class GarmentSolver {
  public:
   GarmentSolver(const std::vector<Face>& faces, const std::vector<std::array<Eigen::Vector2d, 3>>& flat_mm,
-                std::vector<Eigen::Vector3d> x_mm, double cell_mm, const JerseyOptions& options);
+                std::vector<Eigen::Vector3d> x_mm, double cell_mm, const JerseyOptions& options,
+                const std::vector<Crease>& creases = {});
 
   StepReport Step(double step_s, const StepInput& input);
 

@@ -146,6 +146,56 @@ TEST(GarmentSolver, ForcesAreTheSlopeOfTheEnergyFarBeyondWhereTheClothLocks) {
     }
 }
 
+// A sheet with a crease down its middle.
+std::vector<Crease> CreaseDown(const Cloth& cloth, double angle_rad) {
+  std::vector<Crease> out;
+  const int j = cloth.grid_cols / 2;
+  for (int i = 0; i + 1 < cloth.grid_rows; ++i)
+    out.push_back({cloth.vertex_at(i, j), cloth.vertex_at(i + 1, j), angle_rad});
+  return out;
+}
+
+TEST(GarmentSolver, ForcesOfACreaseAreTheSlopeOfItsEnergy) {
+  const Sheet sheet(6, 6);
+  const std::vector<Vector3d> x = Mapped(sheet.cloth.rest.vertices_mm, [](const Vector3d& p) {
+    return Vector3d(12 * std::sin(p.x() / 12), p.y(), 12 * std::cos(p.x() / 12));
+  });
+  Fabric fabric(static_cast<int>(x.size()), sheet.cloth.rest.faces, sheet.flat_mm, {},
+                CreaseDown(sheet.cloth, 1.2));
+  fabric.Linearize(x);
+  const auto energy = [&](size_t v, int axis, double by_mm) {
+    std::vector<Vector3d> moved = x;
+    moved[v][axis] += by_mm;
+    return fabric.MembraneEnergy(moved) + fabric.BendingEnergy(moved);
+  };
+  for (size_t v = 0; v < x.size(); ++v)
+    for (int axis = 0; axis < 3; ++axis) {
+      const double slope = (energy(v, axis, 1e-4) - energy(v, axis, -1e-4)) / 2e-4;
+      EXPECT_NEAR(fabric.forces()[v][axis], -slope, 0.02 * (20 + std::abs(slope))) << v << " " << axis;
+    }
+}
+
+TEST(GarmentSolver, FlatClothFoldsToTheAngleOfItsCrease) {
+  const Sheet sheet(8, 12);
+  for (const double angle : {-1.0, 1.5}) {
+    JerseyOptions jersey;
+    GarmentSolver solver(sheet.cloth.rest.faces, sheet.flat_mm, sheet.cloth.rest.vertices_mm, 5, jersey,
+                         CreaseDown(sheet.cloth, angle));
+    StepInput weightless;
+    weightless.gravity_mm_s2.setZero();
+    weightless.drag_per_s = 5;
+    for (int k = 0; k < 600; ++k) solver.Step(2e-3, weightless);
+    // Between both halves; the outer side is at -z, so an edge that stands out there leaves them behind it.
+    const auto& x = solver.positions_mm();
+    const int i = 4, j = sheet.cloth.grid_cols / 2;
+    const Vector3d left = x[sheet.cloth.vertex_at(i, j)] - x[sheet.cloth.vertex_at(i, 1)];
+    const Vector3d right = x[sheet.cloth.vertex_at(i, j + 5)] - x[sheet.cloth.vertex_at(i, j)];
+    const double turned = std::atan2(left.cross(right).norm(), left.dot(right));
+    EXPECT_NEAR(turned, std::abs(angle), 0.12);
+    EXPECT_EQ(right.z() - left.z() > 0, angle > 0);
+  }
+}
+
 TEST(GarmentSolver, ClothThatLocksBearsAPullThatWouldDoubleIt) {
   // At 400 N/m a linear sheet would be twice as long under this pull.
   const Sheet sheet(40, 6);
