@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -21,8 +22,11 @@ struct ClothOptions {
   int first_row = 0;  // board cell of the upper left corner
   int first_col = 0;
   double cell_mm = 3;
+  // A sheet's slits: each between the columns before and after, from the middle of row `slits_from` down.
+  std::vector<int> slits;  // ascending, at least 2 cells apart and from the sides
+  int slits_from = 0;
 
-  // At least 4 x 4 cells (tube: 8 around), positive cell, first cell not negative.
+  // At least 4 x 4 cells (tube: 8 around), positive cell, first cell not negative, slits as said above.
   absl::Status Validate() const;
 };
 
@@ -30,7 +34,7 @@ struct ClothOptions {
 // centred on the origin, row 0 on top, outside (printed side) towards -z for the sheet and outwards for the
 // tube, whose column `cols / 2` faces -z.
 // Vertices 0 .. rows * cols - 1 are the cell centres, row by row; the rest are hem and seam vertices without
-// a cell, on the outline of the printed area.
+// a cell, on the outline of the printed area; after them those of slits.
 struct Cloth {
   ClothOptions options;
   TriangleMesh rest;                       // flat sheet or smooth tube
@@ -44,9 +48,15 @@ struct Cloth {
   std::vector<double> row_position;  // [grid_rows], in cells from the upper edge
   std::vector<double> col_position;  // [grid_cols], in cells from the left edge
 
+  // The edges of each slit from its end down: left and right, both begin with the vertex at its end.
+  std::vector<std::array<std::vector<int>, 2>> slit_edges;
+
   int vertex_at(int i, int j) const { return vertex_of_grid[static_cast<size_t>(i) * grid_cols + j]; }
 };
 
 absl::StatusOr<Cloth> BuildCloth(const ClothOptions& options);
+
+// [faces], the corners of each face on the flat cloth, in mm.
+std::vector<std::array<Eigen::Vector2d, 3>> FlatShape(const Cloth& cloth);
 
 }  // namespace weft

@@ -10,9 +10,9 @@
 
 namespace weft {
 
-enum class GarmentKind { kSheet, kTube, kSkirt, kTShirt };
+enum class GarmentKind { kSheet, kTube, kSkirt, kTShirt, kPleatedSkirt, kGatheredSkirt, kCurlingSheet };
 
-// "sheet", "tube", "skirt", "tshirt".
+// "sheet", "tube", "skirt", "tshirt", "pleated-skirt", "gathered-skirt", "curling-sheet".
 std::string_view NameOf(GarmentKind kind);
 
 // Panels cut from one board and sewn. A vertex is the centre of a board cell, or lies without a cell on a

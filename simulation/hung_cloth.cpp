@@ -17,20 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kFastestMmPerS = 750;  // sets the automatic step
-constexpr double kBodyShare = 0.8;       // radius of the body in a tube, relative to the tube's
-
-double StepOf(const PerformanceOptions& o) {
-  if (o.step_s > 0) return o.step_s;
-  return std::min(0.002, 0.5 * o.cell_mm / kFastestMmPerS);
-}
-
-std::vector<std::array<Eigen::Vector2d, 3>> FlatShape(const Cloth& cloth) {
-  const double size = cloth.options.cell_mm;
-  std::vector<std::array<Eigen::Vector2d, 3>> flat;
-  for (const auto& corners : cloth.print.of_face)
-    flat.push_back({size * corners[0], size * corners[1], size * corners[2]});
-  return flat;
-}
+constexpr double kBodyShare = 0.8;      // radius of the body in a tube, relative to the tube's
 
 // The rest state displaced along its normals by a fraction of a cell, so that folds have a place to begin.
 std::vector<Vector3d> Disturbed(const Cloth& cloth, uint64_t seed) {
@@ -127,7 +114,7 @@ class HungCloth : public PerformanceSource {
  public:
   HungCloth(const PerformanceOptions& options, Cloth cloth)
       : options_(options),
-        step_s_(StepOf(options)),
+        step_s_(StepOf(options, kFastestMmPerS)),
         handles_(cloth, options),
         body_radius_mm_(cloth.closed ? kBodyShare * options.cols * options.cell_mm / kTurn : 0),
         time_s_(-options.settle_s),
@@ -202,7 +189,8 @@ class HungCloth : public PerformanceSource {
 
 ClothOptions ClothOptionsOf(const PerformanceOptions& o) {
   ClothOptions out;
-  out.shape = o.garment == GarmentKind::kSheet ? ClothShape::kSheet : ClothShape::kTube;
+  out.shape = o.garment == GarmentKind::kSheet || o.garment == GarmentKind::kCurlingSheet ? ClothShape::kSheet
+                                                                                          : ClothShape::kTube;
   out.rows = o.rows, out.cols = o.cols, out.cell_mm = o.cell_mm;
   return out;
 }

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "simulation/folded_motion.h"
 #include "simulation/hung_cloth.h"
 #include "simulation/performance_source.h"
 #include "simulation/worn_garment.h"
@@ -25,6 +26,12 @@ std::string_view NameOf(GarmentKind kind) {
       return "skirt";
     case GarmentKind::kTShirt:
       return "tshirt";
+    case GarmentKind::kPleatedSkirt:
+      return "pleated-skirt";
+    case GarmentKind::kGatheredSkirt:
+      return "gathered-skirt";
+    case GarmentKind::kCurlingSheet:
+      return "curling-sheet";
   }
   return "";
 }
@@ -36,7 +43,7 @@ absl::Status HandleMotion::Validate() const {
         absl::StrCat("handles: ", field, " is ", value, ", expected ", low, " to ", high));
   };
   absl::Status status = check("period_s", period_s, 0.05, 1e6);
-  status.Update(check("compression", compression, 0, 0.5));
+  status.Update(check("compression", compression, 0, 0.65));
   status.Update(check("twist_deg", twist_deg, -90, 90));
   status.Update(check("sway_mm", sway_mm, -1000, 1000));
   return status;
@@ -76,7 +83,9 @@ absl::StatusOr<Performance> Performance::Start(const PerformanceOptions& options
                                                const std::function<void(double)>& on_progress) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   absl::StatusOr<std::unique_ptr<PerformanceSource>> source =
-      IsWorn(options.garment) ? WearGarment(options, on_progress) : HangCloth(options, on_progress);
+      IsWorn(options.garment)     ? WearGarment(options, on_progress)
+      : IsFolded(options.garment) ? MoveFoldedCloth(options, on_progress)
+                                  : HangCloth(options, on_progress);
   if (!source.ok()) return source.status();
   return Performance(options, *std::move(source));
 }

@@ -22,7 +22,7 @@ class PerformanceSource;
 struct HandleMotion {
   double period_s = 2;
   double compression = 0.10;  // share by which the handles come closer; this is what makes folds
-  double twist_deg = 30;      // of the tube's lower end against the upper one, each way
+  double twist_deg = 30;      // each way: of the tube's lower end against the upper one, else of all
   double sway_mm = 8;         // sideways motion, each way
 
   absl::Status Validate() const;
@@ -32,13 +32,13 @@ struct PerformanceOptions {
   GarmentKind garment = GarmentKind::kTube;
   PerformanceMotion motion = PerformanceMotion::kBreathing;  // of the person in T-shirt or skirt
   double cell_mm = 3;  // T-shirt and skirt keep their size: the number of cells follows
-  int rows = 90;       // sheet and tube: cells from top to bottom
-  int cols = 144;      // sheet and tube: cells from left to right, or around
+  int rows = 90;       // cells from top to bottom of what is not worn: sheet, tube, pleats, gathers, curls
+  int cols = 144;      // and from left to right, or around
   int frames = 5;
   double fps = 30;
   double settle_s = 0.7;  // from rest to the first frame
   double step_s = 0;      // of the integration; 0 for one that suits the cell
-  HandleMotion handles;   // sheet and tube
+  HandleMotion handles;   // of what is not worn
   JerseyOptions jersey;
   uint64_t seed = 1;
 

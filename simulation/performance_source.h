@@ -1,6 +1,7 @@
 // What stands behind a Performance: one way of making frames.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -12,6 +13,12 @@ namespace weft {
 // How many equal steps of `longest_s` at most make up a span of time; rounding errors are no span.
 inline int StepsWithin(double span_s, double longest_s) {
   return static_cast<int>(std::ceil(span_s / longest_s - 1e-9));
+}
+
+// The options' step; an automatic one is short enough for cloth of that speed to be kept apart.
+inline double StepOf(const PerformanceOptions& o, double fastest_mm_s) {
+  if (o.step_s > 0) return o.step_s;
+  return std::min(0.002, 0.5 * o.cell_mm / fastest_mm_s);
 }
 
 class PerformanceSource {

@@ -73,6 +73,47 @@ void SetUpTShirtRig(SyntheticTakeOptions& o) {
   SetUpStudioCamera(o);
 }
 
+// What the three presets of folds have in common: cells of 3 to 5 px, some of them smeared by the motion.
+void SetUpFolds(SyntheticTakeOptions& o) {
+  o.performance.cell_mm = 4;
+  o.performance.frames = 6;
+  o.performance.settle_s = 1.2;
+  o.performance.handles.period_s = 0.9;
+  o.rig.cameras = 16;
+  SetUpStudioCamera(o);
+  o.shutter.exposure_ms = 5;
+}
+
+// A skirt in motion on legs.
+void SetUpSwungSkirt(SyntheticTakeOptions& o, GarmentKind kind, int rows, int cols) {
+  SetUpFolds(o);
+  o.performance.garment = kind;
+  o.performance.rows = rows, o.performance.cols = cols;
+  o.performance.handles.twist_deg = 28, o.performance.handles.sway_mm = 10;
+  SetUpPoplin(o);
+  o.rig.width_px = 400, o.rig.height_px = 400;
+  o.rig.object_width_mm = 260, o.rig.object_height_mm = 260;
+}
+
+void SetUpPleats(SyntheticTakeOptions& o) { SetUpSwungSkirt(o, GarmentKind::kPleatedSkirt, 56, 240); }
+
+// Thin cloth, so that its folds are small.
+void SetUpGathers(SyntheticTakeOptions& o) {
+  SetUpSwungSkirt(o, GarmentKind::kGatheredSkirt, 40, 288);
+  o.performance.handles.compression = 0.62;
+  o.performance.jersey.bending_n_m = 2e-6;
+}
+
+void SetUpCurls(SyntheticTakeOptions& o) {
+  SetUpFolds(o);
+  o.performance.garment = GarmentKind::kCurlingSheet;
+  o.performance.rows = 72, o.performance.cols = 84;
+  o.performance.handles.twist_deg = 18, o.performance.handles.sway_mm = 30;
+  o.performance.handles.compression = 0.06;
+  o.rig.width_px = 440, o.rig.height_px = 440;
+  o.rig.object_width_mm = 330, o.rig.object_height_mm = 330;
+}
+
 struct Preset {
   const char* name;
   const char* about;
@@ -82,8 +123,19 @@ constexpr std::array kPresets = {
     Preset{"tiny", "a small tube before 12 cameras, 3 frames; seconds", SetUpTiny},
     Preset{"quickstart", "a tube with folds before 16 cameras, 5 frames; half a minute", SetUpQuickstart},
     Preset{"tshirt-24",
-           "a T-shirt of 19,000 cells, worn, twisted and pulled, before 24 cameras, 200 frames; about an hour on two cores",
+           "a T-shirt of 19,000 cells, worn, twisted and pulled, before 24 cameras, 200 frames; about an "
+           "hour on two cores",
            SetUpTShirt24},
+    Preset{"pleats",
+           "a skirt with pressed pleats, swung, before 16 cameras, 3 to 5 px a cell, 6 frames; a minute",
+           SetUpPleats},
+    Preset{"gathers",
+           "a skirt gathered at its waist, swung, before 16 cameras, 3 to 5 px a cell, 6 frames; a minute",
+           SetUpGathers},
+    Preset{
+        "curls",
+        "strips of jersey with curling hems, shaken, before 16 cameras, 3 to 5 px a cell, 6 frames; a minute",
+        SetUpCurls},
     Preset{"tshirt-rig", "a T-shirt of 96,000 cells, worn, before the cameras of --rig, cropped to it; hours",
            SetUpTShirtRig},
 };

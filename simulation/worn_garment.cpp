@@ -29,11 +29,6 @@ constexpr double kFastestMmPerS = 1800;  // of cloth against the trunk, sets the
 // The person stands so that the garment is about the origin.
 const Vector3d kPelvisMm(0, 60, 0);
 
-double StepOf(const PerformanceOptions& o) {
-  if (o.step_s > 0) return o.step_s;
-  return std::min(0.002, 0.5 * o.cell_mm / kFastestMmPerS);
-}
-
 std::vector<std::array<Eigen::Vector2d, 3>> FlatShape(const Garment& garment) {
   std::vector<std::array<Eigen::Vector2d, 3>> flat;
   for (const auto& corners : garment.print.of_face)
@@ -66,7 +61,7 @@ class WornGarment : public PerformanceSource {
   // Spread around a thin body, or worn already (`worn_mm`, [vertices], free of self-intersections).
   WornGarment(const PerformanceOptions& options, Outfit outfit, std::vector<Vector3d> worn_mm = {})
       : options_(options),
-        step_s_(StepOf(options)),
+        step_s_(StepOf(options, kFastestMmPerS)),
         garment_(std::move(outfit.sewn.garment)),
         waist_(std::move(outfit.waist)),
         start_mm_(std::move(outfit.start_mm)),

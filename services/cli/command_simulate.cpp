@@ -156,7 +156,8 @@ void AddPerformanceOptions(Changes& changes) {
   changes.Group("Garment and motion");
   std::vector<std::pair<std::string, GarmentKind>> garments;
   for (const GarmentKind k :
-       {GarmentKind::kSheet, GarmentKind::kTube, GarmentKind::kSkirt, GarmentKind::kTShirt})
+       {GarmentKind::kSheet, GarmentKind::kTube, GarmentKind::kSkirt, GarmentKind::kTShirt,
+        GarmentKind::kPleatedSkirt, GarmentKind::kGatheredSkirt, GarmentKind::kCurlingSheet})
     garments.emplace_back(NameOf(k), k);
   changes.AddChoice<GarmentKind>("--garment", "What is filmed", garments,
                                  [](Take& o, GarmentKind k) { o.performance.garment = k; });

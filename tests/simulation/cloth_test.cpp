@@ -49,6 +49,41 @@ TEST(Cloth, TubeHasThePrintedPitchAndFacesOutwards) {
   }
 }
 
+TEST(Cloth, SlitsDivideColumnsAndKeepTheWholePrint) {
+  ClothOptions options = SmallTube();
+  options.shape = ClothShape::kSheet;
+  options.slits = {9, 20}, options.slits_from = 5;
+  const Cloth cloth = *BuildCloth(options);
+  ASSERT_EQ(cloth.slit_edges.size(), 2u);
+  double printed = 0;
+  std::set<std::pair<int, int>> edges;
+  for (size_t f = 0; f < cloth.rest.faces.size(); ++f) {
+    const auto& [a, b, c] = cloth.print.of_face[f];
+    const double twice = (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x();
+    EXPECT_LT(twice, 0) << "face " << f << " turns the other way";
+    printed -= twice / 2;
+    for (int i = 0; i < 3; ++i)
+      edges.insert(std::minmax(cloth.rest.faces[f][i], cloth.rest.faces[f][(i + 1) % 3]));
+    // No face reaches across a slit.
+    const int mid_col = static_cast<int>((a + b + c).x() / 3);
+    if ((a + b + c).y() / 3 < 5.5 || (mid_col != 8 && mid_col != 9)) continue;
+    for (const BoardPoint& p : {a, b, c})
+      EXPECT_TRUE(mid_col == 8 ? p.x() <= 9 : p.x() >= 9) << p.transpose();
+  }
+  EXPECT_NEAR(printed, 20 * 32, 1e-9);
+  const int euler = static_cast<int>(cloth.rest.vertices_mm.size()) - static_cast<int>(edges.size()) +
+                    static_cast<int>(cloth.rest.faces.size());
+  EXPECT_EQ(euler, 1);
+}
+
+TEST(Cloth, SlitsOutOfPlaceAreNamed) {
+  ClothOptions options = SmallTube();
+  options.slits = {9};
+  EXPECT_NE(BuildCloth(options).status().message().find("slit is at 9"), std::string::npos);
+  options.shape = ClothShape::kSheet, options.slits_from = 19;
+  EXPECT_NE(BuildCloth(options).status().message().find("slits_from is 19"), std::string::npos);
+}
+
 TEST(Cloth, SizesOutOfRangeAreNamed) {
   ClothOptions options = SmallTube();
   options.cols = 5;
