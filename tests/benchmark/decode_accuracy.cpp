@@ -1,6 +1,7 @@
-// How right decoding is, and whether it knows: errors against sigma_px by class, and confidence against the
-// share that is right. Usage: accuracy_decode [TAKE...] with folders that `weft simulate` wrote; without any,
-// a small take is made here. The first and middle frame of each are judged.
+// How right decoding is, and whether it knows: recall and precision, errors against sigma_px by class and
+// against the Cramer-Rao bound (center_bound.h), and confidence against the share that is right. Usage:
+// accuracy_decode [TAKE...] with folders that `weft simulate` wrote; without any, a small take is made here.
+// The first and middle frame of each are judged.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "tests/benchmark/center_bound.h"
 #include "tests/benchmark/decode_score.h"
 
 namespace weft {
@@ -80,23 +82,65 @@ void PrintReliability(const std::vector<ScoredObservation>& all) {
   }
 }
 
+// Whole cells with all neighbours in sight and observed.
+void PrintBounds(const std::vector<ScoredObservation>& all) {
+  std::printf("\n%-22s %8s  %8s  %15s %15s\n", "center_bound.h", "", "error px", "bound by noise",
+              "by residuals");
+  std::printf("%-22s %8s  %8s  %7s %7s %7s %7s\n", "class", "n", "50 %", "px", "error /", "px", "error /");
+  std::printf("%-22s %8s  %8s  %7s %7.2f %7s %7.2f\n", "(at the bound)", "", "", "", 1.18, "", 1.18);
+  constexpr std::array<double, 8> kPitches = {0, 1e9, 3, 4, 5, 7, 10, 1e9};
+  for (size_t k = 0; k + 1 < kPitches.size(); ++k) {
+    std::vector<double> errors, bounds[2], ratios[2];
+    for (const ScoredObservation& j : all) {
+      if (!j.right || j.neighbors < 8 || !(j.bound_px > 0)) continue;
+      if (j.pitch_px < kPitches[k] || j.pitch_px >= kPitches[k + 1]) continue;
+      errors.push_back(j.error_px);
+      for (int n = 0; n < 2; ++n) {
+        bounds[n].push_back(n == 0 ? j.bound_px : j.residual_bound_px);
+        ratios[n].push_back(j.error_px / bounds[n].back());
+      }
+    }
+    if (errors.empty()) continue;
+    const std::string name =
+        k == 0 ? "cells, 8 around" : "  pitch from " + std::to_string(static_cast<int>(kPitches[k])) + " px";
+    std::printf("%-22s %8zu  %8.4f  %7.4f %7.2f %7.4f %7.2f\n", name.c_str(), errors.size(),
+                Quantile(errors, 0.5), Quantile(bounds[0], 0.5), Quantile(ratios[0], 0.5),
+                Quantile(bounds[1], 0.5), Quantile(ratios[1], 0.5));
+  }
+}
+
+// Decodes the views of a take, with the bounds of their centres.
+void ScoreTake(const testing::TrueTake& take, DecodeScore* score, std::vector<double>* blurs_px,
+               std::vector<double>* noises) {
+  const BoardIndex index = *BoardIndex::Build(take.board);
+  for (const testing::TrueView& view : take.views) {
+    const size_t first = score->observations.size();
+    testing::Score(*DecodeView(view.image, index, {}), view.truth, score);
+    const testing::PictureLook look = testing::MeasureLook(view, take.board);
+    blurs_px->push_back(look.appearance.sigma_px);
+    noises->push_back(look.noise);
+    const auto bounds = testing::CenterBounds(view, take.board, look);
+    for (size_t k = first; k < score->observations.size(); ++k) {
+      const auto bound = bounds.find(score->observations[k].node);
+      if (bound == bounds.end()) continue;
+      score->observations[k].bound_px = bound->second.noise_px;
+      score->observations[k].residual_bound_px = bound->second.residual_px;
+    }
+  }
+}
+
 int Run(const std::vector<std::string>& folders) {
   DecodeScore all;
-  const auto add = [&all](const testing::TrueTake& take) {
-    const BoardIndex index = *BoardIndex::Build(take.board);
-    const DecodeScore score = *testing::DecodeAndScore(take, index, {});
-    all.observations.insert(all.observations.end(), score.observations.begin(), score.observations.end());
-    all.cells.insert(all.cells.end(), score.cells.begin(), score.cells.end());
-  };
+  std::vector<double> blurs_px, noises;
   for (const std::string& folder : folders) {
     const auto take = testing::ReadTrueTake(folder);
     if (!take.ok()) {
       std::fprintf(stderr, "accuracy_decode: %s\n", std::string(take.status().message()).c_str());
       return 2;
     }
-    add(*take);
+    ScoreTake(*take, &all, &blurs_px, &noises);
   }
-  if (folders.empty()) add(testing::MakeSmallTake());
+  if (folders.empty()) ScoreTake(testing::MakeSmallTake(), &all, &blurs_px, &noises);
   std::printf("recall of %zu scoreable cells: %.4f\n", all.cells.size(), all.Recall());
   for (const auto& [least, most] : {std::pair{3, 4}, {4, 5}, {5, 7}, {7, 10}, {10, 1000}}) {
     const size_t cells = all.CellsOf(least, most);
@@ -106,6 +150,9 @@ int Run(const std::vector<std::string>& folders) {
   }
   std::printf("precision: %.5f (%zu cells wrong)\n\n", all.Precision(), all.WrongCells());
   PrintErrors(all.observations);
+  PrintBounds(all.observations);
+  std::printf("blur %.2f px and noise %.2f grey levels in the median of the pictures\n",
+              Quantile(blurs_px, 0.5), Quantile(noises, 0.5));
   PrintReliability(all.observations);
   return 0;
 }

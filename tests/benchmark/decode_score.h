@@ -35,7 +35,8 @@ struct ScoredObservation {
   double error_px = 0, pitch_px = 0;
   float sigma_px = 0, confidence = 0;
   int neighbors = 0;    // of the 8 around it, observed
-  double bound_px = 0;  // least standard deviation per axis of any unbiased estimate; 0 where not worked out
+  // Least standard deviations per axis of any unbiased estimate (center_bound.h); 0 where not worked out.
+  double bound_px = 0, residual_bound_px = 0;
 };
 
 // A cell that is expected to be found.
