@@ -80,7 +80,7 @@ std::string DroppedText(uint64_t count, const std::string& cause) {
 
 std::string WithSeparators(uint64_t count) {
   std::string digits = std::to_string(count);
-  for (size_t at = digits.size(); at > 3;) digits.insert(at -= 3, ",");
+  for (size_t at = digits.size(); at > 3;) digits.insert(at -= 3, 1, ',');
   return digits;
 }
 

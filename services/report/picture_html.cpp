@@ -30,7 +30,7 @@ std::string ColorBar(const ScalarRange& range, const std::string& label, const s
     const double t = static_cast<double>(i) / kStops;
     absl::StrAppendFormat(&stops, "%s%s %.1f%%", i > 0 ? "," : "", HexColor(MapColor(t)), 100 * t);
   }
-  const std::string unit_html = unit.empty() ? "" : " " + EscapeHtml(unit);
+  const std::string unit_html = unit.empty() ? "" : absl::StrCat(" ", EscapeHtml(unit));
   return absl::StrFormat(
       "<p class=\"colorbar\"><span>%s %g%s</span><i "
       "style=\"background:linear-gradient(90deg,%s)\"></i><span>%g%s%s</span></p>",
