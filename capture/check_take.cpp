@@ -17,6 +17,15 @@ std::string Place(const ScannedStream& stream, uint64_t offset_bytes) {
   return absl::StrCat("camera ", stream.camera_id, ", byte ", offset_bytes, ": ");
 }
 
+void CheckPadding(const std::string& path, const std::vector<uint64_t>& stray_bytes, TakeCheck& check) {
+  if (stray_bytes.empty()) return;
+  const size_t more = stray_bytes.size() - 1;
+  check.warnings.push_back(absl::StrCat(
+      path, ": byte ", stray_bytes.front(), ": padding is not zero",
+      more > 0 ? absl::StrCat(", and in ", more, more == 1 ? " place" : " places", " after it") : "",
+      "; no frame is harmed"));
+}
+
 void CheckFile(const ScannedStream& stream, uint64_t take, TakeCheck& check) {
   const std::string camera = absl::StrCat("camera ", stream.camera_id, ": ");
   if (!stream.file_damage().empty()) check.problems.push_back(camera + stream.file_damage());
@@ -113,7 +122,10 @@ absl::StatusOr<TakeCheck> VerifyTake(const std::string& folder, const std::vecto
   if (!streams.ok()) return streams.status();
   TakeCheck check;
   check.take = TakeOf(*streams);
-  for (const ScannedStream& stream : *streams) CheckFile(stream, check.take, check);
+  for (const ScannedStream& stream : *streams) {
+    CheckFile(stream, check.take, check);
+    CheckPadding(StreamFile(StreamFolder(folder), stream.camera_id), stream.scan.stray_bytes, check);
+  }
   absl::StatusOr<ParsedLedger> ledger = ReadLedger(folder);
   if (!ledger.ok()) {
     check.problems.push_back(absl::StrCat("ledger.csv: ", ledger.status().message()));

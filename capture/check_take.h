@@ -26,6 +26,7 @@ struct TakeCheck {
   bool has_ends = false;              // streams of this version: closed ones end with a record
   std::optional<StreamEnd> end;       // of any stream
   std::vector<std::string> problems;  // everything that is not as it should be, in words, with its place
+  std::vector<std::string> warnings;  // what harms no frame, and tells of a disk or a copy that loses bits
 };
 
 // Reads every byte of the take and checks every checksum; index against stream, ledger against both, streams

@@ -20,6 +20,13 @@ absl::Status DataLoss(const PosixFile& file, uint64_t offset_bytes, absl::string
   return absl::DataLossError(absl::StrCat(file.path(), ": byte ", offset_bytes, ": ", what));
 }
 
+// Padding stands from `begin` to `end` of the bytes that were read at `offset_bytes` of the file.
+void NoteStrayByte(const uint8_t* bytes, uint64_t begin, uint64_t end, uint64_t offset_bytes,
+                   StreamScan& scan) {
+  const uint8_t* stray = std::find_if(bytes + begin, bytes + end, [](uint8_t byte) { return byte != 0; });
+  if (stray != bytes + end) scan.stray_bytes.push_back(offset_bytes + static_cast<uint64_t>(stray - bytes));
+}
+
 }  // namespace
 
 absl::StatusOr<StreamHeader> StreamReader::ReadHeaderOf(const PosixFile& file, const std::string& camera_id) {
@@ -172,14 +179,8 @@ absl::StatusOr<RawFrame> StreamReader::Read(const IndexRecord& record) const {
   return frame;
 }
 
-absl::StatusOr<uint64_t> StreamReader::PayloadChecksum(uint64_t offset_bytes, uint64_t size) const {
-  AlignedBuffer payload(size);
-  if (absl::Status status = file_.ReadAt(payload.data(), size, offset_bytes); !status.ok()) return status;
-  return Checksum(payload.data(), size);
-}
-
 bool StreamReader::CheckChunk(uint64_t offset_bytes, uint64_t file_bytes, AlignedBuffer& block,
-                              ChunkHeader& header, std::string& why) const {
+                              ChunkHeader& header, StreamScan& scan, std::string& why) const {
   if (!file_.ReadAt(block.data(), kBlockBytes, offset_bytes).ok()) {
     why = "the block cannot be read";
     return false;
@@ -197,13 +198,28 @@ bool StreamReader::CheckChunk(uint64_t offset_bytes, uint64_t file_bytes, Aligne
     why = "the stream ends inside the frame";
     return false;
   }
-  const absl::StatusOr<uint64_t> checksum = PayloadChecksum(offset_bytes + kBlockBytes, read->payload_bytes);
-  if (!checksum.ok() || *checksum != read->checksum) {
+  const uint64_t payload_at = offset_bytes + kBlockBytes;
+  AlignedBuffer payload(read->payload_bytes);
+  const uint64_t stored_bytes = std::min(PaddedBytes(payload.size()), file_bytes - payload_at);
+  if (!file_.ReadAt(payload.data(), stored_bytes, payload_at).ok() ||
+      Checksum(payload.data(), payload.size()) != read->checksum) {
     why = absl::StrCat("the frame of set ", read->set, " does not fit its checksum");
     return false;
   }
+  NoteStrayByte(payload.data(), payload.size(), stored_bytes, payload_at, scan);
   header = *std::move(read);
   return true;
+}
+
+absl::Status StreamReader::CheckDescriptionPadding(StreamScan& scan) const {
+  const uint64_t bytes = header_.description.size(), blocks_bytes = header_.size_in_stream() - kBlockBytes;
+  if (!header_damage_.empty() || bytes == blocks_bytes || header_.size_in_stream() > scan.file_bytes)
+    return absl::OkStatus();
+  AlignedBuffer last(kBlockBytes);
+  const uint64_t at = header_.size_in_stream() - kBlockBytes;
+  if (absl::Status status = file_.ReadAt(last.data(), kBlockBytes, at); !status.ok()) return status;
+  NoteStrayByte(last.data(), bytes % kBlockBytes, kBlockBytes, at, scan);
+  return absl::OkStatus();
 }
 
 absl::StatusOr<uint64_t> StreamReader::NextChunk(uint64_t offset_bytes, uint64_t file_bytes) const {
@@ -222,13 +238,14 @@ absl::StatusOr<StreamScan> StreamReader::Scan() const {
   if (!file_bytes.ok()) return file_bytes.status();
   StreamScan scan;
   scan.file_bytes = *file_bytes;
+  if (absl::Status status = CheckDescriptionPadding(scan); !status.ok()) return status;
   AlignedBuffer block(kBlockBytes);
   uint64_t at = std::min(header_.size_in_stream(), *file_bytes);
   scan.end_bytes = std::max<uint64_t>(at, kBlockBytes);
   while (at + kBlockBytes <= *file_bytes) {
     ChunkHeader header;
     std::string why;
-    if (CheckChunk(at, *file_bytes, block, header, why) &&
+    if (CheckChunk(at, *file_bytes, block, header, scan, why) &&
         (scan.records.empty() ||
          (header.sequence > scan.records.back().sequence && header.set > scan.records.back().set))) {
       scan.records.push_back(RecordOf(header, at));

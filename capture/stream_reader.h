@@ -22,6 +22,8 @@ struct StreamDamage {
 struct StreamScan {
   std::vector<IndexRecord> records;  // of all chunks whose header and payload are intact
   std::vector<StreamDamage> damage;  // between and after them
+  std::vector<uint64_t>
+      stray_bytes;                   // the first byte that is not zero of every padding that is not: harmless
   uint64_t end_bytes = kBlockBytes;  // of the last intact chunk
   uint64_t file_bytes = kBlockBytes;
   std::optional<StreamEnd>
@@ -68,8 +70,9 @@ class StreamReader {
   uint64_t TakeOfFirstChunk() const;
   // The chunk at this place, with its payload checked; false with the reason where there is none.
   bool CheckChunk(uint64_t offset_bytes, uint64_t file_bytes, AlignedBuffer& block, ChunkHeader& header,
-                  std::string& why) const;
-  absl::StatusOr<uint64_t> PayloadChecksum(uint64_t offset_bytes, uint64_t size) const;
+                  StreamScan& scan, std::string& why) const;
+  // Appends to `stray_bytes` where the description's last block does not end in zeros.
+  absl::Status CheckDescriptionPadding(StreamScan& scan) const;
   // The next block after `offset_bytes` that begins like a chunk; `file_bytes` where there is none.
   absl::StatusOr<uint64_t> NextChunk(uint64_t offset_bytes, uint64_t file_bytes) const;
 

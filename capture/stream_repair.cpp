@@ -75,9 +75,8 @@ class ChunkSink {
     if (!header.ok()) return header.status();
     const uint64_t payload = offset_bytes_ + kBlockBytes;
     if (absl::Status status = Write(*header); !status.ok()) return status;
-    const uint64_t bytes = std::min(PaddedBytes(record.payload_bytes),
-                                    file.Size().value_or(0) - record.offset_bytes - kBlockBytes);
-    return Copy(file, record.offset_bytes + kBlockBytes, file_, payload, bytes);
+    // The file is new, so zeros follow whatever followed before.
+    return Copy(file, record.offset_bytes + kBlockBytes, file_, payload, record.payload_bytes);
   }
   absl::Status End(StreamEnd end) {
     end.take = take_;

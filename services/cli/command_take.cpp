@@ -96,7 +96,7 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
       "  weft take info take", Info);
   add("verify",
       "Read every byte of a take and check it: checksums, streams, indexes, ledger, take.json. Exit status 1 "
-      "when anything is not as it should be.",
+      "when anything is not as it should be; padding that is not zero is a warning, for it harms no frame.",
       "  weft take verify take", Verify);
   CLI::App* recover =
       add("recover",

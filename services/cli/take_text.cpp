@@ -52,6 +52,7 @@ std::string TakeCheckText(const v1::TakeCheckReport& report) {
           report.take(), report.whole() ? "whole" : "not whole", report.sets(), report.complete_sets(),
           report.frames(), report.missing(), report.dropped(), static_cast<double>(report.bytes()) / 1e9);
   for (const std::string& problem : report.problems()) absl::StrAppend(&text, "problem: ", problem, "\n");
+  for (const std::string& warning : report.warnings()) absl::StrAppend(&text, "warning: ", warning, "\n");
   return text;
 }
 

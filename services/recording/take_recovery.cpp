@@ -103,6 +103,7 @@ absl::StatusOr<v1::TakeCheckReport> VerifyRecordedTake(const std::string& folder
   v1::TakeCheckReport report;
   report.set_take(folder);
   for (const std::string& problem : check->problems) report.add_problems(problem);
+  for (const std::string& warning : check->warnings) report.add_warnings(warning);
   CheckTakeFile(*known, *check, report);
   report.set_whole(report.problems().empty());
   report.set_sets(check->sets);

@@ -108,6 +108,10 @@ void JudgeCheck(v1::TakeCheckReport& report, bool is_closed) {
         absl::StrCat(report.problems(0), problems > 1 ? absl::StrCat(" (and ", problems - 1, " more)") : ""),
         absl::StrCat("copy the damaged files again from where they are whole, or keep what is intact: ",
                      RecoverRemedy(report.take(), is_closed)));
+  } else if (report.warnings_size() > 0) {
+    AddFinding(verdict, v1::GRADE_USABLE, report.warnings(0),
+               "the take can be used as it is; check the disk, and the way that the take was copied: a bit "
+               "that changes beside the frames may change in them next");
   } else if (report.missing() > 0) {
     AddFinding(verdict, v1::GRADE_USABLE,
                absl::StrCat("whole, and ", report.missing(), " frames are missing, each with its reason"),

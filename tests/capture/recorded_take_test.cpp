@@ -21,6 +21,7 @@ using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::Not;
 
 constexpr int kWidth_px = 100;  // a payload of two blocks
 constexpr int kHeight_px = 61;
@@ -36,11 +37,12 @@ RawFrameSet WithoutCam2(PatternFrames& cameras, uint64_t number) {
 }
 
 // Records the sets 3 to 3 + count; set 5 lacks cam2. Flushes after every second set.
-void Record(const std::string& folder, uint64_t count, bool close, bool compress = false,
-            uint64_t take = 77) {
+void Record(const std::string& folder, uint64_t count, bool close, bool compress = false, uint64_t take = 77,
+            const std::vector<std::string>& descriptions = {}) {
   PatternFrames cameras = Cameras();
   TakeWriterOptions options;
   options.take = take;
+  options.descriptions = descriptions;
   options.stream.compress = compress;
   options.stream.preallocate_bytes = 1 << 20;
   const auto writer = TakeWriter::Create(folder, cameras.camera_ids(), options);
@@ -150,6 +152,46 @@ TEST(RecordedTake, NeverWritesOverATakeOrInStrangePlaces) {
   EXPECT_THAT(std::string(TakeWriter::Create(temp / "other", {"../cam"}, {}).status().message()),
               HasSubstr("../cam"));
   EXPECT_FALSE(TakeWriter::Create(temp / "other", {"a", "a"}, {}).ok());
+}
+
+std::vector<std::string> Warnings(const std::string& folder) {
+  const auto check = VerifyTake(folder);
+  return check.ok() ? check->warnings : std::vector<std::string>{std::string(check.status().message())};
+}
+
+TEST(VerifyTake, WarnsOfPaddingThatIsNotZero) {
+  constexpr uint64_t kDescription_bytes = 5000, kPayload_bytes = uint64_t{kWidth_px} * kHeight_px;
+  const TempFolder temp;
+  const std::string folder = temp / "take", description(kDescription_bytes, 'd');
+  Record(folder, 3, true, false, 77, {description, description, description});
+  const std::string stream = StreamFile(StreamFolder(folder), "cam1");
+  const uint64_t payload = RecordedTake::Open(folder).value()->Record(1, 0)->offset_bytes + kBlockBytes;
+  ASSERT_EQ(payload % kBlockBytes, 0u);
+  const auto warning = [&](uint64_t at, const char* more = "") {
+    return stream + ": byte " + std::to_string(at) + ": padding is not zero" + more + "; no frame is harmed";
+  };
+  EXPECT_THAT(Warnings(folder), IsEmpty());
+  const uint64_t after_description = kBlockBytes + kDescription_bytes;
+  for (const uint64_t at : {after_description, 3 * kBlockBytes - 1, payload + kPayload_bytes,
+                            payload + kPayload_bytes + 700, payload + 2 * kBlockBytes - 1}) {
+    Damage(stream, at);
+    EXPECT_THAT(Warnings(folder), ElementsAre(warning(at)));
+    EXPECT_THAT(Problems(folder), IsEmpty());
+    Damage(stream, at);  // and back
+  }
+  for (const uint64_t at : {after_description - 1, payload + kPayload_bytes - 1}) {
+    Damage(stream, at);
+    EXPECT_THAT(Problems(folder), Not(IsEmpty())) << at;
+    Damage(stream, at);
+  }
+  Damage(stream, after_description);
+  Damage(stream, payload + kPayload_bytes);
+  EXPECT_THAT(Warnings(folder), ElementsAre(warning(after_description, ", and in 1 place after it")));
+  // A stream that is written anew, here for a damaged frame, is padded with zeros.
+  Damage(stream, payload - 2 * kBlockBytes - kBlockBytes);
+  ASSERT_TRUE(RecoverTake(folder).ok());
+  EXPECT_THAT(Problems(folder), IsEmpty());
+  EXPECT_THAT(Warnings(folder), IsEmpty());
 }
 
 TEST(RecoverTake, BringsBackWhatTheIndexDoesNotKnow) {

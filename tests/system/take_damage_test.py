@@ -67,6 +67,14 @@ class Damage(unittest.TestCase):
         self.assertEqual(done.returncode, 0 if report["whole"] else 1, done.stderr)
         return report
 
+    def assert_warns(self, report, path, at, what):
+        told = f"{path}: byte {at}: padding is not zero; no frame is harmed"
+        self.assertEqual(report["warnings"], [told], what)
+        self.assertEqual((report["verdict"]["grade"], report["verdict"]["reason"]), ("GRADE_USABLE", told), what)
+        text = weft("take", "verify", self.take, check=0).stdout
+        self.assertTrue(text.startswith(f"usable: {told}\n"), text)
+        self.assertIn(f"warning: {told}\n", text)
+
     def recover(self, *how):
         return json.loads(weft("take", "recover", self.take, "--json", *how, check=0).stdout)
 
@@ -118,7 +126,7 @@ class Damage(unittest.TestCase):
         chance = random.Random(11)
         targets = [(f"streams/{camera}.{kind}", camera if kind == "stream" else None)
                    for camera in IDS for kind in ("stream", "index")] + [("ledger.csv", None), ("take.json", None)]
-        lost = 0
+        lost = harmless = 0
         for round_number in range(int(os.environ.get("WEFT_DAMAGE_ROUNDS", "16"))):
             self.setUp()
             name, damaged = targets[round_number % len(targets)]
@@ -130,21 +138,25 @@ class Damage(unittest.TestCase):
                 os.truncate(path, size)
                 what += f" to {size}"
             elif how == "flip":
-                what += f" at {flip(path, chance)}"
+                at = flip(path, chance)
+                what += f" at {at}"
             elif how == "empty":
                 os.truncate(path, 0)
             else:
                 os.remove(path)
             report = self.verify()
-            if report["whole"]:  # a bit of the zeros that fill a block harms no frame
+            if report["whole"]:  # a bit of the zeros that fill a block harms no frame, and is told all the same
                 self.assertTrue(damaged, what)
                 self.assertEqual(set(frames(self.take).values()), {"exact"}, what)
+                self.assert_warns(report, path, at, what)
+                harmless += 1
             self.assertEqual(weft("take", "info", self.take, check=0).stderr.count("error"), 0, what)
             gone = self.assert_recovered(damaged, what)
             if how == "flip":
                 self.assertLessEqual(gone, 1, what)
             lost += gone
         self.assertGreater(lost, 0)
+        self.assertGreater(harmless, 0)
 
     def test_every_damage_to_take_json_and_ledger_is_seen(self):
         chance = random.Random(5)
