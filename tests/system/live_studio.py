@@ -6,9 +6,12 @@ import functools
 import ipaddress
 import json
 import os
+import select
+import socket
 import struct
 import subprocess
 import sys
+import threading
 import time
 import unittest
 
@@ -49,6 +52,58 @@ class Cameras:
     def kill(self):
         self.process.kill()
         self.process.communicate()
+
+
+class GoneCameras:
+    """Stands in the place of cameras that are gone: hears what is asked of them, and answers nothing.
+
+    Aravis sends a request to a silent camera five times, and 2.5 s pass until it fails. So the requests tell how long a
+    recorder waited, whatever else the machine had to do meanwhile."""
+    PORT, DISCOVERY, TRIES = 3956, 0x0002, 5
+    ACQUISITION = 0x800c  # the register that stops our cameras
+    # Registers of taking leave, for which nobody waits; the heartbeat reads the first, in a thread of its own.
+    PRIVILEGE, STREAM_PORT = 0x0a00, 0x0d00
+
+    def __init__(self, addresses):
+        self.heard = []  # host time in s, address, command, number of the request, first register
+        self.sockets = {}
+        for address in addresses:
+            ear = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+            ear.bind((address, self.PORT))
+            self.sockets[ear] = address
+        self.over, self.end = os.pipe()
+        self.thread = threading.Thread(target=self.listen)
+        self.thread.start()
+
+    def listen(self):
+        while self.over not in (ready := select.select([*self.sockets, self.over], [], [])[0]):
+            for ear in ready:
+                packet = ear.recv(2048)
+                _, command, _, number = struct.unpack_from(">4H", packet)
+                register, = struct.unpack_from(">I", packet.ljust(12, b"\0"), 8)
+                self.heard.append((time.time(), self.sockets[ear], command, number, register))
+
+    def close(self):
+        os.write(self.end, b".")
+        self.thread.join()
+        for ear in self.sockets:
+            ear.close()
+
+    def questions(self, address):
+        """Host times in s of the questions whether the camera is there, for whose answers nobody waits."""
+        return [at for at, of, command, *_ in self.heard if of == address and command == self.DISCOVERY]
+
+    def requests(self, address):
+        """Host time in s at which each request was first heard, and its register."""
+        first = {}
+        for at, of, command, number, register in self.heard:
+            if of == address and command != self.DISCOVERY and register not in (self.PRIVILEGE, self.STREAM_PORT):
+                first.setdefault((command, number, register), at)
+        return [(at, register) for (_, _, register), at in first.items()]
+
+    def farewells(self, address):
+        """Host times in s at which a stream took leave of the camera, every try."""
+        return [at for at, of, _, _, register in self.heard if of == address and register == self.STREAM_PORT]
 
 
 @contextlib.contextmanager
@@ -136,6 +191,13 @@ class LiveTest(unittest.TestCase):
         text = read(path) if os.path.exists(path) else ""
         return [(line[0], int(line[1]), int(line[2]), line[5], line[6])
                 for line in csv.reader(text[:text.rfind("\n") + 1].splitlines()[1:])]
+
+    def noted_s(self, camera, words):
+        """The host time in s of the first note of this camera that begins with these words."""
+        for line in csv.reader(read(os.path.join(self.take, "ledger.csv")).splitlines()[1:]):
+            if line[0] == "note" and line[5] == camera and line[6].startswith(words):
+                return int(line[4]) / 1e9
+        self.fail(f"no note of camera {camera} begins with {words}")
 
     def wait_for(self, recorder, event, count=1, words=""):
         """Until the ledger has so many lines of this kind."""
