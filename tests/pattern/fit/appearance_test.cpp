@@ -105,6 +105,19 @@ TEST_F(AppearanceTest, RecoversTheBlur) {
   }
 }
 
+TEST_F(AppearanceTest, BlurIsThatOfTheImageAlsoWhereCellsAreSqueezed) {
+  const Photograph photo{.width_px = 120,
+                         .height_px = 130,
+                         .pitch_px = 9,
+                         .angle_deg = 0,
+                         .bend_cells = 0.2,
+                         .squeeze = 0.45,
+                         .blur_px = 0.9};
+  const Appearance found = Calibrate(photo, Grey());
+  EXPECT_NEAR(found.sigma_px, TrueAppearance(photo).sigma_px, 0.2);
+  ExpectInks(photo, found, 0.06);
+}
+
 TEST_F(AppearanceTest, CellsThatAreALittleOffDoNoHarm) {
   const Photograph photo{.width_px = 130, .height_px = 120, .pitch_px = 6};
   const Appearance found = Calibrate(photo, Grey(), 0.06);
