@@ -152,5 +152,24 @@ TEST(FitCenter, WhereNeighborsAreUnknownThePrintIsTrusted) {
   EXPECT_LT(trusting, 0.85 * plain);
 }
 
+TEST(FitCenter, WithoutOccluderUnknownNeighborsLeaveThePullAsItIs) {
+  const Photograph photo{.width_px = 120, .height_px = 110, .pitch_px = 7, .bend_cells = 0.1, .noise = 1};
+  const Fitting fitting(photo, TestBoard());
+  const NeighborWeights border = {1, 1, 0.4f, 1, 1, 0.4f, 1, 1, 0.4f};
+  double before = 0, after = 0;
+  for (const PlacedCell& cell : fitting.Cells(3)) {
+    CellNodes nodes = TrueNodes(photo, TestBoard(), cell.row, cell.col);
+    nodes.x[4] += 0.3f;
+    nodes.y[4] -= 0.2f;
+    CenterPull pull;
+    ASSERT_TRUE(fitting.fitter().FitCenter(cell.row, cell.col, nodes, border, &pull).converged);
+    const double determinant = pull.xx * pull.yy - pull.xy * pull.xy;
+    before += 0.3 * 0.3 + 0.2 * 0.2;
+    after += std::pow(0.3 - (pull.yy * pull.x - pull.xy * pull.y) / determinant, 2) +
+             std::pow(-0.2 - (pull.xx * pull.y - pull.xy * pull.x) / determinant, 2);
+  }
+  EXPECT_LT(std::sqrt(after / before), 0.35);
+}
+
 }  // namespace
 }  // namespace weft
