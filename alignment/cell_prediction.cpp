@@ -143,7 +143,7 @@ std::vector<CellInView> PredictedSurface::CellsIn(const CameraModel& camera) con
     out.cell.row = garment_->node_of_vertex[v].row;
     out.cell.col = garment_->node_of_vertex[v].col;
     const Eigen::Vector<float, 6> f = (Eigen::Vector<double, 6>() << pixel[v], a, b).finished().cast<float>();
-    out.cell.frame = {f[0], f[1], f[2], f[3], f[4], f[5]};
+    out.cell.pose = {f[0], f[1], f[2], f[3], f[4], f[5]};
     const double depth_mm = (camera.rotation * vertices_mm_[v] + camera.translation_mm).z();
     out.cell.sigma_px = static_cast<float>(sigma_mm_[v] * std::max(camera.fx_px, camera.fy_px) / depth_mm);
   }

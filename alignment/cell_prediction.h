@@ -9,7 +9,7 @@
 #include "alignment/ray_scene.h"
 #include "alignment/template.h"
 #include "capture/camera_model.h"
-#include "pattern/guided_decoding.h"
+#include "pattern/fit/cell.h"
 
 namespace weft {
 
@@ -42,7 +42,7 @@ class PredictedSurface {
                                                 const RegisteredMesh& mesh, const PredictionOptions& options);
 
   // The cells that the camera sees, ordered by vertex: in the picture, facing the camera, nothing before
-  // them. The frame of a cell is that of the mesh around its vertex; cells without neighbours in both
+  // them. The pose of a cell is that of the mesh around its vertex; cells without neighbours in both
   // directions of the board are left out. sigma_px is the vertex's sigma_mm, projected.
   std::vector<CellInView> CellsIn(const CameraModel& camera) const;
 

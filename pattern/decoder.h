@@ -8,15 +8,31 @@
 #include "absl/status/statusor.h"
 #include "capture/frame.h"
 #include "pattern/board/board_index.h"
+#include "pattern/fit/cell_check.h"
 #include "pattern/observation.h"
 #include "pattern/seeds/keypoints.h"
 #include "pattern/seeds/lattice.h"
 #include "pattern/seeds/patch_decoder.h"
-#include "pattern/surface/board_growth.h"
-#include "pattern/surface/cell_refinement.h"
-#include "pattern/surface/island_search.h"
+#include "pattern/surface/growth.h"
+#include "pattern/surface/isolated_components.h"
 
 namespace weft {
+
+// Which cells stay, by their confidence.
+struct ConfidenceOptions {
+  // Before growth goes on, cells less certain than this make room.
+  float min_to_grow = 0.85f;
+  // The boundary is looked at again from cells that are as certain as this; others make room there.
+  float min_at_boundary = 0.95f;
+  // Down to here, cells still connect others and help to place them, before they are dropped.
+  float min_to_help = 0.92f;
+  // A cell whose identity and position are less certain is dropped in the end.
+  float min_to_stay = 0.975f;
+  // Fewer connected cells than this may be chance, in a view of up to a thousand; larger views ask for more.
+  int min_component = 5;
+
+  absl::Status Validate() const;
+};
 
 // Options of every step; nested structs belong to the headers of the steps.
 struct DecodeOptions {
@@ -30,8 +46,8 @@ struct DecodeOptions {
   LatticeOptions lattice;
   PatchDecodeOptions patches;
   GrowthOptions growth;
-  IslandOptions islands;
-  CellRefinementOptions refinement;
+  IsolatedOptions isolated;
+  ConfidenceOptions confidence;
 
   absl::Status Validate() const;
 };
@@ -54,7 +70,7 @@ struct DecodeTimings {
 struct DecodeExplanation {
   std::vector<int> groups;           // [centers], cells that grew from one piece of lattice have one number
   std::vector<MissingCell> missing;  // where growth along the board stopped
-  std::vector<LooseSpot> loose;      // spots that are in no patch
+  std::vector<LooseBlob> loose;      // blobs that are in no patch
 };
 
 // Observations ordered by kind, row, column; a node occurs at most once.
@@ -66,7 +82,8 @@ struct DecodeResult {
 };
 
 // Finds the nodes of the board in one view. Grey frames are InvalidArgument: colours carry the code.
-// Single-threaded and deterministic; call it for several views in parallel.
+// Single-threaded and deterministic; call it for several views in parallel. For a second pass over the view,
+// see view_decoder.h.
 absl::StatusOr<DecodeResult> DecodeView(const Frame& frame, const BoardIndex& board,
                                         const DecodeOptions& options);
 

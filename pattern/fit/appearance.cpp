@@ -31,26 +31,26 @@ struct ColorSums {
 // A cell with its samples of the image.
 struct SampledCell {
   int labels[5][5];  // ink of the cells around, kCellColors off the board
-  CellFrame frame;
+  CellPose pose;
   float scale;  // of the image that was sampled
   CellSamples samples;
 };
 
-std::vector<SampledCell> SampleCells(const std::vector<ColorImage>& pyramid, const Board& board,
-                                     const std::vector<PlacedCell>& cells) {
+std::vector<SampledCell> SampleCells(const PrintedView& view, const std::vector<PlacedCell>& cells) {
   std::vector<SampledCell> sampled;
   sampled.reserve(cells.size());
   for (const PlacedCell& cell : cells) {
-    const int level = PyramidLevelFor(cell.frame.ShorterEdge(), pyramid.size());
-    const ColorImage& image = pyramid[level];
+    const int level = PyramidLevelFor(cell.pose.ShorterEdge(), view.pyramid.size());
+    const ColorImage& image = view.pyramid[level];
     SampledCell out;
     out.scale = static_cast<float>(1 << level);
-    out.frame = cell.frame;
-    const CellFrame& f = cell.frame;
+    out.pose = cell.pose;
+    const CellPose& f = cell.pose;
     if (!(f.Area() > 1)) continue;
     for (int k = 0; k < 25; ++k) {
       const int r = cell.row + k / 5 - 2, c = cell.col + k % 5 - 2;
-      out.labels[k / 5][k % 5] = board.Contains(r, c) ? static_cast<int>(board.at(r, c)) : kCellColors;
+      out.labels[k / 5][k % 5] =
+          view.board.Contains(r, c) ? static_cast<int>(view.board.at(r, c)) : kCellColors;
     }
     BestCellKernels().sample({image.rgbx.data(), image.width_px, image.height_px}, f.InHalvings(out.scale),
                              {}, &out.samples);
@@ -131,10 +131,9 @@ double SolveColors(ColorSums sums, Appearance* appearance) {
 
 }  // namespace
 
-Appearance CalibrateAppearance(const std::vector<ColorImage>& pyramid, const Board& board,
-                               const SampledProfile& profile, const std::vector<PlacedCell>& cells,
+Appearance CalibrateAppearance(const PrintedView& view, const std::vector<PlacedCell>& cells,
                                const std::vector<float>& sigmas_px, const Appearance& start) {
-  const std::vector<SampledCell> sampled = SampleCells(pyramid, board, cells);
+  const std::vector<SampledCell> sampled = SampleCells(view, cells);
   Appearance best = start;
   double least = 1e300;
   int risen = 0;
@@ -144,10 +143,10 @@ Appearance CalibrateAppearance(const std::vector<ColorImage>& pyramid, const Boa
     std::vector<ColorSums> of_cells;
     of_cells.reserve(sampled.size());
     for (const SampledCell& cell : sampled) {
-      const CellFrame& f = cell.frame;
+      const CellPose& f = cell.pose;
       const float sigma = SigmaInPyramid(sigma_px, cell.scale) / f.Area();
-      of_cells.push_back(SumCell(cell, profile.AlongU(sigma * std::hypot(f.bx, f.by)),
-                                 profile.AlongV(sigma * std::hypot(f.ax, f.ay))));
+      of_cells.push_back(SumCell(cell, view.profile.AlongU(sigma * std::hypot(f.bx, f.by)),
+                                 view.profile.AlongV(sigma * std::hypot(f.ax, f.ay))));
     }
     double error = 1e300;
     for (int round = 0; round < kRounds; ++round) {

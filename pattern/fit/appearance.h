@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "pattern/board/board.h"
-#include "pattern/fit/cell_frame.h"
+#include "pattern/fit/cell.h"
 #include "pattern/fit/sampled_profile.h"
 #include "pattern/image/color_image.h"
 #include "pattern/image/ink_model.h"
@@ -19,11 +19,17 @@ struct Appearance {
   float sigma_px = 0.8f;
 };
 
+// A view and the print that it shows. `pyramid` as for CellFitter.
+struct PrintedView {
+  const std::vector<ColorImage>& pyramid;
+  const Board& board;
+  const SampledProfile& profile;
+};
+
 // The appearance that explains the placed cells best, over the blurs `sigmas_px` (ascending; the search ends
 // where the error has risen twice). Alternates between the light of each cell's surroundings and, by least
-// squares, the eight colours; the mean over the inks stays that of `start`. `pyramid` as for CellFitter.
-Appearance CalibrateAppearance(const std::vector<ColorImage>& pyramid, const Board& board,
-                               const SampledProfile& profile, const std::vector<PlacedCell>& cells,
+// squares, the eight colours; the mean over the inks stays that of `start`.
+Appearance CalibrateAppearance(const PrintedView& view, const std::vector<PlacedCell>& cells,
                                const std::vector<float>& sigmas_px, const Appearance& start);
 
 }  // namespace weft

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <span>
 
-#include "pattern/fit/cell_frame.h"
+#include "pattern/fit/cell.h"
 #include "pattern/fit/sampled_profile.h"
 
 namespace weft {
@@ -18,12 +18,12 @@ struct alignas(64) SampleMask {
 
 // Whether the samples of a cell are in the image: all, some or none.
 enum class Inside { kAll, kSome, kNone };
-inline Inside WhereIs(const CellFrame& f, const CellBend& bend, int width_px, int height_px) {
-  const auto half = [&bend](float a, float b, int k) {
+inline Inside WhereIs(const CellPose& f, const CellWarp& warp, int width_px, int height_px) {
+  const auto half = [&warp](float a, float b, int k) {
     constexpr float kReach = 0.875f;
-    return kReach * (std::abs(a) + std::abs(b) + std::abs(bend.fold_u[k]) + std::abs(bend.fold_v[k]) +
-                     std::abs(bend.twist[k]) + std::abs(bend.fan_u[k]) + std::abs(bend.fan_v[k]) +
-                     std::abs(bend.rest[k]));
+    return kReach * (std::abs(a) + std::abs(b) + std::abs(warp.fold_u[k]) + std::abs(warp.fold_v[k]) +
+                     std::abs(warp.twist[k]) + std::abs(warp.fan_u[k]) + std::abs(warp.fan_v[k]) +
+                     std::abs(warp.rest[k]));
   };
   const float half_x = half(f.ax, f.bx, 0), half_y = half(f.ay, f.by, 1);
   const float x_last = static_cast<float>(width_px - 1), y_last = static_cast<float>(height_px - 1);
@@ -34,14 +34,14 @@ inline Inside WhereIs(const CellFrame& f, const CellBend& bend, int width_px, in
 }
 
 // 1 for samples in the image, 0 for others; returns how many are.
-inline int MaskOutside(const CellFrame& f, const CellBend& bend, int width_px, int height_px,
+inline int MaskOutside(const CellPose& f, const CellWarp& warp, int width_px, int height_px,
                        SampleMask* mask) {
   const float x_last = static_cast<float>(width_px - 1), y_last = static_cast<float>(height_px - 1);
   int inside = 0;
   for (int k = 0; k < kSampleGroups * kSampleLanes; ++k) {
     const float u = CellSample(k % kCellSide), v = CellSample(k / kCellSide);
-    const float x = f.x + u * f.ax + v * f.bx + bend.At(0, u, v);
-    const float y = f.y + u * f.ay + v * f.by + bend.At(1, u, v);
+    const float x = f.x + u * f.ax + v * f.bx + warp.At(0, u, v);
+    const float y = f.y + u * f.ay + v * f.by + warp.At(1, u, v);
     const bool in = x >= 0 && y >= 0 && x <= x_last && y <= y_last;
     mask->weights[k] = in ? 1.0f : 0.0f;
     inside += in;
@@ -51,12 +51,12 @@ inline int MaskOutside(const CellFrame& f, const CellBend& bend, int width_px, i
 
 // 0 for samples of `cell` that lie on one of the others, 1 for the rest; returns how many samples on the cell
 // itself (of 16) are left.
-inline int MaskCovered(const CellFrame& cell, std::span<const CellFrame> others, SampleMask* mask) {
+inline int MaskCovered(const CellPose& cell, std::span<const CellPose> others, SampleMask* mask) {
   int left = 0;
   for (int k = 0; k < kSampleGroups * kSampleLanes; ++k) {
     const float u = CellSample(k % kCellSide), v = CellSample(k / kCellSide);
     const float x = cell.x + u * cell.ax + v * cell.bx, y = cell.y + u * cell.ay + v * cell.by;
-    const bool covered = std::any_of(others.begin(), others.end(), [x, y](const CellFrame& other) {
+    const bool covered = std::any_of(others.begin(), others.end(), [x, y](const CellPose& other) {
       return other.Contains(x - other.x, y - other.y);
     });
     mask->weights[k] = covered ? 0.0f : 1.0f;

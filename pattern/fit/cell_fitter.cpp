@@ -9,7 +9,6 @@
 namespace weft {
 namespace {
 
-constexpr float kPositionPrior = 0.35f;   // cells
 constexpr float kShapePrior = 0.12f;      // per cell
 constexpr float kOffsetPrior = 12.0f;     // grey levels
 constexpr float kSlopePrior = 0.3f;       // of the gain, per cell
@@ -127,25 +126,25 @@ struct CenterEquations {
   }
 
   // Over moves in px, against which the print moves in the cell's coordinates.
-  CenterPull InPx(const CellFrame& f) const {
+  CenterNormal InPx(const CellPose& f) const {
     constexpr float kPrecision = 1 / (kModelNoise * kModelNoise);
     const float inverse = 1 / f.Area();
     const float ux = -inverse * f.by, uy = inverse * f.bx, vx = inverse * f.ay, vy = -inverse * f.ax;
-    CenterPull pull;
-    pull.xx = kPrecision * (uu * ux * ux + 2 * uv * ux * vx + vv * vx * vx);
-    pull.xy = kPrecision * (uu * ux * uy + uv * (ux * vy + uy * vx) + vv * vx * vy);
-    pull.yy = kPrecision * (uu * uy * uy + 2 * uv * uy * vy + vv * vy * vy);
-    pull.x = -kPrecision * (u * ux + v * vx);
-    pull.y = -kPrecision * (u * uy + v * vy);
-    return pull;
+    CenterNormal normal;
+    normal.xx = kPrecision * (uu * ux * ux + 2 * uv * ux * vx + vv * vx * vx);
+    normal.xy = kPrecision * (uu * ux * uy + uv * (ux * vy + uy * vx) + vv * vx * vy);
+    normal.yy = kPrecision * (uu * uy * uy + 2 * uv * uy * vy + vv * vy * vy);
+    normal.x = -kPrecision * (u * ux + v * vx);
+    normal.y = -kPrecision * (u * uy + v * vy);
+    return normal;
   }
 };
 
-// The frame after the map (u, v) -> (u, v) + step over (1, u, v).
-CellFrame Moved(const CellFrame& f, const SmallVector<6>& step) {
+// The pose after the map (u, v) -> (u, v) + step over (1, u, v).
+CellPose Moved(const CellPose& f, const SmallVector<6>& step) {
   const float uu = 1 + step[1], uv = step[2], vu = step[4], vv = 1 + step[5];
   const float inverse = 1 / (uu * vv - uv * vu);
-  CellFrame out;
+  CellPose out;
   out.ax = inverse * (f.ax * vv - f.bx * vu);
   out.ay = inverse * (f.ay * vv - f.by * vu);
   out.bx = inverse * (f.bx * uu - f.ax * uv);
@@ -185,25 +184,25 @@ void JudgeInk(const std::array<std::array<float, 4>, kCellColors + 1>& colors, i
 class Window {
  public:
   // `visible` may be null.
-  Window(const CellKernels& kernels, const PixelView& image, const CellLook& look,
+  Window(const CellKernels& kernels, const PixelView& image, const CellPrint& print,
          const SampleMask* visible = nullptr)
-      : kernels_(kernels), image_(image), look_(look), visible_(visible) {}
+      : kernels_(kernels), image_(image), print_(print), visible_(visible) {}
 
-  // Fills the sums and the light for the cell at `frame`, in px of the image; false where the print cannot be
+  // Fills the sums and the light for the cell at `pose`, in px of the image; false where the print cannot be
   // there.
-  bool Look(const CellFrame& frame, const CellBend& bend, CellFit* fit) {
-    const Inside inside = WhereIs(frame, bend, image_.width_px, image_.height_px);
+  bool Look(const CellPose& pose, const CellWarp& warp, CellFit* fit) {
+    const Inside inside = WhereIs(pose, warp, image_.width_px, image_.height_px);
     if (inside == Inside::kNone) return false;
     if (inside == Inside::kSome) {
       SampleMask mask;
-      if (MaskOutside(frame, bend, image_.width_px, image_.height_px, &mask) < kLeastSamples) return false;
+      if (MaskOutside(pose, warp, image_.width_px, image_.height_px, &mask) < kLeastSamples) return false;
       rendered_ = false;
       if (!Render(&mask) || !(model.sums.shape > 0)) return false;
     } else if (!rendered_) {
       rendered_ = true;
       if (!Render(nullptr) || !(model.sums.shape > 0)) return false;
     }
-    kernels_.sample(image_, frame, bend, &samples_);
+    kernels_.sample(image_, pose, warp, &samples_);
     kernels_.sum(model, samples_, &sums);
     return light.Solve(model.sums, sums, fit);
   }
@@ -231,7 +230,7 @@ class Window {
       for (size_t k = 0; k < mask->weights.size(); ++k) mask->weights[k] *= visible_->weights[k];
     }
     const SampleMask* const weights = mask != nullptr ? mask : visible_;
-    kernels_.render(look_, weights != nullptr ? weights->weights.data() : nullptr, &model);
+    kernels_.render(print_, weights != nullptr ? weights->weights.data() : nullptr, &model);
     ++renderings;
     return light.Prepare(model.sums);
   }
@@ -264,7 +263,7 @@ class Window {
 
   const CellKernels& kernels_;
   const PixelView& image_;
-  const CellLook& look_;
+  const CellPrint& print_;
   const SampleMask* visible_;
   CellSamples samples_;
   bool rendered_ = false;
@@ -292,46 +291,48 @@ CellFitter::CellFitter(const std::vector<ColorImage>& pyramid, const Board& boar
   }
 }
 
-CellFitter::Level CellFitter::LevelFor(const CellFrame& frame) const {
-  const int level = PyramidLevelFor(frame.ShorterEdge(), pyramid_.size());
+CellFitter::Level CellFitter::LevelFor(const CellPose& pose) const {
+  const int level = PyramidLevelFor(pose.ShorterEdge(), pyramid_.size());
   const ColorImage& image = pyramid_[level];
   return {{image.rgbx.data(), image.width_px, image.height_px}, static_cast<float>(1 << level)};
 }
 
-CellLook CellFitter::LookAt(int row, int col, const CellFrame& frame, float scale,
-                            const NeighborWeights& weights) const {
-  CellLook look;
+CellPrint CellFitter::PrintAt(int row, int col, const CellPose& pose, float scale,
+                              const NeighborWeights& weights) const {
+  CellPrint print;
   for (int i = 0; i < 5; ++i) {
     const uint8_t* labels = &labels_[static_cast<size_t>(row + i) * (board_.cols + 4) + col];
-    for (int j = 0; j < 5; ++j) std::copy_n(colors_[labels[j]].data(), 4, look.colors[i][j]);
+    for (int j = 0; j < 5; ++j) std::copy_n(colors_[labels[j]].data(), 4, print.colors[i][j]);
   }
-  std::copy(appearance_.black.begin(), appearance_.black.end(), look.black);
-  std::copy(weights.begin(), weights.end(), look.neighbor_weights);
-  const float sigma = SigmaInPyramid(appearance_.sigma_px, scale) / frame.Area();
-  look.along_u = &profile_.AlongU(sigma * Length(frame.bx, frame.by));
-  look.along_v = &profile_.AlongV(sigma * Length(frame.ax, frame.ay));
-  return look;
+  std::copy(appearance_.black.begin(), appearance_.black.end(), print.black);
+  std::copy(weights.begin(), weights.end(), print.neighbor_weights);
+  const float sigma = SigmaInPyramid(appearance_.sigma_px, scale) / pose.Area();
+  print.along_u = &profile_.AlongU(sigma * Length(pose.bx, pose.by));
+  print.along_v = &profile_.AlongV(sigma * Length(pose.ax, pose.ay));
+  return print;
 }
 
-CellFit CellFitter::Fit(int row, int col, const CellFrame& start, const NeighborWeights& weights,
-                        int iterations, float min_explained, const SampleMask* visible) const {
+CellFit CellFitter::Fit(const PredictedCell& expected, const FitLimits& limits,
+                        const SampleMask* visible) const {
   constexpr float kPosition = kModelNoise * kModelNoise / (kPositionPrior * kPositionPrior);
   constexpr float kShape = kModelNoise * kModelNoise / (kShapePrior * kShapePrior);
   static constexpr SmallVector<6> kPrior = {kPosition, kShape, kShape, kPosition, kShape, kShape};
+  const CellPose& start = expected.pose;
   CellFit fit;
-  fit.frame = start;
+  fit.pose = start;
   const float area = start.Area();
   if (!(area > kLeastAreaPx2) || area > kMostAreaPx2) return fit;
   const auto [image, scale] = LevelFor(start);
-  const CellLook look = LookAt(row, col, start, scale, weights);
-  Window window(kernels_, image, look, visible);
-  CellFrame frame = start.InHalvings(scale);
+  const CellPrint print = PrintAt(expected.row, expected.col, start, scale, expected.in_sight);
+  Window window(kernels_, image, print, visible);
+  CellPose pose = start.InHalvings(scale);
   StepEquations equations;
   int prepared_for = 0;  // rendering
   SmallVector<6> total = {};
-  for (int iteration = 0; iteration < iterations; ++iteration) {
-    if (!window.Look(frame, {}, &fit)) return fit;
-    if (iteration > 0 && fit.explained < min_explained - kStillToGain[std::min(iteration - 1, 2)]) return fit;
+  for (int iteration = 0; iteration < limits.iterations; ++iteration) {
+    if (!window.Look(pose, {}, &fit)) return fit;
+    if (iteration > 0 && fit.explained < limits.min_explained - kStillToGain[std::min(iteration - 1, 2)])
+      return fit;
     if (std::exchange(prepared_for, window.renderings) != window.renderings)
       equations.Prepare(window.model.sums, window.light);
     SmallCholesky<6> solver;
@@ -345,37 +346,38 @@ CellFit CellFitter::Fit(int row, int col, const CellFrame& start, const Neighbor
       step[p] *= shortened;
       total[p] += step[p];
     }
-    frame = Moved(frame, step);
-    fit.frame = frame.InHalvings(1 / scale);
+    pose = Moved(pose, step);
+    fit.pose = pose.InHalvings(1 / scale);
     fit.moved_cells = Length(total[0], total[3]);
     if (!(fit.moved_cells < 1)) return fit;
-    if (iteration + 1 == iterations || length < kShortestStep) {
+    if (iteration + 1 == limits.iterations || length < kShortestStep) {
       const SmallVector<6> along_u = solver.Forward({1, 0, 0, 0, 0, 0}),
                            along_v = solver.Forward({0, 0, 0, 1, 0, 0});
       const float variance = 0.5f * (Dot(along_u, along_u) + Dot(along_v, along_v));
-      fit.sigma_px = fit.noise * std::sqrt(std::max(fit.frame.Area(), 0.0f) * variance);
-      if (length >= kShortestStep && !window.Look(frame, {}, &fit)) return fit;
+      fit.sigma_px = fit.noise * std::sqrt(std::max(fit.pose.Area(), 0.0f) * variance);
+      if (length >= kShortestStep && !window.Look(pose, {}, &fit)) return fit;
       break;
     }
   }
-  JudgeInk(colors_, static_cast<int>(board_.at(row, col)), window.model.sums, window.sums, &fit);
+  JudgeInk(colors_, static_cast<int>(board_.at(expected.row, expected.col)), window.model.sums, window.sums,
+           &fit);
   fit.converged = true;
   return fit;
 }
 
-CellFit CellFitter::FitCenter(int row, int col, const CellNodes& nodes, const NeighborWeights& weights,
-                              CenterPull* pull) const {
+CellFit CellFitter::FitCenter(int row, int col, const NineCenters& centers, const NeighborWeights& weights,
+                              CenterNormal* normal) const {
   CellFit fit;
-  CellBend bend;
-  Interpolate(nodes, &fit.frame, &bend);
-  CellFrame& f = fit.frame;
+  CellWarp warp;
+  Interpolate(centers, &fit.pose, &warp);
+  CellPose& f = fit.pose;
   const float area = f.Area();
   if (!(area > kLeastAreaPx2) || area > kMostAreaPx2) return fit;
   const auto [image, scale] = LevelFor(f);
-  CellLook look = LookAt(row, col, f, scale, weights);
-  look.moves_center = true;
-  Window window(kernels_, image, look);
-  if (!window.Look(f.InHalvings(scale), bend.InHalvings(scale), &fit)) return fit;
+  CellPrint print = PrintAt(row, col, f, scale, weights);
+  print.moves_center = true;
+  Window window(kernels_, image, print);
+  if (!window.Look(f.InHalvings(scale), warp.InHalvings(scale), &fit)) return fit;
   JudgeInk(colors_, static_cast<int>(board_.at(row, col)), window.model.sums, window.sums, &fit);
   float gain = fit.gain;
   if (std::any_of(weights.begin(), weights.end(), [](float weight) { return weight < 1; })) {
@@ -383,7 +385,7 @@ CellFit CellFitter::FitCenter(int row, int col, const CellNodes& nodes, const Ne
     if (!window.TrustPrint(&trusting)) return fit;
     gain = trusting.gain;
   }
-  *pull = CenterEquations(window.model.sums, window.sums, window.light, gain).InPx(f);
+  *normal = CenterEquations(window.model.sums, window.sums, window.light, gain).InPx(f);
   fit.converged = true;
   return fit;
 }

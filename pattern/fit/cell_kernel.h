@@ -4,14 +4,14 @@
 
 #include <cstdint>
 
-#include "pattern/fit/cell_frame.h"
+#include "pattern/fit/cell.h"
 #include "pattern/fit/sampled_profile.h"
 #include "simd/dispatch.h"
 
 namespace weft {
 
 // A cell, its neighbours and the blur: what is needed to render it.
-struct CellLook {
+struct CellPrint {
   float colors[5][5][4];  // minus black; red, green, blue, unused
   float black[4];
   float neighbor_weights[9];  // 3x3, row by row
@@ -64,10 +64,10 @@ struct alignas(64) CellSamples {
 
 struct CellKernels {
   // `mask` [4][16] multiplies the weights; null for all ones.
-  void (*render)(const CellLook& look, const float* mask, CellModel* model);
+  void (*render)(const CellPrint& print, const float* mask, CellModel* model);
   // Bilinear samples at the places of a cell; places outside of the image (at least 2x2) are moved to its
   // border.
-  void (*sample)(const PixelView& image, const CellFrame& frame, const CellBend& bend, CellSamples* samples);
+  void (*sample)(const PixelView& image, const CellPose& pose, const CellWarp& warp, CellSamples* samples);
   void (*sum)(const CellModel& model, const CellSamples& samples, CellImageSums* sums);
 };
 

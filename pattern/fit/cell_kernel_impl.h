@@ -76,21 +76,21 @@ struct alignas(64) LaneSums {
 struct alignas(64) RowMixes {
   float value[5][3][kCellSide], slope[5][3][kCellSide];
 
-  explicit RowMixes(const CellLook& look) {
+  explicit RowMixes(const CellPrint& print) {
     constexpr int kWidth = kLanes < kCellSide ? kLanes : kCellSide;
     typedef float Columns __attribute__((vector_size(4 * kWidth)));
     for (int first = 0; first < kCellSide; first += kWidth) {
       Columns along[5], slope_along[5];
       for (int b = 0; b < 5; ++b) {
-        along[b] = LoadAs<Columns>(look.along_u->value[b] + first);
-        slope_along[b] = LoadAs<Columns>(look.along_u->slope[b] + first);
+        along[b] = LoadAs<Columns>(print.along_u->value[b] + first);
+        slope_along[b] = LoadAs<Columns>(print.along_u->slope[b] + first);
       }
       for (int a = 0; a < 5; ++a) {
         for (int c = 0; c < 3; ++c) {
           Columns row = {}, row_slope = {};
           for (int b = 0; b < 5; ++b) {
-            row += look.colors[a][b][c] * along[b];
-            row_slope += look.colors[a][b][c] * slope_along[b];
+            row += print.colors[a][b][c] * along[b];
+            row_slope += print.colors[a][b][c] * slope_along[b];
           }
           std::memcpy(value[a][c] + first, &row, sizeof row);
           std::memcpy(slope[a][c] + first, &row_slope, sizeof row_slope);
@@ -134,12 +134,12 @@ inline void SumMonomials(const Lanes* products, int first, float (*sums)[kSample
 // Renders the part of each group's samples that begins at lane `first`. The sums come in the order of
 // CellModelSums; those of a moving centre without the ones that stay zero.
 template <bool moves_center>
-inline void RenderPart(const CellLook& look, const RowMixes& mixes, const float* mask, int first,
+inline void RenderPart(const CellPrint& print, const RowMixes& mixes, const float* mask, int first,
                        CellModel* model, float (*sums)[kSampleLanes]) {
   Products products;
   Lanes weight = {}, shape_t[3] = {}, shape_1 = {}, shape_2 = {};
   for (int m = 0; m < kSampleGroups; ++m) {
-    const float* near = look.neighbor_weights + 3 * kNear[m];
+    const float* near = print.neighbor_weights + 3 * kNear[m];
     const Lanes side = near[0] * Load(kAt.side[0] + first) + near[1] * Load(kAt.side[1] + first) +
                        near[2] * Load(kAt.side[2] + first);
     Lanes w = side * Load(kAt.window_u + first) * Load(kAt.window_v[m] + first);
@@ -148,8 +148,8 @@ inline void RenderPart(const CellLook& look, const RowMixes& mixes, const float*
     weight += w;
     Lanes shape = {};
     if (IsMiddle(m)) {
-      shape = Load(kAt.inside + first) * RowMixes::Part(look.along_u->value[2], first) *
-              Load(look.along_v->value[m][2] + first);
+      shape = Load(kAt.inside + first) * RowMixes::Part(print.along_u->value[2], first) *
+              Load(print.along_v->value[m][2] + first);
       if (mask != nullptr) shape *= Load(mask + kSampleLanes * m + first);
       Store(shape, model->shape[m - 1] + first);
       shape_1 += shape;
@@ -157,14 +157,14 @@ inline void RenderPart(const CellLook& look, const RowMixes& mixes, const float*
     }
     const Lanes tent = Load(kAt.tent_u + first) * Load(kAt.tent_v[m] + first);
     for (int c = 0; c < 3; ++c) {
-      Lanes t = Lanes{} + look.black[c], tu = {}, tv = {};
+      Lanes t = Lanes{} + print.black[c], tu = {}, tv = {};
       for (int k = 0; k < 3; ++k) {
         const int a = kNear[m] + k;
-        const Lanes p = Load(look.along_v->value[m][a] + first);
+        const Lanes p = Load(print.along_v->value[m][a] + first);
         const Lanes row = RowMixes::Part(mixes.value[a][c], first);
         t += row * p;
         tu += RowMixes::Part(mixes.slope[a][c], first) * p;
-        tv += row * Load(look.along_v->slope[m][a] + first);
+        tv += row * Load(print.along_v->slope[m][a] + first);
       }
       if (moves_center) {
         tu *= tent;
@@ -202,24 +202,24 @@ inline void RenderPart(const CellLook& look, const RowMixes& mixes, const float*
   Store(shape_2, sums[8] + first);
 }
 
-void Render(const CellLook& look, const float* mask, CellModel* model) {
+void Render(const CellPrint& print, const float* mask, CellModel* model) {
   static_assert(sizeof(CellModelSums) == 51 * sizeof(float));
-  const RowMixes mixes(look);
+  const RowMixes mixes(print);
   float all[51] = {};
-  if (look.moves_center) {
+  if (print.moves_center) {
     static constexpr int kPlaces[] = {0,  6,  12, 18, 19, 20, 24, 25, 26, 30, 31, 32, 33,
                                       34, 35, 36, 39, 42, 43, 44, 45, 46, 47, 48, 49, 50};
     constexpr int kSums = sizeof kPlaces / sizeof *kPlaces;
     LaneSums<kSums> sums;
     for (int first = 0; first < kSampleLanes; first += kLanes)
-      RenderPart<true>(look, mixes, mask, first, model, sums.lanes);
+      RenderPart<true>(print, mixes, mask, first, model, sums.lanes);
     float total[kSums];
     sums.AddUp(total);
     for (int k = 0; k < kSums; ++k) all[kPlaces[k]] = total[k];
   } else {
     LaneSums<51> sums;
     for (int first = 0; first < kSampleLanes; first += kLanes)
-      RenderPart<false>(look, mixes, mask, first, model, sums.lanes);
+      RenderPart<false>(print, mixes, mask, first, model, sums.lanes);
     sums.AddUp(all);
   }
   std::memcpy(&model->sums, all, sizeof all);
@@ -230,10 +230,10 @@ inline Lanes Clamped(Lanes v, float last) {
   return v < last ? v : Lanes{} + last;
 }
 
-void Sample(const PixelView& image, const CellFrame& frame, const CellBend& bend, CellSamples* samples) {
+void Sample(const PixelView& image, const CellPose& pose, const CellWarp& warp, CellSamples* samples) {
   const float x_last = static_cast<float>(image.width_px - 1) - 0.001f,
               y_last = static_cast<float>(image.height_px - 1) - 0.001f;
-  const float center[2] = {frame.x, frame.y}, a[2] = {frame.ax, frame.ay}, b[2] = {frame.bx, frame.by};
+  const float center[2] = {pose.x, pose.y}, a[2] = {pose.ax, pose.ay}, b[2] = {pose.bx, pose.by};
   // In steps over all samples: what is written by parts and read as a whole stalls when read at once.
   constexpr int kSamples = kSampleGroups * kSampleLanes;
   alignas(64) float fx[kSamples], fy[kSamples];
@@ -243,9 +243,9 @@ void Sample(const PixelView& image, const CellFrame& frame, const CellBend& bend
     const Lanes u = Load(kAt.u + first), abs_u = Load(kAt.abs_u + first);
     Lanes middle[2], over_v[2], over_abs_v[2];
     for (int k = 0; k < 2; ++k) {
-      middle[k] = center[k] + u * a[k] + abs_u * bend.fold_u[k];
-      over_v[k] = b[k] + u * bend.twist[k] + abs_u * bend.fan_v[k];
-      over_abs_v[k] = bend.fold_v[k] + u * bend.fan_u[k] + abs_u * bend.rest[k];
+      middle[k] = center[k] + u * a[k] + abs_u * warp.fold_u[k];
+      over_v[k] = b[k] + u * warp.twist[k] + abs_u * warp.fan_v[k];
+      over_abs_v[k] = warp.fold_v[k] + u * warp.fan_u[k] + abs_u * warp.rest[k];
     }
     for (int m = 0; m < kSampleGroups; ++m) {
       const Lanes v = Load(kAt.v[m] + first), abs_v = Load(kAt.abs_v[m] + first);

@@ -93,7 +93,7 @@ std::vector<float> GaussianTaps(float sigma_px) {
 
 }  // namespace
 
-Plane SpotContrast(const ColorImage& image, float surround_px) {
+Plane BlobContrast(const ColorImage& image, float surround_px) {
   const std::vector<float> narrow = GaussianTaps(0.5f), wide = GaussianTaps(surround_px);
   const int narrow_reach = static_cast<int>(narrow.size()) - 1, reach = static_cast<int>(wide.size()) - 1;
   const int width = image.width_px, height = image.height_px;

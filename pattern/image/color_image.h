@@ -60,6 +60,6 @@ float SigmaInPyramid(float sigma_px, float scale);
 // How much brighter than its surroundings a pixel is, as a ratio's logarithm: the brightest of the three
 // channels (every ink line is dark in it and no colour), smoothed by sigma 0.5 px, over the same smoothed by
 // `surround_px`; Gaussians end at 2.5 sigma, rounded to pixels.
-Plane SpotContrast(const ColorImage& image, float surround_px);
+Plane BlobContrast(const ColorImage& image, float surround_px);
 
 }  // namespace weft

@@ -24,7 +24,7 @@ struct Keypoint {
   float contrast = 0;
 };
 
-// Local maxima of SpotContrast, sub-pixel, in reading order. They cover pitches of 3 to 6.5 px; coarser cells
+// Local maxima of BlobContrast, sub-pixel, in reading order. They cover pitches of 3 to 6.5 px; coarser cells
 // are found in a smaller image.
 std::vector<Keypoint> DetectKeypoints(const Plane& spots, const KeypointOptions& options);
 
@@ -64,5 +64,11 @@ void KeypointGrid::Around(float x, float y, float radius_px, Visit visit) const 
     if (visit(std::span(places_.data() + first[c0], places_.data() + first[c1 + 1]))) return;
   }
 }
+
+// A keypoint that is in no patch.
+struct LooseBlob {
+  float x_px = 0, y_px = 0;  // in the full image
+  int level = 0;             // of the pyramid, where it was found
+};
 
 }  // namespace weft

@@ -79,8 +79,8 @@ std::vector<LevelPatch> LearningPart(const std::vector<LevelPatch>& patches) {
   return some;
 }
 
-// The frame of a patch's cell in the directions of the board, in pixels of the full image.
-CellFrame FrameOnBoard(const LevelPatch& patch, int cell, const BoardPose& pose) {
+// The pose of a patch's cell in the directions of the board, in pixels of the full image.
+CellPose PoseOnBoard(const LevelPatch& patch, int cell, const BoardPose& pose) {
   const PatchCell& c = patch.measured.lattice.cells[cell];
   const Keypoint& p = patch.points[cell];
   const float s = patch.scale;
@@ -174,13 +174,13 @@ class FoundPlaces {
 }  // namespace
 
 std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, const KeypointOptions& keypoints,
-                                    const LatticeOptions& lattice, std::vector<LooseSpot>* loose) {
+                                    const LatticeOptions& lattice, std::vector<LooseBlob>* loose) {
   std::vector<LevelPatch> patches;
   FoundPlaces found(pyramid[0].width_px, pyramid[0].height_px);
   for (size_t level = 0; level < pyramid.size(); ++level) {
     const float scale = static_cast<float>(1 << level);
     const ColorImage& image = pyramid[level];
-    const Plane spots = SpotContrast(image, keypoints.surround_px);
+    const Plane spots = BlobContrast(image, keypoints.surround_px);
     std::vector<Keypoint> points = DetectKeypoints(spots, keypoints);
     std::erase_if(points, [&](const Keypoint& p) { return found.Contains(InFullImage(p, scale)); });
     const size_t first = patches.size();
@@ -252,7 +252,7 @@ std::string WhyRejected(const LevelPatch& patch, const DecodedPiece& piece,
 }
 
 void AddUnread(const std::vector<LevelPatch>& patches, const PatchDecodeOptions& options,
-               std::vector<LooseSpot>* loose) {
+               std::vector<LooseBlob>* loose) {
   std::vector<bool> read;
   for (const LevelPatch& patch : patches) {
     read.assign(patch.points.size(), false);
@@ -266,9 +266,9 @@ void AddUnread(const std::vector<LevelPatch>& patches, const PatchDecodeOptions&
   }
 }
 
-std::vector<GrowthSeed> SeedsOf(const std::vector<LevelPatch>& patches, const Board& board,
+std::vector<PlacedCell> SeedsOf(const std::vector<LevelPatch>& patches, const Board& board,
                                 const PatchDecodeOptions& options) {
-  std::vector<GrowthSeed> seeds;
+  std::vector<PlacedCell> seeds;
   int group = 0;
   for (const LevelPatch& patch : patches) {
     for (const DecodedPiece& piece : patch.pieces) {
@@ -278,7 +278,7 @@ std::vector<GrowthSeed> SeedsOf(const std::vector<LevelPatch>& patches, const Bo
         const PatchCell& c = patch.measured.lattice.cells[k];
         const BoardCell at = piece.pose.ToBoard(c.i, c.j);
         if (!c.has_frame() || !board.Contains(at.row, at.col)) continue;
-        seeds.push_back({at.row, at.col, FrameOnBoard(patch, k, piece.pose), group});
+        seeds.push_back({at.row, at.col, PoseOnBoard(patch, k, piece.pose), group});
       }
     }
   }

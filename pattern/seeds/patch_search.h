@@ -6,13 +6,12 @@
 #include <vector>
 
 #include "pattern/board/board_index.h"
+#include "pattern/fit/cell.h"
 #include "pattern/image/color_image.h"
 #include "pattern/image/ink_model.h"
 #include "pattern/seeds/keypoints.h"
 #include "pattern/seeds/lattice.h"
 #include "pattern/seeds/patch_decoder.h"
-#include "pattern/surface/board_growth.h"
-#include "pattern/surface/island_search.h"
 
 namespace weft {
 
@@ -30,11 +29,11 @@ struct LevelPatch {
 // patch of whole cells has been found, smaller images are not searched again. `loose` gets the keypoints that
 // are in no patch.
 std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, const KeypointOptions& keypoints,
-                                    const LatticeOptions& lattice, std::vector<LooseSpot>* loose);
+                                    const LatticeOptions& lattice, std::vector<LooseBlob>* loose);
 
 // Adds the cells of patches that are in no piece that stands.
 void AddUnread(const std::vector<LevelPatch>& patches, const PatchDecodeOptions& options,
-               std::vector<LooseSpot>* loose);
+               std::vector<LooseBlob>* loose);
 
 // Learns the view's inks from what can be read, then reads all patches with them. Orders the patches by size.
 InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& options,
@@ -45,7 +44,7 @@ std::string WhyRejected(const LevelPatch& patch, const DecodedPiece& piece,
                         const PatchDecodeOptions& options);
 
 // The cells of the pieces that stand, where growth can start.
-std::vector<GrowthSeed> SeedsOf(const std::vector<LevelPatch>& patches, const Board& board,
+std::vector<PlacedCell> SeedsOf(const std::vector<LevelPatch>& patches, const Board& board,
                                 const PatchDecodeOptions& options);
 
 }  // namespace weft

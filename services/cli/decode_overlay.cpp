@@ -21,8 +21,9 @@ constexpr double kFontScale = 0.35, kLegendFontScale = 0.45;
 constexpr int kLegendLinePx = 18;
 const cv::Scalar kTextBack(0, 0, 0), kText(255, 235, 210), kCorner(255, 255, 255), kLoose(190, 190, 190);
 // In the order of WhyMissing.
-const cv::Scalar kWhyColors[kWhyMissing] = {{0, 170, 0}, {0, 220, 255}, {40, 80, 255}, {255, 0, 255},
-                                            {255, 0, 0}, {255, 150, 0}, {255, 255, 0}};
+const cv::Scalar kWhyColors[kWhyMissing] = {{0, 170, 0},   {0, 220, 255}, {40, 80, 255}, {255, 0, 255},
+                                            {255, 0, 0},   {255, 150, 0}, {255, 255, 0}, {120, 120, 0},
+                                            {0, 120, 120}, {120, 0, 120}};
 
 // One line of the legend, in the order in which things are drawn.
 struct LegendEntry {
@@ -130,7 +131,7 @@ void DrawLoose(const Frame& frame, const DecodeResult& result, int scale, double
                std::vector<LegendEntry>& legend) {
   const DecodedPlaces decoded(frame, result.observations, pitch_px);
   int count = 0;
-  for (const LooseSpot& spot : result.explanation.loose) {
+  for (const LooseBlob& spot : result.explanation.loose) {
     if (decoded.Near(spot.x_px, spot.y_px)) continue;
     cv::circle(picture, At(spot.x_px, spot.y_px, scale), 1, kLoose, cv::FILLED);
     ++count;

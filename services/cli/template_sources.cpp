@@ -32,7 +32,7 @@ std::vector<size_t> SpreadOver(const FrameRange& range, size_t count) {
 absl::StatusOr<Cloud> FrameCloud(const Rig& rig, const std::vector<double>& camera_sigma_px,
                                  const BoardIndex& board, const FrameSource& dump, size_t index,
                                  const FrameProgress& progress, const std::stop_token& stop) {
-  const DecodedFrame decoded = DecodeFrame(rig, board, dump, index, progress, stop);
+  const DecodedFrame decoded = DecodeFrame({rig, board, dump, index}, 0, progress, stop);
   if (stop.stop_requested()) return absl::CancelledError("the build was cancelled");
   absl::StatusOr<Cloud> cloud = TriangulateFrame(rig, camera_sigma_px, decoded.views);
   if (!cloud.ok() || !cloud->points.empty()) return cloud;

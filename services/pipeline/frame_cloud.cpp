@@ -16,43 +16,52 @@
 namespace weft {
 namespace {
 
-std::vector<Observation> DecodeCamera(const FrameSource& dump, const BoardIndex& board, size_t index,
-                                      size_t camera, v1::ViewReport& report) {
+// The decoder of a view, after its first pass; null where it has no usable image, and the report says why.
+std::unique_ptr<ViewDecoder> DecodeCamera(const FrameImages& images, size_t camera, v1::ViewReport& report) {
   const auto start = std::chrono::steady_clock::now();
-  const absl::StatusOr<Frame> frame = dump.ReadView(index, camera);
+  const absl::StatusOr<Frame> frame = images.dump.ReadView(images.index, camera);
   const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
   report.set_read_ms(elapsed.count());
   if (!frame.ok()) {
     report.set_missing_reason(std::string(frame.status().message()));
-    return {};
+    return nullptr;
   }
-  absl::StatusOr<DecodeResult> result = DecodeView(*frame, board, DecodeOptions{});
-  if (!result.ok()) {
-    const std::string why(result.status().message());
+  absl::StatusOr<std::unique_ptr<ViewDecoder>> view =
+      ViewDecoder::Read(*frame, images.board, DecodeOptions{});
+  if (!view.ok()) {
+    const std::string why(view.status().message());
     report.set_missing_reason(absl::StartsWith(why, frame->origin) ? why
                                                                    : absl::StrCat(frame->origin, ": ", why));
-    return {};
+    return nullptr;
   }
-  DescribeDecoding(*result, report);
-  return std::move(result->observations);
+  (*view)->Decode();
+  return *std::move(view);
 }
 
 }  // namespace
 
-DecodedFrame DecodeFrame(const Rig& rig, const BoardIndex& board, const FrameSource& dump, size_t index,
-                         const FrameProgress& progress, const std::stop_token& stop) {
-  const size_t cameras = rig.cameras.size();
-  DecodedFrame frame{std::vector<ViewObservations>(cameras), std::vector<v1::ViewReport>(cameras)};
-  std::atomic<size_t> done = 0;
+DecodedFrame DecodeFrame(const FrameImages& images, size_t image_bytes, const FrameProgress& progress,
+                         const std::stop_token& stop) {
+  const size_t cameras = images.rig.cameras.size();
+  DecodedFrame frame{std::vector<ViewObservations>(cameras), std::vector<v1::ViewReport>(cameras),
+                     std::vector<std::unique_ptr<ViewDecoder>>(cameras)};
+  std::atomic<size_t> done = 0, kept_bytes = 0;
   tbb::parallel_for(
       tbb::blocked_range<size_t>(0, cameras, 1),
       [&](const tbb::blocked_range<size_t>& range) {
         for (size_t camera = range.begin(); camera < range.end(); ++camera) {
           if (stop.stop_requested()) return;
           v1::ViewReport& report = frame.reports[camera];
-          report.set_camera(rig.cameras[camera].id);
+          report.set_camera(images.rig.cameras[camera].id);
           frame.views[camera].camera = static_cast<int>(camera);
-          frame.views[camera].observations = DecodeCamera(dump, board, index, camera, report);
+          if (std::unique_ptr<ViewDecoder> view = DecodeCamera(images, camera, report)) {
+            DecodeResult result = view->TakeResult();
+            DescribeDecoding(result, report);
+            frame.views[camera].observations = std::move(result.observations);
+            if (kept_bytes.fetch_add(view->image_bytes()) + view->image_bytes() > image_bytes)
+              view->DropImage();
+            frame.decoders[camera] = std::move(view);
+          }
           if (progress) progress(static_cast<double>(++done) / static_cast<double>(cameras));
         }
       },

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "capture/frame_source.h"
 #include "capture/rig.h"
 #include "pattern/board/board_index.h"
+#include "pattern/view_decoder.h"
 #include "triangulation/cloud.h"
 #include "triangulation/triangulate.h"
 #include "weft/v1/report.pb.h"
@@ -19,17 +21,27 @@ namespace weft {
 // Called with the share of the work that is done, 0 to 1, from any thread of the arena.
 using FrameProgress = std::function<void(double share)>;
 
+// The images of one frame set, and what they show.
+struct FrameImages {
+  const Rig& rig;
+  const BoardIndex& board;
+  const FrameSource& dump;
+  size_t index;  // of the frame
+};
+
 // Views and reports have an entry per camera of the rig, in its order. A view whose image is missing or
 // broken has no observations, and its report says why.
 struct DecodedFrame {
   std::vector<ViewObservations> views;
   std::vector<v1::ViewReport> reports;
+  // For a second pass; null for views without a usable image. Images beyond the budget were dropped.
+  std::vector<std::unique_ptr<ViewDecoder>> decoders;
 };
 
-// Decodes the images of frame `index` in the calling thread's TBB arena. Once `stop` is requested the
-// remaining views stay empty.
-DecodedFrame DecodeFrame(const Rig& rig, const BoardIndex& board, const FrameSource& dump, size_t index,
-                         const FrameProgress& progress, const std::stop_token& stop);
+// Decodes them in the calling thread's TBB arena. Once `stop` is requested the
+// remaining views stay empty. Images are kept for a second pass up to `image_bytes` in all.
+DecodedFrame DecodeFrame(const FrameImages& images, size_t image_bytes, const FrameProgress& progress,
+                         const std::stop_token& stop);
 
 // The nodes where the views' observations meet, cleaned, with centres sharpened where cloth bends.
 // `camera_sigma_px`: what the calibration leaves, per camera of the rig; may be empty. InvalidArgument as

@@ -47,13 +47,15 @@ class StageClock {
   Clock::time_point start_ = Clock::now();
 };
 
-// Decodes all views into the members of `frame`.
-void DecodeViews(const RegistrationInputs& inputs, size_t index, const FrameProgress& progress,
-                 const std::stop_token& stop, FrameResult& frame) {
+// Decodes all views into the members of `frame`; returns their decoders, for a second pass.
+std::vector<std::unique_ptr<ViewDecoder>> DecodeViews(const RegistrationInputs& inputs, size_t index,
+                                                      size_t image_bytes, const FrameProgress& progress,
+                                                      const std::stop_token& stop, FrameResult& frame) {
   const FrameProgress part = [&](double share) {
     if (progress) progress(kDecoded * share);
   };
-  DecodedFrame decoded = DecodeFrame(inputs.rig, inputs.board, *inputs.dump, index, part, stop);
+  DecodedFrame decoded =
+      DecodeFrame({inputs.rig, inputs.board, *inputs.dump, index}, image_bytes, part, stop);
   frame.views = std::move(decoded.views);
   int missing = 0;
   for (v1::ViewReport& report : decoded.reports) {
@@ -62,6 +64,7 @@ void DecodeViews(const RegistrationInputs& inputs, size_t index, const FrameProg
   }
   frame.report.set_views_missing(missing);
   frame.report.set_views_used(frame.report.views_size() - missing);
+  return std::move(decoded.decoders);
 }
 
 // Empty where the folder has no scan of the frame.
@@ -114,16 +117,14 @@ class Registration {
 
   // Adds what the second look finds to observations and cloud. Nothing to be done for frames that cannot be
   // registered.
-  absl::Status LookAgain(size_t index) {
+  absl::Status LookAgain(size_t index, std::vector<std::unique_ptr<ViewDecoder>> decoders) {
     // Only where to look is asked of this mesh.
     AlignOptions rough = options_.align;
     rough.remove_self_intersections = false;
     const absl::StatusOr<AlignResult> first = AlignCloud(rough);
     if (!first.ok()) return absl::IsFailedPrecondition(first.status()) ? absl::OkStatus() : first.status();
-    std::vector<v1::ViewReport*> reports;
-    for (v1::ViewReport& report : *frame_.report.mutable_views()) reports.push_back(&report);
-    const absl::StatusOr<int> added = weft::LookAgain(inputs_, index, first->mesh, options_.second, stop_,
-                                                      &frame_.views, std::move(reports));
+    const absl::StatusOr<int> added = SecondPass({inputs_, index, first->mesh, options_.second}, stop_,
+                                                 decoders, &frame_.views, frame_.report);
     if (!added.ok()) return added.status();
     observed_at_first_ = static_cast<int>(
         std::count(first->mesh.state.begin(), first->mesh.state.end(), VertexState::kObserved));
@@ -214,7 +215,10 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
                                          std::stop_token stop) {
   FrameResult frame;
   StageClock clock(frame.report);
-  DecodeViews(inputs, index, progress, stop, frame);
+  // Without a second pass no image is kept.
+  std::vector<std::unique_ptr<ViewDecoder>> decoders =
+      DecodeViews(inputs, index, options.second_look ? options.image_bytes : 0, progress, stop, frame);
+  if (!options.second_look) decoders.clear();
   clock.End("decode");
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;
   const absl::StatusOr<Extras> extras = ReadExtrasOf(inputs, index, options);
@@ -226,7 +230,9 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
   if (progress) progress(kTriangulated);
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;
   if (options.second_look) {
-    if (absl::Status status = registration.LookAgain(index); !status.ok()) return status;
+    if (absl::Status status = registration.LookAgain(index, std::move(decoders)); !status.ok()) {
+      return status;
+    }
     clock.End("second look");
   }
   if (absl::Status status = registration.Align(); !status.ok()) return status;

@@ -9,7 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "services/pipeline/register_frame.h"
-#include "services/pipeline/second_look.h"
+#include "services/pipeline/second_pass.h"
 
 namespace weft {
 
@@ -20,6 +20,8 @@ struct FrameOptions {
   // Whether cells that were missed are looked for again where the first mesh expects them.
   bool second_look = true;
   SecondLookOptions second;
+  // Images that are kept for the second pass; those beyond are read again.
+  size_t image_bytes = size_t{4} << 30;
 };
 
 // What a frame came to; `mesh` is empty when it could not be registered, and report.reason says why.

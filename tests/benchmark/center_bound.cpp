@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "pattern/fit/cell_frame.h"
+#include "pattern/fit/cell.h"
 #include "pattern/seeds/patch_decoder.h"
 
 namespace weft::testing {
@@ -28,8 +28,8 @@ TruthByNode Visible(const ViewTruth& truth) {
 }
 
 // The true centres of a cell and its neighbours, where all are in sight.
-std::optional<CellNodes> NodesOf(const TruthByNode& visible, const BoardNode& node) {
-  CellNodes nodes;
+std::optional<NineCenters> NodesOf(const TruthByNode& visible, const BoardNode& node) {
+  NineCenters nodes;
   for (int k = 0; k < 9; ++k) {
     const auto at = visible.find({node.row + k / 3 - 1, node.col + k % 3 - 1, NodeKind::kCenter});
     if (at == visible.end()) return std::nullopt;
@@ -63,7 +63,7 @@ struct Profile {
 struct Place {
   double x, y, x_u, y_u, x_v, y_v;
 };
-Place PlaceAt(const CellNodes& n, double u, double v) {
+Place PlaceAt(const NineCenters& n, double u, double v) {
   const int left = u < 0 ? 0 : 1, up = v < 0 ? 0 : 1;
   const double s = u - (left - 1), t = v - (up - 1);
   const int k = 3 * up + left;
@@ -82,9 +82,9 @@ Place PlaceAt(const CellNodes& n, double u, double v) {
 // What the print of a cell looks like at light 1, and how it changes along u and v.
 class Print {
  public:
-  Print(const Board& board, const Appearance& appearance, const BoardNode& node, const CellFrame& frame)
-      : along_u_(board.square_fraction, appearance.sigma_px * std::hypot(frame.bx, frame.by) / frame.Area()),
-        along_v_(board.square_fraction, appearance.sigma_px * std::hypot(frame.ax, frame.ay) / frame.Area()),
+  Print(const Board& board, const Appearance& appearance, const BoardNode& node, const CellPose& pose)
+      : along_u_(board.square_fraction, appearance.sigma_px * std::hypot(pose.bx, pose.by) / pose.Area()),
+        along_v_(board.square_fraction, appearance.sigma_px * std::hypot(pose.ax, pose.ay) / pose.Area()),
         black_(appearance.black) {
     for (int k = 0; k < 25; ++k) {
       const int row = node.row + k / 5 - 2, col = node.col + k % 5 - 2;
@@ -125,7 +125,7 @@ class Print {
 using Derivatives = Eigen::Vector4d;
 
 // Zeros where there is no print to be seen.
-CenterBound Bound(const ColorImage& image, const Print& print, const CellNodes& nodes, double noise) {
+CenterBound Bound(const ColorImage& image, const Print& print, const NineCenters& nodes, double noise) {
   // For a gain of 1; the gain itself follows from the picture.
   Eigen::Matrix4d information = Eigen::Matrix4d::Zero();
   Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
@@ -204,10 +204,10 @@ PictureLook MeasureLook(const TrueView& view, const Board& board) {
   for (const auto& [node, truth] : visible) {
     const auto nodes = NodesOf(visible, node);
     if (!nodes || !truth->scoreable) continue;
-    CellFrame frame;
-    CellBend bend;
-    Interpolate(*nodes, &frame, &bend);
-    all.push_back({node.row, node.col, frame});
+    CellPose pose;
+    CellWarp warp;
+    Interpolate(*nodes, &pose, &warp);
+    all.push_back({node.row, node.col, pose});
   }
   for (size_t k = 0; k < all.size(); k += std::max<size_t>(1, all.size() / kCells)) cells.push_back(all[k]);
   std::vector<float> sigmas_px;
@@ -218,7 +218,7 @@ PictureLook MeasureLook(const TrueView& view, const Board& board) {
   PictureLook look;
   const std::vector<ColorImage> image = {*ToColorImage(view.image)};
   look.appearance =
-      CalibrateAppearance(image, board, SampledProfile(board.square_fraction), cells, sigmas_px, start);
+      CalibrateAppearance({image, board, SampledProfile(board.square_fraction)}, cells, sigmas_px, start);
   look.noise = NoiseOf(image[0]);
   return look;
 }
@@ -231,11 +231,11 @@ std::map<BoardNode, CenterBound> CenterBounds(const TrueView& view, const Board&
   for (const auto& [node, truth] : visible) {
     const auto nodes = NodesOf(visible, node);
     if (!nodes) continue;
-    CellFrame frame;
-    CellBend bend;
-    Interpolate(*nodes, &frame, &bend);
-    if (!(frame.Area() > 1)) continue;
-    const CenterBound bound = Bound(image, Print(board, look.appearance, node, frame), *nodes, look.noise);
+    CellPose pose;
+    CellWarp warp;
+    Interpolate(*nodes, &pose, &warp);
+    if (!(pose.Area() > 1)) continue;
+    const CenterBound bound = Bound(image, Print(board, look.appearance, node, pose), *nodes, look.noise);
     if (bound.noise_px > 0) bounds[node] = bound;
   }
   return bounds;

@@ -17,7 +17,7 @@ TrueView ViewOf(const Photograph& photo, const Board& board) {
   for (const PlacedCell& cell : TrueCells(photo, board, 0)) {
     NodeTruth node;
     node.node = {cell.row, cell.col, NodeKind::kCenter};
-    node.pixel_px = {cell.frame.x, cell.frame.y};
+    node.pixel_px = {cell.pose.x, cell.pose.y};
     node.pitch_px = photo.pitch_px;
     node.visible = node.scoreable = true;
     view.truth.nodes.push_back(node);
@@ -26,11 +26,11 @@ TrueView ViewOf(const Photograph& photo, const Board& board) {
 }
 
 // The centre to which a fit of it alone, from the truth, is pulled.
-std::pair<double, double> FittedOff(const CellFitter& fitter, CellNodes nodes, const BoardNode& node) {
+std::pair<double, double> FittedOff(const CellFitter& fitter, NineCenters nodes, const BoardNode& node) {
   constexpr NeighborWeights kAll = {1, 1, 1, 1, 1, 1, 1, 1, 1};
   const float x = nodes.x[4], y = nodes.y[4];
   for (int step = 0; step < 3; ++step) {
-    CenterPull pull;
+    CenterNormal pull;
     EXPECT_TRUE(fitter.FitCenter(node.row, node.col, nodes, kAll, &pull).converged);
     const float determinant = pull.xx * pull.yy - pull.xy * pull.xy;
     nodes.x[4] -= (pull.yy * pull.x - pull.xy * pull.y) / determinant;

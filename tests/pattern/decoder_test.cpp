@@ -128,7 +128,7 @@ TEST(Decoder, SigmasAndConfidencesDescribeTheErrors) {
     const auto [x, y] = PixelFromBoard(photo, TestBoard().board(), o.node.col + 0.5, o.node.row + 0.5);
     within_3_sigma += std::hypot(o.x_px - x, o.y_px - y) < 3 * o.sigma_px;
     ++n;
-    EXPECT_GE(o.confidence, DecodeOptions().refinement.min_confidence);
+    EXPECT_GE(o.confidence, DecodeOptions().confidence.min_to_stay);
     EXPECT_LE(o.confidence, 1);
     EXPECT_GT(o.sigma_px, 0);
     EXPECT_LT(o.sigma_px, 0.5 * photo.pitch_px);
@@ -167,7 +167,7 @@ TEST(Decoder, FindsAStripBeyondACover) {
   EXPECT_GE(in_strip(result), 60);
   EXPECT_EQ(Judge(photo, board, result, NodeKind::kCenter).wrong, 0);
   DecodeOptions without;
-  without.islands.min_explained = 0.999f;
+  without.isolated.fit.min_explained = 0.999f;
   EXPECT_EQ(in_strip(Decode(frame, TestBoard(), without)), 0);
 }
 
@@ -368,9 +368,9 @@ TEST(Decoder, RefusesOptionsOutOfRange) {
   EXPECT_TRUE(refused([](DecodeOptions* o) { o->keypoints.surround_px = NAN; }));
   EXPECT_TRUE(refused([](DecodeOptions* o) { o->lattice.tolerance = NAN; }));
   EXPECT_TRUE(refused([](DecodeOptions* o) { o->patches.min_margin = NAN; }));
-  EXPECT_TRUE(refused([](DecodeOptions* o) { o->growth.min_explained = NAN; }));
-  EXPECT_TRUE(refused([](DecodeOptions* o) { o->refinement.min_confidence = NAN; }));
-  EXPECT_TRUE(refused([](DecodeOptions* o) { o->refinement.min_confidence_to_help = 1; }));
+  EXPECT_TRUE(refused([](DecodeOptions* o) { o->growth.fit.min_explained = NAN; }));
+  EXPECT_TRUE(refused([](DecodeOptions* o) { o->confidence.min_to_stay = NAN; }));
+  EXPECT_TRUE(refused([](DecodeOptions* o) { o->confidence.min_to_help = 1; }));
 }
 
 }  // namespace

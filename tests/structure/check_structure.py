@@ -4,7 +4,7 @@
 Usage: check_structure.py ROOT RULE
 
 RULE is one of
-  includes  a folder includes only what docs/architecture.md lets it include
+  includes  a folder includes only what docs/architecture.md lets it include, a room of pattern/ only earlier ones
   headers   headers outside services/ keep OpenCV, gRPC, protobuf and the like out
   names     a type has one definition: two of one name would be merged silently by the linker
   length    no source file is longer than 400 lines
@@ -21,6 +21,9 @@ MAY_INCLUDE = {folder: set(FLOW[: i + 1]) for i, folder in enumerate(FLOW)}
 MAY_INCLUDE["simulation"] = set(FLOW) | {"simulation"}
 MAY_INCLUDE["evaluation"] = set(FLOW) | {"simulation", "evaluation"}
 MAY_INCLUDE["services"] = set(FLOW) | {"simulation", "evaluation", "services", "weft"}  # weft/v1: generated code
+
+# Rooms within pattern/, in the order of the steps; what lies outside of them may use all.
+PATTERN_ROOMS = ["board", "image", "fit", "seeds", "surface"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 HEAVY = re.compile(
@@ -53,6 +56,14 @@ def stage_files(root, endings):
             yield folder, path
 
 
+def room(path):
+    """Position of a file's room among the steps of decoding; files outside of pattern/ come first, those of no room last."""
+    parts = path.replace(os.sep, "/").split("/")
+    if parts[0] != "pattern" or path == "pattern/observation.h":  # what a node of the board is
+        return -1
+    return PATTERN_ROOMS.index(parts[1]) if parts[1] in PATTERN_ROOMS else len(PATTERN_ROOMS)
+
+
 def check_includes(root):
     for folder, path in stage_files(root, (".h", ".cpp")):
         for include in INCLUDE.findall(text(root, path)):
@@ -61,6 +72,8 @@ def check_includes(root):
                 yield f'{path}: include "{include}" by its path from the root'
             elif (target in MAY_INCLUDE or target == "weft") and target not in MAY_INCLUDE[folder]:
                 yield f'{path}: {folder}/ may not include "{include}"'
+            elif folder == "pattern" and room(include) > room(path):
+                yield f'{path}: {os.path.dirname(path)}/ may not include "{include}", which is a later step'
 
 
 def check_headers(root):

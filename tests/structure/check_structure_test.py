@@ -34,6 +34,16 @@ class StructureCheck(unittest.TestCase):
         self.assertEqual(status, 1)
         self.assertIn('capture/ may not include "pattern/decoder.h"', out)
 
+    def test_rejects_later_steps_of_decoding(self):
+        self.write("pattern/surface/growth.h", '#include "pattern/fit/cell.h"\n')
+        self.write("pattern/decoder.h", '#include "pattern/surface/growth.h"\n')
+        self.write("pattern/image/palette.h", '#include "pattern/observation.h"\n')
+        self.assertEqual(self.run_rule("includes"), (0, ""))
+        self.write("pattern/seeds/patches.h", '#include "pattern/surface/growth.h"\n')
+        status, out = self.run_rule("includes")
+        self.assertEqual(status, 1)
+        self.assertIn('pattern/seeds/ may not include "pattern/surface/growth.h"', out)
+
     def test_rejects_generated_code_outside_services(self):
         self.write("services/files/rig_file.cpp", '#include "weft/v1/rig.pb.h"\n')
         self.assertEqual(self.run_rule("includes")[0], 0)

@@ -22,13 +22,14 @@ class AppearanceTest : public ::testing::Test {
     std::uniform_real_distribution<float> off(-static_cast<float>(misplaced_cells),
                                               static_cast<float>(misplaced_cells));
     for (PlacedCell& cell : cells) {
-      cell.frame.x += off(random) * static_cast<float>(photo.pitch_px);
-      cell.frame.y += off(random) * static_cast<float>(photo.pitch_px);
+      cell.pose.x += off(random) * static_cast<float>(photo.pitch_px);
+      cell.pose.y += off(random) * static_cast<float>(photo.pitch_px);
     }
     EXPECT_GE(cells.size(), 40u);
     const int levels = photo.pitch_px > 7.5 ? 2 : 1;
-    return CalibrateAppearance(HalvingsOf(Render(photo, board_), levels), board_,
-                               SampledProfile(board_.square_fraction), cells, kSigmasPx, start);
+    return CalibrateAppearance(
+        {HalvingsOf(Render(photo, board_), levels), board_, SampledProfile(board_.square_fraction)}, cells,
+        kSigmasPx, start);
   }
 
   // Grey, as nothing is known of the inks.
@@ -105,19 +106,6 @@ TEST_F(AppearanceTest, RecoversTheBlur) {
   }
 }
 
-TEST_F(AppearanceTest, BlurIsThatOfTheImageAlsoWhereCellsAreSqueezed) {
-  const Photograph photo{.width_px = 120,
-                         .height_px = 130,
-                         .pitch_px = 9,
-                         .angle_deg = 0,
-                         .bend_cells = 0.2,
-                         .squeeze = 0.45,
-                         .blur_px = 0.9};
-  const Appearance found = Calibrate(photo, Grey());
-  EXPECT_NEAR(found.sigma_px, TrueAppearance(photo).sigma_px, 0.2);
-  ExpectInks(photo, found, 0.06);
-}
-
 TEST_F(AppearanceTest, CellsThatAreALittleOffDoNoHarm) {
   const Photograph photo{.width_px = 130, .height_px = 120, .pitch_px = 6};
   const Appearance found = Calibrate(photo, Grey(), 0.06);
@@ -128,8 +116,9 @@ TEST_F(AppearanceTest, CellsThatAreALittleOffDoNoHarm) {
 TEST_F(AppearanceTest, WithoutCellsNothingChanges) {
   const Photograph photo{.width_px = 40, .height_px = 40};
   const Appearance start = Grey();
-  const Appearance found = CalibrateAppearance(HalvingsOf(Render(photo, board_), 1), board_,
-                                               SampledProfile(board_.square_fraction), {}, kSigmasPx, start);
+  const Appearance found = CalibrateAppearance(
+      {HalvingsOf(Render(photo, board_), 1), board_, SampledProfile(board_.square_fraction)}, {}, kSigmasPx,
+      start);
   EXPECT_EQ(found.inks, start.inks);
   EXPECT_EQ(found.black, start.black);
 }

@@ -10,15 +10,15 @@
 #include <random>
 #include <vector>
 
-#include "pattern/fit/cell_frame.h"
+#include "pattern/fit/cell.h"
 
 namespace weft {
 namespace {
 
-CellLook SomeLook(const SampledProfile& profile) {
+CellPrint SomeLook(const SampledProfile& profile) {
   std::mt19937 random(4);
   std::uniform_real_distribution<float> grey(0, 200);
-  CellLook look;
+  CellPrint look;
   for (auto& row : look.colors) {
     for (auto& color : row) {
       for (float& channel : color) channel = grey(random);
@@ -43,7 +43,7 @@ std::vector<const CellKernels*> AllThatRunHere() {
 
 // The sums of a rendered cell, sample by sample as CellModelSums defines them. Those that a moving centre
 // does not need are zero.
-std::array<double, 51> PlainSums(const CellLook& look) {
+std::array<double, 51> PlainSums(const CellPrint& look) {
   std::array<double, 51> sums = {};
   for (int k = 0; k < kCellSide * kCellSide; ++k) {
     const int i = k / kCellSide, j = k % kCellSide, group = i / 2, lane = k % kSampleLanes;
@@ -87,7 +87,7 @@ std::array<double, 51> PlainSums(const CellLook& look) {
 
 TEST(CellKernels, SumARenderedCellAsDefined) {
   const SampledProfile profile(0.75);
-  CellLook look = SomeLook(profile);
+  CellPrint look = SomeLook(profile);
   for (const bool moves_center : {false, true}) {
     look.moves_center = moves_center;
     CellModel model;
@@ -104,7 +104,7 @@ TEST(CellKernels, SumARenderedCellAsDefined) {
 }
 
 // The print in closed form: squares of 0.75 blurred by `sigma_u` and `sigma_v`, at any (u, v).
-double PrintAt(const CellLook& look, int channel, double u, double v, double sigma_u, double sigma_v) {
+double PrintAt(const CellPrint& look, int channel, double u, double v, double sigma_u, double sigma_v) {
   const auto share = [](double d, double sigma) {
     return 0.5 * (std::erf((d + 0.375) / (sigma * M_SQRT2)) - std::erf((d - 0.375) / (sigma * M_SQRT2)));
   };
@@ -120,7 +120,7 @@ TEST(CellKernels, SlopesAreThoseOfThePrintByFiniteDifferences) {
   const SampledProfile profile(0.75);
   // Blurs of the profile's table, the second of them the nearest to 0.2.
   const double sigma_u = 0.04 * std::exp(0.0677 * 18), sigma_v = 0.04 * std::exp(0.0677 * 24);
-  CellLook look = SomeLook(profile);
+  CellPrint look = SomeLook(profile);
   look.along_u = &profile.AlongU(static_cast<float>(sigma_u));
   look.along_v = &profile.AlongV(static_cast<float>(sigma_v));
   for (const bool moves_center : {false, true}) {
@@ -148,12 +148,12 @@ TEST(CellKernels, SlopesAreThoseOfThePrintByFiniteDifferences) {
 
 TEST(CellKernels, GiveTheSameBytesOnEveryInstructionSet) {
   const SampledProfile profile(0.75);
-  CellLook look = SomeLook(profile);
+  CellPrint look = SomeLook(profile);
   std::vector<uint8_t> pixels(4 * 40 * 30);
   std::mt19937 random(8);
   for (uint8_t& byte : pixels) byte = static_cast<uint8_t>(random());
-  const CellFrame frame{20.3f, 14.6f, 5.1f, 1.3f, -0.9f, 6.2f};
-  const CellBend bend{{0.2f, -0.1f}, {0.05f, 0.1f}, {-0.3f, 0.2f},
+  const CellPose frame{20.3f, 14.6f, 5.1f, 1.3f, -0.9f, 6.2f};
+  const CellWarp bend{{0.2f, -0.1f}, {0.05f, 0.1f}, {-0.3f, 0.2f},
                       {0.1f, 0.3f},  {-0.2f, 0.1f}, {0.2f, -0.4f}};
   for (const bool moves_center : {false, true}) {
     look.moves_center = moves_center;
@@ -188,7 +188,7 @@ TEST(CellKernels, SampleBilinearlyAndStayInTheImage) {
     pixels[4 * k + 2] = 7;
   }
   CellSamples samples;
-  const CellFrame frame{0.5f, 15.25f, 4, 1, -1, 4};
+  const CellPose frame{0.5f, 15.25f, 4, 1, -1, 4};
   BestCellKernels().sample({pixels.data(), 40, 30}, frame, {}, &samples);
   for (int k = 0; k < kCellSide * kCellSide; ++k) {
     const int group = k / kSampleLanes, lane = k % kSampleLanes;

@@ -5,13 +5,13 @@
 #include <vector>
 
 #include "pattern/fit/appearance.h"
-#include "pattern/fit/cell_frame.h"
+#include "pattern/fit/cell.h"
 #include "tests/pattern/rendered_board.h"
 
 namespace weft {
 
 // Where a cell is, with the edges that its neighbours' centres span.
-inline CellFrame TrueFrame(const Photograph& photo, const Board& board, int row, int col) {
+inline CellPose TrueFrame(const Photograph& photo, const Board& board, int row, int col) {
   const auto at = [&](double u, double v) {
     const auto [x, y] = PixelFromBoard(photo, board, u, v);
     return std::pair{static_cast<float>(x), static_cast<float>(y)};
@@ -25,8 +25,8 @@ inline CellFrame TrueFrame(const Photograph& photo, const Board& board, int row,
 }
 
 // Centres of a cell and its eight neighbours.
-inline CellNodes TrueNodes(const Photograph& photo, const Board& board, int row, int col) {
-  CellNodes nodes;
+inline NineCenters TrueNodes(const Photograph& photo, const Board& board, int row, int col) {
+  NineCenters nodes;
   for (int k = 0; k < 9; ++k) {
     const auto [x, y] = PixelFromBoard(photo, board, col + k % 3 - 0.5, row + k / 3 - 0.5);
     nodes.x[k] = static_cast<float>(x);

@@ -75,7 +75,7 @@ TEST(ImageKernels, HalveByTheMeanOfFourPixels) {
   }
 }
 
-// The definition of SpotContrast, pixel by pixel.
+// The definition of BlobContrast, pixel by pixel.
 double Spot(const ColorImage& image, int x, int y, double surround_px) {
   const auto smoothed = [&](double sigma) {
     const int reach = static_cast<int>(std::round(2.5 * sigma));
@@ -97,7 +97,7 @@ double Spot(const ColorImage& image, int x, int y, double surround_px) {
 TEST(ImageKernels, ContrastOfSpotsIsAsDefined) {
   for (const int width : kWidths) {
     const auto image = ToColorImage(RandomFrame(PixelFormat::kRgb8, width, 14));
-    const Plane spots = SpotContrast(*image, 1.6f);
+    const Plane spots = BlobContrast(*image, 1.6f);
     for (int y = 0; y < 14; ++y) {
       for (int x = 0; x < width; ++x) EXPECT_NEAR(spots.row(y)[x], Spot(*image, x, y, 1.6), 1e-4);
     }
@@ -127,7 +127,7 @@ bool IsKeypoint(const Plane& spots, int x, int y, float contrast) {
 TEST(ImageKernels, KeypointsAreTheBrightPeaks) {
   for (const int width : kWidths) {
     const auto image = ToColorImage(RandomFrame(PixelFormat::kRgb8, width, 14));
-    const Plane spots = SpotContrast(*image, 1.6f);
+    const Plane spots = BlobContrast(*image, 1.6f);
     std::vector<Keypoint> expected;
     for (int y = 1; y < 13; ++y) {
       for (int x = 1; x + 1 < width; ++x) {

@@ -116,19 +116,6 @@ TEST(InkModel, FittedIgnoresATwelfthOfOutliers) {
   }
 }
 
-TEST(InkModel, AnInkUnderTwoLightsScattersAroundItsMean) {
-  // Sixty samples of one shade and forty of another: none is cut off, as no more than these are as far away.
-  constexpr double kApart = 0.2, kVariance = 0.6 * 0.4 * kApart * kApart;
-  std::vector<InkSample> samples;
-  for (int k = 0; k < 100; ++k) samples.push_back({{k < 60 ? 0.8f : 1.0f, 0.9f, 0.7f}, CellColor::kGreen});
-  const InkModel model = InkModel::Fitted(samples, Start());
-  EXPECT_NEAR(model.mean(CellColor::kGreen)[0], 0.88, 1e-4);
-  const int green = static_cast<int>(CellColor::kGreen);
-  // The scatter is doubled, for what a cut takes away.
-  EXPECT_NEAR(SquaredDistance(model, green, {0.1, 0, 0}), 0.01 / (2 * kVariance + kFloorVariance), 1e-3);
-  EXPECT_NEAR(SquaredDistance(model, green, {0, 0.05, 0}), 0.0025 / kFloorVariance, 1e-2);
-}
-
 TEST(InkModel, InksWithFewSamplesStayAsTheyWere) {
   std::mt19937 random(7);
   std::vector<InkSample> samples = Draw(SomeInks(random), 200, random);

@@ -45,7 +45,7 @@ ColorImage WhiteCells(int side_px, double pitch_px, Point first, double blur_px)
 }
 
 std::vector<Keypoint> Detect(const ColorImage& image, const KeypointOptions& options = {}) {
-  return DetectKeypoints(SpotContrast(image, options.surround_px), options);
+  return DetectKeypoints(BlobContrast(image, options.surround_px), options);
 }
 
 TEST(Keypoints, LieInTheMiddlesOfCellsOfAllPitchesTheyAreFor) {
@@ -120,7 +120,7 @@ TEST(Keypoints, FaintSpotsNeedALowerLimit) {
   });
   const auto points = Detect(image, {.min_contrast = 0.05f});
   ASSERT_EQ(points.size(), 1u);
-  EXPECT_EQ(points[0].contrast, SpotContrast(image, 1.6f).row(20)[20]);
+  EXPECT_EQ(points[0].contrast, BlobContrast(image, 1.6f).row(20)[20]);
   EXPECT_TRUE(Detect(image, {.min_contrast = 0.3f}).empty());
 }
 

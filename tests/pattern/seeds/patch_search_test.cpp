@@ -29,7 +29,7 @@ std::vector<ColorImage> PyramidOf(const Frame& frame, int levels = 4) {
 
 struct Search {
   std::vector<LevelPatch> patches;
-  std::vector<LooseSpot> loose;
+  std::vector<LooseBlob> loose;
 };
 
 Search Find(const Frame& frame, int levels = 4) {
@@ -251,7 +251,7 @@ TEST(DecodePatches, SeedsLieOnTheBoardWithTheirEdges) {
   for (const double angle_deg : {10.0, 100.0, 190.0, 280.0}) {
     const Photograph photo{.width_px = 110, .height_px = 110, .pitch_px = 5, .angle_deg = angle_deg};
     const Decoded decoded(Render(photo, TestBoard()), TestIndex());
-    const std::vector<GrowthSeed> seeds = SeedsOf(decoded.search.patches, TestBoard(), {});
+    const std::vector<PlacedCell> seeds = SeedsOf(decoded.search.patches, TestBoard(), {});
     ASSERT_GE(seeds.size(), 150u);
     for (const auto& [row, col, frame, group] : seeds) {
       const auto at = [&, r = row, c = col](double du, double dv) {
@@ -270,7 +270,7 @@ TEST(DecodePatches, SeedsLieOnTheBoardWithTheirEdges) {
 TEST(DecodePatches, EveryPointStandsOrIsUnread) {
   const Photograph photo{.width_px = 170, .height_px = 160, .rows = 60, .cols = 45};
   const Decoded decoded(Render(photo, TestBoard()), TestIndex());
-  std::vector<LooseSpot> unread;
+  std::vector<LooseBlob> unread;
   AddUnread(decoded.search.patches, {}, &unread);
   size_t points = 0;
   for (const LevelPatch& patch : decoded.search.patches) points += patch.points.size();

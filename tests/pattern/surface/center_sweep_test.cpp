@@ -1,4 +1,4 @@
-#include "pattern/surface/cell_mesh.h"
+#include "pattern/surface/center_sweep.h"
 
 #include <gtest/gtest.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kFirst = 24, kCells = 12;  // rows and columns of the board that are fitted
 
-class CellMesh : public testing::Test {
+class CenterSweeps : public testing::Test {
  protected:
   void Fit(const Photograph& photo, double displaced_px) { Fit(photo, Render(photo, board_), displaced_px); }
 
@@ -24,7 +24,7 @@ class CellMesh : public testing::Test {
     pyramid.push_back(*ToColorImage(frame));
     const SampledProfile profile(board_.square_fraction);
     const CellFitter fitter(pyramid, board_, profile, AppearanceOf(photo));
-    GrownCells cells;
+    BoardState state(board_, photo.width_px, photo.height_px);
     for (int row = kFirst; row < kFirst + kCells; ++row) {
       for (int col = kFirst; col < kFirst + kCells; ++col) {
         const auto at = [&](double u, double v) { return PixelFromBoard(photo, board_, u, v); };
@@ -33,24 +33,24 @@ class CellMesh : public testing::Test {
         const auto [right, right_y] = at(col + 1, row + 0.5);
         const auto [up, up_y] = at(col + 0.5, row);
         const auto [down, down_y] = at(col + 0.5, row + 1);
-        GrownCell cell{row, col, {}, 0, 0};
+        ViewCell cell{row, col, {}, 0, 0, 0};
+        cell.fit.moved_cells = 1;
         // Neighbours displaced against each other.
         const double off = (row + col) % 2 == 0 ? displaced_px : -displaced_px;
         const auto edge = [](double a, double b) { return static_cast<float>(b - a); };
-        cell.fit.frame = {static_cast<float>(x + off),
-                          static_cast<float>(y - off),
-                          edge(left, right),
-                          edge(left_y, right_y),
-                          edge(up, down),
-                          edge(up_y, down_y)};
-        cells.push_back(cell);
+        cell.fit.pose = {static_cast<float>(x + off),
+                         static_cast<float>(y - off),
+                         edge(left, right),
+                         edge(left_y, right_y),
+                         edge(up, down),
+                         edge(up_y, down_y)};
+        state.Add(cell);
         truth_.push_back({x, y});
       }
     }
-    for (int sweep = 0; sweep < 3; ++sweep)
-      SweepCenters(fitter, board_, 0, std::vector<bool>(cells.size()), &cells);
-    for (size_t k = 0; k < cells.size(); ++k) {
-      const CellFrame& f = cells[k].fit.frame;
+    for (int sweep = 0; sweep < 3; ++sweep) SweepUnsettled(fitter, 0, &state);
+    for (size_t k = 0; k < state.cells().size(); ++k) {
+      const CellPose& f = state.cells()[k].fit.pose;
       const double error_px = std::hypot(f.x - truth_[k].first, f.y - truth_[k].second);
       offsets_px_.push_back({f.x - truth_[k].first, f.y - truth_[k].second});
       all_errors_px_.push_back(error_px);
@@ -83,13 +83,13 @@ class CellMesh : public testing::Test {
   std::vector<double> all_errors_px_, errors_px_;  // [kCells][kCells]; without those at the border
 };
 
-TEST_F(CellMesh, BringsDisplacedCentersBack) {
+TEST_F(CenterSweeps, BringsDisplacedCentersBack) {
   Fit({.width_px = 200, .height_px = 200, .pitch_px = 7, .bend_cells = 0.2, .noise = 0}, 0.3);
   // From 0.42 px, alternating from cell to cell, which is what the image says least about.
   EXPECT_LT(LargestErrorPx(), 0.25);
 }
 
-TEST_F(CellMesh, NeighborsShareOutTheNoise) {
+TEST_F(CenterSweeps, NeighborsShareOutTheNoise) {
   Fit({.width_px = 200, .height_px = 200, .pitch_px = 5, .bend_cells = 0.2, .blur_px = 1.0, .noise = 20}, 0);
   double squares = 0, alternating = 0;
   for (int row = 2; row < kCells - 3; ++row) {
@@ -106,12 +106,12 @@ TEST_F(CellMesh, NeighborsShareOutTheNoise) {
   EXPECT_LT(alternating / squares, 1.5);
 }
 
-TEST_F(CellMesh, FindsCentersOnCreases) {
+TEST_F(CenterSweeps, FindsCentersOnCreases) {
   Fit({.width_px = 200, .height_px = 200, .pitch_px = 7, .bend_cells = 0, .pleat = 0.6, .noise = 0}, 0);
   EXPECT_LT(LargestErrorPx(), 0.35);
 }
 
-TEST_F(CellMesh, WhatCoversABorderCellPullsLittleAtIt) {
+TEST_F(CenterSweeps, WhatCoversABorderCellPullsLittleAtIt) {
   const Photograph photo{.width_px = 200, .height_px = 200, .pitch_px = 8, .angle_deg = 0, .bend_cells = 0};
   Frame frame = Render(photo, board_);
   // Bright cloth in front of the right fifth of the last column.

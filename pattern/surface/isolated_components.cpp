@@ -1,4 +1,4 @@
-#include "pattern/surface/island_search.h"
+#include "pattern/surface/isolated_components.h"
 
 #include <algorithm>
 #include <array>
@@ -6,34 +6,31 @@
 #include <utility>
 
 #include "pattern/seeds/patch_decoder.h"
-#include "pattern/surface/cell_map.h"
 
 namespace weft {
 namespace {
 
 constexpr int kBucketPx = 16, kFarthestBuckets = 3;
 constexpr float kFarthestCells = 10;
-// Known cells from which the print may go on to a spot, and readings of it that are fitted.
+// Known cells from which the print may go on to a blob, and readings of it that are fitted.
 constexpr size_t kMostAnchors = 5, kMostReadings = 2;
 // Rows or columns of the board between them.
 constexpr int kBetweenAnchors = 3;
-constexpr int kIterations = 6;
-constexpr float kFarthestMoveCells = 0.5f;
-// Pitches that a spot may belong to, in px of the image where it was found.
+// Pitches that a blob may belong to, in px of the image where it was found.
 constexpr float kLeastPitchPx = 2, kLargestPitchPx = 9;
 
 // Evidence of each ink at the nine places of a window; the last is for places off the board.
-constexpr int kLabels = kCellColors + 1, kThrees = kLabels * kLabels * kLabels;
+constexpr int kLabels = kCellColors + 1, kRowCodes = kLabels * kLabels * kLabels;
 using WindowEvidence = std::array<std::array<float, kLabels>, 9>;
 // The same for three cells of a row together.
-using ThreesEvidence = std::array<std::array<float, kThrees>, 3>;
+using RowCodeEvidence = std::array<std::array<float, kRowCodes>, 3>;
 
 struct Reading {
   float evidence;
   int row, col;
 };
 
-// A known cell near a spot; the nearest are the least.
+// A known cell near a blob; the nearest are the least.
 struct Near {
   float squared;  // distance
   int cell;
@@ -42,55 +39,55 @@ struct Near {
   }
 };
 
-class IslandSearch {
+class ComponentSearch {
  public:
-  IslandSearch(const CellFitter& fitter, const std::vector<ColorImage>& pyramid, const Board& board,
-               const InkModel& inks, const GrownCells& known, const IslandOptions& options)
+  ComponentSearch(const CellFitter& fitter, const InkModel& inks, const BoardState& state,
+                  const IsolatedOptions& options)
       : fitter_(fitter),
-        pyramid_(pyramid),
-        board_(board),
+        pyramid_(fitter.pyramid()),
+        board_(state.board()),
         inks_(inks),
-        known_(known),
+        state_(state),
+        known_(state.cells()),
         options_(options),
-        map_(board, known),
-        centers_(Centers(known), pyramid[0].width_px, pyramid[0].height_px),
-        bucket_columns_(pyramid[0].width_px / kBucketPx + 1),
-        bucket_rows_(pyramid[0].height_px / kBucketPx + 1),
+        centers_(Centers(known_), state.width_px(), state.height_px()),
+        bucket_columns_(state.width_px() / kBucketPx + 1),
+        bucket_rows_(state.height_px() / kBucketPx + 1),
         buckets_(static_cast<size_t>(bucket_columns_) * bucket_rows_),
-        threes_(static_cast<size_t>(board.rows + 2) * board.cols, kThrees - 1) {
-    for (int row = 0; row < board.rows; ++row) {
-      for (int col = 0; col < board.cols; ++col) {
-        int three = 0;
+        row_codes_(static_cast<size_t>(board_.rows + 2) * board_.cols, kRowCodes - 1) {
+    for (int row = 0; row < board_.rows; ++row) {
+      for (int col = 0; col < board_.cols; ++col) {
+        int code = 0;
         for (int c = col - 1; c <= col + 1; ++c)
-          three =
-              kLabels * three + (board.Contains(row, c) ? static_cast<int>(board.at(row, c)) : kCellColors);
-        *ThreeAt(row, col) = static_cast<uint16_t>(three);
+          code =
+              kLabels * code + (board_.Contains(row, c) ? static_cast<int>(board_.at(row, c)) : kCellColors);
+        *RowCodeAt(row, col) = static_cast<uint16_t>(code);
       }
     }
-    for (size_t k = 0; k < known.size(); ++k) {
-      const CellFrame& f = known[k].fit.frame;
+    for (size_t k = 0; k < known_.size(); ++k) {
+      const CellPose& f = known_[k].fit.pose;
       Best& best = buckets_[static_cast<size_t>(Bucket(f.y, bucket_rows_)) * bucket_columns_ +
                             Bucket(f.x, bucket_columns_)];
-      if (best.cell < 0 || known[k].fit.explained > known[best.cell].fit.explained)
+      if (best.cell < 0 || known_[k].fit.explained > known_[best.cell].fit.explained)
         best = {f.x, f.y, f.Area(), static_cast<int>(k)};
-      last_group_ = std::max(last_group_, known[k].group);
+      last_group_ = std::max(last_group_, known_[k].group);
     }
     MarkNearKnown();
-    looked_at_.resize(buckets_.size());
+    seen_.resize(buckets_.size());
   }
 
-  std::vector<GrowthSeed> Run(const std::vector<LooseSpot>& spots) {
-    for (const LooseSpot& spot : spots) {
-      FindAnchors(spot);
-      if (anchors_.empty() || !FirstLook(spot)) continue;
-      looked_ = {};
-      for (const int anchor : anchors_) ReadFrom(known_[anchor], spot);
+  std::vector<PlacedCell> Run(const std::vector<LooseBlob>& blobs) {
+    for (const LooseBlob& blob : blobs) {
+      FindAnchors(blob);
+      if (anchors_.empty() || !FirstTime(blob)) continue;
+      read_at_ = {};
+      for (const int anchor : anchors_) ReadFrom(known_[anchor], blob);
     }
     return std::move(seeds_);
   }
 
  private:
-  // The best explained known cell of a bucket; with what most spots ask it for.
+  // The best explained known cell of a bucket; with what most blobs ask it for.
   struct Best {
     float x = 0, y = 0, area_px2 = 0;
     int cell = -1;  // -1 where there is none
@@ -113,35 +110,37 @@ class IslandSearch {
   }
 
   // Of rows -1 to rows.
-  uint16_t* ThreeAt(int row, int col) { return &threes_[static_cast<size_t>(row + 1) * board_.cols + col]; }
+  uint16_t* RowCodeAt(int row, int col) {
+    return &row_codes_[static_cast<size_t>(row + 1) * board_.cols + col];
+  }
 
-  static std::vector<Keypoint> Centers(const GrownCells& cells) {
+  static std::vector<Keypoint> Centers(const PixelVector<ViewCell>& cells) {
     std::vector<Keypoint> centers;
-    for (const GrownCell& cell : cells) centers.push_back({cell.fit.frame.x, cell.fit.frame.y, 0});
+    for (const ViewCell& cell : cells) centers.push_back({cell.fit.pose.x, cell.fit.pose.y, 0});
     return centers;
   }
 
-  // Whether a spot lies in a known cell, as large as `alike` or smaller.
-  bool Known(const LooseSpot& spot, const CellFrame& alike) const {
+  // Whether a blob lies in a known cell, as large as `alike` or smaller.
+  bool Known(const LooseBlob& blob, const CellPose& alike) const {
     const float radius = std::max(std::hypot(alike.ax + alike.bx, alike.ay + alike.by),
                                   std::hypot(alike.ax - alike.bx, alike.ay - alike.by)) /
                          2;
     bool known = false;
-    centers_.Around(spot.x_px, spot.y_px, radius, [&](const auto& places) {
+    centers_.Around(blob.x_px, blob.y_px, radius, [&](const auto& places) {
       known = std::any_of(places.begin(), places.end(), [&](const KeypointGrid::Place& place) {
-        return known_[place.index].fit.frame.Contains(spot.x_px - place.x, spot.y_px - place.y);
+        return known_[place.index].fit.pose.Contains(blob.x_px - place.x, blob.y_px - place.y);
       });
       return known;
     });
     return known;
   }
 
-  // Adds the best explained known cells that are up to `reach` buckets from a spot and may have its size.
-  void FindNear(const LooseSpot& spot, int reach) {
+  // Adds the best explained known cells that are up to `reach` buckets from a blob and may have its size.
+  void FindNear(const LooseBlob& blob, int reach) {
     near_.clear();
-    const int column = Bucket(spot.x_px, bucket_columns_), row = Bucket(spot.y_px, bucket_rows_);
+    const int column = Bucket(blob.x_px, bucket_columns_), row = Bucket(blob.y_px, bucket_rows_);
     const int first = std::max(column - reach, 0), last = std::min(column + reach, bucket_columns_ - 1);
-    const float scale2 = static_cast<float>(1 << 2 * spot.level);
+    const float scale2 = static_cast<float>(1 << 2 * blob.level);
     const float least_px2 = scale2 * kLeastPitchPx * kLeastPitchPx,
                 largest_px2 = scale2 * kLargestPitchPx * kLargestPitchPx;
     for (int y = std::max(row - reach, 0); y <= std::min(row + reach, bucket_rows_ - 1); ++y) {
@@ -149,58 +148,57 @@ class IslandSearch {
       for (int x = first; x <= last; ++x) {
         const Best& best = buckets[x];
         if (best.cell < 0 || best.area_px2 < least_px2 || best.area_px2 > largest_px2) continue;
-        const float dx = spot.x_px - best.x, dy = spot.y_px - best.y, squared = dx * dx + dy * dy;
+        const float dx = blob.x_px - best.x, dy = blob.y_px - best.y, squared = dx * dx + dy * dy;
         if (squared <= kFarthestCells * kFarthestCells * best.area_px2) near_.push_back({squared, best.cell});
       }
     }
   }
 
-  bool IsInNearest(const LooseSpot& spot) const {
-    return !near_.empty() &&
-           Known(spot, known_[std::min_element(near_.begin(), near_.end())->cell].fit.frame);
+  bool IsInNearest(const LooseBlob& blob) const {
+    return !near_.empty() && Known(blob, known_[std::min_element(near_.begin(), near_.end())->cell].fit.pose);
   }
 
-  // The best explained known cells near a spot that is in none of them: the nearest one, and further ones
+  // The best explained known cells near a blob that is in none of them: the nearest one, and further ones
   // that are elsewhere on the board.
-  void FindAnchors(const LooseSpot& spot) {
+  void FindAnchors(const LooseBlob& blob) {
     anchors_.clear();
-    const int column = Bucket(spot.x_px, bucket_columns_), row = Bucket(spot.y_px, bucket_rows_);
+    const int column = Bucket(blob.x_px, bucket_columns_), row = Bucket(blob.y_px, bucket_rows_);
     if (!near_known_[static_cast<size_t>(row) * bucket_columns_ + column]) return;
-    // Most spots are in a known cell right there.
+    // Most blobs are in a known cell right there.
     for (const int reach : {0, 1, kFarthestBuckets}) {
-      FindNear(spot, reach);
-      if (IsInNearest(spot)) return;
+      FindNear(blob, reach);
+      if (IsInNearest(blob)) return;
     }
     while (anchors_.size() < kMostAnchors && !near_.empty()) {
       const int nearest = std::min_element(near_.begin(), near_.end())->cell;
       anchors_.push_back(nearest);
       std::erase_if(near_, [&](const Near& other) {
-        const GrownCell &s = known_[nearest], &t = known_[other.cell];
+        const ViewCell &s = known_[nearest], &t = known_[other.cell];
         return std::max(std::abs(s.row - t.row), std::abs(s.col - t.col)) <= kBetweenAnchors;
       });
     }
   }
 
-  // Whether no spot has been looked at that is nearly the same place; then notes this one. Most spots are in
+  // Whether no blob has been looked at that is nearly the same place; then notes this one. Most blobs are in
   // several images of the pyramid.
-  bool FirstLook(const LooseSpot& spot) {
+  bool FirstTime(const LooseBlob& blob) {
     constexpr float kSame = 0.2f;  // of a cell
-    const float reach2 = kSame * kSame * known_[anchors_.front()].fit.frame.Area();
-    const int column = Bucket(spot.x_px, bucket_columns_), row = Bucket(spot.y_px, bucket_rows_);
+    const float reach2 = kSame * kSame * known_[anchors_.front()].fit.pose.Area();
+    const int column = Bucket(blob.x_px, bucket_columns_), row = Bucket(blob.y_px, bucket_rows_);
     for (int y = std::max(row - 1, 0); y <= std::min(row + 1, bucket_rows_ - 1); ++y) {
       for (int x = std::max(column - 1, 0); x <= std::min(column + 1, bucket_columns_ - 1); ++x) {
-        for (const LooseSpot* other : looked_at_[static_cast<size_t>(y) * bucket_columns_ + x]) {
-          const float dx = spot.x_px - other->x_px, dy = spot.y_px - other->y_px;
+        for (const LooseBlob* other : seen_[static_cast<size_t>(y) * bucket_columns_ + x]) {
+          const float dx = blob.x_px - other->x_px, dy = blob.y_px - other->y_px;
           if (dx * dx + dy * dy < reach2) return false;
         }
       }
     }
-    looked_at_[static_cast<size_t>(row) * bucket_columns_ + column].push_back(&spot);
+    seen_[static_cast<size_t>(row) * bucket_columns_ + column].push_back(&blob);
     return true;
   }
 
   // Whether cells are so alike that the same colours are around them.
-  static bool SameShape(const CellFrame& f, const CellFrame& g) {
+  static bool SameShape(const CellPose& f, const CellPose& g) {
     constexpr float kAlike = 0.15f;
     const float limit = kAlike * kAlike * std::max(f.ax * f.ax + f.ay * f.ay, f.bx * f.bx + f.by * f.by);
     const auto squared = [](float x, float y) { return x * x + y * y; };
@@ -208,9 +206,9 @@ class IslandSearch {
   }
 
   // Colours at a cell and around it, as evidence of inks.
-  WindowEvidence Look(const CellFrame& frame) const {
-    const int level = PyramidLevelFor(frame.ShorterEdge(), pyramid_.size());
-    const CellFrame f = frame.InHalvings(static_cast<float>(1 << level));
+  WindowEvidence ReadWindow(const CellPose& pose) const {
+    const int level = PyramidLevelFor(pose.ShorterEdge(), pyramid_.size());
+    const CellPose f = pose.InHalvings(static_cast<float>(1 << level));
     std::array<Rgb, 9> colors;
     float light = 0;
     for (int k = 0; k < 9; ++k) {
@@ -231,16 +229,16 @@ class IslandSearch {
     return window;
   }
 
-  void LookAtThrees(const CellFrame& frame) {
-    looked_ = frame;
-    const WindowEvidence window = Look(frame);
-    most_of_threes_ = {};
+  void ReadRowCodes(const CellPose& pose) {
+    read_at_ = pose;
+    const WindowEvidence window = ReadWindow(pose);
+    most_of_codes_ = {};
     for (int k = 0; k < 9; ++k)
-      most_of_threes_[k / 3] += *std::max_element(window[k].begin(), window[k].end());
-    most_evidence_ = most_of_threes_[0] + most_of_threes_[1] + most_of_threes_[2];
+      most_of_codes_[k / 3] += *std::max_element(window[k].begin(), window[k].end());
+    most_evidence_ = most_of_codes_[0] + most_of_codes_[1] + most_of_codes_[2];
     if (most_evidence_ <= options_.min_evidence) return;
     for (int i = 0; i < 3; ++i) {
-      float* next = of_threes_[i].data();
+      float* next = of_codes_[i].data();
       for (const float left : window[3 * i]) {
         for (const float middle : window[3 * i + 1]) {
           for (const float right : window[3 * i + 2]) *next++ = left + middle + right;
@@ -250,26 +248,26 @@ class IslandSearch {
   }
 
   // The missing cells around the anchor that the image looks like most, best first.
-  void FindReadings(const GrownCell& anchor) {
+  void FindReadings(const ViewCell& anchor) {
     readings_.clear();
     if (most_evidence_ <= options_.min_evidence) return;
     const int reach = options_.reach_cells;
     const int first_row = std::max(anchor.row - reach, 0), first_col = std::max(anchor.col - reach, 0);
     const int last_row = std::min(anchor.row + reach, board_.rows - 1),
               last_col = std::min(anchor.col + reach, board_.cols - 1);
-    const float *above = of_threes_[0].data(), *here = of_threes_[1].data(), *below = of_threes_[2].data();
+    const float *above = of_codes_[0].data(), *here = of_codes_[1].data(), *below = of_codes_[2].data();
     // Most cells fall short whatever is above and below them.
     constexpr float kRounding = 1e-3f;
-    const float others = most_of_threes_[0] + most_of_threes_[2] + kRounding;
+    const float others = most_of_codes_[0] + most_of_codes_[2] + kRounding;
     // What a further reading has to exceed.
     float bar = std::nextafter(options_.min_evidence, 0.0f);
     for (int row = first_row; row <= last_row; ++row) {
-      const uint16_t *up = ThreeAt(row - 1, 0), *at = ThreeAt(row, 0), *down = ThreeAt(row + 1, 0);
+      const uint16_t *up = RowCodeAt(row - 1, 0), *at = RowCodeAt(row, 0), *down = RowCodeAt(row + 1, 0);
       for (int col = first_col; col <= last_col; ++col) {
         const float middle = here[at[col]];
         if (middle + others <= bar) continue;
         const float evidence = above[up[col]] + middle + below[down[col]];
-        if (evidence <= bar || map_.At(row, col) >= 0) continue;
+        if (evidence <= bar || state_.At(row, col) >= 0) continue;
         if (readings_.size() == kMostReadings) readings_.pop_back();
         const auto place = std::find_if(readings_.begin(), readings_.end(),
                                         [evidence](const Reading& r) { return r.evidence < evidence; });
@@ -279,21 +277,16 @@ class IslandSearch {
     }
   }
 
-  void ReadFrom(const GrownCell& anchor, const LooseSpot& spot) {
+  void ReadFrom(const ViewCell& anchor, const LooseBlob& blob) {
     static constexpr NeighborWeights kWeights = {0.6f, 0.6f, 0.6f, 0.6f, 1, 0.6f, 0.6f, 0.6f, 0.6f};
-    CellFrame frame = anchor.fit.frame;
-    frame.x = spot.x_px;
-    frame.y = spot.y_px;
-    if (!SameShape(frame, looked_)) LookAtThrees(frame);
+    CellPose pose = anchor.fit.pose;
+    pose.x = blob.x_px;
+    pose.y = blob.y_px;
+    if (!SameShape(pose, read_at_)) ReadRowCodes(pose);
     FindReadings(anchor);
     for (const Reading& reading : readings_) {
-      const CellFit fit =
-          fitter_.Fit(reading.row, reading.col, frame, kWeights, kIterations, options_.min_explained);
-      if (!fit.converged || fit.explained < options_.min_explained || fit.moved_cells > kFarthestMoveCells ||
-          fit.ink_lead < options_.min_ink_lead * fit.center_contrast * fit.center_contrast) {
-        continue;
-      }
-      seeds_.push_back({reading.row, reading.col, fit.frame, ++last_group_});
+      const CellFit fit = fitter_.Fit({reading.row, reading.col, pose, kWeights}, options_.fit);
+      if (!Reject(fit, options_.fit)) seeds_.push_back({reading.row, reading.col, fit.pose, ++last_group_});
     }
   }
 
@@ -301,44 +294,41 @@ class IslandSearch {
   const std::vector<ColorImage>& pyramid_;
   const Board& board_;
   const InkModel& inks_;
-  const GrownCells& known_;
-  const IslandOptions& options_;
-  CellMap map_;
+  const BoardState& state_;
+  const PixelVector<ViewCell>& known_;
+  const IsolatedOptions& options_;
   KeypointGrid centers_;  // of known cells
   int bucket_columns_, bucket_rows_;
   std::vector<Best> buckets_;
   std::vector<uint8_t> near_known_;  // whether one of the buckets around has a known cell
   // [rows + 2][cols], a cell and those left and right of it as a number; a row off the board above and below.
-  std::vector<uint16_t> threes_;
-  CellFrame looked_;  // where of_threes_ is from
-  ThreesEvidence of_threes_;
-  std::array<float, 3> most_of_threes_ = {};
+  std::vector<uint16_t> row_codes_;
+  CellPose read_at_;  // where of_codes_ is from
+  RowCodeEvidence of_codes_;
+  std::array<float, 3> most_of_codes_ = {};
   float most_evidence_ = 0;  // that any window may have there
   int last_group_ = 0;
-  std::vector<std::vector<const LooseSpot*>> looked_at_;  // by bucket
+  std::vector<std::vector<const LooseBlob*>> seen_;  // by bucket
   std::vector<Near> near_;
   std::vector<int> anchors_;
   std::vector<Reading> readings_;
-  std::vector<GrowthSeed> seeds_;
+  std::vector<PlacedCell> seeds_;
 };
 
 }  // namespace
 
-absl::Status IslandOptions::Validate() const {
+absl::Status IsolatedOptions::Validate() const {
   if (reach_cells < 1 || reach_cells > 100)
-    return absl::InvalidArgumentError("islands.reach_cells must lie in 1 to 100");
-  if (!(min_evidence > 0)) return absl::InvalidArgumentError("islands.min_evidence must be above 0");
-  if (!(min_explained > 0 && min_explained < 1))
-    return absl::InvalidArgumentError("islands.min_explained must lie in (0, 1)");
-  if (!(min_ink_lead >= 0 && min_ink_lead < 1))
-    return absl::InvalidArgumentError("islands.min_ink_lead must lie in [0, 1)");
+    return absl::InvalidArgumentError("isolated.reach_cells must lie in 1 to 100");
+  if (!(min_evidence > 0)) return absl::InvalidArgumentError("isolated.min_evidence must be above 0");
+  if (absl::Status status = fit.Validate("isolated.fit"); !status.ok()) return status;
   return absl::OkStatus();
 }
 
-std::vector<GrowthSeed> FindIslandSeeds(const CellFitter& fitter, const std::vector<ColorImage>& pyramid,
-                                        const Board& board, const InkModel& inks, const GrownCells& known,
-                                        const std::vector<LooseSpot>& spots, const IslandOptions& options) {
-  return IslandSearch(fitter, pyramid, board, inks, known, options).Run(spots);
+std::vector<PlacedCell> FindIsolatedSeeds(const CellFitter& fitter, const InkModel& inks,
+                                          const BoardState& state, const std::vector<LooseBlob>& blobs,
+                                          const IsolatedOptions& options) {
+  return ComponentSearch(fitter, inks, state, options).Run(blobs);
 }
 
 }  // namespace weft

@@ -1,41 +1,42 @@
-#include "pattern/surface/cell_mesh.h"
+#include "pattern/surface/center_sweep.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-
-#include "pattern/image/pixel_allocator.h"
+#include <vector>
 
 namespace weft {
 namespace {
 
 // Weight of what may be hidden.
 constexpr float kUnknownWeight = 0.2f;
+
 // Cells hide mostly where cloth turns away from the camera: the edge to a hidden cell is shorter.
 constexpr float kHiddenEdge = 0.93f;
+
 constexpr float kLongestStep = 0.3f;  // cells
 
-// Differences at which the prior lets go, in edges of a cell that faces the camera: along the longer axis of
-// the cell in the image, and across it, where centres go when the cloth bends out of its surface.
-struct BendScale {
+// Scales of the Cauchy distributions, in edges of a cell that faces the camera: along the longer axis of the
+// cell in the image, and across it, where centres go when the cloth bends out of its surface.
+struct CauchyScale {
   float along, across;
 };
-constexpr BendScale kFourthDifference = {0.1f, 0.2f}, kSecondDifference = {0.03f, 0.1f},
-                    kMixedDifference = {0.03f, 0.1f};
+constexpr CauchyScale kFourthDifference = {0.1f, 0.2f}, kSecondDifference = {0.03f, 0.1f},
+                      kMixedDifference = {0.03f, 0.1f};
 
 struct Center {
   float x = std::numeric_limits<float>::quiet_NaN(), y = 0;
   bool Known() const { return x == x; }
 };
 
-// The centres at their places on the board, up to three rows and columns off it.
+// The centres at their positions on the board, up to three rows and columns off it.
 class CenterGrid {
  public:
-  CenterGrid(const Board& board, const GrownCells& cells)
-      : columns_(board.cols + 2 * kBorder),
-        centers_(static_cast<size_t>(columns_) * (board.rows + 2 * kBorder), Center{}) {
-    for (const GrownCell& cell : cells) *At(cell.row, cell.col) = {cell.fit.frame.x, cell.fit.frame.y};
+  explicit CenterGrid(const BoardState& state)
+      : columns_(state.board().cols + 2 * kBorder),
+        centers_(static_cast<size_t>(columns_) * (state.board().rows + 2 * kBorder), Center{}) {
+    for (const ViewCell& cell : state.cells()) *At(cell.row, cell.col) = {cell.fit.pose.x, cell.fit.pose.y};
   }
 
   Center* At(int row, int col) {
@@ -55,7 +56,7 @@ using Line = std::array<Center, 7>;
 
 // The longer axis of a cell in the image.
 struct LongAxis {
-  explicit LongAxis(const CellFrame& f) {
+  explicit LongAxis(const CellPose& f) {
     const float xx = f.ax * f.ax + f.bx * f.bx, xy = f.ax * f.ay + f.bx * f.by,
                 yy = f.ay * f.ay + f.by * f.by;
     const float half = 0.5f * (xx - yy), root = std::sqrt(half * half + xy * xy);
@@ -89,7 +90,7 @@ class PriorSums {
   }
 
   // A difference in px, in which the centre itself counts `own` times.
-  void Add(float x, float y, float own, const BendScale& scale) {
+  void Add(float x, float y, float own, const CauchyScale& scale) {
     const float along = axis_.x * x + axis_.y * y, across = axis_.x * y - axis_.y * x;
     const float along2 = scale.along * scale.along * axis_.squared_px2 + along * along,
                 across2 = scale.across * scale.across * axis_.squared_px2 + across * across;
@@ -101,7 +102,7 @@ class PriorSums {
     across_ += across_precision * across;
   }
 
-  CenterPull Sum() const {
+  CenterNormal Sum() const {
     const float x = axis_.x, y = axis_.y;
     return {x * x * precision_along_ + y * y * precision_across_,
             x * y * (precision_along_ - precision_across_),
@@ -129,24 +130,25 @@ struct FittedCenter {
   size_t cell;
   float x, y;
   LongAxis axis;
-  CenterPull image;
+  CenterNormal image;
 };
 
-class MeshSweep {
+class CenterSweep {
  public:
-  MeshSweep(const Board& board, GrownCells* cells) : board_(board), cells_(*cells), centers_(board, *cells) {}
+  explicit CenterSweep(BoardState* state) : state_(*state), centers_(*state) {}
 
-  void Run(const CellFitter& fitter, float least_move_cells, const std::vector<bool>& stays) {
+  template <typename Fixed>
+  void Run(const CellFitter& fitter, const Fixed& is_fixed) {
     std::vector<FittedCenter> fitted;
-    for (size_t k = 0; k < cells_.size(); ++k) {
-      GrownCell& cell = cells_[k];
-      if (stays[k] || cell.fit.moved_cells < least_move_cells) continue;
+    for (size_t k = 0; k < state_.cells().size(); ++k) {
+      ViewCell& cell = state_.cell(k);
+      if (is_fixed(cell)) continue;
       NeighborWeights weights;
-      const CellNodes nodes = NodesAround(cell, &weights);
-      FittedCenter center{k, cell.fit.frame.x, cell.fit.frame.y, LongAxis(cell.fit.frame), {}};
-      CellFit fit = fitter.FitCenter(cell.row, cell.col, nodes, weights, &center.image);
+      const NineCenters around = CentersAround(cell, &weights);
+      FittedCenter center{k, cell.fit.pose.x, cell.fit.pose.y, LongAxis(cell.fit.pose), {}};
+      CellFit fit = fitter.FitCenter(cell.row, cell.col, around, weights, &center.image);
       if (!fit.converged) continue;
-      fit.frame = cell.fit.frame;
+      fit.pose = cell.fit.pose;
       cell.fit = fit;
       Move(center);
       fitted.push_back(center);
@@ -157,16 +159,16 @@ class MeshSweep {
 
  private:
   // Unknown neighbours are about where the cell's own edges put them.
-  CellNodes NodesAround(const GrownCell& cell, NeighborWeights* weights) const {
-    CellNodes nodes;
+  NineCenters CentersAround(const ViewCell& cell, NeighborWeights* weights) const {
+    NineCenters nodes;
     std::array<Center, 9> near;
-    const CellFrame& f = cell.fit.frame;
+    const CellPose& f = cell.fit.pose;
     for (int k = 0; k < 9; ++k) {
       const int row = cell.row + k / 3 - 1, col = cell.col + k % 3 - 1;
       near[k] = *centers_.At(row, col);
       (*weights)[k] = near[k].Known() ? 1 : kUnknownWeight;
       const float dc = static_cast<float>(k % 3 - 1), dr = static_cast<float>(k / 3 - 1);
-      const float edge = board_.Contains(row, col) ? kHiddenEdge : 1;
+      const float edge = state_.board().Contains(row, col) ? kHiddenEdge : 1;
       nodes.x[k] = near[k].Known() ? near[k].x : f.x + edge * (dc * f.ax + dr * f.bx);
       nodes.y[k] = near[k].Known() ? near[k].y : f.y + edge * (dc * f.ay + dr * f.by);
     }
@@ -179,7 +181,7 @@ class MeshSweep {
     return nodes;
   }
 
-  CenterPull PriorOf(const GrownCell& cell, const LongAxis& axis) const {
+  CenterNormal PriorOf(const ViewCell& cell, const LongAxis& axis) const {
     const Center* here = centers_.At(cell.row, cell.col);
     const int down = centers_.columns();
     PriorSums sums(axis);
@@ -203,11 +205,11 @@ class MeshSweep {
 
   // To where image and prior want the centre, by their slopes where it is.
   void Move(const FittedCenter& center) {
-    GrownCell& cell = cells_[center.cell];
+    ViewCell& cell = state_.cell(center.cell);
     CellFit& fit = cell.fit;
-    CellFrame& f = fit.frame;
-    const CenterPull prior = PriorOf(cell, center.axis);
-    const CenterPull& image = center.image;
+    CellPose& f = fit.pose;
+    const CenterNormal prior = PriorOf(cell, center.axis);
+    const CenterNormal& image = center.image;
     const float dx = f.x - center.x, dy = f.y - center.y;
     const float xx = image.xx + prior.xx, xy = image.xy + prior.xy, yy = image.yy + prior.yy;
     const float x = image.x + image.xx * dx + image.xy * dy + prior.x,
@@ -230,21 +232,24 @@ class MeshSweep {
     fit.sigma_px = fit.noise / kModelNoise * std::sqrt(variance);
   }
 
-  static float InCells(const CellFrame& f, float x, float y) {
+  static float InCells(const CellPose& f, float x, float y) {
     const float u = f.by * x - f.bx * y, v = f.ax * y - f.ay * x;
     return std::sqrt(u * u + v * v) / std::abs(f.Area());
   }
 
-  const Board& board_;
-  GrownCells& cells_;
+  BoardState& state_;
   CenterGrid centers_;
 };
 
 }  // namespace
 
-void SweepCenters(const CellFitter& fitter, const Board& board, float least_move_cells,
-                  const std::vector<bool>& stays, GrownCells* cells) {
-  MeshSweep(board, cells).Run(fitter, least_move_cells, stays);
+void SweepUnscored(const CellFitter& fitter, BoardState* state) {
+  CenterSweep(state).Run(fitter, [state](const ViewCell& cell) { return state->IsScored(cell); });
+}
+
+void SweepUnsettled(const CellFitter& fitter, float least_move_cells, BoardState* state) {
+  CenterSweep(state).Run(fitter,
+                         [=](const ViewCell& cell) { return cell.fit.moved_cells < least_move_cells; });
 }
 
 }  // namespace weft

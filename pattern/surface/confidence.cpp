@@ -1,0 +1,145 @@
+#include "pattern/surface/confidence.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <vector>
+
+#include "pattern/surface/center_sweep.h"
+
+namespace weft {
+namespace {
+
+float Length(float x, float y) { return std::sqrt(x * x + y * y); }
+
+// How clearly the ink leads the others, 0 to 1.
+float RelativeLead(const CellFit& fit) {
+  const float contrast2 = std::max(fit.center_contrast * fit.center_contrast, 1e-6f);
+  return std::clamp(fit.ink_lead / contrast2, 0.0f, 1.0f);
+}
+
+// What speaks for a cell and against it.
+constexpr int kReasons = 11;
+using Evidence = std::array<float, kReasons>;
+
+// Sums over the cells around one.
+struct Surroundings {
+  float known = 0, explained = 0, light = 0, lead = 0, shape = 0;
+  // Where they expect the cell, less where it is; each half way between what its own edges say and what the
+  // cell's edges say. In px, with weights.
+  float x = 0, y = 0, weights = 0;
+  std::array<bool, 9> present = {};  // or cut off by the border of the image
+
+  void Add(const CellPose& here, const CellFit& near, float dr, float dc) {
+    const CellPose& f = near.pose;
+    known += 1;
+    explained += std::clamp(near.explained, 0.0f, 1.0f);
+    light += near.gain;
+    lead += RelativeLead(near);
+    shape += (Length(here.ax - f.ax, here.ay - f.ay) + Length(here.bx - f.bx, here.by - f.by)) /
+             here.ShorterEdge();
+    const float weight = dc != 0 && dr != 0 ? 0.5f : 1.0f;
+    x += weight * (f.x - 0.5f * (dc * (f.ax + here.ax) + dr * (f.bx + here.bx)) - here.x);
+    y += weight * (f.y - 0.5f * (dc * (f.ay + here.ay) + dr * (f.by + here.by)) - here.y);
+    weights += weight;
+  }
+
+  // Distance between a cell and where it is expected, in cells.
+  float Misfit(const CellPose& here) const {
+    return Length(here.by * x - here.bx * y, here.ax * y - here.ay * x) / (weights * here.Area());
+  }
+};
+
+Surroundings Around(const BoardState& state, const ViewCell& cell) {
+  const CellPose& f = cell.fit.pose;
+  Surroundings around;
+  for (int k = 0; k < 9; ++k) {
+    const ViewCell* other = state.Find(cell.row + k / 3 - 1, cell.col + k % 3 - 1);
+    const float dr = static_cast<float>(k / 3 - 1), dc = static_cast<float>(k % 3 - 1);
+    const float x = f.x + dc * f.ax + dr * f.bx, y = f.y + dc * f.ay + dr * f.by;
+    const bool outside = x < 0 || y < 0 || x > static_cast<float>(state.width_px() - 1) ||
+                         y > static_cast<float>(state.height_px() - 1);
+    around.present[k] = other != nullptr || outside;
+    if (k != 4 && other != nullptr) around.Add(f, other->fit, dr, dc);
+  }
+  return around;
+}
+
+Evidence EvidenceFor(const CellFit& fit, const Surroundings& around) {
+  const auto& p = around.present;
+  const auto count = [&p](std::initializer_list<int> places) {
+    return static_cast<float>(std::count_if(places.begin(), places.end(), [&p](int k) { return p[k]; }));
+  };
+  const float quads = static_cast<float>(p[0] && p[1] && p[3]) + static_cast<float>(p[1] && p[2] && p[5]) +
+                      static_cast<float>(p[3] && p[6] && p[7]) + static_cast<float>(p[5] && p[7] && p[8]);
+  const CellPose& f = fit.pose;
+  const float height_px = f.Area() / std::max(Length(f.ax, f.ay), Length(f.bx, f.by));
+  const float share = 1 / around.known;
+  const float light = std::min(std::abs(std::log(fit.gain / (share * around.light))), 2.0f);
+  return {std::clamp(fit.explained, 0.0f, 1.0f),
+          share * around.explained,
+          RelativeLead(fit),
+          share * around.lead,
+          count({0, 1, 2, 3, 5, 6, 7, 8}) / 8,
+          count({1, 3, 5, 7}) / 4,
+          quads / 4,
+          std::log(std::clamp(around.Misfit(f), 0.01f, 1.0f)),
+          std::log(std::max(light, 0.005f)),
+          std::log(std::clamp(share * around.shape, 0.02f, 2.0f)),
+          std::log(fit.sigma_px / height_px)};
+}
+
+// Logarithm of the odds that a cell is where it was found, by what it shows itself and how it lies among the
+// cells around. The weights were fitted to ray-traced views with known truth.
+float LogOdds(const CellFit& fit, const Surroundings& around) {
+  static constexpr float kConstant = -10.78f;
+  static constexpr Evidence kWeights = {2.15f, 4.38f,  1.28f,  3.51f,  2.43f, 1.13f,
+                                        1.36f, -0.36f, -0.23f, -0.69f, -0.22f};
+  if (around.known == 0) return 0;
+  const Evidence evidence = EvidenceFor(fit, around);
+  float odds = kConstant;
+  for (int k = 0; k < kReasons; ++k) odds += kWeights[k] * evidence[k];
+  return odds;
+}
+
+// Probability that a cell is where it was found. Cells are right or wrong together, so each leans on those
+// around it; one without any is not believed. How much was fitted to views of the synthetic studio, the scale
+// to ray-traced views.
+float Confidence(const BoardState& state, const ViewCell& cell) {
+  constexpr float kOwn = 0.93f, kAround = 0.37f, kConstant = -1.6f;
+  float sum = 0, known = 0;
+  for (int k = 0; k < 9; ++k) {
+    const ViewCell* other = state.Find(cell.row + k / 3 - 1, cell.col + k % 3 - 1);
+    if (k == 4 || other == nullptr) continue;
+    sum += other->log_odds;
+    known += 1;
+  }
+  if (known == 0) return 0;
+  return 1 / (1 + std::exp(-(kOwn * cell.log_odds + kAround * sum / known + kConstant)));
+}
+
+}  // namespace
+
+void ScoreCells(const CellFitter& fitter, BoardState* state) {
+  SweepUnscored(fitter, state);
+  const size_t count = state->cells().size();
+  std::vector<uint8_t> scored_before(count);
+  for (size_t k = 0; k < count; ++k) {
+    ViewCell& cell = state->cell(k);
+    scored_before[k] = state->IsScored(cell);
+    if (!scored_before[k]) cell.log_odds = LogOdds(cell.fit, Around(*state, cell));
+  }
+  for (size_t k = 0; k < count; ++k) {
+    ViewCell& cell = state->cell(k);
+    bool fresh = !scored_before[k];
+    for (int n = 0; n < 9 && !fresh; ++n) {
+      const int other = state->At(cell.row + n / 3 - 1, cell.col + n % 3 - 1);
+      fresh = other >= 0 && !scored_before[other];
+    }
+    if (fresh) cell.confidence = Confidence(*state, cell);
+  }
+  state->MarkScored();
+}
+
+}  // namespace weft

@@ -1,0 +1,15 @@
+// How sure each cell of a view is.
+#pragma once
+
+#include "pattern/fit/cell_fitter.h"
+#include "pattern/surface/board_state.h"
+
+namespace weft {
+
+// Refines the centres of the cells whose surroundings have changed since the last call (one sweep, see
+// center_sweep.h), and fills log_odds and confidence there. A cell's own log odds weigh how well it is
+// explained and how it lies among the cells around it; cells are right or wrong together, so its confidence
+// leans on theirs. A cell without neighbours has confidence 0.
+void ScoreCells(const CellFitter& fitter, BoardState* state);
+
+}  // namespace weft

@@ -1,0 +1,281 @@
+#include "pattern/surface/growth.h"
+
+#include <algorithm>
+#include <array>
+#include <optional>
+#include <utility>
+
+#include "pattern/fit/cell_bounds.h"
+#include "pattern/surface/occupied_positions.h"
+
+namespace weft {
+namespace {
+
+// A candidate this good needs no second attempt from another neighbour.
+constexpr float kWellExplained = 0.75f;
+
+// Weight in a fit of neighbours that are not known: they may be hidden.
+constexpr float kUnknownWeight = 0.3f;
+
+// Candidates by how well they are explained: the best first, in steps of 1 %; of those in one step the one
+// that came first. Neighbours come one after the other, and are near each other in memory then.
+class CandidateQueue {
+ public:
+  void Push(float explained, int candidate) {
+    const int step = StepOf(explained);
+    steps_[step].candidates.push_back(candidate);
+    best_ = std::max(best_, step);
+  }
+  // The next one of those that are explained by this share or more; -1 where there is none.
+  int Pop(float least_explained) {
+    for (; best_ >= StepOf(least_explained); --best_) {
+      Step& step = steps_[best_];
+      if (step.next < step.candidates.size()) return step.candidates[step.next++];
+      step = {};
+      if (best_ == 0) break;
+    }
+    return -1;
+  }
+  // The one that comes so many later of those that are equally well explained; -1 where there is none.
+  int Ahead(size_t later) const {
+    const Step& step = steps_[best_];
+    return step.next + later < step.candidates.size() ? step.candidates[step.next + later] : -1;
+  }
+
+ private:
+  static constexpr int kSteps = 100;
+  static int StepOf(float explained) { return std::clamp(static_cast<int>(kSteps * explained), 0, kSteps); }
+
+  struct Step {
+    std::vector<int> candidates;
+    size_t next = 0;
+  };
+  std::array<Step, kSteps + 1> steps_;
+  int best_ = 0;  // no later step has any
+};
+
+class Growth {
+ public:
+  Growth(const CellFitter& fitter, const GrowthOptions& options, const GrowthPolicy& policy,
+         BoardState* state)
+      : fitter_(fitter),
+        options_(options),
+        policy_(policy),
+        state_(*state),
+        occupied_(state->width_px(), state->height_px()) {}
+
+  void Run(const GrowthSeeds& seeds) {
+    state_.ForgetCandidates();
+    const std::vector<PlacedCell> boundary =
+        policy_.refits_boundary ? TakeOutBoundary() : std::vector<PlacedCell>();
+    const size_t known = state_.cells().size();
+    candidates_.reserve(seeds.first.size() + seeds.first.size() / 2 + known / 8);
+    for (const ViewCell& cell : state_.cells()) occupied_.Take(cell.fit.pose, cell.row, cell.col);
+    if (policy_.from_seeds) Start(seeds.first);
+    Start(boundary);
+    for (size_t k = 0; k < known; ++k) TryAround(state_.cells()[k].row, state_.cells()[k].col);
+    if (policy_.with_isolated && seeds.isolated) {
+      TakeAll(options_.clearly_explained);
+      state_.Sort();
+      Start(seeds.isolated(state_));
+    }
+    TakeAll(-1);
+    state_.Sort();
+  }
+
+ private:
+  // What the known cells around a position expect there.
+  struct Expectation {
+    PredictedCell cell;
+    int group = 0;
+  };
+
+  std::vector<PlacedCell> TakeOutBoundary() {
+    constexpr uint32_t kAll = 0b111101111;
+    std::vector<PlacedCell> boundary;
+    std::vector<uint8_t> is_inside(state_.cells().size());
+    for (size_t k = 0; k < is_inside.size(); ++k) {
+      const ViewCell& cell = state_.cells()[k];
+      is_inside[k] = state_.Around(cell.row, cell.col) == kAll;
+      if (!is_inside[k]) boundary.push_back({cell.row, cell.col, cell.fit.pose, cell.group});
+    }
+    state_.Filter([&](size_t k) { return is_inside[k]; });
+    return boundary;
+  }
+
+  void Start(const std::vector<PlacedCell>& seeds) {
+    FitLimits limits = options_.fit;
+    limits.iterations += 2;
+    for (const PlacedCell& seed : seeds) {
+      if (!state_.board().Contains(seed.row, seed.col) || state_.At(seed.row, seed.col) >= 0) continue;
+      PredictedCell expected{.row = seed.row, .col = seed.col, .pose = seed.pose};
+      expected.in_sight.fill(1);
+      const CellFit fit = fitter_.Fit(expected, limits);
+      if (!WhyNot(fit)) Enqueue({seed.row, seed.col, fit, seed.group, 0, 0});
+    }
+  }
+
+  // Takes candidates that are explained by this share or more, and those that follow from them.
+  void TakeAll(float least_explained) {
+    for (int k = queue_.Pop(least_explained); k >= 0; k = queue_.Pop(least_explained)) {
+      Prefetch();
+      const ViewCell next = candidates_[k];
+      if (state_.At(next.row, next.col) >= 0) continue;
+      if (occupied_.IsTaken(next.fit.pose)) {
+        state_.Miss(next.row, next.col, next.fit.pose, WhyMissing::kTaken);
+        state_.TriedWith(next.row, next.col) = 0;  // who is there may be evicted
+        continue;
+      }
+      state_.Add(next);
+      occupied_.Take(next.fit.pose, next.row, next.col);
+      TryAround(next.row, next.col);
+    }
+  }
+
+  // Neighbours in the queue are far from each other in memory.
+  void Prefetch() const {
+    constexpr size_t kSoon = 2, kLater = 5;
+    if (const int later = queue_.Ahead(kLater); later >= 0) __builtin_prefetch(&candidates_[later]);
+    const int soon = queue_.Ahead(kSoon);
+    if (soon < 0) return;
+    const ViewCell& cell = candidates_[soon];
+    occupied_.Prefetch(cell.fit.pose);
+    state_.Prefetch(cell.row, cell.col);
+  }
+
+  // Nothing for a fit that can be taken.
+  std::optional<WhyMissing> WhyNot(const CellFit& fit) const {
+    if (const auto why = Reject(fit, options_.fit)) return why;
+    if (!state_.InImage(fit.pose)) return WhyMissing::kNoFit;
+    return std::nullopt;
+  }
+
+  void Enqueue(const ViewCell& candidate) {
+    float& best = state_.BestExplained(candidate.row, candidate.col);
+    best = std::max(best, candidate.fit.explained);
+    queue_.Push(candidate.fit.explained, static_cast<int>(candidates_.size()));
+    candidates_.push_back(candidate);
+  }
+
+  void TryAround(int row, int col) {
+    for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}}) Try(row + dr, col + dc, dr, dc);
+  }
+
+  // Looks for the cell that is (dr, dc) from a known one. With the neighbours of the last attempt there is
+  // nothing new to try, unless parts of the print in front of the cell have become known.
+  void Try(int row, int col, int dr, int dc) {
+    constexpr uint32_t kBehindOccluders = 1u << 9;
+    if (!state_.board().Contains(row, col) || state_.At(row, col) >= 0 ||
+        state_.BestExplained(row, col) > kWellExplained) {
+      return;
+    }
+    const uint32_t around = state_.Around(row, col);
+    if (policy_.behind_occluders && __builtin_popcount(around) < options_.min_known_at_boundary) return;
+    const uint32_t with = around | (policy_.behind_occluders ? kBehindOccluders : 0);
+    const uint32_t before = std::exchange(state_.TriedWith(row, col), with);
+    if (before == with) return;
+    const Expectation expected = Expect(row, col, around);
+    if (policy_.behind_occluders) {
+      TryBehindOccluders(expected);
+    } else {
+      TryInTheOpen(expected, *state_.Find(row - dr, col - dc));
+    }
+  }
+
+  // Where the expected pose does not fit, the cloth may turn away behind the cell `from`.
+  void TryInTheOpen(Expectation expected, const ViewCell& from) {
+    const CellPose first = expected.cell.pose;
+    CellFit fit = fitter_.Fit(expected.cell, options_.fit);
+    if (WhyNot(fit)) {
+      expected.group = from.group;
+      expected.cell.pose = TurnedAway(from, expected.cell);
+      fit = fitter_.Fit(expected.cell, options_.fit);
+      if (const auto why = WhyNot(fit)) return state_.Miss(expected.cell.row, expected.cell.col, first, *why);
+    }
+    Enqueue({expected.cell.row, expected.cell.col, fit, expected.group, 0, 0});
+  }
+
+  // Where other parts of the print are in front of the cell, the rest of it is fitted.
+  void TryBehindOccluders(const Expectation& expected) {
+    constexpr int kLeastLeft = 6;  // of 16 samples on the cell
+    const PredictedCell& cell = expected.cell;
+    if (!state_.InImage(cell.pose)) return;
+    occluders_.clear();
+    occupied_.FindOccluders(cell.pose, cell.row, cell.col, &occluders_);
+    SampleMask visible;
+    if (!occluders_.empty() && MaskCovered(cell.pose, occluders_, &visible) < kLeastLeft)
+      return state_.Miss(cell.row, cell.col, cell.pose, WhyMissing::kTaken);
+    const CellFit fit = fitter_.Fit(cell, options_.fit, occluders_.empty() ? nullptr : &visible);
+    if (const auto why = WhyNot(fit)) return state_.Miss(cell.row, cell.col, cell.pose, *why);
+    Enqueue({cell.row, cell.col, fit, expected.group, 0, 0});
+  }
+
+  // The pose of the cell where the cloth turns away from the camera behind its neighbour `from`: folds end
+  // growth in most cases.
+  static CellPose TurnedAway(const ViewCell& from, const PredictedCell& cell) {
+    constexpr float kShortened = 0.65f, kStep = 0.5f * (1 + kShortened);
+    const float dr = static_cast<float>(cell.row - from.row), dc = static_cast<float>(cell.col - from.col);
+    CellPose f = from.fit.pose;
+    f.x += kStep * (dc * f.ax + dr * f.bx);
+    f.y += kStep * (dc * f.ay + dr * f.by);
+    for (float* v : {dc != 0 ? &f.ax : &f.bx, dc != 0 ? &f.ay : &f.by}) *v *= kShortened;
+    return f;
+  }
+
+  // Mean of what the known neighbours say.
+  Expectation Expect(int row, int col, uint32_t around) const {
+    Expectation out{.cell = {.row = row, .col = col}};
+    CellPose& sum = out.cell.pose;
+    float weights = 0, best = -1;
+    for (int k = 0; k < 9; ++k) {
+      const bool known = (around >> k & 1) != 0;
+      out.cell.in_sight[k] = known || k == 4 ? 1.0f : kUnknownWeight;
+      if (!known) continue;
+      const int dr = k / 3 - 1, dc = k % 3 - 1;
+      const ViewCell& cell = *state_.Find(row + dr, col + dc);
+      const CellPose& f = cell.fit.pose;
+      const float weight = (dr != 0 && dc != 0 ? 0.4f : 1.0f) * cell.fit.explained;
+      sum.x += weight * (f.x - static_cast<float>(dc) * f.ax - static_cast<float>(dr) * f.bx);
+      sum.y += weight * (f.y - static_cast<float>(dc) * f.ay - static_cast<float>(dr) * f.by);
+      sum.ax += weight * f.ax;
+      sum.ay += weight * f.ay;
+      sum.bx += weight * f.bx;
+      sum.by += weight * f.by;
+      weights += weight;
+      if (weight > best) {
+        best = weight;
+        out.group = cell.group;
+      }
+    }
+    for (float* v : {&sum.x, &sum.y, &sum.ax, &sum.ay, &sum.bx, &sum.by}) *v /= weights;
+    return out;
+  }
+
+  const CellFitter& fitter_;
+  const GrowthOptions& options_;
+  const GrowthPolicy& policy_;
+  BoardState& state_;
+  PixelVector<ViewCell> candidates_;  // taken or not
+  OccupiedPositions occupied_;
+  std::vector<CellPose> occluders_;
+  CandidateQueue queue_;
+};
+
+}  // namespace
+
+absl::Status GrowthOptions::Validate() const {
+  if (absl::Status status = fit.Validate("growth.fit"); !status.ok()) return status;
+  if (!(clearly_explained >= 0 && clearly_explained <= 1)) {
+    return absl::InvalidArgumentError("growth.clearly_explained must lie in [0, 1]");
+  }
+  if (min_known_at_boundary < 1 || min_known_at_boundary > 8)
+    return absl::InvalidArgumentError("growth.min_known_at_boundary must lie in 1 to 8");
+  return absl::OkStatus();
+}
+
+void Grow(const CellFitter& fitter, const GrowthOptions& options, const GrowthPolicy& policy,
+          const GrowthSeeds& seeds, BoardState* state) {
+  Growth(fitter, options, policy, state).Run(seeds);
+}
+
+}  // namespace weft

@@ -1,0 +1,37 @@
+// Isolated components: parts of the print beyond a fold or a dark strip, too small or too faint for a
+// lattice.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/status.h"
+#include "pattern/fit/cell_fitter.h"
+#include "pattern/image/ink_model.h"
+#include "pattern/seeds/keypoints.h"
+#include "pattern/surface/board_state.h"
+
+namespace weft {
+
+struct IsolatedOptions {
+  // Farthest board cell that a blob may be, in rows and columns from a known cell near it.
+  int reach_cells = 10;
+  // Least evidence of the colours at a blob and around it, in nats; as PatchDecodeOptions::min_evidence.
+  float min_evidence = 3.0f;
+  FitLimits fit = {.iterations = 6,
+                   .min_explained = 0.6f,
+                   .min_ink_lead = 0.3f,
+                   .max_move_cells = 0.5f,
+                   .min_edge_px = 0,
+                   .min_area_px = 0};
+
+  absl::Status Validate() const;
+};
+
+// Reads blobs near known cells as one of the board cells around those that are still missing: the print is
+// expected to go on as it does at the known cell, with an unknown part of it hidden in between. A seed here
+// is no proof: growth has to find its neighbours.
+std::vector<PlacedCell> FindIsolatedSeeds(const CellFitter& fitter, const InkModel& inks,
+                                          const BoardState& state, const std::vector<LooseBlob>& blobs,
+                                          const IsolatedOptions& options);
+
+}  // namespace weft

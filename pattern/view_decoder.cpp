@@ -1,0 +1,293 @@
+#include "pattern/view_decoder.h"
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "capture/mosaic.h"
+#include "pattern/surface/center_sweep.h"
+#include "pattern/surface/components.h"
+#include "pattern/surface/confidence.h"
+
+namespace weft {
+namespace {
+
+// A smaller image holds no 3x3 cells that could be read.
+constexpr int kLeastSidePx = 9;
+// With fewer known cells, a second pass knows too little about the view.
+constexpr size_t kLeastKnown = 20;
+// A cell that moved by less in the sweep before has settled.
+constexpr float kSettledCells = 0.02f;
+
+// Adds the calling thread's processor time, from construction to destruction.
+class LapTimer {
+ public:
+  explicit LapTimer(double* ms) : ms_(*ms) {}
+  ~LapTimer() { ms_ += NowMs() - start_ms_; }
+
+ private:
+  static double NowMs() {
+    timespec time;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+    return 1e3 * static_cast<double>(time.tv_sec) + 1e-6 * static_cast<double>(time.tv_nsec);
+  }
+
+  double& ms_;
+  double start_ms_ = NowMs();
+};
+
+absl::StatusOr<ColorImage> ReadColors(const Frame& frame) {
+  if (absl::Status status = frame.Validate(); !status.ok()) return status;
+  if (frame.format == PixelFormat::kGrey8) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        frame.origin.empty() ? "frame" : frame.origin,
+        LooksLikeMosaic(frame)
+            ? ": a grey image that looks like a Bayer mosaic; name its order with --mosaic (bayer_rg8, "
+              "bayer_gr8, bayer_gb8 or bayer_bg8)"
+            : ": a grey image cannot be decoded, colours carry the code; where it is a Bayer mosaic, name "
+              "its order with --mosaic"));
+  }
+  return ToColorImage(frame);
+}
+
+// The image and its halvings.
+std::vector<ColorImage> Pyramid(ColorImage full, int levels) {
+  std::vector<ColorImage> pyramid;
+  pyramid.push_back(std::move(full));
+  for (int level = 1; level < levels; ++level) {
+    ColorImage half = HalfSize(pyramid.back());
+    if (half.width_px < kLeastSidePx || half.height_px < kLeastSidePx) break;
+    pyramid.push_back(std::move(half));
+  }
+  return pyramid;
+}
+
+PatchReport Report(const LevelPatch& patch, const PatchDecodeOptions& options) {
+  PatchReport report;
+  report.nodes = static_cast<int>(patch.points.size());
+  report.x_min_px = report.x_max_px = patch.points[0].x_px;
+  report.y_min_px = report.y_max_px = patch.points[0].y_px;
+  for (const Keypoint& p : patch.points) {
+    report.x_min_px = std::min<double>(report.x_min_px, p.x_px);
+    report.x_max_px = std::max<double>(report.x_max_px, p.x_px);
+    report.y_min_px = std::min<double>(report.y_min_px, p.y_px);
+    report.y_max_px = std::max<double>(report.y_max_px, p.y_px);
+  }
+  report.reason = "pattern not found on the board (wrong board, blur, fold)";
+  for (const DecodedPiece& piece : patch.pieces) {
+    const std::string reason = WhyRejected(patch, piece, options);
+    if (&piece == &patch.pieces.front() || reason.empty()) {
+      report.reason = reason;
+      report.margin = piece.margin;
+    }
+    if (reason.empty()) break;
+  }
+  report.accepted = report.reason.empty();
+  return report;
+}
+
+// Starts from the inks of the patches, and learns the rest from some of the seeds.
+Appearance LearnAppearance(const std::vector<ColorImage>& pyramid, const Board& board,
+                           const SampledProfile& profile, const InkModel& inks,
+                           const std::vector<PlacedCell>& seeds) {
+  constexpr float kLight = 128, kBlack = 25;  // grey levels to start from
+  constexpr size_t kCells = 120;
+  Appearance start;
+  for (int k = 0; k < kCellColors; ++k) {
+    for (int c = 0; c < 3; ++c) start.inks[k][c] = kLight * inks.mean(static_cast<CellColor>(k))[c];
+  }
+  start.black.fill(kBlack);
+  std::vector<PlacedCell> cells;
+  for (size_t k = 0; k < seeds.size(); k += std::max<size_t>(1, seeds.size() / kCells))
+    cells.push_back(seeds[k]);
+  return CalibrateAppearance({pyramid, board, profile}, cells,
+                             {0.4f, 0.55f, 0.7f, 0.85f, 1.0f, 1.2f, 1.5f, 1.9f, 2.4f, 3.0f, 4.0f}, start);
+}
+
+Observation CenterOf(const ViewCell& cell) {
+  return {cell.fit.pose.x,
+          cell.fit.pose.y,
+          {cell.row, cell.col, NodeKind::kCenter},
+          kSigmaFactor * cell.fit.sigma_px,
+          cell.confidence};
+}
+
+// The corner up and left of a cell, between four known ones, in the middle of them, as the centres were
+// fitted.
+std::optional<Observation> CornerAt(const BoardState& state, int row, int col) {
+  Observation corner;
+  corner.node = {row, col, NodeKind::kCorner};
+  corner.confidence = 1;
+  double variance_px2 = 0;
+  for (const auto& [r, c] : {std::pair{row - 1, col - 1}, {row - 1, col}, {row, col - 1}, {row, col}}) {
+    const ViewCell* cell = state.Find(r, c);
+    if (cell == nullptr) return std::nullopt;
+    corner.x_px += 0.25 * cell->fit.pose.x;
+    corner.y_px += 0.25 * cell->fit.pose.y;
+    // The four windows overlap: their errors are alike by a third, so half of the variance averages out.
+    const double sigma_px = kSigmaFactor * cell->fit.sigma_px;
+    variance_px2 += 0.125 * sigma_px * sigma_px;
+    corner.confidence = std::min(corner.confidence, cell->confidence);
+  }
+  corner.sigma_px = static_cast<float>(std::sqrt(variance_px2));
+  return corner;
+}
+
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<ViewDecoder>> ViewDecoder::Read(const Frame& frame, const BoardIndex& board,
+                                                               const DecodeOptions& options) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  std::unique_ptr<ViewDecoder> view(new ViewDecoder(frame, board, options));
+  if (absl::Status status = view->ReadAgain(frame); !status.ok()) return status;
+  return view;
+}
+
+ViewDecoder::ViewDecoder(const Frame& frame, const BoardIndex& board, const DecodeOptions& options)
+    : board_(board),
+      options_(options),
+      profile_(board.board().square_fraction),
+      state_(board.board(), frame.width_px, frame.height_px, options.explain) {}
+
+absl::Status ViewDecoder::ReadAgain(const Frame& frame) {
+  const LapTimer timer(&result_.timings.read_ms);
+  if (frame.width_px != state_.width_px() || frame.height_px != state_.height_px()) {
+    return absl::InvalidArgumentError(absl::StrCat(frame.origin,
+                                                   ": the image has another size than the one that was "
+                                                   "decoded first"));
+  }
+  absl::StatusOr<ColorImage> image = ReadColors(frame);
+  if (!image.ok()) return image.status();
+  fitter_.reset();
+  pyramid_ = Pyramid(*std::move(image), options_.levels);
+  if (!seeds_.first.empty()) MakeFitter();
+  return absl::OkStatus();
+}
+
+size_t ViewDecoder::image_bytes() const {
+  size_t bytes = 0;
+  for (const ColorImage& image : pyramid_) bytes += image.rgbx.size();
+  return bytes;
+}
+
+void ViewDecoder::DropImage() {
+  fitter_.reset();
+  pyramid_.clear();
+}
+
+void ViewDecoder::MakeFitter() { fitter_.emplace(pyramid_, board_.board(), profile_, appearance_); }
+
+void ViewDecoder::Decode() {
+  if (!FindSeeds()) return;
+  Grow(kFromSeeds);
+  Score();
+  Evict(options_.confidence.min_to_grow);
+  Grow(kWithIsolated);
+  Score();
+  Evict(options_.confidence.min_at_boundary);
+  Grow(kBehindOccluders);
+  Score();
+  Finish();
+}
+
+bool ViewDecoder::FindSeeds() {
+  if (state_.width_px() < kLeastSidePx || state_.height_px() < kLeastSidePx) return false;
+  std::vector<LevelPatch> patches;
+  {
+    const LapTimer timer(&result_.timings.lattice_ms);
+    patches = FindPatches(pyramid_, options_.keypoints, options_.lattice, &blobs_);
+    if (options_.explain) result_.explanation.loose = blobs_;
+  }
+  const LapTimer timer(&result_.timings.colors_ms);
+  inks_ = DecodePatches(board_, options_.patches, &patches);
+  for (const LevelPatch& patch : patches) result_.patches.push_back(Report(patch, options_.patches));
+  seeds_.first = SeedsOf(patches, board_.board(), options_.patches);
+  if (seeds_.first.empty()) return false;
+  AddUnread(patches, options_.patches, &blobs_);
+  appearance_ = LearnAppearance(pyramid_, board_.board(), profile_, inks_, seeds_.first);
+  MakeFitter();
+  seeds_.isolated = [this](const BoardState& state) {
+    return FindIsolatedSeeds(*fitter_, inks_, state, blobs_, options_.isolated);
+  };
+  return true;
+}
+
+void ViewDecoder::Grow(const GrowthPolicy& policy) {
+  const LapTimer timer(&result_.timings.growth_ms);
+  weft::Grow(*fitter_, options_.growth, policy, seeds_, &state_);
+}
+
+void ViewDecoder::Score() {
+  const LapTimer timer(&result_.timings.refinement_ms);
+  ScoreCells(*fitter_, &state_);
+}
+
+void ViewDecoder::Finish() {
+  const LapTimer timer(&result_.timings.refinement_ms);
+  Evict(std::min(options_.confidence.min_to_help, options_.confidence.min_to_stay));
+  DropSmallComponents(options_.confidence.min_component, &state_);
+  SweepUnsettled(*fitter_, kSettledCells, &state_);
+  Evict(options_.confidence.min_to_stay);
+  // Neighbours may have moved a cell at the boundary out of the image.
+  const float x_most = static_cast<float>(state_.width_px()) - 0.5f,
+              y_most = static_cast<float>(state_.height_px()) - 0.5f;
+  state_.Filter([&](size_t k) {
+    const CellPose& f = state_.cells()[k].fit.pose;
+    return f.x >= -0.5f && f.y >= -0.5f && f.x <= x_most && f.y <= y_most;
+  });
+  if (LooksLikeChance()) Reject();
+}
+
+// A sixth of all random windows are on a large board. So few cells in a view full of lattice are chance, or a
+// print of another board.
+bool ViewDecoder::LooksLikeChance() const {
+  constexpr size_t kEnoughCells = 50;
+  constexpr double kLeastShare = 0.02;
+  double nodes = 0;
+  for (const PatchReport& patch : result_.patches) nodes += patch.nodes;
+  const size_t cells = state_.cells().size();
+  return cells < kEnoughCells && static_cast<double>(cells) < kLeastShare * nodes;
+}
+
+void ViewDecoder::Reject() {
+  state_.Filter([](size_t) { return false; });
+  for (PatchReport& patch : result_.patches) {
+    if (patch.accepted) patch.reason = "too few cells of the view agree";
+    patch.accepted = false;
+  }
+}
+
+absl::StatusOr<std::vector<std::optional<WhyMissing>>> ViewDecoder::Find(
+    const std::vector<PredictedCell>& predicted, const GuidedOptions& options) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  if (!has_image()) return absl::FailedPreconditionError("the view's image was dropped; read it again");
+  if (!fitter_ || state_.cells().size() < kLeastKnown) {
+    return std::vector<std::optional<WhyMissing>>(predicted.size(), WhyMissing::kNoFit);
+  }
+  return FindPredicted(*fitter_, predicted, options, &state_);
+}
+
+std::vector<Observation> ViewDecoder::Observations() const {
+  std::vector<Observation> observations;
+  observations.reserve((options_.corners ? 2 : 1) * state_.cells().size());
+  for (const ViewCell& cell : state_.cells()) observations.push_back(CenterOf(cell));
+  if (!options_.corners) return observations;
+  for (const ViewCell& cell : state_.cells()) {
+    if (const auto corner = CornerAt(state_, cell.row, cell.col)) observations.push_back(*corner);
+  }
+  return observations;
+}
+
+DecodeResult ViewDecoder::TakeResult() {
+  result_.observations = Observations();
+  if (options_.explain) {
+    for (const ViewCell& cell : state_.cells()) result_.explanation.groups.push_back(cell.group);
+    result_.explanation.missing = state_.Missing();
+  }
+  blobs_.clear();
+  return std::move(result_);
+}
+
+}  // namespace weft

@@ -1,0 +1,83 @@
+// The engine of decoding: everything that is known of one view, and the policies that add to it.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "capture/frame.h"
+#include "pattern/decoder.h"
+#include "pattern/fit/appearance.h"
+#include "pattern/fit/cell_fitter.h"
+#include "pattern/fit/sampled_profile.h"
+#include "pattern/image/color_image.h"
+#include "pattern/image/ink_model.h"
+#include "pattern/seeds/patch_search.h"
+#include "pattern/surface/board_state.h"
+#include "pattern/surface/predicted_cells.h"
+
+namespace weft {
+
+// Decodes one view, and may look for more in it later, when other views have told where its cells must be.
+// Not thread-safe; deterministic.
+class ViewDecoder {
+ public:
+  // Reads the frame's colours. Grey frames are InvalidArgument. `board` must outlive the decoder.
+  static absl::StatusOr<std::unique_ptr<ViewDecoder>> Read(const Frame& frame, const BoardIndex& board,
+                                                           const DecodeOptions& options);
+  ViewDecoder(const ViewDecoder&) = delete;
+  ViewDecoder& operator=(const ViewDecoder&) = delete;
+
+  // The first pass: all that the view shows by itself. Call it once.
+  void Decode();
+
+  // The second pass: looks for predicted cells (see FindPredicted), with the inks and the blur that the first
+  // pass learnt. Returns why each was not found, or nothing where it was. Nothing is looked for in a view of
+  // which fewer than 20 cells are known (kNoFit). FailedPrecondition without the image (see DropImage).
+  absl::StatusOr<std::vector<std::optional<WhyMissing>>> Find(const std::vector<PredictedCell>& predicted,
+                                                              const GuidedOptions& options);
+
+  // Where cells are in the view so far.
+  const BoardState& state() const { return state_; }
+  // Centres and corners found so far, as DecodeResult.
+  std::vector<Observation> Observations() const;
+  // The observations, with the reports of the first pass, which are moved out.
+  DecodeResult TakeResult();
+
+  // Memory that the image takes; it may be dropped after a pass, and read again from the same frame before
+  // the next.
+  size_t image_bytes() const;
+  void DropImage();
+  bool has_image() const { return !pyramid_.empty(); }
+  absl::Status ReadAgain(const Frame& frame);
+
+ private:
+  ViewDecoder(const Frame& frame, const BoardIndex& board, const DecodeOptions& options);
+
+  // The steps of Decode, in the order of their use.
+  bool FindSeeds();
+  void Grow(const GrowthPolicy& policy);
+  void Score();
+  void Evict(float min_confidence) { state_.Evict(min_confidence); }
+  void Finish();
+
+  bool LooksLikeChance() const;
+  void Reject();
+  void MakeFitter();
+
+  const BoardIndex& board_;
+  const DecodeOptions options_;
+  std::vector<ColorImage> pyramid_;
+  const SampledProfile profile_;
+  InkModel inks_;
+  std::vector<LooseBlob> blobs_;  // that no piece of lattice accounts for
+  GrowthSeeds seeds_;
+  Appearance appearance_;
+  std::optional<CellFitter> fitter_;  // with an image and seeds
+  BoardState state_;
+  DecodeResult result_;
+};
+
+}  // namespace weft

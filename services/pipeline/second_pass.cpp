@@ -1,0 +1,87 @@
+#include "services/pipeline/second_pass.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <chrono>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+namespace weft {
+namespace {
+
+// The cells that a view should show, did not decode, and that too few cameras measured.
+std::vector<PredictedCell> Wanted(const std::vector<CellInView>& in_view, const SecondPassInputs& pass,
+                                  const BoardState& decoded) {
+  std::vector<PredictedCell> wanted;
+  for (const CellInView& seen : in_view) {
+    if (pass.mesh.views[seen.vertex] >= pass.options.enough_views) continue;
+    if (decoded.At(seen.cell.row, seen.cell.col) < 0) wanted.push_back(seen.cell);
+  }
+  return wanted;
+}
+
+// Counts what was found, and why the rest was not.
+int Describe(const std::vector<std::optional<WhyMissing>>& missing, v1::ViewReport& report) {
+  std::map<std::string, int> rejected;
+  for (const std::optional<WhyMissing>& why : missing) {
+    if (why) ++rejected[std::string(NameOf(*why))];
+  }
+  int found = static_cast<int>(missing.size());
+  for (const auto& [reason, count] : rejected) {
+    v1::ReasonCount& entry = *report.add_second_look_rejected();
+    entry.set_reason(reason);
+    entry.set_count(count);
+    found -= count;
+  }
+  report.set_second_look_found(found);
+  return found;
+}
+
+// Looks into one view again; returns the number of centres that were found.
+int LookInto(const SecondPassInputs& pass, const std::vector<PredictedCell>& wanted, size_t camera,
+             ViewDecoder& view, v1::ViewReport& report) {
+  const auto start = std::chrono::steady_clock::now();
+  if (!view.has_image()) {
+    const absl::StatusOr<Frame> frame = pass.inputs.dump->ReadView(pass.frame, camera);
+    if (!frame.ok() || !view.ReadAgain(*frame).ok()) return 0;
+  }
+  const auto missing = view.Find(wanted, pass.options.guided);
+  if (!missing.ok()) return 0;
+  const int found = Describe(*missing, report);
+  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
+  report.set_second_look_ms(elapsed.count());
+  return found;
+}
+
+}  // namespace
+
+absl::StatusOr<int> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
+                               const std::vector<std::unique_ptr<ViewDecoder>>& decoders,
+                               std::vector<ViewObservations>* views, v1::FrameReport& report) {
+  const absl::StatusOr<PredictedSurface> surface = PredictedSurface::Build(
+      pass.inputs.garment, pass.inputs.neighborhoods, pass.mesh, pass.options.prediction);
+  if (!surface.ok()) return surface.status();
+  std::vector<int> added(views->size(), 0);
+  const auto look = [&](size_t camera) {
+    if (stop.stop_requested() || decoders[camera] == nullptr) return;
+    ViewDecoder& view = *decoders[camera];
+    const std::vector<PredictedCell> wanted =
+        Wanted(surface->CellsIn(pass.inputs.rig.cameras[camera]), pass, view.state());
+    if (wanted.empty()) return;
+    v1::ViewReport& counts = *report.mutable_views(static_cast<int>(camera));
+    added[camera] = LookInto(pass, wanted, camera, view, counts);
+    std::vector<Observation>& observations = (*views)[camera].observations;
+    const size_t before = observations.size();
+    observations = view.Observations();
+    counts.set_centers(counts.centers() + added[camera]);
+    counts.set_corners(counts.corners() + static_cast<int>(observations.size() - before) - added[camera]);
+  };
+  tbb::parallel_for(size_t{0}, views->size(), look, tbb::simple_partitioner());
+  if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
+  return std::accumulate(added.begin(), added.end(), 0);
+}
+
+}  // namespace weft
