@@ -192,12 +192,11 @@ class LiveTest(unittest.TestCase):
         return [(line[0], int(line[1]), int(line[2]), line[5], line[6])
                 for line in csv.reader(text[:text.rfind("\n") + 1].splitlines()[1:])]
 
-    def noted_s(self, camera, words):
-        """The host time in s of the first note of this camera that begins with these words."""
-        for line in csv.reader(read(os.path.join(self.take, "ledger.csv")).splitlines()[1:]):
-            if line[0] == "note" and line[5] == camera and line[6].startswith(words):
-                return int(line[4]) / 1e9
-        self.fail(f"no note of camera {camera} begins with {words}")
+    def written_s(self, event, camera="", words=""):
+        """The host times in s of the ledger's lines of this kind, of this camera, that begin with these words."""
+        lines = csv.reader(read(os.path.join(self.take, "ledger.csv")).splitlines()[1:])
+        return [int(line[4]) / 1e9 for line in lines
+                if (line[0], line[5]) == (event, camera) and line[6].startswith(words)]
 
     def wait_for(self, recorder, event, count=1, words=""):
         """Until the ledger has so many lines of this kind."""

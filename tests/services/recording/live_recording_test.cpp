@@ -27,7 +27,8 @@ class MeetingPoint {
     std::unique_lock lock(mutex_);
     ++here_;
     changed_.notify_all();
-    has_waited_in_vain_ |= !changed_.wait_for(lock, kPatience, [&] { return here_ >= expected_; });
+    const auto is_over = [&] { return here_ >= expected_ || has_waited_in_vain_; };
+    if (!changed_.wait_for(lock, kPatience, is_over)) has_waited_in_vain_ = true;
   }
   bool has_met() {
     const std::lock_guard lock(mutex_);
