@@ -20,10 +20,11 @@ struct CellFit {
   CellPose pose;
   bool converged = false;
   float moved_cells = 0;  // distance from the initial position, in cells
-  float explained = 0;    // share of the weighted variance that the model explains, at most 1
-  float gain = 0;         // light
-  float offset = 0;       // grey levels
-  float noise = 0;        // RMS residual over the window, grey levels
+  float explained =
+      0;             // share of the weighted variance that the model explains before the last step, at most 1
+  float gain = 0;    // light
+  float offset = 0;  // grey levels
+  float noise = 0;   // RMS residual over the window, grey levels
   float center_contrast =
       0;               // RMS of what another ink would have changed in the cell, least over the other inks
   float ink_lead = 0;  // how much worse the next best ink fits the cell: difference of mean squared residuals
