@@ -19,8 +19,10 @@ const IndexRecord* Find(const std::vector<IndexRecord>& records, uint64_t set) {
   return at != records.end() && at->set == set ? &*at : nullptr;
 }
 
-absl::StatusOr<std::vector<std::string>> AllCameras(const std::string& folder,
-                                                    const std::vector<std::string>& known) {
+}  // namespace
+
+absl::StatusOr<std::vector<std::string>> CamerasWithFiles(const std::string& folder,
+                                                          const std::vector<std::string>& known) {
   std::set<std::string> ids(known.begin(), known.end());
   std::error_code error;
   fs::directory_iterator it(StreamFolder(folder), error);
@@ -36,8 +38,6 @@ absl::StatusOr<std::vector<std::string>> AllCameras(const std::string& folder,
   std::sort(sorted.begin(), sorted.end(), NaturalLess);
   return sorted;
 }
-
-}  // namespace
 
 const IndexRecord* ScannedStream::Indexed(uint64_t set) const {
   return reader ? Find(reader->records(), set) : nullptr;
@@ -59,7 +59,7 @@ uint64_t TakeOf(const std::vector<ScannedStream>& streams) {
 absl::StatusOr<std::vector<ScannedStream>> ScanStreams(const std::string& folder,
                                                        const std::vector<std::string>& cameras,
                                                        uint64_t take) {
-  const absl::StatusOr<std::vector<std::string>> ids = AllCameras(folder, cameras);
+  const absl::StatusOr<std::vector<std::string>> ids = CamerasWithFiles(folder, cameras);
   if (!ids.ok()) return ids.status();
   std::vector<ScannedStream> streams;
   for (const std::string& id : *ids) {

@@ -27,9 +27,14 @@ struct ScannedStream {
   const IndexRecord* Intact(uint64_t set) const;
 };
 
-// Reads every byte of the streams: of those in the folder, of those that have an index there, and of
-// `cameras`. Errors of PosixFile but for files that are gone; NotFound: no recorded take. `take`: the take's
-// number where it is known from elsewhere, else 0.
+// Ids of the cameras of which the folder holds a stream or an index, and of `known`, numbers by value.
+// NotFound: there are none.
+absl::StatusOr<std::vector<std::string>> CamerasWithFiles(const std::string& folder,
+                                                          const std::vector<std::string>& known = {});
+
+// Reads every byte of the streams of CamerasWithFiles(folder, cameras). Errors of PosixFile but for files
+// that are gone; NotFound: no recorded take. `take`: the take's number where it is known from elsewhere, else
+// 0.
 absl::StatusOr<std::vector<ScannedStream>> ScanStreams(const std::string& folder,
                                                        const std::vector<std::string>& cameras,
                                                        uint64_t take);

@@ -14,6 +14,7 @@
 #include "capture/plain_text.h"
 #include "capture/recorded_take.h"
 #include "capture/take_files.h"
+#include "capture/take_scan.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "services/recording/clock_log.h"
@@ -91,7 +92,7 @@ absl::StatusOr<v1::Take> ReadTakeFile(const std::string& folder) {
 }
 
 absl::StatusOr<v1::Take> TakeFromStreams(const std::string& folder) {
-  const absl::StatusOr<std::vector<std::string>> ids = CamerasOfTake(folder);
+  const absl::StatusOr<std::vector<std::string>> ids = CamerasWithFiles(folder);
   if (!ids.ok()) return ids.status();
   v1::Take take;
   std::optional<StreamEnd> end;
@@ -99,10 +100,11 @@ absl::StatusOr<v1::Take> TakeFromStreams(const std::string& folder) {
   uint64_t number = 0;
   for (const std::string& id : *ids) {
     const auto stream = StreamReader::OpenDamaged(StreamFolder(folder), id, 0);
+    details[id].set_id(id);
+    if (absl::IsNotFound(stream.status())) continue;  // its index is there: a recovery makes a stream of gaps
     if (!stream.ok()) return stream.status();
     if (number == 0) number = (*stream)->header().take;
     if ((*stream)->end()) end = (*stream)->end();
-    details[id].set_id(id);
     v1::Take own;
     if (!ParseJson((*stream)->header().description, id, own).ok()) continue;
     for (const v1::TakeCamera& camera : own.cameras())

@@ -193,6 +193,16 @@ class Damage(unittest.TestCase):
         self.assertEqual(self.assert_recovered("cam102", "gone"), SETS)
         self.assertIn("usable", weft("take", "verify", self.take, check=0).stdout.splitlines()[0])
 
+    def test_cameras_of_which_indexes_alone_are_left_are_named(self):
+        for camera in IDS:
+            os.remove(self.stream(camera))
+        os.remove(os.path.join(self.take, "take.json"))
+        self.recover("--force")
+        self.assertTrue(self.verify()["whole"])
+        take = json.loads(read(os.path.join(self.take, "take.json")))
+        self.assertEqual([camera["id"] for camera in take["cameras"]], IDS)
+        self.assertEqual({state.split()[0] for state in frames(self.take).values()}, {"missing"})
+
     def test_takes_of_earlier_versions_are_recovered_in_the_same_way(self):
         with tarfile.open(os.path.join(os.environ["WEFT_SOURCE"], "tests", "data", "compat", "0.1.0.tar.xz")) as archive:
             archive.extractall(self.take)
