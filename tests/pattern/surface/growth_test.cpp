@@ -273,6 +273,23 @@ TEST_F(GrowthsFromABlock, RefitMovesNoCellOntoACover) {
   EXPECT_LT(refitted.At(kMiddle, kLast), 0) << "the image shows none";
 }
 
+TEST_F(GrowthsFromABlock, FindWhoWasHiddenByAnEvictedCell) {
+  // The middle of the block is missing: somebody has read it as another cell.
+  BoardState state = Block();
+  const CellPose pose = state.Find(kMiddle, kMiddle)->fit.pose;
+  state.Filter([&](size_t k) { return static_cast<int>(k) != state.At(kMiddle, kMiddle); });
+  ViewCell wrong;
+  wrong.fit.pose = pose;
+  wrong.confidence = -1;
+  state.Add(wrong);
+  state = GrownFrom(state, frame_, GrowthPolicy(), {});
+  ASSERT_LT(state.At(kMiddle, kMiddle), 0);
+  state.Evict(0);
+  state = GrownFrom(state, frame_, GrowthPolicy(), {});
+  ASSERT_GE(state.At(kMiddle, kMiddle), 0) << "with the neighbours that were known before";
+  EXPECT_LT(ErrorCells(photo_, board_, *state.Find(kMiddle, kMiddle)), 0.1);
+}
+
 // The print is hidden by a strip that growth cannot cross.
 class GrowthsBesideAStrip : public Growths {
  protected:

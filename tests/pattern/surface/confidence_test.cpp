@@ -1,0 +1,212 @@
+#include "pattern/surface/confidence.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <vector>
+
+#include "tests/pattern/surface/rendered_surface.h"
+
+namespace weft {
+namespace {
+
+constexpr int kRows = 60, kCols = 60, kMiddle = 30;
+constexpr int kFirst = kMiddle - 10, kLast = kMiddle + 10;  // rows and columns that are known
+
+class Confidences : public testing::Test {
+ protected:
+  // The cell as it is fitted from `from` cells off its place along the columns.
+  ViewCell Fitted(int row, int col, float from) const {
+    PredictedCell expected{.row = row, .col = col, .pose = TrueFrame(photo_, board_, row, col)};
+    expected.pose.x += from * expected.pose.ax;
+    expected.pose.y += from * expected.pose.ay;
+    expected.in_sight.fill(1);
+    ViewCell cell;
+    cell.row = row;
+    cell.col = col;
+    cell.fit = fitter_.get().Fit(expected, {.min_explained = -1e9f});
+    return cell;
+  }
+
+  // All known cells where they are, but for those that `leaves_out`.
+  template <typename LeavesOut>
+  BoardState RightCells(const LeavesOut& leaves_out) const {
+    BoardState state(board_, photo_.width_px, photo_.height_px);
+    for (int row = kFirst; row <= kLast; ++row) {
+      for (int col = kFirst; col <= kLast; ++col) {
+        if (leaves_out(row, col)) continue;
+        const ViewCell cell = Fitted(row, col, 0);
+        EXPECT_TRUE(cell.fit.converged);
+        state.Add(cell);
+      }
+    }
+    return state;
+  }
+
+  const Photograph photo_{.width_px = 220, .height_px = 220, .pitch_px = 7};
+  const Board board_ = *GenerateBoard(kRows, kCols, 3, 5);
+  const FrameFitter fitter_{Render(photo_, board_), photo_, board_};
+};
+
+TEST_F(Confidences, AreLowerForAWrongCellThanForTheRightOnesAroundIt) {
+  const auto is_planted = [](int row, int col) { return row % 5 == 0 && col % 5 == 0; };
+  BoardState state = RightCells(is_planted);
+  for (int row = kFirst; row <= kLast; ++row) {
+    for (int col = kFirst; col <= kLast; ++col) {
+      if (!is_planted(row, col)) continue;
+      const ViewCell cell = Fitted(row, col, (row + col) % 2 == 0 ? 1.0f : -1.0f);
+      if (cell.fit.converged) state.Add(cell);
+    }
+  }
+  ScoreCells(fitter_.get(), &state);
+  int wrong = 0;
+  for (const ViewCell& cell : state.cells()) {
+    if (ErrorCells(photo_, board_, cell) < 0.3) continue;
+    ASSERT_TRUE(is_planted(cell.row, cell.col)) << cell.row << " " << cell.col;
+    ++wrong;
+    for (int k = 0; k < 9; ++k) {
+      const ViewCell* right = state.Find(cell.row + k / 3 - 1, cell.col + k % 3 - 1);
+      if (k == 4 || right == nullptr) continue;
+      EXPECT_LT(cell.log_odds, right->log_odds) << cell.row << " " << cell.col;
+      EXPECT_LT(cell.confidence, right->confidence) << cell.row << " " << cell.col;
+    }
+  }
+  EXPECT_GT(wrong, 15);
+}
+
+TEST_F(Confidences, AreLowForAComponentOfWrongCells) {
+  // Right cells in the left half; on the right a component that is read ten rows off.
+  constexpr int kOff = 10;
+  BoardState state = RightCells([](int, int col) { return col > kMiddle; });
+  for (int row = kMiddle - 3; row <= kMiddle; ++row) {
+    for (int col = kMiddle + 3; col < kMiddle + 7; ++col) {
+      PredictedCell expected{.row = row + kOff, .col = col, .pose = TrueFrame(photo_, board_, row, col)};
+      expected.in_sight.fill(1);
+      ViewCell cell;
+      cell.row = expected.row;
+      cell.col = col;
+      cell.fit = fitter_.get().Fit(expected, {.min_explained = -1e9f});
+      if (cell.fit.converged) state.Add(cell);
+    }
+  }
+  ScoreCells(fitter_.get(), &state);
+  int wrong = 0;
+  for (const ViewCell& cell : state.cells()) {
+    if (cell.col > kMiddle) {
+      EXPECT_LT(cell.confidence, 0.1) << cell.row << " " << cell.col;
+      ++wrong;
+    } else {
+      EXPECT_GT(cell.confidence, 0.9) << cell.row << " " << cell.col;
+    }
+  }
+  EXPECT_GT(wrong, 10);
+}
+
+TEST_F(Confidences, AreNoneForACellAlone) {
+  BoardState state(board_, photo_.width_px, photo_.height_px);
+  state.Add(Fitted(kMiddle, kMiddle, 0));
+  state.Add(Fitted(kMiddle + 2, kMiddle + 1, 0));  // not beside it
+  state.Add(Fitted(kMiddle + 6, kMiddle, 0));
+  state.Add(Fitted(kMiddle + 7, kMiddle + 1, 0));
+  ScoreCells(fitter_.get(), &state);
+  EXPECT_EQ(state.Find(kMiddle, kMiddle)->confidence, 0);
+  EXPECT_EQ(state.Find(kMiddle + 2, kMiddle + 1)->confidence, 0);
+  EXPECT_GT(state.Find(kMiddle + 6, kMiddle)->confidence, 0);
+  EXPECT_GT(state.Find(kMiddle + 7, kMiddle + 1)->confidence, 0);
+}
+
+TEST_F(Confidences, LeanOnTheCellsAround) {
+  const auto is_far = [](int row, int col) {
+    return std::max(std::abs(row - kMiddle), std::abs(col - kMiddle)) > 2;
+  };
+  std::vector<float> confidences;
+  for (const float around : {-4.0f, 0.0f, 4.0f}) {
+    BoardState state = RightCells(is_far);
+    ScoreCells(fitter_.get(), &state);
+    for (size_t k = 0; k < state.cells().size(); ++k) {
+      ViewCell& cell = state.cell(k);
+      cell.log_odds = cell.row == kMiddle && cell.col == kMiddle ? 0 : around;
+    }
+    // It is scored anew beside one of the eight around the middle, which keeps its own log odds.
+    state.Add(Fitted(kMiddle + 3, kMiddle, 0));
+    ScoreCells(fitter_.get(), &state);
+    ASSERT_EQ(state.Find(kMiddle, kMiddle)->log_odds, 0);
+    ASSERT_EQ(state.Find(kMiddle, kMiddle + 1)->log_odds, around);
+    confidences.push_back(state.Find(kMiddle, kMiddle)->confidence);
+  }
+  EXPECT_LT(confidences[0] + 0.1f, confidences[1]);
+  EXPECT_LT(confidences[1] + 0.1f, confidences[2]);
+}
+
+// What is told from a score in the tests below.
+constexpr float kMark = -77;
+
+// Marks all scores, and returns the cells as they are.
+std::vector<ViewCell> Mark(BoardState* state) {
+  std::vector<ViewCell> cells;
+  for (size_t k = 0; k < state->cells().size(); ++k) {
+    state->cell(k).log_odds = state->cell(k).confidence = kMark;
+    cells.push_back(state->cells()[k]);
+  }
+  return cells;
+}
+
+// Scores cells again after a change at one place.
+void ExpectScoredAround(int row, int col, const std::vector<ViewCell>& before, const BoardState& state) {
+  int fresh = 0;
+  for (const ViewCell& cell : before) {
+    if (cell.row == row && cell.col == col) continue;
+    const ViewCell& after = *state.Find(cell.row, cell.col);
+    // The sweep of the centres looks two cells far, and one to the diagonals; the confidence one farther.
+    const int dr = std::abs(cell.row - row), dc = std::abs(cell.col - col);
+    const bool own = dr + dc <= 2;
+    const bool any = own || std::max(dr - 1, 0) + std::max(dc - 1, 0) <= 2;
+    EXPECT_EQ(after.log_odds != kMark, own) << dr << " " << dc;
+    EXPECT_EQ(after.confidence != kMark, any) << dr << " " << dc;
+    fresh += any;
+    if (own) continue;
+    EXPECT_TRUE(SamePose(after.fit.pose, cell.fit.pose)) << dr << " " << dc;
+    EXPECT_EQ(after.fit.explained, cell.fit.explained);
+    EXPECT_EQ(after.fit.sigma_px, cell.fit.sigma_px);
+  }
+  EXPECT_EQ(fresh, 36);
+}
+
+TEST_F(Confidences, AreScoredAnewNearAnAddedCellOnly) {
+  BoardState state = RightCells([](int row, int col) { return row == kMiddle && col == kMiddle; });
+  ScoreCells(fitter_.get(), &state);
+  const std::vector<ViewCell> before = Mark(&state);
+  state.Add(Fitted(kMiddle, kMiddle, 0));
+  ScoreCells(fitter_.get(), &state);
+  ExpectScoredAround(kMiddle, kMiddle, before, state);
+  EXPECT_NE(state.Find(kMiddle, kMiddle)->log_odds, 0);
+}
+
+TEST_F(Confidences, AreScoredAnewNearARemovedCellOnly) {
+  BoardState state = RightCells([](int, int) { return false; });
+  ScoreCells(fitter_.get(), &state);
+  const std::vector<ViewCell> before = Mark(&state);
+  const size_t gone = static_cast<size_t>(state.At(kMiddle, kMiddle));
+  state.Filter([gone](size_t k) { return k != gone; });
+  ScoreCells(fitter_.get(), &state);
+  ExpectScoredAround(kMiddle, kMiddle, before, state);
+}
+
+TEST_F(Confidences, StayWhereNothingHasChanged) {
+  BoardState state = RightCells([](int, int) { return false; });
+  ScoreCells(fitter_.get(), &state);
+  for (const ViewCell& cell : state.cells()) EXPECT_TRUE(state.IsScored(cell));
+  const std::vector<ViewCell> before = Mark(&state);
+  ScoreCells(fitter_.get(), &state);
+  for (const ViewCell& cell : before) {
+    const ViewCell& after = *state.Find(cell.row, cell.col);
+    EXPECT_TRUE(SamePose(after.fit.pose, cell.fit.pose));
+    EXPECT_EQ(after.log_odds, kMark);
+    EXPECT_EQ(after.confidence, kMark);
+  }
+}
+
+}  // namespace
+}  // namespace weft
