@@ -112,6 +112,7 @@ TEST_F(Confidences, AreNoneForACellAlone) {
   state.Add(Fitted(kMiddle + 7, kMiddle + 1, 0));
   ScoreCells(fitter_.get(), &state);
   EXPECT_EQ(state.Find(kMiddle, kMiddle)->confidence, 0);
+  EXPECT_EQ(state.Find(kMiddle, kMiddle)->log_odds, 0) << "nothing speaks for it or against it";
   EXPECT_EQ(state.Find(kMiddle + 2, kMiddle + 1)->confidence, 0);
   EXPECT_GT(state.Find(kMiddle + 6, kMiddle)->confidence, 0);
   EXPECT_GT(state.Find(kMiddle + 7, kMiddle + 1)->confidence, 0);

@@ -151,6 +151,11 @@ TEST_F(IsolatedSeeds, NeedEvidence) {
   EXPECT_TRUE(FindOn(board_).empty());
 }
 
+TEST_F(IsolatedSeeds, MustFit) {
+  options_.fit.max_move_cells = 0.01f;  // the blobs are 0.06 cells off
+  EXPECT_LT(FindOn(board_).size(), strip_.size() / 4);
+}
+
 TEST_F(IsolatedSeeds, OfOnePlaceAreReadOnce) {
   const size_t once = FindOn(board_).size();
   const std::vector<LooseBlob> blobs = blobs_;
