@@ -66,8 +66,11 @@ void BoardState::MarkScored() {
   for (Position& position : positions_) position.changed = false;
 }
 
-void BoardState::ForgetCandidates() {
-  for (Position& position : positions_) position.best_explained = 0;
+void BoardState::ForgetAttempts() {
+  for (Position& position : positions_) {
+    position.best_explained = 0;
+    position.tried_with = 0;
+  }
 }
 
 void BoardState::Miss(int row, int col, const CellPose& expected, WhyMissing why) {

@@ -80,7 +80,7 @@ class BoardState {
   // attempt would predict the same.
   float& BestExplained(int row, int col) { return positions_[PositionOf(row, col)].best_explained; }
   uint32_t& TriedWith(int row, int col) { return positions_[PositionOf(row, col)].tried_with; }
-  void ForgetCandidates();
+  void ForgetAttempts();
   // Fetches what a growth reads of a position.
   void Prefetch(int row, int col) const { __builtin_prefetch(&positions_[PositionOf(row, col)]); }
 

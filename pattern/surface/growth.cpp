@@ -65,7 +65,7 @@ class Growth {
         occupied_(state->width_px(), state->height_px()) {}
 
   void Run(const GrowthSeeds& seeds) {
-    state_.ForgetCandidates();
+    state_.ForgetAttempts();  // poses have changed since: boundaries are fitted again, centres refined
     const std::vector<PlacedCell> boundary =
         policy_.refits_boundary ? TakeOutBoundary() : std::vector<PlacedCell>();
     const size_t known = state_.cells().size();
@@ -162,18 +162,15 @@ class Growth {
   }
 
   // Looks for the cell that is (dr, dc) from a known one. With the neighbours of the last attempt there is
-  // nothing new to try, unless parts of the print in front of the cell have become known.
+  // nothing new to try.
   void Try(int row, int col, int dr, int dc) {
-    constexpr uint32_t kBehindOccluders = 1u << 9;
     if (!state_.board().Contains(row, col) || state_.At(row, col) >= 0 ||
         state_.BestExplained(row, col) > kWellExplained) {
       return;
     }
     const uint32_t around = state_.Around(row, col);
     if (policy_.behind_occluders && __builtin_popcount(around) < options_.min_known_at_boundary) return;
-    const uint32_t with = around | (policy_.behind_occluders ? kBehindOccluders : 0);
-    const uint32_t before = std::exchange(state_.TriedWith(row, col), with);
-    if (before == with) return;
+    if (std::exchange(state_.TriedWith(row, col), around) == around) return;
     const Expectation expected = Expect(row, col, around);
     if (policy_.behind_occluders) {
       TryBehindOccluders(expected);

@@ -57,10 +57,10 @@ TEST_F(PredictedSurfaceTest, PlacesCellsWhereTheCameraSeesThem) {
     const Eigen::Vector2d pixel = *camera_.Project(garment_.rest.vertices_mm[seen.vertex]);
     EXPECT_EQ(seen.cell.row, seen.vertex / kCols + 3);
     EXPECT_EQ(seen.cell.col, seen.vertex % kCols + 5);
-    EXPECT_NEAR(seen.cell.frame.x, pixel.x(), 1e-3);
-    EXPECT_NEAR(seen.cell.frame.y, pixel.y(), 1e-3);
-    EXPECT_NEAR(seen.cell.frame.ax, kCellMm * 1500 / 600, 1e-3);
-    EXPECT_NEAR(seen.cell.frame.by, kCellMm * 1500 / 600, 1e-3);
+    EXPECT_NEAR(seen.cell.pose.x, pixel.x(), 1e-3);
+    EXPECT_NEAR(seen.cell.pose.y, pixel.y(), 1e-3);
+    EXPECT_NEAR(seen.cell.pose.ax, kCellMm * 1500 / 600, 1e-3);
+    EXPECT_NEAR(seen.cell.pose.by, kCellMm * 1500 / 600, 1e-3);
     EXPECT_NEAR(seen.cell.sigma_px, 0.2 * 1500 / 600, 1e-3);
   }
   EXPECT_THAT(cells[0].cell.in_sight, ElementsAre(0, 0, 0, 0, 1, 1, 0, 1, 1)) << "the upper left corner";
