@@ -21,7 +21,7 @@ struct FrameOptions {
   bool second_look = true;
   SecondLookOptions second;
   // Images that are kept for the second pass; those beyond are read again.
-  size_t image_bytes = size_t{4} << 30;
+  size_t image_bytes = size_t{256} << 20;
 };
 
 // What a frame came to; `mesh` is empty when it could not be registered, and report.reason says why.
