@@ -286,7 +286,7 @@ DecodeResult ViewDecoder::TakeResult() {
     for (const ViewCell& cell : state_.cells()) result_.explanation.groups.push_back(cell.group);
     result_.explanation.missing = state_.Missing();
   }
-  blobs_.clear();
+  blobs_ = {};  // a decoder may wait long for its second pass
   return std::move(result_);
 }
 

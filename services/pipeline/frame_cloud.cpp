@@ -60,7 +60,7 @@ DecodedFrame DecodeFrame(const FrameImages& images, size_t image_bytes, const Fr
             frame.views[camera].observations = std::move(result.observations);
             if (kept_bytes.fetch_add(view->image_bytes()) + view->image_bytes() > image_bytes)
               view->DropImage();
-            frame.decoders[camera] = std::move(view);
+            if (image_bytes > 0) frame.decoders[camera] = std::move(view);
           }
           if (progress) progress(static_cast<double>(++done) / static_cast<double>(cameras));
         }

@@ -34,7 +34,8 @@ struct FrameImages {
 struct DecodedFrame {
   std::vector<ViewObservations> views;
   std::vector<v1::ViewReport> reports;
-  // For a second pass; null for views without a usable image. Images beyond the budget were dropped.
+  // For a second pass; null for views without a usable image, and where no images are kept. Images beyond the
+  // budget were dropped.
   std::vector<std::unique_ptr<ViewDecoder>> decoders;
 };
 

@@ -215,10 +215,9 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
                                          std::stop_token stop) {
   FrameResult frame;
   StageClock clock(frame.report);
-  // Without a second pass no image is kept.
+  // Without a second pass no decoder is kept.
   std::vector<std::unique_ptr<ViewDecoder>> decoders =
       DecodeViews(inputs, index, options.second_look ? options.image_bytes : 0, progress, stop, frame);
-  if (!options.second_look) decoders.clear();
   clock.End("decode");
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;
   const absl::StatusOr<Extras> extras = ReadExtrasOf(inputs, index, options);
