@@ -19,6 +19,7 @@ std::optional<ErrorSummary> Summarize(std::vector<double> errors) {
   out.mean /= static_cast<double>(errors.size());
   out.median = percentile(0.5);
   out.p95 = percentile(0.95);
+  out.p99 = percentile(0.99);
   out.max = errors.back();
   return out;
 }

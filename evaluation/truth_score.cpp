@@ -44,7 +44,9 @@ DecodeScore ScoreView(const ViewTruth& truth, const std::vector<Observation>& ob
   for (const NodeTruth& node : truth.nodes) {
     if (node.node.kind != kind) continue;
     node_at[node.node] = &node;
-    score.scoreable += node.scoreable ? 1 : 0;
+    if (!node.scoreable) continue;
+    ++score.scoreable;
+    ++score.by_pitch[DecodeScore::PitchClassOf(node.pitch_px)].scoreable;
   }
   std::map<BoardNode, double> nearest_px;  // of the right observations
   for (const Observation& o : observations) {
@@ -59,7 +61,10 @@ DecodeScore ScoreView(const ViewTruth& truth, const std::vector<Observation>& ob
   }
   score.right = static_cast<int64_t>(nearest_px.size());
   for (const auto& [node, error_px] : nearest_px) {
-    score.found += node_at.at(node)->scoreable ? 1 : 0;
+    if (const NodeTruth& at = *node_at.at(node); at.scoreable) {
+      ++score.found;
+      ++score.by_pitch[DecodeScore::PitchClassOf(at.pitch_px)].found;
+    }
     score.errors_px.push_back(error_px);
   }
   return score;
@@ -159,7 +164,21 @@ std::optional<double> DecodeScore::Precision() const { return Ratio(right, obser
 std::optional<double> DecodeScore::Recall() const { return Ratio(found, scoreable); }
 std::optional<double> CloudScore::Coverage() const { return Ratio(covered, well_seen); }
 
+std::optional<double> MeshScore::FarShare() const {
+  return Ratio(std::count_if(visible_mm.begin(), visible_mm.end(), [](double mm) { return mm > kFarMm; }),
+               static_cast<int64_t>(visible_mm.size()));
+}
+
+size_t DecodeScore::PitchClassOf(double pitch_px) {
+  const auto above = std::upper_bound(kPitchClassesPx.begin(), kPitchClassesPx.end(), pitch_px);
+  return above == kPitchClassesPx.begin() ? 0 : static_cast<size_t>(above - kPitchClassesPx.begin() - 1);
+}
+
 DecodeScore& DecodeScore::operator+=(const DecodeScore& other) {
+  for (size_t k = 0; k < by_pitch.size(); ++k) {
+    by_pitch[k].scoreable += other.by_pitch[k].scoreable;
+    by_pitch[k].found += other.by_pitch[k].found;
+  }
   observations += other.observations, right += other.right;
   scoreable += other.scoreable, found += other.found;
   Append(other.errors_px, errors_px);
@@ -185,6 +204,15 @@ FrameScore& FrameScore::operator+=(const FrameScore& other) {
   AddPiece(other.cloud, cloud);
   AddPiece(other.mesh, mesh);
   return *this;
+}
+
+std::vector<bool> WellSeenVertices(const FrameTruth& truth, const TruthByNode* by_node,
+                                   const EvaluationOptions& options) {
+  const std::vector<int> views = by_node != nullptr ? by_node->ScoreableViews(truth) : ScoreableViews(truth);
+  std::vector<bool> out;
+  out.reserve(views.size());
+  for (const int seen : views) out.push_back(seen >= options.well_seen_views);
+  return out;
 }
 
 absl::StatusOr<FrameScore> Evaluate(const FrameTruth& truth, const ResultPieces& result,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -42,12 +43,21 @@ struct EvaluationOptions {
 // Decoding of one kind of node. An observation is right when its node is in sight, at least in part, and it
 // is near it; of two observations of a node in a view only the nearer one is.
 struct DecodeScore {
+  // Scoreable nodes by their size in the picture: from this many pixels on, up to the next class.
+  static constexpr std::array<double, 5> kPitchClassesPx = {3, 4, 5, 7, 10};
+  struct PitchClass {
+    int64_t scoreable = 0, found = 0;
+  };
+
   int64_t observations = 0;
   int64_t right = 0;
-  int64_t scoreable = 0;          // nodes that should be found
-  int64_t found = 0;              // of them
+  int64_t scoreable = 0;  // nodes that should be found
+  int64_t found = 0;      // of them
+  std::array<PitchClass, kPitchClassesPx.size()> by_pitch;
   std::vector<double> errors_px;  // of the right observations
 
+  // Which class a scoreable node belongs to.
+  static size_t PitchClassOf(double pitch_px);
   std::optional<double> Precision() const;
   std::optional<double> Recall() const;
   DecodeScore& operator+=(const DecodeScore& other);
@@ -71,6 +81,9 @@ struct MeshScore {
   std::vector<double> visible_mm;  // of vertices that are well seen
   std::vector<double> hidden_mm;   // of all others, those without a cell among them
 
+  // Share of the visible ones that are farther than this from their place.
+  static constexpr double kFarMm = 5;
+  std::optional<double> FarShare() const;
   MeshScore& operator+=(const MeshScore& other);
 };
 
@@ -82,6 +95,10 @@ struct FrameScore {
 
   FrameScore& operator+=(const FrameScore& other);  // a missing piece adds nothing
 };
+
+// Whether enough views see a vertex well, [vertices of the result]. `by_node` as in ResultPieces.
+std::vector<bool> WellSeenVertices(const FrameTruth& truth, const TruthByNode* by_node,
+                                   const EvaluationOptions& options = {});
 
 // InvalidArgument: observations of a camera that the truth does not know, a camera twice, a mesh with another
 // number of vertices, or with vertices that are not finite.

@@ -42,8 +42,8 @@ Positions Difference(const Positions& a, const Positions& b) {
 // By the frame rate, per second; nothing where it is not known.
 std::optional<ErrorSummary> PerSecond(const std::optional<ErrorSummary>& per_frame, double fps) {
   if (!per_frame || fps <= 0) return std::nullopt;
-  return ErrorSummary{per_frame->count, fps * per_frame->mean, fps * per_frame->median, fps * per_frame->p95,
-                      fps * per_frame->max};
+  return ErrorSummary{per_frame->count,     fps * per_frame->mean, fps * per_frame->median,
+                      fps * per_frame->p95, fps * per_frame->max,  fps * per_frame->p99};
 }
 
 class FrameEvaluator {
@@ -126,6 +126,7 @@ class FrameEvaluator {
     out_.frame.score = *std::move(score);
     if (!has_mesh) return absl::OkStatus();
     true_mm_ = OfResult(truth->mesh.vertices_mm);
+    well_seen_ = WellSeenVertices(*truth, pieces.by_node, request_.scores);
     for (size_t v = 0; v < true_mm_.size(); ++v)
       out_.fields.error_mm.push_back((pieces.mesh_mm->at(v) - true_mm_[v]).norm());
     return absl::OkStatus();
@@ -233,6 +234,9 @@ class FrameEvaluator {
       metrics.error_jitter_observed_mm = SummaryWhere(trembling_mm, measured_, true);
       if (!measured_.empty()) metrics.error_jitter_inferred_mm = SummaryWhere(trembling_mm, measured_, false);
     }
+    metrics.error_change_mm = SummaryWhere(
+        ErrorChanges(pieces_.mesh->mesh.vertices_mm, true_mm_, after_mm, *true_after_mm), well_seen_, true);
+    metrics.error_change_mm_s = PerSecond(metrics.error_change_mm, inputs_.fps);
     if (!tools_.true_drift) return absl::OkStatus();
     std::vector<double> drift =
         DriftBetween(tools_.true_drift->MaterialOffsets(pieces_.mesh->mesh.vertices_mm, true_mm_),
@@ -306,7 +310,8 @@ class FrameEvaluator {
   const size_t index_;
   const std::string& name_;
   FramePieces pieces_;
-  std::vector<bool> measured_;  // [vertices]; empty where states are not known
+  std::vector<bool> measured_;   // [vertices]; empty where states are not known
+  std::vector<bool> well_seen_;  // [vertices]; empty without truth
   Positions true_mm_;
   FrameOutcome out_;
 };

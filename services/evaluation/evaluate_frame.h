@@ -26,6 +26,7 @@ struct FrameMetrics {
   std::optional<ErrorSummary> true_drift_observed_mm_s, true_drift_inferred_mm_s;
   std::optional<ErrorSummary> jitter_observed_mm, jitter_inferred_mm, jitter_of_truth_mm;
   std::optional<ErrorSummary> error_jitter_observed_mm, error_jitter_inferred_mm;  // of the vertices' errors
+  std::optional<ErrorSummary> error_change_mm, error_change_mm_s;                  // of well seen vertices
   std::optional<ErrorSummary> reprojection_px, left_out_px;
 };
 

@@ -44,11 +44,12 @@ std::optional<ErrorSummary> MeanOf(const std::vector<EvaluatedFrame>& frames,
     const auto weight = static_cast<double>(one->count);
     total.count += one->count;
     total.mean += weight * one->mean, total.median += weight * one->median, total.p95 += weight * one->p95;
+    total.p99 += weight * one->p99;
     total.max = std::max(total.max, one->max);
   }
   if (total.count == 0) return std::nullopt;
   const auto count = static_cast<double>(total.count);
-  total.mean /= count, total.median /= count, total.p95 /= count;
+  total.mean /= count, total.median /= count, total.p95 /= count, total.p99 /= count;
   return total;
 }
 
@@ -72,9 +73,10 @@ FrameMetrics Total(const std::vector<EvaluatedFrame>& frames) {
        {&FrameMetrics::texture_drift_mm, &FrameMetrics::texture_drift_mm_s,
         &FrameMetrics::true_drift_observed_mm, &FrameMetrics::true_drift_inferred_mm,
         &FrameMetrics::true_drift_observed_mm_s, &FrameMetrics::true_drift_inferred_mm_s,
-        &FrameMetrics::jitter_observed_mm, &FrameMetrics::jitter_inferred_mm,
-        &FrameMetrics::jitter_of_truth_mm, &FrameMetrics::error_jitter_observed_mm,
-        &FrameMetrics::error_jitter_inferred_mm, &FrameMetrics::reprojection_px, &FrameMetrics::left_out_px})
+        &FrameMetrics::jitter_observed_mm, &FrameMetrics::jitter_inferred_mm, &FrameMetrics::error_change_mm,
+        &FrameMetrics::error_change_mm_s, &FrameMetrics::jitter_of_truth_mm,
+        &FrameMetrics::error_jitter_observed_mm, &FrameMetrics::error_jitter_inferred_mm,
+        &FrameMetrics::reprojection_px, &FrameMetrics::left_out_px})
     total.*field = MeanOf(frames, field);
   for (const EvaluatedFrame& frame : frames)
     if (frame.metrics.self_intersections)

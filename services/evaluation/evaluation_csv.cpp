@@ -71,7 +71,9 @@ std::vector<Column> FrameColumns() {
       MeanColumn("left_out_px", &FrameMetrics::left_out_px),
       MeanColumn("texture_drift_mm", &FrameMetrics::texture_drift_mm),
       MeanColumn("true_drift_observed_mm", &FrameMetrics::true_drift_observed_mm),
-      MeanColumn("true_drift_inferred_mm", &FrameMetrics::true_drift_inferred_mm)};
+      MeanColumn("true_drift_inferred_mm", &FrameMetrics::true_drift_inferred_mm),
+      MeanColumn("error_change_mm", &FrameMetrics::error_change_mm),
+      MeanColumn("error_change_mm_s", &FrameMetrics::error_change_mm_s)};
 }
 
 // Quoted where a name would break the line.

@@ -23,6 +23,7 @@ v1::ErrorSummary ToProto(const ErrorSummary& summary) {
   out.set_median(summary.median);
   out.set_p95(summary.p95);
   out.set_max(summary.max);
+  out.set_p99(summary.p99);
   return out;
 }
 
@@ -41,6 +42,15 @@ v1::DecodeScore ToProto(const DecodeScore& score) {
   if (const auto precision = score.Precision()) out.set_precision(*precision);
   if (const auto recall = score.Recall()) out.set_recall(*recall);
   if (const auto errors = ToProto(score.errors_px)) *out.mutable_error_px() = *errors;
+  for (size_t k = 0; k < score.by_pitch.size(); ++k) {
+    const auto& [scoreable, found] = score.by_pitch[k];
+    if (scoreable == 0) continue;
+    v1::DecodeScore::PitchClass& added = *out.add_by_pitch();
+    added.set_least_px(DecodeScore::kPitchClassesPx[k]);
+    added.set_scoreable(Count(scoreable));
+    added.set_found(Count(found));
+    added.set_recall(static_cast<double>(found) / static_cast<double>(scoreable));
+  }
   return out;
 }
 
@@ -78,6 +88,8 @@ v1::MeasureScore ToProto(const FrameMetrics& metrics) {
   put(metrics.jitter_of_truth_mm, &v1::MeasureScore::mutable_jitter_of_truth_mm, out);
   put(metrics.error_jitter_observed_mm, &v1::MeasureScore::mutable_error_jitter_observed_mm, out);
   put(metrics.error_jitter_inferred_mm, &v1::MeasureScore::mutable_error_jitter_inferred_mm, out);
+  put(metrics.error_change_mm, &v1::MeasureScore::mutable_error_change_mm, out);
+  put(metrics.error_change_mm_s, &v1::MeasureScore::mutable_error_change_mm_s, out);
   put(metrics.reprojection_px, &v1::MeasureScore::mutable_reprojection_px, out);
   put(metrics.left_out_px, &v1::MeasureScore::mutable_left_out_px, out);
   return out;
@@ -110,6 +122,7 @@ v1::FrameScore ToProto(const std::string& name, const std::vector<std::string>& 
     v1::MeshScore& mesh = *out.mutable_mesh();
     if (const auto visible = ToProto(score.mesh->visible_mm)) *mesh.mutable_visible_mm() = *visible;
     if (const auto hidden = ToProto(score.mesh->hidden_mm)) *mesh.mutable_hidden_mm() = *hidden;
+    if (const auto share = score.mesh->FarShare()) mesh.set_visible_far_share(*share);
   }
   return out;
 }

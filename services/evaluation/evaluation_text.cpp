@@ -66,6 +66,11 @@ std::string Motion(const FrameMetrics& m) {
     absl::StrAppendFormat(&out, "drift    %s against the truth where observed, %s where inferred\n",
                           Drift(m.true_drift_observed_mm_s, m.true_drift_observed_mm),
                           Drift(m.true_drift_inferred_mm_s, m.true_drift_inferred_mm));
+  if (const auto& change = m.error_change_mm_s ? m.error_change_mm_s : m.error_change_mm)
+    absl::StrAppendFormat(&out,
+                          "wander   of the error where seen by 3 or more: %s %s in the median, %s at 99 %%\n",
+                          Number(change, &ErrorSummary::median), m.error_change_mm_s ? "mm/s" : "mm a frame",
+                          Number(change, &ErrorSummary::p99));
   if (m.jitter_observed_mm)
     absl::StrAppendFormat(&out, "jitter   %s mm where observed, %s mm where inferred\n",
                           mean(m.jitter_observed_mm), mean(m.jitter_inferred_mm));
@@ -98,6 +103,21 @@ std::string Measures(const FrameMetrics& m) {
   return out;
 }
 
+std::string RecallByPitch(const DecodeScore& score) {
+  std::string out;
+  for (size_t k = 0; k < score.by_pitch.size(); ++k) {
+    const auto& [scoreable, found] = score.by_pitch[k];
+    if (scoreable == 0) continue;
+    const bool is_last = k + 1 == score.by_pitch.size();
+    absl::StrAppendFormat(
+        &out, "         recall %s of %s cells from %.0f px %s\n",
+        Percent(static_cast<double>(found) / static_cast<double>(scoreable)), FormatCount(scoreable),
+        DecodeScore::kPitchClassesPx[k],
+        is_last ? "on" : absl::StrFormat("to %.0f px", DecodeScore::kPitchClassesPx[k + 1]));
+  }
+  return out;
+}
+
 std::string Counts(const FrameScore& total) {
   const auto count = [](size_t number) { return FormatCount(static_cast<int64_t>(number)); };
   std::string out;
@@ -105,6 +125,7 @@ std::string Counts(const FrameScore& total) {
     absl::StrAppendFormat(&out, "decode   %s of %s observed cells are right, %s of %s scoreable ones found\n",
                           count(d->right), count(d->observations), count(d->found), count(d->scoreable));
   }
+  if (const auto& d = total.centers) absl::StrAppend(&out, RecallByPitch(*d));
   if (const auto& d = total.corners) {
     const auto errors = Summarize(d->errors_px);
     absl::StrAppendFormat(&out, "corners  precision %s, recall %s, %s px in the median, %s px at 95 %%\n",
@@ -121,6 +142,11 @@ std::string Counts(const FrameScore& total) {
   if (const auto& m = total.mesh) {
     absl::StrAppendFormat(&out, "mesh     %s vertex positions seen by 3 cameras or more, %s by fewer\n",
                           count(m->visible_mm.size()), count(m->hidden_mm.size()));
+    const auto visible = Summarize(m->visible_mm);
+    absl::StrAppendFormat(
+        &out, "         %s mm at 99 %% where seen by 3 or more, %s mm at most, %s beyond %.0f mm\n",
+        Number(visible, &ErrorSummary::p99), Number(visible, &ErrorSummary::max), Percent(m->FarShare()),
+        MeshScore::kFarMm);
   }
   return out;
 }

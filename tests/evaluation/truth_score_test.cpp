@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -124,6 +125,33 @@ TEST(Evaluation, CameraWithoutObservationsLosesItsCells) {
   EXPECT_EQ(score.centers->Precision(), 1);
   const double scoreable = kViews * kCells - 2 * kCols;
   EXPECT_DOUBLE_EQ(*score.centers->Recall(), 1 - (kCells - kCols) / scoreable);
+}
+
+TEST(Evaluation, RecallIsToldByTheSizeOfTheCells) {
+  FrameTruth truth = SheetTruth();
+  std::vector<NodeTruth>& nodes = truth.views[0].nodes;
+  nodes[0].pitch_px = 3, nodes[1].pitch_px = 3.99, nodes[2].pitch_px = 4, nodes[3].pitch_px = 6.9;
+  ResultPieces result = PerfectResult(truth);
+  (*result.observations)[0].observations.erase((*result.observations)[0].observations.begin());
+  const FrameScore score = ScoreOf(truth, result);
+  const auto& by_pitch = score.centers->by_pitch;
+  EXPECT_EQ(by_pitch[0].scoreable, 2);
+  EXPECT_EQ(by_pitch[0].found, 1);
+  EXPECT_EQ(by_pitch[1].scoreable, 1);
+  EXPECT_EQ(by_pitch[2].found, 1);
+  EXPECT_EQ(by_pitch[3].scoreable, 0);
+  EXPECT_EQ(by_pitch[4].scoreable, kViews * kCells - 2 * kCols - 4) << "10 px belong to the last class";
+}
+
+TEST(Evaluation, WellSeenVerticesFarFromTheirPlaceHaveAShare) {
+  const FrameTruth truth = SheetTruth();
+  ResultPieces result = PerfectResult(truth);
+  (*result.mesh_mm)[2].z() += 5.1;
+  (*result.mesh_mm)[kCells].z() += 20;  // not well seen
+  EXPECT_DOUBLE_EQ(*ScoreOf(truth, result).mesh->FarShare(), 1.0 / (kCells - kCols));
+  const std::vector<bool> seen = WellSeenVertices(truth, nullptr);
+  EXPECT_EQ(std::count(seen.begin(), seen.end(), true), kCells - kCols);
+  EXPECT_FALSE(seen[kCells]);
 }
 
 TEST(Evaluation, CornersAreScoredWhereThereAreAny) {
