@@ -195,6 +195,9 @@ absl::Status PatchDecodeOptions::Validate() const {
   if (!(max_contradicted >= 0)) {
     return absl::InvalidArgumentError("patches.max_contradicted must not be negative");
   }
+  if (!(min_evidence_contradicted > 0)) {
+    return absl::InvalidArgumentError("patches.min_evidence_contradicted must be above 0");
+  }
   return absl::OkStatus();
 }
 

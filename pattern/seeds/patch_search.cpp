@@ -244,8 +244,9 @@ std::string WhyRejected(const LevelPatch& patch, const DecodedPiece& piece,
   if (patch.mirrored) return "mirrored";
   if (piece.evidence < options.min_evidence) return "too little evidence";
   if (piece.margin < options.min_margin) return "no margin over the runner-up";
-  if (static_cast<float>(piece.contradicted) >
-      options.max_contradicted * static_cast<float>(piece.cells.size())) {
+  if (piece.evidence < options.min_evidence_contradicted &&
+      static_cast<float>(piece.contradicted) >
+          options.max_contradicted * static_cast<float>(piece.cells.size())) {
     return "contradicted by the cells around";
   }
   return "";

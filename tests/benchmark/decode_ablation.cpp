@@ -54,6 +54,8 @@ const std::vector<Variant>& Variants() {
        [](DecodeOptions* o) { o->growth.fit.iterations = 1; }},
       {"any_contradiction", "patches stand whatever the cells around say",
        [](DecodeOptions* o) { o->patches.max_contradicted = 1e9f; }},
+      {"contradicted_evidence", "contradicted patches fall whatever their evidence",
+       [](DecodeOptions* o) { o->patches.min_evidence_contradicted = 1e9f; }},
       {"any_margin", "patches stand without a lead over the runner-up",
        [](DecodeOptions* o) { o->patches.min_margin = 1e-3f; }},
       {"any_evidence", "patches stand on any evidence",

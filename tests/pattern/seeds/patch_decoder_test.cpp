@@ -214,6 +214,24 @@ TEST(PatchDecoder, ChanceHitsAreContradictedByTheCellsAround) {
   EXPECT_EQ(Why(*hit), "contradicted by the cells around");
 }
 
+// The lattice goes on across a fold on both sides of a narrow strip.
+TEST(PatchDecoder, StripsBetweenFoldsStandWhateverIsBesideThem) {
+  Picture picture = Random(12, 9, 5);
+  const Picture strip = PartOf(TestBoard(), 14, 33, 12, 3);
+  for (int i = 0; i < 12; ++i) {
+    for (int j = 3; j < 6; ++j) {
+      picture.colors[picture.At(i, j)] = strip.colors[strip.At(i, j - 3)];
+      picture.from[picture.At(i, j)] = strip.from[strip.At(i, j - 3)];
+    }
+  }
+  const MeasuredPatch patch = Measured(picture);
+  const auto pieces = DecodePatch(patch, TestIndex());
+  ASSERT_GE(pieces.size(), 1u);
+  EXPECT_EQ(RightCells(patch, pieces[0], picture), 36);
+  EXPECT_GT(pieces[0].contradicted, 9) << "a quarter of its cells";
+  EXPECT_EQ(Why(pieces[0]), "");
+}
+
 TEST(PatchDecoder, TheMarginIsTheLeadOverTheRunnerUpOnTheSameCells) {
   // Two windows on one patch that overlap in a column: each one's cells speak for it, the shared ones too
   // where the board has the same colours there.
@@ -355,6 +373,10 @@ TEST(PatchDecoder, WhyRejectedNamesTheFirstLimitThatFails) {
   EXPECT_EQ(Why(piece), "");
   DecodedPiece other = piece;
   other.contradicted = 6;
+  EXPECT_EQ(Why(other), "contradicted by the cells around");
+  other.evidence = 30;
+  EXPECT_EQ(Why(other), "");
+  other.evidence = 29.9f;
   EXPECT_EQ(Why(other), "contradicted by the cells around");
   other.margin = 5.9f;
   EXPECT_EQ(Why(other), "no margin over the runner-up");
