@@ -96,12 +96,18 @@ absl::Status ScoreDecoding(const FrameTruth& truth, const std::vector<CameraObse
   return absl::OkStatus();
 }
 
-CloudScore ScoreCloud(const FrameTruth& truth, const std::vector<int>& scoreable_views, const Cloud& cloud,
-                      const EvaluationOptions& options) {
-  std::map<BoardNode, int> vertex_of;  // of all cells that are in sight anywhere; -1 for cut ones
+// Vertices by the centres of their cells, of all cells that are in sight anywhere; -1 for cut ones.
+std::map<BoardNode, int> VertexOfCenters(const FrameTruth& truth) {
+  std::map<BoardNode, int> vertex_of;
   for (const ViewTruth& view : truth.views)
     for (const NodeTruth& node : view.nodes)
       if (node.node.kind == NodeKind::kCenter) vertex_of[node.node] = node.vertex;
+  return vertex_of;
+}
+
+CloudScore ScoreCloud(const FrameTruth& truth, const std::vector<int>& scoreable_views, const Cloud& cloud,
+                      const EvaluationOptions& options) {
+  const std::map<BoardNode, int> vertex_of = VertexOfCenters(truth);
   std::set<int> near;  // vertices with a point near them
   CloudScore score;
   for (const CloudPoint& point : cloud.points) {
@@ -123,6 +129,19 @@ CloudScore ScoreCloud(const FrameTruth& truth, const std::vector<int>& scoreable
     score.covered += near.contains(static_cast<int>(v)) ? 1 : 0;
   }
   return score;
+}
+
+// Errors of vertex and point where `well_seen` vertices have both.
+void CompareWithPoints(const FrameTruth& truth, const ResultPieces& result,
+                       const std::vector<bool>& well_seen, MeshScore& score) {
+  const std::map<BoardNode, int> vertex_of = VertexOfCenters(truth);
+  for (const CloudPoint& point : result.cloud->points) {
+    const auto at = vertex_of.find(point.node);
+    if (at == vertex_of.end() || at->second < 0 || !well_seen[at->second]) continue;
+    const Eigen::Vector3d& true_mm = truth.mesh.vertices_mm[at->second];
+    score.with_point_mm.push_back(((*result.mesh_mm)[at->second] - true_mm).norm());
+    score.point_mm.push_back((point.position_mm - true_mm).norm());
+  }
 }
 
 absl::StatusOr<MeshScore> ScoreMesh(const FrameTruth& truth, const ResultPieces& result,
@@ -148,6 +167,8 @@ absl::StatusOr<MeshScore> ScoreMesh(const FrameTruth& truth, const ResultPieces&
     const double error_mm = (mesh_mm[v] - true_mm[v]).norm();
     (scoreable_views[v] >= options.well_seen_views ? score.visible_mm : score.hidden_mm).push_back(error_mm);
   }
+  if (result.cloud && by_node == nullptr)
+    CompareWithPoints(truth, result, WellSeenVertices(truth, nullptr, options), score);
   return score;
 }
 
@@ -195,6 +216,8 @@ CloudScore& CloudScore::operator+=(const CloudScore& other) {
 MeshScore& MeshScore::operator+=(const MeshScore& other) {
   Append(other.visible_mm, visible_mm);
   Append(other.hidden_mm, hidden_mm);
+  Append(other.with_point_mm, with_point_mm);
+  Append(other.point_mm, point_mm);
   return *this;
 }
 

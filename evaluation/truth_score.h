@@ -80,6 +80,9 @@ struct CloudScore {
 struct MeshScore {
   std::vector<double> visible_mm;  // of vertices that are well seen
   std::vector<double> hidden_mm;   // of all others, those without a cell among them
+  // Of the visible ones that have a point in the cloud, in one order: error of the vertex and of the point.
+  // Both stay empty without a cloud, and for a template that is not the truth's own.
+  std::vector<double> with_point_mm, point_mm;
 
   // Share of the visible ones that are farther than this from their place.
   static constexpr double kFarMm = 5;

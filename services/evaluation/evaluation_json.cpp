@@ -123,6 +123,8 @@ v1::FrameScore ToProto(const std::string& name, const std::vector<std::string>& 
     if (const auto visible = ToProto(score.mesh->visible_mm)) *mesh.mutable_visible_mm() = *visible;
     if (const auto hidden = ToProto(score.mesh->hidden_mm)) *mesh.mutable_hidden_mm() = *hidden;
     if (const auto share = score.mesh->FarShare()) mesh.set_visible_far_share(*share);
+    if (const auto errors = ToProto(score.mesh->with_point_mm)) *mesh.mutable_with_point_mm() = *errors;
+    if (const auto errors = ToProto(score.mesh->point_mm)) *mesh.mutable_point_mm() = *errors;
   }
   return out;
 }

@@ -118,6 +118,21 @@ std::string RecallByPitch(const DecodeScore& score) {
   return out;
 }
 
+std::string ComparedWithPoints(const MeshScore& mesh) {
+  std::string out;
+  const auto line = [&out](const char* what, const std::optional<ErrorSummary>& e) {
+    absl::StrAppendFormat(&out, "         %s %s mm in the median, %s at 95 %%, %s at 99 %%, %s at most\n",
+                          what, Number(e, &ErrorSummary::median), Number(e, &ErrorSummary::p95),
+                          Number(e, &ErrorSummary::p99), Number(e, &ErrorSummary::max));
+  };
+  if (mesh.point_mm.empty()) return out;
+  absl::StrAppendFormat(&out, "         %s of them have a point:\n",
+                        FormatCount(static_cast<int64_t>(mesh.point_mm.size())));
+  line("  vertices", Summarize(mesh.with_point_mm));
+  line("  points  ", Summarize(mesh.point_mm));
+  return out;
+}
+
 std::string Counts(const FrameScore& total) {
   const auto count = [](size_t number) { return FormatCount(static_cast<int64_t>(number)); };
   std::string out;
@@ -147,6 +162,7 @@ std::string Counts(const FrameScore& total) {
         &out, "         %s mm at 99 %% where seen by 3 or more, %s mm at most, %s beyond %.0f mm\n",
         Number(visible, &ErrorSummary::p99), Number(visible, &ErrorSummary::max), Percent(m->FarShare()),
         MeshScore::kFarMm);
+    absl::StrAppend(&out, ComparedWithPoints(*m));
   }
   return out;
 }

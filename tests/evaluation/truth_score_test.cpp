@@ -191,6 +191,25 @@ TEST(Evaluation, HiddenVerticesDoNotCountAsVisible) {
   EXPECT_EQ(Summarize(score.mesh->hidden_mm)->max, 4);
 }
 
+TEST(Evaluation, VerticesAreComparedWithTheirOwnPoints) {
+  const FrameTruth truth = SheetTruth();
+  ResultPieces result = PerfectResult(truth);
+  (*result.mesh_mm)[0].z() += 2;                 // compared: its point stands
+  (*result.mesh_mm)[1].z() += 7;                 // has no point
+  result.cloud->points[2].position_mm.z() += 3;  // compared: its vertex stands
+  (*result.mesh_mm)[kCells - 1].z() += 9;        // hidden
+  result.cloud->points.erase(result.cloud->points.begin() + 1);
+  const MeshScore score = *ScoreOf(truth, result).mesh;
+  ASSERT_EQ(score.point_mm.size(), static_cast<size_t>(kCells - kCols - 1));
+  ASSERT_EQ(score.with_point_mm.size(), score.point_mm.size());
+  EXPECT_NEAR(score.with_point_mm[0], 2, 1e-12);
+  EXPECT_EQ(score.point_mm[0], 0);
+  EXPECT_NEAR(Summarize(score.with_point_mm)->max, 2, 1e-12);
+  EXPECT_NEAR(Summarize(score.point_mm)->max, 3, 1e-12);
+  result.cloud.reset();
+  EXPECT_TRUE(ScoreOf(truth, result).mesh->point_mm.empty());
+}
+
 TEST(Evaluation, CoverageCountsPointsNearTheirVertexOnly) {
   const FrameTruth truth = SheetTruth();
   ResultPieces result = PerfectResult(truth);
