@@ -212,56 +212,90 @@ class State {
 };
 
 constexpr int kSettledIterations = 3;  // in a row below the tolerance
-constexpr int kMaxHalvings = 6;
+constexpr int kMaxShortenings = 2;
+constexpr double kLeastShare = 0.1, kMostShare = 0.5;  // of a length that gained nothing, to be tried next
 constexpr int kRigidFitSteps = 24;  // from any start; the last ones no longer change anything
 
-absl::StatusOr<ElasticReport> Minimise(State* state, const Preconditioner& preconditioner,
-                                       const ElasticOptions& options, const CancelCheck& cancelled) {
-  ElasticReport report;
-  Field3 gradient = state->NewField(), next_gradient = state->NewField(), direction = state->NewField();
-  double energy = state->Evaluate(&gradient);
-  report.energy_before = energy;
-  report.evaluations = 1;
-  Corrections corrections(options.memory);
-  int settled = 0;
-  while (report.iterations < options.max_iterations && !report.converged) {
-    if (cancelled && cancelled()) return absl::CancelledError("the alignment was cancelled");
-    Field3 reduced = gradient;
-    corrections.Direction(preconditioner, &reduced, &direction);
-    const Field3 start = state->position();
-    const FieldQ start_rotation = state->rotation();
-    float length = 1;
-    double next_energy = 0;
-    bool descended = false;
-    for (int halving = 0; halving <= kMaxHalvings && !descended; ++halving, length /= 2) {
-      if (halving > 0) state->rotation() = start_rotation;
-      Combine(start, -length, direction, &state->position());
-      next_energy = state->Evaluate(&next_gradient);
-      ++report.evaluations;
-      descended = next_energy < energy;
-    }
-    ++report.iterations;
-    if (!descended) {
-      // Single precision leaves nothing to gain along this direction; without memory it is the last attempt.
-      state->position() = start;
-      state->rotation() = start_rotation;
-      report.converged = settled > 0;
-      settled = kSettledIterations - 1;
-      corrections.Clear();
-      continue;
-    }
-    Field3 step = state->NewField(), change = state->NewField();
-    Combine(state->position(), -1, start, &step);
-    Combine(next_gradient, -1, gradient, &change);
-    corrections.Add(std::move(step), std::move(change));
-    settled = energy - next_energy < options.tolerance * energy ? settled + 1 : 0;
-    report.converged = settled >= kSettledIterations;
-    energy = next_energy;
-    std::swap(gradient, next_gradient);
-  }
-  report.energy_after = energy;
-  return report;
+// Share of a length at which the parabola through the energy at 0, its slope there and the energy at the
+// length is lowest.
+double LowestShare(double energy, double slope, double length, double energy_at_length) {
+  return -slope * length / (2 * (energy_at_length - energy - slope * length));
 }
+
+class Minimiser {
+ public:
+  Minimiser(State* state, const Preconditioner& preconditioner, const ElasticOptions& options)
+      : state_(*state), preconditioner_(preconditioner), options_(options), corrections_(options.memory) {
+    for (Field3* field : {&gradient_, &next_gradient_, &direction_}) *field = state->NewField();
+    energy_ = report_.energy_before = state->Evaluate(&gradient_);
+    report_.evaluations = 1;
+  }
+
+  absl::StatusOr<ElasticReport> Run(const CancelCheck& cancelled) {
+    while (report_.iterations < options_.max_iterations && !report_.converged) {
+      if (cancelled && cancelled()) return absl::CancelledError("the alignment was cancelled");
+      Iterate();
+    }
+    report_.energy_after = energy_;
+    return report_;
+  }
+
+ private:
+  void Iterate() {
+    const Field3 start = state_.position();
+    const FieldQ start_rotation = state_.rotation();
+    ++report_.iterations;
+    if (!Search(start, start_rotation)) {
+      // The memory misleads, or single precision leaves nothing to gain; without memory it is the last
+      // attempt.
+      state_.position() = start;
+      state_.rotation() = start_rotation;
+      report_.converged = settled_ > 0;
+      settled_ = kSettledIterations - 1;
+      corrections_.Clear();
+      return;
+    }
+    Field3 step = state_.NewField(), change = state_.NewField();
+    Combine(state_.position(), -1, start, &step);
+    Combine(next_gradient_, -1, gradient_, &change);
+    corrections_.Add(std::move(step), std::move(change));
+    settled_ = energy_ - next_energy_ < options_.tolerance * energy_ ? settled_ + 1 : 0;
+    report_.converged = settled_ >= kSettledIterations;
+    energy_ = next_energy_;
+    std::swap(gradient_, next_gradient_);
+  }
+
+  // Goes along a direction of descent to a lower energy; false where there is none.
+  bool Search(const Field3& start, const FieldQ& start_rotation) {
+    Field3 reduced = gradient_;
+    corrections_.Direction(preconditioner_, &reduced, &direction_);
+    const double slope = -2 * Dot(gradient_, direction_);
+    double length = 1;
+    for (int shortening = 0; !Try(start, length); ++shortening) {
+      if (shortening == kMaxShortenings) return false;
+      state_.rotation() = start_rotation;
+      length *= std::clamp(LowestShare(energy_, slope, length, next_energy_), kLeastShare, kMostShare);
+    }
+    return true;
+  }
+
+  // Whether the energy is lower at a length along the direction.
+  bool Try(const Field3& start, double length) {
+    Combine(start, static_cast<float>(-length), direction_, &state_.position());
+    next_energy_ = state_.Evaluate(&next_gradient_);
+    ++report_.evaluations;
+    return next_energy_ < energy_;
+  }
+
+  State& state_;
+  const Preconditioner& preconditioner_;
+  const ElasticOptions& options_;
+  Corrections corrections_;
+  Field3 gradient_, next_gradient_, direction_;
+  double energy_ = 0, next_energy_ = 0;
+  int settled_ = 0;
+  ElasticReport report_;
+};
 
 }  // namespace
 
@@ -301,7 +335,7 @@ absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const MeshGra
   absl::StatusOr<Preconditioner> preconditioner = Preconditioner::Build(mesh, graph, problem, stretch);
   if (!preconditioner.ok()) return preconditioner.status();
   State state(mesh, problem, options, *deformation);
-  absl::StatusOr<ElasticReport> report = Minimise(&state, *preconditioner, options, cancelled);
+  absl::StatusOr<ElasticReport> report = Minimiser(&state, *preconditioner, options).Run(cancelled);
   if (!report.ok()) return report;
   state.WriteTo(deformation);
   return report;
