@@ -132,7 +132,7 @@ TEST_F(IsolatedSeeds, AreNoBoardCellsThatAreKnownElsewhere) {
     elsewhere.insert({strip_[k].row, strip_[k].col});
   }
   const std::vector<PlacedCell> seeds = FindOn(board_);
-  EXPECT_GT(CountRead(seeds), strip_.size() / 3);
+  EXPECT_GT(CountRead(seeds), strip_.size() * 3 / 10) << "of the half that is left";
   for (const PlacedCell& seed : seeds) EXPECT_FALSE(elsewhere.contains({seed.row, seed.col}));
 }
 
