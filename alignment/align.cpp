@@ -9,6 +9,7 @@
 #include "alignment/fill.h"
 #include "alignment/local_stretch.h"
 #include "alignment/placement.h"
+#include "alignment/return_to_points.h"
 #include "alignment/vertex_sigma.h"
 
 namespace weft {
@@ -234,17 +235,19 @@ class Passes {
   Deformation deformation_;
 };
 
+// Sigmas know by how much the cloth alone, `elastic_mm`, contradicts the points.
 RegisteredMesh Describe(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
-                        const Deformation& deformation, const AlignOptions& options) {
+                        const std::vector<Eigen::Vector3d>& elastic_mm, const AlignOptions& options) {
   RegisteredMesh mesh;
-  mesh.vertices_mm = deformation.position_mm;
+  mesh.vertices_mm = elastic_mm;
   mesh.state.assign(mesh.vertices_mm.size(), VertexState::kInferred);
   mesh.views.assign(mesh.vertices_mm.size(), 0);
   for (const VertexTarget& t : targets) {
     mesh.state[t.vertex] = t.views == 2 ? VertexState::kTwoView : VertexState::kObserved;
     mesh.views[t.vertex] = t.views;
   }
-  mesh.sigma_mm = VertexSigmas(model, targets, deformation.position_mm, options);
+  mesh.sigma_mm = VertexSigmas(model, targets, elastic_mm, options);
+  ReturnToPoints(targets, options, &mesh.vertices_mm);
   return mesh;
 }
 
@@ -278,6 +281,7 @@ absl::Status UncertaintyOptions::Validate() const {
 absl::Status AlignOptions::Validate() const {
   if (!(min_target_share >= 0 && min_target_share <= 1)) return Bad("min_target_share must lie in 0 to 1");
   if (stretch_rings < 0) return Bad("stretch_rings must not be negative");
+  if (!(noise_sigmas >= 0)) return Bad("noise_sigmas must not be negative");
   if (!(first_bending >= 0)) return Bad("first_bending must not be negative");
   if (!(first_tolerance > 0)) return Bad("first_tolerance must be positive");
   for (const absl::Status& status :
@@ -294,6 +298,7 @@ AlignOptions PaperPreset() {
   options.detection.filled_weight = 1;
   options.elastic.distortion = {.stretch = 3, .bending = 0.5};  // Eq. 2 as it stands
   options.first_bending = 0;
+  options.noise_sigmas = 0;
   options.robust.max_rounds = 0;
   options.push = {.weight = 1, .depth_mm = 1};  // Eq. 3; the paper does not give its epsilon
   options.recon.tangential_share = 1;           // Eq. 4
@@ -338,7 +343,7 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
   }
   if (absl::Status status = passes.RunHidden(used); !status.ok()) return status;
   result.outliers = static_cast<int>(targets.size() - used.size());
-  result.mesh = Describe(model, used, passes.deformation(), options);
+  result.mesh = Describe(model, used, passes.deformation().position_mm, options);
   if (!options.remove_self_intersections) return result;
   const auto untangle_start = Clock::now();
   const absl::StatusOr<UntangleReport> untangling =

@@ -91,6 +91,9 @@ struct AlignOptions {
   // around them, smoothed over so many rings of vertices (local_stretch.h); 0 keeps the template's.
   int stretch_rings = 0;
   RobustOptions robust;
+  // Measured vertices that E_Dist holds further from their points than noise explains go back to them
+  // (return_to_points.h): in standard deviations of the points' noise; 0 leaves them where they are.
+  double noise_sigmas = 1.5;
   // Whether measured vertices stay where E_Det + E_Dist left them in the stages after it.
   bool freeze_observed = true;
   PushOptions push;
