@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <ctime>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "capture/mosaic.h"
+#include "pattern/seeds/patch_extension.h"
 #include "pattern/surface/center_sweep.h"
 #include "pattern/surface/components.h"
 #include "pattern/surface/confidence.h"
+#include "pattern/surface/strip_seeds.h"
 
 namespace weft {
 namespace {
@@ -88,20 +91,35 @@ PatchReport Report(const LevelPatch& patch, const PatchDecodeOptions& options) {
   return report;
 }
 
+// Some of the seeds. Where they are all of their strips' cells, neighbours that are none are hidden.
+std::vector<PredictedCell> SomeOf(const std::vector<PlacedCell>& seeds, bool from_strips) {
+  constexpr size_t kCells = 120;
+  std::set<std::pair<int, int>> is_seed;
+  if (from_strips) {
+    for (const PlacedCell& seed : seeds) is_seed.insert({seed.row, seed.col});
+  }
+  std::vector<PredictedCell> some;
+  for (size_t k = 0; k < seeds.size(); k += std::max<size_t>(1, seeds.size() / kCells)) {
+    const PlacedCell& seed = seeds[k];
+    some.push_back({.row = seed.row, .col = seed.col, .pose = seed.pose});
+    for (int n = 0; n < 9; ++n) {
+      const bool known = !from_strips || is_seed.contains({seed.row + n / 3 - 1, seed.col + n % 3 - 1});
+      some.back().in_sight[n] = known ? 1.0f : 0.0f;
+    }
+  }
+  return some;
+}
+
 // Starts from the inks of the patches, and learns the rest from some of the seeds.
 Appearance LearnAppearance(const std::vector<ColorImage>& pyramid, const Board& board,
                            const SampledProfile& profile, const InkModel& inks,
-                           const std::vector<PlacedCell>& seeds) {
+                           const std::vector<PredictedCell>& cells) {
   constexpr float kLight = 128, kBlack = 25;  // grey levels to start from
-  constexpr size_t kCells = 120;
   Appearance start;
   for (int k = 0; k < kCellColors; ++k) {
     for (int c = 0; c < 3; ++c) start.inks[k][c] = kLight * inks.mean(static_cast<CellColor>(k))[c];
   }
   start.black.fill(kBlack);
-  std::vector<PlacedCell> cells;
-  for (size_t k = 0; k < seeds.size(); k += std::max<size_t>(1, seeds.size() / kCells))
-    cells.push_back(seeds[k]);
   return CalibrateAppearance({pyramid, board, profile}, cells,
                              {0.4f, 0.55f, 0.7f, 0.85f, 1.0f, 1.2f, 1.5f, 1.9f, 2.4f, 3.0f, 4.0f}, start);
 }
@@ -204,12 +222,22 @@ bool ViewDecoder::FindSeeds() {
   inks_ = DecodePatches(board_, options_.patches, &patches);
   for (const LevelPatch& patch : patches) result_.patches.push_back(Report(patch, options_.patches));
   seeds_.first = SeedsOf(patches, board_.board(), options_.patches);
-  if (seeds_.first.empty()) return false;
   AddUnread(patches, options_.patches, &blobs_);
-  appearance_ = LearnAppearance(pyramid_, board_.board(), profile_, inks_, seeds_.first);
+  const bool from_strips = seeds_.first.empty();
+  if (from_strips) {
+    patches = ExtendPatches(pyramid_, patches, blobs_);
+    inks_ = DecodePatches(board_, options_.patches, &patches);
+    seeds_.first = SeedsOf(patches, board_.board(), options_.patches);
+  }
+  if (seeds_.first.empty()) return false;
+  appearance_ = LearnAppearance(pyramid_, board_.board(), profile_, inks_, SomeOf(seeds_.first, from_strips));
   MakeFitter();
-  seeds_.isolated = [this](const BoardState& state) {
-    return FindIsolatedSeeds(*fitter_, inks_, state, blobs_, options_.isolated);
+  seeds_.isolated = [this, patches = std::move(patches)](const BoardState& state) {
+    std::vector<PlacedCell> seeds = FindIsolatedSeeds(*fitter_, inks_, state, blobs_, options_.isolated);
+    const std::vector<PlacedCell> strips =
+        FindStripSeeds(pyramid_, board_, inks_, options_.patches, state, patches, blobs_);
+    seeds.insert(seeds.end(), strips.begin(), strips.end());
+    return seeds;
   };
   return true;
 }

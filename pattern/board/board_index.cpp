@@ -16,6 +16,8 @@ absl::StatusOr<BoardIndex> BoardIndex::Build(const Board& board) {
   }
   BoardIndex index;
   index.board_ = board;
+  for (const auto shape : {StripIndex::Shape::k2x3, StripIndex::Shape::k1x6})
+    index.strips_[static_cast<int>(shape)] = std::make_shared<const StripIndex>(board, shape);
   const size_t codes = static_cast<size_t>(board.rows - 2) * (board.cols - 2) * 4;
   int bits = 4;
   while ((size_t{1} << bits) < 2 * codes) ++bits;

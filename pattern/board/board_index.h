@@ -1,12 +1,15 @@
 // Look-up of patches of colours on a board.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "pattern/board/board.h"
+#include "pattern/board/strip_index.h"
 #include "pattern/board/window_code.h"
 
 namespace weft {
@@ -55,6 +58,9 @@ class BoardIndex {
   std::optional<BoardPose> Find(const Window& window) const { return FindCode(WindowCode(window)); }
   std::optional<BoardPose> FindCode(uint32_t code) const;
 
+  // Narrower windows of the board.
+  const StripIndex& strips(StripIndex::Shape shape) const { return *strips_[static_cast<int>(shape)]; }
+
  private:
   // Open addressing, two slots of space per code.
   struct Slot {
@@ -68,6 +74,7 @@ class BoardIndex {
   Board board_;
   std::vector<Slot> slots_;
   int shift_ = 0;
+  std::array<std::shared_ptr<const StripIndex>, 2> strips_;  // by shape; copies of the index share it
 };
 
 }  // namespace weft

@@ -33,18 +33,20 @@ struct SampledCell {
   int labels[5][5];  // ink of the cells around, kCellColors off the board
   CellPose pose;
   float scale;  // of the image that was sampled
+  NeighborWeights in_sight;
   CellSamples samples;
 };
 
-std::vector<SampledCell> SampleCells(const PrintedView& view, const std::vector<PlacedCell>& cells) {
+std::vector<SampledCell> SampleCells(const PrintedView& view, const std::vector<PredictedCell>& cells) {
   std::vector<SampledCell> sampled;
   sampled.reserve(cells.size());
-  for (const PlacedCell& cell : cells) {
+  for (const PredictedCell& cell : cells) {
     const int level = PyramidLevelFor(cell.pose.ShorterEdge(), view.pyramid.size());
     const ColorImage& image = view.pyramid[level];
     SampledCell out;
     out.scale = static_cast<float>(1 << level);
     out.pose = cell.pose;
+    out.in_sight = cell.in_sight;
     const CellPose& f = cell.pose;
     if (!(f.Area() > 1)) continue;
     for (int k = 0; k < 25; ++k) {
@@ -59,11 +61,19 @@ std::vector<SampledCell> SampleCells(const PrintedView& view, const std::vector<
   return sampled;
 }
 
+// The place in the 3x3 neighbourhood that a sample lies on.
+int NeighborOf(int sample) {
+  const auto side = [](float x) { return x < -0.5f ? 0 : (x > 0.5f ? 2 : 1); };
+  return 3 * side(CellSample(sample / kCellSide)) + side(CellSample(sample % kCellSide));
+}
+
 // What one cell's samples say about the colours at light 1.
 ColorSums SumCell(const SampledCell& cell, const ProfileAlongU& along_u, const ProfileAlongV& along_v) {
   ColorSums sums;
   for (int k = 0; k < kCellSide * kCellSide; ++k) {
     const int group = k / kSampleLanes, lane = k % kSampleLanes;
+    const double weight = cell.in_sight[NeighborOf(k)];
+    if (weight == 0) continue;
     std::array<double, kUnknowns> mix = {};
     double covered = 0;
     for (int i = 0; i < 5; ++i) {
@@ -76,12 +86,14 @@ ColorSums SumCell(const SampledCell& cell, const ProfileAlongU& along_u, const P
     mix[kCellColors] += 1 - covered;
     for (int p = 0; p < kUnknowns; ++p) {
       if (mix[p] == 0) continue;
-      for (int q = 0; q <= p; ++q) sums.normal(p, q) += mix[p] * mix[q];
-      for (int c = 0; c < 3; ++c) sums.target(p, c) += mix[p] * cell.samples.value[c][group][lane];
+      for (int q = 0; q <= p; ++q) sums.normal(p, q) += weight * mix[p] * mix[q];
+      for (int c = 0; c < 3; ++c) {
+        sums.target(p, c) += weight * mix[p] * cell.samples.value[c][group][lane];
+      }
     }
     for (int c = 0; c < 3; ++c) {
       const double value = cell.samples.value[c][group][lane];
-      sums.square += value * value;
+      sums.square += weight * value * value;
     }
   }
   sums.normal.triangularView<Eigen::StrictlyUpper>() = sums.normal.transpose();
@@ -132,6 +144,16 @@ double SolveColors(ColorSums sums, Appearance* appearance) {
 }  // namespace
 
 Appearance CalibrateAppearance(const PrintedView& view, const std::vector<PlacedCell>& cells,
+                               const std::vector<float>& sigmas_px, const Appearance& start) {
+  std::vector<PredictedCell> in_sight;
+  for (const PlacedCell& cell : cells) {
+    in_sight.push_back({.row = cell.row, .col = cell.col, .pose = cell.pose});
+    in_sight.back().in_sight.fill(1);
+  }
+  return CalibrateAppearance(view, in_sight, sigmas_px, start);
+}
+
+Appearance CalibrateAppearance(const PrintedView& view, const std::vector<PredictedCell>& cells,
                                const std::vector<float>& sigmas_px, const Appearance& start) {
   const std::vector<SampledCell> sampled = SampleCells(view, cells);
   Appearance best = start;

@@ -32,4 +32,8 @@ struct PrintedView {
 Appearance CalibrateAppearance(const PrintedView& view, const std::vector<PlacedCell>& cells,
                                const std::vector<float>& sigmas_px, const Appearance& start);
 
+// The same where neighbours may be hidden: samples on them weigh as PredictedCell::in_sight says.
+Appearance CalibrateAppearance(const PrintedView& view, const std::vector<PredictedCell>& cells,
+                               const std::vector<float>& sigmas_px, const Appearance& start);
+
 }  // namespace weft

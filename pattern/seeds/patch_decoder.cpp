@@ -73,15 +73,6 @@ void PosesOf(const MeasuredPatch& patch, const std::array<int, 9>& cells, int i,
   }
 }
 
-// Evidence of one cell for a pose.
-float CellEvidence(const MeasuredPatch& patch, int cell, const BoardPose& pose, const Board& board) {
-  const PatchCell& c = patch.lattice.cells[cell];
-  const BoardCell at = pose.ToBoard(c.i, c.j);
-  const auto& evidence = patch.readings[cell].evidence;
-  if (!board.Contains(at.row, at.col)) return *std::min_element(evidence.begin(), evidence.end());
-  return evidence[static_cast<int>(board.at(at.row, at.col))];
-}
-
 // Cells next to the piece (8-neighbours) whose colours are less likely under its pose than by chance.
 int CountContradicted(const MeasuredPatch& patch, const DecodedPiece& piece, const Board& board) {
   std::vector<bool> seen(patch.lattice.cells.size(), false);
@@ -273,6 +264,14 @@ CellReading ReadCell(const InkModel& inks, const Rgb& color) {
   reading.second = static_cast<uint8_t>(second);
   reading.lead = reading.evidence[best] - reading.evidence[second];
   return reading;
+}
+
+float CellEvidence(const MeasuredPatch& patch, int cell, const BoardPose& pose, const Board& board) {
+  const PatchCell& c = patch.lattice.cells[cell];
+  const BoardCell at = pose.ToBoard(c.i, c.j);
+  const auto& evidence = patch.readings[cell].evidence;
+  if (!board.Contains(at.row, at.col)) return *std::min_element(evidence.begin(), evidence.end());
+  return evidence[static_cast<int>(board.at(at.row, at.col))];
 }
 
 void ClassifyPatch(const InkModel& inks, MeasuredPatch* patch) {

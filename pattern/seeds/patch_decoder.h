@@ -67,6 +67,9 @@ CellReading ReadCell(const InkModel& inks, const Rgb& color);
 MeasuredPatch MeasurePatch(const LatticePatch& patch, const std::vector<Keypoint>& points,
                            const ColorImage& image);
 
+// Evidence of one cell of a patch for a pose.
+float CellEvidence(const MeasuredPatch& patch, int cell, const BoardPose& pose, const Board& board);
+
 // Fills readings.
 void ClassifyPatch(const InkModel& inks, MeasuredPatch* patch);
 

@@ -4,26 +4,37 @@
 #include <cmath>
 #include <span>
 
+#include "pattern/seeds/strip_decoder.h"
+
 namespace weft {
 namespace {
 
 constexpr float kFades[] = {0.0f, 0.25f, 0.45f, 0.6f, 0.75f};
 
-// Good enough to learn inks from, whatever the patch around it says.
-bool Readable(const DecodedPiece& piece, const PatchDecodeOptions& options) {
-  return (piece.centers.size() >= 2 || piece.contradicted == 0) && piece.evidence >= options.min_evidence &&
-         piece.margin >= options.min_margin;
+// What a piece needs to stand by itself, in nats.
+float LeastEvidence(const LevelPatch& patch, const PatchDecodeOptions& options) {
+  return patch.is_strip ? options.min_evidence_contradicted : options.min_evidence;
 }
 
-// Cells in readable pieces.
-size_t ReadPatches(const InkModel& inks, const BoardIndex& board, const PatchDecodeOptions& options,
-                   std::span<LevelPatch> patches) {
+// Good enough to learn inks from, whatever the patch around it says.
+bool Readable(const LevelPatch& patch, const DecodedPiece& piece, const PatchDecodeOptions& options) {
+  return (piece.centers.size() >= 2 || piece.contradicted == 0) &&
+         piece.evidence >= LeastEvidence(patch, options) && piece.margin >= options.min_margin;
+}
+
+void Read(const InkModel& inks, const BoardIndex& board, LevelPatch* patch) {
+  ClassifyPatch(inks, &patch->measured);
+  patch->pieces = patch->is_strip ? DecodeStrip(patch->measured, board) : DecodePatch(patch->measured, board);
+}
+
+// Cells in readable pieces, after reading the patches.
+size_t CountReadable(const InkModel& inks, const BoardIndex& board, const PatchDecodeOptions& options,
+                     std::span<LevelPatch> patches) {
   size_t readable = 0;
   for (LevelPatch& patch : patches) {
-    ClassifyPatch(inks, &patch.measured);
-    patch.pieces = DecodePatch(patch.measured, board);
+    Read(inks, board, &patch);
     for (const DecodedPiece& piece : patch.pieces) {
-      if (Readable(piece, options)) readable += piece.cells.size();
+      if (Readable(patch, piece, options)) readable += piece.cells.size();
     }
   }
   return readable;
@@ -34,7 +45,7 @@ std::vector<InkSample> Samples(const Board& board, const PatchDecodeOptions& opt
   std::vector<InkSample> samples;
   for (const LevelPatch& patch : patches) {
     for (const DecodedPiece& piece : patch.pieces) {
-      if (!Readable(piece, options)) continue;
+      if (!Readable(patch, piece, options)) continue;
       for (const int k : piece.cells) {
         const PatchCell& c = patch.measured.lattice.cells[k];
         const BoardCell at = piece.pose.ToBoard(c.i, c.j);
@@ -68,6 +79,7 @@ std::vector<LevelPatch> LearningPart(const std::vector<LevelPatch>& patches) {
   for (const LevelPatch& patch : patches) {
     if (cells >= kCells) break;
     LevelPatch part;
+    part.is_strip = patch.is_strip;
     part.measured = patch.measured;
     const size_t kept = std::min(kCellsOfOne, part.measured.colors.size());
     part.measured.lattice.cells.resize(kept);
@@ -171,6 +183,24 @@ class FoundPlaces {
   std::vector<bool> found_;  // [rows][columns]
 };
 
+// The centers of all pieces of a strip that stand: they show each other's edges.
+void AddStripSeeds(const LevelPatch& patch, const Board& board, const PatchDecodeOptions& options, int group,
+                   std::vector<PlacedCell>* seeds) {
+  std::vector<std::pair<BoardCell, Keypoint>> cells;
+  for (const DecodedPiece& piece : patch.pieces) {
+    if (!WhyRejected(patch, piece, options).empty()) continue;
+    for (const int k : piece.centers) {
+      const PatchCell& c = patch.measured.lattice.cells[k];
+      const BoardCell at = piece.pose.ToBoard(c.i, c.j);
+      if (board.Contains(at.row, at.col)) cells.push_back({at, patch.points[k]});
+    }
+  }
+  for (PlacedCell& cell : PlaceCells(cells)) {
+    cell.group = group;
+    seeds->push_back(cell);
+  }
+}
+
 }  // namespace
 
 std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, const KeypointOptions& keypoints,
@@ -208,6 +238,10 @@ std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, cons
   return patches;
 }
 
+void ReadPatches(const InkModel& inks, const BoardIndex& board, std::vector<LevelPatch>* patches) {
+  for (LevelPatch& patch : *patches) Read(inks, board, &patch);
+}
+
 InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& options,
                        std::vector<LevelPatch>* patches) {
   std::stable_sort(patches->begin(), patches->end(), [](const LevelPatch& s, const LevelPatch& t) {
@@ -219,7 +253,7 @@ InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& option
   size_t most = 0;
   for (const float fade : kFades) {
     const InkModel inks = InkModel::Faded(fade, mean);
-    const size_t readable = ReadPatches(inks, board, options, some);
+    const size_t readable = CountReadable(inks, board, options, some);
     if (readable > most) {
       most = readable;
       best = inks;
@@ -227,10 +261,10 @@ InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& option
   }
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds && most > 0; ++round) {
-    ReadPatches(best, board, options, some);
+    CountReadable(best, board, options, some);
     best = InkModel::Fitted(Samples(board.board(), options, some), best);
   }
-  ReadPatches(best, board, options, *patches);
+  ReadPatches(best, board, patches);
   for (LevelPatch& patch : *patches) {
     // What mostly reads as it should is not a mirror's image.
     const bool read = !patch.pieces.empty() && 2 * patch.pieces.front().cells.size() > patch.points.size();
@@ -242,11 +276,11 @@ InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& option
 std::string WhyRejected(const LevelPatch& patch, const DecodedPiece& piece,
                         const PatchDecodeOptions& options) {
   if (patch.mirrored) return "mirrored";
-  if (piece.evidence < options.min_evidence) return "too little evidence";
+  if (piece.evidence < LeastEvidence(patch, options)) return "too little evidence";
   if (piece.margin < options.min_margin) return "no margin over the runner-up";
-  if (piece.evidence < options.min_evidence_contradicted &&
-      static_cast<float>(piece.contradicted) >
-          options.max_contradicted * static_cast<float>(piece.cells.size())) {
+  if (piece.evidence<options.min_evidence_contradicted&& static_cast<float>(piece.contradicted)> options
+          .max_contradicted *
+      static_cast<float>(piece.cells.size())) {
     return "contradicted by the cells around";
   }
   return "";
@@ -272,6 +306,10 @@ std::vector<PlacedCell> SeedsOf(const std::vector<LevelPatch>& patches, const Bo
   std::vector<PlacedCell> seeds;
   int group = 0;
   for (const LevelPatch& patch : patches) {
+    if (patch.is_strip) {
+      AddStripSeeds(patch, board, options, ++group, &seeds);
+      continue;
+    }
     for (const DecodedPiece& piece : patch.pieces) {
       ++group;
       if (!WhyRejected(patch, piece, options).empty()) continue;

@@ -23,6 +23,7 @@ struct LevelPatch {
   float scale = 1;               // pixels of the full image per pixel
   std::vector<DecodedPiece> pieces;
   bool mirrored = false;  // reads better in a mirror
+  bool is_strip = false;  // read by DecodeStrip
 };
 
 // Patches of at least 3x3 cells in all images of a pyramid, the first one being the full image; where a large
@@ -38,6 +39,9 @@ void AddUnread(const std::vector<LevelPatch>& patches, const PatchDecodeOptions&
 // Learns the view's inks from what can be read, then reads all patches with them. Orders the patches by size.
 InkModel DecodePatches(const BoardIndex& board, const PatchDecodeOptions& options,
                        std::vector<LevelPatch>* patches);
+
+// Fills readings and pieces of patches, with inks that are known.
+void ReadPatches(const InkModel& inks, const BoardIndex& board, std::vector<LevelPatch>* patches);
 
 // Empty for a piece that stands, else the reason against it.
 std::string WhyRejected(const LevelPatch& patch, const DecodedPiece& piece,

@@ -154,7 +154,7 @@ Frame CoverRows(const Photograph& photo, const Board& board, int first_hidden, i
 }
 
 TEST(Decoder, FindsAStripBeyondACover) {
-  // Two rows hold no 3x3 window, so no lattice can be read there.
+  // Two rows hold no 3x3 window, so no lattice can be read there but as a strip.
   const Photograph photo{.pitch_px = 7, .bend_cells = 0.1};
   const Board& board = TestBoard().board();
   constexpr int kHidden = 30, kSeen = 33;
@@ -168,6 +168,8 @@ TEST(Decoder, FindsAStripBeyondACover) {
   EXPECT_EQ(Judge(photo, board, result, NodeKind::kCenter).wrong, 0);
   DecodeOptions without;
   without.isolated.fit.min_explained = 0.999f;
+  EXPECT_GE(in_strip(Decode(frame, TestBoard(), without)), 60);
+  without.patches.min_evidence_contradicted = 1e9f;  // that of strips
   EXPECT_EQ(in_strip(Decode(frame, TestBoard(), without)), 0);
 }
 

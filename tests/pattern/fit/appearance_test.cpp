@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -117,10 +119,40 @@ TEST_F(AppearanceTest, WithoutCellsNothingChanges) {
   const Photograph photo{.width_px = 40, .height_px = 40};
   const Appearance start = Grey();
   const Appearance found = CalibrateAppearance(
-      {HalvingsOf(Render(photo, board_), 1), board_, SampledProfile(board_.square_fraction)}, {}, kSigmasPx,
-      start);
+      {HalvingsOf(Render(photo, board_), 1), board_, SampledProfile(board_.square_fraction)},
+      std::vector<PlacedCell>(), kSigmasPx, start);
   EXPECT_EQ(found.inks, start.inks);
   EXPECT_EQ(found.black, start.black);
+}
+
+// In narrow strips what is beside a cell is something else.
+TEST_F(AppearanceTest, HiddenNeighboursDoNotCount) {
+  const Photograph photo{.width_px = 300, .height_px = 300, .pitch_px = 6, .blur_px = 0.8};
+  Frame strips = Render(photo, board_);
+  auto bytes = std::make_shared<std::vector<uint8_t>>(*strips.pixels);
+  for (int k = 0; k < photo.width_px * photo.height_px; ++k) {
+    const double u = BoardFromPixel(photo, board_, k % photo.width_px, k / photo.width_px).first;
+    if (std::fmod(u, 6.0) > 2) std::fill_n(bytes->begin() + 3 * k, 3, uint8_t{250});
+  }
+  strips.pixels = bytes;
+  const PrintedView view{HalvingsOf(strips, 1), board_, SampledProfile(board_.square_fraction)};
+  std::vector<PredictedCell> cells;
+  for (const PlacedCell& cell : TrueCells(photo, board_, 2)) {
+    if (cell.col % 6 >= 2) continue;
+    cells.push_back({.row = cell.row, .col = cell.col, .pose = cell.pose});
+    for (int k = 0; k < 9; ++k) cells.back().in_sight[k] = (cell.col + k % 3 - 1 + 6) % 6 < 2 ? 1.0f : 0.0f;
+  }
+  ASSERT_GE(cells.size(), 100u);
+  const Appearance found = CalibrateAppearance(view, cells, kSigmasPx, Grey());
+  ExpectInks(photo, found, 0.15);
+  EXPECT_NEAR(found.sigma_px, photo.blur_px, 0.16);
+  // Else the white cloth beside them would.
+  for (PredictedCell& cell : cells) cell.in_sight.fill(1);
+  const auto truth = Relative(TrueAppearance(photo)),
+             wrong = Relative(CalibrateAppearance(view, cells, kSigmasPx, Grey()));
+  double largest = 0;
+  for (size_t k = 0; k < truth.size(); ++k) largest = std::max(largest, std::abs(wrong[k] - truth[k]));
+  EXPECT_GT(largest, 0.2);
 }
 
 }  // namespace
