@@ -50,8 +50,8 @@ class Preconditioner {
   }
 
   void Apply(const Field3& in, Field3* out) const {
-    ForEachBlock(static_cast<int>(inverse_diagonal_.size()) / kLanes, [&](int, SliceRange range) {
-      for (int i = range.first * kLanes; i < range.last * kLanes; ++i) {
+    ForEachBlock(static_cast<int>(inverse_diagonal_.size()) / kSliceLanes, [&](int, SliceRange range) {
+      for (int i = range.first * kSliceLanes; i < range.last * kSliceLanes; ++i) {
         out->x[i] = inverse_diagonal_[i] * in.x[i];
         out->y[i] = inverse_diagonal_[i] * in.y[i];
         out->z[i] = inverse_diagonal_[i] * in.z[i];
@@ -85,11 +85,19 @@ class Corrections {
 
   void Clear() { pairs_.clear(); }
 
-  void Add(Field3 step, Field3 change) {
-    const double product = Dot(step, change);
-    if (!(product > 1e-12 * std::sqrt(Dot(step, step) * Dot(change, change)))) return;
-    if (static_cast<int>(pairs_.size()) == limit_) pairs_.pop_front();
-    pairs_.push_back({std::move(step), std::move(change), product});
+  void Add(const Field3& from, const Field3& to, const Field3& gradient, const Field3& next_gradient) {
+    Pair pair;
+    if (static_cast<int>(pairs_.size()) == limit_) {
+      pair = std::move(pairs_.front());  // its memory is used again
+      pairs_.pop_front();
+    }
+    pair.step.Resize(to.x.size()), pair.change.Resize(to.x.size());
+    Combine(to, -1, from, &pair.step);
+    Combine(next_gradient, -1, gradient, &pair.change);
+    pair.product = Dot(pair.step, pair.change);
+    if (pair.product > 1e-12 * std::sqrt(Dot(pair.step, pair.step) * Dot(pair.change, pair.change))) {
+      pairs_.push_back(std::move(pair));
+    }
   }
 
   // Replaces the gradient by the direction of descent.
@@ -121,7 +129,7 @@ class State {
   State(const SlicedMesh& mesh, const ElasticProblem& problem, const ElasticOptions& options,
         const Deformation& start)
       : mesh_(mesh), options_(options) {
-    const size_t size = static_cast<size_t>(mesh.slices) * kLanes;
+    const size_t size = static_cast<size_t>(mesh.slices) * kSliceLanes;
     for (const Eigen::Vector3d& p : start.position_mm) center_ += p / mesh.vertices;
     Assign(start.position_mm, size, &position_);
     Assign(problem.targets_mm, size, &target_);
@@ -134,21 +142,20 @@ class State {
     for (size_t v = 0; v < problem.frozen.size(); ++v) {
       if (problem.frozen[v]) frozen_.push_back(static_cast<int>(v));
     }
-    rotation_.Resize(size);
+    rotation_.resize(4 * size);
+    for (size_t v = 0; v < size; ++v) rotation_[4 * v] = 1;
     for (int v = 0; v < mesh.vertices; ++v) {
       const Eigen::Quaterniond q(start.rotation[v]);
-      rotation_.w[v] = static_cast<float>(q.w()), rotation_.x[v] = static_cast<float>(q.x());
-      rotation_.y[v] = static_cast<float>(q.y()), rotation_.z[v] = static_cast<float>(q.z());
+      const double record[4] = {q.w(), q.x(), q.y(), q.z()};
+      for (int k = 0; k < 4; ++k) rotation_[4 * v + k] = static_cast<float>(record[k]);
     }
     next_rotation_ = rotation_;
-    terms_.target = &target_;
-    terms_.weight = &weight_;
-    terms_.stretch = static_cast<float>(options.lambda * options.distortion.stretch);
-    terms_.bending = static_cast<float>(options.lambda * options.distortion.bending);
+    packed_.resize(4 * size);
+    PackRecords(position_, &packed_);
   }
 
   Field3& position() { return position_; }
-  FieldQ& rotation() { return rotation_; }
+  Records& rotation() { return rotation_; }
   Field3 NewField() const {
     Field3 field;
     field.Resize(position_.x.size());
@@ -167,18 +174,22 @@ class State {
   }
   void FitAllRotations(const RotationStep& step) {
     ForEachBlock(mesh_.slices, [&](int, SliceRange range) {
-      FitRotations(mesh_, range, step, position_, rotation_, &next_rotation_);
+      BestElasticKernels().fit_rotations(mesh_.tables(), range, step, packed_.data(), rotation_.data(),
+                                         next_rotation_.data());
     });
     std::swap(rotation_, next_rotation_);
   }
 
   double Evaluate(Field3* half_gradient) {
+    PackRecords(position_, &packed_);
     for (int i = 0; i < options_.rotation_sweeps; ++i) FitAllRotations();
     return EnergyAt(half_gradient);
   }
   double EnergyAt(Field3* half_gradient) const {
+    const EnergyTables terms = Terms();
+    float* const out[3] = {half_gradient->x.data(), half_gradient->y.data(), half_gradient->z.data()};
     const double energy = SumOverBlocks(mesh_.slices, [&](SliceRange range) {
-      return EnergyAndGradient(mesh_, range, terms_, position_, rotation_, half_gradient);
+      return BestElasticKernels().energy(mesh_.tables(), range, terms, packed_.data(), rotation_.data(), out);
     });
     for (const int v : frozen_) half_gradient->x[v] = half_gradient->y[v] = half_gradient->z[v] = 0;
     return energy;
@@ -187,12 +198,21 @@ class State {
   void WriteTo(Deformation* out) const {
     for (int v = 0; v < mesh_.vertices; ++v) {
       out->position_mm[v] = center_ + Eigen::Vector3d(position_.x[v], position_.y[v], position_.z[v]);
-      const Eigen::Quaterniond q(rotation_.w[v], rotation_.x[v], rotation_.y[v], rotation_.z[v]);
+      const float* r = &rotation_[4 * v];
+      const Eigen::Quaterniond q(r[0], r[1], r[2], r[3]);
       out->rotation[v] = q.normalized().toRotationMatrix();
     }
   }
 
  private:
+  EnergyTables Terms() const {
+    const FieldSym& w = weight_;
+    return {{target_.x.data(), target_.y.data(), target_.z.data()},
+            {w.xx.data(), w.xy.data(), w.xz.data(), w.yy.data(), w.yz.data(), w.zz.data()},
+            static_cast<float>(options_.lambda * options_.distortion.stretch),
+            static_cast<float>(options_.lambda * options_.distortion.bending)};
+  }
+
   void Assign(const std::vector<Eigen::Vector3d>& values, size_t size, Field3* out) const {
     out->Resize(size);
     for (size_t v = 0; v < values.size(); ++v) {
@@ -205,10 +225,10 @@ class State {
   const ElasticOptions& options_;
   Eigen::Vector3d center_ = Eigen::Vector3d::Zero();
   Field3 position_, target_;
-  FieldQ rotation_, next_rotation_;
+  Records packed_;  // the positions
+  Records rotation_, next_rotation_;
   FieldSym weight_;
   std::vector<int> frozen_;
-  EnergyTerms terms_;
 };
 
 constexpr int kSettledIterations = 3;  // in a row below the tolerance
@@ -242,23 +262,20 @@ class Minimiser {
 
  private:
   void Iterate() {
-    const Field3 start = state_.position();
-    const FieldQ start_rotation = state_.rotation();
+    start_ = state_.position();
+    start_rotation_ = state_.rotation();
     ++report_.iterations;
-    if (!Search(start, start_rotation)) {
+    if (!Search()) {
       // The memory misleads, or single precision leaves nothing to gain; without memory it is the last
       // attempt.
-      state_.position() = start;
-      state_.rotation() = start_rotation;
+      state_.position() = start_;
+      state_.rotation() = start_rotation_;
       report_.converged = settled_ > 0;
       settled_ = kSettledIterations - 1;
       corrections_.Clear();
       return;
     }
-    Field3 step = state_.NewField(), change = state_.NewField();
-    Combine(state_.position(), -1, start, &step);
-    Combine(next_gradient_, -1, gradient_, &change);
-    corrections_.Add(std::move(step), std::move(change));
+    corrections_.Add(start_, state_.position(), gradient_, next_gradient_);
     settled_ = energy_ - next_energy_ < options_.tolerance * energy_ ? settled_ + 1 : 0;
     report_.converged = settled_ >= kSettledIterations;
     energy_ = next_energy_;
@@ -266,22 +283,22 @@ class Minimiser {
   }
 
   // Goes along a direction of descent to a lower energy; false where there is none.
-  bool Search(const Field3& start, const FieldQ& start_rotation) {
-    Field3 reduced = gradient_;
-    corrections_.Direction(preconditioner_, &reduced, &direction_);
+  bool Search() {
+    reduced_ = gradient_;
+    corrections_.Direction(preconditioner_, &reduced_, &direction_);
     const double slope = -2 * Dot(gradient_, direction_);
     double length = 1;
-    for (int shortening = 0; !Try(start, length); ++shortening) {
+    for (int shortening = 0; !Try(length); ++shortening) {
       if (shortening == kMaxShortenings) return false;
-      state_.rotation() = start_rotation;
+      state_.rotation() = start_rotation_;
       length *= std::clamp(LowestShare(energy_, slope, length, next_energy_), kLeastShare, kMostShare);
     }
     return true;
   }
 
   // Whether the energy is lower at a length along the direction.
-  bool Try(const Field3& start, double length) {
-    Combine(start, static_cast<float>(-length), direction_, &state_.position());
+  bool Try(double length) {
+    Combine(start_, static_cast<float>(-length), direction_, &state_.position());
     next_energy_ = state_.Evaluate(&next_gradient_);
     ++report_.evaluations;
     return next_energy_ < energy_;
@@ -291,7 +308,9 @@ class Minimiser {
   const Preconditioner& preconditioner_;
   const ElasticOptions& options_;
   Corrections corrections_;
-  Field3 gradient_, next_gradient_, direction_;
+  Field3 gradient_, next_gradient_, reduced_, direction_;
+  Field3 start_;  // of the iteration
+  Records start_rotation_;
   double energy_ = 0, next_energy_ = 0;
   int settled_ = 0;
   ElasticReport report_;

@@ -7,7 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "alignment/distortion.h"
-#include "alignment/elastic_kernels.h"
+#include "alignment/sliced_mesh.h"
 
 namespace weft {
 

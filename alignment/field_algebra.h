@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "alignment/elastic_kernels.h"
+#include "alignment/sliced_mesh.h"
 
 namespace weft {
 
@@ -35,5 +35,7 @@ double SumOverBlocks(int slices, const Body& body) {
 double Dot(const Field3& a, const Field3& b);
 void AddScaled(float scale, const Field3& x, Field3* y);                   // y += scale x
 void Combine(const Field3& x, float scale, const Field3& y, Field3* out);  // out = x + scale y
+// Into records x y z 0, which are as many.
+void PackRecords(const Field3& in, Records* out);
 
 }  // namespace weft

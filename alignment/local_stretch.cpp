@@ -73,8 +73,8 @@ absl::StatusOr<SlicedMesh> StretchToTargets(const AlignmentModel& model,
   SlicedMesh mesh = model.slices();
   for (int slice = 0; slice < mesh.slices; ++slice) {
     for (int slot = mesh.first_slot[slice]; slot < mesh.first_slot[slice + 1]; ++slot) {
-      for (int lane = 0; lane < kLanes; ++lane) {
-        const int v = slice * kLanes + lane, at = slot * kLanes + lane, other = mesh.neighbor[at];
+      for (int lane = 0; lane < kSliceLanes; ++lane) {
+        const int v = slice * kSliceLanes + lane, at = slot * kSliceLanes + lane, other = mesh.neighbor[at];
         if (v >= mesh.vertices || other == v) continue;
         const Eigen::Vector3d edge(mesh.rest_x[at], mesh.rest_y[at], mesh.rest_z[at]);
         Eigen::Vector3d stretched = Eigen::Vector3d::Zero();

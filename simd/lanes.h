@@ -78,5 +78,75 @@ inline void Transpose(IntLanes* rows) {
   }
 }
 
+inline Lanes Sqrt(Lanes v) {
+  Lanes root;
+  for (int lane = 0; lane < kLanes; ++lane) root[lane] = __builtin_sqrtf(v[lane]);
+  return root;
+}
+
+// Vectors of four behind each other: kLanes / 4 of them.
+inline Lanes Joined(const Lanes4* quarters) {
+#if defined(__AVX512F__)
+  typedef float Lanes8 __attribute__((vector_size(32)));
+  const Lanes8 low = __builtin_shufflevector(quarters[0], quarters[1], 0, 1, 2, 3, 4, 5, 6, 7);
+  const Lanes8 high = __builtin_shufflevector(quarters[2], quarters[3], 0, 1, 2, 3, 4, 5, 6, 7);
+  return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
+#elif defined(__AVX2__)
+  return __builtin_shufflevector(quarters[0], quarters[1], 0, 1, 2, 3, 4, 5, 6, 7);
+#else
+  return quarters[0];
+#endif
+}
+
+// The lower (upper = 0) or upper (1) two lanes of each four, by turns: a 0, b 0, a 1, b 1.
+inline Lanes PairsByTurns(Lanes a, Lanes b, int upper) {
+#if defined(__AVX512F__)
+  return upper == 0
+             ? __builtin_shufflevector(a, b, 0, 16, 1, 17, 4, 20, 5, 21, 8, 24, 9, 25, 12, 28, 13, 29)
+             : __builtin_shufflevector(a, b, 2, 18, 3, 19, 6, 22, 7, 23, 10, 26, 11, 27, 14, 30, 15, 31);
+#elif defined(__AVX2__)
+  return upper == 0 ? __builtin_shufflevector(a, b, 0, 8, 1, 9, 4, 12, 5, 13)
+                    : __builtin_shufflevector(a, b, 2, 10, 3, 11, 6, 14, 7, 15);
+#else
+  return upper == 0 ? __builtin_shufflevector(a, b, 0, 4, 1, 5) : __builtin_shufflevector(a, b, 2, 6, 3, 7);
+#endif
+}
+
+// Turns rows into columns in each four lanes: 4 rows. Done twice it changes nothing.
+inline void TransposeFours(Lanes* rows) {
+  const Lanes a = PairsByTurns(rows[0], rows[2], 0), b = PairsByTurns(rows[1], rows[3], 0);
+  const Lanes c = PairsByTurns(rows[0], rows[2], 1), d = PairsByTurns(rows[1], rows[3], 1);
+  rows[0] = PairsByTurns(a, b, 0), rows[1] = PairsByTurns(a, b, 1);
+  rows[2] = PairsByTurns(c, d, 0), rows[3] = PairsByTurns(c, d, 1);
+}
+
+// Records of four numbers, kLanes of them by their index, into a vector per number.
+inline void GatherRecords(const float* records, const int32_t* index, Lanes* numbers) {
+  for (int i = 0; i < 4; ++i) {
+    Lanes4 quarters[kLanes / 4];
+    for (int q = 0; q < kLanes / 4; ++q)
+      quarters[q] = LoadAs<Lanes4>(records + 4 * static_cast<size_t>(index[4 * q + i]));
+    numbers[i] = Joined(quarters);
+  }
+  TransposeFours(numbers);
+}
+// Those behind each other.
+inline void LoadRecords(const float* records, Lanes* numbers) {
+  for (int i = 0; i < 4; ++i) {
+    Lanes4 quarters[kLanes / 4];
+    for (int q = 0; q < kLanes / 4; ++q) quarters[q] = LoadAs<Lanes4>(records + 4 * (4 * q + i));
+    numbers[i] = Joined(quarters);
+  }
+  TransposeFours(numbers);
+}
+inline void StoreRecords(Lanes a, Lanes b, Lanes c, Lanes d, float* records) {
+  Lanes rows[4] = {a, b, c, d};
+  TransposeFours(rows);
+  float stored[4][kLanes];
+  for (int i = 0; i < 4; ++i) Store(rows[i], stored[i]);
+  for (int lane = 0; lane < kLanes; ++lane)
+    std::memcpy(records + 4 * lane, stored[lane % 4] + lane / 4 * 4, 4 * sizeof(float));
+}
+
 }  // namespace
 }  // namespace weft::WEFT_KERNEL_NAMESPACE

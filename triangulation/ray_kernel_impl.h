@@ -44,11 +44,6 @@ inline void LoadPoints(const double (*point_mm)[kNodeLanes], int first, Doubles 
   for (int k = 0; k < 3; ++k)
     for (int half = 0; half < 2; ++half) point[k][half] = LoadDoubles(point_mm[k] + first + kHalf * half);
 }
-inline Lanes Sqrt(Lanes v) {
-  Lanes root;
-  for (int lane = 0; lane < kLanes; ++lane) root[lane] = __builtin_sqrtf(v[lane]);
-  return root;
-}
 
 // Whether a comparison holds in any lane.
 inline bool Any(IntLanes mask) {
