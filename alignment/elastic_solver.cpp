@@ -1,15 +1,14 @@
 #include "alignment/elastic_solver.h"
 
 #include <Eigen/Geometry>
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <deque>
-#include <memory>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "alignment/field_algebra.h"
+#include "alignment/single_factor.h"
 
 namespace weft {
 namespace {
@@ -42,10 +41,12 @@ class Preconditioner {
       matrix.insert(i, i) = problem.weights[v].trace() / 3 + stretch * graph.degree(v);
     }
     matrix.makeCompressed();
-    out.factor_ = std::make_unique<Factor>(matrix);
-    if (out.factor_->info() != Eigen::Success) {
-      return absl::InternalError("elastic solver: the matrix of the unseen vertices could not be factorised");
+    absl::StatusOr<SingleFactor> factor = SingleFactor::Build(matrix);
+    if (!factor.ok()) {
+      return absl::InternalError(
+          absl::StrCat("elastic solver: unseen vertices: ", factor.status().message()));
     }
+    out.factor_ = *std::move(factor);
     return out;
   }
 
@@ -58,23 +59,25 @@ class Preconditioner {
       }
     });
     if (weak_.empty()) return;
-    Eigen::MatrixX3d right(weak_.size(), 3);
-    for (size_t i = 0; i < weak_.size(); ++i) right.row(i) << in.x[weak_[i]], in.y[weak_[i]], in.z[weak_[i]];
-    const Eigen::MatrixX3d solution = factor_->solve(right);
+    std::vector<Eigen::Vector4f> columns(weak_.size());
     for (size_t i = 0; i < weak_.size(); ++i) {
-      out->x[weak_[i]] = static_cast<float>(solution(i, 0));
-      out->y[weak_[i]] = static_cast<float>(solution(i, 1));
-      out->z[weak_[i]] = static_cast<float>(solution(i, 2));
+      const int v = weak_[i];
+      columns[factor_.place(static_cast<int>(i))] = {in.x[v], in.y[v], in.z[v], 0};
+    }
+    factor_.Solve(&columns);
+    for (size_t i = 0; i < weak_.size(); ++i) {
+      const Eigen::Vector4f& solution = columns[factor_.place(static_cast<int>(i))];
+      const int v = weak_[i];
+      out->x[v] = solution.x(), out->y[v] = solution.y(), out->z[v] = solution.z();
     }
   }
 
  private:
-  using Factor = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>, Eigen::Lower>;
   static constexpr double kWeakShare = 0.004;  // weight against the sum of the edges' weights
 
   std::vector<float> inverse_diagonal_;
   std::vector<int> weak_;
-  std::unique_ptr<Factor> factor_;
+  SingleFactor factor_;
 };
 
 // The last steps and changes of the gradient, and the quasi-Newton direction they give (Nocedal & Wright,

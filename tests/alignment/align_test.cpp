@@ -203,7 +203,10 @@ TEST(Align, SetsOutliersAsideAndInfersTheirVertices) {
   const auto result = Align(garment, targets, BestPreset());
   ASSERT_TRUE(result.ok());
   EXPECT_LT(MaxDistance(result->mesh.vertices_mm, truth), 1.5);
-  EXPECT_EQ(result->outliers, (kRows * kCols - 37 + 96) / 97 + 1);
+  // All of them, and of the neighbours of the one 3 m off no more than those on its ring.
+  const int outliers = (kRows * kCols - 37 + 96) / 97 + 1;
+  EXPECT_GE(result->outliers, outliers);
+  EXPECT_LE(result->outliers, outliers + 6);
   EXPECT_EQ(result->mesh.state[37], VertexState::kInferred);
   EXPECT_EQ(result->mesh.views[37], 0);
   EXPECT_EQ(result->mesh.state[38], VertexState::kObserved);
