@@ -180,7 +180,7 @@ absl::Status ViewDecoder::ReadAgain(const Frame& frame) {
   if (!image.ok()) return image.status();
   fitter_.reset();
   pyramid_ = Pyramid(*std::move(image), options_.levels);
-  if (!seeds_.first.empty()) MakeFitter();
+  if (knows_inks_) MakeFitter();
   return absl::OkStatus();
 }
 
@@ -190,7 +190,11 @@ size_t ViewDecoder::image_bytes() const {
   return bytes;
 }
 
-void ViewDecoder::DropImage() {
+void ViewDecoder::Rest(bool keeps_image) {
+  state_.Rest();
+  seeds_ = {};
+  blobs_ = {};
+  if (keeps_image) return;
   fitter_.reset();
   pyramid_.clear();
 }
@@ -231,6 +235,7 @@ bool ViewDecoder::FindSeeds() {
   }
   if (seeds_.first.empty()) return false;
   appearance_ = LearnAppearance(pyramid_, board_.board(), profile_, inks_, SomeOf(seeds_.first, from_strips));
+  knows_inks_ = true;
   MakeFitter();
   seeds_.isolated = [this, patches = std::move(patches)](const BoardState& state) {
     std::vector<PlacedCell> seeds = FindIsolatedSeeds(*fitter_, inks_, state, blobs_, options_.isolated);
@@ -314,7 +319,6 @@ DecodeResult ViewDecoder::TakeResult() {
     for (const ViewCell& cell : state_.cells()) result_.explanation.groups.push_back(cell.group);
     result_.explanation.missing = state_.Missing();
   }
-  blobs_ = {};  // a decoder may wait long for its second pass
   return std::move(result_);
 }
 

@@ -35,7 +35,7 @@ class ViewDecoder {
 
   // The second pass: looks for predicted cells (see FindPredicted), with the inks and the blur that the first
   // pass learnt. Returns why each was not found, or nothing where it was. Nothing is looked for in a view of
-  // which fewer than 20 cells are known (kNoFit). FailedPrecondition without the image (see DropImage).
+  // which fewer than 20 cells are known (kNoFit). FailedPrecondition without the image (see Rest).
   absl::StatusOr<std::vector<std::optional<WhyMissing>>> Find(const std::vector<PredictedCell>& predicted,
                                                               const GuidedOptions& options);
 
@@ -46,10 +46,12 @@ class ViewDecoder {
   // The observations, with the reports of the first pass, which are moved out.
   DecodeResult TakeResult();
 
-  // Memory that the image takes; it may be dropped after a pass, and read again from the same frame before
-  // the next.
+  // Between two passes, a decoder at rest keeps little more than its cells, and the image where it
+  // `keeps_image`; else the same frame is to be read again. Nothing else may be asked for until Wake.
+  void Rest(bool keeps_image);
+  void Wake() { state_.Wake(); }
+  // Memory that the image takes.
   size_t image_bytes() const;
-  void DropImage();
   bool has_image() const { return !pyramid_.empty(); }
   absl::Status ReadAgain(const Frame& frame);
 
@@ -75,7 +77,8 @@ class ViewDecoder {
   std::vector<LooseBlob> blobs_;  // that no piece of lattice accounts for
   GrowthSeeds seeds_;
   Appearance appearance_;
-  std::optional<CellFitter> fitter_;  // with an image and seeds
+  bool knows_inks_ = false;           // inks_ and appearance_ are those of the view
+  std::optional<CellFitter> fitter_;  // with an image and inks
   BoardState state_;
   DecodeResult result_;
 };

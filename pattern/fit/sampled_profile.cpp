@@ -29,11 +29,11 @@ SampledProfile::SampledProfile(double square_fraction) : along_u_(kLevels), alon
         along_u_[level].value[cell][column] = value(u);
         along_u_[level].slope[cell][column] = slope(u);
       }
-      for (int lane = 0; lane < kSampleLanes; ++lane) {
-        for (int group = 0; group < kSampleGroups; ++group) {
-          const double v = CellSample(2 * group + lane / kCellSide) - (cell - 2);
-          along_v_[level].value[group][cell][lane] = value(v);
-          along_v_[level].slope[group][cell][lane] = slope(v);
+      for (int group = 0; group < kSampleGroups; ++group) {
+        for (int lane = 0; lane < kSampleLanes; ++lane) {
+          const int row = 2 * group + lane / kCellSide;  // rows lie as columns do
+          along_v_[level].value[group][cell][lane] = along_u_[level].value[cell][row];
+          along_v_[level].slope[group][cell][lane] = along_u_[level].slope[cell][row];
         }
       }
     }

@@ -12,6 +12,8 @@ namespace weft {
 namespace {
 
 constexpr size_t kHugePage = size_t{1} << 21;
+// A larger block is not used for less: it may be needed itself, and what is in use may stay so for long.
+constexpr size_t kMostOfNeeded = 2;
 
 struct Block {
   void* memory;
@@ -31,7 +33,7 @@ class Pool {
     // The smallest that is large enough; of equal ones the last that came back, which the cache may hold.
     auto best = free_.end();
     for (auto at = free_.begin(); at != free_.end(); ++at) {
-      if (at->bytes >= bytes && (best == free_.end() || at->bytes <= best->bytes)) best = at;
+      if (at->bytes >= bytes && at->bytes <= kMostOfNeeded * bytes && (best == free_.end() || at->bytes <= best->bytes)) best = at;
     }
     if (best == free_.end()) {
       used_.push_back(NewBlock(bytes));

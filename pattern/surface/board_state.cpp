@@ -11,7 +11,7 @@ BoardState::BoardState(const Board& board, int width_px, int height_px, bool not
       height_px_(height_px),
       columns_(board.cols + 2 * kBorder),
       notes_missing_(notes_missing),
-      positions_(static_cast<size_t>(columns_) * (board.rows + 2 * kBorder), Position()) {}
+      positions_(PositionCount(), Position()) {}
 
 uint32_t BoardState::Around(int row, int col) const {
   const Position* here = &positions_[PositionOf(row, col)];
@@ -38,6 +38,24 @@ void BoardState::Sort() {
     position.cell = static_cast<int>(sorted.size()) - 1;
   }
   cells_ = std::move(sorted);
+}
+
+void BoardState::Rest() {
+  for (size_t k = 0; k < positions_.size(); ++k) {
+    if (positions_[k].changed) resting_.changed.push_back(k);
+  }
+  resting_.cells.assign(cells_.begin(), cells_.end());
+  positions_ = PixelVector<Position>();
+  cells_ = PixelVector<ViewCell>();
+}
+
+void BoardState::Wake() {
+  if (!positions_.empty()) return;
+  positions_.assign(PositionCount(), Position());
+  for (const size_t k : resting_.changed) positions_[k].changed = true;
+  cells_.assign(resting_.cells.begin(), resting_.cells.end());
+  IndexCells();
+  resting_ = {};
 }
 
 void BoardState::Evict(float min_confidence) {

@@ -84,6 +84,10 @@ class BoardState {
   // Fetches what a growth reads of a position.
   void Prefetch(int row, int col) const { __builtin_prefetch(&positions_[PositionOf(row, col)]); }
 
+  // Gives back all memory but for the cells, for which nothing may be asked until Wake.
+  void Rest();
+  void Wake();
+
   // Notes why a cell was not taken; the last reason counts. Nothing outside of the image is noted.
   void Miss(int row, int col, const CellPose& expected, WhyMissing why);
   // The noted cells that are still missing, by row and column.
@@ -102,14 +106,20 @@ class BoardState {
   size_t PositionOf(int row, int col) const {
     return static_cast<size_t>(row + kBorder) * columns_ + col + kBorder;
   }
+  size_t PositionCount() const { return static_cast<size_t>(columns_) * (board_->rows + 2 * kBorder); }
   void MarkRemoved(const ViewCell& cell);
   void IndexCells();
 
   const Board* board_;
   int width_px_, height_px_, columns_;
   bool notes_missing_;
-  PixelVector<Position> positions_;
-  PixelVector<ViewCell> cells_;
+  PixelVector<Position> positions_;  // empty at rest
+  PixelVector<ViewCell> cells_;      // empty at rest
+  struct Resting {
+    std::vector<ViewCell> cells;
+    std::vector<size_t> changed;  // positions
+  };
+  Resting resting_;
   std::map<size_t, MissingCell> missing_;  // by position
 };
 

@@ -58,9 +58,13 @@ DecodedFrame DecodeFrame(const FrameImages& images, size_t image_bytes, const Fr
             DecodeResult result = view->TakeResult();
             DescribeDecoding(result, report);
             frame.views[camera].observations = std::move(result.observations);
-            if (kept_bytes.fetch_add(view->image_bytes()) + view->image_bytes() > image_bytes)
-              view->DropImage();
-            if (image_bytes > 0) frame.decoders[camera] = std::move(view);
+            if (image_bytes > 0) {
+              const size_t bytes = view->image_bytes();
+              const bool keeps_image = kept_bytes.fetch_add(bytes) + bytes <= image_bytes;
+              if (!keeps_image) kept_bytes -= bytes;
+              view->Rest(keeps_image);
+              frame.decoders[camera] = std::move(view);
+            }
           }
           if (progress) progress(static_cast<double>(++done) / static_cast<double>(cameras));
         }

@@ -124,7 +124,7 @@ class Registration {
     const absl::StatusOr<AlignResult> first = AlignCloud(rough);
     if (!first.ok()) return absl::IsFailedPrecondition(first.status()) ? absl::OkStatus() : first.status();
     const absl::StatusOr<int> added = SecondPass({inputs_, index, first->mesh, options_.second}, stop_,
-                                                 decoders, &frame_.views, frame_.report);
+                                                 std::move(decoders), &frame_.views, frame_.report);
     if (!added.ok()) return added.status();
     observed_at_first_ = static_cast<int>(
         std::count(first->mesh.state.begin(), first->mesh.state.end(), VertexState::kObserved));

@@ -59,7 +59,7 @@ int LookInto(const SecondPassInputs& pass, const std::vector<PredictedCell>& wan
 }  // namespace
 
 absl::StatusOr<int> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
-                               const std::vector<std::unique_ptr<ViewDecoder>>& decoders,
+                               std::vector<std::unique_ptr<ViewDecoder>> decoders,
                                std::vector<ViewObservations>* views, v1::FrameReport& report) {
   const absl::StatusOr<PredictedSurface> surface = PredictedSurface::Build(
       pass.inputs.garment, pass.inputs.neighborhoods, pass.mesh, pass.options.prediction);
@@ -67,7 +67,9 @@ absl::StatusOr<int> SecondPass(const SecondPassInputs& pass, const std::stop_tok
   std::vector<int> added(views->size(), 0);
   const auto look = [&](size_t camera) {
     if (stop.stop_requested() || decoders[camera] == nullptr) return;
-    ViewDecoder& view = *decoders[camera];
+    const std::unique_ptr<ViewDecoder> decoder = std::move(decoders[camera]);  // its memory is free then
+    ViewDecoder& view = *decoder;
+    view.Wake();
     const std::vector<PredictedCell> wanted =
         Wanted(surface->CellsIn(pass.inputs.rig.cameras[camera]), pass, view.state());
     if (wanted.empty()) return;

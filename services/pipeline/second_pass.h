@@ -37,7 +37,7 @@ struct SecondPassInputs {
 // is gone, stay as they are. Returns the number of centres that were added. Runs in the calling thread's TBB
 // arena; the same result at any thread count.
 absl::StatusOr<int> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
-                               const std::vector<std::unique_ptr<ViewDecoder>>& decoders,
+                               std::vector<std::unique_ptr<ViewDecoder>> decoders,
                                std::vector<ViewObservations>* views, v1::FrameReport& report);
 
 }  // namespace weft

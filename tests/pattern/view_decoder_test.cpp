@@ -47,8 +47,7 @@ class ViewDecoders : public testing::Test {
     const auto [down_x, down_y] = at(col + 0.5, row + 1);
     const auto [up_x, up_y] = at(col + 0.5, row);
     PredictedCell cell{.row = row, .col = col, .sigma_px = 0.1f};
-    cell.pose = {f(x),           f(y), f(right_x - left_x), f(right_y - left_y), f(down_x - up_x),
-                 f(down_y - up_y)};
+    cell.pose = {f(x), f(y), f(right_x - left_x), f(right_y - left_y), f(down_x - up_x), f(down_y - up_y)};
     cell.in_sight.fill(1);
     return cell;
   }
@@ -57,7 +56,8 @@ class ViewDecoders : public testing::Test {
   std::unique_ptr<ViewDecoder> FirstPass() const {
     auto view = *ViewDecoder::Read(covered_, board_, {});
     view->Decode();
-    view->DropImage();
+    view->Rest(false);
+    view->Wake();
     return view;
   }
 
@@ -79,16 +79,16 @@ TEST_F(ViewDecoders, BothPassesMakeOneSetOfObservations) {
 
   const std::vector<Observation> all = view->Observations();
   EXPECT_GT(all.size(), first + 60) << "centres, and the corners between them";
-  EXPECT_TRUE(std::ranges::is_sorted(all, {}, [](const Observation& o) {
-    return std::tuple(o.node.kind, o.node.row, o.node.col);
-  }));
+  EXPECT_TRUE(std::ranges::is_sorted(
+      all, {}, [](const Observation& o) { return std::tuple(o.node.kind, o.node.row, o.node.col); }));
   std::map<std::pair<int, int>, const Observation*> centers;
   for (const Observation& o : all) {
     if (o.node.kind == NodeKind::kCenter) {
       EXPECT_TRUE(centers.emplace(std::pair{o.node.row, o.node.col}, &o).second) << "a node occurs once";
     }
   }
-  // A corner is the mean of the four centres around it, whichever pass found them: triangulation relies on it.
+  // A corner is the mean of the four centres around it, whichever pass found them: triangulation relies on
+  // it.
   for (const Observation& o : all) {
     if (o.node.kind != NodeKind::kCorner) continue;
     double x = 0, y = 0;
@@ -108,14 +108,16 @@ TEST_F(ViewDecoders, AnImageThatIsReadAgainGivesTheSame) {
   kept->Decode();
   dropped->Decode();
   EXPECT_GT(dropped->image_bytes(), open_.pixels->size());
-  dropped->DropImage();
+  dropped->Rest(false);
+  dropped->Wake();
   EXPECT_EQ(dropped->image_bytes(), 0u);
   ASSERT_TRUE(dropped->ReadAgain(open_).ok());
   ASSERT_TRUE(kept->Find(predicted_, {}).ok());
   ASSERT_TRUE(dropped->Find(predicted_, {}).ok());
   const std::vector<Observation> a = kept->Observations(), b = dropped->Observations();
   ASSERT_EQ(a.size(), b.size());
-  for (size_t k = 0; k < a.size(); ++k) EXPECT_EQ(std::tuple(a[k].x_px, a[k].y_px), std::tuple(b[k].x_px, b[k].y_px));
+  for (size_t k = 0; k < a.size(); ++k)
+    EXPECT_EQ(std::tuple(a[k].x_px, a[k].y_px), std::tuple(b[k].x_px, b[k].y_px));
 }
 
 TEST_F(ViewDecoders, RefuseWhatCannotBe) {
@@ -123,7 +125,8 @@ TEST_F(ViewDecoders, RefuseWhatCannotBe) {
   EXPECT_THAT(std::string(view->Find(predicted_, {}).status().message()), HasSubstr("read it again"));
   Frame other = Render({.width_px = 90, .height_px = 80}, board_.board());
   other.origin = "other.png";
-  EXPECT_THAT(std::string(view->ReadAgain(other).message()), HasSubstr("other.png: the image has another size"));
+  EXPECT_THAT(std::string(view->ReadAgain(other).message()),
+              HasSubstr("other.png: the image has another size"));
   GuidedOptions bad;
   bad.min_lead = 2;
   EXPECT_THAT(std::string(view->Find(predicted_, bad).status().message()), HasSubstr("guided.min_lead"));

@@ -106,6 +106,9 @@ TEST(BoardStates, FollowAPlainModelOverRandomOperations) {
       for (size_t k = 0; k < keep.size(); ++k) keep[k] = share(random) < 0.7f;
       state.Filter([&](size_t k) { return keep[k]; });
       model.Filter([&](size_t k) { return keep[k]; });
+    } else if (choice < 0.97f) {
+      state.Rest();
+      state.Wake();
     } else {
       const float least = 0.5f * share(random);
       state.Evict(least);
@@ -153,6 +156,8 @@ TEST(BoardStates, AnAddedCellUnscoresThoseWhoseFitLooksAtIt) {
       state.MarkScored();
       for (const ViewCell& cell : state.cells()) ASSERT_TRUE(state.IsScored(cell));
       state.Add(CellAt(row, col));
+      state.Rest();  // changes are kept
+      state.Wake();
       for (const ViewCell& cell : state.cells())
         EXPECT_EQ(state.IsScored(cell), !FitOfACenterLooks(cell.row - row, cell.col - col));
     }
