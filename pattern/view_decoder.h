@@ -16,6 +16,7 @@
 #include "pattern/image/ink_model.h"
 #include "pattern/seeds/patch_search.h"
 #include "pattern/surface/board_state.h"
+#include "pattern/surface/edge_runs.h"
 #include "pattern/surface/predicted_cells.h"
 
 namespace weft {
@@ -62,7 +63,7 @@ class ViewDecoder {
   bool FindSeeds();
   void Grow(const GrowthPolicy& policy);
   void Score();
-  void Evict(float min_confidence) { state_.Evict(min_confidence); }
+  void Evict(float min_confidence) { EvictUnsure(min_confidence, &state_); }
   void Finish();
 
   bool LooksLikeChance() const;

@@ -83,7 +83,8 @@ struct PlacedCell {
   int row = 0;
   int col = 0;
   CellPose pose;
-  int group = 0;  // cells that were read or grown from one piece of lattice have one number
+  int group = 0;         // cells that were read or grown from one piece of lattice have one number
+  bool is_read = false;  // in a piece whose colours alone leave no doubt where on the board it is
 };
 
 // Weight of each cell of the 3x3 neighbourhood in a fit, row by row; the middle is the cell itself.

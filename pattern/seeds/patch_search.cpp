@@ -197,6 +197,7 @@ void AddStripSeeds(const LevelPatch& patch, const Board& board, const PatchDecod
   }
   for (PlacedCell& cell : PlaceCells(cells)) {
     cell.group = group;
+    cell.is_read = true;
     seeds->push_back(cell);
   }
 }
@@ -317,7 +318,8 @@ std::vector<PlacedCell> SeedsOf(const std::vector<LevelPatch>& patches, const Bo
         const PatchCell& c = patch.measured.lattice.cells[k];
         const BoardCell at = piece.pose.ToBoard(c.i, c.j);
         if (!c.has_frame() || !board.Contains(at.row, at.col)) continue;
-        seeds.push_back({at.row, at.col, PoseOnBoard(patch, k, piece.pose), group});
+        seeds.push_back({at.row, at.col, PoseOnBoard(patch, k, piece.pose), group,
+                         piece.evidence >= options.min_evidence_contradicted});
       }
     }
   }

@@ -21,6 +21,7 @@ struct ViewCell {
   int group = 0;         // of the lattice piece that it grew from
   float log_odds = 0;    // logarithm of the odds that the cell is there, scored by itself; see ScoreCells
   float confidence = 0;  // probability that the cell is there, the cells around taken into account
+  bool is_read = false;  // see PlacedCell
 };
 
 // The cells of one view, by board position. A board cell is in it at most once.

@@ -97,7 +97,7 @@ class Growth {
     for (size_t k = 0; k < is_inside.size(); ++k) {
       const ViewCell& cell = state_.cells()[k];
       is_inside[k] = state_.Around(cell.row, cell.col) == kAll;
-      if (!is_inside[k]) boundary.push_back({cell.row, cell.col, cell.fit.pose, cell.group});
+      if (!is_inside[k]) boundary.push_back({cell.row, cell.col, cell.fit.pose, cell.group, cell.is_read});
     }
     state_.Filter([&](size_t k) { return is_inside[k]; });
     return boundary;
@@ -111,7 +111,7 @@ class Growth {
       PredictedCell expected{.row = seed.row, .col = seed.col, .pose = seed.pose};
       expected.in_sight.fill(1);
       const CellFit fit = fitter_.Fit(expected, limits);
-      if (!WhyNot(fit)) Enqueue({seed.row, seed.col, fit, seed.group, 0, 0});
+      if (!WhyNot(fit)) Enqueue({seed.row, seed.col, fit, seed.group, 0, 0, seed.is_read});
     }
   }
 
@@ -153,7 +153,8 @@ class Growth {
   void Enqueue(const ViewCell& candidate) {
     float& best = state_.BestExplained(candidate.row, candidate.col);
     best = std::max(best, candidate.fit.explained);
-    queue_.Push(candidate.fit.explained, static_cast<int>(candidates_.size()));
+    // What was read is certain, and comes before what follows from it.
+    queue_.Push(candidate.is_read ? 1 : candidate.fit.explained, static_cast<int>(candidates_.size()));
     candidates_.push_back(candidate);
   }
 

@@ -141,6 +141,23 @@ TEST_F(Confidences, LeanOnTheCellsAround) {
   EXPECT_LT(confidences[1] + 0.1f, confidences[2]);
 }
 
+TEST_F(Confidences, AreHighForCellsThatWereRead) {
+  // A cell that looks wrong.
+  const auto score = [this](bool is_read) {
+    BoardState state = RightCells([](int row, int col) { return row == kMiddle && col == kMiddle; });
+    ViewCell cell = Fitted(kMiddle, kMiddle, 1);
+    cell.is_read = is_read;
+    state.Add(cell);
+    ScoreCells(fitter_.get(), &state);
+    return *state.Find(kMiddle, kMiddle);
+  };
+  const ViewCell read = score(true), grown = score(false);
+  EXPECT_FLOAT_EQ(read.log_odds, 6);
+  EXPECT_LT(grown.log_odds, 3);
+  EXPECT_GT(read.confidence, 0.99f);
+  EXPECT_GT(read.confidence, grown.confidence);
+}
+
 // What is told from a score in the tests below.
 constexpr float kMark = -77;
 

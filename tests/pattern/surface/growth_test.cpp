@@ -86,6 +86,19 @@ TEST_F(Growths, StartFromSeedsOnlyWhereThePolicySaysSo) {
   EXPECT_TRUE(GrownOver(frame_, policy, seeds).cells().empty());
 }
 
+TEST_F(Growths, RememberWhatWasRead) {
+  PlacedCell read = Seed(kMiddle, kMiddle);
+  read.is_read = true;
+  BoardState state = GrownOver(frame_, kFromSeeds, {{Seed(kMiddle + 3, kMiddle), read}, nullptr});
+  ASSERT_GT(state.cells().size(), 100u);
+  for (const ViewCell& cell : state.cells())
+    EXPECT_EQ(cell.is_read, cell.row == kMiddle && cell.col == kMiddle) << cell.row << " " << cell.col;
+  // At a boundary it is fitted again.
+  state.Filter([&](size_t k) { return state.cells()[k].row >= kMiddle; });
+  state = GrownFrom(state, frame_, kWithIsolated, {});
+  EXPECT_TRUE(state.Find(kMiddle, kMiddle)->is_read);
+}
+
 TEST_F(Growths, IgnoreSeedsOffTheBoard) {
   const GrowthSeeds seeds{{{-1, 3, Seed(0, 3).pose}, {3, kCols, Seed(3, kCols - 1).pose}}, nullptr};
   EXPECT_TRUE(GrownOver(frame_, kFromSeeds, seeds).cells().empty());

@@ -1,0 +1,24 @@
+// Cells along an edge of what is known are right or wrong together.
+#pragma once
+
+#include "pattern/surface/board_state.h"
+
+namespace weft {
+
+// Length of the shortest row or column of known cells that a cell is in at an edge: it has a known neighbour
+// on one side, none on the other, and the row runs along that edge. kLongestRun, too, where it is longer;
+// kInside for a cell at no edge.
+inline constexpr int kLongestRun = 6, kInside = 7;
+int RunAtEdge(const BoardState& state, int row, int col);
+
+// The cell's confidence, with what its run says: beyond an edge, print that is not the next cell matches it
+// by chance in a tenth of the cases, and rarely does so for three cells side by side.
+float ConfidenceInRun(const BoardState& state, const ViewCell& cell);
+
+// Removes cells of which ConfidenceInRun is less.
+void EvictUnsure(float min_confidence, BoardState* state);
+
+// Replaces each cell's confidence by ConfidenceInRun.
+void JudgeRuns(BoardState* state);
+
+}  // namespace weft
