@@ -21,6 +21,8 @@ namespace {
 constexpr int kLeastSidePx = 9;
 // With fewer known cells, a second pass knows too little about the view.
 constexpr size_t kLeastKnown = 20;
+// Fewer seeds of a lattice may not show the view's inks and blur.
+constexpr size_t kFewSeeds = 30;
 // A cell that moved by less in the sweep before has settled.
 constexpr float kSettledCells = 0.02f;
 
@@ -226,13 +228,8 @@ bool ViewDecoder::FindSeeds() {
   inks_ = DecodePatches(board_, options_.patches, &patches);
   for (const LevelPatch& patch : patches) result_.patches.push_back(Report(patch, options_.patches));
   seeds_.first = SeedsOf(patches, board_.board(), options_.patches);
+  const bool from_strips = seeds_.first.size() < kFewSeeds && SeedFromStrips(patches);
   AddUnread(patches, options_.patches, &blobs_);
-  const bool from_strips = seeds_.first.empty();
-  if (from_strips) {
-    patches = ExtendPatches(pyramid_, patches, blobs_);
-    inks_ = DecodePatches(board_, options_.patches, &patches);
-    seeds_.first = SeedsOf(patches, board_.board(), options_.patches);
-  }
   if (seeds_.first.empty()) return false;
   appearance_ = LearnAppearance(pyramid_, board_.board(), profile_, inks_, SomeOf(seeds_.first, from_strips));
   knows_inks_ = true;
@@ -244,6 +241,21 @@ bool ViewDecoder::FindSeeds() {
     seeds.insert(seeds.end(), strips.begin(), strips.end());
     return seeds;
   };
+  return true;
+}
+
+// Reads strips at once where a lattice gave few seeds or none; false where they give no more.
+bool ViewDecoder::SeedFromStrips(const std::vector<LevelPatch>& patches) {
+  std::vector<LooseBlob> blobs = blobs_;
+  for (const LevelPatch& patch : patches) {
+    for (const Keypoint& p : patch.points) blobs.push_back({p.x_px, p.y_px, patch.level});
+  }
+  std::vector<LevelPatch> strips = ExtendPatches(pyramid_, patches, blobs);
+  const InkModel inks = DecodePatches(board_, options_.patches, &strips);
+  std::vector<PlacedCell> seeds = SeedsOf(strips, board_.board(), options_.patches);
+  if (seeds.size() <= seeds_.first.size()) return false;
+  inks_ = inks;
+  seeds_.first = std::move(seeds);
   return true;
 }
 

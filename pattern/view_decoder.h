@@ -61,6 +61,7 @@ class ViewDecoder {
 
   // The steps of Decode, in the order of their use.
   bool FindSeeds();
+  bool SeedFromStrips(const std::vector<LevelPatch>& patches);
   void Grow(const GrowthPolicy& policy);
   void Score();
   void Evict(float min_confidence) { EvictUnsure(min_confidence, &state_); }

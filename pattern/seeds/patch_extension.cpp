@@ -54,6 +54,7 @@ class Blobs {
     return best;
   }
   void Take(int blob) { taken_[blob] = true; }
+  void GiveBack(int blob) { taken_[blob] = false; }
   Vec At(int blob) const { return {points_[blob].x_px, points_[blob].y_px}; }
 
  private:
@@ -74,22 +75,23 @@ class Extension {
  public:
   explicit Extension(Blobs* blobs) : blobs_(*blobs) {}
 
-  // The patch's cells with frames, and all that follow from them.
-  std::vector<Node> Run(const LevelPatch& patch) {
-    for (size_t k = 0; k < patch.points.size(); ++k) {
-      constexpr float kSamePx = 0.02f;
-      const PatchCell& c = patch.measured.lattice.cells[k];
-      if (!c.has_frame()) continue;
-      const Vec at{patch.points[k].x_px, patch.points[k].y_px};
-      const int blob = blobs_.Nearest(at, kSamePx);
-      const float s = patch.scale;
-      if (blob >= 0) Add(blob, {c.i, c.j, at, {s * c.ax, s * c.ay}, {s * c.bx, s * c.by}});
+  // A cell with a frame that nobody has taken, and all that follow from it; fewer than kLeastCells are given
+  // back.
+  std::vector<Node> Run(Node start) {
+    constexpr float kSamePx = 0.02f;
+    const int blob = blobs_.Nearest(start.at, kSamePx);
+    if (blob < 0) return {};
+    for (Vec* edge : {&start.a, &start.b}) {
+      if (IsTwoSteps(start.at, *edge)) *edge = 0.5f * *edge;
     }
+    Add(blob, start);
     for (size_t k = 0; k < nodes_.size(); ++k) {
       for (const auto& [di, dj] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}})
         Follow(Node(nodes_[k]), di, dj);
     }
-    return std::move(nodes_);
+    if (nodes_.size() >= kLeastCells) return std::move(nodes_);
+    for (const int taken : joined_) blobs_.GiveBack(taken);
+    return {};
   }
 
  private:
@@ -103,12 +105,20 @@ class Extension {
 
   void Add(int blob, const Node& node) {
     blobs_.Take(blob);
+    joined_.push_back(blob);
     at_[Key(node.i, node.j)] = static_cast<int>(nodes_.size());
     nodes_.push_back(node);
   }
 
   static Vec Step(const Node& from, int di, int dj) {
     return static_cast<float>(dj) * from.a + static_cast<float>(di) * from.b;
+  }
+
+  // Whether there are blobs half way, on both sides. Squeezed cells lack neighbours, and the lattice takes
+  // those behind them.
+  bool IsTwoSteps(Vec at, Vec edge) const {
+    const float radius = 0.5f * kTolerance * std::sqrt(Squared(edge));
+    return blobs_.Nearest(at + 0.5f * edge, radius) >= 0 && blobs_.Nearest(at - 0.5f * edge, radius) >= 0;
   }
 
   // Looks for the cell that is (di, dj) from a known one.
@@ -139,6 +149,7 @@ class Extension {
 
   Blobs& blobs_;
   std::vector<Node> nodes_;  // in the order in which they were found
+  std::vector<int> joined_;  // their blobs
   std::unordered_map<uint64_t, int> at_;
 };
 
@@ -177,8 +188,15 @@ std::vector<LevelPatch> ExtendPatches(const std::vector<ColorImage>& pyramid,
     by_level.emplace_back(blobs, static_cast<int>(level), pyramid[0]);
   std::vector<LevelPatch> extended;
   for (const LevelPatch& patch : patches) {
-    const std::vector<Node> nodes = Extension(&by_level[patch.level]).Run(patch);
-    if (nodes.size() >= kLeastCells) extended.push_back(PatchOf(nodes, patch.level, pyramid[patch.level]));
+    for (size_t k = 0; k < patch.points.size(); ++k) {
+      const PatchCell& c = patch.measured.lattice.cells[k];
+      if (!c.has_frame()) continue;
+      const float s = patch.scale;
+      const Node start{
+          0, 0, {patch.points[k].x_px, patch.points[k].y_px}, {s * c.ax, s * c.ay}, {s * c.bx, s * c.by}};
+      const std::vector<Node> nodes = Extension(&by_level[patch.level]).Run(start);
+      if (!nodes.empty()) extended.push_back(PatchOf(nodes, patch.level, pyramid[patch.level]));
+    }
   }
   return extended;
 }

@@ -90,6 +90,29 @@ TEST(ExtendPatches, FollowsABentStripFromOneFrame) {
   }
 }
 
+TEST(ExtendPatches, FramesOfTwoStepsAreHalved) {
+  Scene scene({{36, 3, 60}});
+  PatchCell& start = scene.patches[0].measured.lattice.cells[0];
+  start.by *= 2;
+  const auto extended = ExtendPatches(GreyPyramid(), scene.patches, scene.blobs);
+  ASSERT_EQ(extended.size(), 1u);
+  EXPECT_EQ(scene.RightCells(extended[0], 18), 108);
+}
+
+TEST(ExtendPatches, FramesThatLeadNowhereTakeNothing) {
+  Scene scene({{36, 3, 60}});
+  // The first patch has a frame askew, from which hardly any cell follows.
+  LevelPatch askew = scene.patches[0];
+  askew.measured.lattice.cells[0].ax = 3;
+  askew.measured.lattice.cells[0].ay = 3;
+  askew.measured.lattice.cells[0].bx = -3;
+  askew.measured.lattice.cells[0].by = 2;
+  scene.patches.insert(scene.patches.begin(), askew);
+  const auto extended = ExtendPatches(GreyPyramid(), scene.patches, scene.blobs);
+  ASSERT_EQ(extended.size(), 1u);
+  EXPECT_EQ(scene.RightCells(extended[0], 18), 108);
+}
+
 TEST(ExtendPatches, ABlobJoinsOnePatchOfItsLevel) {
   const Scene near({{36, 3, 60}, {36, 3, 75}, {36, 3, 120}});
   std::map<std::pair<float, float>, int> joined;
