@@ -37,6 +37,24 @@ void PrintClass(const char* name, const std::vector<ScoredObservation>& all,
               Quantile(ratios, 0.95), Quantile(ratios, 0.99));
 }
 
+void PrintPrecision(const DecodeScore& score) {
+  std::printf("precision: %.5f (%zu cells wrong)\n", score.Precision(), score.WrongCells());
+  size_t all[3] = {}, wrong[3] = {}, on_crest[3] = {};
+  for (const ScoredObservation& o : score.observations) {
+    if (o.node.kind != NodeKind::kCenter) continue;
+    const int kind = o.pitch_px >= 3 ? 0 : o.pitch_px > 0 ? 1 : 2;
+    ++all[kind];
+    wrong[kind] += !o.right;
+    on_crest[kind] += o.on_crest;
+  }
+  constexpr const char* kKinds[] = {"of 3 px and more", "of less", "nowhere in sight"};
+  for (int k = 0; k < 3; ++k) {
+    std::printf("  of %6zu %-17s %5zu wrong, %5zu of them on the crest of a fold\n", all[k], kKinds[k],
+                wrong[k], on_crest[k]);
+  }
+  std::printf("\n");
+}
+
 void PrintErrors(const std::vector<ScoredObservation>& all) {
   std::printf("%-22s %8s  %13s   %27s\n", "", "", "error px", "error / sigma_px");
   std::printf("%-22s %8s  %6s %6s   %6s %6s %6s %6s\n", "class", "n", "50 %", "95 %", "rms", "50 %", "95 %",
@@ -115,7 +133,7 @@ void ScoreTake(const testing::TrueTake& take, DecodeScore* score, std::vector<do
   const BoardIndex index = *BoardIndex::Build(take.board);
   for (const testing::TrueView& view : take.views) {
     const size_t first = score->observations.size();
-    testing::Score(*DecodeView(view.image, index, {}), view.truth, score);
+    testing::Score(*DecodeView(view.image, index, {}), view, score);
     const testing::PictureLook look = testing::MeasureLook(view, take.board);
     blurs_px->push_back(look.appearance.sigma_px);
     noises->push_back(look.noise);
@@ -148,7 +166,7 @@ int Run(const std::vector<std::string>& folders) {
     std::printf("  of %6zu from %d px%s: %.4f\n", cells, least,
                 most < 1000 ? (" to " + std::to_string(most) + " px").c_str() : "", all.Recall(least, most));
   }
-  std::printf("precision: %.5f (%zu cells wrong)\n\n", all.Precision(), all.WrongCells());
+  PrintPrecision(all);
   PrintErrors(all.observations);
   PrintBounds(all.observations);
   std::printf("blur %.2f px and noise %.2f grey levels in the median of the pictures\n",

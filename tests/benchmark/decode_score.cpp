@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <set>
 
 #include "absl/strings/str_cat.h"
@@ -28,7 +27,9 @@ absl::StatusOr<TrueTake> ReadTrueTake(const std::string& folder) {
     auto truth = ReadFrameTruth(absl::StrCat(folder, "/truth/", frame));
     if (!truth.ok()) return truth.status();
     for (ViewTruth& view : truth->views) {
-      auto image = ReadImageFile(absl::StrCat(folder, "/", frame, "/", view.camera_id, ".png"));
+      const std::string picture = absl::StrCat(folder, "/", frame, "/", view.camera_id);
+      auto image = ReadImageFile(picture + ".png");
+      if (absl::IsNotFound(image.status())) image = ReadImageFile(picture + ".jpg");
       if (!image.ok()) {
         // A picture that the camera lost.
         if (absl::IsNotFound(image.status())) continue;
@@ -76,6 +77,12 @@ size_t DecodeScore::WrongCells() const {
                     [](const ScoredObservation& o) { return o.node.kind == NodeKind::kCenter && !o.right; }));
 }
 
+size_t DecodeScore::WrongOnCrest() const {
+  return static_cast<size_t>(std::count_if(
+      observations.begin(), observations.end(),
+      [](const ScoredObservation& o) { return o.node.kind == NodeKind::kCenter && o.on_crest; }));
+}
+
 double DecodeScore::Precision() const {
   const auto all = std::count_if(observations.begin(), observations.end(),
                                  [](const ScoredObservation& o) { return o.node.kind == NodeKind::kCenter; });
@@ -90,25 +97,61 @@ std::vector<double> DecodeScore::ErrorsPx(NodeKind kind) const {
   return errors;
 }
 
-void Score(const DecodeResult& result, const ViewTruth& truth, DecodeScore* score) {
-  std::map<BoardNode, const NodeTruth*> is_there;
-  for (const NodeTruth& node : truth.nodes) is_there[node.node] = &node;
+NodesOfView::NodesOfView(const TrueView& view) : view_(view) {
+  for (const NodeTruth& node : view.truth.nodes) nodes_[node.node] = &node;
+}
+
+const NodeTruth* NodesOfView::Find(const BoardNode& node) const {
+  const auto at = nodes_.find(node);
+  return at == nodes_.end() ? nullptr : at->second;
+}
+
+Verdict NodesOfView::Judge(const BoardNode& node, double x_px, double y_px) const {
+  const NodeTruth* truth = Find(node);
+  if (truth == nullptr) {
+    constexpr double kNear = 0.5;  // to the middles of the outermost pixels
+    const bool inside = x_px > kNear && y_px > kNear && x_px < view_.image.width_px - 1 - kNear &&
+                        y_px < view_.image.height_px - 1 - kNear;
+    return inside ? Verdict::kWrong : Verdict::kUnjudged;
+  }
+  const double error_px = std::hypot(x_px - truth->pixel_px.x(), y_px - truth->pixel_px.y());
+  if (error_px < 0.5 * truth->pitch_px) return Verdict::kRight;
+  return error_px < 0.5 * LargestPitchAround(node) ? Verdict::kOnCrest : Verdict::kWrong;
+}
+
+double NodesOfView::LargestPitchAround(const BoardNode& node) const {
+  double largest_px = 0;
+  for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}}) {
+    const NodeTruth* near = Find({node.row + dr, node.col + dc, node.kind});
+    if (near != nullptr) largest_px = std::max(largest_px, near->pitch_px);
+  }
+  return largest_px;
+}
+
+void Score(const DecodeResult& result, const TrueView& view, DecodeScore* score) {
+  const NodesOfView truth(view);
   std::map<BoardNode, bool> observed;  // and whether rightly
   for (const Observation& o : result.observations) observed[o.node] = false;
   for (const Observation& o : result.observations) {
-    ScoredObservation scored{.node = o.node, .sigma_px = o.sigma_px, .confidence = o.confidence};
+    const Verdict verdict = truth.Judge(o.node, o.x_px, o.y_px);
+    if (verdict == Verdict::kUnjudged) continue;
+    ScoredObservation scored{.node = o.node,
+                             .right = verdict == Verdict::kRight,
+                             .on_crest = verdict == Verdict::kOnCrest,
+                             .sigma_px = o.sigma_px,
+                             .confidence = o.confidence};
     for (int k = 0; k < 9; ++k) {
       const BoardNode near{o.node.row + k / 3 - 1, o.node.col + k % 3 - 1, o.node.kind};
       scored.neighbors += k != 4 && observed.contains(near);
     }
-    if (const auto at = is_there.find(o.node); at != is_there.end()) {
-      scored.pitch_px = at->second->pitch_px;
-      scored.error_px = std::hypot(o.x_px - at->second->pixel_px.x(), o.y_px - at->second->pixel_px.y());
-      scored.right = observed[o.node] = scored.error_px < 0.5 * scored.pitch_px;
+    if (const NodeTruth* at = truth.Find(o.node)) {
+      scored.pitch_px = at->pitch_px;
+      scored.error_px = std::hypot(o.x_px - at->pixel_px.x(), o.y_px - at->pixel_px.y());
     }
+    observed[o.node] = scored.right;
     score->observations.push_back(scored);
   }
-  for (const NodeTruth& node : truth.nodes) {
+  for (const NodeTruth& node : view.truth.nodes) {
     if (!node.scoreable || node.node.kind != NodeKind::kCenter) continue;
     const auto at = observed.find(node.node);
     score->cells.push_back({node.pitch_px, at != observed.end() && at->second});
@@ -125,7 +168,7 @@ absl::StatusOr<DecodeScore> DecodeAndScore(const TrueTake& take, const BoardInde
     const auto result = DecodeView(view.image, index, options);
     if (!result.ok()) return result.status();
     score.user_s += UserSeconds() - start_s;
-    Score(*result, view.truth, &score);
+    Score(*result, view, &score);
     if (on_view) on_view(score.views);
   }
   return score;
