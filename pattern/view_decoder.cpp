@@ -203,16 +203,16 @@ void ViewDecoder::Rest(bool keeps_image) {
 
 void ViewDecoder::MakeFitter() { fitter_.emplace(pyramid_, board_.board(), profile_, appearance_); }
 
-void ViewDecoder::Decode() {
+void ViewDecoder::Decode(const ScoreObserver& on_scored) {
   if (!FindSeeds()) return;
   Grow(kFromSeeds);
-  Score();
+  Score(on_scored);
   Evict(options_.confidence.min_to_grow);
   Grow(kWithIsolated);
-  Score();
+  Score(on_scored);
   Evict(options_.confidence.min_at_boundary);
   Grow(kBehindOccluders);
-  Score();
+  Score(on_scored);
   Finish();
 }
 
@@ -264,9 +264,12 @@ void ViewDecoder::Grow(const GrowthPolicy& policy) {
   weft::Grow(*fitter_, options_.growth, policy, seeds_, &state_);
 }
 
-void ViewDecoder::Score() {
-  const LapTimer timer(&result_.timings.refinement_ms);
-  ScoreCells(*fitter_, &state_);
+void ViewDecoder::Score(const ScoreObserver& on_scored) {
+  {
+    const LapTimer timer(&result_.timings.refinement_ms);
+    ScoreCells(*fitter_, &state_);
+  }
+  if (on_scored) on_scored(state_);
 }
 
 void ViewDecoder::Finish() {

@@ -1,6 +1,7 @@
 // The engine of decoding: everything that is known of one view, and the policies that add to it.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -31,8 +32,11 @@ class ViewDecoder {
   ViewDecoder(const ViewDecoder&) = delete;
   ViewDecoder& operator=(const ViewDecoder&) = delete;
 
-  // The first pass: all that the view shows by itself. Call it once.
-  void Decode();
+  // Is called with the cells of a growth once they are scored, before the unsure ones are evicted.
+  using ScoreObserver = std::function<void(const BoardState&)>;
+
+  // The first pass: all that the view shows by itself. Call it once. `on_scored` may be empty.
+  void Decode(const ScoreObserver& on_scored = {});
 
   // The second pass: looks for predicted cells (see FindPredicted), with the inks and the blur that the first
   // pass learnt. Returns why each was not found, or nothing where it was. Nothing is looked for in a view of
@@ -40,6 +44,8 @@ class ViewDecoder {
   absl::StatusOr<std::vector<std::optional<WhyMissing>>> Find(const std::vector<PredictedCell>& predicted,
                                                               const GuidedOptions& options);
 
+  // Fits cells to the view; null without an image and seeds.
+  const CellFitter* fitter() const { return fitter_ ? &*fitter_ : nullptr; }
   // Where cells are in the view so far.
   const BoardState& state() const { return state_; }
   // Centres and corners found so far, as DecodeResult.
@@ -63,7 +69,7 @@ class ViewDecoder {
   bool FindSeeds();
   bool SeedFromStrips(const std::vector<LevelPatch>& patches);
   void Grow(const GrowthPolicy& policy);
-  void Score();
+  void Score(const ScoreObserver& on_scored);
   void Evict(float min_confidence) { EvictUnsure(min_confidence, &state_); }
   void Finish();
 
