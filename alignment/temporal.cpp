@@ -55,6 +55,15 @@ std::vector<Eigen::Vector3d> Smoothed(const MeshGraph& graph, const std::vector<
   return values;
 }
 
+// The same without taking width from what is smooth: 2 S - S S of the smoothing S keeps a bend as it is.
+std::vector<Eigen::Vector3d> Sharpened(const MeshGraph& graph, const std::vector<bool>& counted, int rings,
+                                       std::vector<Eigen::Vector3d> values) {
+  const std::vector<Eigen::Vector3d> once = Smoothed(graph, counted, rings, std::move(values));
+  std::vector<Eigen::Vector3d> twice = Smoothed(graph, counted, rings, once);
+  for (size_t v = 0; v < twice.size(); ++v) twice[v] = 2 * once[v] - twice[v];
+  return twice;
+}
+
 // How three frames of a vertex differ from even motion, own - middle: what was measured, and what of it is
 // the cloth's acceleration.
 struct UnevenMotion {
@@ -75,7 +84,7 @@ absl::StatusOr<UnevenMotion> FindUnevenMotion(const MeshGraph& graph, const Regi
     any = motion.measured[v] = true;
     motion.seen_mm[v] = own.vertices_mm[v] - Middle(previous, next, v);
   }
-  motion.accelerated_mm = Smoothed(graph, motion.measured, rings, motion.seen_mm);
+  motion.accelerated_mm = Sharpened(graph, motion.measured, rings, motion.seen_mm);
   if (any) {
     absl::Status status = LaplacianFill(graph, motion.measured, &motion.accelerated_mm);
     if (!status.ok()) return status;
@@ -85,19 +94,12 @@ absl::StatusOr<UnevenMotion> FindUnevenMotion(const MeshGraph& graph, const Regi
 
 // Where measured vertices are by the measurements of three frames: of what is no acceleration, and so noise,
 // 2/3 go, then the three weigh the same. The larger a move against sigma, the less it is noise, and the less
-// of it is made. At the border to hidden cloth acceleration is known too poorly.
+// of it is made.
 std::vector<Eigen::Vector3d> SharedNoise(const MeshGraph& graph, const RegisteredMesh& own,
                                          const UnevenMotion& motion, double max_sigmas) {
-  const auto inside = [&](int v) {
-    bool measured = motion.measured[v] && own.state[v] == VertexState::kObserved;
-    for (int i = graph.first[v]; i < graph.first[v + 1]; ++i) {
-      measured = measured && motion.measured[graph.neighbor[i]];
-    }
-    return measured;
-  };
   std::vector<Eigen::Vector3d> position_mm = own.vertices_mm;
   for (int v = 0; v < graph.vertices; ++v) {
-    if (!inside(v)) continue;
+    if (!motion.measured[v]) continue;
     const Eigen::Vector3d move = 2.0 / 3 * (motion.accelerated_mm[v] - motion.seen_mm[v]);
     const double limit_mm2 = std::pow(2 * max_sigmas * own.sigma_mm[v], 2);
     if (limit_mm2 > 0) position_mm[v] += move * limit_mm2 / (limit_mm2 + move.squaredNorm());

@@ -19,8 +19,8 @@ struct TemporalOptions {
   // `accelerated_rings` rings of vertices, and by noise, which is not. Hidden vertices accelerate with the
   // cloth around them. The noise of observed ones is shared out over the three frames; they move by at most
   // max_observed_sigmas of their sigma_mm, 0 leaves them where they are.
-  double max_observed_sigmas = 0.5;
-  int accelerated_rings = 1;
+  double max_observed_sigmas = 1;
+  int accelerated_rings = 3;
   ElasticOptions elastic;
   bool remove_self_intersections = true;  // last, since moved vertices may meet other layers anew
   UntangleOptions untangle;
