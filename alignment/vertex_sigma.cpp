@@ -6,17 +6,6 @@
 namespace weft {
 namespace {
 
-// Of the variance that E_Dist takes away: a pull that noise alone hardly ever causes.
-constexpr double kExpectedPull = 3;
-
-// Share of the variance of independent noise of weight 1 that is left on a wide triangular grid whose edges
-// have the weight `coupling`: the mean of 1 / (1 + coupling * eigenvalue) over the eigenvalues of the graph's
-// Laplacian, which spread from 0 to about 12 (nearly evenly, as on any surface).
-double SmoothedVarianceShare(double coupling) {
-  const double x = 12 * coupling;
-  return x < 1e-6 ? 1 : std::log1p(x) / x;
-}
-
 double SizeMm(const TriangleMesh& mesh) {
   Eigen::Vector3d low = mesh.vertices_mm[0], high = low;
   for (const Eigen::Vector3d& v : mesh.vertices_mm) low = low.cwiseMin(v), high = high.cwiseMax(v);
@@ -42,6 +31,11 @@ void SpreadOutwards(const MeshGraph& graph, const std::vector<int>& rings, std::
 }
 
 }  // namespace
+
+double SmoothedVarianceShare(double coupling) {
+  const double x = 12 * coupling;
+  return x < 1e-6 ? 1 : std::log1p(x) / x;
+}
 
 std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
                                 const std::vector<Eigen::Vector3d>& position_mm,

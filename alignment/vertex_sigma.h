@@ -15,4 +15,12 @@ namespace weft {
 std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
                                 const std::vector<Eigen::Vector3d>& position_mm, const AlignOptions& options);
 
+// Of the variance that E_Dist takes away: a pull that noise alone hardly ever causes.
+inline constexpr double kExpectedPull = 3;
+
+// Share of the variance of independent noise of weight 1 that is left on a wide triangular grid whose edges
+// have the weight `coupling`: the mean of 1 / (1 + coupling * eigenvalue) over the eigenvalues of the graph's
+// Laplacian, which spread from 0 to about 12 (nearly evenly, as on any surface).
+double SmoothedVarianceShare(double coupling);
+
 }  // namespace weft

@@ -40,7 +40,7 @@ std::vector<Eigen::Vector3d> PointsOf(const std::vector<VertexTarget>& targets) 
   return points_mm;
 }
 
-TEST(ReturnToPoints, TheMeshIsAsGoodAsItsCloudInCreases) {
+TEST(ReturnToPoints, TheMeshIsNearlyAsGoodAsItsCloudInCreases) {
   const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
   const auto truth = Mapped(garment.rest.vertices_mm, Pleated);
   const auto targets = MeasureWithSigma(truth);
@@ -50,7 +50,7 @@ TEST(ReturnToPoints, TheMeshIsAsGoodAsItsCloudInCreases) {
   ASSERT_TRUE(bent_flat.ok() && result.ok());
   const double cloud_mm = MeanError(PointsOf(targets), truth, IsCrease);
   EXPECT_GT(MeanError(bent_flat->mesh.vertices_mm, truth, IsCrease), 1.2 * cloud_mm);
-  EXPECT_LT(MeanError(result->mesh.vertices_mm, truth, IsCrease), 1.02 * cloud_mm);
+  EXPECT_LT(MeanError(result->mesh.vertices_mm, truth, IsCrease), 1.1 * cloud_mm);
 }
 
 TEST(ReturnToPoints, FlatClothStaysSmootherThanItsCloud) {
@@ -70,28 +70,42 @@ TEST(ReturnToPoints, FlatClothStaysSmootherThanItsCloud) {
   EXPECT_LT(MeanError(result->mesh.vertices_mm, truth, all), smooth_mm + 0.33 * (cloud_mm - smooth_mm));
 }
 
-// A vertex 1 mm from a point of 0.1 mm by x and y, 1 mm by z.
+// E_Dist takes most of such noise away; none of it may come back.
+TEST(ReturnToPoints, NoiseOfHalfAMillimetreStaysSmoothedAway) {
+  const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
+  const std::vector<Eigen::Vector3d>& truth = garment.rest.vertices_mm;
+  std::vector<VertexTarget> targets = Measure(truth, 0.5, 8);
+  for (VertexTarget& t : targets) t.sigma_mm = 0.5;
+  AlignOptions options = BestPreset();
+  const auto result = Align(garment, targets, options);
+  options.noise_sigmas = 0;
+  const auto smooth = Align(garment, targets, options);
+  ASSERT_TRUE(result.ok() && smooth.ok());
+  const auto all = [](int) { return true; };
+  EXPECT_LT(MeanError(result->mesh.vertices_mm, truth, all),
+            1.05 * MeanError(smooth->mesh.vertices_mm, truth, all));
+}
+
+// A vertex 3 mm from a point of 0.1 mm by x and y, 1 mm by z.
 TEST(ReturnToPoints, PoorlyKnownDirectionsFollowTheCloth) {
   VertexTarget target{.vertex = 0, .sigma_mm = 0.585, .views = 2};
   target.covariance_mm2.diagonal() << 0.01, 0.01, 1;
-  AlignOptions options;
-  options.detection.min_sigma_mm = 1e-6;
-  std::vector<Eigen::Vector3d> across = {{1, 0, 0}}, along = {{0, 0, 1}};
-  ReturnToPoints({target}, options, &across);
-  ReturnToPoints({target}, options, &along);
-  EXPECT_NEAR(across[0].x(), 2.25 / 102.25, 1e-6);
-  EXPECT_NEAR(along[0].z(), 2.25 / 3.25, 1e-6);
+  std::vector<Eigen::Vector3d> across = {{3, 0, 0}}, along = {{0, 0, 3}};
+  ReturnToPoints({target}, {}, &across);
+  ReturnToPoints({target}, {}, &along);
+  EXPECT_LT(across[0].x(), 0.01);
+  EXPECT_GT(along[0].z(), 1.5);
 }
 
 TEST(ReturnToPoints, FoldsAreNoNoise) {
   VertexTarget target{.vertex = 0, .sigma_mm = 0.5, .views = 3};
   target.covariance_mm2.diagonal().setConstant(0.25);
-  std::vector<Eigen::Vector3d> noisy = {{1, 0, 0}}, folded = noisy;
+  std::vector<Eigen::Vector3d> noisy = {{2, 0, 0}}, folded = noisy;
   ReturnToPoints({target}, {}, &noisy);
   target.fold_covariance_mm2.diagonal().setConstant(0.24);
   ReturnToPoints({target}, {}, &folded);
   EXPECT_GT(noisy[0].x(), 0.3);
-  EXPECT_LT(folded[0].x(), 0.03);
+  EXPECT_LT(folded[0].x(), 0.05);
 }
 
 TEST(ReturnToPoints, UnknownSigmasAndZeroLeaveVerticesWhereTheyAre) {
