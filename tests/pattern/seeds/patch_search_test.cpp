@@ -253,7 +253,7 @@ TEST(DecodePatches, SeedsLieOnTheBoardWithTheirEdges) {
     const Decoded decoded(Render(photo, TestBoard()), TestIndex());
     const std::vector<PlacedCell> seeds = SeedsOf(decoded.search.patches, TestBoard(), {});
     ASSERT_GE(seeds.size(), 150u);
-    for (const auto& [row, col, frame, group] : seeds) {
+    for (const auto& [row, col, frame, group, is_read] : seeds) {
       const auto at = [&, r = row, c = col](double du, double dv) {
         return PixelFromBoard(photo, TestBoard(), c + 0.5 + du, r + 0.5 + dv);
       };
