@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/cloth_continuation.h"
 #include "alignment/fill.h"
 #include "alignment/local_stretch.h"
 #include "alignment/placement.h"
@@ -166,6 +167,7 @@ class Passes {
       base.targets_mm[t.vertex] = t.position_mm;
       base.frozen[t.vertex] = options_.freeze_observed && t.views != 2;
     }
+    DrawToContinued(&base);
     if (options_.push.weight > 0) {
       AddPush(deformation_.position_mm, model_.rest().faces, hidden, options_.push, &base);
     }
@@ -194,10 +196,21 @@ class Passes {
     FillStart filled = PrepareFill(model_.graph(), targets, std::move(placed_mm));
     absl::Status status = LaplacianFill(model_.graph(), filled.known, &filled.position_mm);
     if (!status.ok()) return status;
+    ElasticProblem problem{std::move(filled.position_mm),
+                           VertexWeights(model_.graph().vertices, targets, options_.detection),
+                           {}};
+    continued_ = ContinueCloth(model_, targets, options_.continuation, options_.detection.reference_sigma_mm);
+    DrawToContinued(&problem);
     Report("fill" + suffix, {}, start);
-    return ElasticProblem{std::move(filled.position_mm),
-                          VertexWeights(model_.graph().vertices, targets, options_.detection),
-                          {}};
+    return problem;
+  }
+
+  void DrawToContinued(ElasticProblem* problem) const {
+    for (const ContinuedVertex& v : continued_) {
+      problem->targets_mm[v.vertex] = v.position_mm;
+      const double weight = std::pow(options_.detection.reference_sigma_mm / v.sigma_mm, 2);
+      problem->weights[v.vertex] = weight * Eigen::Matrix3d::Identity();
+    }
   }
 
   void Fit(const std::string& suffix) {
@@ -230,6 +243,7 @@ class Passes {
   const AlignContext& context_;
   const Eigen::Isometry3d placement_;
   std::vector<StageReport>* stages_;
+  std::vector<ContinuedVertex> continued_;
   SlicedMesh stretched_;
   const SlicedMesh* slices_ = &model_.slices();
   Deformation deformation_;
@@ -270,6 +284,17 @@ absl::Status RobustOptions::Validate() const {
   return absl::OkStatus();
 }
 
+absl::Status ContinuationOptions::Validate() const {
+  if (rings < 0) return Bad("continuation.rings must not be negative");
+  if (hem_rings < 0) return Bad("continuation.hem_rings must not be negative");
+  if (!(sigma_edges > 0)) return Bad("continuation.sigma_edges must be positive");
+  if (!(noise_gain >= 0)) return Bad("continuation.noise_gain must not be negative");
+  if (beyond_rings < 1) return Bad("continuation.beyond_rings must be at least 1");
+  if (!(sigma_exponent >= 0)) return Bad("continuation.sigma_exponent must not be negative");
+  if (!(min_one_sided >= 0)) return Bad("continuation.min_one_sided must not be negative");
+  return absl::OkStatus();
+}
+
 absl::Status UncertaintyOptions::Validate() const {
   if (!(inferred_scale >= 0)) return Bad("uncertainty.inferred_scale must not be negative");
   if (!(inferred_exponent > 0 && inferred_exponent <= 2)) {
@@ -285,8 +310,8 @@ absl::Status AlignOptions::Validate() const {
   if (!(first_bending >= 0)) return Bad("first_bending must not be negative");
   if (!(first_tolerance > 0)) return Bad("first_tolerance must be positive");
   for (const absl::Status& status :
-       {detection.Validate(), elastic.Validate(), robust.Validate(), push.Validate(), recon.Validate(),
-        untangle.Validate(), uncertainty.Validate()}) {
+       {detection.Validate(), elastic.Validate(), continuation.Validate(), robust.Validate(), push.Validate(),
+        recon.Validate(), untangle.Validate(), uncertainty.Validate()}) {
     if (!status.ok()) return status;
   }
   return absl::OkStatus();
@@ -299,6 +324,7 @@ AlignOptions PaperPreset() {
   options.elastic.distortion = {.stretch = 3, .bending = 0.5};  // Eq. 2 as it stands
   options.first_bending = 0;
   options.noise_sigmas = 0;
+  options.continuation.rings = 0;
   options.robust.max_rounds = 0;
   options.push = {.weight = 1, .depth_mm = 1};  // Eq. 3; the paper does not give its epsilon
   options.recon.tangential_share = 1;           // Eq. 4

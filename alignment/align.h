@@ -67,6 +67,25 @@ struct RobustOptions {
   absl::Status Validate() const;
 };
 
+// Vertices without a target beside measured cloth are drawn to where that cloth leads if it goes on as it
+// bends (cloth_continuation.h).
+struct ContinuationOptions {
+  int rings = 3;  // so far from the nearest target; 0 leaves the stage out
+  // At most so many edges from the template's border: hems go on as they bend, folds do not.
+  int hem_rings = 8;
+  // Standard deviation of the guess: ring^sigma_exponent times sigma_edges mean edges and, in quadrature,
+  // noise_gain times that of the points, whose noise turns the cloth beyond them.
+  double sigma_edges = 0.15;
+  double noise_gain = 2;
+  double sigma_exponent = 1.5;
+  // Of the measured vertices at most 2 * ring + beyond_rings edges away so many must lie on one side: cloth
+  // between measured cloth is left to the smooth fill.
+  double min_one_sided = 0.95;
+  int beyond_rings = 8;
+
+  absl::Status Validate() const;
+};
+
 // Standard deviation reported for vertices that were not measured: that of the nearest measured ones, plus,
 // in quadrature, scale * (mean edge length) * rings^exponent, rings the number of edges to the nearest of
 // them.
@@ -90,6 +109,7 @@ struct AlignOptions {
   // For cloth that stretches by more than a few percent: rest edges take the length of the cloth measured
   // around them, smoothed over so many rings of vertices (local_stretch.h); 0 keeps the template's.
   int stretch_rings = 0;
+  ContinuationOptions continuation;
   RobustOptions robust;
   // Measured vertices that E_Dist holds further from their points than noise explains go back to them
   // (return_to_points.h): in standard deviations of the points' noise; 0 leaves them where they are.
