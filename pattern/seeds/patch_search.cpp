@@ -279,11 +279,10 @@ std::string WhyRejected(const LevelPatch& patch, const DecodedPiece& piece,
   if (patch.mirrored) return "mirrored";
   if (piece.evidence < LeastEvidence(patch, options)) return "too little evidence";
   if (piece.margin < options.min_margin) return "no margin over the runner-up";
-  if (piece.evidence<options.min_evidence_contradicted&& static_cast<float>(piece.contradicted)> options
-          .max_contradicted *
-      static_cast<float>(piece.cells.size())) {
+  const float most_contradicted = options.max_contradicted * static_cast<float>(piece.cells.size());
+  const bool contradicted = static_cast<float>(piece.contradicted) > most_contradicted;
+  if (contradicted && piece.evidence < options.min_evidence_contradicted)
     return "contradicted by the cells around";
-  }
   return "";
 }
 
