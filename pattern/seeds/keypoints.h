@@ -42,6 +42,10 @@ class KeypointGrid {
   // them, in a fixed order; ends where it returns true.
   template <typename Visit>
   void Around(float x, float y, float radius_px, Visit visit) const;
+  // Index of the nearest keypoint within `radius_px` that is not to be passed over, as passes_over(index)
+  // says; -1 where there is none.
+  template <typename PassesOver>
+  int Nearest(float x, float y, float radius_px, PassesOver passes_over) const;
 
  private:
   static constexpr int kBucketPx = 4;
@@ -63,6 +67,22 @@ void KeypointGrid::Around(float x, float y, float radius_px, Visit visit) const 
     const int* first = &first_[static_cast<size_t>(r) * columns_];
     if (visit(std::span(places_.data() + first[c0], places_.data() + first[c1 + 1]))) return;
   }
+}
+
+template <typename PassesOver>
+int KeypointGrid::Nearest(float x, float y, float radius_px, PassesOver passes_over) const {
+  int nearest = -1;
+  float least = radius_px * radius_px;
+  Around(x, y, radius_px, [&](std::span<const Place> places) {
+    for (const Place& place : places) {
+      const float dx = place.x - x, dy = place.y - y, squared = dx * dx + dy * dy;
+      if (squared >= least || passes_over(place.index)) continue;
+      least = squared;
+      nearest = place.index;
+    }
+    return false;
+  });
+  return nearest;
 }
 
 // A keypoint that is in no patch.

@@ -6,18 +6,10 @@
 #include <cstring>
 #include <span>
 
+#include "pattern/seeds/vec.h"
+
 namespace weft {
 namespace {
-
-struct Vec {
-  float x = 0, y = 0;
-  friend Vec operator+(Vec p, Vec q) { return {p.x + q.x, p.y + q.y}; }
-  friend Vec operator-(Vec p, Vec q) { return {p.x - q.x, p.y - q.y}; }
-  friend Vec operator*(float s, Vec p) { return {s * p.x, s * p.y}; }
-};
-float Dot(Vec p, Vec q) { return p.x * q.x + p.y * q.y; }
-float Cross(Vec p, Vec q) { return p.x * q.y - p.y * q.x; }
-float Length(Vec p) { return std::sqrt(Dot(p, p)); }
 
 // A keypoint with its four neighbours, at +a, +b, -a, -b.
 struct Frame4 {
@@ -152,22 +144,6 @@ class LatticeBuilder {
 
   Vec At(int i) const { return {points_[i].x_px, points_[i].y_px}; }
   float Spot(Vec p) const { return spots_.Sample(p.x, p.y); }
-
-  // The keypoint nearest to `p` within `radius`, -1 where there is none.
-  int Nearest(Vec p, float radius) const {
-    int best = -1;
-    float best_distance = radius * radius;
-    grid_.Around(p.x, p.y, radius, [&](std::span<const KeypointGrid::Place> places) {
-      for (const auto& [x, y, i] : places) {
-        const Vec d = Vec{x, y} - p;
-        if (Dot(d, d) >= best_distance) continue;
-        best_distance = Dot(d, d);
-        best = i;
-      }
-      return false;
-    });
-    return best;
-  }
 
   bool AnyNear(Vec p, float radius) const {
     bool found = false;
@@ -331,7 +307,7 @@ class LatticeBuilder {
       for (const int t : {-1, 1}) {
         if (places_.Contains(i + s, j + t)) continue;
         const Vec place = At(keypoint) + static_cast<float>(s) * frame.b + static_cast<float>(t) * frame.a;
-        const int diagonal = Nearest(place, radius);
+        const int diagonal = grid_.Nearest(place.x, place.y, radius, [](int) { return false; });
         if (diagonal >= 0 && !framed_[diagonal]) add(i + s, j + t, diagonal, Frame4{});
       }
     }

@@ -6,6 +6,8 @@
 #include <unordered_map>
 #include <utility>
 
+#include "pattern/seeds/vec.h"
+
 namespace weft {
 namespace {
 
@@ -14,14 +16,6 @@ namespace {
 constexpr float kTolerance = 0.28f, kToleranceAround = 0.45f;
 // Fewer cells are on many places of the board.
 constexpr size_t kLeastCells = 12;
-
-struct Vec {
-  float x = 0, y = 0;
-  friend Vec operator+(Vec p, Vec q) { return {p.x + q.x, p.y + q.y}; }
-  friend Vec operator-(Vec p, Vec q) { return {p.x - q.x, p.y - q.y}; }
-  friend Vec operator*(float s, Vec p) { return {s * p.x, s * p.y}; }
-};
-float Squared(Vec p) { return p.x * p.x + p.y * p.y; }
 
 // A cell of a patch, in pixels of the full image.
 struct Node {
@@ -40,18 +34,7 @@ class Blobs {
 
   // The nearest within `radius_px` that nobody has taken; -1 where there is none.
   int Nearest(Vec p, float radius_px) const {
-    int best = -1;
-    float least = radius_px * radius_px;
-    grid_.Around(p.x, p.y, radius_px, [&](std::span<const KeypointGrid::Place> places) {
-      for (const auto& [x, y, index] : places) {
-        const float squared = Squared(Vec{x, y} - p);
-        if (taken_[index] || squared >= least) continue;
-        least = squared;
-        best = index;
-      }
-      return false;
-    });
-    return best;
+    return grid_.Nearest(p.x, p.y, radius_px, [this](int blob) { return taken_[blob]; });
   }
   void Take(int blob) { taken_[blob] = true; }
   void GiveBack(int blob) { taken_[blob] = false; }
@@ -117,7 +100,7 @@ class Extension {
   // Whether there are blobs half way, on both sides. Squeezed cells lack neighbours, and the lattice takes
   // those behind them.
   bool IsTwoSteps(Vec at, Vec edge) const {
-    const float radius = 0.5f * kTolerance * std::sqrt(Squared(edge));
+    const float radius = 0.5f * kTolerance * Length(edge);
     return blobs_.Nearest(at + 0.5f * edge, radius) >= 0 && blobs_.Nearest(at - 0.5f * edge, radius) >= 0;
   }
 
@@ -126,7 +109,7 @@ class Extension {
     const int i = from.i + di, j = from.j + dj;
     if (Find(i, j) != nullptr) return;
     const Vec step = Step(from, di, dj);
-    const int blob = blobs_.Nearest(from.at + step, kTolerance * std::sqrt(Squared(step)));
+    const int blob = blobs_.Nearest(from.at + step, kTolerance * Length(step));
     if (blob < 0 || !AgreeAround(i, j, blobs_.At(blob))) return;
     Node next{i, j, blobs_.At(blob), from.a, from.b};
     const Vec seen = static_cast<float>(di + dj) * (next.at - from.at);
@@ -142,7 +125,8 @@ class Extension {
       const Node* near = k == 4 ? nullptr : Find(i - di, j - dj);
       if (near == nullptr) continue;
       const Vec step = Step(*near, di, dj);
-      if (Squared(near->at + step - at) > kToleranceAround * kToleranceAround * Squared(step)) return false;
+      const Vec miss = near->at + step - at;
+      if (Dot(miss, miss) > kToleranceAround * kToleranceAround * Dot(step, step)) return false;
     }
     return true;
   }

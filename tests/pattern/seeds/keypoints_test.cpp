@@ -149,5 +149,26 @@ TEST(Keypoints, GridFindsAllWithinTheRadius) {
   }
 }
 
+TEST(KeypointGrid, NearestIsThatOfAllThatAreNotPassedOver) {
+  std::mt19937 random(8);
+  std::uniform_real_distribution<float> anywhere(0, 40);
+  std::vector<Keypoint> points(150);
+  for (Keypoint& p : points) p = {anywhere(random), anywhere(random), 1};
+  const KeypointGrid grid(points, 41, 41);
+  const auto is_odd = [](int index) { return index % 2 != 0; };
+  for (int trial = 0; trial < 300; ++trial) {
+    const float x = anywhere(random), y = anywhere(random), radius_px = 0.02f * static_cast<float>(trial);
+    int nearest = -1;
+    double least = radius_px;
+    for (int k = 0; k < static_cast<int>(points.size()); k += 2) {
+      const double distance = std::hypot(points[k].x_px - x, points[k].y_px - y);
+      if (distance >= least) continue;
+      least = distance;
+      nearest = k;
+    }
+    EXPECT_EQ(grid.Nearest(x, y, radius_px, is_odd), nearest);
+  }
+}
+
 }  // namespace
 }  // namespace weft
