@@ -5,7 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
+#include "pattern/view_decoder.h"
+#include "tests/benchmark/decode_score.h"
 
 namespace weft::testing {
 
@@ -14,6 +17,11 @@ struct RefitTakes {
   std::vector<std::string> fitted;
   std::vector<std::string> held_out;  // only measured
 };
+
+// Calls visit(view, decoder), before anything is decoded, for the views of a take. Errors of the folder or of
+// a view.
+absl::Status ForEachView(const std::string& folder,
+                         absl::FunctionRef<void(const NodesOfView&, ViewDecoder&)> visit);
 
 // Weights of the evidence for a cell (pattern/surface/confidence.cpp), from all cells before the unsure ones
 // are evicted. `ridge` as for FitLogistic. A cell on a crest (Verdict::kOnCrest) is wrong, and counts

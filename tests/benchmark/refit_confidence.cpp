@@ -32,21 +32,15 @@ class Candidates {
 
   absl::Status Add(const std::vector<std::string>& folders) {
     for (const std::string& folder : folders) {
-      const auto take = ReadTrueTake(folder);
-      if (!take.ok()) return take.status();
-      const auto index = BoardIndex::Build(take->board);
-      if (!index.ok()) return index.status();
-      for (const TrueView& view : take->views) {
-        auto decoder = ViewDecoder::Read(view.image, *index, {});
-        if (!decoder.ok()) return decoder.status();
-        const NodesOfView truth(view);
+      const absl::Status status = ForEachView(folder, [this](const NodesOfView& truth, ViewDecoder& decoder) {
         size_t last = all_.size();
-        (*decoder)->Decode([&](const BoardState& state) {
+        decoder.Decode([&](const BoardState& state) {
           last = all_.size();
           AddState(state, truth);
         });
         for (; last < all_.size(); ++last) all_[last].is_last = true;
-      }
+      });
+      if (!status.ok()) return status;
     }
     return absl::OkStatus();
   }

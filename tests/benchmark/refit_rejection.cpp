@@ -42,18 +42,11 @@ void AddFit(const CellFitter& fitter, const PredictedCell& predicted, Gains* gai
 }
 
 absl::Status AddTake(const std::string& folder, Gains* gains) {
-  const auto take = ReadTrueTake(folder);
-  if (!take.ok()) return take.status();
-  const auto index = BoardIndex::Build(take->board);
-  if (!index.ok()) return index.status();
-  for (const TrueView& view : take->views) {
-    auto decoder = ViewDecoder::Read(view.image, *index, {});
-    if (!decoder.ok()) return decoder.status();
-    (*decoder)->Decode();
-    const CellFitter* fitter = (*decoder)->fitter();
-    if (fitter == nullptr) continue;
-    const NodesOfView truth(view);
-    const BoardState& state = (*decoder)->state();
+  return ForEachView(folder, [gains](const NodesOfView& truth, ViewDecoder& decoder) {
+    decoder.Decode();
+    const CellFitter* fitter = decoder.fitter();
+    if (fitter == nullptr) return;
+    const BoardState& state = decoder.state();
     for (size_t k = 0; k < state.cells().size(); k += kEvery) {
       const ViewCell& cell = state.cells()[k];
       const BoardNode node{cell.row, cell.col, NodeKind::kCenter};
@@ -63,8 +56,7 @@ absl::Status AddTake(const std::string& folder, Gains* gains) {
           AddFit(*fitter, PredictedFrom(*near, cell), gains);
       }
     }
-  }
-  return absl::OkStatus();
+  });
 }
 
 void Print(const char* name, const Gains& gains) {

@@ -17,16 +17,9 @@ int KindOf(int around) { return around == 8 ? 0 : around >= 5 ? 1 : around >= 3 
 using Ratios = std::array<std::vector<double>, kNames.size()>;
 
 absl::Status AddRatios(const std::string& folder, Ratios* ratios) {
-  const auto take = ReadTrueTake(folder);
-  if (!take.ok()) return take.status();
-  const auto index = BoardIndex::Build(take->board);
-  if (!index.ok()) return index.status();
-  for (const TrueView& view : take->views) {
-    auto decoder = ViewDecoder::Read(view.image, *index, {});
-    if (!decoder.ok()) return decoder.status();
-    (*decoder)->Decode();
-    const NodesOfView truth(view);
-    const BoardState& state = (*decoder)->state();
+  return ForEachView(folder, [ratios](const NodesOfView& truth, ViewDecoder& decoder) {
+    decoder.Decode();
+    const BoardState& state = decoder.state();
     for (const ViewCell& cell : state.cells()) {
       const BoardNode node{cell.row, cell.col, NodeKind::kCenter};
       const CellPose& pose = cell.fit.pose;
@@ -36,8 +29,7 @@ absl::Status AddRatios(const std::string& folder, Ratios* ratios) {
       (*ratios)[KindOf(around)].push_back(std::hypot(pose.x - at.pixel_px.x(), pose.y - at.pixel_px.y()) /
                                           cell.fit.sigma_px);
     }
-  }
-  return absl::OkStatus();
+  });
 }
 
 // The factor by which a share of the errors is as large as a Gaussian with sigma per axis says.
