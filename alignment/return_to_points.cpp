@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "alignment/vertex_sigma.h"
+
 namespace weft {
 namespace {
 
