@@ -34,7 +34,7 @@ absl::StatusOr<std::vector<std::string>> ChooseFrames(const RefinementRequest& r
 }
 
 absl::StatusOr<std::vector<ViewObservations>> ReadViews(const std::string& path, const Rig& rig,
-                                                        double sigma_px) {
+                                                        double unknown_sigma_px) {
   absl::StatusOr<std::vector<ImageObservations>> images = ReadObservations(path);
   if (!images.ok()) return images.status();
   std::vector<ViewObservations> views;
@@ -44,7 +44,9 @@ absl::StatusOr<std::vector<ViewObservations>> ReadViews(const std::string& path,
       return absl::InvalidArgumentError(absl::StrCat(
           path, ": camera ", image.image, " is not in the rig; give the rig that the take was made with"));
     }
-    for (Observation& o : image.observations) o.sigma_px = static_cast<float>(sigma_px);
+    for (Observation& o : image.observations) {
+      if (o.sigma_px == 0) o.sigma_px = static_cast<float>(unknown_sigma_px);
+    }
     views.push_back({camera, std::move(image.observations)});
   }
   return views;
@@ -63,7 +65,8 @@ absl::Status AddFrame(const RefinementRequest& request, const Rig& rig, const st
   if (!views.ok()) return views.status();
   TriangulationOptions options;
   options.consensus.inlier_radius_mm = request.radius_mm;
-  options.consensus.max_residual_sigmas = request.solve.max_residual_px / request.sigma_px;
+  // A knocked camera is far off in pixels, however precise its observations are.
+  options.consensus.min_residual_px = request.solve.max_residual_px;
   options.two_view.accept = false;
   const absl::StatusOr<Cloud> cloud = Triangulate(rig, *views, options);
   if (!cloud.ok())
@@ -78,7 +81,8 @@ absl::Status AddFrame(const RefinementRequest& request, const Rig& rig, const st
     for (const Observation& o : view.observations) {
       const auto point = index.find(o.node);
       if (point == index.end()) continue;
-      sights->sights.push_back({view.camera, point->second, {o.x_px, o.y_px}, request.sigma_px});
+      const double sigma_px = std::max<double>(o.sigma_px, options.refinement.min_sigma_px);
+      sights->sights.push_back({view.camera, point->second, {o.x_px, o.y_px}, sigma_px});
     }
   }
   return absl::OkStatus();

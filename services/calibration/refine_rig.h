@@ -19,7 +19,7 @@ struct RefinementRequest {
   std::string out;     // the rig.json to write
   int frames = 20;     // spread over those of the result
   int points = 2000;   // of a frame, spread over the board
-  // Of an observation per axis; observations.csv does not tell.
+  // Of an observation per axis, where observations.csv does not tell: files up to version 0.1.2.
   double sigma_px = 0.1;
   // Rays of a camera that was knocked pass the point at some distance; how far they may.
   double radius_mm = 4;

@@ -81,7 +81,10 @@ void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
   command->add_option("--points", request.points, "Cells of a frame, spread over the board")
       ->type_name("N")
       ->check(CLI::Range(100, 100000));
-  command->add_option("--sigma-px", request.sigma_px, "Standard deviation of a decoded cell")
+  command
+      ->add_option(
+          "--sigma-px", request.sigma_px,
+          "Standard deviation of a decoded cell, where observations.csv does not tell it (up to 0.1.2)")
       ->type_name("PX")
       ->check(CLI::PositiveNumber);
   command

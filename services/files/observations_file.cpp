@@ -13,8 +13,11 @@
 namespace weft {
 namespace {
 
-constexpr std::string_view kHeader = "image,x_px,y_px,board_row,board_col,kind,confidence";
-constexpr size_t kColumns = 7;
+constexpr std::string_view kHeader = "image,x_px,y_px,board_row,board_col,kind,confidence,sigma_px";
+constexpr size_t kColumns = 8;
+// Of files up to version 0.1.2, without sigma_px.
+constexpr std::string_view kOldHeader = kHeader.substr(0, kHeader.rfind(','));
+constexpr size_t kOldColumns = kColumns - 1;
 
 std::string Quoted(const std::string& field) {
   if (field.find_first_of(",\"\r\n") == std::string::npos) return field;
@@ -57,9 +60,9 @@ bool NextFields(std::string_view& rest, std::vector<std::string>& fields, int& l
 }
 
 // Empty when the fields make an observation, otherwise what is wrong.
-std::string ParseFields(const std::vector<std::string>& fields, Observation& observation) {
-  if (fields.size() != kColumns) return absl::StrCat("has ", fields.size(), " columns, expected ", kColumns);
-  double confidence = 0;
+std::string ParseFields(const std::vector<std::string>& fields, size_t columns, Observation& observation) {
+  if (fields.size() != columns) return absl::StrCat("has ", fields.size(), " columns, expected ", columns);
+  double confidence = 0, sigma_px = 0;
   if (!absl::SimpleAtod(fields[1], &observation.x_px) || !std::isfinite(observation.x_px))
     return absl::StrCat("x_px \"", fields[1], "\" is not a number");
   if (!absl::SimpleAtod(fields[2], &observation.y_px) || !std::isfinite(observation.y_px))
@@ -72,6 +75,10 @@ std::string ParseFields(const std::vector<std::string>& fields, Observation& obs
     return absl::StrCat("kind \"", fields[5], "\" is neither center nor corner");
   if (!absl::SimpleAtod(fields[6], &confidence) || !(confidence >= 0 && confidence <= 1))
     return absl::StrCat("confidence \"", fields[6], "\" is not between 0 and 1");
+  if (columns == kColumns &&
+      (!absl::SimpleAtod(fields[7], &sigma_px) || !(sigma_px >= 0) || !std::isfinite(sigma_px)))
+    return absl::StrCat("sigma_px \"", fields[7], "\" is not a standard deviation");
+  observation.sigma_px = static_cast<float>(sigma_px);
   observation.node.kind = fields[5] == "center" ? NodeKind::kCenter : NodeKind::kCorner;
   observation.confidence = static_cast<float>(confidence);
   return "";
@@ -93,6 +100,8 @@ std::string ObservationsToCsv(const std::vector<ImageObservations>& images) {
       absl::StrAppend(&out, ",", o.node.row, ",", o.node.col,
                       o.node.kind == NodeKind::kCenter ? ",center," : ",corner,");
       AppendFixed(o.confidence, 5, out);
+      out += ',';
+      AppendFixed(o.sigma_px, 5, out);
       out += '\n';
     }
   }
@@ -111,7 +120,8 @@ absl::StatusOr<std::vector<ImageObservations>> ParseObservations(std::string_vie
   int line = 0;
   std::string_view rest = csv;
   const std::string_view header = rest.substr(0, rest.find_first_of("\r\n"));
-  if (header != kHeader) {
+  const bool is_old = header == kOldHeader;
+  if (header != kHeader && !is_old) {
     return absl::InvalidArgumentError(
         absl::StrCat(source_name, ": line 1: expected the columns ", std::string(kHeader)));
   }
@@ -119,7 +129,8 @@ absl::StatusOr<std::vector<ImageObservations>> ParseObservations(std::string_vie
   while (NextFields(rest, fields, line)) {
     if (fields.size() == 1 && fields[0].empty()) continue;
     Observation observation;
-    if (const std::string problem = ParseFields(fields, observation); !problem.empty()) {
+    if (const std::string problem = ParseFields(fields, is_old ? kOldColumns : kColumns, observation);
+        !problem.empty()) {
       return absl::InvalidArgumentError(absl::StrCat(source_name, ": line ", line, ": ", problem));
     }
     const auto [at, is_new] = index_of.try_emplace(fields[0], images.size());

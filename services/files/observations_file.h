@@ -16,12 +16,13 @@ struct ImageObservations {
   std::vector<Observation> observations;
 };
 
-// Columns image,x_px,y_px,board_row,board_col,kind,confidence with kind `center` or `corner`; pixels to 1e-4.
+// Columns image,x_px,y_px,board_row,board_col,kind,confidence,sigma_px with kind `center` or `corner`;
+// positions to 1e-4 px, sigmas to 1e-5 px.
 std::string ObservationsToCsv(const std::vector<ImageObservations>& images);
 absl::Status WriteObservations(const std::string& path, const std::vector<ImageObservations>& images);
 
-// Reads them back, images in the order of their first line; sigma_px is not in the file and stays 0.
-// InvalidArgument names source_name and line.
+// Reads them back, images in the order of their first line. Files up to version 0.1.2 lack the last column;
+// sigma_px stays 0, unknown. InvalidArgument names source_name and line.
 absl::StatusOr<std::vector<ImageObservations>> ParseObservations(std::string_view csv,
                                                                  const std::string& source_name);
 absl::StatusOr<std::vector<ImageObservations>> ReadObservations(const std::string& path);

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <numbers>
 #include <random>
+#include <sstream>
 
 #include "services/files/observations_file.h"
 #include "simulation/studio_rig.h"
@@ -42,9 +43,10 @@ class RefineRigTest : public ::testing::Test {
     request_ = {.result = folder_ / "result", .rig = folder_ / "rig.json", .out = folder_ / "new.json"};
   }
 
-  void WriteFrame(int frame) {
+  // Cameras with odd numbers measure with `odd_noise_px`; `tells`: whether the file has their sigmas.
+  void WriteFrame(int frame, double odd_noise_px = 0.1, bool tells = true) {
     std::mt19937 random(frame);
-    std::normal_distribution<double> noise(0, 0.1);
+    std::normal_distribution<double> noise(0, 1);
     std::vector<ImageObservations> images;
     for (const CameraModel& camera : filmed_.cameras) images.push_back({camera.id, {}});
     for (int row = 0; row < 60; ++row) {
@@ -57,15 +59,32 @@ class RefineRigTest : public ::testing::Test {
           if (normal.dot((camera.CenterWorld() - point).normalized()) < 0.2) continue;
           const auto pixel = camera.Project(point);
           if (!pixel || !camera.Contains(*pixel)) continue;
-          const double x = noise(random), y = noise(random);
-          images[c].observations.push_back(
-              {pixel->x() + x, pixel->y() + y, {row, col, NodeKind::kCenter}, 0, 1});
+          const double sigma_px = c % 2 == 1 ? odd_noise_px : 0.1;
+          const double x = sigma_px * noise(random), y = sigma_px * noise(random);
+          images[c].observations.push_back({pixel->x() + x,
+                                            pixel->y() + y,
+                                            {row, col, NodeKind::kCenter},
+                                            tells ? static_cast<float>(sigma_px) : 0.0f,
+                                            1});
         }
       }
     }
     const std::string base = folder_ / ("result/000" + std::to_string(frame));
     std::filesystem::create_directories(base);
     ASSERT_TRUE(WriteObservations(base + "/observations.csv", images).ok());
+  }
+
+  // Root mean square of the cameras' errors of rotation after a refinement.
+  double RotationErrorDeg() {
+    const auto result = RefineRigFromResult(request_);
+    EXPECT_TRUE(result.ok()) << result.status();
+    if (!result.ok()) return 0;
+    double sum = 0;
+    for (size_t c = 0; c < 16; ++c) {
+      const Eigen::AngleAxisd turn(result->rig.cameras[c].rotation * filmed_.cameras[c].rotation.transpose());
+      sum += std::pow(turn.angle() * 180 / std::numbers::pi, 2);
+    }
+    return std::sqrt(sum / 16);
   }
 
   TempFolder folder_;
@@ -90,6 +109,32 @@ TEST_F(RefineRigTest, TheKnockedCameraIsNamedAndSetRight) {
   const v1::RigRefinementReport report = RefinementReport(*result);
   EXPECT_TRUE(report.cameras(3).moved());
   EXPECT_NE(report.rig_hash(), report.rig_hash_before());
+}
+
+TEST_F(RefineRigTest, PreciseObservationsCountMore) {
+  for (int frame = 0; frame < 2; ++frame) WriteFrame(frame, 2.0);
+  const double with_sigmas = RotationErrorDeg();
+  const auto result = RefineRigFromResult(request_);
+  ASSERT_TRUE(result.ok()) << result.status();
+  for (int frame = 0; frame < 2; ++frame) WriteFrame(frame, 2.0, /*tells=*/false);
+  const double without = RotationErrorDeg();
+  EXPECT_LT(with_sigmas, 0.7 * without);
+  const auto& corrections = result->refined.corrections;
+  EXPECT_GT(corrections[5].rotation_sigma_deg, 2 * corrections[4].rotation_sigma_deg);
+}
+
+// As versions up to 0.1.2 wrote them.
+TEST_F(RefineRigTest, FilesWithoutSigmasTakeTheOneOfTheRequest) {
+  const double told = RotationErrorDeg();
+  for (const char* frame : {"0000", "0001"}) {
+    const std::string path = folder_ / ("result/" + std::string(frame) + "/observations.csv");
+    std::istringstream lines(ReadBytes(path));
+    std::string old;
+    for (std::string line; std::getline(lines, line);) old += line.substr(0, line.rfind(',')) + "\n";
+    WriteBytes(path, old);
+  }
+  request_.sigma_px = 0.1;  // what the noise is
+  EXPECT_EQ(RotationErrorDeg(), told);
 }
 
 TEST_F(RefineRigTest, ErrorsSayWhatIsMissing) {

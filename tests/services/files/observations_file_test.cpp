@@ -13,29 +13,32 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-Observation At(double x_px, double y_px, BoardNode node, float confidence) {
+Observation At(double x_px, double y_px, BoardNode node, float confidence, float sigma_px = 0) {
   Observation o;
   o.x_px = x_px;
   o.y_px = y_px;
   o.node = node;
   o.confidence = confidence;
+  o.sigma_px = sigma_px;
   return o;
 }
 
-const char kColumns[] = "image,x_px,y_px,board_row,board_col,kind,confidence\n";
+const char kColumns[] = "image,x_px,y_px,board_row,board_col,kind,confidence,sigma_px\n";
+const char kOldColumns[] = "image,x_px,y_px,board_row,board_col,kind,confidence\n";
 
 TEST(Observations, AreWrittenInTheDocumentedColumns) {
-  EXPECT_EQ(ObservationsToCsv({{"cam1", {At(1.25, -0.5, {3, 4, NodeKind::kCenter}, 0.5f)}},
+  EXPECT_EQ(ObservationsToCsv({{"cam1", {At(1.25, -0.5, {3, 4, NodeKind::kCenter}, 0.5f, 0.0625f)}},
                                {"cam2", {At(1e4, 2, {0, 0, NodeKind::kCorner}, 1)}}}),
             std::string(kColumns) +
-                "cam1,1.2500,-0.5000,3,4,center,0.50000\ncam2,10000.0000,2.0000,0,0,corner,1.00000\n");
+                "cam1,1.2500,-0.5000,3,4,center,0.50000,0.06250\n"
+                "cam2,10000.0000,2.0000,0,0,corner,1.00000,0.00000\n");
 }
 
 TEST(Observations, ReadBackWithNamesThatNeedQuotes) {
   const TempFolder folder;
   const std::vector<ImageObservations> images = {
       {"left, \"upper\" row",
-       {At(1.5, 2.5, {1, 2, NodeKind::kCenter}, 0.25f), At(3, 4, {1, 2, NodeKind::kCorner}, 0)}},
+       {At(1.5, 2.5, {1, 2, NodeKind::kCenter}, 0.25f, 0.5f), At(3, 4, {1, 2, NodeKind::kCorner}, 0)}},
       {"two\nlines", {At(5, 6, {299, 899, NodeKind::kCenter}, 1)}}};
   ASSERT_TRUE(WriteObservations(folder / "o.csv", images).ok());
   const auto back = ReadObservations(folder / "o.csv");
@@ -50,16 +53,28 @@ TEST(Observations, ReadBackWithNamesThatNeedQuotes) {
       EXPECT_EQ(a.y_px, b.y_px);
       EXPECT_EQ(a.node, b.node);
       EXPECT_EQ(a.confidence, b.confidence);
+      EXPECT_EQ(a.sigma_px, b.sigma_px);
     }
   }
 }
 
 TEST(Observations, OfOneImageMayStandApart) {
   const auto images = ParseObservations(
-      std::string(kColumns) + "a,1,1,0,0,center,1\r\nb,1,1,0,0,center,1\r\na,2,2,0,1,center,1", "o.csv");
+      std::string(kColumns) + "a,1,1,0,0,center,1,1\r\nb,1,1,0,0,center,1,1\r\na,2,2,0,1,center,1,1",
+      "o.csv");
   ASSERT_TRUE(images.ok()) << images.status();
   ASSERT_EQ(images->size(), 2u);
   EXPECT_EQ((*images)[0].observations.size(), 2u);
+}
+
+TEST(Observations, OfVersionsWithoutSigmaAreRead) {
+  const auto images = ParseObservations(std::string(kOldColumns) + "a,1.5,1,0,0,center,0.5\n", "o.csv");
+  ASSERT_TRUE(images.ok()) << images.status();
+  EXPECT_EQ((*images)[0].observations[0].x_px, 1.5);
+  EXPECT_EQ((*images)[0].observations[0].confidence, 0.5f);
+  EXPECT_EQ((*images)[0].observations[0].sigma_px, 0);
+  const auto mixed = ParseObservations(std::string(kOldColumns) + "a,1.5,1,0,0,center,0.5,0.1\n", "o.csv");
+  EXPECT_THAT(mixed.status().message(), HasSubstr("8 columns, expected 7"));
 }
 
 TEST(Observations, NameFileLineAndColumnOfWhatIsWrong) {
@@ -69,17 +84,19 @@ TEST(Observations, NameFileLineAndColumnOfWhatIsWrong) {
     EXPECT_THAT(images.status().message(), HasSubstr("o.csv: line "));
     return std::string(images.status().message());
   };
-  const std::string good = std::string(kColumns) + "a,1,1,0,0,center,1\n";
+  const std::string good = std::string(kColumns) + "a,1,1,0,0,center,1,1\n";
   EXPECT_THAT(error(""), HasSubstr("line 1: expected the columns image,x_px"));
   EXPECT_THAT(error("image,x,y\n"), HasSubstr("line 1"));
-  EXPECT_THAT(error(good + "a,1,1,0,0,center\n"),
-              AllOf(HasSubstr("line 3"), HasSubstr("6 columns, expected 7")));
-  EXPECT_THAT(error(good + "a,nan,1,0,0,center,1\n"), HasSubstr("x_px \"nan\""));
-  EXPECT_THAT(error(good + "a,1,one,0,0,center,1\n"), HasSubstr("y_px \"one\""));
-  EXPECT_THAT(error(good + "a,1,1,-1,0,center,1\n"), HasSubstr("board_row \"-1\""));
-  EXPECT_THAT(error(good + "a,1,1,0,4294967296,center,1\n"), HasSubstr("board_col"));
-  EXPECT_THAT(error(good + "a,1,1,0,0,edge,1\n"), HasSubstr("neither center nor corner"));
-  EXPECT_THAT(error(good + "a,1,1,0,0,center,1.5\n"), HasSubstr("confidence \"1.5\""));
+  EXPECT_THAT(error(good + "a,1,1,0,0,center,1\n"),
+              AllOf(HasSubstr("line 3"), HasSubstr("7 columns, expected 8")));
+  EXPECT_THAT(error(good + "a,nan,1,0,0,center,1,1\n"), HasSubstr("x_px \"nan\""));
+  EXPECT_THAT(error(good + "a,1,one,0,0,center,1,1\n"), HasSubstr("y_px \"one\""));
+  EXPECT_THAT(error(good + "a,1,1,-1,0,center,1,1\n"), HasSubstr("board_row \"-1\""));
+  EXPECT_THAT(error(good + "a,1,1,0,4294967296,center,1,1\n"), HasSubstr("board_col"));
+  EXPECT_THAT(error(good + "a,1,1,0,0,edge,1,1\n"), HasSubstr("neither center nor corner"));
+  EXPECT_THAT(error(good + "a,1,1,0,0,center,1.5,1\n"), HasSubstr("confidence \"1.5\""));
+  EXPECT_THAT(error(good + "a,1,1,0,0,center,1,-1\n"), HasSubstr("sigma_px \"-1\""));
+  EXPECT_THAT(error(good + "a,1,1,0,0,center,1,inf\n"), HasSubstr("sigma_px \"inf\""));
 }
 
 }  // namespace
