@@ -12,20 +12,19 @@
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "services/files/frame_folders.h"
+#include "services/files/frame_paths.h"
 #include "services/files/observations_file.h"
 #include "triangulation/triangulate.h"
 
 namespace weft {
 namespace {
 
-constexpr const char* kObservations = "observations.csv";
-
 absl::StatusOr<std::vector<std::string>> ChooseFrames(const RefinementRequest& request) {
-  absl::StatusOr<std::vector<std::string>> all = ListFrameFolders(request.result, kObservations);
+  absl::StatusOr<std::vector<std::string>> all = ListFrameFolders(request.result, FrameFile::kObservations);
   if (!all.ok()) return all.status();
   if (all->empty()) {
-    return absl::NotFoundError(absl::StrCat(request.result, ": no frame has an ", kObservations,
-                                            "; register the take with --observations"));
+    return absl::NotFoundError(absl::StrCat(
+        request.result, ": no frame has an observations.csv; register the take with --observations"));
   }
   std::vector<std::string> chosen;
   const size_t count = std::min(all->size(), static_cast<size_t>(request.frames));
@@ -60,7 +59,7 @@ struct Sights {
 
 absl::Status AddFrame(const RefinementRequest& request, const Rig& rig, const std::string& frame,
                       Sights* sights) {
-  const std::string path = (std::filesystem::path(request.result) / frame / kObservations).string();
+  const std::string path = FramePaths(request.result, frame).Of(FrameFile::kObservations);
   const auto views = ReadViews(path, rig, request.sigma_px);
   if (!views.ok()) return views.status();
   TriangulationOptions options;

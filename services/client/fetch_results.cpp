@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
 #include "services/files/confined_folder.h"
+#include "services/files/frame_paths.h"
 
 namespace weft {
 namespace {
@@ -44,17 +45,17 @@ absl::StatusOr<ConfinedFolder> OpenOut(const std::string& out) {
 std::string ResultFileName(v1::ResultKind kind) {
   switch (kind) {
     case v1::RESULT_KIND_MESH:
-      return "mesh.ply";
+      return FileName(FrameFile::kMesh);
     case v1::RESULT_KIND_CLOUD:
-      return "cloud.ply";
+      return FileName(FrameFile::kCloud);
     case v1::RESULT_KIND_OBSERVATIONS:
-      return "observations.csv";
+      return FileName(FrameFile::kObservations);
     case v1::RESULT_KIND_FRAME_REPORT:
-      return "report.json";
+      return FileName(FrameFile::kReport);
     case v1::RESULT_KIND_JOB:
-      return "job.json";
+      return kJobFile;
     case v1::RESULT_KIND_JOB_REPORT:
-      return "report.html";
+      return kJobReportFile;
     default:
       return "";
   }

@@ -7,6 +7,7 @@
 #include "absl/strings/str_join.h"
 #include "capture/natural_order.h"
 #include "capture/plain_text.h"
+#include "services/files/frame_paths.h"
 #include "services/files/json_file.h"
 #include "services/pipeline/register_frame.h"
 
@@ -29,11 +30,11 @@ std::vector<std::string> FoldersIn(const std::string& folder) {
 
 bool TakeUp(const std::string& folder, const std::string& id, Catalogue& catalogue) {
   v1::Job job;
-  if (!ReadJsonFile(absl::StrCat(folder, "/job.json"), job).ok() || job.id() != id) return false;
+  if (!ReadJsonFile(absl::StrCat(folder, "/", kJobFile), job).ok() || job.id() != id) return false;
   std::vector<v1::FrameInfo> frames;
   for (const std::string& frame : FoldersIn(folder)) {
     v1::FrameReport report;
-    if (ReadJsonFile(absl::StrCat(folder, "/", frame, "/report.json"), report).ok() &&
+    if (ReadJsonFile(FramePaths(folder, frame).Of(FrameFile::kReport), report).ok() &&
         report.frame() == frame) {
       frames.push_back(SummaryOf(report, /*reused=*/false));
     }

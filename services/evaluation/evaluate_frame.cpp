@@ -8,6 +8,7 @@
 #include "alignment/self_intersection.h"
 #include "evaluation/jitter.h"
 #include "services/evaluation/frame_pieces.h"
+#include "services/files/frame_paths.h"
 #include "services/files/mesh_file.h"
 #include "services/synthetic/truth_file.h"
 
@@ -74,27 +75,26 @@ class FrameEvaluator {
     if (at < 0 || at >= static_cast<int64_t>(inputs_.frames.size())) return std::nullopt;
     const ListedFrame& other = inputs_.frames[at];
     if (other.position != inputs_.frames[index_].position + step) return std::nullopt;
-    const fs::path path = fs::path(inputs_.result) / other.name / "mesh.ply";
+    const std::string path = FramePaths(inputs_.result, other.name).Of(FrameFile::kMesh);
     std::error_code error;
     if (!fs::exists(path, error)) return std::nullopt;
-    absl::StatusOr<ResultMesh> mesh = ReadResultMesh(path.string());
+    absl::StatusOr<ResultMesh> mesh = ReadResultMesh(path);
     if (!mesh.ok()) return mesh.status();
     if (absl::Status status = CheckSize(path, mesh->mesh.vertices_mm.size()); !status.ok()) return status;
     return *std::move(mesh);
   }
 
-  absl::Status CheckSize(const fs::path& path, size_t vertices) const {
+  absl::Status CheckSize(const std::string& path, size_t vertices) const {
     const size_t expected =
         inputs_.garment ? inputs_.garment->rest.vertices_mm.size() : pieces_.mesh->mesh.vertices_mm.size();
     if (vertices == expected) return absl::OkStatus();
-    return absl::InvalidArgumentError(absl::StrCat(path.string(), ": has ", vertices,
-                                                   " vertices, the template ", expected,
-                                                   "; they do not belong together"));
+    return absl::InvalidArgumentError(absl::StrCat(path, ": has ", vertices, " vertices, the template ",
+                                                   expected, "; they do not belong together"));
   }
 
   absl::StatusOr<Positions> TrueMesh(int step) const {
     absl::StatusOr<TriangleMesh> mesh =
-        ReadMesh((fs::path(inputs_.truth) / inputs_.frames[index_ + step].name / "mesh.ply").string());
+        ReadMesh(FramePaths(inputs_.truth, inputs_.frames[index_ + step].name).Of(FrameFile::kMesh));
     if (!mesh.ok()) return mesh.status();
     return OfResult(std::move(mesh->vertices_mm));
   }
@@ -136,7 +136,7 @@ class FrameEvaluator {
     if (!pieces_.mesh) return absl::OkStatus();
     const TriangleMesh& mesh = pieces_.mesh->mesh;
     if (absl::Status status =
-            CheckSize(fs::path(inputs_.result) / name_ / "mesh.ply", mesh.vertices_mm.size());
+            CheckSize(FramePaths(inputs_.result, name_).Of(FrameFile::kMesh), mesh.vertices_mm.size());
         !status.ok())
       return status;
     FrameMetrics& metrics = out_.frame.metrics;

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "capture/open_dump.h"
+#include "services/files/frame_paths.h"
 #include "services/files/json_file.h"
 #include "services/files/rig_file.h"
 #include "services/files/template_file.h"
@@ -149,7 +150,7 @@ absl::Status EvaluationRequest::Validate() const {
 absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& request) {
   if (absl::Status status = request.Validate(); !status.ok()) return status;
   v1::Job job;
-  if (const fs::path path = fs::path(request.result) / "job.json"; Exists(path))
+  if (const fs::path path = fs::path(request.result) / kJobFile; Exists(path))
     if (absl::Status status = ReadJsonFile(path.string(), job); !status.ok()) return status;
   EvaluationInputs inputs;
   inputs.result = request.result;

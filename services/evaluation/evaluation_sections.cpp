@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "services/evaluation/evaluation_text.h"
 #include "services/evaluation/evaluation_verdict.h"
+#include "services/files/frame_paths.h"
 #include "services/report/html_text.h"
 #include "services/report/mesh_colors.h"
 #include "services/report/picture_html.h"
@@ -59,8 +60,8 @@ PlotFrames FrameAxis(const JobEvaluation& evaluation) {
   PlotFrames axis;
   for (const EvaluatedFrame& frame : evaluation.frames) {
     axis.names.push_back(frame.frame);
-    axis.without_mesh.push_back(std::find(frame.missing.begin(), frame.missing.end(), "mesh.ply") !=
-                                frame.missing.end());
+    axis.without_mesh.push_back(std::find(frame.missing.begin(), frame.missing.end(),
+                                          FileName(FrameFile::kMesh)) != frame.missing.end());
   }
   return axis;
 }

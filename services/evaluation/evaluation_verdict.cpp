@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "services/files/frame_paths.h"
 #include "services/verdict/verdict.h"
 
 namespace weft {
@@ -11,7 +12,8 @@ namespace {
 
 int64_t MissingMeshes(const JobEvaluation& evaluation) {
   return std::count_if(evaluation.frames.begin(), evaluation.frames.end(), [](const EvaluatedFrame& frame) {
-    return std::find(frame.missing.begin(), frame.missing.end(), "mesh.ply") != frame.missing.end();
+    return std::find(frame.missing.begin(), frame.missing.end(), FileName(FrameFile::kMesh)) !=
+           frame.missing.end();
   });
 }
 

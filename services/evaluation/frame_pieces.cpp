@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/files/cloud_file.h"
+#include "services/files/frame_paths.h"
 #include "services/files/mesh_file.h"
 #include "services/files/observations_file.h"
 #include "services/files/ply.h"
@@ -12,10 +13,6 @@
 namespace weft {
 
 namespace fs = std::filesystem;
-
-namespace {
-constexpr char kObservations[] = "observations.csv";
-}  // namespace
 
 absl::StatusOr<ResultMesh> ReadResultMesh(const std::string& path) {
   const absl::StatusOr<Ply> ply = ReadPly(path);
@@ -42,10 +39,10 @@ std::vector<bool> ResultMesh::Measured() const {
 
 absl::StatusOr<std::optional<std::vector<CameraObservations>>> ReadCameraObservations(
     const std::string& frame_folder) {
-  const fs::path path = fs::path(frame_folder) / kObservations;
+  const std::string path = FramePaths(frame_folder).Of(FrameFile::kObservations);
   std::error_code error;
   if (!fs::exists(path, error)) return std::nullopt;
-  absl::StatusOr<std::vector<ImageObservations>> images = ReadObservations(path.string());
+  absl::StatusOr<std::vector<ImageObservations>> images = ReadObservations(path);
   if (!images.ok()) return images.status();
   std::vector<CameraObservations> views;
   for (ImageObservations& image : *images)
@@ -55,23 +52,23 @@ absl::StatusOr<std::optional<std::vector<CameraObservations>>> ReadCameraObserva
 
 absl::StatusOr<FramePieces> ReadFramePieces(const std::string& frame_folder) {
   FramePieces out;
-  const auto path_of = [&](const char* name) -> std::string {
+  const auto path_of = [&](FrameFile file) -> std::string {
     std::error_code error;
-    const fs::path path = fs::path(frame_folder) / name;
-    if (fs::exists(path, error)) return path.string();
-    out.missing.emplace_back(name);
+    std::string path = FramePaths(frame_folder).Of(file);
+    if (fs::exists(path, error)) return path;
+    out.missing.emplace_back(FileName(file));
     return "";
   };
   absl::StatusOr<std::optional<std::vector<CameraObservations>>> views = ReadCameraObservations(frame_folder);
   if (!views.ok()) return views.status();
   out.pieces.observations = *std::move(views);
-  if (!out.pieces.observations) out.missing.emplace_back(kObservations);
-  if (const std::string path = path_of("cloud.ply"); !path.empty()) {
+  if (!out.pieces.observations) out.missing.emplace_back(FileName(FrameFile::kObservations));
+  if (const std::string path = path_of(FrameFile::kCloud); !path.empty()) {
     absl::StatusOr<Cloud> cloud = ReadCloud(path);
     if (!cloud.ok()) return cloud.status();
     out.pieces.cloud = *std::move(cloud);
   }
-  if (const std::string path = path_of("mesh.ply"); !path.empty()) {
+  if (const std::string path = path_of(FrameFile::kMesh); !path.empty()) {
     absl::StatusOr<ResultMesh> mesh = ReadResultMesh(path);
     if (!mesh.ok()) return mesh.status();
     out.mesh = *std::move(mesh);

@@ -14,6 +14,7 @@
 #include "capture/take_view.h"
 #include "services/files/atomic_file.h"
 #include "services/files/frame_folders.h"
+#include "services/files/frame_paths.h"
 #include "services/synthetic/truth_file.h"
 
 namespace weft {
@@ -56,7 +57,7 @@ bool WasAskedFor(const v1::Job& job, const std::string& name, int64_t position) 
 absl::StatusOr<std::vector<std::string>> FramesOfResult(const std::string& result) {
   const absl::StatusOr<std::vector<std::string>> meshes = ListFrameFolders(result);
   if (!meshes.ok()) return meshes.status();
-  const absl::StatusOr<std::vector<std::string>> reports = ListFrameFolders(result, "report.json");
+  const absl::StatusOr<std::vector<std::string>> reports = ListFrameFolders(result, FrameFile::kReport);
   if (!reports.ok()) return reports.status();
   std::set<std::string> distinct(meshes->begin(), meshes->end());
   distinct.insert(reports->begin(), reports->end());

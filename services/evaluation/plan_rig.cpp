@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "services/files/atomic_file.h"
 #include "services/files/frame_folders.h"
+#include "services/files/frame_paths.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/rig_file.h"
@@ -44,7 +45,7 @@ absl::StatusOr<NamedMoments> ReadMoments(const RigPlanRequest& request, const Te
         request.moments == 0 ? names->size() : std::min(names->size(), static_cast<size_t>(request.moments));
     for (size_t i = 0; i < count; ++i) {
       const std::string& name = (*names)[(2 * i + 1) * names->size() / (2 * count)];
-      files.emplace_back(name, (fs::path(request.motion) / name / "mesh.ply").string());
+      files.emplace_back(name, FramePaths(request.motion, name).Of(FrameFile::kMesh));
     }
   }
   for (const auto& [name, path] : files) {

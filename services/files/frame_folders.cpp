@@ -32,14 +32,13 @@ bool NaturallyBefore(std::string_view a, std::string_view b) {
   return a < b;
 }
 
-absl::StatusOr<std::vector<std::string>> ListFrameFolders(const std::string& result,
-                                                          const std::string& file) {
+absl::StatusOr<std::vector<std::string>> ListFrameFolders(const std::string& result, FrameFile file) {
   std::vector<std::string> names;
   std::error_code error;
   fs::directory_iterator entry(result, error);
   for (; !error && entry != fs::directory_iterator(); entry.increment(error)) {
     std::error_code no_file;
-    if (fs::is_regular_file(entry->path() / file, no_file))
+    if (fs::is_regular_file(entry->path() / FileName(file), no_file))
       names.push_back(entry->path().filename().string());
   }
   if (error == std::errc::no_such_file_or_directory) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "services/files/frame_paths.h"
 #include "services/files/mesh_file.h"
 #include "services/files/scan_file.h"
 #include "services/pipeline/stage_reports.h"
@@ -204,10 +205,9 @@ std::string ScanPath(const RegistrationInputs& inputs, size_t index, const std::
 
 std::string StartPath(const RegistrationInputs& inputs, size_t index, const std::string& starts) {
   if (starts.empty()) return "";
-  const std::filesystem::path path =
-      std::filesystem::path(starts) / inputs.dump->frame_names()[index] / "mesh.ply";
+  std::string path = FramePaths(starts, inputs.dump->frame_names()[index]).Of(FrameFile::kMesh);
   std::error_code error;
-  return std::filesystem::exists(path, error) ? path.string() : "";
+  return std::filesystem::exists(path, error) ? path : "";
 }
 
 absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_t index,

@@ -2,21 +2,17 @@
 
 #include <algorithm>
 #include <chrono>
-#include <filesystem>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "alignment/temporal.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
-#include "services/pipeline/frame_files.h"
+#include "services/pipeline/frame_folder.h"
 #include "services/pipeline/frame_neighbors.h"
 
 namespace weft {
 namespace {
-
-constexpr char kMesh[] = "mesh.ply";
-constexpr char kUnrefined[] = "unrefined.ply";
 
 // The frames of a job and what their reports say, read when asked for.
 class Surroundings {
@@ -27,27 +23,27 @@ class Surroundings {
 
   int size() const { return static_cast<int>(job_frames_.size()); }
   const std::string& Name(int at) const { return inputs_.dump->frame_names()[job_frames_[at]]; }
-  absl::StatusOr<ConfinedFolder> Folder(int at) const {
-    return OpenFrameFolder(out_, Name(at), ConfinedFolder::IfMissing::kFail);
+  absl::StatusOr<FrameFolder> Folder(int at) const {
+    return FrameFolder::Open(out_, Name(at), ConfinedFolder::IfMissing::kFail);
   }
   // Empty while the frame is not complete.
   std::optional<v1::FrameReport> Report(int at) const {
-    const absl::StatusOr<ConfinedFolder> folder = Folder(at);
+    const absl::StatusOr<FrameFolder> folder = Folder(at);
     if (!folder.ok()) return std::nullopt;
-    absl::StatusOr<v1::FrameReport> report = ReadReport(*folder);
+    absl::StatusOr<v1::FrameReport> report = folder->Report();
     if (!report.ok()) return std::nullopt;
     return *std::move(report);
   }
   // The mesh that the frame got on its own. NotFound: it is not there as it was written.
   absl::StatusOr<RegisteredMesh> Unrefined(int at) const {
-    const absl::StatusOr<ConfinedFolder> folder = Folder(at);
+    const absl::StatusOr<FrameFolder> folder = Folder(at);
     if (!folder.ok()) return absl::NotFoundError(folder.status().message());
-    const absl::StatusOr<v1::FrameReport> report = ReadReport(*folder);
+    const absl::StatusOr<v1::FrameReport> report = folder->Report();
     if (!report.ok()) return report.status();
-    if (const std::string problem = CheckFile(*folder, kUnrefined, *report); !problem.empty()) {
+    if (const std::string problem = folder->Check(FrameFile::kUnrefined, *report); !problem.empty()) {
       return absl::NotFoundError(absl::StrCat(folder->path(), ": ", problem));
     }
-    return ReadRegisteredMesh(folder->At(kUnrefined));
+    return ReadRegisteredMesh(folder->PathOf(FrameFile::kUnrefined));
   }
 
  private:
@@ -73,31 +69,32 @@ absl::StatusOr<TemporalResult> Compute(const RegistrationInputs& inputs, const S
   return RefineInTime(*inputs.model, *previous, *own, *next, options, cancelled);
 }
 
+// Makes `mesh` the frame's mesh.ply.
+absl::Status PutMesh(const RegistrationInputs& inputs, const RegisteredMesh& mesh, const FrameFolder& folder,
+                     v1::FrameReport& report) {
+  const auto write = [&](const std::string& path) {
+    return WriteRegisteredMesh(path, mesh, inputs.garment.rest.faces, inputs.texture);
+  };
+  return folder.Put(FrameFile::kMesh, write, report);
+}
+
 // The state without neighbours.
 absl::Status Undo(const RegistrationInputs& inputs, const Surroundings& frames, int at,
-                  const ConfinedFolder& folder, v1::FrameReport& report) {
-  if (report.state() == v1::FRAME_STATE_FAILED) {
-    UnlistFile(kMesh, report);
-    return folder.Remove(kMesh);
-  }
+                  const FrameFolder& folder, v1::FrameReport& report) {
+  if (report.state() == v1::FRAME_STATE_FAILED) return folder.Drop(FrameFile::kMesh, report);
   const absl::StatusOr<RegisteredMesh> own = frames.Unrefined(at);
   if (!own.ok()) return own.status();
-  absl::Status status =
-      WriteRegisteredMesh(folder.At(kMesh), *own, inputs.garment.rest.faces, inputs.texture);
-  if (status.ok()) status = ListFile(folder, kMesh, report);
-  return status;
+  return PutMesh(inputs, *own, folder, report);
 }
 
 // The state with both neighbours.
 absl::Status Refine(const RegistrationInputs& inputs, const Surroundings& frames, int at,
-                    const Neighbors& neighbors, const std::stop_token& stop, const ConfinedFolder& folder,
+                    const Neighbors& neighbors, const std::stop_token& stop, const FrameFolder& folder,
                     v1::FrameReport& report) {
   const bool bridge = report.state() == v1::FRAME_STATE_FAILED;
   const absl::StatusOr<TemporalResult> result = Compute(inputs, frames, at, bridge, neighbors, stop);
   if (!result.ok()) return result.status();
-  absl::Status status =
-      WriteRegisteredMesh(folder.At(kMesh), result->mesh, inputs.garment.rest.faces, inputs.texture);
-  if (status.ok()) status = ListFile(folder, kMesh, report);
+  const absl::Status status = PutMesh(inputs, result->mesh, folder, report);
   v1::TemporalReport& temporal = *report.mutable_temporal();
   temporal.set_self_intersections_before(result->untangling.pairs_before);
   temporal.set_self_intersections(result->untangling.pairs_after);
@@ -112,9 +109,9 @@ absl::Status Refine(const RegistrationInputs& inputs, const Surroundings& frames
 absl::Status RefineFrame(const RegistrationInputs& inputs, const Surroundings& frames, int at,
                          const std::stop_token& stop) {
   const auto start = std::chrono::steady_clock::now();
-  const absl::StatusOr<ConfinedFolder> folder = frames.Folder(at);
+  const absl::StatusOr<FrameFolder> folder = frames.Folder(at);
   if (!folder.ok()) return absl::NotFoundError(folder.status().message());
-  absl::StatusOr<v1::FrameReport> report = ReadReport(*folder);
+  absl::StatusOr<v1::FrameReport> report = folder->Report();
   if (!report.ok()) return report.status();
   const FrameFacts own = FactsOf(*report);
   if (own.frames_alone || (!own.registered && !own.failed)) return absl::OkStatus();
@@ -137,7 +134,7 @@ absl::Status RefineFrame(const RegistrationInputs& inputs, const Surroundings& f
   if (!status.ok()) return folder->InWords(status);
   const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
   report->mutable_temporal()->set_time_ms(elapsed.count());
-  return WriteReport(*folder, *report);
+  return folder->Commit(*std::move(report));
 }
 
 }  // namespace
@@ -158,8 +155,8 @@ absl::Status RefineAround(const RegistrationInputs& inputs, const std::vector<si
 
 bool WasBridged(const std::string& out, const std::string& frame) {
   v1::FrameReport report;
-  const std::string file = (std::filesystem::path(out) / frame / "report.json").string();
-  return ReadJsonFile(file, report).ok() && report.temporal().bridged();
+  return ReadJsonFile(FramePaths(out, frame).Of(FrameFile::kReport), report).ok() &&
+         report.temporal().bridged();
 }
 
 }  // namespace weft

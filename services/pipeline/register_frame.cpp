@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/pipeline/frame_files.h"
+#include "services/pipeline/frame_folder.h"
 #include "services/pipeline/frame_neighbors.h"
 #include "services/pipeline/frame_stages.h"
 #include "services/pipeline/presets.h"
@@ -90,10 +91,10 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
 absl::StatusOr<v1::FrameReport> FindCompleteFrame(const RegistrationInputs& inputs, size_t index,
                                                   const v1::RegistrationOptions& options,
                                                   const std::string& out) {
-  const absl::StatusOr<ConfinedFolder> folder =
-      OpenFrameFolder(out, inputs.dump->frame_names()[index], ConfinedFolder::IfMissing::kFail);
+  const absl::StatusOr<FrameFolder> folder =
+      FrameFolder::Open(out, inputs.dump->frame_names()[index], ConfinedFolder::IfMissing::kFail);
   if (!folder.ok()) return folder.status();
-  absl::StatusOr<v1::FrameReport> report = ReadReport(*folder);
+  absl::StatusOr<v1::FrameReport> report = folder->Report();
   if (!report.ok()) return report.status();
   if (!FactsOf(*report).registered) return absl::NotFoundError(absl::StrCat(folder->path(), " failed"));
   const absl::StatusOr<std::string> fingerprint = Fingerprint(inputs, index, options);
@@ -103,7 +104,7 @@ absl::StatusOr<v1::FrameReport> FindCompleteFrame(const RegistrationInputs& inpu
                     MessageDifferencer::Equals(report->inputs(), inputs.hashes) &&
                     MessageDifferencer::Equals(Canonical(report->options()), Canonical(options));
   if (!same) return absl::NotFoundError(absl::StrCat(folder->path(), " was computed from something else"));
-  if (const std::string problem = CheckFiles(*folder, *report); !problem.empty()) {
+  if (const std::string problem = folder->CheckAll(*report); !problem.empty()) {
     return absl::NotFoundError(absl::StrCat(folder->path(), ": ", problem));
   }
   // Whoever wrote it may have been killed before that.

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
-#include "services/pipeline/frame_files.h"
+#include "services/pipeline/frame_folder.h"
 #include "services/pipeline/frame_neighbors.h"
 
 namespace weft {
@@ -27,21 +27,22 @@ bool IsResult(v1::FrameState state) {
 absl::StatusOr<Found> LookAt(const ConfinedFolder& base, const v1::FrameReport& like,
                              const std::string& frame) {
   Found found;
-  const auto folder = base.Child(frame, ConfinedFolder::IfMissing::kFail);
-  if (!folder.ok()) {
-    found.problem = std::string(folder.status().message());
+  absl::StatusOr<ConfinedFolder> opened = base.Child(frame, ConfinedFolder::IfMissing::kFail);
+  if (!opened.ok()) {
+    found.problem = std::string(opened.status().message());
     return found;
   }
-  const absl::StatusOr<v1::FrameReport> report = ReadReport(*folder);
+  const FrameFolder folder(*std::move(opened));
+  const absl::StatusOr<v1::FrameReport> report = folder.Report();
   if (!report.ok()) {
     found.problem = "report.json is missing, damaged or of an older format";
   } else if (report->frame() != frame || !FromSameRun(*report, like)) {
     found.problem = "was computed from something else";
   } else {
-    found.problem = CheckFiles(*folder, *report);
+    found.problem = folder.CheckAll(*report);
   }
   if (!found.problem.empty()) return found;
-  if (absl::Status status = folder->Sync(); !status.ok()) return status;
+  if (absl::Status status = folder.Sync(); !status.ok()) return status;
   found.facts = FactsOf(*report);
   found.window = report->temporal().window();
   found.bridged = report->temporal().bridged();

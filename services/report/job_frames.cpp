@@ -1,18 +1,16 @@
 #include "services/report/job_frames.h"
 
-#include <filesystem>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "capture/natural_order.h"
 #include "services/files/frame_folders.h"
+#include "services/files/frame_paths.h"
 #include "services/files/json_file.h"
 #include "services/report/html_text.h"
 
 namespace weft {
 namespace {
-
-namespace fs = std::filesystem;
 
 bool OtherInputs(const v1::InputHashes& frame, const v1::InputHashes& job) {
   const auto differs = [](const std::string& a, const std::string& b) {
@@ -32,7 +30,7 @@ bool IsAsked(const v1::Job& job, const std::string& frame) {
 
 absl::StatusOr<std::vector<v1::FrameReport>> ReadJobFrames(const std::string& out_folder, const v1::Job& job,
                                                            std::vector<std::string>& notes) {
-  const absl::StatusOr<std::vector<std::string>> names = ListFrameFolders(out_folder, "report.json");
+  const absl::StatusOr<std::vector<std::string>> names = ListFrameFolders(out_folder, FrameFile::kReport);
   if (!names.ok()) return names.status();
   std::vector<v1::FrameReport> frames;
   int other_inputs = 0, not_asked = 0;
@@ -42,8 +40,7 @@ absl::StatusOr<std::vector<v1::FrameReport>> ReadJobFrames(const std::string& ou
       continue;
     }
     v1::FrameReport frame;
-    if (const absl::Status status =
-            ReadJsonFile((fs::path(out_folder) / name / "report.json").string(), frame);
+    if (const absl::Status status = ReadJsonFile(FramePaths(out_folder, name).Of(FrameFile::kReport), frame);
         !status.ok()) {
       notes.push_back(absl::StrCat("Frame ", name, " is missing from this report: ", status.message()));
       continue;

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
 #include "services/files/confined_folder.h"
+#include "services/files/frame_paths.h"
 #include "services/files/mesh_file.h"
 #include "services/report/frame_pictures.h"
 #include "services/report/html_report.h"
@@ -57,7 +58,7 @@ std::vector<PicturedMesh> ReadMeshes(const std::string& out_folder,
                                      std::vector<std::string>& notes) {
   std::vector<PicturedMesh> meshes;
   for (const auto& [frame, why] : FramesToPicture(frames)) {
-    const std::string path = (fs::path(out_folder) / frame / "mesh.ply").string();
+    const std::string path = FramePaths(out_folder, frame).Of(FrameFile::kMesh);
     absl::StatusOr<RegisteredMesh> mesh = ReadRegisteredMesh(path);
     absl::StatusOr<TriangleMesh> triangles = mesh.ok() ? ReadMesh(path) : mesh.status();
     if (!triangles.ok()) {
@@ -81,7 +82,7 @@ absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job) {
   const absl::StatusOr<ConfinedFolder> folder = ConfinedFolder::Open(fs::absolute(out_folder).string());
   if (!folder.ok()) return folder.status();
   return folder->InWords(
-      WriteFileAtomically(folder->At("report.html"), MakeJobReport(job, *frames, pictures, notes)));
+      WriteFileAtomically(folder->At(kJobReportFile), MakeJobReport(job, *frames, pictures, notes)));
 }
 
 }  // namespace weft

@@ -11,7 +11,7 @@
 
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
-#include "services/pipeline/frame_files.h"
+#include "services/pipeline/frame_folder.h"
 #include "tests/alignment/cloth_sheets.h"
 #include "tests/capture/temp_folder.h"
 
@@ -71,22 +71,18 @@ class RefineAroundTest : public ::testing::Test {
     report.set_state(state);
     report.set_images_fingerprint(images);
     report.mutable_options()->set_preset(preset);
-    report.set_format_version(kReportFormat);
-    const auto folder = ConfinedFolder::Open(folder_ / Name(frame));
+    const auto folder = FrameFolder::Open(folder_.path(), Name(frame), ConfinedFolder::IfMissing::kMake);
     ASSERT_TRUE(folder.ok()) << folder.status();
+    const auto write = [&](const std::string& path) {
+      return WriteRegisteredMesh(path, MeshAt(inputs_, frame), inputs_.garment.rest.faces);
+    };
     if (state != v1::FRAME_STATE_FAILED) {
-      for (const char* file : {"unrefined.ply", "mesh.ply"})
-        ASSERT_TRUE(ListFile(*folder, file, report).ok());
+      for (const FrameFile file : {FrameFile::kUnrefined, FrameFile::kMesh})
+        ASSERT_TRUE(folder->Put(file, write, report).ok());
     }
-    ASSERT_TRUE(WriteReport(*folder, report).ok());
+    ASSERT_TRUE(folder->Commit(report).ok());
   }
   void Register(int frame, const std::string& preset = "best") {
-    std::filesystem::create_directories(folder_ / Name(frame));
-    for (const char* file : {"unrefined.ply", "mesh.ply"}) {
-      const absl::Status status =
-          WriteRegisteredMesh(File(frame, file), MeshAt(inputs_, frame), inputs_.garment.rest.faces);
-      ASSERT_TRUE(status.ok()) << status;
-    }
     Report(frame, v1::FRAME_STATE_DONE, preset, "images");
   }
   void Fail(int frame, const std::string& images = "images") {
@@ -208,10 +204,11 @@ TEST_F(RefineAroundTest, TakesNothingFromADamagedNeighbour) {
 TEST_F(RefineAroundTest, ListsTheMeshesThatItWrites) {
   Run({0, 1, 2, 3, 4}, {3});
   for (int frame = 0; frame < 5; ++frame) {
-    const auto folder = ConfinedFolder::Open(folder_ / Name(frame));
-    const auto report = ReadReport(*folder);
+    const auto folder = FrameFolder::Open(folder_.path(), Name(frame), ConfinedFolder::IfMissing::kFail);
+    ASSERT_TRUE(folder.ok()) << folder.status();
+    const auto report = folder->Report();
     ASSERT_TRUE(report.ok()) << report.status();
-    EXPECT_EQ(CheckFiles(*folder, *report), "") << frame;
+    EXPECT_EQ(folder->CheckAll(*report), "") << frame;
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "services/files/json_file.h"
 #include "services/pipeline/frame_files.h"
+#include "services/pipeline/frame_folder.h"
 #include "services/pipeline/frame_neighbors.h"
 #include "services/pipeline/output_folder.h"
 #include "tests/capture/temp_folder.h"
@@ -41,18 +42,21 @@ class ResultsCheckTest : public ::testing::Test {
     v1::FrameReport report;
     report.set_frame(Name(frame));
     report.set_state(infos_[frame].state());
-    report.set_format_version(kReportFormat);
     report.set_weft_version(WEFT_VERSION);
     report.set_images_fingerprint("i");
     *report.mutable_inputs() = job_.inputs();
     report.mutable_options()->set_preset("best");
     report.mutable_temporal()->set_window(kWindows[frame]);
-    for (const char* name : {"mesh.ply", "unrefined.ply", "cloud.ply"}) WriteBytes(File(frame, name), name);
-    const auto folder = ConfinedFolder::Open(folder_ / Name(frame));
-    for (const char* name : {"mesh.ply", "unrefined.ply", "cloud.ply"}) {
-      ASSERT_TRUE(ListFile(*folder, name, report).ok());
+    const auto folder = FrameFolder::Open(folder_.path(), Name(frame), ConfinedFolder::IfMissing::kMake);
+    ASSERT_TRUE(folder.ok()) << folder.status();
+    for (const FrameFile file : {FrameFile::kMesh, FrameFile::kUnrefined, FrameFile::kCloud}) {
+      const auto write = [file](const std::string& path) {
+        WriteBytes(path, FileName(file));
+        return absl::OkStatus();
+      };
+      ASSERT_TRUE(folder->Put(file, write, report).ok());
     }
-    ASSERT_TRUE(WriteReport(*folder, report).ok());
+    ASSERT_TRUE(folder->Commit(report).ok());
   }
   void Change(int frame, const std::function<void(v1::FrameReport&)>& change) {
     v1::FrameReport report;
