@@ -64,9 +64,8 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   if (!executor.ok()) return executor.status();
   JobQueueOptions queue_options;
   queue_options.threads_per_worker = threads;
-  queue_options.write_report = options.write_report;
   queue_options.find_incomplete = options.find_incomplete;
-  queue_options.judge = options.judge;
+  queue_options.endings = options.endings;
   queue_options.list_frames = [load = options.load_inputs](const v1::RegistrationSpec& spec) {
     absl::StatusOr<LoadedInputs> inputs = load(spec);
     return inputs.ok() ? absl::StatusOr<std::vector<std::string>>(std::move(inputs->frames))

@@ -10,7 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "services/daemon/prepare_job.h"
-#include "services/pipeline/results_check.h"
+#include "services/job/job_folder.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {
@@ -29,12 +29,9 @@ struct DaemonOptions {
 
   // Reads the inputs of a job, judges one that has ended, and writes its report.
   InputsLoader load_inputs = LoadJobInputs;
-  std::function<v1::Verdict(const std::string& out, const v1::Job& job)> judge;
-  std::function<absl::Status(const std::string& out, const v1::Job& job)> write_report;
+  JobEndings endings;
   // JobQueueOptions.find_incomplete; results are not looked at without it.
-  std::function<absl::StatusOr<std::vector<IncompleteFrame>>(const v1::Job& job,
-                                                             const std::vector<v1::FrameInfo>& frames)>
-      find_incomplete;
+  FindIncomplete find_incomplete;
 
   // InvalidArgument names the option.
   absl::Status Validate() const;

@@ -76,19 +76,20 @@ void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
       std::any_of(infos.begin(), infos.end(), [](const v1::FrameInfo& info) { return info.frame().empty(); });
   absl::Status named;
   if (damaged) named = NameFrames(options_, job, infos);
-  const auto live = std::make_shared<LiveJob>(LiveJob{std::move(job), JobFrames(std::move(infos))});
+  const auto live = std::make_shared<LiveJob>(JobLife(std::move(job), std::move(infos)));
   jobs_.push_back(live);
   // The daemon's own end is no fault of the frames that ran.
-  for (size_t i = 0; i < live->frames.infos().size(); ++i) {
-    if (live->frames.infos()[i].state() != v1::FRAME_STATE_RUNNING) continue;
-    live->frames.GiveBack(i, JobFrames::Attempt::kDaemonKilled);
+  for (size_t i = 0; i < live->infos().size(); ++i) {
+    if (live->infos()[i].state() != v1::FRAME_STATE_RUNNING) continue;
+    live->life.frames().GiveBack(i, JobFrames::Attempt::kDaemonKilled);
     Remember(*live, i);
   }
   if (damaged && named.ok()) SaveAll(*live);
-  spdlog::info("job {} goes on: {} frames left", live->job.id(), live->frames.FramesLeft());
+  spdlog::info("job {} goes on: {} frames left", live->job().id(), live->life.frames().FramesLeft());
   if (!named.ok()) EndEarly(live, v1::JOB_STATE_FAILED, std::string(named.message()));
-  const v1::FrameCounts counts = live->frames.Counts();
-  if (options_.find_incomplete && !live->early && counts.done() + counts.degraded() + counts.failed() > 0) {
+  const v1::FrameCounts counts = live->life.frames().Counts();
+  if (options_.find_incomplete && !live->life.ends_early() &&
+      counts.done() + counts.degraded() + counts.failed() > 0) {
     live->checking = true;
     Defer([this, live] { CheckResults(live); });
   }
@@ -103,29 +104,21 @@ absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frame
         absl::StrCat(jobs_.size(), " jobs wait already; cancel some or wait until they are done"));
   }
   for (const auto& other : jobs_) {
-    if (other->ended || other->job.spec().out() != job.spec().out()) continue;
+    if (other->ended || other->job().spec().out() != job.spec().out()) continue;
     return absl::FailedPreconditionError(absl::StrCat("spec.out: ", job.spec().out(), " is where job ",
-                                                      other->job.id(),
+                                                      other->job().id(),
                                                       " writes; wait until it has ended, or cancel it"));
   }
-  std::vector<v1::FrameInfo> infos(frames.size());
-  for (size_t i = 0; i < frames.size(); ++i) {
-    if (!IsUtf8(frames[i])) {
-      return absl::InvalidArgumentError(absl::StrCat(job.spec().dump(), ": the name of frame ",
-                                                     EscapedText(frames[i]),
-                                                     " is not UTF-8 text; rename it"));
-    }
-    infos[i].set_frame(frames[i]);
-    infos[i].set_state(v1::FRAME_STATE_WAITING);
+  for (const std::string& frame : frames) {
+    if (IsUtf8(frame)) continue;
+    return absl::InvalidArgumentError(absl::StrCat(job.spec().dump(), ": the name of frame ",
+                                                   EscapedText(frame), " is not UTF-8 text; rename it"));
   }
   EscapeTexts(job);
-  job.set_state(v1::JOB_STATE_QUEUED);
-  job.set_created_unix_ns(UnixNow());
-  auto live = std::make_shared<LiveJob>(LiveJob{std::move(job), JobFrames(infos)});
-  live->job = Describe(*live);
-  if (absl::Status status = catalogue_->AddJob(live->job, infos); !status.ok()) return status;
-  spdlog::info("job {}: {} frames of {}, results to {}", live->job.id(), frames.size(),
-               live->job.spec().dump(), live->job.spec().out());
+  auto live = std::make_shared<LiveJob>(JobLife(std::move(job), frames));
+  if (absl::Status status = catalogue_->AddJob(live->job(), live->infos()); !status.ok()) return status;
+  spdlog::info("job {}: {} frames of {}, results to {}", live->job().id(), frames.size(),
+               live->job().spec().dump(), live->job().spec().out());
   jobs_.push_back(live);
   PlanBackup();
   Schedule();
@@ -135,20 +128,20 @@ absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frame
 
 std::shared_ptr<JobQueue::LiveJob> JobQueue::FindLive(const std::string& job_id) const {
   for (const auto& job : jobs_) {
-    if (job->job.id() == job_id) return job;
+    if (job->job().id() == job_id) return job;
   }
   return nullptr;
 }
 
 absl::StatusOr<v1::Job> JobQueue::Get(const std::string& job_id) {
   const Lock lock(mutex_);
-  if (const auto live = FindLive(job_id)) return Describe(*live);
+  if (const auto live = FindLive(job_id)) return live->life.Describe();
   return catalogue_->ReadJob(job_id);
 }
 
 absl::StatusOr<std::vector<v1::FrameInfo>> JobQueue::Frames(const std::string& job_id) {
   const Lock lock(mutex_);
-  if (const auto live = FindLive(job_id)) return live->frames.infos();
+  if (const auto live = FindLive(job_id)) return live->infos();
   if (const absl::StatusOr<v1::Job> job = catalogue_->ReadJob(job_id); !job.ok()) return job.status();
   return catalogue_->ReadFrames(job_id);
 }
@@ -158,7 +151,7 @@ absl::StatusOr<std::vector<v1::Job>> JobQueue::List(int limit) {
   absl::StatusOr<std::vector<v1::Job>> jobs = catalogue_->ListJobs(limit);
   if (!jobs.ok()) return jobs;
   for (v1::Job& job : *jobs) {
-    if (const auto live = FindLive(job.id())) job = Describe(*live);
+    if (const auto live = FindLive(job.id())) job = live->life.Describe();
   }
   return jobs;
 }
@@ -178,7 +171,7 @@ JobQueue::Load JobQueue::CurrentLoad() {
   Load load;
   for (const auto& job : jobs_) {
     if (job->ended) continue;
-    ++(job->job.state() == v1::JOB_STATE_RUNNING ? load.running : load.queued);
+    ++(job->job().state() == v1::JOB_STATE_RUNNING ? load.running : load.queued);
   }
   return load;
 }
@@ -197,7 +190,7 @@ absl::StatusOr<v1::Job> JobQueue::Cancel(const std::string& job_id) {
                                                " is being cancelled; its end is not written down yet",
                                                catalogue_trouble_.empty() ? "" : ": ", catalogue_trouble_));
   }
-  return Describe(*live);
+  return live->life.Describe();
 }
 
 absl::StatusOr<int64_t> JobQueue::Subscribe(const std::string& job_id, std::function<void()> changed) {
@@ -211,7 +204,7 @@ absl::StatusOr<int64_t> JobQueue::Subscribe(const std::string& job_id, std::func
     if (!job.ok()) return job.status();
     absl::StatusOr<std::vector<v1::FrameInfo>> frames = catalogue_->ReadFrames(job_id);
     if (!frames.ok()) return frames.status();
-    live = std::make_shared<LiveJob>(LiveJob{*std::move(job), JobFrames(*std::move(frames))});
+    live = std::make_shared<LiveJob>(JobLife(*std::move(job), *std::move(frames)));
     live->ended = true;
     jobs_.push_back(live);
   }
@@ -239,14 +232,14 @@ JobQueue::News JobQueue::TakeNews(int64_t watcher) {
   if (found == watchers_.end() || found->second->told_end) return news;
   Watcher& own = *found->second;
   const LiveJob& job = *own.job;
-  const JobFrames::Changes changes = job.frames.ChangedSince(own.seen_frames, kMaxFramesPerUpdate);
+  const JobFrames::Changes changes = job.life.frames().ChangedSince(own.seen_frames, kMaxFramesPerUpdate);
   if (changes.positions.empty() && own.seen_job == job.version) return news;
   v1::JobUpdate update;
-  *update.mutable_job() = Describe(job);
-  for (const size_t position : changes.positions) *update.add_frames() = job.frames.infos()[position];
+  *update.mutable_job() = job.life.Describe();
+  for (const size_t position : changes.positions) *update.add_frames() = job.infos()[position];
   own.seen_frames = changes.up_to;
   own.seen_job = job.version;
-  own.told_end = news.ended = job.ended && changes.up_to == job.frames.version();
+  own.told_end = news.ended = job.ended && changes.up_to == job.life.frames().version();
   news.update = std::move(update);
   return news;
 }

@@ -18,9 +18,9 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "services/catalogue/catalogue.h"
-#include "services/daemon/job_frames.h"
 #include "services/executor/executor.h"
-#include "services/pipeline/results_check.h"
+#include "services/job/job_folder.h"
+#include "services/job/job_frames.h"
 #include "weft/v1/registration.pb.h"
 
 namespace weft {
@@ -31,15 +31,9 @@ struct JobQueueOptions {
   std::function<absl::StatusOr<std::vector<std::string>>(const v1::RegistrationSpec& spec)> list_frames;
   // Of Warnings, for as long as the daemon runs.
   std::vector<std::string> warnings;
-  // Writes the report of a job that has ended beside its results.
-  std::function<absl::Status(const std::string& out, const v1::Job& job)> write_report;
-  // Frames whose results are not there, among those that are dealt with (results_check.h). Asked before a job
-  // is done, and when one is taken up again; what it names is registered again.
-  std::function<absl::StatusOr<std::vector<IncompleteFrame>>(const v1::Job& job,
-                                                             const std::vector<v1::FrameInfo>& frames)>
-      find_incomplete;
-  // What a job that has ended came to, from its results.
-  std::function<v1::Verdict(const std::string& out, const v1::Job& job)> judge;
+  // Asked before a job is done, and when one is taken up again; what it names is registered again.
+  FindIncomplete find_incomplete;
+  JobEndings endings;
 };
 
 // The oldest job has the first claim on the workers; the next begins when all its frames are taken. A frame
@@ -123,7 +117,6 @@ class JobQueue {
   void RegisterAgain(const std::shared_ptr<LiveJob>& job, const std::vector<IncompleteFrame>& frames);
   void FinishIfDone(const std::shared_ptr<LiveJob>& job);
   // Writing down and telling (job_queue_save.cpp).
-  v1::Job Describe(const LiveJob& job) const;
   void Remember(LiveJob& job, size_t position);
   void RememberJob(LiveJob& job);
   void NoteSaved(LiveJob& job, const absl::Status& status);

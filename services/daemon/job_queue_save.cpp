@@ -18,34 +18,17 @@ constexpr std::chrono::seconds kBackupPeriod{60};
 
 }  // namespace
 
-v1::Job JobQueue::Describe(const LiveJob& live) const {
-  v1::Job job = live.job;
-  *job.mutable_frames() = live.frames.Counts();
-  if (live.ended) {
-    job.set_remaining_s(0);
-    return job;
-  }
-  constexpr double kEnoughFrames = 0.2;  // before that the guess would jump
-  const double computed = live.frames.FramesComputed();
-  job.set_remaining_s(-1);
-  if (live.first_task && computed >= kEnoughFrames) {
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - *live.first_task;
-    job.set_remaining_s(elapsed.count() * live.frames.FramesLeft() / computed);
-  }
-  return job;
-}
-
 // Watchers are told of states that the disk has not taken yet: a restart does those frames again. The end of
 // a job is told when it is written down (Conclude).
 void JobQueue::Remember(LiveJob& live, size_t position) {
   if (!live.unsaved)
-    NoteSaved(live, catalogue_->UpdateFrame(live.job.id(), position, live.frames.infos()[position]));
+    NoteSaved(live, catalogue_->UpdateFrame(live.job().id(), position, live.infos()[position]));
   MarkChanged(live);
 }
 
 void JobQueue::RememberJob(LiveJob& live) {
   ++live.version;
-  if (!live.unsaved) NoteSaved(live, catalogue_->UpdateJob(Describe(live)));
+  if (!live.unsaved) NoteSaved(live, catalogue_->UpdateJob(live.life.Describe()));
   MarkChanged(live);
 }
 
@@ -59,10 +42,10 @@ void JobQueue::NoteSaved(LiveJob& live, const absl::Status& status) {
 }
 
 void JobQueue::SaveAll(LiveJob& live) {
-  const v1::Job job = live.outcome ? *live.outcome : Describe(live);
-  absl::Status status = catalogue_->UpdateAll(job, live.frames.infos());
+  const v1::Job job = live.outcome ? *live.outcome : live.life.Describe();
+  absl::Status status = catalogue_->UpdateAll(job, live.infos());
   // Its row was damaged while the daemon ran.
-  if (absl::IsNotFound(status)) status = catalogue_->AddJob(job, live.frames.infos());
+  if (absl::IsNotFound(status)) status = catalogue_->AddJob(job, live.infos());
   NoteSaved(live, status);
 }
 
@@ -82,14 +65,14 @@ void JobQueue::Conclude(const std::shared_ptr<LiveJob>& live, v1::Job outcome) {
   live->outcome = std::move(outcome);
   SaveAll(*live);
   if (!live->unsaved) return End(live);
-  live->job.set_message(
+  live->life.SetMessage(
       absl::StrCat("all frames are dealt with; its end cannot be written down yet: ", catalogue_trouble_));
   ++live->version;
   MarkChanged(*live);
 }
 
 void JobQueue::End(const std::shared_ptr<LiveJob>& live) {
-  live->job = *std::exchange(live->outcome, std::nullopt);
+  live->life.Conclude(*std::exchange(live->outcome, std::nullopt));
   live->ended = true;
   ++live->version;
   MarkChanged(*live);

@@ -6,22 +6,26 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "services/daemon/job_queue.h"
-#include "services/pipeline/result_lock.h"
+#include "services/job/job_folder.h"
+#include "services/job/job_life.h"
 
 namespace weft {
 
 struct JobQueue::LiveJob {
-  v1::Job job;  // its counts and remaining time are set by Describe
-  JobFrames frames;
-  // Set when the job is to end before all frames are dealt with.
-  struct EarlyEnd {
-    v1::JobState state;
-    std::string message;
-  };
-  std::optional<EarlyEnd> early;
+  explicit LiveJob(JobLife begun)
+      : life(std::move(begun)),
+        folder(life.job().spec().out(), absl::StrCat("job ", life.job().id(), " of weftd")) {}
+
+  const v1::Job& job() const { return life.job(); }
+  const std::vector<v1::FrameInfo>& infos() const { return life.frames().infos(); }
+
+  JobLife life;
+  JobFolder folder;                // its lock is held from the job's first task to its end
   bool checking = false;           // its results are being looked at; no task of it runs
   bool checked = false;            // they are all there
   bool finishing = false;          // its last files are being written
@@ -33,10 +37,7 @@ struct JobQueue::LiveJob {
   bool ended = false;
   int failed_starts = 0;  // workers in a row that ended before they began a frame
   int watchers = 0;
-  int repairs = 0;                 // how often frames had to be done again
-  std::optional<ResultLock> lock;  // from its first task to its end
-  uint64_t version = 1;            // counts changes of `job`
-  std::optional<std::chrono::steady_clock::time_point> first_task;
+  uint64_t version = 1;  // counts changes of `job`
 };
 
 struct JobQueue::RunningTask {
@@ -53,11 +54,5 @@ struct JobQueue::Watcher {
   uint64_t seen_frames = 0;
   bool told_end = false;
 };
-
-inline int64_t UnixNow() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 }  // namespace weft

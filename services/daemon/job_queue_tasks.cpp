@@ -41,11 +41,11 @@ bool IsResult(v1::FrameState state) {
 void JobQueue::Schedule() {
   if (stopping_) return;
   for (const auto& job : jobs_) {
-    if (job->ended || job->early || job->checking || job->start_again) continue;
-    if (job->frames.HasWaiting() && tasks_.size() < static_cast<size_t>(executor_->slots()) &&
+    if (job->ended || job->life.ends_early() || job->checking || job->start_again) continue;
+    if (job->life.frames().HasWaiting() && tasks_.size() < static_cast<size_t>(executor_->slots()) &&
         !HoldsFolder(job))
       continue;
-    while (!job->start_again && job->frames.HasWaiting()) {
+    while (!job->start_again && job->life.frames().HasWaiting()) {
       if (tasks_.size() >= static_cast<size_t>(executor_->slots()) || !StartTask(job)) return;
     }
   }
@@ -54,13 +54,13 @@ void JobQueue::Schedule() {
 bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   auto running = std::make_unique<RunningTask>();
   running->job = job;
-  running->positions = job->frames.TakeChunk(executor_->slots());
+  running->positions = job->life.frames().TakeChunk(executor_->slots());
   v1::Task task;
-  task.set_id(absl::StrCat(job->job.id(), ".", next_task_++));
-  *task.mutable_spec() = job->job.spec();
-  *task.mutable_spec()->mutable_expected() = job->job.inputs();
+  task.set_id(absl::StrCat(job->job().id(), ".", next_task_++));
+  *task.mutable_spec() = job->job().spec();
+  *task.mutable_spec()->mutable_expected() = job->job().inputs();
   task.set_threads(options_.threads_per_worker);
-  for (const size_t position : running->positions) task.add_frames(job->frames.infos()[position].frame());
+  for (const size_t position : running->positions) task.add_frames(job->infos()[position].frame());
   const std::string id = task.id();
   const absl::Status status =
       executor_->Start(task, {[this, id](const v1::WorkerEvent& event) { OnEvent(id, event); },
@@ -68,18 +68,13 @@ bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   if (!status.ok()) {
     spdlog::error("task {} cannot be started: {}", id, std::string(status.message()));
     for (const size_t position : running->positions) {
-      job->frames.GiveBack(position, JobFrames::Attempt::kRefunded);
+      job->life.frames().GiveBack(position, JobFrames::Attempt::kRefunded);
     }
     return false;
   }
   spdlog::debug("task {}: {} frames from {}", id, running->positions.size(), task.frames(0));
   tasks_[id] = std::move(running);
-  if (!job->first_task) job->first_task = std::chrono::steady_clock::now();
-  if (job->job.state() == v1::JOB_STATE_QUEUED) {
-    job->job.set_state(v1::JOB_STATE_RUNNING);
-    job->job.set_started_unix_ns(UnixNow());
-    RememberJob(*job);
-  }
+  if (job->life.Start()) RememberJob(*job);
   return true;
 }
 
@@ -105,26 +100,26 @@ void JobQueue::OnFrameEvent(RunningTask& task, const v1::WorkerEvent& event) {
   const std::string& frame = event.has_started()    ? event.started().frame()
                              : event.has_advanced() ? event.advanced().frame()
                                                     : event.finished().frame();
-  const std::optional<size_t> position = job.frames.Find(frame);
+  const std::optional<size_t> position = job.life.frames().Find(frame);
   if (!position || std::count(task.positions.begin(), task.positions.end(), *position) == 0 ||
-      job.frames.DealtWith(*position)) {
-    spdlog::warn("job {}: a worker speaks of frame \"{}\", which is not its own", job.job.id(), frame);
+      job.life.frames().DealtWith(*position)) {
+    spdlog::warn("job {}: a worker speaks of frame \"{}\", which is not its own", job.job().id(), frame);
     return;
   }
-  const bool running = job.frames.infos()[*position].state() == v1::FRAME_STATE_RUNNING;
+  const bool running = job.infos()[*position].state() == v1::FRAME_STATE_RUNNING;
   task.began = true;
   job.failed_starts = 0;
   if (event.has_finished()) job.pause = std::chrono::seconds(1);
-  if (event.has_finished() && !job.early) job.job.clear_message();
+  if (event.has_finished() && !job.life.ends_early()) job.life.SetMessage("");
   if (event.has_advanced()) {
-    if (running) job.frames.Advance(*position, event.advanced().share_done());
+    if (running) job.life.frames().Advance(*position, event.advanced().share_done());
     MarkChanged(job);
     return;
   }
-  if (!running) job.frames.Start(*position);
+  if (!running) job.life.frames().Start(*position);
   if (event.has_finished() && IsResult(event.finished().state())) {
-    job.frames.Finish(*position, event.finished());
-    spdlog::debug("job {}: frame {} {} {}", job.job.id(), frame,
+    job.life.frames().Finish(*position, event.finished());
+    spdlog::debug("job {}: frame {} {} {}", job.job().id(), frame,
                   v1::FrameState_Name(event.finished().state()), event.finished().reason());
   }
   Remember(job, *position);
@@ -144,21 +139,22 @@ void JobQueue::OnTaskEnded(const std::string& task_id, const TaskEnd& end) {
 
 void JobQueue::ReturnFrames(RunningTask& task, const TaskEnd& end) {
   LiveJob& job = *task.job;
-  std::erase_if(task.positions, [&job](size_t position) { return job.frames.DealtWith(position); });
+  std::erase_if(task.positions, [&job](size_t position) { return job.life.frames().DealtWith(position); });
   // A worker that reports CANCELLED was stopped: by us, or by somebody who is no reason to give up the job.
   const bool no_room = end.refused || (task.error && IsFullDisk(*task.error));
   const bool given_up = task.error && task.error->code() != "CANCELLED" && !no_room;
   if (given_up && !stopping_) EndEarly(task.job, v1::JOB_STATE_FAILED, task.error->message());
-  if (job.early) {
+  if (job.life.ends_early()) {
     for (const size_t position : task.positions) {
-      job.frames.End(position, v1::FRAME_STATE_CANCELLED, job.early->message);
+      job.life.frames().End(position, v1::FRAME_STATE_CANCELLED, job.life.early_message());
     }
   } else if (stopping_) {
     for (const size_t position : task.positions) {
-      job.frames.GiveBack(position, JobFrames::Attempt::kRefunded);
+      job.life.frames().GiveBack(position, JobFrames::Attempt::kRefunded);
     }
   } else if (no_room) {
-    for (const size_t position : task.positions) job.frames.GiveBack(position, JobFrames::Attempt::kRefunded);
+    for (const size_t position : task.positions)
+      job.life.frames().GiveBack(position, JobFrames::Attempt::kRefunded);
     WaitForRoom(job, end.refused ? end.reason : task.error->message());
   } else if (!task.positions.empty()) {
     BlameWorker(task, end.clean ? "its worker ended without dealing with it" : end.reason);
@@ -169,8 +165,8 @@ void JobQueue::ReturnFrames(RunningTask& task, const TaskEnd& end) {
 // A disk without room is no fault of the job: it waits, longer each time.
 void JobQueue::WaitForRoom(LiveJob& job, const std::string& reason) {
   constexpr std::chrono::seconds kLongestPause{30};
-  spdlog::warn("job {} waits {} s: {}", job.job.id(), job.pause.count(), reason);
-  job.job.set_message(absl::StrCat("waits until there is room: ", EscapedText(reason)));
+  spdlog::warn("job {} waits {} s: {}", job.job().id(), job.pause.count(), reason);
+  job.life.SetMessage(absl::StrCat("waits until there is room: ", EscapedText(reason)));
   WakeAt(job.start_again, std::chrono::steady_clock::now() + job.pause);
   job.pause = std::min(2 * job.pause, kLongestPause);
   RememberJob(job);
@@ -180,27 +176,27 @@ void JobQueue::WaitForRoom(LiveJob& job, const std::string& reason) {
 // not begun.
 void JobQueue::BlameWorker(RunningTask& task, const std::string& reason) {
   LiveJob& job = *task.job;
-  spdlog::warn("job {}: a worker ended abnormally: {}", job.job.id(), reason);
+  spdlog::warn("job {}: a worker ended abnormally: {}", job.job().id(), reason);
   if (!task.began && ++job.failed_starts >= kMaxAttempts) {
     EndEarly(task.job, v1::JOB_STATE_FAILED, absl::StrCat("its workers end before they begin: ", reason));
     for (const size_t position : task.positions) {
-      job.frames.End(position, v1::FRAME_STATE_CANCELLED, job.early->message);
+      job.life.frames().End(position, v1::FRAME_STATE_CANCELLED, job.life.early_message());
     }
     return;
   }
   const auto is_running = [&job](size_t position) {
-    return job.frames.infos()[position].state() == v1::FRAME_STATE_RUNNING;
+    return job.infos()[position].state() == v1::FRAME_STATE_RUNNING;
   };
   auto blamed = std::find_if(task.positions.begin(), task.positions.end(), is_running);
   if (blamed == task.positions.end()) blamed = task.positions.begin();
   for (auto it = task.positions.begin(); it != task.positions.end(); ++it) {
     if (it != blamed || !task.began) {
-      job.frames.GiveBack(*it, JobFrames::Attempt::kRefunded);
+      job.life.frames().GiveBack(*it, JobFrames::Attempt::kRefunded);
       continue;
     }
-    if (!is_running(*it)) job.frames.Start(*it);
-    if (job.frames.infos()[*it].attempts() < kMaxAttempts) {
-      job.frames.GiveBack(*it, JobFrames::Attempt::kCounts);
+    if (!is_running(*it)) job.life.frames().Start(*it);
+    if (job.infos()[*it].attempts() < kMaxAttempts) {
+      job.life.frames().GiveBack(*it, JobFrames::Attempt::kCounts);
     } else {
       SetAside(task.job, *it, reason);
     }
@@ -208,35 +204,36 @@ void JobQueue::BlameWorker(RunningTask& task, const std::string& reason) {
 }
 
 void JobQueue::SetAside(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason) {
-  const int attempts = job->frames.infos()[position].attempts();
-  job->frames.End(
+  const int attempts = job->infos()[position].attempts();
+  job->life.frames().End(
       position, v1::FRAME_STATE_FAILED,
       absl::StrCat("its workers ended abnormally ", attempts, " times; last: ", EscapedText(reason)));
   Remember(*job, position);
-  const v1::FrameInfo info = job->frames.infos()[position];
-  spdlog::error("job {}: frame {} is set aside: {}", job->job.id(), info.frame(), info.reason());
-  Defer([job_copy = job->job, info] {
+  const v1::FrameInfo info = job->infos()[position];
+  spdlog::error("job {}: frame {} is set aside: {}", job->job().id(), info.frame(), info.reason());
+  Defer([job_copy = job->job(), info] {
     const absl::Status status = WriteSetAsideReport(job_copy, info);
     if (!status.ok()) spdlog::error("{}", std::string(status.message()));
   });
 }
 
 void JobQueue::EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message) {
-  if (job->ended || job->finishing || job->early) return;
-  spdlog::info("job {} ends early: {}", job->job.id(), message);
-  job->early = LiveJob::EarlyEnd{state, EscapedText(message)};
+  if (job->ended || job->finishing || job->life.ends_early()) return;
+  spdlog::info("job {} ends early: {}", job->job().id(), message);
+  job->life.EndEarly(state, message);
   job->start_again.reset();  // its end need not wait for what its tasks waited for
   // Frames of running tasks come back when those have ended.
-  std::vector<bool> in_task(job->frames.infos().size());
+  std::vector<bool> in_task(job->infos().size());
   for (const auto& [id, task] : tasks_) {
     if (task->job != job) continue;
     for (const size_t position : task->positions) in_task[position] = true;
     executor_->Stop(id);
   }
   for (size_t i = 0; i < in_task.size(); ++i) {
-    if (!in_task[i] && !job->frames.DealtWith(i)) job->frames.End(i, v1::FRAME_STATE_CANCELLED, message);
+    if (!in_task[i] && !job->life.frames().DealtWith(i))
+      job->life.frames().End(i, v1::FRAME_STATE_CANCELLED, message);
   }
-  job->job.set_message(state == v1::JOB_STATE_CANCELLED ? "being cancelled" : job->early->message);
+  job->life.SetMessage(state == v1::JOB_STATE_CANCELLED ? "being cancelled" : job->life.early_message());
   ++job->version;
   MarkChanged(*job);
   FinishIfDone(job);

@@ -57,6 +57,27 @@ class Daemon(StudioTest):
         self.assertTrue(read(f"{self.out}/report.html").lstrip().lower().startswith("<!doctype html"))
         self.assertEqual(temporary_files(self.out), [])
 
+    def test_ends_as_a_registration_without_it_when_frames_fail(self):
+        self.start_daemon("--workers", "2")
+        for name, dark in (("bridged", [1]), ("all", [0, 2])):  # frame 1 is dark by then
+            for frame in dark:
+                for camera in range(2, len(self.images)):
+                    os.remove(self.image(frame, camera))
+            ended = []
+            for out, more in ((self.path(f"{name} remote"), ["--server", self.address]), (self.path(f"{name} local"), [])):
+                done = self.register("--json", *more, out=out)
+                job = json.loads(done.stdout)
+                self.assertEqual(json.loads(read(f"{out}/job.json"))["message"], job["message"])
+                ended.append([done.returncode, *(job[key] for key in ("state", "message", "frames", "verdict"))])
+            self.assertEqual(ended[0], ended[1])
+            status, state, message, frames, _ = ended[0]
+            if name == "all":
+                self.assertEqual((status, state, frames["failed"]), (1, "JOB_STATE_FAILED", 3))
+                self.assertIn(f"no frame could be registered; the first, frame {self.frames[0]}: only 2 of", message)
+            else:
+                self.assertEqual((state, message), ("JOB_STATE_DONE", ""))
+                self.assertEqual((frames["done"], frames["failed"], frames["bridged"]), (2, 1, 1))
+
     def test_takes_scans_as_a_registration_without_it_does(self):
         scans = self.path("scans")
         os.mkdir(scans)

@@ -11,7 +11,7 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST_F(DaemonTest, RunsAJobToItsEndAndTellsEveryFrame) {
-  options_.write_report = [](const std::string& out, const v1::Job& job) {
+  options_.endings.write_report = [](const std::string& out, const v1::Job& job) {
     return WriteFileAtomically(out + "/report.html", job.id());
   };
   StartDaemon();
@@ -59,7 +59,7 @@ TEST_F(DaemonTest, TellsOfFailedFramesThatTheirNeighboursBridged) {
 }
 
 TEST_F(DaemonTest, AReportThatCannotBeWrittenIsAWarning) {
-  options_.write_report = [](const std::string&, const v1::Job&) -> absl::Status {
+  options_.endings.write_report = [](const std::string&, const v1::Job&) -> absl::Status {
     throw std::runtime_error("no font");
   };
   StartDaemon();

@@ -1,4 +1,4 @@
-#include "services/daemon/job_frames.h"
+#include "services/job/job_frames.h"
 
 #include <algorithm>
 

@@ -1,0 +1,93 @@
+#include "services/job/job_folder.h"
+
+#include <exception>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "services/files/atomic_file.h"
+#include "services/files/confined_folder.h"
+#include "services/files/frame_paths.h"
+#include "services/files/json_file.h"
+#include "services/pipeline/frame_files.h"
+#include "services/pipeline/refine_frame.h"
+
+namespace weft {
+namespace {
+
+// A writer that was killed lets go of the lock a moment later.
+constexpr std::chrono::milliseconds kPatience{200};
+
+void Judge(const std::string& out, const JobEndings& endings, v1::Job& job) {
+  if (!endings.judge) return;
+  try {
+    *job.mutable_verdict() = endings.judge(out, job);
+  } catch (const std::exception& error) {
+    job.add_warnings(absl::StrCat("the job cannot be judged: ", error.what()));
+  }
+}
+
+absl::Status WriteReport(const std::string& out, const JobEndings& endings, const v1::Job& job) {
+  if (!endings.write_report) return absl::OkStatus();
+  try {
+    return endings.write_report(out, job);
+  } catch (const std::exception& error) {
+    return absl::InternalError(absl::StrCat("the report cannot be written: ", error.what()));
+  }
+}
+
+}  // namespace
+
+absl::Status JobFolder::Take(std::chrono::milliseconds patience) {
+  if (lock_) {
+    const absl::Status status = lock_->Renew();
+    if (!status.ok()) lock_.reset();
+    return status;
+  }
+  if (absl::Status status = CreateFolders(out_); !status.ok()) return status;
+  absl::StatusOr<ResultLock> taken = ResultLock::Acquire(out_, owner_, patience);
+  if (taken.ok()) lock_ = *std::move(taken);
+  return taken.status();
+}
+
+absl::StatusOr<std::vector<IncompleteFrame>> JobFolder::Check(const v1::Job& job,
+                                                              const std::vector<v1::FrameInfo>& frames,
+                                                              const FindIncomplete& find) {
+  if (absl::Status status = Take(kPatience); !status.ok()) return status;
+  Clean(frames);
+  v1::Job here = job;
+  here.mutable_spec()->set_out(out_);
+  return find(here, frames);
+}
+
+void JobFolder::Clean(const std::vector<v1::FrameInfo>& frames) const {
+  std::vector<std::string> names;
+  for (const v1::FrameInfo& info : frames) names.push_back(info.frame());
+  RemoveTemporaryFiles(out_, names);
+}
+
+std::vector<size_t> JobFolder::BridgedFrames(const std::vector<v1::FrameInfo>& frames) const {
+  std::vector<size_t> bridged;
+  for (size_t i = 0; i < frames.size(); ++i) {
+    if (frames[i].state() == v1::FRAME_STATE_FAILED && WasBridged(out_, frames[i].frame())) {
+      bridged.push_back(i);
+    }
+  }
+  return bridged;
+}
+
+absl::Status JobFolder::WriteJob(const v1::Job& job) const {
+  const absl::StatusOr<ConfinedFolder> folder = ConfinedFolder::Open(out_);
+  if (!folder.ok()) return folder.status();
+  return folder->InWords(WriteJsonFile(folder->At(kJobFile), job));
+}
+
+absl::Status JobFolder::Finish(const std::vector<v1::FrameInfo>& frames, const JobEndings& endings,
+                               v1::Job& job) {
+  if (absl::Status status = Take(kPatience); !status.ok()) return status;
+  Judge(out_, endings, job);
+  Clean(frames);
+  if (absl::Status status = WriteJob(job); !status.ok()) return status;
+  return WriteReport(out_, endings, job);
+}
+
+}  // namespace weft

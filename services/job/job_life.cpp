@@ -1,0 +1,115 @@
+#include "services/job/job_life.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "capture/plain_text.h"
+
+namespace weft {
+namespace {
+
+std::vector<v1::FrameInfo> Waiting(const std::vector<std::string>& names) {
+  std::vector<v1::FrameInfo> infos(names.size());
+  for (size_t i = 0; i < names.size(); ++i) {
+    infos[i].set_frame(names[i]);
+    infos[i].set_state(v1::FRAME_STATE_WAITING);
+  }
+  return infos;
+}
+
+std::string FirstFailure(const JobFrames& frames) {
+  for (const v1::FrameInfo& info : frames.infos()) {
+    if (info.state() != v1::FRAME_STATE_FAILED) continue;
+    return absl::StrCat("; the first, frame ", info.frame(), ": ", info.reason());
+  }
+  return "";
+}
+
+}  // namespace
+
+int64_t UnixNow() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+JobLife::JobLife(v1::Job job, const std::vector<std::string>& frames)
+    : job_(std::move(job)), frames_(Waiting(frames)) {
+  job_.set_state(v1::JOB_STATE_QUEUED);
+  job_.set_created_unix_ns(UnixNow());
+  job_.set_weft_version(WEFT_VERSION);
+  if (!frames.empty()) {
+    job_.set_first_frame(frames.front());
+    job_.set_last_frame(frames.back());
+  }
+  job_ = Describe();
+}
+
+JobLife::JobLife(v1::Job job, std::vector<v1::FrameInfo> frames)
+    : job_(std::move(job)),
+      frames_(std::move(frames)),
+      ended_(job_.state() == v1::JOB_STATE_DONE || job_.state() == v1::JOB_STATE_FAILED ||
+             job_.state() == v1::JOB_STATE_CANCELLED) {}
+
+v1::Job JobLife::Describe() const {
+  constexpr double kEnoughFrames = 0.2;  // before that the guess would jump
+  v1::Job job = job_;
+  *job.mutable_frames() = frames_.Counts();
+  job.set_remaining_s(ended_ ? 0 : -1);
+  const double computed = frames_.FramesComputed();
+  if (!ended_ && started_ && computed >= kEnoughFrames) {
+    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - *started_;
+    job.set_remaining_s(elapsed.count() * frames_.FramesLeft() / computed);
+  }
+  return job;
+}
+
+bool JobLife::Start() {
+  if (!started_) started_ = std::chrono::steady_clock::now();
+  if (job_.state() != v1::JOB_STATE_QUEUED) return false;
+  job_.set_state(v1::JOB_STATE_RUNNING);
+  job_.set_started_unix_ns(UnixNow());
+  return true;
+}
+
+absl::Status JobLife::DoAgain(const std::vector<IncompleteFrame>& frames) {
+  if (frames.empty()) return absl::OkStatus();
+  if (repairs_ == kMaxRepairs) {
+    const IncompleteFrame& first = frames.front();
+    return TooManyRepairs(job_.spec().out(), frames_.infos()[first.position].frame(), first.why);
+  }
+  for (const IncompleteFrame& frame : frames) frames_.DoAgain(frame.position);
+  ++repairs_;
+  return absl::OkStatus();
+}
+
+void JobLife::EndEarly(v1::JobState state, const std::string& message) {
+  if (!early_) early_ = EarlyEnd{state, EscapedText(message)};
+}
+
+v1::Job JobLife::Outcome(const std::vector<size_t>& bridged) {
+  for (const size_t position : bridged) frames_.Bridge(position);
+  for (size_t i = 0; i < frames_.infos().size(); ++i) {
+    if (!frames_.DealtWith(i)) frames_.End(i, v1::FRAME_STATE_CANCELLED, early_ ? early_->message : "");
+  }
+  v1::Job job = Describe();
+  job.set_state(v1::JOB_STATE_DONE);
+  job.set_message("");
+  if (early_) {
+    job.set_state(early_->state);
+    job.set_message(early_->message);
+  } else if (job.frames().done() + job.frames().degraded() == 0) {
+    job.set_state(v1::JOB_STATE_FAILED);
+    job.set_message(absl::StrCat("no frame could be registered", FirstFailure(frames_)));
+  }
+  job.set_finished_unix_ns(UnixNow());
+  job.set_remaining_s(0);
+  return job;
+}
+
+void JobLife::Conclude(v1::Job outcome) {
+  job_ = std::move(outcome);
+  ended_ = true;
+}
+
+}  // namespace weft

@@ -1,0 +1,69 @@
+// The life of a job from its first frame to its final state, wherever it runs.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "services/job/job_frames.h"
+#include "services/pipeline/results_check.h"
+#include "weft/v1/job.pb.h"
+
+namespace weft {
+
+int64_t UnixNow();
+
+// Thread safety: none.
+class JobLife {
+ public:
+  // A new job that waits. `job` has id, spec, inputs and warnings; `frames` are its frames by name, in order.
+  JobLife(v1::Job job, const std::vector<std::string>& frames);
+  // One that goes on or has ended, as it was written down.
+  JobLife(v1::Job job, std::vector<v1::FrameInfo> frames);
+
+  // Without counts and remaining time, which Describe adds.
+  const v1::Job& job() const { return job_; }
+  const JobFrames& frames() const { return frames_; }
+  JobFrames& frames() { return frames_; }
+  v1::Job Describe() const;
+
+  void SetMessage(const std::string& message) { job_.set_message(message); }
+
+  // Work begins. Whether that changed the job's state: one that goes on runs already.
+  bool Start();
+
+  // These frames wait again, since their results are not there. Aborted when that happened too often; the
+  // frames stay as they are then.
+  absl::Status DoAgain(const std::vector<IncompleteFrame>& frames);
+
+  // The job is to end before all frames are dealt with: cancelled, or failed for a reason that is no frame's.
+  // The first call counts.
+  void EndEarly(v1::JobState state, const std::string& message);
+  bool ends_early() const { return early_.has_value(); }
+  const std::string& early_message() const { return early_->message; }
+
+  // The last state of the job. `bridged`: positions of failed frames that have a mesh all the same. Frames
+  // that are not dealt with are cancelled; a job without any registered frame failed, and its message names
+  // the first one and why.
+  v1::Job Outcome(const std::vector<size_t>& bridged);
+  // The outcome is written down; nothing changes any more.
+  void Conclude(v1::Job outcome);
+
+ private:
+  struct EarlyEnd {
+    v1::JobState state;
+    std::string message;
+  };
+
+  v1::Job job_;
+  JobFrames frames_;
+  std::optional<EarlyEnd> early_;
+  std::optional<std::chrono::steady_clock::time_point> started_;
+  int repairs_ = 0;  // how often frames had to be done again
+  bool ended_ = false;
+};
+
+}  // namespace weft

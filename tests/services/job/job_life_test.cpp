@@ -1,0 +1,117 @@
+#include "services/job/job_life.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+
+v1::Job NewJob() {
+  v1::Job job;
+  job.set_id("j");
+  job.mutable_spec()->set_out("/results");
+  return job;
+}
+
+v1::FrameInfo Ended(const std::string& frame, v1::FrameState state, const std::string& reason = "") {
+  v1::FrameInfo info;
+  info.set_frame(frame);
+  info.set_state(state);
+  info.set_reason(reason);
+  return info;
+}
+
+class JobLifeTest : public ::testing::Test {
+ protected:
+  void Finish(size_t position, v1::FrameState state, const std::string& reason = "") {
+    life_.frames().Start(position);
+    life_.frames().Finish(position, Ended(life_.frames().infos()[position].frame(), state, reason));
+  }
+
+  JobLife life_{NewJob(), {"a", "b", "c"}};
+};
+
+TEST_F(JobLifeTest, BeginsWaiting) {
+  const v1::Job job = life_.Describe();
+  EXPECT_EQ(job.state(), v1::JOB_STATE_QUEUED);
+  EXPECT_EQ(job.frames().waiting(), 3);
+  EXPECT_EQ(job.first_frame(), "a");
+  EXPECT_EQ(job.last_frame(), "c");
+  EXPECT_GT(job.created_unix_ns(), 0);
+  EXPECT_LT(job.remaining_s(), 0);
+  EXPECT_TRUE(life_.Start());
+  EXPECT_FALSE(life_.Start());
+  EXPECT_EQ(life_.job().state(), v1::JOB_STATE_RUNNING);
+}
+
+TEST_F(JobLifeTest, IsDoneWhenAnyFrameIsRegistered) {
+  Finish(0, v1::FRAME_STATE_FAILED, "dark");
+  Finish(1, v1::FRAME_STATE_DEGRADED);
+  Finish(2, v1::FRAME_STATE_FAILED, "blurred");
+  const v1::Job job = life_.Outcome({2});
+  EXPECT_EQ(job.state(), v1::JOB_STATE_DONE);
+  EXPECT_EQ(job.message(), "");
+  EXPECT_EQ(job.frames().failed(), 2);
+  EXPECT_EQ(job.frames().bridged(), 1);
+  EXPECT_EQ(job.remaining_s(), 0);
+  EXPECT_GT(job.finished_unix_ns(), 0);
+}
+
+TEST_F(JobLifeTest, NamesTheFirstFailureWhenNoneIsRegistered) {
+  Finish(2, v1::FRAME_STATE_FAILED, "blurred");
+  Finish(0, v1::FRAME_STATE_FAILED, "dark");
+  Finish(1, v1::FRAME_STATE_FAILED, "empty");
+  const v1::Job job = life_.Outcome({});
+  EXPECT_EQ(job.state(), v1::JOB_STATE_FAILED);
+  EXPECT_EQ(job.message(), "no frame could be registered; the first, frame a: dark");
+}
+
+TEST_F(JobLifeTest, CancelsWhatIsLeftOfAJobThatEndsEarly) {
+  Finish(0, v1::FRAME_STATE_DONE);
+  life_.frames().Start(1);
+  life_.EndEarly(v1::JOB_STATE_CANCELLED, "cancelled");
+  life_.EndEarly(v1::JOB_STATE_FAILED, "too late to matter");
+  const v1::Job job = life_.Outcome({});
+  EXPECT_EQ(job.state(), v1::JOB_STATE_CANCELLED);
+  EXPECT_EQ(job.message(), "cancelled");
+  EXPECT_EQ(job.frames().done(), 1);
+  EXPECT_EQ(job.frames().cancelled(), 2);
+  EXPECT_EQ(life_.frames().infos()[1].reason(), "cancelled");
+}
+
+TEST_F(JobLifeTest, RegistersFramesAgainAFewTimes) {
+  const std::vector<IncompleteFrame> lost = {{1, "mesh.ply is missing"}};
+  EXPECT_TRUE(life_.DoAgain({}).ok());
+  for (int i = 0; i < kMaxRepairs; ++i) {
+    Finish(1, v1::FRAME_STATE_DONE);
+    ASSERT_TRUE(life_.DoAgain(lost).ok());
+    EXPECT_EQ(life_.frames().infos()[1].state(), v1::FRAME_STATE_WAITING);
+  }
+  Finish(1, v1::FRAME_STATE_DONE);
+  const absl::Status status = life_.DoAgain(lost);
+  EXPECT_EQ(status.code(), absl::StatusCode::kAborted);
+  EXPECT_THAT(status.message(), HasSubstr("/results: frame b: mesh.ply is missing"));
+  EXPECT_EQ(life_.frames().infos()[1].state(), v1::FRAME_STATE_DONE);
+}
+
+TEST_F(JobLifeTest, GuessesWhatRemainsFromWhatItComputed) {
+  life_.Start();
+  EXPECT_LT(life_.Describe().remaining_s(), 0);
+  Finish(0, v1::FRAME_STATE_DONE);
+  EXPECT_GE(life_.Describe().remaining_s(), 0);
+  life_.Conclude(life_.Outcome({}));
+  EXPECT_EQ(life_.Describe().remaining_s(), 0);
+}
+
+TEST(JobLife, OfAJobThatHasEndedSaysSo) {
+  v1::Job job = NewJob();
+  job.set_state(v1::JOB_STATE_FAILED);
+  const JobLife life(job, std::vector<v1::FrameInfo>{Ended("a", v1::FRAME_STATE_FAILED)});
+  EXPECT_EQ(life.Describe().remaining_s(), 0);
+  EXPECT_EQ(life.Describe().frames().failed(), 1);
+}
+
+}  // namespace
+}  // namespace weft
