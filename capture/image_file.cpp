@@ -4,13 +4,12 @@
 
 #include <filesystem>
 #include <fstream>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
 #include <utility>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "capture/image_decoders.h"
+#include "capture/image_encoders.h"
 #include "capture/image_header.h"
 
 namespace weft {
@@ -59,31 +58,6 @@ absl::Status CheckSize(const ImageHeader& header, const std::optional<ImageSize>
                                                  kMaxImagePixels >> 20, " Mi pixels that are read"));
 }
 
-absl::StatusOr<DecodedImage> DecodeTiff(const std::vector<uint8_t>& bytes) {
-  cv::Mat image;
-  try {
-    image = cv::imdecode(bytes, cv::IMREAD_UNCHANGED);
-  } catch (const cv::Exception& e) {
-    return absl::InvalidArgumentError(absl::StrCat("cannot be decoded (", e.err, ")"));
-  }
-  if (image.empty())
-    return absl::InvalidArgumentError("the TIFF image is damaged or truncated; copy the file again");
-  if (image.depth() == CV_16U) {
-    image.convertTo(image, CV_8U, 1.0 / 257.0);
-  } else if (image.depth() != CV_8U) {
-    return absl::InvalidArgumentError("only 8 and 16 bit images are supported");
-  }
-  if (image.channels() == 3) {
-    cv::cvtColor(image, image, cv::COLOR_BGR2RGB);
-  } else if (image.channels() == 4) {
-    cv::cvtColor(image, image, cv::COLOR_BGRA2RGB);
-  } else if (image.channels() != 1) {
-    return absl::InvalidArgumentError(absl::StrCat(image.channels(), " channels, expected 1, 3 or 4"));
-  }
-  if (!image.isContinuous()) image = image.clone();
-  return DecodedImage{image.cols, image.rows, image.channels(), {image.datastart, image.dataend}};
-}
-
 absl::StatusOr<DecodedImage> Decode(const std::vector<uint8_t>& bytes,
                                     const std::optional<ImageSize>& expected) {
   if (bytes.empty()) return absl::InvalidArgumentError("the file is empty");
@@ -101,18 +75,25 @@ absl::StatusOr<DecodedImage> Decode(const std::vector<uint8_t>& bytes,
   return absl::InternalError("unknown format");
 }
 
+absl::Status UnknownEnding(const std::string& path) {
+  return absl::InvalidArgumentError(
+      absl::StrCat(path, ": unknown image format; end the name in .png, .jpg or .tif"));
+}
+
+absl::StatusOr<std::vector<uint8_t>> Encode(const std::string& path, const PixelView& image,
+                                            int jpeg_quality) {
+  const std::string ending = absl::AsciiStrToLower(fs::path(path).extension().string());
+  if (ending == ".png") return EncodePng(image);
+  if (ending == ".tif" || ending == ".tiff") return EncodeTiff(image);
+  if (ending == ".jpg" || ending == ".jpeg") return EncodeJpeg(image, jpeg_quality);
+  return UnknownEnding(path);
+}
+
 // The file appears under its name only when it is complete.
-absl::Status EncodeAndWrite(const std::string& path, const cv::Mat& image,
-                            const std::vector<int>& parameters) {
-  std::vector<uint8_t> bytes;
-  try {
-    if (!cv::imencode(fs::path(path).extension().string(), image, bytes, parameters)) {
-      return absl::InternalError(absl::StrCat(path, ": the image cannot be encoded"));
-    }
-  } catch (const cv::Exception& e) {
-    return absl::InvalidArgumentError(
-        absl::StrCat(path, ": unknown image format; end the name in .png, .jpg or .tif"));
-  }
+absl::Status EncodeAndWrite(const std::string& path, const PixelView& image, int jpeg_quality) {
+  const absl::StatusOr<std::vector<uint8_t>> encoded = Encode(path, image, jpeg_quality);
+  if (!encoded.ok()) return encoded.status();
+  const std::vector<uint8_t>& bytes = *encoded;
   const std::string temporary = absl::StrCat(path, ".tmp.", getpid());
   std::ofstream out(temporary, std::ios::binary);
   out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
@@ -148,15 +129,8 @@ absl::StatusOr<Frame> ReadImageFile(const std::string& path, std::optional<Pixel
 
 absl::Status WriteImageFile(const std::string& path, const Frame& frame, int jpeg_quality) {
   if (absl::Status status = frame.Validate(); !status.ok()) return status;
-  const bool rgb = frame.format == PixelFormat::kRgb8;
-  cv::Mat image(frame.height_px, frame.width_px, rgb ? CV_8UC3 : CV_8UC1,
-                const_cast<uint8_t*>(frame.pixels->data()));
-  if (rgb) {
-    cv::Mat bgr;
-    cv::cvtColor(image, bgr, cv::COLOR_RGB2BGR);
-    image = bgr;
-  }
-  return EncodeAndWrite(path, image, {cv::IMWRITE_JPEG_QUALITY, jpeg_quality});
+  const int channels = frame.format == PixelFormat::kRgb8 ? 3 : 1;
+  return EncodeAndWrite(path, {frame.width_px, frame.height_px, channels, 8, *frame.pixels}, jpeg_quality);
 }
 
 absl::Status WriteDeepImageFile(const std::string& path, const DeepImage& image) {
@@ -165,17 +139,15 @@ absl::Status WriteDeepImageFile(const std::string& path, const DeepImage& image)
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": 16-bit images are PNG or TIFF; end the name in .png or .tif"));
   }
-  if (image.width_px <= 0 || image.height_px <= 0 || (image.channels != 1 && image.channels != 3) ||
-      image.values.size() != static_cast<size_t>(image.width_px) * image.height_px * image.channels) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": ", image.values.size(), " values for ",
-                                                   image.width_px, " x ", image.height_px, " pixels of ",
-                                                   image.channels, " channels"));
-  }
-  cv::Mat pixels(image.height_px, image.width_px, image.channels == 3 ? CV_16UC3 : CV_16UC1,
-                 const_cast<uint16_t*>(image.values.data()));
-  cv::Mat bgr;
-  if (image.channels == 3) cv::cvtColor(pixels, bgr, cv::COLOR_RGB2BGR);
-  return EncodeAndWrite(path, image.channels == 3 ? bgr : pixels, {});
+  const PixelView pixels = {
+      image.width_px,
+      image.height_px,
+      image.channels,
+      16,
+      {reinterpret_cast<const uint8_t*>(image.values.data()), image.values.size() * sizeof(uint16_t)}};
+  if (absl::Status status = CheckPixels(pixels, 3, 16); !status.ok())
+    return absl::InvalidArgumentError(absl::StrCat(path, ": ", status.message()));
+  return EncodeAndWrite(path, pixels, 0);
 }
 
 }  // namespace weft

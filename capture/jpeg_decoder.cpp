@@ -1,6 +1,7 @@
 #include <csetjmp>
 #include <cstdio>
 
+#include <jerror.h>
 #include <jpeglib.h>
 
 #include <string>
@@ -20,6 +21,7 @@ struct Errors {
   std::jmp_buf jump;
   char problem[JMSG_LENGTH_MAX];
   bool damaged;
+  JpegOrigin origin;
 };
 
 Errors& ErrorsOf(j_common_ptr info) { return *reinterpret_cast<Errors*>(info->err); }
@@ -37,7 +39,9 @@ extern "C" void WeftJpegError(j_common_ptr info) {
 
 // Levels below 0 are warnings of damaged data, others are trace.
 extern "C" void WeftJpegMessage(j_common_ptr info, int level) {
-  if (level < 0) Keep(info);
+  if (level >= 0) return;
+  if (ErrorsOf(info).origin == JpegOrigin::kCamera && info->err->msg_code == JWRN_EXTRANEOUS_DATA) return;
+  Keep(info);
 }
 
 extern "C" void WeftJpegProgress(j_common_ptr info) {
@@ -51,12 +55,13 @@ extern "C" void WeftJpegProgress(j_common_ptr info) {
 // One file. No function that longjmp may leave owns anything but this.
 class JpegFile {
  public:
-  explicit JpegFile(std::span<const uint8_t> bytes) : bytes_(bytes) {
+  JpegFile(std::span<const uint8_t> bytes, JpegOrigin origin) : bytes_(bytes) {
     info_.err = jpeg_std_error(&errors_.manager);
     errors_.manager.error_exit = WeftJpegError;
     errors_.manager.emit_message = WeftJpegMessage;
     errors_.problem[0] = '\0';
     errors_.damaged = false;
+    errors_.origin = origin;
     progress_.progress_monitor = WeftJpegProgress;
   }
   ~JpegFile() { jpeg_destroy_decompress(&info_); }
@@ -119,8 +124,8 @@ absl::Status Damaged(const char* problem) {
 
 }  // namespace
 
-absl::StatusOr<DecodedImage> DecodeJpeg(std::span<const uint8_t> bytes) {
-  JpegFile file(bytes);
+absl::StatusOr<DecodedImage> DecodeJpeg(std::span<const uint8_t> bytes, JpegOrigin origin) {
+  JpegFile file(bytes, origin);
   if (!file.ReadHeader()) return Damaged(file.problem());
   DecodedImage image{file.width_px(), file.height_px(), file.output_components(), {}};
   if (image.channels != 1 && image.channels != 3 && image.channels != 4)

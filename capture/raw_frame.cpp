@@ -3,10 +3,10 @@
 #include <array>
 #include <cstring>
 #include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "absl/strings/str_cat.h"
+#include "capture/image_decoders.h"
 #include "capture/image_header.h"
 
 namespace weft {
@@ -132,22 +132,15 @@ absl::Status DecodeJpegFrame(const RawFrame& raw, std::vector<uint8_t>& out) {
                                                    "x", header->height_px, ", expected ", raw.width_px, "x",
                                                    raw.height_px));
   }
-  const cv::Mat bytes(1, static_cast<int>(raw.bytes->size()), CV_8UC1,
-                      const_cast<uint8_t*>(raw.bytes->data()));
-  cv::Mat image;
-  try {
-    image = cv::imdecode(bytes, cv::IMREAD_COLOR);
-  } catch (const cv::Exception& e) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("camera ", raw.camera_id, ": JPEG cannot be decoded (", e.err, ")"));
+  const absl::StatusOr<DecodedImage> image =
+      DecodeJpeg({raw.bytes->data(), raw.bytes->size()}, JpegOrigin::kCamera);
+  if (!image.ok())
+    return absl::InvalidArgumentError(absl::StrCat("camera ", raw.camera_id, ": ", image.status().message()));
+  if (image->channels == 3) {
+    std::copy(image->values.begin(), image->values.end(), out.begin());
+  } else {
+    for (size_t i = 0; i < image->values.size(); ++i) std::fill_n(out.data() + 3 * i, 3, image->values[i]);
   }
-  if (image.cols != raw.width_px || image.rows != raw.height_px) {
-    return absl::InvalidArgumentError(absl::StrCat("camera ", raw.camera_id, ": JPEG is ", image.cols, "x",
-                                                   image.rows, ", expected ", raw.width_px, "x",
-                                                   raw.height_px));
-  }
-  cv::Mat rgb(raw.height_px, raw.width_px, CV_8UC3, out.data());
-  cv::cvtColor(image, rgb, cv::COLOR_BGR2RGB);
   return absl::OkStatus();
 }
 

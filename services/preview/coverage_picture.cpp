@@ -1,9 +1,11 @@
 #include "services/preview/coverage_picture.h"
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <cmath>
+#include <string>
+#include <vector>
 
+#include "capture/image_encoders.h"
 #include "services/report/frame_pictures.h"
 #include "services/report/mesh_colors.h"
 
@@ -52,21 +54,20 @@ absl::StatusOr<std::vector<MeshPicture>> PaintGarment(const Template& garment, c
 }
 
 MeshPicture PaintBoard(const Coverage& coverage) {
-  cv::Mat cells(coverage.rows(), coverage.cols(), CV_8UC4, cv::Scalar::all(0));
-  for (int row = 0; row < coverage.rows(); ++row)
-    for (int col = 0; col < coverage.cols(); ++col) {
-      const int views = coverage.Views(row, col);
-      if (views < 0) continue;
-      const Eigen::Vector3f rgb = 255 * ColorOf(CoverageClass(views));
-      cells.at<cv::Vec4b>(row, col) = {cv::saturate_cast<uint8_t>(rgb.z()),
-                                       cv::saturate_cast<uint8_t>(rgb.y()),
-                                       cv::saturate_cast<uint8_t>(rgb.x()), 255};
-    }
   const int scale = std::max(1, kBoard_px / std::max({1, coverage.rows(), coverage.cols()}));
-  cv::resize(cells, cells, {}, scale, scale, cv::INTER_NEAREST);
-  std::vector<uint8_t> png;
-  cv::imencode(".png", cells, png);
-  return {"The board", std::string(png.begin(), png.end()), cells.cols, cells.rows};
+  const int width = coverage.cols() * scale, height = coverage.rows() * scale;
+  std::vector<uint8_t> rgba(static_cast<size_t>(width) * static_cast<size_t>(height) * 4, 0);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x) {
+      const int views = coverage.Views(y / scale, x / scale);
+      if (views < 0) continue;
+      const Eigen::Vector3f& color = ColorOf(CoverageClass(views));
+      uint8_t* pixel = rgba.data() + 4 * (static_cast<size_t>(y) * static_cast<size_t>(width) + x);
+      for (int c = 0; c < 3; ++c) pixel[c] = static_cast<uint8_t>(std::lround(255 * color[c]));
+      pixel[3] = 255;
+    }
+  const auto png = EncodePng({width, height, 4, 8, rgba}, PngEffort::kSmall);
+  return {"The board", png.ok() ? std::string(png->begin(), png->end()) : "", width, height};
 }
 
 }  // namespace weft

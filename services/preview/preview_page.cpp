@@ -1,11 +1,11 @@
 #include "services/preview/preview_page.h"
 
 #include <algorithm>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "capture/image_encoders.h"
 #include "services/preview/coverage_picture.h"
 #include "services/report/html_text.h"
 
@@ -79,14 +79,14 @@ tell(); setInterval(tell, 500);
 )";
 
 std::string JpegTag(const Frame& rgb, const std::string& what) {
-  const cv::Mat source(rgb.height_px, rgb.width_px, CV_8UC3, const_cast<uint8_t*>(rgb.pixels->data()));
-  cv::Mat bgr;
-  cv::cvtColor(source, bgr, cv::COLOR_RGB2BGR);
-  std::vector<uint8_t> bytes;
-  cv::imencode(".jpg", bgr, bytes, {cv::IMWRITE_JPEG_QUALITY, 80});
+  constexpr int kQuality = 80;
+  const absl::StatusOr<std::vector<uint8_t>> bytes =
+      EncodeJpeg({rgb.width_px, rgb.height_px, 3, 8, *rgb.pixels}, kQuality);
+  if (!bytes.ok())
+    return absl::StrCat("<p class=bad>", EscapeHtml(std::string(bytes.status().message())), "</p>\n");
   return absl::StrFormat("<img alt=\"%s\" width=%d height=%d src=\"data:image/jpeg;base64,%s\">\n",
                          EscapeHtml(what), rgb.width_px, rgb.height_px,
-                         Base64({reinterpret_cast<const char*>(bytes.data()), bytes.size()}));
+                         Base64({reinterpret_cast<const char*>(bytes->data()), bytes->size()}));
 }
 
 // A bar between two shares of its rail, with a mark inside where `mark` is not negative.

@@ -7,10 +7,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
-#include <opencv2/imgcodecs.hpp>
+#include <vector>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "capture/image_encoders.h"
+#include "services/files/atomic_file.h"
 #include "services/print/print_drawing.h"
 #include "services/print/vector_file.h"
 
@@ -46,26 +48,17 @@ absl::Status WriteTiff(const Board& board, const PrintLayout& layout, size_t num
   cairo_surface_flush(surface.get());
   const uint8_t* data = cairo_image_surface_get_data(surface.get());
   const int stride = cairo_image_surface_get_stride(surface.get());
-  cv::Mat image(height, width, CV_8UC3);
+  std::vector<uint8_t> rgb(static_cast<size_t>(width) * static_cast<size_t>(height) * 3);
+  uint8_t* to = rgb.data();
   for (int y = 0; y < height; ++y) {
     const uint32_t* from = reinterpret_cast<const uint32_t*>(data + static_cast<size_t>(y) * stride);
-    uint8_t* to = image.ptr(y);
-    for (int x = 0; x < width; ++x, to += 3) {
-      to[0] = static_cast<uint8_t>(from[x]);
-      to[1] = static_cast<uint8_t>(from[x] >> 8);
-      to[2] = static_cast<uint8_t>(from[x] >> 16);
-    }
+    for (int x = 0; x < width; ++x)
+      for (const int shift : {16, 8, 0}) *to++ = static_cast<uint8_t>(from[x] >> shift);
   }
-  constexpr int kInches = 2, kLzw = 5;
-  const int rounded = static_cast<int>(std::lround(dpi));
-  try {
-    if (cv::imwrite(path, image,
-                    {cv::IMWRITE_TIFF_RESUNIT, kInches, cv::IMWRITE_TIFF_XDPI, rounded, cv::IMWRITE_TIFF_YDPI,
-                     rounded, cv::IMWRITE_TIFF_COMPRESSION, kLzw}))
-      return absl::OkStatus();
-  } catch (const cv::Exception&) {
-  }
-  return absl::UnavailableError(absl::StrCat(path, ": cannot be written"));
+  const absl::StatusOr<std::vector<uint8_t>> bytes = EncodeTiff({width, height, 3, 8, rgb}, dpi);
+  if (!bytes.ok())
+    return absl::Status(bytes.status().code(), absl::StrCat(path, ": ", bytes.status().message()));
+  return WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
 }
 
 std::string PagePath(const std::string& path, size_t number) {

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <opencv2/imgcodecs.hpp>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "capture/image_encoders.h"
 #include "services/report/html_text.h"
 #include "services/report/plot_axes.h"
 
@@ -69,21 +70,21 @@ Cell CellOf(const PlotBin& bin, const std::vector<double>& values) {
 // A pixel per cell, blank ones transparent.
 std::string Png(const std::vector<HeatMapRow>& rows, const std::vector<PlotBin>& bins, double scale,
                 HeatMapGaps gaps) {
-  cv::Mat image(static_cast<int>(rows.size()), static_cast<int>(bins.size()), CV_8UC4,
-                cv::Scalar(0, 0, 0, 0));
-  for (int y = 0; y < image.rows; ++y) {
-    for (int x = 0; x < image.cols; ++x) {
-      const Cell cell = CellOf(bins[static_cast<size_t>(x)], rows[static_cast<size_t>(y)].values);
+  std::vector<uint8_t> rgba(rows.size() * bins.size() * 4, 0);
+  for (size_t y = 0; y < rows.size(); ++y) {
+    for (size_t x = 0; x < bins.size(); ++x) {
+      const Cell cell = CellOf(bins[x], rows[y].values);
       const bool is_fault = cell.lacks && gaps == HeatMapGaps::kAreFaults;
       if (!is_fault && !std::isfinite(cell.farthest)) continue;
       const Color color = is_fault ? kMissing : ColorOf(cell.farthest, scale);
-      image.at<cv::Vec4b>(y, x) = {cv::saturate_cast<uchar>(color[2]), cv::saturate_cast<uchar>(color[1]),
-                                   cv::saturate_cast<uchar>(color[0]), 255};
+      uint8_t* pixel = rgba.data() + 4 * (y * bins.size() + x);
+      for (size_t c = 0; c < 3; ++c) pixel[c] = static_cast<uint8_t>(std::lround(color[c]));
+      pixel[3] = 255;
     }
   }
-  std::vector<uint8_t> bytes;
-  cv::imencode(".png", image, bytes);
-  return Base64({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+  const auto png = EncodePng({static_cast<int>(bins.size()), static_cast<int>(rows.size()), 4, 8, rgba},
+                             PngEffort::kSmall);
+  return png.ok() ? Base64({reinterpret_cast<const char*>(png->data()), png->size()}) : "";
 }
 
 std::string Tick(double x, double y, const char* anchor, const std::string& text) {

@@ -5,11 +5,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-#include <opencv2/imgproc.hpp>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "capture/image_encoders.h"
 
 namespace weft {
 namespace {
@@ -250,22 +249,10 @@ absl::StatusOr<MeshView> RenderMesh(const TriangleMesh& mesh, const std::vector<
 }
 
 absl::StatusOr<std::string> EncodePng(const MeshView& view) {
-  const size_t bytes = static_cast<size_t>(view.width_px) * view.height_px * 4;
-  if (bytes == 0 || view.rgba.size() != bytes) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("the picture has ", view.rgba.size(), " bytes, ", bytes, " are expected of its size"));
-  }
-  try {
-    const cv::Mat rgba(view.height_px, view.width_px, CV_8UC4, const_cast<uint8_t*>(view.rgba.data()));
-    cv::Mat bgra;
-    cv::cvtColor(rgba, bgra, cv::COLOR_RGBA2BGRA);
-    std::vector<uint8_t> png;
-    if (cv::imencode(".png", bgra, png, {cv::IMWRITE_PNG_COMPRESSION, 6}))
-      return std::string(png.begin(), png.end());
-  } catch (const cv::Exception& error) {
-    return absl::InternalError(absl::StrCat("the picture cannot be encoded as PNG: ", error.what()));
-  }
-  return absl::InternalError("the picture cannot be encoded as PNG");
+  const absl::StatusOr<std::vector<uint8_t>> png =
+      EncodePng({view.width_px, view.height_px, 4, 8, view.rgba}, PngEffort::kSmall);
+  if (!png.ok()) return png.status();
+  return std::string(png->begin(), png->end());
 }
 
 }  // namespace weft

@@ -111,6 +111,43 @@ TEST(RawFrame, MotionJpegShowsWhatWasEncoded) {
               HasSubstr("JPEG is 64x48"));
 }
 
+// The file of `frame` without the segments of the marker `code`.
+std::vector<uint8_t> WithoutSegments(const std::vector<uint8_t>& jpeg, uint8_t code) {
+  std::vector<uint8_t> out(jpeg.begin(), jpeg.begin() + 2);
+  size_t at = 2;
+  while (jpeg[at + 1] != 0xDA) {  // start of scan
+    const size_t size = 2 + (size_t{jpeg[at + 2]} << 8 | jpeg[at + 3]);
+    if (jpeg[at + 1] != code) out.insert(out.end(), &jpeg[at], &jpeg[at] + size);
+    at += size;
+  }
+  out.insert(out.end(), jpeg.begin() + static_cast<std::ptrdiff_t>(at), jpeg.end());
+  return out;
+}
+
+TEST(RawFrame, ReadsMotionJpegAsWebcamsWriteIt) {
+  const cv::Mat image(48, 64, CV_8UC3, cv::Scalar(40, 90, 160));
+  std::vector<uint8_t> jpeg;
+  ASSERT_TRUE(cv::imencode(".jpg", image, jpeg));
+  const auto whole = ToFrame(FrameOf(RawFormat::kMotionJpeg, 64, 48, jpeg));
+  ASSERT_TRUE(whole.ok()) << whole.status();
+  // Without the Huffman tables that everybody knows.
+  constexpr uint8_t kHuffmanTables = 0xC4;
+  const auto short_file =
+      ToFrame(FrameOf(RawFormat::kMotionJpeg, 64, 48, WithoutSegments(jpeg, kHuffmanTables)));
+  ASSERT_TRUE(short_file.ok()) << short_file.status();
+  EXPECT_EQ(*short_file->pixels, *whole->pixels);
+  // With bytes between pixels and end.
+  std::vector<uint8_t> padded = jpeg;
+  padded.insert(padded.end() - 2, 3, 0);
+  const auto padded_frame = ToFrame(FrameOf(RawFormat::kMotionJpeg, 64, 48, padded));
+  ASSERT_TRUE(padded_frame.ok()) << padded_frame.status();
+  EXPECT_EQ(*padded_frame->pixels, *whole->pixels);
+  // Not with pixels missing.
+  const std::vector<uint8_t> cut(jpeg.begin(), jpeg.end() - static_cast<std::ptrdiff_t>(jpeg.size() / 20));
+  EXPECT_THAT(std::string(ToFrame(FrameOf(RawFormat::kMotionJpeg, 64, 48, cut)).status().message()),
+              HasSubstr("damaged or truncated"));
+}
+
 TEST(RawFrame, TurnsOtherOrdersIntoRgb) {
   EXPECT_EQ(*ToFrame(FrameOf(RawFormat::kBgr8, 1, 1, {1, 2, 3}))->pixels, (std::vector<uint8_t>{3, 2, 1}));
   // Without chroma, luma 16 is black and 235 white.
