@@ -89,10 +89,10 @@ class FrameSetAssembler {
     bool is_connected = true;
     bool is_silent = false;  // does not answer, and is not yet disconnected
     bool is_clock_doubt_noted = false;
-    std::optional<ClockTrack> clock;                     // since it was connected
-    bool is_clock_known = false;                         // well enough to tell which trigger a frame is of
-    std::optional<int64_t> clock_since_ns;               // host time of the first frame of this clock
-    std::deque<int64_t> unplaced_ns;                     // device times of frames while it was not
+    std::optional<ClockTrack> clock;        // since it was connected
+    bool is_clock_known = false;            // well enough to tell which trigger a frame is of
+    std::optional<int64_t> clock_since_ns;  // host time of the first frame of this clock
+    std::deque<int64_t> unplaced_ns;        // device times of frames while it was not
     uint64_t unplaced_before_begin = 0;
     std::optional<uint64_t> last_id;                     // of the last frame since it was connected
     std::optional<int64_t> first_time_ns, last_time_ns;  // by the common clock

@@ -42,7 +42,8 @@ absl::Status SyntheticTakeOptions::Validate() const {
   status.Update(camera.Validate());
   status.Update(shutter.Validate());
   if (crop_margin_mm >= 0 && !given_rig)
-    status.Update(absl::InvalidArgumentError("take: pictures can only be cropped for given cameras; name them with --rig"));
+    status.Update(absl::InvalidArgumentError(
+        "take: pictures can only be cropped for given cameras; name them with --rig"));
   return status;
 }
 

@@ -33,7 +33,9 @@ class Pool {
     // The smallest that is large enough; of equal ones the last that came back, which the cache may hold.
     auto best = free_.end();
     for (auto at = free_.begin(); at != free_.end(); ++at) {
-      if (at->bytes >= bytes && at->bytes <= kMostOfNeeded * bytes && (best == free_.end() || at->bytes <= best->bytes)) best = at;
+      if (at->bytes >= bytes && at->bytes <= kMostOfNeeded * bytes &&
+          (best == free_.end() || at->bytes <= best->bytes))
+        best = at;
     }
     if (best == free_.end()) {
       used_.push_back(NewBlock(bytes));

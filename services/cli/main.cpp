@@ -74,7 +74,8 @@ int main(int argc, char** argv) {
   }
   try {
     const absl::Status status = line.run();
-    if (!status.ok() && !weft::IsVerdict(status)) weft::PrintError(status);  // a verdict stands printed already
+    if (!status.ok() && !weft::IsVerdict(status))
+      weft::PrintError(status);  // a verdict stands printed already
     return weft::ExitStatusOf(status);
   } catch (const std::bad_alloc&) {
     weft::PrintError(absl::ResourceExhaustedError("out of memory"));

@@ -27,8 +27,8 @@ int TerminalWidth() {
 
 }  // namespace
 
-std::string ProgressLine(const std::string& label, uint64_t done, uint64_t total, double elapsed_s,
-                         int width, ProgressUnit unit) {
+std::string ProgressLine(const std::string& label, uint64_t done, uint64_t total, double elapsed_s, int width,
+                         ProgressUnit unit) {
   done = std::min(done, total);
   std::string tail = unit == ProgressUnit::kCount
                          ? absl::StrCat("  ", done, "/", total)

@@ -23,7 +23,8 @@ TEST(ParseTakeRange, EndsBeforeTheSecondNumber) {
   struct {
     const char* text;
     uint64_t first, last;
-  } const cases[] = {{"10:20", 10, 19}, {":20", 0, 19}, {"10:", 10, UINT64_MAX - 1}, {"7:8", 7, 7}, {"12", 12, 12}};
+  } const cases[] = {
+      {"10:20", 10, 19}, {":20", 0, 19}, {"10:", 10, UINT64_MAX - 1}, {"7:8", 7, 7}, {"12", 12, 12}};
   for (const auto& [text, first, last] : cases) {
     const absl::StatusOr<TakeViewOptions> view = ParseTakeRange({text, {}});
     ASSERT_TRUE(view.ok()) << view.status();

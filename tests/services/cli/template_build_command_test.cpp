@@ -79,8 +79,9 @@ TEST_F(TemplateBuildCommand, CornersBecomeVertices) {
   EXPECT_THAT(ReadBytes(folder_ / "skirt/report.html"), HasSubstr("of them corners between cells"));
   const WeftRun check = RunWeft({"template", "check", folder_ / "skirt", "--openings", "2"});
   EXPECT_EQ(check.status, 0) << check.err;
-  EXPECT_THAT(check.out, HasSubstr(absl::StrCat("2,800 vertices with a cell, ", corners / 1000, ",",
-                                                absl::Dec(corners % 1000, absl::kZeroPad3), " on a corner, ")));
+  EXPECT_THAT(check.out,
+              HasSubstr(absl::StrCat("2,800 vertices with a cell, ", corners / 1000, ",",
+                                     absl::Dec(corners % 1000, absl::kZeroPad3), " on a corner, ")));
 
   // What was built can be imported.
   const WeftRun imported = RunWeft({"template", "import", "--mesh", folder_ / "skirt/mesh.ply", "--cells",

@@ -60,7 +60,8 @@ TEST(TakeCopy, ImagesGoInAndComeOutBitByBit) {
     EXPECT_THAT((*take)->sets(), ElementsAre(7, 9, 10));
     EXPECT_EQ((*take)->ReadRaw(1, 0)->device_time_ns, 90'000'000);
     EXPECT_EQ((*take)->ReadRaw(1, 0)->format, RawFormat::kBayerGb8);
-    EXPECT_THAT(std::string((*take)->ReadRaw(1, 1).status().message()), HasSubstr("not a PNG, JPEG or TIFF image"));
+    EXPECT_THAT(std::string((*take)->ReadRaw(1, 1).status().message()),
+                HasSubstr("not a PNG, JPEG or TIFF image"));
     EXPECT_EQ((*take)->ReadRaw(2, 0).status().message(), "no image in the dump");
 
     ASSERT_TRUE(ExportImages(temp / "take", temp / "out", false).ok());
