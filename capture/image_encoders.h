@@ -11,7 +11,7 @@ namespace weft {
 
 // Pixels that somebody else owns: [height][width][channels], channels 1 (grey), 3 (red, green, blue) or, in
 // PNG only, 4 (and alpha). Values of 16 bits are in the machine's byte order, 8 bits otherwise.
-struct PixelView {
+struct ImagePixels {
   int width_px = 0;
   int height_px = 0;
   int channels = 1;
@@ -26,13 +26,13 @@ enum class PngEffort {
 
 // All InvalidArgument: no pixels, sizes that do not fit `bytes`, channels or bits that the format lacks.
 // Internal: the library refuses. Messages name no file.
-absl::StatusOr<std::vector<uint8_t>> EncodePng(const PixelView& image, PngEffort effort = PngEffort::kFast);
+absl::StatusOr<std::vector<uint8_t>> EncodePng(const ImagePixels& image, PngEffort effort = PngEffort::kFast);
 // Baseline, colour at half resolution, `quality` 1 to 100, 8 bits.
-absl::StatusOr<std::vector<uint8_t>> EncodeJpeg(const PixelView& image, int quality);
+absl::StatusOr<std::vector<uint8_t>> EncodeJpeg(const ImagePixels& image, int quality);
 // Losslessly packed (LZW). `dpi` over 0 is written as the resolution.
-absl::StatusOr<std::vector<uint8_t>> EncodeTiff(const PixelView& image, double dpi = 0);
+absl::StatusOr<std::vector<uint8_t>> EncodeTiff(const ImagePixels& image, double dpi = 0);
 
 // What all three check. `most_channels` and `most_bits`: of the format.
-absl::Status CheckPixels(const PixelView& image, int most_channels, int most_bits);
+absl::Status CheckPixels(const ImagePixels& image, int most_channels, int most_bits);
 
 }  // namespace weft

@@ -80,7 +80,7 @@ absl::Status UnknownEnding(const std::string& path) {
       absl::StrCat(path, ": unknown image format; end the name in .png, .jpg or .tif"));
 }
 
-absl::StatusOr<std::vector<uint8_t>> Encode(const std::string& path, const PixelView& image,
+absl::StatusOr<std::vector<uint8_t>> Encode(const std::string& path, const ImagePixels& image,
                                             int jpeg_quality) {
   const std::string ending = absl::AsciiStrToLower(fs::path(path).extension().string());
   if (ending == ".png") return EncodePng(image);
@@ -90,7 +90,7 @@ absl::StatusOr<std::vector<uint8_t>> Encode(const std::string& path, const Pixel
 }
 
 // The file appears under its name only when it is complete.
-absl::Status EncodeAndWrite(const std::string& path, const PixelView& image, int jpeg_quality) {
+absl::Status EncodeAndWrite(const std::string& path, const ImagePixels& image, int jpeg_quality) {
   const absl::StatusOr<std::vector<uint8_t>> encoded = Encode(path, image, jpeg_quality);
   if (!encoded.ok()) return encoded.status();
   const std::vector<uint8_t>& bytes = *encoded;
@@ -139,7 +139,7 @@ absl::Status WriteDeepImageFile(const std::string& path, const DeepImage& image)
     return absl::InvalidArgumentError(
         absl::StrCat(path, ": 16-bit images are PNG or TIFF; end the name in .png or .tif"));
   }
-  const PixelView pixels = {
+  const ImagePixels pixels = {
       image.width_px,
       image.height_px,
       image.channels,

@@ -39,7 +39,7 @@ class JpegWriter {
   JpegWriter& operator=(const JpegWriter&) = delete;
 
   // False: see problem().
-  bool Write(const PixelView& image, int quality) {
+  bool Write(const ImagePixels& image, int quality) {
     if (setjmp(errors_.jump) != 0) return false;
     jpeg_create_compress(&info_);
     jpeg_mem_dest(&info_, &bytes_, &size_);
@@ -70,7 +70,7 @@ class JpegWriter {
 
 }  // namespace
 
-absl::StatusOr<std::vector<uint8_t>> EncodeJpeg(const PixelView& image, int quality) {
+absl::StatusOr<std::vector<uint8_t>> EncodeJpeg(const ImagePixels& image, int quality) {
   if (absl::Status status = CheckPixels(image, 3, 8); !status.ok()) return status;
   JpegWriter writer;
   if (!writer.Write(image, quality))

@@ -48,7 +48,7 @@ class PngWriter {
   PngWriter& operator=(const PngWriter&) = delete;
 
   // False: see problem().
-  bool Write(const PixelView& image, PngEffort effort) {
+  bool Write(const ImagePixels& image, PngEffort effort) {
     if (info_ == nullptr) return false;
     if (setjmp(png_jmpbuf(png_)) != 0) return false;
     png_set_write_fn(png_, &sink_, WeftPngWrite, WeftPngFlush);
@@ -78,7 +78,7 @@ class PngWriter {
 
 }  // namespace
 
-absl::Status CheckPixels(const PixelView& image, int most_channels, int most_bits) {
+absl::Status CheckPixels(const ImagePixels& image, int most_channels, int most_bits) {
   const bool has_channels =
       image.channels == 1 || image.channels == 3 || (image.channels == 4 && most_channels == 4);
   const bool has_bits = image.bits == 8 || (image.bits == 16 && most_bits == 16);
@@ -91,7 +91,7 @@ absl::Status CheckPixels(const PixelView& image, int most_channels, int most_bit
                                                  " channels of ", image.bits, " bits"));
 }
 
-absl::StatusOr<std::vector<uint8_t>> EncodePng(const PixelView& image, PngEffort effort) {
+absl::StatusOr<std::vector<uint8_t>> EncodePng(const ImagePixels& image, PngEffort effort) {
   if (absl::Status status = CheckPixels(image, 4, 16); !status.ok()) return status;
   std::vector<uint8_t> bytes;
   PngWriter writer(&bytes);

@@ -5,7 +5,7 @@
 namespace weft {
 namespace {
 
-void SetFields(TIFF* tiff, const PixelView& image, double dpi) {
+void SetFields(TIFF* tiff, const ImagePixels& image, double dpi) {
   TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, static_cast<uint32_t>(image.width_px));
   TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, static_cast<uint32_t>(image.height_px));
   TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, image.bits);
@@ -21,7 +21,7 @@ void SetFields(TIFF* tiff, const PixelView& image, double dpi) {
   TIFFSetField(tiff, TIFFTAG_YRESOLUTION, dpi);
 }
 
-bool WriteRows(TIFF* tiff, const PixelView& image) {
+bool WriteRows(TIFF* tiff, const ImagePixels& image) {
   const size_t row_bytes = image.bytes.size() / static_cast<size_t>(image.height_px);
   for (int y = 0; y < image.height_px; ++y) {
     // libtiff may predict in place.
@@ -34,7 +34,7 @@ bool WriteRows(TIFF* tiff, const PixelView& image) {
 
 }  // namespace
 
-absl::StatusOr<std::vector<uint8_t>> EncodeTiff(const PixelView& image, double dpi) {
+absl::StatusOr<std::vector<uint8_t>> EncodeTiff(const ImagePixels& image, double dpi) {
   if (absl::Status status = CheckPixels(image, 3, 16); !status.ok()) return status;
   TiffMemory memory;
   memory.writes = true;

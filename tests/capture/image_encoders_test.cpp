@@ -21,7 +21,7 @@ cv::Mat Picture(int type) {
   return image;
 }
 
-PixelView ViewOf(const cv::Mat& image) {
+ImagePixels ViewOf(const cv::Mat& image) {
   return {image.cols,
           image.rows,
           image.channels(),
@@ -68,9 +68,9 @@ TEST(ImageEncoders, JpegHasTheBytesOfAnotherProgramAtTheSameQuality) {
 
 TEST(ImageEncoders, RefusesSizesThatDoNotFit) {
   const std::vector<uint8_t> bytes(11);
-  for (const PixelView& wrong :
-       {PixelView{4, 1, 3, 8, bytes}, PixelView{11, 1, 2, 8, {}}, PixelView{0, 1, 1, 8, {}},
-        PixelView{11, 1, 1, 12, bytes}, PixelView{-1, -11, 1, 8, bytes}}) {
+  for (const ImagePixels& wrong :
+       {ImagePixels{4, 1, 3, 8, bytes}, ImagePixels{11, 1, 2, 8, {}}, ImagePixels{0, 1, 1, 8, {}},
+        ImagePixels{11, 1, 1, 12, bytes}, ImagePixels{-1, -11, 1, 8, bytes}}) {
     EXPECT_EQ(EncodePng(wrong).status().code(), absl::StatusCode::kInvalidArgument);
     EXPECT_EQ(EncodeTiff(wrong).status().code(), absl::StatusCode::kInvalidArgument);
     EXPECT_EQ(EncodeJpeg(wrong, 90).status().code(), absl::StatusCode::kInvalidArgument);
