@@ -1,11 +1,43 @@
 #!/usr/bin/env bash
-# Installs what is missing, builds, and runs the whole test suite. Arguments go to ctest, e.g. -L unit or -R Rig.
+# Builds Weft and runs its tests; installs the Debian packages that are missing.
+#
+# Usage: deploy/test.sh [CTEST-ARGUMENT...]   the suite: unit, structure, fuzz and system tests; e.g. -L unit or -R Rig
+#        deploy/test.sh --sanitize            its fast part under the address, undefined-behaviour and thread sanitizers
+#        deploy/test.sh --long [NAME...]      what takes hours: crash campaigns, a million fuzz inputs, endurance, bare
+#                                             roots; names of steps run those alone; logs and a table are in build/long
+# WEFT_PRESET=asan or tsan builds the suite with that preset instead of dev.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-preset=${WEFT_PRESET:-dev} # dev, asan or tsan
-
-bash "$root/deploy/install-packages.sh"
 cd "$root"
-cmake --preset "$preset" > /dev/null
-cmake --build --preset "$preset"
-ctest --preset "$preset" --parallel "$(nproc)" "$@"
+
+build() { # PRESET [TARGET...]
+  local preset=$1
+  shift
+  cmake --preset "$preset" > /dev/null
+  cmake --build --preset "$preset" ${1:+--target "$@"}
+}
+
+case ${1:-} in
+  -h | --help)
+    sed -n '2,/^set/{/^set/!s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"
+    ;;
+  --sanitize)
+    bash deploy/install-packages.sh
+    for preset in asan tsan; do
+      build "$preset"
+      ctest --preset "$preset" --parallel "$(nproc)" --label-regex 'unit|fuzz'
+    done
+    ;;
+  --long)
+    shift
+    bash deploy/install-packages.sh
+    build dev
+    exec python3 tests/long_tests.py "$@"
+    ;;
+  *)
+    bash deploy/install-packages.sh
+    preset=${WEFT_PRESET:-dev}
+    build "$preset"
+    exec ctest --preset "$preset" --parallel "$(nproc)" "$@"
+    ;;
+esac

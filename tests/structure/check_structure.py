@@ -6,6 +6,7 @@ Usage: check_structure.py ROOT RULE
 RULE is one of
   includes  a folder includes only what docs/architecture.md lets it include, a room of pattern/ only earlier ones
   headers   headers outside services/ keep OpenCV, gRPC, protobuf and the like out
+  first     a source file includes its own header first, which shows that the header compiles alone
   names     a type has one definition: two of one name would be merged silently by the linker
   length    no source file is longer than 400 lines
   links     links between the Markdown files lead somewhere
@@ -26,6 +27,7 @@ MAY_INCLUDE["services"] = set(FLOW) | {"simulation", "evaluation", "services", "
 PATTERN_ROOMS = ["board", "image", "fit", "seeds", "surface"]
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
+ANY_INCLUDE = re.compile(r'^\s*#\s*include\s+[<"]([^">]+)[">]', re.MULTILINE)
 HEAVY = re.compile(
     r'^\s*#\s*include\s+[<"]((?:opencv2|grpc|grpcpp|google/protobuf|pcl|embree3|ceres|spdlog|CLI)[/.]|sqlite3)',
     re.MULTILINE)
@@ -84,6 +86,16 @@ def check_headers(root):
             yield f"{path}: includes {include}; keep it in the .cpp"
 
 
+def check_first(root):
+    for _, path in stage_files(root, (".cpp",)):
+        own = path.replace(os.sep, "/")[: -len(".cpp")] + ".h"
+        if not os.path.exists(os.path.join(root, own)):
+            continue
+        first = ANY_INCLUDE.search(text(root, path))
+        if not first or first.group(1) != own:
+            yield f'{path}: include "{own}" before anything else'
+
+
 def check_names(root):
     defined = {}
     for _, path in stage_files(root, (".h",)):
@@ -107,7 +119,7 @@ def check_links(root):
                 yield f"{path}: link to {link} leads nowhere"
 
 
-RULES = {"includes": check_includes, "headers": check_headers, "names": check_names, "length": check_length, "links": check_links}
+RULES = {"includes": check_includes, "headers": check_headers, "first": check_first, "names": check_names, "length": check_length, "links": check_links}
 
 
 def main():

@@ -56,6 +56,13 @@ class StructureCheck(unittest.TestCase):
         self.write("pattern/detector.h", "#include <opencv2/core.hpp>\n")
         self.assertEqual(self.run_rule("headers")[0], 1)
 
+    def test_rejects_sources_that_do_not_begin_with_their_own_header(self):
+        self.write("capture/frame.cpp", '// What it is.\n#include "capture/frame.h"\n\n#include <vector>\n')
+        self.write("capture/main.cpp", "#include <vector>\n")
+        self.assertEqual(self.run_rule("first"), (0, ""))
+        self.write("capture/frame.cpp", '#include <vector>\n#include "capture/frame.h"\n')
+        self.assertEqual(self.run_rule("first"), (1, 'capture/frame.cpp: include "capture/frame.h" before anything else\n'))
+
     def test_rejects_two_types_of_one_name(self):
         self.write("pattern/result.h", "struct Result;\nstruct Result {\n};\nclass Other : public Result {\n};\n")
         self.assertEqual(self.run_rule("names"), (0, ""))
