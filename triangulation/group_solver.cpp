@@ -104,8 +104,8 @@ void GroupSolver::FindPoints() {
       }
     }
     if (!searching) break;
-    BestRayKernels().score(cameras_.data(), group_->rows.data(), group_->count, point_mm_, limits_.radius_mm2,
-                           &score_);
+    BestRayKernels().score(cameras_.data(), group_->rows.data(), group_->count,
+                           PointsOf(Lane::Stage::kSearch), limits_.radius_mm2, &score_);
     for (int lane = 0; lane < kNodeLanes; ++lane)
       if (lanes_[lane].stage == Lane::Stage::kSearch) Judge(lane);
   }
@@ -185,12 +185,8 @@ void GroupSolver::RefinePoints() {
     refining |= lanes_[lane].stage == Lane::Stage::kRefine;
   }
   if (!refining) return;
-  Linearise();
-  if (group_->repeats) KeepBestOfCameras();
-  for (int i = 0; i < group_->count; ++i)
-    std::copy(linear_[i].inlier, linear_[i].inlier + kNodeLanes, linear_[i].member);
-  while (refining) {
-    BestRayKernels().accumulate(linear_.data(), group_->count, step_mm_, limits_, &system_);
+  StartRefining();
+  for (;;) {
     if (group_->repeats) KeepBestOfCameras();
     refining = false;
     bool moved = false;
@@ -199,8 +195,22 @@ void GroupSolver::RefinePoints() {
       moved |= Step(lane);
       refining |= lanes_[lane].stage == Lane::Stage::kRefine;
     }
+    if (!refining) return;
     if (moved) Linearise();
+    BestRayKernels().accumulate(linear_.data(), group_->count, step_mm_, limits_, &system_);
   }
+}
+
+// The first systems, and the rays that take part in them.
+void GroupSolver::StartRefining() {
+  BestRayKernels().start(cameras_.data(), group_->rows.data(), group_->count, PointsOf(Lane::Stage::kRefine),
+                         limits_, linear_.data(), &system_);
+  if (!group_->repeats) return;
+  Linearise();  // inliers as `start` found them at first, whatever their residuals
+  KeepBestOfCameras();
+  for (int i = 0; i < group_->count; ++i)
+    std::copy(linear_[i].inlier, linear_[i].inlier + kNodeLanes, linear_[i].member);
+  BestRayKernels().accumulate(linear_.data(), group_->count, step_mm_, limits_, &system_);
 }
 
 // One step, or the end of a round; true where the rows have to be linearised again.
@@ -317,15 +327,22 @@ void GroupSolver::KeepBestOfCameras() {
 }
 
 void GroupSolver::Linearise() {
-  BestRayKernels().linearise(cameras_.data(), group_->rows.data(), group_->count, point_mm_, limits_,
-                             linear_.data());
+  BestRayKernels().linearise(cameras_.data(), group_->rows.data(), group_->count,
+                             PointsOf(Lane::Stage::kRefine), limits_, linear_.data());
+}
+
+// The points, anchored at the first lane in a stage.
+const RayPoints& GroupSolver::PointsOf(Lane::Stage stage) {
+  const auto is_in = [stage](const Lane& l) { return l.stage == stage; };
+  points_.anchor = static_cast<int>(std::find_if(lanes_, lanes_ + kNodeLanes - 1, is_in) - lanes_);
+  return points_;
 }
 
 void GroupSolver::SetPoint(int lane, const Eigen::Vector3d& point_mm) {
-  for (int k = 0; k < 3; ++k) point_mm_[k][lane] = point_mm[k];
+  for (int k = 0; k < 3; ++k) points_.mm[k][lane] = point_mm[k];
 }
 Eigen::Vector3d GroupSolver::PointOf(int lane) const {
-  return {point_mm_[0][lane], point_mm_[1][lane], point_mm_[2][lane]};
+  return {points_.mm[0][lane], points_.mm[1][lane], points_.mm[2][lane]};
 }
 Eigen::Vector3d GroupSolver::StepOf(int lane) const {
   return {step_mm_[0][lane], step_mm_[1][lane], step_mm_[2][lane]};

@@ -54,11 +54,13 @@ class GroupSolver {
   void Judge(int lane);
   std::optional<Eigen::Vector3d> MiddleOf(int lane, int i, int j) const;
   void RefinePoints();
+  void StartRefining();
   bool Step(int lane);
   void EndRound(int lane);
   bool AnglesSuffice(int lane) const;
 
   void Linearise();
+  const RayPoints& PointsOf(Lane::Stage stage);
   void KeepBestOfCameras();
   void SetPoint(int lane, const Eigen::Vector3d& point_mm);
   Eigen::Vector3d PointOf(int lane) const;
@@ -72,8 +74,8 @@ class GroupSolver {
   const RayGroup* group_ = nullptr;
   Lane lanes_[kNodeLanes];
   std::vector<LinearRow> linear_;
-  double point_mm_[3][kNodeLanes];  // where the rows are linearised
-  float step_mm_[3][kNodeLanes];    // from there
+  RayPoints points_;              // where the rows are linearised
+  float step_mm_[3][kNodeLanes];  // from there
   GroupScore score_;
   GroupSystem system_;
 };

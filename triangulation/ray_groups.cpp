@@ -10,6 +10,7 @@
 namespace weft {
 namespace {
 
+static_assert(kBytesAhead == kNodeLanes * sizeof(Observation));
 constexpr int kMaxNodeIndex = 4096;  // of a row or column, Board::Validate
 
 constexpr int kColumnBits = 9, kRowBits = 13;
@@ -82,6 +83,7 @@ RayCamera MakeRayCamera(const CameraModel& camera, double calibration_sigma_px) 
   RayCamera out{};
   out.exact = NumbersOf<double>(camera);
   out.rough = NumbersOf<float>(camera);
+  out.inverse_focal_px[0] = 1 / camera.fx_px, out.inverse_focal_px[1] = 1 / camera.fy_px;
   out.cx_px = camera.cx_px, out.cy_px = camera.cy_px;
   const Eigen::Vector3d origin = camera.CenterWorld();
   for (int i = 0; i < 3; ++i) {
@@ -92,6 +94,32 @@ RayCamera MakeRayCamera(const CameraModel& camera, double calibration_sigma_px) 
   out.rational = camera.distortion[5] != 0 || camera.distortion[6] != 0 || camera.distortion[7] != 0;
   out.safe_square = static_cast<float>(SafeSquare(camera.distortion));
   return out;
+}
+
+// The row of a camera that saw all nodes of a group, from as many observations; false where they are not
+// valid, or not one of each node in order.
+bool SetAll(const Observation* seen, RayRow* row) {
+  const BoardNode first = seen->node;
+  int differs = first.col % kNodeLanes;
+  for (int lane = 0; lane < kNodeLanes; ++lane) {
+    const Observation& o = seen[lane];
+    differs |= (o.node.row ^ first.row) | (o.node.col ^ (first.col + lane)) |
+               (static_cast<int>(o.node.kind) ^ static_cast<int>(first.kind));
+    row->pixel_px[0][lane] = o.x_px;
+    row->pixel_px[1][lane] = o.y_px;
+    row->sigma_px[lane] = o.sigma_px;
+  }
+  // A difference that is not 0 is NaN.
+  int invalid = 0;
+  for (int lane = 0; lane < kNodeLanes; ++lane) {
+    const double x = row->pixel_px[0][lane], y = row->pixel_px[1][lane];
+    invalid |= !((x - x) + (y - y) == 0);
+  }
+  for (int lane = 0; lane < kNodeLanes; ++lane) {
+    const float sigma_px = row->sigma_px[lane];
+    invalid |= !(sigma_px > 0) | !(sigma_px - sigma_px == 0);
+  }
+  return differs == 0 && invalid == 0 && IsValid(seen[0]) && IsValid(seen[kNodeLanes - 1]);
 }
 
 void Set(const Observation& o, uint32_t lane, RayRow* row) {
@@ -170,14 +198,10 @@ bool RayGroupReader::Next(RayGroup* out) {
   if (group == kNoGroup) return false;
   out->first_node = FirstNodeOf(group);
   out->count = 0;
-  const size_t views = cursors_.size();
-  for (size_t v = 0; v < views; ++v) {
-    // Many views are more streams than a processor foresees.
-    constexpr size_t kAhead = 6, kCacheLine = 64;
-    const char* const ahead = reinterpret_cast<const char*>(cursors_[(v + kAhead) % views].at);
-    for (size_t at = 0; at <= kNodeLanes * sizeof(Observation); at += kCacheLine)
-      __builtin_prefetch(ahead + at);
-    if (next_[v] == group) Add(v, out);
+  for (size_t v = 0; v < cursors_.size(); ++v) {
+    if (next_[v] != group) continue;
+    Add(v, out);
+    out->rows[out->count - 1].ahead = cursors_[v].at;
   }
   out->CountRays();
   BestRayKernels().undistort(cameras_.data(), out->count, out->rows.data());
@@ -191,7 +215,16 @@ void RayGroupReader::Add(size_t cursor, RayGroup* out) {
   // The rows that the camera has already, by another view.
   int base = out->count;
   while (base > 0 && out->rows[base - 1].camera == c.camera) --base;
-  if (base == out->count) out->AddRow(c.camera, false);
+  if (base == out->count) {
+    out->AddRow(c.camera, false);
+    if (c.end - c.at >= kNodeLanes && SetAll(c.at, &out->rows[base])) {
+      c.at += kNodeLanes;
+      // A node that was seen twice comes next.
+      if (c.at == c.end || GroupOf(c.at->node) != group) return LookAhead(cursor, group + 1);
+    } else {
+      std::fill_n(out->rows[base].sigma_px, kNodeLanes, 0.0f);
+    }
+  }
   RayRow* row = &out->rows[base];
   for (; c.at < c.end && GroupOf(c.at->node) == group; ++c.at) {
     in_order_ &= IsValid(*c.at);
@@ -229,6 +262,7 @@ void RayGroup::AddRow(int camera, bool repeated) {
   std::fill(row.sigma_px, row.sigma_px + kNodeLanes, 0.0f);
   row.camera = camera;
   row.repeated = repeated;
+  row.ahead = nullptr;
 }
 
 void RayGroup::CountRays() {

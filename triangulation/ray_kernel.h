@@ -21,6 +21,7 @@ struct RayCameraNumbers {
 struct RayCamera {
   RayCameraNumbers<double> exact;
   RayCameraNumbers<float> rough;
+  double inverse_focal_px[2];  // 1 / fx_px, 1 / fy_px
   double cx_px, cy_px;
   double translation_mm[3];  // camera_from_world
   double origin_mm[3];
@@ -37,8 +38,11 @@ struct alignas(64) RayRow {
   // The rays, on the plane z = 1 of the camera, good to a thousandth of a pixel; NaN where there is none.
   float plane[2][kNodeLanes];
   int32_t camera;
-  bool repeated;  // of the same camera as the row before
+  bool repeated;      // of the same camera as the row before
+  const void* ahead;  // what the camera saw of the next nodes; may be null
 };
+// Bytes that are fetched from there while the nodes at hand are solved for.
+inline constexpr int kBytesAhead = 40 * kNodeLanes;
 
 // A row as seen from a point near each node: the residual of the reprojection and its derivative by the
 // point. With the depth it is exact but for the curvature of the lens.
@@ -53,6 +57,12 @@ struct alignas(64) LinearRow {
   float inlier[kNodeLanes];  // 1 where the ray should take part, by the last look
   float member[kNodeLanes];  // 1 where it takes part
   float axis[3];             // optical axis of the camera
+};
+
+// A point per node. Numbers of a kernel are as exact as the points are near that of lane `anchor`.
+struct RayPoints {
+  double mm[3][kNodeLanes];
+  int anchor = 0;
 };
 
 struct RayLimits {
@@ -81,11 +91,15 @@ struct alignas(64) GroupSystem {
 struct RayKernels {
   // Takes the lens out of the pixels of a row.
   void (*undistort)(const RayCamera* cameras, int count, RayRow* rows);
-  void (*score)(const RayCamera* cameras, const RayRow* rows, int count, const double (*point_mm)[kNodeLanes],
+  void (*score)(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
                 float radius_mm2, GroupScore* score);
   // The rows at the points; inliers are all rays within the radius. Leaves `member` alone.
-  void (*linearise)(const RayCamera* cameras, const RayRow* rows, int count,
-                    const double (*point_mm)[kNodeLanes], const RayLimits& limits, LinearRow* linear);
+  void (*linearise)(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
+                    const RayLimits& limits, LinearRow* linear);
+  // The same, all rays within the radius become members, and the systems at the points are summed up on the
+  // way. Memory is idle meanwhile, so it fetches what is ahead.
+  void (*start)(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
+                const RayLimits& limits, LinearRow* linear, GroupSystem* system);
   // At `step_mm` from the points: writes inliers, which are the rays within the radius and the residual
   // limit, and the systems over the members.
   void (*accumulate)(LinearRow* rows, int count, const float (*step_mm)[kNodeLanes], const RayLimits& limits,

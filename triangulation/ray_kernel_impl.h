@@ -40,10 +40,6 @@ inline Lanes Max(Lanes a, float b) { return a > b ? a : Lanes{} + b; }
 inline Lanes Min(Lanes a, Lanes b) { return a < b ? a : b; }
 inline Lanes Ones(IntLanes mask) { return mask ? Lanes{} + 1.0f : Lanes{}; }
 constexpr float kFarAway = 1e30f;
-inline void LoadPoints(const double (*point_mm)[kNodeLanes], int first, Doubles (*point)[2]) {
-  for (int k = 0; k < 3; ++k)
-    for (int half = 0; half < 2; ++half) point[k][half] = LoadDoubles(point_mm[k] + first + kHalf * half);
-}
 
 // Whether a comparison holds in any lane.
 inline bool Any(IntLanes mask) {
@@ -86,13 +82,13 @@ inline Lens Distort(const RayCamera& camera, Lanes x, Lanes y) {
 inline void UndistortRow(const RayCamera& camera, int first, RayRow* row) {
   constexpr int kMaxIterations = 10;
   constexpr float kTolerance2 = 1e-6f;  // squared step, about what remains after it
-  const double inverse_focal[2] = {1 / camera.exact.fx_px, 1 / camera.exact.fy_px};
   const double center_px[2] = {camera.cx_px, camera.cy_px};
   Lanes goal[2];
   for (int k = 0; k < 2; ++k) {
     Doubles halves[2];
     for (int half = 0; half < 2; ++half)
-      halves[half] = (LoadDoubles(row->pixel_px[k] + first + kHalf * half) - center_px[k]) * inverse_focal[k];
+      halves[half] =
+          (LoadDoubles(row->pixel_px[k] + first + kHalf * half) - center_px[k]) * camera.inverse_focal_px[k];
     goal[k] = Short(halves);
   }
   Lanes x = goal[0], y = goal[1];
@@ -120,14 +116,30 @@ void Undistort(const RayCamera* cameras, int count, RayRow* rows) {
       UndistortRow(cameras[rows[i].camera], first, &rows[i]);
 }
 
+// Points near each other: one of them in doubles, and from there to all.
+struct NearPoints {
+  double anchor_mm[3];
+  Lanes from_anchor_mm[3];
+};
+
+inline NearPoints NearAnchor(const RayPoints& points, int first) {
+  NearPoints near;
+  for (int k = 0; k < 3; ++k) {
+    near.anchor_mm[k] = points.mm[k][points.anchor];
+    Doubles halves[2];
+    for (int half = 0; half < 2; ++half)
+      halves[half] = LoadDoubles(points.mm[k] + first + kHalf * half) - near.anchor_mm[k];
+    near.from_anchor_mm[k] = Short(halves);
+  }
+  return near;
+}
+
 // Squared distances of points and rays; NaN where there is no ray.
-inline Lanes DistanceToRow(const RayCamera& camera, const RayRow& row, int first, const Doubles (*point)[2]) {
+inline Lanes DistanceToRow(const RayCamera& camera, const RayRow& row, int first, const NearPoints& points) {
   const float* r = camera.rough.rotation;
   Lanes from[3], at[3];
-  for (int k = 0; k < 3; ++k) {
-    const Doubles halves[2] = {point[k][0] - camera.origin_mm[k], point[k][1] - camera.origin_mm[k]};
-    from[k] = Short(halves);
-  }
+  for (int k = 0; k < 3; ++k)
+    from[k] = static_cast<float>(points.anchor_mm[k] - camera.origin_mm[k]) + points.from_anchor_mm[k];
   for (int k = 0; k < 3; ++k) at[k] = r[3 * k] * from[0] + r[3 * k + 1] * from[1] + r[3 * k + 2] * from[2];
   const Lanes x = Load(row.plane[0] + first), y = Load(row.plane[1] + first);
   const Lanes off_x = at[0] - x * at[2], off_y = at[1] - y * at[2], along = off_x * x + off_y * y;
@@ -135,14 +147,13 @@ inline Lanes DistanceToRow(const RayCamera& camera, const RayRow& row, int first
   return at[2] > 0.0f ? square : Lanes{} + __builtin_nanf("");
 }
 
-void Score(const RayCamera* cameras, const RayRow* rows, int count, const double (*point_mm)[kNodeLanes],
-           float radius_mm2, GroupScore* score) {
+void Score(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points, float radius_mm2,
+           GroupScore* score) {
   for (int first = 0; first < kNodeLanes; first += kLanes) {
-    Doubles point[3][2];
-    LoadPoints(point_mm, first, point);
+    const NearPoints near_anchor = NearAnchor(points, first);
     Lanes seeing = {}, sum = {}, closest = {};
     for (int i = 0; i < count; ++i) {
-      const Lanes square = DistanceToRow(cameras[rows[i].camera], rows[i], first, point);
+      const Lanes square = DistanceToRow(cameras[rows[i].camera], rows[i], first, near_anchor);
       const Lanes counted = square <= radius_mm2 ? square : Lanes{} + kFarAway;
       closest = rows[i].repeated ? Min(closest, counted) : counted;
       if (i + 1 < count && rows[i + 1].repeated) continue;
@@ -164,49 +175,52 @@ struct Seen {
   Lens lens;
 };
 
-// In doubles where differences of large numbers matter.
-inline Seen See(const RayCamera& camera, const RayRow& row, int first, const Doubles (*point)[2]) {
-  Doubles plane[2][2], inverse[2], depth[2], at[2][2];
-  const double* r = camera.exact.rotation;
-  for (int half = 0; half < 2; ++half) {
-    const auto turned = [&](int k) {
-      return r[3 * k] * point[0][half] + r[3 * k + 1] * point[1][half] + r[3 * k + 2] * point[2][half] +
-             camera.translation_mm[k];
-    };
-    at[0][half] = turned(0), at[1][half] = turned(1), depth[half] = turned(2);
-  }
+// Differences of large numbers are taken in doubles: those between pixels, and all of the anchor's.
+inline Seen See(const RayCamera& camera, const RayRow& row, int first, const NearPoints& points) {
+  double at[3];
+  const double* exact = camera.exact.rotation;
+  for (int k = 0; k < 3; ++k)
+    at[k] = exact[3 * k] * points.anchor_mm[0] + exact[3 * k + 1] * points.anchor_mm[1] +
+            exact[3 * k + 2] * points.anchor_mm[2] + camera.translation_mm[k];
+  constexpr double kLeastAnchorDepthMm = 1;
+  const double inverse = at[2] > kLeastAnchorDepthMm ? 1 / at[2] : 0;
+  const float* r = camera.rough.rotation;
+  const Lanes* d = points.from_anchor_mm;
+  const auto turned = [&](int k) { return r[3 * k] * d[0] + r[3 * k + 1] * d[1] + r[3 * k + 2] * d[2]; };
+  const Lanes deeper = turned(2);
   Seen seen;
   constexpr float kLeastDepthMm = 1e-3f;
-  const Lanes rough_depth = Short(depth);
-  const IntLanes in_front = rough_depth > kLeastDepthMm;
-  const Lanes rough_inverse = in_front ? 1.0f / rough_depth : Lanes{};
-  for (int half = 0; half < 2; ++half) {
-    // One step of Newton's method is cheaper than a division in doubles.
-    inverse[half] = Long(rough_inverse, half);
-    inverse[half] = inverse[half] * (2.0 - depth[half] * inverse[half]);
-    for (int k = 0; k < 2; ++k) plane[k][half] = at[k][half] * inverse[half];
+  const Lanes depth = static_cast<float>(at[2]) + deeper;
+  const IntLanes in_front = depth > kLeastDepthMm;
+  seen.inverse_depth = in_front ? 1.0f / depth : Lanes{};
+  Lanes from_anchor[2], plane[2];
+  for (int k = 0; k < 2; ++k) {
+    const double anchor = at[k] * inverse;
+    const float rest = static_cast<float>(at[k] - anchor * at[2]);  // 0 where the anchor is in front
+    from_anchor[k] = (turned(k) - static_cast<float>(anchor) * deeper + rest) * seen.inverse_depth;
+    plane[k] = static_cast<float>(anchor) + from_anchor[k];
   }
-  const Lanes x = Short(plane[0]), y = Short(plane[1]);
-  seen.inverse_depth = rough_inverse;
-  seen.valid = in_front & ((x * x + y * y) < camera.safe_square);
-  seen.plane[0] = seen.valid ? x : Lanes{};
-  seen.plane[1] = seen.valid ? y : Lanes{};
+  seen.valid = in_front & ((plane[0] * plane[0] + plane[1] * plane[1]) < camera.safe_square);
+  for (int k = 0; k < 2; ++k) seen.plane[k] = seen.valid ? plane[k] : Lanes{};
   seen.lens = Distort(camera, seen.plane[0], seen.plane[1]);
   const double focal_px[2] = {camera.exact.fx_px, camera.exact.fy_px};
   const double center_px[2] = {camera.cx_px, camera.cy_px};
   for (int k = 0; k < 2; ++k) {
-    Doubles residual[2];
+    const double anchor_px = center_px[k] + focal_px[k] * (at[k] * inverse);
+    Doubles from_pixel[2];
     for (int half = 0; half < 2; ++half)
-      residual[half] = (plane[k][half] + Long(seen.lens.shift[k], half)) * focal_px[k] +
-                       (center_px[k] - LoadDoubles(row.pixel_px[k] + first + kHalf * half));
-    seen.residual_px[k] = seen.valid ? Short(residual) : Lanes{};
+      from_pixel[half] = anchor_px - LoadDoubles(row.pixel_px[k] + first + kHalf * half);
+    const Lanes residual =
+        Short(from_pixel) + static_cast<float>(focal_px[k]) * (from_anchor[k] + seen.lens.shift[k]);
+    seen.residual_px[k] = seen.valid ? residual : Lanes{};
   }
   return seen;
 }
 
-inline void LineariseRow(const RayCamera& camera, const RayRow& row, int first, const Doubles (*point)[2],
-                         const RayLimits& limits, LinearRow* out) {
-  const Seen seen = See(camera, row, first, point);
+__attribute__((always_inline)) inline void LineariseRow(const RayCamera& camera, const RayRow& row, int first,
+                                                        const NearPoints& points, const RayLimits& limits,
+                                                        LinearRow* out) {
+  const Seen seen = See(camera, row, first, points);
   const float* r = camera.rough.rotation;
   const Lanes of_x = camera.rough.fx_px * seen.inverse_depth, of_y = camera.rough.fy_px * seen.inverse_depth;
   const Lanes pixel[2][2] = {{of_x * seen.lens.xx, of_x * seen.lens.xy},
@@ -245,13 +259,12 @@ inline void LineariseRow(const RayCamera& camera, const RayRow& row, int first, 
   Store(Ones(has_ray & (square <= limits.radius_mm2)), out->inlier + first);
 }
 
-void Linearise(const RayCamera* cameras, const RayRow* rows, int count, const double (*point_mm)[kNodeLanes],
+void Linearise(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
                const RayLimits& limits, LinearRow* linear) {
   for (int first = 0; first < kNodeLanes; first += kLanes) {
-    Doubles point[3][2];
-    LoadPoints(point_mm, first, point);
+    const NearPoints near_anchor = NearAnchor(points, first);
     for (int i = 0; i < count; ++i)
-      LineariseRow(cameras[rows[i].camera], rows[i], first, point, limits, &linear[i]);
+      LineariseRow(cameras[rows[i].camera], rows[i], first, near_anchor, limits, &linear[i]);
   }
 }
 
@@ -295,23 +308,49 @@ inline void AccumulateRow(LinearRow* row, int first, const Lanes* step, const Ra
   }
 }
 
+inline void StoreSystem(const SystemSums& sums, int first, GroupSystem* system) {
+  for (int k = 0; k < 6; ++k) Store(sums.matrix[k], system->matrix[k] + first);
+  for (int k = 0; k < 3; ++k) Store(sums.gradient[k], system->gradient[k] + first);
+  Store(sums.chi_square, system->chi_square + first);
+  Store(sums.inliers, system->inliers + first);
+  StoreInts(sums.changed, system->changed + first);
+}
+
+inline void Fetch(const void* ahead) {
+  constexpr int kCacheLine = 64, kNotForLong = 2;
+  for (int at = 0; at <= kBytesAhead; at += kCacheLine)
+    __builtin_prefetch(static_cast<const char*>(ahead) + at, 0, kNotForLong);
+}
+
+void Start(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
+           const RayLimits& limits, LinearRow* linear, GroupSystem* system) {
+  constexpr Lanes kNoStep[3] = {};
+  for (int first = 0; first < kNodeLanes; first += kLanes) {
+    const NearPoints near_anchor = NearAnchor(points, first);
+    SystemSums sums;
+    for (int i = 0; i < count; ++i) {
+      if (first == 0) Fetch(rows[i].ahead);
+      LineariseRow(cameras[rows[i].camera], rows[i], first, near_anchor, limits, &linear[i]);
+      Store(Load(linear[i].inlier + first), linear[i].member + first);
+      AccumulateRow(&linear[i], first, kNoStep, limits, &sums);
+    }
+    StoreSystem(sums, first, system);
+  }
+}
+
 void Accumulate(LinearRow* rows, int count, const float (*step_mm)[kNodeLanes], const RayLimits& limits,
                 GroupSystem* system) {
   for (int first = 0; first < kNodeLanes; first += kLanes) {
     const Lanes step[3] = {Load(step_mm[0] + first), Load(step_mm[1] + first), Load(step_mm[2] + first)};
     SystemSums sums;
     for (int i = 0; i < count; ++i) AccumulateRow(&rows[i], first, step, limits, &sums);
-    for (int k = 0; k < 6; ++k) Store(sums.matrix[k], system->matrix[k] + first);
-    for (int k = 0; k < 3; ++k) Store(sums.gradient[k], system->gradient[k] + first);
-    Store(sums.chi_square, system->chi_square + first);
-    Store(sums.inliers, system->inliers + first);
-    StoreInts(sums.changed, system->changed + first);
+    StoreSystem(sums, first, system);
   }
 }
 
 }  // namespace
 
 extern const RayKernels kRayKernels;
-const RayKernels kRayKernels = {Undistort, Score, Linearise, Accumulate};
+const RayKernels kRayKernels = {Undistort, Score, Linearise, Start, Accumulate};
 
 }  // namespace weft::WEFT_KERNEL_NAMESPACE

@@ -85,6 +85,34 @@ TEST(PlainPath, SameResultBehindAFisheyeLens) {
   }
 }
 
+TEST(RayKernels, StartSumsWhatAccumulateDoesAtTheSamePoints) {
+  const Rig rig = RingRig(9);
+  const std::vector<ViewObservations> views = Observe(rig, BentSheet(1, 15), 0.15, 5);
+  const auto groups = RayGroups::Build(rig, views, {});
+  ASSERT_TRUE(groups.ok()) << groups.status();
+  RayGroup group;
+  ASSERT_TRUE(RayGroupReader(*groups, 0).Next(&group));
+  const RayKernels& kernels = BestRayKernels();
+  const RayCamera* cameras = groups->cameras().data();
+  const RayLimits limits{1, 0.02f, 8, 0.5f, 2.5f};
+  RayPoints points;
+  for (int lane = 0; lane < kNodeLanes; ++lane) {
+    const double angle = (lane - 7.5) * 2.7 / 150;
+    points.mm[0][lane] = 150 * std::sin(angle) + 0.2;
+    points.mm[1][lane] = -1.35;
+    points.mm[2][lane] = 150 * std::cos(angle);
+  }
+  std::vector<LinearRow> linear(group.count), started(group.count);
+  kernels.linearise(cameras, group.rows.data(), group.count, points, limits, linear.data());
+  for (LinearRow& row : linear) std::copy(row.inlier, row.inlier + kNodeLanes, row.member);
+  const float no_step_mm[3][kNodeLanes] = {};
+  GroupSystem system, start;
+  kernels.accumulate(linear.data(), group.count, no_step_mm, limits, &system);
+  kernels.start(cameras, group.rows.data(), group.count, points, limits, started.data(), &start);
+  EXPECT_GT(start.inliers[5], 5);
+  EXPECT_EQ(std::memcmp(&system, &start, sizeof system), 0);
+}
+
 #ifdef __x86_64__
 TEST(RayKernels, SameBytesFromEveryInstructionSet) {
   Rig rig = RingRig(21);
@@ -101,35 +129,38 @@ TEST(RayKernels, SameBytesFromEveryInstructionSet) {
   ASSERT_GE(group.count, 21);
   struct Results {
     RayRow rows[64];
-    LinearRow linear[64];
+    LinearRow linear[64], started[64];
     GroupScore score;
-    GroupSystem system;
+    GroupSystem system, start;
   };
   const auto run = [&](const RayKernels& kernels, Results* out) {
     std::memset(static_cast<void*>(out), 0, sizeof *out);
     std::memcpy(static_cast<void*>(out->rows), group.rows.data(), group.count * sizeof(RayRow));
-    double point_mm[3][kNodeLanes];
+    RayPoints points;
+    points.anchor = 3;
     float step_mm[3][kNodeLanes];
     for (int lane = 0; lane < kNodeLanes; ++lane) {
       const double angle = (lane - 7.5) * 2.7 / 150;
-      point_mm[0][lane] = 150 * std::sin(angle) + 0.2;
-      point_mm[1][lane] = -1.35 + 0.01 * lane;
-      point_mm[2][lane] = 150 * std::cos(angle);
+      points.mm[0][lane] = 150 * std::sin(angle) + 0.2;
+      points.mm[1][lane] = -1.35 + 0.01 * lane;
+      points.mm[2][lane] = 150 * std::cos(angle);
       for (int k = 0; k < 3; ++k) step_mm[k][lane] = 0.01f * static_cast<float>(k + lane - 9);
     }
     const RayLimits limits{1, 0.02f, 8, 0.5f, 2.5f};
     const RayCamera* cameras = groups->cameras().data();
     kernels.undistort(cameras, group.count, out->rows);
-    kernels.score(cameras, out->rows, group.count, point_mm, limits.radius_mm2, &out->score);
-    kernels.linearise(cameras, out->rows, group.count, point_mm, limits, out->linear);
+    kernels.score(cameras, out->rows, group.count, points, limits.radius_mm2, &out->score);
+    kernels.linearise(cameras, out->rows, group.count, points, limits, out->linear);
     for (LinearRow& row : out->linear) std::copy(row.inlier, row.inlier + kNodeLanes, row.member);
     kernels.accumulate(out->linear, group.count, step_mm, limits, &out->system);
+    kernels.start(cameras, out->rows, group.count, points, limits, out->started, &out->start);
   };
   auto one = std::make_unique<Results>(), other = std::make_unique<Results>();
   run(baseline::kRayKernels, one.get());
   EXPECT_GT(one->score.cameras[5], 8);
   EXPECT_GT(one->system.inliers[5], 8);
   EXPECT_GT(one->system.matrix[0][5], 0);
+  EXPECT_GT(one->start.matrix[0][5], 0);
   if (__builtin_cpu_supports("avx2")) {
     run(avx2::kRayKernels, other.get());
     EXPECT_EQ(std::memcmp(one.get(), other.get(), sizeof(Results)), 0);
