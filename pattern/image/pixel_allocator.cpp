@@ -1,5 +1,6 @@
 #include "pattern/image/pixel_allocator.h"
 
+#include <malloc.h>
 #include <sys/mman.h>
 
 #include <algorithm>
@@ -24,8 +25,13 @@ struct Block {
 // they never have more bytes than were in use at some time.
 class Pool {
  public:
-  ~Pool() {
+  ~Pool() { DropFree(); }
+
+  void DropFree() {
+    const std::lock_guard lock(mutex_);
     for (const Block& block : free_) std::free(block.memory);
+    free_.clear();
+    free_bytes_ = 0;
   }
 
   void* Take(size_t bytes) {
@@ -106,6 +112,11 @@ void* AllocatePixels(size_t bytes) {
 void FreePixels(void* memory, size_t bytes) {
   if (bytes >= kHugePage) return ThePool().Return(memory);
   ::operator delete(memory);
+}
+
+void GiveBackPixels() {
+  ThePool().DropFree();
+  malloc_trim(0);
 }
 
 }  // namespace weft

@@ -11,6 +11,9 @@ namespace weft {
 // it. Throws std::bad_alloc. Thread-safe.
 void* AllocatePixels(size_t bytes);
 void FreePixels(void* memory, size_t bytes);
+// Gives the blocks that wait to be used again back to the system, and what else the heap holds free: where
+// decoding is over and other work comes. Thread-safe.
+void GiveBackPixels();
 
 // Leaves elements uninitialised when a vector is made or grown without values.
 template <typename T>

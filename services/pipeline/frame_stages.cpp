@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "pattern/image/pixel_allocator.h"
 #include "services/files/frame_paths.h"
 #include "services/files/mesh_file.h"
 #include "services/files/scan_file.h"
@@ -219,6 +220,7 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
   std::vector<std::unique_ptr<ViewDecoder>> decoders =
       DecodeViews(inputs, index, options.second_look ? options.image_bytes : 0, progress, stop, frame);
   clock.End("decode");
+  if (!options.second_look) GiveBackPixels();  // what follows needs other memory
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;
   const absl::StatusOr<Extras> extras = ReadExtrasOf(inputs, index, options);
   if (!extras.ok()) return extras.status();

@@ -9,6 +9,8 @@
 #include <optional>
 #include <utility>
 
+#include "pattern/image/pixel_allocator.h"
+
 namespace weft {
 namespace {
 
@@ -82,6 +84,7 @@ absl::StatusOr<int> SecondPass(const SecondPassInputs& pass, const std::stop_tok
     counts.set_corners(counts.corners() + static_cast<int>(observations.size() - before) - added[camera]);
   };
   tbb::parallel_for(size_t{0}, views->size(), look, tbb::simple_partitioner());
+  GiveBackPixels();  // what follows needs other memory
   if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
   return std::accumulate(added.begin(), added.end(), 0);
 }
