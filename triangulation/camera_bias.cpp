@@ -18,6 +18,17 @@ namespace {
 
 constexpr size_t kLeastBlocks = 6;
 
+// Nodes of the cloud that are looked at, spread evenly.
+constexpr size_t kMaxNodes = 5000;
+
+// Neighbouring nodes share their errors (light, folds), so the scatter of a mean is judged by the means of
+// squares of so many cells a side.
+constexpr int kBlockCells = 16;
+
+// Sights that no point has a part in count up to this distance from it; those further off are taken for
+// wrong. A camera that was knocked has only such.
+constexpr double kMaxDriftPx = 20;
+
 struct BlockSum {
   Eigen::Vector2d residual_px = Eigen::Vector2d::Zero();
   int count = 0;
@@ -41,14 +52,13 @@ std::optional<Eigen::Vector2d> LeftOut(const Linearised& sight, const Eigen::Mat
   return Eigen::Vector2d(rest.inverse() * sight.residual_px);
 }
 
-void AddPoint(const CloudPoint& point, const std::vector<Sight>& sights, const CameraBiasOptions& options,
+void AddPoint(const CloudPoint& point, const std::vector<Sight>& sights, const TriangulationOptions& options,
               std::vector<CameraSums>* sums) {
   std::vector<int> inliers;
-  InliersAt(point.position_mm, sights, options.triangulation.consensus, &inliers);
-  const int agreeing = static_cast<int>(inliers.size()), needed = options.triangulation.consensus.min_views;
+  InliersAt(point.position_mm, sights, options.consensus, &inliers);
+  const int agreeing = static_cast<int>(inliers.size()), needed = options.consensus.min_views;
   if (agreeing < needed) return;
-  const std::pair<int, int> block = {point.node.row / options.block_cells,
-                                     point.node.col / options.block_cells};
+  const std::pair<int, int> block = {point.node.row / kBlockCells, point.node.col / kBlockCells};
   const auto add = [&](int camera, const Eigen::Vector2d& residual_px) {
     BlockSum& sum = (*sums)[camera].blocks[block];
     sum.residual_px += residual_px;
@@ -61,7 +71,7 @@ void AddPoint(const CloudPoint& point, const std::vector<Sight>& sights, const C
                                     [&](int k) { return sights[k].camera == sights[i].camera; });
     if (agrees || !(sights[i].DepthMm(point.position_mm) > 0)) continue;
     const Eigen::Vector2d residual_px = -sights[i].ResidualPx(point.position_mm);
-    if (residual_px.norm() <= options.max_drift_px) add(sights[i].camera, residual_px);
+    if (residual_px.norm() <= kMaxDriftPx) add(sights[i].camera, residual_px);
   }
   if (agreeing == needed) return;  // without one of them there is no point
   std::vector<Linearised> linearised;
@@ -72,7 +82,7 @@ void AddPoint(const CloudPoint& point, const std::vector<Sight>& sights, const C
     l.residual_px = -sight.ResidualPx(point.position_mm);
     const double depth = sight.DepthMm(point.position_mm);
     l.jacobian = (sight.pixel_from_offset + l.residual_px * sight.axis.transpose()) / depth;
-    const double sigma = std::max(sight.sigma_px, options.triangulation.refinement.min_sigma_px);
+    const double sigma = std::max(sight.sigma_px, options.refinement.min_sigma_px);
     l.weight = 1 / (sigma * sigma);
     normal += l.weight * l.jacobian.transpose() * l.jacobian;
     linearised.push_back(l);
@@ -111,21 +121,13 @@ CameraBias Summarise(const CameraSums& sums) {
 
 }  // namespace
 
-absl::Status CameraBiasOptions::Validate() const {
-  if (max_nodes < 1) return absl::InvalidArgumentError("camera_bias.max_nodes must be at least 1");
-  if (block_cells < 1) return absl::InvalidArgumentError("camera_bias.block_cells must be at least 1");
-  if (!(max_drift_px > 0)) return absl::InvalidArgumentError("camera_bias.max_drift_px must be positive");
-  return triangulation.Validate();
-}
-
 absl::StatusOr<std::vector<CameraBias>> MeasureCameraBias(const Rig& rig,
                                                           const std::vector<ViewObservations>& views,
                                                           const Cloud& cloud,
-                                                          const CameraBiasOptions& options) {
+                                                          const TriangulationOptions& options) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   const int cameras = static_cast<int>(rig.cameras.size());
-  const size_t step = std::max<size_t>(
-      1, (cloud.points.size() + options.max_nodes - 1) / static_cast<size_t>(options.max_nodes));
+  const size_t step = std::max<size_t>(1, (cloud.points.size() + kMaxNodes - 1) / kMaxNodes);
   std::set<BoardNode> wanted;
   for (size_t i = 0; i < cloud.points.size(); i += step) wanted.insert(cloud.points[i].node);
   // Only the observations of nodes that are looked at.

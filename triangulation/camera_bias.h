@@ -9,19 +9,6 @@
 
 namespace weft {
 
-struct CameraBiasOptions {
-  int max_nodes = 5000;  // of the cloud that are looked at, spread evenly
-  // Neighbouring nodes share their errors (light, folds), so the scatter of a mean is judged by the means of
-  // squares of so many cells a side.
-  int block_cells = 16;
-  // Sights that no point has a part in count up to this distance from it; those further off are taken for
-  // wrong. A camera that was knocked has only such.
-  double max_drift_px = 20;
-  TriangulationOptions triangulation;
-
-  absl::Status Validate() const;
-};
-
 // Residuals of one camera, observed minus expected, where the expected pixel is that of the point as all
 // other cameras see it.
 struct CameraBias {
@@ -35,12 +22,12 @@ struct CameraBias {
   double significance = 0;
 };
 
-// One entry per camera of the rig. Points need one camera more than min_views to count for those that make
-// them up. InvalidArgument:
-// options; a view of a camera that the rig lacks.
+// One entry per camera of the rig; `options` are those that the cloud was made with. Points need one camera
+// more than min_views to count for those that make them up. InvalidArgument: options; a view of a camera that
+// the rig lacks.
 absl::StatusOr<std::vector<CameraBias>> MeasureCameraBias(const Rig& rig,
                                                           const std::vector<ViewObservations>& views,
                                                           const Cloud& cloud,
-                                                          const CameraBiasOptions& options);
+                                                          const TriangulationOptions& options);
 
 }  // namespace weft

@@ -16,6 +16,7 @@
 #include "alignment/mesh_texture.h"
 #include "alignment/self_intersection.h"
 #include "services/cli/commands.h"
+#include "services/cli/pipeline_flags.h"
 #include "services/files/atomic_file.h"
 #include "services/files/cloud_file.h"
 #include "services/files/garment_parts_file.h"
@@ -23,7 +24,7 @@
 #include "services/files/mesh_file.h"
 #include "services/files/scan_file.h"
 #include "services/files/template_file.h"
-#include "services/pipeline/presets.h"
+#include "services/options/presets.h"
 #include "services/pipeline/stage_reports.h"
 #include "weft/v1/command.pb.h"
 
@@ -36,11 +37,11 @@ struct AlignCommandOptions {
   std::string cloud;
   std::string garment;
   std::string out;
-  std::string preset = "best";
+  std::string preset = kDefaultPreset;
+  PipelineFlags pipeline;
   std::string scan;
   std::string start;
   std::string stages;
-  bool stretchy = false;
   int threads = 0;
   bool json = false;
 };
@@ -126,9 +127,9 @@ absl::StatusOr<Extras> ReadExtras(const AlignCommandOptions& options) {
 }
 
 absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
-  absl::StatusOr<AlignOptions> preset = PresetByName(options.preset);
-  if (!preset.ok()) return preset.status();
-  if (options.stretchy) preset->stretch_rings = kStretchRings;
+  const absl::StatusOr<CommandPipeline> pipeline =
+      MakeCommandPipeline(options.preset, options.pipeline, {"alignment"});
+  if (!pipeline.ok()) return pipeline.status();
   const absl::StatusOr<Template> garment = ReadTemplate(options.garment);
   if (!garment.ok()) return garment.status();
   const absl::StatusOr<GarmentParts> parts = ReadGarmentParts(options.garment);
@@ -149,7 +150,8 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
                        .start_mm = options.start.empty() ? nullptr : &extras->start_mm};
   if (!options.stages.empty()) context.watch = std::bind_front(&StageWriter::Write, &stages);
   const auto start = std::chrono::steady_clock::now();
-  const absl::StatusOr<AlignResult> result = Align(*garment, targets->targets, *preset, context);
+  const absl::StatusOr<AlignResult> result =
+      Align(*garment, targets->targets, pipeline->options.alignment, context);
   if (!result.ok()) {
     return absl::Status(result.status().code(), absl::StrCat(options.cloud, ": ", result.status().message()));
   }
@@ -159,7 +161,8 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   const absl::Status written =
       WriteRegisteredMesh(options.out, result->mesh, garment->rest.faces, TextureOf(*garment, *parts));
   if (!written.ok()) return written;
-  const v1::AlignReport report = Describe(options, *result, *garment, *targets, align_ms);
+  v1::AlignReport report = Describe(options, *result, *garment, *targets, align_ms);
+  *report.mutable_options() = pipeline->message;
   if (!options.json) {
     PrintReport(report);
     return absl::OkStatus();
@@ -203,9 +206,12 @@ void AddAlignCommand(CLI::App& app, CommandLine& line) {
           "A mesh of the template, PLY, from another moment or registration: vertices that the cloud "
           "does not show start from there instead of from a smooth fill")
       ->type_name("FILE");
-  command->add_flag("--stretchy", options->stretchy,
-                    "For cloth that stretches by more than a few percent: hidden cloth is as long as the "
-                    "measured cloth around it, not as the template");
+  AddPipelineFlags(*command, options->pipeline);
+  command->add_flag_callback(
+      "--stretchy",
+      [options] { options->pipeline.named.mutable_alignment()->set_stretch_rings(kStretchRings); },
+      "For cloth that stretches by more than a few percent: hidden cloth is as long as the "
+      "measured cloth around it, not as the template");
   command
       ->add_option("--stages", options->stages,
                    "Write the mesh after each stage, too: <number>_<stage>.ply in this folder")

@@ -21,12 +21,14 @@
 #include "services/cli/decode_inputs.h"
 #include "services/cli/decode_overlay.h"
 #include "services/cli/input_options.h"
+#include "services/cli/pipeline_flags.h"
 #include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
 #include "services/files/json_file.h"
 #include "services/files/observations_file.h"
+#include "services/options/presets.h"
 #include "services/pipeline/stage_reports.h"
 #include "services/verdict/verdict.h"
 #include "weft/v1/command.pb.h"
@@ -44,6 +46,7 @@ struct DecodeCommandOptions {
   std::string mosaic;
   std::string frames;  // of a take or a folder of images, which is the only one of `images` then
   std::string explain;
+  PipelineFlags pipeline;
   int threads = 0;
   bool json = false;
 };
@@ -88,25 +91,23 @@ absl::StatusOr<BoardIndex> LoadBoard(const std::string& path) {
 }
 
 absl::StatusOr<DecodeResult> DecodeFrame(const absl::StatusOr<Frame>& frame, const BoardIndex& board,
-                                         bool explain, v1::DecodedImage& report) {
+                                         const DecodeOptions& options, v1::DecodedImage& report) {
   if (!frame.ok()) return frame.status();
   report.set_width_px(frame->width_px);
   report.set_height_px(frame->height_px);
-  DecodeOptions options;
-  options.explain = explain;
   return DecodeView(*frame, board, options);
 }
 
 // `picture` is empty where none is wanted.
-void DecodeFile(const DecodeInput& input, const BoardIndex& board, const std::string& picture,
-                DecodedFile& file) {
+void DecodeFile(const DecodeInput& input, const BoardIndex& board, const DecodeOptions& options,
+                const std::string& picture, DecodedFile& file) {
   const auto start = Clock::now();
   file.report.set_path(input.label);
   v1::ViewReport& view = *file.report.mutable_view();
   view.set_camera(file.found.image);
   const absl::StatusOr<Frame> frame = input.read();
   view.set_read_ms(MillisecondsSince(start));
-  absl::StatusOr<DecodeResult> result = DecodeFrame(frame, board, !picture.empty(), file.report);
+  absl::StatusOr<DecodeResult> result = DecodeFrame(frame, board, options, file.report);
   file.image = result.status();
   if (!result.ok()) {
     view.set_missing_reason(std::string(result.status().message()));
@@ -134,7 +135,7 @@ std::string PictureFile(const DecodeCommandOptions& options, const DecodeInput& 
 
 std::vector<DecodedFile> DecodeFiles(const DecodeCommandOptions& options,
                                      const std::vector<DecodeInput>& inputs, const BoardIndex& board,
-                                     bool quiet) {
+                                     const DecodeOptions& decode, bool quiet) {
   std::vector<DecodedFile> files(inputs.size());
   Progress progress("decode", inputs.size(), ProgressVisible(quiet));
   const auto threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
@@ -144,7 +145,7 @@ std::vector<DecodedFile> DecodeFiles(const DecodeCommandOptions& options,
       [&](const tbb::blocked_range<size_t>& range) {
         for (size_t i = range.begin(); i < range.end(); ++i) {
           files[i].found.image = inputs[i].name;
-          DecodeFile(inputs[i], board, PictureFile(options, inputs[i], i), files[i]);
+          DecodeFile(inputs[i], board, decode, PictureFile(options, inputs[i], i), files[i]);
           if (!files[i].image.ok() && !quiet) {
             progress.PrintLine(absl::StrCat("weft: warning: ", files[i].image.message()));
           }
@@ -251,6 +252,10 @@ absl::Status LeftOut(const std::vector<DecodedFile>& files, const std::string& o
 
 absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
   const auto start = Clock::now();
+  absl::StatusOr<CommandPipeline> pipeline =
+      MakeCommandPipeline(kDefaultPreset, options.pipeline, {"decode"});
+  if (!pipeline.ok()) return pipeline.status();
+  pipeline->options.decode.explain = !options.explain.empty();
   const auto inputs = FindDecodeInputs(options.images, options.frames, options.mosaic);
   if (!inputs.ok()) return inputs.status();
   if (absl::Status status = CheckWritable(options.out); !status.ok()) return status;
@@ -259,7 +264,7 @@ absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
   if (!options.explain.empty()) {
     if (absl::Status status = CreateFolders(options.explain); !status.ok()) return status;
   }
-  std::vector<DecodedFile> files = DecodeFiles(options, *inputs, *board, quiet);
+  std::vector<DecodedFile> files = DecodeFiles(options, *inputs, *board, pipeline->options.decode, quiet);
 
   std::vector<ImageObservations> found;
   for (DecodedFile& file : files) {
@@ -269,6 +274,7 @@ absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
     if (absl::Status status = WriteObservations(options.out, found); !status.ok()) return status;
   }
   v1::DecodeReport report = Summarize(found.empty() ? "" : options.out, files, MillisecondsSince(start));
+  *report.mutable_options() = pipeline->message;
   Judge(report);
   if (options.json) {
     const absl::StatusOr<std::string> json = ToJson(report);
@@ -310,6 +316,7 @@ void AddDecodeCommand(CLI::App& app, CommandLine& line) {
       ->type_name("BOARD");
   command->add_option("--out", options->out, "The observations.csv to write")->required()->type_name("FILE");
   AddMosaicOption(*command, options->mosaic);
+  AddPipelineFlags(*command, options->pipeline);
   command
       ->add_option("--explain", options->explain,
                    "Write a picture per image to this folder: cells as dots in the colour of their patch, "

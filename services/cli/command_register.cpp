@@ -9,9 +9,11 @@
 #include "services/cli/input_options.h"
 #include "services/cli/job_view.h"
 #include "services/cli/local_registration.h"
+#include "services/cli/pipeline_flags.h"
 #include "services/cli/print_verdict.h"
 #include "services/cli/remote_registration.h"
 #include "services/files/json_file.h"
+#include "services/options/presets.h"
 #include "services/pipeline/stop_on_signal.h"
 
 namespace weft {
@@ -25,7 +27,8 @@ struct RegisterOptions {
   std::string out;
   std::string frames;
   std::string mosaic;
-  std::string preset = "best";
+  std::string preset = kDefaultPreset;
+  PipelineFlags pipeline;
   std::string server;
   bool detach = false;
   bool observations = false;
@@ -37,7 +40,9 @@ struct RegisterOptions {
   int threads = 0;
 };
 
-v1::RegistrationSpec SpecOf(const RegisterOptions& options) {
+absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
+  absl::StatusOr<v1::PipelineOptions> changes = ChangesOf(options.pipeline, RegistrationStages());
+  if (!changes.ok()) return changes.status();
   v1::RegistrationSpec spec;
   spec.set_dump(options.dump);
   spec.set_rig(options.rig);
@@ -51,6 +56,7 @@ v1::RegistrationSpec SpecOf(const RegisterOptions& options) {
   spec.mutable_options()->set_scans(options.scans);
   spec.mutable_options()->set_starts(options.starts);
   spec.mutable_options()->set_mosaic(options.mosaic);
+  *spec.mutable_options()->mutable_pipeline() = OfStages(*changes, RegistrationStages());
   spec.set_frames(options.frames);
   return spec;
 }
@@ -114,9 +120,10 @@ absl::Status Detach(const RegisterOptions& options, const v1::RegistrationSpec& 
 
 absl::Status Register(const RegisterOptions& options, bool quiet) {
   const StopOnSignal signals;
-  const v1::RegistrationSpec spec = SpecOf(options);
-  if (options.detach) return Detach(options, spec);
-  const absl::StatusOr<v1::Job> job = Run(options, spec, quiet, signals.token());
+  const absl::StatusOr<v1::RegistrationSpec> spec = SpecOf(options);
+  if (!spec.ok()) return spec.status();
+  if (options.detach) return Detach(options, *spec);
+  const absl::StatusOr<v1::Job> job = Run(options, *spec, quiet, signals.token());
   if (!job.ok()) return job.status();
   return PrintOutcome(*job, options, quiet);
 }
@@ -134,7 +141,9 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result\n"
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result --frames 0:10\n"
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
-      "--server 127.0.0.1:7411");
+      "--server 127.0.0.1:7411\n"
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
+      "--set triangulation.consensus.inlier_radius_mm=1.5");
   auto options = std::make_shared<RegisterOptions>();
   command
       ->add_option("dump", options->dump,
@@ -157,7 +166,8 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
       ->add_option("--preset", options->preset,
                    "best: least error on hidden cloth; paper: weights of the paper")
       ->type_name("NAME")
-      ->check(CLI::IsMember({"best", "paper"}));
+      ->check(CLI::IsMember(PresetNames()));
+  AddPipelineFlags(*command, options->pipeline);
   command->add_flag("--observations", options->observations, "Write <frame>/observations.csv as well");
   command
       ->add_option(

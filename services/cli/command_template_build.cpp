@@ -15,6 +15,7 @@
 #include "services/cli/commands.h"
 #include "services/cli/input_options.h"
 #include "services/cli/json_output.h"
+#include "services/cli/pipeline_flags.h"
 #include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
 #include "services/cli/template_sources.h"
@@ -22,6 +23,7 @@
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
 #include "services/files/garment_parts_file.h"
+#include "services/options/presets.h"
 #include "services/pipeline/stop_on_signal.h"
 #include "services/report/html_text.h"
 #include "services/report/template_report.h"
@@ -36,7 +38,8 @@ struct BuildOptions {
   double cell_mm = 0;
   int threads = 0;
   bool json = false;
-  TemplateBuildOptions build;
+  std::string id;
+  PipelineFlags pipeline;
 };
 
 std::string PanelNames(std::vector<int> panels) {
@@ -70,7 +73,11 @@ absl::StatusOr<v1::TemplateSummary> SummaryOf(const BuiltTemplate& built) {
 }
 
 absl::Status Build(BuildOptions options, bool quiet) {
-  if (options.build.id.empty()) options.build.id = TemplateIdOf(options.out);
+  const absl::StatusOr<CommandPipeline> pipeline =
+      MakeCommandPipeline(kDefaultPreset, options.pipeline, {"decode", "triangulation", "template_build"});
+  if (!pipeline.ok()) return pipeline.status();
+  TemplateBuildOptions build = pipeline->options.template_build;
+  build.id = options.id.empty() ? TemplateIdOf(options.out) : options.id;
   absl::StatusOr<Board> board = ReadBoard(options.from.board);
   if (!board.ok()) return board.status();
   if (options.cell_mm > 0) board->cell_mm = options.cell_mm;
@@ -78,14 +85,15 @@ absl::Status Build(BuildOptions options, bool quiet) {
   StopOnSignal stop;
   tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
   absl::StatusOr<TemplateSources> sources;
-  arena.execute([&] { sources = ReadTemplateSources(options.from, *board, quiet, stop.token()); });
+  arena.execute(
+      [&] { sources = ReadTemplateSources(options.from, *board, pipeline->options, quiet, stop.token()); });
   if (!sources.ok()) return sources.status();
   absl::StatusOr<BuiltTemplate> built;
   {
     constexpr uint64_t kSteps = 100;
     Progress progress("build", kSteps, ProgressVisible(quiet), ProgressUnit::kPercent);
     arena.execute([&] {
-      built = BuildTemplate(*board, *sources, options.build, [&](double share) {
+      built = BuildTemplate(*board, *sources, build, [&](double share) {
         progress.Set(static_cast<uint64_t>(share * kSteps), kSteps);
       });
     });
@@ -99,13 +107,14 @@ absl::Status Build(BuildOptions options, bool quiet) {
   absl::Status status = WriteTemplateWithParts(options.out, built->garment, built->parts,
                                                absl::StrCat("built from ", absl::StrJoin(names, ", ")));
   if (!status.ok()) return status;
-  const absl::StatusOr<v1::TemplateSummary> summary = SummaryOf(*built);
+  absl::StatusOr<v1::TemplateSummary> summary = SummaryOf(*built);
   if (!summary.ok()) return summary.status();
   const absl::StatusOr<std::string> report = MakeTemplateReport(
       *built, {options.from.board, options.from.panels, sources->cloud_names, summary->verdict()});
   if (!report.ok()) return report.status();
   status = WriteFileAtomically((std::filesystem::path(options.out) / "report.html").string(), *report);
   if (!status.ok()) return status;
+  *summary->mutable_options() = pipeline->message;
   if (options.json) {
     if (absl::Status printed = PrintJsonMessage(*summary); !printed.ok()) return printed;
   } else {
@@ -115,25 +124,39 @@ absl::Status Build(BuildOptions options, bool quiet) {
   return VerdictStatus(summary->verdict());
 }
 
-void AddSewingOptions(CLI::App& command, TemplateBuildOptions& options) {
+// Flags that stand for options of the build.
+void AddSewingOptions(CLI::App& command, v1::PipelineOptions& named) {
+  const TemplateBuildOptions defaults;
+  const auto build = [&named] { return named.mutable_template_build(); };
   command
-      .add_option("--openings", options.openings,
-                  "Openings that the garment has, e.g. 4 for a T-shirt (neck, sleeves, hem), 2 for a skirt; "
-                  "-1 takes what is found")
+      .add_option_function<int>(
+          "--openings", [build](int openings) { build()->set_openings(openings); },
+          "Openings that the garment has, e.g. 4 for a T-shirt (neck, sleeves, hem), 2 for a skirt; "
+          "-1 takes what is found")
+      ->default_str(absl::StrCat(defaults.openings))
       ->type_name("N")
       ->check(CLI::Range(-1, 100));
   command
-      .add_option("--max-seam-gap-mm", options.seams.max_gap_mm,
-                  "Furthest that the outermost cells on both sides of a seam may be apart; 0: four cells")
+      .add_option_function<double>(
+          "--max-seam-gap-mm", [build](double gap_mm) { build()->mutable_seams()->set_max_gap_mm(gap_mm); },
+          "Furthest that the outermost cells on both sides of a seam may be apart; 0: four cells")
+      ->default_str(absl::StrCat(defaults.seams.max_gap_mm))
       ->type_name("MM")
       ->check(CLI::NonNegativeNumber);
   command
-      .add_option("--max-hole-mm", options.max_hole_mm,
-                  "Longest border of a hole that is closed; 0: sixty cells")
+      .add_option_function<double>(
+          "--max-hole-mm", [build](double hole_mm) { build()->set_max_hole_mm(hole_mm); },
+          "Longest border of a hole that is closed; 0: sixty cells")
+      ->default_str(absl::StrCat(defaults.max_hole_mm))
       ->type_name("MM")
       ->check(CLI::NonNegativeNumber);
-  command.add_flag("--allow-open-seams", options.allow_open_seams,
-                   "Borders that run along each other like a seam but further apart stay open");
+  command.add_flag_callback(
+      "--allow-open-seams", [build] { build()->set_allow_open_seams(true); },
+      "Borders that run along each other like a seam but further apart stay open");
+  command.add_flag_callback(
+      "--corners", [build] { build()->set_corners(true); },
+      "A vertex at every corner between four cells of a panel as well: twice as many vertices, "
+      "which clouds with corners tell the places of. Registration takes about twice as long");
 }
 
 }  // namespace
@@ -152,7 +175,6 @@ void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
       "  weft template build shirt/clouds/*.ply --board board.json --openings 5 --out shirt\n"
       "  weft template build cloud.ply --board board.png --panels mask.png --openings 4 --out shirt");
   auto options = std::make_shared<BuildOptions>();
-  options->build.id.clear();
   TemplateSourceFiles& from = options->from;
   command->add_option("sources", from.sources, "Dumps to decode and triangulate, or cloud.ply of frames")
       ->required()
@@ -177,12 +199,10 @@ void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
           "Size of a printed cell; 0: as in board.json, or as the clouds show it for a plain board.png")
       ->type_name("MM")
       ->check(CLI::NonNegativeNumber);
-  AddSewingOptions(*command, options->build);
-  command->add_flag("--corners", options->build.corners,
-                    "A vertex at every corner between four cells of a panel as well: twice as many vertices, "
-                    "which clouds with corners tell the places of. Registration takes about twice as long");
+  AddSewingOptions(*command, options->pipeline.named);
+  AddPipelineFlags(*command, options->pipeline);
   command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
-  command->add_option("--id", options->build.id, "Name of the template; by default that of the folder")
+  command->add_option("--id", options->id, "Name of the template; by default that of the folder")
       ->type_name("NAME");
   command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
       ->type_name("N")

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "services/job/job_folder.h"
 #include "services/job/job_life.h"
+#include "services/options/presets.h"
 #include "services/pipeline/output_folder.h"
 #include "services/pipeline/registration.h"
 #include "services/report/html_report.h"
@@ -134,9 +135,13 @@ class LocalJob {
 
 }  // namespace
 
-absl::StatusOr<v1::Job> RegisterLocally(const v1::RegistrationSpec& spec, int threads,
+absl::StatusOr<v1::Job> RegisterLocally(const v1::RegistrationSpec& asked, int threads,
                                         const std::function<void(const v1::JobUpdate&)>& update,
                                         std::stop_token stop) {
+  absl::StatusOr<v1::RegistrationOptions> options = EffectiveOptions(asked.options());
+  if (!options.ok()) return options.status();
+  v1::RegistrationSpec spec = asked;
+  *spec.mutable_options() = *std::move(options);
   const absl::StatusOr<std::unique_ptr<RegistrationInputs>> inputs = LoadInputs(spec);
   if (!inputs.ok()) return inputs.status();
   absl::StatusOr<std::vector<size_t>> frames = FramesInRange(spec, (*inputs)->dump->frame_names());

@@ -13,7 +13,7 @@ namespace weft {
 // and, at the end, <out>/report.html. `update` hears of every change, as a watcher of the daemon would.
 // Returns the job as it ended, cancelled included; an error when it could not start or its results cannot be
 // written.
-absl::StatusOr<v1::Job> RegisterLocally(const v1::RegistrationSpec& spec, int threads,
+absl::StatusOr<v1::Job> RegisterLocally(const v1::RegistrationSpec& asked, int threads,
                                         const std::function<void(const v1::JobUpdate&)>& update,
                                         std::stop_token stop);
 

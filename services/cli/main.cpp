@@ -63,6 +63,7 @@ int main(int argc, char** argv) {
   weft::AddTemplateCommand(app, line);
   weft::AddDecodeCommand(app, line);
   weft::AddAlignCommand(app, line);
+  weft::AddOptionsCommand(app, line);
   weft::AddSimulateCommand(app, line);
   weft::AddEvaluateCommand(app, line);
   weft::AddCompletionCommand(app, line);

@@ -31,17 +31,20 @@ std::vector<size_t> SpreadOver(const FrameRange& range, size_t count) {
 
 absl::StatusOr<Cloud> FrameCloud(const Rig& rig, const std::vector<double>& camera_sigma_px,
                                  const BoardIndex& board, const FrameSource& dump, size_t index,
-                                 const FrameProgress& progress, const std::stop_token& stop) {
-  const DecodedFrame decoded = DecodeFrame({rig, board, dump, index}, 0, progress, stop);
+                                 const PipelineOptions& options, const FrameProgress& progress,
+                                 const std::stop_token& stop) {
+  const DecodedFrame decoded = DecodeFrame({rig, board, dump, index}, options.decode, 0, progress, stop);
   if (stop.stop_requested()) return absl::CancelledError("the build was cancelled");
-  absl::StatusOr<Cloud> cloud = TriangulateFrame(rig, camera_sigma_px, decoded.views);
+  absl::StatusOr<Cloud> cloud = TriangulateFrame(rig, camera_sigma_px, decoded.views, options.cloud);
   if (!cloud.ok() || !cloud->points.empty()) return cloud;
-  return absl::FailedPreconditionError(NoCloudReason(decoded.views, decoded.reports));
+  return absl::FailedPreconditionError(
+      NoCloudReason(decoded.views, decoded.reports, options.cloud.triangulation.consensus.min_views));
 }
 
 // Adds the clouds of the dump's frames to `sources`.
 absl::Status AddDump(const std::string& folder, const TemplateSourceFiles& files, const Board& board,
-                     bool quiet, const std::stop_token& stop, TemplateSources& sources) {
+                     const PipelineOptions& options, bool quiet, const std::stop_token& stop,
+                     TemplateSources& sources) {
   if (files.rig.empty()) {
     return absl::InvalidArgumentError(
         absl::StrCat(folder, ": is a folder, and a dump needs its cameras: give --rig rig.json"));
@@ -69,7 +72,7 @@ absl::Status AddDump(const std::string& folder, const TemplateSourceFiles& files
       progress.Set(kSteps * i + static_cast<uint64_t>(share * kSteps), kSteps * frames.size());
     };
     absl::StatusOr<Cloud> cloud =
-        FrameCloud(*rig, *camera_sigma_px, *index, **dump, frames[i], advance, stop);
+        FrameCloud(*rig, *camera_sigma_px, *index, **dump, frames[i], options, advance, stop);
     if (absl::IsCancelled(cloud.status())) return cloud.status();
     const std::string& name = (*dump)->frame_names()[frames[i]];
     last = cloud.status();
@@ -92,7 +95,8 @@ absl::Status AddDump(const std::string& folder, const TemplateSourceFiles& files
 }  // namespace
 
 absl::StatusOr<TemplateSources> ReadTemplateSources(const TemplateSourceFiles& files, const Board& board,
-                                                    bool quiet, const std::stop_token& stop) {
+                                                    const PipelineOptions& options, bool quiet,
+                                                    const std::stop_token& stop) {
   TemplateSources sources;
   if (!files.panels.empty()) {
     absl::StatusOr<std::vector<uint8_t>> labels = ReadPanelMask(files.panels, board.rows, board.cols);
@@ -104,7 +108,7 @@ absl::StatusOr<TemplateSources> ReadTemplateSources(const TemplateSourceFiles& f
   for (const std::string& path : files.sources) {
     std::error_code error;
     if (std::filesystem::is_directory(path, error)) {
-      if (absl::Status status = AddDump(path, files, board, quiet, stop, sources); !status.ok())
+      if (absl::Status status = AddDump(path, files, board, options, quiet, stop, sources); !status.ok())
         return status;
       continue;
     }

@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "alignment/template_build/build_template.h"
 #include "pattern/board/board.h"
+#include "services/options/pipeline_options.h"
 
 namespace weft {
 
@@ -27,6 +28,7 @@ struct TemplateSourceFiles {
 // of another size than the board; FailedPrecondition: no frame of a dump has a cloud; Cancelled: `stop` was
 // requested. Clouds that were computed by then are kept.
 absl::StatusOr<TemplateSources> ReadTemplateSources(const TemplateSourceFiles& files, const Board& board,
-                                                    bool quiet, const std::stop_token& stop);
+                                                    const PipelineOptions& options, bool quiet,
+                                                    const std::stop_token& stop);
 
 }  // namespace weft

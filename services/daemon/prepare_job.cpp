@@ -13,6 +13,7 @@
 #include "absl/time/time.h"
 #include "services/daemon/request_check.h"
 #include "services/files/atomic_file.h"
+#include "services/options/presets.h"
 #include "services/pipeline/output_folder.h"
 #include "services/pipeline/registration_inputs.h"
 #include "services/pipeline/result_lock.h"
@@ -102,6 +103,9 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& request, cons
   job.set_id(NewJobId());
   job.set_weft_version(WEFT_VERSION);
   *job.mutable_spec() = request.spec();
+  absl::StatusOr<v1::RegistrationOptions> options = EffectiveOptions(request.spec().options());
+  if (!options.ok()) return options.status();
+  *job.mutable_spec()->mutable_options() = *std::move(options);
   if (absl::Status status = CanonicalizeInputs(policy, *job.mutable_spec()); !status.ok()) return status;
   // LoadInputs wants every field.
   if (job.spec().out().empty()) job.mutable_spec()->set_out(absl::StrCat(results_folder, "/", job.id()));

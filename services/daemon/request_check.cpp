@@ -4,7 +4,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "services/pipeline/presets.h"
+#include "services/options/presets.h"
 
 namespace weft {
 namespace {
@@ -78,9 +78,11 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
         CheckHash("spec.expected.garment", spec.expected().garment())}) {
     if (!status.ok()) return status;
   }
-  const auto preset = PresetByName(spec.options().preset());
+  const auto preset = PresetOptions(spec.options().preset());
   if (!preset.ok()) return Invalid("spec.options.preset", std::string(preset.status().message()));
-  return absl::OkStatus();
+  const auto options = EffectiveOptions(spec.options());
+  if (options.ok()) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("spec.options.pipeline.", options.status().message()));
 }
 
 absl::Status CheckJobId(const std::string& job_id) {

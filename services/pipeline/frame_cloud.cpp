@@ -17,7 +17,8 @@ namespace weft {
 namespace {
 
 // The decoder of a view, after its first pass; null where it has no usable image, and the report says why.
-std::unique_ptr<ViewDecoder> DecodeCamera(const FrameImages& images, size_t camera, v1::ViewReport& report) {
+std::unique_ptr<ViewDecoder> DecodeCamera(const FrameImages& images, const DecodeOptions& options,
+                                          size_t camera, v1::ViewReport& report) {
   const auto start = std::chrono::steady_clock::now();
   const absl::StatusOr<Frame> frame = images.dump.ReadView(images.index, camera);
   const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
@@ -26,8 +27,7 @@ std::unique_ptr<ViewDecoder> DecodeCamera(const FrameImages& images, size_t came
     report.set_missing_reason(std::string(frame.status().message()));
     return nullptr;
   }
-  absl::StatusOr<std::unique_ptr<ViewDecoder>> view =
-      ViewDecoder::Read(*frame, images.board, DecodeOptions{});
+  absl::StatusOr<std::unique_ptr<ViewDecoder>> view = ViewDecoder::Read(*frame, images.board, options);
   if (!view.ok()) {
     const std::string why(view.status().message());
     report.set_missing_reason(absl::StartsWith(why, frame->origin) ? why
@@ -40,8 +40,8 @@ std::unique_ptr<ViewDecoder> DecodeCamera(const FrameImages& images, size_t came
 
 }  // namespace
 
-DecodedFrame DecodeFrame(const FrameImages& images, size_t image_bytes, const FrameProgress& progress,
-                         const std::stop_token& stop) {
+DecodedFrame DecodeFrame(const FrameImages& images, const DecodeOptions& options, size_t image_bytes,
+                         const FrameProgress& progress, const std::stop_token& stop) {
   const size_t cameras = images.rig.cameras.size();
   DecodedFrame frame{std::vector<ViewObservations>(cameras), std::vector<v1::ViewReport>(cameras),
                      std::vector<std::unique_ptr<ViewDecoder>>(cameras)};
@@ -54,7 +54,7 @@ DecodedFrame DecodeFrame(const FrameImages& images, size_t image_bytes, const Fr
           v1::ViewReport& report = frame.reports[camera];
           report.set_camera(images.rig.cameras[camera].id);
           frame.views[camera].camera = static_cast<int>(camera);
-          if (std::unique_ptr<ViewDecoder> view = DecodeCamera(images, camera, report)) {
+          if (std::unique_ptr<ViewDecoder> view = DecodeCamera(images, options, camera, report)) {
             DecodeResult result = view->TakeResult();
             DescribeDecoding(result, report);
             frame.views[camera].observations = std::move(result.observations);
@@ -74,16 +74,17 @@ DecodedFrame DecodeFrame(const FrameImages& images, size_t image_bytes, const Fr
 }
 
 absl::StatusOr<Cloud> TriangulateFrame(const Rig& rig, const std::vector<double>& camera_sigma_px,
-                                       const std::vector<ViewObservations>& views) {
-  TriangulationOptions options;
-  options.refinement.camera_sigma_px = camera_sigma_px;
-  absl::StatusOr<Cloud> cloud = Triangulate(rig, views, options);
+                                       const std::vector<ViewObservations>& views,
+                                       const CloudOptions& options) {
+  TriangulationOptions triangulation = options.triangulation;
+  triangulation.refinement.camera_sigma_px = camera_sigma_px;
+  absl::StatusOr<Cloud> cloud = Triangulate(rig, views, triangulation);
   if (!cloud.ok()) return cloud;
-  return SharpenCenters(CleanCloud(*std::move(cloud), CleaningOptions{}), FootprintOptions{});
+  return SharpenCenters(CleanCloud(*std::move(cloud), options.cleaning), options.footprint);
 }
 
 std::string NoCloudReason(const std::vector<ViewObservations>& views,
-                          const std::vector<v1::ViewReport>& reports) {
+                          const std::vector<v1::ViewReport>& reports, int min_views) {
   size_t seen = 0, used = 0;
   for (const ViewObservations& view : views) seen += view.observations.size();
   std::string missing;  // the first reason
@@ -91,10 +92,9 @@ std::string NoCloudReason(const std::vector<ViewObservations>& views,
     used += report.missing_reason().empty();
     if (missing.empty()) missing = report.missing_reason();
   }
-  const int least = TriangulationOptions{}.consensus.min_views;
-  if (static_cast<int>(used) < least) {
+  if (static_cast<int>(used) < min_views) {
     return absl::StrCat("only ", used, " of ", views.size(),
-                        " cameras have a usable image, triangulation needs ", least,
+                        " cameras have a usable image, triangulation needs ", min_views,
                         missing.empty() ? "" : "; the first that has none: ", missing);
   }
   if (seen == 0) return "no cell of the board was decoded in any view; is it the right board, and in focus?";

@@ -12,6 +12,7 @@
 #include "capture/rig.h"
 #include "pattern/board/board_index.h"
 #include "pattern/view_decoder.h"
+#include "services/options/pipeline_options.h"
 #include "triangulation/cloud.h"
 #include "triangulation/triangulate.h"
 #include "weft/v1/report.pb.h"
@@ -41,18 +42,19 @@ struct DecodedFrame {
 
 // Decodes them in the calling thread's TBB arena. Once `stop` is requested the
 // remaining views stay empty. Images are kept for a second pass up to `image_bytes` in all.
-DecodedFrame DecodeFrame(const FrameImages& images, size_t image_bytes, const FrameProgress& progress,
-                         const std::stop_token& stop);
+DecodedFrame DecodeFrame(const FrameImages& images, const DecodeOptions& options, size_t image_bytes,
+                         const FrameProgress& progress, const std::stop_token& stop);
 
 // The nodes where the views' observations meet, cleaned, with centres sharpened where cloth bends.
 // `camera_sigma_px`: what the calibration leaves, per camera of the rig; may be empty. InvalidArgument as
 // Triangulate.
 absl::StatusOr<Cloud> TriangulateFrame(const Rig& rig, const std::vector<double>& camera_sigma_px,
-                                       const std::vector<ViewObservations>& views);
+                                       const std::vector<ViewObservations>& views,
+                                       const CloudOptions& options);
 
 // The reason, for the operator, why nothing could be triangulated from these views. `reports` of the same
-// cameras say which of them have no image, and why.
+// cameras say which of them have no image, and why. `min_views`: ConsensusOptions.
 std::string NoCloudReason(const std::vector<ViewObservations>& views,
-                          const std::vector<v1::ViewReport>& reports);
+                          const std::vector<v1::ViewReport>& reports, int min_views);
 
 }  // namespace weft

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "services/options/presets.h"
 
 namespace weft {
 
@@ -39,9 +40,9 @@ Neighbors FindNeighbors(int at, int frames, const FrameFacts& own, const FactsAt
   return found;
 }
 
-v1::RegistrationOptions Canonical(v1::RegistrationOptions options) {
-  if (options.preset().empty()) options.set_preset("best");
-  return options;
+v1::RegistrationOptions Canonical(const v1::RegistrationOptions& options) {
+  const absl::StatusOr<v1::RegistrationOptions> effective = EffectiveOptions(options);
+  return effective.ok() ? *effective : options;
 }
 
 bool FromSameRun(const v1::FrameReport& a, const v1::FrameReport& b) {

@@ -34,8 +34,8 @@ struct Neighbors {
 };
 Neighbors FindNeighbors(int at, int frames, const FrameFacts& own, const FactsAt& facts_at);
 
-// The options with defaults spelled out, so that equal settings compare equal.
-v1::RegistrationOptions Canonical(v1::RegistrationOptions options);
+// EffectiveOptions, or the options as they are where they are no longer valid.
+v1::RegistrationOptions Canonical(const v1::RegistrationOptions& options);
 
 // Whether both come from one registration: a frame of an earlier run, with other options, is not there yet.
 bool FromSameRun(const v1::FrameReport& a, const v1::FrameReport& b);

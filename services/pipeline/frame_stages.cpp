@@ -20,6 +20,10 @@ using Clock = std::chrono::steady_clock;
 constexpr double kDecoded = 0.85;
 constexpr double kTriangulated = 0.92;
 
+// Images that are kept for the second pass; those beyond are read again, which takes a twentieth of the time
+// of decoding for JPEG.
+constexpr size_t kKeptImageBytes = size_t{32} << 20;
+
 // From this share on, cells that the template lacks say that it is another one; fewer cells say nothing.
 constexpr double kForeign = 0.5;
 constexpr int kTellingCells = 50;
@@ -51,13 +55,16 @@ class StageClock {
 
 // Decodes all views into the members of `frame`; returns their decoders, for a second pass.
 std::vector<std::unique_ptr<ViewDecoder>> DecodeViews(const RegistrationInputs& inputs, size_t index,
-                                                      size_t image_bytes, const FrameProgress& progress,
+                                                      const PipelineOptions& options,
+                                                      const FrameProgress& progress,
                                                       const std::stop_token& stop, FrameResult& frame) {
   const FrameProgress part = [&](double share) {
     if (progress) progress(kDecoded * share);
   };
+  // Without a second pass no decoder is kept.
+  const size_t image_bytes = options.second_pass.enabled ? kKeptImageBytes : 0;
   DecodedFrame decoded =
-      DecodeFrame({inputs.rig, inputs.board, *inputs.dump, index}, image_bytes, part, stop);
+      DecodeFrame({inputs.rig, inputs.board, *inputs.dump, index}, options.decode, image_bytes, part, stop);
   frame.views = std::move(decoded.views);
   int missing = 0;
   for (v1::ViewReport& report : decoded.reports) {
@@ -112,7 +119,8 @@ class Registration {
       : inputs_(inputs), options_(options), extras_(extras), stop_(stop), frame_(frame) {}
 
   absl::Status Triangulate() {
-    absl::StatusOr<Cloud> cloud = TriangulateFrame(inputs_.rig, inputs_.camera_sigma_px, frame_.views);
+    absl::StatusOr<Cloud> cloud =
+        TriangulateFrame(inputs_.rig, inputs_.camera_sigma_px, frame_.views, options_.pipeline.cloud);
     if (cloud.ok()) frame_.cloud = *std::move(cloud);
     return cloud.status();
   }
@@ -121,12 +129,12 @@ class Registration {
   // registered.
   absl::Status LookAgain(size_t index, std::vector<std::unique_ptr<ViewDecoder>> decoders) {
     // Only where to look is asked of this mesh.
-    AlignOptions rough = options_.align;
+    AlignOptions rough = options_.pipeline.alignment;
     rough.remove_self_intersections = false;
     const absl::StatusOr<AlignResult> first = AlignCloud(rough);
     if (!first.ok()) return absl::IsFailedPrecondition(first.status()) ? absl::OkStatus() : first.status();
-    const absl::StatusOr<int> added = SecondPass({inputs_, index, first->mesh, options_.second}, stop_,
-                                                 std::move(decoders), &frame_.views, frame_.report);
+    const absl::StatusOr<int> added = SecondPass({inputs_, index, first->mesh, options_.pipeline.second_pass},
+                                                 stop_, std::move(decoders), &frame_.views, frame_.report);
     if (!added.ok()) return added.status();
     observed_at_first_ = static_cast<int>(
         std::count(first->mesh.state.begin(), first->mesh.state.end(), VertexState::kObserved));
@@ -137,16 +145,18 @@ class Registration {
   absl::Status Align() {
     v1::FrameReport& report = frame_.report;
     DescribeCloud(frame_.cloud, *report.mutable_cloud());
-    const auto biases = MeasureCameraBias(inputs_.rig, frame_.views, frame_.cloud, CameraBiasOptions{});
+    const TriangulationOptions& triangulation = options_.pipeline.cloud.triangulation;
+    const auto biases = MeasureCameraBias(inputs_.rig, frame_.views, frame_.cloud, triangulation);
     if (!biases.ok()) return biases.status();
     for (int v = 0; v < report.views_size(); ++v)
       DescribeBias((*biases)[frame_.views[v].camera], *report.mutable_views(v));
     report.set_state(v1::FRAME_STATE_FAILED);
     if (frame_.cloud.points.empty()) {
-      report.set_reason(NoCloudReason(frame_.views, {report.views().begin(), report.views().end()}));
+      report.set_reason(NoCloudReason(frame_.views, {report.views().begin(), report.views().end()},
+                                      triangulation.consensus.min_views));
       return absl::OkStatus();
     }
-    absl::StatusOr<AlignResult> aligned = AlignCloud(options_.align);
+    absl::StatusOr<AlignResult> aligned = AlignCloud(options_.pipeline.alignment);
     if (absl::IsFailedPrecondition(aligned.status())) {
       report.set_reason(WithStrangers(std::string(aligned.status().message())));
       return absl::OkStatus();
@@ -216,9 +226,8 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
                                          std::stop_token stop) {
   FrameResult frame;
   StageClock clock(frame.report);
-  // Without a second pass no decoder is kept.
   std::vector<std::unique_ptr<ViewDecoder>> decoders =
-      DecodeViews(inputs, index, options.second_look ? options.image_bytes : 0, progress, stop, frame);
+      DecodeViews(inputs, index, options.pipeline, progress, stop, frame);
   clock.End("decode");
   if (!options.second_look) GiveBackPixels();  // what follows needs other memory
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;
@@ -230,7 +239,7 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
   clock.End("triangulate");
   if (progress) progress(kTriangulated);
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;
-  if (options.second_look) {
+  if (options.pipeline.second_pass.enabled) {
     if (absl::Status status = registration.LookAgain(index, std::move(decoders)); !status.ok()) {
       return status;
     }

@@ -14,15 +14,9 @@
 namespace weft {
 
 struct FrameOptions {
-  AlignOptions align;
+  const PipelineOptions& pipeline;
   std::string scans;   // folder; empty where there is none
   std::string starts;  // folder of an earlier registration; empty where there is none
-  // Whether cells that were missed are looked for again where the first mesh expects them.
-  bool second_look = true;
-  SecondLookOptions second;
-  // Images that are kept for the second pass; those beyond are read again, which takes a twentieth of the
-  // time of decoding for JPEG.
-  size_t image_bytes = size_t{32} << 20;
 };
 
 // What a frame came to; `mesh` is empty when it could not be registered, and report.reason says why.

@@ -18,9 +18,10 @@ namespace {
 class Surroundings {
  public:
   Surroundings(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames,
-               const std::string& out)
-      : inputs_(inputs), job_frames_(job_frames), out_(out) {}
+               const TemporalOptions& options, const std::string& out)
+      : inputs_(inputs), job_frames_(job_frames), options_(options), out_(out) {}
 
+  const TemporalOptions& options() const { return options_; }
   int size() const { return static_cast<int>(job_frames_.size()); }
   const std::string& Name(int at) const { return inputs_.dump->frame_names()[job_frames_[at]]; }
   absl::StatusOr<FrameFolder> Folder(int at) const {
@@ -49,6 +50,7 @@ class Surroundings {
  private:
   const RegistrationInputs& inputs_;
   const std::vector<size_t>& job_frames_;
+  const TemporalOptions& options_;
   const std::string& out_;
 };
 
@@ -58,7 +60,7 @@ absl::StatusOr<TemporalResult> Compute(const RegistrationInputs& inputs, const S
   if (!previous.ok()) return previous.status();
   const absl::StatusOr<RegisteredMesh> next = frames.Unrefined(neighbors.next);
   if (!next.ok()) return next.status();
-  const TemporalOptions options;
+  const TemporalOptions& options = frames.options();
   const auto cancelled = [&stop] { return stop.stop_requested(); };
   if (bridge) {
     const Gap gap{at - neighbors.previous, neighbors.next - at};
@@ -140,8 +142,8 @@ absl::Status RefineFrame(const RegistrationInputs& inputs, const Surroundings& f
 }  // namespace
 
 absl::Status RefineAround(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames, size_t at,
-                          const std::string& out, std::stop_token stop) {
-  const Surroundings frames(inputs, job_frames, out);
+                          const TemporalOptions& options, const std::string& out, std::stop_token stop) {
+  const Surroundings frames(inputs, job_frames, options, out);
   const int center = static_cast<int>(at);
   for (int i = std::max(0, center - kMaxBridge); i <= std::min(frames.size() - 1, center + kMaxBridge); ++i) {
     if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "alignment/temporal.h"
 #include "services/pipeline/frame_neighbors.h"
 #include "services/pipeline/registration_inputs.h"
 #include "weft/v1/report.pb.h"
@@ -23,7 +24,7 @@ namespace weft {
 // So do frames that are not there as their reports say. Cancelled: `stop` was requested.
 // Runs in the calling thread's TBB arena.
 absl::Status RefineAround(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames, size_t at,
-                          const std::string& out, std::stop_token stop);
+                          const TemporalOptions& options, const std::string& out, std::stop_token stop);
 
 // Whether the results in `out` hold a mesh for this failed frame, made from the frames around it. Certain
 // once all frames of the job are dealt with.

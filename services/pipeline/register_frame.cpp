@@ -12,7 +12,6 @@
 #include "services/pipeline/frame_folder.h"
 #include "services/pipeline/frame_neighbors.h"
 #include "services/pipeline/frame_stages.h"
-#include "services/pipeline/presets.h"
 
 namespace weft {
 namespace {
@@ -56,27 +55,22 @@ absl::Status CheckStarts(const std::string& starts, const std::string& out) {
 }  // namespace
 
 absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, size_t index,
-                                              const v1::RegistrationOptions& options, const std::string& out,
+                                              const JobOptions& options, const std::string& out,
                                               const FrameProgress& progress, std::stop_token stop) {
   const auto start = std::chrono::steady_clock::now();
-  const absl::StatusOr<AlignOptions> preset = PresetByName(options.preset());
-  if (!preset.ok()) return preset.status();
-  if (absl::Status status = CheckStarts(options.starts(), out); !status.ok()) return status;
+  const v1::RegistrationOptions& asked = options.message;
+  if (absl::Status status = CheckStarts(asked.starts(), out); !status.ok()) return status;
   // Taken first: images that change while they are read must not look like those that were read.
-  const absl::StatusOr<std::string> fingerprint = Fingerprint(inputs, index, options);
+  const absl::StatusOr<std::string> fingerprint = Fingerprint(inputs, index, asked);
   if (!fingerprint.ok()) return fingerprint.status();
 
-  const FrameOptions frame_options{*preset,
-                                   options.scans(),
-                                   options.starts(),
-                                   Canonical(options).preset() == "best" && !options.single_look(),
-                                   {}};
+  const FrameOptions frame_options{options.pipeline, asked.scans(), asked.starts()};
   absl::StatusOr<FrameResult> frame = ComputeFrame(inputs, index, frame_options, progress, stop);
   if (!frame.ok()) return frame.status();
   v1::FrameReport& report = frame->report;
   report.set_frame(inputs.dump->frame_names()[index]);
   *report.mutable_inputs() = inputs.hashes;
-  *report.mutable_options() = Canonical(options);
+  *report.mutable_options() = asked;
   report.set_images_fingerprint(*fingerprint);
   report.set_weft_version(WEFT_VERSION);
   report.set_peak_memory_mib(PeakMemoryMib());
@@ -89,20 +83,19 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
 }
 
 absl::StatusOr<v1::FrameReport> FindCompleteFrame(const RegistrationInputs& inputs, size_t index,
-                                                  const v1::RegistrationOptions& options,
-                                                  const std::string& out) {
+                                                  const JobOptions& options, const std::string& out) {
   const absl::StatusOr<FrameFolder> folder =
       FrameFolder::Open(out, inputs.dump->frame_names()[index], ConfinedFolder::IfMissing::kFail);
   if (!folder.ok()) return folder.status();
   absl::StatusOr<v1::FrameReport> report = folder->Report();
   if (!report.ok()) return report.status();
   if (!FactsOf(*report).registered) return absl::NotFoundError(absl::StrCat(folder->path(), " failed"));
-  const absl::StatusOr<std::string> fingerprint = Fingerprint(inputs, index, options);
+  const absl::StatusOr<std::string> fingerprint = Fingerprint(inputs, index, options.message);
   if (!fingerprint.ok()) return fingerprint.status();
   const bool same = report->frame() == inputs.dump->frame_names()[index] &&
                     report->weft_version() == WEFT_VERSION && report->images_fingerprint() == *fingerprint &&
                     MessageDifferencer::Equals(report->inputs(), inputs.hashes) &&
-                    MessageDifferencer::Equals(Canonical(report->options()), Canonical(options));
+                    MessageDifferencer::Equals(Canonical(report->options()), options.message);
   if (!same) return absl::NotFoundError(absl::StrCat(folder->path(), " was computed from something else"));
   if (const std::string problem = folder->CheckAll(*report); !problem.empty()) {
     return absl::NotFoundError(absl::StrCat(folder->path(), ": ", problem));

@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/options/presets.h"
 #include "services/pipeline/frame_cloud.h"
 #include "services/pipeline/registration_inputs.h"
 #include "weft/v1/report.pb.h"
@@ -20,15 +21,14 @@ namespace weft {
 // Runs in the calling thread's TBB arena; the files are the same at any thread count, times and memory in the
 // report aside.
 absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, size_t index,
-                                              const v1::RegistrationOptions& options, const std::string& out,
+                                              const JobOptions& options, const std::string& out,
                                               const FrameProgress& progress, std::stop_token stop);
 
 // The report of an earlier run when its files are as they were written and were computed from the same
 // inputs, images and options by this version of Weft; NotFound otherwise. Frames that failed are never
 // complete. What is complete is on the disk, too.
 absl::StatusOr<v1::FrameReport> FindCompleteFrame(const RegistrationInputs& inputs, size_t index,
-                                                  const v1::RegistrationOptions& options,
-                                                  const std::string& out);
+                                                  const JobOptions& options, const std::string& out);
 
 // What a job tells of a frame.
 v1::FrameInfo SummaryOf(const v1::FrameReport& report, bool reused);

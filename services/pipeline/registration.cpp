@@ -36,9 +36,11 @@ class AdvancedOnce {
 }  // namespace
 
 absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames,
-                            const std::vector<size_t>& frames, const v1::RegistrationOptions& options,
+                            const std::vector<size_t>& frames, const v1::RegistrationOptions& asked,
                             const std::string& out, int threads, const RegistrationEvents& events,
                             std::stop_token stop) {
+  const absl::StatusOr<JobOptions> options = MakeJobOptions(asked);
+  if (!options.ok()) return options.status();
   const int concurrency = threads > 0 ? threads : tbb::info::default_concurrency();
   // More threads than cores are wanted where a caller asks for them, for example to compare results.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
@@ -47,19 +49,22 @@ absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<
   const auto refine = [&](size_t index) {
     const auto at = std::lower_bound(job_frames.begin(), job_frames.end(), index) - job_frames.begin();
     absl::Status status;
-    if (options.frames_alone()) return status;
-    arena.execute([&] { status = RefineAround(inputs, job_frames, static_cast<size_t>(at), out, stop); });
+    if (asked.frames_alone()) return status;
+    arena.execute([&] {
+      status =
+          RefineAround(inputs, job_frames, static_cast<size_t>(at), options->pipeline.temporal, out, stop);
+    });
     return status;
   };
   for (const size_t index : frames) {
     if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
     const std::string& name = inputs.dump->frame_names()[index];
     if (events.started) events.started(name);
-    absl::StatusOr<v1::FrameReport> report = FindCompleteFrame(inputs, index, options, out);
+    absl::StatusOr<v1::FrameReport> report = FindCompleteFrame(inputs, index, *options, out);
     const bool reused = report.ok();
     if (!reused) {
       AdvancedOnce advanced(events, name);
-      arena.execute([&] { report = RegisterFrame(inputs, index, options, out, std::ref(advanced), stop); });
+      arena.execute([&] { report = RegisterFrame(inputs, index, *options, out, std::ref(advanced), stop); });
       if (!report.ok()) return report.status();
     }
     // Told last: whoever is killed before that refines when it comes back to the frame.

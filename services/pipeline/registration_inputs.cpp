@@ -9,7 +9,7 @@
 #include "services/files/garment_parts_file.h"
 #include "services/files/rig_file.h"
 #include "services/files/template_file.h"
-#include "services/pipeline/presets.h"
+#include "services/options/presets.h"
 
 namespace weft {
 namespace {
@@ -29,7 +29,7 @@ absl::Status CheckFields(const v1::RegistrationSpec& spec) {
           absl::StrCat("the field ", name, " of the registration holds a zero byte"));
     }
   }
-  return PresetByName(spec.options().preset()).status();
+  return EffectiveOptions(spec.options()).status();
 }
 
 absl::Status CheckHash(const char* what, const std::string& path, const std::string& expected,

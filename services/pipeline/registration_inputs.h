@@ -32,9 +32,9 @@ struct RegistrationInputs {
 };
 
 // Reads rig, board, template and the list of the dump's images. Errors keep the category of the file that
-// causes them. InvalidArgument: an empty field of `spec` (named), an unknown preset, a board with double
-// codes. FailedPrecondition: a template of another board, or hashes other than spec.expected; both hashes are
-// named.
+// causes them. InvalidArgument: an empty field of `spec` (named), an unknown preset, an option beyond its
+// range, a board with double codes. FailedPrecondition: a template of another board, or hashes other than
+// spec.expected; both hashes are named.
 absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::RegistrationSpec& spec);
 
 // Positions in the dump of the frames that `spec` asks for, by name (FindFrameRange) or by position.

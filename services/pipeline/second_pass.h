@@ -8,25 +8,19 @@
 #include "absl/status/status.h"
 #include "alignment/cell_prediction.h"
 #include "pattern/view_decoder.h"
+#include "services/options/pipeline_options.h"
 #include "services/pipeline/registration_inputs.h"
 #include "triangulation/triangulate.h"
 #include "weft/v1/report.pb.h"
 
 namespace weft {
 
-struct SecondLookOptions {
-  // Cells that so many cameras measured are not looked for again.
-  int enough_views = 3;
-  PredictionOptions prediction;
-  GuidedOptions guided;
-};
-
 // A frame's first registration, and how to look again.
 struct SecondPassInputs {
   const RegistrationInputs& inputs;
   size_t frame;  // index in the dump
   const RegisteredMesh& mesh;
-  const SecondLookOptions& options;
+  const SecondPassOptions& options;
 };
 
 // Predicts from the first mesh where the cells of vertices with too few views lie in the cameras that did not

@@ -47,6 +47,7 @@ std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>
   html += CameraSection(summary);
   html += CellSection(frames);
   html += AlignmentSection(frames);
+  html += OptionSection(job);
   html += InputSection(job, frames);
   return Page(Headline(job, summary), html);
 }

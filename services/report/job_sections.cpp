@@ -4,6 +4,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "services/options/option_range.h"
+#include "services/options/presets.h"
 #include "services/report/html_text.h"
 #include "services/report/report_sections.h"
 #include "services/report/verdict_html.h"
@@ -113,9 +115,26 @@ std::string WarningSection(const v1::Job& job, const std::vector<std::string>& n
   return Section("warnings", "Warnings", body + "</ul>\n");
 }
 
+// What differs from the preset; job.json has every option.
+std::string OptionSection(const v1::Job& job) {
+  const v1::RegistrationOptions& options = job.spec().options();
+  const absl::StatusOr<v1::PipelineOptions> preset = PresetOptions(options.preset());
+  if (!preset.ok()) return "";
+  std::string rows;
+  for (const OptionField& option : AllOptions()) {
+    const std::string value = OptionValue(options.pipeline(), option), usual = OptionValue(*preset, option);
+    if (value.empty() || value == usual) continue;
+    absl::StrAppend(&rows, "<tr><td><code>", EscapeHtml(option.path), "</code></td><td>", EscapeHtml(value),
+                    "</td><td>", EscapeHtml(usual), "</td><td>", EscapeHtml(option.About().text()),
+                    "</td></tr>\n");
+  }
+  if (rows.empty()) return "";
+  return Section("options", "Options that differ from the preset",
+                 Table({"Option", "Value", "Preset", "Meaning"}, rows, "facts"));
+}
+
 std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>& frames) {
   const v1::RegistrationSpec& spec = job.spec();
-  const std::string preset = spec.options().preset().empty() ? "best" : spec.options().preset();
   std::string rows;
   rows += FactRow("Dump", NameHtml(spec.dump()));
   rows += FactRow("Rig", NameHtml(spec.rig()), job.inputs().rig());
@@ -123,7 +142,7 @@ std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>&
   rows += FactRow("Template", NameHtml(spec.garment()), job.inputs().garment());
   rows += FactRow("Results", NameHtml(spec.out()));
   rows += FactRow("Frames", FrameRange(spec));
-  rows += FactRow("Preset", EscapeHtml(preset));
+  rows += FactRow("Preset", EscapeHtml(spec.options().preset()));
   rows += FactRow("Job", NameHtml(job.id().empty() ? "local" : job.id()));
   rows += FactRow("Submitted", FormatUnixTime(job.created_unix_ns()));
   rows += FactRow("Started", FormatUnixTime(job.started_unix_ns()));

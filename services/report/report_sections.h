@@ -18,6 +18,7 @@ std::string CameraSection(const JobSummary& summary);
 // Why cells are missing from the clouds.
 std::string CellSection(const std::vector<v1::FrameReport>& frames);
 std::string AlignmentSection(const std::vector<v1::FrameReport>& frames);
+std::string OptionSection(const v1::Job& job);
 std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>& frames);
 
 // The whole page around `body`; it loads nothing and runs nothing. `title` is not escaped.

@@ -3,8 +3,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "services/pipeline/presets.h"
-
 namespace weft {
 namespace {
 
@@ -59,11 +57,6 @@ TEST(LoadInputs, RefusesUnknownPresetsBeforeAnythingIsRead) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("\"fastest\" is unknown; it is best or paper"));
   spec.mutable_options()->set_preset("paper");
   EXPECT_EQ(LoadInputs(spec).status().code(), absl::StatusCode::kNotFound);
-}
-
-TEST(PresetByName, PaperWeighsFilledVerticesFully) {
-  EXPECT_EQ(PresetByName("paper")->detection.filled_weight, 1);
-  EXPECT_LT(PresetByName("")->detection.filled_weight, 0.1);
 }
 
 }  // namespace
