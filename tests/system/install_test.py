@@ -38,7 +38,9 @@ class Installed(unittest.TestCase):
 
     def test_has_what_users_look_for(self):
         for name in ("bin/weft", "bin/weftd", "bin/weft-worker", "share/weft/LICENSE", "share/weft/README.md",
-                     "share/weft/docs/tour.md", "share/weft/examples/read_mesh.py", "share/doc/weft/copyright",
+                     "share/weft/docs/tour.md", "share/weft/config/best.txtpb",
+                     "share/weft/config/examples/few-cameras.txtpb", "share/weft/examples/read_mesh.py",
+                     "share/doc/weft/copyright",
                      "share/bash-completion/completions/weft", "share/zsh/vendor-completions/_weft"):
             self.assertGreater(os.path.getsize(os.path.join(self.prefix, name)), 0, name)
         self.assertIn("version 3", read(f"{self.share}/doc/weft/copyright"))
