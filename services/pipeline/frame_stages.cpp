@@ -229,7 +229,7 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
   std::vector<std::unique_ptr<ViewDecoder>> decoders =
       DecodeViews(inputs, index, options.pipeline, progress, stop, frame);
   clock.End("decode");
-  if (!options.second_look) GiveBackPixels();  // what follows needs other memory
+  if (!options.pipeline.second_pass.enabled) GiveBackPixels();  // what follows needs other memory
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;
   const absl::StatusOr<Extras> extras = ReadExtrasOf(inputs, index, options);
   if (!extras.ok()) return extras.status();
