@@ -4,20 +4,22 @@
 
 namespace weft {
 
+namespace {
+
+absl::Status ClashError(const Board& board) {
+  const CodeClash c = board.FindClashes(1).front();
+  return absl::InvalidArgumentError(
+      absl::StrCat("board ", board.id, ": the 3x3 windows at row ", c.row_a, " col ", c.col_a, " and row ",
+                   c.row_b, " col ", c.col_b, " read the same after ", c.quarter_turns,
+                   " quarter turns; decoding needs a board with unique windows"));
+}
+
+}  // namespace
+
 absl::StatusOr<BoardIndex> BoardIndex::Build(const Board& board) {
   if (absl::Status status = board.Validate(); !status.ok()) return status;
-  const std::vector<CodeClash> clashes = board.FindClashes(1);
-  if (!clashes.empty()) {
-    const CodeClash& c = clashes.front();
-    return absl::InvalidArgumentError(
-        absl::StrCat("board ", board.id, ": the 3x3 windows at row ", c.row_a, " col ", c.col_a, " and row ",
-                     c.row_b, " col ", c.col_b, " read the same after ", c.quarter_turns,
-                     " quarter turns; decoding needs a board with unique windows"));
-  }
   BoardIndex index;
   index.board_ = board;
-  for (const auto shape : {StripIndex::Shape::k2x3, StripIndex::Shape::k1x6})
-    index.strips_[static_cast<int>(shape)] = std::make_shared<const StripIndex>(board, shape);
   const size_t codes = static_cast<size_t>(board.rows - 2) * (board.cols - 2) * 4;
   int bits = 4;
   while ((size_t{1} << bits) < 2 * codes) ++bits;
@@ -28,16 +30,23 @@ absl::StatusOr<BoardIndex> BoardIndex::Build(const Board& board) {
       if (!board.HasWindow(row, col)) continue;
       const auto turned = RotatedCodes(BoardWindow(board, row, col));
       const uint32_t window = static_cast<uint32_t>(row * board.cols + col) * 4;
-      for (uint32_t turn = 0; turn < 4; ++turn) index.Insert(turned[turn], window + turn);
+      for (uint32_t turn = 0; turn < 4; ++turn) {
+        if (!index.Insert(turned[turn], window + turn)) return ClashError(board);
+      }
     }
   }
+  for (const auto shape : {StripIndex::Shape::k2x3, StripIndex::Shape::k1x6})
+    index.strips_[static_cast<int>(shape)] = std::make_shared<const StripIndex>(board, shape);
   return index;
 }
 
-void BoardIndex::Insert(uint32_t code, uint32_t window) {
+bool BoardIndex::Insert(uint32_t code, uint32_t window) {
   size_t slot = SlotOf(code);
-  while (slots_[slot].code != kWindowCodes) slot = (slot + 1) & (slots_.size() - 1);
+  for (; slots_[slot].code != kWindowCodes; slot = (slot + 1) & (slots_.size() - 1)) {
+    if (slots_[slot].code == code) return false;
+  }
   slots_[slot] = {code, window};
+  return true;
 }
 
 std::optional<BoardPose> BoardIndex::FindCode(uint32_t code) const {

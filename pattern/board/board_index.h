@@ -69,7 +69,8 @@ class BoardIndex {
   };
 
   size_t SlotOf(uint32_t code) const { return (code * 0x9e3779b1u) >> shift_; }
-  void Insert(uint32_t code, uint32_t window);
+  // False where the code is there already.
+  bool Insert(uint32_t code, uint32_t window);
 
   Board board_;
   std::vector<Slot> slots_;
