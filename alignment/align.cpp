@@ -16,6 +16,12 @@
 namespace weft {
 namespace {
 
+// Relative tolerance of the first solve, whose result only starts the next one.
+constexpr double kFirstTolerance = 1e-3;
+
+// Associations of a scan with the mesh.
+constexpr int kReconRounds = 4;
+
 using Clock = std::chrono::steady_clock;
 
 double MillisecondsSince(Clock::time_point start) {
@@ -113,7 +119,7 @@ class Passes {
     Fit("");
     ElasticOptions stiff = options_.elastic;
     stiff.distortion.bending = options_.first_bending;
-    stiff.tolerance = options_.first_tolerance;
+    stiff.tolerance = kFirstTolerance;
     if (options_.first_bending > 0) {
       if (absl::Status status = Solve(*problem, stiff, "stiff"); !status.ok()) return status;
     }
@@ -171,7 +177,7 @@ class Passes {
     if (options_.push.weight > 0) {
       AddPush(deformation_.position_mm, model_.rest().faces, hidden, options_.push, &base);
     }
-    for (int round = 1; round <= (scanned ? options_.recon.rounds : 1); ++round) {
+    for (int round = 1; round <= (scanned ? kReconRounds : 1); ++round) {
       ElasticProblem problem = base;
       if (scanned) {
         AddRecon(*context_.scan, deformation_.position_mm, model_.rest().faces, hidden, options_.recon,
@@ -286,20 +292,6 @@ absl::Status RobustOptions::Validate() const {
 
 absl::Status ContinuationOptions::Validate() const {
   if (rings < 0) return Bad("continuation.rings must not be negative");
-  if (hem_rings < 0) return Bad("continuation.hem_rings must not be negative");
-  if (!(sigma_edges > 0)) return Bad("continuation.sigma_edges must be positive");
-  if (!(noise_gain >= 0)) return Bad("continuation.noise_gain must not be negative");
-  if (beyond_rings < 1) return Bad("continuation.beyond_rings must be at least 1");
-  if (!(sigma_exponent >= 0)) return Bad("continuation.sigma_exponent must not be negative");
-  if (!(min_one_sided >= 0)) return Bad("continuation.min_one_sided must not be negative");
-  return absl::OkStatus();
-}
-
-absl::Status UncertaintyOptions::Validate() const {
-  if (!(inferred_scale >= 0)) return Bad("uncertainty.inferred_scale must not be negative");
-  if (!(inferred_exponent > 0 && inferred_exponent <= 2)) {
-    return Bad("uncertainty.inferred_exponent must lie in 0 to 2");
-  }
   return absl::OkStatus();
 }
 
@@ -308,30 +300,13 @@ absl::Status AlignOptions::Validate() const {
   if (stretch_rings < 0) return Bad("stretch_rings must not be negative");
   if (!(noise_sigmas >= 0)) return Bad("noise_sigmas must not be negative");
   if (!(first_bending >= 0)) return Bad("first_bending must not be negative");
-  if (!(first_tolerance > 0)) return Bad("first_tolerance must be positive");
   for (const absl::Status& status :
        {detection.Validate(), elastic.Validate(), continuation.Validate(), robust.Validate(), push.Validate(),
-        recon.Validate(), untangle.Validate(), uncertainty.Validate()}) {
+        recon.Validate(), untangle.Validate()}) {
     if (!status.ok()) return status;
   }
   return absl::OkStatus();
 }
-
-AlignOptions PaperPreset() {
-  AlignOptions options;
-  options.detection.weigh_by_sigma = false;
-  options.detection.filled_weight = 1;
-  options.elastic.distortion = {.stretch = 3, .bending = 0.5};  // Eq. 2 as it stands
-  options.first_bending = 0;
-  options.noise_sigmas = 0;
-  options.continuation.rings = 0;
-  options.robust.max_rounds = 0;
-  options.push = {.weight = 1, .depth_mm = 1};  // Eq. 3; the paper does not give its epsilon
-  options.recon.tangential_share = 1;           // Eq. 4
-  return options;
-}
-
-AlignOptions BestPreset() { return {}; }
 
 AlignmentModel::AlignmentModel(const Template& garment)
     : rest_(garment.rest),

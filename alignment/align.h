@@ -71,41 +71,20 @@ struct RobustOptions {
 // bends (cloth_continuation.h).
 struct ContinuationOptions {
   int rings = 3;  // so far from the nearest target; 0 leaves the stage out
-  // At most so many edges from the template's border: hems go on as they bend, folds do not.
-  int hem_rings = 8;
-  // Standard deviation of the guess: ring^sigma_exponent times sigma_edges mean edges and, in quadrature,
-  // noise_gain times that of the points, whose noise turns the cloth beyond them.
-  double sigma_edges = 0.15;
-  double noise_gain = 2;
-  double sigma_exponent = 1.5;
-  // Of the measured vertices at most 2 * ring + beyond_rings edges away so many must lie on one side: cloth
-  // between measured cloth is left to the smooth fill.
-  double min_one_sided = 0.95;
-  int beyond_rings = 8;
 
   absl::Status Validate() const;
 };
 
-// Standard deviation reported for vertices that were not measured: that of the nearest measured ones, plus,
-// in quadrature, scale * (mean edge length) * rings^exponent, rings the number of edges to the nearest of
-// them.
-struct UncertaintyOptions {
-  double inferred_scale = 0.15;
-  double inferred_exponent = 1;
-
-  absl::Status Validate() const;
-};
-
+// By default least error on hidden cloth; config/paper.txtpb has what the paper does.
 struct AlignOptions {
   // Fewer targets than this share of the vertices, or than 3, do not place the template.
   double min_target_share = 0.005;
   DetectionOptions detection;
   ElasticOptions elastic;
-  // The first solve begins with this weight of bending, to first_tolerance, and goes on from there with that
+  // The first solve begins with this weight of bending, roughly, and goes on from there with that
   // of `elastic`: stiff cloth finds the wide folds, and soft cloth that starts from them crumples less. 0
   // leaves the beginning out.
   double first_bending = 0.2;
-  double first_tolerance = 1e-3;
   // For cloth that stretches by more than a few percent: rest edges take the length of the cloth measured
   // around them, smoothed over so many rings of vertices (local_stretch.h); 0 keeps the template's.
   int stretch_rings = 0;
@@ -120,12 +99,9 @@ struct AlignOptions {
   ReconOptions recon;
   bool remove_self_intersections = true;
   UntangleOptions untangle;
-  UncertaintyOptions uncertainty;
 
   absl::Status Validate() const;
 };
-AlignOptions PaperPreset();  // every vertex weighs 1, no outlier rounds
-AlignOptions BestPreset();   // least error on hidden cloth
 
 // What a frame may bring besides targets.
 struct AlignContext {

@@ -2,10 +2,10 @@
 
 namespace weft {
 
-size_t AlignmentMemoryBytes(int vertices, const ElasticOptions& options) {
+size_t AlignmentMemoryBytes(int vertices) {
   constexpr size_t kField3 = 3 * sizeof(float);
   // Position, target, gradients of this and the next point, direction, reduced gradient, start, step, change.
-  const size_t fields = 9 + 2 * static_cast<size_t>(options.memory);
+  const size_t fields = 9 + 2 * static_cast<size_t>(kCorrections);
   const size_t rotations = 3 * 4 * sizeof(float);
   const size_t weights = 6 * sizeof(float);
   const size_t problem = sizeof(Eigen::Vector3d) + sizeof(Eigen::Matrix3d);

@@ -12,6 +12,9 @@
 namespace weft {
 namespace {
 
+// Of the mean edge: what is nearer to a vertex does not hide it.
+constexpr double kClearanceEdges = 0.3;
+
 // Places in a 3x3 neighbourhood.
 constexpr int kUp = 1, kLeft = 3, kMiddle = 4, kRight = 5, kDown = 7;
 
@@ -41,9 +44,6 @@ bool EdgeBetween(const Vector* low, const Vector& middle, const Vector* high, Ve
 absl::Status PredictionOptions::Validate() const {
   if (!(max_facing_deg > 0 && max_facing_deg < 90)) {
     return absl::InvalidArgumentError("prediction.max_facing_deg must lie in 0 to 90");
-  }
-  if (!(clearance_edges > 0)) {
-    return absl::InvalidArgumentError("prediction.clearance_edges must be positive");
   }
   return absl::OkStatus();
 }
@@ -101,7 +101,7 @@ absl::StatusOr<PredictedSurface> PredictedSurface::Build(const Template& garment
   surface.vertices_mm_ = mesh.vertices_mm;
   surface.sigma_mm_ = mesh.sigma_mm;
   surface.rays_ = *std::move(rays);
-  surface.clearance_mm_ = options.clearance_edges * MeanEdgeMm(garment.rest.vertices_mm, garment.rest.faces);
+  surface.clearance_mm_ = kClearanceEdges * MeanEdgeMm(garment.rest.vertices_mm, garment.rest.faces);
   surface.min_facing_cosine_ = std::cos(options.max_facing_deg * std::numbers::pi / 180);
   return surface;
 }

@@ -15,8 +15,6 @@ namespace weft {
 
 struct PredictionOptions {
   double max_facing_deg = 82;  // between the surface's normal and the direction to the camera
-  // Of the mean edge: what is nearer to a vertex does not hide it.
-  double clearance_edges = 0.3;
 
   absl::Status Validate() const;
 };

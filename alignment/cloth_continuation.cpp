@@ -11,6 +11,20 @@
 namespace weft {
 namespace {
 
+// At most so many edges from the template's border: hems go on as they bend, folds do not.
+constexpr int kHemRings = 8;
+
+// Standard deviation of the guess: ring^kSigmaExponent times kSigmaEdges mean edges and, in quadrature,
+// kNoiseGain times that of the points, whose noise turns the cloth beyond them.
+constexpr double kSigmaEdges = 0.15;
+constexpr double kNoiseGain = 2;
+constexpr double kSigmaExponent = 1.5;
+
+// Of the measured vertices at most 2 * ring + kBeyondRings edges away so many must lie on one side: cloth
+// between measured cloth is left to the smooth fill.
+constexpr double kMinOneSided = 0.95;
+constexpr int kBeyondRings = 8;
+
 // Of a face's spread to its neighbours, what is added so that no curvature is taken from noise alone.
 constexpr double kFlatShare = 0.015;
 
@@ -103,7 +117,7 @@ class Continuation {
       at_border[v] = static_cast<int>(around_.of(v).size()) < model_.graph().degree(v);
     return at_border;
   }
-  bool IsNearHem(int v) const { return hem_ring_[v] >= 0 && hem_ring_[v] <= options_.hem_rings; }
+  bool IsNearHem(int v) const { return hem_ring_[v] >= 0 && hem_ring_[v] <= kHemRings; }
 
   Eigen::Vector3d CenterOf(int face) const {
     const Face& f = faces_[face];
@@ -111,8 +125,8 @@ class Continuation {
   }
   // What the cloth may do, and what noise turns it by.
   double SigmaMm(int v, int ring) const {
-    return std::pow(ring, options_.sigma_exponent) *
-           std::hypot(options_.sigma_edges * model_.mean_edge_mm(), options_.noise_gain * noise_mm_[v]);
+    return std::pow(ring, kSigmaExponent) *
+           std::hypot(kSigmaEdges * model_.mean_edge_mm(), kNoiseGain * noise_mm_[v]);
   }
   // Of its three vertices.
   int OuterRing(int face) const {
@@ -230,7 +244,7 @@ class Continuation {
   bool IsOpen(int v, int ring) const {
     std::vector<Eigen::Vector3d> directions;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-    for (const int other : Nearby(v, 2 * ring + options_.beyond_rings)) {
+    for (const int other : Nearby(v, 2 * ring + kBeyondRings)) {
       if (!measured_[other]) continue;
       directions.push_back((rest_mm_[other] - rest_mm_[v]).normalized());
       sum += directions.back();
@@ -239,7 +253,7 @@ class Continuation {
     const auto on_side = std::count_if(directions.begin(), directions.end(),
                                        [&](const Eigen::Vector3d& d) { return d.dot(side) > kBeyond; });
     return !directions.empty() &&
-           static_cast<double>(on_side) >= options_.min_one_sided * static_cast<double>(directions.size());
+           static_cast<double>(on_side) >= kMinOneSided * static_cast<double>(directions.size());
   }
 
   // Vertices at most so many edges away.

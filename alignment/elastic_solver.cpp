@@ -185,7 +185,7 @@ class State {
 
   double Evaluate(Field3* half_gradient) {
     PackRecords(position_, &packed_);
-    for (int i = 0; i < options_.rotation_sweeps; ++i) FitAllRotations();
+    FitAllRotations();
     return EnergyAt(half_gradient);
   }
   double EnergyAt(Field3* half_gradient) const {
@@ -248,7 +248,7 @@ double LowestShare(double energy, double slope, double length, double energy_at_
 class Minimiser {
  public:
   Minimiser(State* state, const Preconditioner& preconditioner, const ElasticOptions& options)
-      : state_(*state), preconditioner_(preconditioner), options_(options), corrections_(options.memory) {
+      : state_(*state), preconditioner_(preconditioner), options_(options), corrections_(kCorrections) {
     for (Field3* field : {&gradient_, &next_gradient_, &direction_}) *field = state->NewField();
     energy_ = report_.energy_before = state->Evaluate(&gradient_);
     report_.evaluations = 1;
@@ -337,8 +337,6 @@ absl::Status ElasticOptions::Validate() const {
   if (!(distortion.bending >= 0)) return bad("distortion.bending must not be negative");
   if (!(tolerance > 0)) return bad("tolerance must be positive");
   if (max_iterations < 1) return bad("max_iterations must be at least 1");
-  if (memory < 1 || memory > 100) return bad("memory must lie in 1 to 100");
-  if (rotation_sweeps < 1) return bad("rotation_sweeps must be at least 1");
   return absl::OkStatus();
 }
 

@@ -11,13 +11,14 @@
 
 namespace weft {
 
+// Corrections kept by the quasi-Newton method.
+inline constexpr int kCorrections = 5;
+
 struct ElasticOptions {
   double lambda = 1;  // of E_Dist against E_Det
   DistortionWeights distortion;
   double tolerance = 1e-4;  // ends when an iteration lowers the energy by less than this share
   int max_iterations = 200;
-  int memory = 5;           // corrections kept by the quasi-Newton method
-  int rotation_sweeps = 1;  // rotation fits per evaluation
 
   absl::Status Validate() const;
 };

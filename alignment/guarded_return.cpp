@@ -10,6 +10,11 @@
 namespace weft {
 namespace {
 
+constexpr double kMaxStepMm = 0.5;  // of a vertex in one iteration
+constexpr double kSmoothness = 1;   // how much a vertex that is held up holds up its neighbours
+constexpr int kMaxIterations = 60;
+constexpr double kTolerance = 0.01;  // ends when iterations lower the energy by less than this share
+
 constexpr int kSweeps = 12;
 constexpr int kProjections = 4;
 constexpr double kAtRestMm = 0.005;
@@ -62,7 +67,7 @@ class GuardedReturn {
       energy += patch_->weight[v] * u.squaredNorm();
       for (const int w : patch_->NeighborsOf(v)) {
         const Eigen::Vector3d other = patch_->position_mm[w] - patch_->observed_mm[w];
-        energy += (w < patch_->free ? 0.5 : 1.0) * options_.smoothness * (u - other).squaredNorm();
+        energy += (w < patch_->free ? 0.5 : 1.0) * kSmoothness * (u - other).squaredNorm();
       }
     }
     return energy;
@@ -70,7 +75,7 @@ class GuardedReturn {
 
   void Step() {
     const ContactPlanes contacts =
-        FindContactPlanes(*patch_, moves_, 2 * options_.max_step_mm + options_.gap_mm, options_.gap_mm);
+        FindContactPlanes(*patch_, moves_, 2 * kMaxStepMm + options_.gap_mm, options_.gap_mm);
     std::vector<int> moving;
     for (int v = 0; v < patch_->free; ++v) {
       start_[v] = patch_->position_mm[v] - patch_->observed_mm[v];
@@ -81,7 +86,7 @@ class GuardedReturn {
       for (const int v : moving) {
         const std::span<const ContactPlane> planes(contacts.planes.data() + contacts.first[v],
                                                    contacts.planes.data() + contacts.first[v + 1]);
-        u[v] = start_[v] + Admissible(Wish(v, u) - start_[v], planes, options_.max_step_mm);
+        u[v] = start_[v] + Admissible(Wish(v, u) - start_[v], planes, kMaxStepMm);
         u[v] = UpToBound(start_[v], u[v], patch_->bound_mm[v]);
       }
       std::reverse(moving.begin(), moving.end());
@@ -104,7 +109,7 @@ class GuardedReturn {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const int w : patch_->NeighborsOf(v)) sum += u[w];
     const double degree = static_cast<double>(patch_->NeighborsOf(v).size());
-    return options_.smoothness * sum / (patch_->weight[v] + options_.smoothness * degree);
+    return kSmoothness * sum / (patch_->weight[v] + kSmoothness * degree);
   }
 
   const ReturnOptions& options_;
@@ -120,10 +125,6 @@ absl::Status ReturnOptions::Validate() const {
     return absl::InvalidArgumentError(absl::StrCat("untangle.back.", what));
   };
   if (!(gap_mm > 0)) return bad("gap_mm must be positive");
-  if (!(max_step_mm > 0)) return bad("max_step_mm must be positive");
-  if (!(smoothness >= 0)) return bad("smoothness must not be negative");
-  if (max_iterations < 0) return bad("max_iterations must not be negative");
-  if (!(tolerance >= 0)) return bad("tolerance must not be negative");
   return absl::OkStatus();
 }
 
@@ -131,12 +132,12 @@ int ReturnGuarded(const ReturnOptions& options, TanglePatch* patch) {
   GuardedReturn run(options, patch);
   double energy = run.Energy();
   int iteration = 0, idle = 0;
-  while (iteration < options.max_iterations && idle < kPatience) {
+  while (iteration < kMaxIterations && idle < kPatience) {
     ++iteration;
     run.Step();
     const double before = energy;
     energy = run.Energy();
-    idle = before - energy < options.tolerance * before ? idle + 1 : 0;
+    idle = before - energy < kTolerance * before ? idle + 1 : 0;
   }
   return iteration;
 }

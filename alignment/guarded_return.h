@@ -7,16 +7,12 @@
 namespace weft {
 
 struct ReturnOptions {
-  double gap_mm = 0.05;      // kept between faces that come near each other
-  double max_step_mm = 0.5;  // of a vertex in one iteration
-  double smoothness = 1;     // how much a vertex that is held up holds up its neighbours
-  int max_iterations = 60;
-  double tolerance = 0.01;  // ends when iterations lower the energy by less than this share
+  double gap_mm = 0.05;  // kept between faces that come near each other
 
   absl::Status Validate() const;
 };
 
-// Lowers sum_v weight_v |u_v|^2 + smoothness sum_edges |u_a - u_b|^2 over the displacements u from the
+// Lowers sum_v weight_v |u_v|^2 + sum_edges |u_a - u_b|^2 over the displacements u from the
 // observed positions, vertex by vertex, by steps that stay within the contact planes of where they start: a
 // patch without piercings keeps none. Who is held up by another layer rests on it and does not push it. Faces
 // nearer than gap_mm are parted as far as there is room. Returns the iterations.

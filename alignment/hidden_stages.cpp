@@ -18,7 +18,6 @@ absl::Status ReconOptions::Validate() const {
   const auto bad = [](const char* what) { return absl::InvalidArgumentError(absl::StrCat("recon.", what)); };
   if (!(weight >= 0) || !std::isfinite(weight)) return bad("weight must not be negative");
   if (!(tangential_share >= 0 && tangential_share <= 1)) return bad("tangential_share must lie in 0 to 1");
-  if (rounds < 1) return bad("rounds must be at least 1");
   return association.Validate();
 }
 

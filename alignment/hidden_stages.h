@@ -23,8 +23,7 @@ struct PushOptions {
 struct ReconOptions {
   double weight = 1;  // against E_Dist; 0 leaves the stage out
   double tangential_share =
-      0.1;         // of the weight along the surface, where the scan tells nothing; Eq. 4 has 1
-  int rounds = 4;  // associations
+      0.1;  // of the weight along the surface, where the scan tells nothing; Eq. 4 has 1
   AssociationOptions association;
 
   absl::Status Validate() const;

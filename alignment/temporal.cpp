@@ -10,6 +10,9 @@
 namespace weft {
 namespace {
 
+// The cloth's acceleration is alike over so many rings of vertices.
+constexpr int kAcceleratedRings = 3;
+
 // Of the way between the neighbours, the share that cloth may be off the straight line; standard deviation.
 constexpr double kOffTheLine = 0.15;
 
@@ -149,7 +152,6 @@ absl::Status TemporalOptions::Validate() const {
   if (!(weight > 0) || !std::isfinite(weight)) return bad("weight must be positive");
   if (!(reference_sigma_mm > 0)) return bad("reference_sigma_mm must be positive");
   if (!(max_observed_sigmas >= 0)) return bad("max_observed_sigmas must not be negative");
-  if (accelerated_rings < 1) return bad("accelerated_rings must be at least 1");
   return elastic.Validate();
 }
 
@@ -162,7 +164,7 @@ absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const R
   }
   const size_t vertices = own.vertices_mm.size();
   const absl::StatusOr<UnevenMotion> motion =
-      FindUnevenMotion(model.graph(), previous, own, next, options.accelerated_rings);
+      FindUnevenMotion(model.graph(), previous, own, next, kAcceleratedRings);
   if (!motion.ok()) return motion.status();
   RegisteredMesh refined = own;
   refined.vertices_mm = SharedNoise(model.graph(), own, *motion, options.max_observed_sigmas);

@@ -16,11 +16,10 @@ struct TemporalOptions {
   // by its variance instead: cloth that both neighbours observed outweighs what the frame alone inferred.
   bool weigh_by_sigma = true;
   // What three frames measured differs from even motion by the cloth's acceleration, which is alike over
-  // `accelerated_rings` rings of vertices, and by noise, which is not. Hidden vertices accelerate with the
+  // three rings of vertices, and by noise, which is not. Hidden vertices accelerate with the
   // cloth around them. The noise of observed ones is shared out over the three frames; they move by at most
   // max_observed_sigmas of their sigma_mm, 0 leaves them where they are.
   double max_observed_sigmas = 1;
-  int accelerated_rings = 3;
   ElasticOptions elastic;
   bool remove_self_intersections = true;  // last, since moved vertices may meet other layers anew
   UntangleOptions untangle;

@@ -13,6 +13,15 @@
 namespace weft {
 namespace {
 
+// Lengths named Edges count in mean edges of the patch.
+constexpr int kPatchRings = 8;          // edges around tangled faces within which vertices may move
+constexpr double kReachEdges = 3;       // cloth this near to them is taken into account
+constexpr int kPatience = 5;            // pushes before cloth that no cut-off region explains is laid flat
+constexpr int kPushesPerRing = 8;       // the part laid flat grows by a ring each time
+constexpr int kBoundedPushes = 20;      // see UntangleOptions::max_observed_sigmas
+constexpr double kPushGapEdges = 0.04;  // how far beyond the other layer a region is pushed
+constexpr double kContourStepEdges = 0.05;  // per push, where only the contour tells the way
+
 constexpr double kFarEdges = 1000;
 constexpr double kNoMoveMm = 0.005;
 constexpr double kRoundingMm = 1e-3;  // more than what storing as 32-bit floats moves a vertex
@@ -107,27 +116,27 @@ class Pusher {
         flat.insert(flat.end(), region.vertices.begin(), region.vertices.end());
         for (const int f : region.opposite) Append(patch_->faces[f], &flat);
       } else {
-        PushRegion(*patch_, region, options_.push_gap_edges * edge_mm_, &field);
+        PushRegion(*patch_, region, kPushGapEdges * edge_mm_, &field);
       }
     }
     for (size_t i = 0; i < piercings.size(); ++i) {
       if (found.explained[i] && pushes_ < options_.max_pushes / 2) continue;
-      ShortenContour(*patch_, piercings[i], options_.contour_step_edges * edge_mm_, &field);
-      if (pushes_ >= options_.patience) {
+      ShortenContour(*patch_, piercings[i], kContourStepEdges * edge_mm_, &field);
+      if (pushes_ >= kPatience) {
         const PatchEdge& edge = patch_->edges[piercings[i].edge];
         flat.insert(flat.end(), {edge.a, edge.b});
         Append(patch_->faces[piercings[i].face], &flat);
       }
     }
     field.Apply(patch_);
-    if (!flat.empty()) Flatten(flat, 2 + pushes_ / options_.pushes_per_ring, patch_);
+    if (!flat.empty()) Flatten(flat, 2 + pushes_ / kPushesPerRing, patch_);
   }
 
   // Bounded vertices that contradict each other, after a while, and later all that take part.
   void Release(const std::vector<Piercing>& piercings) {
-    if (pushes_ < options_.bounded_pushes) return;
-    const bool all = pushes_ >= 2 * options_.bounded_pushes;
-    const int rings = all ? (pushes_ - 2 * options_.bounded_pushes) / options_.pushes_per_ring : 0;
+    if (pushes_ < kBoundedPushes) return;
+    const bool all = pushes_ >= 2 * kBoundedPushes;
+    const int rings = all ? (pushes_ - 2 * kBoundedPushes) / kPushesPerRing : 0;
     std::vector<int> released;
     for (const Piercing& piercing : piercings) {
       const PatchEdge& edge = patch_->edges[piercing.edge];
@@ -175,7 +184,7 @@ class Untangler {
 
   UntangleReport Run(Tangles tangles) {
     while (!tangles.empty() && report_.rounds < options_.max_rounds) {
-      const int rings = options_.patch_rings * (1 + report_.rounds);
+      const int rings = kPatchRings * (1 + report_.rounds);
       const std::vector<std::vector<int>> grown = GrowGroups(faces_, around_, Groups(tangles), rings);
       for (const std::vector<int>& free : grown) Resolve(WideEnoughPatch(free, rings));
       ++report_.rounds;
@@ -201,8 +210,7 @@ class Untangler {
   }
 
   TanglePatch PatchOf(const std::vector<int>& free) const {
-    return CutPatch(observed_mm_, vertices_mm_, faces_, sigma_mm_, bound_mm_, free,
-                    options_.reach_edges * edge_mm_);
+    return CutPatch(observed_mm_, vertices_mm_, faces_, sigma_mm_, bound_mm_, free, kReachEdges * edge_mm_);
   }
 
   // A region wider than the patch is not seen to be cut off from the rest. Its contour pierces many edges.
@@ -284,15 +292,8 @@ bool IsMeasured(VertexState state) {
 }  // namespace
 
 absl::Status UntangleOptions::Validate() const {
-  if (patch_rings < 1) return Bad("patch_rings must be positive");
-  if (!(reach_edges > 0)) return Bad("reach_edges must be positive");
   if (max_pushes < 1) return Bad("max_pushes must be positive");
-  if (patience < 0) return Bad("patience must not be negative");
-  if (pushes_per_ring < 1) return Bad("pushes_per_ring must be positive");
-  if (bounded_pushes < 0) return Bad("bounded_pushes must not be negative");
   if (!(max_observed_sigmas >= 0)) return Bad("max_observed_sigmas must not be negative");
-  if (!(push_gap_edges > 0)) return Bad("push_gap_edges must be positive");
-  if (!(contour_step_edges > 0)) return Bad("contour_step_edges must be positive");
   if (max_rounds < 0) return Bad("max_rounds must not be negative");
   return back.Validate();
 }

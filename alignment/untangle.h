@@ -11,21 +11,13 @@
 
 namespace weft {
 
-// Lengths named _edges count in mean edges of the patch.
 struct UntangleOptions {
-  int patch_rings = 8;      // edges around tangled faces within which vertices may move
-  double reach_edges = 3;   // cloth this near to them is taken into account
-  int max_pushes = 60;      // iterations that push layers apart, per patch
-  int patience = 5;         // pushes before cloth that no cut-off region explains is laid flat
-  int pushes_per_ring = 8;  // the part laid flat grows by a ring each time
-  // Measured vertices move by at most this many times their sigma_mm until bounded_pushes have not helped;
+  int max_pushes = 60;  // iterations that push layers apart, per patch
+  // Measured vertices move by at most this many times their sigma_mm until 20 pushes have not helped;
   // then those that contradict each other may move freely, and after as many again all that take part in a
   // tangle.
   double max_observed_sigmas = 3;
-  int bounded_pushes = 20;
-  double push_gap_edges = 0.04;      // how far beyond the other layer a region is pushed
-  double contour_step_edges = 0.05;  // per push, where only the contour tells the way
-  int max_rounds = 4;                // searches of the whole mesh; patches grow from round to round
+  int max_rounds = 4;  // searches of the whole mesh; patches grow from round to round
   ReturnOptions back;
 
   absl::Status Validate() const;

@@ -6,6 +6,10 @@
 namespace weft {
 namespace {
 
+// Standard deviation of vertices that were not measured: that of the nearest measured ones, plus, in
+// quadrature, kInferredScale * (mean edge length) * rings, rings the number of edges to the nearest of them.
+constexpr double kInferredScale = 0.15;
+
 double SizeMm(const TriangleMesh& mesh) {
   Eigen::Vector3d low = mesh.vertices_mm[0], high = low;
   for (const Eigen::Vector3d& v : mesh.vertices_mm) low = low.cwiseMin(v), high = high.cwiseMax(v);
@@ -62,13 +66,13 @@ std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<V
   }
   const std::vector<int> rings = RingDistance(graph, measured);
   SpreadOutwards(graph, rings, &sigmas);
-  const double scale_mm = options.uncertainty.inferred_scale * model.mean_edge_mm();
+  const double scale_mm = kInferredScale * model.mean_edge_mm();
   const float size_mm = static_cast<float>(SizeMm(model.rest()));
   for (int v = 0; v < graph.vertices; ++v) {
     if (rings[v] < 0) {
       sigmas[v] = size_mm;
     } else if (rings[v] > 0) {
-      const double grown = scale_mm * std::pow(rings[v], options.uncertainty.inferred_exponent);
+      const double grown = scale_mm * rings[v];
       sigmas[v] = std::min(size_mm, static_cast<float>(std::hypot(sigmas[v], grown)));
     }
   }

@@ -10,8 +10,8 @@ namespace weft {
 // Standard deviation per axis in mm, [vertices]. Measured vertices: their target's, at least min_sigma_mm,
 // lowered by what E_Dist lets them borrow from their neighbours, to whom the part of folds is common; where
 // E_Dist pulled the vertex further from its target than that explains, one of both is wrong, and the excess
-// is added in quadrature. Others: UncertaintyOptions. Vertices of components without any target get the size
-// of the template, since nothing is known of them.
+// is added in quadrature. Others grow with the distance from the measured ones. Vertices of components
+// without any target get the size of the template, since nothing is known of them.
 std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
                                 const std::vector<Eigen::Vector3d>& position_mm, const AlignOptions& options);
 

@@ -14,6 +14,17 @@
 namespace weft {
 namespace {
 
+// Nodes at most so many rows and columns away are neighbours, and lie within kRadiusEdges: just over the
+// diagonal of three cells.
+constexpr int kReachCells = 3;
+constexpr double kRadiusEdges = 4.3;
+
+// A node may have so many edges longer than max_edge_ratio.
+constexpr int kMaxLongEdges = 1;
+
+// Bonds between pieces bridge so many cells.
+constexpr int kMaxGapCells = 10;
+
 using Offset = std::pair<int, int>;  // rows, columns
 constexpr std::array<Offset, 4> kSides = {{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
 
@@ -81,8 +92,8 @@ std::vector<Offset> OffsetsWithin(int reach) {
 }
 
 std::vector<int> FindIsolated(const Lattice& lattice, const CleaningOptions& options) {
-  const std::vector<Offset> offsets = OffsetsWithin(options.reach_cells);
-  const double radius_mm = options.radius_edges * lattice.edge_mm();
+  const std::vector<Offset> offsets = OffsetsWithin(kReachCells);
+  const double radius_mm = kRadiusEdges * lattice.edge_mm();
   std::vector<int> isolated;
   for (const int i : lattice.members()) {
     int present = 0, near = 0;
@@ -107,7 +118,7 @@ std::vector<int> FindStretched(const Lattice& lattice, size_t points, const Clea
       const int j = lattice.Neighbor(i, side);
       if (j >= 0 && lattice.Distance(i, j) > limit_mm) ++long_edges[i];
     }
-    if (long_edges[i] > options.max_long_edges) worst.emplace(long_edges[i], -i);
+    if (long_edges[i] > kMaxLongEdges) worst.emplace(long_edges[i], -i);
   }
   std::vector<int> stretched;
   std::vector<bool> gone(points, false);
@@ -121,7 +132,7 @@ std::vector<int> FindStretched(const Lattice& lattice, size_t points, const Clea
     for (const Offset& side : kSides) {
       const int j = lattice.Neighbor(i, side);
       if (j < 0 || gone[j] || lattice.Distance(i, j) <= limit_mm) continue;
-      if (--long_edges[j] > options.max_long_edges) worst.emplace(long_edges[j], -j);
+      if (--long_edges[j] > kMaxLongEdges) worst.emplace(long_edges[j], -j);
     }
   }
   return stretched;
@@ -175,7 +186,7 @@ std::vector<std::vector<int>> FindPieces(const Lattice& lattice, size_t points, 
 
 std::vector<int> FindSmallPieces(const Lattice& lattice, size_t points, const CleaningOptions& options) {
   const std::vector<std::vector<int>> pieces =
-      FindPieces(lattice, points, Bonds(lattice, options.reach_cells, options.max_edge_ratio));
+      FindPieces(lattice, points, Bonds(lattice, kReachCells, options.max_edge_ratio));
   size_t largest = 0;
   for (const auto& piece : pieces) largest = std::max(largest, piece.size());
   const size_t enough = std::min(largest, static_cast<size_t>(options.min_component));
@@ -183,7 +194,7 @@ std::vector<int> FindSmallPieces(const Lattice& lattice, size_t points, const Cl
   for (const auto& piece : pieces) {
     for (const int i : piece) trusted[i] = piece.size() >= enough;
   }
-  const Bonds wide(lattice, options.max_gap_cells, options.max_edge_ratio);
+  const Bonds wide(lattice, kMaxGapCells, options.max_edge_ratio);
   std::vector<int> small;
   for (const auto& piece : pieces) {
     if (piece.size() >= enough) continue;
@@ -196,7 +207,7 @@ std::vector<int> FindSmallPieces(const Lattice& lattice, size_t points, const Cl
 
 std::vector<int> FindUnconfirmed(const Lattice& lattice, const std::vector<CloudPoint>& points,
                                  const CleaningOptions& options) {
-  const std::vector<Offset> offsets = OffsetsWithin(options.reach_cells);
+  const std::vector<Offset> offsets = OffsetsWithin(kReachCells);
   std::vector<int> unconfirmed;
   for (const int i : lattice.members()) {
     if (points[i].views > 2) continue;
@@ -221,16 +232,12 @@ absl::Status CleaningOptions::Validate() const {
   const auto bad = [](const char* what) {
     return absl::InvalidArgumentError(absl::StrCat("cleaning.", what));
   };
-  if (reach_cells < 1 || reach_cells > 50) return bad("reach_cells must lie in 1 to 50");
-  if (!(radius_edges > 0)) return bad("radius_edges must be positive");
   if (min_neighbors < 0) return bad("min_neighbors must not be negative");
   if (!(min_near_share >= 0 && min_near_share <= 1)) return bad("min_near_share must lie in 0 to 1");
   if (!(max_edge_ratio > 1)) return bad("max_edge_ratio must be greater than 1");
-  if (max_long_edges < 0) return bad("max_long_edges must not be negative");
   if (min_component < 1) return bad("min_component must be at least 1");
   if (min_witnesses < 0) return bad("min_witnesses must not be negative");
   if (!(max_strain >= 0)) return bad("max_strain must not be negative");
-  if (max_gap_cells < 1 || max_gap_cells > 50) return bad("max_gap_cells must lie in 1 to 50");
   return absl::OkStatus();
 }
 

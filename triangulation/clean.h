@@ -10,23 +10,19 @@ namespace weft {
 // Centres and corners are cleaned apart from each other. A point is judged by the nodes that are there: where
 // few cells were seen, few speak for it, which is no reason to drop it.
 struct CleaningOptions {
-  // Density: of the nodes at most reach_cells rows and columns away, at least min_neighbors and at least
-  // min_near_share of those that have a point must lie within radius_edges. Points that were given a wrong
+  // Density: of the nodes at most 3 rows and columns away, at least min_neighbors and at least
+  // min_near_share of those that have a point must lie within 4.3 edges. Points that were given a wrong
   // place on the board lie far from the neighbours that they have there.
-  int reach_cells = 3;
-  double radius_edges = 4.3;  // just over the diagonal of three cells
   int min_neighbors = 3;
   double min_near_share = 0.5;
-  // Stretch: no node may have more than max_long_edges edges longer than max_edge_ratio.
+  // Stretch: no node may have more than one edge longer than max_edge_ratio.
   double max_edge_ratio = 3;
-  int max_long_edges = 1;
-  // Pieces: nodes at most reach_cells rows and columns apart belong together when they lie no further from
+  // Pieces: nodes at most 3 rows and columns apart belong together when they lie no further from
   // each other than max_edge_ratio times what the cells between them measure. Pieces of fewer than
-  // min_component nodes are dropped unless such a bond of at most max_gap_cells leads to a larger one. The
+  // min_component nodes are dropped unless such a bond of at most 10 cells leads to a larger one. The
   // largest always stays.
   int min_component = 30;
-  int max_gap_cells = 10;
-  // Points of two views: at least min_witnesses nodes of three or more views at most reach_cells away, and
+  // Points of two views: at least min_witnesses nodes of three or more views at most 3 cells away, and
   // none of them further from the point than the cells between them allow, max_strain and three sigmas added.
   int min_witnesses = 3;
   double max_strain = 0.1;

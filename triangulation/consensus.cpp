@@ -127,19 +127,18 @@ Consensus FindConsensus(std::span<const Sight> sights, const ConsensusOptions& o
     return best.cameras < cameras;
   };
 
-  if (static_cast<int64_t>(n) * (n - 1) / 2 <= options.max_hypotheses) {
+  if (static_cast<int64_t>(n) * (n - 1) / 2 <= kMaxHypotheses) {
     bool searching = true;
     for (int i = 0; i < n && searching; ++i) {
       for (int j = i + 1; j < n && searching; ++j) searching = try_pair(i, j);
     }
   } else {
-    int draws = options.max_hypotheses;
+    int draws = kMaxHypotheses;
     for (int k = 0; k < draws; ++k) {
       const auto [i, j] = DrawPair(n, &seed);
       try_pair(i, j);
       if (IsMajority(best.cameras, cameras)) break;
-      draws =
-          std::min(draws, DrawsNeeded(double(best.cameras) / n, options.confidence, options.max_hypotheses));
+      draws = std::min(draws, DrawsNeeded(double(best.cameras) / n, kDrawConfidence, kMaxHypotheses));
     }
   }
   Consensus out;

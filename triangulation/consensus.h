@@ -10,6 +10,12 @@
 
 namespace weft {
 
+// Pairs of rays that are tried; all where there are fewer.
+inline constexpr int kMaxHypotheses = 64;
+
+// Probability of having tried a pair of inliers that ends the sampling.
+inline constexpr double kDrawConfidence = 0.9999;
+
 struct Consensus {
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
   std::vector<int> inliers;  // indices into the sights, one per camera, ordered

@@ -10,6 +10,10 @@
 namespace weft {
 namespace {
 
+// Standard deviation of the average where too little around a centre was seen to take it out; fitted as
+// FootprintOptions::fold_error is.
+constexpr double kUncorrectedEdges = 0.01;
+
 // Points of one kind by their place on the board.
 class Places {
  public:
@@ -144,7 +148,6 @@ absl::Status FootprintOptions::Validate() const {
   };
   if (!(neighbor_share >= 0 && neighbor_share <= 0.8)) return bad("neighbor_share must lie in 0 to 0.8");
   if (!(fold_error >= 0)) return bad("fold_error must not be negative");
-  if (!(uncorrected_edges >= 0)) return bad("uncorrected_edges must not be negative");
   if (!(shared_edges >= 0)) return bad("shared_edges must not be negative");
   return absl::OkStatus();
 }
@@ -154,7 +157,7 @@ Cloud SharpenCenters(Cloud cloud, const FootprintOptions& options) {
   const Cloud measured = cloud;
   const Bends bends(measured.points);
   const double edge_mm = bends.edge_mm();
-  const double residual_mm2 = std::pow(edge_mm * options.uncorrected_edges, 2);
+  const double residual_mm2 = std::pow(edge_mm * kUncorrectedEdges, 2);
   std::vector<Bend> found(measured.points.size());
   std::vector<Bends::Differences> differences(measured.points.size());
   const auto for_centers = [&](const auto& step) {

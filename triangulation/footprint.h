@@ -17,10 +17,8 @@ struct FootprintOptions {
   // Folds hardly wider than a cell are no parabolas, and what a decoder loses of them shows in no view's
   // residuals, but bends then differ from cell to cell: standard deviation along each direction, as a share
   // of the root mean square difference of neighbouring bends within one cell of the centre. Fitted to clouds
-  // of two renderers at once, as is uncorrected_edges.
+  // of two renderers at once.
   double fold_error = 0.38;
-  // Standard deviation of the average where too little around a centre was seen to take it out.
-  double uncorrected_edges = 0.01;
   // What all views of a node share besides: light, ink, print.
   double shared_edges = 0.003;
 

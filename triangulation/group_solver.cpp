@@ -87,7 +87,7 @@ void GroupSolver::Start(int lane) {
       SineSquared(l.is_pair ? std::max(consensus.min_pair_angle_deg, options_.two_view.min_angle_deg)
                             : consensus.min_pair_angle_deg);
   l.seed = SeedOf(l.result.node, consensus.seed);
-  l.draws = consensus.max_hypotheses;
+  l.draws = kMaxHypotheses;
 }
 
 // RANSAC over pairs of rays as FindConsensus does it, all nodes a hypothesis at a time.
@@ -120,7 +120,7 @@ bool GroupSolver::NextHypothesis(int lane) {
     if (middle) SetPoint(lane, *middle);
     return middle.has_value();
   };
-  if (int64_t{rays} * (rays - 1) / 2 <= options_.consensus.max_hypotheses) {
+  if (int64_t{rays} * (rays - 1) / 2 <= kMaxHypotheses) {
     if (l.best_cameras == cameras) return false;
     while (l.i + 1 < rays) {
       if (++l.j >= rays) {
@@ -146,9 +146,8 @@ void GroupSolver::Judge(int lane) {
   const float squared_mm2 = score_.squared_mm2[lane];
   if (cameras < l.best_cameras || (cameras == l.best_cameras && squared_mm2 >= l.best_squared_mm2)) return;
   if (cameras > l.best_cameras && !IsMajority(cameras, group_->cameras[lane])) {
-    const ConsensusOptions& options = options_.consensus;
-    l.draws = std::min(l.draws, DrawsNeeded(double(cameras) / group_->rays[lane], options.confidence,
-                                            options.max_hypotheses));
+    l.draws =
+        std::min(l.draws, DrawsNeeded(double(cameras) / group_->rays[lane], kDrawConfidence, kMaxHypotheses));
   }
   l.best_cameras = cameras;
   l.best_squared_mm2 = squared_mm2;
@@ -215,7 +214,6 @@ void GroupSolver::StartRefining() {
 
 // One step, or the end of a round; true where the rows have to be linearised again.
 bool GroupSolver::Step(int lane) {
-  const RefinementOptions& options = options_.refinement;
   Lane& l = lanes_[lane];
   const std::optional<Eigen::Matrix3d> inverse = InverseOf(system_, lane);
   if (!inverse) {
@@ -226,14 +224,14 @@ bool GroupSolver::Step(int lane) {
   l.refined.covariance_mm2 = *inverse;
   l.refined.chi_square = system_.chi_square[lane];
   Eigen::Vector3d offset = StepOf(lane);
-  bool end = l.refined.iterations == options.max_iterations;
+  bool end = l.refined.iterations == kMaxRefinements;
   if (!end) {
     const Eigen::Vector3d gradient(system_.gradient[0][lane], system_.gradient[1][lane],
                                    system_.gradient[2][lane]);
     const Eigen::Vector3d step = *inverse * gradient;
     offset -= step;
     ++l.refined.iterations;
-    end = step.squaredNorm() < options.tolerance_mm * options.tolerance_mm || step.dot(gradient) < kLeastGain;
+    end = step.squaredNorm() < kRefinedMm * kRefinedMm || step.dot(gradient) < kLeastGain;
   }
   l.refined.position_mm = PointOf(lane) + offset;
   // The system of the last step is that of its end, unless the steps ended by their number.

@@ -64,7 +64,7 @@ std::optional<RefinedPoint> RefinePoint(const Eigen::Vector3d& start_mm, std::sp
                                         std::span<const int> chosen, const RefinementOptions& options) {
   RefinedPoint out;
   out.position_mm = start_mm;
-  for (out.iterations = 0; out.iterations < options.max_iterations;) {
+  for (out.iterations = 0; out.iterations < kMaxRefinements;) {
     const NormalSystem system = Linearise(out.position_mm, sights, chosen, options);
     if (!system.in_front) return std::nullopt;
     const Eigen::LDLT<Eigen::Matrix3d> factor(system.matrix);
@@ -72,7 +72,7 @@ std::optional<RefinedPoint> RefinePoint(const Eigen::Vector3d& start_mm, std::sp
     const Eigen::Vector3d step = factor.solve(system.gradient);
     out.position_mm -= step;
     ++out.iterations;
-    if (step.squaredNorm() < options.tolerance_mm * options.tolerance_mm) break;
+    if (step.squaredNorm() < kRefinedMm * kRefinedMm) break;
   }
   const NormalSystem system = Linearise(out.position_mm, sights, chosen, options);
   if (!system.in_front || !out.position_mm.allFinite()) return std::nullopt;

@@ -9,6 +9,10 @@
 
 namespace weft {
 
+// Gauss-Newton steps of a point, at most, and the length of a step that ends them.
+inline constexpr int kMaxRefinements = 10;
+inline constexpr double kRefinedMm = 1e-6;
+
 struct RefinedPoint {
   Eigen::Vector3d position_mm = Eigen::Vector3d::Zero();
   Eigen::Matrix3d covariance_mm2 = Eigen::Matrix3d::Zero();  // for a variance factor of 1

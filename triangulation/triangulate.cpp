@@ -13,6 +13,10 @@
 namespace weft {
 namespace {
 
+// Weight, in residuals, of the frame's scatter against the node's own; a node of three views has three
+// residuals to spare, too few to judge its own.
+constexpr double kVariancePriorResiduals = 8;
+
 using SolvedBlocks = std::vector<std::vector<NodeResult>>;
 
 // Residuals beyond those that the three unknowns absorb.
@@ -35,7 +39,7 @@ Cloud Collect(const SolvedBlocks& blocks, const TriangulationOptions& options) {
   const double frame_scatter = FrameScatter(blocks);
   // Sigmas that are too large are no evidence that the geometry is better than they say.
   const double frame_factor = std::max(1.0, frame_scatter);
-  const double prior = options.refinement.variance_prior_residuals;
+  const double prior = kVariancePriorResiduals;
   size_t points = 0;
   for (const auto& block : blocks) points += block.size();
   Cloud cloud;
@@ -77,10 +81,8 @@ absl::Status ConsensusOptions::Validate() const {
   if (!(max_residual_sigmas > 0)) return bad("max_residual_sigmas must be positive");
   if (!(min_residual_px >= 0)) return bad("min_residual_px must not be negative");
   if (min_views < 2) return bad("min_views must be at least 2");
-  if (max_hypotheses < 1) return bad("max_hypotheses must be at least 1");
   if (!(min_pair_angle_deg >= 0 && min_pair_angle_deg < 90))
     return bad("min_pair_angle_deg must lie in 0 to 90");
-  if (!(confidence > 0 && confidence < 1)) return bad("confidence must lie between 0 and 1");
   return absl::OkStatus();
 }
 
@@ -88,8 +90,6 @@ absl::Status RefinementOptions::Validate() const {
   const auto bad = [](const char* what) {
     return absl::InvalidArgumentError(absl::StrCat("triangulation.refinement.", what));
   };
-  if (max_iterations < 1) return bad("max_iterations must be at least 1");
-  if (!(tolerance_mm > 0)) return bad("tolerance_mm must be positive");
   if (!(huber_sigmas > 0)) return bad("huber_sigmas must be positive");
   if (!(min_sigma_px > 0)) return bad("min_sigma_px must be positive");
   if (!(calibration_sigma_px >= 0)) return bad("calibration_sigma_px must not be negative");
@@ -97,7 +97,6 @@ absl::Status RefinementOptions::Validate() const {
     if (!(sigma >= 0)) return bad("camera_sigma_px must not be negative");
   if (!(min_angle_deg >= 0 && min_angle_deg < 90)) return bad("min_angle_deg must lie in 0 to 90");
   if (!(max_sigma_mm > 0)) return bad("max_sigma_mm must be positive");
-  if (!(variance_prior_residuals > 0)) return bad("variance_prior_residuals must be positive");
   return absl::OkStatus();
 }
 

@@ -26,9 +26,7 @@ struct ConsensusOptions {
   double max_residual_sigmas = 8;
   double min_residual_px = 0.5;  // residuals below this always pass the test by sigma
   int min_views = 3;             // inlier rays from distinct cameras
-  int max_hypotheses = 64;       // pairs of rays tried; all pairs where there are fewer
   double min_pair_angle_deg = 1;
-  double confidence = 0.9999;  // of having tried a pair of inliers, ends the sampling
   uint64_t seed = 1;
 
   absl::Status Validate() const;
@@ -36,17 +34,12 @@ struct ConsensusOptions {
 
 // The least-squares point of the inlier rays.
 struct RefinementOptions {
-  int max_iterations = 10;
-  double tolerance_mm = 1e-6;           // length of the last step
   double huber_sigmas = 2.5;            // residuals beyond this count linearly
   double min_sigma_px = 0.02;           // no observation counts as more certain than this
   double calibration_sigma_px = 0.0;    // added to sigma_px in quadrature: what the rig's calibration leaves
   std::vector<double> camera_sigma_px;  // likewise, per camera of the rig; empty where it is not known
   double min_angle_deg = 2;             // between the outermost rays, else kPoorGeometry
   double max_sigma_mm = 1.0;            // points less certain are rejected (kPoorGeometry)
-  // Weight, in residuals, of the frame's scatter against the node's own; a node of three views has three
-  // residuals to spare, too few to judge its own.
-  double variance_prior_residuals = 8;
 
   absl::Status Validate() const;
 };

@@ -18,6 +18,12 @@
 namespace weft {
 namespace {
 
+constexpr int kTextureGapCells = 4;  // between the panels in the texture
+
+// Borders look like a seam up to so many times its greatest gap, along so many points.
+constexpr double kNearSeamFactor = 3;
+constexpr int kNearSeamPoints = 15;
+
 constexpr double kPitchDoubt = 0.05;   // share by which board and clouds may differ without a word
 constexpr double kPitchRefusal = 0.3;  // and beyond which they do not belong together
 
@@ -113,8 +119,7 @@ class Builder {
     std::vector<bool> ever_placed(built_.sheet.panels, false);
     for (size_t i = 0; i < order.size(); ++i) {
       Tell(0.1 + 0.4 * static_cast<double>(i) / order.size());
-      absl::StatusOr<LiftedPanels> lifted =
-          lifter.Lift(grids_[order[i]], built_.parts.cell_mm, options_.lift);
+      absl::StatusOr<LiftedPanels> lifted = lifter.Lift(grids_[order[i]], built_.parts.cell_mm);
       if (absl::IsFailedPrecondition(lifted.status())) continue;
       if (!lifted.ok()) return lifted.status();
       for (int p = 0; p < built_.sheet.panels; ++p) {
@@ -225,7 +230,7 @@ class Builder {
     }
     problem.fixed.resize(loose.size());
     for (size_t v = 0; v < loose.size(); ++v) problem.fixed[v] = rings[v] < 0 || rings[v] > kRings;
-    absl::StatusOr<std::vector<Eigen::Vector3d>> pulled_mm = RefineRestShape(problem, options_.pull);
+    absl::StatusOr<std::vector<Eigen::Vector3d>> pulled_mm = RefineRestShape(problem, kPulledSeams);
     if (!pulled_mm.ok()) return pulled_mm.status();
     if (shown_.empty()) shown_ = lifts_;
     lifts_.resize(1);
@@ -236,12 +241,12 @@ class Builder {
   // What lies between seams is sewn too; other borders that look like a seam are for the user to judge.
   absl::Status JudgeNearSeams(const PanelBorders& borders) {
     SeamOptions near = options_.seams;
-    near.min_points = options_.near_seam_points;
+    near.min_points = kNearSeamPoints;
     const double max_gap_mm =
         options_.seams.max_gap_mm > 0 ? options_.seams.max_gap_mm : 4 * built_.parts.cell_mm;
     std::vector<Seam> doubtful;
     for (Seam& seam :
-         FindNearSeams(borders, built_.parts.seams, built_.parts.cell_mm, options_.near_seam_factor, near)) {
+         FindNearSeams(borders, built_.parts.seams, built_.parts.cell_mm, kNearSeamFactor, near)) {
       if (!seam.wide) {
         doubtful.push_back(std::move(seam));
         continue;
@@ -327,16 +332,16 @@ class Builder {
     RestShapeProblem problem = RestProblem();
     problem.measured =
         MeasureGaps(built_.parts.seams, lifts_[0].position_mm, shown_.empty() ? lifts_ : shown_);
-    absl::StatusOr<std::vector<Eigen::Vector3d>> rest_mm = RefineRestShape(problem, options_.smooth);
+    absl::StatusOr<std::vector<Eigen::Vector3d>> rest_mm = RefineRestShape(problem, kSmoothedWrinkles);
     if (!rest_mm.ok()) return rest_mm.status();
     Tell(0.9);
     problem.start_mm = *std::move(rest_mm);
-    rest_mm = RefineRestShape(problem, options_.rest);
+    rest_mm = RefineRestShape(problem, kPrintedLengths);
     if (!rest_mm.ok()) return rest_mm.status();
     std::vector<VertexNode> nodes = built_.sheet.cell_of_vertex;
     nodes.resize(rest_mm->size());
     GarmentParts& parts = built_.parts;
-    PackCharts(built_.sheet, parts.cell_mm, options_.texture_gap_cells, &parts);
+    PackCharts(built_.sheet, parts.cell_mm, kTextureGapCells, &parts);
     AddSeamTexture(beside_corners_, &parts);
     if (options_.corners) AddCornerVertices(built_.sheet, &problem, &*rest_mm, &nodes, &parts.texture_mm);
     built_.strain = MeasureRestStrain(problem, *rest_mm);
@@ -371,16 +376,9 @@ class Builder {
 absl::Status TemplateBuildOptions::Validate() const {
   if (id.empty()) return absl::InvalidArgumentError("the template's id is empty");
   if (!(max_hole_mm >= 0)) return absl::InvalidArgumentError("max_hole_mm must be 0 or more");
-  if (texture_gap_cells < 0) return absl::InvalidArgumentError("texture_gap_cells must be 0 or more");
   if (max_clouds < 1) return absl::InvalidArgumentError("max_clouds must be 1 or more");
-  if (!(near_seam_factor >= 1)) return absl::InvalidArgumentError("near_seam_factor must be 1 or more");
-  if (near_seam_points < 3) return absl::InvalidArgumentError("near_seam_points must be 3 or more");
   absl::Status status = panels.Validate();
-  status.Update(lift.Validate());
   status.Update(seams.Validate());
-  status.Update(pull.Validate());
-  status.Update(smooth.Validate());
-  status.Update(rest.Validate());
   return status;
 }
 

@@ -23,21 +23,11 @@ struct TemplateBuildOptions {
   int openings = -1;  // expected; -1 takes what is found
   // A hole with a longer border stays open, one that was hardly seen with half as much again; 0: 60 pitches.
   double max_hole_mm = 0;
-  int texture_gap_cells = 4;      // between the panels in the texture
   bool corners = false;           // a vertex at every inner corner between cells, too
   int max_clouds = 4;             // that tell of the seams; all tell which cells are in the garment
   bool allow_open_seams = false;  // borders that look like a seam beyond the greatest gap stay open
-  double near_seam_factor = 3;    // of the greatest gap, up to which borders look like one
-  int near_seam_points = 15;      // and along how many
   PanelOptions panels;
-  LiftOptions lift;
   SeamOptions seams;
-  RestShapeOptions pull = {30, 10, 0.3, 0.3, 1, 1, 0.001};  // draws seams together between their ends
-  // The rest state: first wrinkles are smoothed, which registration would otherwise expect in every frame,
-  // then the lengths of the print restored.
-  // Beside seams the cloth keeps its bends.
-  RestShapeOptions smooth = {40, 10, 0.3, 10, 0, 0.001, 0.0001, 8};
-  RestShapeOptions rest;
 
   absl::Status Validate() const;
 };

@@ -11,6 +11,13 @@
 namespace weft {
 namespace {
 
+constexpr double kUnseenWeight = 0.001;  // of a place that only the fill gives, against 1 of a measured one
+constexpr int kOutlierRounds = 2;
+constexpr double kOutlierRatio =
+    5;  // times the median distance of a point from the surface, and more than ...
+constexpr double kOutlierPitches = 1.5;
+constexpr int kMinPanelPoints = 30;  // a panel with fewer has no place
+
 // The rotation that maps the flat edges at a vertex closest to those in space (Kabsch).
 Eigen::Matrix3d RotationAt(const MeshGraph& graph, const std::vector<Eigen::Vector3d>& flat,
                            const std::vector<Eigen::Vector3d>& position, int v) {
@@ -46,33 +53,21 @@ int SetOutliersAside(const std::vector<Eigen::Vector3d>& points, double ratio, d
 
 }  // namespace
 
-absl::Status LiftOptions::Validate() const {
-  if (absl::Status status = elastic.Validate(); !status.ok()) return status;
-  if (!(unseen_weight > 0)) return absl::InvalidArgumentError("unseen_weight must be above 0");
-  if (outlier_rounds < 0) return absl::InvalidArgumentError("outlier_rounds must be 0 or more");
-  if (!(outlier_ratio > 0)) return absl::InvalidArgumentError("outlier_ratio must be above 0");
-  if (!(outlier_pitches > 0)) return absl::InvalidArgumentError("outlier_pitches must be above 0");
-  if (min_panel_points < 3) return absl::InvalidArgumentError("min_panel_points must be 3 or more");
-  return absl::OkStatus();
-}
-
 PanelLifter::PanelLifter(const PanelSheet& sheet)
     : sheet_(sheet), graph_(BuildMeshGraph(sheet.flat)), slices_(SliceMesh(sheet.flat, graph_)) {}
 
 absl::Status PanelLifter::Solve(const LiftedPanels& lifted, const std::vector<Eigen::Vector3d>& points,
-                                const LiftOptions& options, Deformation* state) const {
+                                Deformation* state) const {
   ElasticProblem problem{points, {}, {}};
   problem.weights.resize(points.size());
   for (size_t v = 0; v < points.size(); ++v) {
     if (!lifted.seen[v]) problem.targets_mm[v] = state->position_mm[v];
-    problem.weights[v] = (lifted.seen[v] ? 1 : options.unseen_weight) * Eigen::Matrix3d::Identity();
+    problem.weights[v] = (lifted.seen[v] ? 1 : kUnseenWeight) * Eigen::Matrix3d::Identity();
   }
-  return SolveElastic(slices_, graph_, problem, options.elastic, state).status();
+  return SolveElastic(slices_, graph_, problem, ElasticOptions{}, state).status();
 }
 
-absl::StatusOr<LiftedPanels> PanelLifter::Lift(const CellGrid& grid, double cell_mm,
-                                               const LiftOptions& options) const {
-  if (absl::Status status = options.Validate(); !status.ok()) return status;
+absl::StatusOr<LiftedPanels> PanelLifter::Lift(const CellGrid& grid, double cell_mm) const {
   const size_t vertices = sheet_.cell_of_vertex.size();
   std::vector<Eigen::Vector3d> points = sheet_.flat.vertices_mm;
   LiftedPanels lifted{{}, std::vector<bool>(vertices, false), std::vector<bool>(sheet_.panels, false)};
@@ -86,7 +81,7 @@ absl::StatusOr<LiftedPanels> PanelLifter::Lift(const CellGrid& grid, double cell
   }
   bool any = false;
   for (int panel = 0; panel < sheet_.panels; ++panel) {
-    lifted.panel_placed[panel] = panel_points[panel] >= options.min_panel_points;
+    lifted.panel_placed[panel] = panel_points[panel] >= kMinPanelPoints;
     any = any || lifted.panel_placed[panel];
   }
   if (!any) return absl::FailedPreconditionError("the cloud shows none of the panels");
@@ -104,10 +99,9 @@ absl::StatusOr<LiftedPanels> PanelLifter::Lift(const CellGrid& grid, double cell
     for (size_t v = 0; v < vertices; ++v) {
       state.rotation[v] = RotationAt(graph_, sheet_.flat.vertices_mm, state.position_mm, static_cast<int>(v));
     }
-    if (absl::Status status = Solve(lifted, points, options, &state); !status.ok()) return status;
-    if (round == options.outlier_rounds ||
-        SetOutliersAside(points, options.outlier_ratio, options.outlier_pitches * cell_mm, state, &lifted) ==
-            0) {
+    if (absl::Status status = Solve(lifted, points, &state); !status.ok()) return status;
+    if (round == kOutlierRounds ||
+        SetOutliersAside(points, kOutlierRatio, kOutlierPitches * cell_mm, state, &lifted) == 0) {
       break;
     }
   }

@@ -11,17 +11,6 @@
 
 namespace weft {
 
-struct LiftOptions {
-  ElasticOptions elastic;
-  double unseen_weight = 0.001;  // of a place that only the fill gives, against 1 of a measured one
-  int outlier_rounds = 2;
-  double outlier_ratio = 5;  // times the median distance of a point from the surface, and more than ...
-  double outlier_pitches = 1.5;
-  int min_panel_points = 30;  // a panel with fewer has no place
-
-  absl::Status Validate() const;
-};
-
 // The panels of one cloud in space.
 struct LiftedPanels {
   std::vector<Eigen::Vector3d> position_mm;  // [vertices]
@@ -37,11 +26,11 @@ class PanelLifter {
   // Measured vertices stay near their points, the others where the cloth's shape puts them (E_Det + E_Dist of
   // the paper, Eq. 1 and 2, with the flat panels at rest). FailedPrecondition when the cloud shows none of
   // the panels. Parallel loops run in the caller's TBB arena; the same result at any thread count.
-  absl::StatusOr<LiftedPanels> Lift(const CellGrid& grid, double cell_mm, const LiftOptions& options) const;
+  absl::StatusOr<LiftedPanels> Lift(const CellGrid& grid, double cell_mm) const;
 
  private:
   absl::Status Solve(const LiftedPanels& lifted, const std::vector<Eigen::Vector3d>& points,
-                     const LiftOptions& options, Deformation* state) const;
+                     Deformation* state) const;
 
   const PanelSheet& sheet_;
   MeshGraph graph_;

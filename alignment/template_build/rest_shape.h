@@ -21,6 +21,15 @@ struct RestShapeOptions {
   absl::Status Validate() const;
 };
 
+// Draws seams together between their ends.
+inline constexpr RestShapeOptions kPulledSeams{
+    .iterations = 30, .bending_weight = 0.3, .kept_bends = 1, .seen_weight = 1, .unseen_weight = 0.001};
+
+// The rest state: first wrinkles are smoothed, which registration would otherwise expect in every frame, then
+// the lengths of the print restored. Beside seams the cloth keeps its bends.
+inline constexpr RestShapeOptions kSmoothedWrinkles{.bending_weight = 10, .border_rings = 8};
+inline constexpr RestShapeOptions kPrintedLengths;
+
 // Two vertices on either side of a seam, and how far apart they were measured.
 struct MeasuredGap {
   int a = -1, b = -1;

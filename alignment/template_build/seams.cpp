@@ -9,8 +9,14 @@
 namespace weft {
 namespace {
 
-constexpr double kNearFacing = -0.3;  // most_beside of near seams
-constexpr double kSameCourse = 0.5;   // least cosine between moves along both sides
+constexpr double kMostSlant = -0.5;    // cosine between both sides, which run against each other
+constexpr double kMinApartCells = 10;  // on the board, between sides of one outline
+
+// Share of the gap by which a side may lie behind the other's border; of near seams, which must lie before
+// it.
+constexpr double kMostBeside = 0.5;
+constexpr double kNearFacing = -0.3;
+constexpr double kSameCourse = 0.5;  // least cosine between moves along both sides
 
 struct Pair {
   int a, b;  // border points
@@ -20,12 +26,14 @@ using Run = std::vector<Pair>;  // a along its loop, b against it
 // Finds partners and joins them to runs.
 class SeamFinder {
  public:
-  SeamFinder(const PanelBorders& borders, double cell_mm, const SeamOptions& options)
+  SeamFinder(const PanelBorders& borders, double cell_mm, const SeamOptions& options,
+             double most_beside = kMostBeside)
       : borders_(borders),
         options_(options),
+        most_beside_(most_beside),
         cell_mm_(cell_mm),
         max_gap_mm_(options.max_gap_mm > 0 ? options.max_gap_mm : 4 * cell_mm),
-        min_apart_mm_(options.min_apart_mm > 0 ? options.min_apart_mm : 10 * cell_mm),
+        min_apart_mm_(kMinApartCells * cell_mm),
         claimed_(borders.size(), false) {}
 
   void Claim(int point) { claimed_[point] = true; }
@@ -90,9 +98,9 @@ class SeamFinder {
   const BorderPoint& point(int i) const { return borders_.points()[i]; }
 
   bool CanFace(int a, int b) const {
-    if (point(a).along.dot(point(b).along) > options_.most_slant) return false;
+    if (point(a).along.dot(point(b).along) > kMostSlant) return false;
     const Eigen::Vector3d across = borders_.at(b) - borders_.at(a);
-    const double slack_mm = options_.most_beside * across.norm() + 0.5 * cell_mm_;
+    const double slack_mm = most_beside_ * across.norm() + 0.5 * cell_mm_;
     return across.dot(point(a).outward) >= -slack_mm && -across.dot(point(b).outward) >= -slack_mm;
   }
 
@@ -277,6 +285,7 @@ class SeamFinder {
 
   const PanelBorders& borders_;
   const SeamOptions& options_;
+  const double most_beside_;
   const double cell_mm_;
   double max_gap_mm_, min_apart_mm_;
   std::vector<bool> claimed_;  // [points], the edge from there to the next point
@@ -318,8 +327,6 @@ std::vector<Seam> Described(const SeamFinder& finder, const std::vector<Run>& ru
 absl::Status SeamOptions::Validate() const {
   if (!(max_gap_mm >= 0)) return absl::InvalidArgumentError("max_gap_mm must be 0 or more");
   if (min_points < 3) return absl::InvalidArgumentError("min_points must be 3 or more");
-  if (!(most_slant < 0)) return absl::InvalidArgumentError("most_slant must be below 0");
-  if (!(min_apart_mm >= 0)) return absl::InvalidArgumentError("min_apart_mm must be 0 or more");
   if (!(max_easing >= 0)) return absl::InvalidArgumentError("max_easing must be 0 or more");
   return absl::OkStatus();
 }
@@ -334,9 +341,7 @@ std::vector<Seam> FindSeams(const PanelBorders& borders, double cell_mm, const S
 
 std::vector<Seam> FindNearSeams(const PanelBorders& borders, const std::vector<Seam>& seams, double cell_mm,
                                 double factor, const SeamOptions& options) {
-  SeamOptions facing = options;
-  facing.most_beside = kNearFacing;
-  SeamFinder finder(borders, cell_mm, facing);
+  SeamFinder finder(borders, cell_mm, options, kNearFacing);
   finder.SetMaxGap(factor * finder.max_gap_mm());
   std::vector<int> point_of_vertex;
   for (int i = 0; i < borders.size(); ++i) {

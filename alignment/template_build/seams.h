@@ -13,9 +13,6 @@ namespace weft {
 struct SeamOptions {
   double max_gap_mm = 0;     // between the outermost cells of both sides; 0: four pitches
   int min_points = 8;        // a run of fewer border points is no seam, unless two others end where it begins
-  double most_slant = -0.5;  // cosine between both sides, which run against each other
-  double most_beside = 0.5;  // share of the gap by which a side may lie behind the other's border
-  double min_apart_mm = 0;   // on the board, between sides of one outline; 0: ten pitches
   double max_easing = 0.35;  // one side may be longer by this share
 
   absl::Status Validate() const;

@@ -20,9 +20,6 @@ float PeakOffset(float before, float here, float after) {
 }  // namespace
 
 absl::Status KeypointOptions::Validate() const {
-  if (!(surround_px >= 0.6f && surround_px <= 20)) {
-    return absl::InvalidArgumentError("keypoints.surround_px must lie in 0.6 to 20");
-  }
   if (!(min_contrast >= 0)) return absl::InvalidArgumentError("keypoints.min_contrast must not be negative");
   return absl::OkStatus();
 }

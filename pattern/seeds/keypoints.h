@@ -9,9 +9,10 @@
 
 namespace weft {
 
+// Standard deviation of the surroundings that a spot is compared with.
+inline constexpr float kSurroundPx = 1.6f;
+
 struct KeypointOptions {
-  // Standard deviation of the surroundings that a spot is compared with.
-  float surround_px = 1.6f;
   // A spot is brighter than the darkest pixel of its 7x7 neighbourhood by this much, as a ratio's logarithm.
   float min_contrast = 0.12f;
 

@@ -11,6 +11,15 @@
 namespace weft {
 namespace {
 
+// Longest cell edge looked for in the image at hand.
+constexpr float kMaxEdgePx = 9.0f;
+
+// A neighbour lies within this share of the edge from where the opposite one predicts it.
+constexpr float kTolerance = 0.28f;
+
+// Sine of the least angle between the two axes of a cell.
+constexpr float kMinSine = 0.3f;
+
 // A keypoint with its four neighbours, at +a, +b, -a, -b.
 struct Frame4 {
   Vec a, b;
@@ -160,10 +169,10 @@ class LatticeBuilder {
 
   // The nearest keypoints around one, near ones first.
   void FindNear(int center) {
-    const float reach = options_.max_edge_px * options_.max_edge_px;
+    const float reach = kMaxEdgePx * kMaxEdgePx;
     const Vec p = At(center);
     size_t count = 0;
-    grid_.Around(p.x, p.y, options_.max_edge_px, [&](std::span<const KeypointGrid::Place> places) {
+    grid_.Around(p.x, p.y, kMaxEdgePx, [&](std::span<const KeypointGrid::Place> places) {
       around_.Reserve(count + places.size());
       for (const auto& [x, y, i] : places) {
         const Vec v = Vec{x, y} - p;
@@ -190,7 +199,7 @@ class LatticeBuilder {
     const auto& [i, v, squared] = ahead;
     if (v.y < 0 || (v.y == 0 && v.x < 0) || squared < 1.5f * 1.5f) return false;
     const Neighbor* behind = nullptr;
-    float best = options_.tolerance * options_.tolerance * squared;
+    float best = kTolerance * kTolerance * squared;
     for (const Neighbor& other : Near()) {
       const Vec miss = other.to + v;
       if (Dot(miss, miss) < best) {
@@ -209,7 +218,7 @@ class LatticeBuilder {
   // Diagonal neighbours that are there, and corners darker than edges.
   bool LooksLikeCells(Vec p, Vec a, Vec b) const {
     constexpr int kMostMissing = 1;
-    const float radius = options_.tolerance * std::max(Length(a), Length(b));
+    const float radius = kTolerance * std::max(Length(a), Length(b));
     int missing = 0;
     float corners = 0, edges = 0;
     for (const auto& [s, t] : {std::pair{1.0f, 1.0f}, {1.0f, -1.0f}, {-1.0f, 1.0f}, {-1.0f, -1.0f}}) {
@@ -237,7 +246,7 @@ class LatticeBuilder {
         if (s.length + t.length >= best_size) break;
         if (t.length > options_.max_stretch * s.length) continue;
         const float cross = Cross(s.v, t.v);
-        if (std::abs(cross) < options_.min_sine * s.length * t.length) continue;
+        if (std::abs(cross) < kMinSine * s.length * t.length) continue;
         if (!LooksLikeCells(p, s.v, t.v)) continue;
         best_size = s.length + t.length;
         best = cross > 0 ? Frame4{s.v, t.v, {s.ahead, t.ahead, s.behind, t.behind}, true}
@@ -302,7 +311,7 @@ class LatticeBuilder {
   // A single cross has no 3x3 window without its diagonal neighbours.
   template <typename Add>
   void AddDiagonals(const Frame4& frame, int keypoint, int i, int j, Add add) const {
-    const float radius = options_.tolerance * std::max(Length(frame.a), Length(frame.b));
+    const float radius = kTolerance * std::max(Length(frame.a), Length(frame.b));
     for (const int s : {-1, 1}) {
       for (const int t : {-1, 1}) {
         if (places_.Contains(i + s, j + t)) continue;
@@ -329,12 +338,6 @@ class LatticeBuilder {
 }  // namespace
 
 absl::Status LatticeOptions::Validate() const {
-  if (!(max_edge_px > 2)) return absl::InvalidArgumentError("lattice.max_edge_px must be above 2");
-  if (!(tolerance > 0 && tolerance < 0.5)) {
-    return absl::InvalidArgumentError("lattice.tolerance must lie in (0, 0.5)");
-  }
-  if (!(min_sine > 0 && min_sine < 1))
-    return absl::InvalidArgumentError("lattice.min_sine must lie in (0, 1)");
   if (!(max_stretch >= 1)) return absl::InvalidArgumentError("lattice.max_stretch must be at least 1");
   if (!(min_ink_contrast >= 0 && min_ink_contrast < 1)) {
     return absl::InvalidArgumentError("lattice.min_ink_contrast must lie in [0, 1)");

@@ -10,12 +10,6 @@
 namespace weft {
 
 struct LatticeOptions {
-  // Longest cell edge looked for in the image at hand.
-  float max_edge_px = 9.0f;
-  // A neighbour lies within this share of the edge from where the opposite one predicts it.
-  float tolerance = 0.28f;
-  // Sine of the least angle between the two axes of a cell.
-  float min_sine = 0.3f;
   // The longer axis is at most this much longer.
   float max_stretch = 3.5f;
   // Ink between two neighbours is darker than the darker of them by this much, as a ratio's logarithm.

@@ -211,7 +211,7 @@ std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, cons
   for (size_t level = 0; level < pyramid.size(); ++level) {
     const float scale = static_cast<float>(1 << level);
     const ColorImage& image = pyramid[level];
-    const Plane spots = BlobContrast(image, keypoints.surround_px);
+    const Plane spots = BlobContrast(image, kSurroundPx);
     std::vector<Keypoint> points = DetectKeypoints(spots, keypoints);
     std::erase_if(points, [&](const Keypoint& p) { return found.Contains(InFullImage(p, scale)); });
     const size_t first = patches.size();

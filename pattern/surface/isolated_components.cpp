@@ -10,6 +10,14 @@
 namespace weft {
 namespace {
 
+// A cell beyond a fold has no neighbours to speak for it.
+constexpr FitLimits kLimits{.iterations = 6,
+                            .min_explained = 0.6f,
+                            .min_ink_lead = 0.3f,
+                            .max_move_cells = 0.5f,
+                            .min_edge_px = 0,
+                            .min_area_px = 0};
+
 constexpr int kBucketPx = 16, kFarthestBuckets = 3;
 constexpr float kFarthestCells = 10;
 // Known cells from which the print may go on to a blob, and readings of it that are fitted. From 5 anchors to
@@ -329,8 +337,8 @@ class ComponentSearch {
     if (!SameShape(pose, read_at_)) ReadRowCodes(pose);
     FindReadings(anchor);
     for (const Reading& reading : readings_) {
-      const CellFit fit = fitter_.Fit({reading.row, reading.col, pose, kWeights}, options_.fit);
-      if (!Reject(fit, options_.fit)) seeds_.push_back({reading.row, reading.col, fit.pose, ++last_group_});
+      const CellFit fit = fitter_.Fit({reading.row, reading.col, pose, kWeights}, kLimits);
+      if (!Reject(fit, kLimits)) seeds_.push_back({reading.row, reading.col, fit.pose, ++last_group_});
     }
   }
 
@@ -366,7 +374,6 @@ absl::Status IsolatedOptions::Validate() const {
   if (reach_cells < 1 || reach_cells > 100)
     return absl::InvalidArgumentError("isolated.reach_cells must lie in 1 to 100");
   if (!(min_evidence > 0)) return absl::InvalidArgumentError("isolated.min_evidence must be above 0");
-  if (absl::Status status = fit.Validate("isolated.fit"); !status.ok()) return status;
   return absl::OkStatus();
 }
 

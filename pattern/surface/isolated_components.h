@@ -17,12 +17,6 @@ struct IsolatedOptions {
   int reach_cells = 10;
   // Least evidence of the colours at a blob and around it, in nats; as PatchDecodeOptions::min_evidence.
   float min_evidence = 3.0f;
-  FitLimits fit = {.iterations = 6,
-                   .min_explained = 0.6f,
-                   .min_ink_lead = 0.3f,
-                   .max_move_cells = 0.5f,
-                   .min_edge_px = 0,
-                   .min_area_px = 0};
 
   absl::Status Validate() const;
 };

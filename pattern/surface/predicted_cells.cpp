@@ -9,11 +9,29 @@
 namespace weft {
 namespace {
 
+// Rows and columns around a cell whose print it has to lead.
+constexpr int kRivalCells = 2;
+
+// Positions known less well than this, or than a tenth of a cell, are vague.
+constexpr float kVaguePx = 0.5f;
+
+// Share of the variance within the cell alone: its neighbours may be in sight where it is covered.
+constexpr float kMinExplainedAlone = 0.15f;
+
+// How much better the expected ink must fit than any other; as FitLimits::min_ink_lead.
+constexpr float kMinInkLead = 0.3f;
+
+// Least size of a cell in the image: its area, and its area over its longer edge.
+constexpr float kMinAreaPx = 4;
+constexpr float kMinWidthPx = 1.2f;
+
+constexpr int kIterations = 6;
+
 // Of found cells, more than this were right wherever the truth is known.
 constexpr float kConfidence = 0.99f;
 
-bool LargeEnough(const CellPose& f, const GuidedOptions& options) {
-  return f.Area() >= options.min_area_px && f.Area() >= options.min_width_px * f.LongerEdge();
+bool LargeEnough(const CellPose& f) {
+  return f.Area() >= kMinAreaPx && f.Area() >= kMinWidthPx * f.LongerEdge();
 }
 
 // A predicted cell as the image shows it.
@@ -29,7 +47,7 @@ class PredictedSearch {
 
   Finding Find(const PredictedCell& wanted) const {
     if (state_.At(wanted.row, wanted.col) >= 0) return {.fit = {}, .missing = WhyMissing::kTaken};
-    if (!LargeEnough(wanted.pose, options_)) return {.fit = {}, .missing = WhyMissing::kTooSmall};
+    if (!LargeEnough(wanted.pose)) return {.fit = {}, .missing = WhyMissing::kTooSmall};
     Finding finding{.fit = BestFit(wanted), .missing = {}};
     finding.missing = Check(wanted, &finding.fit);
     return finding;
@@ -49,7 +67,7 @@ class PredictedSearch {
             0.5f * (static_cast<float>(j) * start.pose.ax + static_cast<float>(i) * start.pose.bx);
         start.pose.y +=
             0.5f * (static_cast<float>(j) * start.pose.ay + static_cast<float>(i) * start.pose.by);
-        const CellFit fit = fitter_.Fit(start, Steps(options_.iterations));
+        const CellFit fit = fitter_.Fit(start, Steps(kIterations));
         if (fit.converged && (!best.converged || fit.explained > best.explained)) best = fit;
       }
     }
@@ -58,14 +76,13 @@ class PredictedSearch {
 
   // Replaces sigma_px by that of the image alone.
   std::optional<WhyMissing> Check(const PredictedCell& wanted, CellFit* fit) const {
-    const bool vague = wanted.sigma_px > std::min(options_.vague_px, 0.1f * std::sqrt(wanted.pose.Area()));
+    const bool vague = wanted.sigma_px > std::min(kVaguePx, 0.1f * std::sqrt(wanted.pose.Area()));
     const float least = vague ? options_.min_explained_vague : options_.min_explained;
-    if (!fit->converged || fit->explained < least || !LargeEnough(fit->pose, options_) ||
-        !state_.InImage(fit->pose)) {
+    if (!fit->converged || fit->explained < least || !LargeEnough(fit->pose) || !state_.InImage(fit->pose)) {
       return WhyMissing::kNoFit;
     }
-    if (ExplainedAlone(wanted, fit->pose) < options_.min_explained_alone) return WhyMissing::kCovered;
-    if (fit->ink_lead < options_.min_ink_lead * fit->center_contrast * fit->center_contrast) {
+    if (ExplainedAlone(wanted, fit->pose) < kMinExplainedAlone) return WhyMissing::kCovered;
+    if (fit->ink_lead < kMinInkLead * fit->center_contrast * fit->center_contrast) {
       return WhyMissing::kOtherInk;
     }
     const float pitch_px = std::sqrt(fit->pose.Area());
@@ -93,7 +110,7 @@ class PredictedSearch {
   // What the print of other parts of the board explains at a position.
   float BestRival(const PredictedCell& wanted, const CellPose& pose) const {
     float best = -1;
-    const int reach = options_.rival_cells;
+    const int reach = kRivalCells;
     for (int dr = -reach; dr <= reach; ++dr) {
       for (int dc = -reach; dc <= reach; ++dc) {
         PredictedCell rival = wanted;
@@ -118,21 +135,12 @@ absl::Status GuidedOptions::Validate() const {
   const auto bad = [](const char* what) { return absl::InvalidArgumentError(absl::StrCat("guided.", what)); };
   if (!(min_explained > 0 && min_explained < 1)) return bad("min_explained must lie in (0, 1)");
   if (!(min_lead >= -1 && min_lead < 1)) return bad("min_lead must lie in [-1, 1)");
-  if (!(vague_px > 0)) return bad("vague_px must be above 0");
   if (!(min_explained_vague > 0 && min_explained_vague < 1))
     return bad("min_explained_vague must lie in (0, 1)");
   if (!(min_lead_vague >= 0 && min_lead_vague < 1)) return bad("min_lead_vague must lie in [0, 1)");
-  if (rival_cells < 1 || rival_cells > 5) return bad("rival_cells must lie in 1 to 5");
-  if (!(min_explained_alone >= 0 && min_explained_alone < 1)) {
-    return bad("min_explained_alone must lie in [0, 1)");
-  }
-  if (!(min_ink_lead >= 0 && min_ink_lead < 1)) return bad("min_ink_lead must lie in [0, 1)");
   if (!(max_move_sigmas > 0)) return bad("max_move_sigmas must be above 0");
   if (!(max_move_cells > 0 && max_move_cells <= 3)) return bad("max_move_cells must lie in (0, 3]");
   if (!(max_sigma_cells > 0)) return bad("max_sigma_cells must be above 0");
-  if (!(min_area_px > 0)) return bad("min_area_px must be above 0");
-  if (!(min_width_px > 0)) return bad("min_width_px must be above 0");
-  if (iterations < 1 || iterations > 50) return bad("iterations must lie in 1 to 50");
   return absl::OkStatus();
 }
 

@@ -87,7 +87,7 @@ void DescribeAlignment(const AlignResult& result, const Template& garment, int u
     if (result.mesh.state[v] == VertexState::kObserved) sigmas.push_back(result.mesh.sigma_mm[v]);
     report.set_two_view(report.two_view() + (result.mesh.state[v] == VertexState::kTwoView));
   }
-  const size_t bytes = AlignmentMemoryBytes(report.vertices(), ElasticOptions{});
+  const size_t bytes = AlignmentMemoryBytes(report.vertices());
   report.set_alignment_memory_mib(static_cast<double>(bytes) / (1 << 20));
   report.set_self_intersections_before(result.untangling.pairs_before);
   report.set_self_intersections(result.untangling.pairs_after);

@@ -8,6 +8,7 @@
 #include <cstring>
 
 #include "tests/alignment/cloth_sheets.h"
+#include "tests/alignment/paper_options.h"
 
 namespace weft {
 namespace {
@@ -37,7 +38,7 @@ bool InHiddenPatch(int v) { return std::hypot(v / kCols - kRows / 2, v % kCols -
 TEST(Align, FindsRigidMotionsWithoutDistortion) {
   const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
   const auto truth = Mapped(garment.rest.vertices_mm, [](const auto& p) { return SomeMotion() * p; });
-  for (const AlignOptions& options : {PaperPreset(), BestPreset()}) {
+  for (const AlignOptions& options : {testing::PaperAlignment(), AlignOptions{}}) {
     const auto result = Align(garment, Measure(truth, 0, 1), options);
     ASSERT_TRUE(result.ok()) << result.status();
     EXPECT_LT(MaxDistance(result->mesh.vertices_mm, truth), 2e-3);
@@ -50,18 +51,19 @@ TEST(Align, RecoversAHiddenPatchOfABentSheet) {
   const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
   const auto truth = RolledAndMoved(garment.rest);
   const auto visible = [](int v) { return !InHiddenPatch(v); };
-  const auto result = Align(garment, Measure(truth, 0.3, 1, visible), BestPreset());
+  const auto result = Align(garment, Measure(truth, 0.3, 1, visible), AlignOptions{});
   ASSERT_TRUE(result.ok()) << result.status();
   // The chord across the patch runs up to 5 mm below the arc.
   EXPECT_LT(MeanError(result->mesh.vertices_mm, truth, InHiddenPatch), 0.6);
   EXPECT_LT(MeanError(result->mesh.vertices_mm, truth, visible), 0.2);  // noise alone: 0.48
 }
 
-TEST(Align, BestPresetBeatsThePaperOnHiddenCloth) {
+TEST(Align, BeatsThePaperOnHiddenCloth) {
   const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
   const auto truth = RolledAndMoved(garment.rest);
   const auto targets = Measure(truth, 0.3, 2, [](int v) { return !InHiddenPatch(v); });
-  const auto best = Align(garment, targets, BestPreset()), paper = Align(garment, targets, PaperPreset());
+  const auto best = Align(garment, targets, AlignOptions{}),
+             paper = Align(garment, targets, testing::PaperAlignment());
   ASSERT_TRUE(best.ok() && paper.ok());
   EXPECT_LT(MeanError(best->mesh.vertices_mm, truth, InHiddenPatch),
             0.5 * MeanError(paper->mesh.vertices_mm, truth, InHiddenPatch));
@@ -89,7 +91,7 @@ TEST(Align, StartsHiddenClothWhereAnotherMeshHasIt) {
   for (const double side : {1.0, -1.0}) {  // both fit what is seen
     const auto truth = Folded(garment.rest, 0.8 * side), before = Folded(garment.rest, 0.7 * side);
     const auto targets = Measure(truth, 0.02, 1, [&](int v) { return !hidden(v); });
-    const auto result = Align(garment, targets, BestPreset(), {.start_mm = &before});
+    const auto result = Align(garment, targets, AlignOptions{}, {.start_mm = &before});
     ASSERT_TRUE(result.ok()) << result.status();
     // On the other side it would be off by ten.
     EXPECT_LT(MeanError(result->mesh.vertices_mm, truth, hidden), 1);
@@ -104,7 +106,7 @@ TEST(Align, LocalStretchKeepsHiddenClothAsLongAsTheClothAroundIt) {
   });
   auto targets = Measure(truth, 0.05, 1, [](int v) { return !InHiddenPatch(v); });
   for (VertexTarget& t : targets) t.sigma_mm = 0.05;
-  AlignOptions options = BestPreset();
+  AlignOptions options;
   const auto stiff = Align(garment, targets, options);
   options.stretch_rings = 4;
   const auto stretched = Align(garment, targets, options);
@@ -117,11 +119,11 @@ TEST(Align, RefusesStartsOfAnotherMesh) {
   const Template garment = SheetTemplate(FlatSheet(8, 8));
   const auto targets = Measure(garment.rest.vertices_mm, 0, 1);
   std::vector<Eigen::Vector3d> start(63, Eigen::Vector3d::Zero());
-  EXPECT_THAT(Align(garment, targets, BestPreset(), {.start_mm = &start}).status().message(),
+  EXPECT_THAT(Align(garment, targets, AlignOptions{}, {.start_mm = &start}).status().message(),
               HasSubstr("start: has 63 vertices, the template 64"));
   start.assign(64, Eigen::Vector3d::Zero());
   start[5].x() = std::nan("");
-  EXPECT_THAT(Align(garment, targets, BestPreset(), {.start_mm = &start}).status().message(),
+  EXPECT_THAT(Align(garment, targets, AlignOptions{}, {.start_mm = &start}).status().message(),
               HasSubstr("start: vertex 5 is not finite"));
 }
 
@@ -136,7 +138,7 @@ TEST(Align, ShowsTheVerticesAfterEachStage) {
     error_mm.push_back(MeanError(vertices_mm, truth, InHiddenPatch));
   };
   const auto targets = Measure(truth, 0, 1, [](int v) { return !InHiddenPatch(v); });
-  ASSERT_TRUE(Align(garment, targets, BestPreset(), context).ok());
+  ASSERT_TRUE(Align(garment, targets, AlignOptions{}, context).ok());
   EXPECT_THAT(stages, ::testing::ElementsAre("fill", "stiff", "elastic", "untangle"));
   EXPECT_GT(error_mm[0], error_mm[1]);
   EXPECT_GT(error_mm[0], error_mm[2]);
@@ -147,7 +149,7 @@ TEST(Align, TellsObservedFromInferredVertices) {
   std::vector<VertexTarget> targets =
       Measure(RolledAndMoved(garment.rest), 0.2, 3, [](int v) { return !InHiddenPatch(v); });
   for (VertexTarget& t : targets) t.sigma_mm = 0.2, t.views = 3 + t.vertex % 5;
-  const auto result = Align(garment, targets, BestPreset());
+  const auto result = Align(garment, targets, AlignOptions{});
   ASSERT_TRUE(result.ok());
   const RegisteredMesh& mesh = result->mesh;
   float worst_observed = 0, least_inferred = 1e9f;
@@ -186,7 +188,7 @@ TEST(Align, IsLessSureWhereTheClothIsPulledFromItsTarget) {
   std::vector<VertexTarget> targets = Measure(garment.rest.vertices_mm, 0, 3);
   for (VertexTarget& t : targets) t.sigma_mm = 0.2;
   targets[210].position_mm.z() += 2;
-  const auto result = Align(garment, targets, BestPreset());
+  const auto result = Align(garment, targets, AlignOptions{});
   ASSERT_TRUE(result.ok());
   const std::vector<float>& sigma_mm = result->mesh.sigma_mm;
   const double pulled_mm = (result->mesh.vertices_mm[210] - targets[210].position_mm).norm();
@@ -200,7 +202,7 @@ TEST(Align, SetsOutliersAsideAndInfersTheirVertices) {
   std::vector<VertexTarget> targets = Measure(truth, 0.3, 4);
   for (int v = 37; v < kRows * kCols; v += 97) targets[v].position_mm += Eigen::Vector3d(-18, 9, 25);
   targets[5].position_mm += Eigen::Vector3d(0, 3000, 0);
-  const auto result = Align(garment, targets, BestPreset());
+  const auto result = Align(garment, targets, AlignOptions{});
   ASSERT_TRUE(result.ok());
   EXPECT_LT(MaxDistance(result->mesh.vertices_mm, truth), 1.5);
   // All of them, and of the neighbours of the one 3 m off no more than those on its ring.
@@ -217,9 +219,9 @@ TEST(Align, TrustsPreciseTargetsMore) {
   std::vector<VertexTarget> targets = Measure(garment.rest.vertices_mm, 0, 5);
   for (VertexTarget& t : targets) t.sigma_mm = 0.5;
   targets[210].position_mm.z() += 1;
-  const auto vague = Align(garment, targets, BestPreset());
+  const auto vague = Align(garment, targets, AlignOptions{});
   targets[210].sigma_mm = 0.1;
-  const auto precise = Align(garment, targets, BestPreset());
+  const auto precise = Align(garment, targets, AlignOptions{});
   ASSERT_TRUE(vague.ok() && precise.ok());
   EXPECT_GT(precise->mesh.vertices_mm[210].z(), vague->mesh.vertices_mm[210].z() + 0.2);
 }
@@ -232,7 +234,7 @@ TEST(Align, GivesTheSameBytesAtAnyThreadCount) {
   targets[99].position_mm.x() += 40;
   const auto run = [&](int threads) {
     tbb::task_arena arena(threads);
-    return arena.execute([&] { return Align(garment, targets, BestPreset()); });
+    return arena.execute([&] { return Align(garment, targets, AlignOptions{}); });
   };
   const auto one = run(1);
   ASSERT_TRUE(one.ok()) << one.status();
@@ -267,7 +269,8 @@ TEST(Align, ToleratesComponentsIsolatedVerticesAndTrianglesWithoutArea) {
   const auto truth = Mapped(mesh.vertices_mm, [](const auto& p) { return SomeMotion() * p; });
   // The fill of a border is not straight, and the paper takes the fill for a measurement and pushes it
   // inwards.
-  for (const auto& [options, bound_mm] : {std::pair(PaperPreset(), 3.0), std::pair(BestPreset(), 0.02)}) {
+  for (const auto& [options, bound_mm] :
+       {std::pair(testing::PaperAlignment(), 3.0), std::pair(AlignOptions{}, 0.02)}) {
     const auto result =
         Align(garment, Measure(truth, 0, 7, [&](int v) { return v < unseen_from && v % 3 != 0; }), options);
     ASSERT_TRUE(result.ok()) << result.status();
@@ -281,23 +284,23 @@ TEST(Align, RefusesFramesWithTooFewTargets) {
   const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
   std::vector<VertexTarget> targets = Measure(garment.rest.vertices_mm, 0, 8);
   targets.resize(9);  // needs 0.5 % of 2000
-  const auto few = Align(garment, targets, BestPreset());
+  const auto few = Align(garment, targets, AlignOptions{});
   EXPECT_EQ(few.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(few.status().message(),
               HasSubstr("9 of the template's 2000 vertices were measured, 10 are needed"));
-  const auto none = Align(garment, {}, PaperPreset());
+  const auto none = Align(garment, {}, testing::PaperAlignment());
   EXPECT_EQ(none.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(none.status().message(), HasSubstr("0 of the template's 2000"));
 }
 
 TEST(Align, RefusesTargetsThatCannotPlaceTheTemplate) {
   const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
-  const auto line =
-      Align(garment, Measure(garment.rest.vertices_mm, 0, 9, [](int v) { return v < kCols; }), BestPreset());
+  const auto line = Align(garment, Measure(garment.rest.vertices_mm, 0, 9, [](int v) { return v < kCols; }),
+                          AlignOptions{});
   EXPECT_EQ(line.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(line.status().message(), HasSubstr("on a line"));
   const auto metres = Mapped(garment.rest.vertices_mm, [](const auto& p) { return p / 1000; });
-  const auto scaled = Align(garment, Measure(metres, 0, 9), BestPreset());
+  const auto scaled = Align(garment, Measure(metres, 0, 9), AlignOptions{});
   EXPECT_EQ(scaled.status().code(), absl::StatusCode::kFailedPrecondition);
 }
 
@@ -307,7 +310,7 @@ TEST(Align, NamesTheTargetThatIsNoValidInput) {
   const auto message = [&](auto&& spoil) {
     std::vector<VertexTarget> targets = good;
     spoil(targets[3]);
-    const auto result = Align(garment, targets, BestPreset());
+    const auto result = Align(garment, targets, AlignOptions{});
     EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument);
     return std::string(result.status().message());
   };

@@ -86,7 +86,7 @@ TEST_F(Continuation, FacesWithoutAreaAndNoTargetsAreNoHarm) {
 // Through all stages, with noise.
 TEST_F(Continuation, ACurledHemIsFollowed) {
   const auto hem = [](int v) { return v % kCols >= kCols - 3; };
-  AlignOptions options = BestPreset();
+  AlignOptions options;
   const auto targets = MeasureUpTo(truth_, kCols - 3, 0.05, 2);
   const auto result = Align(model_, targets, options);
   options.continuation.rings = 0;
@@ -99,7 +99,7 @@ TEST_F(Continuation, ACurledHemIsFollowed) {
 // One frame reads a column more of the hem than the next: what is inferred in both stays where it is.
 TEST_F(Continuation, AHemDoesNotJumpWhenAColumnIsLost) {
   const auto change = [&](int rings) {
-    AlignOptions options = BestPreset();
+    AlignOptions options;
     options.continuation.rings = rings;
     const auto now = Align(model_, MeasureUpTo(truth_, kCols - 2, 0.05, 3), options);
     const auto next = Align(model_, MeasureUpTo(truth_, kCols - 3, 0.05, 4), options);

@@ -53,8 +53,8 @@ class HiddenStages : public ::testing::Test {
 
 TEST_F(HiddenStages, AScanShowsWhatThePatternDoesNot) {
   const Scan scan = ScanOf(0.3);
-  const auto alone = Align(model_, targets_, BestPreset());
-  const auto scanned = Align(model_, targets_, BestPreset(), {.scan = &scan});
+  const auto alone = Align(model_, targets_, AlignOptions{});
+  const auto scanned = Align(model_, targets_, AlignOptions{}, {.scan = &scan});
   ASSERT_TRUE(alone.ok() && scanned.ok());
   EXPECT_LT(HiddenError(scanned->mesh.vertices_mm, truth_),
             0.4 * HiddenError(alone->mesh.vertices_mm, truth_));
@@ -67,11 +67,11 @@ TEST_F(HiddenStages, AScanShowsWhatThePatternDoesNot) {
 TEST_F(HiddenStages, AScanFromTheOtherSideOrFarAwaySaysNothing) {
   Scan scan = ScanOf(0);
   for (Eigen::Vector3d& n : scan.normals) n = -n;
-  const auto alone = Align(model_, targets_, BestPreset());
-  const auto turned = Align(model_, targets_, BestPreset(), {.scan = &scan});
+  const auto alone = Align(model_, targets_, AlignOptions{});
+  const auto turned = Align(model_, targets_, AlignOptions{}, {.scan = &scan});
   for (Eigen::Vector3d& p : scan.points_mm) p.z() += 300;
   scan.normals.clear();
-  const auto away = Align(model_, targets_, BestPreset(), {.scan = &scan});
+  const auto away = Align(model_, targets_, AlignOptions{}, {.scan = &scan});
   ASSERT_TRUE(alone.ok() && turned.ok() && away.ok());
   EXPECT_LT(testing::MaxDistance(turned->mesh.vertices_mm, alone->mesh.vertices_mm), 0.1);
   EXPECT_LT(testing::MaxDistance(away->mesh.vertices_mm, alone->mesh.vertices_mm), 0.1);
@@ -91,7 +91,7 @@ TEST_F(HiddenStages, PushMovesHiddenVerticesAgainstTheirNormals) {
 TEST_F(HiddenStages, StopWhenCancelled) {
   int asked = 0;
   const AlignContext context{.cancelled = [&asked] { return ++asked > 3; }};
-  EXPECT_EQ(Align(model_, targets_, BestPreset(), context).status().code(), absl::StatusCode::kCancelled);
+  EXPECT_EQ(Align(model_, targets_, AlignOptions{}, context).status().code(), absl::StatusCode::kCancelled);
   EXPECT_EQ(asked, 4);
 }
 

@@ -44,9 +44,9 @@ TEST(ReturnToPoints, TheMeshIsNearlyAsGoodAsItsCloudInCreases) {
   const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
   const auto truth = Mapped(garment.rest.vertices_mm, Pleated);
   const auto targets = MeasureWithSigma(truth);
-  AlignOptions options = BestPreset();
+  AlignOptions options;
   options.noise_sigmas = 0;
-  const auto bent_flat = Align(garment, targets, options), result = Align(garment, targets, BestPreset());
+  const auto bent_flat = Align(garment, targets, options), result = Align(garment, targets, AlignOptions{});
   ASSERT_TRUE(bent_flat.ok() && result.ok());
   const double cloud_mm = MeanError(PointsOf(targets), truth, IsCrease);
   EXPECT_GT(MeanError(bent_flat->mesh.vertices_mm, truth, IsCrease), 1.2 * cloud_mm);
@@ -57,7 +57,7 @@ TEST(ReturnToPoints, FlatClothStaysSmootherThanItsCloud) {
   const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
   const std::vector<Eigen::Vector3d>& truth = garment.rest.vertices_mm;
   const auto targets = MeasureWithSigma(truth);
-  AlignOptions options = BestPreset();
+  AlignOptions options;
   const auto result = Align(garment, targets, options);
   options.noise_sigmas = 0;
   const auto smooth = Align(garment, targets, options);
@@ -76,7 +76,7 @@ TEST(ReturnToPoints, NoiseOfHalfAMillimetreStaysSmoothedAway) {
   const std::vector<Eigen::Vector3d>& truth = garment.rest.vertices_mm;
   std::vector<VertexTarget> targets = Measure(truth, 0.5, 8);
   for (VertexTarget& t : targets) t.sigma_mm = 0.5;
-  AlignOptions options = BestPreset();
+  AlignOptions options;
   const auto result = Align(garment, targets, options);
   options.noise_sigmas = 0;
   const auto smooth = Align(garment, targets, options);

@@ -88,7 +88,7 @@ TEST_F(SigmasOfARenderedGarment, ErrorsOfTheCloudStayWithinItsCovariances) {
 }
 
 TEST_F(SigmasOfARenderedGarment, ErrorsOfObservedVerticesFollowTheirSigmas) {
-  const auto result = Align(*garment_, TargetsFromCloud(*garment_, *cloud_).targets, BestPreset());
+  const auto result = Align(*garment_, TargetsFromCloud(*garment_, *cloud_).targets, AlignOptions{});
   ASSERT_TRUE(result.ok()) << result.status();
   std::vector<std::pair<double, double>> by_sigma;  // sigma_mm, squared error per axis
   ChiSquare all;

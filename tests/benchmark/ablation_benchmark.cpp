@@ -18,6 +18,7 @@
 #include "services/files/cloud_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/template_file.h"
+#include "tests/alignment/paper_options.h"
 #include "tests/benchmark/wrinkled_sheet.h"
 
 namespace weft {
@@ -78,24 +79,27 @@ void Register(const std::string& name, const AlignOptions& options,
 }
 
 const int kRegistered = [] {
-  Register("best", BestPreset(), [](AlignOptions*) {});
-  Register("best/filled_counts_fully", BestPreset(), [](AlignOptions* o) { o->detection.filled_weight = 1; });
-  Register("best/bending_as_paper", BestPreset(),
+  Register("best", AlignOptions{}, [](AlignOptions*) {});
+  Register("best/filled_counts_fully", AlignOptions{},
+           [](AlignOptions* o) { o->detection.filled_weight = 1; });
+  Register("best/bending_as_paper", AlignOptions{},
            [](AlignOptions* o) { o->elastic.distortion.bending = 0.5; });
-  Register("best/soft_from_the_start", BestPreset(), [](AlignOptions* o) { o->first_bending = 0; });
-  Register("best/all_weigh_the_same", BestPreset(),
+  Register("best/soft_from_the_start", AlignOptions{}, [](AlignOptions* o) { o->first_bending = 0; });
+  Register("best/all_weigh_the_same", AlignOptions{},
            [](AlignOptions* o) { o->detection.weigh_by_sigma = false; });
-  Register("best/outliers_stay", BestPreset(), [](AlignOptions* o) { o->robust.max_rounds = 0; });
-  Register("best/with_push", BestPreset(), [](AlignOptions* o) { o->push.weight = 1; });
-  Register("best/not_untangled", BestPreset(), [](AlignOptions* o) { o->remove_self_intersections = false; });
-  Register("best/fill_and_rigid_fit_alone", BestPreset(), [](AlignOptions* o) {
+  Register("best/outliers_stay", AlignOptions{}, [](AlignOptions* o) { o->robust.max_rounds = 0; });
+  Register("best/with_push", AlignOptions{}, [](AlignOptions* o) { o->push.weight = 1; });
+  Register("best/not_untangled", AlignOptions{},
+           [](AlignOptions* o) { o->remove_self_intersections = false; });
+  Register("best/fill_and_rigid_fit_alone", AlignOptions{}, [](AlignOptions* o) {
     o->elastic.max_iterations = 1;
     o->remove_self_intersections = false;
   });
-  Register("paper", PaperPreset(), [](AlignOptions*) {});
-  Register("paper/without_push", PaperPreset(), [](AlignOptions* o) { o->push.weight = 0; });
-  Register("paper/measured_not_frozen", PaperPreset(), [](AlignOptions* o) { o->freeze_observed = false; });
-  Register("paper/not_untangled", PaperPreset(),
+  Register("paper", testing::PaperAlignment(), [](AlignOptions*) {});
+  Register("paper/without_push", testing::PaperAlignment(), [](AlignOptions* o) { o->push.weight = 0; });
+  Register("paper/measured_not_frozen", testing::PaperAlignment(),
+           [](AlignOptions* o) { o->freeze_observed = false; });
+  Register("paper/not_untangled", testing::PaperAlignment(),
            [](AlignOptions* o) { o->remove_self_intersections = false; });
   return 0;
 }();

@@ -3,6 +3,7 @@
 #include <benchmark/benchmark.h>
 #include <tbb/task_arena.h>
 
+#include "tests/alignment/paper_options.h"
 #include "tests/benchmark/wrinkled_sheet.h"
 
 namespace weft {
@@ -26,12 +27,12 @@ void Align(benchmark::State& state, const AlignOptions& options) {
   state.counters["hidden_mm"] = sum_mm[1] / count[1];
   state.counters["vertices"] = n * n;
 }
-BENCHMARK_CAPTURE(Align, best, BestPreset())
+BENCHMARK_CAPTURE(Align, best, AlignOptions{})
     ->ArgsProduct({{100, 320}, {1, 2}})
     ->ArgNames({"n", "threads"})
     ->UseRealTime()
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(Align, paper, PaperPreset())
+BENCHMARK_CAPTURE(Align, paper, testing::PaperAlignment())
     ->ArgsProduct({{100, 320}, {1}})
     ->ArgNames({"n", "threads"})
     ->UseRealTime()

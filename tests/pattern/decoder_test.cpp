@@ -167,7 +167,7 @@ TEST(Decoder, FindsAStripBeyondACover) {
   EXPECT_GE(in_strip(result), 60);
   EXPECT_EQ(Judge(photo, board, result, NodeKind::kCenter).wrong, 0);
   DecodeOptions without;
-  without.isolated.fit.min_explained = 0.999f;
+  without.isolated.min_evidence = 1e9f;
   EXPECT_GE(in_strip(Decode(frame, TestBoard(), without)), 60);
   without.patches.min_evidence_contradicted = 1e9f;  // that of strips
   EXPECT_EQ(in_strip(Decode(frame, TestBoard(), without)), 0);
@@ -367,8 +367,7 @@ TEST(Decoder, RefusesOptionsOutOfRange) {
   };
   EXPECT_TRUE(refused([](DecodeOptions* o) { o->levels = 0; }));
   EXPECT_TRUE(refused([](DecodeOptions* o) { o->keypoints.min_contrast = NAN; }));
-  EXPECT_TRUE(refused([](DecodeOptions* o) { o->keypoints.surround_px = NAN; }));
-  EXPECT_TRUE(refused([](DecodeOptions* o) { o->lattice.tolerance = NAN; }));
+  EXPECT_TRUE(refused([](DecodeOptions* o) { o->lattice.max_stretch = NAN; }));
   EXPECT_TRUE(refused([](DecodeOptions* o) { o->patches.min_margin = NAN; }));
   EXPECT_TRUE(refused([](DecodeOptions* o) { o->growth.fit.min_explained = NAN; }));
   EXPECT_TRUE(refused([](DecodeOptions* o) { o->confidence.min_to_stay = NAN; }));

@@ -364,8 +364,8 @@ TEST(TriangulationOptions, NamesTheFieldThatIsWrong) {
   options.consensus.min_views = 1;
   EXPECT_THAT(options.Validate().message(), HasSubstr("triangulation.consensus.min_views"));
   options = {};
-  options.refinement.tolerance_mm = std::nan("");
-  EXPECT_THAT(options.Validate().message(), HasSubstr("triangulation.refinement.tolerance_mm"));
+  options.refinement.max_sigma_mm = std::nan("");
+  EXPECT_THAT(options.Validate().message(), HasSubstr("triangulation.refinement.max_sigma_mm"));
 }
 
 }  // namespace

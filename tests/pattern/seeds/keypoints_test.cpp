@@ -45,7 +45,7 @@ ColorImage WhiteCells(int side_px, double pitch_px, Point first, double blur_px)
 }
 
 std::vector<Keypoint> Detect(const ColorImage& image, const KeypointOptions& options = {}) {
-  return DetectKeypoints(BlobContrast(image, options.surround_px), options);
+  return DetectKeypoints(BlobContrast(image, kSurroundPx), options);
 }
 
 TEST(Keypoints, LieInTheMiddlesOfCellsOfAllPitchesTheyAreFor) {

@@ -151,11 +151,6 @@ TEST_F(IsolatedSeeds, NeedEvidence) {
   EXPECT_TRUE(FindOn(board_).empty());
 }
 
-TEST_F(IsolatedSeeds, MustFit) {
-  options_.fit.max_move_cells = 0.01f;  // the blobs are 0.06 cells off
-  EXPECT_LT(FindOn(board_).size(), strip_.size() / 4);
-}
-
 TEST_F(IsolatedSeeds, OfOnePlaceAreReadOnce) {
   const size_t once = FindOn(board_).size();
   const std::vector<LooseBlob> blobs = blobs_;
@@ -179,9 +174,6 @@ TEST(IsolatedOptionsTest, AreChecked) {
   EXPECT_THAT(std::string(options.Validate().message()), HasSubstr("isolated.reach_cells"));
   options = {.min_evidence = 0};
   EXPECT_THAT(std::string(options.Validate().message()), HasSubstr("isolated.min_evidence"));
-  options = {};
-  options.fit.iterations = 0;
-  EXPECT_THAT(std::string(options.Validate().message()), HasSubstr("isolated.fit.iterations"));
 }
 
 }  // namespace

@@ -1,0 +1,10 @@
+// The alignment as config/paper.txtpb has it.
+#pragma once
+
+#include "services/options/presets.h"
+
+namespace weft::testing {
+
+inline AlignOptions PaperAlignment() { return ReadOptions(*PresetOptions("paper"))->alignment; }
+
+}  // namespace weft::testing
