@@ -15,16 +15,45 @@ namespace {
 
 struct CovarianceColumn {
   const char* name;
+  const char* fold_name;
   int row, col;
 };
 constexpr std::array<CovarianceColumn, 6> kCovariance = {{
-    {"cov_xx_mm2", 0, 0},
-    {"cov_xy_mm2", 0, 1},
-    {"cov_xz_mm2", 0, 2},
-    {"cov_yy_mm2", 1, 1},
-    {"cov_yz_mm2", 1, 2},
-    {"cov_zz_mm2", 2, 2},
+    {"cov_xx_mm2", "fold_cov_xx_mm2", 0, 0},
+    {"cov_xy_mm2", "fold_cov_xy_mm2", 0, 1},
+    {"cov_xz_mm2", "fold_cov_xz_mm2", 0, 2},
+    {"cov_yy_mm2", "fold_cov_yy_mm2", 1, 1},
+    {"cov_yz_mm2", "fold_cov_yz_mm2", 1, 2},
+    {"cov_zz_mm2", "fold_cov_zz_mm2", 2, 2},
 }};
+
+// Rounding may make the part that folds cause a little larger than the whole.
+void KeepFoldsWithinWhole(CloudPoint& point) {
+  const double whole = 3 * point.sigma_mm * point.sigma_mm, folds = point.fold_covariance_mm2.trace();
+  if (folds > whole) point.fold_covariance_mm2 *= (1 - 1e-6) * whole / folds;
+}
+
+// Not inlined: gcc 12 drops the rounding where it does two of them at once (-O2, no fast-math).
+[[gnu::noinline]] double InSinglePrecision(double value) { return static_cast<float>(value); }
+
+bool HasScalar(const PlyElement& element, const char* name) {
+  const PlyProperty* column = element.Find(name);
+  return column && !column->is_list;
+}
+
+// A symmetric matrix of each point from six columns; they are left as they are where a column is missing.
+template <typename MatrixOf>
+void ReadMatrices(const PlyElement& element, const char* CovarianceColumn::*name, const MatrixOf& matrix_of,
+                  Cloud& cloud) {
+  for (const CovarianceColumn& c : kCovariance) {
+    if (!HasScalar(element, c.*name)) continue;
+    const std::vector<double>& values = element.Find(c.*name)->values;
+    for (size_t i = 0; i < element.rows; ++i) {
+      matrix_of(cloud.points[i])(c.row, c.col) = values[i];
+      matrix_of(cloud.points[i])(c.col, c.row) = values[i];
+    }
+  }
+}
 
 // One value per row of an element, checked for its range.
 class Rows {
@@ -82,13 +111,14 @@ absl::StatusOr<Cloud> CloudFromElement(const PlyElement& element, const std::str
     point.views = static_cast<int>((*views)[i]);
     point.sigma_mm = (*sigma_mm)[i];
   }
-  for (const CovarianceColumn& c : kCovariance) {
-    const PlyProperty* column = element.Find(c.name);
-    if (!column || column->is_list) continue;
-    for (size_t i = 0; i < element.rows; ++i) {
-      cloud.points[i].covariance_mm2(c.row, c.col) = column->values[i];
-      cloud.points[i].covariance_mm2(c.col, c.row) = column->values[i];
-    }
+  ReadMatrices(
+      element, &CovarianceColumn::name, [](CloudPoint & p) -> auto& { return p.covariance_mm2; }, cloud);
+  if (HasScalar(element, kCovariance[0].fold_name)) {
+    ReadMatrices(
+        element, &CovarianceColumn::fold_name, [](CloudPoint & p) -> auto& { return p.fold_covariance_mm2; },
+        cloud);
+    for (CloudPoint& point : cloud.points) KeepFoldsWithinWhole(point);
+    return cloud;
   }
   for (size_t i = 0; i < element.rows; ++i) {
     CloudPoint& point = cloud.points[i];
@@ -175,6 +205,10 @@ absl::Status WriteCloud(const std::string& path, const Cloud& cloud, CloudColumn
     for (const CovarianceColumn& c : kCovariance) {
       add(c.name, PlyType::kFloat32, [&](const CloudPoint& p) { return p.covariance_mm2(c.row, c.col); });
     }
+    for (const CovarianceColumn& c : kCovariance) {
+      add(c.fold_name, PlyType::kFloat32,
+          [&](const CloudPoint& p) { return p.fold_covariance_mm2(c.row, c.col); });
+    }
   }
   Ply ply;
   ply.comments.push_back("positions in mm; kind 0 center, 1 corner");
@@ -190,6 +224,18 @@ absl::StatusOr<Cloud> ReadCloud(const std::string& path) {
   absl::StatusOr<Cloud> cloud = CloudFromElement(**vertex, path);
   if (!cloud.ok()) return cloud.status();
   if (absl::Status status = SortByNode(*cloud, path); !status.ok()) return status;
+  return cloud;
+}
+
+Cloud AsInFile(Cloud cloud) {
+  const auto single = [](double value) { return InSinglePrecision(value); };
+  for (CloudPoint& point : cloud.points) {
+    point.position_mm = point.position_mm.unaryExpr(single).eval();
+    point.sigma_mm = single(point.sigma_mm);
+    point.covariance_mm2 = point.covariance_mm2.unaryExpr(single).eval();
+    point.fold_covariance_mm2 = point.fold_covariance_mm2.unaryExpr(single).eval();
+    KeepFoldsWithinWhole(point);
+  }
   return cloud;
 }
 

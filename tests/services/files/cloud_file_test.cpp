@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <random>
 #include <string>
 
 #include "tests/capture/temp_folder.h"
@@ -65,10 +67,37 @@ TEST(CloudFile, ReadsBackWithAndWithoutCovariance) {
     const Eigen::Matrix3d expected =
         columns == CloudColumns::kPlain ? Eigen::Matrix3d::Zero() : cloud.points[0].covariance_mm2;
     EXPECT_EQ(back->points[0].covariance_mm2, expected);
-    // The size is kept; the shape follows what is known.
-    const bool plain = columns == CloudColumns::kPlain;
-    const Eigen::Matrix3d whole = plain ? 0.0625 * Eigen::Matrix3d::Identity() : expected;
-    EXPECT_EQ(back->points[0].fold_covariance_mm2, 0.25 * whole);
+    // Without covariances its size is kept.
+    EXPECT_EQ(back->points[0].fold_covariance_mm2, cloud.points[0].fold_covariance_mm2);
+  }
+}
+
+TEST(CloudFile, GivesThePointsBackAsTheyAreInFiles) {
+  const TempFolder folder;
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> any(-1, 1);
+  Cloud cloud;
+  for (int i = 0; i < 500; ++i) {
+    CloudPoint& point = cloud.points.emplace_back();
+    point.position_mm = 2000 * Eigen::Vector3d(any(random), any(random), any(random));
+    point.node = {i / 20, i % 20, NodeKind::kCenter};
+    const Eigen::Matrix3d m = Eigen::Matrix3d::NullaryExpr([&] { return 0.1 * any(random); });
+    point.covariance_mm2 = m * m.transpose();
+    point.sigma_mm = std::sqrt(point.covariance_mm2.trace() / 3);
+    point.fold_covariance_mm2 = point.covariance_mm2 * (i % 3 == 0 ? 1.0 : 0.3);  // all of it, or a part
+  }
+  ASSERT_TRUE(WriteCloud(folder / "cloud.ply", cloud, CloudColumns::kWithCovariance).ok());
+  const auto back = ReadCloud(folder / "cloud.ply");
+  ASSERT_TRUE(back.ok()) << back.status();
+  const Cloud here = AsInFile(cloud);
+  for (size_t i = 0; i < cloud.points.size(); ++i) {
+    const CloudPoint &a = here.points[i], &b = back->points[i];
+    EXPECT_EQ(a.position_mm, b.position_mm);
+    EXPECT_EQ(a.sigma_mm, b.sigma_mm);
+    EXPECT_EQ(a.covariance_mm2, b.covariance_mm2);
+    EXPECT_EQ(a.fold_covariance_mm2, b.fold_covariance_mm2);
+    EXPECT_LE(a.fold_covariance_mm2.trace(), 3 * a.sigma_mm * a.sigma_mm) << "folds are a part of the whole";
+    EXPECT_TRUE(a.position_mm.isApprox(cloud.points[i].position_mm, 1e-6));
   }
 }
 
