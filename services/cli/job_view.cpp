@@ -2,6 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "services/pipeline/stage_keys.h"
 #include "services/verdict/verdict.h"
 
 namespace weft {
@@ -105,6 +106,12 @@ void JobView::Show(const v1::JobUpdate& update) {
 }
 
 void JobView::Announce(const v1::FrameInfo& info) {
+  if (!info.redone_from().empty()) {
+    const std::string text = RedoneText(info.redone_from(), info.redone_because());
+    if (!quiet_ && redone_.insert(text).second) {
+      progress_.PrintLine(absl::StrCat("results of an earlier run are ", text));
+    }
+  }
   if (!quiet_) progress_.PrintLine(FrameLine(info));
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
 
 #include "absl/status/status.h"
@@ -11,7 +12,8 @@
 namespace weft {
 
 // Draws a progress bar with the remaining time and prints a line per finished frame, on stderr; a failed
-// frame gets a second one when it turns out to be bridged.
+// frame gets a second one when it turns out to be bridged. Why results of an earlier run are computed again
+// is told once.
 class JobView {
  public:
   explicit JobView(bool quiet);
@@ -24,6 +26,7 @@ class JobView {
   const bool quiet_;
   Progress progress_;
   std::map<std::string, double> share_of_running_;
+  std::set<std::string> redone_;  // what was told of earlier results
 };
 
 // "0007  degraded  93.2 % of the cells  1.8 s  (2 of 24 cameras have no usable image)".

@@ -9,6 +9,7 @@
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_queue_state.h"
 #include "services/pipeline/frame_files.h"
+#include "services/pipeline/stage_keys.h"
 
 namespace weft {
 namespace {
@@ -22,6 +23,7 @@ absl::Status WriteSetAsideReport(const v1::Job& job, const v1::FrameInfo& info) 
   report.set_set_aside(true);
   *report.mutable_inputs() = job.inputs();
   *report.mutable_options() = job.spec().options();
+  *report.mutable_keys() = KeysOf(job.inputs(), job.spec().options());
   report.set_weft_version(WEFT_VERSION);
   return WriteReportAlone(job.spec().out(), report);
 }

@@ -1,9 +1,11 @@
 #include "services/job/job_life.h"
 
+#include <map>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "capture/plain_text.h"
+#include "services/pipeline/stage_keys.h"
 
 namespace weft {
 namespace {
@@ -23,6 +25,18 @@ std::string FirstFailure(const JobFrames& frames) {
     return absl::StrCat("; the first, frame ", info.frame(), ": ", info.reason());
   }
   return "";
+}
+
+// One line per stage and reason: what became of results that stood in the folder.
+void TellOfRedone(const JobFrames& frames, v1::Job& job) {
+  std::map<std::string, int> count_of;
+  for (const v1::FrameInfo& info : frames.infos()) {
+    if (!info.redone_from().empty()) ++count_of[RedoneText(info.redone_from(), info.redone_because())];
+  }
+  for (const auto& [text, count] : count_of) {
+    job.add_warnings(absl::StrCat(count, count == 1 ? " frame" : " frames", " of an earlier run ",
+                                  count == 1 ? "was " : "were ", text));
+  }
 }
 
 }  // namespace
@@ -102,6 +116,7 @@ v1::Job JobLife::Outcome(const std::vector<size_t>& bridged) {
     job.set_state(v1::JOB_STATE_FAILED);
     job.set_message(absl::StrCat("no frame could be registered", FirstFailure(frames_)));
   }
+  TellOfRedone(frames_, job);
   job.set_finished_unix_ns(UnixNow());
   job.set_remaining_s(0);
   return job;

@@ -47,7 +47,8 @@ class JobLife {
 
   // The last state of the job. `bridged`: positions of failed frames that have a mesh all the same. Frames
   // that are not dealt with are cancelled; a job without any registered frame failed, and its message names
-  // the first one and why.
+  // the first one and why. A warning tells of
+  // results of an earlier run that were computed again.
   v1::Job Outcome(const std::vector<size_t>& bridged);
   // The outcome is written down; nothing changes any more.
   void Conclude(v1::Job outcome);

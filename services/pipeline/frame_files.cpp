@@ -21,6 +21,21 @@ std::vector<ImageObservations> ByImage(const RegistrationInputs& inputs, const F
   return images;
 }
 
+// The frame's own mesh; a frame that stands alone needs it once.
+absl::Status PutMeshes(const FrameFolder& folder, const RegistrationInputs& inputs,
+                       const std::optional<RegisteredMesh>& mesh, v1::FrameReport& report) {
+  const auto put = [&](FrameFile file, bool is_wanted, const MeshTexture& texture) {
+    if (!is_wanted) return folder.Drop(file, report);
+    const auto write = [&](const std::string& path) {
+      return WriteRegisteredMesh(path, *mesh, inputs.garment.rest.faces, texture);
+    };
+    return folder.Put(file, write, report);
+  };
+  absl::Status status = put(FrameFile::kMesh, mesh.has_value(), inputs.texture);
+  if (status.ok()) status = put(FrameFile::kUnrefined, mesh && !report.options().frames_alone(), {});
+  return status;
+}
+
 // Writes the data files of the frame and lists them in `report`.
 absl::Status WriteData(const FrameFolder& folder, const RegistrationInputs& inputs, const FrameResult& frame,
                        v1::FrameReport& report) {
@@ -28,18 +43,13 @@ absl::Status WriteData(const FrameFolder& folder, const RegistrationInputs& inpu
   const auto put = [&](FrameFile file, const FrameFolder::Writer& write) {
     if (status.ok()) status = folder.Put(file, write, report);
   };
-  const auto mesh = [&](const MeshTexture& texture) {
-    return [&](const std::string& path) {
-      return WriteRegisteredMesh(path, *frame.mesh, inputs.garment.rest.faces, texture);
-    };
-  };
   if (report.options().write_observations()) {
     put(FrameFile::kObservations,
         [&](const std::string& path) { return WriteObservations(path, ByImage(inputs, frame)); });
   }
-  put(FrameFile::kCloud, [&](const std::string& path) { return WriteCloud(path, frame.cloud); });
-  if (frame.mesh) put(FrameFile::kMesh, mesh(inputs.texture));
-  if (frame.mesh && !report.options().frames_alone()) put(FrameFile::kUnrefined, mesh({}));
+  put(FrameFile::kCloud,
+      [&](const std::string& path) { return WriteCloud(path, frame.cloud, CloudColumns::kWithCovariance); });
+  if (status.ok()) status = PutMeshes(folder, inputs, frame.mesh, report);
   return status;
 }
 
@@ -78,6 +88,12 @@ absl::Status WriteFrame(const std::string& out, const RegistrationInputs& inputs
     if (absl::Status status = WriteData(folder, inputs, frame, report); !status.ok()) return status;
     return folder.Commit(std::move(report));
   });
+}
+
+absl::Status ReplaceMeshes(const FrameFolder& folder, const RegistrationInputs& inputs,
+                           const std::optional<RegisteredMesh>& mesh, v1::FrameReport report) {
+  if (absl::Status status = PutMeshes(folder, inputs, mesh, report); !status.ok()) return status;
+  return folder.Commit(std::move(report));
 }
 
 absl::Status WriteReportAlone(const std::string& out, v1::FrameReport report) {

@@ -1,10 +1,12 @@
 // What a frame's folder gets when the frame was registered, and what killed writers left there.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "services/pipeline/frame_folder.h"
 #include "services/pipeline/frame_stages.h"
 
 namespace weft {
@@ -14,7 +16,12 @@ namespace weft {
 // when it returns. A folder that is removed meanwhile is made again. `out` is an absolute path without links.
 absl::Status WriteFrame(const std::string& out, const RegistrationInputs& inputs, const FrameResult& frame);
 
-// The same for a frame that has nothing but a report.
+// Replaces its meshes and its report alone, the report last; `mesh` is the frame's own, before neighbours had
+// a say.
+absl::Status ReplaceMeshes(const FrameFolder& folder, const RegistrationInputs& inputs,
+                           const std::optional<RegisteredMesh>& mesh, v1::FrameReport report);
+
+// Replaces everything by a report.
 absl::Status WriteReportAlone(const std::string& out, v1::FrameReport report);
 
 // Removes what killed writers left of the frames' files and of the job's own. Only while nobody writes them;

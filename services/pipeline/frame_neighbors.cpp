@@ -1,15 +1,12 @@
 #include "services/pipeline/frame_neighbors.h"
 
-#include <google/protobuf/util/message_differencer.h>
-
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "services/options/presets.h"
+#include "services/pipeline/stage_keys.h"
 
 namespace weft {
-
-using google::protobuf::util::MessageDifferencer;
 
 FrameFacts FactsOf(const v1::FrameReport& report) {
   FrameFacts facts{report.frame(), report.images_fingerprint()};
@@ -46,8 +43,7 @@ v1::RegistrationOptions Canonical(const v1::RegistrationOptions& options) {
 }
 
 bool FromSameRun(const v1::FrameReport& a, const v1::FrameReport& b) {
-  return a.weft_version() == b.weft_version() && MessageDifferencer::Equals(a.inputs(), b.inputs()) &&
-         MessageDifferencer::Equals(Canonical(a.options()), Canonical(b.options()));
+  return !a.keys().empty() && !FirstDifference(a.keys(), b.keys());
 }
 
 }  // namespace weft

@@ -37,7 +37,8 @@ Neighbors FindNeighbors(int at, int frames, const FrameFacts& own, const FactsAt
 // EffectiveOptions, or the options as they are where they are no longer valid.
 v1::RegistrationOptions Canonical(const v1::RegistrationOptions& options);
 
-// Whether both come from one registration: a frame of an earlier run, with other options, is not there yet.
+// Whether all their keys agree: a frame of an earlier run, with other options or algorithms, is not there
+// yet.
 bool FromSameRun(const v1::FrameReport& a, const v1::FrameReport& b);
 
 }  // namespace weft

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "pattern/image/pixel_allocator.h"
+#include "services/files/cloud_file.h"
 #include "services/files/frame_paths.h"
 #include "services/files/mesh_file.h"
 #include "services/files/scan_file.h"
@@ -41,8 +42,12 @@ class StageClock {
  public:
   explicit StageClock(v1::FrameReport& report) : report_(report) {}
 
+  // Takes the place of an earlier time of the stage.
   void End(const char* stage) {
-    v1::StageTime& time = *report_.add_stages();
+    auto& stages = *report_.mutable_stages();
+    const auto earlier = std::find_if(stages.begin(), stages.end(),
+                                      [stage](const v1::StageTime& time) { return time.stage() == stage; });
+    v1::StageTime& time = earlier == stages.end() ? *stages.Add() : *earlier;
     time.set_stage(stage);
     time.set_time_ms(MillisecondsSince(start_));
     start_ = Clock::now();
@@ -141,19 +146,30 @@ class Registration {
     return *added > 0 ? Triangulate() : absl::OkStatus();
   }
 
-  // Mesh, state and reason of the frame.
-  absl::Status Align() {
+  // What observations and cloud say. The cloud is from now on as its file has it.
+  absl::Status Describe() {
     v1::FrameReport& report = frame_.report;
+    frame_.cloud = AsInFile(std::move(frame_.cloud));
     DescribeCloud(frame_.cloud, *report.mutable_cloud());
     const TriangulationOptions& triangulation = options_.pipeline.cloud.triangulation;
     const auto biases = MeasureCameraBias(inputs_.rig, frame_.views, frame_.cloud, triangulation);
     if (!biases.ok()) return biases.status();
     for (int v = 0; v < report.views_size(); ++v)
       DescribeBias((*biases)[frame_.views[v].camera], *report.mutable_views(v));
+    report.mutable_mesh()->set_observed_at_first_look(observed_at_first_);
+    return absl::OkStatus();
+  }
+
+  // Mesh, state and reason of the frame, from its cloud.
+  absl::Status Align() {
+    v1::FrameReport& report = frame_.report;
+    const int observed_at_first = report.mesh().observed_at_first_look();
+    report.clear_mesh();
+    report.clear_reason();
     report.set_state(v1::FRAME_STATE_FAILED);
     if (frame_.cloud.points.empty()) {
       report.set_reason(NoCloudReason(frame_.views, {report.views().begin(), report.views().end()},
-                                      triangulation.consensus.min_views));
+                                      options_.pipeline.cloud.triangulation.consensus.min_views));
       return absl::OkStatus();
     }
     absl::StatusOr<AlignResult> aligned = AlignCloud(options_.pipeline.alignment);
@@ -163,7 +179,7 @@ class Registration {
     }
     if (!aligned.ok()) return aligned.status();
     DescribeAlignment(*aligned, inputs_.garment, unclaimed_, *report.mutable_mesh());
-    report.mutable_mesh()->set_observed_at_first_look(observed_at_first_);
+    report.mutable_mesh()->set_observed_at_first_look(observed_at_first);
     frame_.mesh = std::move(aligned->mesh);
     report.set_state(report.views_missing() > 0 ? v1::FRAME_STATE_DEGRADED : v1::FRAME_STATE_DONE);
     if (report.views_missing() > 0) {
@@ -245,9 +261,21 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
     }
     clock.End("second look");
   }
+  if (absl::Status status = registration.Describe(); !status.ok()) return status;
   if (absl::Status status = registration.Align(); !status.ok()) return status;
   clock.End("align");
   return frame;
+}
+
+absl::Status AlignFrame(const RegistrationInputs& inputs, size_t index, const FrameOptions& options,
+                        std::stop_token stop, FrameResult& frame) {
+  StageClock clock(frame.report);
+  const absl::StatusOr<Extras> extras = ReadExtrasOf(inputs, index, options);
+  if (!extras.ok()) return extras.status();
+  Registration registration(inputs, options, *extras, stop, frame);
+  if (absl::Status status = registration.Align(); !status.ok()) return status;
+  clock.End("align");
+  return absl::OkStatus();
 }
 
 }  // namespace weft

@@ -39,4 +39,9 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
                                          const FrameOptions& options, const FrameProgress& progress,
                                          std::stop_token stop);
 
+// The last stage alone, for a frame whose cloud is that of its file and whose report tells of images and
+// cloud already. Errors as ComputeFrame.
+absl::Status AlignFrame(const RegistrationInputs& inputs, size_t index, const FrameOptions& options,
+                        std::stop_token stop, FrameResult& frame);
+
 }  // namespace weft

@@ -1,6 +1,5 @@
 #include "services/pipeline/register_frame.h"
 
-#include <google/protobuf/util/message_differencer.h>
 #include <tbb/task_arena.h>
 
 #include <chrono>
@@ -9,14 +8,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/pipeline/frame_files.h"
-#include "services/pipeline/frame_folder.h"
-#include "services/pipeline/frame_neighbors.h"
 #include "services/pipeline/frame_stages.h"
+#include "services/pipeline/stage_keys.h"
 
 namespace weft {
 namespace {
-
-using google::protobuf::util::MessageDifferencer;
 
 // Largest resident size of this process so far; 0 where the system does not tell.
 double PeakMemoryMib() {
@@ -28,9 +24,10 @@ double PeakMemoryMib() {
   return 0;
 }
 
-// Of the frame's images, its scan and its start.
-absl::StatusOr<std::string> Fingerprint(const RegistrationInputs& inputs, size_t index,
-                                        const v1::RegistrationOptions& options) {
+}  // namespace
+
+absl::StatusOr<std::string> FrameFingerprint(const RegistrationInputs& inputs, size_t index,
+                                             const v1::RegistrationOptions& options) {
   absl::StatusOr<std::string> fingerprint = inputs.dump->Fingerprint(index);
   if (!fingerprint.ok()) return fingerprint;
   for (const std::string& file :
@@ -44,24 +41,23 @@ absl::StatusOr<std::string> Fingerprint(const RegistrationInputs& inputs, size_t
   return fingerprint;
 }
 
-// Frames that start from their own results would differ from run to run.
-absl::Status CheckStarts(const std::string& starts, const std::string& out) {
-  std::error_code error;
-  if (starts.empty() || !std::filesystem::equivalent(starts, out, error)) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("options.starts: ", starts, " is the folder of the results; give that of an earlier run"));
+void SignReport(const RegistrationInputs& inputs, const v1::RegistrationOptions& options,
+                v1::FrameReport& report) {
+  *report.mutable_inputs() = inputs.hashes;
+  *report.mutable_options() = options;
+  *report.mutable_keys() = KeysOf(inputs.hashes, options);
+  report.set_weft_version(WEFT_VERSION);
+  report.set_peak_memory_mib(PeakMemoryMib());
+  report.set_threads(tbb::this_task_arena::max_concurrency());
 }
-
-}  // namespace
 
 absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, size_t index,
                                               const JobOptions& options, const std::string& out,
                                               const FrameProgress& progress, std::stop_token stop) {
   const auto start = std::chrono::steady_clock::now();
   const v1::RegistrationOptions& asked = options.message;
-  if (absl::Status status = CheckStarts(asked.starts(), out); !status.ok()) return status;
   // Taken first: images that change while they are read must not look like those that were read.
-  const absl::StatusOr<std::string> fingerprint = Fingerprint(inputs, index, asked);
+  const absl::StatusOr<std::string> fingerprint = FrameFingerprint(inputs, index, asked);
   if (!fingerprint.ok()) return fingerprint.status();
 
   const FrameOptions frame_options{options.pipeline, asked.scans(), asked.starts()};
@@ -69,40 +65,13 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
   if (!frame.ok()) return frame.status();
   v1::FrameReport& report = frame->report;
   report.set_frame(inputs.dump->frame_names()[index]);
-  *report.mutable_inputs() = inputs.hashes;
-  *report.mutable_options() = asked;
   report.set_images_fingerprint(*fingerprint);
-  report.set_weft_version(WEFT_VERSION);
-  report.set_peak_memory_mib(PeakMemoryMib());
-  report.set_threads(tbb::this_task_arena::max_concurrency());
+  SignReport(inputs, asked, report);
   const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
   report.set_total_ms(elapsed.count());
   if (absl::Status status = WriteFrame(out, inputs, *frame); !status.ok()) return status;
   if (progress) progress(1);
   return std::move(report);
-}
-
-absl::StatusOr<v1::FrameReport> FindCompleteFrame(const RegistrationInputs& inputs, size_t index,
-                                                  const JobOptions& options, const std::string& out) {
-  const absl::StatusOr<FrameFolder> folder =
-      FrameFolder::Open(out, inputs.dump->frame_names()[index], ConfinedFolder::IfMissing::kFail);
-  if (!folder.ok()) return folder.status();
-  absl::StatusOr<v1::FrameReport> report = folder->Report();
-  if (!report.ok()) return report.status();
-  if (!FactsOf(*report).registered) return absl::NotFoundError(absl::StrCat(folder->path(), " failed"));
-  const absl::StatusOr<std::string> fingerprint = Fingerprint(inputs, index, options.message);
-  if (!fingerprint.ok()) return fingerprint.status();
-  const bool same = report->frame() == inputs.dump->frame_names()[index] &&
-                    report->weft_version() == WEFT_VERSION && report->images_fingerprint() == *fingerprint &&
-                    MessageDifferencer::Equals(report->inputs(), inputs.hashes) &&
-                    MessageDifferencer::Equals(Canonical(report->options()), options.message);
-  if (!same) return absl::NotFoundError(absl::StrCat(folder->path(), " was computed from something else"));
-  if (const std::string problem = folder->CheckAll(*report); !problem.empty()) {
-    return absl::NotFoundError(absl::StrCat(folder->path(), ": ", problem));
-  }
-  // Whoever wrote it may have been killed before that.
-  if (absl::Status status = folder->Sync(); !status.ok()) return status;
-  return report;
 }
 
 v1::FrameInfo SummaryOf(const v1::FrameReport& report, bool reused) {

@@ -24,11 +24,13 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
                                               const JobOptions& options, const std::string& out,
                                               const FrameProgress& progress, std::stop_token stop);
 
-// The report of an earlier run when its files are as they were written and were computed from the same
-// inputs, images and options by this version of Weft; NotFound otherwise. Frames that failed are never
-// complete. What is complete is on the disk, too.
-absl::StatusOr<v1::FrameReport> FindCompleteFrame(const RegistrationInputs& inputs, size_t index,
-                                                  const JobOptions& options, const std::string& out);
+// Of the frame's images, its scan and its start: changes when one of them does.
+absl::StatusOr<std::string> FrameFingerprint(const RegistrationInputs& inputs, size_t index,
+                                             const v1::RegistrationOptions& options);
+
+// Notes in the report what it is computed from and by, now and here.
+void SignReport(const RegistrationInputs& inputs, const v1::RegistrationOptions& options,
+                v1::FrameReport& report);
 
 // What a job tells of a frame.
 v1::FrameInfo SummaryOf(const v1::FrameReport& report, bool reused);

@@ -5,8 +5,11 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <mutex>
 
+#include "absl/strings/str_cat.h"
+#include "services/pipeline/frame_resume.h"
 #include "services/pipeline/refine_frame.h"
 #include "services/pipeline/register_frame.h"
 
@@ -33,6 +36,22 @@ class AdvancedOnce {
   double last_ = 0;
 };
 
+// Frames that start from their own results would differ from run to run.
+absl::Status CheckStarts(const std::string& starts, const std::string& out) {
+  std::error_code error;
+  if (starts.empty() || !std::filesystem::equivalent(starts, out, error)) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("options.starts: ", starts, " is the folder of the results; give that of an earlier run"));
+}
+
+v1::FrameInfo Finished(const v1::FrameReport& report, const FrameStanding& standing) {
+  v1::FrameInfo info = SummaryOf(report, /*reused=*/!standing.redo);
+  if (!standing.redo || standing.why.empty()) return info;
+  info.set_redone_from(StageName(*standing.redo));
+  info.set_redone_because(standing.why);
+  return info;
+}
+
 }  // namespace
 
 absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames,
@@ -41,6 +60,7 @@ absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<
                             std::stop_token stop) {
   const absl::StatusOr<JobOptions> options = MakeJobOptions(asked);
   if (!options.ok()) return options.status();
+  if (absl::Status status = CheckStarts(asked.starts(), out); !status.ok()) return status;
   const int concurrency = threads > 0 ? threads : tbb::info::default_concurrency();
   // More threads than cores are wanted where a caller asks for them, for example to compare results.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
@@ -60,16 +80,17 @@ absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<
     if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
     const std::string& name = inputs.dump->frame_names()[index];
     if (events.started) events.started(name);
-    absl::StatusOr<v1::FrameReport> report = FindCompleteFrame(inputs, index, *options, out);
-    const bool reused = report.ok();
-    if (!reused) {
+    const FrameStanding standing = InspectFrame(inputs, index, *options, out);
+    absl::StatusOr<v1::FrameReport> report = standing.report;
+    if (standing.redo) {
       AdvancedOnce advanced(events, name);
-      arena.execute([&] { report = RegisterFrame(inputs, index, *options, out, std::ref(advanced), stop); });
+      arena.execute(
+          [&] { report = GoOnFrom(standing, inputs, index, *options, out, std::ref(advanced), stop); });
       if (!report.ok()) return report.status();
     }
     // Told last: whoever is killed before that refines when it comes back to the frame.
     if (absl::Status status = refine(index); !status.ok()) return status;
-    if (events.finished) events.finished(SummaryOf(*report, reused));
+    if (events.finished) events.finished(Finished(*report, standing));
   }
   return absl::OkStatus();
 }

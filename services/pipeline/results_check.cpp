@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "services/pipeline/frame_folder.h"
 #include "services/pipeline/frame_neighbors.h"
+#include "services/pipeline/stage_keys.h"
 
 namespace weft {
 namespace {
@@ -69,9 +70,7 @@ std::optional<int> WhoRefines(const std::vector<Found>& found, int at) {
 absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteFrames(const v1::Job& job,
                                                                   const std::vector<v1::FrameInfo>& frames) {
   v1::FrameReport like;
-  like.set_weft_version(WEFT_VERSION);
-  *like.mutable_inputs() = job.inputs();
-  *like.mutable_options() = job.spec().options();
+  *like.mutable_keys() = KeysOf(job.inputs(), job.spec().options());
   const absl::StatusOr<ConfinedFolder> base = ConfinedFolder::Open(job.spec().out());
   if (!base.ok() && !absl::IsNotFound(base.status())) return base.status();
 

@@ -6,6 +6,7 @@
 namespace weft {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 v1::Job NewJob() {
@@ -94,6 +95,22 @@ TEST_F(JobLifeTest, RegistersFramesAgainAFewTimes) {
   EXPECT_EQ(status.code(), absl::StatusCode::kAborted);
   EXPECT_THAT(status.message(), HasSubstr("/results: frame b: mesh.ply is missing"));
   EXPECT_EQ(life_.frames().infos()[1].state(), v1::FRAME_STATE_DONE);
+}
+
+TEST_F(JobLifeTest, TellsOnceOfResultsThatWereComputedAgain) {
+  for (size_t i = 0; i < 3; ++i) {
+    v1::FrameInfo info = Ended(life_.frames().infos()[i].frame(), v1::FRAME_STATE_DONE);
+    info.set_redone_from(i < 2 ? "align" : "decode");
+    info.set_redone_because(i < 2 ? "align has version 2, was 1" : "its images changed");
+    life_.frames().Start(i);
+    life_.frames().Finish(i, info);
+  }
+  EXPECT_THAT(life_.Outcome({}).warnings(),
+              ElementsAre("2 frames of an earlier run were computed again from align on, since align has "
+                          "version 2, was 1; observations and cloud are kept",
+                          "1 frame of an earlier run was computed again from decode on, since its images "
+                          "changed"));
+  EXPECT_EQ(life_.Outcome({}).warnings_size(), 2) << "asked twice";
 }
 
 TEST_F(JobLifeTest, GuessesWhatRemainsFromWhatItComputed) {

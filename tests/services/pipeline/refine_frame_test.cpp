@@ -12,6 +12,7 @@
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/pipeline/frame_folder.h"
+#include "services/pipeline/stage_keys.h"
 #include "tests/alignment/cloth_sheets.h"
 #include "tests/capture/temp_folder.h"
 
@@ -71,6 +72,7 @@ class RefineAroundTest : public ::testing::Test {
     report.set_state(state);
     report.set_images_fingerprint(images);
     report.mutable_options()->set_preset(preset);
+    *report.mutable_keys() = KeysOf({}, report.options());
     const auto folder = FrameFolder::Open(folder_.path(), Name(frame), ConfinedFolder::IfMissing::kMake);
     ASSERT_TRUE(folder.ok()) << folder.status();
     const auto write = [&](const std::string& path) {

@@ -10,6 +10,7 @@
 #include "services/pipeline/frame_folder.h"
 #include "services/pipeline/frame_neighbors.h"
 #include "services/pipeline/output_folder.h"
+#include "services/pipeline/stage_keys.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -42,10 +43,9 @@ class ResultsCheckTest : public ::testing::Test {
     v1::FrameReport report;
     report.set_frame(Name(frame));
     report.set_state(infos_[frame].state());
-    report.set_weft_version(WEFT_VERSION);
     report.set_images_fingerprint("i");
     *report.mutable_inputs() = job_.inputs();
-    report.mutable_options()->set_preset("best");
+    *report.mutable_keys() = KeysOf(job_.inputs(), job_.spec().options());
     report.mutable_temporal()->set_window(kWindows[frame]);
     const auto folder = FrameFolder::Open(folder_.path(), Name(frame), ConfinedFolder::IfMissing::kMake);
     ASSERT_TRUE(folder.ok()) << folder.status();
@@ -95,10 +95,10 @@ TEST_F(ResultsCheckTest, FindsFilesThatAreMissingDamagedOrNotOfThisRun) {
                                         HasSubstr("f4: report.json is missing, damaged")));
 }
 
-TEST_F(ResultsCheckTest, FindsFramesOfAnotherRunAndOfAnOlderFormat) {
-  Change(0, [](v1::FrameReport& report) { report.mutable_options()->set_preset("paper"); });
-  Change(1, [](v1::FrameReport& report) { report.mutable_inputs()->set_rig("2222222222222222"); });
-  Change(2, [](v1::FrameReport& report) { report.set_weft_version("0.0.1"); });
+TEST_F(ResultsCheckTest, FindsFramesOfOtherOptionsInputsVersionsAndFormats) {
+  Change(0, [](v1::FrameReport& report) { report.mutable_keys(4)->set_options("0"); });
+  Change(1, [](v1::FrameReport& report) { report.mutable_keys(1)->set_inputs("2222222222222222"); });
+  Change(2, [](v1::FrameReport& report) { report.mutable_keys(3)->set_version(1000); });
   Change(3, [](v1::FrameReport& report) { report.set_format_version(0); });
   Change(4, [](v1::FrameReport& report) { report.set_state(v1::FRAME_STATE_FAILED); });
   EXPECT_EQ(Incomplete().size(), 5u);

@@ -1,0 +1,31 @@
+// Versions of the algorithms: what tells results of different code apart.
+#pragma once
+
+namespace weft {
+
+// In the order of their work. What a stage computes depends on those before it.
+enum class Stage { kDecode, kTriangulate, kSecondPass, kAlign, kRefine };
+inline constexpr int kStages = 5;
+
+constexpr const char* StageName(Stage stage) {
+  constexpr const char* kNames[kStages] = {"decode", "triangulate", "second_pass", "align", "refine"};
+  return kNames[static_cast<int>(stage)];
+}
+
+// Whoever changes what a stage computes raises its version here, writes the new hashes with
+// tests/system/algorithms_test.py --write, and adds a line to CHANGELOG.md. Results that were computed with
+// another version are computed again from that stage on.
+//
+// The second pass looks where an alignment expects cells: its version also stands for what it sees of that.
+constexpr int AlgorithmVersion(Stage stage) {
+  constexpr int kVersions[kStages] = {
+      1,  // decode
+      1,  // triangulate
+      1,  // second_pass
+      1,  // align
+      1,  // refine
+  };
+  return kVersions[static_cast<int>(stage)];
+}
+
+}  // namespace weft

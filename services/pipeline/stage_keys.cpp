@@ -1,0 +1,105 @@
+#include "services/pipeline/stage_keys.h"
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "capture/checksum.h"
+#include "services/options/presets.h"
+#include "services/pipeline/frame_neighbors.h"
+
+namespace weft {
+namespace {
+
+std::string Hash(const std::string& text) {
+  return absl::StrFormat("%016x", Checksum(text.data(), text.size()));
+}
+
+// The effective options of each stage as text that differs where they do.
+struct OptionTexts {
+  std::string decode, triangulate, second_pass, align, refine;
+  bool looks_again, refines;
+};
+
+OptionTexts TextsOf(const v1::RegistrationOptions& asked) {
+  const v1::RegistrationOptions options = Canonical(asked);
+  OptionTexts texts;
+  const auto of = [&options](const char* stage) { return StageOptionsText(options.pipeline(), stage); };
+  const std::string alignment = of("alignment");
+  texts.looks_again = options.pipeline().second_pass().enabled();
+  texts.refines = !options.frames_alone();
+  texts.decode = absl::StrCat(of("decode"), "\nmosaic ", options.mosaic());
+  texts.triangulate = of("triangulation");
+  texts.align = absl::StrCat(alignment, "\nscans ", options.scans(), "\nstarts ", options.starts());
+  // The first mesh tells where to look.
+  texts.second_pass = absl::StrCat(of("second_pass"), "\n", texts.align);
+  texts.refine = absl::StrCat(of("temporal"), "\n", alignment);  // they share the solver
+  return texts;
+}
+
+// What the hash of a stage's inputs stands for.
+const char* InputName(Stage stage) {
+  switch (stage) {
+    case Stage::kDecode:
+      return "board";
+    case Stage::kTriangulate:
+      return "rig";
+    default:
+      return "template";
+  }
+}
+
+std::string WhyDifferent(const v1::StageKey& was, const v1::StageKey& now, Stage stage) {
+  if (was.inputs() != now.inputs() && !was.inputs().empty() && !now.inputs().empty()) {
+    return absl::StrCat(now.stage(), " has another ", InputName(stage));
+  }
+  if (was.version() == 0) return absl::StrCat(now.stage(), " was not done");
+  if (now.version() == 0) return absl::StrCat(now.stage(), " is not done any more");
+  if (was.version() != now.version()) {
+    return absl::StrCat(now.stage(), " has version ", now.version(), ", was ", was.version());
+  }
+  return absl::StrCat(now.stage(), " has other options");
+}
+
+}  // namespace
+
+StageKeys KeysOf(const v1::InputHashes& inputs, const v1::RegistrationOptions& options) {
+  const OptionTexts texts = TextsOf(options);
+  StageKeys keys;
+  const auto add = [&keys](Stage stage, bool is_done, const std::string& reads, const std::string& text) {
+    v1::StageKey& key = *keys.Add();
+    key.set_stage(StageName(stage));
+    if (!is_done) return;
+    key.set_version(AlgorithmVersion(stage));
+    key.set_inputs(reads);
+    key.set_options(Hash(text));
+  };
+  add(Stage::kDecode, true, inputs.board(), texts.decode);
+  add(Stage::kTriangulate, true, inputs.rig(), texts.triangulate);
+  add(Stage::kSecondPass, texts.looks_again, inputs.garment(), texts.second_pass);
+  add(Stage::kAlign, true, inputs.garment(), texts.align);
+  add(Stage::kRefine, texts.refines, "", texts.refine);
+  return keys;
+}
+
+std::optional<StageDifference> FirstDifference(const StageKeys& was, const StageKeys& now) {
+  if (was.empty()) return StageDifference{Stage::kDecode, "it is of version 0.1.2 or before"};
+  for (int i = 0; i < kStages; ++i) {
+    const Stage stage = static_cast<Stage>(i);
+    if (i >= was.size() || was[i].stage() != now[i].stage()) {
+      return StageDifference{stage,
+                             absl::StrCat(now[i].stage(), " was not known to the version that wrote it")};
+    }
+    const bool same = was[i].version() == now[i].version() && was[i].inputs() == now[i].inputs() &&
+                      was[i].options() == now[i].options();
+    if (!same) return StageDifference{stage, WhyDifferent(was[i], now[i], stage)};
+  }
+  return std::nullopt;
+}
+
+std::string RedoneText(const std::string& from, const std::string& why) {
+  std::string kept;
+  if (from == StageName(Stage::kAlign)) kept = "; observations and cloud are kept";
+  if (from == StageName(Stage::kRefine)) kept = "; observations, cloud and unrefined mesh are kept";
+  return absl::StrCat("computed again from ", from, " on, since ", why, kept);
+}
+
+}  // namespace weft

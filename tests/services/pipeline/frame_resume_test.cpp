@@ -1,0 +1,168 @@
+#include "services/pipeline/frame_resume.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "services/files/mesh_file.h"
+#include "services/pipeline/frame_folder.h"
+#include "services/pipeline/stage_keys.h"
+#include "tests/alignment/cloth_sheets.h"
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+
+// One frame whose images are "images"; nobody reads them.
+class OneFrame : public FrameSource {
+ public:
+  const std::vector<std::string>& frame_names() const override { return names_; }
+  absl::StatusOr<FrameSet> Read(size_t) const override { return absl::OutOfRangeError("no images"); }
+  absl::StatusOr<Frame> ReadView(size_t, size_t) const override { return absl::OutOfRangeError("no images"); }
+  absl::StatusOr<std::string> Fingerprint(size_t) const override { return fingerprint_; }
+  const std::vector<std::string>& warnings() const override { return warnings_; }
+
+  std::string fingerprint_ = "images";
+
+ private:
+  const std::vector<std::string> names_ = {"f0"};
+  const std::vector<std::string> warnings_;
+};
+
+class FrameResumeTest : public ::testing::Test {
+ protected:
+  FrameResumeTest() {
+    inputs_.garment = testing::SheetTemplate(testing::FlatSheet(4, 4));
+    auto dump = std::make_unique<OneFrame>();
+    dump_ = dump.get();
+    inputs_.dump = std::move(dump);
+    Ask([](v1::RegistrationOptions&) {});
+  }
+  void SetUp() override { Write(); }
+
+  void Ask(const std::function<void(v1::RegistrationOptions&)>& change) {
+    v1::RegistrationOptions asked;
+    change(asked);
+    options_.emplace(MakeJobOptions(asked).value());
+  }
+  RegisteredMesh Mesh() const {
+    const size_t vertices = inputs_.garment.rest.vertices_mm.size();
+    return {inputs_.garment.rest.vertices_mm, std::vector<VertexState>(vertices, VertexState::kObserved),
+            std::vector<float>(vertices, 0.5f), std::vector<int>(vertices, 3)};
+  }
+  // A frame as a registration with these options leaves it; the files hold no more than the test needs.
+  void Write() {
+    const auto folder = FrameFolder::Open(out_, "f0", ConfinedFolder::IfMissing::kMake);
+    ASSERT_TRUE(folder.ok()) << folder.status();
+    v1::FrameReport report;
+    report.set_frame("f0");
+    report.set_state(v1::FRAME_STATE_DONE);
+    report.set_images_fingerprint("images");
+    SignReport(inputs_, options_->message, report);
+    report.mutable_temporal()->set_refined(true);
+    const auto text = [](const std::string& path) {
+      WriteBytes(path, "text");
+      return absl::OkStatus();
+    };
+    const auto mesh = [&](const std::string& path) {
+      return WriteRegisteredMesh(path, Mesh(), inputs_.garment.rest.faces);
+    };
+    ASSERT_TRUE(folder->Put(FrameFile::kCloud, text, report).ok());
+    ASSERT_TRUE(folder->Put(FrameFile::kUnrefined, mesh, report).ok());
+    ASSERT_TRUE(folder->Put(FrameFile::kMesh, text, report).ok());
+    ASSERT_TRUE(folder->Commit(report).ok());
+  }
+  void ChangeReport(const std::function<void(v1::FrameReport&)>& change) {
+    const auto folder = FrameFolder::Open(out_, "f0", ConfinedFolder::IfMissing::kFail);
+    v1::FrameReport report = folder->Report().value();
+    change(report);
+    ASSERT_TRUE(folder->Commit(report).ok());
+  }
+  std::string File(const char* name) const { return out_ + "/f0/" + name; }
+  // "align: why"; "stands" for a whole frame.
+  std::string Standing() const {
+    const FrameStanding standing = InspectFrame(inputs_, 0, *options_, out_);
+    return standing.redo ? std::string(StageName(*standing.redo)) + ": " + standing.why : "stands";
+  }
+
+  const TempFolder temp_;
+  const std::string out_ = std::filesystem::canonical(temp_.path()).string();
+  RegistrationInputs inputs_;
+  OneFrame* dump_ = nullptr;
+  std::optional<JobOptions> options_;
+};
+
+TEST_F(FrameResumeTest, AWholeFrameStands) { EXPECT_EQ(Standing(), "stands"); }
+
+TEST_F(FrameResumeTest, NothingStandsWithoutAReportOrOfAFailedFrame) {
+  ChangeReport([](v1::FrameReport& report) { report.set_state(v1::FRAME_STATE_FAILED); });
+  EXPECT_EQ(Standing(), "decode: ");
+  std::filesystem::remove(File("report.json"));
+  EXPECT_EQ(Standing(), "decode: ");
+  std::filesystem::remove_all(out_ + "/f0");
+  EXPECT_EQ(Standing(), "decode: ");
+}
+
+TEST_F(FrameResumeTest, BeginsWithTheFirstStageThatDiffers) {
+  const char* expected[] = {"decode: decode has version 1, was 9", "decode: triangulate has version 1, was 9",
+                            "decode: second_pass has version 1, was 9", "align: align has version 1, was 9",
+                            "refine: refine has version 1, was 9"};
+  for (int stage = kStages - 1; stage >= 0; --stage) {  // each before the one of the last turn
+    ChangeReport([stage](v1::FrameReport& report) { report.mutable_keys(stage)->set_version(9); });
+    EXPECT_EQ(Standing(), expected[stage]);
+  }
+}
+
+TEST_F(FrameResumeTest, OfOtherImagesOrAnOldVersionBeginsWithTheImages) {
+  ChangeReport([](v1::FrameReport& report) { report.clear_keys(); });
+  EXPECT_THAT(Standing(), HasSubstr("decode: it is of version 0.1.2"));
+  dump_->fingerprint_ = "others";
+  EXPECT_THAT(Standing(), HasSubstr("decode: its images"));
+}
+
+TEST_F(FrameResumeTest, BeginsEarlierWhereFilesAreDamaged) {
+  ChangeReport([](v1::FrameReport& report) { report.mutable_keys(4)->set_version(9); });
+  std::filesystem::remove(File("mesh.ply"));
+  EXPECT_EQ(Standing(), "refine: refine has version 1, was 9") << "which makes the mesh anyway";
+  WriteBytes(File("unrefined.ply"), "damaged");
+  EXPECT_EQ(Standing(), "align: unrefined.ply is not as it was written");
+  WriteBytes(File("cloud.ply"), "damaged");
+  EXPECT_EQ(Standing(), "decode: cloud.ply is not as it was written");
+}
+
+TEST_F(FrameResumeTest, MakesTheMeshAgainFromTheUnrefinedOne) {
+  std::filesystem::remove(File("mesh.ply"));
+  EXPECT_EQ(Standing(), "refine: mesh.ply is missing");
+  const FrameStanding standing = InspectFrame(inputs_, 0, *options_, out_);
+  const auto report = GoOnFrom(standing, inputs_, 0, *options_, out_, {}, {});
+  ASSERT_TRUE(report.ok()) << report.status();
+  EXPECT_EQ(ReadBytes(File("mesh.ply")), ReadBytes(File("unrefined.ply")));
+  EXPECT_FALSE(report->has_temporal()) << "it is to be refined again";
+  EXPECT_EQ(Standing(), "stands");
+}
+
+TEST_F(FrameResumeTest, ObservationsThatWereNotWrittenNeedTheImages) {
+  Ask([](v1::RegistrationOptions& options) { options.set_write_observations(true); });
+  EXPECT_EQ(Standing(), "decode: observations.csv was not written");
+}
+
+TEST_F(FrameResumeTest, FramesThatAreToStandAloneGetTheirOwnMeshAndBack) {
+  const std::string own = ReadBytes(File("unrefined.ply"));
+  Ask([](v1::RegistrationOptions& options) { options.set_frames_alone(true); });
+  EXPECT_EQ(Standing(), "refine: refine is not done any more");
+  ASSERT_TRUE(GoOnFrom(InspectFrame(inputs_, 0, *options_, out_), inputs_, 0, *options_, out_, {}, {}).ok());
+  EXPECT_FALSE(std::filesystem::exists(File("unrefined.ply")));
+  EXPECT_EQ(ReadBytes(File("mesh.ply")), own);
+  EXPECT_EQ(Standing(), "stands");
+  Ask([](v1::RegistrationOptions&) {});
+  EXPECT_EQ(Standing(), "refine: refine was not done");
+  ASSERT_TRUE(GoOnFrom(InspectFrame(inputs_, 0, *options_, out_), inputs_, 0, *options_, out_, {}, {}).ok());
+  EXPECT_EQ(ReadBytes(File("unrefined.ply")), own);
+  EXPECT_EQ(Standing(), "stands");
+}
+
+}  // namespace
+}  // namespace weft
