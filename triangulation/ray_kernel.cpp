@@ -1,7 +1,7 @@
 #include "triangulation/ray_kernel.h"
 
-#include "triangulation/ray_kernel_impl.h"
 #include "simd/allowed_build.h"
+#include "triangulation/ray_kernel_impl.h"
 
 namespace weft {
 
