@@ -35,7 +35,8 @@ absl::StatusOr<DecodedImage> DecodePng(std::span<const uint8_t> bytes);
 
 // Rows, tiles and planes, grey, colour, palettes and what else libtiff converts; alpha is left out, 16 bits
 // are scaled to 8 (rounded). Of several images, the first. InvalidArgument: damaged or truncated, or of other
-// bits; the message names no file.
-absl::StatusOr<DecodedImage> DecodeTiff(std::span<const uint8_t> bytes);
+// bits, of more than 4 channels, or of more pixels than `most_pixels`, as libtiff reads the size: a file may
+// state it twice. The message names no file.
+absl::StatusOr<DecodedImage> DecodeTiff(std::span<const uint8_t> bytes, int64_t most_pixels);
 
 }  // namespace weft

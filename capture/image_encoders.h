@@ -21,7 +21,7 @@ struct ImagePixels {
 
 enum class PngEffort {
   kFast,   // for files that are written by the thousand
-  kSmall,  // for files that are kept or sent: half the size, five times the time
+  kSmall,  // for files that are kept or sent
 };
 
 // All InvalidArgument: no pixels, sizes that do not fit `bytes`, channels or bits that the format lacks.

@@ -70,14 +70,9 @@ absl::StatusOr<DecodedImage> Decode(const std::vector<uint8_t>& bytes,
     case ImageFormat::kJpeg:
       return DecodeJpeg(bytes);
     case ImageFormat::kTiff:
-      return DecodeTiff(bytes);
+      return DecodeTiff(bytes, int64_t{header->width_px} * header->height_px);
   }
   return absl::InternalError("unknown format");
-}
-
-absl::Status UnknownEnding(const std::string& path) {
-  return absl::InvalidArgumentError(
-      absl::StrCat(path, ": unknown image format; end the name in .png, .jpg or .tif"));
 }
 
 absl::StatusOr<std::vector<uint8_t>> Encode(const std::string& path, const ImagePixels& image,
@@ -86,13 +81,14 @@ absl::StatusOr<std::vector<uint8_t>> Encode(const std::string& path, const Image
   if (ending == ".png") return EncodePng(image);
   if (ending == ".tif" || ending == ".tiff") return EncodeTiff(image);
   if (ending == ".jpg" || ending == ".jpeg") return EncodeJpeg(image, jpeg_quality);
-  return UnknownEnding(path);
+  return absl::InvalidArgumentError("unknown image format; end the name in .png, .jpg or .tif");
 }
 
 // The file appears under its name only when it is complete.
 absl::Status EncodeAndWrite(const std::string& path, const ImagePixels& image, int jpeg_quality) {
   const absl::StatusOr<std::vector<uint8_t>> encoded = Encode(path, image, jpeg_quality);
-  if (!encoded.ok()) return encoded.status();
+  if (!encoded.ok())
+    return absl::Status(encoded.status().code(), absl::StrCat(path, ": ", encoded.status().message()));
   const std::vector<uint8_t>& bytes = *encoded;
   const std::string temporary = absl::StrCat(path, ".tmp.", getpid());
   std::ofstream out(temporary, std::ios::binary);
@@ -145,8 +141,6 @@ absl::Status WriteDeepImageFile(const std::string& path, const DeepImage& image)
       image.channels,
       16,
       {reinterpret_cast<const uint8_t*>(image.values.data()), image.values.size() * sizeof(uint16_t)}};
-  if (absl::Status status = CheckPixels(pixels, 3, 16); !status.ok())
-    return absl::InvalidArgumentError(absl::StrCat(path, ": ", status.message()));
   return EncodeAndWrite(path, pixels, 0);
 }
 

@@ -53,7 +53,7 @@ class PngWriter {
     if (setjmp(png_jmpbuf(png_)) != 0) return false;
     png_set_write_fn(png_, &sink_, WeftPngWrite, WeftPngFlush);
     if (effort == PngEffort::kFast) {
-      // The tuning of many programs for pictures: one filter, runs instead of a search for matches.
+      // As OpenCV tunes it: one filter, runs instead of a search for matches.
       png_set_filter(png_, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
       png_set_compression_level(png_, Z_BEST_SPEED);
       png_set_compression_strategy(png_, Z_RLE);
@@ -77,19 +77,6 @@ class PngWriter {
 };
 
 }  // namespace
-
-absl::Status CheckPixels(const ImagePixels& image, int most_channels, int most_bits) {
-  const bool has_channels =
-      image.channels == 1 || image.channels == 3 || (image.channels == 4 && most_channels == 4);
-  const bool has_bits = image.bits == 8 || (image.bits == 16 && most_bits == 16);
-  if (image.width_px > 0 && image.height_px > 0 && has_channels && has_bits &&
-      image.bytes.size() == static_cast<size_t>(image.width_px) * image.height_px * image.channels *
-                                (static_cast<size_t>(image.bits) / 8))
-    return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(image.bytes.size(), " bytes for ", image.width_px, " x ",
-                                                 image.height_px, " pixels of ", image.channels,
-                                                 " channels of ", image.bits, " bits"));
-}
 
 absl::StatusOr<std::vector<uint8_t>> EncodePng(const ImagePixels& image, PngEffort effort) {
   if (absl::Status status = CheckPixels(image, 4, 16); !status.ok()) return status;

@@ -76,7 +76,7 @@ absl::Status Damaged(const std::string& problem) {
 
 }  // namespace
 
-absl::StatusOr<DecodedImage> DecodeTiff(std::span<const uint8_t> bytes) {
+absl::StatusOr<DecodedImage> DecodeTiff(std::span<const uint8_t> bytes, int64_t most_pixels) {
   TiffMemory memory;
   memory.data = bytes.data();
   memory.size = bytes.size();
@@ -87,6 +87,12 @@ absl::StatusOr<DecodedImage> DecodeTiff(std::span<const uint8_t> bytes) {
     return absl::InvalidArgumentError(absl::StrCat(
         "values of ", layout.bits, layout.format == SAMPLEFORMAT_UINT ? " bits" : " bits with a sign",
         "; only whole numbers of 8 or 16 bits without a sign are read"));
+  if (layout.samples > 4)
+    return absl::InvalidArgumentError(absl::StrCat(layout.samples, " channels, expected 1, 3 or 4"));
+  if (layout.width_px == 0 || int64_t{layout.width_px} * layout.height_px > most_pixels) {
+    return absl::InvalidArgumentError(absl::StrCat("image is ", layout.width_px, "x", layout.height_px,
+                                                   ", more than the ", most_pixels, " pixels that are read"));
+  }
   const bool grey =
       layout.photometric == PHOTOMETRIC_MINISBLACK || layout.photometric == PHOTOMETRIC_MINISWHITE;
   DecodedImage image{static_cast<int>(layout.width_px), static_cast<int>(layout.height_px), grey ? 1 : 3, {}};

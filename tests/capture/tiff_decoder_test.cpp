@@ -85,7 +85,7 @@ std::string Written(const std::string& path, const Kind& kind) {
 }
 
 absl::StatusOr<DecodedImage> Decoded(const std::string& bytes) {
-  return DecodeTiff({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()});
+  return DecodeTiff({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()}, kSide * kSide);
 }
 
 const Kind kKinds[] = {{.name = "grey", .channels = 1},
@@ -132,6 +132,31 @@ TEST(TiffDecoder, RefusesValuesThatAreNoWholeNumbers) {
   const auto image =
       Decoded(Written(folder / "a.tif", {.name = "float", .bits = 16, .format = SAMPLEFORMAT_IEEEFP}));
   EXPECT_THAT(std::string(image.status().message()), HasSubstr("whole numbers of 8 or 16 bits"));
+}
+
+// The value of a tag of the first directory, a short or a long, in a little-endian file.
+std::string WithTag(std::string file, int tag, uint32_t value) {
+  const auto at = [&file](size_t i) { return static_cast<uint8_t>(file[i]); };
+  const size_t directory = at(4) | at(5) << 8 | at(6) << 16;
+  for (size_t entry = directory + 2; entry + 12 <= file.size(); entry += 12) {
+    if ((at(entry) | at(entry + 1) << 8) != tag) continue;
+    for (size_t i = 0; i < 4; ++i) file[entry + 8 + i] = static_cast<char>(value >> 8 * i);
+    return file;
+  }
+  ADD_FAILURE() << "no tag " << tag;
+  return file;
+}
+
+TEST(TiffDecoder, RefusesSizesThatWouldFillTheMemory) {
+  const TempFolder folder;
+  const std::string whole = Written(folder / "a.tif", {.name = "LZW", .compression = COMPRESSION_LZW});
+  EXPECT_THAT(std::string(Decoded(WithTag(whole, TIFFTAG_IMAGELENGTH, 0x7fffffff)).status().message()),
+              HasSubstr("more than the 1024 pixels"));
+  EXPECT_EQ(Decoded(WithTag(whole, TIFFTAG_IMAGEWIDTH, 0)).status().code(),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(
+      std::string(Decoded(Written(folder / "a.tif", {.name = "six", .channels = 6})).status().message()),
+      HasSubstr("6 channels, expected 1, 3 or 4"));
 }
 
 }  // namespace
