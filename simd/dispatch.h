@@ -20,7 +20,6 @@ const Kernels& FastestBuild([[maybe_unused]] const Kernels& avx512, [[maybe_unus
 }  // namespace weft
 
 // WEFT_DECLARE_BUILDS(Kernels, kName): the constant kName of type Kernels in each build's namespace.
-// WEFT_FASTEST_BUILD(kName): the one to use here.
 #ifdef __x86_64__
 #define WEFT_DECLARE_BUILDS(Kernels, kName) \
   namespace baseline {                      \
@@ -32,11 +31,9 @@ const Kernels& FastestBuild([[maybe_unused]] const Kernels& avx512, [[maybe_unus
   namespace avx512 {                        \
   extern const Kernels kName;               \
   }
-#define WEFT_FASTEST_BUILD(kName) FastestBuild(avx512::kName, avx2::kName, baseline::kName)
 #else
 #define WEFT_DECLARE_BUILDS(Kernels, kName) \
   namespace baseline {                      \
   extern const Kernels kName;               \
   }
-#define WEFT_FASTEST_BUILD(kName) (baseline::kName)
 #endif
