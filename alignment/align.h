@@ -12,7 +12,7 @@
 #include "alignment/mesh.h"
 #include "alignment/mesh_graph.h"
 #include "alignment/template.h"
-#include "alignment/untangle.h"
+#include "alignment/untangle/untangle.h"
 #include "triangulation/cloud.h"
 
 namespace weft {

@@ -8,7 +8,7 @@
 #include "alignment/mesh.h"
 #include "alignment/ray_scene.h"
 #include "alignment/template.h"
-#include "capture/camera_model.h"
+#include "capture/rig/camera_model.h"
 #include "pattern/fit/cell.h"
 
 namespace weft {

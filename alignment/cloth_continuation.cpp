@@ -6,7 +6,7 @@
 #include <cmath>
 #include <unordered_set>
 
-#include "alignment/tangle_patch.h"
+#include "alignment/untangle/tangle_patch.h"
 
 namespace weft {
 namespace {

@@ -6,7 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "capture/content_hash.h"
+#include "capture/file/content_hash.h"
 
 namespace weft {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "capture/rig.h"
+#include "capture/rig/rig.h"
 #include "triangulation/cloud.h"
 #include "triangulation/triangulate.h"
 

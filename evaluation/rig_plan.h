@@ -8,7 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "alignment/template.h"
-#include "capture/rig.h"
+#include "capture/rig/rig.h"
 #include "evaluation/vertex_views.h"
 
 namespace weft {

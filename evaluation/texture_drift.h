@@ -9,9 +9,9 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "alignment/template.h"
-#include "capture/camera_model.h"
-#include "capture/frame.h"
-#include "capture/rig.h"
+#include "capture/image/frame.h"
+#include "capture/rig/camera_model.h"
+#include "capture/rig/rig.h"
 #include "evaluation/vertex_views.h"
 #include "simulation/printed_mesh.h"
 

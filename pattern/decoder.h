@@ -6,7 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "capture/frame.h"
+#include "capture/image/frame.h"
 #include "pattern/board/board_index.h"
 #include "pattern/fit/cell_check.h"
 #include "pattern/observation.h"

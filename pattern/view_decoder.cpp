@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "capture/mosaic.h"
+#include "capture/image/mosaic.h"
 #include "pattern/seeds/patch_extension.h"
 #include "pattern/surface/center_sweep.h"
 #include "pattern/surface/components.h"

@@ -8,7 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "capture/frame.h"
+#include "capture/image/frame.h"
 #include "pattern/decoder.h"
 #include "pattern/fit/appearance.h"
 #include "pattern/fit/cell_fitter.h"

@@ -9,7 +9,7 @@
 #include "capture/calibration/board_view.h"
 #include "capture/calibration/calibration_bundle.h"
 #include "capture/calibration/target.h"
-#include "capture/rig.h"
+#include "capture/rig/rig.h"
 
 namespace weft {
 

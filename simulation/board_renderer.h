@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "capture/camera_model.h"
-#include "capture/frame.h"
+#include "capture/image/frame.h"
+#include "capture/rig/camera_model.h"
 #include "simulation/board_motion.h"
 #include "simulation/lens.h"
 #include "simulation/sensor.h"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "capture/camera_model.h"
+#include "capture/rig/camera_model.h"
 
 namespace weft {
 

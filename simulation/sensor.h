@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "capture/frame.h"
+#include "capture/image/frame.h"
 #include "simulation/lens.h"
 
 namespace weft {

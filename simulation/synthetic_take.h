@@ -8,7 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "alignment/template.h"
-#include "capture/rig.h"
+#include "capture/rig/rig.h"
 #include "pattern/board/board.h"
 #include "simulation/performance.h"
 #include "simulation/printed_mesh.h"

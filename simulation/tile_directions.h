@@ -5,7 +5,7 @@
 #include <Eigen/Geometry>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/rig/camera_model.h"
 
 namespace weft {
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "capture/camera_model.h"
+#include "capture/rig/camera_model.h"
 #include "simulation/lens.h"
 #include "simulation/studio_scene.h"
 

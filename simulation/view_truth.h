@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "alignment/ray_scene.h"
-#include "capture/camera_model.h"
+#include "capture/rig/camera_model.h"
 #include "pattern/observation.h"
 #include "simulation/printed_mesh.h"
 

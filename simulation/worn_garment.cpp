@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
-#include "alignment/untangle.h"
+#include "alignment/untangle/untangle.h"
 #include "simulation/body_motion.h"
 #include "simulation/garment_solver.h"
 #include "simulation/hand.h"

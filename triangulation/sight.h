@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/rig/camera_model.h"
 #include "pattern/observation.h"
 
 namespace weft {

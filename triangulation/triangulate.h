@@ -5,7 +5,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "capture/rig.h"
+#include "capture/rig/rig.h"
 #include "pattern/observation.h"
 #include "triangulation/cloud.h"
 

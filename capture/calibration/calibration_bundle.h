@@ -7,7 +7,7 @@
 
 #include "capture/calibration/board_view.h"
 #include "capture/calibration/target.h"
-#include "capture/camera_model.h"
+#include "capture/rig/camera_model.h"
 
 namespace weft {
 

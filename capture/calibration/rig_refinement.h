@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "capture/rig.h"
+#include "capture/rig/rig.h"
 
 namespace weft {
 

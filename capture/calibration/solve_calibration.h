@@ -9,7 +9,7 @@
 #include "absl/status/statusor.h"
 #include "capture/calibration/calibration_bundle.h"
 #include "capture/calibration/target.h"
-#include "capture/rig.h"
+#include "capture/rig/rig.h"
 
 namespace weft {
 

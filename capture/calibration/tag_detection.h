@@ -10,7 +10,7 @@
 #include "absl/status/statusor.h"
 #include "capture/calibration/board_view.h"
 #include "capture/calibration/target.h"
-#include "capture/frame.h"
+#include "capture/image/frame.h"
 
 namespace weft {
 

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
-#include "capture/content_hash.h"
+#include "capture/file/content_hash.h"
 #include "pattern/board/window_code.h"
 
 namespace weft {

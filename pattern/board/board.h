@@ -9,7 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "capture/frame.h"
+#include "capture/image/frame.h"
 
 namespace weft {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "capture/frame.h"
+#include "capture/image/frame.h"
 
 namespace weft {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "capture/frame.h"
+#include "capture/image/frame.h"
 #include "pattern/image/pixel_allocator.h"
 
 namespace weft {

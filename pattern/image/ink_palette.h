@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "capture/frame.h"
+#include "capture/image/frame.h"
 #include "pattern/board/board.h"
 #include "pattern/image/ink_model.h"
 #include "pattern/observation.h"

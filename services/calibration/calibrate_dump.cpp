@@ -10,8 +10,8 @@
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
-#include "capture/frame_range.h"
-#include "capture/open_dump.h"
+#include "capture/take/frame_range.h"
+#include "capture/take/open_dump.h"
 #include "services/files/atomic_file.h"
 #include "services/files/target_file.h"
 

@@ -10,9 +10,9 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "capture/calibration/moving_edges.h"
-#include "capture/image_file.h"
-#include "capture/image_folder.h"
-#include "capture/recorded_take.h"
+#include "capture/image/image_file.h"
+#include "capture/take/image_folder.h"
+#include "capture/take/recorded_take.h"
 
 namespace weft {
 namespace {

@@ -8,8 +8,8 @@
 #include "absl/status/statusor.h"
 #include "capture/calibration/gates.h"
 #include "capture/calibration/tag_detection.h"
-#include "capture/frame_source.h"
-#include "capture/rig.h"
+#include "capture/rig/rig.h"
+#include "capture/take/frame_source.h"
 
 namespace weft {
 

@@ -7,7 +7,7 @@
 #include <mutex>
 
 #include "absl/strings/str_format.h"
-#include "capture/image_file.h"
+#include "capture/image/image_file.h"
 #include "services/files/atomic_file.h"
 #include "services/files/rig_file.h"
 

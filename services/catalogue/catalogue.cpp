@@ -1,7 +1,7 @@
 #include "services/catalogue/catalogue.h"
 
 #include "absl/strings/str_cat.h"
-#include "capture/plain_text.h"
+#include "capture/file/plain_text.h"
 #include "services/catalogue/catalogue_rows.h"
 #include "services/catalogue/restore.h"
 

@@ -1,8 +1,8 @@
 #include "services/catalogue/catalogue_rows.h"
 
 #include "absl/strings/str_cat.h"
-#include "capture/checksum.h"
-#include "capture/plain_text.h"
+#include "capture/file/checksum.h"
+#include "capture/file/plain_text.h"
 #include "services/catalogue/message_text.h"
 
 namespace weft {

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "capture/plain_text.h"
+#include "capture/file/plain_text.h"
 #include "google/protobuf/descriptor.h"
 #include "google/protobuf/unknown_field_set.h"
 

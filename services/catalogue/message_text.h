@@ -8,7 +8,7 @@
 
 namespace weft {
 
-// Texts that are not UTF-8 become escaped ones (capture/plain_text.h). All others stay as they are.
+// Texts that are not UTF-8 become escaped ones (capture/file/plain_text.h). All others stay as they are.
 void EscapeTexts(google::protobuf::Message& message);
 
 // As ParseFromString, and texts that are not UTF-8 become escaped ones. False: not such a message.

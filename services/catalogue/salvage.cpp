@@ -8,7 +8,7 @@
 
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
-#include "capture/plain_text.h"
+#include "capture/file/plain_text.h"
 #include "services/catalogue/catalogue_rows.h"
 #include "services/catalogue/wal_file.h"
 

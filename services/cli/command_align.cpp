@@ -14,7 +14,7 @@
 #include "absl/strings/str_format.h"
 #include "alignment/align.h"
 #include "alignment/mesh_texture.h"
-#include "alignment/self_intersection.h"
+#include "alignment/untangle/self_intersection.h"
 #include "services/cli/commands.h"
 #include "services/cli/pipeline_flags.h"
 #include "services/files/atomic_file.h"
@@ -26,6 +26,7 @@
 #include "services/files/template_file.h"
 #include "services/options/presets.h"
 #include "services/pipeline/stage_reports.h"
+#include "services/process/exit_status.h"
 #include "weft/v1/command.pb.h"
 
 namespace weft {

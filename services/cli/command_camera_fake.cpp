@@ -11,8 +11,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "capture/open_dump.h"
-#include "capture/raw_frame.h"
+#include "capture/image/raw_frame.h"
+#include "capture/take/open_dump.h"
 #include "services/cli/commands.h"
 #include "services/files/json_file.h"
 #include "services/files/rig_file.h"

@@ -15,7 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
-#include "capture/image_file.h"
+#include "capture/image/image_file.h"
 #include "pattern/decoder.h"
 #include "services/cli/commands.h"
 #include "services/cli/decode_inputs.h"

@@ -12,7 +12,7 @@
 #include "services/cli/print_verdict.h"
 #include "services/client/fetch_results.h"
 #include "services/client/registration_client.h"
-#include "services/pipeline/stop_on_signal.h"
+#include "services/process/stop_on_signal.h"
 
 namespace weft {
 namespace {

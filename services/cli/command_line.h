@@ -1,4 +1,4 @@
-// What every command of `weft` shares: how it is run, what its exit status means, how it prints.
+// What every command of `weft` shares: how it is declared and run.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -10,14 +10,6 @@
 
 namespace weft {
 
-// 0 done, 1 failed, 2 bad arguments or input.
-enum ExitStatus : int { kExitDone = 0, kExitFailed = 1, kExitBadInput = 2 };
-
-// The one place that maps an outcome to the exit status: InvalidArgument, NotFound, OutOfRange,
-// AlreadyExists, PermissionDenied and FailedPrecondition (inputs that do not fit each other) are bad input,
-// every other error is a failure.
-int ExitStatusOf(const absl::Status& status);
-
 // The parsed command line. A command's Add function declares its options and, in the subcommand's callback,
 // sets `run`; main runs it after everything is parsed.
 struct CommandLine {
@@ -28,10 +20,5 @@ struct CommandLine {
 // A subcommand with the house's manners: shows defaults, its examples below the options, --help.
 CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& description,
                      const std::string& examples);
-
-// "weft: error: ..." on stderr, with a category where the message alone may not say enough.
-void PrintError(const absl::Status& status);
-// "weft: warning: ..." on stderr.
-void PrintWarning(const std::string& message);
 
 }  // namespace weft

@@ -4,7 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "capture/image_file.h"
+#include "capture/image/image_file.h"
 #include "pattern/decoder.h"
 #include "pattern/image/ink_palette.h"
 #include "services/cli/commands.h"

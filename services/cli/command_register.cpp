@@ -14,7 +14,8 @@
 #include "services/cli/remote_registration.h"
 #include "services/files/json_file.h"
 #include "services/options/presets.h"
-#include "services/pipeline/stop_on_signal.h"
+#include "services/process/exit_status.h"
+#include "services/process/stop_on_signal.h"
 
 namespace weft {
 namespace {

@@ -4,9 +4,9 @@
 #include <memory>
 
 #include "absl/strings/str_cat.h"
-#include "capture/colmap_text.h"
-#include "capture/krt.h"
-#include "capture/opencv_yaml.h"
+#include "capture/rig/colmap_text.h"
+#include "capture/rig/krt.h"
+#include "capture/rig/opencv_yaml.h"
 #include "services/cli/command_rig_refine.h"
 #include "services/cli/commands.h"
 #include "services/files/atomic_file.h"

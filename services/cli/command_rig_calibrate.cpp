@@ -20,6 +20,7 @@
 #include "services/cli/progress.h"
 #include "services/files/atomic_file.h"
 #include "services/files/target_file.h"
+#include "services/process/exit_status.h"
 #include "services/verdict/verdict.h"
 
 namespace weft {

@@ -18,7 +18,7 @@
 #include "services/cli/commands.h"
 #include "services/cli/progress.h"
 #include "services/files/rig_file.h"
-#include "services/pipeline/stop_on_signal.h"
+#include "services/process/stop_on_signal.h"
 #include "services/synthetic/take_writer.h"
 #include "simulation/take_presets.h"
 

@@ -6,6 +6,7 @@
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
 #include "services/cli/take_text.h"
+#include "services/process/exit_status.h"
 #include "services/recording/disk_speed.h"
 #include "services/recording/take_file.h"
 #include "services/recording/take_recovery.h"

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "absl/strings/str_format.h"
-#include "capture/frame.h"
+#include "capture/image/frame.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
 #include "services/cli/progress.h"

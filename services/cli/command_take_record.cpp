@@ -17,6 +17,7 @@
 #include "services/cli/json_output.h"
 #include "services/cli/preview_options.h"
 #include "services/cli/take_text.h"
+#include "services/process/exit_status.h"
 #include "services/recording/disk_check.h"
 #include "services/recording/live_recording.h"
 #include "services/recording/session_file.h"

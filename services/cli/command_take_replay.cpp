@@ -12,6 +12,7 @@
 #include "services/cli/preview_options.h"
 #include "services/cli/progress.h"
 #include "services/cli/take_range.h"
+#include "services/process/exit_status.h"
 #include "services/recording/replay_take.h"
 
 namespace weft {

@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "capture/frame_range.h"
-#include "capture/image_file.h"
-#include "capture/image_folder.h"
-#include "capture/mosaic.h"
-#include "capture/recorded_take.h"
-#include "capture/take_files.h"
+#include "capture/image/image_file.h"
+#include "capture/image/mosaic.h"
+#include "capture/take/frame_range.h"
+#include "capture/take/image_folder.h"
+#include "capture/take/recorded_take.h"
+#include "capture/take/take_files.h"
 
 namespace weft {
 namespace {

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "absl/status/statusor.h"
-#include "capture/frame.h"
+#include "capture/image/frame.h"
 #include "pattern/decoder.h"
 
 namespace weft {

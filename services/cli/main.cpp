@@ -7,7 +7,8 @@
 #include "services/cli/command_line.h"
 #include "services/cli/commands.h"
 #include "services/cli/completion.h"
-#include "services/cli/help.h"
+#include "services/process/exit_status.h"
+#include "services/process/help.h"
 #include "services/verdict/verdict.h"
 
 namespace {

@@ -7,6 +7,7 @@
 #include "services/cli/command_line.h"
 #include "services/files/board_file.h"
 #include "services/files/template_file.h"
+#include "services/process/exit_status.h"
 
 namespace weft {
 

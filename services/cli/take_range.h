@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "capture/take_view.h"
+#include "capture/take/take_view.h"
 
 namespace weft {
 

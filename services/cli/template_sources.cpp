@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "capture/frame_range.h"
-#include "capture/open_dump.h"
+#include "capture/take/frame_range.h"
+#include "capture/take/open_dump.h"
 #include "services/cli/command_line.h"
 #include "services/cli/progress.h"
 #include "services/files/atomic_file.h"
@@ -15,6 +15,7 @@
 #include "services/files/cloud_file.h"
 #include "services/files/rig_file.h"
 #include "services/pipeline/frame_cloud.h"
+#include "services/process/exit_status.h"
 
 namespace weft {
 namespace {

@@ -7,6 +7,7 @@
 #include "services/files/atomic_file.h"
 #include "services/files/confined_folder.h"
 #include "services/files/frame_paths.h"
+#include "services/rpc/result_names.h"
 
 namespace weft {
 namespace {
@@ -41,25 +42,6 @@ absl::StatusOr<ConfinedFolder> OpenOut(const std::string& out) {
 }
 
 }  // namespace
-
-std::string ResultFileName(v1::ResultKind kind) {
-  switch (kind) {
-    case v1::RESULT_KIND_MESH:
-      return FileName(FrameFile::kMesh);
-    case v1::RESULT_KIND_CLOUD:
-      return FileName(FrameFile::kCloud);
-    case v1::RESULT_KIND_OBSERVATIONS:
-      return FileName(FrameFile::kObservations);
-    case v1::RESULT_KIND_FRAME_REPORT:
-      return FileName(FrameFile::kReport);
-    case v1::RESULT_KIND_JOB:
-      return kJobFile;
-    case v1::RESULT_KIND_JOB_REPORT:
-      return kJobReportFile;
-    default:
-      return "";
-  }
-}
 
 absl::Status FetchResults(RegistrationClient& client, const v1::Job& job, const std::string& out,
                           const std::function<void(size_t done, size_t total)>& progress,

@@ -11,9 +11,6 @@
 
 namespace weft {
 
-// The file's name in a folder of results, e.g. "mesh.ply" or "report.html".
-std::string ResultFileName(v1::ResultKind kind);
-
 // Writes the finished frames' files to <out>/<frame>/ (report.json last) and job.json and report.html to
 // <out>; folders are made. A frame or file that the job does not have is passed over. `progress` is called
 // with the frames done and all of them. FailedPrecondition: a folder of a frame is a link. Cancelled: `stop`

@@ -6,8 +6,8 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "services/client/grpc_status.h"
 #include "services/files/atomic_file.h"
+#include "services/rpc/grpc_status.h"
 
 namespace weft {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
-#include "capture/plain_text.h"
+#include "capture/file/plain_text.h"
 #include "services/catalogue/message_text.h"
 #include "services/daemon/job_queue_state.h"
 

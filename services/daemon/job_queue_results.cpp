@@ -1,7 +1,7 @@
 // JobQueue: what stands in the folder of a job, and its end.
 #include <spdlog/spdlog.h>
 
-#include "capture/plain_text.h"
+#include "capture/file/plain_text.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_queue_state.h"
 

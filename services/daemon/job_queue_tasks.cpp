@@ -5,7 +5,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "capture/plain_text.h"
+#include "capture/file/plain_text.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_queue_state.h"
 #include "services/pipeline/frame_files.h"

@@ -5,8 +5,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "capture/natural_order.h"
-#include "capture/plain_text.h"
+#include "capture/file/natural_order.h"
+#include "capture/file/plain_text.h"
 #include "services/files/frame_paths.h"
 #include "services/files/json_file.h"
 #include "services/pipeline/register_frame.h"

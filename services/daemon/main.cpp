@@ -10,10 +10,10 @@
 #include <mutex>
 #include <stop_token>
 
-#include "services/cli/command_line.h"
-#include "services/cli/help.h"
 #include "services/daemon/daemon.h"
-#include "services/pipeline/stop_on_signal.h"
+#include "services/process/exit_status.h"
+#include "services/process/help.h"
+#include "services/process/stop_on_signal.h"
 #include "services/report/html_report.h"
 #include "services/report/job_verdict.h"
 

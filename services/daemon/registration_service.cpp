@@ -7,11 +7,11 @@
 #include <functional>
 
 #include "absl/strings/str_cat.h"
-#include "capture/plain_text.h"
-#include "services/client/grpc_status.h"
+#include "capture/file/plain_text.h"
 #include "services/daemon/request_check.h"
 #include "services/daemon/results.h"
 #include "services/daemon/watch_reactor.h"
+#include "services/rpc/grpc_status.h"
 
 namespace weft {
 namespace {

@@ -10,8 +10,8 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "services/client/fetch_results.h"
 #include "services/files/unique_fd.h"
+#include "services/rpc/result_names.h"
 
 namespace weft {
 namespace {

@@ -4,8 +4,8 @@
 #include <mutex>
 #include <utility>
 
-#include "services/client/grpc_status.h"
 #include "services/daemon/request_check.h"
+#include "services/rpc/grpc_status.h"
 
 namespace weft {
 namespace {

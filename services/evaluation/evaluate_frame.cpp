@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "alignment/self_intersection.h"
+#include "alignment/untangle/self_intersection.h"
 #include "evaluation/jitter.h"
 #include "services/evaluation/frame_pieces.h"
 #include "services/files/frame_paths.h"

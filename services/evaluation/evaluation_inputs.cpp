@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "capture/open_dump.h"
+#include "capture/take/open_dump.h"
 #include "services/files/frame_paths.h"
 #include "services/files/json_file.h"
 #include "services/files/rig_file.h"

@@ -8,8 +8,8 @@
 
 #include "absl/status/statusor.h"
 #include "alignment/template.h"
-#include "capture/frame_source.h"
-#include "capture/rig.h"
+#include "capture/rig/rig.h"
+#include "capture/take/frame_source.h"
 #include "evaluation/camera_errors.h"
 #include "evaluation/geodesic_distortion.h"
 #include "evaluation/texture_drift.h"

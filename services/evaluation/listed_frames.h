@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "capture/frame_source.h"
+#include "capture/take/frame_source.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {

@@ -4,7 +4,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "capture/image_file.h"
+#include "capture/image/image_file.h"
 #include "pattern/board/panel_mask.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "capture/plain_text.h"
+#include "capture/file/plain_text.h"
 #include "services/pipeline/stage_keys.h"
 
 namespace weft {

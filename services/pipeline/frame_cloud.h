@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "capture/frame_source.h"
-#include "capture/rig.h"
+#include "capture/rig/rig.h"
+#include "capture/take/frame_source.h"
 #include "pattern/board/board_index.h"
 #include "pattern/view_decoder.h"
 #include "services/options/pipeline_options.h"

@@ -4,7 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "capture/checksum.h"
+#include "capture/file/checksum.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "capture/frame_range.h"
-#include "capture/open_dump.h"
+#include "capture/take/frame_range.h"
+#include "capture/take/open_dump.h"
 #include "services/files/board_file.h"
 #include "services/files/garment_parts_file.h"
 #include "services/files/rig_file.h"

@@ -10,8 +10,8 @@
 #include "alignment/cell_prediction.h"
 #include "alignment/mesh_texture.h"
 #include "alignment/template.h"
-#include "capture/frame_source.h"
-#include "capture/rig.h"
+#include "capture/rig/rig.h"
+#include "capture/take/frame_source.h"
 #include "pattern/board/board_index.h"
 #include "weft/v1/job.pb.h"
 

@@ -2,7 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "capture/checksum.h"
+#include "capture/file/checksum.h"
 #include "services/options/presets.h"
 #include "services/pipeline/frame_neighbors.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/image_encoders.h"
+#include "capture/image/image_encoders.h"
 #include "services/report/frame_pictures.h"
 #include "services/report/mesh_colors.h"
 

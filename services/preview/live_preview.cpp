@@ -15,8 +15,8 @@
 #include <utility>
 #include <vector>
 
-#include "capture/natural_order.h"
-#include "capture/thumbnail.h"
+#include "capture/file/natural_order.h"
+#include "capture/image/thumbnail.h"
 #include "pattern/board/board_index.h"
 #include "pattern/decoder.h"
 #include "services/files/atomic_file.h"

@@ -7,7 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "alignment/template.h"
-#include "capture/raw_frame.h"
+#include "capture/image/raw_frame.h"
 #include "pattern/board/board.h"
 
 namespace weft {

@@ -5,7 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "capture/image_encoders.h"
+#include "capture/image/image_encoders.h"
 #include "services/preview/coverage_picture.h"
 #include "services/report/html_text.h"
 

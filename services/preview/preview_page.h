@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "capture/frame.h"
-#include "capture/picture_quality.h"
+#include "capture/image/frame.h"
+#include "capture/image/picture_quality.h"
 #include "services/preview/coverage.h"
 #include "services/report/html_report.h"
 

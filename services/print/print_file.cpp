@@ -11,7 +11,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "capture/image_encoders.h"
+#include "capture/image/image_encoders.h"
 #include "services/files/atomic_file.h"
 #include "services/print/print_drawing.h"
 #include "services/print/vector_file.h"

@@ -1,8 +1,8 @@
 #include "services/recording/camera_list.h"
 
 #include "absl/strings/str_cat.h"
-#include "capture/gige_discovery.h"
-#include "capture/v4l2_device.h"
+#include "capture/camera/gige_discovery.h"
+#include "capture/camera/v4l2_device.h"
 
 namespace weft {
 

@@ -10,7 +10,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "capture/clock_track.h"
+#include "capture/camera/clock_track.h"
 
 namespace weft {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/recorded_take.h"
+#include "capture/take/recorded_take.h"
 #include "services/recording/clock_log.h"
 #include "weft/v1/take.pb.h"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "capture/camera_source.h"
+#include "capture/camera/camera_source.h"
 #include "services/recording/disk_speed.h"
 #include "services/recording/live_recording.h"
 

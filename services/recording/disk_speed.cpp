@@ -11,8 +11,8 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
-#include "capture/aligned_buffer.h"
-#include "capture/posix_file.h"
+#include "capture/file/posix_file.h"
+#include "capture/image/aligned_buffer.h"
 
 namespace weft {
 namespace {

@@ -15,7 +15,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "capture/take_view.h"
+#include "capture/take/take_view.h"
 
 extern char** environ;
 

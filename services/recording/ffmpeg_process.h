@@ -10,7 +10,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "capture/recorded_take.h"
+#include "capture/take/recorded_take.h"
 
 namespace weft {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "capture/camera_source.h"
-#include "capture/frame_set_assembler.h"
+#include "capture/camera/camera_source.h"
+#include "capture/sync/frame_set_assembler.h"
 #include "services/recording/recorder.h"
 #include "services/recording/trigger_sender.h"
 #include "weft/v1/take.pb.h"

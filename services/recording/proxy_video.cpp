@@ -7,8 +7,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "absl/strings/str_cat.h"
-#include "capture/recorded_take.h"
-#include "capture/thumbnail.h"
+#include "capture/image/thumbnail.h"
+#include "capture/take/recorded_take.h"
 #include "services/recording/ffmpeg_process.h"
 
 namespace weft {

@@ -9,8 +9,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "capture/raw_frame.h"
-#include "capture/take_writer.h"
+#include "capture/image/raw_frame.h"
+#include "capture/take/take_writer.h"
 
 namespace weft {
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
-#include "capture/checksum.h"
+#include "capture/file/checksum.h"
 
 namespace weft {
 namespace {

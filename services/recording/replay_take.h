@@ -6,7 +6,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "capture/replay.h"
+#include "capture/take/replay.h"
 #include "weft/v1/replay.pb.h"
 
 namespace weft {

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "capture/gige_camera.h"
-#include "capture/take_format.h"
-#include "capture/v4l2_camera.h"
+#include "capture/camera/gige_camera.h"
+#include "capture/camera/v4l2_camera.h"
+#include "capture/take/take_format.h"
 #include "services/files/json_file.h"
 
 namespace weft {

@@ -11,7 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
-#include "capture/recorded_take.h"
+#include "capture/take/recorded_take.h"
 #include "services/recording/clock_log.h"
 #include "services/recording/common_times.h"
 #include "services/recording/take_file.h"

@@ -8,7 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "capture/recorded_take.h"
+#include "capture/take/recorded_take.h"
 #include "services/files/atomic_file.h"
 #include "services/recording/ffmpeg_process.h"
 

@@ -8,8 +8,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "capture/frame.h"
-#include "capture/take_view.h"
+#include "capture/image/frame.h"
+#include "capture/take/take_view.h"
 #include "services/recording/recorder.h"
 
 namespace weft {

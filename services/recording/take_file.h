@@ -4,7 +4,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "capture/take_writer.h"
+#include "capture/take/take_writer.h"
 #include "services/recording/recorder.h"
 #include "weft/v1/take.pb.h"
 

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "capture/check_take.h"
-#include "capture/recover_take.h"
-#include "capture/take_files.h"
-#include "capture/take_writer.h"
+#include "capture/take/check_take.h"
+#include "capture/take/recover_take.h"
+#include "capture/take/take_files.h"
+#include "capture/take/take_writer.h"
 #include "services/files/json_file.h"
 #include "services/recording/take_file.h"
 #include "services/recording/take_verdict.h"

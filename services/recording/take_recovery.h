@@ -8,7 +8,7 @@
 
 namespace weft {
 
-// VerifyTake (capture/check_take.h), take.json against all of it, and the verdict. NotFound: no recorded
+// VerifyTake (capture/take/check_take.h), take.json against all of it, and the verdict. NotFound: no recorded
 // take.
 absl::StatusOr<v1::TakeCheckReport> VerifyRecordedTake(const std::string& folder);
 
@@ -16,8 +16,8 @@ struct TakeRecoveryChoice {
   bool force = false;    // also takes that were closed
   bool dry_run = false;  // say what would be done, change nothing
 };
-// RecoverTake (capture/recover_take.h); then take.json follows. What was replaced or cut, and the report as
-// recovery.json, stay in <take>/recovered/<number>. FailedPrecondition: the take was closed and `force` is
+// RecoverTake (capture/take/recover_take.h); then take.json follows. What was replaced or cut, and the report
+// as recovery.json, stay in <take>/recovered/<number>. FailedPrecondition: the take was closed and `force` is
 // not set, or it is being recorded.
 absl::StatusOr<v1::TakeRecoveryReport> RecoverRecordedTake(const std::string& folder,
                                                            const TakeRecoveryChoice& choice = {});

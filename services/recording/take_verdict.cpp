@@ -6,8 +6,8 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "capture/take_files.h"
-#include "capture/take_writer.h"
+#include "capture/take/take_files.h"
+#include "capture/take/take_writer.h"
 #include "services/recording/loss_verdict.h"
 #include "services/verdict/verdict.h"
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/recorded_take.h"
+#include "capture/take/recorded_take.h"
 #include "weft/v1/take.pb.h"
 
 namespace weft {

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "capture/action_command.h"
-#include "capture/camera_source.h"
-#include "capture/frame_set_assembler.h"
-#include "capture/gige_device.h"
+#include "capture/camera/action_command.h"
+#include "capture/camera/camera_source.h"
+#include "capture/camera/gige_device.h"
+#include "capture/sync/frame_set_assembler.h"
 #include "services/recording/clock_log.h"
 
 namespace weft {

@@ -7,7 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "capture/image_encoders.h"
+#include "capture/image/image_encoders.h"
 #include "services/report/html_text.h"
 #include "services/report/plot_axes.h"
 

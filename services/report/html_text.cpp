@@ -8,7 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
 #include "absl/time/time.h"
-#include "capture/plain_text.h"
+#include "capture/file/plain_text.h"
 
 namespace weft {
 namespace {

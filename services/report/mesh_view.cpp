@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "capture/image_encoders.h"
+#include "capture/image/image_encoders.h"
 
 namespace weft {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/camera_model.h"
+#include "capture/rig/camera_model.h"
 
 namespace weft {
 

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "alignment/self_intersection.h"
-#include "capture/image_file.h"
+#include "alignment/untangle/self_intersection.h"
+#include "capture/image/image_file.h"
 #include "pattern/board/panel_mask.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"

@@ -11,9 +11,9 @@
 #include <stop_token>
 
 #include "absl/strings/str_cat.h"
-#include "services/cli/command_line.h"
 #include "services/files/json_file.h"
-#include "services/pipeline/stop_on_signal.h"
+#include "services/process/exit_status.h"
+#include "services/process/stop_on_signal.h"
 #include "services/worker/memory_limit.h"
 #include "services/worker/run_task.h"
 #include "services/worker/worker_event.h"

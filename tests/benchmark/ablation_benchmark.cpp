@@ -14,7 +14,7 @@
 #include <tuple>
 #include <utility>
 
-#include "alignment/self_intersection.h"
+#include "alignment/untangle/self_intersection.h"
 #include "services/files/cloud_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/template_file.h"

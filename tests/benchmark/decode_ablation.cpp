@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/image_file.h"
+#include "capture/image/image_file.h"
 #include "services/files/board_file.h"
 #include "services/files/observations_file.h"
 #include "tests/benchmark/decode_score.h"

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
-#include "capture/image_file.h"
+#include "capture/image/image_file.h"
 #include "services/files/board_file.h"
 #include "services/synthetic/truth_file.h"
 #include "simulation/take_presets.h"

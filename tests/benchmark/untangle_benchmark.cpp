@@ -5,9 +5,9 @@
 #include <benchmark/benchmark.h>
 #include <tbb/task_arena.h>
 
-#include "alignment/self_intersection.h"
-#include "alignment/untangle.h"
-#include "tests/alignment/tangled_sheets.h"
+#include "alignment/untangle/self_intersection.h"
+#include "alignment/untangle/untangle.h"
+#include "tests/alignment/untangle/tangled_sheets.h"
 
 namespace weft {
 namespace {

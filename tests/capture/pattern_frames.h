@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/raw_frame.h"
+#include "capture/image/raw_frame.h"
 
 namespace weft {
 

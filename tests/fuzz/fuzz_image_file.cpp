@@ -5,7 +5,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "capture/image_file.h"
+#include "capture/image/image_file.h"
 #include "pattern/board/board.h"
 #include "tests/fuzz/fuzz_target.h"
 

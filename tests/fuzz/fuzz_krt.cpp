@@ -1,4 +1,4 @@
-#include "capture/krt.h"
+#include "capture/rig/krt.h"
 #include "tests/fuzz/fuzz_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

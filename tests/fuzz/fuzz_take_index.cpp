@@ -1,5 +1,5 @@
-#include "capture/ledger.h"
-#include "capture/take_format.h"
+#include "capture/sync/ledger.h"
+#include "capture/take/take_format.h"
 #include "tests/fuzz/fuzz_target.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {

@@ -7,11 +7,11 @@
 #include <filesystem>
 #include <string>
 
-#include "capture/checksum.h"
-#include "capture/frame_codec.h"
-#include "capture/recorded_take.h"
-#include "capture/take_files.h"
-#include "capture/take_format.h"
+#include "capture/file/checksum.h"
+#include "capture/take/frame_codec.h"
+#include "capture/take/recorded_take.h"
+#include "capture/take/take_files.h"
+#include "capture/take/take_format.h"
 #include "tests/fuzz/fuzz_target.h"
 
 namespace {

@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "capture/frame.h"
+#include "capture/image/frame.h"
 #include "pattern/board/board.h"
 
 namespace weft {

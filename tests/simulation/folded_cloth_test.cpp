@@ -8,7 +8,7 @@
 #include <numbers>
 #include <set>
 
-#include "alignment/self_intersection.h"
+#include "alignment/untangle/self_intersection.h"
 #include "simulation/folded_motion.h"
 #include "simulation/take_presets.h"
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <set>
 
-#include "alignment/self_intersection.h"
+#include "alignment/untangle/self_intersection.h"
 #include "simulation/wardrobe.h"
 
 namespace weft {

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "alignment/self_intersection.h"
+#include "alignment/untangle/self_intersection.h"
 #include "simulation/cloth.h"
 
 namespace weft {

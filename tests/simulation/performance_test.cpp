@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "alignment/self_intersection.h"
+#include "alignment/untangle/self_intersection.h"
 
 namespace weft {
 namespace {

@@ -7,8 +7,8 @@
 #include <atomic>
 #include <map>
 
-#include "capture/image_file.h"
-#include "capture/image_folder_dump.h"
+#include "capture/image/image_file.h"
+#include "capture/take/image_folder_dump.h"
 #include "services/files/board_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/rig_file.h"

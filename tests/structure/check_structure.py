@@ -4,7 +4,7 @@
 Usage: check_structure.py ROOT RULE
 
 RULE is one of
-  includes  a folder includes only what docs/architecture.md lets it include, a room of pattern/ only earlier ones
+  includes  a folder includes only what docs/architecture.md lets it include, a room only earlier ones
   headers   headers outside services/ keep OpenCV, gRPC, protobuf and the like out
   first     a source file includes its own header first, which shows that the header compiles alone
   names     a type has one definition: two of one name would be merged silently by the linker
@@ -23,8 +23,22 @@ MAY_INCLUDE["simulation"] = set(FLOW) | {"simulation"}
 MAY_INCLUDE["evaluation"] = set(FLOW) | {"simulation", "evaluation"}
 MAY_INCLUDE["services"] = set(FLOW) | {"simulation", "evaluation", "services", "weft"}  # weft/v1: generated code
 
-# Rooms within pattern/, in the order of the steps; what lies outside of them may use all.
-PATTERN_ROOMS = ["board", "image", "fit", "seeds", "surface"]
+# Rooms within a folder, in the order of the flow; a room uses itself and earlier ones. Files outside of rooms may use all.
+ROOMS = {
+    "capture": ["file", "image", "rig", "camera", "sync", "take"],
+    "pattern": ["board", "image", "fit", "seeds", "surface"],
+}
+# Below the rooms of their folder: what a node of the board is.
+GROUND = {"pattern/observation.h"}
+
+# Folders of services/ that use no other one, or only those named.
+SERVICES_MAY_INCLUDE = {
+    "process": {"process"},
+    "rpc": {"rpc", "files"},
+    "files": {"files"},
+}
+# The daemon and the worker are programs of their own: neither links the command line nor a client.
+SERVICES_MAY_NOT_INCLUDE = {"daemon": {"cli", "client"}, "worker": {"cli", "client", "daemon"}, "client": {"cli", "daemon"}}
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 ANY_INCLUDE = re.compile(r'^\s*#\s*include\s+[<"]([^">]+)[">]', re.MULTILINE)
@@ -59,11 +73,22 @@ def stage_files(root, endings):
 
 
 def room(path):
-    """Position of a file's room among the steps of decoding; files outside of pattern/ come first, those of no room last."""
+    """Position of a file's room in its folder; ground files come first, those of no room last. None: no rooms here."""
     parts = path.replace(os.sep, "/").split("/")
-    if parts[0] != "pattern" or path == "pattern/observation.h":  # what a node of the board is
+    rooms = ROOMS.get(parts[0])
+    if rooms is None:
+        return None
+    if "/".join(parts) in GROUND:
         return -1
-    return PATTERN_ROOMS.index(parts[1]) if parts[1] in PATTERN_ROOMS else len(PATTERN_ROOMS)
+    return rooms.index(parts[1]) if parts[1] in rooms else len(rooms)
+
+
+def services_break(path, include):
+    """Whether a file of services/ includes a folder of services/ that it may not."""
+    ours, theirs = path.replace(os.sep, "/").split("/")[1], include.split("/")[1]
+    if ours in SERVICES_MAY_INCLUDE:
+        return theirs not in SERVICES_MAY_INCLUDE[ours]
+    return theirs in SERVICES_MAY_NOT_INCLUDE.get(ours, set())
 
 
 def check_includes(root):
@@ -74,8 +99,10 @@ def check_includes(root):
                 yield f'{path}: include "{include}" by its path from the root'
             elif (target in MAY_INCLUDE or target == "weft") and target not in MAY_INCLUDE[folder]:
                 yield f'{path}: {folder}/ may not include "{include}"'
-            elif folder == "pattern" and room(include) > room(path):
+            elif target == folder and folder in ROOMS and room(include) > room(path):
                 yield f'{path}: {os.path.dirname(path)}/ may not include "{include}", which is a later step'
+            elif target == folder == "services" and services_break(path, include):
+                yield f'{path}: {os.path.dirname(path)}/ may not include "{include}"'
 
 
 def check_headers(root):

@@ -14,7 +14,7 @@ class StructureCheck(unittest.TestCase):
     def setUp(self):
         self.folder = tempfile.TemporaryDirectory()
         self.addCleanup(self.folder.cleanup)
-        self.write("capture/frame.h", "#pragma once\n")
+        self.write("capture/image/frame.h", "#pragma once\n")
 
     def write(self, path, content):
         path = os.path.join(self.folder.name, path)
@@ -27,9 +27,9 @@ class StructureCheck(unittest.TestCase):
         return done.returncode, done.stdout
 
     def test_accepts_includes_against_the_flow_of_data_only(self):
-        self.write("pattern/decoder.h", '#include "capture/frame.h"\n')
+        self.write("pattern/decoder.h", '#include "capture/image/frame.h"\n')
         self.assertEqual(self.run_rule("includes"), (0, ""))
-        self.write("capture/rig.h", '#include "pattern/decoder.h"\n')
+        self.write("capture/rig/rig.h", '#include "pattern/decoder.h"\n')
         status, out = self.run_rule("includes")
         self.assertEqual(status, 1)
         self.assertIn('capture/ may not include "pattern/decoder.h"', out)
@@ -44,6 +44,26 @@ class StructureCheck(unittest.TestCase):
         self.assertEqual(status, 1)
         self.assertIn('pattern/seeds/ may not include "pattern/surface/growth.h"', out)
 
+    def test_rejects_cameras_that_know_of_takes(self):
+        self.write("capture/take/replay.h", '#include "capture/camera/camera_source.h"\n')
+        self.write("capture/calibration/target.h", '#include "capture/take/replay.h"\n')
+        self.assertEqual(self.run_rule("includes"), (0, ""))
+        self.write("capture/camera/camera_source.h", '#include "capture/take/replay.h"\n')
+        status, out = self.run_rule("includes")
+        self.assertEqual(status, 1)
+        self.assertIn('capture/camera/ may not include "capture/take/replay.h"', out)
+
+    def test_rejects_a_daemon_that_links_the_command_line(self):
+        self.write("services/daemon/main.cpp", '#include "services/process/help.h"\n')
+        self.write("services/cli/main.cpp", '#include "services/process/help.h"\n')
+        self.assertEqual(self.run_rule("includes"), (0, ""))
+        self.write("services/daemon/main.cpp", '#include "services/cli/progress.h"\n')
+        self.assertEqual(self.run_rule("includes")[0], 1)
+
+    def test_rejects_shared_parts_that_use_what_stands_on_them(self):
+        self.write("services/process/help.cpp", '#include "services/pipeline/registration.h"\n')
+        self.assertEqual(self.run_rule("includes")[0], 1)
+
     def test_rejects_generated_code_outside_services(self):
         self.write("services/files/rig_file.cpp", '#include "weft/v1/rig.pb.h"\n')
         self.assertEqual(self.run_rule("includes")[0], 0)
@@ -57,11 +77,11 @@ class StructureCheck(unittest.TestCase):
         self.assertEqual(self.run_rule("headers")[0], 1)
 
     def test_rejects_sources_that_do_not_begin_with_their_own_header(self):
-        self.write("capture/frame.cpp", '// What it is.\n#include "capture/frame.h"\n\n#include <vector>\n')
+        self.write("capture/image/frame.cpp", '// What it is.\n#include "capture/image/frame.h"\n\n#include <vector>\n')
         self.write("capture/main.cpp", "#include <vector>\n")
         self.assertEqual(self.run_rule("first"), (0, ""))
-        self.write("capture/frame.cpp", '#include <vector>\n#include "capture/frame.h"\n')
-        self.assertEqual(self.run_rule("first"), (1, 'capture/frame.cpp: include "capture/frame.h" before anything else\n'))
+        self.write("capture/image/frame.cpp", '#include <vector>\n#include "capture/image/frame.h"\n')
+        self.assertEqual(self.run_rule("first"), (1, 'capture/image/frame.cpp: include "capture/image/frame.h" before anything else\n'))
 
     def test_rejects_two_types_of_one_name(self):
         self.write("pattern/result.h", "struct Result;\nstruct Result {\n};\nclass Other : public Result {\n};\n")

@@ -19,7 +19,7 @@
 #include <string>
 #include <thread>
 
-#include "capture/recorded_take.h"
+#include "capture/take/recorded_take.h"
 #include "services/recording/recorder.h"
 #include "services/recording/take_file.h"
 #include "services/recording/take_recovery.h"

@@ -15,7 +15,7 @@
 #include <thread>
 #include <vector>
 
-#include "capture/v4l2_camera.h"
+#include "capture/camera/v4l2_camera.h"
 #include "services/recording/session_file.h"
 #include "services/recording/take_file.h"
 

@@ -9,7 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "capture/frame.h"
+#include "capture/image/frame.h"
 #include "pattern/image/color_image.h"
 #include "pattern/seeds/keypoints.h"
 

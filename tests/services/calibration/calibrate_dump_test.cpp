@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <functional>
 
-#include "capture/image_file.h"
+#include "capture/image/image_file.h"
 #include "services/calibration/rehearsal.h"
 #include "services/files/atomic_file.h"
 #include "services/files/target_file.h"

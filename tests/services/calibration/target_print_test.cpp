@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "capture/calibration/tag_detection.h"
-#include "capture/image_file.h"
+#include "capture/image/image_file.h"
 #include "tests/capture/calibration/simulated_calibration.h"
 #include "tests/capture/temp_folder.h"
 

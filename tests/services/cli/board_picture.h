@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/image_file.h"
+#include "capture/image/image_file.h"
 #include "pattern/board/board.h"
 
 namespace weft {

@@ -1,11 +1,9 @@
-// What `weft` prints: progress, wrapped help, exit statuses.
+// How `weft` prints progress.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
 
-#include "services/cli/command_line.h"
-#include "services/cli/help.h"
 #include "services/cli/progress.h"
 
 namespace weft {
@@ -23,21 +21,6 @@ TEST(ProgressLine, FitsNarrowTerminals) {
   for (int width = 0; width < 100; ++width) {
     EXPECT_LE(ProgressLine("decode", 3, 1000, 1e6, width).size(), static_cast<size_t>(width));
   }
-}
-
-TEST(WrapText, BreaksAtSpacesAndIndentsWhatFollows) {
-  EXPECT_EQ(WrapText("one two three", 8, 2), "one two\n  three");
-  EXPECT_EQ(WrapText("a\nb", 80, 4), "a\n    b");
-  EXPECT_EQ(WrapText("unbreakable", 3, 0), "unbreakable");
-}
-
-TEST(ExitStatus, TellsBadInputFromFailure) {
-  EXPECT_EQ(ExitStatusOf(absl::OkStatus()), 0);
-  EXPECT_EQ(ExitStatusOf(absl::InvalidArgumentError("")), 2);
-  EXPECT_EQ(ExitStatusOf(absl::NotFoundError("")), 2);
-  EXPECT_EQ(ExitStatusOf(absl::PermissionDeniedError("")), 2);
-  EXPECT_EQ(ExitStatusOf(absl::ResourceExhaustedError("")), 1);
-  EXPECT_EQ(ExitStatusOf(absl::InternalError("")), 1);
 }
 
 }  // namespace

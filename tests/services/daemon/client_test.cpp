@@ -3,7 +3,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "services/client/grpc_status.h"
+#include "services/rpc/grpc_status.h"
 #include "tests/services/daemon/daemon_fixture.h"
 
 namespace weft {

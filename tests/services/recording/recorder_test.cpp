@@ -5,8 +5,8 @@
 
 #include <set>
 
-#include "capture/recorded_take.h"
-#include "capture/recover_take.h"
+#include "capture/take/recorded_take.h"
+#include "capture/take/recover_take.h"
 #include "tests/capture/pattern_frames.h"
 #include "tests/capture/temp_folder.h"
 

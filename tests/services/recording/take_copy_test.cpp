@@ -3,10 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "capture/image_file.h"
-#include "capture/image_folder.h"
-#include "capture/recorded_take.h"
-#include "capture/recover_take.h"
+#include "capture/image/image_file.h"
+#include "capture/take/image_folder.h"
+#include "capture/take/recorded_take.h"
+#include "capture/take/recover_take.h"
 #include "services/files/atomic_file.h"
 #include "services/recording/clock_log.h"
 #include "services/recording/disk_speed.h"

@@ -1,0 +1,40 @@
+// What lies on the wrong side where a patch passes through itself: global intersection analysis after Baraff,
+// Witkin and Kass 2003 (Untangling Cloth), with the loop vertices of Ye et al. 2017.
+#pragma once
+
+#include <vector>
+
+#include "alignment/untangle/tangle_patch.h"
+
+namespace weft {
+
+// An edge that passes through a face with which it shares no vertex.
+struct Piercing {
+  int edge = 0, face = 0;
+  double at = 0;  // on the edge, as a share of the way from a to b
+
+  Eigen::Vector3d PointOn(const TanglePatch& patch) const {
+    const PatchEdge& e = patch.edges[edge];
+    return (1 - at) * patch.position_mm[e.a] + at * patch.position_mm[e.b];
+  }
+};
+
+// Ordered by edge, then face. Only those where a free vertex takes part.
+std::vector<Piercing> FindPiercings(const TanglePatch& patch);
+
+// Vertices cut off from the rest of the patch by the piercings: they lie on the wrong side of another layer,
+// or, as a loop, form a fold whose sides have passed through each other.
+struct CutOffRegion {
+  std::vector<int> vertices;  // ordered
+  std::vector<int> opposite;  // faces that its edges pierce where it ends, ordered
+  bool loop = false;
+};
+
+struct TangleRegions {
+  std::vector<CutOffRegion> regions;
+  std::vector<bool> explained;  // [piercings], whether one of the regions takes part
+};
+
+TangleRegions FindRegions(const TanglePatch& patch, const std::vector<Piercing>& piercings);
+
+}  // namespace weft

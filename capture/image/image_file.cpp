@@ -1,0 +1,147 @@
+#include "capture/image/image_file.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <utility>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "capture/image/image_decoders.h"
+#include "capture/image/image_encoders.h"
+#include "capture/image/image_header.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr uint64_t kMaxFileBytes = uint64_t{4} << 30;
+
+std::string Size(const ImageSize& size) { return absl::StrCat(size.width_px, "x", size.height_px); }
+
+// The most that a file of such an image may take: 16 bits of 4 channels, and room for what else stands in it.
+uint64_t MostBytes(const std::optional<ImageSize>& expected) {
+  if (!expected) return kMaxFileBytes;
+  return 8 * static_cast<uint64_t>(expected->width_px) * expected->height_px + (uint64_t{64} << 20);
+}
+
+absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path, uint64_t most_bytes) {
+  std::error_code error;
+  if (!fs::exists(path, error)) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
+  if (!fs::is_regular_file(path, error))
+    return absl::InvalidArgumentError(absl::StrCat(path, ": not a file"));
+  const uint64_t size = fs::file_size(path, error);
+  if (error) return absl::UnavailableError(absl::StrCat(path, ": ", error.message()));
+  if (size > most_bytes) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": ", size >> 20, " MiB, an image here takes no more than ", most_bytes >> 20));
+  }
+  std::vector<uint8_t> bytes(size);
+  std::ifstream in(path, std::ios::binary);
+  if (!in.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(size)) && size > 0) {
+    return absl::UnavailableError(absl::StrCat(path, ": cannot be read (permissions?)"));
+  }
+  return bytes;
+}
+
+// Before pixels are decoded: a small file may announce an image that fills the memory.
+absl::Status CheckSize(const ImageHeader& header, const std::optional<ImageSize>& expected) {
+  const ImageSize size = {header.width_px, header.height_px};
+  if (expected && (size.width_px != expected->width_px || size.height_px != expected->height_px)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("image is ", Size(size), ", the rig says ", Size(*expected)));
+  }
+  if (int64_t{size.width_px} * size.height_px <= kMaxImagePixels) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("image is ", Size(size), ", more than the ",
+                                                 kMaxImagePixels >> 20, " Mi pixels that are read"));
+}
+
+absl::StatusOr<DecodedImage> Decode(const std::vector<uint8_t>& bytes,
+                                    const std::optional<ImageSize>& expected) {
+  if (bytes.empty()) return absl::InvalidArgumentError("the file is empty");
+  const absl::StatusOr<ImageHeader> header = ReadImageHeader(bytes);
+  if (!header.ok()) return header.status();
+  if (absl::Status status = CheckSize(*header, expected); !status.ok()) return status;
+  switch (header->format) {
+    case ImageFormat::kPng:
+      return DecodePng(bytes);
+    case ImageFormat::kJpeg:
+      return DecodeJpeg(bytes);
+    case ImageFormat::kTiff:
+      return DecodeTiff(bytes, int64_t{header->width_px} * header->height_px);
+  }
+  return absl::InternalError("unknown format");
+}
+
+absl::StatusOr<std::vector<uint8_t>> Encode(const std::string& path, const ImagePixels& image,
+                                            int jpeg_quality) {
+  const std::string ending = absl::AsciiStrToLower(fs::path(path).extension().string());
+  if (ending == ".png") return EncodePng(image);
+  if (ending == ".tif" || ending == ".tiff") return EncodeTiff(image);
+  if (ending == ".jpg" || ending == ".jpeg") return EncodeJpeg(image, jpeg_quality);
+  return absl::InvalidArgumentError("unknown image format; end the name in .png, .jpg or .tif");
+}
+
+// The file appears under its name only when it is complete.
+absl::Status EncodeAndWrite(const std::string& path, const ImagePixels& image, int jpeg_quality) {
+  const absl::StatusOr<std::vector<uint8_t>> encoded = Encode(path, image, jpeg_quality);
+  if (!encoded.ok())
+    return absl::Status(encoded.status().code(), absl::StrCat(path, ": ", encoded.status().message()));
+  const std::vector<uint8_t>& bytes = *encoded;
+  const std::string temporary = absl::StrCat(path, ".tmp.", getpid());
+  std::ofstream out(temporary, std::ios::binary);
+  out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  out.close();
+  std::error_code error;
+  if (out) fs::rename(temporary, path, error);
+  if (!out || error) {
+    std::error_code ignored;
+    fs::remove(temporary, ignored);
+    return absl::UnavailableError(
+        absl::StrCat(path, ": cannot be written (folder missing, read-only or disk full?)"));
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<Frame> ReadImageFile(const std::string& path, std::optional<PixelFormat> mosaic,
+                                    std::optional<ImageSize> expected) {
+  const absl::StatusOr<std::vector<uint8_t>> bytes = ReadBytes(path, MostBytes(expected));
+  if (!bytes.ok()) return bytes.status();
+  absl::StatusOr<DecodedImage> image = Decode(*bytes, expected);
+  if (!image.ok())
+    return absl::Status(image.status().code(), absl::StrCat(path, ": ", image.status().message()));
+  Frame frame;
+  frame.origin = path;
+  frame.width_px = image->width_px;
+  frame.height_px = image->height_px;
+  frame.format = image->channels == 3 ? PixelFormat::kRgb8 : mosaic.value_or(PixelFormat::kGrey8);
+  frame.pixels = std::make_shared<const std::vector<uint8_t>>(std::move(image->values));
+  return frame;
+}
+
+absl::Status WriteImageFile(const std::string& path, const Frame& frame, int jpeg_quality) {
+  if (absl::Status status = frame.Validate(); !status.ok()) return status;
+  const int channels = frame.format == PixelFormat::kRgb8 ? 3 : 1;
+  return EncodeAndWrite(path, {frame.width_px, frame.height_px, channels, 8, *frame.pixels}, jpeg_quality);
+}
+
+absl::Status WriteDeepImageFile(const std::string& path, const DeepImage& image) {
+  const std::string ending = fs::path(path).extension().string();
+  if (ending != ".png" && ending != ".tif" && ending != ".tiff") {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": 16-bit images are PNG or TIFF; end the name in .png or .tif"));
+  }
+  const ImagePixels pixels = {
+      image.width_px,
+      image.height_px,
+      image.channels,
+      16,
+      {reinterpret_cast<const uint8_t*>(image.values.data()), image.values.size() * sizeof(uint16_t)}};
+  return EncodeAndWrite(path, pixels, 0);
+}
+
+}  // namespace weft

@@ -1,0 +1,142 @@
+#include <csetjmp>
+#include <cstdio>
+
+#include <jerror.h>
+#include <jpeglib.h>
+
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "capture/image/image_decoders.h"
+
+namespace weft {
+namespace {
+
+// More scans than any camera or program writes: each costs the time of a whole image.
+constexpr int kMaxScans = 200;
+
+// libjpeg's error manager: errors jump back, the first warning is kept.
+struct Errors {
+  jpeg_error_mgr manager;  // first, libjpeg knows the others by it
+  std::jmp_buf jump;
+  char problem[JMSG_LENGTH_MAX];
+  bool damaged;
+  JpegOrigin origin;
+};
+
+Errors& ErrorsOf(j_common_ptr info) { return *reinterpret_cast<Errors*>(info->err); }
+
+void Keep(j_common_ptr info) {
+  Errors& errors = ErrorsOf(info);
+  if (!errors.damaged) info->err->format_message(info, errors.problem);
+  errors.damaged = true;
+}
+
+extern "C" void WeftJpegError(j_common_ptr info) {
+  Keep(info);
+  std::longjmp(ErrorsOf(info).jump, 1);
+}
+
+// Levels below 0 are warnings of damaged data, others are trace.
+extern "C" void WeftJpegMessage(j_common_ptr info, int level) {
+  if (level >= 0) return;
+  if (ErrorsOf(info).origin == JpegOrigin::kCamera && info->err->msg_code == JWRN_EXTRANEOUS_DATA) return;
+  Keep(info);
+}
+
+extern "C" void WeftJpegProgress(j_common_ptr info) {
+  if (reinterpret_cast<j_decompress_ptr>(info)->input_scan_number <= kMaxScans) return;
+  Errors& errors = ErrorsOf(info);
+  std::snprintf(errors.problem, sizeof(errors.problem), "more than %d scans", kMaxScans);
+  errors.damaged = true;
+  std::longjmp(errors.jump, 1);
+}
+
+// One file. No function that longjmp may leave owns anything but this.
+class JpegFile {
+ public:
+  JpegFile(std::span<const uint8_t> bytes, JpegOrigin origin) : bytes_(bytes) {
+    info_.err = jpeg_std_error(&errors_.manager);
+    errors_.manager.error_exit = WeftJpegError;
+    errors_.manager.emit_message = WeftJpegMessage;
+    errors_.problem[0] = '\0';
+    errors_.damaged = false;
+    errors_.origin = origin;
+    progress_.progress_monitor = WeftJpegProgress;
+  }
+  ~JpegFile() { jpeg_destroy_decompress(&info_); }
+  JpegFile(const JpegFile&) = delete;
+  JpegFile& operator=(const JpegFile&) = delete;
+
+  // False: see problem().
+  bool ReadHeader() {
+    if (setjmp(errors_.jump) != 0) return false;
+    jpeg_create_decompress(&info_);
+    info_.progress = &progress_;
+    jpeg_mem_src(&info_, bytes_.data(), bytes_.size());
+    jpeg_read_header(&info_, TRUE);
+    info_.out_color_space = info_.num_components == 1   ? JCS_GRAYSCALE
+                            : info_.num_components == 4 ? JCS_CMYK
+                                                        : JCS_RGB;
+    jpeg_calc_output_dimensions(&info_);
+    return true;
+  }
+  // `values`: room for all rows of output_components() values.
+  bool ReadPixels(uint8_t* values) {
+    if (setjmp(errors_.jump) != 0) return false;
+    jpeg_start_decompress(&info_);
+    const size_t row_bytes = static_cast<size_t>(info_.output_width) * info_.output_components;
+    while (info_.output_scanline < info_.output_height) {
+      uint8_t* row = values + info_.output_scanline * row_bytes;
+      jpeg_read_scanlines(&info_, &row, 1);
+    }
+    jpeg_finish_decompress(&info_);
+    return !errors_.damaged;
+  }
+
+  int width_px() const { return static_cast<int>(info_.output_width); }
+  int height_px() const { return static_cast<int>(info_.output_height); }
+  int output_components() const { return info_.output_components; }
+  const char* problem() const { return errors_.problem; }
+
+ private:
+  std::span<const uint8_t> bytes_;
+  Errors errors_ = {};
+  jpeg_progress_mgr progress_ = {};
+  jpeg_decompress_struct info_ = {};
+};
+
+// Inverted inks, as programs of the press write them.
+std::vector<uint8_t> RgbFromCmyk(const std::vector<uint8_t>& cmyk) {
+  std::vector<uint8_t> rgb(cmyk.size() / 4 * 3);
+  for (size_t i = 0; i < cmyk.size() / 4; ++i) {
+    const int black = cmyk[4 * i + 3];
+    for (size_t c = 0; c < 3; ++c)
+      rgb[3 * i + c] = static_cast<uint8_t>(black - ((255 - cmyk[4 * i + c]) * black >> 8));
+  }
+  return rgb;
+}
+
+absl::Status Damaged(const char* problem) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("the JPEG image is damaged or truncated (", problem, "); copy the file again"));
+}
+
+}  // namespace
+
+absl::StatusOr<DecodedImage> DecodeJpeg(std::span<const uint8_t> bytes, JpegOrigin origin) {
+  JpegFile file(bytes, origin);
+  if (!file.ReadHeader()) return Damaged(file.problem());
+  DecodedImage image{file.width_px(), file.height_px(), file.output_components(), {}};
+  if (image.channels != 1 && image.channels != 3 && image.channels != 4)
+    return absl::InvalidArgumentError(absl::StrCat(image.channels, " channels, expected 1 or 3"));
+  image.values.resize(static_cast<size_t>(image.width_px) * image.height_px * image.channels);
+  if (!file.ReadPixels(image.values.data())) return Damaged(file.problem());
+  if (image.channels == 4) {
+    image.values = RgbFromCmyk(image.values);
+    image.channels = 3;
+  }
+  return image;
+}
+
+}  // namespace weft

@@ -1,0 +1,44 @@
+// Dumps that are folders of images: <dump>/<frame>/<camera>.(png|jpg|jpeg|tif|tiff), or
+// <dump>/cam<camera>/image<frame>.(png|...).
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "capture/rig/rig.h"
+#include "capture/take/frame_source.h"
+
+namespace weft {
+
+struct ImageFolderOptions {
+  std::optional<PixelFormat> mosaic;  // set when grey files hold a Bayer mosaic
+};
+
+// Lists the dump; images are read by Read. Frames are ordered by name, numbers by value. Image files whose
+// camera the rig does not know, whose name is not plain text, and cameras of the rig without any image are
+// named in `warnings()` of the result; a dump without any frame of a known camera is InvalidArgument.
+class ImageFolderDump : public FrameSource {
+ public:
+  static absl::StatusOr<std::unique_ptr<ImageFolderDump>> Open(const std::string& folder, const Rig& rig,
+                                                               const ImageFolderOptions& options = {});
+
+  const std::vector<std::string>& frame_names() const override { return frame_names_; }
+  absl::StatusOr<FrameSet> Read(size_t index) const override;
+  absl::StatusOr<Frame> ReadView(size_t index, size_t camera) const override;
+  // Over names, sizes and modification times of the image files.
+  absl::StatusOr<std::string> Fingerprint(size_t index) const override;
+  const std::vector<std::string>& warnings() const override { return warnings_; }
+
+ private:
+  ImageFolderDump() = default;
+
+  Rig rig_;
+  ImageFolderOptions options_;
+  std::vector<std::string> frame_names_;
+  std::vector<std::vector<std::string>> paths_;  // [frame][camera of the rig], empty where there is none
+  std::vector<std::string> warnings_;
+};
+
+}  // namespace weft

@@ -1,0 +1,179 @@
+#include "capture/take/recorded_take.h"
+
+#include <fcntl.h>
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "capture/file/content_hash.h"
+#include "capture/rig/camera_match.h"
+#include "capture/take/frame_set_reading.h"
+#include "capture/take/take_files.h"
+
+namespace weft {
+
+absl::StatusOr<std::unique_ptr<RecordedTake>> RecordedTake::Open(const std::string& folder) {
+  absl::StatusOr<std::vector<std::string>> ids = CamerasOfTake(folder);
+  if (!ids.ok()) return ids.status();
+  auto take = std::unique_ptr<RecordedTake>(new RecordedTake);
+  take->camera_ids_ = *std::move(ids);
+  for (const std::string& id : take->camera_ids_) {
+    auto stream = StreamReader::Open(StreamFolder(folder), id);
+    if (!stream.ok()) return stream.status();
+    take->streams_.push_back(*std::move(stream));
+    const StreamReader& opened = *take->streams_.back();
+    if (opened.header().take != take->take()) {
+      return absl::InvalidArgumentError(absl::StrCat(folder, ": the streams of cameras ",
+                                                     take->camera_ids_.front(), " and ", id,
+                                                     " are of different takes"));
+    }
+    if (!opened.index_damage().empty()) {
+      take->warnings_.push_back(
+          absl::StrCat(opened.index_damage(), "; run `weft take recover ", folder, "`"));
+    }
+  }
+  take->ReadLedger(folder);
+  take->MergeSets();
+  return take;
+}
+
+void RecordedTake::ReadLedger(const std::string& folder) {
+  const absl::StatusOr<PosixFile> file = PosixFile::Open(LedgerFile(folder), O_RDONLY);
+  const absl::StatusOr<uint64_t> size = file.ok() ? file->Size() : absl::StatusOr<uint64_t>(file.status());
+  absl::Status status = size.status();
+  if (status.ok()) {
+    std::string text(*size, '\0');
+    status = file->ReadAt(text.data(), text.size(), 0);
+    absl::StatusOr<ParsedLedger> ledger =
+        status.ok() ? ParseLedger(text) : absl::StatusOr<ParsedLedger>(status);
+    status = ledger.status();
+    if (ledger.ok()) {
+      ledger_ = std::move(ledger->entries);
+      if (!ledger->damage.empty()) {
+        warnings_.push_back(
+            absl::StrCat(LedgerFile(folder), ": ", ledger->damage, "; run `weft take recover ", folder, "`"));
+      }
+    }
+  }
+  if (!status.ok()) warnings_.push_back(std::string(status.message()));
+}
+
+void RecordedTake::MergeSets() {
+  std::set<uint64_t> sets;
+  for (const auto& stream : streams_)
+    for (const IndexRecord& record : stream->records()) sets.insert(record.set);
+  sets_.assign(sets.begin(), sets.end());
+}
+
+const IndexRecord* RecordedTake::Record(size_t index, size_t camera) const {
+  const std::vector<IndexRecord>& records = streams_[camera]->records();
+  const auto at = std::lower_bound(records.begin(), records.end(), sets_[index],
+                                   [](const IndexRecord& r, uint64_t set) { return r.set < set; });
+  return at != records.end() && at->set == sets_[index] ? &*at : nullptr;
+}
+
+absl::StatusOr<RawFrame> RecordedTake::ReadRaw(size_t index, size_t camera) const {
+  if (index >= sets_.size() || camera >= streams_.size()) {
+    return absl::OutOfRangeError(absl::StrCat("frame set ", index, " of ", sets_.size(), ", camera ", camera,
+                                              " of ", streams_.size()));
+  }
+  const IndexRecord* record = Record(index, camera);
+  if (record == nullptr) return absl::NotFoundError("the stream lacks this frame set");
+  return streams_[camera]->Read(*record);
+}
+
+absl::StatusOr<RawFrameSet> RecordedTake::ReadSet(size_t index) const {
+  if (index >= sets_.size())
+    return absl::OutOfRangeError(absl::StrCat("frame set ", index, " of ", sets_.size()));
+  RawFrameSet set;
+  set.number = sets_[index];
+  for (size_t camera = 0; camera < streams_.size(); ++camera) {
+    absl::StatusOr<RawFrame> frame = ReadRaw(index, camera);
+    if (frame.ok()) {
+      if (set.frames.empty()) set.device_time_ns = frame->device_time_ns;
+      set.frames.push_back(*std::move(frame));
+    } else {
+      set.missing.push_back({camera_ids_[camera], std::string(frame.status().message())});
+    }
+  }
+  return set;
+}
+
+std::string FrameNameOf(uint64_t set) { return absl::StrFormat("%04d", set); }
+
+absl::StatusOr<std::unique_ptr<RecordedTakeDump>> RecordedTakeDump::Open(const std::string& folder,
+                                                                         const Rig& rig) {
+  absl::StatusOr<std::unique_ptr<RecordedTake>> take = RecordedTake::Open(folder);
+  if (!take.ok()) return take.status();
+  auto dump = std::unique_ptr<RecordedTakeDump>(new RecordedTakeDump);
+  dump->rig_ = rig;
+  dump->take_ = *std::move(take);
+  dump->warnings_ = dump->take_->warnings();
+  const std::vector<std::string>& ids = dump->take_->camera_ids();
+  size_t known = 0;
+  CameraMatch match{
+      .of_rig = rig.cameras.size(), .of_recording = ids.size(), .without_images = {}, .without_model = {}};
+  for (const CameraModel& camera : rig.cameras) {
+    const auto at = std::find(ids.begin(), ids.end(), camera.id);
+    dump->stream_of_camera_.push_back(at == ids.end() ? -1 : static_cast<int>(at - ids.begin()));
+    known += at != ids.end();
+    if (at == ids.end()) match.without_images.push_back(camera.id);
+  }
+  if (known == 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(folder, ": holds no stream of any camera of the rig (found cameras ", FirstNames(ids),
+                     ", which the rig lacks; is it the rig of this take?)"));
+  }
+  for (const std::string& id : ids)
+    if (rig.IndexOf(id) < 0) match.without_model.push_back(id);
+  for (std::string& line : CameraWarnings(match, folder)) dump->warnings_.push_back(std::move(line));
+  for (const uint64_t set : dump->take_->sets()) dump->frame_names_.push_back(FrameNameOf(set));
+  if (!dump->frame_names_.empty()) return dump;
+  return absl::InvalidArgumentError(absl::StrCat(
+      folder, ": holds no frame set",
+      dump->take_->warnings().empty() ? "" : absl::StrCat("; ", dump->take_->warnings().front())));
+}
+
+absl::StatusOr<FrameSet> RecordedTakeDump::Read(size_t index) const {
+  return ReadFrameSet(*this, rig_, index);
+}
+
+absl::StatusOr<Frame> RecordedTakeDump::ReadView(size_t index, size_t camera) const {
+  if (index >= frame_names_.size() || camera >= rig_.cameras.size()) {
+    return absl::OutOfRangeError(absl::StrCat("frame ", index, " of ", frame_names_.size(), ", camera ",
+                                              camera, " of ", rig_.cameras.size()));
+  }
+  const CameraModel& model = rig_.cameras[camera];
+  if (stream_of_camera_[camera] < 0) return absl::NotFoundError("no stream in the take");
+  const auto stream = static_cast<size_t>(stream_of_camera_[camera]);
+  const absl::StatusOr<RawFrame> raw = take_->ReadRaw(index, stream);
+  if (!raw.ok()) return raw.status();
+  if (raw->width_px != model.width_px || raw->height_px != model.height_px) {
+    return absl::InvalidArgumentError(absl::StrCat("camera ", model.id, ", frame ", frame_names_[index],
+                                                   ": image is ", raw->width_px, "x", raw->height_px,
+                                                   ", the rig says ", model.width_px, "x", model.height_px));
+  }
+  absl::StatusOr<Frame> frame = ToFrame(*raw);
+  if (frame.ok()) frame->origin = absl::StrCat("camera ", model.id, ", frame ", frame_names_[index]);
+  return frame;
+}
+
+absl::StatusOr<std::string> RecordedTakeDump::Fingerprint(size_t index) const {
+  if (index >= frame_names_.size())
+    return absl::OutOfRangeError(absl::StrCat("frame ", index, " of ", frame_names_.size()));
+  ContentHash hash;
+  hash.Add(frame_names_[index]);
+  for (size_t i = 0; i < rig_.cameras.size(); ++i) {
+    const IndexRecord* record =
+        stream_of_camera_[i] < 0 ? nullptr : take_->Record(index, static_cast<size_t>(stream_of_camera_[i]));
+    hash.Add(rig_.cameras[i].id);
+    hash.AddInteger(record && !record->is_missing ? record->payload_bytes : 0);
+    hash.AddInteger(record ? record->checksum : 0);
+  }
+  return hash.Hex();
+}
+
+}  // namespace weft

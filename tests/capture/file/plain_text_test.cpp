@@ -1,0 +1,30 @@
+#include "capture/file/plain_text.h"
+
+#include <gtest/gtest.h>
+
+namespace weft {
+namespace {
+
+TEST(PlainText, ReadableTextOfAnyLanguageStaysAsItIs) {
+  for (const char* text :
+       {"", "c01", "J\xc3\xbcrgen", "\xe5\xb8\x83", "\xf0\x9f\xa7\xb5", "\\x41 \"quoted\""}) {
+    EXPECT_TRUE(IsPlainText(text)) << text;
+    EXPECT_EQ(EscapedText(text), text);
+  }
+}
+
+TEST(PlainText, BytesThatAreNoneAreEscapedAndTheRestIsKept) {
+  EXPECT_EQ(EscapedText("c\xff\xfe.png"), "c\\xff\\xfe.png");
+  EXPECT_EQ(EscapedText("\xc3"), "\\xc3");                      // cut in the middle
+  EXPECT_EQ(EscapedText("\xc0\xaf"), "\\xc0\\xaf");             // overlong
+  EXPECT_EQ(EscapedText("\xed\xa0\x80z"), "\\xed\\xa0\\x80z");  // surrogate
+  EXPECT_EQ(EscapedText("a\nb\x1b[2J"), "a\\x0ab\\x1b[2J");
+  EXPECT_EQ(EscapedText("\xc2\x9b"), "\\xc2\\x9b");  // C1
+  for (const char* text : {"\xff", "a\nb", "\x7f", "\xc2\x9b"})
+    EXPECT_FALSE(IsPlainText(text)) << EscapedText(text);
+  EXPECT_TRUE(IsUtf8("a\nb"));
+  EXPECT_FALSE(IsUtf8("a\xff"));
+}
+
+}  // namespace
+}  // namespace weft

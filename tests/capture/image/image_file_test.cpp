@@ -1,0 +1,203 @@
+#include "capture/image/image_file.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <opencv2/core.hpp>
+#include <opencv2/imgcodecs.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+
+Frame Gradient(PixelFormat format) {
+  Frame frame;
+  frame.width_px = 64;
+  frame.height_px = 48;
+  frame.format = format;
+  std::vector<uint8_t> pixels;
+  for (int i = 0; i < 64 * 48 * BytesPerPixel(format); ++i) pixels.push_back(static_cast<uint8_t>(i * 7));
+  frame.pixels = std::make_shared<const std::vector<uint8_t>>(pixels);
+  return frame;
+}
+
+TEST(ImageFile, LosslessFormatsRoundTrip) {
+  const TempFolder folder;
+  for (const char* name : {"a.png", "a.tif"}) {
+    for (const PixelFormat format : {PixelFormat::kGrey8, PixelFormat::kRgb8}) {
+      const Frame frame = Gradient(format);
+      ASSERT_TRUE(WriteImageFile(folder / name, frame).ok());
+      const auto read = ReadImageFile(folder / name);
+      ASSERT_TRUE(read.ok()) << read.status();
+      EXPECT_EQ(read->format, format);
+      EXPECT_EQ(*read->pixels, *frame.pixels);
+    }
+  }
+}
+
+TEST(ImageFile, ReadsColoursInTheRightOrder) {
+  const TempFolder folder;
+  cv::Mat red(8, 8, CV_8UC3, cv::Scalar(0, 0, 255));  // OpenCV: blue, green, red
+  for (const char* name : {"red.png", "red.jpg", "red.tif"}) {
+    cv::imwrite(folder / name, red);
+    const auto read = ReadImageFile(folder / name);
+    ASSERT_TRUE(read.ok()) << read.status();
+    EXPECT_GT(read->row(4)[12], 250) << name;
+    EXPECT_LT(read->row(4)[13], 5) << name;
+    EXPECT_LT(read->row(4)[14], 5) << name;
+  }
+}
+
+TEST(ImageFile, ScalesSixteenBitsToEight) {
+  const TempFolder folder;
+  cv::imwrite(folder / "a.png", cv::Mat(4, 4, CV_16UC1, cv::Scalar(65535)));
+  cv::imwrite(folder / "b.tif", cv::Mat(4, 4, CV_16UC1, cv::Scalar(32896)));
+  EXPECT_EQ(ReadImageFile(folder / "a.png")->row(0)[0], 255);
+  EXPECT_EQ(ReadImageFile(folder / "b.tif")->row(0)[0], 128);
+}
+
+TEST(ImageFile, ReadsGreyFilesAsMosaicOnRequest) {
+  const TempFolder folder;
+  ASSERT_TRUE(WriteImageFile(folder / "raw.png", Gradient(PixelFormat::kGrey8)).ok());
+  EXPECT_EQ(ReadImageFile(folder / "raw.png", PixelFormat::kBayerGb8)->format, PixelFormat::kBayerGb8);
+  ASSERT_TRUE(WriteImageFile(folder / "rgb.png", Gradient(PixelFormat::kRgb8)).ok());
+  EXPECT_EQ(ReadImageFile(folder / "rgb.png", PixelFormat::kBayerGb8)->format, PixelFormat::kRgb8);
+}
+
+TEST(ImageFile, RefusesTruncatedImagesOfEveryFormat) {
+  const TempFolder folder;
+  for (const char* name : {"a.png", "a.jpg", "a.tif"}) {
+    ASSERT_TRUE(WriteImageFile(folder / name, Gradient(PixelFormat::kRgb8)).ok());
+    const std::string whole = ReadBytes(folder / name);
+    for (const double share : {0.01, 0.5, 0.98}) {
+      WriteBytes(folder / name,
+                 whole.substr(0, static_cast<size_t>(static_cast<double>(whole.size()) * share)));
+      const auto read = ReadImageFile(folder / name);
+      EXPECT_EQ(read.status().code(), absl::StatusCode::kInvalidArgument) << name << " cut to " << share;
+      EXPECT_THAT(std::string(read.status().message()), HasSubstr(name));
+    }
+  }
+}
+
+// A picture with edges and noise, so that every part of a decoder has something to do.
+cv::Mat Picture(int type) {
+  cv::Mat image(77, 101, type);
+  cv::RNG random(7);
+  random.fill(image, cv::RNG::UNIFORM, 0, image.depth() == CV_16U ? 65536 : 256);
+  cv::GaussianBlur(image, image, {0, 0}, 1.5);
+  cv::rectangle(image, {20, 10}, {60, 50}, cv::Scalar::all(40), cv::FILLED);
+  return image;
+}
+
+// As OpenCV decodes the file: red, green, blue or grey, 8 bits.
+cv::Mat Reference(const std::string& path) {
+  cv::Mat image = cv::imread(path, cv::IMREAD_UNCHANGED);
+  if (image.depth() == CV_16U) image.convertTo(image, CV_8U, 1.0 / 257.0);
+  if (image.channels() == 3) cv::cvtColor(image, image, cv::COLOR_BGR2RGB);
+  if (image.channels() == 4) cv::cvtColor(image, image, cv::COLOR_BGRA2RGB);
+  return image;
+}
+
+TEST(ImageFile, DecodesEveryKindToTheBytesOfOpenCv) {
+  const TempFolder folder;
+  const struct {
+    const char* name;
+    int type;
+    std::vector<int> parameters;
+  } kKinds[] = {{"grey.jpg", CV_8UC1, {}},
+                {"colour.jpg", CV_8UC3, {cv::IMWRITE_JPEG_QUALITY, 70}},
+                {"fine.jpg", CV_8UC3, {cv::IMWRITE_JPEG_QUALITY, 100}},
+                {"progressive.jpg", CV_8UC3, {cv::IMWRITE_JPEG_PROGRESSIVE, 1}},
+                {"restarts.jpg", CV_8UC3, {cv::IMWRITE_JPEG_RST_INTERVAL, 3}},
+                {"grey.png", CV_8UC1, {}},
+                {"bilevel.png", CV_8UC1, {cv::IMWRITE_PNG_BILEVEL, 1}},
+                {"colour.png", CV_8UC3, {}},
+                {"alpha.png", CV_8UC4, {}},
+                {"deep_grey.png", CV_16UC1, {}},
+                {"deep_colour.png", CV_16UC3, {}},
+                {"deep_alpha.png", CV_16UC4, {}},
+                {"grey.tif", CV_8UC1, {}},
+                {"colour.tif", CV_8UC3, {}},
+                {"deep.tif", CV_16UC3, {}}};
+  for (const auto& kind : kKinds) {
+    ASSERT_TRUE(cv::imwrite(folder / kind.name, Picture(kind.type), kind.parameters)) << kind.name;
+    const auto read = ReadImageFile(folder / kind.name);
+    ASSERT_TRUE(read.ok()) << read.status();
+    const cv::Mat expected = Reference(folder / kind.name);
+    ASSERT_EQ(read->pixels->size(), expected.total() * expected.elemSize()) << kind.name;
+    EXPECT_TRUE(std::equal(read->pixels->begin(), read->pixels->end(), expected.datastart)) << kind.name;
+  }
+}
+
+TEST(ImageFile, RefusesPixelsThatADecoderWouldMakeUp) {
+  const TempFolder folder;
+  cv::imwrite(folder / "a.jpg", Picture(CV_8UC3));
+  cv::imwrite(folder / "a.png", Picture(CV_8UC3));
+  const std::string jpeg = ReadBytes(folder / "a.jpg"), png = ReadBytes(folder / "a.png");
+  WriteBytes(folder / "half.jpg", jpeg.substr(0, jpeg.size() / 2) + "\xff\xd9");
+  WriteBytes(folder / "half.png", png.substr(0, png.size() / 2) + png.substr(png.size() - 12));
+  std::string bit = png;
+  bit[bit.size() / 2] ^= 1;
+  WriteBytes(folder / "bit.png", bit);
+  for (const char* name : {"half.jpg", "half.png", "bit.png"}) {
+    const auto read = ReadImageFile(folder / name);
+    EXPECT_EQ(read.status().code(), absl::StatusCode::kInvalidArgument) << name;
+    EXPECT_THAT(std::string(read.status().message()), HasSubstr(name));
+    EXPECT_THAT(std::string(read.status().message()), HasSubstr("damaged or truncated"));
+  }
+}
+
+TEST(ImageFile, ReadsTheThreePromisedFormatsOnly) {
+  const TempFolder folder;
+  for (const char* ending : {".bmp", ".webp", ".ppm"}) {
+    cv::imwrite(folder / ("a" + std::string(ending)), Picture(CV_8UC3));
+    std::filesystem::rename(folder / ("a" + std::string(ending)), folder / "a.png");
+    const auto read = ReadImageFile(folder / "a.png");
+    EXPECT_THAT(std::string(read.status().message()), HasSubstr("not a PNG, JPEG or TIFF")) << ending;
+  }
+  // By content: the name does not matter.
+  cv::imwrite(folder / "b.jpg", Picture(CV_8UC3));
+  std::filesystem::rename(folder / "b.jpg", folder / "b.png");
+  EXPECT_TRUE(ReadImageFile(folder / "b.png").ok());
+}
+
+TEST(ImageFile, ChecksTheSizeBeforePixelsAreDecoded) {
+  const TempFolder folder;
+  for (const char* name : {"a.png", "a.jpg", "a.tif"}) {
+    cv::imwrite(folder / name, Picture(CV_8UC3));
+    EXPECT_TRUE(ReadImageFile(folder / name, {}, ImageSize{101, 77}).ok());
+    const auto read = ReadImageFile(folder / name, {}, ImageSize{640, 480});
+    EXPECT_EQ(read.status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(read.status().message()), HasSubstr("image is 101x77, the rig says 640x480"));
+  }
+  std::string big = ReadBytes(folder / "a.png");
+  for (const size_t at : {16, 20}) big.replace(at, 4, std::string("\0\0\x4e\x20", 4));  // 20000
+  WriteBytes(folder / "big.png", big);
+  EXPECT_THAT(std::string(ReadImageFile(folder / "big.png").status().message()),
+              HasSubstr("big.png: image is 20000x20000, more than the 256 Mi pixels"));
+}
+
+TEST(ImageFile, TellsAbsentEmptyAndForeignFilesApart) {
+  const TempFolder folder;
+  EXPECT_EQ(ReadImageFile(folder / "none.png").status().code(), absl::StatusCode::kNotFound);
+  WriteBytes(folder / "empty.png", "");
+  EXPECT_THAT(std::string(ReadImageFile(folder / "empty.png").status().message()), HasSubstr("empty"));
+  WriteBytes(folder / "text.png", "this is no image");
+  EXPECT_EQ(ReadImageFile(folder / "text.png").status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST(ImageFile, WritesNothingWhereItCannot) {
+  const TempFolder folder;
+  EXPECT_EQ(WriteImageFile(folder / "no such folder/a.png", Gradient(PixelFormat::kGrey8)).code(),
+            absl::StatusCode::kUnavailable);
+  EXPECT_EQ(WriteImageFile(folder / "a.xyz", Gradient(PixelFormat::kGrey8)).code(),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+}  // namespace
+}  // namespace weft

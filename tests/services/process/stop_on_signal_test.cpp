@@ -1,0 +1,37 @@
+#include "services/process/stop_on_signal.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <thread>
+
+namespace weft {
+namespace {
+
+TEST(StopOnSignal, FirstSignalRequestsAStop) {
+  const StopOnSignal signals;
+  EXPECT_FALSE(signals.token().stop_requested());
+  kill(getpid(), SIGTERM);
+  for (int i = 0; i < 1000 && !signals.token().stop_requested(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_TRUE(signals.token().stop_requested());
+}
+
+TEST(StopOnSignalDeathTest, SecondSignalEndsTheProcess) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        const StopOnSignal signals;
+        kill(getpid(), SIGINT);
+        while (!signals.token().stop_requested()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        kill(getpid(), SIGINT);
+        std::this_thread::sleep_for(std::chrono::seconds(60));
+      },
+      testing::KilledBySignal(SIGINT), "");
+}
+
+}  // namespace
+}  // namespace weft
