@@ -6,7 +6,7 @@
 #include <cmath>
 #include <unordered_set>
 
-#include "alignment/untangle/tangle_patch.h"
+#include "alignment/untangle/untangle_patch.h"
 
 namespace weft {
 namespace {

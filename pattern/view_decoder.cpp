@@ -277,7 +277,7 @@ void ViewDecoder::Finish() {
   Evict(std::min(options_.confidence.min_to_help, options_.confidence.min_to_stay));
   DropSmallComponents(options_.confidence.min_component, &state_);
   SweepUnsettled(*fitter_, kSettledCells, &state_);
-  JudgeRuns(&state_);
+  ScoreRuns(&state_);
   state_.Evict(options_.confidence.min_to_stay);
   // Neighbours may have moved a cell at the boundary out of the image.
   const float x_most = static_cast<float>(state_.width_px()) - 0.5f,

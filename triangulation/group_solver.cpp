@@ -107,7 +107,7 @@ void GroupSolver::FindPoints() {
     BestRayKernels().score(cameras_.data(), group_->rows.data(), group_->count,
                            PointsOf(Lane::Stage::kSearch), limits_.radius_mm2, &score_);
     for (int lane = 0; lane < kNodeLanes; ++lane)
-      if (lanes_[lane].stage == Lane::Stage::kSearch) Judge(lane);
+      if (lanes_[lane].stage == Lane::Stage::kSearch) Assess(lane);
   }
 }
 
@@ -140,7 +140,7 @@ bool GroupSolver::NextHypothesis(int lane) {
 }
 
 // The hypothesis at the node's point.
-void GroupSolver::Judge(int lane) {
+void GroupSolver::Assess(int lane) {
   Lane& l = lanes_[lane];
   const int cameras = static_cast<int>(score_.cameras[lane]);
   const float squared_mm2 = score_.squared_mm2[lane];

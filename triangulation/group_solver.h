@@ -51,7 +51,7 @@ class GroupSolver {
   void Start(int lane);
   void FindPoints();
   bool NextHypothesis(int lane);
-  void Judge(int lane);
+  void Assess(int lane);
   std::optional<Eigen::Vector3d> MiddleOf(int lane, int i, int j) const;
   void RefinePoints();
   void StartRefining();

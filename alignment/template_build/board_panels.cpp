@@ -56,8 +56,8 @@ class Cuts {
       for (int row = 0; row < grid.rows; ++row) {
         for (int col = 0; col < grid.cols; ++col) {
           const int cell = grid.Index(row, col);
-          if (col + 1 < grid.cols) Judge(grid, cell, cell + 1, limit_mm, &right_[cell]);
-          if (row + 1 < grid.rows) Judge(grid, cell, cell + grid.cols, limit_mm, &below_[cell]);
+          if (col + 1 < grid.cols) Assess(grid, cell, cell + 1, limit_mm, &right_[cell]);
+          if (row + 1 < grid.rows) Assess(grid, cell, cell + grid.cols, limit_mm, &below_[cell]);
         }
       }
     }
@@ -69,7 +69,7 @@ class Cuts {
   }
 
  private:
-  static void Judge(const CellGrid& grid, int a, int b, double limit_mm, int* votes) {
+  static void Assess(const CellGrid& grid, int a, int b, double limit_mm, int* votes) {
     if (!grid.seen[a] || !grid.seen[b]) return;
     *votes += (grid.position_mm[a] - grid.position_mm[b]).norm() > limit_mm ? 1 : -1;
   }

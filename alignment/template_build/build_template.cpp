@@ -163,7 +163,7 @@ class Builder {
       }
       if (absl::Status status = CheckSewnTogether(built_.sheet, built_.parts.seams); !status.ok())
         return status;
-      if (absl::Status status = JudgeNearSeams(borders); !status.ok()) return status;
+      if (absl::Status status = AssessNearSeams(borders); !status.ok()) return status;
       if (!shown_.empty()) RestoreWidths(shown_, &lifts_[0], &built_.parts.seams);
       faces_ = built_.sheet.flat.faces;
       const std::vector<Face> strips =
@@ -239,7 +239,7 @@ class Builder {
   }
 
   // What lies between seams is sewn too; other borders that look like a seam are for the user to judge.
-  absl::Status JudgeNearSeams(const PanelBorders& borders) {
+  absl::Status AssessNearSeams(const PanelBorders& borders) {
     SeamOptions near = options_.seams;
     near.min_points = kNearSeamPoints;
     const double max_gap_mm =

@@ -13,7 +13,8 @@ constexpr double kUsedShare = 0.9;    // of the room between two, so that roundi
 constexpr double kTouchingMm = 1e-9;  // no normal can be told
 
 // Those whose boxes come within reach of the box of all that moves.
-std::vector<int> FacesWithinReach(const TanglePatch& patch, const std::vector<bool>& moves, double reach_mm) {
+std::vector<int> FacesWithinReach(const UntanglePatch& patch, const std::vector<bool>& moves,
+                                  double reach_mm) {
   Eigen::AlignedBox3d moving;
   for (const Face& f : patch.faces) {
     if (!moves[f[0]] && !moves[f[1]] && !moves[f[2]]) continue;
@@ -33,7 +34,7 @@ std::vector<int> FacesWithinReach(const TanglePatch& patch, const std::vector<bo
 
 class Collector {
  public:
-  Collector(const TanglePatch& patch, const std::vector<bool>& moves, double reach_mm, double gap_mm)
+  Collector(const UntanglePatch& patch, const std::vector<bool>& moves, double reach_mm, double gap_mm)
       : patch_(patch), moves_(moves), reach_mm_(reach_mm), gap_mm_(gap_mm) {
     for (const Face& f : patch.faces) face_moves_.push_back(moves[f[0]] || moves[f[1]] || moves[f[2]]);
   }
@@ -108,7 +109,7 @@ class Collector {
     for (const int v : others) add(v, -normal, normal.dot(q - At(v)));
   }
 
-  const TanglePatch& patch_;
+  const UntanglePatch& patch_;
   const std::vector<bool>& moves_;
   std::vector<bool> face_moves_;  // [faces]
   const double reach_mm_, gap_mm_;
@@ -117,7 +118,7 @@ class Collector {
 
 }  // namespace
 
-ContactPlanes FindContactPlanes(const TanglePatch& patch, const std::vector<bool>& moves, double reach_mm,
+ContactPlanes FindContactPlanes(const UntanglePatch& patch, const std::vector<bool>& moves, double reach_mm,
                                 double gap_mm) {
   const std::vector<int> some = FacesWithinReach(patch, moves, reach_mm);
   std::vector<Face> faces;

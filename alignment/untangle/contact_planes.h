@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "alignment/untangle/tangle_patch.h"
+#include "alignment/untangle/untangle_patch.h"
 
 namespace weft {
 
@@ -26,7 +26,7 @@ struct ContactPlanes {
 // by no more than its room in all its planes (0 for those below 0), no two of them meet on the way: each
 // stays within the half-space where it was (separating planes of convex sets). The room leaves gap_mm between
 // them.
-ContactPlanes FindContactPlanes(const TanglePatch& patch, const std::vector<bool>& moves, double reach_mm,
+ContactPlanes FindContactPlanes(const UntanglePatch& patch, const std::vector<bool>& moves, double reach_mm,
                                 double gap_mm);
 
 }  // namespace weft

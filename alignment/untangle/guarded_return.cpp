@@ -52,7 +52,7 @@ Eigen::Vector3d UpToBound(const Eigen::Vector3d& start, const Eigen::Vector3d& e
 
 class GuardedReturn {
  public:
-  GuardedReturn(const ReturnOptions& options, TanglePatch* patch)
+  GuardedReturn(const ReturnOptions& options, UntanglePatch* patch)
       : options_(options),
         patch_(patch),
         start_(patch->vertex.size(), Eigen::Vector3d::Zero()),
@@ -113,7 +113,7 @@ class GuardedReturn {
   }
 
   const ReturnOptions& options_;
-  TanglePatch* patch_;
+  UntanglePatch* patch_;
   std::vector<Eigen::Vector3d> start_;  // [n], displacements before the step
   std::vector<bool> moves_;             // [n]
 };
@@ -128,7 +128,7 @@ absl::Status ReturnOptions::Validate() const {
   return absl::OkStatus();
 }
 
-int ReturnGuarded(const ReturnOptions& options, TanglePatch* patch) {
+int ReturnGuarded(const ReturnOptions& options, UntanglePatch* patch) {
   GuardedReturn run(options, patch);
   double energy = run.Energy();
   int iteration = 0, idle = 0;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "absl/status/status.h"
-#include "alignment/untangle/tangle_patch.h"
+#include "alignment/untangle/untangle_patch.h"
 
 namespace weft {
 
@@ -16,6 +16,6 @@ struct ReturnOptions {
 // observed positions, vertex by vertex, by steps that stay within the contact planes of where they start: a
 // patch without piercings keeps none. Who is held up by another layer rests on it and does not push it. Faces
 // nearer than gap_mm are parted as far as there is room. Returns the iterations.
-int ReturnGuarded(const ReturnOptions& options, TanglePatch* patch);
+int ReturnGuarded(const ReturnOptions& options, UntanglePatch* patch);
 
 }  // namespace weft

@@ -142,11 +142,12 @@ std::vector<FacePair> FindSelfIntersections(const std::vector<Eigen::Vector3d>& 
   });
 }
 
-Tangles FindTangles(const std::vector<Eigen::Vector3d>& vertices_mm, const std::vector<Face>& faces) {
+IntersectingPairs FindIntersectingPairs(const std::vector<Eigen::Vector3d>& vertices_mm,
+                                        const std::vector<Face>& faces) {
   double largest = 0;
   for (const Eigen::Vector3d& v : vertices_mm) largest = std::max(largest, v.cwiseAbs().maxCoeff());
   const double margin_mm = kFloatRounding * largest;
-  const auto tangled = [&](int a, int b) {
+  const auto intersects = [&](int a, int b) {
     Face face_a = faces[a], face_b = faces[b];
     const int shared = SharedVertices(face_a, face_b);
     if (shared > 1) return false;
@@ -161,12 +162,12 @@ Tangles FindTangles(const std::vector<Eigen::Vector3d>& vertices_mm, const std::
     RoundToFloat(t);
     return meet(s, t);
   };
-  Tangles tangles;
-  for (const FacePair& pair : FindPairs(FaceGrid(vertices_mm, faces, margin_mm), tangled)) {
+  IntersectingPairs pairs;
+  for (const FacePair& pair : FindPairs(FaceGrid(vertices_mm, faces, margin_mm), intersects)) {
     const bool shared = SharedVertices(faces[pair.a], faces[pair.b]) > 0;
-    (shared ? tangles.at_vertex : tangles.apart).push_back(pair);
+    (shared ? pairs.at_vertex : pairs.apart).push_back(pair);
   }
-  return tangles;
+  return pairs;
 }
 
 }  // namespace weft

@@ -31,7 +31,7 @@ std::optional<double> SegmentThroughTriangle(const Eigen::Vector3d& p, const Eig
 std::vector<FacePair> FindSelfIntersections(const std::vector<Eigen::Vector3d>& vertices_mm,
                                             const std::vector<Face>& faces);
 
-struct Tangles {
+struct IntersectingPairs {
   std::vector<FacePair> apart;      // share no vertex
   std::vector<FacePair> at_vertex;  // share one vertex and meet elsewhere too
 
@@ -41,6 +41,7 @@ struct Tangles {
 // Like FindSelfIntersections, but stricter: also faces around a common vertex that pass through each other,
 // and both kinds also where they meet only once the vertices are rounded to 32-bit floats, as files hold
 // them. Neighbours across an edge meet outside it only when folded flat, and are not looked at.
-Tangles FindTangles(const std::vector<Eigen::Vector3d>& vertices_mm, const std::vector<Face>& faces);
+IntersectingPairs FindIntersectingPairs(const std::vector<Eigen::Vector3d>& vertices_mm,
+                                        const std::vector<Face>& faces);
 
 }  // namespace weft

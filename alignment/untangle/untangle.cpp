@@ -5,9 +5,9 @@
 #include <limits>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/untangle/cut_off_regions.h"
 #include "alignment/untangle/self_intersection.h"
-#include "alignment/untangle/tangle_patch.h"
-#include "alignment/untangle/tangle_regions.h"
+#include "alignment/untangle/untangle_patch.h"
 #include "alignment/untangle/untangle_push.h"
 
 namespace weft {
@@ -74,7 +74,7 @@ double MeanEdgeMm(const std::vector<Eigen::Vector3d>& vertices_mm, const std::ve
 // Pushes until nothing is pierced. Returns whether that was reached.
 class Pusher {
  public:
-  Pusher(const UntangleOptions& options, double edge_mm, TanglePatch* patch)
+  Pusher(const UntangleOptions& options, double edge_mm, UntanglePatch* patch)
       : options_(options), edge_mm_(edge_mm), patch_(patch) {}
 
   bool Run() {
@@ -98,7 +98,7 @@ class Pusher {
   int pushes() const { return pushes_; }
 
  private:
-  // Hopeless tangles may drive vertices out of all bounds.
+  // Hopeless intersecting may drive vertices out of all bounds.
   bool StaysNear() const {
     for (int v = 0; v < patch_->free; ++v) {
       if (!((patch_->position_mm[v] - patch_->observed_mm[v]).norm() < kFarEdges * edge_mm_)) return false;
@@ -107,7 +107,7 @@ class Pusher {
   }
 
   void Push(const std::vector<Piercing>& piercings) {
-    const TangleRegions found = FindRegions(*patch_, piercings);
+    const CutOffRegions found = FindRegions(*patch_, piercings);
     Release(piercings);
     PushField field(*patch_);
     std::vector<int> flat;
@@ -153,13 +153,13 @@ class Pusher {
 
   const UntangleOptions& options_;
   const double edge_mm_;
-  TanglePatch* patch_;
+  UntanglePatch* patch_;
   int pushes_ = 0;
 };
 
 // Where no edge passes through a face and yet faces intersect they lie in a common plane: moves the vertices
 // a little, each in a direction of its own.
-void Shake(double distance_mm, TanglePatch* patch) {
+void Shake(double distance_mm, UntanglePatch* patch) {
   for (int v = 0; v < patch->free; ++v) {
     uint32_t state = static_cast<uint32_t>(patch->vertex[v]) * 2654435761u + 1;
     for (int axis = 0; axis < 3; ++axis) {
@@ -182,24 +182,24 @@ class Untangler {
         around_(static_cast<int>(vertices_mm->size()), faces),
         edge_mm_(MeanEdgeMm(*vertices_mm, faces)) {}
 
-  UntangleReport Run(Tangles tangles) {
-    while (!tangles.empty() && report_.rounds < options_.max_rounds) {
+  UntangleReport Run(IntersectingPairs intersecting) {
+    while (!intersecting.empty() && report_.rounds < options_.max_rounds) {
       const int rings = kPatchRings * (1 + report_.rounds);
-      const std::vector<std::vector<int>> grown = GrowGroups(faces_, around_, Groups(tangles), rings);
+      const std::vector<std::vector<int>> grown = GrowGroups(faces_, around_, Groups(intersecting), rings);
       for (const std::vector<int>& free : grown) Resolve(WideEnoughPatch(free, rings));
       ++report_.rounds;
-      tangles = FindTangles(vertices_mm_, faces_);
+      intersecting = FindIntersectingPairs(vertices_mm_, faces_);
     }
-    report_.pairs_after = static_cast<int>(tangles.apart.size());
-    report_.vertex_pairs_after = static_cast<int>(tangles.at_vertex.size());
+    report_.pairs_after = static_cast<int>(intersecting.apart.size());
+    report_.vertex_pairs_after = static_cast<int>(intersecting.at_vertex.size());
     SumUpMoves();
     return report_;
   }
 
  private:
-  std::vector<std::vector<int>> Groups(const Tangles& tangles) const {
+  std::vector<std::vector<int>> Groups(const IntersectingPairs& intersecting) const {
     std::vector<std::vector<int>> groups;
-    for (const auto* pairs : {&tangles.apart, &tangles.at_vertex}) {
+    for (const auto* pairs : {&intersecting.apart, &intersecting.at_vertex}) {
       for (const FacePair& pair : *pairs) {
         std::vector<int>& group = groups.emplace_back();
         Append(faces_[pair.a], &group);
@@ -209,13 +209,13 @@ class Untangler {
     return groups;
   }
 
-  TanglePatch PatchOf(const std::vector<int>& free) const {
+  UntanglePatch PatchOf(const std::vector<int>& free) const {
     return CutPatch(observed_mm_, vertices_mm_, faces_, sigma_mm_, bound_mm_, free, kReachEdges * edge_mm_);
   }
 
   // A region wider than the patch is not seen to be cut off from the rest. Its contour pierces many edges.
-  TanglePatch WideEnoughPatch(std::vector<int> free, int rings) const {
-    TanglePatch patch = PatchOf(free);
+  UntanglePatch WideEnoughPatch(std::vector<int> free, int rings) const {
+    UntanglePatch patch = PatchOf(free);
     for (int doubled = 0; doubled < kMaxDoublings; ++doubled, rings *= 2) {
       const std::vector<Piercing> piercings = FindPiercings(patch);
       const std::vector<bool> explained = FindRegions(patch, piercings).explained;
@@ -226,7 +226,7 @@ class Untangler {
     return patch;
   }
 
-  void Resolve(TanglePatch patch) {
+  void Resolve(UntanglePatch patch) {
     ++report_.patches;
     Pusher pusher(options_, edge_mm_, &patch);
     // What only touches is parted by the return; if that did not help there is no plane to part it along.
@@ -273,12 +273,13 @@ absl::StatusOr<UntangleReport> Remove(const std::vector<Face>& faces, std::span<
                                       std::vector<Eigen::Vector3d>* vertices_mm) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   if (absl::Status status = CheckMesh(faces, sigma_mm, *vertices_mm); !status.ok()) return status;
-  Tangles tangles = FindTangles(*vertices_mm, faces);
-  const int pairs = static_cast<int>(tangles.apart.size());
-  const int vertex_pairs = static_cast<int>(tangles.at_vertex.size());
+  IntersectingPairs intersecting = FindIntersectingPairs(*vertices_mm, faces);
+  const int pairs = static_cast<int>(intersecting.apart.size());
+  const int vertex_pairs = static_cast<int>(intersecting.at_vertex.size());
   UntangleReport report;
-  if (!tangles.empty()) {
-    report = Untangler(faces, sigma_mm, std::move(bound_mm), options, vertices_mm).Run(std::move(tangles));
+  if (!intersecting.empty()) {
+    report =
+        Untangler(faces, sigma_mm, std::move(bound_mm), options, vertices_mm).Run(std::move(intersecting));
   }
   report.pairs_before = pairs;
   report.vertex_pairs_before = vertex_pairs;

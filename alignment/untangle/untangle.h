@@ -40,9 +40,9 @@ struct UntangleReport {
 // Moves vertices near self-intersections until there are none; all others keep their bytes. Around each place
 // a patch is cut out. Regions on the wrong side of another layer are found from the contours and pushed back
 // through it; folds that have turned inside out are laid flat; what is left shortens its contour, and is laid
-// flat after a while (tangle_regions.h, untangle_push.h). Once the patch is clean it returns as near to where
-// it was as it can without passing through anything (guarded_return.h), so the last step can not undo the
-// first. Moved vertices are rounded to 32-bit floats.
+// flat after a while (cut_off_regions.h, untangle_push.h). Once the patch is clean it returns as near to
+// where it was as it can without passing through anything (guarded_return.h), so the last step can not undo
+// the first. Moved vertices are rounded to 32-bit floats.
 //
 // Lower `sigma_mm` ([vertices], positive, or empty) holds a vertex more firmly to its place. A patch that
 // does not come clean keeps the better of its states, and pairs_after tells so: this is not an error.

@@ -19,14 +19,14 @@ constexpr double kBoundedAnchor = 0.3;  // the same of a bounded vertex
 constexpr double kHemAnchor = 0.3;      // pull on the hem of a film, against that of a neighbour
 constexpr double kSoftGradient = 0.3;
 
-Eigen::Vector3d NormalOf(const TanglePatch& patch, int face) {
+Eigen::Vector3d NormalOf(const UntanglePatch& patch, int face) {
   const Face& f = patch.faces[face];
   const Eigen::Vector3d& a = patch.position_mm[f[0]];
   return (patch.position_mm[f[1]] - a).cross(patch.position_mm[f[2]] - a).normalized();
 }
 
 // Without the vertices that have no way to others than these.
-std::vector<int> Bordered(const TanglePatch& patch, const std::vector<int>& vertices) {
+std::vector<int> Bordered(const UntanglePatch& patch, const std::vector<int>& vertices) {
   std::vector<bool> among(patch.vertex.size(), false), bordered(patch.vertex.size(), false);
   for (const int v : vertices) among[v] = true;
   std::vector<int> front;
@@ -58,7 +58,7 @@ struct Layer {
 };
 
 // Faces around those opposite to the region, as far as the region is wide, but none of its own.
-Layer LayerOpposite(const TanglePatch& patch, const CutOffRegion& region) {
+Layer LayerOpposite(const UntanglePatch& patch, const CutOffRegion& region) {
   std::vector<bool> own(patch.vertex.size(), false), taken(patch.faces.size(), false);
   for (const int v : region.vertices) own[v] = true;
   std::vector<int> front;
@@ -98,7 +98,7 @@ struct PointOnFace {
   Eigen::Vector3d shares = Eigen::Vector3d::Zero(), position_mm = Eigen::Vector3d::Zero();
 };
 
-PointOnFace ClosestOn(const TanglePatch& patch, const Layer& layer, const Eigen::Vector3d& p) {
+PointOnFace ClosestOn(const UntanglePatch& patch, const Layer& layer, const Eigen::Vector3d& p) {
   PointOnFace closest;
   double best = std::numeric_limits<double>::infinity();
   for (size_t i = 0; i < layer.faces.size(); ++i) {
@@ -120,7 +120,7 @@ PointOnFace ClosestOn(const TanglePatch& patch, const Layer& layer, const Eigen:
 
 }  // namespace
 
-std::vector<int> GrownInPatch(const TanglePatch& patch, const std::vector<int>& vertices, int rings) {
+std::vector<int> GrownInPatch(const UntanglePatch& patch, const std::vector<int>& vertices, int rings) {
   std::vector<bool> reached(patch.free, false);
   std::vector<int> all, front;
   const auto reach = [&](int v) {
@@ -141,7 +141,7 @@ std::vector<int> GrownInPatch(const TanglePatch& patch, const std::vector<int>& 
   return all;
 }
 
-PushField::PushField(const TanglePatch& patch)
+PushField::PushField(const UntanglePatch& patch)
     : patch_(patch), sum_(patch.free, Eigen::Vector3d::Zero()), weight_(patch.free, 0) {}
 
 void PushField::Part(const std::vector<Corner>& corners, const Eigen::Vector3d& move) {
@@ -158,7 +158,7 @@ void PushField::Part(const std::vector<Corner>& corners, const Eigen::Vector3d& 
   }
 }
 
-void PushField::Apply(TanglePatch* patch) const {
+void PushField::Apply(UntanglePatch* patch) const {
   std::vector<Eigen::Vector3d> move(patch->vertex.size(), Eigen::Vector3d::Zero());
   std::vector<double> pull(patch->free);
   std::vector<Eigen::Vector3d> asked(patch->free, Eigen::Vector3d::Zero());
@@ -185,7 +185,7 @@ void PushField::Apply(TanglePatch* patch) const {
   }
 }
 
-void PushRegion(const TanglePatch& patch, const CutOffRegion& region, double gap_mm, PushField* field) {
+void PushRegion(const UntanglePatch& patch, const CutOffRegion& region, double gap_mm, PushField* field) {
   const Layer layer = LayerOpposite(patch, region);
   for (const int v : region.vertices) {
     const PointOnFace closest = ClosestOn(patch, layer, patch.position_mm[v]);
@@ -200,7 +200,7 @@ void PushRegion(const TanglePatch& patch, const CutOffRegion& region, double gap
   }
 }
 
-void ShortenContour(const TanglePatch& patch, const Piercing& piercing, double step_mm, PushField* field) {
+void ShortenContour(const UntanglePatch& patch, const Piercing& piercing, double step_mm, PushField* field) {
   const PatchEdge& edge = patch.edges[piercing.edge];
   const Eigen::Vector3d& from = patch.position_mm[edge.a];
   const Eigen::Vector3d along = (patch.position_mm[edge.b] - from).normalized();
@@ -231,7 +231,7 @@ void ShortenContour(const TanglePatch& patch, const Piercing& piercing, double s
               gradient * (step_mm / std::hypot(gradient.norm(), kSoftGradient)));
 }
 
-void Flatten(const std::vector<int>& vertices, int rings, TanglePatch* patch) {
+void Flatten(const std::vector<int>& vertices, int rings, UntanglePatch* patch) {
   std::vector<int> grown = GrownInPatch(*patch, vertices, rings);
   std::erase_if(grown, [&](int v) { return patch->IsBounded(v); });
   const std::vector<int> some = Bordered(*patch, grown);

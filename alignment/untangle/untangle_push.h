@@ -3,15 +3,15 @@
 
 #include <vector>
 
-#include "alignment/untangle/tangle_patch.h"
-#include "alignment/untangle/tangle_regions.h"
+#include "alignment/untangle/cut_off_regions.h"
+#include "alignment/untangle/untangle_patch.h"
 
 namespace weft {
 
 // Displacements asked of free vertices, averaged by weight.
 class PushField {
  public:
-  explicit PushField(const TanglePatch& patch);
+  explicit PushField(const UntanglePatch& patch);
 
   // Asks that the point with these weights of the corners moves by `move` against the point with those
   // weights, the lighter side giving way more.
@@ -23,27 +23,27 @@ class PushField {
 
   // Moves the patch: the vertices asked as they were asked, the others along with them, less and less with
   // the distance, and bounded ones no further than they may.
-  void Apply(TanglePatch* patch) const;
+  void Apply(UntanglePatch* patch) const;
 
  private:
-  const TanglePatch& patch_;
+  const UntanglePatch& patch_;
   std::vector<Eigen::Vector3d> sum_;  // [free]
   std::vector<double> weight_;        // [free]
 };
 
 // The region goes back through the layer opposite, half the way each (Baraff et al. 2003), and further by
 // gap_mm.
-void PushRegion(const TanglePatch& patch, const CutOffRegion& region, double gap_mm, PushField* field);
+void PushRegion(const UntanglePatch& patch, const CutOffRegion& region, double gap_mm, PushField* field);
 
 // Shortens the contour that the piercing belongs to (Volino and Magnenat-Thalmann 2006, Resolving Surface
 // Collisions through Intersection Contour Minimization, Eq. 5), by step_mm at the most.
-void ShortenContour(const TanglePatch& patch, const Piercing& piercing, double step_mm, PushField* field);
+void ShortenContour(const UntanglePatch& patch, const Piercing& piercing, double step_mm, PushField* field);
 
 // The vertices (free ones only) and all within some rings of them, ordered.
-std::vector<int> GrownInPatch(const TanglePatch& patch, const std::vector<int>& vertices, int rings);
+std::vector<int> GrownInPatch(const UntanglePatch& patch, const std::vector<int>& vertices, int rings);
 
 // Lays the vertices, and those within some rings of them, between their surroundings like a soap film;
 // bounded ones stay where they are. A sheet of which nothing would remain around them is left as it is.
-void Flatten(const std::vector<int>& vertices, int rings, TanglePatch* patch);
+void Flatten(const std::vector<int>& vertices, int rings, UntanglePatch* patch);
 
 }  // namespace weft

@@ -20,19 +20,19 @@ Covisibility CountSharedViews(const CalibrationViews& views) {
   std::vector<bool> reached(count, false);
   for (size_t first = 0; first < count; ++first) {
     if (reached[first]) continue;
-    std::vector<int> island = {static_cast<int>(first)};
+    std::vector<int> group = {static_cast<int>(first)};
     reached[first] = true;
-    for (size_t i = 0; i < island.size(); ++i) {
+    for (size_t i = 0; i < group.size(); ++i) {
       for (size_t next = 0; next < count; ++next) {
-        if (reached[next] || out.shared[island[i]][next] == 0) continue;
+        if (reached[next] || out.shared[group[i]][next] == 0) continue;
         reached[next] = true;
-        island.push_back(static_cast<int>(next));
+        group.push_back(static_cast<int>(next));
       }
     }
-    std::sort(island.begin(), island.end());
-    out.islands.push_back(island);
+    std::sort(group.begin(), group.end());
+    out.groups.push_back(group);
   }
-  std::stable_sort(out.islands.begin(), out.islands.end(),
+  std::stable_sort(out.groups.begin(), out.groups.end(),
                    [](const auto& a, const auto& b) { return a.size() > b.size(); });
   return out;
 }

@@ -10,8 +10,7 @@ namespace weft {
 struct Covisibility {
   std::vector<std::vector<int>>
       shared;  // [cameras][cameras] boards at one moment that both see; own views on the diagonal
-  std::vector<std::vector<int>>
-      islands;  // cameras that are linked, directly or through others; largest first
+  std::vector<std::vector<int>> groups;  // cameras that are linked, directly or through others; largest first
 };
 
 Covisibility CountSharedViews(const CalibrationViews& views);

@@ -138,7 +138,7 @@ class Refiner {
     Measure(&CameraCorrection::before_rms_px);
     if (absl::Status status = Solve(); !status.ok()) return status;
     Measure(&CameraCorrection::after_rms_px);
-    if (absl::Status status = Judge(); !status.ok()) return status;
+    if (absl::Status status = Assess(); !status.ok()) return status;
     for (size_t c = 0; c < rig_.cameras.size(); ++c) out_.cameras.push_back(poses_.At(c).camera);
     return std::move(out_);
   }
@@ -250,7 +250,7 @@ class Refiner {
     return out;
   }
 
-  absl::Status Judge() {
+  absl::Status Assess() {
     const Eigen::MatrixXd information = Information();
     const Eigen::VectorXd unit = information.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::LLT<Eigen::MatrixXd> cholesky(unit.asDiagonal() * information * unit.asDiagonal());

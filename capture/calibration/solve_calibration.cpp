@@ -221,7 +221,7 @@ void ScaleWorld(double scale, CalibrationBundle* bundle) {
 }
 
 // Residuals, sigmas and covariances of the finished bundle.
-absl::Status Judge(const SolveOptions& options, CalibrationSolution* solution) {
+absl::Status Assess(const SolveOptions& options, CalibrationSolution* solution) {
   const CalibrationBundle& bundle = solution->bundle;
   double in_sigmas = 0, in_px = 0;
   size_t corners = 0;
@@ -268,7 +268,7 @@ absl::Status Judge(const SolveOptions& options, CalibrationSolution* solution) {
 
 // The stage is where boards were: nine points of every placed board. (Over their box the corners of images
 // that no board reached would outweigh everything that matters.)
-void JudgeStage(CalibrationSolution* solution) {
+void AssessStage(CalibrationSolution* solution) {
   const CalibrationBundle& bundle = solution->bundle;
   Eigen::Vector3d low = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity()), high = -low;
   std::vector<Eigen::Vector3d> stage;
@@ -336,8 +336,8 @@ absl::StatusOr<CalibrationSolution> SolveCalibration(const CalibrationTarget& ta
   if (on_progress) on_progress("covariance", 0);
   solution.cameras.resize(views.cameras.size());
   for (size_t c = 0; c < rejected.size(); ++c) solution.cameras[c].rejected_corners = rejected[c];
-  if (status = Judge(options, &solution); !status.ok()) return status;
-  JudgeStage(&solution);
+  if (status = Assess(options, &solution); !status.ok()) return status;
+  AssessStage(&solution);
   return solution;
 }
 

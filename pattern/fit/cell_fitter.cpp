@@ -162,7 +162,7 @@ CellPose Moved(const CellPose& f, const SmallVector<6>& step) {
 float Length(float x, float y) { return std::sqrt(x * x + y * y); }
 
 // Compares the expected ink with the others on the cell itself.
-void JudgeInk(const std::array<std::array<float, 4>, kCellColors + 1>& colors, int expected,
+void ScoreInk(const std::array<std::array<float, 4>, kCellColors + 1>& colors, int expected,
               const CellModelSums& model, const CellImageSums& image, CellFit* fit) {
   constexpr float kSamples = 3 * 16;
   float with_shape[3];
@@ -364,7 +364,7 @@ CellFit CellFitter::Fit(const PredictedCell& expected, const FitLimits& limits,
       break;
     }
   }
-  JudgeInk(colors_, static_cast<int>(board_.at(expected.row, expected.col)), window.model.sums, window.sums,
+  ScoreInk(colors_, static_cast<int>(board_.at(expected.row, expected.col)), window.model.sums, window.sums,
            &fit);
   fit.converged = true;
   return fit;
@@ -383,7 +383,7 @@ CellFit CellFitter::FitCenter(int row, int col, const NineCenters& centers, cons
   print.moves_center = true;
   Window window(kernels_, image, print);
   if (!window.Look(f.InHalvings(scale), warp.InHalvings(scale), &fit)) return fit;
-  JudgeInk(colors_, static_cast<int>(board_.at(row, col)), window.model.sums, window.sums, &fit);
+  ScoreInk(colors_, static_cast<int>(board_.at(row, col)), window.model.sums, window.sums, &fit);
   float gain = fit.gain;
   if (std::any_of(weights.begin(), weights.end(), [](float weight) { return weight < 1; })) {
     CellFit trusting;

@@ -236,7 +236,7 @@ absl::StatusOr<std::vector<PaletteSample>> SampleSwatches(const Frame& frame,
   return samples;
 }
 
-absl::StatusOr<PaletteReport> JudgePalette(const std::vector<PaletteSample>& samples) {
+absl::StatusOr<PaletteReport> AssessPalette(const std::vector<PaletteSample>& samples) {
   PaletteReport report;
   MeasureInks(samples, &report);
   const auto enough = [](const PaletteInk& ink) { return ink.samples >= kLeastSamples; };

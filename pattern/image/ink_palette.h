@@ -52,6 +52,6 @@ absl::StatusOr<std::vector<PaletteSample>> SampleSwatches(const Frame& frame,
                                                           const std::array<double, 2>& last_px);
 
 // FailedPrecondition where fewer than two inks have 8 samples.
-absl::StatusOr<PaletteReport> JudgePalette(const std::vector<PaletteSample>& samples);
+absl::StatusOr<PaletteReport> AssessPalette(const std::vector<PaletteSample>& samples);
 
 }  // namespace weft

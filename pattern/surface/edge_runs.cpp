@@ -46,7 +46,7 @@ void EvictUnsure(float min_confidence, BoardState* state) {
   state->Filter([&](size_t k) { return sure[k] != 0; });
 }
 
-void JudgeRuns(BoardState* state) {
+void ScoreRuns(BoardState* state) {
   // Runs do not depend on confidence.
   for (size_t k = 0; k < state->cells().size(); ++k)
     state->cell(k).confidence = ConfidenceInRun(*state, state->cells()[k]);

@@ -19,6 +19,6 @@ float ConfidenceInRun(const BoardState& state, const ViewCell& cell);
 void EvictUnsure(float min_confidence, BoardState* state);
 
 // Replaces each cell's confidence by ConfidenceInRun.
-void JudgeRuns(BoardState* state);
+void ScoreRuns(BoardState* state);
 
 }  // namespace weft

@@ -90,7 +90,7 @@ absl::StatusOr<CalibrationResult> CalibrateDump(const CalibrationRequest& reques
                                                 const OnProgress& on_progress) {
   absl::Status status = request.detection.Validate();
   status.Update(request.solve.Validate());
-  status.Update(request.gates.Validate());
+  status.Update(request.checks.Validate());
   if (!status.ok()) return status;
   CalibrationResult result;
   absl::StatusOr<CalibrationTarget> target = ReadTarget(request.target);
@@ -108,7 +108,7 @@ absl::StatusOr<CalibrationResult> CalibrateDump(const CalibrationRequest& reques
   result.detection = *std::move(detection);
   result.detection_s = SecondsSince(start);
   result.issues =
-      CheckViews(result.target, result.detection.views, result.detection.sightings, request.gates);
+      CheckViews(result.target, result.detection.views, result.detection.sightings, request.checks);
   if (!result.issues.empty()) return result;
 
   const auto solve_start = std::chrono::steady_clock::now();
@@ -121,7 +121,8 @@ absl::StatusOr<CalibrationResult> CalibrateDump(const CalibrationRequest& reques
     return result;
   }
   result.solution = *std::move(solution);
-  result.issues = CheckSolution(result.target, *result.solution, request.solve.scale_from_bar, request.gates);
+  result.issues =
+      CheckSolution(result.target, *result.solution, request.solve.scale_from_bar, request.checks);
   if (status = Record(request, &result); !status.ok()) return status;
   return result;
 }

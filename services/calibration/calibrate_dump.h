@@ -24,7 +24,7 @@ struct CalibrationRequest {
   int every = 1;            // frames apart
   TagDetectionOptions detection;
   SolveOptions solve;
-  GateOptions gates;
+  CalibrationCheckOptions checks;
 };
 
 // Everything that is known at the end, accepted or not.

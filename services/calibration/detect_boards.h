@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "capture/calibration/gates.h"
+#include "capture/calibration/checks.h"
 #include "capture/calibration/tag_detection.h"
 #include "capture/rig/rig.h"
 #include "capture/take/frame_source.h"

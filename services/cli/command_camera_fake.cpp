@@ -16,7 +16,7 @@
 #include "services/cli/commands.h"
 #include "services/files/json_file.h"
 #include "services/files/rig_file.h"
-#include "simulation/camera_end/camera_end.h"
+#include "simulation/gige_emulator/gige_emulator.h"
 #include "weft/v1/session.pb.h"
 
 namespace weft {
@@ -34,7 +34,7 @@ struct FakeCommandOptions {
 
 struct FakeCamera {
   std::string id;
-  CameraEndPictures pictures;
+  GigeEmulatorImages pictures;
 };
 
 const std::map<PixelFormat, RawFormat>& Formats() {
@@ -101,7 +101,7 @@ absl::Status Serve(const FakeCommandOptions& options) {
   for (size_t i = 0; i < fakes->size(); ++i) {
     const absl::StatusOr<std::string> address = AddressOf(options.address, i);
     if (!address.ok()) return address.status();
-    if (!IsFreeForCameraEnd(*address))
+    if (!IsFreeForGigeEmulator(*address))
       return absl::FailedPreconditionError(
           absl::StrCat("port 3956 of ", *address,
                        " cannot be had: other cameras run there (`weft camera list`), or it "
@@ -116,11 +116,11 @@ absl::Status Serve(const FakeCommandOptions& options) {
   sigaddset(&signals, SIGINT);
   sigaddset(&signals, SIGTERM);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  std::vector<std::unique_ptr<CameraEnd>> cameras;
+  std::vector<std::unique_ptr<GigeEmulator>> cameras;
   for (size_t i = 0; i < fakes->size(); ++i)
-    cameras.push_back(std::make_unique<CameraEnd>((*fakes)[i].id,
-                                                  session.cameras(static_cast<int>(i)).gige().device(),
-                                                  std::move((*fakes)[i].pictures)));
+    cameras.push_back(std::make_unique<GigeEmulator>((*fakes)[i].id,
+                                                     session.cameras(static_cast<int>(i)).gige().device(),
+                                                     std::move((*fakes)[i].pictures)));
   if (absl::Status status = WriteJsonFile(options.session, session, JsonZeros::kOmitted); !status.ok())
     return status;
   std::printf(

@@ -171,7 +171,7 @@ v1::DecodeReport Summarize(const std::string& out, const std::vector<DecodedFile
 }
 
 // Are these pictures of the board?
-void Judge(v1::DecodeReport& report) {
+void Assess(v1::DecodeReport& report) {
   v1::Verdict& verdict = *report.mutable_verdict();
   if (report.images_failed() > 0) {
     AddFinding(
@@ -275,7 +275,7 @@ absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
   }
   v1::DecodeReport report = Summarize(found.empty() ? "" : options.out, files, MillisecondsSince(start));
   *report.mutable_options() = pipeline->message;
-  Judge(report);
+  Assess(report);
   if (options.json) {
     const absl::StatusOr<std::string> json = ToJson(report);
     if (!json.ok()) return json.status();

@@ -115,7 +115,7 @@ absl::Status Palette(const PaletteCommandOptions& options) {
                                                      ? absl::StrCat(options.photo, ": ", why)
                                                      : why);
   }
-  const absl::StatusOr<PaletteReport> report = JudgePalette(*samples);
+  const absl::StatusOr<PaletteReport> report = AssessPalette(*samples);
   if (!report.ok())
     return absl::Status(report.status().code(), absl::StrCat(options.photo, ": ", report.status().message()));
   if (options.json) {

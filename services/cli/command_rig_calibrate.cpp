@@ -298,15 +298,16 @@ void AddSolveOptions(CLI::App& command, CalibrateOptions& options) {
   command.add_option("--max-blur-px", request.detection.max_blur_px, "Tags with softer edges are refused")
       ->type_name("PX")
       ->check(CLI::PositiveNumber);
-  command.add_option("--min-views", request.gates.min_views, "Views of boards that every camera needs")
+  command.add_option("--min-views", request.checks.min_views, "Views of boards that every camera needs")
       ->type_name("N")
       ->check(CLI::Range(3, 10000));
   command
-      .add_option("--max-rms-px", request.gates.max_rms_px, "Reprojection error that is accepted of a camera")
+      .add_option("--max-rms-px", request.checks.max_rms_px,
+                  "Reprojection error that is accepted of a camera")
       ->type_name("PX")
       ->check(CLI::PositiveNumber);
   command
-      .add_option("--max-stage-sigma-px", request.gates.max_projection_sigma_px,
+      .add_option("--max-stage-sigma-px", request.checks.max_projection_sigma_px,
                   "How uncertain a camera may be about known points of the stage")
       ->type_name("PX")
       ->check(CLI::PositiveNumber);

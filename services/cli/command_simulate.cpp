@@ -106,10 +106,10 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
       "%.1f s\n",
       options.out.c_str(), summary->frames, summary->cameras, summary->cells, summary->scoreable_per_view,
       summary->median_pitch_px, took_s);
-  if (summary->tangled_frames == 0)
+  if (summary->intersecting_frames == 0)
     std::printf("no frame has self-intersections\n");
   else
-    std::printf("%d frames have self-intersections\n", summary->tangled_frames);
+    std::printf("%d frames have self-intersections\n", summary->intersecting_frames);
   if (summary->lost_pictures > 0) std::printf("%d pictures lost on request\n", summary->lost_pictures);
   return absl::OkStatus();
 }

@@ -76,7 +76,7 @@ absl::Status TestDisk(const RecordCommandOptions& options,
   while (!std::filesystem::exists(folder) && folder.has_relative_path()) folder = folder.parent_path();
   const absl::StatusOr<DiskSpeed> speed = MeasureDiskSpeed(folder.string(), DiskTestBytes(*rate));
   if (!speed.ok()) return speed.status();
-  const absl::StatusOr<std::vector<std::string>> warnings = JudgeDisk(*speed, *rate, recording);
+  const absl::StatusOr<std::vector<std::string>> warnings = AssessDisk(*speed, *rate, recording);
   if (!warnings.ok()) {
     return absl::Status(warnings.status().code(),
                         absl::StrCat(folder.string(), ": ", warnings.status().message(),

@@ -71,7 +71,7 @@ class LocalJob {
     const std::vector<size_t> bridged = folder_.BridgedFrames(life_.frames().infos());
     v1::Job outcome = life_.Outcome(bridged);
     for (const size_t position : bridged) Tell(position);
-    const JobEndings endings{JudgeJobFolder, WriteJobReport};
+    const JobEndings endings{AssessJobFolder, WriteJobReport};
     const absl::Status written = folder_.Finish(life_.frames().infos(), endings, outcome);
     if (!status.ok() && !absl::IsCancelled(status)) return status;
     if (!written.ok()) return written;

@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", "weftd " WEFT_VERSION, "Print the version and exit");
   weft::DaemonOptions options;
   options.worker_program = DefaultWorker();
-  options.endings.judge = weft::JudgeJobFolder;
+  options.endings.assess = weft::AssessJobFolder;
   options.endings.write_report = weft::WriteJobReport;
   options.find_incomplete = weft::FindIncompleteFrames;
   std::string log_level = "info";

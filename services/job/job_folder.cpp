@@ -17,10 +17,10 @@ namespace {
 // A writer that was killed lets go of the lock a moment later.
 constexpr std::chrono::milliseconds kPatience{200};
 
-void Judge(const std::string& out, const JobEndings& endings, v1::Job& job) {
-  if (!endings.judge) return;
+void Assess(const std::string& out, const JobEndings& endings, v1::Job& job) {
+  if (!endings.assess) return;
   try {
-    *job.mutable_verdict() = endings.judge(out, job);
+    *job.mutable_verdict() = endings.assess(out, job);
   } catch (const std::exception& error) {
     job.add_warnings(absl::StrCat("the job cannot be judged: ", error.what()));
   }
@@ -84,7 +84,7 @@ absl::Status JobFolder::WriteJob(const v1::Job& job) const {
 absl::Status JobFolder::Finish(const std::vector<v1::FrameInfo>& frames, const JobEndings& endings,
                                v1::Job& job) {
   if (absl::Status status = Take(kPatience); !status.ok()) return status;
-  Judge(out_, endings, job);
+  Assess(out_, endings, job);
   Clean(frames);
   if (absl::Status status = WriteJob(job); !status.ok()) return status;
   return WriteReport(out_, endings, job);

@@ -18,7 +18,7 @@ namespace weft {
 
 // What a job that has ended gets from its results; functions that are left out do nothing.
 struct JobEndings {
-  std::function<v1::Verdict(const std::string& out, const v1::Job& job)> judge;
+  std::function<v1::Verdict(const std::string& out, const v1::Job& job)> assess;
   std::function<absl::Status(const std::string& out, const v1::Job& job)> write_report;
 };
 

@@ -37,8 +37,8 @@ uint64_t DiskTestBytes(double bytes_per_s) {
   return static_cast<uint64_t>(std::clamp(bytes_per_s, 16.0 * (1 << 20), 1024.0 * (1 << 20)));
 }
 
-absl::StatusOr<std::vector<std::string>> JudgeDisk(const DiskSpeed& speed, double bytes_per_s,
-                                                   const LiveRecordingOptions& options) {
+absl::StatusOr<std::vector<std::string>> AssessDisk(const DiskSpeed& speed, double bytes_per_s,
+                                                    const LiveRecordingOptions& options) {
   std::vector<std::string> warnings;
   const std::string rates = absl::StrFormat("the cameras send %.3f GB/s, the disk takes %.3f GB/s",
                                             bytes_per_s / 1e9, speed.bytes_per_s / 1e9);

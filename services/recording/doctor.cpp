@@ -46,7 +46,7 @@ class Examination {
     if (options_.session) CheckCameras(*options_.session);
     CheckDisk();
     if (options_.session) CheckBandwidth(*options_.session);
-    Judge();
+    Assess();
     return std::move(report_);
   }
 
@@ -80,7 +80,7 @@ class Examination {
   void CheckCameras(const v1::Session& session);
   double CheckCamera(const v1::Session& session, const v1::SessionCamera& camera);
   void CheckBandwidth(const v1::Session& session);
-  void Judge();
+  void Assess();
 
   const DoctorOptions& options_;
   const std::filesystem::path root_;
@@ -281,7 +281,7 @@ void Examination::CheckBandwidth(const v1::Session& session) {
 }
 
 // The first of the gravest findings is the reason.
-void Examination::Judge() {
+void Examination::Assess() {
   const auto grade_of = [](const v1::DoctorFinding& finding) {
     return finding.verdict() == v1::DOCTOR_VERDICT_BAD       ? v1::GRADE_BAD
            : finding.verdict() == v1::DOCTOR_VERDICT_WARNING ? v1::GRADE_USABLE

@@ -46,7 +46,7 @@ std::string RemedyFor(const v1::TakeInfo& info) {
 
 }  // namespace
 
-void JudgeLosses(v1::TakeInfo& info) {
+void AssessLosses(v1::TakeInfo& info) {
   v1::Verdict& verdict = *info.mutable_verdict();
   const uint64_t all = info.sets() + info.sets_dropped();
   if (all == 0) {

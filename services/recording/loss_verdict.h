@@ -8,6 +8,6 @@ namespace weft {
 // Adds to the verdict of `info` the share of its frame sets, dropped ones included, that have all cameras;
 // the reason names the greatest loss, the remedy what to mend before the take is recorded again. Needs sets,
 // sets_complete, sets_dropped and causes.
-void JudgeLosses(v1::TakeInfo& info);
+void AssessLosses(v1::TakeInfo& info);
 
 }  // namespace weft

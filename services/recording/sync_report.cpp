@@ -163,7 +163,7 @@ void FindFaults(v1::SyncReport& report) {
 }
 
 // The take's own verdict, and how far apart the frames of its sets are.
-v1::Verdict JudgeSync(const v1::TakeInfo& info, const v1::SyncReport& report) {
+v1::Verdict AssessSync(const v1::TakeInfo& info, const v1::SyncReport& report) {
   v1::Verdict verdict = info.verdict();
   if (report.spread_median_ms() > 0 || report.sets_complete() > 0) {
     AddCheck(verdict, kSyncSpread, report.spread_median_ms(),
@@ -205,7 +205,7 @@ absl::StatusOr<SyncAnalysis> AnalyzeSync(const std::string& path) {
   DescribeSets(**take, times, out);
   CountJumps(**take, report);
   FindFaults(report);
-  *report.mutable_verdict() = JudgeSync(*info, report);
+  *report.mutable_verdict() = AssessSync(*info, report);
   return out;
 }
 

@@ -189,7 +189,7 @@ absl::StatusOr<v1::TakeInfo> DescribeTake(const std::string& folder) {
   DescribeTiming(**streams, times, info);
   DescribeCauses(**streams, info);
   for (const std::string& warning : (*streams)->warnings()) info.add_warnings(warning);
-  JudgeTake(**streams, info);
+  AssessTake(**streams, info);
   return info;
 }
 

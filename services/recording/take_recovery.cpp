@@ -113,7 +113,7 @@ absl::StatusOr<v1::TakeCheckReport> VerifyRecordedTake(const std::string& folder
   report.set_dropped(check->dropped);
   report.set_unindexed(check->unindexed);
   report.set_bytes(check->bytes);
-  JudgeCheck(report, IsClosed(folder, known->take));
+  AssessCheck(report, IsClosed(folder, known->take));
   return report;
 }
 
@@ -182,7 +182,7 @@ absl::StatusOr<v1::TakeRecoveryReport> RecoverRecordedTake(const std::string& fo
     if (!choice.dry_run)
       if (absl::Status status = WriteTakeFile(folder, take); !status.ok()) return status;
   }
-  JudgeRecovery(report);
+  AssessRecovery(report);
   if (report.kept_aside().empty()) return report;
   const std::string path = (fs::path(report.kept_aside()) / "recovery.json").string();
   if (absl::Status status = WriteJsonFile(path, report); !status.ok()) return status;

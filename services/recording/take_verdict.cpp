@@ -30,7 +30,7 @@ void CountSets(const RecordedTake& take, v1::TakeInfo& info) {
   info.set_sets_dropped(dropped);
 }
 
-void JudgeState(const std::string& folder, const v1::Take& take, v1::Verdict& verdict) {
+void AssessState(const std::string& folder, const v1::Take& take, v1::Verdict& verdict) {
   const std::string cause = take.stop_cause().empty() ? "" : absl::StrCat(": ", take.stop_cause());
   if (take.state() == v1::TAKE_STATE_RECORDING && IsBeingRecorded(folder)) {
     AddFinding(verdict, v1::GRADE_USABLE, "the take is being recorded", "wait for its end");
@@ -53,7 +53,7 @@ bool HasEnd(const RecordedTake& streams) {
   return false;
 }
 
-void JudgeStreams(const RecordedTake& streams, v1::TakeInfo& info) {
+void AssessStreams(const RecordedTake& streams, v1::TakeInfo& info) {
   v1::Verdict& verdict = *info.mutable_verdict();
   const bool is_closed = info.take().state() != v1::TAKE_STATE_RECORDING;
   const std::vector<std::string>& ids = streams.camera_ids();
@@ -91,15 +91,15 @@ bool IsBeingRecorded(const std::string& folder) {
   return absl::IsFailedPrecondition(OpenLockedLedger(folder, O_RDONLY).status());
 }
 
-void JudgeTake(const RecordedTake& take, v1::TakeInfo& info) {
+void AssessTake(const RecordedTake& take, v1::TakeInfo& info) {
   v1::Verdict& verdict = *info.mutable_verdict();
-  JudgeState(info.path(), info.take(), verdict);
-  JudgeStreams(take, info);
+  AssessState(info.path(), info.take(), verdict);
+  AssessStreams(take, info);
   CountSets(take, info);
-  JudgeLosses(info);
+  AssessLosses(info);
 }
 
-void JudgeCheck(v1::TakeCheckReport& report, bool is_closed) {
+void AssessCheck(v1::TakeCheckReport& report, bool is_closed) {
   v1::Verdict& verdict = *report.mutable_verdict();
   const int problems = report.problems_size();
   if (problems > 0) {
@@ -121,7 +121,7 @@ void JudgeCheck(v1::TakeCheckReport& report, bool is_closed) {
   }
 }
 
-void JudgeRecovery(v1::TakeRecoveryReport& report) {
+void AssessRecovery(v1::TakeRecoveryReport& report) {
   v1::Verdict& verdict = *report.mutable_verdict();
   if (report.frames_lost() > 0) {
     AddFinding(verdict, v1::GRADE_USABLE,

@@ -13,12 +13,12 @@ std::string RecoverRemedy(const std::string& folder, bool force);
 
 // Adds to the verdict of `info` what streams, take.json and ledger say without reading the frames: whether it
 // was closed, whether streams are cut or gone, how many sets have all cameras.
-void JudgeTake(const RecordedTake& take, v1::TakeInfo& info);
+void AssessTake(const RecordedTake& take, v1::TakeInfo& info);
 
 // Of what every byte says.
-void JudgeCheck(v1::TakeCheckReport& report, bool is_closed);
+void AssessCheck(v1::TakeCheckReport& report, bool is_closed);
 
-void JudgeRecovery(v1::TakeRecoveryReport& report);
+void AssessRecovery(v1::TakeRecoveryReport& report);
 
 // Some process writes the take now.
 bool IsBeingRecorded(const std::string& folder);

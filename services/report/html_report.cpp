@@ -24,12 +24,12 @@ std::string Page(const std::string& title, const std::string& body) {
 namespace {
 
 // Results of earlier versions have no verdict, and a job that runs has none yet.
-v1::Job Judged(v1::Job job, const std::vector<v1::FrameReport>& frames) {
+v1::Job WithVerdict(v1::Job job, const std::vector<v1::FrameReport>& frames) {
   const bool is_over = job.state() != v1::JOB_STATE_QUEUED && job.state() != v1::JOB_STATE_RUNNING;
   if (!is_over) {
     job.clear_verdict();
   } else if (job.verdict().grade() == v1::GRADE_UNSPECIFIED) {
-    *job.mutable_verdict() = JudgeJob(job, frames);
+    *job.mutable_verdict() = AssessJob(job, frames);
   }
   return job;
 }
@@ -39,7 +39,7 @@ v1::Job Judged(v1::Job job, const std::vector<v1::FrameReport>& frames) {
 std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
                           const std::vector<FramePictures>& pictures, const std::vector<std::string>& notes) {
   const JobSummary summary = Summarize(job, frames);
-  std::string html = HeadSection(Judged(job, frames), summary);
+  std::string html = HeadSection(WithVerdict(job, frames), summary);
   html += WarningSection(job, notes);
   html += PictureSection(pictures);
   html += PlotSection(frames);

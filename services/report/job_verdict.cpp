@@ -46,7 +46,7 @@ double Percent(int64_t part, int64_t whole) {
 }
 
 // Are board and rig those of the take?
-void JudgeInputs(const Totals& sum, v1::Verdict& verdict) {
+void AssessInputs(const Totals& sum, v1::Verdict& verdict) {
   constexpr int64_t kTellingNodes = 100;
   const int64_t used = sum.images - sum.missing_images;
   if (used > 0) {
@@ -68,7 +68,7 @@ void JudgeInputs(const Totals& sum, v1::Verdict& verdict) {
   }
 }
 
-void JudgeTemplate(const Totals& sum, v1::Verdict& verdict) {
+void AssessTemplate(const Totals& sum, v1::Verdict& verdict) {
   if (sum.registered_cells == 0) return;
   const double on_template = Percent(sum.registered_cells - sum.strangers, sum.registered_cells);
   AddCheck(verdict, kRegisterOnTemplate, on_template,
@@ -80,7 +80,7 @@ void JudgeTemplate(const Totals& sum, v1::Verdict& verdict) {
                : "");
 }
 
-void JudgeFrames(const v1::Job& job, const JobSummary& summary, v1::Verdict& verdict) {
+void AssessFrames(const v1::Job& job, const JobSummary& summary, v1::Verdict& verdict) {
   const int total = summary.counts.total();
   if (job.state() == v1::JOB_STATE_CANCELLED) {
     AddFinding(verdict, v1::GRADE_BAD,
@@ -103,7 +103,7 @@ void JudgeFrames(const v1::Job& job, const JobSummary& summary, v1::Verdict& ver
 
 }  // namespace
 
-v1::Verdict JudgeJob(const v1::Job& job, const std::vector<v1::FrameReport>& frames) {
+v1::Verdict AssessJob(const v1::Job& job, const std::vector<v1::FrameReport>& frames) {
   const JobSummary summary = Summarize(job, frames);
   const Totals sum = Sum(frames);
   v1::Verdict verdict;
@@ -114,9 +114,9 @@ v1::Verdict JudgeJob(const v1::Job& job, const std::vector<v1::FrameReport>& fra
                  ? absl::StrFormat("%s, %.1f %% of the cells observed", registered, 100 * summary.coverage)
                  : registered,
              "");
-  JudgeInputs(sum, verdict);
-  JudgeTemplate(sum, verdict);
-  JudgeFrames(job, summary, verdict);
+  AssessInputs(sum, verdict);
+  AssessTemplate(sum, verdict);
+  AssessFrames(job, summary, verdict);
   if (sum.images > 0) {
     AddCheck(verdict, kRegisterImages, Percent(sum.images - sum.missing_images, sum.images),
              sum.missing_images == 0
@@ -131,9 +131,9 @@ v1::Verdict JudgeJob(const v1::Job& job, const std::vector<v1::FrameReport>& fra
   return verdict;
 }
 
-v1::Verdict JudgeJobFolder(const std::string& out_folder, const v1::Job& job) {
+v1::Verdict AssessJobFolder(const std::string& out_folder, const v1::Job& job) {
   std::vector<std::string> notes;
-  return JudgeJob(job, ReadJobFrames(out_folder, job, notes).value_or(std::vector<v1::FrameReport>()));
+  return AssessJob(job, ReadJobFrames(out_folder, job, notes).value_or(std::vector<v1::FrameReport>()));
 }
 
 }  // namespace weft

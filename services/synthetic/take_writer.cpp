@@ -30,10 +30,10 @@ struct Tally {
   std::vector<uint64_t> cells_by_pitch = std::vector<uint64_t>(10000, 0);
   uint64_t cells = 0;
   size_t views = 0;
-  int tangled_frames = 0;
+  int intersecting_frames = 0;
 
   void Add(const FrameTruth& truth) {
-    if (!FindTangles(truth.mesh.vertices_mm, truth.mesh.faces).empty()) ++tangled_frames;
+    if (!FindIntersectingPairs(truth.mesh.vertices_mm, truth.mesh.faces).empty()) ++intersecting_frames;
     views += truth.views.size();
     for (const ViewTruth& view : truth.views)
       for (const NodeTruth& node : view.nodes)
@@ -156,7 +156,7 @@ TakeSummary Summarize(const SyntheticTake& take, const Tally& tally) {
   out.frames = take.frames();
   out.cameras = static_cast<int>(take.rig().cameras.size());
   out.lost_pictures = CountLost(take);
-  out.tangled_frames = tally.tangled_frames;
+  out.intersecting_frames = tally.intersecting_frames;
   for (const VertexNode& cell : take.garment().node_of_vertex) out.cells += cell.IsCell() ? 1 : 0;
   if (tally.cells == 0) return out;
   out.median_pitch_px = tally.MedianPitchPx();

@@ -17,7 +17,7 @@ struct TakeSummary {
   int cameras = 0;
   int cells = 0;  // of the garment
   int lost_pictures = 0;
-  int tangled_frames = 0;         // whose cloth passes through itself
+  int intersecting_frames = 0;    // whose cloth passes through itself
   double median_pitch_px = 0;     // of the scoreable cells, all views
   double scoreable_per_view = 0;  // cells, in the mean
 };

@@ -42,7 +42,7 @@ void PrintErrorsInSigmas(const ErrorsAndSigmas& compared, const CalibrationSolut
   PrintKind(compared, "centres", solution, 12, 3);
 }
 
-void Judge(int cameras, int frames, double noise_px, double longest, uint64_t seed) {
+void Assess(int cameras, int frames, double noise_px, double longest, uint64_t seed) {
   const SimulatedCalibration truth = Simulate(cameras, frames, noise_px, longest, {}, seed);
   size_t corners = 0;
   for (const BoardView& view : truth.views.boards) corners += view.corners.size();
@@ -94,12 +94,12 @@ void Judge(int cameras, int frames, double noise_px, double longest, uint64_t se
 
 int main(int argc, char** argv) {
   if (argc >= 5) {
-    weft::Judge(std::atoi(argv[1]), std::atoi(argv[2]), std::atof(argv[3]), std::atof(argv[4]),
-                argc > 5 ? std::strtoull(argv[5], nullptr, 10) : 1);
+    weft::Assess(std::atoi(argv[1]), std::atoi(argv[2]), std::atof(argv[3]), std::atof(argv[4]),
+                 argc > 5 ? std::strtoull(argv[5], nullptr, 10) : 1);
     return 0;
   }
-  weft::Judge(8, 60, 0.1, 2.5, 1);
-  weft::Judge(24, 80, 0.1, 2.5, 1);
-  weft::Judge(211, 80, 0.1, 4.5, 1);
+  weft::Assess(8, 60, 0.1, 2.5, 1);
+  weft::Assess(24, 80, 0.1, 2.5, 1);
+  weft::Assess(211, 80, 0.1, 4.5, 1);
   return 0;
 }

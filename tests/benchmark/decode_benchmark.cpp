@@ -22,8 +22,8 @@ struct Score {
   size_t cells = 0, right = 0;
 };
 
-Score Judge(const Photograph& photo, const Board& board, const DecodeResult& result, double left_px,
-            double top_px) {
+Score Assess(const Photograph& photo, const Board& board, const DecodeResult& result, double left_px,
+             double top_px) {
   Score score;
   for (const Observation& o : result.observations) {
     if (o.node.kind != NodeKind::kCenter) continue;
@@ -49,7 +49,7 @@ void DecodePhotograph(benchmark::State& state) {
   const Photograph photo{.width_px = 700, .height_px = 700, .pitch_px = static_cast<double>(state.range(0))};
   const Frame frame = Render(photo, board);
   Score score;
-  for (auto _ : state) score = Judge(photo, board, *DecodeView(frame, index, {}), 0, 0);
+  for (auto _ : state) score = Assess(photo, board, *DecodeView(frame, index, {}), 0, 0);
   Report(score, 1e-6 * photo.width_px * photo.height_px, state);
 }
 BENCHMARK(DecodePhotograph)->Arg(5)->Arg(8)->Arg(16)->Unit(benchmark::kMillisecond);
@@ -138,7 +138,7 @@ void DecodeRawView(benchmark::State& state) {
     own_s = seconds;
     best = std::move(result);
   }
-  const Score score = Judge(view.photo, view.board, best, RawView::kLeftPx, RawView::kTopPx);
+  const Score score = Assess(view.photo, view.board, best, RawView::kLeftPx, RawView::kTopPx);
   Report(score, megapixels, state);
   const double keypoints = static_cast<double>(std::max<size_t>(best.observations.size(), 1));
   state.counters["keypoints"] = keypoints;

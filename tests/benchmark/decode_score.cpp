@@ -106,7 +106,7 @@ const NodeTruth* NodesOfView::Find(const BoardNode& node) const {
   return at == nodes_.end() ? nullptr : at->second;
 }
 
-Verdict NodesOfView::Judge(const BoardNode& node, double x_px, double y_px) const {
+Verdict NodesOfView::Assess(const BoardNode& node, double x_px, double y_px) const {
   const NodeTruth* truth = Find(node);
   if (truth == nullptr) {
     constexpr double kNear = 0.5;  // to the middles of the outermost pixels
@@ -133,7 +133,7 @@ void Score(const DecodeResult& result, const TrueView& view, DecodeScore* score)
   std::map<BoardNode, bool> observed;  // and whether rightly
   for (const Observation& o : result.observations) observed[o.node] = false;
   for (const Observation& o : result.observations) {
-    const Verdict verdict = truth.Judge(o.node, o.x_px, o.y_px);
+    const Verdict verdict = truth.Assess(o.node, o.x_px, o.y_px);
     if (verdict == Verdict::kUnjudged) continue;
     ScoredObservation scored{.node = o.node,
                              .right = verdict == Verdict::kRight,

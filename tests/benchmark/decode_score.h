@@ -46,7 +46,7 @@ class NodesOfView {
   explicit NodesOfView(const TrueView& view);  // which must outlive it
   // Null where the node is not in sight.
   const NodeTruth* Find(const BoardNode& node) const;
-  Verdict Judge(const BoardNode& node, double x_px, double y_px) const;
+  Verdict Assess(const BoardNode& node, double x_px, double y_px) const;
 
  private:
   double LargestPitchAround(const BoardNode& node) const;

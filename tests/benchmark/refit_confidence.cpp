@@ -132,7 +132,7 @@ class Candidates {
         c.around[n++] = at < 0 ? -1 : first + at;
       }
       const BoardNode node{cell.row, cell.col, NodeKind::kCenter};
-      const Verdict verdict = truth.Judge(node, cell.fit.pose.x, cell.fit.pose.y);
+      const Verdict verdict = truth.Assess(node, cell.fit.pose.x, cell.fit.pose.y);
       c.is_there = verdict == Verdict::kRight;
       c.on_crest = verdict == Verdict::kOnCrest;
       // What was read stays, whatever this evidence says.

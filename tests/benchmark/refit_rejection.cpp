@@ -50,7 +50,7 @@ absl::Status AddTake(const std::string& folder, Gains* gains) {
     for (size_t k = 0; k < state.cells().size(); k += kEvery) {
       const ViewCell& cell = state.cells()[k];
       const BoardNode node{cell.row, cell.col, NodeKind::kCenter};
-      if (truth.Judge(node, cell.fit.pose.x, cell.fit.pose.y) != Verdict::kRight) continue;
+      if (truth.Assess(node, cell.fit.pose.x, cell.fit.pose.y) != Verdict::kRight) continue;
       for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}}) {
         if (const ViewCell* near = state.Find(cell.row + dr, cell.col + dc))
           AddFit(*fitter, PredictedFrom(*near, cell), gains);

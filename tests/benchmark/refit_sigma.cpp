@@ -23,7 +23,7 @@ absl::Status AddRatios(const std::string& folder, Ratios* ratios) {
     for (const ViewCell& cell : state.cells()) {
       const BoardNode node{cell.row, cell.col, NodeKind::kCenter};
       const CellPose& pose = cell.fit.pose;
-      if (truth.Judge(node, pose.x, pose.y) != Verdict::kRight) continue;
+      if (truth.Assess(node, pose.x, pose.y) != Verdict::kRight) continue;
       const NodeTruth& at = *truth.Find(node);
       const int around = __builtin_popcount(state.Around(cell.row, cell.col));
       (*ratios)[KindOf(around)].push_back(std::hypot(pose.x - at.pixel_px.x(), pose.y - at.pixel_px.y()) /

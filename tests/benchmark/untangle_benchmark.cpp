@@ -1,13 +1,13 @@
 // Speed of finding and removing self-intersections on one core, on two wrinkled sheets of n x n vertices, one
 // over the other: 200 704 faces at n = 225, where the search is to take less than 0.1 s. Baselines: the
 // search without faces around common vertices (SelfIntersections), and the search twice, before and after,
-// which is all that untangling a clean mesh would cost (Tangles).
+// which is all that untangling a clean mesh would cost (IntersectingPairs).
 #include <benchmark/benchmark.h>
 #include <tbb/task_arena.h>
 
 #include "alignment/untangle/self_intersection.h"
 #include "alignment/untangle/untangle.h"
-#include "tests/alignment/untangle/tangled_sheets.h"
+#include "tests/alignment/untangle/intersecting_sheets.h"
 
 namespace weft {
 namespace {
@@ -43,7 +43,10 @@ BENCHMARK_CAPTURE(Search, SelfIntersections, FindSelfIntersections)
     ->Arg(225)
     ->ArgName("n")
     ->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(Search, Tangles, FindTangles)->Arg(225)->ArgName("n")->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(Search, IntersectingPairs, FindIntersectingPairs)
+    ->Arg(225)
+    ->ArgName("n")
+    ->Unit(benchmark::kMillisecond);
 
 void Untangle(benchmark::State& state) {
   const TriangleMesh mesh = Layers(static_cast<int>(state.range(0)), static_cast<int>(state.range(1)));

@@ -41,7 +41,7 @@ struct Score {
   double median_px = 0, p95_px = 0;
 };
 
-Score Judge(const Photograph& photo, const Board& board, const DecodeResult& result, NodeKind kind) {
+Score Assess(const Photograph& photo, const Board& board, const DecodeResult& result, NodeKind kind) {
   Score score;
   const double shift = kind == NodeKind::kCenter ? 0.5 : 0;
   for (int row = 0; row < board.rows; ++row) {
@@ -81,14 +81,14 @@ class DecodesPhotographs : public testing::TestWithParam<Case> {};
 TEST_P(DecodesPhotographs, FindsNearlyAllCellsWithSubpixelCenters) {
   const Photograph& photo = GetParam().photo;
   const DecodeResult result = Decode(Render(photo, TestBoard().board()));
-  const Score centers = Judge(photo, TestBoard().board(), result, NodeKind::kCenter);
+  const Score centers = Assess(photo, TestBoard().board(), result, NodeKind::kCenter);
   EXPECT_GE(centers.right, 0.95 * centers.expected);
   EXPECT_EQ(centers.wrong, 0);
   // Large cells are sampled sparsely.
   const double sharp_px = std::max(0.12, 0.01 * photo.pitch_px);
   EXPECT_LT(centers.median_px, sharp_px);
   EXPECT_LT(centers.p95_px, 3 * sharp_px);
-  const Score corners = Judge(photo, TestBoard().board(), result, NodeKind::kCorner);
+  const Score corners = Assess(photo, TestBoard().board(), result, NodeKind::kCorner);
   EXPECT_GE(corners.right, 0.85 * centers.expected);
   EXPECT_EQ(corners.wrong, 0);
   EXPECT_LT(corners.median_px, sharp_px);
@@ -115,7 +115,7 @@ TEST(Decoder, DecodesASingleWindow) {
                          .rows = 3,
                          .cols = 3};
   const DecodeResult result = Decode(Render(photo, TestBoard().board()));
-  const Score score = Judge(photo, TestBoard().board(), result, NodeKind::kCenter);
+  const Score score = Assess(photo, TestBoard().board(), result, NodeKind::kCenter);
   EXPECT_GE(score.right, 5);
   EXPECT_EQ(score.wrong, 0);
 }
@@ -165,7 +165,7 @@ TEST(Decoder, FindsAStripBeyondACover) {
   };
   const DecodeResult result = Decode(frame);
   EXPECT_GE(in_strip(result), 60);
-  EXPECT_EQ(Judge(photo, board, result, NodeKind::kCenter).wrong, 0);
+  EXPECT_EQ(Assess(photo, board, result, NodeKind::kCenter).wrong, 0);
   DecodeOptions without;
   without.isolated.min_evidence = 1e9f;
   EXPECT_GE(in_strip(Decode(frame, TestBoard(), without)), 60);

@@ -35,7 +35,7 @@ struct Found {
 };
 
 // Expected are cells whose surroundings are in the picture.
-Found Judge(const Photograph& photo, const Frame& frame, const Affine& moved = {}) {
+Found Assess(const Photograph& photo, const Frame& frame, const Affine& moved = {}) {
   const Board& board = TestBoard().board();
   const auto place = [&](int row, int col) {
     const auto [x, y] = PixelFromBoard(photo, board, col + 0.5, row + 0.5);
@@ -109,7 +109,7 @@ TEST(Robustness, AnyRotationInThePlane) {
   for (int angle_deg = 0; angle_deg < 360; angle_deg += 45) {
     for (const int off_deg : {0, 17}) {
       const Photograph photo = Small(6.5, angle_deg + off_deg);
-      const Found found = Judge(photo, Render(photo, TestBoard().board()));
+      const Found found = Assess(photo, Render(photo, TestBoard().board()));
       EXPECT_GE(found.RecallOf(), 0.97) << angle_deg + off_deg << " degrees";
       EXPECT_EQ(found.wrong, 0) << angle_deg + off_deg << " degrees";
     }
@@ -125,7 +125,7 @@ TEST(Robustness, StrongShear) {
     cv::Mat out;
     cv::warpAffine(Pixels(frame), out, matrix, Pixels(frame).size(), cv::INTER_CUBIC, cv::BORDER_CONSTANT,
                    cv::Scalar::all(120));
-    const Found found = Judge(photo, FrameOf(out), moved);
+    const Found found = Assess(photo, FrameOf(out), moved);
     EXPECT_EQ(found.wrong, 0) << "shear " << shear;
     EXPECT_GE(found.right, 300) << "shear " << shear;
   }
@@ -141,7 +141,7 @@ TEST(Robustness, LargeCellsInVerySharpPictures) {
       photo.height_px = static_cast<int>(14 * pitch_px);
       photo.bend_cells = 0.3;
       photo.blur_px = blur_px;
-      const Found found = Judge(photo, Render(photo, TestBoard().board()));
+      const Found found = Assess(photo, Render(photo, TestBoard().board()));
       EXPECT_GE(found.RecallOf(), 0.95) << pitch_px << " px, blur " << blur_px << " px";
       EXPECT_EQ(found.wrong, 0) << pitch_px << " px, blur " << blur_px << " px";
     }
@@ -152,11 +152,11 @@ TEST(Robustness, MotionBlur) {
   const Photograph photo = Small(8);
   const Frame frame = Render(photo, TestBoard().board());
   for (const double angle_deg : {0.0, 30.0, 65.0, 110.0}) {
-    const Found found = Judge(photo, MotionBlurred(frame, 2.5, angle_deg));
+    const Found found = Assess(photo, MotionBlurred(frame, 2.5, angle_deg));
     EXPECT_GE(found.RecallOf(), 0.95) << angle_deg << " degrees";
     EXPECT_EQ(found.wrong, 0) << angle_deg << " degrees";
     // As long as a cell: the pattern is gone along one axis.
-    const Found gone = Judge(photo, MotionBlurred(frame, 8, angle_deg));
+    const Found gone = Assess(photo, MotionBlurred(frame, 8, angle_deg));
     EXPECT_LE(gone.wrong, 0.01 * gone.right) << angle_deg << " degrees";
   }
 }
@@ -167,7 +167,7 @@ TEST(Robustness, JpegArtefacts) {
   for (const int quality : {95, 75, 50}) {
     std::vector<uint8_t> file;
     ASSERT_TRUE(cv::imencode(".jpg", Pixels(frame), file, {cv::IMWRITE_JPEG_QUALITY, quality}));
-    const Found found = Judge(photo, FrameOf(cv::imdecode(file, cv::IMREAD_COLOR)));
+    const Found found = Assess(photo, FrameOf(cv::imdecode(file, cv::IMREAD_COLOR)));
     EXPECT_GE(found.RecallOf(), quality >= 75 ? 0.97 : 0.9) << "quality " << quality;
     EXPECT_EQ(found.wrong, 0) << "quality " << quality;
   }
@@ -177,7 +177,7 @@ TEST(Robustness, RawMosaics) {
   const Photograph photo = Small(6.5);
   const Frame frame = Render(photo, TestBoard().board());
   for (const int bits : {8, 12}) {
-    const Found found = Judge(photo, Mosaicked(frame, bits, 2));
+    const Found found = Assess(photo, Mosaicked(frame, bits, 2));
     EXPECT_GE(found.RecallOf(), 0.95) << bits << " bits";
     EXPECT_EQ(found.wrong, 0) << bits << " bits";
   }

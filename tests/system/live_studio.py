@@ -40,7 +40,7 @@ class Cameras:
 
     def __init__(self, cameras):
         self.process = subprocess.Popen(
-            [os.path.join(BIN, "camera_ends"), *(f"{name}={address}" for name, address in cameras.items())],
+            [os.path.join(BIN, "gige_emulators"), *(f"{name}={address}" for name, address in cameras.items())],
             stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         assert self.process.stdout.readline() == "ready\n"
 
@@ -120,7 +120,7 @@ def packet_loss(share, address=None):
 
 @functools.cache
 def pattern(phase):
-    """2048 pixels of what camera_end_frames.cpp films; they repeat."""
+    """2048 pixels of what gige_emulator_frames.cpp films; they repeat."""
     return bytes((i * 31 + phase) >> 3 & 0xff for i in range(2048))
 
 

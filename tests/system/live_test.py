@@ -36,7 +36,7 @@ class Live(LiveTest):
             self.assertGreater(int(camera["packets_resent"]), 0)
             self.assertEqual(camera["settings"]["PacketResend"], "on")
             self.assertEqual(camera["settings"]["PtpStatus"], "Slave")
-            self.assertEqual(camera["model"], "CameraEnd")
+            self.assertEqual(camera["model"], "GigeEmulator")
         self.assertEqual(true_spread_ns(self.take, CAMERAS), 0)
         images = os.path.join(os.path.dirname(self.take), "images")
         weft("take", "export", self.take, "--out", images, check=0)
@@ -186,7 +186,7 @@ class Live(LiveTest):
         self.assertEqual([verdicts["camera " + name] for name in CAMERAS],
                          ["DOCTOR_VERDICT_GOOD"] * 2 + ["DOCTOR_VERDICT_WARNING", "DOCTOR_VERDICT_BAD"])
         found = "\n".join(finding["found"] for finding in findings)
-        self.assertIn("127.0.0.2: Weft CameraEnd, serial left", found)
+        self.assertIn("127.0.0.2: Weft GigeEmulator, serial left", found)
         self.assertEqual(json.loads(done.stdout)["verdict"]["grade"], "GRADE_BAD")
         self.assertIn("256x128 Mono8, 0.3 MB/s, packets of 1500 bytes, resend on", found)
         self.assertIn("the cameras send 1.0 MB/s", found)

@@ -27,7 +27,7 @@ class V4l2(LiveTest):
         folder = tempfile.TemporaryDirectory(prefix="weft test ")
         self.addCleanup(folder.cleanup)
         self.live_set_up(folder.name, GIGE)
-        for program in ("v4l2_guest", "camera_ends"):
+        for program in ("v4l2_guest", "gige_emulators"):
             subprocess.run(["strip", "-o", os.path.join(folder.name, program), os.path.join(BIN, program)], check=True)
         self.folder = folder.name
 
@@ -53,7 +53,7 @@ class V4l2(LiveTest):
         run_in_guest(self.folder, f"""set -e
 {addresses}
 mkfifo /tmp/lines
-./camera_ends {names} < /tmp/lines > /tmp/answers &
+./gige_emulators {names} < /tmp/lines > /tmp/answers &
 exec 3> /tmp/lines
 until grep -q ready /tmp/answers; do sleep 0.2; done
 ./v4l2_guest record session.json take {SECONDS} {faults}

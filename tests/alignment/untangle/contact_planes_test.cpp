@@ -4,9 +4,9 @@
 
 #include <limits>
 #include "alignment/untangle/closest_points.h"
+#include "alignment/untangle/cut_off_regions.h"
 #include "alignment/untangle/self_intersection.h"
-#include "alignment/untangle/tangle_regions.h"
-#include "tests/alignment/untangle/tangled_sheets.h"
+#include "tests/alignment/untangle/intersecting_sheets.h"
 
 namespace weft {
 namespace {
@@ -90,7 +90,7 @@ TEST(ContactPlanes, KeepACrowdFromPassingThroughItself) {
     Eigen::Vector3d& p = mesh.vertices_mm[v];
     p.z() = 1.5 * std::sin(p.x() / 3) * std::cos(p.y() / 4) + (v < mesh.vertices_mm.size() / 2 ? 0 : 0.5);
   }
-  TanglePatch patch = WholeMesh(mesh);
+  UntanglePatch patch = WholeMesh(mesh);
   ASSERT_TRUE(FindPiercings(patch).empty());
   RandomPoints points(5);
   const double reach_mm = 1.2;
@@ -103,7 +103,7 @@ TEST(ContactPlanes, KeepACrowdFromPassingThroughItself) {
       patch.position_mm[v] += move;
       moved_mm += move.norm() / patch.free;
     }
-    ASSERT_TRUE(FindTangles(patch.position_mm, patch.faces).empty()) << "step " << step;
+    ASSERT_TRUE(FindIntersectingPairs(patch.position_mm, patch.faces).empty()) << "step " << step;
   }
   EXPECT_GT(moved_mm, 5);
 }
@@ -112,7 +112,7 @@ TEST(ContactPlanes, AskLayersThatAreTooNearToPart) {
   const TriangleMesh below = FlatSheet(4, 4);
   TriangleMesh above = below;
   for (Eigen::Vector3d& v : above.vertices_mm) v += Eigen::Vector3d(0.9, 0.7, 0.03);
-  const TanglePatch patch = WholeMesh(testing::Joined(below, above));
+  const UntanglePatch patch = WholeMesh(testing::Joined(below, above));
   const ContactPlanes contacts =
       FindContactPlanes(patch, std::vector<bool>(patch.vertex.size(), true), 0.5, 0.05);
   int asking = 0;

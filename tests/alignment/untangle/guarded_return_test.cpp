@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "alignment/untangle/cut_off_regions.h"
 #include "alignment/untangle/self_intersection.h"
-#include "alignment/untangle/tangle_regions.h"
-#include "tests/alignment/untangle/tangled_sheets.h"
+#include "tests/alignment/untangle/intersecting_sheets.h"
 
 namespace weft {
 namespace {
@@ -12,7 +12,7 @@ namespace {
 using testing::WholeMesh;
 
 TEST(ReturnGuarded, ReturnsAllTheWayWhereNothingIsInTheWay) {
-  TanglePatch patch = WholeMesh(testing::FlatSheet(12, 12));
+  UntanglePatch patch = WholeMesh(testing::FlatSheet(12, 12));
   for (Eigen::Vector3d& p : patch.position_mm) p.z() += 1.5 * std::sin(p.x() / 5);
   for (int run = 0; run < 6; ++run) ReturnGuarded({}, &patch);  // each ends where little is left to gain
   EXPECT_LT(testing::MaxDistance(patch.position_mm, patch.observed_mm), 0.02);
@@ -21,13 +21,13 @@ TEST(ReturnGuarded, ReturnsAllTheWayWhereNothingIsInTheWay) {
 // Two layers whose observed places lie on the wrong sides of each other: they come to rest on one another.
 TEST(ReturnGuarded, StopsAtTheOtherLayer) {
   const TriangleMesh mesh = testing::DentedLayers(40, 4, 14);
-  TanglePatch patch = WholeMesh(mesh);
+  UntanglePatch patch = WholeMesh(mesh);
   for (size_t v = 1600; v < 3200; ++v) patch.position_mm[v].z() = 1.5;  // the upper layer without its dent
   ASSERT_TRUE(FindPiercings(patch).empty());
   const std::vector<Eigen::Vector3d> start = patch.position_mm;
   const ReturnOptions options;
   EXPECT_GT(ReturnGuarded(options, &patch), 1);
-  EXPECT_TRUE(FindTangles(patch.position_mm, patch.faces).empty());
+  EXPECT_TRUE(FindIntersectingPairs(patch.position_mm, patch.faces).empty());
   double before = 0, after = 0, lowest = 10;
   for (int v = 1600; v < patch.free; ++v) {
     before += (start[v] - patch.observed_mm[v]).squaredNorm();
@@ -42,7 +42,7 @@ TEST(ReturnGuarded, StopsAtTheOtherLayer) {
 TEST(ReturnGuarded, PartsLayersThatAreTooNear) {
   TriangleMesh above = testing::FlatSheet(10, 10);
   for (Eigen::Vector3d& v : above.vertices_mm) v += Eigen::Vector3d(1.1, 0.7, 0.01);
-  TanglePatch patch = WholeMesh(testing::Joined(testing::FlatSheet(10, 10), above));
+  UntanglePatch patch = WholeMesh(testing::Joined(testing::FlatSheet(10, 10), above));
   ReturnGuarded({}, &patch);
   double gap_mm = 10;
   for (int v = 0; v < 100; ++v) {

@@ -5,7 +5,7 @@
 
 #include <Eigen/LU>
 
-#include "tests/alignment/untangle/tangled_sheets.h"
+#include "tests/alignment/untangle/intersecting_sheets.h"
 
 namespace weft {
 namespace {
@@ -167,18 +167,18 @@ TEST(FindSelfIntersections, SameAtAnyThreadCount) {
   EXPECT_EQ(one, run(2));
 }
 
-TEST(FindTangles, FindsFacesThatMeetAroundAVertex) {
+TEST(FindIntersectingPairs, FindsFacesThatMeetAroundAVertex) {
   TriangleMesh mesh = testing::FacesThroughEachOtherAtAVertex();
   EXPECT_TRUE(FindSelfIntersections(mesh.vertices_mm, mesh.faces).empty());
-  const Tangles tangles = FindTangles(mesh.vertices_mm, mesh.faces);
-  EXPECT_TRUE(tangles.apart.empty());
-  EXPECT_EQ(tangles.at_vertex, (std::vector<FacePair>{{0, 1}}));
+  const IntersectingPairs found = FindIntersectingPairs(mesh.vertices_mm, mesh.faces);
+  EXPECT_TRUE(found.apart.empty());
+  EXPECT_EQ(found.at_vertex, (std::vector<FacePair>{{0, 1}}));
   mesh.vertices_mm[4].z() = 0.5;  // ends above the other face
-  EXPECT_TRUE(FindTangles(mesh.vertices_mm, mesh.faces).empty());
+  EXPECT_TRUE(FindIntersectingPairs(mesh.vertices_mm, mesh.faces).empty());
 }
 
 // Every pair with one vertex in common, in random fans.
-TEST(FindTangles, AgreesWithPiercingSidesAroundAVertex) {
+TEST(FindIntersectingPairs, AgreesWithPiercingSidesAroundAVertex) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(-1, 1);
   int meeting = 0;
@@ -188,13 +188,13 @@ TEST(FindTangles, AgreesWithPiercingSidesAroundAVertex) {
     const auto& p = mesh.vertices_mm;
     const Triangle s = {p[1], p[0], p[2]}, t = {p[3], p[4], p[0]};
     const bool meet = Pierces(p[1], p[2], t) || Pierces(p[3], p[4], s);
-    ASSERT_EQ(FindTangles(p, mesh.faces).at_vertex.size(), meet ? 1u : 0u) << i;
+    ASSERT_EQ(FindIntersectingPairs(p, mesh.faces).at_vertex.size(), meet ? 1u : 0u) << i;
     meeting += meet;
   }
   EXPECT_GT(meeting, 500);
 }
 
-TEST(FindTangles, SeesWhatMeetsOnceRoundedToFloats) {
+TEST(FindIntersectingPairs, SeesWhatMeetsOnceRoundedToFloats) {
   TriangleMesh mesh;
   for (const Eigen::Vector3d& corner : kBase)
     mesh.vertices_mm.push_back(corner + Eigen::Vector3d(0, 0, 4096));
@@ -204,15 +204,15 @@ TEST(FindTangles, SeesWhatMeetsOnceRoundedToFloats) {
   }
   mesh.faces = {{0, 1, 2}, {3, 4, 5}};
   EXPECT_TRUE(FindSelfIntersections(mesh.vertices_mm, mesh.faces).empty());
-  EXPECT_EQ(FindTangles(mesh.vertices_mm, mesh.faces).apart.size(), 1u);
+  EXPECT_EQ(FindIntersectingPairs(mesh.vertices_mm, mesh.faces).apart.size(), 1u);
 }
 
-TEST(FindTangles, FindsWhatFindSelfIntersectionsFinds) {
+TEST(FindIntersectingPairs, FindsWhatFindSelfIntersectionsFinds) {
   TriangleMesh mesh = CrossedSheets(12);
   for (Eigen::Vector3d& v : mesh.vertices_mm) v = SomeMotion() * v;
-  const Tangles tangles = FindTangles(mesh.vertices_mm, mesh.faces);
-  EXPECT_EQ(tangles.apart, AllPairs(mesh));
-  EXPECT_TRUE(tangles.at_vertex.empty());
+  const IntersectingPairs found = FindIntersectingPairs(mesh.vertices_mm, mesh.faces);
+  EXPECT_EQ(found.apart, AllPairs(mesh));
+  EXPECT_TRUE(found.at_vertex.empty());
 }
 
 TEST(FindSelfIntersections, MeshesWithoutFacesHaveNone) {

@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "alignment/untangle/self_intersection.h"
-#include "tests/alignment/untangle/tangled_sheets.h"
+#include "tests/alignment/untangle/intersecting_sheets.h"
 
 namespace weft {
 namespace {
@@ -43,7 +43,7 @@ void ExpectClean(const Outcome& outcome) {
   EXPECT_EQ(outcome.report.pairs_after, 0);
   EXPECT_EQ(outcome.report.vertex_pairs_after, 0);
   EXPECT_TRUE(FindSelfIntersections(outcome.mesh.vertices_mm, outcome.mesh.faces).empty());
-  EXPECT_TRUE(FindTangles(Stored(outcome.mesh.vertices_mm), outcome.mesh.faces).empty());
+  EXPECT_TRUE(FindIntersectingPairs(Stored(outcome.mesh.vertices_mm), outcome.mesh.faces).empty());
 }
 
 int Moved(const std::vector<Eigen::Vector3d>& before, const std::vector<Eigen::Vector3d>& after) {
@@ -134,7 +134,7 @@ TEST_P(RandomTangles, EndCleanOrAreCounted) {
   for (Eigen::Vector3d& v : mesh.vertices_mm) v = SomeMotion() * v;
   const Outcome outcome = Untangle(mesh);
   EXPECT_GT(outcome.report.pairs_before, 100);
-  const Tangles left = FindTangles(outcome.mesh.vertices_mm, outcome.mesh.faces);
+  const IntersectingPairs left = FindIntersectingPairs(outcome.mesh.vertices_mm, outcome.mesh.faces);
   EXPECT_EQ(outcome.report.pairs_after, static_cast<int>(left.apart.size()));
   EXPECT_EQ(outcome.report.vertex_pairs_after, static_cast<int>(left.at_vertex.size()));
   ExpectClean(outcome);
@@ -174,7 +174,7 @@ TEST(RemoveSelfIntersections, CountsWhatCanNotBeParted) {
                      {2, 4, 5},
                      {3, 4, 5}}};
   const Outcome outcome = Untangle(mesh);
-  const Tangles left = FindTangles(outcome.mesh.vertices_mm, outcome.mesh.faces);
+  const IntersectingPairs left = FindIntersectingPairs(outcome.mesh.vertices_mm, outcome.mesh.faces);
   EXPECT_FALSE(left.empty());
   EXPECT_EQ(outcome.report.pairs_after, static_cast<int>(left.apart.size()));
   EXPECT_EQ(outcome.report.vertex_pairs_after, static_cast<int>(left.at_vertex.size()));

@@ -21,7 +21,7 @@ import time
 WORK = "/srv/weft"
 BLOCK = 4096  # of the streams of a take
 WAIT_S = 240
-GENICAM = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../system/camera_end.xml")
+GENICAM = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../system/gige_emulator.xml")
 CAMERAS = {"left": "127.0.0.2", "right": "127.0.0.3"}
 JOB_INPUTS = ["--rig", "rig.json", "--board", "board/board.json", "--template", "template"]
 # Few cells, few cameras, hardly any noise: what a sample says of its format, larger ones say again.
@@ -86,14 +86,14 @@ def cameras(program):
         process.wait()
 
 
-def record_takes(weft, camera_ends):
+def record_takes(weft, gige_emulators):
     """A closed take, raw, with readings of the clocks; one whose recorder was killed."""
     features = ["Width=64", "Height=48", "PixelFormat=BayerRG8"]
     write("session.json", json.dumps({
         "cameras": [{"id": name, "gige": {"device": address, "packet_size_bytes": 1500, "features": features}}
                     for name, address in CAMERAS.items()],
         "fps": 10, "tolerance_ms": 2, "max_wait_ms": 5000, "low_disk_gib": 0.01, "ptp": True}, indent=1) + "\n")
-    with cameras(camera_ends):
+    with cameras(gige_emulators):
         run(weft, "take", "record", "--session", "session.json", "--out", "takes/closed", "--seconds", "2.2",
             "--no-disk-test")
         recorder = subprocess.Popen([weft, "take", "record", "--session", "session.json", "--out", "takes/crashed",
@@ -233,11 +233,11 @@ def main():
         os.environ["WEFT_IN_NAMESPACE"] = "1"
         os.execvp("unshare", ["unshare", "--net", sys.executable, *sys.argv])
     subprocess.run(["ip", "link", "set", "lo", "up"], check=True)
-    bin_folder, camera_ends, out = map(os.path.abspath, sys.argv[1:])
+    bin_folder, gige_emulators, out = map(os.path.abspath, sys.argv[1:])
     weft = os.path.join(bin_folder, "weft")
     for folder in ("takes", "rigs"):
         os.makedirs(os.path.join(WORK, folder))
-    record_takes(weft, camera_ends)
+    record_takes(weft, gige_emulators)
     calibrate(weft)
     film(weft)
     register(weft)

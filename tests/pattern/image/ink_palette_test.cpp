@@ -38,7 +38,7 @@ constexpr std::array<Rgb, kCellColors> kInks = {{{150, 60, 60},
                                                  {190, 190, 195}}};
 
 TEST(InkPalette, SeparationIsDistanceOverScatter) {
-  const auto report = JudgePalette(Drawn(kInks, 4, 20000));
+  const auto report = AssessPalette(Drawn(kInks, 4, 20000));
   ASSERT_TRUE(report.ok()) << report.status();
   EXPECT_EQ(report->weakest_a, CellColor::kBlue);
   EXPECT_EQ(report->weakest_b, CellColor::kMagenta);
@@ -57,7 +57,7 @@ TEST(InkPalette, SeparationIsDistanceOverScatter) {
 TEST(InkPalette, TellsTheInkThatIsNearTwoOthersToChange) {
   std::array<Rgb, kCellColors> inks = kInks;
   inks[5] = {78, 62, 140};  // cyan near magenta, which is near blue
-  const auto report = JudgePalette(Drawn(inks, 2, 500));
+  const auto report = AssessPalette(Drawn(inks, 2, 500));
   ASSERT_TRUE(report.ok());
   EXPECT_EQ(report->change, CellColor::kMagenta);
 }
@@ -66,14 +66,14 @@ TEST(InkPalette, NeverTellsToChangeTheBareCloth) {
   std::array<Rgb, kCellColors> inks = kInks;
   inks[6] = {inks[5][0] + 12, inks[5][1], inks[5][2]};  // white beside cyan
   inks[2] = {inks[6][0] + 30, inks[6][1], inks[6][2]};  // and with yellow on its other side
-  const auto report = JudgePalette(Drawn(inks, 3, 400));
+  const auto report = AssessPalette(Drawn(inks, 3, 400));
   ASSERT_TRUE(report.ok());
   EXPECT_EQ(report->change, CellColor::kCyan);
 }
 
 TEST(InkPalette, NeedsSamples) {
-  EXPECT_EQ(JudgePalette({}).status().code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(JudgePalette(Drawn(kInks, 1, 5)).status().message(), HasSubstr("need 8"));
+  EXPECT_EQ(AssessPalette({}).status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(AssessPalette(Drawn(kInks, 1, 5)).status().message(), HasSubstr("need 8"));
 }
 
 TEST(InkPalette, ReadsAPhotographOfTheBoardInUnevenLight) {
@@ -91,7 +91,7 @@ TEST(InkPalette, ReadsAPhotographOfTheBoardInUnevenLight) {
   const auto samples = SampleCells(frame, board, decoded->observations);
   ASSERT_TRUE(samples.ok()) << samples.status();
   ASSERT_GT(samples->size(), 800u);
-  const auto report = JudgePalette(*samples);
+  const auto report = AssessPalette(*samples);
   ASSERT_TRUE(report.ok());
   // The renderer's inks: 0.65 colour + 0.35 grey, under a light that doubles from left to right.
   const auto& red = report->inks[0].mean;
@@ -103,7 +103,7 @@ TEST(InkPalette, ReadsAPhotographOfTheBoardInUnevenLight) {
   const Frame noisy = Render(photo, board);
   const auto worse = SampleCells(noisy, board, decoded->observations);
   ASSERT_TRUE(worse.ok());
-  const auto noisy_report = JudgePalette(*worse);
+  const auto noisy_report = AssessPalette(*worse);
   ASSERT_TRUE(noisy_report.ok());
   EXPECT_LT(noisy_report->separation[3][4], 0.5 * report->separation[3][4]);
 }
@@ -127,7 +127,7 @@ TEST(InkPalette, ReadsSwatchesAlongALine) {
   frame.pixels = pixels;
   const auto samples = SampleSwatches(frame, {20, 60}, {20 + 48 * 7, 60});
   ASSERT_TRUE(samples.ok()) << samples.status();
-  const auto report = JudgePalette(*samples);
+  const auto report = AssessPalette(*samples);
   ASSERT_TRUE(report.ok());
   for (int k = 0; k < kCellColors; ++k)
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(report->inks[k].mean[c], kInks[k][c], 0.5);

@@ -106,7 +106,7 @@ TEST_F(EdgeRuns, EvictionLooksAtAllRunsBeforeAnyCellGoes) {
   for (int col = 8; col < 14; ++col) EXPECT_GE(state.At(0, col), 0);
   for (int col = 0; col < 14; ++col) EXPECT_GE(state.At(1, col), 0) << col;
   for (const ViewCell& cell : state.cells()) EXPECT_EQ(cell.confidence, 0.9f);
-  JudgeRuns(&state);
+  ScoreRuns(&state);
   for (const ViewCell& cell : state.cells()) EXPECT_NE(cell.confidence, 0.9f) << cell.row << " " << cell.col;
 }
 

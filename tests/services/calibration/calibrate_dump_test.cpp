@@ -227,12 +227,12 @@ TEST_F(CalibrateDumpTest, AMirroredBoardIsNamed) {
   EXPECT_THAT(Refusal(request), HasSubstr("board A: mirrored in"));
 }
 
-TEST_F(CalibrateDumpTest, TwoIslandsAreNamed) {
+TEST_F(CalibrateDumpTest, TwoDisconnectedGroupsAreNamed) {
   // Cameras 0 and 1 are covered in every second frame, the others in the rest; camera 3 then sees no board.
   CalibrationRequest request = Request();
   request.dump = ChangedDump(
-      "islands", [](int frame, const std::string& camera) { return (camera < "c02") == (frame % 2 == 0); },
-      Covered);
+      "disconnected",
+      [](int frame, const std::string& camera) { return (camera < "c02") == (frame % 2 == 0); }, Covered);
   EXPECT_THAT(Refusal(request), HasSubstr("camera c02 shares no board with cameras c00, c01"));
 }
 

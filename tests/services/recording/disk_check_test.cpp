@@ -51,20 +51,20 @@ TEST(DiskCheck, RefusesADiskThatIsTooSlowAndWarnsOfOneThatBarelyKeepsUp) {
   DiskSpeed speed;
   speed.bytes_per_s = 1e9;
   speed.free_bytes = 21'000'000'000;
-  EXPECT_THAT(*JudgeDisk(speed, 0.5e9, options), IsEmpty());
-  EXPECT_THAT(*JudgeDisk(speed, 0.9e9, options), ElementsAre(HasSubstr("little to spare")));
-  const absl::Status slow = JudgeDisk(speed, 2.07374e9, options).status();
+  EXPECT_THAT(*AssessDisk(speed, 0.5e9, options), IsEmpty());
+  EXPECT_THAT(*AssessDisk(speed, 0.9e9, options), ElementsAre(HasSubstr("little to spare")));
+  const absl::Status slow = AssessDisk(speed, 2.07374e9, options).status();
   EXPECT_TRUE(absl::IsFailedPrecondition(slow));
   EXPECT_THAT(std::string(slow.message()),
               HasSubstr("the cameras send 2.074 GB/s, the disk takes 1.000 GB/s: the queue of 1024 MiB would "
                         "be full after 1.0 s"));
   options.recorder.take.stream.compress = true;
-  EXPECT_THAT(*JudgeDisk(speed, 2e9, options), ElementsAre(HasSubstr("if the streams were not compressed")));
+  EXPECT_THAT(*AssessDisk(speed, 2e9, options), ElementsAre(HasSubstr("if the streams were not compressed")));
 
   options.seconds = 60;
-  EXPECT_THAT(*JudgeDisk(speed, 0.5e9, options), ElementsAre(HasSubstr("room for 40 s of the 60 s")));
+  EXPECT_THAT(*AssessDisk(speed, 0.5e9, options), ElementsAre(HasSubstr("room for 40 s of the 60 s")));
   options.recorder.low_disk_bytes = 22'000'000'000;
-  EXPECT_TRUE(absl::IsFailedPrecondition(JudgeDisk(speed, 0.5e9, options).status()));
+  EXPECT_TRUE(absl::IsFailedPrecondition(AssessDisk(speed, 0.5e9, options).status()));
 }
 
 }  // namespace

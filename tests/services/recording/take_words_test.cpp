@@ -49,7 +49,7 @@ TEST(TakeWords, EqualCausesAreOneLine) {
 }
 
 v1::Verdict VerdictOf(v1::TakeInfo info) {
-  JudgeLosses(info);
+  AssessLosses(info);
   return info.verdict();
 }
 

@@ -42,7 +42,7 @@ void Reject(v1::FrameReport& frame, const std::string& reason, int count) {
 }
 
 TEST(JobVerdict, SaysWhatAGoodJobCameTo) {
-  const v1::Verdict verdict = JudgeJob(JobOf(2, 0), {Frame("0"), Frame("1")});
+  const v1::Verdict verdict = AssessJob(JobOf(2, 0), {Frame("0"), Frame("1")});
   EXPECT_EQ(verdict.grade(), v1::GRADE_GOOD);
   EXPECT_EQ(verdict.reason(), "2 of 2 frames registered, 90.0 % of the cells observed");
   EXPECT_EQ(verdict.remedy(), "");
@@ -55,7 +55,7 @@ TEST(JobVerdict, HardlyAnyCellIsAnotherBoard) {
   frame.clear_mesh();
   frame.clear_cloud();
   for (v1::ViewReport& view : *frame.mutable_views()) view.set_centers(1);
-  const v1::Verdict verdict = JudgeJob(JobOf(0, 1), {frame});
+  const v1::Verdict verdict = AssessJob(JobOf(0, 1), {frame});
   EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
   EXPECT_THAT(verdict.reason(), HasSubstr("4 in 4 images: is it the right board?"));
 }
@@ -64,7 +64,7 @@ TEST(JobVerdict, RaysThatHardlyMeetAreAnotherRig) {
   v1::FrameReport frame = Frame("0");
   Reject(frame, "no_consensus", 1000);
   Reject(frame, "too_few_views", 1000);
-  const v1::Verdict verdict = JudgeJob(JobOf(1, 0), {frame});
+  const v1::Verdict verdict = AssessJob(JobOf(1, 0), {frame});
   EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
   EXPECT_THAT(verdict.reason(), HasSubstr("at 370 of 1370 cells and corners: is it the rig of this take?"));
 }
@@ -72,7 +72,7 @@ TEST(JobVerdict, RaysThatHardlyMeetAreAnotherRig) {
 TEST(JobVerdict, CellsOffTheTemplateAreAnotherTemplate) {
   v1::FrameReport frame = Frame("0");
   frame.mutable_mesh()->set_unclaimed_points(150);
-  const v1::Verdict verdict = JudgeJob(JobOf(1, 0), {frame});
+  const v1::Verdict verdict = AssessJob(JobOf(1, 0), {frame});
   EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
   EXPECT_THAT(verdict.reason(), HasSubstr("150 of 190 triangulated cells"));
 }
@@ -82,16 +82,16 @@ TEST(JobVerdict, CountsFramesAndImages) {
   failed.set_frame("1");
   failed.set_state(v1::FRAME_STATE_FAILED);
   failed.set_reason("too little was seen");
-  v1::Verdict verdict = JudgeJob(JobOf(1, 1), {Frame("0"), failed});
+  v1::Verdict verdict = AssessJob(JobOf(1, 1), {Frame("0"), failed});
   EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
   EXPECT_EQ(verdict.reason(), "1 of 2 frames could not be registered: too little was seen");
   std::vector<v1::FrameReport> frames(19, Frame("0"));
   frames.push_back(failed);
-  EXPECT_EQ(JudgeJob(JobOf(19, 1), frames).grade(), v1::GRADE_USABLE);
+  EXPECT_EQ(AssessJob(JobOf(19, 1), frames).grade(), v1::GRADE_USABLE);
 
   v1::FrameReport degraded = Frame("0");
   degraded.mutable_views(1)->set_missing_reason("b.png: no such file");
-  verdict = JudgeJob(JobOf(1, 0), {degraded});
+  verdict = AssessJob(JobOf(1, 0), {degraded});
   EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
   EXPECT_THAT(verdict.reason(), HasSubstr("1 of 4 images could not be used, the first: b.png"));
 }
@@ -100,7 +100,7 @@ TEST(JobVerdict, CancelledJobsGoOn) {
   v1::Job job = JobOf(1, 0);
   job.set_state(v1::JOB_STATE_CANCELLED);
   job.mutable_frames()->set_total(3);
-  const v1::Verdict verdict = JudgeJob(job, {Frame("0")});
+  const v1::Verdict verdict = AssessJob(job, {Frame("0")});
   EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
   EXPECT_EQ(verdict.reason(), "cancelled with 1 of 3 frames registered");
   EXPECT_THAT(verdict.remedy(), HasSubstr("goes on"));

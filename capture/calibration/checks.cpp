@@ -1,4 +1,4 @@
-#include "capture/calibration/gates.h"
+#include "capture/calibration/checks.h"
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -25,11 +25,11 @@ std::string Name(const std::vector<CalibrationCamera>& cameras, const std::vecto
 
 // How the tags of a view lie against the board's description: an affine map from board to picture.
 struct Layout {
-  bool judged = false;
+  bool checked = false;
   bool mirrored = false;
   double misfit = 0;  // root mean square, in parts of the view's own spread
 };
-Layout JudgeLayout(const TagBoard& board, const BoardView& view) {
+Layout AssessLayout(const TagBoard& board, const BoardView& view) {
   std::vector<Eigen::Vector3d> on_board;
   std::vector<Eigen::Vector2d> in_picture;
   std::map<int, std::pair<Eigen::Vector2d, Eigen::Vector2d>> tags;  // sums over their corners
@@ -61,16 +61,16 @@ Layout JudgeLayout(const TagBoard& board, const BoardView& view) {
     off += (affine.transpose() * on_board[i] - in_picture[i]).squaredNorm();
     spread += (in_picture[i] - mean).squaredNorm();
   }
-  out.judged = true;
+  out.checked = true;
   out.mirrored = affine.topRows<2>().determinant() < 0;
   out.misfit = std::sqrt(off / spread);
   return out;
 }
 
-class ViewGates {
+class ViewChecks {
  public:
-  ViewGates(const CalibrationTarget& target, const CalibrationViews& views,
-            const std::vector<CameraSightings>& sightings, const GateOptions& options)
+  ViewChecks(const CalibrationTarget& target, const CalibrationViews& views,
+             const std::vector<CameraSightings>& sightings, const CalibrationCheckOptions& options)
       : target_(target),
         views_(views),
         sightings_(sightings),
@@ -82,7 +82,7 @@ class ViewGates {
     Layouts();
     Blur();
     Unseen(covisibility);
-    Islands(covisibility);
+    DisconnectedGroups(covisibility);
     Counts(covisibility);
     Coverage(covisibility);
     return issues_;
@@ -95,22 +95,22 @@ class ViewGates {
 
   void Layouts() {
     for (size_t b = 0; b < target_.boards.size(); ++b) {
-      int judged = 0, mirrored = 0, wrong = 0;
+      int checked = 0, mirrored = 0, wrong = 0;
       for (const BoardView& view : views_.boards) {
         if (view.board != static_cast<int>(b)) continue;
-        const Layout layout = JudgeLayout(target_.boards[b], view);
-        judged += layout.judged;
-        mirrored += layout.judged && layout.mirrored;
-        wrong += layout.judged && layout.misfit > 0.25;
+        const Layout layout = AssessLayout(target_.boards[b], view);
+        checked += layout.checked;
+        mirrored += layout.checked && layout.mirrored;
+        wrong += layout.checked && layout.misfit > 0.25;
       }
       const TagBoard& board = target_.boards[b];
-      if (2 * wrong > judged) {
+      if (2 * wrong > checked) {
         Add(CalibrationFault::kWrongLayout, {},
             absl::StrCat("board ", board.id, ": its tags do not lie as target.json says in ", wrong, " of ",
-                         judged, " views; give the rows, cols and tag_ids of the board that was printed"));
-      } else if (2 * mirrored > judged) {
+                         checked, " views; give the rows, cols and tag_ids of the board that was printed"));
+      } else if (2 * mirrored > checked) {
         Add(CalibrationFault::kMirroredBoard, {},
-            absl::StrCat("board ", board.id, ": mirrored in ", mirrored, " of ", judged,
+            absl::StrCat("board ", board.id, ": mirrored in ", mirrored, " of ", checked,
                          " views: its tags run the other way round than target.json says; correct the order "
                          "of tag_ids, "
                          "or print the board again unmirrored"));
@@ -185,18 +185,18 @@ class ViewGates {
                         " blurred, ", seen.unclear_tags, " hidden or without contrast)");
   }
 
-  void Islands(const Covisibility& covisibility) {
-    std::vector<std::vector<int>> islands;
-    for (const std::vector<int>& island : covisibility.islands) {
-      if (covisibility.shared[island[0]][island[0]] > 0) islands.push_back(island);
+  void DisconnectedGroups(const Covisibility& covisibility) {
+    std::vector<std::vector<int>> groups;
+    for (const std::vector<int>& group : covisibility.groups) {
+      if (covisibility.shared[group[0]][group[0]] > 0) groups.push_back(group);
     }
-    for (size_t i = 1; i < islands.size(); ++i) {
-      Add(CalibrationFault::kIslands, islands[i],
-          absl::StrCat(Name(views_.cameras, islands[i]), islands[i].size() == 1 ? " shares" : " share",
-                       " no board with ", Name(views_.cameras, islands[0]),
+    for (size_t i = 1; i < groups.size(); ++i) {
+      Add(CalibrationFault::kDisconnected, groups[i],
+          absl::StrCat(Name(views_.cameras, groups[i]), groups[i].size() == 1 ? " shares" : " share",
+                       " no board with ", Name(views_.cameras, groups[0]),
                        "; show boards where cameras of both groups see them at the same moment"));
     }
-    islands_ = islands.size();
+    groups_ = groups.size();
   }
 
   void Counts(const Covisibility& covisibility) {
@@ -209,7 +209,7 @@ class ViewGates {
         Add(CalibrationFault::kTooFewViews, {static_cast<int>(c)},
             absl::StrCat("camera ", id, ": ", views, " views of boards, at least ", options_.min_views,
                          " are needed", Refused(c), "; show it the boards from more sides and distances"));
-      } else if (shared[c] < options_.min_shared_views && islands_ <= 1) {
+      } else if (shared[c] < options_.min_shared_views && groups_ <= 1) {
         Add(CalibrationFault::kTooFewViews, {static_cast<int>(c)},
             absl::StrCat("camera ", id, ": shares ", shared[c], " of its ", views,
                          " views with another camera, at least ", options_.min_shared_views,
@@ -240,9 +240,9 @@ class ViewGates {
   const CalibrationTarget& target_;
   const CalibrationViews& views_;
   const std::vector<CameraSightings>& sightings_;
-  const GateOptions& options_;
+  const CalibrationCheckOptions& options_;
   const size_t count_;
-  size_t islands_ = 0;
+  size_t groups_ = 0;
   std::vector<int> unsharp_, unseen_;
   std::vector<CalibrationIssue> issues_;
 };
@@ -263,8 +263,8 @@ std::string CalibrationFaultName(CalibrationFault fault) {
       return "blurred";
     case CalibrationFault::kTooFewViews:
       return "too_few_views";
-    case CalibrationFault::kIslands:
-      return "islands";
+    case CalibrationFault::kDisconnected:
+      return "disconnected";
     case CalibrationFault::kPoorCoverage:
       return "poor_coverage";
     case CalibrationFault::kHighResidual:
@@ -277,7 +277,7 @@ std::string CalibrationFaultName(CalibrationFault fault) {
   return "";
 }
 
-absl::Status GateOptions::Validate() const {
+absl::Status CalibrationCheckOptions::Validate() const {
   if (min_views < 3) return absl::InvalidArgumentError("min_views must be at least 3");
   if (min_covered_cells < 1 || min_covered_cells > 9) {
     return absl::InvalidArgumentError("min_covered_cells must be 1 to 9");
@@ -303,13 +303,13 @@ std::array<int, 9> CornerCoverage(const CalibrationViews& views, int camera) {
 
 std::vector<CalibrationIssue> CheckViews(const CalibrationTarget& target, const CalibrationViews& views,
                                          const std::vector<CameraSightings>& sightings,
-                                         const GateOptions& options) {
-  return ViewGates(target, views, sightings, options).Run();
+                                         const CalibrationCheckOptions& options) {
+  return ViewChecks(target, views, sightings, options).Run();
 }
 
 std::vector<CalibrationIssue> CheckSolution(const CalibrationTarget& target,
                                             const CalibrationSolution& solution, bool scale_from_bar,
-                                            const GateOptions& options) {
+                                            const CalibrationCheckOptions& options) {
   std::vector<CalibrationIssue> out;
   std::vector<double> rms;
   for (const CameraFit& fit : solution.cameras) rms.push_back(fit.rms_px);

@@ -1,4 +1,4 @@
-#include "alignment/untangle/tangle_patch.h"
+#include "alignment/untangle/untangle_patch.h"
 
 #include <algorithm>
 #include <cmath>
@@ -88,7 +88,7 @@ std::vector<Face> FacesNear(const std::vector<Eigen::Vector3d>& vertices_mm, con
 }
 
 // From the mesh's numbers to the patch's.
-void Renumber(const std::vector<int>& free, TanglePatch* patch) {
+void Renumber(const std::vector<int>& free, UntanglePatch* patch) {
   patch->vertex = free;
   patch->free = static_cast<int>(free.size());
   for (const Face& face : patch->faces) {
@@ -108,7 +108,7 @@ void Renumber(const std::vector<int>& free, TanglePatch* patch) {
   for (Face& face : patch->faces) face = {number(face[0]), number(face[1]), number(face[2])};
 }
 
-void SetEdges(TanglePatch* patch) {
+void SetEdges(UntanglePatch* patch) {
   struct Side {
     int a, b, face, side;
     auto operator<=>(const Side&) const = default;
@@ -132,7 +132,7 @@ void SetEdges(TanglePatch* patch) {
   }
 }
 
-void SetNeighbors(TanglePatch* patch) {
+void SetNeighbors(UntanglePatch* patch) {
   std::vector<std::vector<int>> neighbors(patch->free);
   for (const PatchEdge& edge : patch->edges) {
     if (edge.a < patch->free) neighbors[edge.a].push_back(edge.b);
@@ -148,7 +148,7 @@ void SetNeighbors(TanglePatch* patch) {
   patch->face_of = std::move(around.face);
 }
 
-void SetWeights(std::span<const float> sigma_mm, TanglePatch* patch) {
+void SetWeights(std::span<const float> sigma_mm, UntanglePatch* patch) {
   patch->weight.assign(patch->vertex.size(), 1);
   if (sigma_mm.empty()) return;
   double sum = 0;
@@ -161,7 +161,7 @@ void SetWeights(std::span<const float> sigma_mm, TanglePatch* patch) {
   }
 }
 
-void SetBounds(std::span<const double> bound_mm, TanglePatch* patch) {
+void SetBounds(std::span<const double> bound_mm, UntanglePatch* patch) {
   patch->bound_mm.assign(patch->vertex.size(), std::numeric_limits<double>::infinity());
   if (bound_mm.empty()) return;
   for (int v = 0; v < patch->free; ++v) {
@@ -219,11 +219,11 @@ std::vector<std::vector<int>> GrowGroups(const std::vector<Face>& faces, const F
   return grown;
 }
 
-TanglePatch CutPatch(const std::vector<Eigen::Vector3d>& observed_mm,
-                     const std::vector<Eigen::Vector3d>& position_mm, const std::vector<Face>& faces,
-                     std::span<const float> sigma_mm, std::span<const double> bound_mm,
-                     const std::vector<int>& free, double reach_mm) {
-  TanglePatch patch;
+UntanglePatch CutPatch(const std::vector<Eigen::Vector3d>& observed_mm,
+                       const std::vector<Eigen::Vector3d>& position_mm, const std::vector<Face>& faces,
+                       std::span<const float> sigma_mm, std::span<const double> bound_mm,
+                       const std::vector<int>& free, double reach_mm) {
+  UntanglePatch patch;
   patch.faces = FacesNear(position_mm, faces, free, reach_mm);
   Renumber(free, &patch);
   SetEdges(&patch);

@@ -19,7 +19,7 @@ enum class CalibrationFault {
   kWrongLayout,
   kBlurred,
   kTooFewViews,
-  kIslands,
+  kDisconnected,
   kPoorCoverage,
   kHighResidual,
   kWrongScale,
@@ -48,7 +48,7 @@ struct CameraSightings {
   double moving_edge_px = 0;
 };
 
-struct GateOptions {
+struct CalibrationCheckOptions {
   int min_views = 8;                // of boards, of every camera
   int min_shared_views = 5;         // of those, that some other camera has as well
   int min_covered_cells = 6;        // of the 3 x 3 parts of every image, with corners in them
@@ -68,12 +68,12 @@ std::array<int, 9> CornerCoverage(const CalibrationViews& views, int camera);
 // Before the solution: what would make it fail or mislead. `sightings` [cameras] may be empty.
 std::vector<CalibrationIssue> CheckViews(const CalibrationTarget& target, const CalibrationViews& views,
                                          const std::vector<CameraSightings>& sightings,
-                                         const GateOptions& options);
+                                         const CalibrationCheckOptions& options);
 
 // After it.
 std::vector<CalibrationIssue> CheckSolution(const CalibrationTarget& target,
                                             const CalibrationSolution& solution, bool scale_from_bar,
-                                            const GateOptions& options);
+                                            const CalibrationCheckOptions& options);
 
 // All of them in one FailedPrecondition; OK without any.
 absl::Status IssuesStatus(const std::vector<CalibrationIssue>& issues);

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <numeric>
 
-#include "alignment/untangle/tangle_patch.h"
+#include "alignment/untangle/untangle_patch.h"
 #include "tests/alignment/cloth_sheets.h"
 
 namespace weft::testing {
@@ -118,7 +118,7 @@ inline TriangleMesh FacesThroughEachOtherAtAVertex() {
 }
 
 // All of its vertices may move.
-inline TanglePatch WholeMesh(const TriangleMesh& mesh) {
+inline UntanglePatch WholeMesh(const TriangleMesh& mesh) {
   std::vector<int> all(mesh.vertices_mm.size());
   std::iota(all.begin(), all.end(), 0);
   return CutPatch(mesh.vertices_mm, mesh.vertices_mm, mesh.faces, {}, {}, all, 8);

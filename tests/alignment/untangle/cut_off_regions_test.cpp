@@ -1,4 +1,4 @@
-#include "alignment/untangle/tangle_regions.h"
+#include "alignment/untangle/cut_off_regions.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 
 #include "alignment/untangle/self_intersection.h"
 #include "alignment/untangle/untangle_push.h"
-#include "tests/alignment/untangle/tangled_sheets.h"
+#include "tests/alignment/untangle/intersecting_sheets.h"
 
 namespace weft {
 namespace {
@@ -20,7 +20,7 @@ bool AllTrue(const std::vector<bool>& values) {
   return std::find(values.begin(), values.end(), false) == values.end();
 }
 
-TEST(TanglePatch, ReachesSomeRingsAndJoinsGroupsThatMeet) {
+TEST(UntanglePatch, ReachesSomeRingsAndJoinsGroupsThatMeet) {
   const TriangleMesh mesh = FlatSheet(30, 30);
   const FacesOfVertex around(900, mesh.faces);
   const auto at = [](int row, int col) { return row * 30 + col; };
@@ -32,9 +32,9 @@ TEST(TanglePatch, ReachesSomeRingsAndJoinsGroupsThatMeet) {
   EXPECT_TRUE(std::binary_search(grown[1].begin(), grown[1].end(), at(23, 25)));
 }
 
-TEST(TanglePatch, KeepsClothNearbyAsFixed) {
+TEST(UntanglePatch, KeepsClothNearbyAsFixed) {
   const TriangleMesh mesh = DentedLayers(30, 1, 10);  // the other layer lies within 3 mm everywhere
-  const TanglePatch patch =
+  const UntanglePatch patch =
       CutPatch(mesh.vertices_mm, mesh.vertices_mm, mesh.faces, {}, {}, {434, 435, 436}, 4);
   EXPECT_EQ(patch.free, 3);
   EXPECT_TRUE(std::any_of(patch.vertex.begin() + 3, patch.vertex.end(), [](int v) { return v >= 900; }));
@@ -45,21 +45,21 @@ TEST(TanglePatch, KeepsClothNearbyAsFixed) {
   for (int v = 0; v < 3; ++v) EXPECT_EQ(patch.NeighborsOf(v).size(), patch.FacesOf(v).size());
 }
 
-TEST(TanglePatch, HoldsKnownVerticesMoreFirmly) {
+TEST(UntanglePatch, HoldsKnownVerticesMoreFirmly) {
   const TriangleMesh mesh = FlatSheet(3, 3);
   const std::vector<float> sigma_mm = {1, 1, 1, 1, 1, 1, 1, 1, 0.5f};
-  const TanglePatch patch =
+  const UntanglePatch patch =
       CutPatch(mesh.vertices_mm, mesh.vertices_mm, mesh.faces, sigma_mm, {}, {0, 1, 2, 3, 4, 5, 6, 7, 8}, 4);
   EXPECT_NEAR(patch.weight[8] / patch.weight[0], 4, 1e-9);
   EXPECT_NEAR(std::accumulate(patch.weight.begin(), patch.weight.end(), 0.0), 9, 1e-9);
 }
 
-TEST(TangleRegions, AreTheTwoDentsOfTwoLayers) {
+TEST(CutOffRegions, AreTheTwoDentsOfTwoLayers) {
   const TriangleMesh mesh = DentedLayers(40, 4, 12);
-  const TanglePatch patch = WholeMesh(mesh);
+  const UntanglePatch patch = WholeMesh(mesh);
   const std::vector<Piercing> piercings = FindPiercings(patch);
   ASSERT_FALSE(piercings.empty());
-  const TangleRegions found = FindRegions(patch, piercings);
+  const CutOffRegions found = FindRegions(patch, piercings);
   EXPECT_TRUE(AllTrue(found.explained));
   ASSERT_EQ(found.regions.size(), 2u);
   for (const CutOffRegion& region : found.regions) EXPECT_FALSE(region.loop);
@@ -71,17 +71,17 @@ TEST(TangleRegions, AreTheTwoDentsOfTwoLayers) {
   EXPECT_EQ(found.regions[1].vertices, below);
 }
 
-TEST(TangleRegions, AreLoopsWhereAFoldHasTurnedInsideOut) {
-  const TanglePatch patch = WholeMesh(PinchedFold(50, 1));
-  const TangleRegions found = FindRegions(patch, FindPiercings(patch));
+TEST(CutOffRegions, AreLoopsWhereAFoldHasTurnedInsideOut) {
+  const UntanglePatch patch = WholeMesh(PinchedFold(50, 1));
+  const CutOffRegions found = FindRegions(patch, FindPiercings(patch));
   EXPECT_TRUE(AllTrue(found.explained));
   ASSERT_FALSE(found.regions.empty());
   for (const CutOffRegion& region : found.regions) EXPECT_TRUE(region.loop);
 }
 
-TEST(TangleRegions, PiercingsAreThoseOfTheFacesThatIntersect) {
+TEST(CutOffRegions, PiercingsAreThoseOfTheFacesThatIntersect) {
   const TriangleMesh mesh = testing::RoughLayers(20, 2, 3);
-  const TanglePatch patch = WholeMesh(mesh);
+  const UntanglePatch patch = WholeMesh(mesh);
   std::vector<FacePair> pairs;
   for (const Piercing& piercing : FindPiercings(patch)) {
     for (const int f : patch.edges[piercing.edge].face) {
@@ -90,15 +90,15 @@ TEST(TangleRegions, PiercingsAreThoseOfTheFacesThatIntersect) {
   }
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-  const Tangles tangles = FindTangles(mesh.vertices_mm, mesh.faces);
-  std::vector<FacePair> expected = tangles.apart;
-  expected.insert(expected.end(), tangles.at_vertex.begin(), tangles.at_vertex.end());
+  const IntersectingPairs found = FindIntersectingPairs(mesh.vertices_mm, mesh.faces);
+  std::vector<FacePair> expected = found.apart;
+  expected.insert(expected.end(), found.at_vertex.begin(), found.at_vertex.end());
   std::sort(expected.begin(), expected.end());
   EXPECT_EQ(pairs, expected);
 }
 
 TEST(Flatten, LeavesNoSheetToNothing) {
-  TanglePatch patch = WholeMesh(testing::Tube(12, 6, 8));
+  UntanglePatch patch = WholeMesh(testing::Tube(12, 6, 8));
   std::vector<int> all(patch.free);
   std::iota(all.begin(), all.end(), 0);
   Flatten(all, 0, &patch);
@@ -108,7 +108,7 @@ TEST(Flatten, LeavesNoSheetToNothing) {
 TEST(Flatten, LaysABumpBetweenItsSurroundings) {
   TriangleMesh mesh = FlatSheet(21, 21);
   mesh.vertices_mm[220].z() = 9;
-  TanglePatch patch = WholeMesh(mesh);
+  UntanglePatch patch = WholeMesh(mesh);
   Flatten({220}, 2, &patch);
   for (const Eigen::Vector3d& p : patch.position_mm) EXPECT_NEAR(p.z(), 0, 1e-9);
 }

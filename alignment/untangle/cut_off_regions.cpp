@@ -1,4 +1,4 @@
-#include "alignment/untangle/tangle_regions.h"
+#include "alignment/untangle/cut_off_regions.h"
 
 #include <algorithm>
 #include <array>
@@ -12,12 +12,12 @@ namespace {
 constexpr double kLoopShare = 0.25;  // of the faces opposite a region: with so many of its own it is a loop
 constexpr int kUnseen = -1, kBarrier = -2;
 
-bool HasFreeVertex(const TanglePatch& patch, const Face& face) {
+bool HasFreeVertex(const UntanglePatch& patch, const Face& face) {
   return face[0] < patch.free || face[1] < patch.free || face[2] < patch.free;
 }
 
 // Piercings of one face by the edges that another one owns (each edge is owned by the first of its faces).
-void Pierce(const TanglePatch& patch, int edges_of, int face, std::vector<Piercing>* found) {
+void Pierce(const UntanglePatch& patch, int edges_of, int face, std::vector<Piercing>* found) {
   const Face& f = patch.faces[face];
   for (const int e : patch.edges_of_face[edges_of]) {
     const PatchEdge& edge = patch.edges[e];
@@ -31,7 +31,7 @@ void Pierce(const TanglePatch& patch, int edges_of, int face, std::vector<Pierci
 }
 
 // Vertices where a contour begins or ends: two faces around them pass through each other.
-std::vector<int> LoopVertices(const TanglePatch& patch, const std::vector<Piercing>& piercings) {
+std::vector<int> LoopVertices(const UntanglePatch& patch, const std::vector<Piercing>& piercings) {
   std::vector<int> vertices;
   for (const Piercing& piercing : piercings) {
     for (const int f : patch.edges[piercing.edge].face) {
@@ -48,7 +48,7 @@ std::vector<int> LoopVertices(const TanglePatch& patch, const std::vector<Pierci
 // Labels of the pieces into which the cut edges and the barriers divide the free vertices.
 class Pieces {
  public:
-  Pieces(const TanglePatch& patch, const std::vector<Piercing>& piercings)
+  Pieces(const UntanglePatch& patch, const std::vector<Piercing>& piercings)
       : patch_(patch), label_(patch.free, kUnseen) {
     for (const Piercing& piercing : piercings) {
       const PatchEdge& edge = patch.edges[piercing.edge];
@@ -126,7 +126,7 @@ class Pieces {
     }
   }
 
-  const TanglePatch& patch_;
+  const UntanglePatch& patch_;
   std::vector<std::array<int, 2>> cut_;  // ordered
   std::vector<bool> cut_at_;             // [n], whether an edge of the vertex is cut
   std::vector<int> label_;               // [free]
@@ -136,7 +136,7 @@ class Pieces {
 
 }  // namespace
 
-std::vector<Piercing> FindPiercings(const TanglePatch& patch) {
+std::vector<Piercing> FindPiercings(const UntanglePatch& patch) {
   const FaceGrid grid(patch.position_mm, patch.faces, 0);
   std::vector<Piercing> found;
   grid.VisitPairs(0, grid.cells(), [&](int a, int b) {
@@ -150,11 +150,11 @@ std::vector<Piercing> FindPiercings(const TanglePatch& patch) {
   return found;
 }
 
-TangleRegions FindRegions(const TanglePatch& patch, const std::vector<Piercing>& piercings) {
+CutOffRegions FindRegions(const UntanglePatch& patch, const std::vector<Piercing>& piercings) {
   const Pieces pieces(patch, piercings);
   std::vector<CutOffRegion> regions(pieces.count());
   std::vector<int> own(pieces.count());  // opposite faces that are the region's own
-  TangleRegions result;
+  CutOffRegions result;
   for (const Piercing& piercing : piercings) {
     const PatchEdge& edge = patch.edges[piercing.edge];
     const int a = pieces.LabelOf(edge.a), b = pieces.LabelOf(edge.b);

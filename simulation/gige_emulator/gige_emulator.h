@@ -21,7 +21,7 @@ struct _ArvFakeCamera;
 namespace weft {
 
 // The camera's clock against the host's CLOCK_REALTIME, and when it takes frames.
-struct CameraEndClock {
+struct GigeEmulatorClock {
   double offset_ns = 0;       // without PTP
   double drift_ppm = 0;       // without PTP
   double jump_ns = 0;         // with PTP as well
@@ -34,7 +34,7 @@ struct CameraEndClock {
 };
 
 // What it films: the same picture again after all others. Empty: a pattern that moves.
-struct CameraEndPictures {
+struct GigeEmulatorImages {
   uint32_t width_px = 0, height_px = 0;
   uint32_t pixel_format = 0;  // code of GenICam's naming convention
   double fps = 10;            // when it is switched on
@@ -44,16 +44,16 @@ struct CameraEndPictures {
 // Answers on `address`, port 3956, while it lives. Without pictures the
 // first 32 bytes of every image are numbers, little-endian: the true host time of its exposure, the camera's
 // count of frames, the device time, the address; the rest is a pattern that follows from them.
-class CameraEnd {
+class GigeEmulator {
  public:
-  // Ends the process with a message where the address cannot be used (see IsFreeForCameraEnd).
-  CameraEnd(const std::string& serial, const std::string& address, CameraEndPictures pictures = {});
+  // Ends the process with a message where the address cannot be used (see IsFreeForGigeEmulator).
+  GigeEmulator(const std::string& serial, const std::string& address, GigeEmulatorImages pictures = {});
 
-  ~CameraEnd();
-  CameraEnd(const CameraEnd&) = delete;
-  CameraEnd& operator=(const CameraEnd&) = delete;
+  ~GigeEmulator();
+  GigeEmulator(const GigeEmulator&) = delete;
+  GigeEmulator& operator=(const GigeEmulator&) = delete;
 
-  void SetClock(const std::string& field, double value);  // a field of CameraEndClock by name
+  void SetClock(const std::string& field, double value);  // a field of GigeEmulatorClock by name
   void SetResend(bool resend);                            // whether the camera can; before it is opened
   void PulseLine(int64_t host_time_ns);                   // an edge at its trigger input
 
@@ -94,7 +94,7 @@ class CameraEnd {
   size_t ImageBytes() const;
   uint32_t PacketBytes() const;
 
-  const CameraEndPictures pictures_;
+  const GigeEmulatorImages pictures_;
   _ArvFakeCamera* registers_;
   uint32_t address_ = 0;  // in network order
   int control_ = -1, broadcast_ = -1, stream_ = -1, wake_ = -1;
@@ -108,14 +108,14 @@ class CameraEnd {
   std::deque<Frame> sent_;  // what can be resent
   std::deque<Trigger> triggers_;
   mutable std::mutex mutex_;  // of triggers_ and clock_
-  CameraEndClock clock_;
+  GigeEmulatorClock clock_;
   std::atomic<bool> is_over_ = false;
   std::thread thread_;
 };
 
-int64_t CameraEndHostTime_ns();
+int64_t GigeEmulatorHostTime_ns();
 
-// The address is one of this machine's, and no camera end answers there.
-bool IsFreeForCameraEnd(const std::string& address);
+// The address is one of this machine's, and no emulator answers there.
+bool IsFreeForGigeEmulator(const std::string& address);
 
 }  // namespace weft

@@ -14,7 +14,7 @@ inline constexpr uint32_t kDeviceMode = 0x4, kVendor = 0x48, kModel = 0x68, kCap
                           kStreamAddress = 0xd18, kStreamSource = 0xd1c;
 inline constexpr uint32_t kCanWriteMemory = 1u << 1, kCanResend = 1u << 2, kCanAct = 1u << 6,
                           kFireTestPacket = 1u << 31;
-// Registers of camera_end.xml.
+// Registers of gige_emulator.xml.
 inline constexpr uint32_t kWidth = 0x8000, kHeight = 0x8004, kPixelFormat = 0x8008, kAcquisition = 0x800c,
                           kFrameRate = 0x8010, kExposure = 0x8014, kTriggerMode = 0x8020,
                           kTriggerSource = 0x8024, kTriggerSoftware = 0x8028, kDeviceKey = 0x8030,

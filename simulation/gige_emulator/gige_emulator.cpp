@@ -1,4 +1,4 @@
-#include "simulation/camera_end/camera_end.h"
+#include "simulation/gige_emulator/gige_emulator.h"
 
 #include <arpa/inet.h>
 #include <arv.h>
@@ -15,8 +15,8 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "simulation/camera_end/camera_end_features.h"
-#include "simulation/camera_end/camera_end_registers.h"
+#include "simulation/gige_emulator/gige_emulator_features.h"
+#include "simulation/gige_emulator/gige_emulator_registers.h"
 
 namespace weft {
 namespace {
@@ -38,7 +38,7 @@ int BoundSocket(in_addr_t address, uint16_t port) {
   to.sin_addr.s_addr = address;
   to.sin_port = htons(port);
   if (fd < 0 || bind(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to) != 0)
-    Die("camera end: no socket");
+    Die("GigE emulator: no socket");
   return fd;
 }
 
@@ -46,7 +46,7 @@ uint64_t PeerOf(const sockaddr_in& from) { return uint64_t{from.sin_addr.s_addr}
 
 }  // namespace
 
-bool IsFreeForCameraEnd(const std::string& address) {
+bool IsFreeForGigeEmulator(const std::string& address) {
   sockaddr_in to{};
   to.sin_family = AF_INET;
   to.sin_port = htons(kControlPort);
@@ -57,27 +57,27 @@ bool IsFreeForCameraEnd(const std::string& address) {
   return is_free;
 }
 
-int64_t CameraEndHostTime_ns() {
+int64_t GigeEmulatorHostTime_ns() {
   timespec now{};
   clock_gettime(CLOCK_REALTIME, &now);
   return int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
-CameraEnd::CameraEnd(const std::string& serial, const std::string& address, CameraEndPictures pictures)
+GigeEmulator::GigeEmulator(const std::string& serial, const std::string& address, GigeEmulatorImages pictures)
     : pictures_(std::move(pictures)) {
   // Aravis wants a file.
-  const int features = memfd_create("camera_end.xml", MFD_CLOEXEC);
-  const std::string_view xml = kCameraEndFeatures;
+  const int features = memfd_create("gige_emulator.xml", MFD_CLOEXEC);
+  const std::string_view xml = kGigeEmulatorFeatures;
   if (features < 0 || write(features, xml.data(), xml.size()) != static_cast<ssize_t>(xml.size()))
-    Die("camera end: no memory for its features");
+    Die("GigE emulator: no memory for its features");
   registers_ =
       arv_fake_camera_new_full(serial.c_str(), ("/proc/self/fd/" + std::to_string(features)).c_str());
   close(features);
-  if (registers_ == nullptr) Die("camera end: no registers");
+  if (registers_ == nullptr) Die("GigE emulator: no registers");
   address_ = inet_addr(address.c_str());
   arv_fake_camera_write_memory(registers_, 0x24, 4, &address_);
   arv_fake_camera_write_memory(registers_, kVendor, 5, "Weft");
-  arv_fake_camera_write_memory(registers_, kModel, 10, "CameraEnd");
+  arv_fake_camera_write_memory(registers_, kModel, 13, "GigeEmulator");
   SetResend(true);
   for (const auto& [where, value] : {std::pair<uint32_t, uint32_t>{kWidth, 512},
                                      {kHeight, 256},
@@ -102,14 +102,15 @@ CameraEnd::CameraEnd(const std::string& serial, const std::string& address, Came
   setsockopt(stream_, IPPROTO_IP, IP_MTU_DISCOVER, &no_fragments, sizeof no_fragments);
   sockaddr_in bound{};
   socklen_t length = sizeof bound;
-  if (getsockname(stream_, reinterpret_cast<sockaddr*>(&bound), &length) != 0) Die("camera end: no stream");
+  if (getsockname(stream_, reinterpret_cast<sockaddr*>(&bound), &length) != 0)
+    Die("GigE emulator: no stream");
   SetRegister(kStreamSource, ntohs(bound.sin_port));
   wake_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-  clock_.host_start_ns = CameraEndHostTime_ns();
+  clock_.host_start_ns = GigeEmulatorHostTime_ns();
   thread_ = std::thread([this] { Run(); });
 }
 
-CameraEnd::~CameraEnd() {
+GigeEmulator::~GigeEmulator() {
   is_over_ = true;
   Wake();
   thread_.join();
@@ -117,16 +118,16 @@ CameraEnd::~CameraEnd() {
   g_object_unref(registers_);
 }
 
-void CameraEnd::Wake() const {
+void GigeEmulator::Wake() const {
   const uint64_t one = 1;
-  if (write(wake_, &one, sizeof one) < 0) Die("camera end: no wake-up");
+  if (write(wake_, &one, sizeof one) < 0) Die("GigE emulator: no wake-up");
 }
 
-void CameraEnd::SetResend(bool resend) {
+void GigeEmulator::SetResend(bool resend) {
   SetRegister(kCapability, kCanWriteMemory | kCanAct | (resend ? kCanResend : 0));
 }
 
-void CameraEnd::SetClock(const std::string& field, double value) {
+void GigeEmulator::SetClock(const std::string& field, double value) {
   const std::lock_guard lock(mutex_);
   const std::map<std::string, double*> fields = {{"offset_ns", &clock_.offset_ns},
                                                  {"drift_ppm", &clock_.drift_ppm},
@@ -137,48 +138,48 @@ void CameraEnd::SetClock(const std::string& field, double value) {
                                                  {"latch_is_zero", &clock_.latch_is_zero},
                                                  {"latch_is_stuck", &clock_.latch_is_stuck}};
   const auto found = fields.find(field);
-  if (found == fields.end()) Die("camera end: unknown field " + field);
+  if (found == fields.end()) Die("GigE emulator: unknown field " + field);
   *found->second = value;
 }
 
-void CameraEnd::AddTrigger(int64_t host_time_ns, uint32_t source) {
+void GigeEmulator::AddTrigger(int64_t host_time_ns, uint32_t source) {
   const std::lock_guard lock(mutex_);
   triggers_.push_back({host_time_ns, source});
 }
 
-void CameraEnd::PulseLine(int64_t host_time_ns) {
+void GigeEmulator::PulseLine(int64_t host_time_ns) {
   AddTrigger(host_time_ns, kFromLine);
   Wake();
 }
 
-uint32_t CameraEnd::Register(uint32_t address) const {
+uint32_t GigeEmulator::Register(uint32_t address) const {
   uint32_t value = 0;
   arv_fake_camera_read_register(registers_, address, &value);
   return value;
 }
 
-void CameraEnd::SetRegister(uint32_t address, uint32_t value) {
+void GigeEmulator::SetRegister(uint32_t address, uint32_t value) {
   arv_fake_camera_write_register(registers_, address, value);
 }
 
-float CameraEnd::FloatRegister(uint32_t address) const { return std::bit_cast<float>(Register(address)); }
+float GigeEmulator::FloatRegister(uint32_t address) const { return std::bit_cast<float>(Register(address)); }
 
-int64_t CameraEnd::DeviceTime_ns(int64_t host_time_ns) const {
+int64_t GigeEmulator::DeviceTime_ns(int64_t host_time_ns) const {
   const std::lock_guard lock(mutex_);
   const double own =
       clock_.offset_ns + 1e-6 * clock_.drift_ppm * static_cast<double>(host_time_ns - clock_.host_start_ns);
   return host_time_ns + std::llround((Register(kPtpEnable) ? clock_.ptp_error_ns : own) + clock_.jump_ns);
 }
 
-int64_t CameraEnd::HostTimeOf_ns(int64_t device_time_ns) const {
+int64_t GigeEmulator::HostTimeOf_ns(int64_t device_time_ns) const {
   return device_time_ns - (DeviceTime_ns(device_time_ns) - device_time_ns);
 }
 
-void CameraEnd::Run() {
+void GigeEmulator::Run() {
   std::array<pollfd, 3> sockets = {pollfd{control_, POLLIN, 0}, {broadcast_, POLLIN, 0}, {wake_, POLLIN, 0}};
   std::array<uint8_t, 2048> data{};
   while (!is_over_) {
-    const int64_t now_ns = CameraEndHostTime_ns();
+    const int64_t now_ns = GigeEmulatorHostTime_ns();
     if (controller_ && now_ns - controller_seen_ns_ > int64_t{Register(kHeartbeat)} * 1'000'000) {
       controller_.reset();
       SetRegister(kPrivilege, 0);
@@ -204,17 +205,17 @@ void CameraEnd::Run() {
   }
 }
 
-void CameraEnd::Action(const uint8_t* data, size_t size, bool is_scheduled) {
+void GigeEmulator::Action(const uint8_t* data, size_t size, bool is_scheduled) {
   if (size < (is_scheduled ? 20u : 12u) || Register(kTriggerMode) != 1 ||
       Register(kTriggerSource) != kFromAction)
     return;
   if (Get<uint32_t>(data) != Register(kDeviceKey) || Get<uint32_t>(data + 4) != Register(kGroupKey)) return;
   if ((Get<uint32_t>(data + 8) & Register(kGroupMask)) == 0) return;
-  AddTrigger(is_scheduled ? HostTimeOf_ns(Get<int64_t>(data + 12)) : CameraEndHostTime_ns(), kFromAction);
+  AddTrigger(is_scheduled ? HostTimeOf_ns(Get<int64_t>(data + 12)) : GigeEmulatorHostTime_ns(), kFromAction);
 }
 
-void CameraEnd::RefreshRegisters() {
-  const int64_t now_ns = CameraEndHostTime_ns();
+void GigeEmulator::RefreshRegisters() {
+  const int64_t now_ns = GigeEmulatorHostTime_ns();
   const bool ptp = Register(kPtpEnable) == 1;
   SetRegister(kPtpStatus, !ptp ? 0 : now_ns - ptp_since_ns_ < kPtpLock_ns ? 1 : 2);
   const int64_t offset_ns = ptp ? DeviceTime_ns(now_ns) - now_ns : 0;
@@ -223,7 +224,7 @@ void CameraEnd::RefreshRegisters() {
   SetRegister(kPayload, static_cast<uint32_t>(ImageBytes() + (Register(kChunkMode) == 1 ? kChunkBytes : 0)));
 }
 
-void CameraEnd::Latch(int64_t device_ns) {
+void GigeEmulator::Latch(int64_t device_ns) {
   const std::lock_guard lock(mutex_);
   const bool is_stuck = clock_.latch_is_stuck != 0 && Register(kTimestampLow) != 0;
   if (is_stuck) return;
@@ -232,8 +233,8 @@ void CameraEnd::Latch(int64_t device_ns) {
   SetRegister(kTimestampLow, static_cast<uint32_t>(said_ns));
 }
 
-void CameraEnd::Written(uint32_t address, uint32_t value) {
-  const int64_t now_ns = CameraEndHostTime_ns();
+void GigeEmulator::Written(uint32_t address, uint32_t value) {
+  const int64_t now_ns = GigeEmulatorHostTime_ns();
   if (address == kTimestampControl && (value & 2) != 0) {
     Latch(DeviceTime_ns(now_ns));
   } else if (address == kPtpEnable) {
@@ -252,7 +253,7 @@ void CameraEnd::Written(uint32_t address, uint32_t value) {
   }
 }
 
-std::vector<uint8_t> CameraEnd::Answer(uint16_t command, const uint8_t* data, size_t size, uint8_t flags) {
+std::vector<uint8_t> GigeEmulator::Answer(uint16_t command, const uint8_t* data, size_t size, uint8_t flags) {
   std::vector<uint8_t> answer;
   const uint32_t address = size >= 4 ? Get<uint32_t>(data) : 0;
   RefreshRegisters();
@@ -283,7 +284,7 @@ std::vector<uint8_t> CameraEnd::Answer(uint16_t command, const uint8_t* data, si
   return answer;
 }
 
-void CameraEnd::HandleControl(const uint8_t* data, size_t size, const sockaddr_in& from, int socket) {
+void GigeEmulator::HandleControl(const uint8_t* data, size_t size, const sockaddr_in& from, int socket) {
   if (data[0] != 0x42) return;
   const auto command = Get<uint16_t>(data + 2);
   const std::pair request(PeerOf(from), Get<uint16_t>(data + 6));
@@ -298,7 +299,7 @@ void CameraEnd::HandleControl(const uint8_t* data, size_t size, const sockaddr_i
   const std::vector<uint8_t> answer = Answer(command, data + 8, size - 8, data[1]);
   if (writes && Register(kPrivilege) == 0) controller_.reset();
   if (writes && Register(kPrivilege) != 0) controller_ = PeerOf(from);
-  if (controller_ == PeerOf(from)) controller_seen_ns_ = CameraEndHostTime_ns();
+  if (controller_ == PeerOf(from)) controller_seen_ns_ = GigeEmulatorHostTime_ns();
   if (!wants_answer) return;
   answer_.clear();
   Put(answer_, uint16_t{0});

@@ -1,4 +1,4 @@
-#include "capture/calibration/gates.h"
+#include "capture/calibration/checks.h"
 
 #include <gmock/gmock.h>
 
@@ -21,7 +21,7 @@ MATCHER_P3(Issue, fault, cameras, text, "") {
          arg.message.find(text) != std::string::npos;
 }
 
-class Gates : public ::testing::Test {
+class CalibrationChecks : public ::testing::Test {
  protected:
   std::vector<CalibrationIssue> Check(const std::vector<CameraSightings>& sightings = {}) const {
     return CheckViews(truth_.moved.target, truth_.views, sightings, {});
@@ -29,9 +29,9 @@ class Gates : public ::testing::Test {
   SimulatedCalibration truth_ = Simulate(6, 72, 0.1, 1.5);
 };
 
-TEST_F(Gates, GoodViewsPass) { EXPECT_THAT(Check(), IsEmpty()); }
+TEST_F(CalibrationChecks, GoodViewsPass) { EXPECT_THAT(Check(), IsEmpty()); }
 
-TEST_F(Gates, ACameraThatSawNothingIsNamed) {
+TEST_F(CalibrationChecks, ACameraThatSawNothingIsNamed) {
   std::erase_if(truth_.views.boards, [](const BoardView& view) { return view.camera == 2; });
   std::vector<CameraSightings> sightings(6);
   sightings[2].images = 72;
@@ -39,7 +39,7 @@ TEST_F(Gates, ACameraThatSawNothingIsNamed) {
                                                   "camera c02: saw no board in 72 images")));
 }
 
-TEST_F(Gates, MirroredImagesAreNotTakenForAbsence) {
+TEST_F(CalibrationChecks, MirroredImagesAreNotTakenForAbsence) {
   std::erase_if(truth_.views.boards, [](const BoardView& view) { return view.camera == 2; });
   std::vector<CameraSightings> sightings(6);
   sightings[2].mirrored = true;
@@ -47,7 +47,7 @@ TEST_F(Gates, MirroredImagesAreNotTakenForAbsence) {
                                                   "camera c02: its images are mirrored")));
 }
 
-TEST_F(Gates, BlurredTagsAreTheCauseAndNotAbsence) {
+TEST_F(CalibrationChecks, BlurredTagsAreTheCauseAndNotAbsence) {
   std::erase_if(truth_.views.boards, [](const BoardView& view) { return view.camera == 4; });
   std::vector<CameraSightings> sightings(6);
   sightings[4] = {.images = 72, .tags = 10, .blurred_tags = 340, .blurred_px = 3.2};
@@ -56,7 +56,7 @@ TEST_F(Gates, BlurredTagsAreTheCauseAndNotAbsence) {
                                 "camera c04: 340 of 350 tags are blurred (typically 3.2 px)")));
 }
 
-TEST_F(Gates, ACameraWithoutTagsIsBlurredOnlyWhereWhatMovesIs) {
+TEST_F(CalibrationChecks, ACameraWithoutTagsIsBlurredOnlyWhereWhatMovesIs) {
   std::erase_if(truth_.views.boards, [](const BoardView& view) { return view.camera == 1; });
   std::vector<CameraSightings> sightings(6);
   sightings[1] = {.images = 72, .moving_edge_px = 3.1};
@@ -67,7 +67,7 @@ TEST_F(Gates, ACameraWithoutTagsIsBlurredOnlyWhereWhatMovesIs) {
                                                   "though something moves there and is sharp")));
 }
 
-TEST_F(Gates, AMirroredBoardIsNamed) {
+TEST_F(CalibrationChecks, AMirroredBoardIsNamed) {
   TagBoard& board = truth_.moved.target.boards[1];
   for (int row = 0; row < board.rows; ++row) {
     std::reverse(board.tag_ids.begin() + row * board.cols, board.tag_ids.begin() + (row + 1) * board.cols);
@@ -84,27 +84,27 @@ TEST_F(Gates, AMirroredBoardIsNamed) {
                                          "board B: mirrored in")));
 }
 
-TEST_F(Gates, ABoardOfOtherRowsAndColumnsIsNamed) {
+TEST_F(CalibrationChecks, ABoardOfOtherRowsAndColumnsIsNamed) {
   std::swap(truth_.moved.target.boards[0].rows, truth_.moved.target.boards[0].cols);
   EXPECT_THAT(Check(), ElementsAre(Issue(CalibrationFault::kWrongLayout, std::vector<int>{},
                                          "board A: its tags do not lie")));
 }
 
-TEST_F(Gates, TwoIslandsAreNamedOnce) {
+TEST_F(CalibrationChecks, TwoDisconnectedGroupsAreNamedOnce) {
   std::erase_if(truth_.views.boards,
                 [](const BoardView& view) { return (view.camera < 2) != (view.frame < 36); });
-  EXPECT_THAT(Check(), ElementsAre(Issue(CalibrationFault::kIslands, (std::vector{0, 1}),
+  EXPECT_THAT(Check(), ElementsAre(Issue(CalibrationFault::kDisconnected, (std::vector{0, 1}),
                                          "cameras c00, c01 share no board with cameras c02, c03, c04, c05")));
 }
 
-TEST_F(Gates, TooFewViewsAreCounted) {
+TEST_F(CalibrationChecks, TooFewViewsAreCounted) {
   int left = 4;
   std::erase_if(truth_.views.boards, [&](const BoardView& view) { return view.camera == 1 && left-- <= 0; });
   EXPECT_THAT(Check(), ElementsAre(Issue(CalibrationFault::kTooFewViews, std::vector{1},
                                          "camera c01: 4 views of boards")));
 }
 
-TEST_F(Gates, ViewsThatNoOtherCameraSharesDoNotCount) {
+TEST_F(CalibrationChecks, ViewsThatNoOtherCameraSharesDoNotCount) {
   std::map<std::pair<int, int>, bool> seen_by_first;
   for (const BoardView& view : truth_.views.boards) {
     if (view.camera == 0 && seen_by_first.size() + 3 < 20) seen_by_first[{view.frame, view.board}] = true;
@@ -118,7 +118,7 @@ TEST_F(Gates, ViewsThatNoOtherCameraSharesDoNotCount) {
               ElementsAre(Issue(CalibrationFault::kTooFewViews, std::vector{0}, "camera c00: shares")));
 }
 
-TEST_F(Gates, BarePartsOfTheImageAreNamed) {
+TEST_F(CalibrationChecks, BarePartsOfTheImageAreNamed) {
   for (BoardView& view : truth_.views.boards) {
     if (view.camera != 3) continue;
     std::erase_if(view.corners, [&](const BoardCorner& c) {
@@ -131,7 +131,7 @@ TEST_F(Gates, BarePartsOfTheImageAreNamed) {
                                          "leave the top right, right, bottom left, bottom, bottom right")));
 }
 
-TEST_F(Gates, WrongTagSizeShowsAgainstAScaleBar) {
+TEST_F(CalibrationChecks, WrongTagSizeShowsAgainstAScaleBar) {
   truth_ = Simulate(6, 72, 0.1, 1.5, {{"bar", "tag36h11", 500, 501, 300}});
   for (TagBoard& board : truth_.moved.target.boards) board.tag_mm *= 1.03, board.gap_mm *= 1.03;
   const auto solution = SolveCalibration(truth_.moved.target, truth_.views, std::nullopt, {});
@@ -142,7 +142,7 @@ TEST_F(Gates, WrongTagSizeShowsAgainstAScaleBar) {
   EXPECT_THAT(CheckSolution(truth_.moved.target, *solution, true, {}), IsEmpty());
 }
 
-TEST_F(Gates, ACameraThatWasMovedWhileRecordingIsNamed) {
+TEST_F(CalibrationChecks, ACameraThatWasMovedWhileRecordingIsNamed) {
   // From the middle of the recording on, camera 5 looks from elsewhere.
   Rig moved = truth_.rig;
   moved.cameras[5].translation_mm += Eigen::Vector3d(15, 0, 0);
@@ -158,10 +158,10 @@ TEST_F(Gates, ACameraThatWasMovedWhileRecordingIsNamed) {
               ElementsAre(Issue(CalibrationFault::kHighResidual, std::vector{5}, "camera c05")));
 }
 
-TEST_F(Gates, AllIssuesComeInOneError) {
+TEST_F(CalibrationChecks, AllIssuesComeInOneError) {
   EXPECT_TRUE(IssuesStatus({}).ok());
-  const absl::Status status =
-      IssuesStatus({{CalibrationFault::kIslands, {1}, "first"}, {CalibrationFault::kBlurred, {2}, "second"}});
+  const absl::Status status = IssuesStatus(
+      {{CalibrationFault::kDisconnected, {1}, "first"}, {CalibrationFault::kBlurred, {2}, "second"}});
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(status.message()), AllOf(HasSubstr("first"), HasSubstr("second")));
 }

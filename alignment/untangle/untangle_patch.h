@@ -26,7 +26,7 @@ struct PatchEdge {
 };
 
 // Numbered by itself: the vertices that may move first, then those that stay.
-struct TanglePatch {
+struct UntanglePatch {
   std::vector<int> vertex;  // [n], in the mesh; ascending among the free and the fixed
   int free = 0;
   std::vector<Eigen::Vector3d> observed_mm;  // [n], where the mesh has them
@@ -55,9 +55,9 @@ std::vector<std::vector<int>> GrowGroups(const std::vector<Face>& faces, const F
 
 // The patch where the vertices `free` (ordered) may move. Faces within about reach_mm of them belong
 // to it, fixed. `sigma_mm` and `bound_mm` (infinite where nothing bounds a vertex): [vertices] or empty.
-TanglePatch CutPatch(const std::vector<Eigen::Vector3d>& observed_mm,
-                     const std::vector<Eigen::Vector3d>& position_mm, const std::vector<Face>& faces,
-                     std::span<const float> sigma_mm, std::span<const double> bound_mm,
-                     const std::vector<int>& free, double reach_mm);
+UntanglePatch CutPatch(const std::vector<Eigen::Vector3d>& observed_mm,
+                       const std::vector<Eigen::Vector3d>& position_mm, const std::vector<Face>& faces,
+                       std::span<const float> sigma_mm, std::span<const double> bound_mm,
+                       const std::vector<int>& free, double reach_mm);
 
 }  // namespace weft

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstring>
 
-#include "simulation/camera_end/camera_end.h"
-#include "simulation/camera_end/camera_end_registers.h"
+#include "simulation/gige_emulator/gige_emulator.h"
+#include "simulation/gige_emulator/gige_emulator_registers.h"
 
 namespace weft {
 namespace {
@@ -16,7 +16,7 @@ constexpr size_t kFramesToResend = 32;
 
 }  // namespace
 
-std::optional<int64_t> CameraEnd::NextExposure(int64_t now_ns) {
+std::optional<int64_t> GigeEmulator::NextExposure(int64_t now_ns) {
   if (Register(kAcquisition) == 0) return std::nullopt;
   const std::lock_guard lock(mutex_);
   if (Register(kTriggerMode) == 1) {
@@ -33,7 +33,7 @@ std::optional<int64_t> CameraEnd::NextExposure(int64_t now_ns) {
   return std::llround(count * period_ns + phase_ns);
 }
 
-void CameraEnd::Expose(int64_t host_time_ns) {
+void GigeEmulator::Expose(int64_t host_time_ns) {
   last_exposure_ns_ = host_time_ns;
   {
     const std::lock_guard lock(mutex_);
@@ -50,14 +50,14 @@ void CameraEnd::Expose(int64_t host_time_ns) {
 }
 
 // Cameras of one rate show the same picture at the same time.
-const std::vector<uint8_t>* CameraEnd::PictureAt(int64_t host_time_ns) const {
+const std::vector<uint8_t>* GigeEmulator::PictureAt(int64_t host_time_ns) const {
   const size_t count = pictures_.images.size();
   if (count == 0 || Register(kChunkMode) == 1 || ImageBytes() != pictures_.images[0].size()) return nullptr;
   const double frames = static_cast<double>(host_time_ns) * FloatRegister(kFrameRate) / 1e9;
   return &pictures_.images[static_cast<size_t>(std::llround(frames)) % count];
 }
 
-std::vector<uint8_t> CameraEnd::Image(int64_t host_time_ns, int64_t device_time_ns) const {
+std::vector<uint8_t> GigeEmulator::Image(int64_t host_time_ns, int64_t device_time_ns) const {
   if (const std::vector<uint8_t>* picture = PictureAt(host_time_ns)) return *picture;
   std::vector<uint8_t> bytes(ImageBytes());
   const std::array<int64_t, 4> numbers = {host_time_ns, static_cast<int64_t>(frames_), device_time_ns,
@@ -75,7 +75,7 @@ std::vector<uint8_t> CameraEnd::Image(int64_t host_time_ns, int64_t device_time_
   return bytes;
 }
 
-void CameraEnd::SendPackets(const Frame& frame, uint32_t first, uint32_t last) {
+void GigeEmulator::SendPackets(const Frame& frame, uint32_t first, uint32_t last) {
   const size_t step = PacketBytes();
   const auto data_packets = static_cast<uint32_t>((frame.payload.size() + step - 1) / step);
   const auto payload_type = static_cast<uint16_t>(Register(kChunkMode) == 1 ? 0x4001 : 0x0001);
@@ -103,7 +103,7 @@ void CameraEnd::SendPackets(const Frame& frame, uint32_t first, uint32_t last) {
   }
 }
 
-void CameraEnd::Send(const std::vector<uint8_t>& packet) {
+void GigeEmulator::Send(const std::vector<uint8_t>& packet) {
   sockaddr_in to{};
   to.sin_family = AF_INET;
   to.sin_addr.s_addr = htonl(Register(kStreamAddress));
@@ -113,7 +113,7 @@ void CameraEnd::Send(const std::vector<uint8_t>& packet) {
       sendto(stream_, packet.data(), packet.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to));
 }
 
-void CameraEnd::Resend(const uint8_t* data, size_t size) {
+void GigeEmulator::Resend(const uint8_t* data, size_t size) {
   if (size < 12 || (Register(kCapability) & kCanResend) == 0) return;
   const auto id = Get<uint16_t>(data + 2);
   for (const Frame& frame : sent_)
@@ -121,13 +121,13 @@ void CameraEnd::Resend(const uint8_t* data, size_t size) {
       SendPackets(frame, Get<uint32_t>(data + 4) & 0xffffff, Get<uint32_t>(data + 8) & 0xffffff);
 }
 
-void CameraEnd::SendTestPacket() { Send(std::vector<uint8_t>((Register(kPacketSize) & 0xffff) - 28)); }
+void GigeEmulator::SendTestPacket() { Send(std::vector<uint8_t>((Register(kPacketSize) & 0xffff) - 28)); }
 
-size_t CameraEnd::ImageBytes() const {
+size_t GigeEmulator::ImageBytes() const {
   return size_t{Register(kWidth)} * Register(kHeight) * (Register(kPixelFormat) >> 16 & 0xff) / 8;
 }
 
-uint32_t CameraEnd::PacketBytes() const {
+uint32_t GigeEmulator::PacketBytes() const {
   return (Register(kPacketSize) & 0xffff) - 36;
 }  // without IP, UDP and GVSP
 

@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "alignment/untangle/tangle_patch.h"
+#include "alignment/untangle/untangle_patch.h"
 
 namespace weft {
 
@@ -13,14 +13,14 @@ struct Piercing {
   int edge = 0, face = 0;
   double at = 0;  // on the edge, as a share of the way from a to b
 
-  Eigen::Vector3d PointOn(const TanglePatch& patch) const {
+  Eigen::Vector3d PointOn(const UntanglePatch& patch) const {
     const PatchEdge& e = patch.edges[edge];
     return (1 - at) * patch.position_mm[e.a] + at * patch.position_mm[e.b];
   }
 };
 
 // Ordered by edge, then face. Only those where a free vertex takes part.
-std::vector<Piercing> FindPiercings(const TanglePatch& patch);
+std::vector<Piercing> FindPiercings(const UntanglePatch& patch);
 
 // Vertices cut off from the rest of the patch by the piercings: they lie on the wrong side of another layer,
 // or, as a loop, form a fold whose sides have passed through each other.
@@ -30,11 +30,11 @@ struct CutOffRegion {
   bool loop = false;
 };
 
-struct TangleRegions {
+struct CutOffRegions {
   std::vector<CutOffRegion> regions;
   std::vector<bool> explained;  // [piercings], whether one of the regions takes part
 };
 
-TangleRegions FindRegions(const TanglePatch& patch, const std::vector<Piercing>& piercings);
+CutOffRegions FindRegions(const UntanglePatch& patch, const std::vector<Piercing>& piercings);
 
 }  // namespace weft

@@ -1,6 +1,6 @@
-// GigE Vision cameras without hardware: camera_ends NAME=ADDRESS... Prints "ready" and obeys
+// GigE Vision cameras without hardware: gige_emulators NAME=ADDRESS... Prints "ready" and obeys
 // lines on standard input until that ends:
-//   set NAME FIELD VALUE   a field of CameraEndClock, of one camera or of all ("*")
+//   set NAME FIELD VALUE   a field of GigeEmulatorClock, of one camera or of all ("*")
 //   resend NAME 0|1        whether it can resend packets
 //   line                   an edge at the trigger input of all cameras
 // Belongs into a network namespace of its own.
@@ -11,12 +11,12 @@
 #include <sstream>
 #include <string>
 
-#include "simulation/camera_end/camera_end.h"
+#include "simulation/gige_emulator/gige_emulator.h"
 
 namespace weft {
 namespace {
 
-using Cameras = std::map<std::string, std::unique_ptr<CameraEnd>>;
+using Cameras = std::map<std::string, std::unique_ptr<GigeEmulator>>;
 
 bool Obey(const std::string& line, const Cameras& cameras) {
   std::istringstream words(line);
@@ -24,7 +24,7 @@ bool Obey(const std::string& line, const Cameras& cameras) {
   double value = 0;
   words >> verb;
   if (verb == "line") {
-    const int64_t now_ns = CameraEndHostTime_ns();
+    const int64_t now_ns = GigeEmulatorHostTime_ns();
     for (const auto& [_, camera] : cameras) camera->PulseLine(now_ns);
     return true;
   }
@@ -53,14 +53,14 @@ int main(int argc, char** argv) {
     const size_t equals = argument.find('=');
     if (equals == std::string::npos) return 2;
     const std::string name = argument.substr(0, equals);
-    cameras[name] = std::make_unique<weft::CameraEnd>(name, argument.substr(equals + 1));
+    cameras[name] = std::make_unique<weft::GigeEmulator>(name, argument.substr(equals + 1));
   }
   std::puts("ready");
   std::fflush(stdout);
   std::string line;
   while (std::getline(std::cin, line)) {
     if (!weft::Obey(line, cameras)) {
-      std::fprintf(stderr, "camera_ends: not understood: %s\n", line.c_str());
+      std::fprintf(stderr, "gige_emulators: not understood: %s\n", line.c_str());
       std::_Exit(2);
     }
     std::puts("done");
