@@ -41,11 +41,11 @@ CloudTargets TargetsFromCloud(const Template& garment, const Cloud& cloud);
 struct DetectionOptions {
   // Measured vertices weigh reference_sigma_mm^2 times the inverse of their covariance, or of sigma_mm^2
   // where that alone is known; 1 where the option is off or neither is. What folds cause is left out: it
-  // pulls neighbours the same way as E_Dist does, who would only add to it.
+  // is correlated between neighbours like the gradient of E_Dist, which would only add to it.
   bool weigh_by_sigma = true;
   double reference_sigma_mm = 0.5;
-  // Added in quadrature: no measurement is better than the first, and cloth follows a mesh of its cells no
-  // better than the second, which sigma_mm of the result does not contain.
+  // Added in quadrature. The first limits every measurement, the second how well a mesh of its cells
+  // follows cloth; sigma_mm of the result does not contain the second.
   double min_sigma_mm = 0.01;
   double cloth_sigma_mm = 0.03;
   // Weight of filled vertices. The paper takes 1; the fill is a poor guess, and a weight that merely keeps
@@ -58,9 +58,9 @@ struct DetectionOptions {
 // Targets that no smooth cloth explains.
 struct RobustOptions {
   int max_rounds = 3;  // solves after the first one, each without the outliers of the one before; 0 is off
-  // The distance of a target is that to the surface as its neighbours alone would hold it. A target is an
-  // outlier when it is further off than this many times the median target, and than min_distance_mm; nearer
-  // ones weigh less the closer they come to that limit (Tukey's biweight).
+  // The distance of a target is that to the surface without the target itself. Outliers are further off
+  // than this many times the median target, and than min_distance_mm. Targets below the limit are weighted
+  // by Tukey's biweight.
   double outlier_ratio = 5;
   double min_distance_mm = 4;
 
@@ -81,12 +81,11 @@ struct AlignOptions {
   double min_target_share = 0.005;
   DetectionOptions detection;
   ElasticOptions elastic;
-  // The first solve begins with this weight of bending, roughly, and goes on from there with that
-  // of `elastic`: stiff cloth finds the wide folds, and soft cloth that starts from them crumples less. 0
-  // leaves the beginning out.
+  // Weight of bending in a coarse first solve, from which that of `elastic` continues. Stiff cloth finds
+  // the wide folds, and soft cloth that starts from them crumples less. 0 skips it.
   double first_bending = 0.2;
-  // For cloth that stretches by more than a few percent: rest edges take the length of the cloth measured
-  // around them, smoothed over so many rings of vertices (local_stretch.h); 0 keeps the template's.
+  // For cloth that stretches by more than a few percent. Rest edges take the measured length of the cloth
+  // around them, smoothed over so many rings of vertices (local_stretch.h). 0 keeps the template's.
   int stretch_rings = 0;
   ContinuationOptions continuation;
   RobustOptions robust;
@@ -147,15 +146,15 @@ class AlignmentModel {
   double mean_edge_mm_ = 0;
 };
 
-// Stages: rigid placement, Laplacian fill, per-vertex rigid fit, E_Det + lambda E_Dist (Eq. 1 and 2), again
-// without outliers, then with measured vertices frozen E_Push and E_Recon + lambda E_Dist (Eq. 3 and 4), and
-// the removal of self-intersections. A component of the mesh with fewer than three targets follows the
-// placement of the whole template, or stays as context.start_mm has it.
-// InvalidArgument for options, targets and starts that are no valid input (named): vertex off the mesh or
-// twice, not finite, negative sigma. FailedPrecondition when the targets cannot place the template: too few,
-// all on a line, or of another scale (the frame is then reported as failed, never filled with a copy).
-// Cancelled: context.cancelled said so. Parallel loops run in the calling thread's TBB arena; the same result
-// at any thread count.
+// Stages: rigid placement, Laplacian fill, per-vertex rigid fit, E_Det + lambda E_Dist (Eq. 1 and 2), the
+// same without outliers. With observed vertices fixed follow E_Push and E_Recon + lambda E_Dist (Eq. 3 and
+// 4), then the removal of self-intersections. A component of the mesh with fewer than three targets
+// follows the placement of the whole template, or stays as context.start_mm has it. InvalidArgument for
+// options, targets and starts that are no valid input (named): vertex off the mesh or twice, not finite,
+// negative sigma. FailedPrecondition when the targets cannot place the template: too few, all on a line,
+// or of another scale (the frame is then reported as failed, never filled with a copy). Cancelled:
+// context.cancelled said so. Parallel loops run in the calling thread's TBB arena; the same result at any
+// thread count.
 absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
                                   const AlignOptions& options, const AlignContext& context = {});
 // For one frame alone.

@@ -19,9 +19,8 @@ struct PredictionOptions {
   absl::Status Validate() const;
 };
 
-// Cells that are next to each other on the board and on the cloth: of each vertex the 3x3 cells around it
-// (row by row, itself in the middle) as vertices; -1 where there is none or a seam lies between. Vertices
-// without a cell have none.
+// The 3x3 cells around each vertex as vertices, row by row, itself in the middle. -1 where there is no
+// cell or a seam lies between. Vertices without a cell have none.
 using CellNeighborhood = std::array<int, 9>;
 std::vector<CellNeighborhood> FindCellNeighborhoods(const Template& garment);
 
@@ -30,8 +29,8 @@ struct CellInView {
   PredictedCell cell;
 };
 
-// A registered mesh, ready to be looked at from any camera. Immutable; any number of threads may look at
-// once. `garment` and `neighborhoods` must outlive it.
+// A registered mesh, prepared for projection into any camera. Immutable; any number of threads may use it
+// at once. `garment` and `neighborhoods` must outlive it.
 class PredictedSurface {
  public:
   // Errors of RayScene::Build; InvalidArgument where the mesh is no mesh of the template.

@@ -25,10 +25,10 @@ struct DistortionWeights {
 // midpoint under the transformations of both ends.
 double DistortionEnergy(const TriangleMesh& rest, const MeshGraph& graph, const Deformation& deformation);
 
-// The same in reduced form. For an edge k-l with rest vector e, put a = R_k e, b = R_l e, d = c_l - c_k and
-// m = (a + b) / 2, h = (a - b) / 2. A point at v_k + t e moves to c_k + t a by the transformation of k and to
-// c_l - (1 - t) b by that of l; they differ by d - t a - (1 - t) b. For t = 0, 1/2, 1 that is d - m + h,
-// d - m and d - m - h, whose squares sum to 3 |d - m|^2 + 2 |h|^2 = 3 |d - (a + b)/2|^2 + 1/2 |a - b|^2.
+// The same in reduced form. An edge k-l has the rest vector e. Put a = R_k e, b = R_l e, d = c_l - c_k, m
+// = (a + b) / 2 and h = (a - b) / 2. The transformation of k moves v_k + t e to c_k + t a, that of l to
+// c_l - (1 - t) b. They differ by d - t a - (1 - t) b. For t = 0, 1/2, 1 that is d - m + h, d - m and d -
+// m - h. The sum of squares is 3 |d - m|^2 + 2 |h|^2 = 3 |d - (a + b)/2|^2 + 1/2 |a - b|^2.
 double ReducedDistortionEnergy(const TriangleMesh& rest, const MeshGraph& graph,
                                const Deformation& deformation, const DistortionWeights& weights);
 

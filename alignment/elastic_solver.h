@@ -44,18 +44,18 @@ struct ElasticReport {
   bool converged = false;
 };
 
-// Per-vertex rigid fit: for each vertex the rotation that maps its rest edges closest, in the least-squares
-// sense, to the edges at the present positions (ARAP's local step, Sorkine & Alexa 2007), found from the
-// rotation that `state` holds.
+// Per-vertex rigid fit (ARAP's local step, Sorkine & Alexa 2007): the rotation that maps a vertex's rest
+// edges to the edges at the present positions by least squares. The iteration starts from the rotation in
+// `state`.
 void FitRigid(const SlicedMesh& mesh, Deformation* state);
 
-// Local/global in quasi-Newton dress. At fixed positions the rotations are fitted vertex by vertex (local
-// step); at fixed rotations the energy is quadratic with the matrix W + stretch lambda L, L the Laplacian of
-// the mesh's graph, the same for each coordinate (global step). L-BFGS over the positions, rotations
-// eliminated by the local step, with that matrix as the preconditioner: its block of weakly held vertices
-// factorised (they move together over long ways), its diagonal for the others. `state` holds the start and
-// receives the result. Cancelled: `cancelled` said so, `state` is as it was. Deterministic at any thread
-// count.
+// A local/global method as quasi-Newton. At fixed positions the rotations are fitted vertex by vertex
+// (local step). At fixed rotations the energy is quadratic with the matrix W + stretch lambda L (global
+// step), where L is the mesh's graph Laplacian. Minimised by L-BFGS over the positions, with rotations
+// eliminated by the local step and that matrix as the preconditioner. Its block of weakly held vertices,
+// which move together over long distances, is factorised; the others use its diagonal. `state` holds the
+// start and receives the result. Cancelled: `cancelled` said so, `state` is as it was. Deterministic at
+// any thread count.
 absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const MeshGraph& graph,
                                            const ElasticProblem& problem, const ElasticOptions& options,
                                            Deformation* state, const CancelCheck& cancelled = nullptr);

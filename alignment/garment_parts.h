@@ -46,16 +46,16 @@ struct GarmentParts {
   std::vector<TemplateBorder> openings;  // longest first
   int expected_openings = -1;            // as its maker said; -1: not said
   int panel_faces = 0;                   // the first faces lie in panels; the others close seams and holes
-  // The panels as they lie on the board, packed into a square: distances within a panel are those of the
-  // print. Faces that close seams reach from one panel to another and have no texture; vertices between
-  // panels have that of a vertex beside them.
+  // The panels as they lie on the board, packed into a square. Distances within a panel are those of the
+  // print. Faces that close seams reach from one panel to another and have no texture. Vertices between
+  // panels have the coordinates of a vertex beside them.
   double texture_side_mm = 0;
   std::vector<Eigen::Vector2d> texture_mm;  // [vertices], from the lower left corner; empty: no texture
   int board_rows = 0, board_cols = 0;       // of the board that it was sewn from; 0: not known
 };
 
-// InvalidArgument names the first entry that does not fit a mesh: vertices that it does not have, panels that
-// do not exist, a texture of other length or outside its square.
+// InvalidArgument names the first entry that does not fit a mesh: unknown vertices or panels, a texture of
+// another length or outside its square.
 absl::Status CheckGarmentParts(const GarmentParts& parts, const TriangleMesh& mesh);
 
 }  // namespace weft

@@ -8,9 +8,9 @@
 
 namespace weft {
 
-// A mesh at rest whose edges are as long as the measured cloth around them: each vertex gets the symmetric
-// matrix that best maps its rest edges to those between targets, turned back by its rotation; smoothed over
-// `rings` rings and, where nothing was measured, filled in between; an edge takes the mean of its ends.
+// A mesh at rest whose edges are as long as the measured cloth around them. Each vertex gets the symmetric
+// matrix that best maps its rest edges to those between targets, rotated back. The matrices are smoothed
+// over `rings` rings and interpolated where nothing was measured. An edge takes the mean of its ends.
 // rotation: [vertices], of a registration to these targets. Components without targets keep their edges.
 absl::StatusOr<SlicedMesh> StretchToTargets(const AlignmentModel& model,
                                             const std::vector<VertexTarget>& targets,

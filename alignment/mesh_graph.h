@@ -24,8 +24,8 @@ struct MeshGraph {
   int degree(int v) const { return first[v + 1] - first[v]; }
 };
 
-// Weights as Meyer et al. 2003 give them, from the mesh at rest; negative ones (obtuse triangles) and those
-// of triangles without area are raised to a hundredth of the median, so that fills stay within their border.
+// Cotangent weights (Meyer et al. 2003) of the mesh at rest. Negative ones (obtuse triangles) and those of
+// degenerate triangles are raised to a hundredth of the median, so that fills stay within their border.
 MeshGraph BuildMeshGraph(const TriangleMesh& mesh);
 
 // Mean length of the edges at rest; 0 without edges.

@@ -22,9 +22,9 @@ absl::StatusOr<Eigen::Isometry3d> PlaceTemplate(const AlignmentModel& model,
                                                 const std::vector<VertexTarget>& targets,
                                                 double min_target_share);
 
-// Start of the fill: the target of every vertex that has one, and for the others their place in `base_mm`,
-// moved with the mean of the targets in components that have one or two. `known` tells what is not to be
-// filled: targets, and every vertex of components with fewer than three.
+// Start of the fill: the target of every vertex that has one, otherwise its position in `base_mm`.
+// Components with one or two targets move with their mean. `known` marks what is not filled: targets, and
+// every vertex of components with fewer than three.
 struct FillStart {
   std::vector<Eigen::Vector3d> position_mm;
   std::vector<bool> known;
@@ -32,8 +32,8 @@ struct FillStart {
 FillStart PrepareFill(const MeshGraph& graph, const std::vector<VertexTarget>& targets,
                       std::vector<Eigen::Vector3d> base_mm);
 
-// `start_mm` moved with the targets: each vertex by what its target is away from there, the others, in
-// components with at least three targets, by what a smooth fill makes of these moves.
+// `start_mm` moved with the targets. Each vertex with a target moves to it; others, in components with at
+// least three targets, by a smooth fill of these displacements.
 absl::StatusOr<std::vector<Eigen::Vector3d>> MovedWithTargets(const MeshGraph& graph,
                                                               const std::vector<VertexTarget>& targets,
                                                               const std::vector<Eigen::Vector3d>& start_mm);

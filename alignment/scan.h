@@ -31,9 +31,9 @@ struct ScanPull {
   int points = 0;
 };
 
-// Reduced association of Eq. 4 of the paper: every scan point is given to the closest vertex, and every
-// vertex draws the mean of the points that it was given; vertices without any have no entry. Points given to
-// a vertex for which `wanted` is false are spent there. Ordered by vertex, the same at any thread count.
+// Reduced association of Eq. 4 of the paper. Every scan point is assigned to the closest vertex. The
+// target of a vertex is the mean of its points; vertices without points have no entry. Points of a vertex
+// for which `wanted` is false are discarded. Ordered by vertex, the same at any thread count.
 std::vector<ScanPull> AssociateScan(const Scan& scan, const std::vector<Eigen::Vector3d>& vertices_mm,
                                     const std::vector<Face>& faces, const std::vector<bool>& wanted,
                                     const AssociationOptions& options);

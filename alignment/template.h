@@ -55,9 +55,9 @@ absl::Status JoinCorners(const std::vector<VertexNode>& corners, std::vector<Ver
 absl::Status CheckTemplateMesh(const TriangleMesh& mesh);
 absl::Status CheckVertexNodes(const std::vector<VertexNode>& nodes, size_t vertices, const Board& board);
 
-// Checks that mesh, map and board fit: one entry per vertex, nodes on the board and claimed once, some cell
-// among them, faces with valid and distinct indices, finite vertices, no edge with more than two faces.
-// InvalidArgument names the first vertex or face that does not fit.
+// Checks that mesh, map and board agree: one entry per vertex, nodes on the board and used once, at least
+// one cell. Faces have valid and distinct indices, vertices are finite, and no edge has more than two
+// faces. InvalidArgument names the first vertex or face that does not fit.
 absl::StatusOr<Template> ImportTemplate(std::string id, TriangleMesh mesh, std::vector<VertexNode> nodes,
                                         const Board& board);
 

@@ -1,5 +1,5 @@
-// Refinement over neighbouring frames (paper, section 5.4.2, Eq. 5), as Jacobi passes: a frame's result
-// depends on the states of the pass before alone, so frames are refined in any order, anywhere.
+// Refinement over neighbouring frames (paper, section 5.4.2, Eq. 5), as Jacobi passes. A frame's result
+// depends only on the states of the previous pass, so frames can be refined in any order.
 #pragma once
 
 #include "absl/status/status.h"
@@ -32,9 +32,9 @@ struct TemporalResult {
   UntangleReport untangling;  // all zero where it was not asked for
 };
 
-// One pass for one frame: hidden vertices minimise E_Smooth + lambda E_Dist, observed ones move by at most
-// max_observed_sigmas of their sigma_mm (unless a self-intersection is removed there), which stays as it is.
-// All three meshes are of the pass before and have the template's vertices. InvalidArgument: options, or
+// One pass for one frame. Hidden vertices minimise E_Smooth + lambda E_Dist. Observed ones move by at most
+// max_observed_sigmas of their sigma_mm, which is kept, unless a self-intersection is removed there. All
+// three meshes are of the pass before and have the template's vertices. InvalidArgument: options, or
 // meshes of another size. Otherwise as Align. The same result at any thread count.
 absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const RegisteredMesh& previous,
                                             const RegisteredMesh& own, const RegisteredMesh& next,

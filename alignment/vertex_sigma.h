@@ -7,20 +7,21 @@
 
 namespace weft {
 
-// Standard deviation per axis in mm, [vertices]. Measured vertices: their target's, at least min_sigma_mm,
-// lowered by what E_Dist lets them borrow from their neighbours, to whom the part of folds is common; where
-// E_Dist pulled the vertex further from its target than that explains, one of both is wrong, and the excess
-// is added in quadrature. Others grow with the distance from the measured ones. Vertices of components
-// without any target get the size of the template, since nothing is known of them.
+// Standard deviation per axis in mm, [vertices]. Observed vertices: sigma^2 = share * noise^2 + fold^2 +
+// excess^2, from the target's sigma (at least min_sigma_mm). share is the variance left by E_Dist's
+// smoothing. The fold part is common to neighbours, so smoothing keeps it. excess is the displacement from
+// the target beyond what noise explains. The sigma of other vertices grows with the distance from the
+// observed ones. Vertices of components without any target get the size of the template, since nothing is
+// known of them.
 std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
                                 const std::vector<Eigen::Vector3d>& position_mm, const AlignOptions& options);
 
 // Of the variance that E_Dist takes away: a pull that noise alone hardly ever causes.
 inline constexpr double kExpectedPull = 3;
 
-// Share of the variance of independent noise of weight 1 that is left on a wide triangular grid whose edges
-// have the weight `coupling`: the mean of 1 / (1 + coupling * eigenvalue) over the eigenvalues of the graph's
-// Laplacian, which spread from 0 to about 12 (nearly evenly, as on any surface).
+// Share of the variance of independent noise of weight 1 that is left on a wide triangular grid whose
+// edges have the weight `coupling`. It is the mean of 1 / (1 + coupling * eigenvalue) over the eigenvalues
+// of the graph's Laplacian, nearly uniform between 0 and about 12.
 double SmoothedVarianceShare(double coupling);
 
 }  // namespace weft

@@ -8,10 +8,9 @@
 
 namespace weft {
 
-// Shortest paths over the faces of a mesh from one vertex to all others, by the algorithm of Chen and Han
-// (1990) with the window filter and the priority queue of Xin and Wang (2009): exact for the polyhedron up to
-// rounding, no approximation that depends on the shape of the triangles. Immutable; any number of threads may
-// ask at once.
+// Shortest paths over the faces of a mesh from one vertex to all others. The algorithm is that of Chen and
+// Han (1990) with the window filter and the priority queue of Xin and Wang (2009). It is exact for the
+// polyhedron up to rounding. Immutable; any number of threads may use it at once.
 class GeodesicMesh {
  public:
   // InvalidArgument: faces with invalid indices, an edge with more than two faces, vertices that are not

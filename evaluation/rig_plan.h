@@ -19,8 +19,8 @@ struct RigPlanOptions {
   double noise_px = 0.15;   // standard deviation per axis of an observation
   int max_cameras = 0;      // of the choice; 0: all that add anything
   int max_samples = 60000;  // vertices with a cell, over all moments, that the choice looks at; spread evenly
-  // Weight of the geometry (how well the chosen rays fix the points) against the number of views; settles
-  // which of two cameras that see the same is the better one.
+  // Weight of the geometry (information of the chosen rays about the points) against the number of views.
+  // It decides between cameras of equal coverage.
   double geometry_weight = 0.3;
 
   absl::Status Validate() const;
@@ -35,14 +35,14 @@ struct PlanStep {
       0;  // per axis, of the samples with enough views, from pixel noise alone; NaN: none
 };
 
-// Cameras in the order in which they were chosen: each adds most to what those before it see. The objective,
-// capped views and the log determinant of the information about each point, is monotone and submodular, so
-// the choice is within 1 - 1/e of the best one of its size (Nemhauser et al. 1978); found by lazy evaluation
-// (Minoux 1978). `moments_mm`: the garment's vertices at some moments of its motion, [moments][vertices].
-// `on_camera` (may be empty) is called with candidates looked through and all, from any thread; calls never
-// overlap. Parallel in the calling thread's TBB arena, the same plan at any thread count. InvalidArgument:
-// options, no moments, meshes of another number of vertices, a template without cells. FailedPrecondition: no
-// candidate sees anything.
+// Greedy selection of cameras, in order. The objective is the sum of capped views and of the log
+// determinant of the information about each point. It is monotone and submodular, so the selection is
+// within 1 - 1/e of the optimum of its size (Nemhauser et al. 1978). Uses lazy evaluation (Minoux 1978).
+// `moments_mm`: the garment's vertices at some moments of its motion, [moments][vertices]. `on_camera`
+// (may be empty) is called with the numbers of evaluated candidates and of all, from any thread; calls
+// never overlap. Parallel in the calling thread's TBB arena, the same plan at any thread count.
+// InvalidArgument: options, no moments, meshes of another number of vertices, a template without cells.
+// FailedPrecondition: no candidate sees anything.
 absl::StatusOr<std::vector<PlanStep>> PlanRig(const Template& garment,
                                               const std::vector<std::vector<Eigen::Vector3d>>& moments_mm,
                                               const Rig& candidates, const RigPlanOptions& options,

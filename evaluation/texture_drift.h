@@ -54,12 +54,11 @@ struct TextureDriftField {
   int64_t lost = 0;          // of them, those where the flow did not come back to its start
 };
 
-// The board's plane is the texture's domain: a vertex with a cell sits at its cell's centre. A place of the
-// texture is coloured from the same camera in both frames, so that neither colours nor parallax between
-// cameras look like motion, and a window of the flow never crosses from one camera's pixels to another's.
-// Flow by pyramidal Lucas-Kanade (OpenCV) at the cell centres, over textures freed of shading (local mean and
-// contrast). Texels become mm by the metric of the template at rest. Immutable; any number of threads may use
-// one at once.
+// The board's plane is the texture's domain: a vertex with a cell lies at its cell's centre. A texel takes
+// its colour from the same camera in both frames, so that colours and parallax between cameras do not look
+// like motion. A window of the flow never crosses from one camera's pixels to another's. Flow by pyramidal
+// Lucas-Kanade (OpenCV) at the cell centres, over textures normalised by local mean and contrast. Texels
+// become mm by the metric of the template at rest. Immutable; any number of threads may use one at once.
 class TextureDrift {
  public:
   // InvalidArgument: options, a template without printed faces.

@@ -9,11 +9,11 @@
 
 namespace weft {
 
-// A material place is told by its position on the cloth at rest. Each registered vertex sits near some
-// material place of the true surface; while the registration holds its threads that place does not change,
-// however the cloth moves. The place's offset from the vertex's own is the tangential error of the vertex,
-// pulled back to the cloth at rest through the true deformation of the vertex's neighbourhood, so that turns
-// and stretch of the cloth do not count.
+// A material point is identified by its position on the cloth at rest. Each registered vertex lies near a
+// material point of the true surface. Without drift this point is constant, however the cloth moves. Its
+// offset from the vertex's own material point is the tangential error. It is pulled back to the cloth at
+// rest through the true deformation of the neighbourhood, so that rotation and stretch of the cloth do not
+// count.
 class TrueDrift {
  public:
   explicit TrueDrift(const TriangleMesh& rest);

@@ -40,8 +40,8 @@ struct EvaluationOptions {
 
 // Ratios are empty when there is nothing to divide by. Scores of frames add up with +=.
 
-// Decoding of one kind of node. An observation is right when its node is in sight, at least in part, and it
-// is near it; of two observations of a node in a view only the nearer one is.
+// Decoding of one kind of node. An observation is right when its node is visible, at least in part, and
+// close to it. Of two observations of a node in a view only the closer one is right.
 struct DecodeScore {
   // Scoreable nodes by their size in the picture: from this many pixels on, up to the next class.
   static constexpr std::array<double, 5> kPitchClassesPx = {3, 4, 5, 7, 10};
@@ -63,7 +63,7 @@ struct DecodeScore {
   DecodeScore& operator+=(const DecodeScore& other);
 };
 
-// The cloud's cell centres; its corners are not judged, they have no vertex.
+// The cloud's cell centres; its corners are not scored, since they have no vertex.
 struct CloudScore {
   int64_t points = 0;
   int64_t points_of_unseen_cells = 0;  // of cells that no view sees: they cannot be right

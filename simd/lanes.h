@@ -1,6 +1,6 @@
 // Vectors as wide as the registers, for the bodies of kernels. A file per instruction set defines
-// WEFT_KERNEL_NAMESPACE before it includes them; no inline function of a library is used, so that no code for
-// one processor gets into what others run.
+// WEFT_KERNEL_NAMESPACE before it includes them. They use no inline function of a library, so that the
+// linker cannot merge code of different instruction sets.
 #pragma once
 
 #ifndef WEFT_KERNEL_NAMESPACE

@@ -26,8 +26,8 @@ BodyPose PoseAt(PerformanceMotion motion, double time_s, uint64_t seed);
 // Motions with a hand in them.
 bool HasHand(PerformanceMotion motion);
 
-// The hand at a time: comes to `rest_mm` on the garment, takes hold of it, pulls and lets go, again and
-// again; with kTwistAndPinch it stays away while the trunk twists.
+// The hand at a time. It repeatedly approaches `rest_mm` on the garment, grips, pulls and releases. With
+// kTwistAndPinch it stays away while the trunk twists.
 struct PinchState {
   HandPose hand;
   bool is_away = false;  // and has not set out yet

@@ -31,10 +31,9 @@ struct ClothOptions {
 };
 
 // World axes as in the rigs: x right, y down, z away from a viewer in front of the cloth. The cloth is
-// centred on the origin, row 0 on top, outside (printed side) towards -z for the sheet and outwards for the
-// tube, whose column `cols / 2` faces -z.
-// Vertices 0 .. rows * cols - 1 are the cell centres, row by row; the rest are hem and seam vertices without
-// a cell, on the outline of the printed area; after them those of slits.
+// centred on the origin with row 0 on top. The printed side faces -z for the sheet and outwards for the
+// tube, whose column `cols / 2` faces -z. Vertices 0 .. rows * cols - 1 are the cell centres, row by row.
+// Hem and seam vertices without a cell follow, on the outline of the printed area, then those of slits.
 struct Cloth {
   ClothOptions options;
   TriangleMesh rest;                       // flat sheet or smooth tube

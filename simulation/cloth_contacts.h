@@ -55,12 +55,12 @@ class ContactFinder {
   std::vector<ContactPair> pairs_;
 };
 
-// Shortens the moves from `from` to `to` where needed so that no two elements of the cloth pass through each
-// other on the way: every pair must stay apart along its own normal, and elements that are no pair must stay
-// within half of `reach_mm`, at which the pairs were found at `from`. What all have in common, the rigid
-// motion `carry`, is free. If `from` is free of intersections, so is the result. Returns the number of
-// vertices that were held back. (The planes that divide two elements: Divide and Truncate, as in offset
-// geometric contact, Chen et al. 2025.)
+// Shortens the displacements from `from` to `to` where needed so that no two elements of the cloth
+// intersect on the way. Every pair must stay separated along its own normal. Other elements must stay
+// within half of `reach_mm`, at which the pairs were found at `from`. The common rigid motion `carry` is
+// not limited. If `from` is free of intersections, so is the result. Returns the number of vertices that
+// were held back. (The planes that divide two elements: Divide and Truncate, as in offset geometric
+// contact, Chen et al. 2025.)
 int KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Eigen::Vector3d>& from_mm,
               const Eigen::Isometry3d& carry, double reach_mm, double thickness_mm,
               std::vector<Eigen::Vector3d>& to_mm);

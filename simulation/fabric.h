@@ -34,11 +34,12 @@ struct Crease {
 };
 
 // Units: mm, kg, s; so forces are in kg mm/s^2 and stiffness per width in kg/s^2 (= N/m).
-// Membrane: Baraff and Witkin 1998 (stretch along both threads, shear) with constant strain per face; stress
-// grows linearly up to `locks_at` and with the square of the strain beyond, and with the cube of shear.
-// Bending: the quadratic energy of Bergou et al. 2006 for sheets that are flat at rest; a cylinder has the
-// energy of a plate of that stiffness, up to 22 % more or less by direction. Creases: the same energy of the
-// difference from the bent rest, with the normal between the edge's faces (Garg et al. 2007 in spirit).
+// Membrane: Baraff and Witkin 1998 (stretch along both threads, shear) with constant strain per face.
+// Stress grows linearly up to `locks_at` and with the square of the strain beyond, and with the cube of
+// shear. Bending: the quadratic energy of Bergou et al. 2006 for sheets that are flat at rest. A cylinder
+// has the energy of a plate of that stiffness, up to 22 % more or less by direction. Creases: the same
+// energy of the difference from the bent rest, with the normal between the edge's faces (Garg et al. 2007
+// in spirit).
 class Fabric {
  public:
   // flat_mm: [faces], the corners of each face at rest; the two sides of a seam may differ. Creases on edges

@@ -35,8 +35,8 @@ struct FoldedCloth {
 // 3 or 4 return below the next fold. The upper border is sewn down as pleated.
 absl::StatusOr<FoldedCloth> MakePleatedSkirt(const PerformanceOptions& options);
 
-// A tube whose upper border is drawn together on two threads, stitched every 4 to 9 cells, to 1 -
-// `handles.compression` of its length; between the stitches it buckles as it may.
+// A tube whose upper border is drawn together to 1 - `handles.compression` of its length, on two threads
+// with stitches every 4 to 9 cells. Between the stitches it buckles freely.
 absl::StatusOr<FoldedCloth> MakeGatheredSkirt(const PerformanceOptions& options);
 
 // A sheet on hooks, cut into strips 8 to 13 cells wide below its upper border. Lower hems roll towards the

@@ -16,7 +16,7 @@ enum class GarmentKind { kSheet, kTube, kSkirt, kTShirt, kPleatedSkirt, kGathere
 std::string_view NameOf(GarmentKind kind);
 
 // Panels cut from one board and sewn. A vertex is the centre of a board cell, or lies without a cell on a
-// seam or hem; the seam vertices belong to the faces on both sides, so the mesh is closed there.
+// seam or hem. Seam vertices belong to the faces on both sides, so the mesh is closed there.
 struct Garment {
   int board_rows = 0;  // the least board that holds the panels
   int board_cols = 0;

@@ -41,14 +41,14 @@ struct SewnPanels {
   std::map<std::string, std::vector<int>> of_seam;  // vertices of each seam and border, from corner to corner
 };
 
-// Lays the panels side by side on a board, a cell apart, and sews them. A vertex stands at the centre of
-// every cell that lies inside a panel, about half a cell from its outline or more; seams and borders carry
-// vertices without cell, about a cell apart. InvalidArgument: a panel too small for the cell, or sewn edges
-// that do not join the same corners.
+// Lays the panels side by side on a board, a cell apart, and sews them. Every cell at least about half a
+// cell inside a panel's outline has a vertex at its centre. Seams and borders have vertices without cell,
+// about a cell apart. InvalidArgument: a panel too small for the cell, or sewn edges that do not join the
+// same corners.
 absl::StatusOr<SewnPanels> SewPanels(const std::vector<Panel>& panels, double cell_mm);
 
-// Where the vertices of `fine` lie on `coarse`, both sewn of the same panels, when the latter is at
-// `coarse_mm`: seams on seams, everything else at its place in the panel.
+// Positions of the vertices of `fine` on `coarse` at `coarse_mm`, both sewn of the same panels. Seams map
+// to seams, all other vertices to the same position in the panel.
 std::vector<Eigen::Vector3d> PositionsOn(const SewnPanels& coarse,
                                          const std::vector<Eigen::Vector3d>& coarse_mm,
                                          const SewnPanels& fine);

@@ -46,10 +46,10 @@ struct StepReport {
   int held_back = 0;  // vertices whose move was shortened to keep layers apart
 };
 
-// Backward Euler with one Newton step (Baraff and Witkin 1998) by conjugate gradients preconditioned with the
-// vertices' blocks; layers push each other away as springs with friction, and KeepApart has the last word:
-// cloth that starts without intersections stays so. Parallel in the calling thread's TBB arena, the same
-// bytes at any thread count.
+// Backward Euler with one Newton step (Baraff and Witkin 1998) by conjugate gradients with a block Jacobi
+// preconditioner. Layers repel each other as springs with friction. KeepApart limits the result, so cloth
+// that starts without intersections stays so. Parallel in the calling thread's TBB arena, the same bytes
+// at any thread count.
 class GarmentSolver {
  public:
   GarmentSolver(const std::vector<Face>& faces, const std::vector<std::array<Eigen::Vector2d, 3>>& flat_mm,

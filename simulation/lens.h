@@ -30,8 +30,9 @@ struct LensOptions {
   absl::Status Validate() const;
 };
 
-// Radius in pixels of the disc that a point at `depth_mm` becomes when the lens is focused at `focus_mm`:
-// thin lens, R = f^2 |depth - focus| / (2 N depth (focus - f)), with f = focal_px times the pixel pitch.
+// Radius in pixels of the circle of confusion of a point at `depth_mm` when the lens is focused at
+// `focus_mm`. Thin lens: R = f^2 |depth - focus| / (2 N depth (focus - f)), with f = focal_px times the
+// pixel pitch.
 double DefocusRadiusPx(const LensOptions& options, double focal_px, double focus_mm, double depth_mm);
 
 // Gaussian; the border is repeated outwards. Sigma 0 leaves the picture as it is.

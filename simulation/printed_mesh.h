@@ -12,8 +12,8 @@
 
 namespace weft {
 
-// Position on the board in cells: x is the column, y the row; cell (r, c) covers [c, c+1] x [r, r+1] and has
-// its centre at (c + 0.5, r + 0.5). Corner (r, c) of the board is at (c, r).
+// Position on the board in cells: x is the column, y the row. Cell (r, c) covers [c, c+1] x [r, r+1] and
+// has its centre at (c + 0.5, r + 0.5). Corner (r, c) of the board is at (c, r).
 using BoardPoint = Eigen::Vector2d;
 
 // The print of a mesh: board coordinates per face corner, so that the two sides of a seam may differ.

@@ -12,9 +12,9 @@
 
 namespace weft {
 
-// kBinned: a pixel is a quad of the Bayer mosaic and measures all three colours, as cameras do that are read
-// out at half their resolution; kColor: the mosaic is interpolated (Malvar et al. 2004, linear, 5 x 5);
-// kMosaic: raw.
+// kBinned: a pixel is a quad of the Bayer mosaic and measures all three colours, as in cameras that are
+// read out at half their resolution. kColor: the mosaic is interpolated (Malvar et al. 2004, linear, 5 x
+// 5). kMosaic: raw.
 enum class Readout { kBinned, kColor, kMosaic };
 
 struct SensorOptions {

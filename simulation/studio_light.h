@@ -29,10 +29,10 @@ struct LightOptions {
 // Light from a direction of length 1.
 float DomeRadiance(const LightOptions& options, const Eigen::Vector3f& direction);
 
-// Light falling on each vertex from its outer and its inner side, relative to an unoccluded white dome, and
-// how that on the outer side changes with the normal: d outside = flux . d normal. The first `cloth_vertices`
-// are the cloth's; the others are a closed body's, which has no light inside. Ray casts from every vertex in
-// the calling thread's TBB arena; shadows are soft, at the mesh's resolution.
+// Irradiance of each vertex on its outer and its inner side, relative to an unoccluded white dome. `flux`
+// is the derivative of the outer one by the normal: d outside = flux . d normal. The first
+// `cloth_vertices` are the cloth's; the others are a closed body's, which has no light inside. Ray casts
+// from every vertex in the calling thread's TBB arena; shadows are soft, at the mesh's resolution.
 struct VertexLight {
   std::vector<float> outside, inside;  // [vertices]
   std::vector<Eigen::Vector3f> flux;   // [vertices]

@@ -39,8 +39,8 @@ absl::StatusOr<Rig> MakeStudioRig(const std::string& id, const StudioRigOptions&
 // line nearest to the origin.
 Eigen::Vector3d AimOf(const Rig& rig);
 
-// Each picture cropped to what it shows of the box, so that principal points shift and nothing else; cameras
-// that show less than 64 px of it in width or height are left out. InvalidArgument when none is left.
+// Crops each image to the box, which shifts only the principal points. Cameras that show less than 64 px
+// of the box in width or height are left out. InvalidArgument when none is left.
 absl::StatusOr<Rig> CropRig(const Rig& rig, const Eigen::AlignedBox3d& box_mm);
 
 }  // namespace weft

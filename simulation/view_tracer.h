@@ -21,11 +21,11 @@ struct TracedView {
   std::vector<float> depth_mm;  // [height][width], along the optical axis; infinite in the room behind
 };
 
-// Each pixel is the mean over its area and over the scene's exposure. What the middle of each pixel shows is
-// found by drawing the faces tile by tile; where the surface goes on evenly around it, the samples look the
-// print up on the face that is seen there, elsewhere (outlines, folds, seams) each sample finds its own face,
-// at its own moment. Rays go through the full lens model, within a thousandth of a pixel (TileDirections).
-// Pixels where the lens model has no inverse show the backdrop of the optical axis.
+// Each pixel is the mean over its area and over the scene's exposure. The face at the centre of each pixel
+// is found by rasterising the faces tile by tile. Where the surface is smooth around it, all samples look
+// up the print on that face. Elsewhere (outlines, folds, seams) each sample finds its own face, at its own
+// moment. Rays go through the full lens model, within a thousandth of a pixel (TileDirections). Pixels
+// where the lens model has no inverse show the backdrop of the optical axis.
 //
 // Parallel over tiles of the picture in the calling thread's TBB arena, the same bytes at any thread count.
 absl::StatusOr<TracedView> TraceView(const StudioScene& scene, const CameraModel& camera,

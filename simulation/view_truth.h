@@ -31,10 +31,10 @@ struct ScoreableOptions {
   double max_facing_deg = 70;
 };
 
-// The nodes of which at least one of the 9 points is in sight, with their place in the picture; ordered by
-// kind, row, column. Where a panel is cut through a cell and its middle is not on the cloth, its place is
-// where the print would go on; such a node is never visible. A node on a seam, where the cloth carries its
-// place twice, appears once, at the face of lowest index.
+// The nodes of which at least one of the 9 points is visible, with their position in the image; ordered by
+// kind, row, column. Where a panel's edge cuts off a cell's centre, its position extrapolates the print;
+// such a node is never visible. A node on a seam, which the cloth has twice, appears once, at the face of
+// lowest index.
 struct ViewTruth {
   std::string camera_id;
   std::vector<NodeTruth> nodes;

@@ -34,8 +34,8 @@ bool IsMajority(int agreeing, int cameras);
 // Number of distinct cameras; `sights` ordered by camera.
 int DistinctCameras(std::span<const Sight> sights);
 
-// The sights that agree with a point: within the radius, in front of the camera, residual within the limit by
-// sigma; of a camera's several the one with the smallest residual. `sights` ordered by camera.
+// The inliers of a point: within the radius, in front of the camera, residual within the limit by sigma.
+// Of several sights of one camera, only the one with the smallest residual. `sights` ordered by camera.
 void InliersAt(const Eigen::Vector3d& point_mm, std::span<const Sight> sights,
                const ConsensusOptions& options, std::vector<int>* inliers);
 

@@ -10,9 +10,9 @@
 
 namespace weft {
 
-// An observation with its lens distortion taken out. The pixel residual of a world point X is
-// pixel_from_offset * (X - origin) / depth(X), exact but for the curvature of the lens model over the length
-// of the residual (below 1e-5 px for residuals of a pixel).
+// An undistorted observation. The pixel residual of a world point X is pixel_from_offset * (X - origin) /
+// depth(X). It is exact up to the curvature of the lens model over the length of the residual (below 1e-5
+// px for residuals of a pixel).
 struct Sight {
   int camera = 0;
   double sigma_px = 0;

@@ -63,16 +63,17 @@ struct TriangulationOptions {
   absl::Status Validate() const;
 };
 
-// One point per node that enough cameras agree on, or two under TwoViewOptions; every other seen node in
-// `rejected` with its reason and the number of cameras that saw it. A camera that sees a node more than once
-// counts once, by the observation that fits best. The covariance is the inverse of the normal matrix of the
-// reprojection error, weighted by sigma_px, times a variance factor: at least 1 for the whole frame, and
-// greater or smaller for a node whose residuals scatter more or less than the frame's. What the calibration
-// leaves is part of it; neighbours share that part. InvalidArgument names camera and node of an observation
-// that is not finite, off the range of boards (0 to 4096), or without sigma_px, and cameras that the rig
-// lacks. Runs parallel loops in the calling thread's TBB arena; the same result at any thread count, and in
-// any order of `views` as long as no camera occurs twice. Fastest where the observations of each view are in
-// the order of kind, row, column, as decoding leaves them; others are copied and sorted.
+// One point per node on which enough cameras agree, or two under TwoViewOptions. Every other observed node
+// is in `rejected` with its reason and the number of cameras that saw it. A camera that sees a node more
+// than once counts once, by the best observation. The covariance is the inverse of the normal matrix of
+// the reprojection error, weighted by sigma_px, times a variance factor. The factor is at least 1 for the
+// whole frame, and scaled for a node by the scatter of its residuals relative to the frame's. The
+// uncertainty of the calibration is included; neighbours share it. InvalidArgument names camera and node
+// of an observation that is not finite, off the range of boards (0 to 4096), or without sigma_px, and
+// cameras that the rig lacks. Runs parallel loops in the calling thread's TBB arena; the same result at
+// any thread count, and in any order of `views` as long as no camera occurs twice. Fastest where the
+// observations of each view are in the order of kind, row, column, as decoding leaves them; others are
+// copied and sorted.
 absl::StatusOr<Cloud> Triangulate(const Rig& rig, const std::vector<ViewObservations>& views,
                                   const TriangulationOptions& options);
 

@@ -34,15 +34,14 @@ struct BoardPanels {
   }
 };
 
-// Panels as the clouds show them: the union of the cells seen, split where panels abut on the board but are
-// apart in space, small holes and notches filled, specks left out. Panels are numbered by their first cell,
+// Panels from clouds: the union of the observed cells, split where panels abut on the board but are apart
+// in space. Small holes and notches are filled, specks removed. Panels are numbered by their first cell,
 // row by row. FailedPrecondition when nothing is left.
 absl::StatusOr<BoardPanels> FindPanels(const std::vector<CellGrid>& grids, double cell_mm,
                                        const PanelOptions& options);
 
-// Panels as a label image of the board gives them ([rows][cols], 0 for cells outside the garment); pieces of
-// one label that do not touch are panels of their own, specks are left out. FailedPrecondition when nothing
-// is left.
+// Panels from a label image of the board ([rows][cols], 0 for cells outside the garment). Disconnected
+// pieces of one label are separate panels; specks are removed. FailedPrecondition when nothing is left.
 absl::StatusOr<BoardPanels> PanelsFromLabels(const std::vector<uint8_t>& labels,
                                              const std::vector<CellGrid>& grids, double cell_mm,
                                              const PanelOptions& options);

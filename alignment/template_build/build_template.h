@@ -54,14 +54,13 @@ struct BuiltTemplate {
   std::vector<std::string> warnings;
 };
 
-// Finds the panels and seams, sews, closes small holes between seams, checks the openings, and lays the
-// garment to rest in the pose of the cloud that shows most of it. Vertices: the cells, panel by panel; those
-// between panels, which are nothing of the board; the corners, where they are asked for. Errors tell what is
-// missing and where: InvalidArgument (no clouds, cells off the board, pitch of another board),
-// FailedPrecondition (panels that no cloud shows together, a panel sewn to nothing, a border that looks like
-// a seam but is too far from its partner, openings other than expected, handles). `on_progress` (may be
-// empty) gets the share done. Parallel loops run in the caller's TBB arena; the same result at any thread
-// count.
+// Finds the panels and seams, sews, closes small holes between seams and checks the openings. The rest
+// pose is that of the fullest cloud. Vertices are the cells, panel by panel, then those between panels,
+// which have no node, then the corners on request. Errors name what is missing and where. InvalidArgument:
+// no clouds, cells off the board, pitch of another board. FailedPrecondition: panels that no cloud shows
+// together, a panel without seam, a border too far from its partner, unexpected openings, handles.
+// `on_progress` (may be empty) gets the share done. Parallel loops run in the caller's TBB arena; the same
+// result at any thread count.
 absl::StatusOr<BuiltTemplate> BuildTemplate(const Board& board, const TemplateSources& sources,
                                             const TemplateBuildOptions& options,
                                             const std::function<void(double)>& on_progress = {});

@@ -18,9 +18,9 @@ struct MeshTopology {
   std::vector<std::vector<int>> loops;
 };
 
-// FailedPrecondition names the first edge or vertex at which the faces are no oriented surface: an edge with
-// three faces or with two that run through it in the same sense, a vertex at which fans of faces merely
-// touch. Faces must have valid and distinct indices.
+// FailedPrecondition names the first edge or vertex at which the faces are no oriented manifold: an edge
+// with three faces or two of the same orientation, a vertex with several fans. Faces must have valid and
+// distinct indices.
 absl::StatusOr<MeshTopology> CheckTopology(int vertices, const std::vector<Face>& faces);
 
 // Length of a closed run of vertices.

@@ -49,9 +49,9 @@ struct RestShapeProblem {
   std::vector<bool> fixed;  // [vertices] stay where they are; empty: none
 };
 
-// Minimises the sum over edges and measured gaps of (length - rest length)^2, held to the start and smooth
-// within panels, by alternating between edge directions and a prefactored linear system (Liu et al. 2013,
-// Fast simulation of mass-spring systems). Deterministic.
+// Minimises the sum over edges and measured gaps of (length - rest length)^2, with a prior on the start
+// and smoothness within panels. Alternates between edge directions and a prefactored linear system (Liu et
+// al. 2013, Fast simulation of mass-spring systems). Deterministic.
 absl::StatusOr<std::vector<Eigen::Vector3d>> RefineRestShape(const RestShapeProblem& problem,
                                                              const RestShapeOptions& options);
 

@@ -11,8 +11,8 @@
 
 namespace weft {
 
-// Panels that were pulled together to find their seams, as `clouds` (the reference first) show them: seen
-// vertices go back to their places, and seams of which a cloud shows both sides are as wide as there.
+// Undoes the closing of panels that finding their seams needs, from `clouds` (the reference first).
+// Observed vertices return to their points. Seams take the width in a cloud that shows both sides.
 void RestoreWidths(const std::vector<LiftedPanels>& clouds, LiftedPanels* reference,
                    std::vector<Seam>* seams);
 

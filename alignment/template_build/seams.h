@@ -18,12 +18,11 @@ struct SeamOptions {
   absl::Status Validate() const;
 };
 
-// Seams by closeness in space and direction along consistent runs: a border point's partner is the nearest
-// point of another outline, or of the same one far away on it, that runs against it and lies before it; both
-// must choose each other, and partners must move along steadily. The longest runs are settled first, then all
-// are prolonged to their corners; where two of them end, one of fewer points may close a
-// band to a ring. A point belongs to
-// two seams at most, an edge to one. Ordered by first vertex.
+// Seams are consistent runs of border points that are close in space and opposite in direction. A point's
+// partner is the nearest such point of another outline, or of a distant part of the same one. Both must
+// choose each other, and partners must advance steadily. The longest runs are fixed first, then all are
+// extended to their corners. Where two of them end, one of fewer points may close a band to a ring. A
+// point belongs to two seams at most, an edge to one. Ordered by first vertex.
 std::vector<Seam> FindSeams(const PanelBorders& borders, double cell_mm, const SeamOptions& options);
 
 // Runs that look like seams with up to `factor` times the greatest gap and whose sides face each other

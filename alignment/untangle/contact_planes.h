@@ -20,12 +20,11 @@ struct ContactPlanes {
   std::vector<ContactPlane> planes;  // ordered by vertex
 };
 
-// One plane half-way between the nearest points of each vertex and face, and each two edges, that have no
-// vertex in common, lie within reach_mm and have a vertex that `moves` ([n], free ones only); planes of such
-// vertices alone are listed. When every one of them moves in a straight line, by reach_mm / 2 at the most and
-// by no more than its room in all its planes (0 for those below 0), no two of them meet on the way: each
-// stays within the half-space where it was (separating planes of convex sets). The room leaves gap_mm between
-// them.
+// One plane half-way between the nearest points of each vertex and face, and of each two edges. Pairs have
+// no common vertex, lie within reach_mm and have a vertex that `moves` ([n], free ones only); planes of
+// such vertices alone are listed. Vertices may move in a straight line by up to reach_mm / 2 and up to
+// their room in all their planes (0 for those below 0). No two elements then meet on the way, since each
+// stays within its half-space (separating planes of convex sets). The room leaves gap_mm between them.
 ContactPlanes FindContactPlanes(const UntanglePatch& patch, const std::vector<bool>& moves, double reach_mm,
                                 double gap_mm);
 

@@ -1,5 +1,5 @@
-// What lies on the wrong side where a patch passes through itself: global intersection analysis after Baraff,
-// Witkin and Kass 2003 (Untangling Cloth), with the loop vertices of Ye et al. 2017.
+// Regions of a self-intersecting patch that lie on the wrong side. Global intersection analysis after
+// Baraff, Witkin and Kass 2003 (Untangling Cloth), with the loop vertices of Ye et al. 2017.
 #pragma once
 
 #include <vector>
@@ -22,8 +22,8 @@ struct Piercing {
 // Ordered by edge, then face. Only those where a free vertex takes part.
 std::vector<Piercing> FindPiercings(const UntanglePatch& patch);
 
-// Vertices cut off from the rest of the patch by the piercings: they lie on the wrong side of another layer,
-// or, as a loop, form a fold whose sides have passed through each other.
+// Vertices that the piercings separate from the rest of the patch. They lie on the wrong side of another
+// layer or, as a loop, form a fold whose sides intersect.
 struct CutOffRegion {
   std::vector<int> vertices;  // ordered
   std::vector<int> opposite;  // faces that its edges pierce where it ends, ordered

@@ -38,9 +38,9 @@ struct IntersectingPairs {
   bool empty() const { return apart.empty() && at_vertex.empty(); }
 };
 
-// Like FindSelfIntersections, but stricter: also faces around a common vertex that pass through each other,
-// and both kinds also where they meet only once the vertices are rounded to 32-bit floats, as files hold
-// them. Neighbours across an edge meet outside it only when folded flat, and are not looked at.
+// Like FindSelfIntersections, but stricter. It includes faces around a common vertex, and pairs that meet
+// only once the vertices are rounded to 32-bit floats, as in files. Neighbours across an edge meet outside
+// it only when folded flat, and are ignored.
 IntersectingPairs FindIntersectingPairs(const std::vector<Eigen::Vector3d>& vertices_mm,
                                         const std::vector<Face>& faces);
 

@@ -13,9 +13,8 @@ namespace weft {
 
 struct UntangleOptions {
   int max_pushes = 60;  // iterations that push layers apart, per patch
-  // Measured vertices move by at most this many times their sigma_mm until 20 pushes have not helped;
-  // then those that contradict each other may move freely, and after as many again all that take part in a
-  // tangle.
+  // Observed vertices move by at most this many times their sigma_mm for 20 pushes. After these, those
+  // that contradict each other may move freely; after 20 more, all in an intersecting region.
   double max_observed_sigmas = 3;
   int max_rounds = 4;  // searches of the whole mesh; patches grow from round to round
   ReturnOptions back;
@@ -37,26 +36,26 @@ struct UntangleReport {
   double max_move_mm = 0, mean_move_mm = 0;  // of the moved vertices
 };
 
-// Moves vertices near self-intersections until there are none; all others keep their bytes. Around each place
-// a patch is cut out. Regions on the wrong side of another layer are found from the contours and pushed back
-// through it; folds that have turned inside out are laid flat; what is left shortens its contour, and is laid
-// flat after a while (cut_off_regions.h, untangle_push.h). Once the patch is clean it returns as near to
-// where it was as it can without passing through anything (guarded_return.h), so the last step can not undo
-// the first. Moved vertices are rounded to 32-bit floats.
+// Moves vertices near self-intersections until there are none; all others keep their bytes. Around each
+// self-intersection a patch is cut out. Regions on the wrong side of another layer are found from the
+// contours and pushed back through it. Folds that have turned inside out are flattened. Remaining contours
+// are shortened, and flattened after some iterations (cut_off_regions.h, untangle_push.h). A clean patch
+// then returns towards its original position without new intersections (guarded_return.h). Moved vertices
+// are rounded to 32-bit floats.
 //
-// Lower `sigma_mm` ([vertices], positive, or empty) holds a vertex more firmly to its place. A patch that
-// does not come clean keeps the better of its states, and pairs_after tells so: this is not an error.
-// InvalidArgument for options, vertices that are not finite, faces that are no triangles of them and sigmas
-// that are not positive, each named. The search runs in the calling thread's TBB arena, the patches one after
-// the other in the calling thread; the same bytes at any thread count.
+// A lower `sigma_mm` ([vertices], positive, or empty) holds a vertex more firmly to its position. A patch
+// that remains intersecting keeps the better of its states, and pairs_after counts it: this is not an
+// error. InvalidArgument names invalid options, non-finite vertices, invalid faces and sigmas that are not
+// positive. The search runs in the calling thread's TBB arena, the patches one after the other in the
+// calling thread. The same bytes at any thread count.
 absl::StatusOr<UntangleReport> RemoveSelfIntersections(const std::vector<Face>& faces,
                                                        std::span<const float> sigma_mm,
                                                        const UntangleOptions& options,
                                                        std::vector<Eigen::Vector3d>* vertices_mm);
 
-// The same for a registered mesh, whose inferred vertices make way for the measured ones: these stay within
-// options.max_observed_sigmas of their sigma_mm, and of those for which no place was found there the state
-// becomes kInferred, without views, and the move is added to sigma_mm in quadrature.
+// The same for a registered mesh, whose inferred vertices yield to the observed ones. These stay within
+// options.max_observed_sigmas of their sigma_mm. An observed vertex for which that is impossible becomes
+// kInferred, without views, and its displacement is added to sigma_mm in quadrature.
 absl::StatusOr<UntangleReport> RemoveSelfIntersections(const std::vector<Face>& faces,
                                                        const UntangleOptions& options, RegisteredMesh* mesh);
 

@@ -13,10 +13,10 @@ struct BoardPoseGuess {
   double rms_px = 0;
 };
 
-// The poses under which a flat board gives these pixels, best first: two at most, since a board seen small or
-// from afar looks nearly the same turned the other way (Collins and Bartoli, Infinitesimal Plane-Based Pose
-// Estimation, IJCV 2014). Empty for fewer than 4 corners, corners on a line, or pixels that the lens cannot
-// give.
+// The poses of a planar board that project to these pixels, best first. There are at most two, since a
+// small or distant board looks nearly the same in its mirrored pose (Collins and Bartoli, Infinitesimal
+// Plane-Based Pose Estimation, IJCV 2014). Empty for fewer than 4 corners, corners on a line, or pixels
+// that the lens cannot give.
 std::vector<BoardPoseGuess> GuessBoardPose(const TagBoard& board, const std::vector<BoardCorner>& corners,
                                            const CameraModel& camera);
 

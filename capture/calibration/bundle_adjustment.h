@@ -34,7 +34,7 @@ struct BundleSummary {
 // Least squares by Levenberg and Marquardt (Ceres), placements eliminated by the Schur complement. All
 // corners of a view go in as one block of 21 equations (ViewSums): the same problem, smaller by the number of
 // corners. RadialPriorWeights holds the lenses where boards did not reach. Metric scale comes from the
-// boards' sizes. `on_iteration` (may be empty) is told iterations done and the most there may be. Internal:
+// boards' sizes. `on_iteration` (may be empty) receives the iterations done and their maximum. Internal:
 // the solver failed, its words included. Parallel in the calling thread's TBB arena, the same bytes at any
 // thread count.
 absl::StatusOr<BundleSummary> AdjustBundle(const BundleOptions& options, CalibrationBundle* bundle,

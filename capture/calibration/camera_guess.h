@@ -8,11 +8,11 @@
 
 namespace weft {
 
-// Focal length from 0.3 to 15 times the longer side of the picture, by trying 40 of them against the poses of
-// flat boards (GuessBoardPose), then focal lengths, principal point and k1 by adjustment over at most 30
-// views; principal points may be far from the middle. The camera stands at the world's origin.
-// FailedPrecondition: fewer than 3 views, or boards whose poses say nothing of the focal length; the message
-// names the camera and the remedy. Corners must be of 8 or more per view.
+// Tries 40 focal lengths from 0.3 to 15 times the longer side of the image against the poses of planar
+// boards (GuessBoardPose). Then adjusts focal lengths, principal point and k1 over at most 30 views.
+// Principal points may be far from the image's centre. The camera stands at the world's origin.
+// FailedPrecondition: fewer than 3 views, or boards whose poses say nothing of the focal length; the
+// message names the camera and the remedy. Corners must be of 8 or more per view.
 absl::StatusOr<CameraModel> GuessCamera(const std::vector<TagBoard>& boards, const CalibrationCamera& camera,
                                         const std::vector<const BoardView*>& views);
 

@@ -1,4 +1,4 @@
-// Which cameras see the same board at the same moment.
+// Cameras that see the same board at the same moment.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@ namespace weft {
 struct Covisibility {
   std::vector<std::vector<int>>
       shared;  // [cameras][cameras] boards at one moment that both see; own views on the diagonal
-  std::vector<std::vector<int>> groups;  // cameras that are linked, directly or through others; largest first
+  std::vector<std::vector<int>> groups;  // connected components of the cameras; largest first
 };
 
 Covisibility CountSharedViews(const CalibrationViews& views);

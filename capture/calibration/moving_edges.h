@@ -9,10 +9,10 @@
 
 namespace weft {
 
-// Standard deviation of the edges (median, px; low where they lie closer than they are wide) in what moves:
-// pixels that differ by `min_contrast` grey values from the median of all images. So a board that is carried
-// blurred before a sharp room is blurred. Empty where too little moves to tell. InvalidArgument: fewer than 3
-// images, invalid ones, or of different sizes.
+// Standard deviation of the edges of moving objects (median, px; too low where edges lie closer than they
+// are wide). Moving pixels differ by `min_contrast` grey values from the median of all images, so a sharp
+// background does not hide a blurred board. Empty where too little moves to tell. InvalidArgument: fewer
+// than 3 images, invalid ones, or of different sizes.
 absl::StatusOr<std::optional<double>> MovingEdgeBlurPx(const std::vector<Frame>& images,
                                                        double min_contrast = 20);
 

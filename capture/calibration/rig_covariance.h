@@ -8,11 +8,11 @@
 
 namespace weft {
 
-// What the views, and the prior of the lenses (RadialPriorWeights), say of the cameras (15 unknowns each, as
-// view_equations.h counts) and after them of the warps, with the placements eliminated: the Schur complement
-// of the normal equations, [15 C + 4 B]^2. `gauge` [.., 6] spans what no view can tell, shifts and turns of
-// the whole rig with its boards; `on_images` is the effect of each of these on the corners in the images, in
-// terms of the unknowns.
+// The information of the views and of the prior of the lenses (RadialPriorWeights). It is the Schur
+// complement of the normal equations with the placements eliminated, [15 C + 4 B]^2: cameras (15 unknowns
+// each, as in view_equations.h), then warps. `gauge` [.., 6] spans the unobservable motions, translations
+// and rotations of the whole rig with its boards. `on_images` is the effect of each of these on the
+// corners in the images, in terms of the unknowns.
 struct RigInformation {
   Eigen::MatrixXd matrix;
   Eigen::MatrixXd gauge;

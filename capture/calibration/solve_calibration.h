@@ -61,7 +61,7 @@ struct CalibrationSolution {
 
 // Lenses by GuessCamera or those of `initial`, poses by InitializePoses, adjustment in three rounds with
 // every camera's own sigma and outliers rejected between them, world frame, covariance. All cameras must be
-// linked (CountSharedViews). `on_progress` (may be empty) is told a stage and its share done, from any
+// linked (CountSharedViews). `on_progress` (may be empty) receives a stage and its share done, from any
 // thread; calls never overlap. FailedPrecondition names the camera and the remedy. Parallel in the calling
 // thread's TBB arena, the same bytes at any thread count.
 absl::StatusOr<CalibrationSolution> SolveCalibration(

@@ -16,9 +16,8 @@ namespace weft {
 
 struct TagDetectionOptions {
   double max_blur_px = 2.0;  // standard deviation of a tag's edges; tags beyond are refused
-  // Smallest size of a tag's modules. Where they are small the steps of their edges run into each other and
-  // corners lie too far out: by 0.06 px at 2.2 px a module, less than 0.005 from 3.2 px on (edges of 0.75
-  // px).
+  // Smallest size of a tag's modules. Small modules have overlapping edges, which bias corners outwards:
+  // by 0.06 px at 2.2 px a module, less than 0.005 from 3.2 px on (edges of 0.75 px).
   double min_module_px = 2.0;
   double min_contrast = 20;  // grey values from black to white
   double gamma = 1;          // of the camera's values; light is value^gamma. Edges shift where this is wrong
@@ -48,9 +47,10 @@ struct ImageTags {
 // included. InvalidArgument: no such family or id.
 absl::StatusOr<std::vector<uint8_t>> TagModules(const std::string& family, int id);
 
-// Searches with the AprilTag library (Wang and Olson, AprilTag 2, IROS 2016), then finds each side of the
-// border by the centres of the brightness steps across it, as a line that may bend with the lens, and the
-// corners where sides meet. Thread safety: none; one per thread. Making one takes a tenth of a second.
+// Searches with the AprilTag library (Wang and Olson, AprilTag 2, IROS 2016). Then fits each side of the
+// border to the centres of the brightness steps across it, as a line that may bend with the lens. Corners
+// are the intersections of the sides. Thread safety: none; one per thread. Making one takes a tenth of a
+// second.
 class TagDetector {
  public:
   // InvalidArgument: options or a family.

@@ -56,8 +56,9 @@ struct CalibrationTarget {
   absl::Status Validate() const;
 };
 
-// A printed board is never quite flat or quite true: z = bend_xx (u^2 - 1/3) + bend_xy u v + bend_yy (v^2 -
-// 1/3) with u and v from -1 to 1 across the board, x longer by half of `stretch` and y shorter by as much.
+// Deviation of a printed board from its drawing. z = bend_xx (u^2 - 1/3) + bend_xy u v + bend_yy (v^2 -
+// 1/3) with u and v from -1 to 1 across the board. x is longer by half of `stretch` and y shorter by as
+// much.
 struct BoardWarp {
   double bend_xx_mm = 0;
   double bend_xy_mm = 0;

@@ -8,10 +8,10 @@
 
 namespace weft {
 
-// Unknowns of a camera: fx fy cx cy k1 k2 p1 p2 k3, a turn of the camera about its own axes (rotation vector,
-// left of its rotation), its centre in world mm. Of a placement: a turn about world axes (left of its
-// rotation), its translation in mm. Turns start at zero, so that no rotation is far from the one at which it
-// is linearised.
+// Unknowns of a camera: fx fy cx cy k1 k2 p1 p2 k3, a rotation vector about its own axes (left of its
+// rotation), its centre in world mm. Unknowns of a placement: a rotation vector about world axes (left of
+// its rotation), its translation in mm. Rotation vectors start at zero, close to the point of
+// linearisation.
 inline constexpr int kLensUnknowns = 9;
 inline constexpr int kCameraUnknowns = 15;
 inline constexpr int kPlacementUnknowns = 6;
@@ -66,23 +66,22 @@ class BundleViewState {
   ViewState state_;
 };
 
-// Weights of k1, k2 and k3. None of their terms is expected to move the furthest corner of the picture by
-// more than a tenth of its distance from the principal point (one sigma), and the coefficients, which belong
-// to tangents of angles, are about as large for any focal length: sigmas 1, 10 and 100, where the 211 cameras
-// of a real studio have .24, .63 and 0 at most. Pictures that boards covered well know these terms thousands
-// of times better. Where boards did not reach the corners, terms many times as large cancel each other over
-// the middle and take the principal point and the pose along; in long lenses they make the principal point
-// seem to be known.
+// Weights of k1, k2 and k3. At one sigma, no term moves the furthest corner of the image by more than a
+// tenth of its distance from the principal point. The coefficients refer to tangents of angles, so they
+// are similar for any focal length. The sigmas are 1, 10 and 100; the 211 cameras of a real studio have
+// .24, .63 and 0 at most. Well covered images determine these terms thousands of times better. Where
+// boards did not reach the corners, much larger terms cancel each other over the centre and shift
+// principal point and pose. In long lenses they make the principal point seem to be known.
 Eigen::Vector3d RadialPriorWeights(const CameraModel& camera);
 
 // One view only tells where the board lies to the camera: lens, that pose and the warp, and the residual.
 inline constexpr int kViewRows = kLensUnknowns + 6 + kWarpUnknowns + 1;
 
-// All corners of a view together, with residuals r in units of sigma and Huber's weights: `factor` F has the
-// columns camera, placement, warp, residual, and F^T F = [J r]^T [J r]; and the robust cost, sum of Huber's
-// loss (not halved). F is the triangle of a QR decomposition in terms of the board's pose to the camera: the
-// normal equations of single views are too badly conditioned to be factored (their rounding errors make up a
-// tenth of a per cent of the cost).
+// All corners of a view together, with residuals r in units of sigma and Huber's weights. `factor` F has
+// the columns camera, placement, warp, residual, and F^T F = [J r]^T [J r]. The robust cost is the sum of
+// Huber's loss (not halved). F is the triangle of a QR decomposition in terms of the board's pose relative
+// to the camera. The normal equations of single views are too ill-conditioned to be factored (their
+// rounding errors reach a tenth of a per cent of the cost).
 struct ViewSums {
   Eigen::Matrix<double, kViewRows, kViewUnknowns + 1> factor;
   double robust_cost = 0;

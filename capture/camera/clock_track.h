@@ -16,16 +16,16 @@ struct ClockReading {
   std::optional<int64_t> ptp_offset_ns;  // from its PTP master, as the camera says
 };
 
-// Bounds of host time minus device time, from two kinds of evidence: readings bound it from both sides; a
-// frame arrives after it was taken, however late, so arrivals bound it from above. Between pieces of evidence
-// the bounds widen by what quartzes drift. A jump is what no lateness explains: a frame that seems to come
-// from the future, or from the past by the same amount that the camera's count of frames contradicts, or one
-// that confirms what a reading outside the bounds said. Readings alone move no frame; readings that frames
-// contradict are given up, and arrivals alone count. Jumps are taken out: `Steady` is the device's time as if
-// there had been none. Thread safety: none.
+// Bounds of host time minus device time. Readings bound it from both sides, arrivals from above, since a
+// frame arrives after its exposure. In between, the bounds widen by the drift of quartz clocks. A jump is
+// a deviation that no latency explains. It is a frame from the future, one from the past that contradicts
+// the camera's frame counter, or one that confirms a reading outside the bounds. Readings alone move no
+// frame. Readings that frames contradict are discarded, and only arrivals are used. `Steady` is the
+// device's time without jumps. Thread safety: none.
 class ClockTrack {
  public:
-  // `period_ns`: between triggers, 0 where unknown. `limit_ns`: smaller jumps are not told from lateness.
+  // `period_ns`: between triggers, 0 where unknown. `limit_ns`: smaller jumps cannot be distinguished from
+  // latency.
   ClockTrack(int64_t period_ns, int64_t limit_ns) : period_ns_(period_ns), limit_ns_(limit_ns) {}
 
   // What the offset ought to be, before any evidence: departures are jumps.

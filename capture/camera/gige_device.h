@@ -1,4 +1,4 @@
-// What a GigE Vision camera is asked and told besides frames: features, trigger, PTP, clock.
+// Control of a GigE Vision camera: features, trigger, PTP, clock.
 #pragma once
 
 #include <cstdint>

@@ -28,8 +28,8 @@ struct V4l2CameraOptions {
 };
 
 // Opens the camera and sets its format, rate and controls. Errors of V4l2Device. It films by its own clock.
-// Frames that the driver counted and did not deliver are lost frames with a cause; images that the driver
-// marks as damaged, or that are too short, are lost as torn. A camera that is unplugged is looked for at its
+// Frames that the driver counted and did not deliver are lost frames with a cause. Images that the driver
+// marks as damaged, or that are too short, are lost as torn. An unplugged camera is searched for at its
 // bus.
 absl::StatusOr<std::unique_ptr<CameraSource>> OpenV4l2Camera(const V4l2CameraOptions& options);
 

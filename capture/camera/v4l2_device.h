@@ -1,4 +1,4 @@
-// What a V4L2 camera is asked and told besides frames: identity, image format, rate, controls.
+// Control of a V4L2 camera: identity, image format, rate, controls.
 #pragma once
 
 #include <cstdint>

@@ -13,10 +13,11 @@
 
 namespace weft {
 
-// The values are the codes of GenICam's Pixel Format Naming Convention (PFNC 2.4); its bits 16 to 23 are the
-// bits of a pixel. "p" packs pixels as a little-endian stream of bits, "Packed" (GigE Vision) two pixels into
-// 3 bytes, "Csi2" (MIPI, V4L2) the upper bytes of 4 pixels of 10 bits or 2 of 12 before one byte with their
-// lower bits. The convention has neither Csi2 nor motion JPEG, so their codes are ours.
+// The values are the codes of GenICam's Pixel Format Naming Convention (PFNC 2.4). Its bits 16 to 23 are
+// the bits of a pixel. "p" packs pixels as a little-endian stream of bits, "Packed" (GigE Vision) two
+// pixels into 3 bytes. "Csi2" (MIPI, V4L2) has the upper bytes of 4 pixels of 10 bits, or 2 of 12, before
+// one byte with their lower bits. The convention has neither Csi2 nor motion JPEG, so their codes are
+// ours.
 enum class RawFormat : uint32_t {
   kMono8 = 0x01080001,
   kMono10 = 0x01100003,

@@ -44,8 +44,8 @@ struct CameraModel {
 
   Eigen::Vector3d CenterWorld() const { return -rotation.transpose() * translation_mm; }
 
-  // World point (mm) to pixel. Empty for points at or behind the camera plane and for points so far outside
-  // the picture that the lens polynomial folds back (it would put them inside the image again).
+  // World point (mm) to pixel. Empty for points at or behind the camera plane. Empty also far outside the
+  // image, where the lens polynomial folds back and would map points into the image again.
   std::optional<Eigen::Vector2d> Project(const Eigen::Vector3d& point_mm) const;
   std::optional<Projection> ProjectWithDerivative(const Eigen::Vector3d& point_mm) const;
 

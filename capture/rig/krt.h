@@ -1,5 +1,5 @@
-// The text format of the paper's rig: per camera an id line, K (3 lines), distortion k1 k2 p1 p2 k3 (1 line),
-// [R|t] camera_from_world in mm (3 lines), an empty line.
+// The text format of the paper's rig. Per camera: an id line, K (3 lines), k1 k2 p1 p2 k3 (1 line), [R|t]
+// camera_from_world in mm (3 lines), an empty line.
 #pragma once
 
 #include <string>

@@ -10,9 +10,9 @@
 
 namespace weft {
 
-// Also reads what OpenCV's calibration programs write of one camera: the same names at the top of the file,
-// without R and T a camera at the world's origin, named `camera0` where it has no name. InvalidArgument names
-// file, camera and field.
+// Also reads the file of OpenCV's calibration program for one camera, with the same names at the top.
+// Without R and T the camera is at the world's origin; without a name it is `camera0`. InvalidArgument
+// names file, camera and field.
 absl::StatusOr<Rig> ParseOpenCvYaml(std::string_view text, const std::string& source_name);
 
 // Every digit is kept.

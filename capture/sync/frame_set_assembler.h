@@ -54,11 +54,11 @@ struct AssembledSets {
   std::vector<LedgerEntry> entries;
 };
 
-// Every trigger of which any camera tells, and every one that the period says must have been, ends as a set
-// or as a line, up to the end of the recording; the host's clock bounds how many that can be. A set is
-// delivered when each camera has its frame in it, is known to have lost it, is already at a later one, or is
-// disconnected; at the latest after max_wait_ns. Clocks that jump are noticed (clock_track.h) and corrected,
-// with a note. Bounded: at most kMaxOpenSets sets wait. Thread safety: none.
+// A trigger counts when any camera reports it or when the period implies it. Each ends as a set or as a
+// line, up to the end of the recording; the host's clock bounds their number. A set is delivered when each
+// camera has its frame in it, has lost it, is already at a later one, or is disconnected; at the latest
+// after max_wait_ns. Clocks that jump are detected (clock_track.h) and corrected, with a note. Bounded: at
+// most kMaxOpenSets sets wait. Thread safety: none.
 class FrameSetAssembler {
  public:
   static constexpr size_t kMaxOpenSets = 256;
@@ -69,13 +69,13 @@ class FrameSetAssembler {
 
   // What camera `camera` delivered, in its order. `host_time_ns`: now.
   AssembledSets Add(size_t camera, CameraDelivery delivery, int64_t host_time_ns);
-  // Time passes: sets that waited too long are delivered without the cameras that are late, and while all
-  // cameras are away the triggers that the period says must have been are counted as dropped.
+  // Advances time. Sets that waited too long are delivered without the late cameras. While all cameras are
+  // away, the triggers that the period implies are counted as dropped.
   AssembledSets Advance(int64_t host_time_ns);
   // A set that began before this host time still waits for a camera.
   bool IsWaiting(int64_t before_host_ns) const;
   // The end of the recording was at `end_host_ns`, not after now. Sets that still wait for a camera are cut
-  // off, and left out with a note; triggers up to the end of which no camera told are counted as dropped.
+  // off, and left out with a note; triggers up to the end that no camera reported are counted as dropped.
   AssembledSets Finish(int64_t host_time_ns, int64_t end_host_ns);
   // False once its readings contradicted its frames: arrivals alone tell of its clock.
   bool IsClockReadable(size_t camera) const { return !cameras_[camera].clock->contradiction_ns(); }

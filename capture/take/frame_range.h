@@ -14,11 +14,11 @@ struct FrameRange {
   size_t end = 0;  // excluded
 };
 
-// Positions in `names` (in order of time, numbers by value) of the frames that `text` names: one frame
-// "0003", or a range "0003:0010" without its end; either side may be left out, and an empty text means all.
-// Numbers match names by value, and need not occur in a range ("3:10" of frames 0001, 0004, 0008 is two).
-// Where names are no numbers, numbers count positions. `source` is the recording, for messages.
-// InvalidArgument: a frame that is not there, or no frame in the range; says what is there.
+// Positions in `names` (in order of time, numbers by value) of the frames that `text` names. It is one
+// frame "0003", or a range "0003:0010" without its end. Either side may be left out; an empty text means
+// all. Numbers match names by value, and need not occur in a range ("3:10" of frames 0001, 0004, 0008 is
+// two). Where names are not numeric, numbers are positions. `source` is the recording, for messages.
+// InvalidArgument: an unknown frame, or no frame in the range; the message names the existing ones.
 absl::StatusOr<FrameRange> FindFrameRange(const std::string& text, const std::vector<std::string>& names,
                                           const std::string& source);
 

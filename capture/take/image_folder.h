@@ -16,8 +16,9 @@ using ImageFolder = std::map<std::string, std::map<std::string, std::string>, Na
 
 // Finds <folder>/<frame>/<camera>.(png|jpg|jpeg|tif|tiff) and <folder>/cam<camera>/image<frame>.(png|...).
 // Where a rig is given, a folder cam<x> is one of a camera only if the rig knows it. Names become ids of
-// frames and cameras, so they must be plain text (capture/file/plain_text.h): images of other names are left
-// out with a line in `warnings`; without `warnings` they are InvalidArgument. NotFound, PermissionDenied.
+// frames and cameras, so they must be plain text (capture/file/plain_text.h). Images of other names are
+// left out with a line in `warnings`; without `warnings` they are InvalidArgument. NotFound,
+// PermissionDenied.
 absl::StatusOr<ImageFolder> ListImageFolder(const std::string& folder, const Rig* rig = nullptr,
                                             std::vector<std::string>* warnings = nullptr);
 

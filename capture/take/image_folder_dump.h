@@ -16,9 +16,9 @@ struct ImageFolderOptions {
   std::optional<PixelFormat> mosaic;  // set when grey files hold a Bayer mosaic
 };
 
-// Lists the dump; images are read by Read. Frames are ordered by name, numbers by value. Image files whose
-// camera the rig does not know, whose name is not plain text, and cameras of the rig without any image are
-// named in `warnings()` of the result; a dump without any frame of a known camera is InvalidArgument.
+// Lists the dump; images are read by Read. Frames are ordered by name, numbers by value. `warnings()` of
+// the result names image files of unknown cameras, those whose name is not plain text, and cameras of the
+// rig without any image. A dump without any frame of a known camera is InvalidArgument.
 class ImageFolderDump : public FrameSource {
  public:
   static absl::StatusOr<std::unique_ptr<ImageFolderDump>> Open(const std::string& folder, const Rig& rig,

@@ -38,10 +38,10 @@ struct TakeRecovery {
   std::string kept_aside;  // folder of what was replaced or cut; empty where there is nothing
 };
 
-// Every intact frame stays, byte by byte. A frame that is gone leaves a gap with its reason, so that all
-// streams account for the same sets; indexes and ledger follow, and streams of this version end with an end
-// record. Files that are replaced and bytes that are cut are kept in <take>/recovered/<number>. Calling it
-// again changes nothing; a call that was interrupted is made again. FailedPrecondition: the take is being
+// Every intact frame stays, byte by byte. A lost frame leaves a gap with its reason, so that all streams
+// have the same sets. Indexes and ledger are rebuilt, and streams of this version end with an end record.
+// Files that are replaced and bytes that are cut are kept in <take>/recovered/<number>. Calling it again
+// changes nothing; a call that was interrupted is made again. FailedPrecondition: the take is being
 // recorded. NotFound: no take. Errors of the file system.
 absl::StatusOr<TakeRecovery> RecoverTake(const std::string& folder, const TakeRecoveryOptions& options = {});
 

@@ -39,8 +39,8 @@ class StreamReader {
   static absl::StatusOr<std::unique_ptr<StreamReader>> Open(const std::string& folder,
                                                             const std::string& camera_id);
 
-  // The same where the header is damaged or the file is empty: then header_damage() says what is wrong, and
-  // the stream is taken for one of `take`; at 0, of the take of its first intact chunk. Errors of PosixFile.
+  // The same for a damaged header or an empty file. header_damage() then describes the damage. The stream
+  // counts as one of `take` or, at 0, of the take of its first intact chunk. Errors of PosixFile.
   static absl::StatusOr<std::unique_ptr<StreamReader>> OpenDamaged(const std::string& folder,
                                                                    const std::string& camera_id,
                                                                    uint64_t take);

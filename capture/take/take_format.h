@@ -116,9 +116,9 @@ absl::StatusOr<StreamHeaderBlock> ReadStreamHeader(const uint8_t* block);
 bool BeginsLikeChunk(const uint8_t* block);
 bool BeginsLikeEnd(const uint8_t* block);
 
-// The index starts with a record's worth of header. Parsing stops at the first record that is damaged or cut
-// off or does not continue the one before it, which a crash may leave at the end; `ignored_bytes` says how
-// much that is.
+// The index starts with a header of a record's size. Parsing stops at the first record that is damaged,
+// cut off or does not continue the one before it. A crash may leave such records at the end;
+// `ignored_bytes` is their size.
 std::string IndexHeader(uint64_t take);
 void AppendTo(std::string& index, const IndexRecord& record);
 struct ParsedIndex {

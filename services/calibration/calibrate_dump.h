@@ -41,7 +41,7 @@ struct CalibrationResult {
 };
 
 // Detects, checks, solves, checks again; a solution that does not come about is an issue too. Errors name the
-// file. `on_progress` (may be empty) is told a stage and its share done, from any thread; calls never
+// file. `on_progress` (may be empty) receives a stage and its share done, from any thread; calls never
 // overlap. Parallel in the calling thread's TBB arena.
 absl::StatusOr<CalibrationResult> CalibrateDump(
     const CalibrationRequest& request,

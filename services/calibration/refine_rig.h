@@ -21,7 +21,7 @@ struct RefinementRequest {
   int points = 2000;   // of a frame, spread over the board
   // Of an observation per axis, where observations.csv does not tell: files up to version 0.1.2.
   double sigma_px = 0.1;
-  // Rays of a camera that was knocked pass the point at some distance; how far they may.
+  // Rays of a knocked camera miss the point by some distance; how far they may.
   double radius_mm = 4;
   RigRefinementOptions solve;
 
@@ -37,7 +37,7 @@ struct RefinementResult {
 };
 
 // Triangulates the cells of the frames anew and refines all poses. Errors name the file; NotFound: the result
-// holds no observations; FailedPrecondition as RefineRig. `on_progress` (may be empty) is told the share
+// holds no observations; FailedPrecondition as RefineRig. `on_progress` (may be empty) receives the share
 // done.
 absl::StatusOr<RefinementResult> RefineRigFromResult(const RefinementRequest& request,
                                                      const std::function<void(double)>& on_progress = {});

@@ -1,6 +1,5 @@
-// Before the catalogue is opened: is the file sound? A damaged, emptied or missing one, and one of an older
-// Weft, is set aside, never deleted; a new one gets all that can still be read of it and what its newest
-// backup knows besides.
+// The check before the catalogue is opened. A damaged, emptied or missing file, or one of an older Weft,
+// is set aside, never deleted. A new one gets all readable rows and those of the newest backup.
 #pragma once
 
 #include <string>

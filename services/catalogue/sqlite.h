@@ -19,9 +19,9 @@ class Statement;
 
 class Database {
  public:
-  // Opens the file, or makes it, and holds it alone until the Database is gone, so that no second process can
-  // write to it; a process that is killed lets go of it. FailedPrecondition: another process holds it.
-  // DataLoss: not a database, or damaged. Otherwise as the operating system says. The message names the file.
+  // Opens or creates the file and locks it for the lifetime of the Database. The lock ends with the
+  // process. FailedPrecondition: another process holds it. DataLoss: not a database, or damaged. Otherwise
+  // as the operating system says. The message names the file.
   static absl::StatusOr<std::unique_ptr<Database>> Open(const std::string& path);
   // Opens a file that nobody writes, without its log and without changing anything. Errors as above.
   static absl::StatusOr<std::unique_ptr<Database>> OpenToRead(const std::string& path);

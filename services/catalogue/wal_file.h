@@ -1,6 +1,5 @@
-// SQLite's write-ahead log (<database>-wal, https://sqlite.org/fileformat2.html#walformat), for what SQLite
-// itself does not tell: it takes a damaged page for the log's end, and leaves out all later transactions in
-// silence.
+// Checks SQLite's write-ahead log (<database>-wal, https://sqlite.org/fileformat2.html#walformat). SQLite
+// itself takes a damaged page for the log's end and silently drops all later transactions.
 #pragma once
 
 #include <cstddef>

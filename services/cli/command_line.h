@@ -17,7 +17,7 @@ struct CommandLine {
   std::function<absl::Status()> run;
 };
 
-// A subcommand with the house's manners: shows defaults, its examples below the options, --help.
+// A subcommand with Weft's conventions: --help shows defaults, and examples below the options.
 CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& description,
                      const std::string& examples);
 

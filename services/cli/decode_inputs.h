@@ -17,10 +17,10 @@ struct DecodeInput {
   std::function<absl::StatusOr<Frame>()> read;
 };
 
-// Image files; or, where `images` is one recorded take or folder of images, all cameras of its frames
-// `frames` (FindFrameRange), named by camera or, where there are several frames, as <frame>/<camera>.
-// `mosaic`: the order of the Bayer mosaic of grey image files, empty for none. InvalidArgument names the
-// option or the file.
+// Image files, or all cameras of the frames `frames` (FindFrameRange) where `images` is one take or folder
+// of images. Images are then named by camera or, for several frames, as <frame>/<camera>. `mosaic`: the
+// order of the Bayer mosaic of grey image files, empty for none. InvalidArgument names the option or the
+// file.
 absl::StatusOr<std::vector<DecodeInput>> FindDecodeInputs(const std::vector<std::string>& images,
                                                           const std::string& frames,
                                                           const std::string& mosaic);

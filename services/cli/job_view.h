@@ -11,9 +11,9 @@
 
 namespace weft {
 
-// Draws a progress bar with the remaining time and prints a line per finished frame, on stderr; a failed
-// frame gets a second one when it turns out to be bridged. Why results of an earlier run are computed again
-// is told once.
+// Draws a progress bar with the remaining time and prints a line per finished frame, on stderr. A failed
+// frame gets a second line when it is bridged. Why results of an earlier run are computed again is printed
+// once.
 class JobView {
  public:
   explicit JobView(bool quiet);

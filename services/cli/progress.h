@@ -8,7 +8,7 @@
 
 namespace weft {
 
-// How the done part is told: "12/24" or "50 %".
+// Format of the done part: "12/24" or "50 %".
 enum class ProgressUnit { kCount, kPercent };
 
 // One line such as "decode  [#####.....]  12/24  0:05 left", at most `width` characters. `elapsed_s` since

@@ -10,9 +10,9 @@
 
 namespace weft {
 
-// FailedPrecondition names the first place at which the mesh is no clean surface (an edge of three faces,
-// faces of opposite sense, pieces that merely touch) and parts of template.json that are not in the mesh:
-// sides of seams that no edges join, openings that are no borders.
+// FailedPrecondition names the first non-manifold point of the mesh: an edge of three faces, faces of
+// opposite orientation, pieces that touch in a vertex. It also names parts of template.json that are not
+// in the mesh: sides of seams that no edges join, openings that are no borders.
 absl::StatusOr<v1::TemplateSummary> SummarizeTemplate(const Template& garment, const GarmentParts& parts);
 
 // FailedPrecondition lists the openings where there are others than `expected`; -1 takes any.

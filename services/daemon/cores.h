@@ -20,8 +20,8 @@ CoreShare ShareCores(int cores, int workers, int threads_per_worker);
 // Memory of this machine, or of the control group that this process runs in where that has less.
 int64_t UsableMemoryMib();
 
-// What each of so many workers may take, so that together they do not take all: a share each, but never less
-// than 4 GiB, since fewer large frames than workers may be under way.
+// The memory limit of each of so many workers: an equal share, but never less than 4 GiB, since fewer
+// large frames than workers may be in progress.
 int64_t ShareMemoryMib(int64_t memory_mib, int workers);
 
 }  // namespace weft

@@ -27,7 +27,7 @@ struct DaemonOptions {
   std::chrono::milliseconds stop_grace{5000};
   std::chrono::milliseconds silence_limit{std::chrono::minutes(15)};
 
-  // Reads the inputs of a job, judges one that has ended, and writes its report.
+  // Reads the inputs of a job, computes its verdict once it has ended, and writes its report.
   InputsLoader load_inputs = LoadJobInputs;
   JobEndings endings;
   // JobQueueOptions.find_incomplete; results are not looked at without it.

@@ -36,9 +36,9 @@ struct JobQueueOptions {
   JobEndings endings;
 };
 
-// The oldest job has the first claim on the workers; the next begins when all its frames are taken. A frame
-// whose worker ends abnormally is tried again, kMaxAttempts times in all; the daemon's own end, and disks
-// without room, count against no frame and no job: what they refuse is tried again until it works. Thread
+// The oldest job has the first claim on the workers; the next begins when all its frames are taken. A
+// frame whose worker ends abnormally is tried again, kMaxAttempts times in all. The daemon's own end and
+// full disks count against no frame and no job: failed operations are repeated until they succeed. Thread
 // safety: any thread may call any function.
 class JobQueue {
  public:

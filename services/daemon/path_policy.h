@@ -15,8 +15,8 @@ class PathPolicy {
   // InvalidArgument: no folder given, or one that does not exist; it is named.
   static absl::StatusOr<PathPolicy> Create(const std::vector<std::string>& allowed);
 
-  // The canonical path. PermissionDenied: outside the allowed folders, told before anything about the file.
-  // InvalidArgument: not absolute. NotFound: no such file. The message names `field`.
+  // The canonical path. PermissionDenied: outside the allowed folders, reported before anything about the
+  // file. InvalidArgument: not absolute. NotFound: no such file. The message names `field`.
   absl::StatusOr<std::string> CheckInput(const std::string& field, const std::string& path) const;
   // The same for a folder that need not exist.
   absl::StatusOr<std::string> CheckOutput(const std::string& field, const std::string& path) const;

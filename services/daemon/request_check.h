@@ -1,4 +1,4 @@
-// Is a request well-formed? Everything that can be told without looking at files.
+// Checks that a request is well-formed, without reading files.
 #pragma once
 
 #include <string>

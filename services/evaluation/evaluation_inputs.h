@@ -57,10 +57,10 @@ struct EvaluationInputs {
   std::vector<EvaluationRemark> remarks;
 };
 
-// Files that the request names must be readable; those that job.json names may be missing, and a truth that
-// nobody named and that does not fit is left alone with a remark.
-// FailedPrecondition: rig or template are not those of the job, or the truth is of another board, both hashes
-// named. NotFound: a truth or a result without frames.
+// Files that the request names must be readable; those that job.json names may be missing. A truth that
+// was not requested and does not match is ignored with a remark. FailedPrecondition: rig or template are
+// not those of the job, or the truth is of another board, both hashes named. NotFound: a truth or a result
+// without frames.
 absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& request);
 
 }  // namespace weft

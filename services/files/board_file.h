@@ -9,10 +9,10 @@
 
 namespace weft {
 
-// Reads a board.json (and the image that it names), a plain image of the seven colours with one pixel per
-// cell (its id is its content hash, cell_mm is 0), or the folder of a board.json. Errors name file and field:
-// unknown fields, sizes or hash that do not fit the image, a colour that is none of the seven. Clashing codes
-// are not looked for here (Board::FindClashes, BoardIndex::Build).
+// Reads a board.json with its image, or the folder of one. Also reads a plain image of the seven colours
+// with one pixel per cell; its id is its content hash, cell_mm is 0. Errors name file and field: unknown
+// fields, sizes or hash that do not fit the image, a colour that is none of the seven. Clashing codes are
+// not looked for here (Board::FindClashes, BoardIndex::Build).
 absl::StatusOr<Board> ReadBoard(const std::string& path);
 
 // Panels of a board (pattern/board/panel_mask.h) from an image with one pixel per cell; errors name the file.

@@ -12,17 +12,17 @@ namespace weft {
 
 enum class CloudColumns { kPlain, kWithCovariance };
 
-// Per point x y z (mm), board_row, board_col, kind (0 centre, 1 corner), views, sigma_mm, fold_sigma_mm
-// (square root of a third of the trace of fold_covariance_mm2); on request cov_xx_mm2 cov_xy_mm2 cov_xz_mm2
-// cov_yy_mm2 cov_yz_mm2 cov_zz_mm2, and likewise fold_cov_xx_mm2 to fold_cov_zz_mm2. Real numbers in single
-// precision. Rejected nodes are left to the report.
+// Per point x y z (mm), board_row, board_col, kind (0 centre, 1 corner), views, sigma_mm and
+// fold_sigma_mm, the square root of a third of the trace of fold_covariance_mm2. On request also
+// cov_xx_mm2 cov_xy_mm2 cov_xz_mm2 cov_yy_mm2 cov_yz_mm2 cov_zz_mm2, and fold_cov_xx_mm2 to
+// fold_cov_zz_mm2. Real numbers in single precision. Rejected nodes are left to the report.
 absl::Status WriteCloud(const std::string& path, const Cloud& cloud,
                         CloudColumns columns = CloudColumns::kPlain);
 
-// Reads a cloud: x y z, board_row and board_col are required; where they are missing kind is centre, views
-// and sigma_mm are 0 (unknown), and fold_covariance_mm2 gets the shape of the covariance and the size of
-// fold_sigma_mm. Points are ordered by node. InvalidArgument names file, row and property; a node that occurs
-// twice is an error.
+// Reads a cloud; x y z, board_row and board_col are required. Defaults are kind centre, views and sigma_mm
+// 0 (unknown). Without its columns fold_covariance_mm2 gets the shape of the covariance and the size of
+// fold_sigma_mm. Points are ordered by node. InvalidArgument names file, row and property; a node that
+// occurs twice is an error.
 absl::StatusOr<Cloud> ReadCloud(const std::string& path);
 
 // The points as ReadCloud gives them back after WriteCloud with covariances. What is computed from these is

@@ -48,8 +48,8 @@ class JobFolder {
   std::vector<size_t> BridgedFrames(const std::vector<v1::FrameInfo>& frames) const;
 
   absl::Status WriteJob(const v1::Job& job) const;
-  // Takes the folder, judges the job and writes its verdict, job.json and the report. What judge or report
-  // throw costs the verdict or the report, nothing else.
+  // Locks the folder and writes the job's verdict, job.json and the report. What assess or report throw
+  // costs the verdict or the report, nothing else.
   absl::Status Finish(const std::vector<v1::FrameInfo>& frames, const JobEndings& endings, v1::Job& job);
 
  private:

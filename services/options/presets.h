@@ -14,7 +14,7 @@ namespace weft {
 // What an empty name means.
 inline constexpr char kDefaultPreset[] = "best";
 
-// In the order in which they are told of.
+// In the order in which they are listed.
 std::vector<std::string> PresetNames();
 
 // Every option as the preset has it. "best" is what the code of the stages has, "paper" is

@@ -11,9 +11,10 @@
 
 namespace weft {
 
-// Replaces the files of the frame. An older report goes first and the new one, which lists all other files,
-// comes last; a mesh of an earlier run does not survive a frame that now has none. All of it is on the disk
-// when it returns. A folder that is removed meanwhile is made again. `out` is an absolute path without links.
+// Replaces the files of the frame. An older report is removed first, and the new one, which lists all
+// other files, is written last. A mesh of an earlier run is removed if the frame has none now. Everything
+// is on the disk when it returns. A folder that is removed meanwhile is created again. `out` is an
+// absolute path without links.
 absl::Status WriteFrame(const std::string& out, const RegistrationInputs& inputs, const FrameResult& frame);
 
 // Replaces its meshes and its report alone, the report last; `mesh` is the frame's own, before neighbours had

@@ -19,9 +19,9 @@ struct FrameStanding {
   v1::FrameReport report;  // of the earlier run; empty where all is to be computed
 };
 
-// A result stands when its file is as it was written, the frame's images, scan and start are the same, and
-// the keys of its stage and of those before agree (stage_keys.h). Frames that failed do not stand. What
-// stands as a whole is on the disk, too.
+// A result is kept when its file is intact, the frame's images, scan and start are the same, and the keys
+// of its stage and of those before agree (stage_keys.h). Failed frames are not kept. A complete frame is
+// flushed to the disk.
 FrameStanding InspectFrame(const RegistrationInputs& inputs, size_t index, const JobOptions& options,
                            const std::string& out);
 

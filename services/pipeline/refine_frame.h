@@ -17,12 +17,11 @@ namespace weft {
 // frame itself and of those before and after (alignment/temporal.h). A failed frame gets a mesh.ply between
 // the nearest registered frames, at most kMaxBridge frames away on either side.
 //
-// Does so for every frame of the job within kMaxBridge of position `at` of `job_frames` (positions in the
-// dump) whose surroundings are complete. Whichever worker completes the last frame around a frame refines it,
-// so any number of workers, in any order, ends with the same files; two that do it at once write the same
-// bytes. Frames that are refined already, from the same surroundings, stay.
-// So do frames that are not there as their reports say. Cancelled: `stop` was requested.
-// Runs in the calling thread's TBB arena.
+// The same for every frame of the job within kMaxBridge of position `at` of `job_frames` (positions in the
+// dump) whose neighbours are complete. The worker that completes the last neighbour of a frame refines it,
+// so any number of workers in any order gives the same files. Two that do it at once write the same bytes.
+// Frames that are refined already from the same neighbours are kept. So are frames whose files differ from
+// their reports. Cancelled: `stop` was requested. Runs in the calling thread's TBB arena.
 absl::Status RefineAround(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames, size_t at,
                           const TemporalOptions& options, const std::string& out, std::stop_token stop);
 

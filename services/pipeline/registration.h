@@ -20,12 +20,12 @@ struct RegistrationEvents {
 };
 
 // Registers the frames at these positions of the dump one after another, each on `threads` threads (0: all
-// cores), refines what that completes (refine_frame.h), and then tells that the frame is finished. `out` is
-// an absolute path without links (output_folder.h), which nobody else writes to (result_lock.h).
-// `job_frames`: positions of all frames of the job, in order, `frames` among them. Frames that are complete
-// from an earlier run are kept and reported as reused. Cancelled when `stop` was requested: frames finished
-// by then are complete. InvalidArgument: options. Any other error means that the results cannot be written; a
-// frame that cannot be registered is no error.
+// cores). Then refines all frames whose neighbours are complete (refine_frame.h) and reports the frame as
+// finished. `out` is an absolute path without links (output_folder.h), with one writer (result_lock.h).
+// `job_frames`: positions of all frames of the job, in order, `frames` among them. Frames that are
+// complete from an earlier run are kept and reported as reused. Cancelled when `stop` was requested:
+// frames finished by then are complete. InvalidArgument: options. Any other error means that the results
+// cannot be written; a frame that cannot be registered is no error.
 absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames,
                             const std::vector<size_t>& frames, const v1::RegistrationOptions& asked,
                             const std::string& out, int threads, const RegistrationEvents& events,

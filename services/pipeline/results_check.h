@@ -19,11 +19,12 @@ struct IncompleteFrame {
   std::string why;      // e.g. "mesh.ply is missing"
 };
 
-// Looks at the files of all frames whose state is done, degraded or failed: there, as their report lists
-// them, from the job's inputs and options, and refined by their neighbours. Those that are not are to be
-// registered again; where only the refinement of a failed frame is missing, the frame named is a neighbour
-// that brings it. `frames`: all frames of the job, in order. Folders of complete frames are on the disk when
-// it returns. spec.out is an absolute path without links. Errors when the folder cannot be read or flushed.
+// Checks the files of all frames whose state is done, degraded or failed. They must be as listed in their
+// report, computed from the job's inputs and options, and refined by their neighbours. Other frames are to
+// be registered again. Where only the bridge of a failed frame is missing, the frame named is a neighbour
+// that produces it. `frames`: all frames of the job, in order. Folders of complete frames are on the disk
+// when it returns. spec.out is an absolute path without links. Errors when the folder cannot be read or
+// flushed.
 absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteFrames(const v1::Job& job,
                                                                   const std::vector<v1::FrameInfo>& frames);
 

@@ -23,13 +23,13 @@ struct SecondPassInputs {
   const SecondPassOptions& options;
 };
 
-// Predicts from the first mesh where the cells of vertices with too few views lie in the cameras that did not
-// decode them, and has their `decoders` look there: with the image of the first pass, or read again where it
-// was dropped. `views` receive all observations that the decoders have then; every find is to be confirmed by
+// Predicts from the first mesh the cells of vertices with too few views, in the cameras that did not
+// decode them. Their `decoders` search there, with the image of the first pass, or read again where it was
+// dropped. `views` receive all observations that the decoders have then. Every find has to be confirmed by
 // triangulation with the other cameras. The report's views receive the counts. Decoders, views and the
-// report's views have an entry per camera of the rig, in its order. Views without a decoder, or whose image
-// is gone, stay as they are. Returns the number of centres that were added. Runs in the calling thread's TBB
-// arena; the same result at any thread count.
+// report's views have an entry per camera of the rig, in its order. Views without a decoder, or whose
+// image is gone, stay as they are. Returns the number of centres that were added. Runs in the calling
+// thread's TBB arena; the same result at any thread count.
 absl::StatusOr<int> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
                                std::vector<std::unique_ptr<ViewDecoder>> decoders,
                                std::vector<ViewObservations>* views, v1::FrameReport& report);

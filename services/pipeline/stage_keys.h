@@ -15,7 +15,7 @@ using StageKeys = google::protobuf::RepeatedPtrField<v1::StageKey>;
 
 // The keys of what this version of Weft computes from these inputs, with these options, in the order of the
 // stages. Options of the second pass count where it is done, those of the refinement where frames do not
-// stand alone. What the frame's own images, scan and start are is told by FrameReport.images_fingerprint.
+// stand alone. FrameReport.images_fingerprint identifies the frame's own images, scan and start.
 StageKeys KeysOf(const v1::InputHashes& inputs, const v1::RegistrationOptions& options);
 
 struct StageDifference {
@@ -25,8 +25,8 @@ struct StageDifference {
 // Where keys of a report part from those of now; none where they agree.
 std::optional<StageDifference> FirstDifference(const StageKeys& was, const StageKeys& now);
 
-// What happens to results that part from what would be computed now, in words: "computed again from align on,
-// since align has version 2, was 1; observations and cloud are kept". `from` is the name of a stage.
+// Explains why results differ from those that would be computed now: "computed again from align on, since
+// align has version 2, was 1; observations and cloud are kept". `from` is the name of a stage.
 std::string RedoneText(const std::string& from, const std::string& why);
 
 }  // namespace weft

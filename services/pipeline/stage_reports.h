@@ -16,7 +16,7 @@ void DescribeDecoding(const DecodeResult& result, v1::ViewReport& report);
 // Counts, reasons, medians.
 void DescribeCloud(const Cloud& cloud, v1::CloudReport& report);
 
-// Nothing for a camera without observations to judge by.
+// Nothing for a camera without observations.
 void DescribeBias(const CameraBias& bias, v1::ViewReport& report);
 
 // Counts, coverage, stages. `unclaimed`: points of the cloud that no vertex claims.

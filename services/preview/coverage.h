@@ -12,7 +12,7 @@
 
 namespace weft {
 
-// Cells are told apart by the number of their cameras: three are needed for a point in space.
+// Cells are classified by the number of their cameras: three are needed for a point in space.
 inline constexpr size_t kCoverageClasses = 5;
 inline constexpr std::array<const char*, kCoverageClasses> kCoverageClassNames = {
     "no camera", "one", "two", "three to five", "six and more"};

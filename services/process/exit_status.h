@@ -10,9 +10,9 @@ namespace weft {
 // 0 done, 1 failed, 2 bad arguments or input.
 enum ExitStatus : int { kExitDone = 0, kExitFailed = 1, kExitBadInput = 2 };
 
-// The one place that maps an outcome to the exit status: InvalidArgument, NotFound, OutOfRange,
-// AlreadyExists, PermissionDenied and FailedPrecondition (inputs that do not fit each other) are bad input,
-// every other error is a failure.
+// The only mapping from an outcome to the exit status. InvalidArgument, NotFound, OutOfRange,
+// AlreadyExists, PermissionDenied and FailedPrecondition (inputs that do not fit each other) are bad
+// input. Every other error is a failure.
 int ExitStatusOf(const absl::Status& status);
 
 // "weft: error: ..." on stderr, with a category where the message alone may not say enough.

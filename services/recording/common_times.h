@@ -30,10 +30,9 @@ struct Spread {
   double deviation() const { return std::sqrt(std::max(0.0, rms() * rms() - mean() * mean())); }
 };
 
-// Device times compare as they are where the clocks are synchronized, but for clocks that jumped; clocks of
-// their own are put on the host's by their readings, or by the quickest arrivals of their frames where the
-// clock was not read or its readings contradict the frames. Synchronized clocks without readings: device
-// times as they are.
+// Device times of synchronized clocks compare directly, except for clocks that jumped. Other clocks are
+// converted to the host's by their readings. Where the clock was not read or contradicts its frames, the
+// earliest arrivals are used. Synchronized clocks without readings: device times unchanged.
 class CommonTimes {
  public:
   // `description`: of the take, says whose clock is its own and who runs at its own pace.

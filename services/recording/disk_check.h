@@ -23,7 +23,7 @@ uint64_t DiskTestBytes(double bytes_per_s);
 
 // FailedPrecondition where the disk takes less than the cameras send: how fast the queue fills, and what to
 // do. Otherwise warnings, in words: less than a quarter to spare, not enough room for the take's seconds
-// above the low-disk mark. Compressed streams are judged as if they were not: noise decides how small they
+// above the low-disk mark. Compressed streams count as if they were not: noise decides how small they
 // become, so that they are warned of and not refused.
 absl::StatusOr<std::vector<std::string>> AssessDisk(const DiskSpeed& speed, double bytes_per_s,
                                                     const LiveRecordingOptions& options);

@@ -17,10 +17,10 @@ struct DoctorOptions {
   std::string system_root = "/";  // below which proc and sys are
 };
 
-// Network interfaces, socket buffers, permissions, clock and disk of the host; cameras that answer; and for a
-// session every camera with its packet size, clock and data rate, the sum of the rates against links and
-// disk. Findings in the order in which they were made, each with a remedy where it is not good; the verdict
-// is that of the gravest.
+// Checks network interfaces, socket buffers, permissions, clock and disk of the host, and lists the
+// cameras that answer. For a session it checks every camera's packet size, clock and data rate, and the
+// sum of the rates against links and disk. Findings are in the order of the checks, each with a remedy
+// where it is not good. The verdict is that of the worst.
 v1::DoctorReport Examine(const DoctorOptions& options);
 
 std::string DoctorText(const v1::DoctorReport& report);

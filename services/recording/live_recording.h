@@ -35,13 +35,13 @@ struct LiveRecordingState {
 // What an operator should know of cameras whose clocks cannot be read, a line per cause.
 std::vector<std::string> ClockWarnings(const std::vector<std::unique_ptr<CameraSource>>& cameras);
 
-// Starts the cameras, records what they deliver into a new take at `folder`, and stops them: after `seconds`,
-// when `stop` becomes true, when the recorder stops, or when every source has ended. The take holds the
-// triggers from the first at which all cameras deliver to the last that began before the end; the ledger
-// counts those of which no camera told. Cameras whose clocks cannot be read are placed by the arrival of
-// their frames, as take.json says. It ends on time also where cameras are gone for good. `report` is called
-// several times a second. The take and its take.json are complete when it returns, also after an error of the
-// disk; where a camera does not start nothing is written.
+// Starts the cameras, records their frames into a new take at `folder`, and stops them. Recording ends
+// after `seconds`, when `stop` becomes true, when the recorder stops, or when every source has ended. The
+// take holds the triggers from the first at which all cameras deliver to the last that began before the
+// end. The ledger counts those that no camera reported. Frames of cameras whose clocks cannot be read are
+// assigned by their arrival, as take.json says. Recording ends on time also when cameras have
+// disconnected. `report` is called several times a second. The take and its take.json are complete when it
+// returns, also after an error of the disk; where a camera does not start nothing is written.
 absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
                                     const std::vector<std::unique_ptr<CameraSource>>& cameras,
                                     const LiveRecordingOptions& options, const std::atomic<bool>& stop,

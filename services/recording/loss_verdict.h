@@ -5,9 +5,9 @@
 
 namespace weft {
 
-// Adds to the verdict of `info` the share of its frame sets, dropped ones included, that have all cameras;
-// the reason names the greatest loss, the remedy what to mend before the take is recorded again. Needs sets,
-// sets_complete, sets_dropped and causes.
+// Adds to the verdict of `info` the share of its frame sets, dropped ones included, that have all cameras.
+// The reason names the greatest loss, the remedy what to fix before the take is recorded again. Needs
+// sets, sets_complete, sets_dropped and causes.
 void AssessLosses(v1::TakeInfo& info);
 
 }  // namespace weft

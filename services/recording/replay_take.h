@@ -14,9 +14,9 @@ namespace weft {
 // What a consumer is given: the set, and how much later than recorded it comes. False ends the replay.
 using ReplayedSet = std::function<bool(RawFrameSet set, std::chrono::nanoseconds late)>;
 
-// Hands every frame set of the replay to `consume` when it is due, in order; each is read before that, so
-// that reading makes it late only where the disk is slower than the cameras were. Stepwise replays wait for
-// Step. Frames that cannot be read are missing, with the reason.
+// Passes every frame set of the replay to `consume` when it is due, in order. Sets are read ahead, so that
+// reading delays them only where the disk is slower than the cameras were. Stepwise replays wait for Step.
+// Frames that cannot be read are missing, with the reason.
 v1::TakeReplay ReplayTake(Replay& replay, const ReplayedSet& consume);
 
 }  // namespace weft

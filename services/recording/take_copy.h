@@ -39,8 +39,8 @@ struct TrimOptions {
   RecorderOptions recorder;
 };
 
-// The frame sets of a range as a take of their own: numbers, times and bytes as they were, with the ledger's
-// account of sets that were dropped and the readings of the clocks. Errors of TakeView.
+// Copies the frame sets of a range to a new take. Numbers, times and bytes are kept, and so are the
+// ledger's lines on dropped sets and the readings of the clocks. Errors of TakeView.
 absl::StatusOr<uint64_t> TrimTake(const std::string& take, const std::string& out, const TrimOptions& options,
                                   const CopyProgress& progress = nullptr);
 

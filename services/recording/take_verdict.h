@@ -11,8 +11,9 @@ namespace weft {
 // "Run `weft take recover TAKE`..."; `force`: the take was closed.
 std::string RecoverRemedy(const std::string& folder, bool force);
 
-// Adds to the verdict of `info` what streams, take.json and ledger say without reading the frames: whether it
-// was closed, whether streams are cut or gone, how many sets have all cameras.
+// Adds to the verdict of `info` the findings of streams, take.json and ledger, without reading the frames.
+// They are whether the take was closed, whether streams are cut or missing, and how many sets have all
+// cameras.
 void AssessTake(const RecordedTake& take, v1::TakeInfo& info);
 
 // Of what every byte says.

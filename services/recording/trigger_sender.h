@@ -30,7 +30,7 @@ struct TriggerOptions {
   absl::Status Validate() const;
 };
 
-// A thread that triggers the cameras that take triggers, from its construction until Stop. `note` is told of
+// A thread that triggers the cameras that take triggers, from its construction until Stop. `note` receives
 // what fails, once per camera and message.
 class TriggerSender {
  public:

@@ -18,9 +18,9 @@ struct PicturedMesh {
   std::vector<Face> faces;
 };
 
-// Front and back of every mesh by state and by sigma, all from the viewpoint that suits the first mesh and
-// with one range of sigma (of the observed vertices), so that frames compare. World up is -y. Meshes that
-// cannot be drawn are left out and noted in `notes`.
+// Front and back of every mesh by state and by sigma. All share the viewpoint of the first mesh and one
+// range of sigma (of the observed vertices), so that frames are comparable. World up is -y. Meshes that
+// cannot be drawn are left out, with a line in `notes`.
 std::vector<FramePictures> DrawFrames(const std::vector<PicturedMesh>& meshes,
                                       std::vector<std::string>& notes);
 

@@ -11,8 +11,8 @@
 namespace weft {
 
 // <out_folder>/<frame>/report.json of the frames that the job was asked for, in their order. What is left out
-// is told in `notes`: files that are missing or broken, frames of other inputs or of other jobs. Errors: a
-// folder that cannot be listed.
+// is listed in `notes`: files that are missing or broken, frames of other inputs or of other jobs. Errors:
+// a folder that cannot be listed.
 absl::StatusOr<std::vector<v1::FrameReport>> ReadJobFrames(const std::string& out_folder, const v1::Job& job,
                                                            std::vector<std::string>& notes);
 

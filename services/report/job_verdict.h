@@ -9,9 +9,9 @@
 
 namespace weft {
 
-// Of a job that ended and its frames' reports. What explains the others comes first: cells that were hardly
-// decoded (another board), rays that hardly meet (another rig), then frames without a mesh, images that lack,
-// cameras that moved, coverage.
+// Verdict of a job that ended, from its frames' reports. Root causes come first: few decoded cells
+// (another board), then inconsistent rays (another rig). Frames without a mesh, missing images, cameras
+// that moved and coverage follow.
 v1::Verdict AssessJob(const v1::Job& job, const std::vector<v1::FrameReport>& frames);
 
 // The same with the reports that stand in the folder of the job's results; those that cannot be read are left

@@ -20,9 +20,9 @@ struct PlotText {
   bool from_zero = true;
 };
 
-// One value per frame, NaN where there is none. Up to 120 frames as points on a line that breaks where values
-// are missing; more in bins, each with its mean, lowest and highest value, and a point where both neighbours
-// are missing.
+// One value per frame, NaN where there is none. Up to 120 frames are points on a line that breaks at
+// missing values. More are binned, each bin with its mean, minimum and maximum, and a point where both
+// neighbours are missing.
 std::string LinePlot(const PlotFrames& frames, const std::vector<double>& values, const PlotText& text);
 
 // A bar per value, each named by `frames`; at most 100 of them.

@@ -9,9 +9,9 @@ namespace v1 {
 class Verdict;
 }
 
-// The head of a page: a line of what kind it is (HTML already), the badge before the headline (not escaped),
-// the reason where it is another one, the remedy, values beside limits; `more` (HTML already) follows in the
-// same <header>. Without a verdict the headline alone.
+// The head of a page. `kind` (HTML) and the badge precede the headline (not escaped). The reason, if it
+// differs, the remedy, and values with limits follow, then `more` (HTML) in the same <header>. Without a
+// verdict there is only the headline.
 std::string PageHead(const std::string& kind, const std::string& headline, const v1::Verdict& verdict,
                      const std::string& more);
 

@@ -27,8 +27,9 @@ std::string LimitsText(const Limit& limit);
 // a line each, but the one that is the reason.
 std::string VerdictText(const v1::Verdict& verdict);
 
-// OK unless the verdict is bad. A bad verdict is an Aborted status that IsVerdict() tells apart from an
-// error: it stands at the head of what was printed already, so `weft` prints no error line and exits with 1.
+// OK unless the verdict is bad. A bad verdict is an Aborted status that IsVerdict() distinguishes from an
+// error. It was printed already at the head of the output, so `weft` prints no error line and exits with
+// 1.
 absl::Status VerdictStatus(const v1::Verdict& verdict);
 bool IsVerdict(const absl::Status& status);
 

@@ -1,5 +1,5 @@
-// The camera's end of GigE Vision without hardware: Aravis's public register file, and our own control and
-// stream protocol (GVCP, GVSP) on top, with packet resend, PTP, triggers and a clock that can be put wrong.
+// A simulated GigE Vision camera: Aravis's public register file with our own control and stream channels
+// (GVCP, GVSP). It has packet resend, PTP, triggers and a clock with configurable faults.
 #pragma once
 
 #include <netinet/in.h>
@@ -41,9 +41,9 @@ struct GigeEmulatorImages {
   std::vector<std::vector<uint8_t>> images;
 };
 
-// Answers on `address`, port 3956, while it lives. Without pictures the
-// first 32 bytes of every image are numbers, little-endian: the true host time of its exposure, the camera's
-// count of frames, the device time, the address; the rest is a pattern that follows from them.
+// Answers on `address`, port 3956, while it lives. Without given images the first 32 bytes of every image
+// are numbers, little-endian: the true host time of its exposure, the frame counter, the device time, the
+// address. The rest is a pattern derived from them.
 class GigeEmulator {
  public:
   // Ends the process with a message where the address cannot be used (see IsFreeForGigeEmulator).
