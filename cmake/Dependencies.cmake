@@ -21,6 +21,17 @@ pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash>=0.8)
 find_package(OpenCV 4.6 REQUIRED COMPONENTS core calib3d imgproc imgcodecs video) # imgcodecs: in tests only
 find_package(Ceres 2.1 REQUIRED)
 
+# 260 packages more; without it PCD is refused, and PLY works.
+set(WEFT_WITH_PCL AUTO CACHE STRING "Build weft-pcl, which reads and writes PCD: AUTO (where PCL is found), ON or OFF")
+set_property(CACHE WEFT_WITH_PCL PROPERTY STRINGS AUTO ON OFF)
+if(WEFT_WITH_PCL STREQUAL "AUTO")
+  pkg_check_modules(pcl QUIET IMPORTED_TARGET pcl_io>=1.13)
+elseif(WEFT_WITH_PCL)
+  pkg_check_modules(pcl REQUIRED IMPORTED_TARGET pcl_io>=1.13)
+else()
+  set(pcl_FOUND FALSE)
+endif()
+
 find_program(WEFT_CCACHE ccache)
 if(WEFT_CCACHE)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${WEFT_CCACHE})

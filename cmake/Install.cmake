@@ -1,6 +1,12 @@
 # `cmake --install` and the Debian package (`cmake --build --preset release --target package`).
 include(GNUInstallDirs)
 
+# weft-pcl is a package of its own: it needs PCL and VTK, which nothing else does.
+set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME weft)
+if(TARGET weft-pcl)
+  install(TARGETS weft-pcl RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT weft-pcl)
+endif()
+
 install(TARGETS weft weftd weft-worker RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
@@ -48,5 +54,19 @@ set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS fonts-dejavu-core)  # labels of prints
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS ffmpeg)          # archives and proxy videos
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "bash-completion, blender, python3-numpy")
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "bash-completion, blender, python3-numpy, weft-pcl")
+if(TARGET weft-pcl)
+  set(CPACK_DEB_COMPONENT_INSTALL ON)
+  set(CPACK_DEBIAN_WEFT_PACKAGE_NAME weft)
+  set(CPACK_DEBIAN_WEFT_FILE_NAME DEB-DEFAULT)
+  set(CPACK_DEBIAN_WEFT-PCL_PACKAGE_NAME weft-pcl)
+  set(CPACK_DEBIAN_WEFT-PCL_FILE_NAME DEB-DEFAULT)
+  set(CPACK_DEBIAN_WEFT-PCL_PACKAGE_DEPENDS "weft (= ${PROJECT_VERSION})")
+  set(CPACK_DEBIAN_WEFT-PCL_PACKAGE_RECOMMENDS " ")  # not those of weft
+  set(CPACK_DEBIAN_WEFT-PCL_PACKAGE_SUGGESTS " ")
+  set(CPACK_DEBIAN_WEFT_DESCRIPTION "${CPACK_PACKAGE_DESCRIPTION}")
+  set(CPACK_DEBIAN_WEFT-PCL_DESCRIPTION
+    "This package has weft-pcl, with which weft reads and writes PCD, the format of\n\
+the Point Cloud Library.")
+endif()
 include(CPack)

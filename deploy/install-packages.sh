@@ -1,14 +1,19 @@
 #!/usr/bin/env bash
 # Installs the Debian packages of packages.txt that this machine lacks. Needs root or sudo only if one is missing.
+#
+# Usage: deploy/install-packages.sh [--with-pcl]      --with-pcl: those of packages-pcl.txt as well, for PCD files
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+
+lists=("$here/packages.txt")
+[[ ${1:-} != --with-pcl ]] || lists+=("$here/packages-pcl.txt")
 
 missing=()
 while read -r package; do
   [[ -z $package ]] && continue
   status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
   [[ $status == installed ]] || missing+=("$package")
-done < "$here/packages.txt"
+done < <(cat "${lists[@]}")
 if ((${#missing[@]} == 0)); then
   exit 0
 fi

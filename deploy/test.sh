@@ -22,7 +22,7 @@ case ${1:-} in
     sed -n '2,/^set/{/^set/!s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"
     ;;
   --sanitize)
-    bash deploy/install-packages.sh
+    bash deploy/install-packages.sh --with-pcl
     for preset in asan tsan; do
       build "$preset"
       ctest --preset "$preset" --parallel "$(nproc)" --label-regex 'unit|fuzz'
@@ -30,12 +30,12 @@ case ${1:-} in
     ;;
   --long)
     shift
-    bash deploy/install-packages.sh
+    bash deploy/install-packages.sh --with-pcl
     build dev
     exec python3 tests/long_tests.py "$@"
     ;;
   *)
-    bash deploy/install-packages.sh
+    bash deploy/install-packages.sh --with-pcl
     preset=${WEFT_PRESET:-dev}
     build "$preset"
     exec ctest --preset "$preset" --parallel "$(nproc)" "$@"

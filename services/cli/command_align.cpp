@@ -22,9 +22,10 @@
 #include "services/files/garment_parts_file.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
-#include "services/files/scan_file.h"
 #include "services/files/template_file.h"
 #include "services/options/presets.h"
+#include "services/pcd/pcd_file.h"
+#include "services/pcd/scan_file.h"
 #include "services/pipeline/stage_reports.h"
 #include "services/process/exit_status.h"
 #include "weft/v1/command.pb.h"
@@ -127,6 +128,11 @@ absl::StatusOr<Extras> ReadExtras(const AlignCommandOptions& options) {
   return extras;
 }
 
+absl::StatusOr<CloudTargets> ReadCloudTargets(const std::string& cloud, const Template& garment) {
+  const absl::StatusOr<Ply> points = ReadPoints(cloud);
+  return points.ok() ? TargetsFromPly(*points, cloud, garment) : points.status();
+}
+
 absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   const absl::StatusOr<CommandPipeline> pipeline =
       MakeCommandPipeline(options.preset, options.pipeline, {"alignment"});
@@ -135,7 +141,7 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   if (!garment.ok()) return garment.status();
   const absl::StatusOr<GarmentParts> parts = ReadGarmentParts(options.garment);
   if (!parts.ok()) return parts.status();
-  const absl::StatusOr<CloudTargets> targets = ReadTargets(options.cloud, *garment);
+  const absl::StatusOr<CloudTargets> targets = ReadCloudTargets(options.cloud, *garment);
   if (!targets.ok()) return targets.status();
   if (!quiet && static_cast<size_t>(targets->unclaimed) > targets->targets.size()) {
     PrintWarning(absl::StrCat(options.cloud, ": ", targets->unclaimed,
@@ -186,7 +192,7 @@ void AddAlignCommand(CLI::App& app, CommandLine& line) {
                  "  weft align cloud.ply --template shirt --out mesh.ply --preset paper --json\n"
                  "  weft align cloud.ply --template shirt --out mesh.ply --start before.ply --stages stages");
   auto options = std::make_shared<AlignCommandOptions>();
-  command->add_option("CLOUD", options->cloud, "The cloud: a PLY file")->required()->type_name("");
+  command->add_option("CLOUD", options->cloud, "The cloud: a PLY or PCD file")->required()->type_name("");
   command->add_option("--template", options->garment, "Folder that `weft template import` wrote")
       ->required()
       ->type_name("DIR");

@@ -37,6 +37,7 @@ struct RegisterOptions {
   bool single_look = false;
   std::string scans;
   std::string starts;
+  std::string cloud_format = "ply";
   bool json = false;
   int threads = 0;
 };
@@ -56,6 +57,7 @@ absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
   spec.mutable_options()->set_single_look(options.single_look);
   spec.mutable_options()->set_scans(options.scans);
   spec.mutable_options()->set_starts(options.starts);
+  spec.mutable_options()->set_cloud_format(options.cloud_format);
   spec.mutable_options()->set_mosaic(options.mosaic);
   *spec.mutable_options()->mutable_pipeline() = OfStages(*changes, RegistrationStages());
   spec.set_frames(options.frames);
@@ -170,6 +172,13 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
       ->check(CLI::IsMember(PresetNames()));
   AddPipelineFlags(*command, options->pipeline);
   command->add_flag("--observations", options->observations, "Write <frame>/observations.csv as well");
+  command
+      ->add_option(
+          "--cloud-format", options->cloud_format,
+          "pcd: write <frame>/cloud.pcd beside cloud.ply, for programs that use the Point Cloud Library; "
+          "ply: cloud.ply alone")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"ply", "pcd"}));
   command
       ->add_option(
           "--scans", options->scans,

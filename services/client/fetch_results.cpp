@@ -57,8 +57,11 @@ absl::Status FetchResults(RegistrationClient& client, const v1::Job& job, const 
       if (absl::Status status = CheckFrameName(frame.frame()); !status.ok()) return status;
       const auto folder = base->Child(frame.frame(), ConfinedFolder::IfMissing::kMake);
       if (!folder.ok()) return folder.status();
-      for (const v1::ResultKind kind : {v1::RESULT_KIND_OBSERVATIONS, v1::RESULT_KIND_CLOUD,
-                                        v1::RESULT_KIND_MESH, v1::RESULT_KIND_FRAME_REPORT}) {
+      std::vector<v1::ResultKind> kinds = {v1::RESULT_KIND_OBSERVATIONS, v1::RESULT_KIND_CLOUD};
+      // Only where it was asked for: earlier daemons refuse this kind.
+      if (job.spec().options().cloud_format() == "pcd") kinds.push_back(v1::RESULT_KIND_CLOUD_PCD);
+      kinds.insert(kinds.end(), {v1::RESULT_KIND_MESH, v1::RESULT_KIND_FRAME_REPORT});
+      for (const v1::ResultKind kind : kinds) {
         if (absl::Status status = FetchIfThere(client, job.id(), frame.frame(), kind, *folder); !status.ok())
           return status;
       }

@@ -71,6 +71,7 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
         CheckRange(spec), CheckText("spec.options.preset", spec.options().preset(), kMaxNameBytes),
         CheckText("spec.frames", spec.frames(), kMaxNameBytes),
         CheckText("spec.options.mosaic", spec.options().mosaic(), kMaxNameBytes),
+        CheckText("spec.options.cloud_format", spec.options().cloud_format(), kMaxNameBytes),
         CheckText("spec.options.scans", spec.options().scans(), kMaxPathBytes),
         CheckText("spec.options.starts", spec.options().starts(), kMaxPathBytes),
         CheckHash("spec.expected.rig", spec.expected().rig()),

@@ -164,12 +164,4 @@ int ChildProcess::Reap() {
   return status;
 }
 
-std::string DescribeExit(int wait_status) {
-  if (WIFSIGNALED(wait_status)) {
-    const int signal = WTERMSIG(wait_status);
-    return absl::StrCat("killed by signal ", signal, " (", strsignal(signal), ")");
-  }
-  return absl::StrCat("exit status ", WEXITSTATUS(wait_status));
-}
-
 }  // namespace weft

@@ -64,7 +64,4 @@ class ChildProcess {
   UniqueFd out_, err_, exit_;
 };
 
-// "exit status 3", "killed by signal 11 (Segmentation fault)".
-std::string DescribeExit(int wait_status);
-
 }  // namespace weft

@@ -13,6 +13,7 @@
 #include "absl/strings/str_join.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
+#include "services/process/exit_status.h"
 #include "services/worker/worker_event.h"
 
 namespace weft {

@@ -181,7 +181,7 @@ absl::Status SortByNode(Cloud& cloud, const std::string& source_name) {
 
 }  // namespace
 
-absl::Status WriteCloud(const std::string& path, const Cloud& cloud, CloudColumns columns) {
+Ply CloudAsPly(const Cloud& cloud, CloudColumns columns) {
   PlyElement vertex;
   vertex.name = "vertex";
   vertex.rows = cloud.points.size();
@@ -213,7 +213,11 @@ absl::Status WriteCloud(const std::string& path, const Cloud& cloud, CloudColumn
   Ply ply;
   ply.comments.push_back("positions in mm; kind 0 center, 1 corner");
   ply.elements.push_back(std::move(vertex));
-  return WritePly(path, ply);
+  return ply;
+}
+
+absl::Status WriteCloud(const std::string& path, const Cloud& cloud, CloudColumns columns) {
+  return WritePly(path, CloudAsPly(cloud, columns));
 }
 
 absl::StatusOr<Cloud> ReadCloud(const std::string& path) {
@@ -239,10 +243,9 @@ Cloud AsInFile(Cloud cloud) {
   return cloud;
 }
 
-absl::StatusOr<CloudTargets> ReadTargets(const std::string& path, const Template& garment) {
-  const absl::StatusOr<Ply> ply = ReadPly(path);
-  if (!ply.ok()) return ply.status();
-  const auto vertex = FindElement(*ply, "vertex", path);
+absl::StatusOr<CloudTargets> TargetsFromPly(const Ply& ply, const std::string& path,
+                                            const Template& garment) {
+  const auto vertex = FindElement(ply, "vertex", path);
   if (!vertex.ok()) return vertex.status();
   if ((*vertex)->Find("template_vertex")) return TargetsByVertex(**vertex, path, garment);
   if (!(*vertex)->Find("board_row")) {
@@ -255,6 +258,11 @@ absl::StatusOr<CloudTargets> ReadTargets(const std::string& path, const Template
   if (!cloud.ok()) return cloud.status();
   if (absl::Status status = SortByNode(*cloud, path); !status.ok()) return status;
   return TargetsFromCloud(garment, *cloud);
+}
+
+absl::StatusOr<CloudTargets> ReadTargets(const std::string& path, const Template& garment) {
+  const absl::StatusOr<Ply> ply = ReadPly(path);
+  return ply.ok() ? TargetsFromPly(*ply, path, garment) : ply.status();
 }
 
 }  // namespace weft

@@ -6,6 +6,7 @@
 #include "absl/status/statusor.h"
 #include "alignment/align.h"
 #include "alignment/template.h"
+#include "services/files/ply.h"
 #include "triangulation/cloud.h"
 
 namespace weft {
@@ -16,6 +17,7 @@ enum class CloudColumns { kPlain, kWithCovariance };
 // fold_sigma_mm, the square root of a third of the trace of fold_covariance_mm2. On request also
 // cov_xx_mm2 cov_xy_mm2 cov_xz_mm2 cov_yy_mm2 cov_yz_mm2 cov_zz_mm2, and fold_cov_xx_mm2 to
 // fold_cov_zz_mm2. Real numbers in single precision. Rejected nodes are left to the report.
+Ply CloudAsPly(const Cloud& cloud, CloudColumns columns);
 absl::Status WriteCloud(const std::string& path, const Cloud& cloud,
                         CloudColumns columns = CloudColumns::kPlain);
 
@@ -31,6 +33,8 @@ Cloud AsInFile(Cloud cloud);
 
 // Targets for the alignment from a cloud by board cell, or from points with the property template_vertex (-1
 // for none), which need no cells.
+absl::StatusOr<CloudTargets> TargetsFromPly(const Ply& ply, const std::string& source_name,
+                                            const Template& garment);
 absl::StatusOr<CloudTargets> ReadTargets(const std::string& path, const Template& garment);
 
 }  // namespace weft

@@ -8,11 +8,11 @@
 
 namespace weft {
 
-enum class FrameFile { kMesh, kUnrefined, kCloud, kObservations, kReport };
+enum class FrameFile { kMesh, kUnrefined, kCloud, kCloudPcd, kObservations, kReport };
 
 // All but the report, which lists them.
 inline constexpr std::array kDataFiles = {FrameFile::kMesh, FrameFile::kUnrefined, FrameFile::kCloud,
-                                          FrameFile::kObservations};
+                                          FrameFile::kCloudPcd, FrameFile::kObservations};
 
 constexpr const char* FileName(FrameFile file) {
   switch (file) {
@@ -22,6 +22,8 @@ constexpr const char* FileName(FrameFile file) {
       return "unrefined.ply";
     case FrameFile::kCloud:
       return "cloud.ply";
+    case FrameFile::kCloudPcd:
+      return "cloud.pcd";
     case FrameFile::kObservations:
       return "observations.csv";
     case FrameFile::kReport:

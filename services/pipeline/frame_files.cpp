@@ -8,6 +8,7 @@
 #include "services/files/cloud_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/observations_file.h"
+#include "services/pcd/pcd_file.h"
 #include "services/pipeline/frame_folder.h"
 
 namespace weft {
@@ -36,6 +37,13 @@ absl::Status PutMeshes(const FrameFolder& folder, const RegistrationInputs& inpu
   return status;
 }
 
+absl::Status PutCloudPcd(const FrameFolder& folder, const Cloud& cloud, v1::FrameReport& report) {
+  const auto write = [&cloud](const std::string& path) {
+    return WritePcd(path, CloudAsPly(cloud, CloudColumns::kWithCovariance));
+  };
+  return folder.Put(FrameFile::kCloudPcd, write, report);
+}
+
 // Writes the data files of the frame and lists them in `report`.
 absl::Status WriteData(const FrameFolder& folder, const RegistrationInputs& inputs, const FrameResult& frame,
                        v1::FrameReport& report) {
@@ -49,6 +57,7 @@ absl::Status WriteData(const FrameFolder& folder, const RegistrationInputs& inpu
   }
   put(FrameFile::kCloud,
       [&](const std::string& path) { return WriteCloud(path, frame.cloud, CloudColumns::kWithCovariance); });
+  if (status.ok() && WantsPcd(report.options())) status = PutCloudPcd(folder, frame.cloud, report);
   if (status.ok()) status = PutMeshes(folder, inputs, frame.mesh, report);
   return status;
 }
@@ -79,6 +88,17 @@ void RemoveTemporaryFilesOf(const ConfinedFolder& folder, const std::vector<std:
 }
 
 }  // namespace
+
+bool WantsPcd(const v1::RegistrationOptions& options) { return options.cloud_format() == kPcdFormat; }
+
+absl::Status TidyCloudPcd(const FrameFolder& folder, v1::FrameReport& report) {
+  const bool stands = folder.Check(FrameFile::kCloudPcd, report).empty();
+  if (!WantsPcd(report.options()))
+    return stands ? absl::OkStatus() : folder.Drop(FrameFile::kCloudPcd, report);
+  if (stands && Lists(report, FrameFile::kCloudPcd)) return absl::OkStatus();
+  const absl::StatusOr<Cloud> cloud = ReadCloud(folder.PathOf(FrameFile::kCloud));
+  return cloud.ok() ? PutCloudPcd(folder, *cloud, report) : folder.InWords(cloud.status());
+}
 
 absl::Status WriteFrame(const std::string& out, const RegistrationInputs& inputs, const FrameResult& frame) {
   return IntoFrameFolder(out, frame.report.frame(), [&](const FrameFolder& folder) {

@@ -17,6 +17,14 @@ namespace weft {
 // absolute path without links.
 absl::Status WriteFrame(const std::string& out, const RegistrationInputs& inputs, const FrameResult& frame);
 
+// Whether a registration writes cloud.pcd.
+inline constexpr char kPcdFormat[] = "pcd";
+bool WantsPcd(const v1::RegistrationOptions& options);
+
+// cloud.pcd follows from cloud.ply: writes it from there where report.options want it and it does not stand,
+// removes it where they do not and it is damaged. Lists it in `report`.
+absl::Status TidyCloudPcd(const FrameFolder& folder, v1::FrameReport& report);
+
 // Replaces its meshes and its report alone, the report last; `mesh` is the frame's own, before neighbours had
 // a say.
 absl::Status ReplaceMeshes(const FrameFolder& folder, const RegistrationInputs& inputs,

@@ -20,19 +20,21 @@ FrameFile OwnMeshOf(const v1::FrameReport& report) {
 
 // The first stage whose files do not stand, by themselves.
 std::optional<StageDifference> FirstDamage(const FrameFolder& folder, const v1::FrameReport& report,
-                                           bool wants_observations) {
-  if (wants_observations && !Lists(report, FrameFile::kObservations)) {
+                                           const v1::RegistrationOptions& wanted) {
+  if (wanted.write_observations() && !Lists(report, FrameFile::kObservations)) {
     return StageDifference{Stage::kDecode, "observations.csv was not written"};
   }
-  const std::pair<FrameFile, Stage> files[] = {{FrameFile::kObservations, Stage::kDecode},
-                                               {FrameFile::kCloud, Stage::kDecode},
-                                               {OwnMeshOf(report), Stage::kAlign},
-                                               {FrameFile::kMesh, Stage::kRefine},
-                                               {FrameFile::kUnrefined, Stage::kRefine}};
+  const std::pair<FrameFile, Stage> files[] = {
+      {FrameFile::kObservations, Stage::kDecode}, {FrameFile::kCloud, Stage::kDecode},
+      {OwnMeshOf(report), Stage::kAlign},         {FrameFile::kMesh, Stage::kRefine},
+      {FrameFile::kUnrefined, Stage::kRefine},    {FrameFile::kCloudPcd, Stage::kRefine}};
   for (const auto& [file, stage] : files) {
     if (std::string problem = folder.Check(file, report); !problem.empty()) {
       return StageDifference{stage, std::move(problem)};
     }
+  }
+  if (WantsPcd(wanted) && !Lists(report, FrameFile::kCloudPcd)) {
+    return StageDifference{Stage::kRefine, "cloud.pcd was not written"};
   }
   return std::nullopt;
 }
@@ -66,6 +68,7 @@ absl::StatusOr<v1::FrameReport> AlignAgain(const RegistrationInputs& inputs, siz
   frame.report.clear_temporal();
   frame.report.set_total_ms(TotalMs(frame.report));
   SignReport(inputs, options.message, frame.report);
+  if (absl::Status status = TidyCloudPcd(*folder, frame.report); !status.ok()) return status;
   if (absl::Status status = ReplaceMeshes(*folder, inputs, frame.mesh, frame.report); !status.ok())
     return status;
   return std::move(frame.report);
@@ -81,6 +84,7 @@ absl::StatusOr<v1::FrameReport> RefineAgain(const RegistrationInputs& inputs, si
   if (!mesh.ok()) return folder->InWords(mesh.status());
   report.clear_temporal();
   SignReport(inputs, options.message, report);
+  if (absl::Status status = TidyCloudPcd(*folder, report); !status.ok()) return status;
   if (absl::Status status = ReplaceMeshes(*folder, inputs, *mesh, report); !status.ok()) return status;
   return report;
 }
@@ -104,7 +108,7 @@ FrameStanding InspectFrame(const RegistrationInputs& inputs, size_t index, const
     first = FirstDifference(report->keys(), KeysOf(inputs.hashes, options.message));
   }
   if (!first || Restart(first->first) != Stage::kDecode) {
-    const auto damage = FirstDamage(*folder, *report, options.message.write_observations());
+    const auto damage = FirstDamage(*folder, *report, options.message);
     if (damage && (!first || damage->first < first->first)) first = damage;
   }
   // Whoever wrote it may have been killed before that.

@@ -9,7 +9,7 @@
 #include "services/files/cloud_file.h"
 #include "services/files/frame_paths.h"
 #include "services/files/mesh_file.h"
-#include "services/files/scan_file.h"
+#include "services/pcd/scan_file.h"
 #include "services/pipeline/stage_reports.h"
 
 namespace weft {
@@ -83,7 +83,7 @@ std::vector<std::unique_ptr<ViewDecoder>> DecodeViews(const RegistrationInputs& 
 
 // Empty where the folder has no scan of the frame.
 absl::StatusOr<Scan> ReadScanOf(const RegistrationInputs& inputs, size_t index, const std::string& scans) {
-  const std::string path = ScanPath(inputs, index, scans);
+  const std::string path = ScanPath(inputs.dump->frame_names()[index], scans);
   return path.empty() ? Scan() : ReadScan(path);
 }
 
@@ -219,11 +219,10 @@ class Registration {
 
 }  // namespace
 
-std::string ScanPath(const RegistrationInputs& inputs, size_t index, const std::string& scans) {
+std::string ScanPath(const std::string& frame, const std::string& scans) {
   if (scans.empty()) return "";
   for (const char* ending : {".ply", ".pcd"}) {
-    const std::filesystem::path path =
-        std::filesystem::path(scans) / (inputs.dump->frame_names()[index] + ending);
+    const std::filesystem::path path = std::filesystem::path(scans) / (frame + ending);
     std::error_code error;
     if (std::filesystem::exists(path, error)) return path.string();
   }

@@ -28,7 +28,7 @@ struct FrameResult {
 };
 
 // The frame's scan in the folder `scans`: <frame>.ply or <frame>.pcd. Empty where there is none.
-std::string ScanPath(const RegistrationInputs& inputs, size_t index, const std::string& scans);
+std::string ScanPath(const std::string& frame, const std::string& scans);
 
 // The mesh that an earlier registration in the folder `starts` has of the frame. Empty where it has none.
 std::string StartPath(const RegistrationInputs& inputs, size_t index, const std::string& starts);

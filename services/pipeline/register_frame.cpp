@@ -30,8 +30,8 @@ absl::StatusOr<std::string> FrameFingerprint(const RegistrationInputs& inputs, s
                                              const v1::RegistrationOptions& options) {
   absl::StatusOr<std::string> fingerprint = inputs.dump->Fingerprint(index);
   if (!fingerprint.ok()) return fingerprint;
-  for (const std::string& file :
-       {ScanPath(inputs, index, options.scans()), StartPath(inputs, index, options.starts())}) {
+  for (const std::string& file : {ScanPath(inputs.dump->frame_names()[index], options.scans()),
+                                  StartPath(inputs, index, options.starts())}) {
     if (file.empty()) continue;
     std::error_code error;
     const auto bytes = std::filesystem::file_size(file, error);

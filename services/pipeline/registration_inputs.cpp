@@ -1,5 +1,6 @@
 #include "services/pipeline/registration_inputs.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -10,6 +11,9 @@
 #include "services/files/rig_file.h"
 #include "services/files/template_file.h"
 #include "services/options/presets.h"
+#include "services/pcd/pcd_file.h"
+#include "services/pcd/pcl_program.h"
+#include "services/pipeline/frame_files.h"
 
 namespace weft {
 namespace {
@@ -47,6 +51,18 @@ absl::Status CheckExpected(const v1::RegistrationSpec& spec, const v1::InputHash
   return status;
 }
 
+// PCD that is asked for, or among the scans, needs PCL: said now, not after the first frame was decoded.
+absl::Status CheckPcd(const v1::RegistrationOptions& options, const std::vector<std::string>& frames) {
+  const std::string& format = options.cloud_format();
+  if (!format.empty() && format != "ply" && !WantsPcd(options)) {
+    return absl::InvalidArgumentError(absl::StrCat("cloud_format: \"", format, "\" is neither ply nor pcd"));
+  }
+  const bool reads = std::any_of(frames.begin(), frames.end(), [&options](const std::string& frame) {
+    return IsPcdName(ScanPath(frame, options.scans()));
+  });
+  return reads || WantsPcd(options) ? CheckPclProgram() : absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::RegistrationSpec& spec) {
@@ -72,6 +88,7 @@ absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::Registr
 
   absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(spec.dump(), *rig, spec.options().mosaic());
   if (!dump.ok()) return dump.status();
+  if (absl::Status status = CheckPcd(spec.options(), (*dump)->frame_names()); !status.ok()) return status;
   absl::StatusOr<BoardIndex> index = BoardIndex::Build(*board);
   if (!index.ok()) {
     return absl::Status(index.status().code(), absl::StrCat(spec.board(), ": ", index.status().message()));

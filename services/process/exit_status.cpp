@@ -1,6 +1,9 @@
 #include "services/process/exit_status.h"
 
+#include <sys/wait.h>
+
 #include <cstdio>
+#include <cstring>
 
 #include "absl/strings/str_cat.h"
 
@@ -20,6 +23,14 @@ int ExitStatusOf(const absl::Status& status) {
     default:
       return kExitFailed;
   }
+}
+
+std::string DescribeExit(int wait_status) {
+  if (WIFSIGNALED(wait_status)) {
+    const int signal = WTERMSIG(wait_status);
+    return absl::StrCat("killed by signal ", signal, " (", strsignal(signal), ")");
+  }
+  return absl::StrCat("exit status ", WEXITSTATUS(wait_status));
 }
 
 void PrintError(const absl::Status& status) {

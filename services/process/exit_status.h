@@ -15,6 +15,9 @@ enum ExitStatus : int { kExitDone = 0, kExitFailed = 1, kExitBadInput = 2 };
 // input. Every other error is a failure.
 int ExitStatusOf(const absl::Status& status);
 
+// Of another process, by the status of waitpid: "exit status 3", "killed by signal 11 (Segmentation fault)".
+std::string DescribeExit(int wait_status);
+
 // "weft: error: ..." on stderr, with a category where the message alone may not say enough.
 void PrintError(const absl::Status& status);
 // "weft: warning: ..." on stderr.

@@ -10,6 +10,8 @@ std::string ResultFileName(v1::ResultKind kind) {
       return FileName(FrameFile::kMesh);
     case v1::RESULT_KIND_CLOUD:
       return FileName(FrameFile::kCloud);
+    case v1::RESULT_KIND_CLOUD_PCD:
+      return FileName(FrameFile::kCloudPcd);
     case v1::RESULT_KIND_OBSERVATIONS:
       return FileName(FrameFile::kObservations);
     case v1::RESULT_KIND_FRAME_REPORT:

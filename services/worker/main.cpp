@@ -13,8 +13,8 @@
 #include "absl/strings/str_cat.h"
 #include "services/files/json_file.h"
 #include "services/process/exit_status.h"
+#include "services/process/memory_limit.h"
 #include "services/process/stop_on_signal.h"
-#include "services/worker/memory_limit.h"
 #include "services/worker/run_task.h"
 #include "services/worker/worker_event.h"
 

@@ -43,6 +43,7 @@ class Installed(unittest.TestCase):
                      "share/doc/weft/copyright",
                      "share/bash-completion/completions/weft", "share/zsh/vendor-completions/_weft"):
             self.assertGreater(os.path.getsize(os.path.join(self.prefix, name)), 0, name)
+        self.assertEqual(os.path.exists(f"{self.prefix}/bin/weft-pcl"), os.path.exists(f"{BIN}/weft-pcl"))
         self.assertIn("version 3", read(f"{self.share}/doc/weft/copyright"))
         for shell, name in (("bash", "bash-completion/completions/weft"), ("zsh", "zsh/vendor-completions/_weft")):
             said = subprocess.run([f"{self.prefix}/bin/weft", "completion", shell], capture_output=True, text=True,

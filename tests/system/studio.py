@@ -78,7 +78,7 @@ def vertex_states(mesh):
 
 def temporary_files(folder):
     """Files that a finished or stopped program must not leave behind."""
-    known = {"cloud.ply", "mesh.ply", "unrefined.ply", "observations.csv", "report.json", "job.json", "report.html"}
+    known = {"cloud.ply", "cloud.pcd", "mesh.ply", "unrefined.ply", "observations.csv", "report.json", "job.json", "report.html"}
     return [os.path.join(base, name) for base, _, names in os.walk(folder) for name in names if name not in known]
 
 

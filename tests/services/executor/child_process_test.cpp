@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 
+#include "services/process/exit_status.h"
+
 namespace weft {
 namespace {
 

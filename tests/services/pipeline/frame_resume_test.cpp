@@ -5,11 +5,13 @@
 
 #include <filesystem>
 
+#include "services/files/cloud_file.h"
 #include "services/files/mesh_file.h"
 #include "services/pipeline/frame_folder.h"
 #include "services/pipeline/stage_keys.h"
 #include "tests/alignment/cloth_sheets.h"
 #include "tests/capture/temp_folder.h"
+#include "tests/services/pcd/with_pcl.h"
 
 namespace weft {
 namespace {
@@ -147,6 +149,27 @@ TEST_F(FrameResumeTest, MakesTheMeshAgainFromTheUnrefinedOne) {
 TEST_F(FrameResumeTest, ObservationsThatWereNotWrittenNeedTheImages) {
   Ask([](v1::RegistrationOptions& options) { options.set_write_observations(true); });
   EXPECT_EQ(Standing(), "decode: observations.csv was not written");
+}
+
+TEST_F(FrameResumeTest, APcdThatWasNotWrittenNeedsTheCloudAlone) {
+  ASSERT_TRUE(WriteCloud(File("cloud.ply"), Cloud{}, CloudColumns::kWithCovariance).ok());
+  Ask([](v1::RegistrationOptions& options) { options.set_cloud_format("pcd"); });
+  EXPECT_EQ(Standing(), "decode: cloud.ply is not as it was written");
+  ChangeReport([&](v1::FrameReport& report) {
+    const auto folder = FrameFolder::Open(out_, "f0", ConfinedFolder::IfMissing::kFail);
+    const auto write = [](const std::string& path) { return WriteCloud(path, Cloud{}); };
+    ASSERT_TRUE(folder->Put(FrameFile::kCloud, write, report).ok());
+  });
+  EXPECT_EQ(Standing(), "refine: cloud.pcd was not written");
+  WEFT_SKIP_WITHOUT_PCL();
+  ASSERT_TRUE(GoOnFrom(InspectFrame(inputs_, 0, *options_, out_), inputs_, 0, *options_, out_, {}, {}).ok());
+  EXPECT_EQ(Standing(), "stands");
+  WriteBytes(File("cloud.pcd"), "damaged");
+  EXPECT_EQ(Standing(), "refine: cloud.pcd is not as it was written");
+  Ask([](v1::RegistrationOptions&) {});
+  ASSERT_TRUE(GoOnFrom(InspectFrame(inputs_, 0, *options_, out_), inputs_, 0, *options_, out_, {}, {}).ok());
+  EXPECT_FALSE(std::filesystem::exists(File("cloud.pcd"))) << "damaged, and nobody wants it";
+  EXPECT_EQ(Standing(), "stands");
 }
 
 TEST_F(FrameResumeTest, FramesThatAreToStandAloneGetTheirOwnMeshAndBack) {

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "services/executor/child_process.h"
+#include "services/process/exit_status.h"
 #include "services/worker/worker_event.h"
 #include "tests/capture/temp_folder.h"
 

@@ -1,4 +1,4 @@
-#include "services/worker/memory_limit.h"
+#include "services/process/memory_limit.h"
 
 #include <sys/resource.h>
 
