@@ -97,7 +97,7 @@ absl::StatusOr<Eigen::Isometry3d> PlaceTemplate(const AlignmentModel& model,
   const double least = 0.1 * model.mean_edge_mm();
   if (SpreadAcrossLine(rest) < least || SpreadAcrossLine(now) < least) {
     return absl::FailedPreconditionError(
-        "alignment: the measured vertices lie on a line and cannot place the template");
+        "alignment: the observed vertices lie on a line and do not determine the template's pose");
   }
   if (absl::Status status = CheckScale(model, targets); !status.ok()) return status;
   const Eigen::Map<const Eigen::Matrix3Xd> from(rest[0].data(), 3, static_cast<Eigen::Index>(rest.size()));

@@ -194,7 +194,8 @@ absl::StatusOr<std::vector<PlanStep>> PlanRig(const Template& garment, const Mom
   });
   if (std::all_of(sights.begin(), sights.end(), [](const auto& seen) { return seen.empty(); })) {
     return absl::FailedPreconditionError(
-        "no camera sees any cell well enough; is the garment where the rig looks, and are the cells large "
+        "no camera sees any cell well enough; is the garment in the rig's field of view, and are the cells "
+        "large "
         "enough in "
         "the pictures?");
   }

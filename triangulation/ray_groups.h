@@ -30,7 +30,7 @@ struct RayGroup {
 // side. Keeps references to its arguments.
 class RayGroups {
  public:
-  // InvalidArgument: cameras that the rig lacks. The observations are not looked at.
+  // InvalidArgument: cameras that the rig lacks. The observations are not evaluated.
   static absl::StatusOr<RayGroups> Build(const Rig& rig, const std::vector<ViewObservations>& views,
                                          const TriangulationOptions& options);
 

@@ -221,8 +221,8 @@ absl::StatusOr<BoardPanels> FindPanels(const std::vector<CellGrid>& grids, doubl
   KeepLarge(pieces, options.min_panel_cells, &panels);
   if (panels.panels == 0) {
     return absl::FailedPreconditionError(
-        absl::StrCat("the clouds show no piece of ", options.min_panel_cells,
-                     " cells that hang together; they show ", std::count(seen.begin(), seen.end(), true),
+        absl::StrCat("the clouds show no piece of ", options.min_panel_cells, " connected cells; they show ",
+                     std::count(seen.begin(), seen.end(), true),
                      " cells in all. Are board and clouds of the same cloth?"));
   }
   GrowInto(seen, cuts, &panels);

@@ -139,7 +139,7 @@ class Builder {
       if (ever_placed[p]) continue;
       return absl::FailedPreconditionError(
           absl::StrCat("no cloud shows enough of ", PanelText(built_.parts.panels, p),
-                       " to tell where it is; add one, or leave it out of --panels"));
+                       " to locate it; add one, or leave it out of --panels"));
     }
     return absl::FailedPreconditionError(
         "no cloud shows all panels together; add one of a pose in which all of them are in sight");

@@ -120,7 +120,7 @@ absl::StatusOr<PanelSheet> MakePanelSheet(const BoardPanels& panels, double cell
   sheet.panels = KeepPanels(faces, min_panel_cells, &active, &panel_of_cell);
   if (sheet.panels == 0) {
     return absl::FailedPreconditionError(absl::StrCat(
-        "no panel of ", min_panel_cells, " cells or more that hang together; are the clouds of this board?"));
+        "no panel of ", min_panel_cells, " or more connected cells; are the clouds of this board?"));
   }
 
   std::vector<int> cells;

@@ -104,7 +104,8 @@ absl::StatusOr<CameraModel> GuessCamera(const std::vector<TagBoard>& boards, con
     if (!(model.fx_px > 0.1 * size_px && model.fx_px < 100 * size_px && model.fy_px > 0.1 * size_px &&
           model.fy_px < 100 * size_px)) {
       return refuse(
-          "its focal length cannot be told, since the boards face it nearly straight; tilt the board by 30 "
+          "its focal length cannot be determined, since the boards face it nearly straight; tilt the board "
+          "by 30 "
           "degrees and more, in all directions");
     }
   }

@@ -62,7 +62,7 @@ CameraDelivery GigeCamera::Deliver(ArvBuffer* buffer) {
     if (frame.device_time_ns == 0) {
       frame.device_time_ns = frame.host_time_ns;
       if (!std::exchange(has_told_of_times_, true))
-        note_ = "its frames carry no time; that of their arrival stands in for it";
+        note_ = "its frames carry no time; their arrival times are used instead";
     }
   }
   const std::lock_guard lock(mutex_);

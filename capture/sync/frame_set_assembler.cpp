@@ -31,8 +31,8 @@ absl::Status FrameSetOptions::Validate() const {
   if (start_wait_ns < 0) return absl::InvalidArgumentError("start_wait_ns must not be negative");
   if (clock_jump_ns <= 0) return absl::InvalidArgumentError("clock_jump_ns must be positive");
   for (const CameraTiming& timing : cameras)
-    if (timing.own_pace && period_ns == 0)
-      return absl::InvalidArgumentError("a camera at its own pace needs the rate of the others");
+    if (timing.unsynchronized && period_ns == 0)
+      return absl::InvalidArgumentError("an unsynchronized camera needs the rate of the others");
   return absl::OkStatus();
 }
 
@@ -46,7 +46,7 @@ FrameSetAssembler::FrameSetAssembler(std::vector<std::string> camera_ids, const 
   for (size_t i = 0; i < cameras_.size(); ++i) {
     cameras_[i].clock = NewClock();
     if (i < options_.cameras.size()) cameras_[i].timing = options_.cameras[i];
-    if (cameras_[i].timing.own_pace) cameras_[i].own_pace.emplace(options_.period_ns);
+    if (cameras_[i].timing.unsynchronized) cameras_[i].unsynchronized.emplace(options_.period_ns);
   }
 }
 
@@ -83,7 +83,7 @@ AssembledSets FrameSetAssembler::Add(size_t camera, CameraDelivery delivery, int
       state.clock_since_ns.reset();
       state.unplaced_ns.clear();
       state.last_id.reset();
-      if (state.own_pace) state.own_pace->Restart();
+      if (state.unsynchronized) state.unsynchronized->Restart();
       // A camera whose clock had jumped comes back with that clock.
       if (options_.clocks == ClockDomain::kShared && !state.timing.own_clock)
         if (const std::optional<int64_t> offset_ns = SharedOffset_ns()) state.clock->Expect(*offset_ns);
@@ -141,7 +141,7 @@ void FrameSetAssembler::NoteUnreadableClock(size_t camera, int64_t host_time_ns,
   if (!state.clock->contradiction_ns() || std::exchange(state.is_clock_doubt_noted, true)) return;
   Note(camera, host_time_ns,
        absl::StrCat("its clock cannot be read: readings are ", Seconds(*state.clock->contradiction_ns()),
-                    " off the times of its frames; the arrival of its frames stands in for them"),
+                    " off the times of its frames; arrival times are used instead"),
        out);
 }
 
@@ -206,8 +206,8 @@ void FrameSetAssembler::AddFrame(size_t camera, RawFrame frame, int64_t host_tim
   if (!state.first_time_ns) state.first_time_ns = time_ns;
   state.last_time_ns = time_ns;
 
-  if (state.own_pace) {
-    state.own_pace->Add(std::move(frame), time_ns);
+  if (state.unsynchronized) {
+    state.unsynchronized->Add(std::move(frame), time_ns);
     return;
   }
   if (begin_ns_ && time_ns < *begin_ns_ - options_.tolerance_ns) return;

@@ -13,7 +13,7 @@
 #include "capture/camera/clock_track.h"
 #include "capture/image/raw_frame.h"
 #include "capture/sync/ledger.h"
-#include "capture/sync/own_pace.h"
+#include "capture/sync/unsynchronized_frames.h"
 
 namespace weft {
 
@@ -27,7 +27,8 @@ enum class ClockDomain {
 // What sets a camera apart from the others of its session.
 struct CameraTiming {
   bool own_clock = false;  // among shared clocks: put on theirs by way of the host's
-  bool own_pace = false;   // no trigger reaches it: sets have its frame whose time fits best (own_pace.h)
+  bool unsynchronized =
+      false;  // no trigger reaches it: sets have its frame whose time fits best (unsynchronized.h)
 };
 
 struct FrameSetOptions {
@@ -43,7 +44,7 @@ struct FrameSetOptions {
   bool drop_incomplete = false;  // sets without every camera are dropped, with their causes in the ledger
   std::vector<CameraTiming> cameras;  // by camera; those that are not there are as the others
 
-  // At its own pace no camera sets the time of sets, so not all can be.
+  // Unsynchronized cameras define no triggers, so not all can be.
   absl::Status Validate() const;
 };
 
@@ -98,7 +99,7 @@ class FrameSetAssembler {
     std::optional<int64_t> first_time_ns, last_time_ns;  // by the common clock
     std::deque<Loss> losses;
     CameraTiming timing;
-    std::optional<OwnPaceFrames> own_pace;
+    std::optional<UnsynchronizedFrames> unsynchronized;
   };
   struct OpenSet {
     int64_t time_ns = 0;

@@ -24,7 +24,7 @@ std::string Seconds(int64_t ns) { return absl::StrFormat("%.3f s", static_cast<d
 bool FrameSetAssembler::IsDecided(const OpenSet& set, size_t camera) const {
   const Camera& state = cameras_[camera];
   if (set.frames.contains(camera) || !state.is_connected) return true;
-  if (state.own_pace) return state.own_pace->Knows(set.time_ns);
+  if (state.unsynchronized) return state.unsynchronized->Knows(set.time_ns);
   if (state.last_time_ns && *state.last_time_ns > set.time_ns + options_.tolerance_ns) return true;
   return std::any_of(state.losses.begin(), state.losses.end(), [&](const Loss& loss) {
     return std::abs(loss.time_ns - set.time_ns) <= options_.tolerance_ns;
@@ -33,12 +33,13 @@ bool FrameSetAssembler::IsDecided(const OpenSet& set, size_t camera) const {
 
 std::string FrameSetAssembler::WhyMissing(const OpenSet& set, size_t camera, bool timed_out) {
   Camera& state = cameras_[camera];
-  const int64_t reach_ns = state.own_pace           ? options_.period_ns
+  const int64_t reach_ns = state.unsynchronized     ? options_.period_ns
                            : options_.period_ns > 0 ? options_.period_ns / 2
                                                     : options_.tolerance_ns;
   while (!state.losses.empty() && state.losses.front().time_ns < set.time_ns - reach_ns)
     state.losses.pop_front();
-  const int64_t expected_ns = state.own_pace ? state.own_pace->Expected_ns(set.time_ns) : set.time_ns;
+  const int64_t expected_ns =
+      state.unsynchronized ? state.unsynchronized->Expected_ns(set.time_ns) : set.time_ns;
   for (auto loss = state.losses.begin(); loss != state.losses.end(); ++loss) {
     if (std::abs(loss->time_ns - expected_ns) > reach_ns) continue;
     std::string cause = std::move(loss->cause);
@@ -49,7 +50,7 @@ std::string FrameSetAssembler::WhyMissing(const OpenSet& set, size_t camera, boo
   if (state.is_silent) return "the camera does not answer: disconnected or without power";
   if (!state.unplaced_ns.empty()) return ClockCause();
   if (!state.last_time_ns) return "the camera has not delivered yet";
-  if (state.own_pace && !timed_out) return "no frame of the camera, at its own pace, is near this trigger";
+  if (state.unsynchronized && !timed_out) return "no frame of the unsynchronized camera is near this trigger";
   const int64_t off_ns =
       *state.last_time_ns - set.time_ns;  // later than half a period it is the next trigger's
   if (off_ns > options_.tolerance_ns &&
@@ -62,14 +63,14 @@ std::string FrameSetAssembler::WhyMissing(const OpenSet& set, size_t camera, boo
 }
 
 std::optional<RawFrame> FrameSetAssembler::TakeFrame(OpenSet& set, size_t camera) {
-  if (cameras_[camera].own_pace) return cameras_[camera].own_pace->Take(set.time_ns);
+  if (cameras_[camera].unsynchronized) return cameras_[camera].unsynchronized->Take(set.time_ns);
   const auto frame = set.frames.find(camera);
   return frame != set.frames.end() ? std::optional(std::move(frame->second)) : std::nullopt;
 }
 
 void FrameSetAssembler::NoteLeftOver(size_t camera, int64_t host_time_ns, AssembledSets& out) {
-  if (!cameras_[camera].own_pace) return;
-  const std::string text = cameras_[camera].own_pace->TakeLeftOver();
+  if (!cameras_[camera].unsynchronized) return;
+  const std::string text = cameras_[camera].unsynchronized->TakeLeftOver();
   if (!text.empty() && last_delivered_ns_) Note(camera, host_time_ns, text, out);
 }
 

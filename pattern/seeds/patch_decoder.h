@@ -1,4 +1,4 @@
-// Where pieces of lattice lie on the board, from the colours of their cells.
+// Board poses of pieces of lattice, from the colours of their cells.
 #pragma once
 
 #include <array>

@@ -86,16 +86,16 @@ std::string Images(const CalibrationResult& result) {
           ? absl::StrCat("Lines are reprojection errors of some corners, ",
                          FormatCount(std::llround(magnified)),
                          " times their length: directions at random are noise, a common direction in one "
-                         "place is a lens that is not known there. ")
+                         "region is a lens that is not known there. ")
           : "Dots are corners of boards. ";
-  return Section("coverage", "What each camera saw",
+  return Section("coverage", "Corners in each camera",
                  absl::StrCat("<p>", what, "Parts of an image without any corner are shaded.</p>\n",
                               ImagePanels(result, magnified)));
 }
 
 std::string Links(const CalibrationResult& result) {
   return Section(
-      "covisibility", "Who sees the same boards",
+      "covisibility", "Cameras that see the same boards",
       absl::StrCat(
           "<div class=\"plots drawings\">\n", LinkMatrix(result), LinkDrawing(result, FromAbove()),
           LinkDrawing(result, FromTheSide()),

@@ -17,7 +17,7 @@ namespace {
 void AddRefusal(const std::vector<CalibrationIssue>& issues, v1::Verdict& verdict) {
   const std::string& message = issues.front().message;
   const size_t end = message.rfind("; ");
-  std::string remedy = end == std::string::npos ? "mend that and calibrate again" : message.substr(end + 2);
+  std::string remedy = end == std::string::npos ? "fix that and calibrate again" : message.substr(end + 2);
   remedy[0] = absl::ascii_toupper(static_cast<unsigned char>(remedy[0]));
   if (remedy.back() != '?') remedy += '.';
   if (issues.size() > 1) remedy += " The other causes follow.";
@@ -93,7 +93,7 @@ v1::Verdict RefinementVerdict(const RefinementResult& result) {
   if (held > 0)
     AddFinding(verdict, v1::GRADE_USABLE,
                absl::StrCat(held, held == 1 ? " camera sees" : " cameras see",
-                            " too little of the cloth and was not looked at"),
+                            " too little of the cloth and was not evaluated"),
                "Register a take in which the cloth passes before it, with more --samples.");
   AddCheck(verdict, kCalibrationReprojection, RmsAfterPx(result));
   return verdict;

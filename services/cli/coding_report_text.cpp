@@ -21,7 +21,7 @@ std::vector<Line> LinesOf(const CodingReport& report) {
       {"one wrong colour reads as another window", absl::StrFormat("%.2f %%", 100 * report.alias_odds)},
       {"windows with another one wrong colour away",
        absl::StrFormat("%.1f %%", Percent(report.one_away, report.windows))},
-      {"one cell unread: more than one place fits", absl::StrFormat("%.1f %%", 100 * report.erasure_odds)},
+      {"one cell unread: more than one window fits", absl::StrFormat("%.1f %%", 100 * report.erasure_odds)},
       {"windows that read as another in a mirror",
        absl::StrFormat("%.2f %% (%d)", Percent(report.mirrored, report.windows), report.mirrored)},
       {"equal diagonal neighbours", absl::StrFormat("%.1f %%", 100 * report.equal_diagonal_share)}};

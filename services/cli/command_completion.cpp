@@ -10,7 +10,7 @@ namespace weft {
 void AddCompletionCommand(CLI::App& app, CommandLine& line) {
   CLI::App* command = AddCommand(
       app, "completion",
-      "Print the script that lets a shell complete weft's commands, options and values. The Debian package "
+      "Print the script for completion of weft's commands, options and values in a shell. The Debian package "
       "installs both.",
       "  weft completion zsh > ~/.zfunc/_weft\n"
       "  source <(weft completion bash)");

@@ -55,7 +55,7 @@ void AddDoctorCommand(CLI::App& app, CommandLine& line) {
                    "How much to write in testing the disk; 0: nothing")
       ->type_name("GIB")
       ->check(CLI::Range(0.0, 1024.0));
-  doctor->add_flag("--no-cameras", options->no_cameras, "Do not look for cameras in the network");
+  doctor->add_flag("--no-cameras", options->no_cameras, "Do not search for cameras in the network");
   doctor->add_flag("--json", options->json, "Print JSON (weft.v1.DoctorReport)");
   doctor->callback([options, &line] { line.run = [options] { return RunDoctor(*options); }; });
 }

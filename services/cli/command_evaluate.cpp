@@ -84,23 +84,23 @@ void AddInputOptions(CLI::App& command, EvaluationRequest& request) {
 }  // namespace
 
 void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* command =
-      AddCommand(app, "evaluate",
-                 "Measure a job's result, against the truth of a synthetic take where there is one. With a "
-                 "truth: precision and "
-                 "recall of decoding, error of the cloud, distance of every vertex to its true place (apart "
-                 "for vertices that 3 cameras or more see and for all others; where the template is not that "
-                 "of the take, by board cell), exact drift. Without: coverage and "
-                 "visibility, correspondence "
-                 "drift by optical flow between unwrapped textures, geodesic distortion against the "
-                 "template, self-intersections, "
-                 "jitter, reprojection and leave-one-camera-out error of every camera. What cannot be "
-                 "measured is named with the "
-                 "reason. The verdict comes first; bad is exit status 1. With --out: evaluation.json, "
-                 "frames.csv, cameras.csv and report.html.",
-                 "  weft evaluate result --out result/evaluation\n"
-                 "  weft evaluate result --truth take/truth --quick\n"
-                 "  weft evaluate result --truth take/truth --json > scores.json");
+  CLI::App* command = AddCommand(
+      app, "evaluate",
+      "Measure a job's result, against the truth of a synthetic take where there is one. With a "
+      "truth: precision and "
+      "recall of decoding, error of the cloud, distance of every vertex to its true position (apart "
+      "for vertices that 3 cameras or more see and for all others; where the template is not that "
+      "of the take, by board cell), exact drift. Without: coverage and "
+      "visibility, correspondence "
+      "drift by optical flow between unwrapped textures, geodesic distortion against the "
+      "template, self-intersections, "
+      "jitter, reprojection and leave-one-camera-out error of every camera. What cannot be "
+      "measured is named with the "
+      "reason. The verdict comes first; bad is exit status 1. With --out: evaluation.json, "
+      "frames.csv, cameras.csv and report.html.",
+      "  weft evaluate result --out result/evaluation\n"
+      "  weft evaluate result --truth take/truth --quick\n"
+      "  weft evaluate result --truth take/truth --json > scores.json");
   auto options = std::make_shared<EvaluateOptions>();
   command->add_option("result", options->request.result, "The folder that `weft register` wrote")
       ->required()

@@ -105,7 +105,7 @@ void AddOptionsCommand(CLI::App& app, CommandLine& line) {
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result --config "
       "studio.txtpb");
   auto options = std::make_shared<OptionsCommandOptions>();
-  command->add_option("name", options->names, "Only options whose path holds this")->type_name("NAME");
+  command->add_option("name", options->names, "Only options whose path contains this")->type_name("NAME");
   command->add_option("--preset", options->preset, "The preset to begin with")
       ->type_name("NAME")
       ->check(CLI::IsMember(PresetNames()));

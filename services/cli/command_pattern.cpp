@@ -98,7 +98,7 @@ absl::Status Check(const CheckOptions& options) {
   if (clashes.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat(options.board, ": ", clashes.size(), clashes.size() == options.limit ? " or more" : "",
-                   " pairs of 3x3 windows read the same; cells there cannot be told apart"));
+                   " pairs of 3x3 windows read the same; their cells are ambiguous"));
 }
 
 void AddGenerate(CLI::App& pattern, CommandLine& line) {
@@ -134,8 +134,8 @@ void AddGenerate(CLI::App& pattern, CommandLine& line) {
 void AddCheck(CLI::App& pattern, CommandLine& line) {
   CLI::App* check = AddCommand(
       pattern, "check",
-      "Check that every 3x3 window of a board is unique under rotation, and tell how well its windows "
-      "can be told apart: odds that wrong, unread or mirrored colours lead elsewhere, and how far the "
+      "Check that every 3x3 window of a board is unique under rotation, and show how distinct its windows "
+      "are: odds that wrong, unread or mirrored colours read as other windows, and how far the "
       "nearest other window is. Exit status 2 when windows clash.",
       "  weft pattern check board.png\n  weft pattern check shirt_board/board.json --compare\n"
       "  weft pattern check shirt_board --json");
@@ -147,7 +147,8 @@ void AddCheck(CLI::App& pattern, CommandLine& line) {
       ->type_name("N")
       ->check(CLI::PositiveNumber);
   check
-      ->add_option("--samples", options->report.samples, "Windows per size whose nearest other is looked for")
+      ->add_option("--samples", options->report.samples,
+                   "Windows per size whose nearest other one is searched for")
       ->type_name("N")
       ->check(CLI::PositiveNumber);
   check->add_flag("--compare", options->compare, "Show a random board of this size beside it");

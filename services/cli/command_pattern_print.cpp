@@ -110,7 +110,7 @@ void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line) {
       ->check(CLI::PositiveNumber);
   print
       ->add_option("--ink-line-mm", options->print.ink_line_mm,
-                   "Width of the lines between cells, instead of what the board says")
+                   "Width of the lines between cells, instead of the board's")
       ->type_name("MM")
       ->check(CLI::NonNegativeNumber);
   print->add_option("--page-width-mm", options->print.page_width_mm, "Printable width of the fabric")

@@ -34,7 +34,7 @@ struct RegisterOptions {
   bool detach = false;
   bool observations = false;
   bool frames_alone = false;
-  bool single_look = false;
+  bool single_pass = false;
   std::string scans;
   std::string starts;
   std::string cloud_format = "ply";
@@ -54,7 +54,7 @@ absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
   spec.mutable_options()->set_preset(options.preset);
   spec.mutable_options()->set_write_observations(options.observations);
   spec.mutable_options()->set_frames_alone(options.frames_alone);
-  spec.mutable_options()->set_single_look(options.single_look);
+  spec.mutable_options()->set_single_pass(options.single_pass);
   spec.mutable_options()->set_scans(options.scans);
   spec.mutable_options()->set_starts(options.starts);
   spec.mutable_options()->set_cloud_format(options.cloud_format);
@@ -140,7 +140,7 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
       "cells, aligns the template, and "
       "writes per frame mesh.ply (the template's vertices), cloud.ply and report.json, and report.html for "
       "all. Frames that are complete from an earlier run with the same inputs are kept, so a stopped run "
-      "goes on where it ended.",
+      "is resumed.",
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result\n"
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result --frames 0:10\n"
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
@@ -192,8 +192,9 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
       ->type_name("DIR");
   command->add_flag("--frames-alone", options->frames_alone,
                     "No refinement over neighbouring frames, and no bridges over failed ones");
-  command->add_flag("--single-look", options->single_look,
-                    "Do not look for missed cells again where the first mesh expects them");
+  command->add_flag("--single-pass", options->single_pass,
+                    "No second pass: do not search for missed cells where the first mesh predicts them");
+  command->add_flag("--single-look", options->single_pass, "Older spelling of --single-pass")->group("");
   command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));

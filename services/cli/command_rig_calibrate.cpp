@@ -293,7 +293,7 @@ void AddSolveOptions(CLI::App& command, CalibrateOptions& options) {
       ->type_name("FILE");
   command
       .add_option("--gamma", request.detection.gamma,
-                  "Of the images' values: 1 for linear cameras, 2.2 for pictures made to be looked at")
+                  "Of the images' values: 1 for linear cameras, 2.2 for gamma-encoded images (JPEG, sRGB)")
       ->check(CLI::Range(0.3, 4.0));
   command.add_option("--max-blur-px", request.detection.max_blur_px, "Tags with softer edges are refused")
       ->type_name("PX")

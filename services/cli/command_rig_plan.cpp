@@ -91,8 +91,7 @@ void AddRigPlanCommand(CLI::App& rig, CommandLine& line) {
           "A mesh.ply, or a folder of <frame>/mesh.ply such as a result or a take's truth; without it the "
           "template as it is")
       ->type_name("PATH");
-  command
-      ->add_option("--moments", request.moments, "Frames of the motion to look at, spread evenly; 0 for all")
+  command->add_option("--moments", request.moments, "Frames of the motion to use, spread evenly; 0 for all")
       ->type_name("N")
       ->check(CLI::NonNegativeNumber);
   command

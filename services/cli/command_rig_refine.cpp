@@ -82,9 +82,8 @@ void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
       ->type_name("N")
       ->check(CLI::Range(100, 100000));
   command
-      ->add_option(
-          "--sigma-px", request.sigma_px,
-          "Standard deviation of a decoded cell, where observations.csv does not tell it (up to 0.1.2)")
+      ->add_option("--sigma-px", request.sigma_px,
+                   "Standard deviation of a decoded cell, where observations.csv lacks it (up to 0.1.2)")
       ->type_name("PX")
       ->check(CLI::PositiveNumber);
   command
@@ -94,7 +93,7 @@ void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
       ->check(CLI::PositiveNumber);
   command
       ->add_option("--still-mm", request.solve.still_center_mm,
-                   "How far cameras that did not move may be off in place")
+                   "Tolerance for the position of cameras that did not move")
       ->type_name("MM")
       ->check(CLI::PositiveNumber);
   command->add_option("--threads", options->threads, "Threads; 0 takes all cores")

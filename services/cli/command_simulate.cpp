@@ -258,14 +258,15 @@ void AddSimulateCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--preset", options->preset, PresetText())->type_name("NAME");
   command
       ->add_option("--out", options->out,
-                   "The folder to write, new or empty; a take that was stopped goes on when the "
+                   "The folder to write, new or empty; a take that was stopped is resumed when the "
                    "same command is given again")
       ->required()
       ->type_name("DIR");
   command
-      ->add_option("--rig", options->rig,
-                   "Cameras to film with, e.g. of `weft rig import`; the garment hangs where they look, y is "
-                   "down")
+      ->add_option(
+          "--rig", options->rig,
+          "Cameras to film with, e.g. of `weft rig import`; the garment hangs in their field of view, y is "
+          "down")
       ->type_name("FILE");
   command
       ->add_option("--seed", options->seed,

@@ -80,7 +80,7 @@ absl::Status TestDisk(const TakeCommandOptions& options) {
 }  // namespace
 
 void AddTakeCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* take = AddCommand(app, "take", "Record takes; look at, check, repair and copy them", "");
+  CLI::App* take = AddCommand(app, "take", "Record takes; show, check, repair and copy them", "");
   take->require_subcommand(1);
   const auto options = std::make_shared<TakeCommandOptions>();
   const auto add = [&](const char* name, const char* description, const char* example, auto run) {
@@ -102,8 +102,8 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
   CLI::App* recover =
       add("recover",
           "Make a take readable again whose recorder crashed or whose files are damaged. Every intact frame "
-          "stays; a gap with its reason takes the place of a frame that is gone; index, ledger and totals "
-          "follow. What is replaced or cut is kept in TAKE/recovered.",
+          "is kept; a gap with its reason replaces each lost frame; index, ledger and totals "
+          "are rebuilt. Replaced data are kept in TAKE/recovered.",
           "  weft take recover take\n"
           "  weft take recover --dry-run take\n"
           "  weft take recover --force take",

@@ -131,7 +131,7 @@ void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
       take, "export",
       "Write a take as images, <out>/<frame>/<camera>.png, 8 bits as `weft register` reads them; "
       "as an archive, <out>/<camera>.mkv in FFV1 without loss, checked by decoding it again; or as "
-      "a video of all cameras to look at. Videos need the program ffmpeg.",
+      "a preview video of all cameras. Videos need the program ffmpeg.",
       "  weft take export take --out images --demosaic\n"
       "  weft take export take --out archive --format ffv1\n"
       "  weft take export take --out take.mp4 --format proxy");

@@ -40,7 +40,7 @@ void AddTakeSyncCommand(CLI::App& take, CommandLine& line) {
   const auto options = std::make_shared<SyncCommandOptions>();
   CLI::App* sync = AddCommand(
       take, "sync",
-      "Show how well the cameras of a take kept together: offsets within the sets, drift and jumps of their "
+      "Show the synchronization of a take's cameras: offsets within the sets, drift and jumps of their "
       "clocks, PTP, and every cause of a missing frame. Begins with a verdict; findings name what to do. "
       "Exit "
       "status 1 when the verdict is bad.",

@@ -136,7 +136,7 @@ void DrawLoose(const Frame& frame, const DecodeResult& result, int scale, double
     cv::circle(picture, At(spot.x_px, spot.y_px, scale), 1, kLoose, cv::FILLED);
     ++count;
   }
-  legend.push_back({kLoose, absl::StrCat(count, " bright spots that belong to no patch")});
+  legend.push_back({kLoose, absl::StrCat(count, " bright blobs that belong to no patch")});
 }
 
 // A cross where growth stopped, a colour for each reason.
@@ -187,7 +187,7 @@ void DrawRejected(const std::vector<PatchReport>& patches, int scale, cv::Mat& p
   for (const auto& [reason, count] : counts) {
     const cv::Scalar color = Distinct(2 * static_cast<int>(colors.size()), 0.5);
     colors[reason] = color;
-    legend.push_back({color, absl::StrCat(count, " patches rejected (boxes, with their spots): ", reason)});
+    legend.push_back({color, absl::StrCat(count, " patches rejected (boxes, with their blobs): ", reason)});
   }
   std::stable_sort(rejected.begin(), rejected.end(),
                    [](const PatchReport* a, const PatchReport* b) { return a->nodes > b->nodes; });

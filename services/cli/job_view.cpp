@@ -74,7 +74,7 @@ absl::Status OutcomeOf(const v1::Job& job) {
   if (job.state() == v1::JOB_STATE_FAILED) return absl::InternalError(job.message());
   if (job.frames().failed() > 0) {
     return absl::InternalError(absl::StrCat(job.frames().failed(), " of ", job.frames().total(),
-                                            " frames could not be registered; their reasons stand above and "
+                                            " frames could not be registered; the reasons are above and "
                                             "in the report"));
   }
   return absl::OkStatus();

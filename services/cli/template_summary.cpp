@@ -147,8 +147,8 @@ v1::Verdict TemplateVerdict(const v1::TemplateSummary& summary) {
                "Look at the report; where it is not as sewn, build again from more frames.");
   if (summary.components() > 1)
     AddFinding(verdict, v1::GRADE_USABLE,
-               absl::StrCat("the garment is in ", summary.components(), " pieces that hang together nowhere"),
-               "Check that no seam was missed: --max-seam-gap-mm says how far its sides may be apart.");
+               absl::StrCat("the garment is in ", summary.components(), " disconnected pieces"),
+               "Check that no seam was missed: --max-seam-gap-mm limits the distance of its sides.");
   if (summary.handles() > 0)
     AddFinding(verdict, v1::GRADE_USABLE,
                absl::StrCat("the surface has ", Counted(summary.handles(), "handle", "handles"),

@@ -144,12 +144,12 @@ absl::StatusOr<v1::Job> RegistrationClient::Watch(const std::string& job_id,
   const grpc::Status status = stream->Finish();
   if (status.ok()) return last;
   if (stop.stop_requested()) {
-    return absl::CancelledError(absl::StrCat("stopped watching; job ", job_id, " goes on at ", server_));
+    return absl::CancelledError(absl::StrCat("stopped watching; job ", job_id, " continues at ", server_));
   }
   if (status.error_code() == grpc::StatusCode::UNAVAILABLE && !last.id().empty()) {
     return absl::UnavailableError(
         absl::StrCat("the daemon at ", server_, " went away (", status.error_message(), "); job ", job_id,
-                     " goes on when it is started again: `weft job watch ", job_id, "`"));
+                     " continues when it is started again: `weft job watch ", job_id, "`"));
   }
   return Explain(status);
 }

@@ -30,7 +30,7 @@ struct DaemonOptions {
   // Reads the inputs of a job, computes its verdict once it has ended, and writes its report.
   InputsLoader load_inputs = LoadJobInputs;
   JobEndings endings;
-  // JobQueueOptions.find_incomplete; results are not looked at without it.
+  // JobQueueOptions.find_incomplete; results are not evaluated without it.
   FindIncomplete find_incomplete;
 
   // InvalidArgument names the option.

@@ -85,7 +85,7 @@ void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
     Remember(*live, i);
   }
   if (damaged && named.ok()) SaveAll(*live);
-  spdlog::info("job {} goes on: {} frames left", live->job().id(), live->life.frames().FramesLeft());
+  spdlog::info("job {} is resumed: {} frames left", live->job().id(), live->life.frames().FramesLeft());
   if (!named.ok()) EndEarly(live, v1::JOB_STATE_FAILED, std::string(named.message()));
   const v1::FrameCounts counts = live->life.frames().Counts();
   if (options_.find_incomplete && !live->life.ends_early() &&

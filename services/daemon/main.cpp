@@ -35,10 +35,10 @@ std::string DefaultWorker() {
 
 void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_level) {
   app.option_defaults()->always_capture_default();
-  app.add_option(
-         "--listen", options.listen,
-         "HOST:PORT to listen on; port 0 takes a free one. There is no access control: whoever reaches the "
-         "port may register takes, so keep it on loopback or a trusted network")
+  app.add_option("--listen", options.listen,
+                 "HOST:PORT to listen on; port 0 takes a free one. There is no access control: anyone who "
+                 "reaches the "
+                 "port may register takes, so keep it on loopback or a trusted network")
       ->type_name("ADDRESS");
   app.add_option("--state", options.state_folder,
                  "Folder for the list of jobs, and for results whose folder is not shared")
@@ -97,7 +97,7 @@ int main(int argc, char** argv) {
   CLI::App app(
       "Keeps a queue of registration jobs and runs them in worker processes. `weft register --server` "
       "submits, "
-      "`weft job` shows. May be stopped or killed at any time: it goes on with its jobs at the next start.",
+      "`weft job` shows. May be stopped or killed at any time: it resumes its jobs at the next start.",
       "weftd");
   app.formatter(weft::MakeHelpFormatter());
   app.footer("Examples:\n  weftd --listen 127.0.0.1:7411 --state /var/lib/weft --allow-path /data");

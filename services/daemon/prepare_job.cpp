@@ -65,7 +65,7 @@ absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const
     const absl::StatusOr<std::string> asked = policy.CheckOutput("spec.out", request.spec().out());
     if (asked.ok() && LiesBelow(*asked, state_folder)) {
       return absl::PermissionDeniedError(absl::StrCat(
-          "spec.out: ", *asked, " lies in the daemon's own folder, ", state_folder, "; choose another one"));
+          "spec.out: ", *asked, " is in the daemon's own folder, ", state_folder, "; choose another one"));
     }
     const std::string& probe = request.out_probe();
     std::error_code error;

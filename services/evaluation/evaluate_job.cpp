@@ -94,9 +94,9 @@ void ExplainGaps(const EvaluationRequest& request, const EvaluationInputs& input
     remark("reprojection, leave-one-camera-out",
            "there is no observations.csv; register with --observations");
   if (inputs.garment && !total.coverage)
-    remark("coverage, visibility", "no mesh.ply tells the states of its vertices");
+    remark("coverage, visibility", "no mesh.ply has the states of its vertices");
   if (!total.jitter_observed_mm)
-    remark("jitter", "no three consecutive frames have a mesh that tells the states of its vertices");
+    remark("jitter", "no three consecutive frames have a mesh with the states of its vertices");
   if (request.quick) {
     remark("geodesic distortion, texture drift", "left out on request (--quick)");
   } else if (inputs.dump && inputs.garment && !total.texture_drift_mm) {
@@ -107,7 +107,7 @@ void ExplainGaps(const EvaluationRequest& request, const EvaluationInputs& input
   });
   if (!inputs.truth.empty() && any_mesh && !out.total.mesh) {
     remark("vertex error, exact drift",
-           "the result's mesh has other vertices than the truth's, and only templates tell which is which: "
+           "the result's mesh has other vertices than the truth's, and only templates relate them: "
            "give --template, and keep the take's template beside its truth");
   } else if (inputs.garment && !inputs.truth.empty() && !total.true_drift_observed_mm) {
     remark("exact drift", "no two consecutive frames have a mesh");

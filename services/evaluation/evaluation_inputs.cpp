@@ -77,9 +77,8 @@ absl::Status OpenDump(const std::string& path, const std::string& mosaic, bool i
 
 // A truth that nobody named and that does not fit is no reason to refuse the result.
 void LeaveTruth(const absl::Status& why, EvaluationInputs& inputs) {
-  inputs.remarks.push_back(
-      {"errors against the truth, exact drift",
-       absl::StrCat(inputs.truth, " stands beside the take and was left out: ", why.message())});
+  inputs.remarks.push_back({"errors against the truth, exact drift",
+                            absl::StrCat(inputs.truth, " beside the take was not used: ", why.message())});
   inputs.truth.clear();
 }
 
@@ -130,7 +129,7 @@ void FindFrameRate(const EvaluationRequest& request, const TakeTimes& times, Eva
   inputs.fps_source = request.fps > 0 ? "--fps" : times.source;
   if (inputs.fps == 0)
     inputs.remarks.push_back({"drift per second",
-                              "nothing tells the frame rate of the take, so drift is given per frame; --fps "
+                              "the frame rate of the take is unknown, so drift is given per frame; --fps "
                               "gives it per second"});
 }
 

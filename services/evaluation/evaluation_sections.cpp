@@ -280,7 +280,7 @@ std::string CameraTableSection(const JobEvaluation& evaluation) {
              "95 %", "Shift x, px", "Shift y, px"},
             rows, "cameras") +
           "<p>Left out: distance to the point of all other cameras that agree with it. A shift that is not "
-          "near zero speaks for a camera that has moved since its calibration.</p>\n");
+          "near zero indicates a camera that has moved since its calibration.</p>\n");
 }
 
 std::string RemarkSection(const JobEvaluation& evaluation) {
@@ -288,7 +288,7 @@ std::string RemarkSection(const JobEvaluation& evaluation) {
   std::string rows;
   for (const EvaluationRemark& remark : evaluation.remarks)
     rows += TableRow("td", {EscapeHtml(remark.metric), EscapeHtml(remark.reason)});
-  return Section("remarks", "Not measured, and assumed", Table({}, rows, "facts"));
+  return Section("remarks", "Not measured, and assumptions", Table({}, rows, "facts"));
 }
 
 }  // namespace weft

@@ -67,10 +67,10 @@ std::string Motion(const FrameMetrics& m) {
                           Drift(m.true_drift_observed_mm_s, m.true_drift_observed_mm),
                           Drift(m.true_drift_inferred_mm_s, m.true_drift_inferred_mm));
   if (const auto& change = m.error_change_mm_s ? m.error_change_mm_s : m.error_change_mm)
-    absl::StrAppendFormat(&out,
-                          "wander   of the error where seen by 3 or more: %s %s in the median, %s at 99 %%\n",
-                          Number(change, &ErrorSummary::median), m.error_change_mm_s ? "mm/s" : "mm a frame",
-                          Number(change, &ErrorSummary::p99));
+    absl::StrAppendFormat(
+        &out, "error    from frame to frame, seen by 3 or more: %s %s in the median, %s at 99 %%\n",
+        Number(change, &ErrorSummary::median), m.error_change_mm_s ? "mm/s" : "mm a frame",
+        Number(change, &ErrorSummary::p99));
   if (m.jitter_observed_mm)
     absl::StrAppendFormat(&out, "jitter   %s mm where observed, %s mm where inferred\n",
                           mean(m.jitter_observed_mm), mean(m.jitter_inferred_mm));

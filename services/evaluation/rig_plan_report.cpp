@@ -46,7 +46,7 @@ std::string Head(const RigPlanResult& plan) {
                    FormatNumber(plan.options.viewing.max_facing_deg, 0), " degrees, ",
                    FormatNumber(plan.options.viewing.min_pitch_px, 1),
                    " px or more. All candidates together cover ", FormatPercent(plan.steps.back().coverage),
-                   ". Looked at ", Counted(static_cast<int64_t>(plan.moments.size()), "moment", "moments"),
+                   ". Evaluated ", Counted(static_cast<int64_t>(plan.moments.size()), "moment", "moments"),
                    " of the motion; sigma is what pixel noise of ", FormatNumber(plan.options.noise_px, 2),
                    " px leaves.</p>\n"));
 }
@@ -86,7 +86,7 @@ std::string Maps(const RigPlanResult& plan) {
         &body,
         html.ok() ? *html : absl::StrCat("<p>", EscapeHtml(std::string(html.status().message())), "</p>"));
   }
-  return Section("maps", "What the chosen cameras see",
+  return Section("maps", "Coverage of the selected cameras",
                  absl::StrCat("<div class=\"meshes\">\n", body, "</div>\n"));
 }
 
@@ -100,7 +100,7 @@ std::string Cameras(const RigPlanResult& plan) {
                             FormatPercent(step.coverage), FormatNumber(100 * (step.coverage - before), 2),
                             FormatNumber(step.mean_views, 1), FormatNumber(step.median_sigma_mm, 3)});
   }
-  return Section("cameras", "Cameras in the order of the choice",
+  return Section("cameras", "Cameras in order of selection",
                  Table({"Camera", "Place", "Covered", "Added, %", "Views of a cell, mean", "Sigma, mm"}, rows,
                        "cameras"));
 }
@@ -108,11 +108,12 @@ std::string Cameras(const RigPlanResult& plan) {
 }  // namespace
 
 std::string MakeRigPlanReport(const RigPlanResult& plan) {
-  const std::string drawings = absl::StrCat(
-      "<div class=\"plots drawings\">\n", Drawing(plan, FromAbove()), Drawing(plan, FromTheSide()),
-      "</div>\n<p>Chosen cameras are filled, the others outlined; each wedge opens to where its "
-      "camera looks. Dots are "
-      "the garment.</p>\n");
+  const std::string drawings = absl::StrCat("<div class=\"plots drawings\">\n", Drawing(plan, FromAbove()),
+                                            Drawing(plan, FromTheSide()),
+                                            "</div>\n<p>Selected cameras are filled, the others outlined; "
+                                            "each wedge opens in the direction that its "
+                                            "camera faces. Dots are "
+                                            "the garment.</p>\n");
   return Page("Weft rig plan", absl::StrCat(Head(plan), Curves(plan), Section("rig", "The rig", drawings),
                                             Maps(plan), Cameras(plan)));
 }

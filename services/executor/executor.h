@@ -12,7 +12,7 @@ namespace weft {
 // How a task's process ended.
 struct TaskEnd {
   bool clean = false;  // by itself with exit status 0
-  // For people when not clean, e.g. "killed by signal 11 (Segmentation fault); its last words: ...".
+  // For people when not clean, e.g. "killed by signal 11 (Segmentation fault); its last output: ...".
   std::string reason;
   // It was never started, since this machine had no room for it (disk, processes); the task is not to blame.
   bool refused = false;

@@ -245,7 +245,7 @@ void LocalExecutor::Finish(Run& run) {
   if (run.stopped_because.empty() && exit != "exit status 0") {
     run.stopped_because = exit;
     if (!run.last_words.empty()) {
-      absl::StrAppend(&run.stopped_because, "; its last words: ", absl::StrJoin(run.last_words, " | "));
+      absl::StrAppend(&run.stopped_because, "; its last output: ", absl::StrJoin(run.last_words, " | "));
     }
   }
   run.finished = true;

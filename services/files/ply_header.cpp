@@ -119,7 +119,7 @@ class HeaderReader {
   }
 
   absl::Status ReadProperty(const std::vector<std::string>& words) {
-    if (header_.layout.elements.empty()) return Error("a property stands before the first element");
+    if (header_.layout.elements.empty()) return Error("a property precedes the first element");
     PlyElement& element = header_.layout.elements.back();
     PlyProperty property;
     property.is_list = words.size() > 1 && words[1] == "list";

@@ -22,7 +22,7 @@ void Assess(const std::string& out, const JobEndings& endings, v1::Job& job) {
   try {
     *job.mutable_verdict() = endings.assess(out, job);
   } catch (const std::exception& error) {
-    job.add_warnings(absl::StrCat("the job cannot be judged: ", error.what()));
+    job.add_warnings(absl::StrCat("the job has no verdict: ", error.what()));
   }
 }
 

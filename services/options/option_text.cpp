@@ -71,7 +71,7 @@ std::string InOurWords(const std::string& message) {
   std::smatch match;
   if (std::regex_match(message, match, unknown))
     return NoSuchOption(GroupOf(match[1].str()) + match[2].str());
-  if (std::regex_match(message, match, twice)) return absl::StrCat(match[1].str(), ": stands there twice");
+  if (std::regex_match(message, match, twice)) return absl::StrCat(match[1].str(), ": is given twice");
   return message;
 }
 

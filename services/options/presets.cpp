@@ -68,7 +68,7 @@ v1::PipelineOptions OfStages(const v1::PipelineOptions& options, const std::vect
 absl::StatusOr<v1::RegistrationOptions> EffectiveOptions(const v1::RegistrationOptions& options) {
   absl::StatusOr<v1::PipelineOptions> pipeline = EffectiveOptions(options.preset(), options.pipeline());
   if (!pipeline.ok()) return pipeline.status();
-  if (options.single_look()) pipeline->mutable_second_pass()->set_enabled(false);
+  if (options.single_pass()) pipeline->mutable_second_pass()->set_enabled(false);
   v1::RegistrationOptions effective = options;
   if (effective.preset().empty()) effective.set_preset(kDefaultPreset);
   *effective.mutable_pipeline() = OfStages(*pipeline, RegistrationStages());

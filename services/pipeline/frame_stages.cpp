@@ -130,7 +130,7 @@ class Registration {
     return cloud.status();
   }
 
-  // Adds what the second look finds to observations and cloud. Nothing to be done for frames that cannot be
+  // Adds the finds of the second pass to observations and cloud. Nothing to be done for frames that cannot be
   // registered.
   absl::Status LookAgain(size_t index, std::vector<std::unique_ptr<ViewDecoder>> decoders) {
     // Only where to look is asked of this mesh.
@@ -258,7 +258,7 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
     if (absl::Status status = registration.LookAgain(index, std::move(decoders)); !status.ok()) {
       return status;
     }
-    clock.End("second look");
+    clock.End("second pass");
   }
   if (absl::Status status = registration.Describe(); !status.ok()) return status;
   if (absl::Status status = registration.Align(); !status.ok()) return status;

@@ -97,7 +97,7 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteFrames(const v1::Job&
     if (const auto who = WhoRefines(found, static_cast<int>(i))) refine.insert(*who);
   }
   for (const int at : refine) {
-    incomplete.push_back({static_cast<size_t>(at), "its neighbourhood is not refined"});
+    incomplete.push_back({static_cast<size_t>(at), "its neighbours' refinement is missing"});
   }
   if (base.ok()) {
     if (absl::Status status = base->Sync(); !status.ok()) return status;

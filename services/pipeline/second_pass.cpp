@@ -33,12 +33,12 @@ int Describe(const std::vector<std::optional<WhyMissing>>& missing, v1::ViewRepo
   }
   int found = static_cast<int>(missing.size());
   for (const auto& [reason, count] : rejected) {
-    v1::ReasonCount& entry = *report.add_second_look_rejected();
+    v1::ReasonCount& entry = *report.add_second_pass_rejected();
     entry.set_reason(reason);
     entry.set_count(count);
     found -= count;
   }
-  report.set_second_look_found(found);
+  report.set_second_pass_found(found);
   return found;
 }
 
@@ -54,7 +54,7 @@ int LookInto(const SecondPassInputs& pass, const std::vector<PredictedCell>& wan
   if (!missing.ok()) return 0;
   const int found = Describe(*missing, report);
   const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-  report.set_second_look_ms(elapsed.count());
+  report.set_second_pass_ms(elapsed.count());
   return found;
 }
 

@@ -16,7 +16,7 @@ std::string Hash(const std::string& text) {
 // The effective options of each stage as text that differs where they do.
 struct OptionTexts {
   std::string decode, triangulate, second_pass, align, refine;
-  bool looks_again, refines;
+  bool has_second_pass, refines;
 };
 
 OptionTexts TextsOf(const v1::RegistrationOptions& asked) {
@@ -24,12 +24,12 @@ OptionTexts TextsOf(const v1::RegistrationOptions& asked) {
   OptionTexts texts;
   const auto of = [&options](const char* stage) { return StageOptionsText(options.pipeline(), stage); };
   const std::string alignment = of("alignment");
-  texts.looks_again = options.pipeline().second_pass().enabled();
+  texts.has_second_pass = options.pipeline().second_pass().enabled();
   texts.refines = !options.frames_alone();
   texts.decode = absl::StrCat(of("decode"), "\nmosaic ", options.mosaic());
   texts.triangulate = of("triangulation");
   texts.align = absl::StrCat(alignment, "\nscans ", options.scans(), "\nstarts ", options.starts());
-  // The first mesh tells where to look.
+  // The first mesh predicts the cells.
   texts.second_pass = absl::StrCat(of("second_pass"), "\n", texts.align);
   texts.refine = absl::StrCat(of("temporal"), "\n", alignment);  // they share the solver
   return texts;
@@ -74,7 +74,7 @@ StageKeys KeysOf(const v1::InputHashes& inputs, const v1::RegistrationOptions& o
   };
   add(Stage::kDecode, true, inputs.board(), texts.decode);
   add(Stage::kTriangulate, true, inputs.rig(), texts.triangulate);
-  add(Stage::kSecondPass, texts.looks_again, inputs.garment(), texts.second_pass);
+  add(Stage::kSecondPass, texts.has_second_pass, inputs.garment(), texts.second_pass);
   add(Stage::kAlign, true, inputs.garment(), texts.align);
   add(Stage::kRefine, texts.refines, "", texts.refine);
   return keys;

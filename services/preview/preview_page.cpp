@@ -138,7 +138,7 @@ std::string Alerts(const PreviewPage& page) {
   if (faulty == 0) return "";
   return absl::StrCat("<section class=alerts><p>", faulty, " of ",
                       Counted(static_cast<int64_t>(page.cameras.size()), "camera", "cameras"),
-                      " to look after: ", items, "</p></section>\n");
+                      " to check: ", items, "</p></section>\n");
 }
 
 std::string CoverageHtml(const PreviewCoverage& coverage, size_t cameras) {
@@ -188,7 +188,7 @@ std::string PreviewHtml(const PreviewPage& page) {
                   "</h1><span class=chip id=chip>", page.is_over ? "over" : "live", "</span><span>");
   if (page.set) {
     absl::StrAppend(&html, "frame set ", *page.set, ", <span id=time></span>; ", page.passed_over,
-                    " passed over since the page before");
+                    " skipped since the page before");
   } else {
     absl::StrAppend(&html, "no frame set yet, <span id=time></span>");
   }

@@ -49,7 +49,7 @@ std::string CameraListText(const v1::CameraList& list, bool details) {
   if (text.empty())
     text =
         "no camera: none answers in the network by GigE Vision, and there is none at /dev/video*; "
-        "`weft doctor` looks for the cause\n";
+        "`weft doctor` searches for the cause\n";
   return text;
 }
 

@@ -33,7 +33,7 @@ CommonTimes::CommonTimes(const RecordedTake& take, const std::vector<LoggedReadi
     : take_(take),
       own_clocks_(description.own_clocks()),
       has_own_clock_(take.camera_ids().size()),
-      is_own_pace_(take.camera_ids().size()),
+      is_unsynchronized_(take.camera_ids().size()),
       is_by_arrival_(take.camera_ids().size()),
       are_readings_wrong_(take.camera_ids().size()),
       readings_(take.camera_ids().size()) {
@@ -42,7 +42,7 @@ CommonTimes::CommonTimes(const RecordedTake& take, const std::vector<LoggedReadi
     const auto index = static_cast<size_t>(std::find(ids.begin(), ids.end(), camera.id()) - ids.begin());
     if (index == ids.size()) continue;
     has_own_clock_[index] = camera.own_clock();
-    is_own_pace_[index] = camera.own_pace();
+    is_unsynchronized_[index] = camera.unsynchronized();
   }
   for (size_t camera = 0; camera < readings_.size(); ++camera) {
     std::vector<const ClockReading*> own;
@@ -102,7 +102,7 @@ std::vector<int64_t> CommonTimes::TriggeredTimes_ns(size_t set) const {
   std::vector<int64_t> found, others;
   for (size_t camera = 0; camera < readings_.size(); ++camera)
     if (const std::optional<int64_t> time_ns = Time_ns(set, camera))
-      (is_own_pace_[camera] ? others : found).push_back(*time_ns);
+      (is_unsynchronized_[camera] ? others : found).push_back(*time_ns);
   if (found.empty()) found.swap(others);
   std::sort(found.begin(), found.end());
   return found;

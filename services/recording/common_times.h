@@ -35,13 +35,13 @@ struct Spread {
 // earliest arrivals are used. Synchronized clocks without readings: device times unchanged.
 class CommonTimes {
  public:
-  // `description`: of the take, says whose clock is its own and who runs at its own pace.
+  // `description`: of the take, says which cameras have clocks of their own or are unsynchronized.
   CommonTimes(const RecordedTake& take, const std::vector<LoggedReading>& readings,
               const v1::Take& description);
 
   // Nothing where the camera has no frame in the set at this index.
   std::optional<int64_t> Time_ns(size_t set, size_t camera) const;
-  // The middle one of the times of the cameras that do not run at their own pace,
+  // The middle one of the times of the synchronized cameras,
   // where one has a frame; nothing where no camera has one.
   std::optional<int64_t> Median_ns(size_t set) const { return medians_ns_[set]; }
   // The camera's clock is known by the arrival of its frames alone.
@@ -61,8 +61,8 @@ class CommonTimes {
   std::vector<int64_t> TriggeredTimes_ns(size_t set) const;
 
   const RecordedTake& take_;
-  bool own_clocks_;                                // of all
-  std::vector<bool> has_own_clock_, is_own_pace_;  // by camera
+  bool own_clocks_;                                      // of all
+  std::vector<bool> has_own_clock_, is_unsynchronized_;  // by camera
   std::vector<bool> is_by_arrival_, are_readings_wrong_;
   std::vector<Readings> readings_;  // of each camera
   std::vector<std::optional<int64_t>> medians_ns_;

@@ -125,7 +125,7 @@ void Examination::CheckBuffers() {
   int64_t bytes = 0;
   if (!absl::SimpleAtoi(Line("proc/sys/net/core/rmem_max"), &bytes)) {
     Find("socket buffers", v1::DOCTOR_VERDICT_WARNING, "net.core.rmem_max cannot be read",
-         "look at `sysctl net.core.rmem_max`");
+         "see `sysctl net.core.rmem_max`");
   } else if (bytes < kWantedBuffer_bytes) {
     Find("socket buffers", v1::DOCTOR_VERDICT_WARNING,
          absl::StrCat("net.core.rmem_max is ", bytes, " bytes: a busy moment of the host loses packets"),

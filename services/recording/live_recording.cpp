@@ -132,7 +132,7 @@ v1::Take Describe(const std::vector<std::unique_ptr<CameraSource>>& cameras,
     const size_t index = static_cast<size_t>(take.cameras_size()) - 1;
     camera.set_clock_problem(source->ClockProblem());
     camera.set_own_clock(sets.cameras[index].own_clock);
-    camera.set_own_pace(sets.cameras[index].own_pace);
+    camera.set_unsynchronized(sets.cameras[index].unsynchronized);
   }
   return take;
 }
@@ -321,7 +321,7 @@ absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
   for (size_t i = 0; i < cameras.size(); ++i)
     if (const std::string problem = cameras[i]->ClockProblem(); !problem.empty())
       (*recorder)->Note(ids[i], absl::StrCat("its clock cannot be read: ", problem,
-                                             "; the arrival of its frames stands in for it"));
+                                             "; the arrival times of its frames are used instead"));
   LiveTake live(cameras, ids, options, **recorder, clocks);
   absl::Status status = live.Begin();
   if (status.ok()) live.RunUntilTheEnd(stop, report);

@@ -41,7 +41,7 @@ std::string RemedyFor(const v1::TakeInfo& info) {
     for (const Remedy& remedy : kRemedies)
       if (absl::StrContains(loss->cause(), remedy.cause)) return remedy.what;
   return absl::StrCat("`weft take sync ", info.path(),
-                      "` says which camera lacks frames; mend that and retake.");
+                      "` says which camera lacks frames; fix that and record again.");
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ void AssessLosses(v1::TakeInfo& info) {
   const uint64_t all = info.sets() + info.sets_dropped();
   if (all == 0) {
     AddFinding(verdict, v1::GRADE_BAD, "the take holds no frame set",
-               "`weft doctor --session FILE` looks at the cameras; is there a trigger? Then retake.");
+               "`weft doctor --session FILE` checks the cameras; is there a trigger? Then record again.");
     return;
   }
   std::string reason = absl::StrCat(WithSeparators(info.sets_complete()), " of ", WithSeparators(all),

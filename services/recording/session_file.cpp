@@ -59,16 +59,17 @@ absl::Status AddTiming(const v1::Session& session, FrameSetOptions& sets) {
   bool has_leader = false, has_shared_clock = false;
   const bool free_run = KindOf(session.trigger().kind()) == TriggerKind::kFreeRun;
   for (const v1::SessionCamera& camera : session.cameras()) {
-    sets.cameras.push_back({camera.has_v4l2(), camera.own_pace()});
-    has_leader = has_leader || !camera.own_pace();
+    sets.cameras.push_back({camera.has_v4l2(), camera.unsynchronized()});
+    has_leader = has_leader || !camera.unsynchronized();
     has_shared_clock = has_shared_clock || !camera.has_v4l2();
-    if (camera.has_v4l2() && !camera.own_pace() && !free_run &&
+    if (camera.has_v4l2() && !camera.unsynchronized() && !free_run &&
         KindOf(session.trigger().kind()) != TriggerKind::kLine)
       return absl::InvalidArgumentError(absl::StrCat(
-          "camera ", camera.id(), ": V4L2 cameras take no triggers from Weft; set its `own_pace`"));
+          "camera ", camera.id(), ": V4L2 cameras take no triggers from Weft; set its `unsynchronized`"));
   }
   if (!has_leader)
-    return absl::InvalidArgumentError("every camera has `own_pace`; one must set the times of sets");
+    return absl::InvalidArgumentError(
+        "every camera is `unsynchronized`; at least one must define the triggers");
   if (!has_shared_clock) sets.clocks = ClockDomain::kEstimated;
   return absl::OkStatus();
 }
@@ -144,7 +145,7 @@ absl::StatusOr<std::unique_ptr<CameraSource>> OpenGige(const v1::Session& sessio
   options.resend = !camera.gige().no_resend();
   options.packet_socket = !camera.gige().no_packet_socket();
   options.chunk_timestamps = camera.gige().chunk_timestamps();
-  options.trigger = camera.own_pace() ? CameraTrigger{} : TriggerOf(session);
+  options.trigger = camera.unsynchronized() ? CameraTrigger{} : TriggerOf(session);
   options.ptp = session.ptp();
   if (session.ptp_wait_s() > 0)
     options.ptp_wait_ms = static_cast<int>(std::lround(1000 * session.ptp_wait_s()));

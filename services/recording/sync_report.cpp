@@ -116,7 +116,7 @@ void FindClockFaults(const v1::SyncReport& report, Said& said) {
     const auto say = [&](const std::string& text) { said.emplace_back(clock.camera(), text); };
     if (clock.ptp_states_size() > 1)
       say("PTP changed its state during the take (" + absl::StrJoin(clock.ptp_states(), ", ") +
-          "); look at the master and the switch");
+          "); check the master and the switch");
     if (clock.ptp_offset_worst_us() > kPtpLimit_us)
       say(absl::StrFormat(
           "up to %.0f us from the PTP master; use a switch with PTP (boundary or transparent clock)",
@@ -124,12 +124,12 @@ void FindClockFaults(const v1::SyncReport& report, Said& said) {
     if (clock.jumps() > 0)
       say(absl::StrCat("its clock jumped ",
                        clock.jumps() == 1 ? "once" : absl::StrCat(clock.jumps(), " times"),
-                       "; synchronize it by PTP, or look at what steps the master"));
+                       "; synchronize it by PTP, or find what steps the master"));
     if (!clock.problem().empty())
       say(absl::StrCat("its clock cannot be read, ", clock.problem(),
                        ": its times are those of arrival, as even as the network; PTP makes them exact"));
     else if (clock.readings() == 0)
-      say("its clock was never read; its times are as it says");
+      say("its clock was never read; its times are used unchanged");
   }
 }
 
@@ -145,9 +145,9 @@ void FindFaults(v1::SyncReport& report) {
   }
   for (const v1::TakeCamera& camera : report.take().cameras()) {
     for (const v1::TakeTiming& timing : report.timing())
-      if (camera.own_pace() && timing.camera() == camera.id())
+      if (camera.unsynchronized() && timing.camera() == camera.id())
         said.emplace_back(camera.id(),
-                          absl::StrFormat("at its own pace, up to %.1f ms from the time of its set; only "
+                          absl::StrFormat("unsynchronized, up to %.1f ms from the time of its set; only "
                                           "a trigger would hold it",
                                           timing.offset_worst_ms()));
   }

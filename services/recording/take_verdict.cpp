@@ -39,10 +39,10 @@ void AssessState(const std::string& folder, const v1::Take& take, v1::Verdict& v
                RecoverRemedy(folder, false));
   } else if (take.state() == v1::TAKE_STATE_STOPPED) {
     AddFinding(verdict, v1::GRADE_USABLE, absl::StrCat("the recording stopped early", cause),
-               "what was acknowledged is whole; mend the cause and record the rest again");
+               "acknowledged frames are intact; fix the cause and record the rest again");
   } else if (take.frames_lost() > 0) {
     AddFinding(verdict, v1::GRADE_USABLE,
-               absl::StrCat(take.frames_lost(), " frames were lost to damage; gaps stand in their places"),
+               absl::StrCat(take.frames_lost(), " frames were lost to damage and replaced by gaps"),
                "copy the take's files again from where they are whole, or use the take as it is");
   }
 }
@@ -60,7 +60,7 @@ void AssessStreams(const RecordedTake& streams, v1::TakeInfo& info) {
   for (const v1::TakeCamera& camera : info.take().cameras()) {
     if (std::find(ids.begin(), ids.end(), camera.id()) != ids.end()) continue;
     AddFinding(verdict, v1::GRADE_BAD, absl::StrCat("camera ", camera.id(), ": its stream is gone"),
-               absl::StrCat("copy it again from where it is whole, or leave gaps in its place: ",
+               absl::StrCat("copy it again from an intact copy, or replace it by gaps: ",
                             RecoverRemedy(info.path(), is_closed)));
   }
   if (info.take().state() == v1::TAKE_STATE_STOPPED && !HasEnd(streams)) {
@@ -73,7 +73,7 @@ void AssessStreams(const RecordedTake& streams, v1::TakeInfo& info) {
   for (size_t i = 0; is_closed && i < ids.size(); ++i) {
     if (streams.stream(i).header().version == 1 || streams.stream(i).end()) continue;
     AddFinding(verdict, v1::GRADE_BAD, absl::StrCat("camera ", ids[i], ": its stream was cut"),
-               absl::StrCat("copy it again from where it is whole, or leave gaps in its place: ",
+               absl::StrCat("copy it again from an intact copy, or replace it by gaps: ",
                             RecoverRemedy(info.path(), true)));
   }
   if (is_closed && !streams.warnings().empty())

@@ -131,7 +131,7 @@ std::string CameraSection(const JobSummary& summary) {
       "cameras", "Cameras",
       absl::StrCat(
           MissingCameras(summary.cameras),
-          "<h3>What each camera contributed</h3>\n<p>Means per frame in which the camera gave an image. A "
+          "<h3>Contribution of each camera</h3>\n<p>Means per frame in which the camera gave an image. A "
           "patch is a connected piece of the pattern; it is rejected as a whole. <i>Off by</i> is how far a "
           "camera "
           "sees the cloth from where all others see it, with its significance: in bold where the camera "

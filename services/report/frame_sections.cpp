@@ -66,7 +66,7 @@ std::string ReasonText(const v1::FrameReport& frame) {
   std::string reason = EscapeHtml(frame.reason());
   AddUntangling(frame, &reason);
   if (frame.set_aside()) {
-    AddRemark("given up because its workers ended abnormally; a new job tries it again", &reason);
+    AddRemark("given up because its workers ended abnormally; a new job retries it", &reason);
   }
   return reason;
 }

@@ -86,11 +86,11 @@ void AssessFrames(const v1::Job& job, const JobSummary& summary, v1::Verdict& ve
     AddFinding(verdict, v1::GRADE_BAD,
                absl::StrCat("cancelled with ", summary.registered, " of ", Counted(total, "frame", "frames"),
                             " registered"),
-               "Run the same command again: it goes on where it ended.");
+               "Run the same command again: it resumes the job.");
     return;
   }
   if (job.state() == v1::JOB_STATE_FAILED && !job.message().empty() && summary.failure_reasons.empty())
-    AddFinding(verdict, v1::GRADE_BAD, job.message(), "Mend what the message names, and register again.");
+    AddFinding(verdict, v1::GRADE_BAD, job.message(), "Fix what the message names, and register again.");
   if (total == 0) return;
   const int failed = total - summary.registered;
   std::string reason;

@@ -14,7 +14,7 @@ std::string StateLegend() {
   return absl::StrCat("<ul class=\"legend\">",
                       entry(VertexState::kObserved, "observed: measured in this frame"),
                       entry(VertexState::kTwoView, "measured by two cameras only"),
-                      entry(VertexState::kInferred, "inferred from its surroundings"), "</ul>");
+                      entry(VertexState::kInferred, "inferred from the cloth around it"), "</ul>");
 }
 
 }  // namespace

@@ -15,8 +15,8 @@ std::string Explanation(const std::string& reason) {
   if (reason == "too_few_views")
     return "seen by fewer cameras than triangulation needs: add cameras on that side, or move them closer";
   if (reason == "no_consensus")
-    return "the rays of the cameras do not meet: wrong readings, or a calibration that has moved";
-  if (reason == "poor_geometry") return "the rays are nearly parallel: the cameras stand too close together";
+    return "the rays of the cameras do not meet: wrong observations, or a camera that has moved";
+  if (reason == "poor_geometry") return "the rays are nearly parallel: the cameras are too close together";
   if (reason == "isolated") return "too few neighbours around it to be trusted";
   if (reason == "stretched_edges") return "farther from its neighbours than cloth stretches";
   if (reason == "small_component") return "part of a small piece far from trusted ones";
@@ -74,7 +74,7 @@ std::string CellSection(const std::vector<v1::FrameReport>& frames) {
     return clouds > 1 && count > 0 && mean < 9.95 ? FormatNumber(mean, 1) : FormatCount(std::llround(mean));
   };
   std::string rows =
-      TableRow("td", {"<b>became points</b>", per_frame(points), "cells and corners of the cloud"});
+      TableRow("td", {"<b>triangulated</b>", per_frame(points), "cells and corners of the cloud"});
   for (const auto& [reason, count] : reasons) {
     rows += TableRow("td", {EscapeHtml(Words(reason)), per_frame(count), Explanation(reason)});
   }

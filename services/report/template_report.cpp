@@ -133,7 +133,7 @@ std::string TextureSection(const BuiltTemplate& built) {
   const double share = cells * std::pow(parts.cell_mm / parts.texture_side_mm, 2);
   return absl::StrCat("<p>The panels as they lie on the board, packed into a square of ",
                       FormatNumber(parts.texture_side_mm, 0), " mm a side, of which they cover ",
-                      FormatPercent(share), ". Numbers stand upright as on the board.</p>\n",
+                      FormatPercent(share), ". Numbers are upright as on the board.</p>\n",
                       TexturePicture(built));
 }
 
@@ -233,7 +233,7 @@ absl::StatusOr<std::string> MakeTemplateReport(const BuiltTemplate& built,
   }
   if (!warnings.empty()) html += Section("warnings", "Warnings", absl::StrCat("<ul>", warnings, "</ul>"));
   html += Section("board", "Panels on the board",
-                  absl::StrCat("<p>Panels bear large numbers. Both sides of a seam have the same small "
+                  absl::StrCat("<p>Panels have large numbers. Both sides of a seam have the same small "
                                "number and colour; grey outlines are open.</p>\n",
                                BoardPicture(built)));
   html += Section("garment", "The sewn garment", *sewn);

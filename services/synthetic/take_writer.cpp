@@ -77,7 +77,7 @@ absl::Status WriteFrame(const SyntheticTake& take, const TakeFrame& frame, const
   tbb::parallel_for(size_t{0}, cameras.size(), [&](size_t c) {
     if (stop.stop_requested()) {
       statuses[c] = absl::CancelledError(absl::StrCat("stopped at frame ", TakeFolder::NameOf(frame.index),
-                                                      "; the same command goes on from there"));
+                                                      "; the same command resumes it"));
       return;
     }
     absl::StatusOr<FilmedView> view = take.Film(frame, static_cast<int>(c));

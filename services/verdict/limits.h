@@ -31,7 +31,7 @@ inline constexpr Limit kTakeCompleteSets{
     90,
     Better::kMore,
     1,
-    "Run `weft take sync` to see which camera lacks frames and why, mend that, and record again."};
+    "Run `weft take sync` to see which camera lacks frames and why, fix that, and record again."};
 
 inline constexpr Limit kSyncSpread{"sync.spread",
                                    "time between the cameras of a frame set, median",
@@ -78,7 +78,7 @@ inline constexpr Limit kRegisterFrames{
     90,
     Better::kMore,
     1,
-    "See the reasons in the table of frames of report.html, mend them, and run the same command again."};
+    "See the reasons in the table of frames of report.html, fix them, and run the same command again."};
 inline constexpr Limit kRegisterImages{
     "register.images",
     "images that could be used",
@@ -96,7 +96,7 @@ inline constexpr Limit kRegisterCoverage{
     20,
     Better::kMore,
     1,
-    "Add cameras where the cloth is not seen: `weft rig plan` tells which; see report.html for where."};
+    "Add cameras where the cloth is not seen: `weft rig plan` selects them; report.html shows where."};
 
 // Evaluations.
 inline constexpr Limit kEvaluateFrames{
@@ -107,7 +107,7 @@ inline constexpr Limit kEvaluateFrames{
     90,
     Better::kMore,
     1,
-    "See in the report of the job why the others have none, mend that, and register them again."};
+    "See in the report of the job why the others have none, fix that, and register them again."};
 inline constexpr Limit kEvaluateCoverage{
     "evaluate.coverage",
     "cells seen by 3 cameras or more",
@@ -116,7 +116,7 @@ inline constexpr Limit kEvaluateCoverage{
     50,
     Better::kMore,
     1,
-    "Add cameras where the map of visibility is dark: `weft rig plan` tells which."};
+    "Add cameras where the map of visibility is dark: `weft rig plan` selects them."};
 inline constexpr Limit kEvaluatePrecision{
     "evaluate.precision",
     "decoded cells that are right",
@@ -143,7 +143,7 @@ inline constexpr Limit kEvaluateDrift{
     15,
     Better::kLess,
     2,
-    "See on the map of drift where the mesh slides; more cameras or light there hold it."};
+    "See on the map of drift where the mesh slides; add cameras or light there."};
 inline constexpr Limit kEvaluateDistortion{
     "evaluate.distortion",
     "geodesic distortion",
@@ -161,7 +161,7 @@ inline constexpr Limit kEvaluateSelfIntersections{
     20,
     Better::kLess,
     1,
-    "Look at these frames before they are used; register them again with neighbours on both sides."};
+    "Check these frames before they are used; register them again with neighbours on both sides."};
 inline constexpr Limit kEvaluateLeftOut{
     "evaluate.left_out",
     "error of a camera that is left out, mean",
@@ -181,7 +181,7 @@ inline constexpr Limit kCalibrationReprojection{
     1,
     Better::kLess,
     3,
-    "See in the report which cameras stand out; shorter exposures and a flatter board lower it."};
+    "See in the report which cameras are worst; shorter exposures and a flatter board lower it."};
 inline constexpr Limit kCalibrationUncertainty{
     "calibration.uncertainty",
     "projection uncertainty of the worst camera",
@@ -193,7 +193,7 @@ inline constexpr Limit kCalibrationUncertainty{
     "Show that camera more boards, near and far, tilted, and into the corners of its image."};
 inline constexpr Limit kPlanCoverage{
     "plan.coverage",
-    "cells covered by the chosen cameras",
+    "cells covered by the selected cameras",
     "%",
     75,
     50,

@@ -64,7 +64,7 @@ def measure(folder, instructions):
         with tarfile.open(os.path.join(DATA, "take.tar.xz")) as archive:
             archive.extractall(take)
     environment = {**os.environ, "WEFT_INSTRUCTIONS": instructions}
-    for out, more in ((once, ["--single-look"]), (twice, [])):
+    for out, more in ((once, ["--single-pass"]), (twice, [])):
         weft("register", take, "--rig", f"{take}/rig.json", "--board", f"{take}/board.json", "--template",
              f"{take}/template", "--out", out, "--observations", *more, check=0, env=environment)
     hashes = {"decode": hash_of(once, "observations.csv"), "triangulate": hash_of(once, "cloud.ply"),
@@ -165,16 +165,16 @@ class Resume(StudioTest):
         self.assertTrue(all(map(os.path.exists, images)))
 
     def test_a_change_of_options_keeps_what_it_does_not_change(self):
-        self.register("--observations", "--frames-alone", "--single-look", check=0)
+        self.register("--observations", "--frames-alone", "--single-pass", check=0)
         before = self.written()
         scans = self.path("scans")  # none of these frames
         os.mkdir(scans)
-        self.register("--observations", "--single-look", "--scans", scans, check=0)
+        self.register("--observations", "--single-pass", "--scans", scans, check=0)
         after = self.written()
         kept = {path for path in before if after[path] == before[path]}
         self.assertEqual({os.path.basename(path) for path in kept}, {"cloud.ply", "observations.csv"})
         fresh = self.path("fresh")
-        self.register("--observations", "--single-look", "--scans", scans, check=0, out=fresh)
+        self.register("--observations", "--single-pass", "--scans", scans, check=0, out=fresh)
         self.assertEqual(results(self.out), results(fresh))
 
 

@@ -50,7 +50,7 @@ class BuiltTemplate(Evaluate):
     def test_truth_that_tells_no_cells_is_a_note_and_not_an_error(self):
         shutil.rmtree(f"{self.take}/template")
         evaluation = self.evaluate()
-        self.assertIn("which is which", self.reasons(evaluation))
+        self.assertIn("only templates relate them", self.reasons(evaluation))
         self.assertNotIn("mesh", evaluation["total"])
         self.assertIn("cloud", evaluation["total"])
 
@@ -73,7 +73,7 @@ class FrameRate(Evaluate):
         shutil.rmtree(f"{self.take}/truth")
         evaluation = json.loads(weft("evaluate", self.out, "--samples", "1", "--json", check=0).stdout)
         self.assertEqual(evaluation.get("frames_per_s", 0), 0)
-        self.assertIn("nothing tells the frame rate", self.reasons(evaluation))
+        self.assertIn("the frame rate of the take is unknown", self.reasons(evaluation))
         measures = evaluation["total"]["measures"]
         self.assertNotIn("texture_drift_mm_s", measures)
         self.assertGreater(measures["texture_drift_mm"]["mean"], 0)

@@ -87,7 +87,7 @@ class Options(StudioTest):
         self.assertIn("this command has no stage triangulation, it has decode", refused.stderr)
 
     def test_align_takes_options(self):
-        self.register_frame("--frames-alone", "--single-look", check=0)
+        self.register_frame("--frames-alone", "--single-pass", check=0)
         cloud = os.path.join(self.out, self.frames[0], "cloud.ply")
         arguments = ["align", cloud, "--template", f"{self.take}/template", "--json"]
         meshes = [self.path("plain.ply"), self.path("changed.ply")]
@@ -98,7 +98,7 @@ class Options(StudioTest):
         self.assertNotEqual(read(meshes[0], "rb"), read(meshes[1], "rb"))
         # So it is in a registration; its cloud is the same.
         other = self.path("other")
-        self.register_frame("--frames-alone", "--single-look", "--set", "alignment.elastic.bending=1", out=other,
+        self.register_frame("--frames-alone", "--single-pass", "--set", "alignment.elastic.bending=1", out=other,
                             check=0)
         frame = self.frames[0]
         before, after = results(self.out), results(other)

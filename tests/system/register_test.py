@@ -33,9 +33,9 @@ class Register(StudioTest):
         self.register("--observations", "--threads", "1", check=0)
         one_thread = results(self.out)
         self.assertEqual(len(one_thread), 4 * len(self.frames))
-        # All of the chain had something to do: the second look, and the refinement by neighbouring frames.
+        # All of the chain had something to do: the second pass, and the refinement by neighbouring frames.
         report = frame_report(self.out, self.frames[1])
-        self.assertGreater(sum(view["second_look_found"] for view in report["views"]), 0)
+        self.assertGreater(sum(view["second_pass_found"] for view in report["views"]), 0)
         self.assertTrue(report["temporal"]["refined"])
         for threads in ("2", "4"):
             other = self.path(threads)

@@ -32,7 +32,7 @@ class V4l2(LiveTest):
         self.folder = folder.name
 
     def write_mixed_session(self):
-        usb = [{"id": f"usb{i}", "own_pace": True,
+        usb = [{"id": f"usb{i}", "unsynchronized": True,
                 "v4l2": {"device": f"platform:vivid-00{i}", "format": "YUYV", "width_px": 320, "height_px": 180,
                          "controls": STILL, "user_buffers": i == 1}} for i in range(2)]
         self.write_session(["Width=64", "Height=64"], ptp=True, fps=FPS, tolerance_ms=2)
@@ -101,7 +101,7 @@ until grep -q ready /tmp/answers; do sleep 0.2; done
         self.assertTrue(back, notes)
         causes = {camera: [cause for of, cause in missing if of == camera] for camera in ("usb0", "usb1")}
         self.assertTrue(any("torn: the driver marks" in cause for cause in causes["usb0"]), causes["usb0"])
-        if int(back.group(1)) > 2000 / FPS:  # at its own pace it may be back before its next frame
+        if int(back.group(1)) > 2000 / FPS:  # unsynchronized it may be back before its next frame
             self.assertTrue(any("disconnected" in cause for cause in causes["usb0"]), causes["usb0"])
         self.assertTrue(any("did not deliver it: dropped by" in cause for cause in causes["usb1"]), causes["usb1"])
 

@@ -146,7 +146,7 @@ TEST(BuildTemplate, CornersDoubleTheVerticesAndLeaveSeamsAndOpeningsAsTheyAre) {
     }
   }
 
-  // The second look finds the same cells side by side, and evaluation the print on the panels' faces.
+  // The second pass finds the same cells side by side, and evaluation the print on the panels' faces.
   const std::vector<CellNeighborhood> cells = FindCellNeighborhoods(plain->garment);
   const std::vector<CellNeighborhood> with_corners = FindCellNeighborhoods(fine->garment);
   EXPECT_TRUE(std::equal(cells.begin(), cells.end(), with_corners.begin()));

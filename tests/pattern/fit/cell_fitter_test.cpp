@@ -82,7 +82,7 @@ TEST(CellFitter, RecoversThePoseFromAQuarterOfACellAway) {
       const CellFit fit = FitAt(fitting.fitter(), cell.row, cell.col, start, kAll, kIterations);
       ASSERT_TRUE(fit.converged) << cell.row << " " << cell.col;
       EXPECT_LT(DistancePx(fit.pose, cell.pose), 0.05 * pitch_px) << cell.row << " " << cell.col;
-      // A short last step is not looked at again.
+      // A short last step is not evaluated again.
       EXPECT_GT(FitAt(fitting.fitter(), cell.row, cell.col, fit.pose, kAll, 1).explained, 0.93);
       EXPECT_GT(fit.gain, 0.6);
       EXPECT_LT(fit.gain, 1.5);

@@ -129,7 +129,7 @@ TEST(WeftPattern, ClashingBoardIsBadInput) {
   const WeftRun check = RunWeft({"pattern", "check", folder / "b/board.png"});
   EXPECT_EQ(check.status, 2);
   EXPECT_THAT(check.out, HasSubstr("row 6, column 6"));
-  EXPECT_THAT(check.err, HasSubstr("cannot be told apart"));
+  EXPECT_THAT(check.err, HasSubstr("their cells are ambiguous"));
   EXPECT_THAT(RunWeft({"pattern", "check", folder / "b", "--json"}).out, HasSubstr("\"unique\": false"));
 }
 

@@ -85,7 +85,7 @@ TEST_F(DaemonTest, StoppingEndsWatchersAndSaysThatTheJobGoesOn) {
   stopper.join();
   EXPECT_EQ(job.status().code(), absl::StatusCode::kUnavailable);
   EXPECT_THAT(std::string(job.status().message()), HasSubstr("shutting down"));
-  EXPECT_THAT(std::string(job.status().message()), HasSubstr("goes on when it is started again"));
+  EXPECT_THAT(std::string(job.status().message()), HasSubstr("continues when it is started again"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// rig.json and board.json.
+// JSON files, among them rig.json and board.json.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -8,6 +8,8 @@
 #include "services/files/json_file.h"
 #include "services/files/rig_file.h"
 #include "tests/capture/temp_folder.h"
+#include "weft/v1/report.pb.h"
+#include "weft/v1/session.pb.h"
 
 namespace weft {
 namespace {
@@ -28,6 +30,21 @@ std::string RigError(const std::string& part, const std::string& text) {
   EXPECT_EQ(rig.status().code(), absl::StatusCode::kInvalidArgument) << json;
   EXPECT_THAT(rig.status().message(), HasSubstr("studio/rig.json"));
   return std::string(rig.status().message());
+}
+
+TEST(JsonFile, ReadsOldAndNewNamesOfAFieldAndWritesTheNewOne) {
+  for (const char* text : {R"({"second_look_found": 7})", R"({"second_pass_found": 7})"}) {
+    v1::ViewReport view;
+    ASSERT_TRUE(ParseJson(text, "report.json", view).ok()) << text;
+    EXPECT_EQ(view.second_pass_found(), 7);
+    EXPECT_THAT(*ToJson(view), AllOf(HasSubstr("\"second_pass_found\": 7"), Not(HasSubstr("second_look"))));
+  }
+  v1::RegistrationOptions options;
+  ASSERT_TRUE(ParseJson(R"({"single_look": true})", "job.json", options).ok());
+  EXPECT_TRUE(options.single_pass());
+  v1::SessionCamera camera;
+  ASSERT_TRUE(ParseJson(R"({"own_pace": true})", "session.json", camera).ok());
+  EXPECT_TRUE(camera.unsynchronized());
 }
 
 TEST(RigFile, CamerasAloneAreARigAndReadBackWithTheSameHash) {

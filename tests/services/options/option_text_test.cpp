@@ -53,7 +53,7 @@ TEST(AddOptionText, NamesLineAndRange) {
   EXPECT_EQ(ProblemOf("decode {\n  lattice {\n    min_ink_contrast: 0.1\n    max_stretch: 0.5\n  }\n}"),
             "studio.txtpb:4: decode.lattice.max_stretch: 0.5 must be at least 1");
   EXPECT_THAT(ProblemOf("decode { levels: 2\n levels: 3 }"),
-              AllOf(StartsWith("studio.txtpb:2: "), HasSubstr("levels: stands there twice")));
+              AllOf(StartsWith("studio.txtpb:2: "), HasSubstr("levels: is given twice")));
   EXPECT_THAT(ProblemOf("decode {\n levels: two }"), StartsWith("studio.txtpb:2: "));
   EXPECT_THAT(ProblemOf("decode {"), StartsWith("studio.txtpb:1: "));
 }

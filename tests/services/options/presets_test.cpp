@@ -53,7 +53,7 @@ TEST(EffectiveOptions, ChangesGoBeforeThePreset) {
 
 TEST(EffectiveOptions, OfARegistrationAreSpelledOutOnce) {
   v1::RegistrationOptions asked;
-  asked.set_single_look(true);
+  asked.set_single_pass(true);
   asked.mutable_pipeline()->mutable_triangulation()->mutable_consensus()->set_inlier_radius_mm(1.5);
   const auto options = EffectiveOptions(asked);
   ASSERT_TRUE(options.ok());

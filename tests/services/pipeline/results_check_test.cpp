@@ -106,12 +106,12 @@ TEST_F(ResultsCheckTest, FindsFramesOfOtherOptionsInputsVersionsAndFormats) {
 
 TEST_F(ResultsCheckTest, FindsRegisteredFramesThatAreNotRefined) {
   Change(1, [](v1::FrameReport& report) { report.clear_temporal(); });
-  EXPECT_THAT(Incomplete(), ElementsAre(HasSubstr("f1: its neighbourhood is not refined")));
+  EXPECT_THAT(Incomplete(), ElementsAre(HasSubstr("f1: its neighbours' refinement is missing")));
 }
 
 TEST_F(ResultsCheckTest, ANeighbourBringsTheRefinementOfAFailedFrame) {
   Change(3, [](v1::FrameReport& report) { report.clear_temporal(); });
-  EXPECT_THAT(Incomplete(), ElementsAre(HasSubstr("f2: its neighbourhood is not refined")));
+  EXPECT_THAT(Incomplete(), ElementsAre(HasSubstr("f2: its neighbours' refinement is missing")));
 }
 
 TEST_F(ResultsCheckTest, FramesThatWaitAreNobodysConcern) {

@@ -42,7 +42,7 @@ TEST_F(StageKeysTest, PartAtTheFirstStageThatReadsTheInput) {
   EXPECT_EQ(FirstStageAfter([](auto& inputs, auto&) { inputs.set_board("c"); }), "decode");
   EXPECT_EQ(FirstStageAfter([](auto& inputs, auto&) { inputs.set_rig("c"); }), "triangulate");
   EXPECT_EQ(FirstStageAfter([](auto& inputs, auto&) { inputs.set_garment("c"); }), "second_pass");
-  options_.set_single_look(true);
+  options_.set_single_pass(true);
   EXPECT_EQ(FirstStageAfter([](auto& inputs, auto&) { inputs.set_garment("c"); }), "align");
 }
 
@@ -53,10 +53,10 @@ TEST_F(StageKeysTest, PartAtTheStageOfTheOption) {
         options.mutable_pipeline()->mutable_triangulation()->mutable_consensus()->set_inlier_radius_mm(3);
       }),
       "triangulate");
-  EXPECT_EQ(FirstStageOf([](auto& options) { options.set_single_look(true); }), "second_pass");
+  EXPECT_EQ(FirstStageOf([](auto& options) { options.set_single_pass(true); }), "second_pass");
   EXPECT_EQ(FirstStageOf([](auto& options) { options.set_scans("scans"); }), "second_pass");
   EXPECT_EQ(FirstStageOf([](auto& options) { options.set_frames_alone(true); }), "refine");
-  options_.set_single_look(true);
+  options_.set_single_pass(true);
   EXPECT_EQ(FirstStageOf([](auto& options) { options.set_scans("scans"); }), "align");
 }
 

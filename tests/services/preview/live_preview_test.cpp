@@ -56,7 +56,7 @@ TEST_F(LivePreviewTest, ShowsPicturesMetersAndCoverage) {
   const std::string page = Page();
   EXPECT_THAT(page, HasSubstr("frame set 41"));
   EXPECT_THAT(page, HasSubstr("recording well"));
-  EXPECT_THAT(page, HasSubstr("2 of 5 cameras to look after"));
+  EXPECT_THAT(page, HasSubstr("2 of 5 cameras to check"));
   EXPECT_THAT(page, HasSubstr("too dark"));
   EXPECT_THAT(page, HasSubstr("no picture: 5 packets lost"));
   EXPECT_THAT(page, HasSubstr("3 of 5 cameras decoded so far"));

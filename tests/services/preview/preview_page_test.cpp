@@ -44,13 +44,13 @@ TEST(PreviewPage, PutsWhatNeedsAttentionFirst) {
   page.state = "12 s, 360 sets";
   page.set = 41;
   page.cameras = {Camera("c1"), Camera("c<2>")};
-  EXPECT_THAT(PreviewHtml(page), AllOf(HasSubstr("walk &lt;1&gt;"), HasSubstr("frame set 41"),
-                                       HasSubstr("12 s, 360 sets"), HasSubstr("http-equiv=refresh"),
-                                       Not(HasSubstr("to look after")), Not(HasSubstr("c<2>"))));
+  EXPECT_THAT(PreviewHtml(page),
+              AllOf(HasSubstr("walk &lt;1&gt;"), HasSubstr("frame set 41"), HasSubstr("12 s, 360 sets"),
+                    HasSubstr("http-equiv=refresh"), Not(HasSubstr("to check")), Not(HasSubstr("c<2>"))));
   page.cameras[1].quality.high = 10;
   page.is_over = true;
   const std::string html = PreviewHtml(page);
-  EXPECT_THAT(html, AllOf(HasSubstr("1 of 2 cameras to look after"), Not(HasSubstr("http-equiv=refresh"))));
+  EXPECT_THAT(html, AllOf(HasSubstr("1 of 2 cameras to check"), Not(HasSubstr("http-equiv=refresh"))));
   EXPECT_LT(html.find("too dark"), html.find("<figure"));
 }
 

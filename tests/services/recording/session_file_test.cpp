@@ -66,11 +66,11 @@ TEST(SessionFile, CamerasOfThisMachineHaveTheirOwnClock) {
   EXPECT_TRUE(sets.cameras[2].own_clock && !sets.cameras[0].own_clock);
   session.mutable_trigger()->set_kind(v1::SESSION_TRIGGER_KIND_SOFTWARE);
   EXPECT_THAT(FaultOf(session), HasSubstr("camera usb: V4L2 cameras take no triggers from Weft"));
-  camera.set_own_pace(true);
-  EXPECT_TRUE(RecordingOptionsOf(session)->sets.cameras[2].own_pace);
+  camera.set_unsynchronized(true);
+  EXPECT_TRUE(RecordingOptionsOf(session)->sets.cameras[2].unsynchronized);
   session.mutable_cameras()->DeleteSubrange(0, 2);
-  EXPECT_THAT(FaultOf(session), HasSubstr("one must set the times"));
-  session.mutable_cameras(0)->set_own_pace(false);
+  EXPECT_THAT(FaultOf(session), HasSubstr("at least one must define the triggers"));
+  session.mutable_cameras(0)->set_unsynchronized(false);
   session.clear_trigger();
   EXPECT_EQ(RecordingOptionsOf(session)->sets.clocks, ClockDomain::kEstimated);
 }

@@ -141,7 +141,7 @@ TEST(JobReport, TellsDegradedAndFailedFramesWithTheirReasons) {
   EXPECT_THAT(html, HasSubstr("1 frame failed: no cell of the board was decoded in any view"));
   EXPECT_THAT(html, HasSubstr("1 frame is degraded: it was registered, with cameras missing."));
   EXPECT_THAT(html, HasSubstr("image has 100 x 100 pixels, the rig says 1280 x 960"));
-  EXPECT_THAT(html, HasSubstr("a new job tries it again"));
+  EXPECT_THAT(html, HasSubstr("a new job retries it"));
   EXPECT_THAT(html, HasSubstr("frame 000004: no mesh"));
   EXPECT_THAT(html, HasSubstr("<td>22 of 24</td>"));
 }
@@ -155,7 +155,7 @@ TEST(JobReport, NamesCamerasWithoutImagesFirst) {
       HasSubstr(
           "<tr><td><bdi>400000</bdi></td><td>5 of 5</td><td>no image in the dump (5 frames)</td></tr>"));
   EXPECT_THAT(html, HasSubstr("<b>23 of 24</b>"));
-  EXPECT_LT(html.find("Without a usable image"), html.find("What each camera contributed"));
+  EXPECT_LT(html.find("Without a usable image"), html.find("Contribution of each camera"));
 }
 
 TEST(JobReport, OneFrameIsDrawnAndTold) {

@@ -103,7 +103,7 @@ TEST(JobVerdict, CancelledJobsGoOn) {
   const v1::Verdict verdict = AssessJob(job, {Frame("0")});
   EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
   EXPECT_EQ(verdict.reason(), "cancelled with 1 of 3 frames registered");
-  EXPECT_THAT(verdict.remedy(), HasSubstr("goes on"));
+  EXPECT_THAT(verdict.remedy(), HasSubstr("resumes"));
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Frames of a camera that no trigger reaches, for frame sets whose time other cameras set.
+// Frames of an unsynchronized camera, for frame sets whose triggers other cameras define.
 #pragma once
 
 #include <cstdint>
@@ -14,12 +14,12 @@ namespace weft {
 // and however unsteady it is. A frame more than three quarters of a period from its trigger is not used;
 // counting begins anew with the frame nearest to the trigger. So a faster camera has a frame left over now
 // and then, and a slower one leaves a trigger without. At most kMaxWaiting frames wait. Thread safety: none.
-class OwnPaceFrames {
+class UnsynchronizedFrames {
  public:
   static constexpr size_t kMaxWaiting = 64;
 
   // `period_ns`: between triggers, > 0.
-  explicit OwnPaceFrames(int64_t period_ns) : period_ns_(period_ns) {}
+  explicit UnsynchronizedFrames(int64_t period_ns) : period_ns_(period_ns) {}
 
   // Frames come in the order of their times and of the camera's count.
   void Add(RawFrame frame, int64_t time_ns);

@@ -1,4 +1,4 @@
-#include "capture/sync/own_pace.h"
+#include "capture/sync/unsynchronized_frames.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -21,7 +21,7 @@ class MixedPaces : public Assembler {
   static constexpr int64_t kMonotonic_ns = -1'600'000'000'000'000'000;  // minus the host's clock
 
   MixedPaces() {
-    options_.cameras = {{}, {}, {.own_clock = true, .own_pace = true}};
+    options_.cameras = {{}, {}, {.own_clock = true, .unsynchronized = true}};
     Begin();
   }
   void Begin() {
@@ -37,9 +37,9 @@ class MixedPaces : public Assembler {
     Add(0, FrameOf(id));
     Add(1, FrameOf(id));
   }
-  void AddOwnPace(uint64_t id, int64_t phase_ns) { Add(2, FrameOf(id, kMonotonic_ns, phase_ns)); }
+  void AddUnsynchronized(uint64_t id, int64_t phase_ns) { Add(2, FrameOf(id, kMonotonic_ns, phase_ns)); }
   // The frame of c in each set; 0 where it has none.
-  std::vector<uint64_t> OwnPaceIds() const {
+  std::vector<uint64_t> UnsynchronizedIds() const {
     std::vector<uint64_t> ids;
     for (const RawFrameSet& set : got_.sets)
       ids.push_back(set.frames.size() == 3 ? set.frames[2].device_frame_id : 0);
@@ -51,19 +51,19 @@ TEST_F(MixedPaces, AtAnyPhaseEverySetHasOneFrame) {
   for (const int64_t phase_ns : {-4 * kMs, -kMs, 0 * kMs, 3 * kMs, 4 * kMs}) {
     Begin();
     for (uint64_t id = 1; id <= 20; ++id) {
-      if (phase_ns < 0) AddOwnPace(id, phase_ns);
+      if (phase_ns < 0) AddUnsynchronized(id, phase_ns);
       AddTriggered(id);
-      if (phase_ns >= 0) AddOwnPace(id, phase_ns);
+      if (phase_ns >= 0) AddUnsynchronized(id, phase_ns);
     }
     Finish();
     ASSERT_EQ(got_.sets.size(), 20u) << phase_ns;
-    for (size_t i = 0; i < 20; ++i) EXPECT_EQ(OwnPaceIds()[i], i + 1) << phase_ns;
+    for (size_t i = 0; i < 20; ++i) EXPECT_EQ(UnsynchronizedIds()[i], i + 1) << phase_ns;
   }
 }
 
 TEST_F(MixedPaces, SlowerCameraLacksOneFrameAndFasterOneHasOneTooManyForEachPeriodOfDrift) {
   for (const int64_t drift_ns : {kMs / 10, -kMs / 10}) {
-    OwnPaceFrames frames(kPeriod_ns);
+    UnsynchronizedFrames frames(kPeriod_ns);
     int missing = 0;
     std::vector<uint64_t> ids;
     uint64_t next = 0;
@@ -96,11 +96,11 @@ TEST_F(MixedPaces, LossHasTheCauseThatTheCameraGave) {
       lost.cause = "torn: the driver marks the image as damaged";
       Add(2, lost);
     } else {
-      AddOwnPace(id, 4 * kMs);
+      AddUnsynchronized(id, 4 * kMs);
     }
   }
   Finish();
-  EXPECT_EQ(OwnPaceIds(), (std::vector<uint64_t>{1, 2, 3, 0, 5, 6}));
+  EXPECT_EQ(UnsynchronizedIds(), (std::vector<uint64_t>{1, 2, 3, 0, 5, 6}));
   EXPECT_EQ(got_.sets[3].missing[0].reason, "torn: the driver marks the image as damaged");
   EXPECT_THAT(Causes(), IsEmpty());
 }
@@ -109,10 +109,10 @@ TEST_F(MixedPaces, UnsteadyCameraHasOneFrameInEverySet) {
   const std::vector<int64_t> late_ns = {0, 6 * kMs, 2 * kMs, 6 * kMs, 7 * kMs, 0, 5 * kMs, 1 * kMs};
   for (uint64_t id = 1; id <= 8; ++id) {
     AddTriggered(id);
-    AddOwnPace(id, late_ns[id - 1]);
+    AddUnsynchronized(id, late_ns[id - 1]);
   }
   Finish();
-  EXPECT_EQ(OwnPaceIds(), (std::vector<uint64_t>{1, 2, 3, 4, 5, 6, 7, 8}));
+  EXPECT_EQ(UnsynchronizedIds(), (std::vector<uint64_t>{1, 2, 3, 4, 5, 6, 7, 8}));
 }
 
 TEST_F(MixedPaces, FindsItsPaceAgainWhenTheCameraLeftOutTriggersWithoutCounting) {
@@ -124,14 +124,14 @@ TEST_F(MixedPaces, FindsItsPaceAgainWhenTheCameraLeftOutTriggersWithoutCounting)
     Add(2, frame);
   }
   Finish();
-  EXPECT_EQ(OwnPaceIds().back(), 14u);
-  EXPECT_EQ(OwnPaceIds()[12], 7u);
+  EXPECT_EQ(UnsynchronizedIds().back(), 14u);
+  EXPECT_EQ(UnsynchronizedIds()[12], 7u);
 }
 
 TEST_F(MixedPaces, FramesWithoutTriggersAreNoted) {
   for (uint64_t id = 1; id <= 12; ++id) {
     if (id < 4 || id > 8) AddTriggered(id);
-    AddOwnPace(id, kMs);
+    AddUnsynchronized(id, kMs);
   }
   Finish();
   EXPECT_THAT(Causes(),

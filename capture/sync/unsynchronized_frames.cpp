@@ -1,4 +1,4 @@
-#include "capture/sync/own_pace.h"
+#include "capture/sync/unsynchronized_frames.h"
 
 #include <cstdlib>
 #include <utility>
@@ -12,34 +12,34 @@ constexpr int kMostMisses = 3;  // in a row; then the count says nothing any mor
 
 }  // namespace
 
-void OwnPaceFrames::Add(RawFrame frame, int64_t time_ns) {
+void UnsynchronizedFrames::Add(RawFrame frame, int64_t time_ns) {
   newest_id_ = frame.device_frame_id;
   newest_ns_ = time_ns;
   waiting_.push_back({std::move(frame), time_ns});
   if (waiting_.size() > kMaxWaiting) LeaveFirst();
 }
 
-void OwnPaceFrames::Restart() {
+void UnsynchronizedFrames::Restart() {
   while (!waiting_.empty()) LeaveFirst();
   last_.reset();
   newest_id_.reset();
 }
 
-uint64_t OwnPaceFrames::ExpectedId(int64_t trigger_ns) const {
+uint64_t UnsynchronizedFrames::ExpectedId(int64_t trigger_ns) const {
   return last_->id + static_cast<uint64_t>((trigger_ns - last_->trigger_ns + period_ns_ / 2) / period_ns_);
 }
 
-std::optional<size_t> OwnPaceFrames::Find(uint64_t id) const {
+std::optional<size_t> UnsynchronizedFrames::Find(uint64_t id) const {
   for (size_t i = 0; i < waiting_.size(); ++i)
     if (waiting_[i].frame.device_frame_id == id) return i;
   return std::nullopt;
 }
 
-bool OwnPaceFrames::IsNear(size_t index, int64_t trigger_ns) const {
+bool UnsynchronizedFrames::IsNear(size_t index, int64_t trigger_ns) const {
   return std::abs(waiting_[index].time_ns - trigger_ns) <= period_ns_ / 4 * 3;
 }
 
-std::optional<size_t> OwnPaceFrames::Nearest(int64_t trigger_ns) const {
+std::optional<size_t> UnsynchronizedFrames::Nearest(int64_t trigger_ns) const {
   const auto distance_ns = [&](size_t i) { return std::abs(waiting_[i].time_ns - trigger_ns); };
   std::optional<size_t> best;
   for (size_t i = 0; i < waiting_.size(); ++i)
@@ -47,7 +47,7 @@ std::optional<size_t> OwnPaceFrames::Nearest(int64_t trigger_ns) const {
   return best;
 }
 
-bool OwnPaceFrames::Knows(int64_t trigger_ns) const {
+bool UnsynchronizedFrames::Knows(int64_t trigger_ns) const {
   if (!newest_id_) return false;
   if (newest_ns_ >= trigger_ns + period_ns_) return true;
   if (!last_) return newest_ns_ >= trigger_ns;
@@ -56,13 +56,13 @@ bool OwnPaceFrames::Knows(int64_t trigger_ns) const {
   return *newest_id_ >= ExpectedId(trigger_ns);
 }
 
-void OwnPaceFrames::LeaveFirst() {
+void UnsynchronizedFrames::LeaveFirst() {
   last_left_id_ = waiting_.front().frame.device_frame_id;
   if (left_over_++ == 0) first_left_id_ = last_left_id_;
   waiting_.pop_front();
 }
 
-std::optional<RawFrame> OwnPaceFrames::Take(int64_t trigger_ns) {
+std::optional<RawFrame> UnsynchronizedFrames::Take(int64_t trigger_ns) {
   while (!waiting_.empty() && waiting_.front().time_ns < trigger_ns - period_ns_) LeaveFirst();
   std::optional<size_t> index = last_ ? Find(ExpectedId(trigger_ns)) : Nearest(trigger_ns);
   if (index && !IsNear(*index, trigger_ns)) {
@@ -81,7 +81,7 @@ std::optional<RawFrame> OwnPaceFrames::Take(int64_t trigger_ns) {
   return frame;
 }
 
-std::string OwnPaceFrames::TakeLeftOver() {
+std::string UnsynchronizedFrames::TakeLeftOver() {
   if (left_over_ == 0) return "";
   const uint64_t count = std::exchange(left_over_, 0);
   if (count == 1)
