@@ -47,8 +47,8 @@ std::vector<Eigen::Matrix3d> VertexWeights(int vertices, const std::vector<Verte
   return weights;
 }
 
-// How far each target is from where the surface would lie without it: a vertex that its edges hold with the
-// weight k, and the target with W, stands where W (target - vertex) = k (vertex - place without the target).
+// Distance of each target from the surface without the target. A vertex held by its edges with the weight
+// k, and by the target with W, satisfies W (target - vertex) = k (vertex - position without the target).
 std::vector<double> DistancesToOthers(const MeshGraph& graph, const std::vector<VertexTarget>& targets,
                                       const std::vector<Eigen::Vector3d>& position_mm,
                                       const AlignOptions& options) {

@@ -6,8 +6,8 @@
 namespace weft {
 namespace {
 
-// Standard deviation of vertices that were not measured: that of the nearest measured ones, plus, in
-// quadrature, kInferredScale * (mean edge length) * rings, rings the number of edges to the nearest of them.
+// Standard deviation of inferred vertices: that of the nearest observed ones, plus, in quadrature,
+// kInferredScale * (mean edge length) * rings. rings is the number of edges to the nearest of them.
 constexpr double kInferredScale = 0.15;
 
 double SizeMm(const TriangleMesh& mesh) {

@@ -98,7 +98,7 @@ absl::StatusOr<GeodesicMesh> GeodesicMesh::Build(const std::vector<Eigen::Vector
 }
 
 // One search. A window is an interval of an edge whose points see the source (or the last vertex where the
-// path bent) straight through the faces that were crossed; unfolded into the plane of the face ahead.
+// path bent) straight through the crossed faces. It is unfolded into the plane of the face ahead.
 class WindowPropagation {
  public:
   WindowPropagation(const GeodesicMesh& mesh, int source)
@@ -209,8 +209,8 @@ class WindowPropagation {
     Reach(edge.opposite, distance_mm);
     const double fall = to_apex.y() > 0 ? -source.y() / to_apex.y() : 0;
     const double entry = source.x() + fall * to_apex.x();
-    // Of all windows that see a corner through one edge only the nearest needs both its parts behind it, the
-    // others the one on their side of its ray (Chen and Han 1990, "one angle, one split").
+    // Of all windows that see a corner through one edge, only the nearest needs both its parts behind it.
+    // The others need the one on their side of its ray (Chen and Han 1990, "one angle, one split").
     Occupant& occupant = nearest_at_corner_[w.edge];
     const double tie = kTie * edge.length_mm;
     const bool splits = distance_mm <= occupant.distance_mm + tie;

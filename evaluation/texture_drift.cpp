@@ -235,9 +235,9 @@ cv::Mat1b ToBytes(const GreyImage& image) {
   return out;
 }
 
-// Lucas-Kanade at one place from a flow that is right to a texel: OpenCV's ends at a hundredth of a texel,
-// which at 30 frames a second is a tenth of a millimetre per second. Gauss-Newton on the window's squared
-// difference.
+// Lucas-Kanade at one point, from a flow that is right to a texel. OpenCV's ends at a hundredth of a
+// texel, which at 30 frames a second is a tenth of a millimetre per second. Gauss-Newton on the window's
+// squared difference.
 Eigen::Vector2d RefineFlow(const GreyImage& before, const GreyImage& after, const Eigen::Vector2d& at,
                            const Eigen::Vector2d& flow, int half) {
   constexpr int kMaxSteps = 10;

@@ -115,8 +115,8 @@ double ShapeCost(const BoardPoint& a, const BoardPoint& b, const BoardPoint& c) 
   return shape * shape;
 }
 
-// Triangles between two closed loops of the same sense by dynamic programming (Fuchs et al. 1977): state
-// (i, j) has used i edges of the inner and j of the outer loop. Empty when there is none.
+// Triangles between two closed loops of the same orientation by dynamic programming (Fuchs et al. 1977).
+// State (i, j) has used i edges of the inner and j of the outer loop. Empty when there is none.
 std::vector<Face> Zip(const std::vector<int>& inner, const std::vector<int>& outer,
                       const std::vector<BoardPoint>& at) {
   const size_t n = inner.size(), m = outer.size();

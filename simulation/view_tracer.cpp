@@ -262,8 +262,8 @@ class ViewTracer {
     return std::abs(facet.DepthIn(q.direction) - q.depth_mm) < kEven_mm;
   }
 
-  // A pixel is an edge when the surface does not go on evenly to one of its neighbours, or where a surface
-  // that ends nearby may pass through it during the exposure.
+  // A pixel is an edge where the surface is not smooth towards one of its neighbours, or where the end of
+  // a surface may pass through it during the exposure.
   void MarkEdges(Tile& tile) const {
     std::vector<char> spread(tile.pixels.size(), -1);  // pixels around that are edges too
     const auto mark = [&](int x, int y, int nx, int ny) {

@@ -186,8 +186,8 @@ class WornGarment : public PerformanceSource {
     pinch_at_mm_ += std::min(1.0, longest / std::max(way.norm(), 1e-9)) * way;
   }
 
-  // What the tips of the fingers touch when they begin to close moves with them until they open; where more
-  // force would be needed than fingers have, the cloth slips between them.
+  // Cloth that the fingertips touch when they begin to close moves with them until they open. Where more
+  // force would be needed than fingers have, it slips.
   void Pinch(double time_s, StepInput& input) {
     constexpr double kGripN = 6, kSpringMm = 1;  // all fingers; at which a spring gives way
     const std::optional<PinchState> state = PinchStateAt(time_s);

@@ -154,8 +154,8 @@ void GroupSolver::Assess(int lane) {
   l.best_mm = PointOf(lane);
 }
 
-// Middle of the shortest segment between two rays; empty for rays closer to parallel than the sine, for
-// points behind a camera and for segments longer than two radii: neither ray could be an inlier.
+// Middle of the shortest segment between two rays. Empty for rays closer to parallel than the sine, for
+// points behind a camera and for segments longer than two radii, where neither ray could be an inlier.
 std::optional<Eigen::Vector3d> GroupSolver::MiddleOf(int lane, int i, int j) const {
   const RayRow &row_i = RowOf(lane, i), &row_j = RowOf(lane, j);
   if (row_i.camera == row_j.camera) return std::nullopt;

@@ -145,8 +145,8 @@ class Builder {
         "no cloud shows all panels together; add one of a pose in which all of them are in sight");
   }
 
-  // Finds seams, pulls them together, and finds what of them was out of reach before, as one zips a zipper:
-  // where no camera sees a seam, the lifted panels may end far apart.
+  // Finds seams, closes them, and repeats for parts that were out of reach before, like a zipper. Where no
+  // camera sees a seam, the lifted panels may end far apart.
   absl::Status Sew() {
     constexpr int kMostRounds = 5;
     int open_points = 0;

@@ -60,8 +60,8 @@ std::optional<Step> FindStep(const LightImage& image, const Eigen::Vector2d& at,
                              const Eigen::Vector2d& normal, double reach_px) {
   Step step;
   if (!MoveOnto(image, at, normal, reach_px, reach_px, &step)) return std::nullopt;
-  // Its place once more from its steepest part: the tails of the steps on both sides reach into the wide
-  // window, one of them where the module behind the border is white.
+  // Refines its position from its steepest part, since the tails of the steps on both sides reach into the
+  // wide window, one of them where the module behind the border is white.
   constexpr double kSteepSigmas = 1.5;
   const double steep_px = kSteepSigmas * std::sqrt(std::max(0.0, step.variance_px2));
   if (steep_px >= reach_px) return step;

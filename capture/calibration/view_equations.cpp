@@ -92,8 +92,8 @@ bool Project(const ViewFrame& frame, int corner, Eigen::Vector2d* pixel_px, View
   return true;
 }
 
-// The columns of Project in terms of the view's unknowns: how a turn about the camera and a shift of the
-// board in the camera's frame follow from those of camera and board.
+// The columns of Project in terms of the view's unknowns: the Jacobian of the board's pose relative to the
+// camera by the poses of camera and board.
 Eigen::Matrix<double, kViewColumns, kViewUnknowns> ByUnknowns(const ViewFrame& frame) {
   Eigen::Matrix<double, kViewColumns, kViewUnknowns> out =
       Eigen::Matrix<double, kViewColumns, kViewUnknowns>::Zero();

@@ -28,11 +28,11 @@ struct BoardGenerationOptions {
 // A share of the work done, 0 to 1; returns false to stop.
 using BoardProgress = std::function<bool(double)>;
 
-// No equal 4-neighbours; 3x3 windows (within panels) unique under rotation and none its own rotation. Among
-// such boards one with few windows that a single wrong colour or a mirror turns into another window, and with
-// equal shares of the colours: cell by cell the colour that makes least of them, looking one cell ahead. The
-// same options make the same board. ResourceExhausted where no such board is found: 1,616,000 windows exist,
-// 1000 x 1000 cells take 996,000 of them. Cancelled when `progress` says so.
+// No equal 4-neighbours; 3x3 windows (within panels) unique under rotation and none its own rotation.
+// Among such boards one with equal shares of the colours and few windows that a single wrong colour or a
+// mirror turns into another window. Greedy with a look-ahead of one cell. The same options make the same
+// board. ResourceExhausted where no such board is found: 1,616,000 windows exist, 1000 x 1000 cells take
+// 996,000 of them. Cancelled when `progress` says so.
 absl::StatusOr<Board> GenerateBoard(const BoardGenerationOptions& options,
                                     const BoardProgress& progress = nullptr);
 

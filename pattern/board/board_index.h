@@ -22,8 +22,8 @@ struct BoardCell {
   auto operator<=>(const BoardCell&) const = default;
 };
 
-// Where a lattice lies on the board: cell (i, j) of the lattice (i down, j right, as seen) is the board cell
-// (row, col) + T^quarter_turns (i, j) with T (i, j) = (j, -i).
+// Board pose of a lattice. Its cell (i, j) (i down, j right, as seen) is the board cell (row, col) +
+// T^quarter_turns (i, j) with T (i, j) = (j, -i).
 struct BoardPose {
   int row = 0;
   int col = 0;

@@ -38,8 +38,8 @@ struct MissingCell {
 // Nothing for a fit that can be taken. Whether it lies in the image is not asked.
 std::optional<WhyMissing> Reject(const CellFit& fit, const FitLimits& limits);
 
-// Standard deviation of a fitted position by the image alone, per axis, in px: the fit's own belief that the
-// cell is where it was expected is taken out of CellFit::sigma_px. Infinite where the image says nothing.
+// Standard deviation of a fitted position by the image alone, per axis, in px: CellFit::sigma_px without
+// the fit's prior on the predicted position. Infinite where the image says nothing.
 float SigmaOfImage(const CellFit& fit);
 
 }  // namespace weft

@@ -37,7 +37,7 @@ struct FitLimits {
   // Share of the variance around the cell that the printed pattern has to explain.
   float min_explained = 0.35f;
   // How much better the expected ink must fit the cell than any other, in units of the mean squared change
-  // that another ink would make; 1 is perfect, below 0 another ink fits better.
+  // that another ink would make. 1 is perfect, below 0 another ink fits better.
   float min_ink_lead = 0.0f;
   // Largest distance between prediction and fit, in cells.
   float max_move_cells = 0.4f;

@@ -14,9 +14,9 @@ inline constexpr int kSampleGroups = 4;
 // Column or row coordinate of sample `k` of a side.
 constexpr float CellSample(int k) { return 0.25f * static_cast<float>(k) - 0.875f; }
 
-// Shares P of the coloured squares of the cells -2 to 2 along one axis, 1 on the square and 0 on the ink,
-// convolved with a Gaussian; and their slopes. By column of the samples (u), and lane by lane for their rows
-// (v).
+// Shares P of the coloured squares of the cells -2 to 2 along one axis, and their slopes. 1 on the square
+// and 0 on the ink, convolved with a Gaussian. By column of the samples (u), and lane by lane for their
+// rows (v).
 struct alignas(64) ProfileAlongU {
   float value[5][kCellSide];
   float slope[5][kCellSide];

@@ -19,10 +19,11 @@ struct ImageKernels {
   void (*halve_rows)(const uint8_t* upper, const uint8_t* lower, int half_width_px, uint8_t* rgbx);
   // Logarithm of the brightest channel plus 10; the offset keeps noise in the dark small.
   void (*brightness_row)(const uint8_t* rgbx, int width_px, float* out);
-  // One row of an image smoothed by two sets of symmetric taps, the first minus the second: of offsets 0 to
-  // `narrow_reach`, and to `reach`, which is no less; rows[reach + k] is the row at k. Pixels beyond the
-  // border repeat it. `scratch` holds two times width + 2 reach floats. With brightness_row it takes a sixth
-  // of the time of OpenCV's logarithm and blurs, which round otherwise (10.9 Mpx: 23.5 against 144 ms).
+  // One row of an image smoothed by two sets of symmetric taps, the first minus the second. The taps are
+  // of offsets 0 to `narrow_reach`, and to `reach`, which is no less; rows[reach + k] is the row at k.
+  // Pixels beyond the border repeat it. `scratch` holds two times width + 2 reach floats. With
+  // brightness_row it takes a sixth of the time of OpenCV's logarithm and blurs, which round otherwise
+  // (10.9 Mpx: 23.5 against 144 ms).
   void (*spot_row)(const float* const* rows, const float* narrow, int narrow_reach, const float* wide,
                    int reach, int width_px, float* scratch, float* out);
   // 1 where a pixel of rows[3] is above its eight neighbours and by `contrast` above the least of its 7x7

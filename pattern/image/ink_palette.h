@@ -38,15 +38,15 @@ struct PaletteSample {
   Rgb color = {};
 };
 
-// Middles of decoded cells, each the mean of the pixels in the inner half of its square, divided by the light
-// around it: what cells within three rows and columns have more or less of their inks' means. Corners,
-// observations off the picture and cells with no neighbour are left out. InvalidArgument: a grey frame.
+// Centres of decoded cells, each the mean of the pixels in the inner half of its square, divided by the
+// local light. The light is the mean ratio of cells within three rows and columns to their inks' means.
+// Corners, observations off the picture and cells with no neighbour are left out. InvalidArgument: a grey
+// frame.
 absl::StatusOr<std::vector<PaletteSample>> SampleCells(const Frame& frame, const Board& board,
                                                        const std::vector<Observation>& observations);
 
-// Pixels of the swatches that a print's head has, in the order of CellColor, from the middle of the first
-// swatch to the middle of the black one that comes last. InvalidArgument: places off the picture, a grey
-// frame.
+// Pixels of the swatches in a print's head, in the order of CellColor, from the centre of the first swatch
+// to that of the last, black one. InvalidArgument: places off the picture, a grey frame.
 absl::StatusOr<std::vector<PaletteSample>> SampleSwatches(const Frame& frame,
                                                           const std::array<double, 2>& first_px,
                                                           const std::array<double, 2>& last_px);

@@ -6,9 +6,9 @@
 
 namespace weft {
 
-// Memory for `bytes` bytes. Large blocks are in huge pages where the system gives them, and are kept for the
-// next image that fits instead of being returned: to touch new memory takes longer than to find all spots in
-// it. Throws std::bad_alloc. Thread-safe.
+// Memory for `bytes` bytes. Large blocks are in huge pages where the system gives them. They are kept for
+// the next image that fits instead of being returned: to touch new memory takes longer than to find all
+// blobs in it. Throws std::bad_alloc. Thread-safe.
 void* AllocatePixels(size_t bytes);
 void FreePixels(void* memory, size_t bytes);
 // Gives the blocks that wait to be used again back to the system, and what else the heap holds free: where

@@ -26,9 +26,9 @@ struct LevelPatch {
   bool is_strip = false;  // read by DecodeStrip
 };
 
-// Patches of at least 3x3 cells in all images of a pyramid, the first one being the full image; where a large
-// patch of whole cells has been found, smaller images are not searched again. `loose` gets the keypoints that
-// are in no patch.
+// Patches of at least 3x3 cells in all images of a pyramid, the first one being the full image. Where a
+// large patch of whole cells has been found, smaller images are not searched again. `loose` gets the
+// keypoints that are in no patch.
 std::vector<LevelPatch> FindPatches(const std::vector<ColorImage>& pyramid, const KeypointOptions& keypoints,
                                     const LatticeOptions& lattice, std::vector<LooseBlob>* loose);
 

@@ -19,9 +19,9 @@ std::optional<Evidence> EvidenceFor(const BoardState& state, const ViewCell& cel
 std::optional<float> MeanLogOddsAround(const BoardState& state, const ViewCell& cell);
 
 // Refines the centres of the cells whose surroundings have changed since the last call (one sweep, see
-// center_sweep.h), and fills log_odds and confidence there. A cell's own log odds weigh how well it is
-// explained and how it lies among the cells around it; cells are right or wrong together, so its confidence
-// leans on theirs. A cell without neighbours has confidence 0.
+// center_sweep.h), and fills log_odds and confidence there. A cell's own log odds depend on how well it is
+// explained and on its position relative to the cells around it. Cells are right or wrong together, so its
+// confidence includes theirs. A cell without neighbours has confidence 0.
 void ScoreCells(const CellFitter& fitter, BoardState* state);
 
 }  // namespace weft

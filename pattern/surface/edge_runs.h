@@ -5,14 +5,14 @@
 
 namespace weft {
 
-// Length of the shortest row or column of known cells that a cell is in at an edge: it has a known neighbour
-// on one side, none on the other, and the row runs along that edge. kLongestRun, too, where it is longer;
-// kInside for a cell at no edge.
+// Length of the shortest row or column of known cells that a cell is in at an edge. The cell has a known
+// neighbour on one side, none on the other, and the row runs along that edge. kLongestRun, too, where it
+// is longer; kInside for a cell at no edge.
 inline constexpr int kLongestRun = 6, kInside = 7;
 int RunAtEdge(const BoardState& state, int row, int col);
 
-// The cell's confidence, with what its run says: beyond an edge, print that is not the next cell matches it
-// by chance in a tenth of the cases, and rarely does so for three cells side by side.
+// The cell's confidence, given the length of its run. Beyond an edge, other print matches the next cell by
+// chance in a tenth of the cases, and rarely for three cells side by side.
 float ConfidenceInRun(const BoardState& state, const ViewCell& cell);
 
 // Removes cells of which ConfidenceInRun is less.

@@ -24,8 +24,8 @@ struct GrowthOptions {
 struct GrowthPolicy {
   // Starts from the seeds, beside the cells that are known.
   bool from_seeds = false;
-  // Cells at the boundary of what is known are fitted again as seeds, with all neighbours in full weight:
-  // they were fitted when less was known, and a better shape reaches farther into a fold.
+  // Cells at the boundary of the known part are fitted again as seeds, with all neighbours in full weight.
+  // They were fitted with fewer neighbours, and a better shape reaches farther into a fold.
   bool refits_boundary = false;
   // Asks for further seeds once all that is clear has been taken.
   bool with_isolated = false;

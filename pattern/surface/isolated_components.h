@@ -21,9 +21,9 @@ struct IsolatedOptions {
   absl::Status Validate() const;
 };
 
-// Reads blobs near known cells as one of the board cells around those that are still missing: the print is
-// expected to go on as it does at the known cell, with an unknown part of it hidden in between. A seed here
-// is no proof: growth has to find its neighbours.
+// Reads blobs near known cells as one of the missing board cells around those. The print is expected to
+// continue as at the known cell, with an unknown part of it hidden in between. A seed here is no proof:
+// growth has to find its neighbours.
 std::vector<PlacedCell> FindIsolatedSeeds(const CellFitter& fitter, const InkModel& inks,
                                           const BoardState& state, const std::vector<LooseBlob>& blobs,
                                           const IsolatedOptions& options);

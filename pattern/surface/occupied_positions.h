@@ -53,8 +53,8 @@ class OccupiedPositions {
     return false;
   }
 
-  // Adds the cells that the samples around a cell may lie on and that are far from it on the board: parts of
-  // the print in front of it or behind. The middle is in the image.
+  // Adds the cells that the samples around a cell may lie on and that are far from it on the board, in
+  // front of it or behind. The middle is in the image.
   void FindOccluders(const CellPose& pose, int row, int col, std::vector<CellPose>* occluders) const {
     constexpr float kSamplesReach = 1.75f;  // over that of the cell
     constexpr int kFar = 3;                 // rows or columns

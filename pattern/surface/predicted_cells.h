@@ -12,9 +12,9 @@
 namespace weft {
 
 struct GuidedOptions {
-  // Share of the variance within the cells in sight that the print has to explain, and by how much it has to
-  // lead every other part of the board within two rows and columns. Where the position is known well, nothing
-  // but the cell can be there, and a cell that is alone in sight has rivals of its own colour.
+  // Share of the variance within the visible cells that the print has to explain, and its lead over every
+  // other part of the board within two rows and columns. Where the position is known well, nothing but the
+  // cell can be there, and a cell that is alone in sight has rivals of its own colour.
   float min_explained = 0.4f;
   float min_lead = -0.1f;
   // The same where the position is known less well than half a pixel, or a tenth of a cell.
