@@ -1,5 +1,6 @@
-// `weft-pcl read|write [PARENT]`: PCD on standard input becomes PLY on standard output, or PLY becomes PCD.
-// Started by programs of Weft (pcl_program.h), which link no PCL themselves.
+// `weft-pcl read|write|filter [PARENT]`: PCD on standard input becomes PLY on standard output, PLY becomes
+// PCD, or a scan of either format becomes PLY without outliers. Started by programs of Weft (pcl_program.h),
+// which link no PCL themselves, and by people.
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -13,11 +14,13 @@
 #include <new>
 #include <string>
 #include <string_view>
+#include <utility>
 
-#include "absl/strings/str_cat.h"
+#include "absl/strings/match.h"
 #include "services/files/atomic_file.h"
 #include "services/files/ply.h"
 #include "services/pcd/pcl_convert.h"
+#include "services/pcd/pcl_filter.h"
 #include "services/process/exit_status.h"
 #include "services/process/memory_limit.h"
 
@@ -48,8 +51,13 @@ absl::StatusOr<std::string> Convert(std::string_view task) {
   }
   const absl::StatusOr<std::string> bytes = weft::ReadWholeFile(kInput);
   if (!bytes.ok()) return bytes.status();
-  const absl::StatusOr<weft::Ply> ply = weft::ParsePly(*bytes, "cloud");
-  return ply.ok() ? weft::PcdFromPly(*ply) : ply.status();
+  absl::StatusOr<weft::Ply> ply = task == "filter" && !absl::StartsWith(*bytes, "ply")
+                                      ? weft::PlyFromPcdFile(kInput)
+                                      : weft::ParsePly(*bytes, "standard input");
+  if (!ply.ok()) return ply.status();
+  if (task == "write") return weft::PcdFromPly(*ply);
+  ply = weft::WithoutOutliers(*std::move(ply));
+  return ply.ok() ? weft::SerializePly(*ply) : ply.status();
 }
 
 bool WriteAll(int fd, std::string_view bytes) {
@@ -69,9 +77,11 @@ int main(int argc, char** argv) {
     std::printf("weft-pcl " WEFT_VERSION "\n");
     return weft::kExitDone;
   }
-  if (argc > 3 || (task != "read" && task != "write")) {
-    std::fputs("Usage: weft-pcl read < FILE.pcd > FILE.ply\n       weft-pcl write < FILE.ply > FILE.pcd\n",
-               stderr);
+  if (argc > 3 || (task != "read" && task != "write" && task != "filter")) {
+    std::fputs(
+        "Usage: weft-pcl read < FILE.pcd > FILE.ply\n       weft-pcl write < FILE.ply > FILE.pcd\n"
+        "       weft-pcl filter < SCAN > SCAN-WITHOUT-OUTLIERS.ply\n",
+        stderr);
     return weft::kExitBadInput;
   }
   prctl(PR_SET_PDEATHSIG, SIGKILL);

@@ -123,6 +123,35 @@ TEST(ParsePcd, SaysWhatIsWrong) {
   EXPECT_THAT(error("x y w", "1", std::string(12, '\0')), HasSubstr("has no field z"));
 }
 
+TEST(WeftPcl, FiltersOutliersOfAScanAndKeepsPropertiesOfTheRest) {
+  WEFT_SKIP_WITHOUT_PCL();
+  PlyElement vertex;
+  vertex.name = "vertex";
+  std::vector<double> x, y, z, row;
+  for (int i = 0; i < 900; ++i) {
+    x.push_back(i % 30), y.push_back(i / 30), z.push_back(i == 100 ? 40 : 0), row.push_back(i);
+  }
+  vertex.rows = x.size();
+  vertex.properties = {PlyColumn("x", PlyType::kFloat32, x), PlyColumn("y", PlyType::kFloat32, y),
+                       PlyColumn("z", PlyType::kFloat32, z), PlyColumn("row", PlyType::kInt32, row)};
+  Ply scan;
+  scan.elements.push_back(vertex);
+  for (const auto& bytes : {SerializePly(scan), SerializePcd(scan)}) {
+    ASSERT_TRUE(bytes.ok()) << bytes.status();
+    const auto filtered = RunPclProgram("filter", *bytes, "scan");
+    ASSERT_TRUE(filtered.ok()) << filtered.status();
+    const auto ply = ParsePly(*filtered, "filtered");
+    ASSERT_TRUE(ply.ok()) << ply.status();
+    const PlyElement& kept = ply->elements[0];
+    EXPECT_EQ(kept.rows, 899u);
+    for (size_t i = 0; i < kept.rows; ++i) {
+      const int original = static_cast<int>(kept.Find("row")->values[i]);
+      EXPECT_EQ(original, static_cast<int>(i < 100 ? i : i + 1));
+      EXPECT_EQ(kept.Find("x")->values[i], original % 30);
+    }
+  }
+}
+
 // PCL's reader crashes on some of these: then it is an error like others, and this process goes on.
 TEST(ParsePcd, NoInputHarmsTheProgramThatAsks) {
   WEFT_SKIP_WITHOUT_PCL();
