@@ -12,6 +12,7 @@
 #include "alignment/placement.h"
 #include "alignment/return_to_points.h"
 #include "alignment/vertex_sigma.h"
+#include "base/median.h"
 
 namespace weft {
 namespace {
@@ -75,10 +76,8 @@ std::vector<VertexTarget> WithoutOutliers(const MeshGraph& graph, const std::vec
                                           const std::vector<Eigen::Vector3d>& position_mm,
                                           const AlignOptions& options) {
   const std::vector<double> distance_mm = DistancesToOthers(graph, targets, position_mm, options);
-  std::vector<double> sorted = distance_mm;
-  std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
   const double limit_mm =
-      std::max(options.robust.outlier_ratio * sorted[sorted.size() / 2], options.robust.min_distance_mm);
+      std::max(options.robust.outlier_ratio * Median(distance_mm), options.robust.min_distance_mm);
   constexpr double kUntouched = 0.5;  // of the limit; below, a weight would only blur good measurements
   std::vector<VertexTarget> kept;
   for (size_t i = 0; i < targets.size(); ++i) {

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "base/median.h"
+
 namespace weft {
 namespace {
 
@@ -47,9 +49,7 @@ std::vector<double> MergeHalfEdges(const std::vector<HalfEdge>& half_edges, std:
     weights.back() += 0.5 * h.cotan;
   }
   if (weights.empty()) return weights;
-  std::vector<double> sorted = weights;
-  std::nth_element(sorted.begin(), sorted.begin() + sorted.size() / 2, sorted.end());
-  const double median = sorted[sorted.size() / 2];
+  const double median = Median(weights);
   const double floor = median > 0 ? 0.01 * median : 0.01;
   for (double& w : weights) w = std::max(w, floor);
   return weights;

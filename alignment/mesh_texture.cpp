@@ -6,6 +6,8 @@
 #include <limits>
 #include <utility>
 
+#include "base/median.h"
+
 namespace weft {
 namespace {
 
@@ -81,12 +83,8 @@ class Spreading {
       }
     }
     if (scales.empty()) return;
-    const auto median = [](std::vector<double>& values) {
-      std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-      return values[values.size() / 2];
-    };
-    longest_ = kLongestOnPrint * median(scales);
-    furthest_ = kFurthestStep * median(lengths);
+    longest_ = kLongestOnPrint * Median(std::move(scales));
+    furthest_ = kFurthestStep * Median(std::move(lengths));
   }
 
   // Of vertices on the print, least squares over the edges to those around them; nothing of it off the

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/fill.h"
+#include "base/median.h"
 
 namespace weft {
 namespace {
@@ -26,8 +27,7 @@ absl::Status CheckScale(const AlignmentModel& model, const std::vector<VertexTar
     if (rest > 0) ratios.push_back(now.norm() / rest);
   }
   if (ratios.empty()) return absl::OkStatus();
-  std::nth_element(ratios.begin(), ratios.begin() + ratios.size() / 2, ratios.end());
-  const double ratio = ratios[ratios.size() / 2];
+  const double ratio = Median(std::move(ratios));
   if (ratio <= kMaxScale && ratio >= 1 / kMaxScale) return absl::OkStatus();
   return absl::FailedPreconditionError(
       absl::StrCat("alignment: neighbouring targets lie ", ratio,

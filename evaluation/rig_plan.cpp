@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/median.h"
 
 namespace weft {
 namespace {
@@ -137,10 +138,7 @@ class GreedyChoice {
     std::erase_if(sigmas, [](double sigma) { return std::isnan(sigma); });
     step.coverage /= static_cast<double>(views_.size());
     step.mean_views /= static_cast<double>(views_.size());
-    if (sigmas.empty()) return step;
-    const auto middle = sigmas.begin() + static_cast<std::ptrdiff_t>(sigmas.size() / 2);
-    std::nth_element(sigmas.begin(), middle, sigmas.end());
-    step.median_sigma_mm = *middle;
+    if (!sigmas.empty()) step.median_sigma_mm = Median(std::move(sigmas));
     return step;
   }
 

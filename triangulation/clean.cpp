@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/median.h"
 
 namespace weft {
 namespace {
@@ -68,9 +69,7 @@ class Lattice {
         if (const int j = Neighbor(i, side); j >= 0) lengths.push_back(Distance(i, j));
       }
     }
-    if (lengths.empty()) return 0;
-    std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
-    return lengths[lengths.size() / 2];
+    return Median(std::move(lengths));
   }
 
   const std::vector<CloudPoint>& points_;

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/median.h"
 
 namespace weft {
 namespace {
@@ -64,9 +66,7 @@ class Bends {
         if (other >= 0) lengths.push_back((points[other].position_mm - p.position_mm).norm());
       }
     }
-    if (lengths.empty()) return;
-    std::nth_element(lengths.begin(), lengths.begin() + lengths.size() / 2, lengths.end());
-    edge_mm_ = lengths[lengths.size() / 2];
+    edge_mm_ = Median(std::move(lengths));
   }
 
   double edge_mm() const { return edge_mm_; }  // 0 where no two centres are next to each other

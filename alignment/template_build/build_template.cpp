@@ -14,6 +14,7 @@
 #include "alignment/template_build/seam_rows.h"
 #include "alignment/template_build/template_checks.h"
 #include "alignment/template_build/zipper.h"
+#include "base/median.h"
 
 namespace weft {
 namespace {
@@ -68,8 +69,7 @@ class Builder {
       pitches_mm.push_back(MeasuredPitchMm(*grid));
       grids_.push_back(*std::move(grid));
     }
-    std::nth_element(pitches_mm.begin(), pitches_mm.begin() + pitches_mm.size() / 2, pitches_mm.end());
-    built_.measured_pitch_mm = pitches_mm[pitches_mm.size() / 2];
+    built_.measured_pitch_mm = Median(std::move(pitches_mm));
     if (!(built_.measured_pitch_mm > 0)) {
       return absl::FailedPreconditionError("the clouds show no two cells side by side");
     }
@@ -197,14 +197,13 @@ class Builder {
   RestShapeProblem RestProblem() const {
     std::vector<double> gaps_mm = {built_.parts.cell_mm};
     for (const Seam& seam : built_.parts.seams) gaps_mm.push_back(seam.gap_mm);
-    std::nth_element(gaps_mm.begin(), gaps_mm.begin() + gaps_mm.size() / 2, gaps_mm.end());
     constexpr double kSlack = 1.5;
     return {faces_,
             static_cast<int>(built_.sheet.flat.faces.size()),
             built_.sheet.flat.vertices_mm,
             lifts_[0].position_mm,
             {},
-            kSlack * gaps_mm[gaps_mm.size() / 2],
+            kSlack * Median(std::move(gaps_mm)),
             lifts_[0].seen,
             {}};
   }

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/median.h"
 
 namespace weft {
 namespace {
@@ -66,9 +68,7 @@ double MeasuredPitchMm(const CellGrid& grid) {
       if (row + 1 < grid.rows) add(grid.Index(row, col), grid.Index(row + 1, col));
     }
   }
-  if (pitch_mm.empty()) return 0;
-  std::nth_element(pitch_mm.begin(), pitch_mm.begin() + pitch_mm.size() / 2, pitch_mm.end());
-  return pitch_mm[pitch_mm.size() / 2];
+  return Median(std::move(pitch_mm));
 }
 
 int ForgetContradictions(double cell_mm, CellGrid* grid) {

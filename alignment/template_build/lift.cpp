@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/fill.h"
+#include "base/median.h"
 
 namespace weft {
 namespace {
@@ -39,9 +40,7 @@ int SetOutliersAside(const std::vector<Eigen::Vector3d>& points, double ratio, d
     if (lifted->seen[v]) distance_mm.push_back((points[v] - state.position_mm[v]).norm());
   }
   if (distance_mm.empty()) return 0;
-  const auto middle = distance_mm.begin() + distance_mm.size() / 2;
-  std::nth_element(distance_mm.begin(), middle, distance_mm.end());
-  const double limit_mm = std::max(ratio * *middle, least_mm);
+  const double limit_mm = std::max(ratio * Median(std::move(distance_mm)), least_mm);
   int outliers = 0;
   for (size_t v = 0; v < points.size(); ++v) {
     if (!lifted->seen[v] || (points[v] - state.position_mm[v]).norm() <= limit_mm) continue;

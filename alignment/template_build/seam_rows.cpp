@@ -4,6 +4,7 @@
 #include <map>
 
 #include "alignment/template_build/zipper.h"
+#include "base/median.h"
 
 namespace weft {
 
@@ -21,9 +22,8 @@ void RestoreWidths(const std::vector<LiftedPanels>& clouds, LiftedPanels* refere
     if (least_mm.empty()) continue;
     std::vector<double> widths_mm;
     for (const auto& [vertex, width_mm] : least_mm) widths_mm.push_back(width_mm);
-    std::sort(widths_mm.begin(), widths_mm.end());
-    seam.gap_mm = widths_mm[widths_mm.size() / 2];
-    seam.max_gap_mm = widths_mm.back();
+    seam.gap_mm = Median(widths_mm);
+    seam.max_gap_mm = *std::max_element(widths_mm.begin(), widths_mm.end());
   }
 }
 

@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "base/median.h"
+
 namespace weft {
 namespace {
 
@@ -249,8 +251,7 @@ class SeamFinder {
   void ProlongEnd(Run* run, bool ahead) {
     std::vector<double> gaps_mm;
     for (const Pair& pair : *run) gaps_mm.push_back((borders_.at(pair.a) - borders_.at(pair.b)).norm());
-    std::nth_element(gaps_mm.begin(), gaps_mm.begin() + gaps_mm.size() / 2, gaps_mm.end());
-    const double limit_mm = std::min(max_gap_mm_, 1.5 * gaps_mm[gaps_mm.size() / 2] + cell_mm_);
+    const double limit_mm = std::min(max_gap_mm_, 1.5 * Median(std::move(gaps_mm)) + cell_mm_);
     constexpr size_t kLookBack = 5;
     const auto step = [&](int i, bool along) { return along ? point(i).next : point(i).previous; };
     const auto edge = [&](int i, bool along) { return along ? i : point(i).previous; };
@@ -309,8 +310,7 @@ Seam SeamFinder::Describe(const Run& run) const {
   }
   seam.length_mm = length_mm / 2;
   seam.max_gap_mm = *std::max_element(gaps_mm.begin(), gaps_mm.end());
-  std::nth_element(gaps_mm.begin(), gaps_mm.begin() + gaps_mm.size() / 2, gaps_mm.end());
-  seam.gap_mm = gaps_mm[gaps_mm.size() / 2];
+  seam.gap_mm = Median(std::move(gaps_mm));
   return seam;
 }
 

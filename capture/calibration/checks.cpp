@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "base/median.h"
 #include "capture/calibration/covisibility.h"
 
 namespace weft {
@@ -313,9 +315,8 @@ std::vector<CalibrationIssue> CheckSolution(const CalibrationTarget& target,
   std::vector<CalibrationIssue> out;
   std::vector<double> rms;
   for (const CameraFit& fit : solution.cameras) rms.push_back(fit.rms_px);
-  std::nth_element(rms.begin(), rms.begin() + static_cast<std::ptrdiff_t>(rms.size() / 2), rms.end());
-  const double limit_px =
-      std::min(options.max_rms_px, std::max(0.2, options.max_rms_ratio * rms[rms.size() / 2]));
+  const double median_px = Median(std::move(rms));
+  const double limit_px = std::min(options.max_rms_px, std::max(0.2, options.max_rms_ratio * median_px));
   for (size_t c = 0; c < solution.cameras.size(); ++c) {
     const CameraFit& fit = solution.cameras[c];
     const std::string who = absl::StrCat("camera ", solution.bundle.cameras[c].id);
@@ -327,7 +328,7 @@ std::vector<CalibrationIssue> CheckSolution(const CalibrationTarget& target,
            absl::StrFormat(
                "%s: reprojection error of %.2f px over %d views, at most %.2f px are accepted (the median "
                "camera has %.2f px); was it moved, out of sync, or the board bent?",
-               who, fit.rms_px, fit.views, limit_px, rms[rms.size() / 2])});
+               who, fit.rms_px, fit.views, limit_px, median_px)});
     } else if (10 * fit.rejected_corners > 3 * corners) {
       out.push_back(
           {CalibrationFault::kHighResidual,

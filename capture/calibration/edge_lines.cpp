@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/median.h"
+
 namespace weft {
 namespace {
 
@@ -71,12 +73,6 @@ std::optional<Step> FindStep(const LightImage& image, const Eigen::Vector2d& at,
   return step;
 }
 
-double MedianOf(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 // Offset from the straight side, as a function of the place along it from -1 to 1.
 struct Side {
   Eigen::Vector2d middle, along, normal;  // along: half of the side
@@ -107,7 +103,7 @@ Eigen::Vector3d FitCurve(std::vector<Eigen::Vector2d> points, bool bends) {
     };
     std::vector<double> sizes;
     for (const Eigen::Vector2d& p : points) sizes.push_back(off(p));
-    const double limit = 4 * MedianOf(sizes) + 0.02;
+    const double limit = 4 * Median(std::move(sizes)) + 0.02;
     std::erase_if(points, [&](const Eigen::Vector2d& p) { return off(p) > limit; });
   }
   return curve;
@@ -135,7 +131,7 @@ std::optional<Side> FindSide(const LightImage& image, const Eigen::Vector2d& fro
   }
   if (static_cast<double>(points.size()) < kMinShare * profiles) return std::nullopt;
   side.curve = FitCurve(points, length_px > kBendsFromPx);
-  side.blur_px = std::sqrt(std::max(0.0, MedianOf(variances)));
+  side.blur_px = std::sqrt(std::max(0.0, Median(std::move(variances))));
   return side;
 }
 

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstdint>
 #include <opencv2/imgproc.hpp>
+#include <utility>
 
+#include "base/median.h"
 #include "capture/calibration/tag_detection.h"
 
 namespace weft {
@@ -31,9 +33,7 @@ cv::Mat MedianOf(const std::vector<Frame>& greys) {
   std::vector<uint8_t> values(greys.size());
   for (size_t i = 0; i < greys[0].pixels->size(); ++i) {
     for (size_t k = 0; k < greys.size(); ++k) values[k] = (*greys[k].pixels)[i];
-    const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-    std::nth_element(values.begin(), middle, values.end());
-    out.data[i] = *middle;
+    out.data[i] = ValueAtRank(values, values.size() / 2);
   }
   return out;
 }
@@ -99,9 +99,7 @@ absl::StatusOr<std::optional<double>> MovingEdgeBlurPx(const std::vector<Frame>&
   std::vector<double> widths_px;
   for (const Frame& grey : greys) AddEdgeWidths(Smoothed(Wrapped(grey)), still, min_contrast, &widths_px);
   if (widths_px.size() < kLeastEdges) return std::nullopt;
-  const auto middle = widths_px.begin() + static_cast<std::ptrdiff_t>(widths_px.size() / 2);
-  std::nth_element(widths_px.begin(), middle, widths_px.end());
-  return *middle;
+  return Median(std::move(widths_px));
 }
 
 }  // namespace weft

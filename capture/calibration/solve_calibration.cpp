@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/median.h"
 #include "capture/calibration/bundle_adjustment.h"
 #include "capture/calibration/camera_guess.h"
 #include "capture/calibration/rig_covariance.h"
@@ -21,13 +22,6 @@ namespace weft {
 namespace {
 
 using OnProgress = std::function<void(const std::string&, double)>;
-
-double Median(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 absl::StatusOr<std::vector<CameraModel>> FirstCameras(const CalibrationTarget& target,
                                                       const CalibrationViews& views,
@@ -89,7 +83,7 @@ void EstimateSigmas(double least_px, CalibrationBundle* bundle) {
   }
   constexpr double kNormalSigmaPerMedian = 1.4826;
   for (size_t c = 0; c < sizes.size(); ++c) {
-    bundle->sigma_px[c] = std::max(least_px, kNormalSigmaPerMedian * Median(sizes[c]));
+    bundle->sigma_px[c] = std::max(least_px, kNormalSigmaPerMedian * Median(std::move(sizes[c])));
   }
 }
 

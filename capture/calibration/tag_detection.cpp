@@ -12,6 +12,7 @@ extern "C" {
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/median.h"
 #include "capture/calibration/edge_lines.h"
 
 namespace weft {
@@ -176,9 +177,8 @@ absl::StatusOr<ImageTags> TagDetector::Detect(const Frame& frame) const {
     out.tags.push_back(sighting);
   }
   apriltag_detections_destroy(found);
-  std::sort(blurs.begin(), blurs.end());
   out.blurred = static_cast<int>(blurs.size());
-  if (!blurs.empty()) out.blurred_px = blurs[blurs.size() / 2];
+  out.blurred_px = Median(std::move(blurs));
   std::sort(out.tags.begin(), out.tags.end(), [](const TagSighting& a, const TagSighting& b) {
     return std::tie(a.family, a.id, a.corners_px[0].x()) < std::tie(b.family, b.id, b.corners_px[0].x());
   });
@@ -238,8 +238,7 @@ void AddSightings(const CalibrationTarget& target, int camera, int frame,
       blurs.push_back(tag->blur_px);
     }
     if (blurs.empty()) continue;
-    std::sort(blurs.begin(), blurs.end());
-    view.blur_px = blurs[blurs.size() / 2];
+    view.blur_px = Median(std::move(blurs));
     views->boards.push_back(std::move(view));
   }
   for (size_t b = 0; b < target.scale_bars.size(); ++b) {

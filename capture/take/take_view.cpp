@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/median.h"
 
 namespace weft {
 
@@ -21,9 +22,7 @@ int64_t PeriodOf_ns(const RecordedTake& take) {
     }
   }
   if (intervals_ns.empty()) return 0;
-  const auto middle = intervals_ns.begin() + static_cast<std::ptrdiff_t>(intervals_ns.size() / 2);
-  std::nth_element(intervals_ns.begin(), middle, intervals_ns.end());
-  return std::max<int64_t>(*middle, 0);
+  return std::max<int64_t>(Median(std::move(intervals_ns)), 0);
 }
 
 absl::StatusOr<TakeView> TakeView::Open(const std::string& folder, const TakeViewOptions& options) {

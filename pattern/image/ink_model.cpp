@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/median.h"
+
 namespace weft {
 namespace {
 
@@ -72,16 +74,13 @@ InkModel InkModel::Fitted(const std::vector<InkSample>& samples, const InkModel&
     std::vector<float> values(colors.size());
     for (int c = 0; c < 3; ++c) {
       std::transform(colors.begin(), colors.end(), values.begin(), [c](const Rgb* v) { return (*v)[c]; });
-      std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-      middle[c] = values[values.size() / 2];
+      middle[c] = ValueAtRank(values, values.size() / 2);
     }
     const auto distance = [&](const Rgb& v) {
       return std::abs(v[0] - middle[0]) + std::abs(v[1] - middle[1]) + std::abs(v[2] - middle[2]);
     };
     std::transform(colors.begin(), colors.end(), values.begin(), [&](const Rgb* v) { return distance(*v); });
-    const size_t kept = values.size() * 9 / 10;
-    std::nth_element(values.begin(), values.begin() + kept, values.end());
-    const float limit = values[kept];
+    const float limit = ValueAtRank(values, values.size() * 9 / 10);
     std::array<double, 6> covariance = {};
     std::array<double, 3> sum = {};
     double n = 0;

@@ -7,9 +7,11 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/median.h"
 
 namespace weft {
 namespace {
@@ -51,10 +53,7 @@ double MedianPitchPx(const std::vector<Observation>& observations) {
     if (a.node.row != b.node.row || a.node.col + 1 != b.node.col) continue;
     pitches.push_back(std::hypot(a.x_px - b.x_px, a.y_px - b.y_px));
   }
-  if (pitches.empty()) return 0;
-  const auto middle = pitches.begin() + static_cast<std::ptrdiff_t>(pitches.size() / 2);
-  std::nth_element(pitches.begin(), middle, pitches.end());
-  return *middle;
+  return Median(std::move(pitches));
 }
 
 int ScaleFor(const Frame& frame, double pitch_px) {

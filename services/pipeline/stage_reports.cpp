@@ -1,12 +1,12 @@
 #include "services/pipeline/stage_reports.h"
 
-#include <algorithm>
 #include <map>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "alignment/alignment_memory.h"
+#include "base/median.h"
 
 namespace weft {
 namespace {
@@ -18,13 +18,6 @@ void AddReasons(const std::map<std::string, int>& counts,
     entry.set_reason(reason);
     entry.set_count(count);
   }
-}
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace

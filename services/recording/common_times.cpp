@@ -5,6 +5,8 @@
 #include <iterator>
 #include <utility>
 
+#include "base/median.h"
+
 namespace weft {
 namespace {
 
@@ -19,9 +21,7 @@ std::vector<const ClockReading*> WithoutSlow(std::vector<const ClockReading*> re
   if (readings.empty()) return readings;
   std::vector<int64_t> uncertainties_ns;
   for (const ClockReading* reading : readings) uncertainties_ns.push_back(reading->uncertainty_ns);
-  const auto middle = uncertainties_ns.begin() + static_cast<std::ptrdiff_t>(uncertainties_ns.size() / 2);
-  std::nth_element(uncertainties_ns.begin(), middle, uncertainties_ns.end());
-  const int64_t limit_ns = 4 * *middle;
+  const int64_t limit_ns = 4 * Median(std::move(uncertainties_ns));
   std::erase_if(readings, [&](const ClockReading* reading) { return reading->uncertainty_ns > limit_ns; });
   return readings;
 }
@@ -71,9 +71,8 @@ bool CommonTimes::AgreesWithFrames(size_t camera) const {
       late_ns.push_back(record->host_time_ns - (record->device_time_ns - *minus_host_ns));
   }
   if (late_ns.empty()) return true;
-  const auto middle = late_ns.begin() + static_cast<std::ptrdiff_t>(late_ns.size() / 2);
-  std::nth_element(late_ns.begin(), middle, late_ns.end());
-  return *middle >= -kJumped_ns && *middle <= kLongestDelay_ns;
+  const int64_t median_ns = Median(std::move(late_ns));
+  return median_ns >= -kJumped_ns && median_ns <= kLongestDelay_ns;
 }
 
 CommonTimes::Readings CommonTimes::Arrivals(size_t camera) const {
@@ -141,9 +140,7 @@ std::optional<int64_t> CommonTimes::Time_ns(size_t set, size_t camera) const {
       all_ns.push_back(*one_ns);
   }
   if (all_ns.empty()) return record->device_time_ns - *own_ns;
-  std::nth_element(all_ns.begin(), all_ns.begin() + static_cast<std::ptrdiff_t>(all_ns.size() / 2),
-                   all_ns.end());
-  const int64_t off_ns = *own_ns - all_ns[all_ns.size() / 2];
+  const int64_t off_ns = *own_ns - Median(std::move(all_ns));
   return record->device_time_ns - (has_own_clock_[camera] || std::abs(off_ns) > kJumped_ns ? off_ns : 0);
 }
 

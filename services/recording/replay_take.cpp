@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_format.h"
+#include "base/median.h"
 #include "capture/file/checksum.h"
 
 namespace weft {
@@ -52,9 +53,8 @@ v1::TakeReplay ReplayTake(Replay& replay, const ReplayedSet& consume) {
   summary.set_wall_s(Milliseconds(Clock::now() - begin) / 1e3);
   summary.set_checksum(absl::StrFormat("%016x", checksum));
   if (late_ms.empty()) return summary;
-  std::sort(late_ms.begin(), late_ms.end());
-  summary.set_late_median_ms(late_ms[late_ms.size() / 2]);
-  summary.set_late_worst_ms(late_ms.back());
+  summary.set_late_median_ms(Median(late_ms));
+  summary.set_late_worst_ms(*std::max_element(late_ms.begin(), late_ms.end()));
   return summary;
 }
 

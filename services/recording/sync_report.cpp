@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "base/median.h"
 #include "capture/take/recorded_take.h"
 #include "services/recording/clock_log.h"
 #include "services/recording/common_times.h"
@@ -103,9 +104,8 @@ void DescribeSets(const RecordedTake& take, const CommonTimes& times, SyncAnalys
   }
   out.report.set_sets_complete(complete);
   if (spreads_ms.empty()) return;
-  std::sort(spreads_ms.begin(), spreads_ms.end());
-  out.report.set_spread_median_ms(spreads_ms[spreads_ms.size() / 2]);
-  out.report.set_spread_worst_ms(spreads_ms.back());
+  out.report.set_spread_median_ms(Median(spreads_ms));
+  out.report.set_spread_worst_ms(*std::max_element(spreads_ms.begin(), spreads_ms.end()));
 }
 
 // What is said of one camera, to be put together where others say the same.

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/median.h"
 #include "capture/image/image_encoders.h"
 #include "services/report/html_text.h"
 #include "services/report/plot_axes.h"
@@ -30,9 +31,8 @@ double ScaleOf(const std::vector<HeatMapRow>& rows) {
     for (const double value : row.values)
       if (std::isfinite(value) && value != 0) sizes.push_back(std::abs(value));
   if (sizes.empty()) return 1;
-  const auto at = static_cast<std::ptrdiff_t>(kScaleShare * static_cast<double>(sizes.size() - 1));
-  std::nth_element(sizes.begin(), sizes.begin() + at, sizes.end());
-  const double most = sizes[static_cast<size_t>(at)], decade = std::pow(10, std::floor(std::log10(most)));
+  const double most = Quantile(std::move(sizes), kScaleShare),
+               decade = std::pow(10, std::floor(std::log10(most)));
   for (const double factor : {1.0, 2.0, 5.0})
     if (most <= factor * decade * (1 + 1e-9)) return factor * decade;
   return 10 * decade;

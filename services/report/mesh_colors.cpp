@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "absl/strings/str_format.h"
+#include "base/median.h"
 
 namespace weft {
 namespace {
@@ -54,12 +55,11 @@ ScalarRange RoundRange(std::vector<double> values, double share) {
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
   if (values.empty()) return {};
   const double position = std::clamp(share, 0.0, 1.0) * static_cast<double>(values.size() - 1);
-  const auto nth = values.begin() + static_cast<std::ptrdiff_t>(std::ceil(position));
-  std::nth_element(values.begin(), nth, values.end());
-  if (*nth <= 0) return {};
-  const double decade = std::pow(10, std::floor(std::log10(*nth)));
+  const double most = ValueAtRank(values, static_cast<size_t>(std::ceil(position)));
+  if (most <= 0) return {};
+  const double decade = std::pow(10, std::floor(std::log10(most)));
   for (const double step : {1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0}) {
-    if (*nth <= step * decade * (1 + 1e-6)) return {0, step * decade};
+    if (most <= step * decade * (1 + 1e-6)) return {0, step * decade};
   }
   return {0, 10 * decade};
 }

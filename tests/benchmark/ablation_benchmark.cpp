@@ -6,7 +6,6 @@
 #include <benchmark/benchmark.h>
 #include <tbb/task_arena.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <functional>
@@ -15,6 +14,7 @@
 #include <utility>
 
 #include "alignment/untangle/self_intersection.h"
+#include "base/median.h"
 #include "services/files/cloud_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/template_file.h"
@@ -47,8 +47,7 @@ std::pair<double, double> Summary(std::vector<double> values) {
   if (values.empty()) return {0, 0};
   double sum = 0;
   for (const double v : values) sum += v;
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return {sum / static_cast<double>(values.size()), values[values.size() / 2]};
+  return {sum / static_cast<double>(values.size()), Median(std::move(values))};
 }
 
 void Ablate(benchmark::State& state, AlignOptions options, const std::function<void(AlignOptions*)>& change) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/median.h"
 #include "pattern/fit/cell.h"
 #include "pattern/seeds/patch_decoder.h"
 

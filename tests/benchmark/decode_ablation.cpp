@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "base/median.h"
 #include "capture/image/image_file.h"
 #include "services/files/board_file.h"
 #include "services/files/observations_file.h"
@@ -115,9 +116,8 @@ void PrintLine(const std::string& name, const DecodeScore& score, const DecodeSc
                             corners = score.ErrorsPx(NodeKind::kCorner);
   const auto wrong = static_cast<long>(score.WrongCells()), wrong_full = static_cast<long>(full.WrongCells());
   std::printf("%-24s %7.2f %7.2f %7ld %7.4f %7.4f %7.4f %7.4f %7.1f %7.1f   %+7.2f %+7.2f %+7ld\n",
-              name.c_str(), 100 * score.Recall(), 100 * score.Recall(3, 4), wrong,
-              testing::Quantile(centers, 0.5), testing::Quantile(centers, 0.95),
-              testing::Quantile(corners, 0.5), testing::Quantile(corners, 0.95), MsAView(score),
+              name.c_str(), 100 * score.Recall(), 100 * score.Recall(3, 4), wrong, Quantile(centers, 0.5),
+              Quantile(centers, 0.95), Quantile(corners, 0.5), Quantile(corners, 0.95), MsAView(score),
               MsAView(full) - MsAView(score), 100 * (score.Recall() - full.Recall()),
               100 * (score.Recall(3, 4) - full.Recall(3, 4)), wrong - wrong_full);
   std::fflush(stdout);

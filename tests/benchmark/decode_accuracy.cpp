@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/median.h"
 #include "tests/benchmark/center_bound.h"
 #include "tests/benchmark/decode_score.h"
 
@@ -18,7 +19,6 @@ namespace weft {
 namespace {
 
 using testing::DecodeScore;
-using testing::Quantile;
 using testing::ScoredObservation;
 
 void PrintClass(const char* name, const std::vector<ScoredObservation>& all,

@@ -102,7 +102,4 @@ absl::StatusOr<DecodeScore> DecodeAndScore(const TrueTake& take, const BoardInde
 // User time of the calling thread.
 double UserSeconds();
 
-// The value that this share of the values does not exceed; 0 of none.
-double Quantile(std::vector<double> values, double share);
-
 }  // namespace weft::testing

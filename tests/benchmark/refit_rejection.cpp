@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/median.h"
 #include "pattern/surface/growth.h"
 #include "pattern/view_decoder.h"
 #include "tests/benchmark/decode_score.h"

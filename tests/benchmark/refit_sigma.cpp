@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <vector>
 
+#include "base/median.h"
 #include "pattern/view_decoder.h"
 #include "tests/benchmark/decode_score.h"
 #include "tests/benchmark/refit.h"
