@@ -5,15 +5,9 @@
 #include <cstdint>
 #include <string_view>
 
-namespace weft {
+#include "base/random.h"
 
-// A bijective mix of 64 bits (the finalizer of SplitMix64, Steele et al. 2014).
-inline uint64_t MixBits(uint64_t x) {
-  x += 0x9e3779b97f4a7c15ULL;
-  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  x = (x ^ (x >> 27)) * 0x94d049bb133111ebULL;
-  return x ^ (x >> 31);
-}
+namespace weft {
 
 // A key from a seed and what it is used for, so that two uses of one seed are independent.
 inline uint64_t KeyOf(uint64_t seed, std::string_view use) {

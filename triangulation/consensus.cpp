@@ -10,14 +10,6 @@
 namespace weft {
 namespace {
 
-// SplitMix64: a small generator whose state is one word (Steele, Lea, Flood 2014).
-uint64_t NextRandom(uint64_t* state) {
-  uint64_t z = (*state += 0x9e3779b97f4a7c15ULL);
-  z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ULL;
-  z = (z ^ (z >> 27)) * 0x94d049bb133111ebULL;
-  return z ^ (z >> 31);
-}
-
 // Middle of the shortest segment between two rays; empty for rays closer to parallel than the sine, for
 // points behind a camera and for segments longer than max_gap_mm.
 std::optional<Eigen::Vector3d> MiddleOf(const Sight& a, const Sight& b, double min_sine, double max_gap_mm) {
@@ -72,9 +64,9 @@ int DrawsNeeded(double inlier_share, double confidence, int limit) {
   return needed < limit ? static_cast<int>(needed) : limit;
 }
 
-std::pair<int, int> DrawPair(int n, uint64_t* state) {
-  const int i = static_cast<int>(NextRandom(state) % n);
-  const int j = static_cast<int>((i + 1 + NextRandom(state) % (n - 1)) % n);
+std::pair<int, int> DrawPair(int n, Random& random) {
+  const int i = static_cast<int>(random.Next() % n);
+  const int j = static_cast<int>((i + 1 + random.Next() % (n - 1)) % n);
   return {std::min(i, j), std::max(i, j)};
 }
 
@@ -133,9 +125,10 @@ Consensus FindConsensus(std::span<const Sight> sights, const ConsensusOptions& o
       for (int j = i + 1; j < n && searching; ++j) searching = try_pair(i, j);
     }
   } else {
+    Random random(seed);
     int draws = kMaxHypotheses;
     for (int k = 0; k < draws; ++k) {
-      const auto [i, j] = DrawPair(n, &seed);
+      const auto [i, j] = DrawPair(n, random);
       try_pair(i, j);
       if (IsMajority(best.cameras, cameras)) break;
       draws = std::min(draws, DrawsNeeded(double(best.cameras) / n, kDrawConfidence, kMaxHypotheses));

@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/random.h"
 #include "triangulation/sight.h"
 #include "triangulation/triangulate.h"
 
@@ -25,8 +26,8 @@ struct Consensus {
 // at most `limit`.
 int DrawsNeeded(double inlier_share, double confidence, int limit);
 
-// The next pair of 0 to n - 1 by the generator's state, the smaller first.
-std::pair<int, int> DrawPair(int n, uint64_t* state);
+// A pair of 0 to n - 1, the smaller first.
+std::pair<int, int> DrawPair(int n, Random& random);
 
 // Whether so many cameras agree that the search may end: what the others see can only be less.
 bool IsMajority(int agreeing, int cameras);

@@ -86,7 +86,7 @@ void GroupSolver::Start(int lane) {
   l.min_sine2 =
       SineSquared(l.is_pair ? std::max(consensus.min_pair_angle_deg, options_.two_view.min_angle_deg)
                             : consensus.min_pair_angle_deg);
-  l.seed = SeedOf(l.result.node, consensus.seed);
+  l.random = Random(SeedOf(l.result.node, consensus.seed));
   l.draws = kMaxHypotheses;
 }
 
@@ -133,7 +133,7 @@ bool GroupSolver::NextHypothesis(int lane) {
   }
   while (l.drawn < l.draws && !IsMajority(l.best_cameras, cameras)) {
     ++l.drawn;
-    const auto [i, j] = DrawPair(rays, &l.seed);
+    const auto [i, j] = DrawPair(rays, l.random);
     if (try_pair(i, j)) return true;
   }
   return false;

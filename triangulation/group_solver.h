@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/random.h"
 #include "triangulation/cloud.h"
 #include "triangulation/ray_groups.h"
 #include "triangulation/refine.h"
@@ -36,7 +37,7 @@ class GroupSolver {
     int min_views = 0;
     double min_sine2 = 0;  // of the angle between the rays of a hypothesis
     // The search: pairs tried so far, or the pair that comes next where all are.
-    uint64_t seed = 0;
+    Random random{0};
     int drawn = 0, draws = 0;
     int i = 0, j = 0;
     int best_cameras = 0;

@@ -5,8 +5,8 @@
 #include <numeric>
 
 #include "absl/strings/str_cat.h"
+#include "base/random.h"
 #include "pattern/board/code_set.h"
-#include "pattern/board/random.h"
 
 namespace weft {
 namespace {

@@ -3,8 +3,8 @@
 #include <cstddef>
 
 #include "absl/strings/str_cat.h"
+#include "base/random.h"
 #include "pattern/board/board.h"
-#include "pattern/board/random.h"
 #include "pattern/board/window_code.h"
 
 namespace weft {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <numeric>
 
+#include "base/random.h"
 #include "pattern/board/code_set.h"
-#include "pattern/board/random.h"
 
 namespace weft {
 namespace {
