@@ -18,8 +18,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "base/natural_order.h"
 #include "capture/camera/v4l2_ioctl.h"
-#include "capture/file/natural_order.h"
 
 namespace weft {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "capture/file/natural_order.h"
+#include "base/natural_order.h"
 #include "capture/rig/rig.h"
 
 namespace weft {

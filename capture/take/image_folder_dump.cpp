@@ -4,8 +4,8 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
+#include "base/natural_order.h"
 #include "capture/file/content_hash.h"
-#include "capture/file/natural_order.h"
 #include "capture/image/image_file.h"
 #include "capture/rig/camera_match.h"
 #include "capture/take/frame_set_reading.h"

@@ -4,7 +4,7 @@
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
-#include "capture/file/natural_order.h"
+#include "base/natural_order.h"
 
 namespace weft {
 

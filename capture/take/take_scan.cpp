@@ -5,7 +5,7 @@
 #include <set>
 
 #include "absl/strings/str_cat.h"
-#include "capture/file/natural_order.h"
+#include "base/natural_order.h"
 #include "capture/take/take_files.h"
 
 namespace weft {

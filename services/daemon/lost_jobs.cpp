@@ -5,7 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
-#include "capture/file/natural_order.h"
+#include "base/natural_order.h"
 #include "capture/file/plain_text.h"
 #include "services/files/frame_paths.h"
 #include "services/files/json_file.h"

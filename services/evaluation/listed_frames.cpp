@@ -9,7 +9,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
-#include "capture/file/natural_order.h"
+#include "base/natural_order.h"
 #include "capture/take/take_files.h"
 #include "capture/take/take_view.h"
 #include "services/files/atomic_file.h"
@@ -62,7 +62,7 @@ absl::StatusOr<std::vector<std::string>> FramesOfResult(const std::string& resul
   std::set<std::string> distinct(meshes->begin(), meshes->end());
   distinct.insert(reports->begin(), reports->end());
   std::vector<std::string> names(distinct.begin(), distinct.end());
-  std::sort(names.begin(), names.end(), &NaturallyBefore);
+  std::sort(names.begin(), names.end(), NaturalLess);
   return names;
 }
 

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "capture/file/natural_order.h"
+#include "base/natural_order.h"
 #include "capture/image/thumbnail.h"
 #include "pattern/board/board_index.h"
 #include "pattern/decoder.h"

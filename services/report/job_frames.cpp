@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "capture/file/natural_order.h"
+#include "base/natural_order.h"
 #include "services/files/frame_folders.h"
 #include "services/files/frame_paths.h"
 #include "services/files/json_file.h"

@@ -1,15 +1,15 @@
 // The order of names with numbers in them.
 #pragma once
 
-#include <string>
+#include <string_view>
 
 namespace weft {
 
 // Numbers inside names compare by value: image9 before image10.
-bool NaturalLess(const std::string& a, const std::string& b);
+bool NaturalLess(std::string_view a, std::string_view b);
 
 struct NaturalOrder {
-  bool operator()(const std::string& a, const std::string& b) const { return NaturalLess(a, b); }
+  bool operator()(std::string_view a, std::string_view b) const { return NaturalLess(a, b); }
 };
 
 }  // namespace weft

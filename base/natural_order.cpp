@@ -1,10 +1,10 @@
-#include "capture/file/natural_order.h"
+#include "base/natural_order.h"
 
 #include "absl/strings/ascii.h"
 
 namespace weft {
 
-bool NaturalLess(const std::string& a, const std::string& b) {
+bool NaturalLess(std::string_view a, std::string_view b) {
   size_t i = 0, j = 0;
   while (i < a.size() && j < b.size()) {
     if (absl::ascii_isdigit(a[i]) && absl::ascii_isdigit(b[j])) {
@@ -14,7 +14,7 @@ bool NaturalLess(const std::string& a, const std::string& b) {
       while (i + 1 < ie && a[i] == '0') ++i;
       while (j + 1 < je && b[j] == '0') ++j;
       if (ie - i != je - j) return ie - i < je - j;
-      const int order = a.compare(i, ie - i, b, j, je - j);
+      const int order = a.substr(i, ie - i).compare(b.substr(j, je - j));
       if (order != 0) return order < 0;
       i = ie;
       j = je;
