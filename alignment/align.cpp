@@ -2,7 +2,6 @@
 
 #include <Eigen/LU>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
@@ -13,6 +12,7 @@
 #include "alignment/return_to_points.h"
 #include "alignment/vertex_sigma.h"
 #include "base/median.h"
+#include "base/stopwatch.h"
 
 namespace weft {
 namespace {
@@ -22,12 +22,6 @@ constexpr double kFirstTolerance = 1e-3;
 
 // Associations of a scan with the mesh.
 constexpr int kReconRounds = 4;
-
-using Clock = std::chrono::steady_clock;
-
-double MillisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 absl::Status Bad(const char* what) { return absl::InvalidArgumentError(absl::StrCat("alignment.", what)); }
 
@@ -195,7 +189,7 @@ class Passes {
   // E_Det (Eq. 1), the vertices without a target drawn to where the fill has them.
   absl::StatusOr<ElasticProblem> Prepare(const std::vector<VertexTarget>& targets,
                                          const std::string& suffix) {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     std::vector<Eigen::Vector3d> placed_mm;
     for (const Eigen::Vector3d& v : model_.rest().vertices_mm) placed_mm.push_back(placement_ * v);
     FillStart filled = PrepareFill(model_.graph(), targets, std::move(placed_mm));
@@ -206,7 +200,7 @@ class Passes {
                            {}};
     continued_ = ContinueCloth(model_, targets, options_.continuation, options_.detection.reference_sigma_mm);
     DrawToContinued(&problem);
-    Report("fill" + suffix, {}, start);
+    Report("fill" + suffix, {}, watch);
     return problem;
   }
 
@@ -219,17 +213,17 @@ class Passes {
   }
 
   void Fit(const std::string& suffix) {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     FitRigid(*slices_, &deformation_);
-    Report("rigid_fit" + suffix, {}, start);
+    Report("rigid_fit" + suffix, {}, watch);
   }
 
   absl::Status Solve(const ElasticProblem& problem, const ElasticOptions& options, const std::string& name) {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     const absl::StatusOr<ElasticReport> report =
         SolveElastic(*slices_, model_.graph(), problem, options, &deformation_, context_.cancelled);
     if (!report.ok()) return report.status();
-    Report(name, *report, start);
+    Report(name, *report, watch);
     Watch(name);
     return absl::OkStatus();
   }
@@ -238,9 +232,8 @@ class Passes {
     if (context_.watch) context_.watch(name, deformation_.position_mm);
   }
 
-  void Report(const std::string& name, const ElasticReport& report, Clock::time_point start) {
-    stages_->push_back(
-        {name, report.iterations, report.energy_before, report.energy_after, MillisecondsSince(start)});
+  void Report(const std::string& name, const ElasticReport& report, const Stopwatch& watch) {
+    stages_->push_back({name, report.iterations, report.energy_before, report.energy_after, watch.Ms()});
   }
 
   const AlignmentModel& model_;
@@ -322,10 +315,10 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
       return status;
   }
   AlignResult result;
-  const auto start = Clock::now();
+  const Stopwatch watch;
   const absl::StatusOr<Eigen::Isometry3d> placement = PlaceTemplate(model, targets, options.min_target_share);
   if (!placement.ok()) return placement.status();
-  result.stages.push_back({.name = "place", .time_ms = MillisecondsSince(start)});
+  result.stages.push_back({.name = "place", .time_ms = watch.Ms()});
 
   Passes passes(model, options, context, *placement, &result.stages);
   if (absl::Status status = passes.RunFirst(targets); !status.ok()) return status;
@@ -345,14 +338,14 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
   result.outliers = static_cast<int>(targets.size() - used.size());
   result.mesh = Describe(model, used, passes.deformation().position_mm, options);
   if (!options.remove_self_intersections) return result;
-  const auto untangle_start = Clock::now();
+  const Stopwatch untangle_watch;
   const absl::StatusOr<UntangleReport> untangling =
       RemoveSelfIntersections(model.rest().faces, options.untangle, &result.mesh);
   if (!untangling.ok()) return untangling.status();
   result.untangling = *untangling;
   result.stages.push_back({.name = "untangle",
                            .iterations = untangling->pushes + untangling->returns,
-                           .time_ms = MillisecondsSince(untangle_start)});
+                           .time_ms = untangle_watch.Ms()});
   if (context.watch) context.watch("untangle", result.mesh.vertices_mm);
   return result;
 }

@@ -10,6 +10,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "base/host_clock.h"
 #include "capture/camera/glib_error.h"
 
 namespace weft {
@@ -27,12 +28,6 @@ constexpr const char* kReportedFeatures[] = {
     "Height",           "PixelFormat",     "ExposureTime",        "ExposureTimeAbs",  "Gain",
     "GainRaw",          "TriggerSelector", "TriggerMode",         "TriggerSource",    "AcquisitionFrameRate",
     "PtpEnable",        "PtpStatus",       "PtpOffsetFromMaster", "GevSCPSPacketSize"};
-
-int64_t HostTime_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 }  // namespace
 

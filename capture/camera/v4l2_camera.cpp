@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <deque>
 #include <map>
 #include <mutex>
@@ -15,6 +14,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/host_clock.h"
 #include "capture/camera/v4l2_ioctl.h"
 
 namespace weft {
@@ -23,16 +23,10 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr uint64_t kMostLosses = 1024;  // told one by one after a gap
 
-int64_t TimeOf_ns(clockid_t clock) {
-  timespec now{};
-  clock_gettime(clock, &now);
-  return now.tv_sec * 1'000'000'000 + now.tv_nsec;
-}
-
 ClockReading ReadMonotonic() {
-  const int64_t before_ns = TimeOf_ns(CLOCK_REALTIME);
-  const int64_t monotonic_ns = TimeOf_ns(CLOCK_MONOTONIC);
-  const int64_t after_ns = TimeOf_ns(CLOCK_REALTIME);
+  const int64_t before_ns = HostTime_ns();
+  const int64_t monotonic_ns = MonotonicTime_ns();
+  const int64_t after_ns = HostTime_ns();
   ClockReading reading;
   reading.host_time_ns = before_ns + (after_ns - before_ns) / 2;
   reading.device_minus_host_ns = monotonic_ns - reading.host_time_ns;
@@ -239,7 +233,7 @@ CameraDelivery V4l2Camera::Deliver(V4l2Filled filled) {
   RawFrame& frame = delivery.frame;
   frame.camera_id = options_.id;
   frame.device_time_ns = filled.monotonic_ns;
-  frame.host_time_ns = TimeOf_ns(CLOCK_REALTIME);
+  frame.host_time_ns = HostTime_ns();
   frame.device_frame_id = unwrapper_.Unwrap(filled.sequence);
   frame.width_px = image_.width_px;
   frame.height_px = image_.height_px;

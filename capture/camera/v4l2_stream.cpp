@@ -6,10 +6,10 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <ctime>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/host_clock.h"
 #include "capture/camera/v4l2_ioctl.h"
 
 namespace weft {
@@ -32,12 +32,6 @@ v4l2_buffer Description(uint32_t index, V4l2Memory memory) {
 
 uint64_t ContentBytes(const V4l2Image& image) {
   return RawBytes(image.format, image.width_px, image.height_px);
-}
-
-int64_t Monotonic_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return now.tv_sec * 1'000'000'000 + now.tv_nsec;
 }
 
 }  // namespace
@@ -153,7 +147,7 @@ absl::StatusOr<V4l2Filled> V4l2Stream::Next() {
   V4l2Filled filled;
   filled.sequence = buffer.sequence;
   // No frame was taken after it arrived, though some drivers date them ahead.
-  filled.monotonic_ns = Monotonic_ns();
+  filled.monotonic_ns = MonotonicTime_ns();
   if (has_times_)
     filled.monotonic_ns = std::min<int64_t>(
         filled.monotonic_ns, buffer.timestamp.tv_sec * 1'000'000'000 + buffer.timestamp.tv_usec * 1000);

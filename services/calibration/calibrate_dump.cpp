@@ -1,15 +1,14 @@
 #include "services/calibration/calibrate_dump.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <mutex>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/time/clock.h"
-#include "absl/time/time.h"
+#include "base/host_clock.h"
+#include "base/stopwatch.h"
 #include "capture/take/frame_range.h"
 #include "capture/take/open_dump.h"
 #include "services/files/atomic_file.h"
@@ -19,10 +18,6 @@ namespace weft {
 namespace {
 
 using OnProgress = std::function<void(const std::string&, double)>;
-
-double SecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 absl::StatusOr<BoardDetection> Detect(const CalibrationRequest& request, const CalibrationTarget& target,
                                       const OnProgress& on_progress) {
@@ -71,7 +66,7 @@ absl::Status Record(const CalibrationRequest& request, CalibrationResult* result
     if (result->rig.id.empty()) result->rig.id = before->id;
   }
   if (result->rig.id.empty()) result->rig.id = "rig";
-  record.calibrated_utc = absl::FormatTime("%Y-%m-%dT%H:%M:%SZ", absl::Now(), absl::UTCTimeZone());
+  record.calibrated_utc = UtcText();
   record.rms_px = solution.rms_px;
   record.stage_low_mm = solution.stage_low_mm;
   record.stage_high_mm = solution.stage_high_mm;
@@ -102,19 +97,19 @@ absl::StatusOr<CalibrationResult> CalibrateDump(const CalibrationRequest& reques
     if (!rig.ok()) return rig.status();
     initial = *std::move(rig);
   }
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   absl::StatusOr<BoardDetection> detection = Detect(request, result.target, on_progress);
   if (!detection.ok()) return detection.status();
   result.detection = *std::move(detection);
-  result.detection_s = SecondsSince(start);
+  result.detection_s = watch.Seconds();
   result.issues =
       CheckViews(result.target, result.detection.views, result.detection.sightings, request.checks);
   if (!result.issues.empty()) return result;
 
-  const auto solve_start = std::chrono::steady_clock::now();
+  const Stopwatch solve_watch;
   absl::StatusOr<CalibrationSolution> solution =
       SolveCalibration(result.target, result.detection.views, initial, request.solve, on_progress);
-  result.solution_s = SecondsSince(solve_start);
+  result.solution_s = solve_watch.Seconds();
   if (!solution.ok()) {
     if (solution.status().code() != absl::StatusCode::kFailedPrecondition) return solution.status();
     result.issues.push_back({CalibrationFault::kUncertain, {}, std::string(solution.status().message())});

@@ -9,8 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/time/clock.h"
-#include "absl/time/time.h"
+#include "base/host_clock.h"
 #include "services/files/frame_folders.h"
 #include "services/files/frame_paths.h"
 #include "services/files/observations_file.h"
@@ -94,7 +93,7 @@ absl::Status UpdateRecord(const RefinementRequest& request, RefinementResult* re
   if (!result->record) return absl::OkStatus();
   ++result->record->version;
   result->record->replaces = result->before.ContentHash();
-  result->record->calibrated_utc = absl::FormatTime("%Y-%m-%dT%H:%M:%SZ", absl::Now(), absl::UTCTimeZone());
+  result->record->calibrated_utc = UtcText();
   for (size_t c = 0; c < result->record->cameras.size(); ++c) {
     const CameraCorrection& correction = result->refined.corrections[c];
     if (correction.held) continue;

@@ -5,8 +5,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/time/clock.h"
-#include "absl/time/time.h"
+#include "base/host_clock.h"
 #include "services/catalogue/backup.h"
 #include "services/catalogue/catalogue_rows.h"
 #include "services/catalogue/folder_sync.h"
@@ -157,7 +156,7 @@ absl::Status FinishReplacing(const std::string& path) {
 std::string Jobs(size_t count) { return absl::StrCat(count, count == 1 ? " job" : " jobs"); }
 
 absl::StatusOr<std::vector<std::string>> Replace(const std::string& path, const Finding& finding) {
-  const std::string time = absl::FormatTime("%Y%m%d-%H%M%S", absl::Now(), absl::UTCTimeZone());
+  const std::string time = UtcFileName();
   const std::string name = absl::StrCat(finding.older ? "older-" : "damaged-", time);
   const std::string aside = absl::StrCat(path, ".", name);
   absl::StatusOr<StoredCatalogue> stored = SalvageFile(path, path + ".reading");

@@ -3,7 +3,6 @@
 #include <tbb/info.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <functional>
 #include <memory>
@@ -15,6 +14,7 @@
 #include "alignment/align.h"
 #include "alignment/mesh_texture.h"
 #include "alignment/untangle/self_intersection.h"
+#include "base/stopwatch.h"
 #include "services/cli/commands.h"
 #include "services/cli/pipeline_flags.h"
 #include "services/files/atomic_file.h"
@@ -156,15 +156,14 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   AlignContext context{.scan = options.scan.empty() ? nullptr : &extras->scan,
                        .start_mm = options.start.empty() ? nullptr : &extras->start_mm};
   if (!options.stages.empty()) context.watch = std::bind_front(&StageWriter::Write, &stages);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const absl::StatusOr<AlignResult> result =
       Align(*garment, targets->targets, pipeline->options.alignment, context);
   if (!result.ok()) {
     return absl::Status(result.status().code(), absl::StrCat(options.cloud, ": ", result.status().message()));
   }
   if (!stages.status().ok()) return stages.status();
-  const double align_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  const double align_ms = watch.Ms();
   const absl::Status written =
       WriteRegisteredMesh(options.out, result->mesh, garment->rest.faces, TextureOf(*garment, *parts));
   if (!written.ok()) return written;

@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -15,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
+#include "base/stopwatch.h"
 #include "capture/image/image_file.h"
 #include "pattern/decoder.h"
 #include "services/cli/commands.h"
@@ -37,7 +37,6 @@ namespace weft {
 namespace {
 
 namespace fs = std::filesystem;
-using Clock = std::chrono::steady_clock;
 
 struct DecodeCommandOptions {
   std::vector<std::string> images;
@@ -58,10 +57,6 @@ struct DecodedFile {
   absl::Status image;    // of reading and decoding
   absl::Status picture;  // of writing the picture of --explain
 };
-
-double MillisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 // Before the work of minutes, not after it.
 absl::Status CheckWritable(const std::string& file) {
@@ -101,12 +96,12 @@ absl::StatusOr<DecodeResult> DecodeFrame(const absl::StatusOr<Frame>& frame, con
 // `picture` is empty where none is wanted.
 void DecodeFile(const DecodeInput& input, const BoardIndex& board, const DecodeOptions& options,
                 const std::string& picture, DecodedFile& file) {
-  const auto start = Clock::now();
+  const Stopwatch watch;
   file.report.set_path(input.label);
   v1::ViewReport& view = *file.report.mutable_view();
   view.set_camera(file.found.image);
   const absl::StatusOr<Frame> frame = input.read();
-  view.set_read_ms(MillisecondsSince(start));
+  view.set_read_ms(watch.Ms());
   absl::StatusOr<DecodeResult> result = DecodeFrame(frame, board, options, file.report);
   file.image = result.status();
   if (!result.ok()) {
@@ -114,7 +109,7 @@ void DecodeFile(const DecodeInput& input, const BoardIndex& board, const DecodeO
     return;
   }
   DescribeDecoding(*result, view);
-  file.report.set_total_ms(MillisecondsSince(start));
+  file.report.set_total_ms(watch.Ms());
   if (!picture.empty()) {
     const absl::StatusOr<Frame> drawn = DrawDecoding(*frame, *result);
     file.picture = drawn.ok() ? WriteImageFile(picture, *drawn) : drawn.status();
@@ -251,7 +246,7 @@ absl::Status LeftOut(const std::vector<DecodedFile>& files, const std::string& o
 }
 
 absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
-  const auto start = Clock::now();
+  const Stopwatch watch;
   absl::StatusOr<CommandPipeline> pipeline =
       MakeCommandPipeline(kDefaultPreset, options.pipeline, {"decode"});
   if (!pipeline.ok()) return pipeline.status();
@@ -273,7 +268,7 @@ absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
   if (!found.empty()) {
     if (absl::Status status = WriteObservations(options.out, found); !status.ok()) return status;
   }
-  v1::DecodeReport report = Summarize(found.empty() ? "" : options.out, files, MillisecondsSince(start));
+  v1::DecodeReport report = Summarize(found.empty() ? "" : options.out, files, watch.Ms());
   *report.mutable_options() = pipeline->message;
   Assess(report);
   if (options.json) {

@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <functional>
@@ -15,6 +14,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/stopwatch.h"
 #include "services/cli/commands.h"
 #include "services/cli/progress.h"
 #include "services/files/rig_file.h"
@@ -80,7 +80,7 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
                                       : static_cast<size_t>(tbb::info::default_concurrency()));
 
   const StopOnSignal stop;  // before the first thread
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const bool visible = ProgressVisible(quiet);
   std::optional<absl::StatusOr<SyntheticTake>> take;
   {
@@ -100,12 +100,11 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
         **take, *folder, options.files, [&progress] { progress.Advance(); }, stop.token());
   }
   if (!summary.ok()) return summary.status();
-  const double took_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   std::printf(
       "%s: %d frames, %d cameras, %d cells; %.0f cells in good sight a view, %.1f px a cell in the median; "
       "%.1f s\n",
       options.out.c_str(), summary->frames, summary->cameras, summary->cells, summary->scoreable_per_view,
-      summary->median_pitch_px, took_s);
+      summary->median_pitch_px, watch.Seconds());
   if (summary->intersecting_frames == 0)
     std::printf("no frame has self-intersections\n");
   else

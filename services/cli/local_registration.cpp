@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/host_clock.h"
 #include "services/job/job_folder.h"
 #include "services/job/job_life.h"
 #include "services/options/presets.h"
@@ -81,7 +82,7 @@ class LocalJob {
  private:
   static v1::Job NewJob(const v1::RegistrationSpec& spec, const RegistrationInputs& inputs) {
     v1::Job job;
-    job.set_id(absl::StrCat("local-", UnixNow() / 1'000'000'000));
+    job.set_id(absl::StrCat("local-", HostTime_ns() / 1'000'000'000));
     *job.mutable_spec() = spec;
     *job.mutable_inputs() = inputs.hashes;
     job.mutable_warnings()->Add(inputs.warnings.begin(), inputs.warnings.end());

@@ -2,10 +2,10 @@
 
 #include <unistd.h>
 
-#include <chrono>
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/host_clock.h"
 #include "services/client/fetch_results.h"
 #include "services/client/registration_client.h"
 #include "services/files/atomic_file.h"
@@ -21,8 +21,7 @@ class Probe {
  public:
   static absl::StatusOr<Probe> Create(const std::string& folder) {
     if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
-    const auto now = std::chrono::system_clock::now().time_since_epoch().count();
-    Probe probe(fs::path(folder) / absl::StrCat(".weft-probe-", getpid(), "-", now));
+    Probe probe(fs::path(folder) / absl::StrCat(".weft-probe-", getpid(), "-", HostTime_ns()));
     if (absl::Status status = WriteFileAtomically(probe.path_.string(), "weft\n"); !status.ok())
       return status;
     return probe;

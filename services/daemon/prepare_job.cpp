@@ -2,6 +2,7 @@
 
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <random>
@@ -9,8 +10,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "absl/time/clock.h"
-#include "absl/time/time.h"
+#include "base/host_clock.h"
 #include "services/daemon/request_check.h"
 #include "services/files/atomic_file.h"
 #include "services/options/presets.h"
@@ -24,8 +24,7 @@ namespace {
 // Readable, sorted by time, and not to be guessed from another.
 std::string NewJobId() {
   std::random_device random;
-  return absl::StrCat(absl::FormatTime("%Y%m%d-%H%M%S", absl::Now(), absl::UTCTimeZone()), "-",
-                      absl::StrFormat("%08x", random()));
+  return absl::StrCat(UtcFileName(), "-", absl::StrFormat("%08x", random()));
 }
 
 absl::Status CanonicalizeInputs(const PathPolicy& policy, v1::RegistrationSpec& spec) {

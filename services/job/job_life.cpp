@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/host_clock.h"
 #include "capture/file/plain_text.h"
 #include "services/pipeline/stage_keys.h"
 
@@ -41,16 +42,10 @@ void TellOfRedone(const JobFrames& frames, v1::Job& job) {
 
 }  // namespace
 
-int64_t UnixNow() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
-
 JobLife::JobLife(v1::Job job, const std::vector<std::string>& frames)
     : job_(std::move(job)), frames_(Waiting(frames)) {
   job_.set_state(v1::JOB_STATE_QUEUED);
-  job_.set_created_unix_ns(UnixNow());
+  job_.set_created_unix_ns(HostTime_ns());
   job_.set_weft_version(WEFT_VERSION);
   if (!frames.empty()) {
     job_.set_first_frame(frames.front());
@@ -72,17 +67,16 @@ v1::Job JobLife::Describe() const {
   job.set_remaining_s(ended_ ? 0 : -1);
   const double computed = frames_.FramesComputed();
   if (!ended_ && started_ && computed >= kEnoughFrames) {
-    const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - *started_;
-    job.set_remaining_s(elapsed.count() * frames_.FramesLeft() / computed);
+    job.set_remaining_s(started_->Seconds() * frames_.FramesLeft() / computed);
   }
   return job;
 }
 
 bool JobLife::Start() {
-  if (!started_) started_ = std::chrono::steady_clock::now();
+  if (!started_) started_.emplace();
   if (job_.state() != v1::JOB_STATE_QUEUED) return false;
   job_.set_state(v1::JOB_STATE_RUNNING);
-  job_.set_started_unix_ns(UnixNow());
+  job_.set_started_unix_ns(HostTime_ns());
   return true;
 }
 
@@ -117,7 +111,7 @@ v1::Job JobLife::Outcome(const std::vector<size_t>& bridged) {
     job.set_message(absl::StrCat("no frame could be registered", FirstFailure(frames_)));
   }
   TellOfRedone(frames_, job);
-  job.set_finished_unix_ns(UnixNow());
+  job.set_finished_unix_ns(HostTime_ns());
   job.set_remaining_s(0);
   return job;
 }

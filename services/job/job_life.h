@@ -1,20 +1,18 @@
 // The life of a job from its first frame to its final state, wherever it runs.
 #pragma once
 
-#include <chrono>
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "base/stopwatch.h"
 #include "services/job/job_frames.h"
 #include "services/pipeline/results_check.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {
-
-int64_t UnixNow();
 
 // Thread safety: none.
 class JobLife {
@@ -62,7 +60,7 @@ class JobLife {
   v1::Job job_;
   JobFrames frames_;
   std::optional<EarlyEnd> early_;
-  std::optional<std::chrono::steady_clock::time_point> started_;
+  std::optional<Stopwatch> started_;
   int repairs_ = 0;  // how often frames had to be done again
   bool ended_ = false;
 };

@@ -3,11 +3,11 @@
 #include <tbb/parallel_for.h>
 
 #include <atomic>
-#include <chrono>
 #include <utility>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/stopwatch.h"
 #include "pattern/decoder.h"
 #include "services/pipeline/stage_reports.h"
 #include "triangulation/clean.h"
@@ -19,10 +19,9 @@ namespace {
 // The decoder of a view, after its first pass; null where it has no usable image, and the report says why.
 std::unique_ptr<ViewDecoder> DecodeCamera(const FrameImages& images, const DecodeOptions& options,
                                           size_t camera, v1::ViewReport& report) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const absl::StatusOr<Frame> frame = images.dump.ReadView(images.index, camera);
-  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-  report.set_read_ms(elapsed.count());
+  report.set_read_ms(watch.Ms());
   if (!frame.ok()) {
     report.set_missing_reason(std::string(frame.status().message()));
     return nullptr;

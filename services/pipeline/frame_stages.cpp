@@ -1,10 +1,10 @@
 #include "services/pipeline/frame_stages.h"
 
 #include <algorithm>
-#include <chrono>
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/stopwatch.h"
 #include "pattern/image/pixel_allocator.h"
 #include "services/files/cloud_file.h"
 #include "services/files/frame_paths.h"
@@ -14,8 +14,6 @@
 
 namespace weft {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 // Shares of a frame's work after which the stages end; decoding takes nearly all of it.
 constexpr double kDecoded = 0.85;
@@ -28,10 +26,6 @@ constexpr size_t kKeptImageBytes = size_t{32} << 20;
 // From this share on, cells that the template lacks say that it is another one; fewer cells say nothing.
 constexpr double kForeign = 0.5;
 constexpr int kTellingCells = 50;
-
-double MillisecondsSince(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
 
 absl::Status CheckStop(const std::stop_token& stop) {
   return stop.stop_requested() ? absl::CancelledError("the registration was cancelled") : absl::OkStatus();
@@ -49,13 +43,13 @@ class StageClock {
                                       [stage](const v1::StageTime& time) { return time.stage() == stage; });
     v1::StageTime& time = earlier == stages.end() ? *stages.Add() : *earlier;
     time.set_stage(stage);
-    time.set_time_ms(MillisecondsSince(start_));
-    start_ = Clock::now();
+    time.set_time_ms(watch_.Ms());
+    watch_ = {};
   }
 
  private:
   v1::FrameReport& report_;
-  Clock::time_point start_ = Clock::now();
+  Stopwatch watch_;
 };
 
 // Decodes all views into the members of `frame`; returns their decoders, for a second pass.

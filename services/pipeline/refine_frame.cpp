@@ -1,11 +1,11 @@
 #include "services/pipeline/refine_frame.h"
 
 #include <algorithm>
-#include <chrono>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "alignment/temporal.h"
+#include "base/stopwatch.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/pipeline/frame_folder.h"
@@ -110,7 +110,7 @@ absl::Status Refine(const RegistrationInputs& inputs, const Surroundings& frames
 
 absl::Status RefineFrame(const RegistrationInputs& inputs, const Surroundings& frames, int at,
                          const std::stop_token& stop) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const absl::StatusOr<FrameFolder> folder = frames.Folder(at);
   if (!folder.ok()) return absl::NotFoundError(folder.status().message());
   absl::StatusOr<v1::FrameReport> report = folder->Report();
@@ -134,8 +134,7 @@ absl::Status RefineFrame(const RegistrationInputs& inputs, const Surroundings& f
     status = Undo(inputs, frames, at, *folder, *report);
   }
   if (!status.ok()) return folder->InWords(status);
-  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-  report->mutable_temporal()->set_time_ms(elapsed.count());
+  report->mutable_temporal()->set_time_ms(watch.Ms());
   return folder->Commit(*std::move(report));
 }
 

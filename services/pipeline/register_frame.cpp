@@ -2,11 +2,11 @@
 
 #include <tbb/task_arena.h>
 
-#include <chrono>
 #include <filesystem>
 #include <fstream>
 
 #include "absl/strings/str_cat.h"
+#include "base/stopwatch.h"
 #include "services/pipeline/frame_files.h"
 #include "services/pipeline/frame_stages.h"
 #include "services/pipeline/stage_keys.h"
@@ -54,7 +54,7 @@ void SignReport(const RegistrationInputs& inputs, const v1::RegistrationOptions&
 absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, size_t index,
                                               const JobOptions& options, const std::string& out,
                                               const FrameProgress& progress, std::stop_token stop) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   const v1::RegistrationOptions& asked = options.message;
   // Taken first: images that change while they are read must not look like those that were read.
   const absl::StatusOr<std::string> fingerprint = FrameFingerprint(inputs, index, asked);
@@ -67,8 +67,7 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
   report.set_frame(inputs.dump->frame_names()[index]);
   report.set_images_fingerprint(*fingerprint);
   SignReport(inputs, asked, report);
-  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-  report.set_total_ms(elapsed.count());
+  report.set_total_ms(watch.Ms());
   if (absl::Status status = WriteFrame(out, inputs, *frame); !status.ok()) return status;
   if (progress) progress(1);
   return std::move(report);

@@ -3,12 +3,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <chrono>
 #include <map>
 #include <numeric>
 #include <optional>
 #include <utility>
 
+#include "base/stopwatch.h"
 #include "pattern/image/pixel_allocator.h"
 
 namespace weft {
@@ -45,7 +45,7 @@ int Describe(const std::vector<std::optional<WhyMissing>>& missing, v1::ViewRepo
 // Looks into one view again; returns the number of centres that were found.
 int LookInto(const SecondPassInputs& pass, const std::vector<PredictedCell>& wanted, size_t camera,
              ViewDecoder& view, v1::ViewReport& report) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   if (!view.has_image()) {
     const absl::StatusOr<Frame> frame = pass.inputs.dump->ReadView(pass.frame, camera);
     if (!frame.ok() || !view.ReadAgain(*frame).ok()) return 0;
@@ -53,8 +53,7 @@ int LookInto(const SecondPassInputs& pass, const std::vector<PredictedCell>& wan
   const auto missing = view.Find(wanted, pass.options.guided);
   if (!missing.ok()) return 0;
   const int found = Describe(*missing, report);
-  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - start;
-  report.set_second_pass_ms(elapsed.count());
+  report.set_second_pass_ms(watch.Ms());
   return found;
 }
 

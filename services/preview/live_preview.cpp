@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/host_clock.h"
 #include "base/natural_order.h"
 #include "capture/image/thumbnail.h"
 #include "pattern/board/board_index.h"
@@ -157,9 +158,7 @@ class LivePreview::Impl {
   absl::Status Write(PreviewPage page) {
     page.title = options_.title;
     page.refresh_s = options_.interval_s;
-    page.made_unix_ms = std::chrono::duration_cast<std::chrono::milliseconds>(
-                            std::chrono::system_clock::now().time_since_epoch())
-                            .count();
+    page.made_unix_ms = HostTime_ns() / 1'000'000;
     {
       const std::lock_guard lock(mutex_);
       page.state = state_;

@@ -6,11 +6,11 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <chrono>
 #include <cstring>
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
+#include "base/stopwatch.h"
 #include "capture/file/posix_file.h"
 #include "capture/image/aligned_buffer.h"
 
@@ -19,22 +19,18 @@ namespace {
 
 constexpr uint64_t kPieceBytes = uint64_t{8} << 20;
 
-double Seconds(std::chrono::steady_clock::time_point since) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - since).count();
-}
-
 absl::Status WriteAll(PosixFile& file, uint64_t bytes, DiskSpeed& speed) {
   if (absl::Status status = file.Preallocate(0, bytes); !status.ok()) return status;
   AlignedBuffer piece(kPieceBytes);
   std::memset(piece.data(), 0xa5, kPieceBytes);
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   for (uint64_t at = 0; at < bytes; at += kPieceBytes) {
-    const auto before = std::chrono::steady_clock::now();
+    const Stopwatch write_watch;
     if (absl::Status status = file.WriteAt(piece.data(), kPieceBytes, at); !status.ok()) return status;
-    speed.slowest_write_ms = std::max(speed.slowest_write_ms, 1000 * Seconds(before));
+    speed.slowest_write_ms = std::max(speed.slowest_write_ms, write_watch.Ms());
   }
   if (absl::Status status = file.SyncData(); !status.ok()) return status;
-  speed.bytes_per_s = static_cast<double>(bytes) / Seconds(start);
+  speed.bytes_per_s = static_cast<double>(bytes) / watch.Seconds();
   return absl::OkStatus();
 }
 

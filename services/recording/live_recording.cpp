@@ -10,6 +10,8 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/host_clock.h"
+#include "base/stopwatch.h"
 #include "services/recording/take_file.h"
 #include "services/recording/take_words.h"
 
@@ -19,12 +21,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr std::chrono::milliseconds kPollInterval{50};
 constexpr std::chrono::seconds kClockWait{3};
-
-int64_t HostTime_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 // What the threads of the cameras share.
 class SetsToRecorder {
@@ -205,12 +201,12 @@ class LiveTake {
 
   void RunUntilTheEnd(const std::atomic<bool>& stop,
                       const std::function<void(const LiveRecordingState&)>& report) {
-    const auto begin = Clock::now();
+    const Stopwatch watch;
     for (bool is_over = false; !is_over;) {
       std::this_thread::sleep_for(kPollInterval);
       sets_.Advance();
       LiveRecordingState state;
-      state.elapsed_s = std::chrono::duration<double>(Clock::now() - begin).count();
+      state.elapsed_s = watch.Seconds();
       state.recorder = recorder_.Counters();
       for (const auto& camera : cameras_) state.cameras.push_back(camera->counters());
       if (report) report(state);

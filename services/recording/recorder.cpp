@@ -11,17 +11,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/host_clock.h"
+#include "base/stopwatch.h"
 
 namespace weft {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-int64_t HostTime_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 // A set on its way to the disk. Each writer does its cameras; the last one completes it.
 struct Job {
@@ -114,9 +108,9 @@ void Recorder::Shared::Fail(const absl::Status& status) {
 
 void Recorder::Shared::WriteJob(Job& job, size_t writer) {
   for (size_t camera = writer; camera < take->camera_ids().size(); camera += queues.size()) {
-    const auto start = Clock::now();
+    const Stopwatch watch;
     const absl::Status status = take->Append(camera, job.set);
-    const double took_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+    const double took_ms = watch.Ms();
     const std::lock_guard lock(mutex);
     ++progress;
     if (!status.ok()) {

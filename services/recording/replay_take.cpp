@@ -6,12 +6,11 @@
 
 #include "absl/strings/str_format.h"
 #include "base/median.h"
+#include "base/stopwatch.h"
 #include "capture/file/checksum.h"
 
 namespace weft {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 double Milliseconds(std::chrono::nanoseconds time) { return static_cast<double>(time.count()) / 1e6; }
 
@@ -35,7 +34,7 @@ v1::TakeReplay ReplayTake(Replay& replay, const ReplayedSet& consume) {
   v1::TakeReplay summary;
   std::vector<double> late_ms;
   uint64_t checksum = 0;
-  const Clock::time_point begin = Clock::now();
+  const Stopwatch watch;
   for (size_t i = 0; i < replay.view().sets().size(); ++i) {
     RawFrameSet set = *replay.view().ReadSet(i);  // fails out of range alone
     const int64_t due_ns = replay.SetTime_ns(i);
@@ -50,7 +49,7 @@ v1::TakeReplay ReplayTake(Replay& replay, const ReplayedSet& consume) {
     summary.set_bytes(summary.bytes() + set.bytes());
     if (!consume(std::move(set), late)) break;
   }
-  summary.set_wall_s(Milliseconds(Clock::now() - begin) / 1e3);
+  summary.set_wall_s(watch.Seconds());
   summary.set_checksum(absl::StrFormat("%016x", checksum));
   if (late_ms.empty()) return summary;
   summary.set_late_median_ms(Median(late_ms));

@@ -1,6 +1,5 @@
 #include "services/recording/take_file.h"
 
-#include <chrono>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -10,6 +9,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/host_clock.h"
 #include "capture/file/checksum.h"
 #include "capture/file/plain_text.h"
 #include "capture/take/recorded_take.h"
@@ -40,9 +40,7 @@ v1::Take NewTake(const std::string& origin) {
   v1::Take take;
   take.set_id(absl::StrFormat("%016x", number));
   take.set_state(v1::TAKE_STATE_RECORDING);
-  take.set_started_host_time_ns(std::chrono::duration_cast<std::chrono::nanoseconds>(
-                                    std::chrono::system_clock::now().time_since_epoch())
-                                    .count());
+  take.set_started_host_time_ns(HostTime_ns());
   take.set_weft_version(WEFT_VERSION);
   take.set_origin(origin);
   return take;
@@ -152,9 +150,7 @@ void DescribeStreams(const v1::Take& take, TakeWriterOptions& options) {
 void SetOutcome(const RecorderCounters& counters, v1::Take& take) {
   take.set_state(counters.stop_cause.empty() ? v1::TAKE_STATE_COMPLETE : v1::TAKE_STATE_STOPPED);
   take.set_stop_cause(counters.stop_cause);
-  take.set_ended_host_time_ns(std::chrono::duration_cast<std::chrono::nanoseconds>(
-                                  std::chrono::system_clock::now().time_since_epoch())
-                                  .count());
+  take.set_ended_host_time_ns(HostTime_ns());
   take.set_sets_recorded(counters.sets_recorded);
   take.set_sets_dropped(counters.sets_dropped);
   take.set_frames_missing(counters.frames_missing);

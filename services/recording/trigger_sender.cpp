@@ -6,17 +6,12 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/host_clock.h"
 
 namespace weft {
 namespace {
 
 constexpr int64_t kLongestSleep_ns = 50'000'000;
-
-int64_t HostTime_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 }  // namespace
 

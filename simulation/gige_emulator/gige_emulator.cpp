@@ -15,6 +15,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "base/host_clock.h"
 #include "simulation/gige_emulator/gige_emulator_features.h"
 #include "simulation/gige_emulator/gige_emulator_registers.h"
 
@@ -55,12 +56,6 @@ bool IsFreeForGigeEmulator(const std::string& address) {
   const bool is_free = fd >= 0 && bind(fd, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0;
   if (fd >= 0) close(fd);
   return is_free;
-}
-
-int64_t GigeEmulatorHostTime_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_REALTIME, &now);
-  return int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec;
 }
 
 GigeEmulator::GigeEmulator(const std::string& serial, const std::string& address, GigeEmulatorImages pictures)
@@ -106,7 +101,7 @@ GigeEmulator::GigeEmulator(const std::string& serial, const std::string& address
     Die("GigE emulator: no stream");
   SetRegister(kStreamSource, ntohs(bound.sin_port));
   wake_ = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-  clock_.host_start_ns = GigeEmulatorHostTime_ns();
+  clock_.host_start_ns = HostTime_ns();
   thread_ = std::thread([this] { Run(); });
 }
 
@@ -179,7 +174,7 @@ void GigeEmulator::Run() {
   std::array<pollfd, 3> sockets = {pollfd{control_, POLLIN, 0}, {broadcast_, POLLIN, 0}, {wake_, POLLIN, 0}};
   std::array<uint8_t, 2048> data{};
   while (!is_over_) {
-    const int64_t now_ns = GigeEmulatorHostTime_ns();
+    const int64_t now_ns = HostTime_ns();
     if (controller_ && now_ns - controller_seen_ns_ > int64_t{Register(kHeartbeat)} * 1'000'000) {
       controller_.reset();
       SetRegister(kPrivilege, 0);
@@ -211,11 +206,11 @@ void GigeEmulator::Action(const uint8_t* data, size_t size, bool is_scheduled) {
     return;
   if (Get<uint32_t>(data) != Register(kDeviceKey) || Get<uint32_t>(data + 4) != Register(kGroupKey)) return;
   if ((Get<uint32_t>(data + 8) & Register(kGroupMask)) == 0) return;
-  AddTrigger(is_scheduled ? HostTimeOf_ns(Get<int64_t>(data + 12)) : GigeEmulatorHostTime_ns(), kFromAction);
+  AddTrigger(is_scheduled ? HostTimeOf_ns(Get<int64_t>(data + 12)) : HostTime_ns(), kFromAction);
 }
 
 void GigeEmulator::RefreshRegisters() {
-  const int64_t now_ns = GigeEmulatorHostTime_ns();
+  const int64_t now_ns = HostTime_ns();
   const bool ptp = Register(kPtpEnable) == 1;
   SetRegister(kPtpStatus, !ptp ? 0 : now_ns - ptp_since_ns_ < kPtpLock_ns ? 1 : 2);
   const int64_t offset_ns = ptp ? DeviceTime_ns(now_ns) - now_ns : 0;
@@ -234,7 +229,7 @@ void GigeEmulator::Latch(int64_t device_ns) {
 }
 
 void GigeEmulator::Written(uint32_t address, uint32_t value) {
-  const int64_t now_ns = GigeEmulatorHostTime_ns();
+  const int64_t now_ns = HostTime_ns();
   if (address == kTimestampControl && (value & 2) != 0) {
     Latch(DeviceTime_ns(now_ns));
   } else if (address == kPtpEnable) {
@@ -299,7 +294,7 @@ void GigeEmulator::HandleControl(const uint8_t* data, size_t size, const sockadd
   const std::vector<uint8_t> answer = Answer(command, data + 8, size - 8, data[1]);
   if (writes && Register(kPrivilege) == 0) controller_.reset();
   if (writes && Register(kPrivilege) != 0) controller_ = PeerOf(from);
-  if (controller_ == PeerOf(from)) controller_seen_ns_ = GigeEmulatorHostTime_ns();
+  if (controller_ == PeerOf(from)) controller_seen_ns_ = HostTime_ns();
   if (!wants_answer) return;
   answer_.clear();
   Put(answer_, uint16_t{0});

@@ -113,8 +113,6 @@ class GigeEmulator {
   std::thread thread_;
 };
 
-int64_t GigeEmulatorHostTime_ns();
-
 // The address is one of this machine's, and no emulator answers there.
 bool IsFreeForGigeEmulator(const std::string& address);
 

@@ -1,10 +1,10 @@
 // Calibrates simulated rigs from projected corners and compares with the rig that made them:
 //   accuracy_calibration [CAMERAS FRAMES NOISE_PX LONGEST_LENS [SEED]]
-#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
 
+#include "base/stopwatch.h"
 #include "tests/capture/calibration/simulated_calibration.h"
 
 namespace weft {
@@ -49,7 +49,7 @@ void Assess(int cameras, int frames, double noise_px, double longest, uint64_t s
   std::printf("%d cameras, %d frames, %zu views, %zu corners, noise %.3f px\n", cameras, frames,
               truth.views.boards.size(), corners, noise_px);
   const std::clock_t start = std::clock();
-  const auto wall_start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   std::string last;
   const auto solved = SolveCalibration(
       truth.moved.target, truth.views, std::nullopt, {}, [&](const std::string& stage, double) {
@@ -59,7 +59,7 @@ void Assess(int cameras, int frames, double noise_px, double longest, uint64_t s
         last = stage;
       });
   const double seconds = static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
-  const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - wall_start;
+  const double wall_s = watch.Seconds();
   if (!solved.ok()) {
     std::printf("  %s\n", solved.status().ToString().c_str());
     return;
@@ -74,8 +74,8 @@ void Assess(int cameras, int frames, double noise_px, double longest, uint64_t s
     center_mm += compared.errors.segment<3>(15 * c + 12).squaredNorm() / cameras;
     projection_px = std::max(projection_px, solved->cameras[c].projection_sigma_px);
   }
-  std::printf("  %.1f s, %.1f s of processor time, %d iterations%s\n", wall.count(), seconds,
-              solved->iterations, solved->converged ? "" : ", not converged");
+  std::printf("  %.1f s, %.1f s of processor time, %d iterations%s\n", wall_s, seconds, solved->iterations,
+              solved->converged ? "" : ", not converged");
   std::printf("  residuals %.4f px, variance factor %.4f\n", solved->rms_px, solved->variance_factor);
   std::printf(
       "  chi-square per freedom: all together %.3f (%.1f sigmas off), lenses %.2f, poses %.2f, worst camera "

@@ -1,7 +1,6 @@
 // Speed of decoding, and what it finds: a faster wrong answer must show.
 #include <benchmark/benchmark.h>
 
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <memory>
@@ -12,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/stopwatch.h"
 #include "pattern/decoder.h"
 #include "tests/pattern/rendered_board.h"
 
@@ -112,9 +112,9 @@ void BaselineDemosaicAndHessian(benchmark::State& state) {
 BENCHMARK(BaselineDemosaicAndHessian)->Unit(benchmark::kMillisecond);
 
 double SecondsOf(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  return watch.Seconds();
 }
 
 // A stage in ms per megapixel of the view and per 100,000 keypoints (decoded centres and corners).

@@ -3,9 +3,9 @@
 #include <benchmark/benchmark.h>
 #include <stdlib.h>
 
-#include <chrono>
 #include <filesystem>
 
+#include "base/stopwatch.h"
 #include "services/recording/disk_speed.h"
 #include "services/recording/recorder.h"
 #include "tests/capture/pattern_frames.h"
@@ -56,14 +56,14 @@ void Record(benchmark::State& state) {
     fs::remove_all(Folder());
     const auto recorder = Recorder::Start(Folder(), Cameras().camera_ids(), options);
     if (!recorder.ok()) return state.SkipWithError(std::string(recorder.status().message()).c_str());
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     for (uint64_t set = 0; set < kSets; ++set) {
       RawFrameSet next = ready[set % ready.size()];
       next.number = set;
       (*recorder)->OfferAndWait(std::move(next));
     }
     const absl::Status status = (*recorder)->Stop();
-    seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    seconds = watch.Seconds();
     const RecorderCounters counters = (*recorder)->Counters();
     if (!status.ok() || counters.sets_recorded != kSets) return state.SkipWithError("sets are missing");
     state.SetIterationTime(seconds);

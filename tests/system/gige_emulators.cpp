@@ -11,6 +11,7 @@
 #include <sstream>
 #include <string>
 
+#include "base/host_clock.h"
 #include "simulation/gige_emulator/gige_emulator.h"
 
 namespace weft {
@@ -24,7 +25,7 @@ bool Obey(const std::string& line, const Cameras& cameras) {
   double value = 0;
   words >> verb;
   if (verb == "line") {
-    const int64_t now_ns = GigeEmulatorHostTime_ns();
+    const int64_t now_ns = HostTime_ns();
     for (const auto& [_, camera] : cameras) camera->PulseLine(now_ns);
     return true;
   }

@@ -1,4 +1,5 @@
 #include "services/recording/live_recording.h"
+#include "base/host_clock.h"
 
 #include <gtest/gtest.h>
 
@@ -94,9 +95,7 @@ class VanishingCamera : public CameraSource {
 
 // One camera for each number of frames.
 std::vector<std::unique_ptr<CameraSource>> Cameras(const std::vector<int>& frames, MeetingPoint& stops) {
-  const int64_t now_ns = std::chrono::duration_cast<std::chrono::nanoseconds>(
-                             std::chrono::system_clock::now().time_since_epoch())
-                             .count();
+  const int64_t now_ns = HostTime_ns();
   std::vector<std::unique_ptr<CameraSource>> cameras;
   for (const int count : frames)
     cameras.push_back(
