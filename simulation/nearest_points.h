@@ -7,6 +7,8 @@
 #include <array>
 #include <cmath>
 
+#include "alignment/untangle/closest_points.h"
+
 namespace weft {
 
 // The vector between the nearest points is the sum of weight times point, in the order of the arguments;
@@ -30,30 +32,10 @@ inline NearestPoints Between(const Eigen::Vector3d& difference, const std::array
 
 }  // namespace internal
 
-// By the region of the plane in which the point lies (Ericson 2005, 5.1.5).
 inline NearestPoints NearestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                        const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
-  const Eigen::Vector3d ab = b - a, ac = c - a, ap = p - a, bp = p - b, cp = p - c;
-  const double d1 = ab.dot(ap), d2 = ac.dot(ap), d3 = ab.dot(bp), d4 = ac.dot(bp);
-  const double d5 = ab.dot(cp), d6 = ac.dot(cp);
-  const double va = d3 * d6 - d5 * d4, vb = d5 * d2 - d1 * d6, vc = d1 * d4 - d3 * d2;
-  double u, v, w;  // of a, b, c
-  if (d1 <= 0 && d2 <= 0) {
-    u = 1, v = 0, w = 0;
-  } else if (d3 >= 0 && d4 <= d3) {
-    u = 0, v = 1, w = 0;
-  } else if (vc <= 0 && d1 >= 0 && d3 <= 0) {
-    v = d1 / (d1 - d3), u = 1 - v, w = 0;
-  } else if (d6 >= 0 && d5 <= d6) {
-    u = 0, v = 0, w = 1;
-  } else if (vb <= 0 && d2 >= 0 && d6 <= 0) {
-    w = d2 / (d2 - d6), u = 1 - w, v = 0;
-  } else if (va <= 0 && d4 >= d3 && d5 >= d6) {
-    w = (d4 - d3) / ((d4 - d3) + (d5 - d6)), v = 1 - w, u = 0;
-  } else {
-    const double sum = va + vb + vc;
-    v = vb / sum, w = vc / sum, u = 1 - v - w;
-  }
+  const Eigen::Vector3d shares = ClosestOnTriangle(p, a, b, c);
+  const double v = shares.y(), w = shares.z(), u = shares.x() > 0 ? 1 - v - w : 0;
   return internal::Between(p - u * a - v * b - w * c, {1, -u, -v, -w});
 }
 
