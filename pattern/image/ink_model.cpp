@@ -1,7 +1,9 @@
 #include "pattern/image/ink_model.h"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/median.h"
 
@@ -17,23 +19,16 @@ constexpr float kLeastExponent = -24;
 constexpr double kFloor = 0.03;
 constexpr size_t kLeastSamples = 12;
 
-// Index of (a, b), a <= b, in a packed symmetric 3x3 matrix.
-constexpr int Packed(int a, int b) { return a == 0 ? b : a + b + 1; }
+Eigen::Map<const Eigen::Vector3f> AsVector(const Rgb& color) {
+  return Eigen::Map<const Eigen::Vector3f>(color.data());
+}
 
 }  // namespace
 
-InkModel::Ink InkModel::MakeInk(const Rgb& mean, std::array<double, 6> s) {
-  for (const int d : {0, 3, 5}) s[d] += kFloor * kFloor;
-  const double c00 = s[3] * s[5] - s[4] * s[4], c01 = s[2] * s[4] - s[1] * s[5],
-               c02 = s[1] * s[4] - s[2] * s[3];
-  const double det = s[0] * c00 + s[1] * c01 + s[2] * c02;
-  Ink ink;
-  ink.mean = mean;
-  const std::array<double, 6> inverse = {
-      c00, c01, c02, s[0] * s[5] - s[2] * s[2], s[1] * s[2] - s[0] * s[4], s[0] * s[3] - s[1] * s[1]};
-  for (int k = 0; k < 6; ++k) ink.precision[k] = static_cast<float>(inverse[k] / det);
-  ink.log_norm = static_cast<float>(-0.5 * std::log(det) - 1.5 * std::log(2 * 3.14159265358979));
-  return ink;
+InkModel::Ink InkModel::MakeInk(const Rgb& mean, Eigen::Matrix3d covariance) {
+  covariance.diagonal().array() += kFloor * kFloor;
+  const double log_norm = -0.5 * std::log(covariance.determinant()) - 1.5 * std::log(2 * std::numbers::pi);
+  return {mean, covariance.inverse().cast<float>(), static_cast<float>(log_norm)};
 }
 
 InkModel InkModel::Faded(float fade, const Rgb& mean) {
@@ -50,14 +45,10 @@ InkModel InkModel::Faded(float fade, const Rgb& mean) {
   }
   for (int k = 0; k < kCellColors; ++k) {
     // Light varies along the colour, everything else is noise.
-    std::array<double, 6> covariance = {};
     for (int c = 0; c < 3; ++c) colors[k][c] *= mean[c] / average[c];
-    for (int a = 0; a < 3; ++a) {
-      for (int b = a; b < 3; ++b) {
-        covariance[Packed(a, b)] = 0.04 * colors[k][a] * colors[k][b] + (a == b ? 0.01 : 0.0);
-      }
-    }
-    model.inks_[k] = MakeInk(colors[k], covariance);
+    const Eigen::Vector3d color = AsVector(colors[k]).cast<double>();
+    model.inks_[k] =
+        MakeInk(colors[k], 0.04 * color * color.transpose() + 0.01 * Eigen::Matrix3d::Identity());
   }
   return model;
 }
@@ -81,28 +72,20 @@ InkModel InkModel::Fitted(const std::vector<InkSample>& samples, const InkModel&
     };
     std::transform(colors.begin(), colors.end(), values.begin(), [&](const Rgb* v) { return distance(*v); });
     const float limit = ValueAtRank(values, values.size() * 9 / 10);
-    std::array<double, 6> covariance = {};
-    std::array<double, 3> sum = {};
+    Eigen::Matrix3d squares = Eigen::Matrix3d::Zero();
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double n = 0;
     for (const Rgb* v : colors) {
       if (distance(*v) > limit) continue;
       ++n;
-      for (int a = 0; a < 3; ++a) {
-        sum[a] += (*v)[a] - middle[a];
-        for (int b = a; b < 3; ++b) {
-          covariance[Packed(a, b)] += ((*v)[a] - middle[a]) * static_cast<double>((*v)[b] - middle[b]);
-        }
-      }
+      const Eigen::Vector3d off = (AsVector(*v) - AsVector(middle)).cast<double>();
+      sum += off;
+      squares += off * off.transpose();
     }
     Rgb mean;
     for (int a = 0; a < 3; ++a) mean[a] = middle[a] + static_cast<float>(sum[a] / n);
-    for (int a = 0; a < 3; ++a) {
-      for (int b = a; b < 3; ++b) {
-        // The cut takes about half of the variance away.
-        covariance[Packed(a, b)] = 2.0 * (covariance[Packed(a, b)] / n - sum[a] * sum[b] / (n * n));
-      }
-    }
-    model.inks_[k] = MakeInk(mean, covariance);
+    // The cut takes about half of the variance away.
+    model.inks_[k] = MakeInk(mean, 2.0 * (squares / n - sum * sum.transpose() / (n * n)));
   }
   return model;
 }
@@ -113,8 +96,8 @@ std::array<float, kCellColors> InkModel::Likelihoods(const Rgb& color) const {
     const Ink& ink = inks_[k];
     const float x = color[0] - ink.mean[0], y = color[1] - ink.mean[1], z = color[2] - ink.mean[2];
     const auto& p = ink.precision;
-    const float q =
-        p[0] * x * x + p[3] * y * y + p[5] * z * z + 2 * (p[1] * x * y + p[2] * x * z + p[4] * y * z);
+    const float q = p(0, 0) * x * x + p(1, 1) * y * y + p(2, 2) * z * z +
+                    2 * (p(0, 1) * x * y + p(0, 2) * x * z + p(1, 2) * y * z);
     const float exponent = ink.log_norm - 0.5f * q;
     out[k] = kOutlierShare / kColorVolume;
     if (exponent > kLeastExponent) out[k] += (1 - kOutlierShare) * std::exp(exponent);

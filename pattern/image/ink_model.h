@@ -1,6 +1,7 @@
 // How the seven inks and the black lines look in one view.
 #pragma once
 
+#include <Eigen/Core>
 #include <array>
 #include <vector>
 
@@ -34,11 +35,11 @@ class InkModel {
  private:
   struct Ink {
     Rgb mean = {};
-    std::array<float, 6> precision = {};  // inverse covariance: xx, xy, xz, yy, yz, zz
+    Eigen::Matrix3f precision = Eigen::Matrix3f::Zero();  // inverse covariance
     float log_norm = 0;
   };
 
-  static Ink MakeInk(const Rgb& mean, std::array<double, 6> covariance);
+  static Ink MakeInk(const Rgb& mean, Eigen::Matrix3d covariance);
 
   std::array<Ink, kCellColors> inks_;
 };
