@@ -23,7 +23,9 @@ constexpr double kFirstTolerance = 1e-3;
 // Associations of a scan with the mesh.
 constexpr int kReconRounds = 4;
 
-absl::Status Bad(const char* what) { return absl::InvalidArgumentError(absl::StrCat("alignment.", what)); }
+absl::Status BadAlignment(const char* what) {
+  return absl::InvalidArgumentError(absl::StrCat("alignment.", what));
+}
 
 Eigen::Matrix3d WeightOf(const VertexTarget& target, const DetectionOptions& options) {
   Eigen::Matrix3d covariance = target.covariance_mm2;
@@ -266,32 +268,33 @@ RegisteredMesh Describe(const AlignmentModel& model, const std::vector<VertexTar
 }  // namespace
 
 absl::Status DetectionOptions::Validate() const {
-  if (!(reference_sigma_mm > 0)) return Bad("detection.reference_sigma_mm must be positive");
-  if (!(min_sigma_mm > 0)) return Bad("detection.min_sigma_mm must be positive");
-  if (!(cloth_sigma_mm >= 0)) return Bad("detection.cloth_sigma_mm must not be negative");
+  if (!(reference_sigma_mm > 0)) return BadAlignment("detection.reference_sigma_mm must be positive");
+  if (!(min_sigma_mm > 0)) return BadAlignment("detection.min_sigma_mm must be positive");
+  if (!(cloth_sigma_mm >= 0)) return BadAlignment("detection.cloth_sigma_mm must not be negative");
   if (!(filled_weight >= 1e-6 && filled_weight <= 1e3)) {
-    return Bad("detection.filled_weight must lie in 1e-6 to 1000");
+    return BadAlignment("detection.filled_weight must lie in 1e-6 to 1000");
   }
   return absl::OkStatus();
 }
 
 absl::Status RobustOptions::Validate() const {
-  if (max_rounds < 0) return Bad("robust.max_rounds must not be negative");
-  if (!(outlier_ratio > 1)) return Bad("robust.outlier_ratio must be greater than 1");
-  if (!(min_distance_mm >= 0)) return Bad("robust.min_distance_mm must not be negative");
+  if (max_rounds < 0) return BadAlignment("robust.max_rounds must not be negative");
+  if (!(outlier_ratio > 1)) return BadAlignment("robust.outlier_ratio must be greater than 1");
+  if (!(min_distance_mm >= 0)) return BadAlignment("robust.min_distance_mm must not be negative");
   return absl::OkStatus();
 }
 
 absl::Status ContinuationOptions::Validate() const {
-  if (rings < 0) return Bad("continuation.rings must not be negative");
+  if (rings < 0) return BadAlignment("continuation.rings must not be negative");
   return absl::OkStatus();
 }
 
 absl::Status AlignOptions::Validate() const {
-  if (!(min_target_share >= 0 && min_target_share <= 1)) return Bad("min_target_share must lie in 0 to 1");
-  if (stretch_rings < 0) return Bad("stretch_rings must not be negative");
-  if (!(noise_sigmas >= 0)) return Bad("noise_sigmas must not be negative");
-  if (!(first_bending >= 0)) return Bad("first_bending must not be negative");
+  if (!(min_target_share >= 0 && min_target_share <= 1))
+    return BadAlignment("min_target_share must lie in 0 to 1");
+  if (stretch_rings < 0) return BadAlignment("stretch_rings must not be negative");
+  if (!(noise_sigmas >= 0)) return BadAlignment("noise_sigmas must not be negative");
+  if (!(first_bending >= 0)) return BadAlignment("first_bending must not be negative");
   for (const absl::Status& status :
        {detection.Validate(), elastic.Validate(), continuation.Validate(), robust.Validate(), push.Validate(),
         recon.Validate(), untangle.Validate()}) {

@@ -18,7 +18,7 @@ constexpr double kClearanceEdges = 0.3;
 // Places in a 3x3 neighbourhood.
 constexpr int kUp = 1, kLeft = 3, kMiddle = 4, kRight = 5, kDown = 7;
 
-double MeanEdgeMm(const std::vector<Eigen::Vector3d>& vertices_mm, const std::vector<Face>& faces) {
+double MeanEdgeOfRest_mm(const std::vector<Eigen::Vector3d>& vertices_mm, const std::vector<Face>& faces) {
   double sum = 0;
   for (const Face& f : faces) {
     for (int k = 0; k < 3; ++k) sum += (vertices_mm[f[k]] - vertices_mm[f[(k + 1) % 3]]).norm();
@@ -101,7 +101,7 @@ absl::StatusOr<PredictedSurface> PredictedSurface::Build(const Template& garment
   surface.vertices_mm_ = mesh.vertices_mm;
   surface.sigma_mm_ = mesh.sigma_mm;
   surface.rays_ = *std::move(rays);
-  surface.clearance_mm_ = kClearanceEdges * MeanEdgeMm(garment.rest.vertices_mm, garment.rest.faces);
+  surface.clearance_mm_ = kClearanceEdges * MeanEdgeOfRest_mm(garment.rest.vertices_mm, garment.rest.faces);
   surface.min_facing_cosine_ = std::cos(options.max_facing_deg * std::numbers::pi / 180);
   return surface;
 }

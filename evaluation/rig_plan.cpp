@@ -16,7 +16,7 @@
 namespace weft {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 // What is known of a point before it is seen; makes the log determinant finite.
 constexpr double kPriorSigmaMm = 10;
 
@@ -36,7 +36,7 @@ Eigen::Matrix3d InformationAt(const CameraModel& camera, const Eigen::Vector3d& 
 
 // NaN where the information does not fix the point.
 double SigmaMm(const Eigen::Matrix3d& information) {
-  if (!(information.determinant() > 1e-12 * std::pow(information.trace(), 3))) return kNone;
+  if (!(information.determinant() > 1e-12 * std::pow(information.trace(), 3))) return kUnknown;
   return std::sqrt(information.inverse().trace() / 3);
 }
 
@@ -127,7 +127,7 @@ class GreedyChoice {
 
   PlanStep Tell(int camera) const {
     const Eigen::Matrix3d prior = Eigen::Matrix3d::Identity() / (kPriorSigmaMm * kPriorSigmaMm);
-    PlanStep step{camera, 0, 0, kNone};
+    PlanStep step{camera, 0, 0, kUnknown};
     std::vector<double> sigmas;
     for (size_t s = 0; s < views_.size(); ++s) {
       step.mean_views += views_[s];
@@ -209,7 +209,7 @@ absl::StatusOr<RigForecast> ForecastRig(const Template& garment, const Moments& 
   const size_t vertices = garment.node_of_vertex.size();
   RigForecast out;
   for (auto* field : {&out.views, &out.coverage, &out.pitch_px, &out.sigma_mm})
-    field->assign(vertices, kNone);
+    field->assign(vertices, kUnknown);
   tbb::parallel_for(size_t{0}, vertices, [&](size_t v) {
     if (garment.node_of_vertex[v].row < 0) return;
     double views = 0, covered = 0, pitch_px = 0, sigma_mm = 0;

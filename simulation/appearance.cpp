@@ -13,7 +13,7 @@ namespace {
 constexpr float kSpot_mm = 0.5f;  // size of the spots of the weave
 // Apart by use; hashed with the seed at every look, so numbers and no names.
 constexpr uint64_t kWeave = 1, kWrinkle = 2, kCrease = 3;
-constexpr float kTurn = 2 * std::numbers::pi_v<float>;
+constexpr float kTurnFloat = 2 * std::numbers::pi_v<float>;
 
 // A zero-mean number of standard deviation 1 (uniform) for a place of an integer grid.
 float PlaceNoise(uint64_t key, int64_t x, int64_t y) {
@@ -123,8 +123,8 @@ FabricTexture FabricAt(const FabricLookOptions& fabric, float x_mm, float y_mm, 
     // Loops are Vs in columns: the rows bend upwards towards the middle of a wale.
     const float across = x_mm / wale, middle = std::abs(across - std::floor(across) - 0.5f);
     const float along = y_mm / course + middle;
-    out.shade -=
-        knit * (0.25f - 0.25f * std::cos(kTurn * across) + 0.25f - 0.25f * std::cos(kTurn * along) - 0.5f);
+    out.shade -= knit * (0.25f - 0.25f * std::cos(kTurnFloat * across) + 0.25f -
+                         0.25f * std::cos(kTurnFloat * along) - 0.5f);
   }
   if (fabric.wrinkle_slope > 0) {
     const auto size = static_cast<float>(fabric.wrinkle_mm);

@@ -6,12 +6,11 @@
 #include <numbers>
 
 #include "absl/strings/str_cat.h"
+#include "simulation/angles.h"
 #include "simulation/random.h"
 
 namespace weft {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180;
 
 // Random numbers of one use, one after the other.
 class Dice {

@@ -2,16 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "simulation/angles.h"
 #include "simulation/random.h"
 #include "simulation/wardrobe.h"
 
 namespace weft {
 namespace {
-
-constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kDeg = std::numbers::pi / 180;
 
 // Of kTwistAndPinch: the trunk calms down, and is calm when the hand comes near.
 constexpr double kCalmFromS = 2.3, kHandFromS = 3.2;
@@ -26,35 +23,35 @@ struct Whims {
 // Nobody stands quite still.
 void Breathe(double t, const Whims& whims, BodyPose& pose) {
   pose.breath_mm += 2.5 * whims.Size(0) * (1 - std::cos(kTurn * t / 3.4));
-  pose.twist += 2.5 * kDeg * std::sin(kTurn * t / 4.7 + whims.Phase(1));
-  pose.lean += 1.2 * kDeg * std::sin(kTurn * t / 3.9 + whims.Phase(2));
-  pose.left.arm_out += 2.5 * kDeg * std::sin(kTurn * t / 4.1 + whims.Phase(3));
-  pose.right.arm_out += 2.5 * kDeg * std::sin(kTurn * t / 4.4 + whims.Phase(4));
+  pose.twist += 2.5 * kRadPerDeg * std::sin(kTurn * t / 4.7 + whims.Phase(1));
+  pose.lean += 1.2 * kRadPerDeg * std::sin(kTurn * t / 3.9 + whims.Phase(2));
+  pose.left.arm_out += 2.5 * kRadPerDeg * std::sin(kTurn * t / 4.1 + whims.Phase(3));
+  pose.right.arm_out += 2.5 * kRadPerDeg * std::sin(kTurn * t / 4.4 + whims.Phase(4));
   pose.root_mm.x() += 4 * std::sin(kTurn * t / 5.3 + whims.Phase(5));
 }
 
 void Twist(double t, const Whims& whims, BodyPose& pose) {
   const double swing = std::sin(kTurn * t / 2.6);
-  pose.twist += 32 * kDeg * whims.Size(1) * swing;
-  pose.turn += 5 * kDeg * swing;
-  pose.left.arm_out += 14 * kDeg, pose.right.arm_out += 14 * kDeg;
-  pose.left.arm_forward += 10 * kDeg * swing, pose.right.arm_forward -= 10 * kDeg * swing;
-  pose.lean += 4 * kDeg * std::sin(kTurn * t / 3.7 + whims.Phase(2));
+  pose.twist += 32 * kRadPerDeg * whims.Size(1) * swing;
+  pose.turn += 5 * kRadPerDeg * swing;
+  pose.left.arm_out += 14 * kRadPerDeg, pose.right.arm_out += 14 * kRadPerDeg;
+  pose.left.arm_forward += 10 * kRadPerDeg * swing, pose.right.arm_forward -= 10 * kRadPerDeg * swing;
+  pose.lean += 4 * kRadPerDeg * std::sin(kTurn * t / 3.7 + whims.Phase(2));
 }
 
 void Jog(double t, const Whims& whims, BodyPose& pose) {
   const double stride = kTurn * t * 1.25, swing = std::sin(stride);
   pose.root_mm.y() -= 24 * whims.Size(0) * std::abs(std::cos(stride)) - 12;
   pose.root_mm.x() += 6 * swing;
-  pose.lean += 6 * kDeg;
-  pose.twist += 9 * kDeg * whims.Size(1) * swing;
-  pose.turn -= 4 * kDeg * swing;
+  pose.lean += 6 * kRadPerDeg;
+  pose.twist += 9 * kRadPerDeg * whims.Size(1) * swing;
+  pose.turn -= 4 * kRadPerDeg * swing;
   const auto limbs = [&](BodyPose::Limbs& l, double sign) {
-    l.arm_out = 33 * kDeg;
-    l.arm_forward = sign * 32 * kDeg * whims.Size(2) * swing;
-    l.elbow = 80 * kDeg + sign * 8 * kDeg * swing;
-    l.leg_forward = 8 * kDeg - sign * 32 * kDeg * swing;
-    l.knee = (35 + 30 * sign * std::cos(stride)) * kDeg;
+    l.arm_out = 33 * kRadPerDeg;
+    l.arm_forward = sign * 32 * kRadPerDeg * whims.Size(2) * swing;
+    l.elbow = 80 * kRadPerDeg + sign * 8 * kRadPerDeg * swing;
+    l.leg_forward = 8 * kRadPerDeg - sign * 32 * kRadPerDeg * swing;
+    l.knee = (35 + 30 * sign * std::cos(stride)) * kRadPerDeg;
   };
   limbs(pose.left, 1);
   limbs(pose.right, -1);

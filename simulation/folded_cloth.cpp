@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <numbers>
 
 #include "absl/strings/str_cat.h"
+#include "simulation/angles.h"
 #include "simulation/hung_cloth.h"
 #include "simulation/random.h"
 
@@ -15,8 +15,6 @@ namespace {
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kDeg = std::numbers::pi / 180;
 constexpr double kPleatDepthCells = 2.25;  // of the sewn pleats, from their inner to their outer folds
 constexpr int kFewestPleatedCols = 168;    // around a narrower waist pleats pass through each other
 constexpr double kPressedDeg = 110;        // a pressed crease without load
@@ -73,7 +71,7 @@ std::vector<SwingingCapsule> LowerBody(double waist_mm, double height_mm) {
                                       {{{-wide, top, 0}, {wide, top, 0}, deep, deep}, {0, top, 0}, 0}};
   for (const double side : {-1.0, 1.0}) {
     const double x = side * 0.5 * waist_mm;
-    out.push_back({{{x, hip, 0}, {x, foot, 0}, leg, 0.75 * leg}, {x, hip, 0}, side * 16 * kDeg});
+    out.push_back({{{x, hip, 0}, {x, foot, 0}, leg, 0.75 * leg}, {x, hip, 0}, side * 16 * kRadPerDeg});
   }
   return out;
 }
@@ -114,7 +112,7 @@ class PleatPath {
   // Angle of the crease at a place: above 0 at outer folds, below at inner ones, else 0.
   double CreaseAt(double cells) const {
     for (const Fold& f : folds_)
-      if (std::abs(f.cells - cells) < 1e-6) return (f.outer ? 1 : -1) * kPressedDeg * kDeg;
+      if (std::abs(f.cells - cells) < 1e-6) return (f.outer ? 1 : -1) * kPressedDeg * kRadPerDeg;
     return 0;
   }
 
@@ -288,7 +286,7 @@ absl::StatusOr<FoldedCloth> MakeCurlingSheet(const PerformanceOptions& options) 
   const auto turn = [&](double to_edge, double along, uint64_t side) -> double {
     if (to_edge > kCurlCells || to_edge < 0.25) return 0;
     const double tightness = 0.75 + 0.25 * SmoothNoise(key + side, along / 9, 1000);
-    const double per_cell = 2 * kCurlTurnDeg * kDeg / kCurlCells * (1 - to_edge / kCurlCells);
+    const double per_cell = 2 * kCurlTurnDeg * kRadPerDeg / kCurlCells * (1 - to_edge / kCurlCells);
     return tightness * per_cell * (to_edge < 0.75 ? 0.75 : 1);
   };
   const auto down = [&](int i, int j) -> double {

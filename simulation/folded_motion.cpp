@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "simulation/angles.h"
 #include "simulation/body_motion.h"
 #include "simulation/folded_cloth.h"
 #include "simulation/garment_solver.h"
@@ -19,8 +20,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kFastestMmPerS = 750;  // sets the automatic step
+constexpr double kFastestFolding_mm_per_s = 750;  // sets the automatic step
 constexpr double kShapedShare =
     0.6;  // of the time to settle, within which the held vertices take their places
 
@@ -115,7 +115,7 @@ class FoldedPerformance : public PerformanceSource {
  public:
   FoldedPerformance(const PerformanceOptions& options, FoldedCloth folded)
       : options_(options),
-        step_s_(StepOf(options, kFastestMmPerS)),
+        step_s_(StepOf(options, kFastestFolding_mm_per_s)),
         holder_(options, folded),
         held_(folded.held),
         time_s_(-options.settle_s),

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "simulation/angles.h"
 #include "simulation/body_motion.h"
 #include "simulation/garment_solver.h"
 #include "simulation/random.h"
@@ -15,9 +16,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kTurn = 2 * std::numbers::pi;
-constexpr double kFastestMmPerS = 750;  // sets the automatic step
-constexpr double kBodyShare = 0.8;      // radius of the body in a tube, relative to the tube's
+constexpr double kFastestHung_mm_per_s = 750;  // sets the automatic step
+constexpr double kBodyShare = 0.8;             // radius of the body in a tube, relative to the tube's
 
 // The rest state displaced along its normals by a fraction of a cell, so that folds have a place to begin.
 std::vector<Vector3d> Disturbed(const Cloth& cloth, uint64_t seed) {
@@ -114,7 +114,7 @@ class HungCloth : public PerformanceSource {
  public:
   HungCloth(const PerformanceOptions& options, Cloth cloth)
       : options_(options),
-        step_s_(StepOf(options, kFastestMmPerS)),
+        step_s_(StepOf(options, kFastestHung_mm_per_s)),
         handles_(cloth, options),
         body_radius_mm_(cloth.closed ? kBodyShare * options.cols * options.cell_mm / kTurn : 0),
         time_s_(-options.settle_s),

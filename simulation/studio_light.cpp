@@ -15,7 +15,7 @@
 namespace weft {
 namespace {
 
-constexpr float kNear_mm = 0.02f;
+constexpr float kOffsetOfShadowRays_mm = 0.02f;
 
 float SmoothStep(float low, float high, float x) {
   const float t = std::clamp((x - low) / (high - low), 0.0f, 1.0f);
@@ -48,8 +48,8 @@ PlaceLight LightPlace(const RayScene& scene, const Eigen::Vector3f& place_mm, co
     for (int k = first; k < std::min(rays, first + RayScene::kPacket); ++k) {
       const Eigen::Vector3f d = CosineDirection(k, rays, turn_u, turn_v);
       cosine[packet.count] = std::max(d.z(), kLeastCosine);
-      packet.Add(place_mm + kNear_mm * normal, d.x() * across + d.y() * along + d.z() * normal, kNear_mm,
-                 std::numeric_limits<float>::infinity());
+      packet.Add(place_mm + kOffsetOfShadowRays_mm * normal, d.x() * across + d.y() * along + d.z() * normal,
+                 kOffsetOfShadowRays_mm, std::numeric_limits<float>::infinity());
     }
     const uint32_t hidden = scene.Occluded(packet);
     for (int i = 0; i < packet.count; ++i) {

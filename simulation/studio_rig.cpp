@@ -3,16 +3,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "simulation/angles.h"
 #include "simulation/random.h"
 
 namespace weft {
 namespace {
-
-constexpr double kRadPerDeg = std::numbers::pi / 180;
 
 // Rotation camera_from_world of a camera at `center` that looks at `aim`, its x axis horizontal but for
 // `roll`.

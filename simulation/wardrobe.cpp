@@ -4,13 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "simulation/angles.h"
+
 namespace weft {
 namespace {
 
 using Vec2 = Eigen::Vector2d;
 using Eigen::Vector3d;
-
-constexpr double kDeg = std::numbers::pi / 180;
 
 // The T-shirt's measures, [mm]; heights from the point where shoulder and neck meet.
 constexpr double kNeck = 80, kShoulder = 205, kShoulderDrop = 38, kChest = 240, kUnderarm = 225, kHem = 236;
@@ -19,7 +19,7 @@ constexpr double kNeckHeight = -372;  // of that point over the pelvis
 constexpr double kLayerDepth = 45;    // of front and back from the middle when put on
 // The skirt's: half of the circumferences, and its length.
 constexpr double kWaist = 208, kSkirtHem = 330, kSkirtLength = 470;
-constexpr double kDressingArm = 60 * kDeg;
+constexpr double kDressingArm = 60 * kRadPerDeg;
 
 std::vector<Vec2> Line(const Vec2& a, const Vec2& b) { return {a, b}; }
 
@@ -170,8 +170,8 @@ BodyPose DressingPose() {
 
 BodyPose NaturalPose() {
   BodyPose pose;
-  pose.left.arm_out = pose.right.arm_out = 38 * kDeg;
-  pose.left.elbow = pose.right.elbow = 12 * kDeg;
+  pose.left.arm_out = pose.right.arm_out = 38 * kRadPerDeg;
+  pose.left.elbow = pose.right.elbow = 12 * kRadPerDeg;
   return pose;
 }
 

@@ -24,7 +24,7 @@ constexpr double kGrowS = 0.6;           // the body grows into the garment,
 constexpr double kLowerS = 0.5;          // lowers its arms,
 constexpr double kFinelyPutOnMm = 3.1;   // smaller cells are put on in a garment of twice the cells, refined
 constexpr double kRefinedSettleS = 0.1;  // and come to rest within this time
-constexpr double kFastestMmPerS = 1800;  // of cloth against the trunk, sets the automatic step
+constexpr double kFastestWorn_mm_per_s = 1800;  // of cloth against the trunk, sets the automatic step
 
 // The person stands so that the garment is about the origin.
 const Vector3d kPelvisMm(0, 60, 0);
@@ -61,7 +61,7 @@ class WornGarment : public PerformanceSource {
   // Spread around a thin body, or worn already (`worn_mm`, [vertices], free of self-intersections).
   WornGarment(const PerformanceOptions& options, Outfit outfit, std::vector<Vector3d> worn_mm = {})
       : options_(options),
-        step_s_(StepOf(options, kFastestMmPerS)),
+        step_s_(StepOf(options, kFastestWorn_mm_per_s)),
         garment_(std::move(outfit.sewn.garment)),
         waist_(std::move(outfit.waist)),
         start_mm_(std::move(outfit.start_mm)),

@@ -14,15 +14,15 @@ constexpr std::pair<int, int> kAround[] = {{-1, 0}, {0, -1}, {0, 1}, {1, 0}};
 constexpr std::pair<int, int> kAllAround[] = {{-1, -1}, {-1, 0}, {-1, 1}, {0, -1},
                                               {0, 1},   {1, -1}, {1, 0},  {1, 1}};
 
-// Pieces of the cells for which `inside` holds; `joined` says whether two cells side by side hang together.
-// Numbered by first cell, -1 outside.
-struct Pieces {
+// CellPieces of the cells for which `inside` holds; `joined` says whether two cells side by side hang
+// together. Numbered by first cell, -1 outside.
+struct CellPieces {
   std::vector<int> piece_of_cell;
   std::vector<int> size;
 };
 template <typename Inside, typename Joined, typename Steps>
-Pieces FindPieces(int rows, int cols, const Inside& inside, const Joined& joined, const Steps& steps) {
-  Pieces pieces{std::vector<int>(static_cast<size_t>(rows) * cols, -1), {}};
+CellPieces FindPieces(int rows, int cols, const Inside& inside, const Joined& joined, const Steps& steps) {
+  CellPieces pieces{std::vector<int>(static_cast<size_t>(rows) * cols, -1), {}};
   std::deque<int> queue;
   for (int seed = 0; seed < rows * cols; ++seed) {
     if (pieces.piece_of_cell[seed] >= 0 || !inside(seed)) continue;
@@ -130,7 +130,7 @@ void CloseNotches(int reach, BoardPanels* panels) {
 }
 
 void FillHoles(double max_cells, BoardPanels* panels) {
-  const Pieces gaps = FindPieces(
+  const CellPieces gaps = FindPieces(
       panels->rows, panels->cols, [&](int cell) { return panels->panel_of_cell[cell] < 0; },
       [](int, int) { return true; }, kAllAround);
   constexpr int kNone = -1, kOpen = -2;  // no panel met yet; the board's edge or two panels met
@@ -154,7 +154,7 @@ void FillHoles(double max_cells, BoardPanels* panels) {
 }
 
 // Keeps pieces of at least min_cells as panels. Returns how many cells were in smaller ones.
-int KeepLarge(const Pieces& pieces, int min_cells, BoardPanels* panels) {
+int KeepLarge(const CellPieces& pieces, int min_cells, BoardPanels* panels) {
   std::vector<int> panel_of_piece(pieces.size.size(), -1);
   int specks = 0;
   panels->panels = 0;
@@ -215,7 +215,7 @@ absl::StatusOr<BoardPanels> FindPanels(const std::vector<CellGrid>& grids, doubl
     if (below) clear[cell + panels.cols] = false;
   }
   panels.panel_of_cell.assign(seen.size(), -1);
-  const Pieces pieces = FindPieces(
+  const CellPieces pieces = FindPieces(
       panels.rows, panels.cols, [&](int cell) { return clear[cell]; }, [](int, int) { return true; },
       kAround);
   KeepLarge(pieces, options.min_panel_cells, &panels);
@@ -246,7 +246,7 @@ absl::StatusOr<BoardPanels> PanelsFromLabels(const std::vector<uint8_t>& labels,
   }
   panels.panel_of_cell.assign(labels.size(), -1);
   const auto same = [&](int a, int b) { return labels[a] == labels[b]; };
-  const Pieces pieces = FindPieces(
+  const CellPieces pieces = FindPieces(
       panels.rows, panels.cols, [&](int cell) { return labels[cell] != 0; }, same, kAround);
   panels.speck_cells = KeepLarge(pieces, options.min_panel_cells, &panels);
   if (panels.panels == 0) {

@@ -52,17 +52,17 @@ std::vector<Chart> ChartsOf(const PanelSheet& sheet, const std::vector<TemplateP
   return charts;
 }
 
-struct Place {
+struct ChartPlace {
   int row = 0, col = 0, quarter_turns = 0;
 };
 
 // Charts [turns][panels] in a square of `side` cells without its margin; empty where they do not fit.
-std::optional<std::vector<Place>> Drop(const std::vector<std::vector<Chart>>& charts,
-                                       const std::vector<int>& order, int side, int gap) {
+std::optional<std::vector<ChartPlace>> Drop(const std::vector<std::vector<Chart>>& charts,
+                                            const std::vector<int>& order, int side, int gap) {
   std::vector<int> free_from(side, 0);  // first row below all that lies in a column
-  std::vector<Place> places(order.size());
+  std::vector<ChartPlace> places(order.size());
   for (const int p : order) {
-    std::optional<Place> best;
+    std::optional<ChartPlace> best;
     int best_end = side + 1;
     for (int turns = 0; turns < 4; ++turns) {
       const Chart& chart = charts[turns][p];
@@ -71,7 +71,7 @@ std::optional<std::vector<Place>> Drop(const std::vector<std::vector<Chart>>& ch
         for (int c = 0; c < chart.cols; ++c) row = std::max(row, free_from[col + c] - chart.top[c]);
         if (row + chart.rows >= best_end) continue;
         best_end = row + chart.rows;
-        best = Place{row, col, turns};
+        best = ChartPlace{row, col, turns};
       }
     }
     if (!best) return std::nullopt;
@@ -96,7 +96,7 @@ void PackCharts(const PanelSheet& sheet, double cell_mm, int gap_cells, GarmentP
   const auto longer_side = [&](int p) { return std::max(charts[0][p].rows, charts[0][p].cols); };
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return longer_side(a) > longer_side(b); });
   int side = static_cast<int>(std::sqrt(static_cast<double>(sheet.cell_of_vertex.size())));
-  std::optional<std::vector<Place>> places;
+  std::optional<std::vector<ChartPlace>> places;
   while (!(places = Drop(charts, order, side, gap_cells))) ++side;
 
   const int margin = (gap_cells + 1) / 2;

@@ -35,11 +35,11 @@ class CellVertices {
   std::vector<int> vertex_;
 };
 
-using Place = std::optional<Eigen::Vector3d>;
+using MaybePoint = std::optional<Eigen::Vector3d>;
 
 // Half way between the second and the third of four samples: the polynomial through those that are there.
 // Empty where one of these two is missing.
-Place HalfWay(const std::array<Place, 4>& at) {
+MaybePoint HalfWay(const std::array<MaybePoint, 4>& at) {
   if (!at[1] || !at[2]) return std::nullopt;
   if (at[0] && at[3]) return (9 * (*at[1] + *at[2]) - *at[0] - *at[3]) / 16;
   if (at[0]) return (6 * *at[1] + 3 * *at[2] - *at[0]) / 8;
@@ -86,9 +86,9 @@ std::vector<Eigen::Vector3d> CornerPlaces(const PanelSheet& sheet, const std::ve
   places_mm.reserve(corners.size());
   for (const CornerVertex& corner : corners) {
     const int panel = sheet.panel_of_vertex[corner.around[0]];
-    std::array<Place, 4> rows;
+    std::array<MaybePoint, 4> rows;
     for (int i = 0; i < 4; ++i) {
-      std::array<Place, 4> cols;
+      std::array<MaybePoint, 4> cols;
       for (int k = 0; k < 4; ++k) {
         const int v = vertices.At(panel, corner.node.row - 2 + i, corner.node.col - 2 + k);
         if (v >= 0) cols[k] = position_mm[v];

@@ -9,23 +9,23 @@
 namespace weft {
 namespace {
 
-struct HalfEdge {
+struct DirectedEdge {
   int from, to, face;
-  bool operator<(const HalfEdge& other) const {
+  bool operator<(const DirectedEdge& other) const {
     return std::tie(from, to, face) < std::tie(other.from, other.to, other.face);
   }
 };
 
-std::vector<HalfEdge> SortedHalfEdges(const std::vector<Face>& faces) {
-  std::vector<HalfEdge> half_edges;
-  half_edges.reserve(3 * faces.size());
+std::vector<DirectedEdge> SortedDirectedEdges(const std::vector<Face>& faces) {
+  std::vector<DirectedEdge> directed_edges;
+  directed_edges.reserve(3 * faces.size());
   for (size_t f = 0; f < faces.size(); ++f) {
     for (int i = 0; i < 3; ++i) {
-      half_edges.push_back({faces[f][i], faces[f][(i + 1) % 3], static_cast<int>(f)});
+      directed_edges.push_back({faces[f][i], faces[f][(i + 1) % 3], static_cast<int>(f)});
     }
   }
-  std::sort(half_edges.begin(), half_edges.end());
-  return half_edges;
+  std::sort(directed_edges.begin(), directed_edges.end());
+  return directed_edges;
 }
 
 int FindRoot(std::vector<int>* parent, int v) {
@@ -72,20 +72,20 @@ absl::Status CheckFans(int vertices, const std::vector<Face>& faces, const std::
 }  // namespace
 
 absl::StatusOr<MeshTopology> CheckTopology(int vertices, const std::vector<Face>& faces) {
-  const std::vector<HalfEdge> half_edges = SortedHalfEdges(faces);
+  const std::vector<DirectedEdge> directed_edges = SortedDirectedEdges(faces);
   std::vector<int> border_to(vertices, -1);
   MeshTopology topology;
   int borders = 0;
-  for (size_t i = 0; i < half_edges.size(); ++i) {
-    const auto [from, to, face] = half_edges[i];
-    if (i > 0 && half_edges[i - 1].from == from && half_edges[i - 1].to == to) {
+  for (size_t i = 0; i < directed_edges.size(); ++i) {
+    const auto [from, to, face] = directed_edges[i];
+    if (i > 0 && directed_edges[i - 1].from == from && directed_edges[i - 1].to == to) {
       return absl::FailedPreconditionError(absl::StrCat("edge from vertex ", from, " to ", to, ": faces ",
-                                                        half_edges[i - 1].face, " and ", face,
+                                                        directed_edges[i - 1].face, " and ", face,
                                                         " run through it in the same sense"));
     }
-    const HalfEdge back{to, from, -1};
-    const auto other = std::lower_bound(half_edges.begin(), half_edges.end(), back);
-    if (other != half_edges.end() && other->from == to && other->to == from) continue;
+    const DirectedEdge back{to, from, -1};
+    const auto other = std::lower_bound(directed_edges.begin(), directed_edges.end(), back);
+    if (other != directed_edges.end() && other->from == to && other->to == from) continue;
     if (border_to[from] >= 0) {
       return absl::FailedPreconditionError(
           absl::StrCat("vertex ", from, ": pieces of the surface merely touch there"));
@@ -94,7 +94,7 @@ absl::StatusOr<MeshTopology> CheckTopology(int vertices, const std::vector<Face>
     ++borders;
   }
   if (absl::Status status = CheckFans(vertices, faces, border_to); !status.ok()) return status;
-  topology.edges = (static_cast<int>(half_edges.size()) + borders) / 2;
+  topology.edges = (static_cast<int>(directed_edges.size()) + borders) / 2;
 
   std::vector<int> parent(vertices);
   std::iota(parent.begin(), parent.end(), 0);

@@ -15,10 +15,10 @@ constexpr double kSmoothness = 1;   // how much a vertex that is held up holds u
 constexpr int kMaxIterations = 60;
 constexpr double kTolerance = 0.01;  // ends when iterations lower the energy by less than this share
 
-constexpr int kSweeps = 12;
+constexpr int kReturnSweeps = 12;
 constexpr int kProjections = 4;
 constexpr double kAtRestMm = 0.005;
-constexpr int kPatience = 3;  // iterations of little use in a row
+constexpr int kIdleIterations = 3;  // iterations of little use in a row
 
 // The nearest move, or nearly so, within the planes and the greatest step.
 Eigen::Vector3d Admissible(Eigen::Vector3d move, std::span<const ContactPlane> planes, double max_step_mm) {
@@ -82,7 +82,7 @@ class GuardedReturn {
       if (moves_[v]) moving.push_back(v);
     }
     std::vector<Eigen::Vector3d> u = start_;
-    for (int sweep = 0; sweep < kSweeps; ++sweep) {
+    for (int sweep = 0; sweep < kReturnSweeps; ++sweep) {
       for (const int v : moving) {
         const std::span<const ContactPlane> planes(contacts.planes.data() + contacts.first[v],
                                                    contacts.planes.data() + contacts.first[v + 1]);
@@ -132,7 +132,7 @@ int ReturnGuarded(const ReturnOptions& options, UntanglePatch* patch) {
   GuardedReturn run(options, patch);
   double energy = run.Energy();
   int iteration = 0, idle = 0;
-  while (iteration < kMaxIterations && idle < kPatience) {
+  while (iteration < kMaxIterations && idle < kIdleIterations) {
     ++iteration;
     run.Step();
     const double before = energy;

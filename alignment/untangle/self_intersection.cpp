@@ -12,7 +12,7 @@ namespace weft {
 namespace {
 
 constexpr int kCellsPerBlock = 1 << 14;
-constexpr double kFloatRounding = 2.5e-7;  // two points come closer by this share of their coordinates
+constexpr double kCoordinateRounding = 2.5e-7;  // two points come closer by this share of their coordinates
 
 constexpr double kParallel = 1e-10;  // sine of the angle below which a segment lies in a plane
 
@@ -146,7 +146,7 @@ IntersectingPairs FindIntersectingPairs(const std::vector<Eigen::Vector3d>& vert
                                         const std::vector<Face>& faces) {
   double largest = 0;
   for (const Eigen::Vector3d& v : vertices_mm) largest = std::max(largest, v.cwiseAbs().maxCoeff());
-  const double margin_mm = kFloatRounding * largest;
+  const double margin_mm = kCoordinateRounding * largest;
   const auto intersects = [&](int a, int b) {
     Face face_a = faces[a], face_b = faces[b];
     const int shared = SharedVertices(face_a, face_b);

@@ -14,9 +14,10 @@ namespace weft {
 namespace {
 
 // Lengths named Edges count in mean edges of the patch.
-constexpr int kPatchRings = 8;          // edges around tangled faces within which vertices may move
-constexpr double kReachEdges = 3;       // cloth this near to them is taken into account
-constexpr int kPatience = 5;            // pushes before cloth that no cut-off region explains is laid flat
+constexpr int kPatchRings = 8;     // edges around tangled faces within which vertices may move
+constexpr double kReachEdges = 3;  // cloth this near to them is taken into account
+constexpr int kPushesBeforeFlattening =
+    5;                                  // pushes before cloth that no cut-off region explains is laid flat
 constexpr int kPushesPerRing = 8;       // the part laid flat grows by a ring each time
 constexpr int kBoundedPushes = 20;      // see UntangleOptions::max_observed_sigmas
 constexpr double kPushGapEdges = 0.04;  // how far beyond the other layer a region is pushed
@@ -28,7 +29,9 @@ constexpr double kRoundingMm = 1e-3;  // more than what storing as 32-bit floats
 constexpr int kMaxDoublings = 2;      // of a patch's rings
 constexpr int kPiercingsPerRing = 3;  // fewer of them do not enclose a region as wide as the patch
 
-absl::Status Bad(const char* what) { return absl::InvalidArgumentError(absl::StrCat("untangle.", what)); }
+absl::Status BadUntangling(const char* what) {
+  return absl::InvalidArgumentError(absl::StrCat("untangle.", what));
+}
 
 absl::Status CheckMesh(const std::vector<Face>& faces, std::span<const float> sigma_mm,
                        const std::vector<Eigen::Vector3d>& vertices_mm) {
@@ -122,7 +125,7 @@ class Pusher {
     for (size_t i = 0; i < piercings.size(); ++i) {
       if (found.explained[i] && pushes_ < options_.max_pushes / 2) continue;
       ShortenContour(*patch_, piercings[i], kContourStepEdges * edge_mm_, &field);
-      if (pushes_ >= kPatience) {
+      if (pushes_ >= kPushesBeforeFlattening) {
         const PatchEdge& edge = patch_->edges[piercings[i].edge];
         flat.insert(flat.end(), {edge.a, edge.b});
         Append(patch_->faces[piercings[i].face], &flat);
@@ -293,9 +296,9 @@ bool IsMeasured(VertexState state) {
 }  // namespace
 
 absl::Status UntangleOptions::Validate() const {
-  if (max_pushes < 1) return Bad("max_pushes must be positive");
-  if (!(max_observed_sigmas >= 0)) return Bad("max_observed_sigmas must not be negative");
-  if (max_rounds < 0) return Bad("max_rounds must not be negative");
+  if (max_pushes < 1) return BadUntangling("max_pushes must be positive");
+  if (!(max_observed_sigmas >= 0)) return BadUntangling("max_observed_sigmas must not be negative");
+  if (max_rounds < 0) return BadUntangling("max_rounds must not be negative");
   return back.Validate();
 }
 

@@ -12,7 +12,7 @@
 namespace weft {
 namespace {
 
-constexpr int kSweeps = 40;
+constexpr int kPushSweeps = 40;
 constexpr double kSpread = 0.5;         // pull of a neighbour against that of a full push
 constexpr double kAnchor = 1e-3;        // pull of the place where a vertex is
 constexpr double kBoundedAnchor = 0.3;  // the same of a bounded vertex
@@ -168,7 +168,7 @@ void PushField::Apply(UntanglePatch* patch) const {
     move[v] = sum_[v] / weight_[v];
     asked[v] = pull[v] * move[v];
   }
-  for (int sweep = 0; sweep < kSweeps; ++sweep) {
+  for (int sweep = 0; sweep < kPushSweeps; ++sweep) {
     for (int i = 0; i < patch->free; ++i) {
       const int v = sweep % 2 == 0 ? i : patch->free - 1 - i;
       Eigen::Vector3d sum = Eigen::Vector3d::Zero();

@@ -40,11 +40,11 @@ cv::Mat MedianOf(const std::vector<Frame>& greys) {
 
 // The step along one axis through the pixel at `at`, `stride` apart: from there to both sides as long as the
 // brightness goes on in the same direction.
-struct Step {
+struct IntensityStep {
   double height = 0, slope = 0;
 };
-Step StepAt(const float* at, std::ptrdiff_t stride) {
-  Step out;
+IntensityStep StepAt(const float* at, std::ptrdiff_t stride) {
+  IntensityStep out;
   out.slope = (at[stride] - at[-stride]) / 2.0;
   const float sign = out.slope < 0 ? -1.f : 1.f;
   int ahead = 0, behind = 0;
@@ -71,7 +71,7 @@ void AddEdgeWidths(const cv::Mat1f& image, const cv::Mat1f& still, double min_co
       // The steepest place of its profile only.
       if (here < 2 || here < std::abs(at[2 * stride] - at[0]) || here <= std::abs(at[0] - at[-2 * stride]))
         continue;
-      const Step step = StepAt(at, stride);
+      const IntensityStep step = StepAt(at, stride);
       if (step.height < min_contrast) continue;
       // The profile runs along an axis, not along the gradient.
       const double slant = here / std::hypot(along, across);

@@ -14,7 +14,7 @@
 namespace weft {
 namespace {
 
-constexpr uint16_t kControlPort = 3956;
+constexpr uint16_t kGvcpPort = 3956;
 constexpr uint8_t kKey = 0x42, kScheduled = 0x80;
 constexpr uint16_t kActionCommand = 0x0100;
 
@@ -57,7 +57,7 @@ ActionSender::~ActionSender() {
 absl::Status ActionSender::Send(const ActionCommand& command, const std::string& address) {
   sockaddr_in to{};
   to.sin_family = AF_INET;
-  to.sin_port = htons(kControlPort);
+  to.sin_port = htons(kGvcpPort);
   if (inet_pton(AF_INET, address.c_str(), &to.sin_addr) != 1)
     return absl::InvalidArgumentError(absl::StrCat("\"", address, "\" is no IPv4 address"));
   if (next_id_ == 0) ++next_id_;  // 0 is no request id

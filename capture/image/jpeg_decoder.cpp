@@ -16,7 +16,7 @@ namespace {
 constexpr int kMaxScans = 200;
 
 // libjpeg's error manager: errors jump back, the first warning is kept.
-struct Errors {
+struct DecodeErrors {
   jpeg_error_mgr manager;  // first, libjpeg knows the others by it
   std::jmp_buf jump;
   char problem[JMSG_LENGTH_MAX];
@@ -24,10 +24,10 @@ struct Errors {
   JpegOrigin origin;
 };
 
-Errors& ErrorsOf(j_common_ptr info) { return *reinterpret_cast<Errors*>(info->err); }
+DecodeErrors& ErrorsOf(j_common_ptr info) { return *reinterpret_cast<DecodeErrors*>(info->err); }
 
 void Keep(j_common_ptr info) {
-  Errors& errors = ErrorsOf(info);
+  DecodeErrors& errors = ErrorsOf(info);
   if (!errors.damaged) info->err->format_message(info, errors.problem);
   errors.damaged = true;
 }
@@ -46,7 +46,7 @@ extern "C" void WeftJpegMessage(j_common_ptr info, int level) {
 
 extern "C" void WeftJpegProgress(j_common_ptr info) {
   if (reinterpret_cast<j_decompress_ptr>(info)->input_scan_number <= kMaxScans) return;
-  Errors& errors = ErrorsOf(info);
+  DecodeErrors& errors = ErrorsOf(info);
   std::snprintf(errors.problem, sizeof(errors.problem), "more than %d scans", kMaxScans);
   errors.damaged = true;
   std::longjmp(errors.jump, 1);
@@ -101,7 +101,7 @@ class JpegFile {
 
  private:
   std::span<const uint8_t> bytes_;
-  Errors errors_ = {};
+  DecodeErrors errors_ = {};
   jpeg_progress_mgr progress_ = {};
   jpeg_decompress_struct info_ = {};
 };
@@ -117,7 +117,7 @@ std::vector<uint8_t> RgbFromCmyk(const std::vector<uint8_t>& cmyk) {
   return rgb;
 }
 
-absl::Status Damaged(const char* problem) {
+absl::Status DamagedJpeg(const char* problem) {
   return absl::InvalidArgumentError(
       absl::StrCat("the JPEG image is damaged or truncated (", problem, "); copy the file again"));
 }
@@ -126,12 +126,12 @@ absl::Status Damaged(const char* problem) {
 
 absl::StatusOr<DecodedImage> DecodeJpeg(std::span<const uint8_t> bytes, JpegOrigin origin) {
   JpegFile file(bytes, origin);
-  if (!file.ReadHeader()) return Damaged(file.problem());
+  if (!file.ReadHeader()) return DamagedJpeg(file.problem());
   DecodedImage image{file.width_px(), file.height_px(), file.output_components(), {}};
   if (image.channels != 1 && image.channels != 3 && image.channels != 4)
     return absl::InvalidArgumentError(absl::StrCat(image.channels, " channels, expected 1 or 3"));
   image.values.resize(static_cast<size_t>(image.width_px) * image.height_px * image.channels);
-  if (!file.ReadPixels(image.values.data())) return Damaged(file.problem());
+  if (!file.ReadPixels(image.values.data())) return DamagedJpeg(file.problem());
   if (image.channels == 4) {
     image.values = RgbFromCmyk(image.values);
     image.channels = 3;

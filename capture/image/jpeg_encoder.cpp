@@ -11,14 +11,14 @@ namespace weft {
 namespace {
 
 // libjpeg's error manager: errors jump back.
-struct Errors {
+struct EncodeErrors {
   jpeg_error_mgr manager;  // first, libjpeg knows the others by it
   std::jmp_buf jump;
   char problem[JMSG_LENGTH_MAX];
 };
 
 extern "C" void WeftJpegWriteError(j_common_ptr info) {
-  Errors& errors = *reinterpret_cast<Errors*>(info->err);
+  EncodeErrors& errors = *reinterpret_cast<EncodeErrors*>(info->err);
   info->err->format_message(info, errors.problem);
   std::longjmp(errors.jump, 1);
 }
@@ -62,7 +62,7 @@ class JpegWriter {
   const char* problem() const { return errors_.problem; }
 
  private:
-  Errors errors_ = {};
+  EncodeErrors errors_ = {};
   jpeg_compress_struct info_ = {};
   unsigned char* bytes_ = nullptr;
   unsigned long size_ = 0;  // NOLINT(google-runtime-int): libjpeg's

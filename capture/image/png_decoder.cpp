@@ -91,7 +91,7 @@ void ScaleToEightBits(std::vector<uint8_t>& values) {
   values.resize(count);
 }
 
-absl::Status Damaged(const char* problem) {
+absl::Status DamagedPng(const char* problem) {
   return absl::InvalidArgumentError(
       absl::StrCat("the PNG image is damaged or truncated (", problem, "); copy the file again"));
 }
@@ -100,14 +100,14 @@ absl::Status Damaged(const char* problem) {
 
 absl::StatusOr<DecodedImage> DecodePng(std::span<const uint8_t> bytes) {
   PngFile file(bytes);
-  if (!file.ReadHeader()) return Damaged(file.problem());
+  if (!file.ReadHeader()) return DamagedPng(file.problem());
   DecodedImage image{file.width_px(), file.height_px(), file.channels(), {}};
   if ((image.channels != 1 && image.channels != 3) || (file.bits() != 8 && file.bits() != 16))
     return absl::InvalidArgumentError("only 8 and 16 bit images of 1, 3 or 4 channels are supported");
   image.values.resize(file.row_bytes() * static_cast<size_t>(image.height_px));
   std::vector<png_bytep> rows;
   for (int y = 0; y < image.height_px; ++y) rows.push_back(image.values.data() + file.row_bytes() * y);
-  if (!file.ReadPixels(rows.data())) return Damaged(file.problem());
+  if (!file.ReadPixels(rows.data())) return DamagedPng(file.problem());
   if (file.bits() == 16) ScaleToEightBits(image.values);
   return image;
 }

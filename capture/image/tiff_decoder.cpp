@@ -5,15 +5,15 @@
 namespace weft {
 namespace {
 
-struct Layout {
+struct TiffLayout {
   uint32_t width_px = 0, height_px = 0;
   uint16_t bits = 1, samples = 1, format = SAMPLEFORMAT_UINT, planes = PLANARCONFIG_CONTIG,
            photometric = PHOTOMETRIC_MINISBLACK;
   bool tiled = false;
 };
 
-Layout LayoutOf(TIFF* tiff) {
-  Layout layout;
+TiffLayout LayoutOf(TIFF* tiff) {
+  TiffLayout layout;
   TIFFGetField(tiff, TIFFTAG_IMAGEWIDTH, &layout.width_px);
   TIFFGetField(tiff, TIFFTAG_IMAGELENGTH, &layout.height_px);
   TIFFGetFieldDefaulted(tiff, TIFFTAG_BITSPERSAMPLE, &layout.bits);
@@ -26,7 +26,7 @@ Layout LayoutOf(TIFF* tiff) {
 }
 
 // Rows of values as they stand in the file, the common kind: grey or colour, values of a pixel together.
-bool HasPlainRows(const Layout& layout) {
+bool HasPlainRows(const TiffLayout& layout) {
   const bool plain_colour = layout.photometric == PHOTOMETRIC_RGB && layout.samples >= 3;
   const bool plain_grey = layout.photometric == PHOTOMETRIC_MINISBLACK && layout.samples == 1;
   return !layout.tiled && layout.planes == PLANARCONFIG_CONTIG && (plain_colour || plain_grey);
@@ -38,7 +38,7 @@ uint8_t Value(const uint8_t* row, size_t i, int bits) {
   return static_cast<uint8_t>((value + 128) / 257);
 }
 
-bool ReadRows(TIFF* tiff, const Layout& layout, DecodedImage& image) {
+bool ReadRows(TIFF* tiff, const TiffLayout& layout, DecodedImage& image) {
   std::vector<uint16_t> room(static_cast<size_t>(TIFFScanlineSize(tiff)) / 2 + 1);  // aligned
   const uint8_t* row = reinterpret_cast<const uint8_t*>(room.data());
   const size_t channels = static_cast<size_t>(image.channels);
@@ -52,7 +52,7 @@ bool ReadRows(TIFF* tiff, const Layout& layout, DecodedImage& image) {
 }
 
 // Tiles, planes, palettes and colour spaces, by libtiff's own conversion.
-bool ReadConverted(TIFF* tiff, const Layout& layout, DecodedImage& image) {
+bool ReadConverted(TIFF* tiff, const TiffLayout& layout, DecodedImage& image) {
   const size_t pixels = size_t{layout.width_px} * layout.height_px;
   std::vector<uint32_t> packed(pixels);
   constexpr int kStopOnError = 1;
@@ -82,7 +82,7 @@ absl::StatusOr<DecodedImage> DecodeTiff(std::span<const uint8_t> bytes, int64_t 
   memory.size = bytes.size();
   const TiffHandle tiff = OpenTiff(memory);
   if (!tiff) return Damaged(memory.problem);
-  const Layout layout = LayoutOf(tiff.get());
+  const TiffLayout layout = LayoutOf(tiff.get());
   if ((layout.bits != 8 && layout.bits != 16) || layout.format != SAMPLEFORMAT_UINT)
     return absl::InvalidArgumentError(absl::StrCat(
         "values of ", layout.bits, layout.format == SAMPLEFORMAT_UINT ? " bits" : " bits with a sign",

@@ -12,12 +12,12 @@ namespace weft {
 namespace {
 
 constexpr size_t kMaxSetsBeforeBegin = 8;          // that wait for the cameras to start
-constexpr int64_t kDriftDivisor = 1000;            // clocks of cameras keep to that at the very least
+constexpr int64_t kWorstDriftDivisor = 1000;       // clocks of cameras keep to that at the very least
 constexpr int64_t kCountAfter_ns = 1'000'000'000;  // a line of the ledger each time, while all are away
 constexpr const char* kNoFrame = "no camera delivered a frame";
 
-std::string Milliseconds(int64_t ns) { return absl::StrFormat("%.1f ms", static_cast<double>(ns) / 1e6); }
-std::string Seconds(int64_t ns) { return absl::StrFormat("%.3f s", static_cast<double>(ns) / 1e9); }
+std::string TenthsOfMs(int64_t ns) { return absl::StrFormat("%.1f ms", static_cast<double>(ns) / 1e6); }
+std::string SecondsText(int64_t ns) { return absl::StrFormat("%.3f s", static_cast<double>(ns) / 1e9); }
 
 }  // namespace
 
@@ -55,7 +55,7 @@ std::string FrameSetAssembler::WhyMissing(const OpenSet& set, size_t camera, boo
       *state.last_time_ns - set.time_ns;  // later than half a period it is the next trigger's
   if (off_ns > options_.tolerance_ns &&
       off_ns < (options_.period_ns > 0 ? options_.period_ns / 2 : 4 * options_.tolerance_ns)) {
-    return absl::StrFormat("%s late (tolerance %g ms)", Milliseconds(off_ns),
+    return absl::StrFormat("%s late (tolerance %g ms)", TenthsOfMs(off_ns),
                            static_cast<double>(options_.tolerance_ns) / 1e6);
   }
   if (timed_out) return absl::StrCat("no frame within ", options_.max_wait_ns / 1'000'000, " ms");
@@ -81,14 +81,14 @@ uint64_t FrameSetAssembler::StepsTo(const OpenSet& open, int64_t host_time_ns, A
   const auto steps = static_cast<uint64_t>(std::max<int64_t>(
       1, std::llround(static_cast<double>(gap_ns) / static_cast<double>(options_.period_ns))));
   const int64_t elapsed_ns = std::max<int64_t>(0, open.opened_host_ns - *numbers_from_ns_);
-  const int64_t room_ns = elapsed_ns + elapsed_ns / kDriftDivisor + options_.max_wait_ns;
+  const int64_t room_ns = elapsed_ns + elapsed_ns / kWorstDriftDivisor + options_.max_wait_ns;
   const uint64_t last_number = first_number_ + static_cast<uint64_t>(room_ns / options_.period_ns) + 1;
   const uint64_t most = last_number > next_number_ ? last_number - next_number_ + 1 : 1;
   if (steps <= most) return steps;
   out.entries.push_back(
       {LedgerEvent::kNote, 0, 0, open.time_ns, host_time_ns, "",
-       absl::StrCat("the times of the frames went on by ", Seconds(gap_ns), ", the host's clock by ",
-                    Seconds(open.opened_host_ns - last_delivered_host_ns_),
+       absl::StrCat("the times of the frames went on by ", SecondsText(gap_ns), ", the host's clock by ",
+                    SecondsText(open.opened_host_ns - last_delivered_host_ns_),
                     ": no trigger is counted for the difference")});
   return most;
 }

@@ -17,7 +17,7 @@
 namespace weft {
 namespace {
 
-struct JobOptions {
+struct JobCommandOptions {
   std::string server;
   std::string job_id;
   std::string out;
@@ -28,7 +28,7 @@ struct JobOptions {
 using Client = std::unique_ptr<RegistrationClient>;
 
 struct Context {
-  const JobOptions& options;
+  const JobCommandOptions& options;
   bool quiet;
   std::stop_token stop;
 };
@@ -56,7 +56,7 @@ std::string LocalTime(int64_t unix_ns) {
 }
 
 absl::Status List(RegistrationClient& client, const Context& context) {
-  const JobOptions& options = context.options;
+  const JobCommandOptions& options = context.options;
   const absl::StatusOr<std::vector<v1::Job>> jobs = client.List(options.limit);
   if (!jobs.ok()) return jobs.status();
   if (options.json) {
@@ -94,7 +94,7 @@ void PrintJob(const v1::Job& job) {
 }
 
 absl::Status Show(RegistrationClient& client, const Context& context) {
-  const JobOptions& options = context.options;
+  const JobCommandOptions& options = context.options;
   const absl::StatusOr<v1::Job> job = client.Get(options.job_id);
   if (!job.ok()) return job.status();
   const absl::StatusOr<std::vector<v1::FrameInfo>> frames = client.Frames(options.job_id);
@@ -112,7 +112,7 @@ absl::Status Show(RegistrationClient& client, const Context& context) {
 }
 
 absl::Status Watch(RegistrationClient& client, const Context& context) {
-  const JobOptions& options = context.options;
+  const JobCommandOptions& options = context.options;
   const bool quiet = context.quiet;
   absl::StatusOr<v1::Job> job;
   {
@@ -131,7 +131,7 @@ absl::Status Watch(RegistrationClient& client, const Context& context) {
 }
 
 absl::Status Cancel(RegistrationClient& client, const Context& context) {
-  const JobOptions& options = context.options;
+  const JobCommandOptions& options = context.options;
   const absl::StatusOr<v1::Job> job = client.Cancel(options.job_id);
   if (!job.ok()) return job.status();
   if (options.json) return PrintJsonMessage(*job);
@@ -141,7 +141,7 @@ absl::Status Cancel(RegistrationClient& client, const Context& context) {
 }
 
 absl::Status Fetch(RegistrationClient& client, const Context& context) {
-  const JobOptions& options = context.options;
+  const JobCommandOptions& options = context.options;
   const bool quiet = context.quiet;
   const absl::StatusOr<v1::Job> job = client.Get(options.job_id);
   if (!job.ok()) return job.status();
@@ -168,7 +168,7 @@ enum Takes : unsigned { kNothing = 0, kJobId = 1, kJson = 2, kLimit = 4, kOut = 
 void AddAction(CLI::App& parent, CommandLine& line, const std::string& name, const std::string& description,
                unsigned takes, Action action) {
   CLI::App* command = AddCommand(parent, name, description, "");
-  auto options = std::make_shared<JobOptions>();
+  auto options = std::make_shared<JobCommandOptions>();
   command->add_option("--server", options->server, "HOST:PORT of the daemon")
       ->type_name("ADDRESS")
       ->envname("WEFT_SERVER")

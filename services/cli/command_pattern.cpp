@@ -52,7 +52,7 @@ absl::Status Generate(const GenerateOptions& options) {
   return absl::OkStatus();
 }
 
-struct CheckOptions {
+struct BoardCheckOptions {
   std::string board;
   size_t limit = 20;
   bool compare = false;
@@ -60,7 +60,7 @@ struct CheckOptions {
   bool json = false;
 };
 
-void PrintCheck(const CheckOptions& options, const Board& board, const CodingReport& report,
+void PrintCheck(const BoardCheckOptions& options, const Board& board, const CodingReport& report,
                 const CodingReport* random, const std::vector<CodeClash>& clashes) {
   std::printf("%s: %d rows, %d columns, hash %s\n", options.board.c_str(), board.rows, board.cols,
               board.ContentHash().c_str());
@@ -74,7 +74,7 @@ void PrintCheck(const CheckOptions& options, const Board& board, const CodingRep
     std::printf("every 3x3 window %sis unique under rotation\n", board.panels.empty() ? "" : "of a panel ");
 }
 
-absl::Status Check(const CheckOptions& options) {
+absl::Status CheckBoard(const BoardCheckOptions& options) {
   const absl::StatusOr<Board> board = ReadBoard(options.board);
   if (!board.ok()) return board.status();
   const std::vector<CodeClash> clashes = board->FindClashes(options.limit);
@@ -139,7 +139,7 @@ void AddCheck(CLI::App& pattern, CommandLine& line) {
       "nearest other window is. Exit status 2 when windows clash.",
       "  weft pattern check board.png\n  weft pattern check shirt_board/board.json --compare\n"
       "  weft pattern check shirt_board --json");
-  auto options = std::make_shared<CheckOptions>();
+  auto options = std::make_shared<BoardCheckOptions>();
   check->add_option("BOARD", options->board, "board.json, or an image with one pixel per cell")
       ->required()
       ->type_name("");
@@ -153,7 +153,7 @@ void AddCheck(CLI::App& pattern, CommandLine& line) {
       ->check(CLI::PositiveNumber);
   check->add_flag("--compare", options->compare, "Show a random board of this size beside it");
   check->add_flag("--json", options->json, "Print JSON");
-  check->callback([options, &line] { line.run = [options] { return Check(*options); }; });
+  check->callback([options, &line] { line.run = [options] { return CheckBoard(*options); }; });
 }
 
 }  // namespace

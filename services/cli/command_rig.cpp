@@ -17,7 +17,7 @@ namespace {
 
 constexpr uint64_t kMaxTextBytes = 64 << 20;
 
-struct ImportOptions {
+struct RigImportOptions {
   std::string krt, opencv, colmap;
   int width_px = 0;
   int height_px = 0;
@@ -25,7 +25,7 @@ struct ImportOptions {
   std::string out;
 };
 
-absl::StatusOr<Rig> ReadForeignRig(const ImportOptions& options) {
+absl::StatusOr<Rig> ReadForeignRig(const RigImportOptions& options) {
   namespace fs = std::filesystem;
   if (!options.colmap.empty()) {
     const absl::StatusOr<std::string> cameras =
@@ -47,7 +47,7 @@ absl::StatusOr<Rig> ReadForeignRig(const ImportOptions& options) {
   return ParseKrt(*text, options.krt, options.width_px, options.height_px);
 }
 
-absl::Status Import(const ImportOptions& options) {
+absl::Status ImportRig(const RigImportOptions& options) {
   absl::StatusOr<Rig> rig = ReadForeignRig(options);
   if (!rig.ok()) return rig.status();
   rig->id = options.id;
@@ -76,7 +76,7 @@ void AddImportCommand(CLI::App& rig, CommandLine& line) {
                  "  weft rig import --krt KRT --width-px 2668 --height-px 4096 --out rig.json\n"
                  "  weft rig import --opencv cameras.yml --out rig.json\n"
                  "  weft rig import --colmap sparse --out rig.json");
-  auto options = std::make_shared<ImportOptions>();
+  auto options = std::make_shared<RigImportOptions>();
   CLI::Option_group* from = command->add_option_group("From", "One of them");
   from->add_option("--krt", options->krt, "A KRT file")->type_name("FILE");
   from->add_option("--opencv", options->opencv, "OpenCV's YAML")->type_name("FILE");
@@ -90,7 +90,7 @@ void AddImportCommand(CLI::App& rig, CommandLine& line) {
       ->check(CLI::Range(1, 65536));
   command->add_option("--id", options->id, "Name of the rig, kept in the file")->type_name("NAME");
   command->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
-  command->callback([options, &line] { line.run = [options] { return Import(*options); }; });
+  command->callback([options, &line] { line.run = [options] { return ImportRig(*options); }; });
 }
 
 struct ExportOptions {

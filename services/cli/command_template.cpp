@@ -20,7 +20,7 @@
 namespace weft {
 namespace {
 
-struct ImportOptions {
+struct TemplateImportOptions {
   std::string mesh;
   std::string cells;
   std::string corners;  // empty: no vertex is one
@@ -62,7 +62,7 @@ int CountBoundaryLoops(const TriangleMesh& mesh) {
   return loops;
 }
 
-void PrintSummary(const ImportOptions& options, const Template& garment) {
+void PrintSummary(const TemplateImportOptions& options, const Template& garment) {
   const size_t vertices = garment.node_of_vertex.size();
   const auto with_cell =
       static_cast<size_t>(std::count_if(garment.node_of_vertex.begin(), garment.node_of_vertex.end(),
@@ -79,11 +79,11 @@ void PrintSummary(const ImportOptions& options, const Template& garment) {
       garment.ContentHash().c_str());
 }
 
-std::string MapNames(const ImportOptions& options) {
+std::string MapNames(const TemplateImportOptions& options) {
   return options.corners.empty() ? options.cells : absl::StrCat(options.cells, " and ", options.corners);
 }
 
-absl::StatusOr<std::vector<VertexNode>> ReadMaps(const ImportOptions& options) {
+absl::StatusOr<std::vector<VertexNode>> ReadMaps(const TemplateImportOptions& options) {
   const absl::StatusOr<std::string> text = ReadWholeFile(options.cells);
   if (!text.ok()) return text.status();
   absl::StatusOr<std::vector<VertexNode>> nodes = ParseVertexMap(*text, NodeKind::kCenter, options.cells);
@@ -98,7 +98,7 @@ absl::StatusOr<std::vector<VertexNode>> ReadMaps(const ImportOptions& options) {
   return nodes;
 }
 
-absl::Status Import(const ImportOptions& options) {
+absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
   const absl::StatusOr<Board> board = ReadBoard(options.board);
   if (!board.ok()) return board.status();
   absl::StatusOr<TriangleMesh> mesh = ReadMesh(options.mesh);
@@ -147,7 +147,7 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
       "DIR/template.json, DIR/mesh.ply and DIR/cells.txt (and DIR/corners.txt). Nothing is written when they "
       "do not fit.",
       "  weft template import --mesh shirt.ply --cells vertex_to_cell.txt --board board.png --out shirt");
-  auto options = std::make_shared<ImportOptions>();
+  auto options = std::make_shared<TemplateImportOptions>();
   command->add_option("--mesh", options->mesh, "The garment at rest: triangles, mm, PLY")
       ->required()
       ->type_name("FILE");
@@ -174,7 +174,7 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
                    "clean surface, is refused")
       ->type_name("N")
       ->check(CLI::Range(-1, 100));
-  command->callback([options, &line] { line.run = [options] { return Import(*options); }; });
+  command->callback([options, &line] { line.run = [options] { return ImportTemplateFiles(*options); }; });
 }
 
 }  // namespace weft

@@ -16,14 +16,14 @@
 namespace weft {
 namespace {
 
-struct CheckOptions {
+struct TemplateCheckOptions {
   std::string folder;
   std::string board;
   int openings = -1;
   bool json = false;
 };
 
-absl::Status Check(const CheckOptions& options) {
+absl::Status CheckTemplate(const TemplateCheckOptions& options) {
   const absl::StatusOr<Template> garment = ReadTemplate(options.folder);
   if (!garment.ok()) return garment.status();
   const absl::StatusOr<GarmentParts> parts = ReadGarmentParts(options.folder);
@@ -61,7 +61,7 @@ void AddTemplateCheckCommand(CLI::App& garment, CommandLine& line) {
       "run the same way round), seams and openings as template.json lists them. Prints what it is.",
       "  weft template check shirt --openings 4\n"
       "  weft template check shirt --board board.json --json");
-  auto options = std::make_shared<CheckOptions>();
+  auto options = std::make_shared<TemplateCheckOptions>();
   command->add_option("template", options->folder, "Folder of the template, or its template.json")
       ->required()
       ->type_name("DIR");
@@ -73,7 +73,7 @@ void AddTemplateCheckCommand(CLI::App& garment, CommandLine& line) {
       ->type_name("N")
       ->check(CLI::Range(-1, 100));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.TemplateSummary)");
-  command->callback([options, &line] { line.run = [options] { return Check(*options); }; });
+  command->callback([options, &line] { line.run = [options] { return CheckTemplate(*options); }; });
 }
 
 }  // namespace weft

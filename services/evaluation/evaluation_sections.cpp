@@ -21,7 +21,6 @@ namespace weft {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr char kDash[] = "\xE2\x80\x93";
 
 double MeanOr(const std::optional<ErrorSummary>& errors) { return errors ? errors->mean : kNone; }
 // Drift of all or of one frame: per second, or per frame where the frame rate is not known.

@@ -14,7 +14,6 @@ constexpr size_t kReasonColumns = 5;
 constexpr size_t kShownReasons = 3;
 // Decoding itself leaves some hundredths of a pixel, which many cells make significant.
 constexpr double kSignificantBias = 4, kNotableBiasPx = 0.1;
-const char kDash[] = "\xE2\x80\x93";
 
 double PerFrame(int64_t count, const CameraSummary& camera) {
   return camera.frames_seen > 0 ? static_cast<double>(count) / camera.frames_seen : 0;

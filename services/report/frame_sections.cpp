@@ -1,7 +1,6 @@
 // The sections about frames: plots over them, and their table.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -12,12 +11,10 @@
 namespace weft {
 namespace {
 
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 // Longer tables are folded away behind a short one of the frames that need a look.
 constexpr size_t kLongTable = 40;
 constexpr size_t kMostTroubled = 200;
 constexpr size_t kLowest = 5;
-const char kDash[] = "\xE2\x80\x93";
 
 std::string StateText(const v1::FrameReport& frame) {
   switch (frame.state()) {
@@ -123,7 +120,7 @@ std::vector<PlotLayer> StageLayers(const std::vector<v1::FrameReport>& frames) {
       auto layer = std::find_if(layers.begin(), layers.end(),
                                 [&](const PlotLayer& l) { return l.name == stage.stage(); });
       if (layer == layers.end()) {
-        layer = layers.insert(layers.end(), {stage.stage(), std::vector<double>(frames.size(), kNone)});
+        layer = layers.insert(layers.end(), {stage.stage(), std::vector<double>(frames.size(), kNoNumber)});
       }
       double& value = layer->values[i];
       value = std::isfinite(value) ? value + stage.time_ms() : stage.time_ms();
@@ -148,9 +145,9 @@ std::string PlotSection(const std::vector<v1::FrameReport>& frames) {
     const bool registered = IsRegistered(frame.state());
     axis.names.push_back(frame.frame());
     axis.without_mesh.push_back(!registered);
-    coverage.push_back(registered ? frame.mesh().coverage() : kNone);
-    cells.push_back(frame.has_cloud() ? frame.cloud().centers() : kNone);
-    sigma_mm.push_back(registered ? frame.mesh().median_observed_sigma_mm() : kNone);
+    coverage.push_back(registered ? frame.mesh().coverage() : kNoNumber);
+    cells.push_back(frame.has_cloud() ? frame.cloud().centers() : kNoNumber);
+    sigma_mm.push_back(registered ? frame.mesh().median_observed_sigma_mm() : kNoNumber);
   }
   std::string body = "<div class=\"plots\">\n";
   body += LinePlot(axis, coverage,

@@ -21,7 +21,7 @@ constexpr double kAllRows = 800, kLeastRow = 3, kLargestRow = 18, kLabelStep = 1
 constexpr double kScaleShare = 0.98;
 
 using Color = std::array<double, 3>;  // red, green, blue
-constexpr Color kEarly = {42, 96, 168}, kNone = {244, 244, 240}, kLate = {222, 126, 24},
+constexpr Color kEarly = {42, 96, 168}, kNoData = {244, 244, 240}, kLate = {222, 126, 24},
                 kMissing = {196, 26, 34};
 
 // 1, 2 or 5 times a power of ten, at least most of the values.
@@ -42,7 +42,7 @@ Color ColorOf(double value, double scale) {
   const double share = std::clamp(value / scale, -1.0, 1.0);
   const Color& end = share < 0 ? kEarly : kLate;
   Color color;
-  for (size_t c = 0; c < 3; ++c) color[c] = kNone[c] + (end[c] - kNone[c]) * std::abs(share);
+  for (size_t c = 0; c < 3; ++c) color[c] = kNoData[c] + (end[c] - kNoData[c]) * std::abs(share);
   return color;
 }
 

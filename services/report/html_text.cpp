@@ -14,7 +14,6 @@ namespace weft {
 namespace {
 
 constexpr std::string_view kReplacement = "\xEF\xBF\xBD";
-constexpr std::string_view kDash = "\xE2\x80\x93";
 constexpr char kMinus[] = "\xE2\x88\x92";
 
 std::string_view Entity(char c) {
@@ -89,7 +88,7 @@ std::string FormatCount(int64_t count) {
 }
 
 std::string FormatNumber(double value, int decimals) {
-  if (!std::isfinite(value)) return std::string(kDash);
+  if (!std::isfinite(value)) return kDash;
   const std::string text = absl::StrFormat("%.*f", decimals, std::abs(value));
   const size_t point = std::min(text.find('.'), text.size());
   const bool is_zero = text.find_first_not_of("0.") == std::string::npos;
@@ -98,7 +97,7 @@ std::string FormatNumber(double value, int decimals) {
 }
 
 std::string FormatPercent(double share) {
-  if (!std::isfinite(share)) return std::string(kDash);
+  if (!std::isfinite(share)) return kDash;
   // 99.97 % must not read as 100 %.
   double percent = 100 * share;
   if (percent < 100 && percent > 99.9) percent = 99.9;
@@ -106,20 +105,20 @@ std::string FormatPercent(double share) {
 }
 
 std::string FormatDuration(double ms) {
-  if (!std::isfinite(ms) || ms < 0) return std::string(kDash);
+  if (!std::isfinite(ms) || ms < 0) return kDash;
   const double s = ms / 1000;
   if (ms < 9.95) return absl::StrFormat("%.1f\xC2\xA0ms", ms);
   if (ms < 999.5) return absl::StrFormat("%.0f\xC2\xA0ms", ms);
   if (s < 9.995) return absl::StrFormat("%.2f\xC2\xA0s", s);
   if (s < 99.95) return absl::StrFormat("%.1f\xC2\xA0s", s);
-  if (s > 1e12) return std::string(kDash);
+  if (s > 1e12) return kDash;
   const int64_t seconds = std::llround(s), minutes = seconds / 60;
   if (minutes < 60) return absl::StrFormat("%d\xC2\xA0min\xC2\xA0%d\xC2\xA0s", minutes, seconds % 60);
   return absl::StrFormat("%d\xC2\xA0h\xC2\xA0%d\xC2\xA0min", minutes / 60, minutes % 60);
 }
 
 std::string FormatUnixTime(int64_t unix_ns) {
-  if (unix_ns <= 0) return std::string(kDash);
+  if (unix_ns <= 0) return kDash;
   return absl::StrCat(
       absl::FormatTime("%Y-%m-%d %H:%M:%S", absl::FromUnixNanos(unix_ns), absl::UTCTimeZone()), " UTC");
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -15,6 +16,10 @@ std::string NameHtml(std::string_view name);
 std::string Shortened(std::string_view text, size_t characters);
 // "too_few_views" as "too few views"; not escaped.
 std::string Words(std::string_view identifier);
+
+// What stands for a number that is not there, and that number.
+inline constexpr char kDash[] = "\xE2\x80\x93";
+inline constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
 // Numbers that are not finite come out as a dash.
 std::string FormatCount(int64_t count);                // "12,345"

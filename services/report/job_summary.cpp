@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -10,8 +9,6 @@
 
 namespace weft {
 namespace {
-
-constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 
 v1::FrameCounts CountFrames(const std::vector<v1::FrameReport>& frames) {
   v1::FrameCounts counts;
@@ -78,7 +75,7 @@ std::vector<CameraSummary> SummarizeCameras(const std::vector<v1::FrameReport>& 
 void SummarizeMeshes(const std::vector<v1::FrameReport>& frames, JobSummary& summary) {
   int64_t observed = 0, observable = 0;
   std::vector<double> cells, sigmas, times;
-  summary.lowest_coverage = kNone;
+  summary.lowest_coverage = kNoNumber;
   for (const v1::FrameReport& frame : frames) {
     summary.peak_memory_mib = std::max(summary.peak_memory_mib, frame.peak_memory_mib());
     if (!IsRegistered(frame.state())) continue;
@@ -92,7 +89,8 @@ void SummarizeMeshes(const std::vector<v1::FrameReport>& frames, JobSummary& sum
       summary.lowest_coverage_frame = frame.frame();
     }
   }
-  summary.coverage = observable > 0 ? static_cast<double>(observed) / static_cast<double>(observable) : kNone;
+  summary.coverage =
+      observable > 0 ? static_cast<double>(observed) / static_cast<double>(observable) : kNoNumber;
   summary.median_cells = MedianOf(std::move(cells));
   summary.median_sigma_mm = MedianOf(std::move(sigmas));
   summary.median_frame_ms = MedianOf(std::move(times));
@@ -110,7 +108,7 @@ bool IsRegistered(v1::FrameState state) {
 
 double MedianOf(std::vector<double> values) {
   std::erase_if(values, [](double v) { return !std::isfinite(v); });
-  if (values.empty()) return kNone;
+  if (values.empty()) return kNoNumber;
   const size_t half = values.size() / 2;
   std::sort(values.begin(), values.end());
   return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
@@ -122,7 +120,7 @@ JobSummary Summarize(const v1::Job& job, const std::vector<v1::FrameReport>& fra
   summary.registered = summary.counts.done() + summary.counts.degraded();
   const bool timed = job.started_unix_ns() > 0 && job.finished_unix_ns() >= job.started_unix_ns();
   summary.wall_ms =
-      timed ? 1e-6 * static_cast<double>(job.finished_unix_ns() - job.started_unix_ns()) : kNone;
+      timed ? 1e-6 * static_cast<double>(job.finished_unix_ns() - job.started_unix_ns()) : kNoNumber;
   SummarizeMeshes(frames, summary);
   summary.cameras = SummarizeCameras(frames);
   std::map<std::string, int> reasons;
