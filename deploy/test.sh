@@ -5,7 +5,8 @@
 #        deploy/test.sh --sanitize            its fast part under the address, undefined-behaviour and thread sanitizers
 #        deploy/test.sh --long [NAME...]      what takes hours: crash campaigns, a million fuzz inputs, endurance, bare
 #                                             roots; names of steps run those alone; logs and a table are in build/long
-# WEFT_PRESET=asan or tsan builds the suite with that preset instead of dev.
+# WEFT_PRESET=asan or tsan builds the suite with that preset instead of dev; WEFT_UNITY_BUILD=ON compiles eight files as
+# one, which takes half the time from nothing.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 cd "$root"
@@ -13,7 +14,7 @@ cd "$root"
 build() { # PRESET [TARGET...]
   local preset=$1
   shift
-  cmake --preset "$preset" > /dev/null
+  cmake --preset "$preset" ${WEFT_UNITY_BUILD:+-DWEFT_UNITY_BUILD="$WEFT_UNITY_BUILD"} > /dev/null
   cmake --build --preset "$preset" ${1:+--target "$@"}
 }
 

@@ -49,7 +49,7 @@ std::string Line(const std::string& name, const FrameScore& score) {
 }
 
 // "0.536 mm/s", or "0.018 mm a frame" where the frame rate is not known.
-std::string Drift(const std::optional<ErrorSummary>& mm_s, const std::optional<ErrorSummary>& mm) {
+std::string DriftText(const std::optional<ErrorSummary>& mm_s, const std::optional<ErrorSummary>& mm) {
   if (mm_s) return Number(mm_s, &ErrorSummary::mean) + " mm/s";
   return mm ? Number(mm, &ErrorSummary::mean) + " mm a frame" : kUnknown;
 }
@@ -61,11 +61,11 @@ std::string Motion(const FrameMetrics& m) {
   };
   if (m.texture_drift_mm)
     absl::StrAppendFormat(&out, "drift    %s by texture flow\n",
-                          Drift(m.texture_drift_mm_s, m.texture_drift_mm));
+                          DriftText(m.texture_drift_mm_s, m.texture_drift_mm));
   if (m.true_drift_observed_mm || m.true_drift_inferred_mm)
     absl::StrAppendFormat(&out, "drift    %s against the truth where observed, %s where inferred\n",
-                          Drift(m.true_drift_observed_mm_s, m.true_drift_observed_mm),
-                          Drift(m.true_drift_inferred_mm_s, m.true_drift_inferred_mm));
+                          DriftText(m.true_drift_observed_mm_s, m.true_drift_observed_mm),
+                          DriftText(m.true_drift_inferred_mm_s, m.true_drift_inferred_mm));
   if (const auto& change = m.error_change_mm_s ? m.error_change_mm_s : m.error_change_mm)
     absl::StrAppendFormat(
         &out, "error    from frame to frame, seen by 3 or more: %s %s in the median, %s at 99 %%\n",
