@@ -29,7 +29,7 @@ int WholeBetween(uint64_t key, uint64_t counter, int low, int high) {
 }
 
 // A smooth curve through random values, -1 to 1, that repeats after `period`.
-double SmoothNoise(uint64_t key, double at, int period) {
+double FoldNoise(uint64_t key, double at, int period) {
   const double below = std::floor(at), t = at - below;
   const auto value = [&](double k) {
     const int wrapped = (static_cast<int>(k) % period + period) % period;
@@ -285,7 +285,7 @@ absl::StatusOr<FoldedCloth> MakeCurlingSheet(const PerformanceOptions& options) 
   // that of half the way to its neighbours, one cell, and less where the edge itself is nearer.
   const auto turn = [&](double to_edge, double along, uint64_t side) -> double {
     if (to_edge > kCurlCells || to_edge < 0.25) return 0;
-    const double tightness = 0.75 + 0.25 * SmoothNoise(key + side, along / 9, 1000);
+    const double tightness = 0.75 + 0.25 * FoldNoise(key + side, along / 9, 1000);
     const double per_cell = 2 * kCurlTurnDeg * kRadPerDeg / kCurlCells * (1 - to_edge / kCurlCells);
     return tightness * per_cell * (to_edge < 0.75 ? 0.75 : 1);
   };

@@ -33,8 +33,8 @@ absl::Status BadUntangling(const char* what) {
   return absl::InvalidArgumentError(absl::StrCat("untangle.", what));
 }
 
-absl::Status CheckMesh(const std::vector<Face>& faces, std::span<const float> sigma_mm,
-                       const std::vector<Eigen::Vector3d>& vertices_mm) {
+absl::Status CheckUntanglingInput(const std::vector<Face>& faces, std::span<const float> sigma_mm,
+                                  const std::vector<Eigen::Vector3d>& vertices_mm) {
   const int vertices = static_cast<int>(vertices_mm.size());
   for (int v = 0; v < vertices; ++v) {
     if (!vertices_mm[v].allFinite()) {
@@ -275,7 +275,7 @@ absl::StatusOr<UntangleReport> Remove(const std::vector<Face>& faces, std::span<
                                       std::vector<double> bound_mm, const UntangleOptions& options,
                                       std::vector<Eigen::Vector3d>* vertices_mm) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
-  if (absl::Status status = CheckMesh(faces, sigma_mm, *vertices_mm); !status.ok()) return status;
+  if (absl::Status status = CheckUntanglingInput(faces, sigma_mm, *vertices_mm); !status.ok()) return status;
   IntersectingPairs intersecting = FindIntersectingPairs(*vertices_mm, faces);
   const int pairs = static_cast<int>(intersecting.apart.size());
   const int vertex_pairs = static_cast<int>(intersecting.at_vertex.size());

@@ -19,7 +19,7 @@ constexpr uint8_t kKey = 0x42, kScheduled = 0x80;
 constexpr uint16_t kActionCommand = 0x0100;
 
 template <typename T>
-void Append(std::vector<uint8_t>& packet, T value) {
+void AppendBigEndian(std::vector<uint8_t>& packet, T value) {
   for (size_t i = sizeof(T); i-- > 0;)
     packet.push_back(static_cast<uint8_t>(static_cast<uint64_t>(value) >> (8 * i)));
 }
@@ -29,13 +29,13 @@ void Append(std::vector<uint8_t>& packet, T value) {
 std::vector<uint8_t> ActionPacket(const ActionCommand& command, uint16_t request_id) {
   const bool scheduled = command.device_time_ns.has_value();
   std::vector<uint8_t> packet = {kKey, scheduled ? kScheduled : uint8_t{0}};
-  Append(packet, kActionCommand);
-  Append(packet, static_cast<uint16_t>(scheduled ? 20 : 12));
-  Append(packet, request_id);
-  Append(packet, command.device_key);
-  Append(packet, command.group_key);
-  Append(packet, command.group_mask);
-  if (scheduled) Append(packet, *command.device_time_ns);
+  AppendBigEndian(packet, kActionCommand);
+  AppendBigEndian(packet, static_cast<uint16_t>(scheduled ? 20 : 12));
+  AppendBigEndian(packet, request_id);
+  AppendBigEndian(packet, command.device_key);
+  AppendBigEndian(packet, command.group_key);
+  AppendBigEndian(packet, command.group_mask);
+  if (scheduled) AppendBigEndian(packet, *command.device_time_ns);
   return packet;
 }
 

@@ -54,7 +54,7 @@ int Map(thandle_t handle, void** data, toff_t* size) {
 
 void Unmap(thandle_t, void*, toff_t) {}
 
-toff_t Size(thandle_t handle) { return SizeOf(MemoryOf(handle)); }
+toff_t SizeOfMemory(thandle_t handle) { return SizeOf(MemoryOf(handle)); }
 
 int KeepError(TIFF*, void* data, const char*, const char* format, va_list arguments) {
   std::string& problem = static_cast<TiffMemory*>(data)->problem;
@@ -75,7 +75,7 @@ TiffHandle OpenTiff(TiffMemory& memory) {
   TIFFOpenOptionsSetErrorHandlerExtR(options, KeepError, &memory);
   TIFFOpenOptionsSetWarningHandlerExtR(options, DropWarning, &memory);
   TiffHandle tiff(TIFFClientOpenExt("memory", memory.writes ? "w" : "r", &memory, Read, Write, Seek, Close,
-                                    Size, Map, Unmap, options));
+                                    SizeOfMemory, Map, Unmap, options));
   TIFFOpenOptionsFree(options);
   return tiff;
 }

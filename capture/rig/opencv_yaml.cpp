@@ -23,7 +23,7 @@ absl::StatusOr<std::vector<double>> Numbers(const cv::FileNode& camera, const ch
   return std::vector<double>(matrix.begin<double>(), matrix.end<double>());
 }
 
-absl::StatusOr<CameraModel> ReadCamera(const cv::FileNode& node, int index) {
+absl::StatusOr<CameraModel> ReadYamlCamera(const cv::FileNode& node, int index) {
   CameraModel camera;
   camera.id = node["camera_name"].empty() ? absl::StrCat("camera", index) : std::string(node["camera_name"]);
   for (const char* field : {"image_width", "image_height"}) {
@@ -68,7 +68,7 @@ absl::StatusOr<Rig> ParseOpenCvYaml(std::string_view text, const std::string& so
       nodes.push_back(file.root());
     }
     for (size_t i = 0; i < nodes.size(); ++i) {
-      absl::StatusOr<CameraModel> camera = ReadCamera(nodes[i], static_cast<int>(i));
+      absl::StatusOr<CameraModel> camera = ReadYamlCamera(nodes[i], static_cast<int>(i));
       if (!camera.ok()) {
         return absl::InvalidArgumentError(
             absl::StrCat(source_name, ": camera ", i, ": ", camera.status().message()));

@@ -33,15 +33,15 @@ bool IsEmpty(const std::string& path) {
   return error || size == 0;
 }
 
-Finding Damaged(absl::string_view reason) { return {true, false, std::string(reason)}; }
+Finding DamagedFile(absl::string_view reason) { return {true, false, std::string(reason)}; }
 
 // The rows, once the file itself is in order.
 absl::StatusOr<Finding> ExamineRows(Database& database, int64_t version) {
   const StoredCatalogue stored = ReadStored(database, version);
-  if (!stored.damage.empty()) return Damaged(stored.damage);
+  if (!stored.damage.empty()) return DamagedFile(stored.damage);
   const std::optional<SoundBackup> backup = ReadNewestBackup(database.path());
   if (backup && IsBehind(stored, backup->content)) {
-    return Damaged(absl::StrCat(database.path(), ": lacks what its backup ", backup->path, " holds"));
+    return DamagedFile(absl::StrCat(database.path(), ": lacks what its backup ", backup->path, " holds"));
   }
   if (version == kSchemaVersion) return Finding{};
   return Finding{true, true, absl::StrCat(database.path(), ": of an older Weft")};
@@ -61,7 +61,7 @@ absl::StatusOr<Finding> ExamineContent(Database& database) {
   // SQLite's own crash while it made the file.
   if (*version == 0 && *objects == 0 && !HasBackup(database.path())) return Finding{};
   if (*version < kFirstSchemaVersion || *version > kSchemaVersion || *objects == 0) {
-    return Damaged(absl::StrCat(database.path(), ": damaged (the tables are gone, or their version is)"));
+    return DamagedFile(absl::StrCat(database.path(), ": damaged (the tables are gone, or their version is)"));
   }
   return ExamineRows(database, *version);
 }
@@ -71,16 +71,16 @@ absl::StatusOr<Finding> Examine(const std::string& path) {
   std::error_code error;
   if (!fs::exists(path, error)) {
     if (!has_log && !HasBackup(path)) return Finding{};  // a new state folder
-    return Damaged(absl::StrCat(path, ": is gone"));
+    return DamagedFile(absl::StrCat(path, ": is gone"));
   }
-  if (IsEmpty(path)) return Damaged(absl::StrCat(path, ": is empty"));
+  if (IsEmpty(path)) return DamagedFile(absl::StrCat(path, ": is empty"));
   const absl::StatusOr<WalFile> wal = ReadWalFile(path + "-wal");
-  if (!wal.ok() || wal->damaged) return Damaged(absl::StrCat(path, "-wal: damaged"));
+  if (!wal.ok() || wal->damaged) return DamagedFile(absl::StrCat(path, "-wal: damaged"));
   const absl::StatusOr<std::unique_ptr<Database>> database = Database::Open(path);
   absl::StatusOr<Finding> finding =
       database.ok() ? ExamineContent(**database) : absl::StatusOr<Finding>(database.status());
   if (absl::IsDataLoss(finding.status()) || absl::IsInternal(finding.status())) {
-    return Damaged(finding.status().message());
+    return DamagedFile(finding.status().message());
   }
   return finding;
 }

@@ -14,7 +14,7 @@ struct CameraListCommandOptions {
   bool json = false;
 };
 
-absl::Status List(const CameraListCommandOptions& options) {
+absl::Status PrintCameras(const CameraListCommandOptions& options) {
   const v1::CameraList list = ListCameras();
   if (options.json) return PrintJsonMessage(list);
   std::fputs(CameraListText(list, options.details).c_str(), stdout);
@@ -35,7 +35,7 @@ void AddCameraCommand(CLI::App& app, CommandLine& line) {
       "  weft camera list --details");
   list->add_flag("--details", options->details, "Formats, sizes and controls of V4L2 cameras, too");
   list->add_flag("--json", options->json, "Print JSON (weft.v1.CameraList)");
-  list->callback([options, &line] { line.run = [options] { return List(*options); }; });
+  list->callback([options, &line] { line.run = [options] { return PrintCameras(*options); }; });
   AddCameraFakeCommand(*camera, line);
 }
 

@@ -33,7 +33,7 @@ struct Context {
   std::stop_token stop;
 };
 
-const char* StateWord(v1::JobState state) {
+const char* JobStateWord(v1::JobState state) {
   switch (state) {
     case v1::JOB_STATE_QUEUED:
       return "queued";
@@ -55,7 +55,7 @@ std::string LocalTime(int64_t unix_ns) {
   return absl::FormatTime("%Y-%m-%d %H:%M:%S", absl::FromUnixNanos(unix_ns), absl::LocalTimeZone());
 }
 
-absl::Status List(RegistrationClient& client, const Context& context) {
+absl::Status ListJobs(RegistrationClient& client, const Context& context) {
   const JobCommandOptions& options = context.options;
   const absl::StatusOr<std::vector<v1::Job>> jobs = client.List(options.limit);
   if (!jobs.ok()) return jobs.status();
@@ -70,7 +70,7 @@ absl::Status List(RegistrationClient& client, const Context& context) {
   if (jobs->empty()) std::printf("no jobs at %s\n", client.server().c_str());
   for (const v1::Job& job : *jobs) {
     const v1::FrameCounts& frames = job.frames();
-    std::printf("%s  %-9s  %5d/%d frames  %s  %s\n", job.id().c_str(), StateWord(job.state()),
+    std::printf("%s  %-9s  %5d/%d frames  %s  %s\n", job.id().c_str(), JobStateWord(job.state()),
                 frames.done() + frames.degraded(), frames.total(), LocalTime(job.created_unix_ns()).c_str(),
                 job.spec().dump().c_str());
   }
@@ -78,7 +78,7 @@ absl::Status List(RegistrationClient& client, const Context& context) {
 }
 
 void PrintJob(const v1::Job& job) {
-  std::printf("job       %s\nstate     %s%s%s\n", job.id().c_str(), StateWord(job.state()),
+  std::printf("job       %s\nstate     %s%s%s\n", job.id().c_str(), JobStateWord(job.state()),
               job.message().empty() ? "" : ": ", job.message().c_str());
   std::printf("frames    %s\n", JobSummary(job).c_str());
   if (job.state() == v1::JOB_STATE_RUNNING && job.remaining_s() >= 0) {
@@ -136,7 +136,7 @@ absl::Status Cancel(RegistrationClient& client, const Context& context) {
   if (!job.ok()) return job.status();
   if (options.json) return PrintJsonMessage(*job);
   if (!context.quiet)
-    std::printf("%s: %s, %s\n", job->id().c_str(), StateWord(job->state()), JobSummary(*job).c_str());
+    std::printf("%s: %s, %s\n", job->id().c_str(), JobStateWord(job->state()), JobSummary(*job).c_str());
   return absl::OkStatus();
 }
 
@@ -204,7 +204,7 @@ void AddJobCommand(CLI::App& app, CommandLine& line) {
                              "  weft job list --server 127.0.0.1:7411\n"
                              "  WEFT_SERVER=127.0.0.1:7411 weft job watch 20260131-104500-1a2b3c4d");
   job->require_subcommand(1);
-  AddAction(*job, line, "list", "List jobs, the newest first", kLimit | kJson, List);
+  AddAction(*job, line, "list", "List jobs, the newest first", kLimit | kJson, ListJobs);
   AddAction(*job, line, "show", "Show a job and each of its frames", kJobId | kJson, Show);
   AddAction(
       *job, line, "watch",

@@ -89,7 +89,7 @@ std::string Advice(const PaletteReport& report) {
   return out;
 }
 
-void PrintReport(const PaletteReport& report) {
+void PrintPaletteReport(const PaletteReport& report) {
   std::printf("%-9s%8s%20s  separation from", "ink", "samples", "red green blue");
   std::printf("\n%37s", "");
   for (int k = 0; k < kCellColors; ++k) std::printf("%9s", Name(static_cast<CellColor>(k)).c_str());
@@ -121,7 +121,7 @@ absl::Status Palette(const PaletteCommandOptions& options) {
   if (options.json) {
     std::printf("%s\n", Json(*report).c_str());
   } else {
-    PrintReport(*report);
+    PrintPaletteReport(*report);
   }
   return options.picture.empty() ? absl::OkStatus() : WritePalettePicture(*report, options.picture);
 }

@@ -22,7 +22,7 @@ struct PrintCommandOptions {
   PrintFileOptions file;
 };
 
-absl::StatusOr<Board> LoadBoard(const PrintCommandOptions& options) {
+absl::StatusOr<Board> LoadPrintedBoard(const PrintCommandOptions& options) {
   absl::StatusOr<Board> board = ReadBoard(options.board);
   if (!board.ok()) return board;
   if (options.cell_mm > 0) board->cell_mm = options.cell_mm;
@@ -65,7 +65,7 @@ void PrintResult(const PrintCommandOptions& options, const PrintLayout& layout,
 }
 
 absl::Status Print(const PrintCommandOptions& options, bool quiet) {
-  const absl::StatusOr<Board> board = LoadBoard(options);
+  const absl::StatusOr<Board> board = LoadPrintedBoard(options);
   if (!board.ok()) return board.status();
   PrintOptions print = options.print;
   print.panels = !options.whole;

@@ -99,7 +99,7 @@ struct ExportOptions {
   std::string out;
 };
 
-absl::Status Export(const ExportOptions& options) {
+absl::Status ExportRig(const ExportOptions& options) {
   namespace fs = std::filesystem;
   const absl::StatusOr<Rig> rig = ReadRig(options.rig);
   if (!rig.ok()) return rig.status();
@@ -134,7 +134,7 @@ void AddExportCommand(CLI::App& rig, CommandLine& line) {
       ->required()
       ->check(CLI::IsMember({"krt", "opencv", "colmap"}));
   command->add_option("--out", options->out, "File, or folder for colmap")->required()->type_name("PATH");
-  command->callback([options, &line] { line.run = [options] { return Export(*options); }; });
+  command->callback([options, &line] { line.run = [options] { return ExportRig(*options); }; });
 }
 
 }  // namespace

@@ -66,7 +66,7 @@ absl::Status Recover(const TakeCommandOptions& options) {
   return VerdictStatus(report->verdict());
 }
 
-absl::Status TestDisk(const TakeCommandOptions& options) {
+absl::Status RunDiskTest(const TakeCommandOptions& options) {
   const absl::StatusOr<DiskSpeed> speed =
       MeasureDiskSpeed(options.take, static_cast<uint64_t>(options.size_gib * (1 << 30)));
   if (!speed.ok()) return speed.status();
@@ -122,7 +122,7 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
   disk->add_option("--size-gib", options->size_gib, "How much to write")
       ->type_name("GIB")
       ->check(CLI::Range(0.01, 1024.0));
-  disk->callback([options, &line] { line.run = [options] { return TestDisk(*options); }; });
+  disk->callback([options, &line] { line.run = [options] { return RunDiskTest(*options); }; });
 }
 
 }  // namespace weft

@@ -77,7 +77,7 @@ absl::Status Archive(const CopyCommandOptions& options, const CopyProgress& prog
              absl::StrFormat("%d frames, each decoded again and equal to the take's in every byte", *frames));
 }
 
-absl::Status Export(const CopyCommandOptions& options, bool quiet) {
+absl::Status ExportTake(const CopyCommandOptions& options, bool quiet) {
   const CopyProgress progress = MakeProgress("export", quiet);
   if (options.format == "ffv1") return Archive(options, progress);
   if (options.format == "proxy") {
@@ -136,7 +136,7 @@ void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
       "  weft take export take --out archive --format ffv1\n"
       "  weft take export take --out take.mp4 --format proxy");
   add(*export_command, "TAKE", "Folder of the take",
-      "Folder of the images or of the archive, file of the video (mp4, mkv)", Export);
+      "Folder of the images or of the archive, file of the video (mp4, mkv)", ExportTake);
   export_command->add_option("--format", options->format, "images, ffv1 or proxy")
       ->type_name("FORMAT")
       ->check(CLI::IsMember({"images", "ffv1", "proxy"}));

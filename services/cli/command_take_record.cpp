@@ -46,7 +46,7 @@ std::string StateLine(const LiveRecordingState& state) {
                          WithSeparators(state.recorder.frames_missing), state.recorder.queued_bytes >> 20);
 }
 
-absl::Status PrintOutcome(const std::string& folder, bool json) {
+absl::Status PrintRecording(const std::string& folder, bool json) {
   const absl::StatusOr<v1::TakeInfo> info = DescribeTake(folder);
   if (!info.ok()) return info.status();
   if (json) {
@@ -112,10 +112,10 @@ absl::Status Record(const RecordCommandOptions& options, bool quiet) {
   if (*preview) WarnOfPreview((*preview)->Stop());
   if (!take.ok()) {
     if (reports > 0)
-      static_cast<void>(PrintOutcome(options.out, options.json));  // what is on the disk all the same
+      static_cast<void>(PrintRecording(options.out, options.json));  // what is on the disk all the same
     return take.status();
   }
-  const absl::Status outcome = PrintOutcome(options.out, options.json);
+  const absl::Status outcome = PrintRecording(options.out, options.json);
   if (!outcome.ok() || take->stop_cause().empty()) return outcome;
   return absl::ResourceExhaustedError(absl::StrCat(options.out, ": ", take->stop_cause()));
 }

@@ -49,7 +49,7 @@ absl::Status CanonicalizeInputs(const PathPolicy& policy, v1::RegistrationSpec& 
 }
 
 // Both canonical.
-bool LiesBelow(const std::string& path, const std::string& folder) {
+bool LiesInside(const std::string& path, const std::string& folder) {
   return path == folder || absl::StartsWith(path, folder + "/");
 }
 
@@ -62,7 +62,7 @@ absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const
     if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
     const std::string state_folder = std::filesystem::path(results_folder).parent_path().string();
     const absl::StatusOr<std::string> asked = policy.CheckOutput("spec.out", request.spec().out());
-    if (asked.ok() && LiesBelow(*asked, state_folder)) {
+    if (asked.ok() && LiesInside(*asked, state_folder)) {
       return absl::PermissionDeniedError(absl::StrCat(
           "spec.out: ", *asked, " is in the daemon's own folder, ", state_folder, "; choose another one"));
     }

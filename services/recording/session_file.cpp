@@ -14,7 +14,7 @@
 namespace weft {
 namespace {
 
-TriggerKind KindOf(v1::SessionTriggerKind kind) {
+TriggerKind KindOfField(v1::SessionTriggerKind kind) {
   switch (kind) {
     case v1::SESSION_TRIGGER_KIND_SOFTWARE:
       return TriggerKind::kSoftware;
@@ -30,7 +30,7 @@ TriggerKind KindOf(v1::SessionTriggerKind kind) {
 CameraTrigger TriggerOf(const v1::Session& session) {
   const v1::SessionTrigger& from = session.trigger();
   CameraTrigger trigger;
-  trigger.kind = KindOf(from.kind());
+  trigger.kind = KindOfField(from.kind());
   if (!from.line().empty()) trigger.line = from.line();
   if (from.device_key() != 0) trigger.device_key = from.device_key();
   if (from.group_key() != 0) trigger.group_key = from.group_key();
@@ -57,13 +57,13 @@ std::string FaultOf(const v1::SessionCamera& camera) {
 // V4L2 cameras take no triggers of ours, nor do they know PTP.
 absl::Status AddTiming(const v1::Session& session, FrameSetOptions& sets) {
   bool has_leader = false, has_shared_clock = false;
-  const bool free_run = KindOf(session.trigger().kind()) == TriggerKind::kFreeRun;
+  const bool free_run = KindOfField(session.trigger().kind()) == TriggerKind::kFreeRun;
   for (const v1::SessionCamera& camera : session.cameras()) {
     sets.cameras.push_back({camera.has_v4l2(), camera.unsynchronized()});
     has_leader = has_leader || !camera.unsynchronized();
     has_shared_clock = has_shared_clock || !camera.has_v4l2();
     if (camera.has_v4l2() && !camera.unsynchronized() && !free_run &&
-        KindOf(session.trigger().kind()) != TriggerKind::kLine)
+        KindOfField(session.trigger().kind()) != TriggerKind::kLine)
       return absl::InvalidArgumentError(absl::StrCat(
           "camera ", camera.id(), ": V4L2 cameras take no triggers from Weft; set its `unsynchronized`"));
   }

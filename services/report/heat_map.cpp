@@ -92,7 +92,7 @@ std::string Tick(double x, double y, const char* anchor, const std::string& text
                          anchor, EscapeHtml(Shortened(text, 16)));
 }
 
-std::string Legend(double scale, const PlotText& text, HeatMapGaps gaps) {
+std::string HeatLegend(double scale, const PlotText& text, HeatMapGaps gaps) {
   constexpr double kWide = 180, kX = kRight - kWide;
   const std::string unit = text.unit.empty() ? "" : "\xC2\xA0" + text.unit;
   std::string svg = absl::StrCat("<defs><linearGradient id=\"heat\">");
@@ -122,7 +122,7 @@ std::string HeatMap(const PlotFrames& frames, const std::vector<HeatMapRow>& row
   const double row_height = std::clamp(kAllRows / static_cast<double>(rows.size()), kLeastRow, kLargestRow);
   const double height = row_height * static_cast<double>(rows.size()), bottom = kTop + height;
   const double scale = ScaleOf(rows);
-  std::string svg = Legend(scale, text, gaps);
+  std::string svg = HeatLegend(scale, text, gaps);
   absl::StrAppendFormat(
       &svg,
       "<image x=\"%.0f\" y=\"%.0f\" width=\"%.0f\" height=\"%.1f\" preserveAspectRatio=\"none\" "

@@ -31,7 +31,7 @@ Eigen::Vector3f SeamColor(size_t seam) {
 }
 
 // Vertices as a path over the board's cells.
-std::string PathOf(const PanelSheet& sheet, const std::vector<int>& vertices, bool closed) {
+std::string OutlinePath(const PanelSheet& sheet, const std::vector<int>& vertices, bool closed) {
   std::string path;
   for (size_t i = 0; i < vertices.size(); ++i) {
     const VertexNode& cell = sheet.cell_of_vertex[vertices[i]];
@@ -63,7 +63,7 @@ std::string BoardPicture(const BuiltTemplate& built) {
       first_col - margin, first_row - margin, last_col - first_col + 1 + 2 * margin,
       last_row - first_row + 1 + 2 * margin);
   std::string outlines;
-  for (const std::vector<int>& loop : sheet.loops) outlines += PathOf(sheet, loop, true);
+  for (const std::vector<int>& loop : sheet.loops) outlines += OutlinePath(sheet, loop, true);
   absl::StrAppendFormat(&svg,
                         "<path d=\"%s\" fill=\"#c9ced6\" fill-rule=\"evenodd\" stroke=\"#7d8590\" "
                         "stroke-width=\"%.2f\"/>\n",
@@ -75,7 +75,7 @@ std::string BoardPicture(const BuiltTemplate& built) {
       absl::StrAppendFormat(&svg,
                             "<path d=\"%s\" fill=\"none\" stroke=\"%s\" stroke-width=\"%.2f\" "
                             "stroke-linejoin=\"round\"/>\n",
-                            PathOf(sheet, *side, false), color, 0.9 * unit);
+                            OutlinePath(sheet, *side, false), color, 0.9 * unit);
       labels += Label(sheet, (*side)[side->size() / 2], 2.6 * unit, color, absl::StrCat(i + 1));
     }
   }

@@ -9,6 +9,7 @@ RULE is one of
   first     a source file includes its own header first, which shows that the header compiles alone
   names     a type has one definition: two of one name would be merged silently by the linker
   length    no source file is longer than 400 lines
+  unnamed   names in unnamed namespaces are unique within a library, which may be compiled as one file
   links     links between the Markdown files lead somewhere
 """
 
@@ -146,7 +147,62 @@ def check_links(root):
                 yield f"{path}: link to {link} leads nowhere"
 
 
-RULES = {"includes": check_includes, "headers": check_headers, "first": check_first, "names": check_names, "length": check_length, "links": check_links}
+def unnamed_names(source):
+    """Functions, types and constants at the top of a file's unnamed namespace. Members and what lies deeper do not count."""
+    source = re.sub(r"//[^\n]*", "", source)
+    source = re.sub(r'"(\\.|[^"\\\n])*"', '""', source)
+    start = source.find("namespace {")
+    if start < 0:
+        return set()
+    found, depth, head = set(), 0, ""
+    for character in source[start + len("namespace {") :]:
+        if character == "{":
+            if depth == 0:
+                found |= declared_name(head)
+                head = ""
+            depth += 1
+        elif character == "}":
+            depth -= 1
+            if depth < 0:
+                break
+        elif depth == 0 and character == ";":
+            found |= declared_name(head)
+            head = ""
+        elif depth == 0:
+            head += character
+    return found
+
+
+def declared_name(head):
+    head = " ".join(head.split())
+    declared = re.match(r"(?:template ?<[^>]*> )?(?:struct|class|enum class|enum|union) (\w+)", head)
+    if declared or head.startswith(("using ", "namespace ")):
+        return {declared.group(1)} if declared else set()
+    before = head.split("=")[0].strip()
+    function = re.match(r"[\w:<>,&*\[\] ]*?[\w>&*\]] [&*]?(\w+) ?\(", before)
+    if function:
+        return {function.group(1)}
+    constant = re.search(r"(\w+)(?:\[\w*\])?$", before) if re.match(r"(?:static )?const(?:expr)? ", before) else None
+    return {constant.group(1)} if constant else set()
+
+
+def library(path):
+    parts = path.replace(os.sep, "/").split("/")
+    return "/".join(parts[:2]) if parts[0] == "services" or parts[1] in ("calibration", "gige_emulator") else parts[0]
+
+
+def check_unnamed(root):
+    defined = {}
+    for folder, path in stage_files(root, (".cpp",)):
+        if folder in ("pattern", "simd"):
+            continue  # compiled file by file
+        for name in sorted(unnamed_names(text(root, path))):
+            other = defined.setdefault((library(path), name), path)
+            if other != path:
+                yield f"{path}: {name} is a name in {other}, too; a release compiles both as one file, where overloads mix"
+
+
+RULES = {"includes": check_includes, "headers": check_headers, "first": check_first, "names": check_names, "length": check_length, "unnamed": check_unnamed, "links": check_links}
 
 
 def main():

@@ -97,6 +97,19 @@ class StructureCheck(unittest.TestCase):
         self.write("capture/long.cpp", "\n" * 401)
         self.assertEqual(self.run_rule("length")[0], 1)
 
+    def test_rejects_two_unnamed_functions_of_one_name_in_a_library(self):
+        first = "namespace weft {\nnamespace {\nint Size(int a) { return a; }\n}\n}\n"
+        self.write("capture/a.cpp", first)
+        self.write("services/files/b.cpp", first)
+        self.write("capture/c.cpp", "namespace weft {\nnamespace {\nstruct S {\n  int Size(float);\n};\n}\nint Size();\n}\n")
+        self.assertEqual(self.run_rule("unnamed"), (0, ""))
+        self.write("capture/d.cpp", "namespace {\nusing T = int;\nconstexpr int kA = 1;\ndouble Size(float a) { return a; }\n}\n")
+        status, out = self.run_rule("unnamed")
+        self.assertEqual(status, 1)
+        self.assertIn("capture/d.cpp: Size is a name in capture/a.cpp", out)
+        self.write("capture/e.cpp", "namespace {\nconst char kA[] = \"};\";\n}\n")
+        self.assertIn("kA is a name in", self.run_rule("unnamed")[1])
+
     def test_rejects_dead_links(self):
         self.write("README.md", "[here](docs/there.md)\n")
         self.assertEqual(self.run_rule("links")[0], 1)
