@@ -10,11 +10,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "capture/camera/gvcp.h"
 
 namespace weft {
 namespace {
 
-constexpr uint16_t kGvcpPort = 3956;
 constexpr uint8_t kKey = 0x42, kScheduled = 0x80;
 constexpr uint16_t kActionCommand = 0x0100;
 

@@ -7,17 +7,14 @@
 
 #include <array>
 
+#include "capture/camera/gvcp.h"
+
 namespace weft {
-namespace {
-
-constexpr uint16_t kControlPort = 3956;
-
-}  // namespace
 
 GigePresence::GigePresence(const std::string& address) : last_heard_(Clock::now()) {
   sockaddr_in to{};
   to.sin_family = AF_INET;
-  to.sin_port = htons(kControlPort);
+  to.sin_port = htons(kGvcpPort);
   if (inet_pton(AF_INET, address.c_str(), &to.sin_addr) != 1) return;
   socket_ = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (socket_ < 0 || connect(socket_, reinterpret_cast<const sockaddr*>(&to), sizeof to) == 0) return;

@@ -11,12 +11,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Both canonical.
-bool LiesBelow(const fs::path& path, const fs::path& folder) {
-  const auto [folder_end, ignored] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
-  return folder_end == folder.end();
-}
-
 // Resolves every link of the part that exists. A link to nowhere could become a way out later, so it is an
 // error.
 fs::path Resolve(const fs::path& path, std::error_code& error) {
@@ -35,6 +29,11 @@ fs::path Resolve(const fs::path& path, std::error_code& error) {
 }
 
 }  // namespace
+
+bool LiesBelow(const fs::path& path, const fs::path& folder) {
+  const auto [folder_end, ignored] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
+  return folder_end == folder.end();
+}
 
 absl::StatusOr<PathPolicy> PathPolicy::Create(const std::vector<std::string>& allowed) {
   if (allowed.empty()) return absl::InvalidArgumentError("--allow-path: give at least one folder");

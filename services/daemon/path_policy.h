@@ -1,6 +1,7 @@
 // Which folders a daemon may touch on behalf of its clients.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,9 @@
 #include "absl/status/statusor.h"
 
 namespace weft {
+
+// Whether `path` is `folder` or lies below it. Both are canonical.
+bool LiesBelow(const std::filesystem::path& path, const std::filesystem::path& folder);
 
 // Compares canonical paths, so neither symbolic links nor `..` lead out. Thread safety: const access.
 class PathPolicy {

@@ -7,7 +7,6 @@
 #include <memory>
 #include <random>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
@@ -48,11 +47,6 @@ absl::Status CanonicalizeInputs(const PathPolicy& policy, v1::RegistrationSpec& 
   return absl::OkStatus();
 }
 
-// Both canonical.
-bool LiesInside(const std::string& path, const std::string& folder) {
-  return path == folder || absl::StartsWith(path, folder + "/");
-}
-
 // The folder of results, which exists then.
 absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const v1::RegistrationSpec& spec,
                                       const PathPolicy& policy, const std::string& results_folder,
@@ -62,7 +56,7 @@ absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const
     if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
     const std::string state_folder = std::filesystem::path(results_folder).parent_path().string();
     const absl::StatusOr<std::string> asked = policy.CheckOutput("spec.out", request.spec().out());
-    if (asked.ok() && LiesInside(*asked, state_folder)) {
+    if (asked.ok() && LiesBelow(*asked, state_folder)) {
       return absl::PermissionDeniedError(absl::StrCat(
           "spec.out: ", *asked, " is in the daemon's own folder, ", state_folder, "; choose another one"));
     }

@@ -14,6 +14,9 @@ namespace weft {
 // `max_bytes`. The message names the file.
 absl::StatusOr<std::string> ReadWholeFile(const std::string& path, uint64_t max_bytes = uint64_t{4} << 30);
 
+// Writes all of `bytes` to an open descriptor. 0, or errno.
+int WriteAll(int fd, std::string_view bytes);
+
 // Writes to a temporary name in the same folder, flushes it to the disk, renames it and flushes the folder,
 // so that the file survives a power failure. The folder must exist. NotFound, PermissionDenied,
 // ResourceExhausted (disk full) or Unavailable; the message names file and remedy, and the temporary file is

@@ -7,7 +7,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
@@ -60,15 +59,6 @@ absl::StatusOr<std::string> Convert(std::string_view task) {
   return ply.ok() ? weft::SerializePly(*ply) : ply.status();
 }
 
-bool WriteAll(int fd, std::string_view bytes) {
-  while (!bytes.empty()) {
-    const ssize_t n = write(fd, bytes.data(), bytes.size());
-    if (n < 0 && errno != EINTR) return false;
-    if (n > 0) bytes.remove_prefix(static_cast<size_t>(n));
-  }
-  return true;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -91,7 +81,7 @@ int main(int argc, char** argv) {
   if (out < 0 || dup2(STDERR_FILENO, STDOUT_FILENO) < 0) return weft::kExitFailed;
   try {
     const absl::StatusOr<std::string> result = Convert(task);
-    if (result.ok()) return WriteAll(out, *result) ? weft::kExitDone : weft::kExitFailed;
+    if (result.ok()) return weft::WriteAll(out, *result) == 0 ? weft::kExitDone : weft::kExitFailed;
     std::fprintf(stderr, "%s\n", std::string(result.status().message()).c_str());
     return weft::kExitBadInput;
   } catch (const std::bad_alloc&) {

@@ -16,6 +16,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "services/files/atomic_file.h"
 #include "services/files/unique_fd.h"
 #include "services/process/exit_status.h"
 
@@ -47,12 +48,7 @@ struct Streams {
       *fd = UniqueFd(memfd_create("weft-pcl", MFD_CLOEXEC));
       if (!fd->open()) return SystemError("no memory file", errno);
     }
-    while (!input.empty()) {
-      const ssize_t n = write(in.get(), input.data(), input.size());
-      if (n < 0 && errno == EINTR) continue;
-      if (n < 0) return SystemError("its input cannot be stored", errno);
-      input.remove_prefix(static_cast<size_t>(n));
-    }
+    if (const int error = WriteAll(in.get(), input)) return SystemError("its input cannot be stored", error);
     lseek(in.get(), 0, SEEK_SET);
     return absl::OkStatus();
   }

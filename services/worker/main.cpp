@@ -5,12 +5,13 @@
 #include <sys/prctl.h>
 #include <unistd.h>
 
-#include <cerrno>
 #include <cstdio>
 #include <exception>
 #include <stop_token>
+#include <string>
 
 #include "absl/strings/str_cat.h"
+#include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "services/process/exit_status.h"
 #include "services/process/memory_limit.h"
@@ -23,15 +24,7 @@ namespace {
 // False when nobody listens any more.
 bool PrintLine(std::string line) {
   line += '\n';
-  const char* data = line.data();
-  for (size_t left = line.size(); left > 0;) {
-    const ssize_t n = write(STDOUT_FILENO, data, left);
-    if (n < 0 && errno != EINTR) return false;
-    if (n < 0) continue;
-    data += n;
-    left -= static_cast<size_t>(n);
-  }
-  return true;
+  return weft::WriteAll(STDOUT_FILENO, line) == 0;
 }
 
 // The results of a killed worker are whole, so there is no reason to outlive the daemon.
