@@ -55,7 +55,7 @@ absl::StatusOr<std::string> Convert(std::string_view task) {
                                       : weft::ParsePly(*bytes, "standard input");
   if (!ply.ok()) return ply.status();
   if (task == "write") return weft::PcdFromPly(*ply);
-  ply = weft::WithoutOutliers(*std::move(ply));
+  ply = weft::WithoutOutliers(*std::move(ply), {});
   return ply.ok() ? weft::SerializePly(*ply) : ply.status();
 }
 

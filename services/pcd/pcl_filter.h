@@ -6,9 +6,16 @@
 
 namespace weft {
 
-// Without the vertices whose mean distance to their 12 nearest ones is more than a standard deviation above
-// that of all (pcl::StatisticalOutlierRemoval); their properties stay. `ply` has an element "vertex" alone
-// left. InvalidArgument: no element "vertex" with x y z. Exceptions of PCL pass.
-absl::StatusOr<Ply> WithoutOutliers(Ply ply);
+// Least errors of hidden cloth by benchmark_scan_filter (a wrinkled sheet, 2026-11-23), where less than one
+// good point in a thousand is lost.
+struct OutlierOptions {
+  int neighbors = 6;
+  double most_sigmas = 0.2;
+};
+
+// Without the vertices whose mean distance to their nearest `neighbors` is more than `most_sigmas` standard
+// deviations above that of all (pcl::StatisticalOutlierRemoval). Properties of the others stay. `ply` has an
+// element "vertex" alone left. InvalidArgument: no element "vertex" with x y z. Exceptions of PCL pass.
+absl::StatusOr<Ply> WithoutOutliers(Ply ply, const OutlierOptions& options);
 
 }  // namespace weft

@@ -20,15 +20,16 @@ inline bool InHiddenPatch(int v, int cols) {
   return std::hypot(row, col) < 11.3;
 }
 
+// Wrinkles 1.5 mm deep and 30 mm long on a cylinder. They stretch the cloth by about 5 % at the most.
+inline Eigen::Vector3d Wrinkled(const Eigen::Vector3d& p) {
+  const double radius_mm = 150 + 1.5 * std::sin(p.x() / 4.8) * std::sin(p.y() / 11);
+  return {radius_mm * std::sin(p.x() / 150), p.y(), -radius_mm * std::cos(p.x() / 150)};
+}
+
 inline MeasuredSheet WrinkledSheet(int n) {
-  // Wrinkles 1.5 mm deep and 30 mm long on a cylinder. They stretch the cloth by about 5 % at the most.
-  const auto wrinkled = [](const Eigen::Vector3d& p) {
-    const double radius_mm = 150 + 1.5 * std::sin(p.x() / 4.8) * std::sin(p.y() / 11);
-    return Eigen::Vector3d(radius_mm * std::sin(p.x() / 150), p.y(), -radius_mm * std::cos(p.x() / 150));
-  };
   MeasuredSheet sheet;
   sheet.garment = SheetTemplate(FlatSheet(n, n));
-  sheet.truth = Mapped(sheet.garment.rest.vertices_mm, wrinkled);
+  sheet.truth = Mapped(sheet.garment.rest.vertices_mm, Wrinkled);
   sheet.targets = Measure(sheet.truth, 0.3, 1, [&](int v) { return !InHiddenPatch(v, n); });
   return sheet;
 }
