@@ -39,7 +39,7 @@ struct RegisterOptions {
   std::string starts;
   std::string cloud_format = "ply";
   bool json = false;
-  int threads = 0;
+  RegistrationLimits limits;
 };
 
 absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
@@ -102,7 +102,7 @@ absl::StatusOr<v1::Job> Run(const RegisterOptions& options, const v1::Registrati
     warnings.Show(update.job());
     view.Show(update);
   };
-  if (options.server.empty()) return RegisterLocally(spec, options.threads, show, stop);
+  if (options.server.empty()) return RegisterLocally(spec, options.limits, show, stop);
   std::optional<Progress> fetching;
   const auto fetched = [&](size_t done, size_t total) {
     if (!fetching) fetching.emplace("fetch", total, ProgressVisible(quiet));
@@ -195,9 +195,17 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
   command->add_flag("--single-pass", options->single_pass,
                     "No second pass: do not search for missed cells where the first mesh predicts them");
   command->add_flag("--single-look", options->single_pass, "Older spelling of --single-pass")->group("");
-  command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
+  command->add_option("--threads", options->limits.threads, "Threads; 0 takes all cores")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
+  command
+      ->add_option(
+          "--memory", options->limits.kept_image_mib,
+          "Memory for images that wait for the second pass; those beyond are read again. Takes of raw "
+          "or PNG images gain by more. Results are the same")
+      ->type_name("MIB")
+      ->check(CLI::Range(0, 1 << 20))
+      ->capture_default_str();
   command->add_option("--server", options->server, "Let the daemon at HOST:PORT do the work")
       ->type_name("ADDRESS")
       ->envname("WEFT_SERVER");

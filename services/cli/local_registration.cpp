@@ -43,12 +43,12 @@ class LocalJob {
 
   // Registers all frames, and again those whose results are not there at the end. Returns what RegisterFrames
   // does, or why results do not stay.
-  absl::Status RegisterAll(int threads, const std::stop_token& stop) {
+  absl::Status RegisterAll(const RegistrationLimits& limits, const std::stop_token& stop) {
     std::vector<size_t> frames = positions_;
     for (;;) {
       if (absl::Status status = folder_.Take(kPatience); !status.ok()) return status;
       const absl::Status status = RegisterFrames(inputs_, positions_, frames, life_.job().spec().options(),
-                                                 out_, threads, Events(), stop);
+                                                 out_, limits, Events(), stop);
       if (!status.ok()) return status;
       const auto incomplete = folder_.Check(life_.job(), life_.frames().infos(), FindIncompleteFrames);
       if (!incomplete.ok()) return incomplete.status();
@@ -136,7 +136,7 @@ class LocalJob {
 
 }  // namespace
 
-absl::StatusOr<v1::Job> RegisterLocally(const v1::RegistrationSpec& asked, int threads,
+absl::StatusOr<v1::Job> RegisterLocally(const v1::RegistrationSpec& asked, const RegistrationLimits& limits,
                                         const std::function<void(const v1::JobUpdate&)>& update,
                                         std::stop_token stop) {
   absl::StatusOr<v1::RegistrationOptions> options = EffectiveOptions(asked.options());
@@ -152,7 +152,7 @@ absl::StatusOr<v1::Job> RegisterLocally(const v1::RegistrationSpec& asked, int t
   if (!out.ok()) return out.status();
   LocalJob job(spec, **inputs, *std::move(frames), *out, update);
   if (absl::Status status = job.Begin(); !status.ok()) return status;
-  return job.End(job.RegisterAll(threads, stop));
+  return job.End(job.RegisterAll(limits, stop));
 }
 
 }  // namespace weft

@@ -1,6 +1,8 @@
 // From a preset and what is changed in it to all options of a job. The one place that knows the presets.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,10 +39,17 @@ v1::PipelineOptions OfStages(const v1::PipelineOptions& options, const std::vect
 // are spelled out.
 absl::StatusOr<v1::RegistrationOptions> EffectiveOptions(const v1::RegistrationOptions& options);
 
+// JobOptions::kept_image_bytes, where nothing is said. Where images are JPEG, new pages of memory cost as
+// much as reading an image again does.
+inline constexpr int64_t kDefaultKeptImageMib = 32;
+
 // A job's options as they stand in its files, and as its stages take them. Made once.
 struct JobOptions {
   v1::RegistrationOptions message;  // EffectiveOptions
   PipelineOptions pipeline;
+  // Memory for images that wait for the second pass; those beyond are read again. No result depends on it, so
+  // it is no part of the message.
+  size_t kept_image_bytes = size_t{kDefaultKeptImageMib} << 20;
 };
 absl::StatusOr<JobOptions> MakeJobOptions(const v1::RegistrationOptions& options);
 

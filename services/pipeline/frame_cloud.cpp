@@ -39,8 +39,9 @@ std::unique_ptr<ViewDecoder> DecodeCamera(const FrameImages& images, const Decod
 
 }  // namespace
 
-DecodedFrame DecodeFrame(const FrameImages& images, const DecodeOptions& options, size_t image_bytes,
-                         const FrameProgress& progress, const std::stop_token& stop) {
+DecodedFrame DecodeFrame(const FrameImages& images, const DecodeOptions& options,
+                         std::optional<size_t> kept_image_bytes, const FrameProgress& progress,
+                         const std::stop_token& stop) {
   const size_t cameras = images.rig.cameras.size();
   DecodedFrame frame{std::vector<ViewObservations>(cameras), std::vector<v1::ViewReport>(cameras),
                      std::vector<std::unique_ptr<ViewDecoder>>(cameras)};
@@ -57,9 +58,9 @@ DecodedFrame DecodeFrame(const FrameImages& images, const DecodeOptions& options
             DecodeResult result = view->TakeResult();
             DescribeDecoding(result, report);
             frame.views[camera].observations = std::move(result.observations);
-            if (image_bytes > 0) {
+            if (kept_image_bytes) {
               const size_t bytes = view->image_bytes();
-              const bool keeps_image = kept_bytes.fetch_add(bytes) + bytes <= image_bytes;
+              const bool keeps_image = kept_bytes.fetch_add(bytes) + bytes <= *kept_image_bytes;
               if (!keeps_image) kept_bytes -= bytes;
               view->Rest(keeps_image);
               frame.decoders[camera] = std::move(view);

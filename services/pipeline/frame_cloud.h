@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -35,15 +36,17 @@ struct FrameImages {
 struct DecodedFrame {
   std::vector<ViewObservations> views;
   std::vector<v1::ViewReport> reports;
-  // For a second pass; null for views without a usable image, and where no images are kept. Images beyond the
-  // budget were dropped.
+  // For a second pass; null for views without a usable image, and where there is no second pass. Images
+  // beyond the limit were dropped.
   std::vector<std::unique_ptr<ViewDecoder>> decoders;
 };
 
 // Decodes them in the calling thread's TBB arena. Once `stop` is requested the
-// remaining views stay empty. Images are kept for a second pass up to `image_bytes` in all.
-DecodedFrame DecodeFrame(const FrameImages& images, const DecodeOptions& options, size_t image_bytes,
-                         const FrameProgress& progress, const std::stop_token& stop);
+// remaining views stay empty. Images are kept for a second pass up to `kept_image_bytes` in all; none: there
+// is no second pass.
+DecodedFrame DecodeFrame(const FrameImages& images, const DecodeOptions& options,
+                         std::optional<size_t> kept_image_bytes, const FrameProgress& progress,
+                         const std::stop_token& stop);
 
 // The nodes where the views' observations meet, cleaned, with centres sharpened where cloth bends.
 // `camera_sigma_px`: what the calibration leaves, per camera of the rig; may be empty. InvalidArgument as

@@ -19,10 +19,6 @@ namespace {
 constexpr double kDecoded = 0.85;
 constexpr double kTriangulated = 0.92;
 
-// Images that are kept for the second pass; those beyond are read again, which takes a twentieth of the time
-// of decoding for JPEG.
-constexpr size_t kKeptImageBytes = size_t{32} << 20;
-
 // From this share on, cells that the template lacks say that it is another one; fewer cells say nothing.
 constexpr double kForeign = 0.5;
 constexpr int kTellingCells = 50;
@@ -54,16 +50,16 @@ class StageClock {
 
 // Decodes all views into the members of `frame`; returns their decoders, for a second pass.
 std::vector<std::unique_ptr<ViewDecoder>> DecodeViews(const RegistrationInputs& inputs, size_t index,
-                                                      const PipelineOptions& options,
+                                                      const FrameOptions& options,
                                                       const FrameProgress& progress,
                                                       const std::stop_token& stop, FrameResult& frame) {
   const FrameProgress part = [&](double share) {
     if (progress) progress(kDecoded * share);
   };
-  // Without a second pass no decoder is kept.
-  const size_t image_bytes = options.second_pass.enabled ? kKeptImageBytes : 0;
-  DecodedFrame decoded =
-      DecodeFrame({inputs.rig, inputs.board, *inputs.dump, index}, options.decode, image_bytes, part, stop);
+  std::optional<size_t> kept_image_bytes;
+  if (options.pipeline.second_pass.enabled) kept_image_bytes = options.kept_image_bytes;
+  DecodedFrame decoded = DecodeFrame({inputs.rig, inputs.board, *inputs.dump, index}, options.pipeline.decode,
+                                     kept_image_bytes, part, stop);
   frame.views = std::move(decoded.views);
   int missing = 0;
   for (v1::ViewReport& report : decoded.reports) {
@@ -236,7 +232,7 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
   FrameResult frame;
   StageClock clock(frame.report);
   std::vector<std::unique_ptr<ViewDecoder>> decoders =
-      DecodeViews(inputs, index, options.pipeline, progress, stop, frame);
+      DecodeViews(inputs, index, options, progress, stop, frame);
   clock.End("decode");
   if (!options.pipeline.second_pass.enabled) GiveBackPixels();  // what follows needs other memory
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;

@@ -15,8 +15,9 @@ namespace weft {
 
 struct FrameOptions {
   const PipelineOptions& pipeline;
-  std::string scans;   // folder; empty where there is none
-  std::string starts;  // folder of an earlier registration; empty where there is none
+  std::string scans;            // folder; empty where there is none
+  std::string starts;           // folder of an earlier registration; empty where there is none
+  size_t kept_image_bytes = 0;  // see JobOptions
 };
 
 // What a frame came to; `mesh` is empty when it could not be registered, and report.reason says why.

@@ -60,7 +60,7 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
   const absl::StatusOr<std::string> fingerprint = FrameFingerprint(inputs, index, asked);
   if (!fingerprint.ok()) return fingerprint.status();
 
-  const FrameOptions frame_options{options.pipeline, asked.scans(), asked.starts()};
+  const FrameOptions frame_options{options.pipeline, asked.scans(), asked.starts(), options.kept_image_bytes};
   absl::StatusOr<FrameResult> frame = ComputeFrame(inputs, index, frame_options, progress, stop);
   if (!frame.ok()) return frame.status();
   v1::FrameReport& report = frame->report;

@@ -56,12 +56,13 @@ v1::FrameInfo Finished(const v1::FrameReport& report, const FrameStanding& stand
 
 absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames,
                             const std::vector<size_t>& frames, const v1::RegistrationOptions& asked,
-                            const std::string& out, int threads, const RegistrationEvents& events,
-                            std::stop_token stop) {
-  const absl::StatusOr<JobOptions> options = MakeJobOptions(asked);
+                            const std::string& out, const RegistrationLimits& limits,
+                            const RegistrationEvents& events, std::stop_token stop) {
+  absl::StatusOr<JobOptions> options = MakeJobOptions(asked);
   if (!options.ok()) return options.status();
+  options->kept_image_bytes = static_cast<size_t>(limits.kept_image_mib) << 20;
   if (absl::Status status = CheckStarts(asked.starts(), out); !status.ok()) return status;
-  const int concurrency = threads > 0 ? threads : tbb::info::default_concurrency();
+  const int concurrency = limits.threads > 0 ? limits.threads : tbb::info::default_concurrency();
   // More threads than cores are wanted where a caller asks for them, for example to compare results.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(std::max(concurrency, 1)));

@@ -7,10 +7,17 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "services/options/presets.h"
 #include "services/pipeline/registration_inputs.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {
+
+// What a registration may take of the machine.
+struct RegistrationLimits {
+  int threads = 0;                                // 0: all cores
+  int64_t kept_image_mib = kDefaultKeptImageMib;  // JobOptions::kept_image_bytes
+};
 
 // What happens while frames are registered. Calls never overlap.
 struct RegistrationEvents {
@@ -19,8 +26,8 @@ struct RegistrationEvents {
   std::function<void(const v1::FrameInfo& info)> finished;
 };
 
-// Registers the frames at these positions of the dump one after another, each on `threads` threads (0: all
-// cores). Then refines all frames whose neighbours are complete (refine_frame.h) and reports the frame as
+// Registers the frames at these positions of the dump one after another, within `limits`.
+// Then refines all frames whose neighbours are complete (refine_frame.h) and reports the frame as
 // finished. `out` is an absolute path without links (output_folder.h), with one writer (result_lock.h).
 // `job_frames`: positions of all frames of the job, in order, `frames` among them. Frames that are
 // complete from an earlier run are kept and reported as reused. Cancelled when `stop` was requested:
@@ -28,7 +35,7 @@ struct RegistrationEvents {
 // cannot be written; a frame that cannot be registered is no error.
 absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames,
                             const std::vector<size_t>& frames, const v1::RegistrationOptions& asked,
-                            const std::string& out, int threads, const RegistrationEvents& events,
-                            std::stop_token stop);
+                            const std::string& out, const RegistrationLimits& limits,
+                            const RegistrationEvents& events, std::stop_token stop);
 
 }  // namespace weft

@@ -59,7 +59,7 @@ absl::Status Run(const v1::Task& task, const std::function<void(const v1::Worker
     report(event);
   };
   return RegisterFrames(**inputs, *job_frames, *frames, task.spec().options(), task.spec().out(),
-                        task.threads(), events, stop);
+                        {.threads = task.threads()}, events, stop);
 }
 
 }  // namespace

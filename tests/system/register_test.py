@@ -29,17 +29,17 @@ class Register(StudioTest):
         self.assertLess(total["mesh"]["visible_mm"]["mean"], 1)
         self.assertEqual(temporary_files(self.out), [])
 
-    def test_gives_the_same_bytes_at_any_thread_count(self):
-        self.register("--observations", "--threads", "1", check=0)
+    def test_gives_the_same_bytes_at_any_thread_count_and_memory(self):
+        self.register("--observations", "--threads", "1", "--memory", "0", check=0)
         one_thread = results(self.out)
         self.assertEqual(len(one_thread), 4 * len(self.frames))
         # All of the chain had something to do: the second pass, and the refinement by neighbouring frames.
         report = frame_report(self.out, self.frames[1])
         self.assertGreater(sum(view["second_pass_found"] for view in report["views"]), 0)
         self.assertTrue(report["temporal"]["refined"])
-        for threads in ("2", "4"):
+        for threads, memory in (("2", "32"), ("4", "1000")):
             other = self.path(threads)
-            self.register("--observations", "--threads", threads, check=0, out=other)
+            self.register("--observations", "--threads", threads, "--memory", memory, check=0, out=other)
             self.assertEqual(one_thread, results(other), f"{threads} threads")
 
     def test_registers_the_frames_asked_for(self):
