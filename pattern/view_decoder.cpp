@@ -12,7 +12,7 @@
 #include "pattern/surface/center_sweep.h"
 #include "pattern/surface/components.h"
 #include "pattern/surface/confidence.h"
-#include "pattern/surface/strip_seeds.h"
+#include "pattern/surface/unexplained_blobs.h"
 
 namespace weft {
 namespace {
@@ -236,9 +236,10 @@ bool ViewDecoder::FindSeeds() {
   MakeFitter();
   seeds_.isolated = [this, patches = std::move(patches)](const BoardState& state) {
     std::vector<PlacedCell> seeds = FindIsolatedSeeds(*fitter_, inks_, state, blobs_, options_.isolated);
-    const std::vector<PlacedCell> strips =
-        FindStripSeeds(pyramid_, board_, inks_, options_.patches, state, patches, blobs_);
-    seeds.insert(seeds.end(), strips.begin(), strips.end());
+    std::vector<LevelPatch> strips = ExtendPatches(pyramid_, patches, UnexplainedBlobs(state, blobs_));
+    ReadPatches(inks_, board_, &strips);
+    const std::vector<PlacedCell> of_strips = SeedsOf(strips, board_.board(), options_.patches);
+    seeds.insert(seeds.end(), of_strips.begin(), of_strips.end());
     return seeds;
   };
   return true;

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "base/random.h"
+#include "pattern/board/board_index.h"
 #include "pattern/board/code_set.h"
 
 namespace weft {
@@ -29,9 +30,9 @@ std::vector<uint8_t> ValidWindows(const Board& board, int size) {
   return valid;
 }
 
-// Distance from a square of colours to the nearest window of the board that is not at (own_row, own_col).
+// Distance from a square of colours to the nearest window of the board that is not at `own`.
 int NearestDistance(const Board& board, const std::vector<CellColor>& square, int size,
-                    const std::vector<uint8_t>& valid, int own_row, int own_col) {
+                    const std::vector<uint8_t>& valid, BoardCell own) {
   const int rows = board.rows - size + 1, cols = board.cols - size + 1;
   int nearest = size * size;
   std::vector<uint8_t> distance(cols);
@@ -46,8 +47,7 @@ int NearestDistance(const Board& board, const std::vector<CellColor>& square, in
     }
     const uint8_t* counts = valid.data() + static_cast<size_t>(row) * cols;
     for (int col = 0; col < cols; ++col) {
-      if (distance[col] < nearest && counts[col] && !(row == own_row && col == own_col))
-        nearest = distance[col];
+      if (distance[col] < nearest && counts[col] && BoardCell{row, col} != own) nearest = distance[col];
     }
   }
   return nearest;
@@ -74,8 +74,8 @@ WindowDistances MeasureDistances(const Board& board, int size, const CodingRepor
     int nearest = size * size;
     for (int turn = 0; turn < 4; ++turn) {
       const bool own = turn == 0;
-      nearest =
-          std::min(nearest, NearestDistance(board, square, size, valid, own ? row : -1, own ? col : -1));
+      nearest = std::min(nearest, NearestDistance(board, square, size, valid,
+                                                  own ? BoardCell{row, col} : BoardCell{-1, -1}));
       for (int i = 0; i < size; ++i)
         for (int j = 0; j < size; ++j) turned[i * size + j] = square[j * size + size - 1 - i];
       square.swap(turned);

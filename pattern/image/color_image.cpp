@@ -31,8 +31,9 @@ ColorImage Demosaic(const Frame& frame) {
   const int last = frame.height_px - 1;
   for (int y = 1; y < last; ++y) {
     const bool odd = y % 2 != 0;
-    kernels.demosaic_row(frame.row(y - 1), frame.row(y), frame.row(y + 1), frame.width_px, green_first != odd,
-                         red_first != odd, image.row(y));
+    const BayerRow row = {frame.row(y - 1), frame.row(y), frame.row(y + 1), green_first != odd,
+                          red_first != odd};
+    kernels.demosaic_row(row, frame.width_px, image.row(y));
   }
   const size_t row_bytes = 4 * static_cast<size_t>(frame.width_px);
   std::memcpy(image.row(0), image.row(1), row_bytes);
@@ -112,7 +113,7 @@ Plane BlobContrast(const ColorImage& image, float surround_px) {
     for (; read < std::min(height, y + reach + 1); ++read)
       kernels.brightness_row(image.at(0, read), width, row_at(read));
     for (int k = -reach; k <= reach; ++k) rows[reach + k] = row_at(std::clamp(y + k, 0, height - 1));
-    kernels.spot_row(rows.data(), narrow.data(), narrow_reach, wide.data(), reach, width, scratch.data(),
+    kernels.spot_row(rows.data(), {narrow.data(), narrow_reach, wide.data(), reach}, width, scratch.data(),
                      spots.row(y));
   }
   return spots;

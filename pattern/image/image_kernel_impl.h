@@ -45,15 +45,15 @@ inline void StoreFloats(Lanes v, float* p, Extent extent) {
 
 inline Lanes Min(Lanes a, Lanes b) { return a < b ? a : b; }
 
-void DemosaicRow(const uint8_t* above, const uint8_t* here, const uint8_t* below, int width, bool first_green,
-                 bool with_red, uint8_t* __restrict__ out) {
+void DemosaicRow(const BayerRow& row, int width, uint8_t* __restrict__ out) {
+  const uint8_t *above = row.above, *here = row.here, *below = row.below;
   // Blocks begin at odd pixels.
   const Shorts odd_lanes = (Shorts)(IntLanes{} + static_cast<int32_t>(0xffff0000));
-  const Shorts green_here = first_green ? odd_lanes : ~odd_lanes;
+  const Shorts green_here = row.first_green ? odd_lanes : ~odd_lanes;
   ForBlocks<kShorts>(width - 2, [&](int k, auto extent) {
     const int x = k + 1;
-    const auto at = [&](const uint8_t* row, int dx) {
-      return __builtin_convertvector(LoadSome<BytesOfShorts>(row + x + dx, extent, 1), Shorts);
+    const auto at = [&](const uint8_t* line, int dx) {
+      return __builtin_convertvector(LoadSome<BytesOfShorts>(line + x + dx, extent, 1), Shorts);
     };
     const Shorts pixel = at(here, 0);
     const Shorts across = at(here, -1) + at(here, 1), down = at(above, 0) + at(below, 0);
@@ -61,7 +61,7 @@ void DemosaicRow(const uint8_t* above, const uint8_t* here, const uint8_t* below
     const Shorts own = (green_here & ((across + 1) >> 1)) | (~green_here & pixel);
     const Shorts green = (green_here & pixel) | (~green_here & ((across + down + 2) >> 2));
     const Shorts other = (green_here & ((down + 1) >> 1)) | (~green_here & ((diagonal + 2) >> 2));
-    const Shorts red_green = (with_red ? own : other) | (green << 8), blue = with_red ? other : own;
+    const Shorts red_green = (row.with_red ? own : other) | (green << 8), blue = row.with_red ? other : own;
     HalfOfShorts low[2], high[2];
     std::memcpy(low, &red_green, sizeof low);
     std::memcpy(high, &blue, sizeof high);
@@ -131,8 +131,9 @@ void BrightnessRow(const uint8_t* rgbx, int width, float* __restrict__ out) {
   });
 }
 
-void SpotRow(const float* const* rows, const float* narrow, int narrow_reach, const float* wide, int reach,
-             int width, float* __restrict__ scratch, float* __restrict__ out) {
+void SpotRow(const float* const* rows, const SpotTaps& taps, int width, float* __restrict__ scratch,
+             float* __restrict__ out) {
+  const auto [narrow, narrow_reach, wide, reach] = taps;
   float *near = scratch + reach, *far = near + width + 2 * reach;
   ForBlocks<kLanes>(width, [&](int x, auto extent) {
     const Lanes here = LoadFloats(rows[reach] + x, extent);

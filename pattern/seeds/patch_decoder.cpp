@@ -8,27 +8,36 @@
 namespace weft {
 namespace {
 
-// The cells of the 3x3 window at (i, j), row by row; false where one is missing.
-bool WindowAt(const MeasuredPatch& patch, int i, int j, std::array<int, 9>* cells) {
+// A 3x3 window of a lattice: its first cell is at (i, j), its cells of the patch stand row by row.
+struct PatchWindow {
+  int i = 0, j = 0;
+  std::array<int, 9> cells = {};
+};
+
+// False where one of its cells is missing.
+bool WindowAt(const MeasuredPatch& patch, int i, int j, PatchWindow* window) {
+  window->i = i;
+  window->j = j;
   const int* row = patch.grid.data() + static_cast<size_t>(i - patch.lattice.i_min) * patch.columns() +
                    (j - patch.lattice.j_min);
   int least = 0;
   for (int k = 0; k < 9; ++k) {
-    (*cells)[k] = row[static_cast<size_t>(k / 3) * patch.columns() + k % 3];
-    least = std::min(least, (*cells)[k]);
+    window->cells[k] = row[static_cast<size_t>(k / 3) * patch.columns() + k % 3];
+    least = std::min(least, window->cells[k]);
   }
   return least >= 0;
 }
 
-uint32_t CodeOf(const MeasuredPatch& patch, const std::array<int, 9>& cells) {
+uint32_t CodeOf(const MeasuredPatch& patch, const PatchWindow& window) {
   uint32_t code = 0;
-  for (const int cell : cells) code = code * kCellColors + patch.readings[cell].best;
+  for (const int cell : window.cells) code = code * kCellColors + patch.readings[cell].best;
   return code;
 }
 
 // Whether the likeliest inks of all nine cells are the board's under the pose.
-bool Agrees(const MeasuredPatch& patch, const std::array<int, 9>& cells, int i, int j, const BoardPose& pose,
+bool Agrees(const MeasuredPatch& patch, const PatchWindow& window, const BoardPose& pose,
             const Board& board) {
+  const int i = window.i, j = window.j;
   const BoardCell first = pose.ToBoard(i, j), last = pose.ToBoard(i + 2, j + 2);
   if (!board.Contains(first.row, first.col) || !board.Contains(last.row, last.col)) return false;
   const BoardCell down = pose.ToBoard(i + 1, j), right = pose.ToBoard(i, j + 1);
@@ -36,24 +45,25 @@ bool Agrees(const MeasuredPatch& patch, const std::array<int, 9>& cells, int i, 
     const int di = k / 3, dj = k % 3;
     const CellColor color = board.at(first.row + di * (down.row - first.row) + dj * (right.row - first.row),
                                      first.col + di * (down.col - first.col) + dj * (right.col - first.col));
-    if (static_cast<uint8_t>(color) != patch.readings[cells[k]].best) return false;
+    if (static_cast<uint8_t>(color) != patch.readings[window.cells[k]].best) return false;
   }
   return true;
 }
 
-// Poses of lattice cell (0, 0) that the window at (i, j) may mean: as read, or else with one of its two
-// weakest cells read as its runner-up.
-void PosesOf(const MeasuredPatch& patch, const std::array<int, 9>& cells, int i, int j,
-             const BoardIndex& board, std::vector<BoardPose>* poses) {
+// Poses of lattice cell (0, 0) that the window may mean: as read, or else with one of its two weakest cells
+// read as its runner-up.
+void PosesOf(const MeasuredPatch& patch, const PatchWindow& window, const BoardIndex& board,
+             std::vector<BoardPose>* poses) {
+  const std::array<int, 9>& cells = window.cells;
   constexpr float kUnclear = 4;
   const auto add = [&](uint32_t code) {
     const auto found = board.FindCode(code);
     if (!found) return;
-    const BoardCell origin = found->ToBoard(-i, -j);
+    const BoardCell origin = found->ToBoard(-window.i, -window.j);
     poses->push_back({origin.row, origin.col, found->quarter_turns});
   };
   poses->clear();
-  const uint32_t code = CodeOf(patch, cells);
+  const uint32_t code = CodeOf(patch, window);
   add(code);
   int weakest = -1, weak = -1;
   for (int k = 0; k < 9; ++k) {
@@ -101,16 +111,16 @@ std::vector<Vote> CountVotes(const MeasuredPatch& patch, const BoardIndex& board
   std::map<BoardPose, size_t> index;
   std::vector<Vote> votes;
   std::vector<BoardPose> poses;
-  std::array<int, 9> cells;
+  PatchWindow window;
   size_t last = 0;  // the next window usually reads the same
   for (int i = patch.lattice.i_min; i + 2 <= patch.lattice.i_max; ++i) {
     for (int j = patch.lattice.j_min; j + 2 <= patch.lattice.j_max; ++j) {
-      if (!WindowAt(patch, i, j, &cells)) continue;
-      if (last < votes.size() && Agrees(patch, cells, i, j, votes[last].pose, board.board())) {
+      if (!WindowAt(patch, i, j, &window)) continue;
+      if (last < votes.size() && Agrees(patch, window, votes[last].pose, board.board())) {
         votes[last].windows.push_back({i, j});
         continue;
       }
-      PosesOf(patch, cells, i, j, board, &poses);
+      PosesOf(patch, window, board, &poses);
       for (const BoardPose& pose : poses) {
         const auto [at, added] = index.emplace(pose, votes.size());
         if (added) votes.push_back({pose, {}});
@@ -286,11 +296,12 @@ std::vector<DecodedPiece> DecodePatch(const MeasuredPatch& patch, const BoardInd
   std::vector<DecodedPiece> pieces;
   std::vector<bool> taken(patch.lattice.cells.size(), false);
   std::vector<uint8_t> role(patch.lattice.cells.size());  // 1 in the piece, 2 middle of a window
-  std::array<int, 9> cells;
+  PatchWindow window;
+  const std::array<int, 9>& cells = window.cells;
   for (const Vote& vote : votes) {
     std::fill(role.begin(), role.end(), 0);
     for (const auto& [i, j] : vote.windows) {
-      WindowAt(patch, i, j, &cells);
+      WindowAt(patch, i, j, &window);
       if (std::any_of(cells.begin(), cells.end(), [&](int cell) { return taken[cell]; })) continue;
       for (const int cell : cells) role[cell] |= 1;
       role[cells[4]] |= 2;
@@ -316,13 +327,13 @@ std::vector<DecodedPiece> DecodePatch(const MeasuredPatch& patch, const BoardInd
 
 bool LooksMirrored(const MeasuredPatch& patch, const BoardIndex& board) {
   int upright = 0, in_mirror = 0;
-  std::array<int, 9> cells;
+  PatchWindow window;
   for (int i = patch.lattice.i_min; i + 2 <= patch.lattice.i_max; ++i) {
     for (int j = patch.lattice.j_min; j + 2 <= patch.lattice.j_max; ++j) {
-      if (!WindowAt(patch, i, j, &cells)) continue;
-      upright += board.FindCode(CodeOf(patch, cells)).has_value();
-      for (const int row : {0, 3, 6}) std::swap(cells[row], cells[row + 2]);
-      in_mirror += board.FindCode(CodeOf(patch, cells)).has_value();
+      if (!WindowAt(patch, i, j, &window)) continue;
+      upright += board.FindCode(CodeOf(patch, window)).has_value();
+      for (const int row : {0, 3, 6}) std::swap(window.cells[row], window.cells[row + 2]);
+      in_mirror += board.FindCode(CodeOf(patch, window)).has_value();
     }
   }
   return in_mirror > 2 * upright;

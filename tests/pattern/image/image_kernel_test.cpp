@@ -159,9 +159,10 @@ TEST(ImageKernels, GiveTheSameBytesOnEveryInstructionSet) {
       rows.push_back(brightness[y].data());
     }
     std::vector<float> scratch(2 * (width + 2 * reach)), spots(width);
-    kernels->spot_row(rows.data(), narrow.data(), 2, wide.data(), reach, width, scratch.data(), spots.data());
+    kernels->spot_row(rows.data(), {narrow.data(), 2, wide.data(), reach}, width, scratch.data(),
+                      spots.data());
     std::vector<uint8_t> bytes(4 * width + 4 * width + 2 * width);
-    kernels->demosaic_row(image->at(0, 0), image->at(0, 1), image->at(0, 2), width, true, false,
+    kernels->demosaic_row({image->at(0, 0), image->at(0, 1), image->at(0, 2), true, false}, width,
                           bytes.data());
     kernels->widen_row(image->at(0, 3), width, bytes.data() + 4 * width);
     kernels->halve_rows(image->at(0, 4), image->at(0, 5), width / 2, bytes.data() + 8 * width);

@@ -1,5 +1,3 @@
-#include "pattern/surface/strip_seeds.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
