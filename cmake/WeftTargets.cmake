@@ -8,6 +8,10 @@ target_compile_options(weft_flags INTERFACE
 if(WEFT_WARNINGS_AS_ERRORS)
   target_compile_options(weft_flags INTERFACE -Werror)
 endif()
+if(WEFT_UNITY_BUILD)
+  # The private part of a class has fields of types of its own file; GCC warns of them in every file that is included.
+  target_compile_options(weft_flags INTERFACE -Wno-subobject-linkage)
+endif()
 if(WEFT_SANITIZE)
   add_compile_options(-fsanitize=${WEFT_SANITIZE} -fno-omit-frame-pointer -fno-sanitize-recover=all)
   add_link_options(-fsanitize=${WEFT_SANITIZE})

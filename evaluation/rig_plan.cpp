@@ -193,9 +193,7 @@ absl::StatusOr<std::vector<PlanStep>> PlanRig(const Template& garment, const Mom
   if (std::all_of(sights.begin(), sights.end(), [](const auto& seen) { return seen.empty(); })) {
     return absl::FailedPreconditionError(
         "no camera sees any cell well enough; is the garment in the rig's field of view, and are the cells "
-        "large "
-        "enough in "
-        "the pictures?");
+        "large enough in the pictures?");
   }
   return GreedyChoice(std::move(sights), static_cast<int>(samples), options).Run();
 }

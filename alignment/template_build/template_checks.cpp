@@ -119,8 +119,7 @@ absl::Status CheckOpenings(const BuiltTemplate& built, const TemplateBuildOption
         ". Openings: ", BordersText(built.parts.openings), ". ",
         found > options.openings
             ? "The shortest of them are holes or seams that were not closed: add a cloud that shows the "
-              "cloth "
-              "there, or raise --max-hole-mm"
+              "cloth there, or raise --max-hole-mm"
             : "A seam may close what is open in the garment: give a cloud of a pose in which its borders are "
               "apart, or lower --max-seam-gap-mm"));
   }

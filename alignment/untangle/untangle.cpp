@@ -16,11 +16,12 @@ namespace {
 // Lengths named Edges count in mean edges of the patch.
 constexpr int kPatchRings = 8;     // edges around tangled faces within which vertices may move
 constexpr double kReachEdges = 3;  // cloth this near to them is taken into account
-constexpr int kPushesBeforeFlattening =
-    5;                                  // pushes before cloth that no cut-off region explains is laid flat
-constexpr int kPushesPerRing = 8;       // the part laid flat grows by a ring each time
-constexpr int kBoundedPushes = 20;      // see UntangleOptions::max_observed_sigmas
-constexpr double kPushGapEdges = 0.04;  // how far beyond the other layer a region is pushed
+// After as many pushes, cloth that no cut-off region explains is laid flat, a ring more after each further
+// kPushesPerRing.
+constexpr int kPushesBeforeFlattening = 5;
+constexpr int kPushesPerRing = 8;
+constexpr int kBoundedPushes = 20;          // see UntangleOptions::max_observed_sigmas
+constexpr double kPushGapEdges = 0.04;      // how far beyond the other layer a region is pushed
 constexpr double kContourStepEdges = 0.05;  // per push, where only the contour tells the way
 
 constexpr double kFarEdges = 1000;

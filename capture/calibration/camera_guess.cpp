@@ -105,8 +105,7 @@ absl::StatusOr<CameraModel> GuessCamera(const std::vector<TagBoard>& boards, con
           model.fy_px < 100 * size_px)) {
       return refuse(
           "its focal length cannot be determined, since the boards face it nearly straight; tilt the board "
-          "by 30 "
-          "degrees and more, in all directions");
+          "by 30 degrees and more, in all directions");
     }
   }
   return model;

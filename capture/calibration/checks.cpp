@@ -114,8 +114,7 @@ class ViewChecks {
         Add(CalibrationFault::kMirroredBoard, {},
             absl::StrCat("board ", board.id, ": mirrored in ", mirrored, " of ", checked,
                          " views: its tags run the other way round than target.json says; correct the order "
-                         "of tag_ids, "
-                         "or print the board again unmirrored"));
+                         "of tag_ids, or print the board again unmirrored"));
       }
     }
   }

@@ -81,8 +81,7 @@ absl::StatusOr<double> ScaleFromBars(const CalibrationTarget& target, const std:
   if (!(weights > 0)) {
     return absl::FailedPreconditionError(
         "no scale bar was seen with both ends by two cameras in one frame; show the bar to more cameras, or "
-        "take the "
-        "scale from the boards' tags");
+        "take the scale from the boards' tags");
   }
   return sum / weights;
 }

@@ -27,8 +27,8 @@ enum class ClockDomain {
 // What sets a camera apart from the others of its session.
 struct CameraTiming {
   bool own_clock = false;  // among shared clocks: put on theirs by way of the host's
-  bool unsynchronized =
-      false;  // no trigger reaches it: sets have its frame whose time fits best (unsynchronized.h)
+  // No trigger reaches it: sets have its frame whose time fits best (unsynchronized_frames.h).
+  bool unsynchronized = false;
 };
 
 struct FrameSetOptions {

@@ -83,8 +83,7 @@ std::string ImagePanel(const CalibrationResult& result, int camera, double magni
   }
   return absl::StrFormat(
       "<figure><svg viewBox=\"-2 -2 %.0f %.0f\" style=\"width:%.0fpx\" role=\"img\" aria-label=\"image of "
-      "%s\">%s</svg>"
-      "<figcaption>%s</figcaption></figure>\n",
+      "%s\">%s</svg><figcaption>%s</figcaption></figure>\n",
       width + 4, height + 4, width + 4, NameHtml(size.id), body, caption);
 }
 
@@ -177,10 +176,8 @@ std::string LinkMatrix(const CalibrationResult& result) {
   }
   return absl::StrFormat(
       "<figure class=\"plot\"><figcaption>Boards that two cameras saw at the same moment (at most "
-      "%d)</figcaption>"
-      "<svg viewBox=\"0 0 524 484\" role=\"img\" aria-label=\"covisibility\"><rect x=\"40\" width=\"480\" "
-      "height=\"480\" "
-      "fill=\"none\" stroke=\"var(--line)\"/>%s</svg></figure>\n",
+      "%d)</figcaption><svg viewBox=\"0 0 524 484\" role=\"img\" aria-label=\"covisibility\"><rect x=\"40\" "
+      "width=\"480\" height=\"480\" fill=\"none\" stroke=\"var(--line)\"/>%s</svg></figure>\n",
       most, body);
 }
 

@@ -87,10 +87,9 @@ void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line) {
   CLI::App* print = AddCommand(
       pattern, "print",
       "Write a board as a print file in true mm. Boards wider than the fabric come in tiles that overlap, "
-      "with crosses "
-      "that come to lie upon each other; boards with panels come panel by panel, with seam and cut lines. "
-      "Each page "
-      "has swatches of the inks and bars of known length at its head: measure them on the cloth.",
+      "with crosses that come to lie upon each other; boards with panels come panel by panel, with seam and "
+      "cut lines. Each page has swatches of the inks and bars of known length at its head: measure them on "
+      "the cloth.",
       "  weft pattern print shirt_board --out shirt.pdf --page-width-mm 1500\n"
       "  weft pattern print board.png --cell-mm 2.7 --out board.tif --dpi 360 --page-width-mm 900 "
       "--page-height-mm "

@@ -280,8 +280,7 @@ void AddSolveOptions(CLI::App& command, CalibrateOptions& options) {
   command
       .add_option("--world-frame", request.solve.world_frame,
                   "Frame whose board is the world: x along its columns, y down its rows, z away from who "
-                  "looks at it; "
-                  "without it the board that most cameras saw")
+                  "looks at it; without it the board that most cameras saw")
       ->type_name("NAME");
   command.add_option("--world-board", request.solve.world_board, "Which of the boards")->type_name("ID");
   command.add_flag("--world-floor", request.solve.world_on_floor,

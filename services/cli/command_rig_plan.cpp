@@ -73,12 +73,9 @@ void AddRigPlanCommand(CLI::App& rig, CommandLine& line) {
   CLI::App* command = AddCommand(
       rig, "plan",
       "Predict what candidate cameras see of a garment in motion (views and pixels per cell, coverage, "
-      "expected "
-      "sigma), and choose among them, each next camera the one that adds most. Writes rig.json of the chosen "
-      "cameras, "
-      "plan.json, and report.html with coverage against the number of cameras, drawings of the rig and maps "
-      "on the "
-      "garment.",
+      "expected sigma), and choose among them, each next camera the one that adds most. Writes rig.json of "
+      "the chosen cameras, plan.json, and report.html with coverage against the number of cameras, drawings "
+      "of the rig and maps on the garment.",
       "  weft rig plan --rig rig.json --template shirt --out plan\n"
       "  weft rig plan --rig rig.json --template take/template --motion take/truth --cameras 24 --out plan");
   auto options = std::make_shared<PlanOptions>();

@@ -53,14 +53,9 @@ void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
   CLI::App* command = AddCommand(
       rig, "refine",
       "Correct the poses of a rig by the cloth itself, when a camera was knocked after calibration. Takes "
-      "the "
-      "cells "
-      "that a registration decoded (weft register --observations), triangulates them anew and adjusts "
-      "cameras "
-      "and "
-      "cells together. Lenses stay as they were calibrated; world and scale are kept by the cameras that did "
-      "not "
-      "move. Register the take again with the new rig.",
+      "the cells that a registration decoded (weft register --observations), triangulates them anew and "
+      "adjusts cameras and cells together. Lenses stay as they were calibrated; world and scale are kept by "
+      "the cameras that did not move. Register the take again with the new rig.",
       "  weft rig refine result --rig rig.json --out refined.json\n"
       "  weft rig refine result --rig rig.json --samples 40 --out refined.json --json");
   auto options = std::make_shared<RefineOptions>();

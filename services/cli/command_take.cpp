@@ -92,8 +92,7 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
   };
   add("info",
       "Show what a take holds: the verdict, cameras, frame sets, sync between the cameras, and why frames "
-      "are "
-      "missing. Exit status 0, whatever the verdict.",
+      "are missing. Exit status 0, whatever the verdict.",
       "  weft take info take", Info);
   add("verify",
       "Read every byte of a take and check it: checksums, streams, indexes, ledger, take.json. Exit status 1 "

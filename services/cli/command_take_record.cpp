@@ -126,11 +126,10 @@ void AddTakeRecordCommand(CLI::App& take, CommandLine& line) {
   const auto options = std::make_shared<RecordCommandOptions>();
   CLI::App* record = AddCommand(
       take, "record",
-      "Record the cameras of a session into a new take, until the time is over or Ctrl-C; "
-      "then give a verdict, what was recorded, why frames are missing, and what to do next. Exit status 1 "
-      "when "
-      "the verdict is bad. Measures before whether the disk keeps up with the cameras, and refuses where it "
-      "does not.",
+      "Record the cameras of a session into a new take, until the time is over or Ctrl-C; then give a "
+      "verdict, what was recorded, why frames are missing, and what to do next. Exit status 1 when the "
+      "verdict is bad. Measures before whether the disk keeps up with the cameras, and refuses where it does "
+      "not.",
       "  weft take record --session session.json --out take --seconds 60\n"
       "  weft take record --session session.json --out take --preview look --board board.json --template "
       "shirt");

@@ -38,13 +38,12 @@ absl::Status Sync(const SyncCommandOptions& options) {
 
 void AddTakeSyncCommand(CLI::App& take, CommandLine& line) {
   const auto options = std::make_shared<SyncCommandOptions>();
-  CLI::App* sync = AddCommand(
-      take, "sync",
-      "Show the synchronization of a take's cameras: offsets within the sets, drift and jumps of their "
-      "clocks, PTP, and every cause of a missing frame. Begins with a verdict; findings name what to do. "
-      "Exit "
-      "status 1 when the verdict is bad.",
-      "  weft take sync take --report sync.html");
+  CLI::App* sync =
+      AddCommand(take, "sync",
+                 "Show the synchronization of a take's cameras: offsets within the sets, drift and jumps of "
+                 "their clocks, PTP, and every cause of a missing frame. Begins with a verdict; findings "
+                 "name what to do. Exit status 1 when the verdict is bad.",
+                 "  weft take sync take --report sync.html");
   sync->add_option("TAKE", options->take, "Folder of the take")->required()->type_name("");
   sync->add_option("--report", options->report, "Write a page with plots over the take")->type_name("FILE");
   sync->add_flag("--json", options->json, "Print JSON (weft.v1.SyncReport)");

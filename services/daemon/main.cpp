@@ -37,8 +37,7 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
   app.option_defaults()->always_capture_default();
   app.add_option("--listen", options.listen,
                  "HOST:PORT to listen on; port 0 takes a free one. There is no access control: anyone who "
-                 "reaches the "
-                 "port may register takes, so keep it on loopback or a trusted network")
+                 "reaches the port may register takes, so keep it on loopback or a trusted network")
       ->type_name("ADDRESS");
   app.add_option("--state", options.state_folder,
                  "Folder for the list of jobs, and for results whose folder is not shared")
@@ -96,8 +95,8 @@ int RunDaemon(const weft::DaemonOptions& options) {
 int main(int argc, char** argv) {
   CLI::App app(
       "Keeps a queue of registration jobs and runs them in worker processes. `weft register --server` "
-      "submits, "
-      "`weft job` shows. May be stopped or killed at any time: it resumes its jobs at the next start.",
+      "submits, `weft job` shows. May be stopped or killed at any time: it resumes its jobs at the next "
+      "start.",
       "weftd");
   app.formatter(weft::MakeHelpFormatter());
   app.footer("Examples:\n  weftd --listen 127.0.0.1:7411 --state /var/lib/weft --allow-path /data");

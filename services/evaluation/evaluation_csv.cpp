@@ -107,8 +107,7 @@ std::string FrameCsv(const JobEvaluation& evaluation) {
 std::string CameraCsv(const JobEvaluation& evaluation) {
   std::string csv =
       "camera,observations,outliers,reprojection_median_px,reprojection_p95_px,left_out_median_px,left_out_"
-      "p95_px,"
-      "shift_x_px,shift_y_px\n";
+      "p95_px,shift_x_px,shift_y_px\n";
   for (const CameraErrors& camera : evaluation.cameras) {
     absl::StrAppend(&csv, Text(camera.camera_id), ",", camera.observations, ",", camera.outliers);
     const auto reprojection = Summarize(camera.reprojection_px), left_out = Summarize(camera.left_out_px);

@@ -140,12 +140,9 @@ std::string PaperSection(const JobEvaluation& evaluation) {
       "paper", "Beside the paper",
       Table({"Method", "Correspondence drift rate, mm/s", "Geodesic distortion, mm"}, rows, "cameras") +
           "<p>The other lines are Table 1 of Halimi et al. 2022, measured on that paper's own recordings of "
-          "worn "
-          "shirts, which are not public: another garment, other motion, another frame rate. Drift: optical "
-          "flow "
-          "between consecutive unwrapped textures. Distortion: mean change of exact geodesic distances from "
-          "seeded "
-          "sources, here against the template, there against a T-pose.</p>\n");
+          "worn shirts, which are not public: another garment, other motion, another frame rate. Drift: "
+          "optical flow between consecutive unwrapped textures. Distortion: mean change of exact geodesic "
+          "distances from seeded sources, here against the template, there against a T-pose.</p>\n");
 }
 
 std::string MapSection(const JobEvaluation& evaluation) {

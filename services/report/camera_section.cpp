@@ -128,15 +128,12 @@ std::string CameraSection(const JobSummary& summary) {
     rows += CameraRow(camera, reasons, has_others, most_centers);
   return Section(
       "cameras", "Cameras",
-      absl::StrCat(
-          MissingCameras(summary.cameras),
-          "<h3>Contribution of each camera</h3>\n<p>Means per frame in which the camera gave an image. A "
-          "patch is a connected piece of the pattern; it is rejected as a whole. <i>Off by</i> is how far a "
-          "camera "
-          "sees the cloth from where all others see it, with its significance: in bold where the camera "
-          "moved or its "
-          "calibration is off.</p>\n",
-          Table(header, rows, "cameras")));
+      absl::StrCat(MissingCameras(summary.cameras),
+                   "<h3>Contribution of each camera</h3>\n<p>Means per frame in which the camera gave an "
+                   "image. A patch is a connected piece of the pattern; it is rejected as a whole. <i>Off "
+                   "by</i> is how far a camera sees the cloth from where all others see it, with its "
+                   "significance: in bold where the camera moved or its calibration is off.</p>\n",
+                   Table(header, rows, "cameras")));
 }
 
 }  // namespace weft
