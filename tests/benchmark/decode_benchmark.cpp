@@ -13,6 +13,7 @@
 
 #include "base/stopwatch.h"
 #include "pattern/decoder.h"
+#include "tests/benchmark/folded_view.h"
 #include "tests/pattern/rendered_board.h"
 
 namespace weft {
@@ -91,11 +92,8 @@ const RawView& TheRawView() {
 
 // The named baseline: demosaicing, and the determinant of the Hessian of the smoothed image, by OpenCV's
 // functions on one core. A detector of blobs begins like this, before any lattice or colour.
-void DemosaicAndHessian(const Frame& frame) {
-  cv::setNumThreads(1);
-  const cv::Mat raw(frame.height_px, frame.width_px, CV_8UC1, const_cast<uint8_t*>(frame.pixels->data()));
-  cv::Mat rgb, grey, smooth, xx, yy, xy;
-  cv::cvtColor(raw, rgb, cv::COLOR_BayerBG2RGB);
+void Hessian(const cv::Mat& rgb) {
+  cv::Mat grey, smooth, xx, yy, xy;
   cv::cvtColor(rgb, grey, cv::COLOR_RGB2GRAY);
   grey.convertTo(grey, CV_32F);
   cv::GaussianBlur(grey, smooth, {9, 9}, 1.2);
@@ -104,6 +102,14 @@ void DemosaicAndHessian(const Frame& frame) {
   cv::Sobel(smooth, xy, CV_32F, 1, 1);
   cv::Mat determinant = xx.mul(yy) - xy.mul(xy);
   benchmark::DoNotOptimize(determinant.data);
+}
+
+void DemosaicAndHessian(const Frame& frame) {
+  cv::setNumThreads(1);
+  const cv::Mat raw(frame.height_px, frame.width_px, CV_8UC1, const_cast<uint8_t*>(frame.pixels->data()));
+  cv::Mat rgb;
+  cv::cvtColor(raw, rgb, cv::COLOR_BayerBG2RGB);
+  Hessian(rgb);
 }
 
 void BaselineDemosaicAndHessian(benchmark::State& state) {
@@ -157,6 +163,48 @@ void DecodeRawView(benchmark::State& state) {
   state.counters["ratio_to_baseline"] = own_s / baseline_s;
 }
 BENCHMARK(DecodeRawView)->Unit(benchmark::kMillisecond);
+
+// A soft view of deep folds, as most views of worn cloth are: cells at every angle and size, many at borders.
+struct FoldedView {
+  testing::TrueTake take = testing::MakeFoldedView();
+  BoardIndex index = *BoardIndex::Build(take.board);
+
+  const testing::TrueView& view() const { return take.views[0]; }
+};
+
+const FoldedView& TheFoldedView() {
+  static const FoldedView folded;
+  return folded;
+}
+
+cv::Mat AsMat(const Frame& rgb) {
+  return {rgb.height_px, rgb.width_px, CV_8UC3, const_cast<uint8_t*>(rgb.pixels->data())};
+}
+
+void BaselineHessian(benchmark::State& state) {
+  cv::setNumThreads(1);
+  for (auto _ : state) Hessian(AsMat(TheFoldedView().view().image));
+}
+BENCHMARK(BaselineHessian)->Unit(benchmark::kMillisecond);
+
+void DecodeFoldedView(benchmark::State& state) {
+  const FoldedView& folded = TheFoldedView();
+  double baseline_s = 1e9, own_s = 1e9;
+  cv::setNumThreads(1);
+  for (int k = 0; k < 3; ++k)
+    baseline_s = std::min(baseline_s, SecondsOf([&] { Hessian(AsMat(folded.view().image)); }));
+  DecodeResult result;
+  for (auto _ : state)
+    own_s = std::min(own_s, SecondsOf([&] { result = *DecodeView(folded.view().image, folded.index, {}); }));
+  testing::DecodeScore score;
+  testing::Score(result, folded.view(), &score);
+  state.counters["scoreable"] = static_cast<double>(score.cells.size());
+  state.counters["recall"] = score.Recall();
+  state.counters["recall_3_to_4_px"] = score.Recall(3, 4);
+  state.counters["precision"] = score.Precision();
+  state.counters["ratio_to_baseline"] = own_s / baseline_s;
+}
+BENCHMARK(DecodeFoldedView)->Unit(benchmark::kMillisecond);
 
 // Wall time of decoding the view once in each of so many threads.
 double SecondsInParallel(const RawView& view, int threads) {
