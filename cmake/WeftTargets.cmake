@@ -25,6 +25,9 @@ function(weft_library name)
   target_link_libraries(${name} PUBLIC weft_flags ${arg_PUBLIC} PRIVATE ${arg_PRIVATE})
 endfunction()
 
+# The executables of the tests with the labels unit and fuzz.
+add_custom_target(fast_tests)
+
 # weft_test(NAME SOURCES a.cpp ... LINK deps ... [LABEL unit|system|fuzz])
 function(weft_test name)
   cmake_parse_arguments(arg "" "LABEL;TIMEOUT" "SOURCES;LINK" ${ARGN})
@@ -36,6 +39,9 @@ function(weft_test name)
   endif()
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE weft_flags ${arg_LINK} GTest::gtest GTest::gmock GTest::gtest_main)
+  if(NOT arg_LABEL STREQUAL "system")
+    add_dependencies(fast_tests ${name})
+  endif()
   gtest_discover_tests(${name}
     PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT}
     DISCOVERY_TIMEOUT 60)

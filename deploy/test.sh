@@ -24,10 +24,12 @@ case ${1:-} in
     ;;
   --sanitize)
     bash deploy/install-packages.sh --with-pcl
+    status=0
     for preset in asan tsan; do
-      build "$preset"
-      ctest --preset "$preset" --parallel "$(nproc)" --label-regex 'unit|fuzz'
+      build "$preset" fast_tests
+      ctest --preset "$preset" --parallel "$(nproc)" --label-regex 'unit|fuzz' || status=1
     done
+    exit $status
     ;;
   --long)
     shift
