@@ -28,6 +28,10 @@ MAY_INCLUDE["services"] = set(FLOW) | {"simulation", "evaluation", "services", "
 ROOMS = {
     "capture": ["file", "image", "rig", "camera", "sync", "take"],
     "pattern": ["board", "image", "fit", "seeds", "surface"],
+    # As in services/CMakeLists.txt and services/README.md.
+    "services": ["process", "verdict", "files", "rpc", "pcd", "options", "print", "report", "preview", "synthetic",
+                 "calibration", "evaluation", "recording", "pipeline", "job", "catalogue", "worker", "executor", "daemon",
+                 "client", "cli"],
 }
 # Below the rooms of their folder: what a node of the board is.
 GROUND = {"pattern/observation.h"}
