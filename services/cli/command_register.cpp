@@ -32,6 +32,7 @@ struct RegisterOptions {
   PipelineFlags pipeline;
   std::string server;
   bool detach = false;
+  int priority = 0;
   bool observations = false;
   bool frames_alone = false;
   bool single_pass = false;
@@ -108,14 +109,14 @@ absl::StatusOr<v1::Job> Run(const RegisterOptions& options, const v1::Registrati
     if (!fetching) fetching.emplace("fetch", total, ProgressVisible(quiet));
     fetching->Set(done, total);
   };
-  return RegisterRemotely(options.server, spec, show, fetched, stop);
+  return RegisterRemotely(options.server, spec, options.priority, show, fetched, stop);
 }
 
 absl::Status Detach(const RegisterOptions& options, const v1::RegistrationSpec& spec) {
   if (options.server.empty()) {
     return absl::InvalidArgumentError("--detach leaves the job to a daemon, so it needs --server HOST:PORT");
   }
-  const absl::StatusOr<v1::Job> job = SubmitRemotely(options.server, spec);
+  const absl::StatusOr<v1::Job> job = SubmitRemotely(options.server, spec, options.priority);
   if (!job.ok()) return job.status();
   std::printf("%s\n", job->id().c_str());
   return absl::OkStatus();
@@ -209,6 +210,11 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--server", options->server, "Let the daemon at HOST:PORT do the work")
       ->type_name("ADDRESS")
       ->envname("WEFT_SERVER");
+  command
+      ->add_option("--priority", options->priority,
+                   "With --server: jobs of higher priority are worked on first, those of the same one by age")
+      ->type_name("N")
+      ->check(CLI::Range(-100, 100));
   command->add_flag("--detach", options->detach, "With --server: print the job's id and do not wait for it");
   command->add_flag("--json", options->json, "Print the job as JSON on standard output");
   command->callback(

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <random>
 
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
@@ -55,32 +56,42 @@ v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec) {
   return spec;
 }
 
-absl::StatusOr<v1::Job> Submit(RegistrationClient& client, const v1::RegistrationSpec& spec) {
+// Sorted by time, and not to be guessed from another.
+std::string NewKey() {
+  std::random_device random;
+  return absl::StrCat(UtcFileName(), "-", absl::Hex(random(), absl::kZeroPad8));
+}
+
+absl::StatusOr<v1::Job> Submit(RegistrationClient& client, const v1::RegistrationSpec& spec, int priority) {
   if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
   const absl::StatusOr<Probe> probe = Probe::Create(spec.out());
   if (!probe.ok()) return probe.status();
   v1::SubmitJobRequest request;
   *request.mutable_spec() = spec;
   request.set_out_probe(probe->name());
+  request.set_idempotency_key(NewKey());
+  request.set_priority(priority);
   return client.Submit(request);
 }
 
 }  // namespace
 
-absl::StatusOr<v1::Job> SubmitRemotely(const std::string& server, const v1::RegistrationSpec& spec) {
+absl::StatusOr<v1::Job> SubmitRemotely(const std::string& server, const v1::RegistrationSpec& spec,
+                                       int priority) {
   const auto client = RegistrationClient::Connect(server);
   if (!client.ok()) return client.status();
-  return Submit(**client, WithAbsolutePaths(spec));
+  return Submit(**client, WithAbsolutePaths(spec), priority);
 }
 
 absl::StatusOr<v1::Job> RegisterRemotely(const std::string& server, const v1::RegistrationSpec& spec,
+                                         int priority,
                                          const std::function<void(const v1::JobUpdate&)>& update,
                                          const std::function<void(size_t done, size_t total)>& fetched,
                                          std::stop_token stop) {
   const auto client = RegistrationClient::Connect(server);
   if (!client.ok()) return client.status();
   const v1::RegistrationSpec absolute = WithAbsolutePaths(spec);
-  absl::StatusOr<v1::Job> job = Submit(**client, absolute);
+  absl::StatusOr<v1::Job> job = Submit(**client, absolute, priority);
   if (!job.ok()) return job.status();
   const std::string id = job->id();
 

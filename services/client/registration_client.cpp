@@ -3,6 +3,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <charconv>
+#include <thread>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
@@ -14,6 +15,22 @@ namespace {
 
 constexpr int kMaxAnswerBytes = 64 << 20;
 constexpr uint64_t kMaxFileBytes = uint64_t{4} << 30;
+
+// Between a call that found no daemon and the next one: 0.3, 1, 3 seconds, then no more.
+class Pauses {
+ public:
+  // Waits; false where it is time to give up.
+  bool Next() {
+    if (next_ > kLast) return false;
+    std::this_thread::sleep_for(next_);
+    next_ = next_ * 10 / 3;
+    return true;
+  }
+
+ private:
+  static constexpr std::chrono::milliseconds kLast{4000};
+  std::chrono::milliseconds next_{300};
+};
 
 // Short calls; the daemon may be waiting for workers to stop.
 void SetPatience(grpc::ClientContext& context,
@@ -75,12 +92,16 @@ absl::Status RegistrationClient::Explain(const grpc::Status& status) const {
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Submit(const v1::SubmitJobRequest& request) {
-  grpc::ClientContext context;
-  SetPatience(context, std::chrono::minutes(10));
-  v1::Job job;
-  const grpc::Status status = stub_->SubmitJob(&context, request, &job);
-  if (!status.ok()) return Explain(status);
-  return job;
+  for (Pauses pauses;;) {
+    grpc::ClientContext context;
+    SetPatience(context, std::chrono::minutes(10));
+    v1::Job job;
+    const grpc::Status status = stub_->SubmitJob(&context, request, &job);
+    if (status.ok()) return job;
+    const bool repeat =
+        status.error_code() == grpc::StatusCode::UNAVAILABLE && !request.idempotency_key().empty();
+    if (!repeat || !pauses.Next()) return Explain(status);
+  }
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Get(const std::string& job_id) {
@@ -154,38 +175,58 @@ absl::StatusOr<v1::Job> RegistrationClient::Watch(const std::string& job_id,
   return Explain(status);
 }
 
-absl::Status RegistrationClient::Fetch(const std::string& job_id, const std::string& frame,
-                                       v1::ResultKind kind, const std::string& path) {
-  grpc::ClientContext context;
-  std::unique_ptr<grpc::ClientReader<v1::FileChunk>> stream;
-  if (kind == v1::RESULT_KIND_MESH || kind == v1::RESULT_KIND_CLOUD) {
-    v1::FetchFrameRequest request;
-    request.set_job_id(job_id);
-    request.set_frame(frame);
-    stream = kind == v1::RESULT_KIND_MESH ? stub_->FetchMesh(&context, request)
-                                          : stub_->FetchCloud(&context, request);
-  } else {
-    v1::FetchResultRequest request;
-    request.set_job_id(job_id);
-    request.set_frame(frame);
-    request.set_kind(kind);
-    stream = stub_->FetchResult(&context, request);
-  }
+// What has arrived of a file.
+struct RegistrationClient::Transfer {
   std::string bytes;
+  std::string version;
   int64_t expected = 0;
+};
+
+// One call. A daemon that knows nothing of offsets begins anew.
+grpc::Status RegistrationClient::Receive(v1::FetchResultRequest request, Transfer* transfer) const {
+  grpc::ClientContext context;
+  request.set_offset(static_cast<int64_t>(transfer->bytes.size()));
+  request.set_version(transfer->version);
+  const auto stream = stub_->FetchResult(&context, request);
   v1::FileChunk chunk;
   while (stream->Read(&chunk)) {
-    expected = chunk.file_bytes();
-    bytes += chunk.data();
-    if (bytes.size() > kMaxFileBytes) context.TryCancel();
+    transfer->expected = chunk.file_bytes();
+    transfer->version = chunk.version();
+    if (chunk.version().empty() && request.offset() > 0) {
+      transfer->bytes.clear();
+      request.set_offset(0);
+    }
+    transfer->bytes += chunk.data();
+    if (transfer->bytes.size() > kMaxFileBytes) context.TryCancel();
   }
-  const grpc::Status status = stream->Finish();
+  return stream->Finish();
+}
+
+absl::Status RegistrationClient::Fetch(const std::string& job_id, const std::string& frame,
+                                       v1::ResultKind kind, const std::string& path) {
+  v1::FetchResultRequest request;
+  request.set_job_id(job_id);
+  request.set_frame(frame);
+  request.set_kind(kind);
+  Transfer transfer;
+  grpc::Status status;
+  for (Pauses pauses;;) {
+    const size_t before = transfer.bytes.size();
+    status = Receive(request, &transfer);
+    if (status.error_code() == grpc::StatusCode::ABORTED) {
+      transfer = {};
+    } else if (status.error_code() != grpc::StatusCode::UNAVAILABLE) {
+      break;
+    }
+    if (transfer.bytes.size() > before) pauses = {};
+    if (!pauses.Next()) break;
+  }
   if (!status.ok()) return Explain(status);
-  if (static_cast<int64_t>(bytes.size()) != expected) {
-    return absl::DataLossError(
-        absl::StrCat(path, ": ", bytes.size(), " of ", expected, " bytes arrived; fetch it again"));
+  if (static_cast<int64_t>(transfer.bytes.size()) != transfer.expected) {
+    return absl::DataLossError(absl::StrCat(path, ": ", transfer.bytes.size(), " of ", transfer.expected,
+                                            " bytes arrived; fetch it again"));
   }
-  return WriteFileAtomically(path, bytes);
+  return WriteFileAtomically(path, transfer.bytes);
 }
 
 }  // namespace weft

@@ -27,7 +27,8 @@ class RegistrationClient {
   // As of Connect.
   const v1::ServerInfo& info() const { return info_; }
 
-  // May take as long as the daemon needs to read the inputs.
+  // May take as long as the daemon needs to read the inputs. A request with an idempotency key is repeated
+  // where the daemon went away, up to three times.
   absl::StatusOr<v1::Job> Submit(const v1::SubmitJobRequest& request);
   absl::StatusOr<v1::Job> Get(const std::string& job_id);
   // Newest first, at most `limit`.
@@ -42,7 +43,8 @@ class RegistrationClient {
                                 const std::function<void(const v1::JobUpdate&)>& update,
                                 std::stop_token stop = {});
 
-  // Writes one file of the results to `path`, whose folder must exist. NotFound: there is no such result.
+  // Writes one file of the results to `path`, whose folder must exist. A transfer that breaks off goes on
+  // where it was. NotFound: there is no such result.
   absl::Status Fetch(const std::string& job_id, const std::string& frame, v1::ResultKind kind,
                      const std::string& path);
 
@@ -50,6 +52,8 @@ class RegistrationClient {
   RegistrationClient(std::string server, std::unique_ptr<v1::Registration::Stub> stub)
       : server_(std::move(server)), stub_(std::move(stub)) {}
   absl::Status Explain(const grpc::Status& status) const;
+  struct Transfer;
+  grpc::Status Receive(v1::FetchResultRequest request, Transfer* transfer) const;
 
   const std::string server_;
   const std::unique_ptr<v1::Registration::Stub> stub_;

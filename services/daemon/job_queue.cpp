@@ -77,7 +77,7 @@ void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
   absl::Status named;
   if (damaged) named = NameFrames(options_, job, infos);
   const auto live = std::make_shared<LiveJob>(JobLife(std::move(job), std::move(infos)));
-  jobs_.push_back(live);
+  Enqueue(live);
   // The daemon's own end is no fault of the frames that ran.
   for (size_t i = 0; i < live->infos().size(); ++i) {
     if (live->infos()[i].state() != v1::FRAME_STATE_RUNNING) continue;
@@ -119,11 +119,18 @@ absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frame
   if (absl::Status status = catalogue_->AddJob(live->job(), live->infos()); !status.ok()) return status;
   spdlog::info("job {}: {} frames of {}, results to {}", live->job().id(), frames.size(),
                live->job().spec().dump(), live->job().spec().out());
-  jobs_.push_back(live);
+  Enqueue(live);
   PlanBackup();
   Schedule();
   UnlockAndTell(lock);
   return absl::OkStatus();
+}
+
+void JobQueue::Enqueue(const std::shared_ptr<LiveJob>& job) {
+  const auto later = std::find_if(jobs_.begin(), jobs_.end(), [&job](const auto& other) {
+    return !other->ended && other->job().priority() < job->job().priority();
+  });
+  jobs_.insert(later, job);
 }
 
 std::shared_ptr<JobQueue::LiveJob> JobQueue::FindLive(const std::string& job_id) const {

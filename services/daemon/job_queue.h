@@ -36,7 +36,8 @@ struct JobQueueOptions {
   JobEndings endings;
 };
 
-// The oldest job has the first claim on the workers; the next begins when all its frames are taken. A
+// The oldest job of the highest priority has the first claim on the workers; the next begins when all its
+// frames are taken. Tasks that run are not interrupted. A
 // frame whose worker ends abnormally is tried again, kMaxAttempts times in all. The daemon's own end and
 // full disks count against no frame and no job: failed operations are repeated until they succeed. Thread
 // safety: any thread may call any function.
@@ -48,8 +49,9 @@ class JobQueue {
                                                           JobQueueOptions options);
   ~JobQueue();
 
-  // Queues a job whose id, spec and inputs are set. FailedPrecondition: another unfinished job writes to the
-  // same folder. ResourceExhausted: too many jobs wait. Unavailable: the daemon is shutting down.
+  // Queues a job whose id, spec and inputs are set. AlreadyExists: a job of this id. FailedPrecondition:
+  // another unfinished job writes to the same folder. ResourceExhausted: too many jobs wait. Unavailable: the
+  // daemon is shutting down.
   absl::Status Submit(v1::Job job, const std::vector<std::string>& frames);
 
   // NotFound: no such job.
@@ -101,6 +103,7 @@ class JobQueue {
   void WorkInBackground();  // the loop of background_
 
   // The functions below need the lock.
+  void Enqueue(const std::shared_ptr<LiveJob>& job);
   std::shared_ptr<LiveJob> FindLive(const std::string& job_id) const;
   // Tasks (job_queue_tasks.cpp).
   void Schedule();
@@ -139,7 +142,8 @@ class JobQueue {
 
   std::mutex mutex_;
   std::condition_variable job_ended_;
-  std::list<std::shared_ptr<LiveJob>> jobs_;  // unfinished ones by age, and ended ones that are watched
+  // Unfinished ones by priority and age, and ended ones that are watched.
+  std::list<std::shared_ptr<LiveJob>> jobs_;
   std::map<std::string, std::unique_ptr<RunningTask>> tasks_;
   std::map<int64_t, std::unique_ptr<Watcher>> watchers_;
   int64_t next_watcher_ = 1;

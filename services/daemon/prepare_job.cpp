@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "capture/file/content_hash.h"
 #include "services/daemon/request_check.h"
 #include "services/files/atomic_file.h"
 #include "services/options/presets.h"
@@ -88,12 +89,21 @@ absl::StatusOr<LoadedInputs> LoadJobInputs(const v1::RegistrationSpec& spec) {
   return loaded;
 }
 
+std::string HashOfRequest(const v1::SubmitJobRequest& request) {
+  return ContentHash()
+      .Add(request.spec().SerializeAsString())
+      .AddInteger(static_cast<uint64_t>(request.priority()))
+      .Hex();
+}
+
 absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& request, const PathPolicy& policy,
                                        const std::string& results_folder, const InputsLoader& load) {
   if (absl::Status status = CheckSubmitRequest(request); !status.ok()) return status;
   PreparedJob prepared;
   v1::Job& job = prepared.job;
-  job.set_id(NewJobId());
+  job.set_id(request.idempotency_key().empty() ? NewJobId() : request.idempotency_key());
+  if (!request.idempotency_key().empty()) job.set_request_hash(HashOfRequest(request));
+  job.set_priority(request.priority());
   job.set_weft_version(WEFT_VERSION);
   *job.mutable_spec() = request.spec();
   absl::StatusOr<v1::RegistrationOptions> options = EffectiveOptions(request.spec().options());

@@ -27,7 +27,11 @@ struct PreparedJob {
   std::vector<std::string> frames;
 };
 
-// Checks the request, its paths and its inputs, assigns an id, and creates the folder of results. This is
+// Of what a request asks for. Another one where spec or priority differ.
+std::string HashOfRequest(const v1::SubmitJobRequest& request);
+
+// Checks the request, its paths and its inputs, assigns an id (its idempotency key, if it
+// has one), and creates the folder of results. This is
 // spec.out when the client's probe lies there or there is none, otherwise <results_folder>/<id>.
 absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& request, const PathPolicy& policy,
                                        const std::string& results_folder, const InputsLoader& load);

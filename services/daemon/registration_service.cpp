@@ -45,12 +45,22 @@ RegistrationService::RegistrationService(JobQueue& queue, PathPolicy policy, v1:
                                          InputsLoader load)
     : queue_(queue), policy_(std::move(policy)), info_(std::move(info)), load_(std::move(load)) {}
 
+absl::StatusOr<v1::Job> RegistrationService::FindSubmitted(const v1::SubmitJobRequest& request) {
+  const std::string& key = request.idempotency_key();
+  if (key.empty()) return absl::NotFoundError("no key");
+  absl::StatusOr<v1::Job> job = queue_.Get(key);
+  if (!job.ok() || job->request_hash() == HashOfRequest(request)) return job;
+  return absl::AlreadyExistsError(absl::StrCat(
+      "idempotency_key: job ", key, " was submitted with another spec or priority; choose a new key"));
+}
+
 absl::StatusOr<v1::Job> RegistrationService::Submit(const v1::SubmitJobRequest& request) {
-  absl::StatusOr<PreparedJob> prepared = absl::UnknownError("");
-  {
-    const std::lock_guard lock(loading_);
-    prepared = PrepareJob(request, policy_, absl::StrCat(info_.state_folder(), "/results"), load_);
-  }
+  // A repeated request waits here until the first one is queued.
+  const std::lock_guard lock(submitting_);
+  absl::StatusOr<v1::Job> submitted = FindSubmitted(request);
+  if (!absl::IsNotFound(submitted.status())) return submitted;
+  absl::StatusOr<PreparedJob> prepared =
+      PrepareJob(request, policy_, absl::StrCat(info_.state_folder(), "/results"), load_);
   if (!prepared.ok()) return prepared.status();
   const std::string id = prepared->job.id();
   if (absl::Status status = queue_.Submit(std::move(prepared->job), prepared->frames); !status.ok()) {
@@ -129,7 +139,8 @@ absl::Status RegistrationService::Fetch(const v1::FetchResultRequest& request,
   }
   const absl::StatusOr<std::string> path = FindResult(*job, request.frame(), request.kind());
   if (!path.ok()) return path.status();
-  return StreamFile(*path, [&writer](const v1::FileChunk& chunk) { return writer.Write(chunk); });
+  return StreamFile(*path, {request.offset(), request.version()},
+                    [&writer](const v1::FileChunk& chunk) { return writer.Write(chunk); });
 }
 
 grpc::Status RegistrationService::FetchResult(grpc::ServerContext*, const v1::FetchResultRequest* request,

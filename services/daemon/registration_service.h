@@ -40,13 +40,16 @@ class RegistrationService final
 
  private:
   absl::StatusOr<v1::Job> Submit(const v1::SubmitJobRequest& request);
+  // The job of an earlier request with the same idempotency key. NotFound: there is none. AlreadyExists: that
+  // request asked for something else.
+  absl::StatusOr<v1::Job> FindSubmitted(const v1::SubmitJobRequest& request);
   absl::Status Fetch(const v1::FetchResultRequest& request, grpc::ServerWriter<v1::FileChunk>& writer);
 
   JobQueue& queue_;
   const PathPolicy policy_;
   const v1::ServerInfo info_;
   const InputsLoader load_;
-  std::mutex loading_;  // inputs are large: one request at a time reads them
+  std::mutex submitting_;  // inputs are large: one request at a time reads them
 };
 
 }  // namespace weft

@@ -11,6 +11,8 @@ namespace {
 
 constexpr size_t kMaxPathBytes = 4096;
 constexpr size_t kMaxNameBytes = 255;
+constexpr size_t kLeastKeyBytes = 8, kMaxKeyBytes = 64;
+constexpr int kMostPriority = 100;
 
 absl::Status Invalid(const std::string& field, const std::string& why) {
   return absl::InvalidArgumentError(absl::StrCat(field, ": ", why));
@@ -45,6 +47,22 @@ absl::Status CheckHash(const std::string& field, const std::string& hash) {
   return Invalid(field, "must be 16 hex digits, or empty");
 }
 
+// It becomes the name of a folder.
+absl::Status CheckKey(const std::string& key) {
+  const bool plain = std::all_of(key.begin(), key.end(), [](char c) {
+    return absl::ascii_islower(c) || absl::ascii_isdigit(c) || c == '-';
+  });
+  if (key.empty()) return absl::OkStatus();
+  if (plain && key.size() >= kLeastKeyBytes && key.size() <= kMaxKeyBytes) return absl::OkStatus();
+  return Invalid("idempotency_key", absl::StrCat("must be ", kLeastKeyBytes, " to ", kMaxKeyBytes,
+                                                 " of a-z, 0-9 and \"-\", for example a UUID"));
+}
+
+absl::Status CheckPriority(int priority) {
+  if (priority >= -kMostPriority && priority <= kMostPriority) return absl::OkStatus();
+  return Invalid("priority", absl::StrCat(priority, ", must be ", -kMostPriority, " to ", kMostPriority));
+}
+
 absl::Status CheckRange(const v1::RegistrationSpec& spec) {
   if (spec.first_frame() < 0) {
     return Invalid("spec.first_frame", absl::StrCat(spec.first_frame(), ", must not be negative"));
@@ -68,7 +86,8 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
        {CheckPath("spec.dump", spec.dump()), CheckPath("spec.rig", spec.rig()),
         CheckPath("spec.board", spec.board()), CheckPath("spec.garment", spec.garment()),
         CheckText("spec.out", spec.out(), kMaxPathBytes), CheckPlainName("out_probe", request.out_probe()),
-        CheckRange(spec), CheckText("spec.options.preset", spec.options().preset(), kMaxNameBytes),
+        CheckKey(request.idempotency_key()), CheckPriority(request.priority()), CheckRange(spec),
+        CheckText("spec.options.preset", spec.options().preset(), kMaxNameBytes),
         CheckText("spec.frames", spec.frames(), kMaxNameBytes),
         CheckText("spec.options.mosaic", spec.options().mosaic(), kMaxNameBytes),
         CheckText("spec.options.cloud_format", spec.options().cloud_format(), kMaxNameBytes),
@@ -97,6 +116,11 @@ absl::Status CheckFetchRequest(const v1::FetchResultRequest& request) {
   if (!v1::ResultKind_IsValid(request.kind()) || request.kind() == v1::RESULT_KIND_UNSPECIFIED) {
     return Invalid("kind", absl::StrCat(static_cast<int>(request.kind()), " is no kind of result"));
   }
+  if (request.offset() < 0) {
+    return Invalid("offset", absl::StrCat(request.offset(), ", must not be negative"));
+  }
+  if (absl::Status status = CheckText("version", request.version(), kMaxNameBytes); !status.ok())
+    return status;
   if (of_job && !request.frame().empty())
     return Invalid("frame", "must be empty for a file of the whole job");
   if (!of_job && request.frame().empty()) return Invalid("frame", "must not be empty");

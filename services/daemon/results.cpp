@@ -18,6 +18,12 @@ namespace {
 
 constexpr size_t kChunkBytes = size_t{256} << 10;
 
+// Files are replaced, never changed, so another content is another inode or another time.
+std::string VersionOf(const struct stat& info) {
+  return absl::StrCat(absl::Hex(info.st_ino), "-", absl::Hex(info.st_size), "-",
+                      absl::Hex(info.st_mtim.tv_sec), ".", info.st_mtim.tv_nsec);
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> FindResult(const v1::Job& job, const std::string& frame, v1::ResultKind kind) {
@@ -37,7 +43,8 @@ absl::StatusOr<std::string> FindResult(const v1::Job& job, const std::string& fr
   return canonical;
 }
 
-absl::Status StreamFile(const std::string& path, const std::function<bool(const v1::FileChunk&)>& write) {
+absl::Status StreamFile(const std::string& path, const StreamStart& start,
+                        const std::function<bool(const v1::FileChunk&)>& write) {
   const UniqueFd file(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK));
   struct stat info;
   if (!file.open() || fstat(file.get(), &info) != 0) {
@@ -46,8 +53,17 @@ absl::Status StreamFile(const std::string& path, const std::function<bool(const 
   if (!S_ISREG(info.st_mode)) return absl::PermissionDeniedError(absl::StrCat(path, ": not a file"));
   v1::FileChunk chunk;
   chunk.set_file_bytes(info.st_size);
-  int64_t sent = 0;
+  chunk.set_version(VersionOf(info));
+  if (start.offset > 0 && start.version != chunk.version()) {
+    return absl::AbortedError(absl::StrCat(path, ": was written anew; fetch it from its beginning"));
+  }
+  if (start.offset > info.st_size || lseek(file.get(), start.offset, SEEK_SET) < 0) {
+    return absl::OutOfRangeError(
+        absl::StrCat("offset: ", start.offset, ", the file has ", info.st_size, " bytes"));
+  }
+  int64_t sent = start.offset;
   do {
+    chunk.set_offset(sent);
     std::string& data = *chunk.mutable_data();
     data.resize(kChunkBytes);
     const ssize_t n = read(file.get(), data.data(), data.size());

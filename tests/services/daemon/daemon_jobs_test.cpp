@@ -1,4 +1,5 @@
 // What becomes of jobs: done, failed, cancelled, with workers that behave and workers that do not.
+#include <map>
 #include <set>
 #include <thread>
 
@@ -164,6 +165,29 @@ TEST_F(DaemonTest, TheNextJobUsesWorkersThatTheOldestLeavesIdle) {
   ASSERT_TRUE(jobs.ok());
   ASSERT_EQ(jobs->size(), 2u);
   EXPECT_EQ((*jobs)[0].id(), second);
+}
+
+TEST_F(DaemonTest, JobsOfHigherPriorityBeginFirstAlsoAfterARestart) {
+  StartDaemon();
+  const std::string first = Submit({"hang"}, "one");
+  WatchUntilRunning(first);
+  std::map<std::string, v1::Job> ended;
+  for (const auto& [name, priority] : {std::pair{"low", -5}, {"older", 0}, {"younger", 0}, {"urgent", 7}}) {
+    v1::SubmitJobRequest request = MakeRequest({"a"}, name);
+    request.set_priority(priority);
+    const auto job = client_->Submit(request);
+    ASSERT_TRUE(job.ok()) << job.status();
+    EXPECT_EQ(job->priority(), priority);
+    ended[name] = *job;
+  }
+  daemon_.reset();
+  StartDaemon();
+  ASSERT_TRUE(client_->Cancel(first).ok());
+  for (auto& [name, job] : ended) job = WaitForEnd(job.id());
+  const auto began = [&](const char* name) { return ended[name].started_unix_ns(); };
+  EXPECT_LT(began("urgent"), began("older"));
+  EXPECT_LT(began("older"), began("younger"));
+  EXPECT_LT(began("younger"), began("low"));
 }
 
 TEST_F(DaemonTest, RefusesASecondJobIntoTheSameFolderWhileTheFirstRuns) {

@@ -93,6 +93,10 @@ TEST_F(DaemonTest, NamesTheFieldOfEveryMalformedRequest) {
       {"spec.options.preset:", [](auto& r) { r.mutable_spec()->mutable_options()->set_preset("fastest"); }},
       {"spec.expected.rig:", [](auto& r) { r.mutable_spec()->mutable_expected()->set_rig("12"); }},
       {"out_probe:", [](auto& r) { r.set_out_probe("../probe"); }},
+      {"idempotency_key:", [](auto& r) { r.set_idempotency_key("../../key"); }},
+      {"idempotency_key:", [](auto& r) { r.set_idempotency_key("short"); }},
+      {"idempotency_key:", [](auto& r) { r.set_idempotency_key(std::string(65, 'a')); }},
+      {"priority:", [](auto& r) { r.set_priority(101); }},
   };
   for (const auto& c : cases) {
     v1::SubmitJobRequest request = MakeRequest({"a"});
