@@ -140,6 +140,20 @@ absl::Status Cancel(RegistrationClient& client, const Context& context) {
   return absl::OkStatus();
 }
 
+absl::Status Retry(RegistrationClient& client, const Context& context) {
+  const JobCommandOptions& options = context.options;
+  const absl::StatusOr<v1::Job> job = client.Retry(options.job_id);
+  if (!job.ok()) return job.status();
+  if (options.json) return PrintJsonMessage(*job);
+  const v1::FrameCounts& frames = job->frames();
+  if (!context.quiet && frames.waiting() + frames.running() == 0)
+    std::printf("%s: %s, no frame failed or was cancelled\n", job->id().c_str(), JobStateWord(job->state()));
+  else if (!context.quiet)
+    std::printf("%s: %s, %d frames wait; `weft job watch %s` shows them\n", job->id().c_str(),
+                JobStateWord(job->state()), frames.waiting(), job->id().c_str());
+  return absl::OkStatus();
+}
+
 absl::Status Fetch(RegistrationClient& client, const Context& context) {
   const JobCommandOptions& options = context.options;
   const bool quiet = context.quiet;
@@ -212,6 +226,11 @@ void AddJobCommand(CLI::App& app, CommandLine& line) {
       "of `weft register`",
       kJobId | kJson, Watch);
   AddAction(*job, line, "cancel", "Stop a job. Finished frames stay", kJobId | kJson, Cancel);
+  AddAction(
+      *job, line, "retry",
+      "Register the failed and cancelled frames of a job that has ended once more, as with new disks or "
+      "workers. Finished frames stay",
+      kJobId | kJson, Retry);
   AddAction(*job, line, "fetch", "Copy a job's results to this machine", kJobId | kOut, Fetch);
 }
 

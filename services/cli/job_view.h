@@ -7,7 +7,7 @@
 
 #include "absl/status/status.h"
 #include "services/cli/progress.h"
-#include "weft/v1/registration.pb.h"
+#include "weft/v1/jobs.pb.h"
 
 namespace weft {
 

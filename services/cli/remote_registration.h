@@ -6,7 +6,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "weft/v1/registration.pb.h"
+#include "weft/v1/jobs.pb.h"
 
 namespace weft {
 

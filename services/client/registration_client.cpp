@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
 #include "services/rpc/grpc_status.h"
+#include "weft/v1/server.grpc.pb.h"
 
 namespace weft {
 namespace {
@@ -67,11 +68,10 @@ absl::StatusOr<std::unique_ptr<RegistrationClient>> RegistrationClient::Connect(
     const std::string& server, std::chrono::milliseconds patience) {
   if (absl::Status status = CheckServer(server); !status.ok()) return status;
   auto channel = grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), ChannelSettings());
-  std::unique_ptr<RegistrationClient> client(
-      new RegistrationClient(server, v1::Registration::NewStub(channel)));
+  std::unique_ptr<RegistrationClient> client(new RegistrationClient(server, v1::Jobs::NewStub(channel)));
   grpc::ClientContext context;
   SetPatience(context, patience);
-  const grpc::Status status = client->stub_->GetServerInfo(&context, {}, &client->info_);
+  const grpc::Status status = v1::Server::NewStub(channel)->GetServerInfo(&context, {}, &client->info_);
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
     return absl::FailedPreconditionError(
         absl::StrCat("what answers at ", server, " is not weftd; check host and port"));
@@ -144,6 +144,17 @@ absl::StatusOr<v1::Job> RegistrationClient::Cancel(const std::string& job_id) {
   request.set_job_id(job_id);
   v1::Job job;
   const grpc::Status status = stub_->CancelJob(&context, request, &job);
+  if (!status.ok()) return Explain(status);
+  return job;
+}
+
+absl::StatusOr<v1::Job> RegistrationClient::Retry(const std::string& job_id) {
+  grpc::ClientContext context;
+  SetPatience(context);
+  v1::RetryJobRequest request;
+  request.set_job_id(job_id);
+  v1::Job job;
+  const grpc::Status status = stub_->RetryJob(&context, request, &job);
   if (!status.ok()) return Explain(status);
   return job;
 }

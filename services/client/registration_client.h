@@ -10,7 +10,8 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "weft/v1/registration.grpc.pb.h"
+#include "weft/v1/jobs.grpc.pb.h"
+#include "weft/v1/server.pb.h"
 
 namespace weft {
 
@@ -36,6 +37,8 @@ class RegistrationClient {
   absl::StatusOr<std::vector<v1::FrameInfo>> Frames(const std::string& job_id);
   // The job's last state.
   absl::StatusOr<v1::Job> Cancel(const std::string& job_id);
+  // Queued again where it has failed or cancelled frames; otherwise as it is.
+  absl::StatusOr<v1::Job> Retry(const std::string& job_id);
 
   // Calls `update` with the job's state now and at every change until it has ended, and returns its last
   // state. Cancelled: `stop` was requested; the job goes on. Unavailable: the daemon went away.
@@ -49,14 +52,14 @@ class RegistrationClient {
                      const std::string& path);
 
  private:
-  RegistrationClient(std::string server, std::unique_ptr<v1::Registration::Stub> stub)
+  RegistrationClient(std::string server, std::unique_ptr<v1::Jobs::Stub> stub)
       : server_(std::move(server)), stub_(std::move(stub)) {}
   absl::Status Explain(const grpc::Status& status) const;
   struct Transfer;
   grpc::Status Receive(v1::FetchResultRequest request, Transfer* transfer) const;
 
   const std::string server_;
-  const std::unique_ptr<v1::Registration::Stub> stub_;
+  const std::unique_ptr<v1::Jobs::Stub> stub_;
   v1::ServerInfo info_;
 };
 

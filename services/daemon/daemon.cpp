@@ -11,19 +11,21 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "base/host_clock.h"
 #include "services/catalogue/catalogue.h"
 #include "services/daemon/cores.h"
 #include "services/daemon/job_queue.h"
+#include "services/daemon/job_service.h"
 #include "services/daemon/lost_jobs.h"
 #include "services/daemon/path_policy.h"
-#include "services/daemon/registration_service.h"
+#include "services/daemon/server_service.h"
 #include "services/executor/local_executor.h"
 #include "services/files/atomic_file.h"
 
 namespace weft {
 namespace {
 
-constexpr char kServiceName[] = "weft.v1.Registration";
+constexpr const char* kServiceNames[] = {"weft.v1.Jobs", "weft.v1.Server"};
 constexpr int kMaxRequestBytes = 1 << 20;
 constexpr int kMaxThreads = 64;  // calls at once; watchers need none
 constexpr int kMaxWorkers = 1024;
@@ -94,7 +96,8 @@ void ConfigureServer(grpc::ServerBuilder& builder) {
 // In the order in which they depend on each other.
 struct Daemon::Parts {
   std::unique_ptr<JobQueue> queue;
-  std::unique_ptr<RegistrationService> service;
+  std::unique_ptr<JobService> jobs;
+  std::unique_ptr<ServerService> server_info;
   std::unique_ptr<grpc::Server> server;
   std::once_flag stopped;
 };
@@ -137,8 +140,11 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   info.set_threads_per_worker(share.threads_per_worker);
   info.mutable_allowed_paths()->Assign(policy->allowed().begin(), policy->allowed().end());
   info.set_state_folder(options.state_folder);
-  daemon->parts_->service = std::make_unique<RegistrationService>(*daemon->parts_->queue, *std::move(policy),
-                                                                  info, options.load_inputs);
+  info.set_started_unix_ns(HostTime_ns());
+  Parts& parts = *daemon->parts_;
+  parts.jobs = std::make_unique<JobService>(
+      *parts.queue, *std::move(policy), absl::StrCat(options.state_folder, "/results"), options.load_inputs);
+  parts.server_info = std::make_unique<ServerService>(*parts.queue, info);
   if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
   return daemon;
 }
@@ -150,7 +156,8 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   ConfigureServer(builder);
   int port = 0;
   builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
-  builder.RegisterService(parts_->service.get());
+  builder.RegisterService(parts_->jobs.get());
+  builder.RegisterService(parts_->server_info.get());
   parts_->server = builder.BuildAndStart();
   if (parts_->server == nullptr || port == 0) {
     return absl::FailedPreconditionError(absl::StrCat(
@@ -158,7 +165,8 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
         " cannot be listened on; is another program using the port, or is the address not one of "
         "this machine's?"));
   }
-  parts_->server->GetHealthCheckService()->SetServingStatus(kServiceName, true);
+  for (const char* name : kServiceNames)
+    parts_->server->GetHealthCheckService()->SetServingStatus(name, true);
   address_ = absl::StrCat(*HostOf(options.listen), ":", port);
   if (options.address_file.empty()) return absl::OkStatus();
   return WriteFileAtomically(options.address_file, absl::StrCat(address_, "\n"));

@@ -8,6 +8,7 @@
 #include "capture/file/plain_text.h"
 #include "services/catalogue/message_text.h"
 #include "services/daemon/job_queue_state.h"
+#include "services/rpc/error_detail.h"
 
 namespace weft {
 namespace {
@@ -96,8 +97,7 @@ void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
   FinishIfDone(live);
 }
 
-absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frames) {
-  Lock lock(mutex_);
+absl::Status JobQueue::CheckRoom(const v1::Job& job) const {
   if (stopping_) return ShuttingDown();
   if (jobs_.size() >= kMaxUnfinishedJobs) {
     return absl::ResourceExhaustedError(
@@ -105,10 +105,17 @@ absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frame
   }
   for (const auto& other : jobs_) {
     if (other->ended || other->job().spec().out() != job.spec().out()) continue;
-    return absl::FailedPreconditionError(absl::StrCat("spec.out: ", job.spec().out(), " is where job ",
-                                                      other->job().id(),
-                                                      " writes; wait until it has ended, or cancel it"));
+    return FieldError(
+        absl::StatusCode::kFailedPrecondition,
+        {"spec.out", absl::StrCat(job.spec().out(), " is where job ", other->job().id(), " writes"),
+         "wait until it has ended, or cancel it"});
   }
+  return absl::OkStatus();
+}
+
+absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frames) {
+  Lock lock(mutex_);
+  if (absl::Status status = CheckRoom(job); !status.ok()) return status;
   for (const std::string& frame : frames) {
     if (IsUtf8(frame)) continue;
     return absl::InvalidArgumentError(absl::StrCat(job.spec().dump(), ": the name of frame ",
@@ -134,10 +141,14 @@ void JobQueue::Enqueue(const std::shared_ptr<LiveJob>& job) {
 }
 
 std::shared_ptr<JobQueue::LiveJob> JobQueue::FindLive(const std::string& job_id) const {
+  std::shared_ptr<LiveJob> found;
   for (const auto& job : jobs_) {
-    if (job->job().id() == job_id) return job;
+    if (job->job().id() != job_id) continue;
+    found = job;
+    // Those who watched it to its end before it was retried still hold the other one.
+    if (!job->ended) break;
   }
-  return nullptr;
+  return found;
 }
 
 absl::StatusOr<v1::Job> JobQueue::Get(const std::string& job_id) {
@@ -198,6 +209,27 @@ absl::StatusOr<v1::Job> JobQueue::Cancel(const std::string& job_id) {
                                                catalogue_trouble_.empty() ? "" : ": ", catalogue_trouble_));
   }
   return live->life.Describe();
+}
+
+absl::StatusOr<v1::Job> JobQueue::Retry(const std::string& job_id) {
+  Lock lock(mutex_);
+  if (const auto live = FindLive(job_id); live && !live->ended) return live->life.Describe();
+  absl::StatusOr<v1::Job> job = catalogue_->ReadJob(job_id);
+  if (!job.ok()) return job;
+  absl::StatusOr<std::vector<v1::FrameInfo>> frames = catalogue_->ReadFrames(job_id);
+  if (!frames.ok()) return frames.status();
+  if (absl::Status status = CheckRoom(*job); !status.ok()) return status;
+  JobLife life(*job, *std::move(frames));
+  if (!life.Retry()) return job;
+  const auto again = std::make_shared<LiveJob>(std::move(life));
+  job = again->life.Describe();
+  if (absl::Status status = catalogue_->UpdateAll(*job, again->infos()); !status.ok()) return status;
+  spdlog::info("job {} is retried: {} frames left", job_id, again->life.frames().FramesLeft());
+  Enqueue(again);
+  PlanBackup();
+  Schedule();
+  UnlockAndTell(lock);
+  return job;
 }
 
 absl::StatusOr<int64_t> JobQueue::Subscribe(const std::string& job_id, std::function<void()> changed) {

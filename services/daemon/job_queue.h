@@ -21,7 +21,7 @@
 #include "services/executor/executor.h"
 #include "services/job/job_folder.h"
 #include "services/job/job_frames.h"
-#include "weft/v1/registration.pb.h"
+#include "weft/v1/jobs.pb.h"
 
 namespace weft {
 
@@ -59,6 +59,9 @@ class JobQueue {
   absl::StatusOr<std::vector<v1::FrameInfo>> Frames(const std::string& job_id);
   // Returns when its workers have ended. A job that has ended stays as it is.
   absl::StatusOr<v1::Job> Cancel(const std::string& job_id);
+  // Queues an ended job once more, for its failed and cancelled frames. One without such frames, or one that
+  // has not ended, stays as it is. Errors of Submit.
+  absl::StatusOr<v1::Job> Retry(const std::string& job_id);
   // Newest first.
   absl::StatusOr<std::vector<v1::Job>> List(int limit);
   struct Load {
@@ -103,6 +106,7 @@ class JobQueue {
   void WorkInBackground();  // the loop of background_
 
   // The functions below need the lock.
+  absl::Status CheckRoom(const v1::Job& job) const;  // errors of Submit
   void Enqueue(const std::shared_ptr<LiveJob>& job);
   std::shared_ptr<LiveJob> FindLive(const std::string& job_id) const;
   // Tasks (job_queue_tasks.cpp).

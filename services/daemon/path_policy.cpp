@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "services/rpc/error_detail.h"
 
 namespace weft {
 namespace {
@@ -51,8 +52,9 @@ absl::StatusOr<PathPolicy> PathPolicy::Create(const std::vector<std::string>& al
 
 absl::StatusOr<std::string> PathPolicy::Canonical(const std::string& field, const std::string& path) const {
   if (path.empty() || path.front() != '/') {
-    return absl::InvalidArgumentError(absl::StrCat(
-        field, ": \"", path, "\" is not absolute; give the path from the root of the daemon's machine"));
+    return FieldError(absl::StatusCode::kInvalidArgument,
+                      {field, absl::StrCat("\"", path, "\" is not absolute"),
+                       "give the path from the root of the daemon's machine"});
   }
   std::error_code error;
   const fs::path canonical = Resolve(path, error);
@@ -60,9 +62,11 @@ absl::StatusOr<std::string> PathPolicy::Canonical(const std::string& field, cons
     return LiesBelow(canonical, folder);
   });
   if (inside) return canonical.string();
-  return absl::PermissionDeniedError(absl::StrCat(
-      field, ": ", path, " lies outside the folders that the daemon may use (", absl::StrJoin(allowed_, ", "),
-      "); move it there, or start weftd with another --allow-path"));
+  return FieldError(absl::StatusCode::kPermissionDenied,
+                    {field,
+                     absl::StrCat(path, " lies outside the folders that the daemon may use (",
+                                  absl::StrJoin(allowed_, ", "), ")"),
+                     "move it there, or start weftd with another --allow-path"});
 }
 
 absl::StatusOr<std::string> PathPolicy::CheckInput(const std::string& field, const std::string& path) const {
@@ -70,7 +74,8 @@ absl::StatusOr<std::string> PathPolicy::CheckInput(const std::string& field, con
   if (!canonical.ok()) return canonical;
   std::error_code error;
   if (!fs::exists(*canonical, error)) {
-    return absl::NotFoundError(absl::StrCat(field, ": ", path, ": no such file on the daemon's machine"));
+    return FieldError(absl::StatusCode::kNotFound,
+                      {field, absl::StrCat(path, ": no such file on the daemon's machine"), "copy it there"});
   }
   return canonical;
 }
@@ -80,7 +85,8 @@ absl::StatusOr<std::string> PathPolicy::CheckOutput(const std::string& field, co
   if (!canonical.ok()) return canonical;
   std::error_code error;
   if (fs::exists(*canonical, error) && !fs::is_directory(*canonical, error)) {
-    return absl::InvalidArgumentError(absl::StrCat(field, ": ", path, " is a file, not a folder"));
+    return FieldError(absl::StatusCode::kInvalidArgument,
+                      {field, absl::StrCat(path, " is a file"), "give a folder"});
   }
   return canonical;
 }

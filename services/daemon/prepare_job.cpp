@@ -17,6 +17,7 @@
 #include "services/pipeline/output_folder.h"
 #include "services/pipeline/registration_inputs.h"
 #include "services/pipeline/result_lock.h"
+#include "services/rpc/error_detail.h"
 
 namespace weft {
 namespace {
@@ -58,8 +59,9 @@ absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const
     const std::string state_folder = std::filesystem::path(results_folder).parent_path().string();
     const absl::StatusOr<std::string> asked = policy.CheckOutput("spec.out", request.spec().out());
     if (asked.ok() && LiesBelow(*asked, state_folder)) {
-      return absl::PermissionDeniedError(absl::StrCat(
-          "spec.out: ", *asked, " is in the daemon's own folder, ", state_folder, "; choose another one"));
+      return FieldError(absl::StatusCode::kPermissionDenied,
+                        {"spec.out", absl::StrCat(*asked, " is in the daemon's own folder, ", state_folder),
+                         "choose another one"});
     }
     const std::string& probe = request.out_probe();
     std::error_code error;
@@ -70,8 +72,9 @@ absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const
   }
   if (absl::Status status = CreateFolders(out); !status.ok()) return status;
   if (access(out.c_str(), W_OK | X_OK) != 0) {
-    return absl::PermissionDeniedError(
-        absl::StrCat("spec.out: ", out, " cannot be written by the daemon; change its permissions"));
+    return FieldError(
+        absl::StatusCode::kPermissionDenied,
+        {"spec.out", absl::StrCat(out, " cannot be written by the daemon"), "change its permissions"});
   }
   return out;
 }

@@ -7,7 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "services/daemon/path_policy.h"
-#include "weft/v1/registration.pb.h"
+#include "weft/v1/jobs.pb.h"
 
 namespace weft {
 

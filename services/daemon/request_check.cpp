@@ -5,6 +5,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "services/options/presets.h"
+#include "services/rpc/error_detail.h"
 
 namespace weft {
 namespace {
@@ -14,16 +15,17 @@ constexpr size_t kMaxNameBytes = 255;
 constexpr size_t kLeastKeyBytes = 8, kMaxKeyBytes = 64;
 constexpr int kMostPriority = 100;
 
-absl::Status Invalid(const std::string& field, const std::string& why) {
-  return absl::InvalidArgumentError(absl::StrCat(field, ": ", why));
+absl::Status Invalid(const std::string& field, const std::string& why, const std::string& remedy = "") {
+  return FieldError(absl::StatusCode::kInvalidArgument, {field, why, remedy});
 }
 
 absl::Status CheckText(const std::string& field, const std::string& text, size_t max_bytes) {
   if (text.size() > max_bytes) {
-    return Invalid(field, absl::StrCat("has ", text.size(), " bytes, at most ", max_bytes, " are allowed"));
+    return Invalid(field, absl::StrCat("has ", text.size(), " bytes"),
+                   absl::StrCat("at most ", max_bytes, " are allowed"));
   }
   if (std::any_of(text.begin(), text.end(), [](unsigned char c) { return c < 0x20 || c == 0x7f; })) {
-    return Invalid(field, "holds a control character");
+    return Invalid(field, "holds a control character", "remove it");
   }
   return absl::OkStatus();
 }
@@ -36,7 +38,7 @@ absl::Status CheckPath(const std::string& field, const std::string& path) {
 absl::Status CheckPlainName(const std::string& field, const std::string& name) {
   if (absl::Status status = CheckText(field, name, kMaxNameBytes); !status.ok()) return status;
   if (name == "." || name == ".." || name.find('/') != std::string::npos) {
-    return Invalid(field, absl::StrCat("\"", name, "\" must be a name without folders"));
+    return Invalid(field, absl::StrCat("\"", name, "\" has folders"), "give a name without folders");
   }
   return absl::OkStatus();
 }
@@ -44,7 +46,7 @@ absl::Status CheckPlainName(const std::string& field, const std::string& name) {
 absl::Status CheckHash(const std::string& field, const std::string& hash) {
   const bool digits = std::all_of(hash.begin(), hash.end(), [](char c) { return absl::ascii_isxdigit(c); });
   if (hash.empty() || (hash.size() == 16 && digits)) return absl::OkStatus();
-  return Invalid(field, "must be 16 hex digits, or empty");
+  return Invalid(field, absl::StrCat("\"", hash, "\" is no hash"), "give 16 hex digits, or nothing");
 }
 
 // It becomes the name of a folder.
@@ -54,25 +56,29 @@ absl::Status CheckKey(const std::string& key) {
   });
   if (key.empty()) return absl::OkStatus();
   if (plain && key.size() >= kLeastKeyBytes && key.size() <= kMaxKeyBytes) return absl::OkStatus();
-  return Invalid("idempotency_key", absl::StrCat("must be ", kLeastKeyBytes, " to ", kMaxKeyBytes,
-                                                 " of a-z, 0-9 and \"-\", for example a UUID"));
+  return Invalid("idempotency_key", "cannot name a job",
+                 absl::StrCat("give ", kLeastKeyBytes, " to ", kMaxKeyBytes,
+                              " of a-z, 0-9 and \"-\", for example a UUID"));
 }
 
 absl::Status CheckPriority(int priority) {
   if (priority >= -kMostPriority && priority <= kMostPriority) return absl::OkStatus();
-  return Invalid("priority", absl::StrCat(priority, ", must be ", -kMostPriority, " to ", kMostPriority));
+  return Invalid("priority", absl::StrCat(priority, " is out of range"),
+                 absl::StrCat("give ", -kMostPriority, " to ", kMostPriority));
 }
 
 absl::Status CheckRange(const v1::RegistrationSpec& spec) {
   if (spec.first_frame() < 0) {
-    return Invalid("spec.first_frame", absl::StrCat(spec.first_frame(), ", must not be negative"));
+    return Invalid("spec.first_frame", absl::StrCat(spec.first_frame(), " is negative"), "count from 0");
   }
   if (spec.end_frame() < 0) {
-    return Invalid("spec.end_frame", absl::StrCat(spec.end_frame(), ", must not be negative"));
+    return Invalid("spec.end_frame", absl::StrCat(spec.end_frame(), " is negative"), "give 0 for all frames");
   }
   if (spec.end_frame() != 0 && spec.end_frame() <= spec.first_frame()) {
-    return Invalid("spec.end_frame", absl::StrCat(spec.end_frame(), ", must be beyond spec.first_frame (",
-                                                  spec.first_frame(), "), or 0 for all frames"));
+    return Invalid(
+        "spec.end_frame",
+        absl::StrCat(spec.end_frame(), " is not beyond spec.first_frame (", spec.first_frame(), ")"),
+        "give a later one, or 0 for all frames");
   }
   return absl::OkStatus();
 }
@@ -102,7 +108,7 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
   if (!preset.ok()) return Invalid("spec.options.preset", std::string(preset.status().message()));
   const auto options = EffectiveOptions(spec.options());
   if (options.ok()) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("spec.options.pipeline.", options.status().message()));
+  return Invalid("spec.options.pipeline", std::string(options.status().message()));
 }
 
 absl::Status CheckJobId(const std::string& job_id) {
@@ -117,12 +123,12 @@ absl::Status CheckFetchRequest(const v1::FetchResultRequest& request) {
     return Invalid("kind", absl::StrCat(static_cast<int>(request.kind()), " is no kind of result"));
   }
   if (request.offset() < 0) {
-    return Invalid("offset", absl::StrCat(request.offset(), ", must not be negative"));
+    return Invalid("offset", absl::StrCat(request.offset(), " is negative"), "count bytes from 0");
   }
   if (absl::Status status = CheckText("version", request.version(), kMaxNameBytes); !status.ok())
     return status;
   if (of_job && !request.frame().empty())
-    return Invalid("frame", "must be empty for a file of the whole job");
+    return Invalid("frame", "is given for a file of the whole job", "leave it empty");
   if (!of_job && request.frame().empty()) return Invalid("frame", "must not be empty");
   return CheckPlainName("frame", request.frame());
 }

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "absl/status/status.h"
-#include "weft/v1/registration.pb.h"
+#include "weft/v1/jobs.pb.h"
 
 namespace weft {
 

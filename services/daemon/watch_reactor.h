@@ -6,7 +6,7 @@
 #include <string>
 
 #include "services/daemon/job_queue.h"
-#include "weft/v1/registration.pb.h"
+#include "weft/v1/jobs.pb.h"
 
 namespace weft {
 

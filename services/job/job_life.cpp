@@ -1,5 +1,6 @@
 #include "services/job/job_life.h"
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -35,8 +36,11 @@ void TellOfRedone(const JobFrames& frames, v1::Job& job) {
     if (!info.redone_from().empty()) ++count_of[RedoneText(info.redone_from(), info.redone_because())];
   }
   for (const auto& [text, count] : count_of) {
-    job.add_warnings(absl::StrCat(count, count == 1 ? " frame" : " frames", " of an earlier run ",
-                                  count == 1 ? "was " : "were ", text));
+    const std::string warning = absl::StrCat(count, count == 1 ? " frame" : " frames", " of an earlier run ",
+                                             count == 1 ? "was " : "were ", text);
+    // A job that was retried has told of it before.
+    const auto& told = job.warnings();
+    if (std::find(told.begin(), told.end(), warning) == told.end()) job.add_warnings(warning);
   }
 }
 
@@ -89,6 +93,28 @@ absl::Status JobLife::DoAgain(const std::vector<IncompleteFrame>& frames) {
   for (const IncompleteFrame& frame : frames) frames_.DoAgain(frame.position);
   ++repairs_;
   return absl::OkStatus();
+}
+
+bool JobLife::Retry() {
+  if (!ended_) return false;
+  bool any = false;
+  for (size_t i = 0; i < frames_.infos().size(); ++i) {
+    const v1::FrameState state = frames_.infos()[i].state();
+    if (state != v1::FRAME_STATE_FAILED && state != v1::FRAME_STATE_CANCELLED) continue;
+    frames_.DoAgain(i);
+    any = true;
+  }
+  if (!any) return false;
+  job_.set_state(v1::JOB_STATE_QUEUED);
+  job_.set_message("");
+  job_.set_started_unix_ns(0);
+  job_.set_finished_unix_ns(0);
+  job_.clear_verdict();
+  early_.reset();
+  started_.reset();
+  repairs_ = 0;
+  ended_ = false;
+  return true;
 }
 
 void JobLife::EndEarly(v1::JobState state, const std::string& message) {

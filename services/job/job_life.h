@@ -37,6 +37,10 @@ class JobLife {
   // frames stay as they are then.
   absl::Status DoAgain(const std::vector<IncompleteFrame>& frames);
 
+  // A job that has ended waits again: its failed and cancelled frames, with all their attempts. False: it has
+  // none, or has not ended; nothing has changed then.
+  bool Retry();
+
   // The job is to end before all frames are dealt with: cancelled, or failed for a reason that is no frame's.
   // The first call counts.
   void EndEarly(v1::JobState state, const std::string& message);

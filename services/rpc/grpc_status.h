@@ -1,4 +1,5 @@
-// The one place where our statuses become gRPC's and back; categories are the same on both sides.
+// The one place where our statuses become gRPC's and back; categories and details (error_detail.h) are the
+// same on both sides.
 #pragma once
 
 #include <grpcpp/support/status.h>
@@ -7,7 +8,8 @@
 
 namespace weft {
 
-// Messages longer than kMaxStatusBytes are cut: they travel in a header.
+// Messages longer than kMaxStatusBytes are cut, and details longer than that are left out: they travel in
+// headers.
 inline constexpr size_t kMaxStatusBytes = 4000;
 grpc::Status ToGrpcStatus(const absl::Status& status);
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "weft/v1/registration.pb.h"
+#include "weft/v1/jobs.pb.h"
 
 namespace weft {
 

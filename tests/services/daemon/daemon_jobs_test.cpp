@@ -145,6 +145,63 @@ TEST_F(DaemonTest, CancelsHalfWay) {
   EXPECT_EQ(again->SerializeAsString(), job->SerializeAsString());
 }
 
+TEST_F(DaemonTest, RetriesFailedFramesAloneAndTellsTheirEnd) {
+  StartDaemon();
+  const std::string id = Submit({"a", "bad_until_mended", "b"});
+  EXPECT_EQ(WaitForEnd(id).frames().failed(), 1);
+  WriteBytes(folder_ / "out/mended", "");
+
+  const absl::StatusOr<v1::Job> retried = client_->Retry(id);
+  ASSERT_TRUE(retried.ok()) << retried.status();
+  EXPECT_FALSE(retried->has_verdict());
+  EXPECT_EQ(retried->frames().done(), 2);
+  const v1::Job job = WaitForEnd(id);
+  EXPECT_EQ(job.state(), v1::JOB_STATE_DONE);
+  EXPECT_EQ(job.frames().done(), 3);
+  EXPECT_EQ(ReadBytes(folder_ / "out/log"), "a\nbad_until_mended\nb\nbad_until_mended\n");
+  v1::Job written;
+  ASSERT_TRUE(ReadJsonFile(folder_ / "out/job.json", written).ok());
+  EXPECT_EQ(written.frames().done(), 3);
+
+  const absl::StatusOr<v1::Job> nothing_left = client_->Retry(id);
+  ASSERT_TRUE(nothing_left.ok()) << nothing_left.status();
+  EXPECT_EQ(nothing_left->SerializeAsString(), job.SerializeAsString());
+}
+
+TEST_F(DaemonTest, ARetriedJobGoesOnAfterARestart) {
+  StartDaemon();
+  const std::string id = Submit({"a", "hang", "b"});
+  WatchUntil(id, [](const v1::JobUpdate& update) {
+    for (const v1::FrameInfo& frame : update.frames()) {
+      if (frame.frame() == "hang" && frame.state() == v1::FRAME_STATE_RUNNING) return true;
+    }
+    return false;
+  });
+  ASSERT_TRUE(client_->Cancel(id).ok());
+  ASSERT_TRUE(client_->Retry(id).ok());
+  EXPECT_EQ(client_->Retry(id)->state(), client_->Get(id)->state());
+  daemon_.reset();
+
+  options_.silence_limit = std::chrono::milliseconds(300);
+  StartDaemon();
+  const v1::Job job = WaitForEnd(id);
+  EXPECT_EQ(job.state(), v1::JOB_STATE_DONE);
+  EXPECT_EQ(job.frames().done(), 2);
+  EXPECT_EQ(job.frames().failed(), 1);
+}
+
+TEST_F(DaemonTest, RetriesNoJobWhoseFolderAnotherOneUses) {
+  StartDaemon();
+  const std::string ended = Submit({"bad"});
+  WaitForEnd(ended);
+  const std::string running = Submit({"hang"});
+  const absl::Status status = client_->Retry(ended).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(status.message()), HasSubstr(running));
+  EXPECT_EQ(client_->Get(ended)->state(), v1::JOB_STATE_FAILED);
+  EXPECT_EQ(client_->Retry("x").status().code(), absl::StatusCode::kNotFound);
+}
+
 TEST_F(DaemonTest, CancelsAQueuedJob) {
   StartDaemon();
   const std::string first = Submit({"hang"}, "one");

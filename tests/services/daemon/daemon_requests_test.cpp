@@ -2,12 +2,17 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 
+#include <optional>
+
+#include "base/host_clock.h"
 #include "services/daemon/request_check.h"
+#include "services/rpc/error_detail.h"
 #include "tests/services/daemon/daemon_fixture.h"
 
 namespace weft {
 namespace {
 
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
@@ -46,19 +51,21 @@ std::string RawCall(const std::string& address, const std::string& method, const
 TEST_F(DaemonTest, AnswersTheStandardHealthCheck) {
   StartDaemon();
   // HealthCheckRequest{service: 1}; HealthCheckResponse{status: 1 = SERVING}.
-  const std::string service = "weft.v1.Registration";
-  std::string request = "\x0a";
-  request += static_cast<char>(service.size());
-  EXPECT_EQ(RawCall(daemon_->address(), "/grpc.health.v1.Health/Check", request + service), "\x08\x01");
+  for (const std::string service : {"weft.v1.Jobs", "weft.v1.Server"}) {
+    std::string request = "\x0a";
+    request += static_cast<char>(service.size());
+    EXPECT_EQ(RawCall(daemon_->address(), "/grpc.health.v1.Health/Check", request + service), "\x08\x01");
+  }
 }
 
-TEST_F(DaemonTest, ListsItsServiceByReflection) {
+TEST_F(DaemonTest, ListsItsServicesByReflection) {
   StartDaemon();
   // ServerReflectionRequest{list_services: ""}.
   const std::string answer =
       RawCall(daemon_->address(), "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo",
               std::string("\x3a\x00", 2));
-  EXPECT_THAT(answer, HasSubstr("weft.v1.Registration"));
+  EXPECT_THAT(answer, HasSubstr("weft.v1.Jobs"));
+  EXPECT_THAT(answer, HasSubstr("weft.v1.Server"));
   EXPECT_THAT(answer, HasSubstr("grpc.health.v1.Health"));
 }
 
@@ -104,7 +111,19 @@ TEST_F(DaemonTest, NamesTheFieldOfEveryMalformedRequest) {
     const absl::Status status = client_->Submit(request).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument) << c.field << " " << status;
     EXPECT_THAT(std::string(status.message()), StartsWith(c.field));
+    const std::optional<v1::ErrorDetail> detail = DetailOf(status);
+    ASSERT_TRUE(detail) << c.field;
+    EXPECT_EQ(detail->field() + ":", c.field);
+    EXPECT_THAT(std::string(status.message()), EndsWith(detail->remedy()));
   }
+}
+
+TEST_F(DaemonTest, TellsItsTime) {
+  const int64_t before = HostTime_ns();
+  StartDaemon();
+  EXPECT_LE(before, client_->info().started_unix_ns());
+  EXPECT_LE(client_->info().started_unix_ns(), client_->info().unix_ns());
+  EXPECT_LE(client_->info().unix_ns(), HostTime_ns());
 }
 
 TEST_F(DaemonTest, RefusesPathsOutsideItsFolders) {
@@ -115,6 +134,8 @@ TEST_F(DaemonTest, RefusesPathsOutsideItsFolders) {
     const absl::Status status = client_->Submit(request).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kPermissionDenied) << status;
     EXPECT_THAT(std::string(status.message()), StartsWith("spec.rig:"));
+    ASSERT_TRUE(DetailOf(status));
+    EXPECT_THAT(DetailOf(status)->remedy(), HasSubstr("--allow-path"));
   }
   v1::SubmitJobRequest request = MakeRequest({"a"});
   request.mutable_spec()->set_out("/tmp/../elsewhere");

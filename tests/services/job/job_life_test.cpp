@@ -113,6 +113,30 @@ TEST_F(JobLifeTest, TellsOnceOfResultsThatWereComputedAgain) {
   EXPECT_EQ(life_.Outcome({}).warnings_size(), 2) << "asked twice";
 }
 
+TEST_F(JobLifeTest, WaitsAgainForItsFailedAndCancelledFrames) {
+  EXPECT_FALSE(life_.Retry());
+  Finish(0, v1::FRAME_STATE_DONE);
+  Finish(1, v1::FRAME_STATE_FAILED, "dark");
+  life_.EndEarly(v1::JOB_STATE_CANCELLED, "cancelled");
+  life_.Conclude(life_.Outcome({}));
+  ASSERT_TRUE(life_.Retry());
+  const v1::Job job = life_.Describe();
+  EXPECT_EQ(job.state(), v1::JOB_STATE_QUEUED);
+  EXPECT_EQ(job.message(), "");
+  EXPECT_EQ(job.frames().waiting(), 2);
+  EXPECT_EQ(job.frames().done(), 1);
+  EXPECT_EQ(life_.frames().infos()[1].attempts(), 0);
+  EXPECT_LT(job.remaining_s(), 0);
+  EXPECT_FALSE(life_.ends_early());
+
+  EXPECT_TRUE(life_.Start());
+  Finish(1, v1::FRAME_STATE_DONE);
+  Finish(2, v1::FRAME_STATE_DONE);
+  life_.Conclude(life_.Outcome({}));
+  EXPECT_EQ(life_.job().state(), v1::JOB_STATE_DONE);
+  EXPECT_FALSE(life_.Retry());
+}
+
 TEST_F(JobLifeTest, GuessesWhatRemainsFromWhatItComputed) {
   life_.Start();
   EXPECT_LT(life_.Describe().remaining_s(), 0);

@@ -1,4 +1,4 @@
-// The Registration service: requests checked, then handed to the queue.
+// The service Jobs: requests checked, then handed to the queue.
 #pragma once
 
 #include <mutex>
@@ -7,16 +7,15 @@
 #include "services/daemon/job_queue.h"
 #include "services/daemon/path_policy.h"
 #include "services/daemon/prepare_job.h"
-#include "weft/v1/registration.grpc.pb.h"
+#include "weft/v1/jobs.grpc.pb.h"
 
 namespace weft {
 
-// Errors as registration.proto says. Thread safety: gRPC calls from many threads.
-class RegistrationService final
-    : public v1::Registration::WithCallbackMethod_WatchJob<v1::Registration::Service> {
+// Errors as jobs.proto says. Thread safety: gRPC calls from many threads.
+class JobService final : public v1::Jobs::WithCallbackMethod_WatchJob<v1::Jobs::Service> {
  public:
-  // `info` holds what does not change: version, workers, folders. The queue must outlive the service.
-  RegistrationService(JobQueue& queue, PathPolicy policy, v1::ServerInfo info, InputsLoader load);
+  // Jobs whose results go nowhere else get <results_folder>/<id>. The queue must outlive the service.
+  JobService(JobQueue& queue, PathPolicy policy, std::string results_folder, InputsLoader load);
 
   grpc::Status SubmitJob(grpc::ServerContext* context, const v1::SubmitJobRequest* request,
                          v1::Job* job) override;
@@ -27,16 +26,12 @@ class RegistrationService final
                                                     const v1::WatchJobRequest* request) override;
   grpc::Status CancelJob(grpc::ServerContext* context, const v1::CancelJobRequest* request,
                          v1::Job* job) override;
+  grpc::Status RetryJob(grpc::ServerContext* context, const v1::RetryJobRequest* request,
+                        v1::Job* job) override;
   grpc::Status ListFrames(grpc::ServerContext* context, const v1::ListFramesRequest* request,
                           v1::ListFramesResponse* response) override;
-  grpc::Status FetchMesh(grpc::ServerContext* context, const v1::FetchFrameRequest* request,
-                         grpc::ServerWriter<v1::FileChunk>* writer) override;
-  grpc::Status FetchCloud(grpc::ServerContext* context, const v1::FetchFrameRequest* request,
-                          grpc::ServerWriter<v1::FileChunk>* writer) override;
   grpc::Status FetchResult(grpc::ServerContext* context, const v1::FetchResultRequest* request,
                            grpc::ServerWriter<v1::FileChunk>* writer) override;
-  grpc::Status GetServerInfo(grpc::ServerContext* context, const v1::GetServerInfoRequest* request,
-                             v1::ServerInfo* info) override;
 
  private:
   absl::StatusOr<v1::Job> Submit(const v1::SubmitJobRequest& request);
@@ -47,7 +42,7 @@ class RegistrationService final
 
   JobQueue& queue_;
   const PathPolicy policy_;
-  const v1::ServerInfo info_;
+  const std::string results_folder_;
   const InputsLoader load_;
   std::mutex submitting_;  // inputs are large: one request at a time reads them
 };

@@ -1,0 +1,29 @@
+#include "services/daemon/answer.h"
+
+#include <spdlog/spdlog.h>
+
+#include <exception>
+
+#include "capture/file/plain_text.h"
+#include "services/rpc/grpc_status.h"
+
+namespace weft {
+
+grpc::Status Answer(const char* method, const std::function<absl::Status()>& handler) {
+  absl::Status status;
+  try {
+    status = handler();
+  } catch (const std::bad_alloc&) {
+    status = absl::ResourceExhaustedError("the daemon is out of memory");
+  } catch (const std::exception& error) {
+    status = absl::InternalError(error.what());
+  }
+  if (!status.ok()) {
+    // Without payloads, which ToString would print as bytes.
+    spdlog::info("{}: {}: {}", method, absl::StatusCodeToString(status.code()),
+                 EscapedText(std::string(status.message())));
+  }
+  return ToGrpcStatus(status);
+}
+
+}  // namespace weft

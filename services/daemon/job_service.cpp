@@ -1,0 +1,137 @@
+#include "services/daemon/job_service.h"
+
+#include <algorithm>
+#include <functional>
+
+#include "absl/strings/str_cat.h"
+#include "capture/file/plain_text.h"
+#include "services/daemon/answer.h"
+#include "services/daemon/request_check.h"
+#include "services/daemon/results.h"
+#include "services/daemon/watch_reactor.h"
+#include "services/rpc/error_detail.h"
+
+namespace weft {
+namespace {
+
+constexpr int kDefaultListLimit = 100;
+constexpr int kMaxListLimit = 1000;
+
+}  // namespace
+
+JobService::JobService(JobQueue& queue, PathPolicy policy, std::string results_folder, InputsLoader load)
+    : queue_(queue),
+      policy_(std::move(policy)),
+      results_folder_(std::move(results_folder)),
+      load_(std::move(load)) {}
+
+absl::StatusOr<v1::Job> JobService::FindSubmitted(const v1::SubmitJobRequest& request) {
+  const std::string& key = request.idempotency_key();
+  if (key.empty()) return absl::NotFoundError("no key");
+  absl::StatusOr<v1::Job> job = queue_.Get(key);
+  if (!job.ok() || job->request_hash() == HashOfRequest(request)) return job;
+  return FieldError(
+      absl::StatusCode::kAlreadyExists,
+      {"idempotency_key", absl::StrCat("job ", key, " was submitted with another spec or priority"),
+       "choose a new key"});
+}
+
+absl::StatusOr<v1::Job> JobService::Submit(const v1::SubmitJobRequest& request) {
+  // A repeated request waits here until the first one is queued.
+  const std::lock_guard lock(submitting_);
+  absl::StatusOr<v1::Job> submitted = FindSubmitted(request);
+  if (!absl::IsNotFound(submitted.status())) return submitted;
+  absl::StatusOr<PreparedJob> prepared = PrepareJob(request, policy_, results_folder_, load_);
+  if (!prepared.ok()) return prepared.status();
+  const std::string id = prepared->job.id();
+  if (absl::Status status = queue_.Submit(std::move(prepared->job), prepared->frames); !status.ok()) {
+    return status;
+  }
+  return queue_.Get(id);
+}
+
+grpc::Status JobService::SubmitJob(grpc::ServerContext*, const v1::SubmitJobRequest* request, v1::Job* job) {
+  return Answer("SubmitJob", [&] { return Assign(Submit(*request), job); });
+}
+
+grpc::Status JobService::GetJob(grpc::ServerContext*, const v1::GetJobRequest* request, v1::Job* job) {
+  return Answer("GetJob", [&]() -> absl::Status {
+    if (absl::Status status = CheckJobId(request->job_id()); !status.ok()) return status;
+    return Assign(queue_.Get(request->job_id()), job);
+  });
+}
+
+grpc::Status JobService::ListJobs(grpc::ServerContext*, const v1::ListJobsRequest* request,
+                                  v1::ListJobsResponse* response) {
+  return Answer("ListJobs", [&]() -> absl::Status {
+    const int limit = request->limit();
+    if (limit < 0)
+      return FieldError(absl::StatusCode::kInvalidArgument,
+                        {"limit", absl::StrCat(limit, " is negative"), "give 0 for the default"});
+    const absl::StatusOr<std::vector<v1::Job>> jobs =
+        queue_.List(limit == 0 ? kDefaultListLimit : std::min(limit, kMaxListLimit));
+    if (!jobs.ok()) return jobs.status();
+    response->mutable_jobs()->Assign(jobs->begin(), jobs->end());
+    for (const std::string& warning : queue_.Warnings()) response->add_warnings(EscapedText(warning));
+    return absl::OkStatus();
+  });
+}
+
+grpc::ServerWriteReactor<v1::JobUpdate>* JobService::WatchJob(grpc::CallbackServerContext*,
+                                                              const v1::WatchJobRequest* request) {
+  return weft::WatchJob(queue_, request->job_id());
+}
+
+grpc::Status JobService::CancelJob(grpc::ServerContext*, const v1::CancelJobRequest* request, v1::Job* job) {
+  return Answer("CancelJob", [&]() -> absl::Status {
+    if (absl::Status status = CheckJobId(request->job_id()); !status.ok()) return status;
+    return Assign(queue_.Cancel(request->job_id()), job);
+  });
+}
+
+grpc::Status JobService::RetryJob(grpc::ServerContext*, const v1::RetryJobRequest* request, v1::Job* job) {
+  return Answer("RetryJob", [&]() -> absl::Status {
+    if (absl::Status status = CheckJobId(request->job_id()); !status.ok()) return status;
+    return Assign(queue_.Retry(request->job_id()), job);
+  });
+}
+
+grpc::Status JobService::ListFrames(grpc::ServerContext*, const v1::ListFramesRequest* request,
+                                    v1::ListFramesResponse* response) {
+  return Answer("ListFrames", [&]() -> absl::Status {
+    if (absl::Status status = CheckJobId(request->job_id()); !status.ok()) return status;
+    const absl::StatusOr<std::vector<v1::FrameInfo>> frames = queue_.Frames(request->job_id());
+    if (!frames.ok()) return frames.status();
+    response->mutable_frames()->Assign(frames->begin(), frames->end());
+    return absl::OkStatus();
+  });
+}
+
+absl::Status JobService::Fetch(const v1::FetchResultRequest& request,
+                               grpc::ServerWriter<v1::FileChunk>& writer) {
+  if (absl::Status status = CheckFetchRequest(request); !status.ok()) return status;
+  const absl::StatusOr<v1::Job> job = queue_.Get(request.job_id());
+  if (!job.ok()) return job.status();
+  if (!request.frame().empty()) {
+    const absl::StatusOr<std::vector<v1::FrameInfo>> frames = queue_.Frames(request.job_id());
+    if (!frames.ok()) return frames.status();
+    const bool known = std::any_of(frames->begin(), frames->end(), [&](const v1::FrameInfo& info) {
+      return info.frame() == request.frame();
+    });
+    if (!known) {
+      return absl::NotFoundError(
+          absl::StrCat("job ", request.job_id(), " has no frame \"", request.frame(), "\""));
+    }
+  }
+  const absl::StatusOr<std::string> path = FindResult(*job, request.frame(), request.kind());
+  if (!path.ok()) return path.status();
+  return StreamFile(*path, {request.offset(), request.version()},
+                    [&writer](const v1::FileChunk& chunk) { return writer.Write(chunk); });
+}
+
+grpc::Status JobService::FetchResult(grpc::ServerContext*, const v1::FetchResultRequest* request,
+                                     grpc::ServerWriter<v1::FileChunk>* writer) {
+  return Answer("FetchResult", [&] { return Fetch(*request, *writer); });
+}
+
+}  // namespace weft

@@ -1,0 +1,24 @@
+#include "services/daemon/server_service.h"
+
+#include "base/host_clock.h"
+#include "capture/file/plain_text.h"
+#include "services/daemon/answer.h"
+
+namespace weft {
+
+ServerService::ServerService(JobQueue& queue, v1::ServerInfo info) : queue_(queue), info_(std::move(info)) {}
+
+grpc::Status ServerService::GetServerInfo(grpc::ServerContext*, const v1::GetServerInfoRequest*,
+                                          v1::ServerInfo* info) {
+  return Answer("GetServerInfo", [&] {
+    *info = info_;
+    const JobQueue::Load load = queue_.CurrentLoad();
+    info->set_jobs_queued(load.queued);
+    info->set_jobs_running(load.running);
+    for (const std::string& warning : queue_.Warnings()) info->add_warnings(EscapedText(warning));
+    info->set_unix_ns(HostTime_ns());
+    return absl::OkStatus();
+  });
+}
+
+}  // namespace weft
