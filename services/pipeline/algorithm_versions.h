@@ -21,7 +21,7 @@ constexpr int AlgorithmVersion(Stage stage) {
   constexpr int kVersions[kStages] = {
       1,  // decode
       1,  // triangulate
-      1,  // second_pass
+      2,  // second_pass
       1,  // align
       1,  // refine
   };

@@ -123,10 +123,11 @@ class Registration {
   // Adds the finds of the second pass to observations and cloud. Nothing to be done for frames that cannot be
   // registered.
   absl::Status LookAgain(size_t index, std::vector<std::unique_ptr<ViewDecoder>> decoders) {
-    // Only where to look is asked of this mesh.
-    AlignOptions rough = options_.pipeline.alignment;
+    // Only where to look is asked of this mesh. It follows from the cloud alone, so that another alignment
+    // later leaves observations and cloud as they are.
+    AlignOptions rough;
     rough.remove_self_intersections = false;
-    const absl::StatusOr<AlignResult> first = AlignCloud(rough);
+    const absl::StatusOr<AlignResult> first = AlignCloud(rough, nullptr);
     if (!first.ok()) return absl::IsFailedPrecondition(first.status()) ? absl::OkStatus() : first.status();
     const absl::StatusOr<int> added = SecondPass({inputs_, index, first->mesh, options_.pipeline.second_pass},
                                                  stop_, std::move(decoders), &frame_.views, frame_.report);
@@ -162,7 +163,7 @@ class Registration {
                                       options_.pipeline.cloud.triangulation.consensus.min_views));
       return absl::OkStatus();
     }
-    absl::StatusOr<AlignResult> aligned = AlignCloud(options_.pipeline.alignment);
+    absl::StatusOr<AlignResult> aligned = AlignCloud(options_.pipeline.alignment, &extras_);
     if (absl::IsFailedPrecondition(aligned.status())) {
       report.set_reason(WithStrangers(std::string(aligned.status().message())));
       return absl::OkStatus();
@@ -180,11 +181,14 @@ class Registration {
   }
 
  private:
-  absl::StatusOr<AlignResult> AlignCloud(const AlignOptions& options) {
+  // `extras` may be null.
+  absl::StatusOr<AlignResult> AlignCloud(const AlignOptions& options, const Extras* extras) {
     const CloudTargets targets = TargetsFromCloud(inputs_.garment, frame_.cloud);
     unclaimed_ = targets.unclaimed;
-    const AlignContext context{.scan = extras_.scan.points_mm.empty() ? nullptr : &extras_.scan,
-                               .start_mm = extras_.start_mm.empty() ? nullptr : &extras_.start_mm,
+    const bool has_scan = extras && !extras->scan.points_mm.empty();
+    const bool has_start = extras && !extras->start_mm.empty();
+    const AlignContext context{.scan = has_scan ? &extras->scan : nullptr,
+                               .start_mm = has_start ? &extras->start_mm : nullptr,
                                .cancelled = [this] { return stop_.stop_requested(); }};
     return weft::Align(*inputs_.model, targets.targets, options, context);
   }

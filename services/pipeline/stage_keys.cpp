@@ -29,8 +29,8 @@ OptionTexts TextsOf(const v1::RegistrationOptions& asked) {
   texts.decode = absl::StrCat(of("decode"), "\nmosaic ", options.mosaic());
   texts.triangulate = of("triangulation");
   texts.align = absl::StrCat(alignment, "\nscans ", options.scans(), "\nstarts ", options.starts());
-  // The first mesh predicts the cells.
-  texts.second_pass = absl::StrCat(of("second_pass"), "\n", texts.align);
+  // The mesh that predicts the cells has no options.
+  texts.second_pass = of("second_pass");
   texts.refine = absl::StrCat(of("temporal"), "\n", alignment);  // they share the solver
   return texts;
 }

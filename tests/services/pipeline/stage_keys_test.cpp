@@ -54,10 +54,13 @@ TEST_F(StageKeysTest, PartAtTheStageOfTheOption) {
       }),
       "triangulate");
   EXPECT_EQ(FirstStageOf([](auto& options) { options.set_single_pass(true); }), "second_pass");
-  EXPECT_EQ(FirstStageOf([](auto& options) { options.set_scans("scans"); }), "second_pass");
-  EXPECT_EQ(FirstStageOf([](auto& options) { options.set_frames_alone(true); }), "refine");
-  options_.set_single_pass(true);
   EXPECT_EQ(FirstStageOf([](auto& options) { options.set_scans("scans"); }), "align");
+  EXPECT_EQ(FirstStageOf([](auto& options) {
+              options.mutable_pipeline()->mutable_alignment()->set_continuation_rings(7);
+            }),
+            "align")
+      << "the second pass looks where an alignment without options expects cells";
+  EXPECT_EQ(FirstStageOf([](auto& options) { options.set_frames_alone(true); }), "refine");
 }
 
 TEST_F(StageKeysTest, SayWhy) {
@@ -78,7 +81,7 @@ TEST_F(StageKeysTest, SayWhy) {
               keys[4].set_version(9);
               keys[2].set_version(9);
             }),
-            "second_pass has version 1, was 9")
+            "second_pass has version 2, was 9")
       << "the first one";
 }
 
