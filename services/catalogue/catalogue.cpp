@@ -85,15 +85,26 @@ absl::Status Catalogue::AddJob(const v1::Job& job, const std::vector<v1::FrameIn
   Transaction transaction(*database_);
   if (absl::Status status = transaction.Begin(); !status.ok()) return status;
   if (absl::Status status = InsertRow(*database_, MakeRow(job)); !status.ok()) return status;
-  if (absl::Status status = WriteFrames(job.id(), frames); !status.ok()) return status;
+  if (absl::Status status = WriteFrames(job.id(), 0, frames); !status.ok()) return status;
   return transaction.Commit();
 }
 
-absl::Status Catalogue::WriteFrames(const std::string& job_id, const std::vector<v1::FrameInfo>& frames) {
+absl::Status Catalogue::AddFrames(const std::string& job_id, size_t first,
+                                  const std::vector<v1::FrameInfo>& frames) {
+  if (absl::StatusOr<v1::Job> job = ReadJob(job_id); !job.ok()) return job.status();
+  Transaction transaction(*database_);
+  if (absl::Status status = transaction.Begin(); !status.ok()) return status;
+  if (absl::Status status = WriteFrames(job_id, first, frames); !status.ok()) return status;
+  return transaction.Commit();
+}
+
+absl::Status Catalogue::WriteFrames(const std::string& job_id, size_t first,
+                                    const std::vector<v1::FrameInfo>& frames) {
   absl::StatusOr<Statement> replace = database_->Prepare(kReplaceFrame);
   if (!replace.ok()) return replace.status();
   for (size_t i = 0; i < frames.size(); ++i) {
-    const absl::Status status = ReplaceRow(*replace, MakeRow(job_id, static_cast<int64_t>(i), frames[i]));
+    const absl::Status status =
+        ReplaceRow(*replace, MakeRow(job_id, static_cast<int64_t>(first + i), frames[i]));
     if (!status.ok()) return status;
   }
   return absl::OkStatus();
@@ -128,7 +139,7 @@ absl::Status Catalogue::UpdateAll(const v1::Job& job, const std::vector<v1::Fram
   Transaction transaction(*database_);
   if (absl::Status status = transaction.Begin(); !status.ok()) return status;
   if (absl::Status status = WriteJob(job); !status.ok()) return status;
-  if (absl::Status status = WriteFrames(job.id(), frames); !status.ok()) return status;
+  if (absl::Status status = WriteFrames(job.id(), 0, frames); !status.ok()) return status;
   return transaction.Commit();
 }
 

@@ -31,6 +31,8 @@ class Catalogue {
   absl::Status UpdateJob(const v1::Job& job);
   // Frames by their position in AddJob. NotFound: no such frame.
   absl::Status UpdateFrame(const std::string& job_id, size_t position, const v1::FrameInfo& info);
+  // Further frames of the job, beginning at this position. NotFound: no such job.
+  absl::Status AddFrames(const std::string& job_id, size_t first, const std::vector<v1::FrameInfo>& frames);
   // The job and all its frames at once. NotFound: no such job.
   absl::Status UpdateAll(const v1::Job& job, const std::vector<v1::FrameInfo>& frames);
 
@@ -55,7 +57,7 @@ class Catalogue {
   Catalogue(FileLock lock, std::unique_ptr<Database> database, std::vector<std::string> warnings)
       : lock_(std::move(lock)), database_(std::move(database)), warnings_(std::move(warnings)) {}
   absl::Status MakeSchema();
-  absl::Status WriteFrames(const std::string& job_id, const std::vector<v1::FrameInfo>& frames);
+  absl::Status WriteFrames(const std::string& job_id, size_t first, const std::vector<v1::FrameInfo>& frames);
   absl::Status WriteJob(const v1::Job& job);
 
   FileLock lock_;

@@ -33,6 +33,7 @@ struct RegisterOptions {
   std::string server;
   bool detach = false;
   int priority = 0;
+  int live_every = 0;
   bool observations = false;
   bool frames_alone = false;
   bool single_pass = false;
@@ -62,6 +63,7 @@ absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
   spec.mutable_options()->set_mosaic(options.mosaic);
   *spec.mutable_options()->mutable_pipeline() = OfStages(*changes, RegistrationStages());
   spec.set_frames(options.frames);
+  spec.set_live_every(options.live_every);
   return spec;
 }
 
@@ -103,6 +105,10 @@ absl::StatusOr<v1::Job> Run(const RegisterOptions& options, const v1::Registrati
     warnings.Show(update.job());
     view.Show(update);
   };
+  if (options.server.empty() && options.live_every > 0) {
+    return absl::InvalidArgumentError(
+        "--live: a daemon follows a take that is being recorded, so it needs --server HOST:PORT");
+  }
   if (options.server.empty()) return RegisterLocally(spec, options.limits, show, stop);
   std::optional<Progress> fetching;
   const auto fetched = [&](size_t done, size_t total) {
@@ -215,6 +221,14 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
                    "With --server: jobs of higher priority are worked on first, those of the same one by age")
       ->type_name("N")
       ->check(CLI::Range(-100, 100));
+  command
+      ->add_option(
+          "--live", options->live_every,
+          "With --server, of a take that is being recorded: register every N-th frame set at once, the "
+          "newest first. When the take has ended the others follow, and the refinement over neighbours: "
+          "the results are those of a registration after the take")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1'000'000));
   command->add_flag("--detach", options->detach, "With --server: print the job's id and do not wait for it");
   command->add_flag("--json", options->json, "Print the job as JSON on standard output");
   command->callback(

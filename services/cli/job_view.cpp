@@ -46,6 +46,7 @@ std::string FrameLine(const v1::FrameInfo& info) {
       absl::StrAppendFormat(&line, "  %6.1f s", info.total_ms() / 1000);
     }
   }
+  if (info.latency_s() > 0) absl::StrAppendFormat(&line, "  %.1f s after its recording", info.latency_s());
   if (!info.reason().empty()) absl::StrAppend(&line, "  (", info.reason(), ")");
   return line;
 }
@@ -61,6 +62,10 @@ std::string JobSummary(const v1::Job& job) {
     absl::StrAppend(&summary, ", ", left, " failed");
   }
   if (frames.cancelled() > 0) absl::StrAppend(&summary, ", ", frames.cancelled(), " cancelled");
+  if (job.state() == v1::JOB_STATE_RUNNING && job.live().following()) {
+    absl::StrAppendFormat(&summary, "; live, %d behind, the newest %.1f s after its recording",
+                          job.live().backlog(), job.live().latency_s());
+  }
   return summary;
 }
 

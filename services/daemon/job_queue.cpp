@@ -89,7 +89,9 @@ void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
   spdlog::info("job {} is resumed: {} frames left", live->job().id(), live->life.frames().FramesLeft());
   if (!named.ok()) EndEarly(live, v1::JOB_STATE_FAILED, std::string(named.message()));
   const v1::FrameCounts counts = live->life.frames().Counts();
-  if (options_.find_incomplete && !live->life.ends_early() &&
+  FollowSoon(*live);
+  // While it follows a take, its frames are registered by themselves, which is not what its results will be.
+  if (options_.find_incomplete && !live->life.ends_early() && !live->life.following() &&
       counts.done() + counts.degraded() + counts.failed() > 0) {
     live->checking = true;
     Defer([this, live] { CheckResults(live); });
@@ -127,6 +129,7 @@ absl::Status JobQueue::Submit(v1::Job job, const std::vector<std::string>& frame
   spdlog::info("job {}: {} frames of {}, results to {}", live->job().id(), frames.size(),
                live->job().spec().dump(), live->job().spec().out());
   Enqueue(live);
+  FollowSoon(*live);
   PlanBackup();
   Schedule();
   UnlockAndTell(lock);
@@ -226,6 +229,7 @@ absl::StatusOr<v1::Job> JobQueue::Retry(const std::string& job_id) {
   if (absl::Status status = catalogue_->UpdateAll(*job, again->infos()); !status.ok()) return status;
   spdlog::info("job {} is retried: {} frames left", job_id, again->life.frames().FramesLeft());
   Enqueue(again);
+  FollowSoon(*again);
   PlanBackup();
   Schedule();
   UnlockAndTell(lock);

@@ -17,6 +17,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "capture/take/take_progress.h"
 #include "services/catalogue/catalogue.h"
 #include "services/executor/executor.h"
 #include "services/job/job_folder.h"
@@ -100,6 +101,7 @@ class JobQueue {
   // The functions below take the lock, and tell the watchers when they have let go of it.
   void OnEvent(const std::string& task_id, const v1::WorkerEvent& event);
   void OnTaskEnded(const std::string& task_id, const TaskEnd& end);
+  void LookAtTake(const std::shared_ptr<LiveJob>& job);
   void CheckResults(const std::shared_ptr<LiveJob>& job);
   void WriteResults(const std::shared_ptr<LiveJob>& job);
   void UnlockAndTell(Lock& lock);
@@ -119,6 +121,11 @@ class JobQueue {
   void SetAside(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason);
   void WaitForRoom(LiveJob& job, const std::string& reason);
   void EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message);
+  // Takes that are being recorded (job_queue_live.cpp).
+  void FollowSoon(LiveJob& job);
+  void AddFrames(const std::shared_ptr<LiveJob>& job, const TakeProgress& progress);
+  void StopFollowingIfIdle(const std::shared_ptr<LiveJob>& job);
+  void NoteLatency(LiveJob& job, size_t position);
   // The job's folder and its end (job_queue_results.cpp).
   bool HoldsFolder(const std::shared_ptr<LiveJob>& job);
   void RegisterAgain(const std::shared_ptr<LiveJob>& job, const std::vector<IncompleteFrame>& frames);

@@ -28,6 +28,7 @@ void JobQueue::FinishIfDone(const std::shared_ptr<LiveJob>& job) {
   if (job->ended || job->checking || job->finishing || job->start_again || HasTasks(*job) ||
       !job->life.frames().AllDealtWith())
     return;
+  if (job->life.following() && !job->life.ends_early()) return;
   if (options_.find_incomplete && !job->checked && !job->life.ends_early()) {
     job->checking = true;
     Defer([this, job] { CheckResults(job); });

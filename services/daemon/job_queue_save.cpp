@@ -150,7 +150,10 @@ std::optional<JobQueue::Time> JobQueue::NextDue() const {
   };
   consider(save_again_);
   consider(backup_due_);
-  for (const auto& job : jobs_) consider(job->start_again);
+  for (const auto& job : jobs_) {
+    consider(job->start_again);
+    consider(job->look_at);
+  }
   return next;
 }
 
@@ -159,6 +162,11 @@ void JobQueue::DoWhatIsDue(Lock& lock) {
   if (save_again_ && *save_again_ <= now) {
     save_again_.reset();
     SaveAgain();
+  }
+  for (const auto& job : jobs_) {
+    if (!job->look_at || *job->look_at > now) continue;
+    job->look_at.reset();
+    if (!job->ended) Defer([this, job] { LookAtTake(job); });
   }
   for (const auto& job : std::list(jobs_)) {
     if (!job->start_again || *job->start_again > now) continue;

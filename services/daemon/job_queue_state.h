@@ -34,6 +34,10 @@ struct JobQueue::LiveJob {
   // Set while a disk has no room for its tasks.
   std::optional<std::chrono::steady_clock::time_point> start_again;
   std::chrono::seconds pause{1};
+  // Of a job that follows a take: when to look for new frame sets, and what was there the last time.
+  std::optional<std::chrono::steady_clock::time_point> look_at;
+  std::vector<int64_t> recorded_ns;  // per frame, CLOCK_REALTIME
+  bool take_closed = false;
   bool ended = false;
   int failed_starts = 0;  // workers in a row that ended before they began a frame
   int watchers = 0;

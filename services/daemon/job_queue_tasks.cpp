@@ -61,6 +61,8 @@ bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   task.set_id(absl::StrCat(job->job().id(), ".", next_task_++));
   *task.mutable_spec() = job->job().spec();
   *task.mutable_spec()->mutable_expected() = job->job().inputs();
+  // Neighbours that are still to come would refine them again.
+  if (job->life.following()) task.mutable_spec()->mutable_options()->set_frames_alone(true);
   task.set_threads(options_.threads_per_worker);
   for (const size_t position : running->positions) task.add_frames(job->infos()[position].frame());
   const std::string id = task.id();
@@ -121,6 +123,9 @@ void JobQueue::OnFrameEvent(RunningTask& task, const v1::WorkerEvent& event) {
   if (!running) job.life.frames().Start(*position);
   if (event.has_finished() && IsResult(event.finished().state())) {
     job.life.frames().Finish(*position, event.finished());
+    // The refinement of meshes that this job made while it followed its take is no repetition.
+    if (job.job().spec().live_every() > 0) job.life.frames().ForgetRedone(*position);
+    NoteLatency(job, *position);
     spdlog::debug("job {}: frame {} {} {}", job.job().id(), frame,
                   v1::FrameState_Name(event.finished().state()), event.finished().reason());
   }
@@ -134,6 +139,7 @@ void JobQueue::OnTaskEnded(const std::string& task_id, const TaskEnd& end) {
   const std::unique_ptr<RunningTask> task = std::move(found->second);
   tasks_.erase(found);
   ReturnFrames(*task, end);
+  StopFollowingIfIdle(task->job);
   FinishIfDone(task->job);
   Schedule();
   UnlockAndTell(lock);

@@ -6,11 +6,14 @@
 #include <filesystem>
 #include <memory>
 #include <random>
+#include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
 #include "capture/file/content_hash.h"
+#include "capture/take/recorded_take.h"
+#include "capture/take/take_progress.h"
 #include "services/daemon/request_check.h"
 #include "services/files/atomic_file.h"
 #include "services/options/presets.h"
@@ -47,6 +50,27 @@ absl::Status CanonicalizeInputs(const PathPolicy& policy, v1::RegistrationSpec& 
     *path = *std::move(canonical);
   }
   return absl::OkStatus();
+}
+
+// Names of the frame sets that a take has so far; waits for the first one.
+absl::StatusOr<std::vector<std::string>> FramesSoFar(const std::string& take) {
+  constexpr int kLooks = 100;
+  constexpr std::chrono::milliseconds kPause{100};
+  for (int look = 0; look < kLooks; ++look) {
+    if (look > 0) std::this_thread::sleep_for(kPause);
+    const absl::StatusOr<TakeProgress> progress = ReadTakeProgress(take);
+    if (!progress.ok()) {
+      return FieldError(progress.status().code(),
+                        {"spec.live_every", std::string(progress.status().message()),
+                         "name a take that is being recorded, or leave live_every out"});
+    }
+    std::vector<std::string> names;
+    for (const RecordedSet& set : progress->sets) names.push_back(FrameNameOf(set.number));
+    if (!names.empty()) return names;
+    if (progress->closed) break;
+  }
+  return FieldError(absl::StatusCode::kFailedPrecondition,
+                    {"spec.dump", absl::StrCat(take, " has no frame set yet"), "start its cameras first"});
 }
 
 // The folder of results, which exists then.
@@ -115,8 +139,15 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& request, cons
   if (absl::Status status = CanonicalizeInputs(policy, *job.mutable_spec()); !status.ok()) return status;
   // LoadInputs wants every field.
   if (job.spec().out().empty()) job.mutable_spec()->set_out(absl::StrCat(results_folder, "/", job.id()));
+  std::vector<std::string> so_far;
+  if (job.spec().live_every() > 0) {
+    absl::StatusOr<std::vector<std::string>> names = FramesSoFar(job.spec().dump());
+    if (!names.ok()) return names.status();
+    so_far = *std::move(names);
+  }
   absl::StatusOr<LoadedInputs> inputs = load(job.spec());
   if (!inputs.ok()) return inputs.status();
+  if (!so_far.empty()) inputs->frames = std::move(so_far);
   absl::StatusOr<std::string> out = ChooseOut(request, job.spec(), policy, results_folder, job.id());
   if (!out.ok()) return out.status();
   // Whoever writes there now is named now, not when the job's turn comes. The job takes the lock when it

@@ -14,6 +14,7 @@ constexpr size_t kMaxPathBytes = 4096;
 constexpr size_t kMaxNameBytes = 255;
 constexpr size_t kLeastKeyBytes = 8, kMaxKeyBytes = 64;
 constexpr int kMostPriority = 100;
+constexpr int kMostLiveEvery = 1'000'000;
 
 absl::Status Invalid(const std::string& field, const std::string& why, const std::string& remedy = "") {
   return FieldError(absl::StatusCode::kInvalidArgument, {field, why, remedy});
@@ -67,6 +68,19 @@ absl::Status CheckPriority(int priority) {
                  absl::StrCat("give ", -kMostPriority, " to ", kMostPriority));
 }
 
+absl::Status CheckLive(const v1::RegistrationSpec& spec) {
+  const std::string field = "spec.live_every";
+  if (spec.live_every() < 0 || spec.live_every() > kMostLiveEvery) {
+    return Invalid(field, absl::StrCat(spec.live_every(), " is out of range"),
+                   absl::StrCat("give 1 to ", kMostLiveEvery, ", or 0 for a take that has ended"));
+  }
+  const bool ranges = !spec.frames().empty() || spec.first_frame() != 0 || spec.end_frame() != 0;
+  if (spec.live_every() > 0 && ranges) {
+    return Invalid(field, "is given with a range of frames", "leave one of them out");
+  }
+  return absl::OkStatus();
+}
+
 absl::Status CheckRange(const v1::RegistrationSpec& spec) {
   if (spec.first_frame() < 0) {
     return Invalid("spec.first_frame", absl::StrCat(spec.first_frame(), " is negative"), "count from 0");
@@ -93,7 +107,7 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
         CheckPath("spec.board", spec.board()), CheckPath("spec.garment", spec.garment()),
         CheckText("spec.out", spec.out(), kMaxPathBytes), CheckPlainName("out_probe", request.out_probe()),
         CheckKey(request.idempotency_key()), CheckPriority(request.priority()), CheckRange(spec),
-        CheckText("spec.options.preset", spec.options().preset(), kMaxNameBytes),
+        CheckLive(spec), CheckText("spec.options.preset", spec.options().preset(), kMaxNameBytes),
         CheckText("spec.frames", spec.frames(), kMaxNameBytes),
         CheckText("spec.options.mosaic", spec.options().mosaic(), kMaxNameBytes),
         CheckText("spec.options.cloud_format", spec.options().cloud_format(), kMaxNameBytes),

@@ -6,6 +6,7 @@ namespace weft {
 namespace {
 
 constexpr size_t kMaxChunk = 16;
+constexpr size_t kMaxLiveChunk = 4;
 // A worker loads its inputs once per task, so a chunk is as long as balance allows: each worker gets this
 // many.
 constexpr size_t kChunksPerWorker = 4;
@@ -56,11 +57,38 @@ v1::FrameCounts JobFrames::Counts() const {
   return counts;
 }
 
+bool JobFrames::CanBeTaken(size_t position) const {
+  if (taken_[position] || infos_[position].state() != v1::FRAME_STATE_WAITING) return false;
+  return !live_every_ || (*live_every_ > 0 && position % static_cast<size_t>(*live_every_) == 0);
+}
+
 bool JobFrames::HasWaiting() const {
   for (size_t i = 0; i < infos_.size(); ++i) {
-    if (!taken_[i] && infos_[i].state() == v1::FRAME_STATE_WAITING) return true;
+    if (CanBeTaken(i)) return true;
   }
   return false;
+}
+
+void JobFrames::Append(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    v1::FrameInfo info;
+    info.set_frame(name);
+    info.set_state(v1::FRAME_STATE_WAITING);
+    position_of_.emplace(name, infos_.size());
+    infos_.push_back(std::move(info));
+  }
+  taken_.resize(infos_.size());
+  late_.resize(infos_.size());
+  changed_.resize(infos_.size());
+}
+
+void JobFrames::SetLive(std::optional<int> every) { live_every_ = every; }
+
+int JobFrames::Backlog() const {
+  if (!live_every_ || *live_every_ == 0) return 0;
+  int backlog = 0;
+  for (size_t i = 0; i < infos_.size(); i += static_cast<size_t>(*live_every_)) backlog += !DealtWith(i);
+  return backlog;
 }
 
 bool JobFrames::AllDealtWith() const {
@@ -68,10 +96,23 @@ bool JobFrames::AllDealtWith() const {
                      [](const v1::FrameInfo& info) { return IsDealtWith(info.state()); });
 }
 
+std::vector<size_t> JobFrames::TakeLiveChunk(int slots) {
+  std::vector<size_t> newest;
+  for (size_t i = infos_.size(); i-- > 0;) {
+    if (CanBeTaken(i)) newest.push_back(i);
+  }
+  // A frame that comes while all workers are busy waits for the shortest task.
+  const size_t share = newest.size() / static_cast<size_t>(std::max(1, slots));
+  newest.resize(std::min(newest.size(), std::clamp<size_t>(share, 1, kMaxLiveChunk)));
+  for (const size_t i : newest) taken_[i] = true;
+  return newest;
+}
+
 std::vector<size_t> JobFrames::TakeChunk(int slots) {
+  if (live_every_) return TakeLiveChunk(slots);
   std::vector<size_t> fresh, retried;
   for (size_t i = 0; i < infos_.size(); ++i) {
-    if (taken_[i] || infos_[i].state() != v1::FRAME_STATE_WAITING) continue;
+    if (!CanBeTaken(i)) continue;
     (infos_[i].attempts() > 0 || late_[i] ? retried : fresh).push_back(i);
   }
   const size_t chunks = slots <= 1 ? 1 : static_cast<size_t>(slots) * kChunksPerWorker;
@@ -99,13 +140,25 @@ void JobFrames::Finish(size_t position, const v1::FrameInfo& info) {
   v1::FrameInfo& own = infos_[position];
   const std::string name = own.frame();
   const int attempts = own.attempts();
+  const double latency_s = own.latency_s();
   own = info;
   own.set_frame(name);
   own.set_attempts(attempts);
+  own.set_latency_s(latency_s);
   own.set_share_done(1);
   taken_[position] = false;
   computed_ += !info.reused();
   Touch(position);
+}
+
+void JobFrames::SetLatency(size_t position, double latency_s) {
+  infos_[position].set_latency_s(latency_s);
+  Touch(position);
+}
+
+void JobFrames::ForgetRedone(size_t position) {
+  infos_[position].clear_redone_from();
+  infos_[position].clear_redone_because();
 }
 
 void JobFrames::GiveBack(size_t position, Attempt attempt) {
@@ -122,6 +175,7 @@ void JobFrames::GiveBack(size_t position, Attempt attempt) {
 void JobFrames::DoAgain(size_t position) {
   v1::FrameInfo fresh;
   fresh.set_frame(infos_[position].frame());
+  fresh.set_latency_s(infos_[position].latency_s());
   fresh.set_state(v1::FRAME_STATE_WAITING);
   infos_[position] = std::move(fresh);
   Touch(position);

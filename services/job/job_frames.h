@@ -34,10 +34,20 @@ class JobFrames {
   void Advance(size_t position, double share_done);
   // Takes over state, reason and figures; attempts stay.
   void Finish(size_t position, const v1::FrameInfo& info);
+  void SetLatency(size_t position, double latency_s);
+  void ForgetRedone(size_t position);
   // Back to waiting. A refunded attempt does not count against the frame. One that ran when the daemon itself
   // was killed comes after the others and alone, in case that it was the cause.
   enum class Attempt { kCounts, kRefunded, kDaemonKilled };
   void GiveBack(size_t position, Attempt attempt);
+  // Frames that came to the take.
+  void Append(const std::vector<std::string>& names);
+  // Of a take that is being recorded: TakeChunk gives every so-manieth frame, the newest first and few at a
+  // time; with 0 it gives none, without a value all as usual.
+  void SetLive(std::optional<int> every);
+  // Those that TakeChunk gives and that have no result yet.
+  int Backlog() const;
+
   // Back to waiting after it was dealt with, as if it had never run: its results are gone.
   void DoAgain(size_t position);
   // Ends it without a result.
@@ -60,6 +70,9 @@ class JobFrames {
 
  private:
   void Touch(size_t position);
+  // Neither taken nor held back until the take has ended.
+  bool CanBeTaken(size_t position) const;
+  std::vector<size_t> TakeLiveChunk(int slots);
 
   std::vector<v1::FrameInfo> infos_;
   std::vector<bool> taken_;
@@ -67,6 +80,7 @@ class JobFrames {
   std::vector<uint64_t> changed_;         // [frames], the version of the last change, 0 for none
   std::map<uint64_t, size_t> by_change_;  // the reverse
   std::map<std::string, size_t> position_of_;
+  std::optional<int> live_every_;
   uint64_t version_ = 0;
   int computed_ = 0;
 };

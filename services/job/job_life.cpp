@@ -55,6 +55,8 @@ JobLife::JobLife(v1::Job job, const std::vector<std::string>& frames)
     job_.set_first_frame(frames.front());
     job_.set_last_frame(frames.back());
   }
+  if (job_.spec().live_every() > 0) job_.mutable_live()->set_following(true);
+  FollowIfLive();
   job_ = Describe();
 }
 
@@ -62,13 +64,24 @@ JobLife::JobLife(v1::Job job, std::vector<v1::FrameInfo> frames)
     : job_(std::move(job)),
       frames_(std::move(frames)),
       ended_(job_.state() == v1::JOB_STATE_DONE || job_.state() == v1::JOB_STATE_FAILED ||
-             job_.state() == v1::JOB_STATE_CANCELLED) {}
+             job_.state() == v1::JOB_STATE_CANCELLED) {
+  FollowIfLive();
+}
+
+void JobLife::FollowIfLive() {
+  if (following()) frames_.SetLive(job_.spec().live_every());
+}
 
 v1::Job JobLife::Describe() const {
   constexpr double kEnoughFrames = 0.2;  // before that the guess would jump
   v1::Job job = job_;
   *job.mutable_frames() = frames_.Counts();
   job.set_remaining_s(ended_ ? 0 : -1);
+  if (following()) {
+    job.mutable_live()->set_sets_recorded(static_cast<int>(frames_.infos().size()));
+    job.mutable_live()->set_backlog(frames_.Backlog());
+    return job;
+  }
   const double computed = frames_.FramesComputed();
   if (!ended_ && started_ && computed >= kEnoughFrames) {
     job.set_remaining_s(started_->Seconds() * frames_.FramesLeft() / computed);
@@ -84,6 +97,31 @@ bool JobLife::Start() {
   return true;
 }
 
+void JobLife::Append(const std::vector<std::string>& frames) {
+  if (frames.empty()) return;
+  frames_.Append(frames);
+  if (job_.first_frame().empty()) job_.set_first_frame(frames.front());
+  job_.set_last_frame(frames.back());
+}
+
+void JobLife::StopFollowing() {
+  job_ = Describe();
+  job_.mutable_live()->set_following(false);
+  job_.mutable_live()->set_backlog(0);
+  frames_.SetLive(std::nullopt);
+  for (size_t i = 0; i < frames_.infos().size(); ++i) {
+    const v1::FrameInfo& info = frames_.infos()[i];
+    // One that killed its workers would do so again.
+    const bool set_aside = info.state() == v1::FRAME_STATE_FAILED && info.attempts() >= kMaxAttempts;
+    if (frames_.DealtWith(i) && !set_aside) frames_.DoAgain(i);
+  }
+}
+
+void JobLife::SetLatency(size_t position, double latency_s) {
+  frames_.SetLatency(position, latency_s);
+  job_.mutable_live()->set_latency_s(latency_s);
+}
+
 absl::Status JobLife::DoAgain(const std::vector<IncompleteFrame>& frames) {
   if (frames.empty()) return absl::OkStatus();
   if (repairs_ == kMaxRepairs) {
@@ -97,7 +135,7 @@ absl::Status JobLife::DoAgain(const std::vector<IncompleteFrame>& frames) {
 
 bool JobLife::Retry() {
   if (!ended_) return false;
-  bool any = false;
+  bool any = following();  // frames may have come since
   for (size_t i = 0; i < frames_.infos().size(); ++i) {
     const v1::FrameState state = frames_.infos()[i].state();
     if (state != v1::FRAME_STATE_FAILED && state != v1::FRAME_STATE_CANCELLED) continue;
@@ -114,6 +152,7 @@ bool JobLife::Retry() {
   started_.reset();
   repairs_ = 0;
   ended_ = false;
+  FollowIfLive();
   return true;
 }
 

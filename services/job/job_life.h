@@ -33,12 +33,22 @@ class JobLife {
   // Work begins. Whether that changed the job's state: one that goes on runs already.
   bool Start();
 
+  // Whether the job's take may grow (spec.live_every).
+  bool following() const { return job_.live().following(); }
+  void Append(const std::vector<std::string>& frames);
+  // The take will not grow any more, but tasks of the job run: no further ones begin.
+  void HoldFrames() { frames_.SetLive(0); }
+  // The take has ended, and no task runs. Frames that were registered by themselves wait for their
+  // refinement, the others for their turn.
+  void StopFollowing();
+  void SetLatency(size_t position, double latency_s);
+
   // These frames wait again, since their results are not there. Aborted when that happened too often; the
   // frames stay as they are then.
   absl::Status DoAgain(const std::vector<IncompleteFrame>& frames);
 
   // A job that has ended waits again: its failed and cancelled frames, with all their attempts. False: it has
-  // none, or has not ended; nothing has changed then.
+  // none and followed no take, or has not ended; nothing has changed then.
   bool Retry();
 
   // The job is to end before all frames are dealt with: cancelled, or failed for a reason that is no frame's.
@@ -60,6 +70,8 @@ class JobLife {
     v1::JobState state;
     std::string message;
   };
+
+  void FollowIfLive();
 
   v1::Job job_;
   JobFrames frames_;

@@ -36,6 +36,10 @@ bool DieWithParent(int parent) {
 absl::Status RunTaskFile(const std::string& path, const std::stop_token& signalled) {
   weft::v1::Task task;
   if (absl::Status status = weft::ReadJsonFile(path, task); !status.ok()) return status;
+  // Whoever records goes first.
+  constexpr int kNiceness = 10;
+  if (task.spec().live_every() > 0) [[maybe_unused]]
+    const int ignored = nice(kNiceness);
   std::stop_source stop;
   const std::stop_callback forward(signalled, [&stop] { stop.request_stop(); });
   const auto report = [&stop](const weft::v1::WorkerEvent& event) {

@@ -137,6 +137,41 @@ TEST_F(JobLifeTest, WaitsAgainForItsFailedAndCancelledFrames) {
   EXPECT_FALSE(life_.Retry());
 }
 
+TEST(JobLife, FollowsATakeThatGrows) {
+  v1::Job spec = NewJob();
+  spec.mutable_spec()->set_live_every(2);
+  JobLife life(spec, {"a"});
+  ASSERT_TRUE(life.following());
+  life.Append({"b", "c", "d", "e", "f"});
+  EXPECT_EQ(life.job().last_frame(), "f");
+  EXPECT_EQ(life.Describe().live().sets_recorded(), 6);
+  EXPECT_EQ(life.Describe().live().backlog(), 3);
+  // Every other one, the newest first.
+  EXPECT_THAT(life.frames().TakeChunk(1), ElementsAre(4, 2, 0));
+  EXPECT_FALSE(life.frames().HasWaiting());
+  life.frames().Start(4);
+  life.frames().Finish(4, Ended("e", v1::FRAME_STATE_DONE));
+  life.SetLatency(4, 1.5);
+  EXPECT_EQ(life.Describe().live().latency_s(), 1.5);
+  EXPECT_EQ(life.Describe().live().backlog(), 2);
+  life.Append({"g"});
+  EXPECT_THAT(life.frames().TakeChunk(1), ElementsAre(6));
+  for (const size_t position : {0, 2, 6}) {
+    life.frames().Start(position);
+    life.frames().Finish(position, Ended("", position == 2 ? v1::FRAME_STATE_FAILED : v1::FRAME_STATE_DONE));
+  }
+
+  life.HoldFrames();
+  life.Append({"h", "i"});
+  EXPECT_FALSE(life.frames().HasWaiting());
+  life.StopFollowing();
+  EXPECT_FALSE(life.following());
+  EXPECT_EQ(life.Describe().frames().waiting(), 9) << "those that are done are to be refined";
+  EXPECT_EQ(life.frames().infos()[4].latency_s(), 1.5);
+  EXPECT_EQ(life.frames().infos()[4].frame(), "e");
+  EXPECT_EQ(life.frames().TakeChunk(1).front(), 0u);
+}
+
 TEST_F(JobLifeTest, GuessesWhatRemainsFromWhatItComputed) {
   life_.Start();
   EXPECT_LT(life_.Describe().remaining_s(), 0);
