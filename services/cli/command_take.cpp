@@ -111,6 +111,7 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
   recover->add_flag("--dry-run", options->dry_run, "Say what would be done, change nothing");
   recover->add_flag("--purge", options->purge, "Only remove what earlier recoveries kept in TAKE/recovered");
   AddTakeRecordCommand(*take, line);
+  AddRemoteTakeCommands(*take, line);
   AddTakeReplayCommand(*take, line);
   AddTakeSyncCommand(*take, line);
   AddTakeCopyCommands(*take, line);

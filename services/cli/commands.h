@@ -23,6 +23,7 @@ void AddSimulateCommand(CLI::App& app, CommandLine& line);
 void AddTakeCommand(CLI::App& app, CommandLine& line);
 void AddTakeCopyCommands(CLI::App& take, CommandLine& line);
 void AddTakeRecordCommand(CLI::App& take, CommandLine& line);
+void AddRemoteTakeCommands(CLI::App& take, CommandLine& line);
 void AddTakeReplayCommand(CLI::App& take, CommandLine& line);
 void AddTakeSyncCommand(CLI::App& take, CommandLine& line);
 void AddTemplateCommand(CLI::App& app, CommandLine& line);

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <random>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
 #include "services/client/fetch_results.h"
@@ -45,8 +46,10 @@ class Probe {
 std::string Absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
 
 v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec) {
-  for (std::string* path : {spec.mutable_dump(), spec.mutable_rig(), spec.mutable_board(),
-                            spec.mutable_garment(), spec.mutable_out()}) {
+  // "take:<id>" names a take of the daemon.
+  if (!absl::StartsWith(spec.dump(), "take:")) spec.set_dump(Absolute(spec.dump()));
+  for (std::string* path :
+       {spec.mutable_rig(), spec.mutable_board(), spec.mutable_garment(), spec.mutable_out()}) {
     *path = Absolute(*path);
   }
   v1::RegistrationOptions& options = *spec.mutable_options();

@@ -68,7 +68,7 @@ absl::StatusOr<std::unique_ptr<RegistrationClient>> RegistrationClient::Connect(
     const std::string& server, std::chrono::milliseconds patience) {
   if (absl::Status status = CheckServer(server); !status.ok()) return status;
   auto channel = grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), ChannelSettings());
-  std::unique_ptr<RegistrationClient> client(new RegistrationClient(server, v1::Jobs::NewStub(channel)));
+  std::unique_ptr<RegistrationClient> client(new RegistrationClient(server, channel));
   grpc::ClientContext context;
   SetPatience(context, patience);
   const grpc::Status status = v1::Server::NewStub(channel)->GetServerInfo(&context, {}, &client->info_);

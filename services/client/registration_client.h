@@ -25,6 +25,9 @@ class RegistrationClient {
       const std::string& server, std::chrono::milliseconds patience = std::chrono::seconds(5));
 
   const std::string& server() const { return server_; }
+  const std::shared_ptr<grpc::ChannelInterface>& channel() const { return channel_; }
+  // A failed call in words: for a silent daemon with server and remedy.
+  absl::Status Explain(const grpc::Status& status) const;
   // As of Connect.
   const v1::ServerInfo& info() const { return info_; }
 
@@ -52,13 +55,13 @@ class RegistrationClient {
                      const std::string& path);
 
  private:
-  RegistrationClient(std::string server, std::unique_ptr<v1::Jobs::Stub> stub)
-      : server_(std::move(server)), stub_(std::move(stub)) {}
-  absl::Status Explain(const grpc::Status& status) const;
+  RegistrationClient(std::string server, std::shared_ptr<grpc::ChannelInterface> channel)
+      : server_(std::move(server)), channel_(std::move(channel)), stub_(v1::Jobs::NewStub(channel_)) {}
   struct Transfer;
   grpc::Status Receive(v1::FetchResultRequest request, Transfer* transfer) const;
 
   const std::string server_;
+  const std::shared_ptr<grpc::ChannelInterface> channel_;
   const std::unique_ptr<v1::Jobs::Stub> stub_;
   v1::ServerInfo info_;
 };

@@ -19,13 +19,15 @@
 #include "services/daemon/lost_jobs.h"
 #include "services/daemon/path_policy.h"
 #include "services/daemon/server_service.h"
+#include "services/daemon/take_keeper.h"
+#include "services/daemon/take_service.h"
 #include "services/executor/local_executor.h"
 #include "services/files/atomic_file.h"
 
 namespace weft {
 namespace {
 
-constexpr const char* kServiceNames[] = {"weft.v1.Jobs", "weft.v1.Server"};
+constexpr const char* kServiceNames[] = {"weft.v1.Jobs", "weft.v1.Server", "weft.v1.Takes"};
 constexpr int kMaxRequestBytes = 1 << 20;
 constexpr int kMaxThreads = 64;  // calls at once; watchers need none
 constexpr int kMaxWorkers = 1024;
@@ -98,6 +100,8 @@ struct Daemon::Parts {
   std::unique_ptr<JobQueue> queue;
   std::unique_ptr<JobService> jobs;
   std::unique_ptr<ServerService> server_info;
+  std::unique_ptr<TakeKeeper> take_keeper;
+  std::unique_ptr<TakeService> takes;
   std::unique_ptr<grpc::Server> server;
   std::once_flag stopped;
 };
@@ -144,6 +148,9 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   Parts& parts = *daemon->parts_;
   parts.jobs = std::make_unique<JobService>(
       *parts.queue, *std::move(policy), absl::StrCat(options.state_folder, "/results"), options.load_inputs);
+  parts.take_keeper =
+      std::make_unique<TakeKeeper>(absl::StrCat(options.state_folder, "/takes"), options.recorder_program);
+  parts.takes = std::make_unique<TakeService>(*parts.take_keeper);
   parts.server_info = std::make_unique<ServerService>(*parts.queue, info);
   if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
   return daemon;
@@ -158,6 +165,7 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
   builder.RegisterService(parts_->jobs.get());
   builder.RegisterService(parts_->server_info.get());
+  builder.RegisterService(parts_->takes.get());
   parts_->server = builder.BuildAndStart();
   if (parts_->server == nullptr || port == 0) {
     return absl::FailedPreconditionError(absl::StrCat(

@@ -23,6 +23,7 @@ struct DaemonOptions {
   int threads_per_worker = 0;             // 0 chooses by the number of cores
   int64_t worker_memory_mib = 0;          // of a worker; 0 shares the machine's, negative: any
   std::string worker_program;             // weft-worker
+  std::string recorder_program;           // weft-recorder
   std::string address_file;               // gets HOST:PORT once the daemon listens; empty for none
   std::chrono::milliseconds stop_grace{5000};
   std::chrono::milliseconds silence_limit{std::chrono::minutes(15)};

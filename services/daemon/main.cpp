@@ -26,11 +26,11 @@ void WaitForStop(const std::stop_token& stop) {
   asked.wait(lock, stop, [] { return false; });
 }
 
-// weft-worker is installed beside weftd.
-std::string DefaultWorker() {
+// weft-worker and weft-recorder are installed beside weftd.
+std::string ProgramBeside(const char* name) {
   std::error_code error;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  return error ? "" : (self.parent_path() / "weft-worker").string();
+  return error ? "" : (self.parent_path() / name).string();
 }
 
 void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_level) {
@@ -60,6 +60,7 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
       ->type_name("MIB")
       ->check(CLI::Range(int64_t{-1}, int64_t{1} << 30));
   app.add_option("--worker", options.worker_program, "The worker's program")->type_name("FILE");
+  app.add_option("--recorder", options.recorder_program, "The recorder's program")->type_name("FILE");
   app.add_option("--address-file", options.address_file, "Write HOST:PORT here once the daemon listens")
       ->type_name("FILE");
   app.add_option("--log-level", log_level, "How much to log, on standard error")
@@ -102,7 +103,8 @@ int main(int argc, char** argv) {
   app.footer("Examples:\n  weftd --listen 127.0.0.1:7411 --state /var/lib/weft --allow-path /data");
   app.set_version_flag("--version", "weftd " WEFT_VERSION, "Print the version and exit");
   weft::DaemonOptions options;
-  options.worker_program = DefaultWorker();
+  options.worker_program = ProgramBeside("weft-worker");
+  options.recorder_program = ProgramBeside("weft-recorder");
   options.endings.assess = weft::AssessJobFolder;
   options.endings.write_report = weft::WriteJobReport;
   options.find_incomplete = weft::FindIncompleteFrames;

@@ -15,6 +15,7 @@
 #include "capture/take/recorded_take.h"
 #include "capture/take/take_progress.h"
 #include "services/daemon/request_check.h"
+#include "services/daemon/take_keeper.h"
 #include "services/files/atomic_file.h"
 #include "services/options/presets.h"
 #include "services/pipeline/output_folder.h"
@@ -31,14 +32,29 @@ std::string NewJobId() {
   return absl::StrCat(UtcFileName(), "-", absl::StrFormat("%08x", random()));
 }
 
-absl::Status CanonicalizeInputs(const PathPolicy& policy, v1::RegistrationSpec& spec) {
+// "take:<id>" in place of a path needs no permission: the folder is the daemon's own.
+absl::StatusOr<std::string> CanonicalDump(const PathPolicy& policy, const std::string& takes_folder,
+                                          const std::string& dump) {
+  absl::StatusOr<std::string> take = TakeOfName(takes_folder, dump);
+  if (!take.ok()) return take;
+  if (*take == dump) return policy.CheckInput("spec.dump", dump);
+  std::error_code error;
+  if (std::filesystem::is_directory(*take, error)) return take;
+  return FieldError(absl::StatusCode::kNotFound,
+                    {"spec.dump", absl::StrCat(dump, ": no such take"), "ListTakes shows the takes"});
+}
+
+absl::Status CanonicalizeInputs(const PathPolicy& policy, const std::string& takes_folder,
+                                v1::RegistrationSpec& spec) {
+  absl::StatusOr<std::string> dump = CanonicalDump(policy, takes_folder, spec.dump());
+  if (!dump.ok()) return dump.status();
+  spec.set_dump(*std::move(dump));
   v1::RegistrationOptions& options = *spec.mutable_options();
   const struct {
     const char* field;
     std::string* path;
     bool optional = false;
-  } inputs[] = {{"spec.dump", spec.mutable_dump()},
-                {"spec.rig", spec.mutable_rig()},
+  } inputs[] = {{"spec.rig", spec.mutable_rig()},
                 {"spec.board", spec.mutable_board()},
                 {"spec.garment", spec.mutable_garment()},
                 {"spec.options.scans", options.mutable_scans(), true},
@@ -136,7 +152,9 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& request, cons
   absl::StatusOr<v1::RegistrationOptions> options = EffectiveOptions(request.spec().options());
   if (!options.ok()) return options.status();
   *job.mutable_spec()->mutable_options() = *std::move(options);
-  if (absl::Status status = CanonicalizeInputs(policy, *job.mutable_spec()); !status.ok()) return status;
+  const std::string takes_folder = std::filesystem::path(results_folder).parent_path() / "takes";
+  if (absl::Status status = CanonicalizeInputs(policy, takes_folder, *job.mutable_spec()); !status.ok())
+    return status;
   // LoadInputs wants every field.
   if (job.spec().out().empty()) job.mutable_spec()->set_out(absl::StrCat(results_folder, "/", job.id()));
   std::vector<std::string> so_far;

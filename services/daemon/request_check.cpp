@@ -50,18 +50,6 @@ absl::Status CheckHash(const std::string& field, const std::string& hash) {
   return Invalid(field, absl::StrCat("\"", hash, "\" is no hash"), "give 16 hex digits, or nothing");
 }
 
-// It becomes the name of a folder.
-absl::Status CheckKey(const std::string& key) {
-  const bool plain = std::all_of(key.begin(), key.end(), [](char c) {
-    return absl::ascii_islower(c) || absl::ascii_isdigit(c) || c == '-';
-  });
-  if (key.empty()) return absl::OkStatus();
-  if (plain && key.size() >= kLeastKeyBytes && key.size() <= kMaxKeyBytes) return absl::OkStatus();
-  return Invalid("idempotency_key", "cannot name a job",
-                 absl::StrCat("give ", kLeastKeyBytes, " to ", kMaxKeyBytes,
-                              " of a-z, 0-9 and \"-\", for example a UUID"));
-}
-
 absl::Status CheckPriority(int priority) {
   if (priority >= -kMostPriority && priority <= kMostPriority) return absl::OkStatus();
   return Invalid("priority", absl::StrCat(priority, " is out of range"),
@@ -123,6 +111,25 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
   const auto options = EffectiveOptions(spec.options());
   if (options.ok()) return absl::OkStatus();
   return Invalid("spec.options.pipeline", std::string(options.status().message()));
+}
+
+absl::Status CheckKey(const std::string& key) {
+  const bool plain = std::all_of(key.begin(), key.end(), [](char c) {
+    return absl::ascii_islower(c) || absl::ascii_isdigit(c) || c == '-';
+  });
+  if (key.empty()) return absl::OkStatus();
+  if (plain && key.size() >= kLeastKeyBytes && key.size() <= kMaxKeyBytes) return absl::OkStatus();
+  return Invalid("idempotency_key", "cannot name a job",
+                 absl::StrCat("give ", kLeastKeyBytes, " to ", kMaxKeyBytes,
+                              " of a-z, 0-9 and \"-\", for example a UUID"));
+}
+
+absl::Status CheckTakeId(const std::string& take_id) {
+  const bool plain =
+      std::all_of(take_id.begin(), take_id.end(), [](char c) { return absl::ascii_isalnum(c) || c == '-'; });
+  if (plain && !take_id.empty() && take_id.size() <= kMaxNameBytes) return absl::OkStatus();
+  return Invalid("take_id", absl::StrCat("\"", take_id.substr(0, kMaxNameBytes), "\" is no id of a take"),
+                 "ListTakes shows the takes");
 }
 
 absl::Status CheckJobId(const std::string& job_id) {

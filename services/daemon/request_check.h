@@ -12,7 +12,10 @@ namespace weft {
 // preset, a hash that is none.
 absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request);
 
+// Empty, or fit for the name of a folder.
+absl::Status CheckKey(const std::string& idempotency_key);
 absl::Status CheckJobId(const std::string& job_id);
+absl::Status CheckTakeId(const std::string& take_id);
 absl::Status CheckFetchRequest(const v1::FetchResultRequest& request);
 
 }  // namespace weft

@@ -80,13 +80,19 @@ constexpr int64_t kStartWait_ns = 5'000'000'000;
 
 absl::StatusOr<v1::Session> ReadSession(const std::string& path) {
   v1::Session session;
-  if (absl::Status status = ReadJsonFile(path, session); !status.ok()) return status;
+  absl::Status status = ReadJsonFile(path, session);
+  if (status.ok()) status = CheckSession(session, path);
+  if (!status.ok()) return status;
+  return session;
+}
+
+absl::Status CheckSession(const v1::Session& session, const std::string& source) {
   if (session.cameras().empty())
-    return absl::InvalidArgumentError(absl::StrCat(path, ": the field cameras is empty"));
+    return absl::InvalidArgumentError(absl::StrCat(source, ": the field cameras is empty"));
   std::set<std::string> ids;
   for (int i = 0; i < session.cameras_size(); ++i) {
     const v1::SessionCamera& camera = session.cameras(i);
-    const std::string field = absl::StrCat(path, ": cameras[", i, "]");
+    const std::string field = absl::StrCat(source, ": cameras[", i, "]");
     if (absl::Status status = CheckCameraId(camera.id()); !status.ok())
       return absl::InvalidArgumentError(absl::StrCat(field, ": ", status.message()));
     if (!ids.insert(camera.id()).second)
@@ -95,8 +101,8 @@ absl::StatusOr<v1::Session> ReadSession(const std::string& path) {
       return absl::InvalidArgumentError(absl::StrCat(field, " (id ", camera.id(), "): ", fault));
   }
   const absl::StatusOr<LiveRecordingOptions> options = RecordingOptionsOf(session);
-  if (!options.ok()) return absl::InvalidArgumentError(absl::StrCat(path, ": ", options.status().message()));
-  return session;
+  if (options.ok()) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(source, ": ", options.status().message()));
 }
 
 absl::StatusOr<LiveRecordingOptions> RecordingOptionsOf(const v1::Session& session) {

@@ -14,6 +14,8 @@ namespace weft {
 // InvalidArgument names file and field. At least one camera, ids unique and fit for file names, every camera
 // with a device.
 absl::StatusOr<v1::Session> ReadSession(const std::string& path);
+// The same of one that came another way; the message names `source` in place of the file.
+absl::Status CheckSession(const v1::Session& session, const std::string& source);
 
 // What the session says of sets and recorder, defaults filled in.
 absl::StatusOr<LiveRecordingOptions> RecordingOptionsOf(const v1::Session& session);

@@ -19,6 +19,7 @@
 #include "services/files/atomic_file.h"
 #include "weft/v1/jobs.pb.h"
 #include "weft/v1/server.pb.h"
+#include "weft/v1/takes.pb.h"
 
 namespace weft {
 namespace {
@@ -31,7 +32,8 @@ using google::protobuf::ServiceDescriptor;
 
 // The files that declare services.
 std::vector<const FileDescriptor*> ServiceFiles() {
-  return {v1::SubmitJobRequest::descriptor()->file(), v1::ServerInfo::descriptor()->file()};
+  return {v1::SubmitJobRequest::descriptor()->file(), v1::ServerInfo::descriptor()->file(),
+          v1::RecordedTake::descriptor()->file()};
 }
 
 // What services, and all messages that they send or receive, look like from outside.

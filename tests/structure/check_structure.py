@@ -30,7 +30,7 @@ ROOMS = {
     "pattern": ["board", "image", "fit", "seeds", "surface"],
     # As in services/CMakeLists.txt and services/README.md.
     "services": ["process", "verdict", "files", "rpc", "pcd", "options", "print", "report", "preview", "synthetic",
-                 "calibration", "evaluation", "recording", "pipeline", "job", "catalogue", "worker", "executor", "daemon",
+                 "calibration", "evaluation", "recording", "recorder", "pipeline", "job", "catalogue", "worker", "executor", "daemon",
                  "client", "cli"],
 }
 # Below the rooms of their folder: what a node of the board is.

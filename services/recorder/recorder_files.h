@@ -1,0 +1,23 @@
+// The folder of a recorder.
+#pragma once
+
+#include <string>
+
+namespace weft {
+
+struct RecorderFiles {
+  explicit RecorderFiles(const std::string& folder)
+      : request(folder + "/request.json"),
+        state(folder + "/state.json"),
+        log(folder + "/recorder.log"),
+        lock(folder + "/recorder.lock"),
+        take(folder + "/take") {}
+
+  std::string request;  // v1::RecorderRequest
+  std::string state;    // v1::RecorderState
+  std::string log;      // what the process printed
+  std::string lock;     // held while the recorder lives; the process's number is in it
+  std::string take;     // the take itself
+};
+
+}  // namespace weft

@@ -1,0 +1,133 @@
+"""Takes that a daemon records: they outlive it, are recovered when their recorder dies, and are registered by name."""
+
+import json
+import os
+import signal
+import subprocess
+import unittest
+
+from live_studio import enter_network, set_up_network
+from studio import BIN, LONG_S, StudioTest, processes_of, read, results, wait_for, weft, write
+
+RECORDED = "RECORDER_PHASE_RECORDING"
+
+
+def setUpModule():
+    set_up_network([])
+
+
+class Takes(StudioTest):
+    def setUp(self):
+        super().setUp()
+        self.session, self.address = self.path("session.json"), self.path("address")
+        self.addCleanup(self.kill_recorders)
+        cameras = self.start("weft", "camera", "fake", "--pictures", self.take, "--fps", 5, "--session", self.session)
+        cameras.stdout.readline()
+        # For the frames of a set, because the machine may have other things to do.
+        write(self.session, json.dumps({**json.loads(read(self.session)), "max_wait_ms": 5000}))
+        self.start_daemon()
+
+    def start(self, *command):
+        process = subprocess.Popen([os.path.join(BIN, command[0]), *map(str, command[1:])], stdout=subprocess.PIPE, text=True)
+        self.addCleanup(self.end, process)
+        return process
+
+    @staticmethod
+    def end(process):
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+    def kill_recorders(self):
+        for process in processes_of(self.folder, "weft-recorder"):
+            os.kill(process, signal.SIGKILL)
+
+    def start_daemon(self):
+        if os.path.exists(self.address):
+            os.remove(self.address)
+        self.daemon = self.start("weftd", "--listen", "127.0.0.1:0", "--address-file", self.address, "--state",
+                                 self.path("state"), "--allow-path", self.folder, "--workers", 1)
+        self.server = wait_for(lambda: os.path.exists(self.address) and read(self.address).strip(), "weftd to listen")
+
+    def kill_daemon(self):
+        self.end(self.daemon)
+
+    def take_command(self, *words, check=0):
+        return weft("take", words[0], "--server", self.server, *words[1:], check=check)
+
+    def start_take(self, *more):
+        return self.take_command("start", "--session", self.session, "--no-disk-test", *more).stdout.strip()
+
+    def shown(self, take):
+        takes = json.loads(self.take_command("list", "--json").stdout)["takes"]
+        return next(one for one in takes if one["id"] == take)
+
+    def wait_for_sets(self, take, count):
+        wait_for(lambda: int(self.shown(take)["state"].get("sets_recorded", 0)) >= count, f"{count} frame sets", 0.2)
+
+    def recorder(self):
+        processes = processes_of(self.folder, "weft-recorder")
+        self.assertEqual(len(processes), 1)
+        return processes[0]
+
+    def test_go_on_without_the_daemon(self):
+        take = self.start_take()
+        self.wait_for_sets(take, 3)
+        self.assertEqual(os.getsid(self.recorder()), self.recorder(), "a session of its own")
+        self.kill_daemon()
+        before = len(read(f"{self.path('state')}/takes/{take}/take/ledger.csv").splitlines())
+        self.start_daemon()
+        shown = self.shown(take)
+        self.assertEqual(shown["state"]["phase"], RECORDED)
+        self.wait_for_sets(take, before + 3)
+        refused = self.take_command("start", "--session", self.session, check=2)
+        self.assertIn(f"films take {take}", refused.stderr)
+        self.assertIn("recorder_lives", shown)
+        stopped = self.take_command("stop", take)
+        self.assertRegex(stopped.stdout, r"^ended +\d+ s  \d+ sets, 0 dropped, 0 frames missing")
+        self.assertEqual(processes_of(self.folder, "weft-recorder"), [])
+        weft("take", "verify", shown["folder"], check=0)
+        # Registered by its name, as by its folder.
+        arguments = self.register_arguments(dump=f"take:{take}")
+        weft(*arguments, "--server", self.server, "--frames", "0:3", check=0)
+        offline = self.path("offline")
+        weft(*self.register_arguments(dump=shown["folder"], out=offline), "--frames", "0:3", check=0)
+        self.assertEqual(results(self.out), results(offline))
+
+    def test_of_a_recorder_that_dies_are_recovered(self):
+        take = self.start_take("--seconds", LONG_S)
+        self.wait_for_sets(take, 4)
+        watcher = self.start("weft", "take", "watch", take, "--server", self.server)
+        acknowledged = int(self.shown(take)["state"]["sets_recorded"])
+        os.kill(self.recorder(), signal.SIGKILL)
+        said, _ = watcher.communicate(timeout=LONG_S)
+        self.assertEqual(watcher.returncode, 1)
+        self.assertIn("recovered", said)
+        shown = self.shown(take)
+        self.assertEqual(shown["state"]["phase"], "RECORDER_PHASE_RECOVERED")
+        weft("take", "verify", shown["folder"], check=0)
+        sets = int(json.loads(weft("take", "info", shown["folder"], "--json").stdout)["sets"])
+        self.assertGreaterEqual(sets, acknowledged)
+        # The same while no daemon looks.
+        take = self.start_take()
+        self.wait_for_sets(take, 2)
+        self.kill_daemon()
+        os.kill(self.recorder(), signal.SIGKILL)
+        self.start_daemon()
+        wait_for(lambda: self.shown(take)["state"]["phase"] == "RECORDER_PHASE_RECOVERED", "the take to be recovered", 0.2)
+
+    def test_without_their_cameras_fail_and_say_so(self):
+        described = json.loads(read(self.session))
+        described["cameras"][0]["gige"]["device"] = "127.0.0.99"
+        write(self.session, json.dumps(described))
+        take = self.start_take()
+        failed = self.take_command("watch", take, check=1)
+        self.assertIn("127.0.0.99", failed.stderr)
+        self.assertIn("failed", self.take_command("list").stdout)
+        unknown = self.take_command("stop", "20260101-000000-00000000", check=2)
+        self.assertIn("no take", unknown.stderr)
+
+
+if __name__ == "__main__":
+    enter_network()
+    unittest.main()
