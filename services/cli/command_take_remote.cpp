@@ -128,12 +128,13 @@ enum class RemoteTakeArguments { kTake, kSession, kLimit };
 struct RemoteTakeCommand {
   const char* name;
   const char* description;
+  const char* example;
   RemoteTakeArguments arguments;
   absl::Status (*action)(const RemoteTakeContext& context);
 };
 
 void AddRemoteTakeCommand(CLI::App& take, CommandLine& line, const RemoteTakeCommand& what) {
-  CLI::App* command = AddCommand(take, what.name, what.description, "");
+  CLI::App* command = AddCommand(take, what.name, what.description, what.example);
   auto options = std::make_shared<RemoteTakeOptions>();
   command->add_option("--server", options->server, "HOST:PORT of the daemon")
       ->type_name("ADDRESS")
@@ -177,16 +178,20 @@ void AddRemoteTakeCommands(CLI::App& take, CommandLine& line) {
        "Have a daemon record the cameras of a session, and print the id of the take. The take goes on when "
        "this "
        "command or the daemon ends",
+       "  weft take start --session session.json --server 127.0.0.1:7411\n"
+       "  weft take start --session session.json --seconds 60 --server 127.0.0.1:7411",
        RemoteTakeArguments::kSession, StartRemoteTake},
-      {"stop", "Close a take that a daemon records, and wait until it is closed", RemoteTakeArguments::kTake,
+      {"stop", "Close a take that a daemon records, and wait until it is closed",
+       "  weft take stop 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", RemoteTakeArguments::kTake,
        StopRemoteTake},
       {"watch",
        "Follow a take that a daemon records until it has ended. Stopping the command leaves the take alone. "
        "Exit "
        "status 1 when it failed",
-       RemoteTakeArguments::kTake, WatchRemoteTake},
+       "  weft take watch 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", RemoteTakeArguments::kTake,
+       WatchRemoteTake},
       {"list", "List the takes that a daemon records or recorded, the newest first",
-       RemoteTakeArguments::kLimit, ListRemoteTakes}};
+       "  weft take list --server 127.0.0.1:7411", RemoteTakeArguments::kLimit, ListRemoteTakes}};
   for (const RemoteTakeCommand& command : commands) AddRemoteTakeCommand(take, line, command);
 }
 
