@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <memory>
 #include <mutex>
 #include <utility>
 
@@ -24,7 +25,9 @@ class TakeWatcher : public grpc::ServerWriteReactor<v1::RecordedTake> {
   TakeWatcher(TakeKeeper& takes, std::string id) : takes_(takes), id_(std::move(id)) {}
 
   void Look() {
-    const std::lock_guard lock(mutex_);
+    // Called by the alarm, too, of which gRPC does not know when it deletes this: the lock must outlive it.
+    const std::shared_ptr<std::mutex> mutex = mutex_;
+    const std::lock_guard lock(*mutex);
     waiting_ = false;
     if (cancelled_) return End(grpc::Status::CANCELLED);
     absl::StatusOr<v1::RecordedTake> take = takes_.Get(id_);
@@ -36,7 +39,7 @@ class TakeWatcher : public grpc::ServerWriteReactor<v1::RecordedTake> {
   }
 
   void OnWriteDone(bool ok) override {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(*mutex_);
     writing_ = false;
     if (!ok || cancelled_) return End(grpc::Status::CANCELLED);
     if (!written_.recorder_lives()) return End(grpc::Status::OK);
@@ -44,19 +47,25 @@ class TakeWatcher : public grpc::ServerWriteReactor<v1::RecordedTake> {
   }
 
   void OnCancel() override {
-    const std::lock_guard lock(mutex_);
+    const std::lock_guard lock(*mutex_);
     cancelled_ = true;
-    if (waiting_) alarm_.Cancel();
+    if (waiting_) alarm_->Cancel();
   }
 
-  void OnDone() override { delete this; }
+  void OnDone() override {
+    // Whoever ended the stream lets go of the lock first.
+    { const std::lock_guard lock(*mutex_); }
+    delete this;
+  }
 
  private:
   // The functions below need the lock.
   void Wait() {
     constexpr std::chrono::milliseconds kPeriod{250};
     waiting_ = true;
-    alarm_.Set(std::chrono::system_clock::now() + kPeriod, [this](bool) { Look(); });
+    // Another one each time: this may be the call of the last one.
+    alarm_ = std::make_unique<grpc::Alarm>();
+    alarm_->Set(std::chrono::system_clock::now() + kPeriod, [this](bool) { Look(); });
   }
 
   void End(const grpc::Status& status) {
@@ -65,8 +74,8 @@ class TakeWatcher : public grpc::ServerWriteReactor<v1::RecordedTake> {
 
   TakeKeeper& takes_;
   const std::string id_;
-  std::mutex mutex_;
-  grpc::Alarm alarm_;
+  const std::shared_ptr<std::mutex> mutex_ = std::make_shared<std::mutex>();
+  std::unique_ptr<grpc::Alarm> alarm_;
   v1::RecordedTake written_;
   bool writing_ = false, waiting_ = false, cancelled_ = false, finished_ = false;
 };
