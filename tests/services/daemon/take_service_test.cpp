@@ -46,13 +46,15 @@ class TakeServiceTest : public DaemonTest {
 
 TEST_F(TakeServiceTest, ManyWatchUntilTheTakeEndsOrTheyLeave) {
   StartDaemon();
-  constexpr int kWatchers = 60;
-  std::atomic<int> begun = 0, ended = 0, left = 0;
+  constexpr int kWatchers = 30;
+  std::atomic<int> begun = 0, ended = 0, left = 0, failed = 0;
   std::stop_source leave;
   std::vector<std::jthread> watchers;
   for (int i = 0; i < kWatchers; ++i) {
     watchers.emplace_back([&, i] {
-      const auto connection = RegistrationClient::Connect(daemon_->address());
+      // Sanitized gRPC takes seconds for so many.
+      const auto connection = RegistrationClient::Connect(daemon_->address(), std::chrono::minutes(1));
+      failed += !connection.ok();
       ASSERT_TRUE(connection.ok()) << connection.status();
       TakeClient client(**connection);
       bool first = true;
@@ -64,7 +66,7 @@ TEST_F(TakeServiceTest, ManyWatchUntilTheTakeEndsOrTheyLeave) {
       left += absl::IsCancelled(take.status());
     });
   }
-  while (begun < kWatchers) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  while (begun + failed < kWatchers) std::this_thread::sleep_for(std::chrono::milliseconds(5));
   Show(v1::RECORDER_PHASE_RECORDING, 5);
   leave.request_stop();
   Show(v1::RECORDER_PHASE_ENDED, 9);
