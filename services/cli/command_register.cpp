@@ -128,8 +128,22 @@ absl::Status Detach(const RegisterOptions& options, const v1::RegistrationSpec& 
   return absl::OkStatus();
 }
 
+// The session of a daemon's take may name what the command line does not.
+absl::Status CheckInputsAreGiven(const RegisterOptions& options) {
+  if (!options.server.empty() && absl::StartsWith(options.dump, "take:")) return absl::OkStatus();
+  const std::pair<const char*, const std::string&> inputs[] = {
+      {"--rig", options.rig}, {"--board", options.board}, {"--template", options.garment}};
+  for (const auto& [flag, value] : inputs) {
+    if (!value.empty()) continue;
+    return absl::InvalidArgumentError(absl::StrCat(
+        flag, " is required; only for a take of a daemon's session (take:ID with --server) is it known"));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status Register(const RegisterOptions& options, bool quiet) {
   const StopOnSignal signals;
+  if (absl::Status status = CheckInputsAreGiven(options); !status.ok()) return status;
   const absl::StatusOr<v1::RegistrationSpec> spec = SpecOf(options);
   if (!spec.ok()) return spec.status();
   if (options.detach) return Detach(options, *spec);
@@ -160,12 +174,12 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
                    "Folder of images: <frame>/<camera>.png, or cam<camera>/image<frame>.png")
       ->required()
       ->type_name("DUMP");
-  command->add_option("--rig", options->rig, "The cameras, rig.json")->required()->type_name("FILE");
-  command->add_option("--board", options->board, "The printed board, board.json or board.png")
-      ->required()
+  command
+      ->add_option("--rig", options->rig, "The cameras, rig.json. A take of a daemon's session knows its own")
       ->type_name("FILE");
-  command->add_option("--template", options->garment, "Folder of `weft template import`")
-      ->required()
+  command->add_option("--board", options->board, "The printed board, board.json or board.png; as --rig")
+      ->type_name("FILE");
+  command->add_option("--template", options->garment, "Folder of `weft template import`; as --rig")
       ->type_name("DIR");
   command->add_option("--out", options->out, "Folder for the results, made where it is missing")
       ->required()

@@ -1,13 +1,12 @@
-// weft take start, stop, watch, list: takes that a daemon records.
+// weft take start, stop, watch, list, pin, delete, restore, empty-trash: takes of a daemon.
 #include <unistd.h>
 
 #include <cstdio>
 #include <memory>
-#include <random>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "base/host_clock.h"
+#include "base/timed_id.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
 #include "services/client/take_client.h"
@@ -23,9 +22,12 @@ struct RemoteTakeOptions {
   std::string server;
   std::string take_id;
   std::string session;
+  std::string lease;
   double seconds = 0;
   bool no_disk_test = false;
   int limit = 20;
+  bool trash = false;
+  bool unpin = false;
   bool json = false;
 };
 
@@ -60,7 +62,11 @@ std::string TakeLine(const v1::RecordedTake& take) {
   if (state.phase() == v1::RECORDER_PHASE_RECORDING && state.disk_minutes_left() >= 0) {
     absl::StrAppendFormat(&line, ", disk for %.0f min", state.disk_minutes_left());
   }
+  if (take.keeping().pinned()) absl::StrAppend(&line, "  pinned");
   if (!state.message().empty()) absl::StrAppend(&line, "  (", state.message(), ")");
+  if (!take.keeping().deleted_because().empty()) {
+    absl::StrAppend(&line, "  (in the trash: ", take.keeping().deleted_because(), ")");
+  }
   return line;
 }
 
@@ -72,14 +78,21 @@ absl::Status OutcomeOfTake(const v1::RecordedTake& take) {
 }
 
 absl::Status StartRemoteTake(const RemoteTakeContext& context) {
-  const absl::StatusOr<v1::Session> session = ReadSession(context.options.session);
-  if (!session.ok()) return session.status();
+  const RemoteTakeOptions& options = context.options;
+  if (options.session.empty() == options.lease.empty()) {
+    return absl::InvalidArgumentError(
+        "give either --session FILE, or the --lease that `weft session open` printed (or WEFT_LEASE)");
+  }
   v1::StartTakeRequest request;
-  *request.mutable_recording()->mutable_session() = *session;
+  request.set_lease(options.lease);
+  if (!options.session.empty()) {
+    const absl::StatusOr<v1::Session> session = ReadSession(options.session);
+    if (!session.ok()) return session.status();
+    *request.mutable_recording()->mutable_session() = *session;
+  }
   request.mutable_recording()->set_seconds(context.options.seconds);
   request.mutable_recording()->set_no_disk_test(context.options.no_disk_test);
-  request.set_idempotency_key(
-      absl::StrCat(UtcFileName(), "-", absl::Hex(std::random_device()(), absl::kZeroPad8)));
+  request.set_idempotency_key(NewTimedId());
   const absl::StatusOr<v1::RecordedTake> take = context.client.Start(request);
   if (!take.ok()) return take.status();
   if (context.options.json) return PrintJsonMessage(*take);
@@ -112,18 +125,51 @@ absl::Status StopRemoteTake(const RemoteTakeContext& context) {
 }
 
 absl::Status ListRemoteTakes(const RemoteTakeContext& context) {
-  const absl::StatusOr<v1::ListTakesResponse> list = context.client.List(context.options.limit);
+  const absl::StatusOr<v1::ListTakesResponse> list =
+      context.client.List(context.options.limit, context.options.trash);
   if (!list.ok()) return list.status();
   if (context.options.json) return PrintJsonMessage(*list);
   for (const std::string& warning : list->warnings()) PrintWarning(warning);
-  if (list->takes().empty()) std::printf("no takes at %s\n", context.options.server.c_str());
+  if (list->takes().empty()) {
+    std::printf("no takes %sat %s\n", context.options.trash ? "in the trash " : "",
+                context.options.server.c_str());
+  }
   for (const v1::RecordedTake& take : list->takes())
     std::printf("%s  %s\n", take.id().c_str(), TakeLine(take).c_str());
   return absl::OkStatus();
 }
 
+absl::Status PrintTakeState(const absl::StatusOr<v1::RecordedTake>& take, const RemoteTakeContext& context) {
+  if (!take.ok()) return take.status();
+  if (context.options.json) return PrintJsonMessage(*take);
+  if (!context.quiet) std::printf("%s  %s\n", take->id().c_str(), TakeLine(*take).c_str());
+  return absl::OkStatus();
+}
+
+absl::Status PinRemoteTake(const RemoteTakeContext& context) {
+  return PrintTakeState(context.client.Pin(context.options.take_id, !context.options.unpin), context);
+}
+
+absl::Status DeleteRemoteTake(const RemoteTakeContext& context) {
+  return PrintTakeState(context.client.Delete(context.options.take_id), context);
+}
+
+absl::Status RestoreRemoteTake(const RemoteTakeContext& context) {
+  return PrintTakeState(context.client.Restore(context.options.take_id), context);
+}
+
+absl::Status EmptyRemoteTrash(const RemoteTakeContext& context) {
+  const absl::StatusOr<v1::EmptyTrashResponse> emptied = context.client.EmptyTrash(context.options.take_id);
+  if (!emptied.ok()) return emptied.status();
+  if (context.options.json) return PrintJsonMessage(*emptied);
+  if (!context.quiet) {
+    std::printf("%d takes removed, %.2f GB\n", emptied->takes(), static_cast<double>(emptied->bytes()) / 1e9);
+  }
+  return absl::OkStatus();
+}
+
 // What a subcommand takes besides --server and --json.
-enum class RemoteTakeArguments { kTake, kSession, kLimit };
+enum class RemoteTakeArguments { kTake, kMaybeTake, kPin, kSession, kLimit };
 
 struct RemoteTakeCommand {
   const char* name;
@@ -133,6 +179,36 @@ struct RemoteTakeCommand {
   absl::Status (*action)(const RemoteTakeContext& context);
 };
 
+void AddStartArguments(CLI::App& command, RemoteTakeOptions& options) {
+  command.add_option("--session", options.session, "session.json with cameras, rate and tolerance")
+      ->type_name("FILE");
+  command
+      .add_option("--lease", options.lease,
+                  "Record the cameras of the session that `weft session open` opened")
+      ->type_name("LEASE")
+      ->envname("WEFT_LEASE");
+  command.add_option("--seconds", options.seconds, "How long; 0: until `weft take stop`")
+      ->type_name("S")
+      ->check(CLI::NonNegativeNumber);
+  command.add_flag("--no-disk-test", options.no_disk_test,
+                   "Do not measure first whether the disk keeps up with the cameras");
+}
+
+void AddArguments(CLI::App& command, RemoteTakeArguments arguments, RemoteTakeOptions& options) {
+  if (arguments == RemoteTakeArguments::kSession) return AddStartArguments(command, options);
+  if (arguments == RemoteTakeArguments::kLimit) {
+    command.add_option("--limit", options.limit, "At most this many")
+        ->type_name("N")
+        ->check(CLI::Range(1, 1000));
+    command.add_flag("--trash", options.trash, "Those in the trash instead");
+    return;
+  }
+  CLI::Option* take =
+      command.add_option("TAKE", options.take_id, "Id of the take, as `weft take list` prints it");
+  if (arguments != RemoteTakeArguments::kMaybeTake) take->required();
+  if (arguments == RemoteTakeArguments::kPin) command.add_flag("--off", options.unpin, "Unpin it");
+}
+
 void AddRemoteTakeCommand(CLI::App& take, CommandLine& line, const RemoteTakeCommand& what) {
   CLI::App* command = AddCommand(take, what.name, what.description, what.example);
   auto options = std::make_shared<RemoteTakeOptions>();
@@ -140,23 +216,7 @@ void AddRemoteTakeCommand(CLI::App& take, CommandLine& line, const RemoteTakeCom
       ->type_name("ADDRESS")
       ->envname("WEFT_SERVER")
       ->required();
-  if (what.arguments == RemoteTakeArguments::kTake) {
-    command->add_option("TAKE", options->take_id, "Id of the take, as `weft take list` prints it")
-        ->required();
-  } else if (what.arguments == RemoteTakeArguments::kLimit) {
-    command->add_option("--limit", options->limit, "At most this many")
-        ->type_name("N")
-        ->check(CLI::Range(1, 1000));
-  } else {
-    command->add_option("--session", options->session, "session.json with cameras, rate and tolerance")
-        ->required()
-        ->type_name("FILE");
-    command->add_option("--seconds", options->seconds, "How long; 0: until `weft take stop`")
-        ->type_name("S")
-        ->check(CLI::NonNegativeNumber);
-    command->add_flag("--no-disk-test", options->no_disk_test,
-                      "Do not measure first whether the disk keeps up with the cameras");
-  }
+  AddArguments(*command, what.arguments, *options);
   command->add_flag("--json", options->json, "Print JSON");
   command->callback([options, action = what.action, &line] {
     line.run = [options, action, &line] {
@@ -179,6 +239,7 @@ void AddRemoteTakeCommands(CLI::App& take, CommandLine& line) {
        "this "
        "command or the daemon ends",
        "  weft take start --session session.json --server 127.0.0.1:7411\n"
+       "  weft take start --lease $LEASE --server 127.0.0.1:7411\n"
        "  weft take start --session session.json --seconds 60 --server 127.0.0.1:7411",
        RemoteTakeArguments::kSession, StartRemoteTake},
       {"stop", "Close a take that a daemon records, and wait until it is closed",
@@ -191,7 +252,24 @@ void AddRemoteTakeCommands(CLI::App& take, CommandLine& line) {
        "  weft take watch 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", RemoteTakeArguments::kTake,
        WatchRemoteTake},
       {"list", "List the takes that a daemon records or recorded, the newest first",
-       "  weft take list --server 127.0.0.1:7411", RemoteTakeArguments::kLimit, ListRemoteTakes}};
+       "  weft take list --server 127.0.0.1:7411\n"
+       "  weft take list --trash --server 127.0.0.1:7411",
+       RemoteTakeArguments::kLimit, ListRemoteTakes},
+      {"pin", "Keep a take of a daemon from being deleted or cleared away",
+       "  weft take pin 20260131-104500-1a2b3c4d --server 127.0.0.1:7411\n"
+       "  weft take pin --off 20260131-104500-1a2b3c4d --server 127.0.0.1:7411",
+       RemoteTakeArguments::kPin, PinRemoteTake},
+      {"delete",
+       "Move a take of a daemon to its trash. `weft take restore` brings it back until the trash is emptied",
+       "  weft take delete 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", RemoteTakeArguments::kTake,
+       DeleteRemoteTake},
+      {"restore", "Bring a take back from a daemon's trash",
+       "  weft take restore 20260131-104500-1a2b3c4d --server 127.0.0.1:7411", RemoteTakeArguments::kTake,
+       RestoreRemoteTake},
+      {"empty-trash", "Remove the takes in a daemon's trash, or one of them, for good",
+       "  weft take empty-trash --server 127.0.0.1:7411\n"
+       "  weft take empty-trash 20260131-104500-1a2b3c4d --server 127.0.0.1:7411",
+       RemoteTakeArguments::kMaybeTake, EmptyRemoteTrash}};
   for (const RemoteTakeCommand& command : commands) AddRemoteTakeCommand(take, line, command);
 }
 

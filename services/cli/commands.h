@@ -19,6 +19,7 @@ void AddCameraCommand(CLI::App& app, CommandLine& line);
 void AddCameraFakeCommand(CLI::App& camera, CommandLine& line);
 void AddDoctorCommand(CLI::App& app, CommandLine& line);
 void AddEvaluateCommand(CLI::App& app, CommandLine& line);
+void AddSessionCommand(CLI::App& app, CommandLine& line);
 void AddSimulateCommand(CLI::App& app, CommandLine& line);
 void AddTakeCommand(CLI::App& app, CommandLine& line);
 void AddTakeCopyCommands(CLI::App& take, CommandLine& line);

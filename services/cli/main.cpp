@@ -58,6 +58,7 @@ int main(int argc, char** argv) {
   weft::AddJobCommand(app, line);
   weft::AddCameraCommand(app, line);
   weft::AddDoctorCommand(app, line);
+  weft::AddSessionCommand(app, line);
   weft::AddTakeCommand(app, line);
   weft::AddRigCommand(app, line);
   weft::AddPatternCommand(app, line);

@@ -3,11 +3,11 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <random>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "base/timed_id.h"
 #include "services/client/fetch_results.h"
 #include "services/client/registration_client.h"
 #include "services/files/atomic_file.h"
@@ -50,19 +50,13 @@ v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec) {
   if (!absl::StartsWith(spec.dump(), "take:")) spec.set_dump(Absolute(spec.dump()));
   for (std::string* path :
        {spec.mutable_rig(), spec.mutable_board(), spec.mutable_garment(), spec.mutable_out()}) {
-    *path = Absolute(*path);
+    if (!path->empty()) *path = Absolute(*path);
   }
   v1::RegistrationOptions& options = *spec.mutable_options();
   for (std::string* path : {options.mutable_scans(), options.mutable_starts()}) {
     if (!path->empty()) *path = Absolute(*path);
   }
   return spec;
-}
-
-// Sorted by time, and not to be guessed from another.
-std::string NewKey() {
-  std::random_device random;
-  return absl::StrCat(UtcFileName(), "-", absl::Hex(random(), absl::kZeroPad8));
 }
 
 absl::StatusOr<v1::Job> Submit(RegistrationClient& client, const v1::RegistrationSpec& spec, int priority) {
@@ -72,7 +66,7 @@ absl::StatusOr<v1::Job> Submit(RegistrationClient& client, const v1::Registratio
   v1::SubmitJobRequest request;
   *request.mutable_spec() = spec;
   request.set_out_probe(probe->name());
-  request.set_idempotency_key(NewKey());
+  request.set_idempotency_key(NewTimedId());
   request.set_priority(priority);
   return client.Submit(request);
 }

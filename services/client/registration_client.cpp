@@ -3,10 +3,10 @@
 #include <grpcpp/grpcpp.h>
 
 #include <charconv>
-#include <thread>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "services/client/daemon_call.h"
 #include "services/files/atomic_file.h"
 #include "services/rpc/grpc_status.h"
 #include "weft/v1/server.grpc.pb.h"
@@ -16,28 +16,6 @@ namespace {
 
 constexpr int kMaxAnswerBytes = 64 << 20;
 constexpr uint64_t kMaxFileBytes = uint64_t{4} << 30;
-
-// Between a call that found no daemon and the next one: 0.3, 1, 3 seconds, then no more.
-class Pauses {
- public:
-  // Waits; false where it is time to give up.
-  bool Next() {
-    if (next_ > kLast) return false;
-    std::this_thread::sleep_for(next_);
-    next_ = next_ * 10 / 3;
-    return true;
-  }
-
- private:
-  static constexpr std::chrono::milliseconds kLast{4000};
-  std::chrono::milliseconds next_{300};
-};
-
-// Short calls; the daemon may be waiting for workers to stop.
-void SetPatience(grpc::ClientContext& context,
-                 std::chrono::milliseconds patience = std::chrono::seconds(60)) {
-  context.set_deadline(std::chrono::system_clock::now() + patience);
-}
 
 absl::Status CheckServer(const std::string& server) {
   const size_t colon = server.rfind(':');
@@ -70,7 +48,7 @@ absl::StatusOr<std::unique_ptr<RegistrationClient>> RegistrationClient::Connect(
   auto channel = grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), ChannelSettings());
   std::unique_ptr<RegistrationClient> client(new RegistrationClient(server, channel));
   grpc::ClientContext context;
-  SetPatience(context, patience);
+  context.set_deadline(std::chrono::system_clock::now() + patience);
   const grpc::Status status = v1::Server::NewStub(channel)->GetServerInfo(&context, {}, &client->info_);
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
     return absl::FailedPreconditionError(
@@ -92,71 +70,65 @@ absl::Status RegistrationClient::Explain(const grpc::Status& status) const {
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Submit(const v1::SubmitJobRequest& request) {
-  for (Pauses pauses;;) {
-    grpc::ClientContext context;
-    SetPatience(context, std::chrono::minutes(10));
-    v1::Job job;
-    const grpc::Status status = stub_->SubmitJob(&context, request, &job);
-    if (status.ok()) return job;
-    const bool repeat =
-        status.error_code() == grpc::StatusCode::UNAVAILABLE && !request.idempotency_key().empty();
-    if (!repeat || !pauses.Next()) return Explain(status);
+  const std::chrono::minutes patience(10);
+  if (!request.idempotency_key().empty()) {
+    return CallDaemon<v1::Job>(
+        *this,
+        [&](grpc::ClientContext* context, v1::Job* job) { return stub_->SubmitJob(context, request, job); },
+        patience);
   }
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + patience);
+  v1::Job job;
+  const grpc::Status status = stub_->SubmitJob(&context, request, &job);
+  if (!status.ok()) return Explain(status);
+  return job;
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Get(const std::string& job_id) {
-  grpc::ClientContext context;
-  SetPatience(context);
   v1::GetJobRequest request;
   request.set_job_id(job_id);
-  v1::Job job;
-  const grpc::Status status = stub_->GetJob(&context, request, &job);
-  if (!status.ok()) return Explain(status);
-  return job;
+  return CallDaemon<v1::Job>(*this, [&](grpc::ClientContext* context, v1::Job* job) {
+    return stub_->GetJob(context, request, job);
+  });
 }
 
 absl::StatusOr<std::vector<v1::Job>> RegistrationClient::List(int limit) {
-  grpc::ClientContext context;
-  SetPatience(context);
   v1::ListJobsRequest request;
   request.set_limit(limit);
-  v1::ListJobsResponse response;
-  const grpc::Status status = stub_->ListJobs(&context, request, &response);
-  if (!status.ok()) return Explain(status);
-  return std::vector<v1::Job>(response.jobs().begin(), response.jobs().end());
+  const auto response = CallDaemon<v1::ListJobsResponse>(
+      *this, [&](grpc::ClientContext* context, v1::ListJobsResponse* answer) {
+        return stub_->ListJobs(context, request, answer);
+      });
+  if (!response.ok()) return response.status();
+  return std::vector<v1::Job>(response->jobs().begin(), response->jobs().end());
 }
 
 absl::StatusOr<std::vector<v1::FrameInfo>> RegistrationClient::Frames(const std::string& job_id) {
-  grpc::ClientContext context;
-  SetPatience(context);
   v1::ListFramesRequest request;
   request.set_job_id(job_id);
-  v1::ListFramesResponse response;
-  const grpc::Status status = stub_->ListFrames(&context, request, &response);
-  if (!status.ok()) return Explain(status);
-  return std::vector<v1::FrameInfo>(response.frames().begin(), response.frames().end());
+  const auto response = CallDaemon<v1::ListFramesResponse>(
+      *this, [&](grpc::ClientContext* context, v1::ListFramesResponse* answer) {
+        return stub_->ListFrames(context, request, answer);
+      });
+  if (!response.ok()) return response.status();
+  return std::vector<v1::FrameInfo>(response->frames().begin(), response->frames().end());
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Cancel(const std::string& job_id) {
-  grpc::ClientContext context;
-  SetPatience(context);
   v1::CancelJobRequest request;
   request.set_job_id(job_id);
-  v1::Job job;
-  const grpc::Status status = stub_->CancelJob(&context, request, &job);
-  if (!status.ok()) return Explain(status);
-  return job;
+  return CallDaemon<v1::Job>(*this, [&](grpc::ClientContext* context, v1::Job* job) {
+    return stub_->CancelJob(context, request, job);
+  });
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Retry(const std::string& job_id) {
-  grpc::ClientContext context;
-  SetPatience(context);
   v1::RetryJobRequest request;
   request.set_job_id(job_id);
-  v1::Job job;
-  const grpc::Status status = stub_->RetryJob(&context, request, &job);
-  if (!status.ok()) return Explain(status);
-  return job;
+  return CallDaemon<v1::Job>(*this, [&](grpc::ClientContext* context, v1::Job* job) {
+    return stub_->RetryJob(context, request, job);
+  });
 }
 
 absl::StatusOr<v1::Job> RegistrationClient::Watch(const std::string& job_id,

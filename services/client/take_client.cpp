@@ -2,49 +2,71 @@
 
 #include <grpcpp/grpcpp.h>
 
-#include <chrono>
-
 #include "absl/strings/str_cat.h"
+#include "services/client/daemon_call.h"
 
 namespace weft {
-namespace {
-
-void SetTakePatience(grpc::ClientContext& context) {
-  constexpr std::chrono::seconds kPatience{60};
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
-}
-
-}  // namespace
-
 absl::StatusOr<v1::RecordedTake> TakeClient::Start(const v1::StartTakeRequest& request) {
-  grpc::ClientContext context;
-  SetTakePatience(context);
-  v1::RecordedTake take;
-  const grpc::Status status = stub_->StartTake(&context, request, &take);
-  if (!status.ok()) return connection_.Explain(status);
-  return take;
+  return CallDaemon<v1::RecordedTake>(connection_,
+                                      [&](grpc::ClientContext* context, v1::RecordedTake* answer) {
+                                        return stub_->StartTake(context, request, answer);
+                                      });
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Stop(const std::string& id) {
-  grpc::ClientContext context;
-  SetTakePatience(context);
   v1::StopTakeRequest request;
   request.set_take_id(id);
-  v1::RecordedTake take;
-  const grpc::Status status = stub_->StopTake(&context, request, &take);
-  if (!status.ok()) return connection_.Explain(status);
-  return take;
+  return CallDaemon<v1::RecordedTake>(connection_,
+                                      [&](grpc::ClientContext* context, v1::RecordedTake* answer) {
+                                        return stub_->StopTake(context, request, answer);
+                                      });
 }
 
-absl::StatusOr<v1::ListTakesResponse> TakeClient::List(int limit) {
-  grpc::ClientContext context;
-  SetTakePatience(context);
+absl::StatusOr<v1::ListTakesResponse> TakeClient::List(int limit, bool trash) {
   v1::ListTakesRequest request;
   request.set_limit(limit);
-  v1::ListTakesResponse response;
-  const grpc::Status status = stub_->ListTakes(&context, request, &response);
-  if (!status.ok()) return connection_.Explain(status);
-  return response;
+  request.set_trash(trash);
+  return CallDaemon<v1::ListTakesResponse>(connection_,
+                                           [&](grpc::ClientContext* context, v1::ListTakesResponse* answer) {
+                                             return stub_->ListTakes(context, request, answer);
+                                           });
+}
+
+absl::StatusOr<v1::RecordedTake> TakeClient::Pin(const std::string& id, bool pinned) {
+  v1::PinTakeRequest request;
+  request.set_take_id(id);
+  request.set_pinned(pinned);
+  return CallDaemon<v1::RecordedTake>(connection_,
+                                      [&](grpc::ClientContext* context, v1::RecordedTake* answer) {
+                                        return stub_->PinTake(context, request, answer);
+                                      });
+}
+
+absl::StatusOr<v1::RecordedTake> TakeClient::Delete(const std::string& id) {
+  v1::DeleteTakeRequest request;
+  request.set_take_id(id);
+  return CallDaemon<v1::RecordedTake>(connection_,
+                                      [&](grpc::ClientContext* context, v1::RecordedTake* answer) {
+                                        return stub_->DeleteTake(context, request, answer);
+                                      });
+}
+
+absl::StatusOr<v1::RecordedTake> TakeClient::Restore(const std::string& id) {
+  v1::RestoreTakeRequest request;
+  request.set_take_id(id);
+  return CallDaemon<v1::RecordedTake>(connection_,
+                                      [&](grpc::ClientContext* context, v1::RecordedTake* answer) {
+                                        return stub_->RestoreTake(context, request, answer);
+                                      });
+}
+
+absl::StatusOr<v1::EmptyTrashResponse> TakeClient::EmptyTrash(const std::string& id) {
+  v1::EmptyTrashRequest request;
+  request.set_take_id(id);
+  return CallDaemon<v1::EmptyTrashResponse>(
+      connection_, [&](grpc::ClientContext* context, v1::EmptyTrashResponse* answer) {
+        return stub_->EmptyTrash(context, request, answer);
+      });
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Watch(const std::string& id,

@@ -19,9 +19,15 @@ class TakeClient {
   explicit TakeClient(const RegistrationClient& connection)
       : connection_(connection), stub_(v1::Takes::NewStub(connection.channel())) {}
 
+  // The request needs an idempotency key.
   absl::StatusOr<v1::RecordedTake> Start(const v1::StartTakeRequest& request);
   absl::StatusOr<v1::RecordedTake> Stop(const std::string& id);
-  absl::StatusOr<v1::ListTakesResponse> List(int limit);
+  absl::StatusOr<v1::ListTakesResponse> List(int limit, bool trash = false);
+  absl::StatusOr<v1::RecordedTake> Pin(const std::string& id, bool pinned);
+  absl::StatusOr<v1::RecordedTake> Delete(const std::string& id);
+  absl::StatusOr<v1::RecordedTake> Restore(const std::string& id);
+  // Empty: all takes of the trash.
+  absl::StatusOr<v1::EmptyTrashResponse> EmptyTrash(const std::string& id);
   // Calls `update` with every state until the take has ended, and returns the last one. Cancelled: `stop` was
   // requested; the take goes on. Unavailable: the daemon went away; the take goes on.
   absl::StatusOr<v1::RecordedTake> Watch(const std::string& id,

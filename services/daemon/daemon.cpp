@@ -19,6 +19,8 @@
 #include "services/daemon/lost_jobs.h"
 #include "services/daemon/path_policy.h"
 #include "services/daemon/server_service.h"
+#include "services/daemon/session_keeper.h"
+#include "services/daemon/session_service.h"
 #include "services/daemon/take_keeper.h"
 #include "services/daemon/take_service.h"
 #include "services/executor/local_executor.h"
@@ -27,7 +29,8 @@
 namespace weft {
 namespace {
 
-constexpr const char* kServiceNames[] = {"weft.v1.Jobs", "weft.v1.Server", "weft.v1.Takes"};
+constexpr const char* kServiceNames[] = {"weft.v1.Jobs", "weft.v1.Server", "weft.v1.Sessions",
+                                         "weft.v1.Takes"};
 constexpr int kMaxRequestBytes = 1 << 20;
 constexpr int kMaxThreads = 64;  // calls at once; watchers need none
 constexpr int kMaxWorkers = 1024;
@@ -100,7 +103,9 @@ struct Daemon::Parts {
   std::unique_ptr<JobQueue> queue;
   std::unique_ptr<JobService> jobs;
   std::unique_ptr<ServerService> server_info;
+  std::unique_ptr<SessionKeeper> session_keeper;
   std::unique_ptr<TakeKeeper> take_keeper;
+  std::unique_ptr<SessionService> sessions;
   std::unique_ptr<TakeService> takes;
   std::unique_ptr<grpc::Server> server;
   std::once_flag stopped;
@@ -146,11 +151,20 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   info.set_state_folder(options.state_folder);
   info.set_started_unix_ns(HostTime_ns());
   Parts& parts = *daemon->parts_;
+  auto session_keeper = SessionKeeper::Create(absl::StrCat(options.state_folder, "/sessions"));
+  if (!session_keeper.ok()) return session_keeper.status();
+  parts.session_keeper = *std::move(session_keeper);
+  parts.take_keeper = std::make_unique<TakeKeeper>(TakeKeeperOptions{
+      absl::StrCat(options.state_folder, "/takes"), absl::StrCat(options.state_folder, "/trash"),
+      options.recorder_program, options.retention, [queue = parts.queue.get()](const std::string& folder) {
+        const std::vector<v1::Job> jobs = queue->Unfinished();
+        return std::any_of(jobs.begin(), jobs.end(),
+                           [&](const v1::Job& job) { return job.spec().dump() == folder; });
+      }});
+  parts.sessions = std::make_unique<SessionService>(*parts.session_keeper, *parts.take_keeper, *policy);
+  parts.takes = std::make_unique<TakeService>(*parts.take_keeper, *parts.session_keeper);
   parts.jobs = std::make_unique<JobService>(
       *parts.queue, *std::move(policy), absl::StrCat(options.state_folder, "/results"), options.load_inputs);
-  parts.take_keeper =
-      std::make_unique<TakeKeeper>(absl::StrCat(options.state_folder, "/takes"), options.recorder_program);
-  parts.takes = std::make_unique<TakeService>(*parts.take_keeper);
   parts.server_info = std::make_unique<ServerService>(*parts.queue, info);
   if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
   return daemon;
@@ -165,6 +179,7 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
   builder.RegisterService(parts_->jobs.get());
   builder.RegisterService(parts_->server_info.get());
+  builder.RegisterService(parts_->sessions.get());
   builder.RegisterService(parts_->takes.get());
   parts_->server = builder.BuildAndStart();
   if (parts_->server == nullptr || port == 0) {

@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "services/daemon/prepare_job.h"
+#include "services/daemon/take_retention.h"
 #include "services/job/job_folder.h"
 #include "weft/v1/job.pb.h"
 
@@ -24,6 +25,7 @@ struct DaemonOptions {
   int64_t worker_memory_mib = 0;          // of a worker; 0 shares the machine's, negative: any
   std::string worker_program;             // weft-worker
   std::string recorder_program;           // weft-recorder
+  RetentionRules retention;               // of takes
   std::string address_file;               // gets HOST:PORT once the daemon listens; empty for none
   std::chrono::milliseconds stop_grace{5000};
   std::chrono::milliseconds silence_limit{std::chrono::minutes(15)};

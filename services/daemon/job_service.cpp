@@ -12,12 +12,6 @@
 #include "services/rpc/error_detail.h"
 
 namespace weft {
-namespace {
-
-constexpr int kDefaultListLimit = 100;
-constexpr int kMaxListLimit = 1000;
-
-}  // namespace
 
 JobService::JobService(JobQueue& queue, PathPolicy policy, std::string results_folder, InputsLoader load)
     : queue_(queue),
@@ -64,12 +58,9 @@ grpc::Status JobService::GetJob(grpc::ServerContext*, const v1::GetJobRequest* r
 grpc::Status JobService::ListJobs(grpc::ServerContext*, const v1::ListJobsRequest* request,
                                   v1::ListJobsResponse* response) {
   return Answer("ListJobs", [&]() -> absl::Status {
-    const int limit = request->limit();
-    if (limit < 0)
-      return FieldError(absl::StatusCode::kInvalidArgument,
-                        {"limit", absl::StrCat(limit, " is negative"), "give 0 for the default"});
-    const absl::StatusOr<std::vector<v1::Job>> jobs =
-        queue_.List(limit == 0 ? kDefaultListLimit : std::min(limit, kMaxListLimit));
+    const absl::StatusOr<int> limit = LimitOf(request->limit());
+    if (!limit.ok()) return limit.status();
+    const absl::StatusOr<std::vector<v1::Job>> jobs = queue_.List(*limit);
     if (!jobs.ok()) return jobs.status();
     response->mutable_jobs()->Assign(jobs->begin(), jobs->end());
     for (const std::string& warning : queue_.Warnings()) response->add_warnings(EscapedText(warning));

@@ -61,6 +61,24 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
       ->check(CLI::Range(int64_t{-1}, int64_t{1} << 30));
   app.add_option("--worker", options.worker_program, "The worker's program")->type_name("FILE");
   app.add_option("--recorder", options.recorder_program, "The recorder's program")->type_name("FILE");
+  app.add_option("--keep-takes-days", options.retention.keep_takes_days,
+                 "Takes that are older go to the trash, unless they are pinned; 0 keeps them")
+      ->type_name("DAYS")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--keep-trash-days", options.retention.keep_trash_days,
+                 "Takes are in the trash for so long before they are removed for good")
+      ->type_name("DAYS")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option(
+         "--takes-quota-gib", options.retention.takes_quota_gib,
+         "Beyond this the trash is emptied, then the oldest takes are removed unless they are pinned; 0 sets "
+         "no limit")
+      ->type_name("GIB")
+      ->check(CLI::NonNegativeNumber);
+  app.add_option("--least-free-gib", options.retention.least_free_gib,
+                 "The same when less of the disk is free; 0 removes nothing for its sake")
+      ->type_name("GIB")
+      ->check(CLI::NonNegativeNumber);
   app.add_option("--address-file", options.address_file, "Write HOST:PORT here once the daemon listens")
       ->type_name("FILE");
   app.add_option("--log-level", log_level, "How much to log, on standard error")

@@ -5,12 +5,10 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
-#include <random>
 #include <thread>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
-#include "base/host_clock.h"
+#include "base/timed_id.h"
 #include "capture/file/content_hash.h"
 #include "capture/take/recorded_take.h"
 #include "capture/take/take_progress.h"
@@ -21,16 +19,11 @@
 #include "services/pipeline/output_folder.h"
 #include "services/pipeline/registration_inputs.h"
 #include "services/pipeline/result_lock.h"
+#include "services/recorder/recorder_process.h"
 #include "services/rpc/error_detail.h"
 
 namespace weft {
 namespace {
-
-// Readable, sorted by time, and not to be guessed from another.
-std::string NewJobId() {
-  std::random_device random;
-  return absl::StrCat(UtcFileName(), "-", absl::StrFormat("%08x", random()));
-}
 
 // "take:<id>" in place of a path needs no permission: the folder is the daemon's own.
 absl::StatusOr<std::string> CanonicalDump(const PathPolicy& policy, const std::string& takes_folder,
@@ -42,6 +35,17 @@ absl::StatusOr<std::string> CanonicalDump(const PathPolicy& policy, const std::s
   if (std::filesystem::is_directory(*take, error)) return take;
   return FieldError(absl::StatusCode::kNotFound,
                     {"spec.dump", absl::StrCat(dump, ": no such take"), "ListTakes shows the takes"});
+}
+
+// Of a take that was started in a session: what the request leaves out.
+void TakeInputsFromSession(const std::string& takes_folder, v1::RegistrationSpec& spec) {
+  const absl::StatusOr<std::string> take = TakeOfName(takes_folder, spec.dump());
+  if (!take.ok() || *take == spec.dump()) return;
+  const absl::StatusOr<RecorderView> recorder = LookAtRecorder(std::filesystem::path(*take).parent_path());
+  if (!recorder.ok()) return;  // whoever opens the take says why
+  if (spec.rig().empty()) spec.set_rig(recorder->request.rig());
+  if (spec.board().empty()) spec.set_board(recorder->request.board());
+  if (spec.garment().empty()) spec.set_garment(recorder->request.garment());
 }
 
 absl::Status CanonicalizeInputs(const PathPolicy& policy, const std::string& takes_folder,
@@ -139,20 +143,22 @@ std::string HashOfRequest(const v1::SubmitJobRequest& request) {
       .Hex();
 }
 
-absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& request, const PathPolicy& policy,
+absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const PathPolicy& policy,
                                        const std::string& results_folder, const InputsLoader& load) {
+  const std::string takes_folder = std::filesystem::path(results_folder).parent_path() / "takes";
+  v1::SubmitJobRequest request = asked;
+  if (request.has_spec()) TakeInputsFromSession(takes_folder, *request.mutable_spec());
   if (absl::Status status = CheckSubmitRequest(request); !status.ok()) return status;
   PreparedJob prepared;
   v1::Job& job = prepared.job;
-  job.set_id(request.idempotency_key().empty() ? NewJobId() : request.idempotency_key());
-  if (!request.idempotency_key().empty()) job.set_request_hash(HashOfRequest(request));
+  job.set_id(request.idempotency_key().empty() ? NewTimedId() : request.idempotency_key());
+  if (!request.idempotency_key().empty()) job.set_request_hash(HashOfRequest(asked));
   job.set_priority(request.priority());
   job.set_weft_version(WEFT_VERSION);
   *job.mutable_spec() = request.spec();
   absl::StatusOr<v1::RegistrationOptions> options = EffectiveOptions(request.spec().options());
   if (!options.ok()) return options.status();
   *job.mutable_spec()->mutable_options() = *std::move(options);
-  const std::string takes_folder = std::filesystem::path(results_folder).parent_path() / "takes";
   if (absl::Status status = CanonicalizeInputs(policy, takes_folder, *job.mutable_spec()); !status.ok())
     return status;
   // LoadInputs wants every field.

@@ -14,6 +14,7 @@ constexpr size_t kMaxPathBytes = 4096;
 constexpr size_t kMaxNameBytes = 255;
 constexpr size_t kLeastKeyBytes = 8, kMaxKeyBytes = 64;
 constexpr int kMostPriority = 100;
+constexpr int kUsualLimit = 100, kMostLimit = 1000;  // of a list
 constexpr int kMostLiveEvery = 1'000'000;
 
 absl::Status Invalid(const std::string& field, const std::string& why, const std::string& remedy = "") {
@@ -113,13 +114,20 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
   return Invalid("spec.options.pipeline", std::string(options.status().message()));
 }
 
+absl::StatusOr<int> LimitOf(int limit) {
+  if (limit < 0) return Invalid("limit", absl::StrCat(limit, " is negative"), "give 0 for the default");
+  return limit == 0 ? kUsualLimit : std::min(limit, kMostLimit);
+}
+
+absl::Status CheckOwner(const std::string& owner) { return CheckText("owner", owner, kMaxNameBytes); }
+
 absl::Status CheckKey(const std::string& key) {
   const bool plain = std::all_of(key.begin(), key.end(), [](char c) {
     return absl::ascii_islower(c) || absl::ascii_isdigit(c) || c == '-';
   });
   if (key.empty()) return absl::OkStatus();
   if (plain && key.size() >= kLeastKeyBytes && key.size() <= kMaxKeyBytes) return absl::OkStatus();
-  return Invalid("idempotency_key", "cannot name a job",
+  return Invalid("idempotency_key", "cannot be an id",
                  absl::StrCat("give ", kLeastKeyBytes, " to ", kMaxKeyBytes,
                               " of a-z, 0-9 and \"-\", for example a UUID"));
 }

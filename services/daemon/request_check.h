@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "weft/v1/jobs.pb.h"
 
 namespace weft {
@@ -12,6 +13,10 @@ namespace weft {
 // preset, a hash that is none.
 absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request);
 
+// Of a list: 0 is 100, and no more than 1000 are given. InvalidArgument: negative.
+absl::StatusOr<int> LimitOf(int limit);
+// A name that others read. InvalidArgument: too long, control characters.
+absl::Status CheckOwner(const std::string& owner);
 // Empty, or fit for the name of a folder.
 absl::Status CheckKey(const std::string& idempotency_key);
 absl::Status CheckJobId(const std::string& job_id);

@@ -1,40 +1,65 @@
 // The takes that a daemon records: a folder each, with a recorder of its own.
 #pragma once
 
+#include <functional>
+#include <map>
 #include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "services/daemon/take_retention.h"
 #include "weft/v1/takes.pb.h"
 
 namespace weft {
 
-// The folders below `takes_folder` are all that is remembered: takes go on without a daemon, and the next one
-// finds them. Thread safety: any thread may call any function.
+struct TakeKeeperOptions {
+  std::string takes_folder;  // a folder per take
+  std::string trash_folder;  // on the same disk
+  std::string recorder_program;
+  RetentionRules retention;
+  // Whether an unfinished job reads this folder.
+  std::function<bool(const std::string& folder)> is_read = [](const std::string&) { return false; };
+};
+
+// The folders are all that is remembered: takes go on without a daemon, and the next one finds them. Thread
+// safety: any thread may call any function.
 class TakeKeeper {
  public:
-  // Closes takes whose recorders died, in the background.
-  TakeKeeper(std::string takes_folder, std::string recorder_program);
+  // Closes takes whose recorders died, and then clears away what the retention says, in the background.
+  explicit TakeKeeper(TakeKeeperOptions options);
 
   // Errors as takes.proto says; those of StartRecorder.
   absl::StatusOr<v1::RecordedTake> Start(const v1::StartTakeRequest& request);
   absl::StatusOr<v1::RecordedTake> Stop(const std::string& id);
   absl::StatusOr<v1::RecordedTake> Get(const std::string& id);
   // Newest first.
-  v1::ListTakesResponse List(size_t limit);
+  v1::ListTakesResponse List(size_t limit, bool trash);
+
+  absl::StatusOr<v1::RecordedTake> Pin(const std::string& id, bool pinned);
+  absl::StatusOr<v1::RecordedTake> Delete(const std::string& id, const std::string& because);
+  absl::StatusOr<v1::RecordedTake> Restore(const std::string& id);
+  // One take of the trash, or all of it.
+  absl::StatusOr<v1::EmptyTrashResponse> EmptyTrash(const std::string& id);
+  // Does what PlanRetention says now.
+  void ClearAway();
+
+  // FailedPrecondition: a take that is being recorded uses one of these cameras; it is named, and `field`.
+  absl::Status CheckCamerasAreFree(const std::string& field, const v1::Session& session) const;
+  // "take ID" for each device that films.
+  std::map<std::string, std::string> UsersOfDevices() const;
 
  private:
-  std::string FolderOf(const std::string& id) const { return takes_folder_ + "/" + id; }
-  std::vector<std::string> Ids() const;
-  absl::Status CheckCamerasAreFree(const v1::Session& session);
+  std::string FolderOf(const std::string& id) const { return options_.takes_folder + "/" + id; }
+  std::string TrashOf(const std::string& id) const { return options_.trash_folder + "/" + id; }
+  absl::StatusOr<v1::RecordedTake> GetLocked(const std::string& id);  // errors of Get
+  void WorkInBackground(const std::stop_token& stop);
 
-  const std::string takes_folder_;
-  const std::string recorder_program_;
-  std::mutex starting_;    // one request at a time looks which cameras are free
-  std::mutex recovering_;  // one take at a time is closed
-  std::jthread recovery_;
+  const TakeKeeperOptions options_;
+  std::mutex starting_;  // one request at a time looks which cameras are free
+  std::mutex changing_;  // one take at a time is closed, moved or marked
+  std::jthread background_;
 };
 
 // "take:<id>" as the folder of that take; anything else as it is. InvalidArgument: no id of a take.

@@ -86,6 +86,14 @@ absl::StatusOr<v1::Session> ReadSession(const std::string& path) {
   return session;
 }
 
+std::set<std::string> DevicesOf(const v1::Session& session) {
+  std::set<std::string> devices;
+  for (const v1::SessionCamera& camera : session.cameras()) {
+    devices.insert(camera.has_gige() ? camera.gige().device() : camera.v4l2().device());
+  }
+  return devices;
+}
+
 absl::Status CheckSession(const v1::Session& session, const std::string& source) {
   if (session.cameras().empty())
     return absl::InvalidArgumentError(absl::StrCat(source, ": the field cameras is empty"));

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,9 @@ namespace weft {
 absl::StatusOr<v1::Session> ReadSession(const std::string& path);
 // The same of one that came another way; the message names `source` in place of the file.
 absl::Status CheckSession(const v1::Session& session, const std::string& source);
+
+// The devices of its cameras, as the session names them.
+std::set<std::string> DevicesOf(const v1::Session& session);
 
 // What the session says of sets and recorder, defaults filled in.
 absl::StatusOr<LiveRecordingOptions> RecordingOptionsOf(const v1::Session& session);

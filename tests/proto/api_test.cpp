@@ -19,6 +19,7 @@
 #include "services/files/atomic_file.h"
 #include "weft/v1/jobs.pb.h"
 #include "weft/v1/server.pb.h"
+#include "weft/v1/sessions.pb.h"
 #include "weft/v1/takes.pb.h"
 
 namespace weft {
@@ -33,7 +34,7 @@ using google::protobuf::ServiceDescriptor;
 // The files that declare services.
 std::vector<const FileDescriptor*> ServiceFiles() {
   return {v1::SubmitJobRequest::descriptor()->file(), v1::ServerInfo::descriptor()->file(),
-          v1::RecordedTake::descriptor()->file()};
+          v1::CaptureSession::descriptor()->file(), v1::RecordedTake::descriptor()->file()};
 }
 
 // What services, and all messages that they send or receive, look like from outside.

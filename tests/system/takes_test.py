@@ -127,6 +127,65 @@ class Takes(StudioTest):
         unknown = self.take_command("stop", "20260101-000000-00000000", check=2)
         self.assertIn("no take", unknown.stderr)
 
+    def open_session(self, *more):
+        """In the foreground, as an operator does; returns its process and lease."""
+        opened = self.start("weft", "session", "open", self.session, "--server", self.server, *more)
+        return opened, opened.stdout.readline().strip()
+
+    def sessions(self):
+        listed = weft("session", "list", "--json", "--server", self.server, check=0)
+        return json.loads(listed.stdout)["sessions"]
+
+    def test_of_a_session_know_their_inputs(self):
+        inputs = [word for flag in ("--rig", "--board", "--template")
+                  for word in (flag, self.register_arguments()[self.register_arguments().index(flag) + 1])]
+        operator, lease = self.open_session("--owner", "anna", *inputs)
+        refused = self.take_command("start", "--session", self.session, check=2)
+        self.assertIn("of anna", refused.stderr)
+        rival = weft("session", "open", self.session, "--server", self.server, check=2)
+        self.assertIn("of anna", rival.stderr)
+        take = self.take_command("start", "--lease", lease, "--no-disk-test").stdout.strip()
+        self.wait_for_sets(take, 3)
+        self.assertEqual(self.shown(take)["session_id"], self.sessions()[0]["id"])
+        self.assertEqual(self.sessions()[0]["lease"], "", "nobody else sees it")
+        operator.terminate()  # Ctrl-C closes the session; the take goes on
+        operator.wait(LONG_S)
+        self.assertEqual(self.sessions()[0]["state"], "CAPTURE_SESSION_STATE_CLOSED")
+        self.assertEqual(self.shown(take)["state"]["phase"], RECORDED)
+        self.take_command("stop", take)
+        weft("register", f"take:{take}", "--out", self.out, "--server", self.server, "--frames", "0:2", check=0)
+        offline = self.path("offline")
+        weft(*self.register_arguments(dump=self.shown(take)["folder"], out=offline), "--frames", "0:2", check=0)
+        self.assertEqual(results(self.out), results(offline))
+        unnamed = weft("register", self.take, "--out", self.out, "--server", self.server, check=2)
+        self.assertIn("--rig is required", unnamed.stderr)
+
+    def test_cameras_of_an_operator_who_is_gone_are_free(self):
+        operator, _ = self.open_session("--lease-s", 5)
+        operator.kill()
+        wait_for(lambda: self.sessions()[0]["state"] == "CAPTURE_SESSION_STATE_EXPIRED", "the lease to end", 0.2)
+        left = weft("session", "open", self.session, "--detach", "--server", self.server, check=0).stdout.strip()
+        _, lease = self.open_session("--take-over")
+        lost = weft("session", "renew", left, "--server", self.server, check=2)
+        self.assertIn("was taken over", lost.stderr)
+        weft("session", "close", lease, "--server", self.server, check=0)
+        self.start_take("--seconds", 1)
+
+    def test_go_to_the_trash_and_come_back(self):
+        take = self.start_take("--seconds", 1)
+        self.take_command("watch", take)
+        self.take_command("pin", take)
+        self.assertIn("is pinned", self.take_command("delete", take, check=2).stderr)
+        self.take_command("pin", "--off", take)
+        self.take_command("delete", take)
+        self.assertNotIn(take, self.take_command("list").stdout)
+        self.assertIn(take, self.take_command("list", "--trash").stdout)
+        self.take_command("restore", take)
+        weft("take", "verify", self.shown(take)["folder"], check=0)
+        self.take_command("delete", take)
+        self.assertIn("1 takes removed", self.take_command("empty-trash").stdout)
+        self.assertEqual(os.listdir(f"{self.path('state')}/takes"), [])
+
 
 if __name__ == "__main__":
     enter_network()

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <thread>
 
+#include "services/client/session_client.h"
 #include "services/client/take_client.h"
 #include "services/files/json_file.h"
 #include "services/files/unique_fd.h"
@@ -119,6 +120,104 @@ TEST_F(TakeServiceTest, RefusesCamerasThatFilmAndIdsThatAreNone) {
   EXPECT_EQ(list->takes(0).id(), id_);
   ASSERT_EQ(list->warnings_size(), 1);
   EXPECT_THAT(list->warnings(0), HasSubstr("damaged"));
+}
+
+TEST_F(TakeServiceTest, GoToTheTrashAndComeBackUnlessTheyAreInUse) {
+  StartDaemon();
+  TakeClient client(*client_);
+  const auto refused = [&](const std::string& why) {
+    const absl::Status status = client.Delete(id_).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
+    EXPECT_THAT(std::string(status.message()), HasSubstr(why));
+  };
+  refused("is being recorded");
+  Show(v1::RECORDER_PHASE_ENDED, 9);
+  lock_.Close();
+  ASSERT_TRUE(client.Pin(id_, true).ok());
+  refused("is pinned");
+  EXPECT_TRUE(client.List(0)->takes(0).keeping().pinned());
+  ASSERT_TRUE(client.Pin(id_, false).ok());
+  ASSERT_TRUE(client.Delete(id_).ok());
+  EXPECT_EQ(client.List(0)->takes_size(), 0);
+  ASSERT_EQ(client.List(0, true)->takes_size(), 1);
+  EXPECT_EQ(client.List(0, true)->takes(0).state().sets_recorded(), 9);
+  EXPECT_THAT(std::string(client.Stop(id_).status().message()), HasSubstr("is in the trash"));
+  v1::StartTakeRequest again;
+  again.set_idempotency_key(id_);
+  EXPECT_EQ(client.Start(again).status().code(), absl::StatusCode::kAlreadyExists);
+
+  ASSERT_TRUE(client.Restore(id_).ok());
+  ASSERT_TRUE(client.Restore(id_).ok()) << "may be repeated";
+  EXPECT_EQ(client.List(0, true)->takes_size(), 0);
+  ASSERT_EQ(client.List(0)->takes_size(), 1);
+  EXPECT_EQ(client.List(0)->takes(0).keeping().deleted_unix_ns(), 0);
+  EXPECT_EQ(client.EmptyTrash(id_).status().code(), absl::StatusCode::kNotFound);
+  ASSERT_TRUE(client.Delete(id_).ok());
+  const absl::StatusOr<v1::EmptyTrashResponse> emptied = client.EmptyTrash("");
+  ASSERT_TRUE(emptied.ok()) << emptied.status();
+  EXPECT_EQ(emptied->takes(), 1);
+  EXPECT_GT(emptied->bytes(), 0);
+  EXPECT_EQ(client.Restore(id_).status().code(), absl::StatusCode::kNotFound);
+  for (const char* id : {"../results", "a/b", "."}) {
+    EXPECT_EQ(client.Restore(id).status().code(), absl::StatusCode::kInvalidArgument) << id;
+    EXPECT_EQ(client.EmptyTrash(id).status().code(), absl::StatusCode::kInvalidArgument) << id;
+  }
+}
+
+TEST_F(TakeServiceTest, AJobThatReadsATakeKeepsIt) {
+  Show(v1::RECORDER_PHASE_ENDED, 9);
+  lock_.Close();
+  StartDaemon();
+  WriteBytes(files_.take, "hang\n");
+  TakeClient client(*client_);
+  v1::SubmitJobRequest request = MakeRequest({});
+  request.mutable_spec()->set_dump(files_.take);
+  const absl::StatusOr<v1::Job> job = client_->Submit(request);
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_THAT(std::string(client.Delete(id_).status().message()), HasSubstr("is read by a job"));
+  ASSERT_TRUE(client_->Cancel(job->id()).ok());
+  EXPECT_TRUE(client.Delete(id_).ok());
+}
+
+TEST_F(TakeServiceTest, CamerasOfASessionAreFilmedWithItsLeaseAlone) {
+  StartDaemon();
+  SessionClient sessions(*client_);
+  v1::OpenSessionRequest open;
+  v1::SessionCamera& camera = *open.mutable_cameras()->add_cameras();
+  camera.set_id("left");
+  camera.mutable_gige()->set_device("127.0.0.2");
+  open.set_owner("anna");
+  open.set_idempotency_key("session-of-anna");
+  EXPECT_THAT(std::string(sessions.Open(open).status().message()), HasSubstr("films take " + id_));
+  Show(v1::RECORDER_PHASE_ENDED, 9);
+  lock_.Close();
+  const absl::StatusOr<v1::CaptureSession> session = sessions.Open(open);
+  ASSERT_TRUE(session.ok()) << session.status();
+
+  TakeClient client(*client_);
+  v1::StartTakeRequest start;
+  *start.mutable_recording()->mutable_session() = open.cameras();
+  const absl::Status foreign = client.Start(start).status();
+  EXPECT_EQ(foreign.code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(std::string(foreign.message()), HasSubstr("belongs to session session-of-anna of anna"));
+  start.set_lease(session->lease());
+  EXPECT_EQ(client.Start(start).status().code(), absl::StatusCode::kInvalidArgument)
+      << "cameras beside a lease";
+  start.mutable_recording()->clear_session();
+  start.set_lease(session->lease() + "0");
+  EXPECT_EQ(client.Start(start).status().code(), absl::StatusCode::kPermissionDenied);
+  start.set_lease(session->lease());
+  // As far as the recorder's program, which these tests lack.
+  EXPECT_THAT(std::string(client.Start(start).status().message()), HasSubstr("no such program"));
+  start.mutable_recording()->set_rig("/etc/passwd");
+  EXPECT_EQ(client.Start(start).status().code(), absl::StatusCode::kInvalidArgument)
+      << "what the session says";
+
+  ASSERT_TRUE(sessions.Close(session->lease()).ok());
+  EXPECT_EQ(sessions.List(10)->sessions(0).state(), v1::CAPTURE_SESSION_STATE_CLOSED);
+  open.set_idempotency_key("session-of-anna-2");
+  open.set_rig("/etc/passwd");
+  EXPECT_EQ(sessions.Open(open).status().code(), absl::StatusCode::kPermissionDenied);
 }
 
 }  // namespace

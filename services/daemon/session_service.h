@@ -1,0 +1,36 @@
+// The service Sessions.
+#pragma once
+
+#include "services/daemon/path_policy.h"
+#include "services/daemon/session_keeper.h"
+#include "services/daemon/take_keeper.h"
+#include "weft/v1/sessions.grpc.pb.h"
+
+namespace weft {
+
+// Thread safety: gRPC calls from many threads. The keepers must outlive the service.
+class SessionService final : public v1::Sessions::Service {
+ public:
+  SessionService(SessionKeeper& sessions, TakeKeeper& takes, PathPolicy policy)
+      : sessions_(sessions), takes_(takes), policy_(std::move(policy)) {}
+
+  grpc::Status OpenSession(grpc::ServerContext* context, const v1::OpenSessionRequest* request,
+                           v1::CaptureSession* session) override;
+  grpc::Status RenewSession(grpc::ServerContext* context, const v1::RenewSessionRequest* request,
+                            v1::CaptureSession* session) override;
+  grpc::Status CloseSession(grpc::ServerContext* context, const v1::CloseSessionRequest* request,
+                            v1::CaptureSession* session) override;
+  grpc::Status GetSession(grpc::ServerContext* context, const v1::GetSessionRequest* request,
+                          v1::CaptureSession* session) override;
+  grpc::Status ListSessions(grpc::ServerContext* context, const v1::ListSessionsRequest* request,
+                            v1::ListSessionsResponse* response) override;
+
+ private:
+  absl::StatusOr<v1::CaptureSession> Open(const v1::OpenSessionRequest& request);
+
+  SessionKeeper& sessions_;
+  TakeKeeper& takes_;
+  const PathPolicy policy_;
+};
+
+}  // namespace weft
