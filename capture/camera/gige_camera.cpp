@@ -75,6 +75,23 @@ absl::Status GigeCamera::WaitForPtp() {
   return absl::OkStatus();
 }
 
+// A camera lets go of a program that died once its heartbeat is missing, after 3 s by default.
+absl::Status GigeCamera::TakeControl() {
+  ArvGvDevice* device = ARV_GV_DEVICE(arv_camera_get_device(camera_.get()));
+  const Clock::time_point end =
+      Clock::now() + (is_reported_lost_ ? std::chrono::seconds(0) : std::chrono::seconds(4));
+  while (!arv_gv_device_is_controller(device)) {
+    if (Clock::now() >= end) {
+      return absl::FailedPreconditionError(absl::StrCat("camera ", options_.id, ": another program controls ",
+                                                        options_.device, "; stop that one first"));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    GlibError error;
+    arv_gv_device_take_control(device, error.out());
+  }
+  return absl::OkStatus();
+}
+
 absl::Status GigeCamera::Open() {
   Close();
   GlibError error;
@@ -88,6 +105,7 @@ absl::Status GigeCamera::Open() {
     return absl::InvalidArgumentError(
         absl::StrCat("camera ", options_.id, ": ", options_.device, " is no GigE Vision camera"));
   }
+  if (absl::Status status = TakeControl(); !status.ok()) return status;
   GlibError size_error;
   if (options_.packet_size_bytes > 0) {
     arv_camera_gv_set_packet_size(camera_.get(), options_.packet_size_bytes, size_error.out());

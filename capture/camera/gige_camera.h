@@ -33,8 +33,9 @@ struct GigeCameraOptions {
 };
 
 // Opens the camera, sets its features and reads them back. NotFound: no such camera. InvalidArgument: a
-// feature that the camera lacks or a value that it refuses, both named. Unavailable: it does not answer, or
-// somebody else controls it. Aravis looks for cameras on every network interface; it takes about a second.
+// feature that the camera lacks or a value that it refuses, both named. Unavailable: it does not answer.
+// FailedPrecondition: another program controls it. Aravis looks for cameras on every network interface; it
+// takes about a second.
 absl::StatusOr<std::unique_ptr<CameraSource>> OpenGigeCamera(const GigeCameraOptions& options);
 
 }  // namespace weft

@@ -57,6 +57,7 @@ class GigeCamera : public CameraSource {
 
   absl::Status Configure();
   absl::Status WaitForPtp();
+  absl::Status TakeControl();
   absl::Status OpenStream();
   void UsePacketSocket(bool use, const std::string& setting);
   int64_t DeviceTime_ns(_ArvBuffer* buffer) const;

@@ -4,18 +4,29 @@
 
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
+#include "services/client/camera_client.h"
 #include "services/recording/camera_list.h"
 
 namespace weft {
 namespace {
 
 struct CameraListCommandOptions {
+  std::string server;
   bool details = false;
   bool json = false;
 };
 
 absl::Status PrintCameras(const CameraListCommandOptions& options) {
-  const v1::CameraList list = ListCameras();
+  v1::CameraList list;
+  if (options.server.empty()) {
+    list = ListCameras();
+  } else {
+    const auto connection = RegistrationClient::Connect(options.server);
+    if (!connection.ok()) return connection.status();
+    const absl::StatusOr<v1::CameraList> theirs = CameraClient(**connection).List();
+    if (!theirs.ok()) return theirs.status();
+    list = *theirs;
+  }
   if (options.json) return PrintJsonMessage(list);
   std::fputs(CameraListText(list, options.details).c_str(), stdout);
   return absl::OkStatus();
@@ -32,10 +43,15 @@ void AddCameraCommand(CLI::App& app, CommandLine& line) {
       "List the cameras that session.json can name: GigE Vision cameras that answer in the network, and V4L2 "
       "cameras of this machine (USB, CSI, frame grabbers).",
       "  weft camera list\n"
+      "  weft camera list --server 127.0.0.1:7411\n"
       "  weft camera list --details");
   list->add_flag("--details", options->details, "Formats, sizes and controls of V4L2 cameras, too");
+  list->add_option("--server", options->server, "The cameras of the daemon at HOST:PORT, and who uses them")
+      ->type_name("ADDRESS")
+      ->envname("WEFT_SERVER");
   list->add_flag("--json", options->json, "Print JSON (weft.v1.CameraList)");
   list->callback([options, &line] { line.run = [options] { return PrintCameras(*options); }; });
+  AddCameraLookCommand(*camera, line);
   AddCameraFakeCommand(*camera, line);
 }
 

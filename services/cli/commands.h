@@ -16,6 +16,7 @@ void AddPatternCommand(CLI::App& app, CommandLine& line);
 void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line);
 void AddPatternPaletteCommand(CLI::App& pattern, CommandLine& line);
 void AddCameraCommand(CLI::App& app, CommandLine& line);
+void AddCameraLookCommand(CLI::App& camera, CommandLine& line);
 void AddCameraFakeCommand(CLI::App& camera, CommandLine& line);
 void AddDoctorCommand(CLI::App& app, CommandLine& line);
 void AddEvaluateCommand(CLI::App& app, CommandLine& line);

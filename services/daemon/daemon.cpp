@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
 #include "services/catalogue/catalogue.h"
+#include "services/daemon/camera_service.h"
 #include "services/daemon/cores.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_service.h"
@@ -29,8 +30,8 @@
 namespace weft {
 namespace {
 
-constexpr const char* kServiceNames[] = {"weft.v1.Jobs", "weft.v1.Server", "weft.v1.Sessions",
-                                         "weft.v1.Takes"};
+constexpr const char* kServiceNames[] = {"weft.v1.Cameras", "weft.v1.Jobs", "weft.v1.Server",
+                                         "weft.v1.Sessions", "weft.v1.Takes"};
 constexpr int kMaxRequestBytes = 1 << 20;
 constexpr int kMaxThreads = 64;  // calls at once; watchers need none
 constexpr int kMaxWorkers = 1024;
@@ -105,6 +106,7 @@ struct Daemon::Parts {
   std::unique_ptr<ServerService> server_info;
   std::unique_ptr<SessionKeeper> session_keeper;
   std::unique_ptr<TakeKeeper> take_keeper;
+  std::unique_ptr<CameraService> cameras;
   std::unique_ptr<SessionService> sessions;
   std::unique_ptr<TakeService> takes;
   std::unique_ptr<grpc::Server> server;
@@ -156,11 +158,13 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   parts.session_keeper = *std::move(session_keeper);
   parts.take_keeper = std::make_unique<TakeKeeper>(TakeKeeperOptions{
       absl::StrCat(options.state_folder, "/takes"), absl::StrCat(options.state_folder, "/trash"),
-      options.recorder_program, options.retention, [queue = parts.queue.get()](const std::string& folder) {
+      absl::StrCat(options.state_folder, "/looks"), options.recorder_program, options.retention,
+      [queue = parts.queue.get()](const std::string& folder) {
         const std::vector<v1::Job> jobs = queue->Unfinished();
         return std::any_of(jobs.begin(), jobs.end(),
                            [&](const v1::Job& job) { return job.spec().dump() == folder; });
       }});
+  parts.cameras = std::make_unique<CameraService>(*parts.take_keeper, *parts.session_keeper);
   parts.sessions = std::make_unique<SessionService>(*parts.session_keeper, *parts.take_keeper, *policy);
   parts.takes = std::make_unique<TakeService>(*parts.take_keeper, *parts.session_keeper);
   parts.jobs = std::make_unique<JobService>(
@@ -177,6 +181,7 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   ConfigureServer(builder);
   int port = 0;
   builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
+  builder.RegisterService(parts_->cameras.get());
   builder.RegisterService(parts_->jobs.get());
   builder.RegisterService(parts_->server_info.get());
   builder.RegisterService(parts_->sessions.get());

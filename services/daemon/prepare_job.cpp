@@ -13,7 +13,7 @@
 #include "capture/take/recorded_take.h"
 #include "capture/take/take_progress.h"
 #include "services/daemon/request_check.h"
-#include "services/daemon/take_keeper.h"
+#include "services/daemon/take_folder.h"
 #include "services/files/atomic_file.h"
 #include "services/options/presets.h"
 #include "services/pipeline/output_folder.h"

@@ -17,6 +17,7 @@ namespace weft {
 struct TakeKeeperOptions {
   std::string takes_folder;  // a folder per take
   std::string trash_folder;  // on the same disk
+  std::string looks_folder;  // of FilmBriefly; emptied when the keeper begins
   std::string recorder_program;
   RetentionRules retention;
   // Whether an unfinished job reads this folder.
@@ -45,6 +46,11 @@ class TakeKeeper {
   // Does what PlanRetention says now.
   void ClearAway();
 
+  // A take of a moment, which `use` may read before it is removed. No take starts meanwhile. Errors of
+  // CheckCamerasAreFree, StartRecorder, and those that the recorder met.
+  absl::Status FilmBriefly(const v1::Session& session,
+                           const std::function<void(const std::string& take)>& use);
+
   // FailedPrecondition: a take that is being recorded uses one of these cameras; it is named, and `field`.
   absl::Status CheckCamerasAreFree(const std::string& field, const v1::Session& session) const;
   // "take ID" for each device that films.
@@ -61,8 +67,5 @@ class TakeKeeper {
   std::mutex changing_;  // one take at a time is closed, moved or marked
   std::jthread background_;
 };
-
-// "take:<id>" as the folder of that take; anything else as it is. InvalidArgument: no id of a take.
-absl::StatusOr<std::string> TakeOfName(const std::string& takes_folder, const std::string& name);
 
 }  // namespace weft

@@ -14,6 +14,7 @@ v1::CameraList ListCameras() {
     camera.set_device(found.address);
     camera.set_model(absl::StrCat(found.vendor, " ", found.model));
     camera.set_serial(found.serial);
+    if (IsControlled(found.address)) camera.set_used_by("another program");
   }
   for (const V4l2Identity& found : FindV4l2Cameras()) {
     v1::ListedCamera& camera = *list.add_cameras();
@@ -40,6 +41,7 @@ std::string CameraListText(const v1::CameraList& list, bool details) {
     if (!camera.model().empty()) absl::StrAppend(&text, "  ", camera.model());
     if (!camera.serial().empty()) absl::StrAppend(&text, ", serial ", camera.serial());
     if (!camera.bus().empty()) absl::StrAppend(&text, ", at ", camera.bus());
+    if (!camera.used_by().empty()) absl::StrAppend(&text, "  in use: ", camera.used_by());
     if (!camera.problem().empty()) absl::StrAppend(&text, "  ", camera.problem());
     text += '\n';
     if (!details) continue;

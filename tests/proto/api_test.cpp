@@ -17,6 +17,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "services/files/atomic_file.h"
+#include "weft/v1/cameras.pb.h"
 #include "weft/v1/jobs.pb.h"
 #include "weft/v1/server.pb.h"
 #include "weft/v1/sessions.pb.h"
@@ -33,8 +34,9 @@ using google::protobuf::ServiceDescriptor;
 
 // The files that declare services.
 std::vector<const FileDescriptor*> ServiceFiles() {
-  return {v1::SubmitJobRequest::descriptor()->file(), v1::ServerInfo::descriptor()->file(),
-          v1::CaptureSession::descriptor()->file(), v1::RecordedTake::descriptor()->file()};
+  return {v1::LookAtCamerasRequest::descriptor()->file(), v1::SubmitJobRequest::descriptor()->file(),
+          v1::ServerInfo::descriptor()->file(), v1::CaptureSession::descriptor()->file(),
+          v1::RecordedTake::descriptor()->file()};
 }
 
 // What services, and all messages that they send or receive, look like from outside.

@@ -186,6 +186,43 @@ class Takes(StudioTest):
         self.assertIn("1 takes removed", self.take_command("empty-trash").stdout)
         self.assertEqual(os.listdir(f"{self.path('state')}/takes"), [])
 
+    def cameras(self, server=None):
+        return json.loads(weft("camera", "list", "--json", "--server", server or self.server, check=0).stdout)["cameras"]
+
+    def look(self, *words, check=0, server=None):
+        return weft("camera", "look", "--server", server or self.server, *words, "--out", self.path("pictures"), check=check)
+
+    def test_cameras_are_seen_before_and_while_they_film(self):
+        ids = [camera["id"] for camera in json.loads(read(self.session))["cameras"]]
+        seen = self.look("--session", self.session).stdout.splitlines()
+        self.assertEqual(len(seen), len(ids))
+        self.assertRegex(seen[0], rf"^{ids[0]}  .*, \d+ x \d+, \w+, median \d+ of 255, .* focus 0\.\d+$")
+        pictures = [f"{one}.jpg" for one in ids]
+        self.assertEqual(sorted(os.listdir(self.path("pictures"))), sorted(pictures))
+        with open(f"{self.path('pictures')}/{pictures[0]}", "rb") as picture:
+            self.assertEqual(picture.read(2), b"\xff\xd8", "a JPEG file")
+        self.assertEqual(os.listdir(f"{self.path('state')}/looks"), [])
+        take = self.start_take()
+        self.wait_for_sets(take, 2)
+        self.assertIn(f"films take {take}", self.look("--session", self.session, check=2).stderr)
+        one = json.loads(self.look("--take", take, "--camera", ids[1], "--json").stdout)
+        self.assertEqual(one["camera"]["id"], ids[1])
+        self.assertIn("PixelFormat", one["camera"]["settings"])
+        self.assertGreaterEqual(int(one["set"]), 1)
+        self.assertIn("has no camera", self.look("--take", take, "--camera", "none", check=2).stderr)
+        self.assertTrue(all(camera["used_by"] == f"take {take}" for camera in self.cameras()), self.cameras())
+        # Another daemon sees them, and that somebody else has them.
+        other_address = self.path("other address")
+        self.start("weftd", "--listen", "127.0.0.1:0", "--address-file", other_address, "--state",
+                   self.path("other state"), "--allow-path", self.folder, "--workers", 1)
+        other = wait_for(lambda: os.path.exists(other_address) and read(other_address).strip(), "weftd to listen")
+        refused = self.look("--session", self.session, server=other, check=2)
+        self.assertIn("another program", refused.stderr)
+        self.assertTrue(all(camera["used_by"] == "another program" for camera in self.cameras(other)), self.cameras(other))
+        stopped = self.take_command("stop", take)
+        self.assertRegex(stopped.stdout, "0 dropped, 0 frames missing", "the other daemon disturbed nothing")
+        self.assertTrue(all(camera["used_by"] == "" for camera in self.cameras(other)), self.cameras(other))
+
 
 if __name__ == "__main__":
     enter_network()

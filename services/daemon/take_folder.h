@@ -1,0 +1,26 @@
+// The folders in which a daemon keeps its takes.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "services/recorder/recorder_process.h"
+#include "weft/v1/takes.pb.h"
+
+namespace weft {
+
+// Ids of the takes in a folder of takes, newest first.
+std::vector<std::string> TakesIn(const std::string& folder);
+bool TakeExists(const std::string& folder);
+
+std::string KeepingFile(const std::string& folder);
+// A take whose file cannot be read counts as pinned: nobody deletes what may be pinned.
+v1::TakeKeeping ReadKeeping(const std::string& folder);
+
+v1::RecordedTake DescribeTakeFolder(const std::string& id, const std::string& folder, RecorderView view);
+
+// "take:<id>" as the folder of that take; anything else as it is. InvalidArgument: no id of a take.
+absl::StatusOr<std::string> TakeOfName(const std::string& takes_folder, const std::string& name);
+
+}  // namespace weft

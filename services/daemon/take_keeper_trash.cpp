@@ -1,0 +1,152 @@
+// What becomes of takes: pinned, deleted, restored, cleared away.
+#include <fcntl.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+
+#include "absl/strings/str_cat.h"
+#include "base/host_clock.h"
+#include "capture/file/plain_text.h"
+#include "services/daemon/request_check.h"
+#include "services/daemon/take_folder.h"
+#include "services/daemon/take_keeper.h"
+#include "services/files/atomic_file.h"
+#include "services/files/json_file.h"
+#include "services/files/unique_fd.h"
+#include "services/recorder/recorder_files.h"
+#include "services/rpc/error_detail.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+uint64_t BytesOf(const std::string& folder) {
+  uint64_t bytes = 0;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder, error)) {
+    const uintmax_t size = entry.is_regular_file(error) ? entry.file_size(error) : 0;
+    if (!error) bytes += size;
+  }
+  return bytes;
+}
+
+// A rename that a power failure does not undo.
+absl::Status MoveFolder(const std::string& from, const std::string& to) {
+  const std::string target_folder = fs::path(to).parent_path();
+  if (absl::Status status = CreateFolders(target_folder); !status.ok()) return status;
+  if (rename(from.c_str(), to.c_str()) != 0) return WriteError(to, errno);
+  for (const std::string& folder : {target_folder, fs::path(from).parent_path().string()}) {
+    const UniqueFd fd(open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+    if (absl::Status status = SyncFolder(fd.get(), folder); !status.ok()) return status;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status InUse(const std::string& id, const std::string& why, const std::string& remedy) {
+  return FieldError(absl::StatusCode::kFailedPrecondition,
+                    {"take_id", absl::StrCat("take ", id, " ", why), remedy});
+}
+
+}  // namespace
+
+absl::StatusOr<v1::RecordedTake> TakeKeeper::Pin(const std::string& id, bool pinned) {
+  const std::lock_guard lock(changing_);
+  absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
+  if (!take.ok()) return take;
+  take->mutable_keeping()->set_pinned(pinned);
+  if (absl::Status status = WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()); !status.ok())
+    return status;
+  return take;
+}
+
+absl::StatusOr<v1::RecordedTake> TakeKeeper::Delete(const std::string& id, const std::string& because) {
+  const std::lock_guard lock(changing_);
+  absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
+  if (!take.ok()) return take;
+  if (take->recorder_lives()) return InUse(id, "is being recorded", "stop it first");
+  if (take->keeping().pinned()) return InUse(id, "is pinned", "unpin it first");
+  if (options_.is_read(take->folder())) return InUse(id, "is read by a job", "wait for the job or cancel it");
+  take->mutable_keeping()->set_deleted_unix_ns(HostTime_ns());
+  take->mutable_keeping()->set_deleted_because(because);
+  // A kill in between leaves a take that is there and says that it was deleted: Restore is for it, too.
+  if (absl::Status status = WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()); !status.ok())
+    return status;
+  if (absl::Status status = MoveFolder(FolderOf(id), TrashOf(id)); !status.ok()) return status;
+  take->set_folder(RecorderFiles(TrashOf(id)).take);
+  spdlog::info("take {} is in the trash: {}", id, EscapedText(because));
+  return take;
+}
+
+absl::StatusOr<v1::RecordedTake> TakeKeeper::Restore(const std::string& id) {
+  if (absl::Status status = CheckTakeId(id); !status.ok()) return status;
+  const std::lock_guard lock(changing_);
+  if (TakeExists(TrashOf(id))) {
+    if (TakeExists(FolderOf(id))) return InUse(id, "is there, and another of its name in the trash", "");
+    if (absl::Status status = MoveFolder(TrashOf(id), FolderOf(id)); !status.ok()) return status;
+  }
+  absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
+  if (!take.ok()) return take;
+  take->mutable_keeping()->clear_deleted_unix_ns();
+  take->mutable_keeping()->clear_deleted_because();
+  if (absl::Status status = WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()); !status.ok())
+    return status;
+  return take;
+}
+
+absl::StatusOr<v1::EmptyTrashResponse> TakeKeeper::EmptyTrash(const std::string& id) {
+  std::vector<std::string> ids = {id};
+  if (id.empty()) {
+    ids = TakesIn(options_.trash_folder);
+  } else if (absl::Status status = CheckTakeId(id); !status.ok()) {
+    return status;
+  }
+  const std::lock_guard lock(changing_);
+  v1::EmptyTrashResponse response;
+  for (const std::string& one : ids) {
+    const std::string folder = TrashOf(one);
+    if (!TakeExists(folder)) {
+      return FieldError(absl::StatusCode::kNotFound,
+                        {"take_id", absl::StrCat("no take ", one, " in the trash"), "delete it first"});
+    }
+    const uint64_t bytes = BytesOf(folder);
+    std::error_code error;
+    fs::remove_all(folder, error);
+    if (error) return WriteError(folder, error.value());
+    response.set_takes(response.takes() + 1);
+    response.set_bytes(response.bytes() + bytes);
+    spdlog::info("take {} is removed for good", one);
+  }
+  return response;
+}
+
+void TakeKeeper::ClearAway() {
+  std::vector<KeptTake> takes;
+  const v1::ListTakesResponse list = List(SIZE_MAX, false);
+  for (const v1::RecordedTake& take : list.takes()) {
+    const bool kept = take.recorder_lives() || take.keeping().pinned() || options_.is_read(take.folder());
+    takes.push_back({take.id(), take.state().updated_unix_ns(), 0, BytesOf(FolderOf(take.id())), kept});
+  }
+  // Whatever lies in the trash, also what a removal that was killed left of a take.
+  for (const std::string& id : TakesIn(options_.trash_folder)) {
+    const int64_t deleted_unix_ns = std::max<int64_t>(1, ReadKeeping(TrashOf(id)).deleted_unix_ns());
+    takes.push_back({id, 0, deleted_unix_ns, BytesOf(TrashOf(id)), false});
+  }
+  std::error_code error;
+  const fs::space_info space = fs::space(options_.takes_folder, error);
+  const uint64_t free_bytes = error ? UINT64_MAX : space.available;
+  for (const RetentionStep& step : PlanRetention(options_.retention, takes, free_bytes, HostTime_ns())) {
+    const absl::Status status =
+        step.remove ? EmptyTrash(step.id).status() : Delete(step.id, step.because).status();
+    if (!status.ok()) {
+      spdlog::warn("take {}: {}", step.id, EscapedText(std::string(status.message())));
+    } else {
+      spdlog::info("take {} was cleared away: {}", step.id, step.because);
+    }
+  }
+}
+
+}  // namespace weft
