@@ -8,6 +8,7 @@
 #include "services/cli/commands.h"
 #include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
+#include "services/cli/remote_operation.h"
 #include "services/evaluation/evaluation_report.h"
 #include "services/evaluation/evaluation_text.h"
 #include "services/verdict/verdict.h"
@@ -112,8 +113,7 @@ void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.Evaluation)");
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return EvaluateCommand(*options, line.quiet); }; });
+  RunHereOrAtDaemon(*command, line, [options, &line] { return EvaluateCommand(*options, line.quiet); });
 }
 
 }  // namespace weft

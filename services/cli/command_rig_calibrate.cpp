@@ -18,6 +18,7 @@
 #include "services/cli/input_options.h"
 #include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
+#include "services/cli/remote_operation.h"
 #include "services/files/atomic_file.h"
 #include "services/files/target_file.h"
 #include "services/process/exit_status.h"
@@ -343,8 +344,7 @@ void AddCalibrateCommand(CLI::App& rig, CommandLine& line) {
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.CalibrationReport)");
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return Calibrate(*options, line.quiet); }; });
+  RunHereOrAtDaemon(*command, line, [options, &line] { return Calibrate(*options, line.quiet); });
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
+#include "services/cli/remote_operation.h"
 #include "services/cli/take_text.h"
 #include "services/process/exit_status.h"
 #include "services/recording/disk_speed.h"
@@ -83,21 +84,26 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
   CLI::App* take = AddCommand(app, "take", "Record takes; show, check, repair and copy them", "");
   take->require_subcommand(1);
   const auto options = std::make_shared<TakeCommandOptions>();
-  const auto add = [&](const char* name, const char* description, const char* example, auto run) {
+  const auto add = [&](const char* name, const char* description, const char* example) {
     CLI::App* command = AddCommand(*take, name, description, example);
     command->add_option("TAKE", options->take, "Folder of the take")->required()->type_name("");
     command->add_flag("--json", options->json, "Print JSON");
-    command->callback([options, &line, run] { line.run = [options, run] { return run(*options); }; });
     return command;
   };
-  add("info",
+  CLI::App* info = add(
+      "info",
       "Show what a take holds: the verdict, cameras, frame sets, sync between the cameras, and why frames "
       "are missing. Exit status 0, whatever the verdict.",
-      "  weft take info take", Info);
-  add("verify",
+      "  weft take info take\n"
+      "  weft take info take:20260131-104500-1a2b3c4d --server 127.0.0.1:7411");
+  RunHereOrAtDaemon(*info, line, [options] { return Info(*options); });
+  CLI::App* verify = add(
+      "verify",
       "Read every byte of a take and check it: checksums, streams, indexes, ledger, take.json. Exit status 1 "
       "when anything is not as it should be; padding that is not zero is a warning, for it harms no frame.",
-      "  weft take verify take", Verify);
+      "  weft take verify take\n"
+      "  weft take verify take:20260131-104500-1a2b3c4d --server 127.0.0.1:7411");
+  RunHereOrAtDaemon(*verify, line, [options] { return Verify(*options); });
   CLI::App* recover =
       add("recover",
           "Make a take readable again whose recorder crashed or whose files are damaged. Every intact frame "
@@ -105,8 +111,8 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
           "are rebuilt. Replaced data are kept in TAKE/recovered.",
           "  weft take recover take\n"
           "  weft take recover --dry-run take\n"
-          "  weft take recover --force take",
-          Recover);
+          "  weft take recover --force take");
+  recover->callback([options, &line] { line.run = [options] { return Recover(*options); }; });
   recover->add_flag("--force", options->force, "Also a take that was closed");
   recover->add_flag("--dry-run", options->dry_run, "Say what would be done, change nothing");
   recover->add_flag("--purge", options->purge, "Only remove what earlier recoveries kept in TAKE/recovered");

@@ -18,6 +18,7 @@
 #include "services/cli/pipeline_flags.h"
 #include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
+#include "services/cli/remote_operation.h"
 #include "services/cli/template_sources.h"
 #include "services/cli/template_summary.h"
 #include "services/files/atomic_file.h"
@@ -209,8 +210,7 @@ void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.TemplateSummary)");
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return Build(*options, line.quiet); }; });
+  RunHereOrAtDaemon(*command, line, [options, &line] { return Build(*options, line.quiet); });
 }
 
 }  // namespace weft

@@ -31,6 +31,7 @@ void AddTakeSyncCommand(CLI::App& take, CommandLine& line);
 void AddTemplateCommand(CLI::App& app, CommandLine& line);
 void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line);
 void AddTemplateCheckCommand(CLI::App& garment, CommandLine& line);
+void AddOperationCommand(CLI::App& app, CommandLine& line);
 void AddOptionsCommand(CLI::App& app, CommandLine& line);
 void AddDecodeCommand(CLI::App& app, CommandLine& line);
 void AddAlignCommand(CLI::App& app, CommandLine& line);

@@ -1,12 +1,17 @@
 // `weft`: the command line.
 #include <CLI/CLI.hpp>
 
+#include <signal.h>
+#include <sys/prctl.h>
+#include <unistd.h>
+
 #include <cstdio>
 #include <exception>
 
 #include "services/cli/command_line.h"
 #include "services/cli/commands.h"
 #include "services/cli/completion.h"
+#include "services/cli/progress.h"
 #include "services/process/exit_status.h"
 #include "services/process/help.h"
 #include "services/verdict/verdict.h"
@@ -38,6 +43,16 @@ int ParseFailure(const CLI::App& app, const CLI::ParseError& error) {
   return weft::kExitBadInput;
 }
 
+// As a daemon runs commands. False where that has ended already.
+bool BeWatchedBy(int parent) {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  weft::PrintProgressAsLines();
+  // Whoever records goes first.
+  constexpr int kNiceness = 10;
+  [[maybe_unused]] const int ignored = nice(kNiceness);
+  return getppid() == parent;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -47,6 +62,9 @@ int main(int argc, char** argv) {
   weft::CommandLine line;
   app.set_version_flag("--version", "weft " WEFT_VERSION, "Print the version and exit");
   app.add_flag("-q,--quiet", line.quiet, "No progress bars and notes, only results and errors");
+  int watched_by = 0;
+  app.add_option("--watched-by", watched_by, "End with this process, and print progress as lines for it")
+      ->group("");
   app.require_subcommand(1);
   app.fallthrough();
   app.formatter(weft::MakeHelpFormatter());
@@ -60,6 +78,7 @@ int main(int argc, char** argv) {
   weft::AddDoctorCommand(app, line);
   weft::AddSessionCommand(app, line);
   weft::AddTakeCommand(app, line);
+  weft::AddOperationCommand(app, line);
   weft::AddRigCommand(app, line);
   weft::AddPatternCommand(app, line);
   weft::AddTemplateCommand(app, line);
@@ -75,6 +94,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return ParseFailure(app, error);
   }
+  if (watched_by != 0 && !BeWatchedBy(watched_by)) return weft::kExitFailed;
   try {
     const absl::Status status = line.run();
     if (!status.ok() && !weft::IsVerdict(status))

@@ -19,6 +19,8 @@ std::string Duration(double seconds) {
   return absl::StrFormat("%d:%02d", s / 60, s % 60);
 }
 
+bool as_lines = false;  // set once, before any progress
+
 int TerminalWidth() {
   winsize size{};
   if (ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) return size.ws_col;
@@ -50,7 +52,9 @@ std::string ProgressLine(const std::string& label, uint64_t done, uint64_t total
   return line.substr(0, static_cast<size_t>(std::max(width, 0)));
 }
 
-bool ProgressVisible(bool quiet) { return !quiet && isatty(STDERR_FILENO) != 0; }
+void PrintProgressAsLines() { as_lines = true; }
+
+bool ProgressVisible(bool quiet) { return !quiet && (as_lines || isatty(STDERR_FILENO) != 0); }
 
 Progress::Progress(std::string label, uint64_t total, bool visible, ProgressUnit unit)
     : label_(std::move(label)), visible_(visible), unit_(unit), total_(total) {
@@ -88,6 +92,11 @@ void Progress::Draw(bool force) {
   const auto now = std::chrono::steady_clock::now();
   if (!force && now - drawn_ < std::chrono::milliseconds(100)) return;
   drawn_ = now;
+  if (as_lines) {
+    std::fprintf(stderr, "weft: progress: %s: %llu of %llu\n", label_.c_str(),
+                 static_cast<unsigned long long>(done_), static_cast<unsigned long long>(total_));
+    return;
+  }
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
   std::fprintf(stderr, "\r\033[K%s",
                ProgressLine(label_, done_, total_, elapsed_s, TerminalWidth() - 1, unit_).c_str());
@@ -95,7 +104,7 @@ void Progress::Draw(bool force) {
 }
 
 void Progress::Wipe() {
-  if (visible_) std::fprintf(stderr, "\r\033[K");
+  if (visible_ && !as_lines) std::fprintf(stderr, "\r\033[K");
 }
 
 }  // namespace weft

@@ -16,8 +16,12 @@ enum class ProgressUnit { kCount, kPercent };
 std::string ProgressLine(const std::string& label, uint64_t done, uint64_t total, double elapsed_s, int width,
                          ProgressUnit unit = ProgressUnit::kCount);
 
-// True when progress should be drawn: stderr is a terminal and the command is not quiet.
+// True when progress should be drawn: stderr is a terminal, or a program watches, and the command is not
+// quiet.
 bool ProgressVisible(bool quiet);
+
+// From now on progress is lines for a program that watches: "weft: progress: decode: 12 of 24".
+void PrintProgressAsLines();
 
 // Draws itself on stderr, at most ten times a second, and wipes itself when it goes out of scope. Draws
 // nothing when `visible` is false. Thread safety: any thread may call any function.

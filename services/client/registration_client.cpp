@@ -7,7 +7,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "services/client/daemon_call.h"
-#include "services/files/atomic_file.h"
+#include "services/client/file_transfer.h"
 #include "services/rpc/grpc_status.h"
 #include "weft/v1/server.grpc.pb.h"
 
@@ -15,7 +15,6 @@ namespace weft {
 namespace {
 
 constexpr int kMaxAnswerBytes = 64 << 20;
-constexpr uint64_t kMaxFileBytes = uint64_t{4} << 30;
 
 absl::Status CheckServer(const std::string& server) {
   const size_t colon = server.rfind(':');
@@ -158,58 +157,18 @@ absl::StatusOr<v1::Job> RegistrationClient::Watch(const std::string& job_id,
   return Explain(status);
 }
 
-// What has arrived of a file.
-struct RegistrationClient::Transfer {
-  std::string bytes;
-  std::string version;
-  int64_t expected = 0;
-};
-
-// One call. A daemon that knows nothing of offsets begins anew.
-grpc::Status RegistrationClient::Receive(v1::FetchResultRequest request, Transfer* transfer) const {
-  grpc::ClientContext context;
-  request.set_offset(static_cast<int64_t>(transfer->bytes.size()));
-  request.set_version(transfer->version);
-  const auto stream = stub_->FetchResult(&context, request);
-  v1::FileChunk chunk;
-  while (stream->Read(&chunk)) {
-    transfer->expected = chunk.file_bytes();
-    transfer->version = chunk.version();
-    if (chunk.version().empty() && request.offset() > 0) {
-      transfer->bytes.clear();
-      request.set_offset(0);
-    }
-    transfer->bytes += chunk.data();
-    if (transfer->bytes.size() > kMaxFileBytes) context.TryCancel();
-  }
-  return stream->Finish();
-}
-
 absl::Status RegistrationClient::Fetch(const std::string& job_id, const std::string& frame,
                                        v1::ResultKind kind, const std::string& path) {
   v1::FetchResultRequest request;
   request.set_job_id(job_id);
   request.set_frame(frame);
   request.set_kind(kind);
-  Transfer transfer;
-  grpc::Status status;
-  for (Pauses pauses;;) {
-    const size_t before = transfer.bytes.size();
-    status = Receive(request, &transfer);
-    if (status.error_code() == grpc::StatusCode::ABORTED) {
-      transfer = {};
-    } else if (status.error_code() != grpc::StatusCode::UNAVAILABLE) {
-      break;
-    }
-    if (transfer.bytes.size() > before) pauses = {};
-    if (!pauses.Next()) break;
-  }
-  if (!status.ok()) return Explain(status);
-  if (static_cast<int64_t>(transfer.bytes.size()) != transfer.expected) {
-    return absl::DataLossError(absl::StrCat(path, ": ", transfer.bytes.size(), " of ", transfer.expected,
-                                            " bytes arrived; fetch it again"));
-  }
-  return WriteFileAtomically(path, transfer.bytes);
+  const OpenTransfer open = [&](grpc::ClientContext* context, int64_t offset, const std::string& version) {
+    request.set_offset(offset);
+    request.set_version(version);
+    return stub_->FetchResult(context, request);
+  };
+  return ReceiveFile(*this, open, path);
 }
 
 }  // namespace weft

@@ -57,8 +57,6 @@ class RegistrationClient {
  private:
   RegistrationClient(std::string server, std::shared_ptr<grpc::ChannelInterface> channel)
       : server_(std::move(server)), channel_(std::move(channel)), stub_(v1::Jobs::NewStub(channel_)) {}
-  struct Transfer;
-  grpc::Status Receive(v1::FetchResultRequest request, Transfer* transfer) const;
 
   const std::string server_;
   const std::shared_ptr<grpc::ChannelInterface> channel_;

@@ -11,6 +11,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
 #include "base/host_clock.h"
 #include "services/catalogue/catalogue.h"
 #include "services/daemon/camera_service.h"
@@ -18,20 +19,24 @@
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_service.h"
 #include "services/daemon/lost_jobs.h"
+#include "services/daemon/operation_queue.h"
+#include "services/daemon/operation_service.h"
 #include "services/daemon/path_policy.h"
 #include "services/daemon/server_service.h"
 #include "services/daemon/session_keeper.h"
 #include "services/daemon/session_service.h"
+#include "services/daemon/take_folder.h"
 #include "services/daemon/take_keeper.h"
 #include "services/daemon/take_service.h"
 #include "services/executor/local_executor.h"
 #include "services/files/atomic_file.h"
+#include "services/rpc/error_detail.h"
 
 namespace weft {
 namespace {
 
-constexpr const char* kServiceNames[] = {"weft.v1.Cameras", "weft.v1.Jobs", "weft.v1.Server",
-                                         "weft.v1.Sessions", "weft.v1.Takes"};
+constexpr const char* kServiceNames[] = {"weft.v1.Cameras", "weft.v1.Jobs",     "weft.v1.Operations",
+                                         "weft.v1.Server",  "weft.v1.Sessions", "weft.v1.Takes"};
 constexpr int kMaxRequestBytes = 1 << 20;
 constexpr int kMaxThreads = 64;  // calls at once; watchers need none
 constexpr int kMaxWorkers = 1024;
@@ -106,12 +111,57 @@ struct Daemon::Parts {
   std::unique_ptr<ServerService> server_info;
   std::unique_ptr<SessionKeeper> session_keeper;
   std::unique_ptr<TakeKeeper> take_keeper;
+  std::unique_ptr<OperationQueue> operation_queue;
   std::unique_ptr<CameraService> cameras;
+  std::unique_ptr<OperationService> operations;
   std::unique_ptr<SessionService> sessions;
   std::unique_ptr<TakeService> takes;
   std::unique_ptr<grpc::Server> server;
   std::once_flag stopped;
 };
+
+TakeKeeperOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const Parts& parts) {
+  TakeKeeperOptions keeping;
+  keeping.takes_folder = absl::StrCat(options.state_folder, "/takes");
+  keeping.trash_folder = absl::StrCat(options.state_folder, "/trash");
+  keeping.looks_folder = absl::StrCat(options.state_folder, "/looks");
+  keeping.recorder_program = options.recorder_program;
+  keeping.retention = options.retention;
+  keeping.is_read = [&parts](const std::string& folder) {
+    const std::vector<v1::Job> jobs = parts.queue->Unfinished();
+    return std::any_of(jobs.begin(), jobs.end(),
+                       [&](const v1::Job& job) { return job.spec().dump() == folder; }) ||
+           (parts.operation_queue && parts.operation_queue->Reads(folder));
+  };
+  return keeping;
+}
+
+OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const PathPolicy& policy,
+                                           const Parts& parts) {
+  OperationQueueOptions operations;
+  operations.folder = absl::StrCat(options.state_folder, "/operations");
+  operations.program = options.command_program;
+  operations.keep_days = options.retention.keep_trash_days;
+  operations.adopt_take = [&parts](const std::string& take_folder, const std::string& id) {
+    return parts.take_keeper->Adopt(take_folder, id, absl::StrCat("made by operation ", id));
+  };
+  operations.resolve = [&parts, policy, takes_folder = absl::StrCat(options.state_folder, "/takes")](
+                           const std::string& field,
+                           const std::string& value) -> absl::StatusOr<std::string> {
+    absl::string_view id = value;
+    if (absl::ConsumePrefix(&id, "job:")) {
+      const absl::StatusOr<v1::Job> job = parts.queue->Get(std::string(id));
+      return job.ok() ? absl::StatusOr<std::string>(job->spec().out()) : job.status();
+    }
+    absl::StatusOr<std::string> take = TakeOfName(takes_folder, value);
+    if (!take.ok()) return take;
+    if (*take == value) return policy.CheckInput(field, value);
+    if (TakeExists(*take)) return take;
+    return FieldError(absl::StatusCode::kNotFound,
+                      {field, absl::StrCat(value, ": no such take"), "ListTakes shows the takes"});
+  };
+  return operations;
+}
 
 absl::Status DaemonOptions::Validate() const {
   if (const auto host = HostOf(listen); !host.ok()) return host.status();
@@ -156,14 +206,12 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   auto session_keeper = SessionKeeper::Create(absl::StrCat(options.state_folder, "/sessions"));
   if (!session_keeper.ok()) return session_keeper.status();
   parts.session_keeper = *std::move(session_keeper);
-  parts.take_keeper = std::make_unique<TakeKeeper>(TakeKeeperOptions{
-      absl::StrCat(options.state_folder, "/takes"), absl::StrCat(options.state_folder, "/trash"),
-      absl::StrCat(options.state_folder, "/looks"), options.recorder_program, options.retention,
-      [queue = parts.queue.get()](const std::string& folder) {
-        const std::vector<v1::Job> jobs = queue->Unfinished();
-        return std::any_of(jobs.begin(), jobs.end(),
-                           [&](const v1::Job& job) { return job.spec().dump() == folder; });
-      }});
+  parts.take_keeper = std::make_unique<TakeKeeper>(TakeKeepingOf(options, parts));
+  auto operations = OperationQueue::Create(OperationsOf(options, *policy, parts));
+  if (!operations.ok()) return operations.status();
+  parts.operation_queue = *std::move(operations);
+  parts.take_keeper->Begin();
+  parts.operations = std::make_unique<OperationService>(*parts.operation_queue);
   parts.cameras = std::make_unique<CameraService>(*parts.take_keeper, *parts.session_keeper);
   parts.sessions = std::make_unique<SessionService>(*parts.session_keeper, *parts.take_keeper, *policy);
   parts.takes = std::make_unique<TakeService>(*parts.take_keeper, *parts.session_keeper);
@@ -183,6 +231,7 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
   builder.RegisterService(parts_->cameras.get());
   builder.RegisterService(parts_->jobs.get());
+  builder.RegisterService(parts_->operations.get());
   builder.RegisterService(parts_->server_info.get());
   builder.RegisterService(parts_->sessions.get());
   builder.RegisterService(parts_->takes.get());
@@ -204,6 +253,8 @@ void Daemon::Stop() {
   std::call_once(parts_->stopped, [this] {
     if (parts_->server) parts_->server->GetHealthCheckService()->Shutdown();
     if (parts_->queue) parts_->queue->Stop();
+    if (parts_->take_keeper) parts_->take_keeper->Stop();
+    if (parts_->operation_queue) parts_->operation_queue->Stop();
     if (parts_->server) {
       constexpr std::chrono::seconds kGrace{2};
       parts_->server->Shutdown(std::chrono::system_clock::now() + kGrace);

@@ -16,6 +16,10 @@
 
 namespace weft {
 
+class PathPolicy;
+struct OperationQueueOptions;
+struct TakeKeeperOptions;
+
 struct DaemonOptions {
   std::string listen = "127.0.0.1:7411";  // HOST:PORT; port 0 takes a free one
   std::string state_folder;               // made where it is missing
@@ -25,6 +29,7 @@ struct DaemonOptions {
   int64_t worker_memory_mib = 0;          // of a worker; 0 shares the machine's, negative: any
   std::string worker_program;             // weft-worker
   std::string recorder_program;           // weft-recorder
+  std::string command_program;            // weft, for operations
   RetentionRules retention;               // of takes
   std::string address_file;               // gets HOST:PORT once the daemon listens; empty for none
   std::chrono::milliseconds stop_grace{5000};
@@ -59,6 +64,9 @@ class Daemon {
  private:
   struct Parts;
   Daemon();
+  static TakeKeeperOptions TakeKeepingOf(const DaemonOptions& options, const Parts& parts);
+  static OperationQueueOptions OperationsOf(const DaemonOptions& options, const PathPolicy& policy,
+                                            const Parts& parts);
   absl::Status Listen(const DaemonOptions& options);
 
   std::string address_;

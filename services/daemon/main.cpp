@@ -26,7 +26,7 @@ void WaitForStop(const std::stop_token& stop) {
   asked.wait(lock, stop, [] { return false; });
 }
 
-// weft-worker and weft-recorder are installed beside weftd.
+// The other programs are installed beside weftd.
 std::string ProgramBeside(const char* name) {
   std::error_code error;
   const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
@@ -61,6 +61,8 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
       ->check(CLI::Range(int64_t{-1}, int64_t{1} << 30));
   app.add_option("--worker", options.worker_program, "The worker's program")->type_name("FILE");
   app.add_option("--recorder", options.recorder_program, "The recorder's program")->type_name("FILE");
+  app.add_option("--command", options.command_program, "The program `weft`, for operations")
+      ->type_name("FILE");
   app.add_option("--keep-takes-days", options.retention.keep_takes_days,
                  "Takes that are older go to the trash, unless they are pinned; 0 keeps them")
       ->type_name("DAYS")
@@ -123,6 +125,7 @@ int main(int argc, char** argv) {
   weft::DaemonOptions options;
   options.worker_program = ProgramBeside("weft-worker");
   options.recorder_program = ProgramBeside("weft-recorder");
+  options.command_program = ProgramBeside("weft");
   options.endings.assess = weft::AssessJobFolder;
   options.endings.write_report = weft::WriteJobReport;
   options.find_incomplete = weft::FindIncompleteFrames;

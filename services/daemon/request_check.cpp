@@ -37,14 +37,6 @@ absl::Status CheckPath(const std::string& field, const std::string& path) {
   return CheckText(field, path, kMaxPathBytes);
 }
 
-absl::Status CheckPlainName(const std::string& field, const std::string& name) {
-  if (absl::Status status = CheckText(field, name, kMaxNameBytes); !status.ok()) return status;
-  if (name == "." || name == ".." || name.find('/') != std::string::npos) {
-    return Invalid(field, absl::StrCat("\"", name, "\" has folders"), "give a name without folders");
-  }
-  return absl::OkStatus();
-}
-
 absl::Status CheckHash(const std::string& field, const std::string& hash) {
   const bool digits = std::all_of(hash.begin(), hash.end(), [](char c) { return absl::ascii_isxdigit(c); });
   if (hash.empty() || (hash.size() == 16 && digits)) return absl::OkStatus();
@@ -114,6 +106,18 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
   return Invalid("spec.options.pipeline", std::string(options.status().message()));
 }
 
+absl::Status CheckPlainName(const std::string& field, const std::string& name) {
+  if (absl::Status status = CheckText(field, name, kMaxNameBytes); !status.ok()) return status;
+  if (name == "." || name == ".." || name.find('/') != std::string::npos) {
+    return Invalid(field, absl::StrCat("\"", name, "\" has folders"), "give a name without folders");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckOneLine(const std::string& field, const std::string& text) {
+  return CheckText(field, text, kMaxPathBytes);
+}
+
 absl::StatusOr<int> LimitOf(int limit) {
   if (limit < 0) return Invalid("limit", absl::StrCat(limit, " is negative"), "give 0 for the default");
   return limit == 0 ? kUsualLimit : std::min(limit, kMostLimit);
@@ -145,15 +149,18 @@ absl::Status CheckJobId(const std::string& job_id) {
   return CheckText("job_id", job_id, kMaxNameBytes);
 }
 
+absl::Status CheckOffset(int64_t offset) {
+  if (offset >= 0) return absl::OkStatus();
+  return Invalid("offset", absl::StrCat(offset, " is negative"), "count bytes from 0");
+}
+
 absl::Status CheckFetchRequest(const v1::FetchResultRequest& request) {
   if (absl::Status status = CheckJobId(request.job_id()); !status.ok()) return status;
   const bool of_job = request.kind() == v1::RESULT_KIND_JOB || request.kind() == v1::RESULT_KIND_JOB_REPORT;
   if (!v1::ResultKind_IsValid(request.kind()) || request.kind() == v1::RESULT_KIND_UNSPECIFIED) {
     return Invalid("kind", absl::StrCat(static_cast<int>(request.kind()), " is no kind of result"));
   }
-  if (request.offset() < 0) {
-    return Invalid("offset", absl::StrCat(request.offset(), " is negative"), "count bytes from 0");
-  }
+  if (absl::Status status = CheckOffset(request.offset()); !status.ok()) return status;
   if (absl::Status status = CheckText("version", request.version(), kMaxNameBytes); !status.ok())
     return status;
   if (of_job && !request.frame().empty())

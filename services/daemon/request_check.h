@@ -17,10 +17,16 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request);
 absl::StatusOr<int> LimitOf(int limit);
 // A name that others read. InvalidArgument: too long, control characters.
 absl::Status CheckOwner(const std::string& owner);
+// The same of a text as long as a path may be.
+absl::Status CheckOneLine(const std::string& field, const std::string& text);
+// Of a file or folder, without folders above it; may be empty.
+absl::Status CheckPlainName(const std::string& field, const std::string& name);
 // Empty, or fit for the name of a folder.
 absl::Status CheckKey(const std::string& idempotency_key);
 absl::Status CheckJobId(const std::string& job_id);
 absl::Status CheckTakeId(const std::string& take_id);
+// Of a file that is fetched.
+absl::Status CheckOffset(int64_t offset);
 absl::Status CheckFetchRequest(const v1::FetchResultRequest& request);
 
 }  // namespace weft

@@ -78,9 +78,14 @@ absl::StatusCode CodeOf(const std::string& name) {
 
 }  // namespace
 
-TakeKeeper::TakeKeeper(TakeKeeperOptions options)
-    : options_(std::move(options)),
-      background_([this](const std::stop_token& stop) { WorkInBackground(stop); }) {}
+void TakeKeeper::Begin() {
+  background_ = std::jthread([this](const std::stop_token& stop) { WorkInBackground(stop); });
+}
+
+void TakeKeeper::Stop() {
+  background_.request_stop();
+  if (background_.joinable()) background_.join();
+}
 
 void TakeKeeper::WorkInBackground(const std::stop_token& stop) {
   {

@@ -28,8 +28,11 @@ struct TakeKeeperOptions {
 // safety: any thread may call any function.
 class TakeKeeper {
  public:
-  // Closes takes whose recorders died, and then clears away what the retention says, in the background.
-  explicit TakeKeeper(TakeKeeperOptions options);
+  explicit TakeKeeper(TakeKeeperOptions options) : options_(std::move(options)) {}
+  // Closes takes whose recorders died, and then clears away what the retention says, in the background until
+  // Stop.
+  void Begin();
+  void Stop();
 
   // Errors as takes.proto says; those of StartRecorder.
   absl::StatusOr<v1::RecordedTake> Start(const v1::StartTakeRequest& request);
@@ -43,6 +46,9 @@ class TakeKeeper {
   absl::StatusOr<v1::RecordedTake> Restore(const std::string& id);
   // One take of the trash, or all of it.
   absl::StatusOr<v1::EmptyTrashResponse> EmptyTrash(const std::string& id);
+  // Takes in a take that was made by other means, and moves its folder; `origin` says how it came about, for
+  // people. A take of this id that is there already stays.
+  absl::Status Adopt(const std::string& take_folder, const std::string& id, const std::string& origin);
   // Does what PlanRetention says now.
   void ClearAway();
 

@@ -1,4 +1,4 @@
-// What becomes of takes: pinned, deleted, restored, cleared away.
+// What becomes of takes: adopted, pinned, deleted, restored, cleared away.
 #include <fcntl.h>
 #include <spdlog/spdlog.h>
 
@@ -17,6 +17,7 @@
 #include "services/files/json_file.h"
 #include "services/files/unique_fd.h"
 #include "services/recorder/recorder_files.h"
+#include "services/recording/take_file.h"
 #include "services/rpc/error_detail.h"
 
 namespace weft {
@@ -52,6 +53,33 @@ absl::Status InUse(const std::string& id, const std::string& why, const std::str
 }
 
 }  // namespace
+
+absl::Status TakeKeeper::Adopt(const std::string& take_folder, const std::string& id,
+                               const std::string& origin) {
+  if (absl::Status status = CheckTakeId(id); !status.ok()) return status;
+  const std::lock_guard lock(changing_);
+  if (TakeExists(FolderOf(id)) || TakeExists(TrashOf(id))) return absl::OkStatus();
+  const absl::StatusOr<v1::Take> take = ReadTakeFile(take_folder);
+  if (!take.ok()) return take.status();
+  // Beside its folder, so that the last step is one rename.
+  const std::string adopted = take_folder + ".adopted";
+  std::error_code error;
+  fs::remove_all(adopted, error);
+  if (absl::Status status = CreateFolders(adopted); !status.ok()) return status;
+  const RecorderFiles files(adopted);
+  v1::RecorderState state;
+  state.set_phase(v1::RECORDER_PHASE_ENDED);
+  state.set_message(origin);
+  state.set_updated_unix_ns(HostTime_ns());
+  state.set_sets_recorded(take->sets_recorded());
+  state.set_sets_dropped(take->sets_dropped());
+  state.set_frames_missing(take->frames_missing());
+  state.set_disk_minutes_left(-1);
+  if (absl::Status status = WriteJsonFile(files.request, v1::RecorderRequest()); !status.ok()) return status;
+  if (absl::Status status = WriteJsonFile(files.state, state); !status.ok()) return status;
+  if (rename(take_folder.c_str(), files.take.c_str()) != 0) return WriteError(files.take, errno);
+  return MoveFolder(adopted, FolderOf(id));
+}
 
 absl::StatusOr<v1::RecordedTake> TakeKeeper::Pin(const std::string& id, bool pinned) {
   const std::lock_guard lock(changing_);

@@ -1,82 +1,11 @@
 #include "services/daemon/take_service.h"
 
-#include <grpcpp/alarm.h>
-
-#include <chrono>
-#include <memory>
-#include <mutex>
-#include <utility>
-
 #include "services/daemon/answer.h"
+#include "services/daemon/polling_watcher.h"
 #include "services/daemon/request_check.h"
 #include "services/rpc/error_detail.h"
-#include "services/rpc/grpc_status.h"
 
 namespace weft {
-namespace {
-
-// Looks at the take between two writes, so a slow client costs neither memory nor a thread.
-class TakeWatcher : public grpc::ServerWriteReactor<v1::RecordedTake> {
- public:
-  TakeWatcher(TakeKeeper& takes, std::string id) : takes_(takes), id_(std::move(id)) {}
-
-  void Look() {
-    // Called by the alarm, too, of which gRPC does not know when it deletes this: the lock must outlive it.
-    const std::shared_ptr<std::mutex> mutex = mutex_;
-    const std::lock_guard lock(*mutex);
-    waiting_ = false;
-    if (cancelled_) return End(grpc::Status::CANCELLED);
-    absl::StatusOr<v1::RecordedTake> take = takes_.Get(id_);
-    if (!take.ok()) return End(ToGrpcStatus(take.status()));
-    if (take->SerializeAsString() == written_.SerializeAsString()) return Wait();
-    written_ = *std::move(take);
-    writing_ = true;
-    StartWrite(&written_);
-  }
-
-  void OnWriteDone(bool ok) override {
-    const std::lock_guard lock(*mutex_);
-    writing_ = false;
-    if (!ok || cancelled_) return End(grpc::Status::CANCELLED);
-    if (!written_.recorder_lives()) return End(grpc::Status::OK);
-    Wait();
-  }
-
-  void OnCancel() override {
-    const std::lock_guard lock(*mutex_);
-    cancelled_ = true;
-    if (waiting_) alarm_->Cancel();
-  }
-
-  void OnDone() override {
-    // Whoever ended the stream lets go of the lock first.
-    { const std::lock_guard lock(*mutex_); }
-    delete this;
-  }
-
- private:
-  // The functions below need the lock.
-  void Wait() {
-    constexpr std::chrono::milliseconds kPeriod{250};
-    waiting_ = true;
-    // Another one each time: this may be the call of the last one.
-    alarm_ = std::make_unique<grpc::Alarm>();
-    alarm_->Set(std::chrono::system_clock::now() + kPeriod, [this](bool) { Look(); });
-  }
-
-  void End(const grpc::Status& status) {
-    if (!std::exchange(finished_, true)) Finish(status);
-  }
-
-  TakeKeeper& takes_;
-  const std::string id_;
-  const std::shared_ptr<std::mutex> mutex_ = std::make_shared<std::mutex>();
-  std::unique_ptr<grpc::Alarm> alarm_;
-  v1::RecordedTake written_;
-  bool writing_ = false, waiting_ = false, cancelled_ = false, finished_ = false;
-};
-
-}  // namespace
 
 absl::StatusOr<v1::RecordedTake> TakeService::Start(const v1::StartTakeRequest& request) {
   v1::StartTakeRequest resolved = request;
@@ -158,7 +87,9 @@ grpc::Status TakeService::EmptyTrash(grpc::ServerContext*, const v1::EmptyTrashR
 
 grpc::ServerWriteReactor<v1::RecordedTake>* TakeService::WatchTake(grpc::CallbackServerContext*,
                                                                    const v1::WatchTakeRequest* request) {
-  auto* watcher = new TakeWatcher(takes_, request->take_id());
+  auto* watcher = new PollingWatcher<v1::RecordedTake>(
+      [this, id = request->take_id()] { return takes_.Get(id); },
+      [](const v1::RecordedTake& take) { return !take.recorder_lives(); });
   watcher->Look();
   return watcher;
 }

@@ -29,7 +29,7 @@ class SpawnSettings {
   SpawnSettings& operator=(const SpawnSettings&) = delete;
 
   // 0, or errno.
-  int Configure(int out_write, int err_write) {
+  int Configure(int out_write, int err_write, const std::string& folder) {
     sigset_t none, defaults;
     sigemptyset(&none);
     sigemptyset(&defaults);
@@ -45,6 +45,7 @@ class SpawnSettings {
           posix_spawn_file_actions_addclosefrom_np(&actions, 3)}) {
       if (error != 0) return error;
     }
+    if (!folder.empty()) return posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
     return 0;
   }
 
@@ -100,13 +101,14 @@ std::string LineSplitter::TakeRest() {
 }
 
 absl::StatusOr<ChildProcess> ChildProcess::Spawn(const std::string& program,
-                                                 const std::vector<std::string>& arguments) {
+                                                 const std::vector<std::string>& arguments,
+                                                 const std::string& folder) {
   ChildProcess child;
   UniqueFd out_write, err_write;
   if (const int error = MakePipe(child.out_, out_write)) return SpawnError(program, error);
   if (const int error = MakePipe(child.err_, err_write)) return SpawnError(program, error);
   SpawnSettings settings;
-  if (const int error = settings.Configure(out_write.get(), err_write.get()))
+  if (const int error = settings.Configure(out_write.get(), err_write.get(), folder))
     return SpawnError(program, error);
   std::vector<char*> argv = {const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));

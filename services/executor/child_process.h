@@ -33,9 +33,11 @@ class LineSplitter {
 class ChildProcess {
  public:
   // `arguments` after the program's path. The parent that PR_SET_PDEATHSIG watches is the calling thread.
-  // NotFound, PermissionDenied or ResourceExhausted; the message names the program.
+  // It starts in `folder`; empty: in ours. NotFound, PermissionDenied or ResourceExhausted; the message names
+  // the program.
   static absl::StatusOr<ChildProcess> Spawn(const std::string& program,
-                                            const std::vector<std::string>& arguments);
+                                            const std::vector<std::string>& arguments,
+                                            const std::string& folder = "");
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&&) = delete;
   ~ChildProcess();

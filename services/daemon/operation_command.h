@@ -1,0 +1,27 @@
+// From the request of an operation to a command line.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "weft/v1/operations.pb.h"
+
+namespace weft {
+
+// An input as a path that may be read. Errors name the field.
+using ResolveInput =
+    std::function<absl::StatusOr<std::string>(const std::string& field, const std::string& value)>;
+
+// InvalidArgument names the field: an unknown command, an input or option that it does not have, one that is
+// missing or given twice, a name of the output that is none.
+absl::Status CheckOperationSpec(const v1::OperationSpec& spec);
+
+// The arguments of `weft`, which is run in the folder of its output. Precondition: CheckOperationSpec. Errors
+// of `resolve`.
+absl::StatusOr<std::vector<std::string>> ArgumentsOf(const v1::OperationSpec& spec,
+                                                     const ResolveInput& resolve);
+
+}  // namespace weft

@@ -1,0 +1,399 @@
+#include "services/daemon/operation_queue.h"
+
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <optional>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "absl/strings/strip.h"
+#include "base/host_clock.h"
+#include "base/timed_id.h"
+#include "capture/file/plain_text.h"
+#include "services/daemon/request_check.h"
+#include "services/executor/child_process.h"
+#include "services/files/atomic_file.h"
+#include "services/files/json_file.h"
+#include "services/process/exit_status.h"
+#include "services/rpc/error_detail.h"
+#include "services/rpc/operation_kinds.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kMostWaiting = 1000;
+constexpr size_t kMostOutputBytes = size_t{1} << 20;
+constexpr int kMostNotes = 100;
+constexpr int kMostCrashes = 2;
+constexpr double kOperationDay_ns = 24 * 3600e9;
+
+bool HasEnded(const v1::Operation& operation) {
+  return operation.state() != v1::JOB_STATE_QUEUED && operation.state() != v1::JOB_STATE_RUNNING;
+}
+
+std::string OperationFile(const std::string& folder) { return folder + "/operation.json"; }
+
+// "weft: progress: STEP: DONE of TOTAL", as main.cpp of `weft` prints it for a program that watches.
+bool IsProgress(absl::string_view line, std::string& step, double& share) {
+  if (!absl::ConsumePrefix(&line, "weft: progress: ")) return false;
+  const std::vector<std::string> parts = absl::StrSplit(line, ": ");
+  const std::vector<std::string> numbers = absl::StrSplit(parts.back(), " of ");
+  double done = 0, total = 0;
+  if (parts.size() != 2 || numbers.size() != 2 || !absl::SimpleAtod(numbers[0], &done) ||
+      !absl::SimpleAtod(numbers[1], &total)) {
+    return true;
+  }
+  step = parts[0];
+  share = total > 0 ? std::clamp(done / total, 0.0, 1.0) : 0;
+  return true;
+}
+
+}  // namespace
+
+// How the process of an operation ended.
+struct OperationQueue::Outcome {
+  std::optional<int> exit_status;  // none: a signal ended it, `error` says which
+  std::string output;
+  std::vector<std::string> notes;
+  std::string error;
+  bool refused = false;  // this machine had no room for it
+  bool stopped = false;  // by the daemon's own end
+};
+
+absl::StatusOr<std::unique_ptr<OperationQueue>> OperationQueue::Create(OperationQueueOptions options) {
+  if (absl::Status status = CreateFolders(options.folder); !status.ok()) return status;
+  std::unique_ptr<OperationQueue> queue(new OperationQueue(std::move(options)));
+  queue->Load();
+  queue->worker_ = std::jthread([queue = queue.get()](const std::stop_token& stop) { queue->Work(stop); });
+  return queue;
+}
+
+OperationQueue::~OperationQueue() { Stop(); }
+
+void OperationQueue::Stop() {
+  worker_.request_stop();
+  if (worker_.joinable()) worker_.join();
+}
+
+void OperationQueue::Load() {
+  const Lock lock(mutex_);
+  std::error_code error;
+  for (const fs::directory_entry& folder : fs::directory_iterator(options_.folder, error)) {
+    Entry entry;
+    absl::Status status = ReadJsonFile(OperationFile(folder.path()), entry.operation);
+    if (status.ok()) status = CheckOperationSpec(entry.operation.spec());
+    if (!status.ok()) {
+      warnings_.push_back(EscapedText(std::string(status.message())));
+      spdlog::warn("{}", warnings_.back());
+      continue;
+    }
+    if (!HasEnded(entry.operation)) entry.operation.set_state(v1::JOB_STATE_QUEUED);
+    entries_[folder.path().filename()] = std::move(entry);
+  }
+}
+
+absl::Status OperationQueue::Write(const v1::Operation& operation) const {
+  return WriteJsonFile(OperationFile(FolderOf(operation.id())), operation);
+}
+
+absl::StatusOr<v1::Operation> OperationQueue::Start(const v1::StartOperationRequest& request) {
+  if (absl::Status status = CheckKey(request.idempotency_key()); !status.ok()) return status;
+  if (absl::Status status = CheckOperationSpec(request.spec()); !status.ok()) return status;
+  if (const auto resolved = ArgumentsOf(request.spec(), options_.resolve); !resolved.ok())
+    return resolved.status();
+  const Lock lock(mutex_);
+  const std::string id = request.idempotency_key().empty() ? NewTimedId() : request.idempotency_key();
+  if (const auto known = entries_.find(id); known != entries_.end()) {
+    if (known->second.operation.spec().SerializeAsString() == request.spec().SerializeAsString()) {
+      return known->second.operation;
+    }
+    return FieldError(absl::StatusCode::kAlreadyExists,
+                      {"idempotency_key", absl::StrCat("operation ", id, " was started with another request"),
+                       "choose a new key"});
+  }
+  const auto waiting = std::count_if(entries_.begin(), entries_.end(),
+                                     [](const auto& entry) { return !HasEnded(entry.second.operation); });
+  if (static_cast<size_t>(waiting) >= kMostWaiting) {
+    return absl::ResourceExhaustedError(absl::StrCat(waiting, " operations wait; try again later"));
+  }
+  Entry entry;
+  entry.operation.set_id(id);
+  *entry.operation.mutable_spec() = request.spec();
+  entry.operation.set_state(v1::JOB_STATE_QUEUED);
+  entry.operation.set_created_unix_ns(HostTime_ns());
+  if (absl::Status status = CreateFolders(FolderOf(id)); !status.ok()) return status;
+  if (absl::Status status = Write(entry.operation); !status.ok()) return status;
+  const v1::Operation started = entry.operation;
+  entries_[id] = std::move(entry);
+  changed_.notify_all();
+  return started;
+}
+
+absl::StatusOr<v1::Operation> OperationQueue::Get(const std::string& id) {
+  const Lock lock(mutex_);
+  const auto found = entries_.find(id);
+  if (found != entries_.end()) return found->second.operation;
+  return FieldError(
+      absl::StatusCode::kNotFound,
+      {"operation_id", absl::StrCat("no operation \"", EscapedText(id), "\""), "ListOperations shows them"});
+}
+
+v1::ListOperationsResponse OperationQueue::List(size_t limit) {
+  const Lock lock(mutex_);
+  v1::ListOperationsResponse response;
+  response.mutable_warnings()->Assign(warnings_.begin(), warnings_.end());
+  for (auto it = entries_.rbegin(); it != entries_.rend(); ++it) {
+    if (static_cast<size_t>(response.operations_size()) == limit) break;
+    *response.add_operations() = it->second.operation;
+    response.mutable_operations(response.operations_size() - 1)->clear_output();
+  }
+  return response;
+}
+
+absl::StatusOr<v1::Operation> OperationQueue::Cancel(const std::string& id) {
+  {
+    const Lock lock(mutex_);
+    const auto found = entries_.find(id);
+    if (found != entries_.end() && !HasEnded(found->second.operation)) {
+      Entry& entry = found->second;
+      if (entry.operation.state() == v1::JOB_STATE_QUEUED) {
+        v1::Operation cancelled = entry.operation;
+        cancelled.set_state(v1::JOB_STATE_CANCELLED);
+        cancelled.set_finished_unix_ns(HostTime_ns());
+        if (absl::Status status = Write(cancelled); !status.ok()) return status;
+        entry.operation = std::move(cancelled);
+      }
+      entry.cancelled = true;
+      changed_.notify_all();
+    }
+  }
+  return Get(id);
+}
+
+bool OperationQueue::IsCancelled(const std::string& id) {
+  const Lock lock(mutex_);
+  const auto found = entries_.find(id);
+  return found == entries_.end() || found->second.cancelled;
+}
+
+absl::StatusOr<v1::ListOperationFilesResponse> OperationQueue::Files(const std::string& id) {
+  const absl::StatusOr<v1::Operation> operation = Get(id);
+  if (!operation.ok()) return operation.status();
+  if (operation->state() != v1::JOB_STATE_DONE) {
+    return FieldError(absl::StatusCode::kFailedPrecondition,
+                      {"operation_id", absl::StrCat("operation ", id, " is not done"), "wait for it"});
+  }
+  v1::ListOperationFilesResponse response;
+  std::error_code error;
+  const fs::path out = OutOf(id);
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out, error)) {
+    if (!entry.is_regular_file(error) || entry.is_symlink(error)) continue;
+    v1::OperationFile& file = *response.add_files();
+    file.set_path(entry.path().lexically_relative(out));
+    file.set_bytes(static_cast<int64_t>(entry.file_size(error)));
+  }
+  std::sort(response.mutable_files()->begin(), response.mutable_files()->end(),
+            [](const auto& a, const auto& b) { return a.path() < b.path(); });
+  return response;
+}
+
+absl::StatusOr<std::string> OperationQueue::FindFile(const std::string& id, const std::string& path) {
+  const absl::StatusOr<v1::ListOperationFilesResponse> files = Files(id);
+  if (!files.ok()) return files.status();
+  for (const v1::OperationFile& file : files->files()) {
+    if (file.path() == path) return absl::StrCat(OutOf(id), "/", path);
+  }
+  return FieldError(absl::StatusCode::kNotFound,
+                    {"path", absl::StrCat("operation ", id, " wrote no file \"", EscapedText(path), "\""),
+                     "ListOperationFiles shows them"});
+}
+
+bool OperationQueue::Reads(const std::string& path) {
+  const Lock lock(mutex_);
+  return std::any_of(entries_.begin(), entries_.end(), [&](const auto& entry) {
+    const std::vector<std::string>& inputs = entry.second.inputs;
+    return !HasEnded(entry.second.operation) && std::find(inputs.begin(), inputs.end(), path) != inputs.end();
+  });
+}
+
+OperationQueue::Entry* OperationQueue::Next() {
+  for (auto& [id, entry] : entries_) {
+    if (entry.operation.state() == v1::JOB_STATE_QUEUED) return &entry;
+  }
+  return nullptr;
+}
+
+void OperationQueue::ForgetOldOnes() {
+  for (auto it = entries_.begin(); it != entries_.end();) {
+    const v1::Operation& operation = it->second.operation;
+    const double age_ns = static_cast<double>(HostTime_ns() - operation.finished_unix_ns());
+    if (!HasEnded(operation) || age_ns < options_.keep_days * kOperationDay_ns) {
+      ++it;
+      continue;
+    }
+    std::error_code error;
+    fs::remove_all(FolderOf(it->first), error);
+    it = entries_.erase(it);
+  }
+}
+
+void OperationQueue::Work(const std::stop_token& stop) {
+  constexpr std::chrono::minutes kLookEvery{10};
+  Lock lock(mutex_);
+  while (!stop.stop_requested()) {
+    ForgetOldOnes();
+    Entry* next = Next();
+    if (next == nullptr) {
+      changed_.wait_for(lock, stop, kLookEvery, [this] { return Next() != nullptr; });
+      continue;
+    }
+    const std::string id = next->operation.id();
+    next->operation.set_state(v1::JOB_STATE_RUNNING);
+    next->operation.set_started_unix_ns(HostTime_ns());
+    WriteUntilItSucceeds(lock, id, stop);
+    if (stop.stop_requested()) return;
+    const v1::Operation operation = entries_.at(id).operation;
+    spdlog::info("operation {}: {}", id, operation.spec().command());
+    lock.unlock();
+    const Outcome outcome = Run(operation, stop);
+    lock.lock();
+    if (outcome.stopped) return;
+    Conclude(entries_.at(id), outcome);
+    if (outcome.refused) {
+      changed_.wait_for(lock, stop, std::chrono::seconds(2), [] { return false; });
+    } else {
+      WriteUntilItSucceeds(lock, id, stop);
+    }
+  }
+}
+
+// A disk that is full or faulty delays the state, and loses nothing: the operation would begin anew.
+void OperationQueue::WriteUntilItSucceeds(Lock& lock, const std::string& id, const std::stop_token& stop) {
+  constexpr std::chrono::seconds kPause{2};
+  for (bool is_told = false; !stop.stop_requested(); is_told = true) {
+    const absl::Status status = Write(entries_.at(id).operation);
+    if (status.ok()) return;
+    if (!is_told) spdlog::warn("operation {}: {}", id, EscapedText(std::string(status.message())));
+    changed_.wait_for(lock, stop, kPause, [] { return false; });
+  }
+}
+
+void OperationQueue::NoteProgress(const std::string& id, const std::string& step, double share) {
+  const Lock lock(mutex_);
+  entries_.at(id).operation.set_step(step);
+  entries_.at(id).operation.set_share_done(share);
+}
+
+OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, const std::stop_token& stop) {
+  Outcome outcome;
+  const std::string& id = operation.id();
+  const absl::StatusOr<std::vector<std::string>> arguments = ArgumentsOf(operation.spec(), options_.resolve);
+  std::error_code error;
+  fs::remove_all(OutOf(id), error);
+  absl::Status ready = arguments.ok() ? CreateFolders(OutOf(id)) : arguments.status();
+  if (!ready.ok()) {
+    outcome.refused = arguments.ok();
+    if (!arguments.ok()) outcome.exit_status = ExitStatusOf(ready);
+    outcome.error = std::string(ready.message());
+    return outcome;
+  }
+  {
+    const Lock lock(mutex_);
+    entries_.at(id).inputs = *arguments;  // paths among them, which is all that is asked for
+  }
+  std::vector<std::string> words = {absl::StrCat("--watched-by=", getpid())};
+  words.insert(words.end(), arguments->begin(), arguments->end());
+  absl::StatusOr<ChildProcess> child = ChildProcess::Spawn(options_.program, words, OutOf(id));
+  if (!child.ok()) {
+    outcome.refused = absl::IsResourceExhausted(child.status());
+    if (!outcome.refused) outcome.exit_status = kExitFailed;
+    outcome.error = std::string(child.status().message());
+    return outcome;
+  }
+  LineSplitter lines;
+  const auto listen = [&] {
+    outcome.output += child->ReadOut();
+    outcome.output.resize(std::min(outcome.output.size(), kMostOutputBytes));
+    for (const std::string& line : lines.Add(child->ReadErr())) {
+      std::string step;
+      double share = 0;
+      absl::string_view words_of_line = line;
+      if (IsProgress(line, step, share)) {
+        if (!step.empty()) NoteProgress(id, step, share);
+      } else if (absl::ConsumePrefix(&words_of_line, "weft: error: ")) {
+        outcome.error = std::string(words_of_line);
+      } else if (outcome.notes.size() < kMostNotes) {
+        absl::ConsumePrefix(&words_of_line, "weft: warning: ");
+        outcome.notes.emplace_back(words_of_line);
+      }
+    }
+  };
+  constexpr int kLook_ms = 200;
+  constexpr int kGrace = 25;  // looks between SIGTERM and SIGKILL
+  for (int asked = 0;;) {
+    pollfd waits[] = {
+        {child->exit_fd(), POLLIN, 0}, {child->out_fd(), POLLIN, 0}, {child->err_fd(), POLLIN, 0}};
+    poll(waits, std::size(waits), kLook_ms);
+    listen();
+    if (waits[0].revents != 0) break;
+    outcome.stopped = stop.stop_requested();
+    if (!outcome.stopped && !IsCancelled(id)) continue;
+    if (asked == 0) child->Signal(SIGTERM);
+    if (++asked > kGrace) child->Signal(SIGKILL);
+  }
+  const int status = child->Reap();
+  listen();
+  if (WIFEXITED(status))
+    outcome.exit_status = WEXITSTATUS(status);
+  else
+    outcome.error = DescribeExit(status);
+  return outcome;
+}
+
+void OperationQueue::Conclude(Entry& entry, const Outcome& outcome) {
+  v1::Operation& operation = entry.operation;
+  operation.set_message(EscapedText(outcome.error));
+  operation.set_output(IsUtf8(outcome.output) ? outcome.output : EscapedText(outcome.output));
+  operation.clear_notes();
+  for (const std::string& note : outcome.notes) operation.add_notes(EscapedText(note));
+  if (entry.cancelled) {
+    operation.set_state(v1::JOB_STATE_CANCELLED);
+  } else if (outcome.refused) {
+    operation.set_state(v1::JOB_STATE_QUEUED);  // it waits for room
+    return;
+  } else if (!outcome.exit_status) {
+    operation.set_crashes(operation.crashes() + 1);
+    operation.set_state(operation.crashes() < kMostCrashes ? v1::JOB_STATE_QUEUED : v1::JOB_STATE_FAILED);
+    if (operation.state() == v1::JOB_STATE_QUEUED) return;
+  } else {
+    operation.set_exit_status(*outcome.exit_status);
+    const bool is_done =
+        *outcome.exit_status == kExitDone || (*outcome.exit_status == kExitFailed && outcome.error.empty());
+    operation.set_state(is_done ? v1::JOB_STATE_DONE : v1::JOB_STATE_FAILED);
+    if (is_done && FindOperationKind(operation.spec().command())->out == OperationOut::kTake) {
+      const absl::Status adopted =
+          options_.adopt_take(absl::StrCat(OutOf(operation.id()), "/take"), operation.id());
+      if (adopted.ok()) {
+        operation.set_take_id(operation.id());
+      } else {
+        operation.set_state(v1::JOB_STATE_FAILED);
+        operation.set_message(EscapedText(std::string(adopted.message())));
+      }
+    }
+  }
+  operation.set_share_done(operation.state() == v1::JOB_STATE_DONE ? 1 : operation.share_done());
+  operation.set_finished_unix_ns(HostTime_ns());
+  spdlog::info("operation {}: {} {}", operation.id(), v1::JobState_Name(operation.state()),
+               operation.message());
+}
+
+}  // namespace weft

@@ -1,0 +1,65 @@
+#include "services/daemon/operation_service.h"
+
+#include "services/daemon/answer.h"
+#include "services/daemon/polling_watcher.h"
+#include "services/daemon/request_check.h"
+#include "services/daemon/results.h"
+
+namespace weft {
+
+grpc::Status OperationService::StartOperation(grpc::ServerContext*, const v1::StartOperationRequest* request,
+                                              v1::Operation* operation) {
+  return Answer("StartOperation", [&] { return Assign(operations_.Start(*request), operation); });
+}
+
+grpc::Status OperationService::GetOperation(grpc::ServerContext*, const v1::GetOperationRequest* request,
+                                            v1::Operation* operation) {
+  return Answer("GetOperation", [&] { return Assign(operations_.Get(request->operation_id()), operation); });
+}
+
+grpc::Status OperationService::ListOperations(grpc::ServerContext*, const v1::ListOperationsRequest* request,
+                                              v1::ListOperationsResponse* response) {
+  return Answer("ListOperations", [&]() -> absl::Status {
+    const absl::StatusOr<int> limit = LimitOf(request->limit());
+    if (!limit.ok()) return limit.status();
+    *response = operations_.List(static_cast<size_t>(*limit));
+    return absl::OkStatus();
+  });
+}
+
+grpc::ServerWriteReactor<v1::Operation>* OperationService::WatchOperation(
+    grpc::CallbackServerContext*, const v1::WatchOperationRequest* request) {
+  auto* watcher = new PollingWatcher<v1::Operation>(
+      [this, id = request->operation_id()] { return operations_.Get(id); },
+      [](const v1::Operation& operation) { return operation.finished_unix_ns() != 0; });
+  watcher->Look();
+  return watcher;
+}
+
+grpc::Status OperationService::CancelOperation(grpc::ServerContext*,
+                                               const v1::CancelOperationRequest* request,
+                                               v1::Operation* operation) {
+  return Answer("CancelOperation",
+                [&] { return Assign(operations_.Cancel(request->operation_id()), operation); });
+}
+
+grpc::Status OperationService::ListOperationFiles(grpc::ServerContext*,
+                                                  const v1::ListOperationFilesRequest* request,
+                                                  v1::ListOperationFilesResponse* response) {
+  return Answer("ListOperationFiles",
+                [&] { return Assign(operations_.Files(request->operation_id()), response); });
+}
+
+grpc::Status OperationService::FetchOperationFile(grpc::ServerContext*,
+                                                  const v1::FetchOperationFileRequest* request,
+                                                  grpc::ServerWriter<v1::FileChunk>* writer) {
+  return Answer("FetchOperationFile", [&]() -> absl::Status {
+    if (absl::Status status = CheckOffset(request->offset()); !status.ok()) return status;
+    const absl::StatusOr<std::string> file = operations_.FindFile(request->operation_id(), request->path());
+    if (!file.ok()) return file.status();
+    return StreamFile(*file, {request->offset(), request->version()},
+                      [&](const v1::FileChunk& chunk) { return writer->Write(chunk); });
+  });
+}
+
+}  // namespace weft

@@ -1,0 +1,34 @@
+// The service Operations.
+#pragma once
+
+#include "services/daemon/operation_queue.h"
+#include "weft/v1/operations.grpc.pb.h"
+
+namespace weft {
+
+// Thread safety: gRPC calls from many threads. The queue must outlive the service.
+class OperationService final
+    : public v1::Operations::WithCallbackMethod_WatchOperation<v1::Operations::Service> {
+ public:
+  explicit OperationService(OperationQueue& operations) : operations_(operations) {}
+
+  grpc::Status StartOperation(grpc::ServerContext* context, const v1::StartOperationRequest* request,
+                              v1::Operation* operation) override;
+  grpc::Status GetOperation(grpc::ServerContext* context, const v1::GetOperationRequest* request,
+                            v1::Operation* operation) override;
+  grpc::Status ListOperations(grpc::ServerContext* context, const v1::ListOperationsRequest* request,
+                              v1::ListOperationsResponse* response) override;
+  grpc::ServerWriteReactor<v1::Operation>* WatchOperation(grpc::CallbackServerContext* context,
+                                                          const v1::WatchOperationRequest* request) override;
+  grpc::Status CancelOperation(grpc::ServerContext* context, const v1::CancelOperationRequest* request,
+                               v1::Operation* operation) override;
+  grpc::Status ListOperationFiles(grpc::ServerContext* context, const v1::ListOperationFilesRequest* request,
+                                  v1::ListOperationFilesResponse* response) override;
+  grpc::Status FetchOperationFile(grpc::ServerContext* context, const v1::FetchOperationFileRequest* request,
+                                  grpc::ServerWriter<v1::FileChunk>* writer) override;
+
+ private:
+  OperationQueue& operations_;
+};
+
+}  // namespace weft
