@@ -41,15 +41,15 @@ class Studio:
         self.daemon = None
         self.address = ""
 
-    def start_daemon(self, *more, workers=WORKERS):
+    def start_daemon(self, *more, workers=WORKERS, listen="127.0.0.1:0", env=None):
         address_file = os.path.join(self.folder, "address")
         if os.path.exists(address_file):
             os.remove(address_file)
         with open(os.path.join(self.folder, "weftd.log"), "a") as log:
             self.daemon = subprocess.Popen(
-                [os.path.join(BIN, "weftd"), "--listen", "127.0.0.1:0", "--address-file", address_file, "--state",
+                [os.path.join(BIN, "weftd"), "--listen", listen, "--address-file", address_file, "--state",
                  os.path.join(self.folder, "state"), "--allow-path", os.path.dirname(self.take), "--allow-path",
-                 self.folder, "--workers", str(workers), "--threads-per-worker", "1", *more], stdout=log, stderr=log)
+                 self.folder, "--workers", str(workers), "--threads-per-worker", "1", *more], stdout=log, stderr=log, env=env)
 
         def listening():
             if self.daemon.poll() is not None:

@@ -17,14 +17,18 @@ import unittest
 
 from studio import BIN, LONG_S, read, weft, write
 
-NAMESPACE = ["unshare", "--user", "--map-root-user", "--net"]
+# With root's own rights, disks on loop devices can be mounted, too.
+NAMESPACES = [["unshare", *user, "--net", "--mount"] for user in ([], ["--user", "--map-root-user"])]
 
 
 def enter_network():
     """Runs the program again in a network of its own, since cameras are looked for by broadcast."""
-    if "WEFT_IN_NAMESPACE" not in os.environ and subprocess.run([*NAMESPACE, "true"], check=False).returncode == 0:
-        os.environ["WEFT_IN_NAMESPACE"] = "1"
-        os.execvp("unshare", [*NAMESPACE, sys.executable, *sys.argv])
+    if "WEFT_IN_NAMESPACE" in os.environ:
+        return
+    for namespace in NAMESPACES:
+        if subprocess.run([*namespace, "true"], check=False, stderr=subprocess.DEVNULL).returncode == 0:
+            os.environ["WEFT_IN_NAMESPACE"] = "1"
+            os.execvp("unshare", [*namespace, sys.executable, *sys.argv])
 
 
 def set_up_network(addresses):
@@ -124,13 +128,8 @@ def pattern(phase):
     return bytes((i * 31 + phase) >> 3 & 0xff for i in range(2048))
 
 
-def frames(take, camera):
-    """(set, device time, true host time of the exposure, count) of every frame in the stream, by docs/file-formats.md.
-
-    Every byte is compared with what this camera sent."""
-    found = []
-    settings = {c["id"]: c["settings"] for c in json.loads(read(os.path.join(take, "take.json")))["cameras"]}
-    own_address = int(ipaddress.ip_address(settings[camera]["DeviceAddress"]))
+def stream_frames(take, camera):
+    """(set, device time, bytes) of every frame in the stream that is not compressed, by docs/file-formats.md."""
     with open(os.path.join(take, "streams", camera + ".stream"), "rb") as stream:
         head = stream.read(4096)
         id_bytes, = struct.unpack_from("<I", head, 20)
@@ -142,13 +141,32 @@ def frames(take, camera):
             size, = struct.unpack_from("<Q", header, 88)
             payload = stream.read((size + 4095) // 4096 * 4096)
             if codec == 0:
-                true_ns, count, said_ns, address = struct.unpack_from("<4q", payload)
-                assert address == own_address, f"frame {count} is said to be of {camera} and is of {address:#x}"
-                assert said_ns == device_ns, "the frame's time and its own record of it"
-                sent = pattern(count * 7 % 2048) * (size // 2048 + 1)
-                assert payload[32:size] == sent[32:size], f"frame {count} of {camera} is not what was sent"
-                found.append((number, device_ns, true_ns, count))
+                yield number, device_ns, payload[:size]
+
+
+def frames(take, camera):
+    """(set, device time, true host time of the exposure, count) of every frame in the stream.
+
+    Every byte is compared with what this camera sent."""
+    found = []
+    settings = {c["id"]: c["settings"] for c in json.loads(read(os.path.join(take, "take.json")))["cameras"]}
+    own_address = int(ipaddress.ip_address(settings[camera]["DeviceAddress"]))
+    for number, device_ns, payload in stream_frames(take, camera):
+        true_ns, count, said_ns, address = struct.unpack_from("<4q", payload)
+        assert address == own_address, f"frame {count} is said to be of {camera} and is of {address:#x}"
+        assert said_ns == device_ns, "the frame's time and its own record of it"
+        sent = pattern(count * 7 % 2048) * (len(payload) // 2048 + 1)
+        assert payload[32:] == sent[32:len(payload)], f"frame {count} of {camera} is not what was sent"
+        found.append((number, device_ns, true_ns, count))
     return found
+
+
+def read_ledger(take):
+    """The lines that are whole so far: event, first set, last set, camera, cause."""
+    path = os.path.join(take, "ledger.csv")
+    text = read(path) if os.path.exists(path) else ""
+    return [(line[0], int(line[1]), int(line[2]), line[5], line[6])
+            for line in csv.reader(text[:text.rfind("\n") + 1].splitlines()[1:])]
 
 
 def true_spread_ns(take, cameras):
@@ -186,11 +204,7 @@ class LiveTest(unittest.TestCase):
                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options)
 
     def ledger(self):
-        """The lines that are whole so far: event, first set, last set, camera, cause."""
-        path = os.path.join(self.take, "ledger.csv")
-        text = read(path) if os.path.exists(path) else ""
-        return [(line[0], int(line[1]), int(line[2]), line[5], line[6])
-                for line in csv.reader(text[:text.rfind("\n") + 1].splitlines()[1:])]
+        return read_ledger(self.take)
 
     def written_s(self, event, camera="", words=""):
         """The host times in s of the ledger's lines of this kind, of this camera, that begin with these words."""

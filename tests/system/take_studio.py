@@ -1,0 +1,205 @@
+"""A daemon that records four cameras and registers while it records, and may be killed at any moment."""
+
+import json
+import os
+import signal
+import subprocess
+import threading
+import time
+
+from job_campaign import Studio, differing
+from live_studio import read_ledger
+from studio import BIN, LONG_S, processes_of, results, temporary_files, wait_for, weft
+
+# Its own network has this port for itself, so clients find the next daemon where the last one was.
+ADDRESS = "127.0.0.1:7411"
+OPEN_PHASES = ("RECORDER_PHASE_UNSPECIFIED", "RECORDER_PHASE_STARTING", "RECORDER_PHASE_RECORDING")
+
+
+def left_over(folder):
+    """Command lines of processes that name the folder."""
+    found = []
+    for name in os.listdir("/proc"):
+        try:
+            with open(f"/proc/{name}/cmdline", "rb") as file:
+                words = file.read().decode(errors="replace").split("\0")
+        except OSError:
+            continue
+        if any(folder in word for word in words):
+            found.append(" ".join(words).strip())
+    return found
+
+
+class Commits:
+    """Watches a job's folder for results that change after their frame was reported.
+
+    Meshes are left out: the refinement over neighbours replaces them."""
+    ONCE = ("cloud.ply", "observations.csv")
+
+    def __init__(self, out):
+        self.out, self.seen, self.over = out, {}, threading.Event()
+        self.thread = threading.Thread(target=self.watch)
+        self.thread.start()
+
+    def watch(self):
+        while not self.over.wait(0.03):
+            self.look()
+
+    def look(self):
+        for frame in os.listdir(self.out) if os.path.isdir(self.out) else ():
+            folder = os.path.join(self.out, frame)
+            if frame not in self.seen and os.path.exists(os.path.join(folder, "report.json")):
+                self.seen[frame] = self.identity(folder)
+
+    def identity(self, folder):
+        def of(name):
+            try:
+                info = os.stat(os.path.join(folder, name))
+            except FileNotFoundError:
+                return None
+            return info.st_ino, info.st_mtime_ns
+        return {name: of(name) for name in self.ONCE}
+
+    def close(self):
+        """Names of the files that were committed twice."""
+        self.over.set()
+        self.thread.join()
+        return sorted(f"{frame}/{name}" for frame, then in self.seen.items()
+                      for name, identity in self.identity(os.path.join(self.out, frame)).items() if identity != then[name])
+
+
+class TakeStudio(Studio):
+    def __init__(self, folder, cameras):
+        super().__init__(folder, cameras.garment)
+        self.cameras = cameras
+        self.id, self.recording, self.job, self.commits = "", "", "", None
+        self.acknowledged, self.killed, self.environment = set(), [], None
+
+    def start_daemon(self, *more, **options):
+        super().start_daemon(*more, listen=ADDRESS, env=self.environment, **options)
+
+    # Takes.
+    def start_take_command(self):
+        return [os.path.join(BIN, "weft"), "take", "start", "--session", self.cameras.session, "--no-disk-test",
+                "--server", ADDRESS]
+
+    def start_take(self, disturb=lambda: None):
+        """`disturb` is called while the daemon answers. Returns what the command said in error."""
+        starting = subprocess.Popen(self.start_take_command(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        disturb()
+        said, errors = starting.communicate(timeout=LONG_S)
+        if starting.returncode == 0:
+            self.id = said.strip()
+            self.recording = os.path.join(self.folder, "state", "takes", self.id, "take")
+        return errors
+
+    def shown(self):
+        takes = json.loads(weft("take", "list", "--server", ADDRESS, "--json", check=0).stdout).get("takes", [])
+        assert [take["id"] for take in takes] == [self.id], f"one take was started: {takes}"
+        return takes[0]
+
+    def phase(self):
+        return self.shown()["state"].get("phase", OPEN_PHASES[0])
+
+    def recorded(self):
+        return {number for event, number, *_ in read_ledger(self.recording) if event == "recorded"}
+
+    def recorder(self):
+        return processes_of(self.folder, "weft-recorder")
+
+    def wait_for_sets(self, position):
+        """Until so many sets are acknowledged, and that part of a period more."""
+        wait_for(lambda: len(self.recorded()) >= int(position) or not self.recorder(), "frame sets")
+        time.sleep(position % 1 / self.cameras.fps)
+
+    def stop_take(self):
+        weft("take", "stop", self.id, "--server", ADDRESS)
+        wait_for(lambda: self.phase() not in OPEN_PHASES, "the take to be closed", 0.2)
+
+    def follow(self, every):
+        """Starts a job that registers the take while it is recorded."""
+        self.job = weft("register", f"take:{self.id}", *self.register_arguments()[2:], "--live", every, "--server", ADDRESS,
+                        "--detach", check=0).stdout.strip()
+        self.commits = Commits(self.out)
+
+    # Kills.
+    def kill(self, victim, choice):
+        """Ends them at once: daemon, recorder, worker (one of them) or all. Notes whom it met."""
+        workers, recorder = processes_of(self.folder, "weft-worker"), self.recorder()
+        met = {"daemon": [self.daemon.pid], "recorder": recorder, "worker": choice.sample(workers, min(1, len(workers))),
+               "all": [self.daemon.pid, *recorder, *workers]}[victim]
+        choice.shuffle(met)
+        for process in met:
+            try:
+                os.kill(process, signal.SIGKILL)
+            except ProcessLookupError:
+                continue
+        if met:
+            self.killed.append(victim)
+        if victim in ("recorder", "all"):
+            wait_for(lambda: not self.recorder(), "the recorder to end")
+        # What stands in the ledger now was acknowledged, and must never go away.
+        self.acknowledged |= self.recorded() if self.recording else set()
+        if victim in ("daemon", "all"):
+            self.kill_daemon()
+
+    def restart(self):
+        self.start_daemon()
+
+    # Checks: what is wrong, in words.
+    def faults_of_take(self, whole):
+        """`whole`: the recorder was left alone, so no trigger may be missing."""
+        if not os.path.exists(os.path.join(self.recording, "take.json")):
+            return [f"sets {sorted(self.acknowledged)} are gone"] if self.acknowledged else []
+        verified = weft("take", "verify", self.recording)
+        faults = [] if verified.returncode == 0 else [f"verify: {verified.stdout}{verified.stderr}"]
+        wrong, sets = self.cameras.faults_of(self.recording)
+        faults += wrong
+        ledger = read_ledger(self.recording)
+        recorded = [number for event, number, *_ in ledger if event == "recorded"]
+        if len(recorded) != len(set(recorded)):
+            faults.append("a set is in the ledger twice")
+        lost = self.acknowledged - set(recorded)
+        if lost:
+            faults.append(f"acknowledged sets are not in the ledger: {sorted(lost)}")
+        missing = {(line[1], line[3]) for line in ledger if line[0] == "missing"}
+        for camera, there in sets.items():
+            absent = {number for number in recorded if number not in there and (number, camera) not in missing}
+            if absent:
+                faults.append(f"{camera}: frames of recorded sets are gone: {sorted(absent)}")
+        if whole and (recorded != list(range(len(recorded))) or missing or any(line[0] == "dropped" for line in ledger)):
+            faults.append(f"sets are lost: {[line for line in ledger if line[0] != 'recorded']}")
+        return faults
+
+    def faults_of_replay(self):
+        played = json.loads(weft("take", "replay", self.recording, "--fastest", "--json", check=0).stdout)
+        sets = int(played.get("sets", 0))
+        return [] if sets == len(self.recorded()) else [f"a replay has {sets} of {len(self.recorded())} sets"]
+
+    def faults_of_job(self, job_id, expected):
+        job = self.wait_for_end(job_id)
+        faults = [] if job["state"] == "JOB_STATE_DONE" else [f"the job ended as {job['state']}: {job.get('message', '')}"]
+        frames = job["frames"]
+        if frames.get("done", 0) != frames.get("total", 0):
+            faults.append(f"frames: {frames}")
+        faults += [f"differs from the undisturbed run: {name}" for name in differing(results(self.out), expected)]
+        faults += [f"committed twice: {name}" for name in self.commits.close()]
+        faults += [f"left behind: {os.path.relpath(path, self.out)}" for path in temporary_files(self.out)]
+        return faults
+
+    def offline(self):
+        """The results of a registration after the take."""
+        out = os.path.join(self.folder, "offline")
+        weft("register", self.recording, *self.register_arguments(out=out)[2:], check=0)
+        return results(out)
+
+    def close(self):
+        """Ends the daemon; returns what is left of it."""
+        if self.daemon and self.daemon.poll() is None:
+            self.kill_daemon()
+        if self.commits:
+            self.commits.close()
+        left = left_over(self.folder)
+        for process in self.recorder():
+            os.kill(process, signal.SIGKILL)
+        return [f"a process is left: {command}" for command in left]
