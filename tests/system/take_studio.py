@@ -84,17 +84,26 @@ class TakeStudio(Studio):
                 "--server", ADDRESS]
 
     def start_take(self, disturb=lambda: None):
-        """`disturb` is called while the daemon answers. Returns what the command said in error."""
+        """`disturb` is called while the daemon answers. A client that was told of a failure looks and starts again."""
         starting = subprocess.Popen(self.start_take_command(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         disturb()
         said, errors = starting.communicate(timeout=LONG_S)
-        if starting.returncode == 0:
-            self.id = said.strip()
-            self.recording = os.path.join(self.folder, "state", "takes", self.id, "take")
-        return errors
+        if starting.returncode != 0:
+            assert "no daemon answers" in errors, errors
+            takes = self.takes()
+            self.begun(takes[0]["id"] if takes else weft(*self.start_take_command()[1:], check=0).stdout.strip())
+        else:
+            self.begun(said.strip())
+
+    def begun(self, take_id):
+        self.id = take_id
+        self.recording = os.path.join(self.folder, "state", "takes", take_id, "take")
+
+    def takes(self):
+        return json.loads(weft("take", "list", "--server", ADDRESS, "--json", check=0).stdout).get("takes", [])
 
     def shown(self):
-        takes = json.loads(weft("take", "list", "--server", ADDRESS, "--json", check=0).stdout).get("takes", [])
+        takes = self.takes()
         assert [take["id"] for take in takes] == [self.id], f"one take was started: {takes}"
         return takes[0]
 
