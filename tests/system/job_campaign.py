@@ -36,7 +36,7 @@ class Studio:
 
     def __init__(self, folder, take):
         self.folder, self.take = folder, take
-        self.out = os.path.join(folder, "out")
+        self.state, self.out = os.path.join(folder, "state"), os.path.join(folder, "out")
         self.frames = sorted(name for name in os.listdir(take) if name.isdigit())
         self.daemon = None
         self.address = ""
@@ -47,8 +47,8 @@ class Studio:
             os.remove(address_file)
         with open(os.path.join(self.folder, "weftd.log"), "a") as log:
             self.daemon = subprocess.Popen(
-                [os.path.join(BIN, "weftd"), "--listen", listen, "--address-file", address_file, "--state",
-                 os.path.join(self.folder, "state"), "--allow-path", os.path.dirname(self.take), "--allow-path",
+                [os.path.join(BIN, "weftd"), "--listen", listen, "--address-file", address_file, "--state", self.state,
+                 "--allow-path", os.path.dirname(self.take), "--allow-path",
                  self.folder, "--workers", str(workers), "--threads-per-worker", "1", *more], stdout=log, stderr=log, env=env)
 
         def listening():

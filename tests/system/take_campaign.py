@@ -3,8 +3,9 @@
    WEFT_BIN=build/dev/bin python3 tests/system/take_campaign.py --log FILE [--begin N] [--count N] [--table]
 
 Trials have fixed numbers, and their moments follow from them. Each kills several times: daemon, recorder, a worker or all
-at once, while a garment is filmed, while a take is replayed by the cameras, or while a job of 60 frames runs. Each adds a
-line of JSON to the log, so a campaign can go on where it was stopped. The exit status is 1 when a trial found a fault.
+at once, while a garment is filmed, while a take is replayed by the cameras, or while a job of 60 frames runs; or the disk
+fills or fails. Each adds a line of JSON to the log, so a campaign can go on where it was stopped. The exit status is 1 when
+a trial found a fault.
 """
 
 import argparse
@@ -20,10 +21,12 @@ import job_campaign
 from garment_cameras import FilmingCameras, make_garment
 from live_studio import enter_network, set_up_network
 from studio import processes_of, read, wait_for, weft
+from take_disks import FullDisk, LoopDisk, can_have_loops, run_faulty, run_full
 from take_studio import Commits, TakeStudio
 
 FILM, REPLAY, JOB = "a take that films", "a take that replays", "a job of 60 frames"
-TRIALS = [FILM, REPLAY] * 25 + [JOB] * 10
+FULL, LOOP, FAULTY = "a disk that fills", "ext4 on a full disk", "a disk with errors"
+TRIALS = [FILM, REPLAY] * 25 + [JOB] * 10 + [FULL] * 10 + [LOOP] * 10 + [FAULTY] * 40
 FPS = 5
 SETS = 14  # of a take that is left alone, about
 JOB_FRAMES = 60
@@ -45,6 +48,7 @@ class Scene:
 
     def use(self, kind):
         """Cameras for this kind of trial."""
+        kind = REPLAY if kind == REPLAY else FILM
         if self.kind == kind:
             return
         if self.cameras:
@@ -158,14 +162,23 @@ def run_job(number, scene):
 def run_trial(number, kind, scene):
     """Returns a record."""
     begin = time.monotonic()
-    studio, faults = run_job(number, scene) if kind == JOB else run_take(number, kind, scene)
-    return {"trial": number, "kind": kind, "killed": studio.killed, "acknowledged": len(studio.acknowledged),
-            "followed": bool(studio.job), "wrong": faults, "seconds": round(time.monotonic() - begin, 1)}
+    if kind == JOB:
+        studio, faults = run_job(number, scene)
+    elif kind in (FILM, REPLAY):
+        studio, faults = run_take(number, kind, scene)
+    else:
+        scene.use(FILM)
+        scene.wait_for_cameras()
+        studio, faults = run_faulty(number, scene) if kind == FAULTY else run_full(
+            number, scene, LoopDisk if kind == LOOP else FullDisk)
+    return {"trial": number, "kind": kind, "killed": studio.killed, "acknowledged": studio.compared,
+            "followed": bool(studio.job), "fault": studio.fault, "retried": studio.retried, "wrong": faults,
+            "seconds": round(time.monotonic() - begin, 1)}
 
 
 def closing_table(records):
     lines = [f"{'':24}{'trials':>8}{'kills':>8}{'daemon':>8}{'recorder':>10}{'worker':>8}{'all':>6}{'with a fault':>14}"]
-    for kind in (FILM, REPLAY, JOB):
+    for kind in dict.fromkeys(TRIALS):
         own = [record for record in records if record["kind"] == kind]
         kills = [victim for record in own for victim in record["killed"]]
         lines.append(f"{kind:24}{len(own):8}{len(kills):8}{kills.count('daemon'):8}{kills.count('recorder'):10}"
@@ -195,7 +208,7 @@ def main():
             scene = Scene(folder)
             try:
                 for number in range(options.begin, min(options.begin + options.count, len(TRIALS))):
-                    if number in known:
+                    if number in known or (TRIALS[number] == LOOP and not can_have_loops()):
                         continue
                     records.append(run_trial(number, TRIALS[number], scene))
                     add_to_log(options.log, records[-1])

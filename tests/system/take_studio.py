@@ -74,6 +74,8 @@ class TakeStudio(Studio):
         self.cameras = cameras
         self.id, self.recording, self.job, self.commits = "", "", "", None
         self.acknowledged, self.killed, self.environment = set(), [], None
+        self.fault, self.retried = {}, ""
+        self.compared = 0  # sets of which every byte was compared
 
     def start_daemon(self, *more, **options):
         super().start_daemon(*more, listen=ADDRESS, env=self.environment, **options)
@@ -97,14 +99,14 @@ class TakeStudio(Studio):
 
     def begun(self, take_id):
         self.id = take_id
-        self.recording = os.path.join(self.folder, "state", "takes", take_id, "take")
+        self.recording = os.path.join(self.state, "takes", take_id, "take")
 
     def takes(self):
         return json.loads(weft("take", "list", "--server", ADDRESS, "--json", check=0).stdout).get("takes", [])
 
     def shown(self):
         takes = self.takes()
-        assert [take["id"] for take in takes] == [self.id], f"one take was started: {takes}"
+        assert takes and takes[0]["id"] == self.id, f"the take {self.id} is not the newest: {takes}"
         return takes[0]
 
     def phase(self):
@@ -125,10 +127,15 @@ class TakeStudio(Studio):
         weft("take", "stop", self.id, "--server", ADDRESS)
         wait_for(lambda: self.phase() not in OPEN_PHASES, "the take to be closed", 0.2)
 
+    def follow_arguments(self, every):
+        return ["register", f"take:{self.id}", *self.register_arguments()[2:], "--live", every, "--server", ADDRESS, "--detach"]
+
     def follow(self, every):
         """Starts a job that registers the take while it is recorded."""
-        self.job = weft("register", f"take:{self.id}", *self.register_arguments()[2:], "--live", every, "--server", ADDRESS,
-                        "--detach", check=0).stdout.strip()
+        self.followed(weft(*self.follow_arguments(every), check=0).stdout.strip())
+
+    def followed(self, job_id):
+        self.job = job_id
         self.commits = Commits(self.out)
 
     # Kills.
@@ -155,6 +162,53 @@ class TakeStudio(Studio):
     def restart(self):
         self.start_daemon()
 
+    # Disks that fail.
+    def try_to_record(self, sets):
+        """Daemon, take and job on a disk that may fail at any step, which must be told. False: no take was started."""
+        try:
+            self.start_daemon()
+        except AssertionError as failed:
+            assert "error" in str(failed), failed
+            return False
+        starting = weft(*self.start_take_command()[1:])
+        if starting.returncode != 0:
+            assert "weft: error: " in starting.stderr, starting
+            takes = self.takes() if self.daemon.poll() is None else []
+            assert not any(take.get("recorder_lives") for take in takes), takes
+            return False
+        self.begun(starting.stdout.strip())
+        wait_for(lambda: self.recorded() or not self.recorder(), "the first frame set")
+        following = weft(*self.follow_arguments(2))
+        if following.returncode == 0:
+            self.followed(following.stdout.strip())
+        else:
+            assert "weft: error: " in following.stderr, following
+        self.wait_for_sets(sets)
+        return True
+
+    def restart_after_error(self):
+        """Recorders go on with the disk that they have."""
+        if self.daemon.poll() is None:
+            self.kill_daemon()
+        self.start_daemon()
+
+    def start_next_take(self):
+        """After the first, which is remembered no more."""
+        self.acknowledged = set()
+        self.begun(weft(*self.start_take_command()[1:], check=0).stdout.strip())
+        wait_for(self.recorded, "the first frame set of the next take")
+
+    def retry_if_failed(self):
+        """A job may fail for its disk, says why, and goes on when it is told to."""
+        job = self.wait_for_end(self.job)
+        if job["state"] == "JOB_STATE_FAILED" or job["frames"].get("done", 0) != job["frames"].get("total", 0):
+            assert job.get("message") or job["frames"].get("failed"), job
+            self.retried = job.get("message", "") or str(job["frames"])
+            weft("job", "retry", self.job, "--server", ADDRESS, check=0)
+            # wait_for_end looks for this.
+            if os.path.exists(os.path.join(self.out, "job.json")):
+                os.unlink(os.path.join(self.out, "job.json"))
+
     # Checks: what is wrong, in words.
     def faults_of_take(self, whole):
         """`whole`: the recorder was left alone, so no trigger may be missing."""
@@ -168,6 +222,7 @@ class TakeStudio(Studio):
         recorded = [number for event, number, *_ in ledger if event == "recorded"]
         if len(recorded) != len(set(recorded)):
             faults.append("a set is in the ledger twice")
+        self.compared += len(recorded)
         lost = self.acknowledged - set(recorded)
         if lost:
             faults.append(f"acknowledged sets are not in the ledger: {sorted(lost)}")
