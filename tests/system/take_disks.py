@@ -166,7 +166,7 @@ def run_faulty(number, scene):
             # The daemon's first start is another test's.
             studio.start_daemon()
             studio.kill_daemon()
-            studio.environment = {**os.environ, **faulty_disk(), "WEFT_FAULT_UNDER": studio.state, **fault}
+            studio.environment = {**os.environ, **faulty_disk(), "WEFT_FAULT_UNDER": os.path.dirname(studio.state), **fault}
             if not studio.try_to_record(choice.uniform(6, 12)):
                 studio.environment = None
                 studio.restart_after_error()
