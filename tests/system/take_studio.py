@@ -60,6 +60,10 @@ class Commits:
             return info.st_ino, info.st_mtime_ns
         return {name: of(name) for name in self.ONCE}
 
+    def forget(self):
+        """Frames that failed are registered again."""
+        self.seen = {}
+
     def close(self):
         """Names of the files that were committed twice."""
         self.over.set()
@@ -201,9 +205,10 @@ class TakeStudio(Studio):
     def retry_if_failed(self):
         """A job may fail for its disk, says why, and goes on when it is told to."""
         job = self.wait_for_end(self.job)
-        if job["state"] == "JOB_STATE_FAILED" or job["frames"].get("done", 0) != job["frames"].get("total", 0):
+        if job["state"] == "JOB_STATE_FAILED" or self.lacking(job):
             assert job.get("message") or job["frames"].get("failed"), job
             self.retried = job.get("message", "") or str(job["frames"])
+            self.commits.forget()
             weft("job", "retry", self.job, "--server", ADDRESS, check=0)
             # wait_for_end looks for this.
             if os.path.exists(os.path.join(self.out, "job.json")):
@@ -243,13 +248,17 @@ class TakeStudio(Studio):
     def faults_of_job(self, job_id, expected):
         job = self.wait_for_end(job_id)
         faults = [] if job["state"] == "JOB_STATE_DONE" else [f"the job ended as {job['state']}: {job.get('message', '')}"]
-        frames = job["frames"]
-        if frames.get("done", 0) != frames.get("total", 0):
-            faults.append(f"frames: {frames}")
+        if self.lacking(job):
+            faults.append(f"frames: {job['frames']}")
         faults += [f"differs from the undisturbed run: {name}" for name in differing(results(self.out), expected)]
         faults += [f"committed twice: {name}" for name in self.commits.close()]
         faults += [f"left behind: {os.path.relpath(path, self.out)}" for path in temporary_files(self.out)]
         return faults
+
+    def lacking(self, job):
+        """Frames without a mesh although their sets have all cameras; a recovery may bring back sets that lack some."""
+        incomplete = {line[1] for line in read_ledger(self.recording) if line[0] == "missing"} if self.recording else ()
+        return max(0, job["frames"].get("total", 0) - len(incomplete) - job["frames"].get("done", 0))
 
     def offline(self):
         """The results of a registration after the take."""
