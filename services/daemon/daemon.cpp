@@ -30,6 +30,7 @@
 #include "services/daemon/take_service.h"
 #include "services/executor/local_executor.h"
 #include "services/files/atomic_file.h"
+#include "services/recorder/recorder_process.h"
 #include "services/rpc/error_detail.h"
 
 namespace weft {
@@ -78,6 +79,9 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   JobQueueOptions queue_options;
   queue_options.threads_per_worker = threads;
   queue_options.find_incomplete = options.find_incomplete;
+  queue_options.is_settled = [](const std::string& dump) {
+    return IsSettled(std::filesystem::path(dump).parent_path().string());
+  };
   queue_options.endings = options.endings;
   queue_options.list_frames = [load = options.load_inputs](const v1::RegistrationSpec& spec) {
     absl::StatusOr<LoadedInputs> inputs = load(spec);

@@ -34,6 +34,8 @@ struct JobQueueOptions {
   std::vector<std::string> warnings;
   // Asked before a job is done, and when one is taken up again; what it names is registered again.
   FindIncomplete find_incomplete;
+  // False while the take in this folder waits for its recovery; jobs that follow it wait, too.
+  std::function<bool(const std::string& dump)> is_settled = [](const std::string&) { return true; };
   JobEndings endings;
 };
 

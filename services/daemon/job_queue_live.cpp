@@ -28,10 +28,14 @@ void JobQueue::FollowSoon(LiveJob& job) {
 // In the background, without the lock.
 void JobQueue::LookAtTake(const std::shared_ptr<LiveJob>& live) {
   const std::string take = live->job().spec().dump();
+  const bool settled = options_.is_settled(take);
   const absl::StatusOr<TakeProgress> progress = ReadTakeProgress(take);
   Lock lock(mutex_);
   if (live->ended || live->life.ends_early() || stopping_) return;
-  if (progress.ok()) {
+  live->take_settled = settled;
+  if (!settled) {
+    WakeAt(live->look_at, std::chrono::steady_clock::now() + kLookPeriod);
+  } else if (progress.ok()) {
     AddFrames(live, *progress);
   } else {
     EndEarly(live, v1::JOB_STATE_FAILED, std::string(progress.status().message()));

@@ -37,6 +37,7 @@ struct JobQueue::LiveJob {
   // Of a job that follows a take: when to look for new frame sets, and what was there the last time.
   std::optional<std::chrono::steady_clock::time_point> look_at;
   std::vector<int64_t> recorded_ns;  // per frame, CLOCK_REALTIME
+  bool take_settled = false;
   bool take_closed = false;
   bool ended = false;
   int failed_starts = 0;  // workers in a row that ended before they began a frame

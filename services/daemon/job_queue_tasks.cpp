@@ -44,6 +44,7 @@ void JobQueue::Schedule() {
   if (stopping_) return;
   for (const auto& job : jobs_) {
     if (job->ended || job->life.ends_early() || job->checking || job->start_again) continue;
+    if (job->life.following() && !job->take_settled) continue;
     if (job->life.frames().HasWaiting() && tasks_.size() < static_cast<size_t>(executor_->slots()) &&
         !HoldsFolder(job))
       continue;

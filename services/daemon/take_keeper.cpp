@@ -92,18 +92,28 @@ void TakeKeeper::WorkInBackground(const std::stop_token& stop) {
     const std::lock_guard lock(starting_);
     RemoveOldLooks(options_.looks_folder);
   }
-  for (const std::string& id : TakesIn(options_.takes_folder)) {
-    if (stop.stop_requested()) return;
-    const absl::StatusOr<v1::RecordedTake> take = Get(id);
-    if (!take.ok()) spdlog::warn("{}", EscapedText(std::string(take.status().message())));
-  }
-  constexpr std::chrono::minutes kPeriod{1};
+  constexpr std::chrono::seconds kPeriod{1};
+  constexpr int kPeriodsToClearAway = 60;
+  std::set<std::string> known;
   std::mutex mutex;
   std::condition_variable_any asked;
   std::unique_lock lock(mutex);
-  while (!stop.stop_requested()) {
-    ClearAway();
+  for (int period = 0; !stop.stop_requested(); ++period) {
+    CloseDead(known);
+    if (period % kPeriodsToClearAway == 0) ClearAway();
     asked.wait_for(lock, stop, kPeriod, [] { return false; });
+  }
+}
+
+// `known`: those that have ended, and those of which nobody need be told once more.
+void TakeKeeper::CloseDead(std::set<std::string>& known) {
+  for (const std::string& id : TakesIn(options_.takes_folder)) {
+    if (known.contains(id)) continue;
+    const absl::StatusOr<v1::RecordedTake> take = Get(id);
+    if (take.ok() && !take->recorder_lives()) known.insert(id);
+    if (!take.ok() && known.insert(id + "?").second) {
+      spdlog::warn("{}", EscapedText(std::string(take.status().message())));
+    }
   }
 }
 
@@ -150,12 +160,16 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Start(const v1::StartTakeRequest& r
       !status.ok()) {
     return status;
   }
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
-  if (absl::Status status = StartRecorder(options_.recorder_program, folder, request.recording());
-      !status.ok()) {
-    std::error_code ignored;
-    fs::remove_all(folder, ignored);  // nothing was recorded
-    return status;
+  {
+    // A recorder that does not live yet is no dead one.
+    const std::lock_guard unchanged(changing_);
+    if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+    if (absl::Status status = StartRecorder(options_.recorder_program, folder, request.recording());
+        !status.ok()) {
+      std::error_code ignored;
+      fs::remove_all(folder, ignored);  // nothing was recorded
+      return status;
+    }
   }
   spdlog::info("take {} is recorded to {}", id, RecorderFiles(folder).take);
   return Get(id);

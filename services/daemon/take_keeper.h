@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <mutex>
+#include <set>
 #include <string>
 #include <thread>
 #include <vector>
@@ -29,7 +30,7 @@ struct TakeKeeperOptions {
 class TakeKeeper {
  public:
   explicit TakeKeeper(TakeKeeperOptions options) : options_(std::move(options)) {}
-  // Closes takes whose recorders died, and then clears away what the retention says, in the background until
+  // Closes takes whose recorders died, and clears away what the retention says, in the background until
   // Stop.
   void Begin();
   void Stop();
@@ -67,6 +68,7 @@ class TakeKeeper {
   std::string TrashOf(const std::string& id) const { return options_.trash_folder + "/" + id; }
   absl::StatusOr<v1::RecordedTake> GetLocked(const std::string& id);  // errors of Get
   void WorkInBackground(const std::stop_token& stop);
+  void CloseDead(std::set<std::string>& known);
 
   const TakeKeeperOptions options_;
   std::mutex starting_;  // one request at a time looks which cameras are free

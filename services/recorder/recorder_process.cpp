@@ -20,6 +20,7 @@
 #include "services/process/exit_status.h"
 #include "services/recorder/recorder_files.h"
 #include "services/recording/session_file.h"
+#include "services/recording/take_file.h"
 #include "services/recording/take_recovery.h"
 
 extern char** environ;
@@ -30,6 +31,14 @@ namespace {
 bool HasEnded(const v1::RecorderState& state) {
   return state.phase() == v1::RECORDER_PHASE_ENDED || state.phase() == v1::RECORDER_PHASE_FAILED ||
          state.phase() == v1::RECORDER_PHASE_RECOVERED;
+}
+
+// A recorder that failed may have been unable to close its take, too.
+bool LeftTakeOpen(const RecorderFiles& files, const v1::RecorderState& state) {
+  if (!HasEnded(state)) return true;
+  if (state.phase() != v1::RECORDER_PHASE_FAILED || !IsRecordedTake(files.take)) return false;
+  const absl::StatusOr<v1::Take> take = ReadTakeFile(files.take);
+  return !take.ok() || take->state() == v1::TAKE_STATE_RECORDING;
 }
 
 // Its number while it lives, 0 otherwise. A test of the lock takes it for a moment, which a recorder that
@@ -106,20 +115,30 @@ absl::Status StopRecorder(const std::string& folder) {
 absl::StatusOr<RecorderView> RecoverIfDead(const std::string& folder) {
   const RecorderFiles files(folder);
   absl::StatusOr<RecorderView> view = LookAtRecorder(folder);
-  if (!view.ok() || view->lives || HasEnded(view->state)) return view;
+  if (!view.ok() || view->lives || !LeftTakeOpen(files, view->state)) return view;
   v1::RecorderState& state = view->state;
+  // One that failed has said why.
+  const std::string said = state.phase() == v1::RECORDER_PHASE_FAILED
+                               ? absl::StrCat(state.message(), "; the take was left open, and ")
+                               : "the recorder ended abnormally; ";
   state.set_phase(v1::RECORDER_PHASE_RECOVERED);
   state.set_updated_unix_ns(HostTime_ns());
   if (IsRecordedTake(files.take)) {
     const absl::StatusOr<v1::TakeRecoveryReport> recovered = RecoverRecordedTake(files.take);
     // FailedPrecondition: it was closed, and the recorder died before it could say so.
     if (!recovered.ok() && !absl::IsFailedPrecondition(recovered.status())) return recovered.status();
-    state.set_message("the recorder ended abnormally; what it had acknowledged was recovered");
+    state.set_message(absl::StrCat(said, "what it had acknowledged was recovered"));
   } else {
     state.set_message("the recorder ended abnormally, before it recorded anything");
   }
   if (absl::Status status = WriteJsonFile(files.state, state); !status.ok()) return status;
   return view;
+}
+
+bool IsSettled(const std::string& folder) {
+  const absl::StatusOr<RecorderView> view = LookAtRecorder(folder);
+  if (!view.ok()) return absl::IsNotFound(view.status());
+  return view->lives || !LeftTakeOpen(RecorderFiles(folder), view->state);
 }
 
 }  // namespace weft

@@ -28,8 +28,13 @@ absl::StatusOr<RecorderView> LookAtRecorder(const std::string& folder);
 // is.
 absl::Status StopRecorder(const std::string& folder);
 
-// LookAtRecorder, but the take of a recorder that was killed or crashed is closed with all that was
-// acknowledged, and its state says so. Errors of RecoverRecordedTake besides. One at a time per folder.
+// LookAtRecorder, but the take of a recorder that was killed, crashed or could not close it is closed with
+// all that was acknowledged, and its state says so. Errors of RecoverRecordedTake besides. One at a time per
+// folder.
 absl::StatusOr<RecorderView> RecoverIfDead(const std::string& folder);
+
+// False while a take waits for RecoverIfDead: what stands in it may be damaged. True where no recorder was
+// started.
+bool IsSettled(const std::string& folder);
 
 }  // namespace weft

@@ -94,6 +94,18 @@ TEST_F(TakeServiceTest, ADaemonThatStopsEndsWatchersAndNotTheTake) {
   EXPECT_EQ(state.phase(), v1::RECORDER_PHASE_RECORDING);
 }
 
+TEST_F(TakeServiceTest, OfARecorderThatDiesAreClosedThoughNobodyAsks) {
+  StartDaemon();
+  lock_.Close();
+  v1::RecorderState state;
+  do {
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    ASSERT_TRUE(ReadJsonFile(files_.state, state).ok());
+  } while (state.phase() == v1::RECORDER_PHASE_RECORDING);
+  EXPECT_EQ(state.phase(), v1::RECORDER_PHASE_RECOVERED);
+  EXPECT_THAT(state.message(), HasSubstr("before it recorded anything"));
+}
+
 TEST_F(TakeServiceTest, RefusesCamerasThatFilmAndIdsThatAreNone) {
   StartDaemon();
   TakeClient client(*client_);
