@@ -34,6 +34,10 @@ def steps():
     found["v4l2"] = ctest("System.v4l2", WEFT_ENDURANCE_S="600")
     found["job_campaign"] = ([PYTHON, "tests/system/job_campaign.py", "--log", os.path.join(LOGS, "job_campaign.json")],
                              {"WEFT_BIN": "build/dev/bin"})
+    found["studio_load"] = ([PYTHON, "tests/system/studio_load.py", "--seconds", "60"],
+                            {"WEFT_BIN": "build/dev/bin"})
+    found["take_campaign"] = ([PYTHON, "tests/system/take_campaign.py", "--log", os.path.join(LOGS, "take_campaign.json")],
+                              {"WEFT_BIN": "build/dev/bin", "WEFT_DISK_FAULTS": "build/dev/tests/system/libdisk_faults.so"})
     found["take_damage"] = ctest("System.take_damage", WEFT_DAMAGE_ROUNDS="1000")
     found["crash"] = ctest("System.crash", WEFT_CRASH_STATES="1000", WEFT_CRASH_CALLS="all")
     found["job_crash"] = ctest("System.job_crash", WEFT_CRASH_STATES="100", WEFT_FAILED_CALLS="300")

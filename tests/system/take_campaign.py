@@ -13,6 +13,7 @@ import json
 import os
 import random
 import signal
+import subprocess
 import sys
 import tempfile
 import time
@@ -159,21 +160,28 @@ def run_job(number, scene):
         return studio, faults + left
 
 
+def run_of_kind(number, kind, scene):
+    if kind == JOB:
+        return run_job(number, scene)
+    if kind in (FILM, REPLAY):
+        return run_take(number, kind, scene)
+    scene.use(FILM)
+    scene.wait_for_cameras()
+    return run_faulty(number, scene) if kind == FAULTY else run_full(number, scene, LoopDisk if kind == LOOP else FullDisk)
+
+
 def run_trial(number, kind, scene):
     """Returns a record."""
     begin = time.monotonic()
-    if kind == JOB:
-        studio, faults = run_job(number, scene)
-    elif kind in (FILM, REPLAY):
-        studio, faults = run_take(number, kind, scene)
-    else:
-        scene.use(FILM)
-        scene.wait_for_cameras()
-        studio, faults = run_faulty(number, scene) if kind == FAULTY else run_full(
-            number, scene, LoopDisk if kind == LOOP else FullDisk)
-    return {"trial": number, "kind": kind, "killed": studio.killed, "acknowledged": studio.compared,
-            "followed": bool(studio.job), "fault": studio.fault, "retried": studio.retried, "wrong": faults,
-            "seconds": round(time.monotonic() - begin, 1)}
+    record = {"trial": number, "kind": kind, "killed": [], "acknowledged": 0}
+    try:
+        studio, faults = run_of_kind(number, kind, scene)
+        record |= {"killed": studio.killed, "acknowledged": studio.compared, "followed": bool(studio.job),
+                   "fault": studio.fault, "retried": studio.retried, "wrong": faults}
+    except (AssertionError, subprocess.SubprocessError) as failed:
+        scene.killed_at = time.monotonic()
+        record["wrong"] = [str(failed)]
+    return {**record, "seconds": round(time.monotonic() - begin, 1)}
 
 
 def closing_table(records):
