@@ -27,7 +27,7 @@ from take_studio import Commits, TakeStudio
 
 FILM, REPLAY, JOB = "a take that films", "a take that replays", "a job of 60 frames"
 FULL, LOOP, FAULTY = "a disk that fills", "ext4 on a full disk", "a disk with errors"
-TRIALS = [FILM, REPLAY] * 25 + [JOB] * 10 + [FULL] * 10 + [LOOP] * 10 + [FAULTY] * 40
+TRIALS = [FILM, REPLAY] * 25 + [JOB] * 10 + [FULL] * 10 + [LOOP] * 10 + [FAULTY] * 40 + [FILM, REPLAY] * 5 + [JOB] * 2
 FPS = 5
 SETS = 14  # of a take that is left alone, about
 JOB_FRAMES = 60
