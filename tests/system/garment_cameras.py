@@ -58,7 +58,7 @@ class FilmingCameras:
 
     `dump` is the garment itself, or a take of it that is replayed."""
 
-    def __init__(self, folder, garment, dump, fps, **session):
+    def __init__(self, folder, garment, dump, fps, packet_bytes=0, **session):
         self.garment, self.fps = garment, fps
         self.session = os.path.join(folder, "session.json")
         self.pictures = pictures_of_take(garment, dump) if dump != garment else pictures_of(garment)
@@ -66,9 +66,11 @@ class FilmingCameras:
             [os.path.join(BIN, "weft"), "camera", "fake", "--pictures", dump, "--rig", f"{garment}/rig.json", "--fps",
              str(fps), "--session", self.session], stdout=subprocess.PIPE, text=True)
         assert "film" in self.process.stdout.readline()
+        described = json.loads(read(self.session))
+        for camera in described["cameras"] if packet_bytes else ():
+            camera["gige"]["packet_size_bytes"] = packet_bytes
         # For the frames of a set, because the machine may have other things to do.
-        write(self.session, json.dumps({**json.loads(read(self.session)), "max_wait_ms": 5000, "low_disk_gib": 0.001,
-                                        **session}))
+        write(self.session, json.dumps({**described, "max_wait_ms": 5000, "low_disk_gib": 0.001, **session}))
 
     def close(self):
         self.process.kill()

@@ -16,10 +16,10 @@ BIN = os.environ["WEFT_BIN"]
 LONG_S = 240  # far more than any command takes; a hang fails instead of blocking
 
 
-def weft(*arguments, check=None, **options):
+def weft(*arguments, check=None, patience_s=LONG_S, **options):
     """Runs `weft`; `check` is the exit status that is expected."""
     done = subprocess.run([os.path.join(BIN, "weft"), *map(str, arguments)], capture_output=True, text=True,
-                          timeout=LONG_S, check=False, **options)
+                          timeout=patience_s, check=False, **options)
     if check is not None and done.returncode != check:
         raise AssertionError(f"weft {' '.join(map(str, arguments))}: exit status {done.returncode}, expected {check}\n"
                              f"{done.stdout}{done.stderr}")

@@ -67,7 +67,7 @@ def run(options, folder):
     garment = make_garment(folder, options.pictures, options.width, options.height, ["--readout", "mosaic"])
     pictures = os.path.join(folder, "pictures")  # a take of a mosaic, since a file of grey pixels does not say that it is one
     weft("take", "import", garment, "--mosaic", MOSAIC, "--out", pictures, check=0)
-    cameras = FilmingCameras(folder, garment, pictures, options.fps, queue_mib=options.queue_mib)
+    cameras = FilmingCameras(folder, garment, pictures, options.fps, options.packet_bytes, queue_mib=options.queue_mib)
     studio = TakeStudio(os.path.join(folder, "studio"), cameras)
     os.mkdir(studio.folder)
     try:
@@ -83,7 +83,7 @@ def run(options, folder):
             studio.stop_take()
             weft("job", "cancel", studio.job, "--server", ADDRESS)  # the frames that are left are no live ones
             told = json.loads(watchers.communicate(timeout=LONG_S)[0])
-        faults = studio.faults_of_take(whole=True)
+        faults = studio.faults_of_take(whole=True, patience_s=LONG_S + options.seconds)
         state = studio.shown()["state"]
         ledger = read_ledger(studio.recording)
         dropped = sum(last - first + 1 for event, first, last, *_ in ledger if event == "dropped")
@@ -123,7 +123,8 @@ def main():
     for name, default, what in (("seconds", 60, "how long"), ("watchers", 100, "clients"), ("live", 15, "every so many sets"),
                                 ("width", 640, "of the pictures"), ("height", 480, "of the pictures"),
                                 ("fps", 30, "frame sets a second"), ("pictures", 12, "different ones"),
-                                ("workers", 1, "of the daemon"), ("queue_mib", 512, "frames that may wait for the disk")):
+                                ("workers", 1, "of the daemon"), ("queue_mib", 512, "frames that may wait for the disk"),
+                                ("packet_bytes", 9000, "of the network")):
         parser.add_argument("--" + name.replace("_", "-"), type=int, default=default, help=f"{what} (default {default})")
     options = parser.parse_args()
     set_up_network([])

@@ -127,8 +127,9 @@ def run_take(number, kind, scene):
                 scene.killed_at = time.monotonic()
             wait_for(lambda: not studio.shown().get("recorder_lives"), "the recorder to end", 0.1)
             expected = "RECORDER_PHASE_RECOVERED" if dead else "RECORDER_PHASE_ENDED"
-            if studio.phase() != expected:
-                faults.append(f"the take is {studio.shown()['state']}, expected {expected}")
+            studio.ended = studio.shown()["state"]
+            if studio.ended.get("phase") != expected:
+                faults.append(f"the take is {studio.ended}, expected {expected}")
             faults += studio.faults_of_take(whole=not dead)
             if studio.job:
                 faults += studio.faults_of_job(studio.job, studio.offline()) + studio.faults_of_replay()
@@ -177,7 +178,8 @@ def run_trial(number, kind, scene):
     try:
         studio, faults = run_of_kind(number, kind, scene)
         record |= {"killed": studio.killed, "acknowledged": studio.compared, "followed": bool(studio.job),
-                   "fault": studio.fault, "retried": studio.retried, "wrong": faults}
+                   "fault": studio.fault, "retried": studio.retried, "wrong": faults,
+                   "ended": f"{studio.ended.get('phase', '')}: {studio.ended.get('message', '')}"}
     except (AssertionError, subprocess.SubprocessError) as failed:
         scene.killed_at = time.monotonic()
         record["wrong"] = [str(failed)]

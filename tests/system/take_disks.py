@@ -91,6 +91,7 @@ def end_take(studio):
     if studio.shown().get("recorder_lives"):
         studio.stop_take()
     wait_for(lambda: not studio.shown().get("recorder_lives"), "the recorder to end", 0.2)
+    studio.ended = studio.shown()["state"]
 
 
 def faults_after(studio, scene):

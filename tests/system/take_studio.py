@@ -78,7 +78,7 @@ class TakeStudio(Studio):
         self.cameras = cameras
         self.id, self.recording, self.job, self.commits = "", "", "", None
         self.acknowledged, self.killed, self.environment = set(), [], None
-        self.fault, self.retried = {}, ""
+        self.fault, self.retried, self.ended = {}, "", {}
         self.compared = 0  # sets of which every byte was compared
 
     def start_daemon(self, *more, **options):
@@ -215,11 +215,11 @@ class TakeStudio(Studio):
                 os.unlink(os.path.join(self.out, "job.json"))
 
     # Checks: what is wrong, in words.
-    def faults_of_take(self, whole):
+    def faults_of_take(self, whole, patience_s=LONG_S):
         """`whole`: the recorder was left alone, so no trigger may be missing."""
         if not os.path.exists(os.path.join(self.recording, "take.json")):
             return [f"sets {sorted(self.acknowledged)} are gone"] if self.acknowledged else []
-        verified = weft("take", "verify", self.recording)
+        verified = weft("take", "verify", self.recording, patience_s=patience_s)
         faults = [] if verified.returncode == 0 else [f"verify: {verified.stdout}{verified.stderr}"]
         wrong, sets = self.cameras.faults_of(self.recording)
         faults += wrong
