@@ -16,6 +16,7 @@
 #include "services/daemon/cores.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_service.h"
+#include "services/daemon/library_service.h"
 #include "services/daemon/lost_jobs.h"
 #include "services/daemon/path_policy.h"
 #include "services/daemon/server_service.h"
@@ -27,9 +28,10 @@
 namespace weft {
 namespace {
 
-constexpr const char* kServiceNames[] = {"weft.v1.Jobs", "weft.v1.Server", "weft.v1.Takes"};
-constexpr int kMaxRequestBytes = 1 << 20;
-constexpr int kMaxThreads = 64;  // calls at once; watchers need none
+constexpr const char* kServiceNames[] = {"weft.v1.Jobs", "weft.v1.Library", "weft.v1.Server",
+                                         "weft.v1.Takes"};
+constexpr int kMaxRequestBytes = 16 << 20;  // the manifest of a dump of 100,000 files
+constexpr int kMaxThreads = 64;             // calls at once; watchers need none
 constexpr int kMaxWorkers = 1024;
 
 // The part before the port. InvalidArgument: not HOST:PORT.
@@ -98,10 +100,12 @@ void ConfigureServer(grpc::ServerBuilder& builder) {
 // In the order in which they depend on each other.
 struct Daemon::Parts {
   std::unique_ptr<JobQueue> queue;
+  std::unique_ptr<Library> library;
   std::unique_ptr<JobService> jobs;
   std::unique_ptr<ServerService> server_info;
   std::unique_ptr<TakeKeeper> take_keeper;
   std::unique_ptr<TakeService> takes;
+  std::unique_ptr<LibraryService> library_service;
   std::unique_ptr<grpc::Server> server;
   std::once_flag stopped;
 };
@@ -137,6 +141,9 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   auto queue = MakeQueue(options, share.workers, share.threads_per_worker);
   if (!queue.ok()) return queue.status();
   daemon->parts_->queue = *std::move(queue);
+  absl::StatusOr<std::unique_ptr<Library>> library = Library::Open(options.state_folder);
+  if (!library.ok()) return library.status();
+  daemon->parts_->library = *std::move(library);
 
   v1::ServerInfo info;
   info.set_version(WEFT_VERSION);
@@ -146,12 +153,15 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   info.set_state_folder(options.state_folder);
   info.set_started_unix_ns(HostTime_ns());
   Parts& parts = *daemon->parts_;
-  parts.jobs = std::make_unique<JobService>(
-      *parts.queue, *std::move(policy), absl::StrCat(options.state_folder, "/results"), options.load_inputs);
+  parts.jobs =
+      std::make_unique<JobService>(*parts.queue, *parts.library, *std::move(policy),
+                                   absl::StrCat(options.state_folder, "/results"), options.load_inputs);
   parts.take_keeper =
       std::make_unique<TakeKeeper>(absl::StrCat(options.state_folder, "/takes"), options.recorder_program);
   parts.takes = std::make_unique<TakeService>(*parts.take_keeper);
   parts.server_info = std::make_unique<ServerService>(*parts.queue, info);
+  parts.library_service = std::make_unique<LibraryService>(*parts.queue, *parts.library, options.state_folder,
+                                                           options.check_item);
   if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
   return daemon;
 }
@@ -166,6 +176,7 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   builder.RegisterService(parts_->jobs.get());
   builder.RegisterService(parts_->server_info.get());
   builder.RegisterService(parts_->takes.get());
+  builder.RegisterService(parts_->library_service.get());
   parts_->server = builder.BuildAndStart();
   if (parts_->server == nullptr || port == 0) {
     return absl::FailedPreconditionError(absl::StrCat(

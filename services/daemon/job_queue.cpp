@@ -187,6 +187,15 @@ std::vector<std::string> JobQueue::Warnings() {
   return warnings;
 }
 
+std::vector<v1::Job> JobQueue::Unfinished() {
+  const Lock lock(mutex_);
+  std::vector<v1::Job> jobs;
+  for (const auto& job : jobs_) {
+    if (!job->ended) jobs.push_back(job->job());
+  }
+  return jobs;
+}
+
 JobQueue::Load JobQueue::CurrentLoad() {
   const Lock lock(mutex_);
   Load load;

@@ -65,6 +65,8 @@ class JobQueue {
   absl::StatusOr<v1::Job> Retry(const std::string& job_id);
   // Newest first.
   absl::StatusOr<std::vector<v1::Job>> List(int limit);
+  // Those that have not ended, in no order.
+  std::vector<v1::Job> Unfinished();
   struct Load {
     int queued = 0;
     int running = 0;

@@ -18,6 +18,7 @@
 #include "absl/strings/str_split.h"
 #include "services/files/atomic_file.h"
 #include "weft/v1/jobs.pb.h"
+#include "weft/v1/library.pb.h"
 #include "weft/v1/server.pb.h"
 #include "weft/v1/takes.pb.h"
 
@@ -32,8 +33,8 @@ using google::protobuf::ServiceDescriptor;
 
 // The files that declare services.
 std::vector<const FileDescriptor*> ServiceFiles() {
-  return {v1::SubmitJobRequest::descriptor()->file(), v1::ServerInfo::descriptor()->file(),
-          v1::RecordedTake::descriptor()->file()};
+  return {v1::SubmitJobRequest::descriptor()->file(), v1::BeginUploadRequest::descriptor()->file(),
+          v1::ServerInfo::descriptor()->file(), v1::RecordedTake::descriptor()->file()};
 }
 
 // What services, and all messages that they send or receive, look like from outside.
