@@ -30,8 +30,8 @@ namespace {
 
 constexpr const char* kServiceNames[] = {"weft.v1.Jobs", "weft.v1.Library", "weft.v1.Server",
                                          "weft.v1.Takes"};
-constexpr int kMaxRequestBytes = 16 << 20;  // the manifest of a dump of 100,000 files
-constexpr int kMaxThreads = 64;             // calls at once; watchers need none
+constexpr int kMaxRequestBytes = 1 << 20;
+constexpr int kMaxThreads = 64;  // calls at once; watchers need none
 constexpr int kMaxWorkers = 1024;
 
 // The part before the port. InvalidArgument: not HOST:PORT.

@@ -11,9 +11,23 @@
 
 namespace weft {
 
-grpc::Status LibraryService::BeginUpload(grpc::ServerContext*, const v1::BeginUploadRequest* request,
+grpc::Status LibraryService::BeginUpload(grpc::ServerContext*,
+                                         grpc::ServerReader<v1::BeginUploadRequest>* reader,
                                          v1::BeginUploadResponse* response) {
-  return Answer("BeginUpload", [&] { return Assign(uploads_.Begin(*request), response); });
+  return Answer("BeginUpload", [&]() -> absl::Status {
+    v1::BeginUploadRequest request;
+    if (!reader->Read(&request)) return absl::InvalidArgumentError("the call has no message");
+    size_t bytes = request.ByteSizeLong();
+    for (v1::BeginUploadRequest more; reader->Read(&more);) {
+      bytes += more.ByteSizeLong();
+      if (bytes > kMaxManifestBytes || request.manifest().files_size() > kMaxItemFiles) {
+        return absl::InvalidArgumentError(absl::StrCat("manifest: at most ", kMaxItemFiles, " files and ",
+                                                       kMaxManifestBytes, " bytes are allowed"));
+      }
+      request.mutable_manifest()->MergeFrom(more.manifest());
+    }
+    return Assign(uploads_.Begin(request), response);
+  });
 }
 
 grpc::Status LibraryService::WriteFile(grpc::ServerContext*, grpc::ServerReader<v1::WriteFileRequest>* reader,

@@ -18,7 +18,7 @@ class LibraryService final : public v1::Library::Service {
   LibraryService(JobQueue& queue, Library& library, const std::string& state_folder, ItemCheck check)
       : queue_(queue), library_(library), uploads_(library, state_folder, std::move(check)) {}
 
-  grpc::Status BeginUpload(grpc::ServerContext* context, const v1::BeginUploadRequest* request,
+  grpc::Status BeginUpload(grpc::ServerContext* context, grpc::ServerReader<v1::BeginUploadRequest>* reader,
                            v1::BeginUploadResponse* response) override;
   grpc::Status WriteFile(grpc::ServerContext* context, grpc::ServerReader<v1::WriteFileRequest>* reader,
                          v1::WriteFileResponse* response) override;

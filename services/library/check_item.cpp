@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "capture/take/image_folder.h"
@@ -41,6 +42,11 @@ absl::Status ReadContent(v1::ItemKind kind, const std::string& path) {
 }  // namespace
 
 std::string InputPathOf(v1::ItemKind kind, const v1::ItemManifest& manifest, const std::string& folder) {
+  if (kind == v1::ITEM_KIND_BOARD) {  // any name, with its images beside it
+    for (const v1::ItemFile& file : manifest.files()) {
+      if (absl::EndsWith(file.path(), ".json")) return absl::StrCat(folder, "/", file.path());
+    }
+  }
   const bool may_be_file = kind == v1::ITEM_KIND_RIG || kind == v1::ITEM_KIND_BOARD;
   if (!may_be_file || manifest.files_size() != 1) return folder;
   return absl::StrCat(folder, "/", manifest.files(0).path());

@@ -8,7 +8,7 @@
 
 namespace weft {
 
-// What a job gives to the readers: the file of an item of one file (rigs and boards), else `folder`.
+// What a job gives to the readers: the file of a rig or a board, else `folder`.
 std::string InputPathOf(v1::ItemKind kind, const v1::ItemManifest& manifest, const std::string& folder);
 
 // Reads the content as jobs do; of dumps, their list of frames. InvalidArgument names file and field.

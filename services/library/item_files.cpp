@@ -21,9 +21,8 @@ absl::StatusOr<Names> NamesOfBoard(const fs::path& json) {
   v1::Board board;
   if (absl::Status status = ReadJsonFile(json.string(), board); !status.ok()) return status;
   Names names = {json.filename().string()};
-  for (const std::string& image : {board.image(), board.panels()}) {
-    if (!image.empty()) names.push_back(image);
-  }
+  names.push_back(board.image().empty() ? "board.png" : board.image());
+  if (!board.panels().empty()) names.push_back(board.panels());
   return names;
 }
 

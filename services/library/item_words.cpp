@@ -1,6 +1,7 @@
 #include "services/library/item_words.h"
 
 #include <algorithm>
+#include <filesystem>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
@@ -34,6 +35,15 @@ const char* ItemKindWord(v1::ItemKind kind) {
   }
 }
 
+absl::StatusOr<v1::ItemKind> ParseItemKind(const std::string& word) {
+  for (const v1::ItemKind kind :
+       {v1::ITEM_KIND_RIG, v1::ITEM_KIND_BOARD, v1::ITEM_KIND_TEMPLATE, v1::ITEM_KIND_DUMP}) {
+    if (word == ItemKindWord(kind)) return kind;
+  }
+  return absl::InvalidArgumentError(
+      absl::StrCat("kind: \"", EscapedText(word), "\" is none; give rig, board, template or dump"));
+}
+
 absl::Status CheckItemKind(v1::ItemKind kind) {
   if (v1::ItemKind_IsValid(kind) && kind != v1::ITEM_KIND_UNSPECIFIED) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("kind: ", static_cast<int>(kind),
@@ -47,6 +57,20 @@ absl::Status CheckItemName(const std::string& name) {
   return absl::InvalidArgumentError(absl::StrCat(
       "name: \"", EscapedText(name.substr(0, kMaxItemNameBytes)), "\" must be 1 to ", kMaxItemNameBytes,
       " letters, digits, \".\", \"_\" or \"-\", and begin with a letter or digit"));
+}
+
+std::string ItemNameOfPath(const std::string& path) {
+  namespace fs = std::filesystem;
+  fs::path named = fs::absolute(path).lexically_normal();
+  if (!named.has_filename()) named = named.parent_path();
+  std::error_code error;
+  std::string name = (fs::is_directory(named, error) ? named.filename() : named.stem()).string();
+  name.resize(std::min(name.size(), kMaxItemNameBytes));
+  for (char& c : name) c = IsNameCharacter(c) ? c : '-';
+  if (name.empty() || !absl::ascii_isalnum(name.front())) {
+    name = "item" + name.substr(0, kMaxItemNameBytes - 4);
+  }
+  return name;
 }
 
 bool IsSha256(const std::string& text) {

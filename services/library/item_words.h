@@ -15,11 +15,15 @@ inline constexpr char kLibraryPrefix[] = "library:";
 
 // "rig", "board", "template" or "dump"; also the folder of the kind.
 const char* ItemKindWord(v1::ItemKind kind);
+// InvalidArgument: none of these words.
+absl::StatusOr<v1::ItemKind> ParseItemKind(const std::string& word);
 // InvalidArgument: no kind.
 absl::Status CheckItemKind(v1::ItemKind kind);
 
 // InvalidArgument names `name`: not letters, digits, ".", "_", "-", or too long.
 absl::Status CheckItemName(const std::string& name);
+// A name for what lies at `path`: that of the file without its ending, or of the folder.
+std::string ItemNameOfPath(const std::string& path);
 
 // 64 lower hex digits?
 bool IsSha256(const std::string& text);

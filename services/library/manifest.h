@@ -1,6 +1,7 @@
 // What an item consists of, and its id.
 #pragma once
 
+#include <cstdint>
 #include <string>
 
 #include "absl/status/status.h"
@@ -9,6 +10,7 @@
 namespace weft {
 
 inline constexpr int kMaxItemFiles = 100'000;
+inline constexpr size_t kMaxManifestBytes = size_t{64} << 20;  // as a message
 
 // InvalidArgument names the path: empty, absolute, "." or "..", control characters, too long or too deep,
 // given twice, or a file and a folder at once. Also: no files, too many, sizes below 0, hashes that are none.

@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int64_t kMaxPieceBytes = 1 << 20;
+constexpr int64_t kMaxPieceBytes = 512 << 10;
 constexpr int64_t kSpareBytes = int64_t{64} << 20;  // for the list of jobs
 
 std::string UploadIdOf(const v1::BeginUploadRequest& request) {
@@ -93,7 +93,7 @@ absl::StatusOr<std::shared_ptr<Uploads::Upload>> Uploads::Find(const std::string
   if (status.ok()) status = CheckManifest(upload->what.manifest());
   if (!status.ok()) {
     return absl::NotFoundError(
-        absl::StrCat("upload_id: there is no upload ", upload_id, "; is it finished, or older than a day?"));
+        absl::StrCat("upload_id: there is no upload ", upload_id, "; is it finished, or older than a week?"));
   }
   for (const v1::ItemFile& file : upload->what.manifest().files()) upload->sizes[file.path()] = file.bytes();
   uploads_[upload_id] = upload;
@@ -119,6 +119,7 @@ absl::StatusOr<v1::BeginUploadResponse> Uploads::Begin(const v1::BeginUploadRequ
     if (!status.ok()) return status;
   }
   RemoveAbandoned();
+  const std::lock_guard lock(mutex_);  // nothing is finished or removed meanwhile
   v1::BeginUploadResponse response;
   const absl::StatusOr<v1::LibraryItem> known =
       library_.AddName(request.kind(), ItemIdOf(request.manifest()), request.name());
@@ -185,6 +186,7 @@ absl::StatusOr<v1::LibraryItem> Uploads::Finish(const std::string& upload_id) {
   upload.finishing = true;
   absl::Status status = CheckFiles(upload);
   if (status.ok()) status = check_(upload.what.kind(), upload.what.manifest(), upload.folder + "/content");
+  const std::lock_guard list_lock(mutex_);
   absl::StatusOr<v1::LibraryItem> item =
       status.ok() ? library_.TakeIn(upload.what, upload.folder) : absl::StatusOr<v1::LibraryItem>(status);
   upload.finishing = false;
@@ -194,7 +196,6 @@ absl::StatusOr<v1::LibraryItem> Uploads::Finish(const std::string& upload_id) {
   std::error_code ignored;
   if (item.ok()) fs::remove(library_.ContentFolder(item->kind(), item->id()) + "/../upload.json", ignored);
   fs::remove_all(upload.folder, ignored);
-  const std::lock_guard list_lock(mutex_);
   uploads_.erase(upload_id);
   return item;
 }

@@ -30,7 +30,7 @@ class Uploads {
   absl::StatusOr<v1::LibraryItem> Finish(const std::string& upload_id);
 
   // Uploads to which nothing came for so long, and deleted items that still lie there.
-  void RemoveAbandoned(std::chrono::seconds age = std::chrono::hours(24));
+  void RemoveAbandoned(std::chrono::seconds age = std::chrono::hours(7 * 24));
 
  private:
   friend class UploadWriter;

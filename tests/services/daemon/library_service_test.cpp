@@ -1,5 +1,7 @@
 // Items that go to a daemon over a network, and jobs that name them.
 #include "services/client/library_client.h"
+
+#include "services/library/sha256.h"
 #include "tests/services/daemon/cutting_proxy.h"
 #include "tests/services/daemon/daemon_fixture.h"
 
@@ -16,11 +18,11 @@ class DaemonLibrary : public DaemonTest {
     };
   }
 
-  absl::StatusOr<v1::LibraryItem> UploadRig(const std::string& server, const std::string& bytes) {
+  absl::StatusOr<v1::LibraryItem> UploadRig(const std::string& bytes) {
     WriteBytes(folder_ / "local/rig.json", bytes);
     const auto files = ListLocalItem(v1::ITEM_KIND_RIG, folder_ / "local/rig.json");
     if (!files.ok()) return files.status();
-    return LibraryClient(server).Upload(v1::ITEM_KIND_RIG, "lab", *files);
+    return LibraryClient(*client_).Upload(v1::ITEM_KIND_RIG, "lab", *files);
   }
   v1::SubmitJobRequest RequestWithRig(const std::vector<std::string>& frames, const std::string& rig) {
     v1::SubmitJobRequest request = MakeRequest(frames);
@@ -31,7 +33,7 @@ class DaemonLibrary : public DaemonTest {
 
 TEST_F(DaemonLibrary, GivesJobsWhatTheyName) {
   StartDaemon();
-  const auto item = UploadRig(daemon_->address(), "{}");
+  const auto item = UploadRig("{}");
   ASSERT_TRUE(item.ok()) << item.status();
   const auto job = client_->Submit(RequestWithRig({"a"}, "library:lab"));
   ASSERT_TRUE(job.ok()) << job.status();
@@ -46,10 +48,10 @@ TEST_F(DaemonLibrary, GivesJobsWhatTheyName) {
 
 TEST_F(DaemonLibrary, KeepsWhatAnUnfinishedJobUses) {
   StartDaemon();
-  ASSERT_TRUE(UploadRig(daemon_->address(), "{}").ok());
+  ASSERT_TRUE(UploadRig("{}").ok());
   const auto job = client_->Submit(RequestWithRig({"hang"}, "library:lab@1"));
   ASSERT_TRUE(job.ok()) << job.status();
-  LibraryClient library(daemon_->address());
+  LibraryClient library(*client_);
   const absl::Status refused = library.Delete(v1::ITEM_KIND_RIG, "lab").status();
   EXPECT_EQ(refused.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(refused.message()), HasSubstr(job->id()));
@@ -60,19 +62,51 @@ TEST_F(DaemonLibrary, KeepsWhatAnUnfinishedJobUses) {
 TEST_F(DaemonLibrary, GetsUploadsThatBreakOff) {
   StartDaemon();
   CuttingProxy proxy(daemon_->address());
-  const std::string bytes(8 << 20, 'x');
-  std::atomic<bool> done = false;
-  std::jthread cutting([&] {
-    for (int k = 0; k < 3 && !done; ++k) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(30));
-      proxy.Cut();
-    }
-  });
-  const auto item = UploadRig(proxy.address(), bytes);
-  done = true;
+  // No connection carries the whole file, so it arrives only if each goes on where the last one ended.
+  proxy.CutAfterSent(3 << 20);
+  Connect(proxy.address());
+  const auto item = UploadRig(std::string(8 << 20, 'x'));
   ASSERT_TRUE(item.ok()) << item.status();
   EXPECT_EQ(item->bytes(), 8 << 20);
-  EXPECT_EQ(LibraryClient(daemon_->address()).List(v1::ITEM_KIND_RIG).value().items_size(), 1);
+  EXPECT_GE(proxy.connections(), 3);
+  Connect(daemon_->address());
+  EXPECT_EQ(LibraryClient(*client_).List(v1::ITEM_KIND_RIG).value().items_size(), 1);
+}
+
+TEST_F(DaemonLibrary, GivesItsItemsBack) {
+  StartDaemon();
+  const std::string bytes(3 << 20, 'x');
+  ASSERT_TRUE(UploadRig(bytes).ok());
+  CuttingProxy proxy(daemon_->address());
+  proxy.CutAfter(2 << 20);
+  Connect(proxy.address());
+  LibraryClient library(*client_);
+  const auto item = library.Get(v1::ITEM_KIND_RIG, "lab");
+  ASSERT_TRUE(item.ok()) << item.status();
+  const absl::Status status = library.Fetch(*item, folder_ / "back/again");
+  ASSERT_TRUE(status.ok()) << status;
+  EXPECT_EQ(ReadBytes(folder_ / "back/again/rig.json"), bytes);
+  EXPECT_GE(proxy.connections(), 2);
+  daemon_.reset();
+  EXPECT_TRUE(library.Fetch(*item, folder_ / "back/again").ok());  // all is there
+}
+
+TEST_F(DaemonLibrary, TakesManifestsBeyondTheLimitOfAMessage) {
+  StartDaemon();
+  LocalItem files;
+  WriteBytes(folder_ / "empty", "");
+  const std::string hash = Sha256().Hex();
+  for (int i = 0; i < 20'000; ++i) {
+    v1::ItemFile& file = *files.manifest.add_files();
+    file.set_path(absl::StrCat("cam", i % 10, "/", i, ".png"));
+    file.set_sha256(hash);
+    files.paths.push_back(folder_ / "empty");
+  }
+  ASSERT_GT(files.manifest.ByteSizeLong(), size_t{1} << 20);
+  files.manifest.mutable_files(0)->set_sha256("none");
+  const absl::Status status = LibraryClient(*client_).Upload(v1::ITEM_KIND_DUMP, "many", files).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("cam0/0.png"));
 }
 
 }  // namespace

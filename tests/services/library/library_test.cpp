@@ -182,8 +182,8 @@ TEST_F(ItemsOnDisk, AreRemovedWhenTheirUploadIsAbandoned) {
   uploads_->RemoveAbandoned();
   EXPECT_EQ(CountUploads(), 1u);
   const std::string upload = folder_ / ("uploads/" + id + "/upload.json");
-  std::filesystem::last_write_time(upload,
-                                   std::filesystem::file_time_type::clock::now() - std::chrono::hours(25));
+  std::filesystem::last_write_time(
+      upload, std::filesystem::file_time_type::clock::now() - std::chrono::hours(8 * 24));
   Restart();
   EXPECT_EQ(CountUploads(), 0u);
   EXPECT_EQ(Write(id, "rig.json", 0, "1").code(), absl::StatusCode::kNotFound);
