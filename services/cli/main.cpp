@@ -56,6 +56,7 @@ int main(int argc, char** argv) {
 
   weft::AddRegisterCommand(app, line);
   weft::AddJobCommand(app, line);
+  weft::AddLibraryCommand(app, line);
   weft::AddCameraCommand(app, line);
   weft::AddDoctorCommand(app, line);
   weft::AddTakeCommand(app, line);
