@@ -73,6 +73,25 @@ TEST_F(DaemonLibrary, GetsUploadsThatBreakOff) {
   EXPECT_EQ(LibraryClient(*client_).List(v1::ITEM_KIND_RIG).value().items_size(), 1);
 }
 
+TEST_F(DaemonLibrary, TakesTheSameFilesFromTwoClientsAtOnce) {
+  StartDaemon();
+  WriteBytes(folder_ / "local/rig.json", std::string(16 << 20, 'x'));
+  const auto files = ListLocalItem(v1::ITEM_KIND_RIG, folder_ / "local/rig.json");
+  ASSERT_TRUE(files.ok()) << files.status();
+  absl::StatusOr<v1::LibraryItem> items[2];
+  {
+    std::vector<std::jthread> clients;
+    for (auto& item : items) {
+      clients.emplace_back([&] { item = LibraryClient(*client_).Upload(v1::ITEM_KIND_RIG, "lab", *files); });
+    }
+  }
+  for (const auto& item : items) {
+    ASSERT_TRUE(item.ok()) << item.status();
+    EXPECT_EQ(item->names_size(), 1);
+  }
+  EXPECT_EQ(items[0]->id(), items[1]->id());
+}
+
 TEST_F(DaemonLibrary, GivesItsItemsBack) {
   StartDaemon();
   const std::string bytes(3 << 20, 'x');

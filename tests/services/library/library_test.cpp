@@ -177,6 +177,35 @@ TEST_F(ItemsOnDisk, AreRefusedWhereTheDiskHasNoRoom) {
   EXPECT_EQ(CountUploads(), 0u);
 }
 
+TEST_F(ItemsOnDisk, OfUploadsThatAreGoingOnAreNotRemoved) {
+  const std::string id = uploads_->Begin(RequestOf("lab", {{"rig.json", "12"}})).value().upload_id();
+  {
+    UploadWriter writer(*uploads_);
+    v1::WriteFileRequest piece;
+    piece.set_upload_id(id);
+    piece.set_path("rig.json");
+    piece.set_data("1");
+    ASSERT_TRUE(writer.Add(piece).ok());
+    uploads_->RemoveAbandoned(std::chrono::seconds(-1));
+    EXPECT_EQ(CountUploads(), 1u);
+    ASSERT_TRUE(writer.Sync().ok());
+  }
+  ASSERT_TRUE(Write(id, "rig.json", 1, "2").ok());
+  ASSERT_TRUE(uploads_->Finish(id).ok());
+  uploads_->RemoveAbandoned(std::chrono::seconds(-1));
+  EXPECT_TRUE(library_->Hold(v1::ITEM_KIND_RIG, "lab").ok());
+}
+
+TEST_F(ItemsOnDisk, ThatAnotherClientFinishedAreThere) {
+  const v1::BeginUploadRequest request = RequestOf("lab", {{"rig.json", "1"}});
+  const std::string id = uploads_->Begin(request).value().upload_id();
+  ASSERT_TRUE(Write(id, "rig.json", 0, "1").ok());
+  ASSERT_TRUE(uploads_->Finish(id).ok());
+  EXPECT_EQ(uploads_->Finish(id).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(Write(id, "rig.json", 1, "1").code(), absl::StatusCode::kNotFound);
+  EXPECT_TRUE(uploads_->Begin(request).value().has_item());
+}
+
 TEST_F(ItemsOnDisk, AreRemovedWhenTheirUploadIsAbandoned) {
   const std::string id = uploads_->Begin(RequestOf("lab", {{"rig.json", "1"}})).value().upload_id();
   uploads_->RemoveAbandoned();
