@@ -131,10 +131,10 @@ absl::Status Detach(const RegisterOptions& options, const v1::RegistrationSpec& 
 }
 
 absl::Status Register(const RegisterOptions& options, bool quiet) {
-  const StopOnSignal signals;
   absl::StatusOr<v1::RegistrationSpec> spec = SpecOf(options);
   if (spec.ok() && options.upload) spec = UploadInputs(options.server, *std::move(spec), quiet);
   if (!spec.ok()) return spec.status();
+  const StopOnSignal signals;  // before, Ctrl-C ends the upload, which the same command goes on with
   if (options.detach) return Detach(options, *spec);
   const absl::StatusOr<v1::Job> job = Run(options, *spec, quiet, signals.token());
   if (!job.ok()) return job.status();
