@@ -12,6 +12,7 @@
 #include "services/cli/pipeline_flags.h"
 #include "services/cli/print_verdict.h"
 #include "services/cli/remote_registration.h"
+#include "services/cli/upload_inputs.h"
 #include "services/files/json_file.h"
 #include "services/options/presets.h"
 #include "services/process/exit_status.h"
@@ -32,6 +33,7 @@ struct RegisterOptions {
   PipelineFlags pipeline;
   std::string server;
   bool detach = false;
+  bool upload = false;
   int priority = 0;
   int live_every = 0;
   bool observations = false;
@@ -142,10 +144,11 @@ absl::Status CheckInputsAreGiven(const RegisterOptions& options) {
 }
 
 absl::Status Register(const RegisterOptions& options, bool quiet) {
-  const StopOnSignal signals;
   if (absl::Status status = CheckInputsAreGiven(options); !status.ok()) return status;
-  const absl::StatusOr<v1::RegistrationSpec> spec = SpecOf(options);
+  absl::StatusOr<v1::RegistrationSpec> spec = SpecOf(options);
+  if (spec.ok() && options.upload) spec = UploadInputs(options.server, *std::move(spec), quiet);
   if (!spec.ok()) return spec.status();
+  const StopOnSignal signals;  // before, Ctrl-C ends the upload, which the same command goes on with
   if (options.detach) return Detach(options, *spec);
   const absl::StatusOr<v1::Job> job = Run(options, *spec, quiet, signals.token());
   if (!job.ok()) return job.status();
@@ -166,6 +169,10 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result --frames 0:10\n"
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
       "--server 127.0.0.1:7411\n"
+      "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
+      "--server studio:7411 --upload\n"
+      "  weft register library:jump --rig library:studio --board library:stripes@2 --template library:shirt "
+      "--out result --server studio:7411\n"
       "  weft register DUMP --rig rig.json --board board.png --template shirt --out result "
       "--set triangulation.consensus.inlier_radius_mm=1.5");
   auto options = std::make_shared<RegisterOptions>();
@@ -230,6 +237,12 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--server", options->server, "Let the daemon at HOST:PORT do the work")
       ->type_name("ADDRESS")
       ->envname("WEFT_SERVER");
+  command->add_flag(
+      "--upload", options->upload,
+      "With --server: send DUMP, rig, board and template to the daemon's library first, for a daemon that "
+      "sees "
+      "no folder of this machine. What it has already is not sent again; the same command goes on with an "
+      "upload that was stopped");
   command
       ->add_option("--priority", options->priority,
                    "With --server: jobs of higher priority are worked on first, those of the same one by age")

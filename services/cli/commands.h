@@ -8,6 +8,7 @@
 namespace weft {
 
 void AddJobCommand(CLI::App& app, CommandLine& line);
+void AddLibraryCommand(CLI::App& app, CommandLine& line);
 void AddRegisterCommand(CLI::App& app, CommandLine& line);
 void AddRigCommand(CLI::App& app, CommandLine& line);
 void AddRigCalibrateCommands(CLI::App& rig, CommandLine& line);

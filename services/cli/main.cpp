@@ -74,6 +74,7 @@ int main(int argc, char** argv) {
 
   weft::AddRegisterCommand(app, line);
   weft::AddJobCommand(app, line);
+  weft::AddLibraryCommand(app, line);
   weft::AddCameraCommand(app, line);
   weft::AddDoctorCommand(app, line);
   weft::AddSessionCommand(app, line);

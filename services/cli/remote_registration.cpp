@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
 #include "base/timed_id.h"
+#include "services/cli/upload_inputs.h"
 #include "services/client/fetch_results.h"
 #include "services/client/registration_client.h"
 #include "services/files/atomic_file.h"
@@ -46,12 +47,11 @@ class Probe {
 std::string Absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
 
 v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec) {
-  // "take:<id>" names a take of the daemon.
-  if (!absl::StartsWith(spec.dump(), "take:")) spec.set_dump(Absolute(spec.dump()));
   for (std::string* path :
-       {spec.mutable_rig(), spec.mutable_board(), spec.mutable_garment(), spec.mutable_out()}) {
-    if (!path->empty()) *path = Absolute(*path);
+       {spec.mutable_dump(), spec.mutable_rig(), spec.mutable_board(), spec.mutable_garment()}) {
+    if (!path->empty() && !IsOfDaemon(*path)) *path = Absolute(*path);
   }
+  spec.set_out(Absolute(spec.out()));
   v1::RegistrationOptions& options = *spec.mutable_options();
   for (std::string* path : {options.mutable_scans(), options.mutable_starts()}) {
     if (!path->empty()) *path = Absolute(*path);

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <mutex>
 
+#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
@@ -18,6 +19,7 @@
 #include "services/daemon/cores.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_service.h"
+#include "services/daemon/library_service.h"
 #include "services/daemon/lost_jobs.h"
 #include "services/daemon/operation_queue.h"
 #include "services/daemon/operation_service.h"
@@ -30,14 +32,16 @@
 #include "services/daemon/take_service.h"
 #include "services/executor/local_executor.h"
 #include "services/files/atomic_file.h"
+#include "services/library/item_words.h"
 #include "services/recorder/recorder_process.h"
 #include "services/rpc/error_detail.h"
 
 namespace weft {
 namespace {
 
-constexpr const char* kServiceNames[] = {"weft.v1.Cameras", "weft.v1.Jobs",     "weft.v1.Operations",
-                                         "weft.v1.Server",  "weft.v1.Sessions", "weft.v1.Takes"};
+constexpr const char* kServiceNames[] = {"weft.v1.Cameras",    "weft.v1.Jobs",   "weft.v1.Library",
+                                         "weft.v1.Operations", "weft.v1.Server", "weft.v1.Sessions",
+                                         "weft.v1.Takes"};
 constexpr int kMaxRequestBytes = 1 << 20;
 constexpr int kMaxThreads = 64;  // calls at once; watchers need none
 constexpr int kMaxWorkers = 1024;
@@ -93,6 +97,14 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   return JobQueue::Create(*std::move(catalogue), *std::move(executor), std::move(queue_options));
 }
 
+// What an input of an operation is in the library.
+v1::ItemKind KindOfInput(const std::string& field) {
+  if (absl::EndsWith(field, ".rig")) return v1::ITEM_KIND_RIG;
+  if (absl::EndsWith(field, ".board")) return v1::ITEM_KIND_BOARD;
+  if (absl::EndsWith(field, ".template")) return v1::ITEM_KIND_TEMPLATE;
+  return v1::ITEM_KIND_DUMP;
+}
+
 void ConfigureServer(grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(kMaxRequestBytes);
   grpc::ResourceQuota quota("weftd");
@@ -111,6 +123,7 @@ void ConfigureServer(grpc::ServerBuilder& builder) {
 // In the order in which they depend on each other.
 struct Daemon::Parts {
   std::unique_ptr<JobQueue> queue;
+  std::unique_ptr<Library> library;
   std::unique_ptr<JobService> jobs;
   std::unique_ptr<ServerService> server_info;
   std::unique_ptr<SessionKeeper> session_keeper;
@@ -120,6 +133,7 @@ struct Daemon::Parts {
   std::unique_ptr<OperationService> operations;
   std::unique_ptr<SessionService> sessions;
   std::unique_ptr<TakeService> takes;
+  std::unique_ptr<LibraryService> library_service;
   std::unique_ptr<grpc::Server> server;
   std::once_flag stopped;
 };
@@ -156,6 +170,11 @@ OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const P
     if (absl::ConsumePrefix(&id, "job:")) {
       const absl::StatusOr<v1::Job> job = parts.queue->Get(std::string(id));
       return job.ok() ? absl::StatusOr<std::string>(job->spec().out()) : job.status();
+    }
+    if (absl::StartsWith(value, kLibraryPrefix)) {
+      const absl::StatusOr<HeldItem> item =
+          parts.library->Hold(KindOfInput(field), value.substr(sizeof(kLibraryPrefix) - 1));
+      return item.ok() ? absl::StatusOr<std::string>(item->path) : item.status();
     }
     absl::StatusOr<std::string> take = TakeOfName(takes_folder, value);
     if (!take.ok()) return take;
@@ -198,6 +217,9 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   auto queue = MakeQueue(options, share.workers, share.threads_per_worker);
   if (!queue.ok()) return queue.status();
   daemon->parts_->queue = *std::move(queue);
+  absl::StatusOr<std::unique_ptr<Library>> library = Library::Open(options.state_folder);
+  if (!library.ok()) return library.status();
+  daemon->parts_->library = *std::move(library);
 
   v1::ServerInfo info;
   info.set_version(WEFT_VERSION);
@@ -219,9 +241,12 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   parts.cameras = std::make_unique<CameraService>(*parts.take_keeper, *parts.session_keeper);
   parts.sessions = std::make_unique<SessionService>(*parts.session_keeper, *parts.take_keeper, *policy);
   parts.takes = std::make_unique<TakeService>(*parts.take_keeper, *parts.session_keeper);
-  parts.jobs = std::make_unique<JobService>(
-      *parts.queue, *std::move(policy), absl::StrCat(options.state_folder, "/results"), options.load_inputs);
+  parts.jobs =
+      std::make_unique<JobService>(*parts.queue, *parts.library, *std::move(policy),
+                                   absl::StrCat(options.state_folder, "/results"), options.load_inputs);
   parts.server_info = std::make_unique<ServerService>(*parts.queue, info);
+  parts.library_service = std::make_unique<LibraryService>(*parts.queue, *parts.library, options.state_folder,
+                                                           options.check_item);
   if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
   return daemon;
 }
@@ -239,6 +264,7 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   builder.RegisterService(parts_->server_info.get());
   builder.RegisterService(parts_->sessions.get());
   builder.RegisterService(parts_->takes.get());
+  builder.RegisterService(parts_->library_service.get());
   parts_->server = builder.BuildAndStart();
   if (parts_->server == nullptr || port == 0) {
     return absl::FailedPreconditionError(absl::StrCat(

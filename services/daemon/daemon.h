@@ -12,6 +12,8 @@
 #include "services/daemon/prepare_job.h"
 #include "services/daemon/take_retention.h"
 #include "services/job/job_folder.h"
+#include "services/library/check_item.h"
+#include "services/library/uploads.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {
@@ -38,6 +40,8 @@ struct DaemonOptions {
   // Reads the inputs of a job, computes its verdict once it has ended, and writes its report.
   InputsLoader load_inputs = LoadJobInputs;
   JobEndings endings;
+  // Of what clients upload to the library.
+  ItemCheck check_item = CheckItemContent;
   // JobQueueOptions.find_incomplete; results are not evaluated without it.
   FindIncomplete find_incomplete;
 

@@ -13,8 +13,10 @@
 
 namespace weft {
 
-JobService::JobService(JobQueue& queue, PathPolicy policy, std::string results_folder, InputsLoader load)
+JobService::JobService(JobQueue& queue, Library& library, PathPolicy policy, std::string results_folder,
+                       InputsLoader load)
     : queue_(queue),
+      library_(library),
       policy_(std::move(policy)),
       results_folder_(std::move(results_folder)),
       load_(std::move(load)) {}
@@ -35,7 +37,7 @@ absl::StatusOr<v1::Job> JobService::Submit(const v1::SubmitJobRequest& request) 
   const std::lock_guard lock(submitting_);
   absl::StatusOr<v1::Job> submitted = FindSubmitted(request);
   if (!absl::IsNotFound(submitted.status())) return submitted;
-  absl::StatusOr<PreparedJob> prepared = PrepareJob(request, policy_, results_folder_, load_);
+  absl::StatusOr<PreparedJob> prepared = PrepareJob(request, {policy_, library_, results_folder_}, load_);
   if (!prepared.ok()) return prepared.status();
   const std::string id = prepared->job.id();
   if (absl::Status status = queue_.Submit(std::move(prepared->job), prepared->frames); !status.ok()) {

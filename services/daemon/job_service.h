@@ -7,6 +7,7 @@
 #include "services/daemon/job_queue.h"
 #include "services/daemon/path_policy.h"
 #include "services/daemon/prepare_job.h"
+#include "services/library/library.h"
 #include "weft/v1/jobs.grpc.pb.h"
 
 namespace weft {
@@ -14,8 +15,9 @@ namespace weft {
 // Errors as jobs.proto says. Thread safety: gRPC calls from many threads.
 class JobService final : public v1::Jobs::WithCallbackMethod_WatchJob<v1::Jobs::Service> {
  public:
-  // Jobs whose results go nowhere else get <results_folder>/<id>. The queue must outlive the service.
-  JobService(JobQueue& queue, PathPolicy policy, std::string results_folder, InputsLoader load);
+  // Jobs whose results go nowhere else get <results_folder>/<id>. Queue and library must outlive the service.
+  JobService(JobQueue& queue, Library& library, PathPolicy policy, std::string results_folder,
+             InputsLoader load);
 
   grpc::Status SubmitJob(grpc::ServerContext* context, const v1::SubmitJobRequest* request,
                          v1::Job* job) override;
@@ -41,6 +43,7 @@ class JobService final : public v1::Jobs::WithCallbackMethod_WatchJob<v1::Jobs::
   absl::Status Fetch(const v1::FetchResultRequest& request, grpc::ServerWriter<v1::FileChunk>& writer);
 
   JobQueue& queue_;
+  Library& library_;
   const PathPolicy policy_;
   const std::string results_folder_;
   const InputsLoader load_;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <thread>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/timed_id.h"
 #include "capture/file/content_hash.h"
@@ -15,6 +16,7 @@
 #include "services/daemon/request_check.h"
 #include "services/daemon/take_folder.h"
 #include "services/files/atomic_file.h"
+#include "services/library/item_words.h"
 #include "services/options/presets.h"
 #include "services/pipeline/output_folder.h"
 #include "services/pipeline/registration_inputs.h"
@@ -48,23 +50,52 @@ void TakeInputsFromSession(const std::string& takes_folder, v1::RegistrationSpec
   if (spec.garment().empty()) spec.set_garment(recorder->request.garment());
 }
 
-absl::Status CanonicalizeInputs(const PathPolicy& policy, const std::string& takes_folder,
-                                v1::RegistrationSpec& spec) {
-  absl::StatusOr<std::string> dump = CanonicalDump(policy, takes_folder, spec.dump());
-  if (!dump.ok()) return dump.status();
-  spec.set_dump(*std::move(dump));
+// Replaces "library:..." by the item's path.
+absl::Status ResolveItems(Library& library, PreparedJob* prepared) {
+  v1::RegistrationSpec& spec = *prepared->job.mutable_spec();
+  v1::JobItems& items = *prepared->job.mutable_items();
+  const struct {
+    const char* field;
+    v1::ItemKind kind;
+    std::string* path;
+    std::string* id;
+  } inputs[] = {{"spec.dump", v1::ITEM_KIND_DUMP, spec.mutable_dump(), items.mutable_dump()},
+                {"spec.rig", v1::ITEM_KIND_RIG, spec.mutable_rig(), items.mutable_rig()},
+                {"spec.board", v1::ITEM_KIND_BOARD, spec.mutable_board(), items.mutable_board()},
+                {"spec.garment", v1::ITEM_KIND_TEMPLATE, spec.mutable_garment(), items.mutable_garment()}};
+  for (const auto& [field, kind, path, id] : inputs) {
+    if (!absl::StartsWith(*path, kLibraryPrefix)) continue;
+    absl::StatusOr<HeldItem> held = library.Hold(kind, path->substr(sizeof(kLibraryPrefix) - 1));
+    if (!held.ok()) {
+      return absl::Status(held.status().code(), absl::StrCat(field, ": ", held.status().message()));
+    }
+    *path = held->path;
+    *id = held->item.id();
+    prepared->holds.push_back(std::move(held->hold));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CanonicalizeInputs(const PathPolicy& policy, const std::string& takes_folder, v1::Job& job) {
+  v1::RegistrationSpec& spec = *job.mutable_spec();
+  if (job.items().dump().empty()) {
+    absl::StatusOr<std::string> dump = CanonicalDump(policy, takes_folder, spec.dump());
+    if (!dump.ok()) return dump.status();
+    spec.set_dump(*std::move(dump));
+  }
   v1::RegistrationOptions& options = *spec.mutable_options();
+  const v1::JobItems& items = job.items();
   const struct {
     const char* field;
     std::string* path;
-    bool optional = false;
-  } inputs[] = {{"spec.rig", spec.mutable_rig()},
-                {"spec.board", spec.mutable_board()},
-                {"spec.garment", spec.mutable_garment()},
-                {"spec.options.scans", options.mutable_scans(), true},
-                {"spec.options.starts", options.mutable_starts(), true}};
-  for (const auto& [field, path, optional] : inputs) {
-    if (optional && path->empty()) continue;
+    bool passed_over = false;
+  } inputs[] = {{"spec.rig", spec.mutable_rig(), !items.rig().empty()},
+                {"spec.board", spec.mutable_board(), !items.board().empty()},
+                {"spec.garment", spec.mutable_garment(), !items.garment().empty()},
+                {"spec.options.scans", options.mutable_scans(), options.scans().empty()},
+                {"spec.options.starts", options.mutable_starts(), options.starts().empty()}};
+  for (const auto& [field, path, passed_over] : inputs) {
+    if (passed_over) continue;
     absl::StatusOr<std::string> canonical = policy.CheckInput(field, *path);
     if (!canonical.ok()) return canonical.status();
     *path = *std::move(canonical);
@@ -95,8 +126,8 @@ absl::StatusOr<std::vector<std::string>> FramesSoFar(const std::string& take) {
 
 // The folder of results, which exists then.
 absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const v1::RegistrationSpec& spec,
-                                      const PathPolicy& policy, const std::string& results_folder,
-                                      const std::string& job_id) {
+                                      const JobPlaces& places, const std::string& job_id) {
+  const auto& [policy, library, results_folder] = places;
   std::string out = absl::StrCat(results_folder, "/", job_id);
   if (!request.spec().out().empty()) {
     if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
@@ -143,9 +174,9 @@ std::string HashOfRequest(const v1::SubmitJobRequest& request) {
       .Hex();
 }
 
-absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const PathPolicy& policy,
-                                       const std::string& results_folder, const InputsLoader& load) {
-  const std::string takes_folder = std::filesystem::path(results_folder).parent_path() / "takes";
+absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const JobPlaces& places,
+                                       const InputsLoader& load) {
+  const std::string takes_folder = std::filesystem::path(places.results_folder).parent_path() / "takes";
   v1::SubmitJobRequest request = asked;
   if (request.has_spec()) TakeInputsFromSession(takes_folder, *request.mutable_spec());
   if (absl::Status status = CheckSubmitRequest(request); !status.ok()) return status;
@@ -159,10 +190,11 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const 
   absl::StatusOr<v1::RegistrationOptions> options = EffectiveOptions(request.spec().options());
   if (!options.ok()) return options.status();
   *job.mutable_spec()->mutable_options() = *std::move(options);
-  if (absl::Status status = CanonicalizeInputs(policy, takes_folder, *job.mutable_spec()); !status.ok())
-    return status;
+  if (absl::Status status = ResolveItems(places.library, &prepared); !status.ok()) return status;
+  if (absl::Status status = CanonicalizeInputs(places.policy, takes_folder, job); !status.ok()) return status;
   // LoadInputs wants every field.
-  if (job.spec().out().empty()) job.mutable_spec()->set_out(absl::StrCat(results_folder, "/", job.id()));
+  if (job.spec().out().empty())
+    job.mutable_spec()->set_out(absl::StrCat(places.results_folder, "/", job.id()));
   std::vector<std::string> so_far;
   if (job.spec().live_every() > 0) {
     absl::StatusOr<std::vector<std::string>> names = FramesSoFar(job.spec().dump());
@@ -172,7 +204,7 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const 
   absl::StatusOr<LoadedInputs> inputs = load(job.spec());
   if (!inputs.ok()) return inputs.status();
   if (!so_far.empty()) inputs->frames = std::move(so_far);
-  absl::StatusOr<std::string> out = ChooseOut(request, job.spec(), policy, results_folder, job.id());
+  absl::StatusOr<std::string> out = ChooseOut(request, job.spec(), places, job.id());
   if (!out.ok()) return out.status();
   // Whoever writes there now is named now, not when the job's turn comes. The job takes the lock when it
   // starts.

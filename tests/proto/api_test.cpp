@@ -19,6 +19,7 @@
 #include "services/files/atomic_file.h"
 #include "weft/v1/cameras.pb.h"
 #include "weft/v1/jobs.pb.h"
+#include "weft/v1/library.pb.h"
 #include "weft/v1/operations.pb.h"
 #include "weft/v1/server.pb.h"
 #include "weft/v1/sessions.pb.h"
@@ -35,11 +36,9 @@ using google::protobuf::ServiceDescriptor;
 
 // The files that declare services.
 std::vector<const FileDescriptor*> ServiceFiles() {
-  return {v1::LookAtCamerasRequest::descriptor()->file(),
-          v1::SubmitJobRequest::descriptor()->file(),
-          v1::ServerInfo::descriptor()->file(),
-          v1::CaptureSession::descriptor()->file(),
-          v1::Operation::descriptor()->file(),
+  return {v1::LookAtCamerasRequest::descriptor()->file(), v1::SubmitJobRequest::descriptor()->file(),
+          v1::BeginUploadRequest::descriptor()->file(),   v1::ServerInfo::descriptor()->file(),
+          v1::CaptureSession::descriptor()->file(),       v1::Operation::descriptor()->file(),
           v1::RecordedTake::descriptor()->file()};
 }
 

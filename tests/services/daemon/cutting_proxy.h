@@ -42,6 +42,8 @@ class CuttingProxy {
   const std::string& address() const { return address_; }
   // Each connection is cut after so many more bytes from the server; negative: none is.
   void CutAfter(int64_t bytes) { cut_after_ = bytes; }
+  // The same for bytes from the client.
+  void CutAfterSent(int64_t bytes) { cut_after_sent_ = bytes; }
   // From now on nothing of what the server says arrives.
   void Hold(bool hold) { hold_ = hold; }
   // Cuts the connection that is open.
@@ -74,7 +76,7 @@ class CuttingProxy {
   }
 
   void Forward(int client, int server) {
-    int64_t sent = 0;
+    int64_t bytes[2] = {0, 0};  // from client and server
     char data[16384];
     while (!stop_ && !cut_.exchange(false)) {
       pollfd ends[] = {{client, POLLIN, 0}, {server, static_cast<short>(hold_ ? 0 : POLLIN), 0}};
@@ -84,10 +86,10 @@ class CuttingProxy {
         const ssize_t n = read(ends[i].fd, data, sizeof(data));
         if (n <= 0) return;
         if (WriteAll(ends[1 - i].fd, {data, static_cast<size_t>(n)}) != 0) return;
-        if (i == 0) continue;
-        sent += n;
-        bytes_from_server_ += n;
-        if (cut_after_ >= 0 && sent >= cut_after_) return;
+        bytes[i] += n;
+        if (i == 1) bytes_from_server_ += n;
+        const int64_t limit = i == 0 ? cut_after_sent_ : cut_after_;
+        if (limit >= 0 && bytes[i] >= limit) return;
       }
     }
   }
@@ -95,7 +97,7 @@ class CuttingProxy {
   const uint16_t server_port_;
   const UniqueFd listener_;
   std::string address_;
-  std::atomic<int64_t> cut_after_ = -1, bytes_from_server_ = 0;
+  std::atomic<int64_t> cut_after_ = -1, cut_after_sent_ = -1, bytes_from_server_ = 0;
   std::atomic<bool> hold_ = false, cut_ = false, stop_ = false;
   std::atomic<int> connections_ = 0;
   std::thread thread_;

@@ -1,0 +1,117 @@
+#include "services/daemon/library_service.h"
+
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "capture/file/plain_text.h"
+#include "services/daemon/answer.h"
+#include "services/daemon/results.h"
+#include "services/library/item_path.h"
+#include "services/library/manifest.h"
+
+namespace weft {
+
+grpc::Status LibraryService::BeginUpload(grpc::ServerContext*,
+                                         grpc::ServerReader<v1::BeginUploadRequest>* reader,
+                                         v1::BeginUploadResponse* response) {
+  return Answer("BeginUpload", [&]() -> absl::Status {
+    v1::BeginUploadRequest request;
+    if (!reader->Read(&request)) return absl::InvalidArgumentError("the call has no message");
+    size_t bytes = request.ByteSizeLong();
+    for (v1::BeginUploadRequest more; reader->Read(&more);) {
+      bytes += more.ByteSizeLong();
+      if (bytes > kMaxManifestBytes || request.manifest().files_size() > kMaxItemFiles) {
+        return absl::InvalidArgumentError(absl::StrCat("manifest: at most ", kMaxItemFiles, " files and ",
+                                                       kMaxManifestBytes, " bytes are allowed"));
+      }
+      request.mutable_manifest()->MergeFrom(more.manifest());
+    }
+    return Assign(uploads_.Begin(request), response);
+  });
+}
+
+grpc::Status LibraryService::WriteFile(grpc::ServerContext*, grpc::ServerReader<v1::WriteFileRequest>* reader,
+                                       v1::WriteFileResponse* response) {
+  return Answer("WriteFile", [&]() -> absl::Status {
+    UploadWriter writer(uploads_);
+    for (v1::WriteFileRequest piece; reader->Read(&piece);) {
+      if (absl::Status status = writer.Add(piece); !status.ok()) return status;
+    }
+    const absl::StatusOr<int64_t> written = writer.Sync();
+    if (written.ok()) response->set_written_bytes(*written);
+    return written.status();
+  });
+}
+
+grpc::Status LibraryService::FinishUpload(grpc::ServerContext*, const v1::FinishUploadRequest* request,
+                                          v1::LibraryItem* item) {
+  return Answer("FinishUpload", [&] {
+    const absl::Status status = Assign(uploads_.Finish(request->upload_id()), item);
+    item->clear_manifest();
+    return status;
+  });
+}
+
+grpc::Status LibraryService::ListItems(grpc::ServerContext*, const v1::ListItemsRequest* request,
+                                       v1::ListItemsResponse* response) {
+  return Answer("ListItems", [&]() -> absl::Status {
+    const absl::StatusOr<Library::Listing> listing = library_.List(request->kind());
+    if (!listing.ok()) return listing.status();
+    response->mutable_items()->Assign(listing->items.begin(), listing->items.end());
+    response->mutable_damaged()->Assign(listing->damaged.begin(), listing->damaged.end());
+    return absl::OkStatus();
+  });
+}
+
+grpc::Status LibraryService::GetItem(grpc::ServerContext*, const v1::GetItemRequest* request,
+                                     v1::LibraryItem* item) {
+  return Answer("GetItem", [&] { return Assign(library_.Find(request->kind(), request->item()), item); });
+}
+
+absl::Status LibraryService::Fetch(const v1::FetchFileRequest& request,
+                                   grpc::ServerWriter<v1::FileChunk>& writer) {
+  if (request.offset() < 0) return absl::InvalidArgumentError("offset: must not be negative");
+  const absl::StatusOr<HeldItem> held = library_.Hold(request.kind(), request.item());
+  if (!held.ok()) return held.status();
+  if (FindFile(held->item.manifest(), request.path()) == nullptr) {
+    return absl::NotFoundError(
+        absl::StrCat("path: the item has no file \"", EscapedText(request.path()), "\""));
+  }
+  const auto place = FindPlace(library_.ContentFolder(request.kind(), held->item.id()), request.path(),
+                               ConfinedFolder::IfMissing::kFail);
+  if (!place.ok()) return place.status();
+  return place->folder.InWords(
+      StreamFile(place->folder.At(place->name), {request.offset(), request.version()},
+                 [&writer](const v1::FileChunk& chunk) { return writer.Write(chunk); }));
+}
+
+grpc::Status LibraryService::FetchFile(grpc::ServerContext*, const v1::FetchFileRequest* request,
+                                       grpc::ServerWriter<v1::FileChunk>* writer) {
+  return Answer("FetchFile", [&] { return Fetch(*request, *writer); });
+}
+
+absl::Status LibraryService::CheckUnused(const v1::LibraryItem& item) {
+  for (const v1::Job& job : queue_.Unfinished()) {
+    const v1::JobItems& used = job.items();
+    for (const std::string& id : {used.dump(), used.rig(), used.board(), used.garment()}) {
+      if (id != item.id()) continue;
+      return absl::FailedPreconditionError(
+          absl::StrCat("item ", item.id(), ": job ", job.id(), " uses it; wait for its end, or cancel it"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+grpc::Status LibraryService::DeleteItem(grpc::ServerContext*, const v1::DeleteItemRequest* request,
+                                        v1::DeleteItemResponse* response) {
+  return Answer("DeleteItem", [&]() -> absl::Status {
+    absl::StatusOr<Library::Deletion> deletion = library_.Delete(
+        request->kind(), request->item(), [this](const v1::LibraryItem& item) { return CheckUnused(item); });
+    if (!deletion.ok()) return deletion.status();
+    *response->mutable_item() = std::move(deletion->item);
+    response->set_content_deleted(deletion->content_deleted);
+    return absl::OkStatus();
+  });
+}
+
+}  // namespace weft

@@ -1,0 +1,261 @@
+#include "services/library/uploads.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <sys/statvfs.h>
+
+#include <atomic>
+#include <cerrno>
+#include <filesystem>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "capture/file/posix_file.h"
+#include "services/files/atomic_file.h"
+#include "services/files/json_file.h"
+#include "services/library/item_path.h"
+#include "services/library/item_words.h"
+#include "services/library/manifest.h"
+#include "services/library/sha256.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int64_t kMaxPieceBytes = 512 << 10;
+constexpr int64_t kSpareBytes = int64_t{64} << 20;  // for the list of jobs
+
+std::string UploadIdOf(const v1::BeginUploadRequest& request) {
+  return Sha256()
+      .Add(absl::StrCat(ItemKindWord(request.kind()), "\n", request.name(), "\n",
+                        ItemIdOf(request.manifest())))
+      .Hex();
+}
+
+// 0 where there is none.
+int64_t SizeOfUploaded(const std::string& content, const std::string& path) {
+  struct stat info;
+  if (lstat(absl::StrCat(content, "/", path).c_str(), &info) != 0 || !S_ISREG(info.st_mode)) return 0;
+  return info.st_size;
+}
+
+}  // namespace
+
+struct Uploads::Upload {
+  v1::ItemUpload what;
+  std::string folder;  // with upload.json and content/
+  std::unordered_map<std::string, int64_t> sizes;
+  std::mutex mutex;  // of its files
+  std::atomic<bool> finishing = false;
+  bool finished = false;
+};
+
+Uploads::Uploads(Library& library, std::string state_folder, ItemCheck check)
+    : library_(library), state_folder_(std::move(state_folder)), check_(std::move(check)) {
+  RemoveAbandoned();
+}
+
+std::string Uploads::FolderOf(const std::string& upload_id) const {
+  return absl::StrCat(state_folder_, "/uploads/", upload_id);
+}
+
+void Uploads::RemoveAbandoned(std::chrono::seconds age) {
+  const std::lock_guard lock(mutex_);
+  std::error_code error;
+  std::vector<fs::path> abandoned;
+  for (fs::directory_iterator entry(FolderOf(""), error), end; !error && entry != end;
+       entry.increment(error)) {
+    std::error_code none;
+    const auto time = fs::last_write_time(entry->path() / "upload.json", none);
+    if (!none && fs::file_time_type::clock::now() - time <= age) continue;
+    const auto known = uploads_.find(entry->path().filename().string());
+    if (known != uploads_.end()) {
+      if (known->second.use_count() > 1) continue;
+      uploads_.erase(known);
+    }
+    abandoned.push_back(entry->path());
+  }
+  for (const fs::path& path : abandoned) fs::remove_all(path, error);
+}
+
+absl::StatusOr<std::shared_ptr<Uploads::Upload>> Uploads::Find(const std::string& upload_id) {
+  if (!IsSha256(upload_id)) return absl::InvalidArgumentError("upload_id: must be one of BeginUpload");
+  const std::lock_guard lock(mutex_);
+  if (const auto known = uploads_.find(upload_id); known != uploads_.end()) return known->second;
+  auto upload = std::make_shared<Upload>();
+  upload->folder = FolderOf(upload_id);
+  absl::Status status = ReadJsonFile(upload->folder + "/upload.json", upload->what);
+  if (status.ok()) status = CheckManifest(upload->what.manifest());
+  if (!status.ok()) {
+    return absl::NotFoundError(
+        absl::StrCat("upload_id: there is no upload ", upload_id, "; is it finished, or older than a week?"));
+  }
+  for (const v1::ItemFile& file : upload->what.manifest().files()) upload->sizes[file.path()] = file.bytes();
+  uploads_[upload_id] = upload;
+  return upload;
+}
+
+absl::Status Uploads::CheckRoom(const v1::ItemManifest& manifest, int64_t received) const {
+  struct statvfs disk;
+  if (statvfs(state_folder_.c_str(), &disk) != 0)
+    return FileError(state_folder_, "cannot be looked at", errno);
+  const int64_t free_bytes = static_cast<int64_t>(disk.f_bavail) * static_cast<int64_t>(disk.f_frsize);
+  const int64_t needed = BytesOf(manifest) - received;
+  if (needed <= free_bytes - kSpareBytes) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat("manifest: ", needed, " bytes are to come, but ", state_folder_, " has ", free_bytes,
+                   " bytes free, of which ", kSpareBytes,
+                   " are kept for the list of jobs; delete items that nobody needs"));
+}
+
+absl::StatusOr<v1::BeginUploadResponse> Uploads::Begin(const v1::BeginUploadRequest& request) {
+  for (const absl::Status& status :
+       {CheckItemKind(request.kind()), CheckItemName(request.name()), CheckManifest(request.manifest())}) {
+    if (!status.ok()) return status;
+  }
+  RemoveAbandoned();
+  const std::lock_guard lock(mutex_);  // nothing is finished or removed meanwhile
+  v1::BeginUploadResponse response;
+  const absl::StatusOr<v1::LibraryItem> known =
+      library_.AddName(request.kind(), ItemIdOf(request.manifest()), request.name());
+  if (known.ok()) {
+    *response.mutable_item() = *known;
+    response.mutable_item()->clear_manifest();
+    return response;
+  }
+  if (!absl::IsNotFound(known.status()) && !absl::IsDataLoss(known.status())) return known.status();
+  response.set_upload_id(UploadIdOf(request));
+  const std::string folder = FolderOf(response.upload_id());
+  int64_t received = 0;
+  for (const v1::ItemFile& file : request.manifest().files()) {
+    response.add_received_bytes(SizeOfUploaded(folder + "/content", file.path()));
+    received += response.received_bytes().at(response.received_bytes_size() - 1);
+  }
+  if (absl::Status status = CheckRoom(request.manifest(), received); !status.ok()) return status;
+  if (absl::Status status = CreateFolders(folder + "/content"); !status.ok()) return status;
+  v1::ItemUpload what;
+  what.set_kind(request.kind());
+  what.set_name(request.name());
+  *what.mutable_manifest() = request.manifest();
+  if (absl::Status status = WriteJsonFile(folder + "/upload.json", what); !status.ok()) return status;
+  return response;
+}
+
+// Whole, flushed, and with the hashes that were declared.
+absl::Status Uploads::CheckFiles(Upload& upload) {
+  std::vector<std::string> wrong;
+  for (const v1::ItemFile& file : upload.what.manifest().files()) {
+    const auto place = FindPlace(upload.folder + "/content", file.path(), ConfinedFolder::IfMissing::kMake);
+    if (!place.ok()) return place.status();
+    const std::string path = place->folder.At(place->name);
+    const int flags = O_RDWR | O_CLOEXEC | O_NOFOLLOW | (file.bytes() == 0 ? O_CREAT : 0);
+    const UniqueFd opened(open(path.c_str(), flags, 0644));
+    struct stat info;
+    if (!opened.open() && errno != ENOENT) return FileError(file.path(), "cannot be opened", errno);
+    const int64_t there = opened.open() && fstat(opened.get(), &info) == 0 ? info.st_size : 0;
+    if (there != file.bytes()) {
+      return absl::FailedPreconditionError(absl::StrCat("\"", file.path(), "\": ", there, " of ",
+                                                        file.bytes(), " bytes are there; upload the rest"));
+    }
+    const absl::StatusOr<std::string> hash = Sha256OfFile(path);
+    if (!hash.ok()) return place->folder.InWords(hash.status());
+    if (*hash != file.sha256()) {
+      if (absl::Status status = place->folder.Remove(place->name); !status.ok()) return status;
+      wrong.push_back(file.path());
+      continue;
+    }
+    if (fsync(opened.get()) != 0) return FileError(file.path(), "cannot be written", errno);
+    if (absl::Status status = place->folder.Sync(); !status.ok()) return status;
+  }
+  if (wrong.empty()) return absl::OkStatus();
+  return absl::DataLossError(absl::StrCat("bytes other than declared in ", absl::StrJoin(wrong, ", "),
+                                          "; they were dropped, upload them again"));
+}
+
+absl::StatusOr<v1::LibraryItem> Uploads::Finish(const std::string& upload_id) {
+  const absl::StatusOr<std::shared_ptr<Upload>> found = Find(upload_id);
+  if (!found.ok()) return found.status();
+  Upload& upload = **found;
+  const std::lock_guard lock(upload.mutex);
+  if (upload.finished) return library_.Find(upload.what.kind(), "sha256:" + ItemIdOf(upload.what.manifest()));
+  upload.finishing = true;
+  absl::Status status = CheckFiles(upload);
+  if (status.ok()) status = check_(upload.what.kind(), upload.what.manifest(), upload.folder + "/content");
+  const std::lock_guard list_lock(mutex_);
+  absl::StatusOr<v1::LibraryItem> item =
+      status.ok() ? library_.TakeIn(upload.what, upload.folder) : absl::StatusOr<v1::LibraryItem>(status);
+  upload.finishing = false;
+  // Content that no reader accepts never will be.
+  if (!item.ok() && !absl::IsInvalidArgument(item.status())) return item;
+  upload.finished = item.ok();
+  std::error_code ignored;
+  if (item.ok()) fs::remove(library_.ContentFolder(item->kind(), item->id()) + "/../upload.json", ignored);
+  fs::remove_all(upload.folder, ignored);
+  uploads_.erase(upload_id);
+  return item;
+}
+
+absl::Status UploadWriter::OpenFile(const std::string& path) {
+  const auto declared = upload_->sizes.find(path);
+  if (declared == upload_->sizes.end()) {
+    if (absl::Status status = CheckItemPath(path); !status.ok()) return status;
+    return absl::NotFoundError(absl::StrCat("path: the manifest has no file \"", path, "\""));
+  }
+  const auto place = FindPlace(upload_->folder + "/content", path, ConfinedFolder::IfMissing::kMake);
+  if (!place.ok()) return place.status();
+  file_ = UniqueFd(open(place->folder.At(place->name).c_str(),
+                        O_WRONLY | O_APPEND | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0644));
+  if (!file_.open()) return FileError(path, "cannot be written", errno);
+  path_ = path;
+  declared_bytes_ = declared->second;
+  return place->folder.Sync();
+}
+
+absl::Status UploadWriter::Add(const v1::WriteFileRequest& piece) {
+  if (!piece.upload_id().empty() && piece.upload_id() != upload_id_) {
+    if (upload_) return absl::InvalidArgumentError("upload_id: all pieces of a call are of one upload");
+    absl::StatusOr<std::shared_ptr<Uploads::Upload>> found = uploads_.Find(piece.upload_id());
+    if (!found.ok()) return found.status();
+    upload_ = *std::move(found);
+    upload_id_ = piece.upload_id();
+  }
+  if (!upload_) return absl::InvalidArgumentError("upload_id: must not be empty");
+  if (static_cast<int64_t>(piece.data().size()) > kMaxPieceBytes) {
+    return absl::InvalidArgumentError(absl::StrCat("data: at most ", kMaxPieceBytes, " bytes in a piece"));
+  }
+  if (upload_->finishing) return absl::AbortedError("the upload is being finished");
+  const std::lock_guard lock(upload_->mutex);
+  if (upload_->finished) return absl::AbortedError("the upload is finished");
+  if (!piece.path().empty() && piece.path() != path_) {
+    if (const auto synced = Sync(); !synced.ok()) return synced.status();
+    if (absl::Status status = OpenFile(piece.path()); !status.ok()) return status;
+  }
+  if (!file_.open()) return absl::InvalidArgumentError("path: must not be empty");
+  struct stat info;
+  if (fstat(file_.get(), &info) != 0) return FileError(path_, "cannot be looked at", errno);
+  const int64_t bytes = static_cast<int64_t>(piece.data().size());
+  if (piece.offset() != info.st_size || bytes > declared_bytes_ - info.st_size) {
+    return absl::OutOfRangeError(absl::StrCat("\"", path_, "\": ", bytes, " bytes at ", piece.offset(),
+                                              ", but ", info.st_size, " of ", declared_bytes_,
+                                              " bytes are there"));
+  }
+  if (const int error = WriteAll(file_.get(), piece.data()); error != 0) {
+    return FileError(path_, "cannot be written", error);
+  }
+  written_bytes_ += bytes;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<int64_t> UploadWriter::Sync() {
+  if (!file_.open()) return written_bytes_;
+  if (fsync(file_.get()) != 0) return FileError(path_, "cannot be written", errno);
+  utimensat(AT_FDCWD, (upload_->folder + "/upload.json").c_str(), nullptr, 0);
+  return written_bytes_;
+}
+
+}  // namespace weft

@@ -1,0 +1,230 @@
+// Items on the disk: uploads that go on, versions, damage, deletion.
+#include "services/library/library.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "services/library/check_item.h"
+#include "services/library/manifest.h"
+#include "services/library/sha256.h"
+#include "services/library/uploads.h"
+#include "tests/capture/temp_folder.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+
+absl::Status TakeAny(v1::ItemKind, const v1::ItemManifest&, const std::string&) { return absl::OkStatus(); }
+
+class ItemsOnDisk : public ::testing::Test {
+ protected:
+  using Files = std::map<std::string, std::string>;
+
+  ItemsOnDisk() { Restart(); }
+  void Restart(ItemCheck check = TakeAny) {
+    uploads_.reset();
+    library_ = Library::Open(folder_.path()).value();
+    uploads_ = std::make_unique<Uploads>(*library_, folder_.path(), std::move(check));
+  }
+
+  static v1::BeginUploadRequest RequestOf(const std::string& name, const Files& files) {
+    v1::BeginUploadRequest request;
+    request.set_kind(v1::ITEM_KIND_RIG);
+    request.set_name(name);
+    for (const auto& [path, bytes] : files) {
+      v1::ItemFile& file = *request.mutable_manifest()->add_files();
+      file.set_path(path);
+      file.set_bytes(static_cast<int64_t>(bytes.size()));
+      file.set_sha256(Sha256().Add(bytes).Hex());
+    }
+    return request;
+  }
+
+  absl::Status Write(const std::string& upload, const std::string& path, int64_t offset,
+                     const std::string& data) {
+    UploadWriter writer(*uploads_);
+    v1::WriteFileRequest piece;
+    piece.set_upload_id(upload);
+    piece.set_path(path);
+    piece.set_offset(offset);
+    piece.set_data(data);
+    absl::Status status = writer.Add(piece);
+    status.Update(writer.Sync().status());
+    return status;
+  }
+
+  absl::StatusOr<v1::LibraryItem> Upload(const std::string& name, const Files& files) {
+    const auto begun = uploads_->Begin(RequestOf(name, files));
+    if (!begun.ok()) return begun.status();
+    if (begun->has_item()) return begun->item();
+    for (const auto& [path, bytes] : files) {
+      if (bytes.empty()) continue;
+      if (absl::Status status = Write(begun->upload_id(), path, 0, bytes); !status.ok()) return status;
+    }
+    return uploads_->Finish(begun->upload_id());
+  }
+
+  absl::StatusOr<Library::Deletion> Delete(const std::string& item) {
+    return library_->Delete(v1::ITEM_KIND_RIG, item, [](const auto&) { return absl::OkStatus(); });
+  }
+  std::string FindId(const std::string& item) {
+    const auto found = library_->Find(v1::ITEM_KIND_RIG, item);
+    return found.ok() ? found->id() : found.status().ToString();
+  }
+  size_t CountUploads() {
+    const std::filesystem::directory_iterator uploads(folder_ / "uploads");
+    return static_cast<size_t>(std::distance(begin(uploads), end(uploads)));
+  }
+
+  TempFolder folder_;
+  std::unique_ptr<Library> library_;
+  std::unique_ptr<Uploads> uploads_;
+};
+
+TEST_F(ItemsOnDisk, AreThereAfterARestart) {
+  const auto item = Upload("lab", {{"rig.json", "{}"}, {"more/empty", ""}});
+  ASSERT_TRUE(item.ok()) << item.status();
+  Restart();
+  EXPECT_EQ(FindId("lab"), item->id());
+  const auto held = library_->Hold(v1::ITEM_KIND_RIG, "lab");
+  ASSERT_TRUE(held.ok()) << held.status();
+  EXPECT_EQ(ReadBytes(held->path + "/rig.json"), "{}");
+  EXPECT_EQ(CountUploads(), 0u);
+}
+
+TEST_F(ItemsOnDisk, HaveVersionsByContent) {
+  const std::string first = Upload("lab", {{"rig.json", "1"}}).value().id();
+  const std::string second = Upload("lab", {{"rig.json", "2"}}).value().id();
+  EXPECT_EQ(Upload("lab", {{"rig.json", "1"}}).value().names_size(), 1);
+  EXPECT_EQ(FindId("lab"), second);
+  EXPECT_EQ(FindId("lab@1"), first);
+  EXPECT_EQ(FindId("sha256:" + first), first);
+  EXPECT_THAT(FindId("lab@3"), HasSubstr("lab@1, lab@2"));
+  EXPECT_EQ(Upload("hall", {{"rig.json", "1"}}).value().id(), first);
+  EXPECT_FALSE(Delete("lab@1").value().content_deleted);
+  EXPECT_EQ(FindId("hall"), first);
+  EXPECT_TRUE(Delete("hall").value().content_deleted);
+  EXPECT_THAT(FindId("hall"), HasSubstr("no rig \"hall\""));
+}
+
+TEST_F(ItemsOnDisk, GoOnWhereAnUploadBrokeOff) {
+  const v1::BeginUploadRequest request = RequestOf("lab", {{"rig.json", "0123456789"}});
+  const std::string id = uploads_->Begin(request).value().upload_id();
+  ASSERT_TRUE(Write(id, "rig.json", 0, "0123").ok());
+  Restart();
+  const auto again = uploads_->Begin(request);
+  EXPECT_EQ(again->upload_id(), id);
+  EXPECT_EQ(again->received_bytes(0), 4);
+  EXPECT_EQ(uploads_->Finish(id).status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_EQ(Write(id, "rig.json", 3, "3").code(), absl::StatusCode::kOutOfRange);
+  EXPECT_EQ(Write(id, "rig.json", 4, "4567890").code(), absl::StatusCode::kOutOfRange);
+  EXPECT_EQ(Write(id, "other.json", 0, "4").code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(Write(id, "../upload.json", 0, "4").code(), absl::StatusCode::kInvalidArgument);
+  ASSERT_TRUE(Write(id, "rig.json", 4, "456789").ok());
+  EXPECT_TRUE(uploads_->Finish(id).ok());
+}
+
+TEST_F(ItemsOnDisk, DropFilesWithOtherBytesThanDeclared) {
+  const v1::BeginUploadRequest request = RequestOf("lab", {{"rig.json", "good"}});
+  const std::string id = uploads_->Begin(request).value().upload_id();
+  ASSERT_TRUE(Write(id, "rig.json", 0, "evil").ok());
+  EXPECT_EQ(uploads_->Finish(id).status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(uploads_->Begin(request).value().received_bytes(0), 0);
+  ASSERT_TRUE(Write(id, "rig.json", 0, "good").ok());
+  EXPECT_TRUE(uploads_->Finish(id).ok());
+}
+
+TEST_F(ItemsOnDisk, AreReadAsJobsReadThem) {
+  Restart(CheckItemContent);
+  const absl::Status status = Upload("lab", {{"rig.json", "{\"cameras\": 3}"}}).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("rig.json"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("cameras"));
+  EXPECT_EQ(CountUploads(), 0u);
+}
+
+TEST_F(ItemsOnDisk, ThatAreDamagedHideNoOther) {
+  const std::string good = Upload("good", {{"rig.json", "1"}}).value().id();
+  const std::string bad = Upload("bad", {{"rig.json", "2"}}).value().id();
+  WriteBytes(folder_ / ("library/rig/" + bad + "/item.json"), "{");
+  const auto listing = library_->List(v1::ITEM_KIND_UNSPECIFIED);
+  ASSERT_EQ(listing->items.size(), 1u);
+  EXPECT_EQ(listing->items[0].id(), good);
+  ASSERT_EQ(listing->damaged.size(), 1u);
+  EXPECT_THAT(listing->damaged[0], HasSubstr(bad));
+  EXPECT_EQ(Upload("bad", {{"rig.json", "2"}}).value().id(), bad);
+  std::filesystem::remove(folder_ / ("library/rig/" + bad + "/content/rig.json"));
+  EXPECT_EQ(library_->Hold(v1::ITEM_KIND_RIG, "bad").status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(Upload("bad", {{"rig.json", "2"}}).value().id(), bad);
+  EXPECT_TRUE(library_->Hold(v1::ITEM_KIND_RIG, "bad").ok());
+}
+
+TEST_F(ItemsOnDisk, AreNotDeletedWhileHeld) {
+  ASSERT_TRUE(Upload("lab", {{"rig.json", "1"}}).ok());
+  auto held = library_->Hold(v1::ITEM_KIND_RIG, "lab");
+  EXPECT_EQ(Delete("lab").status().code(), absl::StatusCode::kFailedPrecondition);
+  held = absl::UnknownError("");
+  EXPECT_TRUE(Delete("lab").ok());
+}
+
+TEST_F(ItemsOnDisk, AreRefusedWhereTheDiskHasNoRoom) {
+  v1::BeginUploadRequest request = RequestOf("lab", {{"rig.json", "1"}});
+  request.mutable_manifest()->mutable_files(0)->set_bytes(int64_t{1} << 49);
+  EXPECT_EQ(uploads_->Begin(request).status().code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(CountUploads(), 0u);
+}
+
+TEST_F(ItemsOnDisk, OfUploadsThatAreGoingOnAreNotRemoved) {
+  const std::string id = uploads_->Begin(RequestOf("lab", {{"rig.json", "12"}})).value().upload_id();
+  {
+    UploadWriter writer(*uploads_);
+    v1::WriteFileRequest piece;
+    piece.set_upload_id(id);
+    piece.set_path("rig.json");
+    piece.set_data("1");
+    ASSERT_TRUE(writer.Add(piece).ok());
+    uploads_->RemoveAbandoned(std::chrono::seconds(-1));
+    EXPECT_EQ(CountUploads(), 1u);
+    ASSERT_TRUE(writer.Sync().ok());
+  }
+  ASSERT_TRUE(Write(id, "rig.json", 1, "2").ok());
+  ASSERT_TRUE(uploads_->Finish(id).ok());
+  uploads_->RemoveAbandoned(std::chrono::seconds(-1));
+  EXPECT_TRUE(library_->Hold(v1::ITEM_KIND_RIG, "lab").ok());
+}
+
+TEST_F(ItemsOnDisk, ThatAnotherClientFinishedAreThere) {
+  const v1::BeginUploadRequest request = RequestOf("lab", {{"rig.json", "1"}});
+  const std::string id = uploads_->Begin(request).value().upload_id();
+  ASSERT_TRUE(Write(id, "rig.json", 0, "1").ok());
+  ASSERT_TRUE(uploads_->Finish(id).ok());
+  EXPECT_EQ(uploads_->Finish(id).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(Write(id, "rig.json", 1, "1").code(), absl::StatusCode::kNotFound);
+  EXPECT_TRUE(uploads_->Begin(request).value().has_item());
+}
+
+TEST_F(ItemsOnDisk, AreRemovedWhenTheirUploadIsAbandoned) {
+  const std::string id = uploads_->Begin(RequestOf("lab", {{"rig.json", "1"}})).value().upload_id();
+  uploads_->RemoveAbandoned();
+  EXPECT_EQ(CountUploads(), 1u);
+  const std::string upload = folder_ / ("uploads/" + id + "/upload.json");
+  std::filesystem::last_write_time(
+      upload, std::filesystem::file_time_type::clock::now() - std::chrono::hours(8 * 24));
+  Restart();
+  EXPECT_EQ(CountUploads(), 0u);
+  EXPECT_EQ(Write(id, "rig.json", 0, "1").code(), absl::StatusCode::kNotFound);
+}
+
+TEST_F(ItemsOnDisk, FollowNoLinksThatStandInTheWay) {
+  const std::string id = uploads_->Begin(RequestOf("lab", {{"a/rig.json", "1"}})).value().upload_id();
+  std::filesystem::create_directory(folder_ / "elsewhere");
+  std::filesystem::create_symlink(folder_ / "elsewhere", folder_ / ("uploads/" + id + "/content/a"));
+  EXPECT_FALSE(Write(id, "a/rig.json", 0, "1").ok());
+  EXPECT_TRUE(std::filesystem::is_empty(folder_ / "elsewhere"));
+}
+
+}  // namespace
+}  // namespace weft
