@@ -2,9 +2,12 @@
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "services/cli/commands.h"
 #include "services/cli/input_options.h"
 #include "services/cli/job_view.h"
@@ -135,12 +138,15 @@ absl::Status CheckInputsAreGiven(const RegisterOptions& options) {
   if (!options.server.empty() && absl::StartsWith(options.dump, "take:")) return absl::OkStatus();
   const std::pair<const char*, const std::string&> inputs[] = {
       {"--rig", options.rig}, {"--board", options.board}, {"--template", options.garment}};
+  std::vector<std::string> missing;
   for (const auto& [flag, value] : inputs) {
-    if (!value.empty()) continue;
-    return absl::InvalidArgumentError(absl::StrCat(
-        flag, " is required; only for a take of a daemon's session (take:ID with --server) is it known"));
+    if (value.empty()) missing.emplace_back(flag);
   }
-  return absl::OkStatus();
+  if (missing.empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(absl::StrJoin(missing, ", "), missing.size() == 1 ? " is" : " are",
+                   " required; only a take of a daemon's session (take:ID with --server) knows its own. "
+                   "`weft register --help` explains them"));
 }
 
 absl::Status Register(const RegisterOptions& options, bool quiet) {

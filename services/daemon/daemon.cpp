@@ -138,13 +138,15 @@ struct Daemon::Parts {
   std::once_flag stopped;
 };
 
-TakeKeeperOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const Parts& parts) {
+TakeKeeperOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const PathPolicy& policy,
+                                        const Parts& parts) {
   TakeKeeperOptions keeping;
   keeping.takes_folder = absl::StrCat(options.state_folder, "/takes");
   keeping.trash_folder = absl::StrCat(options.state_folder, "/trash");
   keeping.looks_folder = absl::StrCat(options.state_folder, "/looks");
   keeping.recorder_program = options.recorder_program;
   keeping.retention = options.retention;
+  keeping.resolve_take = InputsOf(options, policy, parts);
   keeping.is_read = [&parts](const std::string& folder) {
     const std::vector<v1::Job> jobs = parts.queue->Unfinished();
     return std::any_of(jobs.begin(), jobs.end(),
@@ -154,18 +156,9 @@ TakeKeeperOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const Part
   return keeping;
 }
 
-OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const PathPolicy& policy,
-                                           const Parts& parts) {
-  OperationQueueOptions operations;
-  operations.folder = absl::StrCat(options.state_folder, "/operations");
-  operations.program = options.command_program;
-  operations.keep_days = options.retention.keep_trash_days;
-  operations.adopt_take = [&parts](const std::string& take_folder, const std::string& id) {
-    return parts.take_keeper->Adopt(take_folder, id, absl::StrCat("made by operation ", id));
-  };
-  operations.resolve = [&parts, policy, takes_folder = absl::StrCat(options.state_folder, "/takes")](
-                           const std::string& field,
-                           const std::string& value) -> absl::StatusOr<std::string> {
+ResolveInput Daemon::InputsOf(const DaemonOptions& options, const PathPolicy& policy, const Parts& parts) {
+  return [&parts, policy, takes_folder = absl::StrCat(options.state_folder, "/takes")](
+             const std::string& field, const std::string& value) -> absl::StatusOr<std::string> {
     absl::string_view id = value;
     if (absl::ConsumePrefix(&id, "job:")) {
       const absl::StatusOr<v1::Job> job = parts.queue->Get(std::string(id));
@@ -183,6 +176,18 @@ OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const P
     return FieldError(absl::StatusCode::kNotFound,
                       {field, absl::StrCat(value, ": no such take"), "ListTakes shows the takes"});
   };
+}
+
+OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const PathPolicy& policy,
+                                           const Parts& parts) {
+  OperationQueueOptions operations;
+  operations.folder = absl::StrCat(options.state_folder, "/operations");
+  operations.program = options.command_program;
+  operations.keep_days = options.retention.keep_trash_days;
+  operations.adopt_take = [&parts](const std::string& take_folder, const std::string& id) {
+    return parts.take_keeper->Adopt(take_folder, id, absl::StrCat("made by operation ", id));
+  };
+  operations.resolve = InputsOf(options, policy, parts);
   return operations;
 }
 
@@ -232,7 +237,7 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   auto session_keeper = SessionKeeper::Create(absl::StrCat(options.state_folder, "/sessions"));
   if (!session_keeper.ok()) return session_keeper.status();
   parts.session_keeper = *std::move(session_keeper);
-  parts.take_keeper = std::make_unique<TakeKeeper>(TakeKeepingOf(options, parts));
+  parts.take_keeper = std::make_unique<TakeKeeper>(TakeKeepingOf(options, *policy, parts));
   auto operations = OperationQueue::Create(OperationsOf(options, *policy, parts));
   if (!operations.ok()) return operations.status();
   parts.operation_queue = *std::move(operations);
@@ -245,8 +250,8 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
       std::make_unique<JobService>(*parts.queue, *parts.library, *std::move(policy),
                                    absl::StrCat(options.state_folder, "/results"), options.load_inputs);
   parts.server_info = std::make_unique<ServerService>(*parts.queue, info);
-  parts.library_service = std::make_unique<LibraryService>(*parts.queue, *parts.library, options.state_folder,
-                                                           options.check_item);
+  parts.library_service = std::make_unique<LibraryService>(
+      *parts.queue, *parts.operation_queue, *parts.library, options.state_folder, options.check_item);
   if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
   return daemon;
 }

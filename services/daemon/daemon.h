@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/daemon/operation_command.h"
 #include "services/daemon/prepare_job.h"
 #include "services/daemon/take_retention.h"
 #include "services/job/job_folder.h"
@@ -68,7 +69,10 @@ class Daemon {
  private:
   struct Parts;
   Daemon();
-  static TakeKeeperOptions TakeKeepingOf(const DaemonOptions& options, const Parts& parts);
+  // What an input that a request names is on this machine.
+  static ResolveInput InputsOf(const DaemonOptions& options, const PathPolicy& policy, const Parts& parts);
+  static TakeKeeperOptions TakeKeepingOf(const DaemonOptions& options, const PathPolicy& policy,
+                                         const Parts& parts);
   static OperationQueueOptions OperationsOf(const DaemonOptions& options, const PathPolicy& policy,
                                             const Parts& parts);
   absl::Status Listen(const DaemonOptions& options);

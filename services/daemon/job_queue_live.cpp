@@ -34,6 +34,11 @@ void JobQueue::LookAtTake(const std::shared_ptr<LiveJob>& live) {
   if (live->ended || live->life.ends_early() || stopping_) return;
   live->take_settled = settled;
   if (!settled) {
+    if (live->job().message().empty()) {
+      live->life.SetMessage("waits until its take, whose recorder died, is recovered");
+      ++live->version;
+      MarkChanged(*live);
+    }
     WakeAt(live->look_at, std::chrono::steady_clock::now() + kLookPeriod);
   } else if (progress.ok()) {
     AddFrames(live, *progress);

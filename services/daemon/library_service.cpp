@@ -99,6 +99,10 @@ absl::Status LibraryService::CheckUnused(const v1::LibraryItem& item) {
           absl::StrCat("item ", item.id(), ": job ", job.id(), " uses it; wait for its end, or cancel it"));
     }
   }
+  if (operations_.Reads(library_.ContentFolder(item.kind(), item.id()))) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("item ", item.id(), ": an operation uses it; wait for its end, or cancel it"));
+  }
   return absl::OkStatus();
 }
 

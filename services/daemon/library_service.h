@@ -5,6 +5,7 @@
 #include <string>
 
 #include "services/daemon/job_queue.h"
+#include "services/daemon/operation_queue.h"
 #include "services/library/library.h"
 #include "services/library/uploads.h"
 #include "weft/v1/library.grpc.pb.h"
@@ -14,9 +15,13 @@ namespace weft {
 // Errors as library.proto says. Thread safety: gRPC calls from many threads.
 class LibraryService final : public v1::Library::Service {
  public:
-  // Queue and library must outlive the service.
-  LibraryService(JobQueue& queue, Library& library, const std::string& state_folder, ItemCheck check)
-      : queue_(queue), library_(library), uploads_(library, state_folder, std::move(check)) {}
+  // Queues and library must outlive the service.
+  LibraryService(JobQueue& queue, OperationQueue& operations, Library& library,
+                 const std::string& state_folder, ItemCheck check)
+      : queue_(queue),
+        operations_(operations),
+        library_(library),
+        uploads_(library, state_folder, std::move(check)) {}
 
   grpc::Status BeginUpload(grpc::ServerContext* context, grpc::ServerReader<v1::BeginUploadRequest>* reader,
                            v1::BeginUploadResponse* response) override;
@@ -38,6 +43,7 @@ class LibraryService final : public v1::Library::Service {
   absl::Status CheckUnused(const v1::LibraryItem& item);
 
   JobQueue& queue_;
+  OperationQueue& operations_;
   Library& library_;
   Uploads uploads_;
 };

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
@@ -84,10 +85,15 @@ void OperationQueue::Stop() {
   if (worker_.joinable()) worker_.join();
 }
 
+// Before another thread knows the queue.
 void OperationQueue::Load() {
-  const Lock lock(mutex_);
   std::error_code error;
   for (const fs::directory_entry& folder : fs::directory_iterator(options_.folder, error)) {
+    std::error_code fault;
+    if (!fs::exists(OperationFile(folder.path()), fault) && !fault) {
+      fs::remove_all(folder.path(), fault);  // the daemon ended before it acknowledged this one
+      continue;
+    }
     Entry entry;
     absl::Status status = ReadJsonFile(OperationFile(folder.path()), entry.operation);
     if (status.ok()) status = CheckOperationSpec(entry.operation.spec());
@@ -96,7 +102,11 @@ void OperationQueue::Load() {
       spdlog::warn("{}", warnings_.back());
       continue;
     }
-    if (!HasEnded(entry.operation)) entry.operation.set_state(v1::JOB_STATE_QUEUED);
+    if (!HasEnded(entry.operation)) {
+      entry.operation.set_state(v1::JOB_STATE_QUEUED);
+      auto resolved = ArgumentsOf(entry.operation.spec(), options_.resolve);
+      if (resolved.ok()) entry.inputs = *std::move(resolved);  // else its run says what is missing
+    }
     entries_[folder.path().filename()] = std::move(entry);
   }
 }
@@ -108,8 +118,8 @@ absl::Status OperationQueue::Write(const v1::Operation& operation) const {
 absl::StatusOr<v1::Operation> OperationQueue::Start(const v1::StartOperationRequest& request) {
   if (absl::Status status = CheckKey(request.idempotency_key()); !status.ok()) return status;
   if (absl::Status status = CheckOperationSpec(request.spec()); !status.ok()) return status;
-  if (const auto resolved = ArgumentsOf(request.spec(), options_.resolve); !resolved.ok())
-    return resolved.status();
+  absl::StatusOr<std::vector<std::string>> resolved = ArgumentsOf(request.spec(), options_.resolve);
+  if (!resolved.ok()) return resolved.status();
   const Lock lock(mutex_);
   const std::string id = request.idempotency_key().empty() ? NewTimedId() : request.idempotency_key();
   if (const auto known = entries_.find(id); known != entries_.end()) {
@@ -126,12 +136,18 @@ absl::StatusOr<v1::Operation> OperationQueue::Start(const v1::StartOperationRequ
     return absl::ResourceExhaustedError(absl::StrCat(waiting, " operations wait; try again later"));
   }
   Entry entry;
+  entry.inputs = *std::move(resolved);
   entry.operation.set_id(id);
   *entry.operation.mutable_spec() = request.spec();
   entry.operation.set_state(v1::JOB_STATE_QUEUED);
   entry.operation.set_created_unix_ns(HostTime_ns());
-  if (absl::Status status = CreateFolders(FolderOf(id)); !status.ok()) return status;
-  if (absl::Status status = Write(entry.operation); !status.ok()) return status;
+  absl::Status kept = CreateFolders(FolderOf(id));
+  if (kept.ok()) kept = Write(entry.operation);
+  if (!kept.ok()) {
+    std::error_code error;
+    fs::remove_all(FolderOf(id), error);
+    return kept;
+  }
   const v1::Operation started = entry.operation;
   entries_[id] = std::move(entry);
   changed_.notify_all();
@@ -185,43 +201,14 @@ bool OperationQueue::IsCancelled(const std::string& id) {
   return found == entries_.end() || found->second.cancelled;
 }
 
-absl::StatusOr<v1::ListOperationFilesResponse> OperationQueue::Files(const std::string& id) {
-  const absl::StatusOr<v1::Operation> operation = Get(id);
-  if (!operation.ok()) return operation.status();
-  if (operation->state() != v1::JOB_STATE_DONE) {
-    return FieldError(absl::StatusCode::kFailedPrecondition,
-                      {"operation_id", absl::StrCat("operation ", id, " is not done"), "wait for it"});
-  }
-  v1::ListOperationFilesResponse response;
-  std::error_code error;
-  const fs::path out = OutOf(id);
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out, error)) {
-    if (!entry.is_regular_file(error) || entry.is_symlink(error)) continue;
-    v1::OperationFile& file = *response.add_files();
-    file.set_path(entry.path().lexically_relative(out));
-    file.set_bytes(static_cast<int64_t>(entry.file_size(error)));
-  }
-  std::sort(response.mutable_files()->begin(), response.mutable_files()->end(),
-            [](const auto& a, const auto& b) { return a.path() < b.path(); });
-  return response;
-}
-
-absl::StatusOr<std::string> OperationQueue::FindFile(const std::string& id, const std::string& path) {
-  const absl::StatusOr<v1::ListOperationFilesResponse> files = Files(id);
-  if (!files.ok()) return files.status();
-  for (const v1::OperationFile& file : files->files()) {
-    if (file.path() == path) return absl::StrCat(OutOf(id), "/", path);
-  }
-  return FieldError(absl::StatusCode::kNotFound,
-                    {"path", absl::StrCat("operation ", id, " wrote no file \"", EscapedText(path), "\""),
-                     "ListOperationFiles shows them"});
-}
-
 bool OperationQueue::Reads(const std::string& path) {
   const Lock lock(mutex_);
   return std::any_of(entries_.begin(), entries_.end(), [&](const auto& entry) {
     const std::vector<std::string>& inputs = entry.second.inputs;
-    return !HasEnded(entry.second.operation) && std::find(inputs.begin(), inputs.end(), path) != inputs.end();
+    return !HasEnded(entry.second.operation) &&
+           std::any_of(inputs.begin(), inputs.end(), [&](const std::string& input) {
+             return input == path || absl::StartsWith(input, path + "/");
+           });
   });
 }
 
@@ -308,7 +295,7 @@ OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, cons
   }
   {
     const Lock lock(mutex_);
-    entries_.at(id).inputs = *arguments;  // paths among them, which is all that is asked for
+    entries_.at(id).inputs = *arguments;
   }
   std::vector<std::string> words = {absl::StrCat("--watched-by=", getpid())};
   words.insert(words.end(), arguments->begin(), arguments->end());

@@ -48,7 +48,7 @@ class OperationQueue {
   absl::StatusOr<v1::ListOperationFilesResponse> Files(const std::string& id);
   // Where one of them lies. NotFound.
   absl::StatusOr<std::string> FindFile(const std::string& id, const std::string& path);
-  // Whether an unfinished one has this input, as its request names it or resolved.
+  // Whether an unfinished one has this input, or one below it.
   bool Reads(const std::string& path);
 
   // Stops the process of the one that runs; it begins anew with the next daemon.

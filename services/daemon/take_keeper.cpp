@@ -140,8 +140,34 @@ absl::Status TakeKeeper::CheckCamerasAreFree(const std::string& field, const v1:
   return absl::OkStatus();
 }
 
-absl::StatusOr<v1::RecordedTake> TakeKeeper::Start(const v1::StartTakeRequest& request) {
-  if (absl::Status status = CheckKey(request.idempotency_key()); !status.ok()) return status;
+bool TakeKeeper::IsRead(const std::string& take_folder) const {
+  if (options_.is_read(take_folder)) return true;
+  const std::vector<std::string> takes = TakesIn(options_.takes_folder);
+  return std::any_of(takes.begin(), takes.end(), [&](const std::string& id) {
+    const absl::StatusOr<RecorderView> take = LookAtRecorder(FolderOf(id));
+    return take.ok() && take->lives && ReplayedTakesOf(take->request.session()).contains(take_folder);
+  });
+}
+
+absl::Status TakeKeeper::ResolveReplays(const std::string& field, v1::Session& session) const {
+  for (v1::SessionCamera& camera : *session.mutable_cameras()) {
+    if (!camera.has_replay()) continue;
+    absl::StatusOr<std::string> take =
+        options_.resolve_take(absl::StrCat(field, ".", camera.id(), ".replay.take"), camera.replay().take());
+    if (!take.ok()) return take.status();
+    camera.mutable_replay()->set_take(*std::move(take));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<v1::RecordedTake> TakeKeeper::Start(const v1::StartTakeRequest& asked) {
+  if (absl::Status status = CheckKey(asked.idempotency_key()); !status.ok()) return status;
+  v1::StartTakeRequest request = asked;
+  if (absl::Status status =
+          ResolveReplays("recording.session.cameras", *request.mutable_recording()->mutable_session());
+      !status.ok()) {
+    return status;
+  }
   const std::lock_guard lock(starting_);
   std::string id = request.idempotency_key();
   if (id.empty()) id = NewTimedId();
@@ -175,8 +201,10 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Start(const v1::StartTakeRequest& r
   return Get(id);
 }
 
-absl::Status TakeKeeper::FilmBriefly(const v1::Session& session,
+absl::Status TakeKeeper::FilmBriefly(const v1::Session& asked,
                                      const std::function<void(const std::string& take)>& use) {
+  v1::Session session = asked;
+  if (absl::Status status = ResolveReplays("cameras.cameras", session); !status.ok()) return status;
   const std::lock_guard lock(starting_);
   if (absl::Status status = CheckCamerasAreFree("cameras.cameras", session); !status.ok()) return status;
   const std::string folder = absl::StrCat(options_.looks_folder, "/", NewTimedId());

@@ -21,6 +21,8 @@ struct TakeKeeperOptions {
   std::string looks_folder;  // of FilmBriefly; emptied when the keeper begins
   std::string recorder_program;
   RetentionRules retention;
+  // A take that cameras of a session replay, as a path that may be read. Errors name the field.
+  std::function<absl::StatusOr<std::string>(const std::string& field, const std::string& take)> resolve_take;
   // Whether an unfinished job reads this folder.
   std::function<bool(const std::string& folder)> is_read = [](const std::string&) { return false; };
 };
@@ -66,6 +68,9 @@ class TakeKeeper {
  private:
   std::string FolderOf(const std::string& id) const { return options_.takes_folder + "/" + id; }
   std::string TrashOf(const std::string& id) const { return options_.trash_folder + "/" + id; }
+  // By a job, an operation, or a take whose cameras replay it.
+  bool IsRead(const std::string& take_folder) const;
+  absl::Status ResolveReplays(const std::string& field, v1::Session& session) const;
   absl::StatusOr<v1::RecordedTake> GetLocked(const std::string& id);  // errors of Get
   void WorkInBackground(const std::stop_token& stop);
   void CloseDead(std::set<std::string>& known);

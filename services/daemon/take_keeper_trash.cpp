@@ -97,7 +97,8 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Delete(const std::string& id, const
   if (!take.ok()) return take;
   if (take->recorder_lives()) return InUse(id, "is being recorded", "stop it first");
   if (take->keeping().pinned()) return InUse(id, "is pinned", "unpin it first");
-  if (options_.is_read(take->folder())) return InUse(id, "is read by a job", "wait for the job or cancel it");
+  if (IsRead(take->folder()))
+    return InUse(id, "is read by a job, an operation or a take that replays it", "wait for it or cancel it");
   take->mutable_keeping()->set_deleted_unix_ns(HostTime_ns());
   take->mutable_keeping()->set_deleted_because(because);
   // A kill in between leaves a take that is there and says that it was deleted: Restore is for it, too.
@@ -155,7 +156,7 @@ void TakeKeeper::ClearAway() {
   std::vector<KeptTake> takes;
   const v1::ListTakesResponse list = List(SIZE_MAX, false);
   for (const v1::RecordedTake& take : list.takes()) {
-    const bool kept = take.recorder_lives() || take.keeping().pinned() || options_.is_read(take.folder());
+    const bool kept = take.recorder_lives() || take.keeping().pinned() || IsRead(take.folder());
     takes.push_back({take.id(), take.state().updated_unix_ns(), 0, BytesOf(FolderOf(take.id())), kept});
   }
   // Whatever lies in the trash, also what a removal that was killed left of a take.

@@ -117,16 +117,21 @@ absl::StatusOr<RecorderView> RecoverIfDead(const std::string& folder) {
   absl::StatusOr<RecorderView> view = LookAtRecorder(folder);
   if (!view.ok() || view->lives || !LeftTakeOpen(files, view->state)) return view;
   v1::RecorderState& state = view->state;
-  // One that failed has said why.
-  const std::string said = state.phase() == v1::RECORDER_PHASE_FAILED
-                               ? absl::StrCat(state.message(), "; the take was left open, and ")
-                               : "the recorder ended abnormally; ";
+  // One that failed has said why, and is shown even if its take cannot be recovered.
+  const bool failed = state.phase() == v1::RECORDER_PHASE_FAILED;
+  const v1::RecorderState before = state;
+  const std::string said = failed ? absl::StrCat(state.message(), "; the take was left open, and ")
+                                  : "the recorder ended abnormally; ";
   state.set_phase(v1::RECORDER_PHASE_RECOVERED);
   state.set_updated_unix_ns(HostTime_ns());
   if (IsRecordedTake(files.take)) {
     const absl::StatusOr<v1::TakeRecoveryReport> recovered = RecoverRecordedTake(files.take);
     // FailedPrecondition: it was closed, and the recorder died before it could say so.
-    if (!recovered.ok() && !absl::IsFailedPrecondition(recovered.status())) return recovered.status();
+    if (!recovered.ok() && !absl::IsFailedPrecondition(recovered.status())) {
+      if (!failed) return recovered.status();
+      state = before;
+      return view;
+    }
     state.set_message(absl::StrCat(said, "what it had acknowledged was recovered"));
   } else {
     state.set_message("the recorder ended abnormally, before it recorded anything");

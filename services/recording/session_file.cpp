@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
+#include <map>
 #include <set>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "capture/camera/gige_camera.h"
 #include "capture/camera/v4l2_camera.h"
+#include "capture/take/replay.h"
 #include "capture/take/take_format.h"
 #include "services/files/json_file.h"
 
@@ -48,9 +52,13 @@ int Retention_ms(const v1::Session& session, int buffers) {
 
 // Empty where the camera is of one kind and says which device it is.
 std::string FaultOf(const v1::SessionCamera& camera) {
-  if (camera.has_gige() == camera.has_v4l2()) return "it needs one of the fields gige and v4l2";
+  const int kinds = static_cast<int>(camera.has_gige()) + static_cast<int>(camera.has_v4l2()) +
+                    static_cast<int>(camera.has_replay());
+  if (kinds != 1) return "it needs one of the fields gige, v4l2 and replay";
   if (camera.has_gige() && camera.gige().device().empty()) return "the field gige.device is missing";
   if (camera.has_v4l2() && camera.v4l2().device().empty()) return "the field v4l2.device is missing";
+  if (camera.has_replay() && camera.replay().take().empty()) return "the field replay.take is missing";
+  if (!(camera.replay().speed() >= 0)) return "the field replay.speed is negative";
   return "";
 }
 
@@ -83,15 +91,29 @@ absl::StatusOr<v1::Session> ReadSession(const std::string& path) {
   absl::Status status = ReadJsonFile(path, session);
   if (status.ok()) status = CheckSession(session, path);
   if (!status.ok()) return status;
+  for (v1::SessionCamera& camera : *session.mutable_cameras()) {
+    if (!camera.has_replay() || absl::StartsWith(camera.replay().take(), "take:")) continue;
+    const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
+    camera.mutable_replay()->set_take((folder / camera.replay().take()).lexically_normal().string());
+  }
   return session;
 }
 
 std::set<std::string> DevicesOf(const v1::Session& session) {
   std::set<std::string> devices;
   for (const v1::SessionCamera& camera : session.cameras()) {
-    devices.insert(camera.has_gige() ? camera.gige().device() : camera.v4l2().device());
+    if (camera.has_gige()) devices.insert(camera.gige().device());
+    if (camera.has_v4l2()) devices.insert(camera.v4l2().device());
   }
   return devices;
+}
+
+std::set<std::string> ReplayedTakesOf(const v1::Session& session) {
+  std::set<std::string> takes;
+  for (const v1::SessionCamera& camera : session.cameras()) {
+    if (camera.has_replay()) takes.insert(camera.replay().take());
+  }
+  return takes;
 }
 
 absl::Status CheckSession(const v1::Session& session, const std::string& source) {
@@ -184,12 +206,34 @@ absl::StatusOr<std::unique_ptr<CameraSource>> OpenV4l2(const v1::Session& sessio
   return OpenV4l2Camera(options);
 }
 
+// By folder and speed: cameras of one take share its clock.
+using Replays = std::map<std::pair<std::string, double>, std::shared_ptr<Replay>>;
+
+absl::StatusOr<std::unique_ptr<CameraSource>> OpenReplay(const v1::SessionCamera& camera, Replays& replays) {
+  const v1::ReplayCamera& from = camera.replay();
+  std::shared_ptr<Replay>& replay = replays[{from.take(), from.speed()}];
+  if (!replay) {
+    ReplayOptions options;
+    if (from.speed() > 0) options.speed = from.speed();
+    absl::StatusOr<std::shared_ptr<Replay>> opened = Replay::Open(from.take(), options);
+    if (!opened.ok()) {
+      return absl::Status(opened.status().code(),
+                          absl::StrCat("camera ", camera.id(), ": ", opened.status().message()));
+    }
+    replay = *std::move(opened);
+  }
+  return OpenReplayCamera(replay, camera.id());
+}
+
 }  // namespace
 
 absl::StatusOr<std::vector<std::unique_ptr<CameraSource>>> OpenCameras(const v1::Session& session) {
   std::vector<std::unique_ptr<CameraSource>> cameras;
+  Replays replays;
   for (const v1::SessionCamera& camera : session.cameras()) {
-    auto source = camera.has_v4l2() ? OpenV4l2(session, camera) : OpenGige(session, camera);
+    auto source = camera.has_replay() ? OpenReplay(camera, replays)
+                  : camera.has_v4l2() ? OpenV4l2(session, camera)
+                                      : OpenGige(session, camera);
     if (!source.ok()) return source.status();
     cameras.push_back(*std::move(source));
   }

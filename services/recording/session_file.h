@@ -20,6 +20,8 @@ absl::Status CheckSession(const v1::Session& session, const std::string& source)
 
 // The devices of its cameras, as the session names them.
 std::set<std::string> DevicesOf(const v1::Session& session);
+// The folders of the takes that its cameras replay.
+std::set<std::string> ReplayedTakesOf(const v1::Session& session);
 
 // What the session says of sets and recorder, defaults filled in.
 absl::StatusOr<LiveRecordingOptions> RecordingOptionsOf(const v1::Session& session);

@@ -1,5 +1,6 @@
 """Commands that a daemon runs for its clients: the same as here, on its files, also across its death."""
 
+import glob
 import json
 import os
 import subprocess
@@ -116,7 +117,7 @@ class Operations(StudioTest):
         watchers = [subprocess.Popen([os.path.join(BIN, "weft"), "take", "trim", f"{take}{number}", "--server", self.server],
                                      stdout=subprocess.PIPE, stderr=subprocess.PIPE) for number in range(3)]
         operations = f"{self.state}/operations"
-        wait_for(lambda: len(os.listdir(operations)) == 3, "three operations")
+        wait_for(lambda: len(glob.glob(f"{operations}/*/operation.json")) == 3, "three operations")
         self.kill_daemon(self.daemon)
         for watcher in watchers:
             watcher.communicate(timeout=LONG_S)

@@ -161,9 +161,9 @@ class BadInput(StudioTest):
         self.assertIn(f"{blocked}/result", done.stderr)
 
     def test_missing_arguments_are_explained(self):
-        done = weft("register", self.take)
+        done = weft("register", self.take, "--out", self.out)
         self.assertEqual(done.returncode, 2)
-        self.assertIn("--rig", done.stderr)
+        self.assertIn("--rig, --board, --template are required", done.stderr)
         self.assertIn("weft register --help", done.stderr)
 
 

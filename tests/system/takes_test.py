@@ -223,6 +223,29 @@ class Takes(StudioTest):
         self.assertRegex(stopped.stdout, "0 dropped, 0 frames missing", "the other daemon disturbed nothing")
         self.assertTrue(all(camera["used_by"] == "" for camera in self.cameras(other)), self.cameras(other))
 
+    def test_are_replayed_as_if_their_cameras_were_live(self):
+        first = self.start_take()
+        self.wait_for_sets(first, 4)
+        self.take_command("stop", first)
+        recorded = self.shown(first)["folder"]
+        ids = [camera["id"] for camera in json.loads(read(self.session))["cameras"]]
+        write(self.session, json.dumps({"fps": 5, "max_wait_ms": 5000, "cameras": [
+            {"id": one, "replay": {"take": f"take:{first}"}} for one in ids]}))
+        again = self.start_take()
+        self.take_command("watch", again)
+        shown = self.shown(again)
+        self.assertEqual(shown["state"]["sets_recorded"], self.shown(first)["state"]["sets_recorded"])
+        for take, out in ((recorded, "first"), (shown["folder"], "again")):
+            weft("take", "export", take, "--out", self.path(out), check=0)
+        pictures = [[read(f"{base}/{name}", "rb") for base, _, names in sorted(os.walk(self.path(out)))
+                     for name in sorted(names)] for out in ("first", "again")]
+        self.assertEqual(*pictures)
+        for take, words in (("/etc", "outside the folders"), ("take:20260101-000000-00000000", "no such take")):
+            write(self.session, json.dumps({"fps": 5, "cameras": [{"id": ids[0], "replay": {"take": take}}]}))
+            refused = self.take_command("start", "--session", self.session, check=2)
+            self.assertIn(words, refused.stderr)
+            self.assertIn(f"recording.session.cameras.{ids[0]}.replay.take", refused.stderr)
+
 
 if __name__ == "__main__":
     enter_network()
