@@ -1,5 +1,6 @@
 #include "capture/sync/ledger.h"
 
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -80,13 +81,8 @@ bool ParseLine(std::string_view line, LedgerEntry& entry) {
          absl::SimpleAtoi(fields[4], &entry.host_time_ns) && entry.first_set <= entry.last_set;
 }
 
-// What the lines before tell of the next one's checksum: it covers what was printed, and what was meant.
-struct Chain {
-  uint64_t printed = 0, computed = 0;
-};
-
 // A line with its checksum in the last column.
-bool ParseSealedLine(std::string_view line, Chain& chain, LedgerEntry& entry) {
+bool ParseSealedLine(std::string_view line, LedgerChain& chain, LedgerEntry& entry) {
   const bool is_long = line.size() > kChecksumDigits && line[line.size() - kChecksumDigits - 1] == ',';
   const size_t text = is_long ? line.size() - kChecksumDigits - 1 : line.size();
   const std::string digits(is_long ? line.substr(text + 1) : "");
@@ -94,7 +90,7 @@ bool ParseSealedLine(std::string_view line, Chain& chain, LedgerEntry& entry) {
   const bool has_digits =
       absl::SimpleHexAtoi(digits, &printed) && digits == absl::StrCat(absl::Hex(printed, absl::kZeroPad16));
   const std::string_view own = line.substr(0, text);
-  const Chain before = chain;
+  const LedgerChain before = chain;
   chain = {printed, Chained(before.computed, own)};
   if (!has_digits) return false;
   for (const uint64_t start : {before.computed, before.printed}) {
@@ -111,15 +107,19 @@ std::string LedgerHeading() {
   return "event,first_set,last_set,device_time_ns,host_time_ns,camera,cause,checksum\n";
 }
 
+std::string NameOf(LedgerEvent event) {
+  std::string name;
+  for (const auto& [known, text] : kEvents)
+    if (known == event) name = std::string(text);
+  return name;
+}
+
 uint64_t LedgerStart() { return Checksum(LedgerHeading().data(), LedgerHeading().size()); }
 
 std::string ToCsvLine(const LedgerEntry& entry, uint64_t& before) {
-  std::string name;
-  for (const auto& [event, text] : kEvents)
-    if (event == entry.event) name = std::string(text);
   const std::string line =
-      absl::StrCat(name, ",", entry.first_set, ",", entry.last_set, ",", entry.device_time_ns, ",",
-                   entry.host_time_ns, ",", entry.camera_id.empty() ? "" : Quoted(entry.camera_id), ",",
+      absl::StrCat(NameOf(entry.event), ",", entry.first_set, ",", entry.last_set, ",", entry.device_time_ns,
+                   ",", entry.host_time_ns, ",", entry.camera_id.empty() ? "" : Quoted(entry.camera_id), ",",
                    entry.cause.empty() ? "" : Quoted(entry.cause));
   before = Chained(before, line);
   return absl::StrCat(line, ",", absl::Hex(before, absl::kZeroPad16), "\n");
@@ -133,17 +133,17 @@ absl::StatusOr<ParsedLedger> ParseLedger(std::string_view csv) {
   const auto damaged = [&](size_t line_number, const char* how) {
     if (ledger.damaged_lines++ == 0) ledger.damage = absl::StrCat("line ", line_number, " is ", how);
   };
-  Chain chain{LedgerStart(), LedgerStart()};
+  LedgerChain chain;
   size_t at = first.size();
   if (first == kOldHeading) {
     ledger.has_checksums = false;
   } else if (first != LedgerHeading()) {
     const std::string_view second = csv.substr(at, csv.find('\n', at) - at);
     LedgerEntry entry;
-    Chain joined = chain;  // where the line feed is damaged, the first line is the end of the heading
+    LedgerChain joined = chain;  // where the line feed is damaged, the first line is the end of the heading
     ParseSealedLine(first.substr(0, first_end), joined, entry);
     if (joined.printed != 0) chain.printed = joined.printed;
-    Chain of_second = chain;
+    LedgerChain of_second = chain;
     ledger.has_checksums = ParseSealedLine(second, of_second, entry);
     if (!ledger.has_checksums && (second.empty() || !ParseLine(second, entry)))
       return absl::InvalidArgumentError("no ledger: the heading of its columns is missing");
@@ -165,6 +165,25 @@ absl::StatusOr<ParsedLedger> ParseLedger(std::string_view csv) {
   }
   ledger.checksum = chain.computed;
   return ledger;
+}
+
+std::vector<LedgerEntry> LedgerTail::Add(std::string_view lines) {
+  std::vector<LedgerEntry> entries;
+  for (size_t at = 0; at < lines.size();) {
+    const size_t end = std::min(lines.find('\n', at), lines.size());
+    const std::string_view line = lines.substr(at, end - at);
+    at = end + 1;
+    if (columns_ == Columns::kUnknown) {
+      columns_ = std::string(line) + "\n" == kOldHeading ? Columns::kOld : Columns::kSealed;
+      continue;
+    }
+    LedgerEntry entry;
+    const bool is_whole =
+        columns_ == Columns::kOld ? ParseLine(line, entry) : ParseSealedLine(line, chain_, entry);
+    if (is_whole) entries.push_back(std::move(entry));
+    damaged_lines_ += is_whole ? 0 : 1;
+  }
+  return entries;
 }
 
 }  // namespace weft

@@ -33,10 +33,17 @@ struct LedgerEntry {
 
 // "event,first_set,last_set,device_time_ns,host_time_ns,camera,cause,checksum" and a line feed.
 std::string LedgerHeading();
+std::string NameOf(LedgerEvent event);  // as the first column says it
 // Each line ends with a checksum over that of the line before it and its own bytes: `before` is that of the
 // line before and becomes its own. Line breaks inside the cause become spaces.
 uint64_t LedgerStart();  // before the first line
 std::string ToCsvLine(const LedgerEntry& entry, uint64_t& before);
+
+// What the lines before tell of the next one's checksum: it covers what was printed, and what was meant.
+struct LedgerChain {
+  uint64_t printed = LedgerStart();
+  uint64_t computed = LedgerStart();
+};
 
 struct ParsedLedger {
   std::vector<LedgerEntry> entries;  // of all lines that are intact
@@ -47,5 +54,20 @@ struct ParsedLedger {
 };
 // Lines that are damaged are left out; those after them are read. InvalidArgument: not even the heading.
 absl::StatusOr<ParsedLedger> ParseLedger(std::string_view csv);
+
+// A ledger that grows: what has been read is not read again.
+class LedgerTail {
+ public:
+  // Whole lines that follow those of earlier calls, the first of them the heading. Returns those that are
+  // intact.
+  std::vector<LedgerEntry> Add(std::string_view lines);
+  // Of all lines, how many were not.
+  size_t damaged_lines() const { return damaged_lines_; }
+
+ private:
+  enum class Columns { kUnknown, kSealed, kOld } columns_ = Columns::kUnknown;
+  LedgerChain chain_;
+  size_t damaged_lines_ = 0;
+};
 
 }  // namespace weft

@@ -4,10 +4,19 @@
 
 #include "absl/strings/str_cat.h"
 #include "capture/file/posix_file.h"
-#include "capture/sync/ledger.h"
 #include "capture/take/take_files.h"
 
 namespace weft {
+namespace {
+
+void AddTo(const std::vector<LedgerEntry>& entries, TakeProgress& progress) {
+  for (const LedgerEntry& entry : entries) {
+    if (entry.event == LedgerEvent::kEnd) progress.closed = true;
+    if (entry.event == LedgerEvent::kRecorded) progress.sets.push_back({entry.first_set, entry.host_time_ns});
+  }
+}
+
+}  // namespace
 
 absl::StatusOr<TakeProgress> ReadTakeProgress(const std::string& folder) {
   const absl::StatusOr<PosixFile> file = PosixFile::Open(LedgerFile(folder), O_RDONLY);
@@ -22,11 +31,42 @@ absl::StatusOr<TakeProgress> ReadTakeProgress(const std::string& folder) {
   if (!ledger.ok()) {
     return absl::Status(ledger.status().code(), absl::StrCat(folder, ": ", ledger.status().message()));
   }
-  for (const LedgerEntry& entry : ledger->entries) {
-    if (entry.event == LedgerEvent::kEnd) progress.closed = true;
-    if (entry.event == LedgerEvent::kRecorded) progress.sets.push_back({entry.first_set, entry.host_time_ns});
-  }
+  AddTo(ledger->entries, progress);
   return progress;
+}
+
+absl::StatusOr<LedgerReader::News> LedgerReader::ReadNew() {
+  const absl::StatusOr<PosixFile> file = PosixFile::Open(LedgerFile(take_folder_), O_RDONLY);
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<uint64_t> size_bytes = file->Size();
+  if (!size_bytes.ok()) return size_bytes.status();
+  News news;
+  // A recorder whose disk failed writes its last lines anew, and a recovery cuts damaged ones off.
+  for (const bool from_start : {offset_bytes_ == 0, true}) {
+    news.from_start = from_start;
+    if (from_start) {
+      offset_bytes_ = 0;
+      tail_ = LedgerTail();
+    }
+    if (*size_bytes < offset_bytes_) continue;
+    std::string text(*size_bytes - offset_bytes_, '\0');
+    if (absl::Status status = file->ReadAt(text.data(), text.size(), offset_bytes_); !status.ok())
+      return status;
+    text.resize(text.rfind('\n') + 1);  // a line that is being written is left for the next time
+    const size_t damaged = tail_.damaged_lines();
+    news.entries = tail_.Add(text);
+    offset_bytes_ += text.size();
+    if (from_start || tail_.damaged_lines() == damaged) break;
+  }
+  return news;
+}
+
+absl::StatusOr<const TakeProgress*> TakeFollower::Look() {
+  const absl::StatusOr<LedgerReader::News> news = ledger_.ReadNew();
+  if (!news.ok()) return news.status();
+  if (news->from_start) progress_ = {};
+  AddTo(news->entries, progress_);
+  return &progress_;
 }
 
 }  // namespace weft

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <thread>
 
 #include "absl/strings/str_cat.h"
 
@@ -22,7 +23,7 @@ absl::Status SyncFolderOf(const std::string& path) {
   return absl::UnavailableError(absl::StrCat(folder, ": cannot be flushed (", strerror(error), ")"));
 }
 
-absl::StatusOr<FileLock> FileLock::Take(const std::string& path) {
+absl::StatusOr<FileLock> FileLock::Take(const std::string& path, std::chrono::milliseconds patience) {
   const std::string name = path + ".lock";
   const int fd = open(name.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
   if (fd < 0) {
@@ -34,9 +35,15 @@ absl::StatusOr<FileLock> FileLock::Take(const std::string& path) {
     return absl::PermissionDeniedError(absl::StrCat(message, "; check the folder's permissions"));
   }
   FileLock lock(fd);
-  if (flock(fd, LOCK_EX | LOCK_NB) == 0) return lock;
-  return absl::FailedPreconditionError(
-      absl::StrCat(path, ": in use by another weftd; stop that one, or give another --state folder"));
+  const auto until = std::chrono::steady_clock::now() + patience;
+  while (flock(fd, LOCK_EX | LOCK_NB) != 0) {
+    if (std::chrono::steady_clock::now() >= until) {
+      return absl::FailedPreconditionError(
+          absl::StrCat(path, ": in use by another weftd; stop that one, or give another --state folder"));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return lock;
 }
 
 FileLock::~FileLock() {

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/time/time.h"
 #include "base/timed_id.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
@@ -70,6 +71,25 @@ std::string TakeLine(const v1::RecordedTake& take) {
   return line;
 }
 
+std::string EventLine(const v1::TakeEvent& event) {
+  const absl::Time when = absl::FromUnixNanos(event.noticed_unix_ns());
+  std::string line = absl::FormatTime("%H:%M:%S  ", when, absl::LocalTimeZone());
+  if (event.event() != "note") {
+    const std::string last =
+        event.last_set() > event.first_set() ? absl::StrCat(" to ", event.last_set()) : "";
+    absl::StrAppend(&line, "set ", event.first_set(), last, " ", event.event(), "  ");
+  }
+  if (!event.camera().empty()) absl::StrAppend(&line, "camera ", event.camera(), ": ");
+  return line + event.cause();
+}
+
+// How the registration of a take keeps up with it.
+std::string LiveWords(const v1::RecordedTake& take) {
+  if (take.live_job_id().empty()) return "";
+  return absl::StrFormat(", %.1f %% of the cells observed, meshes %.1f s behind",
+                         100 * take.live().coverage(), take.live().latency_s());
+}
+
 // A take that could not be recorded to its end fails the command.
 absl::Status OutcomeOfTake(const v1::RecordedTake& take) {
   const v1::RecorderState& state = take.state();
@@ -102,8 +122,13 @@ absl::Status StartRemoteTake(const RemoteTakeContext& context) {
 
 absl::Status WatchRemoteTake(const RemoteTakeContext& context) {
   const bool shows = !context.quiet && !context.options.json && isatty(STDERR_FILENO);
-  const auto show = [shows](const v1::RecordedTake& take) {
-    if (shows) std::fprintf(stderr, "\r%s\033[K", TakeLine(take).c_str());
+  const bool tells = !context.quiet && !context.options.json;
+  const auto show = [shows, tells](const v1::RecordedTake& take) {
+    for (const v1::TakeEvent& event : take.events()) {
+      if (tells && event.event() != "end")
+        std::fprintf(stderr, "%s%s\n", shows ? "\r\033[K" : "", EventLine(event).c_str());
+    }
+    if (shows) std::fprintf(stderr, "\r%s%s\033[K", TakeLine(take).c_str(), LiveWords(take).c_str());
   };
   const absl::StatusOr<v1::RecordedTake> take =
       context.client.Watch(context.options.take_id, show, context.stop);

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <mutex>
+#include <optional>
 
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
@@ -15,6 +16,7 @@
 #include "absl/strings/strip.h"
 #include "base/host_clock.h"
 #include "services/catalogue/catalogue.h"
+#include "services/catalogue/folder_sync.h"
 #include "services/daemon/camera_service.h"
 #include "services/daemon/cores.h"
 #include "services/daemon/job_queue.h"
@@ -58,18 +60,33 @@ absl::StatusOr<std::string> HostOf(const std::string& listen) {
   return listen.substr(0, colon);
 }
 
-absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options, int workers, int threads) {
+// Has the lock that processes of a daemon inherit: those that an earlier one left behind are gone.
+absl::StatusOr<FileLock> TakeFence(const std::string& state_folder) {
+  constexpr std::chrono::seconds kPatience{10};  // the kernel ends them with their daemon
+  const std::string path = absl::StrCat(state_folder, "/processes");
+  absl::StatusOr<FileLock> fence = FileLock::Take(path, kPatience);
+  if (!absl::IsFailedPrecondition(fence.status())) return fence;
+  return absl::FailedPreconditionError(absl::StrCat(
+      path, ".lock: processes of a weftd that has ended still run; `fuser ", path, ".lock` names them"));
+}
+
+absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options, const CoreShare& share,
+                                                    std::optional<FileLock>& fence) {
   absl::StatusOr<std::unique_ptr<Catalogue>> catalogue =
       Catalogue::Open(absl::StrCat(options.state_folder, "/catalogue.sqlite"));
   if (!catalogue.ok()) return catalogue.status();
+  absl::StatusOr<FileLock> taken = TakeFence(options.state_folder);
+  if (!taken.ok()) return taken.status();
+  fence.emplace(*std::move(taken));
   for (const std::string& warning : (*catalogue)->warnings()) spdlog::warn("{}", warning);
   LocalExecutorOptions executor_options;
   executor_options.worker_program = options.worker_program;
   executor_options.task_folder = absl::StrCat(options.state_folder, "/tasks");
-  executor_options.workers = workers;
+  executor_options.workers = share.workers;
   executor_options.worker_memory_mib = options.worker_memory_mib == 0
-                                           ? ShareMemoryMib(UsableMemoryMib(), workers)
+                                           ? ShareMemoryMib(UsableMemoryMib(), share.workers)
                                            : std::max<int64_t>(0, options.worker_memory_mib);
+  executor_options.fence_fd = fence->fd();
   executor_options.stop_grace = options.stop_grace;
   executor_options.silence_limit = options.silence_limit;
   // What a daemon that was killed left there; the catalogue is ours by now. A full disk may not give the
@@ -81,7 +98,7 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   absl::StatusOr<std::unique_ptr<LocalExecutor>> executor = LocalExecutor::Create(executor_options);
   if (!executor.ok()) return executor.status();
   JobQueueOptions queue_options;
-  queue_options.threads_per_worker = threads;
+  queue_options.threads_per_worker = share.threads_per_worker;
   queue_options.find_incomplete = options.find_incomplete;
   queue_options.is_settled = [](const std::string& dump) {
     return IsSettled(std::filesystem::path(dump).parent_path().string());
@@ -122,6 +139,7 @@ void ConfigureServer(grpc::ServerBuilder& builder) {
 
 // In the order in which they depend on each other.
 struct Daemon::Parts {
+  std::optional<FileLock> fence;
   std::unique_ptr<JobQueue> queue;
   std::unique_ptr<Library> library;
   std::unique_ptr<JobService> jobs;
@@ -188,6 +206,7 @@ OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const P
     return parts.take_keeper->Adopt(take_folder, id, absl::StrCat("made by operation ", id));
   };
   operations.resolve = InputsOf(options, policy, parts);
+  operations.fence_fd = parts.fence->fd();
   return operations;
 }
 
@@ -219,7 +238,7 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   const CoreShare share = ShareCores(UsableCores(), options.workers, options.threads_per_worker);
   daemon->workers_ = share.workers;
   daemon->threads_per_worker_ = share.threads_per_worker;
-  auto queue = MakeQueue(options, share.workers, share.threads_per_worker);
+  auto queue = MakeQueue(options, share, daemon->parts_->fence);
   if (!queue.ok()) return queue.status();
   daemon->parts_->queue = *std::move(queue);
   absl::StatusOr<std::unique_ptr<Library>> library = Library::Open(options.state_folder);
@@ -244,8 +263,9 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   parts.take_keeper->Begin();
   parts.operations = std::make_unique<OperationService>(*parts.operation_queue);
   parts.cameras = std::make_unique<CameraService>(*parts.take_keeper, *parts.session_keeper);
-  parts.sessions = std::make_unique<SessionService>(*parts.session_keeper, *parts.take_keeper, *policy);
-  parts.takes = std::make_unique<TakeService>(*parts.take_keeper, *parts.session_keeper);
+  parts.sessions =
+      std::make_unique<SessionService>(*parts.session_keeper, *parts.take_keeper, *parts.library, *policy);
+  parts.takes = std::make_unique<TakeService>(*parts.take_keeper, *parts.session_keeper, *parts.queue);
   parts.jobs =
       std::make_unique<JobService>(*parts.queue, *parts.library, *std::move(policy),
                                    absl::StrCat(options.state_folder, "/results"), options.load_inputs);

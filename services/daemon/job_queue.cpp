@@ -196,6 +196,18 @@ std::vector<v1::Job> JobQueue::Unfinished() {
   return jobs;
 }
 
+std::optional<v1::Job> JobQueue::FollowerOf(const std::string& take_folder) {
+  const Lock lock(mutex_);
+  std::shared_ptr<LiveJob> newest;
+  for (const auto& job : jobs_) {
+    if (job->ended || job->job().spec().live_every() == 0 || job->job().spec().dump() != take_folder)
+      continue;
+    if (!newest || newest->job().created_unix_ns() < job->job().created_unix_ns()) newest = job;
+  }
+  if (!newest) return std::nullopt;
+  return newest->life.Describe();
+}
+
 JobQueue::Load JobQueue::CurrentLoad() {
   const Lock lock(mutex_);
   Load load;

@@ -69,6 +69,8 @@ class JobQueue {
   absl::StatusOr<std::vector<v1::Job>> List(int limit);
   // Those that have not ended, in no order.
   std::vector<v1::Job> Unfinished();
+  // The newest unfinished one that follows the take in this folder.
+  std::optional<v1::Job> FollowerOf(const std::string& take_folder);
   struct Load {
     int queued = 0;
     int running = 0;

@@ -29,7 +29,8 @@ void JobQueue::FollowSoon(LiveJob& job) {
 void JobQueue::LookAtTake(const std::shared_ptr<LiveJob>& live) {
   const std::string take = live->job().spec().dump();
   const bool settled = options_.is_settled(take);
-  const absl::StatusOr<TakeProgress> progress = ReadTakeProgress(take);
+  if (!live->take) live->take = std::make_unique<TakeFollower>(take);
+  const absl::StatusOr<const TakeProgress*> progress = live->take->Look();
   Lock lock(mutex_);
   if (live->ended || live->life.ends_early() || stopping_) return;
   live->take_settled = settled;
@@ -41,7 +42,7 @@ void JobQueue::LookAtTake(const std::shared_ptr<LiveJob>& live) {
     }
     WakeAt(live->look_at, std::chrono::steady_clock::now() + kLookPeriod);
   } else if (progress.ok()) {
-    AddFrames(live, *progress);
+    AddFrames(live, **progress);
   } else {
     EndEarly(live, v1::JOB_STATE_FAILED, std::string(progress.status().message()));
   }
@@ -52,11 +53,11 @@ void JobQueue::LookAtTake(const std::shared_ptr<LiveJob>& live) {
 void JobQueue::AddFrames(const std::shared_ptr<LiveJob>& live, const TakeProgress& progress) {
   const size_t before = live->infos().size();
   std::vector<std::string> names;
-  live->recorded_ns.clear();
-  for (size_t i = 0; i < progress.sets.size(); ++i) {
+  for (size_t i = before; i < progress.sets.size(); ++i)
+    names.push_back(FrameNameOf(progress.sets[i].number));
+  live->recorded_ns.resize(std::min(live->recorded_ns.size(), progress.sets.size()));
+  for (size_t i = live->recorded_ns.size(); i < progress.sets.size(); ++i)
     live->recorded_ns.push_back(progress.sets[i].host_time_ns);
-    if (i >= before) names.push_back(FrameNameOf(progress.sets[i].number));
-  }
   if (!names.empty()) {
     live->life.Append(names);
     const std::vector<v1::FrameInfo> added(live->infos().begin() + static_cast<std::ptrdiff_t>(before),

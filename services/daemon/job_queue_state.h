@@ -36,7 +36,8 @@ struct JobQueue::LiveJob {
   std::chrono::seconds pause{1};
   // Of a job that follows a take: when to look for new frame sets, and what was there the last time.
   std::optional<std::chrono::steady_clock::time_point> look_at;
-  std::vector<int64_t> recorded_ns;  // per frame, CLOCK_REALTIME
+  std::unique_ptr<TakeFollower> take;  // of the background, as long as the job follows it
+  std::vector<int64_t> recorded_ns;    // per frame, CLOCK_REALTIME
   bool take_settled = false;
   bool take_closed = false;
   bool ended = false;

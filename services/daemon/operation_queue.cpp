@@ -299,7 +299,8 @@ OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, cons
   }
   std::vector<std::string> words = {absl::StrCat("--watched-by=", getpid())};
   words.insert(words.end(), arguments->begin(), arguments->end());
-  absl::StatusOr<ChildProcess> child = ChildProcess::Spawn(options_.program, words, OutOf(id));
+  absl::StatusOr<ChildProcess> child =
+      ChildProcess::Spawn(options_.program, words, {.folder = OutOf(id), .kept_fd = options_.fence_fd});
   if (!child.ok()) {
     outcome.refused = absl::IsResourceExhausted(child.status());
     if (!outcome.refused) outcome.exit_status = kExitFailed;

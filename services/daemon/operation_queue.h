@@ -21,6 +21,7 @@ struct OperationQueueOptions {
   std::string folder;   // a folder per operation
   std::string program;  // weft
   ResolveInput resolve;
+  int fence_fd = -1;  // a lock that shall last until the command has ended
   // Takes in a take that an operation made, under the operation's id, and moves its folder away. Once it is
   // there, a second call changes nothing.
   std::function<absl::Status(const std::string& take_folder, const std::string& id)> adopt_take;

@@ -27,16 +27,28 @@
 namespace weft {
 namespace {
 
+bool RecorderLives(const std::string& take) {
+  const absl::StatusOr<RecorderView> recorder = LookAtRecorder(std::filesystem::path(take).parent_path());
+  return recorder.ok() && recorder->lives;
+}
+
 // "take:<id>" in place of a path needs no permission: the folder is the daemon's own.
 absl::StatusOr<std::string> CanonicalDump(const PathPolicy& policy, const std::string& takes_folder,
-                                          const std::string& dump) {
+                                          const v1::RegistrationSpec& spec) {
+  const std::string& dump = spec.dump();
   absl::StatusOr<std::string> take = TakeOfName(takes_folder, dump);
   if (!take.ok()) return take;
   if (*take == dump) return policy.CheckInput("spec.dump", dump);
   std::error_code error;
   if (std::filesystem::is_directory(*take, error)) return take;
-  return FieldError(absl::StatusCode::kNotFound,
-                    {"spec.dump", absl::StrCat(dump, ": no such take"), "ListTakes shows the takes"});
+  if (!RecorderLives(*take)) {
+    return FieldError(absl::StatusCode::kNotFound,
+                      {"spec.dump", absl::StrCat(dump, ": no such take"), "ListTakes shows the takes"});
+  }
+  if (spec.live_every() > 0) return take;
+  return FieldError(absl::StatusCode::kFailedPrecondition,
+                    {"spec.dump", absl::StrCat(dump, ": its cameras are being opened"),
+                     "wait until it is recorded, or register it live"});
 }
 
 // Of a take that was started in a session: what the request leaves out.
@@ -79,7 +91,7 @@ absl::Status ResolveItems(Library& library, PreparedJob* prepared) {
 absl::Status CanonicalizeInputs(const PathPolicy& policy, const std::string& takes_folder, v1::Job& job) {
   v1::RegistrationSpec& spec = *job.mutable_spec();
   if (job.items().dump().empty()) {
-    absl::StatusOr<std::string> dump = CanonicalDump(policy, takes_folder, spec.dump());
+    absl::StatusOr<std::string> dump = CanonicalDump(policy, takes_folder, spec);
     if (!dump.ok()) return dump.status();
     spec.set_dump(*std::move(dump));
   }
@@ -105,11 +117,12 @@ absl::Status CanonicalizeInputs(const PathPolicy& policy, const std::string& tak
 
 // Names of the frame sets that a take has so far; waits for the first one.
 absl::StatusOr<std::vector<std::string>> FramesSoFar(const std::string& take) {
-  constexpr int kLooks = 100;
+  constexpr int kLooks = 300;  // cameras are opened, and follow a clock, before the first one comes
   constexpr std::chrono::milliseconds kPause{100};
   for (int look = 0; look < kLooks; ++look) {
     if (look > 0) std::this_thread::sleep_for(kPause);
     const absl::StatusOr<TakeProgress> progress = ReadTakeProgress(take);
+    if (absl::IsNotFound(progress.status()) && RecorderLives(take)) continue;
     if (!progress.ok()) {
       return FieldError(progress.status().code(),
                         {"spec.live_every", std::string(progress.status().message()),

@@ -1,17 +1,37 @@
 #include "services/daemon/session_service.h"
 
-#include "absl/strings/match.h"
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
 #include "services/daemon/answer.h"
 #include "services/daemon/request_check.h"
+#include "services/library/item_words.h"
 
 namespace weft {
 
-absl::StatusOr<v1::CaptureSession> SessionService::Open(const v1::OpenSessionRequest& request) {
-  for (const auto& [field, path] : {std::pair<const char*, const std::string&>{"rig", request.rig()},
-                                    {"board", request.board()},
-                                    {"garment", request.garment()}}) {
-    if (path.empty() || absl::StartsWith(path, "library:")) continue;
-    if (const auto allowed = policy_.CheckInput(field, path); !allowed.ok()) return allowed.status();
+absl::StatusOr<v1::CaptureSession> SessionService::Open(const v1::OpenSessionRequest& asked) {
+  v1::OpenSessionRequest request = asked;
+  const struct {
+    const char* field;
+    v1::ItemKind kind;
+    std::string* input;
+  } inputs[] = {{"rig", v1::ITEM_KIND_RIG, request.mutable_rig()},
+                {"board", v1::ITEM_KIND_BOARD, request.mutable_board()},
+                {"garment", v1::ITEM_KIND_TEMPLATE, request.mutable_garment()}};
+  for (const auto& [field, kind, input] : inputs) {
+    absl::string_view reference = *input;
+    if (input->empty()) continue;
+    if (!absl::ConsumePrefix(&reference, kLibraryPrefix)) {
+      if (const auto allowed = policy_.CheckInput(field, *input); !allowed.ok()) return allowed.status();
+      continue;
+    }
+    const absl::StatusOr<v1::LibraryItem> item = library_.Find(kind, std::string(reference));
+    if (!item.ok()) {
+      return absl::Status(item.status().code(), absl::StrCat(field, ": ", item.status().message()));
+    }
+    // Versions that are uploaded meanwhile are for other sessions.
+    *input = absl::StrCat(kLibraryPrefix, "sha256:", item->id());
   }
   // Whoever takes over lets takes that run go on.
   if (!request.take_over()) {

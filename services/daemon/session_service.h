@@ -4,15 +4,16 @@
 #include "services/daemon/path_policy.h"
 #include "services/daemon/session_keeper.h"
 #include "services/daemon/take_keeper.h"
+#include "services/library/library.h"
 #include "weft/v1/sessions.grpc.pb.h"
 
 namespace weft {
 
-// Thread safety: gRPC calls from many threads. The keepers must outlive the service.
+// Thread safety: gRPC calls from many threads. Keepers and library must outlive the service.
 class SessionService final : public v1::Sessions::Service {
  public:
-  SessionService(SessionKeeper& sessions, TakeKeeper& takes, PathPolicy policy)
-      : sessions_(sessions), takes_(takes), policy_(std::move(policy)) {}
+  SessionService(SessionKeeper& sessions, TakeKeeper& takes, const Library& library, PathPolicy policy)
+      : sessions_(sessions), takes_(takes), library_(library), policy_(std::move(policy)) {}
 
   grpc::Status OpenSession(grpc::ServerContext* context, const v1::OpenSessionRequest* request,
                            v1::CaptureSession* session) override;
@@ -26,10 +27,11 @@ class SessionService final : public v1::Sessions::Service {
                             v1::ListSessionsResponse* response) override;
 
  private:
-  absl::StatusOr<v1::CaptureSession> Open(const v1::OpenSessionRequest& request);
+  absl::StatusOr<v1::CaptureSession> Open(const v1::OpenSessionRequest& asked);
 
   SessionKeeper& sessions_;
   TakeKeeper& takes_;
+  const Library& library_;
   const PathPolicy policy_;
 };
 

@@ -1,11 +1,51 @@
 #include "services/daemon/take_service.h"
 
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "capture/file/plain_text.h"
+#include "capture/take/take_progress.h"
 #include "services/daemon/answer.h"
 #include "services/daemon/polling_watcher.h"
 #include "services/daemon/request_check.h"
 #include "services/rpc/error_detail.h"
 
 namespace weft {
+namespace {
+
+// What one client has seen of a take's ledger.
+class TakeWatch {
+ public:
+  void AddEvents(v1::RecordedTake& take) {
+    if (!ledger_) ledger_.emplace(take.folder());
+    absl::StatusOr<LedgerReader::News> news = ledger_->ReadNew();
+    if (!news.ok()) return;  // the recorder has not begun it, or the state says what is wrong
+    std::vector<LedgerEntry>& lines = news->entries;
+    std::erase_if(lines, [](const LedgerEntry& line) { return line.event == LedgerEvent::kRecorded; });
+    size_t first = news->from_start ? std::min(told_, lines.size()) : 0;
+    if (told_ == 0 && lines.size() > kMostAtFirst) first = lines.size() - kMostAtFirst;
+    told_ = lines.size() + (news->from_start ? 0 : told_);
+    for (size_t i = first; i < lines.size(); ++i) {
+      const LedgerEntry& line = lines[i];
+      v1::TakeEvent& event = *take.add_events();
+      event.set_event(NameOf(line.event));
+      event.set_first_set(line.first_set);
+      event.set_last_set(line.last_set);
+      event.set_noticed_unix_ns(line.host_time_ns);
+      event.set_camera(EscapedText(line.camera_id));
+      event.set_cause(EscapedText(line.cause));
+    }
+  }
+
+ private:
+  static constexpr size_t kMostAtFirst = 100;
+  std::optional<LedgerReader> ledger_;
+  size_t told_ = 0;
+};
+
+}  // namespace
 
 absl::StatusOr<v1::RecordedTake> TakeService::Start(const v1::StartTakeRequest& request) {
   v1::StartTakeRequest resolved = request;
@@ -39,6 +79,27 @@ absl::StatusOr<v1::RecordedTake> TakeService::Start(const v1::StartTakeRequest& 
   return takes_.Start(resolved);
 }
 
+absl::StatusOr<v1::RecordedTake> TakeService::Get(const std::string& id) {
+  absl::StatusOr<v1::RecordedTake> take = takes_.Get(id);
+  if (!take.ok()) return take;
+  if (const std::optional<v1::Job> job = jobs_.FollowerOf(take->folder())) {
+    take->set_live_job_id(job->id());
+    *take->mutable_live() = job->live();
+  }
+  return take;
+}
+
+absl::StatusOr<v1::RecordedTake> TakeService::GetRecent(const std::string& id) {
+  static constexpr std::chrono::milliseconds kPeriod{200};
+  const std::lock_guard lock(looking_);
+  const auto now = std::chrono::steady_clock::now();
+  std::erase_if(looks_, [now](const auto& look) { return now - look.second.at >= kPeriod; });
+  if (const auto known = looks_.find(id); known != looks_.end()) return known->second.take;
+  absl::StatusOr<v1::RecordedTake> take = Get(id);
+  looks_.emplace(id, Look{now, take});
+  return take;
+}
+
 grpc::Status TakeService::StartTake(grpc::ServerContext*, const v1::StartTakeRequest* request,
                                     v1::RecordedTake* take) {
   return Answer("StartTake", [&] { return Assign(Start(*request), take); });
@@ -51,7 +112,7 @@ grpc::Status TakeService::StopTake(grpc::ServerContext*, const v1::StopTakeReque
 
 grpc::Status TakeService::GetTake(grpc::ServerContext*, const v1::GetTakeRequest* request,
                                   v1::RecordedTake* take) {
-  return Answer("GetTake", [&] { return Assign(takes_.Get(request->take_id()), take); });
+  return Answer("GetTake", [&] { return Assign(Get(request->take_id()), take); });
 }
 
 grpc::Status TakeService::ListTakes(grpc::ServerContext*, const v1::ListTakesRequest* request,
@@ -87,8 +148,13 @@ grpc::Status TakeService::EmptyTrash(grpc::ServerContext*, const v1::EmptyTrashR
 
 grpc::ServerWriteReactor<v1::RecordedTake>* TakeService::WatchTake(grpc::CallbackServerContext*,
                                                                    const v1::WatchTakeRequest* request) {
+  const auto watch = std::make_shared<TakeWatch>();
   auto* watcher = new PollingWatcher<v1::RecordedTake>(
-      [this, id = request->take_id()] { return takes_.Get(id); },
+      [this, watch, id = request->take_id()] {
+        absl::StatusOr<v1::RecordedTake> take = GetRecent(id);
+        if (take.ok()) watch->AddEvents(*take);
+        return take;
+      },
       [](const v1::RecordedTake& take) { return !take.recorder_lives(); });
   watcher->Look();
   return watcher;

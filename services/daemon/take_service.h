@@ -1,16 +1,23 @@
 // The service Takes.
 #pragma once
 
+#include <chrono>
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "services/daemon/job_queue.h"
 #include "services/daemon/session_keeper.h"
 #include "services/daemon/take_keeper.h"
 #include "weft/v1/takes.grpc.pb.h"
 
 namespace weft {
 
-// Thread safety: gRPC calls from many threads. The keepers must outlive the service.
+// Thread safety: gRPC calls from many threads. Keepers and queue must outlive the service.
 class TakeService final : public v1::Takes::WithCallbackMethod_WatchTake<v1::Takes::Service> {
  public:
-  TakeService(TakeKeeper& takes, SessionKeeper& sessions) : takes_(takes), sessions_(sessions) {}
+  TakeService(TakeKeeper& takes, SessionKeeper& sessions, JobQueue& jobs)
+      : takes_(takes), sessions_(sessions), jobs_(jobs) {}
 
   grpc::Status StartTake(grpc::ServerContext* context, const v1::StartTakeRequest* request,
                          v1::RecordedTake* take) override;
@@ -33,9 +40,21 @@ class TakeService final : public v1::Takes::WithCallbackMethod_WatchTake<v1::Tak
 
  private:
   absl::StatusOr<v1::RecordedTake> Start(const v1::StartTakeRequest& request);
+  // With the job that registers it live.
+  absl::StatusOr<v1::RecordedTake> Get(const std::string& id);
+  // The same, at most one period of the watchers old: many of them cost what one does.
+  absl::StatusOr<v1::RecordedTake> GetRecent(const std::string& id);
+
+  struct Look {
+    std::chrono::steady_clock::time_point at;
+    absl::StatusOr<v1::RecordedTake> take;
+  };
+  std::mutex looking_;
+  std::map<std::string, Look> looks_;  // by take
 
   TakeKeeper& takes_;
   SessionKeeper& sessions_;
+  JobQueue& jobs_;
 };
 
 }  // namespace weft

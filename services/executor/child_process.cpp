@@ -29,7 +29,7 @@ class SpawnSettings {
   SpawnSettings& operator=(const SpawnSettings&) = delete;
 
   // 0, or errno.
-  int Configure(int out_write, int err_write, const std::string& folder) {
+  int Configure(int out_write, int err_write, const ChildSettings& settings) {
     sigset_t none, defaults;
     sigemptyset(&none);
     sigemptyset(&defaults);
@@ -42,11 +42,12 @@ class SpawnSettings {
           posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0),
           posix_spawn_file_actions_adddup2(&actions, out_write, 1),
           posix_spawn_file_actions_adddup2(&actions, err_write, 2),
-          posix_spawn_file_actions_addclosefrom_np(&actions, 3)}) {
+          settings.kept_fd < 0 ? 0 : posix_spawn_file_actions_adddup2(&actions, settings.kept_fd, 3),
+          posix_spawn_file_actions_addclosefrom_np(&actions, settings.kept_fd < 0 ? 3 : 4)}) {
       if (error != 0) return error;
     }
-    if (!folder.empty()) return posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-    return 0;
+    if (settings.folder.empty()) return 0;
+    return posix_spawn_file_actions_addchdir_np(&actions, settings.folder.c_str());
   }
 
   posix_spawnattr_t attributes;
@@ -102,13 +103,13 @@ std::string LineSplitter::TakeRest() {
 
 absl::StatusOr<ChildProcess> ChildProcess::Spawn(const std::string& program,
                                                  const std::vector<std::string>& arguments,
-                                                 const std::string& folder) {
+                                                 const ChildSettings& child_settings) {
   ChildProcess child;
   UniqueFd out_write, err_write;
   if (const int error = MakePipe(child.out_, out_write)) return SpawnError(program, error);
   if (const int error = MakePipe(child.err_, err_write)) return SpawnError(program, error);
   SpawnSettings settings;
-  if (const int error = settings.Configure(out_write.get(), err_write.get(), folder))
+  if (const int error = settings.Configure(out_write.get(), err_write.get(), child_settings))
     return SpawnError(program, error);
   std::vector<char*> argv = {const_cast<char*>(program.c_str())};
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));

@@ -28,16 +28,20 @@ class LineSplitter {
   bool cutting_ = false;  // drops bytes up to the next line end
 };
 
-// The process runs in a process group of its own, sees no descriptor of this one but the pipes, and reads an
-// empty standard input. Destroyed: the group is killed and the process reaped.
+struct ChildSettings {
+  std::string folder;  // where it starts; empty: in ours
+  int kept_fd = -1;    // becomes its descriptor 3: a lock of this description lasts until both have ended
+};
+
+// The process runs in a process group of its own, sees no other descriptor of this one but the pipes, and
+// reads an empty standard input. Destroyed: the group is killed and the process reaped.
 class ChildProcess {
  public:
   // `arguments` after the program's path. The parent that PR_SET_PDEATHSIG watches is the calling thread.
-  // It starts in `folder`; empty: in ours. NotFound, PermissionDenied or ResourceExhausted; the message names
-  // the program.
+  // NotFound, PermissionDenied or ResourceExhausted; the message names the program.
   static absl::StatusOr<ChildProcess> Spawn(const std::string& program,
                                             const std::vector<std::string>& arguments,
-                                            const std::string& folder = "");
+                                            const ChildSettings& child_settings = {});
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&&) = delete;
   ~ChildProcess();

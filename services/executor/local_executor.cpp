@@ -164,9 +164,11 @@ void LocalExecutor::Launch(Run& run) {
   if (status.ok()) status = WriteJsonFile(task_file, run.task);
   run.refused = !status.ok();
   if (status.ok()) {
-    absl::StatusOr<ChildProcess> child = ChildProcess::Spawn(
-        options_.worker_program, {task_file, "--parent", absl::StrCat(getpid()), "--memory-mib",
-                                  absl::StrCat(options_.worker_memory_mib)});
+    absl::StatusOr<ChildProcess> child =
+        ChildProcess::Spawn(options_.worker_program,
+                            {task_file, "--parent", absl::StrCat(getpid()), "--memory-mib",
+                             absl::StrCat(options_.worker_memory_mib)},
+                            {.folder = "", .kept_fd = options_.fence_fd});
     status = child.status();
     run.refused = absl::IsResourceExhausted(status);
     if (child.ok()) run.child.emplace(*std::move(child));

@@ -20,6 +20,7 @@ struct LocalExecutorOptions {
   std::string task_folder;     // holds the files of running tasks; made where it is missing
   int workers = 1;
   int64_t worker_memory_mib = 0;  // that a worker may take; 0: any
+  int fence_fd = -1;              // a lock that shall last until the last worker has ended
   // Between SIGTERM and SIGKILL.
   std::chrono::milliseconds stop_grace{5000};
   // A worker that reports nothing for this long hangs, and is killed.

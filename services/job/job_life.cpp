@@ -120,6 +120,7 @@ void JobLife::StopFollowing() {
 void JobLife::SetLatency(size_t position, double latency_s) {
   frames_.SetLatency(position, latency_s);
   job_.mutable_live()->set_latency_s(latency_s);
+  job_.mutable_live()->set_coverage(frames_.infos()[position].coverage());
 }
 
 absl::Status JobLife::DoAgain(const std::vector<IncompleteFrame>& frames) {

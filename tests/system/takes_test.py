@@ -21,7 +21,7 @@ class Takes(StudioTest):
         super().setUp()
         self.session, self.address = self.path("session.json"), self.path("address")
         self.addCleanup(self.kill_recorders)
-        cameras = self.start("weft", "camera", "fake", "--pictures", self.take, "--fps", 5, "--session", self.session)
+        self.cameras_process = cameras = self.start("weft", "camera", "fake", "--pictures", self.take, "--fps", 5, "--session", self.session)
         cameras.stdout.readline()
         # For the frames of a set, because the machine may have other things to do.
         write(self.session, json.dumps({**json.loads(read(self.session)), "max_wait_ms": 5000}))
@@ -137,8 +137,10 @@ class Takes(StudioTest):
         return json.loads(listed.stdout)["sessions"]
 
     def test_of_a_session_know_their_inputs(self):
-        inputs = [word for flag in ("--rig", "--board", "--template")
-                  for word in (flag, self.register_arguments()[self.register_arguments().index(flag) + 1])]
+        inputs = ["--rig", "library:studio", "--board", f"{self.take}/board.json", "--template", f"{self.take}/template"]
+        unknown = weft("session", "open", self.session, *inputs, "--server", self.server, check=2)
+        self.assertIn("rig: ", unknown.stderr)
+        weft("library", "upload", "rig", f"{self.take}/rig.json", "--name", "studio", "--server", self.server, check=0)
         operator, lease = self.open_session("--owner", "anna", *inputs)
         refused = self.take_command("start", "--session", self.session, check=2)
         self.assertIn("of anna", refused.stderr)
@@ -153,12 +155,15 @@ class Takes(StudioTest):
         self.assertEqual(self.sessions()[0]["state"], "CAPTURE_SESSION_STATE_CLOSED")
         self.assertEqual(self.shown(take)["state"]["phase"], RECORDED)
         self.take_command("stop", take)
+        rig = json.loads(read(f"{self.take}/rig.json"))  # a newer version is for later sessions
+        write(self.path("newer.json"), json.dumps({"cameras": rig["cameras"][1:]}))
+        weft("library", "upload", "rig", self.path("newer.json"), "--name", "studio", "--server", self.server, check=0)
         weft("register", f"take:{take}", "--out", self.out, "--server", self.server, "--frames", "0:2", check=0)
         offline = self.path("offline")
         weft(*self.register_arguments(dump=self.shown(take)["folder"], out=offline), "--frames", "0:2", check=0)
         self.assertEqual(results(self.out), results(offline))
         unnamed = weft("register", self.take, "--out", self.out, "--server", self.server, check=2)
-        self.assertIn("--rig is required", unnamed.stderr)
+        self.assertIn("--rig, --board, --template are required", unnamed.stderr)
 
     def test_cameras_of_an_operator_who_is_gone_are_free(self):
         operator, _ = self.open_session("--lease-s", 5)
@@ -222,6 +227,21 @@ class Takes(StudioTest):
         stopped = self.take_command("stop", take)
         self.assertRegex(stopped.stdout, "0 dropped, 0 frames missing", "the other daemon disturbed nothing")
         self.assertTrue(all(camera["used_by"] == "" for camera in self.cameras(other)), self.cameras(other))
+
+    def test_tell_watchers_what_is_lost_and_why(self):
+        take = self.start_take()
+        self.wait_for_sets(take, 3)
+        watcher = subprocess.Popen([os.path.join(BIN, "weft"), "take", "watch", take, "--server", self.server],
+                                   stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.end(self.cameras_process)
+        told = ""
+        while "camera c00: disconnected" not in told:
+            line = watcher.stderr.readline()
+            self.assertTrue(line, told)
+            told += line
+        self.take_command("stop", take)
+        watcher.communicate(timeout=LONG_S)
+        self.assertRegex(told, r"(?m)^\d\d:\d\d:\d\d  camera c00: disconnected")
 
     def test_are_replayed_as_if_their_cameras_were_live(self):
         first = self.start_take()

@@ -69,6 +69,25 @@ TEST(Ledger, SeesALineThatIsGone) {
   EXPECT_EQ(ledger->damage, "line 2 is damaged");
 }
 
+TEST(LedgerTail, ReadsInPiecesWhatTheWholeSays) {
+  const std::string old = "event,first_set,last_set,device_time_ns,host_time_ns,camera,cause\n";
+  std::string damaged = Text();
+  damaged[damaged.find("cable")] ^= 1;
+  for (const std::string& text :
+       {Text(), damaged, old + "recorded,0,0,-5,17,,\nnote,0,0,0,9,\"a\",\"b\"\n"}) {
+    const auto whole = ParseLedger(text);
+    ASSERT_TRUE(whole.ok());
+    for (size_t cut = 0; cut < text.size(); ++cut) {
+      if (cut > 0 && text[cut - 1] != '\n') continue;
+      LedgerTail tail;
+      std::vector<LedgerEntry> entries = tail.Add(std::string_view(text).substr(0, cut));
+      for (LedgerEntry& entry : tail.Add(std::string_view(text).substr(cut)))
+        entries.push_back(std::move(entry));
+      EXPECT_EQ(entries, whole->entries) << cut;
+    }
+  }
+}
+
 TEST(Ledger, ReadsThoseWithoutChecksums) {
   const std::string old = "event,first_set,last_set,device_time_ns,host_time_ns,camera,cause\n";
   const auto ledger =

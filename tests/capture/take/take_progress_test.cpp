@@ -46,6 +46,45 @@ TEST(TakeProgress, GrowsWithTheTakeUntilItIsClosed) {
   EXPECT_TRUE(progress->closed);
 }
 
+TEST(LedgerReader, ReadsEveryLineOnce) {
+  const TempFolder temp;
+  const std::string folder = temp / "take";
+  LedgerReader reader(folder);
+  EXPECT_EQ(reader.ReadNew().status().code(), absl::StatusCode::kNotFound);
+  const auto writer = TakeWriter::Create(folder, {"cam1"}, {});
+  ASSERT_TRUE(writer.ok()) << writer.status();
+  EXPECT_TRUE(reader.ReadNew()->entries.empty());
+  std::vector<LedgerEntry> all;
+  for (const uint64_t number : {3, 4}) {
+    const std::vector<LedgerEntry> entries = EntriesOfRecorded(WithoutFrames(number), 1000);
+    all.insert(all.end(), entries.begin(), entries.end());
+    ASSERT_TRUE((*writer)->Commit(std::nullopt, entries).ok());
+    EXPECT_EQ(reader.ReadNew()->entries, entries);
+    EXPECT_TRUE(reader.ReadNew()->entries.empty());
+  }
+  // A line that is being written is left for the next time.
+  std::string ledger = ReadBytes(LedgerFile(folder));
+  WriteBytes(LedgerFile(folder), ledger + "note,");
+  EXPECT_TRUE(reader.ReadNew()->entries.empty());
+
+  // Lines that are written anew, also where the file is longer than before: all are read again.
+  const size_t last = ledger.rfind('\n', ledger.size() - 2) + 1;
+  WriteBytes(LedgerFile(folder), ledger.substr(0, last));
+  EXPECT_EQ(reader.ReadNew()->entries.size(), all.size() - 1);
+  EXPECT_TRUE(reader.ReadNew()->entries.empty());
+  uint64_t checksum = ParseLedger(ledger.substr(0, last))->checksum;
+  const LedgerEntry other = {LedgerEvent::kNote, 0, 0, 0, 1, "", "the disk was full for some time"};
+  WriteBytes(LedgerFile(folder), ledger);
+  EXPECT_EQ(reader.ReadNew()->entries.size(), 1u);
+  ledger = ledger.substr(0, last) + ToCsvLine(other, checksum);
+  ledger += ToCsvLine(other, checksum);
+  WriteBytes(LedgerFile(folder), ledger);
+  const absl::StatusOr<LedgerReader::News> news = reader.ReadNew();
+  EXPECT_TRUE(news->from_start);
+  ASSERT_EQ(news->entries.size(), all.size() + 1);
+  EXPECT_EQ(news->entries.back(), other);
+}
+
 TEST(TakeProgress, LeavesALineThatIsBeingWrittenForTheNextTime) {
   const TempFolder temp;
   const std::string folder = temp / "take";

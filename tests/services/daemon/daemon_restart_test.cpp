@@ -132,6 +132,23 @@ TEST_F(KilledDaemonTest, ANewOneGoesOnAndNoWorkerOutlivesTheOldOne) {
   EXPECT_EQ(client_->Cancel(id)->state(), v1::JOB_STATE_CANCELLED);
 }
 
+TEST_F(KilledDaemonTest, ANewOneBeginsWhenTheLastWorkerOfTheOldOneIsGone) {
+  std::string id;
+  {
+    ChildProcess process = StartProcess();
+    id = Submit({"outlive"});
+    while (!std::filesystem::exists(folder_ / "out/outlived"))
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    process.Signal(SIGKILL);
+    process.Reap();
+  }
+  EXPECT_EQ(TimesComputed(folder_ / "out", "late"), 0);
+  const ChildProcess process = StartProcess();
+  EXPECT_EQ(TimesComputed(folder_ / "out", "late"), 1);
+  EXPECT_EQ(WaitForEnd(id).state(), v1::JOB_STATE_DONE);
+  EXPECT_EQ(TimesComputed(folder_ / "out", "outlive"), 2);
+}
+
 TEST_F(KilledDaemonTest, AJobThatItAcceptedIsNotLost) {
   std::string queued;
   {

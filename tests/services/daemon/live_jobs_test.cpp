@@ -72,6 +72,7 @@ TEST_F(LiveJobTest, RegistersSomeFramesWhileTheTakeRunsAndAllAfterwards) {
   EXPECT_EQ(live->live().sets_recorded(), 9);
   EXPECT_EQ(live->live().backlog(), 0);
   EXPECT_GT(live->live().latency_s(), 0);
+  EXPECT_EQ(live->live().coverage(), 0.5);
   EXPECT_EQ(live->frames().waiting(), 4);
 
   CloseTake();

@@ -6,6 +6,9 @@
 #include <atomic>
 #include <thread>
 
+#include "absl/strings/str_cat.h"
+#include "base/host_clock.h"
+#include "capture/take/take_writer.h"
 #include "services/client/session_client.h"
 #include "services/client/take_client.h"
 #include "services/files/json_file.h"
@@ -16,6 +19,7 @@
 namespace weft {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 class TakeServiceTest : public DaemonTest {
@@ -75,6 +79,42 @@ TEST_F(TakeServiceTest, ManyWatchUntilTheTakeEndsOrTheyLeave) {
   watchers.clear();
   EXPECT_EQ(ended + left, kWatchers);
   EXPECT_GE(ended, kWatchers / 2);
+}
+
+TEST_F(TakeServiceTest, WatchersAreToldOfTheLedgerOnceAndOfLiveRegistration) {
+  options_.load_inputs = [](const v1::RegistrationSpec&) { return LoadedInputs{{"0000"}, {}, {}}; };
+  const auto writer = TakeWriter::Create(files_.take, {"cam1"}, {});
+  ASSERT_TRUE(writer.ok()) << writer.status();
+  const auto record = [&writer](uint64_t number) {
+    RawFrameSet set;
+    set.number = number;
+    set.missing = {{"cam1", "no light"}};
+    ASSERT_TRUE((*writer)->Append(0, set).ok());
+    ASSERT_TRUE((*writer)->Commit(number, EntriesOfRecorded(set, HostTime_ns())).ok());
+  };
+  StartDaemon();
+  record(0);
+  v1::SubmitJobRequest request = MakeRequest({});
+  request.mutable_spec()->set_dump(files_.take);
+  request.mutable_spec()->set_live_every(1);
+  const auto job = client_->Submit(request);
+  ASSERT_TRUE(job.ok()) << job.status();
+  std::vector<std::string> told;
+  bool recorded = false;
+  TakeClient client(*client_);
+  const auto take = client.Watch(id_, [&](const v1::RecordedTake& now) {
+    for (const v1::TakeEvent& event : now.events())
+      told.push_back(
+          absl::StrCat(event.event(), " ", event.first_set(), " ", event.camera(), " ", event.cause()));
+    if (now.live().latency_s() == 0 || std::exchange(recorded, true)) return;
+    EXPECT_EQ(now.live_job_id(), job->id());
+    record(1);
+    ASSERT_TRUE((*writer)->Close(1, {}, {}).ok());
+    Show(v1::RECORDER_PHASE_ENDED, 2);
+    lock_.Close();
+  });
+  ASSERT_TRUE(take.ok()) << take.status();
+  EXPECT_THAT(told, ElementsAre("missing 0 cam1 no light", "missing 1 cam1 no light", HasSubstr("end")));
 }
 
 TEST_F(TakeServiceTest, ADaemonThatStopsEndsWatchersAndNotTheTake) {

@@ -31,6 +31,18 @@ void Log(const weft::v1::Task& task, const std::string& frame) {
   std::ofstream(task.spec().out() + "/log", std::ios::app) << frame << "\n";
 }
 
+// As a worker that hangs in the kernel while its daemon is killed, and writes afterwards.
+void OutliveTheDaemonOnce(const weft::v1::Task& task) {
+  const std::string mark = task.spec().out() + "/outlived";
+  if (access(mark.c_str(), F_OK) == 0) return;
+  std::ofstream(mark) << "\n";
+  prctl(PR_SET_PDEATHSIG, 0);
+  for (const pid_t daemon = getppid(); getppid() == daemon;) usleep(10'000);
+  usleep(1'000'000);
+  Log(task, "late");
+  exit(0);
+}
+
 // "bad_until_mended" can be registered once the test has put a file "mended" into the folder of results.
 bool CanBeRegistered(const weft::v1::Task& task, const std::string& frame) {
   if (frame == "bad_until_mended") return access((task.spec().out() + "/mended").c_str(), F_OK) == 0;
@@ -64,6 +76,7 @@ void Act(const weft::v1::Task& task, const std::string& frame) {
       exit(1);
   }
   if (absl::StartsWith(frame, "slow")) usleep(300'000);
+  if (absl::StartsWith(frame, "outlive")) OutliveTheDaemonOnce(task);
   if (absl::StartsWith(frame, "error")) {
     WorkerEvent event;
     event.mutable_error()->set_code("RESOURCE_EXHAUSTED");
@@ -86,6 +99,7 @@ int main(int argc, char** argv) {
     if (!task.spec().out().empty()) Log(task, frame);
     Act(task, frame);
     event.mutable_finished()->set_frame(frame);
+    event.mutable_finished()->set_coverage(0.5);
     event.mutable_finished()->set_state(CanBeRegistered(task, frame) ? weft::v1::FRAME_STATE_DONE
                                                                      : weft::v1::FRAME_STATE_FAILED);
     event.mutable_finished()->set_coverage(0.5);
