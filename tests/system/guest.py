@@ -90,7 +90,7 @@ def build_initramfs(path, devices):
     shutil.rmtree(root)
 
 
-def run_in_guest(folder, commands, devices=2, limit_s=540):
+def run_in_guest(folder, commands, devices=2, limit_s=540, memory_mib=1024):
     """Runs shell commands in a guest with this many vivid cameras; `folder` is their working directory, /mnt.
 
     Returns their output; an exit status other than 0, or no end within the limit, is an AssertionError."""
@@ -102,7 +102,7 @@ def run_in_guest(folder, commands, devices=2, limit_s=540):
     with open(os.path.join(folder, "commands"), "w") as file:
         file.write(commands)
     image = glob.glob(os.path.join(kernel(), "boot/vmlinuz-*"))[0]
-    command = ["qemu-system-x86_64", "-accel", "tcg,thread=multi", "-cpu", "max", "-smp", "2", "-m", "1024", "-nographic",
+    command = ["qemu-system-x86_64", "-accel", "tcg,thread=multi", "-cpu", "max", "-smp", "2", "-m", str(memory_mib), "-nographic",
                "-no-reboot", "-net", "none", "-kernel", image, "-initrd", initramfs,
                "-append", "console=ttyS0 quiet panic=-1",
                "-virtfs", "local,path=/,mount_tag=root,security_model=none,readonly=on,multidevs=remap",

@@ -11,7 +11,7 @@ import unittest
 
 from guest import kernel, run_in_guest
 from live_studio import LiveTest, frames
-from studio import BIN, weft, write
+from studio import BIN, read, weft, write
 
 GIGE = {"left": "127.0.0.2", "middle": "127.0.0.3", "right": "127.0.0.4", "top": "127.0.0.5"}
 SECONDS = float(os.environ.get("WEFT_ENDURANCE_S", "0"))
@@ -31,10 +31,14 @@ class V4l2(LiveTest):
             subprocess.run(["strip", "-o", os.path.join(folder.name, program), os.path.join(BIN, program)], check=True)
         self.folder = folder.name
 
-    def write_mixed_session(self):
-        usb = [{"id": f"usb{i}", "unsynchronized": True,
+    @staticmethod
+    def usb_camera(i, **more):
+        return {"id": f"usb{i}", **more,
                 "v4l2": {"device": f"platform:vivid-00{i}", "format": "YUYV", "width_px": 320, "height_px": 180,
-                         "controls": STILL, "user_buffers": i == 1}} for i in range(2)]
+                         "controls": STILL, "user_buffers": i == 1}}
+
+    def write_mixed_session(self):
+        usb = [self.usb_camera(i, unsynchronized=True) for i in range(2)]
         self.write_session(["Width=64", "Height=64"], ptp=True, fps=FPS, tolerance_ms=2)
         with open(self.session) as file:
             session = json.load(file)
@@ -43,6 +47,35 @@ class V4l2(LiveTest):
 
     def test_formats_controls_buffers_and_losses(self):
         run_in_guest(self.folder, "./v4l2_guest check\n")
+
+    def test_a_take_of_a_daemon(self):
+        for program in ("weft", "weftd", "weft-recorder", "weft-worker"):
+            subprocess.run(["strip", "-o", os.path.join(self.folder, program), os.path.join(BIN, program)], check=True)
+        write(self.session, json.dumps({
+            "fps": FPS, "max_wait_ms": 5000, "low_disk_gib": 0.01, "clocks": "SESSION_CLOCKS_ESTIMATED",
+            "cameras": [self.usb_camera(0), self.usb_camera(1, unsynchronized=True)]}))
+        output = run_in_guest(self.folder, """set -e
+./weftd --listen 127.0.0.1:0 --address-file /tmp/address --state /tmp/state --allow-path /mnt --workers 1 2> /mnt/weftd.log &
+daemon=$!
+until [ -s /tmp/address ]; do sleep 0.2; done
+export server=$(cat /tmp/address)
+./weft camera look --session session.json --out looks --server $server
+lease=$(./weft session open session.json --detach --lease-s 3600 --server $server)
+take=$(./weft take start --lease $lease --no-disk-test --server $server)
+until ./weft take list --json --server $server | grep -q '"sets_recorded": "*[1-9]'; do sleep 0.2; done
+./weft camera list --json --server $server > cameras.json
+./weft take stop $take --server $server
+./weft take verify take:$take --server $server
+cp -r /tmp/state/takes/$take/take take
+kill $daemon
+wait $daemon
+""", memory_mib=2048)  # a take reserves 256 MiB of a disk per camera, and here that is memory
+        self.assertRegex(output, "0 frames missing")
+        cameras = json.loads(read(f"{self.folder}/cameras.json"))["cameras"]
+        self.assertTrue(all("take " in camera["used_by"] for camera in cameras), cameras)
+        self.assertEqual(sorted(name[:4] for name in os.listdir(f"{self.folder}/looks") if name.endswith(".jpg")), ["usb0", "usb1"])
+        self.assertGreater(json.loads(weft("take", "info", self.take, "--json", check=0).stdout)["sets"], FPS)
+        self.assert_usb_frames_are_whole()
 
     @unittest.skipIf(SECONDS == 0, "WEFT_ENDURANCE_S is not set")
     def test_a_session_with_gige_cameras(self):
