@@ -74,7 +74,7 @@ wait $daemon
         cameras = json.loads(read(f"{self.folder}/cameras.json"))["cameras"]
         self.assertTrue(all("take " in camera["used_by"] for camera in cameras), cameras)
         self.assertEqual(sorted(name[:4] for name in os.listdir(f"{self.folder}/looks") if name.endswith(".jpg")), ["usb0", "usb1"])
-        self.assertGreater(json.loads(weft("take", "info", self.take, "--json", check=0).stdout)["sets"], FPS)
+        self.assertGreater(int(json.loads(weft("take", "info", self.take, "--json", check=0).stdout)["sets"]), FPS)
         self.assert_usb_frames_are_whole()
 
     @unittest.skipIf(SECONDS == 0, "WEFT_ENDURANCE_S is not set")
