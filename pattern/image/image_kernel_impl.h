@@ -133,7 +133,8 @@ void BrightnessRow(const uint8_t* rgbx, int width, float* __restrict__ out) {
 
 void SpotRow(const float* const* rows, const SpotTaps& taps, int width, float* __restrict__ scratch,
              float* __restrict__ out) {
-  const auto [narrow, narrow_reach, wide, reach] = taps;
+  const float *narrow = taps.narrow, *wide = taps.wide;
+  const int narrow_reach = taps.narrow_reach, reach = taps.reach;
   float *near = scratch + reach, *far = near + width + 2 * reach;
   ForBlocks<kLanes>(width, [&](int x, auto extent) {
     const Lanes here = LoadFloats(rows[reach] + x, extent);

@@ -161,8 +161,8 @@ std::vector<std::string> CameraLines(const std::vector<std::pair<std::string, st
                                      size_t cameras) {
   std::vector<std::pair<std::string, std::vector<std::string>>> by_text;
   for (const auto& [camera, text] : said) {
-    const auto same =
-        std::find_if(by_text.begin(), by_text.end(), [&](const auto& one) { return one.first == text; });
+    const auto same = std::find_if(by_text.begin(), by_text.end(),
+                                   [&text = text](const auto& one) { return one.first == text; });
     if (same == by_text.end()) {
       by_text.push_back({text, {camera}});
     } else {

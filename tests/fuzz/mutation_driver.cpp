@@ -76,6 +76,22 @@ std::string Mutate(std::string input, const std::vector<std::string>& seeds, Ran
   return input;
 }
 
+std::string ReadBytes(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return std::string(std::istreambuf_iterator<char>(file), {});
+}
+
+// What libFuzzer found (run.py --keep), in an order of its own.
+std::vector<std::string> KeptCorpus() {
+  std::vector<std::string> paths, inputs;
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(WEFT_FUZZ_CORPUS, error))
+    paths.push_back(entry.path());
+  std::sort(paths.begin(), paths.end());
+  for (const std::string& path : paths) inputs.push_back(ReadBytes(path));
+  return inputs;
+}
+
 void Run(const std::string& input) {
   LLVMFuzzerTestOneInput(reinterpret_cast<const uint8_t*>(input.data()), input.size());
 }
@@ -84,15 +100,13 @@ void Run(const std::string& input) {
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::filesystem::exists(argv[1])) {
-    for (int i = 1; i < argc; ++i) {
-      std::ifstream file(argv[i], std::ios::binary);
-      Run(std::string(std::istreambuf_iterator<char>(file), {}));
-    }
+    for (int i = 1; i < argc; ++i) Run(ReadBytes(argv[i]));
     return 0;
   }
   const size_t inputs = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 20000;
   const uint64_t seed = argc > 2 ? std::strtoull(argv[2], nullptr, 10) : 1;
-  const std::vector<std::string> seeds = weft::FuzzSeeds();
+  std::vector<std::string> seeds = weft::FuzzSeeds();
+  for (std::string& input : KeptCorpus()) seeds.push_back(std::move(input));
   if (seeds.empty() || inputs == 0) {
     std::fprintf(stderr, "no seeds or no inputs\n");
     return 2;

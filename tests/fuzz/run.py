@@ -1,0 +1,109 @@
+"""Runs the fuzz targets with libFuzzer, which follows coverage, and with address and undefined-behaviour sanitizers.
+
+   python3 tests/fuzz/run.py                            all targets, 1 M inputs or 30 minutes each
+   python3 tests/fuzz/run.py requests --seconds 60      one of them, for a minute
+   python3 tests/fuzz/run.py --keep                     keeps what reached new code in tests/fuzz/corpus
+
+Builds the preset `fuzz` first, which needs clang. A run starts from the target's seeds and its corpus. What fails is left
+as a file in build/fuzz/failures; the program repeats it: build/fuzz/bin/fuzz_TARGET FILE. Exit status 1 when one failed.
+"""
+
+import argparse
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+BUILD = os.path.join(ROOT, "build", "fuzz")
+LARGEST_KEPT_BYTES = 2048
+MOST_KEPT = 150
+
+
+def targets():
+    folder = os.path.dirname(os.path.abspath(__file__))
+    return sorted(name[5:-4] for name in os.listdir(folder) if name.startswith("fuzz_") and name.endswith(".cpp"))
+
+
+def corpus_of(target):
+    return os.path.join(ROOT, "tests", "fuzz", "corpus", target)
+
+
+def fuzz(program, folder, arguments, **environment):
+    """Runs a target with libFuzzer's arguments; returns its process."""
+    return subprocess.run([program, *arguments], cwd=folder, env={**os.environ, **environment}, check=False,
+                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
+
+
+def keep(program, folder, target):
+    """Replaces the kept corpus by the smallest set of small inputs that reaches the same code."""
+    small, fewest = os.path.join(folder, "small"), os.path.join(folder, "fewest")
+    for made in (small, fewest):
+        os.mkdir(made)
+    found = os.path.join(folder, "found")
+    for source in (corpus_of(target), found):
+        for name in os.listdir(source) if os.path.isdir(source) else ():
+            if os.path.getsize(os.path.join(source, name)) <= LARGEST_KEPT_BYTES:
+                shutil.copy(os.path.join(source, name), small)
+    fuzz(program, folder, ["-merge=1", fewest, small])
+    shutil.rmtree(corpus_of(target), ignore_errors=True)
+    os.makedirs(corpus_of(target))
+    by_size = sorted(os.listdir(fewest), key=lambda name: (os.path.getsize(os.path.join(fewest, name)), name))
+    for name in by_size[:MOST_KEPT]:
+        shutil.copy(os.path.join(fewest, name), corpus_of(target))
+
+
+def run(target, options):
+    """Prints the line of one target; whether nothing failed."""
+    program = os.path.join(BUILD, "bin", f"fuzz_{target}")
+    failures = os.path.join(BUILD, "failures")
+    os.makedirs(failures, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="weft fuzz ") as folder:
+        for name in ("found", "seeds"):
+            os.mkdir(os.path.join(folder, name))
+        fuzz(program, folder, ["-runs=0"], WEFT_FUZZ_SEEDS=os.path.join(folder, "seeds"))
+        folders = ["found", "seeds"] + ([corpus_of(target)] if os.path.isdir(corpus_of(target)) else [])
+        began, cpu = time.monotonic(), os.times()
+        done = fuzz(program, folder, [f"-runs={options.inputs}", f"-max_total_time={options.seconds}", "-max_len=65536",
+                                      "-timeout=60", "-rss_limit_mb=8192", "-print_final_stats=1",
+                                      f"-artifact_prefix={failures}/{target}-", *folders])
+        seconds, spent = time.monotonic() - began, os.times()
+        cpu_s = spent.children_user + spent.children_system - cpu.children_user - cpu.children_system
+        inputs = re.findall(r"stat::number_of_executed_units:\s*(\d+)", done.stdout)
+        reached = re.findall(r"cov: (\d+) ft: (\d+) corp: (\d+)", done.stdout) or [("?", "?", "?")]
+        passed = done.returncode == 0
+        print(f"{target:14}  {int(inputs[0]) if inputs else 0:10,}  {seconds:8.0f}  {cpu_s:8.0f}  {reached[-1][0]:>6}"
+              f"  {reached[-1][2]:>6}  {'pass' if passed else 'FAIL'}", flush=True)
+        if not passed:
+            with open(os.path.join(failures, f"{target}.log"), "w") as log:
+                log.write(done.stdout)
+            print("\n".join(done.stdout.splitlines()[-30:]))
+        if options.keep:
+            keep(program, folder, target)
+    return passed
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"of {', '.join(targets())}; all by default")
+    parser.add_argument("--inputs", type=int, default=1_000_000, help="for each target (default 1,000,000)")
+    parser.add_argument("--seconds", type=int, default=1800, help="for each target at most (default 1800)")
+    parser.add_argument("--keep", action="store_true", help="keep inputs that reach new code in tests/fuzz/corpus")
+    parser.add_argument("--no-build", action="store_true", help="run what is built")
+    options = parser.parse_args()
+    unknown = [target for target in options.targets if target not in targets()]
+    if unknown:
+        parser.error(f"no target {', '.join(unknown)}; there are {', '.join(targets())}")
+    if not options.no_build:
+        subprocess.run(["cmake", "--preset", "fuzz"], cwd=ROOT, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(["cmake", "--build", "--preset", "fuzz"], cwd=ROOT, check=True)
+    print(f"{'target':14}  {'inputs':>10}  {'s':>8}  {'CPU s':>8}  {'edges':>6}  {'corpus':>6}")
+    results = [run(target, options) for target in options.targets or targets()]
+    return 0 if all(results) else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())
