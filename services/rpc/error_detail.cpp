@@ -2,6 +2,7 @@
 
 #include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
+#include "capture/file/plain_text.h"
 
 namespace weft {
 namespace {
@@ -14,8 +15,8 @@ absl::Status FieldError(absl::StatusCode code, const FieldProblem& what) {
   absl::Status status(
       code, absl::StrCat(what.field, ": ", what.problem, what.remedy.empty() ? "" : "; ", what.remedy));
   v1::ErrorDetail detail;
-  detail.set_field(what.field);
-  detail.set_remedy(what.remedy);
+  detail.set_field(EscapedText(what.field));
+  detail.set_remedy(EscapedText(what.remedy));
   status.SetPayload(kDetailType, absl::Cord(detail.SerializeAsString()));
   return status;
 }

@@ -4,6 +4,7 @@
 
 #include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
+#include "capture/file/plain_text.h"
 #include "services/rpc/error_detail.h"
 #include "weft/v1/error.pb.h"
 
@@ -27,6 +28,7 @@ grpc::Status ToGrpcStatus(const absl::Status& status) {
   if (status.ok()) return grpc::Status::OK;
   std::string message(status.message().substr(0, kMaxStatusBytes));
   if (message.size() < status.message().size()) absl::StrAppend(&message, " ...");
+  message = EscapedText(message);  // it may quote any bytes of the request
   // absl took its codes from gRPC.
   return {static_cast<grpc::StatusCode>(status.raw_code()), message, DetailsOf(status, message)};
 }
