@@ -97,6 +97,10 @@ void OperationQueue::Load() {
     Entry entry;
     absl::Status status = ReadJsonFile(OperationFile(folder.path()), entry.operation);
     if (status.ok()) status = CheckOperationSpec(entry.operation.spec());
+    if (status.ok() && entry.operation.id() != folder.path().filename()) {
+      status = absl::DataLossError(absl::StrCat(OperationFile(folder.path()), ": is operation \"",
+                                                entry.operation.id(), "\"; remove the folder"));
+    }
     if (!status.ok()) {
       warnings_.push_back(EscapedText(std::string(status.message())));
       spdlog::warn("{}", warnings_.back());

@@ -56,7 +56,9 @@ absl::Status CheckOpenRequest(const v1::OpenSessionRequest& request) {
 bool IsOpen(const v1::CaptureSession& session) { return session.state() == v1::CAPTURE_SESSION_STATE_OPEN; }
 
 std::chrono::nanoseconds LeaseOf(const v1::CaptureSession& session) {
-  return std::chrono::nanoseconds(std::llround(session.lease_s() * 1e9));
+  // A file may say anything.
+  const double lease_s = session.lease_s() >= 0 ? std::min(session.lease_s(), kMostLease_s) : 0;
+  return std::chrono::nanoseconds(std::llround(lease_s * 1e9));
 }
 
 // Without what the daemon adds: the same for requests that ask for the same.
@@ -97,7 +99,12 @@ void SessionKeeper::Load() {
   for (const auto& file : std::filesystem::directory_iterator(folder_, error)) {
     if (file.path().extension() != ".json") continue;
     Entry entry;
-    if (absl::Status status = ReadJsonFile(file.path(), entry.session); !status.ok()) {
+    absl::Status status = ReadJsonFile(file.path(), entry.session);
+    if (status.ok() && entry.session.id() != file.path().stem()) {
+      status = absl::DataLossError(
+          absl::StrCat(file.path().string(), ": is session \"", entry.session.id(), "\"; remove the file"));
+    }
+    if (!status.ok()) {
       warnings_.push_back(EscapedText(std::string(status.message())));
       spdlog::warn("{}", warnings_.back());
       continue;

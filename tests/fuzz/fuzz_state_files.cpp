@@ -93,6 +93,7 @@ class State {
     FuzzRequire(keeper.ok());
     const weft::v1::ListSessionsResponse list = (*keeper)->List(10);
     (*keeper)->UsersOfDevices();
+    for (const weft::v1::CaptureSession& session : list.sessions()) FuzzRequire(session.id() == kId);
     FuzzRequire(readable || (list.sessions().empty() && *weft::ReadWholeFile(path) == before));
     weft::v1::OpenSessionRequest request;
     request.mutable_cameras()->add_cameras()->mutable_gige()->set_device("127.0.0.2");
@@ -115,6 +116,7 @@ class State {
     FuzzRequire(list.operations_size() + list.warnings_size() <= 1);
     if (!readable) FuzzRequire(list.warnings_size() == 1 && *weft::ReadWholeFile(path) == before);
     for (const weft::v1::Operation& operation : list.operations()) {
+      FuzzRequire(operation.id() == kId);
       (void)(*queue)->Files(operation.id());
       (void)(*queue)->FindFile(operation.id(), "../operation.json");
       (void)(*queue)->Cancel(operation.id());

@@ -1,6 +1,6 @@
 """Runs the fuzz targets with libFuzzer, which follows coverage, and with address and undefined-behaviour sanitizers.
 
-   python3 tests/fuzz/run.py                            all targets, 1 M inputs or 30 minutes each
+   python3 tests/fuzz/run.py                            all targets, 1 M inputs or 30 minutes of the processor each
    python3 tests/fuzz/run.py requests --seconds 60      one of them, for a minute
    python3 tests/fuzz/run.py --keep                     keeps what reached new code in tests/fuzz/corpus
 
@@ -12,6 +12,7 @@ import argparse
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -21,6 +22,7 @@ ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 BUILD = os.path.join(ROOT, "build", "fuzz")
 LARGEST_KEPT_BYTES = 2048
 MOST_KEPT = 150
+INTERRUPTED = 72  # libFuzzer's exit status after SIGINT
 
 
 def targets():
@@ -32,10 +34,27 @@ def corpus_of(target):
     return os.path.join(ROOT, "tests", "fuzz", "corpus", target)
 
 
-def fuzz(program, folder, arguments, **environment):
-    """Runs a target with libFuzzer's arguments; returns its process."""
-    return subprocess.run([program, *arguments], cwd=folder, env={**os.environ, **environment}, check=False,
-                          stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, errors="replace")
+def processor_s(pid):
+    with open(f"/proc/{pid}/stat", encoding="utf-8") as file:
+        fields = file.read().rsplit(")", 1)[1].split()
+    return sum(map(int, fields[11:13])) / os.sysconf("SC_CLK_TCK")
+
+
+def fuzz(program, folder, arguments, limit_s=None, **environment):
+    """Runs a target with libFuzzer's arguments, at most so long of the processor; returns exit status, output and
+    seconds of the processor."""
+    spent_s = 0
+    with tempfile.TemporaryFile("w+", errors="replace") as output:
+        with subprocess.Popen([program, *arguments], cwd=folder, env={**os.environ, **environment},
+                              stdout=output, stderr=subprocess.STDOUT) as process:
+            while process.poll() is None:
+                spent_s = processor_s(process.pid)
+                if limit_s is not None and spent_s >= limit_s:
+                    process.send_signal(signal.SIGINT)  # it prints its figures and ends
+                    process.wait()
+                time.sleep(0.2)
+        output.seek(0)
+        return process.returncode, output.read(), spent_s
 
 
 def keep(program, folder, target):
@@ -48,7 +67,10 @@ def keep(program, folder, target):
         for name in os.listdir(source) if os.path.isdir(source) else ():
             if os.path.getsize(os.path.join(source, name)) <= LARGEST_KEPT_BYTES:
                 shutil.copy(os.path.join(source, name), small)
-    fuzz(program, folder, ["-merge=1", fewest, small])
+    status, output, _ = fuzz(program, folder, ["-merge=1", fewest, small])
+    if status != 0 or not os.listdir(fewest):
+        print(f"{target}: the corpus stays as it is, since no smaller one could be made\n{output[-2000:]}")
+        return
     shutil.rmtree(corpus_of(target), ignore_errors=True)
     os.makedirs(corpus_of(target))
     by_size = sorted(os.listdir(fewest), key=lambda name: (os.path.getsize(os.path.join(fewest, name)), name))
@@ -61,26 +83,25 @@ def run(target, options):
     program = os.path.join(BUILD, "bin", f"fuzz_{target}")
     failures = os.path.join(BUILD, "failures")
     os.makedirs(failures, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix="weft fuzz ") as folder:
+    with tempfile.TemporaryDirectory(prefix="weft-fuzz-") as folder:
         for name in ("found", "seeds"):
             os.mkdir(os.path.join(folder, name))
         fuzz(program, folder, ["-runs=0"], WEFT_FUZZ_SEEDS=os.path.join(folder, "seeds"))
         folders = ["found", "seeds"] + ([corpus_of(target)] if os.path.isdir(corpus_of(target)) else [])
-        began, cpu = time.monotonic(), os.times()
-        done = fuzz(program, folder, [f"-runs={options.inputs}", f"-max_total_time={options.seconds}", "-max_len=65536",
-                                      "-timeout=60", "-rss_limit_mb=8192", "-print_final_stats=1",
-                                      f"-artifact_prefix={failures}/{target}-", *folders])
-        seconds, spent = time.monotonic() - began, os.times()
-        cpu_s = spent.children_user + spent.children_system - cpu.children_user - cpu.children_system
-        inputs = re.findall(r"stat::number_of_executed_units:\s*(\d+)", done.stdout)
-        reached = re.findall(r"cov: (\d+) ft: (\d+) corp: (\d+)", done.stdout) or [("?", "?", "?")]
-        passed = done.returncode == 0
+        began = time.monotonic()
+        status, output, cpu_s = fuzz(program, folder, [
+            f"-runs={options.inputs}", "-max_len=65536", "-timeout=60", "-rss_limit_mb=8192", "-print_final_stats=1",
+            f"-artifact_prefix={failures}/{target}-", *folders], options.seconds)
+        seconds = time.monotonic() - began
+        inputs = re.findall(r"stat::number_of_executed_units:\s*(\d+)", output)
+        reached = re.findall(r"cov: (\d+) ft: (\d+) corp: (\d+)", output) or [("?", "?", "?")]
+        passed = status in (0, INTERRUPTED)
         print(f"{target:14}  {int(inputs[0]) if inputs else 0:10,}  {seconds:8.0f}  {cpu_s:8.0f}  {reached[-1][0]:>6}"
               f"  {reached[-1][2]:>6}  {'pass' if passed else 'FAIL'}", flush=True)
         if not passed:
             with open(os.path.join(failures, f"{target}.log"), "w") as log:
-                log.write(done.stdout)
-            print("\n".join(done.stdout.splitlines()[-30:]))
+                log.write(output)
+            print("\n".join(output.splitlines()[-30:]))
         if options.keep:
             keep(program, folder, target)
     return passed
@@ -90,7 +111,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("targets", nargs="*", metavar="TARGET", help=f"of {', '.join(targets())}; all by default")
     parser.add_argument("--inputs", type=int, default=1_000_000, help="for each target (default 1,000,000)")
-    parser.add_argument("--seconds", type=int, default=1800, help="for each target at most (default 1800)")
+    parser.add_argument("--seconds", type=int, default=1800, help="of the processor for each target at most (default 1800)")
     parser.add_argument("--keep", action="store_true", help="keep inputs that reach new code in tests/fuzz/corpus")
     parser.add_argument("--no-build", action="store_true", help="run what is built")
     options = parser.parse_args()

@@ -10,6 +10,7 @@ namespace {
 
 using std::chrono::seconds;
 using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
 
 class SessionKeeperTest : public ::testing::Test {
  protected:
@@ -108,10 +109,12 @@ TEST_F(SessionKeeperTest, GoesOnWithTheNextDaemonAndAWholeLease) {
   EXPECT_TRUE(keeper_->Renew(session.lease()).ok());
   EXPECT_TRUE(absl::IsFailedPrecondition(keeper_->Open(Request({"a"}, "ben")).status()));
   WriteBytes(folder_ / "sessions/damaged.json", "{");
+  WriteBytes(folder_ / "sessions/copied.json", ReadBytes(folder_ / ("sessions/" + session.id() + ".json")));
   Restart();
   EXPECT_EQ(StateOf(session), v1::CAPTURE_SESSION_STATE_OPEN);
-  ASSERT_EQ(keeper_->List(10).warnings_size(), 1);
-  EXPECT_THAT(keeper_->List(10).warnings(0), HasSubstr("damaged.json"));
+  const v1::ListSessionsResponse list = keeper_->List(10);
+  EXPECT_EQ(list.sessions_size(), 1);
+  EXPECT_THAT(list.warnings(), UnorderedElementsAre(HasSubstr("damaged.json"), HasSubstr("copied.json")));
 }
 
 TEST_F(SessionKeeperTest, ARepeatedRequestGetsTheSameSession) {
