@@ -158,7 +158,7 @@ class Takes(StudioTest):
         weft(*self.register_arguments(dump=self.shown(take)["folder"], out=offline), "--frames", "0:2", check=0)
         self.assertEqual(results(self.out), results(offline))
         unnamed = weft("register", self.take, "--out", self.out, "--server", self.server, check=2)
-        self.assertIn("--rig is required", unnamed.stderr)
+        self.assertIn("--rig, --board, --template are required", unnamed.stderr)
 
     def test_cameras_of_an_operator_who_is_gone_are_free(self):
         operator, _ = self.open_session("--lease-s", 5)
