@@ -57,7 +57,7 @@ TEST(SessionFile, CamerasOfThisMachineHaveTheirOwnClock) {
   session.set_fps(30);
   v1::SessionCamera& camera = *session.add_cameras();
   camera.set_id("usb");
-  EXPECT_THAT(FaultOf(session), HasSubstr("(id usb): it needs one of the fields gige and v4l2"));
+  EXPECT_THAT(FaultOf(session), HasSubstr("(id usb): it needs one of the fields gige, v4l2 and replay"));
   camera.mutable_v4l2()->set_format("YUYV");
   EXPECT_THAT(FaultOf(session), HasSubstr("the field v4l2.device is missing"));
   camera.mutable_v4l2()->set_device("/dev/video0");
