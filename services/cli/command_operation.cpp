@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "services/cli/commands.h"
+#include "services/cli/job_view.h"
 #include "services/cli/json_output.h"
 #include "services/client/operation_client.h"
 #include "services/process/exit_status.h"
@@ -17,23 +18,8 @@ struct OperationCommandOptions {
   bool json = false;
 };
 
-const char* OperationStateWord(v1::JobState state) {
-  switch (state) {
-    case v1::JOB_STATE_QUEUED:
-      return "queued";
-    case v1::JOB_STATE_RUNNING:
-      return "running";
-    case v1::JOB_STATE_DONE:
-      return "done";
-    case v1::JOB_STATE_CANCELLED:
-      return "cancelled";
-    default:
-      return "failed";
-  }
-}
-
 void PrintOperation(const v1::Operation& operation) {
-  std::printf("%s  %-9s  weft %s", operation.id().c_str(), OperationStateWord(operation.state()),
+  std::printf("%s  %-9s  weft %s", operation.id().c_str(), JobStateWord(operation.state()),
               operation.spec().command().c_str());
   for (const v1::OperationInput& input : operation.spec().inputs()) std::printf(" %s", input.value().c_str());
   if (operation.state() == v1::JOB_STATE_RUNNING && !operation.step().empty()) {

@@ -20,6 +20,7 @@
 #include "services/options/presets.h"
 #include "services/process/exit_status.h"
 #include "services/process/stop_on_signal.h"
+#include "services/recording/session_file.h"
 
 namespace weft {
 namespace {
@@ -135,7 +136,7 @@ absl::Status Detach(const RegisterOptions& options, const v1::RegistrationSpec& 
 
 // The session of a daemon's take may name what the command line does not.
 absl::Status CheckInputsAreGiven(const RegisterOptions& options) {
-  if (!options.server.empty() && absl::StartsWith(options.dump, "take:")) return absl::OkStatus();
+  if (!options.server.empty() && absl::StartsWith(options.dump, kTakePrefix)) return absl::OkStatus();
   const std::pair<const char*, const std::string&> inputs[] = {
       {"--rig", options.rig}, {"--board", options.board}, {"--template", options.garment}};
   std::vector<std::string> missing;

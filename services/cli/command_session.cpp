@@ -3,15 +3,14 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/timed_id.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
+#include "services/cli/upload_inputs.h"
 #include "services/client/session_client.h"
 #include "services/process/exit_status.h"
 #include "services/process/stop_on_signal.h"
@@ -61,21 +60,15 @@ const char* SessionStateWord(v1::CaptureSessionState state) {
   }
 }
 
-// The daemon's own names stay, and paths are those of its machine.
-std::string AbsoluteInput(const std::string& path) {
-  if (path.empty() || absl::StartsWith(path, "library:")) return path;
-  return std::filesystem::absolute(path).lexically_normal().string();
-}
-
 absl::Status OpenRemoteSession(const SessionContext& context) {
   const SessionCommandOptions& options = context.options;
   v1::OpenSessionRequest request;
   const absl::StatusOr<v1::Session> cameras = ReadSession(options.session);
   if (!cameras.ok()) return cameras.status();
   *request.mutable_cameras() = *cameras;
-  request.set_rig(AbsoluteInput(options.rig));
-  request.set_board(AbsoluteInput(options.board));
-  request.set_garment(AbsoluteInput(options.garment));
+  request.set_rig(NameAtDaemon(options.rig));
+  request.set_board(NameAtDaemon(options.board));
+  request.set_garment(NameAtDaemon(options.garment));
   request.set_owner(options.owner.empty() ? ThisUser() : options.owner);
   request.set_lease_s(options.lease_s);
   request.set_take_over(options.take_over);

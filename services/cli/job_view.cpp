@@ -36,6 +36,23 @@ int Finished(const v1::FrameCounts& frames) {
 
 }  // namespace
 
+const char* JobStateWord(v1::JobState state) {
+  switch (state) {
+    case v1::JOB_STATE_QUEUED:
+      return "queued";
+    case v1::JOB_STATE_RUNNING:
+      return "running";
+    case v1::JOB_STATE_DONE:
+      return "done";
+    case v1::JOB_STATE_FAILED:
+      return "failed";
+    case v1::JOB_STATE_CANCELLED:
+      return "cancelled";
+    default:
+      return "unknown";
+  }
+}
+
 std::string FrameLine(const v1::FrameInfo& info) {
   std::string line = absl::StrFormat("%-6s  %-9s", info.frame(), StateWord(info));
   if (info.state() == v1::FRAME_STATE_DONE || info.state() == v1::FRAME_STATE_DEGRADED) {

@@ -29,6 +29,9 @@ class JobView {
   std::set<std::string> redone_;  // what was told of earlier results
 };
 
+// "queued", "running" ...; of operations too.
+const char* JobStateWord(v1::JobState state);
+
 // "0007  degraded  93.2 % of the cells  1.8 s  (2 of 24 cameras have no usable image)".
 std::string FrameLine(const v1::FrameInfo& info);
 

@@ -7,10 +7,10 @@
 #include <optional>
 #include <string>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/timed_id.h"
 #include "services/cli/progress.h"
+#include "services/cli/upload_inputs.h"
 #include "services/client/operation_client.h"
 #include "services/process/exit_status.h"
 #include "services/process/stop_on_signal.h"
@@ -35,14 +35,6 @@ std::string CommandWords(const CLI::App& command) {
   const CLI::App* parent = command.get_parent();
   if (parent == nullptr || parent->get_parent() == nullptr) return command.get_name();
   return absl::StrCat(CommandWords(*parent), " ", command.get_name());
-}
-
-// The daemon's own names stay; paths are those of its machine.
-std::string NameAtDaemon(const std::string& value) {
-  for (const char* prefix : {"take:", "job:", "library:"}) {
-    if (absl::StartsWith(value, prefix)) return value;
-  }
-  return fs::absolute(value).lexically_normal().string();
 }
 
 std::string NameOf(const CLI::Option& option) {

@@ -1,5 +1,6 @@
 #include "services/cli/upload_inputs.h"
 
+#include <filesystem>
 #include <optional>
 
 #include "absl/strings/match.h"
@@ -9,6 +10,8 @@
 #include "services/library/item_files.h"
 #include "services/library/item_words.h"
 #include "services/pipeline/output_folder.h"
+#include "services/recording/session_file.h"
+#include "services/rpc/operation_kinds.h"
 
 namespace weft {
 namespace {
@@ -31,7 +34,12 @@ class ByteProgress {
 }  // namespace
 
 bool IsOfDaemon(const std::string& path) {
-  return absl::StartsWith(path, "take:") || absl::StartsWith(path, kLibraryPrefix);
+  return absl::StartsWith(path, kTakePrefix) || absl::StartsWith(path, kLibraryPrefix);
+}
+
+std::string NameAtDaemon(const std::string& input) {
+  if (input.empty() || IsOfDaemon(input) || absl::StartsWith(input, kJobPrefix)) return input;
+  return std::filesystem::absolute(input).lexically_normal().string();
 }
 
 absl::StatusOr<v1::LibraryItem> UploadInput(const RegistrationClient& connection, const LocalInput& input,

@@ -37,6 +37,7 @@
 #include "services/library/item_words.h"
 #include "services/recorder/recorder_process.h"
 #include "services/rpc/error_detail.h"
+#include "services/rpc/operation_kinds.h"
 
 namespace weft {
 namespace {
@@ -178,7 +179,7 @@ ResolveInput Daemon::InputsOf(const DaemonOptions& options, const PathPolicy& po
   return [&parts, policy, takes_folder = absl::StrCat(options.state_folder, "/takes")](
              const std::string& field, const std::string& value) -> absl::StatusOr<std::string> {
     absl::string_view id = value;
-    if (absl::ConsumePrefix(&id, "job:")) {
+    if (absl::ConsumePrefix(&id, kJobPrefix)) {
       const absl::StatusOr<v1::Job> job = parts.queue->Get(std::string(id));
       return job.ok() ? absl::StatusOr<std::string>(job->spec().out()) : job.status();
     }

@@ -11,6 +11,7 @@
 #include "services/daemon/request_check.h"
 #include "services/files/json_file.h"
 #include "services/recorder/recorder_files.h"
+#include "services/recording/session_file.h"
 
 namespace weft {
 
@@ -56,7 +57,7 @@ v1::RecordedTake DescribeTakeFolder(const std::string& id, const std::string& fo
 
 absl::StatusOr<std::string> TakeOfName(const std::string& takes_folder, const std::string& name) {
   absl::string_view id = name;
-  if (!absl::ConsumePrefix(&id, "take:")) return name;
+  if (!absl::ConsumePrefix(&id, kTakePrefix)) return name;
   if (absl::Status status = CheckTakeId(std::string(id)); !status.ok()) return status;
   return RecorderFiles(absl::StrCat(takes_folder, "/", id)).take;
 }

@@ -117,15 +117,27 @@ void TakeKeeper::CloseDead(std::set<std::string>& known) {
   }
 }
 
-std::map<std::string, std::string> TakeKeeper::UsersOfDevices() const {
-  std::map<std::string, std::string> users;
+std::map<std::string, v1::Session> TakeKeeper::LivingSessions() const {
+  std::map<std::string, v1::Session> sessions;
   for (const std::string& id : TakesIn(options_.takes_folder)) {
     const absl::StatusOr<RecorderView> take = LookAtRecorder(FolderOf(id));
-    if (!take.ok() || !take->lives) continue;
-    for (const std::string& device : DevicesOf(take->request.session()))
-      users[device] = absl::StrCat("take ", id);
+    if (take.ok() && take->lives) sessions[id] = take->request.session();
+  }
+  return sessions;
+}
+
+std::map<std::string, std::string> TakeKeeper::UsersOfDevices() const {
+  std::map<std::string, std::string> users;
+  for (const auto& [id, session] : LivingSessions()) {
+    for (const std::string& device : DevicesOf(session)) users[device] = absl::StrCat("take ", id);
   }
   return users;
+}
+
+std::set<std::string> TakeKeeper::ReplayedTakes() const {
+  std::set<std::string> folders;
+  for (const auto& [id, session] : LivingSessions()) folders.merge(ReplayedTakesOf(session));
+  return folders;
 }
 
 absl::Status TakeKeeper::CheckCamerasAreFree(const std::string& field, const v1::Session& session) const {
@@ -138,15 +150,6 @@ absl::Status TakeKeeper::CheckCamerasAreFree(const std::string& field, const v1:
         {field, absl::StrCat("camera ", device, " films ", user->second), "stop that take first"});
   }
   return absl::OkStatus();
-}
-
-bool TakeKeeper::IsRead(const std::string& take_folder) const {
-  if (options_.is_read(take_folder)) return true;
-  const std::vector<std::string> takes = TakesIn(options_.takes_folder);
-  return std::any_of(takes.begin(), takes.end(), [&](const std::string& id) {
-    const absl::StatusOr<RecorderView> take = LookAtRecorder(FolderOf(id));
-    return take.ok() && take->lives && ReplayedTakesOf(take->request.session()).contains(take_folder);
-  });
 }
 
 absl::Status TakeKeeper::ResolveReplays(const std::string& field, v1::Session& session) const {

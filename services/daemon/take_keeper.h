@@ -11,6 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "services/daemon/take_retention.h"
+#include "weft/v1/session.pb.h"
 #include "weft/v1/takes.pb.h"
 
 namespace weft {
@@ -23,7 +24,7 @@ struct TakeKeeperOptions {
   RetentionRules retention;
   // A take that cameras of a session replay, as a path that may be read. Errors name the field.
   std::function<absl::StatusOr<std::string>(const std::string& field, const std::string& take)> resolve_take;
-  // Whether an unfinished job reads this folder.
+  // Whether an unfinished job or operation reads this folder.
   std::function<bool(const std::string& folder)> is_read = [](const std::string&) { return false; };
 };
 
@@ -68,8 +69,10 @@ class TakeKeeper {
  private:
   std::string FolderOf(const std::string& id) const { return options_.takes_folder + "/" + id; }
   std::string TrashOf(const std::string& id) const { return options_.trash_folder + "/" + id; }
-  // By a job, an operation, or a take whose cameras replay it.
-  bool IsRead(const std::string& take_folder) const;
+  // By id of the take that each living recorder writes.
+  std::map<std::string, v1::Session> LivingSessions() const;
+  // The folders of the takes that living recorders replay.
+  std::set<std::string> ReplayedTakes() const;
   absl::Status ResolveReplays(const std::string& field, v1::Session& session) const;
   absl::StatusOr<v1::RecordedTake> GetLocked(const std::string& id);  // errors of Get
   void WorkInBackground(const std::stop_token& stop);

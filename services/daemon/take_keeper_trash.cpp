@@ -97,7 +97,7 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Delete(const std::string& id, const
   if (!take.ok()) return take;
   if (take->recorder_lives()) return InUse(id, "is being recorded", "stop it first");
   if (take->keeping().pinned()) return InUse(id, "is pinned", "unpin it first");
-  if (IsRead(take->folder()))
+  if (options_.is_read(take->folder()) || ReplayedTakes().contains(take->folder()))
     return InUse(id, "is read by a job, an operation or a take that replays it", "wait for it or cancel it");
   take->mutable_keeping()->set_deleted_unix_ns(HostTime_ns());
   take->mutable_keeping()->set_deleted_because(because);
@@ -155,8 +155,10 @@ absl::StatusOr<v1::EmptyTrashResponse> TakeKeeper::EmptyTrash(const std::string&
 void TakeKeeper::ClearAway() {
   std::vector<KeptTake> takes;
   const v1::ListTakesResponse list = List(SIZE_MAX, false);
+  const std::set<std::string> replayed = ReplayedTakes();
   for (const v1::RecordedTake& take : list.takes()) {
-    const bool kept = take.recorder_lives() || take.keeping().pinned() || IsRead(take.folder());
+    const bool kept = take.recorder_lives() || take.keeping().pinned() || replayed.contains(take.folder()) ||
+                      options_.is_read(take.folder());
     takes.push_back({take.id(), take.state().updated_unix_ns(), 0, BytesOf(FolderOf(take.id())), kept});
   }
   // Whatever lies in the trash, also what a removal that was killed left of a take.

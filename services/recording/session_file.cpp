@@ -92,7 +92,7 @@ absl::StatusOr<v1::Session> ReadSession(const std::string& path) {
   if (status.ok()) status = CheckSession(session, path);
   if (!status.ok()) return status;
   for (v1::SessionCamera& camera : *session.mutable_cameras()) {
-    if (!camera.has_replay() || absl::StartsWith(camera.replay().take(), "take:")) continue;
+    if (!camera.has_replay() || absl::StartsWith(camera.replay().take(), kTakePrefix)) continue;
     const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
     camera.mutable_replay()->set_take((folder / camera.replay().take()).lexically_normal().string());
   }

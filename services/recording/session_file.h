@@ -12,6 +12,9 @@
 
 namespace weft {
 
+// Before the id of a daemon's take where a path could stand.
+inline constexpr char kTakePrefix[] = "take:";
+
 // InvalidArgument names file and field. At least one camera, ids unique and fit for file names, every camera
 // with a device.
 absl::StatusOr<v1::Session> ReadSession(const std::string& path);

@@ -6,6 +6,9 @@
 
 namespace weft {
 
+// Before the id of a job where a command reads the folder of its results.
+inline constexpr char kJobPrefix[] = "job:";
+
 // A file or folder that a command reads.
 struct OperationInputKind {
   const char* name;  // of the input, and of the command's option unless it is positional

@@ -1,7 +1,6 @@
 // Manifests and requests of uploads, on a real library in a temporary folder. Nothing may be written beside
 // its item, and what is taken in has the hashes that were declared.
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <memory>
@@ -21,7 +20,7 @@ namespace fs = std::filesystem;
 // In memory where that is possible: this is about names and bytes, not about disks.
 class Store {
  public:
-  Store() : folder_(Parent() / ("weft_fuzz_library_" + std::to_string(getpid()))) {
+  Store() : folder_(weft::FuzzFolder("library")) {
     fs::remove_all(folder_);
     fs::create_directories(state());
     auto library = weft::Library::Open(state());
@@ -41,9 +40,6 @@ class Store {
   }
 
  private:
-  static fs::path Parent() {
-    return access("/dev/shm", W_OK) == 0 ? fs::path("/dev/shm") : fs::temp_directory_path();
-  }
   static ptrdiff_t CountIn(const fs::path& folder) {
     return std::distance(fs::directory_iterator(folder), fs::directory_iterator());
   }

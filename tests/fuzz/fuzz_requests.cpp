@@ -6,7 +6,6 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <chrono>
@@ -102,7 +101,7 @@ std::string BytesOf(const grpc::ByteBuffer& buffer) {
 
 class Server {
  public:
-  Server() : folder_(Parent() / absl::StrCat("weft_fuzz_requests_", getpid())) {
+  Server() : folder_(weft::FuzzFolder("requests")) {
     spdlog::set_level(spdlog::level::off);
     StartAnew();
   }
@@ -125,10 +124,6 @@ class Server {
   }
 
  private:
-  static fs::path Parent() {
-    return access("/dev/shm", W_OK) == 0 ? fs::path("/dev/shm") : fs::temp_directory_path();
-  }
-
   void StartAnew() {
     daemon_.reset();
     fs::remove_all(folder_);

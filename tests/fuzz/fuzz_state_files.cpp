@@ -2,7 +2,6 @@
 // chooses the file, the rest is its content. Whoever reads it at the daemon's start goes on without it, says
 // which file it is, and never changes or removes what it could not read.
 #include <spdlog/spdlog.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <map>
@@ -25,6 +24,7 @@
 namespace {
 
 namespace fs = std::filesystem;
+using weft::FuzzFolder;
 using weft::FuzzRequire;
 
 const std::string kId = "20260101-000000-00000001";
@@ -32,7 +32,7 @@ const std::string kItem = std::string(64, 'a');
 
 class State {
  public:
-  State() : folder_(Parent() / absl::StrCat("weft_fuzz_state_", getpid())) {
+  State() : folder_(FuzzFolder("state_files")) {
     spdlog::set_level(spdlog::level::off);
     fs::remove_all(folder_);
   }
@@ -62,10 +62,6 @@ class State {
   }
 
  private:
-  static fs::path Parent() {
-    return access("/dev/shm", W_OK) == 0 ? fs::path("/dev/shm") : fs::temp_directory_path();
-  }
-
   // What stands beside the file, so that reading goes on.
   static const std::map<std::string, std::string>& Companions() {
     static const std::map<std::string, std::string> files = {

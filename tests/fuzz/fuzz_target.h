@@ -2,9 +2,12 @@
 // valid.
 #pragma once
 
+#include <unistd.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 #include <vector>
 
@@ -19,6 +22,13 @@ std::vector<std::string> FuzzSeeds();
 // Ends the program when a property of the parser does not hold, as a sanitizer would.
 inline void FuzzRequire(bool holds) {
   if (!holds) std::abort();
+}
+
+// A path for the files of one target's process, in memory where the machine has such a folder.
+inline std::filesystem::path FuzzFolder(const std::string& target) {
+  const std::filesystem::path memory = "/dev/shm";
+  return (access(memory.c_str(), W_OK) == 0 ? memory : std::filesystem::temp_directory_path()) /
+         ("weft_fuzz_" + target + "_" + std::to_string(getpid()));
 }
 
 }  // namespace weft
