@@ -65,6 +65,10 @@ class QuickStart(unittest.TestCase):
                                   env={**os.environ, "WEFT_BUILD_DIR": os.path.dirname(BIN)}, capture_output=True,
                                   text=True, timeout=LONG_S, check=False)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            live = [name for name in os.listdir(f"{folder}/out/live") if name.isdigit()]
+            self.assertGreater(len(live), 5, done.stdout)
+            self.assertRegex(done.stderr, r"(?m)^0\d\d\d    (done|degraded) .* after its recording$")
+            self.assertRegex(done.stdout, r"(?m)^\S+  ended .* \d+ sets,")
             frames = [name for name in os.listdir(f"{folder}/out/result") if name.isdigit()]
             self.assertGreater(len(frames), 1)
             for frame in frames:
