@@ -63,7 +63,7 @@ class QuickStart(unittest.TestCase):
         with tempfile.TemporaryDirectory(prefix="weft quick start ") as folder:
             done = subprocess.run([os.path.join(SOURCE, "deploy", "quickstart.sh"), os.path.join(folder, "out")],
                                   env={**os.environ, "WEFT_BUILD_DIR": os.path.dirname(BIN)}, capture_output=True,
-                                  text=True, timeout=LONG_S, check=False)
+                                  text=True, timeout=2 * LONG_S, check=False)
             self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
             live = [name for name in os.listdir(f"{folder}/out/live") if name.isdigit()]
             self.assertGreater(len(live), 5, done.stdout)
