@@ -17,8 +17,8 @@
 namespace weft {
 namespace {
 
-int WriteAndFlush(const std::string& path, std::string_view bytes) {
-  UniqueFd file(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
+int WriteAndFlush(const std::string& path, std::string_view bytes, mode_t mode) {
+  UniqueFd file(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
   if (!file.open()) return errno;
   if (const int error = WriteAll(file.get(), bytes)) return error;
   if (fsync(file.get()) != 0) return errno;
@@ -111,10 +111,10 @@ absl::StatusOr<std::string> ReadWholeFile(const std::string& path, uint64_t max_
   return bytes;
 }
 
-absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes) {
+absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes, mode_t mode) {
   static std::atomic<uint64_t> counter{0};
   const std::string temporary = absl::StrCat(path, ".tmp.", getpid(), ".", counter++);
-  int error = WriteAndFlush(temporary, bytes);
+  int error = WriteAndFlush(temporary, bytes, mode);
   if (error == 0 && rename(temporary.c_str(), path.c_str()) != 0) error = errno;
   if (error != 0) {
     unlink(temporary.c_str());

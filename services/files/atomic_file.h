@@ -1,6 +1,8 @@
 // Whole files in and out; nothing half-written ever stands under a final name.
 #pragma once
 
+#include <sys/types.h>
+
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -21,7 +23,8 @@ int WriteAll(int fd, std::string_view bytes);
 // so that the file survives a power failure. The folder must exist. NotFound, PermissionDenied,
 // ResourceExhausted (disk full) or Unavailable; the message names file and remedy, and the temporary file is
 // not left behind. After an error of the last flush the new file stands, and may be lost in a power failure.
-absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes);
+// `mode` is the file's, less the process's umask.
+absl::Status WriteFileAtomically(const std::string& path, std::string_view bytes, mode_t mode = 0666);
 
 // Whether WriteFileAtomically gives the file `file` temporary names like `name`.
 bool IsTemporaryNameOf(std::string_view name, std::string_view file);

@@ -17,13 +17,8 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "services/files/atomic_file.h"
-#include "weft/v1/cameras.pb.h"
-#include "weft/v1/jobs.pb.h"
-#include "weft/v1/library.pb.h"
-#include "weft/v1/operations.pb.h"
-#include "weft/v1/server.pb.h"
-#include "weft/v1/sessions.pb.h"
-#include "weft/v1/takes.pb.h"
+#include "services/rpc/service_files.h"
+#include "weft/v1/access.pb.h"
 
 namespace weft {
 namespace {
@@ -33,14 +28,6 @@ using google::protobuf::EnumDescriptor;
 using google::protobuf::FieldDescriptor;
 using google::protobuf::FileDescriptor;
 using google::protobuf::ServiceDescriptor;
-
-// The files that declare services.
-std::vector<const FileDescriptor*> ServiceFiles() {
-  return {v1::LookAtCamerasRequest::descriptor()->file(), v1::SubmitJobRequest::descriptor()->file(),
-          v1::BeginUploadRequest::descriptor()->file(),   v1::ServerInfo::descriptor()->file(),
-          v1::CaptureSession::descriptor()->file(),       v1::Operation::descriptor()->file(),
-          v1::RecordedTake::descriptor()->file()};
-}
 
 // What services, and all messages that they send or receive, look like from outside.
 class ApiText {
@@ -126,6 +113,13 @@ TEST(Api, IsThatOfAllFilesThatDeclareServices) {
       declared.insert(std::filesystem::relative(entry.path(), root).string());
   }
   EXPECT_EQ(known, declared);
+}
+
+TEST(Api, EveryMethodSaysWhoMayCallIt) {
+  for (const google::protobuf::MethodDescriptor* method : ServiceMethods()) {
+    EXPECT_NE(method->options().GetExtension(v1::role), v1::ROLE_UNSPECIFIED)
+        << method->full_name() << ": give it the option (role); access.proto says what the roles are";
+  }
 }
 
 }  // namespace
