@@ -7,6 +7,7 @@
 
 namespace weft {
 
+void AddAccessCommand(CLI::App& app, CommandLine& line);
 void AddJobCommand(CLI::App& app, CommandLine& line);
 void AddLibraryCommand(CLI::App& app, CommandLine& line);
 void AddRegisterCommand(CLI::App& app, CommandLine& line);

@@ -80,6 +80,7 @@ int main(int argc, char** argv) {
   weft::AddSessionCommand(app, line);
   weft::AddTakeCommand(app, line);
   weft::AddOperationCommand(app, line);
+  weft::AddAccessCommand(app, line);
   weft::AddRigCommand(app, line);
   weft::AddPatternCommand(app, line);
   weft::AddTemplateCommand(app, line);

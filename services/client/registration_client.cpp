@@ -2,49 +2,20 @@
 
 #include <grpcpp/grpcpp.h>
 
-#include <charconv>
-
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "services/client/channel.h"
 #include "services/client/daemon_call.h"
 #include "services/client/file_transfer.h"
 #include "services/rpc/grpc_status.h"
 #include "weft/v1/server.grpc.pb.h"
 
 namespace weft {
-namespace {
-
-constexpr int kMaxAnswerBytes = 64 << 20;
-
-absl::Status CheckServer(const std::string& server) {
-  const size_t colon = server.rfind(':');
-  int port = 0;
-  if (colon != std::string::npos && colon > 0) {
-    const char* const end = server.data() + server.size();
-    const auto [rest, error] = std::from_chars(server.data() + colon + 1, end, port);
-    if (error == std::errc() && rest == end && port > 0 && port < 65536) return absl::OkStatus();
-  }
-  return absl::InvalidArgumentError(
-      absl::StrCat("server: \"", server, "\" is not HOST:PORT, for example 127.0.0.1:7411"));
-}
-
-grpc::ChannelArguments ChannelSettings() {
-  grpc::ChannelArguments settings;
-  settings.SetMaxReceiveMessageSize(kMaxAnswerBytes);
-  settings.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
-  // Notices a daemon whose machine went away while a job is watched.
-  settings.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 60'000);
-  settings.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
-  settings.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  return settings;
-}
-
-}  // namespace
-
 absl::StatusOr<std::unique_ptr<RegistrationClient>> RegistrationClient::Connect(
     const std::string& server, std::chrono::milliseconds patience) {
-  if (absl::Status status = CheckServer(server); !status.ok()) return status;
-  auto channel = grpc::CreateCustomChannel(server, grpc::InsecureChannelCredentials(), ChannelSettings());
+  const auto opened = OpenChannel(server, ClientIdentity::FromEnvironment());
+  if (!opened.ok()) return opened.status();
+  const std::shared_ptr<grpc::Channel>& channel = *opened;
   std::unique_ptr<RegistrationClient> client(new RegistrationClient(server, channel));
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + patience);

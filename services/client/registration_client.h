@@ -19,8 +19,9 @@ namespace weft {
 // server and the remedy. Thread safety: any thread may call any function.
 class RegistrationClient {
  public:
-  // `server` is HOST:PORT. Asks the daemon who it is, so a wrong address shows here. InvalidArgument: not an
-  // address. FailedPrecondition: something else answers there.
+  // `server` is HOST:PORT or unix:PATH; the environment says who the client is (ClientIdentity). Asks the
+  // daemon who it is, so a wrong address shows here. FailedPrecondition: something else answers there.
+  // Unauthenticated: the daemon does not know the client. Errors of OpenChannel besides.
   static absl::StatusOr<std::unique_ptr<RegistrationClient>> Connect(
       const std::string& server, std::chrono::milliseconds patience = std::chrono::seconds(5));
 

@@ -19,9 +19,10 @@ grpc::Status Answer(const char* method, const std::function<absl::Status()>& han
     status = absl::InternalError(error.what());
   }
   if (!status.ok()) {
-    // Without payloads, which ToString would print as bytes.
+    // Without payloads, which ToString would print as bytes. A message quotes what clients sent.
+    constexpr size_t kLongestLogged = 500;
     spdlog::info("{}: {}: {}", method, absl::StatusCodeToString(status.code()),
-                 EscapedText(std::string(status.message())));
+                 EscapedText(std::string(status.message().substr(0, kLongestLogged))));
   }
   return ToGrpcStatus(status);
 }

@@ -11,13 +11,16 @@
 #include <optional>
 
 #include "absl/strings/match.h"
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "absl/strings/strip.h"
 #include "base/host_clock.h"
+#include "capture/file/plain_text.h"
+#include "services/access/access_list.h"
 #include "services/catalogue/catalogue.h"
 #include "services/catalogue/folder_sync.h"
 #include "services/daemon/camera_service.h"
+#include "services/daemon/connections.h"
 #include "services/daemon/cores.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_service.h"
@@ -26,6 +29,7 @@
 #include "services/daemon/operation_queue.h"
 #include "services/daemon/operation_service.h"
 #include "services/daemon/path_policy.h"
+#include "services/daemon/server_credentials.h"
 #include "services/daemon/server_service.h"
 #include "services/daemon/session_keeper.h"
 #include "services/daemon/session_service.h"
@@ -38,28 +42,14 @@
 #include "services/recorder/recorder_process.h"
 #include "services/rpc/error_detail.h"
 #include "services/rpc/operation_kinds.h"
+#include "services/rpc/service_files.h"
 
 namespace weft {
 namespace {
 
-constexpr const char* kServiceNames[] = {"weft.v1.Cameras",    "weft.v1.Jobs",   "weft.v1.Library",
-                                         "weft.v1.Operations", "weft.v1.Server", "weft.v1.Sessions",
-                                         "weft.v1.Takes"};
 constexpr int kMaxRequestBytes = 1 << 20;
 constexpr int kMaxThreads = 64;  // calls at once; watchers need none
 constexpr int kMaxWorkers = 1024;
-
-// The part before the port. InvalidArgument: not HOST:PORT.
-absl::StatusOr<std::string> HostOf(const std::string& listen) {
-  const size_t colon = listen.rfind(':');
-  int port = -1;
-  if (colon == std::string::npos || colon == 0 || !absl::SimpleAtoi(listen.substr(colon + 1), &port) ||
-      port < 0 || port > 65535) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--listen: \"", listen, "\" is not HOST:PORT, for example 127.0.0.1:7411"));
-  }
-  return listen.substr(0, colon);
-}
 
 // Has the lock that processes of a daemon inherit: those that an earlier one left behind are gone.
 absl::StatusOr<FileLock> TakeFence(const std::string& state_folder) {
@@ -128,8 +118,9 @@ void ConfigureServer(grpc::ServerBuilder& builder) {
   grpc::ResourceQuota quota("weftd");
   quota.SetMaxThreads(kMaxThreads);
   builder.SetResourceQuota(quota);
-  // A second daemon on the port is an error, not a rival.
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  // Whoever connects and says nothing is let go.
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 10'000);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 100);
   // Clients whose machine went away are noticed.
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 60'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
@@ -141,6 +132,8 @@ void ConfigureServer(grpc::ServerBuilder& builder) {
 // In the order in which they depend on each other.
 struct Daemon::Parts {
   std::optional<FileLock> fence;
+  std::unique_ptr<AccessControl> access;
+  std::unique_ptr<RevocationList> revocations;  // null: none is asked
   std::unique_ptr<JobQueue> queue;
   std::unique_ptr<Library> library;
   std::unique_ptr<JobService> jobs;
@@ -153,6 +146,7 @@ struct Daemon::Parts {
   std::unique_ptr<SessionService> sessions;
   std::unique_ptr<TakeService> takes;
   std::unique_ptr<LibraryService> library_service;
+  std::unique_ptr<Connections> connections;
   std::unique_ptr<grpc::Server> server;
   std::once_flag stopped;
 };
@@ -212,8 +206,19 @@ OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const P
 }
 
 absl::Status DaemonOptions::Validate() const {
-  if (const auto host = HostOf(listen); !host.ok()) return host.status();
   if (state_folder.empty()) return absl::InvalidArgumentError("--state: must not be empty");
+  for (const std::string& text : listen) {
+    const absl::StatusOr<ListenAddress> address = ParseListenAddress(text);
+    if (!address.ok()) return address.status();
+    if (address->kind != ListenKind::kNetwork) continue;
+    if (tls.certificate.empty() || tls.key.empty()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--listen: ", text,
+                       " can be reached from other machines, which needs TLS; give --tls-cert and "
+                       "--tls-key, or listen on 127.0.0.1"));
+    }
+    if (absl::Status status = CheckTlsFiles(tls); !status.ok()) return status;
+  }
   if (workers < 0 || workers > kMaxWorkers) {
     return absl::InvalidArgumentError(absl::StrCat("--workers: ", workers, ", must be 0 to ", kMaxWorkers));
   }
@@ -234,6 +239,10 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   if (!policy.ok()) return policy.status();
   if (absl::Status status = CreateFolders(options.state_folder); !status.ok()) return status;
   options.state_folder = std::filesystem::canonical(options.state_folder).string();
+  // Takes, results and the list of clients are nobody else's.
+  std::error_code error;
+  std::filesystem::permissions(options.state_folder, std::filesystem::perms::owner_all, error);
+  if (error) return WriteError(options.state_folder, error.value());
 
   std::unique_ptr<Daemon> daemon(new Daemon());
   const CoreShare share = ShareCores(UsableCores(), options.workers, options.threads_per_worker);
@@ -278,12 +287,29 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
 }
 
 absl::Status Daemon::Listen(const DaemonOptions& options) {
+  std::vector<std::string> texts = options.listen;
+  if (texts.empty()) texts.push_back(absl::StrCat("unix:", options.state_folder, "/weftd.sock"));
+  std::vector<ListeningSocket> sockets;
+  for (const std::string& text : texts) {
+    const absl::StatusOr<ListenAddress> address = ParseListenAddress(text);
+    if (!address.ok()) return address.status();
+    absl::StatusOr<ListeningSocket> socket = ListenAt(*address);
+    if (!socket.ok()) return socket.status();
+    addresses_.push_back(socket->address);
+    sockets.push_back(*std::move(socket));
+  }
+  const auto warn = [](const std::string& message) { spdlog::warn("{}", EscapedText(message)); };
+  parts_->access = std::make_unique<AccessControl>(AccessListFile(options.state_folder), warn);
+  if (!options.tls.client_revocations.empty())
+    parts_->revocations = std::make_unique<RevocationList>(options.tls.client_revocations, warn);
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   ConfigureServer(builder);
-  int port = 0;
-  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &port);
+  ServerCredentialsMaker credentials(options.tls);
+  parts_->connections = std::make_unique<Connections>(
+      std::move(sockets), ConnectionLimits(), CallerSources{*parts_->access, parts_->revocations.get()},
+      [&credentials](ListenKind kind) { return credentials.Make(kind); }, builder);
   builder.RegisterService(parts_->cameras.get());
   builder.RegisterService(parts_->jobs.get());
   builder.RegisterService(parts_->operations.get());
@@ -292,21 +318,19 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   builder.RegisterService(parts_->takes.get());
   builder.RegisterService(parts_->library_service.get());
   parts_->server = builder.BuildAndStart();
-  if (parts_->server == nullptr || port == 0) {
-    return absl::FailedPreconditionError(absl::StrCat(
-        "--listen: ", options.listen,
-        " cannot be listened on; is another program using the port, or is the address not one of "
-        "this machine's?"));
+  if (parts_->server == nullptr) return absl::InternalError("gRPC starts no server; its log says why");
+  for (const google::protobuf::FileDescriptor* file : ServiceFiles()) {
+    for (int i = 0; i < file->service_count(); ++i)
+      parts_->server->GetHealthCheckService()->SetServingStatus(file->service(i)->full_name(), true);
   }
-  for (const char* name : kServiceNames)
-    parts_->server->GetHealthCheckService()->SetServingStatus(name, true);
-  address_ = absl::StrCat(*HostOf(options.listen), ":", port);
+  if (absl::Status status = parts_->connections->Begin(); !status.ok()) return status;
   if (options.address_file.empty()) return absl::OkStatus();
-  return WriteFileAtomically(options.address_file, absl::StrCat(address_, "\n"));
+  return WriteFileAtomically(options.address_file, absl::StrCat(absl::StrJoin(addresses_, "\n"), "\n"));
 }
 
 void Daemon::Stop() {
   std::call_once(parts_->stopped, [this] {
+    if (parts_->connections) parts_->connections->Stop();
     if (parts_->server) parts_->server->GetHealthCheckService()->Shutdown();
     if (parts_->queue) parts_->queue->Stop();
     if (parts_->take_keeper) parts_->take_keeper->Stop();

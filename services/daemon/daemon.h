@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/access/certificates.h"
 #include "services/daemon/operation_command.h"
 #include "services/daemon/prepare_job.h"
 #include "services/daemon/take_retention.h"
@@ -24,17 +25,19 @@ struct OperationQueueOptions;
 struct TakeKeeperOptions;
 
 struct DaemonOptions {
-  std::string listen = "127.0.0.1:7411";  // HOST:PORT; port 0 takes a free one
-  std::string state_folder;               // made where it is missing
-  std::vector<std::string> allow_paths;   // folders that clients may name
-  int workers = 0;                        // processes; 0 chooses by the number of cores
-  int threads_per_worker = 0;             // 0 chooses by the number of cores
-  int64_t worker_memory_mib = 0;          // of a worker; 0 shares the machine's, negative: any
-  std::string worker_program;             // weft-worker
-  std::string recorder_program;           // weft-recorder
-  std::string command_program;            // weft, for operations
-  RetentionRules retention;               // of takes
-  std::string address_file;               // gets HOST:PORT once the daemon listens; empty for none
+  // "unix:PATH" or HOST:PORT; port 0 takes a free one. Empty: weftd.sock in the state folder.
+  std::vector<std::string> listen;
+  TlsFiles tls;                          // for addresses that other machines reach
+  std::string state_folder;              // made where it is missing
+  std::vector<std::string> allow_paths;  // folders that clients may name
+  int workers = 0;                       // processes; 0 chooses by the number of cores
+  int threads_per_worker = 0;            // 0 chooses by the number of cores
+  int64_t worker_memory_mib = 0;         // of a worker; 0 shares the machine's, negative: any
+  std::string worker_program;            // weft-worker
+  std::string recorder_program;          // weft-recorder
+  std::string command_program;           // weft, for operations
+  RetentionRules retention;              // of takes
+  std::string address_file;              // gets the addresses once the daemon listens; empty for none
   std::chrono::milliseconds stop_grace{5000};
   std::chrono::milliseconds silence_limit{std::chrono::minutes(15)};
 
@@ -58,8 +61,9 @@ class Daemon {
   static absl::StatusOr<std::unique_ptr<Daemon>> Start(DaemonOptions options);
   ~Daemon();
 
-  // HOST:PORT with the port that was chosen.
-  const std::string& address() const { return address_; }
+  // The first one that it listens on, with the port that was chosen.
+  const std::string& address() const { return addresses_.front(); }
+  const std::vector<std::string>& addresses() const { return addresses_; }
   int workers() const { return workers_; }
   int threads_per_worker() const { return threads_per_worker_; }
 
@@ -77,7 +81,7 @@ class Daemon {
                                             const Parts& parts);
   absl::Status Listen(const DaemonOptions& options);
 
-  std::string address_;
+  std::vector<std::string> addresses_;
   int workers_ = 0;
   int threads_per_worker_ = 0;
   std::unique_ptr<Parts> parts_;

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <stop_token>
 
+#include "absl/strings/str_join.h"
 #include "services/daemon/daemon.h"
 #include "services/process/exit_status.h"
 #include "services/process/help.h"
@@ -33,12 +34,30 @@ std::string ProgramBeside(const char* name) {
   return error ? "" : (self.parent_path() / name).string();
 }
 
+void AddTlsOptions(CLI::App& app, weft::TlsFiles& tls) {
+  app.add_option("--tls-cert", tls.certificate, "Certificate of the daemon, with its chain, PEM")
+      ->type_name("FILE");
+  app.add_option("--tls-key", tls.key, "Its key, PEM, closed to other users")->type_name("FILE");
+  app.add_option(
+         "--tls-client-ca", tls.client_authority,
+         "Certificates of the authority that vouches for clients, PEM. Clients may then show a certificate "
+         "instead of a token; `weft access certificate` gives its owner a role")
+      ->type_name("FILE");
+  app.add_option("--tls-client-crl", tls.client_revocations,
+                 "The authority's list of revoked certificates, PEM")
+      ->type_name("FILE");
+}
+
 void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_level) {
   app.option_defaults()->always_capture_default();
-  app.add_option("--listen", options.listen,
-                 "HOST:PORT to listen on; port 0 takes a free one. There is no access control: anyone who "
-                 "reaches the port may register takes, so keep it on loopback or a trusted network")
+  app.add_option(
+         "--listen", options.listen,
+         "unix:PATH or HOST:PORT to listen on; port 0 takes a free one; may be given several times. The "
+         "default is unix:STATE/weftd.sock. The daemon's user and root may do everything there and on "
+         "loopback; all others need a token or a certificate (`weft access`). Beyond this machine it "
+         "needs --tls-cert and --tls-key")
       ->type_name("ADDRESS");
+  AddTlsOptions(app, options.tls);
   app.add_option("--state", options.state_folder,
                  "Folder for the list of jobs, and for results whose folder is not shared")
       ->required()
@@ -81,7 +100,8 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
                  "The same when less of the disk is free; 0 removes nothing for its sake")
       ->type_name("GIB")
       ->check(CLI::NonNegativeNumber);
-  app.add_option("--address-file", options.address_file, "Write HOST:PORT here once the daemon listens")
+  app.add_option("--address-file", options.address_file,
+                 "Write the addresses here once the daemon listens, a line each")
       ->type_name("FILE");
   app.add_option("--log-level", log_level, "How much to log, on standard error")
       ->type_name("LEVEL")
@@ -103,8 +123,9 @@ int RunDaemon(const weft::DaemonOptions& options) {
   const weft::StopOnSignal signals;
   const absl::StatusOr<std::unique_ptr<weft::Daemon>> daemon = weft::Daemon::Start(options);
   if (!daemon.ok()) return Fail(daemon.status());
-  spdlog::info("weftd " WEFT_VERSION " listens on {}, {} workers with {} threads each", (*daemon)->address(),
-               (*daemon)->workers(), (*daemon)->threads_per_worker());
+  spdlog::info("weftd " WEFT_VERSION " listens on {}, {} workers with {} threads each",
+               absl::StrJoin((*daemon)->addresses(), ", "), (*daemon)->workers(),
+               (*daemon)->threads_per_worker());
   WaitForStop(signals.token());
   spdlog::info("stopping; unfinished jobs go on at the next start");
   (*daemon)->Stop();

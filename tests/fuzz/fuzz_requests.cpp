@@ -19,6 +19,7 @@
 #include "absl/strings/str_replace.h"
 #include "capture/file/plain_text.h"
 #include "services/daemon/daemon.h"
+#include "services/rpc/service_files.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/services/daemon/acting_inputs.h"
 #include "weft/v1/cameras.pb.h"
@@ -43,19 +44,8 @@ constexpr int kDaemonsPerFolder = 4;
 const std::vector<const pb::MethodDescriptor*>& Methods() {
   static const auto methods = [] {
     std::vector<const pb::MethodDescriptor*> found;
-    for (const pb::FileDescriptor* file :
-         {weft::v1::LookAtCamerasRequest::descriptor()->file(), weft::v1::GetJobRequest::descriptor()->file(),
-          weft::v1::BeginUploadRequest::descriptor()->file(),
-          weft::v1::StartOperationRequest::descriptor()->file(),
-          weft::v1::GetServerInfoRequest::descriptor()->file(),
-          weft::v1::OpenSessionRequest::descriptor()->file(),
-          weft::v1::StartTakeRequest::descriptor()->file()}) {
-      for (int i = 0; i < file->service_count(); ++i) {
-        for (int k = 0; k < file->service(i)->method_count(); ++k) {
-          const pb::MethodDescriptor* method = file->service(i)->method(k);
-          if (method->name() != "ListCameras") found.push_back(method);
-        }
-      }
+    for (const pb::MethodDescriptor* method : weft::ServiceMethods()) {
+      if (method->name() != "ListCameras") found.push_back(method);
     }
     return found;
   }();
@@ -136,7 +126,7 @@ class Server {
 
   void Start() {
     weft::DaemonOptions options;
-    options.listen = "127.0.0.1:0";
+    options.listen = {"127.0.0.1:0"};
     options.state_folder = folder_ / "state";
     options.allow_paths = {folder_ / "data"};
     options.worker_program = "/bin/false";
@@ -192,8 +182,7 @@ class Server {
     grpc::ClientContext context;
     context.set_deadline(std::chrono::system_clock::now() +
                          std::chrono::seconds(method->server_streaming() ? 1 : 60));
-    const auto call = stub_->PrepareCall(
-        &context, absl::StrCat("/", method->service()->full_name(), "/", method->name()), &queue);
+    const auto call = stub_->PrepareCall(&context, weft::PathOf(*method), &queue);
     const auto wait = [&queue] {
       void* tag = nullptr;
       bool ok = false;

@@ -11,7 +11,7 @@ int main(int argc, char** argv) {
   if (argc != 3) return 2;
   const std::string folder = argv[1];
   weft::DaemonOptions options;
-  options.listen = "127.0.0.1:0";
+  options.listen = {"127.0.0.1:0"};
   options.state_folder = folder + "/state";
   options.allow_paths = {folder};
   options.address_file = folder + "/address";

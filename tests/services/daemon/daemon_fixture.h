@@ -20,7 +20,7 @@ namespace weft {
 class DaemonTest : public ::testing::Test {
  protected:
   DaemonTest() {
-    options_.listen = "127.0.0.1:0";
+    options_.listen = {"127.0.0.1:0"};
     options_.state_folder = folder_ / "state";
     options_.allow_paths = {folder_.path()};
     options_.worker_program = ACTING_WORKER;

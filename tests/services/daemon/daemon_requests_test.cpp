@@ -51,8 +51,9 @@ std::string RawCall(const std::string& address, const std::string& method, const
 TEST_F(DaemonTest, AnswersTheStandardHealthCheck) {
   StartDaemon();
   // HealthCheckRequest{service: 1}; HealthCheckResponse{status: 1 = SERVING}.
-  for (const std::string service : {"weft.v1.Cameras", "weft.v1.Jobs", "weft.v1.Operations", "weft.v1.Server",
-                                    "weft.v1.Sessions", "weft.v1.Takes"}) {
+  for (const std::string service :
+       {"weft.v1.Cameras", "weft.v1.Jobs", "weft.v1.Library", "weft.v1.Operations", "weft.v1.Server",
+        "weft.v1.Sessions", "weft.v1.Takes"}) {
     std::string request = "\x0a";
     request += static_cast<char>(service.size());
     EXPECT_EQ(RawCall(daemon_->address(), "/grpc.health.v1.Health/Check", request + service), "\x08\x01");

@@ -50,7 +50,7 @@ TEST_F(DaemonTest, APortThatIsTakenIsRefused) {
   StartDaemon();
   DaemonOptions second = options_;
   second.state_folder = folder_ / "state2";
-  second.listen = daemon_->address();
+  second.listen = {daemon_->address()};
   const auto daemon = Daemon::Start(second);
   EXPECT_EQ(daemon.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(std::string(daemon.status().message()), HasSubstr(daemon_->address()));
@@ -65,7 +65,7 @@ TEST_F(DaemonTest, WritesItsAddressOnceItListens) {
 
 TEST_F(DaemonTest, NamesOptionsThatDoNotWork) {
   DaemonOptions bad = options_;
-  bad.listen = "7411";
+  bad.listen = {"7411"};
   EXPECT_THAT(std::string(Daemon::Start(bad).status().message()), HasSubstr("--listen"));
   bad = options_;
   bad.allow_paths = {"/no/such/folder"};

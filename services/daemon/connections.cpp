@@ -1,0 +1,203 @@
+#include "services/daemon/connections.h"
+
+#include <poll.h>
+#include <spdlog/spdlog.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <set>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr char kDescriptors[] = "/proc/self/fd";
+constexpr std::chrono::seconds kCountEvery{1};
+constexpr std::chrono::milliseconds kCountAgain{50};  // where there is no room
+// A call of a connection that was closed just now may still be looked at.
+constexpr std::chrono::seconds kSlotRests{10};
+
+int SlotsOf(ListenKind kind) {
+  switch (kind) {
+    case ListenKind::kUnixSocket:
+      return 4;  // closed to all but its owner and root
+    case ListenKind::kLoopback:
+      return 16;
+    default:
+      return 128;
+  }
+}
+
+// Of all sockets that this process has open.
+std::set<ino_t> OpenSockets() {
+  std::set<ino_t> sockets;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(kDescriptors, error)) {
+    const std::string target = fs::read_symlink(entry.path(), error).string();
+    absl::string_view inode = target;
+    uint64_t number = 0;
+    if (absl::ConsumePrefix(&inode, "socket:[") && absl::ConsumeSuffix(&inode, "]") &&
+        absl::SimpleAtoi(inode, &number)) {
+      sockets.insert(number);
+    }
+  }
+  return sockets;
+}
+
+}  // namespace
+
+struct Connections::Slot {
+  std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor;
+  std::shared_ptr<CallCheck> check;
+  Peer peer;
+  int open = 0;
+  int refused = 0;  // since the log told of it
+  std::string refused_peer;
+  Clock::time_point left{};
+};
+
+struct Connections::Listener {
+  ListeningSocket socket;
+  std::vector<Slot> slots;
+};
+
+Connections::Connections(std::vector<ListeningSocket> sockets, ConnectionLimits limits,
+                         const CallerSources& sources, const CredentialsOf& credentials_of,
+                         grpc::ServerBuilder& builder)
+    : limits_(limits) {
+  for (ListeningSocket& socket : sockets) {
+    auto listener = std::make_unique<Listener>();
+    listener->slots.resize(SlotsOf(socket.kind));
+    for (Slot& slot : listener->slots) {
+      slot.check = std::make_shared<CallCheck>(sources, socket.kind != ListenKind::kNetwork);
+      const std::shared_ptr<grpc::ServerCredentials> credentials = credentials_of(socket.kind);
+      credentials->SetAuthMetadataProcessor(slot.check);
+      slot.acceptor = builder.experimental().AddExternalConnectionAcceptor(
+          grpc::ServerBuilder::experimental_type::ExternalConnectionType::FROM_FD, credentials);
+    }
+    listener->socket = std::move(socket);
+    listeners_.push_back(std::move(listener));
+  }
+}
+
+Connections::~Connections() { Stop(); }
+
+absl::Status Connections::Begin() {
+  if (OpenSockets().empty()) {
+    return absl::UnavailableError(absl::StrCat(
+        kDescriptors, " cannot be read, which tells how many clients are connected; mount /proc"));
+  }
+  wake_ = UniqueFd(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+  return absl::OkStatus();
+}
+
+void Connections::Stop() {
+  if (!thread_.joinable()) return;
+  thread_.request_stop();
+  eventfd_write(wake_.get(), 1);
+  thread_.join();
+  listeners_.clear();
+}
+
+void Connections::Run(const std::stop_token& stop) {
+  std::vector<pollfd> sockets;
+  for (const auto& listener : listeners_) sockets.push_back({listener->socket.socket.get(), POLLIN, 0});
+  sockets.push_back({wake_.get(), POLLIN, 0});
+  while (!stop.stop_requested()) {
+    poll(sockets.data(), sockets.size(), static_cast<int>(std::chrono::milliseconds(kCountEvery).count()));
+    if (Clock::now() - counted_ >= kCountEvery) CountOpen();
+    for (size_t i = 0; i < listeners_.size() && !stop.stop_requested(); ++i) {
+      if ((sockets[i].revents & POLLIN) != 0) Accept(*listeners_[i]);
+    }
+  }
+}
+
+void Connections::Accept(Listener& listener) {
+  // In turns, so that no listener waits for another one's flood.
+  constexpr int kAtOnce = 32;
+  for (int i = 0; i < kAtOnce; ++i) {
+    UniqueFd connection(
+        accept4(listener.socket.socket.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+    if (connection.open()) {
+      Admit(listener, std::move(connection));
+      continue;
+    }
+    const int error = errno;
+    if (error == ECONNABORTED || error == EINTR) continue;
+    if (error != EAGAIN) {
+      spdlog::warn("{}: no connection can be accepted: {}", listener.socket.address, strerror(error));
+      std::this_thread::sleep_for(kCountAgain);
+    }
+    return;
+  }
+}
+
+void Connections::Admit(Listener& listener, UniqueFd connection) {
+  struct stat file = {};
+  if (fstat(connection.get(), &file) != 0) return;
+  const Peer peer = PeerOf(connection.get());
+  Slot& slot = SlotOf(listener, peer);
+  if (!HasRoom(slot) && Clock::now() - counted_ >= kCountAgain) CountOpen();
+  if (!HasRoom(slot)) {
+    ++slot.refused;
+    slot.refused_peer = peer.name;
+    return;  // closed
+  }
+  if (slot.peer != peer) {
+    slot.peer = slot.open == 0 ? peer : Peer{"several machines", std::nullopt};
+    slot.check->SetPeer(slot.peer);
+  }
+  ++slot.open;
+  open_[file.st_ino] = &slot;
+  grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
+  parameters.listener_fd = listener.socket.socket.get();
+  parameters.fd = connection.Release();
+  slot.acceptor->HandleNewConnection(&parameters);
+}
+
+// That of the peer, or one that nobody uses. Where there is none, the last is for all that are left.
+Connections::Slot& Connections::SlotOf(Listener& listener, const Peer& peer) const {
+  Slot* free = nullptr;
+  for (Slot& slot : listener.slots) {
+    if (slot.peer == peer && !peer.name.empty()) return slot;
+    if (free == nullptr && slot.open == 0 && Clock::now() - slot.left >= kSlotRests) free = &slot;
+  }
+  return free != nullptr ? *free : listener.slots.back();
+}
+
+bool Connections::HasRoom(const Slot& slot) const {
+  return static_cast<int>(open_.size()) < limits_.all && slot.open < limits_.of_one_peer;
+}
+
+void Connections::CountOpen() {
+  counted_ = Clock::now();
+  if (!open_.empty()) {
+    const std::set<ino_t> sockets = OpenSockets();
+    std::erase_if(open_, [&](const auto& connection) {
+      if (sockets.contains(connection.first)) return false;
+      --connection.second->open;
+      connection.second->left = counted_;
+      return true;
+    });
+  }
+  for (const auto& listener : listeners_) {
+    for (Slot& slot : listener->slots) {
+      if (slot.refused == 0) continue;
+      spdlog::warn("{}: {} connections of {} were refused: it has {} open, all clients together {}",
+                   listener->socket.address, slot.refused, slot.refused_peer, slot.open, open_.size());
+      slot.refused = 0;
+    }
+  }
+}
+
+}  // namespace weft

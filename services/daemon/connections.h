@@ -1,0 +1,64 @@
+// Connections on their way to gRPC.
+#pragma once
+
+#include <grpcpp/server_builder.h>
+
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "services/daemon/call_check.h"
+#include "services/daemon/listen_address.h"
+
+namespace weft {
+
+struct ConnectionLimits {
+  int all = 1000;
+  int of_one_peer = 250;
+};
+
+// Accepts connections, and hands them to gRPC, whose own listener stands still for good once descriptors ran
+// out (CVE-2023-4785, in 1.51). So many connections are open at once, in all and of one peer: further ones
+// are closed at once, and the log names their peers. A peer, which is a user of this machine or the address
+// of another, has a CallCheck of its own while it is connected.
+class Connections {
+ public:
+  using CredentialsOf = std::function<std::shared_ptr<grpc::ServerCredentials>(ListenKind kind)>;
+  // Adds acceptors to `builder`, so it comes before the server is built. `credentials_of` is called for each
+  // peer that may be connected at once.
+  Connections(std::vector<ListeningSocket> sockets, ConnectionLimits limits, const CallerSources& sources,
+              const CredentialsOf& credentials_of, grpc::ServerBuilder& builder);
+  ~Connections();
+
+  // Accepts from now on, which needs a server that runs. Unavailable: /proc is not there.
+  absl::Status Begin();
+  // Accepts no more; what is connected stays.
+  void Stop();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Slot;
+  struct Listener;
+
+  void Run(const std::stop_token& stop);
+  void Accept(Listener& listener);
+  void Admit(Listener& listener, UniqueFd connection);
+  Slot& SlotOf(Listener& listener, const Peer& peer) const;
+  bool HasRoom(const Slot& slot) const;
+  // Notices connections that gRPC has closed.
+  void CountOpen();
+
+  const ConnectionLimits limits_;
+  std::vector<std::unique_ptr<Listener>> listeners_;
+  std::map<ino_t, Slot*> open_;
+  Clock::time_point counted_;
+  UniqueFd wake_;
+  std::jthread thread_;
+};
+
+}  // namespace weft

@@ -1,0 +1,130 @@
+#include "services/daemon/peer.h"
+
+#include <arpa/inet.h>
+#include <linux/inet_diag.h>
+#include <linux/netlink.h>
+#include <linux/sock_diag.h>
+#include <netinet/in.h>
+#include <pwd.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstring>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "services/files/unique_fd.h"
+
+namespace weft {
+namespace {
+
+struct EndPoint {
+  std::array<uint32_t, 4> address{};  // in network order; IPv4 uses the first
+  in_port_t port = 0;                 // in network order
+};
+
+struct Ends {
+  int family = AF_UNSPEC;
+  EndPoint here, there;
+};
+
+EndPoint EndPointOf(const sockaddr_storage& name) {
+  EndPoint end;
+  if (name.ss_family == AF_INET) {
+    const auto& v4 = reinterpret_cast<const sockaddr_in&>(name);
+    end.address[0] = v4.sin_addr.s_addr;
+    end.port = v4.sin_port;
+  } else if (name.ss_family == AF_INET6) {
+    const auto& v6 = reinterpret_cast<const sockaddr_in6&>(name);
+    std::memcpy(end.address.data(), &v6.sin6_addr, sizeof(v6.sin6_addr));
+    end.port = v6.sin6_port;
+  }
+  return end;
+}
+
+std::optional<Ends> EndsOf(int socket) {
+  sockaddr_storage here{}, there{};
+  socklen_t here_size = sizeof(here), there_size = sizeof(there);
+  if (getsockname(socket, reinterpret_cast<sockaddr*>(&here), &here_size) != 0 ||
+      getpeername(socket, reinterpret_cast<sockaddr*>(&there), &there_size) != 0) {
+    return std::nullopt;
+  }
+  return Ends{there.ss_family, EndPointOf(here), EndPointOf(there)};
+}
+
+bool IsLoopbackPeer(const Ends& ends) {
+  if (ends.family == AF_INET) return (ntohl(ends.there.address[0]) >> 24) == 127;
+  in6_addr address{};
+  std::memcpy(&address, ends.there.address.data(), sizeof(address));
+  return ends.family == AF_INET6 && IN6_IS_ADDR_LOOPBACK(&address);
+}
+
+// The owner of the socket at the other end of a connection within this machine, whose own address is our
+// peer's.
+std::optional<uid_t> OwnerOfOtherEnd(const Ends& ends) {
+  struct {
+    nlmsghdr header;
+    inet_diag_req_v2 request;
+  } message{};
+  message.header.nlmsg_len = sizeof(message);
+  message.header.nlmsg_type = SOCK_DIAG_BY_FAMILY;
+  message.header.nlmsg_flags = NLM_F_REQUEST;
+  inet_diag_req_v2& request = message.request;
+  request.sdiag_family = static_cast<uint8_t>(ends.family);
+  request.sdiag_protocol = IPPROTO_TCP;
+  request.idiag_states = UINT32_MAX;
+  std::memcpy(request.id.idiag_src, ends.there.address.data(), sizeof(request.id.idiag_src));
+  std::memcpy(request.id.idiag_dst, ends.here.address.data(), sizeof(request.id.idiag_dst));
+  request.id.idiag_sport = ends.there.port;
+  request.id.idiag_dport = ends.here.port;
+  request.id.idiag_cookie[0] = request.id.idiag_cookie[1] = INET_DIAG_NOCOOKIE;
+  const UniqueFd kernel(socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_SOCK_DIAG));
+  alignas(nlmsghdr) std::array<char, 1024> answer{};
+  if (!kernel.open() || send(kernel.get(), &message, sizeof(message), 0) < 0) return std::nullopt;
+  const ssize_t size = recv(kernel.get(), answer.data(), answer.size(), 0);
+  const auto& header = reinterpret_cast<const nlmsghdr&>(answer);
+  if (size < static_cast<ssize_t>(NLMSG_LENGTH(sizeof(inet_diag_msg))) ||
+      header.nlmsg_type != SOCK_DIAG_BY_FAMILY)
+    return std::nullopt;
+  inet_diag_msg found{};
+  std::memcpy(&found, answer.data() + NLMSG_HDRLEN, sizeof(found));
+  return found.idiag_uid;
+}
+
+std::string NameOfUser(uid_t uid) {
+  passwd user{};
+  passwd* found = nullptr;
+  std::vector<char> text(16384);
+  getpwuid_r(uid, &user, text.data(), text.size(), &found);
+  return found == nullptr ? absl::StrCat("uid ", uid) : found->pw_name;
+}
+
+Peer LocalPeer(uid_t uid) { return {absl::StrCat("user ", NameOfUser(uid)), uid}; }
+
+}  // namespace
+
+Peer PeerOf(int socket) {
+  const std::optional<Ends> ends = EndsOf(socket);
+  if (!ends) return {"nobody", std::nullopt};
+  if (ends->family == AF_UNIX) {
+    ucred credentials{};
+    socklen_t size = sizeof(credentials);
+    if (getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0)
+      return {"nobody", std::nullopt};
+    return LocalPeer(credentials.uid);
+  }
+  if (IsLoopbackPeer(*ends)) {
+    if (const std::optional<uid_t> uid = OwnerOfOtherEnd(*ends)) return LocalPeer(*uid);
+  }
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  inet_ntop(ends->family, ends->there.address.data(), text.data(), text.size());
+  return {text.data(), std::nullopt};
+}
+
+std::string TrustedUserOf(const Peer& peer) {
+  if (!peer.uid || (*peer.uid != 0 && *peer.uid != geteuid())) return "";
+  return NameOfUser(*peer.uid);
+}
+
+}  // namespace weft

@@ -1,0 +1,36 @@
+#include "services/daemon/server_credentials.h"
+
+#include <grpcpp/security/tls_credentials_options.h>
+
+#include <utility>
+
+namespace weft {
+namespace {
+
+constexpr unsigned kReadAgain_s = 5;
+
+}  // namespace
+
+ServerCredentialsMaker::ServerCredentialsMaker(TlsFiles files) : files_(std::move(files)) {}
+
+std::shared_ptr<grpc::ServerCredentials> ServerCredentialsMaker::Make(ListenKind kind) {
+  using grpc::experimental::FileWatcherCertificateProvider;
+  if (kind == ListenKind::kUnixSocket) return grpc::experimental::LocalServerCredentials(UDS);
+  if (kind == ListenKind::kLoopback) return grpc::experimental::LocalServerCredentials(LOCAL_TCP);
+  const bool knows_clients = !files_.client_authority.empty();
+  if (provider_ == nullptr && knows_clients) {
+    provider_ = std::make_shared<FileWatcherCertificateProvider>(files_.key, files_.certificate,
+                                                                 files_.client_authority, kReadAgain_s);
+  } else if (provider_ == nullptr) {
+    provider_ =
+        std::make_shared<FileWatcherCertificateProvider>(files_.key, files_.certificate, kReadAgain_s);
+  }
+  grpc::experimental::TlsServerCredentialsOptions options(provider_);
+  options.watch_identity_key_cert_pairs();
+  if (knows_clients) options.watch_root_certs();
+  options.set_cert_request_type(knows_clients ? GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY
+                                              : GRPC_SSL_DONT_REQUEST_CLIENT_CERTIFICATE);
+  return grpc::experimental::TlsServerCredentials(options);
+}
+
+}  // namespace weft

@@ -1,0 +1,95 @@
+"""Whom a daemon on this machine lets in: its own user, and whoever has a token."""
+
+import json
+import os
+import stat
+import subprocess
+import tempfile
+import unittest
+
+from studio import BIN, read, wait_for, weft, write
+
+STRANGER = "nobody"
+
+
+def can_be_a_stranger():
+    """Another user may run the programs, so that the kernel names another user."""
+    try:
+        return subprocess.run([os.path.join(BIN, "weft"), "--version"], user=STRANGER, capture_output=True, check=False).returncode == 0
+    except (PermissionError, LookupError, ValueError):
+        return False
+
+
+class Access(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="weft access ")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        os.chmod(self.folder, 0o755)
+        os.mkdir(self.path("data"))
+        os.mkdir(self.path("state"))
+        log = open(self.path("weftd.log"), "w")
+        self.addCleanup(log.close)
+        daemon = subprocess.Popen([os.path.join(BIN, "weftd"), "--listen", f"unix:{self.path('state')}/weftd.sock", "--listen",
+                                   "127.0.0.1:0", "--address-file", self.path("address"), "--state", self.path("state"),
+                                   "--allow-path", self.path("data"), "--workers", "1"], stdout=log, stderr=log)
+        self.addCleanup(daemon.wait)
+        self.addCleanup(daemon.kill)
+        self.socket, self.address = wait_for(
+            lambda: os.path.exists(self.path("address")) and read(self.path("address")).split("\n")[:2], "weftd to listen")
+
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def access(self, *words, check=0):
+        return weft("access", *words, "--state", self.path("state"), check=check)
+
+    def list_jobs(self, server, token=None, **options):
+        environment = {**os.environ, **({"WEFT_TOKEN_FILE": token} if token else {})}
+        return subprocess.run([os.path.join(BIN, "weft"), "job", "list", "--server", server], env=environment,
+                              capture_output=True, text=True, check=False, **options)
+
+    def test_lets_its_own_user_in(self):
+        for server in (self.socket, self.address):
+            done = self.list_jobs(server)
+            self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(stat.S_IMODE(os.stat(self.path("state")).st_mode), 0o700)
+        self.assertEqual(stat.S_IMODE(os.stat(self.path("state", "weftd.sock")).st_mode), 0o600)
+
+    def test_lets_another_user_in_by_token_alone(self):
+        if not can_be_a_stranger():
+            self.skipTest(f"{STRANGER} cannot run the programs here")
+        refused = self.list_jobs(self.address, user=STRANGER)
+        self.assertEqual(refused.returncode, 2)
+        self.assertIn("asks for a token or a certificate", refused.stderr)
+        self.assertEqual(self.list_jobs(self.socket, user=STRANGER).returncode, 1)
+        write(self.path("token"), self.access("token", "anna", "--role", "viewer").stdout)
+
+        def listed():
+            return self.list_jobs(self.address, self.path("token"), user=STRANGER).returncode == 0
+        wait_for(listed, "the daemon to know the token")
+        token = json.loads(self.access("list", "--json").stdout)["tokens"][0]
+        self.access("revoke", token["id"])
+        wait_for(lambda: not listed(), "the daemon to forget the token")
+        self.assertIn(f"of user {STRANGER}", read(self.path("weftd.log")))
+
+    def test_shows_tokens_once(self):
+        text = self.access("token", "anna", "--role", "operator", "--days", "90").stdout.strip()
+        self.assertRegex(text, "^weft_[0-9a-f]{64}$")
+        listed = self.access("list").stdout
+        self.assertRegex(listed, r"token +anna +operator +id [0-9a-f]{12}, made \S+, expires 2\S+")
+        for where in (listed, read(self.path("state", "access.json")), read(self.path("weftd.log"))):
+            self.assertNotIn(text[5:25], where)
+
+    def test_says_what_is_wrong(self):
+        self.assertIn("boss not in", self.access("token", "anna", "--role", "boss", check=2).stderr)
+        self.assertIn("no token of id", self.access("revoke", "0123", check=2).stderr)
+        write(self.path("token"), "weft_0123")
+        done = self.list_jobs(self.socket, self.path("token"))
+        self.assertIn("this token is unknown or was revoked", done.stderr)
+        done = self.list_jobs(self.socket, self.path("no token"))
+        self.assertIn("WEFT_TOKEN_FILE", done.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
