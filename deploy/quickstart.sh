@@ -47,7 +47,7 @@ echo "weftd listens on $address, log in $out/weftd.log"
 
 step "A session: 16 GigE cameras without hardware film the cloth again and again"
 rm -f "$out/session.json"
-"$weft" camera fake --pictures "$out/take" --fps 2 --session "$out/session.json" > "$out/cameras.log" 2>&1 &
+"$weft" camera fake --address 127.0.7.1 --pictures "$out/take" --fps 2 --session "$out/session.json" > "$out/cameras.log" 2>&1 &
 cameras=$!
 until [[ -s $out/session.json ]]; do
   if ! kill -0 "$cameras" 2> /dev/null; then

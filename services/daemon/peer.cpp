@@ -5,15 +5,20 @@
 #include <linux/netlink.h>
 #include <linux/sock_diag.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <pwd.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <array>
 #include <cstring>
+#include <fstream>
 #include <vector>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
 #include "services/files/unique_fd.h"
 
 namespace weft {
@@ -60,9 +65,7 @@ bool IsLoopbackPeer(const Ends& ends) {
   return ends.family == AF_INET6 && IN6_IS_ADDR_LOOPBACK(&address);
 }
 
-// The owner of the socket at the other end of a connection within this machine, whose own address is our
-// peer's.
-std::optional<uid_t> OwnerOfOtherEnd(const Ends& ends) {
+std::optional<uid_t> AskKernel(const Ends& ends) {
   struct {
     nlmsghdr header;
     inet_diag_req_v2 request;
@@ -85,11 +88,53 @@ std::optional<uid_t> OwnerOfOtherEnd(const Ends& ends) {
   const ssize_t size = recv(kernel.get(), answer.data(), answer.size(), 0);
   const auto& header = reinterpret_cast<const nlmsghdr&>(answer);
   if (size < static_cast<ssize_t>(NLMSG_LENGTH(sizeof(inet_diag_msg))) ||
-      header.nlmsg_type != SOCK_DIAG_BY_FAMILY)
+      header.nlmsg_type != SOCK_DIAG_BY_FAMILY) {
     return std::nullopt;
+  }
   inet_diag_msg found{};
   std::memcpy(&found, answer.data() + NLMSG_HDRLEN, sizeof(found));
-  return found.idiag_uid;
+  // The kernel calls a socket that its program has closed root's, though its data is still on the way.
+  const bool is_open = found.idiag_state == TCP_ESTABLISHED && found.idiag_inode != 0;
+  return is_open ? std::optional<uid_t>(found.idiag_uid) : std::nullopt;
+}
+
+// As the table writes it: words of the address in the machine's order, then the port.
+std::string HexOf(const EndPoint& end, size_t words) {
+  std::string text;
+  for (size_t i = 0; i < words; ++i) absl::StrAppendFormat(&text, "%08X", end.address[i]);
+  return absl::StrFormat("%s:%04X", text, ntohs(end.port));
+}
+
+// The same from a table of all connections, proc(5): state 01 is established.
+std::optional<uid_t> FindInTable(const char* path, const std::string& local, const std::string& remote) {
+  std::ifstream table(path);
+  for (std::string line; std::getline(table, line);) {
+    constexpr size_t kLocal = 1, kRemote = 2, kState = 3, kUid = 7, kInode = 9;
+    const std::vector<std::string> columns = absl::StrSplit(line, ' ', absl::SkipEmpty());
+    uid_t uid = 0;
+    if (columns.size() > kInode && columns[kLocal] == local && columns[kRemote] == remote &&
+        columns[kState] == "01" && columns[kInode] != "0" && absl::SimpleAtoi(columns[kUid], &uid)) {
+      return uid;
+    }
+  }
+  return std::nullopt;
+}
+
+std::optional<uid_t> ReadTables(const Ends& ends) {
+  constexpr char kTable4[] = "/proc/net/tcp", kTable6[] = "/proc/net/tcp6";
+  if (ends.family == AF_INET6) return FindInTable(kTable6, HexOf(ends.there, 4), HexOf(ends.here, 4));
+  const std::string there = HexOf(ends.there, 1), here = HexOf(ends.here, 1);
+  if (const std::optional<uid_t> owner = FindInTable(kTable4, there, here)) return owner;
+  // Programs may reach an IPv4 address by a socket of IPv6, as gRPC does (RFC 4291, 2.5.5.2).
+  const std::string mapped = "0000000000000000FFFF0000";
+  return FindInTable(kTable6, mapped + there, mapped + here);
+}
+
+// The owner of the socket at the other end of a connection within this machine, whose own address is our
+// peer's. Small kernels lack tcp_diag.
+std::optional<uid_t> OwnerOfOtherEnd(const Ends& ends) {
+  const std::optional<uid_t> owner = AskKernel(ends);
+  return owner ? owner : ReadTables(ends);
 }
 
 std::string NameOfUser(uid_t uid) {
