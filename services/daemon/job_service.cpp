@@ -100,8 +100,7 @@ grpc::Status JobService::ListFrames(grpc::ServerContext*, const v1::ListFramesRe
   });
 }
 
-absl::Status JobService::Fetch(const v1::FetchResultRequest& request,
-                               grpc::ServerWriter<v1::FileChunk>& writer) {
+absl::StatusOr<FilePieces> JobService::OpenResult(const v1::FetchResultRequest& request) {
   if (absl::Status status = CheckFetchRequest(request); !status.ok()) return status;
   const absl::StatusOr<v1::Job> job = queue_.Get(request.job_id());
   if (!job.ok()) return job.status();
@@ -118,13 +117,12 @@ absl::Status JobService::Fetch(const v1::FetchResultRequest& request,
   }
   const absl::StatusOr<std::string> path = FindResult(*job, request.frame(), request.kind());
   if (!path.ok()) return path.status();
-  return StreamFile(*path, {request.offset(), request.version()},
-                    [&writer](const v1::FileChunk& chunk) { return writer.Write(chunk); });
+  return FilePieces::Open(*path, {request.offset(), request.version()});
 }
 
-grpc::Status JobService::FetchResult(grpc::ServerContext*, const v1::FetchResultRequest* request,
-                                     grpc::ServerWriter<v1::FileChunk>* writer) {
-  return Answer("FetchResult", [&] { return Fetch(*request, *writer); });
+grpc::ServerWriteReactor<v1::FileChunk>* JobService::FetchResult(grpc::CallbackServerContext* context,
+                                                                 const v1::FetchResultRequest* request) {
+  return SendFile(context, "FetchResult", [&] { return OpenResult(*request); });
 }
 
 }  // namespace weft

@@ -4,6 +4,7 @@
 #include <mutex>
 #include <string>
 
+#include "services/daemon/file_stream.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/path_policy.h"
 #include "services/daemon/prepare_job.h"
@@ -13,7 +14,8 @@
 namespace weft {
 
 // Errors as jobs.proto says. Thread safety: gRPC calls from many threads.
-class JobService final : public v1::Jobs::WithCallbackMethod_WatchJob<v1::Jobs::Service> {
+class JobService final : public v1::Jobs::WithCallbackMethod_WatchJob<
+                             v1::Jobs::WithCallbackMethod_FetchResult<v1::Jobs::Service>> {
  public:
   // Jobs whose results go nowhere else get <results_folder>/<id>. Queue and library must outlive the service.
   JobService(JobQueue& queue, Library& library, PathPolicy policy, std::string results_folder,
@@ -32,15 +34,15 @@ class JobService final : public v1::Jobs::WithCallbackMethod_WatchJob<v1::Jobs::
                         v1::Job* job) override;
   grpc::Status ListFrames(grpc::ServerContext* context, const v1::ListFramesRequest* request,
                           v1::ListFramesResponse* response) override;
-  grpc::Status FetchResult(grpc::ServerContext* context, const v1::FetchResultRequest* request,
-                           grpc::ServerWriter<v1::FileChunk>* writer) override;
+  grpc::ServerWriteReactor<v1::FileChunk>* FetchResult(grpc::CallbackServerContext* context,
+                                                       const v1::FetchResultRequest* request) override;
 
  private:
   absl::StatusOr<v1::Job> Submit(const v1::SubmitJobRequest& request);
   // The job of an earlier request with the same idempotency key. NotFound: there is none. AlreadyExists: that
   // request asked for something else.
   absl::StatusOr<v1::Job> FindSubmitted(const v1::SubmitJobRequest& request);
-  absl::Status Fetch(const v1::FetchResultRequest& request, grpc::ServerWriter<v1::FileChunk>& writer);
+  absl::StatusOr<FilePieces> OpenResult(const v1::FetchResultRequest& request);
 
   JobQueue& queue_;
   Library& library_;

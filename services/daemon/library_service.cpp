@@ -1,45 +1,64 @@
 #include "services/daemon/library_service.h"
 
+#include <optional>
 #include <vector>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "capture/file/plain_text.h"
 #include "services/daemon/answer.h"
-#include "services/daemon/results.h"
 #include "services/library/item_path.h"
 #include "services/library/manifest.h"
 
 namespace weft {
 
-grpc::Status LibraryService::BeginUpload(grpc::ServerContext*,
+absl::Status LibraryService::Receive(
+    grpc::ServerContext* context,
+    const std::function<absl::Status(std::optional<StallWatch>& stalls)>& receive) {
+  if (!upload_calls_.try_acquire()) return absl::UnavailableError("too many uploads run; try again");
+  const absl::Cleanup release = [this] { upload_calls_.release(); };
+  std::optional<StallWatch> stalls(context);
+  return receive(stalls);
+}
+
+grpc::Status LibraryService::BeginUpload(grpc::ServerContext* context,
                                          grpc::ServerReader<v1::BeginUploadRequest>* reader,
                                          v1::BeginUploadResponse* response) {
-  return Answer("BeginUpload", [&]() -> absl::Status {
-    v1::BeginUploadRequest request;
-    if (!reader->Read(&request)) return absl::InvalidArgumentError("the call has no message");
-    size_t bytes = request.ByteSizeLong();
-    for (v1::BeginUploadRequest more; reader->Read(&more);) {
-      bytes += more.ByteSizeLong();
-      if (bytes > kMaxManifestBytes || request.manifest().files_size() > kMaxItemFiles) {
-        return absl::InvalidArgumentError(absl::StrCat("manifest: at most ", kMaxItemFiles, " files and ",
-                                                       kMaxManifestBytes, " bytes are allowed"));
+  return Answer("BeginUpload", [&] {
+    return Receive(context, [&](std::optional<StallWatch>& stalls) -> absl::Status {
+      v1::BeginUploadRequest request;
+      if (!reader->Read(&request)) return absl::InvalidArgumentError("the call has no message");
+      size_t bytes = request.ByteSizeLong();
+      for (v1::BeginUploadRequest more; reader->Read(&more);) {
+        stalls->Moved();
+        bytes += more.ByteSizeLong();
+        if (bytes > kMaxManifestBytes || request.manifest().files_size() > kMaxItemFiles) {
+          return absl::InvalidArgumentError(absl::StrCat("manifest: at most ", kMaxItemFiles, " files and ",
+                                                         kMaxManifestBytes, " bytes are allowed"));
+        }
+        request.mutable_manifest()->MergeFrom(more.manifest());
       }
-      request.mutable_manifest()->MergeFrom(more.manifest());
-    }
-    return Assign(uploads_.Begin(request), response);
+      stalls.reset();
+      return Assign(uploads_.Begin(request), response);
+    });
   });
 }
 
-grpc::Status LibraryService::WriteFile(grpc::ServerContext*, grpc::ServerReader<v1::WriteFileRequest>* reader,
+grpc::Status LibraryService::WriteFile(grpc::ServerContext* context,
+                                       grpc::ServerReader<v1::WriteFileRequest>* reader,
                                        v1::WriteFileResponse* response) {
-  return Answer("WriteFile", [&]() -> absl::Status {
-    UploadWriter writer(uploads_);
-    for (v1::WriteFileRequest piece; reader->Read(&piece);) {
-      if (absl::Status status = writer.Add(piece); !status.ok()) return status;
-    }
-    const absl::StatusOr<int64_t> written = writer.Sync();
-    if (written.ok()) response->set_written_bytes(*written);
-    return written.status();
+  return Answer("WriteFile", [&] {
+    return Receive(context, [&](std::optional<StallWatch>& stalls) -> absl::Status {
+      UploadWriter writer(uploads_);
+      for (v1::WriteFileRequest piece; reader->Read(&piece);) {
+        stalls->Moved();
+        if (absl::Status status = writer.Add(piece); !status.ok()) return status;
+      }
+      stalls.reset();
+      const absl::StatusOr<int64_t> written = writer.Sync();
+      if (written.ok()) response->set_written_bytes(*written);
+      return written.status();
+    });
   });
 }
 
@@ -68,8 +87,7 @@ grpc::Status LibraryService::GetItem(grpc::ServerContext*, const v1::GetItemRequ
   return Answer("GetItem", [&] { return Assign(library_.Find(request->kind(), request->item()), item); });
 }
 
-absl::Status LibraryService::Fetch(const v1::FetchFileRequest& request,
-                                   grpc::ServerWriter<v1::FileChunk>& writer) {
+absl::StatusOr<FilePieces> LibraryService::OpenFile(const v1::FetchFileRequest& request) {
   if (request.offset() < 0) return absl::InvalidArgumentError("offset: must not be negative");
   const absl::StatusOr<HeldItem> held = library_.Hold(request.kind(), request.item());
   if (!held.ok()) return held.status();
@@ -80,14 +98,15 @@ absl::Status LibraryService::Fetch(const v1::FetchFileRequest& request,
   const auto place = FindPlace(library_.ContentFolder(request.kind(), held->item.id()), request.path(),
                                ConfinedFolder::IfMissing::kFail);
   if (!place.ok()) return place.status();
-  return place->folder.InWords(
-      StreamFile(place->folder.At(place->name), {request.offset(), request.version()},
-                 [&writer](const v1::FileChunk& chunk) { return writer.Write(chunk); }));
+  absl::StatusOr<FilePieces> pieces =
+      FilePieces::Open(place->folder.At(place->name), {request.offset(), request.version()});
+  if (!pieces.ok()) return place->folder.InWords(pieces.status());
+  return pieces;
 }
 
-grpc::Status LibraryService::FetchFile(grpc::ServerContext*, const v1::FetchFileRequest* request,
-                                       grpc::ServerWriter<v1::FileChunk>* writer) {
-  return Answer("FetchFile", [&] { return Fetch(*request, *writer); });
+grpc::ServerWriteReactor<v1::FileChunk>* LibraryService::FetchFile(grpc::CallbackServerContext* context,
+                                                                   const v1::FetchFileRequest* request) {
+  return SendFile(context, "FetchFile", [&] { return OpenFile(*request); });
 }
 
 absl::Status LibraryService::CheckUnused(const v1::LibraryItem& item) {

@@ -1,9 +1,13 @@
 // The Library service: uploads, lists and downloads of items.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
+#include <semaphore>
 #include <string>
 
+#include "services/daemon/file_stream.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/operation_queue.h"
 #include "services/library/library.h"
@@ -13,7 +17,7 @@
 namespace weft {
 
 // Errors as library.proto says. Thread safety: gRPC calls from many threads.
-class LibraryService final : public v1::Library::Service {
+class LibraryService final : public v1::Library::WithCallbackMethod_FetchFile<v1::Library::Service> {
  public:
   // Queues and library must outlive the service.
   LibraryService(JobQueue& queue, OperationQueue& operations, Library& library,
@@ -33,19 +37,27 @@ class LibraryService final : public v1::Library::Service {
                          v1::ListItemsResponse* response) override;
   grpc::Status GetItem(grpc::ServerContext* context, const v1::GetItemRequest* request,
                        v1::LibraryItem* item) override;
-  grpc::Status FetchFile(grpc::ServerContext* context, const v1::FetchFileRequest* request,
-                         grpc::ServerWriter<v1::FileChunk>* writer) override;
+  grpc::ServerWriteReactor<v1::FileChunk>* FetchFile(grpc::CallbackServerContext* context,
+                                                     const v1::FetchFileRequest* request) override;
   grpc::Status DeleteItem(grpc::ServerContext* context, const v1::DeleteItemRequest* request,
                           v1::DeleteItemResponse* response) override;
 
  private:
-  absl::Status Fetch(const v1::FetchFileRequest& request, grpc::ServerWriter<v1::FileChunk>& writer);
+  // Each has a thread. So many leave enough for the calls that take none for long.
+  static constexpr int kMaxUploadCalls = 24;
+
+  // Unavailable, which clients repeat: too many run. `receive` reads from the client, tells of each
+  // message, and ends the watch before it works for long.
+  absl::Status Receive(grpc::ServerContext* context,
+                       const std::function<absl::Status(std::optional<StallWatch>& stalls)>& receive);
+  absl::StatusOr<FilePieces> OpenFile(const v1::FetchFileRequest& request);
   absl::Status CheckUnused(const v1::LibraryItem& item);
 
   JobQueue& queue_;
   OperationQueue& operations_;
   Library& library_;
   Uploads uploads_;
+  std::counting_semaphore<kMaxUploadCalls> upload_calls_{kMaxUploadCalls};
 };
 
 }  // namespace weft

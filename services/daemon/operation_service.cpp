@@ -1,9 +1,9 @@
 #include "services/daemon/operation_service.h"
 
 #include "services/daemon/answer.h"
+#include "services/daemon/file_stream.h"
 #include "services/daemon/polling_watcher.h"
 #include "services/daemon/request_check.h"
-#include "services/daemon/results.h"
 
 namespace weft {
 
@@ -50,15 +50,13 @@ grpc::Status OperationService::ListOperationFiles(grpc::ServerContext*,
                 [&] { return Assign(operations_.Files(request->operation_id()), response); });
 }
 
-grpc::Status OperationService::FetchOperationFile(grpc::ServerContext*,
-                                                  const v1::FetchOperationFileRequest* request,
-                                                  grpc::ServerWriter<v1::FileChunk>* writer) {
-  return Answer("FetchOperationFile", [&]() -> absl::Status {
+grpc::ServerWriteReactor<v1::FileChunk>* OperationService::FetchOperationFile(
+    grpc::CallbackServerContext* context, const v1::FetchOperationFileRequest* request) {
+  return SendFile(context, "FetchOperationFile", [&]() -> absl::StatusOr<FilePieces> {
     if (absl::Status status = CheckOffset(request->offset()); !status.ok()) return status;
     const absl::StatusOr<std::string> file = operations_.FindFile(request->operation_id(), request->path());
     if (!file.ok()) return file.status();
-    return StreamFile(*file, {request->offset(), request->version()},
-                      [&](const v1::FileChunk& chunk) { return writer->Write(chunk); });
+    return FilePieces::Open(*file, {request->offset(), request->version()});
   });
 }
 

@@ -8,7 +8,8 @@ namespace weft {
 
 // Thread safety: gRPC calls from many threads. The queue must outlive the service.
 class OperationService final
-    : public v1::Operations::WithCallbackMethod_WatchOperation<v1::Operations::Service> {
+    : public v1::Operations::WithCallbackMethod_WatchOperation<
+          v1::Operations::WithCallbackMethod_FetchOperationFile<v1::Operations::Service>> {
  public:
   explicit OperationService(OperationQueue& operations) : operations_(operations) {}
 
@@ -24,8 +25,8 @@ class OperationService final
                                v1::Operation* operation) override;
   grpc::Status ListOperationFiles(grpc::ServerContext* context, const v1::ListOperationFilesRequest* request,
                                   v1::ListOperationFilesResponse* response) override;
-  grpc::Status FetchOperationFile(grpc::ServerContext* context, const v1::FetchOperationFileRequest* request,
-                                  grpc::ServerWriter<v1::FileChunk>* writer) override;
+  grpc::ServerWriteReactor<v1::FileChunk>* FetchOperationFile(
+      grpc::CallbackServerContext* context, const v1::FetchOperationFileRequest* request) override;
 
  private:
   OperationQueue& operations_;

@@ -1,6 +1,5 @@
 // Where results go, and how clients get them.
 #include "services/client/fetch_results.h"
-#include "services/daemon/results.h"
 #include "tests/services/daemon/daemon_fixture.h"
 
 namespace weft {

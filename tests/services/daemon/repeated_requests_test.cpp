@@ -1,7 +1,7 @@
 // Requests whose answer is lost, and transfers that break off.
 #include <thread>
 
-#include "services/daemon/results.h"
+#include "services/daemon/file_stream.h"
 #include "tests/services/daemon/cutting_proxy.h"
 #include "tests/services/daemon/daemon_fixture.h"
 
@@ -127,16 +127,18 @@ class StreamedFile : public ::testing::Test {
   absl::StatusOr<std::string> Stream(const StreamStart& start) {
     std::string bytes;
     int64_t at = start.offset;
-    const absl::Status status = StreamFile(path_, start, [&](const v1::FileChunk& chunk) {
+    absl::StatusOr<FilePieces> pieces = FilePieces::Open(path_, start);
+    if (!pieces.ok()) return pieces.status();
+    for (v1::FileChunk chunk;;) {
+      const absl::StatusOr<bool> next = pieces->Next(&chunk);
+      if (!next.ok()) return next.status();
+      if (!*next) return bytes;
       EXPECT_EQ(chunk.offset(), at);
       EXPECT_EQ(chunk.file_bytes(), static_cast<int64_t>(content_.size()));
       version_ = chunk.version();
       at += static_cast<int64_t>(chunk.data().size());
       bytes += chunk.data();
-      return true;
-    });
-    if (!status.ok()) return status;
-    return bytes;
+    }
   }
 
   TempFolder folder_;

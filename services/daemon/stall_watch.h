@@ -1,0 +1,34 @@
+// Calls whose client neither takes nor sends anything.
+#pragma once
+
+#include <grpcpp/alarm.h>
+#include <grpcpp/server_context.h>
+
+#include <chrono>
+#include <memory>
+#include <mutex>
+
+namespace weft {
+
+// Cancels a call that does not move for `patience`, or at most twice as long. gRPC buffers megabytes of a
+// stream, so a slow client seems to stand still meanwhile: `patience` must be long beside that. It ends
+// before its call does. Thread safety: Moved may be called by any thread.
+class StallWatch {
+ public:
+  static constexpr std::chrono::seconds kPatience{60};
+
+  explicit StallWatch(grpc::ServerContextBase* context, std::chrono::milliseconds patience = kPatience);
+  ~StallWatch();
+  StallWatch(const StallWatch&) = delete;
+  StallWatch& operator=(const StallWatch&) = delete;
+
+  void Moved();
+
+ private:
+  struct State;
+  static void Wait(const std::shared_ptr<State>& state);
+
+  const std::shared_ptr<State> state_;
+};
+
+}  // namespace weft
