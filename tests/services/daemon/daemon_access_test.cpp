@@ -2,6 +2,7 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 #include <netinet/in.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 
@@ -253,22 +254,41 @@ TEST_F(DaemonTest, LeavesFilesThatAreNoSocketsAlone) {
   EXPECT_EQ(ReadBytes(folder_ / "rig.json"), "{}");
 }
 
-// CVE-2023-4785: gRPC's own listener accepts nobody again.
+// The descriptors of this process, as most machines limit them.
+class FewDescriptors {
+ public:
+  FewDescriptors() {
+    getrlimit(RLIMIT_NOFILE, &before_);
+    rlimit few = before_;
+    few.rlim_cur = 1024;
+    setrlimit(RLIMIT_NOFILE, &few);
+  }
+  ~FewDescriptors() { setrlimit(RLIMIT_NOFILE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+// CVE-2023-4785: gRPC's own listener accepts nobody again, once descriptors ran out.
 TEST_F(DaemonTest, AcceptsClientsAgainAfterAFloodOfConnections) {
   StartDaemon();
-  const std::string port = daemon_->address().substr(daemon_->address().rfind(':') + 1);
-  std::vector<UniqueFd> flood;
-  for (int i = 0; i < 1100; ++i) {
-    sockaddr_in there{};
-    there.sin_family = AF_INET;
-    there.sin_port = htons(static_cast<uint16_t>(std::stoi(port)));
-    there.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    UniqueFd one(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
-    if (one.open() && connect(one.get(), reinterpret_cast<const sockaddr*>(&there), sizeof(there)) == 0)
+  sockaddr_in there{};
+  there.sin_family = AF_INET;
+  there.sin_port =
+      htons(static_cast<uint16_t>(std::stoi(daemon_->address().substr(daemon_->address().rfind(':') + 1))));
+  there.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  {
+    const FewDescriptors limit;
+    std::vector<UniqueFd> flood;
+    for (bool has_descriptors = true; has_descriptors;) {
+      UniqueFd one(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+      has_descriptors = one.open();
+      connect(one.get(), reinterpret_cast<const sockaddr*>(&there), sizeof(there));
       flood.push_back(std::move(one));
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));  // nobody can be accepted
   }
   EXPECT_TRUE(client_->List(1).ok());  // who is connected stays
-  flood.clear();
   Connect(daemon_->address());
   EXPECT_TRUE(client_->List(1).ok());
 }
