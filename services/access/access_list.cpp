@@ -1,6 +1,5 @@
 #include "services/access/access_list.h"
 
-#include <fcntl.h>
 #include <sys/random.h>
 #include <sys/stat.h>
 

@@ -11,6 +11,7 @@
 #include "weft/v1/server.grpc.pb.h"
 
 namespace weft {
+
 absl::StatusOr<std::unique_ptr<RegistrationClient>> RegistrationClient::Connect(
     const std::string& server, std::chrono::milliseconds patience) {
   const auto opened = OpenChannel(server, ClientIdentity::FromEnvironment());

@@ -5,7 +5,6 @@
 #include <spdlog/spdlog.h>
 
 #include "absl/strings/match.h"
-#include "absl/strings/strip.h"
 #include "capture/file/plain_text.h"
 #include "services/access/method_roles.h"
 #include "services/rpc/grpc_status.h"
