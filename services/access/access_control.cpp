@@ -7,7 +7,7 @@
 #include "base/host_clock.h"
 #include "services/access/access_list.h"
 #include "services/access/file_stamp.h"
-#include "services/access/method_roles.h"
+#include "services/access/methods.h"
 #include "services/access/role_words.h"
 
 namespace weft {
@@ -74,7 +74,7 @@ absl::StatusOr<Caller> AccessControl::Identify(const Credentials& credentials) {
 }
 
 absl::Status CheckMayCall(const Caller& caller, const std::string& method) {
-  const v1::Role role = RoleOfMethod(method);
+  const v1::Role role = MethodOf(method).role;
   if (caller.role >= role) return absl::OkStatus();
   return absl::PermissionDeniedError(absl::StrCat(method, " asks for the role ", RoleWord(role), "; ",
                                                   caller.name, " has the role ", RoleWord(caller.role)));

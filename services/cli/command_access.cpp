@@ -1,11 +1,13 @@
 // weft access: whom a daemon knows.
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <string>
 
-#include "absl/strings/str_format.h"
+#include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "services/access/access_list.h"
+#include "services/access/audit_log.h"
 #include "services/access/role_words.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
@@ -19,6 +21,7 @@ struct AccessCommandOptions {
   std::string role;
   double days = 0;
   bool json = false;
+  int last = 50;  // entries
 };
 
 absl::Status AddAccessToken(const AccessCommandOptions& options) {
@@ -61,6 +64,25 @@ absl::Status ListAccess(const AccessCommandOptions& options) {
   }
   for (const v1::CertificateOwner& owner : list->certificates())
     std::printf("certificate  %-20s  %-8s\n", owner.common_name().c_str(), RoleWord(owner.role()));
+  return absl::OkStatus();
+}
+
+absl::Status PrintAuditLog(const AccessCommandOptions& options) {
+  const auto entries = ReadAuditLog(AuditLogFile(options.state_folder), static_cast<size_t>(options.last));
+  if (!entries.ok()) return entries.status();
+  for (const v1::AuditEntry& entry : *entries) {
+    std::string about;
+    for (const auto& [field, value] :
+         std::map<std::string, std::string>(entry.about().begin(), entry.about().end()))
+      absl::StrAppend(&about, "  ", field, "=", value);
+    const std::string from = entry.peer() == entry.caller() ? "" : absl::StrCat(" from ", entry.peer());
+    const std::string times = entry.times() > 1 ? absl::StrCat(" (", entry.times(), " times)") : "";
+    const std::string reason = entry.message().empty() ? "" : absl::StrCat(": ", entry.message());
+    std::printf("%s  %-20s %s%s  %s%s%s%s\n", entry.time().c_str(), entry.outcome().c_str(),
+                entry.caller().empty() ? "nobody known" : entry.caller().c_str(), from.c_str(),
+                entry.method().empty() ? "connections" : entry.method().c_str(), times.c_str(), about.c_str(),
+                reason.c_str());
+  }
   return absl::OkStatus();
 }
 
@@ -122,6 +144,14 @@ void AddAccessCommand(CLI::App& app, CommandLine& line) {
       AddCommand(*group, "list", "List tokens and certificates.", "  weft access list --state /var/lib/weft");
   SetUpAccessCommand(list, line, options, ListAccess);
   list->add_flag("--json", options->json, "Print JSON");
+  CLI::App* log = AddCommand(
+      *group, "log", "Show who changed what through the daemon, and who was refused, from its audit log.",
+      "  weft access log --state /var/lib/weft --last 20");
+  SetUpAccessCommand(log, line, options, PrintAuditLog);
+  log->add_option("--last", options->last, "So many entries, the newest at the end")
+      ->type_name("N")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 1'000'000));
 }
 
 }  // namespace weft

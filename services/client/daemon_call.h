@@ -4,6 +4,7 @@
 #include <grpcpp/client_context.h>
 
 #include <chrono>
+#include <optional>
 #include <thread>
 
 #include "absl/status/statusor.h"
@@ -27,16 +28,35 @@ class Pauses {
   std::chrono::milliseconds next_{300};
 };
 
+// How long to wait before a call that a busy daemon refused is made again; none: it does not say when.
+// Clients that were refused together come again apart.
+std::optional<std::chrono::milliseconds> PauseAfter(const grpc::Status& status);
+
+// Makes `call()` again while a busy daemon says when to, for `patience` in all. Any call may be: one that was
+// refused did nothing.
+template <typename Call>
+grpc::Status CallWhenAdmitted(Call call, std::chrono::milliseconds patience = std::chrono::seconds(60)) {
+  const auto give_up = std::chrono::steady_clock::now() + patience;
+  for (;;) {
+    const grpc::Status status = call();
+    const auto pause = PauseAfter(status);
+    if (!pause || std::chrono::steady_clock::now() + *pause > give_up) return status;
+    std::this_thread::sleep_for(*pause);
+  }
+}
+
 // Calls `call(context, &answer)`, and again while no daemon answers: only for calls that may be made twice.
 // Errors of RegistrationClient.
 template <typename Answer, typename Call>
 absl::StatusOr<Answer> CallDaemon(const RegistrationClient& connection, Call call,
                                   std::chrono::milliseconds patience = std::chrono::seconds(60)) {
   for (Pauses pauses;;) {
-    grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + patience);
     Answer answer;
-    const grpc::Status status = call(&context, &answer);
+    const grpc::Status status = CallWhenAdmitted([&] {
+      grpc::ClientContext context;
+      context.set_deadline(std::chrono::system_clock::now() + patience);
+      return call(&context, &answer);
+    });
     if (status.ok()) return answer;
     if (status.error_code() != grpc::StatusCode::UNAVAILABLE || !pauses.Next())
       return connection.Explain(status);

@@ -45,7 +45,7 @@ absl::Status ReceiveFile(const RegistrationClient& connection, const OpenTransfe
   grpc::Status status;
   for (Pauses pauses;;) {
     const size_t before = transfer.bytes.size();
-    status = Receive(open, &transfer);
+    status = CallWhenAdmitted([&] { return Receive(open, &transfer); });
     if (status.error_code() == grpc::StatusCode::ABORTED) {
       transfer = {};
     } else if (status.error_code() != grpc::StatusCode::UNAVAILABLE) {

@@ -10,10 +10,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "capture/file/posix_file.h"
+#include "services/client/daemon_call.h"
 #include "services/files/atomic_file.h"
 #include "services/library/item_path.h"
 #include "services/library/manifest.h"
 #include "services/library/sha256.h"
+#include "services/rpc/retry_after.h"
 
 namespace weft {
 namespace {
@@ -26,10 +28,11 @@ void SetLibraryPatience(grpc::ClientContext& context) {
   context.set_deadline(std::chrono::system_clock::now() + std::chrono::minutes(10));
 }
 
-// Broken calls, and uploads that others finish or change meanwhile.
+// Broken calls, those that a busy daemon refused, and uploads that others finish or change meanwhile.
 bool IsWorthAnotherTry(const absl::Status& status) {
   return absl::IsUnavailable(status) || absl::IsOutOfRange(status) || absl::IsAborted(status) ||
-         absl::IsNotFound(status) || absl::IsFailedPrecondition(status) || absl::IsDataLoss(status);
+         absl::IsNotFound(status) || absl::IsFailedPrecondition(status) || absl::IsDataLoss(status) ||
+         RetryAfter(std::string(status.message())).has_value();
 }
 
 // Waits longer from try to try.
@@ -50,10 +53,17 @@ struct LibraryClient::Attempt {
 };
 
 absl::StatusOr<v1::BeginUploadResponse> LibraryClient::Begin(const v1::BeginUploadRequest& request) {
+  v1::BeginUploadResponse response;
+  const grpc::Status status = CallWhenAdmitted([&] { return SendManifest(request, &response); });
+  if (!status.ok()) return connection_.Explain(status);
+  return response;
+}
+
+grpc::Status LibraryClient::SendManifest(const v1::BeginUploadRequest& request,
+                                         v1::BeginUploadResponse* response) {
   grpc::ClientContext context;
   SetLibraryPatience(context);
-  v1::BeginUploadResponse response;
-  const auto stream = stub_->BeginUpload(&context, &response);
+  const auto stream = stub_->BeginUpload(&context, response);
   v1::BeginUploadRequest message;
   message.set_kind(request.kind());
   message.set_name(request.name());
@@ -69,9 +79,7 @@ absl::StatusOr<v1::BeginUploadResponse> LibraryClient::Begin(const v1::BeginUplo
   }
   stream->Write(message);
   stream->WritesDone();
-  const grpc::Status status = stream->Finish();
-  if (!status.ok()) return connection_.Explain(status);
-  return response;
+  return stream->Finish();
 }
 
 absl::Status LibraryClient::SendFiles(const v1::BeginUploadResponse& begun, const LocalItem& files,
@@ -135,11 +143,13 @@ absl::StatusOr<v1::LibraryItem> LibraryClient::UploadOnce(const v1::BeginUploadR
   if (attempt->received < attempt->total) {
     if (absl::Status status = SendFiles(*begun, files, attempt); !status.ok()) return status;
   }
-  grpc::ClientContext context;  // no deadline: a large dump takes its time to be checked
   v1::FinishUploadRequest finish;
   finish.set_upload_id(begun->upload_id());
   v1::LibraryItem item;
-  const grpc::Status status = stub_->FinishUpload(&context, finish, &item);
+  const grpc::Status status = CallWhenAdmitted([&] {
+    grpc::ClientContext context;  // no deadline: a large dump takes its time to be checked
+    return stub_->FinishUpload(&context, finish, &item);
+  });
   if (!status.ok()) return connection_.Explain(status);
   return item;
 }
@@ -168,24 +178,28 @@ absl::StatusOr<v1::LibraryItem> LibraryClient::Upload(v1::ItemKind kind, const s
 }
 
 absl::StatusOr<v1::ListItemsResponse> LibraryClient::List(v1::ItemKind kind) {
-  grpc::ClientContext context;
-  SetLibraryPatience(context);
   v1::ListItemsRequest request;
   request.set_kind(kind);
   v1::ListItemsResponse response;
-  const grpc::Status status = stub_->ListItems(&context, request, &response);
+  const grpc::Status status = CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    SetLibraryPatience(context);
+    return stub_->ListItems(&context, request, &response);
+  });
   if (!status.ok()) return connection_.Explain(status);
   return response;
 }
 
 absl::StatusOr<v1::LibraryItem> LibraryClient::Get(v1::ItemKind kind, const std::string& item) {
-  grpc::ClientContext context;
-  SetLibraryPatience(context);
   v1::GetItemRequest request;
   request.set_kind(kind);
   request.set_item(item);
   v1::LibraryItem response;
-  const grpc::Status status = stub_->GetItem(&context, request, &response);
+  const grpc::Status status = CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    SetLibraryPatience(context);
+    return stub_->GetItem(&context, request, &response);
+  });
   if (!status.ok()) return connection_.Explain(status);
   return response;
 }
@@ -215,7 +229,8 @@ absl::Status LibraryClient::FetchOne(const v1::FetchFileRequest& wanted, const v
     if (!disk.ok()) context.TryCancel();
     const grpc::Status answer = stream->Finish();
     status = !disk.ok() ? disk : answer.ok() ? absl::OkStatus() : connection_.Explain(answer);
-    if (!disk.ok() || !absl::IsUnavailable(status)) break;
+    const bool refused = RetryAfter(std::string(status.message())).has_value();
+    if (!disk.ok() || !(absl::IsUnavailable(status) || refused)) break;
     if (request.offset() > before) tries = 0;
     if (tries >= kMaxTries) break;
     PauseBeforeTry(tries);
@@ -258,13 +273,15 @@ absl::Status LibraryClient::Fetch(const v1::LibraryItem& item, const std::string
 }
 
 absl::StatusOr<v1::DeleteItemResponse> LibraryClient::Delete(v1::ItemKind kind, const std::string& item) {
-  grpc::ClientContext context;
-  SetLibraryPatience(context);
   v1::DeleteItemRequest request;
   request.set_kind(kind);
   request.set_item(item);
   v1::DeleteItemResponse response;
-  const grpc::Status status = stub_->DeleteItem(&context, request, &response);
+  const grpc::Status status = CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    SetLibraryPatience(context);
+    return stub_->DeleteItem(&context, request, &response);
+  });
   if (!status.ok()) return connection_.Explain(status);
   return response;
 }

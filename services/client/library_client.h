@@ -41,6 +41,7 @@ class LibraryClient {
   absl::StatusOr<v1::LibraryItem> UploadOnce(const v1::BeginUploadRequest& request, const LocalItem& files,
                                              Attempt* attempt);
   absl::StatusOr<v1::BeginUploadResponse> Begin(const v1::BeginUploadRequest& request);
+  grpc::Status SendManifest(const v1::BeginUploadRequest& request, v1::BeginUploadResponse* response);
   absl::Status SendFiles(const v1::BeginUploadResponse& begun, const LocalItem& files, Attempt* attempt);
   absl::Status FetchOne(const v1::FetchFileRequest& request, const v1::ItemFile& file,
                         const std::string& path);

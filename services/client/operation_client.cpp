@@ -51,16 +51,18 @@ absl::StatusOr<v1::Operation> OperationClient::Cancel(const std::string& id) {
 absl::StatusOr<v1::Operation> OperationClient::Watch(const std::string& id,
                                                      const std::function<void(const v1::Operation&)>& update,
                                                      std::stop_token stop) {
-  grpc::ClientContext context;
-  const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
   v1::WatchOperationRequest request;
   request.set_operation_id(id);
-  const auto stream = stub_->WatchOperation(&context, request);
   v1::Operation operation;
-  while (stream->Read(&operation)) {
-    if (update) update(operation);
-  }
-  const grpc::Status status = stream->Finish();
+  const grpc::Status status = CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
+    const auto stream = stub_->WatchOperation(&context, request);
+    while (stream->Read(&operation)) {
+      if (update) update(operation);
+    }
+    return stream->Finish();
+  });
   if (status.ok()) return operation;
   if (stop.stop_requested()) {
     return absl::CancelledError(

@@ -8,6 +8,7 @@
 #include "services/client/daemon_call.h"
 #include "services/client/file_transfer.h"
 #include "services/rpc/grpc_status.h"
+#include "services/rpc/retry_after.h"
 #include "weft/v1/server.grpc.pb.h"
 
 namespace weft {
@@ -18,9 +19,11 @@ absl::StatusOr<std::unique_ptr<RegistrationClient>> RegistrationClient::Connect(
   if (!opened.ok()) return opened.status();
   const std::shared_ptr<grpc::Channel>& channel = *opened;
   std::unique_ptr<RegistrationClient> client(new RegistrationClient(server, channel));
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + patience);
-  const grpc::Status status = v1::Server::NewStub(channel)->GetServerInfo(&context, {}, &client->info_);
+  const grpc::Status status = CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + patience);
+    return v1::Server::NewStub(channel)->GetServerInfo(&context, {}, &client->info_);
+  });
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
     return absl::FailedPreconditionError(
         absl::StrCat("what answers at ", server, " is not weftd; check host and port"));
@@ -33,8 +36,9 @@ absl::Status RegistrationClient::Explain(const grpc::Status& status) const {
   const bool silent = status.error_code() == grpc::StatusCode::UNAVAILABLE ||
                       status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED;
   if (!silent) return FromGrpcStatus(status);
-  // What the daemon itself says when it is asked to stop.
-  if (absl::StrContains(status.error_message(), "shutting down")) return FromGrpcStatus(status);
+  // What the daemon itself says when it is busy, or asked to stop.
+  if (RetryAfter(status.error_message()) || absl::StrContains(status.error_message(), "shutting down"))
+    return FromGrpcStatus(status);
   return absl::UnavailableError(absl::StrCat("no daemon answers at ", server_, ": ", status.error_message(),
                                              "; start it with `weftd --listen ", server_,
                                              " --state DIR --allow-path DIR`"));
@@ -48,10 +52,12 @@ absl::StatusOr<v1::Job> RegistrationClient::Submit(const v1::SubmitJobRequest& r
         [&](grpc::ClientContext* context, v1::Job* job) { return stub_->SubmitJob(context, request, job); },
         patience);
   }
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + patience);
   v1::Job job;
-  const grpc::Status status = stub_->SubmitJob(&context, request, &job);
+  const grpc::Status status = CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + patience);
+    return stub_->SubmitJob(&context, request, &job);
+  });
   if (!status.ok()) return Explain(status);
   return job;
 }
@@ -105,18 +111,20 @@ absl::StatusOr<v1::Job> RegistrationClient::Retry(const std::string& job_id) {
 absl::StatusOr<v1::Job> RegistrationClient::Watch(const std::string& job_id,
                                                   const std::function<void(const v1::JobUpdate&)>& update,
                                                   std::stop_token stop) {
-  grpc::ClientContext context;
-  const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
   v1::WatchJobRequest request;
   request.set_job_id(job_id);
-  const auto stream = stub_->WatchJob(&context, request);
   v1::Job last;
-  v1::JobUpdate message;
-  while (stream->Read(&message)) {
-    last = message.job();
-    if (update) update(message);
-  }
-  const grpc::Status status = stream->Finish();
+  const grpc::Status status = CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
+    const auto stream = stub_->WatchJob(&context, request);
+    v1::JobUpdate message;
+    while (stream->Read(&message)) {
+      last = message.job();
+      if (update) update(message);
+    }
+    return stream->Finish();
+  });
   if (status.ok()) return last;
   if (stop.stop_requested()) {
     return absl::CancelledError(absl::StrCat("stopped watching; job ", job_id, " continues at ", server_));

@@ -72,16 +72,18 @@ absl::StatusOr<v1::EmptyTrashResponse> TakeClient::EmptyTrash(const std::string&
 absl::StatusOr<v1::RecordedTake> TakeClient::Watch(const std::string& id,
                                                    const std::function<void(const v1::RecordedTake&)>& update,
                                                    std::stop_token stop) {
-  grpc::ClientContext context;
-  const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
   v1::WatchTakeRequest request;
   request.set_take_id(id);
-  const auto stream = stub_->WatchTake(&context, request);
   v1::RecordedTake take;
-  while (stream->Read(&take)) {
-    if (update) update(take);
-  }
-  const grpc::Status status = stream->Finish();
+  const grpc::Status status = CallWhenAdmitted([&] {
+    grpc::ClientContext context;
+    const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
+    const auto stream = stub_->WatchTake(&context, request);
+    while (stream->Read(&take)) {
+      if (update) update(take);
+    }
+    return stream->Finish();
+  });
   if (status.ok()) return take;
   if (stop.stop_requested()) {
     return absl::CancelledError(

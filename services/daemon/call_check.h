@@ -1,4 +1,4 @@
-// Every call's caller and role, before its method begins.
+// Every call's caller, role and limits, before its method begins.
 #pragma once
 
 #include <grpcpp/security/auth_metadata_processor.h>
@@ -6,19 +6,24 @@
 #include <mutex>
 
 #include "services/access/access_control.h"
+#include "services/access/audit_log.h"
+#include "services/access/call_limits.h"
 #include "services/access/certificates.h"
 #include "services/daemon/peer.h"
 
 namespace weft {
 
-// Who may vouch for a caller.
+// What decides about callers, and what is told of them.
 struct CallerSources {
   AccessControl& access;
+  CallLimits& limits;
+  AuditLog& audit;
   RevocationList* revocations = nullptr;  // of clients' certificates; null: none is revoked
 };
 
-// Of the connections of one peer at a time. Unauthenticated and PermissionDenied as AccessControl says;
-// health is for everybody. Thread safety: any thread.
+// Of the connections of one peer at a time. Unauthenticated and PermissionDenied as AccessControl says,
+// ResourceExhausted as CallLimits says; health is for everybody. Refusals are recorded. Thread safety: any
+// thread.
 class CallCheck final : public grpc::AuthMetadataProcessor {
  public:
   // `trusts_users`: whether the user of the connection counts, which is for connections within this machine.
@@ -26,12 +31,16 @@ class CallCheck final : public grpc::AuthMetadataProcessor {
       : sources_(sources), trusts_users_(trusts_users) {}
 
   void SetPeer(const Peer& peer);
+  // Connections that asked for something, since the check was made.
+  int connections();
 
   bool IsBlocking() const override { return false; }
   grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext* context, OutputMetadata* consumed,
                        OutputMetadata* response) override;
 
  private:
+  // The peer's name.
+  std::string TakeNote(grpc::AuthContext* context);
   absl::Status CheckCertificate(const grpc::AuthContext& context) const;
 
   const CallerSources sources_;
@@ -39,6 +48,10 @@ class CallCheck final : public grpc::AuthMetadataProcessor {
   std::mutex mutex_;
   Peer peer_;
   std::string trusted_user_;
+  int connections_ = 0;
 };
+
+// What limits count callers by: their names, or their peer while nobody is recognized.
+std::string AccountOf(const std::string& caller, const std::string& peer);
 
 }  // namespace weft

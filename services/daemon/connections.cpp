@@ -14,6 +14,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "capture/file/plain_text.h"
 
 namespace weft {
 namespace {
@@ -60,7 +61,9 @@ struct Connections::Slot {
   std::shared_ptr<CallCheck> check;
   Peer peer;
   int open = 0;
-  int refused = 0;  // since the log told of it
+  int refused = 0;   // since the logs told of it
+  int admitted = 0;  // since they told of connections without a call
+  int asked_before = 0;
   std::string refused_peer;
   Clock::time_point left{};
 };
@@ -73,7 +76,7 @@ struct Connections::Listener {
 Connections::Connections(std::vector<ListeningSocket> sockets, ConnectionLimits limits,
                          const CallerSources& sources, const CredentialsOf& credentials_of,
                          grpc::ServerBuilder& builder)
-    : limits_(limits) {
+    : limits_(limits), audit_(sources.audit) {
   for (ListeningSocket& socket : sockets) {
     auto listener = std::make_unique<Listener>();
     listener->slots.resize(SlotsOf(socket.kind));
@@ -158,6 +161,7 @@ void Connections::Admit(Listener& listener, UniqueFd connection) {
     slot.check->SetPeer(slot.peer);
   }
   ++slot.open;
+  ++slot.admitted;
   open_[file.st_ino] = &slot;
   grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
   parameters.listener_fd = listener.socket.socket.get();
@@ -191,13 +195,31 @@ void Connections::CountOpen() {
     });
   }
   for (const auto& listener : listeners_) {
-    for (Slot& slot : listener->slots) {
-      if (slot.refused == 0) continue;
-      spdlog::warn("{}: {} connections of {} were refused: it has {} open, all clients together {}",
-                   listener->socket.address, slot.refused, slot.refused_peer, slot.open, open_.size());
-      slot.refused = 0;
-    }
+    for (Slot& slot : listener->slots) Tell(slot);
   }
+}
+
+void Connections::Tell(Slot& slot) {
+  const auto tell = [this](const std::string& peer, int connections, const std::string& message) {
+    v1::AuditEntry entry;
+    entry.set_peer(EscapedText(peer));
+    entry.set_outcome("REFUSED");
+    entry.set_message(message);
+    entry.set_times(connections);
+    if (audit_.Refused(entry)) spdlog::warn("{} connections of {}: {}", connections, entry.peer(), message);
+  };
+  if (slot.refused > 0) {
+    tell(slot.refused_peer, slot.refused,
+         absl::StrCat("refused: it has ", slot.open, " open, all clients together ", open_.size()));
+    slot.refused = 0;
+  }
+  if (slot.open > 0) return;
+  const int asked = slot.check->connections();
+  const int silent = slot.admitted - (asked - slot.asked_before);
+  if (silent > 0)
+    tell(slot.peer.name, silent, "ended without a call, which a failed TLS handshake does as well");
+  slot.admitted = 0;
+  slot.asked_before = asked;
 }
 
 }  // namespace weft

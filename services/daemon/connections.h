@@ -24,8 +24,9 @@ struct ConnectionLimits {
 
 // Accepts connections, and hands them to gRPC, whose own listener stands still for good once descriptors ran
 // out (CVE-2023-4785, in 1.51). So many connections are open at once, in all and of one peer: further ones
-// are closed at once, and the log names their peers. A peer, which is a user of this machine or the address
-// of another, has a CallCheck of its own while it is connected.
+// are closed at once, and the logs name their peers, also those whose connections end without a call. A peer,
+// which is a user of this machine or the address of another, has a CallCheck of its own while it is
+// connected.
 class Connections {
  public:
   using CredentialsOf = std::function<std::shared_ptr<grpc::ServerCredentials>(ListenKind kind)>;
@@ -52,8 +53,10 @@ class Connections {
   bool HasRoom(const Slot& slot) const;
   // Notices connections that gRPC has closed.
   void CountOpen();
+  void Tell(Slot& slot);
 
   const ConnectionLimits limits_;
+  AuditLog& audit_;
   std::vector<std::unique_ptr<Listener>> listeners_;
   std::map<ino_t, Slot*> open_;
   Clock::time_point counted_;

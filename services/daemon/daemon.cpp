@@ -19,6 +19,7 @@
 #include "services/access/access_list.h"
 #include "services/catalogue/catalogue.h"
 #include "services/catalogue/folder_sync.h"
+#include "services/daemon/call_observer.h"
 #include "services/daemon/camera_service.h"
 #include "services/daemon/connections.h"
 #include "services/daemon/cores.h"
@@ -48,7 +49,7 @@ namespace weft {
 namespace {
 
 constexpr int kMaxRequestBytes = 1 << 20;
-constexpr int kMaxThreads = 64;  // calls at once; watchers need none
+constexpr int kMaxThreads = 192;  // calls at once; watchers and downloads need none
 constexpr int kMaxWorkers = 1024;
 
 // Has the lock that processes of a daemon inherit: those that an earlier one left behind are gone.
@@ -95,6 +96,7 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
     return IsSettled(std::filesystem::path(dump).parent_path().string());
   };
   queue_options.endings = options.endings;
+  queue_options.max_of_one_caller = options.caller_limits.jobs;
   queue_options.list_frames = [load = options.load_inputs](const v1::RegistrationSpec& spec) {
     absl::StatusOr<LoadedInputs> inputs = load(spec);
     return inputs.ok() ? absl::StatusOr<std::vector<std::string>>(std::move(inputs->frames))
@@ -133,6 +135,8 @@ void ConfigureServer(grpc::ServerBuilder& builder) {
 struct Daemon::Parts {
   std::optional<FileLock> fence;
   std::unique_ptr<AccessControl> access;
+  std::unique_ptr<CallLimits> limits;
+  std::unique_ptr<AuditLog> audit;
   std::unique_ptr<RevocationList> revocations;  // null: none is asked
   std::unique_ptr<JobQueue> queue;
   std::unique_ptr<Library> library;
@@ -276,14 +280,28 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   parts.sessions =
       std::make_unique<SessionService>(*parts.session_keeper, *parts.take_keeper, *parts.library, *policy);
   parts.takes = std::make_unique<TakeService>(*parts.take_keeper, *parts.session_keeper, *parts.queue);
-  parts.jobs =
-      std::make_unique<JobService>(*parts.queue, *parts.library, *std::move(policy),
-                                   absl::StrCat(options.state_folder, "/results"), options.load_inputs);
+  if (absl::Status status = daemon->KnowCallers(options); !status.ok()) return status;
+  parts.jobs = std::make_unique<JobService>(JobServiceParts{
+      *parts.queue, *parts.library, *std::move(policy), absl::StrCat(options.state_folder, "/results"),
+      options.load_inputs,
+      [&parts](const grpc::ServerContextBase& context) { return CallerOf(context, *parts.access); }});
   parts.server_info = std::make_unique<ServerService>(*parts.queue, info);
   parts.library_service = std::make_unique<LibraryService>(
       *parts.queue, *parts.operation_queue, *parts.library, options.state_folder, options.check_item);
   if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
   return daemon;
+}
+
+absl::Status Daemon::KnowCallers(const DaemonOptions& options) {
+  const auto warn = [](const std::string& message) { spdlog::warn("{}", EscapedText(message)); };
+  parts_->access = std::make_unique<AccessControl>(AccessListFile(options.state_folder), warn);
+  parts_->limits = std::make_unique<CallLimits>(options.caller_limits);
+  absl::StatusOr<std::unique_ptr<AuditLog>> audit = AuditLog::Open(AuditLogFile(options.state_folder), warn);
+  if (!audit.ok()) return audit.status();
+  parts_->audit = *std::move(audit);
+  if (!options.tls.client_revocations.empty())
+    parts_->revocations = std::make_unique<RevocationList>(options.tls.client_revocations, warn);
+  return absl::OkStatus();
 }
 
 absl::Status Daemon::Listen(const DaemonOptions& options) {
@@ -298,17 +316,17 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
     addresses_.push_back(socket->address);
     sockets.push_back(*std::move(socket));
   }
-  const auto warn = [](const std::string& message) { spdlog::warn("{}", EscapedText(message)); };
-  parts_->access = std::make_unique<AccessControl>(AccessListFile(options.state_folder), warn);
-  if (!options.tls.client_revocations.empty())
-    parts_->revocations = std::make_unique<RevocationList>(options.tls.client_revocations, warn);
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   ConfigureServer(builder);
   ServerCredentialsMaker credentials(options.tls);
+  const CallerSources sources{*parts_->access, *parts_->limits, *parts_->audit, parts_->revocations.get()};
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> observers;
+  observers.push_back(ObserveCalls(sources, {}));
+  builder.experimental().SetInterceptorCreators(std::move(observers));
   parts_->connections = std::make_unique<Connections>(
-      std::move(sockets), ConnectionLimits(), CallerSources{*parts_->access, parts_->revocations.get()},
+      std::move(sockets), ConnectionLimits(), sources,
       [&credentials](ListenKind kind) { return credentials.Make(kind); }, builder);
   builder.RegisterService(parts_->cameras.get());
   builder.RegisterService(parts_->jobs.get());

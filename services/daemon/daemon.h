@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/access/call_limits.h"
 #include "services/access/certificates.h"
 #include "services/daemon/operation_command.h"
 #include "services/daemon/prepare_job.h"
@@ -37,7 +38,8 @@ struct DaemonOptions {
   std::string recorder_program;          // weft-recorder
   std::string command_program;           // weft, for operations
   RetentionRules retention;              // of takes
-  std::string address_file;              // gets the addresses once the daemon listens; empty for none
+  CallerLimits caller_limits;
+  std::string address_file;  // gets the addresses once the daemon listens; empty for none
   std::chrono::milliseconds stop_grace{5000};
   std::chrono::milliseconds silence_limit{std::chrono::minutes(15)};
 
@@ -79,6 +81,7 @@ class Daemon {
                                          const Parts& parts);
   static OperationQueueOptions OperationsOf(const DaemonOptions& options, const PathPolicy& policy,
                                             const Parts& parts);
+  absl::Status KnowCallers(const DaemonOptions& options);
   absl::Status Listen(const DaemonOptions& options);
 
   std::vector<std::string> addresses_;

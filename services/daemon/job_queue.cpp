@@ -9,13 +9,15 @@
 #include "services/catalogue/message_text.h"
 #include "services/daemon/job_queue_state.h"
 #include "services/rpc/error_detail.h"
+#include "services/rpc/retry_after.h"
 
 namespace weft {
 namespace {
 
 constexpr size_t kMaxUnfinishedJobs = 1000;
-constexpr size_t kMaxWatchers = 256;
+constexpr size_t kMaxWatchers = 4096;
 constexpr size_t kMaxFramesPerUpdate = 1000;
+constexpr std::chrono::seconds kRetryWhereFull{5};
 constexpr std::chrono::seconds kCancelPatience{45};  // less than the client's
 
 // Gives the frames whose entries were damaged their names from the inputs.
@@ -102,8 +104,19 @@ void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
 absl::Status JobQueue::CheckRoom(const v1::Job& job) const {
   if (stopping_) return ShuttingDown();
   if (jobs_.size() >= kMaxUnfinishedJobs) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat(jobs_.size(), " jobs wait already; cancel some or wait until they are done"));
+    return RetryLater(
+        absl::StatusCode::kResourceExhausted,
+        absl::StrCat(jobs_.size(), " jobs wait already; cancel some or wait until they are done"),
+        kRetryWhereFull);
+  }
+  const auto of_caller = std::count_if(jobs_.begin(), jobs_.end(), [&](const auto& other) {
+    return !other->ended && other->job().submitted_by() == job.submitted_by();
+  });
+  if (of_caller >= options_.max_of_one_caller) {
+    return RetryLater(absl::StatusCode::kResourceExhausted,
+                      absl::StrCat(job.submitted_by(), " has ", of_caller,
+                                   " unfinished jobs, the most of one caller; cancel some or wait"),
+                      kRetryWhereFull);
   }
   for (const auto& other : jobs_) {
     if (other->ended || other->job().spec().out() != job.spec().out()) continue;
@@ -215,6 +228,8 @@ JobQueue::Load JobQueue::CurrentLoad() {
     if (job->ended) continue;
     ++(job->job().state() == v1::JOB_STATE_RUNNING ? load.running : load.queued);
   }
+  load.watchers = static_cast<int>(watchers_.size());
+  load.trouble = catalogue_trouble_;
   return load;
 }
 
@@ -260,7 +275,9 @@ absl::StatusOr<v1::Job> JobQueue::Retry(const std::string& job_id) {
 absl::StatusOr<int64_t> JobQueue::Subscribe(const std::string& job_id, std::function<void()> changed) {
   const Lock lock(mutex_);
   if (watchers_.size() >= kMaxWatchers) {
-    return absl::ResourceExhaustedError("too many clients watch jobs; try again later");
+    return RetryLater(absl::StatusCode::kResourceExhausted,
+                      absl::StrCat(watchers_.size(), " clients watch jobs, the most at once"),
+                      kRetryWhereFull);
   }
   auto live = FindLive(job_id);
   if (live == nullptr) {

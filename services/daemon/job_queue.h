@@ -37,6 +37,7 @@ struct JobQueueOptions {
   // False while the take in this folder waits for its recovery; jobs that follow it wait, too.
   std::function<bool(const std::string& dump)> is_settled = [](const std::string&) { return true; };
   JobEndings endings;
+  int max_of_one_caller = 500;  // unfinished jobs
 };
 
 // The oldest job of the highest priority has the first claim on the workers; the next begins when all its
@@ -74,6 +75,8 @@ class JobQueue {
   struct Load {
     int queued = 0;
     int running = 0;
+    int watchers = 0;
+    std::string trouble;  // why states cannot be written down; empty: they can
   };
   Load CurrentLoad();
   // What a user must know of the daemon's state now: a catalogue that was restored, a disk without room.

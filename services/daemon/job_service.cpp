@@ -13,14 +13,6 @@
 
 namespace weft {
 
-JobService::JobService(JobQueue& queue, Library& library, PathPolicy policy, std::string results_folder,
-                       InputsLoader load)
-    : queue_(queue),
-      library_(library),
-      policy_(std::move(policy)),
-      results_folder_(std::move(results_folder)),
-      load_(std::move(load)) {}
-
 absl::StatusOr<v1::Job> JobService::FindSubmitted(const v1::SubmitJobRequest& request) {
   const std::string& key = request.idempotency_key();
   if (key.empty()) return absl::NotFoundError("no key");
@@ -32,13 +24,15 @@ absl::StatusOr<v1::Job> JobService::FindSubmitted(const v1::SubmitJobRequest& re
        "choose a new key"});
 }
 
-absl::StatusOr<v1::Job> JobService::Submit(const v1::SubmitJobRequest& request) {
+absl::StatusOr<v1::Job> JobService::Submit(const v1::SubmitJobRequest& request, const std::string& caller) {
   // A repeated request waits here until the first one is queued.
   const std::lock_guard lock(submitting_);
   absl::StatusOr<v1::Job> submitted = FindSubmitted(request);
   if (!absl::IsNotFound(submitted.status())) return submitted;
-  absl::StatusOr<PreparedJob> prepared = PrepareJob(request, {policy_, library_, results_folder_}, load_);
+  absl::StatusOr<PreparedJob> prepared =
+      PrepareJob(request, {parts_.policy, parts_.library, parts_.results_folder}, parts_.load);
   if (!prepared.ok()) return prepared.status();
+  prepared->job.set_submitted_by(caller);
   const std::string id = prepared->job.id();
   if (absl::Status status = queue_.Submit(std::move(prepared->job), prepared->frames); !status.ok()) {
     return status;
@@ -46,8 +40,9 @@ absl::StatusOr<v1::Job> JobService::Submit(const v1::SubmitJobRequest& request) 
   return queue_.Get(id);
 }
 
-grpc::Status JobService::SubmitJob(grpc::ServerContext*, const v1::SubmitJobRequest* request, v1::Job* job) {
-  return Answer("SubmitJob", [&] { return Assign(Submit(*request), job); });
+grpc::Status JobService::SubmitJob(grpc::ServerContext* context, const v1::SubmitJobRequest* request,
+                                   v1::Job* job) {
+  return Answer("SubmitJob", [&] { return Assign(Submit(*request, parts_.caller(*context)), job); });
 }
 
 grpc::Status JobService::GetJob(grpc::ServerContext*, const v1::GetJobRequest* request, v1::Job* job) {

@@ -1,6 +1,7 @@
 // The service Jobs: requests checked, then handed to the queue.
 #pragma once
 
+#include <functional>
 #include <mutex>
 #include <string>
 
@@ -13,13 +14,24 @@
 
 namespace weft {
 
+// Who makes a call; empty: nobody knows.
+using CallerName = std::function<std::string(const grpc::ServerContextBase& context)>;
+
+struct JobServiceParts {
+  JobQueue& queue;
+  Library& library;
+  PathPolicy policy;
+  std::string results_folder;
+  InputsLoader load;
+  CallerName caller;
+};
+
 // Errors as jobs.proto says. Thread safety: gRPC calls from many threads.
 class JobService final : public v1::Jobs::WithCallbackMethod_WatchJob<
                              v1::Jobs::WithCallbackMethod_FetchResult<v1::Jobs::Service>> {
  public:
   // Jobs whose results go nowhere else get <results_folder>/<id>. Queue and library must outlive the service.
-  JobService(JobQueue& queue, Library& library, PathPolicy policy, std::string results_folder,
-             InputsLoader load);
+  explicit JobService(JobServiceParts parts) : parts_(std::move(parts)), queue_(parts_.queue) {}
 
   grpc::Status SubmitJob(grpc::ServerContext* context, const v1::SubmitJobRequest* request,
                          v1::Job* job) override;
@@ -38,17 +50,14 @@ class JobService final : public v1::Jobs::WithCallbackMethod_WatchJob<
                                                        const v1::FetchResultRequest* request) override;
 
  private:
-  absl::StatusOr<v1::Job> Submit(const v1::SubmitJobRequest& request);
+  absl::StatusOr<v1::Job> Submit(const v1::SubmitJobRequest& request, const std::string& caller);
   // The job of an earlier request with the same idempotency key. NotFound: there is none. AlreadyExists: that
   // request asked for something else.
   absl::StatusOr<v1::Job> FindSubmitted(const v1::SubmitJobRequest& request);
   absl::StatusOr<FilePieces> OpenResult(const v1::FetchResultRequest& request);
 
+  const JobServiceParts parts_;
   JobQueue& queue_;
-  Library& library_;
-  const PathPolicy policy_;
-  const std::string results_folder_;
-  const InputsLoader load_;
   std::mutex submitting_;  // inputs are large: one request at a time reads them
 };
 

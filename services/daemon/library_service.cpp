@@ -9,13 +9,17 @@
 #include "services/daemon/answer.h"
 #include "services/library/item_path.h"
 #include "services/library/manifest.h"
+#include "services/rpc/retry_after.h"
 
 namespace weft {
 
 absl::Status LibraryService::Receive(
     grpc::ServerContext* context,
     const std::function<absl::Status(std::optional<StallWatch>& stalls)>& receive) {
-  if (!upload_calls_.try_acquire()) return absl::UnavailableError("too many uploads run; try again");
+  if (!upload_calls_.try_acquire()) {
+    constexpr std::chrono::seconds kRetryWhereFull{1};
+    return RetryLater(absl::StatusCode::kUnavailable, "too many uploads run", kRetryWhereFull);
+  }
   const absl::Cleanup release = [this] { upload_calls_.release(); };
   std::optional<StallWatch> stalls(context);
   return receive(stalls);

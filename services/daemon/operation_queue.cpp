@@ -25,6 +25,7 @@
 #include "services/process/exit_status.h"
 #include "services/rpc/error_detail.h"
 #include "services/rpc/operation_kinds.h"
+#include "services/rpc/retry_after.h"
 
 namespace weft {
 namespace {
@@ -137,7 +138,9 @@ absl::StatusOr<v1::Operation> OperationQueue::Start(const v1::StartOperationRequ
   const auto waiting = std::count_if(entries_.begin(), entries_.end(),
                                      [](const auto& entry) { return !HasEnded(entry.second.operation); });
   if (static_cast<size_t>(waiting) >= kMostWaiting) {
-    return absl::ResourceExhaustedError(absl::StrCat(waiting, " operations wait; try again later"));
+    constexpr std::chrono::seconds kRetryWhereFull{5};
+    return RetryLater(absl::StatusCode::kResourceExhausted, absl::StrCat(waiting, " operations wait"),
+                      kRetryWhereFull);
   }
   Entry entry;
   entry.inputs = *std::move(resolved);

@@ -8,10 +8,12 @@
 
 #include <fstream>
 #include <map>
+#include <set>
 #include <thread>
 
 #include "absl/strings/match.h"
 #include "services/access/access_list.h"
+#include "services/access/audit_log.h"
 #include "services/client/channel.h"
 #include "services/files/unique_fd.h"
 #include "services/rpc/service_files.h"
@@ -156,6 +158,20 @@ TEST_F(DaemonAccessTest, EveryMethodAsksForItsRole) {
     }
   }
   EXPECT_EQ(methods, ExpectedRoles().size());
+  daemon_->Stop();
+  // All refusals are recorded, and what was let in where it changes something.
+  std::set<std::string> refused, done;
+  const std::vector<v1::AuditEntry> log = ReadAuditLog(AuditLogFile(options_.state_folder), 100000).value();
+  for (const v1::AuditEntry& entry : log) {
+    const bool is_refusal =
+        entry.outcome() == "UNAUTHENTICATED" || absl::StrContains(entry.message(), "asks for the role");
+    (is_refusal ? refused : done).insert(entry.method());
+  }
+  for (const auto& [name, role] : ExpectedRoles()) {
+    EXPECT_TRUE(refused.contains(name)) << name;
+    const bool is_part = name == "Library.WriteFile" || name == "Sessions.RenewSession";
+    EXPECT_EQ(done.contains(name), role > v1::ROLE_VIEWER && !is_part) << name;
+  }
 }
 
 TEST_F(DaemonAccessTest, HealthIsForEverybodyAndReflectionIsNot) {

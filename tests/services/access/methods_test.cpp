@@ -1,5 +1,5 @@
 // What the schemas say about roles.
-#include "services/access/method_roles.h"
+#include "services/access/methods.h"
 
 #include <google/protobuf/descriptor.h>
 #include <gtest/gtest.h>
@@ -12,28 +12,28 @@
 namespace weft {
 namespace {
 
-TEST(RoleOfMethod, IsWhatTheSchemaSays) {
-  EXPECT_EQ(RoleOfMethod("/weft.v1.Jobs/ListJobs"), v1::ROLE_VIEWER);
-  EXPECT_EQ(RoleOfMethod("/weft.v1.Jobs/SubmitJob"), v1::ROLE_CLIENT);
-  EXPECT_EQ(RoleOfMethod("/weft.v1.Takes/StartTake"), v1::ROLE_OPERATOR);
-  EXPECT_EQ(RoleOfMethod("/weft.v1.Takes/EmptyTrash"), v1::ROLE_ADMIN);
+TEST(MethodOf, IsWhatTheSchemaSays) {
+  EXPECT_EQ(MethodOf("/weft.v1.Jobs/ListJobs").role, v1::ROLE_VIEWER);
+  EXPECT_EQ(MethodOf("/weft.v1.Jobs/SubmitJob").role, v1::ROLE_CLIENT);
+  EXPECT_EQ(MethodOf("/weft.v1.Takes/StartTake").role, v1::ROLE_OPERATOR);
+  EXPECT_EQ(MethodOf("/weft.v1.Takes/EmptyTrash").role, v1::ROLE_ADMIN);
 }
 
-TEST(RoleOfMethod, LetsEverybodyAskForHealth) {
-  EXPECT_EQ(RoleOfMethod("/grpc.health.v1.Health/Check"), v1::ROLE_UNSPECIFIED);
-  EXPECT_EQ(RoleOfMethod("/grpc.health.v1.Health/Watch"), v1::ROLE_UNSPECIFIED);
+TEST(MethodOf, LetsEverybodyAskForHealth) {
+  EXPECT_EQ(MethodOf("/grpc.health.v1.Health/Check").role, v1::ROLE_UNSPECIFIED);
+  EXPECT_EQ(MethodOf("/grpc.health.v1.Health/Watch").role, v1::ROLE_UNSPECIFIED);
 }
 
-TEST(RoleOfMethod, KeepsWhatNoSchemaKnowsFromStrangers) {
+TEST(MethodOf, KeepsWhatNoSchemaKnowsFromStrangers) {
   for (const char* path :
        {"/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", "/a.b/c", "", "/"})
-    EXPECT_EQ(RoleOfMethod(path), v1::ROLE_VIEWER) << path;
+    EXPECT_EQ(MethodOf(path).role, v1::ROLE_VIEWER) << path;
 }
 
-TEST(RoleOfMethod, ReadsNoPathAsAnother) {
+TEST(MethodOf, ReadsNoPathAsAnother) {
   for (const char* path : {"weft.v1.Takes/StartTake", "//weft.v1.Takes/StartTake", "/weft.v1.Takes.StartTake",
                            "/weft/v1/Takes/StartTake", "/grpc.health.v1.Health"})
-    EXPECT_GE(RoleOfMethod(path), v1::ROLE_VIEWER) << path;
+    EXPECT_GE(MethodOf(path).role, v1::ROLE_VIEWER) << path;
 }
 
 TEST(RoleWords, AreReadAsTheyAreWritten) {

@@ -1,0 +1,109 @@
+#include "services/daemon/call_observer.h"
+
+#include <google/protobuf/message.h>
+
+#include <utility>
+
+#include "capture/file/plain_text.h"
+#include "services/access/audit_fields.h"
+#include "services/daemon/call_identity.h"
+#include "services/rpc/grpc_status.h"
+#include "services/rpc/service_files.h"
+
+namespace weft {
+namespace {
+
+using grpc::experimental::InterceptionHookPoints;
+using grpc::experimental::InterceptorBatchMethods;
+using grpc::experimental::ServerRpcInfo;
+
+// gRPC hands messages on without their type. Generated messages have Message at their beginning.
+const google::protobuf::Message& AsMessage(const void* message) {
+  return *static_cast<const google::protobuf::Message*>(message);
+}
+
+class CallObserver final : public grpc::experimental::Interceptor {
+ public:
+  CallObserver(const CallerSources& sources, const CallEnded& ended, ServerRpcInfo* info)
+      : sources_(sources), ended_(ended), info_(info), method_(MethodOf(info->method())) {}
+
+  // Also of calls whose client went away.
+  ~CallObserver() override {
+    if (!began_) return;
+    sources_.limits.End(account_, method_.kind);
+    ObservedCall call{method_, entry_.outcome().empty() ? "CANCELLED" : entry_.outcome(),
+                      std::chrono::steady_clock::now() - start_};
+    if (ended_) ended_(call);
+    if (!method_.audited) return;
+    entry_.set_method(method_.name);
+    entry_.set_outcome(call.outcome);
+    sources_.audit.Record(entry_);
+  }
+
+  void Intercept(InterceptorBatchMethods* methods) override {
+    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_INITIAL_METADATA)) Begin();
+    // One message of several tells what a stream is about.
+    if (method_.audited && methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE) &&
+        methods->GetRecvMessage() != nullptr && entry_.about().empty())
+      DescribeRequest(AsMessage(methods->GetRecvMessage()), entry_);
+    if (method_.audited && methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_MESSAGE) &&
+        methods->GetSendMessage() != nullptr)
+      DescribeAnswer(AsMessage(methods->GetSendMessage()), entry_);
+    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::PRE_SEND_STATUS))
+      End(methods->GetSendStatus());
+    methods->Proceed();
+  }
+
+ private:
+  void Begin() {
+    grpc::ServerContextBase& context = *info_->server_context();
+    entry_.set_caller(EscapedText(CallerOf(context, sources_.access)));
+    entry_.set_peer(EscapedText(PeerNameOf(*context.auth_context())));
+    account_ = AccountOf(entry_.caller(), entry_.peer());
+    sources_.limits.Begin(account_, method_.kind);
+    began_ = true;
+  }
+
+  void End(const grpc::Status& status) {
+    const absl::Status ours = FromGrpcStatus(status);
+    entry_.set_outcome(absl::StatusCodeToString(ours.code()));
+    entry_.set_message(EscapedText(std::string(ours.message())));
+  }
+
+  const CallerSources& sources_;
+  const CallEnded& ended_;
+  ServerRpcInfo* const info_;
+  const Method method_;
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  std::string account_;
+  bool began_ = false;
+  v1::AuditEntry entry_;
+};
+
+class CallObservers final : public grpc::experimental::ServerInterceptorFactoryInterface {
+ public:
+  CallObservers(const CallerSources& sources, CallEnded ended)
+      : sources_(sources), ended_(std::move(ended)) {}
+  grpc::experimental::Interceptor* CreateServerInterceptor(ServerRpcInfo* info) override {
+    return new CallObserver(sources_, ended_, info);
+  }
+
+ private:
+  const CallerSources sources_;
+  const CallEnded ended_;
+};
+
+}  // namespace
+
+std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> ObserveCalls(
+    const CallerSources& sources, CallEnded ended) {
+  return std::make_unique<CallObservers>(sources, std::move(ended));
+}
+
+std::string CallerOf(const grpc::ServerContextBase& context, AccessControl& access) {
+  const absl::StatusOr<Caller> caller =
+      access.Identify(CredentialsOf(context.client_metadata(), *context.auth_context()));
+  return caller.ok() ? caller->name : "";
+}
+
+}  // namespace weft

@@ -1,0 +1,108 @@
+// What one caller may ask for, on a clock that stands until it is moved.
+#include "services/access/call_limits.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "services/rpc/retry_after.h"
+
+namespace weft {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+class CallLimitsTest : public ::testing::Test {
+ protected:
+  static CallerLimits Few() {
+    CallerLimits limits;
+    limits.calls_per_s = 10;
+    limits.burst = 20;
+    limits.unary = 3;
+    limits.streams = 2;
+    limits.uploads = 1;
+    return limits;
+  }
+  // Admitted, begun and ended.
+  absl::Status Call(const std::string& caller) {
+    absl::Status status = limits_.Admit(caller, CallKind::kUnary);
+    if (!status.ok()) return status;
+    limits_.Begin(caller, CallKind::kUnary);
+    limits_.End(caller, CallKind::kUnary);
+    return status;
+  }
+  int AdmittedOf(const std::string& caller, int calls) {
+    int admitted = 0;
+    for (int i = 0; i < calls; ++i) admitted += Call(caller).ok() ? 1 : 0;
+    return admitted;
+  }
+
+  CallLimits::Time now_{seconds(1000)};
+  CallLimits limits_{Few(), [this] { return now_; }};
+};
+
+TEST_F(CallLimitsTest, AreABurstAndThenARate) {
+  EXPECT_EQ(AdmittedOf("anna", 100), 20);
+  now_ += seconds(1);
+  EXPECT_EQ(AdmittedOf("anna", 100), 10);
+  now_ += std::chrono::hours(1);
+  EXPECT_EQ(AdmittedOf("anna", 100), 20);
+}
+
+TEST_F(CallLimitsTest, SayWhenToComeAgainAndKeepTheWord) {
+  AdmittedOf("anna", 20);
+  for (int i = 0; i < 50; ++i) {
+    const absl::Status refused = Call("anna");
+    ASSERT_EQ(refused.code(), absl::StatusCode::kResourceExhausted);
+    const auto pause = RetryAfter(std::string(refused.message()));
+    ASSERT_TRUE(pause.has_value()) << refused;
+    now_ += *pause;
+    EXPECT_TRUE(Call("anna").ok());
+  }
+}
+
+TEST_F(CallLimitsTest, AreEveryCallersOwn) {
+  EXPECT_EQ(AdmittedOf("anna", 100), 20);
+  EXPECT_EQ(AdmittedOf("bert", 100), 20);
+}
+
+TEST_F(CallLimitsTest, HoldForCallsAtOnceByKind) {
+  EXPECT_TRUE(limits_.Admit("anna", CallKind::kStream).ok());
+  EXPECT_TRUE(limits_.Admit("anna", CallKind::kStream).ok());
+  // Neither has begun.
+  const absl::Status third = limits_.Admit("anna", CallKind::kStream);
+  EXPECT_EQ(third.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(third.message()), ::testing::HasSubstr("anna has 2 streams open"));
+  EXPECT_TRUE(limits_.Admit("anna", CallKind::kUpload).ok());
+  EXPECT_TRUE(limits_.Admit("anna", CallKind::kUnary).ok());
+  limits_.Begin("anna", CallKind::kStream);
+  EXPECT_FALSE(limits_.Admit("anna", CallKind::kStream).ok());
+  limits_.End("anna", CallKind::kStream);
+  EXPECT_TRUE(limits_.Admit("anna", CallKind::kStream).ok());
+}
+
+TEST_F(CallLimitsTest, ForgetCallsThatNeverBegin) {
+  EXPECT_TRUE(limits_.Admit("anna", CallKind::kUpload).ok());
+  now_ += seconds(9);
+  EXPECT_FALSE(limits_.Admit("anna", CallKind::kUpload).ok());
+  now_ += seconds(2);
+  EXPECT_TRUE(limits_.Admit("anna", CallKind::kUpload).ok());
+}
+
+TEST_F(CallLimitsTest, KeepCallsThatRunForLong) {
+  EXPECT_TRUE(limits_.Admit("anna", CallKind::kUpload).ok());
+  limits_.Begin("anna", CallKind::kUpload);
+  now_ += std::chrono::hours(10);
+  EXPECT_FALSE(limits_.Admit("anna", CallKind::kUpload).ok());
+  EXPECT_EQ(limits_.Running(CallKind::kUpload), 1);
+}
+
+TEST_F(CallLimitsTest, ChargeRefusalsWithoutKeepingThemOpen) {
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(limits_.Charge("anna").ok());
+  EXPECT_FALSE(limits_.Charge("anna").ok());
+  now_ += seconds(1);
+  EXPECT_EQ(AdmittedOf("anna", 3), 3);
+}
+
+}  // namespace
+}  // namespace weft

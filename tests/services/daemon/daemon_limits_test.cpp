@@ -1,0 +1,180 @@
+// What one client may take from the others, and what the audit log tells of it.
+#include <grpcpp/grpcpp.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
+#include <filesystem>
+#include <fstream>
+#include <thread>
+
+#include "services/access/access_list.h"
+#include "services/access/audit_log.h"
+#include "services/client/channel.h"
+#include "services/files/unique_fd.h"
+#include "services/rpc/retry_after.h"
+#include "tests/services/daemon/daemon_fixture.h"
+#include "weft/v1/jobs.grpc.pb.h"
+#include "weft/v1/server.grpc.pb.h"
+
+namespace weft {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::StartsWith;
+
+class DaemonLimitsTest : public DaemonTest {
+ protected:
+  // Callers with tokens, so that they are others than the test's user.
+  DaemonLimitsTest() {
+    std::filesystem::create_directories(options_.state_folder);
+    for (const char* name : {"greedy", "modest"}) {
+      std::ofstream(folder_ / name)
+          << AddToken(AccessListFile(options_.state_folder), {name, v1::ROLE_CLIENT}).value().text;
+    }
+  }
+  std::shared_ptr<grpc::Channel> ClientNamed(const std::string& name) {
+    return OpenChannel(daemon_->address(), {folder_ / name, "", "", ""}).value();
+  }
+  static grpc::Status Ask(const std::shared_ptr<grpc::Channel>& channel) {
+    grpc::ClientContext context;
+    v1::ServerInfo info;
+    return v1::Server::NewStub(channel)->GetServerInfo(&context, {}, &info);
+  }
+  // The entries of a method that say this.
+  std::vector<v1::AuditEntry> Audited(const std::string& method, const std::string& words = "") {
+    std::vector<v1::AuditEntry> found;
+    const std::vector<v1::AuditEntry> log = ReadAuditLog(AuditLogFile(options_.state_folder), 10000).value();
+    for (const v1::AuditEntry& entry : log) {
+      if (entry.method() == method && entry.message().find(words) != std::string::npos)
+        found.push_back(entry);
+    }
+    return found;
+  }
+  // Records follow answers.
+  std::vector<v1::AuditEntry> WaitUntilAudited(const std::string& method, const std::string& words = "") {
+    for (int i = 0; i < 100 && Audited(method, words).empty(); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    return Audited(method, words);
+  }
+};
+
+TEST_F(DaemonLimitsTest, IdleWatchersOfOneCallerLeaveRoomForOthers) {
+  options_.caller_limits.streams = 5;
+  StartDaemon();
+  const std::string id = Submit({"hang"});
+  const auto greedy = v1::Jobs::NewStub(ClientNamed("greedy")),
+             modest = v1::Jobs::NewStub(ClientNamed("modest"));
+  v1::WatchJobRequest request;
+  request.set_job_id(id);
+  v1::JobUpdate update;
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientReader<v1::JobUpdate>>> streams;
+  const auto watch = [&](v1::Jobs::Stub& stub) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    streams.push_back(stub.WatchJob(contexts.back().get(), request));
+    return streams.back()->Read(&update);
+  };
+  for (int i = 0; i < 5; ++i) EXPECT_TRUE(watch(*greedy));
+  EXPECT_FALSE(watch(*greedy));
+  const grpc::Status refused = streams.back()->Finish();
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(refused.error_message(), HasSubstr("has 5 streams open, the most at once"));
+  EXPECT_TRUE(RetryAfter(refused.error_message()).has_value());
+  EXPECT_TRUE(watch(*modest));
+  // One that goes makes room.
+  contexts[0]->TryCancel();
+  bool admitted = false;
+  for (int i = 0; i < 100 && !admitted; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    admitted = watch(*greedy);
+  }
+  EXPECT_TRUE(admitted);
+  for (const auto& context : contexts) context->TryCancel();
+  ASSERT_TRUE(client_->Cancel(id).ok());
+}
+
+TEST_F(DaemonLimitsTest, AFloodOfOneCallerIsRefusedAndWhoObeysIsServed) {
+  options_.caller_limits.calls_per_s = 50;
+  options_.caller_limits.burst = 10;
+  StartDaemon();
+  const std::shared_ptr<grpc::Channel> greedy = ClientNamed("greedy"), modest = ClientNamed("modest");
+  int refused = 0;
+  for (int i = 0; i < 200; ++i) {
+    const grpc::Status status = Ask(greedy);
+    if (status.ok()) continue;
+    ASSERT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
+    ASSERT_TRUE(RetryAfter(status.error_message()).has_value()) << status.error_message();
+    ++refused;
+  }
+  EXPECT_GT(refused, 50);
+  EXPECT_TRUE(Ask(modest).ok());
+  EXPECT_EQ(WaitUntilAudited("Server.GetServerInfo", "makes more than 50 calls per second").empty(), false);
+  // Our own client waits as it is told.
+  for (int i = 0; i < 40; ++i) EXPECT_TRUE(client_->List(1).ok());
+}
+
+TEST_F(DaemonLimitsTest, OneCallerCannotFillTheQueueOfJobs) {
+  options_.caller_limits.jobs = 3;
+  StartDaemon();
+  const auto greedy = v1::Jobs::NewStub(ClientNamed("greedy"));
+  const auto submit = [&](int i) {
+    grpc::ClientContext context;
+    v1::Job job;
+    const v1::SubmitJobRequest request = MakeRequest({"hang"}, "greedy" + std::to_string(i));
+    grpc::Status status = greedy->SubmitJob(&context, request, &job);
+    EXPECT_EQ(status.ok(), job.submitted_by().find("(greedy)") != std::string::npos);
+    return status;
+  };
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(submit(i).ok());
+  const grpc::Status refused = submit(3);
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_THAT(refused.error_message(), HasSubstr("3 unfinished jobs, the most of one caller"));
+  EXPECT_TRUE(RetryAfter(refused.error_message()).has_value());
+  EXPECT_FALSE(Submit({"a"}, "of_modest").empty());
+  const std::vector<v1::Job> jobs = client_->List(10).value();
+  for (const v1::Job& job : jobs) EXPECT_TRUE(client_->Cancel(job.id()).ok());
+}
+
+TEST_F(DaemonLimitsTest, TheAuditLogTellsWhoDidWhat) {
+  StartDaemon();
+  const std::string id = Submit({"a"});
+  WaitForEnd(id);
+  const std::vector<v1::AuditEntry> submitted = WaitUntilAudited("Jobs.SubmitJob");
+  ASSERT_EQ(submitted.size(), 1U);
+  EXPECT_THAT(submitted[0].caller(), StartsWith("user "));
+  EXPECT_EQ(submitted[0].peer(), submitted[0].caller());
+  EXPECT_EQ(submitted[0].outcome(), "OK");
+  EXPECT_EQ(submitted[0].about().at("id"), id);
+  EXPECT_EQ(submitted[0].about().at("spec.out"), folder_ / "out");
+  // What failed, with its reason.
+  EXPECT_FALSE(client_->Cancel("no-such-job").ok());
+  const std::vector<v1::AuditEntry> failed = WaitUntilAudited("Jobs.CancelJob");
+  ASSERT_EQ(failed.size(), 1U);
+  EXPECT_EQ(failed[0].outcome(), "NOT_FOUND");
+  EXPECT_EQ(failed[0].about().at("job_id"), "no-such-job");
+  // Looking is not recorded.
+  EXPECT_TRUE(Audited("Jobs.WatchJob").empty());
+}
+
+TEST_F(DaemonLimitsTest, TheAuditLogNamesWhoConnectsAndAsksForNothing) {
+  StartDaemon();
+  sockaddr_in address = {};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  address.sin_port =
+      htons(static_cast<uint16_t>(std::stoi(daemon_->address().substr(daemon_->address().rfind(':') + 1))));
+  client_.reset();
+  {
+    const UniqueFd socket(::socket(AF_INET, SOCK_STREAM, 0));
+    ASSERT_EQ(connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    // The kernel knows whose an open connection is.
+    std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  }
+  const std::vector<v1::AuditEntry> entries = WaitUntilAudited("", "ended without a call");
+  ASSERT_FALSE(entries.empty());
+  EXPECT_EQ(entries[0].times(), 1);
+  EXPECT_THAT(entries[0].peer(), StartsWith("user "));
+}
+
+}  // namespace
+}  // namespace weft
