@@ -67,6 +67,7 @@ grpc::Status CallCheck::Process(const InputMetadata& metadata, grpc::AuthContext
   entry.set_method(EscapedText(method.name));
   entry.set_outcome(absl::StatusCodeToString(status.code()));
   entry.set_message(EscapedText(std::string(status.message())));
+  if (sources_.ended) sources_.ended({method, entry.outcome(), {}});
   if (sources_.audit.Refused(entry)) {
     spdlog::warn("refused: {} of {}: {}", entry.method(), entry.peer(), entry.message());
   }

@@ -9,6 +9,7 @@
 #include "services/access/audit_log.h"
 #include "services/access/call_limits.h"
 #include "services/access/certificates.h"
+#include "services/daemon/observed_call.h"
 #include "services/daemon/peer.h"
 
 namespace weft {
@@ -19,6 +20,7 @@ struct CallerSources {
   CallLimits& limits;
   AuditLog& audit;
   RevocationList* revocations = nullptr;  // of clients' certificates; null: none is revoked
+  CallEnded ended = {};                   // told of every call; may be empty
 };
 
 // Of the connections of one peer at a time. Unauthenticated and PermissionDenied as AccessControl says,

@@ -2,7 +2,7 @@
 
 #include <google/protobuf/message.h>
 
-#include <utility>
+#include <chrono>
 
 #include "capture/file/plain_text.h"
 #include "services/access/audit_fields.h"
@@ -24,16 +24,16 @@ const google::protobuf::Message& AsMessage(const void* message) {
 
 class CallObserver final : public grpc::experimental::Interceptor {
  public:
-  CallObserver(const CallerSources& sources, const CallEnded& ended, ServerRpcInfo* info)
-      : sources_(sources), ended_(ended), info_(info), method_(MethodOf(info->method())) {}
+  CallObserver(const CallerSources& sources, ServerRpcInfo* info)
+      : sources_(sources), info_(info), method_(MethodOf(info->method())) {}
 
   // Also of calls whose client went away.
   ~CallObserver() override {
     if (!began_) return;
     sources_.limits.End(account_, method_.kind);
-    ObservedCall call{method_, entry_.outcome().empty() ? "CANCELLED" : entry_.outcome(),
-                      std::chrono::steady_clock::now() - start_};
-    if (ended_) ended_(call);
+    const ObservedCall call{method_, entry_.outcome().empty() ? "CANCELLED" : entry_.outcome(),
+                            std::chrono::steady_clock::now() - start_};
+    if (sources_.ended) sources_.ended(call);
     if (!method_.audited) return;
     entry_.set_method(method_.name);
     entry_.set_outcome(call.outcome);
@@ -71,7 +71,6 @@ class CallObserver final : public grpc::experimental::Interceptor {
   }
 
   const CallerSources& sources_;
-  const CallEnded& ended_;
   ServerRpcInfo* const info_;
   const Method method_;
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
@@ -82,22 +81,20 @@ class CallObserver final : public grpc::experimental::Interceptor {
 
 class CallObservers final : public grpc::experimental::ServerInterceptorFactoryInterface {
  public:
-  CallObservers(const CallerSources& sources, CallEnded ended)
-      : sources_(sources), ended_(std::move(ended)) {}
+  explicit CallObservers(const CallerSources& sources) : sources_(sources) {}
   grpc::experimental::Interceptor* CreateServerInterceptor(ServerRpcInfo* info) override {
-    return new CallObserver(sources_, ended_, info);
+    return new CallObserver(sources_, info);
   }
 
  private:
   const CallerSources sources_;
-  const CallEnded ended_;
 };
 
 }  // namespace
 
 std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface> ObserveCalls(
-    const CallerSources& sources, CallEnded ended) {
-  return std::make_unique<CallObservers>(sources, std::move(ended));
+    const CallerSources& sources) {
+  return std::make_unique<CallObservers>(sources);
 }
 
 std::string CallerOf(const grpc::ServerContextBase& context, AccessControl& access) {

@@ -163,6 +163,7 @@ void Connections::Admit(Listener& listener, UniqueFd connection) {
   ++slot.open;
   ++slot.admitted;
   open_[file.st_ino] = &slot;
+  open_now_ = static_cast<int>(open_.size());
   grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
   parameters.listener_fd = listener.socket.socket.get();
   parameters.fd = connection.Release();
@@ -194,6 +195,7 @@ void Connections::CountOpen() {
       return true;
     });
   }
+  open_now_ = static_cast<int>(open_.size());
   for (const auto& listener : listeners_) {
     for (Slot& slot : listener->slots) Tell(slot);
   }

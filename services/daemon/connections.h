@@ -3,6 +3,7 @@
 
 #include <grpcpp/server_builder.h>
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <map>
@@ -41,6 +42,9 @@ class Connections {
   // Accepts no more; what is connected stays.
   void Stop();
 
+  int open() const { return open_now_; }
+  int most() const { return limits_.all; }
+
  private:
   using Clock = std::chrono::steady_clock;
   struct Slot;
@@ -59,6 +63,7 @@ class Connections {
   AuditLog& audit_;
   std::vector<std::unique_ptr<Listener>> listeners_;
   std::map<ino_t, Slot*> open_;
+  std::atomic<int> open_now_ = 0;
   Clock::time_point counted_;
   UniqueFd wake_;
   std::jthread thread_;

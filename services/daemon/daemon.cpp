@@ -1,55 +1,34 @@
 #include "services/daemon/daemon.h"
 
-#include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
-#include <grpcpp/health_check_service_interface.h>
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <mutex>
 #include <optional>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "absl/strings/strip.h"
 #include "base/host_clock.h"
 #include "capture/file/plain_text.h"
-#include "services/access/access_list.h"
 #include "services/catalogue/catalogue.h"
 #include "services/catalogue/folder_sync.h"
-#include "services/daemon/call_observer.h"
-#include "services/daemon/camera_service.h"
-#include "services/daemon/connections.h"
 #include "services/daemon/cores.h"
-#include "services/daemon/job_queue.h"
-#include "services/daemon/job_service.h"
-#include "services/daemon/library_service.h"
+#include "services/daemon/daemon_parts.h"
 #include "services/daemon/lost_jobs.h"
-#include "services/daemon/operation_queue.h"
-#include "services/daemon/operation_service.h"
 #include "services/daemon/path_policy.h"
-#include "services/daemon/server_credentials.h"
-#include "services/daemon/server_service.h"
-#include "services/daemon/session_keeper.h"
-#include "services/daemon/session_service.h"
 #include "services/daemon/take_folder.h"
-#include "services/daemon/take_keeper.h"
-#include "services/daemon/take_service.h"
 #include "services/executor/local_executor.h"
 #include "services/files/atomic_file.h"
 #include "services/library/item_words.h"
 #include "services/recorder/recorder_process.h"
 #include "services/rpc/error_detail.h"
 #include "services/rpc/operation_kinds.h"
-#include "services/rpc/service_files.h"
 
 namespace weft {
 namespace {
 
-constexpr int kMaxRequestBytes = 1 << 20;
-constexpr int kMaxThreads = 192;  // calls at once; watchers and downloads need none
 constexpr int kMaxWorkers = 1024;
 
 // Has the lock that processes of a daemon inherit: those that an earlier one left behind are gone.
@@ -115,45 +94,7 @@ v1::ItemKind KindOfInput(const std::string& field) {
   return v1::ITEM_KIND_DUMP;
 }
 
-void ConfigureServer(grpc::ServerBuilder& builder) {
-  builder.SetMaxReceiveMessageSize(kMaxRequestBytes);
-  grpc::ResourceQuota quota("weftd");
-  quota.SetMaxThreads(kMaxThreads);
-  builder.SetResourceQuota(quota);
-  // Whoever connects and says nothing is let go.
-  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 10'000);
-  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 100);
-  // Clients whose machine went away are noticed.
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 60'000);
-  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
-  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
-}
-
 }  // namespace
-
-// In the order in which they depend on each other.
-struct Daemon::Parts {
-  std::optional<FileLock> fence;
-  std::unique_ptr<AccessControl> access;
-  std::unique_ptr<CallLimits> limits;
-  std::unique_ptr<AuditLog> audit;
-  std::unique_ptr<RevocationList> revocations;  // null: none is asked
-  std::unique_ptr<JobQueue> queue;
-  std::unique_ptr<Library> library;
-  std::unique_ptr<JobService> jobs;
-  std::unique_ptr<ServerService> server_info;
-  std::unique_ptr<SessionKeeper> session_keeper;
-  std::unique_ptr<TakeKeeper> take_keeper;
-  std::unique_ptr<OperationQueue> operation_queue;
-  std::unique_ptr<CameraService> cameras;
-  std::unique_ptr<OperationService> operations;
-  std::unique_ptr<SessionService> sessions;
-  std::unique_ptr<TakeService> takes;
-  std::unique_ptr<LibraryService> library_service;
-  std::unique_ptr<Connections> connections;
-  std::unique_ptr<grpc::Server> server;
-  std::once_flag stopped;
-};
 
 TakeKeeperOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const PathPolicy& policy,
                                         const Parts& parts) {
@@ -211,13 +152,16 @@ OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const P
 
 absl::Status DaemonOptions::Validate() const {
   if (state_folder.empty()) return absl::InvalidArgumentError("--state: must not be empty");
-  for (const std::string& text : listen) {
+  std::vector<std::pair<const char*, std::string>> addresses;
+  for (const std::string& text : listen) addresses.emplace_back("--listen", text);
+  if (!metrics_listen.empty()) addresses.emplace_back("--metrics", metrics_listen);
+  for (const auto& [option, text] : addresses) {
     const absl::StatusOr<ListenAddress> address = ParseListenAddress(text);
     if (!address.ok()) return address.status();
     if (address->kind != ListenKind::kNetwork) continue;
     if (tls.certificate.empty() || tls.key.empty()) {
       return absl::InvalidArgumentError(
-          absl::StrCat("--listen: ", text,
+          absl::StrCat(option, ": ", text,
                        " can be reached from other machines, which needs TLS; give --tls-cert and "
                        "--tls-key, or listen on 127.0.0.1"));
     }
@@ -292,63 +236,11 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   return daemon;
 }
 
-absl::Status Daemon::KnowCallers(const DaemonOptions& options) {
-  const auto warn = [](const std::string& message) { spdlog::warn("{}", EscapedText(message)); };
-  parts_->access = std::make_unique<AccessControl>(AccessListFile(options.state_folder), warn);
-  parts_->limits = std::make_unique<CallLimits>(options.caller_limits);
-  absl::StatusOr<std::unique_ptr<AuditLog>> audit = AuditLog::Open(AuditLogFile(options.state_folder), warn);
-  if (!audit.ok()) return audit.status();
-  parts_->audit = *std::move(audit);
-  if (!options.tls.client_revocations.empty())
-    parts_->revocations = std::make_unique<RevocationList>(options.tls.client_revocations, warn);
-  return absl::OkStatus();
-}
-
-absl::Status Daemon::Listen(const DaemonOptions& options) {
-  std::vector<std::string> texts = options.listen;
-  if (texts.empty()) texts.push_back(absl::StrCat("unix:", options.state_folder, "/weftd.sock"));
-  std::vector<ListeningSocket> sockets;
-  for (const std::string& text : texts) {
-    const absl::StatusOr<ListenAddress> address = ParseListenAddress(text);
-    if (!address.ok()) return address.status();
-    absl::StatusOr<ListeningSocket> socket = ListenAt(*address);
-    if (!socket.ok()) return socket.status();
-    addresses_.push_back(socket->address);
-    sockets.push_back(*std::move(socket));
-  }
-  grpc::EnableDefaultHealthCheckService(true);
-  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
-  grpc::ServerBuilder builder;
-  ConfigureServer(builder);
-  ServerCredentialsMaker credentials(options.tls);
-  const CallerSources sources{*parts_->access, *parts_->limits, *parts_->audit, parts_->revocations.get()};
-  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> observers;
-  observers.push_back(ObserveCalls(sources, {}));
-  builder.experimental().SetInterceptorCreators(std::move(observers));
-  parts_->connections = std::make_unique<Connections>(
-      std::move(sockets), ConnectionLimits(), sources,
-      [&credentials](ListenKind kind) { return credentials.Make(kind); }, builder);
-  builder.RegisterService(parts_->cameras.get());
-  builder.RegisterService(parts_->jobs.get());
-  builder.RegisterService(parts_->operations.get());
-  builder.RegisterService(parts_->server_info.get());
-  builder.RegisterService(parts_->sessions.get());
-  builder.RegisterService(parts_->takes.get());
-  builder.RegisterService(parts_->library_service.get());
-  parts_->server = builder.BuildAndStart();
-  if (parts_->server == nullptr) return absl::InternalError("gRPC starts no server; its log says why");
-  for (const google::protobuf::FileDescriptor* file : ServiceFiles()) {
-    for (int i = 0; i < file->service_count(); ++i)
-      parts_->server->GetHealthCheckService()->SetServingStatus(file->service(i)->full_name(), true);
-  }
-  if (absl::Status status = parts_->connections->Begin(); !status.ok()) return status;
-  if (options.address_file.empty()) return absl::OkStatus();
-  return WriteFileAtomically(options.address_file, absl::StrCat(absl::StrJoin(addresses_, "\n"), "\n"));
-}
-
 void Daemon::Stop() {
   std::call_once(parts_->stopped, [this] {
     if (parts_->connections) parts_->connections->Stop();
+    parts_->metrics_page.reset();
+    parts_->health.reset();
     if (parts_->server) parts_->server->GetHealthCheckService()->Shutdown();
     if (parts_->queue) parts_->queue->Stop();
     if (parts_->take_keeper) parts_->take_keeper->Stop();

@@ -29,6 +29,7 @@ struct DaemonOptions {
   // "unix:PATH" or HOST:PORT; port 0 takes a free one. Empty: weftd.sock in the state folder.
   std::vector<std::string> listen;
   TlsFiles tls;                          // for addresses that other machines reach
+  std::string metrics_listen;            // HOST:PORT for Prometheus; empty: none
   std::string state_folder;              // made where it is missing
   std::vector<std::string> allow_paths;  // folders that clients may name
   int workers = 0;                       // processes; 0 chooses by the number of cores
@@ -66,14 +67,17 @@ class Daemon {
   // The first one that it listens on, with the port that was chosen.
   const std::string& address() const { return addresses_.front(); }
   const std::vector<std::string>& addresses() const { return addresses_; }
+  // Where Prometheus asks; empty: nowhere.
+  const std::string& metrics_address() const { return metrics_address_; }
   int workers() const { return workers_; }
   int threads_per_worker() const { return threads_per_worker_; }
 
   // Stops the workers and ends all calls. The next daemon on the state folder goes on.
   void Stop();
 
- private:
   struct Parts;
+
+ private:
   Daemon();
   // What an input that a request names is on this machine.
   static ResolveInput InputsOf(const DaemonOptions& options, const PathPolicy& policy, const Parts& parts);
@@ -82,9 +86,11 @@ class Daemon {
   static OperationQueueOptions OperationsOf(const DaemonOptions& options, const PathPolicy& policy,
                                             const Parts& parts);
   absl::Status KnowCallers(const DaemonOptions& options);
+  absl::Status ServeMetrics(const DaemonOptions& options);
   absl::Status Listen(const DaemonOptions& options);
 
   std::vector<std::string> addresses_;
+  std::string metrics_address_;
   int workers_ = 0;
   int threads_per_worker_ = 0;
   std::unique_ptr<Parts> parts_;

@@ -229,6 +229,8 @@ JobQueue::Load JobQueue::CurrentLoad() {
     ++(job->job().state() == v1::JOB_STATE_RUNNING ? load.running : load.queued);
   }
   load.watchers = static_cast<int>(watchers_.size());
+  load.frames_done = frames_done_;
+  load.frames_failed = frames_failed_;
   load.trouble = catalogue_trouble_;
   return load;
 }

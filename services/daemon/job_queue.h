@@ -76,7 +76,8 @@ class JobQueue {
     int queued = 0;
     int running = 0;
     int watchers = 0;
-    std::string trouble;  // why states cannot be written down; empty: they can
+    int64_t frames_done = 0, frames_failed = 0;  // since the queue was made
+    std::string trouble;                         // why states cannot be written down; empty: they can
   };
   Load CurrentLoad();
   // What a user must know of the daemon's state now: a catalogue that was restored, a disk without room.
@@ -176,6 +177,7 @@ class JobQueue {
   bool due_changed_ = false;
   std::optional<Time> save_again_, backup_due_, last_backup_;
   int64_t backed_up_version_ = 0;
+  int64_t frames_done_ = 0, frames_failed_ = 0;
   std::string catalogue_trouble_, backup_trouble_;  // "" while all is well
   bool background_ends_ = false;
   std::thread background_;

@@ -124,6 +124,7 @@ void JobQueue::OnFrameEvent(RunningTask& task, const v1::WorkerEvent& event) {
   if (!running) job.life.frames().Start(*position);
   if (event.has_finished() && IsResult(event.finished().state())) {
     job.life.frames().Finish(*position, event.finished());
+    ++(event.finished().state() == v1::FRAME_STATE_FAILED ? frames_failed_ : frames_done_);
     // The refinement of meshes that this job made while it followed its take is no repetition.
     if (job.job().spec().live_every() > 0) job.life.frames().ForgetRedone(*position);
     NoteLatency(job, *position);
@@ -217,6 +218,7 @@ void JobQueue::SetAside(const std::shared_ptr<LiveJob>& job, size_t position, co
   job->life.frames().End(
       position, v1::FRAME_STATE_FAILED,
       absl::StrCat("its workers ended abnormally ", attempts, " times; last: ", EscapedText(reason)));
+  ++frames_failed_;
   Remember(*job, position);
   const v1::FrameInfo info = job->infos()[position];
   spdlog::error("job {}: frame {} is set aside: {}", job->job().id(), info.frame(), info.reason());

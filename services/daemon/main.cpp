@@ -58,6 +58,11 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
          "needs --tls-cert and --tls-key")
       ->type_name("ADDRESS");
   AddTlsOptions(app, options.tls);
+  app.add_option(
+         "--metrics", options.metrics_listen,
+         "Serve metrics for Prometheus at http://HOST:PORT/metrics, or https where other machines reach it. "
+         "Whoever asks shows a token of the role viewer")
+      ->type_name("HOST:PORT");
   app.add_option("--state", options.state_folder,
                  "Folder for the list of jobs, and for results whose folder is not shared")
       ->required()
@@ -126,6 +131,8 @@ int RunDaemon(const weft::DaemonOptions& options) {
   spdlog::info("weftd " WEFT_VERSION " listens on {}, {} workers with {} threads each",
                absl::StrJoin((*daemon)->addresses(), ", "), (*daemon)->workers(),
                (*daemon)->threads_per_worker());
+  if (const std::string& metrics = (*daemon)->metrics_address(); !metrics.empty())
+    spdlog::info("metrics at {}/metrics", metrics);
   WaitForStop(signals.token());
   spdlog::info("stopping; unfinished jobs go on at the next start");
   (*daemon)->Stop();

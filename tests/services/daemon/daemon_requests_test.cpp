@@ -1,5 +1,4 @@
 // What the daemon answers to requests, good and hostile.
-#include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 
 #include <optional>
@@ -8,6 +7,7 @@
 #include "services/daemon/request_check.h"
 #include "services/rpc/error_detail.h"
 #include "tests/services/daemon/daemon_fixture.h"
+#include "tests/services/daemon/raw_call.h"
 
 namespace weft {
 namespace {
@@ -16,48 +16,12 @@ using ::testing::EndsWith;
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
-// One message there and one back, by method name and serialized, as any gRPC client could do it.
-std::string RawCall(const std::string& address, const std::string& method, const std::string& request) {
-  grpc::GenericStub stub(grpc::CreateChannel(address, grpc::InsecureChannelCredentials()));
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(30));
-  grpc::CompletionQueue queue;
-  const auto wait = [&queue] {
-    void* tag = nullptr;
-    bool ok = false;
-    return queue.Next(&tag, &ok) && ok;
-  };
-  const auto call = stub.PrepareCall(&context, method, &queue);
-  call->StartCall(nullptr);
-  EXPECT_TRUE(wait());
-  const grpc::Slice slice(request);
-  call->WriteLast(grpc::ByteBuffer(&slice, 1), grpc::WriteOptions(), nullptr);
-  EXPECT_TRUE(wait());
-  grpc::ByteBuffer received;
-  call->Read(&received, nullptr);
-  EXPECT_TRUE(wait()) << method;
-  grpc::Status status;
-  call->Finish(&status, nullptr);
-  EXPECT_TRUE(wait());
-  EXPECT_TRUE(status.ok()) << status.error_message();
-  std::vector<grpc::Slice> slices;
-  EXPECT_TRUE(received.Dump(&slices).ok());
-  std::string bytes;
-  for (const grpc::Slice& part : slices)
-    bytes.append(reinterpret_cast<const char*>(part.begin()), part.size());
-  return bytes;
-}
-
 TEST_F(DaemonTest, AnswersTheStandardHealthCheck) {
   StartDaemon();
-  // HealthCheckRequest{service: 1}; HealthCheckResponse{status: 1 = SERVING}.
   for (const std::string service :
        {"weft.v1.Cameras", "weft.v1.Jobs", "weft.v1.Library", "weft.v1.Operations", "weft.v1.Server",
-        "weft.v1.Sessions", "weft.v1.Takes"}) {
-    std::string request = "\x0a";
-    request += static_cast<char>(service.size());
-    EXPECT_EQ(RawCall(daemon_->address(), "/grpc.health.v1.Health/Check", request + service), "\x08\x01");
-  }
+        "weft.v1.Sessions", "weft.v1.Takes"})
+    EXPECT_EQ(AskHealth(daemon_->address(), service), "SERVING") << service;
 }
 
 TEST_F(DaemonTest, ListsItsServicesByReflection) {

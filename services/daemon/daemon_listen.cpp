@@ -1,0 +1,155 @@
+// Daemon: what stands between its clients and its services.
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "base/host_clock.h"
+#include "capture/file/plain_text.h"
+#include "services/access/access_list.h"
+#include "services/daemon/call_observer.h"
+#include "services/daemon/daemon.h"
+#include "services/daemon/daemon_parts.h"
+#include "services/daemon/server_credentials.h"
+#include "services/files/atomic_file.h"
+
+namespace weft {
+namespace {
+
+constexpr int kMaxRequestBytes = 1 << 20;
+constexpr int kMaxThreads = 192;  // calls at once; watchers and downloads need none
+constexpr int kSpareThreads = 8;  // gRPC polls with some
+
+void ConfigureServer(grpc::ServerBuilder& builder) {
+  builder.SetMaxReceiveMessageSize(kMaxRequestBytes);
+  grpc::ResourceQuota quota("weftd");
+  quota.SetMaxThreads(kMaxThreads);
+  builder.SetResourceQuota(quota);
+  // Whoever connects and says nothing is let go.
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 10'000);
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 100);
+  // Clients whose machine went away are noticed.
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 60'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
+}
+
+DaemonLoad LoadOf(Daemon::Parts& parts, const std::string& state_folder, int workers) {
+  const JobQueue::Load queue = parts.queue->CurrentLoad();
+  DaemonLoad load;
+  load.jobs_queued = queue.queued;
+  load.jobs_running = queue.running;
+  load.watchers = queue.watchers;
+  load.frames_done = queue.frames_done;
+  load.frames_failed = queue.frames_failed;
+  // Older ones are recorded no more.
+  constexpr size_t kNewestTakes = 50;
+  const v1::ListTakesResponse takes = parts.take_keeper->List(kNewestTakes, false);
+  for (const v1::RecordedTake& take : takes.takes()) {
+    if (!take.recorder_lives()) continue;
+    ++load.takes_recording;
+    load.sets_dropped += take.state().sets_dropped();
+    load.frames_missing += take.state().frames_missing();
+  }
+  load.connections = parts.connections->open();
+  load.calls_running = parts.limits->Running(CallKind::kUnary);
+  load.streams_running = parts.limits->Running(CallKind::kStream);
+  load.uploads_running = parts.limits->Running(CallKind::kUpload);
+  load.workers = workers;
+  std::error_code error;
+  const std::filesystem::space_info space = std::filesystem::space(state_folder, error);
+  if (!error) load.state_free_bytes = space.available;
+  load.serving = parts.health->serving();
+  return load;
+}
+
+// Why clients had better go elsewhere, or wait.
+std::string TroubleOf(Daemon::Parts& parts) {
+  if (std::string trouble = parts.queue->CurrentLoad().trouble; !trouble.empty()) return trouble;
+  const int busy = parts.limits->Running(CallKind::kUnary) + parts.limits->Running(CallKind::kUpload);
+  if (busy >= kMaxThreads - kSpareThreads) return absl::StrCat(busy, " calls run, and all threads are taken");
+  if (parts.connections->open() >= parts.connections->most())
+    return absl::StrCat(parts.connections->open(), " clients are connected, the most at once");
+  return "";
+}
+
+}  // namespace
+
+absl::Status Daemon::ServeMetrics(const DaemonOptions& options) {
+  parts_->metrics = std::make_unique<Metrics>(
+      [this, folder = options.state_folder] { return LoadOf(*parts_, folder, workers_); },
+      static_cast<double>(HostTime_ns()) / 1e9);
+  if (options.metrics_listen.empty()) return absl::OkStatus();
+  const absl::StatusOr<ListenAddress> address = ParseListenAddress(options.metrics_listen);
+  if (!address.ok()) return address.status();
+  absl::StatusOr<ListeningSocket> socket = ListenAt(*address);
+  if (!socket.ok()) return socket.status();
+  metrics_address_ = socket->address;
+  auto page = MetricsPage::Start(*std::move(socket), options.tls,
+                                 {*parts_->metrics, *parts_->access, *parts_->audit});
+  if (!page.ok()) return page.status();
+  parts_->metrics_page = *std::move(page);
+  return absl::OkStatus();
+}
+
+absl::Status Daemon::KnowCallers(const DaemonOptions& options) {
+  const auto warn = [](const std::string& message) { spdlog::warn("{}", EscapedText(message)); };
+  parts_->access = std::make_unique<AccessControl>(AccessListFile(options.state_folder), warn);
+  parts_->limits = std::make_unique<CallLimits>(options.caller_limits);
+  absl::StatusOr<std::unique_ptr<AuditLog>> audit = AuditLog::Open(AuditLogFile(options.state_folder), warn);
+  if (!audit.ok()) return audit.status();
+  parts_->audit = *std::move(audit);
+  if (!options.tls.client_revocations.empty())
+    parts_->revocations = std::make_unique<RevocationList>(options.tls.client_revocations, warn);
+  return absl::OkStatus();
+}
+
+absl::Status Daemon::Listen(const DaemonOptions& options) {
+  std::vector<std::string> texts = options.listen;
+  if (texts.empty()) texts.push_back(absl::StrCat("unix:", options.state_folder, "/weftd.sock"));
+  std::vector<ListeningSocket> sockets;
+  for (const std::string& text : texts) {
+    const absl::StatusOr<ListenAddress> address = ParseListenAddress(text);
+    if (!address.ok()) return address.status();
+    absl::StatusOr<ListeningSocket> socket = ListenAt(*address);
+    if (!socket.ok()) return socket.status();
+    addresses_.push_back(socket->address);
+    sockets.push_back(*std::move(socket));
+  }
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  grpc::ServerBuilder builder;
+  ConfigureServer(builder);
+  ServerCredentialsMaker credentials(options.tls);
+  const CallerSources sources{*parts_->access, *parts_->limits, *parts_->audit, parts_->revocations.get(),
+                              [this](const ObservedCall& call) {
+                                if (parts_->metrics) parts_->metrics->Count(call);
+                              }};
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> observers;
+  observers.push_back(ObserveCalls(sources));
+  builder.experimental().SetInterceptorCreators(std::move(observers));
+  parts_->connections = std::make_unique<Connections>(
+      std::move(sockets), ConnectionLimits(), sources,
+      [&credentials](ListenKind kind) { return credentials.Make(kind); }, builder);
+  builder.RegisterService(parts_->cameras.get());
+  builder.RegisterService(parts_->jobs.get());
+  builder.RegisterService(parts_->operations.get());
+  builder.RegisterService(parts_->server_info.get());
+  builder.RegisterService(parts_->sessions.get());
+  builder.RegisterService(parts_->takes.get());
+  builder.RegisterService(parts_->library_service.get());
+  parts_->server = builder.BuildAndStart();
+  if (parts_->server == nullptr) return absl::InternalError("gRPC starts no server; its log says why");
+  parts_->health = std::make_unique<HealthWatch>(*parts_->server->GetHealthCheckService(),
+                                                 [this] { return TroubleOf(*parts_); });
+  if (absl::Status status = ServeMetrics(options); !status.ok()) return status;
+  if (absl::Status status = parts_->connections->Begin(); !status.ok()) return status;
+  if (options.address_file.empty()) return absl::OkStatus();
+  return WriteFileAtomically(options.address_file, absl::StrCat(absl::StrJoin(addresses_, "\n"), "\n"));
+}
+
+}  // namespace weft

@@ -1,0 +1,56 @@
+// What a daemon is made of. Only for its own source files.
+#pragma once
+
+#include <grpcpp/server.h>
+
+#include <memory>
+#include <mutex>
+#include <optional>
+
+#include "services/daemon/camera_service.h"
+#include "services/daemon/connections.h"
+#include "services/daemon/daemon.h"
+#include "services/daemon/health.h"
+#include "services/daemon/job_queue.h"
+#include "services/daemon/job_service.h"
+#include "services/daemon/library_service.h"
+#include "services/daemon/metrics.h"
+#include "services/daemon/metrics_page.h"
+#include "services/daemon/operation_queue.h"
+#include "services/daemon/operation_service.h"
+#include "services/daemon/server_service.h"
+#include "services/daemon/session_keeper.h"
+#include "services/daemon/session_service.h"
+#include "services/daemon/take_keeper.h"
+#include "services/daemon/take_service.h"
+
+namespace weft {
+
+// In the order in which they depend on each other.
+struct Daemon::Parts {
+  std::optional<FileLock> fence;
+  std::unique_ptr<AccessControl> access;
+  std::unique_ptr<CallLimits> limits;
+  std::unique_ptr<AuditLog> audit;
+  std::unique_ptr<RevocationList> revocations;  // null: none is asked
+  std::unique_ptr<JobQueue> queue;
+  std::unique_ptr<Library> library;
+  std::unique_ptr<JobService> jobs;
+  std::unique_ptr<ServerService> server_info;
+  std::unique_ptr<SessionKeeper> session_keeper;
+  std::unique_ptr<TakeKeeper> take_keeper;
+  std::unique_ptr<OperationQueue> operation_queue;
+  std::unique_ptr<CameraService> cameras;
+  std::unique_ptr<OperationService> operations;
+  std::unique_ptr<SessionService> sessions;
+  std::unique_ptr<TakeService> takes;
+  std::unique_ptr<LibraryService> library_service;
+  std::unique_ptr<Connections> connections;
+  std::unique_ptr<grpc::Server> server;
+  std::unique_ptr<HealthWatch> health;
+  std::unique_ptr<Metrics> metrics;
+  std::unique_ptr<MetricsPage> metrics_page;  // null: nobody asked for one
+  std::once_flag stopped;
+};
+
+}  // namespace weft

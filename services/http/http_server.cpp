@@ -1,0 +1,190 @@
+#include "services/http/http_server.h"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <microhttpd.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <exception>
+#include <utility>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+
+namespace weft {
+namespace {
+
+constexpr size_t kConnectionMemory_bytes = 32 << 10;  // requests and their headers
+
+bool IsAddress(const std::string& text) {
+  in6_addr ignored = {};
+  return inet_pton(AF_INET, text.c_str(), &ignored) == 1 || inet_pton(AF_INET6, text.c_str(), &ignored) == 1;
+}
+
+// The host of HOST or HOST:PORT, without brackets.
+std::string WithoutPort(const std::string& host) {
+  if (absl::StartsWith(host, "[")) {
+    const size_t end = host.find(']');
+    return end == std::string::npos ? "" : host.substr(1, end - 1);
+  }
+  return host.substr(0, host.find(':'));
+}
+
+std::string HeaderOf(MHD_Connection* connection, const char* name) {
+  const char* value = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
+  return value == nullptr ? "" : value;
+}
+
+std::string BearerOf(const std::string& authorization) {
+  constexpr absl::string_view kScheme = "bearer ";
+  return absl::StartsWithIgnoreCase(authorization, kScheme) ? authorization.substr(kScheme.size()) : "";
+}
+
+std::string PeerOf(MHD_Connection* connection) {
+  const MHD_ConnectionInfo* info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+  if (info == nullptr || info->client_addr == nullptr) return "";
+  char text[INET6_ADDRSTRLEN] = "";
+  const sockaddr& address = *info->client_addr;
+  const void* bytes =
+      address.sa_family == AF_INET6
+          ? static_cast<const void*>(&reinterpret_cast<const sockaddr_in6&>(address).sin6_addr)
+          : &reinterpret_cast<const sockaddr_in&>(address).sin_addr;
+  const char* named = inet_ntop(address.sa_family, bytes, text, sizeof text);
+  return named == nullptr ? "" : named;
+}
+
+// Why a request is not for us; 200: it is.
+HttpAnswer CheckRequest(MHD_Connection* connection, const std::string& method,
+                        const HttpServerOptions& options) {
+  if (method != MHD_HTTP_METHOD_GET && method != MHD_HTTP_METHOD_HEAD)
+    return {MHD_HTTP_METHOD_NOT_ALLOWED, "text/plain; charset=utf-8", "GET and HEAD are answered\n"};
+  const std::string host = HeaderOf(connection, MHD_HTTP_HEADER_HOST);
+  if (!IsHostOfOurs(host, options.host_names)) {
+    return {MHD_HTTP_MISDIRECTED_REQUEST, "text/plain; charset=utf-8",
+            "Host: this is no name of this server; ask by its address\n"};
+  }
+  const std::string origin = HeaderOf(connection, MHD_HTTP_HEADER_ORIGIN);
+  const std::string own = absl::StrCat(options.key_pem.empty() ? "http://" : "https://", host);
+  if (!origin.empty() && !absl::EqualsIgnoreCase(origin, own)) {
+    return {MHD_HTTP_FORBIDDEN, "text/plain; charset=utf-8",
+            "Origin: pages of other servers get nothing here\n"};
+  }
+  return {};
+}
+
+MHD_Result Send(MHD_Connection* connection, const HttpAnswer& answer) {
+  MHD_Response* response = MHD_create_response_from_buffer(
+      answer.body.size(), const_cast<char*>(answer.body.data()), MHD_RESPMEM_MUST_COPY);
+  if (response == nullptr) return MHD_NO;
+  const std::pair<const char*, const char*> headers[] = {{"Content-Type", answer.type.c_str()},
+                                                         {"X-Content-Type-Options", "nosniff"},
+                                                         {"Cache-Control", "no-store"}};
+  for (const auto& [name, value] : headers) MHD_add_response_header(response, name, value);
+  if (answer.status == MHD_HTTP_UNAUTHORIZED)
+    MHD_add_response_header(response, MHD_HTTP_HEADER_WWW_AUTHENTICATE, "Bearer");
+  const MHD_Result queued =
+      MHD_queue_response(connection, static_cast<unsigned int>(answer.status), response);
+  MHD_destroy_response(response);
+  return queued;
+}
+
+}  // namespace
+
+bool IsHostOfOurs(const std::string& host, const std::vector<std::string>& names) {
+  const std::string name = absl::AsciiStrToLower(WithoutPort(host));
+  return name == "localhost" || IsAddress(name) ||
+         std::any_of(names.begin(), names.end(),
+                     [&](const std::string& ours) { return absl::AsciiStrToLower(ours) == name; });
+}
+
+struct HttpServer::Running {
+  MHD_Daemon* daemon = nullptr;
+  HttpServer* server = nullptr;
+  HttpServerOptions options;
+
+  ~Running() {
+    if (daemon == nullptr) return;
+    close(MHD_quiesce_daemon(daemon));  // otherwise the end may shut the socket down, which others share
+    MHD_stop_daemon(daemon);
+  }
+
+  // MHD calls once with the headers, and once more with the end of the body.
+  static MHD_Result Handle(void* self, MHD_Connection* connection, const char* url, const char* method,
+                           const char* /*version*/, const char* /*body*/, size_t* body_bytes, void** state) {
+    const auto& running = *static_cast<Running*>(self);
+    static int seen;
+    if (*state == nullptr) {
+      *state = &seen;
+      const HttpAnswer refusal = CheckRequest(connection, method, running.options);
+      return refusal.status == 200 ? MHD_YES : Send(connection, refusal);
+    }
+    if (*body_bytes > 0) return MHD_NO;  // ends the connection
+    const HttpRequest request{url, BearerOf(HeaderOf(connection, MHD_HTTP_HEADER_AUTHORIZATION)),
+                              PeerOf(connection)};
+    try {
+      return Send(connection, running.server->answer_(request));
+    } catch (const std::exception&) {
+      return Send(connection, {MHD_HTTP_INTERNAL_SERVER_ERROR, "text/plain; charset=utf-8", "failed\n"});
+    }
+  }
+};
+
+HttpServer::HttpServer(UniqueFd socket, HttpServerOptions options, Answer answer)
+    : socket_(std::move(socket)), options_(std::move(options)), answer_(std::move(answer)) {}
+
+HttpServer::~HttpServer() = default;
+
+absl::StatusOr<std::unique_ptr<HttpServer>> HttpServer::Start(UniqueFd socket, HttpServerOptions options,
+                                                              Answer answer) {
+  std::unique_ptr<HttpServer> server(
+      new HttpServer(std::move(socket), std::move(options), std::move(answer)));
+  absl::StatusOr<std::unique_ptr<Running>> running = server->Run(server->options_);
+  if (!running.ok()) return running.status();
+  server->running_ = *std::move(running);
+  return server;
+}
+
+absl::StatusOr<std::unique_ptr<HttpServer::Running>> HttpServer::Run(const HttpServerOptions& options) {
+  auto running = std::make_unique<Running>();
+  running->server = this;
+  running->options = options;
+  const bool tls = !options.key_pem.empty();
+  std::vector<MHD_OptionItem> settings = {
+      {MHD_OPTION_CONNECTION_LIMIT, options.connections, nullptr},
+      {MHD_OPTION_PER_IP_CONNECTION_LIMIT, options.connections_of_one_address, nullptr},
+      {MHD_OPTION_CONNECTION_TIMEOUT, options.patience.count(), nullptr},
+      {MHD_OPTION_CONNECTION_MEMORY_LIMIT, static_cast<intptr_t>(kConnectionMemory_bytes), nullptr},
+      // The next server on the socket goes on with it.
+      {MHD_OPTION_LISTEN_SOCKET, fcntl(socket_.get(), F_DUPFD_CLOEXEC, 0), nullptr}};
+  if (tls) {
+    settings.push_back(
+        {MHD_OPTION_HTTPS_MEM_CERT, 0, const_cast<char*>(running->options.certificate_pem.c_str())});
+    settings.push_back({MHD_OPTION_HTTPS_MEM_KEY, 0, const_cast<char*>(running->options.key_pem.c_str())});
+  }
+  settings.push_back({MHD_OPTION_END, 0, nullptr});
+  const unsigned int flags =
+      MHD_USE_AUTO | MHD_USE_INTERNAL_POLLING_THREAD | (tls ? unsigned{MHD_USE_TLS} : 0U);
+  running->daemon = MHD_start_daemon(flags, 0, nullptr, nullptr, &Running::Handle, running.get(),
+                                     MHD_OPTION_ARRAY, settings.data(), MHD_OPTION_END);
+  if (running->daemon != nullptr) return running;
+  close(static_cast<int>(settings[4].value));
+  return absl::InvalidArgumentError(
+      tls ? "no HTTPS server starts with this certificate and key; do they belong together?"
+          : "no HTTP server starts");
+}
+
+absl::Status HttpServer::ChangeCertificate(const std::string& certificate_pem, const std::string& key_pem) {
+  HttpServerOptions changed = options_;
+  changed.certificate_pem = certificate_pem;
+  changed.key_pem = key_pem;
+  absl::StatusOr<std::unique_ptr<Running>> running = Run(changed);
+  if (!running.ok()) return running.status();
+  running_ = *std::move(running);
+  options_ = std::move(changed);
+  return absl::OkStatus();
+}
+
+}  // namespace weft
