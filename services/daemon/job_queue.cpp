@@ -154,6 +154,7 @@ void JobQueue::Enqueue(const std::shared_ptr<LiveJob>& job) {
     return !other->ended && other->job().priority() < job->job().priority();
   });
   jobs_.insert(later, job);
+  published_.Publish(job->life.Describe());
 }
 
 std::shared_ptr<JobQueue::LiveJob> JobQueue::FindLive(const std::string& job_id) const {
@@ -168,9 +169,12 @@ std::shared_ptr<JobQueue::LiveJob> JobQueue::FindLive(const std::string& job_id)
 }
 
 absl::StatusOr<v1::Job> JobQueue::Get(const std::string& job_id) {
+  // The lock may be held while the disk writes.
+  if (std::optional<v1::Job> job = published_.Find(job_id)) return *std::move(job);
   const Lock lock(mutex_);
-  if (const auto live = FindLive(job_id)) return live->life.Describe();
-  return catalogue_->ReadJob(job_id);
+  absl::StatusOr<v1::Job> job = catalogue_->ReadJob(job_id);
+  if (job.ok()) published_.Publish(*job);
+  return job;
 }
 
 absl::StatusOr<std::vector<v1::FrameInfo>> JobQueue::Frames(const std::string& job_id) {

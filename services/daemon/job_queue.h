@@ -19,6 +19,7 @@
 #include "absl/status/statusor.h"
 #include "capture/take/take_progress.h"
 #include "services/catalogue/catalogue.h"
+#include "services/daemon/published_jobs.h"
 #include "services/executor/executor.h"
 #include "services/job/job_folder.h"
 #include "services/job/job_frames.h"
@@ -177,6 +178,7 @@ class JobQueue {
   bool due_changed_ = false;
   std::optional<Time> save_again_, backup_due_, last_backup_;
   int64_t backed_up_version_ = 0;
+  PublishedJobs published_;  // as MarkChanged told last
   int64_t frames_done_ = 0, frames_failed_ = 0;
   std::string catalogue_trouble_, backup_trouble_;  // "" while all is well
   bool background_ends_ = false;

@@ -116,6 +116,7 @@ void JobQueue::MakeBackup(Lock& lock) {
 }
 
 void JobQueue::MarkChanged(const LiveJob& job) {
+  published_.Publish(job.life.Describe());
   for (const auto& [id, watcher] : watchers_) {
     if (watcher->job.get() == &job) to_tell_.push_back(watcher->changed);
   }

@@ -141,6 +141,7 @@ void JobQueue::OnTaskEnded(const std::string& task_id, const TaskEnd& end) {
   const std::unique_ptr<RunningTask> task = std::move(found->second);
   tasks_.erase(found);
   ReturnFrames(*task, end);
+  MarkChanged(*task->job);
   StopFollowingIfIdle(task->job);
   FinishIfDone(task->job);
   Schedule();

@@ -1,0 +1,128 @@
+"""What many clients at once ask of a daemon, beside a server that only echoes.
+
+   WEFT_BIN=build/dev/bin python3 tests/system/client_load.py [--clients 200] [--seconds 300]
+
+Each client has a connection with TLS and a token of its own. First all ask for a job (open loop, at half of what the echo
+bears), in turn with the echo. Then 4 of 10 watch a job that runs, 3 submit and cancel jobs, 3 fetch meshes, while reads are
+timed at both servers. Prints a table. Exit status 1 when a call failed, or memory grew without bound.
+"""
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+
+from studio import BIN, LONG_S, read, wait_for, weft, write
+from studio_load import processor_s
+
+FRAMES = 900
+MOST_GROWTH = 1.3  # of the daemon's memory, from the end of the load's first quarter to its end
+
+
+def resident_mib(pid):
+    pages = int(read(f"/proc/{pid}/statm").split()[1])
+    return pages * os.sysconf("SC_PAGESIZE") / 2**20
+
+
+def make_studio(folder, clients):
+    """A daemon with TLS, its clients' tokens, a job that is done and one that runs."""
+    data, state = os.path.join(folder, "data"), os.path.join(folder, "state")
+    os.mkdir(data)
+    os.mkdir(state)
+    scene = os.path.join(data, "scene")
+    weft("simulate", "--preset", "tiny", "--out", scene, check=0)
+    first = sorted(name for name in os.listdir(scene) if name.isdigit())
+    for i in range(len(first), FRAMES):  # a job that lasts: the same frames again and again
+        shutil.copytree(os.path.join(scene, first[i % len(first)]), os.path.join(scene, f"{i:0{len(first[0])}d}"), copy_function=os.link)
+    made = subprocess.run([os.path.join(BIN, "make_certificates"), folder], capture_output=True, text=True, check=True)
+    authority, certificate, key = made.stdout.split("\n")[:3]
+    write(os.path.join(folder, "ca.pem"), read(authority))
+    for i in range(clients):
+        token = weft("access", "token", f"client-{i}", "--role", "client", "--state", state, check=0)
+        write(os.path.join(folder, f"token-{i}"), token.stdout)
+    log = open(os.path.join(folder, "weftd.log"), "w")
+    address = os.path.join(folder, "address")
+    daemon = subprocess.Popen([os.path.join(BIN, "weftd"), "--listen", "0.0.0.0:0", "--listen", "127.0.0.1:0", "--tls-cert", certificate,
+                               "--tls-key", key, "--address-file", address, "--state", state, "--allow-path", data,
+                               "--workers", "1", "--threads-per-worker", "1"], stdout=log, stderr=log)
+    network, local = wait_for(lambda: os.path.exists(address) and read(address).split("\n")[:2], "weftd to listen")
+    return daemon, "127.0.0.1:" + network.rsplit(":", 1)[1], local, (certificate, key, state)
+
+
+def submit(folder, local, frames, name):
+    scene = os.path.join(folder, "data", "scene")
+    done = weft("register", scene, "--rig", os.path.join(scene, "rig.json"), "--board", os.path.join(scene, "board.json"),
+                "--template", os.path.join(scene, "template"), "--frames", frames, "--server", local, "--detach",
+                "--out", os.path.join(folder, "data", name), check=0)
+    return done.stdout.split()[0]
+
+def watch_memory(pid, stop, samples):
+    began = time.monotonic()
+    while not stop.wait(1):
+        samples.append((time.monotonic() - began, resident_mib(pid)))
+
+
+def row(name, figures):
+    return f"{name:34} {figures['n']:>8} {figures['p50']:>9.2f} {figures['p99']:>9.2f} {figures['max']:>9.2f}"
+
+
+def show(found, memory, daemon_cpu):
+    print(f"{'':34} {'calls':>8} {'p50 ms':>9} {'p99 ms':>9} {'max ms':>9}")
+    for name, key in (("GetJob, echo, quiet", "quiet_echo"), ("GetJob, weftd, quiet", "quiet_daemon"), ("GetJob, echo, beside the load", "busy_echo"),
+                      ("GetJob, weftd, under the load", "busy_daemon"), ("SubmitJob", "submit"), ("fsync of 4 KiB", "fsync"),
+                      ("FetchResult, a mesh", "fetch"), ("WatchJob, to the first update", "first_update")):
+        print(row(name, found[key]))
+    print(f"saturation: echo {found['echo_saturation_per_s']:.0f} calls/s, weftd {found['daemon_saturation_per_s']:.0f}; "
+          f"open loop at {found['open_loop_per_s']:.0f}/s")
+    print(f"p99 of weftd to echo: {found['quiet_daemon']['p99'] / found['quiet_echo']['p99']:.2f} quiet, "
+          f"{found['busy_daemon']['p99'] / found['busy_echo']['p99']:.2f} under the load")
+    print(f"cores under the load: clients {found['client_cpu_cores']:.2f}, weftd {daemon_cpu:.2f}")
+    print(f"weftd's memory: {memory[0][1]:.0f} MiB at first, {max(m for _, m in memory):.0f} MiB at most, {memory[-1][1]:.0f} MiB at last")
+    print(f"failed calls: {json.dumps(found['errors'])}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--clients", type=int, default=200)
+    parser.add_argument("--seconds", type=float, default=300)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory(prefix="weft-load-") as folder:
+        daemon, network, local, (certificate, key, state) = make_studio(folder, options.clients)
+        try:
+            done = submit(folder, local, ":0001", "done")
+            weft("job", "watch", done, "--server", local, check=0)
+            identity = {**os.environ, "WEFT_TOKEN_FILE": os.path.join(folder, "token-0"), "WEFT_TLS_CA": os.path.join(folder, "ca.pem")}
+            echo = subprocess.Popen([os.path.join(BIN, "echo_server"), network, done, certificate, key, state], env=identity,
+                                    stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+            echo_address = echo.stdout.readline().strip()
+            watched = submit(folder, local, "0003:", "watched")
+            cpu, began, memory, stop = processor_s(daemon.pid), time.monotonic(), [], threading.Event()
+            with subprocess.Popen([os.path.join(BIN, "client_load"), folder, network, echo_address, str(options.clients),
+                                   str(options.seconds), watched, done], stdout=subprocess.PIPE, text=True) as clients:
+                watcher = threading.Thread(target=watch_memory, args=(daemon.pid, stop, memory))
+                watcher.start()
+                line = clients.stdout.readline()
+                stop.set()
+                watcher.join()
+            daemon_cpu = (processor_s(daemon.pid) - cpu) / (time.monotonic() - began)
+            echo.stdin.close()
+            echo.wait()
+            if not line:
+                print(read(os.path.join(folder, "weftd.log"))[-2000:], file=sys.stderr)
+                return 1
+            found = json.loads(line)
+            show(found, memory, daemon_cpu)
+            loaded = [m for t, m in memory if t > memory[-1][0] - 0.75 * options.seconds]
+            return 1 if found["errors"] or loaded[-1] > MOST_GROWTH * loaded[0] else 0
+        finally:
+            daemon.terminate()
+            daemon.wait()
+
+
+if __name__ == "__main__":
+    sys.exit(main())
