@@ -11,6 +11,7 @@
 #include "services/access/certificates.h"
 #include "services/daemon/observed_call.h"
 #include "services/daemon/peer.h"
+#include "services/daemon/receive_guard.h"
 
 namespace weft {
 
@@ -19,6 +20,7 @@ struct CallerSources {
   AccessControl& access;
   CallLimits& limits;
   AuditLog& audit;
+  ReceiveGuard& guard;
   RevocationList* revocations = nullptr;  // of clients' certificates; null: none is revoked
   CallEnded ended = {};                   // told of every call; may be empty
 };

@@ -42,6 +42,9 @@ class CallObserver final : public grpc::experimental::Interceptor {
 
   void Intercept(InterceptorBatchMethods* methods) override {
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_INITIAL_METADATA)) Begin();
+    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE) &&
+        methods->GetRecvMessage() != nullptr)
+      sources_.guard.HeardMessage(connection_, AsMessage(methods->GetRecvMessage()).ByteSizeLong());
     // One message of several tells what a stream is about.
     if (method_.audited && methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE) &&
         methods->GetRecvMessage() != nullptr && entry_.about().empty())
@@ -59,6 +62,8 @@ class CallObserver final : public grpc::experimental::Interceptor {
     grpc::ServerContextBase& context = *info_->server_context();
     entry_.set_caller(EscapedText(CallerOf(context, sources_.access)));
     entry_.set_peer(EscapedText(PeerNameOf(*context.auth_context())));
+    connection_ = context.peer();
+    sources_.guard.HeardCall(connection_);
     account_ = AccountOf(entry_.caller(), entry_.peer());
     sources_.limits.Begin(account_, method_.kind);
     began_ = true;
@@ -74,7 +79,7 @@ class CallObserver final : public grpc::experimental::Interceptor {
   ServerRpcInfo* const info_;
   const Method method_;
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  std::string account_;
+  std::string account_, connection_;
   bool began_ = false;
   v1::AuditEntry entry_;
 };

@@ -23,6 +23,8 @@ namespace fs = std::filesystem;
 
 constexpr char kDescriptors[] = "/proc/self/fd";
 constexpr std::chrono::seconds kCountEvery{1};
+// A gigabit in so long is 6 MB.
+constexpr std::chrono::milliseconds kGuardEvery{50};
 constexpr std::chrono::milliseconds kCountAgain{50};  // where there is no room
 // A call of a connection that was closed just now may still be looked at.
 constexpr std::chrono::seconds kSlotRests{10};
@@ -76,7 +78,7 @@ struct Connections::Listener {
 Connections::Connections(std::vector<ListeningSocket> sockets, ConnectionLimits limits,
                          const CallerSources& sources, const CredentialsOf& credentials_of,
                          grpc::ServerBuilder& builder)
-    : limits_(limits), audit_(sources.audit) {
+    : limits_(limits), audit_(sources.audit), guard_(sources.guard) {
   for (ListeningSocket& socket : sockets) {
     auto listener = std::make_unique<Listener>();
     listener->slots.resize(SlotsOf(socket.kind));
@@ -117,7 +119,10 @@ void Connections::Run(const std::stop_token& stop) {
   for (const auto& listener : listeners_) sockets.push_back({listener->socket.socket.get(), POLLIN, 0});
   sockets.push_back({wake_.get(), POLLIN, 0});
   while (!stop.stop_requested()) {
-    poll(sockets.data(), sockets.size(), static_cast<int>(std::chrono::milliseconds(kCountEvery).count()));
+    const std::chrono::milliseconds pause =
+        open_.empty() ? std::chrono::milliseconds(kCountEvery) : kGuardEvery;
+    poll(sockets.data(), sockets.size(), static_cast<int>(pause.count()));
+    EndNoisy();
     if (Clock::now() - counted_ >= kCountEvery) CountOpen();
     for (size_t i = 0; i < listeners_.size() && !stop.stop_requested(); ++i) {
       if ((sockets[i].revents & POLLIN) != 0) Accept(*listeners_[i]);
@@ -166,6 +171,7 @@ void Connections::Admit(Listener& listener, UniqueFd connection) {
   open_now_ = static_cast<int>(open_.size());
   grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
   parameters.listener_fd = listener.socket.socket.get();
+  guard_.Add(connection.get(), file.st_ino);
   parameters.fd = connection.Release();
   slot.acceptor->HandleNewConnection(&parameters);
 }
@@ -190,6 +196,7 @@ void Connections::CountOpen() {
     const std::set<ino_t> sockets = OpenSockets();
     std::erase_if(open_, [&](const auto& connection) {
       if (sockets.contains(connection.first)) return false;
+      guard_.Remove(connection.first);
       --connection.second->open;
       connection.second->left = counted_;
       return true;
@@ -198,6 +205,21 @@ void Connections::CountOpen() {
   open_now_ = static_cast<int>(open_.size());
   for (const auto& listener : listeners_) {
     for (Slot& slot : listener->slots) Tell(slot);
+  }
+}
+
+void Connections::EndNoisy() {
+  if (Clock::now() - guarded_ < kGuardEvery) return;
+  guarded_ = Clock::now();
+  for (const ino_t inode : guard_.Check()) {
+    const auto connection = open_.find(inode);
+    if (connection == open_.end()) continue;
+    v1::AuditEntry entry;
+    entry.set_peer(EscapedText(connection->second->peer.name));
+    entry.set_outcome("ENDED");
+    entry.set_message(absl::StrCat("a connection sent ", ReceiveGuard::kMostUnheard_bytes / (1 << 20),
+                                   " MiB of which no call came, and was ended"));
+    if (audit_.Refused(entry)) spdlog::warn("{}: {}", entry.peer(), entry.message());
   }
 }
 

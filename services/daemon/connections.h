@@ -15,6 +15,7 @@
 #include "absl/status/status.h"
 #include "services/daemon/call_check.h"
 #include "services/daemon/listen_address.h"
+#include "services/daemon/receive_guard.h"
 
 namespace weft {
 
@@ -58,13 +59,15 @@ class Connections {
   // Notices connections that gRPC has closed.
   void CountOpen();
   void Tell(Slot& slot);
+  void EndNoisy();
 
   const ConnectionLimits limits_;
   AuditLog& audit_;
+  ReceiveGuard& guard_;
   std::vector<std::unique_ptr<Listener>> listeners_;
   std::map<ino_t, Slot*> open_;
   std::atomic<int> open_now_ = 0;
-  Clock::time_point counted_;
+  Clock::time_point counted_, guarded_;
   UniqueFd wake_;
   std::jthread thread_;
 };

@@ -249,6 +249,7 @@ void Daemon::Stop() {
       constexpr std::chrono::seconds kGrace{2};
       parts_->server->Shutdown(std::chrono::system_clock::now() + kGrace);
       parts_->server->Wait();
+      parts_->poller.reset();
     }
   });
 }

@@ -125,7 +125,11 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   grpc::ServerBuilder builder;
   ConfigureServer(builder);
   ServerCredentialsMaker credentials(options.tls);
-  const CallerSources sources{*parts_->access, *parts_->limits, *parts_->audit, parts_->revocations.get(),
+  const CallerSources sources{*parts_->access,
+                              *parts_->limits,
+                              *parts_->audit,
+                              parts_->guard,
+                              parts_->revocations.get(),
                               [this](const ObservedCall& call) {
                                 if (parts_->metrics) parts_->metrics->Count(call);
                               }};
@@ -142,11 +146,13 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   builder.RegisterService(parts_->sessions.get());
   builder.RegisterService(parts_->takes.get());
   builder.RegisterService(parts_->library_service.get());
+  parts_->poller = std::make_unique<Poller>(builder);
   parts_->server = builder.BuildAndStart();
   if (parts_->server == nullptr) return absl::InternalError("gRPC starts no server; its log says why");
   parts_->health = std::make_unique<HealthWatch>(*parts_->server->GetHealthCheckService(),
                                                  [this] { return TroubleOf(*parts_); });
   if (absl::Status status = ServeMetrics(options); !status.ok()) return status;
+  parts_->poller->Begin();
   if (absl::Status status = parts_->connections->Begin(); !status.ok()) return status;
   if (options.address_file.empty()) return absl::OkStatus();
   return WriteFileAtomically(options.address_file, absl::StrCat(absl::StrJoin(addresses_, "\n"), "\n"));

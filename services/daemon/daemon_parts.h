@@ -18,6 +18,7 @@
 #include "services/daemon/metrics_page.h"
 #include "services/daemon/operation_queue.h"
 #include "services/daemon/operation_service.h"
+#include "services/daemon/poller.h"
 #include "services/daemon/server_service.h"
 #include "services/daemon/session_keeper.h"
 #include "services/daemon/session_service.h"
@@ -32,6 +33,7 @@ struct Daemon::Parts {
   std::unique_ptr<AccessControl> access;
   std::unique_ptr<CallLimits> limits;
   std::unique_ptr<AuditLog> audit;
+  ReceiveGuard guard;
   std::unique_ptr<RevocationList> revocations;  // null: none is asked
   std::unique_ptr<JobQueue> queue;
   std::unique_ptr<Library> library;
@@ -46,6 +48,7 @@ struct Daemon::Parts {
   std::unique_ptr<TakeService> takes;
   std::unique_ptr<LibraryService> library_service;
   std::unique_ptr<Connections> connections;
+  std::unique_ptr<Poller> poller;
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<HealthWatch> health;
   std::unique_ptr<Metrics> metrics;

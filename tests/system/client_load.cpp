@@ -1,6 +1,7 @@
 // client_load FOLDER SERVER ECHO CLIENTS SECONDS WATCHED DONE: many clients of a daemon at once, beside a
 // server that only echoes. FOLDER has ca.pem and token-0, token-1, ...; WATCHED is a job that runs, DONE one
 // with a mesh. Prints a line of JSON: latencies in milliseconds from the time at which a call was due.
+#include <fcntl.h>
 #include <grpcpp/grpcpp.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -8,9 +9,9 @@
 #include <fcntl.h>
 #include <algorithm>
 #include <atomic>
-#include <condition_variable>
 #include <cstdio>
 #include <cstdlib>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -25,7 +26,7 @@
 #include "capture/file/plain_text.h"
 #include "services/client/channel.h"
 #include "services/client/daemon_call.h"
-#include "weft/v1/jobs.grpc.pb.h"
+#include "tests/system/unary_calls.h"
 
 namespace weft {
 namespace {
@@ -95,13 +96,13 @@ class Reader {
     const Clock::time_point end = Clock::now() + std::chrono::duration_cast<Clock::duration>(lasts);
     std::atomic<int> calls = 0;
     const std::function<void(size_t)> ask = [&](size_t client) {
-      Send(client, Clock::now(), [&, client] {
+      Send(client, [&, client] {
         ++calls;
         if (Clock::now() < end) ask(client);
       });
     };
     for (size_t client = 0; client < stubs_.size(); ++client) ask(client);
-    WaitForAll();
+    calls_.WaitForAll();
     return calls / lasts.count();
   }
 
@@ -112,43 +113,23 @@ class Reader {
     for (int i = 0; i < calls; ++i) {
       const Clock::time_point due = begin + std::chrono::duration_cast<Clock::duration>(Seconds(i / per_s));
       std::this_thread::sleep_until(due);
-      Send(static_cast<size_t>(i) % stubs_.size(), due, [&samples, due] { samples.Add(Clock::now() - due); });
+      Send(static_cast<size_t>(i) % stubs_.size(), [&samples, due] { samples.Add(Clock::now() - due); });
     }
-    WaitForAll();
+    calls_.WaitForAll();
   }
 
  private:
-  struct Call {
-    grpc::ClientContext context;
-    v1::GetJobRequest request;
-    v1::Job job;
-  };
-
-  void Send(size_t client, Clock::time_point due, const std::function<void()>& answered) {
-    auto call = std::make_shared<Call>();
-    call->request.set_job_id(job_);
-    call->context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
-    ++open_;
-    (void)due;
-    stubs_[client]->async()->GetJob(&call->context, &call->request, &call->job,
-                                    [this, call, answered](const grpc::Status& status) {
-                                      errors_.Note("GetJob", status);
-                                      answered();
-                                      const std::lock_guard lock(mutex_);
-                                      if (--open_ == 0) none_open_.notify_all();
-                                    });
-  }
-  void WaitForAll() {
-    std::unique_lock lock(mutex_);
-    none_open_.wait(lock, [this] { return open_ == 0; });
+  void Send(size_t client, const std::function<void()>& answered) {
+    calls_.Send(*stubs_[client], job_, [this, answered](const grpc::Status& status) {
+      errors_.Note("GetJob", status);
+      answered();
+    });
   }
 
   std::vector<Stub>& stubs_;
   const std::string job_;
   Errors& errors_;
-  std::atomic<int> open_ = 0;
-  std::mutex mutex_;
-  std::condition_variable none_open_;
+  UnaryCalls calls_;
 };
 
 struct Load {

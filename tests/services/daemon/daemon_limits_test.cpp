@@ -35,6 +35,14 @@ class DaemonLimitsTest : public DaemonTest {
   std::shared_ptr<grpc::Channel> ClientNamed(const std::string& name) {
     return OpenChannel(daemon_->address(), {folder_ / name, "", "", ""}).value();
   }
+  sockaddr_in Address() const {
+    sockaddr_in address = {};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    address.sin_port =
+        htons(static_cast<uint16_t>(std::stoi(daemon_->address().substr(daemon_->address().rfind(':') + 1))));
+    return address;
+  }
   static grpc::Status Ask(const std::shared_ptr<grpc::Channel>& channel) {
     grpc::ClientContext context;
     v1::ServerInfo info;
@@ -158,11 +166,7 @@ TEST_F(DaemonLimitsTest, TheAuditLogTellsWhoDidWhat) {
 
 TEST_F(DaemonLimitsTest, TheAuditLogNamesWhoConnectsAndAsksForNothing) {
   StartDaemon();
-  sockaddr_in address = {};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  address.sin_port =
-      htons(static_cast<uint16_t>(std::stoi(daemon_->address().substr(daemon_->address().rfind(':') + 1))));
+  const sockaddr_in address = Address();
   client_.reset();
   {
     const UniqueFd socket(::socket(AF_INET, SOCK_STREAM, 0));
@@ -174,6 +178,31 @@ TEST_F(DaemonLimitsTest, TheAuditLogNamesWhoConnectsAndAsksForNothing) {
   ASSERT_FALSE(entries.empty());
   EXPECT_EQ(entries[0].times(), 1);
   EXPECT_THAT(entries[0].peer(), StartsWith("user "));
+}
+
+// CVE-2023-33953: gRPC 1.51 keeps all of it.
+TEST_F(DaemonLimitsTest, EndsAConnectionWhoseHeadersDoNotEnd) {
+  StartDaemon();
+  const sockaddr_in address = Address();
+  const UniqueFd socket(::socket(AF_INET, SOCK_STREAM, 0));
+  ASSERT_EQ(connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+  // The preface, empty SETTINGS, HEADERS without an end, and the same CONTINUATION again and again (RFC
+  // 9113).
+  std::string bytes = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
+  bytes += std::string("\0\0\0\4\0\0\0\0\0", 9) + std::string("\0\0\1\1\0\0\0\0\1\x83", 10);
+  ASSERT_GT(send(socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL), 0);
+  std::string piece = std::string("\0\x3e\x80\x9\0\0\0\0\1", 9);
+  piece += std::string("\0\1a\x7f\xfe\x7c", 6) + std::string(16000 - 6, 'b');  // a value of 16,125 bytes
+  size_t sent = 0;
+  constexpr size_t kFarTooMuch = size_t{512} << 20;
+  while (sent < kFarTooMuch) {
+    const ssize_t n = send(socket.get(), piece.data(), piece.size(), MSG_NOSIGNAL);
+    if (n <= 0) break;
+    sent += static_cast<size_t>(n);
+  }
+  EXPECT_LT(sent, kFarTooMuch);
+  EXPECT_TRUE(client_->List(1).ok());
+  EXPECT_FALSE(WaitUntilAudited("", "MiB of which no call came").empty());
 }
 
 }  // namespace

@@ -1,0 +1,117 @@
+#include "services/daemon/receive_guard.h"
+
+#include <arpa/inet.h>
+#include <linux/tcp.h>
+#include <netinet/in.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+
+namespace weft {
+namespace {
+
+// As gRPC writes it, but for the brackets of IPv6.
+std::string PeerText(int socket) {
+  sockaddr_storage address = {};
+  socklen_t bytes = sizeof address;
+  char text[INET6_ADDRSTRLEN] = "";
+  if (getpeername(socket, reinterpret_cast<sockaddr*>(&address), &bytes) != 0) return "";
+  if (address.ss_family == AF_INET) {
+    const auto& v4 = reinterpret_cast<const sockaddr_in&>(address);
+    inet_ntop(AF_INET, &v4.sin_addr, text, sizeof text);
+    return absl::StrCat("ipv4:", text, ":", ntohs(v4.sin_port));
+  }
+  if (address.ss_family != AF_INET6) return "";
+  const auto& v6 = reinterpret_cast<const sockaddr_in6&>(address);
+  if (IN6_IS_ADDR_V4MAPPED(&v6.sin6_addr)) {
+    inet_ntop(AF_INET, v6.sin6_addr.s6_addr + 12, text, sizeof text);
+    return absl::StrCat("ipv4:", text, ":", ntohs(v6.sin6_port));
+  }
+  inet_ntop(AF_INET6, &v6.sin6_addr, text, sizeof text);
+  return absl::StrCat("ipv6:[", text, "]:", ntohs(v6.sin6_port));
+}
+
+// What gRPC has read of it.
+std::optional<double> ReadBytes(int socket) {
+  tcp_info info = {};
+  socklen_t bytes = sizeof info;
+  int waiting_bytes = 0;
+  if (getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &bytes) != 0) return std::nullopt;
+  if (ioctl(socket, FIONREAD, &waiting_bytes) != 0) return std::nullopt;
+  return static_cast<double>(info.tcpi_bytes_received) - waiting_bytes;
+}
+
+}  // namespace
+
+void ReceiveGuard::Add(int socket, ino_t inode) {
+  std::string peer = PeerText(socket);
+  if (peer.empty()) return;
+  const std::lock_guard lock(mutex_);
+  by_peer_[peer] = inode;
+  Watched& watched = connections_[inode];
+  watched = {};
+  watched.socket = socket;
+  watched.peer = std::move(peer);
+}
+
+void ReceiveGuard::Remove(ino_t inode) {
+  const std::lock_guard lock(mutex_);
+  const auto known = connections_.find(inode);
+  if (known == connections_.end()) return;
+  const auto peer = by_peer_.find(known->second.peer);
+  if (peer != by_peer_.end() && peer->second == inode) by_peer_.erase(peer);
+  connections_.erase(known);
+}
+
+void ReceiveGuard::Credit(const std::string& peer, double bytes) {
+  const std::string text = absl::StrReplaceAll(peer, {{"%5B", "["}, {"%5D", "]"}});
+  const std::lock_guard lock(mutex_);
+  const auto known = by_peer_.find(text);
+  if (known != by_peer_.end()) connections_[known->second].heard_bytes += bytes;
+}
+
+void ReceiveGuard::HeardCall(const std::string& peer) {
+  constexpr double kHeaders_bytes = 4096;
+  Credit(peer, kHeaders_bytes);
+}
+
+void ReceiveGuard::HeardMessage(const std::string& peer, size_t bytes) {
+  constexpr double kFrames = 1.05;  // of HTTP/2 and TLS around it
+  Credit(peer, kFrames * static_cast<double>(bytes));
+}
+
+std::vector<ino_t> ReceiveGuard::Check() {
+  const std::lock_guard lock(mutex_);
+  const auto now = std::chrono::steady_clock::now();
+  const double free_bytes = kFree_bytes_per_s * std::chrono::duration<double>(now - checked_).count();
+  checked_ = now;
+  std::vector<ino_t> ended;
+  for (auto& [inode, watched] : connections_) {
+    if (watched.ended) continue;
+    const std::optional<double> read = ReadBytes(watched.socket);
+    if (!read) continue;
+    const double owed = watched.owed_bytes + *read - watched.read_bytes - watched.heard_bytes - free_bytes;
+    watched.owed_bytes = std::max(0.0, owed);
+    watched.read_bytes = *read;
+    watched.heard_bytes = 0;
+    if (watched.owed_bytes <= kMostUnheard_bytes) continue;
+    // gRPC may have closed it, and the number may be another one's by now.
+    struct stat file = {};
+    watched.ended = true;
+    if (fstat(watched.socket, &file) != 0 || file.st_ino != inode) continue;
+    // Without a farewell: what waits in the kernel is not worth waiting for.
+    const linger at_once = {1, 0};
+    setsockopt(watched.socket, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+    shutdown(watched.socket, SHUT_RDWR);
+    ended.push_back(inode);
+  }
+  return ended;
+}
+
+}  // namespace weft

@@ -1,0 +1,266 @@
+"""What hostile, broken and slow clients take from one that behaves well.
+
+   WEFT_BIN=build/dev/bin python3 tests/system/hostile_load.py [--seconds 10] [ATTACK ...]
+
+A client with a token asks a daemon for a job 100 times a second, and measures. Meanwhile processes of another user attack, one
+kind after the other. Prints a line for each: the latency of the client that behaves well, the daemon's memory and descriptors,
+and how many entries of the audit log name the attackers. Exit status 1 when a call of the client failed, its p99 was beyond
+three times the quiet one, memory grew without bound, or the audit log is silent. Needs root, to be two users.
+"""
+
+import argparse
+import encodings.idna  # attackers cannot read the library of another user
+import json
+import multiprocessing
+import os
+import pwd
+import random
+import resource
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+
+import http2
+from client_load import resident_mib
+from studio import BIN, read, wait_for, weft, write
+
+STRANGER = "nobody"
+MOST_RATIO = 3
+LEAST_QUIET_MS = 2.0  # p99 of a quiet machine is below the scheduler's noise
+MOST_MIB = 1024
+FETCH, LIST = "/weft.v1.Jobs/FetchResult", "/weft.v1.Jobs/ListJobs"
+
+
+class Target:
+    def __init__(self, address, token, job, frame):
+        self.address, self.token, self.job, self.frame = address, token, job, frame
+
+
+def patient(act, target, until):
+    """Acts again and again; refusals and broken connections are what attackers live with."""
+    while time.monotonic() < until:
+        try:
+            act(target, until)
+        except (OSError, ValueError):
+            time.sleep(0.01)
+
+
+def unread_streams(target, until):
+    """Downloads with a window of 0 bytes, each connection as many as it may have."""
+    fetch = http2.field(1, target.job) + http2.field(2, target.frame) + b"\x18\x01"
+    connection = http2.connect(target.address, http2.PREFACE + http2.settings(initial_window_size=0))
+    connection.sendall(b"".join(http2.call(1 + 2 * i, FETCH, fetch, target.token) for i in range(70)))
+    time.sleep(max(0, until - time.monotonic()))
+
+
+def half_open(target, until):
+    """Connections that stop in the middle: of the preface, of a frame, of a message."""
+    beginnings = [http2.PREFACE[:7], http2.PREFACE, http2.PREFACE + http2.settings()[:4],
+                  http2.PREFACE + http2.settings() + http2.call(1, LIST, b"", target.token)[:60],
+                  http2.PREFACE + http2.settings() + http2.frame(http2.HEADERS, 4, 1, http2.header_block(LIST, target.token)) +
+                  http2.frame(http2.DATA, 0, 1, b"\0\0\0\4\0abc")]
+    connections = []
+    while time.monotonic() < until and len(connections) < 60:
+        connections.append(http2.connect(target.address, random.choice(beginnings)))
+    time.sleep(max(0, until - time.monotonic()))
+
+
+def connection_flood(target, until):
+    """As many connections as descriptors last."""
+    connections = []
+    try:
+        while time.monotonic() < until:
+            connections.append(http2.connect(target.address, b""))
+            if len(connections) >= 900:
+                connections.clear()
+    finally:
+        for connection in connections:
+            connection.close()
+
+
+def rapid_reset(target, until):
+    """CVE-2023-44487: calls that are cancelled as soon as they are made."""
+    connection = http2.connect(target.address)
+    for first in range(1, 2**30, 200):
+        if time.monotonic() > until:
+            return
+        connection.sendall(b"".join(http2.call(stream, LIST, b"", target.token) + http2.frame(http2.RST_STREAM, 0, stream, http2.CANCEL)
+                                    for stream in range(first, first + 200, 2)))
+
+
+def control_frames(target, until):
+    """CVE-2019-9512 and 9515: pings and settings that want answers, which nobody reads."""
+    connection = http2.connect(target.address)
+    while time.monotonic() < until:
+        connection.sendall((http2.frame(http2.PING, 0, 0, b"12345678") + http2.settings()) * 100)
+
+
+def endless_headers(target, until):
+    """CVE-2024-27316 and the like: a block of headers that never ends."""
+    connection = http2.connect(target.address)
+    connection.sendall(http2.frame(http2.HEADERS, 0, 1, http2.header_block(LIST, target.token)))
+    while time.monotonic() < until:
+        connection.sendall(http2.frame(http2.CONTINUATION, 0, 1, b"\0\1a\x7f\x81\x7f" + b"b" * 16000))
+
+
+def malformed(target, until):
+    """Bytes that are no frames, frames that are no calls, messages that are no protobuf."""
+    choices = [lambda: http2.noise(1000), lambda: http2.PREFACE + http2.noise(1000),
+               lambda: http2.PREFACE + http2.settings() + http2.frame(random.randrange(256), random.randrange(256), random.randrange(9), http2.noise(99)),
+               lambda: http2.PREFACE + http2.settings() + http2.call(1, LIST, http2.noise(200), target.token),
+               lambda: http2.PREFACE + b"\xff\xff\xff\0\0\0\0\0\1" + http2.noise(99)]
+    while time.monotonic() < until:
+        connection = http2.connect(target.address, random.choice(choices)())
+        time.sleep(0.002)
+        connection.close()
+
+
+def huge_messages(target, until):
+    """Messages that say to be 4 GiB, and ones that are as large as they can be."""
+    connection = http2.connect(target.address)
+    connection.settimeout(5)
+    for stream in range(1, 2**30, 2):
+        if time.monotonic() > until:
+            return
+        connection.sendall(http2.frame(http2.HEADERS, 4, stream, http2.header_block(LIST, target.token)) +
+                           http2.frame(http2.DATA, 0, stream, b"\0\xff\xff\xff\xff") + http2.frame(http2.DATA, 0, stream, bytes(16384)) * 8)
+
+
+def strangers(target, until):
+    """Calls with tokens that were guessed."""
+    connection = http2.connect(target.address)
+    for first in range(1, 2**30, 100):
+        if time.monotonic() > until:
+            return
+        connection.sendall(b"".join(http2.call(stream, LIST, b"", "weft_" + os.urandom(32).hex()) for stream in range(first, first + 100, 2)))
+        connection.recv(1 << 16)
+
+
+def wrong_role(target, until):
+    """A viewer who empties the trash, again and again."""
+    connection = http2.connect(target.address)
+    for first in range(1, 2**30, 100):
+        if time.monotonic() > until:
+            return
+        connection.sendall(b"".join(http2.call(stream, "/weft.v1.Takes/EmptyTrash", b"", target.token) for stream in range(first, first + 100, 2)))
+        connection.recv(1 << 16)
+
+
+def greedy_reads(target, until):
+    """Allowed calls, as fast as they can be sent."""
+    connection = http2.connect(target.address)
+    for first in range(1, 2**30, 100):
+        if time.monotonic() > until:
+            return
+        connection.sendall(b"".join(http2.call(stream, LIST, b"", target.token) for stream in range(first, first + 100, 2)))
+        connection.recv(1 << 16)
+
+
+ATTACKS = {attack.__name__: attack for attack in (unread_streams, half_open, connection_flood, rapid_reset, control_frames, endless_headers,
+                                                 malformed, huge_messages, strangers, wrong_role, greedy_reads)}
+# Those that make no call which could be refused; connections that end without a call are named later.
+SILENT = {"control_frames", "endless_headers", "rapid_reset", "unread_streams", "half_open", "huge_messages", "malformed"}
+
+
+def attack_as_stranger(name, target, seconds):
+    os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))  # as if it were another machine
+    os.setgroups([])
+    os.setgid(pwd.getpwnam(STRANGER).pw_gid)
+    os.setuid(pwd.getpwnam(STRANGER).pw_uid)
+    most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
+    resource.setrlimit(resource.RLIMIT_NOFILE, (min(most, 4096), most))
+    patient(ATTACKS[name], target, time.monotonic() + seconds)
+
+
+class Studio:
+    def __init__(self, folder):
+        self.folder = folder
+        os.chmod(folder, 0o755)
+        for name in ("data", "state"):
+            os.mkdir(self.path(name))
+        scene = self.path("data", "scene")
+        weft("simulate", "--preset", "tiny", "--out", scene, check=0)
+        tokens = {}
+        for name in ("probe", "attacker"):
+            tokens[name] = weft("access", "token", name, "--role", "viewer", "--state", self.path("state"), check=0).stdout.strip()
+            write(self.path(name), tokens[name])
+        self.daemon = subprocess.Popen(
+            [os.path.join(BIN, "weftd"), "--listen", "127.0.0.1:0", "--address-file", self.path("address"), "--state", self.path("state"),
+             "--allow-path", self.path("data"), "--workers", "1"], stdout=subprocess.DEVNULL, stderr=open(self.path("log"), "w"))
+        self.address = wait_for(lambda: os.path.exists(self.path("address")) and read(self.path("address")).strip(), "weftd to listen")
+        done = weft("register", scene, "--rig", f"{scene}/rig.json", "--board", f"{scene}/board.json", "--template", f"{scene}/template",
+                    "--server", self.address, "--detach", "--out", self.path("data", "out"), check=0)
+        self.job = done.stdout.split()[0]
+        weft("job", "watch", self.job, "--server", self.address, check=0)
+        frame = sorted(name for name in os.listdir(scene) if name.isdigit())[0]
+        self.target = Target(self.address, tokens["attacker"], self.job, frame)
+        self.probe = subprocess.Popen([os.path.join(BIN, "probe"), self.address, self.job, "100"], text=True, stdin=subprocess.PIPE,
+                                      stdout=subprocess.PIPE, env={**os.environ, "WEFT_TOKEN_FILE": self.path("probe")})
+
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def seen(self):
+        self.probe.stdin.write("\n")
+        self.probe.stdin.flush()
+        return json.loads(self.probe.stdout.readline())
+
+    def audited(self):
+        lines = weft("access", "log", "--state", self.path("state"), "--last", "100000", check=0).stdout.split("\n")
+        return sum(1 for line in lines if STRANGER in line or "attacker" in line)
+
+    def stop(self):
+        self.probe.stdin.close()
+        self.probe.wait()
+        alive = self.daemon.poll() is None
+        self.daemon.terminate()
+        self.daemon.wait()
+        return alive
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=10)
+    parser.add_argument("--attackers", type=int, default=2, help="processes of each kind")
+    parser.add_argument("attacks", nargs="*", metavar="ATTACK", help=", ".join(ATTACKS))
+    options = parser.parse_args()
+    failures = []
+    with tempfile.TemporaryDirectory(prefix="weft-hostile-") as folder:
+        studio = Studio(folder)
+        time.sleep(2)
+        studio.seen()
+        time.sleep(options.seconds)
+        quiet = studio.seen()
+        print(f"{'':18} {'calls':>6} {'p50 ms':>8} {'p99 ms':>8} {'max ms':>8} {'ratio':>6} {'failed':>6} {'MiB':>6} {'open':>5} {'audited':>8}")
+
+        def show(name, seen, ratio, audited):
+            descriptors = len(os.listdir(f"/proc/{studio.daemon.pid}/fd"))
+            print(f"{name:18} {seen['n']:6} {seen['p50']:8.2f} {seen['p99']:8.2f} {seen['max']:8.2f} {ratio:6.2f} {seen['failed']:6} "
+                  f"{resident_mib(studio.daemon.pid):6.0f} {descriptors:5} {audited:8} {seen['reason']}", flush=True)
+        show("quiet", quiet, 1, 0)
+        for name in options.attacks or ATTACKS:
+            before = studio.audited()
+            attackers = [multiprocessing.Process(target=attack_as_stranger, args=(name, studio.target, options.seconds)) for _ in range(options.attackers)]
+            studio.seen()
+            for attacker in attackers:
+                attacker.start()
+            for attacker in attackers:
+                attacker.join()
+            seen = studio.seen()
+            time.sleep(3)
+            studio.seen()
+            ratio = seen["p99"] / max(quiet["p99"], LEAST_QUIET_MS)
+            audited = studio.audited() - before
+            show(name, seen, ratio, audited)
+            if seen["failed"] or ratio > MOST_RATIO or resident_mib(studio.daemon.pid) > MOST_MIB or (audited == 0 and name not in SILENT):
+                failures.append(name)
+        if not studio.stop():
+            failures.append("the daemon ended")
+    print("worse than allowed: " + ", ".join(failures) if failures else "all as it should be")
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
