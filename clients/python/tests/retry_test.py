@@ -7,6 +7,7 @@ import tempfile
 import time
 import unittest
 from concurrent import futures
+from dataclasses import dataclass
 
 import grpc
 
@@ -16,6 +17,13 @@ from weft.retry import Backoff, may_be_repeated
 from weft.v1 import jobs_pb2_grpc, server_pb2_grpc
 
 QUICK = weft.RetryPolicy(first_pause_s=0.01, longest_pause_s=0.05, patience_s=5)
+
+
+@dataclass
+class Refusal:
+    code: grpc.StatusCode
+    message: str = "refused"
+    metadata: tuple = ()
 
 
 class Refusals:
@@ -28,9 +36,9 @@ class Refusals:
         self.requests.append(request)
         self.times.append(time.monotonic())
         if self.refusals:
-            code, *metadata = self.refusals.pop(0)
-            context.set_trailing_metadata(tuple(metadata))
-            context.abort(code, "refused")
+            refusal = self.refusals.pop(0)
+            context.set_trailing_metadata(refusal.metadata)
+            context.abort(refusal.code, refusal.message)
         return answer
 
 
@@ -68,9 +76,11 @@ def client_of(service, **options):
             server.stop(None).wait()
 
 
-UNAVAILABLE = (grpc.StatusCode.UNAVAILABLE,)
-BUSY = (grpc.StatusCode.RESOURCE_EXHAUSTED, ("retry-after-ms", "200"))
-FULL = (grpc.StatusCode.RESOURCE_EXHAUSTED,)
+UNAVAILABLE = Refusal(grpc.StatusCode.UNAVAILABLE)
+FULL = Refusal(grpc.StatusCode.RESOURCE_EXHAUSTED)
+# As a daemon says it, and by trailing metadata.
+BUSY = [Refusal(one.code, "24 calls run; retry after 200 ms") for one in (FULL, UNAVAILABLE)]
+BUSY += [Refusal(FULL.code, metadata=((key, "200"),)) for key in ("retry-after-ms", "grpc-retry-pushback-ms")]
 
 
 class Calls(unittest.TestCase):
@@ -81,22 +91,23 @@ class Calls(unittest.TestCase):
         self.assertEqual(len(service.requests), 3)
 
     def test_wait_as_long_as_the_daemon_says(self):
-        for key in ("retry-after-ms", "grpc-retry-pushback-ms"):
-            service = Server((grpc.StatusCode.RESOURCE_EXHAUSTED, (key, "200")))
+        for refusal in BUSY:
+            service = Server(refusal)
             with client_of(service) as client:
                 client.server_info()
             self.assertGreaterEqual(service.times[1] - service.times[0], 0.2)
 
     def test_that_would_wait_too_long_end_with_the_time(self):
-        service = Server((grpc.StatusCode.RESOURCE_EXHAUSTED, ("retry-after-ms", "3600000")))
+        service = Server(Refusal(grpc.StatusCode.RESOURCE_EXHAUSTED, "come tomorrow; retry after 3600000 ms"))
         with client_of(service) as client, self.assertRaises(weft.ResourceExhausted) as caught:
             client.server_info()
         self.assertEqual((len(service.requests), caught.exception.retry_after_s), (1, 3600))
 
     def test_that_a_full_disk_or_a_final_no_refused_are_not_repeated(self):
-        for refusal in (FULL, (grpc.StatusCode.RESOURCE_EXHAUSTED, ("grpc-retry-pushback-ms", "-1")),
-                        (grpc.StatusCode.UNAVAILABLE, ("grpc-retry-pushback-ms", "-1")), (grpc.StatusCode.INTERNAL,),
-                        (grpc.StatusCode.DEADLINE_EXCEEDED,), (grpc.StatusCode.NOT_FOUND,)):
+        never = (("grpc-retry-pushback-ms", "-1"),)
+        for refusal in (FULL, Refusal(FULL.code, metadata=never), Refusal(UNAVAILABLE.code, metadata=never),
+                        Refusal(grpc.StatusCode.INTERNAL), Refusal(grpc.StatusCode.DEADLINE_EXCEEDED),
+                        Refusal(grpc.StatusCode.NOT_FOUND), Refusal(grpc.StatusCode.ABORTED, "no; retry after 10 ms")):
             service = Server(refusal)
             with client_of(service) as client, self.assertRaises(weft.WeftError):
                 client.server_info()
@@ -112,10 +123,10 @@ class Calls(unittest.TestCase):
         with client_of(service) as client, self.assertRaises(weft.Unavailable):
             client.jobs.retry("job")
         self.assertEqual(len(service.requests), 1)
-        service = Jobs(BUSY)  # surely not done, since the daemon says when to come back
+        service = Jobs(*BUSY)  # surely not done, since the daemon says when to come back
         with client_of(service) as client:
             client.jobs.retry("job")
-        self.assertEqual(len(service.requests), 2)
+        self.assertEqual(len(service.requests), 1 + len(BUSY))
 
     def test_give_up_after_their_patience(self):
         service = Server(*[UNAVAILABLE] * 1000)
@@ -141,14 +152,14 @@ class Calls(unittest.TestCase):
 
 class Watches(unittest.TestCase):
     def test_go_on_after_what_may_pass(self):
-        service = Jobs(UNAVAILABLE, BUSY, (grpc.StatusCode.CANCELLED,))
+        service = Jobs(UNAVAILABLE, BUSY[0], Refusal(grpc.StatusCode.CANCELLED))
         with client_of(service) as client:
             states = [update.job.state for update in client.jobs.watch("job")]
         self.assertEqual(states, [weft.v1.JOB_STATE_RUNNING, weft.v1.JOB_STATE_DONE])
         self.assertEqual(len(service.requests), 4)
 
     def test_end_with_other_errors_and_stay_ended(self):
-        with client_of(Jobs((grpc.StatusCode.NOT_FOUND,))) as client:
+        with client_of(Jobs(Refusal(grpc.StatusCode.NOT_FOUND))) as client:
             watch = client.jobs.watch("job")
             with self.assertRaises(weft.NotFound):
                 next(watch)
@@ -172,29 +183,39 @@ class Pauses(unittest.TestCase):
             self.assertEqual(backoff.pause_s(error), expected[0])
 
     def test_are_never_shorter_than_asked_for(self):
-        backoff = Backoff(weft.RetryPolicy(patience_s=1000), lambda: 1.0)
-        for seconds in (7.0, 0.5, 60.0):
-            self.assertGreaterEqual(backoff.pause_s(weft.ResourceExhausted("", retry_after_s=seconds)), seconds)
+        for share in (0.0, 1.0):
+            backoff = Backoff(weft.RetryPolicy(busy_patience_s=1000, jitter=0.5), lambda share=share: share)
+            for seconds in (7.0, 0.5, 60.0):
+                pause_s = backoff.pause_s(weft.ResourceExhausted("", retry_after_s=seconds))
+                self.assertGreaterEqual(pause_s, seconds)
+                self.assertLess(pause_s, 1.5 * seconds + 1)
 
     def test_end_with_the_patience(self):
         backoff = Backoff(weft.RetryPolicy(first_pause_s=1, factor=1, longest_pause_s=1, jitter=0, patience_s=3))
         self.assertEqual([backoff.pause_s(weft.Unavailable("")) for _ in range(5)], [1, 1, 1, None, None])
 
     def test_of_policies_that_make_no_sense_are_refused(self):
-        for wrong in ({"first_pause_s": 0}, {"factor": 0.5}, {"jitter": 2}, {"patience_s": -1}, {"longest_pause_s": 0.1}):
+        wrongs = ({"first_pause_s": 0}, {"factor": 0.5}, {"jitter": 2}, {"patience_s": -1}, {"busy_patience_s": -1},
+                  {"longest_pause_s": 0.1})
+        for wrong in wrongs:
             with self.assertRaises(ValueError, msg=wrong):
                 weft.RetryPolicy(**wrong)
 
-    def test_are_read_from_metadata_as_grpc_reads_them(self):
+    def test_are_read_from_words_and_metadata(self):
         for text, expected in (("250", 0.25), ("0", 0), ("-1", -1), ("soon", -1), ("1e3", -1), (b"40", 0.04)):
-            self.assertEqual(retry_after_s([("other", "1"), ("retry-after-ms", text)]), expected)
-        self.assertIsNone(retry_after_s([("other", "1")]))
+            self.assertEqual(retry_after_s("busy", [("other", "1"), ("retry-after-ms", text)]), expected)
+        for words, expected in (("busy; retry after 40 ms", 0.04), ("busy; retry after 40 ms, perhaps", None), ("busy", None),
+                                ("busy; retry after -4 ms", None)):
+            self.assertEqual(retry_after_s(words, [("other", "1")]), expected)
 
     def test_follow_the_category(self):
         self.assertTrue(may_be_repeated(weft.Unavailable(""), harmless=True))
         self.assertFalse(may_be_repeated(weft.Unavailable(""), harmless=False))
         self.assertFalse(may_be_repeated(weft.DeadlineExceeded(""), harmless=True))
         self.assertFalse(may_be_repeated(weft.ResourceExhausted(""), harmless=True))
+        for error in (weft.ResourceExhausted, weft.Unavailable):
+            self.assertTrue(may_be_repeated(error("", retry_after_s=1), harmless=False))
+            self.assertFalse(may_be_repeated(error("", retry_after_s=-1), harmless=True))
 
 
 if __name__ == "__main__":

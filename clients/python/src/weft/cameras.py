@@ -9,6 +9,7 @@ import grpc
 from weft import v1
 from weft.connection import Connection
 from weft.errors import explain
+from weft.retry import Backoff, may_be_repeated
 from weft.v1.cameras_pb2_grpc import CamerasStub
 
 
@@ -26,12 +27,16 @@ class Cameras:
     def look(self, *, cameras: Optional[v1.Session] = None, lease: str = "", take_id: str = "", camera_id: str = "",
              width_px: int = 0) -> Iterator[v1.CameraLook]:
         """A JPEG per camera with its settings: of free cameras, which are opened for a moment, of a capture session, or of a
-        take. Give one of the three; `camera_id`: this camera alone. Not repeated, since it opens cameras."""
+        take. Give one of the three; `camera_id`: this camera alone."""
         request = v1.LookAtCamerasRequest(cameras=cameras, lease=lease, take_id=take_id, camera_id=camera_id, width_px=width_px)
-        call = self._connection.start(self._stub.LookAtCameras, request, 120.0)
-        try:
-            yield from call
-        except grpc.RpcError as error:
-            raise explain(error, self._connection.server) from error
-        finally:
-            call.cancel()
+        backoff = Backoff(self._connection.calling)
+        while True:
+            call = self._connection.start(self._stub.LookAtCameras, request, 120.0)
+            try:
+                yield from call
+                return
+            except grpc.RpcError as error:
+                failure = explain(error, self._connection.server)
+            finally:
+                call.cancel()
+            self._connection.pause_or_raise(backoff, failure, may_be_repeated(failure, harmless=False))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Iterable, Optional
 
 import grpc
@@ -111,11 +112,15 @@ _CATEGORIES: dict[grpc.StatusCode, type[WeftError]] = {
     grpc.StatusCode.UNAUTHENTICATED: Unauthenticated,
 }
 _RETRY_AFTER = ("retry-after-ms", "grpc-retry-pushback-ms")
+# How a daemon on gRPC 1.51 says it, which sends no metadata with what it refuses early (services/rpc/retry_after.h).
+_RETRY_WORDS = re.compile(r"; retry after ([0-9]{1,12}) ms$")
 _STATUS_DETAILS = "grpc-status-details-bin"
 
 
-def retry_after_s(metadata: Iterable[tuple[str, str | bytes]]) -> Optional[float]:
-    """What the trailing metadata of a call say; what is no number of milliseconds counts as never, as gRPC has it."""
+def retry_after_s(message: str, metadata: Iterable[tuple[str, str | bytes]]) -> Optional[float]:
+    """What message or trailing metadata of an error say; in these, what is no number of milliseconds is never, as gRPC has it."""
+    if words := _RETRY_WORDS.search(message):
+        return int(words.group(1)) / 1000
     for key, value in metadata:
         if key in _RETRY_AFTER:
             text = value.decode("ascii", "replace") if isinstance(value, bytes) else value
@@ -140,8 +145,9 @@ def explain(error: grpc.RpcError, server: str) -> WeftError:
     metadata = tuple(error.trailing_metadata() or ())
     detail = _detail(metadata)
     message = error.details() or error.code().name
-    if error.code() == grpc.StatusCode.UNAVAILABLE and "shutting down" not in message:
+    pause_s = retry_after_s(message, metadata)
+    if error.code() == grpc.StatusCode.UNAVAILABLE and pause_s is None and "shutting down" not in message:
         remedy = f"start it with `weftd --listen {server} --state DIR --allow-path DIR`"
         message = f"no daemon answers at {server}: {message}; {remedy}"
     return _CATEGORIES.get(error.code(), Unknown)(message, field=detail.field, remedy=detail.remedy,
-                                                  retry_after_s=retry_after_s(metadata))
+                                                  retry_after_s=pause_s)
