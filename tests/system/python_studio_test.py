@@ -4,6 +4,7 @@ import json
 import os
 import signal
 import subprocess
+import threading
 import unittest
 
 import studio
@@ -86,9 +87,14 @@ class Studio(ClientTest):
 
     def setUp(self):
         super().setUp()
+        self.addCleanup(self.kill_recorders)
         self.recorded = self.path("allowed", "recorded")
         studio.weft("take", "import", self.take, "--out", self.recorded, "--fps", "2", check=0)
         self.start_daemon()
+
+    def kill_recorders(self):
+        for process in studio.processes_of(self.folder, "weft-recorder"):
+            os.kill(process, signal.SIGKILL)
 
     def session(self, speed=1.0):
         streams = sorted(name for name in os.listdir(f"{self.recorded}/streams") if name.endswith(".stream"))
@@ -160,6 +166,24 @@ class Studio(ClientTest):
         self.assertEqual(self.last.state.phase, weft.v1.RECORDER_PHASE_ENDED)
         self.assertEqual(len(events), len(set(events)), "every event is told once")
         self.assertEqual(client.takes.wait(take.id).state.phase, weft.v1.RECORDER_PHASE_ENDED)
+
+    def test_clients_wait_while_the_daemon_is_busy(self):
+        take = self.client().takes.start(session=self.session(speed=0.001), no_disk_test=True)
+        watches = []
+        self.addCleanup(lambda: [watch.close() for watch in watches])
+        with self.assertRaises(weft.ResourceExhausted) as caught:
+            for _ in range(10):  # a connection carries no more than 100 calls
+                impatient = self.client(watching=weft.RetryPolicy(busy_patience_s=0))
+                for _ in range(50):
+                    watches.append(impatient.takes.watch(take.id))
+                    self.assertEqual(next(watches[-1]).id, take.id)
+        self.assertGreater(caught.exception.retry_after_s, 0)
+        release = threading.Timer(1, watches[0].close)
+        release.start()
+        self.addCleanup(release.join)
+        with self.client().takes.watch(take.id) as watch:
+            self.assertEqual(next(watch).id, take.id)
+        self.client().takes.stop(take.id)
 
     def test_example_watches_the_newest_take(self):
         self.assertIn("has no take", example("watch_take.py", "--server", self.socket, check=1).stderr)
