@@ -14,7 +14,7 @@ import grpc
 import weft
 from weft.errors import retry_after_s
 from weft.retry import Backoff, may_be_repeated
-from weft.v1 import jobs_pb2_grpc, server_pb2_grpc
+from weft.v1 import jobs_pb2_grpc, server_pb2_grpc, takes_pb2_grpc
 
 QUICK = weft.RetryPolicy(first_pause_s=0.01, longest_pause_s=0.05, patience_s=5)
 
@@ -60,12 +60,25 @@ class Jobs(jobs_pb2_grpc.JobsServicer, Refusals):
             yield weft.v1.JobUpdate(job=weft.v1.Job(state=state))
 
 
+class Takes(takes_pb2_grpc.TakesServicer):
+    """Tells the newest events with every new watch, as a daemon does, and breaks off after each message but the last."""
+
+    def __init__(self, *messages):
+        self.messages = list(messages)
+
+    def WatchTake(self, request, context):
+        yield weft.v1.RecordedTake(events=[weft.v1.TakeEvent(event=event) for event in self.messages.pop(0)])
+        if self.messages:
+            context.abort(grpc.StatusCode.UNAVAILABLE, "gone")
+
+
 @contextlib.contextmanager
 def client_of(service, **options):
     with tempfile.TemporaryDirectory(prefix="weft-retry-") as folder:
         server = grpc.server(futures.ThreadPoolExecutor(4))
-        (server_pb2_grpc.add_ServerServicer_to_server if isinstance(service, Server) else
-         jobs_pb2_grpc.add_JobsServicer_to_server)(service, server)
+        adders = {Server: server_pb2_grpc.add_ServerServicer_to_server, Jobs: jobs_pb2_grpc.add_JobsServicer_to_server,
+                  Takes: takes_pb2_grpc.add_TakesServicer_to_server}
+        adders[type(service)](service, server)
         address = f"unix:{folder}/socket"
         server.add_insecure_port(address)
         server.start()
@@ -157,6 +170,11 @@ class Watches(unittest.TestCase):
             states = [update.job.state for update in client.jobs.watch("job")]
         self.assertEqual(states, [weft.v1.JOB_STATE_RUNNING, weft.v1.JOB_STATE_DONE])
         self.assertEqual(len(service.requests), 4)
+
+    def test_of_takes_tell_every_event_once(self):
+        with client_of(Takes("ab", "abc", "abc", "abcde")) as client:
+            told = [[event.event for event in take.events] for take in client.takes.watch("take")]
+        self.assertEqual(told, [["a", "b"], ["c"], [], ["d", "e"]])
 
     def test_end_with_other_errors_and_stay_ended(self):
         with client_of(Jobs(Refusal(grpc.StatusCode.NOT_FOUND))) as client:
