@@ -15,6 +15,11 @@ install(DIRECTORY deploy/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(PROGRAMS deploy/tour.sh DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(FILES deploy/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/weft)
 
+# systemd looks there whatever the prefix's `lib` is called.
+install(FILES deploy/systemd/weftd.service DESTINATION lib/systemd/system)
+install(FILES deploy/systemd/weft.sysusers DESTINATION lib/sysusers.d RENAME weft.conf)
+install(FILES deploy/systemd/weft.tmpfiles DESTINATION lib/tmpfiles.d RENAME weft.conf)
+
 # What shells complete is what the program that was built understands.
 foreach(shell bash zsh)
   set(script ${CMAKE_BINARY_DIR}/completion/weft.${shell})
@@ -51,6 +56,8 @@ set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/deploy/systemd/postinst)
+set(CPACK_DEBIAN_WEFT_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/deploy/systemd/postinst)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS fonts-dejavu-core)  # labels of prints
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS ffmpeg)          # archives and proxy videos

@@ -5,7 +5,9 @@
 #include <sys/eventfd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -14,6 +16,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "services/process/descriptor_limit.h"
 #include "capture/file/plain_text.h"
 
 namespace weft {
@@ -57,6 +60,28 @@ std::set<ino_t> OpenSockets() {
 }
 
 }  // namespace
+
+ConnectionLimits LimitsFor(int64_t descriptors) {
+  constexpr int64_t kOwn = 256;  // pipes of workers, catalogue, files that are sent, folders
+  constexpr int64_t kLeast = 32;
+  ConnectionLimits limits;
+  limits.all = static_cast<int>(
+      std::clamp<int64_t>(descriptors - kOwn - limits.reserve, kLeast, static_cast<int64_t>(limits.all)));
+  limits.of_one_peer = std::min(limits.of_one_peer, limits.all / 2);
+  return limits;
+}
+
+ConnectionLimits LimitsOfProcess() {
+  const int64_t descriptors = DescriptorLimit();
+  const ConnectionLimits limits = LimitsFor(descriptors);
+  if (limits.all < ConnectionLimits().all) {
+    spdlog::warn(
+        "only {} descriptors: {} connections at once instead of {}; raise LimitNOFILE of the service, or "
+        "`ulimit -Hn`",
+        descriptors, limits.all, ConnectionLimits().all);
+  }
+  return limits;
+}
 
 struct Connections::Slot {
   std::unique_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor;
@@ -107,10 +132,15 @@ absl::Status Connections::Begin() {
 }
 
 void Connections::Stop() {
-  if (!thread_.joinable()) return;
-  thread_.request_stop();
-  eventfd_write(wake_.get(), 1);
-  thread_.join();
+  if (thread_.joinable()) {
+    thread_.request_stop();
+    eventfd_write(wake_.get(), 1);
+    thread_.join();
+  }
+  // While it is open no other daemon takes its name.
+  for (const auto& listener : listeners_) {
+    if (!listener->socket.path.empty()) unlink(listener->socket.path.c_str());
+  }
   listeners_.clear();
 }
 
@@ -155,8 +185,8 @@ void Connections::Admit(Listener& listener, UniqueFd connection) {
   if (fstat(connection.get(), &file) != 0) return;
   const Peer peer = PeerOf(connection.get());
   Slot& slot = SlotOf(listener, peer);
-  if (!HasRoom(slot) && Clock::now() - counted_ >= kCountAgain) CountOpen();
-  if (!HasRoom(slot)) {
+  if (!HasRoom(slot, peer) && Clock::now() - counted_ >= kCountAgain) CountOpen();
+  if (!HasRoom(slot, peer)) {
     ++slot.refused;
     slot.refused_peer = peer.name;
     return;  // closed
@@ -186,8 +216,10 @@ Connections::Slot& Connections::SlotOf(Listener& listener, const Peer& peer) con
   return free != nullptr ? *free : listener.slots.back();
 }
 
-bool Connections::HasRoom(const Slot& slot) const {
-  return static_cast<int>(open_.size()) < limits_.all && slot.open < limits_.of_one_peer;
+bool Connections::HasRoom(const Slot& slot, const Peer& peer) const {
+  const bool is_owner = peer.uid && (*peer.uid == geteuid() || *peer.uid == 0);
+  const int all = limits_.all + (is_owner ? limits_.reserve : 0);
+  return static_cast<int>(open_.size()) < all && slot.open < limits_.of_one_peer;
 }
 
 void Connections::CountOpen() {

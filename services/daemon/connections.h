@@ -22,7 +22,14 @@ namespace weft {
 struct ConnectionLimits {
   int all = 1000;
   int of_one_peer = 250;
+  // Beyond `all`, for the daemon's own user and root: who floods it locks neither them nor the watchdog out.
+  int reserve = 16;
 };
+
+// What a process that may have so many descriptors can keep open beside its files, workers and catalogue.
+ConnectionLimits LimitsFor(int64_t descriptors);
+// Of this process; the log says when they are low.
+ConnectionLimits LimitsOfProcess();
 
 // Accepts connections, and hands them to gRPC, whose own listener stands still for good once descriptors ran
 // out (CVE-2023-4785, in 1.51). So many connections are open at once, in all and of one peer: further ones
@@ -40,7 +47,7 @@ class Connections {
 
   // Accepts from now on, which needs a server that runs. Unavailable: /proc is not there.
   absl::Status Begin();
-  // Accepts no more; what is connected stays.
+  // Accepts no more, and removes sockets of the file system; what is connected stays.
   void Stop();
 
   int open() const { return open_now_; }
@@ -55,7 +62,7 @@ class Connections {
   void Accept(Listener& listener);
   void Admit(Listener& listener, UniqueFd connection);
   Slot& SlotOf(Listener& listener, const Peer& peer) const;
-  bool HasRoom(const Slot& slot) const;
+  bool HasRoom(const Slot& slot, const Peer& peer) const;
   // Notices connections that gRPC has closed.
   void CountOpen();
   void Tell(Slot& slot);

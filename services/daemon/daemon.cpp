@@ -151,7 +151,9 @@ OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const P
 }
 
 absl::Status DaemonOptions::Validate() const {
-  if (state_folder.empty()) return absl::InvalidArgumentError("--state: must not be empty");
+  if (state_folder.empty())
+    return absl::InvalidArgumentError(
+        "--state: must not be empty; give a folder, here or as `state` in the file of --config");
   std::vector<std::pair<const char*, std::string>> addresses;
   for (const std::string& text : listen) addresses.emplace_back("--listen", text);
   if (!metrics_listen.empty()) addresses.emplace_back("--metrics", metrics_listen);
@@ -234,6 +236,11 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
       *parts.queue, *parts.operation_queue, *parts.library, options.state_folder, options.check_item);
   if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
   return daemon;
+}
+
+void Daemon::SetRetention(const RetentionRules& rules) {
+  parts_->take_keeper->SetRetention(rules);
+  parts_->operation_queue->SetKeepDays(rules.keep_trash_days);
 }
 
 void Daemon::Stop() {

@@ -72,6 +72,9 @@ class Daemon {
   int workers() const { return workers_; }
   int threads_per_worker() const { return threads_per_worker_; }
 
+  // From now on.
+  void SetRetention(const RetentionRules& rules);
+
   // Stops the workers and ends all calls. The next daemon on the state folder goes on.
   void Stop();
 

@@ -137,7 +137,7 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   observers.push_back(ObserveCalls(sources));
   builder.experimental().SetInterceptorCreators(std::move(observers));
   parts_->connections = std::make_unique<Connections>(
-      std::move(sockets), ConnectionLimits(), sources,
+      std::move(sockets), LimitsOfProcess(), sources,
       [&credentials](ListenKind kind) { return credentials.Make(kind); }, builder);
   builder.RegisterService(parts_->cameras.get());
   builder.RegisterService(parts_->jobs.get());

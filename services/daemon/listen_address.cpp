@@ -84,7 +84,7 @@ absl::StatusOr<ListeningSocket> ListenAtPath(const ListenAddress& address) {
       listen(listening.get(), kBacklog) != 0) {
     return CannotListen(address, errno);
   }
-  return ListeningSocket{std::move(listening), address.kind, address.text};
+  return ListeningSocket{std::move(listening), address.kind, address.text, address.path};
 }
 
 std::string WithPort(const ListenAddress& address, int socket) {
@@ -133,7 +133,7 @@ absl::StatusOr<ListeningSocket> ListenAt(const ListenAddress& address) {
     if (listening.open() && bind(listening.get(), one->ai_addr, one->ai_addrlen) == 0 &&
         listen(listening.get(), kBacklog) == 0) {
       std::string text = WithPort(address, listening.get());
-      return ListeningSocket{std::move(listening), address.kind, std::move(text)};
+      return ListeningSocket{std::move(listening), address.kind, std::move(text), ""};
     }
     error = errno;
   }

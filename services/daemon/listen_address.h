@@ -26,6 +26,7 @@ struct ListeningSocket {
   UniqueFd socket;
   ListenKind kind = ListenKind::kUnixSocket;
   std::string address;  // with the port that was chosen
+  std::string path;     // of a socket of the file system
 };
 
 // A socket of the file system is closed to other users; one that a daemon left behind is replaced.

@@ -5,27 +5,18 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <condition_variable>
+#include <cstdio>
 #include <filesystem>
-#include <mutex>
-#include <stop_token>
 
-#include "absl/strings/str_join.h"
+#include "services/daemon/config_file.h"
 #include "services/daemon/daemon.h"
+#include "services/daemon/daemon_life.h"
 #include "services/process/exit_status.h"
 #include "services/process/help.h"
-#include "services/process/stop_on_signal.h"
 #include "services/report/html_report.h"
 #include "services/report/job_verdict.h"
 
 namespace {
-
-void WaitForStop(const std::stop_token& stop) {
-  std::mutex mutex;
-  std::condition_variable_any asked;
-  std::unique_lock lock(mutex);
-  asked.wait(lock, stop, [] { return false; });
-}
 
 // The other programs are installed beside weftd.
 std::string ProgramBeside(const char* name) {
@@ -64,12 +55,11 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
          "Whoever asks shows a token of the role viewer")
       ->type_name("HOST:PORT");
   app.add_option("--state", options.state_folder,
-                 "Folder for the list of jobs, and for results whose folder is not shared")
-      ->required()
+                 "Folder for the list of jobs, and for results whose folder is not shared; must be given")
       ->type_name("DIR");
-  app.add_option("--allow-path", options.allow_paths,
-                 "Folder that jobs may read from and write to; may be given several times")
-      ->required()
+  app.add_option(
+         "--allow-path", options.allow_paths,
+         "Folder that jobs may read from and write to; may be given several times, must be given once")
       ->type_name("DIR");
   app.add_option("--workers", options.workers, "Worker processes; 0 chooses by the number of cores")
       ->type_name("N")
@@ -124,52 +114,82 @@ int Fail(const absl::Status& status) {
   return weft::ExitStatusOf(status);
 }
 
-int RunDaemon(const weft::DaemonOptions& options) {
-  const weft::StopOnSignal signals;
-  const absl::StatusOr<std::unique_ptr<weft::Daemon>> daemon = weft::Daemon::Start(options);
-  if (!daemon.ok()) return Fail(daemon.status());
-  spdlog::info("weftd " WEFT_VERSION " listens on {}, {} workers with {} threads each",
-               absl::StrJoin((*daemon)->addresses(), ", "), (*daemon)->workers(),
-               (*daemon)->threads_per_worker());
-  if (const std::string& metrics = (*daemon)->metrics_address(); !metrics.empty())
-    spdlog::info("metrics at {}/metrics", metrics);
-  WaitForStop(signals.token());
-  spdlog::info("stopping; unfinished jobs go on at the next start");
-  (*daemon)->Stop();
-  return weft::kExitDone;
-}
+// The options, and what was given for them.
+struct Program {
+  Program();
 
-}  // namespace
+  CLI::App app;
+  weft::DaemonSetup setup;
+  bool prints_config = false;
+};
 
-int main(int argc, char** argv) {
-  CLI::App app(
-      "Keeps a queue of registration jobs and runs them in worker processes. `weft register --server` "
-      "submits, `weft job` shows. May be stopped or killed at any time: it resumes its jobs at the next "
-      "start.",
-      "weftd");
+Program::Program()
+    : app("Keeps a queue of registration jobs and runs them in worker processes. `weft register --server` "
+          "submits, `weft job` shows. May be stopped or killed at any time: it resumes its jobs at the next "
+          "start.",
+          "weftd") {
   app.formatter(weft::MakeHelpFormatter());
-  app.footer("Examples:\n  weftd --listen 127.0.0.1:7411 --state /var/lib/weft --allow-path /data");
+  app.footer(
+      "Examples:\n  weftd --listen 127.0.0.1:7411 --state /var/lib/weft --allow-path /data\n"
+      "  weftd --config /etc/weft/weftd.txtpb");
   app.set_version_flag("--version", "weftd " WEFT_VERSION, "Print the version and exit");
-  weft::DaemonOptions options;
+  weft::DaemonOptions& options = setup.options;
   options.worker_program = ProgramBeside("weft-worker");
   options.recorder_program = ProgramBeside("weft-recorder");
   options.command_program = ProgramBeside("weft");
   options.endings.assess = weft::AssessJobFolder;
   options.endings.write_report = weft::WriteJobReport;
   options.find_incomplete = weft::FindIncompleteFrames;
-  std::string log_level = "info";
-  AddOptions(app, options, log_level);
+  app.add_option("--config", setup.config_file,
+                 "Read options from here that no argument gives; SIGHUP reads it again")
+      ->type_name("FILE");
+  app.add_flag("--print-config", prints_config, "Print all options as a file for --config, and exit");
+  AddOptions(app, options, setup.log_level);
+}
+
+absl::Status ReadConfig(Program& program) {
+  if (!program.setup.config_file.empty()) {
+    const absl::Status status = weft::ApplyConfigFile(program.setup.config_file, program.app);
+    if (!status.ok()) return status;
+  }
+  program.setup.settings = weft::SettingsOf(program.app);
+  return absl::OkStatus();
+}
+
+// For arguments that were read before.
+absl::StatusOr<weft::DaemonSetup> ReadAgain(int argc, char** argv) {
+  Program program;
   try {
-    app.parse(argc, argv);
+    program.app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? weft::kExitDone : weft::kExitBadInput;
+    return absl::InvalidArgumentError(error.what());
+  }
+  if (absl::Status status = ReadConfig(program); !status.ok()) return status;
+  if (absl::Status status = program.setup.options.Validate(); !status.ok()) return status;
+  return program.setup;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Program program;
+  try {
+    program.app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return program.app.exit(error) == 0 ? weft::kExitDone : weft::kExitBadInput;
   }
   spdlog::set_default_logger(spdlog::stderr_color_mt("weftd"));
   spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %^%l%$ %v");
-  spdlog::set_level(spdlog::level::from_str(log_level));
+  if (const absl::Status status = ReadConfig(program); !status.ok()) return Fail(status);
+  if (program.prints_config) {
+    std::fputs(weft::ConfigFileText(program.app).c_str(), stdout);
+    return weft::kExitDone;
+  }
+  spdlog::set_level(spdlog::level::from_str(program.setup.log_level));
   gpr_set_log_function(LogGrpc);
   try {
-    return RunDaemon(options);
+    const absl::Status status = weft::RunDaemon(program.setup, [=] { return ReadAgain(argc, argv); });
+    return status.ok() ? weft::kExitDone : Fail(status);
   } catch (const std::exception& error) {
     return Fail(absl::InternalError(error.what()));
   }

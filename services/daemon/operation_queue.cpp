@@ -230,7 +230,7 @@ void OperationQueue::ForgetOldOnes() {
   for (auto it = entries_.begin(); it != entries_.end();) {
     const v1::Operation& operation = it->second.operation;
     const double age_ns = static_cast<double>(HostTime_ns() - operation.finished_unix_ns());
-    if (!HasEnded(operation) || age_ns < options_.keep_days * kOperationDay_ns) {
+    if (!HasEnded(operation) || age_ns < keep_days_ * kOperationDay_ns) {
       ++it;
       continue;
     }

@@ -52,6 +52,9 @@ class OperationQueue {
   // Whether an unfinished one has this input, or one below it.
   bool Reads(const std::string& path);
 
+  // Instead of OperationQueueOptions.keep_days.
+  void SetKeepDays(double days);
+
   // Stops the process of the one that runs; it begins anew with the next daemon.
   void Stop();
 
@@ -64,7 +67,8 @@ class OperationQueue {
   struct Outcome;
   using Lock = std::unique_lock<std::mutex>;
 
-  explicit OperationQueue(OperationQueueOptions options) : options_(std::move(options)) {}
+  explicit OperationQueue(OperationQueueOptions options)
+      : options_(std::move(options)), keep_days_(options_.keep_days) {}
   void Load();
   std::string FolderOf(const std::string& id) const { return options_.folder + "/" + id; }
   std::string OutOf(const std::string& id) const { return FolderOf(id) + "/out"; }
@@ -83,6 +87,7 @@ class OperationQueue {
 
   const OperationQueueOptions options_;
   std::mutex mutex_;
+  double keep_days_;
   std::condition_variable_any changed_;
   std::map<std::string, Entry> entries_;  // by id; ids begin with their time
   std::vector<std::string> warnings_;

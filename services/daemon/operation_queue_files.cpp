@@ -44,4 +44,9 @@ absl::StatusOr<std::string> OperationQueue::FindFile(const std::string& id, cons
                      "ListOperationFiles shows them"});
 }
 
+void OperationQueue::SetKeepDays(double days) {
+  const Lock lock(mutex_);
+  keep_days_ = days;
+}
+
 }  // namespace weft

@@ -32,7 +32,8 @@ struct TakeKeeperOptions {
 // safety: any thread may call any function.
 class TakeKeeper {
  public:
-  explicit TakeKeeper(TakeKeeperOptions options) : options_(std::move(options)) {}
+  explicit TakeKeeper(TakeKeeperOptions options)
+      : options_(std::move(options)), retention_(options_.retention) {}
   // Closes takes whose recorders died, and clears away what the retention says, in the background until
   // Stop.
   void Begin();
@@ -53,6 +54,8 @@ class TakeKeeper {
   // Takes in a take that was made by other means, and moves its folder; `origin` says how it came about, for
   // people. A take of this id that is there already stays.
   absl::Status Adopt(const std::string& take_folder, const std::string& id, const std::string& origin);
+  // Instead of the rules of the options.
+  void SetRetention(const RetentionRules& rules);
   // Does what PlanRetention says now.
   void ClearAway();
 
@@ -79,6 +82,8 @@ class TakeKeeper {
   void CloseDead(std::set<std::string>& known);
 
   const TakeKeeperOptions options_;
+  std::mutex ruling_;
+  RetentionRules retention_;
   std::mutex starting_;  // one request at a time looks which cameras are free
   std::mutex changing_;  // one take at a time is closed, moved or marked
   std::jthread background_;

@@ -152,7 +152,17 @@ absl::StatusOr<v1::EmptyTrashResponse> TakeKeeper::EmptyTrash(const std::string&
   return response;
 }
 
+void TakeKeeper::SetRetention(const RetentionRules& rules) {
+  const std::lock_guard lock(ruling_);
+  retention_ = rules;
+}
+
 void TakeKeeper::ClearAway() {
+  RetentionRules rules;
+  {
+    const std::lock_guard lock(ruling_);
+    rules = retention_;
+  }
   std::vector<KeptTake> takes;
   const v1::ListTakesResponse list = List(SIZE_MAX, false);
   const std::set<std::string> replayed = ReplayedTakes();
@@ -169,7 +179,7 @@ void TakeKeeper::ClearAway() {
   std::error_code error;
   const fs::space_info space = fs::space(options_.takes_folder, error);
   const uint64_t free_bytes = error ? UINT64_MAX : space.available;
-  for (const RetentionStep& step : PlanRetention(options_.retention, takes, free_bytes, HostTime_ns())) {
+  for (const RetentionStep& step : PlanRetention(rules, takes, free_bytes, HostTime_ns())) {
     const absl::Status status =
         step.remove ? EmptyTrash(step.id).status() : Delete(step.id, step.because).status();
     if (!status.ok()) {

@@ -1,6 +1,5 @@
 #include "services/options/option_text.h"
 
-#include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/text_format.h>
 
 #include <algorithm>
@@ -13,6 +12,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "services/files/atomic_file.h"
+#include "services/options/first_error.h"
 #include "services/options/option_range.h"
 
 namespace weft {
@@ -24,22 +24,6 @@ using google::protobuf::Message;
 using google::protobuf::TextFormat;
 
 constexpr char kListsAll[] = "`weft options` lists all";
-
-// Keeps the first error of a parser.
-class FirstError : public google::protobuf::io::ErrorCollector {
- public:
-  void AddError(int line, google::protobuf::io::ColumnNumber, const std::string& message) override {
-    if (!message_.empty()) return;
-    line_ = line + 1;
-    message_ = message;
-  }
-  int line() const { return line_; }
-  const std::string& message() const { return message_; }
-
- private:
-  int line_ = 0;
-  std::string message_;
-};
 
 const OptionField* FindOption(std::string_view path) {
   for (const OptionField& option : AllOptions()) {

@@ -2,45 +2,51 @@
 
 #include <csignal>
 #include <ctime>
+#include <utility>
 
 namespace weft {
 namespace {
 
-sigset_t StopSignals() {
+sigset_t CaughtSignals(bool hangup) {
   sigset_t set;
   sigemptyset(&set);
   sigaddset(&set, SIGINT);
   sigaddset(&set, SIGTERM);
+  if (hangup) sigaddset(&set, SIGHUP);
   return set;
-}
-
-void Watch(const std::stop_token& finished, std::stop_source source) {
-  const sigset_t signals = StopSignals();
-  const timespec pause{.tv_sec = 0, .tv_nsec = 100'000'000};
-  while (!finished.stop_requested()) {
-    const int signal = sigtimedwait(&signals, nullptr, &pause);
-    if (signal < 0) continue;
-    if (source.stop_requested()) {
-      std::signal(signal, SIG_DFL);
-      pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
-      raise(signal);
-    }
-    source.request_stop();
-  }
 }
 
 }  // namespace
 
-StopOnSignal::StopOnSignal() {
-  const sigset_t signals = StopSignals();
+void StopOnSignal::Watch(const std::stop_token& finished) {
+  const sigset_t signals = CaughtSignals(on_hangup_ != nullptr);
+  const timespec pause{.tv_sec = 0, .tv_nsec = 100'000'000};
+  while (!finished.stop_requested()) {
+    const int signal = sigtimedwait(&signals, nullptr, &pause);
+    if (signal < 0) continue;
+    if (signal == SIGHUP) {
+      on_hangup_();
+      continue;
+    }
+    if (source_.stop_requested()) {
+      std::signal(signal, SIG_DFL);
+      pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
+      raise(signal);
+    }
+    source_.request_stop();
+  }
+}
+
+StopOnSignal::StopOnSignal(std::function<void()> on_hangup) : on_hangup_(std::move(on_hangup)) {
+  const sigset_t signals = CaughtSignals(on_hangup_ != nullptr);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  watcher_ = std::jthread([source = source_](const std::stop_token& finished) { Watch(finished, source); });
+  watcher_ = std::jthread([this](const std::stop_token& finished) { Watch(finished); });
 }
 
 StopOnSignal::~StopOnSignal() {
   watcher_.request_stop();
   watcher_.join();
-  const sigset_t signals = StopSignals();
+  const sigset_t signals = CaughtSignals(on_hangup_ != nullptr);
   pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);
 }
 

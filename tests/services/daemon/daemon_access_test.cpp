@@ -18,6 +18,8 @@
 #include "services/files/unique_fd.h"
 #include "services/rpc/service_files.h"
 #include "tests/services/access/certificate_maker.h"
+#include "services/daemon/connections.h"
+#include "services/daemon/listen_address.h"
 #include "tests/services/daemon/daemon_fixture.h"
 
 namespace weft {
@@ -254,14 +256,30 @@ TEST_F(DaemonTest, ListensOnASocketOfItsOwnByDefault) {
 }
 
 TEST_F(DaemonTest, ReplacesTheSocketOfADaemonThatIsGone) {
-  options_.listen = {"unix:" + (folder_ / "weftd.sock"), "127.0.0.1:0"};
-  for (int i = 0; i < 2; ++i) {
-    daemon_.reset();
-    StartDaemon();
-    ASSERT_EQ(daemon_->addresses().size(), 2U);
-    Connect(daemon_->addresses()[1]);
-    EXPECT_TRUE(client_->List(1).ok());
+  const std::string path = folder_ / "weftd.sock";
+  options_.listen = {"unix:" + path, "127.0.0.1:0"};
+  {
+    const absl::StatusOr<ListeningSocket> killed = ListenAt({ListenKind::kUnixSocket, "unix:" + path, path});
+    ASSERT_TRUE(killed.ok()) << killed.status();
   }
+  ASSERT_TRUE(std::filesystem::exists(path));
+  StartDaemon();
+  ASSERT_EQ(daemon_->addresses().size(), 2U);
+  Connect(daemon_->addresses()[1]);
+  EXPECT_TRUE(client_->List(1).ok());
+  daemon_->Stop();
+  EXPECT_FALSE(std::filesystem::exists(path));
+}
+
+TEST(ConnectionLimits, StayBelowTheDescriptors) {
+  EXPECT_EQ(LimitsFor(1 << 20).all, 1000);
+  EXPECT_EQ(LimitsFor(1 << 20).of_one_peer, 250);
+  for (const int descriptors : {512, 1024, 1200}) {
+    const ConnectionLimits limits = LimitsFor(descriptors);
+    EXPECT_LE(limits.all + limits.reserve, descriptors - 200);
+    EXPECT_LE(limits.of_one_peer, limits.all / 2);
+  }
+  EXPECT_GT(LimitsFor(64).all, 0);
 }
 
 TEST_F(DaemonTest, LeavesFilesThatAreNoSocketsAlone) {

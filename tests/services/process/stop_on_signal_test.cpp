@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <csignal>
 #include <thread>
@@ -18,6 +19,26 @@ TEST(StopOnSignal, FirstSignalRequestsAStop) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
   EXPECT_TRUE(signals.token().stop_requested());
+}
+
+TEST(StopOnSignal, HangupCallsWhoeverWantsIt) {
+  std::atomic<int> hangups = 0;
+  const StopOnSignal signals([&hangups] { ++hangups; });
+  kill(getpid(), SIGHUP);
+  for (int i = 0; i < 1000 && hangups == 0; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(hangups, 1);
+  EXPECT_FALSE(signals.token().stop_requested());
+}
+
+TEST(StopOnSignalDeathTest, HangupEndsProgramsThatDoNotWantIt) {
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(
+      {
+        const StopOnSignal signals;
+        kill(getpid(), SIGHUP);
+        std::this_thread::sleep_for(std::chrono::seconds(60));
+      },
+      testing::KilledBySignal(SIGHUP), "");
 }
 
 TEST(StopOnSignalDeathTest, SecondSignalEndsTheProcess) {
