@@ -10,6 +10,7 @@ find_package(embree 3.13 REQUIRED)
 find_package(SQLite3 3.40 REQUIRED)
 find_package(spdlog 1.10 REQUIRED)
 find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto) # SHA-256
+find_package(CURL 7.88 REQUIRED)
 find_package(JPEG REQUIRED)
 find_package(PNG 1.6 REQUIRED)
 find_package(TIFF 4.5 REQUIRED)

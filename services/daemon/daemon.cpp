@@ -22,6 +22,7 @@
 #include "services/executor/local_executor.h"
 #include "services/files/atomic_file.h"
 #include "services/library/item_words.h"
+#include "services/notice/end_notices.h"
 #include "services/recorder/recorder_process.h"
 #include "services/rpc/error_detail.h"
 #include "services/rpc/operation_kinds.h"
@@ -42,13 +43,17 @@ absl::StatusOr<FileLock> TakeFence(const std::string& state_folder) {
 }
 
 absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options, const CoreShare& share,
-                                                    std::optional<FileLock>& fence) {
+                                                    std::optional<FileLock>& fence,
+                                                    std::unique_ptr<EndNotices>& notices) {
   absl::StatusOr<std::unique_ptr<Catalogue>> catalogue =
       Catalogue::Open(absl::StrCat(options.state_folder, "/catalogue.sqlite"));
   if (!catalogue.ok()) return catalogue.status();
   absl::StatusOr<FileLock> taken = TakeFence(options.state_folder);
   if (!taken.ok()) return taken.status();
   fence.emplace(*std::move(taken));
+  auto opened = EndNotices::Open(absl::StrCat(options.state_folder, "/notices"), options.notices);
+  if (!opened.ok()) return opened.status();
+  notices = *std::move(opened);
   for (const std::string& warning : (*catalogue)->warnings()) spdlog::warn("{}", warning);
   LocalExecutorOptions executor_options;
   executor_options.worker_program = options.worker_program;
@@ -76,6 +81,7 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   };
   queue_options.endings = options.endings;
   queue_options.max_of_one_caller = options.caller_limits.jobs;
+  queue_options.on_end = [&notices](const v1::Job& job) { return notices->JobEnded(job); };
   queue_options.list_frames = [load = options.load_inputs](const v1::RegistrationSpec& spec) {
     absl::StatusOr<LoadedInputs> inputs = load(spec);
     return inputs.ok() ? absl::StatusOr<std::vector<std::string>>(std::move(inputs->frames))
@@ -105,6 +111,7 @@ TakeKeeperOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const Path
   keeping.recorder_program = options.recorder_program;
   keeping.retention = options.retention;
   keeping.resolve_take = InputsOf(options, policy, parts);
+  keeping.on_end = [&parts](const v1::RecordedTake& take) { return parts.notices->TakeEnded(take); };
   keeping.is_read = [&parts](const std::string& folder) {
     const std::vector<v1::Job> jobs = parts.queue->Unfinished();
     return std::any_of(jobs.begin(), jobs.end(),
@@ -176,7 +183,7 @@ absl::Status DaemonOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("--threads-per-worker: ", threads_per_worker, ", must be 0 to ", kMaxWorkers));
   }
-  return absl::OkStatus();
+  return notices.Validate();
 }
 
 Daemon::Daemon() : parts_(std::make_unique<Parts>()) {}
@@ -198,7 +205,7 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   const CoreShare share = ShareCores(UsableCores(), options.workers, options.threads_per_worker);
   daemon->workers_ = share.workers;
   daemon->threads_per_worker_ = share.threads_per_worker;
-  auto queue = MakeQueue(options, share, daemon->parts_->fence);
+  auto queue = MakeQueue(options, share, daemon->parts_->fence, daemon->parts_->notices);
   if (!queue.ok()) return queue.status();
   daemon->parts_->queue = *std::move(queue);
   absl::StatusOr<std::unique_ptr<Library>> library = Library::Open(options.state_folder);
@@ -242,6 +249,8 @@ void Daemon::SetRetention(const RetentionRules& rules) {
   parts_->take_keeper->SetRetention(rules);
   parts_->operation_queue->SetKeepDays(rules.keep_trash_days);
 }
+
+void Daemon::SetNotices(const NoticeOptions& notices) { parts_->notices->SetOptions(notices); }
 
 void Daemon::Stop() {
   std::call_once(parts_->stopped, [this] {

@@ -17,6 +17,7 @@
 #include "services/job/job_folder.h"
 #include "services/library/check_item.h"
 #include "services/library/uploads.h"
+#include "services/notice/end_notices.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {
@@ -39,6 +40,7 @@ struct DaemonOptions {
   std::string recorder_program;          // weft-recorder
   std::string command_program;           // weft, for operations
   RetentionRules retention;              // of takes
+  NoticeOptions notices;                 // of ends of takes and jobs
   CallerLimits caller_limits;
   std::string address_file;  // gets the addresses once the daemon listens; empty for none
   std::chrono::milliseconds stop_grace{5000};
@@ -74,6 +76,7 @@ class Daemon {
 
   // From now on.
   void SetRetention(const RetentionRules& rules);
+  void SetNotices(const NoticeOptions& notices);
 
   // Stops the workers and ends all calls. The next daemon on the state folder goes on.
   void Stop();

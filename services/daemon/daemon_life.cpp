@@ -23,8 +23,9 @@ namespace {
 
 // What a daemon takes over while it runs.
 const std::set<std::string>& ReloadableSettings() {
-  static const std::set<std::string> names = {"log_level", "keep_takes_days", "keep_trash_days",
-                                              "takes_quota_gib", "least_free_gib"};
+  static const std::set<std::string> names = {
+      "log_level",      "keep_takes_days",  "keep_trash_days", "takes_quota_gib", "least_free_gib",
+      "on_end_command", "on_end_timeout_s", "on_end_url",      "on_end_secret",   "on_end_ca"};
   return names;
 }
 
@@ -110,6 +111,7 @@ class DaemonLife {
     }
     spdlog::set_level(spdlog::level::from_str(fresh.log_level));
     daemon_->SetRetention(fresh.options.retention);
+    daemon_->SetNotices(fresh.options.notices);
     spdlog::info("{} is read again: {}", setup_.config_file,
                  changed.empty() ? "nothing that a running daemon takes over" : absl::StrJoin(changed, "; "));
     if (!waiting.empty())

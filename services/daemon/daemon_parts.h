@@ -35,6 +35,7 @@ struct Daemon::Parts {
   std::unique_ptr<AuditLog> audit;
   ReceiveGuard guard;
   std::unique_ptr<RevocationList> revocations;  // null: none is asked
+  std::unique_ptr<EndNotices> notices;
   std::unique_ptr<JobQueue> queue;
   std::unique_ptr<Library> library;
   std::unique_ptr<JobService> jobs;

@@ -39,6 +39,9 @@ struct JobQueueOptions {
   std::function<bool(const std::string& dump)> is_settled = [](const std::string&) { return true; };
   JobEndings endings;
   int max_of_one_caller = 500;  // unfinished jobs
+  // Called in the background before a job's end is written down, so that it is called for every end; again
+  // where the daemon is killed in between. ResourceExhausted makes the job wait.
+  std::function<absl::Status(const v1::Job& job)> on_end = [](const v1::Job&) { return absl::OkStatus(); };
 };
 
 // The oldest job of the highest priority has the first claim on the workers; the next begins when all its

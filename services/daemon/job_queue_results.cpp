@@ -86,7 +86,8 @@ void JobQueue::WriteResults(const std::shared_ptr<LiveJob>& live) {
     const Lock lock(mutex_);
     job = live->life.Outcome(bridged);
   }
-  const absl::Status written = live->folder.Finish(live->infos(), options_.endings, job);
+  absl::Status written = live->folder.Finish(live->infos(), options_.endings, job);
+  if (written.ok()) written = options_.on_end(job);
   Lock lock(mutex_);
   if (absl::IsResourceExhausted(written) && !stopping_) {
     live->finishing = false;

@@ -39,6 +39,29 @@ void AddTlsOptions(CLI::App& app, weft::TlsFiles& tls) {
       ->type_name("FILE");
 }
 
+void AddNoticeOptions(CLI::App& app, weft::NoticeOptions& notices) {
+  app.add_option("--on-end-command", notices.program,
+                 "Program to run when a take or a job has ended, without a shell; its standard input has the "
+                 "notice as JSON (weft.v1.EndNotice)")
+      ->type_name("FILE");
+  app.add_option("--on-end-timeout-s", notices.program_timeout_s, "The program is ended after so long")
+      ->type_name("S")
+      ->check(CLI::Range(1.0, 86400.0));
+  app.add_option(
+         "--on-end-url", notices.server.url,
+         "Where to post the same notice, by https, or by http on this machine; repeated for three days "
+         "until the answer is 2xx")
+      ->type_name("URL");
+  app.add_option(
+         "--on-end-secret", notices.server.secret_file,
+         "File of a secret, closed to other users, which signs the posts: the header X-Weft-Signature is "
+         "\"sha256=\" and the HMAC-SHA256 of the body in hex")
+      ->type_name("FILE");
+  app.add_option("--on-end-ca", notices.server.authority,
+                 "Certificates that vouch for the server, PEM; those of this machine where it is left out")
+      ->type_name("FILE");
+}
+
 void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_level) {
   app.option_defaults()->always_capture_default();
   app.add_option(
@@ -95,6 +118,7 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
                  "The same when less of the disk is free; 0 removes nothing for its sake")
       ->type_name("GIB")
       ->check(CLI::NonNegativeNumber);
+  AddNoticeOptions(app, options.notices);
   app.add_option("--address-file", options.address_file,
                  "Write the addresses here once the daemon listens, a line each")
       ->type_name("FILE");

@@ -32,6 +32,8 @@ bool TakeExists(const std::string& folder) {
   return fs::is_directory(folder, error);
 }
 
+std::string EndToldFile(const std::string& folder) { return folder + "/end-told"; }
+
 std::string KeepingFile(const std::string& folder) { return folder + "/keeping.json"; }
 
 v1::TakeKeeping ReadKeeping(const std::string& folder) {

@@ -110,11 +110,24 @@ void TakeKeeper::CloseDead(std::set<std::string>& known) {
   for (const std::string& id : TakesIn(options_.takes_folder)) {
     if (known.contains(id)) continue;
     const absl::StatusOr<v1::RecordedTake> take = Get(id);
-    if (take.ok() && !take->recorder_lives()) known.insert(id);
+    if (take.ok() && !take->recorder_lives()) {
+      const absl::Status told = TellEnd(*take);
+      if (told.ok()) known.insert(id);
+      if (!told.ok() && known.insert(id + "!").second) {
+        spdlog::warn("take {}: its end is told later: {}", id, EscapedText(std::string(told.message())));
+      }
+    }
     if (!take.ok() && known.insert(id + "?").second) {
       spdlog::warn("{}", EscapedText(std::string(take.status().message())));
     }
   }
+}
+
+absl::Status TakeKeeper::TellEnd(const v1::RecordedTake& take) const {
+  const std::string mark = EndToldFile(FolderOf(take.id()));
+  if (fs::exists(mark)) return absl::OkStatus();
+  if (absl::Status status = options_.on_end(take); !status.ok()) return status;
+  return WriteFileAtomically(mark, "");
 }
 
 std::map<std::string, v1::Session> TakeKeeper::LivingSessions() const {

@@ -24,6 +24,10 @@ struct TakeKeeperOptions {
   RetentionRules retention;
   // A take that cameras of a session replay, as a path that may be read. Errors name the field.
   std::function<absl::StatusOr<std::string>(const std::string& field, const std::string& take)> resolve_take;
+  // Called once for each take that has ended, and again where it failed or the daemon was killed meanwhile.
+  std::function<absl::Status(const v1::RecordedTake& take)> on_end = [](const v1::RecordedTake&) {
+    return absl::OkStatus();
+  };
   // Whether an unfinished job or operation reads this folder.
   std::function<bool(const std::string& folder)> is_read = [](const std::string&) { return false; };
 };
@@ -80,6 +84,7 @@ class TakeKeeper {
   absl::StatusOr<v1::RecordedTake> GetLocked(const std::string& id);  // errors of Get
   void WorkInBackground(const std::stop_token& stop);
   void CloseDead(std::set<std::string>& known);
+  absl::Status TellEnd(const v1::RecordedTake& take) const;
 
   const TakeKeeperOptions options_;
   std::mutex ruling_;

@@ -34,12 +34,13 @@ class SpawnSettings {
     sigemptyset(&none);
     sigemptyset(&defaults);
     for (const int signal : {SIGPIPE, SIGTERM, SIGINT, SIGHUP, SIGCHLD}) sigaddset(&defaults, signal);
+    const char* const input = settings.input.empty() ? "/dev/null" : settings.input.c_str();
     const short flags = POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF;
     for (const int error :
          {posix_spawnattr_setflags(&attributes, flags), posix_spawnattr_setpgroup(&attributes, 0),
           posix_spawnattr_setsigmask(&attributes, &none),
           posix_spawnattr_setsigdefault(&attributes, &defaults),
-          posix_spawn_file_actions_addopen(&actions, 0, "/dev/null", O_RDONLY, 0),
+          posix_spawn_file_actions_addopen(&actions, 0, input, O_RDONLY, 0),
           posix_spawn_file_actions_adddup2(&actions, out_write, 1),
           posix_spawn_file_actions_adddup2(&actions, err_write, 2),
           settings.kept_fd < 0 ? 0 : posix_spawn_file_actions_adddup2(&actions, settings.kept_fd, 3),

@@ -30,11 +30,12 @@ class LineSplitter {
 
 struct ChildSettings {
   std::string folder;  // where it starts; empty: in ours
+  std::string input;   // a file that it reads as its standard input; empty: nothing
   int kept_fd = -1;    // becomes its descriptor 3: a lock of this description lasts until both have ended
 };
 
 // The process runs in a process group of its own, sees no other descriptor of this one but the pipes, and
-// reads an empty standard input. Destroyed: the group is killed and the process reaped.
+// reads no standard input but ChildSettings.input. Destroyed: the group is killed and the process reaped.
 class ChildProcess {
  public:
   // `arguments` after the program's path. The parent that PR_SET_PDEATHSIG watches is the calling thread.

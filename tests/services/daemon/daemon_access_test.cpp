@@ -15,11 +15,11 @@
 #include "services/access/access_list.h"
 #include "services/access/audit_log.h"
 #include "services/client/channel.h"
+#include "services/daemon/connections.h"
+#include "services/daemon/listen_address.h"
 #include "services/files/unique_fd.h"
 #include "services/rpc/service_files.h"
 #include "tests/services/access/certificate_maker.h"
-#include "services/daemon/connections.h"
-#include "services/daemon/listen_address.h"
 #include "tests/services/daemon/daemon_fixture.h"
 
 namespace weft {

@@ -1,0 +1,116 @@
+#include "services/notice/end_notices.h"
+
+#include <unistd.h>
+
+#include <filesystem>
+#include <utility>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "base/host_clock.h"
+#include "services/files/atomic_file.h"
+#include "services/files/json_file.h"
+#include "services/notice/notice_program.h"
+
+namespace weft {
+namespace {
+
+constexpr int kProgramsAtOnce = 2;
+
+std::string NameOfHost() {
+  char name[256] = "";
+  gethostname(name, sizeof(name) - 1);
+  return name;
+}
+
+}  // namespace
+
+absl::Status NoticeOptions::Validate() const {
+  if (!program.empty()) {
+    if (!std::filesystem::path(program).is_absolute())
+      return absl::InvalidArgumentError(
+          absl::StrCat("--on-end-command: ", program, ": must be an absolute path; no shell looks for it"));
+    if (access(program.c_str(), X_OK) != 0 || std::filesystem::is_directory(program))
+      return absl::NotFoundError(
+          absl::StrCat("--on-end-command: ", program, ": no program that this user may run"));
+  }
+  return CheckNoticeServer(server);
+}
+
+absl::StatusOr<std::unique_ptr<EndNotices>> EndNotices::Open(const std::string& folder,
+                                                             NoticeOptions options) {
+  std::unique_ptr<EndNotices> notices(new EndNotices(std::move(options)));
+  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
+  if (absl::Status status = notices->ReadBeginning(folder + "/begun"); !status.ok()) return status;
+  OutboxOptions of_programs;
+  of_programs.folder = folder + "/command";
+  of_programs.at_once = kProgramsAtOnce;
+  auto programs =
+      Outbox::Open(of_programs, [all = notices.get()](const std::string& path, const std::stop_token& stop) {
+        const NoticeOptions now = all->Options();
+        if (now.program.empty()) return absl::OkStatus();
+        const auto patience = std::chrono::duration<double>(now.program_timeout_s);
+        return RunNoticeProgram(now.program, path,
+                                std::chrono::duration_cast<std::chrono::milliseconds>(patience), stop);
+      });
+  if (!programs.ok()) return programs.status();
+  notices->programs_ = *std::move(programs);
+  OutboxOptions of_requests;
+  of_requests.folder = folder + "/url";
+  auto requests =
+      Outbox::Open(of_requests, [all = notices.get()](const std::string& path, const std::stop_token& stop) {
+        const NoticeOptions now = all->Options();
+        return now.server.url.empty() ? absl::OkStatus() : PostNotice(now.server, path, stop);
+      });
+  if (!requests.ok()) return requests.status();
+  notices->requests_ = *std::move(requests);
+  return notices;
+}
+
+absl::Status EndNotices::ReadBeginning(const std::string& path) {
+  const absl::StatusOr<std::string> text = ReadWholeFile(path, 64);
+  if (text.ok() && absl::SimpleAtoi(*text, &begun_unix_ns_)) return absl::OkStatus();
+  begun_unix_ns_ = HostTime_ns();
+  return WriteFileAtomically(path, absl::StrCat(begun_unix_ns_, "\n"), 0600);
+}
+
+NoticeOptions EndNotices::Options() {
+  const std::lock_guard lock(mutex_);
+  return options_;
+}
+
+void EndNotices::SetOptions(NoticeOptions options) {
+  const std::lock_guard lock(mutex_);
+  options_ = std::move(options);
+}
+
+absl::Status EndNotices::JobEnded(const v1::Job& job) {
+  v1::EndNotice notice;
+  notice.set_ended_unix_ns(job.finished_unix_ns());
+  *notice.mutable_job() = job;
+  return Tell(std::move(notice), "job", job.id());
+}
+
+absl::Status EndNotices::TakeEnded(const v1::RecordedTake& take) {
+  if (take.state().updated_unix_ns() < begun_unix_ns_) return absl::OkStatus();
+  v1::EndNotice notice;
+  notice.set_ended_unix_ns(take.state().updated_unix_ns());
+  *notice.mutable_take() = take;
+  return Tell(std::move(notice), "take", take.id());
+}
+
+absl::Status EndNotices::Tell(v1::EndNotice notice, const std::string& kind, const std::string& id) {
+  const NoticeOptions now = Options();
+  if (now.program.empty() && now.server.url.empty()) return absl::OkStatus();
+  notice.set_id(absl::StrCat(notice.ended_unix_ns(), "-", kind, "-", id));
+  notice.set_host(NameOfHost());
+  notice.set_weft_version(WEFT_VERSION);
+  const absl::StatusOr<std::string> text = ToJson(notice);
+  if (!text.ok()) return text.status();
+  if (!now.program.empty()) {
+    if (absl::Status status = programs_->Put(notice.id(), *text); !status.ok()) return status;
+  }
+  return now.server.url.empty() ? absl::OkStatus() : requests_->Put(notice.id(), *text);
+}
+
+}  // namespace weft

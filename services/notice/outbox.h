@@ -1,0 +1,66 @@
+// Notices on their way: on the disk until they are delivered.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+
+namespace weft {
+
+// Delivers the notice in the file `path`. An error that is Unavailable is tried again, another one is not.
+// Cancelled: `stop` was requested.
+using Deliver = std::function<absl::Status(const std::string& path, const std::stop_token& stop)>;
+
+struct OutboxOptions {
+  std::string folder;
+  int at_once = 1;                                                                      // deliveries
+  std::chrono::milliseconds first_pause{1000}, longest_pause{std::chrono::minutes(5)};  // between tries
+  std::chrono::milliseconds keep{std::chrono::hours(72)};  // then a notice is given up, and the log says so
+};
+
+// Thread safety: any thread.
+class Outbox {
+ public:
+  // Takes up what an earlier one did not deliver. Errors of CreateFolders.
+  static absl::StatusOr<std::unique_ptr<Outbox>> Open(OutboxOptions options, Deliver deliver);
+  // Stops deliveries; they begin anew with the next one on the folder.
+  ~Outbox();
+
+  // The notice is delivered at least once from here on, also when this process is killed. A second one of
+  // its name, while the first waits, changes nothing. Errors of WriteFileAtomically.
+  absl::Status Put(const std::string& name, const std::string& body);
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Waiting {
+    Clock::time_point next;
+    Clock::time_point since;
+    std::chrono::milliseconds pause{0};
+    bool busy = false;
+  };
+
+  Outbox(OutboxOptions options, Deliver deliver);
+  void Load();
+  void Work(const std::stop_token& stop);
+  void Conclude(const std::string& name, const absl::Status& status);
+  std::string PathOf(const std::string& name) const { return options_.folder + "/" + name; }
+
+  const OutboxOptions options_;
+  const Deliver deliver_;
+  std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::map<std::string, Waiting> waiting_;  // by name
+  std::vector<std::jthread> workers_;
+};
+
+}  // namespace weft
