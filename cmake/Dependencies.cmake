@@ -21,6 +21,7 @@ pkg_check_modules(apriltag REQUIRED IMPORTED_TARGET apriltag>=3.3)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd>=1.5)
 pkg_check_modules(microhttpd REQUIRED IMPORTED_TARGET libmicrohttpd>=0.9.75)
 pkg_check_modules(prometheus REQUIRED IMPORTED_TARGET prometheus-cpp-core>=1.0)
+pkg_check_modules(archive REQUIRED IMPORTED_TARGET libarchive>=3.6) # support bundles
 pkg_check_modules(systemd REQUIRED IMPORTED_TARGET libsystemd>=252) # sd_notify
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash>=0.8)
 find_package(OpenCV 4.6 REQUIRED COMPONENTS core calib3d imgproc imgcodecs video) # imgcodecs: in tests only

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "services/cli/commands.h"
+#include "services/cli/installation_options.h"
 #include "services/cli/json_output.h"
 #include "services/recording/doctor.h"
 #include "services/recording/session_file.h"
@@ -14,6 +15,7 @@ namespace {
 
 struct DoctorCommandOptions {
   DoctorOptions doctor;
+  InstallationOptions installation;
   std::string session;
   bool no_cameras = false;
   bool json = false;
@@ -26,7 +28,9 @@ absl::Status RunDoctor(DoctorCommandOptions& options) {
     options.doctor.session = *std::move(session);
   }
   options.doctor.look_for_cameras = !options.no_cameras;
-  const v1::DoctorReport report = Examine(options.doctor);
+  v1::DoctorReport report = Examine(options.doctor);
+  ExamineInstallation(options.installation, report);
+  AssessDoctorReport(report);
   if (options.json) {
     if (absl::Status status = PrintJsonMessage(report); !status.ok()) return status;
   } else {
@@ -42,10 +46,14 @@ void AddDoctorCommand(CLI::App& app, CommandLine& line) {
   CLI::App* doctor = AddCommand(
       app, "doctor",
       "Look for what would spoil a recording on this machine: network, socket buffers, permissions, clock, "
-      "disk, cameras, and the data rate of a session; each with a remedy. Exit status 1 when frames would be "
-      "lost.",
+      "disk, cameras, and the data rate of a session; and at the installation: programs, kernel, the daemon, "
+      "its "
+      "state folder, certificates and tokens. Each finding has a remedy. Exit status 1 when frames would be "
+      "lost or "
+      "the daemon does not work.",
       "  weft doctor --dir /data/takes\n"
-      "  weft doctor --session session.json --dir /data/takes");
+      "  weft doctor --session session.json --dir /data/takes\n"
+      "  weft doctor --config /etc/weft/weftd.txtpb --no-cameras --disk-test-gib 0");
   doctor
       ->add_option("--session", options->session, "session.json: opens its cameras and sums their data rates")
       ->type_name("FILE");
@@ -55,6 +63,7 @@ void AddDoctorCommand(CLI::App& app, CommandLine& line) {
                    "How much to write in testing the disk; 0: nothing")
       ->type_name("GIB")
       ->check(CLI::Range(0.0, 1024.0));
+  AddInstallationOptions(*doctor, options->installation);
   doctor->add_flag("--no-cameras", options->no_cameras, "Do not search for cameras in the network");
   doctor->add_flag("--json", options->json, "Print JSON (weft.v1.DoctorReport)");
   doctor->callback([options, &line] { line.run = [options] { return RunDoctor(*options); }; });

@@ -76,8 +76,10 @@ int main(int argc, char** argv) {
   weft::AddJobCommand(app, line);
   weft::AddLibraryCommand(app, line);
   weft::AddCameraCommand(app, line);
+  weft::AddDaemonCommand(app, line);
   weft::AddDoctorCommand(app, line);
   weft::AddSessionCommand(app, line);
+  weft::AddSupportCommand(app, line);
   weft::AddTakeCommand(app, line);
   weft::AddOperationCommand(app, line);
   weft::AddAccessCommand(app, line);

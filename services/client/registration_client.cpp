@@ -7,6 +7,7 @@
 #include "services/client/channel.h"
 #include "services/client/daemon_call.h"
 #include "services/client/file_transfer.h"
+#include "services/rpc/error_detail.h"
 #include "services/rpc/grpc_status.h"
 #include "services/rpc/retry_after.h"
 #include "weft/v1/server.grpc.pb.h"
@@ -37,7 +38,8 @@ absl::Status RegistrationClient::Explain(const grpc::Status& status) const {
                       status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED;
   if (!silent) return FromGrpcStatus(status);
   // What the daemon itself says when it is busy, or asked to stop.
-  if (RetryAfter(status.error_message()) || absl::StrContains(status.error_message(), "shutting down"))
+  if (RetryAfter(status.error_message()) || absl::StrContains(status.error_message(), "shutting down") ||
+      DetailOf(FromGrpcStatus(status)))
     return FromGrpcStatus(status);
   return absl::UnavailableError(absl::StrCat("no daemon answers at ", server_, ": ", status.error_message(),
                                              "; start it with `weftd --listen ", server_,

@@ -16,8 +16,8 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
-#include "services/process/descriptor_limit.h"
 #include "capture/file/plain_text.h"
+#include "services/process/descriptor_limit.h"
 
 namespace weft {
 namespace {

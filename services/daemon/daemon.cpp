@@ -43,7 +43,7 @@ absl::StatusOr<FileLock> TakeFence(const std::string& state_folder) {
 }
 
 absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options, const CoreShare& share,
-                                                    std::optional<FileLock>& fence,
+                                                    const Drain& drain, std::optional<FileLock>& fence,
                                                     std::unique_ptr<EndNotices>& notices) {
   absl::StatusOr<std::unique_ptr<Catalogue>> catalogue =
       Catalogue::Open(absl::StrCat(options.state_folder, "/catalogue.sqlite"));
@@ -81,6 +81,7 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   };
   queue_options.endings = options.endings;
   queue_options.max_of_one_caller = options.caller_limits.jobs;
+  queue_options.admit = [&drain] { return drain.Admit(); };
   queue_options.on_end = [&notices](const v1::Job& job) { return notices->JobEnded(job); };
   queue_options.list_frames = [load = options.load_inputs](const v1::RegistrationSpec& spec) {
     absl::StatusOr<LoadedInputs> inputs = load(spec);
@@ -111,6 +112,7 @@ TakeKeeperOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const Path
   keeping.recorder_program = options.recorder_program;
   keeping.retention = options.retention;
   keeping.resolve_take = InputsOf(options, policy, parts);
+  keeping.admit = [&parts] { return parts.drain->Admit(); };
   keeping.on_end = [&parts](const v1::RecordedTake& take) { return parts.notices->TakeEnded(take); };
   keeping.is_read = [&parts](const std::string& folder) {
     const std::vector<v1::Job> jobs = parts.queue->Unfinished();
@@ -148,6 +150,7 @@ OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const P
   OperationQueueOptions operations;
   operations.folder = absl::StrCat(options.state_folder, "/operations");
   operations.program = options.command_program;
+  operations.admit = [&parts] { return parts.drain->Admit(); };
   operations.keep_days = options.retention.keep_trash_days;
   operations.adopt_take = [&parts](const std::string& take_folder, const std::string& id) {
     return parts.take_keeper->Adopt(take_folder, id, absl::StrCat("made by operation ", id));
@@ -205,7 +208,9 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   const CoreShare share = ShareCores(UsableCores(), options.workers, options.threads_per_worker);
   daemon->workers_ = share.workers;
   daemon->threads_per_worker_ = share.threads_per_worker;
-  auto queue = MakeQueue(options, share, daemon->parts_->fence, daemon->parts_->notices);
+  daemon->parts_->drain = std::make_unique<Drain>(options.on_drained);
+  auto queue =
+      MakeQueue(options, share, *daemon->parts_->drain, daemon->parts_->fence, daemon->parts_->notices);
   if (!queue.ok()) return queue.status();
   daemon->parts_->queue = *std::move(queue);
   absl::StatusOr<std::unique_ptr<Library>> library = Library::Open(options.state_folder);
@@ -238,7 +243,7 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
       *parts.queue, *parts.library, *std::move(policy), absl::StrCat(options.state_folder, "/results"),
       options.load_inputs,
       [&parts](const grpc::ServerContextBase& context) { return CallerOf(context, *parts.access); }});
-  parts.server_info = std::make_unique<ServerService>(*parts.queue, info);
+  parts.server_info = std::make_unique<ServerService>(*parts.queue, *parts.drain, info);
   parts.library_service = std::make_unique<LibraryService>(
       *parts.queue, *parts.operation_queue, *parts.library, options.state_folder, options.check_item);
   if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
@@ -258,6 +263,7 @@ void Daemon::Stop() {
     parts_->metrics_page.reset();
     parts_->health.reset();
     if (parts_->server) parts_->server->GetHealthCheckService()->Shutdown();
+    if (parts_->drain) parts_->drain->Stop();
     if (parts_->queue) parts_->queue->Stop();
     if (parts_->take_keeper) parts_->take_keeper->Stop();
     if (parts_->operation_queue) parts_->operation_queue->Stop();

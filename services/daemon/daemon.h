@@ -42,7 +42,8 @@ struct DaemonOptions {
   RetentionRules retention;              // of takes
   NoticeOptions notices;                 // of ends of takes and jobs
   CallerLimits caller_limits;
-  std::string address_file;  // gets the addresses once the daemon listens; empty for none
+  std::string address_file;          // gets the addresses once the daemon listens; empty for none
+  std::function<void()> on_drained;  // Server.Drain has come to its end: stop the daemon
   std::chrono::milliseconds stop_grace{5000};
   std::chrono::milliseconds silence_limit{std::chrono::minutes(15)};
 

@@ -38,6 +38,7 @@ class DaemonLife {
     RaiseDescriptorLimit();
     // Before any thread starts.
     const StopOnSignal signals([this] { AskForReload(); });
+    setup_.options.on_drained = [this] { AskForStop(); };
     absl::StatusOr<std::unique_ptr<Daemon>> daemon = Daemon::Start(setup_.options);
     if (!daemon.ok()) return daemon.status();
     daemon_ = *std::move(daemon);
@@ -78,11 +79,17 @@ class DaemonLife {
     changed_.notify_all();
   }
 
+  void AskForStop() {
+    const std::lock_guard lock(mutex_);
+    wants_stop_ = true;
+    changed_.notify_all();
+  }
+
   // True: to reload; false: to stop.
   bool WaitForWish(const std::stop_token& stop) {
     std::unique_lock lock(mutex_);
-    changed_.wait(lock, stop, [this] { return wants_reload_; });
-    return std::exchange(wants_reload_, false) && !stop.stop_requested();
+    changed_.wait(lock, stop, [this] { return wants_reload_ || wants_stop_; });
+    return std::exchange(wants_reload_, false) && !wants_stop_ && !stop.stop_requested();
   }
 
   void Reload() {
@@ -125,6 +132,7 @@ class DaemonLife {
   std::mutex mutex_;
   std::condition_variable_any changed_;
   bool wants_reload_ = false;
+  bool wants_stop_ = false;
 };
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "services/daemon/camera_service.h"
 #include "services/daemon/connections.h"
 #include "services/daemon/daemon.h"
+#include "services/daemon/drain.h"
 #include "services/daemon/health.h"
 #include "services/daemon/job_queue.h"
 #include "services/daemon/job_service.h"
@@ -36,6 +37,7 @@ struct Daemon::Parts {
   ReceiveGuard guard;
   std::unique_ptr<RevocationList> revocations;  // null: none is asked
   std::unique_ptr<EndNotices> notices;
+  std::unique_ptr<Drain> drain;
   std::unique_ptr<JobQueue> queue;
   std::unique_ptr<Library> library;
   std::unique_ptr<JobService> jobs;

@@ -103,6 +103,7 @@ void JobQueue::ResumeJob(v1::Job job, std::vector<v1::FrameInfo> infos) {
 
 absl::Status JobQueue::CheckRoom(const v1::Job& job) const {
   if (stopping_) return ShuttingDown();
+  if (absl::Status status = options_.admit(); !status.ok()) return status;
   if (jobs_.size() >= kMaxUnfinishedJobs) {
     return RetryLater(
         absl::StatusCode::kResourceExhausted,

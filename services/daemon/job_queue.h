@@ -39,6 +39,8 @@ struct JobQueueOptions {
   std::function<bool(const std::string& dump)> is_settled = [](const std::string&) { return true; };
   JobEndings endings;
   int max_of_one_caller = 500;  // unfinished jobs
+  // Asked before new work is taken; its errors refuse it.
+  std::function<absl::Status()> admit = [] { return absl::OkStatus(); };
   // Called in the background before a job's end is written down, so that it is called for every end; again
   // where the daemon is killed in between. ResourceExhausted makes the job wait.
   std::function<absl::Status(const v1::Job& job)> on_end = [](const v1::Job&) { return absl::OkStatus(); };
@@ -59,7 +61,7 @@ class JobQueue {
 
   // Queues a job whose id, spec and inputs are set. AlreadyExists: a job of this id. FailedPrecondition:
   // another unfinished job writes to the same folder. ResourceExhausted: too many jobs wait. Unavailable: the
-  // daemon is shutting down.
+  // daemon is shutting down, or draining.
   absl::Status Submit(v1::Job job, const std::vector<std::string>& frames);
 
   // NotFound: no such job.
@@ -98,6 +100,17 @@ class JobQueue {
   };
   News TakeNews(int64_t watcher);
 
+  struct DrainState {
+    int tasks = 0;   // that workers have
+    int frames = 0;  // that workers are at
+    int jobs = 0;    // that have not ended
+    bool is_drained = false;
+  };
+  // Takes no new jobs, and has workers stop after the frame that they are at. `finish_jobs`: jobs go on until
+  // all have ended. The last call counts.
+  DrainState Drain(bool finish_jobs);
+  DrainState CurrentDrain();
+
   // Stops the workers, keeps all states for the next start. No job can be submitted any more.
   void Stop();
 
@@ -129,6 +142,9 @@ class JobQueue {
   void Schedule();
   bool StartTask(const std::shared_ptr<LiveJob>& job);
   bool HasTasks(const LiveJob& job) const;
+  bool BeginsTasks() const { return !stopping_ && (!draining_ || finishes_jobs_); }
+  int FramesRunning(const RunningTask& task) const;
+  DrainState DrainStateNow() const;
   void OnFrameEvent(RunningTask& task, const v1::WorkerEvent& event);
   void ReturnFrames(RunningTask& task, const TaskEnd& end);
   void BlameWorker(RunningTask& task, const std::string& reason);
@@ -174,6 +190,8 @@ class JobQueue {
   int64_t next_watcher_ = 1;
   int64_t next_task_ = 1;
   bool stopping_ = false;
+  bool draining_ = false;
+  bool finishes_jobs_ = false;  // before it is drained
 
   std::vector<std::function<void()>> to_tell_;
   std::condition_variable deferred_changed_;

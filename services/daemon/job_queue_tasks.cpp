@@ -41,7 +41,7 @@ bool IsResult(v1::FrameState state) {
 }  // namespace
 
 void JobQueue::Schedule() {
-  if (stopping_) return;
+  if (!BeginsTasks()) return;
   for (const auto& job : jobs_) {
     if (job->ended || job->life.ends_early() || job->checking || job->start_again) continue;
     if (job->life.following() && !job->take_settled) continue;
@@ -96,6 +96,8 @@ void JobQueue::OnEvent(const std::string& task_id, const v1::WorkerEvent& event)
     found->second->error = event.error();
   } else {
     OnFrameEvent(*found->second, event);
+    if (!BeginsTasks() && event.has_finished() && FramesRunning(*found->second) == 0)
+      executor_->Stop(task_id);
   }
   UnlockAndTell(lock);
 }
@@ -159,7 +161,7 @@ void JobQueue::ReturnFrames(RunningTask& task, const TaskEnd& end) {
     for (const size_t position : task.positions) {
       job.life.frames().End(position, v1::FRAME_STATE_CANCELLED, job.life.early_message());
     }
-  } else if (stopping_) {
+  } else if (!BeginsTasks()) {
     for (const size_t position : task.positions) {
       job.life.frames().GiveBack(position, JobFrames::Attempt::kRefunded);
     }
@@ -171,6 +173,41 @@ void JobQueue::ReturnFrames(RunningTask& task, const TaskEnd& end) {
     BlameWorker(task, end.clean ? "its worker ended without dealing with it" : end.reason);
   }
   for (const size_t position : task.positions) Remember(job, position);
+}
+
+int JobQueue::FramesRunning(const RunningTask& task) const {
+  const std::vector<v1::FrameInfo>& infos = task.job->infos();
+  return static_cast<int>(std::count_if(
+      task.positions.begin(), task.positions.end(),
+      [&infos](size_t position) { return infos[position].state() == v1::FRAME_STATE_RUNNING; }));
+}
+
+JobQueue::DrainState JobQueue::Drain(bool finish_jobs) {
+  Lock lock(mutex_);
+  draining_ = true;
+  finishes_jobs_ = finish_jobs;
+  for (const auto& [id, task] : tasks_) {
+    if (!BeginsTasks() && task->began && FramesRunning(*task) == 0) executor_->Stop(id);
+  }
+  Schedule();
+  const DrainState state = DrainStateNow();
+  UnlockAndTell(lock);
+  return state;
+}
+
+JobQueue::DrainState JobQueue::CurrentDrain() {
+  const Lock lock(mutex_);
+  return DrainStateNow();
+}
+
+JobQueue::DrainState JobQueue::DrainStateNow() const {
+  DrainState state;
+  state.tasks = static_cast<int>(tasks_.size());
+  for (const auto& [id, task] : tasks_) state.frames += FramesRunning(*task);
+  state.jobs = static_cast<int>(
+      std::count_if(jobs_.begin(), jobs_.end(), [](const auto& job) { return !job->ended; }));
+  state.is_drained = draining_ && tasks_.empty() && (!finishes_jobs_ || state.jobs == 0);
+  return state;
 }
 
 // A disk without room is no fault of the job: it waits, longer each time.

@@ -135,6 +135,7 @@ absl::StatusOr<v1::Operation> OperationQueue::Start(const v1::StartOperationRequ
                       {"idempotency_key", absl::StrCat("operation ", id, " was started with another request"),
                        "choose a new key"});
   }
+  if (absl::Status status = options_.admit(); !status.ok()) return status;
   const auto waiting = std::count_if(entries_.begin(), entries_.end(),
                                      [](const auto& entry) { return !HasEnded(entry.second.operation); });
   if (static_cast<size_t>(waiting) >= kMostWaiting) {

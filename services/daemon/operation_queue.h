@@ -25,6 +25,8 @@ struct OperationQueueOptions {
   // Takes in a take that an operation made, under the operation's id, and moves its folder away. Once it is
   // there, a second call changes nothing.
   std::function<absl::Status(const std::string& take_folder, const std::string& id)> adopt_take;
+  // Asked before new work is taken; its errors refuse it.
+  std::function<absl::Status()> admit = [] { return absl::OkStatus(); };
   double keep_days = 7;  // after its end, an operation and its files
 };
 

@@ -6,7 +6,8 @@
 
 namespace weft {
 
-ServerService::ServerService(JobQueue& queue, v1::ServerInfo info) : queue_(queue), info_(std::move(info)) {}
+ServerService::ServerService(JobQueue& queue, weft::Drain& drain, v1::ServerInfo info)
+    : queue_(queue), drain_(drain), info_(std::move(info)) {}
 
 grpc::Status ServerService::GetServerInfo(grpc::ServerContext*, const v1::GetServerInfoRequest*,
                                           v1::ServerInfo* info) {
@@ -17,6 +18,14 @@ grpc::Status ServerService::GetServerInfo(grpc::ServerContext*, const v1::GetSer
     info->set_jobs_running(load.running);
     for (const std::string& warning : queue_.Warnings()) info->add_warnings(EscapedText(warning));
     info->set_unix_ns(HostTime_ns());
+    return absl::OkStatus();
+  });
+}
+
+grpc::Status ServerService::Drain(grpc::ServerContext*, const v1::DrainRequest* request,
+                                  v1::DrainProgress* progress) {
+  return Answer("Drain", [&] {
+    *progress = drain_.Begin(queue_, *request);
     return absl::OkStatus();
   });
 }

@@ -198,6 +198,7 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Start(const v1::StartTakeRequest& a
     return FieldError(absl::StatusCode::kAlreadyExists,
                       {"idempotency_key", absl::StrCat("take ", id, " is in the trash"), "choose a new key"});
   }
+  if (absl::Status status = options_.admit(); !status.ok()) return status;
   if (absl::Status status = CheckCamerasAreFree("recording.session.cameras", request.recording().session());
       !status.ok()) {
     return status;

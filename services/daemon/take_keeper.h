@@ -24,6 +24,8 @@ struct TakeKeeperOptions {
   RetentionRules retention;
   // A take that cameras of a session replay, as a path that may be read. Errors name the field.
   std::function<absl::StatusOr<std::string>(const std::string& field, const std::string& take)> resolve_take;
+  // Asked before new work is taken; its errors refuse it.
+  std::function<absl::Status()> admit = [] { return absl::OkStatus(); };
   // Called once for each take that has ended, and again where it failed or the daemon was killed meanwhile.
   std::function<absl::Status(const v1::RecordedTake& take)> on_end = [](const v1::RecordedTake&) {
     return absl::OkStatus();

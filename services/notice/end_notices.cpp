@@ -8,9 +8,9 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "services/executor/run_program.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
-#include "services/notice/notice_program.h"
 
 namespace weft {
 namespace {
@@ -49,9 +49,15 @@ absl::StatusOr<std::unique_ptr<EndNotices>> EndNotices::Open(const std::string& 
       Outbox::Open(of_programs, [all = notices.get()](const std::string& path, const std::stop_token& stop) {
         const NoticeOptions now = all->Options();
         if (now.program.empty()) return absl::OkStatus();
-        const auto patience = std::chrono::duration<double>(now.program_timeout_s);
-        return RunNoticeProgram(now.program, path,
-                                std::chrono::duration_cast<std::chrono::milliseconds>(patience), stop);
+        ProgramRun run;
+        run.input = path;
+        run.stop = stop;
+        run.patience = std::chrono::duration_cast<std::chrono::milliseconds>(
+            std::chrono::duration<double>(now.program_timeout_s));
+        const absl::Status status = RunProgram(now.program, run).status();
+        if (!absl::IsDeadlineExceeded(status)) return status;
+        return absl::DeadlineExceededError(
+            absl::StrCat(absl::string_view(status.message()), "; --on-end-timeout-s gives it more"));
       });
   if (!programs.ok()) return programs.status();
   notices->programs_ = *std::move(programs);

@@ -46,7 +46,7 @@ class Examination {
     if (options_.session) CheckCameras(*options_.session);
     CheckDisk();
     if (options_.session) CheckBandwidth(*options_.session);
-    Assess();
+    AssessDoctorReport(report_);
     return std::move(report_);
   }
 
@@ -80,7 +80,6 @@ class Examination {
   void CheckCameras(const v1::Session& session);
   double CheckCamera(const v1::Session& session, const v1::SessionCamera& camera);
   void CheckBandwidth(const v1::Session& session);
-  void Assess();
 
   const DoctorOptions& options_;
   const std::filesystem::path root_;
@@ -280,21 +279,6 @@ void Examination::CheckBandwidth(const v1::Session& session) {
   }
 }
 
-// The first of the gravest findings is the reason.
-void Examination::Assess() {
-  const auto grade_of = [](const v1::DoctorFinding& finding) {
-    return finding.verdict() == v1::DOCTOR_VERDICT_BAD       ? v1::GRADE_BAD
-           : finding.verdict() == v1::DOCTOR_VERDICT_WARNING ? v1::GRADE_USABLE
-                                                             : v1::GRADE_GOOD;
-  };
-  v1::Verdict& verdict = *report_.mutable_verdict();
-  for (const v1::DoctorFinding& finding : report_.findings())
-    if (grade_of(finding) != v1::GRADE_GOOD)
-      AddFinding(verdict, grade_of(finding), absl::StrCat(finding.subject(), ": ", finding.found()),
-                 finding.remedy());
-  AddFinding(verdict, v1::GRADE_GOOD, "nothing was found that would spoil a recording", "");
-}
-
 // "clock of camera" of "clock of camera c01".
 std::string KindOf(const std::string& subject) { return subject.substr(0, subject.rfind(' ')); }
 
@@ -334,6 +318,22 @@ std::string SubjectOf(const Line& line) {
 }  // namespace
 
 v1::DoctorReport Examine(const DoctorOptions& options) { return Examination(options).Run(); }
+
+// The first of the gravest findings is the reason.
+void AssessDoctorReport(v1::DoctorReport& report) {
+  const auto grade_of = [](const v1::DoctorFinding& finding) {
+    return finding.verdict() == v1::DOCTOR_VERDICT_BAD       ? v1::GRADE_BAD
+           : finding.verdict() == v1::DOCTOR_VERDICT_WARNING ? v1::GRADE_USABLE
+                                                             : v1::GRADE_GOOD;
+  };
+  report.clear_verdict();
+  v1::Verdict& verdict = *report.mutable_verdict();
+  for (const v1::DoctorFinding& finding : report.findings())
+    if (grade_of(finding) != v1::GRADE_GOOD)
+      AddFinding(verdict, grade_of(finding), absl::StrCat(finding.subject(), ": ", finding.found()),
+                 finding.remedy());
+  AddFinding(verdict, v1::GRADE_GOOD, "nothing was found that would spoil a recording", "");
+}
 
 std::string DoctorText(const v1::DoctorReport& report) {
   std::string text = VerdictText(report.verdict());

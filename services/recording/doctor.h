@@ -23,6 +23,9 @@ struct DoctorOptions {
 // where it is not good. The verdict is that of the worst.
 v1::DoctorReport Examine(const DoctorOptions& options);
 
+// Makes the verdict of the findings anew; for reports to which findings were added.
+void AssessDoctorReport(v1::DoctorReport& report);
+
 std::string DoctorText(const v1::DoctorReport& report);
 
 }  // namespace weft

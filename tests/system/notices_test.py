@@ -11,6 +11,7 @@ import subprocess
 import threading
 import unittest
 
+from daemon_process import DaemonProcess
 from live_studio import enter_network, set_up_network
 from studio import BIN, LONG_S, StudioTest, processes_of, read, wait_for, weft, write
 
@@ -66,7 +67,7 @@ class Server:
         return [json.loads(body) for _, _, body in self.taken]
 
 
-class Notices(StudioTest):
+class Notices(DaemonProcess, StudioTest):
     def setUp(self):
         super().setUp()
         self.addCleanup(self.kill_recorders)
@@ -98,24 +99,9 @@ class Notices(StudioTest):
         if process.stdout:
             process.stdout.close()
 
-    def arguments(self, *more):
-        return ["weftd", "--listen", "127.0.0.1:0", "--address-file", self.path("address"), "--state", self.path("state"),
-                "--allow-path", self.folder, "--workers", 1, *more]
-
     def start_daemon(self, *more):
-        if os.path.exists(self.path("address")):
-            os.remove(self.path("address"))
-        log = open(self.path("weftd.log"), "a")
-        self.addCleanup(log.close)
-        self.daemon = self.run_process(*self.arguments(*more), stderr=log)
-
-        def listening():
-            self.assertIsNone(self.daemon.poll(), self.log())
-            return os.path.exists(self.path("address")) and read(self.path("address")).strip()
-        self.server = wait_for(listening, "weftd to listen")
-
-    def log(self):
-        return read(self.path("weftd.log"))
+        self.start_plainly("--workers", 1, *more)
+        self.server = self.addresses[0]
 
     def end_a_job(self):
         """Its id."""
@@ -172,8 +158,7 @@ class Notices(StudioTest):
         take = self.start_take()
         job = self.end_a_job()
         wait_for(lambda: os.path.exists(self.path("runs")) and "notice" in self.log(), "first tries")
-        self.daemon.kill()
-        self.daemon.wait()
+        self.kill_daemon()
         self.assertEqual(self.told_program(), [])
         self.assertEqual(len(self.waiting()), 2)
         # The take ends while there is no daemon.
@@ -186,8 +171,7 @@ class Notices(StudioTest):
         for told in (again.notices(), self.told_program()):
             self.assertEqual({next(one[kind]["id"] for kind in ("job", "take") if kind in one) for one in told}, {job, take})
         count = len(again.taken), len(self.told_program())
-        self.daemon.send_signal(signal.SIGTERM)
-        self.daemon.wait(timeout=LONG_S)
+        self.stop()
         self.start_daemon(*options)
         self.end_a_job()
         wait_for(lambda: len(again.taken) > count[0], "the next notice")
@@ -200,8 +184,7 @@ class Notices(StudioTest):
         self.end_a_job()
         wait_for(lambda: "exit status 3; it printed: no such table" in self.log(), "the failure in the log")
         write(self.program, "#!/bin/sh\nexec sleep 1000\n")
-        self.daemon.send_signal(signal.SIGTERM)
-        self.daemon.wait(timeout=LONG_S)
+        self.stop()
         self.start_daemon("--on-end-command", self.program, "--on-end-timeout-s", 1)
         self.end_a_job()
         wait_for(lambda: "took more than 1 s and was ended" in self.log(), "the time-out in the log")
@@ -226,8 +209,7 @@ class Notices(StudioTest):
         self.end_a_job()
         wait_for(lambda: "certificate" in self.log(), "the refusal in the log")
         self.assertEqual(server.taken, [])
-        self.daemon.send_signal(signal.SIGTERM)
-        self.daemon.wait(timeout=LONG_S)
+        self.stop()
         self.start_daemon(*url, "--on-end-ca", certificate)
         wait_for(lambda: server.taken, "the notice")
 
@@ -243,7 +225,7 @@ class Notices(StudioTest):
                                  "--on-end-secret", "chmod go-rwx"),
                                 (["--on-end-url", "https://studio.example/", "--on-end-ca", self.path("none")],
                                  "--on-end-ca", "none")):
-            done = subprocess.run([os.path.join(BIN, "weftd"), *map(str, self.arguments(*options)[1:])], capture_output=True,
+            done = subprocess.run([os.path.join(BIN, "weftd"), "--state", self.path("state"), "--allow-path", self.folder, *options], capture_output=True,
                                   text=True, timeout=LONG_S, check=False)
             self.assertEqual(done.returncode, 2, done.stderr)
             for word in words:

@@ -70,6 +70,15 @@ class Takes(StudioTest):
         self.assertEqual(len(processes), 1)
         return processes[0]
 
+    def test_go_on_while_the_daemon_is_drained(self):
+        take = self.start_take()
+        self.wait_for_sets(take, 1)
+        weft("daemon", "drain", "--server", self.server, check=0)
+        self.assertEqual(self.daemon.wait(timeout=LONG_S), 0)
+        self.recorder()
+        self.start_daemon()
+        self.wait_for_sets(take, int(self.shown(take)["state"]["sets_recorded"]) + 2)
+
     def test_go_on_without_the_daemon(self):
         take = self.start_take()
         self.wait_for_sets(take, 3)

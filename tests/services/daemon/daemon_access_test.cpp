@@ -54,6 +54,7 @@ const std::map<std::string, v1::Role>& ExpectedRoles() {
                                                         {"Operations.ListOperations", v1::ROLE_VIEWER},
                                                         {"Operations.StartOperation", v1::ROLE_CLIENT},
                                                         {"Operations.WatchOperation", v1::ROLE_VIEWER},
+                                                        {"Server.Drain", v1::ROLE_ADMIN},
                                                         {"Server.GetServerInfo", v1::ROLE_VIEWER},
                                                         {"Sessions.CloseSession", v1::ROLE_OPERATOR},
                                                         {"Sessions.GetSession", v1::ROLE_VIEWER},

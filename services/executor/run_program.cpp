@@ -1,0 +1,59 @@
+#include "services/executor/run_program.h"
+
+#include <poll.h>
+#include <sys/wait.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "services/executor/child_process.h"
+#include "services/process/exit_status.h"
+
+namespace weft {
+namespace {
+
+constexpr size_t kKeptBytes = size_t{1} << 20;
+constexpr size_t kShownBytes = 500;
+
+// Its end, where programs say what went wrong.
+std::string EndOf(const std::string& out, const std::string& err) {
+  const std::string all = out + err;
+  return all.substr(all.size() - std::min(all.size(), kShownBytes));
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> RunProgram(const std::string& program, const ProgramRun& run) {
+  constexpr std::chrono::milliseconds kLook{100};
+  ChildSettings settings;
+  settings.input = run.input;
+  absl::StatusOr<ChildProcess> child = ChildProcess::Spawn(program, run.arguments, settings);
+  if (!child.ok()) return child.status();
+  const auto deadline = std::chrono::steady_clock::now() + run.patience;
+  std::string out, err;
+  for (bool ended = false; !ended;) {
+    pollfd files[] = {
+        {child->exit_fd(), POLLIN, 0}, {child->out_fd(), POLLIN, 0}, {child->err_fd(), POLLIN, 0}};
+    poll(files, std::size(files), static_cast<int>(kLook.count()));
+    ended = (files[0].revents & POLLIN) != 0;  // so that all it printed is read below
+    out += child->ReadOut();
+    err += child->ReadErr();
+    out.resize(std::min(out.size(), kKeptBytes));
+    if (err.size() > kKeptBytes) err.erase(0, err.size() - kKeptBytes);
+    if (ended) break;
+    if (run.stop.stop_requested()) return absl::CancelledError(absl::StrCat(program, ": was to stop"));
+    if (std::chrono::steady_clock::now() > deadline) {
+      return absl::DeadlineExceededError(absl::StrCat(program, ": took more than ",
+                                                      std::chrono::duration<double>(run.patience).count(),
+                                                      " s and was ended"));
+    }
+  }
+  const int status = child->Reap();
+  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return out;
+  return absl::InternalError(absl::StrCat(program, ": ", DescribeExit(status),
+                                          "; it printed: ", absl::StripAsciiWhitespace(EndOf(out, err))));
+}
+
+}  // namespace weft
