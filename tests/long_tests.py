@@ -42,6 +42,7 @@ def steps():
     found["crash"] = ctest("System.crash", WEFT_CRASH_STATES="1000", WEFT_CRASH_CALLS="all")
     found["job_crash"] = ctest("System.job_crash", WEFT_CRASH_STATES="100", WEFT_FAILED_CALLS="300")
     found["bare_root"] = (["bash", "deploy/tour-in-bare-root.sh"], {})
+    found["container"] = (["bash", "deploy/container/make-image.sh", "--check", os.path.join(LOGS, "weft-image.tar")], {})
     return found
 
 

@@ -14,6 +14,7 @@
 #include "capture/file/plain_text.h"
 #include "services/catalogue/catalogue.h"
 #include "services/catalogue/folder_sync.h"
+#include "services/daemon/call_observer.h"
 #include "services/daemon/cores.h"
 #include "services/daemon/daemon_parts.h"
 #include "services/daemon/lost_jobs.h"
