@@ -1,11 +1,13 @@
 """weftd under a service manager: its units, its file of options, what it tells systemd, what SIGHUP changes."""
 
+import contextlib
 import os
 import re
 import resource
 import shutil
 import signal
 import socket
+import sqlite3
 import subprocess
 import tempfile
 import time
@@ -283,6 +285,21 @@ class Reload(ServiceTest):
         self.hang_up()
         self.wait_for_log("without --config")
         weft("job", "list", "--server", self.addresses[0], check=0)
+
+
+class Versions(ServiceTest):
+    def test_state_of_a_newer_weft_is_refused_and_left_as_it_is(self):
+        self.start_plainly()
+        self.stop()
+        path = self.path("state", "catalogue.sqlite")
+        with contextlib.closing(sqlite3.connect(path)) as catalogue:
+            catalogue.execute("PRAGMA user_version = 99")
+        before = read(path, "rb")
+        done = subprocess.run([os.path.join(BIN, "weftd"), "--listen", "127.0.0.1:0", "--state", self.path("state"),
+                               "--allow-path", self.folder], capture_output=True, text=True, timeout=LONG_S, check=False)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertIn("written by a newer Weft (schema 99", done.stderr)
+        self.assertEqual(read(path, "rb"), before)
 
 
 if __name__ == "__main__":
