@@ -70,6 +70,7 @@ DaemonLoad LoadOf(Daemon::Parts& parts, const std::string& state_folder, int wor
 // Why clients had better go elsewhere, or wait.
 std::string TroubleOf(Daemon::Parts& parts) {
   if (std::string trouble = parts.queue->CurrentLoad().trouble; !trouble.empty()) return trouble;
+  if (const absl::Status admits = parts.drain->Admit(); !admits.ok()) return std::string(admits.message());
   const int busy = parts.limits->Running(CallKind::kUnary) + parts.limits->Running(CallKind::kUpload);
   if (busy >= kMaxThreads - kSpareThreads) return absl::StrCat(busy, " calls run, and all threads are taken");
   if (parts.connections->open() >= parts.connections->most())

@@ -45,8 +45,10 @@ absl::StatusOr<v1::ServerInfo> AskFrontDoor(const std::string& address, std::chr
   const std::stop_callback cancel(stop, [&context] { context.TryCancel(); });
   v1::ServerInfo info;
   const grpc::Status status = stub->GetServerInfo(&context, {}, &info);
+  // Whoever refuses has heard; programs of the daemon's user may have spent what that user may ask for.
   const bool is_refused = status.error_code() == grpc::StatusCode::UNAUTHENTICATED ||
-                          status.error_code() == grpc::StatusCode::PERMISSION_DENIED;
+                          status.error_code() == grpc::StatusCode::PERMISSION_DENIED ||
+                          status.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED;
   if (status.ok() || is_refused) return info;
   return FromGrpcStatus(status);
 }
