@@ -10,6 +10,18 @@
 #include "services/rpc/grpc_status.h"
 
 namespace weft {
+namespace {
+
+absl::Status CheckSize(const CallMetadata& metadata) {
+  constexpr size_t kMost_bytes = 16 << 10;
+  size_t bytes = 0;
+  for (const auto& [name, value] : metadata) bytes += name.size() + value.size();
+  if (bytes <= kMost_bytes) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("the call's metadata has ", bytes, " bytes, at most ", kMost_bytes, " are allowed"));
+}
+
+}  // namespace
 
 std::string AccountOf(const std::string& caller, const std::string& peer) {
   return caller.empty() ? absl::StrCat("peer ", peer) : caller;
@@ -50,8 +62,8 @@ grpc::Status CallCheck::Process(const InputMetadata& metadata, grpc::AuthContext
   const Method method = MethodOf(path);
   v1::AuditEntry entry;
   entry.set_peer(EscapedText(TakeNote(context)));
-  absl::Status status;
-  if (method.role != v1::ROLE_UNSPECIFIED) {
+  absl::Status status = CheckSize(metadata);
+  if (status.ok() && method.role != v1::ROLE_UNSPECIFIED) {
     status = CheckCertificate(*context);
     if (status.ok()) {
       const absl::StatusOr<Caller> caller = sources_.access.Identify(CredentialsOf(metadata, *context));
@@ -64,7 +76,8 @@ grpc::Status CallCheck::Process(const InputMetadata& metadata, grpc::AuthContext
       status.ok() ? sources_.limits.Admit(account, method.kind) : sources_.limits.Charge(account);
   if (!room.ok()) status = room;
   if (status.ok()) return grpc::Status::OK;
-  entry.set_method(EscapedText(method.name));
+  constexpr size_t kLongestName = 200;  // a path is the client's
+  entry.set_method(EscapedText(method.name.substr(0, kLongestName)));
   entry.set_outcome(absl::StatusCodeToString(status.code()));
   entry.set_message(EscapedText(std::string(status.message())));
   if (sources_.ended) sources_.ended({method, entry.outcome(), {}});

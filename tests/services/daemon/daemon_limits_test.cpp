@@ -3,8 +3,10 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <thread>
 
 #include "services/access/access_list.h"
@@ -178,6 +180,42 @@ TEST_F(DaemonLimitsTest, TheAuditLogNamesWhoConnectsAndAsksForNothing) {
   ASSERT_FALSE(entries.empty());
   EXPECT_EQ(entries[0].times(), 1);
   EXPECT_THAT(entries[0].peer(), StartsWith("user "));
+}
+
+// CVE-2023-1428: gRPC 1.51 aborts, before anybody has shown a token.
+TEST_F(DaemonLimitsTest, OutlivesHeadersBeyondTheLimitOfGrpc) {
+  StartDaemon();
+  const auto literal = [](const std::string& name, const std::string& value) {
+    // Without indexing or Huffman (RFC 7541, 6.2.2); a value of 127 bytes and more has two bytes of length
+    // here.
+    std::string length(1, static_cast<char>(std::min<size_t>(value.size(), 127)));
+    if (value.size() >= 127) {
+      length += static_cast<char>((value.size() - 127) % 128 + 128);
+      length += static_cast<char>((value.size() - 127) / 128);
+    }
+    return std::string(1, '\0') + static_cast<char>(name.size()) + name + length + value;
+  };
+  for (const auto& [name, value] : std::map<std::string, std::string>{
+           {"grpclb_client_stats", "x"}, {"te", "x"}, {":scheme", "x"}, {"lb-cost-bin", "AAAA"}}) {
+    const std::string headers = literal(":method", "POST") + literal(":path", "/weft.v1.Jobs/ListJobs") +
+                                literal(name, value) + literal("zz", std::string(15'000, 'b'));
+    std::string bytes = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + std::string("\0\0\0\4\0\0\0\0\0", 9);
+    bytes += std::string(1, '\0') + static_cast<char>(headers.size() / 256) +
+             static_cast<char>(headers.size() % 256);
+    bytes += std::string("\1\5\0\0\0\1", 6) + headers;
+    const sockaddr_in address = Address();
+    const UniqueFd socket(::socket(AF_INET, SOCK_STREAM, 0));
+    ASSERT_EQ(connect(socket.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address), 0);
+    ASSERT_EQ(send(socket.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL),
+              static_cast<ssize_t>(bytes.size()));
+    // Its answer, or its end.
+    const timeval patience = {2, 0};
+    setsockopt(socket.get(), SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    char answer[4096];
+    for (int reads = 0; reads < 4 && recv(socket.get(), answer, sizeof answer, 0) > 0; ++reads) {
+    }
+    EXPECT_TRUE(client_->List(1).ok()) << name;
+  }
 }
 
 // CVE-2023-33953: gRPC 1.51 keeps all of it.
