@@ -7,11 +7,15 @@
 
 #include <cstdio>
 #include <exception>
+#include <filesystem>
+#include <string>
+#include <vector>
 
 #include "services/cli/command_line.h"
 #include "services/cli/commands.h"
 #include "services/cli/completion.h"
 #include "services/cli/progress.h"
+#include "services/confinement/confinement.h"
 #include "services/process/exit_status.h"
 #include "services/process/help.h"
 #include "services/verdict/verdict.h"
@@ -43,14 +47,21 @@ int ParseFailure(const CLI::App& app, const CLI::ParseError& error) {
   return weft::kExitBadInput;
 }
 
-// As a daemon runs commands. False where that has ended already.
-bool BeWatchedBy(int parent) {
+// As a daemon runs commands. False where that has ended already, or this process cannot be confined.
+bool BeWatchedBy(int parent, const std::vector<std::string>& readable) {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   weft::PrintProgressAsLines();
   // Whoever records goes first.
   constexpr int kNiceness = 10;
   [[maybe_unused]] const int ignored = nice(kNiceness);
-  return getppid() == parent;
+  if (getppid() != parent) return false;
+  const absl::Status confined =
+      weft::ConfineProcess({.readable = readable,
+                            .writable = {std::filesystem::current_path().string()},
+                            .links = {},
+                            .may_run_programs = true});  // ffmpeg
+  if (!confined.ok()) weft::PrintError(confined);
+  return confined.ok();
 }
 
 }  // namespace
@@ -64,6 +75,11 @@ int main(int argc, char** argv) {
   app.add_flag("-q,--quiet", line.quiet, "No progress bars and notes, only results and errors");
   int watched_by = 0;
   app.add_option("--watched-by", watched_by, "End with this process, and print progress as lines for it")
+      ->group("");
+  std::vector<std::string> readable;
+  app.add_option("--may-read", readable, "What may be read then; written is below the current folder alone")
+      ->expected(1)
+      ->take_all()
       ->group("");
   app.require_subcommand(1);
   app.fallthrough();
@@ -98,7 +114,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return ParseFailure(app, error);
   }
-  if (watched_by != 0 && !BeWatchedBy(watched_by)) return weft::kExitFailed;
+  if (watched_by != 0 && !BeWatchedBy(watched_by, readable)) return weft::kExitFailed;
   try {
     const absl::Status status = line.run();
     if (!status.ok() && !weft::IsVerdict(status))

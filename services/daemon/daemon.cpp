@@ -14,7 +14,10 @@
 #include "capture/file/plain_text.h"
 #include "services/catalogue/catalogue.h"
 #include "services/catalogue/folder_sync.h"
+#include "services/confinement/confinement.h"
+#include "services/confinement/worker_user.h"
 #include "services/daemon/call_observer.h"
+#include "services/daemon/confined_functions.h"
 #include "services/daemon/cores.h"
 #include "services/daemon/daemon_parts.h"
 #include "services/daemon/lost_jobs.h"
@@ -64,6 +67,9 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
                                            ? ShareMemoryMib(UsableMemoryMib(), share.workers)
                                            : std::max<int64_t>(0, options.worker_memory_mib);
   executor_options.fence_fd = fence->fd();
+  executor_options.worker_user = options.worker_user;
+  executor_options.allowed_paths = options.allow_paths;
+  executor_options.state_folder = options.state_folder;
   executor_options.stop_grace = options.stop_grace;
   executor_options.silence_limit = options.silence_limit;
   // What a daemon that was killed left there; the catalogue is ours by now. A full disk may not give the
@@ -157,6 +163,12 @@ OperationQueueOptions Daemon::OperationsOf(const DaemonOptions& options, const P
     return parts.take_keeper->Adopt(take_folder, id, absl::StrCat("made by operation ", id));
   };
   operations.resolve = InputsOf(options, policy, parts);
+  operations.links = policy.links();
+  operations.readable_besides = [policy, state = options.state_folder] {
+    std::vector<std::string> readable = policy.AllowedButState();
+    for (const char* folder : {"/takes", "/results", "/library"}) readable.push_back(state + folder);
+    return readable;
+  };
   operations.fence_fd = parts.fence->fd();
   return operations;
 }
@@ -187,7 +199,8 @@ absl::Status DaemonOptions::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("--threads-per-worker: ", threads_per_worker, ", must be 0 to ", kMaxWorkers));
   }
-  return notices.Validate();
+  if (absl::Status status = notices.Validate(); !status.ok()) return status;
+  return worker_user.empty() ? absl::OkStatus() : CheckWorkerUser(worker_user);
 }
 
 Daemon::Daemon() : parts_(std::make_unique<Parts>()) {}
@@ -196,15 +209,18 @@ Daemon::~Daemon() { Stop(); }
 
 absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
-  absl::StatusOr<PathPolicy> policy = PathPolicy::Create(options.allow_paths);
-  if (!policy.ok()) return policy.status();
   if (absl::Status status = CreateFolders(options.state_folder); !status.ok()) return status;
   options.state_folder = std::filesystem::canonical(options.state_folder).string();
+  absl::StatusOr<PathPolicy> policy = PathPolicy::Create(options.allow_paths, options.state_folder);
+  if (!policy.ok()) return policy.status();
+  options.allow_paths = policy->allowed();
   // Takes, results and the list of clients are nobody else's.
   std::error_code error;
   std::filesystem::permissions(options.state_folder, std::filesystem::perms::owner_all, error);
   if (error) return WriteError(options.state_folder, error.value());
 
+  if (const std::string gaps = ConfinementGaps(); !gaps.empty()) spdlog::warn("{}", gaps);
+  ConfineFunctions(options);
   std::unique_ptr<Daemon> daemon(new Daemon());
   const CoreShare share = ShareCores(UsableCores(), options.workers, options.threads_per_worker);
   daemon->workers_ = share.workers;

@@ -37,6 +37,7 @@ struct DaemonOptions {
   int threads_per_worker = 0;            // 0 chooses by the number of cores
   int64_t worker_memory_mib = 0;         // of a worker; 0 shares the machine's, negative: any
   std::string worker_program;            // weft-worker
+  std::string worker_user;               // of workers, where root runs the daemon; empty: its own
   std::string recorder_program;          // weft-recorder
   std::string command_program;           // weft, for operations
   RetentionRules retention;              // of takes

@@ -97,6 +97,9 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
       ->type_name("MIB")
       ->check(CLI::Range(int64_t{-1}, int64_t{1} << 30));
   app.add_option("--worker", options.worker_program, "The worker's program")->type_name("FILE");
+  app.add_option("--worker-user", options.worker_user,
+                 "User whom the workers run as; needs a daemon that root started")
+      ->type_name("NAME");
   app.add_option("--recorder", options.recorder_program, "The recorder's program")->type_name("FILE");
   app.add_option("--command", options.command_program, "The program `weft`, for operations")
       ->type_name("FILE");

@@ -288,10 +288,28 @@ void OperationQueue::NoteProgress(const std::string& id, const std::string& step
   entries_.at(id).operation.set_share_done(share);
 }
 
+std::vector<std::string> OperationQueue::ReadableOf(const v1::OperationSpec& spec,
+                                                    const std::vector<std::string>& inputs) const {
+  std::vector<std::string> readable = inputs;
+  const auto add = [&readable](const std::vector<std::string>& paths) {
+    readable.insert(readable.end(), paths.begin(), paths.end());
+  };
+  add(FindLinks(inputs, options_.links).others);
+  if (FindOperationKind(spec.command())->reads_besides && options_.readable_besides)
+    add(options_.readable_besides());
+  return readable;
+}
+
 OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, const std::stop_token& stop) {
   Outcome outcome;
   const std::string& id = operation.id();
-  const absl::StatusOr<std::vector<std::string>> arguments = ArgumentsOf(operation.spec(), options_.resolve);
+  std::vector<std::string> inputs;
+  const auto resolve = [&](const std::string& field, const std::string& value) {
+    absl::StatusOr<std::string> path = options_.resolve(field, value);
+    if (path.ok()) inputs.push_back(*path);
+    return path;
+  };
+  const absl::StatusOr<std::vector<std::string>> arguments = ArgumentsOf(operation.spec(), resolve);
   std::error_code error;
   fs::remove_all(OutOf(id), error);
   absl::Status ready = arguments.ok() ? CreateFolders(OutOf(id)) : arguments.status();
@@ -306,6 +324,8 @@ OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, cons
     entries_.at(id).inputs = *arguments;
   }
   std::vector<std::string> words = {absl::StrCat("--watched-by=", getpid())};
+  for (const std::string& path : ReadableOf(operation.spec(), inputs))
+    words.push_back(absl::StrCat("--may-read=", path));
   words.insert(words.end(), arguments->begin(), arguments->end());
   absl::StatusOr<ChildProcess> child =
       ChildProcess::Spawn(options_.program, words, {.folder = OutOf(id), .kept_fd = options_.fence_fd});

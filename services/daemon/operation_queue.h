@@ -12,6 +12,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "services/confinement/input_links.h"
 #include "services/daemon/operation_command.h"
 #include "weft/v1/operations.pb.h"
 
@@ -21,6 +22,9 @@ struct OperationQueueOptions {
   std::string folder;   // a folder per operation
   std::string program;  // weft
   ResolveInput resolve;
+  LinkRules links;  // of inputs
+  // Besides its inputs, what a command reads that takes paths from files (`weft evaluate`).
+  std::function<std::vector<std::string>()> readable_besides;
   int fence_fd = -1;  // a lock that shall last until the command has ended
   // Takes in a take that an operation made, under the operation's id, and moves its folder away. Once it is
   // there, a second call changes nothing.
@@ -78,6 +82,9 @@ class OperationQueue {
   void Work(const std::stop_token& stop);
   // Without the lock: the process, until it has ended.
   Outcome Run(const v1::Operation& operation, const std::stop_token& stop);
+  // What its process may read.
+  std::vector<std::string> ReadableOf(const v1::OperationSpec& spec,
+                                      const std::vector<std::string>& inputs) const;
   void NoteProgress(const std::string& id, const std::string& step, double share);
 
   // The functions below need the lock.

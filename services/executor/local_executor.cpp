@@ -161,14 +161,16 @@ bool LocalExecutor::TakeRequests() {
 void LocalExecutor::Launch(Run& run) {
   const std::string task_file = absl::StrCat(options_.task_folder, "/", run.task.id(), ".json");
   absl::Status status = CreateFolders(options_.task_folder);
+  run.task.mutable_allowed_paths()->Assign(options_.allowed_paths.begin(), options_.allowed_paths.end());
+  run.task.set_state_folder(options_.state_folder);
   if (status.ok()) status = WriteJsonFile(task_file, run.task);
   run.refused = !status.ok();
   if (status.ok()) {
-    absl::StatusOr<ChildProcess> child =
-        ChildProcess::Spawn(options_.worker_program,
-                            {task_file, "--parent", absl::StrCat(getpid()), "--memory-mib",
-                             absl::StrCat(options_.worker_memory_mib)},
-                            {.folder = "", .kept_fd = options_.fence_fd});
+    std::vector<std::string> words = {task_file, "--parent", absl::StrCat(getpid()), "--memory-mib",
+                                      absl::StrCat(options_.worker_memory_mib)};
+    if (!options_.worker_user.empty()) words.push_back(absl::StrCat("--user=", options_.worker_user));
+    absl::StatusOr<ChildProcess> child = ChildProcess::Spawn(
+        options_.worker_program, words, {.folder = "", .kept_fd = options_.fence_fd});
     status = child.status();
     run.refused = absl::IsResourceExhausted(status);
     if (child.ok()) run.child.emplace(*std::move(child));

@@ -20,6 +20,10 @@ struct LocalExecutorOptions {
   std::string task_folder;     // holds the files of running tasks; made where it is missing
   int workers = 1;
   int64_t worker_memory_mib = 0;  // that a worker may take; 0: any
+  std::string worker_user;        // whom workers run as; empty: as this process
+  // Of every task, see task.proto.
+  std::vector<std::string> allowed_paths;
+  std::string state_folder;
   int fence_fd = -1;              // a lock that shall last until the last worker has ended
   // Between SIGTERM and SIGKILL.
   std::chrono::milliseconds stop_grace{5000};

@@ -29,14 +29,23 @@ absl::Status CheckOutOfInputs(const v1::RegistrationSpec& spec) {
   const fs::path out = Resolved(spec.out());
   const std::pair<const char*, const std::string*> inputs[] = {{"the take", &spec.dump()},
                                                                {"the template", &spec.garment()},
+                                                               {"the rig", &spec.rig()},
+                                                               {"the board", &spec.board()},
                                                                {"the scans", &spec.options().scans()},
                                                                {"the starts", &spec.options().starts()}};
-  for (const auto& [what, folder] : inputs) {
+  for (const auto& [what, input] : inputs) {
+    if (input->empty()) continue;
+    const fs::path read = Resolved(*input);
     std::error_code error;
-    if (folder->empty() || !fs::is_directory(*folder, error) || !LiesIn(out, Resolved(*folder))) continue;
-    return absl::InvalidArgumentError(absl::StrCat("out: ", spec.out(), " lies in the folder of ", what, ", ",
-                                                   *folder,
-                                                   ", which is only read; choose a folder outside of it"));
+    if (fs::is_directory(*input, error) && LiesIn(out, read)) {
+      return absl::InvalidArgumentError(absl::StrCat("out: ", spec.out(), " lies in the folder of ", what,
+                                                     ", ", *input,
+                                                     ", which is only read; choose a folder outside of it"));
+    }
+    if (LiesIn(read, out)) {
+      return absl::InvalidArgumentError(absl::StrCat("out: ", spec.out(), " contains ", what, ", ", *input,
+                                                     ", which is only read; choose another folder"));
+    }
   }
   return absl::OkStatus();
 }

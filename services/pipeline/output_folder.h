@@ -9,7 +9,7 @@
 
 namespace weft {
 
-// InvalidArgument: spec.out is, or lies in, one of the folders that the registration reads: dump, template,
+// InvalidArgument: spec.out is, lies in, or contains what the registration reads: dump, rig, board, template,
 // scans, starts. Names both.
 absl::Status CheckOutOfInputs(const v1::RegistrationSpec& spec);
 

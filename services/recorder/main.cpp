@@ -11,6 +11,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "services/confinement/confinement.h"
 #include "services/files/atomic_file.h"
 #include "services/process/exit_status.h"
 #include "services/recorder/recorder_files.h"
@@ -61,7 +62,8 @@ int Run(const std::string& folder, bool foreground) {
              ftruncate(*lock, 0) != 0 || weft::WriteAll(*lock, pid) != 0) {
     return weft::kExitFailed;
   }
-  const absl::Status status = weft::RunRecorder(folder, told_to_stop);
+  absl::Status status = weft::ConfineWriting({folder});
+  if (status.ok()) status = weft::RunRecorder(folder, told_to_stop);
   if (!status.ok()) weft::PrintError(status);
   return weft::ExitStatusOf(status);
 }

@@ -36,7 +36,8 @@ const std::vector<OperationKind>& OperationKinds() {
         kOptionalRig,
         {.name = "template", .is_required = false}},
        {"no-truth", "fps", "samples", "sources", "seed", "quick"},
-       OperationOut::kNamed}};
+       OperationOut::kNamed,
+       true}};
   return kinds;
 }
 

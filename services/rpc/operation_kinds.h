@@ -25,6 +25,7 @@ struct OperationKind {
   // Names of options that clients may give. None of them names a file.
   std::vector<const char*> options;
   OperationOut out = OperationOut::kNone;
+  bool reads_besides = false;  // files that its inputs name
 };
 
 const std::vector<OperationKind>& OperationKinds();

@@ -11,6 +11,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "services/confinement/worker_user.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "services/process/exit_status.h"
@@ -33,18 +34,21 @@ bool DieWithParent(int parent) {
   return parent == 0 || getppid() == parent;
 }
 
-absl::Status RunTaskFile(const std::string& path, const std::stop_token& signalled) {
+absl::Status RunTaskFile(const std::string& path) {
   weft::v1::Task task;
   if (absl::Status status = weft::ReadJsonFile(path, task); !status.ok()) return status;
+  std::stop_source stop;
+  const auto report = [&stop](const weft::v1::WorkerEvent& event) {
+    if (!PrintLine(weft::WorkerEventLine(event))) stop.request_stop();
+  };
+  // Threads that run by now would stay free, and a file of others may take over any of them.
+  if (absl::Status status = weft::ConfineToTask(task, report); !status.ok()) return status;
+  const weft::StopOnSignal signals;
   // Whoever records goes first.
   constexpr int kNiceness = 10;
   if (task.spec().live_every() > 0) [[maybe_unused]]
     const int ignored = nice(kNiceness);
-  std::stop_source stop;
-  const std::stop_callback forward(signalled, [&stop] { stop.request_stop(); });
-  const auto report = [&stop](const weft::v1::WorkerEvent& event) {
-    if (!PrintLine(weft::WorkerEventLine(event))) stop.request_stop();
-  };
+  const std::stop_callback forward(signals.token(), [&stop] { stop.request_stop(); });
   return weft::RunTask(task, report, stop.get_token());
 }
 
@@ -53,27 +57,34 @@ absl::Status RunTaskFile(const std::string& path, const std::stop_token& signall
 int main(int argc, char** argv) {
   CLI::App app("Registers the frames of one task. Started by weftd; prints an event as JSON on each line.",
                "weft-worker");
-  std::string path;
+  std::string path, user;
   int parent = 0;
   int64_t memory_mib = 0;
   app.set_version_flag("--version", "weft-worker " WEFT_VERSION, "Print the version and exit");
   app.add_option("TASK", path, "The task.json")->required();
   app.add_option("--parent", parent, "End at once unless started by this process")->type_name("PID");
   app.add_option("--memory-mib", memory_mib, "Memory that this process may take; 0: any")->type_name("MIB");
+  app.add_option("--user", user, "Run as this user; needs root")->type_name("NAME");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? weft::kExitDone : weft::kExitBadInput;
   }
+  if (!user.empty()) {
+    if (const absl::Status changed = weft::BecomeWorkerUser(user); !changed.ok()) {
+      weft::PrintError(changed);
+      return weft::kExitFailed;
+    }
+  }
+  // After the change of the user, which forgets it.
   if (!DieWithParent(parent)) return weft::kExitFailed;
   if (const absl::Status limited = weft::LimitMemory(memory_mib); !limited.ok()) {
     weft::PrintError(limited);
     return weft::kExitFailed;
   }
   signal(SIGPIPE, SIG_IGN);
-  const weft::StopOnSignal stop;
   try {
-    const absl::Status status = RunTaskFile(path, stop.token());
+    const absl::Status status = RunTaskFile(path);
     if (!status.ok()) weft::PrintError(status);
     return weft::ExitStatusOf(status);
   } catch (const std::bad_alloc&) {

@@ -1,5 +1,8 @@
 #include "services/worker/run_task.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -7,6 +10,9 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "services/files/atomic_file.h"
+#include "services/files/unique_fd.h"
+#include "services/pipeline/job_confinement.h"
 #include "services/pipeline/registration.h"
 #include "services/pipeline/registration_inputs.h"
 
@@ -27,6 +33,11 @@ absl::StatusOr<std::vector<size_t>> FindFrames(const v1::Task& task, const std::
     frames.push_back(found->second);
   }
   return frames;
+}
+
+bool WasRemoved(const UniqueFd& folder) {
+  struct stat info;
+  return folder.open() && fstat(folder.get(), &info) == 0 && info.st_nlink == 0;
 }
 
 absl::Status Run(const v1::Task& task, const std::function<void(const v1::WorkerEvent&)>& report,
@@ -58,15 +69,16 @@ absl::Status Run(const v1::Task& task, const std::function<void(const v1::Worker
     *event.mutable_finished() = info;
     report(event);
   };
-  return RegisterFrames(**inputs, *job_frames, *frames, task.spec().options(), task.spec().out(),
-                        {.threads = task.threads()}, events, stop);
+  const UniqueFd out(open(task.spec().out().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
+  const absl::Status done = RegisterFrames(**inputs, *job_frames, *frames, task.spec().options(),
+                                           task.spec().out(), {.threads = task.threads()}, events, stop);
+  if (done.ok() || !WasRemoved(out)) return done;
+  return absl::CancelledError(
+      absl::StrCat(task.spec().out(), ": was removed, so this worker may write nowhere; the next one may"));
 }
 
-}  // namespace
-
-absl::Status RunTask(const v1::Task& task, const std::function<void(const v1::WorkerEvent&)>& report,
-                     std::stop_token stop) {
-  const absl::Status status = Run(task, report, std::move(stop));
+absl::Status Reported(const absl::Status& status,
+                      const std::function<void(const v1::WorkerEvent&)>& report) {
   if (!status.ok()) {
     v1::WorkerEvent event;
     event.mutable_error()->set_code(absl::StatusCodeToString(status.code()));
@@ -74,6 +86,22 @@ absl::Status RunTask(const v1::Task& task, const std::function<void(const v1::Wo
     report(event);
   }
   return status;
+}
+
+}  // namespace
+
+absl::Status ConfineToTask(const v1::Task& task, const std::function<void(const v1::WorkerEvent&)>& report) {
+  const LinkRules links = {.allowed = {task.allowed_paths().begin(), task.allowed_paths().end()},
+                           .closed = task.state_folder()};
+  // Somebody may have removed it meanwhile, and a rule needs a folder.
+  absl::Status status = task.spec().out().empty() ? absl::OkStatus() : CreateFolders(task.spec().out());
+  if (status.ok()) status = ConfineProcess(ConfinementOf(task.spec(), links));
+  return Reported(status, report);
+}
+
+absl::Status RunTask(const v1::Task& task, const std::function<void(const v1::WorkerEvent&)>& report,
+                     std::stop_token stop) {
+  return Reported(Run(task, report, std::move(stop)), report);
 }
 
 }  // namespace weft

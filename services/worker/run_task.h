@@ -9,6 +9,10 @@
 
 namespace weft {
 
+// Confines this process to the files that the task names (services/confinement), for good; call it before
+// other threads start. Errors of ConfineProcess, reported as an event, too.
+absl::Status ConfineToTask(const v1::Task& task, const std::function<void(const v1::WorkerEvent&)>& report);
+
 // Registers the task's frames and reports every event; calls never overlap. An error is reported as the last
 // event, too. InvalidArgument names a field of the task. Otherwise the errors of LoadInputs and
 // RegisterFrames.

@@ -29,7 +29,7 @@ ROOMS = {
     "capture": ["file", "image", "rig", "camera", "sync", "take"],
     "pattern": ["board", "image", "fit", "seeds", "surface"],
     # As in services/CMakeLists.txt and services/README.md.
-    "services": ["process", "verdict", "files", "rpc", "library", "pcd", "options", "print", "report", "preview", "synthetic",
+    "services": ["process", "verdict", "files", "confinement", "rpc", "library", "pcd", "options", "print", "report", "preview", "synthetic",
                  "calibration", "evaluation", "recording", "recorder", "pipeline", "job", "catalogue", "access", "http", "worker",
                  "executor", "notice", "daemon", "client", "installation", "cli"],
 }
