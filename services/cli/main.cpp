@@ -17,6 +17,7 @@
 #include "services/cli/progress.h"
 #include "services/confinement/confinement.h"
 #include "services/process/exit_status.h"
+#include "services/process/file_size.h"
 #include "services/process/help.h"
 #include "services/verdict/verdict.h"
 
@@ -55,11 +56,10 @@ bool BeWatchedBy(int parent, const std::vector<std::string>& readable) {
   constexpr int kNiceness = 10;
   [[maybe_unused]] const int ignored = nice(kNiceness);
   if (getppid() != parent) return false;
-  const absl::Status confined =
-      weft::ConfineProcess({.readable = readable,
-                            .writable = {std::filesystem::current_path().string()},
-                            .links = {},
-                            .may_run_programs = true});  // ffmpeg
+  const absl::Status confined = weft::ConfineProcess({.readable = readable,
+                                                      .writable = {std::filesystem::current_path().string()},
+                                                      .links = {},
+                                                      .may_run_programs = true});  // ffmpeg
   if (!confined.ok()) weft::PrintError(confined);
   return confined.ok();
 }
@@ -67,6 +67,7 @@ bool BeWatchedBy(int parent, const std::vector<std::string>& readable) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  weft::FailBeyondFileSize();
   CLI::App app(
       "Weft captures cloth: decode a printed board in every view, triangulate it, register the garment.",
       "weft");

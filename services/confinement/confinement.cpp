@@ -107,15 +107,13 @@ bool HasCallFilters() { return prctl(PR_GET_SECCOMP, 0, 0, 0, 0) >= 0; }
 absl::Status ConfineProcess(const Confinement& confinement) {
   absl::Status status = LeaveNoCoreDump();
   status.Update(LandlockVersion() > 0 ? EnforceFiles(confinement) : CheckFiles(confinement));
-  if (status.ok() && HasCallFilters())
-    status = DenyCalls({.may_run_programs = confinement.may_run_programs});
+  if (status.ok() && HasCallFilters()) status = DenyCalls({.may_run_programs = confinement.may_run_programs});
   return status;
 }
 
 absl::Status ConfineWriting(const std::vector<std::string>& writable) {
   if (absl::Status status = LeaveNoCoreDump(); !status.ok() || LandlockVersion() == 0) return status;
-  absl::StatusOr<LandlockRules> rules =
-      LandlockRules::Create({.may_use_network = true, .may_signal = true});
+  absl::StatusOr<LandlockRules> rules = LandlockRules::Create({.may_use_network = true, .may_signal = true});
   if (!rules.ok()) return rules.status();
   absl::Status status = AllowSystemFile("/", Access::kReadAndRun, *rules);
   for (const char* devices : {"/dev", "/proc/self"})
@@ -152,7 +150,8 @@ std::string ConfinementGaps() {
                         " of Landlock, of 4 (6.7) that are wanted: TCP is denied by seccomp alone");
   }
   if (!HasCallFilters()) {
-    absl::StrAppend(&gaps, gaps.empty() ? "" : "; ", "this kernel has no seccomp, so workers may use all calls");
+    absl::StrAppend(&gaps, gaps.empty() ? "" : "; ",
+                    "this kernel has no seccomp, so workers may use all calls");
   }
   return gaps;
 }

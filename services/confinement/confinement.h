@@ -20,9 +20,9 @@ struct Confinement {
 };
 
 // Confines this process for good; call it before other threads start. It reads and writes the files above and
-// the system's libraries; uses no sockets; signals nobody else; gains no privileges; leaves no core dump. What
-// the kernel lacks (ConfinementGaps) is left out. FailedPrecondition: a path leads through a link. Unavailable:
-// the kernel refuses what it offers.
+// the system's libraries; uses no sockets; signals nobody else; gains no privileges; leaves no core dump.
+// What the kernel lacks (ConfinementGaps) is left out. FailedPrecondition: a path leads through a link.
+// Unavailable: the kernel refuses what it offers.
 absl::Status ConfineProcess(const Confinement& confinement);
 
 // The same of what concerns files for a process that needs devices and the network: it reads everything and

@@ -95,7 +95,7 @@ class Filter {
 
 }  // namespace
 
-absl::Status DenyCalls(const CallLimits& limits) {
+absl::Status DenyCalls(const CallNeeds& limits) {
   Filter filter;
   for (const int call : kNever) filter.Deny(call);
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)

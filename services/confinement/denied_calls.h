@@ -5,7 +5,7 @@
 
 namespace weft {
 
-struct CallLimits {
+struct CallNeeds {
   bool may_run_programs = false;
   bool may_use_sockets = false;
 };
@@ -14,6 +14,6 @@ struct CallLimits {
 // modules, keys, clocks and tracing, for the calling thread and what it starts. A list of what is denied
 // instead of what is allowed: libraries and sanitizers choose their calls freely, and files are Landlock's.
 // Sanitizers keep ptrace, with which they look for leaks. Unavailable: the kernel has no filters.
-absl::Status DenyCalls(const CallLimits& limits);
+absl::Status DenyCalls(const CallNeeds& limits);
 
 }  // namespace weft

@@ -38,7 +38,8 @@ class LinkSearch {
   void LookBeside(const fs::path& json) {
     const LinksFound before = found_;
     std::error_code error;
-    for (fs::directory_iterator it(json.parent_path(), error), end; !error && it != end; it.increment(error)) {
+    for (fs::directory_iterator it(json.parent_path(), error), end; !error && it != end;
+         it.increment(error)) {
       std::error_code gone;
       const fs::file_type type = it->symlink_status(gone).type();
       if (type == fs::file_type::symlink) Follow(it->path(), kDepth);
@@ -104,8 +105,8 @@ absl::StatusOr<UniqueFd> OpenWithoutLinks(const std::string& path) {
     UniqueFd next(openat(at.get(), parts[i].c_str(), kFlags));
     struct stat info;
     if (next.open() && fstat(next.get(), &info) == 0 && S_ISLNK(info.st_mode)) {
-      return absl::FailedPreconditionError(
-          absl::StrCat(walked, ": was exchanged for a symbolic link, which is not followed; remove the link"));
+      return absl::FailedPreconditionError(absl::StrCat(
+          walked, ": was exchanged for a symbolic link, which is not followed; remove the link"));
     }
     at = std::move(next);
   }

@@ -28,8 +28,8 @@ absl::StatusOr<UserNumbers> FindUser(const std::string& name) {
   passwd* found = nullptr;
   std::vector<char> buffer(16384);
   if (getpwnam_r(name.c_str(), &entry, buffer.data(), buffer.size(), &found) != 0 || found == nullptr) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("--worker-user: no user \"", name, "\" on this machine; make it with `useradd --system`"));
+    return absl::InvalidArgumentError(absl::StrCat("--worker-user: no user \"", name,
+                                                   "\" on this machine; make it with `useradd --system`"));
   }
   if (entry.pw_uid == 0)
     return absl::InvalidArgumentError("--worker-user: is root; name a user of the workers' own");

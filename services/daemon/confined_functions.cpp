@@ -32,8 +32,8 @@ void ConfineFunctions(DaemonOptions& options) {
   if (options.find_incomplete) {
     options.find_incomplete = [find = options.find_incomplete, rules](
                                   const v1::Job& job, const std::vector<v1::FrameInfo>& frames) {
-      return AnswerConfined<absl::StatusOr<std::vector<IncompleteFrame>>>(
-          ConfinementOf(job.spec(), rules), [&] { return find(job, frames); });
+      return AnswerConfined<absl::StatusOr<std::vector<IncompleteFrame>>>(ConfinementOf(job.spec(), rules),
+                                                                          [&] { return find(job, frames); });
     };
   }
   JobEndings& endings = options.endings;

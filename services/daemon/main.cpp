@@ -12,6 +12,7 @@
 #include "services/daemon/daemon.h"
 #include "services/daemon/daemon_life.h"
 #include "services/process/exit_status.h"
+#include "services/process/file_size.h"
 #include "services/process/help.h"
 #include "services/report/html_report.h"
 #include "services/report/job_verdict.h"
@@ -199,6 +200,7 @@ absl::StatusOr<weft::DaemonSetup> ReadAgain(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  weft::FailBeyondFileSize();
   Program program;
   try {
     program.app.parse(argc, argv);

@@ -209,17 +209,6 @@ bool OperationQueue::IsCancelled(const std::string& id) {
   return found == entries_.end() || found->second.cancelled;
 }
 
-bool OperationQueue::Reads(const std::string& path) {
-  const Lock lock(mutex_);
-  return std::any_of(entries_.begin(), entries_.end(), [&](const auto& entry) {
-    const std::vector<std::string>& inputs = entry.second.inputs;
-    return !HasEnded(entry.second.operation) &&
-           std::any_of(inputs.begin(), inputs.end(), [&](const std::string& input) {
-             return input == path || absl::StartsWith(input, path + "/");
-           });
-  });
-}
-
 OperationQueue::Entry* OperationQueue::Next() {
   for (auto& [id, entry] : entries_) {
     if (entry.operation.state() == v1::JOB_STATE_QUEUED) return &entry;
@@ -286,18 +275,6 @@ void OperationQueue::NoteProgress(const std::string& id, const std::string& step
   const Lock lock(mutex_);
   entries_.at(id).operation.set_step(step);
   entries_.at(id).operation.set_share_done(share);
-}
-
-std::vector<std::string> OperationQueue::ReadableOf(const v1::OperationSpec& spec,
-                                                    const std::vector<std::string>& inputs) const {
-  std::vector<std::string> readable = inputs;
-  const auto add = [&readable](const std::vector<std::string>& paths) {
-    readable.insert(readable.end(), paths.begin(), paths.end());
-  };
-  add(FindLinks(inputs, options_.links).others);
-  if (FindOperationKind(spec.command())->reads_besides && options_.readable_besides)
-    add(options_.readable_besides());
-  return readable;
 }
 
 OperationQueue::Outcome OperationQueue::Run(const v1::Operation& operation, const std::stop_token& stop) {

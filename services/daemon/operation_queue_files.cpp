@@ -1,12 +1,15 @@
-// The files that operations wrote.
+// The files that operations wrote, and those that they may read.
 #include <algorithm>
 #include <filesystem>
 #include <string>
+#include <vector>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "capture/file/plain_text.h"
 #include "services/daemon/operation_queue.h"
 #include "services/rpc/error_detail.h"
+#include "services/rpc/operation_kinds.h"
 
 namespace weft {
 
@@ -47,6 +50,29 @@ absl::StatusOr<std::string> OperationQueue::FindFile(const std::string& id, cons
 void OperationQueue::SetKeepDays(double days) {
   const Lock lock(mutex_);
   keep_days_ = days;
+}
+
+std::vector<std::string> OperationQueue::ReadableOf(const v1::OperationSpec& spec,
+                                                    const std::vector<std::string>& inputs) const {
+  std::vector<std::string> readable = inputs;
+  const auto add = [&readable](const std::vector<std::string>& paths) {
+    readable.insert(readable.end(), paths.begin(), paths.end());
+  };
+  add(FindLinks(inputs, options_.links).others);
+  if (FindOperationKind(spec.command())->reads_besides && options_.readable_besides)
+    add(options_.readable_besides());
+  return readable;
+}
+
+bool OperationQueue::Reads(const std::string& path) {
+  const Lock lock(mutex_);
+  return std::any_of(entries_.begin(), entries_.end(), [&](const auto& entry) {
+    const std::vector<std::string>& inputs = entry.second.inputs;
+    return entry.second.operation.finished_unix_ns() == 0 &&
+           std::any_of(inputs.begin(), inputs.end(), [&](const std::string& input) {
+             return input == path || absl::StartsWith(input, path + "/");
+           });
+  });
 }
 
 }  // namespace weft

@@ -40,10 +40,10 @@ bool IsClosed(const fs::path& path, const std::string& state_folder, bool is_inp
 }
 
 absl::Status ClosedError(const std::string& field, const std::string& path, const std::string& state_folder) {
-  return FieldError(absl::StatusCode::kPermissionDenied,
-                    {field, absl::StrCat(path, " is in the daemon's own folder, ", state_folder,
-                                         ", or contains it"),
-                     "choose another one"});
+  return FieldError(
+      absl::StatusCode::kPermissionDenied,
+      {field, absl::StrCat(path, " is in the daemon's own folder, ", state_folder, ", or contains it"),
+       "choose another one"});
 }
 
 }  // namespace
@@ -90,13 +90,12 @@ absl::StatusOr<std::string> PathPolicy::Canonical(const std::string& field, cons
 absl::Status PathPolicy::CheckLinks(const std::string& field, const std::string& input) const {
   const LinksFound found = FindLinks({input}, links());
   if (!found.way_out.empty()) {
-    return FieldError(
-        absl::StatusCode::kPermissionDenied,
-        {field,
-         absl::StrCat(EscapedText(found.way_out),
-                      " is a link that leads out of the folders that the daemon may use (",
-                      absl::StrJoin(allowed_, ", "), ")"),
-         "put the file there instead of the link, or start weftd with another --allow-path"});
+    return FieldError(absl::StatusCode::kPermissionDenied,
+                      {field,
+                       absl::StrCat(EscapedText(found.way_out),
+                                    " is a link that leads out of the folders that the daemon may use (",
+                                    absl::StrJoin(allowed_, ", "), ")"),
+                       "put the file there instead of the link, or start weftd with another --allow-path"});
   }
   if (found.special.empty()) return absl::OkStatus();
   return FieldError(

@@ -76,6 +76,7 @@ absl::Status WriteError(const std::string& path, int error) {
                                                       "); choose a folder that you may write to"));
     case ENOSPC:
     case EDQUOT:
+    case EFBIG:
       return absl::ResourceExhaustedError(
           absl::StrCat(path, ": cannot be written (", strerror(error), "); make room on the disk"));
     default:

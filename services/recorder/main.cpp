@@ -14,6 +14,7 @@
 #include "services/confinement/confinement.h"
 #include "services/files/atomic_file.h"
 #include "services/process/exit_status.h"
+#include "services/process/file_size.h"
 #include "services/recorder/recorder_files.h"
 #include "services/recorder/run_recorder.h"
 
@@ -71,6 +72,7 @@ int Run(const std::string& folder, bool foreground) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  weft::FailBeyondFileSize();
   CLI::App app(
       "Records the take of FOLDER/request.json into FOLDER/take, in a session of its own. Started by weftd; "
       "SIGTERM "

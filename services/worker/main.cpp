@@ -15,6 +15,7 @@
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "services/process/exit_status.h"
+#include "services/process/file_size.h"
 #include "services/process/memory_limit.h"
 #include "services/process/stop_on_signal.h"
 #include "services/worker/run_task.h"
@@ -55,6 +56,7 @@ absl::Status RunTaskFile(const std::string& path) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  weft::FailBeyondFileSize();
   CLI::App app("Registers the frames of one task. Started by weftd; prints an event as JSON on each line.",
                "weft-worker");
   std::string path, user;

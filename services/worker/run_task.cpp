@@ -77,8 +77,7 @@ absl::Status Run(const v1::Task& task, const std::function<void(const v1::Worker
       absl::StrCat(task.spec().out(), ": was removed, so this worker may write nowhere; the next one may"));
 }
 
-absl::Status Reported(const absl::Status& status,
-                      const std::function<void(const v1::WorkerEvent&)>& report) {
+absl::Status Reported(const absl::Status& status, const std::function<void(const v1::WorkerEvent&)>& report) {
   if (!status.ok()) {
     v1::WorkerEvent event;
     event.mutable_error()->set_code(absl::StatusCodeToString(status.code()));

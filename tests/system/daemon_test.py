@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import shutil
 import signal
 import subprocess
@@ -101,6 +102,24 @@ class Daemon(StudioTest):
         done = self.register_remotely("--frames", "0:1")
         self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
         self.assertIn("out of memory; a worker may take 64 MiB", done.stdout + done.stderr)
+        self.assertIsNone(self.daemon.poll())
+
+    def test_a_limit_on_files_is_as_a_full_disk(self):
+        self.start_daemon("--workers", "1")
+        self.lengthen_take(6)
+        job = self.register_remotely("--detach", check=0).stdout.split()[0]
+
+        def limit(bytes_):
+            for process in [self.daemon.pid, *processes_of(self.folder, "weft-worker")]:
+                most = resource.prlimit(process, resource.RLIMIT_FSIZE)[1]
+                resource.prlimit(process, resource.RLIMIT_FSIZE, (most if bytes_ is None else bytes_, most))
+        wait_for(lambda: processes_of(self.folder, "weft-worker"), "a worker")
+        limit(100)
+        refused = self.register_remotely("--detach", out=self.path("other"))
+        self.assertNotEqual(refused.returncode, 0, refused.stdout)
+        self.assertIsNone(self.daemon.poll(), read(self.path("weftd.log")))
+        limit(None)
+        self.assertEqual(weft("job", "watch", job, "--server", self.address).returncode, 0, read(self.path("weftd.log")))
         self.assertIsNone(self.daemon.poll())
 
     def test_refuses_what_it_may_not_touch_and_what_does_not_fit(self):

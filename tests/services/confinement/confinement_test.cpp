@@ -24,8 +24,10 @@ class ConfinementTest : public ::testing::Test {
  protected:
   ConfinementTest() {
     if (LandlockVersion() == 0) return;
-    for (const char* name : {"in/dump", "out", "allowed", "elsewhere"}) fs::create_directories(folder_ / name);
-    for (const char* name : {"in/board.json", "in/board.png", "in/dump/image", "allowed/file", "elsewhere/file"})
+    for (const char* name : {"in/dump", "out", "allowed", "elsewhere"})
+      fs::create_directories(folder_ / name);
+    for (const char* name :
+         {"in/board.json", "in/board.png", "in/dump/image", "allowed/file", "elsewhere/file"})
       WriteBytes(folder_ / name, "x");
     fs::create_symlink(folder_ / "allowed/file", folder_ / "in/dump/allowed");
     fs::create_symlink(folder_ / "elsewhere/file", folder_ / "in/dump/way_out");
@@ -65,8 +67,9 @@ TEST_F(ConfinementTest, AWorkerHasItsJobsFilesAndNothingElse) {
                             "remove_in_out", "null_device", "socket_pair"}) {
     EXPECT_EQ(tried.at(works), 0) << works;
   }
-  for (const char* denied : {"read_link_out", "read_passwd", "read_elsewhere", "write_input", "truncate_input",
-                             "make_elsewhere", "remove_elsewhere", "make_link", "thread_reads_passwd"}) {
+  for (const char* denied :
+       {"read_link_out", "read_passwd", "read_elsewhere", "write_input", "truncate_input", "make_elsewhere",
+        "remove_elsewhere", "make_link", "thread_reads_passwd"}) {
     EXPECT_EQ(tried.at(denied), EACCES) << denied;
   }
   for (const char* denied : {"tcp_socket", "local_socket", "signal", "mount", "unshare", "bpf", "keyctl",

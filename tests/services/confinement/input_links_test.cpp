@@ -29,7 +29,8 @@ class InputLinksTest : public ::testing::Test {
 
   void Link(const std::string& to, const std::string& at) { fs::create_symlink(folder_ / to, folder_ / at); }
   LinksFound Find(const std::string& input = "dump") {
-    return FindLinks({folder_ / input}, {.allowed = {folder_ / "images"}, .closed = folder_ / "images/state"});
+    return FindLinks({folder_ / input},
+                     {.allowed = {folder_ / "images"}, .closed = folder_ / "images/state"});
   }
 
   TempFolder folder_;
