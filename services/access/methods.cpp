@@ -14,6 +14,7 @@ constexpr char kHealth[] = "/grpc.health.v1.Health/";
 Method Describe(const google::protobuf::MethodDescriptor& schema) {
   Method method;
   method.name = absl::StrCat(schema.service()->name(), ".", schema.name());
+  method.is_ours = true;
   const bool says_role = schema.options().HasExtension(v1::role);
   method.role = says_role ? schema.options().GetExtension(v1::role) : v1::ROLE_ADMIN;
   method.kind = schema.client_streaming()   ? CallKind::kUpload
@@ -38,10 +39,9 @@ Method MethodOf(const std::string& path) {
   if (known != methods.end()) return known->second;
   if (absl::StartsWith(path, kHealth)) {
     const bool watches = path == absl::StrCat(kHealth, "Watch");
-    return {path, v1::ROLE_UNSPECIFIED, watches ? CallKind::kStream : CallKind::kUnary, false};
+    return {path, v1::ROLE_UNSPECIFIED, watches ? CallKind::kStream : CallKind::kUnary};
   }
-  return {path, absl::StartsWith(path, "/weft.") ? v1::ROLE_ADMIN : v1::ROLE_VIEWER, CallKind::kStream,
-          false};
+  return {path, absl::StartsWith(path, "/weft.") ? v1::ROLE_ADMIN : v1::ROLE_VIEWER, CallKind::kStream};
 }
 
 }  // namespace weft

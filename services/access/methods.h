@@ -18,6 +18,7 @@ struct Method {
   v1::Role role = v1::ROLE_UNSPECIFIED;  // the least that may call it; unspecified: anybody
   CallKind kind = CallKind::kUnary;
   bool audited = false;  // whether audit.log records calls that were let in
+  bool is_ours = false;  // a schema of weft has it; others have messages of their own kinds
 };
 
 // By the path of HTTP/2, for example "/weft.v1.Takes/StartTake". Health is for everybody. What no schema

@@ -17,7 +17,8 @@ using grpc::experimental::InterceptionHookPoints;
 using grpc::experimental::InterceptorBatchMethods;
 using grpc::experimental::ServerRpcInfo;
 
-// gRPC hands messages on without their type. Generated messages have Message at their beginning.
+// gRPC hands messages on without their type. Generated messages have Message at their beginning; those of
+// health are raw bytes instead, so this is for methods of ours.
 const google::protobuf::Message& AsMessage(const void* message) {
   return *static_cast<const google::protobuf::Message*>(message);
 }
@@ -42,7 +43,7 @@ class CallObserver final : public grpc::experimental::Interceptor {
 
   void Intercept(InterceptorBatchMethods* methods) override {
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_INITIAL_METADATA)) Begin();
-    if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE) &&
+    if (method_.is_ours && methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE) &&
         methods->GetRecvMessage() != nullptr)
       sources_.guard.HeardMessage(connection_, AsMessage(methods->GetRecvMessage()).ByteSizeLong());
     // One message of several tells what a stream is about.
