@@ -145,12 +145,16 @@ absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const
   if (!request.spec().out().empty()) {
     if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
     const std::string state_folder = std::filesystem::path(results_folder).parent_path().string();
-    const absl::StatusOr<std::string> asked = policy.CheckOutput("spec.out", request.spec().out());
-    if (asked.ok() && LiesBelow(*asked, state_folder)) {
-      return FieldError(absl::StatusCode::kPermissionDenied,
-                        {"spec.out", absl::StrCat(*asked, " is in the daemon's own folder, ", state_folder),
-                         "choose another one"});
+    // Also where a probe shows that the client cannot see it.
+    std::error_code unknown;
+    const std::filesystem::path wanted = std::filesystem::weakly_canonical(request.spec().out(), unknown);
+    if (!unknown && LiesBelow(wanted, state_folder)) {
+      return FieldError(
+          absl::StatusCode::kPermissionDenied,
+          {"spec.out", absl::StrCat(wanted.string(), " is in the daemon's own folder, ", state_folder),
+           "choose another one"});
     }
+    const absl::StatusOr<std::string> asked = policy.CheckOutput("spec.out", request.spec().out());
     const std::string& probe = request.out_probe();
     std::error_code error;
     if (probe.empty() && !asked.ok()) return asked.status();

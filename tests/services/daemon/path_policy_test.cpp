@@ -34,7 +34,11 @@ TEST_F(PathPolicyTest, AllowsWhatLiesBelowAndResolvesLinks) {
   const std::string rig = fs::canonical(folder_ / "open/takes/rig.json").string();
   EXPECT_EQ(*policy_.CheckInput("rig", folder_ / "open/takes/rig.json"), rig);
   EXPECT_EQ(*policy_.CheckInput("rig", folder_ / "open/takes/../inside/./rig.json"), rig);
-  EXPECT_TRUE(policy_.CheckInput("dump", folder_ / "open").ok());
+  EXPECT_TRUE(policy_.CheckInput("dump", folder_ / "open/takes").ok());
+  // A link below it leads out.
+  const absl::Status with_way_out = policy_.CheckInput("dump", folder_ / "open").status();
+  EXPECT_EQ(with_way_out.code(), absl::StatusCode::kPermissionDenied);
+  EXPECT_THAT(std::string(with_way_out.message()), HasSubstr("way-out is a link"));
   EXPECT_TRUE(policy_.CheckOutput("out", folder_ / "open/new/deep").ok());
 }
 
