@@ -19,6 +19,15 @@ namespace fs = std::filesystem;
 
 constexpr int kDepth = 3;  // a dump has folders of frames, and a take that of its streams
 
+// As the folder's listing says it: a call of stat per image would cost more than the search itself.
+fs::file_type TypeOf(const fs::directory_entry& entry) {
+  std::error_code error;
+  if (entry.is_symlink(error)) return fs::file_type::symlink;
+  if (entry.is_regular_file(error)) return fs::file_type::regular;
+  if (entry.is_directory(error)) return fs::file_type::directory;
+  return entry.symlink_status(error).type();
+}
+
 class LinkSearch {
  public:
   LinkSearch(const std::vector<std::string>& inputs, const LinkRules& rules)
@@ -40,8 +49,7 @@ class LinkSearch {
     std::error_code error;
     for (fs::directory_iterator it(json.parent_path(), error), end; !error && it != end;
          it.increment(error)) {
-      std::error_code gone;
-      const fs::file_type type = it->symlink_status(gone).type();
+      const fs::file_type type = TypeOf(*it);
       if (type == fs::file_type::symlink) Follow(it->path(), kDepth);
       if (type == fs::file_type::regular) others_.insert(it->path().string());
     }
@@ -57,8 +65,7 @@ class LinkSearch {
   void LookInto(const fs::path& folder, int depth) {
     std::error_code error;
     for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-      std::error_code gone;
-      LookAt(it->path(), it->symlink_status(gone).type(), depth + 1);
+      LookAt(it->path(), TypeOf(*it), depth + 1);
     }
   }
 

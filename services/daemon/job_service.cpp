@@ -26,11 +26,11 @@ absl::StatusOr<v1::Job> JobService::FindSubmitted(const v1::SubmitJobRequest& re
 
 absl::StatusOr<v1::Job> JobService::Submit(const v1::SubmitJobRequest& request, const std::string& caller) {
   // A repeated request waits here until the first one is queued.
-  const std::lock_guard lock(submitting_);
+  const auto lock = submitting_.Lock(request.idempotency_key());
   absl::StatusOr<v1::Job> submitted = FindSubmitted(request);
   if (!absl::IsNotFound(submitted.status())) return submitted;
   absl::StatusOr<PreparedJob> prepared =
-      PrepareJob(request, {parts_.policy, parts_.library, parts_.results_folder}, parts_.load);
+      PrepareJob(request, {parts_.policy, parts_.library, parts_.results_folder, known_}, parts_.load);
   if (!prepared.ok()) return prepared.status();
   prepared->job.set_submitted_by(caller);
   const std::string id = prepared->job.id();

@@ -2,11 +2,12 @@
 #pragma once
 
 #include <functional>
-#include <mutex>
 #include <string>
 
 #include "services/daemon/file_stream.h"
 #include "services/daemon/job_queue.h"
+#include "services/daemon/known_inputs.h"
+#include "services/daemon/name_locks.h"
 #include "services/daemon/path_policy.h"
 #include "services/daemon/prepare_job.h"
 #include "services/library/library.h"
@@ -58,7 +59,8 @@ class JobService final : public v1::Jobs::WithCallbackMethod_WatchJob<
 
   const JobServiceParts parts_;
   JobQueue& queue_;
-  std::mutex submitting_;  // inputs are large: one request at a time reads them
+  NameLocks submitting_;  // by idempotency key
+  KnownInputs known_;
 };
 
 }  // namespace weft

@@ -124,6 +124,14 @@ std::vector<std::string> PathPolicy::AllowedButState() const {
 }
 
 absl::StatusOr<std::string> PathPolicy::CheckInput(const std::string& field, const std::string& path) const {
+  absl::StatusOr<std::string> canonical = CheckInputPath(field, path);
+  if (!canonical.ok()) return canonical;
+  if (absl::Status status = CheckLinks(field, *canonical); !status.ok()) return status;
+  return canonical;
+}
+
+absl::StatusOr<std::string> PathPolicy::CheckInputPath(const std::string& field,
+                                                       const std::string& path) const {
   absl::StatusOr<std::string> canonical = Canonical(field, path);
   if (!canonical.ok()) return canonical;
   std::error_code error;
@@ -132,7 +140,6 @@ absl::StatusOr<std::string> PathPolicy::CheckInput(const std::string& field, con
                       {field, absl::StrCat(path, ": no such file on the daemon's machine"), "copy it there"});
   }
   if (IsClosed(*canonical, state_folder_, true)) return ClosedError(field, path, state_folder_);
-  if (absl::Status status = CheckLinks(field, *canonical); !status.ok()) return status;
   return canonical;
 }
 

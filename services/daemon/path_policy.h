@@ -28,6 +28,9 @@ class PathPolicy {
   // InvalidArgument: not absolute, or a FIFO, device or socket is there. NotFound: no such file. The message
   // names `field`.
   absl::StatusOr<std::string> CheckInput(const std::string& field, const std::string& path) const;
+  // Its two halves: the path itself, and whatever lies at and below a canonical one.
+  absl::StatusOr<std::string> CheckInputPath(const std::string& field, const std::string& path) const;
+  absl::Status CheckLinks(const std::string& field, const std::string& input) const;
   // The same for a folder that need not exist. InvalidArgument: the state folder is in it.
   absl::StatusOr<std::string> CheckOutput(const std::string& field, const std::string& path) const;
 
@@ -38,7 +41,6 @@ class PathPolicy {
 
  private:
   absl::StatusOr<std::string> Canonical(const std::string& field, const std::string& path) const;
-  absl::Status CheckLinks(const std::string& field, const std::string& input) const;
 
   // Canonical.
   std::vector<std::string> allowed_;

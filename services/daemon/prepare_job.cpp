@@ -38,7 +38,7 @@ absl::StatusOr<std::string> CanonicalDump(const PathPolicy& policy, const std::s
   const std::string& dump = spec.dump();
   absl::StatusOr<std::string> take = TakeOfName(takes_folder, dump);
   if (!take.ok()) return take;
-  if (*take == dump) return policy.CheckInput("spec.dump", dump);
+  if (*take == dump) return policy.CheckInputPath("spec.dump", dump);
   std::error_code error;
   if (std::filesystem::is_directory(*take, error)) return take;
   if (!RecorderLives(*take)) {
@@ -88,6 +88,26 @@ absl::Status ResolveItems(Library& library, PreparedJob* prepared) {
   return absl::OkStatus();
 }
 
+// A path that a client named, and the field in which it did.
+struct NamedInput {
+  const char* field;
+  std::string* path;
+};
+
+// Those of rig, board, template and options; the library's items are the daemon's own.
+std::vector<NamedInput> NamedInputs(v1::Job& job) {
+  v1::RegistrationSpec& spec = *job.mutable_spec();
+  v1::RegistrationOptions& options = *spec.mutable_options();
+  const v1::JobItems& items = job.items();
+  std::vector<NamedInput> inputs;
+  if (items.rig().empty()) inputs.push_back({"spec.rig", spec.mutable_rig()});
+  if (items.board().empty()) inputs.push_back({"spec.board", spec.mutable_board()});
+  if (items.garment().empty()) inputs.push_back({"spec.garment", spec.mutable_garment()});
+  if (!options.scans().empty()) inputs.push_back({"spec.options.scans", options.mutable_scans()});
+  if (!options.starts().empty()) inputs.push_back({"spec.options.starts", options.mutable_starts()});
+  return inputs;
+}
+
 absl::Status CanonicalizeInputs(const PathPolicy& policy, const std::string& takes_folder, v1::Job& job) {
   v1::RegistrationSpec& spec = *job.mutable_spec();
   if (job.items().dump().empty()) {
@@ -95,24 +115,24 @@ absl::Status CanonicalizeInputs(const PathPolicy& policy, const std::string& tak
     if (!dump.ok()) return dump.status();
     spec.set_dump(*std::move(dump));
   }
-  v1::RegistrationOptions& options = *spec.mutable_options();
-  const v1::JobItems& items = job.items();
-  const struct {
-    const char* field;
-    std::string* path;
-    bool passed_over = false;
-  } inputs[] = {{"spec.rig", spec.mutable_rig(), !items.rig().empty()},
-                {"spec.board", spec.mutable_board(), !items.board().empty()},
-                {"spec.garment", spec.mutable_garment(), !items.garment().empty()},
-                {"spec.options.scans", options.mutable_scans(), options.scans().empty()},
-                {"spec.options.starts", options.mutable_starts(), options.starts().empty()}};
-  for (const auto& [field, path, passed_over] : inputs) {
-    if (passed_over) continue;
-    absl::StatusOr<std::string> canonical = policy.CheckInput(field, *path);
+  for (const auto& [field, path] : NamedInputs(job)) {
+    absl::StatusOr<std::string> canonical = policy.CheckInputPath(field, *path);
     if (!canonical.ok()) return canonical.status();
     *path = *std::move(canonical);
   }
   return absl::OkStatus();
+}
+
+// Of inputs whose paths are canonical.
+absl::Status CheckLinks(const PathPolicy& policy, const std::string& takes_folder, v1::Job& job) {
+  const std::string& dump = job.spec().dump();
+  absl::Status status;
+  if (job.items().dump().empty() && !LiesBelow(dump, takes_folder))
+    status = policy.CheckLinks("spec.dump", dump);
+  for (const auto& [field, path] : NamedInputs(job)) {
+    if (status.ok()) status = policy.CheckLinks(field, *path);
+  }
+  return status;
 }
 
 // Names of the frame sets that a take has so far; waits for the first one.
@@ -140,7 +160,8 @@ absl::StatusOr<std::vector<std::string>> FramesSoFar(const std::string& take) {
 // The folder of results, which exists then.
 absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const v1::RegistrationSpec& spec,
                                       const JobPlaces& places, const std::string& job_id) {
-  const auto& [policy, library, results_folder] = places;
+  const PathPolicy& policy = places.policy;
+  const std::string& results_folder = places.results_folder;
   std::string out = absl::StrCat(results_folder, "/", job_id);
   if (!request.spec().out().empty()) {
     if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
@@ -218,7 +239,12 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const 
     if (!names.ok()) return names.status();
     so_far = *std::move(names);
   }
-  absl::StatusOr<LoadedInputs> inputs = load(job.spec());
+  absl::StatusOr<LoadedInputs> inputs =
+      places.known.Get(job.spec(), [&](const v1::RegistrationSpec& spec) -> absl::StatusOr<LoadedInputs> {
+        // Folders without a change have no new links either.
+        const absl::Status status = CheckLinks(places.policy, takes_folder, job);
+        return status.ok() ? load(spec) : status;
+      });
   if (!inputs.ok()) return inputs.status();
   if (!so_far.empty()) inputs->frames = std::move(so_far);
   absl::StatusOr<std::string> out = ChooseOut(request, job.spec(), places, job.id());

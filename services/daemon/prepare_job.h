@@ -7,21 +7,14 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "services/daemon/known_inputs.h"
 #include "services/daemon/path_policy.h"
 #include "services/library/library.h"
 #include "weft/v1/jobs.pb.h"
 
 namespace weft {
 
-// What a job's inputs hold.
-struct LoadedInputs {
-  std::vector<std::string> frames;  // the names of those that are asked for
-  v1::InputHashes hashes;
-  std::vector<std::string> warnings;
-};
-
-// Reads the inputs of a job and checks them against each other. Errors of LoadInputs and FramesInRange.
-using InputsLoader = std::function<absl::StatusOr<LoadedInputs>(const v1::RegistrationSpec& spec)>;
+// An InputsLoader. Errors of LoadInputs and FramesInRange.
 absl::StatusOr<LoadedInputs> LoadJobInputs(const v1::RegistrationSpec& spec);
 
 struct PreparedJob {
@@ -36,6 +29,7 @@ struct JobPlaces {
   const PathPolicy& policy;
   Library& library;
   std::string results_folder;
+  KnownInputs& known;
 };
 
 // Of what a request asks for. Another one where spec or priority differ.

@@ -1,4 +1,5 @@
 // Requests whose answer is lost, and transfers that break off.
+#include <future>
 #include <thread>
 
 #include "services/daemon/file_stream.h"
@@ -70,6 +71,22 @@ TEST_F(RepeatedRequests, AtTheSameTimeMakeOneJob) {
   clients.clear();
   for (const std::string& id : ids) EXPECT_EQ(id, kKey);
   EXPECT_EQ(CountJobs(), 1u);
+}
+
+TEST_F(RepeatedRequests, KeepNoOtherRequestWaiting) {
+  std::promise<void> other_came;
+  options_.load_inputs = [&, other = other_came.get_future().share()](const v1::RegistrationSpec& spec) {
+    if (spec.dump().ends_with("other.take")) other_came.set_value();
+    EXPECT_EQ(other.wait_for(std::chrono::seconds(20)), std::future_status::ready);
+    return LoadActingInputs(spec);
+  };
+  StartDaemon();
+  std::vector<std::jthread> clients;
+  for (int k = 0; k < 2; ++k)
+    clients.emplace_back([&] { EXPECT_EQ(client_->Submit(KeyedRequest())->id(), kKey); });
+  EXPECT_TRUE(client_->Submit(MakeRequest({"a"}, "other")).ok());
+  clients.clear();
+  EXPECT_EQ(CountJobs(), 2u);
 }
 
 TEST_F(RepeatedRequests, AreSentByTheClientWhenTheAnswerIsLost) {
