@@ -6,7 +6,6 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
-#include <fcntl.h>
 #include <algorithm>
 #include <atomic>
 #include <cstdio>
@@ -40,6 +39,10 @@ class Samples {
   void Add(Clock::duration lasted) {
     const std::lock_guard lock(mutex_);
     ms_.push_back(std::chrono::duration<double, std::milli>(lasted).count());
+  }
+  void Forget() {
+    const std::lock_guard lock(mutex_);
+    ms_.clear();
   }
   std::string Json() {
     const std::lock_guard lock(mutex_);
@@ -137,8 +140,12 @@ struct Load {
   std::vector<Stub> stubs, echo_stubs;
   v1::Job example;  // DONE
   Errors errors;
-  Samples submits, fetches, syncs, updates;
+  Samples submits, cancels, fetches, syncs, updates;
   std::atomic<bool> stop = false;
+
+  void ForgetSamples() {
+    for (Samples* samples : {&submits, &cancels, &fetches, &syncs, &updates}) samples->Forget();
+  }
 
   void Pause(std::chrono::milliseconds time) const {
     for (; time.count() > 0 && !stop; time -= std::chrono::milliseconds(50))
@@ -181,7 +188,9 @@ struct Load {
       grpc::ClientContext context;
       v1::CancelJobRequest cancel;
       cancel.set_job_id(request.idempotency_key());
+      const Clock::time_point submitted = Clock::now();
       errors.Note("CancelJob", stub->CancelJob(&context, cancel, &job));
+      cancels.Add(Clock::now() - submitted);
       Pause(std::chrono::seconds(3));
     }
   }
@@ -248,16 +257,6 @@ int Run(char** argv) {
     return 1;
   }
   Reader daemon(load.stubs, load.done, load.errors), echo(load.echo_stubs, load.done, load.errors);
-  // All connect first.
-  daemon.Saturate(Seconds(1));
-  echo.Saturate(Seconds(1));
-  const double echo_most = echo.Saturate(Seconds(5)), daemon_most = daemon.Saturate(Seconds(5));
-  Samples quiet_echo, quiet_daemon;
-  for (int slice = 0; slice < 6; ++slice) {
-    echo.OpenLoop(echo_most / 2, Seconds(5), quiet_echo);
-    daemon.OpenLoop(echo_most / 2, Seconds(5), quiet_daemon);
-  }
-  const double quiet_cpu_s = CpuSeconds();
   std::vector<std::jthread> threads;
   for (int i = 0; i < clients; ++i) {
     const Stub& stub = load.stubs[static_cast<size_t>(i)];
@@ -266,21 +265,33 @@ int Run(char** argv) {
     });
   }
   threads.emplace_back([&load] { load.Sync(); });
-  Samples busy_echo, busy_daemon;
-  constexpr double kProbes_per_s = 100;
-  std::jthread probes([&] { echo.OpenLoop(kProbes_per_s, lasts, busy_echo); });
-  daemon.OpenLoop(kProbes_per_s, lasts, busy_daemon);
-  probes.join();
+  // All connect first.
+  daemon.Saturate(Seconds(1));
+  echo.Saturate(Seconds(1));
+  const double echo_most = echo.Saturate(Seconds(5)), daemon_most = daemon.Saturate(Seconds(5));
+  load.ForgetSamples();
+  // Both are asked in turn, so that what else the machine does comes to both.
+  Samples echo_reads, daemon_reads;
+  const double cpu_s = CpuSeconds();
+  constexpr Seconds kTurn(5);
+  const Clock::time_point begin = Clock::now();
+  for (const Clock::time_point end = begin + std::chrono::duration_cast<Clock::duration>(lasts);
+       Clock::now() < end;) {
+    echo.OpenLoop(echo_most / 2, kTurn, echo_reads);
+    daemon.OpenLoop(echo_most / 2, kTurn, daemon_reads);
+  }
+  const Seconds lasted = Clock::now() - begin;
+  const double cores = (CpuSeconds() - cpu_s) / lasted.count();
   load.errors.ending = true;
   load.stop = true;
   threads.clear();
   std::printf(
-      R"({"echo_saturation_per_s": %.0f, "daemon_saturation_per_s": %.0f, "open_loop_per_s": %.0f, "quiet_echo": %s, "quiet_daemon": %s, "busy_echo": %s, "busy_daemon": %s, "submit": %s, "fetch": %s, "first_update": %s, "fsync": %s, "client_cpu_cores": %.3f, "errors": %s})"
+      R"({"echo_saturation_per_s": %.0f, "daemon_saturation_per_s": %.0f, "open_loop_per_s": %.0f, "echo": %s, "daemon": %s, "submit": %s, "cancel": %s, "fetch": %s, "first_update": %s, "fsync": %s, "client_cpu_cores": %.3f, "lasted_s": %.1f, "errors": %s})"
       "\n",
-      echo_most, daemon_most, echo_most / 2, quiet_echo.Json().c_str(), quiet_daemon.Json().c_str(),
-      busy_echo.Json().c_str(), busy_daemon.Json().c_str(), load.submits.Json().c_str(),
-      load.fetches.Json().c_str(), load.updates.Json().c_str(), load.syncs.Json().c_str(),
-      (CpuSeconds() - quiet_cpu_s) / lasts.count(), load.errors.Json().c_str());
+      echo_most, daemon_most, echo_most / 2, echo_reads.Json().c_str(), daemon_reads.Json().c_str(),
+      load.submits.Json().c_str(), load.cancels.Json().c_str(), load.fetches.Json().c_str(),
+      load.updates.Json().c_str(), load.syncs.Json().c_str(), cores, lasted.count(),
+      load.errors.Json().c_str());
   return 0;
 }
 
