@@ -1,7 +1,6 @@
 #include "services/process/stop_on_signal.h"
 
 #include <csignal>
-#include <ctime>
 #include <utility>
 
 namespace weft {
@@ -20,10 +19,10 @@ sigset_t CaughtSignals(bool hangup) {
 
 void StopOnSignal::Watch(const std::stop_token& finished) {
   const sigset_t signals = CaughtSignals(on_hangup_ != nullptr);
-  const timespec pause{.tv_sec = 0, .tv_nsec = 100'000'000};
-  while (!finished.stop_requested()) {
-    const int signal = sigtimedwait(&signals, nullptr, &pause);
-    if (signal < 0) continue;
+  while (true) {
+    int signal = 0;
+    sigwait(&signals, &signal);
+    if (finished.stop_requested()) return;
     if (signal == SIGHUP) {
       on_hangup_();
       continue;
@@ -45,6 +44,8 @@ StopOnSignal::StopOnSignal(std::function<void()> on_hangup) : on_hangup_(std::mo
 
 StopOnSignal::~StopOnSignal() {
   watcher_.request_stop();
+  // To this thread alone, which blocks it and wakes up: commands end at once.
+  pthread_kill(watcher_.native_handle(), SIGTERM);
   watcher_.join();
   const sigset_t signals = CaughtSignals(on_hangup_ != nullptr);
   pthread_sigmask(SIG_UNBLOCK, &signals, nullptr);

@@ -30,6 +30,13 @@ TEST(StopOnSignal, HangupCallsWhoeverWantsIt) {
   EXPECT_FALSE(signals.token().stop_requested());
 }
 
+// Every command of the command line ends with one.
+TEST(StopOnSignal, EndsAtOnce) {
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < 100; ++i) const StopOnSignal signals;
+  EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(5));
+}
+
 TEST(StopOnSignalDeathTest, HangupEndsProgramsThatDoNotWantIt) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(
