@@ -76,6 +76,7 @@ grpc::Status CallCheck::Process(const InputMetadata& metadata, grpc::AuthContext
       status.ok() ? sources_.limits.Admit(account, method.kind) : sources_.limits.Charge(account);
   if (!room.ok()) status = room;
   if (status.ok()) return grpc::Status::OK;
+  ++refused_;
   constexpr size_t kLongestName = 200;  // a path is the client's
   entry.set_method(EscapedText(method.name.substr(0, kLongestName)));
   entry.set_outcome(absl::StatusCodeToString(status.code()));

@@ -3,6 +3,8 @@
 
 #include <grpcpp/security/auth_metadata_processor.h>
 
+#include <atomic>
+#include <cstdint>
 #include <mutex>
 
 #include "services/access/access_control.h"
@@ -37,6 +39,8 @@ class CallCheck final : public grpc::AuthMetadataProcessor {
   void SetPeer(const Peer& peer);
   // Connections that asked for something, since the check was made.
   int connections();
+  // Calls that were refused, since the check was made.
+  int64_t refused() const { return refused_; }
 
   bool IsBlocking() const override { return false; }
   grpc::Status Process(const InputMetadata& metadata, grpc::AuthContext* context, OutputMetadata* consumed,
@@ -49,6 +53,7 @@ class CallCheck final : public grpc::AuthMetadataProcessor {
 
   const CallerSources sources_;
   const bool trusts_users_;
+  std::atomic<int64_t> refused_ = 0;
   std::mutex mutex_;
   Peer peer_;
   std::string trusted_user_;

@@ -31,6 +31,7 @@ class CallObserver final : public grpc::experimental::Interceptor {
   // Also of calls whose client went away.
   ~CallObserver() override {
     if (!began_) return;
+    if (awaits_) sources_.guard.HeardAll(connection_);
     sources_.limits.End(account_, method_.kind);
     const ObservedCall call{method_, entry_.outcome().empty() ? "CANCELLED" : entry_.outcome(),
                             std::chrono::steady_clock::now() - start_};
@@ -45,7 +46,7 @@ class CallObserver final : public grpc::experimental::Interceptor {
     if (methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_INITIAL_METADATA)) Begin();
     if (method_.is_ours && methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE) &&
         methods->GetRecvMessage() != nullptr)
-      sources_.guard.HeardMessage(connection_, AsMessage(methods->GetRecvMessage()).ByteSizeLong());
+      HeardMessage(AsMessage(methods->GetRecvMessage()));
     // One message of several tells what a stream is about.
     if (method_.audited && methods->QueryInterceptionHookPoint(InterceptionHookPoints::POST_RECV_MESSAGE) &&
         methods->GetRecvMessage() != nullptr && entry_.about().empty())
@@ -65,9 +66,17 @@ class CallObserver final : public grpc::experimental::Interceptor {
     entry_.set_peer(EscapedText(PeerNameOf(*context.auth_context())));
     connection_ = context.peer();
     sources_.guard.HeardCall(connection_);
+    awaits_ = true;
     account_ = AccountOf(entry_.caller(), entry_.peer());
     sources_.limits.Begin(account_, method_.kind);
     began_ = true;
+  }
+
+  void HeardMessage(const google::protobuf::Message& message) {
+    sources_.guard.HeardMessage(connection_, message.ByteSizeLong());
+    if (method_.kind == CallKind::kUpload || !awaits_) return;
+    awaits_ = false;
+    sources_.guard.HeardAll(connection_);
   }
 
   void End(const grpc::Status& status) {
@@ -82,6 +91,7 @@ class CallObserver final : public grpc::experimental::Interceptor {
   const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
   std::string account_, connection_;
   bool began_ = false;
+  bool awaits_ = false;  // messages
   v1::AuditEntry entry_;
 };
 

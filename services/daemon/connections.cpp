@@ -12,6 +12,7 @@
 #include <cstring>
 #include <filesystem>
 #include <set>
+#include <utility>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
@@ -29,6 +30,8 @@ constexpr std::chrono::seconds kCountEvery{1};
 // A gigabit in so long is 6 MB.
 constexpr std::chrono::milliseconds kGuardEvery{50};
 constexpr std::chrono::milliseconds kCountAgain{50};  // where there is no room
+// Of one peer. Clients that are told when to come again do not get there.
+constexpr double kMostRefusals = 1000, kRefusals_per_s = 50;
 // A call of a connection that was closed just now may still be looked at.
 constexpr std::chrono::seconds kSlotRests{10};
 
@@ -42,6 +45,8 @@ int SlotsOf(ListenKind kind) {
       return 128;
   }
 }
+
+bool IsOwner(const Peer& peer) { return peer.uid && (*peer.uid == geteuid() || *peer.uid == 0); }
 
 // Of all sockets that this process has open.
 std::set<ino_t> OpenSockets() {
@@ -91,7 +96,9 @@ struct Connections::Slot {
   int refused = 0;   // since the logs told of it
   int admitted = 0;  // since they told of connections without a call
   int asked_before = 0;
-  std::string refused_peer;
+  std::string refused_peer, refused_why;
+  int64_t refusals_before = 0;  // calls
+  double refusals = 0;          // those that count yet
   Clock::time_point left{};
 };
 
@@ -186,9 +193,10 @@ void Connections::Admit(Listener& listener, UniqueFd connection) {
   const Peer peer = PeerOf(connection.get());
   Slot& slot = SlotOf(listener, peer);
   if (!HasRoom(slot, peer) && Clock::now() - counted_ >= kCountAgain) CountOpen();
-  if (!HasRoom(slot, peer)) {
+  if (std::string why = WhyRefused(slot, peer); !why.empty()) {
     ++slot.refused;
     slot.refused_peer = peer.name;
+    slot.refused_why = std::move(why);
     return;  // closed
   }
   if (slot.peer != peer) {
@@ -216,9 +224,18 @@ Connections::Slot& Connections::SlotOf(Listener& listener, const Peer& peer) con
   return free != nullptr ? *free : listener.slots.back();
 }
 
+std::string Connections::WhyRefused(const Slot& slot, const Peer& peer) {
+  if (!HasRoom(slot, peer))
+    return absl::StrCat("it has ", slot.open, " open, all clients together ", open_.size());
+  if (IsOwner(peer)) return "";
+  const Clock::time_point now = Clock::now();
+  if (budget_.IsKeptOut(peer.name, now)) return "it is kept out for a while, as was told";
+  if (budget_.Admit(peer.name, now)) return "";
+  return absl::StrCat("it makes more than ", PeerBudget::kConnections_per_s, " in a second");
+}
+
 bool Connections::HasRoom(const Slot& slot, const Peer& peer) const {
-  const bool is_owner = peer.uid && (*peer.uid == geteuid() || *peer.uid == 0);
-  const int all = limits_.all + (is_owner ? limits_.reserve : 0);
+  const int all = limits_.all + (IsOwner(peer) ? limits_.reserve : 0);
   return static_cast<int>(open_.size()) < all && slot.open < limits_.of_one_peer;
 }
 
@@ -241,18 +258,44 @@ void Connections::CountOpen() {
 }
 
 void Connections::EndNoisy() {
-  if (Clock::now() - guarded_ < kGuardEvery) return;
+  const Clock::duration passed = Clock::now() - guarded_;
+  if (passed < kGuardEvery) return;
   guarded_ = Clock::now();
   for (const ino_t inode : guard_.Check()) {
     const auto connection = open_.find(inode);
     if (connection == open_.end()) continue;
-    v1::AuditEntry entry;
-    entry.set_peer(EscapedText(connection->second->peer.name));
-    entry.set_outcome("ENDED");
-    entry.set_message(absl::StrCat("a connection sent ", ReceiveGuard::kMostUnheard_bytes / (1 << 20),
-                                   " MiB of which no call came, and was ended"));
-    if (audit_.Refused(entry)) spdlog::warn("{}: {}", entry.peer(), entry.message());
+    TellOffence(*connection->second,
+                "a connection sent more than was heard of it in calls and messages, and was ended", 1);
   }
+  for (const auto& listener : listeners_) {
+    for (Slot& slot : listener->slots) EndRefused(slot, std::chrono::duration<double>(passed).count());
+  }
+}
+
+void Connections::EndRefused(Slot& slot, double passed_s) {
+  const int64_t refused = slot.check->refused();
+  slot.refusals = std::max(0.0, slot.refusals - kRefusals_per_s * passed_s) +
+                  static_cast<double>(refused - std::exchange(slot.refusals_before, refused));
+  if (slot.refusals <= kMostRefusals || IsOwner(slot.peer)) return;
+  slot.refusals = 0;
+  for (const auto& [inode, of] : open_) {
+    if (of == &slot) guard_.End(inode);
+  }
+  TellOffence(
+      slot,
+      absl::StrCat("more than ", kMostRefusals, " of its calls were refused; its connections were ended"),
+      PeerBudget::kMostOffences);
+}
+
+void Connections::TellOffence(const Slot& slot, const std::string& message, int offences) {
+  const bool keeps_out = !IsOwner(slot.peer) && budget_.Offend(slot.peer.name, offences, Clock::now());
+  v1::AuditEntry entry;
+  entry.set_peer(EscapedText(slot.peer.name));
+  entry.set_outcome("ENDED");
+  entry.set_message(message);
+  if (keeps_out)
+    absl::StrAppend(entry.mutable_message(), "; it is kept out for ", PeerBudget::kKeptOut.count(), " s");
+  if (audit_.Refused(entry)) spdlog::warn("{}: {}", entry.peer(), entry.message());
 }
 
 void Connections::Tell(Slot& slot) {
@@ -265,8 +308,7 @@ void Connections::Tell(Slot& slot) {
     if (audit_.Refused(entry)) spdlog::warn("{} connections of {}: {}", connections, entry.peer(), message);
   };
   if (slot.refused > 0) {
-    tell(slot.refused_peer, slot.refused,
-         absl::StrCat("refused: it has ", slot.open, " open, all clients together ", open_.size()));
+    tell(slot.refused_peer, slot.refused, absl::StrCat("refused: ", slot.refused_why));
     slot.refused = 0;
   }
   if (slot.open > 0) return;

@@ -15,6 +15,7 @@
 #include "absl/status/status.h"
 #include "services/daemon/call_check.h"
 #include "services/daemon/listen_address.h"
+#include "services/daemon/peer_budget.h"
 #include "services/daemon/receive_guard.h"
 
 namespace weft {
@@ -62,11 +63,16 @@ class Connections {
   void Accept(Listener& listener);
   void Admit(Listener& listener, UniqueFd connection);
   Slot& SlotOf(Listener& listener, const Peer& peer) const;
+  // Empty: it may come.
+  std::string WhyRefused(const Slot& slot, const Peer& peer);
   bool HasRoom(const Slot& slot, const Peer& peer) const;
   // Notices connections that gRPC has closed.
   void CountOpen();
   void Tell(Slot& slot);
   void EndNoisy();
+  // Those of a peer whose calls are refused again and again.
+  void EndRefused(Slot& slot, double passed_s);
+  void TellOffence(const Slot& slot, const std::string& message, int offences);
 
   const ConnectionLimits limits_;
   AuditLog& audit_;
@@ -74,6 +80,7 @@ class Connections {
   std::vector<std::unique_ptr<Listener>> listeners_;
   std::map<ino_t, Slot*> open_;
   std::atomic<int> open_now_ = 0;
+  PeerBudget budget_;
   Clock::time_point counted_, guarded_;
   UniqueFd wake_;
   std::jthread thread_;

@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <cstring>
 #include <fstream>
 #include <vector>
@@ -133,8 +134,11 @@ std::optional<uid_t> ReadTables(const Ends& ends) {
 // The owner of the socket at the other end of a connection within this machine, whose own address is our
 // peer's. Small kernels lack tcp_diag.
 std::optional<uid_t> OwnerOfOtherEnd(const Ends& ends) {
+  static std::atomic<bool> kernel_answers = false;
   const std::optional<uid_t> owner = AskKernel(ends);
-  return owner ? owner : ReadTables(ends);
+  if (owner) kernel_answers = true;
+  // Tables are slow, and a flood of connections that are closed at once must not make us read them.
+  return owner || kernel_answers ? owner : ReadTables(ends);
 }
 
 std::string NameOfUser(uid_t uid) {

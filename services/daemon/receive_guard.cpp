@@ -37,14 +37,19 @@ std::string PeerText(int socket) {
   return absl::StrCat("ipv6:[", text, "]:", ntohs(v6.sin6_port));
 }
 
-// What gRPC has read of it.
-std::optional<double> ReadBytes(int socket) {
+struct Traffic {
+  double read_bytes = 0;  // by gRPC
+  double sent_bytes = 0;
+};
+
+std::optional<Traffic> TrafficOf(int socket) {
   tcp_info info = {};
   socklen_t bytes = sizeof info;
   int waiting_bytes = 0;
   if (getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &bytes) != 0) return std::nullopt;
   if (ioctl(socket, FIONREAD, &waiting_bytes) != 0) return std::nullopt;
-  return static_cast<double>(info.tcpi_bytes_received) - waiting_bytes;
+  return Traffic{static_cast<double>(info.tcpi_bytes_received) - waiting_bytes,
+                 static_cast<double>(info.tcpi_bytes_acked)};
 }
 
 }  // namespace
@@ -69,21 +74,42 @@ void ReceiveGuard::Remove(ino_t inode) {
   connections_.erase(known);
 }
 
-void ReceiveGuard::Credit(const std::string& peer, double bytes) {
-  const std::string text = absl::StrReplaceAll(peer, {{"%5B", "["}, {"%5D", "]"}});
-  const std::lock_guard lock(mutex_);
-  const auto known = by_peer_.find(text);
-  if (known != by_peer_.end()) connections_[known->second].heard_bytes += bytes;
+ReceiveGuard::Watched* ReceiveGuard::Find(const std::string& peer) {
+  const auto known = by_peer_.find(absl::StrReplaceAll(peer, {{"%5B", "["}, {"%5D", "]"}}));
+  return known == by_peer_.end() ? nullptr : &connections_[known->second];
 }
 
 void ReceiveGuard::HeardCall(const std::string& peer) {
-  constexpr double kHeaders_bytes = 4096;
-  Credit(peer, kHeaders_bytes);
+  constexpr double kHeaders_bytes = 2048;  // a token, a key, and TLS around them
+  const std::lock_guard lock(mutex_);
+  Watched* const watched = Find(peer);
+  if (watched == nullptr) return;
+  watched->heard_bytes += kHeaders_bytes;
+  ++watched->awaiting;
 }
 
 void ReceiveGuard::HeardMessage(const std::string& peer, size_t bytes) {
   constexpr double kFrames = 1.05;  // of HTTP/2 and TLS around it
-  Credit(peer, kFrames * static_cast<double>(bytes));
+  const std::lock_guard lock(mutex_);
+  if (Watched* const watched = Find(peer)) watched->heard_bytes += kFrames * static_cast<double>(bytes);
+}
+
+void ReceiveGuard::HeardAll(const std::string& peer) {
+  const std::lock_guard lock(mutex_);
+  Watched* const watched = Find(peer);
+  // Another connection may have taken the name.
+  if (watched != nullptr && watched->awaiting > 0) --watched->awaiting;
+}
+
+void ReceiveGuard::ShutDown(ino_t inode, Watched& watched) {
+  watched.ended = true;
+  // gRPC may have closed it, and the number may be another one's by now.
+  struct stat file = {};
+  if (fstat(watched.socket, &file) != 0 || file.st_ino != inode) return;
+  // Without a farewell: what waits in the kernel is not worth waiting for.
+  const linger at_once = {1, 0};
+  setsockopt(watched.socket, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
+  shutdown(watched.socket, SHUT_RDWR);
 }
 
 std::vector<ino_t> ReceiveGuard::Check() {
@@ -94,24 +120,28 @@ std::vector<ino_t> ReceiveGuard::Check() {
   std::vector<ino_t> ended;
   for (auto& [inode, watched] : connections_) {
     if (watched.ended) continue;
-    const std::optional<double> read = ReadBytes(watched.socket);
-    if (!read) continue;
-    const double owed = watched.owed_bytes + *read - watched.read_bytes - watched.heard_bytes - free_bytes;
+    const std::optional<Traffic> traffic = TrafficOf(watched.socket);
+    if (!traffic) continue;
+    const double read_bytes = traffic->read_bytes - watched.read_bytes;
+    const double sent_bytes = traffic->sent_bytes - watched.sent_bytes;
+    const double owed =
+        watched.owed_bytes + read_bytes - watched.heard_bytes - free_bytes - kFreeOfSent * sent_bytes;
     watched.owed_bytes = std::max(0.0, owed);
-    watched.read_bytes = *read;
+    watched.read_bytes = traffic->read_bytes;
+    watched.sent_bytes = traffic->sent_bytes;
     watched.heard_bytes = 0;
-    if (watched.owed_bytes <= kMostUnheard_bytes) continue;
-    // gRPC may have closed it, and the number may be another one's by now.
-    struct stat file = {};
-    watched.ended = true;
-    if (fstat(watched.socket, &file) != 0 || file.st_ino != inode) continue;
-    // Without a farewell: what waits in the kernel is not worth waiting for.
-    const linger at_once = {1, 0};
-    setsockopt(watched.socket, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
-    shutdown(watched.socket, SHUT_RDWR);
+    const double messages_bytes = std::min(kMostMessages_bytes, kMessage_bytes * watched.awaiting);
+    if (watched.owed_bytes <= kMostUnheard_bytes + messages_bytes) continue;
+    ShutDown(inode, watched);
     ended.push_back(inode);
   }
   return ended;
+}
+
+void ReceiveGuard::End(ino_t inode) {
+  const std::lock_guard lock(mutex_);
+  const auto known = connections_.find(inode);
+  if (known != connections_.end() && !known->second.ended) ShutDown(inode, known->second);
 }
 
 }  // namespace weft

@@ -4,6 +4,7 @@ import json
 import os
 import stat
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -72,6 +73,30 @@ class Access(unittest.TestCase):
         self.access("revoke", token["id"])
         wait_for(lambda: not listed(), "the daemon to forget the token")
         self.assertIn(f"of user {STRANGER}", read(self.path("weftd.log")))
+
+    def test_keeps_an_offender_out_and_serves_the_others(self):
+        if not can_be_a_stranger():
+            self.skipTest(f"{STRANGER} cannot run the programs here")
+        write(self.path("token"), self.access("token", "anna", "--role", "viewer").stdout)
+        wait_for(lambda: self.list_jobs(self.address, self.path("token"), user=STRANGER).returncode == 0, "the daemon to know the token")
+        # Blocks of headers that never end, one after the other.
+        offend = ("import sys, http2\n"
+                  "try:\n"
+                  "    connection = http2.connect(sys.argv[1])\n"
+                  "    connection.sendall(http2.frame(http2.HEADERS, 0, 1, http2.header_block('/weft.v1.Jobs/ListJobs')))\n"
+                  "    while True:\n"
+                  "        connection.sendall(http2.frame(http2.CONTINUATION, 0, 1, b'\\0\\1a\\x7f\\x81\\x7f' + b'b' * 16000))\n"
+                  "except OSError:\n"
+                  "    pass\n")
+
+        def kept_out():
+            subprocess.run([sys.executable, "-c", offend, self.address], user=STRANGER, check=True, timeout=60,
+                           cwd=os.path.dirname(os.path.abspath(__file__)), env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
+            return "kept out for 30 s" in self.access("log").stdout
+        wait_for(kept_out, "the offender to be kept out")
+        self.assertRegex(self.access("log").stdout, f"user {STRANGER}.*sent more than was heard of it")
+        self.assertNotEqual(self.list_jobs(self.address, self.path("token"), user=STRANGER).returncode, 0)
+        self.assertEqual(self.list_jobs(self.address).returncode, 0)
 
     def test_shows_tokens_once(self):
         text = self.access("token", "anna", "--role", "operator", "--days", "90").stdout.strip()
