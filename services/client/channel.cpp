@@ -95,9 +95,6 @@ grpc::ChannelArguments ChannelSettings() {
   settings.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 60'000);
   settings.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
   settings.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
-  // A call whose answer comes with a probe of bandwidth may be told of it only with the next event.
-  settings.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
-  settings.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 4 << 20);
   return settings;
 }
 

@@ -1,5 +1,7 @@
 #include "services/daemon/connections.h"
 
+#include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <poll.h>
 #include <spdlog/spdlog.h>
 #include <sys/eventfd.h>
@@ -174,6 +176,10 @@ void Connections::Accept(Listener& listener) {
     UniqueFd connection(
         accept4(listener.socket.socket.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
     if (connection.open()) {
+      // Answers don't wait until the client acknowledges the one before; fails for sockets of the file
+      // system.
+      const int on = 1;
+      setsockopt(connection.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
       Admit(listener, std::move(connection));
       continue;
     }

@@ -13,7 +13,6 @@ import encodings.idna  # attackers cannot read the library of another user
 import json
 import multiprocessing
 import os
-import pwd
 import random
 import resource
 import struct
@@ -26,7 +25,7 @@ import http2
 from client_load import resident_mib
 from studio import BIN, read, wait_for, weft, write
 
-STRANGER = "nobody"
+FIRST_STRANGER = 60_000  # a user for each attack: whom one has kept out, the next one is not
 MOST_RATIO = 3
 LEAST_QUIET_MS = 2.0  # p99 of a quiet machine is below the scheduler's noise
 MOST_MIB = 1024
@@ -164,11 +163,11 @@ ATTACKS = {attack.__name__: attack for attack in (unread_streams, half_open, con
 SILENT = {"control_frames", "endless_headers", "rapid_reset", "unread_streams", "half_open", "huge_messages", "malformed"}
 
 
-def attack_as_stranger(name, target, seconds):
+def attack_as_stranger(name, user, target, seconds):
     os.sched_setscheduler(0, os.SCHED_IDLE, os.sched_param(0))  # as if it were another machine
     os.setgroups([])
-    os.setgid(pwd.getpwnam(STRANGER).pw_gid)
-    os.setuid(pwd.getpwnam(STRANGER).pw_uid)
+    os.setgid(user)
+    os.setuid(user)
     most = resource.getrlimit(resource.RLIMIT_NOFILE)[1]
     resource.setrlimit(resource.RLIMIT_NOFILE, (min(most, 4096), most))
     patient(ATTACKS[name], target, time.monotonic() + seconds)
@@ -207,9 +206,9 @@ class Studio:
         self.probe.stdin.flush()
         return json.loads(self.probe.stdout.readline())
 
-    def audited(self):
+    def audited(self, user):
         lines = weft("access", "log", "--state", self.path("state"), "--last", "100000", check=0).stdout.split("\n")
-        return sum(1 for line in lines if STRANGER in line or "attacker" in line)
+        return sum(1 for line in lines if f"user uid {user}" in line or "attacker" in line)
 
     def stop(self):
         self.probe.stdin.close()
@@ -240,9 +239,9 @@ def main():
             print(f"{name:18} {seen['n']:6} {seen['p50']:8.2f} {seen['p99']:8.2f} {seen['max']:8.2f} {ratio:6.2f} {seen['failed']:6} "
                   f"{resident_mib(studio.daemon.pid):6.0f} {descriptors:5} {audited:8} {seen['reason']}", flush=True)
         show("quiet", quiet, 1, 0)
-        for name in options.attacks or ATTACKS:
-            before = studio.audited()
-            attackers = [multiprocessing.Process(target=attack_as_stranger, args=(name, studio.target, options.seconds)) for _ in range(options.attackers)]
+        for user, name in enumerate(options.attacks or ATTACKS, FIRST_STRANGER):
+            before = studio.audited(user)
+            attackers = [multiprocessing.Process(target=attack_as_stranger, args=(name, user, studio.target, options.seconds)) for _ in range(options.attackers)]
             studio.seen()
             for attacker in attackers:
                 attacker.start()
@@ -252,7 +251,7 @@ def main():
             time.sleep(3)
             studio.seen()
             ratio = seen["p99"] / max(quiet["p99"], LEAST_QUIET_MS)
-            audited = studio.audited() - before
+            audited = studio.audited(user) - before
             show(name, seen, ratio, audited)
             if seen["failed"] or ratio > MOST_RATIO or resident_mib(studio.daemon.pid) > MOST_MIB or (audited == 0 and name not in SILENT):
                 failures.append(name)

@@ -21,9 +21,6 @@ _OPTIONS = (
     ("grpc.enable_http_proxy", 0),
     # Two clients of one process may have different tokens.
     ("grpc.use_local_subchannel_pool", 1),
-    # A call whose answer comes with a probe of bandwidth may be told of it only with the next event.
-    ("grpc.http2.bdp_probe", 0),
-    ("grpc.http2.lookahead_bytes", 4 << 20),
 )
 
 
