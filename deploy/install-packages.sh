@@ -1,12 +1,19 @@
 #!/usr/bin/env bash
 # Installs the Debian packages of packages.txt that this machine lacks. Needs root or sudo only if one is missing.
 #
-# Usage: deploy/install-packages.sh [--with-pcl]      --with-pcl: those of packages-pcl.txt as well, for PCD files
+# Usage: deploy/install-packages.sh [--with-pcl] [--with-slurm]
+#   --with-pcl    those of packages-pcl.txt as well, for PCD files
+#   --with-slurm  those of packages-slurm.txt as well, for clusters of virtual nodes (deploy/slurm/cluster.sh)
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 
 lists=("$here/packages.txt")
-[[ ${1:-} != --with-pcl ]] || lists+=("$here/packages-pcl.txt")
+for option in "$@"; do
+  case $option in
+    --with-pcl | --with-slurm) lists+=("$here/packages-${option#--with-}.txt") ;;
+    *) echo "weft: unknown option $option" >&2 && exit 2 ;;
+  esac
+done
 
 missing=()
 while read -r package; do
