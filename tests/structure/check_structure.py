@@ -31,7 +31,7 @@ ROOMS = {
     # As in services/CMakeLists.txt and services/README.md.
     "services": ["process", "verdict", "files", "confinement", "rpc", "library", "pcd", "options", "print", "report", "preview", "synthetic",
                  "calibration", "evaluation", "recording", "recorder", "pipeline", "job", "catalogue", "access", "http", "worker",
-                 "executor", "notice", "daemon", "client", "installation", "cli"],
+                 "executor", "slurm", "notice", "daemon", "client", "installation", "cli"],
 }
 # Below the rooms of their folder: what a node of the board is.
 GROUND = {"pattern/observation.h"}
