@@ -176,14 +176,18 @@ absl::Status WriteRegisteredMesh(const std::string& path, const RegisteredMesh& 
 absl::StatusOr<RegisteredMesh> ReadRegisteredMesh(const std::string& path) {
   const absl::StatusOr<Ply> ply = ReadPly(path);
   if (!ply.ok()) return ply.status();
-  const auto vertex = FindElement(*ply, "vertex", path);
+  return RegisteredMeshFromPly(*ply, path);
+}
+
+absl::StatusOr<RegisteredMesh> RegisteredMeshFromPly(const Ply& ply, const std::string& source_name) {
+  const auto vertex = FindElement(ply, "vertex", source_name);
   if (!vertex.ok()) return vertex.status();
-  auto positions = PositionsFromPly(**vertex, path);
+  auto positions = PositionsFromPly(**vertex, source_name);
   if (!positions.ok()) return positions.status();
   std::array<const PlyProperty*, 3> columns{};
   constexpr std::array<std::string_view, 3> kNames = {"state", "sigma_mm", "views"};
   for (size_t i = 0; i < columns.size(); ++i) {
-    const auto column = ScalarColumn(**vertex, kNames[i], path);
+    const auto column = ScalarColumn(**vertex, kNames[i], source_name);
     if (!column.ok()) return column.status();
     columns[i] = *column;
   }
@@ -192,12 +196,12 @@ absl::StatusOr<RegisteredMesh> ReadRegisteredMesh(const std::string& path) {
   for (size_t row = 0; row < mesh.vertices_mm.size(); ++row) {
     const double state = columns[0]->values[row], views = columns[2]->values[row];
     if (state != 0 && state != 1 && state != 2 && state != 3) {
-      return absl::InvalidArgumentError(absl::StrCat(path, ": element vertex, row ", row,
+      return absl::InvalidArgumentError(absl::StrCat(source_name, ": element vertex, row ", row,
                                                      ", property state: is ", state, ", expected 0 to 3"));
     }
     if (!(views >= 0 && views <= 1e6)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(path, ": element vertex, row ", row, ", property views: ", views, " is no count"));
+      return absl::InvalidArgumentError(absl::StrCat(source_name, ": element vertex, row ", row,
+                                                     ", property views: ", views, " is no count"));
     }
     mesh.state.push_back(static_cast<VertexState>(state));
     mesh.sigma_mm.push_back(static_cast<float>(columns[1]->values[row]));

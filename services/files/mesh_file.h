@@ -28,6 +28,7 @@ absl::Status WriteRegisteredMesh(const std::string& path, const RegisteredMesh& 
                                  const std::vector<Face>& faces, const MeshTexture& texture = {});
 // Reads it back; state, sigma_mm and views must be there.
 absl::StatusOr<RegisteredMesh> ReadRegisteredMesh(const std::string& path);
+absl::StatusOr<RegisteredMesh> RegisteredMeshFromPly(const Ply& ply, const std::string& source_name);
 
 // The columns of a property triple, e.g. x y z. InvalidArgument names file, element and the missing property.
 absl::StatusOr<std::vector<Eigen::Vector3d>> PositionsFromPly(const PlyElement& element,

@@ -1,24 +1,43 @@
 #include "services/report/html_report.h"
 
+#include <openssl/sha.h>
+
 #include "absl/strings/str_cat.h"
 #include "services/report/html_text.h"
 #include "services/report/job_summary.h"
 #include "services/report/job_verdict.h"
 #include "services/report/report_sections.h"
 #include "services/report/report_style.h"
+#include "services/report/sequence_view.h"
 
 namespace weft {
 
-std::string Page(const std::string& title, const std::string& body) {
+namespace {
+
+// "script-src 'sha256-...'": nothing else of the page may run, whatever a camera is called.
+std::string PolicyOf(const std::string& script) {
+  if (script.empty()) return "";
+  std::string hash(SHA256_DIGEST_LENGTH, '\0');
+  SHA256(reinterpret_cast<const unsigned char*>(script.data()), script.size(),
+         reinterpret_cast<unsigned char*>(hash.data()));
+  return absl::StrCat("; script-src 'sha256-", Base64(hash), "'");
+}
+
+}  // namespace
+
+std::string Page(const std::string& title, const std::string& body, const PageProgram& program) {
   return absl::StrCat(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
-      // Nothing of the page may load anything or run, whatever a camera is called.
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
-      "'unsafe-inline'\">\n"
+      "'unsafe-inline'",
+      PolicyOf(program.script),
+      "\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<meta name=\"color-scheme\" content=\"light dark\">\n<title>",
       EscapeHtml(title), "</title>\n<style>\n", kReportStyle, "</style>\n</head>\n<body>\n<main>\n", body,
-      "</main>\n</body>\n</html>\n");
+      "</main>\n", program.data,
+      program.script.empty() ? "" : absl::StrCat("<script>", program.script, "</script>\n"),
+      "</body>\n</html>\n");
 }
 
 namespace {
@@ -37,10 +56,15 @@ v1::Job WithVerdict(v1::Job job, const std::vector<v1::FrameReport>& frames) {
 }  // namespace
 
 std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
-                          const std::vector<FramePictures>& pictures, const std::vector<std::string>& notes) {
+                          const std::vector<FramePictures>& pictures, const std::vector<std::string>& notes,
+                          const SequenceView* sequence) {
   const JobSummary summary = Summarize(job, frames);
   std::string html = HeadSection(WithVerdict(job, frames), summary);
   html += WarningSection(job, notes);
+  const std::string in_space =
+      sequence == nullptr ? ""
+                          : SequenceSection(*sequence, pictures, static_cast<size_t>(summary.registered));
+  html += in_space;
   html += PictureSection(pictures);
   html += PlotSection(frames);
   html += FrameSection(frames);
@@ -49,7 +73,8 @@ std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>
   html += AlignmentSection(frames);
   html += OptionSection(job);
   html += InputSection(job, frames);
-  return Page(Headline(job, summary), html);
+  if (in_space.empty()) return Page(Headline(job, summary), html);
+  return Page(Headline(job, summary), html, SequenceProgram(*sequence));
 }
 
 }  // namespace weft

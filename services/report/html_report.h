@@ -27,16 +27,20 @@ struct FramePictures {
   ScalarRange sigma_range_mm;  // of the colours of by_sigma
 };
 
-// One HTML page that loads nothing and runs no script: what came out in words, pictures, plots over the
-// frames, tables of frames, cameras and stages, warnings, inputs. `frames` in the order to be shown, any
-// states, none or thousands of them. `notes` are remarks about the report itself, shown with the warnings.
-// Every string of the messages is escaped. The same bytes for the same arguments.
+class SequenceView;
+
+// One HTML page that loads nothing: what came out in words, pictures, plots over the frames, tables of
+// frames, cameras and stages, warnings, inputs. `frames` in the order to be shown, any states, none or
+// thousands of them. `notes` are remarks about the report itself, shown with the warnings. `sequence` may be
+// null; with one the page runs a program of its own that shows it, without one it runs nothing. Every string
+// of the messages is escaped. The same bytes for the same arguments.
 std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
                           const std::vector<FramePictures>& pictures,
-                          const std::vector<std::string>& notes = {});
+                          const std::vector<std::string>& notes = {}, const SequenceView* sequence = nullptr);
 
 // Writes <out_folder>/report.html from `job` and <out_folder>/<frame>/report.json, with pictures of the
-// first, the worst and the last registered frame (<out_folder>/<frame>/mesh.ply). Frame files that are
+// first, the worst and the last registered frame (<out_folder>/<frame>/mesh.ply), and up to 300 of all meshes
+// in three dimensions. Frame files that are
 // missing or broken, or of other inputs than the job's, are noted in the report. Errors are those of
 // WriteFileAtomically, and of a folder that cannot be listed.
 absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job);

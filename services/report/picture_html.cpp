@@ -37,6 +37,27 @@ std::string ColorBar(const ScalarRange& range, const std::string& label, const s
       EscapeHtml(label), range.low, unit_html, stops, range.high, unit_html, bounded ? "" : " and more");
 }
 
+std::string StateLegend(const std::vector<VertexState>& states) {
+  const auto meaning = [](VertexState state) {
+    switch (state) {
+      case VertexState::kObserved:
+        return "observed: measured in this frame";
+      case VertexState::kTwoView:
+        return "measured by two cameras only";
+      case VertexState::kBridged:
+        return "bridged: from the frames around";
+      case VertexState::kInferred:
+        break;
+    }
+    return "inferred from the cloth around it";
+  };
+  std::string html = "<ul class=\"legend\">";
+  for (const VertexState state : states)
+    absl::StrAppend(&html, "<li><i style=\"background:", HexColor(StateColor(state)), "\"></i>",
+                    meaning(state), "</li>");
+  return html + "</ul>";
+}
+
 GarmentMap ShareMap(const std::string& title, const std::string& label, std::vector<double> shares) {
   for (double& share : shares) share *= 100;
   return {title, label, "%", std::move(shares), {0, 100}};

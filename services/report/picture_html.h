@@ -14,6 +14,8 @@ namespace weft {
 // "label 0 mm [colours] 0.5 mm and more"; `bounded`: no value exceeds the range.
 std::string ColorBar(const ScalarRange& range, const std::string& label, const std::string& unit,
                      bool bounded = false);
+// What the colours of states mean.
+std::string StateLegend(const std::vector<VertexState>& states);
 // Pictures side by side under their legend (HTML already); empty without pictures.
 std::string PictureRow(const std::vector<MeshPicture>& pictures, const std::string& what_of,
                        const std::string& coloring, const std::string& legend);

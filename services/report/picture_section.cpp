@@ -5,20 +5,6 @@
 #include "services/report/report_sections.h"
 
 namespace weft {
-namespace {
-
-std::string StateLegend() {
-  const auto entry = [](VertexState state, absl::string_view text) {
-    return absl::StrCat("<li><i style=\"background:", HexColor(StateColor(state)), "\"></i>", text, "</li>");
-  };
-  return absl::StrCat("<ul class=\"legend\">",
-                      entry(VertexState::kObserved, "observed: measured in this frame"),
-                      entry(VertexState::kTwoView, "measured by two cameras only"),
-                      entry(VertexState::kInferred, "inferred from the cloth around it"), "</ul>");
-}
-
-}  // namespace
-
 std::string PictureSection(const std::vector<FramePictures>& pictures) {
   std::string body;
   for (const FramePictures& frame : pictures) {
@@ -27,7 +13,8 @@ std::string PictureSection(const std::vector<FramePictures>& pictures) {
         &body, "<h3>Frame ", NameHtml(frame.frame),
         frame.why_shown.empty() ? "" : absl::StrCat(" <small>", EscapeHtml(frame.why_shown), "</small>"),
         "</h3>\n<div class=\"meshes\">\n",
-        PictureRow(frame.by_state, absl::StrCat("frame ", frame.frame), "state", StateLegend()),
+        PictureRow(frame.by_state, absl::StrCat("frame ", frame.frame), "state",
+                   StateLegend({VertexState::kObserved, VertexState::kTwoView, VertexState::kInferred})),
         PictureRow(frame.by_sigma, absl::StrCat("frame ", frame.frame), "uncertainty",
                    ColorBar(frame.sigma_range_mm, "sigma", "mm")),
         "</div>\n");

@@ -9,8 +9,13 @@
 
 namespace weft {
 
+class SequenceView;
+
 std::string HeadSection(const v1::Job& job, const JobSummary& summary);
 std::string WarningSection(const v1::Job& job, const std::vector<std::string>& notes);
+// Empty without frames.
+std::string SequenceSection(const SequenceView& sequence, const std::vector<FramePictures>& pictures,
+                            size_t frames_of_job);
 std::string PictureSection(const std::vector<FramePictures>& pictures);
 std::string PlotSection(const std::vector<v1::FrameReport>& frames);
 std::string FrameSection(const std::vector<v1::FrameReport>& frames);
@@ -21,8 +26,14 @@ std::string AlignmentSection(const std::vector<v1::FrameReport>& frames);
 std::string OptionSection(const v1::Job& job);
 std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>& frames);
 
-// The whole page around `body`; it loads nothing and runs nothing. `title` is not escaped.
-std::string Page(const std::string& title, const std::string& body);
+// What a page runs.
+struct PageProgram {
+  std::string script;  // holds no "</script"
+  std::string data;    // elements that it reads; they stand last, so that all else is shown before
+};
+// The whole page around `body`. It loads nothing and runs the program alone, whose hash its policy names.
+// `title` is not escaped.
+std::string Page(const std::string& title, const std::string& body, const PageProgram& program = {});
 // <section> with its heading.
 std::string Section(const std::string& id, const std::string& heading, const std::string& body);
 // A table row of cells that are HTML already; "th" or "td".

@@ -1,6 +1,7 @@
 // WriteJobReport: from the files of a job's results to report.html.
 #include <algorithm>
 #include <filesystem>
+#include <optional>
 #include <set>
 
 #include "absl/strings/str_cat.h"
@@ -12,6 +13,7 @@
 #include "services/report/html_report.h"
 #include "services/report/job_frames.h"
 #include "services/report/job_summary.h"
+#include "services/report/read_sequence.h"
 
 namespace weft {
 namespace {
@@ -78,11 +80,14 @@ absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job) {
   if (!frames.ok()) return frames.status();
   NoteOtherFrames(job, frames->size(), notes);
   const std::vector<FramePictures> pictures = DrawFrames(ReadMeshes(out_folder, *frames, notes), notes);
+  const ScalarRange sigma_range_mm = pictures.empty() ? ScalarRange() : pictures[0].sigma_range_mm;
+  const std::optional<SequenceView> sequence = ReadSequence(out_folder, *frames, sigma_range_mm, notes);
   // Through the open folder: a link that takes its place is not followed.
   const absl::StatusOr<ConfinedFolder> folder = ConfinedFolder::Open(fs::absolute(out_folder).string());
   if (!folder.ok()) return folder.status();
   return folder->InWords(
-      WriteFileAtomically(folder->At(kJobReportFile), MakeJobReport(job, *frames, pictures, notes)));
+      WriteFileAtomically(folder->At(kJobReportFile),
+                          MakeJobReport(job, *frames, pictures, notes, sequence ? &*sequence : nullptr)));
 }
 
 }  // namespace weft

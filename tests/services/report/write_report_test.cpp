@@ -1,10 +1,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <openssl/evp.h>
+
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 
+#include "absl/strings/escaping.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
@@ -81,6 +85,36 @@ TEST_F(WriteReport, PicturesFirstWorstAndLastFrame) {
   EXPECT_THAT(html, Not(HasSubstr("Warnings")));
 }
 
+TEST_F(WriteReport, ShowsEveryMeshInThreeDimensions) {
+  std::vector<v1::FrameReport> frames = SampleFrames(4, 2);
+  FailFrame("no cell could be triangulated", frames[1]);
+  FailFrame("no cell could be triangulated", frames[2]);
+  frames[2].mutable_temporal()->set_bridged(true);
+  for (const v1::FrameReport& frame : frames) WriteFrame(frame);
+  WriteWave(Path("000002/mesh.ply"));
+  const std::string html = Written(SampleJob(frames));
+  EXPECT_THAT(html, HasSubstr("data-name=\"000000\" data-note=\"\""));
+  EXPECT_THAT(html, Not(HasSubstr("data-name=\"000001\"")));
+  EXPECT_THAT(html, HasSubstr("data-name=\"000002\" data-note=\"bridged\""));
+  EXPECT_THAT(html, HasSubstr("data-name=\"000003\""));
+  EXPECT_THAT(html, HasSubstr("data-vertices=\"576\""));
+  EXPECT_THAT(html, HasSubstr("<figcaption>Frame 000000, colours: state</figcaption>"));
+}
+
+TEST_F(WriteReport, ThePolicyNamesTheOnlyProgramThatMayRun) {
+  const std::vector<v1::FrameReport> frames = SampleFrames(2, 2);
+  for (const v1::FrameReport& frame : frames) WriteFrame(frame);
+  const std::string html = Written(SampleJob(frames));
+  const size_t begin = html.find("<script>") + 8, end = html.find("</script>", begin);
+  ASSERT_LT(end, html.size());
+  std::array<unsigned char, 32> hash{};
+  unsigned length = 0;
+  EVP_Digest(html.data() + begin, end - begin, hash.data(), &length, EVP_sha256(), nullptr);
+  const std::string base64 = absl::Base64Escape(std::string(hash.begin(), hash.end()));
+  EXPECT_THAT(html, HasSubstr("script-src 'sha256-" + base64 + "'"));
+  EXPECT_EQ(html.find("<script>", end), std::string::npos);
+}
+
 TEST_F(WriteReport, FramesComeInTheOrderOfTheirNumbers) {
   std::vector<v1::FrameReport> frames = SampleFrames(3, 2);
   frames[0].set_frame("10");
@@ -105,6 +139,8 @@ TEST_F(WriteReport, BrokenFilesAreNotedAndTheRestIsTold) {
   EXPECT_THAT(html, HasSubstr("fraem"));
   EXPECT_THAT(html, HasSubstr("Frame 000000 has no picture: "));
   EXPECT_THAT(html, HasSubstr("Frame 000003 has no picture: "));
+  EXPECT_THAT(html, HasSubstr("Frame 000000 is missing in three dimensions: "));
+  EXPECT_THAT(html, HasSubstr("data-name=\"000002\""));
   EXPECT_THAT(html, HasSubstr("The job finished 4 frames, the folder holds reports of 3"));
   EXPECT_THAT(html, HasSubstr("good</span> 4 of 4 frames registered"));
 }

@@ -1,0 +1,83 @@
+#include "services/report/read_sequence.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "services/files/frame_paths.h"
+#include "services/files/mesh_file.h"
+#include "services/report/job_summary.h"
+
+namespace weft {
+namespace {
+
+std::vector<const v1::FrameReport*> FramesWithMesh(const std::vector<v1::FrameReport>& frames) {
+  std::vector<const v1::FrameReport*> with_mesh;
+  for (const v1::FrameReport& frame : frames)
+    if (IsRegistered(frame.state()) || frame.temporal().bridged()) with_mesh.push_back(&frame);
+  return with_mesh;
+}
+
+struct MeshOfFrame {
+  TriangleMesh mesh;
+  RegisteredMesh registered;
+};
+
+absl::StatusOr<MeshOfFrame> ReadMeshOfFrame(const std::string& path) {
+  absl::StatusOr<Ply> ply = ReadPly(path);
+  if (!ply.ok()) return ply.status();
+  absl::StatusOr<RegisteredMesh> registered = RegisteredMeshFromPly(*ply, path);
+  if (!registered.ok()) return registered.status();
+  absl::StatusOr<TriangleMesh> mesh = MeshFromPly(*ply, path);
+  if (!mesh.ok()) return mesh.status();
+  return MeshOfFrame{*std::move(mesh), *std::move(registered)};
+}
+
+SequenceFrame FrameOf(const v1::FrameReport& report, const RegisteredMesh& mesh, const std::vector<int>& kept,
+                      const ScalarRange& sigma_range_mm) {
+  SequenceFrame frame{report.frame(), report.temporal().bridged() ? "bridged" : "", {}, {{}, {}}};
+  for (const int v : kept) {
+    frame.vertices_mm.push_back(mesh.vertices_mm[v].cast<float>());
+    frame.color_bytes[0].push_back(static_cast<uint8_t>(mesh.state[v]));
+    frame.color_bytes[1].push_back(PaletteIndex(mesh.sigma_mm[v], sigma_range_mm));
+  }
+  return frame;
+}
+
+}  // namespace
+
+std::optional<SequenceView> ReadSequence(const std::string& out_folder,
+                                         const std::vector<v1::FrameReport>& frames,
+                                         const ScalarRange& sigma_range_mm, std::vector<std::string>& notes) {
+  const std::vector<SequenceColoring> colorings = {ColoringByState(),
+                                                   ColoringByValue("sigma", "sigma", "mm", sigma_range_mm)};
+  const std::vector<const v1::FrameReport*> all = FramesWithMesh(frames);
+  std::optional<SequenceView> sequence;
+  size_t vertices = 0;
+  for (const size_t i : SequenceFrames(all.size())) {
+    const std::string path = FramePaths(out_folder, all[i]->frame()).Of(FrameFile::kMesh);
+    const absl::StatusOr<MeshOfFrame> read = ReadMeshOfFrame(path);
+    absl::Status status = read.status();
+    if (status.ok() && !sequence) {
+      absl::StatusOr<DecimatedMesh> fewer =
+          DecimateMesh(read->mesh, SequenceVertices(all.size(), colorings.size()));
+      const absl::StatusOr<Viewpoint> front =
+          ViewpointOf(read->mesh.vertices_mm, MeshSide::kFront, -Eigen::Vector3d::UnitY());
+      status.Update(fewer.status());
+      status.Update(front.status());
+      if (status.ok()) sequence.emplace(*std::move(fewer), colorings, *front, 0);
+      vertices = read->mesh.vertices_mm.size();
+    }
+    if (status.ok() && read->mesh.vertices_mm.size() != vertices)
+      status = absl::InvalidArgumentError(absl::StrCat(path, ": has ", read->mesh.vertices_mm.size(),
+                                                       " vertices, the frames before it ", vertices));
+    if (status.ok()) {
+      sequence->Add(FrameOf(*all[i], read->registered, sequence->kept(), sigma_range_mm));
+    } else {
+      notes.push_back(
+          absl::StrCat("Frame ", all[i]->frame(), " is missing in three dimensions: ", status.message()));
+    }
+  }
+  return sequence;
+}
+
+}  // namespace weft
