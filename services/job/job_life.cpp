@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
 #include "capture/file/plain_text.h"
+#include "capture/rig/camera_match.h"
 #include "services/pipeline/stage_keys.h"
 
 namespace weft {
@@ -131,7 +132,20 @@ absl::Status JobLife::DoAgain(const std::vector<IncompleteFrame>& frames) {
   }
   for (const IncompleteFrame& frame : frames) frames_.DoAgain(frame.position);
   ++repairs_;
+  TellOfChangedInputs(frames);
   return absl::OkStatus();
+}
+
+void JobLife::TellOfChangedInputs(const std::vector<IncompleteFrame>& frames) {
+  std::vector<std::string> names;
+  for (const IncompleteFrame& frame : frames) {
+    if (frame.inputs_changed) names.push_back(frames_.infos()[frame.position].frame());
+  }
+  if (names.empty()) return;
+  job_.add_warnings(absl::StrCat("images, scan or start of ", FirstNames(names),
+                                 " changed while the job ran; ",
+                                 names.size() == 1 ? "this frame was" : "these frames were",
+                                 " registered again from what is there now"));
 }
 
 bool JobLife::Retry() {

@@ -43,8 +43,8 @@ class JobLife {
   void StopFollowing();
   void SetLatency(size_t position, double latency_s);
 
-  // These frames wait again, since their results are not there. Aborted when that happened too often; the
-  // frames stay as they are then.
+  // These frames wait again, since their results are not there or their inputs changed, of which a warning
+  // tells. Aborted when that happened too often; the frames stay as they are then.
   absl::Status DoAgain(const std::vector<IncompleteFrame>& frames);
 
   // A job that has ended waits again: its failed and cancelled frames, with all their attempts. False: it has
@@ -72,6 +72,7 @@ class JobLife {
   };
 
   void FollowIfLive();
+  void TellOfChangedInputs(const std::vector<IncompleteFrame>& frames);
 
   v1::Job job_;
   JobFrames frames_;

@@ -6,6 +6,7 @@
 #include "services/files/mesh_file.h"
 #include "services/pipeline/frame_files.h"
 #include "services/pipeline/frame_folder.h"
+#include "services/pipeline/frame_inputs.h"
 #include "services/pipeline/frame_neighbors.h"
 #include "services/pipeline/frame_stages.h"
 #include "services/pipeline/stage_keys.h"
@@ -99,7 +100,7 @@ FrameStanding InspectFrame(const RegistrationInputs& inputs, size_t index, const
   if (!report.ok() || report->frame() != inputs.dump->frame_names()[index] || !FactsOf(*report).registered) {
     return {};
   }
-  const absl::StatusOr<std::string> fingerprint = FrameFingerprint(inputs, index, options.message);
+  const absl::StatusOr<std::string> fingerprint = FrameFingerprint(*inputs.dump, index, options.message);
   if (!fingerprint.ok()) return {};
   std::optional<StageDifference> first;
   if (report->images_fingerprint() != *fingerprint) {

@@ -1,15 +1,14 @@
 #include "services/pipeline/frame_stages.h"
 
 #include <algorithm>
-#include <filesystem>
 
 #include "absl/strings/str_cat.h"
 #include "base/stopwatch.h"
 #include "pattern/image/pixel_allocator.h"
 #include "services/files/cloud_file.h"
-#include "services/files/frame_paths.h"
 #include "services/files/mesh_file.h"
 #include "services/pcd/scan_file.h"
+#include "services/pipeline/frame_inputs.h"
 #include "services/pipeline/stage_reports.h"
 
 namespace weft {
@@ -80,7 +79,7 @@ absl::StatusOr<Scan> ReadScanOf(const RegistrationInputs& inputs, size_t index, 
 // Empty where the folder has no mesh of the frame.
 absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStartOf(const RegistrationInputs& inputs, size_t index,
                                                          const std::string& starts) {
-  const std::string path = StartPath(inputs, index, starts);
+  const std::string path = StartPath(inputs.dump->frame_names()[index], starts);
   if (path.empty()) return std::vector<Eigen::Vector3d>();
   absl::StatusOr<TriangleMesh> mesh = ReadMesh(path);
   if (!mesh.ok()) return mesh.status();
@@ -212,23 +211,6 @@ class Registration {
 };
 
 }  // namespace
-
-std::string ScanPath(const std::string& frame, const std::string& scans) {
-  if (scans.empty()) return "";
-  for (const char* ending : {".ply", ".pcd"}) {
-    const std::filesystem::path path = std::filesystem::path(scans) / (frame + ending);
-    std::error_code error;
-    if (std::filesystem::exists(path, error)) return path.string();
-  }
-  return "";
-}
-
-std::string StartPath(const RegistrationInputs& inputs, size_t index, const std::string& starts) {
-  if (starts.empty()) return "";
-  std::string path = FramePaths(starts, inputs.dump->frame_names()[index]).Of(FrameFile::kMesh);
-  std::error_code error;
-  return std::filesystem::exists(path, error) ? path : "";
-}
 
 absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_t index,
                                          const FrameOptions& options, const FrameProgress& progress,

@@ -28,12 +28,6 @@ struct FrameResult {
   std::optional<RegisteredMesh> mesh;
 };
 
-// The frame's scan in the folder `scans`: <frame>.ply or <frame>.pcd. Empty where there is none.
-std::string ScanPath(const std::string& frame, const std::string& scans);
-
-// The mesh that an earlier registration in the folder `starts` has of the frame. Empty where it has none.
-std::string StartPath(const RegistrationInputs& inputs, size_t index, const std::string& starts);
-
 // Runs in the calling thread's TBB arena. Cancelled when `stop` was requested. Errors of a scan or a
 // start that cannot be read; InvalidArgument where the start is a mesh of another template.
 absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_t index,

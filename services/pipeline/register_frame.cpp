@@ -2,12 +2,11 @@
 
 #include <tbb/task_arena.h>
 
-#include <filesystem>
 #include <fstream>
 
-#include "absl/strings/str_cat.h"
 #include "base/stopwatch.h"
 #include "services/pipeline/frame_files.h"
+#include "services/pipeline/frame_inputs.h"
 #include "services/pipeline/frame_stages.h"
 #include "services/pipeline/stage_keys.h"
 
@@ -26,21 +25,6 @@ double PeakMemoryMib() {
 
 }  // namespace
 
-absl::StatusOr<std::string> FrameFingerprint(const RegistrationInputs& inputs, size_t index,
-                                             const v1::RegistrationOptions& options) {
-  absl::StatusOr<std::string> fingerprint = inputs.dump->Fingerprint(index);
-  if (!fingerprint.ok()) return fingerprint;
-  for (const std::string& file : {ScanPath(inputs.dump->frame_names()[index], options.scans()),
-                                  StartPath(inputs, index, options.starts())}) {
-    if (file.empty()) continue;
-    std::error_code error;
-    const auto bytes = std::filesystem::file_size(file, error);
-    const auto written = std::filesystem::last_write_time(file, error).time_since_epoch().count();
-    absl::StrAppend(&*fingerprint, "+", bytes, "-", written);
-  }
-  return fingerprint;
-}
-
 void SignReport(const RegistrationInputs& inputs, const v1::RegistrationOptions& options,
                 v1::FrameReport& report) {
   *report.mutable_inputs() = inputs.hashes;
@@ -57,7 +41,7 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
   const Stopwatch watch;
   const v1::RegistrationOptions& asked = options.message;
   // Taken first: images that change while they are read must not look like those that were read.
-  const absl::StatusOr<std::string> fingerprint = FrameFingerprint(inputs, index, asked);
+  const absl::StatusOr<std::string> fingerprint = FrameFingerprint(*inputs.dump, index, asked);
   if (!fingerprint.ok()) return fingerprint.status();
 
   const FrameOptions frame_options{options.pipeline, asked.scans(), asked.starts(), options.kept_image_bytes};

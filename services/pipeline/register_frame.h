@@ -24,10 +24,6 @@ absl::StatusOr<v1::FrameReport> RegisterFrame(const RegistrationInputs& inputs, 
                                               const JobOptions& options, const std::string& out,
                                               const FrameProgress& progress, std::stop_token stop);
 
-// Of the frame's images, its scan and its start: changes when one of them does.
-absl::StatusOr<std::string> FrameFingerprint(const RegistrationInputs& inputs, size_t index,
-                                             const v1::RegistrationOptions& options);
-
 // Notes in the report what it is computed from and by, now and here.
 void SignReport(const RegistrationInputs& inputs, const v1::RegistrationOptions& options,
                 v1::FrameReport& report);

@@ -14,6 +14,7 @@
 #include "services/pcd/pcd_file.h"
 #include "services/pcd/pcl_program.h"
 #include "services/pipeline/frame_files.h"
+#include "services/pipeline/frame_inputs.h"
 
 namespace weft {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/pipeline/frame_folder.h"
+#include "services/pipeline/frame_inputs.h"
 #include "services/pipeline/frame_neighbors.h"
 #include "services/pipeline/stage_keys.h"
 
@@ -17,6 +18,7 @@ struct Found {
   std::string window;
   bool bridged = false;
   std::string problem;
+  bool inputs_changed = false;
 };
 
 bool IsResult(v1::FrameState state) {
@@ -26,7 +28,7 @@ bool IsResult(v1::FrameState state) {
 
 // An error only where the folder cannot be flushed.
 absl::StatusOr<Found> LookAt(const ConfinedFolder& base, const v1::FrameReport& like,
-                             const std::string& frame) {
+                             const FingerprintsNow& inputs, const std::string& frame) {
   Found found;
   absl::StatusOr<ConfinedFolder> opened = base.Child(frame, ConfinedFolder::IfMissing::kFail);
   if (!opened.ok()) {
@@ -39,6 +41,9 @@ absl::StatusOr<Found> LookAt(const ConfinedFolder& base, const v1::FrameReport& 
     found.problem = "report.json is missing, damaged or of an older format";
   } else if (report->frame() != frame || !FromSameRun(*report, like)) {
     found.problem = "was computed from something else";
+  } else if (report->images_fingerprint() != inputs.Of(frame)) {
+    found.problem = "its images, scan or start changed since they were read";
+    found.inputs_changed = true;
   } else {
     found.problem = folder.CheckAll(*report);
   }
@@ -74,12 +79,15 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteFrames(const v1::Job&
   const absl::StatusOr<ConfinedFolder> base = ConfinedFolder::Open(job.spec().out());
   if (!base.ok() && !absl::IsNotFound(base.status())) return base.status();
 
+  const absl::StatusOr<FingerprintsNow> inputs = FingerprintsNow::Open(job.spec());
+  if (!inputs.ok()) return inputs.status();
+
   std::vector<Found> found(frames.size());
   std::vector<IncompleteFrame> incomplete;
   for (size_t i = 0; i < frames.size(); ++i) {
     if (!IsResult(frames[i].state())) continue;
     if (base.ok()) {
-      absl::StatusOr<Found> looked = LookAt(*base, like, frames[i].frame());
+      absl::StatusOr<Found> looked = LookAt(*base, like, *inputs, frames[i].frame());
       if (!looked.ok()) return looked.status();
       found[i] = *std::move(looked);
     } else {
@@ -89,7 +97,7 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteFrames(const v1::Job&
         found[i].facts && found[i].facts->failed == (frames[i].state() == v1::FRAME_STATE_FAILED);
     if (found[i].problem.empty() && !fits) found[i].problem = "is in another state than its report says";
     if (!found[i].problem.empty()) found[i].facts.reset();
-    if (!found[i].problem.empty()) incomplete.push_back({i, found[i].problem});
+    if (!found[i].problem.empty()) incomplete.push_back({i, found[i].problem, found[i].inputs_changed});
   }
   std::set<int> refine;
   for (size_t i = 0; i < frames.size(); ++i) {
@@ -107,7 +115,7 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteFrames(const v1::Job&
 
 absl::Status TooManyRepairs(const std::string& out, const std::string& frame, const std::string& why) {
   return absl::AbortedError(absl::StrCat(out, ": frame ", frame, ": ", why, ", although it was registered ",
-                                         "several times; keep other programs from changing this folder, and "
+                                         "several times; keep other programs from changing its files, and "
                                          "register again"));
 }
 

@@ -15,16 +15,17 @@ namespace weft {
 inline constexpr int kMaxRepairs = 10;
 
 struct IncompleteFrame {
-  size_t position = 0;  // in the list of frames
-  std::string why;      // e.g. "mesh.ply is missing"
+  size_t position = 0;          // in the list of frames
+  std::string why;              // e.g. "mesh.ply is missing"
+  bool inputs_changed = false;  // its images, scan or start are others than those that were read
 };
 
 // Checks the files of all frames whose state is done, degraded or failed. They must be as listed in their
-// report, computed from the job's inputs and options, and refined by their neighbours. Other frames are to
-// be registered again. Where only the bridge of a failed frame is missing, the frame named is a neighbour
-// that produces it. `frames`: all frames of the job, in order. Folders of complete frames are on the disk
-// when it returns. spec.out is an absolute path without links. Errors when the folder cannot be read or
-// flushed.
+// report, computed from the job's inputs and options, from images as they are now, and refined by their
+// neighbours. Other frames are to be registered again. Where only the bridge of a failed frame is missing,
+// the frame named is a neighbour that produces it. `frames`: all frames of the job, in order. Folders of
+// complete frames are on the disk when it returns. spec.out is an absolute path without links. Errors when
+// the folder cannot be read or flushed, and of FingerprintsNow::Open.
 absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteFrames(const v1::Job& job,
                                                                   const std::vector<v1::FrameInfo>& frames);
 

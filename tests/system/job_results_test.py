@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -125,6 +126,21 @@ class JobResults(unittest.TestCase):
         os.remove(self.frame_file(0, "unrefined.ply"))
         self.studio.start_daemon(workers=1)
         self.assert_done(job)
+
+    def test_images_that_are_exchanged_midway_are_read_again(self):
+        take = shutil.copytree(self.take, self.path("take"))
+        self.studio.take = take
+        self.studio.start_daemon(workers=1)
+        job_id = self.studio.submit()
+        self.wait_for_reports(2)
+        first, last = (os.path.join(take, self.studio.frames[at]) for at in (0, -1))
+        for image in os.listdir(first):
+            shutil.copy(os.path.join(last, image), os.path.join(first, image))
+        job = self.studio.wait_for_end(job_id)
+        self.assertEqual(job["state"], "JOB_STATE_DONE", job)
+        self.assertIn(f"images, scan or start of {self.studio.frames[0]} changed while the job ran", " ".join(job["warnings"]))
+        expected, _ = undisturbed(take)
+        self.assertEqual(differing(results(self.out), expected), [])
 
     def test_a_folder_has_one_writer(self):
         self.studio.start_daemon(workers=1)

@@ -97,6 +97,14 @@ TEST_F(JobLifeTest, RegistersFramesAgainAFewTimes) {
   EXPECT_EQ(life_.frames().infos()[1].state(), v1::FRAME_STATE_DONE);
 }
 
+TEST_F(JobLifeTest, TellsWhoseInputsChangedMeanwhile) {
+  for (size_t i = 0; i < 3; ++i) Finish(i, v1::FRAME_STATE_DONE);
+  ASSERT_TRUE(life_.DoAgain({{0, "its images changed", true}, {1, "mesh.ply is missing", false}}).ok());
+  EXPECT_THAT(life_.job().warnings(),
+              ElementsAre("images, scan or start of a changed while the job ran; this frame was registered "
+                          "again from what is there now"));
+}
+
 TEST_F(JobLifeTest, TellsOnceOfResultsThatWereComputedAgain) {
   for (size_t i = 0; i < 3; ++i) {
     v1::FrameInfo info = Ended(life_.frames().infos()[i].frame(), v1::FRAME_STATE_DONE);

@@ -6,11 +6,14 @@
 #include <filesystem>
 
 #include "services/files/json_file.h"
+#include "services/files/rig_file.h"
 #include "services/pipeline/frame_files.h"
 #include "services/pipeline/frame_folder.h"
+#include "services/pipeline/frame_inputs.h"
 #include "services/pipeline/frame_neighbors.h"
 #include "services/pipeline/output_folder.h"
 #include "services/pipeline/stage_keys.h"
+#include "simulation/studio_rig.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -28,6 +31,14 @@ class ResultsCheckTest : public ::testing::Test {
  protected:
   ResultsCheckTest() {
     job_.mutable_spec()->set_out(folder_.path());
+    job_.mutable_spec()->set_rig(inputs_ / "rig.json");
+    job_.mutable_spec()->set_dump(inputs_ / "take");
+    job_.mutable_spec()->mutable_options()->set_scans(inputs_ / "scans");
+    EXPECT_TRUE(WriteRig(job_.spec().rig(), *MakeStudioRig("ring", {.cameras = 2})).ok());
+    for (int i = 0; i < kFrames; ++i) WriteBytes(Image(i), "pixels");
+    const auto fingerprints = FingerprintsNow::Open(job_.spec());
+    EXPECT_TRUE(fingerprints.ok()) << fingerprints.status();
+    for (int i = 0; i < kFrames; ++i) fingerprint_[i] = fingerprints->Of(Name(i));
     job_.mutable_inputs()->set_rig("1111111111111111");
     for (int i = 0; i < kFrames; ++i) {
       infos_.emplace_back();
@@ -43,10 +54,10 @@ class ResultsCheckTest : public ::testing::Test {
     v1::FrameReport report;
     report.set_frame(Name(frame));
     report.set_state(infos_[frame].state());
-    report.set_images_fingerprint("i");
+    report.set_images_fingerprint(fingerprint_[frame]);
     *report.mutable_inputs() = job_.inputs();
     *report.mutable_keys() = KeysOf(job_.inputs(), job_.spec().options());
-    report.mutable_temporal()->set_window(kWindows[frame]);
+    report.mutable_temporal()->set_window(WindowOf(frame));
     const auto folder = FrameFolder::Open(folder_.path(), Name(frame), ConfinedFolder::IfMissing::kMake);
     ASSERT_TRUE(folder.ok()) << folder.status();
     for (const FrameFile file : {FrameFile::kMesh, FrameFile::kUnrefined, FrameFile::kCloud}) {
@@ -74,10 +85,18 @@ class ResultsCheckTest : public ::testing::Test {
     return lines;
   }
 
+  std::string Image(int frame) const { return inputs_ / ("take/" + Name(frame) + "/c00.png"); }
   // The frames before and after each: of a failed one all up to the nearest registered ones.
-  static constexpr const char* kWindows[kFrames] = {"i f1:i", "i f0:i f2:i", "i f1:i f3:i", "i f2:i f4:i",
-                                                    "i f3:i"};
-  const TempFolder folder_;
+  std::string WindowOf(int frame) const {
+    std::string window = fingerprint_[frame];
+    for (const int other : {frame - 1, frame + 1}) {
+      if (other >= 0 && other < kFrames) window += " " + Name(other) + ":" + fingerprint_[other];
+    }
+    return window;
+  }
+
+  const TempFolder folder_, inputs_;
+  std::string fingerprint_[kFrames];
   v1::Job job_;
   std::vector<v1::FrameInfo> infos_;
 };
@@ -102,6 +121,25 @@ TEST_F(ResultsCheckTest, FindsFramesOfOtherOptionsInputsVersionsAndFormats) {
   Change(3, [](v1::FrameReport& report) { report.set_format_version(0); });
   Change(4, [](v1::FrameReport& report) { report.set_state(v1::FRAME_STATE_FAILED); });
   EXPECT_EQ(Incomplete().size(), 5u);
+}
+
+TEST_F(ResultsCheckTest, FindsFramesWhoseImagesOrScanChanged) {
+  WriteBytes(Image(1), "other pixels");
+  fs::last_write_time(Image(2), fs::last_write_time(Image(2)) + std::chrono::nanoseconds(1));
+  fs::remove(Image(3));
+  WriteBytes(inputs_ / "take/f3/c01.png", "pixels");
+  WriteBytes(inputs_ / "scans/f4.ply", "a scan");
+  const std::string why = "its images, scan or start changed since they were read";
+  EXPECT_THAT(Incomplete(), ElementsAre("f1: " + why, "f2: " + why, "f3: " + why, "f4: " + why));
+}
+
+TEST_F(ResultsCheckTest, FindsFramesWhoseImagesAreGone) {
+  fs::remove_all(inputs_ / "take/f2");
+  EXPECT_THAT(Incomplete(), ElementsAre(HasSubstr("f2: its images")));
+  fs::remove_all(inputs_ / "take");
+  const auto found = FindIncompleteFrames(job_, infos_);
+  EXPECT_EQ(found.status().code(), absl::StatusCode::kNotFound);
+  EXPECT_THAT(found.status().message(), HasSubstr(inputs_ / "take"));
 }
 
 TEST_F(ResultsCheckTest, FindsRegisteredFramesThatAreNotRefined) {
