@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 
 namespace weft {
@@ -59,6 +60,25 @@ std::string EscapedText(std::string_view text) {
     text.remove_prefix(taken);
   }
   return plain;
+}
+
+std::string MessageText(std::string_view text, size_t most_bytes) {
+  size_t kept = 0;
+  while (kept < text.size()) {
+    const size_t next = kept + std::max<size_t>(Utf8CharacterBytes(text.substr(kept)), 1);
+    if (next > most_bytes) break;
+    kept = next;
+  }
+  const size_t cut = text.size() - kept;
+  std::string message;
+  for (std::string_view left = text.substr(0, kept); !left.empty();) {
+    const size_t line = std::min(left.find('\n'), left.size());
+    message += EscapedText(left.substr(0, line));
+    if (line < left.size()) message += '\n';
+    left.remove_prefix(std::min(line + 1, left.size()));
+  }
+  if (cut > 0) absl::StrAppend(&message, "... (", cut, " more bytes)");
+  return message;
 }
 
 }  // namespace weft

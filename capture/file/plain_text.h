@@ -22,4 +22,8 @@ bool IsPlainText(std::string_view text);
 // Newline and tab are control characters too. Plain text stays as it is.
 std::string EscapedText(std::string_view text);
 
+// For terminals and logs, whatever a message quotes: escaped, but its lines stay lines. What goes beyond
+// `most_bytes` is cut, and the text says how much that was.
+std::string MessageText(std::string_view text, size_t most_bytes = 2000);
+
 }  // namespace weft

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/file/plain_text.h"
 #include "services/cli/command_line.h"
 #include "services/cli/commands.h"
 #include "services/cli/completion.h"
@@ -43,8 +44,8 @@ int ParseFailure(const CLI::App& app, const CLI::ParseError& error) {
   } else if (!unknown.empty()) {
     what = "\"" + unknown.front() + "\" is no command or option of `" + FullName(command) + "`";
   }
-  std::fprintf(stderr, "weft: error: %s\nRun `%s --help` for commands, options and examples.\n", what.c_str(),
-               FullName(command).c_str());
+  std::fprintf(stderr, "weft: error: %s\nRun `%s --help` for commands, options and examples.\n",
+               weft::MessageText(what).c_str(), FullName(command).c_str());
   return weft::kExitBadInput;
 }
 

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "capture/file/plain_text.h"
 #include "services/files/atomic_file.h"
 
 namespace weft {
@@ -22,12 +23,13 @@ absl::Status ParseJson(std::string_view text, const std::string& source_name,
   if (status.ok()) return absl::OkStatus();
   // One line: the message shows the place in the text and points to it from the line below.
   const std::string why(status.message().data(), status.message().size());
-  return absl::InvalidArgumentError(absl::StrCat(
-      source_name, ": ",
+  const std::string line =
       absl::StrReplaceAll(why.substr(0, why.find_last_not_of(" ^\n") + 1),
                           {{"Cannot find field.", "unknown field; check its spelling or remove it"},
                            {".\n", " near: "},
-                           {"\n", " "}})));
+                           {"\n", " "}});
+  constexpr size_t kMostQuoted = 500;
+  return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", MessageText(line, kMostQuoted)));
 }
 
 absl::StatusOr<std::string> ToJson(const google::protobuf::Message& message, JsonZeros zeros) {

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "absl/strings/str_cat.h"
+#include "capture/file/plain_text.h"
 
 namespace weft {
 
@@ -35,17 +36,13 @@ std::string DescribeExit(int wait_status) {
 }
 
 void PrintError(const absl::Status& status) {
-  std::string line = "weft: error: ";
-  if (status.message().empty()) {
-    absl::StrAppend(&line, absl::StatusCodeToString(status.code()));
-  } else {
-    absl::StrAppend(&line, status.message());
-  }
-  std::fprintf(stderr, "%s\n", line.c_str());
+  const std::string message = status.message().empty() ? absl::StatusCodeToString(status.code())
+                                                       : MessageText(std::string(status.message()));
+  std::fprintf(stderr, "weft: error: %s\n", message.c_str());
 }
 
 void PrintWarning(const std::string& message) {
-  std::fprintf(stderr, "weft: warning: %s\n", message.c_str());
+  std::fprintf(stderr, "weft: warning: %s\n", MessageText(message).c_str());
 }
 
 }  // namespace weft

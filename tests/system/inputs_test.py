@@ -91,6 +91,30 @@ class Images(StudioTest):
         self.register("--frames", "0:1", check=0)
         self.assertIn("not a PNG, JPEG or TIFF image", self.missing(0)["c01"])
 
+    def test_texts_of_files_neither_steer_a_terminal_nor_fill_it(self):
+        evil = "\x1b]0;owned\x07\x1b[2J\x9b" + "A" * 5000
+        inputs = {"--rig": f"{self.take}/rig.json", "--board": f"{self.take}/board.json", "--template": f"{self.take}/template"}
+        contents = {"rig.json": f'{{"cameras": [{{"id": "{evil}", "width_px": "{evil}"}}]}}', "KRT": f"{evil}\n{evil} 1 2\n",
+                    "board.json": f'{{"{evil}": 1}}', "cameras.txt": f"1 {evil} 100 100 1 2 3\n", "rig.yml": f"%YAML:1.0\n{evil}: [\n"}
+        for name, content in contents.items():
+            path = self.path(name)
+            write(path, content.encode("latin-1"))
+            option = "--board" if name.startswith("board") else "--rig"
+            arguments = [part for pair in {**inputs, option: path}.items() for part in pair]
+            done = subprocess.run([os.path.join(BIN, "weft"), "register", self.take, *arguments, "--out", self.out], capture_output=True,
+                                  timeout=LONG_S, check=False)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assert_plain(done.stderr)
+        config = self.path("weftd.txtpb")
+        write(config, f'state: "{evil}\n'.encode("latin-1"))
+        done = subprocess.run([os.path.join(BIN, "weftd"), "--config", config], capture_output=True, timeout=LONG_S, check=False)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assert_plain(done.stderr)
+
+    def assert_plain(self, text):
+        self.assertLess(len(text), 3000, text[:200])
+        self.assertEqual(re.findall(rb"[\x00-\x09\x0b-\x1f\x7f]|\xc2[\x80-\x9f]", text), [], text[:300])
+
     def test_table_with_rows_of_nothing_is_named(self):
         os.mkdir(self.path("scans"))
         path = self.path("scans", "0000.ply")

@@ -26,5 +26,14 @@ TEST(PlainText, BytesThatAreNoneAreEscapedAndTheRestIsKept) {
   EXPECT_FALSE(IsUtf8("a\xff"));
 }
 
+TEST(PlainText, MessagesKeepTheirLinesAndTheirBeginning) {
+  EXPECT_EQ(MessageText("two\nlines\x1b[2J\n"), "two\nlines\\x1b[2J\n");
+  EXPECT_EQ(MessageText("rig.json: unknown field"), "rig.json: unknown field");
+  EXPECT_EQ(MessageText(std::string(10, 'a') + "b", 10), "aaaaaaaaaa... (1 more bytes)");
+  EXPECT_EQ(MessageText("ab\xc3\xbc", 3), "ab... (2 more bytes)");  // no character is cut
+  EXPECT_EQ(MessageText(std::string(5000, '\xff')).size(),
+            2000 * 4 + std::string("... (3000 more bytes)").size());
+}
+
 }  // namespace
 }  // namespace weft

@@ -47,6 +47,18 @@ TEST(JsonFile, ReadsOldAndNewNamesOfAFieldAndWritesTheNewOne) {
   EXPECT_TRUE(camera.unsynchronized());
 }
 
+TEST(JsonFile, QuotesLittleAndNothingThatSteersATerminal) {
+  v1::ViewReport view;
+  const std::string hostile = "\x1b[2J" + std::string(5000, 'A');
+  for (const std::string& text :
+       {"{\"second_pass_found\": \"" + hostile + "\"}", "{\"" + hostile + "\": 1}", hostile}) {
+    const absl::Status status = ParseJson(text, "report.json", view);
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_LT(status.message().size(), 600u) << status;
+    EXPECT_EQ(status.message().find('\x1b'), std::string::npos) << status;
+  }
+}
+
 TEST(RigFile, CamerasAloneAreARigAndReadBackWithTheSameHash) {
   auto rig = ParseRig(kRig, "rig.json");
   ASSERT_TRUE(rig.ok()) << rig.status();
