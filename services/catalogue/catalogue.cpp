@@ -175,6 +175,28 @@ absl::StatusOr<std::vector<v1::Job>> Catalogue::ListJobs(int limit) {
   return ReadAllJobs(*select);
 }
 
+absl::StatusOr<std::vector<v1::Job>> Catalogue::EndedJobs(int64_t skip, int limit) {
+  absl::StatusOr<Statement> select = database_->Prepare(absl::StrCat(
+      "SELECT ", JobColumns(), " FROM jobs WHERE state NOT IN (?, ?) ORDER BY sequence LIMIT ? OFFSET ?"));
+  if (!select.ok()) return select.status();
+  select->BindText(1, v1::JobState_Name(v1::JOB_STATE_QUEUED));
+  select->BindText(2, v1::JobState_Name(v1::JOB_STATE_RUNNING));
+  select->Bind(3, static_cast<int64_t>(limit)).Bind(4, skip);
+  return ReadAllJobs(*select);
+}
+
+absl::Status Catalogue::RemoveJob(const std::string& id) {
+  Transaction transaction(*database_);
+  if (absl::Status status = transaction.Begin(); !status.ok()) return status;
+  for (const char* sql : {"DELETE FROM frames WHERE job_id = ?", "DELETE FROM jobs WHERE id = ?"}) {
+    absl::StatusOr<Statement> remove = database_->Prepare(sql);
+    if (!remove.ok()) return remove.status();
+    if (absl::Status status = remove->BindText(1, id).Run(); !status.ok()) return status;
+  }
+  if (database_->ChangedRows() == 0) return NoSuchJob(id);
+  return transaction.Commit();
+}
+
 absl::StatusOr<std::vector<v1::Job>> Catalogue::UnfinishedJobs() {
   absl::StatusOr<Statement> select = database_->Prepare(
       absl::StrCat("SELECT ", JobColumns(), " FROM jobs WHERE state IN (?, ?) ORDER BY sequence"));

@@ -43,6 +43,10 @@ class Catalogue {
   absl::StatusOr<std::vector<v1::FrameInfo>> ReadFrames(const std::string& job_id);
   // Newest first.
   absl::StatusOr<std::vector<v1::Job>> ListJobs(int limit);
+  // Those that are neither queued nor running, oldest first, without the first `skip`.
+  absl::StatusOr<std::vector<v1::Job>> EndedJobs(int64_t skip, int limit);
+  // With its frames. NotFound: no such job.
+  absl::Status RemoveJob(const std::string& id);
   // Queued and running ones, oldest first.
   absl::StatusOr<std::vector<v1::Job>> UnfinishedJobs();
 

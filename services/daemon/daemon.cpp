@@ -46,18 +46,30 @@ absl::StatusOr<FileLock> TakeFence(const std::string& state_folder) {
       path, ".lock: processes of a weftd that has ended still run; `fuser ", path, ".lock` names them"));
 }
 
+// Whether an unfinished job or operation reads a folder.
+std::function<bool(const std::string&)> IsReadBy(const Daemon::Parts& parts) {
+  return [&parts](const std::string& folder) {
+    const std::vector<v1::Job> jobs = parts.queue->Unfinished();
+    return std::any_of(jobs.begin(), jobs.end(),
+                       [&](const v1::Job& job) {
+                         return job.spec().dump() == folder || job.spec().options().starts() == folder;
+                       }) ||
+           (parts.operation_queue && parts.operation_queue->Reads(folder));
+  };
+}
+
+// Begins with the fence and the notices.
 absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options, const CoreShare& share,
-                                                    const Drain& drain, std::optional<FileLock>& fence,
-                                                    std::unique_ptr<EndNotices>& notices) {
+                                                    Daemon::Parts& parts) {
   absl::StatusOr<std::unique_ptr<Catalogue>> catalogue =
       Catalogue::Open(absl::StrCat(options.state_folder, "/catalogue.sqlite"));
   if (!catalogue.ok()) return catalogue.status();
   absl::StatusOr<FileLock> taken = TakeFence(options.state_folder);
   if (!taken.ok()) return taken.status();
-  fence.emplace(*std::move(taken));
+  parts.fence.emplace(*std::move(taken));
   auto opened = EndNotices::Open(absl::StrCat(options.state_folder, "/notices"), options.notices);
   if (!opened.ok()) return opened.status();
-  notices = *std::move(opened);
+  parts.notices = *std::move(opened);
   for (const std::string& warning : (*catalogue)->warnings()) spdlog::warn("{}", warning);
   LocalExecutorOptions executor_options;
   executor_options.worker_program = options.worker_program;
@@ -66,7 +78,7 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   executor_options.worker_memory_mib = options.worker_memory_mib == 0
                                            ? ShareMemoryMib(UsableMemoryMib(), share.workers)
                                            : std::max<int64_t>(0, options.worker_memory_mib);
-  executor_options.fence_fd = fence->fd();
+  executor_options.fence_fd = parts.fence->fd();
   executor_options.worker_user = options.worker_user;
   executor_options.allowed_paths = options.allow_paths;
   executor_options.state_folder = options.state_folder;
@@ -88,14 +100,16 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   };
   queue_options.endings = options.endings;
   queue_options.max_of_one_caller = options.caller_limits.jobs;
-  queue_options.admit = [&drain] { return drain.Admit(); };
-  queue_options.on_end = [&notices](const v1::Job& job) { return notices->JobEnded(job); };
+  queue_options.admit = [&parts] { return parts.drain->Admit(); };
+  queue_options.on_end = [&parts](const v1::Job& job) { return parts.notices->JobEnded(job); };
   queue_options.list_frames = [load = options.load_inputs](const v1::RegistrationSpec& spec) {
     absl::StatusOr<LoadedInputs> inputs = load(spec);
     return inputs.ok() ? absl::StatusOr<std::vector<std::string>>(std::move(inputs->frames))
                        : inputs.status();
   };
-  queue_options.warnings = TakeUpLostJobs(absl::StrCat(options.state_folder, "/results"), **catalogue);
+  queue_options.results_folder = absl::StrCat(options.state_folder, "/results");
+  queue_options.is_read = IsReadBy(parts);
+  queue_options.warnings = TakeUpLostJobs(queue_options.results_folder, **catalogue);
   for (const std::string& warning : queue_options.warnings) spdlog::warn("{}", warning);
   return JobQueue::Create(*std::move(catalogue), *std::move(executor), std::move(queue_options));
 }
@@ -121,12 +135,7 @@ TakeKeeperOptions Daemon::TakeKeepingOf(const DaemonOptions& options, const Path
   keeping.resolve_take = InputsOf(options, policy, parts);
   keeping.admit = [&parts] { return parts.drain->Admit(); };
   keeping.on_end = [&parts](const v1::RecordedTake& take) { return parts.notices->TakeEnded(take); };
-  keeping.is_read = [&parts](const std::string& folder) {
-    const std::vector<v1::Job> jobs = parts.queue->Unfinished();
-    return std::any_of(jobs.begin(), jobs.end(),
-                       [&](const v1::Job& job) { return job.spec().dump() == folder; }) ||
-           (parts.operation_queue && parts.operation_queue->Reads(folder));
-  };
+  keeping.is_read = IsReadBy(parts);
   return keeping;
 }
 
@@ -226,8 +235,7 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   daemon->workers_ = share.workers;
   daemon->threads_per_worker_ = share.threads_per_worker;
   daemon->parts_->drain = std::make_unique<Drain>(options.on_drained);
-  auto queue =
-      MakeQueue(options, share, *daemon->parts_->drain, daemon->parts_->fence, daemon->parts_->notices);
+  auto queue = MakeQueue(options, share, *daemon->parts_);
   if (!queue.ok()) return queue.status();
   daemon->parts_->queue = *std::move(queue);
   absl::StatusOr<std::unique_ptr<Library>> library = Library::Open(options.state_folder);
@@ -264,12 +272,14 @@ absl::StatusOr<std::unique_ptr<Daemon>> Daemon::Start(DaemonOptions options) {
   parts.library_service = std::make_unique<LibraryService>(
       *parts.queue, *parts.operation_queue, *parts.library, options.state_folder, options.check_item);
   if (absl::Status status = daemon->Listen(options); !status.ok()) return status;
+  parts.queue->SetKeepDays(options.retention.keep_jobs_days);
   return daemon;
 }
 
 void Daemon::SetRetention(const RetentionRules& rules) {
   parts_->take_keeper->SetRetention(rules);
   parts_->operation_queue->SetKeepDays(rules.keep_trash_days);
+  parts_->queue->SetKeepDays(rules.keep_jobs_days);
 }
 
 void Daemon::SetNotices(const NoticeOptions& notices) { parts_->notices->SetOptions(notices); }

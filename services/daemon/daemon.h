@@ -40,7 +40,7 @@ struct DaemonOptions {
   std::string worker_user;               // of workers, where root runs the daemon; empty: its own
   std::string recorder_program;          // weft-recorder
   std::string command_program;           // weft, for operations
-  RetentionRules retention;              // of takes
+  RetentionRules retention;              // of takes and jobs
   NoticeOptions notices;                 // of ends of takes and jobs
   CallerLimits caller_limits;
   std::string address_file;          // gets the addresses once the daemon listens; empty for none

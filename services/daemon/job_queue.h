@@ -41,6 +41,10 @@ struct JobQueueOptions {
   int max_of_one_caller = 500;  // unfinished jobs
   // Asked before new work is taken; its errors refuse it.
   std::function<absl::Status()> admit = [] { return absl::OkStatus(); };
+  // Where the results of jobs lie that named no folder: <results_folder>/<job id>.
+  std::string results_folder;
+  // Whether an unfinished job or operation reads this folder. Called without the lock.
+  std::function<bool(const std::string& folder)> is_read = [](const std::string&) { return false; };
   // Called in the background before a job's end is written down, so that it is called for every end; again
   // where the daemon is killed in between. ResourceExhausted makes the job wait.
   std::function<absl::Status(const v1::Job& job)> on_end = [](const v1::Job&) { return absl::OkStatus(); };
@@ -100,6 +104,10 @@ class JobQueue {
   };
   News TakeNews(int64_t watcher);
 
+  // Jobs that ended longer ago are forgotten, with results below results_folder, unless somebody watches or
+  // reads them; looked after now and from time to time. 0: none is.
+  void SetKeepDays(double days);
+
   struct DrainState {
     int tasks = 0;   // that workers have
     int frames = 0;  // that workers are at
@@ -131,6 +139,8 @@ class JobQueue {
   void LookAtTake(const std::shared_ptr<LiveJob>& job);
   void CheckResults(const std::shared_ptr<LiveJob>& job);
   void WriteResults(const std::shared_ptr<LiveJob>& job);
+  void ForgetOldJobs();
+  bool ForgetOld(const v1::Job& job);
   void UnlockAndTell(Lock& lock);
   void WorkInBackground();  // the loop of background_
 
@@ -156,6 +166,8 @@ class JobQueue {
   void AddFrames(const std::shared_ptr<LiveJob>& job, const TakeProgress& progress);
   void StopFollowingIfIdle(const std::shared_ptr<LiveJob>& job);
   void NoteLatency(LiveJob& job, size_t position);
+  // Ended jobs that are old (job_queue_retention.cpp).
+  void PlanForgetting();
   // The job's folder and its end (job_queue_results.cpp).
   bool HoldsFolder(const std::shared_ptr<LiveJob>& job);
   void RegisterAgain(const std::shared_ptr<LiveJob>& job, const std::vector<IncompleteFrame>& frames);
@@ -197,7 +209,8 @@ class JobQueue {
   std::condition_variable deferred_changed_;
   std::deque<std::function<void()>> deferred_;  // files to write
   bool due_changed_ = false;
-  std::optional<Time> save_again_, backup_due_, last_backup_;
+  std::optional<Time> save_again_, backup_due_, last_backup_, forget_due_;
+  double keep_days_ = 0;
   int64_t backed_up_version_ = 0;
   PublishedJobs published_;  // as MarkChanged told last
   int64_t frames_done_ = 0, frames_failed_ = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/natural_order.h"
@@ -55,6 +56,7 @@ std::string Named(const std::vector<std::string>& names) {
 std::vector<std::string> TakeUpLostJobs(const std::string& results_folder, Catalogue& catalogue) {
   std::vector<std::string> restored, unknown;
   for (const std::string& id : FoldersIn(results_folder)) {
+    if (absl::StartsWith(id, kForgottenPrefix)) continue;
     const absl::Status known = catalogue.ReadJob(id).status();
     if (!absl::IsNotFound(known)) continue;
     (TakeUp(absl::StrCat(results_folder, "/", id), id, catalogue) ? restored : unknown).push_back(id);

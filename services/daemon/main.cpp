@@ -2,12 +2,15 @@
 #include <CLI/CLI.hpp>
 
 #include <grpc/support/log.h>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 
+#include "capture/file/plain_text.h"
 #include "services/daemon/config_file.h"
 #include "services/daemon/daemon.h"
 #include "services/daemon/daemon_life.h"
@@ -122,6 +125,11 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
                  "The same when less of the disk is free; 0 removes nothing for its sake")
       ->type_name("GIB")
       ->check(CLI::NonNegativeNumber);
+  app.add_option("--keep-jobs-days", options.retention.keep_jobs_days,
+                 "Jobs that ended longer ago are forgotten, with results in the state folder; results that "
+                 "lie elsewhere stay; 0 keeps all")
+      ->type_name("DAYS")
+      ->check(CLI::NonNegativeNumber);
   AddNoticeOptions(app, options.notices);
   app.add_option("--address-file", options.address_file,
                  "Write the addresses here once the daemon listens, a line each")
@@ -135,6 +143,24 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
 void LogGrpc(gpr_log_func_args* args) {
   const auto level = args->severity == GPR_LOG_SEVERITY_ERROR ? spdlog::level::warn : spdlog::level::debug;
   spdlog::log(level, "grpc: {}", args->message);
+}
+
+// The text of a message on one line, whatever it quotes.
+class PlainMessage : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& out) override {
+    const std::string text =
+        weft::EscapedText(weft::MessageText({message.payload.data(), message.payload.size()}));
+    out.append(text.data(), text.data() + text.size());
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<PlainMessage>(); }
+};
+
+void BeginLog() {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("weftd"));
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<PlainMessage>('*').set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %^%l%$ %*");
+  spdlog::set_formatter(std::move(formatter));
 }
 
 int Fail(const absl::Status& status) {
@@ -207,8 +233,7 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return program.app.exit(error) == 0 ? weft::kExitDone : weft::kExitBadInput;
   }
-  spdlog::set_default_logger(spdlog::stderr_color_mt("weftd"));
-  spdlog::set_pattern("%Y-%m-%dT%H:%M:%S.%e%z %^%l%$ %v");
+  BeginLog();
   if (const absl::Status status = ReadConfig(program); !status.ok()) return Fail(status);
   if (program.prints_config) {
     std::fputs(weft::ConfigFileText(program.app).c_str(), stdout);

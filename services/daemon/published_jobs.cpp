@@ -25,6 +25,11 @@ void PublishedJobs::Publish(v1::Job job) {
   ended_.pop_front();
 }
 
+void PublishedJobs::Remove(const std::string& id) {
+  const std::lock_guard lock(mutex_);
+  jobs_.erase(id);
+}
+
 std::optional<v1::Job> PublishedJobs::Find(const std::string& id) const {
   const std::lock_guard lock(mutex_);
   const auto known = jobs_.find(id);

@@ -15,6 +15,7 @@ namespace weft {
 class PublishedJobs {
  public:
   void Publish(v1::Job job);
+  void Remove(const std::string& id);
   std::optional<v1::Job> Find(const std::string& id) const;
 
  private:

@@ -1,4 +1,4 @@
-// Which takes a daemon clears away.
+// Which takes a daemon clears away, and for how long it remembers jobs.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,7 @@
 namespace weft {
 
 struct RetentionRules {
+  double keep_jobs_days = 0;   // ended ones are forgotten later, with results in the state folder; 0: never
   double keep_takes_days = 0;  // older ones go to the trash; 0: any age is kept
   double keep_trash_days = 7;  // then they are removed for good
   double takes_quota_gib = 0;  // takes and trash together; 0: no limit

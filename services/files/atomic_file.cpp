@@ -76,9 +76,12 @@ absl::Status WriteError(const std::string& path, int error) {
                                                       "); choose a folder that you may write to"));
     case ENOSPC:
     case EDQUOT:
-    case EFBIG:
       return absl::ResourceExhaustedError(
           absl::StrCat(path, ": cannot be written (", strerror(error), "); make room on the disk"));
+    case EFBIG:
+      return absl::ResourceExhaustedError(
+          absl::StrCat(path, ": cannot be written (", strerror(error),
+                       "); raise the limit on the size of files (ulimit -f) or take another file system"));
     default:
       return absl::UnavailableError(absl::StrCat(path, ": cannot be written (", strerror(error), ")"));
   }

@@ -94,6 +94,25 @@ TEST_F(CatalogueTest, ListsNewestFirstAndUnfinishedOldestFirst) {
   EXPECT_EQ((*unfinished)[1].id(), "c");
 }
 
+TEST_F(CatalogueTest, RemovesEndedJobsWithTheirFrames) {
+  const auto catalogue = Open();
+  for (const char* id : {"a", "b", "c", "d"}) {
+    ASSERT_TRUE(
+        catalogue->AddJob(MakeJob(id, *id == 'b' ? v1::JOB_STATE_RUNNING : v1::JOB_STATE_DONE), MakeFrames(2))
+            .ok());
+  }
+  const auto ended = catalogue->EndedJobs(1, 10);
+  ASSERT_TRUE(ended.ok());
+  ASSERT_EQ(ended->size(), 2u);
+  EXPECT_EQ((*ended)[0].id(), "c");
+  EXPECT_EQ((*ended)[1].id(), "d");
+  ASSERT_TRUE(catalogue->RemoveJob("c").ok());
+  EXPECT_EQ(catalogue->ReadJob("c").status().code(), absl::StatusCode::kNotFound);
+  EXPECT_TRUE(catalogue->ReadFrames("c")->empty());
+  EXPECT_EQ(catalogue->ReadFrames("d")->size(), 2u);
+  EXPECT_EQ(catalogue->RemoveJob("c").code(), absl::StatusCode::kNotFound);
+}
+
 TEST_F(CatalogueTest, NamesUnknownAndRepeatedJobs) {
   const auto catalogue = Open();
   ASSERT_TRUE(catalogue->AddJob(MakeJob("a"), MakeFrames(1)).ok());
