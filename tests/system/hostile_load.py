@@ -9,12 +9,17 @@ three times the quiet one, memory grew without bound, or the audit log is silent
 """
 
 import argparse
+import dataclasses
 import encodings.idna  # attackers cannot read the library of another user
+import itertools
 import json
 import multiprocessing
 import os
 import random
 import resource
+import shutil
+import socket
+import ssl
 import struct
 import subprocess
 import sys
@@ -29,12 +34,21 @@ FIRST_STRANGER = 60_000  # a user for each attack: whom one has kept out, the ne
 MOST_RATIO = 3
 LEAST_QUIET_MS = 2.0  # p99 of a quiet machine is below the scheduler's noise
 MOST_MIB = 1024
-FETCH, LIST = "/weft.v1.Jobs/FetchResult", "/weft.v1.Jobs/ListJobs"
+FETCH, LIST, SUBMIT = "/weft.v1.Jobs/FetchResult", "/weft.v1.Jobs/ListJobs", "/weft.v1.Jobs/SubmitJob"
 
 
+@dataclasses.dataclass
 class Target:
-    def __init__(self, address, token, job, frame):
-        self.address, self.token, self.job, self.frame = address, token, job, frame
+    """What attackers know: the daemon, tokens of a viewer and of a client, an input, a folder of their own."""
+    address: str
+    secure_address: str
+    token: str
+    client_token: str
+    job: str
+    frame: str
+    scene: str
+    lair: str
+    certificates: list  # authority, then certificate and key of clients that nobody should let in
 
 
 def patient(act, target, until):
@@ -157,8 +171,91 @@ def greedy_reads(target, until):
         connection.recv(1 << 16)
 
 
+def submission(take, rig="rig.json", board="board.json", garment="template", key=None):
+    """A request of SubmitJob, with results in the state folder."""
+    spec = b"".join(http2.field(number, text) for number, text in enumerate((take, rig, board, garment), 1))
+    return http2.field(1, spec) + (http2.field(3, key) if key else b"")
+
+
+def submit_each(target, until, submissions):
+    """Submits them in turn, as fast as answers come."""
+    connection = http2.connect(target.address)
+    connection.settimeout(5)
+    for stream, request in zip(range(1, 2**30, 2), itertools.cycle(submissions)):
+        if time.monotonic() > until:
+            return
+        connection.sendall(http2.call(stream, SUBMIT, request, target.client_token))
+        connection.recv(1 << 16)
+
+
+def of_scene(scene, **other):
+    paths = {"take": scene, "rig": f"{scene}/rig.json", "board": f"{scene}/board.json", "garment": f"{scene}/template"}
+    return submission(**{**paths, **other})
+
+
+def path_tricks(target, until):
+    """Inputs out of the allowed folders, by every way that a path knows."""
+    up = "/..".join([target.scene] + [""] * 40)
+    submit_each(target, until, [of_scene(target.scene, take=path) for path in ("/etc", up + "/etc", "/proc/self/root/etc", "relative", "", "/" * 500)] +
+                [of_scene(target.scene, rig=path) for path in (up + "/etc/shadow", "/proc/self/mem", target.scene + "/rig.json/../../../../etc/passwd",
+                                                               target.scene + "/\0/rig.json", target.scene + "/" + "a" * 4000, "\x1b[2J" * 20)])
+
+
+def swapped_links(target, until):
+    """A rig that is a file, a link to one that nobody may read, a file, ... all the while."""
+    path = os.path.join(target.lair, "rig.json")
+    swapper = multiprocessing.Process(target=swap_links, args=(path, os.path.join(target.scene, "rig.json"), until))
+    swapper.start()
+    submit_each(target, until, [of_scene(target.scene, rig=path)])
+    swapper.join()
+
+
+def swap_links(path, good, until):
+    own = f"{path}.{os.getpid()}"
+    while time.monotonic() < until:
+        shutil.copy(good, own)
+        os.replace(own, path)
+        os.symlink("/etc/shadow", own)
+        os.replace(own, path)
+
+
+def special_files(target, until):
+    """FIFOs that nobody writes, links to devices without an end."""
+    fifo, device = (os.path.join(target.lair, f"{name}.{os.getpid()}") for name in ("fifo", "zeros"))
+    os.mkfifo(fifo)
+    os.symlink("/dev/zero", device)
+    submit_each(target, until, [of_scene(target.scene, **{field: path}) for path in (fifo, device, "/dev/zero", "/dev/random")
+                                for field in ("take", "rig", "board", "garment")])
+
+
+def replayed_keys(target, until):
+    """One request again and again, and the same key for others."""
+    key = f"replayed-{os.getuid()}"
+    submit_each(target, until, [of_scene(target.scene, key=key), of_scene(target.scene, key=key), of_scene(target.scene, board=f"{target.scene}/rig.json", key=key)])
+
+
+def bad_certificates(target, until):
+    """Clients whose certificates have expired, were revoked, or are of another authority."""
+    authority, *clients = target.certificates
+    host, port = target.secure_address.rsplit(":", 1)
+    for at in itertools.count():
+        if time.monotonic() > until:
+            return
+        context = ssl.create_default_context(cafile=authority)
+        context.set_alpn_protocols(["h2"])
+        context.load_cert_chain(*clients[2 * at % len(clients):][:2])
+        try:
+            with context.wrap_socket(socket.create_connection((host, int(port)), timeout=5), server_hostname=host) as connection:
+                connection.sendall(http2.PREFACE + http2.settings() + http2.call(1, LIST, b""))
+                while connection.recv(1 << 16):
+                    pass
+        except OSError:
+            pass
+
+
 ATTACKS = {attack.__name__: attack for attack in (unread_streams, half_open, connection_flood, rapid_reset, control_frames, endless_headers,
-                                                 malformed, huge_messages, strangers, wrong_role, greedy_reads)}
+                                                 malformed, huge_messages, strangers, wrong_role, greedy_reads, path_tricks,
+                                                 swapped_links, special_files, replayed_keys, bad_certificates)}
 # Those that make no call which could be refused; connections that end without a call are named later.
 SILENT = {"control_frames", "endless_headers", "rapid_reset", "unread_streams", "half_open", "huge_messages", "malformed"}
 
@@ -182,19 +279,30 @@ class Studio:
         scene = self.path("data", "scene")
         weft("simulate", "--preset", "tiny", "--out", scene, check=0)
         tokens = {}
-        for name in ("probe", "attacker"):
-            tokens[name] = weft("access", "token", name, "--role", "viewer", "--state", self.path("state"), check=0).stdout.strip()
+        for name, role in (("probe", "viewer"), ("attacker", "viewer"), ("attacker-2", "client")):
+            tokens[name] = weft("access", "token", name, "--role", role, "--state", self.path("state"), check=0).stdout.strip()
             write(self.path(name), tokens[name])
+        lair = self.path("data", "lair")
+        os.mkdir(lair)
+        os.chmod(lair, 0o777)
+        os.mkdir(self.path("certificates"))
+        made = subprocess.run([os.path.join(BIN, "make_certificates"), self.path("certificates")], capture_output=True, text=True, check=True)
+        authority, certificate, key, revocations, *clients = made.stdout.split()
+        for path in clients:
+            os.chmod(path, 0o644)
         self.daemon = subprocess.Popen(
-            [os.path.join(BIN, "weftd"), "--listen", "127.0.0.1:0", "--address-file", self.path("address"), "--state", self.path("state"),
-             "--allow-path", self.path("data"), "--workers", "1"], stdout=subprocess.DEVNULL, stderr=open(self.path("log"), "w"))
-        self.address = wait_for(lambda: os.path.exists(self.path("address")) and read(self.path("address")).strip(), "weftd to listen")
+            [os.path.join(BIN, "weftd"), "--listen", "127.0.0.1:0", "--listen", "0.0.0.0:0", "--tls-cert", certificate, "--tls-key", key,
+             "--tls-client-ca", authority, "--tls-client-crl", revocations, "--address-file", self.path("address"),
+             "--state", self.path("state"), "--allow-path", self.path("data"), "--workers", "1"],
+            stdout=subprocess.DEVNULL, stderr=open(self.path("log"), "w"))
+        self.address, network = wait_for(lambda: os.path.exists(self.path("address")) and read(self.path("address")).split(), "weftd to listen")
         done = weft("register", scene, "--rig", f"{scene}/rig.json", "--board", f"{scene}/board.json", "--template", f"{scene}/template",
                     "--server", self.address, "--detach", "--out", self.path("data", "out"), check=0)
         self.job = done.stdout.split()[0]
         weft("job", "watch", self.job, "--server", self.address, check=0)
         frame = sorted(name for name in os.listdir(scene) if name.isdigit())[0]
-        self.target = Target(self.address, tokens["attacker"], self.job, frame)
+        self.target = Target(self.address, "127.0.0.1:" + network.rsplit(":", 1)[1], tokens["attacker"], tokens["attacker-2"], self.job, frame, scene,
+                             lair, [authority, *clients[:6]])
         self.probe = subprocess.Popen([os.path.join(BIN, "probe"), self.address, self.job, "100"], text=True, stdin=subprocess.PIPE,
                                       stdout=subprocess.PIPE, env={**os.environ, "WEFT_TOKEN_FILE": self.path("probe")})
 
@@ -209,6 +317,11 @@ class Studio:
     def audited(self, user):
         lines = weft("access", "log", "--state", self.path("state"), "--last", "100000", check=0).stdout.split("\n")
         return sum(1 for line in lines if f"user uid {user}" in line or "attacker" in line)
+
+    def cancel_jobs(self):
+        for job in json.loads(weft("job", "list", "--server", self.address, "--json", check=0).stdout)["jobs"]:
+            if job["state"] in ("JOB_STATE_QUEUED", "JOB_STATE_RUNNING"):
+                weft("job", "cancel", job["id"], "--server", self.address)
 
     def stop(self):
         self.probe.stdin.close()
@@ -248,6 +361,7 @@ def main():
             for attacker in attackers:
                 attacker.join()
             seen = studio.seen()
+            studio.cancel_jobs()
             time.sleep(3)
             studio.seen()
             ratio = seen["p99"] / max(quiet["p99"], LEAST_QUIET_MS)

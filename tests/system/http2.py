@@ -40,9 +40,10 @@ def message(data):
 
 
 def field(number, data):
-    """A field of bytes or text of a protobuf message."""
+    """A field of bytes or text of a protobuf message, shorter than 16 kB."""
     data = data.encode() if isinstance(data, str) else data
-    return bytes([number << 3 | 2, len(data)]) + data
+    length = [len(data)] if len(data) < 128 else [len(data) % 128 + 128, len(data) // 128]
+    return bytes([number << 3 | 2, *length]) + data
 
 
 def call(stream, path, data, token=None):
