@@ -288,7 +288,7 @@ class Studio:
         os.mkdir(self.path("certificates"))
         made = subprocess.run([os.path.join(BIN, "make_certificates"), self.path("certificates")], capture_output=True, text=True, check=True)
         authority, certificate, key, revocations, *clients = made.stdout.split()
-        for path in clients:
+        for path in (authority, *clients):
             os.chmod(path, 0o644)
         self.daemon = subprocess.Popen(
             [os.path.join(BIN, "weftd"), "--listen", "127.0.0.1:0", "--listen", "0.0.0.0:0", "--tls-cert", certificate, "--tls-key", key,
