@@ -2,18 +2,16 @@
 
 import json
 import os
-import resource
 import shutil
 import signal
 import subprocess
 import sys
 import tempfile
-import time
 import unittest
 
 import job_campaign
 from job_campaign import Studio, differing, make_take, run_trial, undisturbed
-from studio import BIN, LONG_S, processes_of, read, results, temporary_files, wait_for, weft, write
+from studio import BIN, LONG_S, read, results, temporary_files, wait_for, weft, write
 
 # Between weftd and weft-worker: kills the worker as soon as it has told of the last frame, once.
 DEADLY_WORKER = """#!{python}
@@ -143,21 +141,6 @@ class JobResults(unittest.TestCase):
         self.assertIn(f"images, scan or start of {self.studio.frames[0]} changed while the job ran", " ".join(job["warnings"]))
         expected, _ = undisturbed(take)
         self.assertEqual(differing(results(self.out), expected), [])
-
-    def test_a_limit_on_the_size_of_files_ends_no_process(self):
-        self.studio.start_daemon(workers=1)
-        process = self.studio.daemon.pid
-        job_id = self.studio.submit()
-        _, most = resource.prlimit(process, resource.RLIMIT_FSIZE)
-        resource.prlimit(process, resource.RLIMIT_FSIZE, (4096, most))
-        for worker in processes_of(self.studio.folder, "weft-worker"):
-            resource.prlimit(worker, resource.RLIMIT_FSIZE, (4096, most))
-        log = os.path.join(self.studio.folder, "weftd.log")
-        wait_for(lambda: "File too large" in read(log) or "disk" in read(log), "the limit to be felt")
-        time.sleep(2)
-        self.assertIsNone(self.studio.daemon.poll(), read(log))
-        resource.prlimit(process, resource.RLIMIT_FSIZE, (most, most))
-        self.assert_done(job_id)
 
     def test_a_folder_has_one_writer(self):
         self.studio.start_daemon(workers=1)
