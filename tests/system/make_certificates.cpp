@@ -1,6 +1,6 @@
-// make_certificates FOLDER: an authority, and a certificate of a server on 127.0.0.1 that it signed. Prints paths, a
-// line each: authority, certificate, key; the authority's list of revoked certificates; certificate and key of
-// clients "expired", "revoked", "foreign" (of another authority) and "known".
+// make_certificates FOLDER: an authority, and a certificate of a server on 127.0.0.1 that it signed. Prints
+// paths, a line each: authority, certificate, key; the authority's list of revoked certificates; certificate
+// and key of clients "expired", "revoked", "foreign" (of another authority) and "known".
 #include <cstdio>
 #include <string>
 
