@@ -81,7 +81,7 @@ absl::Status WriteError(const std::string& path, int error) {
     case EFBIG:
       return absl::ResourceExhaustedError(
           absl::StrCat(path, ": cannot be written (", strerror(error),
-                       "); raise the limit on the size of files (ulimit -f) or take another file system"));
+                       "); raise the limit on the size of files (ulimit -f), or make room on the disk"));
     default:
       return absl::UnavailableError(absl::StrCat(path, ": cannot be written (", strerror(error), ")"));
   }

@@ -43,14 +43,15 @@ absl::Status RunTaskFile(const std::string& path) {
     if (!PrintLine(weft::WorkerEventLine(event))) stop.request_stop();
   };
   // Threads that run by now would stay free, and a file of others may take over any of them.
-  if (absl::Status status = weft::ConfineToTask(task, report); !status.ok()) return status;
+  const absl::StatusOr<weft::UniqueFd> out = weft::ConfineToTask(task, report);
+  if (!out.ok()) return out.status();
   const weft::StopOnSignal signals;
   // Whoever records goes first.
   constexpr int kNiceness = 10;
   if (task.spec().live_every() > 0) [[maybe_unused]]
     const int ignored = nice(kNiceness);
   const std::stop_callback forward(signals.token(), [&stop] { stop.request_stop(); });
-  return weft::RunTask(task, report, stop.get_token());
+  return weft::RunTask(task, *out, report, stop.get_token());
 }
 
 }  // namespace

@@ -40,8 +40,8 @@ bool WasRemoved(const UniqueFd& folder) {
   return folder.open() && fstat(folder.get(), &info) == 0 && info.st_nlink == 0;
 }
 
-absl::Status Run(const v1::Task& task, const std::function<void(const v1::WorkerEvent&)>& report,
-                 std::stop_token stop) {
+absl::Status Run(const v1::Task& task, const UniqueFd& out,
+                 const std::function<void(const v1::WorkerEvent&)>& report, std::stop_token stop) {
   if (task.frames().empty()) return absl::InvalidArgumentError("frames: the task names none");
   if (task.threads() < 0) return absl::InvalidArgumentError("threads: must not be negative");
   if (task.spec().out().empty()) return absl::InvalidArgumentError("spec.out: must not be empty");
@@ -69,7 +69,6 @@ absl::Status Run(const v1::Task& task, const std::function<void(const v1::Worker
     *event.mutable_finished() = info;
     report(event);
   };
-  const UniqueFd out(open(task.spec().out().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
   const absl::Status done = RegisterFrames(**inputs, *job_frames, *frames, task.spec().options(),
                                            task.spec().out(), {.threads = task.threads()}, events, stop);
   if (done.ok() || !WasRemoved(out)) return done;
@@ -89,18 +88,21 @@ absl::Status Reported(const absl::Status& status, const std::function<void(const
 
 }  // namespace
 
-absl::Status ConfineToTask(const v1::Task& task, const std::function<void(const v1::WorkerEvent&)>& report) {
+absl::StatusOr<UniqueFd> ConfineToTask(const v1::Task& task,
+                                       const std::function<void(const v1::WorkerEvent&)>& report) {
   const LinkRules links = {.allowed = {task.allowed_paths().begin(), task.allowed_paths().end()},
                            .closed = task.state_folder()};
   // Somebody may have removed it meanwhile, and a rule needs a folder.
   absl::Status status = task.spec().out().empty() ? absl::OkStatus() : CreateFolders(task.spec().out());
+  UniqueFd out(open(task.spec().out().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
   if (status.ok()) status = ConfineProcess(ConfinementOf(task.spec(), links));
-  return Reported(status, report);
+  if (!status.ok()) return Reported(status, report);
+  return out;
 }
 
-absl::Status RunTask(const v1::Task& task, const std::function<void(const v1::WorkerEvent&)>& report,
-                     std::stop_token stop) {
-  return Reported(Run(task, report, std::move(stop)), report);
+absl::Status RunTask(const v1::Task& task, const UniqueFd& out,
+                     const std::function<void(const v1::WorkerEvent&)>& report, std::stop_token stop) {
+  return Reported(Run(task, out, report, std::move(stop)), report);
 }
 
 }  // namespace weft

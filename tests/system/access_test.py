@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import stat
 import subprocess
 import sys
@@ -19,6 +20,11 @@ def can_be_a_stranger():
         return subprocess.run([os.path.join(BIN, "weft"), "--version"], user=STRANGER, capture_output=True, check=False).returncode == 0
     except (PermissionError, LookupError, ValueError):
         return False
+
+
+def python_of_all():
+    """A Python that every user may run; the one that runs this may be its owner's alone."""
+    return shutil.which("python3", path="/usr/bin:/usr/local/bin") or sys.executable
 
 
 class Access(unittest.TestCase):
@@ -90,7 +96,7 @@ class Access(unittest.TestCase):
                   "    pass\n")
 
         def kept_out():
-            subprocess.run([sys.executable, "-c", offend, self.address], user=STRANGER, check=True, timeout=60,
+            subprocess.run([python_of_all(), "-c", offend, self.address], user=STRANGER, check=True, timeout=60,
                            cwd=os.path.dirname(os.path.abspath(__file__)), env={**os.environ, "PYTHONDONTWRITEBYTECODE": "1"})
             return "kept out for 30 s" in self.access("log").stdout
         wait_for(kept_out, "the offender to be kept out")

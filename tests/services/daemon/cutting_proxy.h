@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <signal.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -24,6 +25,7 @@ class CuttingProxy {
   explicit CuttingProxy(const std::string& server)
       : server_port_(static_cast<uint16_t>(std::stoi(server.substr(server.find(':') + 1)))),
         listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    signal(SIGPIPE, SIG_IGN);  // whoever is written to may have gone
     sockaddr_in address = Loopback(0);
     socklen_t size = sizeof(address);
     EXPECT_EQ(bind(listener_.get(), reinterpret_cast<sockaddr*>(&address), size), 0);
