@@ -20,12 +20,14 @@
 namespace weft {
 namespace {
 
-constexpr int kMaxRequestBytes = 1 << 20;
 constexpr int kMaxThreads = 192;  // calls at once; watchers and downloads need none
 constexpr int kSpareThreads = 8;  // gRPC polls with some
 
 void ConfigureServer(grpc::ServerBuilder& builder) {
-  builder.SetMaxReceiveMessageSize(kMaxRequestBytes);
+  builder.SetMaxReceiveMessageSize(ReceiveGuard::kLargestMessage_bytes);
+  // Windows that gRPC lets grow with the bandwidth would hold more than ReceiveGuard allows.
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, ReceiveGuard::kWindow_bytes);
   grpc::ResourceQuota quota("weftd");
   quota.SetMaxThreads(kMaxThreads);
   builder.SetResourceQuota(quota);

@@ -19,9 +19,12 @@ namespace weft {
 // are not counted. Thread safety: any thread.
 class ReceiveGuard {
  public:
-  // What a connection may owe: TLS handshake, headers, windows; and a message for each call that awaits one.
+  // What a call may send ahead of its reader (HTTP/2's window of a stream), and the largest message.
+  static constexpr int kWindow_bytes = 1 << 20;
+  static constexpr int kLargestMessage_bytes = 1 << 20;
+  // What a connection may owe: TLS handshake, headers, windows; and both for each call that awaits messages.
   static constexpr double kMostUnheard_bytes = 256 << 10;
-  static constexpr double kMessage_bytes = 1 << 20;
+  static constexpr double kMessage_bytes = kWindow_bytes + kLargestMessage_bytes;
   static constexpr double kMostMessages_bytes = 16 << 20;
   // For windows and pings, which come with what is sent to it.
   static constexpr double kFree_bytes_per_s = 32 << 10;

@@ -91,9 +91,9 @@ TEST_F(ReceiveGuardTest, HoldsMessagesAgainstWhatIsSent) {
   }
 }
 
-TEST_F(ReceiveGuardTest, ACallMayBringOneMessageThatIsNotHeardYet) {
+TEST_F(ReceiveGuardTest, ACallMayBringAWindowAndAMessageThatAreNotHeardYet) {
   guard_.HeardCall(peer_);
-  Send(1 << 20);
+  Send(2 << 20);
   EXPECT_FALSE(IsEnded());
   guard_.HeardAll(peer_);
   EXPECT_TRUE(IsEnded());
