@@ -136,11 +136,13 @@ absl::Status Connections::Begin() {
         kDescriptors, " cannot be read, which tells how many clients are connected; mount /proc"));
   }
   wake_ = UniqueFd(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  handover_.Begin();
   thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
   return absl::OkStatus();
 }
 
 void Connections::Stop() {
+  handover_.Stop();  // while the guard still ends whoever holds it up
   if (thread_.joinable()) {
     thread_.request_stop();
     eventfd_write(wake_.get(), 1);
@@ -213,11 +215,8 @@ void Connections::Admit(Listener& listener, UniqueFd connection) {
   ++slot.admitted;
   open_[file.st_ino] = &slot;
   open_now_ = static_cast<int>(open_.size());
-  grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters parameters;
-  parameters.listener_fd = listener.socket.socket.get();
   guard_.Add(connection.get(), file.st_ino);
-  parameters.fd = connection.Release();
-  slot.acceptor->HandleNewConnection(&parameters);
+  handover_.HandOver(*slot.acceptor, listener.socket.socket.get(), std::move(connection));
 }
 
 // That of the peer, or one that nobody uses. Where there is none, the last is for all that are left.

@@ -14,6 +14,7 @@
 
 #include "absl/status/status.h"
 #include "services/daemon/call_check.h"
+#include "services/daemon/connection_handover.h"
 #include "services/daemon/listen_address.h"
 #include "services/daemon/peer_budget.h"
 #include "services/daemon/receive_guard.h"
@@ -83,6 +84,7 @@ class Connections {
   PeerBudget budget_;
   Clock::time_point counted_, guarded_;
   UniqueFd wake_;
+  ConnectionHandover handover_;
   std::jthread thread_;
 };
 
