@@ -5,6 +5,7 @@
 #include <poll.h>
 #include <spdlog/spdlog.h>
 #include <sys/eventfd.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -29,8 +30,8 @@ namespace fs = std::filesystem;
 
 constexpr char kDescriptors[] = "/proc/self/fd";
 constexpr std::chrono::seconds kCountEvery{1};
-// A gigabit in so long is 6 MB.
-constexpr std::chrono::milliseconds kGuardEvery{50};
+// A gigabit in so long is 1.2 MB.
+constexpr std::chrono::milliseconds kGuardEvery{10};
 constexpr std::chrono::milliseconds kCountAgain{50};  // where there is no room
 // Of one peer. Clients that are told when to come again do not get there.
 constexpr double kMostRefusals = 1000, kRefusals_per_s = 50;
@@ -64,6 +65,12 @@ std::set<ino_t> OpenSockets() {
     }
   }
   return sockets;
+}
+
+std::string TextOf(ReceiveGuard::Ended::Reason reason) {
+  if (reason == ReceiveGuard::Ended::kWithoutCall)
+    return "a connection sent more than a handshake, made no call, and broke HTTP/2's rules or left";
+  return "a connection sent more than was heard of it in calls and messages, and was ended";
 }
 
 }  // namespace
@@ -137,17 +144,19 @@ absl::Status Connections::Begin() {
   }
   wake_ = UniqueFd(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
   handover_.Begin();
-  thread_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+  accepting_ = std::jthread([this](const std::stop_token& stop) { Run(stop); });
+  guarding_ = std::jthread([this](const std::stop_token& stop) { Guard(stop); });
   return absl::OkStatus();
 }
 
 void Connections::Stop() {
   handover_.Stop();  // while the guard still ends whoever holds it up
-  if (thread_.joinable()) {
-    thread_.request_stop();
+  if (accepting_.joinable()) {
+    accepting_.request_stop();
     eventfd_write(wake_.get(), 1);
-    thread_.join();
+    accepting_.join();
   }
+  guarding_ = {};
   // While it is open no other daemon takes its name.
   for (const auto& listener : listeners_) {
     if (!listener->socket.path.empty()) unlink(listener->socket.path.c_str());
@@ -156,18 +165,35 @@ void Connections::Stop() {
 }
 
 void Connections::Run(const std::stop_token& stop) {
+  // Calls of those that are connected go first. Of this thread alone, on Linux.
+  constexpr int kNice = 10;
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
   std::vector<pollfd> sockets;
   for (const auto& listener : listeners_) sockets.push_back({listener->socket.socket.get(), POLLIN, 0});
   sockets.push_back({wake_.get(), POLLIN, 0});
   while (!stop.stop_requested()) {
-    const std::chrono::milliseconds pause =
-        open_.empty() ? std::chrono::milliseconds(kCountEvery) : kGuardEvery;
-    poll(sockets.data(), sockets.size(), static_cast<int>(pause.count()));
-    EndNoisy();
-    if (Clock::now() - counted_ >= kCountEvery) CountOpen();
+    poll(sockets.data(), sockets.size(), std::chrono::milliseconds(kCountEvery).count());
+    {
+      const std::lock_guard lock(mutex_);
+      if (Clock::now() - counted_ >= kCountEvery) CountOpen();
+    }
     for (size_t i = 0; i < listeners_.size() && !stop.stop_requested(); ++i) {
       if ((sockets[i].revents & POLLIN) != 0) Accept(*listeners_[i]);
     }
+  }
+}
+
+void Connections::Guard(const std::stop_token& stop) {
+  std::unique_lock lock(mutex_);
+  Clock::time_point guarded = Clock::now();
+  while (!stop.stop_requested()) {
+    // Nobody to guard against: sleeps until somebody comes.
+    came_.wait(lock, stop, [this] { return !open_.empty(); });
+    lock.unlock();
+    std::this_thread::sleep_for(kGuardEvery);
+    lock.lock();
+    const Clock::time_point now = Clock::now();
+    EndNoisy(std::chrono::duration<double>(now - std::exchange(guarded, now)).count());
   }
 }
 
@@ -182,6 +208,8 @@ void Connections::Accept(Listener& listener) {
       // system.
       const int on = 1;
       setsockopt(connection.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
+      setsockopt(connection.get(), SOL_SOCKET, SO_RCVBUF, &ReceiveGuard::kReceiveBuffer_bytes,
+                 sizeof ReceiveGuard::kReceiveBuffer_bytes);
       Admit(listener, std::move(connection));
       continue;
     }
@@ -199,6 +227,7 @@ void Connections::Admit(Listener& listener, UniqueFd connection) {
   struct stat file = {};
   if (fstat(connection.get(), &file) != 0) return;
   const Peer peer = PeerOf(connection.get());
+  const std::lock_guard lock(mutex_);
   Slot& slot = SlotOf(listener, peer);
   if (!HasRoom(slot, peer) && Clock::now() - counted_ >= kCountAgain) CountOpen();
   if (std::string why = WhyRefused(slot, peer); !why.empty()) {
@@ -216,6 +245,7 @@ void Connections::Admit(Listener& listener, UniqueFd connection) {
   open_[file.st_ino] = &slot;
   open_now_ = static_cast<int>(open_.size());
   guard_.Add(connection.get(), file.st_ino);
+  came_.notify_one();
   handover_.HandOver(*slot.acceptor, listener.socket.socket.get(), std::move(connection));
 }
 
@@ -262,18 +292,15 @@ void Connections::CountOpen() {
   }
 }
 
-void Connections::EndNoisy() {
-  const Clock::duration passed = Clock::now() - guarded_;
-  if (passed < kGuardEvery) return;
-  guarded_ = Clock::now();
-  for (const ino_t inode : guard_.Check()) {
-    const auto connection = open_.find(inode);
+void Connections::EndNoisy(double passed_s) {
+  for (const ReceiveGuard::Ended& ended : guard_.Check()) {
+    const auto connection = open_.find(ended.inode);
     if (connection == open_.end()) continue;
-    TellOffence(*connection->second,
-                "a connection sent more than was heard of it in calls and messages, and was ended", 1);
+    TellOffence(*connection->second, TextOf(ended.reason),
+                ended.reason == ReceiveGuard::Ended::kFlood ? PeerBudget::kMostOffences : 1);
   }
   for (const auto& listener : listeners_) {
-    for (Slot& slot : listener->slots) EndRefused(slot, std::chrono::duration<double>(passed).count());
+    for (Slot& slot : listener->slots) EndRefused(slot, passed_s);
   }
 }
 
@@ -283,9 +310,6 @@ void Connections::EndRefused(Slot& slot, double passed_s) {
                   static_cast<double>(refused - std::exchange(slot.refusals_before, refused));
   if (slot.refusals <= kMostRefusals || IsOwner(slot.peer)) return;
   slot.refusals = 0;
-  for (const auto& [inode, of] : open_) {
-    if (of == &slot) guard_.End(inode);
-  }
   TellOffence(
       slot,
       absl::StrCat("more than ", kMostRefusals, " of its calls were refused; its connections were ended"),
@@ -294,6 +318,11 @@ void Connections::EndRefused(Slot& slot, double passed_s) {
 
 void Connections::TellOffence(const Slot& slot, const std::string& message, int offences) {
   const bool keeps_out = !IsOwner(slot.peer) && budget_.Offend(slot.peer.name, offences, Clock::now());
+  if (keeps_out) {
+    for (const auto& [inode, of] : open_) {
+      if (of == &slot) guard_.End(inode);
+    }
+  }
   v1::AuditEntry entry;
   entry.set_peer(EscapedText(slot.peer.name));
   entry.set_outcome("ENDED");

@@ -5,9 +5,11 @@
 
 #include <atomic>
 #include <chrono>
+#include <condition_variable>
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 #include <vector>
@@ -61,16 +63,17 @@ class Connections {
   struct Listener;
 
   void Run(const std::stop_token& stop);
+  void Guard(const std::stop_token& stop);
   void Accept(Listener& listener);
   void Admit(Listener& listener, UniqueFd connection);
   Slot& SlotOf(Listener& listener, const Peer& peer) const;
   // Empty: it may come.
   std::string WhyRefused(const Slot& slot, const Peer& peer);
   bool HasRoom(const Slot& slot, const Peer& peer) const;
-  // Notices connections that gRPC has closed.
+  // Notices connections that gRPC has closed. These need mutex_, as all that follow do.
   void CountOpen();
   void Tell(Slot& slot);
-  void EndNoisy();
+  void EndNoisy(double passed_s);
   // Those of a peer whose calls are refused again and again.
   void EndRefused(Slot& slot, double passed_s);
   void TellOffence(const Slot& slot, const std::string& message, int offences);
@@ -78,14 +81,16 @@ class Connections {
   const ConnectionLimits limits_;
   AuditLog& audit_;
   ReceiveGuard& guard_;
+  std::mutex mutex_;  // of slots, and of what follows
   std::vector<std::unique_ptr<Listener>> listeners_;
+  std::condition_variable_any came_;
   std::map<ino_t, Slot*> open_;
   std::atomic<int> open_now_ = 0;
   PeerBudget budget_;
-  Clock::time_point counted_, guarded_;
+  Clock::time_point counted_;
   UniqueFd wake_;
   ConnectionHandover handover_;
-  std::jthread thread_;
+  std::jthread accepting_, guarding_;
 };
 
 }  // namespace weft

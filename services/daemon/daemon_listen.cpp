@@ -21,13 +21,20 @@ namespace weft {
 namespace {
 
 constexpr int kMaxThreads = 192;  // calls at once; watchers and downloads need none
-constexpr int kSpareThreads = 8;  // gRPC polls with some
+constexpr int kPollers = 4;
+constexpr int kSpareThreads = 2 * kPollers;
 
 void ConfigureServer(grpc::ServerBuilder& builder) {
   builder.SetMaxReceiveMessageSize(ReceiveGuard::kLargestMessage_bytes);
   // Windows that gRPC lets grow with the bandwidth would hold more than ReceiveGuard allows.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, ReceiveGuard::kWindow_bytes);
+  // What is read at once is worked on to its end, though its connection was ended meanwhile.
+  builder.AddChannelArgument(GRPC_ARG_TCP_MAX_READ_CHUNK_SIZE, ReceiveGuard::kReadAtOnce_bytes);
+  // A thread that polls works on what a connection sends until nothing more comes. The others go on
+  // meanwhile.
+  builder.SetSyncServerOption(grpc::ServerBuilder::SyncServerOption::MIN_POLLERS, kPollers);
+  builder.SetSyncServerOption(grpc::ServerBuilder::SyncServerOption::MAX_POLLERS, 2 * kPollers);
   grpc::ResourceQuota quota("weftd");
   quota.SetMaxThreads(kMaxThreads);
   builder.SetResourceQuota(quota);

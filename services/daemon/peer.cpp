@@ -12,8 +12,11 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstring>
 #include <fstream>
+#include <map>
+#include <mutex>
 #include <vector>
 
 #include "absl/strings/numbers.h"
@@ -141,12 +144,36 @@ std::optional<uid_t> OwnerOfOtherEnd(const Ends& ends) {
   return owner || kernel_answers ? owner : ReadTables(ends);
 }
 
-std::string NameOfUser(uid_t uid) {
+std::string ReadNameOfUser(uid_t uid) {
   passwd user{};
   passwd* found = nullptr;
   std::vector<char> text(16384);
   getpwuid_r(uid, &user, text.data(), text.size(), &found);
   return found == nullptr ? absl::StrCat("uid ", uid) : found->pw_name;
+}
+
+// A flood of connections must not make us read the list of users, or ask a directory server, for each.
+std::string NameOfUser(uid_t uid) {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::chrono::seconds kKept{10};
+  constexpr size_t kMostUsers = 1000;
+  struct Known {
+    std::string name;
+    Clock::time_point read;
+  };
+  static std::mutex mutex;
+  static std::map<uid_t, Known> users;
+  const Clock::time_point now = Clock::now();
+  {
+    const std::lock_guard lock(mutex);
+    const auto known = users.find(uid);
+    if (known != users.end() && now - known->second.read < kKept) return known->second.name;
+  }
+  std::string name = ReadNameOfUser(uid);
+  const std::lock_guard lock(mutex);
+  if (users.size() >= kMostUsers) users.clear();
+  users[uid] = {name, now};
+  return name;
 }
 
 Peer LocalPeer(uid_t uid) { return {absl::StrCat("user ", NameOfUser(uid)), uid}; }

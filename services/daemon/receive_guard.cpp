@@ -63,6 +63,7 @@ void ReceiveGuard::Add(int socket, ino_t inode) {
   watched = {};
   watched.socket = socket;
   watched.peer = std::move(peer);
+  watched.looked = Clock::now();
 }
 
 void ReceiveGuard::Remove(ino_t inode) {
@@ -86,6 +87,7 @@ void ReceiveGuard::HeardCall(const std::string& peer) {
   if (watched == nullptr) return;
   watched->heard_bytes += kHeaders_bytes;
   ++watched->awaiting;
+  watched->called = true;
 }
 
 void ReceiveGuard::HeardMessage(const std::string& peer, size_t bytes) {
@@ -101,39 +103,54 @@ void ReceiveGuard::HeardAll(const std::string& peer) {
   if (watched != nullptr && watched->awaiting > 0) --watched->awaiting;
 }
 
+// gRPC may have closed it, and the number may be another one's by now.
+bool ReceiveGuard::IsOpen(ino_t inode, const Watched& watched) {
+  struct stat file = {};
+  return fstat(watched.socket, &file) == 0 && file.st_ino == inode;
+}
+
 void ReceiveGuard::ShutDown(ino_t inode, Watched& watched) {
   watched.ended = true;
-  // gRPC may have closed it, and the number may be another one's by now.
-  struct stat file = {};
-  if (fstat(watched.socket, &file) != 0 || file.st_ino != inode) return;
+  if (!IsOpen(inode, watched)) return;
   // Without a farewell: what waits in the kernel is not worth waiting for.
   const linger at_once = {1, 0};
   setsockopt(watched.socket, SOL_SOCKET, SO_LINGER, &at_once, sizeof at_once);
   shutdown(watched.socket, SHUT_RDWR);
 }
 
-std::vector<ino_t> ReceiveGuard::Check() {
+double ReceiveGuard::Excess_bytes(Watched& watched, Clock::time_point now) {
+  const std::optional<Traffic> traffic = TrafficOf(watched.socket);
+  if (!traffic) return 0;
+  const double passed_s = std::chrono::duration<double>(now - watched.looked).count();
+  const double free_bytes =
+      kFree_bytes_per_s * passed_s + kFreeOfSent * (traffic->sent_bytes - watched.sent_bytes);
+  const double unheard_bytes = traffic->read_bytes - watched.read_bytes - watched.heard_bytes;
+  watched.owed_bytes = std::max(0.0, watched.owed_bytes + unheard_bytes - free_bytes);
+  watched.read_bytes = traffic->read_bytes;
+  watched.sent_bytes = traffic->sent_bytes;
+  watched.heard_bytes = 0;
+  watched.looked = now;
+  const double messages_bytes = std::min(kMostMessages_bytes, kMessage_bytes * watched.awaiting);
+  return watched.owed_bytes - kMostUnheard_bytes - messages_bytes;
+}
+
+std::vector<ReceiveGuard::Ended> ReceiveGuard::Check() {
   const std::lock_guard lock(mutex_);
-  const auto now = std::chrono::steady_clock::now();
-  const double free_bytes = kFree_bytes_per_s * std::chrono::duration<double>(now - checked_).count();
-  checked_ = now;
-  std::vector<ino_t> ended;
+  const Clock::time_point now = Clock::now();
+  std::vector<Ended> ended;
   for (auto& [inode, watched] : connections_) {
-    if (watched.ended) continue;
-    const std::optional<Traffic> traffic = TrafficOf(watched.socket);
-    if (!traffic) continue;
-    const double read_bytes = traffic->read_bytes - watched.read_bytes;
-    const double sent_bytes = traffic->sent_bytes - watched.sent_bytes;
-    const double owed =
-        watched.owed_bytes + read_bytes - watched.heard_bytes - free_bytes - kFreeOfSent * sent_bytes;
-    watched.owed_bytes = std::max(0.0, owed);
-    watched.read_bytes = traffic->read_bytes;
-    watched.sent_bytes = traffic->sent_bytes;
-    watched.heard_bytes = 0;
-    const double messages_bytes = std::min(kMostMessages_bytes, kMessage_bytes * watched.awaiting);
-    if (watched.owed_bytes <= kMostUnheard_bytes + messages_bytes) continue;
+    if (watched.ended || watched.checks_to_skip-- > 0) continue;
+    if (!IsOpen(inode, watched)) {
+      watched.ended = true;
+      if (!watched.called && watched.owed_bytes > kMostSilent_bytes)
+        ended.push_back({inode, Ended::kWithoutCall});
+      continue;
+    }
+    const double excess_bytes = Excess_bytes(watched, now);
+    watched.checks_to_skip = watched.owed_bytes > 0 ? 0 : kQuietChecks - 1;
+    if (excess_bytes <= 0) continue;
     ShutDown(inode, watched);
-    ended.push_back(inode);
+    ended.push_back({inode, excess_bytes > kFlood_bytes ? Ended::kFlood : Ended::kOwesTooMuch});
   }
   return ended;
 }

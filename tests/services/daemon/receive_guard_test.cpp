@@ -53,14 +53,16 @@ class ReceiveGuardTest : public testing::Test {
   }
 
   bool IsEnded() {
-    const std::vector<ino_t> ended = guard_.Check();
-    return ended == std::vector<ino_t>{inode_};
+    const std::vector<ReceiveGuard::Ended> ended = guard_.Check();
+    is_flood_ = ended.size() == 1 && ended[0].reason == ReceiveGuard::Ended::kFlood;
+    return ended.size() == 1 && ended[0].inode == inode_;
   }
 
   ReceiveGuard guard_;
   UniqueFd near_, far_;
   std::string peer_;
   ino_t inode_ = 0;
+  bool is_flood_ = false;
 };
 
 TEST_F(ReceiveGuardTest, LetsAHandshakePass) {
@@ -68,12 +70,61 @@ TEST_F(ReceiveGuardTest, LetsAHandshakePass) {
   EXPECT_FALSE(IsEnded());
 }
 
+TEST_F(ReceiveGuardTest, WaitsForAMessageThatIsNotComplete) {
+  Send(ReceiveGuard::kLargestMessage_bytes + (64 << 10));
+  EXPECT_FALSE(IsEnded());
+}
+
 TEST_F(ReceiveGuardTest, EndsAConnectionOfWhichNoCallComes) {
-  Send(1 << 20);
+  Send(2 << 20);
   EXPECT_TRUE(IsEnded());
   char byte = 0;
   EXPECT_LE(recv(near_.get(), &byte, 1, 0), 0);
   EXPECT_FALSE(IsEnded()) << "told twice";
+}
+
+TEST_F(ReceiveGuardTest, TellsAFloodFromAMistake) {
+  Send(ReceiveGuard::kMostUnheard_bytes + ReceiveGuard::kFlood_bytes / 2);
+  EXPECT_TRUE(IsEnded());
+  EXPECT_FALSE(is_flood_);
+}
+
+TEST_F(ReceiveGuardTest, CallsWhatIsFarBeyondAFlood) {
+  Send(ReceiveGuard::kMostUnheard_bytes + 2 * ReceiveGuard::kFlood_bytes);
+  EXPECT_TRUE(IsEnded());
+  EXPECT_TRUE(is_flood_);
+}
+
+TEST_F(ReceiveGuardTest, TellsOfALargeConnectionThatGrpcEndedBeforeACall) {
+  Send(100 << 10);
+  ASSERT_FALSE(IsEnded());
+  far_ = UniqueFd();
+  EXPECT_TRUE(IsEnded());
+  EXPECT_FALSE(IsEnded()) << "told twice";
+}
+
+TEST_F(ReceiveGuardTest, SaysNothingOfAHandshakeThatFailed) {
+  Send(16 << 10);
+  ASSERT_FALSE(IsEnded());
+  far_ = UniqueFd();
+  EXPECT_FALSE(IsEnded());
+}
+
+TEST_F(ReceiveGuardTest, SaysNothingOfAnUploadThatItsClientGaveUp) {
+  guard_.HeardCall(peer_);
+  Send(100 << 10);
+  ASSERT_FALSE(IsEnded());
+  guard_.HeardAll(peer_);
+  far_ = UniqueFd();
+  EXPECT_FALSE(IsEnded());
+}
+
+TEST_F(ReceiveGuardTest, NoticesSoonWhenAQuietConnectionBegins) {
+  for (int i = 0; i < 1000; ++i) ASSERT_FALSE(IsEnded());
+  Send(2 << 20);
+  int checks = 1;
+  while (!IsEnded() && checks < 100) ++checks;
+  EXPECT_LE(checks, ReceiveGuard::kQuietChecks);
 }
 
 TEST_F(ReceiveGuardTest, WhatIsNotReadYetIsNotOwed) {
