@@ -12,6 +12,7 @@ install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(DIRECTORY config DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(DIRECTORY deploy/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
+install(FILES clients/blender/weft_blender.py DESTINATION ${CMAKE_INSTALL_DATADIR}/weft/blender)
 install(PROGRAMS deploy/tour.sh DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(FILES deploy/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/weft)
 

@@ -1,0 +1,111 @@
+"""The Blender add-on: the garment and the cameras that it shows, against the files of the result."""
+
+import json
+import os
+import shutil
+import subprocess
+import unittest
+
+import numpy as np
+from export_readers import meshes_of, xyz
+from studio import LONG_S, StudioTest, read, write
+
+ADD_ON = os.path.join(os.environ["WEFT_SOURCE"], "clients", "blender", "weft_blender.py")
+Z_UP = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
+LOOK = """
+import importlib.util, sys
+import bpy, numpy as np
+from bpy_extras.object_utils import world_to_camera_view
+from mathutils import Vector
+spec = importlib.util.spec_from_file_location("weft_blender", ADD_ON)
+weft_blender = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(weft_blender)
+weft_blender.register()
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.import_scene.weft_result(filepath=RESULT + "/job.json", fps=50, bake=BAKE, color="sigma_mm")
+garment, scene = bpy.data.objects["garment"], bpy.context.scene
+found = {}
+for i, frame in enumerate(range(scene.frame_start, scene.frame_end + 1)):
+    scene.frame_set(frame)
+    mesh = garment.evaluated_get(bpy.context.evaluated_depsgraph_get()).to_mesh()
+    values = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+    mesh.vertices.foreach_get("co", values)
+    found[f"positions{i}"] = values.reshape(-1, 3)
+    for name in ("state", "sigma_mm", "views", "coverage"):
+        attribute = garment.data.attributes[name]
+        values = np.empty(len(mesh.vertices), dtype=np.float32 if attribute.data_type == "FLOAT" else np.int32)
+        attribute.data.foreach_get("value", values)
+        found[f"{name}{i}"] = values
+camera = bpy.data.objects[CAMERA]
+scene.camera = camera
+scene.render.resolution_x, scene.render.resolution_y = camera["resolution_px"]
+scene.frame_set(scene.frame_start)
+seen = [world_to_camera_view(scene, camera, Vector(p)) for p in found["positions0"].tolist()]
+found["pixels"] = [(s.x * scene.render.resolution_x - 0.5, (1 - s.y) * scene.render.resolution_y - 0.5) for s in seen]
+found["rate"] = scene.render.fps / scene.render.fps_base
+found["materials"] = [m.name for m in garment.data.materials]
+found["uv_layers"] = len(garment.data.uv_layers)
+np.savez(OUT, **found)
+"""
+
+
+@unittest.skipUnless(shutil.which("blender"), "blender is not installed")
+class AddOn(StudioTest):
+    def setUp(self):
+        super().setUp()
+        self.register(check=0)
+        self.meshes = meshes_of(self.out, self.frames)
+
+    def blender(self, *arguments, check=0):
+        done = subprocess.run(["blender", "--background", "--factory-startup", "--python-exit-code", "1", *arguments],
+                              capture_output=True, text=True, timeout=LONG_S, check=False)
+        self.assertEqual(done.returncode, check, done.stdout + done.stderr)
+        return done
+
+    def look(self, baked):
+        script, out = self.path("look.py"), self.path("look.npz")
+        camera = json.loads(read(f"{self.take}/rig.json"))["cameras"][3]
+        write(script, f"ADD_ON, RESULT, OUT, BAKE, CAMERA = {ADD_ON!r}, {self.out!r}, {out!r}, {baked}, {camera['id']!r}\n" + LOOK)
+        self.blender("--python", script)
+        with np.load(out) as arrays:
+            return dict(arrays), camera
+
+    def assert_positions(self, found):
+        for i, mesh in enumerate(self.meshes):
+            expected = 1e-3 * xyz(mesh["vertex"]) @ Z_UP.T
+            self.assertLess(np.abs(found[f"positions{i}"] - expected).max(), 1e-6 * np.ptp(expected, axis=0).max())
+
+    def test_frames_have_their_positions_and_attributes(self):
+        found, camera = self.look(baked=False)
+        self.assert_positions(found)
+        observed = np.mean([(m["vertex"]["state"] == 1) | (m["vertex"]["state"] == 2) for m in self.meshes], axis=0)
+        for i, mesh in enumerate(self.meshes):
+            for name in ("state", "sigma_mm", "views"):
+                np.testing.assert_array_equal(found[f"{name}{i}"], mesh["vertex"][name])
+            np.testing.assert_allclose(found[f"coverage{i}"], observed, rtol=1e-6)
+        self.assertEqual(list(found["materials"]), ["Weft state", "Weft sigma_mm", "Weft coverage"])
+        self.assertEqual((found["rate"], found["uv_layers"]), (50, 1))
+        self.assert_pixels(found["pixels"], camera)
+
+    def assert_pixels(self, pixels, camera):
+        """The camera of Blender is that of the rig without distortion."""
+        rotation = np.array(camera["rotation"]).reshape(3, 3)
+        seen = xyz(self.meshes[0]["vertex"]) @ rotation.T + camera["translation_mm"]
+        expected = seen[:, :2] / seen[:, 2:] * [camera["fx_px"], camera["fx_px"]] + [camera["cx_px"], camera["cy_px"]]
+        self.assertLess(np.abs(pixels - expected).max(), 0.02)
+
+    def test_baked_frames_need_no_result(self):
+        found, _ = self.look(baked=True)
+        self.assert_positions(found)
+
+    def test_works_from_a_shell(self):
+        done = self.blender("--python", ADD_ON, "--", self.out, "--save", self.path("garment.blend"))
+        self.assertIn(f"frames 1 to {len(self.frames)}", done.stdout)
+        self.assertGreater(os.path.getsize(self.path("garment.blend")), 10000)
+        os.remove(os.path.join(self.out, "job.json"))
+        refused = self.blender("--python", ADD_ON, "--", self.out, check=1)
+        self.assertIn("job.json: no such file", refused.stdout + refused.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
