@@ -11,6 +11,8 @@ find_package(SQLite3 3.40 REQUIRED)
 find_package(spdlog 1.10 REQUIRED)
 find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto) # SHA-256
 find_package(CURL 7.88 REQUIRED)
+find_package(TinyGLTF REQUIRED)
+find_package(ZLIB REQUIRED)
 find_package(meshoptimizer REQUIRED) # decimation of the view in reports
 find_package(JPEG REQUIRED)
 find_package(PNG 1.6 REQUIRED)

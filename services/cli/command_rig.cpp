@@ -121,7 +121,7 @@ absl::Status ExportRig(const ExportOptions& options) {
   return status;
 }
 
-void AddExportCommand(CLI::App& rig, CommandLine& line) {
+void AddRigExportCommand(CLI::App& rig, CommandLine& line) {
   CLI::App* command = AddCommand(rig, "export",
                                  "Write a rig.json for other programs: KRT, OpenCV's YAML, or COLMAP's text "
                                  "model (a folder, FULL_OPENCV cameras, "
@@ -145,7 +145,7 @@ void AddRigCommand(CLI::App& app, CommandLine& line) {
   rig->require_subcommand(1);
 
   AddImportCommand(*rig, line);
-  AddExportCommand(*rig, line);
+  AddRigExportCommand(*rig, line);
   AddRigCalibrateCommands(*rig, line);
   AddRigPlanCommand(*rig, line);
   AddRigRefineCommand(*rig, line);

@@ -23,6 +23,7 @@ void AddCameraFakeCommand(CLI::App& camera, CommandLine& line);
 void AddDaemonCommand(CLI::App& app, CommandLine& line);
 void AddDoctorCommand(CLI::App& app, CommandLine& line);
 void AddEvaluateCommand(CLI::App& app, CommandLine& line);
+void AddExportCommand(CLI::App& app, CommandLine& line);
 void AddSessionCommand(CLI::App& app, CommandLine& line);
 void AddSimulateCommand(CLI::App& app, CommandLine& line);
 void AddSupportCommand(CLI::App& app, CommandLine& line);

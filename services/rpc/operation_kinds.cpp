@@ -37,6 +37,11 @@ const std::vector<OperationKind>& OperationKinds() {
         {.name = "template", .is_required = false}},
        {"no-truth", "fps", "samples", "sources", "seed", "quick"},
        OperationOut::kNamed,
+       true},
+      {"export",
+       {{.name = "result", .is_positional = true}},
+       {"format", "frames", "up", "world-up", "unit", "fps", "attributes", "allow-unfinished"},
+       OperationOut::kNamed,
        true}};
   return kinds;
 }

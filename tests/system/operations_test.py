@@ -77,6 +77,10 @@ class Operations(StudioTest):
         self.assertEqual(there.returncode, here.returncode, there.stderr)
         self.assertEqual(json.loads(there.stdout)["verdict"], json.loads(here.stdout)["verdict"])
         self.assertIn("report.html", os.listdir(self.path("evaluation")))
+        export = ["--format", "npz", "--fps", 50]
+        self.there("export", f"job:{job}", *export, "--out", self.path("exported"))
+        weft("export", self.out, *export, "--out", self.path("exported here"), check=0)
+        self.assertEqual(files_of(self.path("exported")), files_of(self.path("exported here")))
 
     def test_bad_requests_are_refused_by_the_field(self):
         outside = self.there("take", "verify", "/etc", check=2)

@@ -109,7 +109,7 @@ class Files(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             path = os.path.join(folder, "no.file")
             for read in (weft.read_mesh, weft.read_cloud, weft.read_observations, weft.read_report, weft.read_job,
-                         weft.read_evaluation):
+                         weft.read_evaluation, weft.read_export):
                 with self.assertRaisesRegex(weft.NotFound, path):
                     read(path)
 

@@ -2,8 +2,8 @@
 
 from weft.formats.cloud import Cloud, read_cloud
 from weft.formats.mesh import Mesh, read_mesh
-from weft.formats.messages import read_evaluation, read_job, read_message, read_report
+from weft.formats.messages import read_evaluation, read_export, read_job, read_message, read_report
 from weft.formats.observations import Observations, read_observations
 
-__all__ = ["Cloud", "Mesh", "Observations", "read_cloud", "read_evaluation", "read_job", "read_mesh", "read_message",
-           "read_observations", "read_report"]
+__all__ = ["Cloud", "Mesh", "Observations", "read_cloud", "read_evaluation", "read_export", "read_job", "read_mesh",
+           "read_message", "read_observations", "read_report"]

@@ -43,3 +43,8 @@ def read_job(path: str | os.PathLike[str]) -> v1.Job:
 def read_evaluation(path: str | os.PathLike[str]) -> v1.Evaluation:
     """evaluation.json."""
     return read_message(path, v1.Evaluation)
+
+
+def read_export(path: str | os.PathLike[str]) -> v1.Export:
+    """export.json of `weft export`."""
+    return read_message(path, v1.Export)

@@ -1,0 +1,170 @@
+// weft export: a job's result as files of other programs.
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_split.h"
+#include "services/cli/commands.h"
+#include "services/cli/input_options.h"
+#include "services/cli/json_output.h"
+#include "services/cli/progress.h"
+#include "services/cli/remote_operation.h"
+#include "services/export/export_result.h"
+#include "services/process/exit_status.h"
+#include "services/process/stop_on_signal.h"
+
+namespace weft {
+namespace {
+
+struct ExportCommandOptions {
+  ExportRequest request;
+  std::string format, up, unit = "m", attributes;
+  bool json = false;
+};
+
+absl::StatusOr<ExportRequest> ExportRequestOf(const ExportCommandOptions& options) {
+  ExportRequest request = options.request;
+  const absl::StatusOr<ExportFormat> format = ExportFormatFromName(options.format);
+  if (!format.ok()) return format.status();
+  request.format = *format;
+  if (!options.up.empty()) {
+    const absl::StatusOr<UpAxis> up = UpAxisFromName(options.up);
+    if (!up.ok()) return up.status();
+    request.up = *up;
+  }
+  const absl::StatusOr<LengthUnit> unit = LengthUnitFromName(options.unit);
+  if (!unit.ok()) return unit.status();
+  request.unit = *unit;
+  request.has_attributes_named = !options.attributes.empty();
+  if (options.attributes == "none") return request;
+  for (const absl::string_view name : absl::StrSplit(options.attributes, ',', absl::SkipEmpty())) {
+    const absl::StatusOr<ExportAttribute> attribute = ExportAttributeFromName({name.data(), name.size()});
+    if (!attribute.ok()) return attribute.status();
+    request.attributes.push_back(*attribute);
+  }
+  return request;
+}
+
+// One bar for each step.
+class ExportBars {
+ public:
+  explicit ExportBars(bool quiet) : visible_(ProgressVisible(quiet)) {}
+
+  void Show(ExportStep step, size_t done, size_t all) {
+    if (step_ != step) {
+      bar_.reset();
+      bar_.emplace(step == ExportStep::kCheck ? "check" : "export", all, visible_);
+      step_ = step;
+    }
+    bar_->Set(done, all);
+  }
+
+ private:
+  const bool visible_;
+  std::optional<ExportStep> step_;
+  std::optional<Progress> bar_;
+};
+
+std::string ExportSummaryText(const ExportCommandOptions& options, const ExportOutcome& outcome) {
+  const v1::Export& manifest = outcome.manifest;
+  int missing = 0, bridged = 0;
+  for (const v1::ExportedFrame& frame : manifest.frames()) {
+    missing += !frame.missing_because().empty();
+    bridged += frame.bridged();
+  }
+  std::string text =
+      absl::StrFormat("%s: %s, %d frames of %d vertices and %d faces, %s, %s up", options.request.out,
+                      manifest.format(), manifest.frames_size() - missing, manifest.vertices(),
+                      manifest.faces(), manifest.transform().unit(), manifest.transform().up());
+  if (manifest.fps() > 0)
+    absl::StrAppend(&text, absl::StrFormat(", %g frames/s (%s)", manifest.fps(), manifest.fps_source()));
+  if (bridged > 0) absl::StrAppend(&text, ", ", bridged, " bridged");
+  if (missing > 0) absl::StrAppend(&text, ", ", missing, " without a mesh");
+  return outcome.was_complete ? absl::StrCat(text, "; it was complete already") : text;
+}
+
+absl::Status ExportCommand(const ExportCommandOptions& options, bool quiet) {
+  const absl::StatusOr<ExportRequest> request = ExportRequestOf(options);
+  if (!request.ok()) return request.status();
+  const StopOnSignal stop;
+  absl::StatusOr<ExportOutcome> outcome;
+  {
+    ExportBars bars(quiet);
+    outcome = ExportResult(
+        *request, [&bars](ExportStep step, size_t done, size_t all) { bars.Show(step, done, all); },
+        stop.token());
+  }
+  if (!outcome.ok()) return outcome.status();
+  if (options.json) return PrintJsonMessage(outcome->manifest);
+  if (!quiet)
+    for (const std::string& note : outcome->manifest.notes()) PrintWarning(note);
+  absl::PrintF("%s\n", ExportSummaryText(options, *outcome));
+  return absl::OkStatus();
+}
+
+void AddPlacement(CLI::App& command, ExportCommandOptions& options) {
+  command.add_option("--up", options.up, "The axis that points up; by default that of the format, see above")
+      ->type_name("AXIS")
+      ->check(CLI::IsMember({"y", "z"}));
+  command
+      .add_option("--world-up", options.request.world_up,
+                  "The axis of the rig's world that points up; -y after `weft rig calibrate --world-floor`")
+      ->type_name("AXIS")
+      ->check(CLI::IsMember({"x", "-x", "y", "-y", "z", "-z"}));
+  command.add_option("--unit", options.unit, "Unit of lengths")
+      ->type_name("UNIT")
+      ->check(CLI::IsMember({"m", "cm", "mm"}));
+  command
+      .add_option("--fps", options.request.fps,
+                  "Frames per second of the take, for times and velocities; 0: by the times of the take")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
+}
+
+}  // namespace
+
+void AddExportCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      app, "export",
+      absl::StrCat(
+          "Write a job's result as files of other programs. Every frame has the same vertices and faces, in "
+          "the "
+          "template's order. Formats, with the axis that points up and the attributes that they carry:\n",
+          FormatTable(),
+          "Debian 12 has no libraries of Alembic and binary USD. A stopped export goes on when the command "
+          "is repeated. export.json comes last; it has transform, frame rate, and the state of every frame "
+          "(bridged, missing)."),
+      "  weft export result --format glb --out garment\n"
+      "  weft export result --format ply --up z --frames 0010:0020 --out frames\n"
+      "  weft export result --format npz --unit mm --fps 60 --out arrays\n"
+      "  weft export job:20260131-104500-1a2b3c4d --server 127.0.0.1:7411 --format usda --out usd");
+  const auto options = std::make_shared<ExportCommandOptions>();
+  command->add_option("result", options->request.result, "The folder that `weft register` wrote")
+      ->required()
+      ->type_name("DIR");
+  std::vector<std::string> formats;
+  for (const FormatTraits& traits : ExportFormats()) formats.emplace_back(traits.name);
+  command->add_option("--format", options->format, "Format of the files")
+      ->required()
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember(formats));
+  command->add_option("--out", options->request.out, "Folder to write to, made where it is missing")
+      ->required()
+      ->type_name("DIR");
+  AddFramesOption(*command, options->request.frames, "Which frames, all by default");
+  AddPlacement(*command, *options);
+  command
+      ->add_option("--attributes", options->attributes,
+                   "Which attributes, e.g. uv,state, or none; all that the format carries by default")
+      ->type_name("LIST");
+  command->add_flag("--allow-unfinished", options->request.allow_unfinished,
+                    "Export what is there of a job that has not ended");
+  command->add_flag("--json", options->json, "Print JSON (weft.v1.Export)");
+  RunHereOrAtDaemon(*command, line, [options, &line] { return ExportCommand(*options, line.quiet); });
+}
+
+}  // namespace weft

@@ -1,0 +1,30 @@
+#include "services/export/export_request.h"
+
+#include "absl/strings/str_cat.h"
+#include "services/export/export_transform.h"
+
+namespace weft {
+
+absl::Status ExportRequest::Validate() const {
+  if (result.empty()) return absl::InvalidArgumentError("the folder of the result is empty");
+  if (out.empty()) return absl::InvalidArgumentError("--out: the folder of the export is empty");
+  if (!(fps >= 0 && fps <= 1e6))
+    return absl::InvalidArgumentError("--fps: must lie between 0 and 1000000 frames per second");
+  const FormatTraits& traits = TraitsOf(format);
+  if (traits.fixed_axes &&
+      (up.value_or(traits.up) != traits.up || unit.value_or(LengthUnit::kMetre) != LengthUnit::kMetre)) {
+    return absl::InvalidArgumentError(absl::StrCat("--up, --unit: ", traits.name,
+                                                   " is y up and in metres by its specification; leave "
+                                                   "them out, readers turn and scale it themselves"));
+  }
+  for (const ExportAttribute attribute : attributes) {
+    if (!traits.Carries(attribute)) {
+      return absl::InvalidArgumentError(absl::StrCat("--attributes: ", traits.name, " does not carry ",
+                                                     NameOf(attribute),
+                                                     "; ply, usda and npz carry all attributes"));
+    }
+  }
+  return ExportTransform::Make(up.value_or(traits.up), world_up, unit.value_or(LengthUnit::kMetre)).status();
+}
+
+}  // namespace weft

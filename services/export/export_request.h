@@ -1,0 +1,36 @@
+// What `weft export` is asked.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "services/export/export_format.h"
+
+namespace weft {
+
+struct ExportRequest {
+  std::string result;  // folder of a job's results
+  std::string out;     // folder of the export
+  ExportFormat format = ExportFormat::kPly;
+  std::string frames;              // as FindFrameRange (capture/take/frame_range.h) reads it; empty: all
+  std::optional<UpAxis> up;        // empty: that of the format
+  std::string world_up = "-y";     // the axis of the rig's world that points up: x, -x, y, -y, z, -z
+  std::optional<LengthUnit> unit;  // empty: metres
+  double fps = 0;                  // frames per second of the take; 0: by the times of the take
+  bool has_attributes_named = false;
+  std::vector<ExportAttribute> attributes;  // where named; else all that the format carries
+  bool allow_unfinished = false;            // a job that has not ended: its frames so far
+
+  // InvalidArgument names the option and the remedy.
+  absl::Status Validate() const;
+};
+
+// First all meshes are read and checked, then the files are written.
+enum class ExportStep { kCheck, kWrite };
+// Steps done, of all. Called by the exporting thread.
+using ExportProgress = std::function<void(ExportStep step, size_t done, size_t all)>;
+
+}  // namespace weft

@@ -1,0 +1,25 @@
+// mesh.ply of a result with faces and texture, checked against what its report lists.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "alignment/mesh.h"
+#include "alignment/mesh_texture.h"
+
+namespace weft {
+
+struct CheckedMesh {
+  RegisteredMesh registered;
+  std::vector<Face> faces;
+  MeshTexture texture;  // empty: the file has none
+};
+
+// `checksum`: of the file, as report.json lists it; empty is not checked (reports of earlier versions).
+// DataLoss: the file has another. InvalidArgument: it is no such mesh. NotFound. Messages name the file.
+absl::StatusOr<CheckedMesh> ReadCheckedMesh(const std::string& path, const std::string& checksum);
+// The vertices alone.
+absl::StatusOr<RegisteredMesh> ReadCheckedVertices(const std::string& path, const std::string& checksum);
+
+}  // namespace weft
