@@ -161,6 +161,10 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
       ->add_option("--attributes", options->attributes,
                    "Which attributes, e.g. uv,state, or none; all that the format carries by default")
       ->type_name("LIST");
+  command->add_flag(
+      "--meshopt", options->request.meshopt,
+      "Compress a glb for browsers (EXT_meshopt_compression), positions rounded to 0.008 mm; Blender "
+      "does not read it");
   command->add_flag("--allow-unfinished", options->request.allow_unfinished,
                     "Export what is there of a job that has not ended");
   command->add_flag("--json", options->json, "Print JSON (weft.v1.Export)");

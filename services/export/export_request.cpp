@@ -17,6 +17,10 @@ absl::Status ExportRequest::Validate() const {
                                                    " is y up and in metres by its specification; leave "
                                                    "them out, readers turn and scale it themselves"));
   }
+  if (meshopt && format != ExportFormat::kGlb) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--meshopt: compresses glb alone, not ", traits.name, "; leave it out"));
+  }
   for (const ExportAttribute attribute : attributes) {
     if (!traits.Carries(attribute)) {
       return absl::InvalidArgumentError(absl::StrCat("--attributes: ", traits.name, " does not carry ",

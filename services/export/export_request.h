@@ -22,6 +22,7 @@ struct ExportRequest {
   double fps = 0;                  // frames per second of the take; 0: by the times of the take
   bool has_attributes_named = false;
   std::vector<ExportAttribute> attributes;  // where named; else all that the format carries
+  bool meshopt = false;                     // glb alone: compressed for browsers (EXT_meshopt_compression)
   bool allow_unfinished = false;            // a job that has not ended: its frames so far
 
   // InvalidArgument names the option and the remedy.

@@ -85,6 +85,7 @@ std::vector<ExportSample> SamplesOf(const ExportSource& source, const FormatTrai
 v1::Export ManifestOf(const ExportRequest& request, const ExportSource& source, const ExportPlan& plan) {
   v1::Export manifest;
   manifest.set_format(plan.traits.name);
+  manifest.set_meshopt(plan.meshopt);
   v1::ExportTransform& transform = *manifest.mutable_transform();
   for (int row = 0; row < 4; ++row)
     for (int col = 0; col < 4; ++col)
@@ -238,7 +239,8 @@ absl::StatusOr<ExportOutcome> ExportResult(const ExportRequest& request, const E
   if (!source.ok()) return source.status();
   if (absl::Status status = source->Survey(progress, stop); !status.ok()) return status;
   const FormatTraits& traits = TraitsOf(request.format);
-  const ExportPlan plan{*source, traits, AttributesOf(request, *source), SamplesOf(*source, traits)};
+  const ExportPlan plan{*source, traits, AttributesOf(request, *source), SamplesOf(*source, traits),
+                        request.meshopt};
   ExportOutcome outcome{ManifestOf(request, *source, plan), false};
   std::unique_ptr<FrameWriter> frames;
   std::unique_ptr<SequenceWriter> sequence;

@@ -27,6 +27,7 @@ struct ExportPlan {
   const FormatTraits& traits;
   std::vector<ExportAttribute> attributes;  // that are written
   std::vector<ExportSample> samples;        // at least one
+  bool meshopt = false;                     // as in ExportRequest
 
   bool Has(ExportAttribute attribute) const;
 };

@@ -40,7 +40,7 @@ const std::vector<OperationKind>& OperationKinds() {
        true},
       {"export",
        {{.name = "result", .is_positional = true}},
-       {"format", "frames", "up", "world-up", "unit", "fps", "attributes", "allow-unfinished"},
+       {"format", "frames", "up", "world-up", "unit", "fps", "attributes", "meshopt", "allow-unfinished"},
        OperationOut::kNamed,
        true}};
   return kinds;

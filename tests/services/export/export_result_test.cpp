@@ -91,38 +91,47 @@ class ExportResultTest : public ::testing::Test {
     return files;
   }
 
+  void StopEverywhere(const std::string& name);
+
   const std::string folder_;
   ExportRequest request_;
 };
 
+// The request as a whole, and stopped after one step, then after two, and so on: the same bytes.
+void ExportResultTest::StopEverywhere(const std::string& name) {
+  request_.out = folder_ + "/whole/" + name;
+  ASSERT_TRUE(Export().ok());
+  const auto whole = Files();
+  request_.out = folder_ + "/parts/" + name;
+  for (int run = 0; run < 100; ++run) {
+    std::stop_source stop;
+    int steps = 0;
+    const auto count = [&](ExportStep step, size_t, size_t) {
+      if (step == ExportStep::kWrite && ++steps > run) stop.request_stop();
+    };
+    const auto outcome = ExportResult(request_, count, stop.get_token());
+    if (outcome.ok()) break;
+    ASSERT_EQ(outcome.status().code(), absl::StatusCode::kCancelled) << outcome.status();
+    EXPECT_THAT(outcome.status().message(), HasSubstr("the same command goes on"));
+    EXPECT_FALSE(fs::exists(request_.out + "/export.json"));
+  }
+  EXPECT_TRUE(fs::exists(request_.out + "/export.json")) << name;
+  EXPECT_EQ(Files(), whole) << name;
+}
+
 TEST_F(ExportResultTest, GoesOnWithTheSameBytesWhereverItIsStopped) {
   for (const FormatTraits& traits : ExportFormats()) {
     request_.format = traits.format;
-    if (traits.fixed_axes) request_.unit = LengthUnit::kMetre;
-    request_.out = absl::StrCat(folder_, "/whole/", traits.name);
-    ASSERT_TRUE(Export().ok());
-    const auto whole = Files();
-    request_.out = absl::StrCat(folder_, "/parts/", traits.name);
-    // The first run is stopped after one step, the second after two, and so on.
-    bool complete = false;
-    for (int run = 0; run < 100 && !complete; ++run) {
-      std::stop_source stop;
-      int steps = 0;
-      const auto count = [&](ExportStep step, size_t, size_t) {
-        if (step == ExportStep::kWrite && ++steps > run) stop.request_stop();
-      };
-      const auto outcome = ExportResult(request_, count, stop.get_token());
-      complete = outcome.ok();
-      if (complete) break;
-      ASSERT_EQ(outcome.status().code(), absl::StatusCode::kCancelled) << outcome.status();
-      EXPECT_THAT(outcome.status().message(), HasSubstr("the same command goes on"));
-      EXPECT_FALSE(fs::exists(request_.out + "/export.json"));
-    }
-    EXPECT_TRUE(fs::exists(request_.out + "/export.json")) << traits.name;
-    EXPECT_TRUE(complete) << traits.name;
-    EXPECT_EQ(Files(), whole) << traits.name;
-    request_.unit = LengthUnit::kMillimetre;
+    request_.unit = traits.fixed_axes ? LengthUnit::kMetre : LengthUnit::kMillimetre;
+    StopEverywhere(traits.name);
   }
+}
+
+TEST_F(ExportResultTest, CompressedGltfGoesOnToo) {
+  request_.format = ExportFormat::kGlb;
+  request_.unit = LengthUnit::kMetre;
+  request_.meshopt = true;
+  StopEverywhere("meshopt");
 }
 
 TEST_F(ExportResultTest, VelocitiesAreCentralDifferencesAndOneSidedAtTheEnds) {
