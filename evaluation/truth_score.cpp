@@ -86,10 +86,10 @@ absl::Status ScoreDecoding(const FrameTruth& truth, const std::vector<CameraObse
   }
   DecodeScore centers, corners;
   for (const ViewTruth& view : truth.views) {
-    static const std::vector<Observation> kNone;
+    static const std::vector<Observation> kNoObservations;
     const std::vector<Observation>* seen = of_camera[view.camera_id];
-    centers += ScoreView(view, seen ? *seen : kNone, NodeKind::kCenter, options);
-    corners += ScoreView(view, seen ? *seen : kNone, NodeKind::kCorner, options);
+    centers += ScoreView(view, seen ? *seen : kNoObservations, NodeKind::kCenter, options);
+    corners += ScoreView(view, seen ? *seen : kNoObservations, NodeKind::kCorner, options);
   }
   score.centers = std::move(centers);
   if (corners.observations > 0) score.corners = std::move(corners);

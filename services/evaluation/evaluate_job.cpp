@@ -4,8 +4,6 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <mutex>
 #include <utility>
 
@@ -14,26 +12,6 @@
 
 namespace weft {
 namespace {
-
-// Sums and counts per vertex.
-class FieldMean {
- public:
-  void Add(const std::vector<double>& values) {
-    if (sum_.size() < values.size()) sum_.resize(values.size()), count_.resize(values.size());
-    for (size_t v = 0; v < values.size(); ++v)
-      if (std::isfinite(values[v])) sum_[v] += values[v], ++count_[v];
-  }
-  std::vector<double> Mean(double scale = 1) const {
-    std::vector<double> mean(sum_.size(), std::numeric_limits<double>::quiet_NaN());
-    for (size_t v = 0; v < sum_.size(); ++v)
-      if (count_[v] > 0) mean[v] = scale * sum_[v] / count_[v];
-    return mean;
-  }
-
- private:
-  std::vector<double> sum_;
-  std::vector<int> count_;
-};
 
 std::optional<ErrorSummary> MeanOf(const std::vector<EvaluatedFrame>& frames,
                                    std::optional<ErrorSummary> FrameMetrics::*field) {
@@ -116,19 +94,48 @@ void ExplainGaps(const EvaluationRequest& request, const EvaluationInputs& input
 
 }  // namespace
 
+void EvaluationSum::Add(FrameOutcome outcome) {
+  visibility_.Add(outcome.fields.observed);
+  error_.Add(outcome.fields.error_mm);
+  distortion_.Add(outcome.fields.distortion_mm);
+  texture_drift_.Add(outcome.fields.texture_drift_mm);
+  true_drift_.Add(outcome.fields.true_drift_mm);
+  out_.cameras.resize(std::max(out_.cameras.size(), outcome.cameras.size()));
+  for (size_t c = 0; c < outcome.cameras.size(); ++c) out_.cameras[c] += outcome.cameras[c];
+  out_.total += outcome.frame.score;
+  out_.frames.push_back(std::move(outcome.frame));
+}
+
+absl::StatusOr<JobEvaluation> EvaluationSum::Finish(const EvaluationRequest& request,
+                                                    const EvaluationInputs& inputs) {
+  if (std::all_of(out_.frames.begin(), out_.frames.end(),
+                  [](const auto& frame) { return frame.missing.size() == 3; })) {
+    return absl::NotFoundError(absl::StrCat(
+        request.result, ": holds no observations.csv, cloud.ply or mesh.ply of any of the ",
+        out_.frames.size(), " frames", inputs.truth.empty() ? "" : absl::StrCat(" of ", inputs.truth),
+        "; give the --out folder of `weft register`"));
+  }
+  out_.remarks = inputs.remarks;
+  out_.result = inputs.result, out_.truth = inputs.truth, out_.dump = inputs.dump_path;
+  out_.fps = inputs.fps, out_.fps_source = inputs.fps_source;
+  out_.truth_by_node = inputs.truth_by_node;
+  if (inputs.garment) out_.shape = inputs.garment->rest;
+  out_.total_metrics = Total(out_.frames);
+  const double per_frame = out_.fps > 0 ? out_.fps : 1;
+  out_.maps = {visibility_.Mean(), error_.Mean(), distortion_.Mean(), texture_drift_.Mean(per_frame),
+               true_drift_.Mean(per_frame)};
+  ExplainGaps(request, inputs, out_);
+  out_.verdict = VerdictOf(out_);
+  return std::move(out_);
+}
+
 absl::StatusOr<JobEvaluation> EvaluateJob(const EvaluationRequest& request,
                                           const std::function<void(size_t, size_t)>& on_frame) {
   absl::StatusOr<EvaluationInputs> inputs = LoadEvaluationInputs(request);
   if (!inputs.ok()) return inputs.status();
   const absl::StatusOr<EvaluationTools> tools = PrepareTools(request, *inputs);
   if (!tools.ok()) return tools.status();
-  JobEvaluation out;
-  out.remarks = inputs->remarks;
-  out.result = inputs->result, out.truth = inputs->truth, out.dump = inputs->dump_path;
-  out.fps = inputs->fps, out.fps_source = inputs->fps_source;
-  if (inputs->garment) out.shape = inputs->garment->rest;
-
-  FieldMean visibility, error, distortion, texture_drift, true_drift;
+  EvaluationSum sum;
   const size_t all = inputs->frames.size();
   const size_t batch = 4 * static_cast<size_t>(tbb::this_task_arena::max_concurrency());
   size_t done = 0;
@@ -145,31 +152,10 @@ absl::StatusOr<JobEvaluation> EvaluateJob(const EvaluationRequest& request,
     });
     for (absl::StatusOr<FrameOutcome>& outcome : outcomes) {
       if (!outcome.ok()) return outcome.status();
-      visibility.Add(outcome->fields.observed);
-      error.Add(outcome->fields.error_mm);
-      distortion.Add(outcome->fields.distortion_mm);
-      texture_drift.Add(outcome->fields.texture_drift_mm);
-      true_drift.Add(outcome->fields.true_drift_mm);
-      out.cameras.resize(std::max(out.cameras.size(), outcome->cameras.size()));
-      for (size_t c = 0; c < outcome->cameras.size(); ++c) out.cameras[c] += outcome->cameras[c];
-      out.total += outcome->frame.score;
-      out.frames.push_back(std::move(outcome->frame));
+      sum.Add(*std::move(outcome));
     }
   }
-  if (std::all_of(out.frames.begin(), out.frames.end(),
-                  [](const auto& frame) { return frame.missing.size() == 3; })) {
-    return absl::NotFoundError(
-        absl::StrCat(request.result, ": holds no observations.csv, cloud.ply or mesh.ply of any of the ", all,
-                     " frames", inputs->truth.empty() ? "" : absl::StrCat(" of ", inputs->truth),
-                     "; give the --out folder of `weft register`"));
-  }
-  out.total_metrics = Total(out.frames);
-  const double per_frame = out.fps > 0 ? out.fps : 1;
-  out.maps = {visibility.Mean(), error.Mean(), distortion.Mean(), texture_drift.Mean(per_frame),
-              true_drift.Mean(per_frame)};
-  ExplainGaps(request, *inputs, out);
-  out.verdict = VerdictOf(out);
-  return out;
+  return sum.Finish(request, *inputs);
 }
 
 }  // namespace weft

@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "services/evaluation/evaluate_frame.h"
+#include "services/evaluation/field_mean.h"
 #include "weft/v1/verdict.pb.h"
 
 namespace weft {
@@ -29,9 +30,23 @@ struct JobEvaluation {
   TriangleMesh shape;                 // the template, to draw the maps on; empty where there is none
   std::vector<EvaluationRemark> remarks;
   std::string result, truth, dump;
-  double fps = 0;          // 0: not known
-  std::string fps_source;  // "--fps", "the take's times"
+  std::optional<TruthByNode> truth_by_node;  // as in EvaluationInputs
+  double fps = 0;                            // 0: not known
+  std::string fps_source;                    // "--fps", "the take's times"
   v1::Verdict verdict;
+};
+
+// Adds up the frames of a job.
+class EvaluationSum {
+ public:
+  // Frames in the order of time.
+  void Add(FrameOutcome outcome);
+  // NotFound: no frame had a file of the result.
+  absl::StatusOr<JobEvaluation> Finish(const EvaluationRequest& request, const EvaluationInputs& inputs);
+
+ private:
+  JobEvaluation out_;
+  FieldMean visibility_, error_, distortion_, texture_drift_, true_drift_;
 };
 
 // Measures every frame, several at a time in the calling thread's TBB arena; the same numbers at any thread

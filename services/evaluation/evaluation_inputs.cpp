@@ -10,7 +10,6 @@
 #include "services/files/rig_file.h"
 #include "services/files/template_file.h"
 #include "services/synthetic/truth_file.h"
-#include "weft/v1/job.pb.h"
 
 namespace weft {
 namespace {
@@ -172,6 +171,7 @@ absl::StatusOr<EvaluationInputs> LoadEvaluationInputs(const EvaluationRequest& r
       ListFrames(inputs.result, inputs.truth, job, inputs.dump.get(), times);
   if (!frames.ok()) return frames.status();
   inputs.frames = *std::move(frames);
+  inputs.job = std::move(job);
   return inputs;
 }
 

@@ -16,6 +16,7 @@
 #include "evaluation/truth_by_node.h"
 #include "evaluation/truth_score.h"
 #include "services/evaluation/listed_frames.h"
+#include "weft/v1/job.pb.h"
 
 namespace weft {
 
@@ -55,6 +56,7 @@ struct EvaluationInputs {
   // Those that the job was asked for, and those that the result holds. Without job.json all of the truth.
   std::vector<ListedFrame> frames;
   std::vector<EvaluationRemark> remarks;
+  v1::Job job;  // empty where the result has no job.json
 };
 
 // Files that the request names must be readable; those that job.json names may be missing. A truth that

@@ -6,6 +6,7 @@
 
 #include "services/evaluation/evaluation_text.h"
 #include "services/files/json_file.h"
+#include "services/report/paper_table.h"
 #include "weft/v1/evaluation.pb.h"
 
 namespace weft {
@@ -16,16 +17,7 @@ uint32_t Count(int64_t count) {
   return static_cast<uint32_t>(std::min<int64_t>(count, std::numeric_limits<uint32_t>::max()));
 }
 
-v1::ErrorSummary ToProto(const ErrorSummary& summary) {
-  v1::ErrorSummary out;
-  out.set_count(Count(summary.count));
-  out.set_mean(summary.mean);
-  out.set_median(summary.median);
-  out.set_p95(summary.p95);
-  out.set_max(summary.max);
-  out.set_p99(summary.p99);
-  return out;
-}
+v1::ErrorSummary ToProto(const ErrorSummary& summary) { return ErrorSummaryMessage(summary); }
 
 std::optional<v1::ErrorSummary> ToProto(const std::vector<double>& errors) {
   const std::optional<ErrorSummary> summary = Summarize(errors);
@@ -131,20 +123,22 @@ v1::FrameScore ToProto(const std::string& name, const std::vector<std::string>& 
 
 }  // namespace
 
+v1::ErrorSummary ErrorSummaryMessage(const ErrorSummary& summary) {
+  v1::ErrorSummary out;
+  out.set_count(Count(summary.count));
+  out.set_mean(summary.mean);
+  out.set_median(summary.median);
+  out.set_p95(summary.p95);
+  out.set_max(summary.max);
+  out.set_p99(summary.p99);
+  return out;
+}
+
 std::array<int, 10> VisibilityHistogram(const std::vector<double>& visibility) {
   std::array<int, 10> counts{};
   for (const double share : visibility)
     if (share >= 0) ++counts[std::min<size_t>(counts.size() - 1, static_cast<size_t>(share * 10))];
   return counts;
-}
-
-const std::vector<PublishedScore>& PaperTable1() {
-  static const std::vector<PublishedScore> kRows = {
-      {"Halimi et al. 2022, pattern registration", 1.50, 9.27},
-      {"Halimi et al. 2022, pattern registration, big pattern (4 mm)", 0.77, 9.98},
-      {"Body tracking + non-rigid ICP (Pons-Moll et al. 2017)", 72.3, 25.94},
-      {"Body tracking + non-rigid ICP + IR optimization (Xiang et al. 2021)", 64.6, 35.49}};
-  return kRows;
 }
 
 absl::StatusOr<std::string> EvaluationJson(const JobEvaluation& evaluation) {

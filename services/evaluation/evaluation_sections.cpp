@@ -12,6 +12,7 @@
 #include "services/files/frame_paths.h"
 #include "services/report/html_text.h"
 #include "services/report/mesh_colors.h"
+#include "services/report/paper_table.h"
 #include "services/report/picture_html.h"
 #include "services/report/plot.h"
 #include "services/report/report_sections.h"
@@ -127,22 +128,18 @@ std::string EvaluationHead(const JobEvaluation& evaluation) {
       EvaluationHeadline(evaluation) + ".", evaluation.verdict, tiles + "</div>\n");
 }
 
-std::string PaperSection(const JobEvaluation& evaluation) {
-  const FrameMetrics& total = evaluation.total_metrics;
-  const double drift = MeanOr(total.texture_drift_mm_s), distortion = ValueOr(total.distortion_mm);
-  const auto row = [](const std::string& method, double drift_mm_s, double distortion_mm) {
-    return TableRow("td", {method, FormatNumber(drift_mm_s, 2), FormatNumber(distortion_mm, 2)});
-  };
-  std::string rows = row("<b>This result</b>", drift, distortion);
-  for (const PublishedScore& published : PaperTable1())
-    rows += row(EscapeHtml(published.method), published.drift_mm_s, published.geodesic_distortion_mm);
-  return Section(
-      "paper", "Beside the paper",
-      Table({"Method", "Correspondence drift rate, mm/s", "Geodesic distortion, mm"}, rows, "cameras") +
-          "<p>The other lines are Table 1 of Halimi et al. 2022, measured on that paper's own recordings of "
-          "worn shirts, which are not public: another garment, other motion, another frame rate. Drift: "
-          "optical flow between consecutive unwrapped textures. Distortion: mean change of exact geodesic "
-          "distances from seeded sources, here against the template, there against a T-pose.</p>\n");
+PaperFigures FiguresOf(const JobEvaluation& evaluation) {
+  PaperFigures figures;
+  figures.drift_mm_s = MeanOr(evaluation.total_metrics.texture_drift_mm_s);
+  figures.geodesic_distortion_mm = ValueOr(evaluation.total_metrics.distortion_mm);
+  figures.coverage = ValueOr(evaluation.total_metrics.coverage);
+  for (const EvaluatedFrame& frame : evaluation.frames) {
+    if (!frame.metrics.coverage) continue;
+    const double coverage = *frame.metrics.coverage;
+    if (!(figures.lowest_coverage <= coverage)) figures.lowest_coverage = coverage;
+    if (!(figures.highest_coverage >= coverage)) figures.highest_coverage = coverage;
+  }
+  return figures;
 }
 
 std::string MapSection(const JobEvaluation& evaluation) {
@@ -217,7 +214,8 @@ std::string FramePlotSection(const JobEvaluation& evaluation) {
   plot("Jitter of the error, inferred, mm", "mm", 3, MeanOfMetric(&FrameMetrics::error_jitter_inferred_mm));
   plot("Left-out camera error, px", "px", 3, MeanOfMetric(&FrameMetrics::left_out_px));
   if (body.empty()) return "";
-  return Section("plots", "Over the frames", absl::StrCat("<div class=\"plots\">\n", body, "</div>\n"));
+  return Section("accuracy", "Accuracy over the frames",
+                 absl::StrCat("<div class=\"plots\">\n", body, "</div>\n"));
 }
 
 std::string FrameTableSection(const JobEvaluation& evaluation) {
@@ -244,7 +242,7 @@ std::string FrameTableSection(const JobEvaluation& evaluation) {
   rows += row("<b>all</b>", evaluation.total, evaluation.total_metrics);
   for (const EvaluatedFrame& frame : evaluation.frames)
     rows += row(NameHtml(frame.frame), frame.score, frame.metrics);
-  return Section("frames", "Frames",
+  return Section("frame-measures", "Measures of the frames",
                  Table({"Frame", "Coverage", "Decode recall", "Cloud, median mm", "Seen by 3+, mm",
                         "By fewer, mm", "Texture drift" + unit, "Exact drift" + unit, "Distortion, mm",
                         "Self-inter&shy;sections", "Jitter, mm", "Left out, px"},
@@ -271,7 +269,7 @@ std::string CameraTableSection(const JobEvaluation& evaluation) {
                             FormatNumber(shift(1), 3)});
   }
   return Section(
-      "cameras", "Cameras",
+      "camera-errors", "Errors of the cameras",
       Table({"Camera", "Observations", "Outliers", "Reprojection, median px", "95 %", "Left out, median px",
              "95 %", "Shift x, px", "Shift y, px"},
             rows, "cameras") +

@@ -4,11 +4,14 @@
 #include <string>
 
 #include "services/evaluation/evaluate_job.h"
+#include "services/report/paper_table.h"
 
 namespace weft {
 
+// What stands beside the paper's figures.
+PaperFigures FiguresOf(const JobEvaluation& evaluation);
+
 std::string EvaluationHead(const JobEvaluation& evaluation);
-std::string PaperSection(const JobEvaluation& evaluation);
 std::string MapSection(const JobEvaluation& evaluation);
 std::string VisibilitySection(const JobEvaluation& evaluation);
 std::string FramePlotSection(const JobEvaluation& evaluation);

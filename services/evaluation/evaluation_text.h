@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "services/evaluation/evaluate_job.h"
+#include "weft/v1/evaluation.pb.h"
 
 namespace weft {
 
@@ -20,16 +21,11 @@ std::string FrameCsv(const JobEvaluation& evaluation);
 // A line per camera.
 std::string CameraCsv(const JobEvaluation& evaluation);
 
+// weft.v1.ErrorSummary.
+v1::ErrorSummary ErrorSummaryMessage(const ErrorSummary& summary);
+
 // Vertices by the share of frames that observe them, in ten equal steps from 0 to 1; all 0 where it is not
 // known.
 std::array<int, 10> VisibilityHistogram(const std::vector<double>& visibility);
-
-// Table 1 of the paper.
-struct PublishedScore {
-  const char* method;
-  double drift_mm_s;
-  double geodesic_distortion_mm;
-};
-const std::vector<PublishedScore>& PaperTable1();
 
 }  // namespace weft

@@ -19,7 +19,9 @@ absl::StatusOr<ResultMesh> ReadResultMesh(const std::string& path) {
   if (!ply.ok()) return ply.status();
   absl::StatusOr<TriangleMesh> mesh = MeshFromPly(*ply, path);
   if (!mesh.ok()) return mesh.status();
-  ResultMesh out{*std::move(mesh), {}};
+  ResultMesh out{*std::move(mesh), {}, {}};
+  const PlyProperty* sigma = ply->Find("vertex")->Find("sigma_mm");
+  if (sigma && !sigma->is_list) out.sigma_mm.assign(sigma->values.begin(), sigma->values.end());
   const PlyProperty* state = ply->Find("vertex")->Find("state");
   if (!state || state->is_list) return out;
   for (const double s : state->values) {

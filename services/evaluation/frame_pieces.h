@@ -14,6 +14,7 @@ namespace weft {
 struct ResultMesh {
   TriangleMesh mesh;
   std::vector<VertexState> state;  // [vertices]; empty where the file does not tell states
+  std::vector<double> sigma_mm;    // [vertices], per axis; empty where the file does not tell
 
   // [vertices] or empty: those that cameras measured in this very frame, three or more of them or two.
   std::vector<bool> Measured() const;

@@ -159,7 +159,7 @@ std::string CoverageHtml(const PreviewCoverage& coverage, size_t cameras) {
   for (const MeshPicture& picture : coverage.pictures)
     absl::StrAppendFormat(&pictures, "<img alt=\"%s\" width=%d height=%d src=\"data:image/png;base64,%s\">\n",
                           EscapeHtml(picture.title), picture.width_px, picture.height_px,
-                          Base64(picture.png));
+                          Base64(picture.bytes));
   return absl::StrCat("<section class=coverage><h2>Coverage</h2><div class=share>",
                       FormatPercent(share(coverage.cells[3] + coverage.cells[4])),
                       "</div><div class=soft>of ", FormatCount(all),

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "services/report/html_text.h"
+#include "services/report/plot.h"
 #include "services/report/report_sections.h"
 
 namespace weft {
@@ -93,6 +94,7 @@ std::string CameraRow(const CameraSummary& camera, const std::vector<std::string
           absl::StrFormat("<i class=\"bar\"><i style=\"width:%.1f%%\"></i></i>", 100 * share),
       PerFrameText(camera.corners, camera),
       PerFrameText(camera.patches_accepted, camera),
+      FormatNumber(camera.residual_px, 2),
       BiasText(camera)};
   int64_t others = 0;
   for (const auto& [reason, count] : camera.patches_rejected) others += count;
@@ -104,6 +106,25 @@ std::string CameraRow(const CameraSummary& camera, const std::vector<std::string
   }
   if (has_others) cells.push_back(PerFrameText(others, camera));
   return TableRow("td", cells);
+}
+
+std::string ResidualPlot(const std::vector<CameraSummary>& cameras) {
+  PlotFrames axis;
+  axis.noun = "camera";
+  std::vector<double> residuals;
+  bool any = false;
+  for (const CameraSummary& camera : cameras) {
+    axis.names.push_back(camera.camera);
+    residuals.push_back(camera.residual_px);
+    any = any || std::isfinite(camera.residual_px);
+  }
+  axis.without_mesh.assign(axis.names.size(), false);
+  if (!any) return "";
+  return absl::StrCat(
+      "<div class=\"plots\">\n",
+      BarPlot(axis, residuals,
+              {.title = "Reprojection residual per camera, RMS, px", .unit = "px", .decimals = 3}),
+      "</div>\n");
 }
 
 }  // namespace
@@ -119,8 +140,8 @@ std::string CameraSection(const JobSummary& summary) {
       has_others |= std::find(reasons.begin(), reasons.end(), reason) == reasons.end();
     }
   }
-  std::vector<std::string> header = {"Camera",       "Frames",       "Cells seen",
-                                     "Corners seen", "Patches read", "Off by, px"};
+  std::vector<std::string> header = {"Camera",       "Frames",       "Cells seen", "Corners seen",
+                                     "Patches read", "Residual, px", "Off by, px"};
   for (const std::string& reason : reasons) header.push_back("Rejected: " + EscapeHtml(Words(reason)));
   if (has_others) header.push_back("Rejected: other reasons");
   std::string rows;
@@ -128,12 +149,15 @@ std::string CameraSection(const JobSummary& summary) {
     rows += CameraRow(camera, reasons, has_others, most_centers);
   return Section(
       "cameras", "Cameras",
-      absl::StrCat(MissingCameras(summary.cameras),
-                   "<h3>Contribution of each camera</h3>\n<p>Means per frame in which the camera gave an "
-                   "image. A patch is a connected piece of the pattern; it is rejected as a whole. <i>Off "
-                   "by</i> is how far a camera sees the cloth from where all others see it, with its "
-                   "significance: in bold where the camera moved or its calibration is off.</p>\n",
-                   Table(header, rows, "cameras")));
+      absl::StrCat(
+          MissingCameras(summary.cameras),
+          "<h3>Contribution of each camera</h3>\n<p>Means per frame in which the camera gave an "
+          "image. A patch is a connected piece of the pattern; it is rejected as a whole. "
+          "<i>Residual</i> is the RMS distance of the camera's observations to the points as all "
+          "other cameras see them, so it is a reprojection error that cannot hide in the point. <i>Off "
+          "by</i> is how far a camera sees the cloth from where all others see it, with its "
+          "significance: in bold where the camera moved or its calibration is off.</p>\n",
+          Table(header, rows, "cameras"), ResidualPlot(summary.cameras)));
 }
 
 }  // namespace weft

@@ -64,7 +64,7 @@ absl::StatusOr<std::vector<MeshPicture>> DrawSides(const TriangleMesh& mesh,
     if (!view.ok()) return view.status();
     absl::StatusOr<std::string> png = EncodePng(*view);
     if (!png.ok()) return png.status();
-    pictures.push_back({title, *std::move(png), view->width_px, view->height_px});
+    pictures.push_back({title, *std::move(png), view->width_px, view->height_px, "image/png"});
   }
   return pictures;
 }
@@ -72,7 +72,7 @@ absl::StatusOr<std::vector<MeshPicture>> DrawSides(const TriangleMesh& mesh,
 absl::StatusOr<FramePictures> DrawFrame(const PicturedMesh& pictured, const Sides& sides,
                                         const MeshViewOptions& size, const ScalarRange& range) {
   const TriangleMesh mesh{pictured.mesh.vertices_mm, pictured.faces};
-  FramePictures result{pictured.frame, pictured.why_shown, {}, {}, range};
+  FramePictures result{pictured.frame, pictured.why_shown, {}, {}, range, {}};
   auto by_state = DrawSides(mesh, StateColors(pictured.mesh.state), sides, size, 1.0);
   if (!by_state.ok()) return by_state.status();
   const std::vector<double> sigmas(pictured.mesh.sigma_mm.begin(), pictured.mesh.sigma_mm.end());

@@ -10,6 +10,7 @@
 #include "base/median.h"
 #include "capture/image/image_encoders.h"
 #include "services/report/html_text.h"
+#include "services/report/mesh_colors.h"
 #include "services/report/plot_axes.h"
 
 namespace weft {
@@ -21,8 +22,7 @@ constexpr double kAllRows = 800, kLeastRow = 3, kLargestRow = 18, kLabelStep = 1
 constexpr double kScaleShare = 0.98;
 
 using Color = std::array<double, 3>;  // red, green, blue
-constexpr Color kEarly = {42, 96, 168}, kNoData = {244, 244, 240}, kLate = {222, 126, 24},
-                kMissing = {196, 26, 34};
+constexpr Color kMissing = {196, 26, 34};
 
 // 1, 2 or 5 times a power of ten, at least most of the values.
 double ScaleOf(const std::vector<HeatMapRow>& rows) {
@@ -39,10 +39,9 @@ double ScaleOf(const std::vector<HeatMapRow>& rows) {
 }
 
 Color ColorOf(double value, double scale) {
-  const double share = std::clamp(value / scale, -1.0, 1.0);
-  const Color& end = share < 0 ? kEarly : kLate;
+  const Eigen::Vector3f blue_to_orange = DivergingColor(value / scale);
   Color color;
-  for (size_t c = 0; c < 3; ++c) color[c] = kNoData[c] + (end[c] - kNoData[c]) * std::abs(share);
+  for (size_t c = 0; c < 3; ++c) color[c] = 255.0 * blue_to_orange[static_cast<Eigen::Index>(c)];
   return color;
 }
 

@@ -4,11 +4,14 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/report/html_text.h"
+#include "services/report/job_report_parts.h"
 #include "services/report/job_summary.h"
 #include "services/report/job_verdict.h"
+#include "services/report/paper_table.h"
 #include "services/report/report_sections.h"
 #include "services/report/report_style.h"
 #include "services/report/sequence_view.h"
+#include "services/report/verdict_html.h"
 
 namespace weft {
 
@@ -53,7 +56,20 @@ v1::Job WithVerdict(v1::Job job, const std::vector<v1::FrameReport>& frames) {
   return job;
 }
 
+PaperFigures FiguresOf(const JobSummary& summary) {
+  PaperFigures figures;
+  figures.coverage = summary.coverage;
+  figures.lowest_coverage = summary.lowest_coverage, figures.highest_coverage = summary.highest_coverage;
+  return figures;
+}
+
 }  // namespace
+
+std::string JobVerdictSection(const JobReportParts& parts) {
+  const v1::Job job = WithVerdict(parts.job, parts.frames);
+  const JobSummary summary = Summarize(job, parts.frames);
+  return Section("job", "The job", VerdictBlock(Headline(job, summary), job.verdict()));
+}
 
 std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
                           const std::vector<FramePictures>& pictures, const std::vector<std::string>& notes,
@@ -67,6 +83,7 @@ std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>
   html += in_space;
   html += PictureSection(pictures);
   html += PlotSection(frames);
+  html += PaperSection(FiguresOf(summary));
   html += FrameSection(frames);
   html += CameraSection(summary);
   html += CellSection(frames);

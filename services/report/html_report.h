@@ -13,9 +13,10 @@ namespace weft {
 
 struct MeshPicture {
   std::string title;  // "Front"
-  std::string png;    // bytes of the file
+  std::string bytes;  // of the file
   int width_px = 0;
   int height_px = 0;
+  std::string type = "image/png";
 };
 
 // Pictures of one frame's mesh.
@@ -24,7 +25,8 @@ struct FramePictures {
   std::string why_shown;  // "first frame"
   std::vector<MeshPicture> by_state;
   std::vector<MeshPicture> by_sigma;
-  ScalarRange sigma_range_mm;  // of the colours of by_sigma
+  ScalarRange sigma_range_mm;          // of the colours of by_sigma
+  std::vector<MeshPicture> in_images;  // overlays on images of cameras
 };
 
 class SequenceView;

@@ -1,4 +1,5 @@
 // The sections about the job as a whole.
+#include <algorithm>
 #include <cmath>
 #include <set>
 
@@ -71,6 +72,19 @@ std::string Threads(const std::vector<v1::FrameReport>& frames) {
   return threads.empty() ? "\xE2\x80\x93" : absl::StrCat(absl::StrJoin(threads, ", "), " per frame");
 }
 
+// "decode 1, align 2", of all frames.
+std::string Algorithms(const std::vector<v1::FrameReport>& frames) {
+  std::vector<std::string> versions;
+  for (const v1::FrameReport& frame : frames)
+    for (const v1::StageKey& key : frame.keys()) {
+      if (key.version() == 0) continue;
+      std::string version = absl::StrCat(Words(key.stage()), " ", key.version());
+      if (std::find(versions.begin(), versions.end(), version) == versions.end())
+        versions.push_back(std::move(version));
+    }
+  return versions.empty() ? kDash : EscapeHtml(absl::StrJoin(versions, ", "));
+}
+
 }  // namespace
 
 std::string Section(const std::string& id, const std::string& heading, const std::string& body) {
@@ -115,22 +129,32 @@ std::string WarningSection(const v1::Job& job, const std::vector<std::string>& n
   return Section("warnings", "Warnings", body + "</ul>\n");
 }
 
-// What differs from the preset; job.json has every option.
+// What differs from the preset, and all options folded away.
 std::string OptionSection(const v1::Job& job) {
   const v1::RegistrationOptions& options = job.spec().options();
   const absl::StatusOr<v1::PipelineOptions> preset = PresetOptions(options.preset());
   if (!preset.ok()) return "";
-  std::string rows;
+  std::string rows, all;
+  int options_of_job = 0;
   for (const OptionField& option : AllOptions()) {
     const std::string value = OptionValue(options.pipeline(), option), usual = OptionValue(*preset, option);
-    if (value.empty() || value == usual) continue;
-    absl::StrAppend(&rows, "<tr><td><code>", EscapeHtml(option.path), "</code></td><td>", EscapeHtml(value),
-                    "</td><td>", EscapeHtml(usual), "</td><td>", EscapeHtml(option.About().text()),
-                    "</td></tr>\n");
+    if (value.empty() || option.IsGroup()) continue;
+    const std::string name = absl::StrCat("<code>", EscapeHtml(option.path), "</code>"),
+                      meaning = EscapeHtml(option.About().text());
+    ++options_of_job;
+    all += TableRow("td", {name, EscapeHtml(value), meaning});
+    if (value != usual) rows += TableRow("td", {name, EscapeHtml(value), EscapeHtml(usual), meaning});
   }
-  if (rows.empty()) return "";
-  return Section("options", "Options that differ from the preset",
-                 Table({"Option", "Value", "Preset", "Meaning"}, rows, "facts"));
+  if (options_of_job == 0) return "";
+  const std::string differing =
+      rows.empty()
+          ? absl::StrCat("<p>All are those of the preset ",
+                         EscapeHtml(options.preset().empty() ? kDefaultPreset : options.preset()), ".</p>\n")
+          : absl::StrCat("<h3>Different from the preset</h3>\n",
+                         Table({"Option", "Value", "Preset", "Meaning"}, rows, "facts"));
+  return Section("options", "Options",
+                 absl::StrCat(differing, "<details><summary>All ", options_of_job, " options</summary>\n",
+                              Table({"Option", "Value", "Meaning"}, all, "facts"), "</details>\n"));
 }
 
 std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>& frames) {
@@ -150,7 +174,8 @@ std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>&
   rows += FactRow("Threads", Threads(frames));
   rows +=
       FactRow("Weft", EscapeHtml(job.weft_version().empty() ? "version not recorded" : job.weft_version()));
-  return Section("inputs", "Inputs", Table({"", "", "Content hash"}, rows, "facts"));
+  rows += FactRow("Algorithms", Algorithms(frames));
+  return Section("inputs", "Inputs, versions and ids", Table({"", "", "Content hash"}, rows, "facts"));
 }
 
 }  // namespace weft

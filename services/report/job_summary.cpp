@@ -61,13 +61,20 @@ void AddView(const v1::ViewReport& view, CameraSummary& camera) {
 std::vector<CameraSummary> SummarizeCameras(const std::vector<v1::FrameReport>& frames) {
   std::vector<CameraSummary> cameras;
   std::map<std::string, size_t> index_of;
+  std::vector<double> squares, observations;  // [cameras], of the residuals
   for (const v1::FrameReport& frame : frames) {
     for (const v1::ViewReport& view : frame.views()) {
       const auto [entry, added] = index_of.try_emplace(view.camera(), cameras.size());
       if (added) cameras.emplace_back().camera = view.camera();
       AddView(view, cameras[entry->second]);
+      squares.resize(cameras.size()), observations.resize(cameras.size());
+      if (!view.has_bias()) continue;
+      squares[entry->second] += view.bias().observations() * view.bias().rms_px() * view.bias().rms_px();
+      observations[entry->second] += view.bias().observations();
     }
   }
+  for (size_t c = 0; c < cameras.size(); ++c)
+    cameras[c].residual_px = observations[c] > 0 ? std::sqrt(squares[c] / observations[c]) : kNoNumber;
   return cameras;
 }
 
@@ -75,7 +82,7 @@ std::vector<CameraSummary> SummarizeCameras(const std::vector<v1::FrameReport>& 
 void SummarizeMeshes(const std::vector<v1::FrameReport>& frames, JobSummary& summary) {
   int64_t observed = 0, observable = 0;
   std::vector<double> cells, sigmas, times;
-  summary.lowest_coverage = kNoNumber;
+  summary.lowest_coverage = summary.highest_coverage = kNoNumber;
   for (const v1::FrameReport& frame : frames) {
     summary.peak_memory_mib = std::max(summary.peak_memory_mib, frame.peak_memory_mib());
     if (!IsRegistered(frame.state())) continue;
@@ -84,6 +91,8 @@ void SummarizeMeshes(const std::vector<v1::FrameReport>& frames, JobSummary& sum
     cells.push_back(frame.cloud().centers());
     sigmas.push_back(frame.mesh().median_observed_sigma_mm());
     times.push_back(frame.total_ms());
+    if (!(frame.mesh().coverage() <= summary.highest_coverage))
+      summary.highest_coverage = frame.mesh().coverage();
     if (!(frame.mesh().coverage() >= summary.lowest_coverage)) {
       summary.lowest_coverage = frame.mesh().coverage();
       summary.lowest_coverage_frame = frame.frame();

@@ -31,6 +31,9 @@ struct CameraSummary {
   double bias_x_px = 0;
   double bias_y_px = 0;
   double bias_significance = 0;
+  // RMS distance of its observations to the points as all other cameras see them; NaN where none was
+  // measured.
+  double residual_px = 0;
 };
 
 struct JobSummary {
@@ -38,7 +41,7 @@ struct JobSummary {
   int registered = 0;      // done and degraded
   // Over the registered frames; NaN where there are none.
   double coverage = 0;  // observed vertices of all of them, of those that can be observed
-  double lowest_coverage = 0;
+  double lowest_coverage = 0, highest_coverage = 0;
   std::string lowest_coverage_frame;
   double median_cells = 0;
   double median_sigma_mm = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "absl/strings/str_format.h"
 #include "base/median.h"
@@ -31,15 +32,15 @@ Eigen::Vector3f ClothColor() { return {0.80f, 0.79f, 0.76f}; }
 Eigen::Vector3f StateColor(VertexState state) {
   switch (state) {
     case VertexState::kObserved:
-      return {0.36f, 0.62f, 0.83f};
+      return {0.34f, 0.71f, 0.91f};
     case VertexState::kTwoView:
-      return {0.45f, 0.72f, 0.55f};
+      return {0.00f, 0.62f, 0.45f};
     case VertexState::kBridged:
-      return {0.66f, 0.50f, 0.74f};
+      return {0.55f, 0.25f, 0.50f};
     case VertexState::kInferred:
       break;
   }
-  return {0.93f, 0.58f, 0.22f};
+  return {0.90f, 0.62f, 0.00f};
 }
 
 Eigen::Vector3f UnknownColor() { return {0.55f, 0.55f, 0.55f}; }
@@ -49,6 +50,14 @@ Eigen::Vector3f MapColor(double value) {
   const double hue = (285 - 180 * t) * M_PI / 180;
   const double chroma = 0.092 + 0.065 * t * t * t;  // inside sRGB all the way
   return SrgbFromOklab(0.36 + 0.55 * t, chroma * std::cos(hue), chroma * std::sin(hue));
+}
+
+Eigen::Vector3f DivergingColor(double value) {
+  static const Eigen::Vector3f kLow = Eigen::Vector3f(42, 96, 168) / 255,
+                               kMiddle = Eigen::Vector3f(244, 244, 240) / 255,
+                               kHigh = Eigen::Vector3f(222, 126, 24) / 255;
+  const auto share = static_cast<float>(std::clamp(value, -1.0, 1.0));
+  return kMiddle + ((share < 0 ? kLow : kHigh) - kMiddle) * std::abs(share);
 }
 
 ScalarRange RoundRange(std::vector<double> values, double share) {
@@ -64,6 +73,18 @@ ScalarRange RoundRange(std::vector<double> values, double share) {
   return {0, 10 * decade};
 }
 
+ScalarRange RoundRangeAroundZero(std::vector<double> values, double share) {
+  for (double& value : values) value = std::abs(value);
+  const double high = RoundRange(std::move(values), share).high;
+  return {-high, high};
+}
+
+Eigen::Vector3f ScalarColor(double value, const ScalarRange& range) {
+  if (!std::isfinite(value)) return UnknownColor();
+  if (range.low < 0) return DivergingColor(value / std::max(-range.low, range.high));
+  return MapColor((value - range.low) / (range.high > range.low ? range.high - range.low : 1));
+}
+
 std::vector<Eigen::Vector3f> PlainColors(size_t vertices) {
   return std::vector<Eigen::Vector3f>(vertices, ClothColor());
 }
@@ -76,12 +97,9 @@ std::vector<Eigen::Vector3f> StateColors(const std::vector<VertexState>& state) 
 }
 
 std::vector<Eigen::Vector3f> ScalarColors(const std::vector<double>& values, const ScalarRange& range) {
-  const double extent = range.high > range.low ? range.high - range.low : 1;
   std::vector<Eigen::Vector3f> colors;
   colors.reserve(values.size());
-  for (const double value : values) {
-    colors.push_back(std::isfinite(value) ? MapColor((value - range.low) / extent) : UnknownColor());
-  }
+  for (const double value : values) colors.push_back(ScalarColor(value, range));
   return colors;
 }
 

@@ -2,37 +2,20 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <limits>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "capture/image/image_encoders.h"
+#include "services/report/mesh_canvas.h"
 
 namespace weft {
 namespace {
 
 constexpr int64_t kMaxSamples = 100'000'000;
-constexpr float kInsideShare = 0.55f;                    // brightness of the inside
-constexpr std::array<float, 3> kBackground = {1, 1, 1};  // linear, where not transparent
-constexpr double kOnEdge = -1e-9;                        // rounding leaves no cracks between neighbours
-constexpr float kFarAway = -std::numeric_limits<float>::infinity();
+constexpr float kInsideShare = 0.55f;  // brightness of the inside
 
 float LinearFromSrgb(float c) { return c <= 0.04045f ? c / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f); }
-
-uint8_t SrgbByte(float linear) {
-  const float c = std::clamp(linear, 0.0f, 1.0f);
-  const float s = c <= 0.0031308f ? 12.92f * c : 1.055f * std::pow(c, 1 / 2.4f) - 0.055f;
-  return static_cast<uint8_t>(std::lround(s * 255));
-}
-
-// A vertex as the rasterizer needs it: sample coordinates, depth (larger is nearer), colours of both sides.
-struct ScreenVertex {
-  double x = 0, y = 0;
-  float depth = 0;
-  Eigen::Vector3f outside, inside;  // linear light
-};
 
 absl::Status CheckMesh(const TriangleMesh& mesh, size_t colors) {
   const size_t n = mesh.vertices_mm.size();
@@ -122,89 +105,6 @@ std::vector<ScreenVertex> Project(const std::vector<Eigen::Vector3d>& seen_mm, c
   return screen;
 }
 
-// Depth buffer with the colour of the nearest surface at every sample.
-class Canvas {
- public:
-  Canvas(int width, int height)
-      : width_(width),
-        height_(height),
-        depth_(static_cast<size_t>(width) * height, kFarAway),
-        color_(static_cast<size_t>(width) * height, Eigen::Vector3f::Zero()) {}
-
-  void Draw(const ScreenVertex& a, const ScreenVertex& b, const ScreenVertex& c) {
-    // Twice the signed area; y runs down, so that faces seen from outside come out negative.
-    const double area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
-    if (area == 0 || !std::isfinite(area)) return;
-    const bool outside = area < 0;
-    const int x_begin = FirstSample(std::min({a.x, b.x, c.x}), width_);
-    const int x_end = FirstSample(std::max({a.x, b.x, c.x}) + 1, width_);
-    const int y_begin = FirstSample(std::min({a.y, b.y, c.y}), height_);
-    const int y_end = FirstSample(std::max({a.y, b.y, c.y}) + 1, height_);
-    for (int y = y_begin; y < y_end; ++y) {
-      for (int x = x_begin; x < x_end; ++x) {
-        const double px = x + 0.5, py = y + 0.5;
-        const double wb = ((px - a.x) * (c.y - a.y) - (py - a.y) * (c.x - a.x)) / area;
-        const double wc = ((b.x - a.x) * (py - a.y) - (b.y - a.y) * (px - a.x)) / area;
-        const double wa = 1 - wb - wc;
-        if (wa < kOnEdge || wb < kOnEdge || wc < kOnEdge) continue;
-        const float fa = static_cast<float>(wa), fb = static_cast<float>(wb), fc = static_cast<float>(wc);
-        const float depth = fa * a.depth + fb * b.depth + fc * c.depth;
-        const size_t at = static_cast<size_t>(y) * width_ + x;
-        if (!(depth > depth_[at])) continue;
-        depth_[at] = depth;
-        color_[at] = outside ? Eigen::Vector3f(fa * a.outside + fb * b.outside + fc * c.outside)
-                             : Eigen::Vector3f(fa * a.inside + fb * b.inside + fc * c.inside);
-      }
-    }
-  }
-
-  // Mean of ss x ss samples per pixel.
-  MeshView Resolve(int ss, bool transparent) const {
-    MeshView view;
-    view.width_px = width_ / ss;
-    view.height_px = height_ / ss;
-    view.rgba.resize(static_cast<size_t>(view.width_px) * view.height_px * 4, 0);
-    for (int y = 0; y < view.height_px; ++y) {
-      for (int x = 0; x < view.width_px; ++x) {
-        uint8_t* pixel = &view.rgba[(static_cast<size_t>(y) * view.width_px + x) * 4];
-        ResolvePixel(x * ss, y * ss, ss, transparent, pixel);
-      }
-    }
-    return view;
-  }
-
- private:
-  // Index of the first sample whose centre is not left of `position`.
-  static int FirstSample(double position, int count) {
-    return static_cast<int>(std::clamp(std::ceil(position - 0.5), 0.0, static_cast<double>(count)));
-  }
-
-  void ResolvePixel(int x0, int y0, int ss, bool transparent, uint8_t* pixel) const {
-    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    int hit = 0;
-    for (int y = y0; y < y0 + ss; ++y) {
-      for (int x = x0; x < x0 + ss; ++x) {
-        const size_t at = static_cast<size_t>(y) * width_ + x;
-        if (depth_[at] == kFarAway) continue;
-        sum += color_[at];
-        ++hit;
-      }
-    }
-    const int all = ss * ss;
-    if (!transparent) {
-      sum += static_cast<float>(all - hit) * Eigen::Vector3f(kBackground[0], kBackground[1], kBackground[2]);
-      hit = all;
-    }
-    if (hit == 0) return;
-    for (int k = 0; k < 3; ++k) pixel[k] = SrgbByte(sum[k] / static_cast<float>(hit));
-    pixel[3] = static_cast<uint8_t>((hit * 255 + all / 2) / all);
-  }
-
-  int width_, height_;
-  std::vector<float> depth_;
-  std::vector<Eigen::Vector3f> color_;
-};
-
 }  // namespace
 
 absl::Status MeshViewOptions::Validate() const {
@@ -241,7 +141,7 @@ absl::StatusOr<MeshView> RenderMesh(const TriangleMesh& mesh, const std::vector<
   if (!framing.ok()) return framing.status();
   const std::vector<ScreenVertex> screen = Project(seen_mm, mesh.faces, colors, *framing, options.shading);
   const int ss = options.supersampling;
-  Canvas canvas(options.width_px * ss, options.height_px * ss);
+  MeshCanvas canvas(options.width_px * ss, options.height_px * ss);
   for (const Face& face : mesh.faces) canvas.Draw(screen[face[0]], screen[face[1]], screen[face[2]]);
   MeshView view = canvas.Resolve(ss, options.transparent);
   view.px_per_mm = framing->samples_per_mm / ss;

@@ -17,6 +17,11 @@ std::string PictureSection(const std::vector<FramePictures>& pictures) {
                    StateLegend({VertexState::kObserved, VertexState::kTwoView, VertexState::kInferred})),
         PictureRow(frame.by_sigma, absl::StrCat("frame ", frame.frame), "uncertainty",
                    ColorBar(frame.sigma_range_mm, "sigma", "mm")),
+        PictureRow(
+            frame.in_images, absl::StrCat("frame ", frame.frame, " with the mesh over it"), "",
+            "<p class=\"legend\">Images of cameras. Lines, black inside and white outside: edges of the mesh "
+            "as the camera sees them; where they leave the cloth, the mesh is off. Tinted by state: what "
+            "three cameras did not observe.</p>"),
         "</div>\n");
   }
   return body.empty() ? "" : Section("meshes", "Meshes", body);

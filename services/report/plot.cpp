@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -15,59 +14,6 @@ namespace {
 constexpr size_t kMaxPoints = 120;
 constexpr size_t kMaxBars = 100;
 constexpr size_t kMaxLayers = 8;
-
-std::string ValueText(double value, const PlotText& text) {
-  if (text.unit == "%") return FormatPercent(value);
-  const std::string number =
-      text.decimals == 0 ? FormatCount(std::llround(value)) : FormatNumber(value, text.decimals);
-  return text.unit.empty() ? number : absl::StrCat(number, "\xC2\xA0", text.unit);
-}
-
-std::vector<std::string> TickLabels(const std::vector<double>& ticks, const PlotText& text) {
-  std::vector<std::string> labels;
-  const double step = ticks[1] - ticks[0];
-  const double shown_step = text.unit == "%" ? 100 * step : step;
-  int decimals = 0;
-  for (double s = shown_step; decimals < 6 && std::abs(s - std::round(s)) > 1e-6 * s; s *= 10) ++decimals;
-  for (const double tick : ticks) {
-    if (text.unit == "%") {
-      labels.push_back(FormatNumber(100 * tick, decimals) + "\xC2\xA0%");
-    } else if (decimals == 0) {
-      labels.push_back(FormatCount(std::llround(tick)));
-    } else {
-      labels.push_back(FormatNumber(tick, decimals));
-    }
-  }
-  return labels;
-}
-
-// Ticks that hold the values; percentages end at 100.
-std::vector<double> ValueTicks(const std::vector<BinValues>& bins, const PlotText& text) {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (const BinValues& bin : bins) {
-    if (!std::isfinite(bin.mean)) continue;
-    low = std::min(low, bin.low);
-    high = std::max(high, bin.high);
-  }
-  if (low > high) low = 0, high = 1;
-  if (text.unit == "%") {
-    return RoundTicks(text.from_zero ? 0 : std::clamp(std::floor(10 * low - 0.5) / 10, 0.0, 0.9), 1);
-  }
-  return RoundTicks(text.from_zero ? std::min(0.0, low) : low, high);
-}
-
-// Runs of neighbouring bins that hold values, as path data; `reverse` walks each run back to close a band.
-std::string PathOf(const PlotArea& area, const std::vector<BinValues>& bins) {
-  std::string path;
-  bool drawing = false;
-  for (size_t b = 0; b < bins.size(); ++b) {
-    const bool has_value = std::isfinite(bins[b].mean);
-    if (has_value)
-      absl::StrAppendFormat(&path, "%c%.1f %.1f", drawing ? 'L' : 'M', area.x(b), area.y(bins[b].mean));
-    drawing = has_value;
-  }
-  return path;
-}
 
 // Lowest to highest value of every bin as a bar, with the hover text.
 std::string Ranges(const PlotArea& area, const PlotFrames& frames, const std::vector<PlotBin>& bins,
@@ -85,15 +31,6 @@ std::string Ranges(const PlotArea& area, const PlotFrames& frames, const std::ve
                           ValueText(values[b].low, text), ValueText(values[b].high, text));
   }
   return svg;
-}
-
-bool HasValue(const std::vector<BinValues>& values, size_t bin) {
-  return bin < values.size() && std::isfinite(values[bin].mean);
-}
-
-// Where no line leads to a value, as in metrics of a sample of the frames.
-bool IsAlone(const std::vector<BinValues>& values, size_t bin) {
-  return HasValue(values, bin) && !HasValue(values, bin + 1) && (bin == 0 || !HasValue(values, bin - 1));
 }
 
 std::string Points(const PlotArea& area, const PlotFrames& frames, const std::vector<PlotBin>& bins,
@@ -166,7 +103,7 @@ std::string LinePlot(const PlotFrames& frames, const std::vector<double>& values
   std::string svg = area.Axes(frames, bins, TickLabels(area.ticks(), text));
   const bool single_frames = frames.names.size() <= kMaxPoints;
   if (!single_frames) svg += Ranges(area, frames, bins, in_bins, text);
-  absl::StrAppend(&svg, "<path class=\"line\" d=\"", PathOf(area, in_bins), "\"/>");
+  absl::StrAppend(&svg, "<path class=\"line\" d=\"", area.Path(in_bins), "\"/>");
   svg += Points(area, frames, bins, in_bins, text, !single_frames);
   svg += area.LostMarks(frames, bins);
   return PlotFigure(text, "", svg);

@@ -18,6 +18,7 @@ struct PlotText {
   std::string unit;  // "mm", or "%" with values from 0 to 1
   int decimals = 0;  // of the numbers in the hover text
   bool from_zero = true;
+  bool whole_percent = true;  // an axis of percentages ends at 100 %
 };
 
 // One value per frame, NaN where there is none. Up to 120 frames are points on a line that breaks at
@@ -27,6 +28,20 @@ std::string LinePlot(const PlotFrames& frames, const std::vector<double>& values
 
 // A bar per value, each named by `frames`; at most 100 of them.
 std::string BarPlot(const PlotFrames& frames, const std::vector<double>& values, const PlotText& text);
+
+struct PlotSeries {
+  std::string name;
+  std::vector<double> values;  // [frames], NaN where there is none
+};
+// Up to kMaxSeries lines over the same frames; more than 120 frames are binned, each bin with its mean. Lines
+// differ in colour (Okabe and Ito 2008, seen by the colour-blind), in dashes and in the shape of their
+// points.
+inline constexpr size_t kMaxSeries = 4;
+std::string OverlaidPlot(const PlotFrames& frames, const std::vector<PlotSeries>& series,
+                         const PlotText& text);
+// The same as an SVG file, in the colours for paper.
+std::string OverlaidPlotSvg(const PlotFrames& frames, const std::vector<PlotSeries>& series,
+                            const PlotText& text);
 
 struct PlotLayer {
   std::string name;

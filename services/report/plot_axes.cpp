@@ -58,9 +58,67 @@ std::vector<double> RoundTicks(double low, double high) {
   return ticks;
 }
 
+std::string ValueText(double value, const PlotText& text) {
+  if (text.unit == "%") return FormatPercent(value);
+  const std::string number =
+      text.decimals == 0 ? FormatCount(std::llround(value)) : FormatNumber(value, text.decimals);
+  return text.unit.empty() ? number : absl::StrCat(number, "\xC2\xA0", text.unit);
+}
+
+std::vector<std::string> TickLabels(const std::vector<double>& ticks, const PlotText& text) {
+  std::vector<std::string> labels;
+  const double step = ticks[1] - ticks[0];
+  const double shown_step = text.unit == "%" ? 100 * step : step;
+  int decimals = 0;
+  for (double s = shown_step; decimals < 6 && std::abs(s - std::round(s)) > 1e-6 * s; s *= 10) ++decimals;
+  for (const double tick : ticks) {
+    if (text.unit == "%") {
+      labels.push_back(FormatNumber(100 * tick, decimals) + "\xC2\xA0%");
+    } else if (decimals == 0) {
+      labels.push_back(FormatCount(std::llround(tick)));
+    } else {
+      labels.push_back(FormatNumber(tick, decimals));
+    }
+  }
+  return labels;
+}
+
+std::vector<double> ValueTicks(const std::vector<BinValues>& bins, const PlotText& text) {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const BinValues& bin : bins) {
+    if (!std::isfinite(bin.mean)) continue;
+    low = std::min(low, bin.low);
+    high = std::max(high, bin.high);
+  }
+  if (low > high) low = 0, high = 1;
+  if (text.unit == "%" && text.whole_percent) {
+    return RoundTicks(text.from_zero ? 0 : std::clamp(std::floor(10 * low - 0.5) / 10, 0.0, 0.9), 1);
+  }
+  return RoundTicks(text.from_zero ? std::min(0.0, low) : low, high);
+}
+
+bool HasValue(const std::vector<BinValues>& values, size_t bin) {
+  return bin < values.size() && std::isfinite(values[bin].mean);
+}
+
+bool IsAlone(const std::vector<BinValues>& values, size_t bin) {
+  return HasValue(values, bin) && !HasValue(values, bin + 1) && (bin == 0 || !HasValue(values, bin - 1));
+}
+
 double PlotArea::y(double value) const {
   const double share = (value - ticks_.front()) / (ticks_.back() - ticks_.front());
   return kBottom - std::clamp(share, 0.0, 1.0) * (kBottom - kTop);
+}
+
+std::string PlotArea::Path(const std::vector<BinValues>& bins) const {
+  std::string path;
+  bool drawing = false;
+  for (size_t b = 0; b < bins.size(); ++b) {
+    const bool has_value = std::isfinite(bins[b].mean);
+    if (has_value) absl::StrAppendFormat(&path, "%c%.1f %.1f", drawing ? 'L' : 'M', x(b), y(bins[b].mean));
+    drawing = has_value;
+  }
+  return path;
 }
 
 std::string PlotArea::Axes(const PlotFrames& frames, const std::vector<PlotBin>& bins,

@@ -27,6 +27,17 @@ BinValues ValuesIn(const PlotBin& bin, const std::vector<double>& values);
 // Round numbers from at most `low` to at least `high`, three to seven of them.
 std::vector<double> RoundTicks(double low, double high);
 
+// "0.142 mm", "95.2 %".
+std::string ValueText(double value, const PlotText& text);
+// One per tick, with as many decimals as they need.
+std::vector<std::string> TickLabels(const std::vector<double>& ticks, const PlotText& text);
+// Ticks that hold the values; whole percentages end at 100.
+std::vector<double> ValueTicks(const std::vector<BinValues>& bins, const PlotText& text);
+
+bool HasValue(const std::vector<BinValues>& values, size_t bin);
+// Where no line leads to a value, as in metrics of a sample of the frames.
+bool IsAlone(const std::vector<BinValues>& values, size_t bin);
+
 // Where things are in the picture, in its units.
 class PlotArea {
  public:
@@ -41,6 +52,8 @@ class PlotArea {
   // Grid lines with their labels, frame names below.
   std::string Axes(const PlotFrames& frames, const std::vector<PlotBin>& bins,
                    const std::vector<std::string>& tick_labels) const;
+  // The values as path data; it breaks where one is missing.
+  std::string Path(const std::vector<BinValues>& bins) const;
   // Marks on the axis where frames have no mesh.
   std::string LostMarks(const PlotFrames& frames, const std::vector<PlotBin>& bins) const;
   const std::vector<double>& ticks() const { return ticks_; }

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "services/files/frame_paths.h"
 #include "services/files/mesh_file.h"
+#include "services/report/html_text.h"
 #include "services/report/job_summary.h"
 
 namespace weft {
@@ -33,12 +34,19 @@ absl::StatusOr<MeshOfFrame> ReadMeshOfFrame(const std::string& path) {
 }
 
 SequenceFrame FrameOf(const v1::FrameReport& report, const RegisteredMesh& mesh, const std::vector<int>& kept,
-                      const ScalarRange& sigma_range_mm) {
+                      const ScalarRange& sigma_range_mm, const std::vector<VertexValues>& values) {
   SequenceFrame frame{report.frame(), report.temporal().bridged() ? "bridged" : "", {}, {{}, {}}};
   for (const int v : kept) {
     frame.vertices_mm.push_back(mesh.vertices_mm[v].cast<float>());
     frame.color_bytes[0].push_back(static_cast<uint8_t>(mesh.state[v]));
     frame.color_bytes[1].push_back(PaletteIndex(mesh.sigma_mm[v], sigma_range_mm));
+  }
+  for (const VertexValues& more : values) {
+    const std::vector<double> of_frame = more.of_frame(report.frame(), mesh.vertices_mm);
+    std::vector<uint8_t>& bytes = frame.color_bytes.emplace_back();
+    for (const int v : kept)
+      bytes.push_back(
+          PaletteIndex(of_frame.size() == mesh.vertices_mm.size() ? of_frame[v] : kNoNumber, more.range));
   }
   return frame;
 }
@@ -47,9 +55,13 @@ SequenceFrame FrameOf(const v1::FrameReport& report, const RegisteredMesh& mesh,
 
 std::optional<SequenceView> ReadSequence(const std::string& out_folder,
                                          const std::vector<v1::FrameReport>& frames,
-                                         const ScalarRange& sigma_range_mm, std::vector<std::string>& notes) {
-  const std::vector<SequenceColoring> colorings = {ColoringByState(),
-                                                   ColoringByValue("sigma", "sigma", "mm", sigma_range_mm)};
+                                         const ScalarRange& sigma_range_mm,
+                                         const std::vector<VertexValues>& values,
+                                         std::vector<std::string>& notes) {
+  std::vector<SequenceColoring> colorings = {ColoringByState(),
+                                             ColoringByValue("sigma", "sigma", "mm", sigma_range_mm)};
+  for (const VertexValues& more : values)
+    colorings.push_back(ColoringByValue(more.name, more.label, more.unit, more.range));
   const std::vector<const v1::FrameReport*> all = FramesWithMesh(frames);
   std::optional<SequenceView> sequence;
   size_t vertices = 0;
@@ -71,7 +83,7 @@ std::optional<SequenceView> ReadSequence(const std::string& out_folder,
       status = absl::InvalidArgumentError(absl::StrCat(path, ": has ", read->mesh.vertices_mm.size(),
                                                        " vertices, the frames before it ", vertices));
     if (status.ok()) {
-      sequence->Add(FrameOf(*all[i], read->registered, sequence->kept(), sigma_range_mm));
+      sequence->Add(FrameOf(*all[i], read->registered, sequence->kept(), sigma_range_mm, values));
     } else {
       notes.push_back(
           absl::StrCat("Frame ", all[i]->frame(), " is missing in three dimensions: ", status.message()));

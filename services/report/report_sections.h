@@ -10,8 +10,11 @@
 namespace weft {
 
 class SequenceView;
+struct JobReportParts;
 
 std::string HeadSection(const v1::Job& job, const JobSummary& summary);
+// The verdict of the job in a page about something else.
+std::string JobVerdictSection(const JobReportParts& job);
 std::string WarningSection(const v1::Job& job, const std::vector<std::string>& notes);
 // Empty without frames.
 std::string SequenceSection(const SequenceView& sequence, const std::vector<FramePictures>& pictures,

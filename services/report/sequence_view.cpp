@@ -135,11 +135,12 @@ std::string SequenceView::Section(const MeshPicture& still, const std::string& a
       "<select>%s<option>cloth</option></select></label></div>\n",
       frames_ - 1, options);
   const std::string picture =
-      still.png.empty() ? ""
-                        : absl::StrFormat(
-                              "<figure class=\"still\"><img width=\"%d\" height=\"%d\" alt=\"the sequence\" "
-                              "src=\"data:image/png;base64,%s\"><figcaption>%s</figcaption></figure>\n",
-                              still.width_px, still.height_px, Base64(still.png), EscapeHtml(still.title));
+      still.bytes.empty()
+          ? ""
+          : absl::StrFormat(
+                "<figure class=\"still\"><img width=\"%d\" height=\"%d\" alt=\"the sequence\" "
+                "src=\"data:image/png;base64,%s\"><figcaption>%s</figcaption></figure>\n",
+                still.width_px, still.height_px, Base64(still.bytes), EscapeHtml(still.title));
   return weft::Section(
       "sequence", "In three dimensions",
       absl::StrCat(head, controls, legends,

@@ -53,7 +53,22 @@ std::string Remedy(const v1::Verdict& verdict) {
              : absl::StrCat("<p class=\"remedy\"><b>Remedy:</b> ", EscapeHtml(verdict.remedy()), "</p>\n");
 }
 
+// A reason that the headline tells already is left out.
+std::string ReasonAndChecks(const std::string& headline, const v1::Verdict& verdict) {
+  const bool tells_more = Plain(headline) != Plain(verdict.reason());
+  const std::string reason =
+      tells_more ? absl::StrCat("<p class=\"reason\">", EscapeHtml(verdict.reason()), "</p>\n") : "";
+  return absl::StrCat(reason, Remedy(verdict), Checks(verdict));
+}
+
 }  // namespace
+
+std::string VerdictBlock(const std::string& headline, const v1::Verdict& verdict) {
+  if (verdict.grade() == v1::GRADE_UNSPECIFIED)
+    return absl::StrCat("<p class=\"reason\">", EscapeHtml(headline), "</p>\n");
+  return absl::StrCat("<p class=\"reason\">", Badge(verdict.grade()), " ", EscapeHtml(headline), "</p>\n",
+                      ReasonAndChecks(headline, verdict));
+}
 
 std::string PageHead(const std::string& kind, const std::string& headline, const v1::Verdict& verdict,
                      const std::string& more) {
@@ -61,10 +76,7 @@ std::string PageHead(const std::string& kind, const std::string& headline, const
   if (verdict.grade() == v1::GRADE_UNSPECIFIED)
     return absl::StrCat(head, "<h1>", EscapeHtml(headline), "</h1>\n", more, "</header>\n");
   absl::StrAppend(&head, "<h1>", Badge(verdict.grade()), " ", EscapeHtml(headline), "</h1>\n");
-  const bool tells_more = Plain(headline) != Plain(verdict.reason());
-  const std::string reason =
-      tells_more ? absl::StrCat("<p class=\"reason\">", EscapeHtml(verdict.reason()), "</p>\n") : "";
-  const std::string body = absl::StrCat(reason, Remedy(verdict), Checks(verdict));
+  const std::string body = ReasonAndChecks(headline, verdict);
   if (!body.empty())
     absl::StrAppend(&head, "<div id=\"verdict\" class=\"verdict ", LookOf(verdict.grade()).colour, "\">\n",
                     body, "</div>\n");

@@ -15,4 +15,8 @@ class Verdict;
 std::string PageHead(const std::string& kind, const std::string& headline, const v1::Verdict& verdict,
                      const std::string& more);
 
+// Badge and headline, reason, remedy, and values with limits, for a section within a page; the headline alone
+// without a verdict.
+std::string VerdictBlock(const std::string& headline, const v1::Verdict& verdict);
+
 }  // namespace weft

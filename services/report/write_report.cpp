@@ -1,17 +1,21 @@
 // WriteJobReport: from the files of a job's results to report.html.
 #include <algorithm>
 #include <filesystem>
+#include <numeric>
 #include <optional>
-#include <set>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "services/files/atomic_file.h"
 #include "services/files/confined_folder.h"
 #include "services/files/frame_paths.h"
 #include "services/files/mesh_file.h"
+#include "services/report/frame_overlays.h"
 #include "services/report/frame_pictures.h"
 #include "services/report/html_report.h"
 #include "services/report/job_frames.h"
+#include "services/report/job_report_parts.h"
 #include "services/report/job_summary.h"
 #include "services/report/read_sequence.h"
 
@@ -34,60 +38,121 @@ void NoteOtherFrames(const v1::Job& job, size_t reports, std::vector<std::string
   }
 }
 
-// The first, the worst and the last registered frame, each with the reason why it is shown.
-std::vector<std::pair<std::string, std::string>> FramesToPicture(const std::vector<v1::FrameReport>& frames) {
-  const v1::FrameReport *first = nullptr, *worst = nullptr, *last = nullptr;
-  for (const v1::FrameReport& frame : frames) {
-    if (!IsRegistered(frame.state())) continue;
-    if (!first) first = &frame;
-    if (!worst || frame.mesh().coverage() < worst->mesh().coverage()) worst = &frame;
-    last = &frame;
+struct ChosenFrame {
+  const v1::FrameReport* report;
+  std::string why;
+};
+
+// Registered frames with the lowest coverage, not beside each other; positions in `registered`.
+std::vector<size_t> WorstFrames(const std::vector<const v1::FrameReport*>& registered) {
+  constexpr size_t kMostWorst = 3, kFramesPerWorst = 4, kApartShare = 20;
+  const size_t wanted = std::clamp(registered.size() / kFramesPerWorst, size_t{1}, kMostWorst);
+  std::vector<size_t> by_coverage(registered.size()), worst;
+  std::iota(by_coverage.begin(), by_coverage.end(), size_t{0});
+  std::stable_sort(by_coverage.begin(), by_coverage.end(), [&](size_t a, size_t b) {
+    return registered[a]->mesh().coverage() < registered[b]->mesh().coverage();
+  });
+  const size_t apart = 1 + registered.size() / kApartShare;
+  for (const size_t candidate : by_coverage) {
+    const bool is_near = std::any_of(worst.begin(), worst.end(), [&](size_t other) {
+      return std::max(candidate, other) - std::min(candidate, other) < apart;
+    });
+    if (!is_near && worst.size() < wanted) worst.push_back(candidate);
   }
-  std::vector<std::pair<std::string, std::string>> chosen;
-  if (!first) return chosen;
-  const bool first_is_worst = worst == first && last != first;
-  chosen.emplace_back(first->frame(), first == last    ? ""
-                                      : first_is_worst ? "first frame, lowest coverage"
-                                                       : "first frame");
-  if (worst != first && worst != last) chosen.emplace_back(worst->frame(), "lowest coverage");
-  if (last != first)
-    chosen.emplace_back(last->frame(), worst == last ? "last frame, lowest coverage" : "last frame");
+  return worst;
+}
+
+// The first, the worst and the last registered frame, and those of `more`, each with the reason why it is
+// shown; in their order.
+std::vector<ChosenFrame> FramesToPicture(const std::vector<v1::FrameReport>& frames,
+                                         const std::vector<std::pair<std::string, std::string>>& more) {
+  std::vector<const v1::FrameReport*> registered;
+  for (const v1::FrameReport& frame : frames)
+    if (IsRegistered(frame.state())) registered.push_back(&frame);
+  std::vector<ChosenFrame> chosen;
+  if (registered.empty()) return chosen;
+  std::vector<std::vector<std::string>> why(registered.size());
+  if (registered.size() > 1) {
+    why.front().emplace_back("first frame");
+    why.back().emplace_back("last frame");
+    const std::vector<size_t> worst = WorstFrames(registered);
+    for (size_t i = 0; i < worst.size(); ++i)
+      why[worst[i]].emplace_back(i == 0 ? "lowest coverage" : "low coverage");
+  } else {
+    why.front().emplace_back("");
+  }
+  for (const auto& [name, reason] : more)
+    for (size_t i = 0; i < registered.size(); ++i)
+      if (registered[i]->frame() == name) why[i].push_back(reason);
+  for (size_t i = 0; i < registered.size(); ++i)
+    if (!why[i].empty()) chosen.push_back({registered[i], absl::StrJoin(why[i], ", ")});
   return chosen;
 }
 
-std::vector<PicturedMesh> ReadMeshes(const std::string& out_folder,
-                                     const std::vector<v1::FrameReport>& frames,
+std::vector<PicturedMesh> ReadMeshes(const std::string& out_folder, const std::vector<ChosenFrame>& chosen,
                                      std::vector<std::string>& notes) {
   std::vector<PicturedMesh> meshes;
-  for (const auto& [frame, why] : FramesToPicture(frames)) {
-    const std::string path = FramePaths(out_folder, frame).Of(FrameFile::kMesh);
+  for (const ChosenFrame& frame : chosen) {
+    const std::string& name = frame.report->frame();
+    const std::string path = FramePaths(out_folder, name).Of(FrameFile::kMesh);
     absl::StatusOr<RegisteredMesh> mesh = ReadRegisteredMesh(path);
     absl::StatusOr<TriangleMesh> triangles = mesh.ok() ? ReadMesh(path) : mesh.status();
     if (!triangles.ok()) {
-      notes.push_back(absl::StrCat("Frame ", frame, " has no picture: ", triangles.status().message()));
+      notes.push_back(absl::StrCat("Frame ", name, " has no picture: ", triangles.status().message()));
       continue;
     }
-    meshes.push_back({frame, why, *std::move(mesh), std::move(triangles->faces)});
+    meshes.push_back({name, frame.why, *std::move(mesh), std::move(triangles->faces)});
   }
   return meshes;
 }
 
+// Takes and rigs of old jobs may be gone; that is no fault of the result.
+void AddOverlays(const v1::Job& job, const std::vector<ChosenFrame>& chosen,
+                 const std::vector<PicturedMesh>& meshes, std::vector<FramePictures>& pictures,
+                 std::vector<std::string>& notes) {
+  if (meshes.empty()) return;
+  const absl::StatusOr<JobImages> images = JobImages::Open(job);
+  if (!images.ok()) {
+    if (!absl::IsNotFound(images.status()))
+      notes.push_back(absl::StrCat("The report has no images of the cameras: ", images.status().message()));
+    return;
+  }
+  for (FramePictures& picture : pictures)
+    for (const PicturedMesh& mesh : meshes)
+      for (const ChosenFrame& frame : chosen)
+        if (mesh.frame == picture.frame && frame.report->frame() == picture.frame)
+          picture.in_images = images->Overlays(*frame.report, mesh);
+}
+
 }  // namespace
 
-absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job) {
-  std::vector<std::string> notes;
-  const absl::StatusOr<std::vector<v1::FrameReport>> frames = ReadJobFrames(out_folder, job, notes);
+absl::StatusOr<JobReportParts> ReadJobReportParts(const std::string& out_folder, const v1::Job& job,
+                                                  const ReportExtras& extras) {
+  JobReportParts parts;
+  parts.job = job;
+  absl::StatusOr<std::vector<v1::FrameReport>> frames = ReadJobFrames(out_folder, job, parts.notes);
   if (!frames.ok()) return frames.status();
-  NoteOtherFrames(job, frames->size(), notes);
-  const std::vector<FramePictures> pictures = DrawFrames(ReadMeshes(out_folder, *frames, notes), notes);
-  const ScalarRange sigma_range_mm = pictures.empty() ? ScalarRange() : pictures[0].sigma_range_mm;
-  const std::optional<SequenceView> sequence = ReadSequence(out_folder, *frames, sigma_range_mm, notes);
+  parts.frames = *std::move(frames);
+  NoteOtherFrames(job, parts.frames.size(), parts.notes);
+  const std::vector<ChosenFrame> chosen = FramesToPicture(parts.frames, extras.frames);
+  const std::vector<PicturedMesh> meshes = ReadMeshes(out_folder, chosen, parts.notes);
+  parts.pictures = DrawFrames(meshes, parts.notes);
+  AddOverlays(job, chosen, meshes, parts.pictures, parts.notes);
+  const ScalarRange sigma_range_mm =
+      parts.pictures.empty() ? ScalarRange() : parts.pictures[0].sigma_range_mm;
+  parts.sequence = ReadSequence(out_folder, parts.frames, sigma_range_mm, extras.values, parts.notes);
+  return parts;
+}
+
+absl::Status WriteJobReport(const std::string& out_folder, const v1::Job& job) {
+  const absl::StatusOr<JobReportParts> parts = ReadJobReportParts(out_folder, job);
+  if (!parts.ok()) return parts.status();
   // Through the open folder: a link that takes its place is not followed.
   const absl::StatusOr<ConfinedFolder> folder = ConfinedFolder::Open(fs::absolute(out_folder).string());
   if (!folder.ok()) return folder.status();
-  return folder->InWords(
-      WriteFileAtomically(folder->At(kJobReportFile),
-                          MakeJobReport(job, *frames, pictures, notes, sequence ? &*sequence : nullptr)));
+  return folder->InWords(WriteFileAtomically(folder->At(kJobReportFile),
+                                             MakeJobReport(job, parts->frames, parts->pictures, parts->notes,
+                                                           parts->sequence ? &*parts->sequence : nullptr)));
 }
 
 }  // namespace weft

@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import unittest
 
@@ -109,6 +110,32 @@ class FramesThatWereNotAskedFor(Evaluate):
         self.assertNotIn("triangulation needs 3", page)
         self.assertNotIn(f"frame {self.frames[0]}: no mesh", page)
         self.assertIn("not part of this report", page)
+
+
+class Report(Evaluate):
+    def test_holds_all_of_the_job_in_one_file(self):
+        self.register("--observations", check=0)
+        weft("evaluate", self.out, "--samples", "1", "--out", self.path("evaluation"), check=0)
+        page = read(self.path("evaluation", "report.html"))
+        for section in ("paper", "job", "sequence", "meshes", "maps", "visibility", "accuracy", "frame-measures", "camera-errors",
+                        "plots", "cameras", "alignment", "options", "inputs"):
+            self.assertEqual(page.count(f'<section id="{section}"'), 1, section)
+        for coloring in ("state", "sigma", "error"):
+            self.assertIn(f">{coloring}</option>", page)
+        self.assertIn("largest error", page)
+        self.assertIn("data:image/jpeg;base64,", page)  # images of cameras with the mesh over them
+        self.assertIsNone(re.search(r"""(?:src|href)=["'](?!data:|#)|@import|url\((?!data:)""", page))
+        self.assertIn("Algorithms</td><td>decode ", page)
+
+    def test_of_a_job_has_no_images_where_the_take_is_gone(self):
+        self.register(check=0)
+        page = read(os.path.join(self.out, "report.html"))
+        self.assertIn("data:image/jpeg;base64,", page)
+        shutil.rmtree(self.take)
+        weft("evaluate", self.out, "--quick", "--out", self.path("evaluation"))
+        page = read(self.path("evaluation", "report.html"))
+        self.assertNotIn("data:image/jpeg;base64,", page)
+        self.assertIn('<section id="sequence"', page)
 
 
 class Verdict(Evaluate):

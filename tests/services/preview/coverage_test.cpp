@@ -37,7 +37,7 @@ TEST(CoveragePicture, PaintsACellByTheNumberOfItsCameras) {
   Coverage coverage(1, 3, {{0, 1}, {0, 2}});
   for (const char* camera : {"a", "b", "c"}) coverage.Set(camera, {Center(0, 2)});
   const MeshPicture picture = PaintBoard(coverage);
-  const std::vector<uint8_t> png(picture.png.begin(), picture.png.end());
+  const std::vector<uint8_t> png(picture.bytes.begin(), picture.bytes.end());
   const cv::Mat pixels = cv::imdecode(png, cv::IMREAD_UNCHANGED);
   ASSERT_EQ(pixels.cols, picture.width_px);
   ASSERT_GT(pixels.cols, 300);

@@ -262,6 +262,34 @@ TEST(JobReport, PicturesAreEmbedded) {
   EXPECT_THAT(html, HasSubstr("0.3 mm and more"));
 }
 
+TEST(JobReport, StandsBesideThePaper) {
+  std::vector<v1::FrameReport> frames = SampleFrames(3);
+  frames[1].mutable_mesh()->set_coverage(0.625);
+  const std::string html = Report(frames);
+  EXPECT_THAT(html, HasSubstr("<section id=\"paper\">"));
+  EXPECT_THAT(html,
+              HasSubstr("<td>1.50</td><td>9.27</td><td>75.0\xC2\xA0% (54.0\xC2\xA0% to 90.0\xC2\xA0%)</td>"));
+  EXPECT_THAT(html, HasSubstr("(62.5\xC2\xA0% to "));
+  EXPECT_THAT(html, HasSubstr("measures drift and distortion"));
+}
+
+TEST(JobReport, TellsResidualsOfCamerasAndVersionsOfAlgorithms) {
+  std::vector<v1::FrameReport> frames = SampleFrames(2, 3);
+  for (int f = 0; f < 2; ++f) {
+    v1::CameraBias& bias = *frames[f].mutable_views(1)->mutable_bias();
+    bias.set_observations(f == 0 ? 300 : 100);
+    bias.set_rms_px(f == 0 ? 0.1 : 0.3);
+    v1::StageKey& key = *frames[f].add_keys();
+    key.set_stage("second_pass");
+    key.set_version(2);
+  }
+  const std::string html = Report(frames);
+  // sqrt((300 * 0.01 + 100 * 0.09) / 400)
+  EXPECT_THAT(html, HasSubstr("camera 400007: 0.173\xC2\xA0px"));
+  EXPECT_THAT(html, HasSubstr("<td>0.17</td>"));
+  EXPECT_THAT(html, HasSubstr("<td>Algorithms</td><td>second pass 2</td>"));
+}
+
 TEST(JobReport, SameBytesForTheSameJob) {
   const std::vector<v1::FrameReport> frames = SampleFrames(20);
   EXPECT_EQ(Report(frames), Report(frames));

@@ -233,5 +233,18 @@ TEST(MeshColors, HexIsWhatHtmlReads) {
   EXPECT_EQ(HexColor({2, -1, 0}), "#ff0000");
 }
 
+TEST(MeshColors, DifferencesDivergeFromNearlyWhite) {
+  const ScalarRange range = RoundRangeAroundZero({-0.3, 0.1, 0.2, std::nan("")});
+  EXPECT_DOUBLE_EQ(range.low, -0.3);
+  EXPECT_DOUBLE_EQ(range.high, 0.3);
+  const Eigen::Vector3f less = ScalarColor(-0.3, range), none = ScalarColor(0, range),
+                        more = ScalarColor(0.3, range);
+  EXPECT_GT(less.z(), less.x());  // blue
+  EXPECT_GT(more.x(), more.z());  // orange
+  EXPECT_GT(none.minCoeff(), 0.9f);
+  EXPECT_EQ(ScalarColor(std::nan(""), range), UnknownColor());
+  EXPECT_EQ(ScalarColor(-5, range), less);
+}
+
 }  // namespace
 }  // namespace weft

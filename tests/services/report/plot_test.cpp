@@ -100,5 +100,42 @@ TEST(Plot, ManyLayersAreFoldedIntoOther) {
   EXPECT_THAT(svg, HasSubstr("other 40\xC2\xA0ms of 110\xC2\xA0ms"));
 }
 
+TEST(OverlaidPlot, SeriesDifferWithoutColoursToo) {
+  const std::string html = OverlaidPlot(Frames(3), {{"A <1>", {1, 2, 3}}, {"B", {1.5, std::nan(""), 2.5}}},
+                                        {.title = "Error, mm", .unit = "mm", .decimals = 2});
+  EXPECT_THAT(html, HasSubstr("class=\"series s0\""));
+  EXPECT_THAT(html, HasSubstr("class=\"series s1\""));
+  EXPECT_THAT(html, HasSubstr("<circle class=\"m0\""));
+  EXPECT_THAT(html, HasSubstr("<rect class=\"m1\""));
+  EXPECT_THAT(html, HasSubstr("frame 0, A &lt;1&gt;: 1.00\xC2\xA0mm"));
+  EXPECT_THAT(html, HasSubstr("</svg>A &lt;1&gt;</li>"));
+  EXPECT_THAT(html, Not(HasSubstr("frame 1, B")));
+}
+
+TEST(OverlaidPlot, PercentagesNeedNotEndAtAHundred) {
+  const std::vector<PlotSeries> series = {{"A", {0.021, 0.024}}, {"B", {0.026, 0.025}}};
+  const std::string whole = OverlaidPlot(Frames(2), series, {.title = "t", .unit = "%"});
+  const std::string close = OverlaidPlot(
+      Frames(2), series, {.title = "t", .unit = "%", .from_zero = false, .whole_percent = false});
+  EXPECT_THAT(whole, HasSubstr(">100\xC2\xA0%</text>"));
+  EXPECT_THAT(close, Not(HasSubstr(">100\xC2\xA0%</text>")));
+}
+
+TEST(OverlaidPlot, LongSequencesAreBinned) {
+  const std::vector<PlotSeries> series = {{"A", std::vector<double>(10'000, 1)},
+                                          {"B", std::vector<double>(10'000, 2)}};
+  EXPECT_LT(OverlaidPlot(Frames(10'000), series, {.title = "t"}).size(), 60'000u);
+}
+
+TEST(OverlaidPlot, IsAnSvgFileWithItsOwnStyle) {
+  const std::string svg =
+      OverlaidPlotSvg(Frames(2), {{"A", {1, 2}}, {"B", {2, 1}}}, {.title = "Error & more, mm", .unit = "mm"});
+  EXPECT_THAT(svg, HasSubstr("<?xml version=\"1.0\""));
+  EXPECT_THAT(svg, HasSubstr("xmlns=\"http://www.w3.org/2000/svg\""));
+  EXPECT_THAT(svg, HasSubstr("<title>Error &amp; more, mm</title>"));
+  EXPECT_THAT(svg, HasSubstr(".s1{stroke:#d55e00"));
+  EXPECT_THAT(svg, Not(HasSubstr("var(--")));
+}
+
 }  // namespace
 }  // namespace weft

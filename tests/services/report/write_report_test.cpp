@@ -71,6 +71,17 @@ class WriteReport : public ::testing::Test {
   std::string out_;
 };
 
+TEST_F(WriteReport, PicturesSeveralWorstFramesThatAreNotBesideEachOther) {
+  std::vector<v1::FrameReport> frames = SampleFrames(40, 2);
+  for (const int worst : {10, 11, 12, 25}) frames[worst].mutable_mesh()->set_coverage(0.5 + 0.001 * worst);
+  for (const v1::FrameReport& frame : frames) WriteFrame(frame);
+  const std::string html = Written(SampleJob(frames));
+  EXPECT_THAT(html, HasSubstr("<bdi>000010</bdi> <small>lowest coverage</small>"));
+  EXPECT_THAT(html, HasSubstr("<bdi>000025</bdi> <small>low coverage</small>"));
+  EXPECT_THAT(html, Not(HasSubstr("<bdi>000011</bdi> <small>")));
+  EXPECT_THAT(html, Not(HasSubstr("no images of the cameras")));  // a take that is gone is no fault
+}
+
 TEST_F(WriteReport, PicturesFirstWorstAndLastFrame) {
   std::vector<v1::FrameReport> frames = SampleFrames(5, 6);
   frames[3].mutable_mesh()->set_coverage(0.5);
