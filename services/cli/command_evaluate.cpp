@@ -9,6 +9,8 @@
 #include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
 #include "services/cli/remote_operation.h"
+#include "services/evaluation/comparison_report.h"
+#include "services/evaluation/comparison_text.h"
 #include "services/evaluation/evaluation_report.h"
 #include "services/evaluation/evaluation_text.h"
 #include "services/verdict/verdict.h"
@@ -18,6 +20,7 @@ namespace {
 
 struct EvaluateOptions {
   EvaluationRequest request;
+  std::string against, against_rig, against_garment;
   std::string out;
   int threads = 0;
   bool json = false;
@@ -46,6 +49,50 @@ absl::Status EvaluateCommand(const EvaluateOptions& options, bool quiet) {
   if (!json.ok()) return json.status();
   std::fputs(json->c_str(), stdout);
   return VerdictStatus(evaluation->verdict);
+}
+
+absl::Status CompareCommand(const EvaluateOptions& options, bool quiet) {
+  absl::StatusOr<JobComparison> comparison;
+  {
+    Progress progress("compare", 1, ProgressVisible(quiet));
+    tbb::task_arena arena(options.threads > 0 ? options.threads : tbb::task_arena::automatic);
+    arena.execute([&] {
+      comparison =
+          CompareJobs({options.request, options.against, options.against_rig, options.against_garment},
+                      [&progress](size_t done, size_t all) { progress.Set(done, all); });
+    });
+  }
+  if (!comparison.ok()) return comparison.status();
+  if (!options.out.empty())
+    if (absl::Status status = WriteComparison(options.out, *comparison); !status.ok()) return status;
+  if (!options.json) {
+    std::fputs(ComparisonTable(*comparison).c_str(), stdout);
+    if (!options.out.empty()) std::printf("report   %s/report.html\n", options.out.c_str());
+    return absl::OkStatus();
+  }
+  const absl::StatusOr<std::string> json = ComparisonJson(*comparison);
+  if (!json.ok()) return json.status();
+  std::fputs(json->c_str(), stdout);
+  return absl::OkStatus();
+}
+
+void AddAgainstOptions(CLI::App& command, EvaluateOptions& options) {
+  CLI::Option* against =
+      command
+          .add_option("--against", options.against,
+                      "Another result of the same frames: compare the two, with significance. Truth, take, "
+                      "frame rate and samples are those of both")
+          ->type_name("DIR");
+  command
+      .add_option("--against-rig", options.against_rig,
+                  "The cameras of the other result, rig.json; by default those of its job")
+      ->type_name("FILE")
+      ->needs(against);
+  command
+      .add_option("--against-template", options.against_garment,
+                  "Folder of the other result's template; by default that of its job")
+      ->type_name("DIR")
+      ->needs(against);
 }
 
 void AddInputOptions(CLI::App& command, EvaluationRequest& request) {
@@ -98,8 +145,11 @@ void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
       "jitter, reprojection and leave-one-camera-out error of every camera. What cannot be "
       "measured is named with the "
       "reason. The verdict comes first; bad is exit status 1. With --out: evaluation.json, "
-      "frames.csv, cameras.csv and report.html.",
+      "frames.csv, cameras.csv and report.html. With --against: both results side by side, frame by "
+      "frame; every difference with its standard error and the probability that it is chance. Then --out "
+      "has comparison.json, tables as CSV, plots and maps as SVG, and report.html.",
       "  weft evaluate result --out result/evaluation\n"
+      "  weft evaluate best --against paper --quick --out comparison\n"
       "  weft evaluate result --truth take/truth --quick\n"
       "  weft evaluate result --truth take/truth --json > scores.json");
   auto options = std::make_shared<EvaluateOptions>();
@@ -107,13 +157,18 @@ void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
       ->required()
       ->type_name("DIR");
   AddInputOptions(*command, options->request);
+  AddAgainstOptions(*command, *options);
   command->add_option("--out", options->out, "Folder for report and tables, made where it is missing")
       ->type_name("DIR");
   command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
-  command->add_flag("--json", options->json, "Print JSON (weft.v1.Evaluation)");
-  RunHereOrAtDaemon(*command, line, [options, &line] { return EvaluateCommand(*options, line.quiet); });
+  command->add_flag("--json", options->json,
+                    "Print JSON (weft.v1.Evaluation; with --against weft.v1.Comparison)");
+  RunHereOrAtDaemon(*command, line, [options, &line] {
+    return options->against.empty() ? EvaluateCommand(*options, line.quiet)
+                                    : CompareCommand(*options, line.quiet);
+  });
 }
 
 }  // namespace weft
