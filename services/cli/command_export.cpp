@@ -13,6 +13,7 @@
 #include "services/cli/json_output.h"
 #include "services/cli/progress.h"
 #include "services/cli/remote_operation.h"
+#include "services/export/export_overlays.h"
 #include "services/export/export_result.h"
 #include "services/process/exit_status.h"
 #include "services/process/stop_on_signal.h"
@@ -22,7 +23,8 @@ namespace {
 
 struct ExportCommandOptions {
   ExportRequest request;
-  std::string format, up, unit = "m", attributes;
+  OverlayRequest overlays;
+  std::string format, up, unit = "m", attributes, overlay;
   bool json = false;
 };
 
@@ -46,6 +48,22 @@ absl::StatusOr<ExportRequest> ExportRequestOf(const ExportCommandOptions& option
     if (!attribute.ok()) return attribute.status();
     request.attributes.push_back(*attribute);
   }
+  return request;
+}
+
+bool IsPicture(const std::string& format) { return format == "jpg" || format == "png"; }
+
+absl::StatusOr<OverlayRequest> OverlayRequestOf(const ExportCommandOptions& options) {
+  if (!IsPicture(options.format)) return absl::InvalidArgumentError("--overlay: needs --format jpg or png");
+  const absl::StatusOr<OverlayKind> kind = OverlayKindFromName(options.overlay);
+  if (!kind.ok()) return kind.status();
+  OverlayRequest request = options.overlays;
+  request.result = options.request.result;
+  request.out = options.request.out;
+  request.frames = options.request.frames;
+  request.allow_unfinished = options.request.allow_unfinished;
+  request.kind = *kind;
+  request.format = options.format == "png" ? PictureFormat::kPng : PictureFormat::kJpeg;
   return request;
 }
 
@@ -76,6 +94,11 @@ std::string ExportSummaryText(const ExportCommandOptions& options, const ExportO
     missing += !frame.missing_because().empty();
     bridged += frame.bridged();
   }
+  const char* const already = outcome.was_complete ? "; it was complete already" : "";
+  if (!manifest.overlay().empty())
+    return absl::StrFormat("%s: %s over the pictures of %d cameras, %d frames%s", options.request.out,
+                           manifest.overlay(), manifest.files_size(), manifest.frames_size() - missing,
+                           already);
   std::string text =
       absl::StrFormat("%s: %s, %d frames of %d vertices and %d faces, %s, %s up", options.request.out,
                       manifest.format(), manifest.frames_size() - missing, manifest.vertices(),
@@ -84,24 +107,36 @@ std::string ExportSummaryText(const ExportCommandOptions& options, const ExportO
     absl::StrAppend(&text, absl::StrFormat(", %g frames/s (%s)", manifest.fps(), manifest.fps_source()));
   if (bridged > 0) absl::StrAppend(&text, ", ", bridged, " bridged");
   if (missing > 0) absl::StrAppend(&text, ", ", missing, " without a mesh");
-  return outcome.was_complete ? absl::StrCat(text, "; it was complete already") : text;
+  return text + already;
+}
+
+// Warnings: what the manifest does not tell.
+absl::StatusOr<ExportOutcome> RunExport(const ExportCommandOptions& options, bool quiet,
+                                        std::vector<std::string>& warnings) {
+  const StopOnSignal stop;
+  ExportBars bars(quiet);
+  const ExportProgress show = [&bars](ExportStep step, size_t done, size_t all) {
+    bars.Show(step, done, all);
+  };
+  if (!options.overlay.empty() || IsPicture(options.format)) {
+    const absl::StatusOr<OverlayRequest> overlays = OverlayRequestOf(options);
+    if (!overlays.ok()) return overlays.status();
+    return ExportOverlays(*overlays, show, stop.token(), warnings);
+  }
+  const absl::StatusOr<ExportRequest> request = ExportRequestOf(options);
+  if (!request.ok()) return request.status();
+  return ExportResult(*request, show, stop.token());
 }
 
 absl::Status ExportCommand(const ExportCommandOptions& options, bool quiet) {
-  const absl::StatusOr<ExportRequest> request = ExportRequestOf(options);
-  if (!request.ok()) return request.status();
-  const StopOnSignal stop;
-  absl::StatusOr<ExportOutcome> outcome;
-  {
-    ExportBars bars(quiet);
-    outcome = ExportResult(
-        *request, [&bars](ExportStep step, size_t done, size_t all) { bars.Show(step, done, all); },
-        stop.token());
-  }
+  std::vector<std::string> warnings;
+  const absl::StatusOr<ExportOutcome> outcome = RunExport(options, quiet, warnings);
   if (!outcome.ok()) return outcome.status();
   if (options.json) return PrintJsonMessage(outcome->manifest);
-  if (!quiet)
-    for (const std::string& note : outcome->manifest.notes()) PrintWarning(note);
+  const auto& notes = outcome->manifest.notes();
+  warnings.insert(warnings.end(), notes.begin(), notes.end());
+  for (const std::string& warning : warnings)
+    if (!quiet) PrintWarning(warning);
   absl::PrintF("%s\n", ExportSummaryText(options, *outcome));
   return absl::OkStatus();
 }
@@ -125,6 +160,23 @@ void AddPlacement(CLI::App& command, ExportCommandOptions& options) {
       ->check(CLI::NonNegativeNumber);
 }
 
+void AddOverlays(CLI::App& command, ExportCommandOptions& options) {
+  command
+      .add_option(
+          "--overlay", options.overlay,
+          "With --format jpg or png: draw the mesh over the cameras' pictures, its edges or its faces "
+          "by state or sigma")
+      ->type_name("WHAT")
+      ->check(CLI::IsMember({"wireframe", "state", "sigma"}));
+  command.add_option("--camera", options.overlays.cameras, "Of overlays: which cameras, all by default")
+      ->type_name("ID");
+  command
+      .add_option("--take", options.overlays.dump, "Of overlays: the recording; by default that of the job")
+      ->type_name("DUMP");
+  command.add_option("--rig", options.overlays.rig, "Of overlays: rig.json; by default that of the job")
+      ->type_name("FILE");
+}
+
 }  // namespace
 
 void AddExportCommand(CLI::App& app, CommandLine& line) {
@@ -137,16 +189,18 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
           FormatTable(),
           "Debian 12 has no libraries of Alembic and binary USD. A stopped export goes on when the command "
           "is repeated. export.json comes last; it has transform, frame rate, and the state of every frame "
-          "(bridged, missing)."),
+          "(bridged, missing). With --overlay: pictures of cameras with the mesh over them, "
+          "DIR/<camera>/<frame>.jpg."),
       "  weft export result --format glb --out garment\n"
       "  weft export result --format ply --up z --frames 0010:0020 --out frames\n"
       "  weft export result --format npz --unit mm --fps 60 --out arrays\n"
+      "  weft export result --format jpg --overlay state --camera c01 --out pictures\n"
       "  weft export job:20260131-104500-1a2b3c4d --server 127.0.0.1:7411 --format usda --out usd");
   const auto options = std::make_shared<ExportCommandOptions>();
   command->add_option("result", options->request.result, "The folder that `weft register` wrote")
       ->required()
       ->type_name("DIR");
-  std::vector<std::string> formats;
+  std::vector<std::string> formats = {"jpg", "png"};  // of overlays
   for (const FormatTraits& traits : ExportFormats()) formats.emplace_back(traits.name);
   command->add_option("--format", options->format, "Format of the files")
       ->required()
@@ -168,6 +222,7 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
   command->add_flag("--allow-unfinished", options->request.allow_unfinished,
                     "Export what is there of a job that has not ended");
   command->add_flag("--json", options->json, "Print JSON (weft.v1.Export)");
+  AddOverlays(*command, *options);
   RunHereOrAtDaemon(*command, line, [options, &line] { return ExportCommand(*options, line.quiet); });
 }
 

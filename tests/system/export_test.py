@@ -220,6 +220,31 @@ class Manifest(Export):
         np.testing.assert_allclose(Glb(os.path.join(self.to, "garment.glb")).times_s(), [0, 2 / 50], rtol=1e-6)
 
 
+class Overlays(Export):
+    def test_show_the_mesh_where_the_cloth_is(self):
+        camera = json.loads(read(f"{self.original}/rig.json"))["cameras"][0]["id"]
+        for what in ("wireframe", "state", "sigma"):
+            self.to = self.path(what)
+            told = self.export("png", "--overlay", what, "--camera", camera)
+            self.assertIn(f"{what} over the pictures of 1 cameras, 3 frames", told.stdout)
+            self.assertEqual(sorted(os.listdir(os.path.join(self.to, camera))), [f"{name}.png" for name in self.names])
+        self.assertEqual(self.manifest()["overlay"], "sigma")
+        self.assertGreater(self.manifest()["overlay_sigma_mm"], 0)
+        self.assertIn("complete already", self.export("png", "--overlay", "sigma", "--camera", camera).stdout)
+
+    def test_pictures_that_are_missing_are_named(self):
+        camera = json.loads(read(f"{self.original}/rig.json"))["cameras"][0]["id"]
+        os.remove(os.path.join(self.take, self.names[1], f"{camera}.png"))
+        told = self.export("jpg", "--overlay", "state", "--take", self.take, "--camera", camera)
+        self.assertIn(f"Frame {self.names[1]}, camera {camera}", told.stderr)
+        self.assertEqual(len(os.listdir(os.path.join(self.to, camera))), 2)
+
+    def test_say_what_they_need(self):
+        self.assertIn("--format jpg or png", self.export("ply", "--overlay", "state", check=2).stderr)
+        self.assertIn("wireframe, state, sigma", self.export("jpg", check=2).stderr)
+        self.assertIn("the rig has no camera c99", self.export("jpg", "--overlay", "state", "--camera", "c99", check=2).stderr)
+
+
 class Refusals(Export):
     def test_unfinished_jobs(self):
         folder = self.changed_result()
