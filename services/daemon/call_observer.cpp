@@ -36,10 +36,15 @@ class CallObserver final : public grpc::experimental::Interceptor {
     const ObservedCall call{method_, entry_.outcome().empty() ? "CANCELLED" : entry_.outcome(),
                             std::chrono::steady_clock::now() - start_};
     if (sources_.ended) sources_.ended(call);
-    if (!method_.audited) return;
     entry_.set_method(method_.name);
     entry_.set_outcome(call.outcome);
-    sources_.audit.Record(entry_);
+    if (method_.audited) {
+      sources_.audit.Record(entry_);
+      return;
+    }
+    // Reads are not recorded, but who held one open and took nothing.
+    const bool was_let_go = call.outcome == absl::StatusCodeToString(absl::StatusCode::kDeadlineExceeded);
+    if (was_let_go && method_.kind == CallKind::kStream) sources_.audit.Refused(entry_);
   }
 
   void Intercept(InterceptorBatchMethods* methods) override {

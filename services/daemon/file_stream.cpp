@@ -39,7 +39,7 @@ class FileReactor final : public grpc::ServerWriteReactor<v1::FileChunk> {
   }
 
   void OnWriteDone(bool ok) override {
-    if (!ok) return Finish(grpc::Status::CANCELLED);
+    if (!ok) return Finish(stalls_.StatusOfFailure());
     stalls_.Moved();
     WriteNext();
   }

@@ -65,9 +65,9 @@ grpc::Status JobService::ListJobs(grpc::ServerContext*, const v1::ListJobsReques
   });
 }
 
-grpc::ServerWriteReactor<v1::JobUpdate>* JobService::WatchJob(grpc::CallbackServerContext*,
+grpc::ServerWriteReactor<v1::JobUpdate>* JobService::WatchJob(grpc::CallbackServerContext* context,
                                                               const v1::WatchJobRequest* request) {
-  return weft::WatchJob(queue_, request->job_id());
+  return weft::WatchJob(context, queue_, request->job_id());
 }
 
 grpc::Status JobService::CancelJob(grpc::ServerContext*, const v1::CancelJobRequest* request, v1::Job* job) {

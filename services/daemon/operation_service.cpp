@@ -28,9 +28,9 @@ grpc::Status OperationService::ListOperations(grpc::ServerContext*, const v1::Li
 }
 
 grpc::ServerWriteReactor<v1::Operation>* OperationService::WatchOperation(
-    grpc::CallbackServerContext*, const v1::WatchOperationRequest* request) {
+    grpc::CallbackServerContext* context, const v1::WatchOperationRequest* request) {
   auto* watcher = new PollingWatcher<v1::Operation>(
-      [this, id = request->operation_id()] { return operations_.Get(id); },
+      context, [this, id = request->operation_id()] { return operations_.Get(id); },
       [](const v1::Operation& operation) { return operation.finished_unix_ns() != 0; });
   watcher->Look();
   return watcher;

@@ -11,18 +11,23 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "services/daemon/stall_watch.h"
 #include "services/rpc/grpc_status.h"
 
 namespace weft {
 
 // Streams what `get` says until `has_ended`, looking four times a second, and between two writes: a slow
 // client costs neither memory nor a thread. Deletes itself when the stream has ended, also when the client
-// has gone.
+// has gone or takes nothing for `patience`.
 template <typename Message>
 class PollingWatcher : public grpc::ServerWriteReactor<Message> {
  public:
-  PollingWatcher(std::function<absl::StatusOr<Message>()> get, std::function<bool(const Message&)> has_ended)
-      : get_(std::move(get)), has_ended_(std::move(has_ended)) {}
+  PollingWatcher(grpc::CallbackServerContext* context, std::function<absl::StatusOr<Message>()> get,
+                 std::function<bool(const Message&)> has_ended,
+                 std::chrono::milliseconds patience = StallWatch::kPatience)
+      : get_(std::move(get)), has_ended_(std::move(has_ended)), stalls_(context, patience) {
+    stalls_.Rest();
+  }
 
   void Look() {
     // Called by the alarm, too, of which gRPC does not know when it deletes this: the lock must outlive it.
@@ -35,13 +40,15 @@ class PollingWatcher : public grpc::ServerWriteReactor<Message> {
     if (now->SerializeAsString() == written_.SerializeAsString()) return Wait();
     written_ = *std::move(now);
     writing_ = true;
+    stalls_.Moved();
     this->StartWrite(&written_);
   }
 
   void OnWriteDone(bool ok) override {
     const std::lock_guard lock(*mutex_);
     writing_ = false;
-    if (!ok || cancelled_) return End(grpc::Status::CANCELLED);
+    stalls_.Rest();
+    if (!ok || cancelled_) return End(stalls_.StatusOfFailure());
     if (has_ended_(written_)) return End(grpc::Status::OK);
     Wait();
   }
@@ -74,6 +81,7 @@ class PollingWatcher : public grpc::ServerWriteReactor<Message> {
 
   const std::function<absl::StatusOr<Message>()> get_;
   const std::function<bool(const Message&)> has_ended_;
+  StallWatch stalls_;
   const std::shared_ptr<std::mutex> mutex_ = std::make_shared<std::mutex>();
   std::unique_ptr<grpc::Alarm> alarm_;
   Message written_;

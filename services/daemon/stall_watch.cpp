@@ -1,5 +1,10 @@
 #include "services/daemon/stall_watch.h"
 
+#include <atomic>
+#include <mutex>
+
+#include "absl/strings/str_cat.h"
+
 namespace weft {
 
 // Outlives the watch where the alarm rings meanwhile.
@@ -8,7 +13,7 @@ struct StallWatch::State {
   std::recursive_mutex mutex;
   grpc::ServerContextBase* context = nullptr;  // null: the watch has ended
   std::chrono::milliseconds patience{};
-  bool moved = false;
+  std::atomic<bool> moved = false, resting = false, stalled = false;
   std::unique_ptr<grpc::Alarm> alarm;
 };
 
@@ -27,8 +32,17 @@ StallWatch::~StallWatch() {
 }
 
 void StallWatch::Moved() {
-  const std::lock_guard lock(state_->mutex);
   state_->moved = true;
+  state_->resting = false;
+}
+
+void StallWatch::Rest() { state_->resting = true; }
+
+grpc::Status StallWatch::StatusOfFailure() const {
+  if (!state_->stalled) return grpc::Status::CANCELLED;
+  return {grpc::StatusCode::DEADLINE_EXCEEDED,
+          absl::StrCat("the client took and sent nothing for ",
+                       std::chrono::ceil<std::chrono::seconds>(state_->patience).count(), " s")};
 }
 
 void StallWatch::Wait(const std::shared_ptr<State>& state) {
@@ -37,8 +51,9 @@ void StallWatch::Wait(const std::shared_ptr<State>& state) {
   state->alarm->Set(std::chrono::system_clock::now() + state->patience, [state](bool rang) {
     const std::lock_guard lock(state->mutex);
     if (!rang || state->context == nullptr) return;
-    if (!std::exchange(state->moved, false)) return state->context->TryCancel();
-    Wait(state);
+    if (state->resting || state->moved.exchange(false)) return Wait(state);
+    state->stalled = true;
+    state->context->TryCancel();
   });
 }
 

@@ -6,13 +6,12 @@
 
 #include <chrono>
 #include <memory>
-#include <mutex>
 
 namespace weft {
 
 // Cancels a call that does not move for `patience`, or at most twice as long. gRPC buffers megabytes of a
 // stream, so a slow client seems to stand still meanwhile: `patience` must be long beside that. It ends
-// before its call does. Thread safety: Moved may be called by any thread.
+// before its call does. Thread safety: any thread; no function waits for another one.
 class StallWatch {
  public:
   static constexpr std::chrono::seconds kPatience{60};
@@ -23,6 +22,10 @@ class StallWatch {
   StallWatch& operator=(const StallWatch&) = delete;
 
   void Moved();
+  // Nothing is expected of the client until Moved.
+  void Rest();
+  // How a call that failed has ended: DEADLINE_EXCEEDED where it was cancelled for not moving.
+  grpc::Status StatusOfFailure() const;
 
  private:
   struct State;

@@ -146,10 +146,11 @@ grpc::Status TakeService::EmptyTrash(grpc::ServerContext*, const v1::EmptyTrashR
   return Answer("EmptyTrash", [&] { return Assign(takes_.EmptyTrash(request->take_id()), response); });
 }
 
-grpc::ServerWriteReactor<v1::RecordedTake>* TakeService::WatchTake(grpc::CallbackServerContext*,
+grpc::ServerWriteReactor<v1::RecordedTake>* TakeService::WatchTake(grpc::CallbackServerContext* context,
                                                                    const v1::WatchTakeRequest* request) {
   const auto watch = std::make_shared<TakeWatch>();
   auto* watcher = new PollingWatcher<v1::RecordedTake>(
+      context,
       [this, watch, id = request->take_id()] {
         absl::StatusOr<v1::RecordedTake> take = GetRecent(id);
         if (take.ok()) watch->AddEvents(*take);

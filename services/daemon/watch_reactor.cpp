@@ -22,7 +22,10 @@ struct Bell {
 // slow client costs no memory.
 class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
  public:
-  explicit WatchReactor(JobQueue& queue) : queue_(queue) {}
+  WatchReactor(grpc::CallbackServerContext* context, JobQueue& queue, std::chrono::milliseconds patience)
+      : queue_(queue), stalls_(context, patience) {
+    stalls_.Rest();
+  }
 
   void Begin(const std::string& job_id) {
     const std::lock_guard lock(bell_->mutex);
@@ -43,8 +46,9 @@ class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
   void OnWriteDone(bool ok) override {
     const std::lock_guard lock(bell_->mutex);
     writing_ = false;
+    stalls_.Rest();
     if (finished_) return;
-    if (!ok || cancelled_) return End(grpc::Status::CANCELLED);
+    if (!ok || cancelled_) return End(stalls_.StatusOfFailure());
     if (last_written_) return End(grpc::Status::OK);
     WriteNews();
   }
@@ -76,6 +80,7 @@ class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
     update_ = *std::move(news.update);
     last_written_ = news.ended;
     writing_ = true;
+    stalls_.Moved();
     StartWrite(&update_);
   }
 
@@ -85,6 +90,7 @@ class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
   }
 
   JobQueue& queue_;
+  StallWatch stalls_;
   const std::shared_ptr<Bell> bell_ = std::make_shared<Bell>();
   int64_t watcher_ = 0;
   v1::JobUpdate update_;
@@ -96,8 +102,10 @@ class WatchReactor : public grpc::ServerWriteReactor<v1::JobUpdate> {
 
 }  // namespace
 
-grpc::ServerWriteReactor<v1::JobUpdate>* WatchJob(JobQueue& queue, const std::string& job_id) {
-  auto* reactor = new WatchReactor(queue);
+grpc::ServerWriteReactor<v1::JobUpdate>* WatchJob(grpc::CallbackServerContext* context, JobQueue& queue,
+                                                  const std::string& job_id,
+                                                  std::chrono::milliseconds patience) {
+  auto* reactor = new WatchReactor(context, queue, patience);
   reactor->Begin(job_id);
   return reactor;
 }

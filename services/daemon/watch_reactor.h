@@ -3,15 +3,19 @@
 
 #include <grpcpp/support/server_callback.h>
 
+#include <chrono>
 #include <string>
 
 #include "services/daemon/job_queue.h"
+#include "services/daemon/stall_watch.h"
 #include "weft/v1/jobs.pb.h"
 
 namespace weft {
 
-// Streams the job's news; deletes itself when the stream has ended, also when the client has gone. The queue
-// must outlive the server.
-grpc::ServerWriteReactor<v1::JobUpdate>* WatchJob(JobQueue& queue, const std::string& job_id);
+// Streams the job's news; deletes itself when the stream has ended, also when the client has gone or takes no
+// news for `patience`. The queue must outlive the server.
+grpc::ServerWriteReactor<v1::JobUpdate>* WatchJob(grpc::CallbackServerContext* context, JobQueue& queue,
+                                                  const std::string& job_id,
+                                                  std::chrono::milliseconds patience = StallWatch::kPatience);
 
 }  // namespace weft

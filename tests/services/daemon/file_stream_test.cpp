@@ -4,8 +4,10 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 
+#include <atomic>
 #include <thread>
 
+#include "services/daemon/polling_watcher.h"
 #include "tests/services/daemon/daemon_fixture.h"
 #include "weft/v1/jobs.grpc.pb.h"
 #include "weft/v1/library.grpc.pb.h"
@@ -131,6 +133,69 @@ class Patience : public ::testing::Test {
 
 TEST_F(Patience, EndsWithClientsThatTakeNothing) {
   EXPECT_EQ(Read(std::chrono::milliseconds(3000), 1).error_code(), grpc::StatusCode::CANCELLED);
+}
+
+// Watches of something that changes all the time, and of something that does not.
+class Watches final : public v1::Jobs::WithCallbackMethod_FetchResult<v1::Jobs::Service> {
+ public:
+  grpc::ServerWriteReactor<v1::FileChunk>* FetchResult(grpc::CallbackServerContext* context,
+                                                       const v1::FetchResultRequest* request) override {
+    auto* watcher = new PollingWatcher<v1::FileChunk>(
+        context,
+        [this, changes = request->frame() == "changes"] {
+          v1::FileChunk chunk;
+          if (changes) chunk.set_data(std::string(1 << 20, static_cast<char>('a' + looks_++ % 26)));
+          chunk.set_file_bytes(1);
+          return absl::StatusOr<v1::FileChunk>(chunk);
+        },
+        [](const v1::FileChunk&) { return false; }, Files::kPatience);
+    watcher->Look();
+    return watcher;
+  }
+
+ private:
+  std::atomic<int> looks_ = 0;
+};
+
+class PatienceWithWatchers : public ::testing::Test {
+ protected:
+  PatienceWithWatchers() {
+    int port = 0;
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+    builder.RegisterService(&watches_);
+    server_ = builder.BuildAndStart();
+    stub_ = v1::Jobs::NewStub(
+        grpc::CreateChannel("127.0.0.1:" + std::to_string(port), grpc::InsecureChannelCredentials()));
+  }
+
+  // Reads one message, nothing for a while, and then all that comes; how the stream ended. It would go on.
+  grpc::Status Watch(const std::string& what) {
+    constexpr std::chrono::seconds kPause{6}, kMost{9};
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + kMost);
+    v1::FetchResultRequest request;
+    request.set_frame(what);
+    const auto reader = stub_->FetchResult(&context, request);
+    v1::FileChunk chunk;
+    reader->Read(&chunk);
+    std::this_thread::sleep_for(kPause);
+    while (reader->Read(&chunk)) {
+    }
+    return reader->Finish();
+  }
+
+  Watches watches_;
+  std::unique_ptr<v1::Jobs::Stub> stub_;
+  std::unique_ptr<grpc::Server> server_;
+};
+
+TEST_F(PatienceWithWatchers, EndsWithThoseThatTakeNothing) {
+  EXPECT_EQ(Watch("changes").error_code(), grpc::StatusCode::CANCELLED);
+}
+
+TEST_F(PatienceWithWatchers, HoldsWhereNothingHappens) {
+  EXPECT_EQ(Watch("rests").error_code(), grpc::StatusCode::DEADLINE_EXCEEDED) << "the client's own";
 }
 
 TEST_F(Patience, HoldsForSlowClients) {
