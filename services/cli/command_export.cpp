@@ -15,6 +15,7 @@
 #include "services/cli/remote_operation.h"
 #include "services/export/export_overlays.h"
 #include "services/export/export_result.h"
+#include "services/export/texture_atlas.h"
 #include "services/process/exit_status.h"
 #include "services/process/stop_on_signal.h"
 
@@ -54,15 +55,19 @@ absl::StatusOr<ExportRequest> ExportRequestOf(const ExportCommandOptions& option
 bool IsPicture(const std::string& format) { return format == "jpg" || format == "png"; }
 
 absl::StatusOr<OverlayRequest> OverlayRequestOf(const ExportCommandOptions& options) {
-  if (!IsPicture(options.format)) return absl::InvalidArgumentError("--overlay: needs --format jpg or png");
-  const absl::StatusOr<OverlayKind> kind = OverlayKindFromName(options.overlay);
-  if (!kind.ok()) return kind.status();
   OverlayRequest request = options.overlays;
+  if (request.texture_px > 0 && options.format != "png")
+    return absl::InvalidArgumentError("--texture: needs --format png, which has transparency");
+  if (!IsPicture(options.format)) return absl::InvalidArgumentError("--overlay: needs --format jpg or png");
+  if (request.texture_px == 0) {
+    const absl::StatusOr<OverlayKind> kind = OverlayKindFromName(options.overlay);
+    if (!kind.ok()) return kind.status();
+    request.kind = *kind;
+  }
   request.result = options.request.result;
   request.out = options.request.out;
   request.frames = options.request.frames;
   request.allow_unfinished = options.request.allow_unfinished;
-  request.kind = *kind;
   request.format = options.format == "png" ? PictureFormat::kPng : PictureFormat::kJpeg;
   return request;
 }
@@ -95,6 +100,9 @@ std::string ExportSummaryText(const ExportCommandOptions& options, const ExportO
     bridged += frame.bridged();
   }
   const char* const already = outcome.was_complete ? "; it was complete already" : "";
+  if (manifest.texture_px() > 0)
+    return absl::StrFormat("%s: textures of %d px, %d frames%s", options.request.out, manifest.texture_px(),
+                           manifest.frames_size() - missing, already);
   if (!manifest.overlay().empty())
     return absl::StrFormat("%s: %s over the pictures of %d cameras, %d frames%s", options.request.out,
                            manifest.overlay(), manifest.files_size(), manifest.frames_size() - missing,
@@ -118,7 +126,7 @@ absl::StatusOr<ExportOutcome> RunExport(const ExportCommandOptions& options, boo
   const ExportProgress show = [&bars](ExportStep step, size_t done, size_t all) {
     bars.Show(step, done, all);
   };
-  if (!options.overlay.empty() || IsPicture(options.format)) {
+  if (!options.overlay.empty() || options.overlays.texture_px > 0 || IsPicture(options.format)) {
     const absl::StatusOr<OverlayRequest> overlays = OverlayRequestOf(options);
     if (!overlays.ok()) return overlays.status();
     return ExportOverlays(*overlays, show, stop.token(), warnings);
@@ -168,7 +176,17 @@ void AddOverlays(CLI::App& command, ExportCommandOptions& options) {
           "by state or sigma")
       ->type_name("WHAT")
       ->check(CLI::IsMember({"wireframe", "state", "sigma"}));
-  command.add_option("--camera", options.overlays.cameras, "Of overlays: which cameras, all by default")
+  command
+      .add_option(
+          "--texture", options.overlays.texture_px,
+          "With --format png: the garment's texture of each frame, unwrapped from the pictures of all "
+          "cameras to this width and height; 0: none")
+      ->type_name("PX")
+      ->check(CLI::Range(0, kMaxAtlasPx))
+      ->excludes("--overlay");
+  command
+      .add_option("--camera", options.overlays.cameras,
+                  "Of overlays and textures: which cameras, all by default")
       ->type_name("ID");
   command
       .add_option("--take", options.overlays.dump, "Of overlays: the recording; by default that of the job")

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "capture/take/open_dump.h"
 #include "services/export/export_folder.h"
 #include "services/export/export_source.h"
+#include "services/export/texture_atlas.h"
 #include "services/files/atomic_file.h"
 #include "services/files/rig_file.h"
 #include "services/report/mesh_colors.h"
@@ -101,14 +103,22 @@ v1::Export OverlayManifest(const OverlayRequest& request, const ExportSource& so
                            const OverlayPlan& plan) {
   v1::Export manifest;
   manifest.set_format(EndingOf(request.format));
-  manifest.set_overlay(NameOf(request.kind));
+  manifest.set_overlay(request.texture_px > 0 ? "texture" : NameOf(request.kind));
+  manifest.set_texture_px(request.texture_px);
   manifest.set_fps(source.fps());
   manifest.set_fps_source(source.fps_source());
   manifest.set_vertices(static_cast<int>(source.topology().vertices));
   manifest.set_faces(static_cast<int>(source.topology().faces.size()));
-  for (const size_t camera : plan.cameras) manifest.add_files(plan.rig.cameras[camera].id);
-  for (const v1::ExportedFrame& frame : source.frames()) *manifest.add_frames() = frame;
-  if (request.kind == OverlayKind::kSigma) manifest.set_overlay_sigma_mm(plan.sigma_range_mm.high);
+  for (const size_t camera : plan.cameras)
+    if (request.texture_px == 0) manifest.add_files(plan.rig.cameras[camera].id);
+  for (const v1::ExportedFrame& frame : source.frames()) {
+    v1::ExportedFrame& added = *manifest.add_frames();
+    added = frame;
+    if (request.texture_px > 0 && frame.missing_because().empty())
+      added.set_file(absl::StrCat(frame.frame(), ".", EndingOf(request.format)));
+  }
+  if (request.texture_px == 0 && request.kind == OverlayKind::kSigma)
+    manifest.set_overlay_sigma_mm(plan.sigma_range_mm.high);
   manifest.set_job_id(source.job().id());
   *manifest.mutable_inputs() = source.job().inputs();
   manifest.set_weft_version(WEFT_VERSION);
@@ -180,8 +190,38 @@ absl::Status WriteFrameOverlays(const OverlayRequest& request, const OverlayPlan
   return absl::OkStatus();
 }
 
+// The texture of one frame.
+absl::Status WriteFrameTexture(const OverlayPlan& plan, ExportSource& source, size_t mesh_number,
+                               const std::string& path, TextureAtlas& atlas,
+                               std::vector<std::string>& warnings) {
+  if (fs::exists(path)) return absl::OkStatus();
+  const absl::StatusOr<ExportMesh> read = source.Read(mesh_number, ExportSource::Velocities::kLeftOut);
+  if (!read.ok()) return read.status();
+  std::vector<Eigen::Vector3d> vertices_mm;
+  for (const Eigen::Vector3f& position : read->positions) vertices_mm.push_back(position.cast<double>());
+  const auto mesh = VisibleMesh::Build(std::move(vertices_mm), source.topology().faces, 1);
+  if (!mesh.ok()) return mesh.status();
+  const std::string& name = source.frames()[source.meshes()[mesh_number]].frame();
+  for (const size_t c : plan.cameras) {
+    const CameraModel& camera = plan.rig.cameras[c];
+    const absl::StatusOr<Frame> picture = plan.dump->ReadView(plan.index_of_frame.at(name), c);
+    absl::Status status = picture.status();
+    if (status.ok()) status = atlas.Add(*picture, *mesh, camera);
+    if (!status.ok())
+      warnings.push_back(absl::StrCat("Frame ", name, ", camera ", camera.id, ": ", status.message()));
+  }
+  const AtlasPicture picture = atlas.Take();
+  const auto bytes = EncodePng({picture.size_px, picture.size_px, 4, 8, picture.rgba});
+  if (!bytes.ok()) return bytes.status();
+  return WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+}
+
 // At most; a JPEG of this quality takes less than a byte per pixel.
 uint64_t MaxOverlayBytes(const OverlayRequest& request, const OverlayPlan& plan, size_t frames) {
+  constexpr uint64_t kRgba = 4;
+  if (request.texture_px > 0)
+    return frames * kRgba * static_cast<uint64_t>(request.texture_px) *
+           static_cast<uint64_t>(request.texture_px);
   uint64_t pixels = 0;
   for (const size_t c : plan.cameras)
     pixels += static_cast<uint64_t>(plan.rig.cameras[c].width_px) *
@@ -205,6 +245,13 @@ absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, cons
   if (!holds.ok()) return holds.status();
   outcome.was_complete = *holds == ExportFolder::Holds::kAll;
   if (outcome.was_complete) return outcome;
+  std::optional<TextureAtlas> atlas;
+  if (request.texture_px > 0) {
+    auto made = TextureAtlas::Make(request.texture_px, source->topology().faces, source->topology().texture);
+    if (!made.ok()) return made.status();
+    atlas = *std::move(made);
+  }
+  folder.RemoveLeftovers(outcome.manifest);
   const size_t frames = source->meshes().size();
   absl::Status status = folder.CheckRoom(MaxOverlayBytes(request, *plan, frames), 0);
   if (status.ok() && *holds == ExportFolder::Holds::kNothing) status = folder.Begin(outcome.manifest);
@@ -215,7 +262,9 @@ absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, cons
       return absl::CancelledError(
           absl::StrCat("stopped after ", i, " of ", frames, " frames; the same command goes on from there"));
     }
-    status = WriteFrameOverlays(request, *plan, *source, i, folder, warnings);
+    const std::string& file = outcome.manifest.frames(static_cast<int>(source->meshes()[i])).file();
+    status = atlas ? WriteFrameTexture(*plan, *source, i, folder.Of(file), *atlas, warnings)
+                   : WriteFrameOverlays(request, *plan, *source, i, folder, warnings);
     if (progress) progress(ExportStep::kWrite, i + 1, frames);
   }
   if (status.ok()) status = folder.Finish(outcome.manifest);

@@ -20,13 +20,15 @@ struct OverlayRequest {
   std::string dump, rig;             // empty: those of the job
   std::vector<std::string> cameras;  // ids; empty: all of the rig
   OverlayKind kind = OverlayKind::kWireframe;
+  int texture_px = 0;  // not 0: instead of overlays, a texture of this size from all these cameras
   PictureFormat format = PictureFormat::kJpeg;
   bool allow_unfinished = false;
 };
 
-// Writes <out>/<camera>/<frame>.jpg or .png, and export.json last; it stops and goes on as ExportResult does.
-// Pictures that the dump lacks are left out, with a line in `warnings`. Errors of ExportResult, ReadRig and
-// OpenDump; FailedPrecondition: the rig is not that of the job. InvalidArgument: a camera that the rig lacks.
+// Writes <out>/<camera>/<frame>.jpg or .png, of textures <out>/<frame>.png, and export.json last; it stops
+// and goes on as ExportResult does. Pictures that the dump lacks are left out, with a line in `warnings`.
+// Errors of ExportResult, ReadRig and OpenDump; FailedPrecondition: the rig is not that of the job.
+// InvalidArgument: a camera that the rig lacks.
 absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, const ExportProgress& progress,
                                              const std::stop_token& stop, std::vector<std::string>& warnings);
 

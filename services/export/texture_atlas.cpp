@@ -1,0 +1,149 @@
+#include "services/export/texture_atlas.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+
+namespace weft {
+namespace {
+
+constexpr int kGutterPx = 4;  // around what is seen
+const ViewingOptions kForTexture{.max_facing_deg = 80, .min_pitch_px = 0, .clearance_mm = 2};
+
+// Bilinear; empty outside the picture.
+std::optional<Eigen::Vector3f> SampleRgb(const Frame& rgb, const Eigen::Vector2d& pixel_px) {
+  const int x = static_cast<int>(std::floor(pixel_px.x())), y = static_cast<int>(std::floor(pixel_px.y()));
+  if (x < 0 || y < 0 || x + 1 >= rgb.width_px || y + 1 >= rgb.height_px) return std::nullopt;
+  const auto fx = static_cast<float>(pixel_px.x() - x), fy = static_cast<float>(pixel_px.y() - y);
+  const uint8_t *above = rgb.row(y) + 3 * x, *below = rgb.row(y + 1) + 3 * x;
+  Eigen::Vector3f color;
+  for (int channel = 0; channel < 3; ++channel) {
+    const float top = (1 - fx) * above[channel] + fx * above[channel + 3];
+    const float bottom = (1 - fx) * below[channel] + fx * below[channel + 3];
+    color[channel] = (1 - fy) * top + fy * bottom;
+  }
+  return color;
+}
+
+// Gives texels without a colour the mean of their neighbours that have one.
+void GrowByOnePixel(int size_px, std::vector<Eigen::Vector4f>& colors) {
+  const std::vector<Eigen::Vector4f> before = colors;
+  const auto at = [size_px](int x, int y) { return static_cast<size_t>(y) * size_px + x; };
+  for (int y = 0; y < size_px; ++y) {
+    for (int x = 0; x < size_px; ++x) {
+      if (before[at(x, y)].w() > 0) continue;
+      Eigen::Vector4f sum = Eigen::Vector4f::Zero();
+      for (int ny = std::max(y - 1, 0); ny <= std::min(y + 1, size_px - 1); ++ny)
+        for (int nx = std::max(x - 1, 0); nx <= std::min(x + 1, size_px - 1); ++nx)
+          if (before[at(nx, ny)].w() > 0) sum += before[at(nx, ny)];
+      if (sum.w() > 0) colors[at(x, y)] = sum / sum.w();
+    }
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<TextureAtlas> TextureAtlas::Make(int size_px, const std::vector<Face>& faces,
+                                                const MeshTexture& texture) {
+  if (size_px < 1 || size_px > kMaxAtlasPx)
+    return absl::InvalidArgumentError(absl::StrCat("--texture: must lie between 1 and ", kMaxAtlasPx, " px"));
+  if (texture.empty()) {
+    return absl::InvalidArgumentError(
+        "--texture: the meshes have no texture coordinates; register with a template that `weft template "
+        "build` made, or one with its board");
+  }
+  TextureAtlas atlas;
+  atlas.size_px_ = size_px;
+  atlas.faces_ = faces;
+  atlas.texels_.resize(static_cast<size_t>(size_px) * size_px);
+  atlas.colors_.assign(atlas.texels_.size(), Eigen::Vector4f::Zero());
+  for (size_t f = 0; f < faces.size(); ++f) {
+    const auto [a, b, c] = faces[f];
+    atlas.PlaceFace(static_cast<int>(f),
+                    texture.of_corner.empty()
+                        ? std::array{texture.of_vertex[a], texture.of_vertex[b], texture.of_vertex[c]}
+                        : texture.of_corner[f]);
+  }
+  return atlas;
+}
+
+void TextureAtlas::PlaceFace(int face, const std::array<Eigen::Vector2f, 3>& uv) {
+  std::array<Eigen::Vector2d, 3> corners;  // texels, with centres at whole numbers
+  for (int k = 0; k < 3; ++k)
+    corners[k] = {size_px_ * static_cast<double>(uv[k].x()) - 0.5,
+                  size_px_ * (1 - static_cast<double>(uv[k].y())) - 0.5};
+  const auto& [a, b, c] = corners;
+  const double area = (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
+  if (!(std::abs(area) > 0)) return;
+  const Eigen::Vector2d low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
+  for (int y = std::max(0, static_cast<int>(std::ceil(low.y()))); y <= high.y() && y < size_px_; ++y) {
+    for (int x = std::max(0, static_cast<int>(std::ceil(low.x()))); x <= high.x() && x < size_px_; ++x) {
+      const double weight_b = ((x - a.x()) * (c.y() - a.y()) - (y - a.y()) * (c.x() - a.x())) / area;
+      const double weight_c = ((b.x() - a.x()) * (y - a.y()) - (b.y() - a.y()) * (x - a.x())) / area;
+      if (weight_b < 0 || weight_c < 0 || weight_b + weight_c > 1) continue;
+      texels_[static_cast<size_t>(y) * size_px_ + x] = {face, static_cast<float>(weight_b),
+                                                        static_cast<float>(weight_c)};
+    }
+  }
+}
+
+absl::Status TextureAtlas::Add(const Frame& picture, const VisibleMesh& mesh, const CameraModel& camera) {
+  const absl::StatusOr<Frame> rgb = ToRgb(picture);
+  if (!rgb.ok()) return rgb.status();
+  const std::vector<VertexView> views = mesh.Look(camera, kForTexture);
+  const std::vector<Eigen::Vector3d>& vertices_mm = mesh.vertices_mm();
+  tbb::parallel_for(tbb::blocked_range<size_t>(0, texels_.size(), 4096), [&](const auto& range) {
+    for (size_t t = range.begin(); t < range.end(); ++t) {
+      const Texel& texel = texels_[t];
+      if (texel.face < 0) continue;
+      const auto [a, b, c] = faces_[texel.face];
+      if (!views[a].seen || !views[b].seen || !views[c].seen) continue;
+      const float weight_a = 1 - texel.weight_b - texel.weight_c;
+      const auto blend = [&](const auto& of_a, const auto& of_b, const auto& of_c) {
+        return weight_a * of_a + texel.weight_b * of_b + texel.weight_c * of_c;
+      };
+      const Eigen::Vector3d place_mm = static_cast<double>(weight_a) * vertices_mm[a] +
+                                       static_cast<double>(texel.weight_b) * vertices_mm[b] +
+                                       static_cast<double>(texel.weight_c) * vertices_mm[c];
+      const auto pixel_px = camera.Project(place_mm);
+      const auto color = pixel_px ? SampleRgb(*rgb, *pixel_px) : std::nullopt;
+      if (!color) continue;
+      const float cosine = blend(views[a].facing_cosine, views[b].facing_cosine, views[c].facing_cosine);
+      const float pitch_px = blend(views[a].pitch_px, views[b].pitch_px, views[c].pitch_px);
+      const float weight = std::pow(cosine, 4.0F) * pitch_px * pitch_px;
+      colors_[t].head<3>() += weight * *color;
+      colors_[t].w() += weight;
+    }
+  });
+  return absl::OkStatus();
+}
+
+AtlasPicture TextureAtlas::Take() {
+  size_t of_garment = 0, seen = 0;
+  for (size_t t = 0; t < texels_.size(); ++t) {
+    of_garment += texels_[t].face >= 0;
+    if (!(colors_[t].w() > 0)) continue;
+    ++seen;
+    colors_[t] /= colors_[t].w();
+  }
+  for (int i = 0; i < kGutterPx; ++i) GrowByOnePixel(size_px_, colors_);
+  AtlasPicture picture{size_px_, std::vector<uint8_t>(4 * colors_.size()),
+                       of_garment > 0 ? static_cast<double>(seen) / static_cast<double>(of_garment) : 0};
+  for (size_t t = 0; t < colors_.size(); ++t) {
+    if (!(colors_[t].w() > 0)) continue;
+    for (int channel = 0; channel < 3; ++channel)
+      picture.rgba[4 * t + channel] =
+          static_cast<uint8_t>(std::lround(std::clamp(colors_[t][channel], 0.0F, 255.0F)));
+    picture.rgba[4 * t + 3] = 255;
+  }
+  std::fill(colors_.begin(), colors_.end(), Eigen::Vector4f::Zero());
+  return picture;
+}
+
+}  // namespace weft
