@@ -9,7 +9,8 @@
 namespace weft {
 
 // A mesh whose vertices on seams occur once for each place on the print. The first vertices are those of the
-// mesh it was made from, in their order; copies follow.
+// mesh it was made from, in their order; copies follow. Each of the first keeps a face where it had one,
+// since Blender drops vertices without.
 struct SplitMesh {
   std::vector<int> origin;  // [vertices here]: which vertex of the mesh
   std::vector<Face> faces;

@@ -34,5 +34,17 @@ TEST(SplitAtSeams, CopiesAVertexOncePerPlaceOnThePrint) {
     for (int k = 0; k < 3; ++k) EXPECT_EQ(split.uv[split.faces[f][k]], texture.of_corner[f][k]);
 }
 
+TEST(SplitAtSeams, LeavesNoVertexWithoutAFace) {
+  MeshTexture texture;
+  texture.of_vertex.assign(4, Eigen::Vector2f(5, 5));
+  texture.of_corner.resize(2);
+  for (auto& corners : texture.of_corner) corners = {Eigen::Vector2f(1, 0), {2, 0}, {3, 0}};
+  const SplitMesh split = SplitAtSeams(4, kTwoFaces, texture);
+  EXPECT_THAT(split.origin, ElementsAre(0, 1, 2, 3, 2));
+  EXPECT_THAT(split.faces, ElementsAre(Face{0, 1, 2}, Face{0, 4, 3}));
+  EXPECT_EQ(split.uv[3], Eigen::Vector2f(3, 0));
+  EXPECT_EQ(split.uv[4], Eigen::Vector2f(2, 0));
+}
+
 }  // namespace
 }  // namespace weft
