@@ -5,6 +5,23 @@
 #include "services/report/report_sections.h"
 
 namespace weft {
+namespace {
+
+// A row of its own, since the pictures are to be looked at closely.
+std::string InImages(const FramePictures& frame) {
+  if (frame.in_images.empty()) return "";
+  return absl::StrCat(
+      "<div class=\"in-images\">",
+      PictureRow(
+          frame.in_images, absl::StrCat("frame ", frame.frame, " with the mesh over it"), "",
+          "<p class=\"legend\">Images of cameras. Lines, black inside and white outside: edges of the "
+          "mesh as the camera sees them; where they leave the cloth, the mesh is off. Tinted by state: "
+          "what three cameras did not observe.</p>"),
+      "</div>\n");
+}
+
+}  // namespace
+
 std::string PictureSection(const std::vector<FramePictures>& pictures) {
   std::string body;
   for (const FramePictures& frame : pictures) {
@@ -17,12 +34,7 @@ std::string PictureSection(const std::vector<FramePictures>& pictures) {
                    StateLegend({VertexState::kObserved, VertexState::kTwoView, VertexState::kInferred})),
         PictureRow(frame.by_sigma, absl::StrCat("frame ", frame.frame), "uncertainty",
                    ColorBar(frame.sigma_range_mm, "sigma", "mm")),
-        PictureRow(
-            frame.in_images, absl::StrCat("frame ", frame.frame, " with the mesh over it"), "",
-            "<p class=\"legend\">Images of cameras. Lines, black inside and white outside: edges of the mesh "
-            "as the camera sees them; where they leave the cloth, the mesh is off. Tinted by state: what "
-            "three cameras did not observe.</p>"),
-        "</div>\n");
+        InImages(frame), "</div>\n");
   }
   return body.empty() ? "" : Section("meshes", "Meshes", body);
 }
