@@ -36,6 +36,8 @@ def steps():
                              {"WEFT_BIN": "build/dev/bin"})
     found["studio_load"] = ([PYTHON, "tests/system/studio_load.py", "--seconds", "60"],
                             {"WEFT_BIN": "build/dev/bin"})
+    # Debian's Python has numpy.
+    found["export_load"] = (["/usr/bin/python3", "tests/system/export_load.py"], {"WEFT_BIN": "build/dev/bin"})
     found["hostile_load"] = ([PYTHON, "tests/system/hostile_load.py"], {"WEFT_BIN": "build/dev/bin"})
     found["client_load"] = ([PYTHON, "tests/system/client_load.py", "--seconds", "300"], {"WEFT_BIN": "build/dev/bin"})
     found["take_campaign"] = ([PYTHON, "tests/system/take_campaign.py", "--log", os.path.join(LOGS, "take_campaign.json")],
