@@ -73,6 +73,11 @@ void PrintJob(const v1::Job& job) {
               job.inputs().garment().c_str(), job.spec().out().c_str());
   std::printf("created   %s\nstarted   %s\nfinished  %s\n", LocalTime(job.created_unix_ns()).c_str(),
               LocalTime(job.started_unix_ns()).c_str(), LocalTime(job.finished_unix_ns()).c_str());
+  if (const v1::JobUsage& usage = job.usage(); usage.tasks() > 0) {
+    std::printf("tasks     %d, %d of them lost; %.0f core-seconds, at most %.0f MiB, %.0f s queued\n",
+                usage.tasks(), usage.tasks_lost(), usage.core_s(), usage.peak_memory_mib(), usage.queued_s());
+  }
+  if (!job.task_logs().empty()) std::printf("logs      %s\n", job.task_logs().c_str());
   for (const std::string& warning : job.warnings()) std::printf("warning   %s\n", warning.c_str());
 }
 
@@ -197,7 +202,7 @@ void AddAction(CLI::App& parent, CommandLine& line, const std::string& name, con
 }  // namespace
 
 void AddJobCommand(CLI::App& app, CommandLine& line) {
-  CLI::App* job = AddCommand(app, "job", "Look after the jobs of a daemon",
+  CLI::App* job = AddCommand(app, "job", "Look after the jobs of a daemon, and plan large ones",
                              "  weft job list --server 127.0.0.1:7411\n"
                              "  WEFT_SERVER=127.0.0.1:7411 weft job watch 20260131-104500-1a2b3c4d");
   job->require_subcommand(1);
@@ -214,6 +219,7 @@ void AddJobCommand(CLI::App& app, CommandLine& line) {
       "Register the failed and cancelled frames of a job that has ended once more, as with new disks or "
       "workers. Finished frames stay",
       kJobId | kJson, Retry);
+  AddJobPlanCommand(*job, line);
   AddAction(*job, line, "fetch", "Copy a job's results to this machine", kJobId | kOut, Fetch);
 }
 

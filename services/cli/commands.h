@@ -9,6 +9,7 @@ namespace weft {
 
 void AddAccessCommand(CLI::App& app, CommandLine& line);
 void AddJobCommand(CLI::App& app, CommandLine& line);
+void AddJobPlanCommand(CLI::App& job, CommandLine& line);
 void AddLibraryCommand(CLI::App& app, CommandLine& line);
 void AddRegisterCommand(CLI::App& app, CommandLine& line);
 void AddRigCommand(CLI::App& app, CommandLine& line);

@@ -30,6 +30,7 @@
 #include "services/recorder/recorder_process.h"
 #include "services/rpc/error_detail.h"
 #include "services/rpc/operation_kinds.h"
+#include "services/slurm/slurm_executor.h"
 
 namespace weft {
 namespace {
@@ -58,6 +59,44 @@ std::function<bool(const std::string&)> IsReadBy(const Daemon::Parts& parts) {
   };
 }
 
+absl::StatusOr<std::unique_ptr<Executor>> MakeLocalExecutor(const DaemonOptions& options,
+                                                            const CoreShare& share, int fence_fd) {
+  LocalExecutorOptions executor_options;
+  executor_options.worker_program = options.worker_program;
+  executor_options.task_folder = absl::StrCat(options.state_folder, "/tasks");
+  executor_options.workers = share.workers;
+  executor_options.worker_memory_mib = options.worker_memory_mib == 0
+                                           ? ShareMemoryMib(UsableMemoryMib(), share.workers)
+                                           : std::max<int64_t>(0, options.worker_memory_mib);
+  executor_options.fence_fd = fence_fd;
+  executor_options.worker_user = options.worker_user;
+  executor_options.allowed_paths = options.allow_paths;
+  executor_options.state_folder = options.state_folder;
+  executor_options.stop_grace = options.stop_grace;
+  executor_options.silence_limit = options.silence_limit;
+  // What a daemon that was killed left there; the catalogue is ours by now. A full disk may not give the
+  // folder again.
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(executor_options.task_folder, ignored)) {
+    std::filesystem::remove_all(entry.path(), ignored);
+  }
+  return LocalExecutor::Create(executor_options);
+}
+
+SlurmOptions SlurmOptionsOf(const DaemonOptions& options) {
+  SlurmOptions slurm = options.slurm;
+  if (slurm.worker_program.empty()) slurm.worker_program = options.worker_program;
+  slurm.allowed_paths = options.allow_paths;
+  slurm.state_folder = options.state_folder;
+  return slurm;
+}
+
+absl::StatusOr<std::unique_ptr<Executor>> MakeExecutor(const DaemonOptions& options, const CoreShare& share,
+                                                       int fence_fd) {
+  if (options.slurm.folder.empty()) return MakeLocalExecutor(options, share, fence_fd);
+  return SlurmExecutor::Create(SlurmOptionsOf(options));
+}
+
 // Begins with the fence and the notices.
 absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options, const CoreShare& share,
                                                     Daemon::Parts& parts) {
@@ -71,29 +110,11 @@ absl::StatusOr<std::unique_ptr<JobQueue>> MakeQueue(const DaemonOptions& options
   if (!opened.ok()) return opened.status();
   parts.notices = *std::move(opened);
   for (const std::string& warning : (*catalogue)->warnings()) spdlog::warn("{}", warning);
-  LocalExecutorOptions executor_options;
-  executor_options.worker_program = options.worker_program;
-  executor_options.task_folder = absl::StrCat(options.state_folder, "/tasks");
-  executor_options.workers = share.workers;
-  executor_options.worker_memory_mib = options.worker_memory_mib == 0
-                                           ? ShareMemoryMib(UsableMemoryMib(), share.workers)
-                                           : std::max<int64_t>(0, options.worker_memory_mib);
-  executor_options.fence_fd = parts.fence->fd();
-  executor_options.worker_user = options.worker_user;
-  executor_options.allowed_paths = options.allow_paths;
-  executor_options.state_folder = options.state_folder;
-  executor_options.stop_grace = options.stop_grace;
-  executor_options.silence_limit = options.silence_limit;
-  // What a daemon that was killed left there; the catalogue is ours by now. A full disk may not give the
-  // folder again.
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(executor_options.task_folder, ignored)) {
-    std::filesystem::remove_all(entry.path(), ignored);
-  }
-  absl::StatusOr<std::unique_ptr<LocalExecutor>> executor = LocalExecutor::Create(executor_options);
+  absl::StatusOr<std::unique_ptr<Executor>> executor = MakeExecutor(options, share, parts.fence->fd());
   if (!executor.ok()) return executor.status();
   JobQueueOptions queue_options;
-  queue_options.threads_per_worker = share.threads_per_worker;
+  queue_options.threads_per_worker =
+      options.slurm.folder.empty() ? share.threads_per_worker : options.slurm.cpus_per_task;
   queue_options.find_incomplete = options.find_incomplete;
   queue_options.is_settled = [](const std::string& dump) {
     return IsSettled(std::filesystem::path(dump).parent_path().string());
@@ -209,6 +230,13 @@ absl::Status DaemonOptions::Validate() const {
         absl::StrCat("--threads-per-worker: ", threads_per_worker, ", must be 0 to ", kMaxWorkers));
   }
   if (absl::Status status = notices.Validate(); !status.ok()) return status;
+  if (!slurm.folder.empty()) {
+    if (absl::Status status = SlurmOptionsOf(*this).Validate(); !status.ok()) return status;
+    if (!worker_user.empty()) {
+      return absl::InvalidArgumentError(
+          "--worker-user: tasks on a cluster run as the daemon's user; leave it out beside --slurm-folder");
+    }
+  }
   return worker_user.empty() ? absl::OkStatus() : CheckWorkerUser(worker_user);
 }
 

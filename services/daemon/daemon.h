@@ -18,6 +18,7 @@
 #include "services/library/check_item.h"
 #include "services/library/uploads.h"
 #include "services/notice/end_notices.h"
+#include "services/slurm/slurm_options.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {
@@ -38,6 +39,7 @@ struct DaemonOptions {
   int64_t worker_memory_mib = 0;         // of a worker; 0 shares the machine's, negative: any
   std::string worker_program;            // weft-worker
   std::string worker_user;               // of workers, where root runs the daemon; empty: its own
+  SlurmOptions slurm;                    // with a folder: tasks run on a cluster
   std::string recorder_program;          // weft-recorder
   std::string command_program;           // weft, for operations
   RetentionRules retention;              // of takes and jobs
@@ -64,7 +66,7 @@ struct DaemonOptions {
 class Daemon {
  public:
   // InvalidArgument: options. FailedPrecondition: another daemon uses the state folder, or the port is taken.
-  // Otherwise errors of Catalogue::Open and LocalExecutor::Create.
+  // Otherwise errors of Catalogue::Open, LocalExecutor::Create and SlurmExecutor::Create.
   static absl::StatusOr<std::unique_ptr<Daemon>> Start(DaemonOptions options);
   ~Daemon();
 

@@ -136,6 +136,8 @@ class JobQueue {
   // The functions below take the lock, and tell the watchers when they have let go of it.
   void OnEvent(const std::string& task_id, const v1::WorkerEvent& event);
   void OnTaskEnded(const std::string& task_id, const TaskEnd& end);
+  void OnTaskWaits(const std::string& task_id, const std::string& why);
+  void OnTaskNoted(const std::string& task_id, const std::string& note);
   void LookAtTake(const std::shared_ptr<LiveJob>& job);
   void CheckResults(const std::shared_ptr<LiveJob>& job);
   void WriteResults(const std::shared_ptr<LiveJob>& job);
@@ -160,6 +162,8 @@ class JobQueue {
   void BlameWorker(RunningTask& task, const std::string& reason);
   void SetAside(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason);
   void WaitForRoom(LiveJob& job, const std::string& reason);
+  void Note(LiveJob& job, const std::string& text);
+  void NoteUsage(LiveJob& job, const v1::WorkerEnded& ended);
   void EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message);
   // Takes that are being recorded (job_queue_live.cpp).
   void FollowSoon(LiveJob& job);

@@ -42,6 +42,7 @@ struct JobQueue::LiveJob {
   bool take_closed = false;
   bool ended = false;
   int failed_starts = 0;  // workers in a row that ended before they began a frame
+  int notes = 0;          // warnings about its tasks
   int watchers = 0;
   uint64_t version = 1;  // counts changes of `job`
 };

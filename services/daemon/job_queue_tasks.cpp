@@ -57,9 +57,14 @@ void JobQueue::Schedule() {
 bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   auto running = std::make_unique<RunningTask>();
   running->job = job;
-  running->positions = job->life.frames().TakeChunk(executor_->slots());
+  const TaskShape shape = executor_->shape();
+  running->positions = job->life.frames().TakeChunk(
+      shape.parallel,
+      {.least = static_cast<size_t>(shape.least_frames), .most = static_cast<size_t>(shape.most_frames)});
   v1::Task task;
   task.set_id(absl::StrCat(job->job().id(), ".", next_task_++));
+  task.set_job_id(job->job().id());
+  task.set_priority(job->job().priority());
   *task.mutable_spec() = job->job().spec();
   *task.mutable_spec()->mutable_expected() = job->job().inputs();
   // Neighbours that are still to come would refine them again.
@@ -69,7 +74,9 @@ bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   const std::string id = task.id();
   const absl::Status status =
       executor_->Start(task, {[this, id](const v1::WorkerEvent& event) { OnEvent(id, event); },
-                              [this, id](const TaskEnd& end) { OnTaskEnded(id, end); }});
+                              [this, id](const TaskEnd& end) { OnTaskEnded(id, end); },
+                              [this, id](const std::string& why) { OnTaskWaits(id, why); },
+                              [this, id](const std::string& note) { OnTaskNoted(id, note); }});
   if (!status.ok()) {
     spdlog::error("task {} cannot be started: {}", id, std::string(status.message()));
     for (const size_t position : running->positions) {
@@ -79,6 +86,7 @@ bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   }
   spdlog::debug("task {}: {} frames from {}", id, running->positions.size(), task.frames(0));
   tasks_[id] = std::move(running);
+  job->life.SetTaskLogs(executor_->LogFolder(job->job().id()));
   if (job->life.Start()) RememberJob(*job);
   return true;
 }
@@ -94,7 +102,9 @@ void JobQueue::OnEvent(const std::string& task_id, const v1::WorkerEvent& event)
   if (found == tasks_.end()) return;
   if (event.has_error()) {
     found->second->error = event.error();
-  } else {
+  } else if (event.has_ended()) {
+    NoteUsage(*found->second->job, event.ended());
+  } else if (!event.has_began()) {
     OnFrameEvent(*found->second, event);
     if (!BeginsTasks() && event.has_finished() && FramesRunning(*found->second) == 0)
       executor_->Stop(task_id);
@@ -142,6 +152,7 @@ void JobQueue::OnTaskEnded(const std::string& task_id, const TaskEnd& end) {
   if (found == tasks_.end()) return;
   const std::unique_ptr<RunningTask> task = std::move(found->second);
   tasks_.erase(found);
+  task->job->life.CountTask(end.lost, end.queued_s);
   ReturnFrames(*task, end);
   MarkChanged(*task->job);
   StopFollowingIfIdle(task->job);
@@ -169,10 +180,54 @@ void JobQueue::ReturnFrames(RunningTask& task, const TaskEnd& end) {
     for (const size_t position : task.positions)
       job.life.frames().GiveBack(position, JobFrames::Attempt::kRefunded);
     WaitForRoom(job, end.refused ? end.reason : task.error->message());
+  } else if (end.lost) {
+    for (const size_t position : task.positions)
+      job.life.frames().GiveBack(position, JobFrames::Attempt::kRefunded);
+    if (!task.positions.empty()) {
+      Note(job, absl::StrCat(task.positions.size(), task.positions.size() == 1 ? " frame is" : " frames are",
+                             " registered again: ", end.reason));
+    }
   } else if (!task.positions.empty()) {
     BlameWorker(task, end.clean ? "its worker ended without dealing with it" : end.reason);
   }
   for (const size_t position : task.positions) Remember(job, position);
+}
+
+void JobQueue::OnTaskWaits(const std::string& task_id, const std::string& why) {
+  Lock lock(mutex_);
+  const auto found = tasks_.find(task_id);
+  if (found == tasks_.end()) return;
+  LiveJob& job = *found->second->job;
+  const std::string message = EscapedText(why);
+  if (job.life.ends_early() || job.job().message() == message) return;
+  spdlog::info("job {}: {}", job.job().id(), message);
+  job.life.SetMessage(message);
+  RememberJob(job);
+  UnlockAndTell(lock);
+}
+
+void JobQueue::OnTaskNoted(const std::string& task_id, const std::string& note) {
+  Lock lock(mutex_);
+  const auto found = tasks_.find(task_id);
+  if (found == tasks_.end()) return;
+  Note(*found->second->job, note);
+  UnlockAndTell(lock);
+}
+
+// A warning of the job, as long as there are few.
+void JobQueue::Note(LiveJob& job, const std::string& text) {
+  constexpr int kMostNotes = 50;
+  spdlog::warn("job {}: {}", job.job().id(), text);
+  if (++job.notes > kMostNotes) return;
+  job.life.AddWarning(job.notes == kMostNotes ? "more about its tasks is in the log of weftd"
+                                              : EscapedText(text));
+  RememberJob(job);
+}
+
+void JobQueue::NoteUsage(LiveJob& job, const v1::WorkerEnded& ended) {
+  job.life.AddUsage(ended.core_s(), ended.peak_memory_mib());
+  ++job.version;
+  MarkChanged(job);
 }
 
 int JobQueue::FramesRunning(const RunningTask& task) const {
@@ -187,7 +242,8 @@ JobQueue::DrainState JobQueue::Drain(bool finish_jobs) {
   draining_ = true;
   finishes_jobs_ = finish_jobs;
   for (const auto& [id, task] : tasks_) {
-    if (!BeginsTasks() && task->began && FramesRunning(*task) == 0) executor_->Stop(id);
+    if (!BeginsTasks() && (task->began || executor_->shape().is_queued) && FramesRunning(*task) == 0)
+      executor_->Stop(id);
   }
   Schedule();
   const DrainState state = DrainStateNow();
@@ -213,6 +269,7 @@ JobQueue::DrainState JobQueue::DrainStateNow() const {
 // A disk without room is no fault of the job: it waits, longer each time.
 void JobQueue::WaitForRoom(LiveJob& job, const std::string& reason) {
   constexpr std::chrono::seconds kLongestPause{30};
+  if (job.start_again) return;  // it waits already
   spdlog::warn("job {} waits {} s: {}", job.job().id(), job.pause.count(), reason);
   job.life.SetMessage(absl::StrCat("waits until there is room: ", EscapedText(reason)));
   WakeAt(job.start_again, std::chrono::steady_clock::now() + job.pause);

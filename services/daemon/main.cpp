@@ -66,6 +66,52 @@ void AddNoticeOptions(CLI::App& app, weft::NoticeOptions& notices) {
       ->type_name("FILE");
 }
 
+void AddSlurmOptions(CLI::App& app, weft::SlurmOptions& slurm) {
+  app.add_option(
+         "--slurm-folder", slurm.folder,
+         "Run tasks on a cluster by Slurm instead of on this machine. A folder for their files and logs, of "
+         "this daemon alone, which the nodes see, too")
+      ->type_name("DIR");
+  app.add_option("--slurm-tasks", slurm.tasks, "Tasks that may run at once; 0: as many as Slurm lets")
+      ->type_name("N")
+      ->check(CLI::Range(0, 100'000));
+  app.add_option("--slurm-frames-per-task", slurm.frames_per_task,
+                 "Frames of a task; `weft job plan` recommends a number")
+      ->type_name("N")
+      ->check(CLI::Range(1, 100'000));
+  app.add_option("--slurm-cpus-per-task", slurm.cpus_per_task, "Cores of a task, one thread each")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+  app.add_option("--slurm-memory-mib", slurm.memory_mib,
+                 "Memory of a task; 0: 4096 at first, then half as much again as the largest one took")
+      ->type_name("MIB")
+      ->check(CLI::Range(int64_t{0}, int64_t{1} << 30));
+  app.add_option("--slurm-time-limit-min", slurm.time_limit_min,
+                 "Time limit of a task; 0: that of its partition")
+      ->type_name("MIN")
+      ->check(CLI::Range(0, 365 * 24 * 60));
+  app.add_option("--slurm-partition", slurm.partition, "Partition; that of the cluster where it is left out")
+      ->type_name("NAME");
+  app.add_option("--slurm-account", slurm.account, "Account")->type_name("NAME");
+  app.add_option("--slurm-qos", slurm.qos, "Quality of service")->type_name("NAME");
+  app.add_option("--slurm-option", slurm.extra,
+                 "Further option of sbatch, like --constraint=ssd; may be given several times")
+      ->type_name("OPTION");
+  app.add_option("--slurm-worker", slurm.worker_program,
+                 "The worker's program as nodes see it; --worker where it is left out")
+      ->type_name("FILE");
+  app.add_option("--slurm-setup", slurm.setup_file,
+                 "Lines of shell that run on the node before the worker, for example `module load`")
+      ->type_name("FILE");
+  app.add_option("--slurm-map-path", slurm.mapped_paths,
+                 "HERE=THERE: nodes see the folder HERE as THERE; may be given several times")
+      ->type_name("PATHS");
+  app.add_option("--slurm-lag-s", slurm.lag_s,
+                 "How late nodes and this machine may see each other's files in --slurm-folder")
+      ->type_name("S")
+      ->check(CLI::Range(0.0, 3600.0));
+}
+
 void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_level) {
   app.option_defaults()->always_capture_default();
   app.add_option(
@@ -104,6 +150,7 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
   app.add_option("--worker-user", options.worker_user,
                  "User whom the workers run as; needs a daemon that root started")
       ->type_name("NAME");
+  AddSlurmOptions(app, options.slurm);
   app.add_option("--recorder", options.recorder_program, "The recorder's program")->type_name("FILE");
   app.add_option("--command", options.command_program, "The program `weft`, for operations")
       ->type_name("FILE");

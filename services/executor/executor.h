@@ -1,4 +1,4 @@
-// Where tasks run: worker processes on this machine, later on many.
+// Where tasks run: worker processes on this machine (local_executor.h), or on many (services/slurm).
 #pragma once
 
 #include <functional>
@@ -16,6 +16,17 @@ struct TaskEnd {
   std::string reason;
   // It was never started, since this machine had no room for it (disk, processes); the task is not to blame.
   bool refused = false;
+  // Its machine failed, or a scheduler took the machine away; the task is not to blame.
+  bool lost = false;
+  double queued_s = 0;  // from its submission to a scheduler to its start
+};
+
+// How tasks should be cut.
+struct TaskShape {
+  int parallel = 1;      // tasks that run at once
+  int least_frames = 1;  // of a task, where so many wait
+  int most_frames = 16;
+  bool is_queued = false;  // a task may wait long before it begins
 };
 
 // Called one at a time from a thread of the executor, never from within a call of Executor. `ended` comes
@@ -23,6 +34,9 @@ struct TaskEnd {
 struct TaskListener {
   std::function<void(const v1::WorkerEvent& event)> event;
   std::function<void(const TaskEnd& end)> ended;
+  // Why the task does not begin, in words for people; and what else they should know of it.
+  std::function<void(const std::string& why)> waits = [](const std::string&) {};
+  std::function<void(const std::string& note)> noted = [](const std::string&) {};
 };
 
 // Thread safety: any thread may call any function.
@@ -30,8 +44,11 @@ class Executor {
  public:
   virtual ~Executor() = default;
 
-  // Tasks that can run at once.
+  // Tasks that it takes at once.
   virtual int slots() const = 0;
+  virtual TaskShape shape() const { return {.parallel = slots()}; }
+  // Folder of the logs of a job's tasks; empty: there are none.
+  virtual std::string LogFolder(const std::string& /*job_id*/) const { return ""; }
   // ResourceExhausted: every slot is taken. AlreadyExists: a running task of this id. Unavailable: StopAll
   // was called. A task that cannot be started is reported by `ended`.
   virtual absl::Status Start(const v1::Task& task, TaskListener listener) = 0;

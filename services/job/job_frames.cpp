@@ -5,7 +5,6 @@
 namespace weft {
 namespace {
 
-constexpr size_t kMaxChunk = 16;
 constexpr size_t kMaxLiveChunk = 4;
 // A worker loads its inputs once per task, so a chunk is as long as balance allows: each worker gets this
 // many.
@@ -108,7 +107,7 @@ std::vector<size_t> JobFrames::TakeLiveChunk(int slots) {
   return newest;
 }
 
-std::vector<size_t> JobFrames::TakeChunk(int slots) {
+std::vector<size_t> JobFrames::TakeChunk(int slots, ChunkLimits limits) {
   if (live_every_) return TakeLiveChunk(slots);
   std::vector<size_t> fresh, retried;
   for (size_t i = 0; i < infos_.size(); ++i) {
@@ -117,7 +116,7 @@ std::vector<size_t> JobFrames::TakeChunk(int slots) {
   }
   const size_t chunks = slots <= 1 ? 1 : static_cast<size_t>(slots) * kChunksPerWorker;
   const size_t share = fresh.size() / chunks;
-  fresh.resize(std::min(fresh.size(), std::clamp<size_t>(share, 1, kMaxChunk)));
+  fresh.resize(std::min(fresh.size(), std::clamp<size_t>(share, limits.least, limits.most)));
   if (fresh.empty() && !retried.empty()) fresh.push_back(retried.front());
   for (const size_t i : fresh) taken_[i] = true;
   return fresh;

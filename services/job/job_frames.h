@@ -14,6 +14,12 @@ namespace weft {
 // Runs of a frame whose worker ends abnormally before the frame is set aside.
 inline constexpr int kMaxAttempts = 3;
 
+// Frames that one worker gets at once.
+struct ChunkLimits {
+  size_t least = 1;
+  size_t most = 16;
+};
+
 // Positions are those of the list that it was made from. Thread safety: none.
 class JobFrames {
  public:
@@ -25,10 +31,10 @@ class JobFrames {
   bool HasWaiting() const;
   bool AllDealtWith() const;
 
-  // The next frames for one of `slots` workers: many while many wait, few at the end so that no worker idles.
-  // A frame whose worker crashed comes last and alone. Empty when none waits. The frames count as taken until
-  // they end or are given back.
-  std::vector<size_t> TakeChunk(int slots);
+  // The next frames for one of `slots` workers: many while many wait, few at the end so that no worker idles,
+  // within the limits. A frame whose worker crashed comes last and alone. Empty when none waits. The frames
+  // count as taken until they end or are given back.
+  std::vector<size_t> TakeChunk(int slots, ChunkLimits limits = {});
 
   void Start(size_t position);
   void Advance(size_t position, double share_done);

@@ -90,6 +90,19 @@ v1::Job JobLife::Describe() const {
   return job;
 }
 
+void JobLife::AddUsage(double core_s, double peak_memory_mib) {
+  v1::JobUsage& usage = *job_.mutable_usage();
+  usage.set_core_s(usage.core_s() + core_s);
+  usage.set_peak_memory_mib(std::max(usage.peak_memory_mib(), peak_memory_mib));
+}
+
+void JobLife::CountTask(bool is_lost, double queued_s) {
+  v1::JobUsage& usage = *job_.mutable_usage();
+  usage.set_tasks(usage.tasks() + 1);
+  usage.set_tasks_lost(usage.tasks_lost() + (is_lost ? 1 : 0));
+  usage.set_queued_s(usage.queued_s() + queued_s);
+}
+
 bool JobLife::Start() {
   if (!started_) started_.emplace();
   if (job_.state() != v1::JOB_STATE_QUEUED) return false;

@@ -29,6 +29,12 @@ class JobLife {
   v1::Job Describe() const;
 
   void SetMessage(const std::string& message) { job_.set_message(message); }
+  void AddWarning(const std::string& warning) { job_.add_warnings(warning); }
+
+  // What its tasks took (JobUsage).
+  void AddUsage(double core_s, double peak_memory_mib);
+  void CountTask(bool is_lost, double queued_s);
+  void SetTaskLogs(const std::string& folder) { job_.set_task_logs(folder); }
 
   // Work begins. Whether that changed the job's state: one that goes on runs already.
   bool Start();

@@ -1,14 +1,17 @@
 // `weft-worker TASK.json`: one task, one process.
 #include <CLI/CLI.hpp>
 
+#include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 #include <exception>
 #include <stop_token>
 #include <string>
+#include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "services/confinement/worker_user.h"
@@ -23,10 +26,33 @@
 
 namespace {
 
-// False when nobody listens any more.
-bool PrintLine(std::string line) {
-  line += '\n';
-  return weft::WriteAll(STDOUT_FILENO, line) == 0;
+// Where events go: standard output, or a file that other machines read.
+class EventLog {
+ public:
+  // Opened before the process is confined. Errors of WriteError.
+  absl::Status OpenFile(const std::string& path) {
+    file_ = weft::UniqueFd(open(path.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
+    return file_.open() ? absl::OkStatus() : weft::WriteError(path, errno);
+  }
+
+  // False when nobody listens any more, or the file cannot be written.
+  bool Add(const weft::v1::WorkerEvent& event) const {
+    const int fd = file_.open() ? file_.get() : STDOUT_FILENO;
+    if (weft::WriteAll(fd, weft::WorkerEventLine(event) + '\n') != 0) return false;
+    // A network file system sends what was written only when it must.
+    return !file_.open() || event.has_advanced() || fdatasync(fd) == 0;
+  }
+
+ private:
+  weft::UniqueFd file_;
+};
+
+// On a network file system a file may be seen a while after it was written elsewhere.
+void AwaitFile(const std::string& path, std::chrono::seconds patience) {
+  constexpr std::chrono::milliseconds kLook{200};
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  while (access(path.c_str(), R_OK) != 0 && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::sleep_for(kLook);
 }
 
 // The results of a killed worker are whole, so there is no reason to outlive the daemon.
@@ -35,12 +61,12 @@ bool DieWithParent(int parent) {
   return parent == 0 || getppid() == parent;
 }
 
-absl::Status RunTaskFile(const std::string& path) {
+absl::Status RunTaskFile(const std::string& path, const EventLog& log) {
   weft::v1::Task task;
   if (absl::Status status = weft::ReadJsonFile(path, task); !status.ok()) return status;
   std::stop_source stop;
-  const auto report = [&stop](const weft::v1::WorkerEvent& event) {
-    if (!PrintLine(weft::WorkerEventLine(event))) stop.request_stop();
+  const auto report = [&stop, &log](const weft::v1::WorkerEvent& event) {
+    if (!log.Add(event)) stop.request_stop();
   };
   // Threads that run by now would stay free, and a file of others may take over any of them.
   const absl::StatusOr<weft::UniqueFd> out = weft::ConfineToTask(task, report);
@@ -54,20 +80,38 @@ absl::Status RunTaskFile(const std::string& path) {
   return weft::RunTask(task, *out, report, stop.get_token());
 }
 
+// The same, with exceptions as errors.
+absl::Status RunWithin(const std::string& path, const EventLog& log, int64_t memory_mib) {
+  try {
+    return RunTaskFile(path, log);
+  } catch (const std::bad_alloc&) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "out of memory", memory_mib > 0 ? absl::StrCat("; a worker may take ", memory_mib,
+                                                       " MiB, --worker-memory-mib of weftd changes that")
+                                        : ""));
+  } catch (const std::exception& error) {
+    return absl::InternalError(error.what());
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   weft::FailBeyondFileSize();
   CLI::App app("Registers the frames of one task. Started by weftd; prints an event as JSON on each line.",
                "weft-worker");
-  std::string path, user;
-  int parent = 0;
+  std::string path, user, events;
+  int parent = 0, patience_s = 0;
   int64_t memory_mib = 0;
   app.set_version_flag("--version", "weft-worker " WEFT_VERSION, "Print the version and exit");
   app.add_option("TASK", path, "The task.json")->required();
   app.add_option("--parent", parent, "End at once unless started by this process")->type_name("PID");
   app.add_option("--memory-mib", memory_mib, "Memory that this process may take; 0: any")->type_name("MIB");
   app.add_option("--user", user, "Run as this user; needs root")->type_name("NAME");
+  app.add_option("--events", events, "Append the events to this file, for a daemon on another machine")
+      ->type_name("FILE");
+  app.add_option("--patience-s", patience_s, "Wait for TASK so long, on file systems that show files late")
+      ->type_name("S");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -86,17 +130,17 @@ int main(int argc, char** argv) {
     return weft::kExitFailed;
   }
   signal(SIGPIPE, SIG_IGN);
-  try {
-    const absl::Status status = RunTaskFile(path);
-    if (!status.ok()) weft::PrintError(status);
-    return weft::ExitStatusOf(status);
-  } catch (const std::bad_alloc&) {
-    weft::PrintError(absl::ResourceExhaustedError(absl::StrCat(
-        "out of memory", memory_mib > 0 ? absl::StrCat("; a worker may take ", memory_mib,
-                                                       " MiB, --worker-memory-mib of weftd changes that")
-                                        : "")));
-  } catch (const std::exception& error) {
-    weft::PrintError(absl::InternalError(error.what()));
+  EventLog log;
+  if (!events.empty()) {
+    if (const absl::Status opened = log.OpenFile(events); !opened.ok()) {
+      weft::PrintError(opened);
+      return weft::kExitFailed;
+    }
+    log.Add(weft::BeganEvent());
   }
-  return weft::kExitFailed;
+  AwaitFile(path, std::chrono::seconds(patience_s));
+  const absl::Status status = RunWithin(path, log, memory_mib);
+  if (!status.ok()) weft::PrintError(status);
+  log.Add(weft::EndedEvent(weft::ExitStatusOf(status)));
+  return weft::ExitStatusOf(status);
 }

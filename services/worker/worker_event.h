@@ -15,4 +15,8 @@ std::string WorkerEventLine(const v1::WorkerEvent& event);
 // InvalidArgument: not a line of WorkerEventLine.
 absl::StatusOr<v1::WorkerEvent> ParseWorkerEvent(std::string_view line);
 
+// The events `began` and `ended` of this process, with what it and its children have taken so far.
+v1::WorkerEvent BeganEvent();
+v1::WorkerEvent EndedEvent(int exit_status);
+
 }  // namespace weft

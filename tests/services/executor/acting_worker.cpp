@@ -89,9 +89,12 @@ void Act(const weft::v1::Task& task, const std::string& frame) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  const bool to_file = argc > 3 && argv[2] == std::string("--events");
+  if (!to_file) prctl(PR_SET_PDEATHSIG, SIGKILL);
   weft::v1::Task task;
   if (argc < 2 || !weft::ReadJsonFile(argv[1], task).ok()) return 2;
+  if (to_file && freopen(argv[3], "a", stdout) == nullptr) return 2;
+  if (to_file) Print(weft::BeganEvent());
   for (const std::string& frame : task.frames()) {
     WorkerEvent event;
     event.mutable_started()->set_frame(frame);
@@ -105,5 +108,6 @@ int main(int argc, char** argv) {
     event.mutable_finished()->set_coverage(0.5);
     Print(event);
   }
+  if (to_file) Print(weft::EndedEvent(0));
   return 0;
 }

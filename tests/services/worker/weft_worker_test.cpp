@@ -78,7 +78,8 @@ TEST_F(WeftWorker, TellsAnErrorOfTheTaskAsItsLastEvent) {
   for (const auto& c : cases) {
     const Ended ended = RunTask(c.task);
     EXPECT_EQ(ended.exit, "exit status 2") << c.task;
-    ASSERT_EQ(ended.events.size(), 1u) << c.task;
+    ASSERT_EQ(ended.events.size(), 2u) << c.task;
+    EXPECT_EQ(ended.events[1].ended().exit_status(), 2);
     EXPECT_THAT(ended.events[0].error().message(), HasSubstr(c.message));
     EXPECT_THAT(ended.errors, HasSubstr(ended.events[0].error().message()));
   }

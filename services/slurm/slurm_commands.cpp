@@ -1,0 +1,137 @@
+#include "services/slurm/slurm_commands.h"
+
+#include <unistd.h>
+
+#include <cstdlib>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "services/executor/run_program.h"
+
+namespace weft {
+namespace {
+
+constexpr std::chrono::seconds kPatience{20};
+
+absl::StatusOr<std::string> FindCommand(const std::string& name, const std::string& folder) {
+  const char* path = getenv("PATH");
+  const std::string where = !folder.empty() ? folder : absl::StrCat(path == nullptr ? "" : path, ":/usr/bin");
+  for (const absl::string_view one : absl::StrSplit(where, ':', absl::SkipEmpty())) {
+    std::string file = absl::StrCat(one, "/", name);
+    if (access(file.c_str(), X_OK) == 0) return file;
+  }
+  return absl::NotFoundError(absl::StrCat(name, ": no such program in ", where,
+                                          "; --slurm-folder needs the commands of Slurm on this machine "
+                                          "(Debian: slurm-client)"));
+}
+
+// The line in which a command of Slurm says what went wrong.
+std::string ErrorLine(const absl::Status& status) {
+  std::string found;
+  for (const absl::string_view line :
+       absl::StrSplit(absl::string_view(status.message()), '\n', absl::SkipWhitespace())) {
+    if (absl::StrContains(line, "error:") || found.empty()) found = std::string(line);
+  }
+  return std::string(absl::StripAsciiWhitespace(found));
+}
+
+}  // namespace
+
+bool IsRefusedForGood(const std::string& printed) {
+  for (const char* words : {"nvalid partition",
+                            "nvalid account",
+                            "nvalid qos",
+                            "nvalid time limit",
+                            "time limit is invalid",
+                            "nvalid feature",
+                            "nvalid job array",
+                            "nvalid option",
+                            "unrecognized option",
+                            "nvalid constraint",
+                            "nvalid generic resource",
+                            "node configuration is not available",
+                            "nvalid node name",
+                            "Memory specification can not be satisfied",
+                            "CPU count per node can not be satisfied",
+                            "ccess denied",
+                            "not permitted to use",
+                            "exceeds",
+                            "nvalid directive",
+                            "nvalid numeric value"}) {
+    if (absl::StrContains(printed, words)) return true;
+  }
+  return false;
+}
+
+absl::StatusOr<SlurmCommands> SlurmCommands::Find(const std::string& folder) {
+  SlurmCommands commands;
+  for (const auto& [name, file] : {std::pair<const char*, std::string*>{"sbatch", &commands.sbatch_},
+                                   {"squeue", &commands.squeue_},
+                                   {"scancel", &commands.scancel_},
+                                   {"scontrol", &commands.scontrol_}}) {
+    absl::StatusOr<std::string> found = FindCommand(name, folder);
+    if (!found.ok()) return found.status();
+    *file = *std::move(found);
+  }
+  return commands;
+}
+
+absl::StatusOr<std::string> SlurmCommands::Run(const std::string& program,
+                                               const std::vector<std::string>& arguments) const {
+  ProgramRun run;
+  run.arguments = arguments;
+  run.patience = kPatience;
+  return RunProgram(program, run);
+}
+
+absl::StatusOr<int64_t> SlurmCommands::Submit(const std::vector<std::string>& arguments) const {
+  const absl::StatusOr<std::string> printed = Run(sbatch_, arguments);
+  if (!printed.ok()) {
+    const std::string line = ErrorLine(printed.status());
+    return IsRefusedForGood(std::string(printed.status().message())) ? absl::FailedPreconditionError(line)
+                                                                     : absl::UnavailableError(line);
+  }
+  int64_t id = 0;
+  // "12" or "12;cluster".
+  if (absl::SimpleAtoi(printed->substr(0, printed->find_first_of(";\n")), &id) && id > 0) return id;
+  return absl::UnavailableError(absl::StrCat("sbatch printed \"", absl::StripAsciiWhitespace(*printed),
+                                             "\" where the id of a job was expected"));
+}
+
+absl::StatusOr<std::vector<SlurmRecord>> SlurmCommands::Query() const {
+  const absl::StatusOr<std::string> printed = Run(squeue_, {"--json", "--states=all", "--me"});
+  if (printed.ok()) {
+    absl::StatusOr<std::vector<SlurmRecord>> records = ParseSqueue(*printed);
+    if (records.ok() || absl::IsUnavailable(records.status())) return records;
+  }
+  // A Slurm that was built without JSON.
+  const absl::StatusOr<std::string> shown = Run(scontrol_, {"show", "job"});
+  if (!shown.ok()) return absl::UnavailableError(ErrorLine(printed.ok() ? shown.status() : printed.status()));
+  absl::StatusOr<std::vector<SlurmRecord>> records = ParseScontrolJobs(*shown);
+  return records.ok() ? records : absl::UnavailableError(records.status().message());
+}
+
+absl::Status SlurmCommands::Cancel(const std::vector<std::string>& jobs) const {
+  constexpr size_t kAtOnce = 500;
+  for (size_t begin = 0; begin < jobs.size(); begin += kAtOnce) {
+    std::vector<std::string> arguments = {"--quiet"};
+    arguments.insert(arguments.end(), jobs.begin() + static_cast<std::ptrdiff_t>(begin),
+                     jobs.begin() + static_cast<std::ptrdiff_t>(std::min(jobs.size(), begin + kAtOnce)));
+    const absl::StatusOr<std::string> printed = Run(scancel_, arguments);
+    // Jobs that have ended by now are no reason to try again.
+    if (!printed.ok() && !absl::StrContains(printed.status().message(), "nvalid job id"))
+      return absl::UnavailableError(ErrorLine(printed.status()));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status SlurmCommands::SetThrottle(int64_t array_id, int running) const {
+  const absl::StatusOr<std::string> printed = Run(
+      scontrol_, {"update", absl::StrCat("JobId=", array_id), absl::StrCat("ArrayTaskThrottle=", running)});
+  return printed.ok() ? absl::OkStatus() : absl::UnavailableError(ErrorLine(printed.status()));
+}
+
+}  // namespace weft

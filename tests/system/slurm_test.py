@@ -1,0 +1,214 @@
+"""Jobs on a Slurm cluster of virtual nodes: the same bytes as on this machine, whatever happens to tasks, nodes and daemons."""
+
+import importlib.util
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+
+from job_campaign import Studio, differing
+from slurm_cluster import CLUSTER, why_no_cluster
+from studio import processes_of, read, results, wait_for, weft, write
+
+NODES = 4
+ENDED = ("JOB_STATE_DONE", "JOB_STATE_FAILED", "JOB_STATE_CANCELLED")
+# A worker that takes its time for each task, so that something can happen to it.
+SLOW_WORKER = "#!/bin/sh\nsleep {seconds}\nexec {worker} \"$@\"\n"
+
+
+def slurm(*command):
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
+
+
+class SlurmStudio(Studio):
+    """A daemon whose tasks run on the cluster of this namespace."""
+
+    def start(self, *more, shared=None):
+        self.start_daemon("--slurm-folder", shared or os.path.join(self.folder, "shared"), "--slurm-frames-per-task", "2",
+                          "--slurm-memory-mib", "1000", *more)
+
+    def kill_daemon(self):
+        self.daemon.kill()
+        self.daemon.wait()
+
+    def job(self, job_id):
+        return next(job for job in self.jobs() if job["id"] == job_id)
+
+    def wait_for_end(self, job_id):
+        return wait_for(lambda: (job := self.job(job_id))["state"] in ENDED and job, "the job to end", pause_s=0.5)
+
+    def wait_for_message(self, job_id, words):
+        wait_for(lambda: words in self.job(job_id).get("message", ""), f'"{words}" at the job', pause_s=0.5)
+
+    def workers(self):
+        return processes_of(self.folder, "weft-worker")
+
+    def slow_worker(self, seconds):
+        path = os.path.join(self.folder, "slow-worker")
+        write(path, SLOW_WORKER.format(seconds=seconds, worker=os.path.join(os.environ["WEFT_BIN"], "weft-worker")))
+        os.chmod(path, 0o755)
+        return "--slurm-worker", path
+
+
+class SlurmJobs(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        shared = tempfile.TemporaryDirectory(prefix="weft slurm ")
+        cls.addClassCleanup(shared.cleanup)
+        cls.take = os.path.join(shared.name, "take")
+        weft("simulate", "--preset", "tiny", "--frames", 16, "--cameras", 6, "--width-px", 128, "--height-px", 170,
+             "--out", cls.take, check=0)
+        studio = Studio(shared.name, cls.take)
+        weft(*studio.register_arguments(), check=0)
+        cls.expected = results(studio.out)
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="weft slurm ", ignore_cleanup_errors=True)
+        self.addCleanup(folder.cleanup)
+        self.studio = SlurmStudio(folder.name, self.take)
+        self.addCleanup(self.leave)
+
+    def leave(self):
+        if self.studio.daemon and self.studio.daemon.poll() is None:
+            self.studio.kill_daemon()
+        subprocess.run(["scancel", "--user=root"], check=False, timeout=60)
+        for node in range(1, NODES + 1):
+            subprocess.run(["scontrol", "update", f"NodeName=w{node}", "State=resume"], check=False, timeout=60,
+                           capture_output=True)
+        wait_for(lambda: not slurm("squeue", "--noheader").strip(), "an empty cluster", pause_s=0.5)
+
+    def assert_done(self, job_id):
+        job = self.studio.wait_for_end(job_id)
+        self.assertEqual(job["state"], "JOB_STATE_DONE", json.dumps(job, indent=1))
+        self.assertEqual(job["frames"]["done"], len(self.studio.frames))
+        self.assertEqual(differing(results(self.studio.out), self.expected), [])
+        return job
+
+    def running(self):
+        return slurm("squeue", "--noheader", "--states=running", "--format=%i").split()
+
+    def test_one_node(self):
+        self.studio.start("--slurm-option=--nodelist=w1")
+        job = self.assert_done(self.studio.submit())
+        usage = job["usage"]
+        self.assertEqual(usage["tasks"], len(self.studio.frames) // 2)
+        self.assertEqual(usage.get("tasks_lost", 0), 0)
+        self.assertGreater(usage["core_s"], 0.1)
+        self.assertGreater(usage["peak_memory_mib"], 10)
+        self.assertIn("/shared/jobs/", job["task_logs"])
+
+    def test_four_nodes(self):
+        self.studio.start()
+        self.assert_done(self.studio.submit())
+        self.assertEqual(slurm("squeue", "--noheader").strip(), "")
+
+    def test_tasks_killed_nodes_drained_and_downed_and_preempted(self):
+        self.studio.start(*self.studio.slow_worker(3))
+        job_id = self.studio.submit()
+        wait_for(lambda: len(self.running()) == NODES, "all nodes to work")
+        slurm("scontrol", "update", "NodeName=w1", "State=drain", "Reason=test")
+        slurm("scontrol", "update", "NodeName=w2", "State=down", "Reason=test")
+        os.kill(wait_for(self.studio.workers, "a worker")[0], signal.SIGKILL)
+        wait_for(lambda: len(self.running()) >= 1, "the rest to go on")
+        slurm("sbatch", "--partition=urgent", "--nodelist=w3", "--output=/dev/null", "--wrap", "sleep 1")
+        job = self.assert_done(job_id)
+        told = "\n".join(job["warnings"])
+        self.assertIn("node w2 failed", told)
+        self.assertGreaterEqual(job["usage"]["tasks_lost"], 1)
+        log = read(os.path.join(self.studio.folder, "weftd.log"))
+        self.assertIn("killed by signal 9", log)
+
+    def test_controller_restarted_and_daemon_killed(self):
+        self.studio.start(*self.studio.slow_worker(2))
+        job_id = self.studio.submit()
+        wait_for(lambda: len(self.running()) == NODES, "all nodes to work")
+        state = os.environ["WEFT_SLURM_STATE"]
+        os.kill(int(read(os.path.join(state, "slurmctld.pid"))), signal.SIGTERM)
+        wait_for(lambda: subprocess.run(["scontrol", "ping"], capture_output=True, check=False, timeout=60).returncode
+                 or b"DOWN" in subprocess.run(["scontrol", "ping"], capture_output=True, check=False, timeout=60).stdout,
+                 "the controller to be away")
+        self.studio.kill_daemon()
+        self.studio.start(*self.studio.slow_worker(2))
+        self.studio.wait_for_message(job_id, "Slurm does not answer")
+        subprocess.run(["slurmctld", "-f", os.environ["SLURM_CONF"]], check=True, timeout=60)
+        self.assert_done(job_id)
+        # What the killed daemon had submitted was cancelled by the next one.
+        wait_for(lambda: not slurm("squeue", "--noheader").strip(), "an empty cluster", pause_s=0.5)
+
+    def test_cancel_is_confirmed(self):
+        self.studio.start(*self.studio.slow_worker(30))
+        job_id = self.studio.submit()
+        wait_for(lambda: len(self.running()) == NODES, "all nodes to work")
+        weft("job", "cancel", "--server", self.studio.address, job_id, check=0)
+        self.assertEqual(self.studio.job(job_id)["state"], "JOB_STATE_CANCELLED")
+        self.assertEqual(self.running(), [])
+
+    def test_says_what_slurm_refuses(self):
+        for options, words in ((["--slurm-partition", "closed"], "partition closed is down"),
+                               (["--slurm-partition", "short", "--slurm-time-limit-min", "5"],
+                                "lower --slurm-time-limit-min")):
+            with self.subTest(words):
+                self.studio.start(*options)
+                job_id = self.studio.submit()
+                self.studio.wait_for_message(job_id, words)
+                weft("job", "cancel", "--server", self.studio.address, job_id, check=0)
+                self.studio.kill_daemon()
+
+    def test_an_unknown_partition_ends_the_job_and_retry_goes_on(self):
+        self.studio.start("--slurm-partition", "nowhere")
+        job_id = self.studio.submit()
+        job = self.studio.wait_for_end(job_id)
+        self.assertEqual(job["state"], "JOB_STATE_FAILED")
+        self.assertIn("Invalid partition", job["message"])
+        self.studio.kill_daemon()
+        self.studio.start()
+        weft("job", "retry", "--server", self.studio.address, job_id, check=0)
+        self.assert_done(job_id)
+
+    def test_waits_while_its_folder_is_full(self):
+        shared = os.path.join(self.studio.folder, "shared")
+        os.mkdir(shared)
+        slurm("mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", shared)
+        self.addCleanup(subprocess.run, ["umount", "--lazy", shared], check=False)
+        write(os.path.join(shared, "ballast"), b"x" * 48000)
+        self.studio.start()
+        job_id = self.studio.submit()
+        self.studio.wait_for_message(job_id, "waits until there is room")
+        slurm("mount", "-o", "remount,size=64m", shared)
+        self.assert_done(job_id)
+
+    def test_nodes_see_other_paths(self):
+        elsewhere = tempfile.mkdtemp(prefix="weft elsewhere ")
+        self.addCleanup(os.rmdir, elsewhere)
+        slurm("mount", "--bind", self.studio.folder, elsewhere)
+        self.addCleanup(subprocess.run, ["umount", "--lazy", elsewhere], check=False)
+        self.studio.start("--slurm-map-path", f"{self.studio.folder}={elsewhere}")
+        job = self.assert_done(self.studio.submit())
+        self.assertEqual(job["spec"]["out"], self.studio.out)
+
+    def test_file_system_shows_files_late(self):
+        if not importlib.util.find_spec("fusepy"):
+            self.skipTest("python3-fusepy is not installed")
+        nodes, here = os.path.join(self.studio.folder, "nodes"), os.path.join(self.studio.folder, "here")
+        os.mkdir(nodes)
+        os.mkdir(here)
+        mirror = subprocess.Popen([sys.executable, os.path.join(os.path.dirname(__file__), "lagging_files.py"), nodes, here, "4"])
+        self.addCleanup(mirror.wait)
+        self.addCleanup(subprocess.run, ["umount", "--lazy", here], check=False)
+        wait_for(lambda: os.path.ismount(here), "the mirror")
+        self.studio.out = os.path.join(here, "out")
+        self.studio.start("--slurm-map-path", f"{here}={nodes}", shared=os.path.join(here, "shared"))
+        self.assert_done(self.studio.submit())
+
+
+if __name__ == "__main__":
+    if why_no_cluster():
+        print(f"skipped 'no cluster: {why_no_cluster()}'", file=sys.stderr)
+    elif "WEFT_SLURM_STATE" in os.environ:
+        unittest.main()
+    else:
+        sys.exit(subprocess.run([CLUSTER, "--nodes", str(NODES), "--cpus", "1", sys.executable, *sys.argv],
+                                check=False).returncode)
