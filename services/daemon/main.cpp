@@ -95,7 +95,7 @@ void AddSlurmOptions(CLI::App& app, weft::SlurmOptions& slurm) {
   app.add_option("--slurm-account", slurm.account, "Account")->type_name("NAME");
   app.add_option("--slurm-qos", slurm.qos, "Quality of service")->type_name("NAME");
   app.add_option("--slurm-option", slurm.extra,
-                 "Further option of sbatch, like --constraint=ssd; may be given several times")
+                 "Further option of sbatch, with its value in one word; may be given several times")
       ->type_name("OPTION");
   app.add_option("--slurm-worker", slurm.worker_program,
                  "The worker's program as nodes see it; --worker where it is left out")
