@@ -166,8 +166,11 @@ bool SlurmExecutor::IsOver(const Run& run, Clock::time_point now) const {
   if (run.ended && EndedByItself(FactsOf(run))) return true;
   if (stop_by_ && now >= *stop_by_) return true;
   if (!run.gone_at) return false;
-  // Whoever ended by itself has written so, which may be seen late.
-  const bool may_be_late = !run.ended && run.record && EndsOfItself(*run.record) && !WasKilled(*run.record);
+  // Whoever ended by itself has written so, which may be seen late. That holds for a task that Slurm forgot,
+  // too.
+  const bool is_last_word = run.record && HasEnded(run.record->state);
+  const bool may_be_late = !run.ended && !run.was_stopped &&
+                           (!is_last_word || (EndsOfItself(*run.record) && !WasKilled(*run.record)));
   return !may_be_late || now - *run.gone_at >= std::chrono::duration<double>(options_.lag_s);
 }
 

@@ -78,7 +78,14 @@ class SlurmJobs(unittest.TestCase):
         for node in range(1, NODES + 1):
             subprocess.run(["scontrol", "update", f"NodeName=w{node}", "State=resume"], check=False, timeout=60,
                            capture_output=True)
-        wait_for(lambda: not slurm("squeue", "--noheader").strip(), "an empty cluster", pause_s=0.5)
+        self.wait_for_empty_cluster()
+
+    def wait_for_empty_cluster(self):
+        def empty():
+            # A controller that has just been started may not answer yet.
+            asked = subprocess.run(["squeue", "--noheader"], capture_output=True, text=True, check=False, timeout=60)
+            return asked.returncode == 0 and not asked.stdout.strip()
+        wait_for(empty, "an empty cluster", pause_s=0.5)
 
     def assert_done(self, job_id):
         job = self.studio.wait_for_end(job_id)
@@ -103,7 +110,7 @@ class SlurmJobs(unittest.TestCase):
     def test_four_nodes(self):
         self.studio.start()
         self.assert_done(self.studio.submit())
-        self.assertEqual(slurm("squeue", "--noheader").strip(), "")
+        self.wait_for_empty_cluster()
 
     def test_tasks_killed_nodes_drained_and_downed_and_preempted(self):
         self.studio.start(*self.studio.slow_worker(3))
@@ -136,7 +143,7 @@ class SlurmJobs(unittest.TestCase):
         subprocess.run(["slurmctld", "-f", os.environ["SLURM_CONF"]], check=True, timeout=60)
         self.assert_done(job_id)
         # What the killed daemon had submitted was cancelled by the next one.
-        wait_for(lambda: not slurm("squeue", "--noheader").strip(), "an empty cluster", pause_s=0.5)
+        self.wait_for_empty_cluster()
 
     def test_cancel_is_confirmed(self):
         self.studio.start(*self.studio.slow_worker(30))

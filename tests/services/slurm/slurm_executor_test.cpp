@@ -106,7 +106,6 @@ class SlurmExecutorTest : public ::testing::Test {
     options.event_period = std::chrono::milliseconds(10);
     options.query_period = std::chrono::milliseconds(100);
     options.stop_patience = std::chrono::seconds(10);
-    options.lag_s = 0.3;
     change(options);
     auto executor = SlurmExecutor::Create(options);
     ASSERT_TRUE(executor.ok()) << executor.status();
@@ -272,7 +271,7 @@ TEST_F(SlurmExecutorTest, SaysWhyATaskWaits) {
 TEST_F(SlurmExecutorTest, EndsWhoseEventsAreNotSeenAreLost) {
   Write("hold", "x");
   SlurmSays("COMPLETED");
-  Begin();
+  Begin([](SlurmOptions& options) { options.lag_s = 0.3; });
   Start("a.1", {"f1"});
   const Told told = WaitForEnd("a.1");
   EXPECT_TRUE(told.end->lost);
@@ -282,7 +281,7 @@ TEST_F(SlurmExecutorTest, EndsWhoseEventsAreNotSeenAreLost) {
 TEST_F(SlurmExecutorTest, EventsThatAreSeenLateCount) {
   Write("hold", "x");
   SlurmSays("COMPLETED");
-  Begin([](SlurmOptions& options) { options.lag_s = 30; });
+  Begin();
   Start("a.1", {"f1"});
   WaitForFile("sbatch.log");
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
