@@ -1,10 +1,9 @@
 #include "services/daemon/connection_handover.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <chrono>
 #include <utility>
+
+#include "services/process/thread_priority.h"
 
 namespace weft {
 namespace {
@@ -34,9 +33,7 @@ void ConnectionHandover::Stop() {
 }
 
 void ConnectionHandover::Run(const std::stop_token& stop) {
-  // Calls of those that are connected go first. Of this thread alone, on Linux.
-  constexpr int kNice = 10;
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
+  YieldToOthers(kNicenessOfNewConnections);
   std::unique_lock lock(mutex_);
   while (changed_.wait(lock, stop, [this] { return !waiting_.empty(); }) && !stop.stop_requested()) {
     Waiting next = std::move(waiting_.front());

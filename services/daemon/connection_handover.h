@@ -13,6 +13,9 @@
 
 namespace weft {
 
+// Of threads that let connections in: calls of those that are connected go first.
+constexpr int kNicenessOfNewConnections = 10;
+
 // gRPC reads a new connection in the thread that hands it over, until nothing more comes. Whoever sends
 // without a pause would hold the one thread that accepts, and ends such connections; so others do it. Thread
 // safety: any thread.

@@ -5,7 +5,6 @@
 #include <poll.h>
 #include <spdlog/spdlog.h>
 #include <sys/eventfd.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -22,6 +21,7 @@
 #include "absl/strings/strip.h"
 #include "capture/file/plain_text.h"
 #include "services/process/descriptor_limit.h"
+#include "services/process/thread_priority.h"
 
 namespace weft {
 namespace {
@@ -165,9 +165,7 @@ void Connections::Stop() {
 }
 
 void Connections::Run(const std::stop_token& stop) {
-  // Calls of those that are connected go first. Of this thread alone, on Linux.
-  constexpr int kNice = 10;
-  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kNice);
+  YieldToOthers(kNicenessOfNewConnections);
   std::vector<pollfd> sockets;
   for (const auto& listener : listeners_) sockets.push_back({listener->socket.socket.get(), POLLIN, 0});
   sockets.push_back({wake_.get(), POLLIN, 0});

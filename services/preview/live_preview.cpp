@@ -1,8 +1,5 @@
 #include "services/preview/live_preview.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -23,6 +20,7 @@
 #include "services/files/atomic_file.h"
 #include "services/preview/coverage_picture.h"
 #include "services/preview/preview_page.h"
+#include "services/process/thread_priority.h"
 
 namespace weft {
 namespace {
@@ -134,7 +132,7 @@ class LivePreview::Impl {
 
  private:
   void Run() {
-    setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), kLowestPriority);
+    YieldToOthers(kLowestPriority);
     while (true) {
       std::unique_lock lock(mutex_);
       changed_.wait(lock, [&] { return newest_ || ending_ != Ending::kNone; });
