@@ -87,9 +87,12 @@ class UsdWriter : public SequenceWriter {
     std::string text;
     text.reserve(mesh.positions.size() * attribute.longest / 2);
     if (sample == 0) {
-      if (attribute.is_primvar)
-        absl::StrAppend(&text, "    ", attribute.declaration,
-                        " (\n        interpolation = \"vertex\"\n    )\n");
+      // With a value of its own, the first frame's: three.js reads no declaration that has none.
+      if (attribute.is_primvar) {
+        absl::StrAppend(&text, "    ", attribute.declaration, " = ");
+        attribute.append(text, mesh);
+        text += " (\n        interpolation = \"vertex\"\n    )\n";
+      }
       absl::StrAppend(&text, "    ", attribute.declaration, ".timeSamples = {\n");
     }
     absl::StrAppend(&text, "        ", plan_.samples[sample].index, ": ");
@@ -110,7 +113,7 @@ class UsdWriter : public SequenceWriter {
     for (const UsdAttribute& attribute : attributes_) per_vertex += attribute.longest + 2;
     const ExportTopology& topology = plan_.source.topology();
     constexpr uint64_t kFaceBytes = 3 + 3 * 12 + 3 * (2 * kLongestFloat + 6);
-    return 4096 + plan_.samples.size() * (per_vertex * topology.vertices + 64 * attributes_.size()) +
+    return 4096 + (plan_.samples.size() + 1) * (per_vertex * topology.vertices + 64 * attributes_.size()) +
            topology.faces.size() * kFaceBytes + topology.vertices * (kLongestFloat + 2);
   }
 

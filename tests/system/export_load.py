@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Exports a long sequence in every format: time, memory, and what Blender shows of it.
+"""Exports a long sequence in every format: time, memory, and what other programs read of it.
 
-Usage: WEFT_BIN=build/dev/bin python3 tests/system/export_load.py [--frames 100] [--side 316] [--no-blender]
+Usage: WEFT_BIN=build/dev/bin python3 tests/system/export_load.py [--frames 100] [--side 316] [--no-blender] [--no-readers]
 
 The result is made up: a sheet of side x side vertices in waves, with noise and a seam. Prints a table. The exit status is 1
-when an export fails, or positions in Blender differ by more than 1e-6 of the extent. Needs 10 GB in the temporary folder.
+when an export fails, or positions in Blender or in another reader (foreign_readers.py) differ by more than 1e-6 of the
+extent; those of a compressed glb, by more than its rounding. Needs 10 GB in the temporary folder.
 """
 
 import argparse
 import json
 import os
-import resource
 import shutil
 import subprocess
 import sys
@@ -19,11 +19,15 @@ import time
 
 import numpy as np
 from export_readers import meshes_of, xyz
+from foreign_readers import in_assimp, in_node, meshopt_allowance, why_no_node
 
-FORMATS = ["ply", "obj", "glb", "mdd", "pc2", "usda", "npz"]
+# By folder: the arguments of the export.
+EXPORTS = {"ply": ["ply"], "obj": ["obj"], "glb": ["glb"], "meshopt": ["glb", "--meshopt"], "mdd": ["mdd"], "pc2": ["pc2"],
+           "usda": ["usda"], "usda-points": ["usda", "--attributes", "none"], "npz": ["npz"]}
 IN_BLENDER = ["ply", "obj", "glb", "mdd", "pc2"]
 IMPORT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "import_in_blender.py")
 FPS = 50  # of the scene in IMPORT
+Y_UP = np.diag([1.0, -1.0, -1.0])
 Z_UP = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
 VERTEX = [("float", "x"), ("float", "y"), ("float", "z"), ("uchar", "state"), ("float", "sigma_mm"), ("int", "views"),
           ("float", "s"), ("float", "t")]
@@ -67,28 +71,60 @@ def make_result(folder, frames, side):
             json.dump({"frame": f"{k:04}", "state": "FRAME_STATE_DONE", "mesh": {"coverage": 0.66}}, file)
 
 
-def export(folder, form):
-    """Whether it passed, its seconds, and its size in MB."""
-    begin, out = time.monotonic(), os.path.join(folder, form)
-    done = subprocess.run([os.path.join(os.environ["WEFT_BIN"], "weft"), "-q", "export", os.path.join(folder, "result"),
-                           "--format", form, "--fps", str(FPS), "--out", out], check=False, stdout=subprocess.DEVNULL)
+def export(folder, name):
+    """Whether it passed, its seconds, its size in MB, and the most memory that it took, MiB."""
+    begin, out = time.monotonic(), os.path.join(folder, name)
+    process = subprocess.Popen([os.path.join(os.environ["WEFT_BIN"], "weft"), "-q", "export", os.path.join(folder, "result"),
+                                "--format", *EXPORTS[name], "--fps", str(FPS), "--out", out], stdout=subprocess.DEVNULL)
+    _, status, used = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
     seconds = time.monotonic() - begin
     size = sum(os.path.getsize(os.path.join(out, name)) for name in os.listdir(out)) if os.path.isdir(out) else 0
-    return done.returncode == 0, seconds, size / 1e6
+    return process.returncode == 0, seconds, size / 1e6, used.ru_maxrss / 1024
 
 
-def show_in_blender(folder):
-    """Largest deviation of each format, as a share of the extent."""
-    names = sorted(name for name in os.listdir(f"{folder}/result") if name.isdigit())
+class Truth:
+    """Positions of all frames, metres."""
+
+    def __init__(self, folder):
+        self.names = sorted(name for name in os.listdir(f"{folder}/result") if name.isdigit())
+        meshes = meshes_of(f"{folder}/result", self.names)
+        self.world_m = np.array([1e-3 * xyz(mesh["vertex"]) for mesh in meshes])
+        self.faces = meshes[0]["face"]["vertex_indices"]
+        self.extent = np.ptp(self.world_m, axis=(0, 1)).max()
+
+    def share_off(self, shown, rotation):
+        """Largest deviation as a share of the extent; copies of vertices come last."""
+        return max(np.abs(a[:self.world_m.shape[1]] - b @ rotation.T).max() for a, b in zip(shown, self.world_m)) / self.extent
+
+
+def show_in_blender(folder, truth):
+    """(reader, share of the extent, allowed)"""
     subprocess.run(["blender", "--background", "--factory-startup", "--python-exit-code", "1", "--python", IMPORT, "--", folder,
-                    *names], check=True, stdout=subprocess.DEVNULL)
-    expected = np.array([xyz(mesh["vertex"]) for mesh in meshes_of(f"{folder}/result", names)]) * 1e-3 @ Z_UP.T
-    extent = np.ptp(expected, axis=(0, 1)).max()
-    deviations = {}
+                    *truth.names], check=True, stdout=subprocess.DEVNULL)
     for form in IN_BLENDER:
-        shown = np.load(f"{folder}/{form}.npy", mmap_mode="r")
-        deviations[form] = max(np.abs(a[:expected.shape[1]] - b).max() for a, b in zip(shown, expected)) / extent
-    return deviations
+        yield f"{form} in Blender", truth.share_off(np.load(f"{folder}/{form}.npy", mmap_mode="r"), Z_UP), 1e-6
+
+
+def show_in_node(folder, truth):
+    for name in ("glb", "meshopt"):
+        told = in_node("validate", f"{folder}/{name}/garment.glb", f"{folder}/told")
+        yield f"{name}: {told['errors']} errors, {told['warnings']} warnings", float(told["errors"] + told["warnings"]), 0.5
+        read = in_node("gltf", f"{folder}/{name}/garment.glb", f"{folder}/told")
+        rounded = 0 if name == "glb" else meshopt_allowance(truth.world_m - truth.world_m[0]).max() / truth.extent
+        yield f"{name} in three.js", truth.share_off(read["positions"], Y_UP), 1e-6 + rounded
+    read = in_node("usda", f"{folder}/usda-points/garment.usda", f"{folder}/told")
+    yield "usda in three.js", truth.share_off(read["points"].reshape(truth.world_m.shape), Y_UP), 1e-6
+    read = in_node("tinyusdz", f"{folder}/usda-points/garment.usda", f"{folder}/told")
+    yield "usda in TinyUSDZ, frame 0", truth.share_off(read["points"][np.newaxis], Y_UP), 1e-6
+
+
+def show_in_assimp(folder, truth):
+    for form, rotation in (("ply", Z_UP), ("obj", Y_UP), ("glb", Y_UP)):
+        name = f"{truth.names[0]}.{form}" if form != "glb" else "garment.glb"
+        read, _ = in_assimp(f"{folder}/{form}/{name}", f"{folder}/told")
+        expected = truth.world_m[0][truth.faces] @ rotation.T
+        yield f"{form} in assimp, frame 0", np.abs(read - expected).max() / truth.extent, 1e-6
 
 
 def main():
@@ -96,21 +132,28 @@ def main():
     parser.add_argument("--frames", type=int, default=100)
     parser.add_argument("--side", type=int, default=316, help="vertices along a side of the sheet")
     parser.add_argument("--no-blender", action="store_true")
+    parser.add_argument("--no-readers", action="store_true", help="neither npm's readers nor assimp")
     options = parser.parse_args()
     good = True
     with tempfile.TemporaryDirectory(prefix="weft export ") as folder:
         make_result(f"{folder}/result", options.frames, options.side)
-        for form in FORMATS:
-            passed, seconds, size_mb = export(folder, form)
-            peak_mib = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss / 1024
-            print(f"{form:5} {seconds:6.1f} s  {size_mb:7.0f} MB  peak so far {peak_mib:4.0f} MiB{'' if passed else '  FAILED'}",
-                  flush=True)
+        for name in EXPORTS:
+            passed, seconds, size_mb, peak_mib = export(folder, name)
+            print(f"{name:11} {seconds:6.1f} s  {size_mb:7.0f} MB  peak {peak_mib:4.0f} MiB{'' if passed else '  FAILED'}", flush=True)
             good &= passed
-        if shutil.which("blender") and not options.no_blender and good:
-            for form, share in show_in_blender(folder).items():
-                print(f"{form:5} in Blender within {share:.1e} of the extent{'' if share < 1e-6 else '  FAILED'}")
-                good &= bool(share < 1e-6)
-    print(f"{len(FORMATS)} formats, {options.frames} frames of {options.side ** 2} vertices: {'passed' if good else 'FAILED'}")
+        shows = []
+        if shutil.which("blender") and not options.no_blender:
+            shows.append(show_in_blender)
+        if not options.no_readers and not why_no_node():
+            shows.append(show_in_node)
+        if not options.no_readers and shutil.which("assimp"):
+            shows.append(show_in_assimp)
+        truth = Truth(folder) if good and shows else None
+        for show in shows if good else []:
+            for reader, share, allowed in show(folder, truth):
+                print(f"{reader:29} {share:.1e} (at most {allowed:.1e}){'' if share < allowed else '  FAILED'}", flush=True)
+                good &= bool(share < allowed)
+    print(f"{len(EXPORTS)} exports, {options.frames} frames of {options.side ** 2} vertices: {'passed' if good else 'FAILED'}")
     sys.exit(0 if good else 1)
 
 

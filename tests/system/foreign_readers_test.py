@@ -1,0 +1,119 @@
+"""`weft export`: what programs of others read, attributes that Blender drops among them."""
+
+import os
+import shutil
+import unittest
+
+import numpy as np
+from export_readers import read_ply
+from export_test import FLOAT_STEPS, Y_UP, Z_UP, Export
+from foreign_readers import in_assimp, in_node, meshopt_allowance, why_no_node
+
+EXTENT_SHARE = 1e-6
+
+
+class Foreign(Export):
+    def exported(self, form, *more, name=None):
+        self.to = self.path(name or form)
+        self.export(form, "--fps", "50", *more)
+        return os.path.join(self.to, f"{self.names[0]}.{form}" if form in ("ply", "obj") else f"garment.{form}")
+
+    def expected(self, rotation):
+        return 1e-3 * self.world_mm @ rotation.T
+
+    def assert_within(self, read, expected):
+        self.assertEqual(read.shape, expected.shape)
+        extent = np.ptp(expected.reshape(-1, 3), axis=0).max()
+        self.assertLess(np.abs(read - expected).max(), EXTENT_SHARE * extent)
+
+    def corners_uv(self):
+        mesh = self.meshes[0]
+        if "texcoord" in mesh["face"].dtype.names:
+            return mesh["face"]["texcoord"].reshape(-1, 3, 2)
+        return np.column_stack([mesh["vertex"]["s"], mesh["vertex"]["t"]])[mesh["face"]["vertex_indices"]]
+
+
+@unittest.skipIf(why_no_node(), why_no_node())
+class Node(Foreign):
+    def assert_valid(self, path):
+        told = in_node("validate", path, self.path("told"))
+        self.assertEqual((told["errors"], told["warnings"]), (0, 0), told["messages"])
+
+    def test_three_plays_plain_glb(self):
+        path = self.exported("glb")
+        self.assert_valid(path)
+        read = in_node("gltf", path, self.path("read"))
+        np.testing.assert_allclose(read["times"], np.arange(3) / 50, rtol=1e-6)
+        self.assert_attributes(read)
+        expected = self.expected(Y_UP)
+        self.assert_within(read["positions"][:, :expected.shape[1]], expected)
+
+    def assert_attributes(self, read):
+        origin = read["_vertex"].ravel().astype(int) if "_vertex" in read else np.arange(len(read["position"]))
+        faces, order = origin[read["faces"]], np.arange(3)
+        # Compression may begin a face at another of its corners.
+        order = (order + np.argmax(faces == self.meshes[0]["face"]["vertex_indices"][:, :1], axis=1)[:, None]) % 3
+        np.testing.assert_array_equal(np.take_along_axis(faces, order, 1), self.meshes[0]["face"]["vertex_indices"])
+        uv = np.take_along_axis(read["uv"][read["faces"]], order[..., None], 1)
+        np.testing.assert_allclose(uv * [1, -1] + [0, 1], self.corners_uv(), atol=1e-6)
+        seen = np.mean([np.isin(mesh["vertex"]["state"], (1, 2)) for mesh in self.meshes], axis=0)
+        np.testing.assert_allclose(read["_coverage"].ravel(), seen[origin], rtol=1e-6)
+
+    def test_three_plays_compressed_glb_within_its_rounding(self):
+        path = self.exported("glb", "--meshopt")
+        self.assert_valid(path)
+        read = in_node("gltf", path, self.path("read"))
+        self.assert_attributes(read)
+        expected = self.expected(Y_UP)
+        moved = expected - expected[0]
+        off = np.abs(read["positions"][:, :expected.shape[1]] - expected)
+        allowance = meshopt_allowance(moved) + 2 * FLOAT_STEPS * np.abs(expected).max()
+        self.assertTrue((off <= allowance).all(), off.max())
+        self.assertLessEqual(off[0].max(), FLOAT_STEPS * np.abs(expected).max())  # the first frame is not rounded
+
+    def test_three_reads_every_time_sample_of_usda(self):
+        path = self.exported("usda")
+        read = in_node("usda", path, self.path("read"))
+        npz = np.load(self.exported("npz"))
+        np.testing.assert_array_equal(read["points_times"], [0, 1, 2])
+        self.assert_within(read["points"].reshape(3, -1, 3), npz["positions"].astype(np.float64))
+        np.testing.assert_allclose(read["velocities"].reshape(3, -1, 3), npz["velocities"], rtol=1e-6, atol=1e-7)
+        np.testing.assert_array_equal(read["primvars_state"], npz["state"])
+        np.testing.assert_array_equal(read["primvars_views"], npz["views"])
+        np.testing.assert_allclose(read["primvars_sigma"], npz["sigma"], rtol=1e-6)
+        np.testing.assert_allclose(read["primvars_coverage"], npz["coverage"], rtol=1e-6)
+        np.testing.assert_array_equal(read["faceVertexIndices"].reshape(-1, 3), npz["faces"])
+        np.testing.assert_allclose(read["primvars_st"].reshape(-1, 3, 2), npz["uv"], rtol=1e-6)
+
+    def test_tinyusdz_reads_the_first_frame(self):
+        read = in_node("tinyusdz", self.exported("usda"), self.path("read"))
+        expected = self.expected(Y_UP)[0][self.meshes[0]["face"]["vertex_indices"]]
+        self.assertEqual(read["meshes"], 1)
+        self.assert_within(read["points"][read["faces"]], expected)
+
+    def test_three_reads_attributes_of_ply(self):
+        read = in_node("ply", self.exported("ply"), self.path("read"))
+        table = read_ply(os.path.join(self.to, f"{self.names[0]}.ply"))
+        corners = self.meshes[0]["face"]["vertex_indices"].ravel()  # three.js has a vertex for each
+        self.assert_within(read["position"], self.expected(Z_UP)[0][corners])
+        for name in ("state", "sigma", "views", "coverage"):
+            np.testing.assert_array_equal(read[name].ravel(), table["vertex"][name][corners], name)
+        np.testing.assert_array_equal(read["state"].ravel(), self.meshes[0]["vertex"]["state"][corners])
+        np.testing.assert_allclose(read["uv"].reshape(-1, 3, 2), self.corners_uv(), atol=1e-6)
+        velocity = (self.world_mm[1] - self.world_mm[0]) * 50 * 1e-3 @ Z_UP.T
+        np.testing.assert_allclose(read["velocity"], velocity[corners], atol=1e-4)
+
+
+@unittest.skipUnless(shutil.which("assimp"), "assimp is not installed")
+class Assimp(Foreign):
+    def test_reads_positions_and_texture_coordinates(self):
+        for form, rotation in (("ply", Z_UP), ("obj", Y_UP), ("glb", Y_UP)):
+            positions, uv = in_assimp(self.exported(form), self.path("read", form))
+            self.assert_within(positions, self.expected(rotation)[0][self.meshes[0]["face"]["vertex_indices"]])
+            # Of PLY it takes those of the vertices, which are wrong on faces that close seams.
+            if form != "ply":
+                np.testing.assert_allclose(uv, self.corners_uv(), atol=1e-6, err_msg=form)
+
+
+if __name__ == "__main__":
+    unittest.main()
