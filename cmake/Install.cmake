@@ -61,7 +61,7 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/deploy/systemd/post
 set(CPACK_DEBIAN_WEFT_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/deploy/systemd/postinst)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS fonts-dejavu-core)  # labels of prints
-set(CPACK_DEBIAN_PACKAGE_RECOMMENDS ffmpeg)          # archives and proxy videos
+set(CPACK_DEBIAN_PACKAGE_RECOMMENDS ffmpeg)          # archives and videos
 set(CPACK_DEBIAN_PACKAGE_SUGGESTS "bash-completion, blender, python3-numpy, weft-pcl")
 if(TARGET weft-pcl)
   set(CPACK_DEB_COMPONENT_INSTALL ON)

@@ -52,13 +52,20 @@ absl::StatusOr<ExportRequest> ExportRequestOf(const ExportCommandOptions& option
   return request;
 }
 
-bool IsPicture(const std::string& format) { return format == "jpg" || format == "png"; }
+std::optional<PictureFormat> PictureFormatOf(const std::string& format) {
+  for (const PictureFormat picture :
+       {PictureFormat::kJpeg, PictureFormat::kPng, PictureFormat::kMp4, PictureFormat::kMkv})
+    if (format == EndingOf(picture)) return picture;
+  return std::nullopt;
+}
 
 absl::StatusOr<OverlayRequest> OverlayRequestOf(const ExportCommandOptions& options) {
   OverlayRequest request = options.overlays;
   if (request.texture_px > 0 && options.format != "png")
     return absl::InvalidArgumentError("--texture: needs --format png, which has transparency");
-  if (!IsPicture(options.format)) return absl::InvalidArgumentError("--overlay: needs --format jpg or png");
+  const std::optional<PictureFormat> format = PictureFormatOf(options.format);
+  if (!format)
+    return absl::InvalidArgumentError("--overlay: needs --format jpg or png, or mp4 or mkv for videos");
   if (request.texture_px == 0) {
     const absl::StatusOr<OverlayKind> kind = OverlayKindFromName(options.overlay);
     if (!kind.ok()) return kind.status();
@@ -68,7 +75,8 @@ absl::StatusOr<OverlayRequest> OverlayRequestOf(const ExportCommandOptions& opti
   request.out = options.request.out;
   request.frames = options.request.frames;
   request.allow_unfinished = options.request.allow_unfinished;
-  request.format = options.format == "png" ? PictureFormat::kPng : PictureFormat::kJpeg;
+  request.format = *format;
+  request.fps = options.request.fps;
   return request;
 }
 
@@ -126,7 +134,7 @@ absl::StatusOr<ExportOutcome> RunExport(const ExportCommandOptions& options, boo
   const ExportProgress show = [&bars](ExportStep step, size_t done, size_t all) {
     bars.Show(step, done, all);
   };
-  if (!options.overlay.empty() || options.overlays.texture_px > 0 || IsPicture(options.format)) {
+  if (!options.overlay.empty() || options.overlays.texture_px > 0 || PictureFormatOf(options.format)) {
     const absl::StatusOr<OverlayRequest> overlays = OverlayRequestOf(options);
     if (!overlays.ok()) return overlays.status();
     return ExportOverlays(*overlays, show, stop.token(), warnings);
@@ -172,8 +180,8 @@ void AddOverlays(CLI::App& command, ExportCommandOptions& options) {
   command
       .add_option(
           "--overlay", options.overlay,
-          "With --format jpg or png: draw the mesh over the cameras' pictures, its edges or its faces "
-          "by state or sigma")
+          "With --format jpg, png, mp4 or mkv: draw the mesh over the cameras' pictures, its edges or its "
+          "faces by state or sigma")
       ->type_name("WHAT")
       ->check(CLI::IsMember({"wireframe", "state", "sigma"}));
   command
@@ -208,17 +216,18 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
           "Debian 12 has no libraries of Alembic and binary USD. A stopped export goes on when the command "
           "is repeated. export.json comes last; it has transform, frame rate, and the state of every frame "
           "(bridged, missing). With --overlay: pictures of cameras with the mesh over them, "
-          "DIR/<camera>/<frame>.jpg."),
+          "DIR/<camera>/<frame>.jpg, or videos, DIR/<camera>.mp4."),
       "  weft export result --format glb --out garment\n"
       "  weft export result --format ply --up z --frames 0010:0020 --out frames\n"
       "  weft export result --format npz --unit mm --fps 60 --out arrays\n"
       "  weft export result --format jpg --overlay state --camera c01 --out pictures\n"
+      "  weft export result --format mp4 --overlay wireframe --fps 60 --out videos\n"
       "  weft export job:20260131-104500-1a2b3c4d --server 127.0.0.1:7411 --format usda --out usd");
   const auto options = std::make_shared<ExportCommandOptions>();
   command->add_option("result", options->request.result, "The folder that `weft register` wrote")
       ->required()
       ->type_name("DIR");
-  std::vector<std::string> formats = {"jpg", "png"};  // of overlays
+  std::vector<std::string> formats = {"jpg", "png", "mp4", "mkv"};  // of overlays
   for (const FormatTraits& traits : ExportFormats()) formats.emplace_back(traits.name);
   command->add_option("--format", options->format, "Format of the files")
       ->required()

@@ -1,23 +1,15 @@
 #include "services/export/export_overlays.h"
 
-#include <algorithm>
 #include <filesystem>
-#include <map>
-#include <memory>
 #include <optional>
 #include <string_view>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "capture/image/image_encoders.h"
-#include "capture/take/open_dump.h"
-#include "services/export/export_folder.h"
-#include "services/export/export_source.h"
+#include "services/export/overlay_plan.h"
 #include "services/export/texture_atlas.h"
 #include "services/files/atomic_file.h"
-#include "services/files/rig_file.h"
-#include "services/report/mesh_colors.h"
 
 namespace weft {
 namespace {
@@ -25,15 +17,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kJpegQuality = 90;
-
-// All that stays from picture to picture.
-struct OverlayPlan {
-  Rig rig;
-  std::unique_ptr<FrameSource> dump;
-  std::map<std::string, size_t> index_of_frame;  // in the dump
-  std::vector<size_t> cameras;                   // in the rig
-  ScalarRange sigma_range_mm;
-};
 
 // Positions and sigmas in the rig's world, mm.
 ExportRequest InTheWorld(const OverlayRequest& request) {
@@ -44,60 +27,10 @@ ExportRequest InTheWorld(const OverlayRequest& request) {
   world.up = UpAxis::kY;
   world.world_up = "y";
   world.unit = LengthUnit::kMillimetre;
+  world.fps = request.fps;
   world.allow_unfinished = request.allow_unfinished;
   return world;
 }
-
-absl::StatusOr<std::vector<size_t>> FindCameras(const OverlayRequest& request, const Rig& rig) {
-  std::vector<size_t> found;
-  std::vector<std::string> ids;
-  for (const CameraModel& camera : rig.cameras) ids.push_back(camera.id);
-  for (size_t c = 0; request.cameras.empty() && c < ids.size(); ++c) found.push_back(c);
-  for (const std::string& wanted : request.cameras) {
-    const auto at = std::find(ids.begin(), ids.end(), wanted);
-    if (at == ids.end()) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("--camera: the rig has no camera ", wanted, "; it has ", absl::StrJoin(ids, ", ")));
-    }
-    found.push_back(static_cast<size_t>(at - ids.begin()));
-  }
-  return found;
-}
-
-absl::StatusOr<OverlayPlan> PlanOverlays(const OverlayRequest& request, ExportSource& source) {
-  const v1::Job& job = source.job();
-  const std::string rig_file = request.rig.empty() ? job.spec().rig() : request.rig;
-  OverlayPlan plan;
-  absl::StatusOr<Rig> rig = ReadRig(rig_file);
-  if (!rig.ok()) return rig.status();
-  plan.rig = *std::move(rig);
-  if (!job.inputs().rig().empty() && plan.rig.ContentHash() != job.inputs().rig()) {
-    return absl::FailedPreconditionError(absl::StrCat(rig_file, ": has hash ", plan.rig.ContentHash(),
-                                                      ", the result was computed with ", job.inputs().rig(),
-                                                      "; give the rig of the job with --rig"));
-  }
-  const std::string dump = request.dump.empty() ? job.spec().dump() : request.dump;
-  const bool is_of_job = dump == job.spec().dump();
-  auto opened = OpenDump(dump, plan.rig, is_of_job ? job.spec().options().mosaic() : "");
-  if (!opened.ok()) return opened.status();
-  plan.dump = *std::move(opened);
-  for (size_t i = 0; i < plan.dump->frame_names().size(); ++i)
-    plan.index_of_frame[plan.dump->frame_names()[i]] = i;
-  for (const size_t frame : source.meshes()) {
-    if (plan.index_of_frame.contains(source.frames()[frame].frame())) continue;
-    return absl::NotFoundError(absl::StrCat(dump, ": has no frame ", source.frames()[frame].frame(),
-                                            "; give the recording of the job with --take"));
-  }
-  auto cameras = FindCameras(request, plan.rig);
-  if (!cameras.ok()) return cameras.status();
-  plan.cameras = *std::move(cameras);
-  const absl::StatusOr<ExportMesh> first = source.Read(0, ExportSource::Velocities::kLeftOut);
-  if (!first.ok()) return first.status();
-  plan.sigma_range_mm = RoundRange({first->sigma.begin(), first->sigma.end()});
-  return plan;
-}
-
-const char* EndingOf(PictureFormat format) { return format == PictureFormat::kPng ? "png" : "jpg"; }
 
 v1::Export OverlayManifest(const OverlayRequest& request, const ExportSource& source,
                            const OverlayPlan& plan) {
@@ -109,8 +42,11 @@ v1::Export OverlayManifest(const OverlayRequest& request, const ExportSource& so
   manifest.set_fps_source(source.fps_source());
   manifest.set_vertices(static_cast<int>(source.topology().vertices));
   manifest.set_faces(static_cast<int>(source.topology().faces.size()));
-  for (const size_t camera : plan.cameras)
-    if (request.texture_px == 0) manifest.add_files(plan.rig.cameras[camera].id);
+  for (const size_t camera : plan.cameras) {
+    const std::string& id = plan.rig.cameras[camera].id;
+    if (request.texture_px == 0)
+      manifest.add_files(IsVideo(request.format) ? absl::StrCat(id, ".", EndingOf(request.format)) : id);
+  }
   for (const v1::ExportedFrame& frame : source.frames()) {
     v1::ExportedFrame& added = *manifest.add_frames();
     added = frame;
@@ -124,21 +60,6 @@ v1::Export OverlayManifest(const OverlayRequest& request, const ExportSource& so
   manifest.set_weft_version(WEFT_VERSION);
   for (const std::string& note : source.notes()) manifest.add_notes(note);
   return manifest;
-}
-
-std::vector<Eigen::Vector3f> OverlayColors(const OverlayRequest& request, const OverlayPlan& plan,
-                                           const ExportMesh& mesh) {
-  switch (request.kind) {
-    case OverlayKind::kWireframe:
-      return std::vector<Eigen::Vector3f>(mesh.positions.size(), Eigen::Vector3f(0, 1, 1));
-    case OverlayKind::kSigma:
-      return ScalarColors({mesh.sigma.begin(), mesh.sigma.end()}, plan.sigma_range_mm);
-    case OverlayKind::kState:
-      break;
-  }
-  std::vector<Eigen::Vector3f> colors;
-  for (const uint8_t state : mesh.state) colors.push_back(StateColor(static_cast<VertexState>(state)));
-  return colors;
 }
 
 absl::Status WritePicture(const Frame& drawn, PictureFormat format, const std::string& path) {
@@ -176,12 +97,9 @@ absl::Status WriteFrameOverlays(const OverlayRequest& request, const OverlayPlan
       continue;
     }
     if (mesh.faces.empty()) {
-      const absl::StatusOr<ExportMesh> read = source.Read(mesh_number, ExportSource::Velocities::kLeftOut);
+      absl::StatusOr<OverlayMesh> read = ReadOverlayMesh(request.kind, plan, source, mesh_number);
       if (!read.ok()) return read.status();
-      for (const Eigen::Vector3f& position : read->positions)
-        mesh.vertices_mm.push_back(position.cast<double>());
-      mesh.faces = source.topology().faces;
-      mesh.colors = OverlayColors(request, plan, *read);
+      mesh = *std::move(read);
     }
     const absl::StatusOr<Frame> drawn = DrawOverlay(*picture, mesh, camera, request.kind);
     if (!drawn.ok()) return drawn.status();
@@ -216,7 +134,7 @@ absl::Status WriteFrameTexture(const OverlayPlan& plan, ExportSource& source, si
   return WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
 }
 
-// At most; a JPEG of this quality takes less than a byte per pixel.
+// At most; a JPEG of this quality takes less than a byte per pixel, H.264 less than half of one.
 uint64_t MaxOverlayBytes(const OverlayRequest& request, const OverlayPlan& plan, size_t frames) {
   constexpr uint64_t kRgba = 4;
   if (request.texture_px > 0)
@@ -226,16 +144,38 @@ uint64_t MaxOverlayBytes(const OverlayRequest& request, const OverlayPlan& plan,
   for (const size_t c : plan.cameras)
     pixels += static_cast<uint64_t>(plan.rig.cameras[c].width_px) *
               static_cast<uint64_t>(plan.rig.cameras[c].height_px);
+  if (IsVideo(request.format)) return frames * pixels / 2;
   return frames * pixels * (request.format == PictureFormat::kPng ? 3 : 1);
 }
 
 }  // namespace
+
+const char* EndingOf(PictureFormat format) {
+  switch (format) {
+    case PictureFormat::kPng:
+      return "png";
+    case PictureFormat::kMp4:
+      return "mp4";
+    case PictureFormat::kMkv:
+      return "mkv";
+    case PictureFormat::kJpeg:
+      break;
+  }
+  return "jpg";
+}
+
+bool IsVideo(PictureFormat format) { return format == PictureFormat::kMp4 || format == PictureFormat::kMkv; }
 
 absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, const ExportProgress& progress,
                                              const std::stop_token& stop,
                                              std::vector<std::string>& warnings) {
   absl::StatusOr<ExportSource> source = ExportSource::Open(InTheWorld(request));
   if (!source.ok()) return source.status();
+  if (IsVideo(request.format) && source->fps() == 0) {
+    return absl::InvalidArgumentError(absl::StrCat("--fps: nothing tells the frame rate of ",
+                                                   source->job().spec().dump(),
+                                                   ", which a video needs; give the frames per second"));
+  }
   if (absl::Status status = source->Survey(progress, stop); !status.ok()) return status;
   const absl::StatusOr<OverlayPlan> plan = PlanOverlays(request, *source);
   if (!plan.ok()) return plan.status();
@@ -255,9 +195,12 @@ absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, cons
   const size_t frames = source->meshes().size();
   absl::Status status = folder.CheckRoom(MaxOverlayBytes(request, *plan, frames), 0);
   if (status.ok() && *holds == ExportFolder::Holds::kNothing) status = folder.Begin(outcome.manifest);
+  const bool is_video = IsVideo(request.format);
+  if (status.ok() && is_video)
+    status = WriteOverlayVideos(request, *plan, *source, folder, progress, stop, warnings);
   for (const std::string& camera : outcome.manifest.files())
-    if (status.ok()) status = PrepareFolder(folder.Of(camera));
-  for (size_t i = 0; status.ok() && i < frames; ++i) {
+    if (status.ok() && !is_video) status = PrepareFolder(folder.Of(camera));
+  for (size_t i = 0; status.ok() && !is_video && i < frames; ++i) {
     if (stop.stop_requested()) {
       return absl::CancelledError(
           absl::StrCat("stopped after ", i, " of ", frames, " frames; the same command goes on from there"));

@@ -12,7 +12,11 @@
 
 namespace weft {
 
-enum class PictureFormat { kJpeg, kPng };
+// Pictures, or a video of each camera (H.264).
+enum class PictureFormat { kJpeg, kPng, kMp4, kMkv };
+// "jpg", "png", "mp4", "mkv": ending and name of --format.
+const char* EndingOf(PictureFormat format);
+bool IsVideo(PictureFormat format);
 
 struct OverlayRequest {
   std::string result, out;
@@ -22,13 +26,15 @@ struct OverlayRequest {
   OverlayKind kind = OverlayKind::kWireframe;
   int texture_px = 0;  // not 0: instead of overlays, a texture of this size from all these cameras
   PictureFormat format = PictureFormat::kJpeg;
+  double fps = 0;  // of videos; 0: by the times of the take
   bool allow_unfinished = false;
 };
 
-// Writes <out>/<camera>/<frame>.jpg or .png, of textures <out>/<frame>.png, and export.json last; it stops
-// and goes on as ExportResult does. Pictures that the dump lacks are left out, with a line in `warnings`.
-// Errors of ExportResult, ReadRig and OpenDump; FailedPrecondition: the rig is not that of the job.
-// InvalidArgument: a camera that the rig lacks.
+// Writes <out>/<camera>/<frame>.jpg or .png, of videos <out>/<camera>.mp4 or .mkv, of textures
+// <out>/<frame>.png, and export.json last; it stops and goes on as ExportResult does, with videos one by one.
+// Pictures that the dump lacks are left out, with a line in `warnings`. Errors of ExportResult, ReadRig and
+// OpenDump; FailedPrecondition: the rig is not that of the job. InvalidArgument: a camera that the rig lacks,
+// a video without a frame rate. NotFound, Internal: the program ffmpeg, which makes videos.
 absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, const ExportProgress& progress,
                                              const std::stop_token& stop, std::vector<std::string>& warnings);
 

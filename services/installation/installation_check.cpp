@@ -115,7 +115,7 @@ void InstallationCheck::CheckFfmpeg() {
     const std::string program = absl::StrCat(folder, "/ffmpeg");
     if (access(program.c_str(), X_OK) == 0) return Well("ffmpeg", program);
   }
-  Warn("ffmpeg", "is not installed: no archives and no proxy videos", "`apt install ffmpeg`");
+  Warn("ffmpeg", "is not installed: no archives and no videos", "`apt install ffmpeg`");
 }
 
 void InstallationCheck::CheckKernel() {

@@ -10,7 +10,6 @@ import unittest
 
 import numpy as np
 from export_readers import Glb, Usda, meshes_of, read_mdd, read_obj, read_pc2, read_ply, xyz
-from matplotlib.image import imread
 from studio import BIN, LONG_S, StudioTest, read, weft, write
 
 Y_UP = np.diag([1.0, -1.0, -1.0])
@@ -219,49 +218,6 @@ class Manifest(Export):
         self.to = self.path("glb")
         self.export("glb", "--fps", "50", result=folder)
         np.testing.assert_allclose(Glb(os.path.join(self.to, "garment.glb")).times_s(), [0, 2 / 50], rtol=1e-6)
-
-
-class Overlays(Export):
-    def test_show_the_mesh_where_the_cloth_is(self):
-        camera = json.loads(read(f"{self.original}/rig.json"))["cameras"][0]["id"]
-        for what in ("wireframe", "state", "sigma"):
-            self.to = self.path(what)
-            told = self.export("png", "--overlay", what, "--camera", camera)
-            self.assertIn(f"{what} over the pictures of 1 cameras, 3 frames", told.stdout)
-            self.assertEqual(sorted(os.listdir(os.path.join(self.to, camera))), [f"{name}.png" for name in self.names])
-        self.assertEqual(self.manifest()["overlay"], "sigma")
-        self.assertGreater(self.manifest()["overlay_sigma_mm"], 0)
-        self.assertIn("complete already", self.export("png", "--overlay", "sigma", "--camera", camera).stdout)
-
-    def test_pictures_that_are_missing_are_named(self):
-        camera = json.loads(read(f"{self.original}/rig.json"))["cameras"][0]["id"]
-        os.remove(os.path.join(self.take, self.names[1], f"{camera}.png"))
-        told = self.export("jpg", "--overlay", "state", "--take", self.take, "--camera", camera)
-        self.assertIn(f"Frame {self.names[1]}, camera {camera}", told.stderr)
-        self.assertEqual(len(os.listdir(os.path.join(self.to, camera))), 2)
-
-    def test_textures_show_the_board(self):
-        told = self.export("png", "--texture", 512)
-        self.assertIn("textures of 512 px, 3 frames", told.stdout)
-        manifest = self.manifest()
-        self.assertEqual([frame["file"] for frame in manifest["frames"]], [f"{name}.png" for name in self.names])
-        texture, board = imread(os.path.join(self.to, f"{self.names[1]}.png")), imread(f"{self.original}/board.png")
-        rows, cols = board.shape[:2]
-        middle = texture[(512 * (np.arange(rows)[:, None] + 0.5) / rows).astype(int),
-                         (512 * (np.arange(cols) + 0.5) / cols).astype(int)]
-        seen = middle[..., 3] > 0
-        self.assertGreater(seen.mean(), 0.9)
-        # The inks are not the board's pure colours, and light is uneven; one cell aside nothing is alike.
-        for aside, low, high in ((0, 0.6, 1), (1, -0.2, 0.2)):
-            print_there = np.roll(board, aside, axis=1)[seen][:, :3]
-            alike = np.corrcoef(middle[seen][:, :3].ravel(), print_there.ravel())[0, 1]
-            self.assertTrue(low < alike < high, alike)
-        self.assertIn("--format png", self.export("jpg", "--texture", 512, check=2).stderr)
-
-    def test_say_what_they_need(self):
-        self.assertIn("--format jpg or png", self.export("ply", "--overlay", "state", check=2).stderr)
-        self.assertIn("wireframe, state, sigma", self.export("jpg", check=2).stderr)
-        self.assertIn("the rig has no camera c99", self.export("jpg", "--overlay", "state", "--camera", "c99", check=2).stderr)
 
 
 class Refusals(Export):
