@@ -42,8 +42,9 @@ const std::vector<OperationKind>& OperationKinds() {
        OperationOut::kNamed,
        true},
       {"export",
-       {{.name = "result", .is_positional = true}},
-       {"format", "frames", "up", "world-up", "unit", "fps", "attributes", "meshopt", "allow-unfinished"},
+       {{.name = "result", .is_positional = true}, {.name = "take", .is_required = false}, kOptionalRig},
+       {"format", "frames", "up", "world-up", "unit", "fps", "attributes", "meshopt", "allow-unfinished",
+        "overlay", "texture", "camera"},
        OperationOut::kNamed,
        true}};
   return kinds;

@@ -3,6 +3,7 @@
 import glob
 import json
 import os
+import shutil
 import subprocess
 import unittest
 
@@ -77,10 +78,20 @@ class Operations(StudioTest):
         self.assertEqual(there.returncode, here.returncode, there.stderr)
         self.assertEqual(json.loads(there.stdout)["verdict"], json.loads(here.stdout)["verdict"])
         self.assertIn("report.html", os.listdir(self.path("evaluation")))
-        export = ["--format", "npz", "--fps", 50]
-        self.there("export", f"job:{job}", *export, "--out", self.path("exported"))
-        weft("export", self.out, *export, "--out", self.path("exported here"), check=0)
-        self.assertEqual(files_of(self.path("exported")), files_of(self.path("exported here")))
+        self.assert_exports_are_the_same(job)
+
+    def assert_exports_are_the_same(self, job):
+        """Of every format, here and by the daemon, which finds the recording of overlays by itself."""
+        overlays = ["--camera", json.loads(read(f"{self.take}/rig.json"))["cameras"][0]["id"]]
+        for number, export in enumerate([["ply"], ["obj"], ["glb", "--meshopt"], ["mdd"], ["pc2"], ["usda"], ["npz"],
+                                         ["jpg", "--overlay", "state", *overlays], ["png", "--texture", 256],
+                                         ["mp4", "--overlay", "wireframe", *overlays]]):
+            if "mp4" in export and not shutil.which("ffmpeg"):
+                continue
+            there, here = self.path(f"export {number}"), self.path(f"export here {number}")
+            self.there("export", f"job:{job}", "--fps", 50, "--format", *export, "--out", there)
+            weft("export", self.out, "--fps", 50, "--format", *export, "--out", here, check=0)
+            self.assertEqual(files_of(there), files_of(here), export)
 
     def test_bad_requests_are_refused_by_the_field(self):
         outside = self.there("take", "verify", "/etc", check=2)

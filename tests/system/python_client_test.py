@@ -1,6 +1,7 @@
 """The Python client as its users install it: registrations by a daemon, results as arrays, the examples."""
 
 import importlib.metadata
+import json
 import os
 import shutil
 import signal
@@ -79,7 +80,23 @@ class Registration(ClientTest):
         self.assertEqual(studio.temporary_files(self.out), [])
         self.assertEqual(weft.read_job(f"{self.out}/job.json").verdict.grade, weft.v1.GRADE_GOOD)
         self.check_arrays(client, job.id)
+        self.check_exports(client, job.id)
         self.check_damaged_files()
+
+    def check_exports(self, client, job_id):
+        """In every format, and over the pictures of the recording that was uploaded."""
+        cameras = [camera["id"] for camera in json.loads(read(f"{self.take}/rig.json"))["cameras"]][:2]
+        for options in ([{"format": name} for name in ("ply", "obj", "glb", "mdd", "pc2", "usda", "npz")] +
+                        [{"format": "jpg", "overlay": "state", "camera": cameras}, {"format": "png", "texture": "128"}]):
+            spec = weft.operation_spec("export", {"result": f"job:{job_id}"}, {**options, "fps": "50"}, "garment")
+            operation = client.operations.wait(client.operations.start(spec).id)
+            self.assertEqual((operation.state, operation.exit_status), (weft.v1.JOB_STATE_DONE, 0), operation)
+            paths = client.operations.fetch(operation.id, self.path("exports", operation.id))
+            manifest, = [weft.read_export(path) for path in paths if path.endswith("export.json")]
+            self.assertEqual((manifest.format, manifest.fps, manifest.job_id), (options["format"], 50, job_id))
+            self.assertEqual([frame.frame for frame in manifest.frames], self.frames)
+            pictures = [path for path in paths if path.endswith(".jpg")]
+            self.assertEqual(len(pictures), len(cameras) * len(self.frames) if "overlay" in options else 0)
 
     def check_arrays(self, client, job_id):
         frame = self.frames[0]

@@ -13,14 +13,17 @@ from weft.transfer import receive
 from weft.v1.operations_pb2_grpc import OperationsStub
 
 
-def operation_spec(command: str, inputs: Mapping[str, str | Sequence[str]], options: Optional[Mapping[str, str]] = None,
-                   out_name: str = "") -> v1.OperationSpec:
+Words = Mapping[str, str | Sequence[str]]
+
+
+def operation_spec(command: str, inputs: Words, options: Optional[Words] = None, out_name: str = "") -> v1.OperationSpec:
     """For example `operation_spec("evaluate", {"result": "job:ID"}, {"no-truth": ""}, "evaluation")`."""
-    return v1.OperationSpec(
-        command=command, out_name=out_name,
-        inputs=[v1.OperationInput(name=name, value=value) for name, values in inputs.items()
-                for value in ([values] if isinstance(values, str) else values)],
-        options=[v1.OperationOption(name=name, value=value) for name, value in (options or {}).items()])
+    def pairs(words: Words) -> list[tuple[str, str]]:
+        return [(name, value) for name, values in words.items() for value in ([values] if isinstance(values, str) else values)]
+
+    return v1.OperationSpec(command=command, out_name=out_name,
+                            inputs=[v1.OperationInput(name=name, value=value) for name, value in pairs(inputs)],
+                            options=[v1.OperationOption(name=name, value=value) for name, value in pairs(options or {})])
 
 
 class Operations:
