@@ -163,7 +163,6 @@ class JobQueue {
   void SetAside(const std::shared_ptr<LiveJob>& job, size_t position, const std::string& reason);
   void WaitForRoom(LiveJob& job, const std::string& reason);
   void Note(LiveJob& job, const std::string& text);
-  void NoteUsage(LiveJob& job, const v1::WorkerEnded& ended);
   void EndEarly(const std::shared_ptr<LiveJob>& job, v1::JobState state, const std::string& message);
   // Takes that are being recorded (job_queue_live.cpp).
   void FollowSoon(LiveJob& job);

@@ -51,6 +51,7 @@ struct JobQueue::RunningTask {
   std::shared_ptr<LiveJob> job;
   std::vector<size_t> positions;
   std::optional<v1::TaskError> error;
+  std::optional<v1::WorkerUsage> usage;
   bool began = false;
 };
 

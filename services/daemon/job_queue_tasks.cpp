@@ -100,11 +100,10 @@ void JobQueue::OnEvent(const std::string& task_id, const v1::WorkerEvent& event)
   Lock lock(mutex_);
   const auto found = tasks_.find(task_id);
   if (found == tasks_.end()) return;
+  if (event.has_usage()) found->second->usage = event.usage();
   if (event.has_error()) {
     found->second->error = event.error();
-  } else if (event.has_ended()) {
-    NoteUsage(*found->second->job, event.ended());
-  } else if (!event.has_began()) {
+  } else if (!event.has_ended() && !event.has_began()) {
     OnFrameEvent(*found->second, event);
     if (!BeginsTasks() && event.has_finished() && FramesRunning(*found->second) == 0)
       executor_->Stop(task_id);
@@ -153,6 +152,8 @@ void JobQueue::OnTaskEnded(const std::string& task_id, const TaskEnd& end) {
   const std::unique_ptr<RunningTask> task = std::move(found->second);
   tasks_.erase(found);
   task->job->life.CountTask(end.lost, end.queued_s);
+  if (task->usage) task->job->life.AddUsage(*task->usage);
+  ++task->job->version;
   ReturnFrames(*task, end);
   MarkChanged(*task->job);
   StopFollowingIfIdle(task->job);
@@ -222,12 +223,6 @@ void JobQueue::Note(LiveJob& job, const std::string& text) {
   job.life.AddWarning(job.notes == kMostNotes ? "more about its tasks is in the log of weftd"
                                               : EscapedText(text));
   RememberJob(job);
-}
-
-void JobQueue::NoteUsage(LiveJob& job, const v1::WorkerEnded& ended) {
-  job.life.AddUsage(ended.core_s(), ended.peak_memory_mib());
-  ++job.version;
-  MarkChanged(job);
 }
 
 int JobQueue::FramesRunning(const RunningTask& task) const {

@@ -90,10 +90,11 @@ v1::Job JobLife::Describe() const {
   return job;
 }
 
-void JobLife::AddUsage(double core_s, double peak_memory_mib) {
+void JobLife::AddUsage(const v1::WorkerUsage& of_task) {
   v1::JobUsage& usage = *job_.mutable_usage();
-  usage.set_core_s(usage.core_s() + core_s);
-  usage.set_peak_memory_mib(std::max(usage.peak_memory_mib(), peak_memory_mib));
+  usage.set_core_s(usage.core_s() + of_task.core_s());
+  usage.set_worker_s(usage.worker_s() + of_task.wall_s());
+  usage.set_peak_memory_mib(std::max(usage.peak_memory_mib(), of_task.peak_memory_mib()));
 }
 
 void JobLife::CountTask(bool is_lost, double queued_s) {

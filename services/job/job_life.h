@@ -11,6 +11,7 @@
 #include "services/job/job_frames.h"
 #include "services/pipeline/results_check.h"
 #include "weft/v1/job.pb.h"
+#include "weft/v1/task.pb.h"
 
 namespace weft {
 
@@ -32,7 +33,7 @@ class JobLife {
   void AddWarning(const std::string& warning) { job_.add_warnings(warning); }
 
   // What its tasks took (JobUsage).
-  void AddUsage(double core_s, double peak_memory_mib);
+  void AddUsage(const v1::WorkerUsage& of_task);
   void CountTask(bool is_lost, double queued_s);
   void SetTaskLogs(const std::string& folder) { job_.set_task_logs(folder); }
 

@@ -23,6 +23,7 @@
 #include "services/process/stop_on_signal.h"
 #include "services/worker/run_task.h"
 #include "services/worker/worker_event.h"
+#include "services/worker/worker_usage.h"
 
 namespace {
 
@@ -61,12 +62,15 @@ bool DieWithParent(int parent) {
   return parent == 0 || getppid() == parent;
 }
 
-absl::Status RunTaskFile(const std::string& path, const EventLog& log) {
+absl::Status RunTaskFile(const std::string& path, const EventLog& log, const weft::UsageMeter& meter) {
   weft::v1::Task task;
   if (absl::Status status = weft::ReadJsonFile(path, task); !status.ok()) return status;
   std::stop_source stop;
-  const auto report = [&stop, &log](const weft::v1::WorkerEvent& event) {
-    if (!log.Add(event)) stop.request_stop();
+  const auto report = [&stop, &log, &meter](const weft::v1::WorkerEvent& event) {
+    weft::v1::WorkerEvent told = event;
+    // Those are told often, by any thread.
+    if (!event.has_advanced()) *told.mutable_usage() = meter.Now();
+    if (!log.Add(told)) stop.request_stop();
   };
   // Threads that run by now would stay free, and a file of others may take over any of them.
   const absl::StatusOr<weft::UniqueFd> out = weft::ConfineToTask(task, report);
@@ -81,9 +85,10 @@ absl::Status RunTaskFile(const std::string& path, const EventLog& log) {
 }
 
 // The same, with exceptions as errors.
-absl::Status RunWithin(const std::string& path, const EventLog& log, int64_t memory_mib) {
+absl::Status RunWithin(const std::string& path, const EventLog& log, const weft::UsageMeter& meter,
+                       int64_t memory_mib) {
   try {
-    return RunTaskFile(path, log);
+    return RunTaskFile(path, log, meter);
   } catch (const std::bad_alloc&) {
     return absl::ResourceExhaustedError(absl::StrCat(
         "out of memory", memory_mib > 0 ? absl::StrCat("; a worker may take ", memory_mib,
@@ -130,6 +135,7 @@ int main(int argc, char** argv) {
     return weft::kExitFailed;
   }
   signal(SIGPIPE, SIG_IGN);
+  const weft::UsageMeter meter;
   EventLog log;
   if (!events.empty()) {
     if (const absl::Status opened = log.OpenFile(events); !opened.ok()) {
@@ -139,8 +145,8 @@ int main(int argc, char** argv) {
     log.Add(weft::BeganEvent());
   }
   AwaitFile(path, std::chrono::seconds(patience_s));
-  const absl::Status status = RunWithin(path, log, memory_mib);
+  const absl::Status status = RunWithin(path, log, meter, memory_mib);
   if (!status.ok()) weft::PrintError(status);
-  log.Add(weft::EndedEvent(weft::ExitStatusOf(status)));
+  log.Add(weft::EndedEvent(weft::ExitStatusOf(status), meter.Now()));
   return weft::ExitStatusOf(status);
 }

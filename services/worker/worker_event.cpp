@@ -1,23 +1,12 @@
 #include "services/worker/worker_event.h"
 
 #include <google/protobuf/util/json_util.h>
-#include <sys/resource.h>
 #include <unistd.h>
-
-#include <algorithm>
 
 #include "base/host_clock.h"
 #include "services/files/json_file.h"
 
 namespace weft {
-namespace {
-
-double Seconds(const timeval& time) {
-  return static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_usec) * 1e-6;
-}
-
-}  // namespace
-
 std::string WorkerEventLine(const v1::WorkerEvent& event) {
   google::protobuf::util::JsonPrintOptions options;
   options.preserve_proto_field_names = true;
@@ -45,20 +34,13 @@ v1::WorkerEvent BeganEvent() {
   return event;
 }
 
-v1::WorkerEvent EndedEvent(int exit_status) {
-  constexpr double kKibPerMib = 1024;
+v1::WorkerEvent EndedEvent(int exit_status, const v1::WorkerUsage& usage) {
   v1::WorkerEvent event;
   v1::WorkerEnded& ended = *event.mutable_ended();
   ended.set_exit_status(exit_status);
-  double core_s = 0, peak_kib = 0;
-  for (const int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
-    rusage used = {};
-    if (getrusage(who, &used) != 0) continue;
-    core_s += Seconds(used.ru_utime) + Seconds(used.ru_stime);
-    peak_kib = std::max(peak_kib, static_cast<double>(used.ru_maxrss));
-  }
-  ended.set_core_s(core_s);
-  ended.set_peak_memory_mib(peak_kib / kKibPerMib);
+  ended.set_core_s(usage.core_s());
+  ended.set_peak_memory_mib(usage.peak_memory_mib());
+  *event.mutable_usage() = usage;
   return event;
 }
 

@@ -15,8 +15,8 @@ std::string WorkerEventLine(const v1::WorkerEvent& event);
 // InvalidArgument: not a line of WorkerEventLine.
 absl::StatusOr<v1::WorkerEvent> ParseWorkerEvent(std::string_view line);
 
-// The events `began` and `ended` of this process, with what it and its children have taken so far.
+// The events `began` and `ended` of this process.
 v1::WorkerEvent BeganEvent();
-v1::WorkerEvent EndedEvent(int exit_status);
+v1::WorkerEvent EndedEvent(int exit_status, const v1::WorkerUsage& usage);
 
 }  // namespace weft

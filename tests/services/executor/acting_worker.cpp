@@ -12,6 +12,7 @@
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "services/worker/worker_event.h"
+#include "services/worker/worker_usage.h"
 
 namespace {
 
@@ -20,6 +21,12 @@ using weft::v1::WorkerEvent;
 void Print(const WorkerEvent& event) {
   std::printf("%s\n", weft::WorkerEventLine(event).c_str());
   std::fflush(stdout);
+}
+
+// As every worker that ends by itself.
+[[noreturn]] void End(int exit_status) {
+  Print(weft::EndedEvent(exit_status, weft::UsageMeter().Now()));
+  exit(exit_status);
 }
 
 [[noreturn]] void HangForever() {
@@ -82,7 +89,7 @@ void Act(const weft::v1::Task& task, const std::string& frame) {
     event.mutable_error()->set_code("RESOURCE_EXHAUSTED");
     event.mutable_error()->set_message(task.spec().out() + ": disk full");
     Print(event);
-    exit(1);
+    End(1);
   }
 }
 
@@ -108,6 +115,5 @@ int main(int argc, char** argv) {
     event.mutable_finished()->set_coverage(0.5);
     Print(event);
   }
-  if (to_file) Print(weft::EndedEvent(0));
-  return 0;
+  End(0);
 }
