@@ -16,6 +16,7 @@
 #include "services/options/presets.h"
 #include "services/pipeline/output_folder.h"
 #include "services/plan/job_plan.h"
+#include "services/process/program_beside.h"
 #include "services/process/stop_on_signal.h"
 
 namespace weft {
@@ -75,7 +76,7 @@ absl::Status PlanJobOf(const JobPlanOptions& asked, bool quiet) {
   const StopOnSignal signals;
   PilotOptions options = asked.pilot;
   options.out = *scratch;
-  spec->set_out(*scratch);
+  options.worker_program = ProgramBeside("weft-worker");
   absl::StatusOr<Pilot> pilot;
   {
     Progress progress("pilot", static_cast<uint64_t>(options.frames), ProgressVisible(quiet));
@@ -114,6 +115,11 @@ void AddClusterOptions(CLI::App& command, PlanRequest& request) {
                   "What the shared file system gives all tasks together; 0: any")
       ->type_name("MIB")
       ->check(CLI::NonNegativeNumber);
+  command
+      .add_option("--core-speed", request.core_speed,
+                  "Speed of the cluster's cores, relative to those of this machine")
+      ->type_name("X")
+      ->check(CLI::Range(0.01, 100.0));
   command.add_option("--cores-per-node", request.cores_per_node, "Cores that are lost with a node")
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
@@ -159,6 +165,12 @@ void AddJobPlanCommand(CLI::App& job, CommandLine& line) {
       ->type_name("N")
       ->check(CLI::Range(0, 100'000'000));
   command->add_option("--cpus-per-task", options->pilot.threads, "Threads of a task")
+      ->type_name("N")
+      ->check(CLI::Range(1, 1024));
+  command
+      ->add_option("--at-once", options->pilot.at_once,
+                   "Workers of the pilot that run at once. As many as a node will run share its memory as "
+                   "they will")
       ->type_name("N")
       ->check(CLI::Range(1, 1024));
   command

@@ -17,17 +17,11 @@
 #include "services/process/exit_status.h"
 #include "services/process/file_size.h"
 #include "services/process/help.h"
+#include "services/process/program_beside.h"
 #include "services/report/html_report.h"
 #include "services/report/job_verdict.h"
 
 namespace {
-
-// The other programs are installed beside weftd.
-std::string ProgramBeside(const char* name) {
-  std::error_code error;
-  const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
-  return error ? "" : (self.parent_path() / name).string();
-}
 
 void AddTlsOptions(CLI::App& app, weft::TlsFiles& tls) {
   app.add_option("--tls-cert", tls.certificate, "Certificate of the daemon, with its chain, PEM")
@@ -235,9 +229,9 @@ Program::Program()
       "  weftd --config /etc/weft/weftd.txtpb");
   app.set_version_flag("--version", "weftd " WEFT_VERSION, "Print the version and exit");
   weft::DaemonOptions& options = setup.options;
-  options.worker_program = ProgramBeside("weft-worker");
-  options.recorder_program = ProgramBeside("weft-recorder");
-  options.command_program = ProgramBeside("weft");
+  options.worker_program = weft::ProgramBeside("weft-worker");
+  options.recorder_program = weft::ProgramBeside("weft-recorder");
+  options.command_program = weft::ProgramBeside("weft");
   options.endings.assess = weft::AssessJobFolder;
   options.endings.write_report = weft::WriteJobReport;
   options.find_incomplete = weft::FindIncompleteFrames;

@@ -25,8 +25,14 @@ double MeanOf(const std::vector<double>& values) {
 struct Cut {
   int frames_per_task = 1;
   SimulatedJob played;
-  double core_hours = 0;
+  double core_hours = 0, processor_hours = 0;
 };
+
+// What takes `s`, of which processors work `core_s`, on cores of another speed.
+double AtSpeed(double s, double core_s, double core_speed) {
+  const double busy_s = std::min(s, core_s);
+  return busy_s / core_speed + (s - busy_s);
+}
 
 ClusterModel ClusterOf(const Pilot& pilot, const PlanRequest& request, int cores) {
   const int slots = std::max(1, cores / pilot.threads);
@@ -45,8 +51,10 @@ JobModel ModelOf(const Pilot& pilot, const PlanRequest& request, int frames_per_
   JobModel job;
   job.frames = pilot.job_frames;
   job.frames_per_task = frames_per_task;
-  job.startup_s = pilot.startup_s + request.launch_s;
-  job.frame_s = pilot.frame_s;
+  job.startup_s = AtSpeed(pilot.startup_s, pilot.startup_core_s, request.core_speed) + request.launch_s;
+  const double frame_s = MeanOf(pilot.frame_s);
+  const double scale = frame_s > 0 ? AtSpeed(frame_s, pilot.frame_core_s, request.core_speed) / frame_s : 1;
+  for (const double s : pilot.frame_s) job.frame_s.push_back(s * scale);
   job.mib_per_frame = pilot.mib_read_per_frame + pilot.mib_written_per_frame;
   return job;
 }
@@ -55,7 +63,10 @@ Cut Play(const Pilot& pilot, const PlanRequest& request, int cores, int frames_p
   Cut cut;
   cut.frames_per_task = frames_per_task;
   cut.played = SimulateJob(ClusterOf(pilot, request, cores), ModelOf(pilot, request, frames_per_task), kSeed);
-  cut.core_hours = cut.played.busy_s * pilot.threads / kSecondsPerHour;
+  const double launching_s = cut.played.tasks * request.launch_s;  // when nobody has the core
+  cut.core_hours = (cut.played.busy_s - launching_s) * pilot.threads / kSecondsPerHour;
+  cut.processor_hours =
+      (pilot.job_frames * pilot.frame_core_s + cut.played.tasks * pilot.startup_core_s) / kSecondsPerHour;
   return cut;
 }
 
@@ -81,7 +92,8 @@ Cut Choose(const Pilot& pilot, const PlanRequest& request, int cores) {
 std::string LimitOf(const Pilot& pilot, const PlanRequest& request, int cores, const Cut& cut) {
   const double frames = pilot.job_frames;
   const double slots = std::max(1, cores / pilot.threads);
-  const double task_s = cut.frames_per_task * MeanOf(pilot.frame_s) + pilot.startup_s + request.launch_s;
+  const JobModel model = ModelOf(pilot, request, cut.frames_per_task);
+  const double task_s = cut.frames_per_task * MeanOf(model.frame_s) + model.startup_s;
   const double tasks = std::ceil(frames / cut.frames_per_task);
   const double mib = frames * (pilot.mib_read_per_frame + pilot.mib_written_per_frame);
   const double by_files_s = request.shared_mib_per_s > 0 ? mib / request.shared_mib_per_s : 0;
@@ -119,6 +131,7 @@ void DescribePilot(const Pilot& pilot, v1::JobPilot& out) {
   out.set_peak_memory_mib(pilot.peak_memory_mib);
   out.set_mib_read_per_frame(pilot.mib_read_per_frame);
   out.set_mib_written_per_frame(pilot.mib_written_per_frame);
+  out.set_waited_share(pilot.waited_share);
 }
 
 std::string Duration(double seconds) {
@@ -140,6 +153,7 @@ absl::Status PlanRequest::Validate() const {
     if (other < 1 || other > 1'000'000) return wrong("other_cores", other);
   }
   if (!(launch_s >= 0) || !std::isfinite(launch_s)) return wrong("launch_s", launch_s);
+  if (!(core_speed > 0) || !std::isfinite(core_speed)) return wrong("core_speed", core_speed);
   ClusterModel cluster;
   cluster.starts_per_s = starts_per_s;
   cluster.shared_mib_per_s = shared_mib_per_s;
@@ -165,6 +179,7 @@ absl::StatusOr<v1::JobPlan> PlanJob(const Pilot& pilot, const PlanRequest& reque
   plan.set_tasks((pilot.job_frames + cut.frames_per_task - 1) / cut.frames_per_task);
   plan.set_wall_s(cut.played.wall_s);
   plan.set_core_hours(cut.core_hours);
+  plan.set_processor_hours(cut.processor_hours);
   plan.set_memory_mib(std::ceil(pilot.peak_memory_mib * kMemoryMargin));
   plan.set_gib_read(pilot.job_frames * pilot.mib_read_per_frame / kMibPerGib);
   plan.set_gib_written(pilot.job_frames * pilot.mib_written_per_frame / kMibPerGib);
@@ -178,6 +193,7 @@ absl::StatusOr<v1::JobPlan> PlanJob(const Pilot& pilot, const PlanRequest& reque
     row.set_frames_per_task(other.frames_per_task);
     row.set_wall_s(other.played.wall_s);
     row.set_core_hours(other.core_hours);
+    row.set_processor_hours(other.processor_hours);
     row.set_use(other.played.slots_used);
   }
   return plan;
@@ -190,6 +206,12 @@ std::string JobPlanText(const v1::JobPlan& plan) {
       "start\n",
       pilot.frames_registered(), pilot.threads(), pilot.frame_s(), pilot.longest_frame_s(),
       pilot.frame_core_s(), pilot.startup_s());
+  constexpr double kBusyMachine = 0.1;
+  if (pilot.waited_share() > kBusyMachine) {
+    absl::StrAppendFormat(&text,
+                          "            other work had its cores %.0f %% of the time, which is left out\n",
+                          100 * pilot.waited_share());
+  }
   absl::StrAppendFormat(&text, "frames      %d\ntasks       %d of %d frames\n", plan.frames(), plan.tasks(),
                         plan.frames_per_task());
   absl::StrAppendFormat(&text, "wall time   %s on %d cores\ncore-hours  %.2f\n", Duration(plan.wall_s()),

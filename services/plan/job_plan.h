@@ -20,6 +20,7 @@ struct PlanRequest {
   double shared_mib_per_s = 0;      // of the shared file system; 0: any
   double hours_between_losses = 0;  // of a node; 0: never
   int cores_per_node = 32;          // that are lost together
+  double core_speed = 1;            // of the cluster's cores, relative to those of the pilot
   std::vector<int> other_cores;     // for comparison
 
   // InvalidArgument names the field.
@@ -27,8 +28,9 @@ struct PlanRequest {
 };
 
 // Times of the pilot are drawn for the frames of the job, and the job is played (SimulateJob) for several
-// sizes of tasks. Of those within 1 % of the shortest wall time, the one with the fewest core-hours is
-// chosen. Errors of Validate; FailedPrecondition: fewer cores than the pilot had threads.
+// sizes of tasks. `core_speed` divides processor time; what a frame waits for files stays as it is. Of those
+// within 1 % of the shortest wall time, the one with the fewest core-hours is chosen. Errors of Validate;
+// FailedPrecondition: fewer cores than the pilot had threads.
 absl::StatusOr<v1::JobPlan> PlanJob(const Pilot& pilot, const PlanRequest& request);
 
 // For people, a fact on each line.

@@ -30,8 +30,8 @@ ROOMS = {
     "pattern": ["board", "image", "fit", "seeds", "surface"],
     # As in services/CMakeLists.txt and services/README.md.
     "services": ["process", "verdict", "files", "confinement", "rpc", "library", "pcd", "options", "print", "report", "preview", "synthetic",
-                 "calibration", "evaluation", "recording", "recorder", "pipeline", "plan", "export", "job", "catalogue", "access", "http", "worker",
-                 "executor", "slurm", "notice", "daemon", "client", "installation", "cli"],
+                 "calibration", "evaluation", "recording", "recorder", "pipeline", "export", "job", "catalogue", "access", "http", "worker",
+                 "executor", "plan", "slurm", "notice", "daemon", "client", "installation", "cli"],
 }
 # Below the rooms of their folder: what a node of the board is.
 GROUND = {"pattern/observation.h"}

@@ -17,6 +17,7 @@ Pilot PilotOf(int job_frames) {
   Pilot pilot;
   pilot.job_frames = job_frames;
   pilot.startup_s = 0.5;
+  pilot.startup_core_s = 0.4;
   pilot.frame_s = {3, 3};
   pilot.frame_core_s = 2.9;
   pilot.peak_memory_mib = 400;
@@ -25,14 +26,59 @@ Pilot PilotOf(int job_frames) {
   return pilot;
 }
 
-TEST(PilotFrames, AreRunsOfNeighboursSpreadEvenly) {
-  EXPECT_THAT(PilotFrames(100, 8), ElementsAre(23, 24, 25, 26, 73, 74, 75, 76));
-  EXPECT_THAT(PilotFrames(3, 20), ElementsAre(0, 1, 2));
-  EXPECT_THAT(PilotFrames(0, 20), IsEmpty());
-  const std::vector<size_t> many = PilotFrames(1800, 20);
-  EXPECT_EQ(many.size(), 20u);
-  EXPECT_TRUE(std::is_sorted(many.begin(), many.end()));
-  EXPECT_LT(many.back(), 1800u);
+TEST(PilotRuns, AreNeighboursSpreadEvenly) {
+  EXPECT_THAT(PilotRuns(100, 10),
+              ElementsAre(ElementsAre(22, 23, 24, 25, 26), ElementsAre(72, 73, 74, 75, 76)));
+  EXPECT_THAT(PilotRuns(3, 20), ElementsAre(ElementsAre(0, 1, 2)));
+  EXPECT_THAT(PilotRuns(0, 20), IsEmpty());
+  const std::vector<std::vector<size_t>> many = PilotRuns(1800, 20);
+  EXPECT_EQ(many.size(), 4u);
+  for (const std::vector<size_t>& run : many) EXPECT_EQ(run.size(), 5u);
+  EXPECT_LT(many.back().back(), 1800u);
+}
+
+// What a worker of one thread has taken after so much work, so much waiting for files, and so much waiting
+// for a core that somebody else had.
+v1::WorkerUsage Usage(double core_s, double files_s, double delay_s) {
+  v1::WorkerUsage usage;
+  usage.set_core_s(core_s);
+  usage.set_delay_s(delay_s);
+  usage.set_wall_s(core_s + files_s + delay_s);
+  return usage;
+}
+
+// Two seconds to start. Frames of 3 s, and half a second more from the third on, and a tenth for files.
+PilotTask TaskOn(double delay_per_core_s) {
+  PilotTask task;
+  double core_s = 2, files_s = 0;
+  for (int frame = 0; frame < 5; ++frame) {
+    core_s += frame < 2 ? 3 : 3.5;
+    files_s += 0.1;
+    task.finished.push_back(Usage(core_s, files_s, core_s * delay_per_core_s));
+  }
+  task.ended = task.finished.back();
+  return task;
+}
+
+TEST(PilotFrom, LeavesOutWhatOtherWorkTookOfTheMachine) {
+  for (const double load : {0.0, 3.0}) {
+    const Pilot pilot = PilotFrom({TaskOn(load), TaskOn(load)});
+    EXPECT_EQ(pilot.frame_s.size(), 6u);
+    for (const double s : pilot.frame_s) EXPECT_NEAR(s, 3.6, 1e-9) << load;
+    EXPECT_NEAR(pilot.frame_core_s, 3.5, 1e-9);
+    EXPECT_NEAR(pilot.startup_s, 2, 1e-9);
+    EXPECT_NEAR(pilot.startup_core_s, 2, 1e-9);
+  }
+  EXPECT_EQ(PilotFrom({TaskOn(0)}).waited_share, 0);
+  EXPECT_GT(PilotFrom({TaskOn(3)}).waited_share, 0.7);
+}
+
+TEST(PilotFrom, UsesAllThatShortTasksHave) {
+  PilotTask task = TaskOn(0);
+  task.finished.resize(2);
+  EXPECT_THAT(PilotFrom({task}).frame_s, ElementsAre(testing::DoubleNear(3.1, 1e-9)));
+  task.finished.resize(1);
+  EXPECT_THAT(PilotFrom({task}).frame_s, ElementsAre(testing::DoubleNear(5.1, 1e-9)));
 }
 
 TEST(PlanJob, OneCoreRunsOneFrameAfterAnother) {
@@ -42,10 +88,22 @@ TEST(PlanJob, OneCoreRunsOneFrameAfterAnother) {
   ASSERT_TRUE(plan.ok()) << plan.status();
   EXPECT_EQ(plan->tasks(), 10);
   EXPECT_NEAR(plan->wall_s(), 10 * (10 * 3 + 1), 1e-6);
-  EXPECT_NEAR(plan->core_hours(), plan->wall_s() / 3600, 1e-9);
+  // Between two tasks the core is nobody's.
+  EXPECT_NEAR(plan->core_hours(), (plan->wall_s() - 10 * 0.5) / 3600, 1e-9);
+  EXPECT_NEAR(plan->processor_hours(), (100 * 2.9 + 10 * 0.4) / 3600, 1e-9);
   EXPECT_EQ(plan->memory_mib(), 500);
   EXPECT_NEAR(plan->gib_read() * 1024, 9000, 1e-6);
   EXPECT_THAT(plan->limited_by(), HasSubstr("the cores"));
+}
+
+TEST(PlanJob, SlowerCoresLengthenWorkAndNotTheWaitingForFiles) {
+  PlanRequest request;
+  request.frames_per_task = 10;
+  request.core_speed = 0.5;
+  const auto plan = PlanJob(PilotOf(100), request);
+  ASSERT_TRUE(plan.ok()) << plan.status();
+  EXPECT_NEAR(plan->wall_s(), 10 * (10 * (2 * 2.9 + 0.1) + (2 * 0.4 + 0.1) + 0.5), 1e-6);
+  EXPECT_NEAR(plan->processor_hours(), (100 * 2.9 + 10 * 0.4) / 3600, 1e-9);
 }
 
 TEST(PlanJob, ChoosesLongTasksWhereStartsAreDear) {
