@@ -3,10 +3,13 @@
 # node live in namespaces of their own: network, processes, mounts and host name are nobody else's, so several clusters
 # can run at once, and all processes end with the command.
 #
-# Usage: deploy/slurm/cluster.sh [--nodes N] [--cpus N] [--memory-mib N] [--state DIR] [--keep] COMMAND [ARGUMENT...]
+# Usage: deploy/slurm/cluster.sh [--nodes N] [--cpus N] [--cpu-percent N] [--memory-mib N] [--state DIR] [--keep]
+#                                COMMAND [ARGUMENT...]
 #
 #   --nodes N       virtual nodes, w1 to wN (1)
 #   --cpus N        processors of each node, which Slurm believes without asking the machine (1)
+#   --cpu-percent N processors of a node are slower: the kernel gives a node so much of a processor for each of them, so
+#                   that nodes are as fast as they are slow however many there are (control groups, version 1 or 2)
 #   --memory-mib N  memory of each node (4096)
 #   --state DIR     logs and spool; by default a temporary folder that is removed at the end unless --keep is given
 #
@@ -14,7 +17,7 @@
 # (all nodes), urgent (takes nodes from jobs of main, which wait again), short (1 minute at most), closed (down). The exit status is that of COMMAND; 125 when the cluster
 # did not start. Needs root, since slurmd changes users, and the packages of deploy/packages-slurm.txt.
 set -euo pipefail
-nodes=1 cpus=1 memory_mib=4096 state='' keep=''
+nodes=1 cpus=1 percent='' memory_mib=4096 state='' keep=''
 
 fail() {
   printf 'cluster.sh: %s\n' "$*" >&2
@@ -25,6 +28,7 @@ while [[ ${1:-} == --* ]]; do
   case $1 in
     --nodes) nodes=${2:-} && shift 2 ;;
     --cpus) cpus=${2:-} && shift 2 ;;
+    --cpu-percent) percent=${2:-} && shift 2 ;;
     --memory-mib) memory_mib=${2:-} && shift 2 ;;
     --state) state=${2:-} && shift 2 ;;
     --keep) keep=1 && shift ;;
@@ -33,9 +37,34 @@ while [[ ${1:-} == --* ]]; do
   esac
 done
 [[ $# -gt 0 ]] || fail "no command; --help shows how to call this"
-for number in "$nodes" "$cpus" "$memory_mib"; do
+for number in "$nodes" "$cpus" "$memory_mib" "${percent:-100}"; do
   [[ $number =~ ^[1-9][0-9]{0,6}$ ]] || fail "\"$number\" is no positive number"
 done
+
+# Groups of the nodes, so that the kernel limits all that runs on them.
+groups=/sys/fs/cgroup
+[[ -d $groups/cpu ]] && groups=$groups/cpu
+group_of() { printf '%s/weft-%s-w%d' "$groups" "${WEFT_SLURM_GROUP:-}" "$1"; }
+make_group() {
+  local group period_us=50000
+  group=$(group_of "$1")
+  mkdir "$group" || return 1
+  if [[ -f $group/cpu.cfs_quota_us ]]; then
+    echo $period_us > "$group/cpu.cfs_period_us" && echo $((period_us * percent * cpus / 100)) > "$group/cpu.cfs_quota_us"
+  else
+    echo "$((period_us * percent * cpus / 100)) $period_us" > "$group/cpu.max"
+  fi
+}
+remove_groups() {
+  local i attempt
+  for i in $(seq "$nodes"); do
+    # The kernel needs a moment for processes that have been killed.
+    for attempt in $(seq 50); do
+      [[ -d $(group_of "$i") ]] || break
+      rmdir "$(group_of "$i")" 2> /dev/null || sleep 0.1
+    done
+  done
+}
 
 if [[ -z ${WEFT_SLURM_INSIDE:-} ]]; then
   PATH=$PATH:/usr/sbin:/sbin
@@ -49,9 +78,18 @@ if [[ -z ${WEFT_SLURM_INSIDE:-} ]]; then
   mkdir -p "$state"
   state=$(cd "$state" && pwd)
   chmod 755 "$state"
+  export WEFT_SLURM_GROUP=$$
+  if [[ -n $percent ]]; then
+    trap remove_groups EXIT
+    [[ -d $groups/cpu || ! -f $groups/cgroup.subtree_control ]] || echo +cpu > "$groups/cgroup.subtree_control" || true
+    for i in $(seq "$nodes"); do
+      make_group "$i" || fail "$groups cannot be written, so nodes cannot be made slower"
+    done
+  fi
   status=0
   PATH=$PATH WEFT_SLURM_INSIDE=1 unshare --net --uts --ipc --pid --mount --mount-proc --fork --kill-child \
-    bash "${BASH_SOURCE[0]}" --nodes "$nodes" --cpus "$cpus" --memory-mib "$memory_mib" --state "$state" "$@" || status=$?
+    bash "${BASH_SOURCE[0]}" --nodes "$nodes" --cpus "$cpus" ${percent:+--cpu-percent "$percent"} --memory-mib "$memory_mib" \
+    --state "$state" "$@" || status=$?
   [[ -n $keep ]] || rm -rf "$state"
   exit "$status"
 fi
@@ -128,7 +166,10 @@ munged --force --key-file="$state/munge/key" --socket="$munge_socket" --pid-file
   fail "munged did not start: $(tail -n 3 "$state/munge/start.log")"
 slurmctld -c -f "$SLURM_CONF" || fail "slurmctld did not start; its log is $state/log/slurmctld.log (--keep keeps it)"
 for i in $(seq "$nodes"); do
-  slurmd -N "w$i" -f "$SLURM_CONF" ||
+  (
+    [[ -z $percent ]] || echo 0 > "$(group_of "$i")/cgroup.procs" || exit 1
+    exec slurmd -N "w$i" -f "$SLURM_CONF"
+  ) ||
     fail "slurmd of w$i did not start; its log is $state/log/slurmd-w$i.log (--keep keeps it)"
 done
 for attempt in $(seq 150); do
