@@ -52,8 +52,8 @@ absl::Status CameraErrorOptions::Validate() const {
 CameraErrors& CameraErrors::operator+=(const CameraErrors& other) {
   camera_id = other.camera_id;
   observations += other.observations, outliers += other.outliers;
-  reprojection_px.insert(reprojection_px.end(), other.reprojection_px.begin(), other.reprojection_px.end());
-  left_out_px.insert(left_out_px.end(), other.left_out_px.begin(), other.left_out_px.end());
+  reprojection_px += other.reprojection_px;
+  left_out_px += other.left_out_px;
   shift_sum_px += other.shift_sum_px;
   return *this;
 }

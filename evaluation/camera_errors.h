@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "capture/rig/rig.h"
+#include "evaluation/error_tally.h"
 #include "triangulation/cloud.h"
 #include "triangulation/triangulate.h"
 
@@ -24,12 +25,12 @@ struct CameraErrorOptions {
 // Residuals of one camera over the nodes of a frame.
 struct CameraErrors {
   std::string camera_id;
-  int64_t observations = 0;             // of nodes that have a point
-  int64_t outliers = 0;                 // of them, those that the point does not agree with
-  std::vector<double> reprojection_px;  // of the others: distance to the projected point
+  int64_t observations = 0;    // of nodes that have a point
+  int64_t outliers = 0;        // of them, those that the point does not agree with
+  ErrorTally reprojection_px;  // of the others: distance to the projected point
   // The same where the point is triangulated anew from all other cameras that agree with it; of points that
   // keep enough views. Unlike the reprojection error it cannot hide in the point.
-  std::vector<double> left_out_px;
+  ErrorTally left_out_px;
   Eigen::Vector2d shift_sum_px =
       Eigen::Vector2d::Zero();  // of the left-out residuals, projected minus observed
 

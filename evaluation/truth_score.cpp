@@ -17,10 +17,6 @@ std::optional<double> Ratio(int64_t part, int64_t whole) {
   return static_cast<double>(part) / static_cast<double>(whole);
 }
 
-void Append(const std::vector<double>& from, std::vector<double>& to) {
-  to.insert(to.end(), from.begin(), from.end());
-}
-
 template <typename Score>
 void AddPiece(const std::optional<Score>& from, std::optional<Score>& to) {
   if (!from) return;
@@ -165,7 +161,9 @@ absl::StatusOr<MeshScore> ScoreMesh(const FrameTruth& truth, const ResultPieces&
       return absl::InvalidArgumentError(absl::StrCat("vertex ", v, " of the mesh is not finite"));
     if (by_node != nullptr && !true_mm[v].allFinite()) continue;
     const double error_mm = (mesh_mm[v] - true_mm[v]).norm();
-    (scoreable_views[v] >= options.well_seen_views ? score.visible_mm : score.hidden_mm).push_back(error_mm);
+    const bool well_seen = scoreable_views[v] >= options.well_seen_views;
+    (well_seen ? score.visible_mm : score.hidden_mm).push_back(error_mm);
+    score.far += well_seen && error_mm > MeshScore::kFarMm ? 1 : 0;
   }
   if (result.cloud && by_node == nullptr)
     CompareWithPoints(truth, result, WellSeenVertices(truth, nullptr, options), score);
@@ -186,8 +184,7 @@ std::optional<double> DecodeScore::Recall() const { return Ratio(found, scoreabl
 std::optional<double> CloudScore::Coverage() const { return Ratio(covered, well_seen); }
 
 std::optional<double> MeshScore::FarShare() const {
-  return Ratio(std::count_if(visible_mm.begin(), visible_mm.end(), [](double mm) { return mm > kFarMm; }),
-               static_cast<int64_t>(visible_mm.size()));
+  return Ratio(far, static_cast<int64_t>(visible_mm.size()));
 }
 
 size_t DecodeScore::PitchClassOf(double pitch_px) {
@@ -202,22 +199,23 @@ DecodeScore& DecodeScore::operator+=(const DecodeScore& other) {
   }
   observations += other.observations, right += other.right;
   scoreable += other.scoreable, found += other.found;
-  Append(other.errors_px, errors_px);
+  errors_px += other.errors_px;
   return *this;
 }
 
 CloudScore& CloudScore::operator+=(const CloudScore& other) {
   points += other.points, points_of_unseen_cells += other.points_of_unseen_cells;
   well_seen += other.well_seen, covered += other.covered;
-  Append(other.errors_mm, errors_mm);
+  errors_mm += other.errors_mm;
   return *this;
 }
 
 MeshScore& MeshScore::operator+=(const MeshScore& other) {
-  Append(other.visible_mm, visible_mm);
-  Append(other.hidden_mm, hidden_mm);
-  Append(other.with_point_mm, with_point_mm);
-  Append(other.point_mm, point_mm);
+  visible_mm += other.visible_mm;
+  hidden_mm += other.hidden_mm;
+  with_point_mm += other.with_point_mm;
+  point_mm += other.point_mm;
+  far += other.far;
   return *this;
 }
 
@@ -227,6 +225,15 @@ FrameScore& FrameScore::operator+=(const FrameScore& other) {
   AddPiece(other.cloud, cloud);
   AddPiece(other.mesh, mesh);
   return *this;
+}
+
+void FrameScore::Seal() {
+  if (centers) centers->errors_px.Seal();
+  if (corners) corners->errors_px.Seal();
+  if (cloud) cloud->errors_mm.Seal();
+  if (!mesh) return;
+  for (ErrorTally* errors : {&mesh->visible_mm, &mesh->hidden_mm, &mesh->with_point_mm, &mesh->point_mm})
+    errors->Seal();
 }
 
 std::vector<bool> WellSeenVertices(const FrameTruth& truth, const TruthByNode* by_node,

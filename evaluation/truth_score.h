@@ -10,7 +10,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "evaluation/error_summary.h"
+#include "evaluation/error_tally.h"
 #include "evaluation/truth_by_node.h"
 #include "pattern/observation.h"
 #include "simulation/view_truth.h"
@@ -54,7 +54,7 @@ struct DecodeScore {
   int64_t scoreable = 0;  // nodes that should be found
   int64_t found = 0;      // of them
   std::array<PitchClass, kPitchClassesPx.size()> by_pitch;
-  std::vector<double> errors_px;  // of the right observations
+  ErrorTally errors_px;  // of the right observations
 
   // Which class a scoreable node belongs to.
   static size_t PitchClassOf(double pitch_px);
@@ -69,7 +69,7 @@ struct CloudScore {
   int64_t points_of_unseen_cells = 0;  // of cells that no view sees: they cannot be right
   int64_t well_seen = 0;               // vertices
   int64_t covered = 0;                 // of them
-  std::vector<double> errors_mm;       // distance to the vertex, of all points whose cell is seen
+  ErrorTally errors_mm;                // distance to the vertex, of all points whose cell is seen
 
   std::optional<double> Coverage() const;
   CloudScore& operator+=(const CloudScore& other);
@@ -78,11 +78,12 @@ struct CloudScore {
 // Distance of each vertex to its true position. Against a truth of another template, of those vertices alone
 // whose place on the true cloth the board tells.
 struct MeshScore {
-  std::vector<double> visible_mm;  // of vertices that are well seen
-  std::vector<double> hidden_mm;   // of all others, those without a cell among them
+  ErrorTally visible_mm;  // of vertices that are well seen
+  ErrorTally hidden_mm;   // of all others, those without a cell among them
   // Of the visible ones that have a point in the cloud, in one order: error of the vertex and of the point.
   // Both stay empty without a cloud, and for a template that is not the truth's own.
-  std::vector<double> with_point_mm, point_mm;
+  ErrorTally with_point_mm, point_mm;
+  int64_t far = 0;  // of the visible ones
 
   // Share of the visible ones that are farther than this from their place.
   static constexpr double kFarMm = 5;
@@ -97,6 +98,8 @@ struct FrameScore {
   std::optional<MeshScore> mesh;
 
   FrameScore& operator+=(const FrameScore& other);  // a missing piece adds nothing
+  // Keeps summaries of errors alone.
+  void Seal();
 };
 
 // Whether enough views see a vertex well, [vertices of the result]. `by_node` as in ResultPieces.

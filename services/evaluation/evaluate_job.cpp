@@ -103,6 +103,7 @@ void EvaluationSum::Add(FrameOutcome outcome) {
   out_.cameras.resize(std::max(out_.cameras.size(), outcome.cameras.size()));
   for (size_t c = 0; c < outcome.cameras.size(); ++c) out_.cameras[c] += outcome.cameras[c];
   out_.total += outcome.frame.score;
+  outcome.frame.score.Seal();  // errors of all vertices of all frames would be gigabytes
   out_.frames.push_back(std::move(outcome.frame));
 }
 

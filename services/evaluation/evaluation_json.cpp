@@ -19,7 +19,7 @@ uint32_t Count(int64_t count) {
 
 v1::ErrorSummary ToProto(const ErrorSummary& summary) { return ErrorSummaryMessage(summary); }
 
-std::optional<v1::ErrorSummary> ToProto(const std::vector<double>& errors) {
+std::optional<v1::ErrorSummary> ToProto(const ErrorTally& errors) {
   const std::optional<ErrorSummary> summary = Summarize(errors);
   if (!summary) return std::nullopt;
   return ToProto(*summary);

@@ -15,7 +15,7 @@ auto MeanOfSummary(std::optional<ErrorSummary> FrameMetrics::*field) {
   return [field](Frame f) { return PartOf(f.metrics.*field, &ErrorSummary::mean); };
 }
 
-auto MeanOfVertices(std::vector<double> MeshScore::*kind) {
+auto MeanOfVertices(ErrorTally MeshScore::*kind) {
   return [kind](Frame f) {
     return f.score.mesh ? PartOf(Summarize((*f.score.mesh).*kind), &ErrorSummary::mean) : MeasureValue();
   };

@@ -51,7 +51,7 @@ std::string Tile(const char* what, const std::string& value, const std::string& 
 }
 
 // Mean error of a kind of vertices over all frames.
-double MeshErrorMm(const JobEvaluation& evaluation, std::vector<double> MeshScore::*kind) {
+double MeshErrorMm(const JobEvaluation& evaluation, ErrorTally MeshScore::*kind) {
   if (!evaluation.total.mesh) return kNone;
   return MeanOr(Summarize((*evaluation.total.mesh).*kind));
 }
@@ -82,7 +82,7 @@ FrameValue MeanOfMetric(std::optional<ErrorSummary> FrameMetrics::*field) {
   return [field](const EvaluatedFrame& frame) { return MeanOr(frame.metrics.*field); };
 }
 
-FrameValue MeanOfMesh(std::vector<double> MeshScore::*kind) {
+FrameValue MeanOfMesh(ErrorTally MeshScore::*kind) {
   return [kind](const EvaluatedFrame& frame) {
     return frame.score.mesh ? MeanOr(Summarize((*frame.score.mesh).*kind)) : kNone;
   };
@@ -226,7 +226,7 @@ std::string FrameTableSection(const JobEvaluation& evaluation) {
     const auto drift = [&](const Drift& of) {
       return FormatNumber(MeanOr(m.*FieldOf(evaluation, of)), decimals);
     };
-    const auto mesh = [&](std::vector<double> MeshScore::*kind) {
+    const auto mesh = [&](ErrorTally MeshScore::*kind) {
       return score.mesh ? MeanOr(Summarize((*score.mesh).*kind)) : kNone;
     };
     const auto cloud = score.cloud ? Summarize(score.cloud->errors_mm) : std::nullopt;

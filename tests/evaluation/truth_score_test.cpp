@@ -165,7 +165,7 @@ TEST(Evaluation, CornersAreScoredWhereThereAreAny) {
   const FrameScore score = ScoreOf(truth, result);
   ASSERT_TRUE(score.corners.has_value());
   EXPECT_EQ(score.corners->Precision(), 1);
-  EXPECT_EQ(score.corners->errors_px, std::vector<double>{0.25});
+  EXPECT_EQ(score.corners->errors_px.values(), std::vector<double>{0.25});
   EXPECT_EQ(score.centers->observations, kViews * kCells);
 }
 
@@ -202,8 +202,8 @@ TEST(Evaluation, VerticesAreComparedWithTheirOwnPoints) {
   const MeshScore score = *ScoreOf(truth, result).mesh;
   ASSERT_EQ(score.point_mm.size(), static_cast<size_t>(kCells - kCols - 1));
   ASSERT_EQ(score.with_point_mm.size(), score.point_mm.size());
-  EXPECT_NEAR(score.with_point_mm[0], 2, 1e-12);
-  EXPECT_EQ(score.point_mm[0], 0);
+  EXPECT_NEAR(score.with_point_mm.values()[0], 2, 1e-12);
+  EXPECT_EQ(score.point_mm.values()[0], 0);
   EXPECT_NEAR(Summarize(score.with_point_mm)->max, 2, 1e-12);
   EXPECT_NEAR(Summarize(score.point_mm)->max, 3, 1e-12);
   result.cloud.reset();

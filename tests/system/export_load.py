@@ -46,13 +46,13 @@ def make_faces(side, uv):
     return table
 
 
-def make_result(folder, frames, side):
+def make_result(folder, frames, side, seed=1):
     os.makedirs(folder)
     with open(f"{folder}/job.json", "w", encoding="ascii") as file:
         json.dump({"id": "waves", "state": "JOB_STATE_DONE"}, file)
     row, col = np.divmod(np.arange(side * side), side)
     uv = np.stack([col / side, 1 - row / side], 1).astype(np.float32)
-    faces, random = make_faces(side, uv), np.random.default_rng(1)
+    faces, random = make_faces(side, uv), np.random.default_rng(seed)
     header = (f"ply\nformat binary_little_endian 1.0\nelement vertex {side * side}\n" +
               "".join(f"property {kind} {name}\n" for kind, name in VERTEX) + f"element face {len(faces)}\n"
               "property list uchar int vertex_indices\nproperty list uchar float texcoord\nend_header\n")
