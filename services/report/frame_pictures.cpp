@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "capture/image/image_encoders.h"
 #include "services/report/mesh_colors.h"
 
 namespace weft {
@@ -53,6 +54,28 @@ MeshViewOptions SizeFor(const std::vector<Eigen::Vector3d>& vertices_mm, const V
   return options;
 }
 
+// Colours that change from vertex to vertex take most of a MB as PNG, and a page has thirty pictures. JPEG
+// has no transparency, so those are on white.
+absl::StatusOr<MeshPicture> EncodePicture(const std::string& title, const MeshView& view) {
+  constexpr size_t kMostPngBytes = 300'000;
+  constexpr int kJpegQuality = 85;
+  absl::StatusOr<std::string> png = EncodePng(view);
+  if (!png.ok()) return png.status();
+  if (png->size() <= kMostPngBytes)
+    return MeshPicture{title, *std::move(png), view.width_px, view.height_px, "image/png"};
+  std::vector<uint8_t> rgb;
+  rgb.reserve(view.rgba.size() / 4 * 3);
+  for (size_t at = 0; at + 3 < view.rgba.size(); at += 4)
+    for (size_t channel = 0; channel < 3; ++channel) {
+      const int opacity = view.rgba[at + 3];
+      rgb.push_back(static_cast<uint8_t>((view.rgba[at + channel] * opacity + 255 * (255 - opacity)) / 255));
+    }
+  const auto jpeg = EncodeJpeg({view.width_px, view.height_px, 3, 8, rgb}, kJpegQuality);
+  if (!jpeg.ok()) return jpeg.status();
+  return MeshPicture{title, std::string(jpeg->begin(), jpeg->end()), view.width_px, view.height_px,
+                     "image/jpeg"};
+}
+
 absl::StatusOr<std::vector<MeshPicture>> DrawSides(const TriangleMesh& mesh,
                                                    const std::vector<Eigen::Vector3f>& colors,
                                                    const Sides& sides, MeshViewOptions options,
@@ -62,9 +85,9 @@ absl::StatusOr<std::vector<MeshPicture>> DrawSides(const TriangleMesh& mesh,
   for (const auto& [title, viewpoint] : {std::pair{"Front", sides.front}, {"Back", sides.back}}) {
     const absl::StatusOr<MeshView> view = RenderMesh(mesh, colors, viewpoint, options);
     if (!view.ok()) return view.status();
-    absl::StatusOr<std::string> png = EncodePng(*view);
-    if (!png.ok()) return png.status();
-    pictures.push_back({title, *std::move(png), view->width_px, view->height_px, "image/png"});
+    absl::StatusOr<MeshPicture> picture = EncodePicture(title, *view);
+    if (!picture.ok()) return picture.status();
+    pictures.push_back(*std::move(picture));
   }
   return pictures;
 }

@@ -127,11 +127,11 @@ absl::StatusOr<std::string> GarmentMapSvg(const TriangleMesh& mesh, const Garmen
   for (const MeshPicture& picture : *pictures) {
     absl::StrAppendFormat(&body,
                           "<image x=\"%.0f\" y=\"%.0f\" width=\"%d\" height=\"%d\" "
-                          "href=\"data:image/png;base64,%s\"/><text class=\"tick\" x=\"%.0f\" y=\"%.0f\" "
+                          "href=\"data:%s;base64,%s\"/><text class=\"tick\" x=\"%.0f\" y=\"%.0f\" "
                           "text-anchor=\"middle\">%s</text>",
-                          x, kBarHeight, picture.width_px, picture.height_px, Base64(picture.bytes),
-                          x + 0.5 * picture.width_px, kBarHeight + picture.height_px + 14,
-                          EscapeHtml(picture.title));
+                          x, kBarHeight, picture.width_px, picture.height_px, picture.type,
+                          Base64(picture.bytes), x + 0.5 * picture.width_px,
+                          kBarHeight + picture.height_px + 14, EscapeHtml(picture.title));
     x += picture.width_px + kGap;
     height = std::max<double>(height, picture.height_px);
   }

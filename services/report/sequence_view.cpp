@@ -139,8 +139,8 @@ std::string SequenceView::Section(const MeshPicture& still, const std::string& a
           ? ""
           : absl::StrFormat(
                 "<figure class=\"still\"><img width=\"%d\" height=\"%d\" alt=\"the sequence\" "
-                "src=\"data:image/png;base64,%s\"><figcaption>%s</figcaption></figure>\n",
-                still.width_px, still.height_px, Base64(still.bytes), EscapeHtml(still.title));
+                "src=\"data:%s;base64,%s\"><figcaption>%s</figcaption></figure>\n",
+                still.width_px, still.height_px, still.type, Base64(still.bytes), EscapeHtml(still.title));
   return weft::Section(
       "sequence", "In three dimensions",
       absl::StrCat(head, controls, legends,
