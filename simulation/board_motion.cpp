@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "absl/strings/str_cat.h"
-#include "simulation/angles.h"
+#include "base/angles.h"
 #include "simulation/random.h"
 
 namespace weft {

@@ -49,75 +49,141 @@ BodyPose Mix(const BodyPose& a, const BodyPose& b, double share) {
   return out;
 }
 
-// Puts the parts together; lengths of a person of 1.80 m.
+// Where each part of the body goes: world_from_model, the model upright with its arms down.
+struct BodyFrames {
+  struct Limbs {
+    Isometry3d clavicle, upper_arm, forearm, hand, thigh, shin;
+  };
+  Isometry3d pelvis, belly, chest, head;
+  std::array<Limbs, 2> sides;  // left, right
+};
+
+// Puts the parts together; lengths of a person of 1.80 m, times those of the shape.
 class BodyBuilder {
  public:
-  BodyBuilder(const BodyPose& pose, double growth, Body& body) : pose_(pose), growth_(growth), body_(body) {}
+  BodyBuilder(const BodyShape& shape, double growth, double breath_mm, Body& body)
+      : s_(shape),
+        skeleton_(SkeletonOf(shape)),
+        growth_(growth * shape.stature),
+        breath_mm_(breath_mm),
+        body_(body) {}
 
-  void Build() {
-    Isometry3d& pelvis = body_.world_from_pelvis_;
-    pelvis = Eigen::Translation3d(pose_.root_mm) * AngleAxisd(pose_.turn, Vector3d::UnitY());
+  BodyFrames FramesOf(const BodyPose& pose) const {
+    BodyFrames out;
+    out.pelvis = Eigen::Translation3d(pose.root_mm) * AngleAxisd(pose.turn, Vector3d::UnitY());
     // Lean and twist are shared along the spine: half at the belly, all at the chest.
     const auto spine = [&](double share) -> Isometry3d {
-      const Eigen::Matrix3d turn = (AngleAxisd(share * pose_.lean, Vector3d::UnitX()) *
-                                    AngleAxisd(share * pose_.twist, Vector3d::UnitY()))
+      const Eigen::Matrix3d turn = (AngleAxisd(share * pose.lean, Vector3d::UnitX()) *
+                                    AngleAxisd(share * pose.twist, Vector3d::UnitY()))
                                        .toRotationMatrix();
-      return pelvis * TurnAbout(Vector3d(0, 60, 0), turn);
+      return out.pelvis * TurnAbout(skeleton_.At(Joint::kSpine), turn);
     };
-    const Isometry3d belly = spine(0.5);
-    Isometry3d& chest = body_.world_from_chest_;
-    chest = spine(1);
-    const double breath = pose_.breath_mm;
-    Add(0, pelvis, {0, 95, 0}, {0, 190, 0}, 141, 158, 0.68);
-    Add(0, belly, {0, -110, 0}, {0, 75, 0}, 136 + breath / 2, 135, 0.72);
-    Add(0, chest, {0, -235, 0}, {0, -130, 0}, 148 + breath, 146 + breath, 0.70);
-    for (const double side : {-1.0, 1.0}) {
-      Add(0, chest, {side * 60, -280, 0}, {side * 158, -277, 0}, 62, 56, 1);
-      Add(0, chest, {side * 15, -345, 8}, {side * 150, -288, 5}, 40, 44, 1);
+    out.belly = spine(0.5);
+    out.chest = out.head = spine(1);
+    for (const int side : {0, 1}) {
+      const BodyPose::Limbs& limbs = side == 0 ? pose.left : pose.right;
+      BodyFrames::Limbs& to = out.sides[side];
+      const Eigen::Matrix3d raise = (AngleAxisd(-limbs.arm_forward, Vector3d::UnitX()) *
+                                     AngleAxisd(-SignOf(side) * limbs.arm_out, Vector3d::UnitZ()))
+                                        .toRotationMatrix();
+      to.clavicle = out.chest;
+      to.upper_arm = out.chest * TurnAbout(Arm(side, 1), raise);
+      to.forearm = to.upper_arm *
+                   TurnAbout(Arm(side, 2), AngleAxisd(-limbs.elbow, Vector3d::UnitX()).toRotationMatrix());
+      to.hand = to.forearm;
+      to.thigh = out.pelvis * TurnAbout(Leg(side, 0),
+                                        AngleAxisd(-limbs.leg_forward, Vector3d::UnitX()).toRotationMatrix());
+      to.shin =
+          to.thigh * TurnAbout(Leg(side, 1), AngleAxisd(limbs.knee, Vector3d::UnitX()).toRotationMatrix());
     }
-    Add(0, chest, {0, -300, 6}, {0, -420, -12}, 60, 53, 1);
-    Add(0, chest, {0, -465, -30}, {0, -545, -14}, 62, 80, 1.2);
-    AddArm(1, chest, -1, pose_.left);
-    AddArm(2, chest, 1, pose_.right);
-    AddLeg(3, pelvis, -1, pose_.left);
-    AddLeg(4, pelvis, 1, pose_.right);
+    return out;
+  }
+
+  BodyFrames FramesOf(const FigurePose& pose) const {
+    const auto world = WorldFromRest(skeleton_, pose);
+    const auto of = [&](Joint joint, int after = 0) { return world[static_cast<size_t>(joint) + after]; };
+    BodyFrames out = {of(Joint::kPelvis), of(Joint::kSpine), of(Joint::kChest), of(Joint::kHead), {}};
+    for (const int side : {0, 1}) {
+      const Joint arm = side == 0 ? Joint::kLeftClavicle : Joint::kRightClavicle;
+      const Joint leg = side == 0 ? Joint::kLeftThigh : Joint::kRightThigh;
+      out.sides[side] = {of(arm), of(arm, 1), of(arm, 2), of(arm, 3), of(leg), of(leg, 1)};
+    }
+    return out;
+  }
+
+  void Build(const BodyFrames& frames) {
+    body_.world_from_pelvis_ = frames.pelvis;
+    body_.world_from_chest_ = frames.chest;
+    const double breath = breath_mm_ / s_.stature, depth = s_.belly_depth, wide = s_.shoulder_width;
+    const double chest = s_.chest_girth, waist = s_.waist_girth, hip = s_.hip_girth, neck = s_.neck_girth;
+    Add(0, frames.pelvis, Trunk(0, 95, 0), Trunk(0, 190, 0), 141 * hip, 158 * hip, 0.68 * depth);
+    Add(0, frames.belly, Trunk(0, -110, 0), Trunk(0, 75, 0), (136 + breath / 2) * waist, 135 * waist,
+        0.72 * depth);
+    Add(0, frames.chest, Trunk(0, -235, 0), Trunk(0, -130, 0), (148 + breath) * chest, (146 + breath) * chest,
+        0.70 * depth);
+    for (const int side : {0, 1}) {
+      const double x = SignOf(side) * wide;
+      const Isometry3d& clavicle = frames.sides[side].clavicle;
+      Add(0, clavicle, Trunk(x * 60, -280, 0), Trunk(x * 158, -277, 0), 62 * chest, 56 * chest, 1);
+      Add(0, clavicle, Trunk(x * 15, -345, 8), Trunk(x * 150, -288, 5), 40 * neck, 44 * neck, 1);
+    }
+    Add(0, frames.chest, Trunk(0, -300, 6), Trunk(0, -420, -12), 60 * neck, 53 * neck, 1);
+    Add(0, frames.head, Trunk(0, -465, -30), Trunk(0, -545, -14), 62, 80, 1.2);
+    for (const int side : {0, 1}) AddArm(1 + side, side, frames.sides[side]);
+    for (const int side : {0, 1}) AddLeg(3 + side, side, frames.sides[side]);
   }
 
  private:
+  static double SignOf(int side) { return side == 0 ? -1 : 1; }
+  Vector3d Trunk(double x, double y, double z) const {
+    return s_.stature * Vector3d(x, y * s_.torso_length, z);
+  }
+  // Clavicle, shoulder, elbow, wrist.
+  const Vector3d& Arm(int side, int k) const {
+    return skeleton_
+        .rest_mm[static_cast<size_t>(side == 0 ? Joint::kLeftClavicle : Joint::kRightClavicle) + k];
+  }
+  // Hip, knee.
+  const Vector3d& Leg(int side, int k) const {
+    return skeleton_.rest_mm[static_cast<size_t>(side == 0 ? Joint::kLeftThigh : Joint::kRightThigh) + k];
+  }
+
   void Add(int group, const Isometry3d& world, const Vector3d& a, const Vector3d& b, double ra, double rb,
            double depth) {
     body_.parts_.push_back({world * a, world * b, growth_ * ra, growth_ * rb, world.linear(), depth, group});
   }
 
-  void AddArm(int group, const Isometry3d& chest, double side, const BodyPose::Limbs& limbs) {
-    const Vector3d shoulder(side * 172, -275, 0), elbow = shoulder + Vector3d(0, 290, 0);
-    const Eigen::Matrix3d raise = (AngleAxisd(-limbs.arm_forward, Vector3d::UnitX()) *
-                                   AngleAxisd(-side * limbs.arm_out, Vector3d::UnitZ()))
-                                      .toRotationMatrix();
-    const Isometry3d upper = chest * TurnAbout(shoulder, raise);
-    const Isometry3d lower =
-        upper * TurnAbout(elbow, AngleAxisd(-limbs.elbow, Vector3d::UnitX()).toRotationMatrix());
-    Add(group, upper, shoulder, elbow, 53, 41, 1);
-    Add(group, lower, elbow, elbow + Vector3d(0, 245, 0), 41, 29, 1);
-    Add(group, lower, elbow + Vector3d(0, 270, 0), elbow + Vector3d(0, 345, -5), 38, 30, 0.55);
+  void AddArm(int group, int side, const BodyFrames::Limbs& limbs) {
+    const Vector3d& elbow = Arm(side, 2);
+    const double length = s_.stature * s_.arm_length, girth = s_.arm_girth;
+    Add(group, limbs.upper_arm, Arm(side, 1), elbow, 53 * girth, 41 * girth, 1);
+    Add(group, limbs.forearm, elbow, elbow + Vector3d(0, 245 * length, 0), 41 * girth, 29 * girth, 1);
+    Add(group, limbs.hand, elbow + Vector3d(0, 270 * length, 0),
+        elbow + Vector3d(0, 345 * length, -5 * length), 38, 30, 0.55);
   }
 
-  void AddLeg(int group, const Isometry3d& pelvis, double side, const BodyPose::Limbs& limbs) {
-    const Vector3d hip(side * 82, 210, 0), knee = hip + Vector3d(0, 420, 0);
-    const Isometry3d upper =
-        pelvis * TurnAbout(hip, AngleAxisd(-limbs.leg_forward, Vector3d::UnitX()).toRotationMatrix());
-    const Isometry3d lower =
-        upper * TurnAbout(knee, AngleAxisd(limbs.knee, Vector3d::UnitX()).toRotationMatrix());
-    Add(group, upper, hip, knee, 88, 58, 1);
-    Add(group, lower, knee, knee + Vector3d(0, 410, 0), 58, 38, 1);
+  void AddLeg(int group, int side, const BodyFrames::Limbs& limbs) {
+    const Vector3d &hip = Leg(side, 0), &knee = Leg(side, 1);
+    const Vector3d& ankle = side == 0 ? skeleton_.left_ankle_mm : skeleton_.right_ankle_mm;
+    Add(group, limbs.thigh, hip, knee, 88 * s_.leg_girth, 58 * s_.leg_girth, 1);
+    Add(group, limbs.shin, knee, ankle, 58 * s_.leg_girth, 38 * s_.leg_girth, 1);
   }
 
-  const BodyPose& pose_;
-  const double growth_;
+  const BodyShape& s_;
+  const Skeleton skeleton_;
+  const double growth_, breath_mm_;
   Body& body_;
 };
 
-Body::Body(const BodyPose& pose, double growth) { BodyBuilder(pose, growth, *this).Build(); }
+Body::Body(const BodyPose& pose, double growth, const BodyShape& shape) {
+  BodyBuilder builder(shape, growth, pose.breath_mm, *this);
+  builder.Build(builder.FramesOf(pose));
+}
+
+Body::Body(const FigurePose& pose, const BodyShape& shape) {
+  BodyBuilder builder(shape, 1, 0, *this);
+  builder.Build(builder.FramesOf(pose));
+}
 
 SurfaceDistance Body::DistanceToPart(const Part& part, const Vector3d& p) {
   // In the part's axes, with the depth taken out: a capsule.

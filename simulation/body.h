@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "alignment/mesh.h"
+#include "figure/pose.h"
 #include "simulation/capsule.h"
 
 namespace weft {
@@ -33,7 +34,8 @@ BodyPose Mix(const BodyPose& a, const BodyPose& b, double share);
 // number of threads may ask.
 class Body {
  public:
-  explicit Body(const BodyPose& pose, double growth = 1);
+  explicit Body(const BodyPose& pose, double growth = 1, const BodyShape& shape = BodyShape());
+  explicit Body(const FigurePose& pose, const BodyShape& shape = BodyShape());
 
   SurfaceDistance DistanceTo(const Eigen::Vector3d& p_mm) const;
   // Distance is not needed beyond `far_mm`: empty boxes answer quickly with that.

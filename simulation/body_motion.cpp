@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simulation/angles.h"
+#include "base/angles.h"
 #include "simulation/random.h"
 #include "simulation/wardrobe.h"
 

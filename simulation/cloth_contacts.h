@@ -34,6 +34,12 @@ class ContactFinder {
   const std::vector<ContactPair>& Find(const std::vector<Eigen::Vector3d>& x_mm,
                                        const Eigen::Isometry3d& carry);
 
+  // What later calls depend on (state_archive.h).
+  template <typename Archive>
+  void State(Archive& archive) {
+    archive(at_faces_), archive(at_edges_), archive(listed_at_mm_), archive(moved_mm_);
+  }
+
  private:
   struct Candidate {
     int a, b;           // vertex and face, or two edges

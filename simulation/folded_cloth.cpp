@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "absl/strings/str_cat.h"
-#include "simulation/angles.h"
+#include "base/angles.h"
 #include "simulation/hung_cloth.h"
 #include "simulation/random.h"
 

@@ -64,6 +64,13 @@ class GarmentSolver {
   const Fabric& fabric() const { return fabric_; }
   bool IsFinite() const;
 
+  // What later steps depend on (state_archive.h).
+  template <typename Archive>
+  void State(Archive& archive) {
+    finder_.State(archive);
+    archive(x_), archive(v_), archive(dv_), archive(carry_);
+  }
+
  private:
   // A contact that acts in this step: on its four vertices, by a 3 x 3 stiffness.
   struct Contact {

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "simulation/angles.h"
+#include "base/angles.h"
 #include "simulation/body_motion.h"
 #include "simulation/garment_solver.h"
 #include "simulation/random.h"

@@ -1,5 +1,6 @@
 #include "simulation/performance.h"
 
+#include <cstring>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -62,7 +63,16 @@ absl::Status PerformanceOptions::Validate() const {
   status.Update(jersey.Validate());
   if (IsWorn(garment)) {
     status.Update(check("cell_mm", cell_mm, 1, 20));
+    status.Update(body.Validate());
+    if (clip) status.Update(clip->Validate());
+    if (garment == GarmentKind::kSkirt && body != BodyShape())
+      status.Update(absl::InvalidArgumentError(
+          "performance: body is not the average one, whose waist the skirt fits; choose the garment tshirt"));
   } else {
+    if (clip)
+      status.Update(absl::InvalidArgumentError(
+          absl::StrCat("performance: clip moves a person, and nobody wears a ", std::string(NameOf(garment)),
+                       "; choose the garment tshirt or skirt")));
     status.Update(handles.Validate());
     status.Update(ClothOptionsOf(*this).Validate());
   }
@@ -88,6 +98,28 @@ absl::StatusOr<Performance> Performance::Start(const PerformanceOptions& options
                                   : HangCloth(options, on_progress);
   if (!source.ok()) return source.status();
   return Performance(options, *std::move(source));
+}
+
+absl::StatusOr<Performance> Performance::Resume(const PerformanceOptions& options, std::string_view state) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  if (!IsWorn(options.garment))
+    return absl::UnimplementedError("performance: only a worn garment's motion is resumed from its state");
+  int next = 0;
+  if (state.size() < sizeof next) return absl::DataLossError("performance: the saved state is cut off");
+  std::memcpy(&next, state.data(), sizeof next);
+  auto source = ResumeGarment(options, state.substr(sizeof next));
+  if (!source.ok()) return source.status();
+  Performance out(options, *std::move(source));
+  out.next_ = next;
+  return out;
+}
+
+absl::StatusOr<std::string> Performance::SaveState() {
+  const std::string of_source = source_->SaveState();
+  if (of_source.empty())
+    return absl::UnimplementedError("performance: only a worn garment's motion has a state that is saved");
+  std::string out(reinterpret_cast<const char*>(&next_), sizeof next_);
+  return out + of_source;
 }
 
 absl::StatusOr<PerformanceFrame> Performance::Next() {

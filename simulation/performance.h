@@ -5,11 +5,15 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "alignment/mesh.h"
+#include "figure/motion.h"
 #include "simulation/body_motion.h"
 #include "simulation/fabric.h"
 #include "simulation/garment.h"
@@ -31,6 +35,9 @@ struct HandleMotion {
 struct PerformanceOptions {
   GarmentKind garment = GarmentKind::kTube;
   PerformanceMotion motion = PerformanceMotion::kBreathing;  // of the person in T-shirt or skirt
+  // Instead of `motion`: what the person does from the first frame on, taken up within 0.8 s.
+  std::shared_ptr<const Motion> clip;
+  BodyShape body;      // of the person; a skirt's waist fits the average one only
   double cell_mm = 3;  // T-shirt and skirt keep their size: the number of cells follows
   int rows = 90;       // cells from top to bottom of what is not worn: sheet, tube, pleats, gathers, curls
   int cols = 144;      // and from left to right, or around
@@ -53,6 +60,7 @@ struct PerformanceFrame {
   std::vector<Eigen::Vector3d> velocities_mm_s;       // [vertices], for motion blur
   std::vector<Eigen::Vector3d> body_vertices_mm;      // of body and hand; empty without
   std::vector<Eigen::Vector3d> body_velocities_mm_s;  // as many
+  std::optional<FigurePose> pose;                     // of a person who follows a clip
 };
 
 // Deterministic: the same options and seed give the same bytes at any number of threads; parallel parts run
@@ -63,6 +71,9 @@ class Performance {
   // share done, 0 to 1. Errors of the options; Internal when the simulation fails.
   static absl::StatusOr<Performance> Start(const PerformanceOptions& options,
                                            const std::function<void(double)>& on_progress = {});
+  // Goes on where SaveState was called in a performance of the same options; its frames are the same bytes as
+  // if it had never stopped. DataLoss when the state is of another build or other options.
+  static absl::StatusOr<Performance> Resume(const PerformanceOptions& options, std::string_view state);
   Performance(Performance&&) noexcept;
   Performance& operator=(Performance&&) noexcept;
   ~Performance();
@@ -74,6 +85,9 @@ class Performance {
 
   // The next frame; OutOfRange after the last. Internal when the simulation fails, with the remedy.
   absl::StatusOr<PerformanceFrame> Next();
+  int next() const { return next_; }
+  // Some megabytes. Unimplemented for cloth that nobody wears.
+  absl::StatusOr<std::string> SaveState();
 
  private:
   Performance(const PerformanceOptions& options, std::unique_ptr<PerformanceSource> source);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -28,6 +29,8 @@ class PerformanceSource {
   virtual const std::vector<Face>& body_faces() const = 0;
   // Called with 0, 1, 2 ... in order.
   virtual absl::StatusOr<PerformanceFrame> FrameAt(int frame) = 0;
+  // Of all that later frames depend on; empty where that is not offered.
+  virtual std::string SaveState() { return {}; }
 };
 
 }  // namespace weft

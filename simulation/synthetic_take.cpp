@@ -1,6 +1,8 @@
 #include "simulation/synthetic_take.h"
 
+#include <array>
 #include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -54,7 +56,41 @@ absl::StatusOr<SyntheticTake> SyntheticTake::Make(const SyntheticTakeOptions& op
   if (!performance.ok()) return performance.status();
   absl::StatusOr<PerformanceFrame> first = performance->Next();
   if (!first.ok()) return first.status();
-  const Garment& garment = performance->garment();
+  SyntheticTake take(*std::move(performance));
+  for (const Eigen::Vector3d& v : first->vertices_mm) take.first_box_mm_.extend(v);
+  take.first_ = *std::move(first);
+  if (absl::Status status = take.SetUp(options); !status.ok()) return status;
+  return take;
+}
+
+absl::StatusOr<SyntheticTake> SyntheticTake::Resume(const SyntheticTakeOptions& options,
+                                                    std::string_view state) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  std::array<double, 6> box;
+  if (state.size() < sizeof box) return absl::DataLossError("take: the saved state is cut off");
+  std::memcpy(box.data(), state.data(), sizeof box);
+  absl::StatusOr<Performance> performance =
+      Performance::Resume(options.performance, state.substr(sizeof box));
+  if (!performance.ok()) return performance.status();
+  SyntheticTake take(*std::move(performance));
+  take.first_box_mm_ = Eigen::AlignedBox3d(Eigen::Vector3d(box.data()), Eigen::Vector3d(box.data() + 3));
+  take.next_ = take.performance_.next();
+  if (absl::Status status = take.SetUp(options); !status.ok()) return status;
+  return take;
+}
+
+absl::StatusOr<std::string> SyntheticTake::SaveState() {
+  if (first_) return absl::FailedPreconditionError("take: no frame was taken yet, so there is no state");
+  absl::StatusOr<std::string> state = performance_.SaveState();
+  if (!state.ok()) return state.status();
+  std::array<double, 6> box;
+  Eigen::Map<Eigen::Vector3d>(box.data()) = first_box_mm_.min();
+  Eigen::Map<Eigen::Vector3d>(box.data() + 3) = first_box_mm_.max();
+  return std::string(reinterpret_cast<const char*>(box.data()), sizeof box) + *state;
+}
+
+absl::Status SyntheticTake::SetUp(const SyntheticTakeOptions& options) {
+  const Garment& garment = performance_.garment();
   absl::StatusOr<Board> board =
       GenerateBoard(garment.board_rows, garment.board_cols, garment.cell_mm, options.seed);
   if (!board.ok()) return board.status();
@@ -63,17 +99,14 @@ absl::StatusOr<SyntheticTake> SyntheticTake::Make(const SyntheticTakeOptions& op
       ImportTemplate(options.name, garment.rest, garment.cell_of_vertex, *board);
   if (!imported.ok()) return imported.status();
 
-  SyntheticTake take(*std::move(performance), *std::move(first));
-  take.options_ = options;
-  take.board_ = *std::move(board);
-  take.garment_ = *std::move(imported);
-  if (absl::Status status = take.PlaceGarment(); !status.ok()) return status;
-  return take;
+  options_ = options;
+  board_ = *std::move(board);
+  garment_ = *std::move(imported);
+  return PlaceGarment();
 }
 
 absl::Status SyntheticTake::PlaceGarment() {
-  Eigen::AlignedBox3d box;
-  for (const Eigen::Vector3d& v : first_->vertices_mm) box.extend(v);
+  const Eigen::AlignedBox3d& box = first_box_mm_;
   if (!options_.given_rig) {
     StudioRigOptions rig = options_.rig;
     rig.aim_mm += box.center();
@@ -104,6 +137,15 @@ absl::StatusOr<PerformanceFrame> SyntheticTake::NextMoment() {
 }
 
 absl::Status SyntheticTake::Skip() { return NextMoment().status(); }
+
+absl::StatusOr<PerformanceFrame> SyntheticTake::NextCloth() {
+  absl::StatusOr<PerformanceFrame> moment = NextMoment();
+  if (!moment.ok()) return moment.status();
+  for (auto* part : {&moment->vertices_mm, &moment->body_vertices_mm})
+    for (Eigen::Vector3d& v : *part) v += place_mm_;
+  if (moment->pose) moment->pose->root_mm += place_mm_;
+  return moment;
+}
 
 Shot SyntheticTake::ShotOf(int frame, const std::string& camera_id) const {
   const double time_ns = frame * 1e9 / options_.performance.fps;

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "absl/status/statusor.h"
 #include "alignment/template.h"
@@ -69,6 +70,8 @@ class SyntheticTake {
   // options, GenerateBoard and Performance.
   static absl::StatusOr<SyntheticTake> Make(const SyntheticTakeOptions& options,
                                             const std::function<void(double)>& on_progress = {});
+  // Goes on where SaveState was called in a take of the same options, as Performance::Resume does.
+  static absl::StatusOr<SyntheticTake> Resume(const SyntheticTakeOptions& options, std::string_view state);
 
   const SyntheticTakeOptions& options() const { return options_; }
   const Board& board() const { return board_; }
@@ -81,6 +84,10 @@ class SyntheticTake {
   absl::StatusOr<TakeFrame> Next();
   // Passes over it: the cloth moves on, the light is spared.
   absl::Status Skip();
+  // The next frame without light: cloth and body alone, where the rig sees them.
+  absl::StatusOr<PerformanceFrame> NextCloth();
+  // Unimplemented for cloth that nobody wears.
+  absl::StatusOr<std::string> SaveState();
   int next() const { return next_; }
   Shot ShotOf(int frame, const std::string& camera_id) const;
   // What camera `camera` of the rig makes of it. The truth holds where cloth and camera were in the middle of
@@ -88,11 +95,9 @@ class SyntheticTake {
   absl::StatusOr<FilmedView> Film(const TakeFrame& frame, int camera) const;
 
  private:
-  SyntheticTake(Performance performance, PerformanceFrame first)
-      : performance_(std::move(performance)),
-        first_(std::move(first)),
-        print_(performance_.garment().print),
-        locator_(print_) {}
+  explicit SyntheticTake(Performance performance)
+      : performance_(std::move(performance)), print_(performance_.garment().print), locator_(print_) {}
+  absl::Status SetUp(const SyntheticTakeOptions& options);
   absl::Status PlaceGarment();
   absl::StatusOr<PerformanceFrame> NextMoment();
 
@@ -101,6 +106,7 @@ class SyntheticTake {
   std::optional<PerformanceFrame> first_;  // until it is handed out
   ClothPrint print_;
   PrintLocator locator_;
+  Eigen::AlignedBox3d first_box_mm_;                    // of the garment in the first frame
   Eigen::Vector3d place_mm_ = Eigen::Vector3d::Zero();  // of the garment in the rig's world
   int next_ = 0;
   Board board_;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "simulation/angles.h"
+#include "base/angles.h"
 
 namespace weft {
 namespace {

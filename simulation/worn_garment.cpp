@@ -8,10 +8,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/untangle/untangle.h"
+#include "figure/joint_angles.h"
 #include "simulation/body_motion.h"
 #include "simulation/garment_solver.h"
 #include "simulation/hand.h"
 #include "simulation/random.h"
+#include "simulation/state_archive.h"
 #include "simulation/wardrobe.h"
 
 namespace weft {
@@ -24,6 +26,7 @@ constexpr double kGrowS = 0.6;           // the body grows into the garment,
 constexpr double kLowerS = 0.5;          // lowers its arms,
 constexpr double kFinelyPutOnMm = 3.1;   // smaller cells are put on in a garment of twice the cells, refined
 constexpr double kRefinedSettleS = 0.1;  // and come to rest within this time
+constexpr double kTakeUpS = 0.8;         // a person takes up a clip within this time
 constexpr double kFastestWorn_mm_per_s = 1800;  // of cloth against the trunk, sets the automatic step
 
 // The person stands so that the garment is about the origin.
@@ -74,7 +77,7 @@ class WornGarment : public PerformanceSource {
     solver_.emplace(garment_.rest.faces, FlatShape(garment_), std::move(worn_mm), garment_.cell_mm,
                     options.jersey);
     body_faces_ = Body::MeshFaces();
-    if (!HasHand(options.motion)) return;
+    if (!ShowsHand()) return;
     const int shift = static_cast<int>(Body(BodyPose()).MeshVertices().size());
     for (Face f : Hand::MeshFaces()) body_faces_.push_back({f[0] + shift, f[1] + shift, f[2] + shift});
   }
@@ -87,12 +90,27 @@ class WornGarment : public PerformanceSource {
       if (on_progress) on_progress(1 - time_s_ / from);
     }
     garment_.rest.vertices_mm = solver_->positions_mm();
-    if (HasHand(options_.motion)) ChoosePinch();
+    if (ShowsHand()) ChoosePinch();
     return absl::OkStatus();
   }
 
   const Garment& garment() const override { return garment_; }
   const std::vector<Face>& body_faces() const override { return body_faces_; }
+
+  std::string SaveState() override {
+    StateWriter writer;
+    State(writer);
+    return writer.bytes();
+  }
+  absl::Status Restore(std::string_view state) {
+    const size_t vertices = solver_->positions_mm().size();
+    StateReader reader(state);
+    State(reader);
+    if (reader.Complete() && solver_->positions_mm().size() == vertices &&
+        garment_.rest.vertices_mm.size() == vertices)
+      return absl::OkStatus();
+    return absl::DataLossError("performance: the saved state is of another build or garment; start anew");
+  }
 
   absl::StatusOr<PerformanceFrame> FrameAt(int frame) override {
     const double at_s = frame / options_.fps;
@@ -102,6 +120,7 @@ class WornGarment : public PerformanceSource {
     out.vertices_mm = solver_->positions_mm();
     out.velocities_mm_s = solver_->velocities_mm_s();
     constexpr double kBriefly = 1e-3;
+    if (options_.clip) out.pose = ClipPoseAt(at_s);
     out.body_vertices_mm = BodyMeshAt(at_s);
     out.body_velocities_mm_s = BodyMeshAt(at_s + kBriefly);
     for (size_t v = 0; v < out.body_vertices_mm.size(); ++v)
@@ -110,6 +129,13 @@ class WornGarment : public PerformanceSource {
   }
 
  private:
+  template <typename Archive>
+  void State(Archive& archive) {
+    archive(garment_.rest.vertices_mm), archive(time_s_), archive(pinch_at_mm_), archive(pinched_),
+        archive(held_);
+    solver_->State(archive);
+  }
+
   double DressingS() const { return kGrowS + kLowerS + options_.settle_s; }
 
   // A little noise breaks the symmetry of left and right; the seed decides where folds begin.
@@ -120,6 +146,16 @@ class WornGarment : public PerformanceSource {
         start_mm_[v][k] += 0.01 * garment_.cell_mm * (2 * UniformOf(key, 3 * v + k) - 1);
   }
 
+  bool ShowsHand() const { return !options_.clip && HasHand(options_.motion); }
+
+  // Of the person at the clip's own place in the world.
+  FigurePose ClipPoseAt(double time_s) const {
+    FigurePose pose =
+        Mix(PoseOf(NaturalAngles()), options_.clip->PoseAt(time_s), SmoothStep(time_s / kTakeUpS));
+    pose.root_mm += kPelvisMm;
+    return pose;
+  }
+
   Body BodyAt(double time_s) const {
     BodyPose pose;
     double growth = 1;
@@ -128,15 +164,16 @@ class WornGarment : public PerformanceSource {
       growth = kDressingGrowth + (1 - kDressingGrowth) * SmoothStep(since / kGrowS);
       pose = Mix(DressingPose(), NaturalPose(), SmoothStep((since - kGrowS) / kLowerS));
     } else {
+      if (options_.clip) return Body(ClipPoseAt(time_s), options_.body);
       pose = PoseAt(options_.motion, time_s, options_.seed);
     }
     pose.root_mm += kPelvisMm;
-    return Body(pose, growth);
+    return Body(pose, growth, options_.body);
   }
 
   // No hand while the garment is put on.
   std::optional<PinchState> PinchStateAt(double time_s) const {
-    if (!HasHand(options_.motion) || time_s < 0) return std::nullopt;
+    if (!ShowsHand() || time_s < 0) return std::nullopt;
     return PinchAt(options_.motion, time_s, pinch_at_mm_, options_.seed);
   }
 
@@ -308,6 +345,15 @@ absl::StatusOr<std::unique_ptr<PerformanceSource>> WearGarment(
   const double done = worn_mm.empty() ? 0 : 0.5;
   auto worn = std::make_unique<WornGarment>(options, *std::move(outfit), std::move(worn_mm));
   if (absl::Status status = worn->Dress(report(done, 1)); !status.ok()) return status;
+  return worn;
+}
+
+absl::StatusOr<std::unique_ptr<PerformanceSource>> ResumeGarment(const PerformanceOptions& options,
+                                                                 std::string_view state) {
+  absl::StatusOr<Outfit> outfit = MakeOutfit(options);
+  if (!outfit.ok()) return outfit.status();
+  auto worn = std::make_unique<WornGarment>(options, *std::move(outfit));
+  if (absl::Status status = worn->Restore(state); !status.ok()) return status;
   return worn;
 }
 

@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <string_view>
 
 #include "absl/status/statusor.h"
 #include "simulation/performance_source.h"
@@ -14,5 +15,8 @@ namespace weft {
 // then is refined. Errors of MakeTShirt and MakeSkirt; Internal when the cloth diverges.
 absl::StatusOr<std::unique_ptr<PerformanceSource>> WearGarment(
     const PerformanceOptions& options, const std::function<void(double)>& on_progress);
+// One that goes on where SaveState was called. DataLoss when the state is of another build or garment.
+absl::StatusOr<std::unique_ptr<PerformanceSource>> ResumeGarment(const PerformanceOptions& options,
+                                                                 std::string_view state);
 
 }  // namespace weft

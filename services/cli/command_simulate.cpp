@@ -17,8 +17,10 @@
 #include "base/stopwatch.h"
 #include "services/cli/commands.h"
 #include "services/cli/progress.h"
+#include "services/figure/motion_file.h"
 #include "services/files/rig_file.h"
 #include "services/process/stop_on_signal.h"
+#include "services/synthetic/cloth_writer.h"
 #include "services/synthetic/take_writer.h"
 #include "simulation/take_presets.h"
 
@@ -29,6 +31,8 @@ struct SimulateOptions {
   std::string preset = "quickstart";
   std::string out;
   std::string rig;
+  std::string motion_file;  // instead of a named motion
+  bool no_pictures = false;
   uint64_t seed = 1;
   int threads = 0;
   TakeFileOptions files;
@@ -39,9 +43,29 @@ struct SimulateOptions {
 
 constexpr uint64_t kProgressSteps = 1000;
 
+constexpr std::array kNamedMotions = {PerformanceMotion::kBreathing, PerformanceMotion::kTwist,
+                                      PerformanceMotion::kJogging, PerformanceMotion::kPinch,
+                                      PerformanceMotion::kTwistAndPinch};
+
+// A file of `weft motion`.
+absl::Status SetMotion(const std::string& path, PerformanceOptions& performance) {
+  if (path.empty()) return absl::OkStatus();
+  absl::StatusOr<Motion> clip = ReadMotion(path);
+  if (absl::IsNotFound(clip.status())) {
+    std::string names;
+    for (const PerformanceMotion m : kNamedMotions) absl::StrAppend(&names, std::string(NameOf(m)), ", ");
+    return absl::InvalidArgumentError(
+        absl::StrCat("--motion: \"", path, "\" is none of ", names, "and no file of `weft motion make`"));
+  }
+  if (!clip.ok()) return clip.status();
+  performance.clip = std::make_shared<const Motion>(*std::move(clip));
+  return absl::OkStatus();
+}
+
 absl::StatusOr<SyntheticTakeOptions> SetUp(const SimulateOptions& options) {
   absl::StatusOr<SyntheticTakeOptions> setup = SyntheticPreset(options.preset, options.seed);
   if (!setup.ok()) return setup.status();
+  if (absl::Status status = SetMotion(options.motion_file, setup->performance); !status.ok()) return status;
   if (!options.rig.empty()) {
     absl::StatusOr<Rig> rig = ReadRig(options.rig);
     if (!rig.ok()) return rig.status();
@@ -62,7 +86,44 @@ std::string RecipeOf(const SimulateOptions& options, const SyntheticTakeOptions&
   if (options.files.image_ending == "jpg")
     absl::StrAppend(&out, " --jpeg-quality ", options.files.jpeg_quality);
   if (setup.given_rig) absl::StrAppend(&out, " rig ", setup.given_rig->ContentHash());
+  if (setup.performance.clip) absl::StrAppend(&out, " motion ", MotionHash(*setup.performance.clip));
+  if (options.no_pictures) absl::StrAppend(&out, " --no-pictures");
   return out;
+}
+
+// Takes without pictures.
+absl::Status SimulateCloth(const std::string& out, const SyntheticTakeOptions& setup,
+                           const TakeFolder& folder, bool visible, const std::stop_token& stop) {
+  const Stopwatch watch;
+  absl::StatusOr<ClothSummary> summary;
+  {
+    std::optional<Progress> progress(std::in_place, "cloth ", kProgressSteps, visible,
+                                     ProgressUnit::kPercent);
+    bool moves = false;
+    summary = WriteClothTake(
+        setup, folder,
+        [&](double share) {
+          // Nothing is half-written yet, so there is nothing to clear away.
+          if (stop.stop_requested()) kill(getpid(), SIGINT);
+          progress->Set(static_cast<uint64_t>(share * kProgressSteps), kProgressSteps);
+        },
+        [&](int done) {
+          const auto frames = static_cast<uint64_t>(setup.performance.frames);
+          if (!std::exchange(moves, true)) progress.reset(), progress.emplace("motion", frames, visible);
+          progress->Set(static_cast<uint64_t>(done), frames);
+        },
+        stop);
+  }
+  if (!summary.ok()) return summary.status();
+  const int made = summary->frames - summary->resumed_at;
+  std::printf("%s: %d frames of %d vertices, %.1f KiB a frame; %d frames made now in %.1f s\n", out.c_str(),
+              summary->frames, summary->vertices, static_cast<double>(summary->bytes_per_frame) / 1024, made,
+              watch.Seconds());
+  if (summary->intersecting_frames == 0)
+    std::printf("none of these frames has self-intersections\n");
+  else
+    std::printf("%d of these frames have self-intersections\n", summary->intersecting_frames);
+  return absl::OkStatus();
 }
 
 absl::Status Simulate(const SimulateOptions& options, bool quiet) {
@@ -80,8 +141,9 @@ absl::Status Simulate(const SimulateOptions& options, bool quiet) {
                                       : static_cast<size_t>(tbb::info::default_concurrency()));
 
   const StopOnSignal stop;  // before the first thread
-  const Stopwatch watch;
   const bool visible = ProgressVisible(quiet);
+  if (options.no_pictures) return SimulateCloth(options.out, *setup, *folder, visible, stop.token());
+  const Stopwatch watch;
   std::optional<absl::StatusOr<SyntheticTake>> take;
   {
     Progress progress("cloth ", kProgressSteps, visible, ProgressUnit::kPercent);
@@ -141,6 +203,25 @@ class Changes {
                      })
         ->check(CLI::IsMember(names));
   }
+  // A named motion, or a file of one.
+  void AddMotion() {
+    const std::function<void(const std::string&)> note = [options = options_](const std::string& given) {
+      for (const PerformanceMotion m : kNamedMotions) {
+        if (NameOf(m) != given) continue;
+        absl::StrAppend(&options->changes_text, " --motion ", given);
+        options->changes.push_back([m](SyntheticTakeOptions& o) { o.performance.motion = m; });
+        return;
+      }
+      options->motion_file = given;
+    };
+    command_
+        .add_option_function<std::string>("--motion", note,
+                                          "What the person in the garment does: breathing, twist, jogging, "
+                                          "pinch, twist-and-pinch, or a file of "
+                                          "`weft motion make`")
+        ->type_name("NAME|FILE")
+        ->group(group_);
+  }
   void Group(const std::string& group) { group_ = group; }
 
  private:
@@ -160,13 +241,7 @@ void AddPerformanceOptions(Changes& changes) {
     garments.emplace_back(NameOf(k), k);
   changes.AddChoice<GarmentKind>("--garment", "What is filmed", garments,
                                  [](Take& o, GarmentKind k) { o.performance.garment = k; });
-  std::vector<std::pair<std::string, PerformanceMotion>> motions;
-  for (const PerformanceMotion m :
-       {PerformanceMotion::kBreathing, PerformanceMotion::kTwist, PerformanceMotion::kJogging,
-        PerformanceMotion::kPinch, PerformanceMotion::kTwistAndPinch})
-    motions.emplace_back(NameOf(m), m);
-  changes.AddChoice<PerformanceMotion>("--motion", "What the person in the garment does", motions,
-                                       [](Take& o, PerformanceMotion m) { o.performance.motion = m; });
+  changes.AddMotion();
   changes.Add<double>("--cell-mm", "MM", "Pitch of the printed cells; the number of cells follows",
                       [](Take& o, double v) { o.performance.cell_mm = v; });
   changes
@@ -272,6 +347,8 @@ void AddSimulateCommand(CLI::App& app, CommandLine& line) {
                    "Everything random follows from it: board, rig, motion, noise. The same seed gives the "
                    "same files")
       ->type_name("S");
+  command->add_flag("--no-pictures", options->no_pictures,
+                    "The true cloth only, in truth/frames.bin: for training and for statistics of motion");
   command->add_option("--threads", options->threads, "Threads to use; 0 for all")
       ->type_name("N")
       ->check(CLI::Range(0, 4096));

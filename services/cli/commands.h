@@ -37,6 +37,7 @@ void AddTakeSyncCommand(CLI::App& take, CommandLine& line);
 void AddTemplateCommand(CLI::App& app, CommandLine& line);
 void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line);
 void AddTemplateCheckCommand(CLI::App& garment, CommandLine& line);
+void AddMotionCommand(CLI::App& app, CommandLine& line);
 void AddOperationCommand(CLI::App& app, CommandLine& line);
 void AddOptionsCommand(CLI::App& app, CommandLine& line);
 void AddDecodeCommand(CLI::App& app, CommandLine& line);

@@ -107,9 +107,11 @@ absl::Status TakeFolder::KeepFrame(int frame) const {
 
 std::string TakeFolder::PicturesCsv() const { return (fs::path(path_) / "truth" / "pictures.csv").string(); }
 
+std::string TakeFolder::FramesFile() const { return (fs::path(path_) / "truth" / "frames.bin").string(); }
+
 bool TakeFolder::IsComplete() const {
   std::error_code error;
-  return fs::exists(PicturesCsv(), error);
+  return fs::exists(PicturesCsv(), error) || fs::exists(FramesFile(), error);
 }
 
 }  // namespace weft

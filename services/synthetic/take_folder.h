@@ -32,8 +32,9 @@ class TakeFolder {
   absl::StatusOr<Draft> BeginFrame(int frame) const;
   absl::Status KeepFrame(int frame) const;
 
-  // <out>/truth/pictures.csv is the last to appear.
+  // <out>/truth/pictures.csv is the last to appear; of a take without pictures <out>/truth/frames.bin.
   std::string PicturesCsv() const;
+  std::string FramesFile() const;
   bool IsComplete() const;
 
  private:

@@ -12,11 +12,8 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/untangle/self_intersection.h"
 #include "capture/image/image_file.h"
-#include "pattern/board/panel_mask.h"
 #include "services/files/atomic_file.h"
-#include "services/files/board_file.h"
-#include "services/files/garment_parts_file.h"
-#include "services/files/rig_file.h"
+#include "services/synthetic/studio_files.h"
 #include "services/synthetic/truth_file.h"
 
 namespace weft {
@@ -128,27 +125,6 @@ int CountLost(const SyntheticTake& take) {
   for (int frame = 0; frame < take.frames(); ++frame)
     for (const CameraModel& camera : take.rig().cameras) lost += take.ShotOf(frame, camera.id).lost ? 1 : 0;
   return lost;
-}
-
-absl::Status WriteStudio(const SyntheticTake& take, const std::string& folder) {
-  const std::string provenance = absl::StrCat("made by weft simulate, ", take.options().name);
-  if (absl::Status status = CreateFolders(folder); !status.ok()) return status;
-  absl::Status status = WriteRig((fs::path(folder) / "rig.json").string(), take.rig(), provenance);
-  if (status.ok()) status = WriteBoard(folder, take.board(), provenance);
-  GarmentParts parts;
-  parts.board_rows = take.board().rows, parts.board_cols = take.board().cols;
-  if (status.ok()) {
-    status =
-        WriteTemplateWithParts((fs::path(folder) / "template").string(), take.garment(), parts, provenance);
-  }
-  // For `weft template build --panels`.
-  std::vector<uint8_t> in_garment(take.board().cells.size(), 0);
-  for (const VertexNode& cell : take.garment().node_of_vertex)
-    if (cell.IsCell()) in_garment[static_cast<size_t>(cell.row) * take.board().cols + cell.col] = 255;
-  if (status.ok())
-    status = WriteImageFile((fs::path(folder) / "panels.png").string(),
-                            PanelsToMask(in_garment, take.board().rows, take.board().cols));
-  return status;
 }
 
 TakeSummary Summarize(const SyntheticTake& take, const Tally& tally) {

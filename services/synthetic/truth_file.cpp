@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <limits>
-#include <type_traits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
+#include "services/files/little_endian.h"
 #include "services/files/mesh_file.h"
 
 namespace weft {
@@ -21,23 +21,6 @@ constexpr std::string_view kMagic = "weftvt1\n";
 constexpr size_t kNodeBytes = 21;
 constexpr double kPixelSteps = 1e4, kPitchSteps = 256, kAngleSteps = 100;
 enum Flag : uint8_t { kIsCorner = 1, kIsVisible = 2, kIsScoreable = 4, kAllFlags = 7 };
-
-// Little-endian numbers, whatever the machine.
-template <typename Number>
-void Put(Number value, std::string& out) {
-  const auto bits = static_cast<std::make_unsigned_t<Number>>(value);
-  for (size_t i = 0; i < sizeof(Number); ++i) out += static_cast<char>(bits >> (8 * i) & 0xff);
-}
-
-template <typename Number>
-Number Take(std::string_view& bytes) {
-  std::make_unsigned_t<Number> bits = 0;
-  for (size_t i = 0; i < sizeof(Number); ++i)
-    bits = static_cast<decltype(bits)>(bits | static_cast<decltype(bits)>(static_cast<uint8_t>(bytes[i]))
-                                                  << (8 * i));
-  bytes.remove_prefix(sizeof(Number));
-  return static_cast<Number>(bits);
-}
 
 template <typename Number>
 Number Steps(double value, double steps) {
@@ -63,18 +46,18 @@ std::vector<std::string> NamesIn(const std::string& folder, std::string_view end
 std::string EncodeViewTruth(const ViewTruth& truth) {
   std::string out(kMagic);
   out.reserve(kMagic.size() + sizeof(uint32_t) + kNodeBytes * truth.nodes.size());
-  Put(static_cast<uint32_t>(truth.nodes.size()), out);
+  PutLittleEndian(static_cast<uint32_t>(truth.nodes.size()), out);
   for (const NodeTruth& n : truth.nodes) {
     const int flags = (n.node.kind == NodeKind::kCorner ? kIsCorner : 0) | (n.visible ? kIsVisible : 0) |
                       (n.scoreable ? kIsScoreable : 0);
-    Put(static_cast<uint8_t>(flags), out);
-    Put(static_cast<uint16_t>(n.node.row), out);
-    Put(static_cast<uint16_t>(n.node.col), out);
-    Put(Steps<int32_t>(n.pixel_px.x(), kPixelSteps), out);
-    Put(Steps<int32_t>(n.pixel_px.y(), kPixelSteps), out);
-    Put(Steps<uint16_t>(n.pitch_px, kPitchSteps), out);
-    Put(Steps<uint16_t>(n.facing_deg, kAngleSteps), out);
-    Put(static_cast<int32_t>(n.vertex), out);
+    PutLittleEndian(static_cast<uint8_t>(flags), out);
+    PutLittleEndian(static_cast<uint16_t>(n.node.row), out);
+    PutLittleEndian(static_cast<uint16_t>(n.node.col), out);
+    PutLittleEndian(Steps<int32_t>(n.pixel_px.x(), kPixelSteps), out);
+    PutLittleEndian(Steps<int32_t>(n.pixel_px.y(), kPixelSteps), out);
+    PutLittleEndian(Steps<uint16_t>(n.pitch_px, kPitchSteps), out);
+    PutLittleEndian(Steps<uint16_t>(n.facing_deg, kAngleSteps), out);
+    PutLittleEndian(static_cast<int32_t>(n.vertex), out);
   }
   return out;
 }
@@ -87,7 +70,7 @@ absl::StatusOr<ViewTruth> DecodeViewTruth(std::string_view bytes, std::string ca
   if (!bytes.starts_with(kMagic)) return bad("is not a view's truth; it does not begin with weftvt1");
   bytes.remove_prefix(kMagic.size());
   if (bytes.size() < sizeof(uint32_t)) return bad("ends before the number of nodes");
-  const auto count = Take<uint32_t>(bytes);
+  const auto count = TakeLittleEndian<uint32_t>(bytes);
   if (bytes.size() != kNodeBytes * count)
     return bad(absl::StrCat("holds ", bytes.size(), " bytes for ", count, " nodes, expected ",
                             kNodeBytes * count, "; was the file truncated?"));
@@ -96,16 +79,16 @@ absl::StatusOr<ViewTruth> DecodeViewTruth(std::string_view bytes, std::string ca
   out.nodes.resize(count);
   for (NodeTruth& n : out.nodes) {
     const auto number = &n - out.nodes.data();
-    const auto flags = Take<uint8_t>(bytes);
+    const auto flags = TakeLittleEndian<uint8_t>(bytes);
     if (flags > kAllFlags) return bad(absl::StrCat("node ", number, ": flags cannot be ", flags));
     n.node.kind = (flags & kIsCorner) != 0 ? NodeKind::kCorner : NodeKind::kCenter;
     n.visible = (flags & kIsVisible) != 0, n.scoreable = (flags & kIsScoreable) != 0;
-    n.node.row = Take<uint16_t>(bytes), n.node.col = Take<uint16_t>(bytes);
-    n.pixel_px.x() = Take<int32_t>(bytes) / kPixelSteps;
-    n.pixel_px.y() = Take<int32_t>(bytes) / kPixelSteps;
-    n.pitch_px = Take<uint16_t>(bytes) / kPitchSteps;
-    n.facing_deg = Take<uint16_t>(bytes) / kAngleSteps;
-    n.vertex = Take<int32_t>(bytes);
+    n.node.row = TakeLittleEndian<uint16_t>(bytes), n.node.col = TakeLittleEndian<uint16_t>(bytes);
+    n.pixel_px.x() = TakeLittleEndian<int32_t>(bytes) / kPixelSteps;
+    n.pixel_px.y() = TakeLittleEndian<int32_t>(bytes) / kPixelSteps;
+    n.pitch_px = TakeLittleEndian<uint16_t>(bytes) / kPitchSteps;
+    n.facing_deg = TakeLittleEndian<uint16_t>(bytes) / kAngleSteps;
+    n.vertex = TakeLittleEndian<int32_t>(bytes);
     if (n.vertex < -1) return bad(absl::StrCat("node ", number, ": vertex cannot be ", n.vertex));
   }
   return out;

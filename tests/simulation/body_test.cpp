@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "figure/joint_angles.h"
 #include "simulation/body_motion.h"
 #include "simulation/wardrobe.h"
 
@@ -54,6 +55,27 @@ TEST(Body, ArmsMoveAsTheirAnglesSay) {
   pose.right.arm_out = 0, pose.right.arm_forward = std::acos(0);
   EXPECT_LT(Body(pose).DistanceTo({172, -275, -400}).distance_mm, 0);
   EXPECT_GT(Body(BodyPose()).DistanceTo({480, -275, 0}).distance_mm, 0);
+}
+
+TEST(Body, AFigureInTheNaturalPoseIsTheSameBody) {
+  const std::vector<Vector3d> old = Body(NaturalPose()).MeshVertices();
+  const std::vector<Vector3d> figure = Body(PoseOf(NaturalAngles())).MeshVertices();
+  ASSERT_EQ(old.size(), figure.size());
+  for (size_t v = 0; v < old.size(); ++v) EXPECT_LT((old[v] - figure[v]).norm(), 1e-6);
+}
+
+TEST(Body, ShapesChangeWhatTheyName) {
+  const Body average(PoseOf(NaturalAngles()));
+  BodyShape shape;
+  shape.waist_girth = 1.2;
+  const Body wide(PoseOf(NaturalAngles()), shape);
+  const Vector3d beside(170, 20, 0), above(0, -600, -20);
+  EXPECT_LT(wide.DistanceTo(beside).distance_mm, average.DistanceTo(beside).distance_mm - 5);
+  EXPECT_NEAR(wide.DistanceTo(above).distance_mm, average.DistanceTo(above).distance_mm, 1e-9);
+  shape = BodyShape();
+  shape.stature = 1.1;
+  const Body tall(PoseOf(NaturalAngles()), shape);
+  EXPECT_LT(tall.DistanceTo(above).distance_mm, average.DistanceTo(above).distance_mm - 20);
 }
 
 TEST(BodyMotion, BeginsInTheNaturalPoseAndNeverJumps) {

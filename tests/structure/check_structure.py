@@ -18,7 +18,7 @@ import re
 import sys
 
 # Each folder may include itself and those before it; simulation, evaluation and services are no part of the flow.
-FLOW = ["base", "simd", "capture", "pattern", "triangulation", "alignment"]
+FLOW = ["base", "simd", "capture", "pattern", "triangulation", "alignment", "figure"]
 MAY_INCLUDE = {folder: set(FLOW[: i + 1]) for i, folder in enumerate(FLOW)}
 MAY_INCLUDE["simulation"] = set(FLOW) | {"simulation"}
 MAY_INCLUDE["evaluation"] = set(FLOW) | {"simulation", "evaluation"}
@@ -29,7 +29,7 @@ ROOMS = {
     "capture": ["file", "image", "rig", "camera", "sync", "take"],
     "pattern": ["board", "image", "fit", "seeds", "surface"],
     # As in services/CMakeLists.txt and services/README.md.
-    "services": ["process", "verdict", "files", "confinement", "rpc", "library", "pcd", "options", "print", "report", "preview", "synthetic",
+    "services": ["process", "verdict", "files", "confinement", "rpc", "library", "pcd", "options", "print", "report", "preview", "figure", "synthetic",
                  "calibration", "evaluation", "recording", "recorder", "pipeline", "export", "job", "catalogue", "access", "http", "worker",
                  "executor", "plan", "slurm", "notice", "daemon", "client", "installation", "cli"],
 }

@@ -269,7 +269,7 @@ class Words(unittest.TestCase):
     def test_help_tells_the_values_of_options(self):
         text = " ".join(weft("simulate", "--help", check=0).stdout.split())
         for option, values in (("--garment", "sheet, tube, skirt, tshirt"), ("--motion", "breathing, twist, jogging")):
-            self.assertRegex(text, rf"{option} NAME [^-]*: {values}")
+            self.assertRegex(text, rf"{option} NAME[^-]*: {values}")
         text = " ".join(weft("rig", "calibrate", "--help", check=0).stdout.split())
         self.assertRegex(text, r"--scale .*: tags, bar")
 

@@ -1,0 +1,105 @@
+// weft motion: what a person does, for `weft simulate`.
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "figure/motion_generator.h"
+#include "services/cli/commands.h"
+#include "services/figure/motion_file.h"
+#include "services/figure/motion_strip.h"
+#include "services/files/atomic_file.h"
+
+namespace weft {
+namespace {
+
+struct MotionMakeOptions {
+  std::string kind = "mixed";
+  MotionOptions motion;
+  std::string out;
+};
+
+absl::Status MakeMotionFile(MotionMakeOptions options) {
+  const absl::StatusOr<MotionKind> kind = MotionKindNamed(options.kind);
+  if (!kind.ok()) return kind.status();
+  options.motion.kind = *kind;
+  const absl::StatusOr<Motion> motion = MakeMotion(options.motion);
+  if (!motion.ok()) return motion.status();
+  if (absl::Status status = WriteMotion(options.out, *motion); !status.ok()) return status;
+  std::printf("%s: %s, %.1f s, %zu poses\n", options.out.c_str(), options.kind.c_str(), motion->DurationS(),
+              motion->poses.size());
+  return absl::OkStatus();
+}
+
+void ListMotionKinds() {
+  for (const MotionKindInfo& info : MotionKinds())
+    std::printf("%-10s %s\n", std::string(info.name).c_str(), std::string(info.about).c_str());
+}
+
+absl::Status ShowMotion(const std::string& path, const std::string& picture) {
+  const absl::StatusOr<Motion> motion = ReadMotion(path);
+  if (!motion.ok()) return motion.status();
+  std::printf("%s: %.2f s, %zu poses at %g a second, hash %s\n", path.c_str(), motion->DurationS(),
+              motion->poses.size(), motion->fps, MotionHash(*motion).c_str());
+  std::printf("%-16s %14s %16s\n", "joint", "farthest, deg", "fastest, deg/s");
+  for (const JointUse& use : JointUses(*motion))
+    std::printf("%-16s %14.1f %16.1f\n", std::string(NameOf(use.joint)).c_str(), use.farthest_deg,
+                use.fastest_deg_s);
+  if (picture.empty()) return absl::OkStatus();
+  if (absl::Status status = WriteFileAtomically(picture, MotionStripSvg(*motion)); !status.ok())
+    return status;
+  std::printf("%s: the motion as a strip of figures, from the front and from the side\n", picture.c_str());
+  return absl::OkStatus();
+}
+
+std::string KindsText() {
+  std::string out = "What the person does:";
+  for (const MotionKindInfo& info : MotionKinds())
+    absl::StrAppend(&out, "\n", std::string(info.name), ": ", std::string(info.about));
+  return out;
+}
+
+}  // namespace
+
+void AddMotionCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* motion = AddCommand(
+      app, "motion", "Motions of a person, who wears the garment that `weft simulate` films.",
+      "  weft motion make --kind walk --seconds 20 --out walk.motion\n"
+      "  weft motion show walk.motion --picture walk.svg\n"
+      "  weft simulate --preset tshirt --motion walk.motion --no-pictures --frames 600 --out take");
+  motion->require_subcommand(1);
+
+  CLI::App* make = AddCommand(*motion, "make", "Make a motion from a kind and a seed.",
+                              "  weft motion make --kind mixed --seconds 60 --seed 3 --out mixed.motion");
+  auto options = std::make_shared<MotionMakeOptions>();
+  make->add_option("--kind", options->kind, KindsText())->type_name("NAME");
+  make->add_option("--seconds", options->motion.seconds, "How long it is, up to 3600")->type_name("S");
+  make->add_option("--fps", options->motion.fps, "Poses a second, 24 to 240; cameras may have another rate")
+      ->type_name("HZ");
+  make->add_option("--seed", options->motion.seed, "Phases, sizes and order follow from it")->type_name("S");
+  make->add_option("--out", options->out, "The file to write, NAME.motion")->required()->type_name("FILE");
+  make->callback([options, &line] { line.run = [options] { return MakeMotionFile(*options); }; });
+
+  CLI::App* list =
+      AddCommand(*motion, "list", "List the kinds of motion that can be made.", "  weft motion list");
+  list->callback([&line] {
+    line.run = [] {
+      ListMotionKinds();
+      return absl::OkStatus();
+    };
+  });
+
+  CLI::App* show =
+      AddCommand(*motion, "show", "Show what a motion holds: length, and how far and fast each joint turns.",
+                 "  weft motion show walk.motion --picture walk.svg");
+  auto path = std::make_shared<std::string>();
+  auto picture = std::make_shared<std::string>();
+  show->add_option("motion", *path, "A motion")->required()->type_name("FILE");
+  show->add_option("--picture", *picture, "Also draw it as a strip of figures (SVG)")->type_name("FILE");
+  show->callback(
+      [path, picture, &line] { line.run = [path, picture] { return ShowMotion(*path, *picture); }; });
+}
+
+}  // namespace weft
