@@ -1,4 +1,6 @@
 // weft register: from a dump to registered meshes.
+#include <tbb/task_arena.h>
+
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -14,8 +16,11 @@
 #include "services/cli/local_registration.h"
 #include "services/cli/pipeline_flags.h"
 #include "services/cli/print_verdict.h"
+#include "services/cli/progress.h"
 #include "services/cli/remote_registration.h"
 #include "services/cli/upload_inputs.h"
+#include "services/evaluation/evaluate_job.h"
+#include "services/evaluation/evaluation_report.h"
 #include "services/files/json_file.h"
 #include "services/options/presets.h"
 #include "services/process/exit_status.h"
@@ -46,6 +51,7 @@ struct RegisterOptions {
   std::string scans;
   std::string starts;
   std::string cloud_format = "ply";
+  bool evaluate = false;
   bool json = false;
   RegistrationLimits limits;
 };
@@ -88,6 +94,20 @@ absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bo
                 is_told ? "" : absl::StrCat(summary, "\n").c_str(), options.out.c_str(), options.out.c_str());
   }
   return OutcomeOf(job);
+}
+
+// Drift, distortion and the other measures, into the folder of the results.
+absl::Status EvaluateOutcome(const RegisterOptions& options, bool quiet) {
+  EvaluationRequest request;
+  request.result = options.out;
+  absl::StatusOr<JobEvaluation> evaluation;
+  Progress progress("evaluate", 1, ProgressVisible(quiet));
+  tbb::task_arena arena(options.limits.threads > 0 ? options.limits.threads : tbb::task_arena::automatic);
+  arena.execute([&] {
+    evaluation = EvaluateJob(request, [&progress](size_t done, size_t all) { progress.Set(done, all); });
+  });
+  if (!evaluation.ok()) return evaluation.status();
+  return WriteEvaluation(options.out, *evaluation);
 }
 
 // Passes a job's warnings on, once.
@@ -159,6 +179,9 @@ absl::Status Register(const RegisterOptions& options, bool quiet) {
   if (options.detach) return Detach(options, *spec);
   const absl::StatusOr<v1::Job> job = Run(options, *spec, quiet, signals.token());
   if (!job.ok()) return job.status();
+  const bool has_meshes = job->frames().done() + job->frames().degraded() > 0;
+  if (options.evaluate && job->state() == v1::JOB_STATE_DONE && has_meshes)
+    if (absl::Status status = EvaluateOutcome(options, quiet); !status.ok()) return status;
   return PrintOutcome(*job, options, quiet);
 }
 
@@ -229,6 +252,11 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
                     "No refinement over neighbouring frames, and no bridges over failed ones");
   command->add_flag("--single-pass", options->single_pass,
                     "No second pass: do not search for missed cells where the first mesh predicts them");
+  CLI::Option* evaluate = command->add_flag(
+      "--evaluate", options->evaluate,
+      "Measure drift, distortion and the rest of `weft evaluate` when the job is done: report.html "
+      "then has them beside the paper's figures. It takes minutes for large garments, of which 20 "
+      "frames are measured. With --server it is done here");
   command->add_flag("--single-look", options->single_pass, "Older spelling of --single-pass")->group("");
   command->add_option("--threads", options->limits.threads, "Threads; 0 takes all cores")
       ->type_name("N")
@@ -263,7 +291,8 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
           "the results are those of a registration after the take")
       ->type_name("N")
       ->check(CLI::Range(1, 1'000'000));
-  command->add_flag("--detach", options->detach, "With --server: print the job's id and do not wait for it");
+  command->add_flag("--detach", options->detach, "With --server: print the job's id and do not wait for it")
+      ->excludes(evaluate);
   command->add_flag("--json", options->json, "Print the job as JSON on standard output");
   command->callback(
       [options, &line] { line.run = [options, &line] { return Register(*options, line.quiet); }; });

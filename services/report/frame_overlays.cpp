@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "capture/image/image_encoders.h"
+#include "capture/image/thumbnail.h"
 #include "capture/take/open_dump.h"
 #include "services/files/rig_file.h"
 #include "services/report/image_overlay.h"
@@ -56,6 +58,31 @@ std::vector<size_t> CamerasToShow(const Rig& rig, const v1::FrameReport& report)
     }
   }
   return shown;
+}
+
+std::vector<MeshPicture> JobImages::Plain(const v1::FrameReport& report) const {
+  constexpr int kLongestSidePx = 560, kJpegQuality = 82;
+  const std::vector<std::string>& names = dump_->frame_names();
+  const auto at = std::find(names.begin(), names.end(), report.frame());
+  std::vector<MeshPicture> pictures;
+  if (at == names.end()) return pictures;
+  std::vector<size_t> cameras = CamerasToShow(rig_, report);
+  for (size_t c = 0; cameras.empty() && c < std::min<size_t>(2, rig_.cameras.size()); ++c)
+    cameras.push_back(c);
+  if (cameras.size() == 1 && rig_.cameras.size() > 1) cameras.push_back(cameras[0] == 0 ? 1 : 0);
+  for (const size_t camera : cameras) {
+    const absl::StatusOr<Frame> image = dump_->ReadView(static_cast<size_t>(at - names.begin()), camera);
+    if (!image.ok()) continue;
+    const int longest_px = std::max(image->width_px, image->height_px);
+    const absl::StatusOr<Frame> small =
+        Thumbnail(*image, std::max(1, std::min(longest_px, kLongestSidePx) * image->width_px / longest_px));
+    if (!small.ok()) continue;
+    const auto jpeg = EncodeJpeg({small->width_px, small->height_px, 3, 8, *small->pixels}, kJpegQuality);
+    if (!jpeg.ok()) continue;
+    pictures.push_back({rig_.cameras[camera].id, std::string(jpeg->begin(), jpeg->end()), small->width_px,
+                        small->height_px, "image/jpeg"});
+  }
+  return pictures;
 }
 
 std::vector<MeshPicture> JobImages::Overlays(const v1::FrameReport& report, const PicturedMesh& mesh) const {

@@ -25,6 +25,8 @@ class JobImages {
   // among those that look from another side; fewer where images cannot be read. `report` is that of the
   // frame.
   std::vector<MeshPicture> Overlays(const v1::FrameReport& report, const PicturedMesh& mesh) const;
+  // The whole images of the same cameras, of the first two where none read a cell. JPEG.
+  std::vector<MeshPicture> Plain(const v1::FrameReport& report) const;
 
  private:
   Rig rig_;

@@ -53,9 +53,10 @@ std::string PaperSection(const PaperFigures& ours) {
           Table({"Method", "Correspondence drift rate, mm/s", "Geodesic distortion, mm",
                  "Coverage per frame, mean (lowest to highest)"},
                 rows, "cameras"),
-          is_complete ? ""
-                      : "<p><code>weft evaluate RESULT --out DIR</code> measures drift and distortion, and "
-                        "writes this page anew with them.</p>\n",
+          is_complete
+              ? ""
+              : "<p><code>weft evaluate RESULT --out RESULT</code> measures drift and distortion, and "
+                "writes this page anew with them.</p>\n",
           "<p>The other lines are Table 1 and Figure 7 of Halimi et al. 2022, measured on that paper's own "
           "recordings of worn shirts, which are not public: another garment, other motion, another frame "
           "rate. "

@@ -10,6 +10,13 @@ namespace {
 // A row of its own, since the pictures are to be looked at closely.
 std::string InImages(const FramePictures& frame) {
   if (frame.in_images.empty()) return "";
+  if (frame.by_state.empty()) {
+    return absl::StrCat(
+        "<div class=\"in-images\">",
+        PictureRow(frame.in_images, absl::StrCat("frame ", frame.frame), "",
+                   "<p class=\"legend\">Images of cameras; the frame could not be registered.</p>"),
+        "</div>\n");
+  }
   return absl::StrCat(
       "<div class=\"in-images\">",
       PictureRow(
@@ -25,7 +32,7 @@ std::string InImages(const FramePictures& frame) {
 std::string PictureSection(const std::vector<FramePictures>& pictures) {
   std::string body;
   for (const FramePictures& frame : pictures) {
-    if (frame.by_state.empty() && frame.by_sigma.empty()) continue;
+    if (frame.by_state.empty() && frame.by_sigma.empty() && frame.in_images.empty()) continue;
     absl::StrAppend(
         &body, "<h3>Frame ", NameHtml(frame.frame),
         frame.why_shown.empty() ? "" : absl::StrCat(" <small>", EscapeHtml(frame.why_shown), "</small>"),

@@ -124,6 +124,29 @@ void AddOverlays(const v1::Job& job, const std::vector<ChosenFrame>& chosen,
           picture.in_images = images->Overlays(*frame.report, mesh);
 }
 
+// Images of failed frames, up to three of them, spread evenly.
+void AddFailed(const v1::Job& job, const std::vector<v1::FrameReport>& frames,
+               std::vector<FramePictures>& pictures) {
+  constexpr size_t kMostFailed = 3;
+  std::vector<const v1::FrameReport*> failed;
+  for (const v1::FrameReport& frame : frames)
+    if (frame.state() == v1::FRAME_STATE_FAILED) failed.push_back(&frame);
+  if (failed.empty()) return;
+  const absl::StatusOr<JobImages> images = JobImages::Open(job);
+  if (!images.ok()) return;  // noted with the overlays
+  const size_t shown = std::min(failed.size(), kMostFailed);
+  for (size_t i = 0; i < shown; ++i) {
+    const v1::FrameReport& frame = *failed[i * failed.size() / shown];
+    const char* const state = frame.temporal().bridged() ? "failed and bridged" : "failed";
+    pictures.push_back({frame.frame(),
+                        frame.reason().empty() ? state : absl::StrCat(state, ": ", frame.reason()),
+                        {},
+                        {},
+                        {},
+                        images->Plain(frame)});
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<JobReportParts> ReadJobReportParts(const std::string& out_folder, const v1::Job& job,
@@ -141,6 +164,7 @@ absl::StatusOr<JobReportParts> ReadJobReportParts(const std::string& out_folder,
   const ScalarRange sigma_range_mm =
       parts.pictures.empty() ? ScalarRange() : parts.pictures[0].sigma_range_mm;
   parts.sequence = ReadSequence(out_folder, parts.frames, sigma_range_mm, extras.values, parts.notes);
+  AddFailed(job, parts.frames, parts.pictures);
   return parts;
 }
 

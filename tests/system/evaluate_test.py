@@ -127,6 +127,29 @@ class Report(Evaluate):
         self.assertIsNone(re.search(r"""(?:src|href)=["'](?!data:|#)|@import|url\((?!data:)""", page))
         self.assertIn("Algorithms</td><td>decode ", page)
 
+    def test_of_the_job_itself_has_drift_and_distortion_on_request(self):
+        self.register("--evaluate", check=0)
+        total = json.loads(read(os.path.join(self.out, "evaluation.json")))["total"]["measures"]
+        drift, distortion = total["texture_drift_mm_s"]["mean"], total["geodesic_distortion_mm"]
+        page = read(os.path.join(self.out, "report.html"))
+        paper = re.search(r'<section id="paper".*?</section>', page, re.DOTALL).group(0)
+        self.assertIn(f"<b>This result</b></td><td>{drift:.2f}</td><td>{distortion:.2f}</td>", paper)
+        for section in ("job", "sequence", "frames", "options"):
+            self.assertEqual(page.count(f'<section id="{section}"'), 1, section)
+        self.register(check=0)  # complete already: the page is that of the job alone
+        self.assertIn("weft evaluate RESULT --out RESULT", read(os.path.join(self.out, "report.html")))
+
+    def test_of_a_job_shows_what_the_cameras_saw_of_failed_frames(self):
+        for camera in range(2, len(self.images)):
+            os.remove(self.image(1, camera))
+        self.register("--frames-alone")
+        page = read(os.path.join(self.out, "report.html"))
+        meshes = re.search(r'<section id="meshes".*?</section>', page, re.DOTALL).group(0)
+        told = re.search(rf"<h3>Frame <bdi>{self.frames[1]}</bdi> <small>(failed: [^<]+)</small>", meshes)
+        self.assertIsNotNone(told, re.findall("<h3>.*</h3>", meshes))
+        self.assertIn("the frame could not be registered", meshes)
+        self.assertEqual(len(re.findall(rf'alt="c\d+ of frame {self.frames[1]}" src="data:image/jpeg', meshes)), 2)
+
     def test_of_a_job_has_no_images_where_the_take_is_gone(self):
         self.register(check=0)
         page = read(os.path.join(self.out, "report.html"))
