@@ -36,6 +36,10 @@ absl::Status StudioRigOptions::Validate() const {
   if (!(distance_mm > 0)) return bad("distance_mm", distance_mm, "a positive number");
   if (!(around_deg >= 0 && around_deg <= 360)) return bad("around_deg", around_deg, "0 to 360");
   if (!(std::abs(elevation_deg) <= 80)) return bad("elevation_deg", elevation_deg, "-80 to 80");
+  if (!(around_variation_deg >= 0 && around_variation_deg <= 180))
+    return bad("around_variation_deg", around_variation_deg, "0 to 180");
+  if (!(elevation_variation_deg >= 0 && std::abs(elevation_deg) + elevation_variation_deg <= 85))
+    return bad("elevation_variation_deg", elevation_variation_deg, "0 to 85, less elevation_deg");
   if (!(object_width_mm > 0)) return bad("object_width_mm", object_width_mm, "a positive number");
   if (!(object_height_mm > 0)) return bad("object_height_mm", object_height_mm, "a positive number");
   if (!(std::hypot(object_width_mm, object_height_mm) < distance_mm))
@@ -59,8 +63,9 @@ absl::StatusOr<Rig> MakeStudioRig(const std::string& id, const StudioRigOptions&
     const auto vary = [key](uint64_t k) { return 2 * UniformOf(key, k) - 1; };  // -1 to 1
     const double steps = circle ? o.cameras : std::max(1, o.cameras - 1);
     const double from = circle ? 0 : -o.around_deg / 2;
-    const double around = (from + o.around_deg * i / steps + 2 * vary(0)) * kRadPerDeg;
-    const double up = ((i % 2 == 0 ? 1 : -1) * o.elevation_deg + 3 * vary(1)) * kRadPerDeg;
+    const double around = (from + o.around_deg * i / steps + o.around_variation_deg * vary(0)) * kRadPerDeg;
+    const double up =
+        ((i % 2 == 0 ? 1 : -1) * o.elevation_deg + o.elevation_variation_deg * vary(1)) * kRadPerDeg;
     const double distance = o.distance_mm * (1 + 0.1 * vary(2));
     const Eigen::Vector3d center =
         o.aim_mm + distance * Eigen::Vector3d(std::cos(up) * std::sin(around), -std::sin(up),

@@ -18,6 +18,8 @@ struct StudioRigOptions {
   int height_px = 1280;
   double distance_mm = 1400;            // camera centre to aim point; each camera varies by up to 10 %
   double around_deg = 360;              // arc that the cameras cover, centred on -z; 360 for the full circle
+  double around_variation_deg = 2;      // each camera stands off its place by up to this, each way,
+  double elevation_variation_deg = 3;   // and looks from higher or lower
   double elevation_deg = 22;            // even cameras look down from above, odd ones up from below
   double object_width_mm = 200;         // what must stay in the picture, seen from the side ...
   double object_height_mm = 300;        // ... and its height

@@ -63,6 +63,22 @@ void SetUpTShirt24(SyntheticTakeOptions& o) {
   SetUpStudioCamera(o);
 }
 
+// A shirt that was captured before, worn again before two cameras that face each other.
+void SetUpShirtDrive(SyntheticTakeOptions& o) {
+  SetUpTShirt24(o);
+  o.performance.motion = PerformanceMotion::kTwist;
+  o.performance.frames = 100;
+  o.rig.cameras = 2;
+  o.rig.elevation_deg = 8;
+}
+
+// The same before cameras that nobody placed with care: 120 to 240 degrees between them.
+void SetUpShirtDriveJitter(SyntheticTakeOptions& o) {
+  SetUpShirtDrive(o);
+  o.rig.around_variation_deg = 30, o.rig.elevation_variation_deg = 12;
+  o.rig.focal_spread = 0.4;
+}
+
 // One vertex on every cell of the size that such studios print; the cameras are given.
 void SetUpTShirtRig(SyntheticTakeOptions& o) {
   o.performance.garment = GarmentKind::kTShirt;
@@ -126,6 +142,12 @@ constexpr std::array kPresets = {
            "a T-shirt of 19,000 cells, worn, twisted and pulled, before 24 cameras, 200 frames; about an "
            "hour on two cores",
            SetUpTShirt24},
+    Preset{"shirt-drive",
+           "the same T-shirt before two cameras that face each other, 100 frames; --cameras for more of them",
+           SetUpShirtDrive},
+    Preset{"shirt-drive-jitter",
+           "the same with 120 to 240 degrees between the cameras, other heights and lenses",
+           SetUpShirtDriveJitter},
     Preset{"pleats",
            "a skirt with pressed pleats, swung, before 16 cameras, 3 to 5 px a cell, 6 frames; a minute",
            SetUpPleats},

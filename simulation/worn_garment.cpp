@@ -328,6 +328,12 @@ absl::StatusOr<std::vector<Vector3d>> WornCoarsely(PerformanceOptions options, c
 
 }  // namespace
 
+double AutomaticStepS(const PerformanceOptions& options) {
+  PerformanceOptions automatic = options;
+  automatic.step_s = 0;
+  return StepOf(automatic, kFastestWorn_mm_per_s);
+}
+
 absl::StatusOr<std::unique_ptr<PerformanceSource>> WearGarment(
     const PerformanceOptions& options, const std::function<void(double)>& on_progress) {
   absl::StatusOr<Outfit> outfit = MakeOutfit(options);

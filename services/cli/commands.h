@@ -22,6 +22,7 @@ void AddCameraCommand(CLI::App& app, CommandLine& line);
 void AddCameraLookCommand(CLI::App& camera, CommandLine& line);
 void AddCameraFakeCommand(CLI::App& camera, CommandLine& line);
 void AddDaemonCommand(CLI::App& app, CommandLine& line);
+void AddDatasetCommand(CLI::App& app, CommandLine& line);
 void AddDoctorCommand(CLI::App& app, CommandLine& line);
 void AddEvaluateCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);

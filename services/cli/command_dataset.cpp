@@ -1,0 +1,106 @@
+// weft dataset: takes for training and testing.
+#include <tbb/global_control.h>
+#include <tbb/info.h>
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "base/stopwatch.h"
+#include "services/cli/commands.h"
+#include "services/cli/progress.h"
+#include "services/process/stop_on_signal.h"
+#include "services/synthetic/dataset_writer.h"
+
+namespace weft {
+namespace {
+
+struct DatasetMakeOptions {
+  std::string name;
+  std::string out;
+  double minutes = 0;
+  int threads = 0;
+};
+
+absl::Status MakeDatasetFolder(const DatasetMakeOptions& options, bool quiet) {
+  const absl::StatusOr<DatasetPreset> preset = DatasetPresetNamed(options.name);
+  if (!preset.ok()) return preset.status();
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
+                                  options.threads > 0
+                                      ? static_cast<size_t>(options.threads)
+                                      : static_cast<size_t>(tbb::info::default_concurrency()));
+  const StopOnSignal stop;  // before the first thread
+  const Stopwatch watch;
+  const bool visible = ProgressVisible(quiet);
+  std::string shown;
+  std::optional<Progress> progress;
+  const absl::StatusOr<DatasetSummary> summary = MakeDataset(
+      *preset, options.out, options.minutes,
+      [&](const std::string& take, int done, int frames) {
+        if (shown != take)
+          progress.reset(), progress.emplace(take, static_cast<uint64_t>(frames), visible), shown = take;
+        progress->Set(static_cast<uint64_t>(done), static_cast<uint64_t>(frames));
+      },
+      stop.token());
+  progress.reset();
+  if (!summary.ok()) return summary.status();
+  std::printf("%s: %d of %d takes are complete, %d frames; %.1f s\n", options.out.c_str(), summary->complete,
+              summary->takes, summary->frames, watch.Seconds());
+  if (summary->elsewhere > 0) std::printf("other processes work on %d takes\n", summary->elsewhere);
+  if (summary->is_late) std::printf("the time is over; the same command goes on\n");
+  return absl::OkStatus();
+}
+
+std::string DatasetsText() {
+  std::string out = "Which set:";
+  for (const DatasetPreset& preset : DatasetPresets())
+    absl::StrAppend(&out, "\n", std::string(preset.name), ": ", std::string(preset.about));
+  return out;
+}
+
+absl::Status ListDataset(const std::string& name) {
+  const absl::StatusOr<DatasetPreset> preset = DatasetPresetNamed(name);
+  if (!preset.ok()) return preset.status();
+  std::printf("%-26s %-12s %-9s %6s\n", "take", "split", "motion", "frames");
+  for (const DatasetTake& take : preset->takes)
+    std::printf("%-26s %-12s %-9s %6d\n", take.Name().c_str(), std::string(NameOf(take.split)).c_str(),
+                std::string(NameOf(take.motion)).c_str(), take.frames);
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddDatasetCommand(CLI::App& app, CommandLine& line) {
+  CLI::App* dataset =
+      AddCommand(app, "dataset",
+                 "Sets of simulated takes without pictures, for training and testing: who moves how, "
+                 "split by motion.",
+                 "  weft dataset list shirt-drive\n"
+                 "  weft dataset make shirt-drive --out shirt-drive --minutes 20");
+  dataset->require_subcommand(1);
+
+  CLI::App* make =
+      AddCommand(*dataset, "make", "Make a set, or go on with it. Several processes may work on one folder.",
+                 "  nice weft dataset make shirt-drive --threads 1 --out shirt-drive");
+  auto options = std::make_shared<DatasetMakeOptions>();
+  make->add_option("set", options->name, DatasetsText())->required()->type_name("NAME");
+  make->add_option("--out", options->out, "The folder of the set")->required()->type_name("DIR");
+  make->add_option("--minutes", options->minutes, "Stop after this time; 0 for none")
+      ->type_name("MIN")
+      ->check(CLI::Range(0.0, 1e6));
+  make->add_option("--threads", options->threads, "Threads to use; 0 for all")
+      ->type_name("N")
+      ->check(CLI::Range(0, 4096));
+  make->callback(
+      [options, &line] { line.run = [options, &line] { return MakeDatasetFolder(*options, line.quiet); }; });
+
+  CLI::App* list =
+      AddCommand(*dataset, "list", "List the takes of a set.", "  weft dataset list shirt-drive");
+  auto name = std::make_shared<std::string>();
+  list->add_option("set", *name, DatasetsText())->required()->type_name("NAME");
+  list->callback([name, &line] { line.run = [name] { return ListDataset(*name); }; });
+}
+
+}  // namespace weft
