@@ -1,6 +1,7 @@
 // The one interface through which the stages read recordings, of whatever kind.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,12 @@
 #include "capture/image/frame.h"
 
 namespace weft {
+
+// Where the bytes of an image lie: a file, or a part of one.
+struct StoredView {
+  std::string file;
+  uint64_t offset_bytes = 0, bytes = 0;
+};
 
 // Random access over the frames of a recording.
 // Thread safety: Read may be called from several threads.
@@ -27,6 +34,16 @@ class FrameSource {
   // is the position in the rig that the source was opened with.
   // OutOfRange: no such frame or camera. Any other error is the reason that Read would list in `missing`.
   virtual absl::StatusOr<Frame> ReadView(size_t index, size_t camera) const = 0;
+
+  // For whoever copies recordings: where the bytes of an image lie, and ReadView from a file that holds them
+  // alone. Errors of ReadView; Unimplemented: a source without files.
+  virtual absl::StatusOr<StoredView> Locate(size_t /*index*/, size_t /*camera*/) const {
+    return absl::UnimplementedError("no files");
+  }
+  virtual absl::StatusOr<Frame> ReadCopy(const std::string& /*copy*/, size_t /*index*/,
+                                         size_t /*camera*/) const {
+    return absl::UnimplementedError("no files");
+  }
 
   // 16 hex digits that change when the recorded images of the frame change; reads no pixels.
   // OutOfRange: no such frame.

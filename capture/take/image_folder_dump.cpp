@@ -69,18 +69,38 @@ absl::StatusOr<FrameSet> ImageFolderDump::Read(size_t index) const {
   return ReadFrameSet(*this, rig_, index);
 }
 
-absl::StatusOr<Frame> ImageFolderDump::ReadView(size_t index, size_t camera) const {
+absl::StatusOr<std::string> ImageFolderDump::PathOf(size_t index, size_t camera) const {
   if (index >= frame_names_.size() || camera >= rig_.cameras.size()) {
     return absl::OutOfRangeError(absl::StrCat("frame ", index, " of ", frame_names_.size(), ", camera ",
                                               camera, " of ", rig_.cameras.size()));
   }
+  if (paths_[index][camera].empty()) return absl::NotFoundError("no image in the dump");
+  return paths_[index][camera];
+}
+
+absl::StatusOr<Frame> ImageFolderDump::ReadView(size_t index, size_t camera) const {
+  const absl::StatusOr<std::string> path = PathOf(index, camera);
+  return path.ok() ? ReadCopy(*path, index, camera) : path.status();
+}
+
+absl::StatusOr<StoredView> ImageFolderDump::Locate(size_t index, size_t camera) const {
+  const absl::StatusOr<std::string> path = PathOf(index, camera);
+  if (!path.ok()) return path.status();
+  std::error_code error;
+  const uint64_t bytes = fs::file_size(*path, error);
+  if (error) return absl::NotFoundError(absl::StrCat(*path, ": ", error.message()));
+  return StoredView{*path, 0, bytes};
+}
+
+absl::StatusOr<Frame> ImageFolderDump::ReadCopy(const std::string& copy, size_t index, size_t camera) const {
+  const absl::StatusOr<std::string> path = PathOf(index, camera);
+  if (!path.ok()) return path.status();
   const CameraModel& model = rig_.cameras[camera];
-  const std::string& path = paths_[index][camera];
-  if (path.empty()) return absl::NotFoundError("no image in the dump");
   absl::StatusOr<Frame> frame =
-      ReadImageFile(path, options_.mosaic, ImageSize{model.width_px, model.height_px});
+      ReadImageFile(copy, options_.mosaic, ImageSize{model.width_px, model.height_px});
   if (!frame.ok()) return frame.status();
   frame->camera_id = model.id;
+  frame->origin = *path;
   return frame;
 }
 

@@ -27,12 +27,16 @@ class ImageFolderDump : public FrameSource {
   const std::vector<std::string>& frame_names() const override { return frame_names_; }
   absl::StatusOr<FrameSet> Read(size_t index) const override;
   absl::StatusOr<Frame> ReadView(size_t index, size_t camera) const override;
+  absl::StatusOr<StoredView> Locate(size_t index, size_t camera) const override;
+  absl::StatusOr<Frame> ReadCopy(const std::string& copy, size_t index, size_t camera) const override;
   // Over names, sizes and modification times of the image files.
   absl::StatusOr<std::string> Fingerprint(size_t index) const override;
   const std::vector<std::string>& warnings() const override { return warnings_; }
 
  private:
   ImageFolderDump() = default;
+  // Errors of ReadView.
+  absl::StatusOr<std::string> PathOf(size_t index, size_t camera) const;
 
   Rig rig_;
   ImageFolderOptions options_;

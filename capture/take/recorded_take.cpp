@@ -141,16 +141,41 @@ absl::StatusOr<FrameSet> RecordedTakeDump::Read(size_t index) const {
   return ReadFrameSet(*this, rig_, index);
 }
 
-absl::StatusOr<Frame> RecordedTakeDump::ReadView(size_t index, size_t camera) const {
+absl::StatusOr<size_t> RecordedTakeDump::StreamOf(size_t index, size_t camera) const {
   if (index >= frame_names_.size() || camera >= rig_.cameras.size()) {
     return absl::OutOfRangeError(absl::StrCat("frame ", index, " of ", frame_names_.size(), ", camera ",
                                               camera, " of ", rig_.cameras.size()));
   }
-  const CameraModel& model = rig_.cameras[camera];
   if (stream_of_camera_[camera] < 0) return absl::NotFoundError("no stream in the take");
-  const auto stream = static_cast<size_t>(stream_of_camera_[camera]);
-  const absl::StatusOr<RawFrame> raw = take_->ReadRaw(index, stream);
+  return static_cast<size_t>(stream_of_camera_[camera]);
+}
+
+absl::StatusOr<Frame> RecordedTakeDump::ReadView(size_t index, size_t camera) const {
+  const absl::StatusOr<size_t> stream = StreamOf(index, camera);
+  if (!stream.ok()) return stream.status();
+  return AsRigHasIt(take_->ReadRaw(index, *stream), index, camera);
+}
+
+absl::StatusOr<StoredView> RecordedTakeDump::Locate(size_t index, size_t camera) const {
+  const absl::StatusOr<size_t> stream = StreamOf(index, camera);
+  if (!stream.ok()) return stream.status();
+  const IndexRecord* record = take_->Record(index, *stream);
+  if (record == nullptr) return absl::NotFoundError("the stream lacks this frame set");
+  return StoredView{take_->stream(*stream).path(), record->offset_bytes, StreamReader::BytesOf(*record)};
+}
+
+absl::StatusOr<Frame> RecordedTakeDump::ReadCopy(const std::string& copy, size_t index, size_t camera) const {
+  const absl::StatusOr<size_t> stream = StreamOf(index, camera);
+  if (!stream.ok()) return stream.status();
+  const IndexRecord* record = take_->Record(index, *stream);
+  if (record == nullptr) return absl::NotFoundError("the stream lacks this frame set");
+  return AsRigHasIt(take_->stream(*stream).ReadCopy(*record, copy), index, camera);
+}
+
+absl::StatusOr<Frame> RecordedTakeDump::AsRigHasIt(const absl::StatusOr<RawFrame>& raw, size_t index,
+                                                   size_t camera) const {
   if (!raw.ok()) return raw.status();
+  const CameraModel& model = rig_.cameras[camera];
   if (raw->width_px != model.width_px || raw->height_px != model.height_px) {
     return absl::InvalidArgumentError(absl::StrCat("camera ", model.id, ", frame ", frame_names_[index],
                                                    ": image is ", raw->width_px, "x", raw->height_px,

@@ -60,12 +60,17 @@ class RecordedTakeDump : public FrameSource {
   const std::vector<std::string>& frame_names() const override { return frame_names_; }
   absl::StatusOr<FrameSet> Read(size_t index) const override;
   absl::StatusOr<Frame> ReadView(size_t index, size_t camera) const override;
+  absl::StatusOr<StoredView> Locate(size_t index, size_t camera) const override;
+  absl::StatusOr<Frame> ReadCopy(const std::string& copy, size_t index, size_t camera) const override;
   // Over numbers, sizes and checksums of the frames.
   absl::StatusOr<std::string> Fingerprint(size_t index) const override;
   const std::vector<std::string>& warnings() const override { return warnings_; }
 
  private:
   RecordedTakeDump() = default;
+  // The stream of a camera of the rig. Errors of ReadView.
+  absl::StatusOr<size_t> StreamOf(size_t index, size_t camera) const;
+  absl::StatusOr<Frame> AsRigHasIt(const absl::StatusOr<RawFrame>& raw, size_t index, size_t camera) const;
 
   Rig rig_;
   std::unique_ptr<RecordedTake> take_;

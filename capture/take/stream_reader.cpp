@@ -132,8 +132,13 @@ void StreamReader::ReadIndex(const std::string& path) {
 }
 
 absl::StatusOr<ChunkHeader> StreamReader::ReadHeader(const IndexRecord& record) const {
+  return ReadHeaderAt(record, file_, record.offset_bytes);
+}
+
+absl::StatusOr<ChunkHeader> StreamReader::ReadHeaderAt(const IndexRecord& record, const PosixFile& file,
+                                                       uint64_t offset_bytes) const {
   AlignedBuffer block(kBlockBytes);
-  const absl::Status read = file_.ReadAt(block.data(), kBlockBytes, record.offset_bytes);
+  const absl::Status read = file.ReadAt(block.data(), kBlockBytes, offset_bytes);
   if (absl::IsOutOfRange(read))
     return DataLoss(file_, record.offset_bytes, "the stream is shorter than its index");
   if (!read.ok()) return read;
@@ -146,16 +151,26 @@ absl::StatusOr<ChunkHeader> StreamReader::ReadHeader(const IndexRecord& record) 
 }
 
 absl::StatusOr<RawFrame> StreamReader::Read(const IndexRecord& record) const {
-  const absl::StatusOr<ChunkHeader> header = ReadHeader(record);
+  return ReadAt(record, file_, record.offset_bytes);
+}
+
+absl::StatusOr<RawFrame> StreamReader::ReadCopy(const IndexRecord& record, const std::string& copy) const {
+  const absl::StatusOr<PosixFile> file = PosixFile::Open(copy, O_RDONLY);
+  return file.ok() ? ReadAt(record, *file, 0) : file.status();
+}
+
+absl::StatusOr<RawFrame> StreamReader::ReadAt(const IndexRecord& record, const PosixFile& file,
+                                              uint64_t offset_bytes) const {
+  const absl::StatusOr<ChunkHeader> header = ReadHeaderAt(record, file, offset_bytes);
   if (!header.ok()) return header.status();
   if (header->codec == PayloadCodec::kMissing) return absl::NotFoundError(header->reason);
-  const absl::StatusOr<uint64_t> file_bytes = file_.Size();
+  const absl::StatusOr<uint64_t> file_bytes = file.Size();
   if (!file_bytes.ok()) return file_bytes.status();
-  if (record.offset_bytes + kBlockBytes + header->payload_bytes > *file_bytes) {
+  if (offset_bytes + kBlockBytes + header->payload_bytes > *file_bytes) {
     return DataLoss(file_, record.offset_bytes, "the stream ends inside the frame");
   }
   auto payload = std::make_unique<AlignedBuffer>(header->payload_bytes);
-  if (absl::Status status = file_.ReadAt(payload->data(), payload->size(), record.offset_bytes + kBlockBytes);
+  if (absl::Status status = file.ReadAt(payload->data(), payload->size(), offset_bytes + kBlockBytes);
       !status.ok()) {
     return status;
   }

@@ -56,6 +56,10 @@ class StreamReader {
   // The frame of a chunk, byte by byte as recorded. NotFound: the camera had no frame, the message is the
   // reason. DataLoss: the chunk is damaged.
   absl::StatusOr<RawFrame> Read(const IndexRecord& record) const;
+  // The same from a file that holds the bytes of the chunk alone, BytesOf(record).
+  absl::StatusOr<RawFrame> ReadCopy(const IndexRecord& record, const std::string& copy) const;
+  static uint64_t BytesOf(const IndexRecord& record) { return kBlockBytes + record.payload_bytes; }
+  const std::string& path() const { return file_.path(); }
   // The header alone. DataLoss as above.
   absl::StatusOr<ChunkHeader> ReadHeader(const IndexRecord& record) const;
 
@@ -63,6 +67,10 @@ class StreamReader {
   absl::StatusOr<StreamScan> Scan() const;
 
  private:
+  absl::StatusOr<ChunkHeader> ReadHeaderAt(const IndexRecord& record, const PosixFile& file,
+                                           uint64_t offset_bytes) const;
+  absl::StatusOr<RawFrame> ReadAt(const IndexRecord& record, const PosixFile& file,
+                                  uint64_t offset_bytes) const;
   StreamReader(PosixFile file, StreamHeader header) : file_(std::move(file)), header_(std::move(header)) {}
   static absl::StatusOr<StreamHeader> ReadHeaderOf(const PosixFile& file, const std::string& camera_id);
   void ReadIndex(const std::string& path);

@@ -69,6 +69,7 @@ absl::Status JobQueue::Resume() {
       spdlog::error("job {} cannot be taken up: {}", job.id(), std::string(infos.status().message()));
     }
   }
+  executor_->TakeUp([this](const v1::Task& task) { return TakeUpTask(task); });
   PlanBackup();
   Schedule();
   return absl::OkStatus();

@@ -153,6 +153,8 @@ class JobQueue {
   // Tasks (job_queue_tasks.cpp).
   void Schedule();
   bool StartTask(const std::shared_ptr<LiveJob>& job);
+  TaskListener ListenerOf(const std::string& task_id);
+  std::optional<TaskListener> TakeUpTask(const v1::Task& task);
   bool HasTasks(const LiveJob& job) const;
   bool BeginsTasks() const { return !stopping_ && (!draining_ || finishes_jobs_); }
   int FramesRunning(const RunningTask& task) const;

@@ -24,14 +24,21 @@ bool EndedBefore(const v1::Job& job, int64_t time_ns) {
   return job.finished_unix_ns() > 0 && job.finished_unix_ns() < time_ns;
 }
 
-void RemoveForgottenResults(const std::string& results_folder) {
+void RemoveForgotten(const std::string& folder) {
   std::error_code error;
-  for (fs::directory_iterator it(results_folder, error), end; !error && it != end; it.increment(error)) {
+  for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
     std::error_code failed;
     if (!absl::StartsWith(it->path().filename().string(), kForgottenPrefix)) continue;
     fs::remove_all(it->path(), failed);
     if (failed) spdlog::warn("{}: cannot be removed: {}", it->path().string(), failed.message());
   }
+}
+
+// Out of the way at once. The name says what a daemon that is killed here was at.
+std::error_code PutAside(const std::string& folder, const std::string& job_id) {
+  std::error_code error;
+  fs::rename(folder, fs::path(folder).parent_path() / absl::StrCat(kForgottenPrefix, job_id), error);
+  return error == std::errc::no_such_file_or_directory ? std::error_code() : error;
 }
 
 }  // namespace
@@ -67,10 +74,14 @@ void JobQueue::ForgetOldJobs() {
     lock.lock();
   }
   lock.unlock();
-  RemoveForgottenResults(options_.results_folder);
+  // Results, and logs of tasks.
+  std::vector<std::string> folders = {options_.results_folder};
+  if (const std::string logs = executor_->LogFolder("of a job"); !logs.empty())
+    folders.push_back(fs::path(logs).parent_path());
+  for (const std::string& folder : folders) RemoveForgotten(folder);
   int forgotten = 0;
   for (const v1::Job& job : old) forgotten += !options_.is_read(job.spec().out()) && ForgetOld(job);
-  RemoveForgottenResults(options_.results_folder);
+  for (const std::string& folder : folders) RemoveForgotten(folder);
   if (forgotten > 0) {
     spdlog::info("{} job{} forgotten, since {} ended more than {:g} days ago", forgotten,
                  forgotten == 1 ? " is" : "s are", forgotten == 1 ? "it" : "they", days);
@@ -86,13 +97,15 @@ bool JobQueue::ForgetOld(const v1::Job& job) {
   if (FindLive(job.id()) != nullptr) return false;
   const absl::StatusOr<v1::Job> now = catalogue_->ReadJob(job.id());
   if (!now.ok() || now->finished_unix_ns() != job.finished_unix_ns()) return false;
-  // Only what lies with the daemon is the daemon's. The name says what a daemon that is killed here was at.
-  const std::string own = absl::StrCat(options_.results_folder, "/", job.id());
-  if (job.spec().out() == own) {
-    std::error_code error;
-    fs::rename(own, absl::StrCat(options_.results_folder, "/", kForgottenPrefix, job.id()), error);
-    if (error && error != std::errc::no_such_file_or_directory) {
-      spdlog::warn("job {} stays: its results cannot be removed: {}", job.id(), error.message());
+  // Only what lies with the daemon is the daemon's.
+  std::vector<std::string> own = {executor_->LogFolder(job.id())};
+  if (const std::string results = absl::StrCat(options_.results_folder, "/", job.id());
+      job.spec().out() == results)
+    own.push_back(results);
+  for (const std::string& folder : own) {
+    if (folder.empty()) continue;
+    if (const std::error_code error = PutAside(folder, job.id())) {
+      spdlog::warn("job {} stays: {} cannot be removed: {}", job.id(), folder, error.message());
       return false;
     }
   }

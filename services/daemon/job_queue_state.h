@@ -53,6 +53,7 @@ struct JobQueue::RunningTask {
   std::optional<v1::TaskError> error;
   std::optional<v1::WorkerUsage> usage;
   bool began = false;
+  bool is_taken_up = false;  // it tells again what it told the daemon before this one
 };
 
 struct JobQueue::Watcher {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "capture/file/plain_text.h"
 #include "services/daemon/job_queue.h"
@@ -72,11 +73,7 @@ bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   task.set_threads(options_.threads_per_worker);
   for (const size_t position : running->positions) task.add_frames(job->infos()[position].frame());
   const std::string id = task.id();
-  const absl::Status status =
-      executor_->Start(task, {[this, id](const v1::WorkerEvent& event) { OnEvent(id, event); },
-                              [this, id](const TaskEnd& end) { OnTaskEnded(id, end); },
-                              [this, id](const std::string& why) { OnTaskWaits(id, why); },
-                              [this, id](const std::string& note) { OnTaskNoted(id, note); }});
+  const absl::Status status = executor_->Start(task, ListenerOf(id));
   if (!status.ok()) {
     spdlog::error("task {} cannot be started: {}", id, std::string(status.message()));
     for (const size_t position : running->positions) {
@@ -89,6 +86,36 @@ bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   job->life.SetTaskLogs(executor_->LogFolder(job->job().id()));
   if (job->life.Start()) RememberJob(*job);
   return true;
+}
+
+TaskListener JobQueue::ListenerOf(const std::string& id) {
+  return {[this, id](const v1::WorkerEvent& event) { OnEvent(id, event); },
+          [this, id](const TaskEnd& end) { OnTaskEnded(id, end); },
+          [this, id](const std::string& why) { OnTaskWaits(id, why); },
+          [this, id](const std::string& note) { OnTaskNoted(id, note); }};
+}
+
+// A task that the daemon before this one started, and that runs on. None: no job waits for a frame of it.
+std::optional<TaskListener> JobQueue::TakeUpTask(const v1::Task& task) {
+  int64_t number = 0;
+  if (absl::SimpleAtoi(task.id().substr(task.id().rfind('.') + 1), &number))
+    next_task_ = std::max(next_task_, number + 1);
+  const std::shared_ptr<LiveJob> job = FindLive(task.job_id());
+  if (job == nullptr || job->ended || job->life.ends_early() || job->life.following()) return std::nullopt;
+  auto running = std::make_unique<RunningTask>();
+  running->job = job;
+  running->is_taken_up = true;
+  for (const std::string& frame : task.frames()) {
+    const std::optional<size_t> position = job->life.frames().Find(frame);
+    if (position && !job->life.frames().DealtWith(*position)) running->positions.push_back(*position);
+  }
+  if (running->positions.empty() || !HoldsFolder(job)) return std::nullopt;
+  for (const size_t position : running->positions) job->life.frames().Take(position);
+  spdlog::info("task {} runs on: {} frames", task.id(), running->positions.size());
+  tasks_[task.id()] = std::move(running);
+  job->life.SetTaskLogs(executor_->LogFolder(task.job_id()));
+  if (job->life.Start()) RememberJob(*job);
+  return ListenerOf(task.id());
 }
 
 bool JobQueue::HasTasks(const LiveJob& job) const {
@@ -119,6 +146,7 @@ void JobQueue::OnFrameEvent(RunningTask& task, const v1::WorkerEvent& event) {
   const std::optional<size_t> position = job.life.frames().Find(frame);
   if (!position || std::count(task.positions.begin(), task.positions.end(), *position) == 0 ||
       job.life.frames().DealtWith(*position)) {
+    if (task.is_taken_up) return;
     spdlog::warn("job {}: a worker speaks of frame \"{}\", which is not its own", job.job().id(), frame);
     return;
   }

@@ -100,6 +100,15 @@ void AddSlurmOptions(CLI::App& app, weft::SlurmOptions& slurm) {
   app.add_option("--slurm-map-path", slurm.mapped_paths,
                  "HERE=THERE: nodes see the folder HERE as THERE; may be given several times")
       ->type_name("PATHS");
+  app.add_option(
+         "--slurm-scratch", slurm.scratch_folder,
+         "Folder on a disk of each node, for copies of the images that a task reads. Without it, images "
+         "are read from where they lie")
+      ->type_name("DIR");
+  app.add_option("--slurm-scratch-mib", slurm.scratch_mib,
+                 "Quota of a task in the folder of --slurm-scratch; two frames at least should fit")
+      ->type_name("MIB")
+      ->check(CLI::Range(int64_t{1}, int64_t{1} << 30));
   app.add_option("--slurm-lag-s", slurm.lag_s,
                  "How late nodes and this machine may see each other's files in --slurm-folder")
       ->type_name("S")

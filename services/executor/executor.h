@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "absl/status/status.h"
@@ -49,6 +50,10 @@ class Executor {
   virtual TaskShape shape() const { return {.parallel = slots()}; }
   // Folder of the logs of a job's tasks; empty: there are none.
   virtual std::string LogFolder(const std::string& /*job_id*/) const { return ""; }
+  // Offers the tasks that run on from before this executor was made, because its forerunner was killed; those
+  // without a listener are stopped. Call it before the first Start. `claim` is called in this call.
+  using Claim = std::function<std::optional<TaskListener>(const v1::Task& task)>;
+  virtual void TakeUp(const Claim& /*claim*/) {}
   // ResourceExhausted: every slot is taken. AlreadyExists: a running task of this id. Unavailable: StopAll
   // was called. A task that cannot be started is reported by `ended`.
   virtual absl::Status Start(const v1::Task& task, TaskListener listener) = 0;

@@ -122,6 +122,11 @@ std::vector<size_t> JobFrames::TakeChunk(int slots, ChunkLimits limits) {
   return fresh;
 }
 
+void JobFrames::Take(size_t position) {
+  taken_[position] = true;
+  late_[position] = false;
+}
+
 void JobFrames::Start(size_t position) {
   v1::FrameInfo& info = infos_[position];
   info.set_state(v1::FRAME_STATE_RUNNING);

@@ -36,6 +36,9 @@ class JobFrames {
   // count as taken until they end or are given back.
   std::vector<size_t> TakeChunk(int slots, ChunkLimits limits = {});
 
+  // Has this frame taken as by TakeChunk, which must be waiting: a task that runs already has it.
+  void Take(size_t position);
+
   void Start(size_t position);
   void Advance(size_t position, double share_done);
   // Takes over state, reason and figures; attempts stay.

@@ -84,6 +84,7 @@ absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<
     const FrameStanding standing = InspectFrame(inputs, index, *options, out);
     absl::StatusOr<v1::FrameReport> report = standing.report;
     if (standing.redo) {
+      if (absl::Status status = events.reads(index); !status.ok()) return status;
       AdvancedOnce advanced(events, name);
       arena.execute(
           [&] { report = GoOnFrom(standing, inputs, index, *options, out, std::ref(advanced), stop); });

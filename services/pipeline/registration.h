@@ -24,6 +24,8 @@ struct RegistrationEvents {
   std::function<void(const std::string& frame)> started;
   std::function<void(const std::string& frame, double share)> advanced;  // 0 to 1
   std::function<void(const v1::FrameInfo& info)> finished;
+  // Before images of the frame at this position of the dump are read; an error ends the registration.
+  std::function<absl::Status(size_t index)> reads = [](size_t) { return absl::OkStatus(); };
 };
 
 // Registers the frames at these positions of the dump one after another, within `limits`.

@@ -121,6 +121,11 @@ void SlurmExecutor::QueryIfSilent() {
 // was lost.
 void SlurmExecutor::CancelLeftovers(const std::vector<SlurmRecord>& records) {
   std::vector<std::string> left;
+  {
+    const std::lock_guard lock(mutex_);
+    left.swap(unclaimed_);
+  }
+  const std::vector<std::string> unclaimed = left;
   for (const SlurmRecord& record : records) {
     if (record.comment != absl::StrCat("weft:", tag_) || HasEnded(record.state)) continue;
     const int64_t array_id = record.array_id > 0 ? record.array_id : record.job_id;
@@ -128,7 +133,12 @@ void SlurmExecutor::CancelLeftovers(const std::vector<SlurmRecord>& records) {
   }
   std::sort(left.begin(), left.end());
   left.erase(std::unique(left.begin(), left.end()), left.end());
-  if (left.empty() || commands_.Cancel(left).ok()) knows_leftovers_ = true;
+  if (left.empty() || commands_.Cancel(left).ok()) {
+    knows_leftovers_ = true;
+  } else {
+    const std::lock_guard lock(mutex_);
+    unclaimed_ = unclaimed;
+  }
 }
 
 void SlurmExecutor::UseRecords(const std::vector<SlurmRecord>& records) {

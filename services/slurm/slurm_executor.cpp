@@ -10,6 +10,7 @@
 #include "absl/strings/str_replace.h"
 #include "base/host_clock.h"
 #include "services/files/atomic_file.h"
+#include "services/files/json_file.h"
 #include "services/slurm/slurm_run.h"
 
 namespace weft {
@@ -95,6 +96,7 @@ absl::Status SlurmExecutor::Start(const v1::Task& task, TaskListener listener) {
   run->task = task;
   run->listener = std::move(listener);
   run->heard = Clock::now();
+  may_begin_ = true;
   taken_.push_back(task.id());
   starts_.push_back(std::move(run));
   has_requests_ = true;
@@ -125,7 +127,7 @@ void SlurmExecutor::Loop() {
     const bool stopping = TakeRequests();
     CancelStopped();
     ReadEvents();
-    QueryIfSilent();
+    if (begins_) QueryIfSilent();
     Conclude();
     if (stopping && runs_.empty()) return;
     if (!stopping) {
@@ -136,7 +138,7 @@ void SlurmExecutor::Loop() {
     std::unique_lock lock(mutex_);
     // Without tasks there is nothing to look at.
     const auto wakes = [this] { return has_requests_; };
-    if (runs_.empty() && knows_leftovers_) {
+    if (runs_.empty() && (knows_leftovers_ || !begins_)) {
       woken_.wait(lock, wakes);
     } else {
       woken_.wait_for(lock, options_.event_period, wakes);
@@ -151,6 +153,12 @@ bool SlurmExecutor::TakeRequests() {
     const std::lock_guard lock(mutex_);
     for (std::unique_ptr<Run>& start : starts_) runs_.push_back(std::move(start));
     starts_.clear();
+    for (const std::shared_ptr<Array>& array : taken_up_) {
+      own_arrays_.insert(array->id);
+      arrays_.push_back(array);
+    }
+    taken_up_.clear();
+    begins_ = may_begin_;
     stops.swap(stops_);
     stopping = stopping_;
     has_requests_ = false;
@@ -212,6 +220,13 @@ void SlurmExecutor::SubmitJob(const std::string& job_id, Clock::time_point now) 
   if (!id.ok()) return RefuseAll(runs, id.status());
   array->id = *id;
   own_arrays_.insert(*id);
+  v1::SubmittedArray submitted;
+  submitted.set_id(*id);
+  submitted.set_tasks(array->unfinished);
+  submitted.set_memory_mib(array->memory_mib);
+  submitted.set_submitted_unix_ns(HostTime_ns());
+  // Without it the next executor cancels these tasks instead of taking them up.
+  WriteJsonFile(array->folder.ArrayFile(), submitted).IgnoreError();
   arrays_.push_back(array);
   for (size_t i = 0; i < runs.size(); ++i) {
     runs[i]->array = array;

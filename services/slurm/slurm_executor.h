@@ -26,7 +26,8 @@ namespace weft {
 // workers write what they do. Slurm is asked only for tasks that say nothing, with one query for all of them
 // and not more often than SlurmOptions.query_period. No element runs twice: tasks that are lost end, and
 // whoever started them starts new ones. Where Slurm does not answer, tasks wait and say so. Tasks of an
-// executor that was killed are cancelled by the next one on the same folder.
+// executor that was killed are offered by the next one on the same folder (TakeUp), and cancelled where
+// nobody wants them.
 class SlurmExecutor : public Executor {
  public:
   // InvalidArgument: options. NotFound: a command of Slurm. Otherwise errors of CreateFolders. A cluster that
@@ -37,6 +38,8 @@ class SlurmExecutor : public Executor {
   int slots() const override;
   TaskShape shape() const override;
   std::string LogFolder(const std::string& job_id) const override;
+  // Nothing is submitted or cancelled before TakeUp or Start is called.
+  void TakeUp(const Claim& claim) override;
   absl::Status Start(const v1::Task& task, TaskListener listener) override;
   // A task that Slurm has ends when Slurm or its worker has confirmed the end.
   void Stop(const std::string& task_id) override;
@@ -49,6 +52,7 @@ class SlurmExecutor : public Executor {
   using Clock = std::chrono::steady_clock;
 
   SlurmExecutor(SlurmOptions options, PathMap map, SlurmCommands commands, std::string tag);
+  void TakeUpArray(const TaskFolder& folder, const v1::SubmittedArray& submitted, const Claim& claim);
   void Loop();
   // The functions below run in the loop's thread.
   bool TakeRequests();
@@ -81,8 +85,11 @@ class SlurmExecutor : public Executor {
   std::condition_variable woken_;
   std::vector<std::unique_ptr<Run>> starts_;
   std::vector<std::string> stops_;
+  std::vector<std::shared_ptr<Array>> taken_up_;
+  std::vector<std::string> unclaimed_;  // elements of those that nobody wants, as scancel names them
   std::vector<std::string> taken_;  // ids that hold a slot
   bool has_requests_ = false;
+  bool may_begin_ = false;  // whoever owns this has claimed what he wants
   bool stopping_ = false;
 
   // Of the loop's thread.
@@ -91,6 +98,7 @@ class SlurmExecutor : public Executor {
   std::map<std::string, double> peak_mib_;  // by job
   std::set<std::string> clock_noted_;       // hosts
   std::set<int64_t> own_arrays_;            // ids of all that this executor submitted
+  bool begins_ = false;                     // may_begin_, as TakeRequests saw it
   bool knows_leftovers_ = false;            // those of an earlier executor are being cancelled
   std::optional<Clock::time_point> last_query_, submit_again_, stop_by_, next_look_, next_raise_;
   int next_array_ = 1;

@@ -47,6 +47,11 @@ absl::Status SlurmOptions::Validate() const {
   status.Update(CheckCount("--slurm-cpus-per-task", cpus_per_task, 1, 1024));
   status.Update(CheckCount("--slurm-memory-mib", memory_mib, 0, int64_t{1} << 30));
   status.Update(CheckCount("--slurm-time-limit-min", time_limit_min, 0, 365 * 24 * 60));
+  status.Update(CheckCount("--slurm-scratch-mib", scratch_mib, 1, int64_t{1} << 30));
+  if (!scratch_folder.empty() && scratch_folder.front() != '/') {
+    status.Update(absl::InvalidArgumentError(
+        absl::StrCat("--slurm-scratch: ", scratch_folder, ", must be an absolute path on the nodes")));
+  }
   if (!(lag_s >= 0) || lag_s > 3600)
     status.Update(absl::InvalidArgumentError(absl::StrCat("--slurm-lag-s: ", lag_s, ", must be 0 to 3600")));
   if (worker_program.empty()) status.Update(absl::InvalidArgumentError("--slurm-worker: must not be empty"));

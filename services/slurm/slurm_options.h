@@ -24,6 +24,8 @@ struct SlurmOptions {
   std::string worker_program;             // as nodes see it
   std::string setup_file;                 // lines of shell that run before the worker, e.g. `module load`
   std::vector<std::string> mapped_paths;  // "HERE=THERE": what nodes see elsewhere
+  std::string scratch_folder;             // of each node, for copies of images; empty: none are made
+  int64_t scratch_mib = 8192;             // of the copies of a task
   double lag_s = 30;                      // how late nodes and daemon may see each other's files
   // Of every task, see task.proto.
   std::vector<std::string> allowed_paths;

@@ -47,6 +47,7 @@ std::string TaskFolder::TaskFile(int index) const { return absl::StrCat(folder_,
 std::string TaskFolder::EventFile(int index) const { return absl::StrCat(folder_, "/events-", index); }
 std::string TaskFolder::LogFile(int index) const { return absl::StrCat(folder_, "/log-", index); }
 std::string TaskFolder::Script() const { return absl::StrCat(folder_, "/run.sh"); }
+std::string TaskFolder::ArrayFile() const { return absl::StrCat(folder_, "/array.json"); }
 
 absl::Status TaskFolder::Write(const std::vector<const v1::Task*>& tasks, const SlurmOptions& options,
                                const PathMap& map) const {
@@ -61,6 +62,8 @@ absl::Status TaskFolder::Write(const std::vector<const v1::Task*>& tasks, const 
     v1::Task task = *tasks[i];
     task.mutable_allowed_paths()->Assign(options.allowed_paths.begin(), options.allowed_paths.end());
     task.set_state_folder(options.state_folder);
+    task.set_scratch_folder(options.scratch_folder);
+    task.set_scratch_mib(options.scratch_folder.empty() ? 0 : options.scratch_mib);
     absl::Status status = map.Apply(task);
     if (status.ok()) status = WriteJsonFile(TaskFile(static_cast<int>(i)), task);
     if (!status.ok()) return status;
@@ -92,8 +95,18 @@ void TaskFolder::Remove(int index) const {
   if (std::filesystem::file_size(LogFile(index), error) == 0 && !error) RemoveFile(LogFile(index));
 }
 
+std::vector<std::pair<int, v1::Task>> TaskFolder::TasksLeft(int tasks) const {
+  std::vector<std::pair<int, v1::Task>> left;
+  for (int i = 0; i < tasks; ++i) {
+    v1::Task task;
+    if (ReadJsonFile(TaskFile(i), task).ok()) left.emplace_back(i, std::move(task));
+  }
+  return left;
+}
+
 void TaskFolder::RemoveIfEmpty() const {
   RemoveFile(Script());
+  RemoveFile(ArrayFile());
   RemoveFile(folder_);  // fails where logs are left
 }
 

@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -11,7 +12,7 @@
 
 namespace weft {
 
-// <folder>/task-<i>.json, events-<i>, log-<i> and run.sh.
+// <folder>/task-<i>.json, events-<i>, log-<i>, run.sh and array.json.
 class TaskFolder {
  public:
   explicit TaskFolder(std::string folder) : folder_(std::move(folder)) {}
@@ -21,6 +22,7 @@ class TaskFolder {
   std::string EventFile(int index) const;
   std::string LogFile(int index) const;
   std::string Script() const;
+  std::string ArrayFile() const;
 
   // Makes the folder with the files of these tasks and the script. ResourceExhausted: the disk is full;
   // otherwise errors of WriteFileAtomically, and those of PathMap::Apply.
@@ -32,7 +34,9 @@ class TaskFolder {
   std::string LastWords(int index) const;
   // Removes what a task that has ended needs no more; a log in which something stands is kept.
   void Remove(int index) const;
-  // Removes the script, and the folder where no log is left.
+  // Those of Write that were not removed, with their indexes.
+  std::vector<std::pair<int, v1::Task>> TasksLeft(int tasks) const;
+  // Removes the script and array.json, and the folder where no log is left.
   void RemoveIfEmpty() const;
 
  private:

@@ -4,8 +4,11 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <system_error>
 #include <unordered_map>
 #include <vector>
 
@@ -15,6 +18,7 @@
 #include "services/pipeline/job_confinement.h"
 #include "services/pipeline/registration.h"
 #include "services/pipeline/registration_inputs.h"
+#include "services/pipeline/scratch_frames.h"
 
 namespace weft {
 namespace {
@@ -45,7 +49,7 @@ absl::Status Run(const v1::Task& task, const UniqueFd& out,
   if (task.frames().empty()) return absl::InvalidArgumentError("frames: the task names none");
   if (task.threads() < 0) return absl::InvalidArgumentError("threads: must not be negative");
   if (task.spec().out().empty()) return absl::InvalidArgumentError("spec.out: must not be empty");
-  const absl::StatusOr<std::unique_ptr<RegistrationInputs>> inputs = LoadInputs(task.spec());
+  absl::StatusOr<std::unique_ptr<RegistrationInputs>> inputs = LoadInputs(task.spec());
   if (!inputs.ok()) return inputs.status();
   const absl::StatusOr<std::vector<size_t>> frames = FindFrames(task, (*inputs)->dump->frame_names());
   if (!frames.ok()) return frames.status();
@@ -53,6 +57,18 @@ absl::Status Run(const v1::Task& task, const UniqueFd& out,
       FramesInRange(task.spec(), (*inputs)->dump->frame_names());
   if (!job_frames.ok()) return job_frames.status();
   RegistrationEvents events;
+  if (!task.scratch_folder().empty()) {
+    absl::StatusOr<std::unique_ptr<ScratchFrames>> scratch = ScratchFrames::Create(
+        std::move((*inputs)->dump), (*inputs)->rig.cameras.size(),
+        {.folder = task.scratch_folder(), .quota_bytes = static_cast<uint64_t>(task.scratch_mib()) << 20});
+    if (!scratch.ok()) return scratch.status();
+    events.reads = [&frames = *frames, copies = scratch->get()](size_t index) {
+      const auto at = std::find(frames.begin(), frames.end(), index);
+      const bool is_last = at == frames.end() || at + 1 == frames.end();
+      return copies->Hold(index, is_last ? std::nullopt : std::optional<size_t>(at[1]));
+    };
+    (*inputs)->dump = *std::move(scratch);
+  }
   events.started = [&report](const std::string& frame) {
     v1::WorkerEvent event;
     event.mutable_started()->set_frame(frame);
@@ -94,8 +110,16 @@ absl::StatusOr<UniqueFd> ConfineToTask(const v1::Task& task,
                            .closed = task.state_folder()};
   // Somebody may have removed it meanwhile, and a rule needs a folder.
   absl::Status status = task.spec().out().empty() ? absl::OkStatus() : CreateFolders(task.spec().out());
+  if (status.ok() && !task.scratch_folder().empty()) status = CreateFolders(task.scratch_folder());
   UniqueFd out(open(task.spec().out().c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
-  if (status.ok()) status = ConfineProcess(ConfinementOf(task.spec(), links));
+  Confinement confinement = ConfinementOf(task.spec(), links);
+  if (!task.scratch_folder().empty()) {
+    // Of the node, whose administrator may have put links into its path.
+    std::error_code error;
+    const auto scratch = std::filesystem::canonical(task.scratch_folder(), error);
+    if (!error) confinement.writable.push_back(scratch);
+  }
+  if (status.ok()) status = ConfineProcess(confinement);
   if (!status.ok()) return Reported(status, report);
   return out;
 }

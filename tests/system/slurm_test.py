@@ -142,8 +142,43 @@ class SlurmJobs(unittest.TestCase):
         self.studio.wait_for_message(job_id, "Slurm does not answer")
         subprocess.run(["slurmctld", "-f", os.environ["SLURM_CONF"]], check=True, timeout=60)
         self.assert_done(job_id)
-        # What the killed daemon had submitted was cancelled by the next one.
         self.wait_for_empty_cluster()
+
+    def test_the_next_daemon_takes_up_running_tasks(self):
+        self.studio.start(*self.studio.slow_worker(4))
+        job_id = self.studio.submit()
+        wait_for(lambda: len(self.running()) == NODES, "all nodes to work")
+        before = self.running()
+        self.studio.kill_daemon()
+        self.studio.start(*self.studio.slow_worker(4))
+        wait_for(lambda: "runs on" in read(os.path.join(self.studio.folder, "weftd.log")), "tasks to be taken up")
+        self.assertEqual(self.running(), before)
+        job = self.assert_done(job_id)
+        # One array, and each of its tasks once.
+        self.assertEqual(job["usage"]["tasks"], len(self.studio.frames) // 2)
+        arrays = slurm("squeue", "--noheader", "--states=all", f"--name=weft-{job_id}", "--array-unique", "--format=%F").split()
+        self.assertEqual(len(set(arrays)), 1)
+
+    def test_preempted_tasks_are_done_again(self):
+        self.studio.start(*self.studio.slow_worker(3))
+        job_id = self.studio.submit()
+        wait_for(lambda: len(self.running()) == NODES, "all nodes to work")
+        slurm("sbatch", "--partition=urgent", "--nodelist=w3", "--output=/dev/null", "--wrap", "sleep 1")
+        job = self.assert_done(job_id)
+        self.assertIn("a job of higher priority took node w3", "\n".join(job["warnings"]))
+        self.assertEqual(job["usage"]["tasks_lost"], 1)
+
+    def test_a_time_limit_before_the_first_frame_ends_the_job_and_retry_goes_on(self):
+        self.studio.start(*self.studio.slow_worker(600), "--slurm-time-limit-min", "1")
+        job_id = self.studio.submit()
+        job = self.studio.wait_for_end(job_id)
+        self.assertEqual(job["state"], "JOB_STATE_FAILED")
+        self.assertIn("reached its time limit of 1 min before its first frame was done; raise --slurm-time-limit-min",
+                      job["message"])
+        self.studio.kill_daemon()
+        self.studio.start()
+        weft("job", "retry", "--server", self.studio.address, job_id, check=0)
+        self.assert_done(job_id)
 
     def test_cancel_is_confirmed(self):
         self.studio.start(*self.studio.slow_worker(30))
@@ -186,6 +221,43 @@ class SlurmJobs(unittest.TestCase):
         self.studio.wait_for_message(job_id, "waits until there is room")
         slurm("mount", "-o", "remount,size=64m", shared)
         self.assert_done(job_id)
+
+    def test_copies_images_to_a_disk_of_the_node_and_waits_while_that_is_full(self):
+        disk = tempfile.mkdtemp(prefix="weft scratch ")
+        self.addCleanup(os.rmdir, disk)
+        slurm("mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk)
+        self.addCleanup(subprocess.run, ["umount", "--lazy", disk], check=False)
+        copies = os.path.join(disk, "copies")
+        self.studio.start("--slurm-scratch", copies, "--slurm-scratch-mib", "1")
+        job_id = self.studio.submit()
+        self.studio.wait_for_message(job_id, "make room on the disk (on node")
+        self.assertIn(copies, self.studio.job(job_id)["message"])
+        slurm("mount", "-o", "remount,size=16m", disk)
+
+        def at_work():
+            folders = [name for name in os.listdir(copies) if name.startswith("weft-scratch-")]
+            return folders and self.studio.workers()
+        # A worker that is killed leaves its copies, and a later one removes them.
+        try:
+            os.kill(wait_for(at_work, "a worker with copies", pause_s=0.005)[0], signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+        self.assert_done(job_id)
+        self.wait_for_empty_cluster()
+        self.assertEqual([name for name in os.listdir(copies) if name != "weft-scratch.lock"], [])
+
+    def test_logs_go_with_their_job(self):
+        setup = os.path.join(self.studio.folder, "setup")
+        write(setup, "echo a line of the log\n")
+        self.studio.start("--slurm-setup", setup)
+        job = self.assert_done(self.studio.submit())
+        logs = [os.path.join(base, name) for base, _, names in os.walk(job["task_logs"]) for name in names]
+        self.assertEqual(len(logs), len(self.studio.frames) // 2)
+        self.assertEqual(read(logs[0]), "a line of the log\n")
+        self.studio.kill_daemon()
+        self.studio.start("--keep-jobs-days", "1e-7")
+        wait_for(lambda: os.listdir(os.path.dirname(job["task_logs"])) == [], "the logs to go", pause_s=0.2)
+        self.assertEqual(self.studio.jobs(), [])
 
     def test_nodes_see_other_paths(self):
         elsewhere = tempfile.mkdtemp(prefix="weft elsewhere ")

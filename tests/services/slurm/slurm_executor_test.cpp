@@ -118,6 +118,10 @@ class SlurmExecutorTest : public ::testing::Test {
     task.set_job_id(job);
     task.mutable_spec()->set_out(path_ + "/out");
     task.mutable_frames()->Assign(frames.begin(), frames.end());
+    ASSERT_TRUE(executor_->Start(task, ListenerOf(id)).ok());
+  }
+
+  TaskListener ListenerOf(const std::string& id) {
     const auto change = [this, id](auto&& what) {
       const std::lock_guard lock(mutex_);
       what(told_[id]);
@@ -137,7 +141,7 @@ class SlurmExecutorTest : public ::testing::Test {
     listener.noted = [change](const std::string& note) {
       change([&](Told& told) { told.notes.push_back(note); });
     };
-    ASSERT_TRUE(executor_->Start(task, std::move(listener)).ok());
+    return listener;
   }
 
   Told WaitUntil(const std::string& id, const std::function<bool(const Told&)>& condition) {
@@ -306,8 +310,38 @@ TEST_F(SlurmExecutorTest, CancelsWhatAnEarlierOneLeft) {
         "comment": "weft:)",
             tag, R"("}, {"job_id": 8, "job_state": "RUNNING", "comment": "weft:other"}], "errors": []})"));
   Begin();
+  executor_->TakeUp([](const v1::Task&) { return std::nullopt; });
   WaitForFile("scancel.log");
   EXPECT_THAT(Lines("scancel.log"), ElementsAre("--quiet 7"));
+}
+
+TEST_F(SlurmExecutorTest, TakesUpWhatAnEarlierOneLeft) {
+  SlurmSays("RUNNING");
+  Begin();
+  Start("a.1", {"f1", "hang"});
+  Start("a.2", {"f2", "hang"});
+  WaitUntil("a.1", [](const Told& told) { return !told.finished.empty(); });
+  WaitUntil("a.2", [](const Told& told) { return !told.finished.empty(); });
+  // It does nothing any more that the next one would notice, as if it had been killed.
+  const std::unique_ptr<SlurmExecutor> earlier = std::move(executor_);
+  Begin();
+  std::vector<std::string> offered;
+  executor_->TakeUp([&](const v1::Task& task) -> std::optional<TaskListener> {
+    offered.push_back(absl::StrCat(task.job_id(), " ", task.id(), " ", task.frames(0)));
+    if (task.id() != "a.1") return std::nullopt;
+    return ListenerOf("taken up");
+  });
+  EXPECT_THAT(offered, ElementsAre("job a.1 f1", "job a.2 f2"));
+  WaitUntil("taken up", [](const Told& told) { return !told.finished.empty(); });
+  WaitForFile("scancel.log");
+  EXPECT_THAT(Lines("scancel.log"), ElementsAre("--quiet 101_1"));
+  v1::Task same;
+  same.set_id("a.1");
+  same.set_job_id("job");
+  EXPECT_TRUE(absl::IsAlreadyExists(executor_->Start(same, ListenerOf("same"))));
+  SlurmSays("NODE_FAIL");
+  EXPECT_EQ(WaitForEnd("taken up").end->reason, "node w1 failed");
+  EXPECT_EQ(Lines("sbatch.log").size(), 1u);
 }
 
 TEST_F(SlurmExecutorTest, RunningTasksAreLimitedOverAllJobs) {
