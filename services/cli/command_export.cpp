@@ -239,8 +239,9 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
   AddFramesOption(*command, options->request.frames, "Which frames, all by default");
   AddPlacement(*command, *options);
   command
-      ->add_option("--attributes", options->attributes,
-                   "Which attributes, e.g. uv,state, or none; all that the format carries by default")
+      ->add_option(
+          "--attributes", options->attributes,
+          "Which attributes, e.g. uv,state, or none; by default all that the format carries but normal")
       ->type_name("LIST");
   command->add_flag(
       "--meshopt", options->request.meshopt,

@@ -13,12 +13,13 @@ namespace {
 
 using enum ExportAttribute;
 
-constexpr std::array<std::pair<ExportAttribute, const char*>, 6> kAttributes = {{{kUv, "uv"},
+constexpr std::array<std::pair<ExportAttribute, const char*>, 7> kAttributes = {{{kUv, "uv"},
                                                                                  {kVelocity, "velocity"},
                                                                                  {kState, "state"},
                                                                                  {kSigma, "sigma"},
                                                                                  {kViews, "views"},
-                                                                                 {kCoverage, "coverage"}}};
+                                                                                 {kCoverage, "coverage"},
+                                                                                 {kNormal, "normal"}}};
 constexpr std::array<std::pair<UpAxis, const char*>, 2> kUpAxes = {{{UpAxis::kY, "y"}, {UpAxis::kZ, "z"}}};
 constexpr std::array<std::pair<LengthUnit, const char*>, 3> kUnits = {
     {{LengthUnit::kMetre, "m"}, {LengthUnit::kCentimetre, "cm"}, {LengthUnit::kMillimetre, "mm"}}};
@@ -46,6 +47,12 @@ absl::StatusOr<Value> ValueIn(const std::array<std::pair<Value, const char*>, kC
 
 bool FormatTraits::Carries(ExportAttribute attribute) const {
   return std::find(carries.begin(), carries.end(), attribute) != carries.end();
+}
+
+std::vector<ExportAttribute> FormatTraits::ByDefault() const {
+  std::vector<ExportAttribute> attributes = carries;
+  std::erase(attributes, kNormal);
+  return attributes;
 }
 
 const std::vector<FormatTraits>& ExportFormats() {
@@ -76,7 +83,7 @@ const std::vector<FormatTraits>& ExportFormats() {
                                                      .fixed_axes = true,
                                                      .needs_rate = true,
                                                      .repeats_gaps = false,
-                                                     .carries = {kUv, kCoverage}},
+                                                     .carries = {kUv, kState, kSigma, kCoverage, kNormal}},
                                                     {.format = ExportFormat::kMdd,
                                                      .name = "mdd",
                                                      .about = "point cache MDD, and a mesh garment.obj",

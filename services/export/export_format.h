@@ -20,6 +20,7 @@ enum class ExportAttribute {
   kSigma,     // standard deviation of a vertex's position at a frame, exported unit
   kViews,     // cameras that observed the vertex at a frame
   kCoverage,  // share of the exported frames in which the vertex was observed, 0 to 1
+  kNormal,    // outward normal of a vertex at a frame, of length 1; on request, since it doubles a file
 };
 
 enum class UpAxis { kY, kZ };
@@ -37,6 +38,8 @@ struct FormatTraits {
   std::vector<ExportAttribute> carries;
 
   bool Carries(ExportAttribute attribute) const;
+  // All that are written where none is named.
+  std::vector<ExportAttribute> ByDefault() const;
 };
 
 // All formats, in the order of the documents.

@@ -25,7 +25,7 @@ absl::Status ExportRequest::Validate() const {
     if (!traits.Carries(attribute)) {
       return absl::InvalidArgumentError(absl::StrCat("--attributes: ", traits.name, " does not carry ",
                                                      NameOf(attribute),
-                                                     "; ply, usda and npz carry all attributes"));
+                                                     "; `weft export --help` has what each format carries"));
     }
   }
   return ExportTransform::Make(up.value_or(traits.up), world_up, unit.value_or(LengthUnit::kMetre)).status();

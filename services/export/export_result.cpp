@@ -44,7 +44,7 @@ std::unique_ptr<SequenceWriter> MakeSequenceWriter(const ExportPlan& plan) {
 // What the request asks for and the result can give.
 std::vector<ExportAttribute> AttributesOf(const ExportRequest& request, const ExportSource& source) {
   std::vector<ExportAttribute> attributes =
-      request.has_attributes_named ? request.attributes : TraitsOf(request.format).carries;
+      request.has_attributes_named ? request.attributes : TraitsOf(request.format).ByDefault();
   std::erase_if(attributes, [&](ExportAttribute attribute) {
     return (attribute == ExportAttribute::kVelocity && source.fps() == 0) ||
            (attribute == ExportAttribute::kUv && source.topology().texture.empty());
@@ -55,8 +55,8 @@ std::vector<ExportAttribute> AttributesOf(const ExportRequest& request, const Ex
 std::vector<std::string> MissingAttributes(const ExportRequest& request, const ExportSource& source) {
   const FormatTraits& traits = TraitsOf(request.format);
   const auto wanted = [&](ExportAttribute attribute) {
-    const std::vector<ExportAttribute>& all =
-        request.has_attributes_named ? request.attributes : traits.carries;
+    const std::vector<ExportAttribute> all =
+        request.has_attributes_named ? request.attributes : traits.ByDefault();
     return std::find(all.begin(), all.end(), attribute) != all.end();
   };
   std::vector<std::string> notes;

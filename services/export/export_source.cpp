@@ -1,6 +1,7 @@
 #include "services/export/export_source.h"
 
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <optional>
 #include <set>
@@ -22,6 +23,7 @@ namespace weft {
 namespace {
 
 namespace fs = std::filesystem;
+constexpr size_t kVertexStates = 4;
 
 // Why a job's results are not complete; empty when they are.
 std::string Unfinished(const v1::Job& job) {
@@ -167,7 +169,8 @@ void ExportSource::FindRate(const ExportRequest& request) {
 }
 
 absl::Status ExportSource::Survey(const ExportProgress& progress, const std::stop_token& stop) {
-  std::vector<int> observed;
+  std::vector<std::array<int, kVertexStates>> states;
+  std::vector<double> sigma_sum_mm;
   for (size_t i = 0; i < meshes_.size(); ++i) {
     if (stop.stop_requested()) return absl::CancelledError("stopped while the meshes were looked through");
     const v1::ExportedFrame& frame = frames_[meshes_[i]];
@@ -178,22 +181,30 @@ absl::Status ExportSource::Survey(const ExportProgress& progress, const std::sto
       topology_.vertices = mesh->registered.vertices_mm.size();
       topology_.faces = std::move(mesh->faces);
       topology_.texture = std::move(mesh->texture);
-      observed.resize(topology_.vertices);
+      states.resize(topology_.vertices);
+      sigma_sum_mm.resize(topology_.vertices);
     } else if (mesh->registered.vertices_mm.size() != topology_.vertices || mesh->faces != topology_.faces) {
       return absl::InvalidArgumentError(absl::StrCat(
           path, ": has other vertices or faces than the mesh of frame ", frames_[meshes_.front()].frame(),
           "; frames of one template are exported together, choose them with --frames"));
     }
     for (size_t v = 0; v < topology_.vertices; ++v) {
-      const VertexState state = mesh->registered.state[v];
-      observed[v] += state == VertexState::kObserved || state == VertexState::kTwoView;
+      ++states[v][static_cast<size_t>(mesh->registered.state[v])];
+      sigma_sum_mm[v] += mesh->registered.sigma_mm[v];
       topology_.bounds.extend(transform_.Position(mesh->registered.vertices_mm[v]));
     }
     if (progress) progress(ExportStep::kCheck, i + 1, meshes_.size());
   }
-  topology_.coverage.resize(topology_.vertices);
-  for (size_t v = 0; v < topology_.vertices; ++v)
-    topology_.coverage[v] = static_cast<float>(observed[v]) / static_cast<float>(meshes_.size());
+  const auto frames = static_cast<double>(meshes_.size());
+  for (size_t v = 0; v < topology_.vertices; ++v) {
+    const std::array<int, kVertexStates>& count = states[v];
+    const int observed = count[static_cast<size_t>(VertexState::kObserved)] +
+                         count[static_cast<size_t>(VertexState::kTwoView)];
+    topology_.coverage.push_back(static_cast<float>(observed) / static_cast<float>(meshes_.size()));
+    topology_.usual_state.push_back(
+        static_cast<uint8_t>(std::max_element(count.begin(), count.end()) - count.begin()));
+    topology_.mean_sigma_mm.push_back(static_cast<float>(sigma_sum_mm[v] / frames));
+  }
   return absl::OkStatus();
 }
 

@@ -34,6 +34,9 @@ struct ExportTopology {
   std::vector<Face> faces;
   MeshTexture texture;  // empty: the result has none
   std::vector<float> coverage;
+  // Of formats whose attributes do not change in time.
+  std::vector<uint8_t> usual_state;  // in most frames; of two as frequent ones that with the smaller number
+  std::vector<float> mean_sigma_mm;
   Eigen::AlignedBox3f bounds;  // of all frames
 };
 

@@ -4,9 +4,11 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/scan.h"
 #include "services/export/gltf_layout.h"
 #include "services/export/sequence_writer.h"
 #include "services/export/split_vertices.h"
@@ -53,8 +55,9 @@ class GlbWriter : public SequenceWriter {
     }
     std::vector<float> values;
     if (HasCopies()) Put(std::vector<float>(split_.origin.begin(), split_.origin.end()), out);
-    if (plan_.Has(ExportAttribute::kCoverage)) {
-      for (const int vertex : split_.origin) values.push_back(plan_.source.topology().coverage[vertex]);
+    for (const auto& [name, of_vertex] : StillAttributes()) {
+      values.clear();
+      for (const int vertex : split_.origin) values.push_back(of_vertex[vertex]);
       Put(values, out);
     }
     if (!IsAnimated()) return out.status();
@@ -66,25 +69,15 @@ class GlbWriter : public SequenceWriter {
   }
 
   absl::Status Add(int, size_t sample, const ExportMesh& mesh, ExportStream& out) override {
-    if (sample == 0) base_ = mesh.positions;
-    std::vector<float> values;
-    values.reserve(3 * split_.origin.size());
-    for (const int vertex : split_.origin) {
-      const Eigen::Vector3f value =
-          sample == 0 ? base_[vertex] : Eigen::Vector3f(mesh.positions[vertex] - base_[vertex]);
-      values.insert(values.end(), value.begin(), value.end());
-    }
-    constexpr size_t kStride = 3 * sizeof(float);
-    if (storage_ == GltfStorage::kPlain) {
-      out.AppendValues(values.data(), values.size());
-    } else if (sample == 0) {
-      PutBlock(CompressValues(values.data(), values.size() / 3, kStride), out);
-    } else {
-      const std::vector<uint32_t> filtered = RoundForMeshopt(values);
-      PutBlock(CompressValues(filtered.data(), filtered.size() / 3, kStride), out);
-    }
+    if (sample == 0) KeepBase(mesh);
+    std::vector<float> values = Differences(sample, mesh.positions, base_);
+    PutVectors(sample, values, out);
     Bounds& bounds = bounds_.emplace_back();
     for (size_t i = 0; i < values.size(); i += 3) bounds.extend(Eigen::Vector3f(&values[i]).cast<double>());
+    if (plan_.Has(ExportAttribute::kNormal)) {
+      values = Differences(sample, NormalsOf(mesh), base_normals_);
+      PutVectors(sample, values, out);
+    }
     return out.status();
   }
 
@@ -132,7 +125,7 @@ class GlbWriter : public SequenceWriter {
     absl::StatusOr<ExportMesh> first =
         plan_.source.Read(plan_.samples.front().mesh, ExportSource::Velocities::kLeftOut);
     if (!first.ok()) return first.status();
-    base_ = std::move(first->positions);
+    KeepBase(*first);
     return absl::OkStatus();
   }
 
@@ -152,6 +145,43 @@ class GlbWriter : public SequenceWriter {
     out.Append(std::string((4 - block.size() % 4) % 4, '\0'));
     block_bytes_.push_back(block.size());
   }
+  void KeepBase(const ExportMesh& mesh) {
+    base_ = mesh.positions;
+    if (plan_.Has(ExportAttribute::kNormal)) base_normals_ = NormalsOf(mesh);
+  }
+  std::vector<Eigen::Vector3f> NormalsOf(const ExportMesh& mesh) const {
+    std::vector<Eigen::Vector3d> positions;
+    for (const Eigen::Vector3f& position : mesh.positions) positions.push_back(position.cast<double>());
+    std::vector<Eigen::Vector3f> normals;
+    for (const Eigen::Vector3d& normal : MeshNormals(positions, plan_.source.topology().faces))
+      // Vertices without a face have none, and glTF wants one.
+      normals.emplace_back(normal.norm() > 0 ? Eigen::Vector3f(normal.normalized().cast<float>())
+                                             : Eigen::Vector3f(0, 1, 0));
+    return normals;
+  }
+  // Of the first sample `now` itself, else its difference to `base`; of the file's vertices.
+  std::vector<float> Differences(size_t sample, const std::vector<Eigen::Vector3f>& now,
+                                 const std::vector<Eigen::Vector3f>& base) const {
+    std::vector<float> values;
+    values.reserve(3 * split_.origin.size());
+    for (const int vertex : split_.origin) {
+      const Eigen::Vector3f value = sample == 0 ? now[vertex] : Eigen::Vector3f(now[vertex] - base[vertex]);
+      values.insert(values.end(), value.begin(), value.end());
+    }
+    return values;
+  }
+  // With meshopt `values` become what readers decode.
+  void PutVectors(size_t sample, std::vector<float>& values, ExportStream& out) {
+    constexpr size_t kStride = 3 * sizeof(float);
+    if (storage_ == GltfStorage::kPlain) {
+      out.AppendValues(values.data(), values.size());
+    } else if (sample == 0) {
+      PutBlock(CompressValues(values.data(), values.size() / 3, kStride), out);
+    } else {
+      const std::vector<uint32_t> filtered = RoundForMeshopt(values);
+      PutBlock(CompressValues(filtered.data(), filtered.size() / 3, kStride), out);
+    }
+  }
   template <typename Value>
   void Put(const std::vector<Value>& values, ExportStream& out) {
     if (storage_ == GltfStorage::kPlain) {
@@ -168,6 +198,17 @@ class GlbWriter : public SequenceWriter {
     } else {
       PutBlock(CompressIndices(indices, split_.origin.size()), out);
     }
+  }
+  // What glTF cannot animate: attributes of its readers are those of the mesh, not of its targets. [vertices]
+  std::vector<std::pair<const char*, std::vector<float>>> StillAttributes() const {
+    const ExportTopology& topology = plan_.source.topology();
+    std::vector<std::pair<const char*, std::vector<float>>> still;
+    if (plan_.Has(ExportAttribute::kState))
+      still.emplace_back("_STATE",
+                         std::vector<float>(topology.usual_state.begin(), topology.usual_state.end()));
+    if (plan_.Has(ExportAttribute::kSigma)) still.emplace_back("_SIGMA_MM", topology.mean_sigma_mm);
+    if (plan_.Has(ExportAttribute::kCoverage)) still.emplace_back("_COVERAGE", topology.coverage);
+    return still;
   }
   // A key per sample, at which its own target has the weight 1.
   void PutWeights(ExportStream& out) {
@@ -203,7 +244,7 @@ class GlbWriter : public SequenceWriter {
     };
     if (!split_.uv.empty()) add_attribute("TEXCOORD_0", TINYGLTF_TYPE_VEC2);
     if (HasCopies()) add_attribute("_VERTEX", TINYGLTF_TYPE_SCALAR);
-    if (plan_.Has(ExportAttribute::kCoverage)) add_attribute("_COVERAGE", TINYGLTF_TYPE_SCALAR);
+    for (const auto& [name, of_vertex] : StillAttributes()) add_attribute(name, TINYGLTF_TYPE_SCALAR);
     if (IsAnimated()) AddAnimation(layout);
     for (size_t sample = 0; sample < bounds.size(); ++sample) {
       const int positions = layout.Add({.type = TINYGLTF_TYPE_VEC3,
@@ -212,10 +253,16 @@ class GlbWriter : public SequenceWriter {
                                         .is_rounded = sample > 0,
                                         .least = Numbers(bounds[sample].min()),
                                         .greatest = Numbers(bounds[sample].max())});
+      std::map<std::string, int> of_sample = {{"POSITION", positions}};
+      if (plan_.Has(ExportAttribute::kNormal))
+        of_sample["NORMAL"] = layout.Add({.type = TINYGLTF_TYPE_VEC3,
+                                          .count = vertices,
+                                          .target = TINYGLTF_TARGET_ARRAY_BUFFER,
+                                          .is_rounded = sample > 0});
       if (sample == 0) {
-        primitive.attributes["POSITION"] = positions;
+        primitive.attributes.merge(of_sample);
       } else {
-        primitive.targets.push_back({{"POSITION", positions}});
+        primitive.targets.push_back(std::move(of_sample));
       }
     }
     AddScene(std::move(primitive), layout.model);
@@ -276,9 +323,9 @@ class GlbWriter : public SequenceWriter {
   GltfStorage storage_;
   SplitMesh split_;
   uint64_t max_binary_bytes_ = 0, json_bytes_ = 0;
-  std::vector<uint64_t> block_bytes_;  // with meshopt, of the views so far
-  std::vector<Eigen::Vector3f> base_;  // of the first sample
-  std::vector<Bounds> bounds_;         // [samples so far]
+  std::vector<uint64_t> block_bytes_;                 // with meshopt, of the views so far
+  std::vector<Eigen::Vector3f> base_, base_normals_;  // of the first sample
+  std::vector<Bounds> bounds_;                        // [samples so far]
 };
 
 }  // namespace

@@ -58,6 +58,26 @@ class Node(Foreign):
         np.testing.assert_allclose(uv * [1, -1] + [0, 1], self.corners_uv(), atol=1e-6)
         seen = np.mean([np.isin(mesh["vertex"]["state"], (1, 2)) for mesh in self.meshes], axis=0)
         np.testing.assert_allclose(read["_coverage"].ravel(), seen[origin], rtol=1e-6)
+        states = np.array([mesh["vertex"]["state"] for mesh in self.meshes])
+        usual = np.argmax([(states == state).sum(axis=0) for state in range(4)], axis=0)
+        np.testing.assert_array_equal(read["_state"].ravel(), usual[origin])
+        sigma_mm = np.mean([mesh["vertex"]["sigma_mm"] for mesh in self.meshes], axis=0)
+        np.testing.assert_allclose(read["_sigma_mm"].ravel(), sigma_mm[origin], rtol=1e-6)
+
+    def test_three_plays_normals(self):
+        for form in ([], ["--meshopt"]):
+            path = self.exported("glb", "--attributes", "uv,normal", *form, name="normals" + "".join(form))
+            self.assert_valid(path)
+            read = in_node("gltf", path, self.path("read"))
+            corners = self.expected(Y_UP)[:, self.meshes[0]["face"]["vertex_indices"]]  # [frames, faces, 3, 3]
+            of_face = np.cross(corners[:, :, 1] - corners[:, :, 0], corners[:, :, 2] - corners[:, :, 0])
+            normals = np.zeros((3, self.world_mm.shape[1], 3))
+            for frame in range(3):
+                for k in range(3):
+                    np.add.at(normals[frame], self.meshes[0]["face"]["vertex_indices"][:, k], of_face[frame])
+            normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+            np.testing.assert_allclose(read["normals"][:, :normals.shape[1]], normals, atol=1e-4)
+            self.assertNotIn("_state", read)
 
     def test_three_plays_compressed_glb_within_its_rounding(self):
         path = self.exported("glb", "--meshopt")
