@@ -9,7 +9,7 @@ find_package(CLI11 2.1 REQUIRED)
 find_package(embree 3.13 REQUIRED)
 find_package(SQLite3 3.40 REQUIRED)
 find_package(spdlog 1.10 REQUIRED)
-find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto) # SHA-256
+find_package(OpenSSL 3 REQUIRED COMPONENTS Crypto SSL) # SHA-256, TLS of the console
 find_package(CURL 7.88 REQUIRED)
 find_package(TinyGLTF REQUIRED)
 find_package(ZLIB REQUIRED)

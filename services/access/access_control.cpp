@@ -51,8 +51,9 @@ std::shared_ptr<const AccessControl::Known> AccessControl::Current() {
 
 absl::StatusOr<Caller> AccessControl::Identify(const Credentials& credentials) {
   const std::shared_ptr<const Known> known = Current();
-  if (!credentials.token.empty()) {
-    const auto token = known->tokens.find(HashOfToken(credentials.token));
+  if (!credentials.token.empty() || !credentials.token_sha256.empty()) {
+    const auto token = known->tokens.find(credentials.token.empty() ? credentials.token_sha256
+                                                                    : HashOfToken(credentials.token));
     if (token == known->tokens.end()) return Unknown("this token is unknown or was revoked");
     const v1::Token& found = token->second;
     Caller caller{absl::StrCat("token ", found.id(), " (", found.name(), ")"), found.role()};

@@ -20,6 +20,7 @@ struct Credentials {
   std::string local_user;
   std::string token;              // without "Bearer "
   std::string certificate_owner;  // common name of a certificate that was verified
+  std::string token_sha256;  // of a token that was shown before, from who keeps its hash; counts as the token
 };
 
 struct Caller {

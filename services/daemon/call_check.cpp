@@ -30,7 +30,7 @@ std::string AccountOf(const std::string& caller, const std::string& peer) {
 void CallCheck::SetPeer(const Peer& peer) {
   const std::lock_guard lock(mutex_);
   peer_ = peer;
-  trusted_user_ = trusts_users_ ? TrustedUserOf(peer) : "";
+  trusted_user_ = trust_ == Trust::kUsers ? TrustedUserOf(peer) : "";
 }
 
 int CallCheck::connections() {
@@ -43,6 +43,7 @@ std::string CallCheck::TakeNote(grpc::AuthContext* context) {
   std::string peer = PeerNameOf(*context);
   if (!peer.empty()) return peer;
   NotePeer(peer_.name, trusted_user_, context);
+  if (trust_ == Trust::kConsole) NoteConsole(context);
   ++connections_;
   return peer_.name;
 }

@@ -27,14 +27,19 @@ struct CallerSources {
   CallEnded ended = {};                   // told of every call; may be empty
 };
 
+// Whom the connections of a listener vouch for.
+enum class Trust {
+  kNobody,   // calls show a token or a certificate
+  kUsers,    // connections within this machine: their user counts
+  kConsole,  // our own, for browsers: calls name the hash of a token that was shown to the console
+};
+
 // Of the connections of one peer at a time. Unauthenticated and PermissionDenied as AccessControl says,
 // ResourceExhausted as CallLimits says; health is for everybody. Refusals are recorded. Thread safety: any
 // thread.
 class CallCheck final : public grpc::AuthMetadataProcessor {
  public:
-  // `trusts_users`: whether the user of the connection counts, which is for connections within this machine.
-  CallCheck(const CallerSources& sources, bool trusts_users)
-      : sources_(sources), trusts_users_(trusts_users) {}
+  CallCheck(const CallerSources& sources, Trust trust) : sources_(sources), trust_(trust) {}
 
   void SetPeer(const Peer& peer);
   // Connections that asked for something, since the check was made.
@@ -52,7 +57,7 @@ class CallCheck final : public grpc::AuthMetadataProcessor {
   absl::Status CheckCertificate(const grpc::AuthContext& context) const;
 
   const CallerSources sources_;
-  const bool trusts_users_;
+  const Trust trust_;
   std::atomic<int64_t> refused_ = 0;
   std::mutex mutex_;
   Peer peer_;

@@ -11,6 +11,7 @@ namespace {
 
 constexpr char kPeer[] = "weft_peer";
 constexpr char kTrustedUser[] = "weft_user";
+constexpr char kConsole[] = "weft_console";
 
 std::string TokenOf(const CallMetadata& metadata) {
   constexpr absl::string_view kScheme = "bearer ";
@@ -35,12 +36,16 @@ void NotePeer(const std::string& name, const std::string& trusted_user, grpc::Au
   if (!trusted_user.empty()) context->AddProperty(kTrustedUser, trusted_user);
 }
 
+void NoteConsole(grpc::AuthContext* context) { context->AddProperty(kConsole, "yes"); }
+
 std::string PeerNameOf(const grpc::AuthContext& context) { return PropertyOf(context, kPeer); }
 
 Credentials CredentialsOf(const CallMetadata& metadata, const grpc::AuthContext& context) {
   Credentials credentials;
   credentials.local_user = PropertyOf(context, kTrustedUser);
   credentials.token = TokenOf(metadata);
+  if (!PropertyOf(context, kConsole).empty())
+    credentials.token_sha256 = ValueOf(metadata, "weft-token-sha256");
   credentials.certificate_owner = PropertyOf(context, GRPC_X509_CN_PROPERTY_NAME);
   return credentials;
 }

@@ -21,6 +21,8 @@ std::string PropertyOf(const grpc::AuthContext& context, const char* name);
 // The connection's other end becomes properties of its context, which all its calls share: once, before its
 // first call is looked at. `trusted_user` may be empty.
 void NotePeer(const std::string& name, const std::string& trusted_user, grpc::AuthContext* context);
+// Calls of the connection are the console's, which may name tokens by their hashes.
+void NoteConsole(grpc::AuthContext* context);
 // Empty: it was not noted.
 std::string PeerNameOf(const grpc::AuthContext& context);
 

@@ -44,9 +44,16 @@ int SlotsOf(ListenKind kind) {
       return 4;  // closed to all but its owner and root
     case ListenKind::kLoopback:
       return 16;
+    case ListenKind::kConsole:
+      return 64;
     default:
       return 128;
   }
+}
+
+Trust TrustOf(ListenKind kind) {
+  if (kind == ListenKind::kConsole) return Trust::kConsole;
+  return kind == ListenKind::kNetwork ? Trust::kNobody : Trust::kUsers;
 }
 
 bool IsOwner(const Peer& peer) { return peer.uid && (*peer.uid == geteuid() || *peer.uid == 0); }
@@ -124,7 +131,7 @@ Connections::Connections(std::vector<ListeningSocket> sockets, ConnectionLimits 
     auto listener = std::make_unique<Listener>();
     listener->slots.resize(SlotsOf(socket.kind));
     for (Slot& slot : listener->slots) {
-      slot.check = std::make_shared<CallCheck>(sources, socket.kind != ListenKind::kNetwork);
+      slot.check = std::make_shared<CallCheck>(sources, TrustOf(socket.kind));
       const std::shared_ptr<grpc::ServerCredentials> credentials = credentials_of(socket.kind);
       credentials->SetAuthMetadataProcessor(slot.check);
       slot.acceptor = builder.experimental().AddExternalConnectionAcceptor(
@@ -208,7 +215,8 @@ void Connections::Accept(Listener& listener) {
       setsockopt(connection.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
       setsockopt(connection.get(), SOL_SOCKET, SO_RCVBUF, &ReceiveGuard::kReceiveBuffer_bytes,
                  sizeof ReceiveGuard::kReceiveBuffer_bytes);
-      Admit(listener, std::move(connection));
+      const Peer peer = PeerOf(connection.get());
+      Admit(listener, std::move(connection), peer);
       continue;
     }
     const int error = errno;
@@ -221,10 +229,22 @@ void Connections::Accept(Listener& listener) {
   }
 }
 
-void Connections::Admit(Listener& listener, UniqueFd connection) {
+absl::StatusOr<UniqueFd> Connections::ConnectConsole(const std::string& browser) {
+  int ends[2] = {-1, -1};
+  if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends) != 0)
+    return absl::UnavailableError(absl::StrCat("the console cannot connect: ", strerror(errno)));
+  UniqueFd ours(ends[0]), theirs(ends[1]);
+  for (const auto& listener : listeners_) {
+    if (listener->socket.kind == ListenKind::kConsole &&
+        Admit(*listener, std::move(ours), {absl::StrCat(browser, " (console)"), std::nullopt}))
+      return theirs;
+  }
+  return absl::ResourceExhaustedError("too many clients are connected; try again in a minute");
+}
+
+bool Connections::Admit(Listener& listener, UniqueFd connection, const Peer& peer) {
   struct stat file = {};
-  if (fstat(connection.get(), &file) != 0) return;
-  const Peer peer = PeerOf(connection.get());
+  if (fstat(connection.get(), &file) != 0) return false;
   const std::lock_guard lock(mutex_);
   Slot& slot = SlotOf(listener, peer);
   if (!HasRoom(slot, peer) && Clock::now() - counted_ >= kCountAgain) CountOpen();
@@ -232,7 +252,7 @@ void Connections::Admit(Listener& listener, UniqueFd connection) {
     ++slot.refused;
     slot.refused_peer = peer.name;
     slot.refused_why = std::move(why);
-    return;  // closed
+    return false;  // closed
   }
   if (slot.peer != peer) {
     slot.peer = slot.open == 0 ? peer : Peer{"several machines", std::nullopt};
@@ -245,6 +265,7 @@ void Connections::Admit(Listener& listener, UniqueFd connection) {
   guard_.Add(connection.get(), file.st_ino);
   came_.notify_one();
   handover_.HandOver(*slot.acceptor, listener.socket.socket.get(), std::move(connection));
+  return true;
 }
 
 // That of the peer, or one that nobody uses. Where there is none, the last is for all that are left.

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "services/daemon/call_check.h"
 #include "services/daemon/connection_handover.h"
 #include "services/daemon/listen_address.h"
@@ -51,6 +52,9 @@ class Connections {
 
   // Accepts from now on, which needs a server that runs. Unavailable: /proc is not there.
   absl::Status Begin();
+  // A connection from the console of this process, for a browser at this address. Needs a listener of the
+  // kind kConsole. ResourceExhausted: too many are connected.
+  absl::StatusOr<UniqueFd> ConnectConsole(const std::string& browser);
   // Accepts no more, and removes sockets of the file system; what is connected stays.
   void Stop();
 
@@ -65,7 +69,8 @@ class Connections {
   void Run(const std::stop_token& stop);
   void Guard(const std::stop_token& stop);
   void Accept(Listener& listener);
-  void Admit(Listener& listener, UniqueFd connection);
+  // False: it was closed.
+  bool Admit(Listener& listener, UniqueFd connection, const Peer& peer);
   Slot& SlotOf(Listener& listener, const Peer& peer) const;
   // Empty: it may come.
   std::string WhyRefused(const Slot& slot, const Peer& peer);

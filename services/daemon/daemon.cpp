@@ -314,6 +314,7 @@ void Daemon::SetNotices(const NoticeOptions& notices) { parts_->notices->SetOpti
 
 void Daemon::Stop() {
   std::call_once(parts_->stopped, [this] {
+    parts_->console.reset();
     if (parts_->connections) parts_->connections->Stop();
     parts_->metrics_page.reset();
     parts_->health.reset();

@@ -30,20 +30,23 @@ struct TakeKeeperOptions;
 struct DaemonOptions {
   // "unix:PATH" or HOST:PORT; port 0 takes a free one. Empty: weftd.sock in the state folder.
   std::vector<std::string> listen;
-  TlsFiles tls;                          // for addresses that other machines reach
-  std::string metrics_listen;            // HOST:PORT for Prometheus; empty: none
-  std::string state_folder;              // made where it is missing
-  std::vector<std::string> allow_paths;  // folders that clients may name
-  int workers = 0;                       // processes; 0 chooses by the number of cores
-  int threads_per_worker = 0;            // 0 chooses by the number of cores
-  int64_t worker_memory_mib = 0;         // of a worker; 0 shares the machine's, negative: any
-  std::string worker_program;            // weft-worker
-  std::string worker_user;               // of workers, where root runs the daemon; empty: its own
-  SlurmOptions slurm;                    // with a folder: tasks run on a cluster
-  std::string recorder_program;          // weft-recorder
-  std::string command_program;           // weft, for operations
-  RetentionRules retention;              // of takes and jobs
-  NoticeOptions notices;                 // of ends of takes and jobs
+  TlsFiles tls;                            // for addresses that other machines reach
+  std::string metrics_listen;              // HOST:PORT for Prometheus; empty: none
+  std::string console_listen;              // HOST:PORT for browsers; empty: none
+  std::vector<std::string> console_hosts;  // names under which browsers may ask, besides this machine's
+  std::string console_files;               // the built pages; empty: none
+  std::string state_folder;                // made where it is missing
+  std::vector<std::string> allow_paths;    // folders that clients may name
+  int workers = 0;                         // processes; 0 chooses by the number of cores
+  int threads_per_worker = 0;              // 0 chooses by the number of cores
+  int64_t worker_memory_mib = 0;           // of a worker; 0 shares the machine's, negative: any
+  std::string worker_program;              // weft-worker
+  std::string worker_user;                 // of workers, where root runs the daemon; empty: its own
+  SlurmOptions slurm;                      // with a folder: tasks run on a cluster
+  std::string recorder_program;            // weft-recorder
+  std::string command_program;             // weft, for operations
+  RetentionRules retention;                // of takes and jobs
+  NoticeOptions notices;                   // of ends of takes and jobs
   CallerLimits caller_limits;
   std::string address_file;          // gets the addresses once the daemon listens; empty for none
   std::function<void()> on_drained;  // Server.Drain has come to its end: stop the daemon
@@ -75,6 +78,8 @@ class Daemon {
   const std::vector<std::string>& addresses() const { return addresses_; }
   // Where Prometheus asks; empty: nowhere.
   const std::string& metrics_address() const { return metrics_address_; }
+  // Where browsers ask; empty: nowhere.
+  const std::string& console_address() const { return console_address_; }
   int workers() const { return workers_; }
   int threads_per_worker() const { return threads_per_worker_; }
 
@@ -97,10 +102,11 @@ class Daemon {
                                             const Parts& parts);
   absl::Status KnowCallers(const DaemonOptions& options);
   absl::Status ServeMetrics(const DaemonOptions& options);
+  absl::Status ServeConsole(const DaemonOptions& options);
   absl::Status Listen(const DaemonOptions& options);
 
   std::vector<std::string> addresses_;
-  std::string metrics_address_;
+  std::string metrics_address_, console_address_;
   int workers_ = 0;
   int threads_per_worker_ = 0;
   std::unique_ptr<Parts> parts_;

@@ -48,6 +48,8 @@ class DaemonLife {
                  daemon_->threads_per_worker());
     if (const std::string& metrics = daemon_->metrics_address(); !metrics.empty())
       spdlog::info("metrics at {}/metrics", metrics);
+    if (const std::string& console = daemon_->console_address(); !console.empty())
+      spdlog::info("console at {}", console);
     NotifyReady(Status());
     std::optional<Watchdog> watchdog = Watch();
     while (WaitForWish(signals.token())) Reload();

@@ -3,7 +3,9 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <climits>
 #include <filesystem>
 
 #include "absl/strings/str_cat.h"
@@ -110,6 +112,32 @@ absl::Status Daemon::ServeMetrics(const DaemonOptions& options) {
   return absl::OkStatus();
 }
 
+absl::Status Daemon::ServeConsole(const DaemonOptions& options) {
+  if (options.console_listen.empty()) return absl::OkStatus();
+  const absl::StatusOr<ListenAddress> address = ParseListenAddress(options.console_listen);
+  if (!address.ok()) return address.status();
+  absl::StatusOr<ListeningSocket> socket = ListenAt(*address);
+  if (!socket.ok()) return socket.status();
+  console_address_ = socket->address;
+  ConsoleOptions console;
+  console.host_names = options.console_hosts;
+  char name[HOST_NAME_MAX + 1] = "";
+  if (gethostname(name, sizeof name - 1) == 0) console.host_names.emplace_back(name);
+  console.tls = options.tls;
+  console.uses_tls = socket->kind == ListenKind::kNetwork;
+  console.page_folder = options.console_files;
+  console.session_file = absl::StrCat(options.state_folder, "/console.json");
+  console.cookie_suffix = console_address_.substr(console_address_.rfind(':') + 1);
+  console.version = WEFT_VERSION;
+  auto started = Console::Start(std::move(socket->socket), std::move(console),
+                                {*parts_->access, *parts_->audit, [this](const std::string& browser) {
+                                   return parts_->connections->ConnectConsole(browser);
+                                 }});
+  if (!started.ok()) return started.status();
+  parts_->console = *std::move(started);
+  return absl::OkStatus();
+}
+
 absl::Status Daemon::KnowCallers(const DaemonOptions& options) {
   const auto warn = [](const std::string& message) { spdlog::warn("{}", EscapedText(message)); };
   parts_->access = std::make_unique<AccessControl>(AccessListFile(options.state_folder), warn);
@@ -133,6 +161,11 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
     if (!socket.ok()) return socket.status();
     addresses_.push_back(socket->address);
     sockets.push_back(*std::move(socket));
+  }
+  if (!options.console_listen.empty()) {
+    ListeningSocket console;
+    console.kind = ListenKind::kConsole;
+    sockets.push_back(std::move(console));
   }
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
@@ -168,6 +201,7 @@ absl::Status Daemon::Listen(const DaemonOptions& options) {
   if (absl::Status status = ServeMetrics(options); !status.ok()) return status;
   parts_->poller->Begin();
   if (absl::Status status = parts_->connections->Begin(); !status.ok()) return status;
+  if (absl::Status status = ServeConsole(options); !status.ok()) return status;
   if (options.address_file.empty()) return absl::OkStatus();
   return WriteFileAtomically(options.address_file, absl::StrCat(absl::StrJoin(addresses_, "\n"), "\n"));
 }

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 
+#include "services/console/console.h"
 #include "services/daemon/camera_service.h"
 #include "services/daemon/connections.h"
 #include "services/daemon/daemon.h"
@@ -56,6 +57,7 @@ struct Daemon::Parts {
   std::unique_ptr<HealthWatch> health;
   std::unique_ptr<Metrics> metrics;
   std::unique_ptr<MetricsPage> metrics_page;  // null: nobody asked for one
+  std::unique_ptr<Console> console;           // null: the same
   std::once_flag stopped;
 };
 

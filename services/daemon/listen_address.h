@@ -8,7 +8,8 @@
 
 namespace weft {
 
-enum class ListenKind { kUnixSocket, kLoopback, kNetwork };
+// kConsole: no address; the console of this process connects.
+enum class ListenKind { kUnixSocket, kLoopback, kNetwork, kConsole };
 
 struct ListenAddress {
   ListenKind kind = ListenKind::kUnixSocket;

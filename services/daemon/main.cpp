@@ -23,6 +23,16 @@
 
 namespace {
 
+// Of an installation, or of a build tree. Empty: it was built without them.
+std::string ConsoleFiles() {
+  for (const char* place : {"../share/weft/console", "../console/dist"}) {
+    const std::filesystem::path folder = std::filesystem::path(weft::ProgramBeside(place)).lexically_normal();
+    std::error_code error;
+    if (std::filesystem::exists(folder / "index.html", error)) return folder.string();
+  }
+  return "";
+}
+
 void AddTlsOptions(CLI::App& app, weft::TlsFiles& tls) {
   app.add_option("--tls-cert", tls.certificate, "Certificate of the daemon, with its chain, PEM")
       ->type_name("FILE");
@@ -115,6 +125,21 @@ void AddSlurmOptions(CLI::App& app, weft::SlurmOptions& slurm) {
       ->check(CLI::Range(0.0, 3600.0));
 }
 
+void AddConsoleOptions(CLI::App& app, weft::DaemonOptions& options) {
+  app.add_option(
+         "--console", options.console_listen,
+         "Serve the console at http://HOST:PORT/, or https where other machines reach it. Whoever opens it "
+         "shows a token once")
+      ->type_name("HOST:PORT");
+  app.add_option(
+         "--console-host", options.console_hosts,
+         "Name of this machine that browsers may ask for, besides its host name and addresses; may be given "
+         "several times")
+      ->type_name("NAME");
+  app.add_option("--console-files", options.console_files, "Folder of the console's built pages")
+      ->type_name("DIR");
+}
+
 void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_level) {
   app.option_defaults()->always_capture_default();
   app.add_option(
@@ -130,6 +155,7 @@ void AddOptions(CLI::App& app, weft::DaemonOptions& options, std::string& log_le
          "Serve metrics for Prometheus at http://HOST:PORT/metrics, or https where other machines reach it. "
          "Whoever asks shows a token of the role viewer")
       ->type_name("HOST:PORT");
+  AddConsoleOptions(app, options);
   app.add_option("--state", options.state_folder,
                  "Folder for the list of jobs, and for results whose folder is not shared; must be given")
       ->type_name("DIR");
@@ -241,6 +267,7 @@ Program::Program()
   options.worker_program = weft::ProgramBeside("weft-worker");
   options.recorder_program = weft::ProgramBeside("weft-recorder");
   options.command_program = weft::ProgramBeside("weft");
+  options.console_files = ConsoleFiles();
   options.endings.assess = weft::AssessJobFolder;
   options.endings.write_report = weft::WriteJobReport;
   options.find_incomplete = weft::FindIncompleteFrames;

@@ -15,7 +15,8 @@ ServerCredentialsMaker::ServerCredentialsMaker(TlsFiles files) : files_(std::mov
 
 std::shared_ptr<grpc::ServerCredentials> ServerCredentialsMaker::Make(ListenKind kind) {
   using grpc::experimental::FileWatcherCertificateProvider;
-  if (kind == ListenKind::kUnixSocket) return grpc::experimental::LocalServerCredentials(UDS);
+  if (kind == ListenKind::kUnixSocket || kind == ListenKind::kConsole)
+    return grpc::experimental::LocalServerCredentials(UDS);
   if (kind == ListenKind::kLoopback) return grpc::experimental::LocalServerCredentials(LOCAL_TCP);
   const bool knows_clients = !files_.client_authority.empty();
   if (provider_ == nullptr && knows_clients) {

@@ -87,7 +87,7 @@ class SlurmExecutor : public Executor {
   std::vector<std::string> stops_;
   std::vector<std::shared_ptr<Array>> taken_up_;
   std::vector<std::string> unclaimed_;  // elements of those that nobody wants, as scancel names them
-  std::vector<std::string> taken_;  // ids that hold a slot
+  std::vector<std::string> taken_;      // ids that hold a slot
   bool has_requests_ = false;
   bool may_begin_ = false;  // whoever owns this has claimed what he wants
   bool stopping_ = false;

@@ -1,0 +1,19 @@
+// Files of the daemon for browsers.
+#pragma once
+
+#include "services/console/awaitable.h"
+
+#include <string>
+
+#include "services/console/daemon_calls.h"
+#include "services/console/http_exchange.h"
+
+namespace weft {
+
+// The file that a method which sends FileChunks answers to the request in the query: its fields by name, and
+// `save_as` for a name to save it under. A Range is sent alone. Pages and drawings are shown in a sandbox,
+// since reports have scripts of their own; what browsers need not show is saved.
+boost::asio::awaitable<void> SendFile(HttpExchange& exchange, std::string method, CallFor caller,
+                                      DaemonCalls& calls);
+
+}  // namespace weft

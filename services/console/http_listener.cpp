@@ -1,0 +1,258 @@
+#include "services/console/http_listener.h"
+
+#include <spdlog/spdlog.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/asio/strand.hpp>
+#include <boost/beast/ssl.hpp>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "services/access/file_stamp.h"
+#include "services/console/http_connection.h"
+#include "services/console/json_messages.h"
+#include "services/files/atomic_file.h"
+#include "services/http/http_server.h"
+
+namespace weft {
+namespace {
+
+using asio::ip::tcp;
+using PlainStream = beast::tcp_stream;
+using TlsStream = beast::ssl_stream<beast::tcp_stream>;
+
+absl::StatusOr<std::shared_ptr<asio::ssl::context>> ReadTls(const TlsFiles& files) {
+  const absl::StatusOr<std::string> certificate = ReadWholeFile(files.certificate);
+  if (!certificate.ok()) return certificate.status();
+  const absl::StatusOr<std::string> key = ReadWholeFile(files.key);
+  if (!key.ok()) return key.status();
+  auto context = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
+  boost::system::error_code error;
+  context->set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_tlsv1 |
+                       asio::ssl::context::no_tlsv1_1);
+  context->use_certificate_chain(asio::buffer(*certificate), error);
+  if (!error) context->use_private_key(asio::buffer(*key), asio::ssl::context::pem, error);
+  if (!error) return context;
+  return absl::InvalidArgumentError(absl::StrCat("no HTTPS server starts with ", files.certificate, " and ",
+                                                 files.key, "; do they belong together?"));
+}
+
+HttpReply Refusal(int status, absl::StatusCode code, const std::string& message) {
+  HttpReply reply;
+  reply.status = status;
+  reply.body = JsonOfStatus({code, message});
+  reply.closes = true;
+  return reply;
+}
+
+// Why a request is not for us; none: it is.
+std::optional<HttpReply> CheckRequest(const HttpExchange& exchange, const HttpListenerOptions& options) {
+  const std::string host = exchange.Header("Host");
+  if (!IsHostOfOurs(host, options.host_names)) {
+    return Refusal(421, absl::StatusCode::kPermissionDenied,
+                   "Host: this is no name of this server; ask by its address, or give weftd --console-host");
+  }
+  const std::string origin = exchange.Header("Origin");
+  const std::string own = absl::StrCat(options.uses_tls ? "https://" : "http://", host);
+  // Browsers send it with everything that changes something, and with WebSockets.
+  const bool must_show = exchange.is_upgrade || (exchange.method != "GET" && exchange.method != "HEAD");
+  if (origin.empty() ? must_show : !absl::EqualsIgnoreCase(origin, own)) {
+    return Refusal(403, absl::StatusCode::kPermissionDenied,
+                   "Origin: only pages of this server are answered");
+  }
+  const std::string site = exchange.Header("Sec-Fetch-Site");
+  const bool follows_link = exchange.Header("Sec-Fetch-Mode") == "navigate" && exchange.target.path == "/";
+  if (site.empty() || site == "same-origin" || site == "none" || follows_link) return std::nullopt;
+  return Refusal(403, absl::StatusCode::kPermissionDenied, "requests of other sites are refused");
+}
+
+}  // namespace
+
+class HttpListener::Impl {
+ public:
+  Impl(HttpListenerOptions options, Handler handler)
+      : options_(std::move(options)), handler_(std::move(handler)), acceptor_(asio::make_strand(io_)) {}
+  ~Impl() { Stop(); }
+
+  absl::Status Begin(UniqueFd socket) {
+    if (options_.uses_tls) {
+      tls_stamp_ = TlsStamp();
+      auto tls = ReadTls(options_.tls);
+      if (!tls.ok()) return tls.status();
+      tls_ = *std::move(tls);
+    }
+    const tcp::endpoint endpoint = [&] {
+      sockaddr_storage name{};
+      socklen_t size = sizeof name;
+      getsockname(socket.get(), reinterpret_cast<sockaddr*>(&name), &size);
+      return name.ss_family == AF_INET6 ? tcp::endpoint(tcp::v6(), 0) : tcp::endpoint(tcp::v4(), 0);
+    }();
+    acceptor_.assign(endpoint.protocol(), socket.Release());
+    asio::co_spawn(acceptor_.get_executor(), Accept(), asio::detached);
+    for (int i = 0; i < options_.threads; ++i) threads_.emplace_back([this] { io_.run(); });
+    return absl::OkStatus();
+  }
+
+  void Stop() {
+    io_.stop();
+    for (std::thread& thread : threads_) thread.join();
+    threads_.clear();
+  }
+
+ private:
+  std::string TlsStamp() const {
+    return absl::StrCat(FileStamp(options_.tls.certificate), " ", FileStamp(options_.tls.key));
+  }
+
+  // Of new connections; a certificate that cannot be read leaves the old one.
+  std::shared_ptr<asio::ssl::context> CurrentTls() {
+    constexpr std::chrono::seconds kLookEvery{5};
+    const std::lock_guard lock(mutex_);
+    const auto now = std::chrono::steady_clock::now();
+    if (now - looked_ < kLookEvery) return tls_;
+    looked_ = now;
+    std::string stamp = TlsStamp();
+    if (stamp == tls_stamp_) return tls_;
+    tls_stamp_ = std::move(stamp);
+    auto tls = ReadTls(options_.tls);
+    if (tls.ok()) tls_ = *std::move(tls);
+    if (!tls.ok())
+      spdlog::warn("the console keeps its old certificate: {}", std::string(tls.status().message()));
+    return tls_;
+  }
+
+  bool Enter(const std::string& peer) {
+    const std::lock_guard lock(mutex_);
+    if (open_ >= options_.connections || of_peer_[peer] >= options_.connections_of_one_address) {
+      if (of_peer_[peer] == 0) of_peer_.erase(peer);
+      return false;
+    }
+    ++open_;
+    ++of_peer_[peer];
+    return true;
+  }
+  void Leave(const std::string& peer) {
+    const std::lock_guard lock(mutex_);
+    --open_;
+    if (--of_peer_[peer] == 0) of_peer_.erase(peer);
+  }
+
+  asio::awaitable<void> Accept() {
+    while (true) {
+      beast::error_code error;
+      tcp::socket socket(asio::make_strand(io_));
+      co_await acceptor_.async_accept(socket, asio::redirect_error(asio::use_awaitable, error));
+      if (error) {
+        // Without descriptors, for instance: others end meanwhile.
+        asio::steady_timer pause(acceptor_.get_executor(), std::chrono::milliseconds(50));
+        co_await pause.async_wait(asio::redirect_error(asio::use_awaitable, error));
+        continue;
+      }
+      const tcp::endpoint remote = socket.remote_endpoint(error);
+      const std::string peer = error ? "" : remote.address().to_string();
+      if (error || !Enter(peer)) continue;
+      socket.set_option(tcp::no_delay(true), error);
+      const auto executor = socket.get_executor();
+      asio::co_spawn(executor, Serve(std::move(socket), peer), asio::detached);
+    }
+  }
+
+  asio::awaitable<void> Serve(tcp::socket socket, std::string peer) {
+    try {
+      if (options_.uses_tls) {
+        const std::shared_ptr<asio::ssl::context> tls = CurrentTls();
+        TlsStream stream(PlainStream(std::move(socket)), *tls);
+        beast::error_code error;
+        beast::get_lowest_layer(stream).expires_after(options_.patience);
+        co_await stream.async_handshake(asio::ssl::stream_base::server,
+                                        asio::redirect_error(asio::use_awaitable, error));
+        if (!error) co_await Requests(stream, peer);
+      } else {
+        PlainStream stream(std::move(socket));
+        co_await Requests(stream, peer);
+      }
+    } catch (const std::exception& failure) {
+      spdlog::warn("console: {}", failure.what());
+    }
+    Leave(peer);
+  }
+
+  template <typename Stream>
+  asio::awaitable<void> Requests(Stream& stream, const std::string& peer) {
+    beast::flat_buffer buffer;
+    for (bool is_first = true;; is_first = false) {
+      typename ExchangeOf<Stream>::Parser parser;
+      parser.header_limit(kLargestHeader_bytes);
+      parser.body_limit(kLargestBody_bytes);
+      beast::error_code error;
+      beast::get_lowest_layer(stream).expires_after(is_first ? options_.patience : options_.idle);
+      co_await http::async_read_header(stream, buffer, parser,
+                                       asio::redirect_error(asio::use_awaitable, error));
+      if (error) co_return;
+      ExchangeOf<Stream> exchange(stream, buffer, parser, options_.patience);
+      co_await Answer(parser, exchange, peer);
+      if (exchange.upgraded()) co_return;
+      if (!exchange.keeps()) {
+        // Sends what TCP still has; a browser that waits for more gets the end.
+        beast::get_lowest_layer(stream).socket().shutdown(tcp::socket::shutdown_send, error);
+        co_return;
+      }
+    }
+  }
+
+  template <typename Stream>
+  asio::awaitable<void> Answer(typename ExchangeOf<Stream>::Parser& parser, ExchangeOf<Stream>& exchange,
+                               const std::string& peer) {
+    const auto& request = parser.get();
+    exchange.method = std::string(request.method_string());
+    exchange.peer = peer;
+    exchange.uses_tls = options_.uses_tls;
+    exchange.is_upgrade = beast::websocket::is_upgrade(request);
+    absl::StatusOr<RequestTarget> target = ParseTarget({request.target().data(), request.target().size()});
+    if (!target.ok()) {
+      co_await exchange.Send(Refusal(400, target.status().code(), std::string(target.status().message())));
+      co_return;
+    }
+    exchange.target = *std::move(target);
+    if (std::optional<HttpReply> refusal = CheckRequest(exchange, options_)) {
+      co_await exchange.Send(*std::move(refusal));
+      co_return;
+    }
+    co_await handler_(exchange);
+    if (!exchange.answered()) exchange.Break();
+  }
+
+  const HttpListenerOptions options_;
+  const Handler handler_;
+  std::mutex mutex_;  // of what follows, up to io_
+  std::shared_ptr<asio::ssl::context> tls_;
+  std::string tls_stamp_;
+  std::chrono::steady_clock::time_point looked_;
+  int open_ = 0;
+  std::map<std::string, int> of_peer_;
+  asio::io_context io_;
+  tcp::acceptor acceptor_;
+  std::vector<std::thread> threads_;
+};
+
+absl::StatusOr<std::unique_ptr<HttpListener>> HttpListener::Start(UniqueFd socket,
+                                                                  HttpListenerOptions options,
+                                                                  Handler handler) {
+  auto impl = std::make_unique<Impl>(std::move(options), std::move(handler));
+  if (absl::Status status = impl->Begin(std::move(socket)); !status.ok()) return status;
+  return std::unique_ptr<HttpListener>(new HttpListener(std::move(impl)));
+}
+
+HttpListener::HttpListener(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+HttpListener::~HttpListener() = default;
+void HttpListener::Stop() { impl_->Stop(); }
+
+}  // namespace weft
