@@ -185,9 +185,8 @@ class Console::Impl {
     const std::optional<std::string> body = co_await ReadJson(exchange);
     if (!body) co_return;
     const absl::StatusOr<std::string> request = RequestOfJson(*method->input_type(), *body);
-    using CallOr = absl::StatusOr<std::shared_ptr<DaemonCalls::Call>>;
-    const CallOr call = request.ok() ? calls_->Begin(caller, PathOf(*method), *request, kCallPatience)
-                                     : CallOr(request.status());
+    const absl::StatusOr<std::shared_ptr<DaemonCalls::Call>> call =
+        calls_->Begin(caller, PathOf(*method), request, kCallPatience);
     if (!call.ok()) {
       co_await exchange.Send(ErrorReply(call.status()));
       co_return;

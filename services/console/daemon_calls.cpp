@@ -33,11 +33,6 @@ std::string TextOf(const grpc::ByteBuffer& buffer) {
 
 }  // namespace
 
-struct DaemonCalls::Channel {
-  std::shared_ptr<grpc::Channel> channel;
-  std::chrono::steady_clock::time_point used;
-};
-
 DaemonCalls::DaemonCalls(Connect connect)
     : connect_(std::move(connect)), running_(std::make_shared<Running>()), thread_([this] { Run(); }) {}
 
@@ -59,23 +54,19 @@ void DaemonCalls::Run() {
   }
 }
 
-absl::StatusOr<std::shared_ptr<grpc::Channel>> DaemonCalls::ChannelOf(const CallFor& caller) {
+absl::StatusOr<std::shared_ptr<DaemonCalls::Channel>> DaemonCalls::ChannelOf(const CallFor& caller) {
   const std::lock_guard lock(mutex_);
   const auto now = std::chrono::steady_clock::now();
   const auto known = channels_.find(caller.session);
-  if (known != channels_.end()) {
-    // A connection that was given as a descriptor cannot be made again.
-    const grpc_connectivity_state state = known->second.channel->GetState(false);
-    if (state != GRPC_CHANNEL_SHUTDOWN && state != GRPC_CHANNEL_TRANSIENT_FAILURE) {
-      known->second.used = now;
-      return known->second.channel;
-    }
-    channels_.erase(known);
+  if (known != channels_.end() && !known->second->broke) {
+    known->second->used = now;
+    return known->second;
   }
+  if (known != channels_.end()) channels_.erase(known);
   if (channels_.size() >= kMostChannels) {
     auto oldest = channels_.begin();
     for (auto one = channels_.begin(); one != channels_.end(); ++one) {
-      if (one->second.used < oldest->second.used) oldest = one;
+      if (one->second->used < oldest->second->used) oldest = one;
     }
     channels_.erase(oldest);  // calls that run keep it
   }
@@ -83,28 +74,30 @@ absl::StatusOr<std::shared_ptr<grpc::Channel>> DaemonCalls::ChannelOf(const Call
   if (!connection.ok()) return connection.status();
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(kLargestAnswer_bytes);
-  auto channel = grpc::CreateCustomInsecureChannelFromFd("weftd", connection->Release(), arguments);
-  channels_[caller.session] = {channel, now};
+  auto channel = std::make_shared<Channel>();
+  channel->channel = grpc::CreateCustomInsecureChannelFromFd("weftd", connection->Release(), arguments);
+  channel->used = now;
+  channels_[caller.session] = channel;
   return channel;
 }
 
-absl::StatusOr<std::shared_ptr<DaemonCalls::Call>> DaemonCalls::Begin(const CallFor& caller,
-                                                                      const std::string& path,
-                                                                      const std::string& request,
-                                                                      std::chrono::milliseconds patience) {
-  absl::StatusOr<std::shared_ptr<grpc::Channel>> channel = ChannelOf(caller);
+absl::StatusOr<std::shared_ptr<DaemonCalls::Call>> DaemonCalls::Begin(
+    const CallFor& caller, const std::string& path, const absl::StatusOr<std::string>& request,
+    std::chrono::milliseconds patience) {
+  if (!request.ok()) return request.status();
+  absl::StatusOr<std::shared_ptr<Channel>> channel = ChannelOf(caller);
   if (!channel.ok()) return channel.status();
   std::shared_ptr<Call> call(new Call(running_, *std::move(channel)));
   call->context_.AddMetadata("weft-token-sha256", caller.token_sha256);
   call->context_.set_deadline(std::chrono::system_clock::now() + patience);
-  const grpc::Slice slice(request);
+  const grpc::Slice slice(*request);
   call->request_ = grpc::ByteBuffer(&slice, 1);
   call->stream_ = call->stub_.PrepareCall(&call->context_, path, &queue_);
   return call;
 }
 
-DaemonCalls::Call::Call(std::shared_ptr<Running> running, std::shared_ptr<grpc::Channel> channel)
-    : running_(std::move(running)), channel_(std::move(channel)), stub_(channel_) {
+DaemonCalls::Call::Call(std::shared_ptr<Running> running, std::shared_ptr<Channel> channel)
+    : running_(std::move(running)), channel_(std::move(channel)), stub_(channel_->channel) {
   const std::lock_guard lock(running_->mutex);
   running_->calls.insert(this);
 }
@@ -143,6 +136,8 @@ asio::awaitable<absl::Status> DaemonCalls::Call::Finish() {
   if (!began_) co_return absl::CancelledError("the call did not begin");
   if (!ended_) context_.TryCancel();
   co_await Await([this](void* tag) { stream_->Finish(&status_, tag); });
+  // The daemon says the same while it drains, where another connection does no harm.
+  if (status_.error_code() == grpc::StatusCode::UNAVAILABLE) channel_->broke = true;
   co_return FromGrpcStatus(status_);
 }
 

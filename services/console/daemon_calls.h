@@ -6,6 +6,7 @@
 #include <grpcpp/completion_queue.h>
 #include <grpcpp/generic/generic_stub.h>
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <map>
@@ -41,24 +42,31 @@ class DaemonCalls {
   ~DaemonCalls();
 
   class Call;
-  // A call with one message from here, given as bytes. `path` as in HTTP/2. It ends after `patience`.
+  // A call with one message from here, given as bytes; where that is an error, it is the result. `path` as in
+  // HTTP/2. The call ends after `patience`.
   absl::StatusOr<std::shared_ptr<Call>> Begin(const CallFor& caller, const std::string& path,
-                                              const std::string& request, std::chrono::milliseconds patience);
+                                              const absl::StatusOr<std::string>& request,
+                                              std::chrono::milliseconds patience);
 
  private:
-  struct Channel;
+  // A connection that was given as a descriptor cannot be made again, and tells nobody its state.
+  struct Channel {
+    std::shared_ptr<grpc::Channel> channel;
+    std::atomic<bool> broke = false;  // a call was told so
+    std::chrono::steady_clock::time_point used;
+  };
   // Calls that are not forgotten yet, which may outlive this.
   struct Running {
     std::mutex mutex;
     std::set<Call*> calls;
   };
-  absl::StatusOr<std::shared_ptr<grpc::Channel>> ChannelOf(const CallFor& caller);
+  absl::StatusOr<std::shared_ptr<Channel>> ChannelOf(const CallFor& caller);
   void Run();
 
   const Connect connect_;
   grpc::CompletionQueue queue_;
   std::mutex mutex_;
-  std::map<std::string, Channel> channels_;  // by session
+  std::map<std::string, std::shared_ptr<Channel>> channels_;  // by session
   const std::shared_ptr<Running> running_;
   std::thread thread_;
 };
@@ -77,11 +85,11 @@ class DaemonCalls::Call : public std::enable_shared_from_this<Call> {
 
  private:
   friend class DaemonCalls;
-  Call(std::shared_ptr<Running> running, std::shared_ptr<grpc::Channel> channel);
+  Call(std::shared_ptr<Running> running, std::shared_ptr<Channel> channel);
   boost::asio::awaitable<bool> Await(std::function<void(void* tag)> begin);
 
   const std::shared_ptr<Running> running_;
-  const std::shared_ptr<grpc::Channel> channel_;
+  const std::shared_ptr<Channel> channel_;
   grpc::GenericStub stub_;
   grpc::ClientContext context_;
   std::unique_ptr<grpc::GenericClientAsyncReaderWriter> stream_;

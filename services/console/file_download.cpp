@@ -96,9 +96,8 @@ asio::awaitable<void> SendFile(HttpExchange& exchange, std::string name, CallFor
   const std::optional<ByteRange> range = ParseRange(exchange.Header("Range"));
   if (range) query.emplace_back("offset", absl::StrCat(range->first));
   const absl::StatusOr<std::string> request = RequestOfQuery(*method->input_type(), query);
-  using CallOr = absl::StatusOr<std::shared_ptr<DaemonCalls::Call>>;
-  const CallOr call =
-      request.ok() ? calls.Begin(caller, PathOf(*method), *request, kFilePatience) : CallOr(request.status());
+  const absl::StatusOr<std::shared_ptr<DaemonCalls::Call>> call =
+      calls.Begin(caller, PathOf(*method), request, kFilePatience);
   if (!call.ok()) {
     co_await exchange.Send(ErrorReply(call.status()));
     co_return;

@@ -122,11 +122,13 @@ asio::awaitable<void> Live::Order(std::string text, const CallFor& caller, size_
   } else if (streams.size() >= most) {
     status = absl::ResourceExhaustedError(absl::StrCat(most, " streams run already; end one before"));
   }
-  const absl::StatusOr<std::string> request =
-      status.ok() ? RequestOfJson(*method->input_type(), order->json) : absl::StatusOr<std::string>(status);
-  using CallOr = absl::StatusOr<std::shared_ptr<DaemonCalls::Call>>;
-  const CallOr call = request.ok() ? calls.Begin(caller, PathOf(*method), *request, kStreamPatience)
-                                   : CallOr(request.status());
+  if (!status.ok()) {
+    co_await End(order->id, status);
+    co_return;
+  }
+  const absl::StatusOr<std::string> request = RequestOfJson(*method->input_type(), order->json);
+  const absl::StatusOr<std::shared_ptr<DaemonCalls::Call>> call =
+      calls.Begin(caller, PathOf(*method), request, kStreamPatience);
   if (!call.ok()) {
     co_await End(order->id, call.status());
     co_return;
