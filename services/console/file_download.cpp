@@ -58,20 +58,27 @@ std::string PlainName(std::string name) {
   return name.substr(0, 100);
 }
 
+// Of an ETag; empty for what is none, or a weak one.
+std::string Unquoted(const std::string& tag) {
+  const bool is_quoted = tag.size() >= 2 && tag.front() == '"' && tag.back() == '"';
+  return is_quoted ? tag.substr(1, tag.size() - 2) : "";
+}
+
 struct Piece {
   int64_t begin = 0, end = 0;  // bytes of the file
 };
 
 HttpReply HeadOf(const std::string& name, const std::string& save_as, bool is_part, const Piece& piece,
-                 int64_t file_bytes) {
+                 const v1::FileChunk& chunk) {
   HttpReply head;
   head.type = ContentType(name);
   head.status = is_part ? 206 : 200;
   head.headers.emplace_back("Accept-Ranges", "bytes");
+  head.headers.emplace_back("ETag", absl::StrCat("\"", chunk.version(), "\""));
   head.headers.emplace_back("Content-Security-Policy", kSandbox);
   if (is_part) {
-    head.headers.emplace_back("Content-Range",
-                              absl::StrCat("bytes ", piece.begin, "-", piece.end - 1, "/", file_bytes));
+    head.headers.emplace_back(
+        "Content-Range", absl::StrCat("bytes ", piece.begin, "-", piece.end - 1, "/", chunk.file_bytes()));
   }
   if (!save_as.empty() || head.type == "application/octet-stream") {
     head.headers.emplace_back(
@@ -93,8 +100,13 @@ asio::awaitable<void> SendFile(HttpExchange& exchange, std::string name, CallFor
   Query query = exchange.target.query;
   const std::string save_as = Take(query, "save_as");
   const std::string file_name = NameOf(query);
-  const std::optional<ByteRange> range = ParseRange(exchange.Header("Range"));
+  std::optional<ByteRange> range = ParseRange(exchange.Header("Range"));
+  const std::string version = Unquoted(exchange.Header("If-Range"));
+  // Without it nobody knows whether the rest is of the same file; such a range may be ignored (RFC
+  // 9110, 14.2).
+  if (range && range->first > 0 && version.empty()) range.reset();
   if (range) query.emplace_back("offset", absl::StrCat(range->first));
+  if (range && range->first > 0) query.emplace_back("version", version);
   const absl::StatusOr<std::string> request = RequestOfQuery(*method->input_type(), query);
   const absl::StatusOr<std::shared_ptr<DaemonCalls::Call>> call =
       calls.Begin(caller, PathOf(*method), request, kFilePatience);
@@ -112,9 +124,10 @@ asio::awaitable<void> SendFile(HttpExchange& exchange, std::string name, CallFor
     co_return;
   }
   Piece piece{chunk.offset(), chunk.file_bytes()};
-  if (range && range->last) piece.end = std::min(piece.end, *range->last + 1);
-  bool is_open = co_await exchange.SendHead(
-      HeadOf(file_name, save_as, range.has_value(), piece, chunk.file_bytes()), piece.end - piece.begin);
+  // The last byte of a range may be any number, as long as it is one.
+  if (range && range->last && *range->last < piece.end) piece.end = *range->last + 1;
+  bool is_open = co_await exchange.SendHead(HeadOf(file_name, save_as, range.has_value(), piece, chunk),
+                                            piece.end - piece.begin);
   for (int64_t at = piece.begin; is_open && at < piece.end && exchange.method != "HEAD";) {
     const std::string_view data(chunk.data());
     const size_t wanted = static_cast<size_t>(piece.end - at);

@@ -247,6 +247,31 @@ class Console(DaemonProcess, unittest.TestCase):
             pass
         self.assertEqual(page.ask("GET", "/session")[0].status, 200)
 
+    def test_files_come_whole_and_in_ranges(self):
+        board = self.path("board")
+        weft("pattern", "generate", "--rows", 12, "--cols", 12, "--cell-mm", 5, "--out", board, check=0)
+        weft("library", "upload", "board", os.path.join(board, "board.json"), "--name", "b", "--server", self.addresses[0], check=0)
+        page = self.page(self.viewer)
+        target = "/file/Library/FetchFile?kind=ITEM_KIND_BOARD&item=b&path=board.png"
+        answer, whole = page.ask("GET", target)
+        tag = answer.getheader("ETag")
+        self.assertEqual((answer.status, answer.getheader("Content-Type")), (200, "image/png"))
+        self.assertEqual(whole, read(os.path.join(board, "board.png"), "rb"))
+        self.assertIn("sandbox", answer.getheader("Content-Security-Policy"))
+        size = len(whole)
+        for text, first, end in (("bytes=10-19", 10, 20), ("bytes=10-", 10, size), (f"bytes=0-{size + 5}", 0, size),
+                                 ("bytes=5-9223372036854775807", 5, size)):
+            answer, part = page.ask("GET", target, Range=text, If_Range=tag)
+            self.assertEqual((answer.status, part), (206, whole[first:end]), text)
+            self.assertEqual(answer.getheader("Content-Range"), f"bytes {first}-{end - 1}/{size}")
+        self.assertEqual(page.ask("GET", target, Range=f"bytes={size + 1}-", If_Range=tag)[0].status, 416)
+        # Nobody knows what file a rest is of that names no version.
+        answer, content = page.ask("GET", target, Range="bytes=10-19")
+        self.assertEqual((answer.status, content), (200, whole))
+        self.assertEqual(page.ask("GET", target, Range="bytes=10-19", If_Range='"another"')[0].status, 409)
+        self.assertIn("attachment", page.ask("GET", target + "&save_as=b.png")[0].getheader("Content-Disposition"))
+        self.assertEqual(page.ask("HEAD", target)[1], b"")
+
     def test_one_address_cannot_hold_all_connections(self):
         page = self.page(self.viewer)
         held = [socket.create_connection(("127.0.0.1", self.port), timeout=30) for _ in range(90)]

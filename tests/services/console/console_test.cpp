@@ -145,9 +145,9 @@ TEST_F(ConsoleTest, RefusesOtherSites) {
               StartsWith("HTTP/1.1 421"));
   EXPECT_THAT(Get("/session", "Sec-Fetch-Site: same-site\r\n"), StartsWith("HTTP/1.1 403"));
   EXPECT_THAT(Get("/session", "Sec-Fetch-Site: same-origin\r\n"), StartsWith("HTTP/1.1 200"));
-  const std::string form = absl::StrCat("POST /logout-not HTTP/1.1\r\n", Headers(Origin()),
+  const std::string form = absl::StrCat("POST /api/Jobs/ListJobs HTTP/1.1\r\n", Headers(Origin()),
                                         "Content-Type: text/plain\r\nContent-Length: 2\r\n\r\n{}");
-  EXPECT_THAT(Ask(form), StartsWith("HTTP/1.1 404"));
+  EXPECT_THAT(Ask(form), StartsWith("HTTP/1.1 415"));
   EXPECT_THAT(Get("/session"), HasSubstr("default-src 'none'"));
 }
 
