@@ -83,7 +83,7 @@ void AddDatasetCommand(CLI::App& app, CommandLine& line) {
 
   CLI::App* make =
       AddCommand(*dataset, "make", "Make a set, or go on with it. Several processes may work on one folder.",
-                 "  nice weft dataset make shirt-drive --threads 1 --out shirt-drive");
+                 "  weft dataset make shirt-drive --threads 1 --out shirt-drive");
   auto options = std::make_shared<DatasetMakeOptions>();
   make->add_option("set", options->name, DatasetsText())->required()->type_name("NAME");
   make->add_option("--out", options->out, "The folder of the set")->required()->type_name("DIR");

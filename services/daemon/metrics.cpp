@@ -115,9 +115,10 @@ void Metrics::Count(const ObservedCall& call) {
   const std::string method = LabelOf(call.method);
   families_->calls.Add({{"method", method}, {"outcome", call.outcome}}).Increment();
   if (call.method.kind != CallKind::kUnary || call.lasted.count() == 0) return;
-  static const prometheus::Histogram::BucketBoundaries kBounds_s = {
+  // Not a static object: calls may end while the program does.
+  const prometheus::Histogram::BucketBoundaries bounds_s = {
       0.0005, 0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1, 2.5, 5, 10, 30};
-  families_->call_seconds.Add({{"method", method}}, kBounds_s).Observe(call.lasted.count());
+  families_->call_seconds.Add({{"method", method}}, bounds_s).Observe(call.lasted.count());
 }
 
 std::string Metrics::Text() {

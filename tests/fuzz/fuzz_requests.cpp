@@ -106,9 +106,10 @@ class Server {
     if (is_request) ReplaceFolder(folder_.string() + "/", *request);
     const Answer answer = Call(method, is_request ? request->SerializeAsString() : bytes);
     const grpc::StatusCode code = answer.status.error_code();
-    weft::FuzzRequire(!is_request || (code != grpc::INTERNAL && code != grpc::UNKNOWN));
     const std::string& message = answer.status.error_message();
-    weft::FuzzRequire(weft::IsUtf8(message) && weft::EscapedText(message) == message);
+    const std::string said = absl::StrCat(method->name(), ": ", code, ": ", message);
+    weft::FuzzRequire(!is_request || (code != grpc::INTERNAL && code != grpc::UNKNOWN), said);
+    weft::FuzzRequire(weft::IsUtf8(message) && weft::EscapedText(message) == message, said);
     if (answer.status.ok() && !answer.messages.empty()) Remember(method->name(), answer.messages[0]);
     if (++inputs_ % kInputsPerDaemon == 0) Restart();
   }
@@ -167,7 +168,8 @@ class Server {
     const pb::MethodDescriptor* get = FindMethod(getter);
     const std::unique_ptr<pb::Message> request = NewMessage(get->input_type());
     request->GetReflection()->SetString(request.get(), get->input_type()->field(0), id);
-    weft::FuzzRequire(Call(get, request->SerializeAsString()).status.ok());
+    const grpc::Status status = Call(get, request->SerializeAsString()).status;
+    weft::FuzzRequire(status.ok(), absl::StrCat(getter, " ", id, ": ", status.error_message()));
   }
 
   static const pb::MethodDescriptor* FindMethod(const std::string& name) {
@@ -236,10 +238,12 @@ weft::v1::Session TwoCameras() {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  static Server server;
+  static std::unique_ptr<Server> server;
+  if (server == nullptr) server = std::make_unique<Server>();
+  weft::fuzz_end = [] { server.reset(); };
   if (size == 0) return 0;
-  server.Try(Methods()[data[0] % Methods().size()],
-             std::string(reinterpret_cast<const char*>(data) + 1, size - 1));
+  server->Try(Methods()[data[0] % Methods().size()],
+              std::string(reinterpret_cast<const char*>(data) + 1, size - 1));
   return 0;
 }
 

@@ -96,11 +96,16 @@ void Run(const std::string& input) {
   LLVMFuzzerTestOneInput(reinterpret_cast<const uint8_t*>(input.data()), input.size());
 }
 
+void End() {
+  if (weft::fuzz_end != nullptr) weft::fuzz_end();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc > 1 && std::filesystem::exists(argv[1])) {
     for (int i = 1; i < argc; ++i) Run(ReadBytes(argv[i]));
+    End();
     return 0;
   }
   const size_t inputs = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 20000;
@@ -115,6 +120,7 @@ int main(int argc, char** argv) {
   Run("");
   for (const std::string& input : seeds) Run(input);
   for (size_t i = 0; i < inputs; ++i) Run(Mutate(seeds[Below(random, seeds.size())], seeds, random));
+  End();
   std::printf("%zu inputs, no failure\n", inputs);
   return 0;
 }
