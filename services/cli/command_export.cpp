@@ -42,6 +42,8 @@ absl::StatusOr<ExportRequest> ExportRequestOf(const ExportCommandOptions& option
   const absl::StatusOr<LengthUnit> unit = LengthUnitFromName(options.unit);
   if (!unit.ok()) return unit.status();
   request.unit = *unit;
+  request.recording = options.overlays.recording;
+  request.texture_px = options.overlays.texture_px;
   request.has_attributes_named = !options.attributes.empty();
   if (options.attributes == "none") return request;
   for (const absl::string_view name : absl::StrSplit(options.attributes, ',', absl::SkipEmpty())) {
@@ -62,7 +64,7 @@ std::optional<PictureFormat> PictureFormatOf(const std::string& format) {
 absl::StatusOr<OverlayRequest> OverlayRequestOf(const ExportCommandOptions& options) {
   OverlayRequest request = options.overlays;
   if (request.texture_px > 0 && options.format != "png")
-    return absl::InvalidArgumentError("--texture: needs --format png, which has transparency");
+    return absl::InvalidArgumentError("--texture: needs --format png, which has transparency, or glb");
   const std::optional<PictureFormat> format = PictureFormatOf(options.format);
   if (!format)
     return absl::InvalidArgumentError("--overlay: needs --format jpg or png, or mp4 or mkv for videos");
@@ -88,7 +90,10 @@ class ExportBars {
   void Show(ExportStep step, size_t done, size_t all) {
     if (step_ != step) {
       bar_.reset();
-      bar_.emplace(step == ExportStep::kCheck ? "check" : "export", all, visible_);
+      bar_.emplace(step == ExportStep::kCheck     ? "check"
+                   : step == ExportStep::kTexture ? "texture"
+                                                  : "export",
+                   all, visible_);
       step_ = step;
     }
     bar_->Set(done, all);
@@ -108,7 +113,7 @@ std::string ExportSummaryText(const ExportCommandOptions& options, const ExportO
     bridged += frame.bridged();
   }
   const char* const already = outcome.was_complete ? "; it was complete already" : "";
-  if (manifest.texture_px() > 0)
+  if (manifest.overlay() == "texture")
     return absl::StrFormat("%s: textures of %d px, %d frames%s", options.request.out, manifest.texture_px(),
                            manifest.frames_size() - missing, already);
   if (!manifest.overlay().empty())
@@ -121,6 +126,9 @@ std::string ExportSummaryText(const ExportCommandOptions& options, const ExportO
                       manifest.faces(), manifest.transform().unit(), manifest.transform().up());
   if (manifest.fps() > 0)
     absl::StrAppend(&text, absl::StrFormat(", %g frames/s (%s)", manifest.fps(), manifest.fps_source()));
+  if (manifest.texture_px() > 0)
+    absl::StrAppend(&text, ", with a texture of ", manifest.texture_px(), " px from ",
+                    manifest.texture_frames_size(), " frames");
   if (bridged > 0) absl::StrAppend(&text, ", ", bridged, " bridged");
   if (missing > 0) absl::StrAppend(&text, ", ", missing, " without a mesh");
   return text + already;
@@ -134,14 +142,16 @@ absl::StatusOr<ExportOutcome> RunExport(const ExportCommandOptions& options, boo
   const ExportProgress show = [&bars](ExportStep step, size_t done, size_t all) {
     bars.Show(step, done, all);
   };
-  if (!options.overlay.empty() || options.overlays.texture_px > 0 || PictureFormatOf(options.format)) {
+  if (!options.overlay.empty() || PictureFormatOf(options.format)) {
     const absl::StatusOr<OverlayRequest> overlays = OverlayRequestOf(options);
     if (!overlays.ok()) return overlays.status();
     return ExportOverlays(*overlays, show, stop.token(), warnings);
   }
   const absl::StatusOr<ExportRequest> request = ExportRequestOf(options);
   if (!request.ok()) return request.status();
-  return ExportResult(*request, show, stop.token());
+  absl::StatusOr<ExportOutcome> outcome = ExportResult(*request, show, stop.token());
+  if (outcome.ok()) warnings = std::move(outcome->warnings);
+  return outcome;
 }
 
 absl::Status ExportCommand(const ExportCommandOptions& options, bool quiet) {
@@ -187,19 +197,27 @@ void AddOverlays(CLI::App& command, ExportCommandOptions& options) {
   command
       .add_option(
           "--texture", options.overlays.texture_px,
-          "With --format png: the garment's texture of each frame, unwrapped from the pictures of all "
-          "cameras to this width and height; 0: none")
+          "The garment's texture, unwrapped from the pictures of all cameras to this width and height; with "
+          "--format png of each frame, with glb one for all; 0: none")
       ->type_name("PX")
       ->check(CLI::Range(0, kMaxAtlasPx))
       ->excludes("--overlay");
   command
-      .add_option("--camera", options.overlays.cameras,
+      .add_option("--texture-frames", options.request.texture_frames,
+                  "Of the texture of a glb: how many of the frames it is the mean of")
+      ->type_name("N")
+      ->check(CLI::PositiveNumber);
+  command
+      .add_option("--camera", options.overlays.recording.cameras,
                   "Of overlays and textures: which cameras, all by default")
       ->type_name("ID");
   command
-      .add_option("--take", options.overlays.dump, "Of overlays: the recording; by default that of the job")
+      .add_option("--take", options.overlays.recording.dump,
+                  "Of overlays and textures: the recording; by default that of the job")
       ->type_name("DUMP");
-  command.add_option("--rig", options.overlays.rig, "Of overlays: rig.json; by default that of the job")
+  command
+      .add_option("--rig", options.overlays.recording.rig,
+                  "Of overlays and textures: rig.json; by default that of the job")
       ->type_name("FILE");
 }
 
@@ -219,6 +237,7 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
           "DIR/<camera>/<frame>.jpg, or videos, DIR/<camera>.mp4."),
       "  weft export result --format glb --out garment\n"
       "  weft export result --format ply --up z --frames 0010:0020 --out frames\n"
+      "  weft export result --format glb --texture 2048 --meshopt --out web\n"
       "  weft export result --format npz --unit mm --fps 60 --out arrays\n"
       "  weft export result --format jpg --overlay state --camera c01 --out pictures\n"
       "  weft export result --format mp4 --overlay wireframe --fps 60 --out videos\n"

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "capture/image/image_encoders.h"
+#include "services/export/garment_texture.h"
 #include "services/export/overlay_plan.h"
 #include "services/export/texture_atlas.h"
 #include "services/files/atomic_file.h"
@@ -113,21 +114,8 @@ absl::Status WriteFrameTexture(const OverlayPlan& plan, ExportSource& source, si
                                const std::string& path, TextureAtlas& atlas,
                                std::vector<std::string>& warnings) {
   if (fs::exists(path)) return absl::OkStatus();
-  const absl::StatusOr<ExportMesh> read = source.Read(mesh_number, ExportSource::Velocities::kLeftOut);
-  if (!read.ok()) return read.status();
-  std::vector<Eigen::Vector3d> vertices_mm;
-  for (const Eigen::Vector3f& position : read->positions) vertices_mm.push_back(position.cast<double>());
-  const auto mesh = VisibleMesh::Build(std::move(vertices_mm), source.topology().faces, 1);
-  if (!mesh.ok()) return mesh.status();
-  const std::string& name = source.frames()[source.meshes()[mesh_number]].frame();
-  for (const size_t c : plan.cameras) {
-    const CameraModel& camera = plan.rig.cameras[c];
-    const absl::StatusOr<Frame> picture = plan.dump->ReadView(plan.index_of_frame.at(name), c);
-    absl::Status status = picture.status();
-    if (status.ok()) status = atlas.Add(*picture, *mesh, camera);
-    if (!status.ok())
-      warnings.push_back(absl::StrCat("Frame ", name, ", camera ", camera.id, ": ", status.message()));
-  }
+  if (absl::Status status = AddFrameToAtlas(plan, source, mesh_number, atlas, warnings); !status.ok())
+    return status;
   const AtlasPicture picture = atlas.Take();
   const auto bytes = EncodePng({picture.size_px, picture.size_px, 4, 8, picture.rgba});
   if (!bytes.ok()) return bytes.status();
@@ -177,7 +165,7 @@ absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, cons
                                                    ", which a video needs; give the frames per second"));
   }
   if (absl::Status status = source->Survey(progress, stop); !status.ok()) return status;
-  const absl::StatusOr<OverlayPlan> plan = PlanOverlays(request, *source);
+  const absl::StatusOr<OverlayPlan> plan = PlanOverlays(request.recording, *source);
   if (!plan.ok()) return plan.status();
   ExportOutcome outcome{OverlayManifest(request, *source, *plan), false};
   const ExportFolder folder(request.out);

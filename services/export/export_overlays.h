@@ -20,9 +20,8 @@ bool IsVideo(PictureFormat format);
 
 struct OverlayRequest {
   std::string result, out;
-  std::string frames;                // as in ExportRequest
-  std::string dump, rig;             // empty: those of the job
-  std::vector<std::string> cameras;  // ids; empty: all of the rig
+  std::string frames;  // as in ExportRequest
+  RecordingChoice recording;
   OverlayKind kind = OverlayKind::kWireframe;
   int texture_px = 0;  // not 0: instead of overlays, a texture of this size from all these cameras
   PictureFormat format = PictureFormat::kJpeg;

@@ -2,6 +2,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/export/export_transform.h"
+#include "services/export/texture_atlas.h"
 
 namespace weft {
 
@@ -21,6 +22,13 @@ absl::Status ExportRequest::Validate() const {
     return absl::InvalidArgumentError(
         absl::StrCat("--meshopt: compresses glb alone, not ", traits.name, "; leave it out"));
   }
+  if (texture_px != 0 && format != ExportFormat::kGlb) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "--texture: stands in glb, or in files of its own with --format png; ", traits.name, " holds none"));
+  }
+  if (texture_px < 0 || texture_px > kMaxAtlasPx)
+    return absl::InvalidArgumentError(absl::StrCat("--texture: must lie between 1 and ", kMaxAtlasPx, " px"));
+  if (texture_frames < 1) return absl::InvalidArgumentError("--texture-frames: must be at least 1");
   for (const ExportAttribute attribute : attributes) {
     if (!traits.Carries(attribute)) {
       return absl::InvalidArgumentError(absl::StrCat("--attributes: ", traits.name, " does not carry ",

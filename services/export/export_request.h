@@ -11,6 +11,12 @@
 
 namespace weft {
 
+// Whose pictures overlays and textures are made from.
+struct RecordingChoice {
+  std::string dump, rig;             // empty: those of the job
+  std::vector<std::string> cameras;  // ids; empty: all of the rig
+};
+
 struct ExportRequest {
   std::string result;  // folder of a job's results
   std::string out;     // folder of the export
@@ -23,14 +29,19 @@ struct ExportRequest {
   bool has_attributes_named = false;
   std::vector<ExportAttribute> attributes;  // where named; else all that the format carries
   bool meshopt = false;                     // glb alone: compressed for browsers (EXT_meshopt_compression)
-  bool allow_unfinished = false;            // a job that has not ended: its frames so far
+  // glb alone: not 0, the garment's texture of this width and height, from pictures of so many of the frames.
+  int texture_px = 0;
+  int texture_frames = 8;
+  RecordingChoice recording;      // of the texture
+  bool allow_unfinished = false;  // a job that has not ended: its frames so far
 
   // InvalidArgument names the option and the remedy.
   absl::Status Validate() const;
 };
 
-// First all meshes are read and checked, then the files are written.
-enum class ExportStep { kCheck, kWrite };
+// First all meshes are read and checked, then a texture is made where one is asked for, then the files are
+// written.
+enum class ExportStep { kCheck, kTexture, kWrite };
 // Steps done, of all. Called by the exporting thread.
 using ExportProgress = std::function<void(ExportStep step, size_t done, size_t all)>;
 

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/export/export_folder.h"
+#include "services/export/garment_texture.h"
 #include "services/export/sequence_writer.h"
 #include "services/files/atomic_file.h"
 
@@ -17,6 +18,7 @@ namespace fs = std::filesystem;
 
 constexpr std::chrono::seconds kBetweenCheckpoints{2};
 constexpr char kBaseMesh[] = "garment.obj";
+constexpr char kAlbedo[] = "albedo.png";  // while the export is unfinished
 
 std::string SequenceFile(const FormatTraits& traits) { return absl::StrCat("garment.", traits.name); }
 
@@ -86,6 +88,10 @@ v1::Export ManifestOf(const ExportRequest& request, const ExportSource& source, 
   v1::Export manifest;
   manifest.set_format(plan.traits.name);
   manifest.set_meshopt(plan.meshopt);
+  manifest.set_texture_px(plan.texture_px);
+  if (plan.texture_px > 0)
+    for (const size_t mesh : MeshesForTexture(source, request.texture_frames))
+      manifest.add_texture_frames(source.frames()[source.meshes()[mesh]].frame());
   v1::ExportTransform& transform = *manifest.mutable_transform();
   for (int row = 0; row < 4; ++row)
     for (int col = 0; col < 4; ++col)
@@ -119,6 +125,27 @@ uint64_t SizeOfFile(const std::string& path) {
   std::error_code error;
   const uint64_t size = fs::file_size(path, error);
   return error ? 0 : size;
+}
+
+// What an interrupted export left, else made anew.
+absl::StatusOr<GlbPictures> PicturesOf(const ExportRequest& request, const ExportSource& source,
+                                       const ExportFolder& folder, const ExportProgress& progress,
+                                       const std::stop_token& stop, std::vector<std::string>& warnings) {
+  const std::string path = folder.UnfinishedOf(kAlbedo);
+  absl::StatusOr<std::string> albedo =
+      fs::exists(path) ? ReadWholeFile(path)
+                       : MakeSequenceTexture(request, source.InWorldMm(), progress, stop, warnings);
+  if (!albedo.ok()) return albedo.status();
+  return GlbPictures{*std::move(albedo)};
+}
+
+absl::Status CheckTexture(const ExportRequest& request, const ExportPlan& plan) {
+  if (request.texture_px == 0 || plan.Has(ExportAttribute::kUv)) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      plan.source.topology().texture.empty()
+          ? "--texture: the meshes have no texture coordinates; register with a template that `weft template "
+            "build` made, or one with its board"
+          : "--attributes: a texture needs uv; add it, or leave --texture out");
 }
 
 // One export, from its plan to its files.
@@ -239,9 +266,11 @@ absl::StatusOr<ExportOutcome> ExportResult(const ExportRequest& request, const E
   if (!source.ok()) return source.status();
   if (absl::Status status = source->Survey(progress, stop); !status.ok()) return status;
   const FormatTraits& traits = TraitsOf(request.format);
-  const ExportPlan plan{*source, traits, AttributesOf(request, *source), SamplesOf(*source, traits),
-                        request.meshopt};
-  ExportOutcome outcome{ManifestOf(request, *source, plan), false};
+  ExportPlan plan{
+      *source,           traits, AttributesOf(request, *source), SamplesOf(*source, traits), request.meshopt,
+      request.texture_px};
+  if (absl::Status status = CheckTexture(request, plan); !status.ok()) return status;
+  ExportOutcome outcome{ManifestOf(request, *source, plan)};
   std::unique_ptr<FrameWriter> frames;
   std::unique_ptr<SequenceWriter> sequence;
   uint64_t needed_bytes = 0;
@@ -269,7 +298,15 @@ absl::StatusOr<ExportOutcome> ExportResult(const ExportRequest& request, const E
       if (!frame.file().empty()) present_bytes += SizeOfFile(folder.Of(frame.file()));
   }
   absl::Status status = folder.CheckRoom(needed_bytes, present_bytes);
+  if (status.ok() && plan.texture_px > 0) {
+    absl::StatusOr<GlbPictures> pictures =
+        PicturesOf(request, *source, folder, progress, stop, outcome.warnings);
+    if (!pictures.ok()) return pictures.status();
+    plan.pictures = *std::move(pictures);
+  }
   if (status.ok() && *holds == ExportFolder::Holds::kNothing) status = folder.Begin(outcome.manifest);
+  if (status.ok() && plan.texture_px > 0)
+    status = WriteFileAtomically(folder.UnfinishedOf(kAlbedo), plan.pictures.albedo_png);
   Exporter exporter(plan, folder, progress, stop);
   if (status.ok())
     status = frames ? exporter.WriteFrames(*frames, outcome.manifest) : exporter.WriteSequence(*sequence);

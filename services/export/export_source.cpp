@@ -208,6 +208,14 @@ absl::Status ExportSource::Survey(const ExportProgress& progress, const std::sto
   return absl::OkStatus();
 }
 
+ExportSource ExportSource::InWorldMm() const {
+  ExportSource world = *this;
+  world.transform_ = {};
+  world.transform_.unit = LengthUnit::kMillimetre;
+  world.transform_.unit_per_mm = 1;
+  return world;
+}
+
 absl::StatusOr<std::shared_ptr<const RegisteredMesh>> ExportSource::Load(size_t mesh) {
   if (const auto found = loaded_.find(mesh); found != loaded_.end()) return found->second;
   const v1::ExportedFrame& frame = frames_[meshes_[mesh]];

@@ -68,6 +68,10 @@ class ExportSource {
   // the ends; they need fps(). Errors as Survey.
   absl::StatusOr<ExportMesh> Read(size_t mesh, Velocities velocities);
 
+  // After Survey: the same meshes in the rig's world and mm; the bounds of its topology() stay those of the
+  // export.
+  ExportSource InWorldMm() const;
+
  private:
   absl::Status ListFrames(const ExportRequest& request);
   absl::Status ListRange(const ExportRequest& request, const std::vector<v1::FrameReport>& reports);

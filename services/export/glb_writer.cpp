@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/scan.h"
+#include "services/export/garment_texture.h"
 #include "services/export/gltf_layout.h"
 #include "services/export/sequence_writer.h"
 #include "services/export/split_vertices.h"
@@ -47,6 +48,10 @@ class GlbWriter : public SequenceWriter {
           " frames need up to ", MaxFileBytes(), "; export fewer of them (--frames), or as usda"));
     }
     out.Append(std::string(HeadBytes(), ' '));
+    if (plan_.texture_px > 0) {
+      out.Append(plan_.pictures.albedo_png);
+      out.Append(std::string((4 - plan_.pictures.albedo_png.size() % 4) % 4, '\0'));
+    }
     PutFaces(out);
     if (!split_.uv.empty()) {
       std::vector<std::array<float, 2>> down;  // glTF's v points downwards
@@ -235,6 +240,7 @@ class GlbWriter : public SequenceWriter {
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
     primitive.material = 0;
+    if (plan_.texture_px > 0) AddPictures(layout);
     primitive.indices = layout.Add({.component = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT,
                                     .count = 3 * split_.faces.size(),
                                     .target = TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER});
@@ -269,6 +275,19 @@ class GlbWriter : public SequenceWriter {
     return layout;
   }
 
+  void AddPictures(GltfLayout& layout) const {
+    const uint64_t bytes = plan_.pictures.albedo_png.size();
+    tinygltf::Sampler sampler;
+    sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR;
+    sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
+    sampler.wrapS = sampler.wrapT = TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
+    layout.model.samplers.push_back(std::move(sampler));
+    tinygltf::Texture texture;
+    texture.sampler = 0;
+    texture.source = layout.AddPicture("albedo", bytes > 0 ? bytes : MaxPngBytes(plan_.texture_px));
+    layout.model.textures.push_back(std::move(texture));
+  }
+
   void AddAnimation(GltfLayout& layout) const {
     const size_t keys = plan_.samples.size();
     tinygltf::AnimationSampler sampler;
@@ -295,6 +314,7 @@ class GlbWriter : public SequenceWriter {
     cloth.doubleSided = true;
     cloth.pbrMetallicRoughness.metallicFactor = 0;
     cloth.pbrMetallicRoughness.roughnessFactor = 0.9;
+    if (plan_.texture_px > 0) cloth.pbrMetallicRoughness.baseColorTexture.index = 0;
     model.materials.push_back(std::move(cloth));
     tinygltf::Mesh mesh;
     mesh.name = "garment";

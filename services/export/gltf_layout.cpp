@@ -29,6 +29,23 @@ tinygltf::Value WholeNumber(uint64_t value) {
 
 }  // namespace
 
+int GltfLayout::AddPicture(const std::string& name, uint64_t bytes) {
+  tinygltf::BufferView view;
+  view.buffer = 0;
+  view.byteOffset = max_stored_bytes_;
+  view.byteLength = bytes;
+  stored_offset_ += Padded(bytes);
+  max_stored_bytes_ += Padded(bytes);
+  if (storage_ == GltfStorage::kPlain) plain_bytes_ += Padded(bytes);
+  tinygltf::Image image;
+  image.name = name;
+  image.mimeType = "image/png";
+  image.bufferView = static_cast<int>(model.bufferViews.size());
+  model.bufferViews.push_back(std::move(view));
+  model.images.push_back(std::move(image));
+  return static_cast<int>(model.images.size()) - 1;
+}
+
 int GltfLayout::Add(Values values) {
   const auto stride = static_cast<size_t>(tinygltf::GetComponentSizeInBytes(values.component)) *
                       static_cast<size_t>(tinygltf::GetNumComponentsInType(values.type));
@@ -39,7 +56,7 @@ int GltfLayout::Add(Values values) {
   view.buffer = 0;
   if (storage_ == GltfStorage::kMeshopt) {
     const bool are_indices = values.target == TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER;
-    const size_t number = model.bufferViews.size();
+    const size_t number = model.bufferViews.size() - model.images.size();  // which are not compressed
     const bool is_known = number < block_bytes_.size();
     const uint64_t bytes = is_known ? block_bytes_[number] : std::numeric_limits<uint32_t>::max();
     tinygltf::Value::Object block;

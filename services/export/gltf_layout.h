@@ -30,6 +30,8 @@ class GltfLayout {
     bool is_rounded = false;              // with kMeshopt, filtered as RoundForMeshopt does
     std::vector<double> least, greatest;  // of each component, or empty
   };
+  // The number of the image, which is a PNG file. Before the first Add: images begin the binary part.
+  int AddPicture(const std::string& name, uint64_t bytes);
   // The number of the accessor.
   int Add(Values values);
   // Bytes without compression.

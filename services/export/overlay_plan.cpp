@@ -11,12 +11,12 @@
 namespace weft {
 namespace {
 
-absl::StatusOr<std::vector<size_t>> FindCameras(const OverlayRequest& request, const Rig& rig) {
+absl::StatusOr<std::vector<size_t>> FindCameras(const RecordingChoice& recording, const Rig& rig) {
   std::vector<size_t> found;
   std::vector<std::string> ids;
   for (const CameraModel& camera : rig.cameras) ids.push_back(camera.id);
-  for (size_t c = 0; request.cameras.empty() && c < ids.size(); ++c) found.push_back(c);
-  for (const std::string& wanted : request.cameras) {
+  for (size_t c = 0; recording.cameras.empty() && c < ids.size(); ++c) found.push_back(c);
+  for (const std::string& wanted : recording.cameras) {
     const auto at = std::find(ids.begin(), ids.end(), wanted);
     if (at == ids.end()) {
       return absl::InvalidArgumentError(
@@ -44,9 +44,9 @@ std::vector<Eigen::Vector3f> OverlayColors(OverlayKind kind, const OverlayPlan& 
 
 }  // namespace
 
-absl::StatusOr<OverlayPlan> PlanOverlays(const OverlayRequest& request, ExportSource& source) {
+absl::StatusOr<OverlayPlan> PlanOverlays(const RecordingChoice& recording, ExportSource& source) {
   const v1::Job& job = source.job();
-  const std::string rig_file = request.rig.empty() ? job.spec().rig() : request.rig;
+  const std::string rig_file = recording.rig.empty() ? job.spec().rig() : recording.rig;
   OverlayPlan plan;
   absl::StatusOr<Rig> rig = ReadRig(rig_file);
   if (!rig.ok()) return rig.status();
@@ -56,7 +56,7 @@ absl::StatusOr<OverlayPlan> PlanOverlays(const OverlayRequest& request, ExportSo
                                                       ", the result was computed with ", job.inputs().rig(),
                                                       "; give the rig of the job with --rig"));
   }
-  const std::string dump = request.dump.empty() ? job.spec().dump() : request.dump;
+  const std::string dump = recording.dump.empty() ? job.spec().dump() : recording.dump;
   const bool is_of_job = dump == job.spec().dump();
   auto opened = OpenDump(dump, plan.rig, is_of_job ? job.spec().options().mosaic() : "");
   if (!opened.ok()) return opened.status();
@@ -68,7 +68,7 @@ absl::StatusOr<OverlayPlan> PlanOverlays(const OverlayRequest& request, ExportSo
     return absl::NotFoundError(absl::StrCat(dump, ": has no frame ", source.frames()[frame].frame(),
                                             "; give the recording of the job with --take"));
   }
-  auto cameras = FindCameras(request, plan.rig);
+  auto cameras = FindCameras(recording, plan.rig);
   if (!cameras.ok()) return cameras.status();
   plan.cameras = *std::move(cameras);
   const absl::StatusOr<ExportMesh> first = source.Read(0, ExportSource::Velocities::kLeftOut);

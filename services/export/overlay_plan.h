@@ -29,7 +29,7 @@ struct OverlayPlan {
 // `source` is surveyed, in the rig's world and mm. FailedPrecondition: the rig is not that of the job.
 // InvalidArgument: a camera that the rig lacks. NotFound: a frame that the recording lacks. Errors of ReadRig
 // and OpenDump.
-absl::StatusOr<OverlayPlan> PlanOverlays(const OverlayRequest& request, ExportSource& source);
+absl::StatusOr<OverlayPlan> PlanOverlays(const RecordingChoice& recording, ExportSource& source);
 
 // The mesh of a frame as it is drawn; `mesh_number` counts in source.meshes().
 absl::StatusOr<OverlayMesh> ReadOverlayMesh(OverlayKind kind, const OverlayPlan& plan, ExportSource& source,

@@ -21,6 +21,11 @@ struct ExportSample {
   std::string frame;  // whose mesh it is
 };
 
+// What a glb has of the garment's surface besides its mesh.
+struct GlbPictures {
+  std::string albedo_png;  // empty: none
+};
+
 // What all writers are made from; the source outlives them.
 struct ExportPlan {
   ExportSource& source;  // with its Survey done
@@ -28,6 +33,8 @@ struct ExportPlan {
   std::vector<ExportAttribute> attributes;  // that are written
   std::vector<ExportSample> samples;        // at least one
   bool meshopt = false;                     // as in ExportRequest
+  int texture_px = 0;                       // as in ExportRequest
+  GlbPictures pictures;                     // of such a size; there before Begin or Restore
 
   bool Has(ExportAttribute attribute) const;
 };

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
@@ -48,6 +50,47 @@ void GrowByOnePixel(int size_px, std::vector<Eigen::Vector4f>& colors) {
 }
 
 }  // namespace
+
+// Pull and push (Grossman and Dally, Point Sample Rendering, 1998): means over squares that double in size,
+// each of the known texels alone; unknown texels take the mean of the smallest square that has one.
+std::vector<uint8_t> FilledRgb(const AtlasPicture& picture) {
+  const cv::Mat rgba(picture.size_px, picture.size_px, CV_8UC4, const_cast<uint8_t*>(picture.rgba.data()));
+  std::vector<cv::Mat> colors(1), known(1);  // colours times `known`, from 0 to 1, of each level
+  cv::Mat alpha;
+  cv::cvtColor(rgba, colors[0], cv::COLOR_RGBA2RGB);
+  cv::extractChannel(rgba, alpha, 3);
+  colors[0].convertTo(colors[0], CV_32FC3);
+  alpha.convertTo(known[0], CV_32FC1, 1.0 / 255);
+  const auto weighted = [](const cv::Mat& color, const cv::Mat& weight) {
+    cv::Mat weights, product;
+    cv::merge(std::vector<cv::Mat>(3, weight), weights);
+    cv::multiply(color, weights, product);
+    return product;
+  };
+  colors[0] = weighted(colors[0], known[0]);
+  while (colors.back().rows > 1) {
+    const int side = (colors.back().rows + 1) / 2;
+    cv::Mat smaller, share;
+    cv::resize(colors.back(), smaller, {side, side}, 0, 0, cv::INTER_AREA);
+    cv::resize(known.back(), share, {side, side}, 0, 0, cv::INTER_AREA);
+    colors.push_back(smaller);
+    known.push_back(share);
+  }
+  cv::Mat filled;
+  for (size_t level = colors.size(); level-- > 0;) {
+    cv::Mat divisor, own = colors[level];
+    cv::merge(std::vector<cv::Mat>(3, cv::max(known[level], 1e-6)), divisor);
+    cv::divide(own, divisor, own);
+    if (filled.empty()) {
+      filled = own;
+      continue;
+    }
+    cv::resize(filled, filled, own.size(), 0, 0, cv::INTER_LINEAR);
+    own.copyTo(filled, known[level] > 0);
+  }
+  filled.convertTo(filled, CV_8UC3);
+  return {filled.datastart, filled.dataend};
+}
 
 absl::StatusOr<TextureAtlas> TextureAtlas::Make(int size_px, const std::vector<Face>& faces,
                                                 const MeshTexture& texture) {

@@ -26,6 +26,10 @@ struct AtlasPicture {
   double covered = 0;  // share of the garment's texels that a camera sees
 };
 
+// Red, green and blue [size_px, size_px, 3], for files without transparency: texels that no camera sees get
+// colours that run smoothly from those around them.
+std::vector<uint8_t> FilledRgb(const AtlasPicture& picture);
+
 // One atlas serves all frames of a garment. Thread safety: none; it uses the calling thread's TBB arena.
 class TextureAtlas {
  public:

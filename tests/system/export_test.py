@@ -273,19 +273,24 @@ class Interrupted(Export):
         job = json.loads(read(f"{self.long}/job.json"))
         job["last_frame"] = "0299"
         write(f"{self.long}/job.json", json.dumps(job))
-        for i in range(3, 300):
-            shutil.copytree(f"{self.long}/{self.names[i % 3]}", f"{self.long}/{i:04}")
+        self.pictures = self.path("pictures")
+        os.mkdir(self.pictures)
+        for i in range(300):
+            os.symlink(f"{self.original}/{self.names[i % 3]}", f"{self.pictures}/{i:04}")
+            if i > 2:
+                shutil.copytree(f"{self.long}/{self.names[i % 3]}", f"{self.long}/{i:04}")
 
     def test_export_goes_on_with_the_same_bytes(self):
-        for form in ("ply", "glb", "usda", "npz", "mdd"):
-            self.to = self.path(form, "whole")
-            self.export(form, "--fps", "50", result=self.long)
+        texture = ("--texture", "256", "--texture-frames", "2", "--take", self.pictures)
+        for form, *more in (("ply",), ("glb",), ("glb", *texture), ("usda",), ("npz",), ("mdd",)):
+            self.to = self.path(form, "whole" + "".join(more[:1]))
+            self.export(form, "--fps", "50", *more, result=self.long)
             whole = self.files()
-            self.to = self.path(form, "parts")
+            self.to = self.path(form, "parts" + "".join(more[:1]))
             stopped = 0
             for number in (signal.SIGTERM, signal.SIGKILL, signal.SIGTERM):
                 process = subprocess.Popen([os.path.join(BIN, "weft"), "export", self.long, "--format", form, "--fps", "50",
-                                            "--out", self.to], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+                                            *more, "--out", self.to], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
                 deadline = time.monotonic() + LONG_S
                 while process.poll() is None and not os.path.exists(self.to) and time.monotonic() < deadline:
                     time.sleep(0.005)
@@ -293,7 +298,7 @@ class Interrupted(Export):
                 process.send_signal(number)
                 stopped += process.wait(LONG_S) != 0
             self.assertGreater(stopped, 0, form)
-            self.export(form, "--fps", "50", result=self.long)
+            self.export(form, "--fps", "50", *more, result=self.long)
             self.assertEqual(self.files(), whole, form)
 
 

@@ -1,5 +1,7 @@
 """`weft export`: what programs of others read, attributes that Blender drops among them."""
 
+import io
+import json
 import os
 import shutil
 import unittest
@@ -8,6 +10,8 @@ import numpy as np
 from export_readers import read_ply
 from export_test import FLOAT_STEPS, Y_UP, Z_UP, Export
 from foreign_readers import in_assimp, in_node, meshopt_allowance, why_no_node
+from matplotlib.image import imread
+from studio import read
 
 EXTENT_SHARE = 1e-6
 
@@ -78,6 +82,27 @@ class Node(Foreign):
             normals /= np.linalg.norm(normals, axis=2, keepdims=True)
             np.testing.assert_allclose(read["normals"][:, :normals.shape[1]], normals, atol=1e-4)
             self.assertNotIn("_state", read)
+
+    def test_three_shows_the_texture_that_a_glb_holds(self):
+        self.to = self.path("alone")
+        camera = ("--camera", json.loads(read(f"{self.original}/rig.json"))["cameras"][0]["id"])
+        self.export("png", "--texture", "256", "--frames", self.names[0], *camera)
+        alone = imread(os.path.join(self.to, f"{self.names[0]}.png"))
+        seen = alone[..., 3] == 1
+        for form in ([], ["--meshopt"]):
+            path = self.exported("glb", "--texture", "256", "--texture-frames", "1", *camera, *form, name="textured" + "".join(form))
+            self.assert_valid(path)
+            told = in_node("gltf", path, self.path("read"))
+            self.assertTrue(told["has_texture"])
+            picture = imread(io.BytesIO(told["picture"].astype(np.uint8).tobytes()))
+            self.assertEqual(picture.shape, (256, 256, 3))
+            np.testing.assert_array_equal(picture[seen], alone[seen][:, :3])
+            self.assertGreater(picture[~seen].min(), 0)  # what no camera sees is filled
+            self.assert_attributes(told)
+            self.assert_within(told["positions"][:1, :self.world_mm.shape[1]], self.expected(Y_UP)[:1])
+            self.assertEqual(self.manifest()["texture_frames"], self.names[:1])
+        self.assertIn("--format png", self.export("obj", "--texture", 64, check=2).stderr)
+        self.assertIn("needs uv", self.export("glb", "--texture", 64, "--attributes", "none", "--fps", 50, check=2).stderr)
 
     def test_three_plays_compressed_glb_within_its_rounding(self):
         path = self.exported("glb", "--meshopt")

@@ -52,6 +52,23 @@ TEST(GltfLayoutTest, RoundingIsWithinItsBitsAndKnownBefore) {
   EXPECT_TRUE(std::equal(vectors.begin(), vectors.end(), reinterpret_cast<const float*>(filtered.data())));
 }
 
+TEST(GltfLayoutTest, PicturesBeginTheBinaryPartAndStayAsTheyAre) {
+  for (const GltfStorage storage : {GltfStorage::kPlain, GltfStorage::kMeshopt}) {
+    GltfLayout layout(storage, {100});
+    EXPECT_EQ(layout.AddPicture("albedo", 33), 0);
+    EXPECT_EQ(layout.AddPicture("normal", 10), 1);
+    layout.Add({.type = TINYGLTF_TYPE_VEC3, .count = 50, .target = TINYGLTF_TARGET_ARRAY_BUFFER});
+    layout.model.asset.version = "2.0";
+    const std::string json = layout.Json(148);
+    EXPECT_THAT(json, HasSubstr(R"({"bufferView":0,"mimeType":"image/png","name":"albedo"})"));
+    EXPECT_THAT(json, HasSubstr(R"({"buffer":0,"byteLength":10,"byteOffset":36})"));
+    // Compressed values follow the pictures; the buffer that they stand for holds none.
+    EXPECT_THAT(json, HasSubstr(storage == GltfStorage::kPlain ? R"("byteOffset":48,"target":34962)"
+                                                               : R"("byteLength":100,"byteOffset":48)"));
+    EXPECT_EQ(layout.plain_bytes(), storage == GltfStorage::kPlain ? 648 : 600);
+  }
+}
+
 TEST(GltfLayoutTest, JsonTellsBlocksAndTheBufferThatReadersWithoutTheExtensionNeed) {
   GltfLayout layout(GltfStorage::kMeshopt, {100});
   layout.Add({.type = TINYGLTF_TYPE_VEC3, .count = 50, .target = TINYGLTF_TARGET_ARRAY_BUFFER});

@@ -89,6 +89,37 @@ TEST_F(TextureAtlasTest, IsEmptyWhereNoCameraLooks) {
   EXPECT_EQ(TexelAt(picture, 32, 32)[3], 0);
 }
 
+TEST(FilledRgbTest, KeepsWhatIsSeenAndFillsTheRestFromAround) {
+  constexpr int kSide = 37;  // no power of two
+  AtlasPicture picture{kSide, std::vector<uint8_t>(4 * kSide * kSide), 0};
+  const auto is_seen = [](int x) { return x < 5 || x > 30; };
+  for (int y = 0; y < kSide; ++y)
+    for (int x = 0; x < kSide; ++x)
+      if (is_seen(x)) {
+        uint8_t* texel = &picture.rgba[4 * (y * kSide + x)];
+        texel[0] = x < 5 ? 100 : 200;
+        texel[1] = static_cast<uint8_t>(y);
+        texel[3] = 255;
+      }
+  const std::vector<uint8_t> rgb = FilledRgb(picture);
+  ASSERT_EQ(rgb.size(), 3u * kSide * kSide);
+  for (int y = 0; y < kSide; ++y) {
+    for (int x = 0; x < kSide; ++x) {
+      const uint8_t* texel = &rgb[3 * (y * kSide + x)];
+      EXPECT_EQ(texel[2], 0);
+      if (is_seen(x)) {
+        EXPECT_EQ(texel[0], x < 5 ? 100 : 200);
+        EXPECT_EQ(texel[1], y);
+      } else {
+        EXPECT_GE(texel[0], 100);
+        EXPECT_LE(texel[0], 200);
+      }
+    }
+  }
+  EXPECT_NEAR(rgb[3 * (18 * kSide + 7)], 100, 20);
+  EXPECT_NEAR(rgb[3 * (18 * kSide + 28)], 200, 20);
+}
+
 TEST(TextureAtlasMake, RefusesSizesAndMeshesWithoutTexture) {
   EXPECT_FALSE(TextureAtlas::Make(0, kSquareFaces, SquareTexture()).ok());
   EXPECT_THAT(TextureAtlas::Make(8, kSquareFaces, {}).status().message(),

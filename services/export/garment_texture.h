@@ -1,0 +1,36 @@
+// The garment's texture as a file, from one frame or from several.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "services/export/export_request.h"
+#include "services/export/export_source.h"
+#include "services/export/overlay_plan.h"
+#include "services/export/texture_atlas.h"
+
+namespace weft {
+
+// Of an opaque PNG of so many texels along its sides, at most.
+uint64_t MaxPngBytes(int size_px);
+
+// Adds what all cameras of `plan` see of a mesh; `mesh_number` counts in source.meshes(), and `source` is in
+// the rig's world and mm. Pictures that the dump lacks are left out, with a line in `warnings`. Errors of
+// ExportSource::Read.
+absl::Status AddFrameToAtlas(const OverlayPlan& plan, ExportSource& source, size_t mesh_number,
+                             TextureAtlas& atlas, std::vector<std::string>& warnings);
+
+// Those whose pictures the texture of a sequence is made from, in source.meshes(): the first one and others,
+// evenly spaced.
+std::vector<size_t> MeshesForTexture(const ExportSource& source, int count);
+
+// A PNG without transparency, the mean of these frames by the weights of TextureAtlas. Texels that no camera
+// sees in any of them are filled from around, with a line in `warnings` that tells their share. `source` as
+// above, surveyed. Errors of PlanOverlays and TextureAtlas::Make. Cancelled: a stop was requested.
+absl::StatusOr<std::string> MakeSequenceTexture(const ExportRequest& request, ExportSource source,
+                                                const ExportProgress& progress, const std::stop_token& stop,
+                                                std::vector<std::string>& warnings);
+
+}  // namespace weft
