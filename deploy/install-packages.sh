@@ -1,16 +1,17 @@
 #!/usr/bin/env bash
 # Installs the Debian packages of packages.txt that this machine lacks. Needs root or sudo only if one is missing.
 #
-# Usage: deploy/install-packages.sh [--with-pcl] [--with-slurm]
+# Usage: deploy/install-packages.sh [--with-pcl] [--with-slurm] [--with-console]
 #   --with-pcl    those of packages-pcl.txt as well, for PCD files
 #   --with-slurm  those of packages-slurm.txt as well, for clusters of virtual nodes (deploy/slurm/cluster.sh)
+#   --with-console  those of packages-console.txt as well, for the console's pages; a Node that is there with its npm is kept
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 
 lists=("$here/packages.txt")
 for option in "$@"; do
   case $option in
-    --with-pcl | --with-slurm) lists+=("$here/packages-${option#--with-}.txt") ;;
+    --with-pcl | --with-slurm | --with-console) lists+=("$here/packages-${option#--with-}.txt") ;;
     *) echo "weft: unknown option $option" >&2 && exit 2 ;;
   esac
 done
@@ -18,6 +19,8 @@ done
 missing=()
 while read -r package; do
   [[ -z $package ]] && continue
+  # NodeSource's package has an npm of its own and conflicts with Debian's.
+  [[ $package == nodejs || $package == npm ]] && command -v npm > /dev/null && continue
   status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2>/dev/null || true)
   [[ $status == installed ]] || missing+=("$package")
 done < <(cat "${lists[@]}")

@@ -23,7 +23,7 @@ case ${1:-} in
     sed -n '2,/^set/{/^set/!s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"
     ;;
   --sanitize)
-    bash deploy/install-packages.sh --with-pcl --with-slurm
+    bash deploy/install-packages.sh --with-pcl --with-slurm --with-console
     status=0
     for preset in asan tsan; do
       build "$preset" fast_tests
@@ -33,12 +33,12 @@ case ${1:-} in
     ;;
   --long)
     shift
-    bash deploy/install-packages.sh --with-pcl --with-slurm
+    bash deploy/install-packages.sh --with-pcl --with-slurm --with-console
     build dev
     exec python3 tests/long_tests.py "$@"
     ;;
   *)
-    bash deploy/install-packages.sh --with-pcl --with-slurm
+    bash deploy/install-packages.sh --with-pcl --with-slurm --with-console
     preset=${WEFT_PRESET:-dev}
     build "$preset"
     exec ctest --preset "$preset" --parallel "$(nproc)" "$@"

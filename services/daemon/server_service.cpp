@@ -1,5 +1,7 @@
 #include "services/daemon/server_service.h"
 
+#include <filesystem>
+
 #include "base/host_clock.h"
 #include "capture/file/plain_text.h"
 #include "services/daemon/answer.h"
@@ -18,6 +20,12 @@ grpc::Status ServerService::GetServerInfo(grpc::ServerContext*, const v1::GetSer
     info->set_jobs_running(load.running);
     for (const std::string& warning : queue_.Warnings()) info->add_warnings(EscapedText(warning));
     info->set_unix_ns(HostTime_ns());
+    std::error_code error;
+    const std::filesystem::space_info disk = std::filesystem::space(info_.state_folder(), error);
+    if (!error) {
+      info->set_disk_free_bytes(static_cast<int64_t>(disk.available));
+      info->set_disk_total_bytes(static_cast<int64_t>(disk.capacity));
+    }
     return absl::OkStatus();
   });
 }

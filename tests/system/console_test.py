@@ -285,6 +285,8 @@ class Console(DaemonProcess, unittest.TestCase):
         wait_for(lambda: page.ask("GET", "/session")[0].status == 200, "room again")
 
     def test_without_pages_the_root_says_so(self):
+        self.stop()
+        self.start_plainly("--console", f"127.0.0.1:{self.port}", "--workers", "1", "--console-files", "")
         answer, content = Page(self.port).ask("GET", "/")
         self.assertEqual(answer.status, 404)
         self.assertIn(b"--console-files", content)

@@ -45,6 +45,8 @@ class Installed(unittest.TestCase):
                      "lib/sysusers.d/weft.conf", "lib/tmpfiles.d/weft.conf",
                      "share/bash-completion/completions/weft", "share/zsh/vendor-completions/_weft"):
             self.assertGreater(os.path.getsize(os.path.join(self.prefix, name)), 0, name)
+        pages = "share/weft/console/index.html"
+        self.assertEqual(os.path.exists(f"{self.prefix}/{pages}"), os.path.exists(os.path.join(BIN, "..", "console/dist/index.html")))
         self.assertEqual(os.path.exists(f"{self.prefix}/bin/weft-pcl"), os.path.exists(f"{BIN}/weft-pcl"))
         self.assertIn("version 3", read(f"{self.share}/doc/weft/copyright"))
         for shell, name in (("bash", "bash-completion/completions/weft"), ("zsh", "zsh/vendor-completions/_weft")):

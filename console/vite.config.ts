@@ -1,0 +1,12 @@
+import { defineConfig } from "vite";
+
+export default defineConfig({
+  esbuild: { jsx: "automatic", jsxImportSource: "preact" },
+  resolve: { alias: { "@api": decodeURIComponent(new URL("./generated/weft/v1", import.meta.url).pathname) } },
+  build: {
+    target: "es2022",
+    // The content security policy lets nothing be loaded that stands within another file.
+    assetsInlineLimit: 0,
+    modulePreload: { polyfill: false },
+  },
+});
