@@ -17,6 +17,7 @@
 #include "base/stopwatch.h"
 #include "services/cli/commands.h"
 #include "services/cli/progress.h"
+#include "services/figure/body_file.h"
 #include "services/figure/motion_file.h"
 #include "services/files/rig_file.h"
 #include "services/process/stop_on_signal.h"
@@ -32,6 +33,7 @@ struct SimulateOptions {
   std::string out;
   std::string rig;
   std::string motion_file;  // instead of a named motion
+  std::string body_file;    // instead of the average one
   bool no_pictures = false;
   uint64_t seed = 1;
   int threads = 0;
@@ -66,6 +68,11 @@ absl::StatusOr<SyntheticTakeOptions> SetUp(const SimulateOptions& options) {
   absl::StatusOr<SyntheticTakeOptions> setup = SyntheticPreset(options.preset, options.seed);
   if (!setup.ok()) return setup.status();
   if (absl::Status status = SetMotion(options.motion_file, setup->performance); !status.ok()) return status;
+  if (!options.body_file.empty()) {
+    const absl::StatusOr<NamedBody> body = ReadBody(options.body_file);
+    if (!body.ok()) return body.status();
+    setup->performance.body = body->shape;
+  }
   if (!options.rig.empty()) {
     absl::StatusOr<Rig> rig = ReadRig(options.rig);
     if (!rig.ok()) return rig.status();
@@ -87,6 +94,8 @@ std::string RecipeOf(const SimulateOptions& options, const SyntheticTakeOptions&
     absl::StrAppend(&out, " --jpeg-quality ", options.files.jpeg_quality);
   if (setup.given_rig) absl::StrAppend(&out, " rig ", setup.given_rig->ContentHash());
   if (setup.performance.clip) absl::StrAppend(&out, " motion ", MotionHash(*setup.performance.clip));
+  if (setup.performance.body != BodyShape())
+    absl::StrAppend(&out, " body ", BodyHash(setup.performance.body));
   if (options.no_pictures) absl::StrAppend(&out, " --no-pictures");
   return out;
 }
@@ -341,6 +350,10 @@ void AddSimulateCommand(CLI::App& app, CommandLine& line) {
           "--rig", options->rig,
           "Cameras to film with, e.g. of `weft rig import`; the garment hangs in their field of view, y is "
           "down")
+      ->type_name("FILE");
+  command
+      ->add_option("--body", options->body_file,
+                   "Who wears the T-shirt, a file of `weft body make`; without, an average person")
       ->type_name("FILE");
   command
       ->add_option("--seed", options->seed,
