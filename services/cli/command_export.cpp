@@ -15,6 +15,7 @@
 #include "services/cli/remote_operation.h"
 #include "services/export/export_overlays.h"
 #include "services/export/export_result.h"
+#include "services/export/export_textures.h"
 #include "services/export/texture_atlas.h"
 #include "services/process/exit_status.h"
 #include "services/process/stop_on_signal.h"
@@ -25,6 +26,7 @@ namespace {
 struct ExportCommandOptions {
   ExportRequest request;
   OverlayRequest overlays;
+  TextureRequest textures;
   std::string format, up, unit = "m", attributes, overlay;
   bool json = false;
 };
@@ -43,7 +45,9 @@ absl::StatusOr<ExportRequest> ExportRequestOf(const ExportCommandOptions& option
   if (!unit.ok()) return unit.status();
   request.unit = *unit;
   request.recording = options.overlays.recording;
-  request.texture_px = options.overlays.texture_px;
+  request.texture_px = options.textures.texture_px;
+  request.normal_map_px = options.textures.normal_map_px;
+  request.max_vertices = options.textures.max_vertices;
   request.has_attributes_named = !options.attributes.empty();
   if (options.attributes == "none") return request;
   for (const absl::string_view name : absl::StrSplit(options.attributes, ',', absl::SkipEmpty())) {
@@ -63,22 +67,32 @@ std::optional<PictureFormat> PictureFormatOf(const std::string& format) {
 
 absl::StatusOr<OverlayRequest> OverlayRequestOf(const ExportCommandOptions& options) {
   OverlayRequest request = options.overlays;
-  if (request.texture_px > 0 && options.format != "png")
-    return absl::InvalidArgumentError("--texture: needs --format png, which has transparency, or glb");
   const std::optional<PictureFormat> format = PictureFormatOf(options.format);
   if (!format)
     return absl::InvalidArgumentError("--overlay: needs --format jpg or png, or mp4 or mkv for videos");
-  if (request.texture_px == 0) {
-    const absl::StatusOr<OverlayKind> kind = OverlayKindFromName(options.overlay);
-    if (!kind.ok()) return kind.status();
-    request.kind = *kind;
-  }
+  const absl::StatusOr<OverlayKind> kind = OverlayKindFromName(options.overlay);
+  if (!kind.ok()) return kind.status();
+  request.kind = *kind;
   request.result = options.request.result;
   request.out = options.request.out;
   request.frames = options.request.frames;
   request.allow_unfinished = options.request.allow_unfinished;
   request.format = *format;
   request.fps = options.request.fps;
+  return request;
+}
+
+absl::StatusOr<TextureRequest> TextureRequestOf(const ExportCommandOptions& options) {
+  if (options.format != "png") {
+    return absl::InvalidArgumentError(
+        "--texture, --normal-map: need --format png, which loses nothing and has transparency, or glb");
+  }
+  TextureRequest request = options.textures;
+  request.result = options.request.result;
+  request.out = options.request.out;
+  request.frames = options.request.frames;
+  request.allow_unfinished = options.request.allow_unfinished;
+  request.recording = options.overlays.recording;
   return request;
 }
 
@@ -113,9 +127,14 @@ std::string ExportSummaryText(const ExportCommandOptions& options, const ExportO
     bridged += frame.bridged();
   }
   const char* const already = outcome.was_complete ? "; it was complete already" : "";
-  if (manifest.overlay() == "texture")
-    return absl::StrFormat("%s: textures of %d px, %d frames%s", options.request.out, manifest.texture_px(),
-                           manifest.frames_size() - missing, already);
+  if (manifest.overlay() == "texture" || manifest.overlay() == "normal map") {
+    std::string text = absl::StrCat(options.request.out, ": ");
+    if (manifest.texture_px() > 0) absl::StrAppend(&text, "textures of ", manifest.texture_px(), " px, ");
+    if (manifest.normal_map_px() > 0)
+      absl::StrAppend(&text, "normal maps of ", manifest.normal_map_px(), " px for ", manifest.vertices(),
+                      " vertices, ");
+    return absl::StrCat(text, manifest.frames_size() - missing, " frames", already);
+  }
   if (!manifest.overlay().empty())
     return absl::StrFormat("%s: %s over the pictures of %d cameras, %d frames%s", options.request.out,
                            manifest.overlay(), manifest.files_size(), manifest.frames_size() - missing,
@@ -129,36 +148,40 @@ std::string ExportSummaryText(const ExportCommandOptions& options, const ExportO
   if (manifest.texture_px() > 0)
     absl::StrAppend(&text, ", with a texture of ", manifest.texture_px(), " px from ",
                     manifest.texture_frames_size(), " frames");
+  if (manifest.normal_map_px() > 0)
+    absl::StrAppend(&text, ", with a normal map of ", manifest.normal_map_px(), " px");
   if (bridged > 0) absl::StrAppend(&text, ", ", bridged, " bridged");
   if (missing > 0) absl::StrAppend(&text, ", ", missing, " without a mesh");
   return text + already;
 }
 
-// Warnings: what the manifest does not tell.
-absl::StatusOr<ExportOutcome> RunExport(const ExportCommandOptions& options, bool quiet,
-                                        std::vector<std::string>& warnings) {
+absl::StatusOr<ExportOutcome> RunExport(const ExportCommandOptions& options, bool quiet) {
   const StopOnSignal stop;
   ExportBars bars(quiet);
   const ExportProgress show = [&bars](ExportStep step, size_t done, size_t all) {
     bars.Show(step, done, all);
   };
+  const bool has_textures = options.textures.texture_px > 0 || options.textures.normal_map_px > 0;
+  if (has_textures && PictureFormatOf(options.format)) {
+    const absl::StatusOr<TextureRequest> textures = TextureRequestOf(options);
+    if (!textures.ok()) return textures.status();
+    return ExportTextures(*textures, show, stop.token());
+  }
   if (!options.overlay.empty() || PictureFormatOf(options.format)) {
     const absl::StatusOr<OverlayRequest> overlays = OverlayRequestOf(options);
     if (!overlays.ok()) return overlays.status();
-    return ExportOverlays(*overlays, show, stop.token(), warnings);
+    return ExportOverlays(*overlays, show, stop.token());
   }
   const absl::StatusOr<ExportRequest> request = ExportRequestOf(options);
   if (!request.ok()) return request.status();
-  absl::StatusOr<ExportOutcome> outcome = ExportResult(*request, show, stop.token());
-  if (outcome.ok()) warnings = std::move(outcome->warnings);
-  return outcome;
+  return ExportResult(*request, show, stop.token());
 }
 
 absl::Status ExportCommand(const ExportCommandOptions& options, bool quiet) {
-  std::vector<std::string> warnings;
-  const absl::StatusOr<ExportOutcome> outcome = RunExport(options, quiet, warnings);
+  const absl::StatusOr<ExportOutcome> outcome = RunExport(options, quiet);
   if (!outcome.ok()) return outcome.status();
   if (options.json) return PrintJsonMessage(outcome->manifest);
+  std::vector<std::string> warnings = outcome->warnings;
   const auto& notes = outcome->manifest.notes();
   warnings.insert(warnings.end(), notes.begin(), notes.end());
   for (const std::string& warning : warnings)
@@ -196,9 +219,17 @@ void AddOverlays(CLI::App& command, ExportCommandOptions& options) {
       ->check(CLI::IsMember({"wireframe", "state", "sigma"}));
   command
       .add_option(
-          "--texture", options.overlays.texture_px,
+          "--texture", options.textures.texture_px,
           "The garment's texture, unwrapped from the pictures of all cameras to this width and height; with "
           "--format png of each frame, with glb one for all; 0: none")
+      ->type_name("PX")
+      ->check(CLI::Range(0, kMaxAtlasPx))
+      ->excludes("--overlay");
+  command
+      .add_option(
+          "--normal-map", options.textures.normal_map_px,
+          "The normal map of each frame, of this width and height, for the coarser mesh of --max-vertices: "
+          "with --format png DIR/<frame>.normal.png, in a glb that of its only frame; 0: none")
       ->type_name("PX")
       ->check(CLI::Range(0, kMaxAtlasPx))
       ->excludes("--overlay");
@@ -238,6 +269,8 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
       "  weft export result --format glb --out garment\n"
       "  weft export result --format ply --up z --frames 0010:0020 --out frames\n"
       "  weft export result --format glb --texture 2048 --meshopt --out web\n"
+      "  weft export result --format glb --frames 0010 --max-vertices 2000 --texture 2048 --normal-map 2048 "
+      "--out doll\n"
       "  weft export result --format npz --unit mm --fps 60 --out arrays\n"
       "  weft export result --format jpg --overlay state --camera c01 --out pictures\n"
       "  weft export result --format mp4 --overlay wireframe --fps 60 --out videos\n"
@@ -262,6 +295,12 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
           "--attributes", options->attributes,
           "Which attributes, e.g. uv,state, or none; by default all that the format carries but normal")
       ->type_name("LIST");
+  command
+      ->add_option("--max-vertices", options->textures.max_vertices,
+                   "A coarser mesh of at most so many of the template's vertices, the same in all exports of "
+                   "a job; 0: all")
+      ->type_name("N")
+      ->check(CLI::NonNegativeNumber);
   command->add_flag(
       "--meshopt", options->request.meshopt,
       "Compress a glb for browsers (EXT_meshopt_compression), positions rounded to 0.008 mm; Blender "

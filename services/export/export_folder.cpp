@@ -36,7 +36,8 @@ bool Exists(const std::string& path) {
 std::set<std::string> NamesIn(const v1::Export& wanted) {
   std::set<std::string> names(wanted.files().begin(), wanted.files().end());
   for (const v1::ExportedFrame& frame : wanted.frames())
-    if (!frame.file().empty()) names.insert(frame.file());
+    for (const std::string& file : {frame.file(), frame.normal_map()})
+      if (!file.empty()) names.insert(file);
   return names;
 }
 

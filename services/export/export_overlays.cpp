@@ -1,15 +1,12 @@
 #include "services/export/export_overlays.h"
 
 #include <filesystem>
-#include <optional>
 #include <string_view>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "capture/image/image_encoders.h"
-#include "services/export/garment_texture.h"
 #include "services/export/overlay_plan.h"
-#include "services/export/texture_atlas.h"
 #include "services/files/atomic_file.h"
 
 namespace weft {
@@ -19,43 +16,21 @@ namespace fs = std::filesystem;
 
 constexpr int kJpegQuality = 90;
 
-// Positions and sigmas in the rig's world, mm.
-ExportRequest InTheWorld(const OverlayRequest& request) {
-  ExportRequest world;
-  world.result = request.result;
-  world.out = request.out;
-  world.frames = request.frames;
-  world.up = UpAxis::kY;
-  world.world_up = "y";
-  world.unit = LengthUnit::kMillimetre;
-  world.fps = request.fps;
-  world.allow_unfinished = request.allow_unfinished;
-  return world;
-}
-
 v1::Export OverlayManifest(const OverlayRequest& request, const ExportSource& source,
                            const OverlayPlan& plan) {
   v1::Export manifest;
   manifest.set_format(EndingOf(request.format));
-  manifest.set_overlay(request.texture_px > 0 ? "texture" : NameOf(request.kind));
-  manifest.set_texture_px(request.texture_px);
+  manifest.set_overlay(NameOf(request.kind));
   manifest.set_fps(source.fps());
   manifest.set_fps_source(source.fps_source());
   manifest.set_vertices(static_cast<int>(source.topology().vertices));
   manifest.set_faces(static_cast<int>(source.topology().faces.size()));
   for (const size_t camera : plan.cameras) {
     const std::string& id = plan.rig.cameras[camera].id;
-    if (request.texture_px == 0)
-      manifest.add_files(IsVideo(request.format) ? absl::StrCat(id, ".", EndingOf(request.format)) : id);
+    manifest.add_files(IsVideo(request.format) ? absl::StrCat(id, ".", EndingOf(request.format)) : id);
   }
-  for (const v1::ExportedFrame& frame : source.frames()) {
-    v1::ExportedFrame& added = *manifest.add_frames();
-    added = frame;
-    if (request.texture_px > 0 && frame.missing_because().empty())
-      added.set_file(absl::StrCat(frame.frame(), ".", EndingOf(request.format)));
-  }
-  if (request.texture_px == 0 && request.kind == OverlayKind::kSigma)
-    manifest.set_overlay_sigma_mm(plan.sigma_range_mm.high);
+  for (const v1::ExportedFrame& frame : source.frames()) *manifest.add_frames() = frame;
+  if (request.kind == OverlayKind::kSigma) manifest.set_overlay_sigma_mm(plan.sigma_range_mm.high);
   manifest.set_job_id(source.job().id());
   *manifest.mutable_inputs() = source.job().inputs();
   manifest.set_weft_version(WEFT_VERSION);
@@ -109,25 +84,8 @@ absl::Status WriteFrameOverlays(const OverlayRequest& request, const OverlayPlan
   return absl::OkStatus();
 }
 
-// The texture of one frame.
-absl::Status WriteFrameTexture(const OverlayPlan& plan, ExportSource& source, size_t mesh_number,
-                               const std::string& path, TextureAtlas& atlas,
-                               std::vector<std::string>& warnings) {
-  if (fs::exists(path)) return absl::OkStatus();
-  if (absl::Status status = AddFrameToAtlas(plan, source, mesh_number, atlas, warnings); !status.ok())
-    return status;
-  const AtlasPicture picture = atlas.Take();
-  const auto bytes = EncodePng({picture.size_px, picture.size_px, 4, 8, picture.rgba});
-  if (!bytes.ok()) return bytes.status();
-  return WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
-}
-
 // At most; a JPEG of this quality takes less than a byte per pixel, H.264 less than half of one.
 uint64_t MaxOverlayBytes(const OverlayRequest& request, const OverlayPlan& plan, size_t frames) {
-  constexpr uint64_t kRgba = 4;
-  if (request.texture_px > 0)
-    return frames * kRgba * static_cast<uint64_t>(request.texture_px) *
-           static_cast<uint64_t>(request.texture_px);
   uint64_t pixels = 0;
   for (const size_t c : plan.cameras)
     pixels += static_cast<uint64_t>(plan.rig.cameras[c].width_px) *
@@ -155,9 +113,11 @@ const char* EndingOf(PictureFormat format) {
 bool IsVideo(PictureFormat format) { return format == PictureFormat::kMp4 || format == PictureFormat::kMkv; }
 
 absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, const ExportProgress& progress,
-                                             const std::stop_token& stop,
-                                             std::vector<std::string>& warnings) {
-  absl::StatusOr<ExportSource> source = ExportSource::Open(InTheWorld(request));
+                                             const std::stop_token& stop) {
+  ExportRequest world = InTheWorld(request.result, request.out, request.frames);
+  world.fps = request.fps;
+  world.allow_unfinished = request.allow_unfinished;
+  absl::StatusOr<ExportSource> source = ExportSource::Open(world);
   if (!source.ok()) return source.status();
   if (IsVideo(request.format) && source->fps() == 0) {
     return absl::InvalidArgumentError(absl::StrCat("--fps: nothing tells the frame rate of ",
@@ -167,25 +127,19 @@ absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, cons
   if (absl::Status status = source->Survey(progress, stop); !status.ok()) return status;
   const absl::StatusOr<OverlayPlan> plan = PlanOverlays(request.recording, *source);
   if (!plan.ok()) return plan.status();
-  ExportOutcome outcome{OverlayManifest(request, *source, *plan), false};
+  ExportOutcome outcome{OverlayManifest(request, *source, *plan)};
   const ExportFolder folder(request.out);
   const absl::StatusOr<ExportFolder::Holds> holds = folder.Compare(outcome.manifest);
   if (!holds.ok()) return holds.status();
   outcome.was_complete = *holds == ExportFolder::Holds::kAll;
   if (outcome.was_complete) return outcome;
-  std::optional<TextureAtlas> atlas;
-  if (request.texture_px > 0) {
-    auto made = TextureAtlas::Make(request.texture_px, source->topology().faces, source->topology().texture);
-    if (!made.ok()) return made.status();
-    atlas = *std::move(made);
-  }
   folder.RemoveLeftovers(outcome.manifest);
   const size_t frames = source->meshes().size();
   absl::Status status = folder.CheckRoom(MaxOverlayBytes(request, *plan, frames), 0);
   if (status.ok() && *holds == ExportFolder::Holds::kNothing) status = folder.Begin(outcome.manifest);
   const bool is_video = IsVideo(request.format);
   if (status.ok() && is_video)
-    status = WriteOverlayVideos(request, *plan, *source, folder, progress, stop, warnings);
+    status = WriteOverlayVideos(request, *plan, *source, folder, progress, stop, outcome.warnings);
   for (const std::string& camera : outcome.manifest.files())
     if (status.ok() && !is_video) status = PrepareFolder(folder.Of(camera));
   for (size_t i = 0; status.ok() && !is_video && i < frames; ++i) {
@@ -193,9 +147,7 @@ absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, cons
       return absl::CancelledError(
           absl::StrCat("stopped after ", i, " of ", frames, " frames; the same command goes on from there"));
     }
-    const std::string& file = outcome.manifest.frames(static_cast<int>(source->meshes()[i])).file();
-    status = atlas ? WriteFrameTexture(*plan, *source, i, folder.Of(file), *atlas, warnings)
-                   : WriteFrameOverlays(request, *plan, *source, i, folder, warnings);
+    status = WriteFrameOverlays(request, *plan, *source, i, folder, outcome.warnings);
     if (progress) progress(ExportStep::kWrite, i + 1, frames);
   }
   if (status.ok()) status = folder.Finish(outcome.manifest);

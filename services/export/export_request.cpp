@@ -6,6 +6,19 @@
 
 namespace weft {
 
+absl::Status CheckNormalMap(int normal_map_px, int max_vertices) {
+  constexpr int kTriangle = 3;
+  if (max_vertices != 0 && max_vertices < kTriangle)
+    return absl::InvalidArgumentError("--max-vertices: a mesh has at least 3; 0: all");
+  if (normal_map_px < 0 || normal_map_px > kMaxAtlasPx) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--normal-map: must lie between 1 and ", kMaxAtlasPx, " px"));
+  }
+  if (normal_map_px == 0 || max_vertices != 0) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      "--normal-map: holds what a coarser mesh lacks; say with --max-vertices how many vertices that has");
+}
+
 absl::Status ExportRequest::Validate() const {
   if (result.empty()) return absl::InvalidArgumentError("the folder of the result is empty");
   if (out.empty()) return absl::InvalidArgumentError("--out: the folder of the export is empty");
@@ -26,6 +39,12 @@ absl::Status ExportRequest::Validate() const {
     return absl::InvalidArgumentError(absl::StrCat(
         "--texture: stands in glb, or in files of its own with --format png; ", traits.name, " holds none"));
   }
+  if (normal_map_px != 0 && format != ExportFormat::kGlb) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--normal-map: stands in glb, or in files of its own with --format png; ", traits.name,
+                     " holds none"));
+  }
+  if (absl::Status status = CheckNormalMap(normal_map_px, max_vertices); !status.ok()) return status;
   if (texture_px < 0 || texture_px > kMaxAtlasPx)
     return absl::InvalidArgumentError(absl::StrCat("--texture: must lie between 1 and ", kMaxAtlasPx, " px"));
   if (texture_frames < 1) return absl::InvalidArgumentError("--texture-frames: must be at least 1");

@@ -28,16 +28,21 @@ struct ExportRequest {
   double fps = 0;                  // frames per second of the take; 0: by the times of the take
   bool has_attributes_named = false;
   std::vector<ExportAttribute> attributes;  // where named; else all that the format carries
+  int max_vertices = 0;                     // not 0: a coarser mesh, as ReduceMesh makes it
   bool meshopt = false;                     // glb alone: compressed for browsers (EXT_meshopt_compression)
   // glb alone: not 0, the garment's texture of this width and height, from pictures of so many of the frames.
   int texture_px = 0;
   int texture_frames = 8;
+  int normal_map_px = 0;          // glb of one frame alone: not 0, its normal map of this size
   RecordingChoice recording;      // of the texture
   bool allow_unfinished = false;  // a job that has not ended: its frames so far
 
   // InvalidArgument names the option and the remedy.
   absl::Status Validate() const;
 };
+
+// What is asked of normal maps, alone and in a glb. InvalidArgument names the option and the remedy.
+absl::Status CheckNormalMap(int normal_map_px, int max_vertices);
 
 // First all meshes are read and checked, then a texture is made where one is asked for, then the files are
 // written.

@@ -47,6 +47,10 @@ std::unique_ptr<SequenceWriter> MakeSequenceWriter(const ExportPlan& plan) {
 std::vector<ExportAttribute> AttributesOf(const ExportRequest& request, const ExportSource& source) {
   std::vector<ExportAttribute> attributes =
       request.has_attributes_named ? request.attributes : TraitsOf(request.format).ByDefault();
+  // Without normals readers of glTF shade every face flat, which a normal map is not made for.
+  if (request.normal_map_px > 0 &&
+      std::find(attributes.begin(), attributes.end(), ExportAttribute::kNormal) == attributes.end())
+    attributes.push_back(ExportAttribute::kNormal);
   std::erase_if(attributes, [&](ExportAttribute attribute) {
     return (attribute == ExportAttribute::kVelocity && source.fps() == 0) ||
            (attribute == ExportAttribute::kUv && source.topology().texture.empty());
@@ -88,7 +92,9 @@ v1::Export ManifestOf(const ExportRequest& request, const ExportSource& source, 
   v1::Export manifest;
   manifest.set_format(plan.traits.name);
   manifest.set_meshopt(plan.meshopt);
+  manifest.set_max_vertices(request.max_vertices);
   manifest.set_texture_px(plan.texture_px);
+  manifest.set_normal_map_px(plan.normal_map_px);
   if (plan.texture_px > 0)
     for (const size_t mesh : MeshesForTexture(source, request.texture_frames))
       manifest.add_texture_frames(source.frames()[source.meshes()[mesh]].frame());
@@ -127,25 +133,52 @@ uint64_t SizeOfFile(const std::string& path) {
   return error ? 0 : size;
 }
 
-// What an interrupted export left, else made anew.
+// The texture that an interrupted export left, else it is made anew.
 absl::StatusOr<GlbPictures> PicturesOf(const ExportRequest& request, const ExportSource& source,
                                        const ExportFolder& folder, const ExportProgress& progress,
                                        const std::stop_token& stop, std::vector<std::string>& warnings) {
-  const std::string path = folder.UnfinishedOf(kAlbedo);
-  absl::StatusOr<std::string> albedo =
-      fs::exists(path) ? ReadWholeFile(path)
-                       : MakeSequenceTexture(request, source.InWorldMm(), progress, stop, warnings);
-  if (!albedo.ok()) return albedo.status();
-  return GlbPictures{*std::move(albedo)};
+  GlbPictures pictures;
+  if (request.texture_px > 0) {
+    const std::string path = folder.UnfinishedOf(kAlbedo);
+    absl::StatusOr<std::string> albedo =
+        fs::exists(path) ? ReadWholeFile(path)
+                         : MakeSequenceTexture(request, source.InWorldMm(), progress, stop, warnings);
+    if (!albedo.ok()) return albedo.status();
+    pictures.albedo_png = *std::move(albedo);
+  }
+  if (request.normal_map_px > 0) {
+    const absl::StatusOr<NormalMap> map = MakeNormalMap(request.normal_map_px, source);
+    if (!map.ok()) return map.status();
+    ExportSource whole = source.InWorldMm();
+    absl::StatusOr<std::string> normal = NormalMapOfFrame(*map, request.normal_map_px, whole, 0);
+    if (!normal.ok()) return normal.status();
+    pictures.normal_png = *std::move(normal);
+    absl::StatusOr<std::vector<Eigen::Vector4f>> tangents = TangentsOfFrame(*map, whole, 0);
+    if (!tangents.ok()) return tangents.status();
+    pictures.tangents = *std::move(tangents);
+    const Eigen::Matrix3f rotation = source.transform().rotation.cast<float>();
+    for (Eigen::Vector4f& tangent : pictures.tangents)
+      tangent.head<3>() = (rotation * tangent.head<3>()).eval();
+  }
+  return pictures;
 }
 
-absl::Status CheckTexture(const ExportRequest& request, const ExportPlan& plan) {
-  if (request.texture_px == 0 || plan.Has(ExportAttribute::kUv)) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      plan.source.topology().texture.empty()
-          ? "--texture: the meshes have no texture coordinates; register with a template that `weft template "
-            "build` made, or one with its board"
-          : "--attributes: a texture needs uv; add it, or leave --texture out");
+// Of a glb: whether the pictures asked for fit the mesh.
+absl::Status CheckPictures(const ExportRequest& request, const ExportPlan& plan) {
+  if (request.texture_px == 0 && request.normal_map_px == 0) return absl::OkStatus();
+  const char* const option = request.texture_px > 0 ? "--texture" : "--normal-map";
+  if (!plan.Has(ExportAttribute::kUv)) {
+    return absl::InvalidArgumentError(
+        plan.source.topology().texture.empty()
+            ? absl::StrCat(option,
+                           ": the meshes have no texture coordinates; register with a template that `weft "
+                           "template build` made, or one with its board")
+            : absl::StrCat("--attributes: ", option, " needs uv; add it, or leave ", option, " out"));
+  }
+  if (request.normal_map_px == 0 || plan.samples.size() == 1) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(
+      "--normal-map: has the folds of one frame, and a glb holds one map for its ", plan.samples.size(),
+      " frames; choose one with --frames, or write a map for each with --format png"));
 }
 
 // One export, from its plan to its files.
@@ -266,10 +299,14 @@ absl::StatusOr<ExportOutcome> ExportResult(const ExportRequest& request, const E
   if (!source.ok()) return source.status();
   if (absl::Status status = source->Survey(progress, stop); !status.ok()) return status;
   const FormatTraits& traits = TraitsOf(request.format);
-  ExportPlan plan{
-      *source,           traits, AttributesOf(request, *source), SamplesOf(*source, traits), request.meshopt,
-      request.texture_px};
-  if (absl::Status status = CheckTexture(request, plan); !status.ok()) return status;
+  ExportPlan plan{*source,
+                  traits,
+                  AttributesOf(request, *source),
+                  SamplesOf(*source, traits),
+                  request.meshopt,
+                  request.texture_px,
+                  request.normal_map_px};
+  if (absl::Status status = CheckPictures(request, plan); !status.ok()) return status;
   ExportOutcome outcome{ManifestOf(request, *source, plan)};
   std::unique_ptr<FrameWriter> frames;
   std::unique_ptr<SequenceWriter> sequence;
@@ -298,7 +335,7 @@ absl::StatusOr<ExportOutcome> ExportResult(const ExportRequest& request, const E
       if (!frame.file().empty()) present_bytes += SizeOfFile(folder.Of(frame.file()));
   }
   absl::Status status = folder.CheckRoom(needed_bytes, present_bytes);
-  if (status.ok() && plan.texture_px > 0) {
+  if (status.ok() && (plan.texture_px > 0 || plan.normal_map_px > 0)) {
     absl::StatusOr<GlbPictures> pictures =
         PicturesOf(request, *source, folder, progress, stop, outcome.warnings);
     if (!pictures.ok()) return pictures.status();

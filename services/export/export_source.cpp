@@ -81,6 +81,7 @@ absl::StatusOr<ExportSource> ExportSource::Open(const ExportRequest& request) {
   if (absl::Status status = request.Validate(); !status.ok()) return status;
   ExportSource source;
   source.result_ = request.result;
+  source.max_vertices_ = request.max_vertices;
   const FormatTraits& traits = TraitsOf(request.format);
   absl::StatusOr<ExportTransform> transform = ExportTransform::Make(
       request.up.value_or(traits.up), request.world_up, request.unit.value_or(LengthUnit::kMetre));
@@ -116,6 +117,10 @@ absl::Status ExportSource::ListFrames(const ExportRequest& request) {
   if (reports->empty()) {
     return absl::FailedPreconditionError(
         absl::StrCat(result_, ": holds no frames of its job; register the take first"));
+  }
+  for (const v1::FrameReport& report : *reports) {
+    first_of_job_ = Describe(report);
+    if (first_of_job_.missing_because().empty()) break;
   }
   if (absl::Status status = ListRange(request, *reports); !status.ok()) return status;
   const auto has_mesh = [](const v1::ExportedFrame& frame) { return frame.missing_because().empty(); };
@@ -205,6 +210,32 @@ absl::Status ExportSource::Survey(const ExportProgress& progress, const std::sto
         static_cast<uint8_t>(std::max_element(count.begin(), count.end()) - count.begin()));
     topology_.mean_sigma_mm.push_back(static_cast<float>(sigma_sum_mm[v] / frames));
   }
+  vertices_in_files_ = topology_.vertices;
+  return max_vertices_ > 0 ? Reduce() : absl::OkStatus();
+}
+
+absl::Status ExportSource::Reduce() {
+  const std::string path = FramePaths(result_, first_of_job_.frame()).Of(FrameFile::kMesh);
+  absl::StatusOr<RegisteredMesh> shape = ReadCheckedVertices(path, first_of_job_.mesh_checksum());
+  if (!shape.ok()) return shape.status();
+  if (shape->vertices_mm.size() != vertices_in_files_) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        path, ": has other vertices than the frames to export, which --max-vertices reduces by its shape"));
+  }
+  auto reduced = ReduceMesh({std::move(shape->vertices_mm), topology_.faces}, topology_.texture,
+                            static_cast<size_t>(max_vertices_));
+  if (!reduced.ok()) return reduced.status();
+  whole_ = std::make_shared<const ExportTopology>(topology_);
+  topology_ = {.vertices = reduced->vertices.size(),
+               .faces = reduced->faces,
+               .texture = reduced->texture,
+               .bounds = whole_->bounds};
+  for (const int vertex : reduced->vertices) {
+    topology_.coverage.push_back(whole_->coverage[vertex]);
+    topology_.usual_state.push_back(whole_->usual_state[vertex]);
+    topology_.mean_sigma_mm.push_back(whole_->mean_sigma_mm[vertex]);
+  }
+  reduced_ = *std::move(reduced);
   return absl::OkStatus();
 }
 
@@ -213,6 +244,9 @@ ExportSource ExportSource::InWorldMm() const {
   world.transform_ = {};
   world.transform_.unit = LengthUnit::kMillimetre;
   world.transform_.unit_per_mm = 1;
+  if (whole_ != nullptr) world.topology_ = *whole_;
+  world.whole_ = nullptr;
+  world.reduced_.reset();
   return world;
 }
 
@@ -222,7 +256,7 @@ absl::StatusOr<std::shared_ptr<const RegisteredMesh>> ExportSource::Load(size_t 
   const std::string path = FramePaths(result_, frame.frame()).Of(FrameFile::kMesh);
   absl::StatusOr<RegisteredMesh> read = ReadCheckedVertices(path, frame.mesh_checksum());
   if (!read.ok()) return read.status();
-  if (read->vertices_mm.size() != topology_.vertices) {
+  if (read->vertices_mm.size() != vertices_in_files_) {
     return absl::DataLossError(
         absl::StrCat(path, ": was changed while it was exported; export again when its job has ended"));
   }
@@ -236,12 +270,14 @@ absl::StatusOr<ExportMesh> ExportSource::Read(size_t mesh, Velocities velocities
   if (!read.ok()) return read.status();
   const RegisteredMesh& own = **read;
   ExportMesh out;
-  for (size_t v = 0; v < own.vertices_mm.size(); ++v) {
+  const auto in_file = [this](size_t v) { return reduced_ ? static_cast<size_t>(reduced_->vertices[v]) : v; };
+  for (size_t i = 0; i < topology_.vertices; ++i) {
+    const size_t v = in_file(i);
     out.positions.push_back(transform_.Position(own.vertices_mm[v]));
     out.state.push_back(static_cast<uint8_t>(own.state[v]));
     out.sigma.push_back(static_cast<float>(transform_.unit_per_mm * own.sigma_mm[v]));
+    out.views.push_back(own.views[v]);
   }
-  out.views = own.views;
   if (velocities == Velocities::kLeftOut) return out;
   const size_t before = mesh > 0 ? mesh - 1 : mesh, after = std::min(mesh + 1, meshes_.size() - 1);
   const auto earlier = Load(before);
@@ -250,9 +286,11 @@ absl::StatusOr<ExportMesh> ExportSource::Read(size_t mesh, Velocities velocities
   if (!later.ok()) return later.status();
   const double steps = frames_[meshes_[after]].index() - frames_[meshes_[before]].index();
   const double rate = steps > 0 ? fps_ / steps : 0;
-  for (size_t v = 0; v < own.vertices_mm.size(); ++v)
+  for (size_t i = 0; i < topology_.vertices; ++i) {
+    const size_t v = in_file(i);
     out.velocities.push_back(
         transform_.Position(rate * ((*later)->vertices_mm[v] - (*earlier)->vertices_mm[v])));
+  }
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <Eigen/Geometry>
 #include <map>
 #include <memory>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "alignment/mesh_texture.h"
 #include "services/export/export_request.h"
 #include "services/export/export_transform.h"
+#include "services/export/reduced_mesh.h"
 #include "weft/v1/export.pb.h"
 #include "weft/v1/job.pb.h"
 #include "weft/v1/report.pb.h"
@@ -62,14 +64,17 @@ class ExportSource {
   const std::vector<std::string>& notes() const { return notes_; }
   // After Survey.
   const ExportTopology& topology() const { return topology_; }
+  // Where a coarser mesh is asked for: it, made on the first mesh of the job, whatever frames are exported.
+  // So exports of one job fit each other.
+  const std::optional<ReducedMesh>& reduced() const { return reduced_; }
 
   enum class Velocities { kLeftOut, kComputed };
   // `mesh` counts in meshes(). Velocities are differences between the meshes before and after, of one side at
   // the ends; they need fps(). Errors as Survey.
   absl::StatusOr<ExportMesh> Read(size_t mesh, Velocities velocities);
 
-  // After Survey: the same meshes in the rig's world and mm; the bounds of its topology() stay those of the
-  // export.
+  // After Survey: the same meshes, all their vertices, in the rig's world and mm; the bounds of its
+  // topology() stay those of the export.
   ExportSource InWorldMm() const;
 
  private:
@@ -77,6 +82,7 @@ class ExportSource {
   absl::Status ListRange(const ExportRequest& request, const std::vector<v1::FrameReport>& reports);
   void FindRate(const ExportRequest& request);
   absl::StatusOr<std::shared_ptr<const RegisteredMesh>> Load(size_t mesh);
+  absl::Status Reduce();
 
   std::string result_;
   v1::Job job_;
@@ -87,6 +93,11 @@ class ExportSource {
   double fps_ = 0;
   std::string fps_source_;
   ExportTopology topology_;
+  int max_vertices_ = 0;
+  v1::ExportedFrame first_of_job_;  // with a mesh
+  std::optional<ReducedMesh> reduced_;
+  std::shared_ptr<const ExportTopology> whole_;  // where there is a coarser one
+  size_t vertices_in_files_ = 0;                 // of the result
   std::map<size_t, std::shared_ptr<const RegisteredMesh>> loaded_;
 };
 

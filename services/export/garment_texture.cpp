@@ -8,6 +8,23 @@
 #include "capture/image/image_encoders.h"
 
 namespace weft {
+namespace {
+
+absl::StatusOr<std::vector<Eigen::Vector3d>> ReadVertices(ExportSource& source, size_t mesh_number) {
+  const absl::StatusOr<ExportMesh> read = source.Read(mesh_number, ExportSource::Velocities::kLeftOut);
+  if (!read.ok()) return read.status();
+  std::vector<Eigen::Vector3d> vertices;
+  for (const Eigen::Vector3f& position : read->positions) vertices.push_back(position.cast<double>());
+  return vertices;
+}
+
+absl::StatusOr<std::string> OpaquePng(int size_px, const std::vector<uint8_t>& rgb) {
+  const auto bytes = EncodePng({size_px, size_px, 3, 8, rgb}, PngEffort::kSmall);
+  if (!bytes.ok()) return bytes.status();
+  return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+}
+
+}  // namespace
 
 uint64_t MaxPngBytes(int size_px) {
   constexpr uint64_t kRgb = 3, kFilter = 1, kHead = 4096;
@@ -19,11 +36,9 @@ uint64_t MaxPngBytes(int size_px) {
 
 absl::Status AddFrameToAtlas(const OverlayPlan& plan, ExportSource& source, size_t mesh_number,
                              TextureAtlas& atlas, std::vector<std::string>& warnings) {
-  const absl::StatusOr<ExportMesh> read = source.Read(mesh_number, ExportSource::Velocities::kLeftOut);
-  if (!read.ok()) return read.status();
-  std::vector<Eigen::Vector3d> vertices_mm;
-  for (const Eigen::Vector3f& position : read->positions) vertices_mm.push_back(position.cast<double>());
-  const auto mesh = VisibleMesh::Build(std::move(vertices_mm), source.topology().faces, 1);
+  absl::StatusOr<std::vector<Eigen::Vector3d>> vertices_mm = ReadVertices(source, mesh_number);
+  if (!vertices_mm.ok()) return vertices_mm.status();
+  const auto mesh = VisibleMesh::Build(*std::move(vertices_mm), source.topology().faces, 1);
   if (!mesh.ok()) return mesh.status();
   const std::string& name = source.frames()[source.meshes()[mesh_number]].frame();
   for (const size_t c : plan.cameras) {
@@ -63,10 +78,26 @@ absl::StatusOr<std::string> MakeSequenceTexture(const ExportRequest& request, Ex
   if (picture.covered < 1)
     warnings.push_back(absl::StrFormat(
         "Cameras see %.1f %% of the texture; the rest has colours from around it.", 100 * picture.covered));
-  const auto bytes =
-      EncodePng({picture.size_px, picture.size_px, 3, 8, FilledRgb(picture)}, PngEffort::kSmall);
-  if (!bytes.ok()) return bytes.status();
-  return std::string(reinterpret_cast<const char*>(bytes->data()), bytes->size());
+  return OpaquePng(picture.size_px, FilledRgb(picture));
+}
+
+absl::StatusOr<NormalMap> MakeNormalMap(int size_px, const ExportSource& source) {
+  const ExportSource whole = source.InWorldMm();
+  return NormalMap::Make(size_px, whole.topology().faces, whole.topology().texture, *source.reduced());
+}
+
+absl::StatusOr<std::string> NormalMapOfFrame(const NormalMap& map, int size_px, ExportSource& whole,
+                                             size_t mesh_number) {
+  const absl::StatusOr<std::vector<Eigen::Vector3d>> vertices_mm = ReadVertices(whole, mesh_number);
+  if (!vertices_mm.ok()) return vertices_mm.status();
+  return OpaquePng(size_px, map.Bake(*vertices_mm));
+}
+
+absl::StatusOr<std::vector<Eigen::Vector4f>> TangentsOfFrame(const NormalMap& map, ExportSource& whole,
+                                                             size_t mesh_number) {
+  const absl::StatusOr<std::vector<Eigen::Vector3d>> vertices_mm = ReadVertices(whole, mesh_number);
+  if (!vertices_mm.ok()) return vertices_mm.status();
+  return map.Tangents(*vertices_mm);
 }
 
 }  // namespace weft

@@ -1,4 +1,4 @@
-// The garment's texture as a file, from one frame or from several.
+// Pictures of the garment's surface as files: its texture, from one frame or from several, and normal maps.
 #pragma once
 
 #include <cstdint>
@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "services/export/export_request.h"
 #include "services/export/export_source.h"
+#include "services/export/normal_map.h"
 #include "services/export/overlay_plan.h"
 #include "services/export/texture_atlas.h"
 
@@ -32,5 +33,14 @@ std::vector<size_t> MeshesForTexture(const ExportSource& source, int count);
 absl::StatusOr<std::string> MakeSequenceTexture(const ExportRequest& request, ExportSource source,
                                                 const ExportProgress& progress, const std::stop_token& stop,
                                                 std::vector<std::string>& warnings);
+
+// For all frames of `source`, surveyed, with a coarser mesh. Errors of NormalMap::Make.
+absl::StatusOr<NormalMap> MakeNormalMap(int size_px, const ExportSource& source);
+// A PNG. `whole` is source.InWorldMm() of the source of the map. Errors of ExportSource::Read.
+absl::StatusOr<std::string> NormalMapOfFrame(const NormalMap& map, int size_px, ExportSource& whole,
+                                             size_t mesh_number);
+// As NormalMap::Tangents; the same.
+absl::StatusOr<std::vector<Eigen::Vector4f>> TangentsOfFrame(const NormalMap& map, ExportSource& whole,
+                                                             size_t mesh_number);
 
 }  // namespace weft

@@ -5,6 +5,7 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -48,9 +49,9 @@ class GlbWriter : public SequenceWriter {
           " frames need up to ", MaxFileBytes(), "; export fewer of them (--frames), or as usda"));
     }
     out.Append(std::string(HeadBytes(), ' '));
-    if (plan_.texture_px > 0) {
-      out.Append(plan_.pictures.albedo_png);
-      out.Append(std::string((4 - plan_.pictures.albedo_png.size() % 4) % 4, '\0'));
+    for (const std::string& picture : {plan_.pictures.albedo_png, plan_.pictures.normal_png}) {
+      out.Append(picture);
+      out.Append(std::string((4 - picture.size() % 4) % 4, '\0'));
     }
     PutFaces(out);
     if (!split_.uv.empty()) {
@@ -59,12 +60,19 @@ class GlbWriter : public SequenceWriter {
       Put(down, out);
     }
     std::vector<float> values;
-    if (HasCopies()) Put(std::vector<float>(split_.origin.begin(), split_.origin.end()), out);
+    if (NamesVertices()) {
+      values.clear();
+      const std::optional<ReducedMesh>& reduced = plan_.source.reduced();
+      for (const int vertex : split_.origin)
+        values.push_back(static_cast<float>(reduced ? reduced->vertices[vertex] : vertex));
+      Put(values, out);
+    }
     for (const auto& [name, of_vertex] : StillAttributes()) {
       values.clear();
       for (const int vertex : split_.origin) values.push_back(of_vertex[vertex]);
       Put(values, out);
     }
+    if (plan_.normal_map_px > 0) Put(plan_.pictures.tangents, out);
     if (!IsAnimated()) return out.status();
     values.clear();
     for (const ExportSample& sample : plan_.samples) values.push_back(static_cast<float>(sample.time_s));
@@ -141,7 +149,9 @@ class GlbWriter : public SequenceWriter {
   using Bounds = Eigen::AlignedBox3d;
 
   bool IsAnimated() const { return plan_.samples.size() > 1; }
-  bool HasCopies() const { return split_.origin.size() > plan_.source.topology().vertices; }
+  bool NamesVertices() const {
+    return split_.origin.size() > plan_.source.topology().vertices || plan_.source.reduced();
+  }
   // All before the first binary value.
   uint64_t HeadBytes() const { return kGlbHeader + 2 * kChunkHeader + json_bytes_; }
 
@@ -240,7 +250,7 @@ class GlbWriter : public SequenceWriter {
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
     primitive.material = 0;
-    if (plan_.texture_px > 0) AddPictures(layout);
+    tinygltf::Material cloth = Cloth(layout);
     primitive.indices = layout.Add({.component = TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT,
                                     .count = 3 * split_.faces.size(),
                                     .target = TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER});
@@ -249,8 +259,9 @@ class GlbWriter : public SequenceWriter {
           layout.Add({.type = type, .count = vertices, .target = TINYGLTF_TARGET_ARRAY_BUFFER});
     };
     if (!split_.uv.empty()) add_attribute("TEXCOORD_0", TINYGLTF_TYPE_VEC2);
-    if (HasCopies()) add_attribute("_VERTEX", TINYGLTF_TYPE_SCALAR);
+    if (NamesVertices()) add_attribute("_VERTEX", TINYGLTF_TYPE_SCALAR);
     for (const auto& [name, of_vertex] : StillAttributes()) add_attribute(name, TINYGLTF_TYPE_SCALAR);
+    if (plan_.normal_map_px > 0) add_attribute("TANGENT", TINYGLTF_TYPE_VEC4);
     if (IsAnimated()) AddAnimation(layout);
     for (size_t sample = 0; sample < bounds.size(); ++sample) {
       const int positions = layout.Add({.type = TINYGLTF_TYPE_VEC3,
@@ -271,21 +282,39 @@ class GlbWriter : public SequenceWriter {
         primitive.targets.push_back(std::move(of_sample));
       }
     }
+    layout.model.materials.push_back(std::move(cloth));
     AddScene(std::move(primitive), layout.model);
     return layout;
   }
 
-  void AddPictures(GltfLayout& layout) const {
-    const uint64_t bytes = plan_.pictures.albedo_png.size();
-    tinygltf::Sampler sampler;
-    sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR;
-    sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
-    sampler.wrapS = sampler.wrapT = TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
-    layout.model.samplers.push_back(std::move(sampler));
-    tinygltf::Texture texture;
+  tinygltf::Material Cloth(GltfLayout& layout) const {
+    tinygltf::Material cloth;
+    cloth.name = "cloth";
+    cloth.doubleSided = true;
+    cloth.pbrMetallicRoughness.metallicFactor = 0;
+    cloth.pbrMetallicRoughness.roughnessFactor = 0.9;
+    const GlbPictures& pictures = plan_.pictures;
+    if (plan_.texture_px > 0)
+      cloth.pbrMetallicRoughness.baseColorTexture.index =
+          AddTexture("albedo", pictures.albedo_png, plan_.texture_px, layout);
+    if (plan_.normal_map_px > 0)
+      cloth.normalTexture.index = AddTexture("normal", pictures.normal_png, plan_.normal_map_px, layout);
+    return cloth;
+  }
+
+  // The number of the texture. Where there is no picture yet, of one as large as it may become.
+  static int AddTexture(const char* name, const std::string& png, int size_px, GltfLayout& layout) {
+    tinygltf::Model& model = layout.model;
+    if (model.samplers.empty()) {
+      tinygltf::Sampler& sampler = model.samplers.emplace_back();
+      sampler.minFilter = TINYGLTF_TEXTURE_FILTER_LINEAR_MIPMAP_LINEAR;
+      sampler.magFilter = TINYGLTF_TEXTURE_FILTER_LINEAR;
+      sampler.wrapS = sampler.wrapT = TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
+    }
+    tinygltf::Texture& texture = model.textures.emplace_back();
     texture.sampler = 0;
-    texture.source = layout.AddPicture("albedo", bytes > 0 ? bytes : MaxPngBytes(plan_.texture_px));
-    layout.model.textures.push_back(std::move(texture));
+    texture.source = layout.AddPicture(name, png.empty() ? MaxPngBytes(size_px) : png.size());
+    return static_cast<int>(model.textures.size()) - 1;
   }
 
   void AddAnimation(GltfLayout& layout) const {
@@ -309,13 +338,6 @@ class GlbWriter : public SequenceWriter {
 
   void AddScene(tinygltf::Primitive primitive, tinygltf::Model& model) const {
     model.asset.generator = absl::StrCat("Weft ", WEFT_VERSION);
-    tinygltf::Material cloth;
-    cloth.name = "cloth";
-    cloth.doubleSided = true;
-    cloth.pbrMetallicRoughness.metallicFactor = 0;
-    cloth.pbrMetallicRoughness.roughnessFactor = 0.9;
-    if (plan_.texture_px > 0) cloth.pbrMetallicRoughness.baseColorTexture.index = 0;
-    model.materials.push_back(std::move(cloth));
     tinygltf::Mesh mesh;
     mesh.name = "garment";
     mesh.primitives.push_back(std::move(primitive));

@@ -229,6 +229,11 @@ class NpzWriter : public SequenceWriter {
     }
     if (plan.Has(ExportAttribute::kCoverage))
       AddConstant("coverage", "<f4", {topology.vertices}, 4, BytesOf(topology.coverage));
+    if (plan.source.reduced()) {
+      const std::vector<int>& kept = plan.source.reduced()->vertices;
+      AddConstant("template_vertex", "<i4", {kept.size()}, 4,
+                  BytesOf(std::vector<int32_t>(kept.begin(), kept.end())));
+    }
     AddFrames(plan);
     const ExportTransform& transform = plan.source.transform();
     Eigen::Matrix<double, 4, 4, Eigen::RowMajor> export_from_world = Eigen::Matrix4d::Identity();

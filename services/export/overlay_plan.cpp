@@ -44,6 +44,17 @@ std::vector<Eigen::Vector3f> OverlayColors(OverlayKind kind, const OverlayPlan& 
 
 }  // namespace
 
+ExportRequest InTheWorld(const std::string& result, const std::string& out, const std::string& frames) {
+  ExportRequest world;
+  world.result = result;
+  world.out = out;
+  world.frames = frames;
+  world.up = UpAxis::kY;
+  world.world_up = "y";
+  world.unit = LengthUnit::kMillimetre;
+  return world;
+}
+
 absl::StatusOr<OverlayPlan> PlanOverlays(const RecordingChoice& recording, ExportSource& source) {
   const v1::Job& job = source.job();
   const std::string rig_file = recording.rig.empty() ? job.spec().rig() : recording.rig;

@@ -26,6 +26,9 @@ struct OverlayPlan {
   ScalarRange sigma_range_mm;                    // of the first mesh
 };
 
+// Meshes in the rig's world and mm.
+ExportRequest InTheWorld(const std::string& result, const std::string& out, const std::string& frames);
+
 // `source` is surveyed, in the rig's world and mm. FailedPrecondition: the rig is not that of the job.
 // InvalidArgument: a camera that the rig lacks. NotFound: a frame that the recording lacks. Errors of ReadRig
 // and OpenDump.

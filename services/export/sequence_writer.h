@@ -23,7 +23,8 @@ struct ExportSample {
 
 // What a glb has of the garment's surface besides its mesh.
 struct GlbPictures {
-  std::string albedo_png;  // empty: none
+  std::string albedo_png, normal_png;     // empty: none
+  std::vector<Eigen::Vector4f> tangents;  // as NormalMap has them, in the axes of the export
 };
 
 // What all writers are made from; the source outlives them.
@@ -33,8 +34,8 @@ struct ExportPlan {
   std::vector<ExportAttribute> attributes;  // that are written
   std::vector<ExportSample> samples;        // at least one
   bool meshopt = false;                     // as in ExportRequest
-  int texture_px = 0;                       // as in ExportRequest
-  GlbPictures pictures;                     // of such a size; there before Begin or Restore
+  int texture_px = 0, normal_map_px = 0;    // as in ExportRequest
+  GlbPictures pictures;                     // of such sizes; there before Begin or Restore
 
   bool Has(ExportAttribute attribute) const;
 };

@@ -4,18 +4,15 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 #include <optional>
-
-#include "absl/strings/str_cat.h"
+#include <utility>
 
 namespace weft {
 namespace {
 
-constexpr int kGutterPx = 4;  // around what is seen
 const ViewingOptions kForTexture{.max_facing_deg = 80, .min_pitch_px = 0, .clearance_mm = 2};
 
 // Bilinear; empty outside the picture.
@@ -31,22 +28,6 @@ std::optional<Eigen::Vector3f> SampleRgb(const Frame& rgb, const Eigen::Vector2d
     color[channel] = (1 - fy) * top + fy * bottom;
   }
   return color;
-}
-
-// Gives texels without a colour the mean of their neighbours that have one.
-void GrowByOnePixel(int size_px, std::vector<Eigen::Vector4f>& colors) {
-  const std::vector<Eigen::Vector4f> before = colors;
-  const auto at = [size_px](int x, int y) { return static_cast<size_t>(y) * size_px + x; };
-  for (int y = 0; y < size_px; ++y) {
-    for (int x = 0; x < size_px; ++x) {
-      if (before[at(x, y)].w() > 0) continue;
-      Eigen::Vector4f sum = Eigen::Vector4f::Zero();
-      for (int ny = std::max(y - 1, 0); ny <= std::min(y + 1, size_px - 1); ++ny)
-        for (int nx = std::max(x - 1, 0); nx <= std::min(x + 1, size_px - 1); ++nx)
-          if (before[at(nx, ny)].w() > 0) sum += before[at(nx, ny)];
-      if (sum.w() > 0) colors[at(x, y)] = sum / sum.w();
-    }
-  }
 }
 
 }  // namespace
@@ -94,46 +75,14 @@ std::vector<uint8_t> FilledRgb(const AtlasPicture& picture) {
 
 absl::StatusOr<TextureAtlas> TextureAtlas::Make(int size_px, const std::vector<Face>& faces,
                                                 const MeshTexture& texture) {
-  if (size_px < 1 || size_px > kMaxAtlasPx)
-    return absl::InvalidArgumentError(absl::StrCat("--texture: must lie between 1 and ", kMaxAtlasPx, " px"));
-  if (texture.empty()) {
-    return absl::InvalidArgumentError(
-        "--texture: the meshes have no texture coordinates; register with a template that `weft template "
-        "build` made, or one with its board");
-  }
+  absl::StatusOr<std::vector<Texel>> texels = RasterizeTexture(size_px, faces, texture, "--texture");
+  if (!texels.ok()) return texels.status();
   TextureAtlas atlas;
   atlas.size_px_ = size_px;
   atlas.faces_ = faces;
-  atlas.texels_.resize(static_cast<size_t>(size_px) * size_px);
+  atlas.texels_ = *std::move(texels);
   atlas.colors_.assign(atlas.texels_.size(), Eigen::Vector4f::Zero());
-  for (size_t f = 0; f < faces.size(); ++f) {
-    const auto [a, b, c] = faces[f];
-    atlas.PlaceFace(static_cast<int>(f),
-                    texture.of_corner.empty()
-                        ? std::array{texture.of_vertex[a], texture.of_vertex[b], texture.of_vertex[c]}
-                        : texture.of_corner[f]);
-  }
   return atlas;
-}
-
-void TextureAtlas::PlaceFace(int face, const std::array<Eigen::Vector2f, 3>& uv) {
-  std::array<Eigen::Vector2d, 3> corners;  // texels, with centres at whole numbers
-  for (int k = 0; k < 3; ++k)
-    corners[k] = {size_px_ * static_cast<double>(uv[k].x()) - 0.5,
-                  size_px_ * (1 - static_cast<double>(uv[k].y())) - 0.5};
-  const auto& [a, b, c] = corners;
-  const double area = (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
-  if (!(std::abs(area) > 0)) return;
-  const Eigen::Vector2d low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
-  for (int y = std::max(0, static_cast<int>(std::ceil(low.y()))); y <= high.y() && y < size_px_; ++y) {
-    for (int x = std::max(0, static_cast<int>(std::ceil(low.x()))); x <= high.x() && x < size_px_; ++x) {
-      const double weight_b = ((x - a.x()) * (c.y() - a.y()) - (y - a.y()) * (c.x() - a.x())) / area;
-      const double weight_c = ((b.x() - a.x()) * (y - a.y()) - (b.y() - a.y()) * (x - a.x())) / area;
-      if (weight_b < 0 || weight_c < 0 || weight_b + weight_c > 1) continue;
-      texels_[static_cast<size_t>(y) * size_px_ + x] = {face, static_cast<float>(weight_b),
-                                                        static_cast<float>(weight_c)};
-    }
-  }
 }
 
 absl::Status TextureAtlas::Add(const Frame& picture, const VisibleMesh& mesh, const CameraModel& camera) {
@@ -175,7 +124,7 @@ AtlasPicture TextureAtlas::Take() {
     ++seen;
     colors_[t] /= colors_[t].w();
   }
-  for (int i = 0; i < kGutterPx; ++i) GrowByOnePixel(size_px_, colors_);
+  AddGutter(size_px_, colors_);
   AtlasPicture picture{size_px_, std::vector<uint8_t>(4 * colors_.size()),
                        of_garment > 0 ? static_cast<double>(seen) / static_cast<double>(of_garment) : 0};
   for (size_t t = 0; t < colors_.size(); ++t) {

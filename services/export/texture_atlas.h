@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -13,10 +12,9 @@
 #include "capture/image/frame.h"
 #include "capture/rig/camera_model.h"
 #include "evaluation/vertex_views.h"
+#include "services/export/texture_raster.h"
 
 namespace weft {
-
-inline constexpr int kMaxAtlasPx = 16384;
 
 // Red, green, blue and opacity, [size_px, size_px, 4] bytes, row 0 at v = 1. Texels that no camera sees are
 // transparent black; those next to seen ones get their colour, so that filtering does not darken edges.
@@ -45,13 +43,6 @@ class TextureAtlas {
   AtlasPicture Take();
 
  private:
-  // Where a texel lies on the mesh.
-  struct Texel {
-    int face = -1;
-    float weight_b = 0, weight_c = 0;
-  };
-  void PlaceFace(int face, const std::array<Eigen::Vector2f, 3>& uv);
-
   int size_px_ = 0;
   std::vector<Face> faces_;
   std::vector<Texel> texels_;            // [size_px, size_px]

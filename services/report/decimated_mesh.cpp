@@ -12,8 +12,6 @@
 namespace weft {
 namespace {
 
-// Of the mean edge: large against the shape, so that what a vertex adds to it is the same everywhere.
-constexpr double kJitterOfEdge = 0.5;
 constexpr int kMaxRounds = 8;
 
 absl::Status CheckForDecimation(const TriangleMesh& mesh, size_t max_vertices) {
@@ -50,8 +48,8 @@ Eigen::Vector3f JitterOf(const Eigen::Vector3d& position) {
   return jitter;
 }
 
-std::vector<Eigen::Vector3f> Jittered(const TriangleMesh& mesh) {
-  const auto amplitude = static_cast<float>(kJitterOfEdge * MeanEdgeMm(mesh));
+std::vector<Eigen::Vector3f> Jittered(const TriangleMesh& mesh, double evenness) {
+  const auto amplitude = static_cast<float>(evenness * MeanEdgeMm(mesh));
   std::vector<Eigen::Vector3f> positions;
   positions.reserve(mesh.vertices_mm.size());
   for (const Eigen::Vector3d& p : mesh.vertices_mm)
@@ -70,7 +68,7 @@ std::vector<int> UsedVertices(const std::vector<unsigned>& indices, size_t verti
 
 }  // namespace
 
-absl::StatusOr<DecimatedMesh> DecimateMesh(const TriangleMesh& mesh, size_t max_vertices) {
+absl::StatusOr<DecimatedMesh> DecimateMesh(const TriangleMesh& mesh, size_t max_vertices, double evenness) {
   if (absl::Status status = CheckForDecimation(mesh, max_vertices); !status.ok()) return status;
   std::vector<unsigned> indices;
   indices.reserve(3 * mesh.faces.size());
@@ -80,7 +78,7 @@ absl::StatusOr<DecimatedMesh> DecimateMesh(const TriangleMesh& mesh, size_t max_
   DecimatedMesh out;
   out.vertices = UsedVertices(indices, all);
   if (out.vertices.size() > max_vertices) {
-    const std::vector<Eigen::Vector3f> positions = Jittered(mesh);
+    const std::vector<Eigen::Vector3f> positions = Jittered(mesh, evenness);
     // How many vertices a number of faces leaves depends on the openings, so this is repeated.
     for (int round = 0; round < kMaxRounds && out.vertices.size() > max_vertices; ++round) {
       const double share = static_cast<double>(max_vertices) / static_cast<double>(out.vertices.size());

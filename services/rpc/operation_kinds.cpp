@@ -44,7 +44,7 @@ const std::vector<OperationKind>& OperationKinds() {
       {"export",
        {{.name = "result", .is_positional = true}, {.name = "take", .is_required = false}, kOptionalRig},
        {"format", "frames", "up", "world-up", "unit", "fps", "attributes", "meshopt", "allow-unfinished",
-        "overlay", "texture", "texture-frames", "camera"},
+        "overlay", "texture", "texture-frames", "normal-map", "max-vertices", "camera"},
        OperationOut::kNamed,
        true}};
   return kinds;

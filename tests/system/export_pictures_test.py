@@ -9,9 +9,17 @@ import time
 import unittest
 
 import numpy as np
-from export_test import Export
+from export_test import Y_UP, Export
 from matplotlib.image import imread
 from studio import BIN, LONG_S, read, write
+
+
+def vertex_normals(positions, faces):
+    corners = positions[faces]
+    normals = np.zeros_like(positions)
+    for k in range(3):
+        np.add.at(normals, faces[:, k], np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
+    return normals / np.linalg.norm(normals, axis=1, keepdims=True)
 
 
 class Pictures(Export):
@@ -109,6 +117,48 @@ class Pictures(Export):
             alike = np.corrcoef(middle[seen][:, :3].ravel(), print_there.ravel())[0, 1]
             self.assertTrue(low < alike < high, alike)
         self.assertIn("--format png", self.export("jpg", "--texture", 512, check=2).stderr)
+
+    def test_normal_maps_hold_what_the_coarser_mesh_lacks(self):
+        size, coarse = 256, ("--max-vertices", 60)
+        told = self.export("png", "--normal-map", size, *coarse)
+        self.assertRegex(told.stdout, r"normal maps of 256 px for \d\d vertices, 3 frames")
+        frame = self.manifest()["frames"][1]
+        self.assertEqual((frame["normal_map"], frame["file"]), (f"{self.names[1]}.normal.png", ""))
+        map_ = imread(os.path.join(self.to, frame["normal_map"])) * 2 - 1
+        self.to = self.path("coarse")
+        self.export("npz", "--unit", "mm", "--fps", 50, *coarse)
+        read_ = np.load(os.path.join(self.to, "garment.npz"))
+        np.testing.assert_allclose(read_["positions"], (self.world_mm @ Y_UP.T)[:, read_["template_vertex"]], rtol=1e-6)
+        fine = self.world_mm[1] @ Y_UP.T
+        shown, plain, expected = [], [], vertex_normals(fine, self.meshes[1]["face"]["vertex_indices"])
+        base, faces, uv = read_["positions"][1].astype(float), read_["faces"], read_["uv"].astype(float)
+        base_normals = vertex_normals(base, faces)
+        places = np.column_stack([self.meshes[1]["vertex"]["s"], self.meshes[1]["vertex"]["t"]]).astype(float)
+        vertices = []
+        for face, corners in zip(faces, uv):
+            into = np.linalg.inv(np.column_stack([corners[1] - corners[0], corners[2] - corners[0]]))
+            weights = (places - corners[0]) @ into.T
+            inside = np.flatnonzero((weights >= 0).all(axis=1) & (weights.sum(axis=1) <= 1))
+            weights = np.column_stack([1 - weights[inside].sum(axis=1), weights[inside]])
+            normal = weights @ base_normals[face]
+            normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+            along_u = np.column_stack([base[face[1]] - base[face[0]], base[face[2]] - base[face[0]]]) @ into[:, 0]
+            tangent = along_u - (normal @ along_u)[:, None] * normal
+            tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+            side = np.sign(np.linalg.det(into))  # of a print that is mirrored
+            x, y = (places[inside] * size).astype(int).clip(0, size - 1).T
+            red, green, blue = map_[size - 1 - y, x].T[..., None]
+            shown.extend(red * tangent + green * side * np.cross(normal, tangent) + blue * normal)
+            plain.extend(normal)
+            vertices.extend(inside)
+        expected = expected[vertices]
+        off = [np.degrees(np.arccos(np.clip((np.array(these) * expected).sum(axis=1)
+                                            / np.linalg.norm(these, axis=1), -1, 1))) for these in (plain, shown)]
+        self.assertGreater(np.median(off[0]), 3)
+        self.assertLess(np.median(off[1]), 0.3 * np.median(off[0]))
+        self.assertIn("--max-vertices", self.export("png", "--normal-map", 64, check=2).stderr)
+        self.assertIn("--normal-map", self.export("png", "--texture", 64, *coarse, check=2).stderr)
+        self.assertIn("choose fewer", self.export("png", "--normal-map", 64, "--max-vertices", 10**6, check=2).stderr)
 
     def test_say_what_they_need(self):
         self.assertIn("--format jpg or png", self.export("ply", "--overlay", "state", check=2).stderr)

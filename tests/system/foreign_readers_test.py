@@ -104,6 +104,30 @@ class Node(Foreign):
         self.assertIn("--format png", self.export("obj", "--texture", 64, check=2).stderr)
         self.assertIn("needs uv", self.export("glb", "--texture", 64, "--attributes", "none", "--fps", 50, check=2).stderr)
 
+    def test_three_shows_a_normal_map_on_a_coarser_mesh(self):
+        self.to = self.path("maps")
+        coarse = ("--max-vertices", "60", "--normal-map", "128", "--frames", self.names[1])
+        self.export("png", *coarse)
+        alone = imread(os.path.join(self.to, f"{self.names[1]}.normal.png"))
+        for form in ([], ["--meshopt"]):
+            path = self.exported("glb", *coarse, *form, name="mapped" + "".join(form))
+            self.assert_valid(path)
+            told = in_node("gltf", path, self.path("read"))
+            self.assertEqual((told["has_texture"], told["has_normal_map"]), (False, True))
+            np.testing.assert_array_equal(imread(io.BytesIO(told["picture"].astype(np.uint8).tobytes())), alone)
+            vertices = told["_vertex"].ravel().astype(int)
+            self.assertLessEqual(len(set(vertices)), 60)
+            self.assert_within(told["position"], self.expected(Y_UP)[1][vertices])
+            self.assertEqual(told["normal"].shape, told["position"].shape)  # without it faces would be flat
+            along = (told["normal"] * told["tangent"][:, :3]).sum(axis=1)
+            self.assertLess(np.abs(along).max(), 1e-5)
+        path = self.exported("glb", *coarse, "--texture", "64", name="both")
+        self.assert_valid(path)
+        told = in_node("gltf", path, self.path("read"))
+        self.assertEqual((told["has_texture"], told["has_normal_map"]), (True, True))
+        refused = self.export("glb", "--max-vertices", "60", "--normal-map", "64", "--fps", "50", check=2)
+        self.assertIn("a glb holds one map for its 3 frames", refused.stderr)
+
     def test_three_plays_compressed_glb_within_its_rounding(self):
         path = self.exported("glb", "--meshopt")
         self.assert_valid(path)

@@ -85,7 +85,8 @@ class Operations(StudioTest):
         overlays = ["--camera", json.loads(read(f"{self.take}/rig.json"))["cameras"][0]["id"]]
         for number, export in enumerate([["ply"], ["obj"], ["glb", "--meshopt"], ["mdd"], ["pc2"], ["usda"], ["npz"],
                                          ["jpg", "--overlay", "state", *overlays], ["png", "--texture", 256],
-                                         ["glb", "--texture", 128], ["mp4", "--overlay", "wireframe", *overlays]]):
+                                         ["glb", "--texture", 128],
+                                         ["png", "--normal-map", 64, "--max-vertices", 50], ["mp4", "--overlay", "wireframe", *overlays]]):
             if "mp4" in export and not shutil.which("ffmpeg"):
                 continue
             there, here = self.path(f"export {number}"), self.path(f"export here {number}")
