@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
+#include "services/cli/absolute_paths.h"
 #include "services/job/job_folder.h"
 #include "services/job/job_life.h"
 #include "services/options/presets.h"
@@ -150,7 +151,8 @@ absl::StatusOr<v1::Job> RegisterLocally(const v1::RegistrationSpec& asked, const
   if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
   const absl::StatusOr<std::string> out = MakeOutputFolder(spec.out());
   if (!out.ok()) return out.status();
-  LocalJob job(spec, **inputs, *std::move(frames), *out, update);
+  // Others read job.json from other folders.
+  LocalJob job(WithAbsolutePaths(spec), **inputs, *std::move(frames), *out, update);
   if (absl::Status status = job.Begin(); !status.ok()) return status;
   return job.End(job.RegisterAll(limits, stop));
 }

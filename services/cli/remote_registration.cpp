@@ -8,7 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/host_clock.h"
 #include "base/timed_id.h"
-#include "services/cli/upload_inputs.h"
+#include "services/cli/absolute_paths.h"
 #include "services/client/fetch_results.h"
 #include "services/client/registration_client.h"
 #include "services/files/atomic_file.h"
@@ -43,21 +43,6 @@ class Probe {
 
   fs::path path_;
 };
-
-std::string Absolute(const std::string& path) { return fs::absolute(path).lexically_normal().string(); }
-
-v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec) {
-  for (std::string* path :
-       {spec.mutable_dump(), spec.mutable_rig(), spec.mutable_board(), spec.mutable_garment()}) {
-    if (!path->empty() && !IsOfDaemon(*path)) *path = Absolute(*path);
-  }
-  spec.set_out(Absolute(spec.out()));
-  v1::RegistrationOptions& options = *spec.mutable_options();
-  for (std::string* path : {options.mutable_scans(), options.mutable_starts()}) {
-    if (!path->empty()) *path = Absolute(*path);
-  }
-  return spec;
-}
 
 absl::StatusOr<v1::Job> Submit(RegistrationClient& client, const v1::RegistrationSpec& spec, int priority) {
   if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
@@ -102,7 +87,7 @@ absl::StatusOr<v1::Job> RegisterRemotely(const std::string& server, const v1::Re
                         absl::StrCat(job.status().message(), "; the job is ", id,
                                      ", see it with `weft job watch ", id, " --server ", server, "`"));
   }
-  if (Absolute(job->spec().out()) != absolute.out()) {
+  if (AbsolutePath(job->spec().out()) != absolute.out()) {
     const absl::Status status = FetchResults(**client, *job, absolute.out(), fetched, std::move(stop));
     if (!status.ok()) return status;
   }

@@ -29,7 +29,7 @@ struct JobEvaluation {
   std::vector<CameraErrors> cameras;  // of all frames
   TriangleMesh shape;                 // the template, to draw the maps on; empty where there is none
   std::vector<EvaluationRemark> remarks;
-  std::string result, truth, dump;
+  std::string result, truth, dump, job_id;
   std::optional<TruthByNode> truth_by_node;  // as in EvaluationInputs
   double fps = 0;                            // 0: not known
   std::string fps_source;                    // "--fps", "the take's times"

@@ -164,6 +164,7 @@ absl::StatusOr<std::string> EvaluationJson(const JobEvaluation& evaluation) {
   out.set_result(evaluation.result);
   out.set_truth(evaluation.truth);
   out.set_dump(evaluation.dump);
+  out.set_job_id(evaluation.job_id);
   out.set_frames_per_s(evaluation.fps);
   out.set_frames_per_s_source(evaluation.fps_source);
   *out.mutable_verdict() = evaluation.verdict;

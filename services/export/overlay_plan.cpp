@@ -1,6 +1,7 @@
 #include "services/export/overlay_plan.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -59,6 +60,15 @@ absl::StatusOr<OverlayPlan> PlanOverlays(const RecordingChoice& recording, Expor
   const v1::Job& job = source.job();
   const std::string rig_file = recording.rig.empty() ? job.spec().rig() : recording.rig;
   OverlayPlan plan;
+  const std::string of_job[] = {recording.rig.empty() ? job.spec().rig() : "",
+                                recording.dump.empty() ? job.spec().dump() : ""};
+  for (const std::string& path : of_job) {
+    if (path.empty() || std::filesystem::path(path).is_absolute() || std::filesystem::exists(path)) continue;
+    return absl::NotFoundError(
+        absl::StrCat(path,
+                     ": job.json names it as seen from the folder where an earlier Weft ran the job; run "
+                     "this there, or give --take and --rig"));
+  }
   absl::StatusOr<Rig> rig = ReadRig(rig_file);
   if (!rig.ok()) return rig.status();
   plan.rig = *std::move(rig);

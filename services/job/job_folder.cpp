@@ -35,6 +35,16 @@ absl::Status WriteReport(const std::string& out, const JobEndings& endings, cons
   }
 }
 
+// What `weft register --evaluate` put beside an earlier report.html, which had the same measures.
+absl::Status RemoveEvaluation(const std::string& out) {
+  const absl::StatusOr<ConfinedFolder> folder = ConfinedFolder::Open(out);
+  if (!folder.ok()) return folder.status();
+  if (absl::IsNotFound(folder->Read("evaluation.json").status())) return absl::OkStatus();
+  for (const char* name : {"frames.csv", "cameras.csv", "evaluation.json"})
+    if (absl::Status status = folder->Remove(name); !status.ok()) return folder->InWords(status);
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::Status JobFolder::Take(std::chrono::milliseconds patience) {
@@ -87,6 +97,7 @@ absl::Status JobFolder::Finish(const std::vector<v1::FrameInfo>& frames, const J
   Assess(out_, endings, job);
   Clean(frames);
   if (absl::Status status = WriteJob(job); !status.ok()) return status;
+  if (absl::Status status = RemoveEvaluation(out_); !status.ok()) return status;
   return WriteReport(out_, endings, job);
 }
 

@@ -6,7 +6,7 @@ import re
 import shutil
 import unittest
 
-from studio import StudioTest, read, weft
+from studio import StudioTest, read, weft, write
 
 
 class Evaluate(StudioTest):
@@ -16,6 +16,43 @@ class Evaluate(StudioTest):
 
     def reasons(self, evaluation):
         return "\n".join(f"{remark['measure']}: {remark['reason']}" for remark in evaluation["remarks"])
+
+
+class OfOneJob(Evaluate):
+    def test_results_are_read_from_every_folder(self):
+        """The job ran with paths relative to its own folder."""
+        weft("register", "take", "--rig", "take/rig.json", "--board", "take/board.json", "--template", "take/template",
+             "--out", "result", cwd=self.folder, check=0)
+        spec = json.loads(read(f"{self.out}/job.json"))["spec"]
+        self.assertEqual([spec[name] for name in ("dump", "rig", "garment", "out")],
+                         [self.take, f"{self.take}/rig.json", f"{self.take}/template", self.out])
+        elsewhere = self.path("elsewhere")
+        os.mkdir(elsewhere)
+        for form, *more in (("jpg", "--overlay", "state"), ("png", "--texture", 64)):
+            weft("export", "../result", "--format", form, *more, "--out", form, cwd=elsewhere, check=0)
+            self.assertIn("export.json", os.listdir(os.path.join(elsewhere, form)))
+        evaluation = json.loads(weft("evaluate", "../result", "--quick", "--json", cwd=elsewhere, check=0).stdout)
+        self.assertEqual(evaluation["truth"], f"{self.take}/truth")
+
+    def test_jobs_of_earlier_versions_say_what_is_missing(self):
+        self.register(check=0)
+        job = json.loads(read(f"{self.out}/job.json"))
+        job["spec"]["dump"] = "take of an earlier job"
+        write(f"{self.out}/job.json", json.dumps(job))
+        refused = weft("export", self.out, "--format", "png", "--texture", 64, "--out", self.path("to"), check=2)
+        self.assertIn("take of an earlier job: job.json names it", refused.stderr)
+        self.assertIn("--take", refused.stderr)
+
+    def test_an_evaluation_goes_with_its_result(self):
+        self.register("--evaluate", "--frames", "0:2", check=0)
+        evaluation, job = (json.loads(read(f"{self.out}/{name}.json")) for name in ("evaluation", "job"))
+        self.assertEqual(evaluation["job_id"], job["id"])
+        self.assertIn("Weft evaluation", read(f"{self.out}/report.html"))
+        self.register("--preset", "paper", "--frames", "0:2", check=0)
+        left = os.listdir(self.out)
+        for name in ("evaluation.json", "frames.csv", "cameras.csv"):
+            self.assertNotIn(name, left)
+        self.assertNotIn("Weft evaluation", read(f"{self.out}/report.html"))
 
 
 class BuiltTemplate(Evaluate):

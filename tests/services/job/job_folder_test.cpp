@@ -88,6 +88,18 @@ TEST_F(JobFolderTest, FinishesWithVerdictJobAndReport) {
   EXPECT_EQ(written.verdict().grade(), v1::GRADE_BAD);
 }
 
+TEST_F(JobFolderTest, MeasuresOfAnEarlierResultGo) {
+  ASSERT_TRUE(folder_.Finish(infos_, {}, job_).ok());
+  WriteBytes(out_ + "/frames.csv", "of the user");
+  ASSERT_TRUE(folder_.Finish(infos_, {}, job_).ok());
+  EXPECT_TRUE(std::filesystem::exists(out_ + "/frames.csv"));
+  for (const char* name : {"/evaluation.json", "/cameras.csv"}) WriteBytes(out_ + name, "{}");
+  ASSERT_TRUE(folder_.Finish(infos_, {}, job_).ok());
+  for (const char* name : {"/evaluation.json", "/cameras.csv", "/frames.csv"})
+    EXPECT_FALSE(std::filesystem::exists(out_ + name)) << name;
+  EXPECT_TRUE(std::filesystem::exists(out_ + "/job.json"));
+}
+
 TEST_F(JobFolderTest, WhatEndingsThrowCostsThemAlone) {
   const JobEndings endings{
       [](const std::string&, const v1::Job&) -> v1::Verdict { throw std::runtime_error("no judge"); },
