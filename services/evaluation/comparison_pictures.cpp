@@ -64,9 +64,11 @@ std::vector<ComparisonPlot> ComparisonPlots(const JobComparison& comparison) {
     distance[0].values.push_back(frame.distance_mm ? frame.distance_mm->mean : kNotThere);
     distance[1].values.push_back(frame.distance_mm ? frame.distance_mm->p95 : kNotThere);
   }
-  plots.push_back({"distance_mm",
-                   {.title = "Distance of the meshes' vertices, mm", .unit = "mm", .decimals = 3},
-                   std::move(distance)});
+  // Other looks than those of A and B.
+  plots.push_back(
+      {"distance_mm",
+       {.title = "Distance of the meshes' vertices, mm", .unit = "mm", .decimals = 3, .first_style = 2},
+       std::move(distance)});
   return plots;
 }
 

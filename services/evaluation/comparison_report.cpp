@@ -3,8 +3,10 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "services/evaluation/comparison_sequence.h"
 #include "services/evaluation/comparison_text.h"
 #include "services/files/atomic_file.h"
 #include "services/report/html_text.h"
@@ -105,10 +107,11 @@ std::string DifferenceMapSection(const JobComparison& comparison) {
                                               EscapeHtml(std::string(html.status().message())), "</p>\n"));
   }
   if (body.empty()) return "";
-  return Section("maps", "Differences on the garment",
-                 absl::StrCat("<div class=\"meshes\">\n", body,
-                              "</div>\n<p>Grey: not measured in both. Results of the same images share their "
-                              "noise, so a distance beyond the sigmas is no chance.</p>\n"));
+  return Section(
+      "maps", "Differences on the garment",
+      absl::StrCat("<div class=\"meshes\">\n", body,
+                   "</div>\n<p>Dark grey: not measured in both. Results of the same images share their "
+                   "noise, so a distance beyond the sigmas is no chance.</p>\n"));
 }
 
 std::string OverlaySection(const JobComparison& comparison) {
@@ -160,12 +163,15 @@ std::string ComparisonRemarkSection(const JobComparison& comparison) {
 
 }  // namespace
 
-std::string MakeComparisonReport(const JobComparison& comparison) {
+std::string MakeComparisonReport(const JobComparison& comparison, const SequenceView* sequence,
+                                 const std::vector<std::string>& notes) {
   return Page(
       "Weft comparison",
       absl::StrCat(HeadOfComparison(comparison), MeasureSection(comparison), JobDifferenceSection(comparison),
+                   sequence != nullptr ? ComparisonSequenceSection(comparison, *sequence, notes) : "",
                    DifferenceMapSection(comparison), OverlaySection(comparison),
-                   ComparedCameraSection(comparison), ComparisonRemarkSection(comparison)));
+                   ComparedCameraSection(comparison), ComparisonRemarkSection(comparison)),
+      sequence != nullptr ? SequenceProgram(*sequence) : PageProgram());
 }
 
 absl::Status WriteComparison(const std::string& folder, const JobComparison& comparison) {
@@ -190,7 +196,9 @@ absl::Status WriteComparison(const std::string& folder, const JobComparison& com
     if (svg.ok()) write(fs::path("maps") / (name + ".svg"), *svg);
   }
   write("comparison.json", *json);
-  write("report.html", MakeComparisonReport(comparison));
+  std::vector<std::string> notes;
+  const std::optional<SequenceView> sequence = ComparisonSequence(comparison, notes);
+  write("report.html", MakeComparisonReport(comparison, sequence ? &*sequence : nullptr, notes));
   return status;
 }
 

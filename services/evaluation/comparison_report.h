@@ -13,9 +13,13 @@
 
 namespace weft {
 
+class SequenceView;
+
 // The table of measures with significance, what differs in the jobs, maps of the differences on the garment,
 // overlaid plots over the frames, cameras, remarks. The same bytes for the same comparison.
-std::string MakeComparisonReport(const JobComparison& comparison);
+// `sequence` is that of ComparisonSequence, with its notes.
+std::string MakeComparisonReport(const JobComparison& comparison, const SequenceView* sequence = nullptr,
+                                 const std::vector<std::string>& notes = {});
 
 // <folder>/{comparison.json,measures.csv,frames.csv,cameras.csv,vertices.csv,report.html}, a plot per measure
 // in <folder>/plots and a map per difference in <folder>/maps, as SVG; the folder is made where it is

@@ -20,6 +20,7 @@ struct VertexValues {
   std::function<std::vector<double>(const std::string& frame,
                                     const std::vector<Eigen::Vector3d>& vertices_mm)>
       of_frame;
+  bool is_first_shown = false;  // when the page opens, instead of state
 };
 
 // What an evaluation adds.

@@ -39,6 +39,8 @@ std::string LineSample(size_t series, double x, double y) {
                          Marker(series, x + 13, y, 3.2, ""));
 }
 
+size_t Style(size_t series, const PlotText& text) { return (series + text.first_style) % kMaxSeries; }
+
 struct OverlaidPicture {
   std::string body;
   std::vector<std::string> names;
@@ -62,7 +64,8 @@ OverlaidPicture Draw(const PlotFrames& frames, const std::vector<PlotSeries>& al
   const PlotArea area(std::max<size_t>(bins.size(), 1), ValueTicks(everything, text));
   out.body = area.Axes(frames, bins, TickLabels(area.ticks(), text));
   for (size_t s = 0; s < means.size(); ++s)
-    absl::StrAppendFormat(&out.body, "<path class=\"series s%d\" d=\"%s\"/>", s, area.Path(means[s]));
+    absl::StrAppendFormat(&out.body, "<path class=\"series s%d\" d=\"%s\"/>", Style(s, text),
+                          area.Path(means[s]));
   const double radius = std::clamp(area.bin_width() * 0.3, 1.6, 3.4);
   const bool few = bins.size() <= kMostOverlaidBins / 2;
   for (size_t s = 0; s < means.size(); ++s)
@@ -70,7 +73,7 @@ OverlaidPicture Draw(const PlotFrames& frames, const std::vector<PlotSeries>& al
       if (!HasValue(means[s], b)) continue;
       const double r = few || IsAlone(means[s], b) ? radius : 1.1;
       out.body += Marker(
-          s, area.x(b), area.y(means[s][b].mean), r,
+          Style(s, text), area.x(b), area.y(means[s][b].mean), r,
           absl::StrCat(BinName(bins[b], frames), ", ", all[s].name, ": ", ValueText(means[s][b].mean, text)));
     }
   out.body += area.LostMarks(frames, bins);
@@ -85,7 +88,7 @@ std::string OverlaidPlot(const PlotFrames& frames, const std::vector<PlotSeries>
   std::string legend = "<ul class=\"legend\">";
   for (size_t s = 0; s < picture.names.size(); ++s)
     absl::StrAppend(&legend, "<li><svg class=\"sample\" viewBox=\"0 0 28 10\" aria-hidden=\"true\">",
-                    LineSample(s, 1, 5), "</svg>", EscapeHtml(picture.names[s]), "</li>");
+                    LineSample(Style(s, text), 1, 5), "</svg>", EscapeHtml(picture.names[s]), "</li>");
   return PlotFigure(text, legend + "</ul>", picture.body);
 }
 
@@ -99,7 +102,7 @@ std::string OverlaidPlotSvg(const PlotFrames& frames, const std::vector<PlotSeri
   std::string body;
   for (size_t s = 0; s < picture.names.size(); ++s) {
     const double x = 10 + step * static_cast<double>(s);
-    absl::StrAppend(&body, LineSample(s, x, 7),
+    absl::StrAppend(&body, LineSample(Style(s, text), x, 7),
                     absl::StrFormat("<text x=\"%.0f\" y=\"11\">%s</text>", x + 33,
                                     EscapeHtml(Shortened(picture.names[s], kShownCharacters))));
   }

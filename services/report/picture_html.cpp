@@ -96,9 +96,16 @@ std::string PictureRow(const std::vector<MeshPicture>& pictures, const std::stri
   return html + "</div></div>\n";
 }
 
+namespace {
+
+// The middle of a diverging scale is nearly white; in deep shadow it would look like what has no value.
+double ShadingOf(const GarmentMap& map) { return map.range.low < 0 ? 0.25 : 0.6; }
+
+}  // namespace
+
 absl::StatusOr<std::string> GarmentMapHtml(const TriangleMesh& mesh, const GarmentMap& map) {
   const absl::StatusOr<std::vector<MeshPicture>> pictures =
-      DrawBothSides(mesh, ScalarColors(map.values, map.range), 0.6);
+      DrawBothSides(mesh, ScalarColors(map.values, map.range), ShadingOf(map));
   if (!pictures.ok()) return pictures.status();
   return absl::StrCat("<div><h3>", EscapeHtml(map.title), "</h3>\n",
                       PictureRow(*pictures, "the garment", map.title,
@@ -108,7 +115,7 @@ absl::StatusOr<std::string> GarmentMapHtml(const TriangleMesh& mesh, const Garme
 
 absl::StatusOr<std::string> GarmentMapSvg(const TriangleMesh& mesh, const GarmentMap& map) {
   const absl::StatusOr<std::vector<MeshPicture>> pictures =
-      DrawBothSides(mesh, ScalarColors(map.values, map.range), 0.6);
+      DrawBothSides(mesh, ScalarColors(map.values, map.range), ShadingOf(map));
   if (!pictures.ok()) return pictures.status();
   constexpr double kGap = 20, kBarHeight = 40, kBarX = 90, kBarWidth = 220;
   std::string body = "<defs><linearGradient id=\"scale\">";

@@ -19,6 +19,7 @@ struct PlotText {
   int decimals = 0;  // of the numbers in the hover text
   bool from_zero = true;
   bool whole_percent = true;  // an axis of percentages ends at 100 %
+  size_t first_style = 0;     // of overlaid series: which of the four looks the first one has
 };
 
 // One value per frame, NaN where there is none. Up to 120 frames are points on a line that breaks at

@@ -60,8 +60,10 @@ std::optional<SequenceView> ReadSequence(const std::string& out_folder,
                                          std::vector<std::string>& notes) {
   std::vector<SequenceColoring> colorings = {ColoringByState(),
                                              ColoringByValue("sigma", "sigma", "mm", sigma_range_mm)};
-  for (const VertexValues& more : values)
+  for (const VertexValues& more : values) {
     colorings.push_back(ColoringByValue(more.name, more.label, more.unit, more.range));
+    colorings.back().is_first_shown = more.is_first_shown;
+  }
   const std::vector<const v1::FrameReport*> all = FramesWithMesh(frames);
   std::optional<SequenceView> sequence;
   size_t vertices = 0;

@@ -43,7 +43,7 @@ std::string PaletteText(const std::array<Eigen::Vector3f, 256>& palette) {
 SequenceColoring ColoringByState() {
   const std::vector<VertexState> states = {VertexState::kObserved, VertexState::kTwoView,
                                            VertexState::kInferred, VertexState::kBridged};
-  SequenceColoring coloring{"state", StateLegend(states), {}};
+  SequenceColoring coloring{"state", StateLegend(states), {}, false};
   coloring.palette.fill(UnknownColor());
   for (const VertexState state : states) coloring.palette[static_cast<size_t>(state)] = StateColor(state);
   return coloring;
@@ -51,7 +51,7 @@ SequenceColoring ColoringByState() {
 
 SequenceColoring ColoringByValue(const std::string& name, const std::string& label, const std::string& unit,
                                  const ScalarRange& range) {
-  SequenceColoring coloring{name, ColorBar(range, label, unit), {}};
+  SequenceColoring coloring{name, ColorBar(range, label, unit), {}, false};
   for (int i = 0; i < kNoValue; ++i) coloring.palette[i] = MapColor(i / 254.0);
   coloring.palette[kNoValue] = UnknownColor();
   return coloring;
@@ -121,8 +121,8 @@ std::string SequenceView::Section(const MeshPicture& still, const std::string& a
   if (frames_ == 0) return "";
   std::string options, legends;
   for (const SequenceColoring& coloring : colorings_) {
-    absl::StrAppend(&options, "<option data-palette=\"", PaletteText(coloring.palette), "\">",
-                    EscapeHtml(coloring.name), "</option>");
+    absl::StrAppend(&options, "<option", coloring.is_first_shown ? " selected" : "", " data-palette=\"",
+                    PaletteText(coloring.palette), "\">", EscapeHtml(coloring.name), "</option>");
     absl::StrAppend(&legends, "<div class=\"key\">", coloring.legend, "</div>\n");
   }
   const std::string head = absl::StrFormat(

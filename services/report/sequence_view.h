@@ -20,6 +20,7 @@ struct SequenceColoring {
   std::string name;    // "sigma"
   std::string legend;  // HTML
   std::array<Eigen::Vector3f, 256> palette;
+  bool is_first_shown = false;  // else the first one is
 };
 // VertexState as a byte.
 SequenceColoring ColoringByState();

@@ -60,7 +60,10 @@ class Presets(Compare):
         self.assertIn("mesh_visible_mean_mm.svg", os.listdir(os.path.join(folder, "plots")))
         self.assertIn("error_difference_mm.svg", os.listdir(os.path.join(folder, "maps")))
         page = read(os.path.join(folder, "report.html"))
-        for section in ("measures", "differences", "maps", "plots", "cameras"):
+        self.assertEqual(len(re.findall(r'class="sequence-frame" data-name="\d+"', page)), len(self.frames))
+        self.assertRegex(page, r'<option selected data-palette="[^"]+">distance of A and B</option>')
+        self.assertRegex(page, r'<figure class="still"><img [^>]+>')
+        for section in ("measures", "differences", "sequence", "maps", "plots", "cameras"):
             self.assertIn(f'<section id="{section}"', page)
         self.assertIsNone(re.search(r'(?:src|href)="(?!data:|#)', page))
 

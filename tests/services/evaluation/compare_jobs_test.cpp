@@ -7,8 +7,10 @@
 #include <filesystem>
 #include <random>
 
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_format.h"
 #include "services/evaluation/comparison_report.h"
+#include "services/evaluation/comparison_sequence.h"
 #include "services/evaluation/comparison_text.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
@@ -18,6 +20,7 @@
 #include "simulation/take_presets.h"
 #include "tests/capture/temp_folder.h"
 #include "weft/v1/comparison.pb.h"
+#include "weft/v1/report.pb.h"
 
 namespace weft {
 namespace {
@@ -203,6 +206,41 @@ TEST_F(CompareJobsTest, FilesHoldTheSameNumbersAndPlots) {
                            HasSubstr("class=\"series s1\""), Not(HasSubstr("href=\"http"))));
   const auto csv = ReadWholeFile(*folder_ / "out/measures.csv");
   EXPECT_THAT(*csv, HasSubstr("\nmesh_visible_mean_mm,mm,5,"));
+}
+
+TEST_F(CompareJobsTest, DistancesAreSeenInThreeDimensions) {
+  const auto comparison = CompareJobs(Request("true", "shifted"));
+  ASSERT_TRUE(comparison.ok()) << comparison.status();
+  std::vector<std::string> notes;
+  EXPECT_FALSE(ComparisonSequence(*comparison, notes)) << "nothing tells the frames of the job";
+  const std::string a = *folder_ / "true";
+  ASSERT_TRUE(WriteJsonFile(a + "/job.json", v1::Job()).ok());
+  for (int frame = 0; frame < kFrames; ++frame) {
+    v1::FrameReport report;
+    report.set_state(v1::FRAME_STATE_DONE);
+    ASSERT_TRUE(WriteJsonFile(absl::StrFormat("%s/%04d/report.json", a, frame), report).ok());
+  }
+  const auto sequence = ComparisonSequence(*comparison, notes);
+  std::filesystem::remove(a + "/job.json");
+  for (int frame = 0; frame < kFrames; ++frame)
+    std::filesystem::remove(absl::StrFormat("%s/%04d/report.json", a, frame));
+  ASSERT_TRUE(sequence);
+  EXPECT_EQ(sequence->frames(), static_cast<size_t>(kFrames));
+  EXPECT_TRUE(notes.empty());
+  // The last bytes of a frame are its distances, all of them kShift_mm.
+  const std::string data = sequence->Data();
+  const size_t begin = data.find('>', data.find("sequence-frame")) + 1;
+  std::string bytes;
+  ASSERT_TRUE(absl::Base64Unescape(data.substr(begin, data.find('<', begin) - begin), &bytes));
+  const size_t kept = sequence->kept().size();
+  ASSERT_EQ(bytes.size(), 9 * kept);
+  const std::string distances = bytes.substr(8 * kept);
+  const uint8_t color = PaletteIndex(kShift_mm, {0, 0.6});  // the next round number
+  EXPECT_TRUE(distances == std::string(kept, static_cast<char>(color)));
+  const std::string page = MakeComparisonReport(*comparison, &*sequence, notes);
+  EXPECT_THAT(page,
+              AllOf(HasSubstr("<section id=\"sequence\""), HasSubstr("<option selected data-palette=\""),
+                    HasSubstr(">distance of A and B</option>"), HasSubstr("<figure class=\"still\"")));
 }
 
 TEST_F(CompareJobsTest, FramesOfOneResultAloneAreLeftOut) {
