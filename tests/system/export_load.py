@@ -23,7 +23,8 @@ from foreign_readers import in_assimp, in_node, meshopt_allowance, why_no_node
 
 # By folder: the arguments of the export.
 EXPORTS = {"ply": ["ply"], "obj": ["obj"], "glb": ["glb"], "meshopt": ["glb", "--meshopt"], "mdd": ["mdd"], "pc2": ["pc2"],
-           "usda": ["usda"], "usda-points": ["usda", "--attributes", "none"], "npz": ["npz"]}
+           "usda": ["usda"], "usda-points": ["usda", "--attributes", "none"], "npz": ["npz"],
+           "coarse": ["glb", "--max-vertices", "5000"], "maps": ["png", "--max-vertices", "5000", "--normal-map", "1024"]}
 IN_BLENDER = ["ply", "obj", "glb", "mdd", "pc2"]
 IMPORT = os.path.join(os.path.dirname(os.path.abspath(__file__)), "import_in_blender.py")
 FPS = 50  # of the scene in IMPORT
