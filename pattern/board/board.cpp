@@ -82,12 +82,28 @@ absl::Status Board::Validate() const {
   if (!(square_fraction > 0 && square_fraction <= 1)) {
     return bad(absl::StrCat("square_fraction ", square_fraction, " must be above 0 and at most 1"));
   }
+  for (size_t i = 0; i < parts.size(); ++i) {
+    const BoardPart& part = parts[i];
+    const int from = i == 0 ? 0 : parts[i - 1].first_row + parts[i - 1].rows;
+    if (part.rows < 3 || part.cols < 3 || part.cols > cols || part.first_row < from ||
+        part.first_row > rows - part.rows)
+      return bad(absl::StrCat("parts[", i, "]: rows ", part.first_row, " to ", part.first_row + part.rows - 1,
+                              " and ", part.cols, " columns do not fit below the part before, within ", rows,
+                              "x", cols, " cells"));
+    if (panels.empty()) return bad("a joint board has panels");
+  }
   for (size_t i = 0; i < cells.size(); ++i) {
     if (static_cast<int>(cells[i]) >= kCellColors) {
       return bad(absl::StrCat("cells[", i, "] is no colour (", static_cast<int>(cells[i]), ")"));
     }
   }
   return absl::OkStatus();
+}
+
+int Board::PartAt(int row) const {
+  for (size_t i = 0; i < parts.size(); ++i)
+    if (row >= parts[i].first_row && row < parts[i].first_row + parts[i].rows) return static_cast<int>(i);
+  return -1;
 }
 
 bool Board::HasWindow(int row, int col) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <compare>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -26,6 +27,17 @@ struct CodeClash {
   int quarter_turns = 0;
 };
 
+// Where one of several boards lies on a joint one (joint_board.h).
+struct BoardPart {
+  std::string id;
+  int first_row = 0;  // its column 0 is column 0 of the joint board
+  int rows = 0, cols = 0;
+  double cell_mm = 0;
+  bool has_panels = false;
+
+  auto operator<=>(const BoardPart&) const = default;
+};
+
 struct Board {
   std::string id;
   int rows = 0;
@@ -36,10 +48,13 @@ struct Board {
   // [rows][cols], the panel of each cell, 0 outside of all. Where there are panels only windows within one of
   // them count: the others are cut apart before anybody sees them. Empty: the whole board counts.
   std::vector<uint8_t> panels;
+  std::vector<BoardPart> parts;  // of a joint board, from top to bottom; empty: an ordinary one
 
   CellColor at(int row, int col) const { return cells[static_cast<size_t>(row) * cols + col]; }
   bool Contains(int row, int col) const { return row >= 0 && row < rows && col >= 0 && col < cols; }
 
+  // The part of a joint board that a row belongs to, -1 for none.
+  int PartAt(int row) const;
   // Sizes match, at least 3x3, at most 4096 a side. InvalidArgument names the field.
   absl::Status Validate() const;
   // 16 hex digits over rows, cols and colours: what decides whether two files are the same board.

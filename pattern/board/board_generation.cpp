@@ -29,6 +29,12 @@ class BoardMaker {
     fair_share_ = static_cast<float>(board_.cells.size()) / kCellColors;
   }
 
+  // Windows of another board are taken.
+  void KeepApartFrom(const Board& other) {
+    for (int row = 0; row + 3 <= other.rows; ++row)
+      for (int col = 0; col + 3 <= other.cols; ++col)
+        if (other.HasWindow(row, col)) used_.Add(RotatedCodes(BoardWindow(other, row, col)));
+  }
   absl::Status Fill();
 
  private:
@@ -175,6 +181,8 @@ absl::Status BoardGenerationOptions::Validate() const {
     if (std::all_of(panels.begin(), panels.end(), [](uint8_t p) { return p == 0; }))
       return bad("panels has no cell that belongs to a panel");
   }
+  for (const Board& other : apart_from)
+    if (absl::Status status = other.Validate(); !status.ok()) return status;
   return absl::OkStatus();
 }
 
@@ -191,12 +199,20 @@ absl::StatusOr<Board> GenerateBoard(const BoardGenerationOptions& options, const
   board.panels = options.panels;
   if (absl::Status status = board.Validate(); !status.ok()) return status;
   const int64_t windows = int64_t{options.rows - 2} * (options.cols - 2);
-  if (options.panels.empty() && windows > kDistinctWindows) {
-    return absl::ResourceExhaustedError(absl::StrCat(
-        "a board of ", options.rows, "x", options.cols, " cells has ", windows, " windows, only ",
-        kDistinctWindows, " exist; make it smaller, or give the masks of its panels"));
+  int64_t taken = 0;
+  BoardMaker maker(options.seed, progress, &board);
+  for (const Board& other : options.apart_from) {
+    maker.KeepApartFrom(other);
+    for (int row = 0; row + 3 <= other.rows; ++row)
+      for (int col = 0; col + 3 <= other.cols; ++col) taken += other.HasWindow(row, col);
   }
-  if (absl::Status status = BoardMaker(options.seed, progress, &board).Fill(); !status.ok()) return status;
+  if (options.panels.empty() && windows > kDistinctWindows - taken) {
+    return absl::ResourceExhaustedError(
+        absl::StrCat("a board of ", options.rows, "x", options.cols, " cells has ", windows,
+                     " windows, only ", kDistinctWindows - taken, taken > 0 ? " are free" : " exist",
+                     "; make it smaller, or give the masks of its panels"));
+  }
+  if (absl::Status status = maker.Fill(); !status.ok()) return status;
   board.id = board.ContentHash();
   return board;
 }

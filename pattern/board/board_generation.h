@@ -19,6 +19,8 @@ struct BoardGenerationOptions {
   // [rows][cols], 0 outside of all panels. Only windows within one panel need be unique, over all panels;
   // empty: the whole board is one panel.
   std::vector<uint8_t> panels;
+  // Boards that garments of the same take may have: no window of the new one reads as one of theirs.
+  std::vector<Board> apart_from;
   uint64_t seed = 1;
 
   // InvalidArgument names the field.

@@ -5,6 +5,7 @@
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "capture/image/image_file.h"
+#include "pattern/board/joint_board.h"
 #include "pattern/board/panel_mask.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
@@ -52,6 +53,18 @@ absl::Status ReadPanels(const std::string& path, const std::string& name, Board*
   return absl::OkStatus();
 }
 
+absl::Status CheckPartHashes(const std::string& path, const v1::Board& proto, const Board& board) {
+  for (int i = 0; i < proto.parts_size(); ++i) {
+    const std::string& says = proto.parts(i).hash();
+    const std::string has = PartOfBoard(board, i).ContentHash();
+    if (!says.empty() && says != has)
+      return absl::InvalidArgumentError(absl::StrCat(path, ": the field parts[", i, "].hash says ", says,
+                                                     ", but the image has ", has,
+                                                     " in its rows; join the boards again"));
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<Board> ReadBoardJson(const std::string& path) {
   v1::Board proto;
   if (absl::Status status = ReadJsonFile(path, proto); !status.ok()) return status;
@@ -73,9 +86,13 @@ absl::StatusOr<Board> ReadBoardJson(const std::string& path) {
   if (!proto.panels().empty()) {
     if (absl::Status status = ReadPanels(path, proto.panels(), &*board); !status.ok()) return status;
   }
+  for (const v1::BoardPart& part : proto.parts())
+    board->parts.push_back(
+        {part.id(), part.first_row(), part.rows(), part.cols(), part.cell_mm(), part.has_panels()});
   if (absl::Status status = board->Validate(); !status.ok()) {
     return absl::InvalidArgumentError(absl::StrCat(path, ": ", status.message()));
   }
+  if (absl::Status status = CheckPartHashes(path, proto, *board); !status.ok()) return status;
   return board;
 }
 
@@ -120,6 +137,17 @@ absl::Status WriteBoard(const std::string& folder, const Board& board, const std
     if (absl::Status status = WriteImageFile((base / "panels.png").string(), mask); !status.ok())
       return status;
     proto.set_panels("panels.png");
+  }
+  for (size_t i = 0; i < board.parts.size(); ++i) {
+    const BoardPart& part = board.parts[i];
+    v1::BoardPart& out = *proto.add_parts();
+    out.set_id(part.id);
+    out.set_hash(PartOfBoard(board, static_cast<int>(i)).ContentHash());
+    out.set_first_row(part.first_row);
+    out.set_rows(part.rows);
+    out.set_cols(part.cols);
+    out.set_cell_mm(part.cell_mm);
+    out.set_has_panels(part.has_panels);
   }
   return WriteJsonFile((base / "board.json").string(), proto, JsonZeros::kOmitted);
 }

@@ -119,6 +119,43 @@ TEST(WeftPattern, GenerateTellsAScriptWhatItWrote) {
   EXPECT_THAT(made.out, HasSubstr("\"rows\": 20"));
 }
 
+TEST(WeftPattern, BoardsOfGarmentsFilmedTogetherAreMadeApartCheckedAndJoined) {
+  const TempFolder folder;
+  const auto generate = [&](const std::string& name, std::vector<std::string> more) {
+    std::vector<std::string> words = {"pattern", "generate", "--rows", "90",    "--cols",
+                                      "100",     "--seed",   "7",      "--out", folder / name};
+    words.insert(words.end(), more.begin(), more.end());
+    return RunWeft(words);
+  };
+  ASSERT_EQ(generate("shirt", {}).status, 0);
+  ASSERT_EQ(generate("skirt", {"--apart-from", folder / "shirt"}).status, 0);
+  const WeftRun check = RunWeft({"pattern", "check", folder / "shirt", folder / "skirt"});
+  EXPECT_EQ(check.status, 0) << check.err;
+  EXPECT_THAT(check.out, HasSubstr("may be filmed together"));
+  const WeftRun join =
+      RunWeft({"pattern", "join", folder / "shirt", folder / "skirt", "--out", folder / "both"});
+  ASSERT_EQ(join.status, 0) << join.err;
+  EXPECT_THAT(join.out, HasSubstr("rows 94 to 183"));
+  const auto joint = ReadBoard(folder / "both");
+  ASSERT_TRUE(joint.ok()) << joint.status();
+  ASSERT_EQ(joint->parts.size(), 2);
+  EXPECT_EQ(joint->parts[1].first_row, 94);
+
+  Board clashing = *ReadBoard(folder / "skirt");
+  const Board shirt = *ReadBoard(folder / "shirt");
+  for (int i = 0; i < 9; ++i) clashing.cells[100 * (i / 3) + 50 + i % 3] = shirt.at(i / 3, i % 3);
+  clashing.id = "other";
+  ASSERT_TRUE(WriteBoard(folder / "other", clashing).ok());
+  const WeftRun refused = RunWeft({"pattern", "check", folder / "shirt", folder / "other"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.out, HasSubstr("row 0, column 0 of " + (folder / "shirt") +
+                                     " reads as the one at row 0, column 50 of " + (folder / "other")));
+  EXPECT_THAT(refused.err, HasSubstr("--apart-from"));
+  EXPECT_EQ(RunWeft({"pattern", "join", folder / "shirt", folder / "other", "--out", folder / "no"}).status,
+            2);
+  EXPECT_FALSE(std::filesystem::exists(folder / "no"));
+}
+
 TEST(WeftPattern, ClashingBoardIsBadInput) {
   Board board = *GenerateBoard(12, 12, 2.7, 1);
   for (int row = 0; row < 3; ++row) {

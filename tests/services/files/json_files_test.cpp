@@ -4,6 +4,7 @@
 
 #include <string>
 
+#include "pattern/board/joint_board.h"
 #include "services/files/board_file.h"
 #include "services/files/json_file.h"
 #include "services/files/rig_file.h"
@@ -118,6 +119,24 @@ TEST(BoardFile, NamesTheFieldThatDoesNotFitTheImage) {
   EXPECT_THAT(error("\"rows\"", "\"pitch\": 1, \"rows\""),
               AllOf(HasSubstr("pitch"), HasSubstr("unknown field")));
   EXPECT_THAT(error("\"board.png\"", "\"/etc/board.png\""), HasSubstr("the field image"));
+}
+
+TEST(BoardFile, JointBoardsKeepTheirPartsAndCheckThem) {
+  const TempFolder folder;
+  const Board a = *GenerateBoard(7, 9, 2.7, 3), b = *GenerateBoard(8, 6, 4, 5);
+  const Board joint = *JoinBoards({a, b});
+  ASSERT_TRUE(WriteBoard(folder / "board", joint).ok());
+  const auto back = ReadBoard(folder / "board");
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->parts, joint.parts);
+  EXPECT_EQ(back->panels, joint.panels);
+  std::string json = ReadBytes(folder / "board/board.json");
+  const std::string hash = "\"hash\": \"" + b.ContentHash();
+  WriteBytes(folder / "board/board.json", json.replace(json.find(hash), hash.size(), "\"hash\": \"0123"));
+  EXPECT_THAT(ReadBoard(folder / "board").status().message(), HasSubstr("parts[1].hash says"));
+  WriteBytes(folder / "board/board.json",
+             json.replace(json.find("\"first_row\": 11"), 15, "\"first_row\": 99"));
+  EXPECT_THAT(ReadBoard(folder / "board").status().message(), HasSubstr("parts[1]: rows 99"));
 }
 
 }  // namespace
