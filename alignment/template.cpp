@@ -132,6 +132,8 @@ std::string Template::ContentHash() const {
   for (size_t v = 0; v < node_of_vertex.size(); ++v) {
     if (node_of_vertex[v].IsCorner()) hash.Add("corner").AddInteger(v);
   }
+  for (const TemplateGarment& one : garments)
+    hash.Add("garment").Add(one.id).AddInteger(static_cast<uint64_t>(one.first_vertex));
   return hash.Hex();
 }
 
@@ -180,6 +182,36 @@ absl::Status JoinCorners(const std::vector<VertexNode>& corners, std::vector<Ver
   return absl::OkStatus();
 }
 
+absl::Status CheckTemplateGarments(const Template& garment) {
+  const auto bad = [&](size_t i, const std::string& why) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("garments[", i, "] (", garment.garments[i].id, "): ", why));
+  };
+  int vertex = 0, face = 0;
+  for (size_t i = 0; i < garment.garments.size(); ++i) {
+    const TemplateGarment& one = garment.garments[i];
+    if (one.id.empty()) return bad(i, "has no id");
+    for (size_t k = 0; k < i; ++k)
+      if (garment.garments[k].id == one.id) return bad(i, "another garment has this id, too");
+    if (one.first_vertex != vertex || one.first_face != face || one.vertices <= 0 || one.faces <= 0)
+      return bad(i, absl::StrCat("begins at vertex ", one.first_vertex, " and face ", one.first_face,
+                                 ", expected ", vertex, " and ", face));
+    vertex += one.vertices, face += one.faces;
+    if (face > static_cast<int>(garment.rest.faces.size())) return bad(i, "has faces beyond the mesh's");
+    for (int f = one.first_face; f < face; ++f)
+      for (const int v : garment.rest.faces[static_cast<size_t>(f)])
+        if (v < one.first_vertex || v >= vertex)
+          return bad(i, absl::StrCat("its face ", f, " has vertex ", v, " of another garment"));
+  }
+  if (vertex == 0) return absl::OkStatus();
+  if (vertex != static_cast<int>(garment.rest.vertices_mm.size()) ||
+      face != static_cast<int>(garment.rest.faces.size()))
+    return absl::InvalidArgumentError(absl::StrCat("garments: end at vertex ", vertex, " and face ", face,
+                                                   ", the mesh has ", garment.rest.vertices_mm.size(),
+                                                   " and ", garment.rest.faces.size()));
+  return absl::OkStatus();
+}
+
 absl::StatusOr<Template> ImportTemplate(std::string id, TriangleMesh mesh, std::vector<VertexNode> nodes,
                                         const Board& board) {
   if (id.empty()) return absl::InvalidArgumentError("the template's id is empty");
@@ -187,7 +219,7 @@ absl::StatusOr<Template> ImportTemplate(std::string id, TriangleMesh mesh, std::
   if (absl::Status status = CheckTemplateMesh(mesh); !status.ok()) return status;
   if (absl::Status status = CheckVertexNodes(nodes, mesh.vertices_mm.size(), board); !status.ok())
     return status;
-  return Template{std::move(id), board.ContentHash(), std::move(mesh), std::move(nodes)};
+  return Template{std::move(id), board.ContentHash(), std::move(mesh), std::move(nodes), {}};
 }
 
 }  // namespace weft

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <compare>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -31,11 +32,21 @@ struct VertexNode {
   }
 };
 
+// One of several garments of a joint template (joint_template.h): contiguous vertices and faces.
+struct TemplateGarment {
+  std::string id;
+  int first_vertex = 0, vertices = 0;
+  int first_face = 0, faces = 0;
+
+  auto operator<=>(const TemplateGarment&) const = default;
+};
+
 struct Template {
   std::string id;
   std::string board_hash;  // Board::ContentHash of the board that the garment was sewn from
   TriangleMesh rest;
   std::vector<VertexNode> node_of_vertex;  // [vertices]
+  std::vector<TemplateGarment> garments;   // from the innermost to the outermost; empty: one garment
 
   // 16 hex digits over mesh, map and board hash.
   std::string ContentHash() const;
@@ -54,6 +65,10 @@ absl::Status JoinCorners(const std::vector<VertexNode>& corners, std::vector<Ver
 // InvalidArgument names the first face or vertex that does not fit; the map's line of vertex v is v + 1.
 absl::Status CheckTemplateMesh(const TriangleMesh& mesh);
 absl::Status CheckVertexNodes(const std::vector<VertexNode>& nodes, size_t vertices, const Board& board);
+
+// Garments follow each other, and their faces join vertices of their own; names differ. InvalidArgument names
+// the first that does not fit. A template without any passes.
+absl::Status CheckTemplateGarments(const Template& garment);
 
 // Checks that mesh, map and board agree: one entry per vertex, nodes on the board and used once, at least
 // one cell. Faces have valid and distinct indices, vertices are finite, and no edge has more than two

@@ -141,6 +141,7 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
   garment->require_subcommand(1);
   AddTemplateBuildCommand(*garment, line);
   AddTemplateCheckCommand(*garment, line);
+  AddTemplateJoinCommand(*garment, line);
   CLI::App* command = AddCommand(
       *garment, "import",
       "Check that a mesh, a vertex-to-cell map and a board belong together, and write them as a template: "

@@ -109,6 +109,7 @@ int main(int argc, char** argv) {
   weft::AddOptionsCommand(app, line);
   weft::AddSimulateCommand(app, line);
   weft::AddBodyCommand(app, line);
+  weft::AddSplitCommand(app, line);
   weft::AddMotionCommand(app, line);
   weft::AddDatasetCommand(app, line);
   weft::AddEvaluateCommand(app, line);

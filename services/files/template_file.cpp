@@ -189,6 +189,10 @@ absl::StatusOr<Template> ReadTemplate(const std::string& path) {
   garment.board_hash = proto.board_hash();
   garment.rest = *std::move(mesh);
   garment.node_of_vertex = *std::move(nodes);
+  for (const v1::TemplateGarment& one : proto.garments())
+    garment.garments.push_back({one.id(), one.first_vertex(), one.vertices(), one.first_face(), one.faces()});
+  if (absl::Status status = CheckTemplateGarments(garment); !status.ok())
+    return absl::InvalidArgumentError(absl::StrCat(json, ": ", status.message()));
   if (proto.has_hash() && proto.hash() != garment.ContentHash()) {
     return absl::InvalidArgumentError(absl::StrCat(json, ": the field hash says ", proto.hash(),
                                                    ", but mesh and maps hash to ", garment.ContentHash(),
@@ -233,6 +237,14 @@ absl::Status WriteTemplateWithParts(const std::string& folder, const Template& g
   proto.set_cells("cells.txt");
   if (corners) proto.set_corners("corners.txt");
   PartsToProto(parts, &proto);
+  for (const TemplateGarment& one : garment.garments) {
+    v1::TemplateGarment* out = proto.add_garments();
+    out->set_id(one.id);
+    out->set_first_vertex(one.first_vertex);
+    out->set_vertices(one.vertices);
+    out->set_first_face(one.first_face);
+    out->set_faces(one.faces);
+  }
   return WriteJsonFile((base / "template.json").string(), proto, JsonZeros::kOmitted);
 }
 

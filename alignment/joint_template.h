@@ -1,0 +1,32 @@
+// The templates of several garments as one, for takes that show them together.
+#pragma once
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "alignment/garment_parts.h"
+#include "alignment/template.h"
+
+namespace weft {
+
+struct JointTemplate {
+  Template garment;
+  GarmentParts parts;  // without texture
+};
+
+// From the innermost to the outermost; `parts` belong to `garments`, as many. Vertices, faces, panels, seams
+// and openings follow each other in that order. Each garment's nodes move to its board's rows of the joint
+// board. InvalidArgument: fewer than two, a garment whose board is none of the joint one's parts (named with
+// both hashes), two of the same board, ids that occur twice, a joint template among them.
+absl::StatusOr<JointTemplate> JoinTemplates(std::string id, const std::vector<Template>& garments,
+                                            const std::vector<GarmentParts>& parts, const Board& joint);
+
+// A garment of a joint template, or of a mesh of it: its own vertices and faces. The index must be valid.
+TriangleMesh MeshOfGarment(const Template& joint, int garment,
+                           const std::vector<Eigen::Vector3d>& vertices_mm);
+RegisteredMesh PartOfMesh(const TemplateGarment& garment, const RegisteredMesh& joint);
+
+// For each vertex the garment that it belongs to; all 0 for a template of one.
+std::vector<int> GarmentOfVertex(const Template& garment);
+
+}  // namespace weft
