@@ -13,7 +13,9 @@ namespace weft {
 
 namespace {
 
-bool IsWorn(GarmentKind kind) { return kind == GarmentKind::kTShirt || kind == GarmentKind::kSkirt; }
+bool HasWaist(GarmentKind kind) { return kind == GarmentKind::kSkirt || kind == GarmentKind::kShirtAndSkirt; }
+
+bool IsWorn(GarmentKind kind) { return kind == GarmentKind::kTShirt || HasWaist(kind); }
 
 }  // namespace
 
@@ -33,6 +35,8 @@ std::string_view NameOf(GarmentKind kind) {
       return "gathered-skirt";
     case GarmentKind::kCurlingSheet:
       return "curling-sheet";
+    case GarmentKind::kShirtAndSkirt:
+      return "shirt-and-skirt";
   }
   return "";
 }
@@ -65,7 +69,7 @@ absl::Status PerformanceOptions::Validate() const {
     status.Update(check("cell_mm", cell_mm, 1, 20));
     status.Update(body.Validate());
     if (clip) status.Update(clip->Validate());
-    if (garment == GarmentKind::kSkirt && body != BodyShape())
+    if (HasWaist(garment) && body != BodyShape())
       status.Update(absl::InvalidArgumentError(
           "performance: body is not the average one, whose waist the skirt fits; choose the garment tshirt"));
   } else {

@@ -1,8 +1,10 @@
 #include "simulation/synthetic_take.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -20,6 +22,20 @@ double OffsetMsOf(const SyntheticTakeOptions& o, const std::string& camera_id) {
 
 bool IsDropped(const SyntheticTakeOptions& o, const std::string& camera_id, int frame) {
   return UniformOf(KeyOf(o.seed, camera_id + " drop"), static_cast<uint64_t>(frame)) < o.shutter.drop_rate;
+}
+
+// One board for all garments of an outfit becomes one of several parts.
+void SplitBoard(const Garment& garment, Board& board) {
+  if (garment.parts.empty()) return;
+  board.panels.assign(board.cells.size(), 0);
+  uint8_t label = 0;
+  for (const GarmentPart& part : garment.parts) {
+    ++label;
+    for (int row = part.first_row; row < part.first_row + part.rows; ++row)
+      std::fill_n(board.panels.begin() + static_cast<ptrdiff_t>(row) * board.cols, part.cols, label);
+    board.parts.push_back({absl::StrCat(board.id, "-", part.name), part.first_row, part.rows, part.cols,
+                           garment.cell_mm, false});
+  }
 }
 
 }  // namespace
@@ -95,6 +111,7 @@ absl::Status SyntheticTake::SetUp(const SyntheticTakeOptions& options) {
       GenerateBoard(garment.board_rows, garment.board_cols, garment.cell_mm, options.seed);
   if (!board.ok()) return board.status();
   board->id = options.name;
+  SplitBoard(garment, *board);
   absl::StatusOr<Template> imported =
       ImportTemplate(options.name, garment.rest, garment.cell_of_vertex, *board);
   if (!imported.ok()) return imported.status();
@@ -102,7 +119,33 @@ absl::Status SyntheticTake::SetUp(const SyntheticTakeOptions& options) {
   options_ = options;
   board_ = *std::move(board);
   garment_ = *std::move(imported);
+  for (const GarmentPart& part : garment.parts)
+    garment_.garments.push_back({part.name, part.first_vertex, part.vertices, part.first_face, part.faces});
+  if (absl::Status chosen = ChooseShown(); !chosen.ok()) return chosen;
   return PlaceGarment();
+}
+
+absl::Status SyntheticTake::ChooseShown() {
+  const Garment& garment = performance_.garment();
+  shown_faces_ = garment.rest.faces;
+  if (options_.show.empty()) return absl::OkStatus();
+  std::string names;
+  for (const GarmentPart& part : garment.parts) {
+    absl::StrAppend(&names, names.empty() ? "" : ", ", part.name);
+    if (part.name != options_.show) continue;
+    const auto of_part = [&](const auto& all) {
+      return std::remove_cvref_t<decltype(all)>(all.begin() + part.first_face,
+                                                all.begin() + part.first_face + part.faces);
+    };
+    shown_faces_ = of_part(garment.rest.faces);
+    print_.of_face = of_part(garment.print.of_face);
+    locator_ = PrintLocator(print_);
+    return absl::OkStatus();
+  }
+  return absl::InvalidArgumentError(
+      garment.parts.empty()
+          ? absl::StrCat("take: show is \"", options_.show, "\", but there is one garment only")
+          : absl::StrCat("take: show is \"", options_.show, "\", which is none of ", names));
 }
 
 absl::Status SyntheticTake::PlaceGarment() {
@@ -156,7 +199,7 @@ Shot SyntheticTake::ShotOf(int frame, const std::string& camera_id) const {
 absl::StatusOr<TakeFrame> SyntheticTake::Next() {
   absl::StatusOr<PerformanceFrame> moment = NextMoment();
   if (!moment.ok()) return moment.status();
-  MovingMesh cloth{{std::move(moment->vertices_mm), garment_.rest.faces}, std::move(moment->velocities_mm_s)};
+  MovingMesh cloth{{std::move(moment->vertices_mm), shown_faces_}, std::move(moment->velocities_mm_s)};
   MovingMesh body{{std::move(moment->body_vertices_mm), performance_.body_faces()},
                   std::move(moment->body_velocities_mm_s)};
   for (MovingMesh* part : {&cloth, &body})

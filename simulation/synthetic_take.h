@@ -33,6 +33,7 @@ struct SyntheticTakeOptions {
   std::string name = "synthetic";  // part of the ids of board, rig and template
   uint64_t seed = 1;               // of the board and the shutters; the parts below have seeds of their own
   PerformanceOptions performance;
+  std::string show;  // of several garments, the one that is filmed; empty: all
   StudioRigOptions rig;
   // Used instead of `rig`: the garment is placed where the cameras look.
   std::optional<Rig> given_rig;
@@ -98,13 +99,15 @@ class SyntheticTake {
   explicit SyntheticTake(Performance performance)
       : performance_(std::move(performance)), print_(performance_.garment().print), locator_(print_) {}
   absl::Status SetUp(const SyntheticTakeOptions& options);
+  absl::Status ChooseShown();
   absl::Status PlaceGarment();
   absl::StatusOr<PerformanceFrame> NextMoment();
 
   SyntheticTakeOptions options_;
   Performance performance_;
   std::optional<PerformanceFrame> first_;  // until it is handed out
-  ClothPrint print_;
+  std::vector<Face> shown_faces_;          // of the garment, or of the part that is filmed
+  ClothPrint print_;                       // [shown faces]
   PrintLocator locator_;
   Eigen::AlignedBox3d first_box_mm_;                    // of the garment in the first frame
   Eigen::Vector3d place_mm_ = Eigen::Vector3d::Zero();  // of the garment in the rig's world

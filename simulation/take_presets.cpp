@@ -63,6 +63,15 @@ void SetUpTShirt24(SyntheticTakeOptions& o) {
   SetUpStudioCamera(o);
 }
 
+// A person in a skirt and a shirt that hangs over its waist.
+void SetUpShirtAndSkirt(SyntheticTakeOptions& o) {
+  SetUpTShirt24(o);
+  o.performance.garment = GarmentKind::kShirtAndSkirt;
+  o.performance.motion = PerformanceMotion::kTwist;
+  o.performance.frames = 60;
+  o.rig.object_height_mm = 900;
+}
+
 // A shirt that was captured before, worn again before two cameras that face each other.
 void SetUpShirtDrive(SyntheticTakeOptions& o) {
   SetUpTShirt24(o);
@@ -142,6 +151,9 @@ constexpr std::array kPresets = {
            "a T-shirt of 19,000 cells, worn, twisted and pulled, before 24 cameras, 200 frames; about an "
            "hour on two cores",
            SetUpTShirt24},
+    Preset{"shirt-and-skirt",
+           "a person in a skirt and a shirt over it, two boards, before 24 cameras, 60 frames; half an hour",
+           SetUpShirtAndSkirt},
     Preset{"shirt-drive",
            "the same T-shirt before two cameras that face each other, 100 frames; --cameras for more of them",
            SetUpShirtDrive},

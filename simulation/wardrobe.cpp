@@ -13,10 +13,11 @@ using Vec2 = Eigen::Vector2d;
 using Eigen::Vector3d;
 
 // The T-shirt's measures, [mm]; heights from the point where shoulder and neck meet.
-constexpr double kNeck = 80, kShoulder = 205, kShoulderDrop = 38, kChest = 240, kUnderarm = 225, kHem = 236;
-constexpr double kLength = 680, kSleeve = 185, kCuff = 160, kSleeveSeam = 110;
+constexpr double kNeck = 80, kShoulder = 205, kShoulderDrop = 38, kChest = 240, kUnderarm = 225;
+constexpr double kSleeve = 185, kCuff = 160, kSleeveSeam = 110;
 constexpr double kNeckHeight = -372;  // of that point over the pelvis
 constexpr double kLayerDepth = 45;    // of front and back from the middle when put on
+constexpr double kOpeningWay = 140;   // below the underarm, until an open shirt is round
 // The skirt's: half of the circumferences, and its length.
 constexpr double kWaist = 208, kSkirtHem = 330, kSkirtLength = 470;
 constexpr double kDressingArm = 60 * kRadPerDeg;
@@ -38,9 +39,10 @@ std::vector<Vec2> Armhole() {
 }
 
 // Front or back as seen from outside; `plus` and `minus` name the sides at +x and -x.
-Panel Trunk(const std::string& name, const std::string& plus, const std::string& minus, double neck_control) {
+Panel Trunk(const std::string& name, const std::string& plus, const std::string& minus, double neck_control,
+            const ShirtCut& cut) {
   const Vec2 neck(kNeck, 0), shoulder(kShoulder, kShoulderDrop), underarm(kChest, kUnderarm),
-      hem(kHem, kLength);
+      hem(cut.hem, cut.length);
   const auto mirror = [](const Vec2& p) { return Vec2(-p.x(), p.y()); };
   const std::string hole = "armhole_" + name + "_";
   return {name,
@@ -89,20 +91,29 @@ Panel Sleeve(const std::string& side, const std::string& minus_panel, const std:
 double CollarHeight(double cell_mm) { return std::max(22.0, 3.5 * cell_mm); }
 
 // Distance from a place of a front or back panel to the seams that join the two.
-double SeamDistance(const Vec2& p) {
+double SeamDistance(const Vec2& p, const ShirtCut& cut) {
   const auto to_segment = [&](const Vec2& a, const Vec2& b) {
     const Vec2 q(std::abs(p.x()), p.y()), d = b - a;
     const double t = std::clamp((q - a).dot(d) / d.squaredNorm(), 0.0, 1.0);
     return (q - a - t * d).norm();
   };
   return std::min(to_segment({kNeck, 0}, {kShoulder, kShoulderDrop}),
-                  to_segment({kChest, kUnderarm}, {kHem, kLength}));
+                  to_segment({kChest, kUnderarm}, {cut.hem, cut.length}));
 }
 
-Vector3d TrunkStart(const Vec2& p, bool is_back) {
-  const double t = std::clamp(SeamDistance(p) / 80, 0.0, 1.0);
-  const double z = kLayerDepth * std::sqrt(t * (2 - t));
-  return is_back ? Vector3d(-p.x(), p.y() + kNeckHeight, z) : Vector3d(p.x(), p.y() + kNeckHeight, -z);
+Vector3d TrunkStart(const Vec2& p, bool is_back, const ShirtCut& cut) {
+  const double t = std::clamp(SeamDistance(p, cut) / 80, 0.0, 1.0);
+  double x = p.x(), z = kLayerDepth * std::sqrt(t * (2 - t));
+  if (cut.open && p.y() > kUnderarm) {
+    // An ellipse at the hem, as long around as the cloth; above it the shape goes over into the flat one.
+    const double half_width = kChest + (p.y() - kUnderarm) / (cut.length - kUnderarm) * (cut.hem - kChest);
+    const double scale = half_width / 256, angle = std::numbers::pi / 2 * p.x() / half_width;
+    const double open = std::clamp((p.y() - kUnderarm) / kOpeningWay, 0.0, 1.0),
+                 s = open * open * (3 - 2 * open);
+    x += s * (188 * scale * std::sin(angle) - x);
+    z += s * (136 * scale * std::cos(angle) - z);
+  }
+  return is_back ? Vector3d(-x, p.y() + kNeckHeight, z) : Vector3d(x, p.y() + kNeckHeight, -z);
 }
 
 // A point of a path of vertices: `at` in intervals.
@@ -175,8 +186,8 @@ BodyPose NaturalPose() {
   return pose;
 }
 
-std::vector<Panel> TShirtPanels(double cell_mm) {
-  std::vector<Panel> panels = {Trunk("front", "R", "L", 122), Trunk("back", "L", "R", 34),
+std::vector<Panel> TShirtPanels(double cell_mm, const ShirtCut& cut) {
+  std::vector<Panel> panels = {Trunk("front", "R", "L", 122, cut), Trunk("back", "L", "R", 34, cut),
                                Sleeve("L", "back", "front"), Sleeve("R", "front", "back")};
   const double front = LengthMm(panels[0].outline.back().path_mm);
   const double back = LengthMm(panels[1].outline.back().path_mm);
@@ -191,15 +202,15 @@ std::vector<Panel> TShirtPanels(double cell_mm) {
   return panels;
 }
 
-absl::StatusOr<Outfit> MakeTShirt(double cell_mm) {
-  const std::vector<Panel> panels = TShirtPanels(cell_mm);
+absl::StatusOr<Outfit> MakeTShirt(double cell_mm, const ShirtCut& cut) {
+  const std::vector<Panel> panels = TShirtPanels(cell_mm, cut);
   absl::StatusOr<SewnPanels> sewn = SewPanels(panels, cell_mm);
   if (!sewn.ok()) return sewn.status();
   Outfit out;
   out.start_mm.assign(sewn->place_of_vertex.size(), Vector3d::Zero());
   for (size_t v = 0; v < out.start_mm.size(); ++v) {
     const PanelPlace& place = sewn->place_of_vertex[v];
-    if (place.panel <= 1) out.start_mm[v] = TrunkStart(place.at_mm, place.panel == 1);
+    if (place.panel <= 1) out.start_mm[v] = TrunkStart(place.at_mm, place.panel == 1, cut);
   }
   const SleeveStart left(*sewn, -1, "L", out.start_mm), right(*sewn, 1, "R", out.start_mm);
   const std::vector<int>&front = sewn->of_seam.at("neck_front"), &back = sewn->of_seam.at("neck_back");

@@ -17,10 +17,17 @@ struct Outfit {
   std::vector<int> waist;                 // vertices that sit on the pelvis (skirt)
 };
 
+// How a T-shirt ends, [mm]: its length from the neck, half of the width at its hem, and whether it is open
+// there when put on, for what is worn below it, or flat.
+struct ShirtCut {
+  double length = 680, hem = 236;
+  bool open = false;
+};
+
 // Five panels: front, back, two sleeves, collar band; half chest 480 mm, length 680 mm. 96,000 cells of
 // 2.7 mm, 19,000 of 6 mm. The coarsest cell is about 20 mm.
-std::vector<Panel> TShirtPanels(double cell_mm);
-absl::StatusOr<Outfit> MakeTShirt(double cell_mm);
+std::vector<Panel> TShirtPanels(double cell_mm, const ShirtCut& cut = {});
+absl::StatusOr<Outfit> MakeTShirt(double cell_mm, const ShirtCut& cut = {});
 
 // Front and back, flared; 480 mm long.
 std::vector<Panel> SkirtPanels();

@@ -15,6 +15,7 @@
 #include "simulation/random.h"
 #include "simulation/state_archive.h"
 #include "simulation/wardrobe.h"
+#include "simulation/worn_together.h"
 
 namespace weft {
 namespace {
@@ -307,7 +308,14 @@ class WornGarment : public PerformanceSource {
 };
 
 absl::StatusOr<Outfit> MakeOutfit(const PerformanceOptions& options) {
-  return options.garment == GarmentKind::kSkirt ? MakeSkirt(options.cell_mm) : MakeTShirt(options.cell_mm);
+  switch (options.garment) {
+    case GarmentKind::kSkirt:
+      return MakeSkirt(options.cell_mm);
+    case GarmentKind::kShirtAndSkirt:
+      return MakeShirtAndSkirt(options.cell_mm);
+    default:
+      return MakeTShirt(options.cell_mm);
+  }
 }
 
 // Where a worn garment of twice the cell has the vertices of `fine`; empty when that passes through itself.

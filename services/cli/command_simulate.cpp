@@ -244,12 +244,15 @@ using Take = SyntheticTakeOptions;
 void AddPerformanceOptions(Changes& changes) {
   changes.Group("Garment and motion");
   std::vector<std::pair<std::string, GarmentKind>> garments;
-  for (const GarmentKind k :
-       {GarmentKind::kSheet, GarmentKind::kTube, GarmentKind::kSkirt, GarmentKind::kTShirt,
-        GarmentKind::kPleatedSkirt, GarmentKind::kGatheredSkirt, GarmentKind::kCurlingSheet})
+  for (const GarmentKind k : {GarmentKind::kSheet, GarmentKind::kTube, GarmentKind::kSkirt,
+                              GarmentKind::kTShirt, GarmentKind::kPleatedSkirt, GarmentKind::kGatheredSkirt,
+                              GarmentKind::kCurlingSheet, GarmentKind::kShirtAndSkirt})
     garments.emplace_back(NameOf(k), k);
   changes.AddChoice<GarmentKind>("--garment", "What is filmed", garments,
                                  [](Take& o, GarmentKind k) { o.performance.garment = k; });
+  changes.Add<std::string>(
+      "--show", "NAME", "Of several garments worn together, the one that is filmed; the others move unseen",
+      [](Take& o, const std::string& v) { o.show = v; });
   changes.AddMotion();
   changes.Add<double>("--cell-mm", "MM", "Pitch of the printed cells; the number of cells follows",
                       [](Take& o, double v) { o.performance.cell_mm = v; });

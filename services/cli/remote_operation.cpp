@@ -113,15 +113,15 @@ absl::StatusOr<v1::Operation> Follow(OperationClient& client, const std::string&
                                      const std::stop_token& stop) {
   std::string step;
   std::optional<Progress> bar;
-  constexpr uint64_t kSteps = 1000;
+  constexpr uint64_t kFollowSteps = 1000;
   const auto show = [&](const v1::Operation& operation) {
     if (operation.step().empty()) return;
     if (operation.step() != step) {
       bar.reset();
-      bar.emplace(operation.step(), kSteps, ProgressVisible(quiet), ProgressUnit::kPercent);
+      bar.emplace(operation.step(), kFollowSteps, ProgressVisible(quiet), ProgressUnit::kPercent);
       step = operation.step();
     }
-    bar->Set(static_cast<uint64_t>(operation.share_done() * kSteps), kSteps);
+    bar->Set(static_cast<uint64_t>(operation.share_done() * kFollowSteps), kFollowSteps);
   };
   absl::StatusOr<v1::Operation> operation = client.Watch(id, show, stop);
   if (!stop.stop_requested()) return operation;

@@ -104,6 +104,17 @@ class FrameEvaluator {
     return inputs_.truth_by_node ? inputs_.truth_by_node->Positions(of_truth_mm) : of_truth_mm;
   }
 
+  // Of a take that shows several garments, where the result is of one.
+  void LeaveOtherGarments(FrameTruth& truth) const {
+    const std::set<int>& rows = inputs_.rows_of_garment;
+    if (rows.empty()) return;
+    for (ViewTruth& view : truth.views)
+      std::erase_if(view.nodes, [&](const NodeTruth& seen) {
+        const bool below = seen.node.kind == NodeKind::kCorner && rows.contains(seen.node.row - 1);
+        return !rows.contains(seen.node.row) && !below;
+      });
+  }
+
   // Whether the truth knows the vertices of the mesh.
   bool IsMeshOfTruth(const FrameTruth& truth) const {
     return pieces_.mesh &&
@@ -114,8 +125,9 @@ class FrameEvaluator {
     ResultPieces& pieces = pieces_.pieces;
     if (inputs_.truth.empty() || (!pieces.observations && !pieces.cloud && !pieces_.mesh))
       return absl::OkStatus();
-    const absl::StatusOr<FrameTruth> truth = ReadFrameTruth((fs::path(inputs_.truth) / name_).string());
+    absl::StatusOr<FrameTruth> truth = ReadFrameTruth((fs::path(inputs_.truth) / name_).string());
     if (!truth.ok()) return truth.status();
+    LeaveOtherGarments(*truth);
     const bool has_mesh = IsMeshOfTruth(*truth);
     if (has_mesh) pieces.mesh_mm = pieces_.mesh->mesh.vertices_mm;
     if (inputs_.truth_by_node) pieces.by_node = &*inputs_.truth_by_node;

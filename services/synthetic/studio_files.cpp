@@ -25,6 +25,7 @@ absl::Status WriteStudio(const SyntheticTake& take, const std::string& folder) {
     status = WriteTemplateWithParts((std::filesystem::path(folder) / "template").string(), take.garment(),
                                     parts, provenance);
   }
+  if (!take.board().parts.empty()) return status;  // each garment's template is built by itself
   // For `weft template build --panels`.
   std::vector<uint8_t> in_garment(take.board().cells.size(), 0);
   for (const VertexNode& cell : take.garment().node_of_vertex)
