@@ -3,15 +3,20 @@
 #include <tbb/info.h>
 
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "base/stopwatch.h"
 #include "services/cli/commands.h"
 #include "services/cli/progress.h"
 #include "services/process/stop_on_signal.h"
+#include "services/synthetic/dataset_file.h"
 #include "services/synthetic/dataset_writer.h"
 
 namespace weft {
@@ -70,6 +75,65 @@ absl::Status ListDataset(const std::string& name) {
   return absl::OkStatus();
 }
 
+void PrintFloor(const std::vector<TakeFloor>& floor) {
+  if (floor.empty()) {
+    std::printf("chaos floor: not known before a take of the split chaos is complete\n");
+    return;
+  }
+  std::printf(
+      "chaos floor: the same motion once more with a shorter time step, after the first half second\n");
+  std::printf("%-26s %6s %9s %9s %9s %14s\n", "take", "frames", "mean mm", "median", "at 95 %",
+              "normals deg");
+  for (const TakeFloor& take : floor)
+    std::printf("%-26s %6d %9.3f %9.3f %9.3f %14.2f\n", take.take.c_str(), take.frames, take.distance_mm.mean,
+                take.distance_mm.median, take.distance_mm.p95, take.normals_deg.mean);
+}
+
+absl::Status ShowDataset(const std::string& folder) {
+  const absl::StatusOr<v1::Dataset> dataset = ReadDatasetFile(folder);
+  if (!dataset.ok()) return dataset.status();
+  const absl::StatusOr<std::vector<TakeFloor>> floor = MeasureFloor(*dataset, folder);
+  if (!floor.ok()) return floor.status();
+  std::printf("%s: %s, made by %s, %d vertices of %g mm cells, %g frames a second, template %s\n",
+              folder.c_str(), dataset->name().c_str(), dataset->made_by().c_str(), dataset->vertices(),
+              dataset->cell_mm(), dataset->fps(), dataset->template_hash().c_str());
+  struct Count {
+    int takes = 0, complete = 0, frames = 0;
+    std::set<std::string> motions;
+  };
+  std::map<std::string, Count> splits;
+  for (const v1::DatasetTake& take : dataset->takes()) {
+    Count& count = splits[take.split()];
+    ++count.takes;
+    count.motions.insert(take.motion());
+    if (take.frames_hash().empty()) continue;
+    ++count.complete;
+    count.frames += take.frames();
+  }
+  for (const auto& [split, count] : splits)
+    std::printf("%-12s %d of %d takes are complete, %d frames: %s\n", split.c_str(), count.complete,
+                count.takes, count.frames, absl::StrJoin(count.motions, ", ").c_str());
+  PrintFloor(*floor);
+  return absl::OkStatus();
+}
+
+absl::Status CheckDataset(const std::string& folder) {
+  const absl::StatusOr<v1::Dataset> dataset = ReadDatasetFile(folder);
+  if (!dataset.ok()) return dataset.status();
+  if (absl::Status status = CheckDatasetFrames(*dataset, folder); !status.ok()) return status;
+  std::printf("%s: all complete takes are as they were made, and no test leaks into training\n",
+              folder.c_str());
+  return absl::OkStatus();
+}
+
+void AddFolderCommand(CLI::App& dataset, CommandLine& line, const std::string& name, const std::string& about,
+                      absl::Status (*run)(const std::string&)) {
+  CLI::App* command = AddCommand(dataset, name, about, "  weft dataset " + name + " shirt-drive");
+  auto folder = std::make_shared<std::string>();
+  command->add_option("folder", *folder, "The folder of the set")->required()->type_name("DIR");
+  command->callback([folder, run, &line] { line.run = [folder, run] { return run(*folder); }; });
+}
+
 }  // namespace
 
 void AddDatasetCommand(CLI::App& app, CommandLine& line) {
@@ -78,7 +142,8 @@ void AddDatasetCommand(CLI::App& app, CommandLine& line) {
                  "Sets of simulated takes without pictures, for training and testing: who moves how, "
                  "split by motion.",
                  "  weft dataset list shirt-drive\n"
-                 "  weft dataset make shirt-drive --out shirt-drive --minutes 20");
+                 "  weft dataset make shirt-drive --out shirt-drive --minutes 20\n"
+                 "  weft dataset info shirt-drive");
   dataset->require_subcommand(1);
 
   CLI::App* make =
@@ -101,6 +166,15 @@ void AddDatasetCommand(CLI::App& app, CommandLine& line) {
   auto name = std::make_shared<std::string>();
   list->add_option("set", *name, DatasetsText())->required()->type_name("NAME");
   list->callback([name, &line] { line.run = [name] { return ListDataset(*name); }; });
+
+  AddFolderCommand(*dataset, line, "info",
+                   "Show what a set holds, and its chaos floor: how far two simulations of one motion come "
+                   "apart, which no method that knows the motion alone can be expected to undercut.",
+                   ShowDataset);
+  AddFolderCommand(
+      *dataset, line, "check",
+      "Compare all complete takes with the hashes of dataset.json, and its splits with the rules.",
+      CheckDataset);
 }
 
 }  // namespace weft

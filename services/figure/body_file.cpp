@@ -49,10 +49,14 @@ absl::StatusOr<NamedBody> ReadBody(const std::string& path) {
   return ParseBody(*json, path);
 }
 
-absl::Status WriteBody(const std::string& path, const NamedBody& body) {
-  v1::Body proto;
+void BodyToProto(const NamedBody& body, v1::Body& proto) {
   proto.set_id(body.id);
   for (const BodyField& field : kFields) (proto.*field.set)(body.shape.*field.value);
+}
+
+absl::Status WriteBody(const std::string& path, const NamedBody& body) {
+  v1::Body proto;
+  BodyToProto(body, proto);
   return WriteJsonFile(path, proto);
 }
 

@@ -10,6 +10,10 @@
 
 namespace weft {
 
+namespace v1 {
+class Body;
+}
+
 struct NamedBody {
   std::string id;
   BodyShape shape;
@@ -17,6 +21,8 @@ struct NamedBody {
 
 // InvalidArgument names source_name and the field: unknown, no number, or a factor beyond its limits.
 absl::StatusOr<NamedBody> ParseBody(std::string_view json, const std::string& source_name);
+
+void BodyToProto(const NamedBody& body, v1::Body& proto);
 
 // The same on files: errors of ReadWholeFile and WriteFileAtomically besides.
 absl::StatusOr<NamedBody> ReadBody(const std::string& path);

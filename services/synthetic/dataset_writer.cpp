@@ -8,6 +8,7 @@
 #include "base/stopwatch.h"
 #include "services/files/atomic_file.h"
 #include "services/synthetic/cloth_writer.h"
+#include "services/synthetic/dataset_file.h"
 #include "services/synthetic/take_folder.h"
 
 namespace weft {
@@ -121,6 +122,7 @@ absl::StatusOr<DatasetSummary> MakeDataset(
     ++summary.complete;
     summary.frames += spec.frames;
   }
+  if (status = WriteDatasetFile(preset, out); !status.ok()) return status;
   return summary;
 }
 

@@ -18,12 +18,12 @@ struct DatasetSummary {
   bool is_late = false;  // the time that was given is over
 };
 
-// Makes what is missing of the set below `out`: takes.csv, dressed/ (the garment put on, once for all) and a
-// take without pictures for each in takes/<name>. Several processes may work on one set, each on a take of
-// its own. Stops between two frames after `minutes` (0: never) or when `stop` is requested, and goes on there
-// at the next call; the bytes do not depend on that. `on_frame` (may be empty) is called with a take's name,
-// its finished frames and all of its frames. Errors of WriteClothTake; Unavailable while another process puts
-// the garment on.
+// Makes what is missing of the set below `out`: takes.csv, dressed/ (the garment put on, once for all), a
+// take without pictures for each in takes/<name>, and dataset.json (dataset_file.h) at the end of each call.
+// Several processes may work on one set, each on a take of its own. Stops between two frames after `minutes`
+// (0: never) or when `stop` is requested, and goes on there at the next call; the bytes do not depend on
+// that. `on_frame` (may be empty) is called with a take's name, its finished frames and all of its frames.
+// Errors of WriteClothTake; Unavailable while another process puts the garment on.
 absl::StatusOr<DatasetSummary> MakeDataset(
     const DatasetPreset& preset, const std::string& out, double minutes,
     const std::function<void(const std::string& take, int done, int frames)>& on_frame = {},

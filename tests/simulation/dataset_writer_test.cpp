@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "services/synthetic/dataset_file.h"
 #include "services/synthetic/frames_file.h"
 #include "services/synthetic/take_folder.h"
 #include "tests/capture/temp_folder.h"
@@ -41,6 +42,24 @@ TEST(DatasetWriter, StopsAndGoesOnToTheSameBytes) {
   for (const DatasetTake& take : preset.takes)
     EXPECT_EQ(FramesOf(folder, "whole", take.Name()), FramesOf(folder, "parts", take.Name())) << take.Name();
 
+  // The record is the same, and knows its files.
+  EXPECT_EQ(ReadBytes(folder / "whole/dataset.json"), ReadBytes(folder / "parts/dataset.json"));
+  const absl::StatusOr<v1::Dataset> record = ReadDatasetFile(folder / "whole");
+  ASSERT_TRUE(record.ok()) << record.status();
+  ASSERT_EQ(record->takes_size(), 3);
+  EXPECT_EQ(record->takes(1).name(), "test-unseen-squat-2");
+  EXPECT_NEAR(record->takes(2).step_ms(), 0.9 * record->takes(0).step_ms(), 1e-9);
+  EXPECT_EQ(record->body().waist_girth(), 1);
+  EXPECT_TRUE(CheckDatasetFrames(*record, folder / "whole").ok());
+  // Four frames are over before the floor is measured.
+  EXPECT_TRUE(MeasureFloor(*record, folder / "whole")->empty());
+  std::string damaged = FramesOf(folder, "parts", "train-walk-1");
+  damaged[damaged.size() / 2] ^= 1;
+  WriteBytes(folder / "parts/takes/train-walk-1/truth/frames.bin", damaged);
+  const absl::Status check = CheckDatasetFrames(*record, folder / "parts");
+  EXPECT_EQ(check.code(), absl::StatusCode::kDataLoss);
+  EXPECT_NE(check.message().find("train-walk-1"), std::string::npos);
+
   // All takes begin alike; chaos then goes its own way.
   const auto frame = [&](const std::string& take, int k) {
     return FramesReader::Open(folder / ("whole/takes/" + take + "/truth/frames.bin"))->Read(k)->vertices_mm;
@@ -70,6 +89,31 @@ TEST(DatasetWriter, LeavesOtherProcessesTakesAndOtherFoldersAlone) {
   WriteBytes(folder / "photos/a.jpg", "x");
   EXPECT_EQ(MakeDataset(preset, folder / "photos", 0).status().code(), absl::StatusCode::kAlreadyExists);
   EXPECT_EQ(MakeDataset(ThreeTakes(), folder / "set", 0).status().code(), absl::StatusCode::kAlreadyExists);
+}
+
+TEST(DatasetFile, RefusesWhatLeaks) {
+  const auto message = [](const std::string& takes) {
+    const absl::StatusOr<v1::Dataset> dataset = ParseDataset("{\"takes\": [" + takes + "]}", "dataset.json");
+    return dataset.ok() ? "" : std::string(dataset.status().message());
+  };
+  const auto take = [](const std::string& split, const std::string& motion, int seed) {
+    return "{\"name\": \"" + split + "-" + motion + "-" + std::to_string(seed) + "\", \"split\": \"" + split +
+           "\", \"motion\": \"" + motion + "\", \"motion_seed\": \"" + std::to_string(seed) +
+           "\", \"frames\": 9}";
+  };
+  EXPECT_EQ(message(take("train", "walk", 1) + "," + take("test-known", "walk", 2)), "");
+  EXPECT_NE(message(take("train", "walk", 1) + "," + take("test-known", "walk", 1)).find("has the motion of"),
+            std::string::npos);
+  EXPECT_NE(message(take("train", "walk", 1) + "," + take("test-unseen", "walk", 2)).find("is of a class"),
+            std::string::npos);
+  EXPECT_NE(message(take("chaos", "walk", 1)).find("repeats no take"), std::string::npos);
+  EXPECT_NE(message(take("exam", "walk", 1)).find("split \"exam\" is none of"), std::string::npos);
+  // Names are folders.
+  EXPECT_NE(
+      message("{\"name\": \"../../x\", \"split\": \"train\", \"motion\": \"walk\"}").find("should be called"),
+      std::string::npos);
+  const TempFolder folder;
+  EXPECT_EQ(ReadDatasetFile(folder / "set").status().code(), absl::StatusCode::kNotFound);
 }
 
 }  // namespace
