@@ -1,5 +1,6 @@
 // weft motion: what a person does, for `weft simulate`.
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -7,7 +8,9 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "figure/motion_generator.h"
+#include "figure/retarget.h"
 #include "services/cli/commands.h"
+#include "services/figure/bvh_file.h"
 #include "services/figure/motion_file.h"
 #include "services/figure/motion_strip.h"
 #include "services/files/atomic_file.h"
@@ -30,6 +33,44 @@ absl::Status MakeMotionFile(MotionMakeOptions options) {
   if (absl::Status status = WriteMotion(options.out, *motion); !status.ok()) return status;
   std::printf("%s: %s, %.1f s, %zu poses\n", options.out.c_str(), options.kind.c_str(), motion->DurationS(),
               motion->poses.size());
+  return absl::OkStatus();
+}
+
+struct MotionImportOptions {
+  std::string bvh, out;
+  std::vector<std::string> joints;  // OURS=THEIRS
+};
+
+absl::StatusOr<Motion> ImportMotion(const MotionImportOptions& options) {
+  std::map<std::string, std::string> given;
+  for (const std::string& joint : options.joints) {
+    const size_t at = joint.find('=');
+    if (at == std::string::npos)
+      return absl::InvalidArgumentError(
+          absl::StrCat("--joint \"", joint, "\" is not of the form OURS=THEIRS"));
+    given[joint.substr(0, at)] = joint.substr(at + 1);
+  }
+  const absl::StatusOr<ForeignMotion> bvh = ReadBvh(options.bvh);
+  if (!bvh.ok()) return bvh.status();
+  const auto named = [&](const absl::Status& status) {
+    return absl::Status(status.code(), absl::StrCat(options.bvh, ": ", std::string(status.message())));
+  };
+  const absl::StatusOr<JointMatch> match = MatchJoints(*bvh, given);
+  if (!match.ok()) return named(match.status());
+  absl::StatusOr<Motion> motion = Retarget(*bvh, *match);
+  if (!motion.ok()) return named(motion.status());
+  for (size_t j = 0; j < kJoints; ++j)
+    std::printf("%-16s %s\n", std::string(NameOf(static_cast<Joint>(j))).c_str(),
+                match->of[j] < 0 ? "-" : bvh->joints[static_cast<size_t>(match->of[j])].name.c_str());
+  return motion;
+}
+
+absl::Status ImportMotionFile(const MotionImportOptions& options) {
+  const absl::StatusOr<Motion> motion = ImportMotion(options);
+  if (!motion.ok()) return motion.status();
+  if (absl::Status status = WriteMotion(options.out, *motion); !status.ok()) return status;
+  std::printf("%s: %.1f s, %zu poses at %g a second\n", options.out.c_str(), motion->DurationS(),
+              motion->poses.size(), motion->fps);
   return absl::OkStatus();
 }
 
@@ -82,24 +123,45 @@ void AddMotionCommand(CLI::App& app, CommandLine& line) {
   make->add_option("--out", options->out, "The file to write, NAME.motion")->required()->type_name("FILE");
   make->callback([options, &line] { line.run = [options] { return MakeMotionFile(*options); }; });
 
-  CLI::App* list =
-      AddCommand(*motion, "list", "List the kinds of motion that can be made.", "  weft motion list");
-  list->callback([&line] {
-    line.run = [] {
-      ListMotionKinds();
-      return absl::OkStatus();
-    };
-  });
+  CLI::App* import = AddCommand(
+      *motion, "import",
+      "Turn motion capture (BVH) into a motion of our skeleton: on the ground, at the size of an average "
+      "person, looking to the front at first. Joints are matched by the names in common use, and listed.",
+      "  weft motion import walk.bvh --out walk.motion\n"
+      "  weft motion import odd.bvh --joint pelvis=Base --joint chest=Rib2 --out odd.motion");
+  auto imported = std::make_shared<MotionImportOptions>();
+  import->add_option("bvh", imported->bvh, "The file to read")->required()->type_name("FILE");
+  import
+      ->add_option(
+          "--joint", imported->joints,
+          "Match a joint by hand, ours (as `weft motion show` names it) to the file's; may be repeated. "
+          "\"Left\" is the side that a viewer in front sees on the left")
+      ->type_name("OURS=THEIRS");
+  import->add_option("--out", imported->out, "The file to write, NAME.motion")->required()->type_name("FILE");
+  import->callback([imported, &line] { line.run = [imported] { return ImportMotionFile(*imported);
+};
+}  // namespace weft
+);
 
-  CLI::App* show =
-      AddCommand(*motion, "show", "Show what a motion holds: length, and how far and fast each joint turns.",
-                 "  weft motion show walk.motion --picture walk.svg");
-  auto path = std::make_shared<std::string>();
-  auto picture = std::make_shared<std::string>();
-  show->add_option("motion", *path, "A motion")->required()->type_name("FILE");
-  show->add_option("--picture", *picture, "Also draw it as a strip of figures (SVG)")->type_name("FILE");
-  show->callback(
-      [path, picture, &line] { line.run = [path, picture] { return ShowMotion(*path, *picture); }; });
+CLI::App* list =
+    AddCommand(*motion, "list", "List the kinds of motion that can be made.", "  weft motion list");
+list->callback([&line] {
+  line.run = [] {
+    ListMotionKinds();
+    return absl::OkStatus();
+  };
+});
+
+CLI::App* show =
+    AddCommand(*motion, "show", "Show what a motion holds: length, and how far and fast each joint turns.",
+               "  weft motion show walk.motion --picture walk.svg");
+auto path = std::make_shared<std::string>();
+auto picture = std::make_shared<std::string>();
+show->add_option("motion", *path, "A motion")->required()->type_name("FILE");
+show->add_option("--picture", *picture, "Also draw it as a strip of figures (SVG)")->type_name("FILE");
+show->callback([path, picture, &line] {
+  line.run = [path, picture] { return ShowMotion(*path, *picture); };
+});
 }
 
 }  // namespace weft

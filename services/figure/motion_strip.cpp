@@ -72,8 +72,8 @@ std::string MotionStripSvg(const Motion& motion) {
                           2 * kTall + 30, time_s);
     for (const bool side : {false, true})
       for (const auto& [a, b] : bones) {
-        // From the front the person's left is on the right; from its left it looks to the left.
-        const auto x = [&](const Eigen::Vector3d& p) { return middle + kScale * (side ? p.z() : -p.x()); };
+        // As cameras see it: from the front x is to the right; from the person's left it looks to the left.
+        const auto x = [&](const Eigen::Vector3d& p) { return middle + kScale * (side ? p.z() : p.x()); };
         const auto y = [&](const Eigen::Vector3d& p) { return (side ? kTall : 0) + 85 + kScale * p.y(); };
         absl::StrAppendFormat(
             &out,

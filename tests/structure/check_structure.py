@@ -48,7 +48,7 @@ SERVICES_MAY_NOT_INCLUDE = {"daemon": {"cli", "client"}, "worker": {"cli", "clie
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 ANY_INCLUDE = re.compile(r'^\s*#\s*include\s+[<"]([^">]+)[">]', re.MULTILINE)
 HEAVY = re.compile(
-    r'^\s*#\s*include\s+[<"]((?:opencv2|grpc|grpcpp|google/protobuf|pcl|embree3|ceres|spdlog|CLI)[/.]|sqlite3)',
+    r'^\s*#\s*include\s+[<"]((?:opencv2|grpc|grpcpp|google/protobuf|pcl|assimp|embree3|ceres|spdlog|CLI)[/.]|sqlite3)',
     re.MULTILINE)
 TYPE = re.compile(r"^(?:struct|class|enum class|enum) (\w+)(?![\w:]*::)[^;()]*\{", re.MULTILINE)
 LINK = re.compile(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)")

@@ -4,7 +4,7 @@ import os
 import tempfile
 import unittest
 
-from studio import weft
+from studio import read, weft, write
 
 
 class Bodies(unittest.TestCase):
@@ -34,6 +34,66 @@ class Bodies(unittest.TestCase):
                          "--out", os.path.join(folder, "take"))
             self.assertEqual(skirt.returncode, 2)
             self.assertIn("choose the garment tshirt", skirt.stderr)
+
+
+# A person in T pose, whose left leg swings forwards; only what must be there.
+def bvh():
+    turn = "CHANNELS 3 Zrotation Xrotation Yrotation\n"
+    text = "HIERARCHY\nROOT Hips\n{\nOFFSET 0 0 0\nCHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n"
+    for side, x in (("Left", 1), ("Right", -1)):
+        for upper, lower, at, bone in (("UpLeg", "Leg", (9 * x, -4), (0, -41.5)), ("Arm", "ForeArm", (17 * x, 45), (28 * x, 0))):
+            text += f"JOINT {side}{upper}\n{{\nOFFSET {at[0]} {at[1]} 0\n{turn}"
+            text += f"JOINT {side}{lower}\n{{\nOFFSET {bone[0]} {bone[1]} 0\n{turn}"
+            text += f"End Site\n{{\nOFFSET {bone[0]} {bone[1]} 0\n}}\n}}\n}}\n"
+    text += "}\nMOTION\nFrames: 31\nFrame Time: 0.0333333\n"
+    for frame in range(31):
+        angles = [0.0] * 24
+        angles[1] = -2 * frame  # LeftUpLeg, about x
+        text += " ".join(map(str, [0, 90, 0, 0, 0, 0, *angles])) + "\n"
+    return text
+
+
+class Motions(unittest.TestCase):
+    def test_motion_capture_moves_a_person(self):
+        with tempfile.TemporaryDirectory(prefix="weft test ") as folder:
+            path, motion = os.path.join(folder, "kick.bvh"), os.path.join(folder, "kick.motion")
+            write(path, bvh())
+            said = weft("motion", "import", path, "--out", motion, check=0).stdout
+            self.assertRegex(said, r"right-thigh +LeftUpLeg")
+            self.assertIn("1.0 s, 31 poses at 30 a second", said)
+            self.assertRegex(weft("motion", "show", motion, check=0).stdout, r"right-thigh +60\.0 +60\.0")
+            write(path, bvh().replace("LeftUpLeg", "Limb7"))
+            refused = weft("motion", "import", path, "--out", motion)
+            self.assertEqual(refused.returncode, 2)
+            self.assertIn("no joint was recognised as right-thigh", refused.stderr)
+            again = os.path.join(folder, "again.motion")
+            weft("motion", "import", path, "--joint", "right-thigh=Limb7", "--out", again, check=0)
+            self.assertEqual(read(motion, "rb"), read(again, "rb"))
+
+
+class Datasets(unittest.TestCase):
+    def test_a_set_tells_what_it_holds_and_notices_damage(self):
+        with tempfile.TemporaryDirectory(prefix="weft test ") as folder:
+            out = os.path.join(folder, "set")
+            refused = weft("dataset", "info", folder)
+            self.assertEqual(refused.returncode, 2)
+            self.assertIn("weft dataset make", refused.stderr)
+            # Time is over after the first frame.
+            weft("dataset", "make", "tiny-drive", "--minutes", 1e-6, "--out", out, check=0)
+            said = weft("dataset", "info", out, check=0).stdout
+            self.assertIn("train        0 of 7 takes are complete", said)
+            self.assertRegex(said, r"test-unseen +0 of 2 takes are complete, 0 frames: reach, squat")
+            self.assertIn("chaos floor: not known", said)
+            weft("dataset", "check", out, check=0)
+            record = os.path.join(out, "dataset.json")
+            write(record, read(record).replace('"validate"', '"train"').replace("validate-", "train-")
+                  .replace('"motion_seed": "401"', '"motion_seed": "101"').replace("squat-401", "squat-101"))
+            self.assertEqual(weft("dataset", "check", out).returncode, 0)
+            write(record, read(record).replace('"test-known"', '"train"').replace("test-known-", "train-")
+                  .replace('"squat"', '"walk"').replace("-squat-", "-walk-"))
+            leaks = weft("dataset", "check", out)
+            self.assertEqual(leaks.returncode, 2)
+            self.assertRegex(leaks.stderr, "is of a class that|has the motion of|repeats no take")
 
 
 if __name__ == "__main__":

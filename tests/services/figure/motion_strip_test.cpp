@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <numbers>
+#include <string>
 
 namespace weft {
 namespace {
@@ -31,6 +33,28 @@ TEST(MotionStrip, DrawsTwelveMomentsFromTwoSides) {
   EXPECT_EQ(labels, 12u);
   EXPECT_EQ(bones, 12u * 2 * (kJoints - 1 + 5));
   EXPECT_NE(svg.find("1.00 s"), std::string::npos);
+}
+
+// A hand stretched out to +x is on the right of a camera in front.
+TEST(MotionStrip, IsNotMirrored) {
+  const auto rightmost = [](const FigurePose& pose) {
+    Motion motion;
+    motion.poses.assign(61, pose);
+    const std::string svg = MotionStripSvg(motion);
+    double out = 0;
+    for (size_t at = 0; (at = svg.find(" x2=\"", at)) != std::string::npos; ++at) {
+      const double x = std::stod(svg.substr(at + 5));
+      const double y = std::stod(svg.substr(svg.find(" y2=\"", at) + 5));
+      if (y < 250) out = std::max(out, x);
+    }
+    return out;
+  };
+  FigurePose out_to_the_right, out_to_the_left;
+  out_to_the_right.Of(Joint::kRightUpperArm) =
+      Eigen::AngleAxisd(-std::numbers::pi / 2, Eigen::Vector3d::UnitZ());
+  out_to_the_left.Of(Joint::kLeftUpperArm) =
+      Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitZ());
+  EXPECT_GT(rightmost(out_to_the_right), rightmost(out_to_the_left) + 20);
 }
 
 }  // namespace
