@@ -31,5 +31,7 @@ absl::Status RefitConfidence(const RefitTakes& takes, double ridge, double crest
 absl::Status RefitSigma(const RefitTakes& takes);
 // What further steps of a fit still add to the explained share (pattern/fit/cell_fitter.cpp).
 absl::Status RefitRejection(const RefitTakes& takes);
+// What the decoder makes of a view, without a picture (simulation/observation_model.cpp).
+absl::Status RefitObservation(const RefitTakes& takes);
 
 }  // namespace weft::testing

@@ -18,7 +18,8 @@ int main(int argc, char** argv) {
   auto* confidence = app.add_subcommand("confidence", "Weights of pattern/surface/confidence.cpp");
   auto* sigma = app.add_subcommand("sigma", "kSigmaFactor of pattern/fit/cell_fitter.h");
   auto* rejection = app.add_subcommand("rejection", "kStillToGain of pattern/fit/cell_fitter.cpp");
-  for (auto* command : {confidence, sigma, rejection}) {
+  auto* observation = app.add_subcommand("observation", "Models of simulation/observation_model.cpp");
+  for (auto* command : {confidence, sigma, rejection, observation}) {
     command->add_option("TAKE", takes.fitted, "Folders with pictures and truth")->required();
     command->add_option("--held-out", takes.held_out, "Folders that are only measured");
   }
@@ -30,9 +31,10 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  const absl::Status status = *confidence ? weft::testing::RefitConfidence(takes, ridge, crest_counts)
-                              : *sigma    ? weft::testing::RefitSigma(takes)
-                                          : weft::testing::RefitRejection(takes);
+  const absl::Status status = *confidence    ? weft::testing::RefitConfidence(takes, ridge, crest_counts)
+                              : *sigma       ? weft::testing::RefitSigma(takes)
+                              : *observation ? weft::testing::RefitObservation(takes)
+                                             : weft::testing::RefitRejection(takes);
   if (status.ok()) return 0;
   std::fprintf(stderr, "refit_decode: %s\n", std::string(status.message()).c_str());
   return 2;
