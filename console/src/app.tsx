@@ -1,13 +1,23 @@
 import type { ComponentType } from "preact";
 import { user } from "./app_state";
 import { Login } from "./login";
+import { CamerasPage } from "./pages/cameras";
+import { JobsPage } from "./pages/jobs";
+import { LibraryPage } from "./pages/library";
+import { OperationsPage } from "./pages/operations";
 import { PlayerPage } from "./pages/player";
 import { ServerPage } from "./pages/server";
+import { TakesPage } from "./pages/takes";
 import { hrefOf, route } from "./router";
 import { Shell } from "./shell";
 import { Page, Waiting } from "./ui/parts";
 
 const PAGES: Record<string, ComponentType> = {
+  cameras: CamerasPage,
+  takes: TakesPage,
+  jobs: JobsPage,
+  operations: OperationsPage,
+  library: LibraryPage,
   server: ServerPage,
 };
 
@@ -15,7 +25,7 @@ export function App() {
   if (user.value === undefined) return <Waiting for="the daemon" />;
   if (user.value === null) return <Login />;
   const [place, id, part] = route.value;
-  const Shown = place === "jobs" && id && part === "player" ? PlayerPage : (PAGES[place ?? "server"] ?? Nowhere);
+  const Shown = place === "jobs" && id && part === "player" ? PlayerPage : (PAGES[place ?? "cameras"] ?? Nowhere);
   return (
     <Shell>
       <Shown />

@@ -9,6 +9,11 @@ import { Dialog } from "./ui/dialog";
 import { Table } from "./ui/parts";
 
 export const PLACES: { step: string; name: string; key: string }[] = [
+  { step: "cameras", name: "Cameras", key: "c" },
+  { step: "takes", name: "Takes", key: "t" },
+  { step: "jobs", name: "Jobs", key: "j" },
+  { step: "operations", name: "Operations", key: "o" },
+  { step: "library", name: "Library", key: "l" },
   { step: "server", name: "Server", key: "s" },
 ];
 
@@ -20,15 +25,24 @@ const ROLES: Record<Role, string> = {
   [Role.ADMIN]: "admin",
 };
 
+/** Puts the focus on the link of another row; Enter opens it. */
+function stepRow(by: number): void {
+  const rows = [...document.querySelectorAll<HTMLElement>("main a.row")];
+  const at = rows.indexOf(document.activeElement as HTMLElement);
+  rows[at < 0 ? 0 : Math.min(rows.length - 1, Math.max(0, at + by))]?.focus();
+}
+
 /** What stands around every page. */
 export function Shell({ children }: { children: ComponentChildren }) {
   const [helps, setHelps] = useState(false);
   const main = useRef<HTMLElement>(null);
-  const here = route.value[0] ?? "server";
+  const here = route.value[0] ?? "cameras";
   useShortcuts(
     [
       ...PLACES.map(({ step, name, key }) => ({ keys: `g ${key}`, text: `Go to ${name}`, run: () => go(step) })),
       { keys: "?", text: "Show the keys", run: () => setHelps(true) },
+      { keys: "j", text: "The next row", run: () => stepRow(1) },
+      { keys: "k", text: "The row before", run: () => stepRow(-1) },
       { keys: "d", text: "Dark or light", run: switchTheme },
     ],
     [],

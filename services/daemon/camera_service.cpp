@@ -26,6 +26,8 @@ absl::Status CheckLookRequest(const v1::LookAtCamerasRequest& request) {
     return BadLook("cameras", absl::StrCat(named, " of cameras, lease and take_id are given"),
                    "give one of them");
   }
+  if (!request.frame().empty() && request.take_id().empty())
+    return BadLook("frame", "is given without a take", "leave it out, or give take_id");
   if (request.width_px() >= 0 && request.width_px() <= kMostWidth_px) return absl::OkStatus();
   return BadLook("width_px", absl::StrCat(request.width_px(), " is out of range"),
                  absl::StrCat("give 1 to ", kMostWidth_px, ", or 0"));
@@ -68,6 +70,7 @@ absl::StatusOr<std::vector<v1::CameraLook>> CameraService::Look(const v1::LookAt
   if (request.width_px() > 0) options.width_px = request.width_px();
   if (!request.take_id().empty()) {
     options.camera_id = request.camera_id();
+    options.frame = request.frame();
     const absl::StatusOr<v1::RecordedTake> take = takes_.Get(request.take_id());
     if (!take.ok()) return take.status();
     return LookAtTake(take->folder(), options);

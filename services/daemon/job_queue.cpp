@@ -280,6 +280,27 @@ absl::StatusOr<v1::Job> JobQueue::Retry(const std::string& job_id) {
   return job;
 }
 
+absl::StatusOr<v1::Job> JobQueue::SetPriority(const std::string& job_id, int priority) {
+  Lock lock(mutex_);
+  const auto live = FindLive(job_id);
+  if (live == nullptr || live->ended) return catalogue_->ReadJob(job_id);
+  live->life.SetPriority(priority);
+  jobs_.remove(live);
+  // Where it would stand had it been submitted with it.
+  const auto later = std::find_if(jobs_.begin(), jobs_.end(), [&](const auto& other) {
+    if (other->ended) return false;
+    const v1::Job& theirs = other->job();
+    return theirs.priority() < priority ||
+           (theirs.priority() == priority && theirs.created_unix_ns() > live->job().created_unix_ns());
+  });
+  jobs_.insert(later, live);
+  RememberJob(*live);
+  Schedule();
+  v1::Job job = live->life.Describe();
+  UnlockAndTell(lock);
+  return job;
+}
+
 absl::StatusOr<int64_t> JobQueue::Subscribe(const std::string& job_id, std::function<void()> changed) {
   const Lock lock(mutex_);
   if (watchers_.size() >= kMaxWatchers) {

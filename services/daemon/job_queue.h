@@ -76,6 +76,8 @@ class JobQueue {
   // Queues an ended job once more, for its failed and cancelled frames. One without such frames, or one that
   // has not ended, stays as it is. Errors of Submit.
   absl::StatusOr<v1::Job> Retry(const std::string& job_id);
+  // The job's place in the queue from now on. One that has ended stays as it is.
+  absl::StatusOr<v1::Job> SetPriority(const std::string& job_id, int priority);
   // Newest first.
   absl::StatusOr<std::vector<v1::Job>> List(int limit);
   // Those that have not ended, in no order.

@@ -84,6 +84,15 @@ grpc::Status JobService::RetryJob(grpc::ServerContext*, const v1::RetryJobReques
   });
 }
 
+grpc::Status JobService::SetJobPriority(grpc::ServerContext*, const v1::SetJobPriorityRequest* request,
+                                        v1::Job* job) {
+  return Answer("SetJobPriority", [&]() -> absl::Status {
+    if (absl::Status status = CheckJobId(request->job_id()); !status.ok()) return status;
+    if (absl::Status status = CheckPriority(request->priority()); !status.ok()) return status;
+    return Assign(queue_.SetPriority(request->job_id(), request->priority()), job);
+  });
+}
+
 grpc::Status JobService::ListFrames(grpc::ServerContext*, const v1::ListFramesRequest* request,
                                     v1::ListFramesResponse* response) {
   return Answer("ListFrames", [&]() -> absl::Status {

@@ -45,6 +45,8 @@ class JobService final : public v1::Jobs::WithCallbackMethod_WatchJob<
                          v1::Job* job) override;
   grpc::Status RetryJob(grpc::ServerContext* context, const v1::RetryJobRequest* request,
                         v1::Job* job) override;
+  grpc::Status SetJobPriority(grpc::ServerContext* context, const v1::SetJobPriorityRequest* request,
+                              v1::Job* job) override;
   grpc::Status ListFrames(grpc::ServerContext* context, const v1::ListFramesRequest* request,
                           v1::ListFramesResponse* response) override;
   grpc::ServerWriteReactor<v1::FileChunk>* FetchResult(grpc::CallbackServerContext* context,

@@ -4,6 +4,7 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "services/options/presets.h"
 #include "services/rpc/error_detail.h"
 
@@ -11,7 +12,7 @@ namespace weft {
 namespace {
 
 constexpr size_t kMaxPathBytes = 4096;
-constexpr size_t kMaxNameBytes = 255;
+constexpr size_t kMaxNameBytes = 255, kMaxNotesBytes = 4096;
 constexpr size_t kLeastKeyBytes = 8, kMaxKeyBytes = 64;
 constexpr int kMostPriority = 100;
 constexpr int kUsualLimit = 100, kMostLimit = 1000;  // of a list
@@ -41,12 +42,6 @@ absl::Status CheckHash(const std::string& field, const std::string& hash) {
   const bool digits = std::all_of(hash.begin(), hash.end(), [](char c) { return absl::ascii_isxdigit(c); });
   if (hash.empty() || (hash.size() == 16 && digits)) return absl::OkStatus();
   return Invalid(field, absl::StrCat("\"", hash, "\" is no hash"), "give 16 hex digits, or nothing");
-}
-
-absl::Status CheckPriority(int priority) {
-  if (priority >= -kMostPriority && priority <= kMostPriority) return absl::OkStatus();
-  return Invalid("priority", absl::StrCat(priority, " is out of range"),
-                 absl::StrCat("give ", -kMostPriority, " to ", kMostPriority));
 }
 
 absl::Status CheckLive(const v1::RegistrationSpec& spec) {
@@ -112,6 +107,17 @@ absl::Status CheckPlainName(const std::string& field, const std::string& name) {
     return Invalid(field, absl::StrCat("\"", name, "\" has folders"), "give a name without folders");
   }
   return absl::OkStatus();
+}
+
+absl::Status CheckDescription(const std::string& slate, const std::string& notes) {
+  if (absl::Status status = CheckText("slate", slate, kMaxNameBytes); !status.ok()) return status;
+  return CheckText("notes", absl::StrReplaceAll(notes, {{"\n", " "}}), kMaxNotesBytes);
+}
+
+absl::Status CheckPriority(int priority) {
+  if (priority >= -kMostPriority && priority <= kMostPriority) return absl::OkStatus();
+  return Invalid("priority", absl::StrCat(priority, " is out of range"),
+                 absl::StrCat("give ", -kMostPriority, " to ", kMostPriority));
 }
 
 absl::Status CheckOneLine(const std::string& field, const std::string& text) {

@@ -19,6 +19,11 @@ absl::StatusOr<int> LimitOf(int limit);
 absl::Status CheckOwner(const std::string& owner);
 // The same of a text as long as a path may be.
 absl::Status CheckOneLine(const std::string& field, const std::string& text);
+// Of a take. InvalidArgument names the field: too long, or control characters beside the ends of lines in
+// `notes`.
+absl::Status CheckDescription(const std::string& slate, const std::string& notes);
+// -100 to 100.
+absl::Status CheckPriority(int priority);
 // Of a file or folder, without folders above it; may be empty.
 absl::Status CheckPlainName(const std::string& field, const std::string& name);
 // Empty, or fit for the name of a folder.

@@ -53,6 +53,8 @@ class TakeKeeper {
   v1::ListTakesResponse List(size_t limit, bool trash);
 
   absl::StatusOr<v1::RecordedTake> Pin(const std::string& id, bool pinned);
+  absl::StatusOr<v1::RecordedTake> Describe(const std::string& id, const std::string& slate,
+                                            const std::string& notes);
   absl::StatusOr<v1::RecordedTake> Delete(const std::string& id, const std::string& because);
   absl::StatusOr<v1::RecordedTake> Restore(const std::string& id);
   // One take of the trash, or all of it.

@@ -91,6 +91,19 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Pin(const std::string& id, bool pin
   return take;
 }
 
+absl::StatusOr<v1::RecordedTake> TakeKeeper::Describe(const std::string& id, const std::string& slate,
+                                                      const std::string& notes) {
+  if (absl::Status status = CheckDescription(slate, notes); !status.ok()) return status;
+  const std::lock_guard lock(changing_);
+  absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
+  if (!take.ok()) return take;
+  take->mutable_keeping()->set_slate(slate);
+  take->mutable_keeping()->set_notes(notes);
+  if (absl::Status status = WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()); !status.ok())
+    return status;
+  return take;
+}
+
 absl::StatusOr<v1::RecordedTake> TakeKeeper::Delete(const std::string& id, const std::string& because) {
   const std::lock_guard lock(changing_);
   absl::StatusOr<v1::RecordedTake> take = GetLocked(id);

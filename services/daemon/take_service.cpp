@@ -130,6 +130,13 @@ grpc::Status TakeService::PinTake(grpc::ServerContext*, const v1::PinTakeRequest
   return Answer("PinTake", [&] { return Assign(takes_.Pin(request->take_id(), request->pinned()), take); });
 }
 
+grpc::Status TakeService::DescribeTake(grpc::ServerContext*, const v1::DescribeTakeRequest* request,
+                                       v1::RecordedTake* take) {
+  return Answer("DescribeTake", [&] {
+    return Assign(takes_.Describe(request->take_id(), request->slate(), request->notes()), take);
+  });
+}
+
 grpc::Status TakeService::DeleteTake(grpc::ServerContext*, const v1::DeleteTakeRequest* request,
                                      v1::RecordedTake* take) {
   return Answer("DeleteTake",

@@ -31,6 +31,8 @@ class TakeService final : public v1::Takes::WithCallbackMethod_WatchTake<v1::Tak
                                                         const v1::WatchTakeRequest* request) override;
   grpc::Status PinTake(grpc::ServerContext* context, const v1::PinTakeRequest* request,
                        v1::RecordedTake* take) override;
+  grpc::Status DescribeTake(grpc::ServerContext* context, const v1::DescribeTakeRequest* request,
+                            v1::RecordedTake* take) override;
   grpc::Status DeleteTake(grpc::ServerContext* context, const v1::DeleteTakeRequest* request,
                           v1::RecordedTake* take) override;
   grpc::Status RestoreTake(grpc::ServerContext* context, const v1::RestoreTakeRequest* request,

@@ -30,6 +30,7 @@ class JobLife {
   v1::Job Describe() const;
 
   void SetMessage(const std::string& message) { job_.set_message(message); }
+  void SetPriority(int priority) { job_.set_priority(priority); }
   void AddWarning(const std::string& warning) { job_.add_warnings(warning); }
 
   // What its tasks took (JobUsage).

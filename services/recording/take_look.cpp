@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "capture/file/plain_text.h"
 #include "capture/image/image_encoders.h"
 #include "capture/image/picture_quality.h"
 #include "capture/image/thumbnail.h"
@@ -34,11 +35,13 @@ absl::Status AddPicture(const Frame& frame, int width_px, v1::CameraLook& look) 
   return absl::OkStatus();
 }
 
-absl::Status LookAtCamera(const RecordedTake& take, size_t camera, int width_px, v1::CameraLook& look) {
+// `newest`: position of the set to begin with; `look_back`: how many sets may stand in for one without a
+// frame.
+absl::Status LookAtCamera(const RecordedTake& take, size_t camera, size_t newest, size_t look_back,
+                          int width_px, v1::CameraLook& look) {
   absl::Status problem = absl::NotFoundError("it has no frame");
-  const size_t sets = take.sets().size();
-  for (size_t back = 0; back < std::min(sets, kLookBack); ++back) {
-    const size_t index = sets - 1 - back;
+  for (size_t back = 0; back < std::min(newest + 1, look_back); ++back) {
+    const size_t index = newest - back;
     const absl::StatusOr<RawFrame> raw = take.ReadRaw(index, camera);
     if (!raw.ok()) {
       if (back == 0) problem = raw.status();
@@ -63,6 +66,17 @@ absl::StatusOr<std::vector<v1::CameraLook>> LookAtTake(const std::string& folder
   if ((*take)->sets().empty()) {
     return absl::FailedPreconditionError(absl::StrCat(folder, ": has no frame set yet; look again later"));
   }
+  const std::vector<uint64_t>& sets = (*take)->sets();
+  size_t newest = sets.size() - 1, look_back = kLookBack;
+  if (!options.frame.empty()) {
+    const auto found = std::find_if(sets.begin(), sets.end(),
+                                    [&](uint64_t set) { return FrameNameOf(set) == options.frame; });
+    if (found == sets.end())
+      return absl::NotFoundError(
+          absl::StrCat(folder, ": has no frame set \"", EscapedText(options.frame), "\""));
+    newest = static_cast<size_t>(found - sets.begin());
+    look_back = 1;
+  }
   const absl::StatusOr<v1::Take> described = ReadTakeFile(folder);
   if (!described.ok()) return described.status();
   std::vector<v1::CameraLook> looks;
@@ -74,7 +88,7 @@ absl::StatusOr<std::vector<v1::CameraLook>> LookAtTake(const std::string& folder
     for (const v1::TakeCamera& camera : described->cameras()) {
       if (camera.id() == id) *look.mutable_camera() = camera;
     }
-    const absl::Status status = LookAtCamera(**take, i, options.width_px, look);
+    const absl::Status status = LookAtCamera(**take, i, newest, look_back, options.width_px, look);
     if (!status.ok()) look.set_problem(std::string(status.message()));
     looks.push_back(std::move(look));
   }

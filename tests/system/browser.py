@@ -23,7 +23,7 @@ def need_browser():
 
 
 class Browser:
-    """One page. What is looked for is waited for, a minute at most."""
+    """One page. What is looked for is waited for, four minutes at most."""
 
     def __init__(self, width=1280, height=800):
         self.process = subprocess.Popen(
@@ -57,7 +57,8 @@ class Browser:
 
     def see(self, text, selector=None):
         """Until it is visible."""
-        find = ["locator", f"{selector}:has-text({json.dumps(text)})"] if selector else ["getByText", text]
+        words = json.dumps(text)
+        find = ["locator", f"{selector}:has-text({words}):visible" if selector else f":text({words}):visible"]
         self.order(find=find, do="waitFor", args=[])
 
     def see_no(self, text):

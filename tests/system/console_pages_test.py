@@ -1,62 +1,22 @@
-"""The console's pages in a browser, with a live daemon."""
+"""The console's pages in a browser, with a live daemon: who may come in, and what happens when the daemon goes."""
 
 import gzip
 import json
 import os
-import tempfile
 import unittest
 
-from browser import PAGES, Browser, need_browser
-from console_test import free_port
-from daemon_process import DaemonProcess
+from browser import PAGES, need_browser
+from console_studio import TABLET, ConsoleDaemon
 from studio import read, wait_for, weft
 
-PICTURES = os.environ.get("WEFT_SCREENSHOTS")  # a folder for pictures of the pages, to be looked at
 MOST_COMPRESSED_BYTES = 500_000
-WIDE, TABLET = (1440, 900), (820, 1180)
 
 
 def setUpModule():
     need_browser()
 
 
-class ConsolePages(DaemonProcess, unittest.TestCase):
-    def setUp(self):
-        folder = tempfile.TemporaryDirectory(prefix="weft console ")
-        self.addCleanup(folder.cleanup)
-        self.folder = folder.name
-        os.mkdir(self.path("state"), mode=0o700)
-        self.port = free_port()
-
-    def begin(self):
-        self.start_plainly("--console", f"127.0.0.1:{self.port}", "--workers", "1")
-
-    def token(self, name, role):
-        return weft("access", "token", name, "--role", role, "--state", self.path("state"), check=0).stdout.strip()
-
-    def browser(self, size=WIDE, expected=()):
-        """A page that must not complain, and hears from nobody else. `expected`: words of what it may complain of."""
-        browser = Browser(*size)
-
-        def end():
-            troubles = [text for text in browser.troubles() if not any(words in text for words in expected)]
-            browser.close()
-            self.assertEqual(troubles, [])
-        self.addCleanup(end)
-        browser.page("goto", f"http://127.0.0.1:{self.port}/")
-        return browser
-
-    def log_in(self, browser, token):
-        browser.fill("Token", token)
-        browser.press("Enter")
-        browser.see("connected", ".connection")
-
-    def look(self, browser, name):
-        """Nothing serious for those who cannot see or use a mouse; a picture for those who look."""
-        self.assertEqual(browser.serious(), [])
-        if PICTURES:
-            browser.screenshot(os.path.join(PICTURES, f"{name}.png"))
-
+class ConsolePages(ConsoleDaemon, unittest.TestCase):
     def test_without_a_mouse_from_the_token_to_the_daemons_state(self):
         token = self.token("anna", "operator")
         self.begin()
@@ -97,12 +57,12 @@ class ConsolePages(DaemonProcess, unittest.TestCase):
         browser.evaluate("window.stays = true")
         self.kill_daemon()
         browser.see("connection lost", ".connection")
-        self.look(browser, "lost-tablet")
+        self.look(browser, "lost")
         self.begin()
         browser.see("connected", ".connection")
         wait_for(lambda: browser.css("dd:near(dt:text('Runs since'))", "textContent") != started, "the new daemon's state")
         self.assertTrue(browser.evaluate("window.stays"))
-        self.look(browser, "server-tablet")
+        self.look(browser, "server-back")
 
     def test_a_revoked_token_ends_in_the_form(self):
         self.begin()

@@ -15,6 +15,7 @@ export function secondsBetween(from_ns: bigint, to_ns: bigint): number {
 }
 
 export function durationText(seconds: number): string {
+  if (seconds < 0.1) return `${(1000 * seconds).toFixed(seconds < 0.001 ? 1 : 0)} ms`;
   if (seconds < 10) return `${seconds.toFixed(1)} s`;
   if (seconds < 90) return `${Math.round(seconds)} s`;
   if (seconds < 90 * 60) return `${Math.round(seconds / 60)} min`;

@@ -32,11 +32,13 @@ const HEADLINES: Record<string, string> = {
 export function Warnings({ texts }: { texts: string[] | undefined }) {
   if (!texts?.length) return null;
   return (
-    <ul class="warnings" role="status">
-      {texts.map((text) => (
-        <li key={text}>{text}</li>
-      ))}
-    </ul>
+    <div role="status">
+      <ul class="warnings">
+        {texts.map((text) => (
+          <li key={text}>{text}</li>
+        ))}
+      </ul>
+    </div>
   );
 }
 

@@ -20,7 +20,7 @@ const browser = await chromium.launch({
 })
 const context = await browser.newContext({ viewport: { width, height }, acceptDownloads: true })
 const page = await context.newPage()
-page.setDefaultTimeout(60_000)
+page.setDefaultTimeout(240_000)
 let troubles = []
 page.on('console', said => { if (said.type() === 'error') troubles.push(said.text()) })
 page.on('pageerror', error => troubles.push(String(error)))
