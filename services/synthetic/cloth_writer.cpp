@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/untangle/self_intersection.h"
+#include "base/median.h"
 #include "base/stopwatch.h"
 #include "capture/file/checksum.h"
 #include "services/files/atomic_file.h"
@@ -113,7 +115,26 @@ FramesHead HeadOf(const SyntheticTake& take) {
   return out;
 }
 
+absl::Status CheckWhole(const SyntheticTake& take, const PerformanceFrame& frame, int index) {
+  const double stretch = MedianStretch(take.garment().rest, frame.vertices_mm);
+  if (stretch <= kTornStretch) return absl::OkStatus();
+  return absl::InternalError(absl::StrCat(
+      "frame ", index, ": the simulation broke down, half of the cloth's edges are off their length by ",
+      std::lround(100 * stretch), " % and more; take a slower motion or other cells"));
+}
+
 }  // namespace
+
+double MedianStretch(const TriangleMesh& rest, const std::vector<Eigen::Vector3d>& vertices_mm) {
+  std::vector<double> stretch;
+  for (const Face& face : rest.faces)
+    for (size_t k = 0; k < 3; ++k) {
+      const auto a = static_cast<size_t>(face[k]), b = static_cast<size_t>(face[(k + 1) % 3]);
+      const double length = (rest.vertices_mm[a] - rest.vertices_mm[b]).norm();
+      if (length > 0) stretch.push_back(std::abs((vertices_mm[a] - vertices_mm[b]).norm() / length - 1));
+    }
+  return Median(std::move(stretch));
+}
 
 absl::StatusOr<ClothSummary> WriteClothTake(const SyntheticTakeOptions& options, const TakeFolder& folder,
                                             const std::function<void(double)>& on_dress,
@@ -152,6 +173,7 @@ absl::StatusOr<ClothSummary> WriteClothTake(const SyntheticTakeOptions& options,
     }
     absl::StatusOr<PerformanceFrame> frame = take->NextCloth();
     if (!frame.ok()) return frame.status();
+    if (absl::Status status = CheckWhole(*take, *frame, file.frames()); !status.ok()) return status;
     if (!FindIntersectingPairs(frame->vertices_mm, take->garment().rest.faces).empty())
       ++out.intersecting_frames;
     absl::Status status = file.Add({frame->time_ns, std::move(frame->vertices_mm), frame->pose});

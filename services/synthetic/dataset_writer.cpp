@@ -91,6 +91,7 @@ absl::StatusOr<DatasetSummary> MakeDataset(
   if (!status.ok()) return status;
   std::stop_source over;
   const std::stop_callback on_stop(stop, [&] { over.request_stop(); });
+  absl::Status broken;
   DatasetSummary summary;
   summary.takes = static_cast<int>(preset.takes.size());
   for (const DatasetTake& spec : preset.takes) {
@@ -117,12 +118,19 @@ absl::StatusOr<DatasetSummary> MakeDataset(
       };
       status = WriteClothTake(*options, *take, {}, after_frame, over.get_token()).status();
       if (absl::IsCancelled(status) && summary.is_late) continue;
+      if (absl::IsInternal(status)) {
+        // The others can still be made.
+        if (broken.ok())
+          broken = absl::InternalError(absl::StrCat(name, ": ", std::string(status.message())));
+        continue;
+      }
       if (!status.ok()) return status;
     }
     ++summary.complete;
     summary.frames += spec.frames;
   }
   if (status = WriteDatasetFile(preset, out); !status.ok()) return status;
+  if (!broken.ok()) return broken;
   return summary;
 }
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "services/synthetic/cloth_writer.h"
 #include "services/synthetic/dataset_file.h"
 #include "services/synthetic/frames_file.h"
 #include "services/synthetic/take_folder.h"
@@ -89,6 +90,20 @@ TEST(DatasetWriter, LeavesOtherProcessesTakesAndOtherFoldersAlone) {
   WriteBytes(folder / "photos/a.jpg", "x");
   EXPECT_EQ(MakeDataset(preset, folder / "photos", 0).status().code(), absl::StatusCode::kAlreadyExists);
   EXPECT_EQ(MakeDataset(ThreeTakes(), folder / "set", 0).status().code(), absl::StatusCode::kAlreadyExists);
+}
+
+TEST(ClothWriter, TornClothIsToldFromWornCloth) {
+  TriangleMesh rest = {{{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {10, 10, 0}}, {{0, 1, 2}, {1, 3, 2}}};
+  EXPECT_EQ(MedianStretch(rest, rest.vertices_mm), 0);
+  // Turned and folded along the diagonal: no edge changes.
+  std::vector<Eigen::Vector3d> folded = rest.vertices_mm;
+  folded[3] = folded[0];
+  EXPECT_NEAR(MedianStretch(rest, folded), 0, 1e-12);
+  for (const double scale : {0.7, 1.3}) {
+    std::vector<Eigen::Vector3d> torn = rest.vertices_mm;
+    for (Eigen::Vector3d& p : torn) p *= scale;
+    EXPECT_NEAR(MedianStretch(rest, torn), 0.3, 1e-12);
+  }
 }
 
 TEST(DatasetFile, RefusesWhatLeaks) {
