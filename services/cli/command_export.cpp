@@ -92,6 +92,7 @@ absl::StatusOr<TextureRequest> TextureRequestOf(const ExportCommandOptions& opti
   request.out = options.request.out;
   request.frames = options.request.frames;
   request.allow_unfinished = options.request.allow_unfinished;
+  request.fps = options.request.fps;
   request.recording = options.overlays.recording;
   return request;
 }

@@ -267,7 +267,6 @@ Program::Program()
   options.worker_program = weft::ProgramBeside("weft-worker");
   options.recorder_program = weft::ProgramBeside("weft-recorder");
   options.command_program = weft::ProgramBeside("weft");
-  options.console_files = ConsoleFiles();
   options.endings.assess = weft::AssessJobFolder;
   options.endings.write_report = weft::WriteJobReport;
   options.find_incomplete = weft::FindIncompleteFrames;
@@ -284,6 +283,7 @@ absl::Status ReadConfig(Program& program) {
     if (!status.ok()) return status;
   }
   program.setup.settings = weft::SettingsOf(program.app);
+  if (program.setup.options.console_files.empty()) program.setup.options.console_files = ConsoleFiles();
   return absl::OkStatus();
 }
 

@@ -121,6 +121,7 @@ absl::StatusOr<ExportOutcome> ExportTextures(const TextureRequest& request, cons
   if (absl::Status status = request.Validate(); !status.ok()) return status;
   ExportRequest world = InTheWorld(request.result, request.out, request.frames);
   world.allow_unfinished = request.allow_unfinished;
+  world.fps = request.fps;
   world.max_vertices = request.max_vertices;
   absl::StatusOr<ExportSource> source = ExportSource::Open(world);
   if (!source.ok()) return source.status();

@@ -19,6 +19,7 @@ struct TextureRequest {
   int max_vertices = 0;       // of the mesh that the normal map is for, as in ExportRequest
   RecordingChoice recording;  // of textures
   bool allow_unfinished = false;
+  double fps = 0;  // as in ExportRequest
 
   // InvalidArgument names the option and the remedy.
   absl::Status Validate() const;
