@@ -136,7 +136,8 @@ void AddConsoleOptions(CLI::App& app, weft::DaemonOptions& options) {
          "Name of this machine that browsers may ask for, besides its host name and addresses; may be given "
          "several times")
       ->type_name("NAME");
-  app.add_option("--console-files", options.console_files, "Folder of the console's built pages")
+  app.add_option("--console-files", options.console_files,
+                 "Folder of the console's built pages; those installed unless given, none where empty")
       ->type_name("DIR");
 }
 
@@ -283,7 +284,7 @@ absl::Status ReadConfig(Program& program) {
     if (!status.ok()) return status;
   }
   program.setup.settings = weft::SettingsOf(program.app);
-  if (program.setup.options.console_files.empty()) program.setup.options.console_files = ConsoleFiles();
+  if (program.app.count("--console-files") == 0) program.setup.options.console_files = ConsoleFiles();
   return absl::OkStatus();
 }
 
