@@ -116,12 +116,9 @@ RegisteredMesh PartOfMesh(const TemplateGarment& garment, const RegisteredMesh& 
   return {slice(joint.vertices_mm), slice(joint.state), slice(joint.sigma_mm), slice(joint.views)};
 }
 
-std::vector<int> GarmentOfVertex(const Template& garment) {
-  std::vector<int> out(garment.rest.vertices_mm.size(), 0);
-  for (size_t i = 0; i < garment.garments.size(); ++i)
-    std::fill_n(out.begin() + garment.garments[i].first_vertex, garment.garments[i].vertices,
-                static_cast<int>(i));
-  return out;
+GarmentRows::GarmentRows(const Template& garment) {
+  for (const VertexNode& node : garment.node_of_vertex)
+    if (node.row >= 0) rows_.insert(node.row);
 }
 
 }  // namespace weft

@@ -1,6 +1,8 @@
 // The templates of several garments as one, for takes that show them together.
 #pragma once
 
+#include <set>
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -26,7 +28,17 @@ TriangleMesh MeshOfGarment(const Template& joint, int garment,
                            const std::vector<Eigen::Vector3d>& vertices_mm);
 RegisteredMesh PartOfMesh(const TemplateGarment& garment, const RegisteredMesh& joint);
 
-// For each vertex the garment that it belongs to; all 0 for a template of one.
-std::vector<int> GarmentOfVertex(const Template& garment);
+// The rows of a board that a garment has nodes in: they tell its nodes from those of other garments.
+class GarmentRows {
+ public:
+  explicit GarmentRows(const Template& garment);
+  // A corner belongs to the cells above it, too.
+  bool Contains(const BoardNode& node) const {
+    return rows_.contains(node.row) || (node.kind == NodeKind::kCorner && rows_.contains(node.row - 1));
+  }
+
+ private:
+  std::set<int> rows_;
+};
 
 }  // namespace weft

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <set>
 #include <tuple>
 
 #include "absl/status/status.h"
@@ -187,28 +188,30 @@ absl::Status CheckTemplateGarments(const Template& garment) {
     return absl::InvalidArgumentError(
         absl::StrCat("garments[", i, "] (", garment.garments[i].id, "): ", why));
   };
+  const int vertices = static_cast<int>(garment.rest.vertices_mm.size());
+  const int faces = static_cast<int>(garment.rest.faces.size());
+  std::set<std::string_view> ids;
   int vertex = 0, face = 0;
   for (size_t i = 0; i < garment.garments.size(); ++i) {
     const TemplateGarment& one = garment.garments[i];
     if (one.id.empty()) return bad(i, "has no id");
-    for (size_t k = 0; k < i; ++k)
-      if (garment.garments[k].id == one.id) return bad(i, "another garment has this id, too");
-    if (one.first_vertex != vertex || one.first_face != face || one.vertices <= 0 || one.faces <= 0)
+    if (!ids.insert(one.id).second) return bad(i, "another garment has this id, too");
+    if (one.vertices <= 0 || one.faces <= 0 || one.vertices > vertices - vertex || one.faces > faces - face)
+      return bad(i, absl::StrCat("has ", one.vertices, " vertices and ", one.faces, " faces, the mesh has ",
+                                 vertices - vertex, " and ", faces - face, " more"));
+    if (one.first_vertex != vertex || one.first_face != face)
       return bad(i, absl::StrCat("begins at vertex ", one.first_vertex, " and face ", one.first_face,
                                  ", expected ", vertex, " and ", face));
     vertex += one.vertices, face += one.faces;
-    if (face > static_cast<int>(garment.rest.faces.size())) return bad(i, "has faces beyond the mesh's");
     for (int f = one.first_face; f < face; ++f)
       for (const int v : garment.rest.faces[static_cast<size_t>(f)])
         if (v < one.first_vertex || v >= vertex)
           return bad(i, absl::StrCat("its face ", f, " has vertex ", v, " of another garment"));
   }
   if (vertex == 0) return absl::OkStatus();
-  if (vertex != static_cast<int>(garment.rest.vertices_mm.size()) ||
-      face != static_cast<int>(garment.rest.faces.size()))
+  if (vertex != vertices || face != faces)
     return absl::InvalidArgumentError(absl::StrCat("garments: end at vertex ", vertex, " and face ", face,
-                                                   ", the mesh has ", garment.rest.vertices_mm.size(),
-                                                   " and ", garment.rest.faces.size()));
+                                                   ", the mesh has ", vertices, " and ", faces));
   return absl::OkStatus();
 }
 

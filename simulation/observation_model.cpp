@@ -23,7 +23,7 @@ constexpr std::array<double, 1 + kSightRegressors> kLogSigmaPx = {-2.904, 1.517,
 constexpr double kLeastPitchPx = 2, kMostPitchPx = 8;
 
 double Apply(const std::array<double, 1 + kSightRegressors>& weights, const CellSight& sight) {
-  const std::vector<double> x = RegressorsOf(sight);
+  const std::array<double, kSightRegressors> x = RegressorsOf(sight);
   double out = weights[0];
   for (size_t k = 0; k < x.size(); ++k) out += weights[k + 1] * x[k];
   return out;
@@ -56,7 +56,7 @@ SeenCells SightsOf(const ViewTruth& view) {
   return out;
 }
 
-std::vector<double> RegressorsOf(const CellSight& sight) {
+std::array<double, kSightRegressors> RegressorsOf(const CellSight& sight) {
   const double size = std::log(std::clamp(sight.pitch_px, kLeastPitchPx, kMostPitchPx) / 8),
                slant = sight.facing_deg / 60;
   return {size,

@@ -2,6 +2,7 @@
 // and statistics that need more views than can be rendered and decoded.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -31,7 +32,7 @@ SeenCells SightsOf(const ViewTruth& view);
 // Regressors of the two models below: log(pitch / 8 px) with the pitch kept within 2 to 8 px, its square,
 // slant (facing / 60 degrees, squared), and whether the edge is 1, 2 or 3 cells away.
 inline constexpr int kSightRegressors = 6;
-std::vector<double> RegressorsOf(const CellSight& sight);
+std::array<double, kSightRegressors> RegressorsOf(const CellSight& sight);
 
 // Probability that a visible cell is found where it is (logistic), and the standard deviation per axis of its
 // error. Both were fitted to what this version's decoder makes of pictures of the preset `shirt-drive`; the

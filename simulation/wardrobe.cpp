@@ -18,6 +18,8 @@ constexpr double kSleeve = 185, kCuff = 160, kSleeveSeam = 110;
 constexpr double kNeckHeight = -372;  // of that point over the pelvis
 constexpr double kLayerDepth = 45;    // of front and back from the middle when put on
 constexpr double kOpeningWay = 140;   // below the underarm, until an open shirt is round
+// Half axes of an open hem of half width 256: as long around as the cloth, and outside of the skirt's waist.
+constexpr double kOpenSide = 188, kOpenFront = 136;
 // The skirt's: half of the circumferences, and its length.
 constexpr double kWaist = 208, kSkirtHem = 330, kSkirtLength = 470;
 constexpr double kDressingArm = 60 * kRadPerDeg;
@@ -107,11 +109,11 @@ Vector3d TrunkStart(const Vec2& p, bool is_back, const ShirtCut& cut) {
   if (cut.open && p.y() > kUnderarm) {
     // An ellipse at the hem, as long around as the cloth; above it the shape goes over into the flat one.
     const double half_width = kChest + (p.y() - kUnderarm) / (cut.length - kUnderarm) * (cut.hem - kChest);
-    const double scale = half_width / 256, angle = std::numbers::pi / 2 * p.x() / half_width;
+    const double scale = half_width / cut.hem, angle = std::numbers::pi / 2 * p.x() / half_width;
     const double open = std::clamp((p.y() - kUnderarm) / kOpeningWay, 0.0, 1.0),
                  s = open * open * (3 - 2 * open);
-    x += s * (188 * scale * std::sin(angle) - x);
-    z += s * (136 * scale * std::cos(angle) - z);
+    x += s * (kOpenSide * scale * std::sin(angle) - x);
+    z += s * (kOpenFront * scale * std::cos(angle) - z);
   }
   return is_back ? Vector3d(-x, p.y() + kNeckHeight, z) : Vector3d(x, p.y() + kNeckHeight, -z);
 }

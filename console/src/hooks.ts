@@ -81,13 +81,15 @@ export function useWatch<I extends DescMessage, O extends DescMessage>(
   return { value, error };
 }
 
-/** Runs what a button asks for: one at a time, with its error. */
-export function useAction(): {
+export interface Action {
   busy: boolean;
   error: ApiError | null;
   run: (work: () => Promise<unknown>) => Promise<boolean>;
   clear: () => void;
-} {
+}
+
+/** Runs what a button asks for: one at a time, with its error. */
+export function useAction(): Action {
   const [busy, setBusy] = useState(false);
   const [error, setError] = useState<ApiError | null>(null);
   const run = async (work: () => Promise<unknown>) => {

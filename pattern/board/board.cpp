@@ -82,14 +82,16 @@ absl::Status Board::Validate() const {
   if (!(square_fraction > 0 && square_fraction <= 1)) {
     return bad(absl::StrCat("square_fraction ", square_fraction, " must be above 0 and at most 1"));
   }
+  if (parts.size() > std::numeric_limits<uint8_t>::max())
+    return bad(absl::StrCat("parts: there are ", parts.size(), ", but no more than 255 panels"));
   for (size_t i = 0; i < parts.size(); ++i) {
     const BoardPart& part = parts[i];
     const int from = i == 0 ? 0 : parts[i - 1].first_row + parts[i - 1].rows;
     if (part.rows < 3 || part.cols < 3 || part.cols > cols || part.first_row < from ||
         part.first_row > rows - part.rows)
-      return bad(absl::StrCat("parts[", i, "]: rows ", part.first_row, " to ", part.first_row + part.rows - 1,
-                              " and ", part.cols, " columns do not fit below the part before, within ", rows,
-                              "x", cols, " cells"));
+      return bad(absl::StrCat(
+          "parts[", i, "]: rows ", part.first_row, " to ", int64_t{part.first_row} + part.rows - 1, " and ",
+          part.cols, " columns do not fit below the part before, within ", rows, "x", cols, " cells"));
     if (panels.empty()) return bad("a joint board has panels");
   }
   for (size_t i = 0; i < cells.size(); ++i) {

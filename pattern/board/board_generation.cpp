@@ -29,11 +29,17 @@ class BoardMaker {
     fair_share_ = static_cast<float>(board_.cells.size()) / kCellColors;
   }
 
-  // Windows of another board are taken.
-  void KeepApartFrom(const Board& other) {
-    for (int row = 0; row + 3 <= other.rows; ++row)
-      for (int col = 0; col + 3 <= other.cols; ++col)
-        if (other.HasWindow(row, col)) used_.Add(RotatedCodes(BoardWindow(other, row, col)));
+  // Takes the windows of another board; their number.
+  int64_t KeepApartFrom(const Board& other) {
+    int64_t taken = 0;
+    for (int row = 0; row + 3 <= other.rows; ++row) {
+      for (int col = 0; col + 3 <= other.cols; ++col) {
+        if (!other.HasWindow(row, col)) continue;
+        used_.Add(RotatedCodes(BoardWindow(other, row, col)));
+        ++taken;
+      }
+    }
+    return taken;
   }
   absl::Status Fill();
 
@@ -201,11 +207,7 @@ absl::StatusOr<Board> GenerateBoard(const BoardGenerationOptions& options, const
   const int64_t windows = int64_t{options.rows - 2} * (options.cols - 2);
   int64_t taken = 0;
   BoardMaker maker(options.seed, progress, &board);
-  for (const Board& other : options.apart_from) {
-    maker.KeepApartFrom(other);
-    for (int row = 0; row + 3 <= other.rows; ++row)
-      for (int col = 0; col + 3 <= other.cols; ++col) taken += other.HasWindow(row, col);
-  }
+  for (const Board& other : options.apart_from) taken += maker.KeepApartFrom(other);
   if (options.panels.empty() && windows > kDistinctWindows - taken) {
     return absl::ResourceExhaustedError(
         absl::StrCat("a board of ", options.rows, "x", options.cols, " cells has ", windows,

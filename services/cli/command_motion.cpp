@@ -123,45 +123,44 @@ void AddMotionCommand(CLI::App& app, CommandLine& line) {
   make->add_option("--out", options->out, "The file to write, NAME.motion")->required()->type_name("FILE");
   make->callback([options, &line] { line.run = [options] { return MakeMotionFile(*options); }; });
 
-  CLI::App* import = AddCommand(
+  CLI::App* import_command = AddCommand(
       *motion, "import",
       "Turn motion capture (BVH) into a motion of our skeleton: on the ground, at the size of an average "
       "person, looking to the front at first. Joints are matched by the names in common use, and listed.",
       "  weft motion import walk.bvh --out walk.motion\n"
       "  weft motion import odd.bvh --joint pelvis=Base --joint chest=Rib2 --out odd.motion");
   auto imported = std::make_shared<MotionImportOptions>();
-  import->add_option("bvh", imported->bvh, "The file to read")->required()->type_name("FILE");
-  import
+  import_command->add_option("bvh", imported->bvh, "The file to read")->required()->type_name("FILE");
+  import_command
       ->add_option(
           "--joint", imported->joints,
           "Match a joint by hand, ours (as `weft motion show` names it) to the file's; may be repeated. "
           "\"Left\" is the side that a viewer in front sees on the left")
       ->type_name("OURS=THEIRS");
-  import->add_option("--out", imported->out, "The file to write, NAME.motion")->required()->type_name("FILE");
-  import->callback([imported, &line] { line.run = [imported] { return ImportMotionFile(*imported);
-};
-}  // namespace weft
-);
+  import_command->add_option("--out", imported->out, "The file to write, NAME.motion")
+      ->required()
+      ->type_name("FILE");
+  import_command->callback(
+      [imported, &line] { line.run = [imported] { return ImportMotionFile(*imported); }; });
 
-CLI::App* list =
-    AddCommand(*motion, "list", "List the kinds of motion that can be made.", "  weft motion list");
-list->callback([&line] {
-  line.run = [] {
-    ListMotionKinds();
-    return absl::OkStatus();
-  };
-});
+  CLI::App* list =
+      AddCommand(*motion, "list", "List the kinds of motion that can be made.", "  weft motion list");
+  list->callback([&line] {
+    line.run = [] {
+      ListMotionKinds();
+      return absl::OkStatus();
+    };
+  });
 
-CLI::App* show =
-    AddCommand(*motion, "show", "Show what a motion holds: length, and how far and fast each joint turns.",
-               "  weft motion show walk.motion --picture walk.svg");
-auto path = std::make_shared<std::string>();
-auto picture = std::make_shared<std::string>();
-show->add_option("motion", *path, "A motion")->required()->type_name("FILE");
-show->add_option("--picture", *picture, "Also draw it as a strip of figures (SVG)")->type_name("FILE");
-show->callback([path, picture, &line] {
-  line.run = [path, picture] { return ShowMotion(*path, *picture); };
-});
+  CLI::App* show =
+      AddCommand(*motion, "show", "Show what a motion holds: length, and how far and fast each joint turns.",
+                 "  weft motion show walk.motion --picture walk.svg");
+  auto path = std::make_shared<std::string>();
+  auto picture = std::make_shared<std::string>();
+  show->add_option("motion", *path, "A motion")->required()->type_name("FILE");
+  show->add_option("--picture", *picture, "Also draw it as a strip of figures (SVG)")->type_name("FILE");
+  show->callback(
+      [path, picture, &line] { line.run = [path, picture] { return ShowMotion(*path, *picture); }; });
 }
 
 }  // namespace weft

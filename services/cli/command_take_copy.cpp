@@ -113,61 +113,60 @@ void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
     command.add_option("--out", options->out, out)->required()->type_name("DIR");
     command.add_flag("--json", options->json, "Print JSON (weft.v1.TakeCopy)");
   };
-  CLI::App* import =
+  CLI::App* import_command =
       AddCommand(take, "import",
                  "Make a take of a folder of images, without loss. Images that cannot be read are "
                  "missing in the take, with the reason.",
                  "  weft take import dump --out take --fps 30");
-  add(*import, "DUMP", "Folder with <frame>/<camera>.png or cam<camera>/image<frame>.png",
+  add(*import_command, "DUMP", "Folder with <frame>/<camera>.png or cam<camera>/image<frame>.png",
       "Folder of the new take");
-  import->callback([options, &line] { line.run = [options, &line] { return Import(*options, line.quiet);
-};
-}  // namespace weft
-);
-AddCompress(*import, *options);
-import->add_option("--fps", options->fps, "Frames per second, for the times of the frames; 0: no times")
-    ->type_name("N");
-import->add_option("--mosaic", options->mosaic, "Grey images are a Bayer mosaic of this order")
-    ->type_name("ORDER");
+  import_command->callback(
+      [options, &line] { line.run = [options, &line] { return Import(*options, line.quiet); }; });
+  AddCompress(*import_command, *options);
+  import_command
+      ->add_option("--fps", options->fps, "Frames per second, for the times of the frames; 0: no times")
+      ->type_name("N");
+  import_command->add_option("--mosaic", options->mosaic, "Grey images are a Bayer mosaic of this order")
+      ->type_name("ORDER");
 
-CLI::App* export_command =
-    AddCommand(take, "export",
-               "Write a take as images, <out>/<frame>/<camera>.png, 8 bits as `weft register` reads them; "
-               "as an archive, <out>/<camera>.mkv in FFV1 without loss, checked by decoding it again; or as "
-               "a preview video of all cameras. Videos need the program ffmpeg.",
-               "  weft take export take --out images --demosaic\n"
-               "  weft take export take --out archive --format ffv1\n"
-               "  weft take export take:20260131-104500-1a2b3c4d --server 127.0.0.1:7411 --out images\n"
-               "  weft take export take --out take.mp4 --format proxy");
-add(*export_command, "TAKE", "Folder of the take",
-    "Folder of the images or of the archive, file of the video (mp4, mkv)");
-export_command->add_option("--format", options->format, "images, ffv1 or proxy")
-    ->type_name("FORMAT")
-    ->check(CLI::IsMember({"images", "ffv1", "proxy"}));
-export_command
-    ->add_option("--camera-width-px", options->camera_width_px,
-                 "Of a camera's picture in a proxy video; 0: all cameras within 1920 px")
-    ->type_name("PX")
-    ->check(CLI::Range(0, 8192));
-export_command->add_flag("--demosaic", options->demosaic, "Colour images instead of Bayer mosaics");
-RunHereOrAtDaemon(*export_command, line, [options, &line] { return ExportTake(*options, line.quiet); });
+  CLI::App* export_command = AddCommand(
+      take, "export",
+      "Write a take as images, <out>/<frame>/<camera>.png, 8 bits as `weft register` reads them; "
+      "as an archive, <out>/<camera>.mkv in FFV1 without loss, checked by decoding it again; or as "
+      "a preview video of all cameras. Videos need the program ffmpeg.",
+      "  weft take export take --out images --demosaic\n"
+      "  weft take export take --out archive --format ffv1\n"
+      "  weft take export take:20260131-104500-1a2b3c4d --server 127.0.0.1:7411 --out images\n"
+      "  weft take export take --out take.mp4 --format proxy");
+  add(*export_command, "TAKE", "Folder of the take",
+      "Folder of the images or of the archive, file of the video (mp4, mkv)");
+  export_command->add_option("--format", options->format, "images, ffv1 or proxy")
+      ->type_name("FORMAT")
+      ->check(CLI::IsMember({"images", "ffv1", "proxy"}));
+  export_command
+      ->add_option("--camera-width-px", options->camera_width_px,
+                   "Of a camera's picture in a proxy video; 0: all cameras within 1920 px")
+      ->type_name("PX")
+      ->check(CLI::Range(0, 8192));
+  export_command->add_flag("--demosaic", options->demosaic, "Colour images instead of Bayer mosaics");
+  RunHereOrAtDaemon(*export_command, line, [options, &line] { return ExportTake(*options, line.quiet); });
 
-CLI::App* trim =
-    AddCommand(take, "trim",
-               "Copy a range of frame sets into a take of its own; numbers, times and bytes "
-               "stay, but for the times of cameras that are shifted.",
-               "  weft take trim take --frames 100:200 --out walk\n"
-               "  weft take trim take:20260131-104500-1a2b3c4d --frames 100:200 --server 127.0.0.1:7411\n"
-               "  weft take trim take --out shifted --shift cam3=-1.5");
-add(*trim, "TAKE", "Folder of the take", "Folder of the new take; a daemon keeps it as a take of its own");
-trim->get_option("--out")->required(false);
-AddTakeRangeOptions(*trim, options->range);
-AddCompress(*trim, *options);
-RunHereOrAtDaemon(*trim, line, [options, &line]() -> absl::Status {
-  if (options->out.empty())
-    return absl::InvalidArgumentError("--out is required: the folder of the new take");
-  return Trim(*options, line.quiet);
-});
+  CLI::App* trim =
+      AddCommand(take, "trim",
+                 "Copy a range of frame sets into a take of its own; numbers, times and bytes "
+                 "stay, but for the times of cameras that are shifted.",
+                 "  weft take trim take --frames 100:200 --out walk\n"
+                 "  weft take trim take:20260131-104500-1a2b3c4d --frames 100:200 --server 127.0.0.1:7411\n"
+                 "  weft take trim take --out shifted --shift cam3=-1.5");
+  add(*trim, "TAKE", "Folder of the take", "Folder of the new take; a daemon keeps it as a take of its own");
+  trim->get_option("--out")->required(false);
+  AddTakeRangeOptions(*trim, options->range);
+  AddCompress(*trim, *options);
+  RunHereOrAtDaemon(*trim, line, [options, &line]() -> absl::Status {
+    if (options->out.empty())
+      return absl::InvalidArgumentError("--out is required: the folder of the new take");
+    return Trim(*options, line.quiet);
+  });
 }
 
 }  // namespace weft

@@ -106,13 +106,10 @@ class FrameEvaluator {
 
   // Of a take that shows several garments, where the result is of one.
   void LeaveOtherGarments(FrameTruth& truth) const {
-    const std::set<int>& rows = inputs_.rows_of_garment;
-    if (rows.empty()) return;
+    if (!inputs_.rows_of_garment) return;
     for (ViewTruth& view : truth.views)
-      std::erase_if(view.nodes, [&](const NodeTruth& seen) {
-        const bool below = seen.node.kind == NodeKind::kCorner && rows.contains(seen.node.row - 1);
-        return !rows.contains(seen.node.row) && !below;
-      });
+      std::erase_if(view.nodes,
+                    [&](const NodeTruth& seen) { return !inputs_.rows_of_garment->Contains(seen.node); });
   }
 
   // Whether the truth knows the vertices of the mesh.

@@ -82,14 +82,6 @@ void LeaveTruth(const absl::Status& why, EvaluationInputs& inputs) {
 }
 
 // Finds which vertex of the truth is which of the result. Needs the template of the take beside its truth.
-// The rows of the board that the garment has nodes in.
-std::set<int> RowsOf(const Template& garment) {
-  std::set<int> rows;
-  for (const VertexNode& node : garment.node_of_vertex)
-    if (node.row >= 0) rows.insert(node.row);
-  return rows;
-}
-
 absl::Status MatchTruth(EvaluationInputs& inputs) {
   const fs::path of_truth = (fs::path(inputs.truth) / "../template").lexically_normal();
   if (!inputs.garment || !Exists(of_truth / "template.json")) return absl::OkStatus();
@@ -105,7 +97,7 @@ absl::Status MatchTruth(EvaluationInputs& inputs) {
                     by_node->vertices(), " have in common with the truth")});
   inputs.truth_by_node = *std::move(by_node);
   if (!truth->garments.empty() && inputs.garment->garments.empty())
-    inputs.rows_of_garment = RowsOf(*inputs.garment);
+    inputs.rows_of_garment = GarmentRows(*inputs.garment);
   return absl::OkStatus();
 }
 

@@ -3,11 +3,11 @@
 
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "alignment/joint_template.h"
 #include "alignment/template.h"
 #include "capture/rig/rig.h"
 #include "capture/take/frame_source.h"
@@ -51,8 +51,8 @@ struct EvaluationInputs {
   std::string fps_source;  // "--fps", "the take's times"
   std::optional<Rig> rig;
   std::optional<Template> garment;
-  // Where the result is of one of several garments of the truth: its rows of the joint board. Empty: all.
-  std::set<int> rows_of_garment;
+  // Where the result is of one of several garments of the truth: its rows of the joint board.
+  std::optional<GarmentRows> rows_of_garment;
   std::unique_ptr<FrameSource> dump;
   // Where the result's template is not the truth's own.
   std::optional<TruthByNode> truth_by_node;

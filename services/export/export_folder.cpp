@@ -43,6 +43,11 @@ std::set<std::string> NamesIn(const v1::Export& wanted) {
 
 }  // namespace
 
+absl::Status StoppedAfter(size_t done, size_t all) {
+  return absl::CancelledError(
+      absl::StrCat("stopped after ", done, " of ", all, " frames; the same command goes on from there"));
+}
+
 std::string ExportFolder::Of(const std::string& name) const { return (fs::path(path_) / name).string(); }
 
 std::string ExportFolder::UnfinishedOf(const std::string& name) const {
@@ -87,6 +92,17 @@ absl::Status ExportFolder::Begin(const v1::Export& wanted) const {
   if (absl::Status status = CreateFolders((fs::path(path_) / kUnfinishedFolder).string()); !status.ok())
     return status;
   return WriteJsonFile(UnfinishedOf(kExportFile), wanted);
+}
+
+absl::StatusOr<ExportFolder::Holds> ExportFolder::BeginOrGoOn(const v1::Export& wanted,
+                                                              uint64_t needed_bytes) const {
+  const absl::StatusOr<Holds> holds = Compare(wanted);
+  if (!holds.ok() || *holds == Holds::kAll) return holds;
+  RemoveLeftovers(wanted);
+  absl::Status status = CheckRoom(needed_bytes, 0);
+  if (status.ok() && *holds == Holds::kNothing) status = Begin(wanted);
+  if (!status.ok()) return status;
+  return holds;
 }
 
 void ExportFolder::RemoveLeftovers(const v1::Export& wanted) const {

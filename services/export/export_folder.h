@@ -13,6 +13,9 @@ namespace weft {
 
 inline constexpr char kExportFile[] = "export.json";
 
+// Cancelled: the export was stopped, and what to do.
+absl::Status StoppedAfter(size_t done, size_t all);
+
 // Thread safety: none; one process at a time.
 class ExportFolder {
  public:
@@ -31,6 +34,8 @@ class ExportFolder {
   absl::Status CheckRoom(uint64_t needed_bytes, uint64_t present_bytes) const;
   // Makes the folder, and notes what is to be exported.
   absl::Status Begin(const v1::Export& wanted) const;
+  // Compare, and unless all of it is there: removes leftovers, checks the room, begins what has not begun.
+  absl::StatusOr<Holds> BeginOrGoOn(const v1::Export& wanted, uint64_t needed_bytes) const;
   // Removes temporary files of `wanted` that a killed export left.
   void RemoveLeftovers(const v1::Export& wanted) const;
 

@@ -129,24 +129,20 @@ absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, cons
   if (!plan.ok()) return plan.status();
   ExportOutcome outcome{OverlayManifest(request, *source, *plan)};
   const ExportFolder folder(request.out);
-  const absl::StatusOr<ExportFolder::Holds> holds = folder.Compare(outcome.manifest);
+  const size_t frames = source->meshes().size();
+  const absl::StatusOr<ExportFolder::Holds> holds =
+      folder.BeginOrGoOn(outcome.manifest, MaxOverlayBytes(request, *plan, frames));
   if (!holds.ok()) return holds.status();
   outcome.was_complete = *holds == ExportFolder::Holds::kAll;
   if (outcome.was_complete) return outcome;
-  folder.RemoveLeftovers(outcome.manifest);
-  const size_t frames = source->meshes().size();
-  absl::Status status = folder.CheckRoom(MaxOverlayBytes(request, *plan, frames), 0);
-  if (status.ok() && *holds == ExportFolder::Holds::kNothing) status = folder.Begin(outcome.manifest);
+  absl::Status status;
   const bool is_video = IsVideo(request.format);
   if (status.ok() && is_video)
     status = WriteOverlayVideos(request, *plan, *source, folder, progress, stop, outcome.warnings);
   for (const std::string& camera : outcome.manifest.files())
     if (status.ok() && !is_video) status = PrepareFolder(folder.Of(camera));
   for (size_t i = 0; status.ok() && !is_video && i < frames; ++i) {
-    if (stop.stop_requested()) {
-      return absl::CancelledError(
-          absl::StrCat("stopped after ", i, " of ", frames, " frames; the same command goes on from there"));
-    }
+    if (stop.stop_requested()) return StoppedAfter(i, frames);
     status = WriteFrameOverlays(request, *plan, *source, i, folder, outcome.warnings);
     if (progress) progress(ExportStep::kWrite, i + 1, frames);
   }

@@ -191,7 +191,7 @@ class Exporter {
   // Files that are there are kept: they got their names when they were complete.
   absl::Status WriteFrames(FrameWriter& writer, const v1::Export& manifest) {
     for (size_t i = 0; i < plan_.samples.size(); ++i) {
-      if (stop_.stop_requested()) return Stopped(i, plan_.samples.size());
+      if (stop_.stop_requested()) return StoppedAfter(i, plan_.samples.size());
       const std::string& name =
           manifest.frames(static_cast<int>(plan_.source.meshes()[plan_.samples[i].mesh])).file();
       if (!fs::exists(folder_.Of(name))) {
@@ -241,11 +241,6 @@ class Exporter {
   }
 
  private:
-  static absl::Status Stopped(size_t done, size_t all) {
-    return absl::CancelledError(
-        absl::StrCat("stopped after ", done, " of ", all, " frames; the same command goes on from there"));
-  }
-
   absl::Status AddSamples(SequenceWriter& writer, ExportStream& out) {
     const size_t samples = plan_.samples.size(), all = samples * static_cast<size_t>(writer.passes());
     auto saved = std::chrono::steady_clock::now();
@@ -265,7 +260,7 @@ class Exporter {
       if (!stopped && now - saved < kBetweenCheckpoints) continue;
       saved = now;
       if (status = Save(done + 1, samples, writer, out); !status.ok()) return status;
-      if (stopped) return Stopped((done + 1) / static_cast<size_t>(writer.passes()), samples);
+      if (stopped) return StoppedAfter((done + 1) / static_cast<size_t>(writer.passes()), samples);
     }
     return absl::OkStatus();
   }

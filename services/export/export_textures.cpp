@@ -130,19 +130,15 @@ absl::StatusOr<ExportOutcome> ExportTextures(const TextureRequest& request, cons
   if (!tools.ok()) return tools.status();
   ExportOutcome outcome{TextureManifest(request, *source)};
   const ExportFolder folder(request.out);
-  const absl::StatusOr<ExportFolder::Holds> holds = folder.Compare(outcome.manifest);
+  const size_t frames = source->meshes().size();
+  const absl::StatusOr<ExportFolder::Holds> holds =
+      folder.BeginOrGoOn(outcome.manifest, MaxBytes(request, frames));
   if (!holds.ok()) return holds.status();
   outcome.was_complete = *holds == ExportFolder::Holds::kAll;
   if (outcome.was_complete) return outcome;
-  folder.RemoveLeftovers(outcome.manifest);
-  const size_t frames = source->meshes().size();
-  absl::Status status = folder.CheckRoom(MaxBytes(request, frames), 0);
-  if (status.ok() && *holds == ExportFolder::Holds::kNothing) status = folder.Begin(outcome.manifest);
+  absl::Status status;
   for (size_t i = 0; status.ok() && i < frames; ++i) {
-    if (stop.stop_requested()) {
-      return absl::CancelledError(
-          absl::StrCat("stopped after ", i, " of ", frames, " frames; the same command goes on from there"));
-    }
+    if (stop.stop_requested()) return StoppedAfter(i, frames);
     status = WriteFrame(request, outcome.manifest.frames(static_cast<int>(source->meshes()[i])), i, folder,
                         *tools, outcome.warnings);
     if (progress) progress(ExportStep::kWrite, i + 1, frames);

@@ -13,6 +13,7 @@
 #include "services/files/observations_file.h"
 #include "services/files/template_file.h"
 #include "services/pipeline/frame_folder.h"
+#include "services/pipeline/stage_reports.h"
 #include "services/report/job_frames.h"
 #include "weft/v1/job.pb.h"
 
@@ -58,13 +59,8 @@ class GarmentSplitter {
         job_(std::move(job)),
         place_(joint.garments[static_cast<size_t>(garment)]),
         garment_(TemplateOf(joint, garment)),
-        out_((fs::path(out) / place_.id).string()) {
-    for (const VertexNode& node : garment_.node_of_vertex) {
-      if (node.row < 0) continue;
-      rows_.resize(std::max(rows_.size(), static_cast<size_t>(node.row) + 2), false);
-      rows_[static_cast<size_t>(node.row)] = true;
-    }
-  }
+        out_((fs::path(out) / place_.id).string()),
+        rows_(garment_) {}
 
   // Nobody else's result is written over.
   absl::Status Prepare() const {
@@ -77,8 +73,8 @@ class GarmentSplitter {
   }
 
   absl::Status WriteFrame(const v1::FrameReport& joint) const {
-    absl::StatusOr<FrameFolder> folder = FrameFolder::Open(fs::absolute(out_).lexically_normal().string(),
-                                                           joint.frame(), ConfinedFolder::IfMissing::kMake);
+    absl::StatusOr<FrameFolder> folder =
+        FrameFolder::Open(Absolute(out_), joint.frame(), ConfinedFolder::IfMissing::kMake);
     if (!folder.ok()) return folder.status();
     if (absl::Status status = folder->Clear(); !status.ok()) return status;
     v1::FrameReport report;
@@ -99,11 +95,11 @@ class GarmentSplitter {
   }
 
   absl::Status Finish() const {
-    absl::Status status = WriteTemplate((fs::path(out_) / "template").string(), garment_, "weft split");
+    absl::Status status = WriteTemplate(TemplateFolder(), garment_, "weft split");
     if (!status.ok()) return status;
     v1::Job job = job_;
-    job.mutable_spec()->set_garment(fs::absolute(fs::path(out_) / "template").lexically_normal().string());
-    job.mutable_spec()->set_out(fs::absolute(out_).lexically_normal().string());
+    job.mutable_spec()->set_garment(Absolute(TemplateFolder()));
+    job.mutable_spec()->set_out(Absolute(out_));
     job.mutable_spec()->mutable_expected()->clear_garment();
     job.mutable_inputs()->set_garment(garment_.ContentHash());
     job.clear_verdict();  // it judged all garments together
@@ -115,13 +111,12 @@ class GarmentSplitter {
   const std::string& id() const { return place_.id; }
 
  private:
+  static std::string Absolute(const std::string& path) {
+    return fs::absolute(path).lexically_normal().string();
+  }
+  std::string TemplateFolder() const { return (fs::path(out_) / "template").string(); }
   std::string PathOf(const v1::FrameReport& joint, FrameFile file) const {
     return FramePaths(result_, joint.frame()).Of(file);
-  }
-  bool IsOurs(const BoardNode& node) const {
-    return node.row >= 0 && static_cast<size_t>(node.row) < rows_.size() &&
-           (rows_[static_cast<size_t>(node.row)] ||
-            (node.kind == NodeKind::kCorner && node.row > 0 && rows_[static_cast<size_t>(node.row) - 1]));
   }
 
   absl::Status WriteCloudOf(const v1::FrameReport& joint, const FrameFolder& folder,
@@ -129,11 +124,8 @@ class GarmentSplitter {
     if (!Lists(joint, FrameFile::kCloud)) return absl::OkStatus();
     absl::StatusOr<Cloud> cloud = ReadCloud(PathOf(joint, FrameFile::kCloud));
     if (!cloud.ok()) return cloud.status();
-    std::erase_if(cloud->points, [this](const CloudPoint& p) { return !IsOurs(p.node); });
-    int centers = 0;
-    for (const CloudPoint& p : cloud->points) centers += p.node.kind == NodeKind::kCenter;
-    report.mutable_cloud()->set_centers(centers);
-    report.mutable_cloud()->set_corners(static_cast<int>(cloud->points.size()) - centers);
+    std::erase_if(cloud->points, [this](const CloudPoint& p) { return !rows_.Contains(p.node); });
+    DescribeCloud(*cloud, *report.mutable_cloud());
     return folder.Put(
         FrameFile::kCloud,
         [&](const std::string& path) { return WriteCloud(path, *cloud, CloudColumns::kWithCovariance); },
@@ -146,7 +138,7 @@ class GarmentSplitter {
     auto images = ReadObservations(PathOf(joint, FrameFile::kObservations));
     if (!images.ok()) return images.status();
     for (ImageObservations& image : *images)
-      std::erase_if(image.observations, [this](const Observation& o) { return !IsOurs(o.node); });
+      std::erase_if(image.observations, [this](const Observation& o) { return !rows_.Contains(o.node); });
     return folder.Put(
         FrameFile::kObservations, [&](const std::string& path) { return WriteObservations(path, *images); },
         report);
@@ -162,15 +154,7 @@ class GarmentSplitter {
       return absl::InvalidArgumentError(absl::StrCat(path, ": has ", all->vertices_mm.size(),
                                                      " vertices, fewer than the template of its job"));
     const RegisteredMesh mesh = PartOfMesh(place_, *all);
-    v1::MeshReport& counts = *report.mutable_mesh();
-    counts.set_vertices(place_.vertices);
-    for (size_t v = 0; v < garment_.node_of_vertex.size(); ++v) {
-      counts.set_vertices_with_cell(counts.vertices_with_cell() + (garment_.node_of_vertex[v].row >= 0));
-      counts.set_observed(counts.observed() + (mesh.state[v] == VertexState::kObserved));
-      counts.set_two_view(counts.two_view() + (mesh.state[v] == VertexState::kTwoView));
-    }
-    if (counts.vertices_with_cell() > 0)
-      counts.set_coverage(static_cast<double>(counts.observed()) / counts.vertices_with_cell());
+    DescribeMesh(mesh, garment_, *report.mutable_mesh());
     return folder.Put(
         FrameFile::kMesh,
         [&](const std::string& to) { return WriteRegisteredMesh(to, mesh, garment_.rest.faces); }, report);
@@ -181,7 +165,7 @@ class GarmentSplitter {
   TemplateGarment place_;
   Template garment_;
   std::string out_;
-  std::vector<bool> rows_;  // of the board that the garment has cells in
+  GarmentRows rows_;
 };
 
 }  // namespace

@@ -71,26 +71,29 @@ void DescribeBias(const CameraBias& bias, v1::ViewReport& report) {
   out.set_significance(bias.significance);
 }
 
-void DescribeAlignment(const AlignResult& result, const Template& garment, int unclaimed,
-                       v1::MeshReport& report) {
+void DescribeMesh(const RegisteredMesh& mesh, const Template& garment, v1::MeshReport& report) {
   report.set_vertices(static_cast<int>(garment.node_of_vertex.size()));
   std::vector<double> sigmas;
   for (size_t v = 0; v < garment.node_of_vertex.size(); ++v) {
     report.set_vertices_with_cell(report.vertices_with_cell() + (garment.node_of_vertex[v].row >= 0));
-    if (result.mesh.state[v] == VertexState::kObserved) sigmas.push_back(result.mesh.sigma_mm[v]);
-    report.set_two_view(report.two_view() + (result.mesh.state[v] == VertexState::kTwoView));
+    if (mesh.state[v] == VertexState::kObserved) sigmas.push_back(mesh.sigma_mm[v]);
+    report.set_two_view(report.two_view() + (mesh.state[v] == VertexState::kTwoView));
   }
+  report.set_observed(static_cast<int>(sigmas.size()));
+  if (report.vertices_with_cell() > 0)
+    report.set_coverage(static_cast<double>(report.observed()) / report.vertices_with_cell());
+  report.set_median_observed_sigma_mm(Median(std::move(sigmas)));
+}
+
+void DescribeAlignment(const AlignResult& result, const Template& garment, int unclaimed,
+                       v1::MeshReport& report) {
+  DescribeMesh(result.mesh, garment, report);
   const size_t bytes = AlignmentMemoryBytes(report.vertices());
   report.set_alignment_memory_mib(static_cast<double>(bytes) / (1 << 20));
   report.set_self_intersections_before(result.untangling.pairs_before);
   report.set_self_intersections(result.untangling.pairs_after);
   report.set_demoted(result.untangling.demoted_vertices);
-  report.set_observed(static_cast<int>(sigmas.size()));
   report.set_unclaimed_points(unclaimed);
-  if (report.vertices_with_cell() > 0) {
-    report.set_coverage(static_cast<double>(report.observed()) / report.vertices_with_cell());
-  }
-  report.set_median_observed_sigma_mm(Median(std::move(sigmas)));
   for (const StageReport& stage : result.stages) {
     v1::AlignmentStage& entry = *report.add_stages();
     entry.set_name(stage.name);

@@ -23,8 +23,8 @@ struct DatasetSummary {
 // Several processes may work on one set, each on a take of its own. Stops between two frames after `minutes`
 // (0: never) or when `stop` is requested, and goes on there at the next call; the bytes do not depend on
 // that. `on_frame` (may be empty) is called with a take's name, its finished frames and all of its frames.
-// Errors of WriteClothTake; Internal names the
-// first take whose simulation broke down, after the others were made. Unavailable while another process puts
+// Errors of WriteClothTake; Internal names the first take whose simulation broke down, after the others were
+// made. Unavailable while another process puts
 // the garment on.
 absl::StatusOr<DatasetSummary> MakeDataset(
     const DatasetPreset& preset, const std::string& out, double minutes,

@@ -3,23 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "pattern/board/board_generation.h"
 #include "pattern/board/joint_board.h"
+#include "tests/pattern/board/boards_apart.h"
 
 namespace weft {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-Board Made(int rows, int cols, uint64_t seed, std::vector<Board> apart_from = {}) {
-  BoardGenerationOptions options;
-  options.rows = rows;
-  options.cols = cols;
-  options.seed = seed;
-  options.apart_from = std::move(apart_from);
-  return *GenerateBoard(options);
-}
 
 // A flat piece of cloth with a vertex on each cell of the board.
 Template SheetOf(const std::string& id, const Board& board) {
@@ -40,7 +31,8 @@ Template SheetOf(const std::string& id, const Board& board) {
 
 class JoinTemplatesTest : public ::testing::Test {
  protected:
-  const Board skirt_board_ = Made(12, 20, 1), shirt_board_ = Made(10, 14, 2, {skirt_board_});
+  const Board skirt_board_ = BoardApartFrom({}, 12, 20, 1),
+              shirt_board_ = BoardApartFrom({skirt_board_}, 10, 14, 2);
   const Board joint_board_ = *JoinBoards({shirt_board_, skirt_board_});
   const Template skirt_ = SheetOf("skirt", skirt_board_), shirt_ = SheetOf("shirt", shirt_board_);
 };
@@ -73,8 +65,11 @@ TEST_F(JoinTemplatesTest, EachGarmentKeepsItsMeshAndItsCells) {
   const TriangleMesh back = MeshOfGarment(garment, 1, garment.rest.vertices_mm);
   EXPECT_EQ(back.faces, shirt_.rest.faces);
   EXPECT_EQ(back.vertices_mm, shirt_.rest.vertices_mm);
-  EXPECT_EQ(GarmentOfVertex(garment)[239], 0);
-  EXPECT_EQ(GarmentOfVertex(garment)[240], 1);
+  const GarmentRows of_skirt_alone(skirt_);
+  EXPECT_TRUE(of_skirt_alone.Contains({11, 3}));
+  EXPECT_FALSE(of_skirt_alone.Contains({12, 3}));
+  EXPECT_TRUE(of_skirt_alone.Contains({12, 3, NodeKind::kCorner}));
+  EXPECT_FALSE(of_skirt_alone.Contains({13, 3, NodeKind::kCorner}));
   EXPECT_TRUE(CheckTemplateMesh(garment.rest).ok());
   EXPECT_TRUE(CheckVertexNodes(garment.node_of_vertex, garment.node_of_vertex.size(), joint_board_).ok());
 }
@@ -84,7 +79,7 @@ TEST_F(JoinTemplatesTest, RefusesGarmentsThatDoNotBelongToTheBoard) {
     const auto joint = JoinTemplates("outfit", garments, std::vector<GarmentParts>(garments.size()), board);
     return std::string(joint.status().message());
   };
-  const Board other = Made(12, 12, 9);
+  const Board other = BoardApartFrom({}, 12, 12, 9);
   EXPECT_THAT(
       join({skirt_, SheetOf("scarf", other)}, joint_board_),
       AllOf(HasSubstr("scarf"), HasSubstr(other.ContentHash()), HasSubstr(shirt_board_.ContentHash())));

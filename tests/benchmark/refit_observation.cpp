@@ -55,7 +55,7 @@ absl::Status AddOutcomes(const std::vector<std::string>& folders, std::vector<Ou
 }
 
 Eigen::VectorXd Regressors(const CellSight& sight) {
-  const std::vector<double> x = RegressorsOf(sight);
+  const std::array<double, kSightRegressors> x = RegressorsOf(sight);
   return Eigen::Map<const Eigen::VectorXd>(x.data(), kSightRegressors);
 }
 

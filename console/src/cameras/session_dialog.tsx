@@ -9,7 +9,7 @@ import { Sessions } from "@api/sessions_pb";
 import { client, user } from "../app_state";
 import { ApiError } from "../api/error";
 import { newKey, useAction, useCall } from "../hooks";
-import { Dialog } from "../ui/dialog";
+import { Dialog, FormEnd } from "../ui/dialog";
 import { InputField } from "../ui/inputs";
 import { Failure, Table, Waiting } from "../ui/parts";
 import { keepInputs, lastInputs } from "../pages/register";
@@ -136,15 +136,7 @@ export function SessionDialog({ onClose }: { onClose: () => void }) {
           <input type="checkbox" checked={takeOver} onChange={(event) => setTakeOver(event.currentTarget.checked)} />
           Take the cameras over from other sessions; takes that run go on
         </label>
-        <Failure error={action.error} />
-        <div class="actions end">
-          <button type="button" onClick={onClose}>
-            Close
-          </button>
-          <button class="main" disabled={action.busy || session.cameras.length === 0}>
-            Open the session
-          </button>
-        </div>
+        <FormEnd action={action} verb="Open the session" onClose={onClose} disabled={session.cameras.length === 0} />
       </form>
     </Dialog>
   );

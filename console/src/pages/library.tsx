@@ -8,6 +8,7 @@ import { useCall } from "../hooks";
 import { hrefOf, route } from "../router";
 import { Ask } from "../ui/dialog";
 import type { Question } from "../ui/dialog";
+import { FileTable } from "../ui/file_table";
 import { bytesText, timeText } from "../ui/format";
 import { KINDS } from "../ui/inputs";
 import { Facts, Failure, Page, Table, Waiting, Warnings } from "../ui/parts";
@@ -96,19 +97,7 @@ function ItemPage({ kind, id }: { kind: ItemKind; id: string }) {
         ]}
       />
       {picture && <img class="item-picture" src={url(picture.path)} alt={`The board, ${picture.path}`} />}
-      <Table label="Files" head={["file", "size", ""]}>
-        {files.slice(0, 500).map((file) => (
-          <tr key={file.path}>
-            <td>{file.path}</td>
-            <td class="number">{bytesText(file.bytes)}</td>
-            <td>
-              <a href={url(file.path, { save_as: file.path.split("/").at(-1)! })} aria-label={`Save ${file.path}`}>
-                Save
-              </a>
-            </td>
-          </tr>
-        ))}
-      </Table>
+      <FileTable files={files.slice(0, 500)} url={url} />
       {files.length > 500 && <p class="empty">{files.length - 500} more files are not listed.</p>}
     </Page>
   );

@@ -4,9 +4,8 @@ import type { Operation } from "@api/operations_pb";
 import { client } from "../app_state";
 import { newKey, useAction } from "../hooks";
 import { go } from "../router";
-import { Dialog } from "../ui/dialog";
+import { Dialog, FormEnd } from "../ui/dialog";
 import { InputField } from "../ui/inputs";
-import { Failure } from "../ui/parts";
 import { FORMS } from "./operation_forms";
 import type { FormField, OperationForm } from "./operation_forms";
 
@@ -53,15 +52,7 @@ export function OperationDialog({ form, preset, onClose }: { form: OperationForm
             <input required value={outName} onInput={(event) => setOutName(event.currentTarget.value)} />
           </label>
         )}
-        <Failure error={action.error} />
-        <div class="actions end">
-          <button type="button" onClick={onClose}>
-            Close
-          </button>
-          <button class="main" disabled={action.busy}>
-            {form.verb}
-          </button>
-        </div>
+        <FormEnd action={action} verb={form.verb} onClose={onClose} />
       </form>
     </Dialog>
   );

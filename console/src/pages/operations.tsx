@@ -9,7 +9,8 @@ import { useCall, useWatch } from "../hooks";
 import { hrefOf, route } from "../router";
 import { Ask } from "../ui/dialog";
 import type { Question } from "../ui/dialog";
-import { bytesText, durationText, secondsBetween, timeText } from "../ui/format";
+import { FileTable } from "../ui/file_table";
+import { durationText, secondsBetween, timeText } from "../ui/format";
 import { Badge, Facts, Failure, Page, Progress, Table, Waiting, Warnings } from "../ui/parts";
 import { JobStateBadge, hasEnded, shortName } from "../ui/states";
 import { OperationDialog } from "./operation_dialogs";
@@ -136,27 +137,7 @@ function Files({ id }: { id: string }) {
     <>
       <h2>Files</h2>
       <Failure error={error} />
-      <Table label="Files" head={["file", "size", ""]}>
-        {(value?.files ?? []).map((file) => (
-          <tr key={file.path}>
-            <td>
-              {/\.(html|png|jpg|svg|txt|csv|json)$/.test(file.path) ? (
-                <a class="row" target="_blank" rel="noopener" href={url(file.path)}>
-                  {file.path}
-                </a>
-              ) : (
-                file.path
-              )}
-            </td>
-            <td class="number">{bytesText(file.bytes)}</td>
-            <td>
-              <a href={url(file.path, { save_as: file.path.split("/").at(-1)! })} aria-label={`Save ${file.path}`}>
-                Save
-              </a>
-            </td>
-          </tr>
-        ))}
-      </Table>
+      <FileTable files={value?.files ?? []} url={url} opens />
     </>
   );
 }

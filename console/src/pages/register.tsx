@@ -6,9 +6,8 @@ import type { RecordedTake } from "@api/takes_pb";
 import { client } from "../app_state";
 import { newKey, useAction } from "../hooks";
 import { go } from "../router";
-import { Dialog } from "../ui/dialog";
+import { Dialog, FormEnd } from "../ui/dialog";
 import { InputField } from "../ui/inputs";
-import { Failure } from "../ui/parts";
 import { isRecording, takeName } from "../ui/states";
 
 const LAST = "weft.inputs"; // of the browser's last registration; paths and names alone
@@ -96,15 +95,7 @@ export function RegisterDialog({ take, onClose }: { take: RecordedTake; onClose:
           <input type="checkbox" checked={keepsCells} onChange={(event) => setKeepsCells(event.currentTarget.checked)} />
           Keep the decoded cells, to draw them over pictures
         </label>
-        <Failure error={action.error} />
-        <div class="actions end">
-          <button type="button" onClick={onClose}>
-            Close
-          </button>
-          <button class="main" disabled={action.busy}>
-            {isLive ? "Follow the take" : "Register"}
-          </button>
-        </div>
+        <FormEnd action={action} verb={isLive ? "Follow the take" : "Register"} onClose={onClose} />
       </form>
     </Dialog>
   );

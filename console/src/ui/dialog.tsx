@@ -1,6 +1,7 @@
 import type { ComponentChildren } from "preact";
 import { useEffect, useId, useRef } from "preact/hooks";
 import { useAction } from "../hooks";
+import type { Action } from "../hooks";
 import { Failure } from "./parts";
 
 /** A modal dialog by the browser's own element, which keeps the focus within and closes at Escape. */
@@ -20,6 +21,23 @@ export function Dialog({ title, onClose, children, wide }: { title: string; onCl
       </header>
       {children}
     </dialog>
+  );
+}
+
+/** The end of a form in a dialog: what went wrong, a way out, and the button that submits it. */
+export function FormEnd({ action, verb, onClose, disabled }: { action: Action; verb: string; onClose: () => void; disabled?: boolean }) {
+  return (
+    <>
+      <Failure error={action.error} />
+      <div class="actions end">
+        <button type="button" onClick={onClose}>
+          Close
+        </button>
+        <button class="main" disabled={action.busy || disabled}>
+          {verb}
+        </button>
+      </div>
+    </>
   );
 }
 

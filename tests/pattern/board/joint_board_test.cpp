@@ -3,26 +3,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "pattern/board/board_generation.h"
 #include "pattern/board/board_index.h"
+#include "tests/pattern/board/boards_apart.h"
 
 namespace weft {
 namespace {
 
 using ::testing::HasSubstr;
 
-Board Made(int rows, int cols, uint64_t seed, std::vector<Board> apart_from = {}) {
-  BoardGenerationOptions options;
-  options.rows = rows;
-  options.cols = cols;
-  options.seed = seed;
-  options.apart_from = std::move(apart_from);
-  return *GenerateBoard(options);
-}
-
 TEST(JoinBoards, KeepsEachBoardInItsRows) {
-  const Board shirt = Made(20, 30, 1);
-  Board skirt = Made(15, 24, 2, {shirt});
+  const Board shirt = BoardApartFrom({}, 20, 30, 1);
+  Board skirt = BoardApartFrom({shirt}, 15, 24, 2);
   skirt.panels.assign(skirt.cells.size(), 0);
   for (int row = 0; row < 15; ++row)
     for (int col = 0; col < 24; ++col) skirt.panels[24 * row + col] = col < 10 ? 1 : col > 12 ? 2 : 0;
@@ -46,7 +37,7 @@ TEST(JoinBoards, KeepsEachBoardInItsRows) {
 
 // Independent of FindClashes: the index of the joint board finds each window at its own place.
 TEST(JoinBoards, WindowsOfBoardsMadeApartAreUniqueOverAll) {
-  const Board shirt = Made(60, 90, 1), skirt = Made(50, 90, 1, {shirt});
+  const Board shirt = BoardApartFrom({}, 60, 90, 1), skirt = BoardApartFrom({shirt}, 50, 90, 1);
   const auto joint = JoinBoards({shirt, skirt});
   ASSERT_TRUE(joint.ok()) << joint.status();
   const auto index = BoardIndex::Build(*joint);
@@ -63,8 +54,8 @@ TEST(JoinBoards, WindowsOfBoardsMadeApartAreUniqueOverAll) {
 
 TEST(JoinBoards, ClashesShowWhereBoardsWereNotMadeApart) {
   // The corner of one board again in the other.
-  const Board shirt = Made(30, 30, 1);
-  Board skirt = Made(30, 30, 2, {shirt});
+  const Board shirt = BoardApartFrom({}, 30, 30, 1);
+  Board skirt = BoardApartFrom({shirt}, 30, 30, 2);
   for (int i = 0; i < 9; ++i) skirt.cells[30 * (4 + i / 3) + 5 + i % 3] = shirt.at(i / 3, i % 3);
   const auto joint = JoinBoards({shirt, skirt});
   ASSERT_TRUE(joint.ok()) << joint.status();
@@ -76,10 +67,10 @@ TEST(JoinBoards, ClashesShowWhereBoardsWereNotMadeApart) {
 }
 
 TEST(JoinBoards, RefusesWhatCannotBeToldApart) {
-  const Board shirt = Made(12, 12, 1), skirt = Made(12, 12, 2, {shirt});
+  const Board shirt = BoardApartFrom({}, 12, 12, 1), skirt = BoardApartFrom({shirt}, 12, 12, 2);
   EXPECT_THAT(JoinBoards({shirt}).status().message(), HasSubstr("two boards or more"));
   EXPECT_THAT(JoinBoards({shirt, skirt, shirt}).status().message(), HasSubstr("same print"));
-  EXPECT_THAT(JoinBoards({*JoinBoards({shirt, skirt}), Made(9, 9, 3)}).status().message(),
+  EXPECT_THAT(JoinBoards({*JoinBoards({shirt, skirt}), BoardApartFrom({}, 9, 9, 3)}).status().message(),
               HasSubstr("joint board itself"));
   Board thin = skirt;
   thin.square_fraction = 0.6;
@@ -87,7 +78,7 @@ TEST(JoinBoards, RefusesWhatCannotBeToldApart) {
 }
 
 TEST(Board, PartsMustLieOnIt) {
-  Board joint = *JoinBoards({Made(12, 12, 1), Made(12, 12, 2)});
+  Board joint = *JoinBoards({BoardApartFrom({}, 12, 12, 1), BoardApartFrom({}, 12, 12, 2)});
   joint.parts[1].first_row = 11;
   EXPECT_THAT(joint.Validate().message(), HasSubstr("parts[1]"));
 }
