@@ -8,5 +8,6 @@ export default defineConfig({
     // The content security policy lets nothing be loaded that stands within another file.
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
+    chunkSizeWarningLimit: 700, // kB; the largest one is three.js, loaded when a mesh is first shown
   },
 });

@@ -17,6 +17,7 @@
 #include "services/console/http_listener.h"
 #include "services/console/json_messages.h"
 #include "services/console/live_socket.h"
+#include "services/console/mesh_download.h"
 #include "services/console/page_files.h"
 #include "services/rpc/service_files.h"
 #include "weft/v1/console.pb.h"
@@ -27,7 +28,7 @@ namespace {
 namespace asio = boost::asio;
 
 constexpr std::chrono::minutes kCallPatience{5};  // with a call: inputs of a job are read meanwhile
-constexpr char kApi[] = "/api/", kFile[] = "/file/";
+constexpr char kApi[] = "/api/", kFile[] = "/file/", kMesh[] = "/mesh/";
 
 }  // namespace
 
@@ -41,6 +42,7 @@ class Console::Impl {
   ~Impl() {
     if (listener_) listener_->Stop();
     calls_.reset();  // gRPC's last words still go to the listener's queues
+    meshes_.Stop();  // and so do those of the encoder
     listener_.reset();
   }
 
@@ -103,6 +105,8 @@ class Console::Impl {
       co_await CallMethod(exchange, path.substr(sizeof kApi - 1), caller);
     } else if (!posts && absl::StartsWith(path, kFile)) {
       co_await SendFile(exchange, path.substr(sizeof kFile - 1), caller, *calls_);
+    } else if (!posts && absl::StartsWith(path, kMesh)) {
+      co_await meshes_.Send(exchange, path.substr(sizeof kMesh - 1), caller, *calls_);
     } else {
       co_await exchange.Send(ErrorReply(absl::NotFoundError("there is nothing here; the console is at /")));
     }
@@ -230,6 +234,7 @@ class Console::Impl {
   BrowserSessions sessions_;
   std::map<std::string, PageFile> pages_;
   std::unique_ptr<DaemonCalls> calls_;
+  MeshDownloads meshes_;
   std::unique_ptr<HttpListener> listener_;
 };
 

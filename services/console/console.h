@@ -26,8 +26,9 @@ struct ConsoleOptions {
 
 // POST /login takes a token for a cookie (HttpOnly, SameSite=Strict), POST /logout ends it, GET /session says
 // whose it is. POST /api/<Service>/<Method> is any method with one answer, its messages as protobuf's JSON;
-// GET /file/<Service>/<Method>?FIELD=VALUE any that sends a file; /live a socket for streams
-// (live_socket.h). All of them are calls of the daemon's API for the owner of the token.
+// GET /file/<Service>/<Method>?FIELD=VALUE any that sends a file; GET /mesh/<job>/<frame> a mesh to be drawn
+// (mesh_download.h); /live a socket for streams (live_socket.h). All of them are calls of the daemon's API
+// for the owner of the token.
 class Console {
  public:
   struct Sources {

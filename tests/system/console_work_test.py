@@ -83,6 +83,7 @@ class ConsoleWork(ConsoleDaemon, StudioTest):
         page.see("align", "table td")
         self.look(page, "job")
         job = page.page("url").split("/")[-1]
+        self.play(page)
         report = page.evaluate("fetch(document.querySelector('a[href*=JOB_REPORT]').href).then(answer => answer.text())")
         self.assertIn("<html", report)
         page.role("button", "Export")
@@ -107,6 +108,31 @@ class ConsoleWork(ConsoleDaemon, StudioTest):
         page.see("Ended")
         self.look(page, "jobs")
         self.assertEqual([one["id"] for one in self.ask("Jobs/ListJobs")["jobs"]], [job])
+
+    def play(self, page):
+        """The job's meshes in 3D; ends on the job's page."""
+        page.css("a:has-text('View in 3D')", "click")
+        page.see("first frame after", ".player-stats")
+        self.assertLess(float(page.css(".player-stats", "getAttribute", "data-error-mm")), 0.02)
+        self.look(page, "player")
+        page.see("1 of 2", ".player-scrub")
+        page.press(".")
+        page.see("2 of 2", ".player-scrub")
+        page.css(".player-stage canvas", "focus")
+        before = page.css(".player-stage canvas", "screenshot")
+        page.press("ArrowRight", "+")
+        self.assertNotEqual(page.css(".player-stage canvas", "screenshot"), before)
+        page.css("label:has-text('Colours') select", "selectOption", "sigma")
+        page.see("standard deviation", ".player-legend")
+        # What a camera saw, with the mesh over it.
+        page.press("w")
+        page.css("label:has-text('Seen from') select", "selectOption", {"index": 1})
+        page.see("over its picture of frame")
+        self.look(page, "player-over-picture")
+        page.press("p")
+        page.role("button", "Pause", "waitFor")
+        page.page("goBack")
+        page.see("2 of 2 registered")
 
     def test_operations_are_started_and_their_failures_read(self):
         self.page = page = self.browser(expected=["401", "404"])

@@ -21,7 +21,7 @@ import { cancelQuestion } from "./jobs";
 import { hasPlayer } from "./player";
 
 /** All frames of a job, kept up to date by its stream. */
-function useFrames(id: string): { job: Job | undefined; frames: FrameInfo[]; error: ApiError | null } {
+export function useFrames(id: string): { job: Job | undefined; frames: FrameInfo[]; error: ApiError | null } {
   const [frames, setFrames] = useState<FrameInfo[]>([]);
   const [listError, setListError] = useState<ApiError | null>(null);
   const connections = client.live.connections.value;

@@ -6,11 +6,13 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "services/access/access_list.h"
 #include "services/access/audit_log.h"
+#include "services/files/mesh_file.h"
 #include "services/files/unique_fd.h"
 #include "tests/services/daemon/daemon_fixture.h"
 
@@ -164,6 +166,32 @@ TEST_F(ConsoleTest, OutlivesWhatIsNoRequest) {
     EXPECT_THAT(Receive(connection), Not(StartsWith("HTTP/1.1 200")));
   }
   EXPECT_THAT(LogIn(TokenOf(v1::ROLE_VIEWER)), StartsWith("HTTP/1.1 200"));
+}
+
+// Roles and errors are those of FetchResult, whose bytes they come from.
+TEST_F(ConsoleTest, MeshesAreSentToBeDrawn) {
+  EXPECT_THAT(Get("/mesh/any/0000"), StartsWith("HTTP/1.1 401"));
+  LogIn(TokenOf(v1::ROLE_VIEWER));
+  const std::string id = client_->Submit(MakeRequest({"a", "b"})).value().id();
+  EXPECT_EQ(WaitForEnd(id).state(), v1::JOB_STATE_DONE);
+  RegisteredMesh mesh;
+  mesh.vertices_mm = {{0, 0, 900}, {100, 0, 900}, {0, 100, 900}};
+  mesh.state = {VertexState::kObserved, VertexState::kTwoView, VertexState::kInferred};
+  mesh.sigma_mm = {0.1f, 0.2f, 0.3f};
+  mesh.views = {3, 2, 0};
+  std::filesystem::create_directories(folder_ / "out/a");
+  ASSERT_TRUE(WriteRegisteredMesh(folder_ / "out/a/mesh.ply", mesh, {{0, 1, 2}}).ok());
+  const std::string plain = Get(absl::StrCat("/mesh/", id, "/a"));
+  EXPECT_THAT(plain, StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(plain, HasSubstr("weftmsh1"));
+  EXPECT_GT(Get(absl::StrCat("/mesh/", id, "/a?faces=1")).size(), plain.size());
+  const std::string none = Get(absl::StrCat("/mesh/", id, "/b"));
+  EXPECT_THAT(none, StartsWith("HTTP/1.1 404"));
+  EXPECT_THAT(none, HasSubstr("no mesh.ply; is it finished?"));
+  WriteBytes(folder_ / "out/b/mesh.ply", "ply\nformat ascii 1.0\nend_header\n");
+  EXPECT_THAT(Get(absl::StrCat("/mesh/", id, "/b")), HasSubstr("register the frame again"));
+  for (const char* wrong : {"/mesh/a", "/mesh/none/a", "/mesh/a/b/c"})
+    EXPECT_THAT(Get(wrong), StartsWith("HTTP/1.1 404")) << wrong;
 }
 
 // A frame of a client (RFC 6455, 5.2), masked with zeros.

@@ -4,8 +4,10 @@
 //   {"page": "goto", "args": [URL]}                  a method of playwright's page
 //   {"keyboard": "press", "args": ["?"]}             of its keyboard
 //   {"find": ["getByRole", "button", {"name": "Stop"}], "do": "click", "args": []}   of what is found, the first of several
+//   A picture is answered by its hash.
 //   {"axe": {"runOnly": ...}}                        violations that axe-core finds
 //   {"troubles": true}                               errors on the console, and requests to other hosts, since the last time
+import { createHash } from 'node:crypto'
 import { readFileSync } from 'node:fs'
 import { createRequire } from 'node:module'
 import { join, resolve } from 'node:path'
@@ -54,7 +56,8 @@ for await (const line of createInterface({ input: process.stdin })) {
     const value = await answer(JSON.parse(line))
     let json
     try { json = JSON.stringify(value) } catch { json = undefined }
-    reply = `{"value": ${Buffer.isBuffer(value) ? 'null' : json ?? 'null'}}`
+    const isPicture = Buffer.isBuffer(value)
+    reply = `{"value": ${isPicture ? `"${createHash('sha256').update(value).digest('hex')}"` : json ?? 'null'}}`
   } catch (error) {
     reply = JSON.stringify({ error: String(error) })
   }
