@@ -23,6 +23,9 @@ constexpr double kFirstTolerance = 1e-3;
 // Associations of a scan with the mesh.
 constexpr int kReconRounds = 4;
 
+// Looks for hidden cloth on the wrong side of another garment.
+constexpr int kLayerRounds = 4;
+
 absl::Status BadAlignment(const char* what) {
   return absl::InvalidArgumentError(absl::StrCat("alignment.", what));
 }
@@ -159,16 +162,8 @@ class Passes {
   absl::Status RunHidden(const std::vector<VertexTarget>& targets) {
     const bool scanned = context_.scan != nullptr && options_.recon.weight > 0;
     if (!scanned && options_.push.weight == 0) return absl::OkStatus();
-    const MeshGraph& graph = model_.graph();
-    ElasticProblem base{deformation_.position_mm, VertexWeights(graph.vertices, targets, options_.detection),
-                        std::vector<bool>(graph.vertices, false)};
-    std::vector<bool> hidden(graph.vertices, true);
-    for (const VertexTarget& t : targets) {
-      hidden[t.vertex] = false;
-      base.targets_mm[t.vertex] = t.position_mm;
-      base.frozen[t.vertex] = options_.freeze_observed && t.views != 2;
-    }
-    DrawToContinued(&base);
+    ElasticProblem base = HeldByTargets(targets);
+    const std::vector<bool> hidden = HiddenBy(targets);
     if (options_.push.weight > 0) {
       AddPush(deformation_.position_mm, model_.rest().faces, hidden, options_.push, &base);
     }
@@ -185,7 +180,26 @@ class Passes {
     return absl::OkStatus();
   }
 
+  // Hidden cloth of several garments goes to the side where it belongs.
+  absl::Status RunLayers(const std::vector<VertexTarget>& targets) {
+    if (model_.garments().size() < 2 || options_.layers.weight == 0) return absl::OkStatus();
+    const ElasticProblem base = HeldByTargets(targets);
+    const std::vector<bool> hidden = HiddenBy(targets);
+    for (int round = 1; round <= kLayerRounds; ++round) {
+      const auto layers =
+          GarmentLayers::Build(model_.garments(), model_.rest().faces, deformation_.position_mm);
+      if (!layers.ok()) return layers.status();
+      if (round == 1) layers_ = layers->Order(hidden, options_.layers);
+      ElasticProblem problem = base;
+      if (layers->Draw(layers_, hidden, options_.layers, &problem) == 0) break;
+      absl::Status status = Solve(problem, options_.elastic, absl::StrCat("layers_", round));
+      if (!status.ok()) return status;
+    }
+    return absl::OkStatus();
+  }
+
   const Deformation& deformation() const { return deformation_; }
+  const std::vector<GarmentPair>& layers() const { return layers_; }
 
  private:
   // E_Det (Eq. 1), the vertices without a target drawn to where the fill has them.
@@ -204,6 +218,25 @@ class Passes {
     DrawToContinued(&problem);
     Report("fill" + suffix, {}, watch);
     return problem;
+  }
+
+  // E_Det where the last pass ended: what was not measured stays there, as weakly as it is filled.
+  ElasticProblem HeldByTargets(const std::vector<VertexTarget>& targets) const {
+    const int vertices = model_.graph().vertices;
+    ElasticProblem problem{deformation_.position_mm, VertexWeights(vertices, targets, options_.detection),
+                           std::vector<bool>(vertices, false)};
+    for (const VertexTarget& t : targets) {
+      problem.targets_mm[t.vertex] = t.position_mm;
+      problem.frozen[t.vertex] = options_.freeze_observed && t.views != 2;
+    }
+    DrawToContinued(&problem);
+    return problem;
+  }
+
+  std::vector<bool> HiddenBy(const std::vector<VertexTarget>& targets) const {
+    std::vector<bool> hidden(model_.graph().vertices, true);
+    for (const VertexTarget& t : targets) hidden[t.vertex] = false;
+    return hidden;
   }
 
   void DrawToContinued(ElasticProblem* problem) const {
@@ -244,6 +277,7 @@ class Passes {
   const Eigen::Isometry3d placement_;
   std::vector<StageReport>* stages_;
   std::vector<ContinuedVertex> continued_;
+  std::vector<GarmentPair> layers_;
   SlicedMesh stretched_;
   const SlicedMesh* slices_ = &model_.slices();
   Deformation deformation_;
@@ -297,7 +331,7 @@ absl::Status AlignOptions::Validate() const {
   if (!(first_bending >= 0)) return BadAlignment("first_bending must not be negative");
   for (const absl::Status& status :
        {detection.Validate(), elastic.Validate(), continuation.Validate(), robust.Validate(), push.Validate(),
-        recon.Validate(), untangle.Validate()}) {
+        recon.Validate(), layers.Validate(), untangle.Validate()}) {
     if (!status.ok()) return status;
   }
   return absl::OkStatus();
@@ -307,6 +341,7 @@ AlignmentModel::AlignmentModel(const Template& garment)
     : rest_(garment.rest),
       graph_(BuildMeshGraph(garment.rest)),
       slices_(SliceMesh(garment.rest, graph_)),
+      garments_(garment.garments),
       mean_edge_mm_(MeanEdgeMm(garment.rest, graph_)) {}
 
 absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
@@ -338,6 +373,8 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
     if (absl::Status status = passes.RunAgain(targets, used, round); !status.ok()) return status;
   }
   if (absl::Status status = passes.RunHidden(used); !status.ok()) return status;
+  if (absl::Status status = passes.RunLayers(used); !status.ok()) return status;
+  result.layers = passes.layers();
   result.outliers = static_cast<int>(targets.size() - used.size());
   result.mesh = Describe(model, used, passes.deformation().position_mm, options);
   if (!options.remove_self_intersections) return result;

@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "alignment/elastic_solver.h"
+#include "alignment/garment_layers.h"
 #include "alignment/hidden_stages.h"
 #include "alignment/mesh.h"
 #include "alignment/mesh_graph.h"
@@ -96,6 +97,7 @@ struct AlignOptions {
   bool freeze_observed = true;
   PushOptions push;
   ReconOptions recon;
+  LayerOptions layers;  // of joint templates
   bool remove_self_intersections = true;
   UntangleOptions untangle;
 
@@ -125,6 +127,7 @@ struct AlignResult {
   std::vector<StageReport> stages;  // "place", "fill", "rigid_fit", "stiff", "elastic", ...
   UntangleReport untangling;        // all zero where it was not asked for
   int outliers = 0;                 // targets set aside; their vertices are inferred
+  std::vector<GarmentPair> layers;  // of a joint template: which garment lies over which, as far as known
 };
 
 // What the stages need to know of a template, built once for all frames. Thread safety: const functions may
@@ -137,12 +140,14 @@ class AlignmentModel {
   const TriangleMesh& rest() const { return rest_; }
   const MeshGraph& graph() const { return graph_; }
   const SlicedMesh& slices() const { return slices_; }
+  const std::vector<TemplateGarment>& garments() const { return garments_; }
   double mean_edge_mm() const { return mean_edge_mm_; }
 
  private:
   TriangleMesh rest_;
   MeshGraph graph_;
   SlicedMesh slices_;
+  std::vector<TemplateGarment> garments_;
   double mean_edge_mm_ = 0;
 };
 

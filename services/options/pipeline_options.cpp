@@ -139,6 +139,12 @@ void Bind(OptionIo io, UntangleOptions& o) {
   io("gap_mm", o.back.gap_mm);
 }
 
+void Bind(OptionIo io, LayerOptions& o) {
+  io("weight", o.weight);
+  io("find_order", o.find_order);
+  io("reach_mm", o.reach_mm);
+}
+
 void Bind(OptionIo io, AlignOptions& o) {
   io("min_target_share", o.min_target_share);
   Bind(io.At("detection"), o.detection);
@@ -154,6 +160,7 @@ void Bind(OptionIo io, AlignOptions& o) {
   Bind(io.At("recon"), o.recon);
   io("remove_self_intersections", o.remove_self_intersections);
   Bind(io.At("untangle"), o.untangle);
+  Bind(io.At("layers"), o.layers);
 }
 
 void Bind(OptionIo io, TemporalOptions& o) {

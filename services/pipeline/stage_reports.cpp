@@ -20,6 +20,24 @@ void AddReasons(const std::map<std::string, int>& counts,
   }
 }
 
+v1::GarmentReport CountVertices(const RegisteredMesh& mesh, const Template& garment,
+                                const TemplateGarment& counted) {
+  v1::GarmentReport report;
+  report.set_id(counted.id);
+  report.set_vertices(counted.vertices);
+  std::vector<double> sigmas;
+  for (int v = counted.first_vertex; v < counted.first_vertex + counted.vertices; ++v) {
+    report.set_vertices_with_cell(report.vertices_with_cell() + (garment.node_of_vertex[v].row >= 0));
+    if (mesh.state[v] == VertexState::kObserved) sigmas.push_back(mesh.sigma_mm[v]);
+    report.set_two_view(report.two_view() + (mesh.state[v] == VertexState::kTwoView));
+  }
+  report.set_observed(static_cast<int>(sigmas.size()));
+  if (report.vertices_with_cell() > 0)
+    report.set_coverage(static_cast<double>(report.observed()) / report.vertices_with_cell());
+  report.set_median_observed_sigma_mm(Median(std::move(sigmas)));
+  return report;
+}
+
 }  // namespace
 
 void DescribeDecoding(const DecodeResult& result, v1::ViewReport& report) {
@@ -72,17 +90,16 @@ void DescribeBias(const CameraBias& bias, v1::ViewReport& report) {
 }
 
 void DescribeMesh(const RegisteredMesh& mesh, const Template& garment, v1::MeshReport& report) {
-  report.set_vertices(static_cast<int>(garment.node_of_vertex.size()));
-  std::vector<double> sigmas;
-  for (size_t v = 0; v < garment.node_of_vertex.size(); ++v) {
-    report.set_vertices_with_cell(report.vertices_with_cell() + (garment.node_of_vertex[v].row >= 0));
-    if (mesh.state[v] == VertexState::kObserved) sigmas.push_back(mesh.sigma_mm[v]);
-    report.set_two_view(report.two_view() + (mesh.state[v] == VertexState::kTwoView));
-  }
-  report.set_observed(static_cast<int>(sigmas.size()));
-  if (report.vertices_with_cell() > 0)
-    report.set_coverage(static_cast<double>(report.observed()) / report.vertices_with_cell());
-  report.set_median_observed_sigma_mm(Median(std::move(sigmas)));
+  const int vertices = static_cast<int>(garment.node_of_vertex.size());
+  const v1::GarmentReport all = CountVertices(mesh, garment, {.vertices = vertices});
+  report.set_vertices(all.vertices());
+  report.set_vertices_with_cell(all.vertices_with_cell());
+  report.set_observed(all.observed());
+  report.set_two_view(all.two_view());
+  report.set_coverage(all.coverage());
+  report.set_median_observed_sigma_mm(all.median_observed_sigma_mm());
+  for (const TemplateGarment& one : garment.garments)
+    *report.add_garments() = CountVertices(mesh, garment, one);
 }
 
 void DescribeAlignment(const AlignResult& result, const Template& garment, int unclaimed,
@@ -94,6 +111,11 @@ void DescribeAlignment(const AlignResult& result, const Template& garment, int u
   report.set_self_intersections(result.untangling.pairs_after);
   report.set_demoted(result.untangling.demoted_vertices);
   report.set_unclaimed_points(unclaimed);
+  for (const GarmentPair& pair : result.layers) {
+    v1::GarmentOverlap& overlap = *report.add_overlaps();
+    overlap.set_inner(garment.garments[pair.inner].id);
+    overlap.set_outer(garment.garments[pair.outer].id);
+  }
   for (const StageReport& stage : result.stages) {
     v1::AlignmentStage& entry = *report.add_stages();
     entry.set_name(stage.name);

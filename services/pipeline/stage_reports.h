@@ -19,7 +19,7 @@ void DescribeCloud(const Cloud& cloud, v1::CloudReport& report);
 // Nothing for a camera without observations.
 void DescribeBias(const CameraBias& bias, v1::ViewReport& report);
 
-// Vertices, those with a cell, observed and by two views, coverage, median sigma.
+// Vertices, those with a cell, observed and by two views, coverage, median sigma; of each garment, too.
 void DescribeMesh(const RegisteredMesh& mesh, const Template& garment, v1::MeshReport& report);
 
 // DescribeMesh, stages, self-intersections. `unclaimed`: points of the cloud that no vertex claims.

@@ -87,6 +87,7 @@ std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>
   html += FrameSection(frames);
   html += CameraSection(summary);
   html += CellSection(frames);
+  html += GarmentSection(summary);
   html += AlignmentSection(frames);
   html += OptionSection(job);
   html += InputSection(job, frames);

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "services/report/html_text.h"
 
 namespace weft {
@@ -78,6 +79,28 @@ std::vector<CameraSummary> SummarizeCameras(const std::vector<v1::FrameReport>& 
   return cameras;
 }
 
+std::vector<GarmentSummary> SummarizeGarments(const std::vector<v1::FrameReport>& frames) {
+  std::vector<GarmentSummary> garments;
+  for (const v1::FrameReport& frame : frames) {
+    if (!IsRegistered(frame.state())) continue;
+    for (const v1::GarmentReport& of_frame : frame.mesh().garments()) {
+      auto garment = std::find_if(garments.begin(), garments.end(),
+                                  [&](const GarmentSummary& g) { return g.id == of_frame.id(); });
+      if (garment == garments.end())
+        garment = garments.insert(
+            garments.end(),
+            {.id = of_frame.id(), .vertices = of_frame.vertices(), .lowest_coverage = kNoNumber});
+      garment->observed += of_frame.observed();
+      garment->observable += of_frame.vertices_with_cell();
+      garment->sigmas_mm.push_back(of_frame.median_observed_sigma_mm());
+      if (garment->lowest_coverage <= of_frame.coverage()) continue;
+      garment->lowest_coverage = of_frame.coverage();
+      garment->lowest_coverage_frame = frame.frame();
+    }
+  }
+  return garments;
+}
+
 // Figures over the registered frames.
 void SummarizeMeshes(const std::vector<v1::FrameReport>& frames, JobSummary& summary) {
   int64_t observed = 0, observable = 0;
@@ -132,6 +155,10 @@ JobSummary Summarize(const v1::Job& job, const std::vector<v1::FrameReport>& fra
       timed ? 1e-6 * static_cast<double>(job.finished_unix_ns() - job.started_unix_ns()) : kNoNumber;
   SummarizeMeshes(frames, summary);
   summary.cameras = SummarizeCameras(frames);
+  summary.garments = SummarizeGarments(frames);
+  for (const v1::FrameReport& frame : frames)
+    for (const v1::GarmentOverlap& overlap : frame.mesh().overlaps())
+      ++summary.overlaps[{overlap.inner(), overlap.outer()}];
   std::map<std::string, int> reasons;
   for (const v1::FrameReport& frame : frames) {
     if (frame.state() == v1::FRAME_STATE_FAILED) ++reasons[frame.reason()];
@@ -195,6 +222,14 @@ std::vector<std::string> Remarks(const v1::Job& job, const JobSummary& summary) 
   };
   if (!job.message().empty()) remarks.push_back(job.message());
   for (std::string& alarm : CameraAlarms(summary)) remarks.push_back(std::move(alarm));
+  if (!summary.garments.empty())
+    remarks.push_back(absl::StrCat("Of the garments' cells were observed: ",
+                                   absl::StrJoin(summary.garments, ", ",
+                                                 [](std::string* out, const GarmentSummary& garment) {
+                                                   absl::StrAppend(out, garment.id, " ",
+                                                                   FormatPercent(garment.Coverage()));
+                                                 }),
+                                   "."));
   int explained = 0;
   for (size_t i = 0; i < summary.failure_reasons.size() && i < 3; ++i) {
     const auto& [reason, count] = summary.failure_reasons[i];

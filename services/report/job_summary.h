@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "weft/v1/job.pb.h"
@@ -36,6 +37,20 @@ struct CameraSummary {
   double residual_px = 0;
 };
 
+// One garment of a joint template over the registered frames.
+struct GarmentSummary {
+  std::string id;
+  int vertices = 0;
+  int64_t observed = 0, observable = 0;
+  std::vector<double> sigmas_mm;  // medians of the frames
+  double lowest_coverage = 0;
+  std::string lowest_coverage_frame;
+
+  double Coverage() const {
+    return observable > 0 ? static_cast<double>(observed) / static_cast<double>(observable) : 0;
+  }
+};
+
 struct JobSummary {
   v1::FrameCounts counts;  // of the job; counted from the frames where the job has none
   int registered = 0;      // done and degraded
@@ -50,6 +65,9 @@ struct JobSummary {
   double wall_ms = 0;  // of the job, NaN while it runs
   // In order of first appearance.
   std::vector<CameraSummary> cameras;
+  std::vector<GarmentSummary> garments;  // in the order of the joint template; else empty
+  // Frames by the inner and the outer garment.
+  std::map<std::pair<std::string, std::string>, int> overlaps;
   std::vector<std::pair<std::string, int>> failure_reasons;  // frames by reason, most frequent first
 };
 JobSummary Summarize(const v1::Job& job, const std::vector<v1::FrameReport>& frames);

@@ -1,5 +1,6 @@
 #include "services/report/read_sequence.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -51,6 +52,25 @@ SequenceFrame FrameOf(const v1::FrameReport& report, const RegisteredMesh& mesh,
   return frame;
 }
 
+// Sorts the faces by garment, and counts them.
+std::vector<SequencePart> SortByGarment(const v1::MeshReport& report, DecimatedMesh& mesh) {
+  std::vector<int> end;  // of each garment's vertices in the whole mesh
+  for (const v1::GarmentReport& garment : report.garments())
+    end.push_back((end.empty() ? 0 : end.back()) + garment.vertices());
+  const auto garment_of = [&](const Face& face) {
+    return std::upper_bound(end.begin(), end.end(), mesh.vertices[face[0]]) - end.begin();
+  };
+  std::stable_sort(mesh.faces.begin(), mesh.faces.end(),
+                   [&](const Face& a, const Face& b) { return garment_of(a) < garment_of(b); });
+  std::vector<SequencePart> parts;
+  for (const v1::GarmentReport& garment : report.garments()) parts.push_back({garment.id(), 0});
+  for (const Face& face : mesh.faces) {
+    const auto garment = static_cast<size_t>(garment_of(face));
+    if (garment < parts.size()) ++parts[garment].faces;
+  }
+  return parts;
+}
+
 }  // namespace
 
 std::optional<SequenceView> ReadSequence(const std::string& out_folder,
@@ -78,7 +98,10 @@ std::optional<SequenceView> ReadSequence(const std::string& out_folder,
           ViewpointOf(read->mesh.vertices_mm, MeshSide::kFront, -Eigen::Vector3d::UnitY());
       status.Update(fewer.status());
       status.Update(front.status());
-      if (status.ok()) sequence.emplace(*std::move(fewer), colorings, *front, 0);
+      if (status.ok()) {
+        std::vector<SequencePart> parts = SortByGarment(all[i]->mesh(), *fewer);
+        sequence.emplace(*std::move(fewer), colorings, *front, 0).SetParts(std::move(parts));
+      }
       vertices = read->mesh.vertices_mm.size();
     }
     if (status.ok() && read->mesh.vertices_mm.size() != vertices)

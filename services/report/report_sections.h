@@ -25,6 +25,8 @@ std::string FrameSection(const std::vector<v1::FrameReport>& frames);
 std::string CameraSection(const JobSummary& summary);
 // Why cells are missing from the clouds.
 std::string CellSection(const std::vector<v1::FrameReport>& frames);
+// Of a joint template: each garment by itself.
+std::string GarmentSection(const JobSummary& summary);
 std::string AlignmentSection(const std::vector<v1::FrameReport>& frames);
 std::string OptionSection(const v1::Job& job);
 std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>& frames);

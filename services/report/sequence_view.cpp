@@ -125,6 +125,16 @@ std::string SequenceView::Section(const MeshPicture& still, const std::string& a
                     PaletteText(coloring.palette), "\">", EscapeHtml(coloring.name), "</option>");
     absl::StrAppend(&legends, "<div class=\"key\">", coloring.legend, "</div>\n");
   }
+  std::string parts;
+  size_t first_face = 0;
+  for (const SequencePart& part : parts_) {
+    absl::StrAppend(&parts, "<option data-first=\"", first_face, "\" data-faces=\"", part.faces, "\">",
+                    EscapeHtml(part.name), "</option>");
+    first_face += part.faces;
+  }
+  if (!parts.empty())
+    parts = absl::StrCat("<label>Garments <select class=\"parts\"><option>all</option>", parts,
+                         "</select></label>");
   const std::string head = absl::StrFormat(
       "<div class=\"sequence\" data-vertices=\"%d\" data-right=\"%s\" data-up=\"%s\" data-radius=\"%.9g\" "
       "data-fps=\"%g\">\n",
@@ -132,8 +142,8 @@ std::string SequenceView::Section(const MeshPicture& still, const std::string& a
   const std::string controls = absl::StrFormat(
       "<div class=\"controls\"><button type=\"button\">Play</button><label>Frame <input type=\"range\" "
       "min=\"0\" max=\"%d\" value=\"0\"></label><output></output><label>Colours "
-      "<select>%s<option>cloth</option></select></label></div>\n",
-      frames_ - 1, options);
+      "<select class=\"colors\">%s<option>cloth</option></select></label>%s</div>\n",
+      frames_ - 1, options, parts);
   const std::string picture =
       still.bytes.empty()
           ? ""

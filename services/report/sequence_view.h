@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "services/report/decimated_mesh.h"
@@ -38,12 +39,21 @@ struct SequenceFrame {
   std::vector<std::vector<uint8_t>> color_bytes;  // [colorings][kept]
 };
 
+// A garment of a joint template: consecutive faces of the decimated mesh.
+struct SequencePart {
+  std::string name;
+  size_t faces = 0;
+};
+
 // Collects frames as they are read; what it keeps is what the page will hold.
 class SequenceView {
  public:
   // At least one colouring. `viewpoint` is where the view begins. `fps`: of the take; 0: not known.
   SequenceView(DecimatedMesh mesh, std::vector<SequenceColoring> colorings, const Viewpoint& viewpoint,
                double fps);
+
+  // Parts that may be shown alone; together they have all faces, in their order.
+  void SetParts(std::vector<SequencePart> parts) { parts_ = std::move(parts); }
 
   // Positions become 16 bits wide: their error is at most 1/131070 of the frame's longest side.
   void Add(const SequenceFrame& frame);
@@ -63,6 +73,7 @@ class SequenceView {
   std::vector<SequenceColoring> colorings_;
   Viewpoint viewpoint_;
   double fps_;
+  std::vector<SequencePart> parts_;
   size_t frames_ = 0;
   double radius_mm_ = 0;
   std::string data_;  // elements of the frames so far

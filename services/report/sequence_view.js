@@ -59,7 +59,7 @@ function normalsOf(positions, faces) {
 
 function show(view) {
   const find = what => view.querySelector(what);
-  const canvas = find("canvas"), slider = find("input"), select = find("select"), button = find("button");
+  const canvas = find("canvas"), slider = find("input"), select = find(".colors"), parts = find(".parts"), button = find("button");
   const frames = [...document.querySelectorAll(".sequence-frame")], legends = [...view.querySelectorAll(".key")];
   const palettes = [...select.options].map(option => option.dataset.palette ? bytesOf(option.dataset.palette) : null);
   const count = Number(view.dataset.vertices), radius = Number(view.dataset.radius);
@@ -120,7 +120,8 @@ function show(view) {
     gl.uniform2f(place("scale"), fit / Math.max(aspect, 1), fit * Math.min(aspect, 1));
     gl.clearColor(0, 0, 0, 0);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
-    gl.drawElements(gl.TRIANGLES, faces.length, gl.UNSIGNED_SHORT, 0);
+    const part = parts ? parts.selectedOptions[0].dataset : {};
+    gl.drawElements(gl.TRIANGLES, part.faces ? 3 * part.faces : faces.length, gl.UNSIGNED_SHORT, 6 * (part.first || 0));
   }
   function later() {
     if (!waiting) { waiting = true; requestAnimationFrame(draw); }
@@ -137,6 +138,7 @@ function show(view) {
 
   slider.addEventListener("input", () => { play(false); load(); });
   select.addEventListener("change", color);
+  if (parts) parts.addEventListener("change", later);
   button.addEventListener("click", () => play(!playing));
   canvas.addEventListener("pointerdown", event => canvas.setPointerCapture(event.pointerId));
   canvas.addEventListener("pointermove", event => {

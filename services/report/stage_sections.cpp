@@ -1,4 +1,4 @@
-// The sections about stages: cells without a point, and alignment.
+// The sections about stages: cells without a point, garments, and alignment.
 #include <algorithm>
 #include <cmath>
 
@@ -83,6 +83,25 @@ std::string CellSection(const std::vector<v1::FrameReport>& frames) {
                             "points whose cell belongs to no vertex of the template"});
   }
   return Section("cells", "Cells that were seen", Table({"", "Per frame", ""}, rows, "reasons"));
+}
+
+std::string GarmentSection(const JobSummary& summary) {
+  if (summary.garments.empty()) return "";
+  std::string rows;
+  for (const GarmentSummary& garment : summary.garments)
+    rows += TableRow(
+        "td", {EscapeHtml(garment.id), FormatCount(garment.vertices), FormatPercent(garment.Coverage()),
+               FormatPercent(garment.lowest_coverage), EscapeHtml(garment.lowest_coverage_frame),
+               FormatNumber(MedianOf(garment.sigmas_mm), 3)});
+  std::string about = "<p><code>weft split</code> makes a result of each garment by itself.";
+  for (const auto& [pair, frames] : summary.overlaps)
+    absl::StrAppend(&about, " ", EscapeHtml(pair.second), " lies over ", EscapeHtml(pair.first), " in ",
+                    Counted(frames, "frame", "frames"), ".");
+  return Section(
+      "garments", "Garments",
+      about + "</p>\n" +
+          Table({"Garment", "Vertices", "Cells observed", "Lowest", "in frame", "Median sigma, mm"}, rows,
+                "garments"));
 }
 
 std::string AlignmentSection(const std::vector<v1::FrameReport>& frames) {

@@ -45,6 +45,11 @@ class Outfit(unittest.TestCase):
         total = json.loads(weft("evaluate", result, "--json", check=0).stdout)["total"]
         self.assertGreater(total["measures"]["coverage"], 0.6)
         self.assertEqual(total["measures"].get("self_intersecting_pairs", 0), 0)
+        mesh = json.loads(read(os.path.join(result, "0000/report.json")))["mesh"]
+        self.assertEqual([garment["id"] for garment in mesh["garments"]], ["skirt", "shirt"])
+        self.assertEqual(sum(garment["observed"] for garment in mesh["garments"]), mesh["observed"])
+        self.assertEqual(mesh["overlaps"], [{"inner": "skirt", "outer": "shirt"}])
+        self.assertIn("shirt lies over skirt in 1 frame.", read(os.path.join(result, "report.html")))
 
     def test_split_gives_a_result_of_each_garment(self):
         out = os.path.join(folder.name, "garments")

@@ -46,6 +46,31 @@ std::string Report(const std::vector<v1::FrameReport>& frames) {
   return MakeJobReport(SampleJob(frames), frames, {});
 }
 
+TEST(JobReport, GarmentsOfAJointTemplateAreToldApart) {
+  std::vector<v1::FrameReport> frames = SampleFrames(2);
+  EXPECT_THAT(Report(frames), Not(HasSubstr("id=\"garments\"")));
+  for (v1::FrameReport& frame : frames) {
+    for (const auto& [id, observed] : {std::pair("skirt", 50), std::pair("<shirt>", 90)}) {
+      v1::GarmentReport& garment = *frame.mutable_mesh()->add_garments();
+      garment.set_id(id);
+      garment.set_vertices(1200);
+      garment.set_vertices_with_cell(100);
+      garment.set_observed(observed);
+      garment.set_coverage(observed / 100.0);
+    }
+    frame.mutable_mesh()->add_overlaps()->set_inner("skirt");
+    frame.mutable_mesh()->mutable_overlaps(0)->set_outer("<shirt>");
+  }
+  frames[1].mutable_mesh()->mutable_garments(0)->set_coverage(0.3);
+  const std::string html = Report(frames);
+  ExpectBalancedTags(html);
+  EXPECT_THAT(html, HasSubstr("&lt;shirt&gt; lies over skirt in 2 frames."));
+  EXPECT_THAT(
+      html,
+      HasSubstr("Of the garments&#39; cells were observed: skirt 50.0\u00a0%, &lt;shirt&gt; 90.0\u00a0%."));
+  EXPECT_THAT(html, HasSubstr("<td>skirt</td><td>1,200</td><td>50.0\u00a0%</td><td>30.0\u00a0%</td>"));
+}
+
 TEST(JobReport, ACameraThatMovedIsAnAlarm) {
   std::vector<v1::FrameReport> frames = SampleFrames(4);
   for (v1::FrameReport& frame : frames) {

@@ -75,6 +75,16 @@ TEST(SequenceView, PositionsComeBackToSixteenBits) {
   EXPECT_THAT(std::vector<uint8_t>(bytes.begin() + 18, bytes.end()), ElementsAre(1, 0, 2, 0, 254, 255));
 }
 
+TEST(SequenceView, PartsCanBeShownAlone) {
+  SequenceView view({{4, 7, 9}, {{0, 1, 2}, {2, 1, 0}, {1, 2, 0}}}, {ColoringByState()}, Viewpoint(), 30);
+  view.Add({"0001", "", Frame("", 0).vertices_mm, {{1, 0, 2}}});
+  EXPECT_THAT(view.Section({}, ""), Not(HasSubstr("class=\"parts\"")));
+  view.SetParts({{"skirt", 2}, {"shirt", 1}});
+  EXPECT_THAT(view.Section({}, ""),
+              HasSubstr("<select class=\"parts\"><option>all</option><option data-first=\"0\" "
+                        "data-faces=\"2\">skirt</option><option data-first=\"2\" data-faces=\"1\">shirt"));
+}
+
 TEST(SequenceView, FacesAndFramesAreTold) {
   SequenceView view = View();
   view.Add(Frame("0001", 0));
