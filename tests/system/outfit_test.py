@@ -5,6 +5,8 @@ import os
 import tempfile
 import unittest
 
+from browser import need_browser
+from console_studio import ConsoleDaemon
 from studio import read, weft
 
 SHIRT_AND_SKIRT = ["simulate", "--preset", "shirt-and-skirt", "--cell-mm", 20, "--frames", 1, "--cameras", 12,
@@ -83,6 +85,31 @@ class Outfit(unittest.TestCase):
         refused = weft(*SHIRT_AND_SKIRT, "--show", "hat", "--out", os.path.join(folder.name, "hat"))
         self.assertEqual(refused.returncode, 2)
         self.assertIn("none of skirt, shirt", refused.stderr)
+
+
+class OutfitInTheConsole(ConsoleDaemon, unittest.TestCase):
+    def setUp(self):
+        need_browser()
+        super().setUp()
+
+    def test_each_garment_is_shown_alone(self):
+        self.start_plainly("--console", f"127.0.0.1:{self.port}", "--workers", "1", "--allow-path", folder.name)
+        weft("register", take, "--rig", take + "/rig.json", "--board", take + "/board.json", "--template", take + "/template",
+             "--out", self.path("out"), "--server", self.addresses[0], check=0)
+        page = self.browser(expected=["401"])
+        self.log_in(page, self.token("anna", "operator"))
+        page.press("g", "j")
+        page.see("Ended")
+        page.press("j", "Enter")
+        page.css("a:has-text('View in 3D')", "click")
+        page.see("first frame after", ".player-stats")
+        garments = "label:has-text('Garments') select"
+        pictures = {}
+        for name in ("", "skirt", "shirt"):
+            page.css(garments, "selectOption", name)
+            pictures[name] = page.css(".player-stage canvas", "screenshot")
+            self.look(page, f"garment-{name or 'all'}")
+        self.assertEqual(len({str(picture) for picture in pictures.values()}), 3)
 
 
 if __name__ == "__main__":

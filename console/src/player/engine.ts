@@ -8,6 +8,8 @@ import { ApiError, asApiError } from "../api/error";
 import { roundRange } from "./colors";
 import type { Coloring } from "./colors";
 import { Coverage } from "./coverage";
+import { garmentsOf, partsOf } from "./garments";
+import type { GarmentPart } from "./garments";
 import { MeshScene } from "./mesh_scene";
 import { MeshStore } from "./mesh_store";
 import { WORDS_OF_A_VERTEX, decodeFaces, decoderIsReady, readMesh, sigmaOf, viewsOf } from "./quantized_mesh";
@@ -48,6 +50,9 @@ export class Engine {
   readonly ranges = signal<Record<string, number>>({ sigma: 1, cameras: 1, difference: 1, coverage: 1 });
   readonly wireframe = signal(false);
   readonly beside = signal(false);
+  /** Of a joint template: its garments, and the one that is shown alone. */
+  readonly garments = signal<GarmentPart[]>([]);
+  readonly garment = signal<GarmentPart | null>(null);
   readonly other = signal<{ job: Job; frames: FrameInfo[] } | null>(null);
   readonly difference = signal<Difference | null>(null);
   readonly counted = signal(0); // frames that the coverage is of
@@ -139,11 +144,13 @@ export class Engine {
       if (this.closed) return;
       this.vertices = mesh.vertices;
       this.coverage = new Coverage(mesh.vertices);
-      this.scene.setTopology(mesh.vertices, decodeFaces(mesh));
+      const faces = decodeFaces(mesh);
+      this.scene.setTopology(mesh.vertices, faces);
       this.display(first, mesh);
       this.findRanges();
       this.waiting.value = false;
       this.takeFrames(first);
+      this.garments.value = partsOf(await garmentsOf(this.client, this.jobId, first), faces);
     } catch (reason) {
       this.error.value = asApiError(reason);
       this.waiting.value = false;
@@ -190,6 +197,11 @@ export class Engine {
 
   setColoring(coloring: Coloring): void {
     this.coloring.value = coloring;
+    this.draw();
+  }
+  showGarment(garment: GarmentPart | null): void {
+    this.garment.value = garment;
+    this.scene.setPart(garment);
     this.draw();
   }
   setWireframe(on: boolean): void {

@@ -29,6 +29,7 @@ import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Camera as RigCamera } from "@api/rig_pb";
 import { CLOTH_COLOR, STATE_COLORS, palette } from "./colors";
 import type { Coloring } from "./colors";
+import type { GarmentPart } from "./garments";
 import { WORDS_OF_A_VERTEX, decodeVertices } from "./quantized_mesh";
 import type { EncodedMesh } from "./quantized_mesh";
 import { COLORING_NUMBERS, FRAGMENT_SHADER, VERTEX_SHADER } from "./shaders";
@@ -172,6 +173,11 @@ export class MeshScene {
     for (let slot = 0; slot < 2; ++slot) this.garments.push(new Garment(vertices, index, this.coverage));
     this.garments[0]!.compareWith(this.garments[1]!);
     this.garments[1]!.compareWith(this.garments[0]!);
+  }
+
+  /** These faces alone; null: all. */
+  setPart(part: GarmentPart | null): void {
+    for (const { geometry } of this.garments) geometry.setDrawRange(part ? 3 * part.firstFace : 0, part ? 3 * part.faces : Infinity);
   }
 
   /** Decodes a mesh for the first or the second job; null: it has none of this frame. */

@@ -96,6 +96,7 @@ function Bar({ engine, job, client }: { engine: Engine; job: Job; client: Client
             ))}
           </select>
         </label>
+        <Garments engine={engine} />
         <Compared engine={engine} job={job} choose={(id) => void compare.run(() => engine.compareWith(id, job))} />
         <Overlaid engine={engine} job={job} client={client} />
         <label class="check">
@@ -115,6 +116,26 @@ function Bar({ engine, job, client }: { engine: Engine; job: Job; client: Client
       <Failure error={compare.error} />
       <Failure error={engine.error.value} />
     </>
+  );
+}
+
+/** One of the garments that were registered together. */
+function Garments({ engine }: { engine: Engine }) {
+  const parts = engine.garments.value;
+  if (parts.length === 0) return null;
+  return (
+    <label>
+      Garments
+      <select
+        value={engine.garment.value?.id ?? ""}
+        onChange={(event) => engine.showGarment(parts.find((part) => part.id === event.currentTarget.value) ?? null)}
+      >
+        <option value="">all</option>
+        {parts.map((part) => (
+          <option key={part.id}>{part.id}</option>
+        ))}
+      </select>
+    </label>
   );
 }
 
