@@ -247,6 +247,38 @@ TEST_F(DaemonTest, JobsOfHigherPriorityBeginFirstAlsoAfterARestart) {
   EXPECT_LT(began("younger"), began("low"));
 }
 
+TEST_F(DaemonTest, AJobThatWaitsIsMovedToWhereItsPriorityBelongs) {
+  StartDaemon();
+  const auto jobs = v1::Jobs::NewStub(client_->channel());
+  const auto move = [&](const std::string& id, int priority) {
+    v1::SetJobPriorityRequest request;
+    request.set_job_id(id);
+    request.set_priority(priority);
+    grpc::ClientContext context;
+    v1::Job job;
+    const grpc::Status status = jobs->SetJobPriority(&context, request, &job);
+    EXPECT_TRUE(!status.ok() || job.priority() == priority || job.state() == v1::JOB_STATE_CANCELLED);
+    return status;
+  };
+  const std::string first = Submit({"hang"}, "one");
+  WatchUntilRunning(first);
+  std::map<std::string, std::string> waiting;
+  for (const char* name : {"low", "middle", "high"}) waiting[name] = Submit({"a"}, name);
+  EXPECT_TRUE(move(waiting["low"], -1).ok());
+  EXPECT_TRUE(move(waiting["high"], 3).ok());
+  // The frame that runs is not interrupted.
+  EXPECT_EQ(client_->Get(first)->frames().running(), 1);
+  ASSERT_TRUE(client_->Cancel(first).ok());
+  std::map<std::string, int64_t> began;
+  for (const auto& [name, id] : waiting) began[name] = WaitForEnd(id).started_unix_ns();
+  EXPECT_LT(began["high"], began["middle"]);
+  EXPECT_LT(began["middle"], began["low"]);
+  EXPECT_TRUE(move(first, 9).ok()) << "a job that has ended stays as it is";
+  EXPECT_EQ(client_->Get(first)->priority(), 0);
+  EXPECT_EQ(move(first, 101).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(move("nobody", 1).error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
 TEST_F(DaemonTest, RefusesASecondJobIntoTheSameFolderWhileTheFirstRuns) {
   StartDaemon();
   const std::string first = Submit({"hang"});

@@ -43,6 +43,16 @@ class TakeServiceTest : public DaemonTest {
     ASSERT_TRUE(WriteJsonFile(files_.state, state).ok());
   }
 
+  grpc::StatusCode Describe(const std::string& id, const std::string& slate, const std::string& notes) {
+    v1::DescribeTakeRequest request;
+    request.set_take_id(id);
+    request.set_slate(slate);
+    request.set_notes(notes);
+    grpc::ClientContext context;
+    v1::RecordedTake take;
+    return v1::Takes::NewStub(client_->channel())->DescribeTake(&context, request, &take).error_code();
+  }
+
   const std::string id_ = "20260101-000000-00000000";
   const std::string folder_of_take_;
   const RecorderFiles files_;
@@ -172,6 +182,28 @@ TEST_F(TakeServiceTest, RefusesCamerasThatFilmAndIdsThatAreNone) {
   EXPECT_EQ(list->takes(0).id(), id_);
   ASSERT_EQ(list->warnings_size(), 1);
   EXPECT_THAT(list->warnings(0), HasSubstr("damaged"));
+}
+
+TEST_F(TakeServiceTest, ASlateAndNotesAreKeptBesideTheTake) {
+  StartDaemon();
+  TakeClient client(*client_);
+  ASSERT_TRUE(client.Pin(id_, true).ok());
+  EXPECT_EQ(Describe(id_, "12A take 3", "wind\nfrom the left"), grpc::StatusCode::OK)
+      << "while it is recorded";
+  daemon_.reset();
+  StartDaemon();
+  v1::TakeKeeping keeping = TakeClient(*client_).List(0)->takes(0).keeping();
+  EXPECT_EQ(keeping.slate(), "12A take 3");
+  EXPECT_EQ(keeping.notes(), "wind\nfrom the left");
+  EXPECT_TRUE(keeping.pinned());
+}
+
+TEST_F(TakeServiceTest, DescriptionsThatCannotBeShownAreRefused) {
+  StartDaemon();
+  EXPECT_EQ(Describe(id_, std::string(300, 'x'), ""), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(Describe(id_, "", std::string(5000, 'x')), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(Describe("20260101-000000-11111111", "1", ""), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(TakeClient(*client_).List(0)->takes(0).keeping().slate(), "");
 }
 
 TEST_F(TakeServiceTest, GoToTheTrashAndComeBackUnlessTheyAreInUse) {
