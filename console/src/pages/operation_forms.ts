@@ -41,6 +41,20 @@ export const FORMS: OperationForm[] = [
     ],
   },
   {
+    command: "rig plan",
+    title: "Plan a rig",
+    verb: "Plan",
+    outName: "plan",
+    fields: [
+      { ...RIG, label: "Cameras to choose from", required: true },
+      { name: "template", label: "Template", isInput: true, kind: ItemKind.TEMPLATE, required: true },
+      { name: "motion", label: "How it moves: a job (job:ID); empty: at rest", isInput: true },
+      { name: "cameras", label: "Cameras to choose; 0: as few as needed" },
+      { name: "views", label: "Cameras that must see a cell" },
+      { name: "moments", label: "Frames of the motion; 0: all" },
+    ],
+  },
+  {
     command: "template build",
     title: "Build a template",
     verb: "Build",
