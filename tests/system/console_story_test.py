@@ -1,5 +1,6 @@
 """A shoot from a browser: cameras, a take with live registration, its ledger, and what is lost. See live_studio.py."""
 
+import contextlib
 import json
 import os
 import signal
@@ -39,6 +40,17 @@ class ConsoleStory(ConsoleDaemon, StudioTest):
         for process in processes_of(self.folder, "weft-recorder"):
             os.kill(process, signal.SIGKILL)
 
+    @contextlib.contextmanager
+    def small_disk(self, mib):
+        """Of the takes."""
+        takes = self.path("state", "takes")
+        os.makedirs(takes, mode=0o700, exist_ok=True)
+        subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={mib}m,mode=700", "tmpfs", takes], check=True)
+        try:
+            yield
+        finally:
+            subprocess.run(["umount", "--lazy", takes], check=True)
+
     def open_session(self, page):
         page.press("g", "c")
         page.press("n")
@@ -75,6 +87,10 @@ class ConsoleStory(ConsoleDaemon, StudioTest):
         page.see("cloth seen", ".running")
         page.see("Mbit/s", ".measures")
         wait_for(lambda: float(page.css(".coverage progress", "getAttribute", "value")) > 0.2, "live meshes", 0.5)
+        # The newest mesh, with what cameras saw of the cloth so far.
+        page.see("Frame ", ".live-mesh")
+        page.see("shown so far", ".live-mesh")
+        page.see("in step", ".link-board")
         self.look(page, "recording")
         # What a take loses is seen and heard.
         page.evaluate("""window.beeps = 0
@@ -113,6 +129,20 @@ class ConsoleStory(ConsoleDaemon, StudioTest):
         page.css(".frame.done, .frame.degraded", "click")
         page.see("cells", "figcaption small")
         self.look(page, "job-of-the-take")
+        self.compare(page)
+
+    def compare(self, page):
+        """The job's meshes, scrubbed, and beside those that were made while the take was recorded."""
+        page.css("a:has-text('View in 3D')", "click")
+        page.see("first frame after", ".player-stats")
+        page.css(".player-scrub input", "focus")
+        page.press("ArrowRight", "End", "Home")
+        page.css("label:has-text('Compare with') select", "selectOption", {"index": 1})
+        page.see("To the other job", ".player-difference")
+        self.look(page, "difference")
+        page.order(find=["getByLabel", "Side by side", {"exact": True}], do="check", args=[])
+        self.look(page, "side-by-side")
+        page.page("goBack")
 
     def test_failures_are_said_and_overcome(self):
         refused = ["401", "WebSocket", "ERR_CONNECTION_REFUSED", "ERR_EMPTY_RESPONSE", "ERR_CONNECTION_RESET", "409"]
@@ -122,6 +152,10 @@ class ConsoleStory(ConsoleDaemon, StudioTest):
         self.open_session(page)
         page.see("focus", ".measures")
         page.css("select", "selectOption", "0")
+        with self.small_disk(2700):  # recording stops at 2048
+            page.role("button", "Start a take")
+            page.see("disk nearly full")
+            self.look(page, "disk-nearly-full")
         page.role("button", "Start a take")
         page.see("sets", ".running")
         # The daemon is killed: the recorder goes on, and so does the page when the next daemon is there.

@@ -9,6 +9,7 @@ import { soundAlarm } from "../cameras/alarm";
 import { CameraDetail } from "../cameras/camera_detail";
 import { CameraTile } from "../cameras/camera_tile";
 import { keepLease, leaseEnded, ownLease } from "../cameras/leases";
+import { LinkBoard } from "../cameras/link_board";
 import { useLinkLoads } from "../cameras/link_load";
 import { detailIsOpen, useLooks } from "../cameras/looks";
 import { SessionDialog } from "../cameras/session_dialog";
@@ -19,6 +20,7 @@ import { hrefOf } from "../router";
 import { Ask } from "../ui/dialog";
 import type { Question } from "../ui/dialog";
 import { durationText } from "../ui/format";
+import { InThreeD } from "../ui/in_three_d";
 import { Failure, Page, Table } from "../ui/parts";
 import { isRecording } from "../ui/states";
 
@@ -146,11 +148,15 @@ function Filming({ session, take: listed }: { session: CaptureSession | undefine
       <Failure error={error} />
       {!take && <Failure error={lookError} what="The cameras cannot be looked at" />}
       {watched && !take && watched.state?.message && <p class="panel">The take ended: {watched.state.message}</p>}
-      <div class="cameras">
-        {ids.map((id) => (
-          <CameraTile key={id} id={id} look={looks.get(id)} load={take ? loads.get(id) : undefined} isAlarmed={alarmed.has(id)} isOld={!take && lookError !== null} onOpen={() => setDetail(id)} />
-        ))}
+      <div class={take?.liveJobId ? "beside" : ""}>
+        <div class="cameras">
+          {ids.map((id) => (
+            <CameraTile key={id} id={id} look={looks.get(id)} load={take ? loads.get(id) : undefined} isAlarmed={alarmed.has(id)} isOld={!take && lookError !== null} onOpen={() => setDetail(id)} />
+          ))}
+        </div>
+        {take?.liveJobId && <InThreeD key={take.liveJobId} mount={(player, element) => player.mountLive(element, client, take.liveJobId)} />}
       </div>
+      {take && <LinkBoard take={take} loads={loads} looks={looks} />}
       {detail && request && <CameraDetail id={detail} request={request} session={session} isFilming={Boolean(take)} onClose={() => setDetail(null)} />}
     </>
   );

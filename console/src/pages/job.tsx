@@ -18,7 +18,6 @@ import { FRAME_STATES, JobStateBadge, hasEnded, shareDone, shortName } from "../
 import { FramePanel } from "./frame";
 import { ExportDialog, EvaluateDialog } from "./operation_dialogs";
 import { cancelQuestion } from "./jobs";
-import { hasPlayer } from "./player";
 
 /** All frames of a job, kept up to date by its stream. */
 export function useFrames(id: string): { job: Job | undefined; frames: FrameInfo[]; error: ApiError | null } {
@@ -85,7 +84,7 @@ function WatchedJob({ id, watchAgain }: { id: string; watchAgain: () => void }) 
       title={`Registration of ${shortName(job.spec?.dump ?? "")}`}
       actions={
         <>
-          {hasPlayer && <a href={hrefOf("jobs", id, "player")}>View in 3D</a>}
+          <a href={hrefOf("jobs", id, "player")}>View in 3D</a>
           {ended && (
             <a target="_blank" rel="noopener" href={client.fileUrl(Jobs.method.fetchResult, { job_id: id, kind: "RESULT_KIND_JOB_REPORT" })}>
               Report

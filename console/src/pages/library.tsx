@@ -10,6 +10,7 @@ import { Ask } from "../ui/dialog";
 import type { Question } from "../ui/dialog";
 import { FileTable } from "../ui/file_table";
 import { bytesText, timeText } from "../ui/format";
+import { InThreeD } from "../ui/in_three_d";
 import { KINDS } from "../ui/inputs";
 import { Facts, Failure, Page, Table, Waiting, Warnings } from "../ui/parts";
 
@@ -96,6 +97,8 @@ function ItemPage({ kind, id }: { kind: ItemKind; id: string }) {
           ["Content", <code>{item.id}</code>],
         ]}
       />
+      {kind === ItemKind.RIG && <InThreeD mount={(player, element) => player.mountRig(element, client, id)} />}
+      {kind === ItemKind.TEMPLATE && <InThreeD mount={(player, element) => player.mountTemplate(element, client, id)} />}
       {picture && <img class="item-picture" src={url(picture.path)} alt={`The board, ${picture.path}`} />}
       <FileTable files={files.slice(0, 500)} url={url} />
       {files.length > 500 && <p class="empty">{files.length - 500} more files are not listed.</p>}

@@ -12,11 +12,13 @@ import { garmentsOf, partsOf } from "./garments";
 import type { GarmentPart } from "./garments";
 import { MeshScene } from "./mesh_scene";
 import { MeshStore } from "./mesh_store";
+import type { Orbit } from "./orbit";
 import { WORDS_OF_A_VERTEX, decodeFaces, decoderIsReady, readMesh, sigmaOf, viewsOf } from "./quantized_mesh";
 import type { EncodedMesh } from "./quantized_mesh";
 
 const SAMPLES = 4000; // of vertices, for ranges and differences
 const SECOND_MS = 1000;
+const STATS_MS = 400; // between two of them
 
 export interface Stats {
   drawnPerSecond: number;
@@ -74,6 +76,7 @@ export class Engine {
   private compared = ""; // frame that it was compared with
   private clock = { index: 0, time_ms: 0 };
   private readonly drawnAt: number[] = [];
+  private told_ms = 0;
   private request = 0;
   private closed = false;
 
@@ -96,14 +99,8 @@ export class Engine {
     this.scene.dispose();
   }
 
-  setUp(up: [number, number, number]): void {
-    this.scene.setUp(up);
-  }
-  reset(): void {
-    this.scene.reset();
-  }
-  turn(right_deg: number, up_deg: number, nearer?: number): void {
-    this.scene.turn(right_deg, up_deg, nearer);
+  get orbit(): Orbit {
+    return this.scene.orbit;
   }
   resize(): void {
     this.scene.resize();
@@ -359,8 +356,11 @@ export class Engine {
 
   private count(now: number): void {
     this.drawnAt.push(now);
-    while (this.drawnAt.length > 1 && now - this.drawnAt[0]! > SECOND_MS) this.drawnAt.shift();
-    if (this.playing.value && this.drawnAt.length % 10 === 0) this.updateStats();
+    while (this.drawnAt.length > 2 && now - this.drawnAt[0]! > 2 * SECOND_MS) this.drawnAt.shift();
+    if (this.playing.value && now - this.told_ms > STATS_MS) {
+      this.told_ms = now;
+      this.updateStats();
+    }
   }
 
   private updateStats(): void {

@@ -1,17 +1,33 @@
 import { h, render } from "preact";
+import type { ComponentType } from "preact";
 import type { Client } from "../api/client";
 import { LiveView } from "./live_view";
 import "./player.css";
 import { PlayerView } from "./player_view";
+import { RigView } from "./rig_view";
+import { TemplateView } from "./template_view";
+
+function mount<P extends object>(element: HTMLElement, view: ComponentType<P>, properties: P): () => void {
+  render(h(view, properties), element);
+  return () => render(null, element);
+}
 
 /** Shows a job's sequence in `element`; returns what ends that and frees its memory. */
 export function mountPlayer(element: HTMLElement, client: Client, jobId: string): () => void {
-  render(h(PlayerView, { client, jobId }), element);
-  return () => render(null, element);
+  return mount(element, PlayerView, { client, jobId });
 }
 
 /** As mountPlayer, but the newest mesh of a job that runs, small. */
 export function mountLive(element: HTMLElement, client: Client, jobId: string): () => void {
-  render(h(LiveView, { client, jobId }), element);
-  return () => render(null, element);
+  return mount(element, LiveView, { client, jobId });
+}
+
+/** Likewise the cameras of a rig in the library; `item` is its id. */
+export function mountRig(element: HTMLElement, client: Client, item: string): () => void {
+  return mount(element, RigView, { client, item });
+}
+
+/** Likewise a template with its panels and seams. */
+export function mountTemplate(element: HTMLElement, client: Client, item: string): () => void {
+  return mount(element, TemplateView, { client, item });
 }

@@ -40,7 +40,7 @@ export function LiveView({ client, jobId }: { client: Client; jobId: string }) {
         tabIndex={0}
         role="img"
         aria-label="The newest mesh. Arrow keys turn it, plus and minus zoom, 0 goes back."
-        onKeyDown={(event) => engine && turnByKey(engine, event)}
+        onKeyDown={(event) => engine && turnByKey(engine.orbit, event)}
       />
       <div>
         <p>

@@ -5,7 +5,6 @@ import {
   DataTexture,
   DynamicDrawUsage,
   GLSL3,
-  Group,
   InterleavedBuffer,
   InterleavedBufferAttribute,
   LinearFilter,
@@ -25,11 +24,11 @@ import {
   DoubleSide,
 } from "three";
 import type { Texture } from "three";
-import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Camera as RigCamera } from "@api/rig_pb";
 import { CLOTH_COLOR, STATE_COLORS, palette } from "./colors";
 import type { Coloring } from "./colors";
 import type { GarmentPart } from "./garments";
+import { Orbit } from "./orbit";
 import { WORDS_OF_A_VERTEX, decodeVertices } from "./quantized_mesh";
 import type { EncodedMesh } from "./quantized_mesh";
 import { COLORING_NUMBERS, FRAGMENT_SHADER, VERTEX_SHADER } from "./shaders";
@@ -37,7 +36,6 @@ import { COLORING_NUMBERS, FRAGMENT_SHADER, VERTEX_SHADER } from "./shaders";
 const NEAR_MM = 10;
 const FAR_MM = 50_000;
 const COLOR_STEPS = 255;
-const UP = new Vector3(0, 1, 0);
 
 export interface Look {
   coloring: Coloring;
@@ -117,16 +115,12 @@ function material(): RawShaderMaterial {
 export class MeshScene {
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
-  private readonly world = new Group(); // turned so that its up is +y
-  private readonly eye = new PerspectiveCamera(35, 1, NEAR_MM, FAR_MM);
-  private readonly controls: OrbitControls;
+  readonly orbit: Orbit;
   private readonly material = material();
   private readonly mesh = new Mesh(new BufferGeometry(), this.material);
   private readonly cells = new Points(new BufferGeometry(), this.material);
   private readonly garments: Garment[] = [];
   private readonly center_mm = new Vector3();
-  private radius_mm = 0;
-  private up = new Vector3(0, -1, 0);
   private coverage = new BufferAttribute(new Uint8Array(0), 1, true);
   private readonly backdrop = new Scene();
   private readonly backdropMaterial = new MeshBasicMaterial({ depthTest: false, depthWrite: false });
@@ -137,19 +131,18 @@ export class MeshScene {
     private readonly canvas: HTMLCanvasElement,
     private readonly onMove: () => void,
   ) {
+    this.orbit = new Orbit(canvas, onMove);
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio));
     this.mesh.frustumCulled = this.cells.frustumCulled = false;
-    this.world.add(this.mesh, this.cells);
-    this.scene.add(this.world);
+    this.orbit.world.add(this.mesh, this.cells);
+    this.scene.add(this.orbit.world);
     this.backdrop.add(new Mesh(new PlaneGeometry(2, 2), this.backdropMaterial));
-    this.controls = new OrbitControls(this.eye, canvas);
-    this.controls.addEventListener("change", onMove);
     this.resize();
   }
 
   dispose(): void {
-    this.controls.dispose();
+    this.orbit.dispose();
     for (const garment of this.garments) garment.geometry.dispose();
     (this.material.uniforms.palette!.value as Texture).dispose();
     this.setPicture(null, null);
@@ -157,12 +150,6 @@ export class MeshScene {
     this.material.dispose();
     this.renderer.dispose();
     this.renderer.forceContextLoss();
-  }
-
-  /** Where the world's up is; where nobody knows, it is taken for -y. */
-  setUp(up: [number, number, number]): void {
-    this.up = new Vector3(...up).normalize();
-    this.reset();
   }
 
   /** Of both jobs: what all frames have in common. */
@@ -186,7 +173,7 @@ export class MeshScene {
     if (!garment) return;
     if (mesh) garment.show(mesh);
     else garment.isShown = false;
-    if (this.radius_mm === 0 && mesh) this.frame(garment);
+    if (mesh && !this.orbit.isPlaced) this.frame(garment);
   }
 
   /** Quantised vertices of what is shown. */
@@ -222,7 +209,7 @@ export class MeshScene {
     this.backdropMaterial.map = picture ? new CanvasTexture(picture as HTMLCanvasElement) : null;
     this.backdropMaterial.needsUpdate = true;
     this.rigCamera = camera;
-    this.controls.enabled = !camera;
+    this.orbit.enabled = !camera;
     if (camera) this.lookThrough(camera);
   }
 
@@ -243,34 +230,8 @@ export class MeshScene {
     for (let at = 0; at < garment.words.length; at += WORDS_OF_A_VERTEX)
       for (let axis = 0; axis < 3; ++axis) high.setComponent(axis, Math.max(high.getComponent(axis), garment.words[at + axis]!));
     high.multiply(garment.step_mm);
-    this.radius_mm = high.length() / 2 || 1;
     this.center_mm.copy(low).addScaledVector(high, 0.5);
-    this.reset();
-  }
-
-  /** Back to where the view began. */
-  reset(): void {
-    this.world.quaternion.setFromUnitVectors(this.up, UP);
-    const away = Math.abs(this.up.z) < 0.9 ? new Vector3(0, 0, 1) : new Vector3(0, 1, 0);
-    away.addScaledVector(this.up, -away.dot(this.up)).normalize().applyQuaternion(this.world.quaternion);
-    const distance = (0.95 * this.radius_mm) / Math.sin((this.eye.fov * Math.PI) / 360);
-    this.eye.position.copy(away).multiplyScalar(-(distance || 1));
-    this.controls.target.set(0, 0, 0);
-    this.controls.update();
-    this.onMove();
-  }
-
-  /** Turns about the garment, in degrees; or moves nearer. */
-  turn(right_deg: number, up_deg: number, nearer = 1): void {
-    const offset = this.eye.position.clone().sub(this.controls.target);
-    offset.applyAxisAngle(UP, (-right_deg * Math.PI) / 180);
-    const axis = new Vector3().crossVectors(UP, offset).normalize();
-    const lifted = offset.clone().applyAxisAngle(axis, (-up_deg * Math.PI) / 180);
-    // Not over the poles.
-    if (Math.abs(lifted.clone().normalize().dot(UP)) < 0.99) offset.copy(lifted);
-    this.eye.position.copy(this.controls.target).add(offset.divideScalar(nearer));
-    this.controls.update();
-    this.onMove();
+    this.orbit.place(high.length() / 2);
   }
 
   resize(): void {
@@ -302,11 +263,11 @@ export class MeshScene {
     if (!garment?.isShown) return;
     this.renderer.setViewport(x, 0, width, height);
     this.renderer.setScissor(x, 0, width, height);
-    this.eye.aspect = width / height;
-    this.eye.updateProjectionMatrix();
+    this.orbit.eye.aspect = width / height;
+    this.orbit.eye.updateProjectionMatrix();
     this.cells.visible = false;
-    this.drawWith(garment, this.eye, { wireframe: false, isLit: true, dim: this.look.wireframe ? 0.45 : 1 });
-    if (this.look.wireframe) this.drawWith(garment, this.eye, { wireframe: true, isLit: false, dim: 1 });
+    this.drawWith(garment, this.orbit.eye, { wireframe: false, isLit: true, dim: this.look.wireframe ? 0.45 : 1 });
+    if (this.look.wireframe) this.drawWith(garment, this.orbit.eye, { wireframe: true, isLit: false, dim: 1 });
   }
 
   /** The picture in the middle; the cloth's cells and their edges over it, without those behind it. */
@@ -325,13 +286,13 @@ export class MeshScene {
     this.material.colorWrite = false;
     this.material.polygonOffset = true;
     this.material.polygonOffsetFactor = this.material.polygonOffsetUnits = 2;
-    this.drawWith(garment, this.eye, { wireframe: false, isLit: false, dim: 1 });
+    this.drawWith(garment, this.orbit.eye, { wireframe: false, isLit: false, dim: 1 });
     this.material.colorWrite = true;
     this.material.polygonOffset = false;
-    if (this.look.wireframe) this.drawWith(garment, this.eye, { wireframe: true, isLit: false, dim: 0.6 });
+    if (this.look.wireframe) this.drawWith(garment, this.orbit.eye, { wireframe: true, isLit: false, dim: 0.6 });
     uniforms.pointSize!.value = 2 * this.renderer.getPixelRatio();
     [this.mesh.visible, this.cells.visible] = [false, true];
-    this.drawWith(garment, this.eye, { wireframe: false, isLit: false, dim: 1 });
+    this.drawWith(garment, this.orbit.eye, { wireframe: false, isLit: false, dim: 1 });
     this.mesh.visible = true;
     uniforms.overlays!.value = false;
   }

@@ -56,8 +56,8 @@ export function PlayerView({ client, jobId }: { client: Client; jobId: string })
           tabIndex={0}
           role="img"
           aria-label="The garment in three dimensions. Arrow keys turn it, plus and minus zoom, 0 goes back."
-          onKeyDown={(event) => engine && turnByKey(engine, event)}
-          onDblClick={() => engine?.reset()}
+          onKeyDown={(event) => engine && turnByKey(engine.orbit, event)}
+          onDblClick={() => engine?.orbit.reset()}
         />
         {engine?.waiting.value && !isEmpty && <p class="player-waiting" role="status">Waiting for the first mesh …</p>}
       </div>
@@ -109,7 +109,7 @@ function Bar({ engine, job, client }: { engine: Engine; job: Job; client: Client
             Side by side
           </label>
         )}
-        <button type="button" onClick={() => engine.reset()}>
+        <button type="button" onClick={() => engine.orbit.reset()}>
           Reset the view
         </button>
       </div>
@@ -166,7 +166,7 @@ function Overlaid({ engine, job, client }: { engine: Engine; job: Job; client: C
     rigOf(client, job).then(
       (known) => {
         setRig(known);
-        engine.setUp(upOf(known));
+        engine.orbit.setUp(upOf(known));
       },
       () => {}, // the view then has no cameras, and another up
     );
@@ -251,7 +251,10 @@ function Numbers({ engine }: { engine: Engine }) {
       <Legend engine={engine} />
       {difference && (
         <p class="player-difference" role="status">
-          To the other job, in this frame: median {mm(difference.median_mm)}, 95 % below {mm(difference.p95_mm)}, at most {mm(difference.most_mm)}
+          To the other job, in this frame:{" "}
+          {difference.most_mm > 0
+            ? `median ${mm(difference.median_mm)}, 95 % below ${mm(difference.p95_mm)}, at most ${mm(difference.most_mm)}`
+            : "no difference"}
         </p>
       )}
       {stats && stats.first_ms > 0 && (
