@@ -38,8 +38,10 @@ def steps():
                             {"WEFT_BIN": "build/dev/bin"})
     # Debian's Python has numpy.
     found["export_load"] = (["/usr/bin/python3", "tests/system/export_load.py"], {"WEFT_BIN": "build/dev/bin"})
+    found["player_load"] = (["/usr/bin/python3", "tests/system/player_load.py"], {"WEFT_BIN": "build/dev/bin", "WEFT_SOURCE": "."})
     found["hostile_load"] = ([PYTHON, "tests/system/hostile_load.py"], {"WEFT_BIN": "build/dev/bin"})
     found["client_load"] = ([PYTHON, "tests/system/client_load.py", "--seconds", "300"], {"WEFT_BIN": "build/dev/bin"})
+    found["console_load"] = (["/usr/bin/python3", "tests/system/console_load.py"], {"WEFT_BIN": "build/dev/bin", "WEFT_SOURCE": "."})
     found["take_campaign"] = ([PYTHON, "tests/system/take_campaign.py", "--log", os.path.join(LOGS, "take_campaign.json")],
                               {"WEFT_BIN": "build/dev/bin", "WEFT_DISK_FAULTS": "build/dev/tests/system/libdisk_faults.so"})
     found["take_damage"] = ctest("System.take_damage", WEFT_DAMAGE_ROUNDS="1000")
