@@ -34,6 +34,18 @@ def krt_of(rig):
     return "\n".join(blocks)
 
 
+class ConsoleTour(unittest.TestCase):
+    """Its steps are those of tests, so they run as long as those do."""
+
+    def test_every_picture_is_one_that_the_tests_of_the_console_look_at(self):
+        shown = re.findall(r"\(pictures/console/([a-z-]+)\.webp\)", read(os.path.join(SOURCE, "docs", "console-tour.md")))
+        tests = "".join(read(os.path.join(SOURCE, "tests", "system", f"console_{name}_test.py")) for name in ("story", "work"))
+        self.assertLessEqual(set(shown), set(re.findall(r'self\.look\(page, "([a-z-]+)"\)', tests)))
+        folder = os.path.join(SOURCE, "docs", "pictures", "console")
+        self.assertEqual({f"{name}.webp" for name in shown}, set(os.listdir(folder)))
+        self.assertLess(sum(os.path.getsize(os.path.join(folder, name)) for name in os.listdir(folder)), 1e6)
+
+
 class OwnRecording(StudioTest):
     def test_every_command_works_as_written(self):
         rig = json.loads(read(f"{self.take}/rig.json"))
