@@ -99,6 +99,42 @@ void Collect(size_t count, const Visit& visit, std::vector<Result>& out) {
   for (const std::vector<Result>& part : found) out.insert(out.end(), part.begin(), part.end());
 }
 
+using PairPlaces = std::array<Vector3d, 4>;  // of a pair's vertices
+
+NearestPoints NearestOf(bool is_edges, const PairPlaces& x) {
+  return is_edges ? NearestOfEdges(x[0], x[1], x[2], x[3]) : NearestOnTriangle(x[0], x[1], x[2], x[3]);
+}
+
+// How far the first element is from the second along a direction.
+double Separation(bool is_edges, const PairPlaces& x, const Vector3d& normal) {
+  const double a = normal.dot(x[0]), b = normal.dot(x[1]), c = normal.dot(x[2]), d = normal.dot(x[3]);
+  return is_edges ? std::min(a, b) - std::max(c, d) : a - std::max({b, c, d});
+}
+
+// What must remain of a pair's distance after a step. Layers that a body presses together step by step end
+// up at the least of them, not at none.
+double LeastDistance(double distance, const KeepApartOptions& o) {
+  const double least = std::min(0.1 * o.thickness_mm, 0.3 * distance);
+  return o.planes_turn ? std::max(least, std::min(0.95 * distance, 0.03 * o.thickness_mm)) : least;
+}
+
+// Whether two elements keep `least` at the end of their way and do not meet before. The plane between them
+// is found anew in parts of the way, so long elements that lie close to each other may turn together.
+// `at`: PairPlaces after a share of the way.
+template <typename At>
+bool StayApart(bool is_edges, const At& at, double least) {
+  if (NearestOf(is_edges, at(1)).distance_mm < least) return false;
+  const auto apart_in = [&](int parts) {
+    for (int k = 0; k < parts; ++k) {
+      const Vector3d normal = NearestOf(is_edges, at(static_cast<double>(k) / parts)).normal;
+      if (!(Separation(is_edges, at(static_cast<double>(k + 1) / parts), normal) >= 0.5 * least))
+        return false;
+    }
+    return true;
+  };
+  return apart_in(4) || apart_in(64);
+}
+
 }  // namespace
 
 ContactFinder::ContactFinder(int vertices, const std::vector<Face>& faces, double reach_mm)
@@ -259,8 +295,9 @@ const std::vector<ContactPair>& ContactFinder::Find(const std::vector<Vector3d>&
   return pairs_;
 }
 
-int KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Vector3d>& from,
-              const Eigen::Isometry3d& carry, double reach, double thickness, std::vector<Vector3d>& to) {
+KeptApart KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Vector3d>& from,
+                    const Eigen::Isometry3d& carry, const KeepApartOptions& options,
+                    std::vector<Vector3d>& to) {
   constexpr int kHalvings = 6;  // then a vertex moves with the others only
   const size_t n = from.size();
   std::vector<Vector3d> carried(n), move(n);
@@ -268,26 +305,30 @@ int KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Vector3d>
   ForEachIndex(n, [&](size_t v) {
     carried[v] = carry * from[v];
     move[v] = to[v] - carried[v];
-    const double length = move[v].norm(), longest = 0.49 * reach;
+    const double length = move[v].norm(), longest = 0.49 * options.reach_mm;
     if (length > longest) {
       move[v] *= longest / length;
       to[v] = carried[v] + move[v];
       halvings[v] = 1;  // counts as held back
     }
   });
-  const auto separation = [&](const ContactPair& p, const Vector3d& normal) {
-    const double a = normal.dot(to[p.v[0]]), b = normal.dot(to[p.v[1]]);
-    const double c = normal.dot(to[p.v[2]]), d = normal.dot(to[p.v[3]]);
-    return p.is_edges ? std::min(a, b) - std::max(c, d) : a - std::max({b, c, d});
+  const auto stay_apart = [&](const ContactPair& p) {
+    const auto at = [&](double share) {
+      PairPlaces out;
+      for (int i = 0; i < 4; ++i) out[i] = carried[p.v[i]] + share * move[p.v[i]];
+      return out;
+    };
+    const double least = LeastDistance(p.distance_mm, options);
+    const PairPlaces end = {to[p.v[0]], to[p.v[1]], to[p.v[2]], to[p.v[3]]};
+    return Separation(p.is_edges, end, carry.linear() * p.normal) >= least ||
+           (options.planes_turn && StayApart(p.is_edges, at, least));
   };
   for (bool any = true; any;) {
     std::fill(crossed.begin(), crossed.end(), 0);
     // Flags are only ever set, so the order of the pairs does not matter.
     ForEachIndex(pairs.size(), [&](size_t k) {
-      const ContactPair& p = pairs[k];
-      const double least = std::min(0.1 * thickness, 0.3 * p.distance_mm);
-      if (separation(p, carry.linear() * p.normal) >= least) return;
-      for (const int v : p.v) __atomic_store_n(&crossed[v], 1, __ATOMIC_RELAXED);
+      if (stay_apart(pairs[k])) return;
+      for (const int v : pairs[k].v) __atomic_store_n(&crossed[v], 1, __ATOMIC_RELAXED);
     });
     any = false;
     for (size_t v = 0; v < n; ++v) {
@@ -297,7 +338,12 @@ int KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Vector3d>
       to[v] = carried[v] + move[v];
     }
   }
-  return static_cast<int>(std::count_if(halvings.begin(), halvings.end(), [](uint8_t h) { return h > 0; }));
+  KeptApart out;
+  for (size_t v = 0; v < n; ++v) {
+    if (halvings[v] > 0) ++out.held_back;
+    if (halvings[v] > kHalvings) out.stuck.push_back(static_cast<int>(v));
+  }
+  return out;
 }
 
 }  // namespace weft

@@ -61,14 +61,26 @@ class ContactFinder {
   std::vector<ContactPair> pairs_;
 };
 
+struct KeptApart {
+  int held_back = 0;       // vertices whose displacement was shortened
+  std::vector<int> stuck;  // those among them that cannot move against `carry` at all, ascending
+};
+
+struct KeepApartOptions {
+  double reach_mm = 0;      // at which the pairs were found
+  double thickness_mm = 0;  // of a layer
+  // Whether planes between two elements may turn with them. Otherwise long elements that a body presses
+  // together are held fast while it turns; nothing else brings them that near.
+  bool planes_turn = true;
+};
+
 // Shortens the displacements from `from` to `to` where needed so that no two elements of the cloth
-// intersect on the way. Every pair must stay separated along its own normal. Other elements must stay
-// within half of `reach_mm`, at which the pairs were found at `from`. The common rigid motion `carry` is
-// not limited. If `from` is free of intersections, so is the result. Returns the number of vertices that
-// were held back. (The planes that divide two elements: Divide and Truncate, as in offset geometric
-// contact, Chen et al. 2025.)
-int KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Eigen::Vector3d>& from_mm,
-              const Eigen::Isometry3d& carry, double reach_mm, double thickness_mm,
-              std::vector<Eigen::Vector3d>& to_mm);
+// intersect on the way. Every pair must stay separated by a plane along its own normal, or by planes that
+// turn. Other elements must stay within half of the reach. The common rigid motion `carry` is not limited.
+// If `from` is free of intersections, so is the result. (The planes that divide two elements: Divide and
+// Truncate, as in offset geometric contact, Chen et al. 2025.)
+KeptApart KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Eigen::Vector3d>& from_mm,
+                    const Eigen::Isometry3d& carry, const KeepApartOptions& options,
+                    std::vector<Eigen::Vector3d>& to_mm);
 
 }  // namespace weft

@@ -14,16 +14,30 @@ using Eigen::Vector3d;
 using Eigen::Vector3f;
 
 constexpr int kMaxIterations = 40;
-constexpr double kTolerance = 2e-3;     // of the residual, relative to the right-hand side
-constexpr double kContactNPerM = 40;    // stiffness of a contact between layers
-constexpr double kBodyNPerM = 150;      // and of a vertex against the body
-constexpr double kStickMmPerS = 15;     // slower than this, friction holds like a damper
-constexpr double kNearThickness = 0.3;  // of neighbours in the sheet, relative
-constexpr double kReachCells = 0.55;    // contacts are looked for within; neighbours at rest are farther
+constexpr double kTolerance = 2e-3;      // of the residual, relative to the right-hand side,
+constexpr double kFineTolerance = 3e-4;  // where few large forces dominate that
+constexpr double kContactNPerM = 40;     // stiffness of a contact between layers,
+constexpr double kPressed = 0.1;         // of layers nearer than this, relative to their thickness, a
+constexpr double kStiffest = 300;        // multiple of that, at the most this
+constexpr double kBodyNPerM = 150;       // and of a vertex against the body
+constexpr double kStickMmPerS = 15;      // slower than this, friction holds like a damper
+constexpr double kNearThickness = 0.3;   // of neighbours in the sheet, relative
+constexpr double kReachCells = 0.55;     // contacts are looked for within; neighbours at rest are farther
+// A vertex that layers hold fast is let go by the body for so many steps, then is led out of it in small
+// moves of so many cells for as many more.
+constexpr int kYieldSteps = 8, kReturnSteps = 40;
+constexpr double kReturnCells = 0.03;
 
 // Damping that stands for Coulomb friction under a normal force, in kg/s.
 double FrictionDamping(double friction, double normal_force, double slip_mm_s) {
   return friction * normal_force / std::max(slip_mm_s, kStickMmPerS);
+}
+
+// Stiffness of a contact beside its usual one, which is too weak for layers that a body presses together and
+// that taut cloth then pulls at.
+double PressedStiffness(double distance_mm, double pressed_mm) {
+  if (distance_mm >= pressed_mm) return 0;
+  return kContactNPerM * (std::min(kStiffest, std::pow(pressed_mm / distance_mm, 4)) - 1);
 }
 
 Vector3d Across(const Vector3d& v, const Vector3d& normal) { return v - normal.dot(v) * normal; }
@@ -43,6 +57,7 @@ GarmentSolver::GarmentSolver(const std::vector<Face>& faces,
       finder_(static_cast<int>(x_mm.size()), faces, reach_mm_),
       x_(std::move(x_mm)),
       v_(x_.size(), Vector3d::Zero()),
+      yields_(x_.size(), 0),
       local_(x_.size()),
       inverse_(x_.size()),
       rhs_(x_.size()),
@@ -50,9 +65,11 @@ GarmentSolver::GarmentSolver(const std::vector<Face>& faces,
       product_(x_.size()),
       is_held_(x_.size()) {}
 
-void GarmentSolver::PushLayersApart(double step_s, const std::vector<ContactPair>& pairs) {
+void GarmentSolver::PushLayersApart(double step_s, const StepInput& input,
+                                    const std::vector<ContactPair>& pairs) {
   contacts_.clear();
-  const double k = kContactNPerM;
+  is_pressed_ = false;
+  const double k = kContactNPerM, pressed_mm = input.obstacle == nullptr ? 0 : kPressed * thickness_mm_;
   for (const ContactPair& p : pairs) {
     const double thickness = p.is_near ? kNearThickness * thickness_mm_ : thickness_mm_;
     Vector3d relative = Vector3d::Zero();
@@ -64,11 +81,14 @@ void GarmentSolver::PushLayersApart(double step_s, const std::vector<ContactPair
     const Vector3d slip = Across(relative, p.normal);
     const double damping =
         p.is_near ? 0 : FrictionDamping(options_.friction, k * std::max(0.0, depth_after), slip.norm());
+    const double more = PressedStiffness(p.distance_mm, pressed_mm);
+    const double force = k * depth_after + more * (pressed_mm - p.distance_mm - closing);
+    is_pressed_ |= more > 0;
     Contact c;
     c.v = p.v, c.weight = p.weight;
-    c.stiffness =
-        (k * step_s * step_s * along + step_s * damping * (Matrix3d::Identity() - along)).cast<float>();
-    c.impulse = (step_s * k * depth_after * p.normal - step_s * damping * slip).cast<float>();
+    c.stiffness = ((k + more) * step_s * step_s * along + step_s * damping * (Matrix3d::Identity() - along))
+                      .cast<float>();
+    c.impulse = (step_s * force * p.normal - step_s * damping * slip).cast<float>();
     contacts_.push_back(c);
   }
   touch_first_.assign(x_.size() + 1, 0);
@@ -87,11 +107,14 @@ void GarmentSolver::PushLayersApart(double step_s, const std::vector<ContactPair
 void GarmentSolver::TouchBody(double step_s, const StepInput& input) {
   if (input.obstacle == nullptr) return;
   ForEachIndex(x_.size(), [&](size_t v) {
+    if (yields_[v] > kReturnSteps) return;
     const double far = body_gap_mm_ + 2 * step_s * v_[v].norm() + 1;
     const SurfaceDistance d = input.obstacle->distance(x_[v], far);
     // Distances are to the body at the end of the step; the cloth's own motion closes in on it.
     // A vertex that leaves is still held by the end of the spring, else it would be thrown to and fro.
-    const double before = body_gap_mm_ - d.distance_mm, depth = before - step_s * d.normal.dot(v_[v]);
+    double before = body_gap_mm_ - d.distance_mm;
+    if (yields_[v] > 0) before = std::min(before, body_gap_mm_);
+    const double depth = before - step_s * d.normal.dot(v_[v]);
     if (before <= 0 && depth <= 0) return;
     const Vector3d slip = Across(v_[v] - input.obstacle->velocity_mm_s(x_[v]), d.normal);
     const Matrix3d along = d.normal * d.normal.transpose();
@@ -171,7 +194,8 @@ int GarmentSolver::Solve() {
     return SumOf(n, [&](size_t i) { return static_cast<double>(a[i].dot(b[i])); });
   };
   double rz = dot(r, z);
-  const double goal = kTolerance * kTolerance * SumOf(n, [&](size_t i) {
+  const double tolerance = is_pressed_ ? kFineTolerance : kTolerance;
+  const double goal = tolerance * tolerance * SumOf(n, [&](size_t i) {
                         return is_held_[i] ? 0.0 : static_cast<double>(rhs_[i].dot(inverse_[i] * rhs_[i]));
                       });
   int iteration = 0;
@@ -199,23 +223,29 @@ void GarmentSolver::PushOutOfBody(const StepInput& input, std::vector<Vector3d>&
   if (input.obstacle == nullptr) return;
   const double least = 0.4 * body_gap_mm_;
   ForEachIndex(to.size(), [&](size_t v) {
-    if (is_held_[v]) return;
+    if (is_held_[v] || yields_[v] > kReturnSteps) return;
     const SurfaceDistance d = input.obstacle->distance(to[v], body_gap_mm_);
-    if (d.distance_mm < least) to[v] += (least - d.distance_mm) * d.normal;
+    double push = least - d.distance_mm;
+    if (yields_[v] > 0) push = std::min(push, kReturnCells * cell_mm_);
+    if (push > 0) to[v] += push * d.normal;
   });
 }
 
 StepReport GarmentSolver::Step(double step_s, const StepInput& input) {
   StepReport report;
   const std::vector<ContactPair>& pairs = finder_.Find(x_, carry_);
-  PushLayersApart(step_s, pairs);
+  PushLayersApart(step_s, input, pairs);
   BuildSystem(step_s, input);
   report.contacts = static_cast<int>(contacts_.size());
   report.iterations = Solve();
   std::vector<Vector3d> to(x_.size());
   ForEachIndex(x_.size(), [&](size_t i) { to[i] = x_[i] + step_s * (v_[i] + dv_[i].cast<double>()); });
   PushOutOfBody(input, to);
-  report.held_back = KeepApart(pairs, x_, input.carry, reach_mm_, thickness_mm_, to);
+  const bool has_body = input.obstacle != nullptr;
+  const KeptApart kept = KeepApart(pairs, x_, input.carry, {reach_mm_, thickness_mm_, has_body}, to);
+  report.held_back = kept.held_back;
+  for (uint8_t& steps : yields_) steps -= steps > 0;
+  for (const int v : kept.stuck) yields_[v] = kYieldSteps + kReturnSteps;
   ForEachIndex(x_.size(), [&](size_t i) {
     v_[i] = (to[i] - x_[i]) / step_s;
     x_[i] = to[i];

@@ -48,8 +48,9 @@ struct StepReport {
 
 // Backward Euler with one Newton step (Baraff and Witkin 1998) by conjugate gradients with a block Jacobi
 // preconditioner. Layers repel each other as springs with friction. KeepApart limits the result, so cloth
-// that starts without intersections stays so. Parallel in the calling thread's TBB arena, the same bytes
-// at any thread count.
+// that starts without intersections stays so. Where that holds cloth fast, as between an arm and the trunk,
+// the obstacle does not act for a while, so the cloth sinks in instead of being torn. Parallel in the calling
+// thread's TBB arena, the same bytes at any thread count.
 class GarmentSolver {
  public:
   GarmentSolver(const std::vector<Face>& faces, const std::vector<std::array<Eigen::Vector2d, 3>>& flat_mm,
@@ -68,7 +69,7 @@ class GarmentSolver {
   template <typename Archive>
   void State(Archive& archive) {
     finder_.State(archive);
-    archive(x_), archive(v_), archive(dv_), archive(carry_);
+    archive(x_), archive(v_), archive(dv_), archive(carry_), archive(yields_);
   }
 
  private:
@@ -84,7 +85,7 @@ class GarmentSolver {
     float weight;
   };
 
-  void PushLayersApart(double step_s, const std::vector<ContactPair>& pairs);
+  void PushLayersApart(double step_s, const StepInput& input, const std::vector<ContactPair>& pairs);
   void TouchBody(double step_s, const StepInput& input);
   void BuildSystem(double step_s, const StepInput& input);
   void Multiply(const std::vector<Eigen::Vector3f>& p, std::vector<Eigen::Vector3f>& out);
@@ -97,6 +98,7 @@ class GarmentSolver {
   ContactFinder finder_;
   std::vector<Eigen::Vector3d> x_, v_;
   Eigen::Isometry3d carry_ = Eigen::Isometry3d::Identity();  // of the last step
+  std::vector<uint8_t> yields_;  // [vertices], for how many more steps the obstacle acts less or not
 
   // Of the step at hand.
   std::vector<Contact> contacts_;
@@ -106,6 +108,7 @@ class GarmentSolver {
   std::vector<Eigen::Matrix3f> inverse_;  // of the diagonal blocks
   std::vector<Eigen::Vector3f> rhs_, dv_, product_, contact_sum_;
   std::vector<uint8_t> is_held_;
+  bool is_pressed_ = false;  // layers are somewhere
   float elastic_scale_ = 0;
 };
 

@@ -5,9 +5,11 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include "alignment/untangle/self_intersection.h"
+#include "figure/motion_generator.h"
 
 namespace weft {
 namespace {
@@ -118,6 +120,24 @@ TEST(Performance, AHandThatPullsStretchesClothNoFurtherThanClothBears) {
       pulled_mm = std::max(pulled_mm, first[v].z() - frame->vertices_mm[v].z());
   }
   EXPECT_GT(pulled_mm, 30) << "the hand got hold of nothing";
+}
+
+// Cells of 20 mm are thick for the 12 mm that arms leave in armpits: pinched cloth must come along.
+TEST(Performance, ClothThatArmsPinchAgainstTheTrunkIsNotTorn) {
+  PerformanceOptions options = SmallTShirt();
+  const auto walk = MakeMotion({MotionKind::kWalk, 4, 60, 104});
+  ASSERT_TRUE(walk.ok()) << walk.status();
+  options.clip = std::make_shared<const Motion>(*walk);
+  options.fps = 15, options.frames = 27;
+  auto performance = Performance::Start(options);
+  ASSERT_TRUE(performance.ok()) << performance.status();
+  for (int i = 0; i < options.frames; ++i) {
+    const auto frame = performance->Next();
+    ASSERT_TRUE(frame.ok()) << frame.status();
+    const std::vector<double> stretch = StretchesOf(performance->garment(), frame->vertices_mm);
+    EXPECT_LT(stretch[stretch.size() * 995 / 1000], 1.2) << "frame " << i;
+    EXPECT_TRUE(FindSelfIntersections(frame->vertices_mm, performance->garment().rest.faces).empty());
+  }
 }
 
 TEST(Performance, SkirtFollowsTheLegsWithoutPassingThroughItself) {
