@@ -63,7 +63,7 @@ export class MeshStore {
   /** Fetches what comes next and has room. */
   private fill(): void {
     const count = this.names.length;
-    const ahead = this.meanBytes ? Math.min(count, Math.floor(MOST_BYTES / this.meanBytes)) : AT_ONCE;
+    const ahead = Math.min(count, this.meanBytes ? Math.floor(MOST_BYTES / this.meanBytes) : AT_ONCE);
     for (let k = 0; k < ahead && this.fetching.size < AT_ONCE && !this.pauses; ++k) {
       const frame = this.names[(this.position + k) % count]!;
       if (!this.meshes.has(frame) && !this.fetching.has(frame) && !this.failed.has(frame)) void this.fetch(frame);

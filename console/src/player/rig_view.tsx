@@ -127,7 +127,7 @@ export function RigView({ client, item }: { client: Client; item: string }) {
         label="The rig's cameras in space."
         filled={rig.hash + chosen}
         show={(view) => {
-          view.show([drawingOf(rig, chosen)], upOf(rig), 0.55);
+          view.show([drawingOf(rig, chosen)], upOf(rig), 0.62);
           view.orbit.turn(25, 25); // a little from above, so that cameras do not hide each other
         }}
       />

@@ -2,7 +2,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { SpaceView } from "./space_view";
 import { turnByKey } from "./turn_by_key";
 
-/** A canvas with a SpaceView that lives as long as it. `show` fills it, again when `key` is another one. */
+/** A canvas with a SpaceView that lives as long as it. `show` fills it, again when `filled` is another one. */
 export function SpaceStage({ label, show, filled }: { label: string; show: (view: SpaceView) => void; filled: unknown }) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const view = useRef<SpaceView | null>(null);
