@@ -22,14 +22,22 @@ absl::StatusOr<v1::RecordedTake> TakeClient::Stop(const std::string& id) {
                                       });
 }
 
-absl::StatusOr<v1::ListTakesResponse> TakeClient::List(int limit, bool trash) {
+absl::StatusOr<v1::ListTakesResponse> TakeClient::List(int limit, bool trash, const std::string& words) {
   v1::ListTakesRequest request;
   request.set_limit(limit);
   request.set_trash(trash);
+  request.set_words(words);
   return CallDaemon<v1::ListTakesResponse>(connection_,
                                            [&](grpc::ClientContext* context, v1::ListTakesResponse* answer) {
                                              return stub_->ListTakes(context, request, answer);
                                            });
+}
+
+absl::StatusOr<v1::RecordedTake> TakeClient::Describe(const v1::DescribeTakeRequest& request) {
+  return CallDaemon<v1::RecordedTake>(connection_,
+                                      [&](grpc::ClientContext* context, v1::RecordedTake* answer) {
+                                        return stub_->DescribeTake(context, request, answer);
+                                      });
 }
 
 absl::StatusOr<v1::RecordedTake> TakeClient::Pin(const std::string& id, bool pinned) {

@@ -22,7 +22,9 @@ class TakeClient {
   // The request needs an idempotency key.
   absl::StatusOr<v1::RecordedTake> Start(const v1::StartTakeRequest& request);
   absl::StatusOr<v1::RecordedTake> Stop(const std::string& id);
-  absl::StatusOr<v1::ListTakesResponse> List(int limit, bool trash = false);
+  // `words`: of ListTakesRequest.
+  absl::StatusOr<v1::ListTakesResponse> List(int limit, bool trash = false, const std::string& words = "");
+  absl::StatusOr<v1::RecordedTake> Describe(const v1::DescribeTakeRequest& request);
   absl::StatusOr<v1::RecordedTake> Pin(const std::string& id, bool pinned);
   absl::StatusOr<v1::RecordedTake> Delete(const std::string& id);
   absl::StatusOr<v1::RecordedTake> Restore(const std::string& id);

@@ -109,9 +109,11 @@ absl::Status CheckPlainName(const std::string& field, const std::string& name) {
   return absl::OkStatus();
 }
 
-absl::Status CheckDescription(const std::string& slate, const std::string& notes) {
-  if (absl::Status status = CheckText("slate", slate, kMaxNameBytes); !status.ok()) return status;
-  return CheckText("notes", absl::StrReplaceAll(notes, {{"\n", " "}}), kMaxNotesBytes);
+absl::Status CheckDescription(const v1::DescribeTakeRequest& request) {
+  absl::Status status = CheckText("slate", request.slate(), kMaxNameBytes);
+  status.Update(CheckText("name", request.name(), kMaxNameBytes));
+  status.Update(CheckText("notes", absl::StrReplaceAll(request.notes(), {{"\n", " "}}), kMaxNotesBytes));
+  return status;
 }
 
 absl::Status CheckPriority(int priority) {

@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "weft/v1/jobs.pb.h"
+#include "weft/v1/takes.pb.h"
 
 namespace weft {
 
@@ -21,7 +22,7 @@ absl::Status CheckOwner(const std::string& owner);
 absl::Status CheckOneLine(const std::string& field, const std::string& text);
 // Of a take. InvalidArgument names the field: too long, or control characters beside the ends of lines in
 // `notes`.
-absl::Status CheckDescription(const std::string& slate, const std::string& notes);
+absl::Status CheckDescription(const v1::DescribeTakeRequest& request);
 // -100 to 100.
 absl::Status CheckPriority(int priority);
 // Of a file or folder, without folders above it; may be empty.

@@ -12,6 +12,8 @@
 #include "services/files/json_file.h"
 #include "services/recorder/recorder_files.h"
 #include "services/recording/session_file.h"
+#include "services/recording/take_description.h"
+#include "services/recording/take_file.h"
 
 namespace weft {
 
@@ -52,9 +54,26 @@ v1::RecordedTake DescribeTakeFolder(const std::string& id, const std::string& fo
   take.set_folder(RecorderFiles(folder).take);
   take.set_recorder_lives(view.lives);
   *take.mutable_state() = std::move(view.state);
-  *take.mutable_keeping() = ReadKeeping(folder);
+  v1::TakeKeeping& keeping = *take.mutable_keeping();
+  keeping = ReadKeeping(folder);
+  if (const absl::StatusOr<TakeFile> file = ReadTakeFileStrictly(take.folder()); file.ok()) {
+    take.set_timecode(file->take.timecode());
+    // Those that came with it, until somebody says something else.
+    if (keeping.slate().empty() && keeping.name().empty() && keeping.notes().empty()) {
+      keeping.set_slate(file->take.slate());
+      keeping.set_name(file->take.name());
+      keeping.set_notes(file->take.notes());
+    }
+  }
   take.set_session_id(view.request.capture_session());
   return take;
+}
+
+void DescribeInTake(const v1::RecordedTake& take) {
+  const v1::TakeKeeping& keeping = take.keeping();
+  const absl::Status status =
+      DescribeTakeFile(take.folder(), {keeping.slate(), keeping.name(), keeping.notes()}).status();
+  if (!status.ok()) spdlog::warn("take {}: {}", take.id(), EscapedText(std::string(status.message())));
 }
 
 absl::StatusOr<std::string> TakeOfName(const std::string& takes_folder, const std::string& name) {

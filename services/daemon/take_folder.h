@@ -22,6 +22,10 @@ v1::TakeKeeping ReadKeeping(const std::string& folder);
 
 v1::RecordedTake DescribeTakeFolder(const std::string& id, const std::string& folder, RecorderView view);
 
+// Slate, name and notes of its keeping into its take.json. What cannot be written is logged: the keeping has
+// it.
+void DescribeInTake(const v1::RecordedTake& take);
+
 // "take:<id>" as the folder of that take; anything else as it is. InvalidArgument: no id of a take.
 absl::StatusOr<std::string> TakeOfName(const std::string& takes_folder, const std::string& name);
 

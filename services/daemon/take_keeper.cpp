@@ -16,6 +16,7 @@
 #include "services/recorder/recorder_files.h"
 #include "services/recorder/recorder_process.h"
 #include "services/recording/session_file.h"
+#include "services/recording/take_description.h"
 #include "services/rpc/error_detail.h"
 
 namespace weft {
@@ -126,6 +127,8 @@ void TakeKeeper::CloseDead(std::set<std::string>& known) {
 absl::Status TakeKeeper::TellEnd(const v1::RecordedTake& take) const {
   const std::string mark = EndToldFile(FolderOf(take.id()));
   if (fs::exists(mark)) return absl::OkStatus();
+  const v1::TakeKeeping& keeping = take.keeping();
+  if (!keeping.slate().empty() || !keeping.name().empty() || !keeping.notes().empty()) DescribeInTake(take);
   if (absl::Status status = options_.on_end(take); !status.ok()) return status;
   return WriteFileAtomically(mark, "");
 }
@@ -266,7 +269,8 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Stop(const std::string& id) {
   return Get(id);
 }
 
-v1::ListTakesResponse TakeKeeper::List(size_t limit, bool trash) {
+v1::ListTakesResponse TakeKeeper::List(const v1::ListTakesRequest& request, size_t limit) {
+  const bool trash = request.trash();
   v1::ListTakesResponse response;
   for (const std::string& id : TakesIn(trash ? options_.trash_folder : options_.takes_folder)) {
     if (static_cast<size_t>(response.takes_size()) == limit) break;
@@ -281,7 +285,9 @@ v1::ListTakesResponse TakeKeeper::List(size_t limit, bool trash) {
       take = Get(id);
     }
     if (take.ok()) {
-      *response.add_takes() = *std::move(take);
+      const v1::TakeKeeping& keeping = take->keeping();
+      if (HasWords(request.words(), {keeping.slate(), keeping.name(), keeping.notes(), id, take->timecode()}))
+        *response.add_takes() = *std::move(take);
     } else {
       response.add_warnings(EscapedText(std::string(take.status().message())));
     }

@@ -50,11 +50,10 @@ class TakeKeeper {
   absl::StatusOr<v1::RecordedTake> Stop(const std::string& id);
   absl::StatusOr<v1::RecordedTake> Get(const std::string& id);
   // Newest first.
-  v1::ListTakesResponse List(size_t limit, bool trash);
+  v1::ListTakesResponse List(const v1::ListTakesRequest& request, size_t limit);
 
   absl::StatusOr<v1::RecordedTake> Pin(const std::string& id, bool pinned);
-  absl::StatusOr<v1::RecordedTake> Describe(const std::string& id, const std::string& slate,
-                                            const std::string& notes);
+  absl::StatusOr<v1::RecordedTake> Describe(const v1::DescribeTakeRequest& request);
   absl::StatusOr<v1::RecordedTake> Delete(const std::string& id, const std::string& because);
   absl::StatusOr<v1::RecordedTake> Restore(const std::string& id);
   // One take of the trash, or all of it.

@@ -91,16 +91,19 @@ absl::StatusOr<v1::RecordedTake> TakeKeeper::Pin(const std::string& id, bool pin
   return take;
 }
 
-absl::StatusOr<v1::RecordedTake> TakeKeeper::Describe(const std::string& id, const std::string& slate,
-                                                      const std::string& notes) {
-  if (absl::Status status = CheckDescription(slate, notes); !status.ok()) return status;
+absl::StatusOr<v1::RecordedTake> TakeKeeper::Describe(const v1::DescribeTakeRequest& request) {
+  if (absl::Status status = CheckDescription(request); !status.ok()) return status;
+  const std::string& id = request.take_id();
   const std::lock_guard lock(changing_);
   absl::StatusOr<v1::RecordedTake> take = GetLocked(id);
   if (!take.ok()) return take;
-  take->mutable_keeping()->set_slate(slate);
-  take->mutable_keeping()->set_notes(notes);
-  if (absl::Status status = WriteJsonFile(KeepingFile(FolderOf(id)), take->keeping()); !status.ok())
-    return status;
+  v1::TakeKeeping& keeping = *take->mutable_keeping();
+  keeping.set_slate(request.slate());
+  keeping.set_notes(request.notes());
+  if (request.has_name()) keeping.set_name(request.name());
+  if (absl::Status status = WriteJsonFile(KeepingFile(FolderOf(id)), keeping); !status.ok()) return status;
+  // Its own file too, which goes where the take goes; while it is recorded, at its end.
+  if (!take->recorder_lives()) DescribeInTake(*take);
   return take;
 }
 
@@ -177,7 +180,7 @@ void TakeKeeper::ClearAway() {
     rules = retention_;
   }
   std::vector<KeptTake> takes;
-  const v1::ListTakesResponse list = List(SIZE_MAX, false);
+  const v1::ListTakesResponse list = List({}, SIZE_MAX);
   const std::set<std::string> replayed = ReplayedTakes();
   for (const v1::RecordedTake& take : list.takes()) {
     const bool kept = take.recorder_lives() || take.keeping().pinned() || replayed.contains(take.folder()) ||

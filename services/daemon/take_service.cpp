@@ -120,7 +120,8 @@ grpc::Status TakeService::ListTakes(grpc::ServerContext*, const v1::ListTakesReq
   return Answer("ListTakes", [&]() -> absl::Status {
     const absl::StatusOr<int> limit = LimitOf(request->limit());
     if (!limit.ok()) return limit.status();
-    *response = takes_.List(static_cast<size_t>(*limit), request->trash());
+    if (absl::Status status = CheckOneLine("words", request->words()); !status.ok()) return status;
+    *response = takes_.List(*request, static_cast<size_t>(*limit));
     return absl::OkStatus();
   });
 }
@@ -132,9 +133,7 @@ grpc::Status TakeService::PinTake(grpc::ServerContext*, const v1::PinTakeRequest
 
 grpc::Status TakeService::DescribeTake(grpc::ServerContext*, const v1::DescribeTakeRequest* request,
                                        v1::RecordedTake* take) {
-  return Answer("DescribeTake", [&] {
-    return Assign(takes_.Describe(request->take_id(), request->slate(), request->notes()), take);
-  });
+  return Answer("DescribeTake", [&] { return Assign(takes_.Describe(*request), take); });
 }
 
 grpc::Status TakeService::DeleteTake(grpc::ServerContext*, const v1::DeleteTakeRequest* request,

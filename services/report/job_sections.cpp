@@ -2,14 +2,17 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "services/files/json_file.h"
 #include "services/options/option_range.h"
 #include "services/options/presets.h"
 #include "services/report/html_text.h"
 #include "services/report/report_sections.h"
 #include "services/report/verdict_html.h"
+#include "weft/v1/take.pb.h"
 
 namespace weft {
 namespace {
@@ -157,10 +160,29 @@ std::string OptionSection(const v1::Job& job) {
                               Table({"Option", "Value", "Meaning"}, all, "facts"), "</details>\n"));
 }
 
+namespace {
+
+// What the take is called on the set, where the dump is a take and says so.
+std::string TakeRows(const std::string& dump) {
+  v1::Take take;
+  if (!ReadJsonFile(dump + "/take.json", take).ok()) return "";
+  std::string rows;
+  const std::pair<const char*, const std::string*> facts[] = {{"Slate", &take.slate()},
+                                                              {"Take", &take.name()},
+                                                              {"Notes", &take.notes()},
+                                                              {"Timecode", &take.timecode()}};
+  for (const auto& [name, text] : facts)
+    if (!text->empty()) rows += FactRow(name, EscapeHtml(*text));
+  return rows;
+}
+
+}  // namespace
+
 std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>& frames) {
   const v1::RegistrationSpec& spec = job.spec();
   std::string rows;
   rows += FactRow("Dump", NameHtml(spec.dump()));
+  rows += TakeRows(spec.dump());
   rows += FactRow("Rig", NameHtml(spec.rig()), job.inputs().rig());
   rows += FactRow("Board", NameHtml(spec.board()), job.inputs().board());
   rows += FactRow("Template", NameHtml(spec.garment()), job.inputs().garment());

@@ -127,7 +127,7 @@ class State {
     options.looks_folder = folder_ / "looks";
     options.recorder_program = folder_ / "no_such_program";
     weft::TakeKeeper keeper(options);
-    const weft::v1::ListTakesResponse list = keeper.List(10, false);
+    const weft::v1::ListTakesResponse list = keeper.List({}, 10);
     FuzzRequire(list.takes_size() + list.warnings_size() == 1);
     FuzzRequire(list.takes_size() == 1 || *weft::ReadWholeFile(path) == before);
     keeper.UsersOfDevices();

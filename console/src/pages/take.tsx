@@ -86,6 +86,7 @@ export function TakePage({ id }: { id: string }) {
       <Facts
         facts={[
           ["State", <TakeBadge take={take} />],
+          ["Timecode", take.timecode],
           ["Length", clockText(state?.elapsedS ?? 0)],
           ["Frame sets", countText(state?.setsRecorded ?? 0n)],
           ["Sets dropped", <Count of={state?.setsDropped ?? 0n} />],
@@ -156,21 +157,27 @@ export function Events({ events }: { events: TakeEvent[] }) {
 
 function Notes({ take, onSaved }: { take: RecordedTake; onSaved: (take: RecordedTake) => void }) {
   const [slate, setSlate] = useState(take.keeping?.slate ?? "");
+  const [name, setName] = useState(take.keeping?.name ?? "");
   const [notes, setNotes] = useState(take.keeping?.notes ?? "");
   const action = useAction();
-  const isChanged = slate !== (take.keeping?.slate ?? "") || notes !== (take.keeping?.notes ?? "");
+  const said = take.keeping;
+  const isChanged = slate !== (said?.slate ?? "") || name !== (said?.name ?? "") || notes !== (said?.notes ?? "");
   if (!mayAs(Role.OPERATOR)) return take.keeping?.notes ? <p class="notes">{take.keeping.notes}</p> : null;
   return (
     <form
       class="panel"
       onSubmit={(event) => {
         event.preventDefault();
-        void action.run(async () => onSaved(await client.call(Takes.method.describeTake, { takeId: take.id, slate, notes })));
+        void action.run(async () => onSaved(await client.call(Takes.method.describeTake, { takeId: take.id, slate, name, notes })));
       }}
     >
       <label>
         Slate
         <input value={slate} maxLength={255} onInput={(event) => setSlate(event.currentTarget.value)} />
+      </label>
+      <label>
+        Name
+        <input value={name} maxLength={255} onInput={(event) => setName(event.currentTarget.value)} />
       </label>
       <label>
         Notes

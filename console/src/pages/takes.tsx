@@ -39,7 +39,8 @@ export function deleteQuestion(take: RecordedTake, then: () => void): Question {
 }
 
 function TakeList({ trash }: { trash: boolean }) {
-  const { value, error, reload } = useCall(Takes.method.listTakes, { trash, limit: 200 }, 2000);
+  const [words, setWords] = useState("");
+  const { value, error, reload } = useCall(Takes.method.listTakes, { trash, limit: 200, words }, 2000);
   const [question, setQuestion] = useState<Question | null>(null);
   useShortcuts([{ keys: "T", text: "Takes or their trash", run: () => (location.hash = hrefOf("takes", ...(trash ? [] : ["trash"]))) }], [trash]);
   const takes = value?.takes ?? [];
@@ -59,8 +60,17 @@ function TakeList({ trash }: { trash: boolean }) {
     >
       <Failure error={error} />
       <Warnings texts={value?.warnings} />
+      <input
+        type="search"
+        aria-label="Search takes"
+        placeholder="Slate, name, notes, timecode"
+        maxLength={255}
+        value={words}
+        onInput={(event) => setWords(event.currentTarget.value)}
+      />
       {!value && !error && <Waiting for="the takes" />}
-      {value && takes.length === 0 && <p class="empty">{trash ? "The trash is empty." : "No take yet. Start one on the page Cameras."}</p>}
+      {value && takes.length === 0 && words && <p class="empty">No take has these words.</p>}
+      {value && takes.length === 0 && !words && <p class="empty">{trash ? "The trash is empty." : "No take yet. Start one on the page Cameras."}</p>}
       {takes.length > 0 && (
         <Table label="Takes" head={["take", "state", "began", "length", "frame sets", "frames missing", "size", ""]}>
           {takes.map((take) => (
@@ -81,7 +91,7 @@ function TakeRow({ take, trash, ask, reload }: { take: RecordedTake; trash: bool
     <tr>
       <td>
         {trash ? takeName(take) : <a class="row" href={hrefOf("takes", take.id)}>{takeName(take)}</a>}
-        {take.keeping?.slate && <small> {take.id}</small>} {take.keeping?.pinned && <Badge tone="busy">pinned</Badge>}
+        {take.keeping?.slate && <small> {take.id}</small>} {take.keeping?.name} {take.timecode && <small>{take.timecode}</small>} {take.keeping?.pinned && <Badge tone="busy">pinned</Badge>}
       </td>
       <td>
         <TakeBadge take={take} />

@@ -206,6 +206,27 @@ TEST_F(TakeServiceTest, DescriptionsThatCannotBeShownAreRefused) {
   EXPECT_EQ(TakeClient(*client_).List(0)->takes(0).keeping().slate(), "");
 }
 
+TEST_F(TakeServiceTest, AreFoundByWhatIsSaidOfThem) {
+  StartDaemon();
+  TakeClient client(*client_);
+  v1::DescribeTakeRequest request;
+  request.set_take_id(id_);
+  request.set_slate("12A take 3");
+  request.set_name("slow walk");
+  ASSERT_TRUE(client.Describe(request).ok());
+  request.clear_name();  // stays
+  request.set_notes("left sleeve\nis wet");
+  const absl::StatusOr<v1::RecordedTake> take = client.Describe(request);
+  ASSERT_TRUE(take.ok()) << take.status();
+  EXPECT_EQ(take->keeping().name(), "slow walk");
+  EXPECT_EQ(client.List(0, false, "WALK 12a wet")->takes_size(), 1);
+  EXPECT_EQ(client.List(0, false, id_)->takes_size(), 1);
+  EXPECT_EQ(client.List(0, false, "walk 13")->takes_size(), 0);
+  request.set_name("two\nlines");
+  EXPECT_EQ(client.Describe(request).status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(client.List(0, false, "a\nb").status().code(), absl::StatusCode::kInvalidArgument);
+}
+
 TEST_F(TakeServiceTest, GoToTheTrashAndComeBackUnlessTheyAreInUse) {
   StartDaemon();
   TakeClient client(*client_);

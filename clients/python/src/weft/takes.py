@@ -50,10 +50,16 @@ class Takes:
     def get(self, take_id: str) -> v1.RecordedTake:
         return self._connection.call(self._stub.GetTake, v1.GetTakeRequest(take_id=take_id), v1.RecordedTake, harmless=True)
 
-    def list(self, limit: int = 100, trash: bool = False) -> v1.ListTakesResponse:
-        """The newest first; those in the trash instead where asked for."""
-        return self._connection.call(self._stub.ListTakes, v1.ListTakesRequest(limit=limit, trash=trash), v1.ListTakesResponse,
-                                     harmless=True)
+    def list(self, limit: int = 100, trash: bool = False, words: str = "") -> v1.ListTakesResponse:
+        """The newest first; those in the trash instead where asked for. `words`: those alone in whose slate, name, notes, id or
+        timecode all of them stand, whatever their case."""
+        request = v1.ListTakesRequest(limit=limit, trash=trash, words=words)
+        return self._connection.call(self._stub.ListTakes, request, v1.ListTakesResponse, harmless=True)
+
+    def describe(self, take_id: str, slate: str = "", notes: str = "", name: Optional[str] = None) -> v1.RecordedTake:
+        """Replaces slate and notes, and the name where one is given; also while the take is recorded."""
+        request = v1.DescribeTakeRequest(take_id=take_id, slate=slate, notes=notes, name=name)
+        return self._connection.call(self._stub.DescribeTake, request, v1.RecordedTake, harmless=True)
 
     def watch(self, take_id: str, timeout_s: Optional[float] = None) -> Watch[v1.RecordedTake]:
         """The state now, then every change, at most four times a second, until the recorder has ended. `events` has what
