@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -52,6 +53,13 @@ class FrameSource {
   // What an operator should know of the recording as a whole, in words: cameras that one side lacks, an index
   // that a crash cut short.
   virtual const std::vector<std::string>& warnings() const = 0;
+
+  // When a camera's image of a frame was taken, and the moment that the frame stands for, on one axis.
+  // Nothing where there is none, or where the times of cameras do not compare.
+  virtual std::optional<int64_t> ViewTime_ns(size_t /*index*/, size_t /*camera*/) const {
+    return std::nullopt;
+  }
+  virtual std::optional<int64_t> FrameTime_ns(size_t /*index*/) const { return std::nullopt; }
 };
 
 }  // namespace weft

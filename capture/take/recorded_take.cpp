@@ -3,6 +3,8 @@
 #include <fcntl.h>
 
 #include <algorithm>
+#include <cmath>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -12,6 +14,7 @@
 #include "capture/rig/camera_match.h"
 #include "capture/take/frame_set_reading.h"
 #include "capture/take/take_files.h"
+#include "capture/take/view_moment.h"
 
 namespace weft {
 
@@ -131,10 +134,43 @@ absl::StatusOr<std::unique_ptr<RecordedTakeDump>> RecordedTakeDump::Open(const s
     if (rig.IndexOf(id) < 0) match.without_model.push_back(id);
   for (std::string& line : CameraWarnings(match, folder)) dump->warnings_.push_back(std::move(line));
   for (const uint64_t set : dump->take_->sets()) dump->frame_names_.push_back(FrameNameOf(set));
+  dump->ReadSetTimes();
   if (!dump->frame_names_.empty()) return dump;
   return absl::InvalidArgumentError(absl::StrCat(
       folder, ": holds no frame set",
       dump->take_->warnings().empty() ? "" : absl::StrCat("; ", dump->take_->warnings().front())));
+}
+
+// Frames of live cameras have arrived at some time, those of videos have not. Only the latter are on one axis
+// for certain, with the sets' moments in the ledger.
+void RecordedTakeDump::ReadSetTimes() {
+  const RecordedTake& take = *take_;
+  for (size_t camera = 0; camera < take.camera_ids().size(); ++camera)
+    for (const IndexRecord& record : take.stream(camera).records())
+      if (record.host_time_ns != 0) return;
+  std::map<uint64_t, int64_t> times_ns;
+  for (const LedgerEntry& entry : take.ledger())
+    if (entry.event == LedgerEvent::kRecorded) times_ns[entry.first_set] = entry.device_time_ns;
+  for (const uint64_t set : take.sets()) {
+    const auto found = times_ns.find(set);
+    set_times_ns_.push_back(found == times_ns.end() ? std::nullopt : std::optional(found->second));
+  }
+}
+
+const IndexRecord* RecordedTakeDump::RecordOf(size_t index, size_t camera) const {
+  return stream_of_camera_[camera] < 0 ? nullptr
+                                       : take_->Record(index, static_cast<size_t>(stream_of_camera_[camera]));
+}
+
+std::optional<int64_t> RecordedTakeDump::ViewTime_ns(size_t index, size_t camera) const {
+  if (index >= set_times_ns_.size() || camera >= rig_.cameras.size()) return std::nullopt;
+  const IndexRecord* record = RecordOf(index, camera);
+  if (record == nullptr || record->is_missing) return std::nullopt;
+  return record->device_time_ns;
+}
+
+std::optional<int64_t> RecordedTakeDump::FrameTime_ns(size_t index) const {
+  return index < set_times_ns_.size() ? set_times_ns_[index] : std::nullopt;
 }
 
 absl::StatusOr<FrameSet> RecordedTakeDump::Read(size_t index) const {
@@ -192,11 +228,15 @@ absl::StatusOr<std::string> RecordedTakeDump::Fingerprint(size_t index) const {
   ContentHash hash;
   hash.Add(frame_names_[index]);
   for (size_t i = 0; i < rig_.cameras.size(); ++i) {
-    const IndexRecord* record =
-        stream_of_camera_[i] < 0 ? nullptr : take_->Record(index, static_cast<size_t>(stream_of_camera_[i]));
+    const IndexRecord* record = RecordOf(index, i);
     hash.Add(rig_.cameras[i].id);
     hash.AddInteger(record && !record->is_missing ? record->payload_bytes : 0);
     hash.AddInteger(record ? record->checksum : 0);
+    const std::optional<ViewMoment> moment = MomentOfView(*this, index, i);
+    if (!moment) continue;
+    hash.AddInteger(static_cast<uint64_t>(std::llround(1e9 * moment->own_s)));
+    hash.AddInteger(static_cast<uint64_t>(std::llround(1e9 * moment->other_s)));
+    hash.AddInteger(RecordOf(moment->other, i)->checksum);
   }
   return hash.Hex();
 }

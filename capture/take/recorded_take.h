@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -62,12 +63,18 @@ class RecordedTakeDump : public FrameSource {
   absl::StatusOr<Frame> ReadView(size_t index, size_t camera) const override;
   absl::StatusOr<StoredView> Locate(size_t index, size_t camera) const override;
   absl::StatusOr<Frame> ReadCopy(const std::string& copy, size_t index, size_t camera) const override;
-  // Over numbers, sizes and checksums of the frames.
+  // Of takes made of videos, whose times compare.
+  std::optional<int64_t> ViewTime_ns(size_t index, size_t camera) const override;
+  std::optional<int64_t> FrameTime_ns(size_t index) const override;
+  // Over numbers, sizes and checksums of the frames, and those that observations are moved by.
   absl::StatusOr<std::string> Fingerprint(size_t index) const override;
   const std::vector<std::string>& warnings() const override { return warnings_; }
 
  private:
   RecordedTakeDump() = default;
+  void ReadSetTimes();
+  // Null where the camera of the rig has none.
+  const IndexRecord* RecordOf(size_t index, size_t camera) const;
   // The stream of a camera of the rig. Errors of ReadView.
   absl::StatusOr<size_t> StreamOf(size_t index, size_t camera) const;
   absl::StatusOr<Frame> AsRigHasIt(const absl::StatusOr<RawFrame>& raw, size_t index, size_t camera) const;
@@ -76,6 +83,7 @@ class RecordedTakeDump : public FrameSource {
   std::unique_ptr<RecordedTake> take_;
   std::vector<int> stream_of_camera_;  // of the rig; -1 where the take has none
   std::vector<std::string> frame_names_;
+  std::vector<std::optional<int64_t>> set_times_ns_;  // of each frame; empty where times do not compare
   std::vector<std::string> warnings_;
 };
 

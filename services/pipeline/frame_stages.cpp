@@ -9,6 +9,7 @@
 #include "services/files/mesh_file.h"
 #include "services/pcd/scan_file.h"
 #include "services/pipeline/frame_inputs.h"
+#include "services/pipeline/moved_views.h"
 #include "services/pipeline/stage_reports.h"
 
 namespace weft {
@@ -47,18 +48,24 @@ class StageClock {
   Stopwatch watch_;
 };
 
-// Decodes all views into the members of `frame`; returns their decoders, for a second pass.
-std::vector<std::unique_ptr<ViewDecoder>> DecodeViews(const RegistrationInputs& inputs, size_t index,
-                                                      const FrameOptions& options,
-                                                      const FrameProgress& progress,
-                                                      const std::stop_token& stop, FrameResult& frame) {
+// For a second pass, and for observations of another moment than the frame's.
+struct DecodedViews {
+  std::vector<std::unique_ptr<ViewDecoder>> decoders;
+  MovedViews moved;
+};
+
+// Decodes all views into the members of `frame`.
+DecodedViews DecodeViews(const RegistrationInputs& inputs, size_t index, const FrameOptions& options,
+                         const FrameProgress& progress, const std::stop_token& stop, FrameResult& frame) {
   const FrameProgress part = [&](double share) {
     if (progress) progress(kDecoded * share);
   };
   std::optional<size_t> kept_image_bytes;
   if (options.pipeline.second_pass.enabled) kept_image_bytes = options.kept_image_bytes;
-  DecodedFrame decoded = DecodeFrame({inputs.rig, inputs.board, *inputs.dump, index}, options.pipeline.decode,
-                                     kept_image_bytes, part, stop);
+  const FrameImages images{inputs.rig, inputs.board, *inputs.dump, index};
+  DecodedFrame decoded = DecodeFrame(images, options.pipeline.decode, kept_image_bytes, part, stop);
+  MovedViews moved = MovedViews::Decode(images, options.pipeline.decode, stop, decoded);
+  moved.Move(decoded.views);
   frame.views = std::move(decoded.views);
   int missing = 0;
   for (v1::ViewReport& report : decoded.reports) {
@@ -67,7 +74,7 @@ std::vector<std::unique_ptr<ViewDecoder>> DecodeViews(const RegistrationInputs& 
   }
   frame.report.set_views_missing(missing);
   frame.report.set_views_used(frame.report.views_size() - missing);
-  return std::move(decoded.decoders);
+  return {std::move(decoded.decoders), std::move(moved)};
 }
 
 // Empty where the folder has no scan of the frame.
@@ -121,16 +128,19 @@ class Registration {
 
   // Adds the finds of the second pass to observations and cloud. Nothing to be done for frames that cannot be
   // registered.
-  absl::Status LookAgain(size_t index, std::vector<std::unique_ptr<ViewDecoder>> decoders) {
+  absl::Status LookAgain(size_t index, DecodedViews decoded) {
     // Only where to look is asked of this mesh. It follows from the cloud alone, so that another alignment
     // later leaves observations and cloud as they are.
     AlignOptions rough;
     rough.remove_self_intersections = false;
     const absl::StatusOr<AlignResult> first = AlignCloud(rough, nullptr);
     if (!first.ok()) return absl::IsFailedPrecondition(first.status()) ? absl::OkStatus() : first.status();
-    const absl::StatusOr<int> added = SecondPass({inputs_, index, first->mesh, options_.pipeline.second_pass},
-                                                 stop_, std::move(decoders), &frame_.views, frame_.report);
+    decoded.moved.Undo(frame_.views);  // it adds to what was decoded
+    const absl::StatusOr<int> added =
+        SecondPass({inputs_, index, first->mesh, options_.pipeline.second_pass}, stop_,
+                   std::move(decoded.decoders), &frame_.views, frame_.report);
     if (!added.ok()) return added.status();
+    decoded.moved.Move(frame_.views);
     observed_at_first_ = static_cast<int>(
         std::count(first->mesh.state.begin(), first->mesh.state.end(), VertexState::kObserved));
     return *added > 0 ? Triangulate() : absl::OkStatus();
@@ -217,8 +227,7 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
                                          std::stop_token stop) {
   FrameResult frame;
   StageClock clock(frame.report);
-  std::vector<std::unique_ptr<ViewDecoder>> decoders =
-      DecodeViews(inputs, index, options, progress, stop, frame);
+  DecodedViews decoded = DecodeViews(inputs, index, options, progress, stop, frame);
   clock.End("decode");
   if (!options.pipeline.second_pass.enabled) GiveBackPixels();  // what follows needs other memory
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;
@@ -231,7 +240,7 @@ absl::StatusOr<FrameResult> ComputeFrame(const RegistrationInputs& inputs, size_
   if (progress) progress(kTriangulated);
   if (absl::Status status = CheckStop(stop); !status.ok()) return status;
   if (options.pipeline.second_pass.enabled) {
-    if (absl::Status status = registration.LookAgain(index, std::move(decoders)); !status.ok()) {
+    if (absl::Status status = registration.LookAgain(index, std::move(decoded)); !status.ok()) {
       return status;
     }
     clock.End("second pass");

@@ -43,6 +43,10 @@ class ScratchFrames : public FrameSource {
   const std::vector<std::string>& frame_names() const override { return shared_->frame_names(); }
   absl::StatusOr<FrameSet> Read(size_t index) const override { return shared_->Read(index); }
   absl::StatusOr<Frame> ReadView(size_t index, size_t camera) const override;
+  std::optional<int64_t> ViewTime_ns(size_t index, size_t camera) const override {
+    return shared_->ViewTime_ns(index, camera);
+  }
+  std::optional<int64_t> FrameTime_ns(size_t index) const override { return shared_->FrameTime_ns(index); }
   absl::StatusOr<std::string> Fingerprint(size_t index) const override { return shared_->Fingerprint(index); }
   const std::vector<std::string>& warnings() const override { return shared_->warnings(); }
 
