@@ -7,7 +7,7 @@ if(TARGET weft-pcl)
   install(TARGETS weft-pcl RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT weft-pcl)
 endif()
 
-install(TARGETS weft weftd weft-recorder weft-worker RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS weft weftd weft-recorder weft-video weft-worker RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(DIRECTORY config DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)

@@ -120,6 +120,8 @@ void AddTakeCommand(CLI::App& app, CommandLine& line) {
   AddRemoteTakeCommands(*take, line);
   AddTakeReplayCommand(*take, line);
   AddTakeSyncCommand(*take, line);
+  AddTakeImportCommand(*take, line);
+  AddTakeDescribeCommands(*take, line);
   AddTakeCopyCommands(*take, line);
 
   CLI::App* disk = AddCommand(*take, "test-disk", "Measure how fast a disk takes frames, before a take does.",

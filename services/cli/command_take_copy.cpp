@@ -1,10 +1,9 @@
-// weft take import, export, trim: takes from other recordings and into others.
+// weft take export, trim: takes into other recordings, and parts of takes.
 #include <cstdio>
 #include <memory>
 #include <string>
 
 #include "absl/strings/str_format.h"
-#include "capture/image/frame.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
 #include "services/cli/progress.h"
@@ -21,9 +20,7 @@ namespace {
 struct CopyCommandOptions {
   std::string source;
   std::string out;
-  std::string mosaic;
   TakeRange range;
-  double fps = 0;
   std::string format = "images";
   int camera_width_px = 0;
   bool compress = false;
@@ -54,19 +51,6 @@ absl::Status SayHowMany(const CopyCommandOptions& options, const char* what,
   v1::TakeCopy copy;
   copy.set_sets(*sets);
   return Say(options, copy, absl::StrFormat("%s%d frame sets", what, *sets));
-}
-
-absl::Status Import(const CopyCommandOptions& options, bool quiet) {
-  TakeCopyOptions copy;
-  copy.fps = options.fps;
-  copy.recorder.take.stream.compress = options.compress;
-  if (!options.mosaic.empty()) {
-    const absl::StatusOr<PixelFormat> mosaic = PixelFormatFromName(options.mosaic);
-    if (!mosaic.ok()) return mosaic.status();
-    copy.mosaic = *mosaic;
-  }
-  return SayHowMany(options, "",
-                    ImportImages(options.source, options.out, copy, MakeProgress("import", quiet)));
 }
 
 absl::Status Archive(const CopyCommandOptions& options, const CopyProgress& progress) {
@@ -113,22 +97,6 @@ void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
     command.add_option("--out", options->out, out)->required()->type_name("DIR");
     command.add_flag("--json", options->json, "Print JSON (weft.v1.TakeCopy)");
   };
-  CLI::App* import_command =
-      AddCommand(take, "import",
-                 "Make a take of a folder of images, without loss. Images that cannot be read are "
-                 "missing in the take, with the reason.",
-                 "  weft take import dump --out take --fps 30");
-  add(*import_command, "DUMP", "Folder with <frame>/<camera>.png or cam<camera>/image<frame>.png",
-      "Folder of the new take");
-  import_command->callback(
-      [options, &line] { line.run = [options, &line] { return Import(*options, line.quiet); }; });
-  AddCompress(*import_command, *options);
-  import_command
-      ->add_option("--fps", options->fps, "Frames per second, for the times of the frames; 0: no times")
-      ->type_name("N");
-  import_command->add_option("--mosaic", options->mosaic, "Grey images are a Bayer mosaic of this order")
-      ->type_name("ORDER");
-
   CLI::App* export_command = AddCommand(
       take, "export",
       "Write a take as images, <out>/<frame>/<camera>.png, 8 bits as `weft register` reads them; "

@@ -28,6 +28,7 @@ struct RemoteTakeOptions {
   bool no_disk_test = false;
   int limit = 20;
   bool trash = false;
+  std::string words;
   bool unpin = false;
   bool json = false;
 };
@@ -63,6 +64,8 @@ std::string TakeLine(const v1::RecordedTake& take) {
   if (state.phase() == v1::RECORDER_PHASE_RECORDING && state.disk_minutes_left() >= 0) {
     absl::StrAppendFormat(&line, ", disk for %.0f min", state.disk_minutes_left());
   }
+  for (const std::string* said : {&take.keeping().slate(), &take.keeping().name(), &take.timecode()})
+    if (!said->empty()) absl::StrAppend(&line, "  ", *said);
   if (take.keeping().pinned()) absl::StrAppend(&line, "  pinned");
   if (!state.message().empty()) absl::StrAppend(&line, "  (", state.message(), ")");
   if (!take.keeping().deleted_because().empty()) {
@@ -151,13 +154,13 @@ absl::Status StopRemoteTake(const RemoteTakeContext& context) {
 
 absl::Status ListRemoteTakes(const RemoteTakeContext& context) {
   const absl::StatusOr<v1::ListTakesResponse> list =
-      context.client.List(context.options.limit, context.options.trash);
+      context.client.List(context.options.limit, context.options.trash, context.options.words);
   if (!list.ok()) return list.status();
   if (context.options.json) return PrintJsonMessage(*list);
   for (const std::string& warning : list->warnings()) PrintWarning(warning);
   if (list->takes().empty()) {
-    std::printf("no takes %sat %s\n", context.options.trash ? "in the trash " : "",
-                context.options.server.c_str());
+    std::printf("no takes %s%sat %s\n", context.options.trash ? "in the trash " : "",
+                context.options.words.empty() ? "" : "with these words ", context.options.server.c_str());
   }
   for (const v1::RecordedTake& take : list->takes())
     std::printf("%s  %s\n", take.id().c_str(), TakeLine(take).c_str());
@@ -226,6 +229,10 @@ void AddArguments(CLI::App& command, RemoteTakeArguments arguments, RemoteTakeOp
         ->type_name("N")
         ->check(CLI::Range(1, 1000));
     command.add_flag("--trash", options.trash, "Those in the trash instead");
+    command
+        .add_option("--search", options.words,
+                    "Those alone in whose slate, name, notes, id or timecode all of these words stand")
+        ->type_name("WORDS");
     return;
   }
   CLI::Option* take =
@@ -278,6 +285,7 @@ void AddRemoteTakeCommands(CLI::App& take, CommandLine& line) {
        WatchRemoteTake},
       {"list", "List the takes that a daemon records or recorded, the newest first",
        "  weft take list --server 127.0.0.1:7411\n"
+       "  weft take list --search \"12A walk\" --server 127.0.0.1:7411\n"
        "  weft take list --trash --server 127.0.0.1:7411",
        RemoteTakeArguments::kLimit, ListRemoteTakes},
       {"pin", "Keep a take of a daemon from being deleted or cleared away",

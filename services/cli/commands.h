@@ -33,6 +33,8 @@ void AddSplitCommand(CLI::App& app, CommandLine& line);
 void AddSupportCommand(CLI::App& app, CommandLine& line);
 void AddTakeCommand(CLI::App& app, CommandLine& line);
 void AddTakeCopyCommands(CLI::App& take, CommandLine& line);
+void AddTakeDescribeCommands(CLI::App& take, CommandLine& line);
+void AddTakeImportCommand(CLI::App& take, CommandLine& line);
 void AddTakeRecordCommand(CLI::App& take, CommandLine& line);
 void AddRemoteTakeCommands(CLI::App& take, CommandLine& line);
 void AddTakeReplayCommand(CLI::App& take, CommandLine& line);

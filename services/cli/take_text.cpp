@@ -1,6 +1,7 @@
 #include "services/cli/take_text.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
@@ -18,7 +19,41 @@ std::string StateText(const v1::Take& take) {
   return take.stop_cause().empty() ? state : absl::StrCat(state, ": ", take.stop_cause());
 }
 
+// What people call it and say of it, and its timecode.
+std::string DescriptionText(const v1::Take& take) {
+  std::string text;
+  const std::pair<const char*, const std::string*> lines[] = {
+      {"slate", &take.slate()}, {"name", &take.name()}, {"notes", &take.notes()}};
+  for (const auto& [what, value] : lines)
+    if (!value->empty()) absl::StrAppend(&text, what, ": ", *value, "\n");
+  if (!take.timecode().empty())
+    absl::StrAppendFormat(&text, "timecode: %s at %.6g frames a second\n", take.timecode(),
+                          take.timecode_fps());
+  return text;
+}
+
 }  // namespace
+
+std::string VideoSyncText(const v1::Take& take) {
+  std::string text;
+  size_t width = 6, file_width = 5;
+  for (const v1::TakeCamera& camera : take.cameras()) {
+    width = std::max(width, camera.id().size());
+    file_width = std::max(file_width, camera.source().size());
+  }
+  for (const v1::TakeCamera& camera : take.cameras()) {
+    if (!camera.has_sync()) continue;
+    const v1::CameraSync& sync = camera.sync();
+    if (text.empty())
+      text = absl::StrFormat("%-*s  %-*s  %7s  %9s  %10s  %8s  %-10s  %s\n", width, "camera", file_width,
+                             "video", "frames", "every ms", "offset ms", "sigma ms", "by", "timecode");
+    text +=
+        absl::StrFormat("%-*s  %-*s  %7d  %9.3f  %10.3f  %8.3f  %-10s  %s\n", width, camera.id(), file_width,
+                        camera.source(), sync.frames(), sync.period_ms(), 1e3 * sync.offset_s(),
+                        1e3 * sync.offset_sigma_s(), sync.found_by(), sync.timecode());
+  }
+  return text;
+}
 
 std::string TakeInfoText(const v1::TakeInfo& info) {
   std::string text = VerdictText(info.verdict());
@@ -28,6 +63,7 @@ std::string TakeInfoText(const v1::TakeInfo& info) {
   absl::StrAppendFormat(&text, "%s frame sets of %d cameras, %.1f s, %.2f GB\n", WithSeparators(info.sets()),
                         info.timing_size(), info.duration_s(), static_cast<double>(info.bytes()) / 1e9);
   if (!info.take().origin().empty()) absl::StrAppend(&text, "from ", info.take().origin(), "\n");
+  text += DescriptionText(info.take());
   int width = 6;
   for (const v1::TakeTiming& timing : info.timing())
     width = std::max(width, static_cast<int>(timing.camera().size()));
@@ -38,6 +74,7 @@ std::string TakeInfoText(const v1::TakeInfo& info) {
                             timing.frames(), timing.missing(), timing.interval_mean_ms(),
                             timing.interval_jitter_ms(), timing.offset_mean_ms(), timing.offset_worst_ms());
   }
+  text += VideoSyncText(info.take());
   for (const std::string& line : CauseLines(info.causes())) absl::StrAppend(&text, line, "\n");
   for (const std::string& note : info.notes()) absl::StrAppend(&text, "note: ", note, "\n");
   return text;

@@ -93,7 +93,7 @@ class InstallationCheck {
 };
 
 void InstallationCheck::CheckPrograms() {
-  for (const char* name : {"weftd", "weft-worker", "weft-recorder"}) {
+  for (const char* name : {"weftd", "weft-worker", "weft-recorder", "weft-video"}) {
     const std::string subject = absl::StrCat("program ", name), path = options_.program_folder + "/" + name;
     const absl::StatusOr<std::string> said = RunProgram(path, {.arguments = {"--version"}});
     const std::string wanted = absl::StrCat(name, " " WEFT_VERSION);

@@ -111,7 +111,7 @@ class BundleContent {
 
   void AddVersions() {
     std::string& text = files_["versions.txt"];
-    for (const char* program : {"weft", "weftd", "weft-worker", "weft-recorder"}) {
+    for (const char* program : {"weft", "weftd", "weft-worker", "weft-recorder", "weft-video"}) {
       text += TextOr(RunProgram(absl::StrCat(installation().program_folder, "/", program),
                                 {.arguments = {"--version"}}));
     }

@@ -134,8 +134,12 @@ class State {
     const bool pinned = absl::EndsWith(path, "keeping.json") && !IsReadable<weft::v1::TakeKeeping>(path);
     const absl::Status deleted = keeper.Delete(kId, "fuzz").status();
     FuzzRequire(!deleted.ok() || !pinned);
-    if (deleted.ok())
-      FuzzRequire(keeper.List(10, true).takes_size() + keeper.List(10, true).warnings_size() == 1);
+    if (deleted.ok()) {
+      weft::v1::ListTakesRequest trash;
+      trash.set_trash(true);
+      const weft::v1::ListTakesResponse listed = keeper.List(trash, 10);
+      FuzzRequire(listed.takes_size() + listed.warnings_size() == 1);
+    }
   }
 
   void ReadLibrary(const std::string& path) {

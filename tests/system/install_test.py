@@ -37,7 +37,7 @@ class Installed(unittest.TestCase):
             env={**os.environ, "PATH": f"{cls.prefix}/bin:{os.environ['PATH']}", "WEFT_TOUR_PRESET": "tiny"})
 
     def test_has_what_users_look_for(self):
-        for name in ("bin/weft", "bin/weftd", "bin/weft-worker", "bin/weft-recorder", "share/weft/LICENSE", "share/weft/README.md",
+        for name in ("bin/weft", "bin/weftd", "bin/weft-worker", "bin/weft-recorder", "bin/weft-video", "share/weft/LICENSE", "share/weft/README.md",
                      "share/weft/docs/tour.md", "share/weft/config/best.txtpb",
                      "share/weft/config/examples/few-cameras.txtpb", "share/weft/examples/read_mesh.py",
                      "share/weft/blender/weft_blender.py",

@@ -51,7 +51,7 @@ class Doctor(InstallationTest):
         self.start_by_config(self.make_certificate(400))
         weft("access", "token", "anna", "--role", "viewer", "--days", "300", "--state", self.path("state"), check=0)
         found = self.examine()
-        for subject in ("program weftd", "program weft-worker", "program weft-recorder", "kernel openat2", "configuration",
+        for subject in ("program weftd", "program weft-worker", "program weft-recorder", "program weft-video", "kernel openat2", "configuration",
                         "daemon", f"state {self.path('state')}", "certificate CN = studio"):
             self.assertIn(found[subject][0], ("GOOD",) if "state" not in subject else ("GOOD", "WARNING"), (subject, found))
         self.assertIn("valid for 399 days", found["certificate CN = studio"][1])

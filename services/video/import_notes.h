@@ -1,0 +1,18 @@
+// What is to be said of videos that became a take.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "services/video/imported_take.h"
+
+namespace weft {
+
+// The offset of each camera and what told it, the timecode; as warnings: variable rates, damage, clips that
+// are shorter than the take, frames in no set, offsets that are not sure.
+std::vector<LedgerNote> NotesOn(const ImportedTake& imported);
+
+// The note with the file that it is about.
+std::string WarningOf(const LedgerNote& note, const std::vector<v1::VideoFacts>& videos);
+
+}  // namespace weft

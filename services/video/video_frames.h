@@ -1,0 +1,48 @@
+// The pictures of a video, one after the other.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "capture/image/frame.h"
+#include "capture/image/raw_frame.h"
+#include "services/video/video_program.h"
+#include "weft/v1/video.pb.h"
+
+namespace weft {
+
+// A range of frames, by their position in VideoFacts.frame_pts.
+struct VideoRange {
+  size_t first = 0, count = 0;
+};
+
+// Grey videos give grey pictures, or a mosaic of the order `mosaic`; all others RGB in 8 bits.
+PixelFormat VideoPixelFormat(const v1::VideoFacts& facts, std::optional<PixelFormat> mosaic);
+RawFormat VideoRawFormat(const v1::VideoFacts& facts, std::optional<PixelFormat> mosaic);
+
+class VideoFrames {
+ public:
+  // InvalidArgument: a mosaic for a video in colours. Errors of VideoProgram::Start.
+  static absl::StatusOr<VideoFrames> Start(const v1::VideoFacts& facts, const VideoRange& range,
+                                           std::optional<PixelFormat> mosaic);
+
+  // The next one. DataLoss: the file does not give the frame that it gave before.
+  absl::StatusOr<Frame> Next();
+  // After the last one: that all of them were those that were looked at, by their times. DataLoss.
+  absl::Status Finish();
+
+ private:
+  VideoFrames(const v1::VideoFacts& facts, const VideoRange& range, VideoProgram ffmpeg, PixelFormat format)
+      : facts_(facts), range_(range), ffmpeg_(std::move(ffmpeg)), format_(format) {}
+  absl::Status Changed(const std::string& why) const;
+
+  const v1::VideoFacts& facts_;
+  const VideoRange range_;
+  VideoProgram ffmpeg_;
+  const PixelFormat format_;
+};
+
+}  // namespace weft
