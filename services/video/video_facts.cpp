@@ -148,8 +148,8 @@ absl::Status ReadFrameTimes(const FramesSeen& seen, v1::VideoFacts& facts) {
   std::vector<std::string> arguments = DecodingArguments();
   for (const std::string& word :
        {std::string("-i"), absl::StrCat("file:", facts.path()), std::string("-map"), std::string("0:v:0"),
-        std::string("-vf"), FrameLinesFilter("pipe:1"), std::string("-fps_mode"),
-        std::string("passthrough"), std::string("-f"), std::string("null"), std::string("-")})
+        std::string("-vf"), FrameLinesFilter("pipe:1"), std::string("-fps_mode"), std::string("passthrough"),
+        std::string("-f"), std::string("null"), std::string("-")})
     arguments.push_back(word);
   auto ffmpeg = VideoProgram::Start("ffmpeg", facts.path(), arguments, VideoProgram::Out::kKept);
   if (!ffmpeg.ok()) return ffmpeg.status();
