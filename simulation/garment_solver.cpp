@@ -82,13 +82,13 @@ void GarmentSolver::PushLayersApart(double step_s, const StepInput& input,
     const double damping =
         p.is_near ? 0 : FrictionDamping(options_.friction, k * std::max(0.0, depth_after), slip.norm());
     const double more = PressedStiffness(p.distance_mm, pressed_mm);
-    const double force = k * depth_after + more * (pressed_mm - p.distance_mm - closing);
+    const double push = step_s * k * depth_after + step_s * more * (pressed_mm - p.distance_mm - closing);
     is_pressed_ |= more > 0;
     Contact c;
     c.v = p.v, c.weight = p.weight;
     c.stiffness = ((k + more) * step_s * step_s * along + step_s * damping * (Matrix3d::Identity() - along))
                       .cast<float>();
-    c.impulse = (step_s * force * p.normal - step_s * damping * slip).cast<float>();
+    c.impulse = (push * p.normal - step_s * damping * slip).cast<float>();
     contacts_.push_back(c);
   }
   touch_first_.assign(x_.size() + 1, 0);
