@@ -18,7 +18,7 @@ def setUpModule():
     global folder, take, result
     folder = tempfile.TemporaryDirectory(prefix="weft test ")
     take, result = os.path.join(folder.name, "take"), os.path.join(folder.name, "result")
-    weft(*SHIRT_AND_SKIRT, "--out", take, check=0)
+    weft(*SHIRT_AND_SKIRT, "--out", take, check=0, patience_s=900)
     register(take, result)
 
 
@@ -75,7 +75,7 @@ class Outfit(unittest.TestCase):
 
     def test_a_garment_filmed_alone_gives_no_cell_of_the_other(self):
         alone = os.path.join(folder.name, "shirt")
-        weft(*SHIRT_AND_SKIRT, "--show", "shirt", "--out", alone, check=0)
+        weft(*SHIRT_AND_SKIRT, "--show", "shirt", "--out", alone, check=0, patience_s=900)
         register(alone, alone + "-result")
         skirt, shirt, none = cells_by_garment(alone + "-result/0000/observations.csv", alone + "/board.json")
         self.assertGreater(shirt, 300)

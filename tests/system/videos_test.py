@@ -26,7 +26,7 @@ class VideosTest(StudioTest):
         super().setUpClass()
         cls.film = os.path.join(cls.shared.name, "film")
         weft("simulate", "--preset", "tiny", "--cameras", CAMERAS, "--frames", max(LATE) + EVERY * FRAMES, "--fps", FILM_FPS,
-             "--out", cls.film, check=0)
+             "--out", cls.film, check=0, patience_s=900)
         cls.moments = sorted(name for name in os.listdir(cls.film) if name.isdigit())
         cls.ids = [camera["id"] for camera in json.loads(read(f"{cls.film}/rig.json"))["cameras"]]
 
