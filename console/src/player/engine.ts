@@ -147,7 +147,7 @@ export class Engine {
       this.findRanges();
       this.waiting.value = false;
       this.takeFrames(first);
-      this.garments.value = partsOf(await garmentsOf(this.client, this.jobId, first), faces);
+      if (!this.follows) this.garments.value = partsOf(await garmentsOf(this.client, this.jobId, first), faces);
     } catch (reason) {
       this.error.value = asApiError(reason);
       this.waiting.value = false;
