@@ -163,7 +163,7 @@ export class Engine {
 
   goTo(index: number): void {
     const last = this.frames.value.length - 1;
-    this.index.value = Math.min(last, Math.max(0, index));
+    this.index.value = Math.max(0, Math.min(last, index));
     this.error.value = null;
     this.restartClock();
     this.store.moveTo(this.index.value);

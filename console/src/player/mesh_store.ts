@@ -46,7 +46,7 @@ export class MeshStore {
 
   /** Where the sequence is looked at: from here on it is fetched, and round to its beginning. */
   moveTo(index: number): void {
-    this.position = index;
+    this.position = Math.max(0, index); // a frame that is gone has none
     this.fill();
   }
 

@@ -24,7 +24,7 @@ const context = await browser.newContext({ viewport: { width, height }, acceptDo
 const page = await context.newPage()
 page.setDefaultTimeout(240_000)
 let troubles = []
-page.on('console', said => { if (said.type() === 'error') troubles.push(said.text()) })
+page.on('console', said => { if (said.type() === 'error') troubles.push(`${said.text()} (${said.location().url})`) })
 page.on('pageerror', error => troubles.push(String(error)))
 page.on('request', request => {
   const { protocol, host } = new URL(request.url())
