@@ -253,11 +253,17 @@ absl::StatusOr<Frame> ToFrame(const RawFrame& raw) {
   return frame;
 }
 
+RawFormat RawFormatOf(PixelFormat format) {
+  RawFormat raw = RawFrame().format;
+  for (const FormatInfo& info : kFormats)
+    if (info.pixels == format && info.layout == Layout::kBytes) raw = info.format;
+  return raw;
+}
+
 absl::StatusOr<RawFrame> ToRawFrame(const Frame& frame) {
   if (absl::Status status = frame.Validate(); !status.ok()) return status;
   RawFrame raw;
-  for (const FormatInfo& info : kFormats)
-    if (info.pixels == frame.format && info.layout == Layout::kBytes) raw.format = info.format;
+  raw.format = RawFormatOf(frame.format);
   raw.camera_id = frame.camera_id;
   raw.width_px = frame.width_px;
   raw.height_px = frame.height_px;

@@ -111,7 +111,9 @@ struct RawFrameSet {
 // an invalid frame, or a JPEG that cannot be decoded or has another size.
 absl::StatusOr<Frame> ToFrame(const RawFrame& raw);
 
-// The same image as a camera of 8 bits would have delivered it.
+// What a camera of 8 bits would deliver.
+RawFormat RawFormatOf(PixelFormat format);
+// The same image as such a camera would have delivered it.
 absl::StatusOr<RawFrame> ToRawFrame(const Frame& frame);
 
 }  // namespace weft

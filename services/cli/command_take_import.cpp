@@ -233,6 +233,6 @@ void AddTakeImportCommand(CLI::App& take, CommandLine& line) {
       throw CLI::RequiredError("SOURCE, or --camera NAME=FILE");
     line.run = [options, &line] { return Import(*options, line.quiet); };
   });
-}  // namespace weft
+}
 
 }  // namespace weft

@@ -15,13 +15,13 @@
 #include "absl/strings/str_cat.h"
 #include "services/files/little_endian.h"
 #include "services/files/ply_header.h"
+#include "services/files/ply_value.h"
 
 namespace weft {
 namespace {
 
-static_assert(std::endian::native == std::endian::little, "values of the file are copied as they stand");
-
 constexpr char kMagic[] = "weftmsh1";
+constexpr bool kSwap = std::endian::native != std::endian::little;  // files are little-endian
 constexpr double kSteps = 65535;
 constexpr double kLeastStep_mm = 0.005;           // less would only carry noise
 constexpr int kVertexCodec = 0, kIndexCodec = 1;  // those that every decoder of the last years reads
@@ -34,32 +34,6 @@ struct Quantized {
   uint8_t sigma;
 };
 static_assert(sizeof(Quantized) == 8);
-
-double ValueAt(const char* bytes, PlyType type) {
-  const auto as = [&](auto value) {
-    std::memcpy(&value, bytes, sizeof value);
-    return static_cast<double>(value);
-  };
-  switch (type) {
-    case PlyType::kInt8:
-      return as(int8_t{});
-    case PlyType::kUint8:
-      return as(uint8_t{});
-    case PlyType::kInt16:
-      return as(int16_t{});
-    case PlyType::kUint16:
-      return as(uint16_t{});
-    case PlyType::kInt32:
-      return as(int32_t{});
-    case PlyType::kUint32:
-      return as(uint32_t{});
-    case PlyType::kFloat32:
-      return as(float{});
-    case PlyType::kFloat64:
-      return as(double{});
-  }
-  return 0;
-}
 
 // Where a value is within the rows of the vertices.
 struct Column {
@@ -139,7 +113,7 @@ class VertexReader {
 
   double Value(size_t row, Part part) const {
     const Column& column = layout_.columns[part];
-    return ValueAt(rows_ + row * layout_.row_bytes + column.offset, column.type);
+    return LoadPlyValue(column.type, rows_ + row * layout_.row_bytes + column.offset, kSwap);
   }
   Eigen::Vector3d Position(size_t row) const { return {Value(row, kX), Value(row, kY), Value(row, kZ)}; }
 
@@ -222,7 +196,7 @@ class FaceReader {
   bool TakeValue(PlyType type, double& value) {
     const auto size = static_cast<size_t>(PlyTypeSize(type));
     if (bytes_.size() < size) return false;
-    value = ValueAt(bytes_.data(), type);
+    value = LoadPlyValue(type, bytes_.data(), kSwap);
     bytes_.remove_prefix(size);
     return true;
   }

@@ -12,43 +12,12 @@
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
 #include "services/files/ply_header.h"
+#include "services/files/ply_value.h"
 
 namespace weft {
 namespace {
 
 // A value of type T from bytes of the other or of this machine's order.
-template <typename T>
-double Load(const char* bytes, bool swap) {
-  char raw[sizeof(T)];
-  std::memcpy(raw, bytes, sizeof(T));
-  if (swap) std::reverse(raw, raw + sizeof(T));
-  T value;
-  std::memcpy(&value, raw, sizeof(T));
-  return static_cast<double>(value);
-}
-
-double LoadValue(PlyType type, const char* bytes, bool swap) {
-  switch (type) {
-    case PlyType::kInt8:
-      return Load<int8_t>(bytes, swap);
-    case PlyType::kUint8:
-      return Load<uint8_t>(bytes, swap);
-    case PlyType::kInt16:
-      return Load<int16_t>(bytes, swap);
-    case PlyType::kUint16:
-      return Load<uint16_t>(bytes, swap);
-    case PlyType::kInt32:
-      return Load<int32_t>(bytes, swap);
-    case PlyType::kUint32:
-      return Load<uint32_t>(bytes, swap);
-    case PlyType::kFloat32:
-      return Load<float>(bytes, swap);
-    case PlyType::kFloat64:
-      return Load<double>(bytes, swap);
-  }
-  return 0;
-}
-
 template <typename T>
 bool Store(double value, std::string& out) {
   if constexpr (std::is_integral_v<T>) {
@@ -120,7 +89,7 @@ class BodyReader {
   std::string TakeBinary(PlyType type, double& value) {
     const size_t bytes = static_cast<size_t>(PlyTypeSize(type));
     if (rest_.size() < bytes) return "the file ends here, it is truncated";
-    value = LoadValue(type, rest_.data(), swap_);
+    value = LoadPlyValue(type, rest_.data(), swap_);
     rest_.remove_prefix(bytes);
     return "";
   }

@@ -29,15 +29,6 @@ absl::Status CheckLine(const char* what, const std::string& text, size_t most) {
   return absl::InvalidArgumentError(absl::StrCat(what, ": must be UTF-8 text without control characters"));
 }
 
-absl::Status CheckDescriptionTexts(const TakeDescription& description) {
-  absl::Status status;
-  if (description.slate) status.Update(CheckLine("slate", *description.slate, kMostLine));
-  if (description.name) status.Update(CheckLine("name", *description.name, kMostLine));
-  if (description.notes)
-    status.Update(CheckLine("notes", absl::StrReplaceAll(*description.notes, {{"\n", " "}}), kMostNotes));
-  return status;
-}
-
 void AddTakesBelow(const fs::path& folder, int depth, std::vector<std::string>& folders) {
   if (IsRecordedTake(folder.string())) {
     folders.push_back(folder.string());
@@ -54,8 +45,17 @@ void AddTakesBelow(const fs::path& folder, int depth, std::vector<std::string>& 
 
 }  // namespace
 
+absl::Status CheckTakeDescription(const TakeDescription& description) {
+  absl::Status status;
+  if (description.slate) status.Update(CheckLine("slate", *description.slate, kMostLine));
+  if (description.name) status.Update(CheckLine("name", *description.name, kMostLine));
+  if (description.notes)
+    status.Update(CheckLine("notes", absl::StrReplaceAll(*description.notes, {{"\n", " "}}), kMostNotes));
+  return status;
+}
+
 absl::StatusOr<v1::Take> DescribeTakeFile(const std::string& folder, const TakeDescription& description) {
-  if (absl::Status status = CheckDescriptionTexts(description); !status.ok()) return status;
+  if (absl::Status status = CheckTakeDescription(description); !status.ok()) return status;
   absl::StatusOr<v1::Take> take = ReadTakeFile(folder);
   if (!take.ok()) return take;
   if (IsBeingRecorded(folder))

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "weft/v1/take.pb.h"
 
@@ -15,9 +16,12 @@ struct TakeDescription {
   std::optional<std::string> slate, name, notes;
 };
 
-// The take as it is then. FailedPrecondition: it is being recorded, and its recorder would write over it.
 // InvalidArgument: slate or name of more than a line or 255 bytes, notes of more than 4096 bytes, text that
-// is no UTF-8. Errors of ReadTakeFile and WriteTakeFile.
+// is no UTF-8.
+absl::Status CheckTakeDescription(const TakeDescription& description);
+
+// The take as it is then. FailedPrecondition: it is being recorded, and its recorder would write over it.
+// Errors of CheckTakeDescription, ReadTakeFile and WriteTakeFile.
 absl::StatusOr<v1::Take> DescribeTakeFile(const std::string& folder, const TakeDescription& description);
 
 // Do all `words`, apart by spaces, stand somewhere in `texts`, whatever their case? True without words.

@@ -88,6 +88,20 @@ std::string Algorithms(const std::vector<v1::FrameReport>& frames) {
   return versions.empty() ? kDash : EscapeHtml(absl::StrJoin(versions, ", "));
 }
 
+// What the take is called on the set, where the dump is a take and says so.
+std::string TakeRows(const std::string& dump) {
+  v1::Take take;
+  if (!ReadJsonFile(dump + "/take.json", take).ok()) return "";
+  std::string rows;
+  const std::pair<const char*, const std::string*> facts[] = {{"Slate", &take.slate()},
+                                                              {"Take", &take.name()},
+                                                              {"Notes", &take.notes()},
+                                                              {"Timecode", &take.timecode()}};
+  for (const auto& [name, text] : facts)
+    if (!text->empty()) rows += FactRow(name, EscapeHtml(*text));
+  return rows;
+}
+
 }  // namespace
 
 std::string Section(const std::string& id, const std::string& heading, const std::string& body) {
@@ -159,24 +173,6 @@ std::string OptionSection(const v1::Job& job) {
                  absl::StrCat(differing, "<details><summary>All ", options_of_job, " options</summary>\n",
                               Table({"Option", "Value", "Meaning"}, all, "facts"), "</details>\n"));
 }
-
-namespace {
-
-// What the take is called on the set, where the dump is a take and says so.
-std::string TakeRows(const std::string& dump) {
-  v1::Take take;
-  if (!ReadJsonFile(dump + "/take.json", take).ok()) return "";
-  std::string rows;
-  const std::pair<const char*, const std::string*> facts[] = {{"Slate", &take.slate()},
-                                                              {"Take", &take.name()},
-                                                              {"Notes", &take.notes()},
-                                                              {"Timecode", &take.timecode()}};
-  for (const auto& [name, text] : facts)
-    if (!text->empty()) rows += FactRow(name, EscapeHtml(*text));
-  return rows;
-}
-
-}  // namespace
 
 std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>& frames) {
   const v1::RegistrationSpec& spec = job.spec();

@@ -29,7 +29,7 @@ struct Distances {
 
 Distances DistancesOf(const v1::VideoFacts& facts) {
   const std::vector<double> times_s = FrameTimes_s(facts);
-  Distances distances{Period_s(facts), INFINITY, 0};
+  Distances distances{Period_s(times_s), INFINITY, 0};
   for (size_t i = 1; i < times_s.size(); ++i) {
     distances.shortest_s = std::min(distances.shortest_s, times_s[i] - times_s[i - 1]);
     distances.longest_s = std::max(distances.longest_s, times_s[i] - times_s[i - 1]);

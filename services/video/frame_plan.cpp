@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "base/median.h"
+#include "services/video/video_facts.h"
 
 namespace weft {
 namespace {
@@ -12,17 +12,11 @@ namespace {
 constexpr double kSameRate = 1.01;
 constexpr double kHalf = 0.5 + 1e-6;  // periods
 
-double PeriodOf(const std::vector<double>& times_s) {
-  std::vector<double> periods_s;
-  for (size_t i = 1; i < times_s.size(); ++i) periods_s.push_back(times_s[i] - times_s[i - 1]);
-  return periods_s.empty() ? 0 : Median(std::move(periods_s));
-}
-
 // The slowest camera; of those alike, the one with most frames.
 size_t Reference(const std::vector<std::vector<double>>& times_s) {
   size_t best = 0;
   for (size_t camera = 1; camera < times_s.size(); ++camera) {
-    const double own = PeriodOf(times_s[camera]), known = PeriodOf(times_s[best]);
+    const double own = Period_s(times_s[camera]), known = Period_s(times_s[best]);
     const bool is_slower = own > kSameRate * known, is_alike = !is_slower && own * kSameRate >= known;
     if (is_slower || (is_alike && times_s[camera].size() > times_s[best].size())) best = camera;
   }
@@ -66,7 +60,7 @@ FramePlan PlanFrames(const std::vector<std::vector<double>>& times_s) {
   plan.reference = Reference(times_s);
   const std::vector<double>& reference_s = times_s[plan.reference];
   if (reference_s.empty()) return plan;
-  double period_s = PeriodOf(reference_s);
+  double period_s = Period_s(reference_s);
   if (period_s <= 0) period_s = 1;  // single pictures
   plan.set_times_s = MomentsBeside(reference_s, period_s, times_s);
   plan.set_times_s.insert(plan.set_times_s.end(), reference_s.begin(), reference_s.end());

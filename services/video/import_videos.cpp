@@ -297,7 +297,8 @@ void Importer::DescribeTake(const std::vector<v1::CameraSync>& syncs) {
     camera.set_source(absl::StrCat("video:", NameOfFile(videos_[i])));
     camera.set_width_px(videos_[i].width_px());
     camera.set_height_px(videos_[i].height_px());
-    camera.set_pixel_format(std::string(RawFormatName(VideoRawFormat(videos_[i], options_.mosaic))));
+    camera.set_pixel_format(
+        std::string(RawFormatName(RawFormatOf(VideoPixelFormat(videos_[i], options_.mosaic)))));
     camera.set_unsynchronized(true);
     *camera.mutable_sync() = syncs[i];
     DescribeTimes(videos_[i], *camera.mutable_sync());

@@ -290,8 +290,9 @@ std::vector<double> FrameTimes_s(const v1::VideoFacts& facts) {
   return times_s;
 }
 
-double Period_s(const v1::VideoFacts& facts) {
-  const std::vector<double> times_s = FrameTimes_s(facts);
+double Period_s(const v1::VideoFacts& facts) { return Period_s(FrameTimes_s(facts)); }
+
+double Period_s(const std::vector<double>& times_s) {
   std::vector<double> periods_s;
   for (size_t i = 1; i < times_s.size(); ++i) periods_s.push_back(times_s[i] - times_s[i - 1]);
   return periods_s.empty() ? 0 : Median(std::move(periods_s));

@@ -42,6 +42,7 @@ absl::StatusOr<std::vector<int64_t>> ParseFrameLines(std::string_view lines);
 std::vector<double> FrameTimes_s(const v1::VideoFacts& facts);
 // The middle one of the distances between frames; 0 with fewer than two.
 double Period_s(const v1::VideoFacts& facts);
+double Period_s(const std::vector<double>& times_s);
 // Of the first frame. NotFound: the file has none. InvalidArgument as ParseTimecode.
 absl::StatusOr<Timecode> TimecodeOfFirst(const v1::VideoFacts& facts);
 

@@ -31,24 +31,6 @@ PixelFormat VideoPixelFormat(const v1::VideoFacts& facts, std::optional<PixelFor
   return IsGrey(facts) ? mosaic.value_or(PixelFormat::kGrey8) : PixelFormat::kRgb8;
 }
 
-RawFormat VideoRawFormat(const v1::VideoFacts& facts, std::optional<PixelFormat> mosaic) {
-  switch (VideoPixelFormat(facts, mosaic)) {
-    case PixelFormat::kGrey8:
-      return RawFormat::kMono8;
-    case PixelFormat::kRgb8:
-      return RawFormat::kRgb8;
-    case PixelFormat::kBayerRg8:
-      return RawFormat::kBayerRg8;
-    case PixelFormat::kBayerGr8:
-      return RawFormat::kBayerGr8;
-    case PixelFormat::kBayerGb8:
-      return RawFormat::kBayerGb8;
-    case PixelFormat::kBayerBg8:
-      return RawFormat::kBayerBg8;
-  }
-  return RawFormat::kRgb8;
-}
-
 absl::StatusOr<VideoFrames> VideoFrames::Start(const v1::VideoFacts& facts, const VideoRange& range,
                                                std::optional<PixelFormat> mosaic) {
   if (mosaic && !IsGrey(facts))

@@ -8,7 +8,6 @@
 
 #include "absl/status/statusor.h"
 #include "capture/image/frame.h"
-#include "capture/image/raw_frame.h"
 #include "services/video/video_program.h"
 #include "weft/v1/video.pb.h"
 
@@ -21,7 +20,6 @@ struct VideoRange {
 
 // Grey videos give grey pictures, or a mosaic of the order `mosaic`; all others RGB in 8 bits.
 PixelFormat VideoPixelFormat(const v1::VideoFacts& facts, std::optional<PixelFormat> mosaic);
-RawFormat VideoRawFormat(const v1::VideoFacts& facts, std::optional<PixelFormat> mosaic);
 
 class VideoFrames {
  public:

@@ -1,37 +1,19 @@
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect } from "preact/hooks";
 import type { Client } from "../api/client";
-import { useFrames } from "../pages/job";
 import { hrefOf } from "../router";
 import { Failure } from "../ui/parts";
 import type { Coloring } from "./colors";
-import { Engine } from "./engine";
 import { Legend } from "./legend";
 import { turnByKey } from "./turn_by_key";
+import { useEngine } from "./use_engine";
 
 const COLORINGS: Coloring[] = ["coverage", "state", "sigma", "cameras", "cloth"];
 
 /** The newest mesh of a take that is registered while it is recorded, and what of the cloth cameras have seen so far. */
 export function LiveView({ client, jobId }: { client: Client; jobId: string }) {
-  const canvas = useRef<HTMLCanvasElement>(null);
-  const [engine, setEngine] = useState<Engine | null>(null);
-  const { frames, error } = useFrames(jobId);
-  useEffect(() => {
-    let made: Engine;
-    try {
-      made = new Engine(client, jobId, canvas.current!, true);
-    } catch {
-      return; // a browser without 3D has the pictures
-    }
-    made.setColoring("coverage");
-    const observer = new ResizeObserver(() => made.resize());
-    observer.observe(canvas.current!);
-    setEngine(made);
-    return () => {
-      observer.disconnect();
-      made.close();
-    };
-  }, []);
-  useEffect(() => engine?.setFrames(frames), [engine, frames]);
+  // A browser without 3D has the pictures.
+  const { canvas, engine, error } = useEngine(client, jobId, true);
+  useEffect(() => engine?.setColoring("coverage"), [engine]);
   const frame = engine?.frames.value[engine.index.value];
   return (
     <section class="live-mesh panel" aria-label="Live mesh">

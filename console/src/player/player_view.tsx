@@ -1,4 +1,4 @@
-import { useEffect, useRef, useState } from "preact/hooks";
+import { useEffect, useState } from "preact/hooks";
 import { Role } from "@api/access_pb";
 import type { Job } from "@api/job_pb";
 import { Jobs } from "@api/jobs_pb";
@@ -8,41 +8,21 @@ import type { Client } from "../api/client";
 import { mayAs } from "../app_state";
 import { useAction, useCall } from "../hooks";
 import { useShortcuts } from "../keys";
-import { useFrames } from "../pages/job";
 import { bytesText, countOf, durationText } from "../ui/format";
 import { Failure } from "../ui/parts";
 import { hasEnded, shortName } from "../ui/states";
 import { COLORINGS } from "./colors";
 import type { Coloring } from "./colors";
-import { Engine } from "./engine";
+import type { Engine } from "./engine";
 import { Legend } from "./legend";
 import { rigOf, takeOf, upOf, watchPicture } from "./rig_pictures";
 import { turnByKey } from "./turn_by_key";
+import { useEngine } from "./use_engine";
 
 const RATES = [5, 10, 15, 25, 30, 50, 60, 0];
 
 export function PlayerView({ client, jobId }: { client: Client; jobId: string }) {
-  const canvas = useRef<HTMLCanvasElement>(null);
-  const [engine, setEngine] = useState<Engine | null>(null);
-  const [problem, setProblem] = useState("");
-  const { job, frames, error } = useFrames(jobId);
-  useEffect(() => {
-    let made: Engine;
-    try {
-      made = new Engine(client, jobId, canvas.current!);
-    } catch (reason) {
-      setProblem(`This browser shows nothing in 3D: ${String(reason)}`);
-      return;
-    }
-    const observer = new ResizeObserver(() => made.resize());
-    observer.observe(canvas.current!);
-    setEngine(made);
-    return () => {
-      observer.disconnect();
-      made.close();
-    };
-  }, []);
-  useEffect(() => engine?.setFrames(frames), [engine, frames]);
+  const { canvas, engine, job, error, problem } = useEngine(client, jobId);
   const isEmpty = engine !== null && job !== undefined && engine.frames.value.length === 0;
   return (
     <>

@@ -117,7 +117,7 @@ export function TemplateView({ client, item }: { client: Client; item: string })
   return (
     <section aria-label="The template in space">
       <h2>
-        {countOf(mesh.getAttribute("position").count, "vertex").replace("vertexs", "vertices")}, {countOf(faces, "face")}
+        {countOf(mesh.getAttribute("position").count, "vertex", "vertices")}, {countOf(faces, "face")}
       </h2>
       <SpaceStage label="The template at rest, in the colours of its panels." filled={template.hash} show={(view) => view.show([drawingOf(sewn)], [0, -1, 0])} />
       <p class="player-legend">

@@ -51,7 +51,7 @@ export function percentText(share: number): string {
   return `${percent >= 99.95 || percent === 0 ? percent.toFixed(0) : percent.toFixed(1)} %`;
 }
 
-/** "1 frame", "3 frames". */
-export function countOf(count: number | bigint, noun: string): string {
-  return `${countText(count)} ${noun}${Number(count) === 1 ? "" : "s"}`;
+/** "1 frame", "3 frames"; "2 vertices" where the plural is given. */
+export function countOf(count: number | bigint, noun: string, nouns = `${noun}s`): string {
+  return `${countText(count)} ${Number(count) === 1 ? noun : nouns}`;
 }
