@@ -22,6 +22,7 @@
 #include "services/files/json_file.h"
 #include "services/files/rig_file.h"
 #include "services/files/unique_fd.h"
+#include "services/recording/take_description.h"
 #include "services/recording/take_file.h"
 #include "services/video/at_once.h"
 #include "services/video/frame_plan.h"
@@ -96,6 +97,9 @@ class Importer {
 
 absl::Status Importer::Check() {
   if (options_.videos.empty()) return absl::InvalidArgumentError("no video is named");
+  const v1::Take& said = options_.said;
+  if (absl::Status status = CheckTakeDescription({said.slate(), said.name(), said.notes()}); !status.ok())
+    return status;
   std::map<std::string, std::string> files;
   for (const VideoFile& video : options_.videos) {
     if (absl::Status status = CheckCameraId(video.camera); !status.ok())

@@ -84,6 +84,18 @@ TEST(ImportVideos, PutsClipsInStepByTimecode) {
   EXPECT_THAT(Why(options, temp / "take"), HasSubstr("is there already"));
 }
 
+TEST(ImportVideos, WordsThatNoTakeMayHaveAreRefusedBeforeAnythingIsRead) {
+  const TempFolder temp;
+  VideoImportOptions options;
+  options.videos = {{"left", temp / "missing.mkv"}};
+  options.said.set_slate("12A\x1b[2J");
+  EXPECT_THAT(Why(options, temp / "take"), HasSubstr("slate: must be UTF-8 text without control characters"));
+  options.said.set_slate("");
+  options.said.set_notes(std::string(4097, 'x'));
+  EXPECT_THAT(Why(options, temp / "take"), HasSubstr("notes: 4097 bytes, at most 4096"));
+  EXPECT_FALSE(fs::exists(temp / "take.unfinished"));
+}
+
 TEST(ImportVideos, AsksForARemedyWithoutTimecode) {
   const TempFolder temp;
   VideoImportOptions options = TwoClips(temp);
