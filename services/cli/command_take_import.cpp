@@ -177,7 +177,8 @@ void AddVideoOptions(CLI::App& command, ImportCommandOptions& options) {
       ->type_name("FILE");
   command
       .add_option("--sync", options.sync,
-                  "What tells when the videos were filmed: auto (timecode, else motion), timecode, ltc "
+                  "What tells when the videos were filmed: auto (timecode, of their sound too, else motion), "
+                  "timecode, ltc "
                   "(timecode in their sound), motion, file-times or together")
       ->type_name("WAY");
   command

@@ -68,7 +68,7 @@ class Importer {
   absl::Status CompareWithRig();
   absl::Status FindOffsets();
   absl::StatusOr<std::vector<v1::CameraSync>> OffsetsBy(SyncWay way);
-  absl::StatusOr<SyncWay> WayOfAuto() const;
+  absl::StatusOr<std::vector<v1::CameraSync>> OffsetsByWhatThereIs();
   absl::Status Plan();
   void DescribeTake(const std::vector<v1::CameraSync>& syncs);
   void SetTimecode();
@@ -210,17 +210,25 @@ std::string Importer::Key() const {
   return key;
 }
 
-absl::StatusOr<SyncWay> Importer::WayOfAuto() const {
+absl::StatusOr<std::vector<v1::CameraSync>> Importer::OffsetsByWhatThereIs() {
   std::vector<std::string> without;
   for (const v1::VideoFacts& video : videos_)
     if (video.timecode().empty() && !options_.given_s.contains(video.camera()))
       without.push_back(video.camera());
-  if (!options_.ltc.empty()) return SyncWay::kLtc;
-  if (without.empty()) return SyncWay::kTimecode;
-  if (!options_.rig.empty() && !options_.board.empty()) return SyncWay::kMotion;
-  if (videos_.size() == 1) return SyncWay::kTogether;
+  if (!options_.ltc.empty()) return OffsetsBy(SyncWay::kLtc);
+  if (without.empty()) return OffsetsBy(SyncWay::kTimecode);
+  // To listen takes seconds; to decode the print takes minutes.
+  const bool have_sound = std::all_of(videos_.begin(), videos_.end(), [](const v1::VideoFacts& video) {
+    return video.audio_channels_size() > 0;
+  });
+  if (have_sound) {
+    absl::StatusOr<std::vector<v1::CameraSync>> heard = OffsetsBy(SyncWay::kLtc);
+    if (!absl::IsFailedPrecondition(heard.status())) return heard;
+  }
+  if (!options_.rig.empty() && !options_.board.empty()) return OffsetsBy(SyncWay::kMotion);
+  if (videos_.size() == 1) return OffsetsBy(SyncWay::kTogether);
   return absl::FailedPreconditionError(absl::StrCat(
-      "no timecode in the videos of ", FirstNames(without),
+      "no timecode in the videos of ", FirstNames(without), have_sound ? ", nor in their sound" : "",
       "; name a rig and a board, then motion tells the offsets (--rig RIG --board BOARD), give the offsets "
       "(--offset CAMERA=SECONDS), or say that the clips begin together (--sync together)"));
 }
@@ -269,13 +277,8 @@ absl::Status Importer::FindOffsets() {
     take_ = state_.take();
     return absl::OkStatus();
   }
-  SyncWay way = options_.sync;
-  if (way == SyncWay::kAuto) {
-    const absl::StatusOr<SyncWay> chosen = WayOfAuto();
-    if (!chosen.ok()) return chosen.status();
-    way = *chosen;
-  }
-  absl::StatusOr<std::vector<v1::CameraSync>> syncs = OffsetsBy(way);
+  absl::StatusOr<std::vector<v1::CameraSync>> syncs =
+      options_.sync == SyncWay::kAuto ? OffsetsByWhatThereIs() : OffsetsBy(options_.sync);
   if (!syncs.ok()) return syncs.status();
   if (absl::Status status = UseGivenOffsets(options_.given_s, videos_, *syncs); !status.ok()) return status;
   BeginAtZero(videos_, *syncs);

@@ -176,9 +176,10 @@ absl::StatusOr<LtcReading> ReadLtc(const std::vector<int16_t>& samples, double r
 
 absl::StatusOr<std::vector<v1::CameraSync>> OffsetsByLtc(const std::map<std::string, std::string>& files,
                                                          std::vector<v1::VideoFacts>& videos) {
+  std::vector<v1::VideoFacts> told = videos;  // videos stay as they are if one has none
   std::vector<v1::CameraSync> syncs;
   double reference_s = 0;
-  for (v1::VideoFacts& video : videos) {
+  for (v1::VideoFacts& video : told) {
     const auto file = files.find(video.camera());
     v1::VideoFacts sound = video;
     double begins_s = 0;  // the sound's beginning by the video's count
@@ -206,6 +207,7 @@ absl::StatusOr<std::vector<v1::CameraSync>> OffsetsByLtc(const std::map<std::str
     sync.set_offset_sigma_s(reading->sigma_s);
     sync.set_found_by(NameOf(SyncWay::kLtc));
   }
+  videos = std::move(told);
   return syncs;
 }
 

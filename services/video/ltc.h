@@ -23,8 +23,8 @@ struct LtcReading {
 absl::StatusOr<LtcReading> ReadLtc(const std::vector<int16_t>& samples, double rate_hz);
 
 // Offsets from the sound of each video or, for cameras in `files`, from a sound file that begins with the
-// video. Sets timecode and its rate in `videos`. The first two minutes of every channel are searched.
-// FailedPrecondition: a camera without linear timecode; names the file and the remedy. Errors of
+// video. Sets timecode and its rate in `videos`, unless it fails. The first two minutes of every channel are
+// searched. FailedPrecondition: a camera without linear timecode; names the file and the remedy. Errors of
 // VideoProgram.
 absl::StatusOr<std::vector<v1::CameraSync>> OffsetsByLtc(const std::map<std::string, std::string>& files,
                                                          std::vector<v1::VideoFacts>& videos);

@@ -79,13 +79,20 @@ void WriteSound(const std::string& path, const std::vector<int16_t>& samples) {
   WriteBytes(path, std::string(reinterpret_cast<const char*>(samples.data()), 2 * samples.size()));
 }
 
+// A film of `values` with timecode in its sound, which begins `silence` samples later.
+void MakeFilm(const TempFolder& temp, const std::string& name, int first, int frames,
+              const std::string& timecode, int silence) {
+  const std::string picture = temp / (name + "-picture.mkv"), sound = temp / (name + ".raw");
+  MakeVideo(picture, Values(first, frames), "25");
+  WriteSound(sound, Sound(timecode, 25, 60, silence));
+  Shell("ffmpeg -v error -i '" + picture + "' -f s16le -ar 48000 -ac 1 -i '" + sound +
+        "' -map 0 -map 1 -c:v copy -c:a flac '" + (temp / (name + ".mkv")) + "'");
+}
+
 TEST(ImportVideos, PutsClipsInStepByTimecodeInTheirSound) {
   const TempFolder temp;
   // Its video frames begin 0.1 s before the timecode of its sound.
-  MakeVideo(temp / "picture.mkv", Values(10, 50), "25");
-  WriteSound(temp / "a.raw", Sound("10:00:00:00", 25, 60, 4800));
-  Shell("ffmpeg -v error -i '" + (temp / "picture.mkv") + "' -f s16le -ar 48000 -ac 1 -i '" +
-        (temp / "a.raw") + "' -map 0 -map 1 -c:v copy -c:a flac '" + (temp / "left.mkv") + "'");
+  MakeFilm(temp, "left", 10, 50, "10:00:00:00", 4800);
   MakeVideo(temp / "right.mkv", Values(15, 40), "25");
   WriteSound(temp / "b.raw", Sound("10:00:00:02", 25, 60, 0));
   Shell("ffmpeg -v error -f s16le -ar 48000 -ac 1 -i '" + (temp / "b.raw") + "' '" + (temp / "right.wav") +
@@ -105,6 +112,32 @@ TEST(ImportVideos, PutsClipsInStepByTimecodeInTheirSound) {
   EXPECT_LT(right.offset_sigma_s(), 0.001);
   EXPECT_EQ(right.timecode(), "10:00:00:02");
   EXPECT_EQ(result->take.timecode_fps(), 25);
+}
+
+TEST(ImportVideos, ListensBeforeItDecodes) {
+  const TempFolder temp;
+  MakeFilm(temp, "left", 10, 50, "10:00:00:00", 4800);
+  MakeFilm(temp, "right", 15, 40, "10:00:00:02", 0);
+  VideoImportOptions options;
+  options.videos = {{"left", temp / "left.mkv"}, {"right", temp / "right.mkv"}};
+  const auto result = ImportVideos(options, temp / "take");
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_NEAR(result->take.cameras(1).sync().offset_s() - result->take.cameras(0).sync().offset_s(), 0.18,
+              0.001);
+  EXPECT_EQ(result->take.sync(), "videos, offsets by ltc");
+}
+
+TEST(ImportVideos, SaysThatThereIsNoTimecodeInTheSoundEither) {
+  const TempFolder temp;
+  MakeFilm(temp, "left", 10, 50, "10:00:00:00", 0);
+  Shell("ffmpeg -v error -f lavfi -i testsrc=d=1:r=25:s=64x48 -f lavfi -i sine=d=1 -c:v ffv1 -c:a flac '" +
+        (temp / "right.mkv") + "'");
+  VideoImportOptions options;
+  options.videos = {{"left", temp / "left.mkv"}, {"right", temp / "right.mkv"}};
+  const auto result = ImportVideos(options, temp / "take");
+  EXPECT_THAT(
+      std::string(result.status().message()),
+      HasSubstr("no timecode in the videos of left, right, nor in their sound; name a rig and a board"));
 }
 
 }  // namespace
