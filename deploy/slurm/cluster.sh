@@ -138,7 +138,7 @@ ReturnToService=2
 SlurmdTimeout=10
 SlurmctldTimeout=10
 InactiveLimit=0
-KillWait=5
+KillWait=2
 MinJobAge=300
 MessageTimeout=10
 SchedulerParameters=sched_interval=5,batch_sched_delay=0,requeue_setup_env_fail

@@ -123,6 +123,12 @@ void AddSlurmOptions(CLI::App& app, weft::SlurmOptions& slurm) {
                  "How late nodes and this machine may see each other's files in --slurm-folder")
       ->type_name("S")
       ->check(CLI::Range(0.0, 3600.0));
+  app.add_option(
+         "--slurm-query-s", slurm.query_s,
+         "How long a task may be silent before Slurm is asked about it, and between two such questions. "
+         "A controller that serves few jobs bears 1")
+      ->type_name("S")
+      ->check(CLI::Range(0.1, 3600.0));
 }
 
 void AddConsoleOptions(CLI::App& app, weft::DaemonOptions& options) {

@@ -74,10 +74,11 @@ void SlurmExecutor::OnEvent(Run& run, const v1::WorkerEvent& event) {
 
 void SlurmExecutor::CancelStopped() {
   const Clock::time_point now = Clock::now();
+  const std::chrono::duration<double> period(options_.query_s);
   std::map<Array*, std::vector<Run*>> asked;
   for (const std::unique_ptr<Run>& run : runs_) {
     if (!run->was_stopped || !run->array || run->ended) continue;
-    if (run->cancelled_at && now - *run->cancelled_at < options_.query_period) continue;
+    if (run->cancelled_at && now - *run->cancelled_at < period) continue;
     asked[run->array.get()].push_back(run.get());
   }
   if (asked.empty()) return;
@@ -99,11 +100,12 @@ void SlurmExecutor::CancelStopped() {
 
 void SlurmExecutor::QueryIfSilent() {
   const Clock::time_point now = Clock::now();
-  if (last_query_ && now - *last_query_ < options_.query_period) return;
+  const std::chrono::duration<double> period(options_.query_s);
+  if (last_query_ && now - *last_query_ < period) return;
   const bool is_needed =
       !knows_leftovers_ || std::any_of(runs_.begin(), runs_.end(), [&](const std::unique_ptr<Run>& run) {
         if (!run->array || run->gone_at) return false;
-        return now - run->heard >= options_.query_period || run->cancelled_at || run->ended;
+        return now - run->heard >= period || run->cancelled_at || run->ended;
       });
   if (!is_needed) return;
   last_query_ = now;

@@ -24,7 +24,7 @@ namespace weft {
 
 // One thread submits tasks, those of a job that come at once as one array, and reads the files in which
 // workers write what they do. Slurm is asked only for tasks that say nothing, with one query for all of them
-// and not more often than SlurmOptions.query_period. No element runs twice: tasks that are lost end, and
+// and not more often than SlurmOptions.query_s. No element runs twice: tasks that are lost end, and
 // whoever started them starts new ones. Where Slurm does not answer, tasks wait and say so. Tasks of an
 // executor that was killed are offered by the next one on the same folder (TakeUp), and cancelled where
 // nobody wants them.

@@ -54,6 +54,9 @@ absl::Status SlurmOptions::Validate() const {
   }
   if (!(lag_s >= 0) || lag_s > 3600)
     status.Update(absl::InvalidArgumentError(absl::StrCat("--slurm-lag-s: ", lag_s, ", must be 0 to 3600")));
+  if (!(query_s >= 0.1) || query_s > 3600)
+    status.Update(
+        absl::InvalidArgumentError(absl::StrCat("--slurm-query-s: ", query_s, ", must be 0.1 to 3600")));
   if (worker_program.empty()) status.Update(absl::InvalidArgumentError("--slurm-worker: must not be empty"));
   for (const std::string& option : extra) status.Update(CheckExtra(option));
   status.Update(PathMap::Create(mapped_paths).status());

@@ -27,13 +27,13 @@ struct SlurmOptions {
   std::string scratch_folder;             // of each node, for copies of images; empty: none are made
   int64_t scratch_mib = 8192;             // of the copies of a task
   double lag_s = 30;                      // how late nodes and daemon may see each other's files
+  double query_s = 10;                    // between queries, at the least
   // Of every task, see task.proto.
   std::vector<std::string> allowed_paths;
   std::string state_folder;
   // Where sbatch, squeue, scancel and scontrol are; empty: in PATH.
   std::string programs_folder;
   std::chrono::milliseconds event_period{250};                        // between looks at files of events
-  std::chrono::milliseconds query_period{std::chrono::seconds(10)};   // between queries, at the least
   std::chrono::milliseconds stop_patience{std::chrono::seconds(25)};  // for the confirmed end of all tasks
 
   // InvalidArgument names the option of weftd.

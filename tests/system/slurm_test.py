@@ -1,4 +1,6 @@
-"""Jobs on a Slurm cluster of virtual nodes: the same bytes as on this machine, whatever happens to tasks, nodes and daemons."""
+"""Jobs on a Slurm cluster of virtual nodes: the same bytes as on this machine, whatever happens to tasks, nodes and daemons.
+
+Each class has a cluster of its own, and all run at once, since they mostly wait."""
 
 import importlib.util
 import json
@@ -28,7 +30,7 @@ class SlurmStudio(Studio):
 
     def start(self, *more, shared=None):
         self.start_daemon("--slurm-folder", shared or os.path.join(self.folder, "shared"), "--slurm-frames-per-task", "2",
-                          "--slurm-memory-mib", "1000", *more)
+                          "--slurm-memory-mib", "1000", "--slurm-query-s", "1", *more)
 
     def kill_daemon(self):
         self.daemon.kill()
@@ -53,17 +55,20 @@ class SlurmStudio(Studio):
         return "--slurm-worker", path
 
 
-class SlurmJobs(unittest.TestCase):
+def make_take(folder):
+    """A take, and what becomes of it without a cluster."""
+    take = os.path.join(folder, "take")
+    weft("simulate", "--preset", "tiny", "--frames", 16, "--cameras", 6, "--width-px", 128, "--height-px", 170,
+         "--out", take, check=0)
+    weft(*Studio(folder, take).register_arguments(), check=0)
+
+
+class SlurmTest(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
-        shared = tempfile.TemporaryDirectory(prefix="weft slurm ")
-        cls.addClassCleanup(shared.cleanup)
-        cls.take = os.path.join(shared.name, "take")
-        weft("simulate", "--preset", "tiny", "--frames", 16, "--cameras", 6, "--width-px", 128, "--height-px", 170,
-             "--out", cls.take, check=0)
-        studio = Studio(shared.name, cls.take)
-        weft(*studio.register_arguments(), check=0)
-        cls.expected = results(studio.out)
+        folder = os.environ["WEFT_SLURM_TAKE"]
+        cls.take = os.path.join(folder, "take")
+        cls.expected = results(Studio(folder, cls.take).out)
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="weft slurm ", ignore_cleanup_errors=True)
@@ -97,6 +102,8 @@ class SlurmJobs(unittest.TestCase):
     def running(self):
         return slurm("squeue", "--noheader", "--states=running", "--format=%i").split()
 
+
+class Results(SlurmTest):
     def test_one_node(self):
         self.studio.start("--slurm-option=--nodelist=w1")
         job = self.assert_done(self.studio.submit())
@@ -112,6 +119,44 @@ class SlurmJobs(unittest.TestCase):
         self.assert_done(self.studio.submit())
         self.wait_for_empty_cluster()
 
+    def test_logs_go_with_their_job(self):
+        setup = os.path.join(self.studio.folder, "setup")
+        write(setup, "echo a line of the log\n")
+        self.studio.start("--slurm-setup", setup)
+        job = self.assert_done(self.studio.submit())
+        logs = [os.path.join(base, name) for base, _, names in os.walk(job["task_logs"]) for name in names]
+        self.assertEqual(len(logs), len(self.studio.frames) // 2)
+        self.assertEqual(read(logs[0]), "a line of the log\n")
+        self.studio.kill_daemon()
+        self.studio.start("--keep-jobs-days", "1e-7")
+        wait_for(lambda: os.listdir(os.path.dirname(job["task_logs"])) == [], "the logs to go", pause_s=0.2)
+        self.assertEqual(self.studio.jobs(), [])
+
+    def test_nodes_see_other_paths(self):
+        elsewhere = tempfile.mkdtemp(prefix="weft elsewhere ")
+        self.addCleanup(os.rmdir, elsewhere)
+        slurm("mount", "--bind", self.studio.folder, elsewhere)
+        self.addCleanup(subprocess.run, ["umount", "--lazy", elsewhere], check=False)
+        self.studio.start("--slurm-map-path", f"{self.studio.folder}={elsewhere}")
+        job = self.assert_done(self.studio.submit())
+        self.assertEqual(job["spec"]["out"], self.studio.out)
+
+    def test_file_system_shows_files_late(self):
+        if not importlib.util.find_spec("fusepy"):
+            self.skipTest("python3-fusepy is not installed")
+        nodes, here = os.path.join(self.studio.folder, "nodes"), os.path.join(self.studio.folder, "here")
+        os.mkdir(nodes)
+        os.mkdir(here)
+        mirror = subprocess.Popen([sys.executable, os.path.join(os.path.dirname(__file__), "lagging_files.py"), nodes, here, "4"])
+        self.addCleanup(mirror.wait)
+        self.addCleanup(subprocess.run, ["umount", "--lazy", here], check=False)
+        wait_for(lambda: os.path.ismount(here), "the mirror")
+        self.studio.out = os.path.join(here, "out")
+        self.studio.start("--slurm-map-path", f"{here}={nodes}", shared=os.path.join(here, "shared"))
+        self.assert_done(self.studio.submit())
+
+
+class Losses(SlurmTest):
     def test_tasks_killed_nodes_drained_and_downed_and_preempted(self):
         self.studio.start(*self.studio.slow_worker(3))
         job_id = self.studio.submit()
@@ -168,6 +213,8 @@ class SlurmJobs(unittest.TestCase):
         self.assertIn("a job of higher priority took node w3", "\n".join(job["warnings"]))
         self.assertEqual(job["usage"]["tasks_lost"], 1)
 
+
+class Limits(SlurmTest):
     def test_a_time_limit_before_the_first_frame_ends_the_job_and_retry_goes_on(self):
         self.studio.start(*self.studio.slow_worker(600), "--slurm-time-limit-min", "1")
         job_id = self.studio.submit()
@@ -188,6 +235,8 @@ class SlurmJobs(unittest.TestCase):
         self.assertEqual(self.studio.job(job_id)["state"], "JOB_STATE_CANCELLED")
         self.assertEqual(self.running(), [])
 
+
+class Refusals(SlurmTest):
     def test_says_what_slurm_refuses(self):
         for options, words in ((["--slurm-partition", "closed"], "partition closed is down"),
                                (["--slurm-partition", "short", "--slurm-time-limit-min", "5"],
@@ -246,41 +295,17 @@ class SlurmJobs(unittest.TestCase):
         self.wait_for_empty_cluster()
         self.assertEqual([name for name in os.listdir(copies) if name != "weft-scratch.lock"], [])
 
-    def test_logs_go_with_their_job(self):
-        setup = os.path.join(self.studio.folder, "setup")
-        write(setup, "echo a line of the log\n")
-        self.studio.start("--slurm-setup", setup)
-        job = self.assert_done(self.studio.submit())
-        logs = [os.path.join(base, name) for base, _, names in os.walk(job["task_logs"]) for name in names]
-        self.assertEqual(len(logs), len(self.studio.frames) // 2)
-        self.assertEqual(read(logs[0]), "a line of the log\n")
-        self.studio.kill_daemon()
-        self.studio.start("--keep-jobs-days", "1e-7")
-        wait_for(lambda: os.listdir(os.path.dirname(job["task_logs"])) == [], "the logs to go", pause_s=0.2)
-        self.assertEqual(self.studio.jobs(), [])
 
-    def test_nodes_see_other_paths(self):
-        elsewhere = tempfile.mkdtemp(prefix="weft elsewhere ")
-        self.addCleanup(os.rmdir, elsewhere)
-        slurm("mount", "--bind", self.studio.folder, elsewhere)
-        self.addCleanup(subprocess.run, ["umount", "--lazy", elsewhere], check=False)
-        self.studio.start("--slurm-map-path", f"{self.studio.folder}={elsewhere}")
-        job = self.assert_done(self.studio.submit())
-        self.assertEqual(job["spec"]["out"], self.studio.out)
-
-    def test_file_system_shows_files_late(self):
-        if not importlib.util.find_spec("fusepy"):
-            self.skipTest("python3-fusepy is not installed")
-        nodes, here = os.path.join(self.studio.folder, "nodes"), os.path.join(self.studio.folder, "here")
-        os.mkdir(nodes)
-        os.mkdir(here)
-        mirror = subprocess.Popen([sys.executable, os.path.join(os.path.dirname(__file__), "lagging_files.py"), nodes, here, "4"])
-        self.addCleanup(mirror.wait)
-        self.addCleanup(subprocess.run, ["umount", "--lazy", here], check=False)
-        wait_for(lambda: os.path.ismount(here), "the mirror")
-        self.studio.out = os.path.join(here, "out")
-        self.studio.start("--slurm-map-path", f"{here}={nodes}", shared=os.path.join(here, "shared"))
-        self.assert_done(self.studio.submit())
+def run_in_clusters():
+    """All tests, or those that the command line names; the worst exit status."""
+    with tempfile.TemporaryDirectory(prefix="weft slurm ") as folder:
+        make_take(folder)
+        named = [[name] for name in sys.argv[1:] if not name.startswith("-")]
+        flags = [name for name in sys.argv[1:] if name.startswith("-")]
+        running = [subprocess.Popen([CLUSTER, "--nodes", str(NODES), "--cpus", "1", sys.executable, sys.argv[0], *flags, *names],
+                                    env={**os.environ, "WEFT_SLURM_TAKE": folder})
+                   for names in named or [[one.__name__] for one in SlurmTest.__subclasses__()]]
+        return max(abs(one.wait()) for one in running)
 
 
 if __name__ == "__main__":
@@ -289,5 +314,4 @@ if __name__ == "__main__":
     elif "WEFT_SLURM_STATE" in os.environ:
         unittest.main()
     else:
-        sys.exit(subprocess.run([CLUSTER, "--nodes", str(NODES), "--cpus", "1", sys.executable, *sys.argv],
-                                check=False).returncode)
+        sys.exit(run_in_clusters())

@@ -104,7 +104,7 @@ class SlurmExecutorTest : public ::testing::Test {
     options.programs_folder = path_;
     options.worker_program = ACTING_WORKER;
     options.event_period = std::chrono::milliseconds(10);
-    options.query_period = std::chrono::milliseconds(100);
+    options.query_s = 0.1;
     options.stop_patience = std::chrono::seconds(10);
     change(options);
     auto executor = SlurmExecutor::Create(options);
@@ -188,7 +188,7 @@ TEST_F(SlurmExecutorTest, TasksOfAJobAreOneArray) {
 }
 
 TEST_F(SlurmExecutorTest, SlurmIsNotAskedWhileTasksSpeak) {
-  Begin([](SlurmOptions& options) { options.query_period = std::chrono::seconds(20); });
+  Begin([](SlurmOptions& options) { options.query_s = 20; });
   Start("a.1", {"slow1", "slow2"});
   EXPECT_TRUE(WaitForEnd("a.1").end->clean);
   EXPECT_EQ(Lines("squeue.log").size(), 1u);  // for what an earlier executor left
@@ -347,7 +347,7 @@ TEST_F(SlurmExecutorTest, TakesUpWhatAnEarlierOneLeft) {
 TEST_F(SlurmExecutorTest, RunningTasksAreLimitedOverAllJobs) {
   Begin([](SlurmOptions& options) {
     options.tasks = 2;
-    options.query_period = std::chrono::seconds(20);
+    options.query_s = 20;
   });
   Start("a.1", {"slow1"}, "a");
   Start("a.2", {"slow2"}, "a");

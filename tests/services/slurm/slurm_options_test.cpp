@@ -28,6 +28,7 @@ TEST(SlurmOptions, NamesTheOptionThatIsWrong) {
   EXPECT_THAT(error_of([](SlurmOptions& o) { o.frames_per_task = 0; }),
               HasSubstr("--slurm-frames-per-task: 0"));
   EXPECT_THAT(error_of([](SlurmOptions& o) { o.lag_s = -1; }), HasSubstr("--slurm-lag-s"));
+  EXPECT_THAT(error_of([](SlurmOptions& o) { o.query_s = 0; }), HasSubstr("--slurm-query-s"));
   EXPECT_THAT(error_of([](SlurmOptions& o) { o.extra = {"-p main"}; }), HasSubstr("option of sbatch"));
   EXPECT_THAT(error_of([](SlurmOptions& o) { o.extra = {"--array=0-3"}; }), HasSubstr("set by weftd itself"));
   EXPECT_THAT(error_of([](SlurmOptions& o) { o.mapped_paths = {"/a"}; }), HasSubstr("HERE=THERE"));
