@@ -10,7 +10,7 @@ import unittest
 
 import numpy as np
 from export_readers import Glb, Usda, meshes_of, read_mdd, read_obj, read_pc2, read_ply, xyz
-from studio import BIN, LONG_S, StudioTest, read, weft, write
+from studio import BIN, LONG_S, StudioTest, read, tiny_studio, weft, write
 
 Y_UP = np.diag([1.0, -1.0, -1.0])
 Z_UP = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
@@ -24,10 +24,7 @@ class Export(StudioTest):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        cls.result = os.path.join(cls.shared.name, "result")
-        take = cls.original
-        weft("register", take, "--rig", f"{take}/rig.json", "--board", f"{take}/board.json", "--template", f"{take}/template",
-             "--out", cls.result, check=0)
+        cls.result = os.path.join(tiny_studio(), "result")
         cls.names = sorted(name for name in os.listdir(cls.result) if name.isdigit())
         cls.meshes = meshes_of(cls.result, cls.names)
         cls.world_mm = np.array([xyz(mesh["vertex"]) for mesh in cls.meshes])

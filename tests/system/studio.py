@@ -106,6 +106,26 @@ def processes_of(folder, program):
     return found
 
 
+def make_tiny_studio(folder):
+    """A take of three frames and its registration, `take` and `result`."""
+    take = os.path.join(folder, "take")
+    weft("simulate", "--preset", "tiny", "--out", take, check=0)
+    weft("register", take, "--rig", f"{take}/rig.json", "--board", f"{take}/board.json", "--template", f"{take}/template",
+         "--out", os.path.join(folder, "result"), check=0)
+
+
+@functools.cache
+def tiny_studio():
+    """Folder of a take and its registration, with a space in its path; nobody changes them. One for a whole run of ctest."""
+    of_the_run = os.environ.get("WEFT_TINY_STUDIO")
+    if of_the_run:
+        return of_the_run
+    folder = tempfile.mkdtemp(prefix="weft studio ")
+    atexit.register(shutil.rmtree, folder)
+    make_tiny_studio(folder)
+    return folder
+
+
 class StudioTest(unittest.TestCase):
     """Every test gets a copy of one take of three frames, with a space in its path."""
 
@@ -113,8 +133,7 @@ class StudioTest(unittest.TestCase):
     def setUpClass(cls):
         cls.shared = tempfile.TemporaryDirectory(prefix="weft studio ")
         cls.addClassCleanup(cls.shared.cleanup)
-        cls.original = os.path.join(cls.shared.name, "take")
-        weft("simulate", "--preset", "tiny", "--out", cls.original, check=0)
+        cls.original = os.path.join(tiny_studio(), "take")
 
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="weft test ")
