@@ -32,9 +32,10 @@ endfunction()
 # The executables of the tests with the labels unit and fuzz.
 add_custom_target(fast_tests)
 
-# weft_test(NAME SOURCES a.cpp ... LINK deps ... [LABEL unit|system|fuzz])
+# weft_test(NAME SOURCES a.cpp ... LINK deps ... [LABEL unit|system|fuzz] [WHOLE Suite ...])
+# A case is a test of ctest in a process of its own. Those of a suite under WHOLE are one, for what they begin with takes long.
 function(weft_test name)
-  cmake_parse_arguments(arg "" "LABEL;TIMEOUT" "SOURCES;LINK" ${ARGN})
+  cmake_parse_arguments(arg "" "LABEL;TIMEOUT" "SOURCES;LINK;WHOLE" ${ARGN})
   if(NOT arg_LABEL)
     set(arg_LABEL unit)
   endif()
@@ -46,10 +47,19 @@ function(weft_test name)
   endif()
   add_executable(${name} ${arg_SOURCES})
   target_link_libraries(${name} PRIVATE weft_flags ${arg_LINK} GTest::gtest GTest::gmock GTest::gtest_main)
+  # Little of a test's time is spent in its own code, and most of its compiler's time in optimising its expectations.
+  target_compile_options(${name} PRIVATE -O1)
   if(NOT arg_LABEL STREQUAL "system")
     add_dependencies(fast_tests ${name})
   endif()
+  set(others "*")
+  foreach(suite ${arg_WHOLE})
+    string(REGEX REPLACE "^([*]-?)" "*-${suite}.*:" others "${others}")
+    add_test(NAME ${suite} COMMAND ${name} --gtest_filter=${suite}.*)
+    set_tests_properties(${suite} PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT} FAIL_REGULAR_EXPRESSION "Running 0 tests")
+  endforeach()
   gtest_discover_tests(${name}
+    TEST_FILTER "${others}"
     PROPERTIES LABELS ${arg_LABEL} TIMEOUT ${arg_TIMEOUT}
     DISCOVERY_TIMEOUT 60)
 endfunction()

@@ -19,16 +19,16 @@ using testing::kCellMm;
 using testing::Mapped;
 using testing::Measure;
 
-constexpr int kRows = 40, kCols = 20, kEach = kRows * kCols;
-constexpr int kBeltRows = 10, kBelt = kBeltRows * kCols;
+constexpr int kLayerRows = 40, kLayerCols = 20, kEach = kLayerRows * kLayerCols;
+constexpr int kBeltRows = 10, kBelt = kBeltRows * kLayerCols;
 constexpr int kFirstBeltRow = 15;  // in rows of the dress
 constexpr double kBeltMm = 4, kDressMm = 6;
 
 // A dress (vertices 0 to kEach) in the plane z = 0, and a belt across its middle.
 Template Outfit() {
-  TriangleMesh both = FlatSheet(kRows, kCols);
+  TriangleMesh both = FlatSheet(kLayerRows, kLayerCols);
   const int faces = static_cast<int>(both.faces.size());
-  const TriangleMesh belt = FlatSheet(kBeltRows, kCols);
+  const TriangleMesh belt = FlatSheet(kBeltRows, kLayerCols);
   for (const Eigen::Vector3d& p : belt.vertices_mm)
     both.vertices_mm.push_back(p + Eigen::Vector3d(0, kFirstBeltRow * kCellMm, kBeltMm));
   for (const Face& face : belt.faces)
@@ -41,7 +41,8 @@ Template Outfit() {
 
 // The dress below the belt, and two rows on each side.
 bool IsHidden(int v) {
-  return v < kEach && std::abs(v / kCols - (kFirstBeltRow + 0.5 * (kBeltRows - 1))) < 0.5 * kBeltRows + 2;
+  return v < kEach &&
+         std::abs(v / kLayerCols - (kFirstBeltRow + 0.5 * (kBeltRows - 1))) < 0.5 * kBeltRows + 2;
 }
 
 std::vector<bool> HiddenDress() {

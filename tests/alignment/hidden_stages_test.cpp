@@ -16,13 +16,13 @@ using testing::Mapped;
 using testing::Measure;
 using testing::SheetTemplate;
 
-constexpr int kRows = 40, kCols = 50;
+constexpr int kBumpRows = 40, kBumpCols = 50;
 
-bool Hidden(int v) { return std::hypot(v / kCols - kRows / 2, v % kCols - kCols / 2) <= 9; }
+bool Hidden(int v) { return std::hypot(v / kBumpCols - kBumpRows / 2, v % kBumpCols - kBumpCols / 2) <= 9; }
 
 // A dent of 6 mm where nobody looks; how deep it is only a scan can tell.
 Eigen::Vector3d Dented(const Eigen::Vector3d& p) {
-  const double x = p.x() - kCols / 2 * kCellMm, y = p.y() - kRows / 2 * kCellMm;
+  const double x = p.x() - kBumpCols / 2 * kCellMm, y = p.y() - kBumpRows / 2 * kCellMm;
   return p - Eigen::Vector3d(0, 0, 6 * std::exp(-(x * x + y * y) / (2 * 64)));
 }
 
@@ -30,8 +30,8 @@ Scan ScanOf(double noise_mm) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise(0, noise_mm);
   Scan scan;
-  for (double x = 0; x < (kCols - 1) * kCellMm; x += 1.1) {
-    for (double y = 0; y < (kRows - 1) * kCellMm; y += 1.1) {
+  for (double x = 0; x < (kBumpCols - 1) * kCellMm; x += 1.1) {
+    for (double y = 0; y < (kBumpRows - 1) * kCellMm; y += 1.1) {
       scan.points_mm.push_back(Dented({x, y, 0}) + Eigen::Vector3d(0, 0, noise(random)));
     }
   }
@@ -45,7 +45,7 @@ double HiddenError(const std::vector<Eigen::Vector3d>& a, const std::vector<Eige
 
 class HiddenStages : public ::testing::Test {
  protected:
-  const Template garment_ = SheetTemplate(FlatSheet(kRows, kCols));
+  const Template garment_ = SheetTemplate(FlatSheet(kBumpRows, kBumpCols));
   const AlignmentModel model_{garment_};
   const std::vector<Eigen::Vector3d> truth_ = Mapped(garment_.rest.vertices_mm, Dented);
   const std::vector<VertexTarget> targets_ = Measure(truth_, 0.05, 1, [](int v) { return !Hidden(v); });
@@ -83,7 +83,7 @@ TEST_F(HiddenStages, PushMovesHiddenVerticesAgainstTheirNormals) {
   options.push = {.weight = 0.05, .depth_mm = 2};
   const auto pushed = Align(model_, targets_, options);
   ASSERT_TRUE(still.ok() && pushed.ok());
-  const int middle = kRows / 2 * kCols + kCols / 2;
+  const int middle = kBumpRows / 2 * kBumpCols + kBumpCols / 2;
   EXPECT_LT(pushed->mesh.vertices_mm[middle].z(), still->mesh.vertices_mm[middle].z() - 0.5);
   EXPECT_LT((pushed->mesh.vertices_mm[0] - still->mesh.vertices_mm[0]).norm(), 1e-4);
 }

@@ -14,7 +14,7 @@ using testing::MeanError;
 using testing::Measure;
 using testing::SheetTemplate;
 
-constexpr int kRows = 24, kCols = 48;
+constexpr int kSheetRows = 24, kSheetCols = 48;
 constexpr double kNoiseMm = 0.06;
 constexpr int kPleatCells = 6;
 
@@ -26,7 +26,7 @@ Eigen::Vector3d Pleated(const Eigen::Vector3d& p) {
   return {std::sqrt(0.5) * p.x(), p.y(), std::sqrt(0.5) * width_mm * height};
 }
 
-bool IsCrease(int v) { return v % kCols % kPleatCells == 0 && v % kCols > 0; }
+bool IsCrease(int v) { return v % kSheetCols % kPleatCells == 0 && v % kSheetCols > 0; }
 
 std::vector<VertexTarget> MeasureWithSigma(const std::vector<Eigen::Vector3d>& truth) {
   std::vector<VertexTarget> targets = Measure(truth, kNoiseMm, 7);
@@ -41,7 +41,7 @@ std::vector<Eigen::Vector3d> PointsOf(const std::vector<VertexTarget>& targets) 
 }
 
 TEST(ReturnToPoints, TheMeshIsNearlyAsGoodAsItsCloudInCreases) {
-  const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
+  const Template garment = SheetTemplate(FlatSheet(kSheetRows, kSheetCols));
   const auto truth = Mapped(garment.rest.vertices_mm, Pleated);
   const auto targets = MeasureWithSigma(truth);
   AlignOptions options;
@@ -54,7 +54,7 @@ TEST(ReturnToPoints, TheMeshIsNearlyAsGoodAsItsCloudInCreases) {
 }
 
 TEST(ReturnToPoints, FlatClothStaysSmootherThanItsCloud) {
-  const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
+  const Template garment = SheetTemplate(FlatSheet(kSheetRows, kSheetCols));
   const std::vector<Eigen::Vector3d>& truth = garment.rest.vertices_mm;
   const auto targets = MeasureWithSigma(truth);
   AlignOptions options;
@@ -72,7 +72,7 @@ TEST(ReturnToPoints, FlatClothStaysSmootherThanItsCloud) {
 
 // E_Dist takes most of such noise away; none of it may come back.
 TEST(ReturnToPoints, NoiseOfHalfAMillimetreStaysSmoothedAway) {
-  const Template garment = SheetTemplate(FlatSheet(kRows, kCols));
+  const Template garment = SheetTemplate(FlatSheet(kSheetRows, kSheetCols));
   const std::vector<Eigen::Vector3d>& truth = garment.rest.vertices_mm;
   std::vector<VertexTarget> targets = Measure(truth, 0.5, 8);
   for (VertexTarget& t : targets) t.sigma_mm = 0.5;

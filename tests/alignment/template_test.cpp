@@ -12,7 +12,7 @@ using ::testing::AllOf;
 using testing::FlatSheet;
 using ::testing::HasSubstr;
 
-constexpr int kRows = 6, kCols = 8;
+constexpr int kTemplateRows = 6, kTemplateCols = 8;
 
 Board SomeBoard() {
   Board board;
@@ -27,8 +27,8 @@ Board SomeBoard() {
 // The sheet's vertices on the cells from (2, 1) on; the last vertex has none.
 std::vector<VertexNode> SomeCells() {
   std::vector<VertexNode> cells;
-  for (int r = 0; r < kRows; ++r) {
-    for (int c = 0; c < kCols; ++c) cells.push_back({r + 2, c + 1});
+  for (int r = 0; r < kTemplateRows; ++r) {
+    for (int c = 0; c < kTemplateCols; ++c) cells.push_back({r + 2, c + 1});
   }
   cells.back() = {};
   return cells;
@@ -41,7 +41,8 @@ std::string ErrorOf(const TriangleMesh& mesh, const std::vector<VertexNode>& cel
 }
 
 TEST(ImportTemplate, JoinsMeshMapAndBoard) {
-  const auto garment = ImportTemplate("shirt", FlatSheet(kRows, kCols), SomeCells(), SomeBoard());
+  const auto garment =
+      ImportTemplate("shirt", FlatSheet(kTemplateRows, kTemplateCols), SomeCells(), SomeBoard());
   ASSERT_TRUE(garment.ok()) << garment.status();
   EXPECT_EQ(garment->id, "shirt");
   EXPECT_EQ(garment->board_hash, SomeBoard().ContentHash());
@@ -53,52 +54,54 @@ TEST(ImportTemplate, JoinsMeshMapAndBoard) {
 TEST(ImportTemplate, RefusesMapsThatDoNotFitTheMeshAndSaysWhatToDo) {
   std::vector<VertexNode> cells = SomeCells();
   cells.pop_back();
-  EXPECT_THAT(ErrorOf(FlatSheet(kRows, kCols), cells),
+  EXPECT_THAT(ErrorOf(FlatSheet(kTemplateRows, kTemplateCols), cells),
               AllOf(HasSubstr("the map has 47 entries and the mesh 48 vertices"), HasSubstr("-1 -1")));
 }
 
 TEST(ImportTemplate, RefusesCellsOffTheBoard) {
   std::vector<VertexNode> cells = SomeCells();
   cells[7] = {3, 10};
-  EXPECT_THAT(ErrorOf(FlatSheet(kRows, kCols), cells),
+  EXPECT_THAT(ErrorOf(FlatSheet(kTemplateRows, kTemplateCols), cells),
               HasSubstr("vertex 7: cell (3, 10) is not on the board of 12 rows and 10 columns"));
 }
 
 TEST(ImportTemplate, RefusesCellsClaimedTwice) {
   std::vector<VertexNode> cells = SomeCells();
   cells[7] = cells[4];
-  EXPECT_THAT(ErrorOf(FlatSheet(kRows, kCols), cells),
+  EXPECT_THAT(ErrorOf(FlatSheet(kTemplateRows, kTemplateCols), cells),
               HasSubstr("vertex 7: cell (2, 5) belongs to vertex 4"));
 }
 
 TEST(ImportTemplate, RefusesMapsWithoutAnyCell) {
-  EXPECT_THAT(ErrorOf(FlatSheet(kRows, kCols), std::vector<VertexNode>(kRows * kCols)),
+  EXPECT_THAT(ErrorOf(FlatSheet(kTemplateRows, kTemplateCols),
+                      std::vector<VertexNode>(kTemplateRows * kTemplateCols)),
               HasSubstr("gives no vertex a cell"));
 }
 
 TEST(ImportTemplate, NamesTheVertexOrFaceThatIsBroken) {
-  TriangleMesh mesh = FlatSheet(kRows, kCols);
+  TriangleMesh mesh = FlatSheet(kTemplateRows, kTemplateCols);
   mesh.vertices_mm[11].y() = NAN;
   EXPECT_THAT(ErrorOf(mesh, SomeCells()), HasSubstr("vertex 11: position is not finite"));
-  mesh = FlatSheet(kRows, kCols);
+  mesh = FlatSheet(kTemplateRows, kTemplateCols);
   mesh.faces[5][1] = 48;
   EXPECT_THAT(ErrorOf(mesh, SomeCells()), HasSubstr("face 5: vertex 48"));
-  mesh = FlatSheet(kRows, kCols);
+  mesh = FlatSheet(kTemplateRows, kTemplateCols);
   mesh.faces[6][2] = mesh.faces[6][0];
   EXPECT_THAT(ErrorOf(mesh, SomeCells()), HasSubstr("face 6: a vertex occurs twice"));
-  mesh = FlatSheet(kRows, kCols);
+  mesh = FlatSheet(kTemplateRows, kTemplateCols);
   mesh.faces.push_back({0, 9, 47});  // the first square's diagonal has two faces
   EXPECT_THAT(ErrorOf(mesh, SomeCells()), HasSubstr("edge between vertices 0 and 9 has two faces already"));
 }
 
 TEST(ImportTemplate, RefusesMeshesWithoutFaces) {
-  TriangleMesh mesh = FlatSheet(kRows, kCols);
+  TriangleMesh mesh = FlatSheet(kTemplateRows, kTemplateCols);
   mesh.faces.clear();
   EXPECT_THAT(ErrorOf(mesh, SomeCells()), HasSubstr("the mesh has no faces"));
 }
 
 TEST(Template, HashTellsMeshMapAndBoardApart) {
-  const Template garment = *ImportTemplate("shirt", FlatSheet(kRows, kCols), SomeCells(), SomeBoard());
+  const Template garment =
+      *ImportTemplate("shirt", FlatSheet(kTemplateRows, kTemplateCols), SomeCells(), SomeBoard());
   const std::string hash = garment.ContentHash();
   EXPECT_EQ(hash.size(), 16u);
   const auto after = [&](auto change) {
@@ -138,18 +141,19 @@ TEST(ParseVertexMap, NamesFileLineAndRemedy) {
 TEST(ImportTemplate, TakesCornersUpToTheBoardsEdgeOnce) {
   std::vector<VertexNode> nodes = SomeCells();
   nodes.back() = {12, 10, NodeKind::kCorner};  // the board's last
-  const auto garment = ImportTemplate("shirt", FlatSheet(kRows, kCols), nodes, SomeBoard());
+  const auto garment = ImportTemplate("shirt", FlatSheet(kTemplateRows, kTemplateCols), nodes, SomeBoard());
   ASSERT_TRUE(garment.ok()) << garment.status();
   EXPECT_TRUE(garment->node_of_vertex.back().IsCorner());
   EXPECT_EQ(garment->node_of_vertex.back().PlaceInCells(), Eigen::Vector2d(10, 12));
   nodes.back() = {13, 10, NodeKind::kCorner};
-  EXPECT_THAT(ErrorOf(FlatSheet(kRows, kCols), nodes), HasSubstr("corner (13, 10) is not on the board"));
+  EXPECT_THAT(ErrorOf(FlatSheet(kTemplateRows, kTemplateCols), nodes),
+              HasSubstr("corner (13, 10) is not on the board"));
   nodes.back() = nodes[3] = {4, 4, NodeKind::kCorner};
-  EXPECT_THAT(ErrorOf(FlatSheet(kRows, kCols), nodes),
+  EXPECT_THAT(ErrorOf(FlatSheet(kTemplateRows, kTemplateCols), nodes),
               HasSubstr("corner (4, 4) belongs to vertex 3 already"));
   std::fill(nodes.begin(), nodes.end(), VertexNode{});
   nodes[0] = {4, 4, NodeKind::kCorner};
-  EXPECT_THAT(ErrorOf(FlatSheet(kRows, kCols), nodes), HasSubstr("gives no vertex a cell"));
+  EXPECT_THAT(ErrorOf(FlatSheet(kTemplateRows, kTemplateCols), nodes), HasSubstr("gives no vertex a cell"));
 }
 
 TEST(JoinCorners, AVertexIsACellOrACorner) {
@@ -167,7 +171,8 @@ TEST(JoinCorners, AVertexIsACellOrACorner) {
 TEST(TargetsFromCloud, GivesCornersToTheirVertices) {
   std::vector<VertexNode> nodes = SomeCells();
   nodes.back() = {2, 1, NodeKind::kCorner};
-  const Template garment = *ImportTemplate("shirt", FlatSheet(kRows, kCols), nodes, SomeBoard());
+  const Template garment =
+      *ImportTemplate("shirt", FlatSheet(kTemplateRows, kTemplateCols), nodes, SomeBoard());
   Cloud cloud;
   cloud.points = {{{7, 7, 7}, {2, 1, NodeKind::kCorner}, 3, 0.3},
                   {{4, 5, 6}, {2, 1, NodeKind::kCenter}, 3, 0.3},   // vertex 0
@@ -181,7 +186,8 @@ TEST(TargetsFromCloud, GivesCornersToTheirVertices) {
 }
 
 TEST(TargetsFromCloud, GivesEachPointToTheVertexOfItsCell) {
-  const Template garment = *ImportTemplate("shirt", FlatSheet(kRows, kCols), SomeCells(), SomeBoard());
+  const Template garment =
+      *ImportTemplate("shirt", FlatSheet(kTemplateRows, kTemplateCols), SomeCells(), SomeBoard());
   Cloud cloud;
   cloud.points = {{{1, 2, 3}, {3, 2, NodeKind::kCenter}, 5, 0.2},    // vertex 9
                   {{0, 0, 0}, {0, 0, NodeKind::kCenter}, 4, 0.2},    // on the board, not in the garment

@@ -19,9 +19,9 @@ using testing::Mapped;
 using testing::Rolled;
 using testing::SheetTemplate;
 
-constexpr int kRows = 30, kCols = 36;
+constexpr int kWaveRows = 30, kWaveCols = 36;
 
-bool Hidden(int v) { return std::hypot(v / kCols - kRows / 2, v % kCols - kCols / 2) <= 7; }
+bool IsUnseen(int v) { return std::hypot(v / kWaveCols - kWaveRows / 2, v % kWaveCols - kWaveCols / 2) <= 7; }
 
 // The sheet at a time: it moves evenly and bends a little more each frame.
 std::vector<Eigen::Vector3d> SheetAt(const TriangleMesh& rest, double frame) {
@@ -31,28 +31,29 @@ std::vector<Eigen::Vector3d> SheetAt(const TriangleMesh& rest, double frame) {
 }
 
 // Registered on its own: hidden vertices are off by a wave that differs from frame to frame.
-RegisteredMesh Registered(const TriangleMesh& rest, int frame, double wave_mm) {
+RegisteredMesh RegisteredWave(const TriangleMesh& rest, int frame, double wave_mm) {
   RegisteredMesh mesh;
   mesh.vertices_mm = SheetAt(rest, frame);
-  for (int v = 0; v < kRows * kCols; ++v) {
-    mesh.state.push_back(Hidden(v) ? VertexState::kInferred : VertexState::kObserved);
-    mesh.views.push_back(Hidden(v) ? 0 : 5);
-    mesh.sigma_mm.push_back(Hidden(v) ? 1.5f : 0.05f);
-    if (Hidden(v)) mesh.vertices_mm[v].z() += wave_mm * std::sin(0.4 * v + 2.1 * frame);
+  for (int v = 0; v < kWaveRows * kWaveCols; ++v) {
+    mesh.state.push_back(IsUnseen(v) ? VertexState::kInferred : VertexState::kObserved);
+    mesh.views.push_back(IsUnseen(v) ? 0 : 5);
+    mesh.sigma_mm.push_back(IsUnseen(v) ? 1.5f : 0.05f);
+    if (IsUnseen(v)) mesh.vertices_mm[v].z() += wave_mm * std::sin(0.4 * v + 2.1 * frame);
   }
   return mesh;
 }
 
-double HiddenError(const RegisteredMesh& mesh, const std::vector<Eigen::Vector3d>& truth) {
-  return testing::MeanError(mesh.vertices_mm, truth, Hidden);
+double UnseenError(const RegisteredMesh& mesh, const std::vector<Eigen::Vector3d>& truth) {
+  return testing::MeanError(mesh.vertices_mm, truth, IsUnseen);
 }
 
 class Temporal : public ::testing::Test {
  protected:
-  const Template garment_ = SheetTemplate(FlatSheet(kRows, kCols));
+  const Template garment_ = SheetTemplate(FlatSheet(kWaveRows, kWaveCols));
   const AlignmentModel model_{garment_};
-  const RegisteredMesh previous_ = Registered(garment_.rest, 0, 1.2),
-                       own_ = Registered(garment_.rest, 1, 1.2), next_ = Registered(garment_.rest, 2, 1.2);
+  const RegisteredMesh previous_ = RegisteredWave(garment_.rest, 0, 1.2),
+                       own_ = RegisteredWave(garment_.rest, 1, 1.2),
+                       next_ = RegisteredWave(garment_.rest, 2, 1.2);
 };
 
 TEST_F(Temporal, SmoothsHiddenVerticesAndKeepsObservedOnesWithinTheirSigma) {
@@ -62,10 +63,10 @@ TEST_F(Temporal, SmoothsHiddenVerticesAndKeepsObservedOnesWithinTheirSigma) {
     const auto refined = RefineInTime(model_, previous_, own_, next_, options);
     ASSERT_TRUE(refined.ok()) << refined.status();
     const auto truth = SheetAt(garment_.rest, 1);
-    EXPECT_LT(HiddenError(refined->mesh, truth), 0.6 * HiddenError(own_, truth));
-    for (int v = 0; v < kRows * kCols; ++v) {
+    EXPECT_LT(UnseenError(refined->mesh, truth), 0.6 * UnseenError(own_, truth));
+    for (int v = 0; v < kWaveRows * kWaveCols; ++v) {
       EXPECT_EQ(refined->mesh.state[v], own_.state[v]);
-      if (!Hidden(v)) {
+      if (!IsUnseen(v)) {
         EXPECT_LE((refined->mesh.vertices_mm[v] - own_.vertices_mm[v]).norm(), own_.sigma_mm[v]);
         EXPECT_EQ(refined->mesh.sigma_mm[v], own_.sigma_mm[v]);
       }
@@ -78,8 +79,8 @@ TEST_F(Temporal, LeavesObservedVerticesAloneWhereAskedTo) {
   options.max_observed_sigmas = 0;
   const auto refined = RefineInTime(model_, previous_, own_, next_, options);
   ASSERT_TRUE(refined.ok());
-  for (int v = 0; v < kRows * kCols; ++v) {
-    if (Hidden(v)) continue;
+  for (int v = 0; v < kWaveRows * kWaveCols; ++v) {
+    if (IsUnseen(v)) continue;
     EXPECT_EQ(refined->mesh.vertices_mm[v], own_.vertices_mm[v]);
   }
 }
@@ -91,7 +92,7 @@ TEST_F(Temporal, SharesTheNoiseOfObservedVerticesOverThreeFrames) {
   std::normal_distribution<double> noise(0, kNoiseMm);
   std::vector<RegisteredMesh> measured, refined;
   for (int frame = 0; frame < 5; ++frame) {
-    measured.push_back(Registered(garment_.rest, frame, 0.5));
+    measured.push_back(RegisteredWave(garment_.rest, frame, 0.5));
     for (Eigen::Vector3d& p : measured.back().vertices_mm) {
       p += Eigen::Vector3d(noise(random), noise(random) + 0.4 * frame * frame, noise(random));
     }
@@ -101,7 +102,7 @@ TEST_F(Temporal, SharesTheNoiseOfObservedVerticesOverThreeFrames) {
     ASSERT_TRUE(result.ok()) << result.status();
     refined.push_back(std::move(result->mesh));
   }
-  const auto observed = [](int v) { return !Hidden(v); };
+  const auto observed = [](int v) { return !IsUnseen(v); };
   const auto truth = [&](int frame) {
     std::vector<Eigen::Vector3d> at = SheetAt(garment_.rest, frame);
     for (Eigen::Vector3d& p : at) p.y() += 0.4 * frame * frame;
@@ -114,8 +115,8 @@ TEST_F(Temporal, SharesTheNoiseOfObservedVerticesOverThreeFrames) {
     double sum = 0;
     int count = 0;
     const auto from = truth(2), to = truth(3);
-    for (int v = 0; v < kRows * kCols; ++v) {
-      if (Hidden(v)) continue;
+    for (int v = 0; v < kWaveRows * kWaveCols; ++v) {
+      if (IsUnseen(v)) continue;
       sum += (second.vertices_mm[v] - to[v] - first.vertices_mm[v] + from[v]).norm();
       ++count;
     }
@@ -129,24 +130,25 @@ TEST_F(Temporal, TrustsNeighboursThatSawWhatTheFrameDidNot) {
   before.vertices_mm = SheetAt(garment_.rest, 0);
   after.vertices_mm = SheetAt(garment_.rest, 2);
   for (RegisteredMesh* mesh : {&before, &after}) {
-    mesh->state.assign(kRows * kCols, VertexState::kObserved);
-    mesh->sigma_mm.assign(kRows * kCols, 0.05f);
+    mesh->state.assign(kWaveRows * kWaveCols, VertexState::kObserved);
+    mesh->sigma_mm.assign(kWaveRows * kWaveCols, 0.05f);
   }
   const auto refined = RefineInTime(model_, before, own_, after, {});
   ASSERT_TRUE(refined.ok());
-  EXPECT_LT(HiddenError(refined->mesh, SheetAt(garment_.rest, 1)), 0.2);
-  const int middle = kRows / 2 * kCols + kCols / 2;
+  EXPECT_LT(UnseenError(refined->mesh, SheetAt(garment_.rest, 1)), 0.2);
+  const int middle = kWaveRows / 2 * kWaveCols + kWaveCols / 2;
   EXPECT_EQ(refined->mesh.state[middle], VertexState::kInferred);
   EXPECT_LT(refined->mesh.sigma_mm[middle], own_.sigma_mm[middle]);
 }
 
 TEST_F(Temporal, BridgesAFailedFrameAndSaysSo) {
-  const RegisteredMesh before = Registered(garment_.rest, 0, 0), after = Registered(garment_.rest, 3, 0);
+  const RegisteredMesh before = RegisteredWave(garment_.rest, 0, 0),
+                       after = RegisteredWave(garment_.rest, 3, 0);
   const auto bridge = BridgeInTime(model_, before, after, {1, 2}, {});
   ASSERT_TRUE(bridge.ok()) << bridge.status();
   const auto truth = SheetAt(garment_.rest, 1);
   EXPECT_LT(testing::MaxDistance(bridge->mesh.vertices_mm, truth), 1);
-  for (int v = 0; v < kRows * kCols; ++v) {
+  for (int v = 0; v < kWaveRows * kWaveCols; ++v) {
     EXPECT_EQ(bridge->mesh.state[v], VertexState::kBridged);
     EXPECT_EQ(bridge->mesh.views[v], 0);
     EXPECT_GT(bridge->mesh.sigma_mm[v], before.sigma_mm[v]);

@@ -7,17 +7,13 @@
 #include <memory>
 #include <thread>
 
+#include "tests/pattern/board/test_boards.h"
 #include "tests/pattern/rendered_board.h"
 
 namespace weft {
 namespace {
 
 using ::testing::HasSubstr;
-
-const BoardIndex& TestBoard() {
-  static const BoardIndex index = *BoardIndex::Build(*GenerateBoard(60, 70, 3.0, 5));
-  return index;
-}
 
 DecodeResult Decode(const Frame& frame, const BoardIndex& board = TestBoard(),
                     const DecodeOptions& options = {}) {
@@ -69,14 +65,14 @@ Score Assess(const Photograph& photo, const Board& board, const DecodeResult& re
   return score;
 }
 
-struct Case {
+struct DecodeCase {
   const char* name;
   Photograph photo;
 };
 
-void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const DecodeCase& c, std::ostream* out) { *out << c.name; }
 
-class DecodesPhotographs : public testing::TestWithParam<Case> {};
+class DecodesPhotographs : public testing::TestWithParam<DecodeCase> {};
 
 TEST_P(DecodesPhotographs, FindsNearlyAllCellsWithSubpixelCenters) {
   const Photograph& photo = GetParam().photo;
@@ -97,12 +93,13 @@ TEST_P(DecodesPhotographs, FindsNearlyAllCellsWithSubpixelCenters) {
 INSTANTIATE_TEST_SUITE_P(
     Decoder, DecodesPhotographs,
     testing::Values(
-        Case{"Tilted", {}}, Case{"Upside", {.angle_deg = 185}}, Case{"Sideways", {.angle_deg = 93}},
-        Case{"Tiny", {.width_px = 260, .height_px = 240, .pitch_px = 4.2, .blur_px = 0.7, .noise = 2}},
-        Case{"Large", {.width_px = 640, .height_px = 500, .pitch_px = 17, .blur_px = 1.6}},
-        Case{"Foreshortened", {.pitch_px = 7, .squeeze = 0.6}},
-        Case{"Pleated", {.pitch_px = 8, .bend_cells = 0.2, .pleat = 0.55}},
-        Case{"SoftAndFaded", {.pitch_px = 8, .blur_px = 1.7, .noise = 2, .fade = 0.5, .black = 0.25}}),
+        DecodeCase{"Tilted", {}}, DecodeCase{"Upside", {.angle_deg = 185}},
+        DecodeCase{"Sideways", {.angle_deg = 93}},
+        DecodeCase{"Tiny", {.width_px = 260, .height_px = 240, .pitch_px = 4.2, .blur_px = 0.7, .noise = 2}},
+        DecodeCase{"Large", {.width_px = 640, .height_px = 500, .pitch_px = 17, .blur_px = 1.6}},
+        DecodeCase{"Foreshortened", {.pitch_px = 7, .squeeze = 0.6}},
+        DecodeCase{"Pleated", {.pitch_px = 8, .bend_cells = 0.2, .pleat = 0.55}},
+        DecodeCase{"SoftAndFaded", {.pitch_px = 8, .blur_px = 1.7, .noise = 2, .fade = 0.5, .black = 0.25}}),
     [](const auto& test) { return test.param.name; });
 
 TEST(Decoder, DecodesASingleWindow) {

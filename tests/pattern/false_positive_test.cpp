@@ -9,30 +9,26 @@
 #include <vector>
 
 #include "pattern/decoder.h"
+#include "tests/pattern/board/test_boards.h"
 #include "tests/pattern/rendered_board.h"
 
 namespace weft {
 namespace {
 
-constexpr int kSidePx = 320;
-
-const BoardIndex& TestBoard() {
-  static const BoardIndex index = *BoardIndex::Build(*GenerateBoard(60, 70, 3.0, 5));
-  return index;
-}
+constexpr int kSceneSidePx = 320;
 
 using Color = std::array<double, 3>;  // 0 to 1
 
 // The colour of each pixel, averaged over 2x2 places in it, with a little noise.
-Frame Draw(const std::function<Color(double, double)>& color_at) {
+Frame DrawFrame(const std::function<Color(double, double)>& color_at) {
   std::mt19937 random(11);
   std::normal_distribution<double> noise(0, 2);
-  auto bytes = std::make_shared<std::vector<uint8_t>>(3 * kSidePx * kSidePx);
-  for (int k = 0; k < kSidePx * kSidePx; ++k) {
+  auto bytes = std::make_shared<std::vector<uint8_t>>(3 * kSceneSidePx * kSceneSidePx);
+  for (int k = 0; k < kSceneSidePx * kSceneSidePx; ++k) {
     Color sum = {};
     for (const double dx : {-0.25, 0.25}) {
       for (const double dy : {-0.25, 0.25}) {
-        const Color color = color_at(k % kSidePx + dx, k / kSidePx + dy);
+        const Color color = color_at(k % kSceneSidePx + dx, k / kSceneSidePx + dy);
         for (int c = 0; c < 3; ++c) sum[c] += color[c] / 4;
       }
     }
@@ -42,7 +38,7 @@ Frame Draw(const std::function<Color(double, double)>& color_at) {
     }
   }
   Frame frame;
-  frame.width_px = frame.height_px = kSidePx;
+  frame.width_px = frame.height_px = kSceneSidePx;
   frame.format = PixelFormat::kRgb8;
   frame.pixels = bytes;
   return frame;
@@ -77,16 +73,16 @@ double Value(double x, double y, int salt) {
          fy * ((1 - fx) * Hash(i, j + 1, salt) + fx * Hash(i + 1, j + 1, salt));
 }
 
-struct Case {
+struct EmptyScene {
   const char* name;
   std::function<Color(double, double)> color_at;
 };
-void PrintTo(const Case& c, std::ostream* out) { *out << c.name; }
+void PrintTo(const EmptyScene& c, std::ostream* out) { *out << c.name; }
 
-class ImagesWithoutTheBoard : public testing::TestWithParam<Case> {};
+class ImagesWithoutTheBoard : public testing::TestWithParam<EmptyScene> {};
 
 TEST_P(ImagesWithoutTheBoard, YieldNoNode) {
-  const auto result = DecodeView(Draw(GetParam().color_at), TestBoard(), {});
+  const auto result = DecodeView(DrawFrame(GetParam().color_at), TestBoard(), {});
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_THAT(result->observations, testing::IsEmpty());
   for (const PatchReport& patch : result->patches) EXPECT_EQ(patch.accepted, patch.reason.empty());
@@ -198,25 +194,26 @@ Color PastelCells(double x, double y) {
 INSTANTIATE_TEST_SUITE_P(
     Decoder, ImagesWithoutTheBoard,
     testing::Values(
-        Case{"Grey",
-             [](double, double) {
-               return Color{0.5, 0.5, 0.5};
-             }},
-        Case{"Plaid", Plaid}, Case{"Checks", Checks}, Case{"RegularTiles", Tiles}, Case{"Text", Text},
-        Case{"Screen", Screen}, Case{"Weave", Weave}, Case{"Clouds", Clouds}, Case{"Speckle", Speckle},
-        Case{"Madras", Madras}, Case{"TextOnAScreen", TextOnAScreen}, Case{"StainedGlass", StainedGlass},
-        Case{"PastelCells", PastelCells},
-        Case{"RandomCellsOf5Px", [](double x, double y) { return Cells(x, y, 5, 0.3, RandomInk); }},
-        Case{"RandomCellsOf12Px", [](double x, double y) { return Cells(x, y, 12, 0.8, RandomInk); }}),
+        EmptyScene{"Grey",
+                   [](double, double) {
+                     return Color{0.5, 0.5, 0.5};
+                   }},
+        EmptyScene{"Plaid", Plaid}, EmptyScene{"Checks", Checks}, EmptyScene{"RegularTiles", Tiles},
+        EmptyScene{"Text", Text}, EmptyScene{"Screen", Screen}, EmptyScene{"Weave", Weave},
+        EmptyScene{"Clouds", Clouds}, EmptyScene{"Speckle", Speckle}, EmptyScene{"Madras", Madras},
+        EmptyScene{"TextOnAScreen", TextOnAScreen}, EmptyScene{"StainedGlass", StainedGlass},
+        EmptyScene{"PastelCells", PastelCells},
+        EmptyScene{"RandomCellsOf5Px", [](double x, double y) { return Cells(x, y, 5, 0.3, RandomInk); }},
+        EmptyScene{"RandomCellsOf12Px", [](double x, double y) { return Cells(x, y, 12, 0.8, RandomInk); }}),
     [](const auto& test) { return test.param.name; });
 
-struct Found {
+struct FalseCells {
   int cells = 0, wrong = 0;
 };
 
-Found DecodeAndJudge(const Photograph& photo, const BoardIndex& board) {
+FalseCells DecodeAndJudge(const Photograph& photo, const BoardIndex& board) {
   const auto result = DecodeView(Render(photo, board.board()), TestBoard(), {});
-  Found found;
+  FalseCells found;
   if (!result.ok()) {
     ADD_FAILURE() << result.status();
     return found;
@@ -239,7 +236,7 @@ TEST(HardlyReadableImages, YieldLittleAndThatRight) {
       {.width_px = 240, .height_px = 220, .pitch_px = 6, .fade = 0.9},
   };
   for (const Photograph& photo : cases) {
-    const Found found = DecodeAndJudge(photo, TestBoard());
+    const FalseCells found = DecodeAndJudge(photo, TestBoard());
     EXPECT_LE(found.wrong, 0.005 * found.cells)
         << "pitch " << photo.pitch_px << " blur " << photo.blur_px << ": " << found.cells << " cells";
   }

@@ -10,15 +10,11 @@
 #include <vector>
 
 #include "pattern/decoder.h"
+#include "tests/pattern/board/test_boards.h"
 #include "tests/pattern/rendered_board.h"
 
 namespace weft {
 namespace {
-
-const BoardIndex& TestBoard() {
-  static const BoardIndex index = *BoardIndex::Build(*GenerateBoard(60, 70, 3.0, 5));
-  return index;
-}
 
 Photograph Small(double pitch_px, double angle_deg = 20) {
   return {.width_px = 260, .height_px = 240, .pitch_px = pitch_px, .angle_deg = angle_deg};
@@ -29,19 +25,19 @@ struct Affine {
   double a = 1, b = 0, c = 0, d = 0, e = 1, f = 0;
 };
 
-struct Found {
+struct CellsFound {
   int expected = 0, right = 0, wrong = 0;
   double RecallOf() const { return expected == 0 ? 1 : static_cast<double>(right) / expected; }
 };
 
 // Expected are cells whose surroundings are in the picture.
-Found Assess(const Photograph& photo, const Frame& frame, const Affine& moved = {}) {
+CellsFound FoundOf(const Photograph& photo, const Frame& frame, const Affine& moved = {}) {
   const Board& board = TestBoard().board();
   const auto place = [&](int row, int col) {
     const auto [x, y] = PixelFromBoard(photo, board, col + 0.5, row + 0.5);
     return std::pair{moved.a * x + moved.b * y + moved.c, moved.d * x + moved.e * y + moved.f};
   };
-  Found found;
+  CellsFound found;
   const double margin = 1.5 * photo.pitch_px;
   for (int row = 0; row < board.rows; ++row) {
     for (int col = 0; col < board.cols; ++col) {
@@ -109,7 +105,7 @@ TEST(Robustness, AnyRotationInThePlane) {
   for (int angle_deg = 0; angle_deg < 360; angle_deg += 45) {
     for (const int off_deg : {0, 17}) {
       const Photograph photo = Small(6.5, angle_deg + off_deg);
-      const Found found = Assess(photo, Render(photo, TestBoard().board()));
+      const CellsFound found = FoundOf(photo, Render(photo, TestBoard().board()));
       EXPECT_GE(found.RecallOf(), 0.97) << angle_deg + off_deg << " degrees";
       EXPECT_EQ(found.wrong, 0) << angle_deg + off_deg << " degrees";
     }
@@ -125,7 +121,7 @@ TEST(Robustness, StrongShear) {
     cv::Mat out;
     cv::warpAffine(Pixels(frame), out, matrix, Pixels(frame).size(), cv::INTER_CUBIC, cv::BORDER_CONSTANT,
                    cv::Scalar::all(120));
-    const Found found = Assess(photo, FrameOf(out), moved);
+    const CellsFound found = FoundOf(photo, FrameOf(out), moved);
     EXPECT_EQ(found.wrong, 0) << "shear " << shear;
     EXPECT_GE(found.right, 300) << "shear " << shear;
   }
@@ -141,7 +137,7 @@ TEST(Robustness, LargeCellsInVerySharpPictures) {
       photo.height_px = static_cast<int>(14 * pitch_px);
       photo.bend_cells = 0.3;
       photo.blur_px = blur_px;
-      const Found found = Assess(photo, Render(photo, TestBoard().board()));
+      const CellsFound found = FoundOf(photo, Render(photo, TestBoard().board()));
       EXPECT_GE(found.RecallOf(), 0.95) << pitch_px << " px, blur " << blur_px << " px";
       EXPECT_EQ(found.wrong, 0) << pitch_px << " px, blur " << blur_px << " px";
     }
@@ -152,11 +148,11 @@ TEST(Robustness, MotionBlur) {
   const Photograph photo = Small(8);
   const Frame frame = Render(photo, TestBoard().board());
   for (const double angle_deg : {0.0, 30.0, 65.0, 110.0}) {
-    const Found found = Assess(photo, MotionBlurred(frame, 2.5, angle_deg));
+    const CellsFound found = FoundOf(photo, MotionBlurred(frame, 2.5, angle_deg));
     EXPECT_GE(found.RecallOf(), 0.95) << angle_deg << " degrees";
     EXPECT_EQ(found.wrong, 0) << angle_deg << " degrees";
     // As long as a cell: the pattern is gone along one axis.
-    const Found gone = Assess(photo, MotionBlurred(frame, 8, angle_deg));
+    const CellsFound gone = FoundOf(photo, MotionBlurred(frame, 8, angle_deg));
     EXPECT_LE(gone.wrong, 0.01 * gone.right) << angle_deg << " degrees";
   }
 }
@@ -167,7 +163,7 @@ TEST(Robustness, JpegArtefacts) {
   for (const int quality : {95, 75, 50}) {
     std::vector<uint8_t> file;
     ASSERT_TRUE(cv::imencode(".jpg", Pixels(frame), file, {cv::IMWRITE_JPEG_QUALITY, quality}));
-    const Found found = Assess(photo, FrameOf(cv::imdecode(file, cv::IMREAD_COLOR)));
+    const CellsFound found = FoundOf(photo, FrameOf(cv::imdecode(file, cv::IMREAD_COLOR)));
     EXPECT_GE(found.RecallOf(), quality >= 75 ? 0.97 : 0.9) << "quality " << quality;
     EXPECT_EQ(found.wrong, 0) << "quality " << quality;
   }
@@ -177,7 +173,7 @@ TEST(Robustness, RawMosaics) {
   const Photograph photo = Small(6.5);
   const Frame frame = Render(photo, TestBoard().board());
   for (const int bits : {8, 12}) {
-    const Found found = Assess(photo, Mosaicked(frame, bits, 2));
+    const CellsFound found = FoundOf(photo, Mosaicked(frame, bits, 2));
     EXPECT_GE(found.RecallOf(), 0.95) << bits << " bits";
     EXPECT_EQ(found.wrong, 0) << bits << " bits";
   }

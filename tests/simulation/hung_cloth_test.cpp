@@ -35,7 +35,7 @@ Shown Show(const PerformanceOptions& options) {
 }
 
 // Relative change of the lengths of the edges along rows and columns, ascending.
-std::vector<double> Strains(const Garment& garment, const std::vector<Vector3d>& x) {
+std::vector<double> GarmentStrains(const Garment& garment, const std::vector<Vector3d>& x) {
   std::vector<double> out;
   for (size_t f = 0; f < garment.rest.faces.size(); ++f)
     for (int i = 0; i < 3; ++i) {
@@ -79,7 +79,7 @@ TEST_P(HungCloth, FoldsAndMovesButHardlyStretchesAndDoesNotPassThroughItself) {
   const Shown shown = Show(SmallCloth(GetParam(), 4));
   for (const auto& x : shown.frames_mm) {
     for (const Vector3d& p : x) ASSERT_TRUE(p.allFinite());
-    const std::vector<double> strains = Strains(shown.garment, x);
+    const std::vector<double> strains = GarmentStrains(shown.garment, x);
     EXPECT_LT(strains[strains.size() / 2], 0.03);
     EXPECT_LT(strains.back(), 0.08);
     EXPECT_EQ(EdgesThroughFaces(shown.garment.rest.faces, x), 0);

@@ -7,12 +7,12 @@
 namespace weft {
 namespace {
 
-LinearImage EvenImage(int width_px, int height_px, float light) {
+LinearImage EvenGrey(int width_px, int height_px, float light) {
   return {width_px, height_px, std::vector<float>(3 * static_cast<size_t>(width_px) * height_px, light)};
 }
 
 LinearImage PointImage(int size_px) {
-  LinearImage image = EvenImage(size_px, size_px, 0);
+  LinearImage image = EvenGrey(size_px, size_px, 0);
   image.at(size_px / 2, size_px / 2)[1] = 1;
   return image;
 }
@@ -75,7 +75,7 @@ TEST(Lens, DefocusFollowsTheThinLens) {
 }
 
 TEST(Lens, CornersLoseTheirShareOfTheLight) {
-  LinearImage image = EvenImage(31, 31, 1);
+  LinearImage image = EvenGrey(31, 31, 1);
   Vignette(0.3, &image);
   EXPECT_NEAR(image.at(0, 0)[2], 0.7, 1e-6);
   EXPECT_NEAR(image.at(15, 15)[2], 1, 1e-6);

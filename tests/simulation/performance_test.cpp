@@ -14,7 +14,7 @@
 namespace weft {
 namespace {
 
-PerformanceOptions SmallTube() {
+PerformanceOptions SmallPerformance() {
   PerformanceOptions options;
   options.garment = GarmentKind::kTube;
   options.rows = 12, options.cols = 24, options.cell_mm = 4;
@@ -23,7 +23,7 @@ PerformanceOptions SmallTube() {
 }
 
 TEST(Performance, HandsOutItsFramesInOrderAndThenSaysThatTheyAreTaken) {
-  auto performance = Performance::Start(SmallTube());
+  auto performance = Performance::Start(SmallPerformance());
   ASSERT_TRUE(performance.ok()) << performance.status();
   EXPECT_EQ(performance->garment().board_rows, 12);
   EXPECT_EQ(performance->garment().board_cols, 24);
@@ -38,7 +38,7 @@ TEST(Performance, HandsOutItsFramesInOrderAndThenSaysThatTheyAreTaken) {
 }
 
 TEST(Performance, OptionsOutOfRangeAreNamed) {
-  PerformanceOptions options = SmallTube();
+  PerformanceOptions options = SmallPerformance();
   options.fps = 0;
   const auto performance = Performance::Start(options);
   EXPECT_EQ(performance.status().code(), absl::StatusCode::kInvalidArgument);

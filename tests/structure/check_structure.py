@@ -9,7 +9,8 @@ RULE is one of
   first     a source file includes its own header first, which shows that the header compiles alone
   names     a type has one definition: two of one name would be merged silently by the linker
   length    no source file is longer than 400 lines
-  unnamed   names in unnamed namespaces are unique within a library, which may be compiled as one file
+  unnamed   names in unnamed namespaces are unique within a library, which may be compiled as one file, and within the
+            tests of a folder
   links     links between the Markdown files lead somewhere
 """
 
@@ -186,23 +187,36 @@ def declared_name(head):
     function = re.match(r"[\w:<>,&*\[\] ]*?[\w>&*\]] [&*]?(\w+) ?\(", before)
     if function:
         return {function.group(1)}
-    constant = re.search(r"(\w+)(?:\[\w*\])?$", before) if re.match(r"(?:static )?const(?:expr)? ", before) else None
-    return {constant.group(1)} if constant else set()
+    if not re.match(r"(?:static )?const(?:expr)? ", before):
+        return set()
+    constant = re.search(r"(\w+)(?:\[\w*\])?$", before)
+    # And further ones of the same statement.
+    return ({constant.group(1)} if constant else set()) | set(re.findall(r", \*?(\w+)(?:\[\w*\])? = ", head))
 
 
 def library(path):
+    """The library of a source file, or the folder of a test; empty where each file is compiled alone."""
     parts = path.replace(os.sep, "/").split("/")
-    return "/".join(parts[:2]) if parts[0] == "services" or parts[1] in ("calibration", "gige_emulator") else parts[0]
+    if parts[0] in ("pattern", "simd") or (parts[0] == "tests" and parts[1] in ("benchmark", "fuzz", "system")):
+        return ""
+    at = 1 if parts[0] == "tests" else 0
+    depth = 2 if parts[at] == "services" or parts[at + 1] in ("calibration", "gige_emulator") else 1
+    return "/".join(parts[: at + depth])
+
+
+# Macros of GoogleTest, and the function that it finds by the type of its argument.
+OF_GOOGLETEST = re.compile(r"(TYPED_)?TEST(_[FP]|_SUITE)?$|INSTANTIATE_|MATCHER|PrintTo$")
 
 
 def check_unnamed(root):
     defined = {}
-    for folder, path in stage_files(root, (".cpp",)):
-        if folder in ("pattern", "simd"):
-            continue  # compiled file by file
+    for path in files(root, (".cpp",)):
+        folder = path.split(os.sep)[0]
+        if (folder not in MAY_INCLUDE and folder != "tests") or not library(path):
+            continue
         for name in sorted(unnamed_names(text(root, path))):
             other = defined.setdefault((library(path), name), path)
-            if other != path:
+            if other != path and not OF_GOOGLETEST.match(name):
                 yield f"{path}: {name} is a name in {other}, too; a release compiles both as one file, where overloads mix"
 
 

@@ -109,6 +109,21 @@ class StructureCheck(unittest.TestCase):
         self.assertIn("capture/d.cpp: Size is a name in capture/a.cpp", out)
         self.write("capture/e.cpp", "namespace {\nconst char kA[] = \"};\";\n}\n")
         self.assertIn("kA is a name in", self.run_rule("unnamed")[1])
+        self.write("capture/f.cpp", "namespace {\nconstexpr int kB = 1, kC = 2;\n}\n")
+        self.write("capture/g.cpp", "namespace {\nconstexpr double kC = 2;\n}\n")
+        self.assertIn("kC is a name in", self.run_rule("unnamed")[1])
+
+    def test_rejects_two_unnamed_functions_of_one_name_in_the_tests_of_a_folder(self):
+        first = "namespace weft {\nnamespace {\nTEST(A, B) {}\nint Size(int a) { return a; }\nvoid PrintTo(int, char*) {}\n}\n}\n"
+        for path in ("tests/capture/take/a_test.cpp", "tests/capture/calibration/a_test.cpp", "tests/services/files/a_test.cpp",
+                     "tests/services/job/a_test.cpp", "tests/fuzz/fuzz_a.cpp", "tests/fuzz/fuzz_b.cpp"):
+            self.write(path, first)
+        self.assertEqual(self.run_rule("unnamed"), (0, ""))
+        self.write("tests/capture/image/b_test.cpp", first)
+        status, out = self.run_rule("unnamed")
+        self.assertEqual(status, 1)
+        self.assertEqual(out.splitlines()[0].count("Size is a name in"), 1)
+        self.assertEqual(len(out.splitlines()), 1)
 
     def test_rejects_dead_links(self):
         self.write("README.md", "[here](docs/there.md)\n")

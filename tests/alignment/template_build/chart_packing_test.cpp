@@ -14,7 +14,7 @@ namespace {
 constexpr double kCellMm = 2.5;
 
 // Letters are panels, a character per cell.
-PanelSheet SheetOf(const std::vector<std::string>& board) {
+PanelSheet PanelSheetOf(const std::vector<std::string>& board) {
   BoardPanels panels{static_cast<int>(board.size()), static_cast<int>(board[0].size()), 0, {}};
   for (const std::string& row : board) {
     for (const char c : row) panels.panel_of_cell.push_back(c == '.' ? -1 : c - 'a');
@@ -46,7 +46,7 @@ const std::vector<std::string> kTriangles = {
     "aaaaa............", "aaaa..cccccccccc.", "aaa...cccccccccc.", "aa...............", "aa..............."};
 
 TEST(PackCharts, KeepsEveryDistanceOfThePrintAndItsHandedness) {
-  const PanelSheet sheet = SheetOf(kTriangles);
+  const PanelSheet sheet = PanelSheetOf(kTriangles);
   const GarmentParts parts = Pack(sheet, 2);
   ASSERT_EQ(parts.texture_mm.size(), sheet.cell_of_vertex.size());
   for (const auto& [a, b, c] : sheet.flat.faces) {
@@ -63,7 +63,7 @@ TEST(PackCharts, KeepsEveryDistanceOfThePrintAndItsHandedness) {
 }
 
 TEST(PackCharts, KeepsChartsApartAndInsideTheSquare) {
-  const PanelSheet sheet = SheetOf(kTriangles);
+  const PanelSheet sheet = PanelSheetOf(kTriangles);
   for (const int gap : {0, 1, 4}) {
     const GarmentParts parts = Pack(sheet, gap);
     const int side = static_cast<int>(std::lround(parts.texture_side_mm / kCellMm)), margin = (gap + 1) / 2;
@@ -83,7 +83,7 @@ TEST(PackCharts, KeepsChartsApartAndInsideTheSquare) {
 }
 
 TEST(PackCharts, PlacesOfPanelsTellWhereTheirCellsLie) {
-  const PanelSheet sheet = SheetOf(kTriangles);
+  const PanelSheet sheet = PanelSheetOf(kTriangles);
   const GarmentParts parts = Pack(sheet, 2);
   bool turned = false;
   for (size_t v = 0; v < sheet.cell_of_vertex.size(); ++v) {
@@ -108,7 +108,7 @@ TEST(PackCharts, LaysChartsIntoEachOther) {
     board.push_back(std::string(12 - i, 'a') + std::string(i + 3, '.') + std::string(12 - i, 'b') +
                     std::string(i, '.'));
   }
-  const GarmentParts parts = Pack(SheetOf(board), 1);
+  const GarmentParts parts = Pack(PanelSheetOf(board), 1);
   EXPECT_LE(parts.texture_side_mm, 17 * kCellMm);
 }
 

@@ -17,16 +17,16 @@ namespace {
 
 using testing::kPitchMm;
 
-constexpr int kRows = 12, kCols = 20;
+constexpr int kTubeRows = 12, kTubeCols = 20;
 
 // Two panels side by side on the board: a rectangle with a hole, and one with its corner cut off.
 BoardPanels TwoSheets() {
-  BoardPanels panels{kRows, kCols, 2, std::vector<int>(kRows * kCols, -1)};
-  for (int row = 1; row < kRows - 1; ++row) {
-    for (int col = 1; col < kCols - 1; ++col) {
+  BoardPanels panels{kTubeRows, kTubeCols, 2, std::vector<int>(kTubeRows * kTubeCols, -1)};
+  for (int row = 1; row < kTubeRows - 1; ++row) {
+    for (int col = 1; col < kTubeCols - 1; ++col) {
       const bool hole = row >= 5 && row <= 6 && col >= 4 && col <= 5;
-      const bool cut = row + (kCols - 1 - col) < 6;
-      if (!hole && !cut) panels.panel_of_cell[row * kCols + col] = col < kCols / 2 ? 0 : 1;
+      const bool cut = row + (kTubeCols - 1 - col) < 6;
+      if (!hole && !cut) panels.panel_of_cell[row * kTubeCols + col] = col < kTubeCols / 2 ? 0 : 1;
     }
   }
   return panels;
@@ -49,8 +49,8 @@ TEST(CornerVertices, EveryCornerWithFourCellsOfOnePanelIsAVertexOfACleanSheet) {
   const CutSheet cut = CutAtCorners(*sheet, cells);
 
   std::set<std::pair<int, int>> expected, found;
-  for (int row = 1; row < kRows; ++row) {
-    for (int col = 1; col < kCols; ++col) {
+  for (int row = 1; row < kTubeRows; ++row) {
+    for (int col = 1; col < kTubeCols; ++col) {
       const int panel = panels.At(row, col);
       if (panel >= 0 && panels.At(row - 1, col) == panel && panels.At(row, col - 1) == panel &&
           panels.At(row - 1, col - 1) == panel) {

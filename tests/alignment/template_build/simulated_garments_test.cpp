@@ -8,16 +8,16 @@
 namespace weft {
 namespace {
 
-struct Worn {
+struct Dressed {
   Board board;
   Cloud cloud;
   int openings = 0;  // of the garment's own mesh
 };
 
 // The garment as it is put on.
-Worn PutOn(const Outfit& outfit) {
+Dressed PutOn(const Outfit& outfit) {
   const Garment& garment = outfit.sewn.garment;
-  Worn worn{{"worn", garment.board_rows, garment.board_cols, garment.cell_mm, 0.75, {}}, {}, 0};
+  Dressed worn{{"worn", garment.board_rows, garment.board_cols, garment.cell_mm, 0.75, {}}, {}, 0};
   for (int i = 0; i < garment.board_rows * garment.board_cols; ++i) {
     worn.board.cells.push_back(
         static_cast<CellColor>((i % garment.board_cols + 3 * (i / garment.board_cols)) % kCellColors));
@@ -39,7 +39,7 @@ Worn PutOn(const Outfit& outfit) {
 // Before the body fills it the cloth is stretched in places, and the sides of some seams are further apart
 // than when it is worn.
 void ExpectBuilt(const Outfit& outfit, double max_gap_mm, int panels, int seams) {
-  const Worn worn = PutOn(outfit);
+  const Dressed worn = PutOn(outfit);
   TemplateBuildOptions options;
   options.openings = worn.openings;
   options.seams.max_gap_mm = max_gap_mm;

@@ -11,7 +11,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-Frame Picture(int width, int height, const std::function<double(int, int)>& light) {
+Frame PictureOf(int width, int height, const std::function<double(int, int)>& light) {
   auto pixels = std::make_shared<std::vector<uint8_t>>();
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) pixels->push_back(static_cast<uint8_t>(std::lround(light(x, y))));
@@ -29,7 +29,7 @@ Frame Picture(int width, int height, const std::function<double(int, int)>& ligh
 std::vector<Frame> Band(double sigma_px, double moves_px, int pictures = 5) {
   std::vector<Frame> out;
   for (int i = 0; i < pictures; ++i) {
-    out.push_back(Picture(240, 160, [&](int x, int y) {
+    out.push_back(PictureOf(240, 160, [&](int x, int y) {
       if (y >= 110) return x / 6 % 2 == 0 ? 30.0 : 220.0;
       const double across = 0.8 * (x - 40 - i * moves_px) + 0.6 * (y - 55);
       const auto step = [&](double at) {
@@ -58,7 +58,7 @@ TEST(MovingEdges, NothingIsSaidOfAStillRoom) {
 TEST(MovingEdges, PicturesThatCannotBeComparedAreRefused) {
   EXPECT_THAT(MovingEdgeBlurPx(Band(1, 31, 2)).status().message(), HasSubstr("at least 3"));
   std::vector<Frame> mixed = Band(1, 31);
-  mixed.push_back(Picture(100, 90, [](int, int) { return 0.0; }));
+  mixed.push_back(PictureOf(100, 90, [](int, int) { return 0.0; }));
   EXPECT_THAT(MovingEdgeBlurPx(mixed).status().message(), HasSubstr("different sizes"));
 }
 

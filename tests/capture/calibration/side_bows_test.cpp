@@ -12,7 +12,7 @@ namespace weft {
 namespace {
 
 // A bent board before a lens that bends lines, as it is found in its picture, with the bundle that says so.
-struct Picture {
+struct BowedPicture {
   CalibrationBundle bundle;
   std::map<int, Eigen::Vector2d> true_px;
 
@@ -24,7 +24,7 @@ struct Picture {
   }
 };
 
-Picture Take(const BoardWarp& warp, double tag_mm) {
+BowedPicture TakeBowed(const BoardWarp& warp, double tag_mm) {
   const CameraModel camera = SmallCamera();
   Rig rig;
   rig.cameras = {camera};
@@ -45,7 +45,7 @@ Picture Take(const BoardWarp& warp, double tag_mm) {
                &found);
   EXPECT_EQ(found.boards.size(), 1u);
   EXPECT_TRUE(found.boards[0].straight_sides);
-  Picture out;
+  BowedPicture out;
   out.bundle = {moved.target.boards, {warp}, {camera}, {1.0}, moved.placements, {}};
   out.bundle.views = {{0, 0, found.boards[0].corners, found.boards[0].straight_sides}};
   const CalibrationViews seen = SeeTarget(moved, rig, {.noise_px = 0});
@@ -54,7 +54,7 @@ Picture Take(const BoardWarp& warp, double tag_mm) {
 }
 
 TEST(SideBows, ABentBoardShiftsItsCornersUntilTheyAreCorrected) {
-  Picture picture = Take({2.5, 0, 2.5, 0}, 24);
+  BowedPicture picture = TakeBowed({2.5, 0, 2.5, 0}, 24);
   const Eigen::Vector2d before = picture.MeanError();
   EXPECT_GT(before.norm(), 0.03);  // several times the noise of the mean
   CorrectSideBows(&picture.bundle);
@@ -65,7 +65,7 @@ TEST(SideBows, ABentBoardShiftsItsCornersUntilTheyAreCorrected) {
 }
 
 TEST(SideBows, CorrectingAgainChangesNothing) {
-  Picture picture = Take({2.5, 0, 2.5, 0}, 24);
+  BowedPicture picture = TakeBowed({2.5, 0, 2.5, 0}, 24);
   CorrectSideBows(&picture.bundle);
   const std::vector<BoardCorner> once = picture.bundle.views[0].corners;
   CorrectSideBows(&picture.bundle);
@@ -74,7 +74,7 @@ TEST(SideBows, CorrectingAgainChangesNothing) {
 }
 
 TEST(SideBows, CornersThatWereNotFoundByTheirSidesStay) {
-  Picture picture = Take({2.5, 0, 2.5, 0}, 24);
+  BowedPicture picture = TakeBowed({2.5, 0, 2.5, 0}, 24);
   picture.bundle.views[0].straight_sides = false;
   const Eigen::Vector2d before = picture.MeanError();
   CorrectSideBows(&picture.bundle);

@@ -12,7 +12,7 @@ namespace weft {
 namespace {
 
 // Noise and edges, [rows][cols][channels] of 8 or 16 bits, colours in the order red, green, blue.
-cv::Mat Picture(int type) {
+cv::Mat Ramp(int type) {
   cv::Mat image(53, 71, type);
   cv::RNG random(11);
   random.fill(image, cv::RNG::UNIFORM, 0, image.depth() == CV_16U ? 65536 : 256);
@@ -46,18 +46,18 @@ void ExpectOpenCvReads(const std::vector<uint8_t>& file, const cv::Mat& image) {
 
 TEST(ImageEncoders, AnotherLibraryReadsLosslessFilesToTheSamePixels) {
   for (const int type : {CV_8UC1, CV_8UC3, CV_16UC1, CV_16UC3}) {
-    const cv::Mat image = Picture(type);
+    const cv::Mat image = Ramp(type);
     for (const PngEffort effort : {PngEffort::kFast, PngEffort::kSmall})
       ExpectOpenCvReads(EncodePng(ViewOf(image), effort).value(), image);
     ExpectOpenCvReads(EncodeTiff(ViewOf(image)).value(), image);
   }
-  const cv::Mat with_alpha = Picture(CV_8UC4);
+  const cv::Mat with_alpha = Ramp(CV_8UC4);
   ExpectOpenCvReads(EncodePng(ViewOf(with_alpha)).value(), with_alpha);
 }
 
 TEST(ImageEncoders, JpegHasTheBytesOfAnotherProgramAtTheSameQuality) {
   for (const int type : {CV_8UC1, CV_8UC3}) {
-    const cv::Mat image = Picture(type);
+    const cv::Mat image = Ramp(type);
     for (const int quality : {1, 60, 95, 100}) {
       std::vector<uint8_t> expected;
       ASSERT_TRUE(cv::imencode(".jpg", Swapped(image), expected, {cv::IMWRITE_JPEG_QUALITY, quality}));

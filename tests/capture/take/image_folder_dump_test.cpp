@@ -13,7 +13,7 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-Rig TwoCameras() {
+Rig TwoPlainCameras() {
   Rig rig;
   for (const char* id : {"400002", "400004"}) {
     CameraModel camera;
@@ -42,7 +42,7 @@ TEST(ImageFolderDump, ReadsAFolderPerFrame) {
   WriteImage(dump / "0009/400002.png");
   WriteImage(dump / "0009/400004.png");
   WriteBytes(dump / "truth/notes.txt", "no image");
-  const auto source = ImageFolderDump::Open(dump.path(), TwoCameras());
+  const auto source = ImageFolderDump::Open(dump.path(), TwoPlainCameras());
   ASSERT_TRUE(source.ok()) << source.status();
   EXPECT_THAT((*source)->frame_names(), ElementsAre("0009", "0010"));
   EXPECT_THAT((*source)->warnings(), ElementsAre());
@@ -60,7 +60,7 @@ TEST(ImageFolderDump, NamesThatAreNoTextAreLeftOutAndNamedInEscapedBytes) {
   WriteImage(dump / "0009/c\xff\xfe.png");
   WriteImage(dump / "00\xc3/400002.png");
   WriteImage(dump / "J\xc3\xbcrgen/400004.png");
-  const auto source = ImageFolderDump::Open(dump.path(), TwoCameras());
+  const auto source = ImageFolderDump::Open(dump.path(), TwoPlainCameras());
   ASSERT_TRUE(source.ok()) << source.status();
   EXPECT_THAT((*source)->frame_names(), ElementsAre("0009", "J\xc3\xbcrgen"));
   EXPECT_THAT((*source)->warnings(),
@@ -72,7 +72,7 @@ TEST(ImageFolderDump, NamesThatAreNoTextAreLeftOutAndNamedInEscapedBytes) {
 TEST(ImageFolderDump, ADumpOfSuchNamesAloneSaysSo) {
   const TempFolder dump;
   WriteImage(dump / "0009/\x1b[2J.png");
-  const auto source = ImageFolderDump::Open(dump.path(), TwoCameras());
+  const auto source = ImageFolderDump::Open(dump.path(), TwoPlainCameras());
   EXPECT_EQ(source.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_THAT(std::string(source.status().message()), HasSubstr("/0009/\\x1b[2J.png: the name is not"));
 }
@@ -83,7 +83,7 @@ TEST(ImageFolderDump, ReadsAFolderPerCameraAndOrdersNumbersByValue) {
     WriteImage(dump / ("cam400002/image" + std::string(frame) + ".png"));
     WriteImage(dump / ("cam400004/image" + std::string(frame) + ".png"));
   }
-  const auto source = ImageFolderDump::Open(dump.path(), TwoCameras());
+  const auto source = ImageFolderDump::Open(dump.path(), TwoPlainCameras());
   ASSERT_TRUE(source.ok()) << source.status();
   EXPECT_THAT((*source)->frame_names(), ElementsAre("9", "10", "100"));
   EXPECT_EQ((*source)->Read(2)->frames.size(), 2u);
@@ -96,7 +96,7 @@ TEST(ImageFolderDump, ReportsMissingBrokenAndMisfittingImagesWithTheReason) {
   WriteImage(dump / "1/400004.png", 20);
   WriteImage(dump / "2/400002.png");
   WriteBytes(dump / "2/400004.png", ReadBytes(dump / "2/400002.png").substr(0, 40));
-  const auto source = ImageFolderDump::Open(dump.path(), TwoCameras());
+  const auto source = ImageFolderDump::Open(dump.path(), TwoPlainCameras());
   ASSERT_TRUE(source.ok()) << source.status();
   const std::string reasons[] = {"no image in the dump", "image is 20x12, the rig says 16x12", "truncated"};
   for (int i = 0; i < 3; ++i) {
@@ -114,7 +114,7 @@ TEST(ImageFolderDump, WarnsOfCamerasThatOnlyOneSideKnows) {
   const TempFolder dump;
   WriteImage(dump / "0/400002.png");
   WriteImage(dump / "0/999999.png");
-  const auto source = ImageFolderDump::Open(dump.path(), TwoCameras());
+  const auto source = ImageFolderDump::Open(dump.path(), TwoPlainCameras());
   ASSERT_TRUE(source.ok());
   EXPECT_THAT((*source)->warnings(),
               ElementsAre(HasSubstr("camera 400004 of the rig has no images"),
@@ -123,12 +123,12 @@ TEST(ImageFolderDump, WarnsOfCamerasThatOnlyOneSideKnows) {
 
 TEST(ImageFolderDump, RefusesFoldersWithoutFrames) {
   const TempFolder dump;
-  EXPECT_EQ(ImageFolderDump::Open(dump / "nowhere", TwoCameras()).status().code(),
+  EXPECT_EQ(ImageFolderDump::Open(dump / "nowhere", TwoPlainCameras()).status().code(),
             absl::StatusCode::kNotFound);
-  EXPECT_EQ(ImageFolderDump::Open(dump.path(), TwoCameras()).status().code(),
+  EXPECT_EQ(ImageFolderDump::Open(dump.path(), TwoPlainCameras()).status().code(),
             absl::StatusCode::kInvalidArgument);
   WriteImage(dump / "0/999999.png");
-  EXPECT_THAT(std::string(ImageFolderDump::Open(dump.path(), TwoCameras()).status().message()),
+  EXPECT_THAT(std::string(ImageFolderDump::Open(dump.path(), TwoPlainCameras()).status().message()),
               HasSubstr("999999"));
 }
 

@@ -26,7 +26,7 @@ using ::testing::Not;
 constexpr int kWidth_px = 100;  // a payload of two blocks
 constexpr int kHeight_px = 61;
 
-PatternFrames Cameras() { return {{"cam1", "cam2", "cam10"}, kWidth_px, kHeight_px}; }
+PatternFrames ThreeFilmed() { return {{"cam1", "cam2", "cam10"}, kWidth_px, kHeight_px}; }
 
 // A frame set in which the second camera has none.
 RawFrameSet WithoutCam2(PatternFrames& cameras, uint64_t number) {
@@ -39,7 +39,7 @@ RawFrameSet WithoutCam2(PatternFrames& cameras, uint64_t number) {
 // Records the sets 3 to 3 + count; set 5 lacks cam2. Flushes after every second set.
 void Record(const std::string& folder, uint64_t count, bool close, bool compress = false, uint64_t take = 77,
             const std::vector<std::string>& descriptions = {}) {
-  PatternFrames cameras = Cameras();
+  PatternFrames cameras = ThreeFilmed();
   TakeWriterOptions options;
   options.take = take;
   options.descriptions = descriptions;
@@ -64,7 +64,7 @@ void Record(const std::string& folder, uint64_t count, bool close, bool compress
 }
 
 void ExpectExact(const std::string& folder, uint64_t sets) {
-  const PatternFrames cameras = Cameras();
+  const PatternFrames cameras = ThreeFilmed();
   const auto take = RecordedTake::Open(folder);
   ASSERT_TRUE(take.ok()) << take.status();
   ASSERT_EQ((*take)->sets().size(), sets);
@@ -135,7 +135,7 @@ TEST(RecordedTake, IsADumpInTheOrderOfTheRig) {
   ASSERT_EQ(set->missing.size(), 3u);
   EXPECT_THAT(set->missing[0].reason, HasSubstr("image is 100x61, the rig says 100x62"));
   EXPECT_EQ(set->missing[2].reason, "3 packets lost");
-  PatternFrames cameras = Cameras();
+  PatternFrames cameras = ThreeFilmed();
   const auto view = (*dump)->ReadView(1, 2);
   ASSERT_TRUE(view.ok());
   EXPECT_EQ(view->format, PixelFormat::kBayerRg8);
@@ -213,7 +213,7 @@ TEST(RecoverTake, BringsBackWhatTheIndexDoesNotKnow) {
 // Number of frames of a camera that are exact; the others are missing with a reason that says that they are
 // lost.
 size_t CountExact(const std::string& folder, size_t camera) {
-  const PatternFrames cameras = Cameras();
+  const PatternFrames cameras = ThreeFilmed();
   const auto take = RecordedTake::Open(folder);
   size_t exact = 0;
   for (size_t i = 0; i < (*take)->sets().size(); ++i) {
@@ -288,7 +288,7 @@ TEST(RecoverTake, PutsNothingInThePlaceOfASetThatNoCameraHas) {
 TEST(RecoverTake, AccountsForDroppedSetsWhoseLinesAreGone) {
   const TempFolder temp;
   const std::string folder = temp / "take";
-  PatternFrames cameras = Cameras();
+  PatternFrames cameras = ThreeFilmed();
   const auto writer = TakeWriter::Create(folder, cameras.camera_ids(), {});
   ASSERT_TRUE(writer.ok());
   std::vector<LedgerEntry> entries;

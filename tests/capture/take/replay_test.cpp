@@ -18,11 +18,11 @@ using ::testing::HasSubstr;
 
 constexpr uint64_t kFirst = 3, kSets = 5;
 
-PatternFrames Cameras() { return {{"left", "right"}, 100, 61}; }
+PatternFrames TwoFilmed() { return {{"left", "right"}, 100, 61}; }
 
 // Sets 3 to 7, 33.3 ms apart; set 5 lacks the camera on the right.
-void Record(const std::string& folder) {
-  PatternFrames cameras = Cameras();
+void RecordTwo(const std::string& folder) {
+  PatternFrames cameras = TwoFilmed();
   TakeWriterOptions options;
   options.stream.preallocate_bytes = 1 << 20;
   const auto writer = TakeWriter::Create(folder, cameras.camera_ids(), options);
@@ -43,7 +43,7 @@ void Record(const std::string& folder) {
 
 class ReplayTest : public ::testing::Test {
  protected:
-  ReplayTest() { Record(take_); }
+  ReplayTest() { RecordTwo(take_); }
   std::unique_ptr<CameraSource> Open(const std::string& camera) {
     auto replay = Replay::Open(take_, options_);
     EXPECT_TRUE(replay.ok()) << replay.status();
@@ -59,7 +59,7 @@ class ReplayTest : public ::testing::Test {
 
 TEST_F(ReplayTest, DeliversWhatWasRecordedBitByBit) {
   options_.mode = ReplayMode::kFastest;
-  const PatternFrames cameras = Cameras();
+  const PatternFrames cameras = TwoFilmed();
   for (size_t camera = 0; camera < 2; ++camera) {
     const auto source = Open(cameras.camera_ids()[camera]);
     ASSERT_TRUE(source->Start().ok());
@@ -119,7 +119,7 @@ TEST_F(ReplayTest, ShiftsTakeFramesToTheSetsOfTheirNewTime) {
   const auto view = TakeView::Open(take_, options);
   ASSERT_TRUE(view.ok()) << view.status();
   EXPECT_THAT(view->sets(), ElementsAre(4, 5, 6));
-  PatternFrames cameras = Cameras();
+  PatternFrames cameras = TwoFilmed();
   const RawFrame expected = cameras.Frame(1, 3);
   const auto frame = view->ReadRaw(0, 1);
   ASSERT_TRUE(frame.ok()) << frame.status();

@@ -21,14 +21,14 @@ BoardGenerationOptions Sized(int rows, int cols, uint64_t seed = 1) {
   return options;
 }
 
-Board Generated(const BoardGenerationOptions& options) {
+Board GeneratedBy(const BoardGenerationOptions& options) {
   auto board = GenerateBoard(options);
   EXPECT_TRUE(board.ok()) << board.status();
   return *std::move(board);
 }
 
 // A window and its three rotations by plain indices.
-std::set<std::string> Readings(const Board& board, int row, int col) {
+std::set<std::string> ReadingsAt(const Board& board, int row, int col) {
   std::string turned[4];
   const auto digit = [&](int r, int c) {
     return static_cast<char>('0' + static_cast<int>(board.at(row + r, col + c)));
@@ -56,12 +56,12 @@ int EqualNeighbors(const Board& board) {
 }
 
 TEST(BoardGeneration, MakesUniqueWindowsWithoutEqualNeighbors) {
-  const Board board = Generated(Sized(60, 90));
+  const Board board = GeneratedBy(Sized(60, 90));
   EXPECT_EQ(EqualNeighbors(board), 0);
   std::set<std::string> seen;
   for (int r = 0; r + 3 <= board.rows; ++r) {
     for (int c = 0; c + 3 <= board.cols; ++c) {
-      const std::set<std::string> readings = Readings(board, r, c);
+      const std::set<std::string> readings = ReadingsAt(board, r, c);
       EXPECT_EQ(readings.size(), 4u);  // none equals its own rotation
       for (const std::string& reading : readings) EXPECT_TRUE(seen.insert(reading).second);
     }
@@ -69,12 +69,12 @@ TEST(BoardGeneration, MakesUniqueWindowsWithoutEqualNeighbors) {
 }
 
 TEST(BoardGeneration, DependsOnItsOptionsOnly) {
-  EXPECT_EQ(Generated(Sized(40, 30, 5)).cells, Generated(Sized(40, 30, 5)).cells);
-  EXPECT_NE(Generated(Sized(40, 30, 5)).cells, Generated(Sized(40, 30, 6)).cells);
+  EXPECT_EQ(GeneratedBy(Sized(40, 30, 5)).cells, GeneratedBy(Sized(40, 30, 5)).cells);
+  EXPECT_NE(GeneratedBy(Sized(40, 30, 5)).cells, GeneratedBy(Sized(40, 30, 6)).cells);
 }
 
 TEST(BoardGeneration, BeatsARandomBoard) {
-  const Board board = Generated(Sized(300, 900));
+  const Board board = GeneratedBy(Sized(300, 900));
   const auto random = GenerateBoard(300, 900, 2.7, 1);
   ASSERT_TRUE(random.ok());
   EXPECT_EQ(EqualNeighbors(board), 0);
@@ -89,7 +89,7 @@ TEST(BoardGeneration, BeatsARandomBoard) {
 }
 
 TEST(BoardGeneration, FillsAThousandByAThousand) {
-  const Board board = Generated(Sized(1000, 1000));
+  const Board board = GeneratedBy(Sized(1000, 1000));
   EXPECT_EQ(EqualNeighbors(board), 0);
   EXPECT_TRUE(board.FindClashes(1).empty());
 }
@@ -102,7 +102,7 @@ TEST(BoardGeneration, WindowsNeedBeUniqueInsidePanelsOnly) {
     for (int c = 0; c < 1300; ++c)
       if (r % 500 < 400 && c % 650 < 200)
         options.panels[r * 1300 + c] = static_cast<uint8_t>(1 + r / 500 + 3 * (c / 650));
-  const Board board = Generated(options);
+  const Board board = GeneratedBy(options);
   EXPECT_EQ(EqualNeighbors(board), 0);
   EXPECT_TRUE(board.FindClashes(1).empty());
   Board without = board;

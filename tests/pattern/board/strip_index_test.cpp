@@ -16,7 +16,7 @@ namespace {
 using Shape = StripIndex::Shape;
 using Places = std::multiset<BoardPose>;
 
-Places Found(const StripIndex& index, const Board& board, const std::array<int, 6>& colors) {
+Places PlacesOf(const StripIndex& index, const Board& board, const std::array<int, 6>& colors) {
   Places places;
   for (const PackedPose& pose : index.Find(StripIndex::Code(colors)))
     places.insert({pose.cell() / board.cols, pose.cell() % board.cols, pose.quarter_turns()});
@@ -47,7 +47,7 @@ TEST(StripIndex, FindsAllPlacesInAllOrientations) {
         }
       }
     }
-    for (const auto& [colors, places] : there) EXPECT_EQ(Found(index, board, colors), places);
+    for (const auto& [colors, places] : there) EXPECT_EQ(PlacesOf(index, board, colors), places);
     size_t all = 0;
     for (uint32_t code = 0; code < 117649; ++code) all += index.Find(code).size();
     EXPECT_EQ(all, static_cast<size_t>(width == 3 ? 2 * (22 * 29 + 21 * 30) : 2 * (23 * 26 + 18 * 31)));

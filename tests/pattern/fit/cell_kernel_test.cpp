@@ -32,7 +32,7 @@ CellPrint SomeLook(const SampledProfile& profile) {
   return look;
 }
 
-std::vector<const CellKernels*> AllThatRunHere() {
+std::vector<const CellKernels*> CellKernelsThatRunHere() {
   std::vector<const CellKernels*> kernels = {&baseline::kCellKernels};
 #ifdef __x86_64__
   if (__builtin_cpu_supports("avx2")) kernels.push_back(&avx2::kCellKernels);
@@ -160,7 +160,7 @@ TEST(CellKernels, GiveTheSameBytesOnEveryInstructionSet) {
     CellModel expected_model;
     CellSamples expected_samples;
     CellImageSums expected_sums;
-    for (const CellKernels* kernels : AllThatRunHere()) {
+    for (const CellKernels* kernels : CellKernelsThatRunHere()) {
       CellModel model;
       CellSamples samples;
       CellImageSums sums;

@@ -16,7 +16,7 @@
 namespace weft {
 namespace {
 
-std::vector<const ImageKernels*> AllThatRunHere() {
+std::vector<const ImageKernels*> ImageKernelsThatRunHere() {
   std::vector<const ImageKernels*> kernels = {&baseline::kImageKernels};
 #ifdef __x86_64__
   if (__builtin_cpu_supports("avx2")) kernels.push_back(&avx2::kImageKernels);
@@ -151,7 +151,7 @@ TEST(ImageKernels, GiveTheSameBytesOnEveryInstructionSet) {
   const std::vector<float> narrow = {0.6f, 0.15f, 0.05f}, wide = {0.2f, 0.15f, 0.1f, 0.1f, 0.05f};
   std::vector<float> expected_spots;
   std::vector<uint8_t> expected_bytes;
-  for (const ImageKernels* kernels : AllThatRunHere()) {
+  for (const ImageKernels* kernels : ImageKernelsThatRunHere()) {
     std::vector<std::vector<float>> brightness(9, std::vector<float>(width));
     std::vector<const float*> rows;
     for (int y = 0; y < 9; ++y) {

@@ -43,7 +43,7 @@ std::vector<Gaussian> SomeInks(std::mt19937& random) {
   return inks;
 }
 
-std::vector<InkSample> Draw(const std::vector<Gaussian>& inks, int of_each, std::mt19937& random) {
+std::vector<InkSample> DrawSamples(const std::vector<Gaussian>& inks, int of_each, std::mt19937& random) {
   std::normal_distribution<double> normal;
   std::vector<InkSample> samples;
   for (int n = 0; n < of_each; ++n) {
@@ -76,7 +76,7 @@ TEST(InkModel, FittedRecoversMeansAndCovariances) {
   for (const uint32_t seed : {1, 2, 3}) {
     std::mt19937 random(seed);
     const std::vector<Gaussian> inks = SomeInks(random);
-    const InkModel model = InkModel::Fitted(Draw(inks, 4000, random), Start());
+    const InkModel model = InkModel::Fitted(DrawSamples(inks, 4000, random), Start());
     for (int k = 0; k < kCellColors; ++k) {
       const Eigen::Matrix3d covariance = inks[k].Covariance();
       const Eigen::Vector3d off = ToEigen(model.mean(static_cast<CellColor>(k))) - inks[k].mean;
@@ -99,7 +99,7 @@ TEST(InkModel, FittedIgnoresATwelfthOfOutliers) {
   for (const uint32_t seed : {4, 5, 6}) {
     std::mt19937 random(seed);
     const std::vector<Gaussian> inks = SomeInks(random);
-    std::vector<InkSample> samples = Draw(inks, 1200, random);
+    std::vector<InkSample> samples = DrawSamples(inks, 1200, random);
     const InkModel clean = InkModel::Fitted(samples, Start());
     // Cells on the wrong board cell: any other ink's colour.
     for (size_t k = 0; k < samples.size(); k += 12) samples[k].color = samples[k + 1 + random() % 6].color;
@@ -118,7 +118,7 @@ TEST(InkModel, FittedIgnoresATwelfthOfOutliers) {
 
 TEST(InkModel, InksWithFewSamplesStayAsTheyWere) {
   std::mt19937 random(7);
-  std::vector<InkSample> samples = Draw(SomeInks(random), 200, random);
+  std::vector<InkSample> samples = DrawSamples(SomeInks(random), 200, random);
   std::erase_if(samples,
                 [n = 0](const InkSample& s) mutable { return s.label == CellColor::kBlue && ++n > 11; });
   const InkModel model = InkModel::Fitted(samples, Start());
@@ -156,7 +156,7 @@ TEST(InkModel, FadedInksAreTheBoardsColoursMixedWithGrey) {
 
 TEST(InkModel, DensitiesIntegrateToTheShareOfTheirGaussian) {
   std::mt19937 random(8);
-  const InkModel fitted = InkModel::Fitted(Draw(SomeInks(random), 300, random), Start());
+  const InkModel fitted = InkModel::Fitted(DrawSamples(SomeInks(random), 300, random), Start());
   for (const InkModel& model : {Start(), fitted}) {
     constexpr double kStep = 0.05;
     std::array<double, kCellColors> sum = {};

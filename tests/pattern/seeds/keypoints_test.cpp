@@ -16,7 +16,7 @@ struct Point {
 };
 
 template <typename Grey>
-ColorImage Draw(int width_px, int height_px, const Grey& grey) {
+ColorImage DrawImage(int width_px, int height_px, const Grey& grey) {
   ColorImage image{width_px, height_px,
                    PixelVector<uint8_t>(4 * static_cast<size_t>(width_px) * height_px, uint8_t{0})};
   for (int y = 0; y < height_px; ++y) {
@@ -40,8 +40,8 @@ ColorImage WhiteCells(int side_px, double pitch_px, Point first, double blur_px)
     }
     return sum;
   };
-  return Draw(side_px, side_px,
-              [&](int x, int y) { return 30 + 170 * share(x - first.x) * share(y - first.y); });
+  return DrawImage(side_px, side_px,
+                   [&](int x, int y) { return 30 + 170 * share(x - first.x) * share(y - first.y); });
 }
 
 std::vector<Keypoint> Detect(const ColorImage& image, const KeypointOptions& options = {}) {
@@ -78,7 +78,7 @@ TEST(Keypoints, SingleSpotsAreFoundAtTheirSubPixelPositions) {
   std::uniform_real_distribution<double> off(-0.5, 0.5);
   for (int trial = 0; trial < 60; ++trial) {
     const Point at{20 + off(random), 20 + off(random)};
-    const auto points = Detect(Draw(41, 41, [&](int x, int y) {
+    const auto points = Detect(DrawImage(41, 41, [&](int x, int y) {
       return 60 + 120 * std::exp(-(std::pow(x - at.x, 2) + std::pow(y - at.y, 2)) / (2 * 1.2 * 1.2));
     }));
     ASSERT_EQ(points.size(), 1u);
@@ -107,15 +107,15 @@ TEST(Keypoints, NoneOnFlatCloth) {
     std::mt19937 random(seed);
     std::normal_distribution<double> noise(0, 2.5);
     // A plain shade and one that falls off.
-    EXPECT_TRUE(Detect(Draw(120, 90, [&](int, int) { return 128 + noise(random); })).empty());
-    EXPECT_TRUE(Detect(Draw(120, 90, [&](int x, int) { return 220 - x + noise(random); })).empty());
+    EXPECT_TRUE(Detect(DrawImage(120, 90, [&](int, int) { return 128 + noise(random); })).empty());
+    EXPECT_TRUE(Detect(DrawImage(120, 90, [&](int x, int) { return 220 - x + noise(random); })).empty());
   }
   // Without noise two pixels never differ, and equal ones are no spot.
-  EXPECT_TRUE(Detect(Draw(40, 40, [](int, int) { return 90; }), {.min_contrast = 0}).empty());
+  EXPECT_TRUE(Detect(DrawImage(40, 40, [](int, int) { return 90; }), {.min_contrast = 0}).empty());
 }
 
 TEST(Keypoints, FaintSpotsNeedALowerLimit) {
-  const ColorImage image = Draw(41, 41, [](int x, int y) {
+  const ColorImage image = DrawImage(41, 41, [](int x, int y) {
     return 100 + 25 * std::exp(-(std::pow(x - 20, 2) + std::pow(y - 20, 2)) / (2 * 1.2 * 1.2));
   });
   const auto points = Detect(image, {.min_contrast = 0.05f});

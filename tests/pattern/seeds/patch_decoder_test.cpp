@@ -18,11 +18,11 @@ namespace {
 
 constexpr float kRight = 2, kWrong = -3;  // nats, of the ink that is there and of the others
 
-const BoardIndex& TestIndex() {
+const BoardIndex& PatchTestIndex() {
   static const BoardIndex index = *BoardIndex::Build(*GenerateBoard(60, 60, 3, 7));
   return index;
 }
-const Board& TestBoard() { return TestIndex().board(); }
+const Board& PatchBoard() { return PatchTestIndex().board(); }
 
 // Colours as read in the order of a patch's cells, and where they come from.
 struct Picture {
@@ -116,11 +116,11 @@ std::string Why(const DecodedPiece& piece) { return WhyRejected({}, piece, {}); 
 TEST(PatchDecoder, ReadsThePoseUnderAllRotations) {
   std::mt19937 random(1);
   for (int trial = 0; trial < 20; ++trial) {
-    Picture picture = PartOf(TestBoard(), static_cast<int>(random() % 50), static_cast<int>(random() % 47),
+    Picture picture = PartOf(PatchBoard(), static_cast<int>(random() % 50), static_cast<int>(random() % 47),
                              3 + trial % 8, 4 + trial % 10);
     for (int turn = 0; turn < 4; ++turn, picture = Turned(picture)) {
       const MeasuredPatch patch = Measured(picture, -trial);
-      const auto pieces = DecodePatch(patch, TestIndex());
+      const auto pieces = DecodePatch(patch, PatchTestIndex());
       ASSERT_EQ(pieces.size(), 1u);
       const size_t cells = picture.colors.size();
       EXPECT_EQ(pieces[0].cells.size(), cells);
@@ -137,8 +137,8 @@ TEST(PatchDecoder, APatchJoinedWronglyReadsAsTwoPieces) {
   for (uint32_t seed = 1; seed <= 8; ++seed) {
     std::mt19937 random(seed);
     const int row = static_cast<int>(random() % 20), col = static_cast<int>(random() % 40);
-    Picture left = PartOf(TestBoard(), row, col, 10, 7),
-            right = PartOf(TestBoard(), row + 25, col, seed % 2 == 0 ? 6 : 10, seed % 2 == 0 ? 10 : 6);
+    Picture left = PartOf(PatchBoard(), row, col, 10, 7),
+            right = PartOf(PatchBoard(), row + 25, col, seed % 2 == 0 ? 6 : 10, seed % 2 == 0 ? 10 : 6);
     if (seed % 2 == 0) right = Turned(right);
     Picture picture = Random(10, 13, seed);
     for (int k = 0; k < 130; ++k) {
@@ -148,7 +148,7 @@ TEST(PatchDecoder, APatchJoinedWronglyReadsAsTwoPieces) {
       picture.from[k] = part.from[part.At(i, j < 7 ? j : j - 7)];
     }
     const MeasuredPatch patch = Measured(picture);
-    const auto pieces = DecodePatch(patch, TestIndex());
+    const auto pieces = DecodePatch(patch, PatchTestIndex());
     ASSERT_GE(pieces.size(), 2u);
     EXPECT_EQ(RightCells(patch, pieces[0], picture), 70);
     EXPECT_EQ(RightCells(patch, pieces[1], picture), 60);
@@ -163,30 +163,30 @@ TEST(PatchDecoder, APatchJoinedWronglyReadsAsTwoPieces) {
 
 TEST(PatchDecoder, AWeakCellIsReadAsItsRunnerUp) {
   for (int k = 0; k < 9; ++k) {
-    const Picture picture = PartOf(TestBoard(), 11, 23, 3, 3);
+    const Picture picture = PartOf(PatchBoard(), 11, 23, 3, 3);
     MeasuredPatch patch = Measured(picture);
     // The ink that is there comes second.
     const CellColor there = picture.colors[k];
     const auto misread = static_cast<CellColor>((static_cast<int>(there) + 6) % kCellColors);
     patch.readings[k] = Reading(misread, 1);
-    auto pieces = DecodePatch(patch, TestIndex());
+    auto pieces = DecodePatch(patch, PatchTestIndex());
     ASSERT_EQ(pieces.size(), 1u) << "cell " << k;
     EXPECT_EQ(RightCells(patch, pieces[0], picture), 9);
     EXPECT_FLOAT_EQ(pieces[0].evidence, 8 * kRight + (kRight - 1));
     // A clear misreading is believed, and the board has no such window.
     patch.readings[k] = Reading(misread);
-    pieces = DecodePatch(patch, TestIndex());
+    pieces = DecodePatch(patch, PatchTestIndex());
     for (const DecodedPiece& piece : pieces) EXPECT_LT(RightCells(patch, piece, picture), 9);
   }
 }
 
 TEST(PatchDecoder, CellsThatAreMisreadInsideALargePatchCostTheirWindowsOnly) {
-  const Picture picture = PartOf(TestBoard(), 5, 9, 12, 12);
+  const Picture picture = PartOf(PatchBoard(), 5, 9, 12, 12);
   MeasuredPatch patch = Measured(picture);
   const size_t at = picture.At(6, 6);
   patch.readings[at] =
       Reading(static_cast<CellColor>((static_cast<int>(picture.colors[at]) + 3) % kCellColors));
-  const auto pieces = DecodePatch(patch, TestIndex());
+  const auto pieces = DecodePatch(patch, PatchTestIndex());
   ASSERT_GE(pieces.size(), 1u);
   EXPECT_EQ(pieces[0].cells.size(), 143u);
   EXPECT_EQ(pieces[0].centers.size(), 91u);
@@ -196,7 +196,7 @@ TEST(PatchDecoder, CellsThatAreMisreadInsideALargePatchCostTheirWindowsOnly) {
 
 TEST(PatchDecoder, ChanceHitsAreContradictedByTheCellsAround) {
   // One window of the board among cells of which none is what the board has there.
-  const Picture truth = PartOf(TestBoard(), 20, 30, 7, 7);
+  const Picture truth = PartOf(PatchBoard(), 20, 30, 7, 7);
   Picture picture = truth;
   for (int i = 0; i < 7; ++i) {
     for (int j = 0; j < 7; ++j) {
@@ -205,7 +205,7 @@ TEST(PatchDecoder, ChanceHitsAreContradictedByTheCellsAround) {
       color = static_cast<CellColor>((static_cast<int>(color) + 1 + (i + 2 * j) % 6) % kCellColors);
     }
   }
-  const auto pieces = DecodePatch(Measured(picture), TestIndex());
+  const auto pieces = DecodePatch(Measured(picture), PatchTestIndex());
   const auto hit = std::find_if(pieces.begin(), pieces.end(), [&](const DecodedPiece& piece) {
     return piece.cells.size() == 9 && piece.cells[4] == static_cast<int>(picture.At(3, 3));
   });
@@ -217,7 +217,7 @@ TEST(PatchDecoder, ChanceHitsAreContradictedByTheCellsAround) {
 // The lattice goes on across a fold on both sides of a narrow strip.
 TEST(PatchDecoder, StripsBetweenFoldsStandWhateverIsBesideThem) {
   Picture picture = Random(12, 9, 5);
-  const Picture strip = PartOf(TestBoard(), 14, 33, 12, 3);
+  const Picture strip = PartOf(PatchBoard(), 14, 33, 12, 3);
   for (int i = 0; i < 12; ++i) {
     for (int j = 3; j < 6; ++j) {
       picture.colors[picture.At(i, j)] = strip.colors[strip.At(i, j - 3)];
@@ -225,7 +225,7 @@ TEST(PatchDecoder, StripsBetweenFoldsStandWhateverIsBesideThem) {
     }
   }
   const MeasuredPatch patch = Measured(picture);
-  const auto pieces = DecodePatch(patch, TestIndex());
+  const auto pieces = DecodePatch(patch, PatchTestIndex());
   ASSERT_GE(pieces.size(), 1u);
   EXPECT_EQ(RightCells(patch, pieces[0], picture), 36);
   EXPECT_GT(pieces[0].contradicted, 9) << "a quarter of its cells";
@@ -235,9 +235,9 @@ TEST(PatchDecoder, StripsBetweenFoldsStandWhateverIsBesideThem) {
 TEST(PatchDecoder, TheMarginIsTheLeadOverTheRunnerUpOnTheSameCells) {
   // Two windows on one patch that overlap in a column: each one's cells speak for it, the shared ones too
   // where the board has the same colours there.
-  const Picture picture = PartOf(TestBoard(), 30, 8, 3, 3);
+  const Picture picture = PartOf(PatchBoard(), 30, 8, 3, 3);
   MeasuredPatch alone = Measured(picture);
-  auto pieces = DecodePatch(alone, TestIndex());
+  auto pieces = DecodePatch(alone, PatchTestIndex());
   ASSERT_EQ(pieces.size(), 1u);
   EXPECT_FLOAT_EQ(pieces[0].margin, 9 * kRight) << "random colours are the runner-up";
 
@@ -271,16 +271,16 @@ TEST(PatchDecoder, MirrorsAreSeen) {
   for (uint32_t seed = 1; seed <= 6; ++seed) {
     std::mt19937 random(seed);
     const Picture picture =
-        PartOf(TestBoard(), static_cast<int>(random() % 50), static_cast<int>(random() % 50), 8, 9);
-    EXPECT_FALSE(LooksMirrored(Measured(picture), TestIndex()));
-    EXPECT_TRUE(LooksMirrored(Measured(Mirrored(picture)), TestIndex()));
-    EXPECT_TRUE(LooksMirrored(Measured(Turned(Mirrored(picture))), TestIndex()));
+        PartOf(PatchBoard(), static_cast<int>(random() % 50), static_cast<int>(random() % 50), 8, 9);
+    EXPECT_FALSE(LooksMirrored(Measured(picture), PatchTestIndex()));
+    EXPECT_TRUE(LooksMirrored(Measured(Mirrored(picture)), PatchTestIndex()));
+    EXPECT_TRUE(LooksMirrored(Measured(Turned(Mirrored(picture))), PatchTestIndex()));
   }
-  EXPECT_FALSE(LooksMirrored(Measured(Random(2, 9, 1)), TestIndex())) << "no window at all";
+  EXPECT_FALSE(LooksMirrored(Measured(Random(2, 9, 1)), PatchTestIndex())) << "no window at all";
 }
 
 TEST(PatchDecoder, PatchesWithHolesAreReadAroundThem) {
-  const Picture picture = PartOf(TestBoard(), 40, 40, 9, 9);
+  const Picture picture = PartOf(PatchBoard(), 40, 40, 9, 9);
   const MeasuredPatch whole = Measured(picture);
   MeasuredPatch holed = whole;
   holed.lattice.cells.clear();
@@ -301,7 +301,7 @@ TEST(PatchDecoder, PatchesWithHolesAreReadAroundThem) {
     for (int k = 0; k < 9; ++k) cells.insert(holed.grid[(window / 7 + k / 3) * 9 + window % 7 + k % 3]);
     if (!cells.contains(-1)) readable.insert(cells.begin(), cells.end());
   }
-  const auto pieces = DecodePatch(holed, TestIndex());
+  const auto pieces = DecodePatch(holed, PatchTestIndex());
   ASSERT_EQ(pieces.size(), 1u);
   EXPECT_EQ(std::set<int>(pieces[0].cells.begin(), pieces[0].cells.end()), readable);
   for (const int k : pieces[0].cells) {

@@ -15,11 +15,11 @@
 namespace weft {
 namespace {
 
-const BoardIndex& TestIndex() {
+const BoardIndex& SearchedIndex() {
   static const BoardIndex index = *BoardIndex::Build(*GenerateBoard(80, 80, 3, 5));
   return index;
 }
-const Board& TestBoard() { return TestIndex().board(); }
+const Board& SearchedBoard() { return SearchedIndex().board(); }
 
 std::vector<ColorImage> PyramidOf(const Frame& frame, int levels = 4) {
   std::vector<ColorImage> pyramid = {*ToColorImage(frame)};
@@ -40,7 +40,7 @@ Search Find(const Frame& frame, int levels = 4) {
 
 // The board cell at a pixel, and how far from its middle it is, in cells.
 std::pair<BoardCell, double> CellAt(const Photograph& photo, double x, double y) {
-  const auto [u, v] = BoardFromPixel(photo, TestBoard(), x, y);
+  const auto [u, v] = BoardFromPixel(photo, SearchedBoard(), x, y);
   const double col = std::floor(u), row = std::floor(v);
   return {{static_cast<int>(row), static_cast<int>(col)}, std::hypot(u - col - 0.5, v - row - 0.5)};
 }
@@ -61,9 +61,9 @@ size_t CellsOfLevels(const Photograph& photo, const Search& search, int first, i
 // Cells with their surroundings in the picture.
 size_t CellsInPicture(const Photograph& photo) {
   size_t cells = 0;
-  for (int row = 0; row < TestBoard().rows; ++row) {
-    for (int col = 0; col < TestBoard().cols; ++col) {
-      const auto [x, y] = PixelFromBoard(photo, TestBoard(), col + 0.5, row + 0.5);
+  for (int row = 0; row < SearchedBoard().rows; ++row) {
+    for (int col = 0; col < SearchedBoard().cols; ++col) {
+      const auto [x, y] = PixelFromBoard(photo, SearchedBoard(), col + 0.5, row + 0.5);
       const double margin = photo.pitch_px;
       cells += x > margin && y > margin && x < photo.width_px - margin && y < photo.height_px - margin;
     }
@@ -80,7 +80,7 @@ TEST(FindPatches, FindsCellsAtTheLevelOfTheirSize) {
   for (const Case& c : {Case{4, 0, 0}, {8, 0, 1}, {16, 1, 2}, {30, 3, 3}}) {
     const int side = static_cast<int>(std::min(c.pitch_px < 20 ? 230.0 : 300.0, 30 * c.pitch_px));
     const Photograph photo{.width_px = side, .height_px = side, .pitch_px = c.pitch_px, .bend_cells = 0.2};
-    const Search search = Find(Render(photo, TestBoard()));
+    const Search search = Find(Render(photo, SearchedBoard()));
     const size_t cells = CellsOfLevels(photo, search, c.first, c.last), there = CellsInPicture(photo);
     EXPECT_GE(static_cast<double>(cells), 0.9 * static_cast<double>(there)) << c.pitch_px << " px";
     for (const LevelPatch& patch : search.patches) {
@@ -101,7 +101,7 @@ TEST(FindPatches, FindsCellsAtTheLevelOfTheirSize) {
 TEST(FindPatches, KeypointsLieInTheFullImage) {
   // Half a pixel of the largest halving is 2 px of the image.
   const Photograph photo{.width_px = 260, .height_px = 240, .pitch_px = 16, .bend_cells = 0.2, .noise = 1};
-  const Search search = Find(Render(photo, TestBoard()));
+  const Search search = Find(Render(photo, SearchedBoard()));
   double sum_x = 0, sum_y = 0;
   int n = 0;
   for (const LevelPatch& patch : search.patches) {
@@ -109,7 +109,7 @@ TEST(FindPatches, KeypointsLieInTheFullImage) {
     for (const Keypoint& p : patch.points) {
       const auto [cell, off] = CellAt(photo, p.x_px, p.y_px);
       if (off > 0.25) continue;
-      const auto [x, y] = PixelFromBoard(photo, TestBoard(), cell.col + 0.5, cell.row + 0.5);
+      const auto [x, y] = PixelFromBoard(photo, SearchedBoard(), cell.col + 0.5, cell.row + 0.5);
       sum_x += p.x_px - x;
       sum_y += p.y_px - y;
       ++n;
@@ -123,7 +123,7 @@ TEST(FindPatches, KeypointsLieInTheFullImage) {
 TEST(FindPatches, WhatHasBeenFoundIsNotSearchedAgain) {
   // Half of 6.4 px are cells of the next level, too.
   const Photograph photo{.width_px = 200, .height_px = 200, .pitch_px = 6.4, .bend_cells = 0.2};
-  const Search search = Find(Render(photo, TestBoard()));
+  const Search search = Find(Render(photo, SearchedBoard()));
   const size_t cells = CellsOfLevels(photo, search, 0, 0);
   EXPECT_GE(cells, 700u);
   const auto inside = [](float x, float y) { return std::min({x, y, 199 - x, 199 - y}) > 30; };
@@ -147,7 +147,7 @@ TEST(FindPatches, LatticesThatSplitCellsDoNotHideThem) {
                            .bend_cells = 0.1,
                            .blur_px = 0.3,
                            .noise = 1};
-    const Search search = Find(Render(photo, TestBoard()));
+    const Search search = Find(Render(photo, SearchedBoard()));
     const size_t there = CellsInPicture(photo);
     size_t finest = 0;
     for (const LevelPatch& patch : search.patches)
@@ -160,7 +160,7 @@ TEST(FindPatches, LatticesThatSplitCellsDoNotHideThem) {
 
 TEST(FindPatches, NothingOnClothWithoutPrint) {
   const Photograph photo{.width_px = 140, .height_px = 120, .rows = 0, .cols = 0};
-  const Search search = Find(Render(photo, TestBoard()));
+  const Search search = Find(Render(photo, SearchedBoard()));
   EXPECT_TRUE(search.patches.empty());
   EXPECT_TRUE(search.loose.empty());
 }
@@ -186,7 +186,7 @@ TEST(DecodePatches, ReadsPrintsOfAnyFadeUnderAnyTurn) {
   for (const double fade : {0.0, 0.35, 0.6}) {
     for (const double angle_deg : {20.0, 200.0}) {
       const Photograph photo{.width_px = 150, .height_px = 140, .angle_deg = angle_deg, .fade = fade};
-      const Decoded decoded(Render(photo, TestBoard()), TestIndex());
+      const Decoded decoded(Render(photo, SearchedBoard()), SearchedIndex());
       size_t right = 0, wrong = 0;
       for (const LevelPatch& patch : decoded.search.patches) {
         for (const DecodedPiece& piece : patch.pieces) {
@@ -207,7 +207,7 @@ TEST(DecodePatches, ReadsPrintsOfAnyFadeUnderAnyTurn) {
 
 TEST(DecodePatches, LearnsTheInksOfTheView) {
   const Photograph photo{.width_px = 180, .height_px = 170, .fade = 0.45};
-  const Decoded decoded(Render(photo, TestBoard()), TestIndex());
+  const Decoded decoded(Render(photo, SearchedBoard()), SearchedIndex());
   // Inks relative to their mean, as a measurement relative to the light around is; blur mixes them with the
   // lines, which takes no colour away from the others.
   std::array<std::array<double, 3>, kCellColors> truth{};
@@ -232,15 +232,15 @@ TEST(DecodePatches, LearnsTheInksOfTheView) {
 TEST(DecodePatches, RefusesMirrorsAndOtherBoards) {
   Photograph photo{.width_px = 170, .height_px = 160};
   photo.mirrored = true;
-  const Decoded mirrored(Render(photo, TestBoard()), TestIndex());
+  const Decoded mirrored(Render(photo, SearchedBoard()), SearchedIndex());
   EXPECT_EQ(mirrored.Standing(), 0u);
   ASSERT_FALSE(mirrored.search.patches.empty());
   EXPECT_TRUE(mirrored.search.patches.front().mirrored) << "the largest comes first";
   photo.mirrored = false;
   const Board other = *GenerateBoard(80, 80, 3, 99);
-  const Decoded foreign(Render(photo, other), TestIndex());
+  const Decoded foreign(Render(photo, other), SearchedIndex());
   EXPECT_EQ(foreign.Standing(), 0u);
-  const Decoded upright(Render(photo, TestBoard()), TestIndex());
+  const Decoded upright(Render(photo, SearchedBoard()), SearchedIndex());
   EXPECT_GE(upright.Standing(), 400u);
   EXPECT_TRUE(std::is_sorted(
       upright.search.patches.begin(), upright.search.patches.end(),
@@ -250,12 +250,12 @@ TEST(DecodePatches, RefusesMirrorsAndOtherBoards) {
 TEST(DecodePatches, SeedsLieOnTheBoardWithTheirEdges) {
   for (const double angle_deg : {10.0, 100.0, 190.0, 280.0}) {
     const Photograph photo{.width_px = 110, .height_px = 110, .pitch_px = 5, .angle_deg = angle_deg};
-    const Decoded decoded(Render(photo, TestBoard()), TestIndex());
-    const std::vector<PlacedCell> seeds = SeedsOf(decoded.search.patches, TestBoard(), {});
+    const Decoded decoded(Render(photo, SearchedBoard()), SearchedIndex());
+    const std::vector<PlacedCell> seeds = SeedsOf(decoded.search.patches, SearchedBoard(), {});
     ASSERT_GE(seeds.size(), 150u);
     for (const auto& [row, col, frame, group, is_read] : seeds) {
       const auto at = [&, r = row, c = col](double du, double dv) {
-        return PixelFromBoard(photo, TestBoard(), c + 0.5 + du, r + 0.5 + dv);
+        return PixelFromBoard(photo, SearchedBoard(), c + 0.5 + du, r + 0.5 + dv);
       };
       const auto [x, y] = at(0, 0);
       const auto [ax, ay] = at(1, 0);
@@ -269,7 +269,7 @@ TEST(DecodePatches, SeedsLieOnTheBoardWithTheirEdges) {
 
 TEST(DecodePatches, EveryPointStandsOrIsUnread) {
   const Photograph photo{.width_px = 170, .height_px = 160, .rows = 60, .cols = 45};
-  const Decoded decoded(Render(photo, TestBoard()), TestIndex());
+  const Decoded decoded(Render(photo, SearchedBoard()), SearchedIndex());
   std::vector<LooseBlob> unread;
   AddUnread(decoded.search.patches, {}, &unread);
   size_t points = 0;
@@ -281,7 +281,7 @@ TEST(DecodePatches, EveryPointStandsOrIsUnread) {
   unread.clear();
   AddUnread(decoded.search.patches, strict, &unread);
   EXPECT_EQ(unread.size(), points);
-  EXPECT_TRUE(SeedsOf(decoded.search.patches, TestBoard(), strict).empty());
+  EXPECT_TRUE(SeedsOf(decoded.search.patches, SearchedBoard(), strict).empty());
 }
 
 }  // namespace

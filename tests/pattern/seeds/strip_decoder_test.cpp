@@ -12,21 +12,21 @@
 namespace weft {
 namespace {
 
-constexpr float kRight = 1.9f, kWrong = -4;
+constexpr float kRightStrip = 1.9f, kWrongStrip = -4;
 
-const BoardIndex& TestIndex() {
+const BoardIndex& StripTestIndex() {
   static const BoardIndex index = *BoardIndex::Build(*GenerateBoard(70, 90, 3, 7));
   return index;
 }
-const Board& TestBoard() { return TestIndex().board(); }
+const Board& StripBoard() { return StripTestIndex().board(); }
 
-CellReading Reading(int color, float lead = kRight - kWrong) {
+CellReading StripReading(int color, float lead = kRightStrip - kWrongStrip) {
   CellReading reading;
-  reading.evidence.fill(kWrong);
+  reading.evidence.fill(kWrongStrip);
   reading.best = static_cast<uint8_t>(color);
   reading.second = static_cast<uint8_t>((color + 1) % kCellColors);
-  reading.evidence[reading.best] = kRight;
-  reading.evidence[reading.second] = kRight - lead;
+  reading.evidence[reading.best] = kRightStrip;
+  reading.evidence[reading.second] = kRightStrip - lead;
   reading.lead = lead;
   return reading;
 }
@@ -42,7 +42,7 @@ MeasuredPatch PatchOf(int rows, int cols, const std::function<BoardCell(int, int
     const int i = k / cols, j = k % cols;
     const BoardCell at = from(i, j);
     patch.lattice.cells.push_back({i - 3, j - 5, k, 5, 0, 0, 5});
-    patch.readings.push_back(Reading(static_cast<int>(TestBoard().at(at.row, at.col))));
+    patch.readings.push_back(StripReading(static_cast<int>(StripBoard().at(at.row, at.col))));
     patch.grid.push_back(k);
   }
   return patch;
@@ -78,13 +78,13 @@ TEST(StripDecoder, ReadsStripsOfTwoCellsUnderAllRotations) {
   for (const auto& [turns, from] : views) {
     for (const auto& [rows, cols] : {std::pair{2, 9}, {9, 2}}) {
       const MeasuredPatch patch = PatchOf(rows, cols, from);
-      const auto pieces = DecodeStrip(patch, TestIndex());
+      const auto pieces = DecodeStrip(patch, StripTestIndex());
       ASSERT_GE(pieces.size(), 1u) << "turned " << turns;
       EXPECT_EQ(pieces[0].cells.size(), 18u);
       EXPECT_EQ(RightCenters(patch, pieces[0], cols, from), 14)
           << "turned " << turns << ", " << rows << " rows";
       EXPECT_EQ(pieces[0].pose.quarter_turns, turns);
-      EXPECT_FLOAT_EQ(pieces[0].evidence, 18 * kRight);
+      EXPECT_FLOAT_EQ(pieces[0].evidence, 18 * kRightStrip);
       EXPECT_GT(pieces[0].margin, 12);
     }
   }
@@ -98,12 +98,12 @@ TEST(StripDecoder, ReadsRowsThatAreShiftedAgainstEachOther) {
     };
     const int rows = upright ? 20 : 2, cols = upright ? 2 : 20;
     const MeasuredPatch patch = PatchOf(rows, cols, from);
-    const auto pieces = DecodeStrip(patch, TestIndex());
+    const auto pieces = DecodeStrip(patch, StripTestIndex());
     ASSERT_GE(pieces.size(), 2u);
     for (int k = 0; k < 2; ++k) {
       EXPECT_EQ(pieces[k].cells.size(), 20u);
       EXPECT_EQ(RightCenters(patch, pieces[k], cols, from), 18);
-      EXPECT_FLOAT_EQ(pieces[k].evidence, 20 * kRight);
+      EXPECT_FLOAT_EQ(pieces[k].evidence, 20 * kRightStrip);
     }
   }
 }
@@ -113,7 +113,7 @@ TEST(StripDecoder, StripsSideBySideAreTwoPieces) {
     return i < 2 ? BoardCell{30 + j, 12 - i} : BoardCell{35 + j, 70 - i};
   };
   const MeasuredPatch patch = PatchOf(4, 24, from);
-  const auto pieces = DecodeStrip(patch, TestIndex());
+  const auto pieces = DecodeStrip(patch, StripTestIndex());
   ASSERT_GE(pieces.size(), 2u);
   for (int k = 0; k < 2; ++k) {
     EXPECT_GE(pieces[k].centers.size(), 38u);
@@ -127,10 +127,11 @@ TEST(StripDecoder, MisreadCellsCostTheirWindowsOnly) {
   std::mt19937 random(3);
   std::vector<int> misread;
   for (int k = 3; k < 60; k += 10) {
-    patch.readings[k] = Reading((patch.readings[k].best + 1 + static_cast<int>(random() % 5)) % kCellColors);
+    patch.readings[k] =
+        StripReading((patch.readings[k].best + 1 + static_cast<int>(random() % 5)) % kCellColors);
     misread.push_back(k);
   }
-  const auto pieces = DecodeStrip(patch, TestIndex());
+  const auto pieces = DecodeStrip(patch, StripTestIndex());
   ASSERT_GE(pieces.size(), 1u);
   EXPECT_GE(pieces[0].cells.size(), 30u);
   EXPECT_EQ(RightCenters(patch, pieces[0], 30, from), static_cast<int>(pieces[0].centers.size()));
@@ -143,11 +144,11 @@ TEST(StripDecoder, AWeakCellIsReadAsItsRunnerUp) {
   const auto from = [](int i, int j) { return BoardCell{5 + i, 40 + j}; };
   MeasuredPatch patch = PatchOf(2, 8, from);
   const int there = patch.readings[3].best;
-  patch.readings[3] = Reading((there + 6) % kCellColors, 1);
-  const auto pieces = DecodeStrip(patch, TestIndex());
+  patch.readings[3] = StripReading((there + 6) % kCellColors, 1);
+  const auto pieces = DecodeStrip(patch, StripTestIndex());
   ASSERT_GE(pieces.size(), 1u);
   EXPECT_EQ(pieces[0].cells.size(), 16u);
-  EXPECT_FLOAT_EQ(pieces[0].evidence, 16 * kRight - 1);
+  EXPECT_FLOAT_EQ(pieces[0].evidence, 16 * kRightStrip - 1);
 }
 
 TEST(StripDecoder, RandomColoursHaveLittleEvidence) {
@@ -156,7 +157,7 @@ TEST(StripDecoder, RandomColoursHaveLittleEvidence) {
     const auto from = [&random](int, int) {
       return BoardCell{static_cast<int>(random() % 70), static_cast<int>(random() % 90)};
     };
-    for (const DecodedPiece& piece : DecodeStrip(PatchOf(3, 40, from), TestIndex()))
+    for (const DecodedPiece& piece : DecodeStrip(PatchOf(3, 40, from), StripTestIndex()))
       EXPECT_LT(piece.evidence, 25);
   }
 }

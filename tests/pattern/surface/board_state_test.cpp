@@ -10,21 +10,15 @@
 #include <utility>
 #include <vector>
 
+#include "tests/pattern/board/test_boards.h"
+
 namespace weft {
 namespace {
 
-constexpr int kWidthPx = 100, kHeightPx = 80;
-
-Board PlainBoard(int rows, int cols) {
-  Board board;
-  board.rows = rows;
-  board.cols = cols;
-  board.cells.assign(static_cast<size_t>(rows) * cols, CellColor::kRed);
-  return board;
-}
+constexpr int kStateWidthPx = 100, kStateHeightPx = 80;
 
 // A cell in the middle of the image; `mark` tells it from others.
-ViewCell CellAt(int row, int col, float confidence = 1, int mark = 0) {
+ViewCell ViewCellAt(int row, int col, float confidence = 1, int mark = 0) {
   ViewCell cell;
   cell.row = row;
   cell.col = col;
@@ -85,7 +79,7 @@ void ExpectAlike(const BoardState& state, const Model& model) {
 
 TEST(BoardStates, FollowAPlainModelOverRandomOperations) {
   const Board board = PlainBoard(9, 7);
-  BoardState state(board, kWidthPx, kHeightPx);
+  BoardState state(board, kStateWidthPx, kStateHeightPx);
   Model model;
   std::mt19937 random(4);
   std::uniform_real_distribution<float> share(0, 1);
@@ -95,7 +89,7 @@ TEST(BoardStates, FollowAPlainModelOverRandomOperations) {
       const int row = static_cast<int>(random() % board.rows), col = static_cast<int>(random() % board.cols);
       if (model.cells.contains({row, col})) continue;
       const float confidence = share(random);
-      state.Add(CellAt(row, col, confidence, step));
+      state.Add(ViewCellAt(row, col, confidence, step));
       model.order.push_back({row, col});
       model.cells[{row, col}] = {confidence, step};
     } else if (choice < 0.88f) {
@@ -120,9 +114,9 @@ TEST(BoardStates, FollowAPlainModelOverRandomOperations) {
 
 TEST(BoardStates, EvictionKeepsCellsAtTheLimit) {
   const Board board = PlainBoard(5, 5);
-  BoardState state(board, kWidthPx, kHeightPx);
-  state.Add(CellAt(0, 0, 0.5f));
-  state.Add(CellAt(0, 1, 0.499f));
+  BoardState state(board, kStateWidthPx, kStateHeightPx);
+  state.Add(ViewCellAt(0, 0, 0.5f));
+  state.Add(ViewCellAt(0, 1, 0.499f));
   state.Evict(0.5f);
   ASSERT_EQ(state.cells().size(), 1u);
   EXPECT_EQ(state.cells()[0].col, 0);
@@ -130,14 +124,14 @@ TEST(BoardStates, EvictionKeepsCellsAtTheLimit) {
 
 TEST(BoardStates, KnowWhichPositionsLieInTheImage) {
   const Board board = PlainBoard(5, 5);
-  const BoardState state(board, kWidthPx, kHeightPx);
+  const BoardState state(board, kStateWidthPx, kStateHeightPx);
   const auto in_image = [&](float x, float y) { return state.InImage({x, y, 5, 0, 0, 5}); };
   EXPECT_TRUE(in_image(0, 0));
-  EXPECT_TRUE(in_image(kWidthPx - 1, kHeightPx - 1));
+  EXPECT_TRUE(in_image(kStateWidthPx - 1, kStateHeightPx - 1));
   EXPECT_FALSE(in_image(-0.01f, 5));
   EXPECT_FALSE(in_image(5, -0.01f));
-  EXPECT_FALSE(in_image(kWidthPx - 0.99f, 5));
-  EXPECT_FALSE(in_image(5, kHeightPx - 0.99f));
+  EXPECT_FALSE(in_image(kStateWidthPx - 0.99f, 5));
+  EXPECT_FALSE(in_image(5, kStateHeightPx - 0.99f));
 }
 
 // The prior of a centre's fit has second and fourth differences along the axes, and mixed ones.
@@ -147,15 +141,15 @@ TEST(BoardStates, AnAddedCellUnscoresThoseWhoseFitLooksAtIt) {
   const Board board = PlainBoard(7, 7);
   for (int row = 0; row < board.rows; ++row) {
     for (int col = 0; col < board.cols; ++col) {
-      BoardState state(board, kWidthPx, kHeightPx);
+      BoardState state(board, kStateWidthPx, kStateHeightPx);
       for (int r = 0; r < board.rows; ++r) {
         for (int c = 0; c < board.cols; ++c) {
-          if (r != row || c != col) state.Add(CellAt(r, c));
+          if (r != row || c != col) state.Add(ViewCellAt(r, c));
         }
       }
       state.MarkScored();
       for (const ViewCell& cell : state.cells()) ASSERT_TRUE(state.IsScored(cell));
-      state.Add(CellAt(row, col));
+      state.Add(ViewCellAt(row, col));
       state.Rest();  // changes are kept
       state.Wake();
       for (const ViewCell& cell : state.cells())
@@ -168,8 +162,8 @@ TEST(BoardStates, ARemovedCellUnscoresThoseWhoseFitLookedAtIt) {
   const Board board = PlainBoard(7, 7);
   const int count = board.rows * board.cols;
   for (int gone = 0; gone < count; ++gone) {
-    BoardState state(board, kWidthPx, kHeightPx);
-    for (int k = 0; k < count; ++k) state.Add(CellAt(k / board.cols, k % board.cols));
+    BoardState state(board, kStateWidthPx, kStateHeightPx);
+    for (int k = 0; k < count; ++k) state.Add(ViewCellAt(k / board.cols, k % board.cols));
     state.MarkScored();
     state.Filter([gone](size_t k) { return k != static_cast<size_t>(gone); });
     const int row = gone / board.cols, col = gone % board.cols;
@@ -183,12 +177,12 @@ TEST(BoardStates, ARemovedCellUnscoresThoseWhoseFitLookedAtIt) {
 
 TEST(BoardStates, RememberWhatGrowthTriedUntilTheCellGoes) {
   const Board board = PlainBoard(5, 5);
-  BoardState state(board, kWidthPx, kHeightPx);
+  BoardState state(board, kStateWidthPx, kStateHeightPx);
   state.BestExplained(1, 1) = 0.4f;
   state.TriedWith(1, 1) = 5;
   state.BestExplained(2, 2) = 0.8f;
   state.TriedWith(2, 2) = 7;
-  state.Add(CellAt(2, 2));
+  state.Add(ViewCellAt(2, 2));
   state.Filter([](size_t) { return false; });
   EXPECT_EQ(state.BestExplained(2, 2), 0);
   EXPECT_EQ(state.TriedWith(2, 2), 0u);
@@ -203,7 +197,7 @@ class MissingCells : public testing::Test {
   static CellPose At(float x, float y) { return {x, y, 5, 0, 0, 5}; }
 
   const Board board_ = PlainBoard(6, 6);
-  BoardState state_{board_, kWidthPx, kHeightPx, true};
+  BoardState state_{board_, kStateWidthPx, kStateHeightPx, true};
 };
 
 TEST_F(MissingCells, AreListedByRowAndColumnWithTheLastReason) {
@@ -225,15 +219,15 @@ TEST_F(MissingCells, AreListedByRowAndColumnWithTheLastReason) {
 TEST_F(MissingCells, AreThoseThatAreStillMissing) {
   state_.Miss(1, 1, At(10, 20), WhyMissing::kMoved);
   state_.Miss(1, 2, At(15, 20), WhyMissing::kMoved);
-  state_.Add(CellAt(1, 1));
+  state_.Add(ViewCellAt(1, 1));
   ASSERT_EQ(state_.Missing().size(), 1u);
   EXPECT_EQ(state_.Missing()[0].col, 2);
 }
 
 TEST_F(MissingCells, ThatWereRemovedWereNotSure) {
-  ViewCell outside = CellAt(3, 4);
+  ViewCell outside = ViewCellAt(3, 4);
   outside.fit.pose = At(-2, 5);
-  state_.Add(CellAt(3, 3));
+  state_.Add(ViewCellAt(3, 3));
   state_.Add(outside);
   state_.Filter([](size_t) { return false; });
   ASSERT_EQ(state_.Missing().size(), 1u);
@@ -243,15 +237,15 @@ TEST_F(MissingCells, ThatWereRemovedWereNotSure) {
 
 TEST_F(MissingCells, AreNotedInTheImageOnly) {
   state_.Miss(1, 1, At(-0.5f, 20), WhyMissing::kNoFit);
-  state_.Miss(1, 2, At(kWidthPx, 20), WhyMissing::kNoFit);
-  state_.Miss(1, 3, At(20, kHeightPx), WhyMissing::kNoFit);
-  state_.Miss(1, 4, At(20, kHeightPx - 1), WhyMissing::kNoFit);
+  state_.Miss(1, 2, At(kStateWidthPx, 20), WhyMissing::kNoFit);
+  state_.Miss(1, 3, At(20, kStateHeightPx), WhyMissing::kNoFit);
+  state_.Miss(1, 4, At(20, kStateHeightPx - 1), WhyMissing::kNoFit);
   ASSERT_EQ(state_.Missing().size(), 1u);
   EXPECT_EQ(state_.Missing()[0].col, 4);
 }
 
 TEST_F(MissingCells, AreNotNotedUnlessAskedFor) {
-  BoardState silent(board_, kWidthPx, kHeightPx);
+  BoardState silent(board_, kStateWidthPx, kStateHeightPx);
   silent.Miss(1, 1, At(10, 20), WhyMissing::kMoved);
   EXPECT_TRUE(silent.Missing().empty());
 }

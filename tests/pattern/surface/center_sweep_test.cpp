@@ -13,7 +13,7 @@
 namespace weft {
 namespace {
 
-constexpr int kFirst = 24, kCells = 12;  // rows and columns of the board that are fitted
+constexpr int kFirstSwept = 24, kCells = 12;  // rows and columns of the board that are fitted
 
 class CenterSweeps : public testing::Test {
  protected:
@@ -25,8 +25,8 @@ class CenterSweeps : public testing::Test {
     const SampledProfile profile(board_.square_fraction);
     const CellFitter fitter(pyramid, board_, profile, AppearanceOf(photo));
     BoardState state(board_, photo.width_px, photo.height_px);
-    for (int row = kFirst; row < kFirst + kCells; ++row) {
-      for (int col = kFirst; col < kFirst + kCells; ++col) {
+    for (int row = kFirstSwept; row < kFirstSwept + kCells; ++row) {
+      for (int col = kFirstSwept; col < kFirstSwept + kCells; ++col) {
         const auto at = [&](double u, double v) { return PixelFromBoard(photo, board_, u, v); };
         const auto [x, y] = at(col + 0.5, row + 0.5);
         const auto [left, left_y] = at(col, row + 0.5);
@@ -115,7 +115,7 @@ TEST_F(CenterSweeps, WhatCoversABorderCellPullsLittleAtIt) {
   const Photograph photo{.width_px = 200, .height_px = 200, .pitch_px = 8, .angle_deg = 0, .bend_cells = 0};
   Frame frame = Render(photo, board_);
   // Bright cloth in front of the right fifth of the last column.
-  const double edge_px = PixelFromBoard(photo, board_, kFirst + kCells - 0.2, kFirst).first;
+  const double edge_px = PixelFromBoard(photo, board_, kFirstSwept + kCells - 0.2, kFirstSwept).first;
   auto pixels = std::make_shared<std::vector<uint8_t>>(*frame.pixels);
   for (int y = 0; y < frame.height_px; ++y) {
     for (int x = static_cast<int>(std::ceil(edge_px)); x < frame.width_px; ++x)

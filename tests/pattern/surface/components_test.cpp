@@ -8,18 +8,12 @@
 #include <utility>
 #include <vector>
 
+#include "tests/pattern/board/test_boards.h"
+
 namespace weft {
 namespace {
 
 using Position = std::pair<int, int>;  // row, column
-
-Board PlainBoard(int rows, int cols) {
-  Board board;
-  board.rows = rows;
-  board.cols = cols;
-  board.cells.assign(static_cast<size_t>(rows) * cols, CellColor::kRed);
-  return board;
-}
 
 // What is left of a board's cells when small components are dropped.
 std::set<Position> Left(const Board& board, const std::set<Position>& cells, int least_of_few) {

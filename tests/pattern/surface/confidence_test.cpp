@@ -12,8 +12,8 @@
 namespace weft {
 namespace {
 
-constexpr int kRows = 60, kCols = 60, kMiddle = 30;
-constexpr int kFirst = kMiddle - 10, kLast = kMiddle + 10;  // rows and columns that are known
+constexpr int kKnownRows = 60, kKnownCols = 60, kKnownMiddle = 30;
+constexpr int kFirst = kKnownMiddle - 10, kLast = kKnownMiddle + 10;  // rows and columns that are known
 
 class Confidences : public testing::Test {
  protected:
@@ -46,7 +46,7 @@ class Confidences : public testing::Test {
   }
 
   const Photograph photo_{.width_px = 220, .height_px = 220, .pitch_px = 7};
-  const Board board_ = *GenerateBoard(kRows, kCols, 3, 5);
+  const Board board_ = *GenerateBoard(kKnownRows, kKnownCols, 3, 5);
   const FrameFitter fitter_{Render(photo_, board_), photo_, board_};
 };
 
@@ -79,9 +79,9 @@ TEST_F(Confidences, AreLowerForAWrongCellThanForTheRightOnesAroundIt) {
 TEST_F(Confidences, AreLowForAComponentOfWrongCells) {
   // Right cells in the left half; on the right a component that is read ten rows off.
   constexpr int kOff = 10;
-  BoardState state = RightCells([](int, int col) { return col > kMiddle; });
-  for (int row = kMiddle - 3; row <= kMiddle; ++row) {
-    for (int col = kMiddle + 3; col < kMiddle + 7; ++col) {
+  BoardState state = RightCells([](int, int col) { return col > kKnownMiddle; });
+  for (int row = kKnownMiddle - 3; row <= kKnownMiddle; ++row) {
+    for (int col = kKnownMiddle + 3; col < kKnownMiddle + 7; ++col) {
       PredictedCell expected{.row = row + kOff, .col = col, .pose = TrueFrame(photo_, board_, row, col)};
       expected.in_sight.fill(1);
       ViewCell cell;
@@ -94,7 +94,7 @@ TEST_F(Confidences, AreLowForAComponentOfWrongCells) {
   ScoreCells(fitter_.get(), &state);
   int wrong = 0;
   for (const ViewCell& cell : state.cells()) {
-    if (cell.col > kMiddle) {
+    if (cell.col > kKnownMiddle) {
       EXPECT_LT(cell.confidence, 0.1) << cell.row << " " << cell.col;
       ++wrong;
     } else {
@@ -106,21 +106,21 @@ TEST_F(Confidences, AreLowForAComponentOfWrongCells) {
 
 TEST_F(Confidences, AreNoneForACellAlone) {
   BoardState state(board_, photo_.width_px, photo_.height_px);
-  state.Add(Fitted(kMiddle, kMiddle, 0));
-  state.Add(Fitted(kMiddle + 2, kMiddle + 1, 0));  // not beside it
-  state.Add(Fitted(kMiddle + 6, kMiddle, 0));
-  state.Add(Fitted(kMiddle + 7, kMiddle + 1, 0));
+  state.Add(Fitted(kKnownMiddle, kKnownMiddle, 0));
+  state.Add(Fitted(kKnownMiddle + 2, kKnownMiddle + 1, 0));  // not beside it
+  state.Add(Fitted(kKnownMiddle + 6, kKnownMiddle, 0));
+  state.Add(Fitted(kKnownMiddle + 7, kKnownMiddle + 1, 0));
   ScoreCells(fitter_.get(), &state);
-  EXPECT_EQ(state.Find(kMiddle, kMiddle)->confidence, 0);
-  EXPECT_EQ(state.Find(kMiddle, kMiddle)->log_odds, 0) << "nothing speaks for it or against it";
-  EXPECT_EQ(state.Find(kMiddle + 2, kMiddle + 1)->confidence, 0);
-  EXPECT_GT(state.Find(kMiddle + 6, kMiddle)->confidence, 0);
-  EXPECT_GT(state.Find(kMiddle + 7, kMiddle + 1)->confidence, 0);
+  EXPECT_EQ(state.Find(kKnownMiddle, kKnownMiddle)->confidence, 0);
+  EXPECT_EQ(state.Find(kKnownMiddle, kKnownMiddle)->log_odds, 0) << "nothing speaks for it or against it";
+  EXPECT_EQ(state.Find(kKnownMiddle + 2, kKnownMiddle + 1)->confidence, 0);
+  EXPECT_GT(state.Find(kKnownMiddle + 6, kKnownMiddle)->confidence, 0);
+  EXPECT_GT(state.Find(kKnownMiddle + 7, kKnownMiddle + 1)->confidence, 0);
 }
 
 TEST_F(Confidences, LeanOnTheCellsAround) {
   const auto is_far = [](int row, int col) {
-    return std::max(std::abs(row - kMiddle), std::abs(col - kMiddle)) > 2;
+    return std::max(std::abs(row - kKnownMiddle), std::abs(col - kKnownMiddle)) > 2;
   };
   std::vector<float> confidences;
   for (const float around : {-4.0f, 0.0f, 4.0f}) {
@@ -128,14 +128,14 @@ TEST_F(Confidences, LeanOnTheCellsAround) {
     ScoreCells(fitter_.get(), &state);
     for (size_t k = 0; k < state.cells().size(); ++k) {
       ViewCell& cell = state.cell(k);
-      cell.log_odds = cell.row == kMiddle && cell.col == kMiddle ? 0 : around;
+      cell.log_odds = cell.row == kKnownMiddle && cell.col == kKnownMiddle ? 0 : around;
     }
     // It is scored anew beside one of the eight around the middle, which keeps its own log odds.
-    state.Add(Fitted(kMiddle + 3, kMiddle, 0));
+    state.Add(Fitted(kKnownMiddle + 3, kKnownMiddle, 0));
     ScoreCells(fitter_.get(), &state);
-    ASSERT_EQ(state.Find(kMiddle, kMiddle)->log_odds, 0);
-    ASSERT_EQ(state.Find(kMiddle, kMiddle + 1)->log_odds, around);
-    confidences.push_back(state.Find(kMiddle, kMiddle)->confidence);
+    ASSERT_EQ(state.Find(kKnownMiddle, kKnownMiddle)->log_odds, 0);
+    ASSERT_EQ(state.Find(kKnownMiddle, kKnownMiddle + 1)->log_odds, around);
+    confidences.push_back(state.Find(kKnownMiddle, kKnownMiddle)->confidence);
   }
   EXPECT_LT(confidences[0] + 0.1f, confidences[1]);
   EXPECT_LT(confidences[1] + 0.1f, confidences[2]);
@@ -144,12 +144,13 @@ TEST_F(Confidences, LeanOnTheCellsAround) {
 TEST_F(Confidences, AreHighForCellsThatWereRead) {
   // A cell that looks wrong.
   const auto score = [this](bool is_read) {
-    BoardState state = RightCells([](int row, int col) { return row == kMiddle && col == kMiddle; });
-    ViewCell cell = Fitted(kMiddle, kMiddle, 1);
+    BoardState state =
+        RightCells([](int row, int col) { return row == kKnownMiddle && col == kKnownMiddle; });
+    ViewCell cell = Fitted(kKnownMiddle, kKnownMiddle, 1);
     cell.is_read = is_read;
     state.Add(cell);
     ScoreCells(fitter_.get(), &state);
-    return *state.Find(kMiddle, kMiddle);
+    return *state.Find(kKnownMiddle, kKnownMiddle);
   };
   const ViewCell read = score(true), grown = score(false);
   EXPECT_FLOAT_EQ(read.log_odds, 6);
@@ -193,23 +194,23 @@ void ExpectScoredAround(int row, int col, const std::vector<ViewCell>& before, c
 }
 
 TEST_F(Confidences, AreScoredAnewNearAnAddedCellOnly) {
-  BoardState state = RightCells([](int row, int col) { return row == kMiddle && col == kMiddle; });
+  BoardState state = RightCells([](int row, int col) { return row == kKnownMiddle && col == kKnownMiddle; });
   ScoreCells(fitter_.get(), &state);
   const std::vector<ViewCell> before = Mark(&state);
-  state.Add(Fitted(kMiddle, kMiddle, 0));
+  state.Add(Fitted(kKnownMiddle, kKnownMiddle, 0));
   ScoreCells(fitter_.get(), &state);
-  ExpectScoredAround(kMiddle, kMiddle, before, state);
-  EXPECT_NE(state.Find(kMiddle, kMiddle)->log_odds, 0);
+  ExpectScoredAround(kKnownMiddle, kKnownMiddle, before, state);
+  EXPECT_NE(state.Find(kKnownMiddle, kKnownMiddle)->log_odds, 0);
 }
 
 TEST_F(Confidences, AreScoredAnewNearARemovedCellOnly) {
   BoardState state = RightCells([](int, int) { return false; });
   ScoreCells(fitter_.get(), &state);
   const std::vector<ViewCell> before = Mark(&state);
-  const size_t gone = static_cast<size_t>(state.At(kMiddle, kMiddle));
+  const size_t gone = static_cast<size_t>(state.At(kKnownMiddle, kKnownMiddle));
   state.Filter([gone](size_t k) { return k != gone; });
   ScoreCells(fitter_.get(), &state);
-  ExpectScoredAround(kMiddle, kMiddle, before, state);
+  ExpectScoredAround(kKnownMiddle, kKnownMiddle, before, state);
 }
 
 TEST_F(Confidences, StayWhereNothingHasChanged) {

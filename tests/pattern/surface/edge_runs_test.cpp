@@ -7,16 +7,10 @@
 #include <utility>
 #include <vector>
 
+#include "tests/pattern/board/test_boards.h"
+
 namespace weft {
 namespace {
-
-Board PlainBoard(int rows, int cols) {
-  Board board;
-  board.rows = rows;
-  board.cols = cols;
-  board.cells.assign(static_cast<size_t>(rows) * cols, CellColor::kRed);
-  return board;
-}
 
 class EdgeRuns : public ::testing::Test {
  protected:

@@ -17,7 +17,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int kRows = 60, kCols = 60;
+constexpr int kSheetRows = 60, kSheetCols = 60;
 // Columns of the print: known ones end at the first, a cover between both, then a strip; grey cloth after it.
 constexpr int kCover = 30, kStrip = 33, kEnd = 36;
 
@@ -91,7 +91,7 @@ class IsolatedSeeds : public testing::Test {
 
   static constexpr int kGroup = 4;
   const Photograph photo_{.width_px = 220, .height_px = 200, .pitch_px = 7};
-  const Board board_ = *GenerateBoard(kRows, kCols, 3, 5);
+  const Board board_ = *GenerateBoard(kSheetRows, kSheetCols, 3, 5);
   const Frame frame_ = CoveredWhere(Render(photo_, board_), photo_, board_, [](double u, double) {
     return (u >= kCover && u < kStrip) || u >= kEnd;
   });
@@ -113,7 +113,7 @@ TEST_F(IsolatedSeeds, AreTheCellsBeyondACover) {
 }
 
 TEST_F(IsolatedSeeds, AreFewOnAWrongBoard) {
-  const std::vector<PlacedCell> seeds = FindOn(*GenerateBoard(kRows, kCols, 3, 99));
+  const std::vector<PlacedCell> seeds = FindOn(*GenerateBoard(kSheetRows, kSheetCols, 3, 99));
   EXPECT_LE(seeds.size(), blobs_.size() / 20);
 }
 

@@ -16,7 +16,7 @@ namespace weft {
 namespace {
 
 constexpr int kWidthPx = 220, kHeightPx = 180;
-constexpr int kRows = 60, kCols = 120;
+constexpr int kLongRows = 60, kLongCols = 120;
 // The first column and the columns of the part in front, and one that is left of all behind.
 constexpr int kFront = 23, kFrontCols = 7, kBehind = 41;
 
@@ -64,7 +64,7 @@ class OccludedGrowths : public testing::Test {
         std::minmax_element(behind.begin(), behind.end(),
                             [](const PlacedCell& a, const PlacedCell& b) { return a.pose.x < b.pose.x; });
     std::vector<PlacedCell> seeds = {*left, *right};
-    for (int row = 0; row < kRows && seeds.size() < 3; ++row) {
+    for (int row = 0; row < kLongRows && seeds.size() < 3; ++row) {
       const PlacedCell cell = TrueCell(front_, board_, row, kFront + kFrontCols / 2);
       if (cell.pose.y > 60 && cell.pose.y < 120) seeds.push_back(cell);
     }
@@ -98,7 +98,7 @@ class OccludedGrowths : public testing::Test {
                           .col = kFront,
                           .cols = kFrontCols,
                           .seed = 2};
-  const Board board_ = *GenerateBoard(kRows, kCols, 3, 5);
+  const Board board_ = *GenerateBoard(kLongRows, kLongCols, 3, 5);
   const FrameFitter fitter_{OneInFrontOfTheOther(), behind_, board_};
   // What covers a cell counts against a fit that knows nothing of it.
   GrowthOptions options_{.fit = {.min_explained = 0.8f}};
@@ -120,8 +120,8 @@ TEST_F(OccludedGrowths, LookForNoCellThatIsHidden) {
   std::map<std::pair<int, int>, WhyMissing> missing;
   for (const MissingCell& cell : behind.Missing()) missing[{cell.row, cell.col}] = cell.why;
   int hidden = 0;
-  for (int row = 1; row < kRows - 1; ++row) {
-    for (int col = kBehind; col < kCols - 1; ++col) {
+  for (int row = 1; row < kLongRows - 1; ++row) {
+    for (int col = kBehind; col < kLongCols - 1; ++col) {
       const int known = std::popcount(behind.Around(row, col));
       if (known < options_.min_known_at_boundary || Visible(row, col) > 0.2) continue;
       EXPECT_EQ(missing.at({row, col}), WhyMissing::kTaken) << row << " " << col;

@@ -11,7 +11,7 @@
 namespace weft {
 namespace {
 
-constexpr int kWidthPx = 203, kHeightPx = 149;
+constexpr int kMapWidthPx = 203, kMapHeightPx = 149;
 
 // Coordinates of a point in a cell, in cells from its middle.
 struct InCell {
@@ -36,20 +36,20 @@ class OccupiedPositionsTest : public testing::Test {
     const float angle = Uniform(0, 6.28f), width_px = Uniform(least_px, largest_px);
     const float height_px = width_px * Uniform(0.6f, 1.0f), shear = Uniform(-0.3f, 0.3f);
     const float c = std::cos(angle), s = std::sin(angle);
-    return {Uniform(0, kWidthPx - 1),    Uniform(0, kHeightPx - 1),  width_px * c, width_px * s,
+    return {Uniform(0, kMapWidthPx - 1), Uniform(0, kMapHeightPx - 1), width_px * c, width_px * s,
             height_px * (shear * c - s), height_px * (shear * s + c)};
   }
   float Uniform(float a, float b) { return std::uniform_real_distribution<float>(a, b)(random_); }
 
   std::mt19937 random_{3};
-  OccupiedPositions occupied_{kWidthPx, kHeightPx};
+  OccupiedPositions occupied_{kMapWidthPx, kMapHeightPx};
 };
 
 TEST_F(OccupiedPositionsTest, AreTakenWhereAMiddleLiesInACell) {
   for (const float size_px : {3.0f, 6.0f, 14.0f, 30.0f}) {
-    OccupiedPositions occupied(kWidthPx, kHeightPx);
+    OccupiedPositions occupied(kMapWidthPx, kMapHeightPx);
     std::vector<CellPose> taken;
-    const int count = static_cast<int>(0.3f * kWidthPx * kHeightPx / (size_px * size_px));
+    const int count = static_cast<int>(0.3f * kMapWidthPx * kMapHeightPx / (size_px * size_px));
     for (int k = 0; k < count; ++k) {
       taken.push_back(RandomPose(0.8f * size_px, 1.25f * size_px));
       occupied.Take(taken.back(), k, k);
@@ -84,9 +84,9 @@ TEST_F(OccupiedPositionsTest, OfCellsThatTouchAreFree) {
 
 TEST_F(OccupiedPositionsTest, AreKnownBeyondTheBorderOfTheImage) {
   occupied_.Take({-2, 50, 8, 0, 0, 8}, 0, 0);
-  occupied_.Take({kWidthPx + 1, kHeightPx + 1, 8, 0, 0, 8}, 0, 1);
+  occupied_.Take({kMapWidthPx + 1, kMapHeightPx + 1, 8, 0, 0, 8}, 0, 1);
   EXPECT_TRUE(occupied_.IsTaken({0, 51, 8, 0, 0, 8}));
-  EXPECT_TRUE(occupied_.IsTaken({kWidthPx - 1, kHeightPx - 1, 8, 0, 0, 8}));
+  EXPECT_TRUE(occupied_.IsTaken({kMapWidthPx - 1, kMapHeightPx - 1, 8, 0, 0, 8}));
   EXPECT_FALSE(occupied_.IsTaken({7, 51, 8, 0, 0, 8}));
 }
 
@@ -136,7 +136,7 @@ TEST_F(OccupiedPositionsTest, OccludersAreThoseFarOnTheBoardThatSamplesLieOn) {
 TEST_F(OccupiedPositionsTest, OccludersBeginThreeRowsOrColumnsAway) {
   const CellPose pose{60, 60, 8, 0, 0, 8};
   for (const int away : {-3, -2, 2, 3}) {
-    OccupiedPositions rows(kWidthPx, kHeightPx), columns(kWidthPx, kHeightPx);
+    OccupiedPositions rows(kMapWidthPx, kMapHeightPx), columns(kMapWidthPx, kMapHeightPx);
     rows.Take(pose, 10 + away, 10);
     columns.Take(pose, 10, 10 + away);
     for (const OccupiedPositions* occupied : {&rows, &columns}) {

@@ -10,12 +10,12 @@
 namespace weft {
 namespace {
 
-constexpr int kSidePx = 200;
+constexpr int kBlobsSidePx = 200;
 constexpr float kCellPx = 9;
 
 // Cells of kCellPx, side by side and turned by a few degrees; every third one is missing.
 BoardState SomeCells(const Board& board) {
-  BoardState state(board, kSidePx, kSidePx);
+  BoardState state(board, kBlobsSidePx, kBlobsSidePx);
   for (int row = 0; row < 12; ++row) {
     for (int col = 0; col < 12; ++col) {
       if ((row + col) % 3 == 0) continue;
@@ -37,7 +37,7 @@ TEST(UnexplainedBlobs, AreThoseThatLieInNoCellInTheirOrder) {
   const Board board = *GenerateBoard(20, 20, 3, 1);
   const BoardState state = SomeCells(board);
   std::mt19937 random(3);
-  std::uniform_real_distribution<float> place(0, kSidePx - 1);
+  std::uniform_real_distribution<float> place(0, kBlobsSidePx - 1);
   std::vector<LooseBlob> blobs;
   for (int k = 0; k < 2000; ++k) blobs.push_back({place(random), place(random), 0});
   std::vector<LooseBlob> expected;
@@ -58,7 +58,7 @@ TEST(UnexplainedBlobs, AreThoseThatLieInNoCellInTheirOrder) {
 
 TEST(UnexplainedBlobs, AreAllWhereNothingIsKnown) {
   const Board board = *GenerateBoard(20, 20, 3, 1);
-  const BoardState state(board, kSidePx, kSidePx);
+  const BoardState state(board, kBlobsSidePx, kBlobsSidePx);
   EXPECT_EQ(UnexplainedBlobs(state, {{3, 4, 0}, {150, 20, 1}}).size(), 2u);
   EXPECT_TRUE(UnexplainedBlobs(SomeCells(board), {}).empty());
 }

@@ -29,7 +29,7 @@ std::string ContentOf(Catalogue& catalogue) {
   return content;
 }
 
-v1::Job MakeJob(const std::string& id, v1::JobState state) {
+v1::Job JobToLose(const std::string& id, v1::JobState state) {
   v1::Job job;
   job.set_id(id);
   job.set_state(state);
@@ -37,7 +37,7 @@ v1::Job MakeJob(const std::string& id, v1::JobState state) {
   return job;
 }
 
-std::vector<v1::FrameInfo> MakeFrames(v1::FrameState state) {
+std::vector<v1::FrameInfo> FramesToLose(v1::FrameState state) {
   std::vector<v1::FrameInfo> frames(kFrames);
   for (int i = 0; i < kFrames; ++i) {
     frames[i].set_frame(absl::StrCat(i));
@@ -53,17 +53,17 @@ std::vector<std::function<absl::Status(Catalogue&)>> Changes() {
   for (const char* id : {"a", "b", "c"}) {
     const std::string job = id;
     changes.push_back([job](Catalogue& catalogue) {
-      return catalogue.AddJob(MakeJob(job, v1::JOB_STATE_QUEUED), MakeFrames(v1::FRAME_STATE_WAITING));
+      return catalogue.AddJob(JobToLose(job, v1::JOB_STATE_QUEUED), FramesToLose(v1::FRAME_STATE_WAITING));
     });
     changes.push_back(
-        [job](Catalogue& catalogue) { return catalogue.UpdateJob(MakeJob(job, v1::JOB_STATE_RUNNING)); });
+        [job](Catalogue& catalogue) { return catalogue.UpdateJob(JobToLose(job, v1::JOB_STATE_RUNNING)); });
     for (const size_t position : {0, 7}) {
       changes.push_back([job, position](Catalogue& catalogue) {
-        return catalogue.UpdateFrame(job, position, MakeFrames(v1::FRAME_STATE_DONE)[position]);
+        return catalogue.UpdateFrame(job, position, FramesToLose(v1::FRAME_STATE_DONE)[position]);
       });
     }
     changes.push_back([job](Catalogue& catalogue) {
-      return catalogue.UpdateAll(MakeJob(job, v1::JOB_STATE_DONE), MakeFrames(v1::FRAME_STATE_DONE));
+      return catalogue.UpdateAll(JobToLose(job, v1::JOB_STATE_DONE), FramesToLose(v1::FRAME_STATE_DONE));
     });
   }
   return changes;

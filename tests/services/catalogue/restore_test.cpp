@@ -17,21 +17,21 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-constexpr int kFrames = 40;
+constexpr int kRestoredFrames = 40;
 
-v1::Job MakeJob(const std::string& id, v1::JobState state) {
+v1::Job JobToRestore(const std::string& id, v1::JobState state) {
   v1::Job job;
   job.set_id(id);
   job.set_state(state);
   job.mutable_spec()->set_dump("/takes/" + id);
   job.mutable_spec()->set_out("/results/" + id);
-  job.mutable_frames()->set_total(kFrames);
+  job.mutable_frames()->set_total(kRestoredFrames);
   return job;
 }
 
-std::vector<v1::FrameInfo> MakeFrames(v1::FrameState state) {
-  std::vector<v1::FrameInfo> frames(kFrames);
-  for (int i = 0; i < kFrames; ++i) {
+std::vector<v1::FrameInfo> FramesToRestore(v1::FrameState state) {
+  std::vector<v1::FrameInfo> frames(kRestoredFrames);
+  for (int i = 0; i < kRestoredFrames; ++i) {
     frames[i].set_frame(absl::StrCat("frame ", i));
     frames[i].set_state(state);
     frames[i].set_reason(std::string(60, 'r'));
@@ -52,8 +52,8 @@ class RestoreTest : public ::testing::Test {
     const auto catalogue = Open();
     for (int i = 0; i < 10; ++i) {
       const bool last = i == 9;
-      const v1::Job job = MakeJob(absl::StrCat(i), last ? v1::JOB_STATE_RUNNING : v1::JOB_STATE_DONE);
-      const auto frames = MakeFrames(last ? v1::FRAME_STATE_WAITING : v1::FRAME_STATE_DONE);
+      const v1::Job job = JobToRestore(absl::StrCat(i), last ? v1::JOB_STATE_RUNNING : v1::JOB_STATE_DONE);
+      const auto frames = FramesToRestore(last ? v1::FRAME_STATE_WAITING : v1::FRAME_STATE_DONE);
       ASSERT_TRUE(catalogue->AddJob(job, frames).ok());
     }
   }
@@ -80,8 +80,8 @@ class RestoreTest : public ::testing::Test {
       EXPECT_EQ(job.warnings_size(), 0) << job.warnings(0);
       const auto frames = catalogue.ReadFrames(job.id());
       ASSERT_TRUE(frames.ok()) << frames.status();
-      ASSERT_EQ(frames->size(), static_cast<size_t>(kFrames));
-      for (int f = 0; f < kFrames; ++f) EXPECT_EQ((*frames)[f].frame(), absl::StrCat("frame ", f));
+      ASSERT_EQ(frames->size(), static_cast<size_t>(kRestoredFrames));
+      for (int f = 0; f < kRestoredFrames; ++f) EXPECT_EQ((*frames)[f].frame(), absl::StrCat("frame ", f));
     }
   }
 
@@ -128,10 +128,11 @@ TEST_F(RestoreTest, AnEmptiedFileIsRestoredFromItsLog) {
   {
     const auto catalogue = Open();
     for (int i = 0; i < 10; ++i) {
-      ASSERT_TRUE(catalogue
-                      ->AddJob(MakeJob(absl::StrCat(i), i == 9 ? v1::JOB_STATE_RUNNING : v1::JOB_STATE_DONE),
-                               MakeFrames(i == 9 ? v1::FRAME_STATE_WAITING : v1::FRAME_STATE_DONE))
-                      .ok());
+      ASSERT_TRUE(
+          catalogue
+              ->AddJob(JobToRestore(absl::StrCat(i), i == 9 ? v1::JOB_STATE_RUNNING : v1::JOB_STATE_DONE),
+                       FramesToRestore(i == 9 ? v1::FRAME_STATE_WAITING : v1::FRAME_STATE_DONE))
+              .ok());
     }
     fs::copy_file(path_ + "-wal", folder_ / "log");
   }
@@ -146,10 +147,10 @@ TEST_F(RestoreTest, ADamagedLogLosesNoLaterTransaction) {
   {
     const auto catalogue = Open();
     for (int i = 0; i < 10; ++i) {
-      ASSERT_TRUE(
-          catalogue
-              ->AddJob(MakeJob(absl::StrCat(i), v1::JOB_STATE_RUNNING), MakeFrames(v1::FRAME_STATE_WAITING))
-              .ok());
+      ASSERT_TRUE(catalogue
+                      ->AddJob(JobToRestore(absl::StrCat(i), v1::JOB_STATE_RUNNING),
+                               FramesToRestore(v1::FRAME_STATE_WAITING))
+                      .ok());
     }
     fs::copy_file(path_, folder_ / "file");
     fs::copy_file(path_ + "-wal", folder_ / "log");
@@ -169,7 +170,7 @@ TEST_F(RestoreTest, ATornEndOfTheLogIsLeftToSqlite) {
   {
     const auto catalogue = Open();
     for (int i = 0; i < 3; ++i)
-      ASSERT_TRUE(catalogue->AddJob(MakeJob(absl::StrCat(i), v1::JOB_STATE_RUNNING), {}).ok());
+      ASSERT_TRUE(catalogue->AddJob(JobToRestore(absl::StrCat(i), v1::JOB_STATE_RUNNING), {}).ok());
     fs::copy_file(path_, folder_ / "file");
     fs::copy_file(path_ + "-wal", folder_ / "log");
   }
@@ -225,7 +226,7 @@ TEST_F(RestoreTest, WithoutABackupAllRowsOutsideTheDamageAreKept) {
     EXPECT_GE(jobs->size(), 8u);
     without_frames += kept == 0;
     if (kept > 0) {
-      EXPECT_GE(kept, 10u * kFrames - 60) << "of " << 10 * kFrames;
+      EXPECT_GE(kept, 10u * kRestoredFrames - 60) << "of " << 10 * kRestoredFrames;
     }
     EXPECT_FALSE(SetAside("damaged").empty());
   }
@@ -254,7 +255,8 @@ TEST_F(RestoreTest, AnOlderStateOfTheFileGetsWhatTheBackupKnowsBesides) {
   {
     const auto catalogue = Open();
     ASSERT_TRUE(
-        catalogue->UpdateAll(MakeJob("9", v1::JOB_STATE_DONE), MakeFrames(v1::FRAME_STATE_DONE)).ok());
+        catalogue->UpdateAll(JobToRestore("9", v1::JOB_STATE_DONE), FramesToRestore(v1::FRAME_STATE_DONE))
+            .ok());
     KeepBackup(*catalogue);
   }
   WriteBytes(path_, old);
@@ -301,7 +303,7 @@ TEST_F(RestoreTest, ACatalogueOfTheFirstSchemaIsUpgraded) {
     ASSERT_TRUE(database.ok());
     ASSERT_TRUE(MakeTables(**database, kFirstSchemaVersion).ok());
     for (int i = 0; i < 2; ++i) {
-      v1::Job job = MakeJob(absl::StrCat(i), v1::JOB_STATE_DONE);
+      v1::Job job = JobToRestore(absl::StrCat(i), v1::JOB_STATE_DONE);
       if (i == 0) job.add_warnings("c\xff\xfe.png");
       auto insert = (*database)->Prepare("INSERT INTO jobs (id, state, message, job) VALUES (?, ?, ?, ?)");
       ASSERT_TRUE(insert.ok()) << insert.status();

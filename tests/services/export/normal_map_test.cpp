@@ -12,11 +12,12 @@ namespace {
 
 using ::testing::HasSubstr;
 
-constexpr int kSide = 129;     // vertices
-constexpr double kWidth = 64;  // mm
+constexpr int kSideVertices = 129;  // vertices
+constexpr double kWidth = 64;       // mm
 constexpr int kMapPx = 64;
-const std::vector<Face> kSquareFaces = {{0, 1, 2}, {0, 2, 3}};  // outwards: +z
-const std::vector<int> kSquareCorners = {0, kSide - 1, kSide* kSide - 1, kSide* kSide - kSide};
+const std::vector<Face> kOutwardSquare = {{0, 1, 2}, {0, 2, 3}};  // outwards: +z
+const std::vector<int> kSquareCorners = {0, kSideVertices - 1, kSideVertices* kSideVertices - 1,
+                                         kSideVertices* kSideVertices - kSideVertices};
 
 // u along x, v along y, as an artist unwraps it.
 Eigen::Vector2f Upright(double x, double y) { return {static_cast<float>(x), static_cast<float>(y)}; }
@@ -61,7 +62,7 @@ Eigen::Vector3d BumpNormal(double x, double y) {
 Eigen::Vector3d OnBump(double x, double y) { return {kWidth * x, kWidth * y, BumpMm(x, y)}; }
 
 ReducedMesh Square(const MeshTexture& texture) {
-  ReducedMesh base{kSquareCorners, kSquareFaces, {}};
+  ReducedMesh base{kSquareCorners, kOutwardSquare, {}};
   for (const int corner : kSquareCorners) base.texture.of_vertex.push_back(texture.of_vertex[corner]);
   return base;
 }
@@ -74,7 +75,7 @@ Eigen::Vector3d TexelOf(const std::vector<uint8_t>& rgb, int side_px, int x, int
 constexpr double kStep = 1 / 127.5;  // of eight bits
 
 TEST(NormalMapTest, HoldsABumpOnASquareInClosedForm) {
-  const Sheet sheet = MakeSheet(kSide, OnBump, Upright);
+  const Sheet sheet = MakeSheet(kSideVertices, OnBump, Upright);
   const auto map = NormalMap::Make(kMapPx, sheet.faces, sheet.texture, Square(sheet.texture));
   ASSERT_TRUE(map.ok()) << map.status();
   const std::vector<uint8_t> rgb = map->Bake(sheet.vertices);
@@ -98,7 +99,8 @@ TEST(NormalMapTest, TurnsWithThePrintAndMirrorsWithIt) {
   const auto turned = [](double x, double y) { return Upright(1 - y, x); };  // u along -y, v along x
   const auto mirrored = [](double x, double y) { return Upright(1 - x, y); };
   for (const bool mirrors : {false, true}) {
-    const Sheet sheet = mirrors ? MakeSheet(kSide, OnBump, mirrored) : MakeSheet(kSide, OnBump, turned);
+    const Sheet sheet =
+        mirrors ? MakeSheet(kSideVertices, OnBump, mirrored) : MakeSheet(kSideVertices, OnBump, turned);
     const auto map = NormalMap::Make(kMapPx, sheet.faces, sheet.texture, Square(sheet.texture));
     ASSERT_TRUE(map.ok()) << map.status();
     const std::vector<uint8_t> rgb = map->Bake(sheet.vertices);
@@ -120,7 +122,8 @@ TEST(NormalMapTest, TangentsFollowUAndTellMirroredPrints) {
   const auto turned = [](double x, double y) { return Upright(1 - y, x); };
   const auto mirrored = [](double x, double y) { return Upright(1 - x, y); };
   for (const bool mirrors : {false, true}) {
-    const Sheet sheet = mirrors ? MakeSheet(kSide, OnBump, mirrored) : MakeSheet(kSide, OnBump, turned);
+    const Sheet sheet =
+        mirrors ? MakeSheet(kSideVertices, OnBump, mirrored) : MakeSheet(kSideVertices, OnBump, turned);
     const auto map = NormalMap::Make(kMapPx, sheet.faces, sheet.texture, Square(sheet.texture));
     ASSERT_TRUE(map.ok()) << map.status();
     const Eigen::Vector4f expected = mirrors ? Eigen::Vector4f(-1, 0, 0, -1) : Eigen::Vector4f(0, -1, 0, 1);
@@ -195,7 +198,7 @@ TEST(NormalMapTest, GivesReadersTheNormalsOfTheWholeMeshOnCurvedCloth) {
 TEST(NormalMapTest, IsFlatOutsideTheGarmentAndWhereNothingIsMissing) {
   const auto plane = [](double x, double y) { return Eigen::Vector3d(kWidth * x, kWidth * y, 0); };
   const auto inner = [](double x, double y) { return Upright(0.25 + 0.5 * x, 0.25 + 0.5 * y); };
-  const Sheet sheet = MakeSheet(kSide, plane, inner);
+  const Sheet sheet = MakeSheet(kSideVertices, plane, inner);
   const auto map = NormalMap::Make(kMapPx, sheet.faces, sheet.texture, Square(sheet.texture));
   ASSERT_TRUE(map.ok()) << map.status();
   const std::vector<uint8_t> rgb = map->Bake(sheet.vertices);
@@ -204,9 +207,10 @@ TEST(NormalMapTest, IsFlatOutsideTheGarmentAndWhereNothingIsMissing) {
 }
 
 TEST(NormalMapTest, RefusesMeshesWithoutTextureAndBasesThatLackNothing) {
-  const Sheet sheet = MakeSheet(kSide, OnBump, Upright);
-  EXPECT_THAT(NormalMap::Make(kMapPx, sheet.faces, {}, {kSquareCorners, kSquareFaces, {}}).status().message(),
-              HasSubstr("no texture coordinates"));
+  const Sheet sheet = MakeSheet(kSideVertices, OnBump, Upright);
+  EXPECT_THAT(
+      NormalMap::Make(kMapPx, sheet.faces, {}, {kSquareCorners, kOutwardSquare, {}}).status().message(),
+      HasSubstr("no texture coordinates"));
   ReducedMesh all{{}, sheet.faces, sheet.texture};
   all.vertices.resize(sheet.vertices.size());
   EXPECT_THAT(NormalMap::Make(kMapPx, sheet.faces, sheet.texture, all).status().message(),

@@ -5,13 +5,13 @@
 namespace weft {
 namespace {
 
-constexpr int kSidePx = 100;
+constexpr int kDrawnSidePx = 100;
 
 // Looks along +z from the origin; 1 mm at 1000 mm is 1 px.
 CameraModel Camera() {
   CameraModel camera;
   camera.id = "c";
-  camera.width_px = camera.height_px = kSidePx;
+  camera.width_px = camera.height_px = kDrawnSidePx;
   camera.fx_px = camera.fy_px = 1000;
   camera.cx_px = camera.cy_px = 50;
   return camera;
@@ -19,8 +19,8 @@ CameraModel Camera() {
 
 Frame GreyPicture() {
   Frame frame;
-  frame.width_px = frame.height_px = kSidePx;
-  frame.pixels = std::make_shared<const std::vector<uint8_t>>(kSidePx * kSidePx, uint8_t{100});
+  frame.width_px = frame.height_px = kDrawnSidePx;
+  frame.pixels = std::make_shared<const std::vector<uint8_t>>(kDrawnSidePx * kDrawnSidePx, uint8_t{100});
   return frame;
 }
 

@@ -43,7 +43,7 @@ void ExpectAllTypes(const absl::StatusOr<Ply>& ply) {
   }
 }
 
-std::string ErrorOf(const std::string& bytes) {
+std::string PlyErrorOf(const std::string& bytes) {
   const auto ply = ParsePly(bytes, "scan.ply");
   EXPECT_EQ(ply.status().code(), absl::StatusCode::kInvalidArgument) << bytes;
   return std::string(ply.status().message());
@@ -101,22 +101,22 @@ TEST(ParsePly, HeaderThatAnnouncesFourBillionRowsIsRefusedBeforeAnythingIsAlloca
   for (const char* format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
     const std::string head = std::string("ply\nformat ") + format + " 1.0\n";
     EXPECT_THAT(
-        ErrorOf(head + "element vertex 4294967295\nproperty float x\nend_header\n1 2 3"),
+        PlyErrorOf(head + "element vertex 4294967295\nproperty float x\nend_header\n1 2 3"),
         AllOf(HasSubstr("scan.ply: element vertex"), HasSubstr("4294967295 rows"), HasSubstr("truncated")));
-    EXPECT_THAT(ErrorOf(head + "element vertex 18446744073709551615\nproperty float x\nend_header\n1 2 3"),
+    EXPECT_THAT(PlyErrorOf(head + "element vertex 18446744073709551615\nproperty float x\nend_header\n1 2 3"),
                 HasSubstr("18446744073709551615 rows"));
   }
   EXPECT_THAT(
-      ErrorOf("ply\nformat binary_little_endian 1.0\nelement face 1\nproperty list uint int vertex_index\n"
-              "end_header\n" +
-              Bytes({0xff, 0xff, 0xff, 0xff, 1, 0, 0, 0})),
+      PlyErrorOf("ply\nformat binary_little_endian 1.0\nelement face 1\nproperty list uint int vertex_index\n"
+                 "end_header\n" +
+                 Bytes({0xff, 0xff, 0xff, 0xff, 1, 0, 0, 0})),
       AllOf(HasSubstr("element face, row 0, property vertex_index"), HasSubstr("4294967295")));
 }
 
 TEST(ParsePly, RowsWithoutPropertiesNameTheFile) {
   for (const char* format : {"ascii", "binary_little_endian"}) {
-    EXPECT_THAT(ErrorOf(std::string("ply\nformat ") + format +
-                        " 1.0\nelement vertex 1000000000000000000\nend_header\n"),
+    EXPECT_THAT(PlyErrorOf(std::string("ply\nformat ") + format +
+                           " 1.0\nelement vertex 1000000000000000000\nend_header\n"),
                 AllOf(HasSubstr("scan.ply: element vertex"), HasSubstr("1000000000000000000 rows")));
   }
 }
@@ -127,30 +127,34 @@ TEST(ParsePly, EveryTruncationIsAnError) {
       "property list uchar int vertex_index\nend_header\n";
   const std::string bytes = head + std::string(8, '\0') + Bytes({2, 1, 0, 0, 0, 1, 0, 0, 0});
   ASSERT_TRUE(ParsePly(bytes, "scan.ply").ok());
-  for (size_t size = 0; size < bytes.size(); ++size) ErrorOf(bytes.substr(0, size));
+  for (size_t size = 0; size < bytes.size(); ++size) PlyErrorOf(bytes.substr(0, size));
 }
 
 TEST(ParsePly, NamesHeaderLineOrElementRowAndProperty) {
-  EXPECT_THAT(ErrorOf("solid cube\n"),
+  EXPECT_THAT(PlyErrorOf("solid cube\n"),
               AllOf(HasSubstr("scan.ply: header line 1"), HasSubstr("not a PLY file")));
-  EXPECT_THAT(ErrorOf("ply\nformat text 1.0\n"),
+  EXPECT_THAT(PlyErrorOf("ply\nformat text 1.0\n"),
               AllOf(HasSubstr("line 2"), HasSubstr("binary_little_endian")));
-  EXPECT_THAT(ErrorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\nend_header\n1\n"),
+  EXPECT_THAT(PlyErrorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty half x\nend_header\n1\n"),
               AllOf(HasSubstr("line 4"), HasSubstr("property x: unknown type")));
-  EXPECT_THAT(ErrorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty list float int x\nend_header\n1\n"),
-              HasSubstr("unknown type"));
   EXPECT_THAT(
-      ErrorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int x\nend_header\n1 1\n"),
+      PlyErrorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty list float int x\nend_header\n1\n"),
+      HasSubstr("unknown type"));
+  EXPECT_THAT(
+      PlyErrorOf(
+          "ply\nformat ascii 1.0\nelement vertex 1\nproperty int x\nproperty int x\nend_header\n1 1\n"),
       HasSubstr("property x occurs twice"));
-  EXPECT_THAT(ErrorOf("ply\nelement vertex 1\nproperty int x\nend_header\n1\n"), HasSubstr("no format line"));
-  EXPECT_THAT(ErrorOf("ply\nformat ascii 1.0\nelement vertex 2\nproperty uchar x\nend_header\n1\n256\n"),
+  EXPECT_THAT(PlyErrorOf("ply\nelement vertex 1\nproperty int x\nend_header\n1\n"),
+              HasSubstr("no format line"));
+  EXPECT_THAT(PlyErrorOf("ply\nformat ascii 1.0\nelement vertex 2\nproperty uchar x\nend_header\n1\n256\n"),
               HasSubstr("element vertex, row 1, property x: \"256\" is no uchar"));
-  EXPECT_THAT(ErrorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1e39\n"),
+  EXPECT_THAT(PlyErrorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n1e39\n"),
               HasSubstr("\"1e39\" is no float"));
-  EXPECT_THAT(ErrorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\none\n"),
+  EXPECT_THAT(PlyErrorOf("ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\none\n"),
               HasSubstr("\"one\" is not a number"));
-  EXPECT_THAT(ErrorOf("ply\nformat ascii 1.0\nelement face 1\nproperty list char int i\nend_header\n-1 0\n"),
-              HasSubstr("list length -1 is negative"));
+  EXPECT_THAT(
+      PlyErrorOf("ply\nformat ascii 1.0\nelement face 1\nproperty list char int i\nend_header\n-1 0\n"),
+      HasSubstr("list length -1 is negative"));
 }
 
 TEST(WritePly, WhatIsWrittenReadsBackTheSame) {

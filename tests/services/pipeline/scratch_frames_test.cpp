@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-constexpr int kWidth_px = 64, kHeight_px = 48, kFrames = 4;
+constexpr int kWidth_px = 64, kHeight_px = 48, kFilmed = 4;
 constexpr uint64_t kMib = 1 << 20;
 
 class ScratchFramesTest : public ::testing::Test {
@@ -34,7 +34,7 @@ class ScratchFramesTest : public ::testing::Test {
   }
 
   void WriteFolder() {
-    for (int k = 0; k < kFrames; ++k) {
+    for (int k = 0; k < kFilmed; ++k) {
       for (size_t i = 0; i < rig_.cameras.size(); ++i) {
         Frame frame;
         frame.width_px = kWidth_px;
@@ -55,13 +55,13 @@ class ScratchFramesTest : public ::testing::Test {
     const auto writer = TakeWriter::Create(folder_ / "take", cameras_.camera_ids(), options);
     ASSERT_TRUE(writer.ok()) << writer.status();
     std::vector<LedgerEntry> entries;
-    for (uint64_t number = 0; number < kFrames; ++number) {
+    for (uint64_t number = 0; number < kFilmed; ++number) {
       const RawFrameSet set = cameras_.Set(number);
       for (size_t camera = 0; camera < 2; ++camera) ASSERT_TRUE((*writer)->Append(camera, set).ok());
       for (const LedgerEntry& entry : EntriesOfRecorded(set, 1)) entries.push_back(entry);
     }
-    ASSERT_TRUE((*writer)->Commit(kFrames - 1, entries).ok());
-    ASSERT_TRUE((*writer)->Close(kFrames - 1, {}, {}).ok());
+    ASSERT_TRUE((*writer)->Commit(kFilmed - 1, entries).ok());
+    ASSERT_TRUE((*writer)->Close(kFilmed - 1, {}, {}).ok());
   }
 
   std::unique_ptr<FrameSource> Open() {
@@ -114,8 +114,8 @@ TEST_F(ScratchFramesTest, FramesOfATakeAreReadFromCopies) {
   Record();
   const std::unique_ptr<FrameSource> shared = Open();
   const std::unique_ptr<ScratchFrames> frames = Scratch();
-  for (size_t k = 0; k < kFrames; ++k) {
-    const std::optional<size_t> next = k + 1 < kFrames ? std::optional(k + 1) : std::nullopt;
+  for (size_t k = 0; k < kFilmed; ++k) {
+    const std::optional<size_t> next = k + 1 < kFilmed ? std::optional(k + 1) : std::nullopt;
     ASSERT_TRUE(frames->Hold(k, next).ok());
     EXPECT_GT(frames->bytes_held(), 0u);
     for (size_t camera = 0; camera < 2; ++camera) {
@@ -132,7 +132,7 @@ TEST_F(ScratchFramesTest, StaysWithinItsQuota) {
   WriteFolder();
   const uint64_t frame_bytes = fs::file_size(ImageOf(0, 0)) + fs::file_size(ImageOf(0, 1));
   const std::unique_ptr<ScratchFrames> frames = Scratch(frame_bytes + 100);
-  for (size_t k = 0; k + 1 < kFrames; ++k) {
+  for (size_t k = 0; k + 1 < kFilmed; ++k) {
     ASSERT_TRUE(frames->Hold(k, k + 1).ok());
     EXPECT_GT(frames->bytes_held(), 0u);
     EXPECT_LE(frames->bytes_held(), frame_bytes + 100);

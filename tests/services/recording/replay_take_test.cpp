@@ -14,7 +14,7 @@ using ::testing::ElementsAre;
 using ::testing::SizeIs;
 
 // Sets 3 to 7; set 5 lacks the camera on the right.
-void Record(const std::string& folder, PatternFrames& cameras) {
+void RecordReplayed(const std::string& folder, PatternFrames& cameras) {
   std::vector<RawFrameSet> sets;
   for (uint64_t number = 3; number < 8; ++number) sets.push_back(cameras.Set(number));
   sets[2].frames.pop_back();
@@ -24,7 +24,7 @@ void Record(const std::string& folder, PatternFrames& cameras) {
 
 class ReplayTakeTest : public ::testing::Test {
  protected:
-  ReplayTakeTest() { Record(take_, cameras_); }
+  ReplayTakeTest() { RecordReplayed(take_, cameras_); }
 
   const TempFolder temp_;
   const std::string take_ = temp_ / "take";

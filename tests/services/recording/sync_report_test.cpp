@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 using ::testing::StartsWith;
 
 constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kPeriod_ns = 100 * kMs;
+constexpr int64_t kFramePeriod_ns = 100 * kMs;
 constexpr int64_t kEpoch_ns = int64_t{1'700'000'000'000} * kMs;
 
 // Three cameras with a true time of exposure and a clock each: b runs 50 ppm fast from an offset of 5 s and
@@ -46,7 +46,7 @@ class SyncedTake {
       RawFrameSet frames = frames_.Set(set);
       for (size_t camera = 0; camera < 3; ++camera) {
         const int64_t true_ns =
-            kEpoch_ns + static_cast<int64_t>(set) * kPeriod_ns + (camera == 2 ? 2 * kMs : 0);
+            kEpoch_ns + static_cast<int64_t>(set) * kFramePeriod_ns + (camera == 2 ? 2 * kMs : 0);
         frames.frames[camera].device_time_ns = true_ns + MinusHost_ns(camera, true_ns, set);
         frames.frames[camera].host_time_ns = true_ns + 3 * kMs;
         if (set % 5 == 0)
@@ -60,7 +60,7 @@ class SyncedTake {
       EXPECT_TRUE((*recorder)->OfferAndWait(std::move(frames)));
     }
     // An answer that took long says nothing.
-    clocks.Add(2, {kEpoch_ns + 12 * kPeriod_ns, 40 * kMs, 45 * kMs, "Slave", 300});
+    clocks.Add(2, {kEpoch_ns + 12 * kFramePeriod_ns, 40 * kMs, 45 * kMs, "Slave", 300});
     EXPECT_TRUE((*recorder)->Stop().ok());
     SetOutcome((*recorder)->Counters(), take);
     EXPECT_TRUE(WriteTakeFile(path_, take).ok());

@@ -22,7 +22,7 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-TakeCopyOptions Small() {
+TakeCopyOptions SmallCopy() {
   TakeCopyOptions options;
   options.recorder.low_disk_bytes = 0;
   options.recorder.take.stream.preallocate_bytes = 0;
@@ -48,7 +48,7 @@ TEST(TakeCopy, ImagesGoInAndComeOutBitByBit) {
   for (const bool compress : {false, true}) {
     const TempFolder temp;
     WriteImages(temp / "images");
-    TakeCopyOptions options = Small();
+    TakeCopyOptions options = SmallCopy();
     options.fps = 100;
     options.recorder.take.stream.compress = compress;
     options.mosaic = PixelFormat::kBayerGb8;
@@ -84,9 +84,9 @@ TEST(TakeCopy, ImagesGoInAndComeOutBitByBit) {
 TEST(TakeCopy, TrimsToARangeAndShiftsTheTimesOfACamera) {
   const TempFolder temp;
   WriteImages(temp / "images");
-  ASSERT_TRUE(ImportImages(temp / "images", temp / "take", Small()).ok());
+  ASSERT_TRUE(ImportImages(temp / "images", temp / "take", SmallCopy()).ok());
   TrimOptions options;
-  options.recorder = Small().recorder;
+  options.recorder = SmallCopy().recorder;
   options.view.first_set = 8;
   options.view.shift_ns["right"] = -250;
   const auto sets = TrimTake(temp / "take", temp / "part", options);
@@ -114,14 +114,14 @@ TEST(TakeCopy, TrimsToARangeAndShiftsTheTimesOfACamera) {
 TEST(TakeCopy, TrimmingKeepsTheClocksAndWhySetsWereDropped) {
   const TempFolder temp;
   PatternFrames cameras({"left"}, 64, 48);
-  const auto recorder = Recorder::Start(temp / "take", cameras.camera_ids(), Small().recorder);
+  const auto recorder = Recorder::Start(temp / "take", cameras.camera_ids(), SmallCopy().recorder);
   ASSERT_TRUE(recorder.ok()) << recorder.status();
   ASSERT_TRUE(WriteFileAtomically(ClockLogFile(temp / "take"), "readings").ok());
   for (const uint64_t number : {1, 2, 6}) ASSERT_TRUE((*recorder)->OfferAndWait(cameras.Set(number)));
   (*recorder)->NoteDropped(3, 5, 0, "disk too slow");
   ASSERT_TRUE((*recorder)->Stop().ok());
   TrimOptions options;
-  options.recorder = Small().recorder;
+  options.recorder = SmallCopy().recorder;
   options.view.first_set = 2;
   EXPECT_EQ(*TrimTake(temp / "take", temp / "part", options), 2u);
   EXPECT_EQ(*ReadWholeFile(ClockLogFile(temp / "part")), "readings");
@@ -131,7 +131,7 @@ TEST(TakeCopy, TrimmingKeepsTheClocksAndWhySetsWereDropped) {
 TEST(TakeCopy, StopsImportingAtTheLowDiskMark) {
   const TempFolder temp;
   WriteImages(temp / "images");
-  TakeCopyOptions options = Small();
+  TakeCopyOptions options = SmallCopy();
   options.recorder.low_disk_bytes = uint64_t{1} << 62;
   options.recorder.flush_interval_ms = 1;
   const auto sets = ImportImages(temp / "images", temp / "take", options);

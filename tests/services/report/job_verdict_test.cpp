@@ -9,7 +9,7 @@ namespace {
 using ::testing::HasSubstr;
 
 // A registered frame of four cameras with 100 cells each.
-v1::FrameReport Frame(const std::string& name) {
+v1::FrameReport ReportOf(const std::string& name) {
   v1::FrameReport frame;
   frame.set_frame(name);
   frame.set_state(v1::FRAME_STATE_DONE);
@@ -42,7 +42,7 @@ void Reject(v1::FrameReport& frame, const std::string& reason, int count) {
 }
 
 TEST(JobVerdict, SaysWhatAGoodJobCameTo) {
-  const v1::Verdict verdict = AssessJob(JobOf(2, 0), {Frame("0"), Frame("1")});
+  const v1::Verdict verdict = AssessJob(JobOf(2, 0), {ReportOf("0"), ReportOf("1")});
   EXPECT_EQ(verdict.grade(), v1::GRADE_GOOD);
   EXPECT_EQ(verdict.reason(), "2 of 2 frames registered, 90.0 % of the cells observed");
   EXPECT_EQ(verdict.remedy(), "");
@@ -50,7 +50,7 @@ TEST(JobVerdict, SaysWhatAGoodJobCameTo) {
 }
 
 TEST(JobVerdict, HardlyAnyCellIsAnotherBoard) {
-  v1::FrameReport frame = Frame("0");
+  v1::FrameReport frame = ReportOf("0");
   frame.set_state(v1::FRAME_STATE_FAILED);
   frame.clear_mesh();
   frame.clear_cloud();
@@ -61,7 +61,7 @@ TEST(JobVerdict, HardlyAnyCellIsAnotherBoard) {
 }
 
 TEST(JobVerdict, RaysThatHardlyMeetAreAnotherRig) {
-  v1::FrameReport frame = Frame("0");
+  v1::FrameReport frame = ReportOf("0");
   Reject(frame, "no_consensus", 1000);
   Reject(frame, "too_few_views", 1000);
   const v1::Verdict verdict = AssessJob(JobOf(1, 0), {frame});
@@ -70,7 +70,7 @@ TEST(JobVerdict, RaysThatHardlyMeetAreAnotherRig) {
 }
 
 TEST(JobVerdict, CellsOffTheTemplateAreAnotherTemplate) {
-  v1::FrameReport frame = Frame("0");
+  v1::FrameReport frame = ReportOf("0");
   frame.mutable_mesh()->set_unclaimed_points(150);
   const v1::Verdict verdict = AssessJob(JobOf(1, 0), {frame});
   EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
@@ -82,14 +82,14 @@ TEST(JobVerdict, CountsFramesAndImages) {
   failed.set_frame("1");
   failed.set_state(v1::FRAME_STATE_FAILED);
   failed.set_reason("too little was seen");
-  v1::Verdict verdict = AssessJob(JobOf(1, 1), {Frame("0"), failed});
+  v1::Verdict verdict = AssessJob(JobOf(1, 1), {ReportOf("0"), failed});
   EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
   EXPECT_EQ(verdict.reason(), "1 of 2 frames could not be registered: too little was seen");
-  std::vector<v1::FrameReport> frames(19, Frame("0"));
+  std::vector<v1::FrameReport> frames(19, ReportOf("0"));
   frames.push_back(failed);
   EXPECT_EQ(AssessJob(JobOf(19, 1), frames).grade(), v1::GRADE_USABLE);
 
-  v1::FrameReport degraded = Frame("0");
+  v1::FrameReport degraded = ReportOf("0");
   degraded.mutable_views(1)->set_missing_reason("b.png: no such file");
   verdict = AssessJob(JobOf(1, 0), {degraded});
   EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
@@ -100,7 +100,7 @@ TEST(JobVerdict, CancelledJobsGoOn) {
   v1::Job job = JobOf(1, 0);
   job.set_state(v1::JOB_STATE_CANCELLED);
   job.mutable_frames()->set_total(3);
-  const v1::Verdict verdict = AssessJob(job, {Frame("0")});
+  const v1::Verdict verdict = AssessJob(job, {ReportOf("0")});
   EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
   EXPECT_EQ(verdict.reason(), "cancelled with 1 of 3 frames registered");
   EXPECT_THAT(verdict.remedy(), HasSubstr("resumes"));

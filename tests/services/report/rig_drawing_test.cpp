@@ -37,7 +37,7 @@ std::string Drawn(const std::vector<CameraModel>& cameras) {
   return drawing.Figure();
 }
 
-int CountOf(const std::string& text, const std::string& what) {
+int Occurrences(const std::string& text, const std::string& what) {
   int count = 0;
   for (size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++count;
   return count;
@@ -45,7 +45,7 @@ int CountOf(const std::string& text, const std::string& what) {
 
 TEST(RigDrawing, EveryCameraOfASmallRigBearsItsName) {
   const std::string svg = Drawn(Circle(16, 2000));
-  EXPECT_EQ(CountOf(svg, "class=\"names\""), 16);
+  EXPECT_EQ(Occurrences(svg, "class=\"names\""), 16);
   EXPECT_THAT(svg, HasSubstr(">cam&lt;7&gt;</text>"));
   EXPECT_THAT(svg, HasSubstr("<title>cam&lt;7&gt;: 3 views</title>"));
   EXPECT_THAT(svg, Not(HasSubstr("without room")));
@@ -54,7 +54,7 @@ TEST(RigDrawing, EveryCameraOfASmallRigBearsItsName) {
 TEST(RigDrawing, NamesWithoutRoomAreCounted) {
   std::vector<CameraModel> rig = Circle(400, 2000);
   const std::string svg = Drawn(rig);
-  const int named = CountOf(svg, "class=\"names\"");
+  const int named = Occurrences(svg, "class=\"names\"");
   EXPECT_LT(named, 400);
   EXPECT_THAT(svg, HasSubstr(absl::StrCat("; ", 400 - named, " cameras without room for a name")));
 }

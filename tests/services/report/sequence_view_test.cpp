@@ -34,7 +34,7 @@ std::vector<uint8_t> Unpacked(const std::string& base64) {
   return {bytes.begin(), bytes.end()};
 }
 
-SequenceFrame Frame(const std::string& name, float shift) {
+SequenceFrame FrameOf(const std::string& name, float shift) {
   return {name,
           "",
           {{shift, 100, 1200}, {shift + 300, 100, 1200}, {shift, 600.5f, 1200}},
@@ -50,8 +50,8 @@ SequenceView View() {
 
 TEST(SequenceView, PositionsComeBackToSixteenBits) {
   SequenceView view = View();
-  view.Add(Frame("0001", 0));
-  view.Add(Frame("0002", 41.7f));
+  view.Add(FrameOf("0001", 0));
+  view.Add(FrameOf("0002", 41.7f));
   const std::string html = view.Data();
   const size_t second = html.find("data-name=\"0002\"");
   double step = 0;
@@ -67,7 +67,7 @@ TEST(SequenceView, PositionsComeBackToSixteenBits) {
     ASSERT_TRUE(absl::SimpleAtod(text, &center.back()));
   }
   // Relative to the mean of the frame's vertices.
-  const std::vector<Eigen::Vector3f> given = Frame("", 41.7f).vertices_mm;
+  const std::vector<Eigen::Vector3f> given = FrameOf("", 41.7f).vertices_mm;
   const Eigen::Vector3f mean = (given[0] + given[1] + given[2]) / 3;
   for (int v = 0; v < 3; ++v)
     for (int axis = 0; axis < 3; ++axis)
@@ -77,7 +77,7 @@ TEST(SequenceView, PositionsComeBackToSixteenBits) {
 
 TEST(SequenceView, PartsCanBeShownAlone) {
   SequenceView view({{4, 7, 9}, {{0, 1, 2}, {2, 1, 0}, {1, 2, 0}}}, {ColoringByState()}, Viewpoint(), 30);
-  view.Add({"0001", "", Frame("", 0).vertices_mm, {{1, 0, 2}}});
+  view.Add({"0001", "", FrameOf("", 0).vertices_mm, {{1, 0, 2}}});
   EXPECT_THAT(view.Section({}, ""), Not(HasSubstr("class=\"parts\"")));
   view.SetParts({{"skirt", 2}, {"shirt", 1}});
   EXPECT_THAT(view.Section({}, ""),
@@ -87,8 +87,8 @@ TEST(SequenceView, PartsCanBeShownAlone) {
 
 TEST(SequenceView, FacesAndFramesAreTold) {
   SequenceView view = View();
-  view.Add(Frame("0001", 0));
-  SequenceFrame bridged = Frame("<b>", 1);
+  view.Add(FrameOf("0001", 0));
+  SequenceFrame bridged = FrameOf("<b>", 1);
   bridged.note = "bridged";
   view.Add(bridged);
   const std::string html = view.Section({"Frame 1", "png", 20, 10}, "3 of 10 vertices") + view.Data();

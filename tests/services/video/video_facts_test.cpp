@@ -13,7 +13,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 
-std::string Why(const std::string& path) {
+std::string WhyRefused(const std::string& path) {
   const auto facts = LookAtVideo(path);
   return facts.ok() ? "" : std::string(facts.status().message());
 }
@@ -62,22 +62,23 @@ TEST(LookAtVideo, SaysWhyAFileIsNoVideo) {
   const TempFolder temp;
   EXPECT_TRUE(absl::IsNotFound(LookAtVideo(temp / "nothing.mp4").status()));
   WriteBytes(temp / "empty.mp4", "");
-  EXPECT_THAT(Why(temp / "empty.mp4"), AllOf(HasSubstr("empty.mp4: the file is empty"), HasSubstr("copy")));
+  EXPECT_THAT(WhyRefused(temp / "empty.mp4"),
+              AllOf(HasSubstr("empty.mp4: the file is empty"), HasSubstr("copy")));
   WriteBytes(temp / "noise.mp4", std::string(5000, 'x'));
-  EXPECT_THAT(Why(temp / "noise.mp4"), HasSubstr("noise.mp4: ffmpeg cannot read it"));
+  EXPECT_THAT(WhyRefused(temp / "noise.mp4"), HasSubstr("noise.mp4: ffmpeg cannot read it"));
   MakeVideo(temp / "whole.mp4", Values(0, 50), "25", "-c:v libx264 -vf noise=alls=90");
   const std::string bytes = ReadBytes(temp / "whole.mp4");
   WriteBytes(temp / "cut.mp4", bytes.substr(0, bytes.size() / 2));
-  EXPECT_THAT(Why(temp / "cut.mp4"), HasSubstr("the file was cut off, or its recording never ended"));
+  EXPECT_THAT(WhyRefused(temp / "cut.mp4"), HasSubstr("the file was cut off, or its recording never ended"));
   Shell("ffmpeg -v error -f lavfi -i sine=duration=1 '" + (temp / "sound.mov") + "'");
-  EXPECT_THAT(Why(temp / "sound.mov"), HasSubstr("sound.mov: it holds no video"));
+  EXPECT_THAT(WhyRefused(temp / "sound.mov"), HasSubstr("sound.mov: it holds no video"));
 }
 
 TEST(LookAtVideo, ReadsThatFileAndNoOther) {
   const TempFolder temp;
   MakeVideo(temp / "secret.mkv", Values(10, 5), "24");
   WriteBytes(temp / "list.mkv", "ffconcat version 1.0\nfile secret.mkv\n");
-  EXPECT_THAT(Why(temp / "list.mkv"), HasSubstr("ffmpeg cannot read it"));
+  EXPECT_THAT(WhyRefused(temp / "list.mkv"), HasSubstr("ffmpeg cannot read it"));
 }
 
 TEST(ParseVideoHeader, RefusesWhatMakesNoSense) {
