@@ -12,6 +12,7 @@
 #include "pattern/surface/center_sweep.h"
 #include "pattern/surface/components.h"
 #include "pattern/surface/confidence.h"
+#include "pattern/surface/part_rivals.h"
 #include "pattern/surface/unexplained_blobs.h"
 
 namespace weft {
@@ -280,6 +281,7 @@ void ViewDecoder::Finish() {
   SweepUnsettled(*fitter_, kSettledCells, &state_);
   ScoreRuns(&state_);
   state_.Evict(options_.confidence.min_to_stay);
+  EvictPartRivals(*fitter_, &state_);
   // Neighbours may have moved a cell at the boundary out of the image.
   const float x_most = static_cast<float>(state_.width_px()) - 0.5f,
               y_most = static_cast<float>(state_.height_px()) - 0.5f;
@@ -316,7 +318,11 @@ absl::StatusOr<std::vector<std::optional<WhyMissing>>> ViewDecoder::Find(
   if (!fitter_ || state_.cells().size() < kLeastKnown) {
     return std::vector<std::optional<WhyMissing>>(predicted.size(), WhyMissing::kNoFit);
   }
-  return FindPredicted(*fitter_, predicted, options, &state_);
+  auto missing = FindPredicted(*fitter_, predicted, options, &state_);
+  if (EvictPartRivals(*fitter_, &state_) == 0) return missing;
+  for (size_t k = 0; k < predicted.size(); ++k)
+    if (!missing[k] && state_.At(predicted[k].row, predicted[k].col) < 0) missing[k] = WhyMissing::kRival;
+  return missing;
 }
 
 std::vector<Observation> ViewDecoder::Observations() const {

@@ -36,7 +36,11 @@ class OccupiedPositions {
   }
 
   // Whether the middle lies within a cell, or a cell's middle within this one.
-  bool IsTaken(const CellPose& pose) const {
+  bool IsTaken(const CellPose& pose) const { return CellAt(pose) >= 0; }
+
+  // A cell of which that is so, by the order in which they were taken; -1 where there is none. The middle is
+  // in the image.
+  int CellAt(const CellPose& pose) const {
     const int bx = static_cast<int>(pose.x) / kBucketPx, by = static_cast<int>(pose.y) / kBucketPx;
     const int reach = 1 + static_cast<int>(std::sqrt(pose.Area())) / kBucketPx;
     const float squared = SquaredReach(pose);
@@ -46,11 +50,11 @@ class OccupiedPositions {
         for (; other->cell >= 0; other = &before_[other->cell]) {
           const float dx = pose.x - other->x, dy = pose.y - other->y;
           if (dx * dx + dy * dy > std::max(squared, other->squared_reach)) continue;
-          if (cells_[other->cell].pose.Contains(dx, dy) || pose.Contains(-dx, -dy)) return true;
+          if (cells_[other->cell].pose.Contains(dx, dy) || pose.Contains(-dx, -dy)) return other->cell;
         }
       }
     }
-    return false;
+    return -1;
   }
 
   // Adds the cells that the samples around a cell may lie on and that are far from it on the board, in

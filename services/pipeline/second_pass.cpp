@@ -14,12 +14,27 @@
 namespace weft {
 namespace {
 
+// Of the vertices of a joint template, whether their garment has a place: that of a garment that no camera
+// saw is a guess, and to look for its cells finds none but wrong ones. Empty: all have one.
+std::vector<bool> Placed(const SecondPassInputs& pass) {
+  std::vector<bool> placed;
+  for (const TemplateGarment& garment : pass.inputs.garment.garments) {
+    const auto first = pass.mesh.views.begin() + garment.first_vertex;
+    const auto measured = std::count_if(first, first + garment.vertices, [](int views) { return views > 0; });
+    // As many as place a template.
+    const double least = std::max(3.0, AlignOptions().min_target_share * garment.vertices);
+    placed.insert(placed.end(), garment.vertices, static_cast<double>(measured) >= least);
+  }
+  return placed;
+}
+
 // The cells that a view should show, did not decode, and that too few cameras measured.
 std::vector<PredictedCell> Wanted(const std::vector<CellInView>& in_view, const SecondPassInputs& pass,
-                                  const BoardState& decoded) {
+                                  const std::vector<bool>& placed, const BoardState& decoded) {
   std::vector<PredictedCell> wanted;
   for (const CellInView& seen : in_view) {
     if (pass.mesh.views[seen.vertex] >= pass.options.enough_views) continue;
+    if (!placed.empty() && !placed[seen.vertex]) continue;
     if (decoded.At(seen.cell.row, seen.cell.col) < 0) wanted.push_back(seen.cell);
   }
   return wanted;
@@ -65,6 +80,7 @@ absl::StatusOr<int> SecondPass(const SecondPassInputs& pass, const std::stop_tok
   const absl::StatusOr<PredictedSurface> surface = PredictedSurface::Build(
       pass.inputs.garment, pass.inputs.neighborhoods, pass.mesh, pass.options.prediction);
   if (!surface.ok()) return surface.status();
+  const std::vector<bool> placed = Placed(pass);
   std::vector<int> added(views->size(), 0);
   const auto look = [&](size_t camera) {
     if (stop.stop_requested() || decoders[camera] == nullptr) return;
@@ -72,7 +88,7 @@ absl::StatusOr<int> SecondPass(const SecondPassInputs& pass, const std::stop_tok
     ViewDecoder& view = *decoder;
     view.Wake();
     const std::vector<PredictedCell> wanted =
-        Wanted(surface->CellsIn(pass.inputs.rig.cameras[camera]), pass, view.state());
+        Wanted(surface->CellsIn(pass.inputs.rig.cameras[camera]), pass, placed, view.state());
     if (wanted.empty()) return;
     v1::ViewReport& counts = *report.mutable_views(static_cast<int>(camera));
     added[camera] = LookInto(pass, wanted, camera, view, counts);

@@ -16,10 +16,10 @@
 #include "CLI/CLI.hpp"
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
-#include "alignment/joint_template.h"
 #include "alignment/untangle/self_intersection.h"
 #include "base/median.h"
 #include "evaluation/truth_score.h"
+#include "services/files/board_file.h"
 #include "services/files/frame_folders.h"
 #include "services/files/mesh_file.h"
 #include "services/files/observations_file.h"
@@ -33,13 +33,17 @@ namespace {
 struct Film {
   std::string take, result;
   Template garments;
+  Board board;
 
   std::string TruthOf(const std::string& frame) const { return absl::StrCat(take, "/truth/", frame); }
   std::string ResultOf(const std::string& frame) const { return absl::StrCat(result, "/", frame); }
 };
 
 absl::StatusOr<Film> Open(const std::string& take, const std::string& result) {
-  Film film{take, result, {}};
+  Film film{take, result, {}, {}};
+  auto board = ReadBoard(film.take + "/board.json");
+  if (!board.ok()) return board.status();
+  film.board = *std::move(board);
   auto garments = ReadTemplate(film.take + "/template");
   if (!garments.ok()) return garments.status();
   film.garments = *std::move(garments);
@@ -68,26 +72,29 @@ absl::StatusOr<FilmFrame> ReadFrame(const Film& film, const std::string& name) {
       absl::StrCat(film.ResultOf(name), "/mesh.ply: its vertices are not those of ", film.take, "/template"));
 }
 
-// Which garment's rows of the joint board a node lies on; -1 for none.
+// Which garment's part of the joint board a node lies on; -1 for none.
 class GarmentOfNode {
  public:
-  explicit GarmentOfNode(const Template& joint) {
-    for (const TemplateGarment& garment : joint.garments) {
-      Template one;
-      one.node_of_vertex.assign(joint.node_of_vertex.begin() + garment.first_vertex,
-                                joint.node_of_vertex.begin() + garment.first_vertex + garment.vertices);
-      rows_.emplace_back(one);
+  explicit GarmentOfNode(const Film& film)
+      : board_(film.board), garment_of_part_(film.board.parts.size(), -1) {
+    for (size_t g = 0; g < film.garments.garments.size(); ++g) {
+      const TemplateGarment& garment = film.garments.garments[g];
+      for (int v = garment.first_vertex; v < garment.first_vertex + garment.vertices; ++v) {
+        const VertexNode& node = film.garments.node_of_vertex[v];
+        const int part = node.row < 0 ? -1 : board_.PartAt(node.row);
+        if (part >= 0) garment_of_part_[part] = static_cast<int>(g);
+      }
     }
   }
 
   int operator()(const BoardNode& node) const {
-    const auto at = std::find_if(rows_.begin(), rows_.end(),
-                                 [&](const GarmentRows& rows) { return rows.Contains(node); });
-    return at == rows_.end() ? -1 : static_cast<int>(at - rows_.begin());
+    const int part = board_.PartAt(node.row);
+    return part < 0 ? -1 : garment_of_part_[part];
   }
 
  private:
-  std::vector<GarmentRows> rows_;
+  const Board& board_;
+  std::vector<int> garment_of_part_;
 };
 
 // The centres of a view: what is true, and whether each was observed where it is.
@@ -129,8 +136,8 @@ struct GarmentTally {
 
 class OutfitScore {
  public:
-  explicit OutfitScore(const Template& joint)
-      : joint_(joint), garment_of_(joint), tallies_(joint.garments.size()) {}
+  explicit OutfitScore(const Film& joint)
+      : joint_(joint.garments), garment_of_(joint), tallies_(joint_.garments.size()) {}
 
   void AddJoint(const FilmFrame& frame) {
     for (const ViewTruth& truth : frame.truth.views) {
@@ -140,7 +147,10 @@ class OutfitScore {
       }
       for (const Observation& o : view.wrong) {
         const int here = GarmentAt(view, o);
-        if (here >= 0 && here != garment_of_(o.node)) ++tallies_[here].given_away;
+        if (here < 0 || here == garment_of_(o.node)) continue;
+        ++tallies_[here].given_away;
+        std::fprintf(stderr, "%s, %.1f %.1f: a cell of %s was read as %d/%d\n", truth.camera_id.c_str(),
+                     o.x_px, o.y_px, joint_.garments[here].id.c_str(), o.node.row, o.node.col);
       }
     }
     for (const FacePair& pair : FindSelfIntersections(frame.mesh.vertices_mm, frame.truth.mesh.faces))
@@ -274,7 +284,7 @@ absl::Status Run(const std::vector<std::string>& joint_folders,
   }
   const auto frames = ListFrameFolders(joint->result);
   if (!frames.ok()) return frames.status();
-  OutfitScore score(joint->garments);
+  OutfitScore score(*joint);
   for (const std::string& name : *frames) {
     const auto together = ReadFrame(*joint, name);
     if (!together.ok()) return together.status();
