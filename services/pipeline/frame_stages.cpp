@@ -66,6 +66,7 @@ DecodedViews DecodeViews(const RegistrationInputs& inputs, size_t index, const F
   DecodedFrame decoded = DecodeFrame(images, options.pipeline.decode, kept_image_bytes, part, stop);
   MovedViews moved = MovedViews::Decode(images, options.pipeline.decode, stop, decoded);
   moved.Move(decoded.views);
+  moved.Describe(decoded.reports);
   frame.views = std::move(decoded.views);
   int missing = 0;
   for (v1::ViewReport& report : decoded.reports) {

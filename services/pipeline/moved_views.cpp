@@ -42,4 +42,8 @@ void MovedViews::Undo(std::vector<ViewObservations>& views) const {
   for (const Other& other : others_) views[other.view].observations = other.as_decoded;
 }
 
+void MovedViews::Describe(std::vector<v1::ViewReport>& reports) const {
+  for (const Other& other : others_) reports[other.view].set_moved_ms(1e3 * other.own_s);
+}
+
 }  // namespace weft

@@ -7,6 +7,7 @@
 #include "capture/take/view_moment.h"
 #include "services/pipeline/frame_cloud.h"
 #include "triangulation/rolled_observations.h"
+#include "weft/v1/report.pb.h"
 
 namespace weft {
 
@@ -22,6 +23,8 @@ class MovedViews {
   // Replaces observations as they were decoded by those at the frame's moment (RollToMoment), and back.
   void Move(std::vector<ViewObservations>& views);
   void Undo(std::vector<ViewObservations>& views) const;
+  // Says of which moment each view was; `reports` has an entry per view.
+  void Describe(std::vector<v1::ViewReport>& reports) const;
 
  private:
   struct Other {

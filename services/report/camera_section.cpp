@@ -59,6 +59,23 @@ std::string MissingCameras(const std::vector<CameraSummary>& cameras) {
   return "<h3>Without a usable image</h3>\n" + Table({"Camera", "Frames", "Why"}, rows, "missing");
 }
 
+// Of cameras that nothing triggered together.
+std::string MovedCameras(const std::vector<CameraSummary>& cameras) {
+  std::string rows;
+  for (const CameraSummary& camera : cameras) {
+    if (camera.frames_moved == 0) continue;
+    rows += TableRow("td",
+                     {NameHtml(camera.camera),
+                      absl::StrCat(FormatCount(camera.frames_moved), " of ", FormatCount(camera.frames_seen)),
+                      FormatNumber(camera.longest_move_ms, 1)});
+  }
+  if (rows.empty()) return "";
+  return "<h3>Taken at another moment</h3>\n<p>These observations were moved to the moment of their frame, "
+         "by the "
+         "cloth's motion to the camera's next or last image.</p>\n" +
+         Table({"Camera", "Frames", "At most, ms"}, rows, "moved");
+}
+
 // The most frequent reasons over all cameras.
 std::vector<std::string> MainReasons(const std::vector<CameraSummary>& cameras) {
   std::map<std::string, int64_t> totals;
@@ -150,7 +167,7 @@ std::string CameraSection(const JobSummary& summary) {
   return Section(
       "cameras", "Cameras",
       absl::StrCat(
-          MissingCameras(summary.cameras),
+          MissingCameras(summary.cameras), MovedCameras(summary.cameras),
           "<h3>Contribution of each camera</h3>\n<p>Means per frame in which the camera gave an "
           "image. A patch is a connected piece of the pattern; it is rejected as a whole. "
           "<i>Residual</i> is the RMS distance of the camera's observations to the points as all "

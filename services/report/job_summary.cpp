@@ -46,6 +46,8 @@ void AddView(const v1::ViewReport& view, CameraSummary& camera) {
     return;
   }
   ++camera.frames_seen;
+  camera.frames_moved += view.has_moved_ms();
+  camera.longest_move_ms = std::max(camera.longest_move_ms, std::abs(view.moved_ms()));
   camera.centers += view.centers();
   camera.corners += view.corners();
   camera.patches_accepted += view.patches_accepted();

@@ -23,6 +23,9 @@ struct CameraSummary {
   int frames_seen = 0;
   int frames_missing = 0;
   std::map<std::string, int> missing_reasons;  // frames by reason
+  // Frames whose observations were moved to their moment, and the longest way.
+  int frames_moved = 0;
+  double longest_move_ms = 0;
   int64_t centers = 0;
   int64_t corners = 0;
   int64_t patches_accepted = 0;

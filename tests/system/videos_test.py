@@ -86,6 +86,16 @@ class VideosTest(StudioTest):
         of_videos = self.median_error(self.path("imported"), moments)
         print(f"median error of seen vertices: {of_videos:.4f} mm, without loss {of_pictures:.4f} mm", flush=True)
         self.assertLess(of_videos, 1.3 * of_pictures)
+        self.says_which_views_were_moved(self.path("result of imported"), late, period)
+
+    def says_which_views_were_moved(self, result, late, period):
+        """To the frames of the first camera, which are a third of the film's pictures apart."""
+        views = json.loads(read(f"{result}/{FIRST_REGISTERED:04}/report.json"))["views"]
+        for view, begins in zip(views, late):
+            expected = (begins - late[0] + period / 2) % period - period / 2
+            moved = view.get("moved_ms", 0) / 1e3
+            self.assertLess(abs(abs(moved) - abs(expected)), 0.1 * period, view)
+        self.assertIn("Taken at another moment", read(f"{result}/report.html"))
 
     def test_says_what_is_wrong_and_goes_on(self):
         videos = [self.video(camera, "-c:v", "ffv1", ending="mkv") for camera in range(3)]
