@@ -21,6 +21,7 @@ enum class VertexState : uint8_t {
   kObserved = 1,  // measured by three or more cameras
   kTwoView = 2,   // measured by two
   kBridged = 3,   // the whole frame comes from its neighbours in time
+  kDriven = 4,    // by what an avatar learnt of the garment, and at most one camera
 };
 
 // The template's vertices at one frame, in the template's order.

@@ -4,7 +4,7 @@ As an add-on: Edit > Preferences > Add-ons > Install, choose this file, enable i
 From a shell: blender --python weft_blender.py -- RESULT [--rig RIG.json] [--fps N] [--bake] [--save OUT.blend]
 
 RESULT is the folder that `weft register` wrote. The object `garment` has the vertices in the template's order, in metres with
-z up, and the attributes `state` (0 inferred, 1 observed, 2 observed by two views, 3 bridged), `sigma_mm`, `views`, and
+z up, and the attributes `state` (0 inferred, 1 observed, 2 observed by two views, 3 bridged, 4 driven), `sigma_mm`, `views`, and
 `coverage`, the share of the frames in which a vertex was observed. Materials colour it by state, sigma or coverage. Meshes are
 read as frames are shown, so the result must stay where it is and the add-on enabled; `bake` puts all frames into the file as
 shape keys instead. Cameras have no lens distortion in Blender. Tried with Blender 3.4; needs NumPy, which Blender has.
@@ -38,8 +38,9 @@ TYPES = {"char": "i1", "uchar": "u1", "short": "<i2", "ushort": "<u2", "int": "<
          "double": "<f8"}
 OBSERVED, TWO_VIEW = 1, 2
 SENSOR_MM = 36.0
-# Distinct for the colour-blind (Okabe and Ito): inferred, observed, observed by two views, bridged.
-STATE_COLORS = [(0.90, 0.62, 0.0, 1), (0.0, 0.45, 0.70, 1), (0.34, 0.71, 0.91, 1), (0.80, 0.47, 0.65, 1)]
+# Distinct for the colour-blind (Okabe and Ito): inferred, observed, observed by two views, bridged, driven.
+STATE_COLORS = [(0.90, 0.62, 0.0, 1), (0.0, 0.45, 0.70, 1), (0.34, 0.71, 0.91, 1), (0.80, 0.47, 0.65, 1),
+                (0.94, 0.89, 0.26, 1)]
 RAMP_COLORS = [(0.27, 0.0, 0.33, 1), (0.13, 0.57, 0.55, 1), (0.99, 0.91, 0.14, 1)]
 MATERIALS = ("state", "sigma_mm", "coverage")
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/mesh.h"
 #include "services/files/little_endian.h"
 #include "services/files/ply_header.h"
 #include "services/files/ply_value.h"
@@ -24,6 +25,7 @@ constexpr char kMagic[] = "weftmsh1";
 constexpr bool kSwap = std::endian::native != std::endian::little;  // files are little-endian
 constexpr double kSteps = 65535;
 constexpr double kLeastStep_mm = 0.005;           // less would only carry noise
+constexpr double kMostState = 3;  // that its two bits hold
 constexpr int kVertexCodec = 0, kIndexCodec = 1;  // those that every decoder of the last years reads
 constexpr uint32_t kMostRows = 1u << 28;
 constexpr double kLeastSigma_mm = 0.001, kStepsOfAnOctave = 16;
@@ -145,8 +147,9 @@ Quantized QuantizedVertex(const VertexReader& reader, size_t row, Grid& grid) {
   }
   grid.coordinate_error_mm = std::max(grid.coordinate_error_mm, (shown - p).cwiseAbs().maxCoeff());
   grid.distance_mm = std::max(grid.distance_mm, (shown - p).norm());
-  const uint8_t state = SmallNumber(reader.Value(row, kState), 3);
-  const uint8_t views = SmallNumber(reader.Value(row, kViews), 63);
+  const bool is_driven = reader.Value(row, kState) > static_cast<double>(VertexState::kBridged);
+  const uint8_t state = SmallNumber(reader.Value(row, kState), kMostState);
+  const uint8_t views = SmallNumber(reader.Value(row, kViews) + (is_driven ? 1 : 0), 63);
   vertex.state_and_views = static_cast<uint8_t>(state | views << 2);
   vertex.sigma = SigmaByte(reader.Value(row, kSigma));
   return vertex;

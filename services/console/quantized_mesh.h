@@ -23,7 +23,8 @@ absl::StatusOr<std::optional<size_t>> EndOfVertices(std::string_view ply, const 
 // steps along x y z in mm, the low corner of the vertices' box in mm, the largest error of a coordinate and
 // the largest distance of a vertex from its quantised place in mm (8 doubles).
 // Vertices: meshoptimizer's vertex codec, 8 bytes each: x y z as 16 bits in steps from the low corner; a byte
-// of state (2 bits) and views (6 bits above, 63: or more); a byte of sigma, 16 per octave from 0.001 mm, 255:
+// of state (2 bits) and views (6 bits above, 63: or more; bridged vertices have none, so that bridged with n
+// views is driven with n - 1); a byte of sigma, 16 per octave from 0.001 mm, 255:
 // not a number. Faces: its index codec, 3 indices each. A step is the box's side / 65535, 0.005 mm at least,
 // so the error of a coordinate is at most 0.016 mm along 2 m.
 absl::StatusOr<std::string> QuantizedMesh(std::string_view ply, bool with_faces,

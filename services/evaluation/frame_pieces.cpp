@@ -25,7 +25,7 @@ absl::StatusOr<ResultMesh> ReadResultMesh(const std::string& path) {
   const PlyProperty* state = ply->Find("vertex")->Find("state");
   if (!state || state->is_list) return out;
   for (const double s : state->values) {
-    if (!(s >= 0 && s <= static_cast<double>(VertexState::kBridged)))
+    if (!(s >= 0 && s <= static_cast<double>(VertexState::kDriven)))
       return absl::InvalidArgumentError(absl::StrCat(path, ": a vertex cannot have state ", s));
     out.state.push_back(static_cast<VertexState>(s));
   }

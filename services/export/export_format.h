@@ -16,7 +16,7 @@ enum class ExportFormat { kPly, kObj, kGlb, kMdd, kPc2, kUsda, kNpz };
 enum class ExportAttribute {
   kUv,        // texture coordinates per corner of a face, u to the right, v upwards
   kVelocity,  // of a vertex, exported unit per second
-  kState,     // of a vertex at a frame: 0 inferred, 1 observed, 2 observed by two views, 3 bridged
+  kState,     // of a vertex at a frame: 0 inferred, 1 observed, 2 observed by two views, 3 bridged, 4 driven
   kSigma,     // standard deviation of a vertex's position at a frame, exported unit
   kViews,     // cameras that observed the vertex at a frame
   kCoverage,  // share of the exported frames in which the vertex was observed, 0 to 1

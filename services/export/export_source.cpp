@@ -23,7 +23,7 @@ namespace weft {
 namespace {
 
 namespace fs = std::filesystem;
-constexpr size_t kVertexStates = 4;
+constexpr size_t kVertexStates = 5;
 
 // Why a job's results are not complete; empty when they are.
 std::string Unfinished(const v1::Job& job) {

@@ -14,7 +14,7 @@ class PlyWriter : public FrameWriter {
   explicit PlyWriter(const ExportPlan& plan) : plan_(plan) {
     const ExportTopology& topology = plan.source.topology();
     ply_.comments = {"written by weft export; units and axes stand in export.json",
-                     "state 0 inferred, 1 observed, 2 by two views, 3 bridged"};
+                     "state 0 inferred, 1 observed, 2 by two views, 3 bridged, 4 driven"};
     ply_.elements.resize(2);
     PlyElement& face = ply_.elements[1];
     face.name = "face";

@@ -168,7 +168,7 @@ absl::Status WriteRegisteredMesh(const std::string& path, const RegisteredMesh& 
       PlyColumn("views", PlyType::kInt32, std::vector<double>(mesh.views.begin(), mesh.views.end())));
   AddTextureColumns(texture, &vertex);
   Ply ply;
-  ply.comments.push_back("positions in mm; state 0 inferred, 1 observed, 2 by two views, 3 bridged");
+  ply.comments.push_back("positions in mm; state 0 inferred, 1 observed, 2 by two views, 3 bridged, 4 driven");
   ply.elements = {std::move(vertex), FaceElement(faces, texture)};
   return WritePly(path, ply);
 }
@@ -195,9 +195,9 @@ absl::StatusOr<RegisteredMesh> RegisteredMeshFromPly(const Ply& ply, const std::
   mesh.vertices_mm = *std::move(positions);
   for (size_t row = 0; row < mesh.vertices_mm.size(); ++row) {
     const double state = columns[0]->values[row], views = columns[2]->values[row];
-    if (state != 0 && state != 1 && state != 2 && state != 3) {
+    if (!(state >= 0 && state <= 4 && state == std::floor(state))) {
       return absl::InvalidArgumentError(absl::StrCat(source_name, ": element vertex, row ", row,
-                                                     ", property state: is ", state, ", expected 0 to 3"));
+                                                     ", property state: is ", state, ", expected 0 to 4"));
     }
     if (!(views >= 0 && views <= 1e6)) {
       return absl::InvalidArgumentError(absl::StrCat(source_name, ": element vertex, row ", row,

@@ -37,6 +37,8 @@ Eigen::Vector3f StateColor(VertexState state) {
       return {0.00f, 0.62f, 0.45f};
     case VertexState::kBridged:
       return {0.55f, 0.25f, 0.50f};
+    case VertexState::kDriven:
+      return {0.94f, 0.89f, 0.26f};
     case VertexState::kInferred:
       break;
   }

@@ -71,6 +71,8 @@ std::string StateLegend(const std::vector<VertexState>& states) {
         return "measured by two cameras only";
       case VertexState::kBridged:
         return "bridged: from the frames around";
+      case VertexState::kDriven:
+        return "driven: by the garment's avatar and at most one camera";
       case VertexState::kInferred:
         break;
     }

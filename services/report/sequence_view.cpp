@@ -42,7 +42,8 @@ std::string PaletteText(const std::array<Eigen::Vector3f, 256>& palette) {
 
 SequenceColoring ColoringByState() {
   const std::vector<VertexState> states = {VertexState::kObserved, VertexState::kTwoView,
-                                           VertexState::kInferred, VertexState::kBridged};
+                                           VertexState::kInferred, VertexState::kBridged,
+                                           VertexState::kDriven};
   SequenceColoring coloring{"state", StateLegend(states), {}, false};
   coloring.palette.fill(UnknownColor());
   for (const VertexState state : states) coloring.palette[static_cast<size_t>(state)] = StateColor(state);

@@ -10,8 +10,9 @@ export const STATE_COLORS: Rgb[] = [
   [87, 181, 232],
   [0, 158, 115],
   [140, 64, 128],
+  [240, 227, 66],
 ];
-export const STATE_NAMES = ["inferred", "seen by three cameras or more", "seen by two cameras", "bridged"];
+export const STATE_NAMES = ["inferred", "seen by three cameras or more", "seen by two cameras", "bridged", "driven"];
 export const CLOTH_COLOR: Rgb = [204, 201, 194];
 
 function srgb(linear: number): number {

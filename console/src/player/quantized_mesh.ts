@@ -54,9 +54,12 @@ export function decodeFaces(mesh: EncodedMesh): Uint32Array {
   return indices;
 }
 
+const viewsField = (traits: number): number => (traits >> 2) & 63;
+/** Bridged vertices have no views; one that has is driven, and has one view less. */
+const isDriven = (traits: number): boolean => (traits & 3) === 3 && viewsField(traits) > 0;
 /** How a vertex is known, as VertexState. */
-export const stateOf = (traits: number): number => traits & 3;
-export const viewsOf = (traits: number): number => (traits >> 2) & 63;
+export const stateOf = (traits: number): number => (isDriven(traits) ? 4 : traits & 3);
+export const viewsOf = (traits: number): number => viewsField(traits) - (isDriven(traits) ? 1 : 0);
 /** NaN: not known. */
 export function sigmaOf(traits: number): number {
   const byte = traits >> 8;

@@ -10,7 +10,7 @@ in float traits;
 in vec3 other;
 in float coverage;
 uniform mat4 modelViewMatrix, projectionMatrix;
-uniform vec3 low, otherLow, unit, otherUnit, cloth, states[4];
+uniform vec3 low, otherLow, unit, otherUnit, cloth, states[5];
 uniform float range, pointSize;
 uniform int coloring;
 uniform sampler2D palette;
@@ -29,6 +29,7 @@ vec3 ofPalette(float value) { return texture(palette, vec2(clamp(value, 0.0, 1.0
 
 vec3 colorOf(vec3 place) {
   float state = mod(traits, 4.0), cameras = mod(floor(traits / 4.0), 64.0), sigma = floor(traits / 256.0);
+  if (state == 3.0 && cameras > 0.0) state = 4.0, cameras -= 1.0;  // driven, as in quantized_mesh.ts
   if (coloring == 1) return states[int(state)];
   if (coloring == 2) return sigma > 254.5 ? vec3(0.55) : ofPalette(0.001 * exp2(sigma / 16.0) / range);
   if (coloring == 3) return ofPalette(cameras / range);

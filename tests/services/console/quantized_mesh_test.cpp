@@ -114,6 +114,19 @@ TEST(QuantizedMesh, KeepsPlacesToTheStatedErrorAndWhatIsKnownOfThem) {
   EXPECT_LT(farthest, 0.02);
 }
 
+TEST(QuantizedMesh, TellsDrivenVerticesFromBridgedOnes) {
+  RegisteredMesh mesh = Sheet();
+  mesh.state.assign(mesh.state.size(), VertexState::kDriven);
+  for (size_t v = 0; v < mesh.views.size(); ++v) mesh.views[v] = static_cast<int>(v % 2);
+  mesh.state[0] = VertexState::kBridged, mesh.views[0] = 0;
+  const auto bytes = QuantizedMesh(BytesOf(mesh, SheetFaces()), false, "mesh.ply");
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  const Shown shown = Read(*bytes);
+  EXPECT_EQ(shown.words[0][3] & 0xff, 3);
+  for (size_t v = 1; v < shown.vertices; ++v)
+    EXPECT_EQ(shown.words[v][3] & 0xff, 3 | (mesh.views[v] + 1) << 2) << v;
+}
+
 TEST(QuantizedMesh, HasTheFacesWhereTheyAreAskedFor) {
   const std::vector<Face> faces = SheetFaces();
   const auto bytes = QuantizedMesh(BytesOf(Sheet(), faces), true, "mesh.ply");

@@ -105,6 +105,7 @@ TEST(SequenceView, FacesAndFramesAreTold) {
 TEST(SequenceView, PalettesAreTheColoursOfThePictures) {
   EXPECT_EQ(ColoringByState().palette[1], StateColor(VertexState::kObserved));
   EXPECT_EQ(ColoringByState().palette[3], StateColor(VertexState::kBridged));
+  EXPECT_EQ(ColoringByState().palette[4], StateColor(VertexState::kDriven));
   const SequenceColoring sigma = ColoringByValue("sigma", "sigma", "mm", {0, 2});
   for (const double value : {0.0, 0.7, 1.3, 2.0, 5.0}) {
     const Eigen::Vector3f shown = sigma.palette[PaletteIndex(value, {0, 2})],

@@ -19,6 +19,7 @@ class VertexState(IntEnum):
     OBSERVED = 1  # by three or more cameras
     TWO_VIEW = 2
     BRIDGED = 3
+    DRIVEN = 4  # by what an avatar learnt, and at most one camera
 
 
 @dataclass(frozen=True)
