@@ -39,8 +39,7 @@ TYPES = {"char": "i1", "uchar": "u1", "short": "<i2", "ushort": "<u2", "int": "<
 OBSERVED, TWO_VIEW = 1, 2
 SENSOR_MM = 36.0
 # Distinct for the colour-blind (Okabe and Ito): inferred, observed, observed by two views, bridged, driven.
-STATE_COLORS = [(0.90, 0.62, 0.0, 1), (0.0, 0.45, 0.70, 1), (0.34, 0.71, 0.91, 1), (0.80, 0.47, 0.65, 1),
-                (0.94, 0.89, 0.26, 1)]
+STATE_COLORS = [(.90, .62, 0, 1), (0, .45, .70, 1), (.34, .71, .91, 1), (.80, .47, .65, 1), (.94, .89, .26, 1)]
 RAMP_COLORS = [(0.27, 0.0, 0.33, 1), (0.13, 0.57, 0.55, 1), (0.99, 0.91, 0.14, 1)]
 MATERIALS = ("state", "sigma_mm", "coverage")
 

@@ -25,7 +25,7 @@ constexpr char kMagic[] = "weftmsh1";
 constexpr bool kSwap = std::endian::native != std::endian::little;  // files are little-endian
 constexpr double kSteps = 65535;
 constexpr double kLeastStep_mm = 0.005;           // less would only carry noise
-constexpr double kMostState = 3;  // that its two bits hold
+constexpr double kMostState = 3;                  // that its two bits hold
 constexpr int kVertexCodec = 0, kIndexCodec = 1;  // those that every decoder of the last years reads
 constexpr uint32_t kMostRows = 1u << 28;
 constexpr double kLeastSigma_mm = 0.001, kStepsOfAnOctave = 16;

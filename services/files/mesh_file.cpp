@@ -168,7 +168,8 @@ absl::Status WriteRegisteredMesh(const std::string& path, const RegisteredMesh& 
       PlyColumn("views", PlyType::kInt32, std::vector<double>(mesh.views.begin(), mesh.views.end())));
   AddTextureColumns(texture, &vertex);
   Ply ply;
-  ply.comments.push_back("positions in mm; state 0 inferred, 1 observed, 2 by two views, 3 bridged, 4 driven");
+  ply.comments.push_back(
+      "positions in mm; state 0 inferred, 1 observed, 2 by two views, 3 bridged, 4 driven");
   ply.elements = {std::move(vertex), FaceElement(faces, texture)};
   return WritePly(path, ply);
 }

@@ -19,7 +19,7 @@ import re
 import sys
 
 # Each folder may include itself and those before it; simulation, evaluation and services are no part of the flow.
-FLOW = ["base", "simd", "capture", "pattern", "triangulation", "alignment", "figure"]
+FLOW = ["base", "simd", "capture", "pattern", "triangulation", "alignment", "figure", "animation"]
 MAY_INCLUDE = {folder: set(FLOW[: i + 1]) for i, folder in enumerate(FLOW)}
 MAY_INCLUDE["simulation"] = set(FLOW) | {"simulation"}
 MAY_INCLUDE["evaluation"] = set(FLOW) | {"simulation", "evaluation"}

@@ -1,0 +1,186 @@
+#include "animation/local_shape.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <queue>
+
+#include "absl/status/status.h"
+
+namespace weft {
+namespace {
+
+// A region reaches so many times further than the point that is furthest from all middles.
+constexpr double kOverlap = 1.6;
+// Of the largest eigenvalue: distances along cloth do not make a covariance by themselves.
+constexpr double kLeastEigenvalue = 0.02;
+
+// Along the mesh's edges; infinite in other components.
+std::vector<double> WaysFrom(int start, const TriangleMesh& rest, const MeshGraph& graph) {
+  std::vector<double> way(graph.vertices, std::numeric_limits<double>::infinity());
+  using Entry = std::pair<double, int>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
+  way[start] = 0;
+  open.emplace(0, start);
+  while (!open.empty()) {
+    const auto [length, v] = open.top();
+    open.pop();
+    if (length > way[v]) continue;
+    for (int i = graph.first[v]; i < graph.first[v + 1]; ++i) {
+      const int other = graph.neighbor[i];
+      const double next = length + (rest.vertices_mm[v] - rest.vertices_mm[other]).norm();
+      if (next >= way[other]) continue;
+      way[other] = next;
+      open.emplace(next, other);
+    }
+  }
+  return way;
+}
+
+Eigen::MatrixXd InverseOf(const Eigen::MatrixXd& covariance) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
+  const double least = kLeastEigenvalue * solver.eigenvalues().maxCoeff();
+  const Eigen::VectorXd inverse = solver.eigenvalues().cwiseMax(least).cwiseInverse();
+  return solver.eigenvectors() * inverse.asDiagonal() * solver.eigenvectors().transpose();
+}
+
+}  // namespace
+
+absl::Status LocalShapeOptions::Validate() const {
+  if (regions < 0 || regions > 200)
+    return absl::InvalidArgumentError("local shape: regions must be 0 to 200");
+  if (components < 1) return absl::InvalidArgumentError("local shape: components must be at least 1");
+  if (!(spread > 0) || !(reach_mm > 0))
+    return absl::InvalidArgumentError("local shape: spread and reach_mm must be positive");
+  if (steps < 1) return absl::InvalidArgumentError("local shape: steps must be at least 1");
+  return absl::OkStatus();
+}
+
+ShapeRegions DivideShape(const TriangleMesh& rest, const MeshGraph& graph, const LocalShapeOptions& options) {
+  ShapeRegions out;
+  out.of_vertex.resize(graph.vertices);
+  if (options.regions == 0) return out;
+  std::vector<std::vector<double>> ways;
+  std::vector<int> middles;
+  std::vector<double> nearest(graph.vertices, std::numeric_limits<double>::infinity());
+  int next = 0;
+  while (static_cast<int>(middles.size()) < std::min(options.regions, graph.vertices)) {
+    middles.push_back(next);
+    ways.push_back(WaysFrom(next, rest, graph));
+    for (int v = 0; v < graph.vertices; ++v) nearest[v] = std::min(nearest[v], ways.back()[v]);
+    next = static_cast<int>(std::max_element(nearest.begin(), nearest.end()) - nearest.begin());
+  }
+  out.count = static_cast<int>(middles.size());
+  double furthest = 0;
+  for (const double way : nearest)
+    if (std::isfinite(way)) furthest = std::max(furthest, way);
+  const double radius = std::max(1e-6, kOverlap * furthest);
+  for (int v = 0; v < graph.vertices; ++v) {
+    double sum = 0;
+    for (int r = 0; r < out.count; ++r) {
+      if (!(ways[r][v] < radius)) continue;
+      const double weight = std::pow(1 - ways[r][v] / radius, 2);
+      out.of_vertex[v].emplace_back(r, weight);
+      sum += weight;
+    }
+    for (auto& [region, weight] : out.of_vertex[v]) weight /= sum;
+  }
+  Eigen::MatrixXd covariance(out.count, out.count);
+  for (int r = 0; r < out.count; ++r)
+    for (int s = 0; s < out.count; ++s)
+      covariance(r, s) = options.spread * options.spread * std::exp(-ways[r][middles[s]] / options.reach_mm);
+  out.information = InverseOf(0.5 * (covariance + covariance.transpose()));
+  return out;
+}
+
+LocalShape::LocalShape(const ShapeSpace& space, ShapeRegions regions, const LocalShapeOptions& options)
+    : space_(space), regions_(std::move(regions)), options_(options) {
+  options_.components = std::min(options_.components, space.components());
+  const size_t size = 3 * static_cast<size_t>(space.vertices), components = space.sigma_mm.size();
+  ways_.resize(size * components);
+  for (size_t k = 0; k < components; ++k)
+    for (size_t i = 0; i < size; ++i)
+      ways_[(i / 3 * components + k) * 3 + i % 3] = space.sigma_mm[k] * space.basis[k * size + i];
+}
+
+Eigen::Vector3d LocalShape::PointOf(int vertex, const ShapeState& state) const {
+  Eigen::VectorXd z = state.z;
+  if (state.local.size() > 0)
+    for (const auto& [region, weight] : regions_.of_vertex[vertex])
+      z.head(options_.components) += weight * state.local.row(region).transpose();
+  const Eigen::Map<const Eigen::Vector3f> mean(&space_.mean_mm[3 * static_cast<size_t>(vertex)]);
+  return mean.cast<double>() + WaysOf(vertex).cast<double>() * z;
+}
+
+std::vector<Eigen::Vector3d> LocalShape::MeshOf(const ShapeState& state) const {
+  std::vector<Eigen::Vector3d> out(space_.vertices);
+  for (int v = 0; v < space_.vertices; ++v) out[v] = state.root * PointOf(v, state);
+  return out;
+}
+
+double LocalShape::Step(const std::vector<VertexRay>& rays, const std::vector<double>& weight,
+                        const ShapePrior& prior, int components, bool with_regions, ShapeState* state) const {
+  const int parts = with_regions ? regions_.count : 0, wide = options_.components, head = 6 + components;
+  const int unknowns = head + parts * wide;
+  if (parts > 0 && state->local.size() == 0) state->local = Eigen::MatrixXd::Zero(parts, wide);
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(unknowns, unknowns);
+  Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
+  const Eigen::Matrix3d rotation = state->root.linear();
+  Eigen::MatrixXd common(head, 2);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const VertexRay& ray = rays[i];
+    const Eigen::Vector3d turned = rotation * PointOf(ray.vertex, *state);
+    const Eigen::Vector3d way = ray.WayTo(turned + state->root.translation());
+    const Eigen::Vector3d first = ray.direction.unitOrthogonal();
+    const Eigen::Vector3d across[2] = {first, ray.direction.cross(first)};
+    Eigen::Vector2d residual;
+    for (int side = 0; side < 2; ++side) {
+      const Eigen::Vector3d a = std::sqrt(weight[i]) * across[side];
+      residual[side] = a.dot(way);
+      common.col(side).head<3>() = turned.cross(a);
+      common.col(side).segment<3>(3) = a;
+      common.col(side).tail(components) =
+          WaysOf(ray.vertex).leftCols(components).cast<double>().transpose() * (rotation.transpose() * a);
+    }
+    normal.topLeftCorner(head, head).noalias() += common * common.transpose();
+    right.head(head).noalias() += common * residual;
+    if (parts == 0) continue;
+    const auto own = common.middleRows(6, wide);
+    const Eigen::MatrixXd with_common = own * common.transpose(), with_own = own * own.transpose();
+    const Eigen::VectorXd pull = own * residual;
+    const auto& regions = regions_.of_vertex[ray.vertex];
+    for (size_t r = 0; r < regions.size(); ++r) {
+      const int row = head + regions[r].first * wide;
+      normal.block(row, 0, wide, head) += regions[r].second * with_common;
+      right.segment(row, wide) += regions[r].second * pull;
+      for (size_t s = 0; s <= r; ++s)
+        normal.block(row, head + regions[s].first * wide, wide, wide) +=
+            regions[r].second * regions[s].second * with_own;
+    }
+  }
+  for (int k = 0; k < components; ++k) {
+    normal(6 + k, 6 + k) += 1 + prior.information[k];
+    right[6 + k] += -state->z[k] + prior.information[k] * (prior.expected[k] - state->z[k]);
+  }
+  normal.diagonal().head<6>().array() += 1e-9;
+  for (int r = 0; r < parts; ++r) {
+    for (int s = 0; s <= r; ++s)
+      normal.block(head + r * wide, head + s * wide, wide, wide).diagonal().array() +=
+          regions_.information(r, s);
+    right.segment(head + r * wide, wide) -= (regions_.information.row(r) * state->local).transpose();
+  }
+  const Eigen::VectorXd change = normal.selfadjointView<Eigen::Lower>().llt().solve(right);
+  if (!change.allFinite()) return -1;
+  const double angle = change.head<3>().norm();
+  Eigen::Matrix3d turned = rotation;
+  if (angle > 0) turned = Eigen::AngleAxisd(angle, change.head<3>() / angle).toRotationMatrix() * rotation;
+  state->root.linear() = Eigen::Quaterniond(turned).normalized().toRotationMatrix();
+  state->root.translation() += change.segment<3>(3);
+  state->z.head(components) += change.segment(6, components);
+  for (int r = 0; r < parts; ++r) state->local.row(r) += change.segment(head + r * wide, wide).transpose();
+  return std::max(change.tail(unknowns - 6).cwiseAbs().maxCoeff(), 1e3 * angle * 0.01);
+}
+
+}  // namespace weft

@@ -1,0 +1,97 @@
+#include "animation/ray_driver.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "base/median.h"
+#include "base/stopwatch.h"
+
+namespace weft {
+namespace {
+
+// Over this way along the cloth, what crossing rays say about their neighbours is forgotten.
+constexpr double kReachMm = 150;
+// The median distance of a ray from its vertex is this share of what the space leaves per axis, where a frame
+// is like those that were learnt (two axes, normal).
+constexpr double kMedianOfTwoAxes = 1.177;
+constexpr double kLeastMisfit = 0.5;
+
+}  // namespace
+
+absl::Status RayDriverOptions::Validate() const {
+  if (absl::Status status = tracker.Validate(); !status.ok()) return status;
+  return polish.Validate();
+}
+
+RayDriver::RayDriver(const AlignmentModel& model, const SparseViewAvatar& avatar,
+                     const RayDriverOptions& options)
+    : model_(model),
+      avatar_(avatar),
+      options_(options),
+      tracker_(model, avatar.space, avatar.left_mm, avatar.acceleration, options.tracker) {}
+
+std::vector<float> RayDriver::Scales(const RayDrivenFrame& frame, const std::vector<VertexRay>& rays,
+                                     const std::vector<bool>& rejected) const {
+  const MeshGraph& graph = model_.graph();
+  std::vector<double> misfits;
+  std::vector<RayEvidence> evidence(graph.vertices);
+  std::vector<bool> crossed(graph.vertices, false);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    if (rejected[i]) continue;
+    const int v = rays[i].vertex;
+    misfits.push_back(rays[i].WayTo(frame.carrier_mm[v]).norm() / (kMedianOfTwoAxes * avatar_.left_mm[v]));
+    evidence[v].Add(rays[i], frame.position_mm[v], 1);
+    crossed[v] = evidence[v].rays >= 2;
+  }
+  const double misfit = std::max(kLeastMisfit, misfits.empty() ? 1.0 : Median(std::move(misfits)));
+  const std::vector<int> rings = RingDistance(graph, crossed);
+  std::vector<float> out(graph.vertices);
+  for (int v = 0; v < graph.vertices; ++v) {
+    const double unseen_mm = misfit * avatar_.left_mm[v];
+    if (crossed[v]) {
+      const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(evidence[v].information,
+                                                                Eigen::EigenvaluesOnly);
+      const double crossing_mm = 1 / std::sqrt(std::max(axes.eigenvalues()[0], 1e-12));
+      out[v] = static_cast<float>(std::min(crossing_mm, unseen_mm));
+    } else {
+      const double way_mm = rings[v] < 0 ? 1e9 : rings[v] * model_.mean_edge_mm();
+      out[v] = static_cast<float>(unseen_mm * std::sqrt(1 - std::exp(-way_mm / kReachMm)));
+    }
+  }
+  return out;
+}
+
+absl::StatusOr<RayDrivenFrame> RayDriver::Drive(double frames, const std::vector<VertexRay>& rays) {
+  RayDrivenFrame out;
+  Stopwatch watch;
+  out.track = tracker_.Follow(frames, rays);
+  out.carrier_mm = tracker_.MeshOf(out.track);
+  out.times.push_back({"track", 1000 * watch.Seconds()});
+  std::set<int> cameras;
+  for (const VertexRay& ray : rays) cameras.insert(ray.view);
+  out.cameras = static_cast<int>(cameras.size());
+  out.rays_of_vertex.assign(out.carrier_mm.size(), 0);
+  std::vector<bool> rejected(rays.size(), true);
+  out.position_mm = out.carrier_mm;
+  if (!out.track.lost) {
+    watch = Stopwatch();
+    absl::StatusOr<PolishedMesh> polished = PolishToRays(model_, {avatar_.edge_mm, avatar_.edge_spread_mm},
+                                                         out.carrier_mm, rays, options_.polish);
+    if (!polished.ok()) return polished.status();
+    out.position_mm = std::move(polished->position_mm);
+    rejected = std::move(polished->rejected);
+    out.times.push_back({"polish", 1000 * watch.Seconds()});
+  }
+  for (size_t i = 0; i < rays.size(); ++i) {
+    out.rays_of_vertex[rays[i].vertex] += rejected[i] ? 0 : 1;
+    out.rejected_rays += rejected[i] ? 1 : 0;
+  }
+  watch = Stopwatch();
+  out.scale_mm = Scales(out, rays, rejected);
+  out.times.push_back({"sigma", 1000 * watch.Seconds()});
+  return out;
+}
+
+}  // namespace weft

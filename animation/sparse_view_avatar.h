@@ -1,0 +1,94 @@
+// What a garment was learnt to do, so that a few cameras suffice to follow it (docs: animation/README.md).
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "alignment/template.h"
+#include "animation/shape_space.h"
+
+namespace weft {
+
+// Complete meshes of the garment while it is worn: takes of frames that follow each other.
+struct TrainingTake {
+  std::string name;
+  int frames = 0;
+  double fps = 30;
+  // Not learnt from: these say how far the avatar is to be trusted.
+  bool held_out = false;
+};
+struct TrainingFrames {
+  std::vector<TrainingTake> takes;
+  // Vertices of a frame in mm, [vertices]. Called from the calling thread, in any order, several times a
+  // frame.
+  std::function<absl::StatusOr<std::vector<Eigen::Vector3d>>(int take, int frame)> read;
+};
+
+struct SparseViewTraining {
+  int components = 48;          // of the shape space
+  int max_frames = 4000;        // to learn from, at most; of more, evenly spaced ones
+  int calibration_frames = 40;  // held-out frames, for each number of cameras
+  uint64_t seed = 1;
+
+  absl::Status Validate() const;
+};
+
+// What the sigma of a driven vertex is made of: factors by the number of cameras with rays (1, 2, 3, 4 and
+// more) and by the vertex's own rays (0, 1, 2, 3 and more).
+struct SigmaScale {
+  static constexpr int kCameras = 4, kRays = 4;
+  std::array<std::array<float, kRays>, kCameras> of{};
+};
+
+struct SparseViewAvatar {
+  std::string template_hash;  // Template::ContentHash
+  std::string board_hash;
+  double fps = 30;  // of the takes that were learnt from
+  int training_frames = 0, held_out_frames = 0;
+  SparseViewTraining training;
+  ShapeSpace space;
+  std::vector<float> acceleration;    // [components], spread of z_t - 2 z_(t-1) + z_(t-2)
+  std::vector<float> edge_mm;         // [edges of MeshGraph], mean length over the training frames
+  std::vector<float> edge_spread_mm;  // [edges], standard deviation
+  std::vector<float> left_mm;         // [vertices], root mean square per axis of what the space leaves
+  SigmaScale sigma;
+
+  // InvalidArgument names what is wrong: sizes that do not fit each other, numbers that are not finite or not
+  // positive where they must be.
+  absl::Status Validate() const;
+  // FailedPrecondition, with both names, for a template or board that the avatar was not made for.
+  absl::Status CheckFits(const Template& garment) const;
+};
+
+// The numbers of an avatar as tables, for files: new versions may add tables, and `name` says which is which.
+struct AvatarTable {
+  std::string name;
+  int rows = 0, columns = 0;
+  // Bases are kept in 16 bits: to 1/32767 of the largest value of a row.
+  bool sixteen_bits = false;
+  std::vector<float> values;  // [rows][columns]
+};
+// All numbers of the avatar that are not hashes, fps, counts or training options.
+std::vector<AvatarTable> TablesOf(const SparseViewAvatar& avatar);
+// Fills these numbers; InvalidArgument names a table that is missing, or has another size than the others
+// imply. Unknown tables are passed over. Validate() says whether the whole makes sense.
+absl::Status TakeTables(const std::vector<AvatarTable>& tables, SparseViewAvatar* avatar);
+
+// Learns an avatar. `on_progress` (may be empty) is called with what is being done ("shapes", "lengths",
+// "sigma") and the share of it done. Without held-out takes the last tenth of each take is held out.
+// InvalidArgument names what is wrong with the input: fewer than ten frames to learn from, a frame with
+// another number of vertices than the template; errors of `read`; Cancelled when `stop` is requested.
+// The same bytes at any thread count.
+absl::StatusOr<SparseViewAvatar> TrainSparseView(
+    const Template& garment, const TrainingFrames& frames, const SparseViewTraining& training,
+    const std::function<void(std::string_view stage, double share)>& on_progress = {},
+    const std::stop_token& stop = {});
+
+}  // namespace weft

@@ -1,0 +1,127 @@
+#include "animation/sparse_view_driver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "base/median.h"
+#include "base/stopwatch.h"
+
+namespace weft {
+namespace {
+
+VertexState StateOf(int rays) {
+  if (rays >= 3) return VertexState::kObserved;
+  return rays == 2 ? VertexState::kTwoView : VertexState::kDriven;
+}
+
+double SizeOf(const std::vector<Eigen::Vector3d>& vertices_mm) {
+  Eigen::Vector3d low = vertices_mm[0], high = low;
+  for (const Eigen::Vector3d& v : vertices_mm) low = low.cwiseMin(v), high = high.cwiseMax(v);
+  return (high - low).norm();
+}
+
+}  // namespace
+
+absl::Status SparseViewOptions::Validate() const {
+  if (!(cloth_sigma_px >= 0.01) || !std::isfinite(cloth_sigma_px))
+    return absl::InvalidArgumentError("driving: cloth_sigma_px must be at least 0.01");
+  return driver.Validate();
+}
+
+struct SparseViewDriver::State {
+  State(const Template& garment, SparseViewAvatar learnt, const SparseViewOptions& given)
+      : options(given),
+        avatar(std::move(learnt)),
+        model(garment),
+        nodes(garment),
+        driver(model, avatar, options.driver),
+        size_mm(SizeOf(garment.rest.vertices_mm)) {}
+
+  RegisteredMesh MeshOf(const RayDrivenFrame& driven) const {
+    RegisteredMesh out;
+    out.vertices_mm = driven.position_mm;
+    out.views = driven.rays_of_vertex;
+    const int cameras = std::clamp(driven.cameras, 1, SigmaScale::kCameras) - 1;
+    for (size_t v = 0; v < out.vertices_mm.size(); ++v) {
+      const int rays = std::min(driven.rays_of_vertex[v], SigmaScale::kRays - 1);
+      out.state.push_back(StateOf(driven.rays_of_vertex[v]));
+      out.sigma_mm.push_back(driven.track.lost ? static_cast<float>(size_mm)
+                                               : driven.scale_mm[v] * avatar.sigma.of[cameras][rays]);
+    }
+    return out;
+  }
+
+  SparseViewOptions options;
+  SparseViewAvatar avatar;
+  AlignmentModel model;
+  NodeVertices nodes;
+  RayDriver driver;
+  double size_mm = 0;
+  std::optional<int64_t> last_ns;
+};
+
+SparseViewDriver::SparseViewDriver(std::unique_ptr<State> state) : state_(std::move(state)) {}
+SparseViewDriver::SparseViewDriver(SparseViewDriver&&) noexcept = default;
+SparseViewDriver& SparseViewDriver::operator=(SparseViewDriver&&) noexcept = default;
+SparseViewDriver::~SparseViewDriver() = default;
+
+absl::StatusOr<SparseViewDriver> SparseViewDriver::Create(const Template& garment, SparseViewAvatar avatar,
+                                                          const SparseViewOptions& options) {
+  absl::Status status = options.Validate();
+  if (status.ok()) status = avatar.CheckFits(garment);
+  if (status.ok()) status = avatar.Validate();
+  if (!status.ok()) return status;
+  auto state = std::make_unique<State>(garment, std::move(avatar), options);
+  const size_t edges = state->model.graph().edges.size();
+  if (state->avatar.edge_mm.size() != edges)
+    return absl::InvalidArgumentError(absl::StrCat("avatar: has lengths of ", state->avatar.edge_mm.size(),
+                                                   " edges, the template has ", edges));
+  return SparseViewDriver(std::move(state));
+}
+
+absl::StatusOr<DrivenFrame> SparseViewDriver::Drive(int64_t time_ns, std::span<const DrivingView> views) {
+  State& state = *state_;
+  if (views.empty()) return absl::InvalidArgumentError("driving: a frame without views");
+  if (state.last_ns && time_ns <= *state.last_ns)
+    return absl::InvalidArgumentError(
+        absl::StrCat("driving: a frame at ", time_ns, " ns comes after one at ", *state.last_ns, " ns"));
+  const Stopwatch watch;
+  const auto rays = RaysOf(views, state.nodes, state.options.cloth_sigma_px);
+  if (!rays.ok()) return rays.status();
+  DrivenFrame out;
+  out.times.push_back({"rays", 1000 * watch.Seconds()});
+  const double frames =
+      state.last_ns ? 1e-9 * static_cast<double>(time_ns - *state.last_ns) * state.avatar.fps : 1;
+  absl::StatusOr<RayDrivenFrame> driven = state.driver.Drive(frames, *rays);
+  if (!driven.ok()) return driven.status();
+  state.last_ns = time_ns;
+  out.mesh = state.MeshOf(*driven);
+  out.lost = driven->track.lost;
+  out.reason = driven->track.reason;
+  out.started_anew = driven->track.started_anew;
+  out.rays = static_cast<int>(rays->size());
+  out.rejected_rays = driven->rejected_rays;
+  const std::vector<int> places = PlacesByName(views);
+  std::vector<int> by_place(views.size(), 0);
+  std::vector<double> residuals;
+  for (const VertexRay& ray : *rays) {
+    ++by_place[ray.view];
+    const Eigen::Vector3d& at = out.mesh.vertices_mm[ray.vertex];
+    residuals.push_back(ray.WayTo(at).norm() / (at - ray.origin_mm).norm() * ray.focal_px);
+  }
+  for (const int place : places) out.rays_of_view.push_back(by_place[place]);
+  if (!residuals.empty()) out.residual_px = Median(std::move(residuals));
+  out.carrier_mm = std::move(driven->carrier_mm);
+  out.times.insert(out.times.end(), driven->times.begin(), driven->times.end());
+  return out;
+}
+
+void SparseViewDriver::Reset() {
+  state_->driver.Reset();
+  state_->last_ns.reset();
+}
+
+}  // namespace weft

@@ -1,0 +1,72 @@
+// Registers a garment from a few cameras, frame after frame, with what its avatar learnt.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "alignment/mesh.h"
+#include "alignment/template.h"
+#include "animation/evidence.h"
+#include "animation/ray_driver.h"
+#include "animation/sparse_view_avatar.h"
+
+namespace weft {
+
+struct SparseViewOptions {
+  double cloth_sigma_px = 0.3;  // added to the sigma of each observation, in quadrature
+  RayDriverOptions driver;
+
+  absl::Status Validate() const;
+};
+
+struct DrivenFrame {
+  // All vertices, with states kDriven (no ray, or one), kTwoView and kObserved by the number of their rays.
+  // sigma_mm is the distance from the truth that about 68 % of the vertices keep; 95 % keep twice that.
+  RegisteredMesh mesh;
+  // The mesh is a guess that must not be used; `reason` says why, in words for people. The driver starts
+  // anew at the next frame.
+  bool lost = false;
+  std::string reason;
+  bool started_anew = false;      // the garment was looked for without regard to the frame before
+  int rays = 0;                   // observations of vertices, in all views
+  int rejected_rays = 0;          // of them, set aside because they disagree with the cloth around them
+  std::vector<int> rays_of_view;  // [views]
+  double residual_px = 0;         // median distance of the rays' vertices from their pixels
+  std::vector<Eigen::Vector3d> carrier_mm;  // [vertices], the shape before the polish
+  std::vector<StageTime> times;
+};
+
+// Follows one garment in time. Not for use by two threads at once; parallel loops run in the calling thread's
+// TBB arena. The same frames in the same order give the same bytes at any thread count.
+class SparseViewDriver {
+ public:
+  // FailedPrecondition, with both names, where the avatar is of another template or board; InvalidArgument
+  // for options and avatars that are not valid.
+  static absl::StatusOr<SparseViewDriver> Create(const Template& garment, SparseViewAvatar avatar,
+                                                 const SparseViewOptions& options = {});
+  SparseViewDriver(SparseViewDriver&&) noexcept;
+  SparseViewDriver& operator=(SparseViewDriver&&) noexcept;
+  ~SparseViewDriver();
+
+  // The next frame. Views may differ from frame to frame in number and place; a camera that saw nothing may
+  // be left out or come without observations. What is seen too little of gives a frame that is `lost`, not
+  // an error. InvalidArgument: no views, a camera twice or not valid, an observation that is not finite, a
+  // time that is not after the last frame's.
+  absl::StatusOr<DrivenFrame> Drive(int64_t time_ns, std::span<const DrivingView> views);
+
+  // Forgets the frames so far.
+  void Reset();
+
+ private:
+  struct State;
+  explicit SparseViewDriver(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace weft

@@ -1,0 +1,268 @@
+#include "animation/view_tracker.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "base/median.h"
+
+namespace weft {
+namespace {
+
+constexpr int kTurns = 8;
+// Components and steps with which starts are compared.
+constexpr int kTrialComponents = 8, kTrialSteps = 6;
+// Rays of one view that are enough for a pose of its own.
+constexpr int kRaysOfPose = 20;
+// A step this small, in units of z, ends the iteration.
+constexpr double kSmallStep = 1e-3;
+// The robust function begins wider, so that limbs that moved far are not taken for errors.
+double WideningAt(int step) { return step == 0 ? 4 : step == 1 ? 2 : 1; }
+// Longer gaps say nothing about the shape any more.
+constexpr double kLongestGap = 30;
+// No shape space is better than this, in mm.
+constexpr double kLeastSpread = 1;
+// Median of the length of a normal vector across a ray.
+constexpr double kMedianAcross = 1.177;
+
+// Two directions across a ray.
+void AcrossOf(const Eigen::Vector3d& direction, Eigen::Vector3d* a, Eigen::Vector3d* b) {
+  *a = direction.unitOrthogonal();
+  *b = direction.cross(*a);
+}
+
+Eigen::Vector3d LongAxis(const ShapeSpace& space) {
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (int v = 0; v < space.vertices; ++v) {
+    const Eigen::Vector3d p = Eigen::Map<const Eigen::Vector3f>(&space.mean_mm[3 * v]).cast<double>();
+    spread += p * p.transpose();
+  }
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
+}
+
+// The pose of points from directions in which one place sees them, as if from afar: the affine map by least
+// squares, brought to the nearest rotation with scale.
+struct Sight {
+  Eigen::Vector3d point_mm, direction;
+};
+Eigen::Isometry3d OrthographicPose(const std::vector<Sight>& sights, const Eigen::Vector3d& eye_mm) {
+  Eigen::Vector3d axis = Eigen::Vector3d::Zero(), middle = Eigen::Vector3d::Zero();
+  for (const Sight& s : sights) axis += s.direction, middle += s.point_mm;
+  axis.normalize();
+  middle /= static_cast<double>(sights.size());
+  Eigen::Matrix3d view;  // rows: across, across, along
+  Eigen::Vector3d a, b;
+  AcrossOf(axis, &a, &b);
+  view << a.transpose(), b.transpose(), axis.transpose();
+  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+  Eigen::Matrix<double, 2, 3> mixed = Eigen::Matrix<double, 2, 3>::Zero();
+  Eigen::Vector2d image_middle = Eigen::Vector2d::Zero();
+  std::vector<Eigen::Vector2d> image;
+  for (const Sight& s : sights) {
+    const Eigen::Vector3d in_view = view * s.direction;
+    image.push_back(in_view.head<2>() / std::max(in_view.z(), 0.1));
+    image_middle += image.back() / static_cast<double>(sights.size());
+  }
+  for (size_t i = 0; i < sights.size(); ++i) {
+    const Eigen::Vector3d p = sights[i].point_mm - middle;
+    normal += p * p.transpose();
+    mixed += (image[i] - image_middle) * p.transpose();
+  }
+  normal.diagonal().array() += 1e-6 * normal.trace();
+  const Eigen::Matrix<double, 2, 3> map = normal.ldlt().solve(mixed.transpose()).transpose();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Eigen::MatrixXd(map),
+                                              Eigen::ComputeThinU | Eigen::ComputeThinV);
+  const Eigen::Matrix<double, 2, 3> two = svd.matrixU() * svd.matrixV().transpose();
+  Eigen::Matrix3d rotation;  // of the view from the points
+  rotation.topRows<2>() = two;
+  rotation.row(2) = two.row(0).cross(two.row(1));
+  const double scale = std::max(1e-9, 0.5 * svd.singularValues().sum());  // one over the distance
+  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  out.linear() = view.transpose() * rotation;
+  const Eigen::Vector3d there =
+      eye_mm + view.transpose() * (Eigen::Vector3d(image_middle.x(), image_middle.y(), 1) / scale);
+  out.translation() = there - out.linear() * middle;
+  return out;
+}
+
+}  // namespace
+
+absl::Status TrackerOptions::Validate() const {
+  const auto bad = [](const char* what) {
+    return absl::InvalidArgumentError(absl::StrCat("tracking: ", what));
+  };
+  if (max_rays < 100) return bad("max_rays must be at least 100");
+  if (min_rays < 10) return bad("min_rays must be at least 10");
+  if (!(agreeing_size > 0)) return bad("agreeing_size must be positive");
+  if (!(min_agreeing_share >= 0 && min_agreeing_share <= 1)) return bad("min_agreeing_share must be 0 to 1");
+  if (!(robust_spreads > 0)) return bad("robust_spreads must be positive");
+  if (!(rays_of_view > 0)) return bad("rays_of_view must be positive");
+  if (max_steps < 1) return bad("max_steps must be at least 1");
+  return local.Validate();
+}
+
+ViewTracker::ViewTracker(const AlignmentModel& model, const ShapeSpace& space, std::span<const float> left_mm,
+                         std::span<const float> acceleration, const TrackerOptions& options)
+    : shape_(space, DivideShape(model.rest(), model.graph(), options.local), options.local),
+      left_mm_(left_mm),
+      acceleration_(acceleration),
+      options_(options),
+      long_axis_(LongAxis(space)) {
+  Eigen::AlignedBox3d box;
+  for (const Eigen::Vector3d& p : model.rest().vertices_mm) box.extend(p);
+  size_mm_ = box.diagonal().norm();
+}
+
+void ViewTracker::Reset() { known_ = 0; }
+
+std::vector<VertexRay> ViewTracker::Choose(const std::vector<VertexRay>& rays) const {
+  const size_t most = static_cast<size_t>(options_.max_rays);
+  if (rays.size() <= most) return rays;
+  std::vector<VertexRay> out;
+  for (size_t i = 0; i < most; ++i) out.push_back(rays[i * rays.size() / most]);
+  return out;
+}
+
+std::vector<Eigen::Isometry3d> ViewTracker::Starts(const std::vector<VertexRay>& rays) const {
+  ShapeState mean;
+  mean.z = Eigen::VectorXd::Zero(shape_.space().components());
+  std::map<int, std::vector<Sight>> views;
+  std::map<int, Eigen::Vector3d> eyes;
+  for (const VertexRay& ray : rays) {
+    views[ray.view].push_back({shape_.PointOf(ray.vertex, mean), ray.direction});
+    eyes[ray.view] = ray.origin_mm;
+  }
+  std::vector<Eigen::Isometry3d> out;
+  for (const auto& [view, sights] : views) {
+    if (static_cast<int>(sights.size()) < kRaysOfPose) continue;
+    const Eigen::Isometry3d pose = OrthographicPose(sights, eyes[view]);
+    for (int turn = 0; turn < kTurns; ++turn) {
+      const Eigen::AngleAxisd about(turn * 2 * std::numbers::pi / kTurns, long_axis_);
+      out.push_back(pose * about);
+    }
+  }
+  return out;
+}
+
+// The rays' weights at the present shape. Where all rays fit worse than in training, the robust function's
+// scale follows: a shape that was never seen is no reason to set rays aside.
+std::vector<double> ViewTracker::Weigh(const std::vector<VertexRay>& rays, const ShapeState& state,
+                                       double widening, double* cost) const {
+  std::vector<double> spread(rays.size()), off(rays.size());
+  int views = 0;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const Eigen::Vector3d at = state.root * shape_.PointOf(rays[i].vertex, state);
+    spread[i] = std::hypot(static_cast<double>(left_mm_[rays[i].vertex]), rays[i].SigmaMm(at), kLeastSpread);
+    off[i] = rays[i].WayTo(at).norm() / spread[i];
+    views = std::max(views, rays[i].view + 1);
+  }
+  const double misfit = std::max(1.0, Median(off) / kMedianAcross);
+  const double share = std::min(1.0, options_.rays_of_view * views / static_cast<double>(rays.size()));
+  *cost = 0;
+  std::vector<double> out(rays.size());
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const double ratio = off[i] / (options_.robust_spreads * misfit * widening);
+    // Compared in mm, or a start that fits nothing would look as good as any.
+    const double far = off[i] * spread[i] / (options_.agreeing_size * size_mm_);
+    *cost += far * far / (1 + far * far);
+    out[i] = share * GemanMcClureWeight(ratio) / (spread[i] * spread[i]);
+  }
+  return out;
+}
+
+void ViewTracker::Improve(const std::vector<VertexRay>& rays, const ShapePrior& prior, int components,
+                          int steps, bool with_regions, Fit* fit) const {
+  for (int step = 0; step < steps; ++step) {
+    const double widening = with_regions ? 1 : WideningAt(step);
+    const std::vector<double> weight = Weigh(rays, fit->state, widening, &fit->cost);
+    const double change = shape_.Step(rays, weight, prior, components, with_regions, &fit->state);
+    if (change < 0 || (step > 1 && change < kSmallStep)) break;
+  }
+  Weigh(rays, fit->state, 1, &fit->cost);
+}
+
+ViewTracker::Fit ViewTracker::StartAnew(const std::vector<VertexRay>& rays) const {
+  const int components = shape_.space().components(), trial = std::min(kTrialComponents, components);
+  const ShapePrior none{Eigen::VectorXd::Zero(components), Eigen::VectorXd::Zero(components)};
+  Fit best;
+  best.state.z = Eigen::VectorXd::Zero(components);
+  bool found = false;
+  for (const Eigen::Isometry3d& start : Starts(rays)) {
+    Fit fit;
+    fit.state.root = start;
+    fit.state.z = Eigen::VectorXd::Zero(components);
+    Improve(rays, none, trial, kTrialSteps, false, &fit);
+    if (!found || fit.cost < best.cost) best = fit;
+    found = true;
+  }
+  if (found) Improve(rays, none, components, 2 * options_.max_steps, false, &best);
+  return best;
+}
+
+double ViewTracker::AgreeingShare(const std::vector<VertexRay>& rays, const ShapeState& state) const {
+  int agreeing = 0;
+  for (const VertexRay& ray : rays) {
+    const Eigen::Vector3d at = state.root * shape_.PointOf(ray.vertex, state);
+    agreeing += ray.WayTo(at).norm() <= options_.agreeing_size * size_mm_ ? 1 : 0;
+  }
+  return rays.empty() ? 0 : static_cast<double>(agreeing) / static_cast<double>(rays.size());
+}
+
+GarmentTrack ViewTracker::Follow(double frames, const std::vector<VertexRay>& rays) {
+  const int components = shape_.space().components();
+  GarmentTrack out;
+  out.state.z = Eigen::VectorXd::Zero(components);
+  if (static_cast<int>(rays.size()) < options_.min_rays) {
+    if (known_ > 0) out.state = state_;
+    Reset();
+    out.lost = true;
+    out.reason = absl::StrCat(rays.size(), " cells of the garment were seen, at least ", options_.min_rays,
+                              " are needed");
+    return out;
+  }
+  const std::vector<VertexRay> chosen = Choose(rays);
+  ShapePrior prior{Eigen::VectorXd::Zero(components), Eigen::VectorXd::Zero(components)};
+  Fit fit;
+  if (known_ > 0 && frames <= kLongestGap) {
+    fit.state = state_;
+    if (known_ > 1) {
+      prior.expected = state_.z + frames * (state_.z - z_before_);
+      for (int k = 0; k < components; ++k)
+        prior.information[k] = 1 / std::pow(acceleration_[k] * frames * frames, 2);
+    }
+    Improve(chosen, prior, components, options_.max_steps, false, &fit);
+    out.agreeing_share = AgreeingShare(chosen, fit.state);
+  }
+  if (out.agreeing_share < options_.min_agreeing_share) {
+    fit = StartAnew(chosen);
+    out.started_anew = true;
+    out.agreeing_share = AgreeingShare(chosen, fit.state);
+    prior.information.setZero();
+    known_ = 0;
+  }
+  if (out.agreeing_share < options_.min_agreeing_share) {
+    out.state = fit.state;
+    out.lost = true;
+    out.reason = absl::StrFormat(
+        "only %.0f %% of the cells seen agree with a shape of the garment, at least "
+        "%.0f %% are needed",
+        100 * out.agreeing_share, 100 * options_.min_agreeing_share);
+    Reset();
+    return out;
+  }
+  if (options_.local.regions > 0) Improve(chosen, prior, components, options_.local.steps, true, &fit);
+  out.state = fit.state;
+  z_before_ = known_ > 0 ? state_.z : fit.state.z;
+  state_ = fit.state;
+  known_ = std::min(2, known_ + 1);
+  return out;
+}
+
+}  // namespace weft

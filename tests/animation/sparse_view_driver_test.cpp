@@ -1,0 +1,229 @@
+#include "animation/sparse_view_driver.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <algorithm>
+
+#include "tests/animation/waving_tube.h"
+
+namespace weft {
+namespace {
+
+using testing::AllOf;
+using testing::HasSubstr;
+
+constexpr int kSeed = 17;  // of motions that no avatar has learnt
+constexpr int64_t kFrameNs = 33'333'333;
+
+const SparseViewAvatar& LearntAvatar() {
+  static const SparseViewAvatar avatar = *TrainSparseView(WavingTube::Garment(), WavingTube::Frames(),
+                                                          {.components = 12, .calibration_frames = 16});
+  return avatar;
+}
+
+SparseViewDriver NewDriver() { return *SparseViewDriver::Create(WavingTube::Garment(), LearntAvatar()); }
+
+// A rig whose cameras can be dark, lie, and stand elsewhere.
+class Studio {
+ public:
+  explicit Studio(int cameras) : cameras_(CamerasAround(cameras)) {}
+  void Move(const Eigen::Isometry3d& motion) {
+    for (CameraModel& camera : cameras_) camera = Moved(camera, motion);
+    motion_ = motion * motion_;
+  }
+  std::vector<Eigen::Vector3d> Truth(int frame) const {
+    std::vector<Eigen::Vector3d> out = WavingTube::At(frame, kSeed);
+    for (Eigen::Vector3d& p : out) p = motion_ * p;
+    return out;
+  }
+  DrivenFrame Drive(SparseViewDriver& driver, int frame, const std::vector<int>& order,
+                    double wrong_share = 0) const {
+    std::vector<std::vector<Observation>> seen(cameras_.size());
+    std::vector<DrivingView> views;
+    for (const int c : order) {
+      seen[c] = WavingTube::Seen(cameras_[c], Truth(frame), frame, wrong_share);
+      views.push_back({&cameras_[c], seen[c]});
+    }
+    auto driven = driver.Drive(frame * kFrameNs, views);
+    EXPECT_TRUE(driven.ok()) << driven.status();
+    return *std::move(driven);
+  }
+
+ private:
+  std::vector<CameraModel> cameras_;
+  Eigen::Isometry3d motion_ = Eigen::Isometry3d::Identity();
+};
+
+TEST(SparseViewDriver, FollowsAGarmentBeforeTwoCamerasAndBetterBeforeThree) {
+  double error[2] = {0, 0};
+  for (const int cameras : {2, 3}) {
+    const Studio studio(cameras);
+    SparseViewDriver driver = NewDriver();
+    const std::vector<int> all = cameras == 2 ? std::vector<int>{0, 1} : std::vector<int>{0, 1, 2};
+    for (int frame = 0; frame < 12; ++frame) {
+      const DrivenFrame driven = studio.Drive(driver, frame, all);
+      EXPECT_FALSE(driven.lost) << driven.reason;
+      EXPECT_EQ(driven.started_anew, frame == 0);
+      EXPECT_LT(driven.residual_px, 0.5);
+      EXPECT_EQ(driven.rays_of_view.size(), all.size());
+      error[cameras - 2] += MeanDistance(driven.mesh.vertices_mm, studio.Truth(frame)) / 12;
+    }
+  }
+  EXPECT_LT(error[0], 4);
+  EXPECT_LT(error[1], error[0]);
+}
+
+TEST(SparseViewDriver, StatesFollowTheNumberOfRays) {
+  const Studio studio(4);
+  SparseViewDriver driver = NewDriver();
+  const DrivenFrame driven = studio.Drive(driver, 0, {0, 1, 2, 3});
+  bool has_two = false;
+  for (size_t v = 0; v < driven.mesh.state.size(); ++v) {
+    const int views = driven.mesh.views[v];
+    has_two = has_two || views == 2;
+    const VertexState expected = views < 2    ? VertexState::kDriven
+                                 : views == 2 ? VertexState::kTwoView
+                                              : VertexState::kObserved;
+    EXPECT_EQ(driven.mesh.state[v], expected);
+  }
+  EXPECT_TRUE(has_two);
+}
+
+TEST(SparseViewDriver, SigmaIsAsLargeAsTheErrors) {
+  for (const int cameras : {2, 3}) {
+    const Studio studio(cameras);
+    SparseViewDriver driver = NewDriver();
+    int within = 0, within_two = 0, all = 0;
+    for (int frame = 0; frame < 20; ++frame) {
+      std::vector<int> order = {0, 1, 2};
+      order.resize(static_cast<size_t>(cameras));
+      const DrivenFrame driven = studio.Drive(driver, frame, order);
+      const auto truth = studio.Truth(frame);
+      for (size_t v = 0; v < truth.size(); ++v) {
+        const double off = (driven.mesh.vertices_mm[v] - truth[v]).norm();
+        within += off < driven.mesh.sigma_mm[v] ? 1 : 0;
+        within_two += off < 2 * driven.mesh.sigma_mm[v] ? 1 : 0;
+        ++all;
+      }
+    }
+    // Three takes of one motion each teach little about the depth of a fourth.
+    EXPECT_GT(within, (cameras == 2 ? 0.3 : 0.5) * all) << cameras;
+    EXPECT_LT(within, 0.9 * all) << cameras;
+    EXPECT_GT(within_two, (cameras == 2 ? 0.5 : 0.85) * all) << cameras;
+  }
+}
+
+TEST(SparseViewDriver, MovesWithItsCameras) {
+  Studio here(2), there(2);
+  const Eigen::Isometry3d motion = Eigen::Translation3d(4000, -300, 900) *
+                                   Eigen::AngleAxisd(1.9, Eigen::Vector3d(1, -2, 0.5).normalized());
+  there.Move(motion);
+  SparseViewDriver one = NewDriver(), other = NewDriver();
+  for (int frame = 0; frame < 4; ++frame) {
+    const DrivenFrame a = here.Drive(one, frame, {0, 1}), b = there.Drive(other, frame, {0, 1});
+    std::vector<Eigen::Vector3d> moved;
+    for (const Eigen::Vector3d& p : a.mesh.vertices_mm) moved.push_back(motion * p);
+    EXPECT_LT(MeanDistance(moved, b.mesh.vertices_mm), 0.1) << frame;
+  }
+}
+
+TEST(SparseViewDriver, OrderOfCamerasAndNumberOfThreadsDoNotMatter) {
+  const Studio studio(3);
+  SparseViewDriver one = NewDriver(), other = NewDriver();
+  for (int frame = 0; frame < 3; ++frame) {
+    const DrivenFrame a = studio.Drive(one, frame, {0, 1, 2});
+    const tbb::global_control single(tbb::global_control::max_allowed_parallelism, 1);
+    const DrivenFrame b = studio.Drive(other, frame, {2, 0, 1});
+    EXPECT_EQ(a.mesh.vertices_mm, b.mesh.vertices_mm);
+    EXPECT_EQ(a.mesh.sigma_mm, b.mesh.sigma_mm);
+    EXPECT_EQ(a.rays_of_view[0], b.rays_of_view[1]);
+  }
+}
+
+TEST(SparseViewDriver, WrongIdentitiesAreSetAside) {
+  const Studio studio(3);
+  SparseViewDriver driver = NewDriver();
+  double error = 0;
+  for (int frame = 0; frame < 5; ++frame) {
+    const DrivenFrame driven = studio.Drive(driver, frame, {0, 1, 2}, 0.08);
+    EXPECT_GT(driven.rejected_rays, driven.rays / 25);
+    error = MeanDistance(driven.mesh.vertices_mm, studio.Truth(frame));
+  }
+  EXPECT_LT(error, 2);
+}
+
+TEST(SparseViewDriver, OneDarkCameraIsSurvivedAndDarknessIsSaid) {
+  const Studio studio(2);
+  SparseViewDriver driver = NewDriver();
+  double before = 0, after = 0;
+  for (int frame = 0; frame < 40; ++frame) {
+    const bool one_is_dark = frame >= 10 && frame < 25;
+    const DrivenFrame driven =
+        studio.Drive(driver, frame, one_is_dark ? std::vector<int>{1} : std::vector<int>{0, 1});
+    ASSERT_FALSE(driven.lost) << frame << ": " << driven.reason;
+    double worst = 0;
+    const auto truth = studio.Truth(frame);
+    for (size_t v = 0; v < truth.size(); ++v)
+      worst = std::max(worst, (driven.mesh.vertices_mm[v] - truth[v]).norm());
+    EXPECT_LT(worst, 80) << frame;
+    if (frame == 9) before = MeanDistance(driven.mesh.vertices_mm, truth);
+    if (frame == 34) after = MeanDistance(driven.mesh.vertices_mm, truth);
+  }
+  EXPECT_LT(after, before + 1);
+  const CameraModel camera = CamerasAround(2)[0];
+  const std::vector<DrivingView> dark = {{&camera, {}}};
+  const auto lost = driver.Drive(41 * kFrameNs, dark);
+  ASSERT_TRUE(lost.ok()) << lost.status();
+  EXPECT_TRUE(lost->lost);
+  EXPECT_THAT(lost->reason, HasSubstr("0 cells of the garment were seen"));
+  EXPECT_GT(lost->mesh.sigma_mm[0], 500);
+  const DrivenFrame found = studio.Drive(driver, 60, {0, 1});
+  EXPECT_FALSE(found.lost);
+  EXPECT_TRUE(found.started_anew);
+  EXPECT_LT(MeanDistance(found.mesh.vertices_mm, studio.Truth(60)), 3);
+}
+
+TEST(SparseViewDriver, CellsOfNoShapeAreLost) {
+  const CameraModel camera = CamerasAround(2)[0];
+  std::vector<Observation> seen;
+  for (int k = 0; k < 200; ++k)
+    seen.push_back({960 * UniformOf(3, static_cast<uint64_t>(2 * k)),
+                    1280 * UniformOf(3, static_cast<uint64_t>(2 * k + 1)),
+                    {k / 20, k % 20, NodeKind::kCenter},
+                    0.1f,
+                    1});
+  SparseViewDriver driver = NewDriver();
+  const std::vector<DrivingView> views = {{&camera, seen}};
+  const auto driven = driver.Drive(0, views);
+  ASSERT_TRUE(driven.ok()) << driven.status();
+  EXPECT_TRUE(driven->lost);
+  EXPECT_THAT(driven->reason, HasSubstr("agree with a shape of the garment"));
+}
+
+TEST(SparseViewDriver, RefusesWhatDoesNotBelongTogether) {
+  Template other = WavingTube::Garment();
+  other.rest.vertices_mm[5].x() += 1;
+  const std::string hash = WavingTube::Garment().ContentHash(), other_hash = other.ContentHash();
+  const absl::Status wrong = SparseViewDriver::Create(other, LearntAvatar()).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(wrong));
+  EXPECT_THAT(wrong.message(), AllOf(HasSubstr(hash), HasSubstr(other_hash)));
+  other = WavingTube::Garment();
+  other.board_hash = "fedcba9876543210";
+  EXPECT_THAT(SparseViewDriver::Create(other, LearntAvatar()).status().message(),
+              AllOf(HasSubstr("0123456789abcdef"), HasSubstr("fedcba9876543210")));
+  SparseViewAvatar broken = LearntAvatar();
+  broken.edge_mm.pop_back();
+  EXPECT_TRUE(absl::IsInvalidArgument(SparseViewDriver::Create(WavingTube::Garment(), broken).status()));
+  SparseViewDriver driver = NewDriver();
+  EXPECT_THAT(driver.Drive(0, {}).status().message(), HasSubstr("without views"));
+  const Studio studio(2);
+  studio.Drive(driver, 3, {0, 1});
+  const CameraModel camera = CamerasAround(2)[0];
+  const std::vector<DrivingView> views = {{&camera, {}}};
+  EXPECT_THAT(driver.Drive(kFrameNs, views).status().message(), HasSubstr("comes after one at"));
+}
+
+}  // namespace
+}  // namespace weft

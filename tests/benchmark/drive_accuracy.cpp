@@ -1,0 +1,248 @@
+// How far driven meshes are off, against the true cloth, by the number of cameras: `accuracy_drive --help`.
+#include <tbb/parallel_for.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "alignment/ray_scene.h"
+#include "animation/sparse_view_driver.h"
+#include "base/median.h"
+#include "base/stopwatch.h"
+#include "services/files/template_file.h"
+#include "services/synthetic/frames_file.h"
+#include "simulation/observation_model.h"
+#include "simulation/printed_mesh.h"
+#include "simulation/studio_rig.h"
+#include "simulation/take_presets.h"
+#include "simulation/view_truth.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string folder;
+  std::vector<int> cameras = {2, 3, 4};
+  std::vector<std::string> tests = {"known", "unseen"};
+  int every = 1;       // of the training's frames
+  int most = 100;      // frames of a test take
+  int dark_from = -1;  // the first camera sees nothing for 15 frames from here
+  SparseViewTraining training;
+  SparseViewOptions driving;
+};
+
+struct Take {
+  std::string name;
+  FramesReader reader;
+};
+
+std::vector<Take> TakesOf(const std::string& folder, const std::string& split) {
+  std::vector<std::string> names;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder))
+    if (entry.path().filename().string().starts_with(split + "-")) names.push_back(entry.path().string());
+  std::sort(names.begin(), names.end());
+  std::vector<Take> out;
+  for (const std::string& name : names) {
+    std::string path = name + "/truth/frames.bin";
+    if (!fs::exists(path)) path += ".part";
+    absl::StatusOr<FramesReader> reader = FramesReader::Open(path, true);
+    if (reader.ok() && reader->frames() > 3)
+      out.push_back({fs::path(name).filename().string(), *std::move(reader)});
+  }
+  return out;
+}
+
+absl::StatusOr<SparseViewAvatar> Train(const Options& options, const Template& garment) {
+  std::vector<Take> learnt = TakesOf(options.folder, "train"), held = TakesOf(options.folder, "val");
+  TrainingFrames frames;
+  std::vector<Take*> takes;
+  for (Take& t : learnt) {
+    frames.takes.push_back(
+        {t.name, (t.reader.frames() + options.every - 1) / options.every, t.reader.head().fps, false});
+    takes.push_back(&t);
+  }
+  for (Take& t : held) {
+    frames.takes.push_back({t.name, t.reader.frames(), t.reader.head().fps, true});
+    takes.push_back(&t);
+  }
+  frames.read = [&](int take, int frame) -> absl::StatusOr<std::vector<Eigen::Vector3d>> {
+    const int step = frames.takes[take].held_out ? 1 : options.every;
+    absl::StatusOr<ClothFrame> read = takes[take]->reader.Read(frame * step);
+    if (!read.ok()) return read.status();
+    return std::move(read->vertices_mm);
+  };
+  return TrainSparseView(garment, frames, options.training);
+}
+
+struct Seen {
+  std::vector<std::vector<Observation>> of_camera;
+};
+
+Seen Film(const Template& garment, const PrintLocator& print, const std::vector<Eigen::Vector3d>& mesh,
+          const Rig& rig, uint64_t seed) {
+  const RayScene scene = *RayScene::Build(mesh, garment.rest.faces);
+  Seen out;
+  for (const CameraModel& camera : rig.cameras) {
+    ViewTruth truth = FindViewTruth({mesh, garment.rest.faces}, print, scene, camera);
+    truth.camera_id = camera.id;
+    out.of_camera.push_back(ImitateDecoder(truth, seed));
+  }
+  return out;
+}
+
+struct Tally {
+  std::vector<double> all, carrier, none, one, more, jitter, ms;
+  int within1 = 0, within2 = 0, frames = 0, lost = 0;
+
+  void Print(const std::string& name) const {
+    const auto mean = [](const std::vector<double>& x) {
+      double sum = 0;
+      for (const double v : x) sum += v;
+      return x.empty() ? 0 : sum / static_cast<double>(x.size());
+    };
+    std::printf("%-24s %4d %5.2f %5.2f %6.2f %5.2f | %5.2f %5.2f %5.2f | %4.0f %4.0f | %5.2f %5.1f %d\n",
+                name.c_str(), frames, mean(carrier), mean(all), Median(all), Quantile(all, 0.95), mean(none),
+                mean(one), mean(more), 100.0 * within1 / std::max<size_t>(1, all.size()),
+                100.0 * within2 / std::max<size_t>(1, all.size()), mean(jitter), Median(ms), lost);
+    std::fflush(stdout);
+  }
+  void Add(const Tally& o) {
+    for (auto [to, from] : {std::pair(&all, &o.all),
+                            {&carrier, &o.carrier},
+                            {&none, &o.none},
+                            {&one, &o.one},
+                            {&more, &o.more},
+                            {&jitter, &o.jitter},
+                            {&ms, &o.ms}})
+      to->insert(to->end(), from->begin(), from->end());
+    within1 += o.within1, within2 += o.within2, frames += o.frames, lost += o.lost;
+  }
+};
+
+Tally DriveTake(const Options& options, const Template& garment, const SparseViewAvatar& avatar, Take* take,
+                int cameras) {
+  const PrintLocator print(PrintFromVertexNodes(garment.rest.faces, garment.node_of_vertex));
+  SyntheticTakeOptions preset = *SyntheticPreset("shirt-drive", 1);
+  preset.rig.cameras = cameras;
+  const auto first = take->reader.Read(0);
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+  for (const Eigen::Vector3d& p : first->vertices_mm)
+    middle += p / static_cast<double>(first->vertices_mm.size());
+  preset.rig.aim_mm = middle;
+  const Rig rig = *MakeStudioRig("drive", preset.rig);
+  SparseViewDriver driver = *SparseViewDriver::Create(garment, avatar, options.driving);
+  Tally out;
+  std::vector<std::vector<Eigen::Vector3d>> offs;
+  const int frames = std::min(options.most, take->reader.frames());
+  for (int f = 0; f < frames; ++f) {
+    const auto truth = take->reader.Read(f);
+    const Seen seen = Film(garment, print, truth->vertices_mm, rig, static_cast<uint64_t>(f));
+    std::vector<DrivingView> views;
+    for (size_t c = 0; c < rig.cameras.size(); ++c) {
+      const bool dark =
+          c == 0 && options.dark_from >= 0 && f >= options.dark_from && f < options.dark_from + 15;
+      views.push_back({&rig.cameras[c], dark ? std::span<const Observation>() : seen.of_camera[c]});
+    }
+    const Stopwatch watch;
+    const auto driven = driver.Drive(truth->time_ns + 1, views);
+    if (!driven.ok()) {
+      std::printf("%s\n", std::string(driven.status().message()).c_str());
+      break;
+    }
+    out.ms.push_back(1000 * watch.Seconds());
+    ++out.frames;
+    out.lost += driven->lost ? 1 : 0;
+    double sum = 0, worst = 0;
+    offs.emplace_back();
+    for (size_t v = 0; v < truth->vertices_mm.size(); ++v) {
+      const Eigen::Vector3d off = driven->mesh.vertices_mm[v] - truth->vertices_mm[v];
+      const double e = off.norm();
+      offs.back().push_back(off);
+      out.all.push_back(e);
+      out.carrier.push_back((driven->carrier_mm[v] - truth->vertices_mm[v]).norm());
+      const int rays = driven->mesh.views[v];
+      (rays == 0 ? out.none : rays == 1 ? out.one : out.more).push_back(e);
+      out.within1 += e < driven->mesh.sigma_mm[v] ? 1 : 0,
+          out.within2 += e < 2 * driven->mesh.sigma_mm[v] ? 1 : 0;
+      sum += e, worst = std::max(worst, e);
+    }
+    if (offs.size() > 3) offs.erase(offs.begin());
+    if (offs.size() == 3)
+      for (size_t v = 0; v < offs[0].size(); ++v)
+        out.jitter.push_back((offs[0][v] - 2 * offs[1][v] + offs[2][v]).norm());
+    if (options.dark_from >= 0)
+      std::printf("  %s frame %d: mean %.2f worst %.1f%s\n", take->name.c_str(), f,
+                  sum / static_cast<double>(truth->vertices_mm.size()), worst, driven->lost ? " LOST" : "");
+  }
+  return out;
+}
+
+void Run(const Options& options) {
+  std::vector<Take> any = TakesOf(options.folder, "train");
+  const auto garment = ReadTemplate((fs::path(options.folder) / any.front().name / "template").string());
+  if (!garment.ok()) {
+    std::printf("%s\n", std::string(garment.status().message()).c_str());
+    return;
+  }
+  const Stopwatch watch;
+  const auto avatar = Train(options, *garment);
+  if (!avatar.ok()) {
+    std::printf("%s\n", std::string(avatar.status().message()).c_str());
+    return;
+  }
+  std::printf("%d frames learnt, %d held out, %d components, left %.2f mm per axis; %.0f s\n",
+              avatar->training_frames, avatar->held_out_frames, avatar->space.components(),
+              avatar->space.left_mm, watch.Seconds());
+  for (const auto& of_cameras : avatar->sigma.of)
+    std::printf("sigma %.2f %.2f %.2f %.2f\n", of_cameras[0], of_cameras[1], of_cameras[2], of_cameras[3]);
+  std::printf(
+      "mm: carrier mean, result mean, median, 95 %% | mean with 0, 1, more rays | within 1, 2 sigma %% | 2nd "
+      "difference, ms\n");
+  for (const int cameras : options.cameras)
+    for (const std::string& test : options.tests) {
+      std::vector<Take> takes = TakesOf(options.folder, test);
+      std::vector<Tally> tallies(takes.size());
+      tbb::parallel_for(size_t{0}, takes.size(), [&](size_t t) {
+        tallies[t] = DriveTake(options, *garment, *avatar, &takes[t], cameras);
+      });
+      Tally all;
+      for (size_t t = 0; t < takes.size(); ++t) {
+        tallies[t].Print("  " + takes[t].name + " x" + std::to_string(cameras));
+        all.Add(tallies[t]);
+      }
+      all.Print(test + " x" + std::to_string(cameras));
+    }
+}
+
+}  // namespace
+}  // namespace weft
+
+int main(int argc, char** argv) {
+  weft::Options o;
+  CLI::App app(
+      "Learns an avatar of the takes train-* and val-* of a folder, and drives known-* and unseen-*");
+  app.add_option("folder", o.folder)->required();
+  app.add_option("--cameras", o.cameras)->delimiter(',');
+  app.add_option("--tests", o.tests)->delimiter(',');
+  app.add_option("--every", o.every);
+  app.add_option("--most", o.most);
+  app.add_option("--dark-from", o.dark_from);
+  app.add_option("--components", o.training.components);
+  app.add_option("--view-rays", o.driving.driver.tracker.rays_of_view);
+  app.add_option("--regions", o.driving.driver.tracker.local.regions);
+  app.add_option("--local-components", o.driving.driver.tracker.local.components);
+  app.add_option("--spread", o.driving.driver.tracker.local.spread);
+  app.add_option("--robust", o.driving.driver.tracker.robust_spreads);
+  app.add_option("--stretch", o.driving.driver.polish.stretch_sigma_mm);
+  app.add_option("--bending", o.driving.driver.polish.bending);
+  app.add_option("--carrier", o.driving.driver.polish.carrier_sigma_mm);
+  app.add_option("--iterations", o.driving.driver.polish.iterations);
+  CLI11_PARSE(app, argc, argv);
+  weft::Run(o);
+}
