@@ -119,6 +119,7 @@ absl::StatusOr<JobEvaluation> EvaluationSum::Finish(const EvaluationRequest& req
   out_.remarks = inputs.remarks;
   out_.result = inputs.result, out_.truth = inputs.truth, out_.dump = inputs.dump_path;
   out_.job_id = inputs.job.id();
+  out_.is_driven = inputs.job.has_driven();
   out_.fps = inputs.fps, out_.fps_source = inputs.fps_source;
   out_.truth_by_node = inputs.truth_by_node;
   if (inputs.garment) out_.shape = inputs.garment->rest;

@@ -30,6 +30,7 @@ struct JobEvaluation {
   TriangleMesh shape;                 // the template, to draw the maps on; empty where there is none
   std::vector<EvaluationRemark> remarks;
   std::string result, truth, dump, job_id;
+  bool is_driven = false;                    // by an avatar, before too few cameras to observe all cells
   std::optional<TruthByNode> truth_by_node;  // as in EvaluationInputs
   double fps = 0;                            // 0: not known
   std::string fps_source;                    // "--fps", "the take's times"

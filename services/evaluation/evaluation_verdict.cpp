@@ -40,7 +40,7 @@ v1::Verdict VerdictOf(const JobEvaluation& evaluation) {
   AddFinding(verdict, v1::GRADE_GOOD, EvaluationHeadline(evaluation), "");
   const FrameMetrics& total = evaluation.total_metrics;
   AddFrames(evaluation, verdict);
-  if (total.coverage) AddCheck(verdict, kEvaluateCoverage, 100 * *total.coverage);
+  if (total.coverage && !evaluation.is_driven) AddCheck(verdict, kEvaluateCoverage, 100 * *total.coverage);
   AddTruth(evaluation.total, verdict);
   if (total.true_drift_observed_mm_s) {
     AddCheck(verdict, kEvaluateDrift, total.true_drift_observed_mm_s->mean);
@@ -62,7 +62,7 @@ std::string EvaluationHeadline(const JobEvaluation& evaluation) {
   const size_t frames = evaluation.frames.size();
   std::string headline = absl::StrCat(frames, frames == 1 ? " frame" : " frames");
   const FrameMetrics& total = evaluation.total_metrics;
-  if (total.coverage)
+  if (total.coverage && !evaluation.is_driven)
     absl::StrAppendFormat(&headline, ", %.1f %% of the cells seen by 3 cameras or more",
                           100 * *total.coverage);
   if (evaluation.total.mesh)

@@ -17,7 +17,8 @@ ScalarRange CommonSigmaRange(const std::vector<PicturedMesh>& meshes) {
   for (const PicturedMesh& pictured : meshes) {
     const RegisteredMesh& mesh = pictured.mesh;
     for (size_t v = 0; v < mesh.sigma_mm.size() && v < mesh.state.size(); ++v) {
-      if (mesh.state[v] == VertexState::kObserved) sigmas.push_back(mesh.sigma_mm[v]);
+      if (mesh.state[v] == VertexState::kObserved || mesh.state[v] == VertexState::kDriven)
+        sigmas.push_back(mesh.sigma_mm[v]);
     }
   }
   return RoundRange(std::move(sigmas));
@@ -95,13 +96,15 @@ absl::StatusOr<std::vector<MeshPicture>> DrawSides(const TriangleMesh& mesh,
 absl::StatusOr<FramePictures> DrawFrame(const PicturedMesh& pictured, const Sides& sides,
                                         const MeshViewOptions& size, const ScalarRange& range) {
   const TriangleMesh mesh{pictured.mesh.vertices_mm, pictured.faces};
-  FramePictures result{pictured.frame, pictured.why_shown, {}, {}, range, {}};
+  FramePictures result{pictured.frame, pictured.why_shown, {}, {}, range, {}, false};
   auto by_state = DrawSides(mesh, StateColors(pictured.mesh.state), sides, size, 1.0);
   if (!by_state.ok()) return by_state.status();
   const std::vector<double> sigmas(pictured.mesh.sigma_mm.begin(), pictured.mesh.sigma_mm.end());
   auto by_sigma = DrawSides(mesh, ScalarColors(sigmas, range), sides, size, 0.6);
   if (!by_sigma.ok()) return by_sigma.status();
   result.by_state = *std::move(by_state);
+  result.is_driven =
+      std::count(pictured.mesh.state.begin(), pictured.mesh.state.end(), VertexState::kDriven) > 0;
   result.by_sigma = *std::move(by_sigma);
   return result;
 }

@@ -27,6 +27,7 @@ struct FramePictures {
   std::vector<MeshPicture> by_sigma;
   ScalarRange sigma_range_mm;          // of the colours of by_sigma
   std::vector<MeshPicture> in_images;  // overlays on images of cameras
+  bool is_driven = false;              // by an avatar
 };
 
 class SequenceView;

@@ -107,10 +107,11 @@ v1::Verdict AssessJob(const v1::Job& job, const std::vector<v1::FrameReport>& fr
   const JobSummary summary = Summarize(job, frames);
   const Totals sum = Sum(frames);
   v1::Verdict verdict;
-  const std::string registered = absl::StrCat(
-      summary.registered, " of ", Counted(summary.counts.total(), "frame", "frames"), " registered");
+  const std::string registered =
+      absl::StrCat(summary.registered, " of ", Counted(summary.counts.total(), "frame", "frames"),
+                   job.has_driven() ? " driven" : " registered");
   AddFinding(verdict, v1::GRADE_GOOD,
-             std::isfinite(summary.coverage)
+             std::isfinite(summary.coverage) && !job.has_driven()
                  ? absl::StrFormat("%s, %.1f %% of the cells observed", registered, 100 * summary.coverage)
                  : registered,
              "");
@@ -127,7 +128,9 @@ v1::Verdict AssessJob(const v1::Job& job, const std::vector<v1::FrameReport>& fr
   for (const std::string& alarm : CameraAlarms(summary))
     AddFinding(verdict, v1::GRADE_USABLE, alarm,
                "Correct the rig with `weft rig refine`, or calibrate again.");
-  if (std::isfinite(summary.coverage)) AddCheck(verdict, kRegisterCoverage, 100 * summary.coverage);
+  // An avatar is for cameras too few to observe the garment.
+  if (std::isfinite(summary.coverage) && !job.has_driven())
+    AddCheck(verdict, kRegisterCoverage, 100 * summary.coverage);
   return verdict;
 }
 

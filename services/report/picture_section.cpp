@@ -38,7 +38,8 @@ std::string PictureSection(const std::vector<FramePictures>& pictures) {
         frame.why_shown.empty() ? "" : absl::StrCat(" <small>", EscapeHtml(frame.why_shown), "</small>"),
         "</h3>\n<div class=\"meshes\">\n",
         PictureRow(frame.by_state, absl::StrCat("frame ", frame.frame), "state",
-                   StateLegend({VertexState::kObserved, VertexState::kTwoView, VertexState::kInferred})),
+                   StateLegend({VertexState::kObserved, VertexState::kTwoView,
+                                frame.is_driven ? VertexState::kDriven : VertexState::kInferred})),
         PictureRow(frame.by_sigma, absl::StrCat("frame ", frame.frame), "uncertainty",
                    ColorBar(frame.sigma_range_mm, "sigma", "mm")),
         InImages(frame), "</div>\n");

@@ -1,0 +1,56 @@
+// Avatars on disk: the folder X.avatar with avatar.json and space.bin (layout: docs/file-formats.md).
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "animation/sparse_view_avatar.h"
+#include "weft/v1/avatar.pb.h"
+
+namespace weft {
+
+// The kind of avatar that this version knows.
+inline constexpr char kSparseViewKind[] = "sparse-view";
+
+// An avatar and what is told of it.
+struct AvatarFile {
+  v1::Avatar about;
+  SparseViewAvatar avatar;
+};
+
+// The bytes of space.bin; bases to 16 bits, so what is read back differs from what was learnt.
+std::string EncodeAvatarSpace(const std::vector<AvatarTable>& tables);
+// Errors name source_name: InvalidArgument for what holds no tables, DataLoss when the checksum does not
+// match.
+absl::StatusOr<std::vector<AvatarTable>> DecodeAvatarSpace(std::string_view bytes,
+                                                           const std::string& source_name);
+
+// InvalidArgument names source_name and the field: unknown, of another kind of avatar, or out of its limits.
+absl::StatusOr<v1::Avatar> ParseAvatar(std::string_view json, const std::string& source_name);
+
+// The avatar of both files; `folder` names them in errors. InvalidArgument or DataLoss names the file, what
+// is wrong with it, and the remedy.
+absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, std::string_view space,
+                                          const std::string& folder);
+
+// Reads a folder, or its avatar.json. NotFound with the remedy where the folder holds no avatar; errors of
+// AssembleAvatar.
+absl::StatusOr<AvatarFile> ReadAvatar(const std::string& path);
+
+// AlreadyExists where something stands at `folder` that is no avatar.
+absl::Status CheckAvatarPlace(const std::string& folder);
+
+// Writes the folder under a temporary name, flushes it to the disk and puts it in place; an avatar that
+// stands there is replaced. Fills in what `about` tells of `avatar` and of space.bin. The same bytes for the
+// same avatar. Errors of CheckAvatarPlace and WriteFileAtomically.
+absl::Status WriteAvatar(const std::string& folder, v1::Avatar about, const SparseViewAvatar& avatar);
+
+// FailedPrecondition, with both names and hashes, for a template or a board that the avatar at `path` was not
+// made for.
+absl::Status CheckAvatarFits(const AvatarFile& avatar, const std::string& path, const Template& garment,
+                             const std::string& garment_path);
+
+}  // namespace weft

@@ -1,0 +1,194 @@
+#include "services/animation/avatar_goals.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "services/verdict/verdict.h"
+
+namespace weft {
+namespace {
+
+constexpr double kMegabyte = 1e6;
+constexpr char kKnown[] = "test-known", kUnseen[] = "test-unseen";
+
+const v1::AvatarScore* FindScore(const v1::AvatarEvaluation& evaluation, const std::string& split,
+                                 int cameras, const std::string& method) {
+  const auto& scores = evaluation.scores();
+  const auto found = std::find_if(scores.begin(), scores.end(), [&](const v1::AvatarScore& score) {
+    return score.split() == split && score.cameras() == cameras && score.method() == method &&
+           score.frames() > 0;
+  });
+  return found == scores.end() ? nullptr : &*found;
+}
+
+class Goals {
+ public:
+  explicit Goals(v1::AvatarEvaluation& evaluation) : evaluation_(evaluation) {}
+
+  // A value that is to be at most `must`.
+  void Add(const char* id, const std::string& what, double value, double must, double aim) {
+    v1::AvatarGoal& goal = *evaluation_.add_goals();
+    goal.set_id(id);
+    goal.set_what(what);
+    goal.set_value(value);
+    goal.set_must(must);
+    goal.set_aim(aim);
+    goal.set_met(value <= must);
+  }
+
+  using Field = std::function<double(const v1::AvatarScore&)>;
+  void OfDriven(const char* id, const std::string& what, const char* split, int cameras, const Field& field,
+                double must, double aim) {
+    if (const v1::AvatarScore* driven = FindScore(evaluation_, split, cameras, "driven"))
+      Add(id, absl::StrCat(what, ", ", split, ", ", cameras, " cameras"), field(*driven), must, aim);
+  }
+
+  // Over the carrier of the same frames.
+  void OverCarrier(const char* split, int cameras) {
+    const v1::AvatarScore* driven = FindScore(evaluation_, split, cameras, "driven");
+    const v1::AvatarScore* carrier = FindScore(evaluation_, split, cameras, "carrier");
+    if (driven == nullptr || carrier == nullptr || carrier->mean_mm() == 0) return;
+    Add("A5", absl::StrCat("mean over that of the carrier, ", split, ", ", cameras, " cameras"),
+        driven->mean_mm() / carrier->mean_mm(), 0.55, 0.4);
+  }
+
+  // The error falls from each number of cameras to the next.
+  void Falls(const char* split) {
+    std::vector<const v1::AvatarScore*> driven;
+    for (const v1::AvatarScore& score : evaluation_.scores())
+      if (score.split() == split && score.method() == "driven" && score.frames() > 0)
+        driven.push_back(&score);
+    std::sort(driven.begin(), driven.end(),
+              [](const auto* a, const auto* b) { return a->cameras() < b->cameras(); });
+    double worst = 0;
+    for (size_t k = 0; k + 1 < driven.size(); ++k)
+      worst = std::max(worst, driven[k + 1]->mean_mm() / driven[k]->mean_mm());
+    if (worst > 0)
+      Add("A8", absl::StrCat("mean over that of one number of cameras less, the worst, ", split), worst, 1,
+          0.8);
+  }
+
+ private:
+  v1::AvatarEvaluation& evaluation_;
+};
+
+std::string ShareText(double share) { return share < 0 ? "-" : absl::StrFormat("%.1f", 100 * share); }
+
+}  // namespace
+
+void AddAvatarGoals(const v1::Avatar& avatar, v1::AvatarEvaluation& evaluation) {
+  using Score = v1::AvatarScore;
+  Goals goals(evaluation);
+  const auto mean = [](const Score& s) { return s.mean_mm(); };
+  const auto median = [](const Score& s) { return s.median_mm(); };
+  goals.OfDriven("A1", "mean mm", kKnown, 2, mean, 2.2, 1.5);
+  goals.OfDriven("A1", "median mm", kKnown, 2, median, 1.6, 1.0);
+  goals.OfDriven("A2", "mean mm", kUnseen, 3, mean, 2.5, 1.5);
+  goals.OfDriven("A2", "median mm", kUnseen, 3, median, 1.3, 0.8);
+  goals.OfDriven(
+      "A3", "seen, across the ray, mean mm", kKnown, 2, [](const Score& s) { return s.across_mm(); }, 0.3,
+      0.2);
+  goals.OfDriven(
+      "A3", "seen, mean mm", kKnown, 2, [](const Score& s) { return s.seen_mm(); }, 2.0, 1.3);
+  goals.OfDriven(
+      "A3", "not seen, mean mm", kKnown, 2, [](const Score& s) { return s.unseen_mm(); }, 3.5, 2.5);
+  goals.OfDriven(
+      "A4", "chamfer mm", kKnown, 2, [](const Score& s) { return s.chamfer_mm(); }, 1.8, 1.3);
+  goals.OverCarrier(kKnown, 2);
+  goals.OverCarrier(kUnseen, 2);
+  goals.Falls(kKnown);
+  goals.Falls(kUnseen);
+  goals.OfDriven(
+      "A9", "trembling, seen, mm", kKnown, 2, [](const Score& s) { return s.trembling_seen_mm(); }, 0.3,
+      0.15);
+  goals.OfDriven(
+      "A9", "trembling, not seen, mm", kKnown, 2, [](const Score& s) { return s.trembling_unseen_mm(); }, 0.6,
+      0.3);
+  for (const char* split : {kKnown, kUnseen}) {
+    goals.OfDriven(
+        "A11", "errors below 1 sigma, off 68 %", split, 2,
+        [](const Score& s) { return std::abs(100 * s.share_within_sigma() - 68); }, 8, 3);
+    goals.OfDriven(
+        "A11", "errors below 2 sigma, off 94 %", split, 2,
+        [](const Score& s) { return std::abs(100 * s.share_within_two_sigma() - 94); }, 4, 2);
+  }
+  // The table's time is that of one core.
+  const Score* timed = FindScore(evaluation, kKnown, 2, "driven");
+  if (timed != nullptr && timed->threads() == 1)
+    goals.Add("A12", "ms a frame without decoding, one core, 2 cameras", timed->ms_a_frame(), 80, 55);
+  goals.Add("A14", "size of the avatar, MB", static_cast<double>(avatar.space_bytes()) / kMegabyte, 10, 6);
+}
+
+std::string AvatarEvaluationText(const v1::AvatarEvaluation& evaluation) {
+  size_t width = 5;
+  for (const v1::AvatarScore& score : evaluation.scores()) width = std::max(width, score.split().size());
+  const int columns = static_cast<int>(width);
+  std::string out = absl::StrFormat(
+      "errors in mm of the vertices; trembling: second difference of the error over three frames\n"
+      "%-*s  %4s  %-10s  %6s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %5s  %5s  %5s  %7s\n",
+      columns, "split", "cam.", "method", "frames", "mean", "median", "across", "seen", "unseen", "chamfer",
+      "tremble", "unseen", "1 s %", "2 s %", "lost", "ms");
+  for (const v1::AvatarScore& s : evaluation.scores())
+    absl::StrAppendFormat(
+        &out,
+        "%-*s  %4s  %-10s  %6d  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %5s  %5s  %5d  %7s\n",
+        columns, s.split(), s.cameras() > 0 ? absl::StrCat(s.cameras()) : "-", s.method(), s.frames(),
+        s.mean_mm(), s.median_mm(), s.across_mm(), s.seen_mm(), s.unseen_mm(), s.chamfer_mm(),
+        s.trembling_seen_mm(), s.trembling_unseen_mm(), ShareText(s.share_within_sigma()),
+        ShareText(s.share_within_two_sigma()), s.lost_frames(),
+        s.ms_a_frame() > 0 ? absl::StrFormat("%.1f", s.ms_a_frame()) : "-");
+  if (evaluation.floor_size() > 0)
+    absl::StrAppend(&out, "\nchaos floor: what a shorter time step alone changes, in mm\n");
+  for (const v1::AvatarFloor& floor : evaluation.floor())
+    absl::StrAppendFormat(&out, "%-28s  %4d frames  mean %.3f  median %.3f\n", floor.take(), floor.frames(),
+                          floor.mean_mm(), floor.median_mm());
+  if (evaluation.goals_size() > 0)
+    absl::StrAppendFormat(&out, "\n%-4s  %-58s  %8s  %8s  %8s\n", "goal", "what, at most", "value", "must",
+                          "aim");
+  for (const v1::AvatarGoal& goal : evaluation.goals())
+    absl::StrAppendFormat(&out, "%-4s  %-58s  %8.3f  %8.3g  %8.3g  %s\n", goal.id(), goal.what(),
+                          goal.value(), goal.must(), goal.aim(),
+                          !goal.met()                  ? "missed"
+                          : goal.value() <= goal.aim() ? "met, with the aim"
+                                                       : "met");
+  for (const std::string& remark : evaluation.remarks()) absl::StrAppend(&out, "note: ", remark, "\n");
+  return out;
+}
+
+std::string AvatarText(const std::string& path, const v1::Avatar& avatar) {
+  std::string out = absl::StrFormat(
+      "%s: %s avatar of the template \"%s\" (%s), board %s; made by %s, %.1f MB\n"
+      "learnt     %d shapes of %d vertices from %d frames at %g frames/s; they miss %.3f mm (rms per axis)\n"
+      "held out   %d frames, which sigma was fitted to\n",
+      path, avatar.kind(), avatar.template_id(), avatar.template_hash(), avatar.board_hash(),
+      avatar.made_by(), static_cast<double>(avatar.space_bytes()) / kMegabyte, avatar.components(),
+      avatar.vertices(), avatar.training_frames(), avatar.fps(), avatar.left_mm(), avatar.held_out_frames());
+  for (int cameras = 1; cameras <= avatar.sigma_size(); ++cameras) {
+    absl::StrAppendFormat(&out, "sigma      %d camera%s", cameras, cameras == 1 ? "" : "s");
+    absl::StrAppend(&out, cameras == avatar.sigma_size() ? " and more" : "", ": times");
+    for (const double factor : avatar.sigma(cameras - 1).of_rays())
+      absl::StrAppendFormat(&out, " %.2f", factor);
+    absl::StrAppend(&out, " for vertices with 0, 1, 2, 3 and more rays\n");
+  }
+  for (const v1::AvatarSource& source : avatar.sources())
+    absl::StrAppendFormat(&out, "%-9s  %5d frames  %s\n", source.held_out() ? "held out" : "source",
+                          source.frames(), source.name());
+  return out;
+}
+
+absl::Status GoalsStatus(const v1::AvatarEvaluation& evaluation) {
+  v1::Verdict verdict;
+  int missed = 0;
+  for (const v1::AvatarGoal& goal : evaluation.goals()) missed += goal.met() ? 0 : 1;
+  if (missed == 0) return absl::OkStatus();
+  AddFinding(verdict, v1::GRADE_BAD,
+             absl::StrCat(missed, " of ", evaluation.goals_size(), " goals are missed"),
+             "Train with more motions, or film with more cameras.");
+  return VerdictStatus(verdict);
+}
+
+}  // namespace weft

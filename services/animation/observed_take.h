@@ -1,0 +1,34 @@
+// What some cameras see of a take of known cloth, frame by frame.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "alignment/template.h"
+#include "capture/rig/rig.h"
+#include "services/synthetic/frames_file.h"
+#include "triangulation/triangulate.h"
+
+namespace weft {
+
+class ClothTake;
+
+class ObservedTake {
+ public:
+  virtual ~ObservedTake() = default;
+  // Of the cameras that look.
+  virtual const Rig& rig() const = 0;
+  // An entry per camera. `truth` is the frame's cloth. Runs in the calling thread's TBB arena.
+  virtual absl::StatusOr<std::vector<ViewObservations>> Look(int frame, const ClothFrame& truth) = 0;
+};
+
+// `cameras` of them: those of the take where it has pictures, evenly chosen, or else where it has as many;
+// otherwise cameras around the cloth of the first frame (DrivingRig). OutOfRange: a take with pictures has
+// fewer. Errors of the take's files.
+absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveTake(ClothTake& take, const Template& garment,
+                                                          int cameras, uint64_t seed);
+
+}  // namespace weft

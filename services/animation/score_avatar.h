@@ -1,0 +1,42 @@
+// How well an avatar follows its garment, against the truth.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "animation/sparse_view_driver.h"
+#include "weft/v1/avatar.pb.h"
+
+namespace weft {
+
+struct AvatarScoring {
+  std::string avatar;
+  // Data sets, and takes of `weft simulate` with or without pictures. Pictures are decoded; without them the
+  // decoder is imitated (truth_views.h).
+  std::vector<std::string> sources;
+  std::string garment;  // folder of the template; empty: the sources'
+  std::vector<std::string> splits = {"test-known", "test-unseen"};  // of data sets
+  std::vector<int> cameras = {2, 3};                                // numbers of them, each scored by itself
+  int max_frames = 0;                                               // of each take; 0: all
+  double fps = 0;                                                   // of takes that tell no times; 0: 30
+  int threads = 1;                                                  // that drive; cameras are imitated by all
+  uint64_t seed = 1;                                                // of imitated observations
+
+  absl::Status Validate() const;
+};
+
+// Drives every take before every number of cameras. Beside the driven mesh are scored, in the same run, the
+// carrier, the shape that the avatar has nearest to the truth, and its mean shape, both at their true place.
+// Frames that are lost have no errors and are counted. Numbers of cameras that a take with pictures does not
+// have are left out with a remark. `on_frame` (may be empty) is called with frames driven and all. Errors of
+// the files; FailedPrecondition, both names in it, for an avatar of another template; NotFound where no take
+// is of `splits`; Cancelled when `stop` is requested. The same figures at any number of threads, times aside.
+absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
+                                                 const std::function<void(size_t done, size_t all)>& on_frame,
+                                                 const std::stop_token& stop);
+
+}  // namespace weft

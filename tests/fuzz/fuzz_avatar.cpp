@@ -1,0 +1,45 @@
+#include <algorithm>
+
+#include "capture/file/checksum.h"
+#include "services/animation/avatar_file.h"
+#include "services/files/little_endian.h"
+#include "tests/fuzz/fuzz_target.h"
+#include "tests/services/animation/small_avatar.h"
+
+namespace {
+
+// The bytes with another checksum at their end: the right one.
+std::string WithChecksum(std::string_view bytes) {
+  std::string out(bytes.substr(0, bytes.size() - std::min(bytes.size(), sizeof(uint64_t))));
+  weft::PutLittleEndian(weft::Checksum(out.data(), out.size()), out);
+  return out;
+}
+
+}  // namespace
+
+// avatar.json, or space.bin.
+extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+  const std::string_view bytes(reinterpret_cast<const char*>(data), size);
+  const auto about = weft::ParseAvatar(bytes, "avatar.json");
+  if (about.ok()) weft::FuzzRequire(about->vertices() > 0 && !about->template_hash().empty());
+  // As if the checksum were right, which mutations hardly ever meet.
+  for (const std::string& whole : {std::string(bytes), WithChecksum(bytes)}) {
+    const auto tables = weft::DecodeAvatarSpace(whole, "space.bin");
+    if (!tables.ok()) continue;
+    for (const weft::AvatarTable& table : *tables)
+      weft::FuzzRequire(table.values.size() == size_t{1} * table.rows * table.columns);
+    weft::SparseViewAvatar avatar = weft::SmallAvatar();
+    if (!weft::TakeTables(*tables, &avatar).ok() || !avatar.Validate().ok()) continue;
+    const auto again = weft::DecodeAvatarSpace(weft::EncodeAvatarSpace(weft::TablesOf(avatar)), "again");
+    weft::FuzzRequire(again.ok(), again.ok() ? "" : std::string(again.status().message()));
+  }
+  return 0;
+}
+
+std::vector<std::string> weft::FuzzSeeds() {
+  return {
+      EncodeAvatarSpace(TablesOf(SmallAvatar())), EncodeAvatarSpace(TablesOf(SmallAvatar(1))),
+      EncodeAvatarSpace({{"x", 1, 2, true, {3, 4}}, {"", 2, 1, false, {5, 6}}}),
+      R"({"kind": "sparse-view", "template_hash": "a", "board_hash": "b", "vertices": 4, "components": 2, "fps": 30,
+"sources": [{"name": "walk", "frames": 9, "held_out": true}], "sigma": [{"of_rays": [1, 2]}], "space_bytes": "17"})"};
+}

@@ -1,0 +1,95 @@
+#include "services/animation/avatar_goals.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <map>
+
+#include "services/verdict/verdict.h"
+
+namespace weft {
+namespace {
+
+using testing::HasSubstr;
+using testing::Not;
+
+v1::AvatarScore& AddScore(v1::AvatarEvaluation& to, const std::string& split, int cameras,
+                          const std::string& method, double mean_mm) {
+  v1::AvatarScore& score = *to.add_scores();
+  score.set_split(split);
+  score.set_cameras(cameras);
+  score.set_method(method);
+  score.set_frames(10);
+  score.set_mean_mm(mean_mm);
+  score.set_share_within_sigma(0.7);
+  score.set_share_within_two_sigma(0.93);
+  score.set_threads(1);
+  return score;
+}
+
+const v1::AvatarGoal* Find(const v1::AvatarEvaluation& in, const std::string& id, const std::string& what) {
+  for (const v1::AvatarGoal& goal : in.goals())
+    if (goal.id() == id && goal.what().find(what) != std::string::npos) return &goal;
+  return nullptr;
+}
+
+TEST(AvatarGoals, AreThoseOfTheScoresThatAreThere) {
+  v1::Avatar avatar;
+  avatar.set_space_bytes(5'900'000);
+  v1::AvatarEvaluation evaluation;
+  AddScore(evaluation, "validate", 2, "driven", 1);
+  AddAvatarGoals(avatar, evaluation);
+  ASSERT_EQ(evaluation.goals_size(), 1);
+  EXPECT_EQ(evaluation.goals(0).id(), "A14");
+  EXPECT_DOUBLE_EQ(evaluation.goals(0).value(), 5.9);
+  EXPECT_TRUE(GoalsStatus(evaluation).ok());
+}
+
+TEST(AvatarGoals, CompareWithTheCarrierAndWithOtherNumbersOfCameras) {
+  v1::AvatarEvaluation evaluation;
+  AddScore(evaluation, "test-known", 2, "driven", 2).set_ms_a_frame(90);
+  AddScore(evaluation, "test-known", 2, "carrier", 5);
+  AddScore(evaluation, "test-known", 8, "driven", 1.5);
+  AddScore(evaluation, "test-known", 3, "driven", 1);
+  AddAvatarGoals({}, evaluation);
+  EXPECT_DOUBLE_EQ(Find(evaluation, "A1", "mean")->value(), 2);
+  EXPECT_TRUE(Find(evaluation, "A1", "mean")->met());
+  EXPECT_DOUBLE_EQ(Find(evaluation, "A5", "carrier")->value(), 0.4);
+  // From 3 to 8 cameras it grew.
+  EXPECT_DOUBLE_EQ(Find(evaluation, "A8", "test-known")->value(), 1.5);
+  EXPECT_FALSE(Find(evaluation, "A8", "test-known")->met());
+  EXPECT_FALSE(Find(evaluation, "A12", "one core")->met());
+  EXPECT_NEAR(Find(evaluation, "A11", "1 sigma")->value(), 2, 1e-9);
+  EXPECT_EQ(Find(evaluation, "A2", ""), nullptr);
+  const absl::Status status = GoalsStatus(evaluation);
+  EXPECT_TRUE(IsVerdict(status));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("2 of"));
+}
+
+TEST(AvatarGoals, ManyThreadsSayNothingOfOneCore) {
+  v1::AvatarEvaluation evaluation;
+  AddScore(evaluation, "test-known", 2, "driven", 2).set_threads(2);
+  AddAvatarGoals({}, evaluation);
+  EXPECT_EQ(Find(evaluation, "A12", ""), nullptr);
+}
+
+TEST(AvatarGoals, TextHasARowForEachScore) {
+  v1::AvatarEvaluation evaluation;
+  AddScore(evaluation, "test-unseen", 3, "driven", 1.234);
+  AddScore(evaluation, "test-unseen", 0, "best shape", 3.5).set_share_within_sigma(-1);
+  v1::AvatarFloor& floor = *evaluation.add_floor();
+  floor.set_take("test-known-twist-301");
+  floor.set_mean_mm(2.89);
+  evaluation.add_remarks("a take has 2 cameras");
+  AddAvatarGoals({}, evaluation);
+  const std::string text = AvatarEvaluationText(evaluation);
+  EXPECT_THAT(text, HasSubstr("test-unseen     3  driven          10    1.234"));
+  EXPECT_THAT(text, HasSubstr("test-unseen     -  best shape      10    3.500"));
+  EXPECT_THAT(text, HasSubstr("mean 2.890"));
+  EXPECT_THAT(text, HasSubstr("A2    mean mm, test-unseen, 3 cameras"));
+  EXPECT_THAT(text, HasSubstr("met, with the aim"));
+  EXPECT_THAT(text, HasSubstr("note: a take has 2 cameras"));
+}
+
+}  // namespace
+}  // namespace weft
