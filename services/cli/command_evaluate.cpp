@@ -1,11 +1,13 @@
 // weft evaluate: how good a job's result is.
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
 
 #include "services/cli/commands.h"
+#include "services/cli/evaluate_avatar.h"
 #include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
 #include "services/cli/remote_operation.h"
@@ -21,6 +23,7 @@ namespace {
 struct EvaluateOptions {
   EvaluationRequest request;
   std::string against, against_rig, against_garment;
+  EvaluateAvatarOptions avatar;
   std::string out;
   int threads = 0;
   bool json = false;
@@ -74,6 +77,17 @@ absl::Status CompareCommand(const EvaluateOptions& options, bool quiet) {
   if (!json.ok()) return json.status();
   std::fputs(json->c_str(), stdout);
   return absl::OkStatus();
+}
+
+absl::Status EvaluateAvatarCommand(const EvaluateOptions& options, bool quiet) {
+  EvaluateAvatarOptions avatar = options.avatar;
+  avatar.scoring.sources = {options.request.result};
+  avatar.scoring.garment = options.request.garment;
+  avatar.scoring.fps = options.request.fps;
+  avatar.scoring.threads = std::max(1, options.threads);
+  avatar.out = options.out;
+  avatar.json = options.json;
+  return EvaluateAvatar(avatar, quiet);
 }
 
 void AddAgainstOptions(CLI::App& command, EvaluateOptions& options) {
@@ -147,17 +161,25 @@ void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
       "reason. The verdict comes first; bad is exit status 1. With --out: evaluation.json, "
       "frames.csv, cameras.csv and report.html. With --against: both results side by side, frame by "
       "frame; every difference with its standard error and the probability that it is chance. Then --out "
-      "has comparison.json, tables as CSV, plots and maps as SVG, and report.html.",
+      "has comparison.json, tables as CSV, plots and maps as SVG, and report.html. With --avatar: how well a "
+      "garment's "
+      "avatar follows it before few cameras, on takes whose truth is known. The carrier (its shape before it "
+      "is "
+      "polished) and the best that its shapes can do stand beside it, and the goals of sparse-view driving "
+      "below.",
       "  weft evaluate result --out result/evaluation\n"
       "  weft evaluate best --against paper --quick --out comparison\n"
       "  weft evaluate result --truth take/truth --quick\n"
-      "  weft evaluate result --truth take/truth --json > scores.json");
+      "  weft evaluate result --truth take/truth --json > scores.json\n"
+      "  weft evaluate shirt-drive --avatar shirt.avatar --cameras 2,3 --check");
   auto options = std::make_shared<EvaluateOptions>();
   command->add_option("result", options->request.result, "The folder that `weft register` wrote")
       ->required()
       ->type_name("DIR");
   AddInputOptions(*command, options->request);
   AddAgainstOptions(*command, *options);
+  AddEvaluateAvatarOptions(*command, options->avatar);
+  command->get_option("--avatar")->excludes("--against");
   command->add_option("--out", options->out, "Folder for report and tables, made where it is missing")
       ->type_name("DIR");
   command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
@@ -166,6 +188,7 @@ void AddEvaluateCommand(CLI::App& app, CommandLine& line) {
   command->add_flag("--json", options->json,
                     "Print JSON (weft.v1.Evaluation; with --against weft.v1.Comparison)");
   RunHereOrAtDaemon(*command, line, [options, &line] {
+    if (!options->avatar.scoring.avatar.empty()) return EvaluateAvatarCommand(*options, line.quiet);
     return options->against.empty() ? EvaluateCommand(*options, line.quiet)
                                     : CompareCommand(*options, line.quiet);
   });

@@ -18,6 +18,7 @@ void AddRigPlanCommand(CLI::App& rig, CommandLine& line);
 void AddPatternCommand(CLI::App& app, CommandLine& line);
 void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line);
 void AddPatternPaletteCommand(CLI::App& pattern, CommandLine& line);
+void AddAvatarCommand(CLI::App& app, CommandLine& line);
 void AddBodyCommand(CLI::App& app, CommandLine& line);
 void AddCameraCommand(CLI::App& app, CommandLine& line);
 void AddCameraLookCommand(CLI::App& camera, CommandLine& line);

@@ -108,6 +108,7 @@ int main(int argc, char** argv) {
   weft::AddAlignCommand(app, line);
   weft::AddOptionsCommand(app, line);
   weft::AddSimulateCommand(app, line);
+  weft::AddAvatarCommand(app, line);
   weft::AddBodyCommand(app, line);
   weft::AddSplitCommand(app, line);
   weft::AddMotionCommand(app, line);

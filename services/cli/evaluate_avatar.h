@@ -1,0 +1,26 @@
+// `weft evaluate SOURCE --avatar AVATAR`: a garment's avatar against the truth.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "services/animation/score_avatar.h"
+
+namespace weft {
+
+struct EvaluateAvatarOptions {
+  AvatarScoring scoring;  // avatar is empty where no avatar is evaluated
+  std::string out;        // folder for avatar-evaluation.json; empty: none
+  bool check = false;
+  bool json = false;
+};
+
+// --avatar, and what goes with it alone.
+void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options);
+
+// Prints the table, or JSON. A bad verdict where a goal is missed that was to be checked.
+absl::Status EvaluateAvatar(const EvaluateAvatarOptions& options, bool quiet);
+
+}  // namespace weft
