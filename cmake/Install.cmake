@@ -77,4 +77,9 @@ if(TARGET weft-pcl)
     "This package has weft-pcl, with which weft reads and writes PCD, the format of\n\
 the Point Cloud Library.")
 endif()
+# Folders that come before this file have no default component: what they install would be a package of its own.
+get_cmake_property(components COMPONENTS)
+if("Unspecified" IN_LIST components)
+  message(FATAL_ERROR "an install() in another folder lacks its COMPONENT")
+endif()
 include(CPack)
