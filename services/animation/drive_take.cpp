@@ -47,6 +47,7 @@ SeenFrame Decode(const DriveRequest& request, const DriveInputs& inputs, size_t 
   out.decoded = DecodeFrame(images, request.decode, std::nullopt, {}, stop);
   MovedViews moved = MovedViews::Decode(images, request.decode, stop, out.decoded);
   moved.Move(out.decoded.views);
+  moved.Describe(out.decoded.reports);
   out.decode_ms = watch.Ms();
   return out;
 }
