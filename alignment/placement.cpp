@@ -80,10 +80,20 @@ absl::Status CheckStart(const std::vector<Eigen::Vector3d>& start_mm, int vertic
   return absl::OkStatus();
 }
 
+Eigen::Isometry3d RigidFit(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to) {
+  const auto size = static_cast<Eigen::Index>(from.size());
+  return Eigen::Isometry3d(Eigen::umeyama(Eigen::Map<const Eigen::Matrix3Xd>(from[0].data(), 3, size),
+                                          Eigen::Map<const Eigen::Matrix3Xd>(to[0].data(), 3, size), false));
+}
+
+double LeastTargets(int vertices, double min_target_share) {
+  return std::max(3.0, std::ceil(min_target_share * vertices));
+}
+
 absl::StatusOr<Eigen::Isometry3d> PlaceTemplate(const AlignmentModel& model,
                                                 const std::vector<VertexTarget>& targets,
                                                 double min_target_share) {
-  const double needed = std::max(3.0, std::ceil(min_target_share * model.graph().vertices));
+  const double needed = LeastTargets(model.graph().vertices, min_target_share);
   if (static_cast<double>(targets.size()) < needed) {
     return absl::FailedPreconditionError(absl::StrCat(
         "alignment: ", targets.size(), " of the template's ", model.graph().vertices,
@@ -100,9 +110,7 @@ absl::StatusOr<Eigen::Isometry3d> PlaceTemplate(const AlignmentModel& model,
         "alignment: the observed vertices lie on a line and do not determine the template's pose");
   }
   if (absl::Status status = CheckScale(model, targets); !status.ok()) return status;
-  const Eigen::Map<const Eigen::Matrix3Xd> from(rest[0].data(), 3, static_cast<Eigen::Index>(rest.size()));
-  const Eigen::Map<const Eigen::Matrix3Xd> to(now[0].data(), 3, static_cast<Eigen::Index>(now.size()));
-  return Eigen::Isometry3d(Eigen::umeyama(from, to, false));
+  return RigidFit(rest, now);
 }
 
 FillStart PrepareFill(const MeshGraph& graph, const std::vector<VertexTarget>& targets,

@@ -16,6 +16,13 @@ absl::Status CheckTargets(const std::vector<VertexTarget>& targets, int vertices
 // InvalidArgument where a start has another number of vertices, or one that is not finite.
 absl::Status CheckStart(const std::vector<Eigen::Vector3d>& start_mm, int vertices);
 
+// The rigid motion that brings `from` onto `to`, by least squares (Umeyama 1991, without scale). Sizes are
+// equal and not zero.
+Eigen::Isometry3d RigidFit(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to);
+
+// How many targets place a mesh of so many vertices; `min_target_share` as in AlignOptions.
+double LeastTargets(int vertices, double min_target_share);
+
 // Least-squares rigid transformation from rest positions to targets (Umeyama 1991, without scale).
 // FailedPrecondition where the targets are too few, lie on a line or are of another scale than the template.
 absl::StatusOr<Eigen::Isometry3d> PlaceTemplate(const AlignmentModel& model,

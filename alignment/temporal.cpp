@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/fill.h"
+#include "alignment/placement.h"
 
 namespace weft {
 namespace {
@@ -112,9 +113,7 @@ std::vector<Eigen::Vector3d> SharedNoise(const MeshGraph& graph, const Registere
 
 Deformation DeformationAt(const AlignmentModel& model, const std::vector<Eigen::Vector3d>& position_mm) {
   const std::vector<Eigen::Vector3d>& rest = model.rest().vertices_mm;
-  const auto size = static_cast<Eigen::Index>(rest.size());
-  const Eigen::Map<const Eigen::Matrix3Xd> from(rest[0].data(), 3, size), to(position_mm[0].data(), 3, size);
-  const Eigen::Isometry3d placement(Eigen::umeyama(from, to, false));
+  const Eigen::Isometry3d placement = RigidFit(rest, position_mm);
   Deformation deformation;
   deformation.position_mm = position_mm;
   deformation.rotation.assign(rest.size(), placement.rotation());

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/placement.h"
 #include "base/counter_random.h"
 
 namespace weft {
@@ -184,14 +185,6 @@ absl::Status ShapeSpace::Validate() const {
     return bad("the sigmas must be positive and fall");
   if (left_mm < 0) return bad("what is left must not be negative");
   return absl::OkStatus();
-}
-
-Eigen::Isometry3d RigidFit(const std::vector<Eigen::Vector3d>& moved,
-                           const std::vector<Eigen::Vector3d>& fixed) {
-  const Eigen::Index count = static_cast<Eigen::Index>(moved.size());
-  const Eigen::Map<const Eigen::Matrix3Xd> from(moved.data()->data(), 3, count),
-      to(fixed.data()->data(), 3, count);
-  return Eigen::Isometry3d(Eigen::umeyama(from, to, false));
 }
 
 absl::Status ShapeSpaceOptions::Validate() const {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <functional>
 #include <stop_token>
@@ -40,11 +39,6 @@ struct ShapeSpace {
   // InvalidArgument names what is wrong: sizes, numbers that are not finite, sigmas that do not fall.
   absl::Status Validate() const;
 };
-
-// The rigid motion that brings `moved` onto `fixed`, by least squares (Umeyama 1991, without scale). Sizes
-// are equal and not zero.
-Eigen::Isometry3d RigidFit(const std::vector<Eigen::Vector3d>& moved,
-                           const std::vector<Eigen::Vector3d>& fixed);
 
 struct ShapeSpaceOptions {
   int components = 48;

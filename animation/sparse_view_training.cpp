@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/align.h"
+#include "alignment/placement.h"
 #include "animation/imagined_views.h"
 #include "animation/ray_driver.h"
 #include "animation/sparse_view_avatar.h"

@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "alignment/placement.h"
+#include "animation/evidence.h"
 #include "base/median.h"
 #include "base/stopwatch.h"
 #include "evaluation/driving_score.h"
@@ -92,11 +93,12 @@ class AvatarScorer {
  public:
   AvatarScorer(const AvatarScoring& scoring, const SparseViewAvatar& avatar, const Template& garment,
                const std::stop_token& stop)
-      : scoring_(scoring), avatar_(avatar), garment_(garment), stop_(stop), driving_(scoring.threads) {
-    for (size_t v = 0; v < garment.node_of_vertex.size(); ++v) {
-      const VertexNode& node = garment.node_of_vertex[v];
-      if (node.row >= 0) vertex_of_.emplace(BoardNode{node.row, node.col, node.kind}, v);
-    }
+      : scoring_(scoring),
+        avatar_(avatar),
+        garment_(garment),
+        stop_(stop),
+        driving_(scoring.threads),
+        nodes_(garment) {
     for (size_t v = 0; v < garment.rest.vertices_mm.size(); ++v)
       mean_.emplace_back(avatar.space.mean_mm[3 * v], avatar.space.mean_mm[3 * v + 1],
                          avatar.space.mean_mm[3 * v + 2]);
@@ -186,9 +188,9 @@ class AvatarScorer {
     VertexRays out(garment_.rest.vertices_mm.size());
     for (const ViewObservations& view : views)
       for (const Observation& o : view.observations) {
-        const auto vertex = vertex_of_.find(o.node);
+        const int vertex = nodes_.VertexOf(o.node);
         const auto ray = rig.cameras[static_cast<size_t>(view.camera)].PixelRay({o.x_px, o.y_px});
-        if (vertex != vertex_of_.end() && ray) out.Add(vertex->second, ray->direction);
+        if (vertex >= 0 && ray) out.Add(static_cast<size_t>(vertex), ray->direction);
       }
     return out;
   }
@@ -216,7 +218,7 @@ class AvatarScorer {
   const Template& garment_;
   const std::stop_token& stop_;
   tbb::task_arena driving_;
-  std::map<BoardNode, size_t> vertex_of_;
+  NodeVertices nodes_;
   std::vector<Eigen::Vector3d> mean_;
   ScoreTable table_;
 };

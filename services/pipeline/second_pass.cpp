@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "alignment/placement.h"
 #include "base/stopwatch.h"
 #include "pattern/image/pixel_allocator.h"
 
@@ -21,8 +22,7 @@ std::vector<bool> Placed(const SecondPassInputs& pass) {
   for (const TemplateGarment& garment : pass.inputs.garment.garments) {
     const auto first = pass.mesh.views.begin() + garment.first_vertex;
     const auto measured = std::count_if(first, first + garment.vertices, [](int views) { return views > 0; });
-    // As many as place a template.
-    const double least = std::max(3.0, AlignOptions().min_target_share * garment.vertices);
+    const double least = LeastTargets(garment.vertices, AlignOptions().min_target_share);
     placed.insert(placed.end(), garment.vertices, static_cast<double>(measured) >= least);
   }
   return placed;

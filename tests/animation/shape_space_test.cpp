@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "alignment/placement.h"
 #include "base/counter_random.h"
 
 namespace weft {
