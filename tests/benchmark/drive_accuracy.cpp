@@ -9,17 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "alignment/ray_scene.h"
 #include "animation/sparse_view_driver.h"
 #include "base/median.h"
 #include "base/stopwatch.h"
+#include "services/animation/truth_views.h"
 #include "services/files/template_file.h"
 #include "services/synthetic/frames_file.h"
-#include "simulation/observation_model.h"
-#include "simulation/printed_mesh.h"
-#include "simulation/studio_rig.h"
-#include "simulation/take_presets.h"
-#include "simulation/view_truth.h"
 
 namespace weft {
 namespace {
@@ -80,22 +75,6 @@ absl::StatusOr<SparseViewAvatar> Train(const Options& options, const Template& g
   return TrainSparseView(garment, frames, options.training);
 }
 
-struct Seen {
-  std::vector<std::vector<Observation>> of_camera;
-};
-
-Seen Film(const Template& garment, const PrintLocator& print, const std::vector<Eigen::Vector3d>& mesh,
-          const Rig& rig, uint64_t seed) {
-  const RayScene scene = *RayScene::Build(mesh, garment.rest.faces);
-  Seen out;
-  for (const CameraModel& camera : rig.cameras) {
-    ViewTruth truth = FindViewTruth({mesh, garment.rest.faces}, print, scene, camera);
-    truth.camera_id = camera.id;
-    out.of_camera.push_back(ImitateDecoder(truth, seed));
-  }
-  return out;
-}
-
 struct Tally {
   std::vector<double> all, carrier, none, one, more, jitter, ms;
   int within1 = 0, within2 = 0, frames = 0, lost = 0;
@@ -127,27 +106,20 @@ struct Tally {
 
 Tally DriveTake(const Options& options, const Template& garment, const SparseViewAvatar& avatar, Take* take,
                 int cameras) {
-  const PrintLocator print(PrintFromVertexNodes(garment.rest.faces, garment.node_of_vertex));
-  SyntheticTakeOptions preset = *SyntheticPreset("shirt-drive", 1);
-  preset.rig.cameras = cameras;
-  const auto first = take->reader.Read(0);
-  Eigen::Vector3d middle = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : first->vertices_mm)
-    middle += p / static_cast<double>(first->vertices_mm.size());
-  preset.rig.aim_mm = middle;
-  const Rig rig = *MakeStudioRig("drive", preset.rig);
+  const TruthViews cloth(garment, BodyShape());
+  const Rig rig = *DrivingRig(cameras, take->reader.Read(0)->vertices_mm, 1);
   SparseViewDriver driver = *SparseViewDriver::Create(garment, avatar, options.driving);
   Tally out;
   std::vector<std::vector<Eigen::Vector3d>> offs;
   const int frames = std::min(options.most, take->reader.frames());
   for (int f = 0; f < frames; ++f) {
     const auto truth = take->reader.Read(f);
-    const Seen seen = Film(garment, print, truth->vertices_mm, rig, static_cast<uint64_t>(f));
+    const std::vector<ViewObservations> seen = *cloth.Look(*truth, rig, static_cast<uint64_t>(f));
     std::vector<DrivingView> views;
     for (size_t c = 0; c < rig.cameras.size(); ++c) {
       const bool dark =
           c == 0 && options.dark_from >= 0 && f >= options.dark_from && f < options.dark_from + 15;
-      views.push_back({&rig.cameras[c], dark ? std::span<const Observation>() : seen.of_camera[c]});
+      views.push_back({&rig.cameras[c], dark ? std::span<const Observation>() : seen[c].observations});
     }
     const Stopwatch watch;
     const auto driven = driver.Drive(truth->time_ns + 1, views);
