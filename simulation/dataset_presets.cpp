@@ -56,10 +56,11 @@ std::string DatasetTake::Name() const {
 std::vector<DatasetPreset> DatasetPresets() {
   return {{"shirt-drive",
            "a T-shirt of 19,000 cells of 6 mm: 3,500 frames of seven motions to train, 1,200 of other seeds "
-           "and of two "
-           "unseen motions to test; about 3 core-hours",
+           "and of two unseen motions to test; about 3 core-hours",
+           6, DriveTakes(500, 50, 50, 250)},
+          {"shirt-drive-12", "the same of a T-shirt of 4,800 cells; about 40 minutes of one core", 12,
            DriveTakes(500, 50, 50, 250)},
-          {"tiny-drive", "the same of a T-shirt of 1,900 cells, 360 frames in all; minutes",
+          {"tiny-drive", "the same of a T-shirt of 1,900 cells, 360 frames in all; minutes", 20,
            DriveTakes(20, 10, 10, 20)}};
 }
 
@@ -76,7 +77,7 @@ absl::StatusOr<SyntheticTakeOptions> DatasetTakeBase(const DatasetPreset& preset
   absl::StatusOr<SyntheticTakeOptions> out = SyntheticPreset("shirt-drive", 1);
   if (!out.ok()) return out.status();
   out->name = std::string(preset.name);
-  if (preset.name == "tiny-drive") out->performance.cell_mm = 20;
+  out->performance.cell_mm = preset.cell_mm;
   return out;
 }
 

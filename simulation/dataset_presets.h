@@ -32,6 +32,7 @@ struct DatasetTake {
 struct DatasetPreset {
   std::string_view name;
   std::string_view about;
+  double cell_mm = 0;
   std::vector<DatasetTake> takes;  // those that are to be made first come first
 };
 
