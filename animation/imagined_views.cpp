@@ -46,8 +46,10 @@ absl::StatusOr<std::vector<VertexRay>> ImagineRays(const std::vector<Eigen::Vect
   std::vector<Eigen::Vector3d> eyes;
   for (int camera = 0; camera < views.cameras; ++camera) {
     const double angle = (views.azimuth_deg + 360.0 * camera / views.cameras) * kDegree;
+    const double above = (camera % 2 == 0 ? 1 : -1) * views.elevation_deg * kDegree;
+    const Eigen::Vector3d level = Eigen::AngleAxisd(angle, views.up.normalized()) * aside;
     eyes.push_back(box.center() + views.distance * box.diagonal().norm() *
-                                      (Eigen::AngleAxisd(angle, views.up.normalized()) * aside));
+                                      (std::cos(above) * level + std::sin(above) * views.up.normalized()));
   }
   // [vertices][cameras]
   std::vector<char> sees(vertices * eyes.size(), 0);

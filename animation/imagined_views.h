@@ -15,8 +15,9 @@ struct ImaginedViews {
   int cameras = 2;
   Eigen::Vector3d up = Eigen::Vector3d::UnitY();  // the cameras stand around this axis
   double azimuth_deg = 0;                         // of the first; the others at equal angles
-  double distance = 3;                            // of the garment's size, the diagonal of its box
-  double most_facing_deg = 70;                    // flatter vertices are not seen
+  double elevation_deg = 22;                      // they look from above and from below in turn
+  double distance = 2.5;                          // of the garment's size, the diagonal of its box
+  double most_facing_deg = 80;                    // flatter vertices are not seen
   double lost_share = 0.05;
   double noise_rad = 6e-5;    // of a ray's direction, per axis
   double sigma_rad = 1.2e-4;  // that the rays claim: the cloth's share is in it

@@ -13,10 +13,44 @@ namespace {
 
 // Over this way along the cloth, what crossing rays say about their neighbours is forgotten.
 constexpr double kReachMm = 150;
-// The median distance of a ray from its vertex is this share of what the space leaves per axis, where a frame
-// is like those that were learnt (two axes, normal).
-constexpr double kMedianOfTwoAxes = 1.177;
-constexpr double kLeastMisfit = 0.5;
+constexpr double kLeastMisfit = 0.05;
+// A ray counts as this many medians off at most.
+constexpr double kMostOff = 5;
+// What all rays say counts in a region as much as this share of an average region's rays.
+constexpr double kCommonShare = 0.05;
+
+// How badly the rays around a vertex fit the carrier, in units of what the space leaves: 1 where the frame is
+// like those that were learnt. Root mean square by region, and of all rays where a region has few. Rays that
+// were set aside count as well: where the cloth does what the carrier cannot, many are.
+std::vector<double> Misfits(const ShapeRegions& regions, const std::vector<VertexRay>& rays,
+                            const std::vector<Eigen::Vector3d>& carrier_mm,
+                            const std::vector<float>& left_mm) {
+  if (rays.empty()) return std::vector<double>(carrier_mm.size(), 1);
+  std::vector<double> off(rays.size());  // squared, per axis
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const int v = rays[i].vertex;
+    off[i] = rays[i].WayTo(carrier_mm[v]).squaredNorm() / (2.0 * left_mm[v] * left_mm[v]);
+  }
+  const auto count = static_cast<double>(rays.size());
+  const double most = kMostOff * kMostOff * Median(off);
+  std::vector<double> sum(regions.count, 0), weight(regions.count, 0);
+  double all = 0;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    const double squared = std::min(off[i], most);
+    all += squared / count;
+    for (const auto& [region, share] : regions.of_vertex[rays[i].vertex])
+      sum[region] += share * squared, weight[region] += share;
+  }
+  const double common = kCommonShare * count / std::max(1, regions.count);
+  std::vector<double> out;
+  for (const auto& parts : regions.of_vertex) {
+    double misfit = parts.empty() ? std::sqrt(all) : 0;
+    for (const auto& [region, share] : parts)
+      misfit += share * std::sqrt((sum[region] + common * all) / (weight[region] + common));
+    out.push_back(std::max(kLeastMisfit, misfit));
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -35,21 +69,19 @@ RayDriver::RayDriver(const AlignmentModel& model, const SparseViewAvatar& avatar
 std::vector<float> RayDriver::Scales(const RayDrivenFrame& frame, const std::vector<VertexRay>& rays,
                                      const std::vector<bool>& rejected) const {
   const MeshGraph& graph = model_.graph();
-  std::vector<double> misfits;
+  const std::vector<double> misfits = Misfits(tracker_.regions(), rays, frame.carrier_mm, avatar_.left_mm);
   std::vector<RayEvidence> evidence(graph.vertices);
   std::vector<bool> crossed(graph.vertices, false);
   for (size_t i = 0; i < rays.size(); ++i) {
     if (rejected[i]) continue;
     const int v = rays[i].vertex;
-    misfits.push_back(rays[i].WayTo(frame.carrier_mm[v]).norm() / (kMedianOfTwoAxes * avatar_.left_mm[v]));
     evidence[v].Add(rays[i], frame.position_mm[v], 1);
     crossed[v] = evidence[v].rays >= 2;
   }
-  const double misfit = std::max(kLeastMisfit, misfits.empty() ? 1.0 : Median(std::move(misfits)));
   const std::vector<int> rings = RingDistance(graph, crossed);
   std::vector<float> out(graph.vertices);
   for (int v = 0; v < graph.vertices; ++v) {
-    const double unseen_mm = misfit * avatar_.left_mm[v];
+    const double unseen_mm = misfits[v] * avatar_.left_mm[v];
     if (crossed[v]) {
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(evidence[v].information,
                                                                 Eigen::EigenvaluesOnly);

@@ -34,7 +34,8 @@ struct RayDrivenFrame {
   int rejected_rays = 0;
   int cameras = 0;  // with rays
   // What errors grow with, [vertices]. With two rays and more it is where they cross. Of others it is what
-  // the shape space leaves there, by how badly the rays of this frame fit it, and less beside the former.
+  // the shape space leaves there, by how badly the rays around it fit the carrier, and less beside the
+  // former.
   std::vector<float> scale_mm;
   std::vector<StageTime> times;
 };

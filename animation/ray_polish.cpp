@@ -10,8 +10,10 @@
 namespace weft {
 namespace {
 
-// No carrier is further off than this; beyond it a ray is of something else.
 constexpr double kLeastSpreadMm = 0.5;
+// Wrong cells lie whole cells away. What is nearer, in edges, is cloth that the rays around it do not tell
+// of.
+constexpr double kLeastOutlier = 0.4;
 
 // The carrier as rest shape, with the cloth's lengths. Edges that the carrier has no direction for stay.
 SlicedMesh RestOf(const AlignmentModel& model, const EdgeLengths& lengths,
@@ -107,7 +109,8 @@ absl::StatusOr<PolishedMesh> PolishToRays(const AlignmentModel& model, const Edg
     // What disagrees with the rays around it, measured where the mesh is now.
     const std::vector<double> off = DistancesToOthers(graph, rays, out.rejected, state.position_mm);
     const double spread = std::max(kLeastSpreadMm, Median(off));
-    for (size_t i = 0; i < rays.size(); ++i) out.rejected[i] = off[i] > options.outlier_spreads * spread;
+    const double most = std::max(options.outlier_spreads * spread, kLeastOutlier * model.mean_edge_mm());
+    for (size_t i = 0; i < rays.size(); ++i) out.rejected[i] = off[i] > most;
     ElasticProblem problem;
     problem.has_free_directions = true;
     problem.targets_mm = carrier_mm;

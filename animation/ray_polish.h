@@ -19,7 +19,8 @@ struct PolishOptions {
   double bending = 1;            // weight of turns against stretch, as in E_Dist
   double carrier_sigma_mm = 50;  // of a vertex alone; many together hold what no ray does
   int iterations = 40;
-  // Rays further from the cloth around them than this many spreads are set aside, after each round.
+  // Rays further from the cloth around them than this many spreads, and than a good part of an edge, are set
+  // aside, after each round.
   int rounds = 2;
   double outlier_spreads = 5;
 

@@ -23,6 +23,7 @@ struct TrainingTake {
   double fps = 30;
   // Not learnt from: these say how far the avatar is to be trusted.
   bool held_out = false;
+  std::string motion;  // takes of one kind of motion have the same; empty: a kind of its own
 };
 struct TrainingFrames {
   std::vector<TrainingTake> takes;
@@ -32,9 +33,10 @@ struct TrainingFrames {
 };
 
 struct SparseViewTraining {
-  int components = 48;          // of the shape space
-  int max_frames = 4000;        // to learn from, at most; of more, evenly spaced ones
-  int calibration_frames = 40;  // held-out frames, for each number of cameras
+  int components = 48;    // of the shape space
+  int max_frames = 4000;  // to learn from, at most; of more, evenly spaced ones
+  // For each number of cameras: held-out frames, and as many of motions that are left out in turn.
+  int calibration_frames = 40;
   uint64_t seed = 1;
 
   absl::Status Validate() const;
@@ -45,6 +47,12 @@ struct SparseViewTraining {
 struct SigmaScale {
   static constexpr int kCameras = 4, kRays = 4;
   std::array<std::array<float, kRays>, kCameras> of{};
+};
+
+// Frames that sigma was fitted to, and which share of their vertices' errors is within one and two sigma.
+struct SigmaCheck {
+  int frames = 0;
+  double within_one = 0, within_two = 0;
 };
 
 struct SparseViewAvatar {
@@ -58,7 +66,9 @@ struct SparseViewAvatar {
   std::vector<float> edge_mm;         // [edges of MeshGraph], mean length over the training frames
   std::vector<float> edge_spread_mm;  // [edges], standard deviation
   std::vector<float> left_mm;         // [vertices], root mean square per axis of what the space leaves
-  SigmaScale sigma;
+  SigmaScale sigma;                   // the typical one where the checks have no frames
+  // Of frames that are held out, and of learnt frames of which an avatar without their motion was made.
+  SigmaCheck held_out_check, left_out_check;
 
   // InvalidArgument names what is wrong: sizes that do not fit each other, numbers that are not finite or not
   // positive where they must be.
@@ -75,14 +85,16 @@ struct AvatarTable {
   bool sixteen_bits = false;
   std::vector<float> values;  // [rows][columns]
 };
-// All numbers of the avatar that are not hashes, fps, counts or training options.
+// All numbers of the avatar that are not hashes, fps, counts, checks or training options.
 std::vector<AvatarTable> TablesOf(const SparseViewAvatar& avatar);
 // Fills these numbers; InvalidArgument names a table that is missing, or has another size than the others
 // imply. Unknown tables are passed over. Validate() says whether the whole makes sense.
 absl::Status TakeTables(const std::vector<AvatarTable>& tables, SparseViewAvatar* avatar);
 
 // Learns an avatar. `on_progress` (may be empty) is called with what is being done ("shapes", "lengths",
-// "sigma") and the share of it done. Without held-out takes the last tenth of each take is held out.
+// "sigma") and the share of it done. Without held-out takes the last tenth of each take is held out. Sigma is
+// fitted to held-out frames and, where there are two motions and more, to motions that were not learnt: each
+// is left out in turn and driven by what few frames of the others teach.
 // InvalidArgument names what is wrong with the input: fewer than ten frames to learn from, a frame with
 // another number of vertices than the template; errors of `read`; Cancelled when `stop` is requested.
 // The same bytes at any thread count.

@@ -1,6 +1,4 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -8,11 +6,9 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/align.h"
 #include "alignment/placement.h"
-#include "animation/imagined_views.h"
-#include "animation/ray_driver.h"
+#include "animation/sigma_calibration.h"
 #include "animation/sparse_view_avatar.h"
 #include "base/counter_random.h"
-#include "base/median.h"
 
 namespace weft {
 namespace {
@@ -22,11 +18,9 @@ constexpr int kHeldOutShare = 10;
 constexpr double kLeastEdgeSpreadMm = 0.05;  // of an edge: below, cloth is as good as rigid
 constexpr double kLeastLeftMm = 0.1;
 constexpr double kLeastAcceleration = 1e-3;
-// Frames of a run on held-out takes that are measured, after those in which tracking settles.
-constexpr int kRunFrames = 8, kSettlingFrames = 3;
-// Errors are within sigma, and within two, in these shares of the vertices.
-constexpr double kOneSigma = 0.683, kTwoSigmas = 0.954;
-constexpr size_t kFewRatios = 50;
+constexpr size_t kLeastFrames = 10;
+// That an avatar learns from while a motion is left out.
+constexpr size_t kFoldFrames = 300;
 
 struct FrameOfTake {
   int take, frame;
@@ -143,86 +137,124 @@ class Statistics {
   int frames_ = 0, pairs_ = 0;
 };
 
-// Errors over scale_mm, by cameras and rays.
-using Ratios = std::array<std::array<std::vector<double>, SigmaScale::kRays>, SigmaScale::kCameras>;
-
-// The factor that puts the shares of one and two sigmas right, as well as one factor can.
-double FactorOf(const std::vector<double>& ratios) {
-  return std::sqrt(Quantile(ratios, kOneSigma) * Quantile(ratios, kTwoSigmas) / 2);
-}
-
-SigmaScale ScalesOf(const Ratios& ratios) {
-  SigmaScale out;
-  for (int cameras = 0; cameras < SigmaScale::kCameras; ++cameras)
-    for (int rays = 0; rays < SigmaScale::kRays; ++rays) {
-      const std::vector<double>& of = ratios[cameras][rays];
-      // Classes that hardly occur take what the cameras before, or the rays before, say.
-      float scale = rays > 0 ? out.of[cameras][rays - 1] : 1;
-      if (cameras > 0 && rays <= cameras) scale = out.of[cameras - 1][rays];
-      if (of.size() >= kFewRatios) scale = static_cast<float>(std::max(1e-3, FactorOf(of)));
-      out.of[cameras][rays] = scale;
+// Runs of frames that follow each other, evenly spread over those given: so many that `frames` count. They
+// are shorter where the takes are; none are made that are hardly longer than tracking takes to settle.
+std::vector<std::vector<FrameOfTake>> RunsOf(const std::vector<FrameOfTake>& from, int frames) {
+  constexpr size_t kLongest = SigmaCalibration::kRunFrames + SigmaCalibration::kSettlingFrames;
+  constexpr size_t kShortest = SigmaCalibration::kSettlingFrames + 2;
+  const auto ends = [&](size_t first, size_t length) {
+    return first + length <= from.size() && from[first].take == from[first + length - 1].take;
+  };
+  std::vector<std::vector<FrameOfTake>> out;
+  for (size_t length = kLongest; length >= kShortest && out.empty(); --length) {
+    std::vector<size_t> possible;
+    for (size_t i = 0; i < from.size(); ++i)
+      if (ends(i, length)) possible.push_back(i);
+    const size_t counting = length - SigmaCalibration::kSettlingFrames;
+    const size_t runs = std::min(possible.size(), (static_cast<size_t>(frames) + counting - 1) / counting);
+    for (size_t k = 0; k < runs; ++k) {
+      const size_t first = possible[(2 * k + 1) * possible.size() / (2 * runs)];
+      out.emplace_back(from.begin() + static_cast<std::ptrdiff_t>(first),
+                       from.begin() + static_cast<std::ptrdiff_t>(first + length));
     }
+  }
   return out;
 }
 
-// Drives held-out runs before imagined cameras and compares with the truth.
-class Calibration {
+// Groups of frames that follow each other, evenly chosen, so that how shapes change is known of them as well.
+std::vector<FrameOfTake> Thinned(const std::vector<FrameOfTake>& frames, size_t most) {
+  constexpr size_t kTogether = 3;
+  if (frames.size() <= most) return frames;
+  const size_t groups = most / kTogether;
+  std::vector<FrameOfTake> out;
+  for (size_t g = 0; g < groups; ++g)
+    for (size_t k = 0; k < kTogether; ++k)
+      out.push_back(frames[g * (frames.size() - kTogether) / groups + k]);
+  return out;
+}
+
+using StageProgress = std::function<void(double share)>;
+
+// Learns shapes, lengths and motion of some frames; sigma's factors stay 1.
+class Learner {
  public:
-  Calibration(const Template& garment, const AlignmentModel& model, const SparseViewAvatar& avatar)
-      : garment_(garment), model_(model), avatar_(avatar) {
-    for (const VertexNode& node : garment.node_of_vertex) is_node_.push_back(node.row >= 0);
-    const std::vector<Eigen::Vector3d> mean = avatar.space.Shape(Eigen::VectorXd::Zero(1));
-    Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-    for (const Eigen::Vector3d& p : mean) spread += p * p.transpose();
-    mean_ = mean;
-    up_ = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
+  Learner(const AlignmentModel& model, const CheckedFrames& checked, const SparseViewTraining& training,
+          const std::stop_token& stop)
+      : model_(model), checked_(checked), training_(training), stop_(stop) {}
+
+  absl::Status Learn(const std::vector<FrameOfTake>& frames, const StageProgress& on_shapes,
+                     const StageProgress& on_lengths, SparseViewAvatar* out) const {
+    const MeshFrames learnt{static_cast<int>(frames.size()),
+                            [&](int frame) { return checked_.Read(frames[static_cast<size_t>(frame)]); }};
+    ShapeSpaceOptions options;
+    options.components = training_.components;
+    options.seed = training_.seed;
+    absl::StatusOr<ShapeSpace> space = LearnShapeSpace(learnt, options, on_shapes, stop_);
+    if (!space.ok()) return space.status();
+    out->space = *std::move(space);
+    Statistics statistics(model_.graph(), out->space);
+    for (size_t i = 0; i < frames.size(); ++i) {
+      const auto mesh = checked_.Read(frames[i]);
+      if (!mesh.ok()) return mesh.status();
+      statistics.Add(frames[i], *mesh);
+      if (on_lengths) on_lengths(static_cast<double>(i + 1) / static_cast<double>(frames.size()));
+    }
+    statistics.Into(out);
+    for (auto& of_cameras : out->sigma.of) of_cameras.fill(1);
+    return absl::OkStatus();
   }
 
-  // `run` are frames that follow each other.
-  absl::Status Add(const std::vector<std::vector<Eigen::Vector3d>>& run, int cameras, uint64_t seed) {
-    RayDriver driver(model_, avatar_, {});
-    ImaginedViews views;
-    views.cameras = cameras;
-    views.up = RigidFit(mean_, run.front()).linear() * up_;
-    views.azimuth_deg = 360 * UniformOf(KeyOf(seed, "azimuth"), static_cast<uint64_t>(cameras));
-    for (size_t f = 0; f < run.size(); ++f) {
-      views.seed = KeyOf(seed, absl::StrCat("frame ", f));
-      const auto rays = ImagineRays(run[f], garment_.rest.faces, is_node_, views);
-      if (!rays.ok()) return rays.status();
-      const auto driven = driver.Drive(1, *rays);
-      if (!driven.ok()) return driven.status();
-      if (f < kSettlingFrames || driven->track.lost) continue;
-      for (size_t v = 0; v < run[f].size(); ++v) {
-        const double error = (driven->position_mm[v] - run[f][v]).norm();
-        const int rays_of = std::min(driven->rays_of_vertex[v], SigmaScale::kRays - 1);
-        ratios_[cameras - 1][rays_of].push_back(error / driven->scale_mm[v]);
+  // How far the avatar is off in runs of these frames. `frames` count at most.
+  absl::Status Measure(const SparseViewAvatar& avatar, const std::vector<FrameOfTake>& from, int frames,
+                       SigmaCalibration* calibration) const {
+    for (const std::vector<FrameOfTake>& run : RunsOf(from, frames)) {
+      std::vector<std::vector<Eigen::Vector3d>> meshes;
+      for (const FrameOfTake& at : run) {
+        auto mesh = checked_.Read(at);
+        if (!mesh.ok()) return mesh.status();
+        meshes.push_back(*std::move(mesh));
       }
+      const uint64_t seed =
+          KeyOf(training_.seed, absl::StrCat("run ", run.front().take, " ", run.front().frame));
+      if (absl::Status status = calibration->Add(avatar, meshes, seed); !status.ok()) return status;
     }
     return absl::OkStatus();
   }
 
-  SigmaScale Scales() const { return ScalesOf(ratios_); }
-
  private:
-  const Template& garment_;
   const AlignmentModel& model_;
-  const SparseViewAvatar& avatar_;
-  std::vector<bool> is_node_;
-  std::vector<Eigen::Vector3d> mean_;
-  Eigen::Vector3d up_;
-  Ratios ratios_;
+  const CheckedFrames& checked_;
+  const SparseViewTraining& training_;
+  std::stop_token stop_;
 };
 
-// Where runs begin, evenly spread over the held-out frames.
-std::vector<size_t> RunsOf(const std::vector<FrameOfTake>& held_out, int frames) {
-  constexpr int kLength = kRunFrames + kSettlingFrames;
-  std::vector<size_t> possible;
-  for (size_t i = 0; i + kLength <= held_out.size(); ++i)
-    if (held_out[i].take == held_out[i + kLength - 1].take) possible.push_back(i);
-  const size_t runs = std::min(possible.size(), static_cast<size_t>((frames + kRunFrames - 1) / kRunFrames));
-  std::vector<size_t> out;
-  for (size_t k = 0; k < runs; ++k) out.push_back(possible[k * possible.size() / runs]);
-  return out;
+const std::string& MotionOf(const TrainingTake& take) {
+  return take.motion.empty() ? take.name : take.motion;
+}
+
+// Learns without each motion in turn, from few frames, and drives what was left out: what sigma must be for
+// motions that were never seen. Nothing where there is one motion only.
+absl::Status CrossValidate(const std::vector<TrainingTake>& takes, const std::vector<FrameOfTake>& learnt,
+                           const Learner& learner, int frames, const StageProgress& on_progress,
+                           SigmaCalibration* calibration) {
+  std::vector<std::string> motions;
+  for (const FrameOfTake& at : learnt)
+    if (std::find(motions.begin(), motions.end(), MotionOf(takes[at.take])) == motions.end())
+      motions.push_back(MotionOf(takes[at.take]));
+  if (motions.size() < 2) return absl::OkStatus();
+  const int count = static_cast<int>(motions.size()), of_motion = (frames + count - 1) / count;
+  for (int m = 0; m < count; ++m) {
+    std::vector<FrameOfTake> others, left_out;
+    for (const FrameOfTake& at : learnt)
+      (MotionOf(takes[at.take]) == motions[m] ? left_out : others).push_back(at);
+    if (others.size() < kLeastFrames) continue;
+    SparseViewAvatar avatar;
+    absl::Status status = learner.Learn(Thinned(others, kFoldFrames), {}, {}, &avatar);
+    if (status.ok()) status = learner.Measure(avatar, left_out, of_motion, calibration);
+    if (!status.ok()) return status;
+    on_progress(static_cast<double>(m + 1) / count);
+  }
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -233,9 +265,9 @@ absl::StatusOr<SparseViewAvatar> TrainSparseView(
     const std::stop_token& stop) {
   if (absl::Status status = training.Validate(); !status.ok()) return status;
   const Split split = SplitOf(frames.takes, training.max_frames);
-  if (split.learnt.size() < 10)
-    return absl::InvalidArgumentError(
-        absl::StrCat("an avatar: ", split.learnt.size(), " frames to learn from, at least 10 are needed"));
+  if (split.learnt.size() < kLeastFrames)
+    return absl::InvalidArgumentError(absl::StrCat(
+        "an avatar: ", split.learnt.size(), " frames to learn from, at least ", kLeastFrames, " are needed"));
   const auto report = [&](std::string_view stage, double share) {
     if (on_progress) on_progress(stage, share);
   };
@@ -247,42 +279,25 @@ absl::StatusOr<SparseViewAvatar> TrainSparseView(
   out.training = training;
   out.training_frames = static_cast<int>(split.learnt.size());
   out.held_out_frames = static_cast<int>(split.held_out.size());
-  const MeshFrames learnt{out.training_frames, [&](int frame) { return checked.Read(split.learnt[frame]); }};
-  ShapeSpaceOptions space_options;
-  space_options.components = training.components;
-  space_options.seed = training.seed;
-  absl::StatusOr<ShapeSpace> space = LearnShapeSpace(
-      learnt, space_options, [&](double share) { report("shapes", share); }, stop);
-  if (!space.ok()) return space.status();
-  out.space = *std::move(space);
   const AlignmentModel model(garment);
-  Statistics statistics(model.graph(), out.space);
-  for (size_t i = 0; i < split.learnt.size(); ++i) {
-    const auto mesh = checked.Read(split.learnt[i]);
-    if (!mesh.ok()) return mesh.status();
-    statistics.Add(split.learnt[i], *mesh);
-    report("lengths", static_cast<double>(i + 1) / static_cast<double>(split.learnt.size()));
-  }
-  statistics.Into(&out);
-  for (auto& of_cameras : out.sigma.of) of_cameras.fill(1);
-  Calibration calibration(garment, model, out);
-  const std::vector<size_t> runs = RunsOf(split.held_out, training.calibration_frames);
-  for (size_t r = 0; r < runs.size(); ++r) {
-    std::vector<std::vector<Eigen::Vector3d>> run;
-    for (int f = 0; f < kRunFrames + kSettlingFrames; ++f) {
-      auto mesh = checked.Read(split.held_out[runs[r] + f]);
-      if (!mesh.ok()) return mesh.status();
-      run.push_back(*std::move(mesh));
-    }
-    for (int cameras = 1; cameras <= SigmaScale::kCameras; ++cameras) {
-      if (stop.stop_requested()) return absl::CancelledError("the training was stopped");
-      absl::Status status = calibration.Add(run, cameras, KeyOf(training.seed, absl::StrCat("run ", r)));
-      if (!status.ok()) return status;
-    }
-    report("sigma", static_cast<double>(r + 1) / static_cast<double>(runs.size()));
-  }
-  out.sigma = calibration.Scales();
-  if (absl::Status status = out.Validate(); !status.ok()) return status;
+  const Learner learner(model, checked, training, stop);
+  absl::Status status = learner.Learn(
+      split.learnt, [&](double share) { report("shapes", share); },
+      [&](double share) { report("lengths", share); }, &out);
+  if (!status.ok()) return status;
+  SigmaCalibration held_out(garment, model), left_out(garment, model);
+  status = CrossValidate(
+      frames.takes, split.learnt, learner, training.calibration_frames,
+      [&](double share) { report("sigma", 0.7 * share); }, &left_out);
+  if (status.ok()) status = learner.Measure(out, split.held_out, training.calibration_frames, &held_out);
+  if (!status.ok()) return status;
+  report("sigma", 1);
+  SigmaCalibration both = held_out;
+  both += left_out;
+  out.sigma = both.Scales();
+  out.held_out_check = held_out.Check(out.sigma);
+  out.left_out_check = left_out.Check(out.sigma);
+  if (status = out.Validate(); !status.ok()) return status;
   return out;
 }
 

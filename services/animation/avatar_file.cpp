@@ -82,6 +82,15 @@ bool TakeTable(std::string_view& rest, AvatarTable& table) {
   return true;
 }
 
+void Describe(const SigmaCheck& check, v1::AvatarSigmaCheck& about) {
+  about.set_frames(check.frames);
+  about.set_within_one(check.within_one);
+  about.set_within_two(check.within_two);
+}
+SigmaCheck CheckOf(const v1::AvatarSigmaCheck& about) {
+  return {about.frames(), about.within_one(), about.within_two()};
+}
+
 // What avatar.json says of the avatar itself.
 void Describe(const SparseViewAvatar& avatar, v1::Avatar& about) {
   about.set_kind(kSparseViewKind);
@@ -104,6 +113,8 @@ void Describe(const SparseViewAvatar& avatar, v1::Avatar& about) {
     v1::AvatarSigma& sigma = *about.add_sigma();
     for (const float factor : of_rays) sigma.add_of_rays(factor);
   }
+  Describe(avatar.held_out_check, *about.mutable_held_out_check());
+  Describe(avatar.left_out_check, *about.mutable_left_out_check());
 }
 
 absl::Status RemoveFolder(const fs::path& folder) {
@@ -212,6 +223,8 @@ absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, std::string_view spa
   avatar.training.max_frames = about.training().max_frames();
   avatar.training.calibration_frames = about.training().calibration_frames();
   avatar.training.seed = about.training().seed();
+  avatar.held_out_check = CheckOf(about.held_out_check());
+  avatar.left_out_check = CheckOf(about.left_out_check());
   absl::Status status = TakeTables(*tables, &avatar);
   if (status.ok()) status = avatar.Validate();
   if (!status.ok())

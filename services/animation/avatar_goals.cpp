@@ -13,6 +13,8 @@ namespace weft {
 namespace {
 
 constexpr double kMegabyte = 1e6;
+// Held-out frames that sigma is fitted to: with fewer it is rough.
+constexpr int kEnoughCheckFrames = 8;
 constexpr char kKnown[] = "test-known", kUnseen[] = "test-unseen";
 
 const v1::AvatarScore* FindScore(const v1::AvatarEvaluation& evaluation, const std::string& split,
@@ -75,6 +77,24 @@ class Goals {
  private:
   v1::AvatarEvaluation& evaluation_;
 };
+
+void AppendSigma(const v1::AvatarSigmaCheck& check, const char* of, std::string& out) {
+  if (check.frames() == 0) return;
+  absl::StrAppendFormat(&out, "sigma      fitted to %d %s: %.0f %% of the errors below 1, %.0f %% below 2\n",
+                        check.frames(), of, 100 * check.within_one(), 100 * check.within_two());
+}
+
+// What is missing for a sigma that can be trusted.
+std::string SigmaRemark(const v1::Avatar& avatar) {
+  if (avatar.held_out_check().frames() == 0 && avatar.left_out_check().frames() == 0)
+    return "sigma      NOT fitted: too few frames are held out; typical factors stand in. Learn from longer "
+           "takes, or name some with --hold-out\n";
+  if (avatar.held_out_check().frames() < kEnoughCheckFrames)
+    return "sigma      few frames are held out, so it is rough; name takes with --hold-out\n";
+  if (avatar.left_out_check().frames() == 0)
+    return "sigma      not tried on motions that were left out, as there is one alone; learn from several\n";
+  return "";
+}
 
 std::string ShareText(double share) { return share < 0 ? "-" : absl::StrFormat("%.1f", 100 * share); }
 
@@ -163,10 +183,13 @@ std::string AvatarText(const std::string& path, const v1::Avatar& avatar) {
   std::string out = absl::StrFormat(
       "%s: %s avatar of the template \"%s\" (%s), board %s; made by %s, %.1f MB\n"
       "learnt     %d shapes of %d vertices from %d frames at %g frames/s; they miss %.3f mm (rms per axis)\n"
-      "held out   %d frames, which sigma was fitted to\n",
+      "held out   %d frames\n",
       path, avatar.kind(), avatar.template_id(), avatar.template_hash(), avatar.board_hash(),
       avatar.made_by(), static_cast<double>(avatar.space_bytes()) / kMegabyte, avatar.components(),
       avatar.vertices(), avatar.training_frames(), avatar.fps(), avatar.left_mm(), avatar.held_out_frames());
+  AppendSigma(avatar.held_out_check(), "held-out frames", out);
+  AppendSigma(avatar.left_out_check(), "frames of motions left out in turn", out);
+  absl::StrAppend(&out, SigmaRemark(avatar));
   for (int cameras = 1; cameras <= avatar.sigma_size(); ++cameras) {
     absl::StrAppendFormat(&out, "sigma      %d camera%s", cameras, cameras == 1 ? "" : "s");
     absl::StrAppend(&out, cameras == avatar.sigma_size() ? " and more" : "", ": times");

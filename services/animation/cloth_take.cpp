@@ -66,6 +66,7 @@ absl::StatusOr<ClothSource> OpenDataset(const std::string& folder) {
                                                              (of_take / "truth" / "frames.bin").string());
     if (!take.ok()) return take.status();
     take->split = about.split();
+    take->motion = about.motion();
     take->folder = of_take.string();
     take->body = *body;
     if (out.garment.empty()) out.garment = TemplateIn(of_take);
@@ -151,6 +152,21 @@ absl::StatusOr<ClothSource> OpenResults(const std::string& folder, double fps) {
   return absl::NotFoundError(absl::StrCat(folder, ": no frame was registered; look at its report.html"));
 }
 
+absl::StatusOr<ClothSource> OpenAnySource(const std::string& folder, double fps) {
+  const fs::path path(folder);
+  if (Exists(path / "dataset.json")) return OpenDataset(folder);
+  if (Exists(path / kJobFile)) return OpenResults(folder, fps);
+  if (Exists(path / "truth" / "frames.bin")) return OpenClothWithoutPictures(folder);
+  if (Exists(path / "truth" / "frames.bin.part"))
+    return absl::FailedPreconditionError(
+        absl::StrCat(folder, ": the take is not complete; the command that makes it goes on with it"));
+  if (Exists(path / "truth")) return OpenTruthMeshes(folder, fps);
+  return absl::NotFoundError(
+      absl::StrCat(folder,
+                   ": holds no meshes; give the results of `weft register`, a take of `weft simulate`, "
+                   "or a data set of `weft dataset make`"));
+}
+
 }  // namespace
 
 absl::StatusOr<ClothTake> ClothTake::OfFramesFile(std::string name, const std::string& path) {
@@ -195,18 +211,11 @@ absl::StatusOr<ClothFrame> ClothTake::Read(int frame) {
 }
 
 absl::StatusOr<ClothSource> OpenClothSource(const std::string& folder, double fps) {
-  const fs::path path(folder);
-  if (Exists(path / "dataset.json")) return OpenDataset(folder);
-  if (Exists(path / kJobFile)) return OpenResults(folder, fps);
-  if (Exists(path / "truth" / "frames.bin")) return OpenClothWithoutPictures(folder);
-  if (Exists(path / "truth" / "frames.bin.part"))
-    return absl::FailedPreconditionError(
-        absl::StrCat(folder, ": the take is not complete; the command that makes it goes on with it"));
-  if (Exists(path / "truth")) return OpenTruthMeshes(folder, fps);
-  return absl::NotFoundError(
-      absl::StrCat(folder,
-                   ": holds no meshes; give the results of `weft register`, a take of `weft simulate`, "
-                   "or a data set of `weft dataset make`"));
+  absl::StatusOr<ClothSource> source = OpenAnySource(folder, fps);
+  if (!source.ok()) return source;
+  for (ClothTake& take : source->takes)
+    if (take.motion.empty()) take.motion = folder;
+  return source;
 }
 
 absl::StatusOr<SharedTemplate> TemplateOfSources(const std::vector<ClothSource>& sources,

@@ -40,6 +40,7 @@ class ClothTake {
 
   // Set by whoever opens the take.
   std::string split;   // of a data set; empty where it is of none
+  std::string motion;  // takes of one kind of motion have the same: of a data set its motion, else the folder
   std::string folder;  // of the take: rig.json, board.json and template lie in it, or nothing does
   BodyShape body;      // of the wearer
 

@@ -47,6 +47,7 @@ absl::StatusOr<v1::Avatar> AboutOf(const std::vector<LearntTake>& takes, const T
     to.set_name(take->name());
     to.set_frames(take->frames());
     to.set_held_out(held_out);
+    to.set_motion(take->motion);
     to.set_frames_hash(*std::move(hash));
   }
   return about;
@@ -74,7 +75,7 @@ absl::StatusOr<AvatarFile> TrainAvatar(
   if (!about.ok()) return about.status();
   TrainingFrames frames;
   for (const auto& [take, is_held_out] : takes)
-    frames.takes.push_back({take->name(), take->frames(), take->fps(), is_held_out});
+    frames.takes.push_back({take->name(), take->frames(), take->fps(), is_held_out, take->motion});
   frames.read = [&takes](int take, int frame) -> absl::StatusOr<std::vector<Eigen::Vector3d>> {
     absl::StatusOr<ClothFrame> cloth = takes[static_cast<size_t>(take)].take->Read(frame);
     if (!cloth.ok()) return cloth.status();

@@ -24,6 +24,7 @@ namespace fs = std::filesystem;
 struct Options {
   std::string folder;
   std::vector<int> cameras = {2, 3, 4};
+  std::string without;  // a motion that is not learnt
   std::vector<std::string> tests = {"known", "unseen"};
   int every = 1;       // of the training's frames
   int most = 100;      // frames of a test take
@@ -53,17 +54,24 @@ std::vector<Take> TakesOf(const std::string& folder, const std::string& split) {
   return out;
 }
 
+// "train-twist-1": twist.
+std::string MotionOf(const std::string& take) {
+  const size_t first = take.find('-'), last = take.rfind('-');
+  return first == last ? take : take.substr(first + 1, last - first - 1);
+}
+
 absl::StatusOr<SparseViewAvatar> Train(const Options& options, const Template& garment) {
   std::vector<Take> learnt = TakesOf(options.folder, "train"), held = TakesOf(options.folder, "val");
+  std::erase_if(learnt, [&](const Take& take) { return MotionOf(take.name) == options.without; });
   TrainingFrames frames;
   std::vector<Take*> takes;
   for (Take& t : learnt) {
-    frames.takes.push_back(
-        {t.name, (t.reader.frames() + options.every - 1) / options.every, t.reader.head().fps, false});
+    frames.takes.push_back({t.name, (t.reader.frames() + options.every - 1) / options.every,
+                            t.reader.head().fps, false, MotionOf(t.name)});
     takes.push_back(&t);
   }
   for (Take& t : held) {
-    frames.takes.push_back({t.name, t.reader.frames(), t.reader.head().fps, true});
+    frames.takes.push_back({t.name, t.reader.frames(), t.reader.head().fps, true, MotionOf(t.name)});
     takes.push_back(&t);
   }
   frames.read = [&](int take, int frame) -> absl::StatusOr<std::vector<Eigen::Vector3d>> {
@@ -171,6 +179,9 @@ void Run(const Options& options) {
   std::printf("%d frames learnt, %d held out, %d components, left %.2f mm per axis; %.0f s\n",
               avatar->training_frames, avatar->held_out_frames, avatar->space.components(),
               avatar->space.left_mm, watch.Seconds());
+  for (const SigmaCheck& check : {avatar->held_out_check, avatar->left_out_check})
+    std::printf("sigma fitted to %d frames: %.1f %% %.1f %%\n", check.frames, 100 * check.within_one,
+                100 * check.within_two);
   for (const auto& of_cameras : avatar->sigma.of)
     std::printf("sigma %.2f %.2f %.2f %.2f\n", of_cameras[0], of_cameras[1], of_cameras[2], of_cameras[3]);
   std::printf(
@@ -202,6 +213,7 @@ int main(int argc, char** argv) {
   app.add_option("folder", o.folder)->required();
   app.add_option("--cameras", o.cameras)->delimiter(',');
   app.add_option("--tests", o.tests)->delimiter(',');
+  app.add_option("--without", o.without);
   app.add_option("--every", o.every);
   app.add_option("--most", o.most);
   app.add_option("--dark-from", o.dark_from);

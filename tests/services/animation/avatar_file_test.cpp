@@ -50,6 +50,9 @@ TEST(AvatarFile, KeepsTheAvatar) {
     EXPECT_EQ(read->avatar.acceleration, avatar.acceleration);
     EXPECT_EQ(read->avatar.edge_mm, avatar.edge_mm);
     EXPECT_EQ(read->avatar.sigma.of[2][1], 1.5f);
+    EXPECT_EQ(read->avatar.held_out_check.frames, 12);
+    EXPECT_EQ(read->avatar.held_out_check.within_two, 0.9375);
+    EXPECT_EQ(read->avatar.left_out_check.frames, 0);
     ASSERT_EQ(read->avatar.space.basis.size(), avatar.space.basis.size());
     for (size_t k = 0; k < avatar.space.basis.size(); ++k)
       EXPECT_NEAR(read->avatar.space.basis[k], avatar.space.basis[k], 0.5 / 32767);

@@ -45,6 +45,22 @@ TEST(AvatarGoals, AreThoseOfTheScoresThatAreThere) {
   EXPECT_TRUE(GoalsStatus(evaluation).ok());
 }
 
+TEST(AvatarGoals, ShowSaysWhetherSigmaWasFitted) {
+  v1::Avatar avatar;
+  EXPECT_THAT(AvatarText("shirt.avatar", avatar), HasSubstr("NOT fitted"));
+  avatar.mutable_held_out_check()->set_frames(40);
+  avatar.mutable_held_out_check()->set_within_one(0.7);
+  avatar.mutable_held_out_check()->set_within_two(0.94);
+  EXPECT_THAT(
+      AvatarText("shirt.avatar", avatar),
+      testing::AllOf(HasSubstr("fitted to 40 held-out frames: 70 % of the errors below 1, 94 % below 2"),
+                     HasSubstr("as there is one alone"), Not(HasSubstr("NOT"))));
+  avatar.mutable_left_out_check()->set_frames(16);
+  EXPECT_THAT(AvatarText("shirt.avatar", avatar), Not(HasSubstr("as there is one alone")));
+  avatar.mutable_held_out_check()->set_frames(3);
+  EXPECT_THAT(AvatarText("shirt.avatar", avatar), HasSubstr("rough"));
+}
+
 TEST(AvatarGoals, CompareWithTheCarrierAndWithOtherNumbersOfCameras) {
   v1::AvatarEvaluation evaluation;
   AddScore(evaluation, "test-known", 2, "driven", 2).set_ms_a_frame(90);

@@ -15,6 +15,7 @@ inline SparseViewAvatar SmallAvatar(int vertices = 4) {
   avatar.fps = 25;
   avatar.training_frames = 40, avatar.held_out_frames = 4;
   avatar.training.components = 2;
+  avatar.held_out_check = {12, 0.625, 0.9375};
   avatar.space.vertices = vertices;
   const auto share = static_cast<float>(1 / std::sqrt(vertices));
   for (int v = 0; v < vertices; ++v)

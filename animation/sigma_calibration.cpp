@@ -1,0 +1,119 @@
+#include "animation/sigma_calibration.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "alignment/placement.h"
+#include "animation/imagined_views.h"
+#include "animation/ray_driver.h"
+#include "base/counter_random.h"
+#include "base/median.h"
+
+namespace weft {
+namespace {
+
+// Errors are within sigma, and within two, in these shares of the vertices.
+constexpr double kOneSigma = 0.683, kTwoSigmas = 0.954;
+constexpr size_t kFewRatios = 50;
+// More vertices of a frame say nothing new.
+constexpr size_t kVerticesOfFrame = 2000;
+
+double FactorOf(const std::vector<float>& ratios) {
+  const std::vector<double> values(ratios.begin(), ratios.end());
+  return std::max(1e-3, std::sqrt(Quantile(values, kOneSigma) * Quantile(values, kTwoSigmas) / 2));
+}
+
+}  // namespace
+
+SigmaScale TypicalSigmaScale() {
+  SigmaScale out;
+  out.of[0] = {26, 26, 26, 26};
+  out.of[1] = {9.7f, 4.9f, 0.8f, 0.8f};
+  out.of[2] = {4.4f, 3.7f, 0.6f, 0.6f};
+  out.of[3] = {4.5f, 4.3f, 0.8f, 0.6f};
+  return out;
+}
+
+SigmaCalibration::SigmaCalibration(const Template& garment, const AlignmentModel& model)
+    : faces_(garment.rest.faces), model_(model) {
+  for (const VertexNode& node : garment.node_of_vertex) is_node_.push_back(node.row >= 0);
+}
+
+absl::Status SigmaCalibration::Add(const SparseViewAvatar& avatar,
+                                   const std::vector<std::vector<Eigen::Vector3d>>& run, uint64_t seed) {
+  const std::vector<Eigen::Vector3d> mean = avatar.space.Shape(Eigen::VectorXd::Zero(1));
+  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
+  for (const Eigen::Vector3d& p : mean) spread += p * p.transpose();
+  const Eigen::Vector3d up = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
+  for (int cameras = 1; cameras <= SigmaScale::kCameras; ++cameras) {
+    RayDriver driver(model_, avatar, {});
+    ImaginedViews views;
+    views.cameras = cameras;
+    views.up = RigidFit(mean, run.front()).linear() * up;
+    views.azimuth_deg = 360 * UniformOf(KeyOf(seed, "azimuth"), static_cast<uint64_t>(cameras));
+    for (size_t f = 0; f < run.size(); ++f) {
+      views.seed = KeyOf(seed, absl::StrCat("frame ", f));
+      const auto rays = ImagineRays(run[f], faces_, is_node_, views);
+      if (!rays.ok()) return rays.status();
+      const auto driven = driver.Drive(1, *rays);
+      if (!driven.ok()) return driven.status();
+      if (f < kSettlingFrames || driven->track.lost) continue;
+      const size_t step = 1 + run[f].size() / kVerticesOfFrame;
+      for (size_t v = f % step; v < run[f].size(); v += step) {
+        const double error = (driven->position_mm[v] - run[f][v]).norm();
+        const int rays_of = std::min(driven->rays_of_vertex[v], SigmaScale::kRays - 1);
+        ratios_[cameras - 1][rays_of].push_back(static_cast<float>(error / driven->scale_mm[v]));
+      }
+    }
+  }
+  frames_ += std::max(0, static_cast<int>(run.size()) - kSettlingFrames);
+  return absl::OkStatus();
+}
+
+SigmaCalibration& SigmaCalibration::operator+=(const SigmaCalibration& other) {
+  frames_ += other.frames_;
+  for (size_t c = 0; c < ratios_.size(); ++c)
+    for (size_t r = 0; r < ratios_[c].size(); ++r)
+      ratios_[c][r].insert(ratios_[c][r].end(), other.ratios_[c][r].begin(), other.ratios_[c][r].end());
+  return *this;
+}
+
+SigmaScale SigmaCalibration::Scales() const {
+  const SigmaScale typical = TypicalSigmaScale();
+  SigmaScale out = typical;
+  for (int cameras = 0; cameras < SigmaScale::kCameras; ++cameras)
+    for (int rays = 0; rays < SigmaScale::kRays; ++rays) {
+      const std::vector<float>& of = ratios_[cameras][rays];
+      float& scale = out.of[cameras][rays];
+      if (of.size() >= kFewRatios) {
+        scale = static_cast<float>(FactorOf(of));
+      } else if (cameras > 0 && rays <= cameras) {
+        scale *= out.of[cameras - 1][rays] / typical.of[cameras - 1][rays];
+      } else if (rays > 0) {
+        scale *= out.of[cameras][rays - 1] / typical.of[cameras][rays - 1];
+      }
+    }
+  return out;
+}
+
+SigmaCheck SigmaCalibration::Check(const SigmaScale& scales) const {
+  SigmaCheck out;
+  out.frames = frames_;
+  size_t all = 0, one = 0, two = 0;
+  for (size_t c = 0; c < ratios_.size(); ++c)
+    for (size_t r = 0; r < ratios_[c].size(); ++r)
+      for (const float ratio : ratios_[c][r]) {
+        ++all;
+        one += ratio < scales.of[c][r] ? 1 : 0;
+        two += ratio < 2 * scales.of[c][r] ? 1 : 0;
+      }
+  if (all == 0) return out;
+  out.within_one = static_cast<double>(one) / static_cast<double>(all);
+  out.within_two = static_cast<double>(two) / static_cast<double>(all);
+  return out;
+}
+
+}  // namespace weft

@@ -1,0 +1,48 @@
+// How large sigma must be: driven meshes against the truth before imagined cameras.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "alignment/align.h"
+#include "animation/sparse_view_avatar.h"
+
+namespace weft {
+
+// Collects how far driven vertices are off, in units of RayDrivenFrame::scale_mm.
+class SigmaCalibration {
+ public:
+  // Frames of a run that count at most, after those in which tracking settles.
+  static constexpr int kRunFrames = 8, kSettlingFrames = 3;
+
+  SigmaCalibration(const Template& garment, const AlignmentModel& model);
+
+  // Drives the avatar over frames that follow each other, before 1 to SigmaScale::kCameras cameras at equal
+  // angles; `seed` turns them about the garment. Errors of ImagineRays and RayDriver.
+  absl::Status Add(const SparseViewAvatar& avatar, const std::vector<std::vector<Eigen::Vector3d>>& run,
+                   uint64_t seed);
+  SigmaCalibration& operator+=(const SigmaCalibration& other);
+
+  int frames() const { return frames_; }  // that counted, each before all numbers of cameras
+  // The factors that put the shares of one and two sigmas right, as well as one factor can. Classes that
+  // hardly occur keep the proportion of the typical ones to a neighbour that is known.
+  SigmaScale Scales() const;
+  // What they make of the frames that were added.
+  SigmaCheck Check(const SigmaScale& scales) const;
+
+ private:
+  std::vector<Face> faces_;
+  const AlignmentModel& model_;
+  std::vector<bool> is_node_;
+  int frames_ = 0;
+  // Error over scale, of some of the vertices.
+  std::array<std::array<std::vector<float>, SigmaScale::kRays>, SigmaScale::kCameras> ratios_;
+};
+
+// Factors of a T-shirt before simulated cameras, for garments of which too little is known.
+SigmaScale TypicalSigmaScale();
+
+}  // namespace weft
