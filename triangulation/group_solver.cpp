@@ -13,8 +13,9 @@ namespace {
 constexpr int kMaxRefinementRounds = 4;
 // Points that go farther from where the rows are linearised have them linearised again.
 constexpr double kReachMm = 1;
-// A step that lowers the cost by less is below a thousandth of a standard deviation.
-constexpr double kLeastGain = 1e-5;
+// A step that lowers the cost by less is the last one. It is below a hundredth of a standard deviation, and
+// what remains after it is far less.
+constexpr double kLeastGain = 1e-4;
 
 // A seed of the node's own, so that neither order nor thread count matters.
 uint64_t SeedOf(const BoardNode& node, uint64_t seed) {
@@ -53,6 +54,10 @@ Eigen::Vector3d RayOf(const RayCamera& camera, const RayRow& row, int lane) {
 GroupSolver::GroupSolver(const TriangulationOptions& options, const std::vector<RayCamera>& cameras)
     : options_(options), cameras_(cameras) {
   const ConsensusOptions& consensus = options.consensus;
+  min_sine2_ = SineSquared(consensus.min_pair_angle_deg);
+  min_sine2_of_two_views_ =
+      SineSquared(std::max(consensus.min_pair_angle_deg, options.two_view.min_angle_deg));
+  max_cosine_ = std::cos(options.refinement.min_angle_deg * std::numbers::pi / 180);
   limits_.radius_mm2 = static_cast<float>(consensus.inlier_radius_mm * consensus.inlier_radius_mm);
   limits_.max_residual_sigmas = static_cast<float>(consensus.max_residual_sigmas);
   limits_.min_residual_px = static_cast<float>(consensus.min_residual_px);
@@ -83,9 +88,7 @@ void GroupSolver::Start(int lane) {
   if (cameras < l.min_views) return;
   l.stage = Lane::Stage::kSearch;
   l.result.reason = RejectReason::kNoConsensus;
-  l.min_sine2 =
-      SineSquared(l.is_pair ? std::max(consensus.min_pair_angle_deg, options_.two_view.min_angle_deg)
-                            : consensus.min_pair_angle_deg);
+  l.min_sine2 = l.is_pair ? min_sine2_of_two_views_ : min_sine2_;
   l.random = Random(SeedOf(l.result.node, consensus.seed));
   l.draws = kMaxHypotheses;
 }
@@ -202,13 +205,13 @@ void GroupSolver::RefinePoints() {
 
 // The first systems, and the rays that take part in them.
 void GroupSolver::StartRefining() {
-  BestRayKernels().start(cameras_.data(), group_->rows.data(), group_->count, PointsOf(Lane::Stage::kRefine),
-                         limits_, linear_.data(), &system_);
+  limits_.checks_distance =
+      BestRayKernels().start(cameras_.data(), group_->rows.data(), group_->count,
+                             PointsOf(Lane::Stage::kRefine), limits_, linear_.data(), &system_);
   if (!group_->repeats) return;
   Linearise();  // inliers as `start` found them at first, whatever their residuals
   KeepBestOfCameras();
-  for (int i = 0; i < group_->count; ++i)
-    std::copy(linear_[i].inlier, linear_[i].inlier + kNodeLanes, linear_[i].member);
+  for (int lane = 0; lane < kNodeLanes; ++lane) TakeInliers(lane);
   BestRayKernels().accumulate(linear_.data(), group_->count, step_mm_, limits_, &system_);
 }
 
@@ -231,7 +234,9 @@ bool GroupSolver::Step(int lane) {
     const Eigen::Vector3d step = *inverse * gradient;
     offset -= step;
     ++l.refined.iterations;
-    end = step.squaredNorm() < kRefinedMm * kRefinedMm || step.dot(gradient) < kLeastGain;
+    // The first system is without Huber's weight, and knows no inliers.
+    const bool is_first = l.round == 0 && l.refined.iterations == 1;
+    end = !is_first && (step.squaredNorm() < kRefinedMm * kRefinedMm || step.dot(gradient) < kLeastGain);
   }
   l.refined.position_mm = PointOf(lane) + offset;
   // The system of the last step is that of its end, unless the steps ended by their number.
@@ -262,7 +267,7 @@ void GroupSolver::EndRound(int lane) {
   } else if (static_cast<int>(system_.inliers[lane]) < l.min_views) {
     return;
   } else if (system_.changed[lane] != 0 && ++l.round < kMaxRefinementRounds) {
-    for (int i = 0; i < group_->count; ++i) linear_[i].member[lane] = linear_[i].inlier[lane];
+    TakeInliers(lane);
     l.refined.iterations = 0;
     l.stage = Lane::Stage::kRefine;
   } else if (AnglesSuffice(lane)) {
@@ -276,7 +281,6 @@ void GroupSolver::EndRound(int lane) {
 
 // Whether two inliers see the point from directions far enough apart.
 bool GroupSolver::AnglesSuffice(int lane) const {
-  const double limit = std::cos(options_.refinement.min_angle_deg * std::numbers::pi / 180);
   const auto towards = [&](int row) -> Eigen::Vector3d {
     return lanes_[lane].refined.position_mm -
            Eigen::Map<const Eigen::Vector3d>(cameras_[group_->rows[row].camera].origin_mm);
@@ -287,7 +291,7 @@ bool GroupSolver::AnglesSuffice(int lane) const {
     for (int j = group_->count - 1; j > i; --j) {
       if (linear_[j].inlier[lane] == 0) continue;
       const Eigen::Vector3d b = towards(j);
-      if (a.dot(b) <= limit * std::sqrt(a.squaredNorm() * b.squaredNorm())) return true;
+      if (a.dot(b) <= max_cosine_ * std::sqrt(a.squaredNorm() * b.squaredNorm())) return true;
     }
   }
   return false;
@@ -319,14 +323,23 @@ void GroupSolver::KeepBestOfCameras() {
     }
     for (int i = 0; i < group_->count; ++i) {
       system_.inliers[lane] += linear_[i].inlier[lane];
-      system_.changed[lane] |= linear_[i].inlier[lane] != linear_[i].member[lane];
+      system_.changed[lane] |= (linear_[i].inlier[lane] != 0) != (linear_[i].weight[lane] > 0);
     }
   }
 }
 
+// The inliers take part from now on.
+void GroupSolver::TakeInliers(int lane) {
+  for (int i = 0; i < group_->count; ++i) {
+    LinearRow& row = linear_[i];
+    row.weight[lane] = row.inlier[lane] != 0 ? row.inverse_variance[lane] : 0;
+  }
+}
+
 void GroupSolver::Linearise() {
-  BestRayKernels().linearise(cameras_.data(), group_->rows.data(), group_->count,
-                             PointsOf(Lane::Stage::kRefine), limits_, linear_.data());
+  limits_.checks_distance =
+      BestRayKernels().linearise(cameras_.data(), group_->rows.data(), group_->count,
+                                 PointsOf(Lane::Stage::kRefine), limits_, linear_.data());
 }
 
 // The points, anchored at the first lane in a stage.

@@ -60,6 +60,7 @@ class GroupSolver {
   void EndRound(int lane);
   bool AnglesSuffice(int lane) const;
 
+  void TakeInliers(int lane);
   void Linearise();
   const RayPoints& PointsOf(Lane::Stage stage);
   void KeepBestOfCameras();
@@ -71,6 +72,8 @@ class GroupSolver {
   const TriangulationOptions& options_;
   const std::vector<RayCamera>& cameras_;
   RayLimits limits_;
+  double min_sine2_ = 0, min_sine2_of_two_views_ = 0;  // of the angle between the rays of a hypothesis
+  double max_cosine_ = 1;                              // of the angle between the outermost inliers
   // Of the group at hand.
   const RayGroup* group_ = nullptr;
   Lane lanes_[kNodeLanes];

@@ -99,27 +99,8 @@ RayCamera MakeRayCamera(const CameraModel& camera, double calibration_sigma_px) 
 // The row of a camera that saw all nodes of a group, from as many observations; false where they are not
 // valid, or not one of each node in order.
 bool SetAll(const Observation* seen, RayRow* row) {
-  const BoardNode first = seen->node;
-  int differs = first.col % kNodeLanes;
-  for (int lane = 0; lane < kNodeLanes; ++lane) {
-    const Observation& o = seen[lane];
-    differs |= (o.node.row ^ first.row) | (o.node.col ^ (first.col + lane)) |
-               (static_cast<int>(o.node.kind) ^ static_cast<int>(first.kind));
-    row->pixel_px[0][lane] = o.x_px;
-    row->pixel_px[1][lane] = o.y_px;
-    row->sigma_px[lane] = o.sigma_px;
-  }
-  // A difference that is not 0 is NaN.
-  int invalid = 0;
-  for (int lane = 0; lane < kNodeLanes; ++lane) {
-    const double x = row->pixel_px[0][lane], y = row->pixel_px[1][lane];
-    invalid |= !((x - x) + (y - y) == 0);
-  }
-  for (int lane = 0; lane < kNodeLanes; ++lane) {
-    const float sigma_px = row->sigma_px[lane];
-    invalid |= !(sigma_px > 0) | !(sigma_px - sigma_px == 0);
-  }
-  return differs == 0 && invalid == 0 && IsValid(seen[0]) && IsValid(seen[kNodeLanes - 1]);
+  return seen->node.col % kNodeLanes == 0 && IsValid(seen[0]) && IsValid(seen[kNodeLanes - 1]) &&
+         BestRayKernels().read(seen, row);
 }
 
 void Set(const Observation& o, uint32_t lane, RayRow* row) {
@@ -164,6 +145,14 @@ absl::StatusOr<RayGroups> RayGroups::Build(const Rig& rig, const std::vector<Vie
     groups.first_group_.push_back(
         GroupOf(largest->observations[largest->observations.size() * p / parts].node));
   std::sort(groups.first_group_.begin(), groups.first_group_.end());
+  for (size_t p = 0; p <= parts; ++p) {
+    for (const ViewObservations* view : groups.views_) {
+      const Observation* const begin = view->observations.data();
+      const Observation* const end = begin + view->observations.size();
+      const auto is_before = [&](const Observation& o) { return GroupOf(o.node) < groups.first_group_[p]; };
+      groups.begins_.push_back(p == parts ? end : std::partition_point(begin, end, is_before));
+    }
+  }
   return groups;
 }
 
@@ -171,15 +160,14 @@ RayGroupReader::RayGroupReader(const RayGroups& groups, size_t part)
     : cameras_(groups.cameras_), end_group_(groups.first_group_[part + 1]) {
   const uint32_t first_group = groups.first_group_[part];
   next_.resize(groups.views_.size());
-  for (const ViewObservations* view : groups.views_) {
-    const Observation* const begin = view->observations.data();
-    const Observation* const end = begin + view->observations.size();
-    const auto place = [&](uint32_t group) {
-      return std::partition_point(begin, end, [&](const Observation& o) { return GroupOf(o.node) < group; });
-    };
-    cursors_.push_back({place(first_group), end_group_ == kNoGroup ? end : place(end_group_), view->camera});
-    in_order_ &= cursors_.back().at <= cursors_.back().end;
-    LookAhead(cursors_.size() - 1, first_group);
+  const size_t views = groups.views_.size();
+  for (size_t v = 0; v < views; ++v) {
+    const Observation* const* const begin = &groups.begins_[part * views + v];
+    cursors_.push_back({begin[0], begin[views], groups.views_[v]->camera});
+    in_order_ &= begin[0] <= begin[views];
+    if (in_order_)
+      most_observations_ = std::max(most_observations_, static_cast<size_t>(begin[views] - begin[0]));
+    LookAhead(v, first_group);
   }
 }
 
@@ -232,7 +220,10 @@ void RayGroupReader::Add(size_t cursor, RayGroup* out) {
     if (row->sigma_px[lane] > 0) {
       int again = base + 1;
       while (again < out->count && out->rows[again].sigma_px[lane] > 0) ++again;
-      if (again == out->count) out->AddRow(c.camera, true);
+      if (again == out->count) {
+        out->AddRow(c.camera, true);
+        std::fill_n(out->rows[again].sigma_px, kNodeLanes, 0.0f);
+      }
       Set(*c.at, lane, &out->rows[again]);
       row = &out->rows[base];
     } else {
@@ -259,7 +250,6 @@ absl::StatusOr<std::vector<ViewObservations>> InOrderOfGroups(const Rig& rig,
 void RayGroup::AddRow(int camera, bool repeated) {
   if (count == static_cast<int>(rows.size())) rows.resize(count + 1);
   RayRow& row = rows[count++];
-  std::fill(row.sigma_px, row.sigma_px + kNodeLanes, 0.0f);
   row.camera = camera;
   row.repeated = repeated;
   row.ahead = nullptr;
@@ -277,13 +267,19 @@ void RayGroup::CountRays() {
       cameras[lane] += rows[i].repeated ? 0 : seen;
     }
   }
+  if (std::any_of(rays, rays + kNodeLanes, [&](int n) { return n != count; })) ListRows();
 }
 
-int RayGroup::RowOfRay(int lane, int i) const {
-  if (rays[lane] == count) return i;
-  int row = 0;
-  while (rows[row].sigma_px[lane] == 0 || i-- > 0) ++row;
-  return row;
+void RayGroup::ListRows() {
+  if (rows_of_rays.size() < rows.size() * kNodeLanes) rows_of_rays.resize(rows.size() * kNodeLanes);
+  int listed[kNodeLanes] = {};
+  for (int i = 0; i < count; ++i) {
+    for (int lane = 0; lane < kNodeLanes; ++lane) {
+      rows_of_rays[listed[lane] * kNodeLanes + lane] =
+          i;  // written over by the next row where it lacks the node
+      listed[lane] += rows[i].sigma_px[lane] > 0;
+    }
+  }
 }
 
 }  // namespace weft

@@ -13,17 +13,21 @@ namespace weft {
 // Nodes of one kind in one row of the board, those of 16 columns. Used again from group to group.
 struct RayGroup {
   // Row of the i-th ray of a node; its rays are ordered by camera, then by place in the view.
-  int RowOfRay(int lane, int i) const;
+  int RowOfRay(int lane, int i) const {
+    return rays[lane] == count ? i : rows_of_rays[i * kNodeLanes + lane];
+  }
 
   void AddRow(int camera, bool repeated);
   void CountRays();
+  void ListRows();
 
   BoardNode first_node;
   std::vector<RayRow> rows;  // ordered by camera; the first `count` of them
   int count = 0;
-  bool repeats = false;          // some row is of the same camera as the one before
-  int rays[kNodeLanes] = {};     // of each node
-  int cameras[kNodeLanes] = {};  // distinct, of each node
+  bool repeats = false;           // some row is of the same camera as the one before
+  int rays[kNodeLanes] = {};      // of each node
+  int cameras[kNodeLanes] = {};   // distinct, of each node
+  std::vector<int> rows_of_rays;  // [ray][lane], where a row lacks some node
 };
 
 // Views whose observations are in the order of the groups, in parts of the board that may be read side by
@@ -44,6 +48,7 @@ class RayGroups {
   std::vector<RayCamera> cameras_;
   std::vector<const ViewObservations*> views_;  // in the order of their cameras
   std::vector<uint32_t> first_group_;           // of each part, and one behind the last
+  std::vector<const Observation*> begins_;      // [part][view], those of one part behind the last
 };
 
 // Reads the groups of one part, in the order of kind, row, column; each observation once.
@@ -53,6 +58,8 @@ class RayGroupReader {
 
   // The next group that was seen; false at the end.
   bool Next(RayGroup* out);
+  // Of the part, by one view: about as many as it has nodes.
+  size_t most_observations() const { return most_observations_; }
   // Whether so far all observations were valid and in order; where not, the groups are worth nothing.
   bool in_order() const { return in_order_; }
 
@@ -68,6 +75,7 @@ class RayGroupReader {
   uint32_t end_group_;
   std::vector<Cursor> cursors_;
   std::vector<uint32_t> next_;  // group that each cursor is at
+  size_t most_observations_ = 0;
   bool in_order_ = true;
 };
 

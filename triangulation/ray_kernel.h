@@ -3,6 +3,8 @@
 #pragma once
 
 #include <cstdint>
+
+#include "pattern/observation.h"
 #include "simd/dispatch.h"
 
 namespace weft {
@@ -50,13 +52,10 @@ struct alignas(64) LinearRow {
   float residual_px[2][kNodeLanes];    // predicted minus observed
   float jacobian[2][3][kNodeLanes];    // px per mm
   float inverse_variance[kNodeLanes];  // 0 where there is no ray, or the lens model does not reach
+  float weight[kNodeLanes];            // that of the rays that take part, else 0
   float limit_px2[kNodeLanes];         // largest squared residual of an inlier
-  float distance_form[3]
-                     [kNodeLanes];  // of a residual x, y, by x x, x y, y y: squared distance of point and ray
-  float inverse_depth[kNodeLanes];
-  float inlier[kNodeLanes];  // 1 where the ray should take part, by the last look
-  float member[kNodeLanes];  // 1 where it takes part
-  float axis[3];             // optical axis of the camera
+  float inlier[kNodeLanes];            // 1 where the ray should take part, by the last look
+  float axis[3];                       // optical axis of the camera over the depth of the anchor
 };
 
 // A point per node. Numbers of a kernel are as exact as the points are near that of lane `anchor`.
@@ -71,6 +70,7 @@ struct RayLimits {
   float max_residual_sigmas = 0;
   float min_residual_px = 0;
   float huber_sigmas = 0;
+  bool checks_distance = true;  // in `accumulate`; false where residual limits keep all inliers in the radius
 };
 
 // Cameras with a ray near the points, and the sums of the squared distances of their closest ones.
@@ -79,29 +79,34 @@ struct alignas(64) GroupScore {
   float squared_mm2[kNodeLanes];
 };
 
-// Gauss-Newton systems of the reprojection error over the members.
+// Gauss-Newton systems of the reprojection error over the rays that take part.
 struct alignas(64) GroupSystem {
   float matrix[6][kNodeLanes];    // xx xy xz yy yz zz
   float gradient[3][kNodeLanes];  // Jacobian times residual
   float chi_square[kNodeLanes];
   float inliers[kNodeLanes];
-  int32_t changed[kNodeLanes];  // not 0 where inliers and members differ
+  int32_t changed[kNodeLanes];  // not 0 where other rays take part
 };
 
 struct RayKernels {
+  // Fills a row, but for its camera and rays, from one observation of each node. False where they do not have
+  // the nodes of the first one's row in order, or some value is not finite, or no positive sigma.
+  bool (*read)(const Observation* seen, RayRow* row);
   // Takes the lens out of the pixels of a row.
   void (*undistort)(const RayCamera* cameras, int count, RayRow* rows);
   void (*score)(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
                 float radius_mm2, GroupScore* score);
-  // The rows at the points; inliers are all rays within the radius. Leaves `member` alone.
-  void (*linearise)(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
+  // The rows at the points; inliers are all rays within the radius. Those that take part still do. Returns
+  // RayLimits::checks_distance for what follows.
+  bool (*linearise)(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
                     const RayLimits& limits, LinearRow* linear);
-  // The same, all rays within the radius become members, and the systems at the points are summed up on the
-  // way. Memory is idle meanwhile, so it fetches what is ahead.
-  void (*start)(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
+  // The same, all rays within the radius take part, and the systems at the points are summed up on the
+  // way: least squares, without Huber's weight, whose points lie nearer to the robust ones than these do.
+  // Counts no inliers. Memory is idle meanwhile, so it fetches what is ahead.
+  bool (*start)(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
                 const RayLimits& limits, LinearRow* linear, GroupSystem* system);
   // At `step_mm` from the points: writes inliers, which are the rays within the radius and the residual
-  // limit, and the systems over the members.
+  // limit, and the systems over the rays that take part.
   void (*accumulate)(LinearRow* rows, int count, const float (*step_mm)[kNodeLanes], const RayLimits& limits,
                      GroupSystem* system);
 };

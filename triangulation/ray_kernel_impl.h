@@ -1,120 +1,14 @@
 // Body of the ray kernels; see simd/lanes.h. A group of 16 nodes is taken in parts of kLanes.
 #include "simd/lanes.h"
 #include "triangulation/ray_kernel.h"
+#include "triangulation/ray_rows_impl.h"
 
 namespace weft::WEFT_KERNEL_NAMESPACE {
 namespace {
 
-constexpr int kHalf = kLanes / 2;
-typedef float HalfLanes __attribute__((vector_size(4 * kHalf)));
-typedef double Doubles __attribute__((vector_size(8 * kHalf)));
-
-inline Doubles LoadDoubles(const double* p) { return LoadAs<Doubles>(p); }
-inline void StoreInts(IntLanes v, int32_t* p) { std::memcpy(p, &v, sizeof v); }
-
-#if defined(__AVX512F__)
-inline Lanes Join(HalfLanes a, HalfLanes b) {
-  return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15);
-}
-inline HalfLanes HalfOf(Lanes v, int half) {
-  return half == 0 ? __builtin_shufflevector(v, v, 0, 1, 2, 3, 4, 5, 6, 7)
-                   : __builtin_shufflevector(v, v, 8, 9, 10, 11, 12, 13, 14, 15);
-}
-#elif defined(__AVX2__)
-inline Lanes Join(HalfLanes a, HalfLanes b) { return __builtin_shufflevector(a, b, 0, 1, 2, 3, 4, 5, 6, 7); }
-inline HalfLanes HalfOf(Lanes v, int half) {
-  return half == 0 ? __builtin_shufflevector(v, v, 0, 1, 2, 3) : __builtin_shufflevector(v, v, 4, 5, 6, 7);
-}
-#else
-inline Lanes Join(HalfLanes a, HalfLanes b) { return __builtin_shufflevector(a, b, 0, 1, 2, 3); }
-inline HalfLanes HalfOf(Lanes v, int half) {
-  return half == 0 ? __builtin_shufflevector(v, v, 0, 1) : __builtin_shufflevector(v, v, 2, 3);
-}
-#endif
-
-inline Lanes Short(const Doubles* halves) {
-  return Join(__builtin_convertvector(halves[0], HalfLanes), __builtin_convertvector(halves[1], HalfLanes));
-}
-inline Doubles Long(Lanes v, int half) { return __builtin_convertvector(HalfOf(v, half), Doubles); }
-inline Lanes Max(Lanes a, float b) { return a > b ? a : Lanes{} + b; }
 inline Lanes Min(Lanes a, Lanes b) { return a < b ? a : b; }
 inline Lanes Ones(IntLanes mask) { return mask ? Lanes{} + 1.0f : Lanes{}; }
 constexpr float kFarAway = 1e30f;
-
-// Whether a comparison holds in any lane.
-inline bool Any(IntLanes mask) {
-  typedef int64_t Pairs __attribute__((vector_size(4 * kLanes)));
-  const Pairs v = (Pairs)mask;
-  int64_t any = 0;
-  for (int k = 0; k < kHalf; ++k) any |= v[k];
-  return any != 0;
-}
-
-// The lens model (CameraModel): by how much it moves points of the plane z = 1, and the derivative of the
-// moved point by the point.
-struct Lens {
-  Lanes shift[2];
-  Lanes xx, xy, yy;
-};
-
-inline Lens Distort(const RayCamera& camera, Lanes x, Lanes y) {
-  const float* d = camera.rough.distortion;
-  const Lanes x2 = x * x, y2 = y * y, xy2 = 2.0f * x * y, r2 = x2 + y2;
-  // The radial factor less 1: what is added to x loses no digits.
-  Lanes growth = r2 * ((d[0] - d[5]) + r2 * ((d[1] - d[6]) + r2 * (d[4] - d[7])));
-  Lanes slope = d[0] + r2 * (2.0f * d[1] + r2 * (3.0f * d[4]));
-  if (camera.rational) {
-    const Lanes inverse = 1.0f / (1.0f + r2 * (d[5] + r2 * (d[6] + r2 * d[7])));
-    growth = growth * inverse;
-    slope = (slope - (1.0f + growth) * (d[5] + r2 * (2.0f * d[6] + r2 * (3.0f * d[7])))) * inverse;
-  }
-  const Lanes along_x = 2.0f * d[3] * x, along_y = 2.0f * d[2] * y;
-  Lens lens;
-  lens.shift[0] = x * growth + d[2] * xy2 + d[3] * (r2 + 2.0f * x2);
-  lens.shift[1] = y * growth + d[2] * (r2 + 2.0f * y2) + d[3] * xy2;
-  lens.xx = 1.0f + growth + 2.0f * x2 * slope + along_y + 3.0f * along_x;
-  lens.xy = xy2 * slope + 2.0f * d[2] * x + 2.0f * d[3] * y;
-  lens.yy = 1.0f + growth + 2.0f * y2 * slope + 3.0f * along_y + along_x;
-  return lens;
-}
-
-// Newton's method. A lane that is done stays as it is: the bytes must not depend on the others.
-inline void UndistortRow(const RayCamera& camera, int first, RayRow* row) {
-  constexpr int kMaxIterations = 10;
-  constexpr float kTolerance2 = 1e-6f;  // squared step, about what remains after it
-  const double center_px[2] = {camera.cx_px, camera.cy_px};
-  Lanes goal[2];
-  for (int k = 0; k < 2; ++k) {
-    Doubles halves[2];
-    for (int half = 0; half < 2; ++half)
-      halves[half] =
-          (LoadDoubles(row->pixel_px[k] + first + kHalf * half) - center_px[k]) * camera.inverse_focal_px[k];
-    goal[k] = Short(halves);
-  }
-  Lanes x = goal[0], y = goal[1];
-  IntLanes moving = Load(row->sigma_px + first) > 0.0f;
-  const IntLanes wanted = moving;
-  for (int i = 0; i < kMaxIterations && Any(moving); ++i) {
-    const Lens lens = Distort(camera, x, y);
-    const Lanes off_x = x + lens.shift[0] - goal[0], off_y = y + lens.shift[1] - goal[1];
-    const Lanes scale = 1.0f / (lens.xx * lens.yy - lens.xy * lens.xy);
-    const Lanes step_x = (lens.yy * off_x - lens.xy * off_y) * scale;
-    const Lanes step_y = (lens.xx * off_y - lens.xy * off_x) * scale;
-    x = moving ? x - step_x : x;
-    y = moving ? y - step_y : y;
-    moving &= (step_x * step_x + step_y * step_y) > kTolerance2;
-  }
-  const IntLanes found = wanted & ~moving & ((x * x + y * y) < camera.safe_square);
-  const Lanes none = Lanes{} + __builtin_nanf("");
-  Store(found ? x : none, row->plane[0] + first);
-  Store(found ? y : none, row->plane[1] + first);
-}
-
-void Undistort(const RayCamera* cameras, int count, RayRow* rows) {
-  for (int i = 0; i < count; ++i)
-    for (int first = 0; first < kNodeLanes; first += kLanes)
-      UndistortRow(cameras[rows[i].camera], first, &rows[i]);
-}
 
 // Points near each other: one of them in doubles, and from there to all.
 struct NearPoints {
@@ -170,6 +64,7 @@ void Score(const RayCamera* cameras, const RayRow* rows, int count, const RayPoi
 struct Seen {
   IntLanes valid;  // in front of it, and where the lens model is one-to-one
   Lanes inverse_depth;
+  float of_anchor;       // its inverse depth, 0 where it is not in front
   Lanes plane[2];        // on the plane z = 1; 0 where not valid
   Lanes residual_px[2];  // 0 where not valid
   Lens lens;
@@ -189,6 +84,7 @@ inline Seen See(const RayCamera& camera, const RayRow& row, int first, const Nea
   const auto turned = [&](int k) { return r[3 * k] * d[0] + r[3 * k + 1] * d[1] + r[3 * k + 2] * d[2]; };
   const Lanes deeper = turned(2);
   Seen seen;
+  seen.of_anchor = static_cast<float>(inverse);
   constexpr float kLeastDepthMm = 1e-3f;
   const Lanes depth = static_cast<float>(at[2]) + deeper;
   const IntLanes in_front = depth > kLeastDepthMm;
@@ -217,55 +113,88 @@ inline Seen See(const RayCamera& camera, const RayRow& row, int first, const Nea
   return seen;
 }
 
-__attribute__((always_inline)) inline void LineariseRow(const RayCamera& camera, const RayRow& row, int first,
-                                                        const NearPoints& points, const RayLimits& limits,
-                                                        LinearRow* out) {
+// A row where it was linearised.
+struct RowLanes {
+  Lanes jacobian[2][3], residual_px[2];
+  Lanes inverse_variance;
+  Lanes near;       // 1 for a ray within the radius
+  IntLanes checks;  // whether one within the residual limit may still be beyond the radius
+};
+
+// The squared distance of point and ray by their residual: that of the smallest step that takes it away. A
+// form over a determinant; neither is divided here, since comparisons take a third of the time.
+struct DistanceForm {
+  explicit DistanceForm(const Lanes (*jacobian)[3]) {
+    for (int k = 0; k < 3; ++k) {
+      xx += jacobian[1][k] * jacobian[1][k];
+      xy -= jacobian[0][k] * jacobian[1][k];
+      yy += jacobian[0][k] * jacobian[0][k];
+    }
+    determinant = xx * yy - xy * xy;
+  }
+  IntLanes IsWithin(float radius_mm2, Lanes x, Lanes y) const {
+    return (determinant > 0.0f) & (xx * x * x + 2.0f * xy * x * y + yy * y * y <= radius_mm2 * determinant);
+  }
+  // Whether all residuals of that length are; on the safe side, as eigenvalues are below their sum.
+  IntLanes AreAllWithin(float radius_mm2, Lanes limit_px2) const {
+    constexpr float kMargin = 0.999f;
+    return (xx + yy) * limit_px2 < kMargin * radius_mm2 * determinant;
+  }
+
+  Lanes xx = {}, xy = {}, yy = {}, determinant;
+};
+
+__attribute__((always_inline)) inline RowLanes LineariseRow(const RayCamera& camera, const RayRow& row,
+                                                            int first, const NearPoints& points,
+                                                            const RayLimits& limits, LinearRow* out) {
+  RowLanes lanes;
   const Seen seen = See(camera, row, first, points);
   const float* r = camera.rough.rotation;
   const Lanes of_x = camera.rough.fx_px * seen.inverse_depth, of_y = camera.rough.fy_px * seen.inverse_depth;
   const Lanes pixel[2][2] = {{of_x * seen.lens.xx, of_x * seen.lens.xy},
                              {of_y * seen.lens.xy, of_y * seen.lens.yy}};
-  Lanes jacobian[2][3];
-  for (int i = 0; i < 2; ++i) {
-    const Lanes depth = pixel[i][0] * seen.plane[0] + pixel[i][1] * seen.plane[1];
-    for (int k = 0; k < 3; ++k) {
-      jacobian[i][k] = pixel[i][0] * r[k] + pixel[i][1] * r[3 + k] - depth * r[6 + k];
-      Store(jacobian[i][k], out->jacobian[i][k] + first);
+  for (int k = 0; k < 3; ++k) {
+    const Lanes of_plane[2] = {r[k] - r[6 + k] * seen.plane[0], r[3 + k] - r[6 + k] * seen.plane[1]};
+    for (int i = 0; i < 2; ++i) {
+      lanes.jacobian[i][k] = pixel[i][0] * of_plane[0] + pixel[i][1] * of_plane[1];
+      Store(lanes.jacobian[i][k], out->jacobian[i][k] + first);
     }
+  }
+  for (int i = 0; i < 2; ++i) {
+    lanes.residual_px[i] = seen.residual_px[i];
     Store(seen.residual_px[i], out->residual_px[i] + first);
   }
-  Store(seen.inverse_depth, out->inverse_depth + first);
-  for (int k = 0; k < 3; ++k) out->axis[k] = r[6 + k];
+  for (int k = 0; k < 3; ++k) out->axis[k] = r[6 + k] * seen.of_anchor;
   const Lanes sigma = Load(row.sigma_px + first), used = Max(sigma, limits.min_sigma_px);
   const IntLanes has_ray = seen.valid & (sigma > 0.0f);
-  Store(has_ray ? 1.0f / (used * used + camera.calibration_px2) : Lanes{}, out->inverse_variance + first);
+  lanes.inverse_variance = has_ray ? 1.0f / (used * used + camera.calibration_px2) : Lanes{};
+  Store(lanes.inverse_variance, out->inverse_variance + first);
   const float sigmas2 = limits.max_residual_sigmas * limits.max_residual_sigmas;
   const Lanes limit_px2 = Max(sigmas2 * (sigma * sigma + camera.calibration_px2),
                               limits.min_residual_px * limits.min_residual_px);
   Store(has_ray ? limit_px2 : Lanes{} - 1.0f, out->limit_px2 + first);
 
-  // The shortest way to the ray is the smallest step that takes the residual away.
-  Lanes product[3] = {};
-  for (int k = 0; k < 3; ++k) {
-    product[0] += jacobian[0][k] * jacobian[0][k];
-    product[1] += jacobian[0][k] * jacobian[1][k];
-    product[2] += jacobian[1][k] * jacobian[1][k];
-  }
-  const Lanes inverse = 1.0f / (product[0] * product[2] - product[1] * product[1]);
-  const Lanes form[3] = {product[2] * inverse, -2.0f * product[1] * inverse, product[0] * inverse};
-  for (int k = 0; k < 3; ++k) Store(form[k], out->distance_form[k] + first);
-  const Lanes x = seen.residual_px[0], y = seen.residual_px[1];
-  const Lanes square = form[0] * x * x + form[1] * x * y + form[2] * y * y;
-  Store(Ones(has_ray & (square <= limits.radius_mm2)), out->inlier + first);
+  const DistanceForm form(lanes.jacobian);
+  lanes.near = Ones(has_ray & form.IsWithin(limits.radius_mm2, seen.residual_px[0], seen.residual_px[1]));
+  lanes.checks = has_ray & ~form.AreAllWithin(limits.radius_mm2, limit_px2);
+  return lanes;
 }
 
-void Linearise(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
+bool Linearise(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
                const RayLimits& limits, LinearRow* linear) {
+  IntLanes checks = {};
   for (int first = 0; first < kNodeLanes; first += kLanes) {
     const NearPoints near_anchor = NearAnchor(points, first);
-    for (int i = 0; i < count; ++i)
-      LineariseRow(cameras[rows[i].camera], rows[i], first, near_anchor, limits, &linear[i]);
+    for (int i = 0; i < count; ++i) {
+      const RowLanes row =
+          LineariseRow(cameras[rows[i].camera], rows[i], first, near_anchor, limits, &linear[i]);
+      Store(row.near, linear[i].inlier + first);
+      const IntLanes takes_part = Load(linear[i].weight + first) > 0.0f;
+      Store(takes_part ? row.inverse_variance : Lanes{}, linear[i].weight + first);
+      checks |= row.checks;
+    }
   }
+  return Any(checks);
 }
 
 struct SystemSums {
@@ -273,10 +202,18 @@ struct SystemSums {
   IntLanes changed = {};
 };
 
+inline void AddToSystem(const Lanes (*jacobian)[3], const Lanes* residual, Lanes weight, SystemSums* sums) {
+  int entry = 0;
+  for (int i = 0; i < 3; ++i) {
+    const Lanes x = weight * jacobian[0][i], y = weight * jacobian[1][i];
+    for (int j = i; j < 3; ++j) sums->matrix[entry++] += x * jacobian[0][j] + y * jacobian[1][j];
+    sums->gradient[i] += x * residual[0] + y * residual[1];
+  }
+}
+
 inline void AccumulateRow(LinearRow* row, int first, const Lanes* step, const RayLimits& limits,
                           SystemSums* sums) {
-  const Lanes deeper = (row->axis[0] * step[0] + row->axis[1] * step[1] + row->axis[2] * step[2]) *
-                       Load(row->inverse_depth + first);
+  const Lanes deeper = row->axis[0] * step[0] + row->axis[1] * step[1] + row->axis[2] * step[2];
   const Lanes smaller = 1.0f - deeper + deeper * deeper;  // 1 / (1 + deeper)
   Lanes jacobian[2][3], residual[2];
   for (int i = 0; i < 2; ++i) {
@@ -284,28 +221,20 @@ inline void AccumulateRow(LinearRow* row, int first, const Lanes* step, const Ra
     residual[i] = Load(row->residual_px[i] + first) +
                   (jacobian[i][0] * step[0] + jacobian[i][1] * step[1] + jacobian[i][2] * step[2]) * smaller;
   }
-  const Lanes xx = residual[0] * residual[0], xy = residual[0] * residual[1], yy = residual[1] * residual[1];
-  const Lanes residual2 = xx + yy;
-  const Lanes distance2 = Load(row->distance_form[0] + first) * xx +
-                          Load(row->distance_form[1] + first) * xy + Load(row->distance_form[2] + first) * yy;
-  const Lanes inlier = Ones((residual2 <= Load(row->limit_px2 + first)) & (distance2 <= limits.radius_mm2));
-  const Lanes member = Load(row->member + first);
+  const Lanes residual2 = residual[0] * residual[0] + residual[1] * residual[1];
+  IntLanes near = residual2 <= Load(row->limit_px2 + first);
+  if (limits.checks_distance)
+    near &= DistanceForm(jacobian).IsWithin(limits.radius_mm2, residual[0], residual[1]);
+  const Lanes inlier = Ones(near), weight = Load(row->weight + first);
   Store(inlier, row->inlier + first);
   sums->inliers += inlier;
-  sums->changed |= inlier != member;
+  sums->changed |= near ^ (weight > 0.0f);
 
-  const Lanes inverse_variance = member * Load(row->inverse_variance + first);
-  const Lanes squared_sigmas = residual2 * inverse_variance;
+  const Lanes squared_sigmas = residual2 * weight;
   sums->chi_square += squared_sigmas;
   // Huber's weight.
   const float bound = limits.huber_sigmas * limits.huber_sigmas;
-  const Lanes weight = inverse_variance * Sqrt(bound / Max(squared_sigmas, bound));
-  int entry = 0;
-  for (int i = 0; i < 3; ++i) {
-    const Lanes x = weight * jacobian[0][i], y = weight * jacobian[1][i];
-    for (int j = i; j < 3; ++j) sums->matrix[entry++] += x * jacobian[0][j] + y * jacobian[1][j];
-    sums->gradient[i] += x * residual[0] + y * residual[1];
-  }
+  AddToSystem(jacobian, residual, weight * Sqrt(bound / Max(squared_sigmas, bound)), sums);
 }
 
 inline void StoreSystem(const SystemSums& sums, int first, GroupSystem* system) {
@@ -322,20 +251,25 @@ inline void Fetch(const void* ahead) {
     __builtin_prefetch(static_cast<const char*>(ahead) + at, 0, kNotForLong);
 }
 
-void Start(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
+bool Start(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
            const RayLimits& limits, LinearRow* linear, GroupSystem* system) {
-  constexpr Lanes kNoStep[3] = {};
+  IntLanes checks = {};
   for (int first = 0; first < kNodeLanes; first += kLanes) {
     const NearPoints near_anchor = NearAnchor(points, first);
     SystemSums sums;
     for (int i = 0; i < count; ++i) {
       if (first == 0) Fetch(rows[i].ahead);
-      LineariseRow(cameras[rows[i].camera], rows[i], first, near_anchor, limits, &linear[i]);
-      Store(Load(linear[i].inlier + first), linear[i].member + first);
-      AccumulateRow(&linear[i], first, kNoStep, limits, &sums);
+      const RowLanes row =
+          LineariseRow(cameras[rows[i].camera], rows[i], first, near_anchor, limits, &linear[i]);
+      const Lanes weight = row.near * row.inverse_variance, *residual = row.residual_px;
+      Store(weight, linear[i].weight + first);
+      sums.chi_square += (residual[0] * residual[0] + residual[1] * residual[1]) * weight;
+      AddToSystem(row.jacobian, residual, weight, &sums);
+      checks |= row.checks;
     }
     StoreSystem(sums, first, system);
   }
+  return Any(checks);
 }
 
 void Accumulate(LinearRow* rows, int count, const float (*step_mm)[kNodeLanes], const RayLimits& limits,
@@ -351,6 +285,6 @@ void Accumulate(LinearRow* rows, int count, const float (*step_mm)[kNodeLanes], 
 }  // namespace
 
 extern const RayKernels kRayKernels;
-const RayKernels kRayKernels = {Undistort, Score, Linearise, Start, Accumulate};
+const RayKernels kRayKernels = {Read, Undistort, Score, Linearise, Start, Accumulate};
 
 }  // namespace weft::WEFT_KERNEL_NAMESPACE

@@ -127,6 +127,7 @@ absl::StatusOr<Cloud> Triangulate(const Rig& rig, const std::vector<ViewObservat
     RayGroup group;
     RayGroupReader reader(*groups, part);
     GroupSolver solver(options, groups->cameras());
+    solved[part].reserve(reader.most_observations());
     while (reader.in_order() && reader.Next(&group)) solver.Solve(group, &solved[part]);
     if (!reader.in_order()) in_order = false;
   });
