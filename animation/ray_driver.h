@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -48,6 +49,8 @@ class RayDriver {
   // `frames` have gone by since the last call, one where nothing was missed. Errors of PolishToRays.
   absl::StatusOr<RayDrivenFrame> Drive(double frames, const std::vector<VertexRay>& rays);
   void Reset() { tracker_.Reset(); }
+  const TrackMemory& memory() const { return tracker_.memory(); }
+  absl::Status Recall(TrackMemory memory) { return tracker_.Recall(std::move(memory)); }
 
  private:
   std::vector<float> Scales(const RayDrivenFrame& frame, const std::vector<VertexRay>& rays,

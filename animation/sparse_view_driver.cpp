@@ -119,6 +119,14 @@ absl::StatusOr<DrivenFrame> SparseViewDriver::Drive(int64_t time_ns, std::span<c
   return out;
 }
 
+DriverMemory SparseViewDriver::Memory() const { return {state_->last_ns, state_->driver.memory()}; }
+
+absl::Status SparseViewDriver::Recall(DriverMemory memory) {
+  if (absl::Status status = state_->driver.Recall(std::move(memory.track)); !status.ok()) return status;
+  state_->last_ns = memory.last_ns;
+  return absl::OkStatus();
+}
+
 void SparseViewDriver::Reset() {
   state_->driver.Reset();
   state_->last_ns.reset();

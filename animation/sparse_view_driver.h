@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -42,6 +43,12 @@ struct DrivenFrame {
   std::vector<StageTime> times;
 };
 
+// All that a driver knows of the frames so far.
+struct DriverMemory {
+  std::optional<int64_t> last_ns;  // the time of the last one; empty before the first
+  TrackMemory track;
+};
+
 // Follows one garment in time. Not for use by two threads at once; parallel loops run in the calling thread's
 // TBB arena. The same frames in the same order give the same bytes at any thread count.
 class SparseViewDriver {
@@ -62,6 +69,11 @@ class SparseViewDriver {
 
   // Forgets the frames so far.
   void Reset();
+
+  DriverMemory Memory() const;
+  // Goes on as the driver whose memory this is, to the same bytes. InvalidArgument: of another avatar or with
+  // other options; the driver stays as it was.
+  absl::Status Recall(DriverMemory memory);
 
  private:
   struct State;

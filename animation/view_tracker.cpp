@@ -8,6 +8,7 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -120,7 +121,29 @@ ViewTracker::ViewTracker(const AlignmentModel& model, const ShapeSpace& space, s
   size_mm_ = box.diagonal().norm();
 }
 
-void ViewTracker::Reset() { known_ = 0; }
+void ViewTracker::Reset() { memory_.known = 0; }
+
+absl::Status ViewTracker::Recall(TrackMemory memory) {
+  const auto bad = [](const char* what) {
+    return absl::InvalidArgumentError(absl::StrCat("tracking: what is to be recalled ", what));
+  };
+  if (memory.known < 0 || memory.known > 2) return bad("is of a number of frames that is not 0 to 2");
+  if (memory.known > 0) {
+    const int components = shape_.space().components();
+    const ShapeState& state = memory.state;
+    const bool has_regions = state.local.size() > 0;
+    if (state.z.size() != components || memory.z_before.size() != components)
+      return bad("is of another avatar");
+    if (has_regions &&
+        (state.local.rows() != shape_.regions().count || state.local.cols() != shape_.local_components()))
+      return bad("is of other regions");
+    if (!state.root.matrix().allFinite() || !state.z.allFinite() || !memory.z_before.allFinite() ||
+        (has_regions && !state.local.allFinite()))
+      return bad("is not finite");
+  }
+  memory_ = std::move(memory);
+  return absl::OkStatus();
+}
 
 std::vector<VertexRay> ViewTracker::Choose(const std::vector<VertexRay>& rays) const {
   const size_t most = static_cast<size_t>(options_.max_rays);
@@ -220,7 +243,7 @@ GarmentTrack ViewTracker::Follow(double frames, const std::vector<VertexRay>& ra
   GarmentTrack out;
   out.state.z = Eigen::VectorXd::Zero(components);
   if (static_cast<int>(rays.size()) < options_.min_rays) {
-    if (known_ > 0) out.state = state_;
+    if (memory_.known > 0) out.state = memory_.state;
     Reset();
     out.lost = true;
     out.reason = absl::StrCat(rays.size(), " cells of the garment were seen, at least ", options_.min_rays,
@@ -230,10 +253,10 @@ GarmentTrack ViewTracker::Follow(double frames, const std::vector<VertexRay>& ra
   const std::vector<VertexRay> chosen = Choose(rays);
   ShapePrior prior{Eigen::VectorXd::Zero(components), Eigen::VectorXd::Zero(components)};
   Fit fit;
-  if (known_ > 0 && frames <= kLongestGap) {
-    fit.state = state_;
-    if (known_ > 1) {
-      prior.expected = state_.z + frames * (state_.z - z_before_);
+  if (memory_.known > 0 && frames <= kLongestGap) {
+    fit.state = memory_.state;
+    if (memory_.known > 1) {
+      prior.expected = memory_.state.z + frames * (memory_.state.z - memory_.z_before);
       for (int k = 0; k < components; ++k)
         prior.information[k] = 1 / std::pow(acceleration_[k] * frames * frames, 2);
     }
@@ -245,7 +268,7 @@ GarmentTrack ViewTracker::Follow(double frames, const std::vector<VertexRay>& ra
     out.started_anew = true;
     out.agreeing_share = AgreeingShare(chosen, fit.state);
     prior.information.setZero();
-    known_ = 0;
+    memory_.known = 0;
   }
   if (out.agreeing_share < options_.min_agreeing_share) {
     out.state = fit.state;
@@ -259,9 +282,9 @@ GarmentTrack ViewTracker::Follow(double frames, const std::vector<VertexRay>& ra
   }
   if (options_.local.regions > 0) Improve(chosen, prior, components, options_.local.steps, true, &fit);
   out.state = fit.state;
-  z_before_ = known_ > 0 ? state_.z : fit.state.z;
-  state_ = fit.state;
-  known_ = std::min(2, known_ + 1);
+  memory_.z_before = memory_.known > 0 ? memory_.state.z : fit.state.z;
+  memory_.state = fit.state;
+  memory_.known = std::min(2, memory_.known + 1);
   return out;
 }
 

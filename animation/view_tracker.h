@@ -38,6 +38,13 @@ struct GarmentTrack {
   std::string reason;
 };
 
+// All that a tracker knows of the frames before: one that recalls it goes on as the one that had it.
+struct TrackMemory {
+  int known = 0;             // how many of them tell something, up to two
+  ShapeState state;          // of the last one
+  Eigen::VectorXd z_before;  // of the one before; z of the last one where that alone is known
+};
+
 // Minimises, by Gauss-Newton with weights that follow the residuals, the sum over rays of rho(distance /
 // spread), plus |z|^2, plus |z_t - 2 z_(t-1) + z_(t-2)|^2 in units of its spread in training; then the same
 // with coefficients of each region. It starts from the last frame, and after a loss from each view alone: the
@@ -56,6 +63,9 @@ class ViewTracker {
   const ShapeRegions& regions() const { return shape_.regions(); }
 
   void Reset();
+  const TrackMemory& memory() const { return memory_; }
+  // InvalidArgument: of another space or other regions, or numbers that are not finite.
+  absl::Status Recall(TrackMemory memory);
 
  private:
   struct Fit {
@@ -76,10 +86,7 @@ class ViewTracker {
   TrackerOptions options_;
   Eigen::Vector3d long_axis_ = Eigen::Vector3d::UnitY();
   double size_mm_ = 0;
-  // Of the frames before; `known_` says how many there are, up to two.
-  ShapeState state_;
-  Eigen::VectorXd z_before_;
-  int known_ = 0;
+  TrackMemory memory_;
 };
 
 }  // namespace weft

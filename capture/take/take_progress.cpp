@@ -12,7 +12,8 @@ namespace {
 void AddTo(const std::vector<LedgerEntry>& entries, TakeProgress& progress) {
   for (const LedgerEntry& entry : entries) {
     if (entry.event == LedgerEvent::kEnd) progress.closed = true;
-    if (entry.event == LedgerEvent::kRecorded) progress.sets.push_back({entry.first_set, entry.host_time_ns});
+    if (entry.event == LedgerEvent::kRecorded)
+      progress.sets.push_back({entry.first_set, entry.host_time_ns, entry.device_time_ns});
   }
 }
 

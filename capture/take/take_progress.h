@@ -13,7 +13,8 @@ namespace weft {
 
 struct RecordedSet {
   uint64_t number = 0;
-  int64_t host_time_ns = 0;  // CLOCK_REALTIME, when the recorder noticed it
+  int64_t host_time_ns = 0;    // CLOCK_REALTIME, when the recorder noticed it
+  int64_t device_time_ns = 0;  // by the cameras' common clock; 0 where there is none
 };
 
 struct TakeProgress {

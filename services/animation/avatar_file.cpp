@@ -24,8 +24,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kAboutFile[] = "avatar.json";
-constexpr char kSpaceFile[] = "space.bin";
 constexpr std::string_view kSpaceMagic = "weftspc1";
 constexpr uint64_t kMaxSpaceBytes = uint64_t{1} << 30;
 constexpr size_t kTableHeadBytes = 1 + 4 + 4 + 1;  // with an empty name
@@ -203,7 +201,7 @@ absl::StatusOr<v1::Avatar> ParseAvatar(std::string_view json, const std::string&
 
 absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, std::string_view space,
                                           const std::string& folder) {
-  const std::string about_path = PathIn(folder, kAboutFile), space_path = PathIn(folder, kSpaceFile);
+  const std::string about_path = PathIn(folder, kAvatarFile), space_path = PathIn(folder, kAvatarSpaceFile);
   if (static_cast<int64_t>(space.size()) != about.space_bytes() ||
       ChecksumOf(space) != about.space_checksum())
     return absl::DataLossError(
@@ -239,8 +237,8 @@ absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, std::string_view spa
 
 absl::StatusOr<AvatarFile> ReadAvatar(const std::string& path) {
   const fs::path given(path);
-  const std::string folder = given.filename() == kAboutFile ? given.parent_path().string() : path;
-  const std::string about_path = PathIn(folder, kAboutFile);
+  const std::string folder = given.filename() == kAvatarFile ? given.parent_path().string() : path;
+  const std::string about_path = PathIn(folder, kAvatarFile);
   const absl::StatusOr<std::string> json = ReadWholeFile(about_path, kMaxJsonBytes);
   if (absl::IsNotFound(json.status()))
     return absl::NotFoundError(
@@ -248,7 +246,7 @@ absl::StatusOr<AvatarFile> ReadAvatar(const std::string& path) {
   if (!json.ok()) return json.status();
   absl::StatusOr<v1::Avatar> about = ParseAvatar(*json, about_path);
   if (!about.ok()) return about.status();
-  const absl::StatusOr<std::string> space = ReadWholeFile(PathIn(folder, kSpaceFile), kMaxSpaceBytes);
+  const absl::StatusOr<std::string> space = ReadWholeFile(PathIn(folder, kAvatarSpaceFile), kMaxSpaceBytes);
   if (!space.ok()) return space.status();
   return AssembleAvatar(*std::move(about), *space, folder);
 }
@@ -257,7 +255,7 @@ absl::Status CheckAvatarPlace(const std::string& folder) {
   std::error_code error;
   if (!fs::exists(fs::symlink_status(folder, error))) return absl::OkStatus();
   if (fs::is_directory(folder, error) &&
-      (fs::exists(PathIn(folder, kAboutFile), error) || fs::is_empty(folder, error)))
+      (fs::exists(PathIn(folder, kAvatarFile), error) || fs::is_empty(folder, error)))
     return absl::OkStatus();
   return absl::AlreadyExistsError(
       absl::StrCat(folder, ": is there and is no avatar; choose another name, or remove it"));
@@ -275,8 +273,8 @@ absl::Status WriteAvatar(const std::string& folder, v1::Avatar about, const Spar
   about.set_space_bytes(static_cast<int64_t>(space.size()));
   about.set_space_checksum(ChecksumOf(space));
   absl::Status status = CreateFolders(draft.string());
-  if (status.ok()) status = WriteFileAtomically(PathIn(draft.string(), kSpaceFile), space);
-  if (status.ok()) status = WriteJsonFile(PathIn(draft.string(), kAboutFile), about);
+  if (status.ok()) status = WriteFileAtomically(PathIn(draft.string(), kAvatarSpaceFile), space);
+  if (status.ok()) status = WriteJsonFile(PathIn(draft.string(), kAvatarFile), about);
   if (status.ok()) status = PutInPlace(draft, place);
   if (status.ok()) status = FlushFolder(parent);
   status.Update(RemoveFolder(draft));

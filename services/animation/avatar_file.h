@@ -12,6 +12,10 @@
 
 namespace weft {
 
+// The files of an avatar's folder.
+inline constexpr char kAvatarFile[] = "avatar.json";
+inline constexpr char kAvatarSpaceFile[] = "space.bin";
+
 // The kind of avatar that this version knows.
 inline constexpr char kSparseViewKind[] = "sparse-view";
 

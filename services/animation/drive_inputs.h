@@ -19,18 +19,6 @@
 
 namespace weft {
 
-struct DriveRequest {
-  // dump, rig, board, garment, out, frames and options.mosaic as of a registration. options.pipeline has
-  // every option of the stage decode.
-  v1::RegistrationSpec spec;
-  std::string avatar;
-  std::vector<std::string> cameras;  // of the rig; empty: all
-  double fps = 0;                    // of a take that tells no times; 0: the avatar's
-  bool write_observations = false;
-  DecodeOptions decode;
-  int threads = 0;  // 0: all cores
-};
-
 struct DriveInputs {
   Rig rig;  // the cameras that are used
   BoardIndex board;
@@ -38,17 +26,37 @@ struct DriveInputs {
   MeshGraph graph;
   MeshTexture texture;
   AvatarFile avatar;
-  std::unique_ptr<FrameSource> dump;
   v1::InputHashes hashes;  // that of the rig covers all of its cameras
+  DecodeOptions decode;
   std::vector<std::string> warnings;
-  std::vector<size_t> frames;    // positions in the dump
-  std::vector<int64_t> time_ns;  // [frames]
 };
 
-// InvalidArgument: an empty path, a camera that the rig does not have (those it has are named) or that is
-// given twice, a range of frames without a frame. FailedPrecondition, both names in the message: template and
-// board, or avatar and template, that do not belong together. Errors of the files.
-absl::StatusOr<std::unique_ptr<DriveInputs>> LoadDriveInputs(const DriveRequest& request);
+// The frames of a take that are to be driven, in their order.
+struct DriveFrameList {
+  std::shared_ptr<const FrameSource> dump;
+  std::vector<size_t> indices;   // in the dump
+  std::vector<int64_t> time_ns;  // [indices]
+
+  size_t size() const { return indices.size(); }
+  const std::string& NameOf(size_t at) const { return dump->frame_names()[indices[at]]; }
+  std::vector<std::string> Names() const;
+};
+
+// A registration's options with those that driving reads spelled out, and no others.
+absl::StatusOr<v1::RegistrationOptions> EffectiveDriveOptions(const v1::RegistrationOptions& options);
+
+// All but the take. InvalidArgument: an empty path, a camera that the rig does not have (those it has are
+// named) or that is given twice, an option beyond its range. FailedPrecondition, both names in the message:
+// template and board, or avatar and template, that do not belong together; hashes other than spec.expected.
+// Errors of the files.
+absl::StatusOr<std::unique_ptr<DriveInputs>> LoadDriveInputs(const v1::RegistrationSpec& spec);
+
+// Adds the warnings of the take to those of `inputs`. InvalidArgument: a range of frames without a frame.
+// Errors of OpenDump.
+absl::StatusOr<DriveFrameList> ListDriveFrames(const v1::RegistrationSpec& spec, DriveInputs& inputs);
+
+// What a job's files tell of it.
+v1::DrivenJob DescribeDriving(const v1::RegistrationSpec& spec, const DriveInputs& inputs);
 
 // The cameras of these names, in the order of the rig; all for no names. InvalidArgument as above; `path`
 // is the rig's.

@@ -2,36 +2,59 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <stop_token>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "animation/sparse_view_driver.h"
 #include "services/animation/drive_inputs.h"
 #include "services/pipeline/frame_cloud.h"
+#include "services/pipeline/results_check.h"
 #include "weft/v1/report.pb.h"
 
 namespace weft {
 
-// What all frames of a run share. Changes where the results of two runs may differ.
-std::string DriveKey(const DriveRequest& request, const DriveInputs& inputs);
-
-// Which earlier result of a frame stands.
-struct DrivenStanding {
-  bool complete = false;
-  bool started_anew = false;  // its result does not depend on the frames before
+// The views of a frame, decoded.
+struct SeenFrame {
+  std::string name;
+  int64_t time_ns = 0;
+  absl::StatusOr<std::string> fingerprint;  // of its images as they were before they were read
+  DecodedFrame decoded;
+  double decode_ms = 0;
 };
-// `out` is an absolute path without links; `at` a position in inputs.frames.
-DrivenStanding InspectDrivenFrame(const DriveRequest& request, const DriveInputs& inputs, size_t at,
-                                  const std::string& key, const std::string& out);
+// Runs in the calling thread's TBB arena.
+SeenFrame SeeFrame(const DriveInputs& inputs, const FrameSource& dump, size_t index, int64_t time_ns,
+                   const std::stop_token& stop);
 
-// The report of a frame, without its files. `fingerprint` of its images as they were before they were read.
-v1::FrameReport DescribeDriven(const DriveRequest& request, const DriveInputs& inputs, size_t at,
-                               const std::string& key, const std::string& fingerprint,
-                               const DecodedFrame& decoded, const DrivenFrame& driven);
+// What all frames of a run share. Changes where the results of two runs may differ: frames that were driven
+// as they arrived depend on which ones were passed over.
+enum class DrivePace { kEveryFrame, kLive };
+std::string DriveKey(const v1::RegistrationSpec& spec, const DriveInputs& inputs,
+                     DrivePace pace = DrivePace::kEveryFrame);
+
+// The report of a complete frame of this run as it stands on the disk; empty where there is none. Whether it
+// follows the frame before it is for the caller to see (DrivenReport.follows). `out` is an absolute path
+// without links.
+std::optional<v1::FrameReport> StandingReport(const std::string& out, const std::string& frame,
+                                              const std::string& key, const std::string& fingerprint,
+                                              bool wants_observations);
+
+// The report of a frame, without its files. `follows`: EncodeMemory before the frame, `memory` after it.
+v1::FrameReport DescribeDriven(const v1::RegistrationSpec& spec, const DriveInputs& inputs,
+                               const std::string& key, const SeenFrame& seen, const DrivenFrame& driven,
+                               const std::string& follows, const std::string& memory);
 
 // Replaces the frame's files, the report last; everything is on the disk when it returns.
-absl::Status WriteDriven(const DriveInputs& inputs, const DecodedFrame& decoded, const DrivenFrame& driven,
+absl::Status WriteDriven(const DriveInputs& inputs, const SeenFrame& seen, const DrivenFrame& driven,
                          v1::FrameReport report, const std::string& out);
+
+// A FindIncomplete (services/job/job_folder.h) of jobs with spec.driving: as FindIncompleteFrames, and each
+// frame must follow the one before it.
+absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteDriven(const v1::Job& job,
+                                                                  const std::vector<v1::FrameInfo>& frames);
 
 }  // namespace weft

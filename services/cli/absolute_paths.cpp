@@ -1,6 +1,7 @@
 #include "services/cli/absolute_paths.h"
 
 #include <filesystem>
+#include <vector>
 
 #include "services/cli/upload_inputs.h"
 
@@ -11,8 +12,10 @@ std::string AbsolutePath(const std::string& path) {
 }
 
 v1::RegistrationSpec WithAbsolutePaths(v1::RegistrationSpec spec) {
-  for (std::string* path :
-       {spec.mutable_dump(), spec.mutable_rig(), spec.mutable_board(), spec.mutable_garment()}) {
+  std::vector<std::string*> inputs = {spec.mutable_dump(), spec.mutable_rig(), spec.mutable_board(),
+                                      spec.mutable_garment()};
+  if (spec.has_driving()) inputs.push_back(spec.mutable_driving()->mutable_avatar());
+  for (std::string* path : inputs) {
     if (!path->empty() && !IsOfDaemon(*path)) *path = AbsolutePath(*path);
   }
   spec.set_out(AbsolutePath(spec.out()));

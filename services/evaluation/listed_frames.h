@@ -7,6 +7,7 @@
 
 #include "absl/status/statusor.h"
 #include "capture/take/frame_source.h"
+#include "services/files/take_times.h"
 #include "weft/v1/job.pb.h"
 
 namespace weft {
@@ -16,15 +17,6 @@ struct ListedFrame {
   int64_t position = 0;  // in the take: frames are consecutive when their positions are
   int dump_index = -1;   // in the dump; -1 when it is not there
 };
-
-struct TakeTimes {
-  double fps = 0;                  // 0: nothing tells
-  std::string source;              // of fps: "the take's times"
-  std::vector<int64_t> positions;  // of the dump's frames; empty: they follow each other
-};
-
-// From the index of a recorded take; of a folder of pictures from <truth>/pictures.csv, where there is one.
-TakeTimes TimesOfTake(const std::string& dump, const std::string& truth);
 
 // The frames that `job` was asked for and those that `result` holds, in the order of the take: those of
 // `truth`, or of `dump` without one. `truth` and `dump` may be empty; without either, what `result` holds.

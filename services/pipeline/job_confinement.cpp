@@ -7,8 +7,8 @@ namespace weft {
 Confinement ConfinementOf(const v1::RegistrationSpec& spec, const LinkRules& links) {
   Confinement confinement;
   const v1::RegistrationOptions& options = spec.options();
-  for (const std::string* input :
-       {&spec.dump(), &spec.rig(), &spec.board(), &spec.garment(), &options.scans(), &options.starts()}) {
+  for (const std::string* input : {&spec.dump(), &spec.rig(), &spec.board(), &spec.garment(),
+                                   &options.scans(), &options.starts(), &spec.driving().avatar()}) {
     if (!input->empty()) confinement.readable.push_back(*input);
   }
   if (!spec.out().empty()) confinement.writable.push_back(spec.out());

@@ -32,7 +32,8 @@ absl::Status CheckOutOfInputs(const v1::RegistrationSpec& spec) {
                                                                {"the rig", &spec.rig()},
                                                                {"the board", &spec.board()},
                                                                {"the scans", &spec.options().scans()},
-                                                               {"the starts", &spec.options().starts()}};
+                                                               {"the starts", &spec.options().starts()},
+                                                               {"the avatar", &spec.driving().avatar()}};
   for (const auto& [what, input] : inputs) {
     if (input->empty()) continue;
     const fs::path read = Resolved(*input);

@@ -10,7 +10,7 @@
 namespace weft {
 
 // InvalidArgument: spec.out is, lies in, or contains what the registration reads: dump, rig, board, template,
-// scans, starts. Names both.
+// scans, starts, avatar. Names both.
 absl::Status CheckOutOfInputs(const v1::RegistrationSpec& spec);
 
 // Makes the folder where it is missing, and returns its path without links, which is what RegisterFrames

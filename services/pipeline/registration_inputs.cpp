@@ -45,13 +45,6 @@ absl::Status CheckHash(const char* what, const std::string& path, const std::str
                                                     "; it changed since, so submit the job again"));
 }
 
-absl::Status CheckExpected(const v1::RegistrationSpec& spec, const v1::InputHashes& hashes) {
-  absl::Status status = CheckHash("rig", spec.rig(), spec.expected().rig(), hashes.rig());
-  status.Update(CheckHash("board", spec.board(), spec.expected().board(), hashes.board()));
-  status.Update(CheckHash("template", spec.garment(), spec.expected().garment(), hashes.garment()));
-  return status;
-}
-
 // PCD that is asked for, or among the scans, needs PCL: said now, not after the first frame was decoded.
 absl::Status CheckPcd(const v1::RegistrationOptions& options, const std::vector<std::string>& frames) {
   const std::string& format = options.cloud_format();
@@ -65,6 +58,13 @@ absl::Status CheckPcd(const v1::RegistrationOptions& options, const std::vector<
 }
 
 }  // namespace
+
+absl::Status CheckExpectedHashes(const v1::RegistrationSpec& spec, const v1::InputHashes& hashes) {
+  absl::Status status = CheckHash("rig", spec.rig(), spec.expected().rig(), hashes.rig());
+  status.Update(CheckHash("board", spec.board(), spec.expected().board(), hashes.board()));
+  status.Update(CheckHash("template", spec.garment(), spec.expected().garment(), hashes.garment()));
+  return status;
+}
 
 absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::RegistrationSpec& spec) {
   if (absl::Status status = CheckFields(spec); !status.ok()) return status;
@@ -85,7 +85,7 @@ absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::Registr
   hashes.set_rig(rig->ContentHash());
   hashes.set_board(board->ContentHash());
   hashes.set_garment(garment->ContentHash());
-  if (absl::Status status = CheckExpected(spec, hashes); !status.ok()) return status;
+  if (absl::Status status = CheckExpectedHashes(spec, hashes); !status.ok()) return status;
 
   absl::StatusOr<std::unique_ptr<FrameSource>> dump = OpenDump(spec.dump(), *rig, spec.options().mosaic());
   if (!dump.ok()) return dump.status();

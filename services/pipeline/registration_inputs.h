@@ -37,6 +37,9 @@ struct RegistrationInputs {
 // spec.expected; both hashes are named.
 absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::RegistrationSpec& spec);
 
+// FailedPrecondition, with both hashes: others than spec.expected.
+absl::Status CheckExpectedHashes(const v1::RegistrationSpec& spec, const v1::InputHashes& hashes);
+
 // Positions in the dump of the frames that `spec` asks for, by name (FindFrameRange) or by position.
 // InvalidArgument: an empty range, one that ends outside the dump, or both ways at once; names what the dump
 // holds.

@@ -5,6 +5,7 @@
 #include <tbb/global_control.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tests/animation/waving_tube.h"
 
@@ -140,6 +141,33 @@ TEST(SparseViewDriver, OrderOfCamerasAndNumberOfThreadsDoNotMatter) {
     EXPECT_EQ(a.mesh.sigma_mm, b.mesh.sigma_mm);
     EXPECT_EQ(a.rays_of_view[0], b.rays_of_view[1]);
   }
+}
+
+TEST(SparseViewDriver, GoesOnFromAMemoryToTheSameBytes) {
+  const Studio studio(3);
+  SparseViewDriver whole = NewDriver();
+  for (int frame = 0; frame < 5; ++frame) studio.Drive(whole, frame, {0, 1, 2});
+  const DriverMemory memory = whole.Memory();
+  SparseViewDriver later = NewDriver();
+  ASSERT_TRUE(later.Recall(memory).ok());
+  for (int frame = 5; frame < 8; ++frame) {
+    const DrivenFrame a = studio.Drive(whole, frame, {0, 1, 2}), b = studio.Drive(later, frame, {0, 1, 2});
+    EXPECT_FALSE(b.started_anew);
+    EXPECT_EQ(a.mesh.vertices_mm, b.mesh.vertices_mm);
+    EXPECT_EQ(a.mesh.sigma_mm, b.mesh.sigma_mm);
+  }
+  // A driver without it finds the garment anew.
+  SparseViewDriver forgetful = NewDriver();
+  EXPECT_TRUE(studio.Drive(forgetful, 5, {0, 1, 2}).started_anew);
+  DriverMemory other = memory;
+  other.track.state.z.conservativeResize(5);
+  EXPECT_THAT(later.Recall(other).message(), HasSubstr("of another avatar"));
+  other = memory;
+  other.track.state.z[2] = std::nan("");
+  EXPECT_THAT(later.Recall(other).message(), HasSubstr("not finite"));
+  other = memory;
+  other.track.state.local = Eigen::MatrixXd::Zero(3, 2);
+  EXPECT_THAT(later.Recall(other).message(), HasSubstr("other regions"));
 }
 
 TEST(SparseViewDriver, WrongIdentitiesAreSetAside) {

@@ -2,6 +2,7 @@
 
 #include "capture/file/checksum.h"
 #include "services/animation/avatar_file.h"
+#include "services/animation/driver_memory.h"
 #include "services/files/little_endian.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/services/animation/small_avatar.h"
@@ -17,11 +18,13 @@ std::string WithChecksum(std::string_view bytes) {
 
 }  // namespace
 
-// avatar.json, or space.bin.
+// avatar.json, space.bin, or what a driver knew.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
   const auto about = weft::ParseAvatar(bytes, "avatar.json");
   if (about.ok()) weft::FuzzRequire(about->vertices() > 0 && !about->template_hash().empty());
+  if (const auto memory = weft::DecodeMemory(bytes); memory.ok())
+    weft::FuzzRequire(weft::EncodeMemory(*memory) == bytes);
   // As if the checksum were right, which mutations hardly ever meet.
   for (const std::string& whole : {std::string(bytes), WithChecksum(bytes)}) {
     const auto tables = weft::DecodeAvatarSpace(whole, "space.bin");
@@ -37,8 +40,17 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
 }
 
 std::vector<std::string> weft::FuzzSeeds() {
+  DriverMemory memory;
+  memory.last_ns = 33'333'333;
+  const std::string lost = EncodeMemory(memory);
+  memory.track.known = 2;
+  memory.track.state.z = memory.track.z_before = Eigen::VectorXd::LinSpaced(3, 0, 1);
+  memory.track.state.local = Eigen::MatrixXd::Ones(2, 2);
   return {
-      EncodeAvatarSpace(TablesOf(SmallAvatar())), EncodeAvatarSpace(TablesOf(SmallAvatar(1))),
+      lost,
+      EncodeMemory(memory),
+      EncodeAvatarSpace(TablesOf(SmallAvatar())),
+      EncodeAvatarSpace(TablesOf(SmallAvatar(1))),
       EncodeAvatarSpace({{"x", 1, 2, true, {3, 4}}, {"", 2, 1, false, {5, 6}}}),
       R"({"kind": "sparse-view", "template_hash": "a", "board_hash": "b", "vertices": 4, "components": 2, "fps": 30,
 "sources": [{"name": "walk", "frames": 9, "held_out": true}], "sigma": [{"of_rays": [1, 2]}], "space_bytes": "17"})"};

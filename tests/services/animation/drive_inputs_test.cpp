@@ -28,9 +28,9 @@ TEST(CamerasNamed, KeepsTheOrderOfTheRig) {
 }
 
 TEST(LoadDriveInputs, NamesWhatIsEmpty) {
-  DriveRequest request;
-  request.spec.set_dump("take");
-  EXPECT_THAT(std::string(LoadDriveInputs(request).status().message()), HasSubstr("--rig is empty"));
+  v1::RegistrationSpec spec;
+  spec.set_dump("take");
+  EXPECT_THAT(std::string(LoadDriveInputs(spec).status().message()), HasSubstr("--rig is empty"));
 }
 
 }  // namespace
