@@ -1,4 +1,4 @@
-// weft library: rigs, boards, templates and dumps in the library of a daemon.
+// weft library: rigs, boards, templates, dumps and avatars in the library of a daemon.
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -126,12 +126,12 @@ void AddOneLibraryCommand(CLI::App& library, CommandLine& line, const LibraryCom
       ->envname("WEFT_SERVER")
       ->required();
   CLI::Option* kind =
-      command->add_option("KIND", options->kind, "rig, board, template or dump")->type_name("");
+      command->add_option("KIND", options->kind, "rig, board, template, dump or avatar")->type_name("");
   if (!(what.arguments & kLibraryAnyKind)) kind->required();
   if (what.arguments & kLibraryPath) {
     command
         ->add_option("PATH", options->path,
-                     "rig.json; board.json or board.png; the folder of a template; the folder of a dump")
+                     "rig.json; board.json or board.png; the folder of a template, of a dump or of an avatar")
         ->required()
         ->type_name("");
     command->add_option("--name", options->name, "Name in the library; that of PATH without it")
@@ -157,7 +157,8 @@ void AddOneLibraryCommand(CLI::App& library, CommandLine& line, const LibraryCom
 void AddLibraryCommand(CLI::App& app, CommandLine& line) {
   CLI::App* library = AddCommand(
       app, "library",
-      "Rigs, boards, templates and dumps in the library of a daemon, for clients that share no folder with "
+      "Rigs, boards, templates, dumps and avatars in the library of a daemon, for clients that share no "
+      "folder with "
       "it. "
       "Jobs name them library:NAME, library:NAME@VERSION or library:sha256:HEX",
       "  weft library upload rig rig.json --name studio --server studio:7411\n"
@@ -166,12 +167,14 @@ void AddLibraryCommand(CLI::App& app, CommandLine& line) {
   library->require_subcommand(1);
   const LibraryCommand commands[] = {
       {"upload",
-       "Send a rig, board, template or dump to the library. Other content under a name that is taken becomes "
+       "Send a rig, board, template, dump or avatar to the library. Other content under a name that is taken "
+       "becomes "
        "its next version. An upload that was stopped goes on when the command is repeated, and content that "
        "the daemon has is not sent",
        "  weft library upload rig rig.json --name studio --server studio:7411\n"
        "  weft library upload template shirt --server studio:7411\n"
-       "  weft library upload dump /data/jump --server studio:7411",
+       "  weft library upload dump /data/jump --server studio:7411\n"
+       "  weft library upload avatar shirt.avatar --server studio:7411",
        kLibraryPath, UploadItem},
       {"list", "List the items of the library with all their names and versions",
        "  weft library list --server studio:7411\n"

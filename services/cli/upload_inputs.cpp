@@ -70,12 +70,14 @@ absl::StatusOr<v1::RegistrationSpec> UploadInputs(const std::string& server, v1:
   const struct {
     v1::ItemKind kind;
     std::string* path;
-  } inputs[] = {{v1::ITEM_KIND_RIG, spec.mutable_rig()},
-                {v1::ITEM_KIND_BOARD, spec.mutable_board()},
-                {v1::ITEM_KIND_TEMPLATE, spec.mutable_garment()},
-                {v1::ITEM_KIND_DUMP, spec.mutable_dump()}};
+  } inputs[] = {
+      {v1::ITEM_KIND_RIG, spec.mutable_rig()},
+      {v1::ITEM_KIND_BOARD, spec.mutable_board()},
+      {v1::ITEM_KIND_TEMPLATE, spec.mutable_garment()},
+      {v1::ITEM_KIND_AVATAR, spec.has_driving() ? spec.mutable_driving()->mutable_avatar() : nullptr},
+      {v1::ITEM_KIND_DUMP, spec.mutable_dump()}};
   for (const auto& [kind, path] : inputs) {
-    if (IsOfDaemon(*path)) continue;
+    if (path == nullptr || IsOfDaemon(*path)) continue;
     const absl::StatusOr<v1::LibraryItem> item = UploadInput(**connection, {kind, *path, ""}, quiet);
     if (!item.ok()) return item.status();
     *path = absl::StrCat(kLibraryPrefix, "sha256:", item->id());

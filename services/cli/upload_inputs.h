@@ -28,8 +28,8 @@ struct LocalInput {
 absl::StatusOr<v1::LibraryItem> UploadInput(const RegistrationClient& connection, const LocalInput& input,
                                             bool quiet);
 
-// Uploads dump, rig, board and template, and names them by their content. InvalidArgument: no server, results
-// that would lie in the inputs, or errors of UploadInput.
+// Uploads dump, rig, board, template and avatar, and names them by their content. InvalidArgument: no server,
+// results that would lie in the inputs, or errors of UploadInput.
 absl::StatusOr<v1::RegistrationSpec> UploadInputs(const std::string& server, v1::RegistrationSpec spec,
                                                   bool quiet);
 

@@ -140,6 +140,7 @@ v1::ItemKind KindOfInput(const std::string& field) {
   if (absl::EndsWith(field, ".rig")) return v1::ITEM_KIND_RIG;
   if (absl::EndsWith(field, ".board")) return v1::ITEM_KIND_BOARD;
   if (absl::EndsWith(field, ".template")) return v1::ITEM_KIND_TEMPLATE;
+  if (absl::EndsWith(field, ".avatar")) return v1::ITEM_KIND_AVATAR;
   return v1::ITEM_KIND_DUMP;
 }
 

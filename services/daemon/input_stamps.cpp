@@ -63,8 +63,8 @@ void InputStamps::AddFilesBeside(const std::string& json) {
 InputStamps InputStamps::Take(const v1::RegistrationSpec& spec, time_t now_s) {
   InputStamps stamps(now_s);
   const v1::RegistrationOptions& options = spec.options();
-  for (const std::string* input :
-       {&spec.dump(), &spec.rig(), &spec.board(), &spec.garment(), &options.scans(), &options.starts()}) {
+  for (const std::string* input : {&spec.dump(), &spec.rig(), &spec.board(), &spec.garment(),
+                                   &options.scans(), &options.starts(), &spec.driving().avatar()}) {
     std::error_code error;
     if (input->empty() || !stamps.conclusive_) continue;
     const bool holds_images = input == &spec.dump() && !IsRecordedTake(*input);

@@ -154,6 +154,7 @@ class JobQueue {
   std::shared_ptr<LiveJob> FindLive(const std::string& job_id) const;
   // Tasks (job_queue_tasks.cpp).
   void Schedule();
+  bool MayBeginTask(const LiveJob& job) const;
   bool StartTask(const std::shared_ptr<LiveJob>& job);
   TaskListener ListenerOf(const std::string& task_id);
   std::optional<TaskListener> TakeUpTask(const v1::Task& task);

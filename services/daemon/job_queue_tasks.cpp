@@ -49,19 +49,25 @@ void JobQueue::Schedule() {
     if (job->life.frames().HasWaiting() && tasks_.size() < static_cast<size_t>(executor_->slots()) &&
         !HoldsFolder(job))
       continue;
-    while (!job->start_again && job->life.frames().HasWaiting()) {
+    while (!job->start_again && job->life.frames().HasWaiting() && MayBeginTask(*job)) {
       if (tasks_.size() >= static_cast<size_t>(executor_->slots()) || !StartTask(job)) return;
     }
   }
+}
+
+// Driven frames follow each other, so that one worker at a time has them.
+bool JobQueue::MayBeginTask(const LiveJob& job) const {
+  return !job.job().spec().has_driving() || !HasTasks(job);
 }
 
 bool JobQueue::StartTask(const std::shared_ptr<LiveJob>& job) {
   auto running = std::make_unique<RunningTask>();
   running->job = job;
   const TaskShape shape = executor_->shape();
-  running->positions = job->life.frames().TakeChunk(
-      shape.parallel,
-      {.least = static_cast<size_t>(shape.least_frames), .most = static_cast<size_t>(shape.most_frames)});
+  const ChunkLimits limits = {.least = static_cast<size_t>(shape.least_frames),
+                              .most = static_cast<size_t>(shape.most_frames)};
+  running->positions = job->job().spec().has_driving() ? job->life.frames().TakeAll()
+                                                       : job->life.frames().TakeChunk(shape.parallel, limits);
   v1::Task task;
   task.set_id(absl::StrCat(job->job().id(), ".", next_task_++));
   task.set_job_id(job->job().id());

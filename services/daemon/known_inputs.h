@@ -23,6 +23,7 @@ struct LoadedInputs {
   std::vector<std::string> frames;  // the names of those that are asked for
   v1::InputHashes hashes;
   std::vector<std::string> warnings;
+  std::optional<v1::DrivenJob> driven;  // of jobs with spec.driving
 };
 
 // Reads the inputs of a job and checks them against each other.

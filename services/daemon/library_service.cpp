@@ -116,7 +116,7 @@ grpc::ServerWriteReactor<v1::FileChunk>* LibraryService::FetchFile(grpc::Callbac
 absl::Status LibraryService::CheckUnused(const v1::LibraryItem& item) {
   for (const v1::Job& job : queue_.Unfinished()) {
     const v1::JobItems& used = job.items();
-    for (const std::string& id : {used.dump(), used.rig(), used.board(), used.garment()}) {
+    for (const std::string& id : {used.dump(), used.rig(), used.board(), used.garment(), used.avatar()}) {
       if (id != item.id()) continue;
       return absl::FailedPreconditionError(
           absl::StrCat("item ", item.id(), ": job ", job.id(), " uses it; wait for its end, or cancel it"));

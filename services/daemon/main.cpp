@@ -11,6 +11,7 @@
 #include <memory>
 
 #include "capture/file/plain_text.h"
+#include "services/animation/driven_frame.h"
 #include "services/daemon/config_file.h"
 #include "services/daemon/daemon.h"
 #include "services/daemon/daemon_life.h"
@@ -276,7 +277,10 @@ Program::Program()
   options.command_program = weft::ProgramBeside("weft");
   options.endings.assess = weft::AssessJobFolder;
   options.endings.write_report = weft::WriteJobReport;
-  options.find_incomplete = weft::FindIncompleteFrames;
+  options.find_incomplete = [](const weft::v1::Job& job, const std::vector<weft::v1::FrameInfo>& frames) {
+    return job.spec().has_driving() ? weft::FindIncompleteDriven(job, frames)
+                                    : weft::FindIncompleteFrames(job, frames);
+  };
   app.add_option("--config", setup.config_file,
                  "Read options from here that no argument gives; SIGHUP reads it again")
       ->type_name("FILE");

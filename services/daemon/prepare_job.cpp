@@ -13,6 +13,7 @@
 #include "capture/file/content_hash.h"
 #include "capture/take/recorded_take.h"
 #include "capture/take/take_progress.h"
+#include "services/animation/drive_inputs.h"
 #include "services/daemon/request_check.h"
 #include "services/daemon/take_folder.h"
 #include "services/files/atomic_file.h"
@@ -71,12 +72,15 @@ absl::Status ResolveItems(Library& library, PreparedJob* prepared) {
     v1::ItemKind kind;
     std::string* path;
     std::string* id;
-  } inputs[] = {{"spec.dump", v1::ITEM_KIND_DUMP, spec.mutable_dump(), items.mutable_dump()},
-                {"spec.rig", v1::ITEM_KIND_RIG, spec.mutable_rig(), items.mutable_rig()},
-                {"spec.board", v1::ITEM_KIND_BOARD, spec.mutable_board(), items.mutable_board()},
-                {"spec.garment", v1::ITEM_KIND_TEMPLATE, spec.mutable_garment(), items.mutable_garment()}};
+  } inputs[] = {
+      {"spec.dump", v1::ITEM_KIND_DUMP, spec.mutable_dump(), items.mutable_dump()},
+      {"spec.rig", v1::ITEM_KIND_RIG, spec.mutable_rig(), items.mutable_rig()},
+      {"spec.board", v1::ITEM_KIND_BOARD, spec.mutable_board(), items.mutable_board()},
+      {"spec.garment", v1::ITEM_KIND_TEMPLATE, spec.mutable_garment(), items.mutable_garment()},
+      {"spec.driving.avatar", v1::ITEM_KIND_AVATAR,
+       spec.has_driving() ? spec.mutable_driving()->mutable_avatar() : nullptr, items.mutable_avatar()}};
   for (const auto& [field, kind, path, id] : inputs) {
-    if (!absl::StartsWith(*path, kLibraryPrefix)) continue;
+    if (path == nullptr || !absl::StartsWith(*path, kLibraryPrefix)) continue;
     absl::StatusOr<HeldItem> held = library.Hold(kind, path->substr(sizeof(kLibraryPrefix) - 1));
     if (!held.ok()) {
       return absl::Status(held.status().code(), absl::StrCat(field, ": ", held.status().message()));
@@ -94,7 +98,7 @@ struct NamedInput {
   std::string* path;
 };
 
-// Those of rig, board, template and options; the library's items are the daemon's own.
+// Those of rig, board, template, avatar and options; the library's items are the daemon's own.
 std::vector<NamedInput> NamedInputs(v1::Job& job) {
   v1::RegistrationSpec& spec = *job.mutable_spec();
   v1::RegistrationOptions& options = *spec.mutable_options();
@@ -103,6 +107,8 @@ std::vector<NamedInput> NamedInputs(v1::Job& job) {
   if (items.rig().empty()) inputs.push_back({"spec.rig", spec.mutable_rig()});
   if (items.board().empty()) inputs.push_back({"spec.board", spec.mutable_board()});
   if (items.garment().empty()) inputs.push_back({"spec.garment", spec.mutable_garment()});
+  if (spec.has_driving() && items.avatar().empty())
+    inputs.push_back({"spec.driving.avatar", spec.mutable_driving()->mutable_avatar()});
   if (!options.scans().empty()) inputs.push_back({"spec.options.scans", options.mutable_scans()});
   if (!options.starts().empty()) inputs.push_back({"spec.options.starts", options.mutable_starts()});
   return inputs;
@@ -192,15 +198,24 @@ absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const
   return out;
 }
 
+absl::StatusOr<LoadedInputs> LoadDrivingInputs(const v1::RegistrationSpec& spec) {
+  const absl::StatusOr<std::unique_ptr<DriveInputs>> inputs = LoadDriveInputs(spec);
+  if (!inputs.ok()) return inputs.status();
+  const absl::StatusOr<DriveFrameList> list = ListDriveFrames(spec, **inputs);
+  if (!list.ok()) return list.status();
+  return LoadedInputs{list->Names(), (*inputs)->hashes, (*inputs)->warnings, DescribeDriving(spec, **inputs)};
+}
+
 }  // namespace
 
 absl::StatusOr<LoadedInputs> LoadJobInputs(const v1::RegistrationSpec& spec) {
+  if (spec.has_driving()) return LoadDrivingInputs(spec);
   const absl::StatusOr<std::unique_ptr<RegistrationInputs>> inputs = LoadInputs(spec);
   if (!inputs.ok()) return inputs.status();
   const std::vector<std::string>& names = (*inputs)->dump->frame_names();
   const absl::StatusOr<std::vector<size_t>> range = FramesInRange(spec, names);
   if (!range.ok()) return range.status();
-  LoadedInputs loaded{{}, (*inputs)->hashes, (*inputs)->warnings};
+  LoadedInputs loaded{{}, (*inputs)->hashes, (*inputs)->warnings, std::nullopt};
   for (const size_t index : *range) loaded.frames.push_back(names[index]);
   return loaded;
 }
@@ -225,7 +240,9 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const 
   job.set_priority(request.priority());
   job.set_weft_version(WEFT_VERSION);
   *job.mutable_spec() = request.spec();
-  absl::StatusOr<v1::RegistrationOptions> options = EffectiveOptions(request.spec().options());
+  absl::StatusOr<v1::RegistrationOptions> options = request.spec().has_driving()
+                                                        ? EffectiveDriveOptions(request.spec().options())
+                                                        : EffectiveOptions(request.spec().options());
   if (!options.ok()) return options.status();
   *job.mutable_spec()->mutable_options() = *std::move(options);
   if (absl::Status status = ResolveItems(places.library, &prepared); !status.ok()) return status;
@@ -255,6 +272,7 @@ absl::StatusOr<PreparedJob> PrepareJob(const v1::SubmitJobRequest& asked, const 
   if (!nobody.ok()) return nobody.status();
   job.mutable_spec()->set_out(*std::move(out));
   *job.mutable_inputs() = inputs->hashes;
+  if (inputs->driven) *job.mutable_driven() = *inputs->driven;
   job.mutable_warnings()->Assign(inputs->warnings.begin(), inputs->warnings.end());
   prepared.frames = std::move(inputs->frames);
   job.set_first_frame(prepared.frames.front());

@@ -14,7 +14,7 @@
 
 namespace weft {
 
-// An InputsLoader. Errors of LoadInputs and FramesInRange.
+// An InputsLoader. Errors of LoadInputs and FramesInRange, or of LoadDriveInputs and ListDriveFrames.
 absl::StatusOr<LoadedInputs> LoadJobInputs(const v1::RegistrationSpec& spec);
 
 struct PreparedJob {

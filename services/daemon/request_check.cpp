@@ -1,6 +1,7 @@
 #include "services/daemon/request_check.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
@@ -16,7 +17,7 @@ constexpr size_t kMaxNameBytes = 255, kMaxNotesBytes = 4096;
 constexpr size_t kLeastKeyBytes = 8, kMaxKeyBytes = 64;
 constexpr int kMostPriority = 100;
 constexpr int kUsualLimit = 100, kMostLimit = 1000;  // of a list
-constexpr int kMostLiveEvery = 1'000'000;
+constexpr int kMostLiveEvery = 1'000'000, kMostCameras = 1000;
 
 absl::Status Invalid(const std::string& field, const std::string& why, const std::string& remedy = "") {
   return FieldError(absl::StatusCode::kInvalidArgument, {field, why, remedy});
@@ -57,6 +58,27 @@ absl::Status CheckLive(const v1::RegistrationSpec& spec) {
   return absl::OkStatus();
 }
 
+absl::Status CheckDriving(const v1::RegistrationSpec& spec) {
+  if (!spec.has_driving()) return absl::OkStatus();
+  const v1::DrivingSpec& driving = spec.driving();
+  absl::Status status = CheckPath("spec.driving.avatar", driving.avatar());
+  if (driving.cameras_size() > kMostCameras)
+    status.Update(Invalid("spec.driving.cameras", absl::StrCat("names ", driving.cameras_size(), " cameras"),
+                          absl::StrCat("at most ", kMostCameras, " are allowed")));
+  for (const std::string& camera : driving.cameras())
+    status.Update(CheckText("spec.driving.cameras", camera, kMaxNameBytes));
+  if (!(driving.fps() >= 0) || !std::isfinite(driving.fps()))
+    status.Update(
+        Invalid("spec.driving.fps", "is no number of frames per second", "give 0 for the avatar's"));
+  if (spec.live_every() > 0)
+    status.Update(Invalid("spec.live_every", "is given with spec.driving",
+                          "drive the take when it has ended, or with `weft avatar drive --live`"));
+  if (!spec.options().scans().empty() || !spec.options().starts().empty())
+    status.Update(
+        Invalid("spec.options", "names scans or starts", "an avatar needs neither; leave them out"));
+  return status;
+}
+
 absl::Status CheckRange(const v1::RegistrationSpec& spec) {
   if (spec.first_frame() < 0) {
     return Invalid("spec.first_frame", absl::StrCat(spec.first_frame(), " is negative"), "count from 0");
@@ -79,11 +101,18 @@ absl::Status CheckSubmitRequest(const v1::SubmitJobRequest& request) {
   if (!request.has_spec()) return Invalid("spec", "is missing");
   const v1::RegistrationSpec& spec = request.spec();
   for (const auto& status :
-       {CheckPath("spec.dump", spec.dump()), CheckPath("spec.rig", spec.rig()),
-        CheckPath("spec.board", spec.board()), CheckPath("spec.garment", spec.garment()),
-        CheckText("spec.out", spec.out(), kMaxPathBytes), CheckPlainName("out_probe", request.out_probe()),
-        CheckKey(request.idempotency_key()), CheckPriority(request.priority()), CheckRange(spec),
-        CheckLive(spec), CheckText("spec.options.preset", spec.options().preset(), kMaxNameBytes),
+       {CheckPath("spec.dump", spec.dump()),
+        CheckPath("spec.rig", spec.rig()),
+        CheckPath("spec.board", spec.board()),
+        CheckPath("spec.garment", spec.garment()),
+        CheckText("spec.out", spec.out(), kMaxPathBytes),
+        CheckPlainName("out_probe", request.out_probe()),
+        CheckKey(request.idempotency_key()),
+        CheckPriority(request.priority()),
+        CheckRange(spec),
+        CheckLive(spec),
+        CheckDriving(spec),
+        CheckText("spec.options.preset", spec.options().preset(), kMaxNameBytes),
         CheckText("spec.frames", spec.frames(), kMaxNameBytes),
         CheckText("spec.options.mosaic", spec.options().mosaic(), kMaxNameBytes),
         CheckText("spec.options.cloud_format", spec.options().cloud_format(), kMaxNameBytes),

@@ -122,6 +122,14 @@ std::vector<size_t> JobFrames::TakeChunk(int slots, ChunkLimits limits) {
   return fresh;
 }
 
+std::vector<size_t> JobFrames::TakeAll() {
+  std::vector<size_t> all;
+  for (size_t i = 0; i < infos_.size(); ++i)
+    if (CanBeTaken(i)) all.push_back(i);
+  for (const size_t i : all) taken_[i] = true;
+  return all;
+}
+
 void JobFrames::Take(size_t position) {
   taken_[position] = true;
   late_[position] = false;

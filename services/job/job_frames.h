@@ -36,6 +36,9 @@ class JobFrames {
   // count as taken until they end or are given back.
   std::vector<size_t> TakeChunk(int slots, ChunkLimits limits = {});
 
+  // All that wait, in order: for jobs whose frames follow each other.
+  std::vector<size_t> TakeAll();
+
   // Has this frame taken as by TakeChunk, which must be waiting: a task that runs already has it.
   void Take(size_t position);
 

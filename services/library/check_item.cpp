@@ -1,5 +1,6 @@
 #include "services/library/check_item.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "absl/strings/match.h"
@@ -8,6 +9,7 @@
 #include "capture/take/image_folder.h"
 #include "capture/take/recorded_take.h"
 #include "capture/take/take_files.h"
+#include "services/animation/avatar_file.h"
 #include "services/files/board_file.h"
 #include "services/files/rig_file.h"
 #include "services/files/template_file.h"
@@ -34,9 +36,18 @@ absl::Status ReadContent(v1::ItemKind kind, const std::string& path) {
       return ReadBoard(path).status();
     case v1::ITEM_KIND_TEMPLATE:
       return ReadTemplate(path).status();
+    case v1::ITEM_KIND_AVATAR:
+      return ReadAvatar(path).status();
     default:
       return CheckDump(path);
   }
+}
+
+bool IsAvatar(const v1::ItemManifest& manifest) {
+  return manifest.files_size() == 2 &&
+         std::all_of(manifest.files().begin(), manifest.files().end(), [](const v1::ItemFile& file) {
+           return file.path() == kAvatarFile || file.path() == kAvatarSpaceFile;
+         });
 }
 
 }  // namespace
@@ -57,6 +68,10 @@ absl::Status CheckItemContent(v1::ItemKind kind, const v1::ItemManifest& manifes
   if (kind == v1::ITEM_KIND_RIG && manifest.files_size() != 1) {
     return absl::InvalidArgumentError(
         absl::StrCat("manifest.files: a rig is one rig.json, ", manifest.files_size(), " files are given"));
+  }
+  if (kind == v1::ITEM_KIND_AVATAR && !IsAvatar(manifest)) {
+    return absl::InvalidArgumentError(
+        "manifest.files: an avatar is avatar.json and space.bin, other files are given");
   }
   const absl::Status status = ReadContent(kind, InputPathOf(kind, manifest, folder));
   if (status.ok()) return status;

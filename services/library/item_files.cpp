@@ -71,6 +71,10 @@ absl::StatusOr<Names> ChooseNames(v1::ItemKind kind, const fs::path& path, fs::p
     return absl::InvalidArgumentError(
         absl::StrCat(path.string(), ": is a file; give the folder of the dump"));
   }
+  if (kind == v1::ITEM_KIND_AVATAR && !is_folder) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path.string(), ": is a file; give the folder of the avatar"));
+  }
   return is_folder ? NamesBelow(path) : Names{path.filename().string()};
 }
 

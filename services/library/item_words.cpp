@@ -30,24 +30,26 @@ const char* ItemKindWord(v1::ItemKind kind) {
       return "template";
     case v1::ITEM_KIND_DUMP:
       return "dump";
+    case v1::ITEM_KIND_AVATAR:
+      return "avatar";
     default:
       return "unknown";
   }
 }
 
 absl::StatusOr<v1::ItemKind> ParseItemKind(const std::string& word) {
-  for (const v1::ItemKind kind :
-       {v1::ITEM_KIND_RIG, v1::ITEM_KIND_BOARD, v1::ITEM_KIND_TEMPLATE, v1::ITEM_KIND_DUMP}) {
+  for (const v1::ItemKind kind : {v1::ITEM_KIND_RIG, v1::ITEM_KIND_BOARD, v1::ITEM_KIND_TEMPLATE,
+                                  v1::ITEM_KIND_DUMP, v1::ITEM_KIND_AVATAR}) {
     if (word == ItemKindWord(kind)) return kind;
   }
   return absl::InvalidArgumentError(
-      absl::StrCat("kind: \"", EscapedText(word), "\" is none; give rig, board, template or dump"));
+      absl::StrCat("kind: \"", EscapedText(word), "\" is none; give rig, board, template, dump or avatar"));
 }
 
 absl::Status CheckItemKind(v1::ItemKind kind) {
   if (v1::ItemKind_IsValid(kind) && kind != v1::ITEM_KIND_UNSPECIFIED) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("kind: ", static_cast<int>(kind),
-                                                 " is no kind of item; give RIG, BOARD, TEMPLATE or DUMP"));
+  return absl::InvalidArgumentError(absl::StrCat(
+      "kind: ", static_cast<int>(kind), " is no kind of item; give RIG, BOARD, TEMPLATE, DUMP or AVATAR"));
 }
 
 absl::Status CheckItemName(const std::string& name) {

@@ -10,9 +10,12 @@
 #include <string>
 #include <system_error>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "services/animation/drive_frames.h"
+#include "services/animation/drive_inputs.h"
 #include "services/files/atomic_file.h"
 #include "services/files/unique_fd.h"
 #include "services/pipeline/job_confinement.h"
@@ -39,36 +42,7 @@ absl::StatusOr<std::vector<size_t>> FindFrames(const v1::Task& task, const std::
   return frames;
 }
 
-bool WasRemoved(const UniqueFd& folder) {
-  struct stat info;
-  return folder.open() && fstat(folder.get(), &info) == 0 && info.st_nlink == 0;
-}
-
-absl::Status Run(const v1::Task& task, const UniqueFd& out,
-                 const std::function<void(const v1::WorkerEvent&)>& report, std::stop_token stop) {
-  if (task.frames().empty()) return absl::InvalidArgumentError("frames: the task names none");
-  if (task.threads() < 0) return absl::InvalidArgumentError("threads: must not be negative");
-  if (task.spec().out().empty()) return absl::InvalidArgumentError("spec.out: must not be empty");
-  absl::StatusOr<std::unique_ptr<RegistrationInputs>> inputs = LoadInputs(task.spec());
-  if (!inputs.ok()) return inputs.status();
-  const absl::StatusOr<std::vector<size_t>> frames = FindFrames(task, (*inputs)->dump->frame_names());
-  if (!frames.ok()) return frames.status();
-  const absl::StatusOr<std::vector<size_t>> job_frames =
-      FramesInRange(task.spec(), (*inputs)->dump->frame_names());
-  if (!job_frames.ok()) return job_frames.status();
-  RegistrationEvents events;
-  if (!task.scratch_folder().empty()) {
-    absl::StatusOr<std::unique_ptr<ScratchFrames>> scratch = ScratchFrames::Create(
-        std::move((*inputs)->dump), (*inputs)->rig.cameras.size(),
-        {.folder = task.scratch_folder(), .quota_bytes = static_cast<uint64_t>(task.scratch_mib()) << 20});
-    if (!scratch.ok()) return scratch.status();
-    events.reads = [&frames = *frames, copies = scratch->get()](size_t index) {
-      const auto at = std::find(frames.begin(), frames.end(), index);
-      const bool is_last = at == frames.end() || at + 1 == frames.end();
-      return copies->Hold(index, is_last ? std::nullopt : std::optional<size_t>(at[1]));
-    };
-    (*inputs)->dump = *std::move(scratch);
-  }
+void TellEvents(const std::function<void(const v1::WorkerEvent&)>& report, RegistrationEvents& events) {
   events.started = [&report](const std::string& frame) {
     v1::WorkerEvent event;
     event.mutable_started()->set_frame(frame);
@@ -85,8 +59,59 @@ absl::Status Run(const v1::Task& task, const UniqueFd& out,
     *event.mutable_finished() = info;
     report(event);
   };
-  const absl::Status done = RegisterFrames(**inputs, *job_frames, *frames, task.spec().options(),
-                                           task.spec().out(), {.threads = task.threads()}, events, stop);
+}
+
+// Frames of a job follow each other: all of its frames are known to whoever drives some of them.
+absl::Status DriveTaskFrames(const v1::Task& task, const RegistrationEvents& events,
+                             const std::stop_token& stop) {
+  const absl::StatusOr<std::unique_ptr<DriveInputs>> inputs = LoadDriveInputs(task.spec());
+  if (!inputs.ok()) return inputs.status();
+  const absl::StatusOr<DriveFrameList> list = ListDriveFrames(task.spec(), **inputs);
+  if (!list.ok()) return list.status();
+  absl::StatusOr<std::vector<size_t>> frames = FindFrames(task, list->Names());
+  if (!frames.ok()) return frames.status();
+  std::sort(frames->begin(), frames->end());
+  return DriveFrames(task.spec(), **inputs, *list, *frames, task.spec().out(), task.threads(), events, stop);
+}
+
+bool WasRemoved(const UniqueFd& folder) {
+  struct stat info;
+  return folder.open() && fstat(folder.get(), &info) == 0 && info.st_nlink == 0;
+}
+
+absl::Status RegisterTaskFrames(const v1::Task& task, RegistrationEvents events, std::stop_token stop) {
+  absl::StatusOr<std::unique_ptr<RegistrationInputs>> inputs = LoadInputs(task.spec());
+  if (!inputs.ok()) return inputs.status();
+  const absl::StatusOr<std::vector<size_t>> frames = FindFrames(task, (*inputs)->dump->frame_names());
+  if (!frames.ok()) return frames.status();
+  const absl::StatusOr<std::vector<size_t>> job_frames =
+      FramesInRange(task.spec(), (*inputs)->dump->frame_names());
+  if (!job_frames.ok()) return job_frames.status();
+  if (!task.scratch_folder().empty()) {
+    absl::StatusOr<std::unique_ptr<ScratchFrames>> scratch = ScratchFrames::Create(
+        std::move((*inputs)->dump), (*inputs)->rig.cameras.size(),
+        {.folder = task.scratch_folder(), .quota_bytes = static_cast<uint64_t>(task.scratch_mib()) << 20});
+    if (!scratch.ok()) return scratch.status();
+    events.reads = [&frames = *frames, copies = scratch->get()](size_t index) {
+      const auto at = std::find(frames.begin(), frames.end(), index);
+      const bool is_last = at == frames.end() || at + 1 == frames.end();
+      return copies->Hold(index, is_last ? std::nullopt : std::optional<size_t>(at[1]));
+    };
+    (*inputs)->dump = *std::move(scratch);
+  }
+  return RegisterFrames(**inputs, *job_frames, *frames, task.spec().options(), task.spec().out(),
+                        {.threads = task.threads()}, events, std::move(stop));
+}
+
+absl::Status Run(const v1::Task& task, const UniqueFd& out,
+                 const std::function<void(const v1::WorkerEvent&)>& report, std::stop_token stop) {
+  if (task.frames().empty()) return absl::InvalidArgumentError("frames: the task names none");
+  if (task.threads() < 0) return absl::InvalidArgumentError("threads: must not be negative");
+  if (task.spec().out().empty()) return absl::InvalidArgumentError("spec.out: must not be empty");
+  RegistrationEvents events;
+  TellEvents(report, events);
+  const absl::Status done = task.spec().has_driving() ? DriveTaskFrames(task, events, stop)
+                                                      : RegisterTaskFrames(task, events, stop);
   if (done.ok() || !WasRemoved(out)) return done;
   return absl::CancelledError(
       absl::StrCat(task.spec().out(), ": was removed, so this worker may write nowhere; the next one may"));

@@ -30,8 +30,8 @@ ROOMS = {
     "capture": ["file", "image", "rig", "camera", "sync", "take"],
     "pattern": ["board", "image", "fit", "seeds", "surface"],
     # As in services/CMakeLists.txt and services/README.md.
-    "services": ["process", "verdict", "files", "confinement", "rpc", "library", "pcd", "options", "print", "report", "preview", "figure", "synthetic",
-                 "calibration", "evaluation", "recording", "recorder", "video", "pipeline", "export", "job", "animation", "catalogue", "access", "http", "console", "worker",
+    "services": ["process", "verdict", "files", "confinement", "rpc", "pcd", "options", "print", "report", "preview", "figure", "synthetic",
+                 "calibration", "evaluation", "recording", "recorder", "video", "pipeline", "export", "job", "animation", "library", "catalogue", "access", "http", "console", "worker",
                  "executor", "plan", "slurm", "notice", "daemon", "client", "installation", "cli"],
 }
 # Below the rooms of their folder: what a node of the board is.

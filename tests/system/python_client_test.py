@@ -83,6 +83,30 @@ class Registration(ClientTest):
         self.check_exports(client, job.id)
         self.check_damaged_files()
 
+    def test_driven_by_an_uploaded_avatar_gives_meshes_one_after_another(self):
+        motion, avatar = self.path("motion"), self.path("tube.avatar")
+        studio.weft("simulate", "--preset", "tiny", "--frames", 12, "--no-pictures", "--out", motion, check=0)
+        studio.weft("avatar", "train", motion, "--components", 2, "--out", avatar, check=0)
+        self.start_daemon()
+        client = self.client()
+        cameras = [camera["id"] for camera in json.loads(read(f"{self.take}/rig.json"))["cameras"]][:4]
+        driving = weft.v1.DrivingSpec(avatar=avatar, cameras=cameras)
+        spec = client.jobs.upload_inputs(self.spec(driving=driving))
+        self.assertEqual(spec.driving.avatar, f"library:sha256:{client.library.get('avatar', 'tube.avatar').id}")
+        job = client.jobs.wait(client.jobs.submit(spec).id)
+        self.assertEqual((job.state, list(job.driven.cameras)), (weft.v1.JOB_STATE_DONE, cameras))
+        frames = []
+        for frame, mesh in client.jobs.meshes(job.id):
+            frames.append(frame.frame)
+            truth = weft.read_mesh(f"{self.take}/truth/{frame.frame}/mesh.ply")
+            self.assertLess(np.median(np.linalg.norm(mesh.vertices_mm - truth.vertices_mm, axis=1)), 2)
+        self.assertEqual(frames, self.frames)
+        with self.assertRaisesRegex(weft.InvalidArgument, "give the folder of the avatar"):
+            client.library.upload("avatar", f"{avatar}/avatar.json")
+        with self.assertRaises(weft.InvalidArgument) as refused:
+            client.jobs.submit(self.spec(driving=weft.v1.DrivingSpec(cameras=cameras)))
+        self.assertEqual(refused.exception.field, "spec.driving.avatar")
+
     def check_exports(self, client, job_id):
         """In every format, and over the pictures of the recording that was uploaded."""
         cameras = [camera["id"] for camera in json.loads(read(f"{self.take}/rig.json"))["cameras"]][:2]

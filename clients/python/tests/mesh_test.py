@@ -88,6 +88,10 @@ class Ply(unittest.TestCase):
         with self.assertRaises(ValueError):
             weft.Mesh.from_ply(b"")
 
+    def test_of_a_driven_garment(self):
+        mesh = weft.Mesh.from_ply(ascii_mesh().replace(b"1 0 0 0 2", b"1 0 0 4 2"))
+        self.assertEqual(mesh.state[1], 4)
+
     def test_without_state_says_so(self):
         data = binary_mesh().replace(b"property uchar state", b"property uchar other")
         self.assertIsNone(weft.Mesh.from_ply(data).state)

@@ -133,6 +133,7 @@ function WatchedJob({ id, watchAgain }: { id: string; watchAgain: () => void }) 
           ["Processor time", job.usage?.coreS ? durationText(job.usage.coreS) : ""],
           ["Rig", <Input kind={ItemKind.RIG} value={job.spec?.rig ?? ""} />],
           ["Template", <Input kind={ItemKind.TEMPLATE} value={job.spec?.garment ?? ""} />],
+          ["Avatar", job.spec?.driving ? <Input kind={ItemKind.AVATAR} value={job.spec.driving.avatar} /> : ""],
           ["Results", <code>{job.spec?.out}</code>],
         ]}
       />

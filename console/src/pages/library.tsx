@@ -21,6 +21,7 @@ const KIND_NAMES: Record<ItemKind, string> = {
   [ItemKind.BOARD]: "ITEM_KIND_BOARD",
   [ItemKind.TEMPLATE]: "ITEM_KIND_TEMPLATE",
   [ItemKind.DUMP]: "ITEM_KIND_DUMP",
+  [ItemKind.AVATAR]: "ITEM_KIND_AVATAR",
 };
 
 export function LibraryPage() {

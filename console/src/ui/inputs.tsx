@@ -27,4 +27,5 @@ export const KINDS: Record<ItemKind, string> = {
   [ItemKind.BOARD]: "board",
   [ItemKind.TEMPLATE]: "template",
   [ItemKind.DUMP]: "recording",
+  [ItemKind.AVATAR]: "avatar",
 };

@@ -65,6 +65,27 @@ TEST_F(DaemonTest, NamesTheFieldOfEveryMalformedRequest) {
        }},
       {"spec.options.preset:", [](auto& r) { r.mutable_spec()->mutable_options()->set_preset("fastest"); }},
       {"spec.expected.rig:", [](auto& r) { r.mutable_spec()->mutable_expected()->set_rig("12"); }},
+      {"spec.driving.avatar:", [](auto& r) { r.mutable_spec()->mutable_driving(); }},
+      {"spec.driving.cameras:",
+       [](auto& r) {
+         r.mutable_spec()->mutable_driving()->set_avatar("/shirt.avatar");
+         r.mutable_spec()->mutable_driving()->add_cameras("a\nb");
+       }},
+      {"spec.driving.fps:",
+       [](auto& r) {
+         r.mutable_spec()->mutable_driving()->set_avatar("/shirt.avatar");
+         r.mutable_spec()->mutable_driving()->set_fps(-1);
+       }},
+      {"spec.live_every:",
+       [](auto& r) {
+         r.mutable_spec()->mutable_driving()->set_avatar("/shirt.avatar");
+         r.mutable_spec()->set_live_every(1);
+       }},
+      {"spec.options:",
+       [](auto& r) {
+         r.mutable_spec()->mutable_driving()->set_avatar("/shirt.avatar");
+         r.mutable_spec()->mutable_options()->set_scans("/scans");
+       }},
       {"out_probe:", [](auto& r) { r.set_out_probe("../probe"); }},
       {"idempotency_key:", [](auto& r) { r.set_idempotency_key("../../key"); }},
       {"idempotency_key:", [](auto& r) { r.set_idempotency_key("short"); }},

@@ -71,6 +71,18 @@ TEST(JobFrames, ASingleWorkerTakesLongChunks) {
   EXPECT_EQ(frames.TakeChunk(1).size(), 4u);
 }
 
+TEST(JobFrames, FramesThatFollowEachOtherAreTakenInOrderCrashedOnesToo) {
+  JobFrames frames = MakeFrames(5);
+  EXPECT_THAT(frames.TakeAll(), ElementsAre(0, 1, 2, 3, 4));
+  EXPECT_THAT(frames.TakeAll(), IsEmpty());
+  frames.Finish(0, Result(v1::FRAME_STATE_DONE));
+  frames.Start(1);
+  for (const size_t crashed_or_after : {1, 2, 3, 4})
+    frames.GiveBack(crashed_or_after, JobFrames::Attempt::kCounts);
+  EXPECT_EQ(frames.infos()[1].attempts(), 1);
+  EXPECT_THAT(frames.TakeAll(), ElementsAre(1, 2, 3, 4));
+}
+
 TEST(JobFrames, ARefundedAttemptLeavesTheFrameAsNew) {
   JobFrames frames = MakeFrames(1);
   frames.TakeChunk(1);

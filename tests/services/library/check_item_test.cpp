@@ -8,11 +8,13 @@
 #include <filesystem>
 
 #include "capture/image/image_file.h"
+#include "services/animation/avatar_file.h"
 #include "services/files/board_file.h"
 #include "services/files/template_file.h"
 #include "services/library/item_files.h"
 #include "services/library/item_words.h"
 #include "tests/capture/temp_folder.h"
+#include "tests/services/animation/small_avatar.h"
 
 namespace weft {
 namespace {
@@ -103,6 +105,24 @@ TEST_F(ItemContent, OfADumpMustBeFramesOfCameras) {
   WriteBytes(folder_ / "notes/take.json", "{\"cameras\": 7}");
   WriteBytes(folder_ / "notes/streams/a.stream", "x");
   Refusal(v1::ITEM_KIND_DUMP, "notes");
+}
+
+TEST_F(ItemContent, OfAnAvatarAreItsTwoFiles) {
+  v1::Avatar about;
+  const SparseViewAvatar avatar = SmallAvatar();
+  ASSERT_TRUE(WriteAvatar(folder_ / "shirt.avatar", about, avatar).ok());
+  EXPECT_TRUE(Check(v1::ITEM_KIND_AVATAR, "shirt.avatar").ok())
+      << Check(v1::ITEM_KIND_AVATAR, "shirt.avatar");
+  EXPECT_THAT(std::string(Check(v1::ITEM_KIND_AVATAR, "shirt.avatar/avatar.json").message()),
+              HasSubstr("give the folder of the avatar"));
+  EXPECT_THAT(Refusal(v1::ITEM_KIND_AVATAR, "shirt"), HasSubstr("an avatar is avatar.json and space.bin"));
+  std::string space = ReadBytes(folder_ / "shirt.avatar/space.bin");
+  space[space.size() / 2] ^= 1;
+  WriteBytes(folder_ / "shirt.avatar/space.bin", space);
+  EXPECT_THAT(std::string(Check(v1::ITEM_KIND_AVATAR, "shirt.avatar").message()),
+              AllOf(HasSubstr("space.bin"), Not(HasSubstr("state/content"))));
+  WriteBytes(folder_ / "shirt.avatar/notes.txt", "more");
+  EXPECT_THAT(Refusal(v1::ITEM_KIND_AVATAR, "shirt.avatar"), HasSubstr("other files are given"));
 }
 
 TEST_F(ItemContent, IsListedWithoutLinks) {

@@ -1,10 +1,10 @@
-"""Jobs: registrations on the daemon's machine, and their results as files or arrays."""
+"""Jobs: registrations and driven garments on the daemon's machine, and their results as files or arrays."""
 
 from __future__ import annotations
 
 import io
 import os
-from typing import IO, Callable, Optional, Sequence, TypeVar
+from typing import IO, Callable, Iterator, Optional, Sequence, TypeVar
 
 from weft import v1
 from weft.connection import Connection, Watch, new_key
@@ -19,6 +19,7 @@ from weft.transfer import receive
 from weft.v1.jobs_pb2_grpc import JobsStub
 
 ENDED = (v1.JOB_STATE_DONE, v1.JOB_STATE_FAILED, v1.JOB_STATE_CANCELLED)
+_WITH_MESH = (v1.FRAME_STATE_DONE, v1.FRAME_STATE_DEGRADED)
 _WITH_FILES = (v1.FRAME_STATE_DONE, v1.FRAME_STATE_DEGRADED, v1.FRAME_STATE_FAILED)
 _FILE_NAMES = {
     v1.RESULT_KIND_OBSERVATIONS: "observations.csv",
@@ -42,7 +43,8 @@ class Jobs:
 
     def submit(self, spec: v1.RegistrationSpec, *, priority: int = 0, idempotency_key: str = "") -> v1.Job:
         """Queues a job. Paths of the spec are the daemon's, "take:ID" or "library:NAME"; without `out` the results stay
-        below the daemon's state folder, for fetch(). Higher priority goes first, -100 to 100.
+        below the daemon's state folder, for fetch(). Higher priority goes first, -100 to 100. With `spec.driving` an avatar
+        drives the frames, v1.DrivingSpec(avatar="library:shirt", cameras=["front", "back"]).
 
         The request has an idempotency key, so it is repeated safely where its answer was lost. InvalidArgument, NotFound and
         PermissionDenied name the field."""
@@ -50,7 +52,7 @@ class Jobs:
         return self._connection.call(self._stub.SubmitJob, request, v1.Job, harmless=True, timeout_s=_SUBMIT_S)
 
     def upload_inputs(self, spec: v1.RegistrationSpec, progress: Optional[Progress] = None) -> v1.RegistrationSpec:
-        """The spec with dump, rig, board and garment, which are paths of this machine, in the daemon's library. What is
+        """The spec with dump, rig, board, garment and avatar, which are paths of this machine, in the daemon's library. What is
         there already is not sent again. Scans and start meshes are not uploaded."""
         uploaded = v1.RegistrationSpec()
         uploaded.CopyFrom(spec)
@@ -58,6 +60,9 @@ class Jobs:
             path = getattr(spec, field)
             if path and not path.startswith(_DAEMON_HAS):
                 setattr(uploaded, field, reference(self._library.upload(kind, path, progress=progress)))
+        avatar = spec.driving.avatar
+        if avatar and not avatar.startswith(_DAEMON_HAS):
+            uploaded.driving.avatar = reference(self._library.upload("avatar", avatar, progress=progress))
         return uploaded
 
     def get(self, job_id: str) -> v1.Job:
@@ -132,6 +137,12 @@ class Jobs:
     def mesh(self, job_id: str, frame: str) -> Mesh:
         """The registered mesh of a frame, without a file in between."""
         return self._parsed(job_id, v1.RESULT_KIND_MESH, frame, Mesh.from_ply)
+
+    def meshes(self, job_id: str) -> Iterator[tuple[v1.FrameInfo, Mesh]]:
+        """The frames that have a mesh, in order, each fetched when it is asked for. Of a job that runs: those so far."""
+        for frame in self.frames(job_id):
+            if frame.bridged or frame.state in _WITH_MESH:
+                yield frame, self.mesh(job_id, frame.frame)
 
     def cloud(self, job_id: str, frame: str) -> Cloud:
         return self._parsed(job_id, v1.RESULT_KIND_CLOUD, frame, Cloud.from_ply)

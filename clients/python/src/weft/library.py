@@ -19,7 +19,8 @@ from weft.storage import check_name, folder_below, written_atomically
 from weft.transfer import receive
 from weft.v1.library_pb2_grpc import LibraryStub
 
-KINDS = {"rig": v1.ITEM_KIND_RIG, "board": v1.ITEM_KIND_BOARD, "template": v1.ITEM_KIND_TEMPLATE, "dump": v1.ITEM_KIND_DUMP}
+KINDS = {"rig": v1.ITEM_KIND_RIG, "board": v1.ITEM_KIND_BOARD, "template": v1.ITEM_KIND_TEMPLATE, "dump": v1.ITEM_KIND_DUMP,
+         "avatar": v1.ITEM_KIND_AVATAR}
 # Called with the bytes done and all of them, perhaps from another thread.
 Progress = Callable[[int, int], None]
 
@@ -76,15 +77,15 @@ class _Upload:
 
 
 class Library:
-    """Uploads, lists, fetches and deletes items. `kind` is "rig", "board", "template" or "dump"; an item is named NAME
-    (its newest version), NAME@VERSION or sha256:HEX."""
+    """Uploads, lists, fetches and deletes items. `kind` is "rig", "board", "template", "dump" or "avatar"; an item
+    is named NAME (its newest version), NAME@VERSION or sha256:HEX."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection, self._stub = connection, LibraryStub(connection.channel)
 
     def upload(self, kind: str, path: str | os.PathLike[str], name: str = "",
                progress: Optional[Progress] = None) -> v1.LibraryItem:
-        """Sends a rig.json, a board, or the folder of a template or dump; `name`: by default that of the file or folder.
+        """Sends a rig.json, a board, or the folder of a template, dump or avatar; `name`: by default that of the file or folder.
 
         Content that is there is not sent again. A broken upload goes on where it was, here or when it is called again.
         InvalidArgument: no reader accepts the content; it names file and field."""

@@ -85,6 +85,8 @@ def _chosen_names(kind: v1.ItemKind, path: str) -> tuple[str, list[str]]:
         raise InvalidArgument(f"{path}: is a folder; give the rig.json in it")
     if kind == v1.ITEM_KIND_DUMP and not is_folder:
         raise InvalidArgument(f"{path}: is a file; give the folder of the dump")
+    if kind == v1.ITEM_KIND_AVATAR and not is_folder:
+        raise InvalidArgument(f"{path}: is a file; give the folder of the avatar")
     if is_folder or kind == v1.ITEM_KIND_TEMPLATE:
         return folder, list(_files_below(folder))
     return folder, [os.path.basename(path)]

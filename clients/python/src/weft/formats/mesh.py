@@ -47,7 +47,7 @@ class Mesh:
         positions = vertex.positions()
         texture = [vertex.optional(name) for name in "st"]
         return Mesh(positions, _faces(_element(elements, "face", file), len(positions)),
-                    vertex.whole("state", 0, 3, np.uint8) if "state" in vertex.columns else None,
+                    vertex.whole("state", 0, max(VertexState), np.uint8) if "state" in vertex.columns else None,
                     vertex.optional("sigma_mm"),
                     vertex.whole("views", 0, 1_000_000, np.int32) if "views" in vertex.columns else None,
                     None if texture[0] is None or texture[1] is None else np.stack([texture[0], texture[1]], axis=1))
