@@ -58,6 +58,28 @@ class Goals {
         driven->mean_mm() / carrier->mean_mm(), 0.55, 0.4);
   }
 
+  // Before two cameras in other places than those of the other rows.
+  void Elsewhere(const char* split) {
+    const v1::AvatarScore* driven = FindScore(evaluation_, split, 2, "driven");
+    const v1::AvatarScore* elsewhere = FindScore(evaluation_, split, 2, "elsewhere");
+    if (driven == nullptr || elsewhere == nullptr || driven->mean_mm() == 0) return;
+    Add("A7", absl::StrCat("mean of 2 cameras elsewhere over theirs, ", split),
+        elsewhere->mean_mm() / driven->mean_mm(), 1.3, 1.15);
+  }
+
+  // While the first of two cameras is dark, and afterwards.
+  void Dark(const char* split) {
+    const v1::AvatarScore* dark = FindScore(evaluation_, split, 2, "one dark");
+    const v1::AvatarScore* after = FindScore(evaluation_, split, 2, "after dark");
+    const v1::AvatarScore* never = FindScore(evaluation_, split, 2, "never dark");
+    if (dark != nullptr)
+      Add("A10", absl::StrCat("vertices over 80 mm, one of 2 dark, ", split),
+          static_cast<double>(dark->lost_vertices()), 0, 0);
+    if (after == nullptr || never == nullptr || never->mean_mm() == 0) return;
+    Add("A10", absl::StrCat("mean 10 frames after the dark over that without, ", split),
+        after->mean_mm() / never->mean_mm(), 1.2, 1.05);
+  }
+
   // The error falls from each number of cameras to the next.
   void Falls(const char* split) {
     std::vector<const v1::AvatarScore*> driven;
@@ -120,6 +142,7 @@ void AddAvatarGoals(const v1::Avatar& avatar, v1::AvatarEvaluation& evaluation) 
       "A4", "chamfer mm", kKnown, 2, [](const Score& s) { return s.chamfer_mm(); }, 1.8, 1.3);
   goals.OverCarrier(kKnown, 2);
   goals.OverCarrier(kUnseen, 2);
+  goals.Elsewhere(kKnown);
   goals.Falls(kKnown);
   goals.Falls(kUnseen);
   goals.OfDriven(
@@ -128,6 +151,7 @@ void AddAvatarGoals(const v1::Avatar& avatar, v1::AvatarEvaluation& evaluation) 
   goals.OfDriven(
       "A9", "trembling, not seen, mm", kKnown, 2, [](const Score& s) { return s.trembling_unseen_mm(); }, 0.6,
       0.3);
+  goals.Dark(kKnown);
   for (const char* split : {kKnown, kUnseen}) {
     goals.OfDriven(
         "A11", "errors below 1 sigma, off 68 %", split, 2,

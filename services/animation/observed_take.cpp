@@ -92,6 +92,11 @@ Rig EvenlyChosen(const Rig& rig, size_t cameras) {
 
 }  // namespace
 
+std::unique_ptr<ObservedTake> ObserveFrom(const ClothTake& take, const Template& garment, Rig rig,
+                                          uint64_t seed) {
+  return std::make_unique<ImitatedTake>(garment, take.body, std::move(rig), seed);
+}
+
 absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveTake(ClothTake& take, const Template& garment,
                                                           int cameras, uint64_t seed) {
   const auto wanted = static_cast<size_t>(cameras);

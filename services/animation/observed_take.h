@@ -31,4 +31,8 @@ class ObservedTake {
 absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveTake(ClothTake& take, const Template& garment,
                                                           int cameras, uint64_t seed);
 
+// Seen by these cameras, with the decoder imitated.
+std::unique_ptr<ObservedTake> ObserveFrom(const ClothTake& take, const Template& garment, Rig rig,
+                                          uint64_t seed);
+
 }  // namespace weft

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "alignment/placement.h"
 #include "animation/evidence.h"
@@ -18,13 +20,21 @@
 #include "services/animation/avatar_goals.h"
 #include "services/animation/cloth_take.h"
 #include "services/animation/observed_take.h"
+#include "services/animation/truth_views.h"
+#include "services/files/atomic_file.h"
+#include "services/files/mesh_file.h"
 #include "services/synthetic/dataset_file.h"
 
 namespace weft {
 namespace {
 
 constexpr char kDriven[] = "driven", kCarrier[] = "carrier", kBestShape[] = "best shape",
-               kMeanShape[] = "mean shape";
+               kMeanShape[] = "mean shape", kElsewhere[] = "elsewhere", kOneDark[] = "one dark",
+               kAfterDark[] = "after dark", kNeverDark[] = "never dark";
+// Two cameras in other places: the arc between them, and how far they are.
+constexpr DrivingPlaces kOtherPlaces[] = {{140, 3000}, {220, 1600}};
+// When the first camera is dark, and how long after it the error is as it was.
+constexpr int kDarkFrom = 10, kDarkFrames = 15, kAfter = 10;
 
 // Of one split, number of cameras and method.
 struct Tally {
@@ -121,7 +131,8 @@ class AvatarScorer {
         return status;
       knows_shapes = true;
     }
-    return absl::OkStatus();
+    const bool has_pictures = !take.frame_names().empty();
+    return scoring_.with_trials && !has_pictures ? TryElsewhereAndDark(take, split) : absl::OkStatus();
   }
 
   int FramesOf(const ClothTake& take) const {
@@ -153,6 +164,7 @@ class AvatarScorer {
         status = driven_sum.score.Add({driven->mesh.vertices_mm, driven->mesh.sigma_mm}, truth->vertices_mm,
                                       rays, follows);
         status.Update(carrier_sum.score.Add({driven->carrier_mm, {}}, truth->vertices_mm, rays, follows));
+        if (!scoring_.meshes.empty()) status.Update(WriteMeshes(take, cameras, k, *driven, *truth));
       }
       if (with_shapes) status.Update(AddShapes(truth->vertices_mm, rays, k > 0, best_sum, mean_sum));
       if (!status.ok()) return status;
@@ -169,6 +181,74 @@ class AvatarScorer {
     add(kCarrier, cameras, carrier_sum);
     add(kDriven, cameras, driven_sum);
     return absl::OkStatus();
+  }
+
+  // Frame by frame: `dark` says whether the first camera is, `tally_of` what to add a frame to, or null.
+  absl::Status DriveInto(ClothTake& take, ObservedTake& seen, const std::function<bool(int)>& dark,
+                         const std::function<Tally*(int)>& tally_of) {
+    absl::StatusOr<SparseViewDriver> driver = SparseViewDriver::Create(garment_, avatar_);
+    if (!driver.ok()) return driver.status();
+    for (int k = 0; k < FramesOf(take); ++k) {
+      if (stop_.stop_requested()) return absl::CancelledError("the evaluation was stopped");
+      const absl::StatusOr<ClothFrame> truth = take.Read(k);
+      if (!truth.ok()) return truth.status();
+      absl::StatusOr<std::vector<ViewObservations>> views = seen.Look(k, *truth);
+      if (!views.ok()) return views.status();
+      if (dark(k)) views->front().observations.clear();
+      Tally unused;
+      Tally* const tally = tally_of(k);
+      Tally& sum = tally != nullptr ? *tally : unused;
+      const absl::StatusOr<DrivenFrame> driven = DriveTimed(*driver, truth->time_ns, *views, seen.rig(), sum);
+      if (!driven.ok()) return driven.status();
+      if (driven->lost) {
+        ++sum.lost_frames;
+        continue;
+      }
+      const absl::Status status = sum.score.Add({driven->mesh.vertices_mm, driven->mesh.sigma_mm},
+                                                truth->vertices_mm, RaysOf(*views, seen.rig()), false);
+      if (!status.ok()) return status;
+    }
+    return absl::OkStatus();
+  }
+
+  absl::Status TryElsewhereAndDark(ClothTake& take, const std::string& split) {
+    const absl::StatusOr<ClothFrame> first = take.Read(0);
+    if (!first.ok()) return first.status();
+    const auto never = [](int) { return false; };
+    for (const DrivingPlaces& places : kOtherPlaces) {
+      absl::StatusOr<Rig> rig = DrivingRig(2, first->vertices_mm, scoring_.seed, places);
+      if (!rig.ok()) return rig.status();
+      const auto seen = ObserveFrom(take, garment_, *std::move(rig), scoring_.seed);
+      const auto tally = [&](int) { return &table_.At(split, 2, kElsewhere); };
+      if (absl::Status status = DriveInto(take, *seen, never, tally); !status.ok()) return status;
+    }
+    constexpr int kDarkEnd = kDarkFrom + kDarkFrames, kBack = kDarkEnd + kAfter;
+    if (FramesOf(take) < kBack + kAfter) return absl::OkStatus();
+    const auto seen = ObserveTake(take, garment_, 2, scoring_.seed);
+    if (!seen.ok()) return seen.status();
+    const auto dark = [](int k) { return k >= kDarkFrom && k < kDarkEnd; };
+    const auto is_after = [](int k) { return k >= kBack && k < kBack + kAfter; };
+    absl::Status status = DriveInto(take, **seen, dark, [&](int k) -> Tally* {
+      if (dark(k)) return &table_.At(split, 2, kOneDark);
+      return is_after(k) ? &table_.At(split, 2, kAfterDark) : nullptr;
+    });
+    if (!status.ok()) return status;
+    return DriveInto(take, **seen, never, [&](int k) -> Tally* {
+      return is_after(k) ? &table_.At(split, 2, kNeverDark) : nullptr;
+    });
+  }
+
+  absl::Status WriteMeshes(const ClothTake& take, int cameras, int frame, const DrivenFrame& driven,
+                           const ClothFrame& truth) const {
+    const std::filesystem::path folder =
+        std::filesystem::path(scoring_.meshes) /
+        absl::StrCat(std::filesystem::path(take.name()).filename().string(), "-", cameras) /
+        absl::StrFormat("%04d", frame);
+    absl::Status status = CreateFolders(folder.string());
+    if (!status.ok()) return status;
+    status = WriteRegisteredMesh((folder / "mesh.ply").string(), driven.mesh, garment_.rest.faces);
+    if (!status.ok()) return status;
+    return WriteMesh((folder / "truth.ply").string(), {truth.vertices_mm, garment_.rest.faces});
   }
 
   absl::StatusOr<DrivenFrame> DriveTimed(SparseViewDriver& driver, int64_t time_ns,

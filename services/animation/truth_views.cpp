@@ -37,11 +37,14 @@ absl::StatusOr<std::vector<ViewObservations>> TruthViews::Look(const ClothFrame&
   return out;
 }
 
-absl::StatusOr<Rig> DrivingRig(int cameras, const std::vector<Eigen::Vector3d>& vertices_mm, uint64_t seed) {
+absl::StatusOr<Rig> DrivingRig(int cameras, const std::vector<Eigen::Vector3d>& vertices_mm, uint64_t seed,
+                               const DrivingPlaces& places) {
   const absl::StatusOr<SyntheticTakeOptions> preset = SyntheticPreset("shirt-drive", seed);
   if (!preset.ok()) return preset.status();
   StudioRigOptions options = preset->rig;
   options.cameras = cameras;
+  options.around_deg = places.arc_deg;
+  if (places.distance_mm > 0) options.distance_mm = places.distance_mm;
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& v : vertices_mm) box.extend(v);
   options.aim_mm = box.center();

@@ -31,8 +31,15 @@ class TruthViews {
   BodyShape body_;
 };
 
-// `cameras` around the garment, at equal angles, with lens, sensor and distance of the preset `shirt-drive`;
-// two face each other. They see a garment of the size of `vertices_mm`, which they aim at.
-absl::StatusOr<Rig> DrivingRig(int cameras, const std::vector<Eigen::Vector3d>& vertices_mm, uint64_t seed);
+// Where cameras stand around a garment.
+struct DrivingPlaces {
+  double arc_deg = 360;    // that they cover before its front; 360: at equal angles
+  double distance_mm = 0;  // 0: that of the preset `shirt-drive`
+};
+
+// `cameras` around the garment, with lens and sensor of the preset `shirt-drive`; at equal angles two face
+// each other. They see a garment of the size of `vertices_mm`, which they aim at.
+absl::StatusOr<Rig> DrivingRig(int cameras, const std::vector<Eigen::Vector3d>& vertices_mm, uint64_t seed,
+                               const DrivingPlaces& places = {});
 
 }  // namespace weft

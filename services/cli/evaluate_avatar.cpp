@@ -52,6 +52,19 @@ void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options)
       ->check(CLI::Range(0, 1'000'000))
       ->needs(avatar)
       ->group(kGroup);
+  command
+      .add_flag(
+          "--trials", options.scoring.with_trials,
+          "Drive takes without pictures also before two cameras in other places, and while one of two is "
+          "dark")
+      ->needs(avatar)
+      ->group(kGroup);
+  command
+      .add_option("--meshes", options.scoring.meshes,
+                  "Write driven and true meshes of each frame below this folder, to be watched side by side")
+      ->type_name("DIR")
+      ->needs(avatar)
+      ->group(kGroup);
   command.add_flag("--check", options.check, "Exit status 1 where a goal of the table is missed")
       ->needs(avatar)
       ->group(kGroup);

@@ -214,6 +214,7 @@ int main(int argc, char** argv) {
   app.add_option("--cameras", o.cameras)->delimiter(',');
   app.add_option("--tests", o.tests)->delimiter(',');
   app.add_option("--without", o.without);
+  app.add_option("--calibration", o.training.calibration_frames);
   app.add_option("--every", o.every);
   app.add_option("--most", o.most);
   app.add_option("--dark-from", o.dark_from);

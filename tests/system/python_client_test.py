@@ -261,7 +261,16 @@ class Examples(ClientTest):
         said = example("plot_coverage.py", self.out, "--evaluation", evaluation, "--out", picture).stdout
         self.assertRegex(said, r"coverage.png: 3 frames, coverage 9\d\.\d% to 9\d\.\d%")
         self.assertEqual(read(picture, "rb")[:8], b"\x89PNG\r\n\x1a\n")
+        # The same meshes beside their truth, as `weft evaluate --avatar --meshes` writes them.
+        for frame in self.frames[:2]:
+            os.makedirs(self.path(f"meshes/{frame}"))
+            shutil.copy(f"{self.out}/{frame}/mesh.ply", self.path(f"meshes/{frame}/mesh.ply"))
+            shutil.copy(f"{self.take}/truth/{frame}/mesh.ply", self.path(f"meshes/{frame}/truth.ply"))
+        picture = self.path("driving.png")
+        self.assertIn("driving.png: 2 frames", example("watch_driving.py", self.path("meshes"), "--out", picture).stdout)
+        self.assertEqual(read(picture, "rb")[:8], b"\x89PNG\r\n\x1a\n")
         os.mkdir(self.path("empty"))
+        self.assertIn("no frame has a truth.ply", example("watch_driving.py", self.path("empty"), check=1).stderr)
         self.assertIn("no frame has a report.json", example("plot_coverage.py", self.path("empty"), check=1).stderr)
         shutil.copy(f"{self.take}/rig.json", f"{self.out}/{self.frames[0]}/report.json")
         self.assertIn("report.json", example("plot_coverage.py", self.out, check=1).stderr)

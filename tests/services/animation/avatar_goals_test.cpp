@@ -45,6 +45,20 @@ TEST(AvatarGoals, AreThoseOfTheScoresThatAreThere) {
   EXPECT_TRUE(GoalsStatus(evaluation).ok());
 }
 
+TEST(AvatarGoals, TrialsHaveGoalsOfTheirOwn) {
+  v1::AvatarEvaluation evaluation;
+  AddScore(evaluation, "test-known", 2, "driven", 2);
+  AddScore(evaluation, "test-known", 2, "elsewhere", 2.5);
+  AddScore(evaluation, "test-known", 2, "one dark", 9).set_lost_vertices(3);
+  AddScore(evaluation, "test-known", 2, "after dark", 2.2);
+  AddScore(evaluation, "test-known", 2, "never dark", 2);
+  AddAvatarGoals({}, evaluation);
+  EXPECT_DOUBLE_EQ(Find(evaluation, "A7", "elsewhere")->value(), 1.25);
+  EXPECT_TRUE(Find(evaluation, "A7", "elsewhere")->met());
+  EXPECT_FALSE(Find(evaluation, "A10", "over 80 mm")->met());
+  EXPECT_DOUBLE_EQ(Find(evaluation, "A10", "after the dark")->value(), 1.1);
+}
+
 TEST(AvatarGoals, ShowSaysWhetherSigmaWasFitted) {
   v1::Avatar avatar;
   EXPECT_THAT(AvatarText("shirt.avatar", avatar), HasSubstr("NOT fitted"));
