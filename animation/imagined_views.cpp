@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/ray_scene.h"
+#include "alignment/vertex_normals.h"
 #include "base/counter_random.h"
 
 namespace weft {
@@ -18,18 +19,6 @@ constexpr double kDegree = std::numbers::pi / 180;
 // Cloth this close before a vertex is its own fold at most.
 constexpr double kClearanceMm = 3;
 
-std::vector<Eigen::Vector3d> NormalsOf(const std::vector<Eigen::Vector3d>& vertices_mm,
-                                       const std::vector<Face>& faces) {
-  std::vector<Eigen::Vector3d> out(vertices_mm.size(), Eigen::Vector3d::Zero());
-  for (const Face& face : faces) {
-    const Eigen::Vector3d& a = vertices_mm[face[0]];
-    const Eigen::Vector3d normal = (vertices_mm[face[1]] - a).cross(vertices_mm[face[2]] - a);
-    for (const int v : face) out[v] += normal;
-  }
-  for (Eigen::Vector3d& n : out) n.normalize();
-  return out;
-}
-
 }  // namespace
 
 absl::StatusOr<std::vector<VertexRay>> ImagineRays(const std::vector<Eigen::Vector3d>& vertices_mm,
@@ -38,7 +27,7 @@ absl::StatusOr<std::vector<VertexRay>> ImagineRays(const std::vector<Eigen::Vect
                                                    const ImaginedViews& views) {
   const absl::StatusOr<RayScene> scene = RayScene::Build(vertices_mm, faces);
   if (!scene.ok()) return scene.status();
-  const std::vector<Eigen::Vector3d> normals = NormalsOf(vertices_mm, faces);
+  const std::vector<Eigen::Vector3d> normals = VertexNormals(vertices_mm, faces);
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& p : vertices_mm) box.extend(p);
   const Eigen::Vector3d aside = views.up.unitOrthogonal();

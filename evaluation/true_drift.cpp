@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <limits>
 
+#include "alignment/vertex_normals.h"
 #include "simulation/printed_mesh.h"
 
 namespace weft {

@@ -9,6 +9,7 @@
 #include <set>
 #include <utility>
 
+#include "alignment/vertex_normals.h"
 #include "simulation/printed_mesh.h"
 
 namespace weft {

@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/vertex_normals.h"
 #include "base/angles.h"
 #include "simulation/hung_cloth.h"
 #include "simulation/random.h"

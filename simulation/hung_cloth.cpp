@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/vertex_normals.h"
 #include "base/angles.h"
 #include "simulation/body_motion.h"
 #include "simulation/garment_solver.h"

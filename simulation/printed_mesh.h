@@ -63,8 +63,4 @@ class PrintLocator {
 Eigen::Vector3d PositionOf(const SurfacePoint& point, const std::vector<Eigen::Vector3d>& vertices_mm,
                            const std::vector<Face>& faces);
 
-// Area-weighted unit normals of the vertices; zero for vertices without faces.
-std::vector<Eigen::Vector3d> VertexNormals(const std::vector<Eigen::Vector3d>& vertices_mm,
-                                           const std::vector<Face>& faces);
-
 }  // namespace weft

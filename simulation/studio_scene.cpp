@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/vertex_normals.h"
 #include "simulation/random.h"
 
 namespace weft {

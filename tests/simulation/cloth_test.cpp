@@ -1,4 +1,5 @@
 #include "simulation/cloth.h"
+#include "alignment/vertex_normals.h"
 
 #include <gtest/gtest.h>
 

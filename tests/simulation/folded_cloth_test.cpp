@@ -1,4 +1,5 @@
 #include "simulation/folded_cloth.h"
+#include "alignment/vertex_normals.h"
 #include "base/median.h"
 
 #include <gtest/gtest.h>
