@@ -30,7 +30,7 @@ pkg_check_modules(ltc REQUIRED IMPORTED_TARGET ltc>=1.3) # linear timecode
 pkg_check_modules(archive REQUIRED IMPORTED_TARGET libarchive>=3.6) # support bundles
 pkg_check_modules(systemd REQUIRED IMPORTED_TARGET libsystemd>=252) # sd_notify
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash>=0.8)
-find_package(OpenCV 4.6 REQUIRED COMPONENTS core calib3d imgproc imgcodecs video) # imgcodecs: in tests only
+find_package(OpenCV 4.6 REQUIRED COMPONENTS core calib3d dnn imgproc imgcodecs video) # imgcodecs: in tests only
 find_package(Ceres 2.1 REQUIRED)
 
 # 260 packages more; without it PCD is refused, and PLY works.
@@ -42,6 +42,22 @@ elseif(WEFT_WITH_PCL)
   pkg_check_modules(pcl REQUIRED IMPORTED_TARGET pcl_io>=1.13 pcl_filters)
 else()
   set(pcl_FOUND FALSE)
+endif()
+
+# For weft-train alone: 1.5 GB of packages. Nets run without it.
+set(WEFT_TRAIN AUTO CACHE STRING "Build weft-train, which trains nets of avatars: AUTO (where libtorch and ONNX are found), ON or OFF")
+set_property(CACHE WEFT_TRAIN PROPERTY STRINGS AUTO ON OFF)
+if(WEFT_TRAIN)
+  find_path(WEFT_ONNX_HEADERS onnx/onnx_pb.h)
+  find_library(WEFT_ONNX_PROTO onnx_proto)
+  if(WEFT_TRAIN STREQUAL "AUTO")
+    find_package(Torch QUIET)
+  else()
+    find_package(Torch REQUIRED)
+    if(NOT WEFT_ONNX_HEADERS OR NOT WEFT_ONNX_PROTO)
+      message(FATAL_ERROR "WEFT_TRAIN is ON, and ONNX is missing: install libonnx-dev")
+    endif()
+  endif()
 endif()
 
 find_program(WEFT_CCACHE ccache)

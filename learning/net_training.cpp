@@ -1,0 +1,252 @@
+#include "learning/net_training.h"
+
+#include <torch/torch.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <filesystem>
+#include <map>
+#include <numbers>
+#include <stdexcept>
+#include <utility>
+
+#include "learning/offset_net.h"
+
+namespace weft::learning {
+namespace {
+
+constexpr double kAnswerUnitMm = 2;  // of animation/driving_features.h
+constexpr int kOffsets = 3;
+constexpr double kLastRate = 0.02, kWeightDecay = 1e-3, kLargestGradient = 1;
+// Frames that are further off in the mean were not tracked; a net that learnt from them would doubt all
+// others.
+constexpr double kWorstMm = 15;
+constexpr double kLeastOff = 0.1;
+// What lies beyond is no measurement.
+constexpr double kMostFeature = 5, kMostOffset = 10, kMostLog = 3;
+constexpr int64_t kWarmUpSteps = 300;
+// Held-out samples that are looked at each time, of each kind.
+constexpr int kLooks = 40;
+constexpr double kMinutesBetweenLooks = 1, kMinutesBetweenCheckpoints = 4;
+
+class Batches {
+ public:
+  explicit Batches(const SampleFile& file) : file_(file), texels_(torch::tensor(file.texels())) {
+    panel_ = torch::from_blob(const_cast<float*>(file.is_panel().data()),
+                              {static_cast<int64_t>(file.texels().size())})
+                 .clone();
+    panel_count_ = panel_.sum().item<double>();
+    if (panel_count_ < 1) throw std::runtime_error("the samples show no panel");
+  }
+
+  // [batch][features][height][width].
+  torch::Tensor Features(const std::vector<int>& samples) const {
+    torch::Tensor out = torch::zeros(
+        {static_cast<int64_t>(samples.size()), file_.features(), int64_t{file_.height()} * file_.width()});
+    for (size_t k = 0; k < samples.size(); ++k)
+      out[static_cast<int64_t>(k)].index_copy_(1, texels_,
+                                               Halves(file_.FeaturesOf(samples[k]), file_.features()));
+    return out.clamp_(-kMostFeature, kMostFeature)
+        .view({-1, file_.features(), file_.height(), file_.width()});
+  }
+  // [batch][answers][texels].
+  torch::Tensor Answers(const std::vector<int>& samples) const {
+    std::vector<torch::Tensor> out;
+    for (const int s : samples) out.push_back(Halves(file_.AnswersOf(s), file_.answers()));
+    return torch::stack(out);
+  }
+  // Of images, the texels that samples list.
+  torch::Tensor Listed(const torch::Tensor& image) const { return image.flatten(2).index_select(2, texels_); }
+  torch::Tensor MeanOverPanels(const torch::Tensor& per_texel) const {
+    return (per_texel * panel_).sum() / (panel_count_ * static_cast<double>(per_texel.size(0)));
+  }
+  // Mean length of offsets, [batch][answers][texels].
+  double MeanMm(const torch::Tensor& offsets) const {
+    return kAnswerUnitMm * MeanOverPanels(offsets.norm(2, 1)).item<double>();
+  }
+
+ private:
+  torch::Tensor Halves(const void* at, int channels) const {
+    return torch::from_blob(const_cast<void*>(at), {channels, static_cast<int64_t>(file_.texels().size())},
+                            torch::kHalf)
+        .to(torch::kFloat);
+  }
+  const SampleFile& file_;
+  torch::Tensor texels_, panel_;
+  double panel_count_ = 0;
+};
+
+// Huber's loss of the offsets, and Laplace's likelihood of what they leave, whose deviation is the same
+// for all axes; its log is the last answer, bounded smoothly. The likelihood does not move the offsets: where
+// they are right already they would count for all.
+torch::Tensor Loss(const Batches& batches, const torch::Tensor& listed, const torch::Tensor& truth) {
+  const torch::Tensor off = listed.slice(1, 0, kOffsets) - truth.clamp(-kMostOffset, kMostOffset);
+  const torch::Tensor size = off.abs();
+  const torch::Tensor huber = torch::where(size < 1, 0.5 * size * size, size - 0.5).sum(1);
+  const torch::Tensor log_deviation = kMostLog * torch::tanh(listed.select(1, kOffsets) / kMostLog);
+  const torch::Tensor left = size.sum(1).detach() + kLeastOff;
+  return batches.MeanOverPanels(huber + left * torch::exp(-log_deviation) + kOffsets * log_deviation);
+}
+
+std::vector<HeldOutScore> ScoreHeldOut(OffsetNet& net, const SampleFile& file, const Batches& batches) {
+  const torch::NoGradGuard no_grad;
+  net->eval();
+  std::map<std::pair<Split, int>, std::vector<int>> kinds;
+  for (int s = 0; s < file.size(); ++s)
+    if (file.split(s) != Split::kTrain) kinds[{file.split(s), file.cameras(s)}].push_back(s);
+  std::vector<HeldOutScore> out;
+  for (const auto& [kind, samples] : kinds) {
+    HeldOutScore score{kind.first, kind.second};
+    const int looks = std::min(kLooks, static_cast<int>(samples.size()));
+    for (int k = 0; k < looks; ++k) {
+      const std::vector<int> sample = {
+          samples[static_cast<size_t>(k) * samples.size() / static_cast<size_t>(looks)]};
+      const torch::Tensor answer =
+          batches.Listed(net->forward(batches.Features(sample))).slice(1, 0, kOffsets);
+      const torch::Tensor truth = batches.Answers(sample);
+      score.before_mm += batches.MeanMm(truth) / looks;
+      score.after_mm += batches.MeanMm(truth - answer) / looks;
+    }
+    out.push_back(score);
+  }
+  net->train();
+  return out;
+}
+
+std::string SampleOf(OffsetNet& net, uint64_t seed) {
+  const torch::NoGradGuard no_grad;
+  torch::manual_seed(seed);
+  net->eval();
+  const int64_t side = int64_t{2} << net->shape().widths.size();
+  const torch::Tensor image = torch::randn({1, net->shape().features, side, side});
+  std::string out = "weftnet1";
+  for (const torch::Tensor& tensor : {image, net->forward(image).contiguous()}) {
+    for (int d = 1; d < 4; ++d) {
+      const auto size = static_cast<uint32_t>(tensor.size(d));
+      out.append(reinterpret_cast<const char*>(&size), sizeof(size));
+    }
+    out.append(reinterpret_cast<const char*>(tensor.data_ptr<float>()),
+               sizeof(float) * static_cast<size_t>(tensor.numel()));
+  }
+  return out;
+}
+
+// Net, optimiser, and how far the training has come.
+struct Run {
+  OffsetNet net;
+  torch::optim::AdamW optimizer;
+  int64_t step = 0;
+  double minutes_before = 0;  // of earlier runs
+
+  void Save(const std::string& path, double minutes) {
+    torch::serialize::OutputArchive archive, of_net, of_optimizer;
+    net->save(of_net);
+    optimizer.save(of_optimizer);
+    archive.write("net", of_net);
+    archive.write("optimizer", of_optimizer);
+    archive.write("step", torch::tensor(step));
+    archive.write("minutes", torch::tensor(minutes, torch::kDouble));
+    archive.save_to(path + ".part");
+    std::filesystem::rename(path + ".part", path);
+  }
+  void Load(const std::string& path) {
+    torch::serialize::InputArchive archive, of_net, of_optimizer;
+    archive.load_from(path);
+    archive.read("net", of_net);
+    net->load(of_net);
+    archive.read("optimizer", of_optimizer);
+    optimizer.load(of_optimizer);
+    torch::Tensor steps, minutes;
+    archive.read("step", steps);
+    archive.read("minutes", minutes);
+    step = steps.item<int64_t>();
+    minutes_before = minutes.item<double>();
+  }
+};
+
+Run StartOf(const SampleFile& file, const NetTraining& training) {
+  torch::manual_seed(training.seed);
+  OffsetNet net(NetShape{file.features(), file.answers() + 1, training.widths});
+  torch::optim::AdamW optimizer(net->parameters(),
+                                torch::optim::AdamWOptions(training.rate).weight_decay(kWeightDecay));
+  Run out{net, std::move(optimizer)};
+  if (!training.checkpoint.empty() && std::filesystem::exists(training.checkpoint))
+    out.Load(training.checkpoint);
+  return out;
+}
+
+// Of samples that were learnt from, the ones of a step: the same however often the training was stopped.
+std::vector<int> SamplesOfStep(const std::vector<int>& learnt, const NetTraining& training, int64_t step) {
+  std::vector<int> out;
+  for (int k = 0; k < training.batch; ++k) {
+    // SplitMix64 (Steele et al. 2014).
+    uint64_t x = training.seed * 0x9e3779b97f4a7c15u + static_cast<uint64_t>(step) * 0x10001u +
+                 static_cast<uint64_t>(k);
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+    out.push_back(learnt[(x ^ (x >> 31)) % learnt.size()]);
+  }
+  return out;
+}
+
+}  // namespace
+
+TrainedNet TrainNet(const SampleFile& file, const NetTraining& training,
+                    const std::function<void(const NetProgress&)>& on_progress,
+                    const std::function<bool()>& stopped) {
+  if (file.answers() != kOffsets) throw std::runtime_error("the samples' answers are no offsets");
+  const Batches batches(file);
+  std::vector<int> learnt;
+  for (int s = 0; s < file.size(); ++s)
+    if (file.split(s) == Split::kTrain && batches.MeanMm(batches.Answers({s})) < kWorstMm)
+      learnt.push_back(s);
+  if (learnt.empty()) throw std::runtime_error("the file has no samples to learn from");
+  Run run = StartOf(file, training);
+  const auto start = std::chrono::steady_clock::now();
+  const auto minutes = [&] {
+    return run.minutes_before +
+           std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / 60;
+  };
+  const auto done = [&] {
+    return training.steps > 0 ? static_cast<double>(run.step) / static_cast<double>(training.steps)
+                              : minutes() / training.minutes;
+  };
+  double looked = minutes(), saved = minutes(), losses = 0;
+  int64_t steps_since = 0;
+  const auto look = [&] {
+    const double loss = steps_since > 0 ? losses / static_cast<double>(steps_since) : 0;
+    on_progress({minutes(), run.step, loss, ScoreHeldOut(run.net, file, batches)});
+    looked = minutes(), losses = 0, steps_since = 0;
+  };
+  look();
+  while (done() < 1) {
+    if (stopped()) {
+      if (!training.checkpoint.empty()) run.Save(training.checkpoint, minutes());
+      return {};
+    }
+    const double share = 0.5 * (1 + std::cos(std::numbers::pi * std::min(1.0, done())));
+    for (auto& group : run.optimizer.param_groups())
+      static_cast<torch::optim::AdamWOptions&>(group.options())
+          .lr(training.rate * (kLastRate + (1 - kLastRate) * share) *
+              std::min(1.0, static_cast<double>(run.step + 1) / kWarmUpSteps));
+    const std::vector<int> samples = SamplesOfStep(learnt, training, run.step);
+    const torch::Tensor loss =
+        Loss(batches, batches.Listed(run.net->forward(batches.Features(samples))), batches.Answers(samples));
+    run.optimizer.zero_grad();
+    loss.backward();
+    torch::nn::utils::clip_grad_norm_(run.net->parameters(), kLargestGradient);
+    run.optimizer.step();
+    losses += loss.item<double>(), ++steps_since, ++run.step;
+    if (minutes() - looked > kMinutesBetweenLooks) look();
+    if (!training.checkpoint.empty() && minutes() - saved > kMinutesBetweenCheckpoints) {
+      run.Save(training.checkpoint, minutes());
+      saved = minutes();
+    }
+  }
+  look();
+  run.net->eval();
+  return {true, NetToOnnx(run.net), SampleOf(run.net, training.seed)};
+}
+
+}  // namespace weft::learning
