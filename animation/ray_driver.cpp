@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "animation/net_correction.h"
 #include "base/median.h"
 #include "base/stopwatch.h"
 
@@ -60,20 +61,19 @@ absl::Status RayDriverOptions::Validate() const {
 }
 
 RayDriver::RayDriver(const AlignmentModel& model, const SparseViewAvatar& avatar,
-                     const RayDriverOptions& options)
+                     const RayDriverOptions& options, NetCorrection* net)
     : model_(model),
       avatar_(avatar),
       options_(options),
+      net_(net),
       tracker_(model, avatar.space, avatar.left_mm, avatar.acceleration, options.tracker) {}
 
-std::vector<float> RayDriver::Scales(const RayDrivenFrame& frame, const std::vector<VertexRay>& rays,
-                                     const std::vector<bool>& rejected) const {
+std::vector<float> RayDriver::Scales(const RayDrivenFrame& frame, const std::vector<VertexRay>& rays) const {
   const MeshGraph& graph = model_.graph();
-  const std::vector<double> misfits = Misfits(tracker_.regions(), rays, frame.carrier_mm, avatar_.left_mm);
   std::vector<RayEvidence> evidence(graph.vertices);
   std::vector<bool> crossed(graph.vertices, false);
   for (size_t i = 0; i < rays.size(); ++i) {
-    if (rejected[i]) continue;
+    if (frame.rejected[i]) continue;
     const int v = rays[i].vertex;
     evidence[v].Add(rays[i], frame.position_mm[v], 1);
     crossed[v] = evidence[v].rays >= 2;
@@ -81,7 +81,7 @@ std::vector<float> RayDriver::Scales(const RayDrivenFrame& frame, const std::vec
   const std::vector<int> rings = RingDistance(graph, crossed);
   std::vector<float> out(graph.vertices);
   for (int v = 0; v < graph.vertices; ++v) {
-    const double unseen_mm = misfits[v] * avatar_.left_mm[v];
+    const double unseen_mm = frame.misfit[v] * avatar_.left_mm[v];
     if (crossed[v]) {
       const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(evidence[v].information,
                                                                 Eigen::EigenvaluesOnly);
@@ -95,6 +95,24 @@ std::vector<float> RayDriver::Scales(const RayDrivenFrame& frame, const std::vec
   return out;
 }
 
+absl::Status RayDriver::Correct(const std::vector<VertexRay>& rays, RayDrivenFrame* out) {
+  Stopwatch watch;
+  absl::StatusOr<CorrectedMesh> corrected = net_->Correct(*out, rays);
+  if (!corrected.ok()) return corrected.status();
+  out->times.push_back({"net", 1000 * watch.Seconds()});
+  watch = Stopwatch();
+  PolishOptions polish = options_.polish;
+  polish.carrier_sigma_mm = options_.corrected_sigma_mm;
+  absl::StatusOr<PolishedMesh> polished =
+      PolishToRays(model_, {avatar_.edge_mm, avatar_.edge_spread_mm}, corrected->position_mm, rays, polish);
+  if (!polished.ok()) return polished.status();
+  out->uncorrected_mm = std::move(out->position_mm);
+  out->position_mm = std::move(polished->position_mm);
+  out->rejected = std::move(polished->rejected);
+  out->times.push_back({"second polish", 1000 * watch.Seconds()});
+  return absl::OkStatus();
+}
+
 absl::StatusOr<RayDrivenFrame> RayDriver::Drive(double frames, const std::vector<VertexRay>& rays) {
   RayDrivenFrame out;
   Stopwatch watch;
@@ -105,7 +123,7 @@ absl::StatusOr<RayDrivenFrame> RayDriver::Drive(double frames, const std::vector
   for (const VertexRay& ray : rays) cameras.insert(ray.view);
   out.cameras = static_cast<int>(cameras.size());
   out.rays_of_vertex.assign(out.carrier_mm.size(), 0);
-  std::vector<bool> rejected(rays.size(), true);
+  out.rejected.assign(rays.size(), true);
   out.position_mm = out.carrier_mm;
   if (!out.track.lost) {
     watch = Stopwatch();
@@ -113,15 +131,18 @@ absl::StatusOr<RayDrivenFrame> RayDriver::Drive(double frames, const std::vector
                                                          out.carrier_mm, rays, options_.polish);
     if (!polished.ok()) return polished.status();
     out.position_mm = std::move(polished->position_mm);
-    rejected = std::move(polished->rejected);
+    out.rejected = std::move(polished->rejected);
     out.times.push_back({"polish", 1000 * watch.Seconds()});
   }
+  out.misfit = Misfits(tracker_.regions(), rays, out.carrier_mm, avatar_.left_mm);
+  if (net_ != nullptr && !out.track.lost)
+    if (absl::Status status = Correct(rays, &out); !status.ok()) return status;
   for (size_t i = 0; i < rays.size(); ++i) {
-    out.rays_of_vertex[rays[i].vertex] += rejected[i] ? 0 : 1;
-    out.rejected_rays += rejected[i] ? 1 : 0;
+    out.rays_of_vertex[rays[i].vertex] += out.rejected[i] ? 0 : 1;
+    out.rejected_rays += out.rejected[i] ? 1 : 0;
   }
   watch = Stopwatch();
-  out.scale_mm = Scales(out, rays, rejected);
+  out.scale_mm = Scales(out, rays);
   out.times.push_back({"sigma", 1000 * watch.Seconds()});
   return out;
 }

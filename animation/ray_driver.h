@@ -19,6 +19,7 @@ namespace weft {
 struct RayDriverOptions {
   TrackerOptions tracker;
   PolishOptions polish;
+  double corrected_sigma_mm = 50;  // of a vertex that a net corrected, for the second polish
 
   absl::Status Validate() const;
 };
@@ -31,9 +32,14 @@ struct StageTime {
 struct RayDrivenFrame {
   GarmentTrack track;
   std::vector<Eigen::Vector3d> carrier_mm, position_mm;  // [vertices]; equal where the frame is lost
+  std::vector<Eigen::Vector3d> uncorrected_mm;           // [vertices], before the net; empty without one
   std::vector<int> rays_of_vertex;                       // [vertices], that were not rejected
+  std::vector<bool> rejected;                            // [rays]
   int rejected_rays = 0;
   int cameras = 0;  // with rays
+  // How far the carrier is from the rays around, over what is usual for frames like those that were learnt,
+  // [vertices].
+  std::vector<double> misfit;
   // What errors grow with, [vertices]. With two rays and more it is where they cross. Of others it is what
   // the shape space leaves there, by how badly the rays around it fit the carrier, and less beside the
   // former.
@@ -41,24 +47,29 @@ struct RayDrivenFrame {
   std::vector<StageTime> times;
 };
 
+class NetCorrection;
+
 class RayDriver {
  public:
-  // Model and avatar must outlive the driver and fit each other.
-  RayDriver(const AlignmentModel& model, const SparseViewAvatar& avatar, const RayDriverOptions& options);
+  // Model, avatar and net must outlive the driver and fit each other. `net` may be null: no correction.
+  RayDriver(const AlignmentModel& model, const SparseViewAvatar& avatar, const RayDriverOptions& options,
+            NetCorrection* net = nullptr);
 
-  // `frames` have gone by since the last call, one where nothing was missed. Errors of PolishToRays.
+  // `frames` have gone by since the last call, one where nothing was missed. Errors of PolishToRays and of
+  // the net.
   absl::StatusOr<RayDrivenFrame> Drive(double frames, const std::vector<VertexRay>& rays);
   void Reset() { tracker_.Reset(); }
   const TrackMemory& memory() const { return tracker_.memory(); }
   absl::Status Recall(TrackMemory memory) { return tracker_.Recall(std::move(memory)); }
 
  private:
-  std::vector<float> Scales(const RayDrivenFrame& frame, const std::vector<VertexRay>& rays,
-                            const std::vector<bool>& rejected) const;
+  absl::Status Correct(const std::vector<VertexRay>& rays, RayDrivenFrame* out);
+  std::vector<float> Scales(const RayDrivenFrame& frame, const std::vector<VertexRay>& rays) const;
 
   const AlignmentModel& model_;
   const SparseViewAvatar& avatar_;
   RayDriverOptions options_;
+  NetCorrection* net_;
   ViewTracker tracker_;
 };
 

@@ -12,7 +12,9 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "alignment/template.h"
+#include "animation/atlas.h"
 #include "animation/shape_space.h"
+#include "nets/net.h"
 
 namespace weft {
 
@@ -55,6 +57,14 @@ struct SigmaCheck {
   double within_one = 0, within_two = 0;
 };
 
+// A net that says how far driven meshes are off; driving_features.h has what it is told and answers.
+struct AvatarNet {
+  std::string onnx;  // bytes of the file; empty: the avatar has no net
+  AtlasOptions atlas;
+  // An image with the answer that the trainer got, to be compared where the net is loaded.
+  Tensor sample, sample_answer;
+};
+
 struct SparseViewAvatar {
   std::string template_hash;  // Template::ContentHash
   std::string board_hash;
@@ -69,6 +79,7 @@ struct SparseViewAvatar {
   SigmaScale sigma;                   // the typical one where the checks have no frames
   // Of frames that are held out, and of learnt frames of which an avatar without their motion was made.
   SigmaCheck held_out_check, left_out_check;
+  AvatarNet net;
 
   // InvalidArgument names what is wrong: sizes that do not fit each other, numbers that are not finite or not
   // positive where they must be.

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "animation/net_correction.h"
 #include "base/median.h"
 #include "base/stopwatch.h"
 
@@ -37,7 +38,6 @@ struct SparseViewDriver::State {
         avatar(std::move(learnt)),
         model(garment),
         nodes(garment),
-        driver(model, avatar, options.driver),
         size_mm(SizeOf(garment.rest.vertices_mm)) {}
 
   RegisteredMesh MeshOf(const RayDrivenFrame& driven) const {
@@ -58,7 +58,8 @@ struct SparseViewDriver::State {
   SparseViewAvatar avatar;
   AlignmentModel model;
   NodeVertices nodes;
-  RayDriver driver;
+  std::optional<NetCorrection> net;
+  std::optional<RayDriver> driver;
   double size_mm = 0;
   std::optional<int64_t> last_ns;
 };
@@ -79,6 +80,12 @@ absl::StatusOr<SparseViewDriver> SparseViewDriver::Create(const Template& garmen
   if (state->avatar.edge_mm.size() != edges)
     return absl::InvalidArgumentError(absl::StrCat("avatar: has lengths of ", state->avatar.edge_mm.size(),
                                                    " edges, the template has ", edges));
+  if (!state->avatar.net.onnx.empty()) {
+    auto net = NetCorrection::Create(garment, state->model, state->avatar);
+    if (!net.ok()) return net.status();
+    state->net.emplace(*std::move(net));
+  }
+  state->driver.emplace(state->model, state->avatar, options.driver, state->net ? &*state->net : nullptr);
   return SparseViewDriver(std::move(state));
 }
 
@@ -95,7 +102,7 @@ absl::StatusOr<DrivenFrame> SparseViewDriver::Drive(int64_t time_ns, std::span<c
   out.times.push_back({"rays", 1000 * watch.Seconds()});
   const double frames =
       state.last_ns ? 1e-9 * static_cast<double>(time_ns - *state.last_ns) * state.avatar.fps : 1;
-  absl::StatusOr<RayDrivenFrame> driven = state.driver.Drive(frames, *rays);
+  absl::StatusOr<RayDrivenFrame> driven = state.driver->Drive(frames, *rays);
   if (!driven.ok()) return driven.status();
   state.last_ns = time_ns;
   out.mesh = state.MeshOf(*driven);
@@ -115,20 +122,21 @@ absl::StatusOr<DrivenFrame> SparseViewDriver::Drive(int64_t time_ns, std::span<c
   for (const int place : places) out.rays_of_view.push_back(by_place[place]);
   if (!residuals.empty()) out.residual_px = Median(std::move(residuals));
   out.carrier_mm = std::move(driven->carrier_mm);
+  out.uncorrected_mm = std::move(driven->uncorrected_mm);
   out.times.insert(out.times.end(), driven->times.begin(), driven->times.end());
   return out;
 }
 
-DriverMemory SparseViewDriver::Memory() const { return {state_->last_ns, state_->driver.memory()}; }
+DriverMemory SparseViewDriver::Memory() const { return {state_->last_ns, state_->driver->memory()}; }
 
 absl::Status SparseViewDriver::Recall(DriverMemory memory) {
-  if (absl::Status status = state_->driver.Recall(std::move(memory.track)); !status.ok()) return status;
+  if (absl::Status status = state_->driver->Recall(std::move(memory.track)); !status.ok()) return status;
   state_->last_ns = memory.last_ns;
   return absl::OkStatus();
 }
 
 void SparseViewDriver::Reset() {
-  state_->driver.Reset();
+  state_->driver->Reset();
   state_->last_ns.reset();
 }
 

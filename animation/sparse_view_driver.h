@@ -39,7 +39,8 @@ struct DrivenFrame {
   int rejected_rays = 0;          // of them, set aside because they disagree with the cloth around them
   std::vector<int> rays_of_view;  // [views]
   double residual_px = 0;         // median distance of the rays' vertices from their pixels
-  std::vector<Eigen::Vector3d> carrier_mm;  // [vertices], the shape before the polish
+  std::vector<Eigen::Vector3d> carrier_mm;      // [vertices], the shape before the polish
+  std::vector<Eigen::Vector3d> uncorrected_mm;  // [vertices], without the net; empty without one
   std::vector<StageTime> times;
 };
 

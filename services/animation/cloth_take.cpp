@@ -194,6 +194,16 @@ ClothTake ClothTake::OfMeshes(std::string name, std::vector<std::string> paths,
   return out;
 }
 
+absl::StatusOr<ClothTake> ClothTake::OpenAgain() const {
+  absl::StatusOr<ClothTake> out =
+      reader_ ? OfFramesFile(name_, path_) : OfMeshes(name_, meshes_, names_, fps_, template_hash_);
+  if (!out.ok()) return out;
+  out->split = split;
+  out->folder = folder;
+  out->body = body;
+  return out;
+}
+
 absl::StatusOr<std::string> ClothTake::FramesHash() const {
   if (!reader_) return std::string();
   const absl::StatusOr<std::string> bytes = ReadWholeFile(path_);

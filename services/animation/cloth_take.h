@@ -26,6 +26,9 @@ class ClothTake {
   static ClothTake OfMeshes(std::string name, std::vector<std::string> paths, std::vector<std::string> names,
                             double fps, std::string template_hash);
 
+  // The same take with a reader of its own, for another thread.
+  absl::StatusOr<ClothTake> OpenAgain() const;
+
   const std::string& name() const { return name_; }
   int frames() const { return frames_; }
   double fps() const { return fps_; }

@@ -4,7 +4,10 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <map>
 #include <string>
 #include <vector>
@@ -26,8 +29,10 @@ struct Options {
   std::vector<int> cameras = {2, 3, 4};
   std::string without;  // a motion that is not learnt
   std::vector<std::string> tests = {"known", "unseen"};
-  int every = 1;       // of the training's frames
-  int most = 100;      // frames of a test take
+  int every = 1;    // of the training's frames
+  int most = 100;   // frames of a test take
+  std::string net;  // folder of a net
+  int level = 1, gutter = 3;
   int dark_from = -1;  // the first camera sees nothing for 15 frames from here
   SparseViewTraining training;
   SparseViewOptions driving;
@@ -84,7 +89,7 @@ absl::StatusOr<SparseViewAvatar> Train(const Options& options, const Template& g
 }
 
 struct Tally {
-  std::vector<double> all, carrier, none, one, more, jitter, ms;
+  std::vector<double> all, carrier, plain, none, one, more, jitter, ms;
   int within1 = 0, within2 = 0, frames = 0, lost = 0;
 
   void Print(const std::string& name) const {
@@ -93,15 +98,17 @@ struct Tally {
       for (const double v : x) sum += v;
       return x.empty() ? 0 : sum / static_cast<double>(x.size());
     };
-    std::printf("%-24s %4d %5.2f %5.2f %6.2f %5.2f | %5.2f %5.2f %5.2f | %4.0f %4.0f | %5.2f %5.1f %d\n",
-                name.c_str(), frames, mean(carrier), mean(all), Median(all), Quantile(all, 0.95), mean(none),
-                mean(one), mean(more), 100.0 * within1 / std::max<size_t>(1, all.size()),
-                100.0 * within2 / std::max<size_t>(1, all.size()), mean(jitter), Median(ms), lost);
+    std::printf(
+        "%-24s %4d %5.2f %5.2f %5.2f %6.2f %5.2f | %5.2f %5.2f %5.2f | %4.0f %4.0f | %5.2f %5.1f %d\n",
+        name.c_str(), frames, mean(carrier), mean(plain), mean(all), Median(all), Quantile(all, 0.95),
+        mean(none), mean(one), mean(more), 100.0 * within1 / std::max<size_t>(1, all.size()),
+        100.0 * within2 / std::max<size_t>(1, all.size()), mean(jitter), Median(ms), lost);
     std::fflush(stdout);
   }
   void Add(const Tally& o) {
     for (auto [to, from] : {std::pair(&all, &o.all),
                             {&carrier, &o.carrier},
+                            {&plain, &o.plain},
                             {&none, &o.none},
                             {&one, &o.one},
                             {&more, &o.more},
@@ -146,6 +153,8 @@ Tally DriveTake(const Options& options, const Template& garment, const SparseVie
       offs.back().push_back(off);
       out.all.push_back(e);
       out.carrier.push_back((driven->carrier_mm[v] - truth->vertices_mm[v]).norm());
+      if (!driven->uncorrected_mm.empty())
+        out.plain.push_back((driven->uncorrected_mm[v] - truth->vertices_mm[v]).norm());
       const int rays = driven->mesh.views[v];
       (rays == 0 ? out.none : rays == 1 ? out.one : out.more).push_back(e);
       out.within1 += e < driven->mesh.sigma_mm[v] ? 1 : 0,
@@ -163,6 +172,24 @@ Tally DriveTake(const Options& options, const Template& garment, const SparseVie
   return out;
 }
 
+void ReadNet(const Options& options, SparseViewAvatar* avatar) {
+  const auto read = [&](const char* name) {
+    std::ifstream file(options.net + "/" + name, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  avatar->net.onnx = read("net.onnx");
+  avatar->net.atlas.level = options.level, avatar->net.atlas.gutter = options.gutter;
+  const std::string sample = read("sample.bin");
+  const char* at = sample.data() + 8;
+  for (Tensor* tensor : {&avatar->net.sample, &avatar->net.sample_answer}) {
+    uint32_t sizes[3];
+    std::memcpy(sizes, at, 12), at += 12;
+    tensor->channels = sizes[0], tensor->height = sizes[1], tensor->width = sizes[2];
+    tensor->values.resize(sizes[0] * sizes[1] * sizes[2]);
+    std::memcpy(tensor->values.data(), at, 4 * tensor->values.size()), at += 4 * tensor->values.size();
+  }
+}
+
 void Run(const Options& options) {
   std::vector<Take> any = TakesOf(options.folder, "train");
   const auto garment = ReadTemplate((fs::path(options.folder) / any.front().name / "template").string());
@@ -171,11 +198,12 @@ void Run(const Options& options) {
     return;
   }
   const Stopwatch watch;
-  const auto avatar = Train(options, *garment);
+  auto avatar = Train(options, *garment);
   if (!avatar.ok()) {
     std::printf("%s\n", std::string(avatar.status().message()).c_str());
     return;
   }
+  if (!options.net.empty()) ReadNet(options, &*avatar);
   std::printf("%d frames learnt, %d held out, %d components, left %.2f mm per axis; %.0f s\n",
               avatar->training_frames, avatar->held_out_frames, avatar->space.components(),
               avatar->space.left_mm, watch.Seconds());
@@ -185,7 +213,8 @@ void Run(const Options& options) {
   for (const auto& of_cameras : avatar->sigma.of)
     std::printf("sigma %.2f %.2f %.2f %.2f\n", of_cameras[0], of_cameras[1], of_cameras[2], of_cameras[3]);
   std::printf(
-      "mm: carrier mean, result mean, median, 95 %% | mean with 0, 1, more rays | within 1, 2 sigma %% | 2nd "
+      "mm: carrier mean, without net, result mean, median, 95 %% | mean with 0, 1, more rays | within 1, 2 "
+      "sigma %% | 2nd "
       "difference, ms\n");
   for (const int cameras : options.cameras)
     for (const std::string& test : options.tests) {
@@ -217,6 +246,10 @@ int main(int argc, char** argv) {
   app.add_option("--calibration", o.training.calibration_frames);
   app.add_option("--every", o.every);
   app.add_option("--most", o.most);
+  app.add_option("--net", o.net);
+  app.add_option("--level", o.level);
+  app.add_option("--gutter", o.gutter);
+  app.add_option("--corrected", o.driving.driver.corrected_sigma_mm);
   app.add_option("--dark-from", o.dark_from);
   app.add_option("--components", o.training.components);
   app.add_option("--view-rays", o.driving.driver.tracker.rays_of_view);

@@ -1,0 +1,77 @@
+// The garment's panels as one image, as they lie on the board: what is known of vertices becomes an image,
+// and back.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "alignment/template.h"
+
+namespace weft {
+
+struct AtlasOptions {
+  int level = 1;     // a texel is 2^level cells wide
+  int gutter = 3;    // texels around each panel that show the cloth beyond its seams
+  int multiple = 8;  // width and height are multiples of it, so that images can be halved
+
+  absl::Status Validate() const;
+};
+
+struct AtlasImage {
+  int channels = 0, height = 0, width = 0;
+  std::vector<float> values;  // [channels][height][width]
+
+  size_t PlaneSize() const { return static_cast<size_t>(height) * static_cast<size_t>(width); }
+};
+
+enum class TexelKind : uint8_t {
+  kEmpty,
+  kPanel,
+  kSeam,    // beside a panel, shows the panel that is sewn to it
+  kBorder,  // beside a panel, repeats its border
+};
+
+// Built once per template. Panels are groups of board nodes that hang together in the mesh; a template
+// without seams is one panel. Vectors must be in axes that do not turn from panel to panel (those of the mesh
+// at rest), since what lies beyond a seam is shown without a rotation.
+class Atlas {
+ public:
+  // InvalidArgument for options that are not valid. A template has at least one node.
+  static absl::StatusOr<Atlas> Build(const Template& garment, const AtlasOptions& options);
+
+  int width() const { return width_; }
+  int height() const { return height_; }
+  int panels() const { return panels_; }
+  const std::vector<TexelKind>& kinds() const { return kinds_; }  // [height][width]
+
+  // `per_vertex` is [vertices][channels]. A panel's texel is the mean of its vertices; seams and borders are
+  // filled in, the rest is 0.
+  AtlasImage Gather(std::span<const float> per_vertex, int channels) const;
+  // Interpolates linearly between texels of panels, and of what is sewn to them; what the image has beside
+  // panels does not matter. Vertices without a node take what goes on linearly from those around them.
+  // [vertices][channels]. At level 0 a vertex that alone has its texel gets what was gathered.
+  std::vector<float> Scatter(AtlasImage image) const;
+  // Fills seams and borders of an image whose panels are set.
+  void FillGutter(AtlasImage* image) const;
+
+ private:
+  struct Weighted {
+    int texel = 0;
+    float weight = 0;
+  };
+  struct Layout;
+  void FindSources(const Template& garment, const Layout& layout);
+  void FindGutter(const Template& garment, const Layout& layout, const AtlasOptions& options);
+
+  int width_ = 0, height_ = 0, panels_ = 0;
+  std::vector<TexelKind> kinds_;
+  std::vector<int> texel_of_vertex_;                           // [vertices], -1: none
+  std::vector<std::vector<Weighted>> of_vertex_;               // [vertices], what Scatter reads
+  std::vector<std::pair<int, std::vector<Weighted>>> gutter_;  // texel, what it shows
+};
+
+}  // namespace weft

@@ -1,0 +1,46 @@
+// A net that looks at a driven mesh and says how far it is off.
+#pragma once
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "alignment/align.h"
+#include "alignment/template.h"
+#include "animation/atlas.h"
+#include "animation/driving_features.h"
+#include "animation/evidence.h"
+#include "animation/ray_driver.h"
+#include "animation/sparse_view_avatar.h"
+#include "nets/net.h"
+
+namespace weft {
+
+struct CorrectedMesh {
+  std::vector<Eigen::Vector3d> position_mm;  // [vertices]
+  // Deviation per axis that the net expects of it, [vertices].
+  std::vector<float> deviation_mm;
+};
+
+// Not for use by two threads at once. Parallel loops run in the calling thread's TBB arena.
+class NetCorrection {
+ public:
+  // Model and avatar must outlive it. InvalidArgument where the avatar's net does not read, or does not
+  // answer its sample as it did when it was trained.
+  static absl::StatusOr<NetCorrection> Create(const Template& garment, const AlignmentModel& model,
+                                              const SparseViewAvatar& avatar);
+
+  // Errors of Net::Run.
+  absl::StatusOr<CorrectedMesh> Correct(const RayDrivenFrame& frame, const std::vector<VertexRay>& rays);
+
+ private:
+  NetCorrection(const AlignmentModel& model, const SparseViewAvatar& avatar, Atlas atlas, Net net)
+      : features_(model, avatar), atlas_(std::move(atlas)), net_(std::move(net)) {}
+
+  DrivingFeatures features_;
+  Atlas atlas_;
+  Net net_;
+};
+
+}  // namespace weft
