@@ -138,17 +138,6 @@ class Driving(unittest.TestCase):
         self.assertEqual(scores["goals"][0]["id"], "A14")
         weft("evaluate", take, "--avatar", avatar, "--cameras", "2", "--check", check=0)
 
-    def test_trials_and_meshes_to_watch(self):
-        meshes = path("meshes")
-        table = weft("evaluate", sources[0], "--avatar", avatar, "--cameras", "2", "--frames", 45, "--trials", "--meshes", meshes,
-                     check=0).stdout
-        for method in ("elsewhere", "one dark", "after dark", "never dark"):
-            self.assertIn(method, table)
-        folder = f"{meshes}/{os.path.basename(sources[0])}-2"
-        self.assertEqual(len(os.listdir(folder)), 45)
-        self.assertEqual(set(vertex_states(f"{folder}/0044/mesh.ply")) - {DRIVEN}, set())
-        self.assertTrue(os.path.exists(f"{folder}/0044/truth.ply"))
-
     def test_show_tells_what_it_was_trained_on(self):
         about = json.loads(weft("avatar", "show", avatar, "--json", check=0).stdout)
         self.assertEqual((about["kind"], about["components"], about["sources"][0]["name"]), ("sparse-view", 12, sources[0]))
