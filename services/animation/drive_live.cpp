@@ -125,17 +125,27 @@ class LiveRun {
     tbb::task_arena decoding(cores), driving(cores);
     const auto decode_newest = [&] { return DecodeNewest(feed, decoding); };
     auto coming = std::async(std::launch::async, decode_newest);
+    std::future<absl::Status> writing;  // of the frame before
+    const auto settle = [&writing] { return writing.valid() ? writing.get() : absl::OkStatus(); };
     for (;;) {
       absl::StatusOr<std::optional<Arrival>> arrival = coming.get();
-      if (!arrival.ok()) return arrival.status();
-      if (!arrival->has_value()) return absl::OkStatus();
-      coming = std::async(std::launch::async, decode_newest);
-      absl::Status status;
-      driving.execute([&] { status = DriveOne(**arrival, *driver); });
-      if (!status.ok()) {
-        failed_ = true;
-        return status;  // the future waits for the decoding
+      const bool has_frame = arrival.ok() && arrival->has_value();
+      std::optional<absl::StatusOr<FrameDriver::Driven>> driven;
+      if (has_frame) {
+        coming = std::async(std::launch::async, decode_newest);
+        driving.execute([&] { driven.emplace(driver->Drive((**arrival).seen, (**arrival).since)); });
       }
+      absl::Status status = settle();
+      if (status.ok()) status = arrival.status();
+      if (status.ok() && driven) status = driven->status();
+      if (!status.ok() || !has_frame) {
+        failed_ = true;  // the future waits for the decoding
+        return status;
+      }
+      writing = std::async(std::launch::async,
+                           [this, &driver, of = std::move(**arrival), result = **std::move(driven)] {
+                             return WriteOne(of, result, *driver);
+                           });
     }
   }
 
@@ -153,13 +163,13 @@ class LiveRun {
     return out;
   }
 
-  absl::Status DriveOne(const Arrival& arrival, FrameDriver& driver) {
-    absl::StatusOr<FrameDriver::Driven> driven = driver.Drive(arrival.seen, arrival.since);
-    if (!driven.ok()) return driven.status();
-    if (absl::Status status = driver.Write(arrival.seen, *driven); !status.ok()) return status;
+  // Alone with counts and frames of the job while one is written.
+  absl::Status WriteOne(const Arrival& arrival, const FrameDriver::Driven& driven,
+                        const FrameDriver& driver) {
+    if (absl::Status status = driver.Write(arrival.seen, driven); !status.ok()) return status;
     const int64_t done_ns = HostTime_ns();
     pace_.Add(arrival.frame, done_ns);
-    v1::FrameInfo info = SummaryOf(driven->report, /*reused=*/false);
+    v1::FrameInfo info = SummaryOf(driven.report, /*reused=*/false);
     info.set_latency_s(1e-9 * static_cast<double>(done_ns - arrival.frame.arrived_ns));
     Append(info);
     life_.frames().SetLatency(life_.frames().infos().size() - 1, info.latency_s());

@@ -26,9 +26,9 @@ using LiveDriveProgress = std::function<void(const v1::LiveDriving& now, const v
 std::string LiveDrivingText(const v1::LiveDriving& live);
 
 // Drives always the newest frame; those that it overtakes are passed over and have no result. One frame is
-// decoded while the one before is driven and written. Results and reports are those of DriveTake; what they
-// hold depends on the frames that were passed over. Ends with the recording, and well when `stop` is
-// requested: frames finished by then are complete.
+// decoded while the one before is driven and the one before that is written. Results and reports are those of
+// DriveTake; what they hold depends on the frames that were passed over. Ends with the recording, and well
+// when `stop` is requested: frames finished by then are complete.
 //
 // The same request goes on where an earlier one stopped, after the last frame that has a result; what the
 // driver knew then is read. With a session the folders of take and results must be new. FailedPrecondition:
