@@ -23,6 +23,7 @@ const SparseViewAvatar& TubeAvatar() {
   static const SparseViewAvatar avatar = [] {
     SparseViewTraining training;
     training.components = 12;
+    training.calibration_frames = 1;
     SparseViewAvatar out = *TrainSparseView(WavingTube::Garment(), WavingTube::Frames(), training);
     std::ifstream file(WEFT_TEST_DATA "/shift.onnx", std::ios::binary);
     out.net.onnx.assign(std::istreambuf_iterator<char>(file), {});
@@ -82,7 +83,7 @@ TEST(NetCorrection, RefusesANetThatAnswersOtherwise) {
   EXPECT_FALSE(NetCorrection::Create(WavingTube::Garment(), tube.model, avatar).ok());
 }
 
-TEST(DrivingFeatures, TellWhatTheyPromise) {
+TEST(NetCorrection, IsToldWhatFeaturesPromise) {
   const DrivenTube tube;
   const DrivingFeatures features(tube.model, TubeAvatar());
   const auto axes = features.axes().RotationsOf(tube.frame.position_mm);
@@ -106,7 +107,7 @@ TEST(DrivingFeatures, TellWhatTheyPromise) {
 }
 
 // Rays are kept whatever the net says: it moves what no ray holds.
-TEST(SparseViewDriver, ANetDoesNotMoveWhatIsSeen) {
+TEST(NetCorrection, DoesNotMoveWhatIsSeen) {
   const Template garment = WavingTube::Garment();
   SparseViewAvatar without = TubeAvatar();
   without.net = {};

@@ -36,7 +36,8 @@ class Store {
 
   // Whether only the store's own folders are there.
   bool IsAlone() const {
-    return CountIn(folder_) == 1 && CountIn(state()) == 2 && CountIn(state() + "/library") == 4;
+    return CountIn(folder_) == 1 && CountIn(state()) == 2 &&
+           CountIn(state() + "/library") == 5;  // kinds of items
   }
 
  private:

@@ -109,7 +109,7 @@ TEST_F(FrameResumeTest, NothingStandsWithoutAReportOrOfAFailedFrame) {
 }
 
 TEST_F(FrameResumeTest, BeginsWithTheFirstStageThatDiffers) {
-  const char* expected[] = {"decode: decode has version 1, was 9", "decode: triangulate has version 1, was 9",
+  const char* expected[] = {"decode: decode has version 1, was 9", "decode: triangulate has version 2, was 9",
                             "decode: second_pass has version 2, was 9", "align: align has version 1, was 9",
                             "refine: refine has version 1, was 9"};
   for (int stage = kStages - 1; stage >= 0; --stage) {  // each before the one of the last turn
