@@ -52,7 +52,7 @@ class Package(unittest.TestCase):
 
     def test_examples_explain_themselves(self):
         names = sorted(name for name in os.listdir(EXAMPLES) if name.endswith(".py"))
-        self.assertEqual(len(names), 3)
+        self.assertEqual(len(names), 4)
         for name in names:
             said = example(name, "--help").stdout
             self.assertIn("usage: " + name, said)
