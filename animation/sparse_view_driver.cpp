@@ -18,6 +18,34 @@ VertexState StateOf(int rays) {
   return rays == 2 ? VertexState::kTwoView : VertexState::kDriven;
 }
 
+// Rays of a view that err by themselves; the others repeat them, as the shape misses neighbours alike.
+constexpr int kIndependentRays = 200;
+
+// Of each place in the order of the cameras' names; `camera_at` says which camera it is of.
+std::vector<CameraBias> BiasesOf(const std::vector<VertexRay>& rays,
+                                 const std::vector<Eigen::Vector3d>& carrier_mm,
+                                 const std::vector<const CameraModel*>& camera_at) {
+  std::vector<CameraBias> out(camera_at.size());
+  for (const VertexRay& ray : rays) {
+    const Eigen::Vector3d& at = carrier_mm[ray.vertex];
+    const Eigen::Vector3d way = camera_at[ray.view]->rotation * ray.WayTo(at);
+    const Eigen::Vector2d off_px = way.head<2>() / (at - ray.origin_mm).norm() * ray.focal_px;
+    CameraBias& bias = out[ray.view];
+    ++bias.observations;
+    bias.mean_px += off_px;
+    bias.rms_px += off_px.squaredNorm();
+  }
+  for (CameraBias& bias : out) {
+    if (bias.observations == 0) continue;
+    bias.mean_px /= bias.observations;
+    bias.rms_px = std::sqrt(bias.rms_px / bias.observations);
+    const double sigma = bias.rms_px / std::sqrt(2.0 * std::min(bias.observations, kIndependentRays));
+    bias.mean_sigma_px.setConstant(sigma);
+    if (sigma > 0) bias.significance = bias.mean_px.norm() / sigma;
+  }
+  return out;
+}
+
 double SizeOf(const std::vector<Eigen::Vector3d>& vertices_mm) {
   Eigen::Vector3d low = vertices_mm[0], high = low;
   for (const Eigen::Vector3d& v : vertices_mm) low = low.cwiseMin(v), high = high.cwiseMax(v);
@@ -119,7 +147,13 @@ absl::StatusOr<DrivenFrame> SparseViewDriver::Drive(int64_t time_ns, std::span<c
     const Eigen::Vector3d& at = out.mesh.vertices_mm[ray.vertex];
     residuals.push_back(ray.WayTo(at).norm() / (at - ray.origin_mm).norm() * ray.focal_px);
   }
-  for (const int place : places) out.rays_of_view.push_back(by_place[place]);
+  std::vector<const CameraModel*> camera_at(views.size());
+  for (size_t k = 0; k < views.size(); ++k) camera_at[places[k]] = views[k].camera;
+  const std::vector<CameraBias> biases = BiasesOf(*rays, driven->carrier_mm, camera_at);
+  for (const int place : places) {
+    out.rays_of_view.push_back(by_place[place]);
+    out.bias_of_view.push_back(biases[place]);
+  }
   if (!residuals.empty()) out.residual_px = Median(std::move(residuals));
   out.carrier_mm = std::move(driven->carrier_mm);
   out.uncorrected_mm = std::move(driven->uncorrected_mm);

@@ -16,6 +16,7 @@
 #include "animation/evidence.h"
 #include "animation/ray_driver.h"
 #include "animation/sparse_view_avatar.h"
+#include "triangulation/camera_bias.h"
 
 namespace weft {
 
@@ -38,7 +39,10 @@ struct DrivenFrame {
   int rays = 0;                   // observations of vertices, in all views
   int rejected_rays = 0;          // of them, set aside because they disagree with the cloth around them
   std::vector<int> rays_of_view;  // [views]
-  double residual_px = 0;         // median distance of the rays' vertices from their pixels
+  // [views]: where the view sees the cloth, from where the carrier has it. The shape gives way to a camera
+  // that stands elsewhere than its calibration says, and what is left has one direction in all frames.
+  std::vector<CameraBias> bias_of_view;
+  double residual_px = 0;                       // median distance of the rays' vertices from their pixels
   std::vector<Eigen::Vector3d> carrier_mm;      // [vertices], the shape before the polish
   std::vector<Eigen::Vector3d> uncorrected_mm;  // [vertices], without the net; empty without one
   std::vector<StageTime> times;

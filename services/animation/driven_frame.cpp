@@ -90,6 +90,11 @@ v1::FrameReport DescribeDriven(const v1::RegistrationSpec& spec, const DriveInpu
     missing += view.missing_reason().empty() ? 0 : 1;
     *report.add_views() = view;
   }
+  if (!driven.lost)
+    for (size_t k = 0; k < driven.bias_of_view.size(); ++k) {
+      const size_t camera = static_cast<size_t>(seen.decoded.views[k].camera);
+      DescribeBias(driven.bias_of_view[k], *report.mutable_views(static_cast<int>(camera)));
+    }
   report.set_views_missing(missing);
   report.set_views_used(report.views_size() - missing);
   v1::StageKey& stage = *report.add_keys();

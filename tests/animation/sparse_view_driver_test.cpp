@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "tests/animation/waving_tube.h"
 
@@ -29,9 +30,10 @@ SparseViewDriver NewDriver() { return *SparseViewDriver::Create(WavingTube::Garm
 // A rig whose cameras can be dark, lie, and stand elsewhere.
 class Studio {
  public:
-  explicit Studio(int cameras) : cameras_(CamerasAround(cameras)) {}
+  explicit Studio(int cameras) : cameras_(CamerasAround(cameras)), told_(cameras_) {}
   void Move(const Eigen::Isometry3d& motion) {
     for (CameraModel& camera : cameras_) camera = Moved(camera, motion);
+    told_ = cameras_;
     motion_ = motion * motion_;
   }
   std::vector<Eigen::Vector3d> Truth(int frame) const {
@@ -39,13 +41,21 @@ class Studio {
     for (Eigen::Vector3d& p : out) p = motion_ * p;
     return out;
   }
+  // From now on a camera is told to look elsewhere than it does.
+  void Knock(int camera, double turn_deg) {
+    told_[camera] = cameras_[camera];
+    const Eigen::Matrix3d by =
+        Eigen::AngleAxisd(turn_deg * std::numbers::pi / 180, Eigen::Vector3d::UnitY()).toRotationMatrix();
+    told_[camera].rotation = by * told_[camera].rotation;
+    told_[camera].translation_mm = by * told_[camera].translation_mm;
+  }
   DrivenFrame Drive(SparseViewDriver& driver, int frame, const std::vector<int>& order,
                     double wrong_share = 0) const {
     std::vector<std::vector<Observation>> seen(cameras_.size());
     std::vector<DrivingView> views;
     for (const int c : order) {
       seen[c] = WavingTube::Seen(cameras_[c], Truth(frame), frame, wrong_share);
-      views.push_back({&cameras_[c], seen[c]});
+      views.push_back({&told_[c], seen[c]});
     }
     auto driven = driver.Drive(frame * kFrameNs, views);
     EXPECT_TRUE(driven.ok()) << driven.status();
@@ -53,7 +63,7 @@ class Studio {
   }
 
  private:
-  std::vector<CameraModel> cameras_;
+  std::vector<CameraModel> cameras_, told_;
   Eigen::Isometry3d motion_ = Eigen::Isometry3d::Identity();
 };
 
@@ -168,6 +178,33 @@ TEST(SparseViewDriver, GoesOnFromAMemoryToTheSameBytes) {
   other = memory;
   other.track.state.local = Eigen::MatrixXd::Zero(3, 2);
   EXPECT_THAT(later.Recall(other).message(), HasSubstr("other regions"));
+}
+
+TEST(SparseViewDriver, CamerasAreOffTheCarrierWhereOneMoved) {
+  for (const int cameras : {2, 3}) {
+    const std::vector<int> all = cameras == 2 ? std::vector<int>{0, 1} : std::vector<int>{0, 1, 2};
+    double longest_px[2] = {0, 0}, significance[2] = {0, 0};
+    for (const bool is_knocked : {false, true}) {
+      Studio studio(cameras);
+      if (is_knocked) studio.Knock(0, 1);
+      SparseViewDriver driver = NewDriver();
+      std::vector<Eigen::Vector2d> mean_px(all.size(), Eigen::Vector2d::Zero());
+      for (int frame = 0; frame < 12; ++frame) {
+        const DrivenFrame driven = studio.Drive(driver, frame, all);
+        ASSERT_EQ(driven.bias_of_view.size(), all.size());
+        for (size_t c = 0; c < all.size(); ++c) {
+          mean_px[c] += driven.bias_of_view[c].mean_px / 12;
+          significance[is_knocked] = std::max(significance[is_knocked], driven.bias_of_view[c].significance);
+        }
+      }
+      for (const Eigen::Vector2d& mean : mean_px)
+        longest_px[is_knocked] = std::max(longest_px[is_knocked], mean.norm());
+    }
+    // The limits of the alarm in a job's report.
+    EXPECT_LT(longest_px[0], 0.1) << cameras;
+    EXPECT_GT(longest_px[1], 0.2) << cameras;
+    EXPECT_GT(significance[1], 4) << cameras;
+  }
 }
 
 TEST(SparseViewDriver, WrongIdentitiesAreSetAside) {

@@ -1,10 +1,12 @@
 """`weft avatar` where things go wrong in the studio, and what is tried of that without pictures."""
 
+import json
+import math
 import os
 import unittest
 
 import avatar_test as shirt
-from studio import vertex_states, weft
+from studio import read, vertex_states, weft, write
 
 
 def setUpModule():
@@ -16,6 +18,26 @@ def tearDownModule():
 
 
 class Trials(unittest.TestCase):
+    def setUp(self):
+        self.out = shirt.path(self.id().rsplit(".", 1)[1])
+
+    def test_a_camera_that_moved_since_calibration(self):
+        alarm = "moved, or its calibration is off"
+        shirt.drive(self.out, check=0)
+        self.assertNotIn(alarm, read(f"{self.out}/report.html"))
+        rig = json.loads(read(f"{shirt.take}/rig.json"))
+        rig.pop("hash", None)
+        camera, cosine, sine = rig["cameras"][0], math.cos(math.radians(2)), math.sin(math.radians(2))
+        turn = [cosine, 0, sine, 0, 1, 0, -sine, 0, cosine]
+        for name, columns in (("rotation", 3), ("translation_mm", 1)):
+            was = camera[name]
+            camera[name] = [sum(turn[3 * row + k] * was[columns * k + column] for k in range(3))
+                            for row in range(3) for column in range(columns)]
+        write(shirt.path("knocked.json"), json.dumps(rig))
+        knocked = self.out + " knocked"
+        shirt.drive(knocked, rig=shirt.path("knocked.json"))
+        self.assertIn(alarm, read(f"{knocked}/report.html"))
+
     def test_trials_and_meshes_to_watch(self):
         meshes = shirt.path("meshes")
         table = weft("evaluate", shirt.sources[0], "--avatar", shirt.avatar, "--cameras", "2", "--frames", 45, "--trials",
