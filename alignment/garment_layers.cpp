@@ -2,8 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-
-#include "alignment/scan.h"
+#include "alignment/vertex_normals.h"
 
 namespace weft {
 namespace {
@@ -31,7 +30,7 @@ absl::StatusOr<GarmentLayers> GarmentLayers::Build(const std::vector<TemplateGar
   GarmentLayers layers;
   layers.garments_ = garments;
   layers.position_mm_ = position_mm;
-  layers.normals_ = MeshNormals(position_mm, faces);
+  layers.normals_ = VertexNormals(position_mm, faces);
   for (const TemplateGarment& garment : garments) {
     const auto first = faces.begin() + garment.first_face;
     layers.faces_.emplace_back(first, first + garment.faces);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/vertex_normals.h"
 
 namespace weft {
 
@@ -23,7 +24,7 @@ absl::Status ReconOptions::Validate() const {
 
 void AddPush(const std::vector<Eigen::Vector3d>& position_mm, const std::vector<Face>& faces,
              const std::vector<bool>& hidden, const PushOptions& options, ElasticProblem* problem) {
-  const std::vector<Eigen::Vector3d> normals = MeshNormals(position_mm, faces);
+  const std::vector<Eigen::Vector3d> normals = VertexNormals(position_mm, faces);
   const Eigen::Matrix3d weight = options.weight * Eigen::Matrix3d::Identity();
   for (size_t v = 0; v < position_mm.size(); ++v) {
     if (!hidden[v]) continue;

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/vertex_normals.h"
 
 namespace weft {
 namespace {
@@ -80,25 +81,11 @@ absl::Status AssociationOptions::Validate() const {
   return absl::OkStatus();
 }
 
-std::vector<Eigen::Vector3d> MeshNormals(const std::vector<Eigen::Vector3d>& vertices_mm,
-                                         const std::vector<Face>& faces) {
-  std::vector<Eigen::Vector3d> normals(vertices_mm.size(), Eigen::Vector3d::Zero());
-  for (const Face& f : faces) {
-    const Eigen::Vector3d normal =
-        (vertices_mm[f[1]] - vertices_mm[f[0]]).cross(vertices_mm[f[2]] - vertices_mm[f[0]]);
-    for (const int v : f) normals[v] += normal;
-  }
-  for (Eigen::Vector3d& n : normals) {
-    if (const double length = n.norm(); length > 0) n /= length;
-  }
-  return normals;
-}
-
 std::vector<ScanPull> AssociateScan(const Scan& scan, const std::vector<Eigen::Vector3d>& vertices_mm,
                                     const std::vector<Face>& faces, const std::vector<bool>& wanted,
                                     const AssociationOptions& options) {
   const VertexGrid grid(vertices_mm, options.max_distance_mm);
-  const std::vector<Eigen::Vector3d> normals = MeshNormals(vertices_mm, faces);
+  const std::vector<Eigen::Vector3d> normals = VertexNormals(vertices_mm, faces);
   const double min_cosine = std::cos(options.max_normal_angle_deg * std::numbers::pi / 180);
   std::vector<int> nearest(scan.points_mm.size(), -1);
   tbb::parallel_for(size_t{0}, scan.points_mm.size(), [&](size_t i) {

@@ -38,8 +38,4 @@ std::vector<ScanPull> AssociateScan(const Scan& scan, const std::vector<Eigen::V
                                     const std::vector<Face>& faces, const std::vector<bool>& wanted,
                                     const AssociationOptions& options);
 
-// Of length 1, weighted by the area of the faces around; 0 for vertices without any.
-std::vector<Eigen::Vector3d> MeshNormals(const std::vector<Eigen::Vector3d>& vertices_mm,
-                                         const std::vector<Face>& faces);
-
 }  // namespace weft

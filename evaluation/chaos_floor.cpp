@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "alignment/scan.h"
+#include "alignment/vertex_normals.h"
 #include "base/angles.h"
 
 namespace weft {
@@ -18,7 +18,7 @@ void ChaosFloor::Add(double time_s, const std::vector<Eigen::Vector3d>& a_mm,
     sum += distance;
   }
   frame_means_mm_.push_back(sum / static_cast<double>(a_mm.size()));
-  const std::vector<Eigen::Vector3d> a = MeshNormals(a_mm, faces), b = MeshNormals(b_mm, faces);
+  const std::vector<Eigen::Vector3d> a = VertexNormals(a_mm, faces), b = VertexNormals(b_mm, faces);
   // The sine and the cosine: acos alone has no digits left for small angles.
   for (size_t v = 0; v < a.size(); ++v)
     normals_deg_.push_back(std::atan2(a[v].cross(b[v]).norm(), a[v].dot(b[v])) / kRadPerDeg);

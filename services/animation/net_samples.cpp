@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "animation/driving_features.h"
 #include "animation/ray_driver.h"
+#include "animation/sparse_view_driver.h"
 #include "base/counter_random.h"
 #include "services/animation/cloth_take.h"
 #include "services/animation/truth_views.h"
@@ -25,7 +26,6 @@ namespace weft {
 namespace {
 
 constexpr int kOffsets = 3;
-constexpr double kClothSigmaPx = 0.3;
 
 // A run of frames of a take that a space never saw.
 struct Drive {
@@ -109,7 +109,7 @@ class SampleMaker {
       std::vector<DrivingView> views;
       for (size_t c = 0; c < rig->cameras.size(); ++c)
         views.push_back({&rig->cameras[c], (*seen)[c].observations});
-      const auto rays = RaysOf(views, nodes_, kClothSigmaPx);
+      const auto rays = RaysOf(views, nodes_, SparseViewOptions().cloth_sigma_px);
       if (!rays.ok()) return rays.status();
       const auto driven = driver.Drive(request_.every, *rays);
       if (!driven.ok()) return driven.status();

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "alignment/scan.h"
+#include "alignment/vertex_normals.h"
 #include "services/export/garment_texture.h"
 #include "services/export/gltf_layout.h"
 #include "services/export/sequence_writer.h"
@@ -168,7 +168,7 @@ class GlbWriter : public SequenceWriter {
     std::vector<Eigen::Vector3d> positions;
     for (const Eigen::Vector3f& position : mesh.positions) positions.push_back(position.cast<double>());
     std::vector<Eigen::Vector3f> normals;
-    for (const Eigen::Vector3d& normal : MeshNormals(positions, plan_.source.topology().faces))
+    for (const Eigen::Vector3d& normal : VertexNormals(positions, plan_.source.topology().faces))
       // Vertices without a face have none, and glTF wants one.
       normals.emplace_back(normal.norm() > 0 ? Eigen::Vector3f(normal.normalized().cast<float>())
                                              : Eigen::Vector3f(0, 1, 0));

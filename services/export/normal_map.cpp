@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "alignment/scan.h"
+#include "alignment/vertex_normals.h"
 
 namespace weft {
 namespace {
@@ -63,7 +63,7 @@ std::vector<NormalMap::TangentFrame> NormalMap::TangentFrames(
     const std::vector<Eigen::Vector3d>& vertices) const {
   std::vector<Eigen::Vector3d> of_base;
   for (const int vertex : base_.vertices) of_base.push_back(vertices[vertex]);
-  const std::vector<Eigen::Vector3d> normals = MeshNormals(of_base, base_.faces);
+  const std::vector<Eigen::Vector3d> normals = VertexNormals(of_base, base_.faces);
   std::vector<TangentFrame> frames(base_split_.origin.size());
   std::vector<double> sides(frames.size());
   for (size_t v = 0; v < frames.size(); ++v)
@@ -105,7 +105,7 @@ std::vector<Eigen::Vector4f> NormalMap::Tangents(const std::vector<Eigen::Vector
 }
 
 std::vector<uint8_t> NormalMap::Bake(const std::vector<Eigen::Vector3d>& vertices) const {
-  const std::vector<Eigen::Vector3d> normals = MeshNormals(vertices, faces_);
+  const std::vector<Eigen::Vector3d> normals = VertexNormals(vertices, faces_);
   const std::vector<TangentFrame> frames = TangentFrames(vertices);
   std::vector<Eigen::Vector4f> values(base_texels_.size(), Eigen::Vector4f::Zero());
   tbb::parallel_for(tbb::blocked_range<size_t>(0, values.size(), 4096), [&](const auto& range) {

@@ -172,7 +172,8 @@ Tally DriveTake(const Options& options, const Template& garment, const SparseVie
   return out;
 }
 
-void ReadNet(const Options& options, SparseViewAvatar* avatar) {
+// What weft-train wrote; learning/net_training.h has the layout of sample.bin. False: it ends too early.
+bool ReadNet(const Options& options, SparseViewAvatar* avatar) {
   const auto read = [&](const char* name) {
     std::ifstream file(options.net + "/" + name, std::ios::binary);
     return std::string(std::istreambuf_iterator<char>(file), {});
@@ -180,14 +181,24 @@ void ReadNet(const Options& options, SparseViewAvatar* avatar) {
   avatar->net.onnx = read("net.onnx");
   avatar->net.atlas.level = options.level, avatar->net.atlas.gutter = options.gutter;
   const std::string sample = read("sample.bin");
-  const char* at = sample.data() + 8;
+  size_t at = 8;
   for (Tensor* tensor : {&avatar->net.sample, &avatar->net.sample_answer}) {
     uint32_t sizes[3];
-    std::memcpy(sizes, at, 12), at += 12;
-    tensor->channels = sizes[0], tensor->height = sizes[1], tensor->width = sizes[2];
-    tensor->values.resize(sizes[0] * sizes[1] * sizes[2]);
-    std::memcpy(tensor->values.data(), at, 4 * tensor->values.size()), at += 4 * tensor->values.size();
+    if (sample.size() < at + sizeof(sizes)) return false;
+    std::memcpy(sizes, sample.data() + at, sizeof(sizes));
+    at += sizeof(sizes);
+    const size_t left = (sample.size() - at) / sizeof(float);
+    if (sizes[0] > left || sizes[1] > left || sizes[2] > left) return false;
+    const size_t plane = size_t{sizes[1]} * sizes[2];
+    if (sizes[0] > 0 && plane > left / sizes[0]) return false;
+    tensor->channels = static_cast<int>(sizes[0]);
+    tensor->height = static_cast<int>(sizes[1]);
+    tensor->width = static_cast<int>(sizes[2]);
+    tensor->values.resize(sizes[0] * plane);
+    std::memcpy(tensor->values.data(), sample.data() + at, sizeof(float) * tensor->values.size());
+    at += sizeof(float) * tensor->values.size();
   }
+  return true;
 }
 
 void Run(const Options& options) {
@@ -203,7 +214,10 @@ void Run(const Options& options) {
     std::printf("%s\n", std::string(avatar.status().message()).c_str());
     return;
   }
-  if (!options.net.empty()) ReadNet(options, &*avatar);
+  if (!options.net.empty() && !ReadNet(options, &*avatar)) {
+    std::printf("%s/sample.bin is missing or ends too early; train the net again\n", options.net.c_str());
+    return;
+  }
   std::printf("%d frames learnt, %d held out, %d components, left %.2f mm per axis; %.0f s\n",
               avatar->training_frames, avatar->held_out_frames, avatar->space.components(),
               avatar->space.left_mm, watch.Seconds());
