@@ -6,7 +6,7 @@ import os
 import unittest
 
 from browser import PAGES, need_browser
-from console_studio import TABLET, ConsoleDaemon
+from console_studio import DAEMON_GONE, TABLET, ConsoleDaemon
 from studio import read, wait_for, weft
 
 MOST_COMPRESSED_BYTES = 500_000
@@ -49,7 +49,7 @@ class ConsolePages(ConsoleDaemon, unittest.TestCase):
 
     def test_goes_on_when_the_daemon_is_back(self):
         self.begin()
-        browser = self.browser(TABLET, expected=["401", "WebSocket", "ERR_CONNECTION_REFUSED", "ERR_EMPTY_RESPONSE"])
+        browser = self.browser(TABLET, expected=["401", *DAEMON_GONE])
         self.log_in(browser, self.token("anna", "viewer"))
         browser.press("g", "s")
         browser.see("Recording time left")

@@ -8,7 +8,7 @@ import subprocess
 import unittest
 
 from browser import need_browser
-from console_studio import ConsoleDaemon
+from console_studio import DAEMON_GONE, ConsoleDaemon
 from console_test import Page
 from live_studio import enter_network, packet_loss, set_up_network
 from studio import BIN, StudioTest, processes_of, read, wait_for, weft, write
@@ -147,7 +147,7 @@ class ConsoleStory(ConsoleDaemon, StudioTest):
         page.page("goBack")
 
     def test_failures_are_said_and_overcome(self):
-        refused = ["401", "WebSocket", "ERR_CONNECTION_REFUSED", "ERR_EMPTY_RESPONSE", "ERR_CONNECTION_RESET", "409"]
+        refused = ["401", *DAEMON_GONE, "409"]
         tokens = [self.token(name, "operator") for name in ("anna", "bert")]
         page = self.browser(expected=refused)
         self.log_in(page, tokens[0])

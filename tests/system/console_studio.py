@@ -11,6 +11,9 @@ from studio import weft
 PICTURES = os.environ.get("WEFT_SCREENSHOTS")  # a folder for pictures of the pages, to be looked at
 WIDE, TABLET = (1440, 900), (820, 1180)
 
+# What a page may complain of while its daemon is killed: a request is refused, cut, or not answered, as the moment has it.
+DAEMON_GONE = ["WebSocket", "ERR_CONNECTION_REFUSED", "ERR_CONNECTION_RESET", "ERR_EMPTY_RESPONSE"]
+
 
 class ConsoleDaemon(DaemonProcess):
     """For a TestCase, before it."""
