@@ -32,6 +32,7 @@ absl::Status DrivingScore::Add(const ScoredMesh& mesh, const std::vector<Eigen::
     moment.seen[v] = rays.CountAt(v) > 0;
     all_mm_.push_back(distance);
     (moment.seen[v] ? seen_mm_ : unseen_mm_).push_back(distance);
+    if (rays.CountAt(v) >= 2) crossed_mm_.push_back(distance);
     if (moment.seen[v]) across_mm_.push_back(rays.AcrossMm(v, error));
     lost_ += distance > kLostMm ? 1 : 0;
     if (mesh.sigma_mm.empty()) continue;
@@ -62,7 +63,8 @@ DrivingScore& DrivingScore::operator+=(const DrivingScore& other) {
   lost_ += other.lost_;
   with_sigma_ += other.with_sigma_, within_one_ += other.within_one_, within_two_ += other.within_two_;
   all_mm_ += other.all_mm_, seen_mm_ += other.seen_mm_, unseen_mm_ += other.unseen_mm_;
-  across_mm_ += other.across_mm_, chamfer_mm_ += other.chamfer_mm_;
+  crossed_mm_ += other.crossed_mm_, across_mm_ += other.across_mm_;
+  chamfer_mm_ += other.chamfer_mm_;
   trembling_seen_mm_ += other.trembling_seen_mm_, trembling_unseen_mm_ += other.trembling_unseen_mm_;
   recent_.clear();
   return *this;

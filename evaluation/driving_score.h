@@ -56,6 +56,8 @@ class DrivingScore {
   const ErrorTally& all_mm() const { return all_mm_; }
   const ErrorTally& seen_mm() const { return seen_mm_; }
   const ErrorTally& unseen_mm() const { return unseen_mm_; }
+  // Of those that two cameras and more saw.
+  const ErrorTally& crossed_mm() const { return crossed_mm_; }
   // Across the rays that saw the vertex.
   const ErrorTally& across_mm() const { return across_mm_; }
   // Between the sets of vertices, of each frame.
@@ -81,7 +83,8 @@ class DrivingScore {
 
   int frames_ = 0;
   int64_t lost_ = 0, with_sigma_ = 0, within_one_ = 0, within_two_ = 0;
-  ErrorTally all_mm_, seen_mm_, unseen_mm_, across_mm_, chamfer_mm_, trembling_seen_mm_, trembling_unseen_mm_;
+  ErrorTally all_mm_, seen_mm_, crossed_mm_, unseen_mm_, across_mm_, chamfer_mm_;
+  ErrorTally trembling_seen_mm_, trembling_unseen_mm_;
   std::vector<Moment> recent_;  // the last two at most
 };
 

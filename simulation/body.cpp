@@ -224,15 +224,29 @@ SurfaceDistance Body::DistanceWithin(const Vector3d& p_mm, double far_mm) const 
 
 SurfaceDistance Body::DistanceTo(const Vector3d& p_mm) const { return DistanceWithin(p_mm, 1e6); }
 
-Vector3d Body::PlaceIn(const Body& other, const Vector3d& p_mm) const {
+size_t Body::NearestPart(const Vector3d& p_mm) const {
   size_t nearest = 0;
   double least = std::numeric_limits<double>::infinity();
   for (size_t k = 0; k < parts_.size(); ++k) {
     const double distance = DistanceToPart(parts_[k], p_mm).distance_mm;
     if (distance < least) least = distance, nearest = k;
   }
+  return nearest;
+}
+
+Vector3d Body::PlaceIn(const Body& other, const Vector3d& p_mm) const {
+  const size_t nearest = NearestPart(p_mm);
   const Part &here = parts_[nearest], &there = other.parts_[nearest];
   return there.a + there.axes * (here.axes.transpose() * (p_mm - here.a));
+}
+
+Eigen::Isometry3d Body::MotionTo(const Body& other, const Vector3d& p_mm) const {
+  const size_t nearest = NearestPart(p_mm);
+  const Part &here = parts_[nearest], &there = other.parts_[nearest];
+  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  out.linear() = there.axes * here.axes.transpose();
+  out.translation() = there.a - out.linear() * here.a;
+  return out;
 }
 
 std::vector<Vector3d> Body::MeshVertices() const {

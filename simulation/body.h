@@ -43,6 +43,8 @@ class Body {
 
   // Where the part nearest to `p_mm` had that point in an earlier or later pose.
   Eigen::Vector3d PlaceIn(const Body& other, const Eigen::Vector3d& p_mm) const;
+  // How that part moves to that pose.
+  Eigen::Isometry3d MotionTo(const Body& other, const Eigen::Vector3d& p_mm) const;
 
   // The mesh's vertices lie on the parts' surfaces, moved onto the blended one where parts meet.
   std::vector<Eigen::Vector3d> MeshVertices() const;
@@ -63,6 +65,7 @@ class Body {
   static constexpr int kGroups = 5;
   friend class BodyBuilder;
 
+  size_t NearestPart(const Eigen::Vector3d& p_mm) const;
   static SurfaceDistance DistanceToPart(const Part& part, const Eigen::Vector3d& p);
 
   std::vector<Part> parts_;

@@ -11,108 +11,69 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
-#include "alignment/placement.h"
 #include "animation/evidence.h"
-#include "base/median.h"
+#include "animation/ray_polish.h"
 #include "base/stopwatch.h"
 #include "evaluation/driving_score.h"
 #include "services/animation/avatar_file.h"
 #include "services/animation/avatar_goals.h"
+#include "services/animation/baseline_meshes.h"
 #include "services/animation/cloth_take.h"
 #include "services/animation/observed_take.h"
+#include "services/animation/score_table.h"
+#include "services/animation/seam_vertices.h"
 #include "services/animation/truth_views.h"
 #include "services/files/atomic_file.h"
 #include "services/files/mesh_file.h"
-#include "services/synthetic/dataset_file.h"
 
 namespace weft {
 namespace {
 
 constexpr char kDriven[] = "driven", kCarrier[] = "carrier", kBestShape[] = "best shape",
                kMeanShape[] = "mean shape", kElsewhere[] = "elsewhere", kOneDark[] = "one dark",
-               kAfterDark[] = "after dark", kNeverDark[] = "never dark";
+               kAfterDark[] = "after dark", kNeverDark[] = "never dark", kWithoutNet[] = "without net",
+               kRegistered[] = "registered", kSkinned[] = "skinned", kSkinnedPolished[] = "skinned + rays",
+               kFrameByFrame[] = "frame by frame";
+// So many cameras are enough to register by, and so many at most are compared with skinned cloth.
+constexpr int kCamerasToRegister = 8, kCamerasToSkin = 3;
+// So near to a seam a vertex is at it.
+constexpr int kTexelsOfSeam = 2;
 // Two cameras in other places: the arc between them, and how far they are.
 constexpr DrivingPlaces kOtherPlaces[] = {{140, 3000}, {220, 1600}};
 // When the first camera is dark, and how long after it the error is as it was.
 constexpr int kDarkFrom = 10, kDarkFrames = 15, kAfter = 10;
 
-// Of one split, number of cameras and method.
-struct Tally {
-  DrivingScore score;
-  int lost_frames = 0;
-  std::vector<double> ms;
+// One frame before some cameras.
+struct FrameInView {
+  const ClothFrame& truth;
+  const std::vector<ViewObservations>& views;
+  const Rig& rig;
+  VertexRays rays;
+  const std::string& split;
+  int cameras;
+  bool follows;  // it is not the first of its take
 };
 
-// Methods in the order in which they are printed.
-class ScoreTable {
- public:
-  Tally& At(const std::string& split, int cameras, const std::string& method) {
-    for (auto& [key, tally] : rows_)
-      if (key == Key{split, cameras, method}) return tally;
-    rows_.push_back({{split, cameras, method}, {}});
-    return rows_.back().second;
-  }
-
-  void WriteTo(int threads, v1::AvatarEvaluation& out) const {
-    for (const auto& [key, tally] : rows_) {
-      if (tally.score.frames() == 0 && tally.lost_frames == 0) continue;
-      v1::AvatarScore& row = *out.add_scores();
-      row.set_split(key.split);
-      row.set_cameras(key.cameras);
-      row.set_method(key.method);
-      Fill(tally, row);
-      if (tally.ms.empty()) continue;
-      row.set_ms_a_frame(Median(tally.ms));
-      row.set_threads(threads);
-    }
-  }
-
- private:
-  struct Key {
-    std::string split;
-    int cameras;
-    std::string method;
-    bool operator==(const Key&) const = default;
-  };
-
-  static void Fill(const Tally& tally, v1::AvatarScore& row) {
-    const DrivingScore& score = tally.score;
-    const auto mean = [](const ErrorTally& errors) { return errors.Summary().value_or(ErrorSummary()).mean; };
-    row.set_frames(score.frames());
-    row.set_lost_frames(tally.lost_frames);
-    const ErrorSummary all = score.all_mm().Summary().value_or(ErrorSummary());
-    row.set_mean_mm(all.mean);
-    row.set_median_mm(all.median);
-    row.set_p95_mm(all.p95);
-    row.set_across_mm(mean(score.across_mm()));
-    row.set_seen_mm(mean(score.seen_mm()));
-    row.set_unseen_mm(mean(score.unseen_mm()));
-    row.set_unseen_share(score.UnseenShare().value_or(0));
-    row.set_chamfer_mm(mean(score.chamfer_mm()));
-    row.set_trembling_seen_mm(mean(score.trembling_seen_mm()));
-    row.set_trembling_unseen_mm(mean(score.trembling_unseen_mm()));
-    row.set_share_within_sigma(score.ShareWithin(1).value_or(-1));
-    row.set_share_within_two_sigma(score.ShareWithin(2).value_or(-1));
-    row.set_lost_vertices(score.lost());
-  }
-
-  std::vector<std::pair<Key, Tally>> rows_;
-};
+std::vector<DrivingView> ViewsOf(const std::vector<ViewObservations>& seen, const Rig& rig) {
+  std::vector<DrivingView> out;
+  for (const ViewObservations& view : seen)
+    out.push_back({&rig.cameras[static_cast<size_t>(view.camera)], view.observations});
+  return out;
+}
 
 class AvatarScorer {
  public:
   AvatarScorer(const AvatarScoring& scoring, const SparseViewAvatar& avatar, const Template& garment,
-               const std::stop_token& stop)
+               std::vector<bool> near_seams, const std::stop_token& stop)
       : scoring_(scoring),
         avatar_(avatar),
         garment_(garment),
         stop_(stop),
         driving_(scoring.threads),
-        nodes_(garment) {
-    for (size_t v = 0; v < garment.rest.vertices_mm.size(); ++v)
-      mean_.emplace_back(avatar.space.mean_mm[3 * v], avatar.space.mean_mm[3 * v + 1],
-                         avatar.space.mean_mm[3 * v + 2]);
-  }
+        nodes_(garment),
+        model_(garment),
+        registration_(garment),
+        near_seams_(std::move(near_seams)) {}
 
   // `on_frame` is called once for each frame and number of cameras.
   absl::Status Score(ClothTake& take, const std::function<void()>& on_frame,
@@ -132,7 +93,7 @@ class AvatarScorer {
       knows_shapes = true;
     }
     const bool has_pictures = !take.frame_names().empty();
-    return scoring_.with_trials && !has_pictures ? TryElsewhereAndDark(take, split) : absl::OkStatus();
+    return scoring_.with_trials && !has_pictures ? TryOtherWays(take, split) : absl::OkStatus();
   }
 
   int FramesOf(const ClothTake& take) const {
@@ -145,7 +106,8 @@ class AvatarScorer {
                      bool with_shapes, const std::function<void()>& on_frame) {
     absl::StatusOr<SparseViewDriver> driver = SparseViewDriver::Create(garment_, avatar_);
     if (!driver.ok()) return driver.status();
-    Tally driven_sum, carrier_sum, best_sum, mean_sum;
+    ScoreTable sums;  // of this take: trembling is measured within takes
+    std::optional<SkinnedBaseline> skinned;
     bool follows = false;
     for (int k = 0; k < FramesOf(take); ++k) {
       if (stop_.stop_requested()) return absl::CancelledError("the evaluation was stopped");
@@ -153,89 +115,152 @@ class AvatarScorer {
       if (!truth.ok()) return truth.status();
       const absl::StatusOr<std::vector<ViewObservations>> views = seen.Look(k, *truth);
       if (!views.ok()) return views.status();
-      const absl::StatusOr<DrivenFrame> driven =
-          DriveTimed(*driver, truth->time_ns, *views, seen.rig(), driven_sum);
-      if (!driven.ok()) return driven.status();
-      const VertexRays rays = RaysOf(*views, seen.rig());
+      const FrameInView frame{*truth, *views, seen.rig(), RaysOf(*views, seen.rig()), split, cameras, k > 0};
       absl::Status status;
-      if (driven->lost) {
-        ++driven_sum.lost_frames, ++carrier_sum.lost_frames;
-      } else {
-        status = driven_sum.score.Add({driven->mesh.vertices_mm, driven->mesh.sigma_mm}, truth->vertices_mm,
-                                      rays, follows);
-        status.Update(carrier_sum.score.Add({driven->carrier_mm, {}}, truth->vertices_mm, rays, follows));
+      if (with_shapes) status.Update(AddShapes(frame, sums));
+      std::vector<double> ms;
+      const absl::StatusOr<DrivenFrame> driven = DriveTimed(*driver, truth->time_ns, *views, seen.rig(), ms);
+      if (!driven.ok()) return driven.status();
+      for (const char* method : {kCarrier, kDriven})
+        sums.At(split, cameras, method).lost_frames += driven->lost ? 1 : 0;
+      if (!driven->lost) {
+        status.Update(AddMesh(frame, kCarrier, driven->carrier_mm, {}, follows, sums));
+        if (!driven->uncorrected_mm.empty())
+          status.Update(AddMesh(frame, kWithoutNet, driven->uncorrected_mm, {}, follows, sums));
+        status.Update(
+            AddMesh(frame, kDriven, driven->mesh.vertices_mm, driven->mesh.sigma_mm, follows, sums));
+        AddBySeams(driven->mesh.vertices_mm, truth->vertices_mm, sums.At(split, cameras, kDriven));
         if (!scoring_.meshes.empty()) status.Update(WriteMeshes(take, cameras, k, *driven, *truth));
+        if (cameras >= kCamerasToRegister) status.Update(AddRegistered(frame, driven->mesh, sums));
       }
-      if (with_shapes) status.Update(AddShapes(truth->vertices_mm, rays, k > 0, best_sum, mean_sum));
+      ScoreTally& sum = sums.At(split, cameras, kDriven);
+      sum.ms.insert(sum.ms.end(), ms.begin(), ms.end());
+      const bool skins = truth->pose.has_value() && cameras <= kCamerasToSkin;
+      if (skins && !skinned) skinned.emplace(model_.graph(), take.body, truth->vertices_mm, *truth->pose);
+      if (skins) status.Update(AddSkinned(frame, *skinned, sums));
       if (!status.ok()) return status;
       follows = !driven->lost;
       if (on_frame) on_frame();
     }
-    const auto add = [&](const char* method, int of_cameras, const Tally& sum) {
-      Tally& to = table_.At(split, of_cameras, method);
-      to.score += sum.score;
-      to.lost_frames += sum.lost_frames;
-      to.ms.insert(to.ms.end(), sum.ms.begin(), sum.ms.end());
-    };
-    if (with_shapes) add(kMeanShape, 0, mean_sum), add(kBestShape, 0, best_sum);
-    add(kCarrier, cameras, carrier_sum);
-    add(kDriven, cameras, driven_sum);
+    table_ += sums;
     return absl::OkStatus();
   }
 
-  // Frame by frame: `dark` says whether the first camera is, `tally_of` what to add a frame to, or null.
-  absl::Status DriveInto(ClothTake& take, ObservedTake& seen, const std::function<bool(int)>& dark,
-                         const std::function<Tally*(int)>& tally_of) {
+  absl::Status AddMesh(const FrameInView& frame, const char* method,
+                       const std::vector<Eigen::Vector3d>& vertices_mm, const std::vector<float>& sigma_mm,
+                       bool follows, ScoreTable& sums) const {
+    DrivingScore& score = sums.At(frame.split, frame.cameras, method).score;
+    return score.Add({vertices_mm, sigma_mm}, frame.truth.vertices_mm, frame.rays, follows);
+  }
+
+  void AddBySeams(const std::vector<Eigen::Vector3d>& vertices_mm,
+                  const std::vector<Eigen::Vector3d>& truth_mm, ScoreTally& sum) const {
+    for (size_t v = 0; v < truth_mm.size(); ++v)
+      (near_seams_[v] ? sum.at_seams_mm : sum.off_seams_mm).push_back((vertices_mm[v] - truth_mm[v]).norm());
+  }
+
+  // Frames that cannot be registered are counted as lost.
+  absl::Status AddRegistered(const FrameInView& frame, const RegisteredMesh& driven, ScoreTable& sums) {
+    absl::StatusOr<RegisteredMesh> mesh;
+    driving_.execute([&] { mesh = registration_.Register(frame.rig, frame.views); });
+    if (absl::IsFailedPrecondition(mesh.status())) {
+      ++sums.At(frame.split, frame.cameras, kRegistered).lost_frames;
+      return absl::OkStatus();
+    }
+    if (!mesh.ok()) return mesh.status();
+    ErrorTally& apart_mm = sums.At(frame.split, frame.cameras, kDriven).from_registered_mm;
+    for (size_t v = 0; v < mesh->state.size(); ++v)
+      if (mesh->state[v] == VertexState::kObserved || mesh->state[v] == VertexState::kTwoView)
+        apart_mm.push_back((driven.vertices_mm[v] - mesh->vertices_mm[v]).norm());
+    return AddMesh(frame, kRegistered, mesh->vertices_mm, {}, frame.follows, sums);
+  }
+
+  // Skinning knows the pose that nobody tells the driver; the polish is the driver's own.
+  absl::Status AddSkinned(const FrameInView& frame, const SkinnedBaseline& skinned, ScoreTable& sums) {
+    const std::vector<Eigen::Vector3d> carrier = skinned.MeshIn(*frame.truth.pose);
+    absl::Status status = AddMesh(frame, kSkinned, carrier, {}, frame.follows, sums);
+    const SparseViewOptions options;
+    const absl::StatusOr<std::vector<VertexRay>> rays =
+        weft::RaysOf(ViewsOf(frame.views, frame.rig), nodes_, options.cloth_sigma_px);
+    if (!rays.ok()) return rays.status();
+    absl::StatusOr<PolishedMesh> polished;
+    driving_.execute([&] {
+      polished = PolishToRays(model_, {avatar_.edge_mm, avatar_.edge_spread_mm}, carrier, *rays,
+                              options.driver.polish);
+    });
+    if (!polished.ok()) return polished.status();
+    status.Update(AddMesh(frame, kSkinnedPolished, polished->position_mm, {}, frame.follows, sums));
+    return status;
+  }
+
+  // Another way to drive a take. `dark` says whether the first camera is, `tally_of` what to add a frame to,
+  // or null.
+  struct Trial {
+    std::function<bool(int)> dark = [](int) { return false; };
+    std::function<ScoreTally*(int)> tally_of;
+    bool forgets = false;  // each frame by itself
+  };
+  absl::Status DriveInto(ClothTake& take, ObservedTake& seen, const Trial& trial) {
     absl::StatusOr<SparseViewDriver> driver = SparseViewDriver::Create(garment_, avatar_);
     if (!driver.ok()) return driver.status();
+    bool follows = false;
     for (int k = 0; k < FramesOf(take); ++k) {
       if (stop_.stop_requested()) return absl::CancelledError("the evaluation was stopped");
       const absl::StatusOr<ClothFrame> truth = take.Read(k);
       if (!truth.ok()) return truth.status();
       absl::StatusOr<std::vector<ViewObservations>> views = seen.Look(k, *truth);
       if (!views.ok()) return views.status();
-      if (dark(k)) views->front().observations.clear();
-      Tally unused;
-      Tally* const tally = tally_of(k);
-      Tally& sum = tally != nullptr ? *tally : unused;
-      const absl::StatusOr<DrivenFrame> driven = DriveTimed(*driver, truth->time_ns, *views, seen.rig(), sum);
+      if (trial.dark(k)) views->front().observations.clear();
+      if (trial.forgets) driver->Reset();
+      ScoreTally unused;
+      ScoreTally* const tally = trial.tally_of(k);
+      ScoreTally& sum = tally != nullptr ? *tally : unused;
+      const absl::StatusOr<DrivenFrame> driven =
+          DriveTimed(*driver, truth->time_ns, *views, seen.rig(), sum.ms);
       if (!driven.ok()) return driven.status();
-      if (driven->lost) {
-        ++sum.lost_frames;
-        continue;
+      sum.lost_frames += driven->lost ? 1 : 0;
+      if (!driven->lost) {
+        const absl::Status status =
+            sum.score.Add({driven->mesh.vertices_mm, driven->mesh.sigma_mm}, truth->vertices_mm,
+                          RaysOf(*views, seen.rig()), follows && tally != nullptr);
+        if (!status.ok()) return status;
       }
-      const absl::Status status = sum.score.Add({driven->mesh.vertices_mm, driven->mesh.sigma_mm},
-                                                truth->vertices_mm, RaysOf(*views, seen.rig()), false);
-      if (!status.ok()) return status;
+      follows = !driven->lost;
     }
     return absl::OkStatus();
   }
 
-  absl::Status TryElsewhereAndDark(ClothTake& take, const std::string& split) {
+  absl::Status TryOtherWays(ClothTake& take, const std::string& split) {
     const absl::StatusOr<ClothFrame> first = take.Read(0);
     if (!first.ok()) return first.status();
-    const auto never = [](int) { return false; };
     for (const DrivingPlaces& places : kOtherPlaces) {
       absl::StatusOr<Rig> rig = DrivingRig(2, first->vertices_mm, scoring_.seed, places);
       if (!rig.ok()) return rig.status();
-      const auto seen = ObserveFrom(take, garment_, *std::move(rig), scoring_.seed);
-      const auto tally = [&](int) { return &table_.At(split, 2, kElsewhere); };
-      if (absl::Status status = DriveInto(take, *seen, never, tally); !status.ok()) return status;
+      const auto elsewhere = ObserveFrom(take, garment_, *std::move(rig), scoring_.seed);
+      Trial trial;
+      trial.tally_of = [&](int) { return &table_.At(split, 2, kElsewhere); };
+      if (absl::Status status = DriveInto(take, *elsewhere, trial); !status.ok()) return status;
     }
-    constexpr int kDarkEnd = kDarkFrom + kDarkFrames, kBack = kDarkEnd + kAfter;
-    if (FramesOf(take) < kBack + kAfter) return absl::OkStatus();
     const auto seen = ObserveTake(take, garment_, 2, scoring_.seed);
     if (!seen.ok()) return seen.status();
-    const auto dark = [](int k) { return k >= kDarkFrom && k < kDarkEnd; };
+    Trial single;
+    single.forgets = true;
+    single.tally_of = [&](int) { return &table_.At(split, 2, kFrameByFrame); };
+    if (absl::Status status = DriveInto(take, **seen, single); !status.ok()) return status;
+    constexpr int kDarkEnd = kDarkFrom + kDarkFrames, kBack = kDarkEnd + kAfter;
+    if (FramesOf(take) < kBack + kAfter) return absl::OkStatus();
     const auto is_after = [](int k) { return k >= kBack && k < kBack + kAfter; };
-    absl::Status status = DriveInto(take, **seen, dark, [&](int k) -> Tally* {
-      if (dark(k)) return &table_.At(split, 2, kOneDark);
+    Trial dark, never;
+    dark.dark = [](int k) { return k >= kDarkFrom && k < kDarkEnd; };
+    dark.tally_of = [&](int k) -> ScoreTally* {
+      if (dark.dark(k)) return &table_.At(split, 2, kOneDark);
       return is_after(k) ? &table_.At(split, 2, kAfterDark) : nullptr;
-    });
-    if (!status.ok()) return status;
-    return DriveInto(take, **seen, never, [&](int k) -> Tally* {
+    };
+    if (absl::Status status = DriveInto(take, **seen, dark); !status.ok()) return status;
+    never.tally_of = [&](int k) -> ScoreTally* {
       return is_after(k) ? &table_.At(split, 2, kNeverDark) : nullptr;
-    });
+    };
+    return DriveInto(take, **seen, never);
   }
 
   absl::Status WriteMeshes(const ClothTake& take, int cameras, int frame, const DrivenFrame& driven,
@@ -253,14 +278,12 @@ class AvatarScorer {
 
   absl::StatusOr<DrivenFrame> DriveTimed(SparseViewDriver& driver, int64_t time_ns,
                                          const std::vector<ViewObservations>& seen, const Rig& rig,
-                                         Tally& sum) {
-    std::vector<DrivingView> views;
-    for (const ViewObservations& view : seen)
-      views.push_back({&rig.cameras[static_cast<size_t>(view.camera)], view.observations});
+                                         std::vector<double>& ms) {
+    const std::vector<DrivingView> views = ViewsOf(seen, rig);
     absl::StatusOr<DrivenFrame> driven;
     const Stopwatch watch;
     driving_.execute([&] { driven = driver.Drive(time_ns, views); });
-    sum.ms.push_back(watch.Ms());
+    ms.push_back(watch.Ms());
     return driven;
   }
 
@@ -276,20 +299,14 @@ class AvatarScorer {
   }
 
   // What the shapes could do at best, and without any component.
-  absl::Status AddShapes(const std::vector<Eigen::Vector3d>& truth_mm, const VertexRays& rays, bool follows,
-                         Tally& best_sum, Tally& mean_sum) const {
-    const auto moved = [](const Eigen::Isometry3d& by, std::vector<Eigen::Vector3d> points) {
-      for (Eigen::Vector3d& p : points) p = by * p;
-      return points;
+  absl::Status AddShapes(const FrameInView& frame, ScoreTable& sums) const {
+    const PlacedShapes shapes = PlaceShapes(avatar_.space, frame.truth.vertices_mm);
+    const auto add = [&](const char* method, const std::vector<Eigen::Vector3d>& vertices_mm) {
+      DrivingScore& score = sums.At(frame.split, 0, method).score;
+      return score.Add({vertices_mm, {}}, frame.truth.vertices_mm, frame.rays, frame.follows);
     };
-    Eigen::Isometry3d to_space = RigidFit(truth_mm, mean_);
-    absl::Status status = mean_sum.score.Add({moved(to_space.inverse(), mean_), {}}, truth_mm, rays, follows);
-    std::vector<Eigen::Vector3d> shape;
-    for (int round = 0; round < 2; ++round) {
-      shape = avatar_.space.Shape(avatar_.space.Project(moved(to_space, truth_mm)));
-      to_space = RigidFit(truth_mm, shape);
-    }
-    status.Update(best_sum.score.Add({moved(to_space.inverse(), shape), {}}, truth_mm, rays, follows));
+    absl::Status status = add(kMeanShape, shapes.mean_mm);
+    status.Update(add(kBestShape, shapes.best_mm));
     return status;
   }
 
@@ -299,24 +316,11 @@ class AvatarScorer {
   const std::stop_token& stop_;
   tbb::task_arena driving_;
   NodeVertices nodes_;
-  std::vector<Eigen::Vector3d> mean_;
+  AlignmentModel model_;
+  RegistrationBaseline registration_;
+  std::vector<bool> near_seams_;
   ScoreTable table_;
 };
-
-absl::Status AddFloor(const std::string& folder, v1::AvatarEvaluation& out) {
-  const absl::StatusOr<v1::Dataset> dataset = ReadDatasetFile(folder);
-  if (!dataset.ok()) return dataset.status();
-  const absl::StatusOr<std::vector<TakeFloor>> floor = MeasureFloor(*dataset, folder);
-  if (!floor.ok()) return floor.status();
-  for (const TakeFloor& take : *floor) {
-    v1::AvatarFloor& to = *out.add_floor();
-    to.set_take(take.take);
-    to.set_frames(take.frames);
-    to.set_mean_mm(take.distance_mm.mean);
-    to.set_median_mm(take.distance_mm.median);
-  }
-  return absl::OkStatus();
-}
 
 }  // namespace
 
@@ -345,7 +349,7 @@ absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
     absl::StatusOr<ClothSource> source = OpenClothSource(folder, scoring.fps);
     if (!source.ok()) return source.status();
     if (source->is_dataset)
-      if (absl::Status status = AddFloor(folder, out); !status.ok()) return status;
+      if (absl::Status status = AddChaosFloor(folder, out); !status.ok()) return status;
     sources.push_back(*std::move(source));
   }
   const absl::StatusOr<SharedTemplate> garment = TemplateOfSources(sources, scoring.garment);
@@ -369,7 +373,10 @@ absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
   if (takes.empty())
     return absl::NotFoundError(absl::StrCat(scoring.sources.front(), ": has no complete take of the splits ",
                                             absl::StrJoin(scoring.splits, ", ")));
-  AvatarScorer scorer(scoring, avatar->avatar, garment->garment, stop);
+  absl::StatusOr<std::vector<bool>> near_seams =
+      VerticesNearSeams(garment->garment, avatar->avatar.net.atlas, kTexelsOfSeam);
+  if (!near_seams.ok()) return near_seams.status();
+  AvatarScorer scorer(scoring, avatar->avatar, garment->garment, *std::move(near_seams), stop);
   size_t all = 0, done = 0;
   for (const ClothTake* take : takes)
     all += static_cast<size_t>(scorer.FramesOf(*take)) * scoring.cameras.size();

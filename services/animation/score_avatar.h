@@ -25,8 +25,8 @@ struct AvatarScoring {
   double fps = 0;                                                   // of takes that tell no times; 0: 30
   int threads = 1;                                                  // that drive; cameras are imitated by all
   uint64_t seed = 1;                                                // of imitated observations
-  // Takes without pictures are also driven before two cameras in other places, and while the first of two is
-  // dark for 15 frames.
+  // Takes without pictures are also driven before two cameras in other places, each frame by itself, and
+  // while the first of two is dark for 15 frames.
   bool with_trials = false;
   // Folder for <take>-<cameras>/<frame>/mesh.ply, with sigma, and truth.ply beside it; empty: none.
   std::string meshes;
@@ -35,13 +35,15 @@ struct AvatarScoring {
 };
 
 // Drives every take before every number of cameras. Beside the driven mesh are scored, in the same run, the
-// carrier, the shape that the avatar has nearest to the truth, and its mean shape, both at their true place.
-// Frames that are lost have no errors and are counted. Numbers of cameras that a take with pictures does not
-// have are left out with a remark. Trials have methods of their own: "elsewhere"; "one dark", "after dark"
-// (frames 10 to 19 after the dark) and "never dark" (those, undisturbed). `on_frame` (may be empty) is called
-// with frames driven and all. Errors of the files; FailedPrecondition, both names in it, for an avatar of
-// another template; NotFound where no take is of `splits`; Cancelled when `stop` is requested. The same
-// figures at any number of threads, times aside.
+// carrier, the mesh "without net" where the avatar has one, the shape that the avatar has nearest to the
+// truth, and its mean shape, both at their true place. With 8 cameras and more it is compared with what `weft
+// register` makes of the same observations, and where the wearer's pose is known with cloth that skinning
+// moves (baseline_meshes.h). Frames that are lost have no errors and are counted. Numbers of cameras that a
+// take with pictures does not have are left out with a remark. Trials have methods of their own: "elsewhere";
+// "frame by frame"; "one dark", "after dark" (frames 10 to 19 after the dark) and "never dark" (those,
+// undisturbed). `on_frame` (may be empty) is called with frames driven and all. Errors of the files;
+// FailedPrecondition, both names in it, for an avatar of another template; NotFound where no take is of
+// `splits`; Cancelled when `stop` is requested. The same figures at any number of threads, times aside.
 absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
                                                  const std::function<void(size_t done, size_t all)>& on_frame,
                                                  const std::stop_token& stop);

@@ -55,8 +55,8 @@ void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options)
   command
       .add_flag(
           "--trials", options.scoring.with_trials,
-          "Drive takes without pictures also before two cameras in other places, and while one of two is "
-          "dark")
+          "Drive takes without pictures also before two cameras in other places, each frame by itself, and "
+          "while one of two is dark")
       ->needs(avatar)
       ->group(kGroup);
   command

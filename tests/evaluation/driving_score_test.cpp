@@ -66,6 +66,16 @@ TEST(DrivingScore, TellsSeenFromUnseenVertices) {
   EXPECT_FALSE(score.ShareWithin(1));
 }
 
+TEST(DrivingScore, TellsWhereRaysCross) {
+  VertexRays rays(2);
+  rays.Add(0, Vector3d::UnitX()), rays.Add(1, Vector3d::UnitX()), rays.Add(1, Vector3d::UnitZ());
+  DrivingScore one, both;
+  ASSERT_TRUE(one.Add({{{5, 0, 0}, {0, 2, 0}}, {}}, {{0, 0, 0}, {0, 0, 0}}, rays, true).ok());
+  both += one, both += one;
+  ASSERT_EQ(both.crossed_mm().size(), 2u);
+  EXPECT_DOUBLE_EQ(both.crossed_mm().Summary()->mean, 2);
+}
+
 // A mesh that shakes by 1 mm beside cloth that accelerates.
 TEST(DrivingScore, TremblingIsFreeOfTheClothsOwnMotion) {
   const VertexRays rays(1);

@@ -57,6 +57,18 @@ TEST(Body, ArmsMoveAsTheirAnglesSay) {
   EXPECT_GT(Body(BodyPose()).DistanceTo({480, -275, 0}).distance_mm, 0);
 }
 
+TEST(Body, MotionsMovePointsWhereTheirPartTakesThem) {
+  BodyPose raised;
+  raised.root_mm = {10, -20, 30};
+  raised.right.arm_out = 1;
+  const Body hanging{BodyPose()}, there(raised);
+  for (const Vector3d& p : hanging.MeshVertices()) {
+    const Eigen::Isometry3d motion = hanging.MotionTo(there, p);
+    EXPECT_LT((motion * p - hanging.PlaceIn(there, p)).norm(), 1e-9);
+    EXPECT_LT((motion.linear() * motion.linear().transpose() - Eigen::Matrix3d::Identity()).norm(), 1e-9);
+  }
+}
+
 TEST(Body, AFigureInTheNaturalPoseIsTheSameBody) {
   const std::vector<Vector3d> old = Body(NaturalPose()).MeshVertices();
   const std::vector<Vector3d> figure = Body(PoseOf(NaturalAngles())).MeshVertices();

@@ -38,11 +38,21 @@ class Trials(unittest.TestCase):
         shirt.drive(knocked, rig=shirt.path("knocked.json"))
         self.assertIn(alarm, read(f"{knocked}/report.html"))
 
+    def test_many_cameras_are_as_good_as_a_registration(self):
+        scores = json.loads(weft("evaluate", shirt.sources[0], "--avatar", shirt.avatar, "--cameras", "2,8", "--frames", "6",
+                                 "--json", check=0).stdout)["scores"]
+        eight = {score["method"]: score for score in scores if score.get("cameras") == 8}
+        self.assertLess(eight["driven"]["crossed_mm"], 1.5 * eight["registered"]["crossed_mm"])
+        self.assertLess(eight["driven"]["from_registered_mm"], 0.3)
+        # Skinning knows the true pose and the true cloth of the first frame.
+        two = {score["method"]: score["mean_mm"] for score in scores if score.get("cameras") == 2}
+        self.assertLess(two["skinned + rays"], two["skinned"])
+
     def test_trials_and_meshes_to_watch(self):
         meshes = shirt.path("meshes")
         table = weft("evaluate", shirt.sources[0], "--avatar", shirt.avatar, "--cameras", "2", "--frames", 45, "--trials",
                      "--meshes", meshes, check=0).stdout
-        for method in ("elsewhere", "one dark", "after dark", "never dark"):
+        for method in ("elsewhere", "frame by frame", "skinned + rays", "one dark", "after dark", "never dark"):
             self.assertIn(method, table)
         folder = f"{meshes}/{os.path.basename(shirt.sources[0])}-2"
         self.assertEqual(len(os.listdir(folder)), 45)

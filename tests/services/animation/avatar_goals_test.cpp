@@ -96,6 +96,32 @@ TEST(AvatarGoals, CompareWithTheCarrierAndWithOtherNumbersOfCameras) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("2 of"));
 }
 
+TEST(AvatarGoals, StandBesideOtherWaysOfTheSameRun) {
+  v1::AvatarEvaluation evaluation;
+  v1::AvatarScore& driven = AddScore(evaluation, "test-known", 2, "driven", 2);
+  driven.set_trembling_seen_mm(0.2), driven.set_trembling_unseen_mm(0.5);
+  driven.set_at_seams_mm(3), driven.set_off_seams_mm(2);
+  AddScore(evaluation, "test-known", 2, "skinned + rays", 5);
+  v1::AvatarScore& forgets = AddScore(evaluation, "test-known", 2, "frame by frame", 2.5);
+  forgets.set_trembling_seen_mm(0.8), forgets.set_trembling_unseen_mm(0.5);
+  AddScore(evaluation, "test-known", 8, "driven", 1).set_from_registered_mm(0.25);
+  AddScore(evaluation, "test-known", 8, "registered", 1);
+  AddAvatarGoals({}, evaluation);
+  EXPECT_DOUBLE_EQ(Find(evaluation, "A6", "skinned")->value(), 0.4);
+  EXPECT_DOUBLE_EQ(Find(evaluation, "A9", ", seen, over")->value(), 0.25);
+  EXPECT_FALSE(Find(evaluation, "A9", "not seen, over")->met());
+  EXPECT_DOUBLE_EQ(Find(evaluation, "A8", "registration")->value(), 0.25);
+  EXPECT_TRUE(Find(evaluation, "A8", "registration")->met());
+  EXPECT_DOUBLE_EQ(Find(evaluation, "X3", "seams")->value(), 1.5);
+  EXPECT_EQ(Find(evaluation, "A5", "net"), nullptr);
+  EXPECT_THAT(AvatarEvaluationText(evaluation), HasSubstr("note: the avatar has no net"));
+  AddScore(evaluation, "test-known", 2, "without net", 4);
+  evaluation.clear_remarks();
+  AddAvatarGoals({}, evaluation);
+  EXPECT_DOUBLE_EQ(Find(evaluation, "A5", "net")->value(), 0.5);
+  EXPECT_EQ(evaluation.remarks_size(), 0);
+}
+
 TEST(AvatarGoals, ManyThreadsSayNothingOfOneCore) {
   v1::AvatarEvaluation evaluation;
   AddScore(evaluation, "test-known", 2, "driven", 2).set_threads(2);
@@ -113,8 +139,8 @@ TEST(AvatarGoals, TextHasARowForEachScore) {
   evaluation.add_remarks("a take has 2 cameras");
   AddAvatarGoals({}, evaluation);
   const std::string text = AvatarEvaluationText(evaluation);
-  EXPECT_THAT(text, HasSubstr("test-unseen     3  driven          10    1.234"));
-  EXPECT_THAT(text, HasSubstr("test-unseen     -  best shape      10    3.500"));
+  EXPECT_THAT(text, HasSubstr("test-unseen     3  driven              10    1.234"));
+  EXPECT_THAT(text, HasSubstr("test-unseen     -  best shape          10    3.500"));
   EXPECT_THAT(text, HasSubstr("mean 2.890"));
   EXPECT_THAT(text, HasSubstr("A2    mean mm, test-unseen, 3 cameras"));
   EXPECT_THAT(text, HasSubstr("met, with the aim"));
