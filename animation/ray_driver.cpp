@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "absl/strings/str_cat.h"
 #include "animation/net_correction.h"
 #include "base/median.h"
 #include "base/stopwatch.h"
@@ -53,6 +54,12 @@ std::vector<double> Misfits(const ShapeRegions& regions, const std::vector<Verte
   return out;
 }
 
+PolishOptions SecondPolish(const RayDriverOptions& options) {
+  PolishOptions out = options.polish;
+  out.carrier_sigma_mm = options.corrected_sigma_mm;
+  return out;
+}
+
 }  // namespace
 
 absl::Status RayDriverOptions::Validate() const {
@@ -66,7 +73,36 @@ RayDriver::RayDriver(const AlignmentModel& model, const SparseViewAvatar& avatar
       avatar_(avatar),
       options_(options),
       net_(net),
-      tracker_(model, avatar.space, avatar.left_mm, avatar.acceleration, options.tracker) {}
+      tracker_(model, avatar.space, avatar.left_mm, avatar.acceleration, options.tracker),
+      polish_(model, avatar.edges(), options.polish),
+      second_polish_(model, avatar.edges(), SecondPolish(options)) {}
+
+void RayDriver::Reset() {
+  tracker_.Reset();
+  last_mm_.clear();
+}
+
+absl::Status RayDriver::Recall(DriveMemory memory) {
+  if (!memory.mesh_mm.empty() && memory.mesh_mm.size() != static_cast<size_t>(model_.graph().vertices))
+    return absl::InvalidArgumentError(absl::StrCat("the driver's memory has ", memory.mesh_mm.size(),
+                                                   " vertices, the garment ", model_.graph().vertices));
+  for (const Eigen::Vector3f& p : memory.mesh_mm)
+    if (!p.allFinite())
+      return absl::InvalidArgumentError("the driver's memory has a vertex that is not finite");
+  if (absl::Status status = tracker_.Recall(std::move(memory.track)); !status.ok()) return status;
+  last_mm_ = std::move(memory.mesh_mm);
+  return absl::OkStatus();
+}
+
+std::vector<Eigen::Vector3d> RayDriver::StartOf(const RayDrivenFrame& frame,
+                                                const TrackMemory& before) const {
+  std::vector<Eigen::Vector3d> out = frame.carrier_mm;
+  if (before.known == 0 || last_mm_.empty() || frame.track.started_anew) return out;
+  const std::vector<Eigen::Vector3d> carrier_mm = tracker_.MeshOf(before.state);
+  const Eigen::Matrix3d turn = frame.track.state.root.linear() * before.state.root.linear().transpose();
+  for (size_t v = 0; v < out.size(); ++v) out[v] += turn * (last_mm_[v].cast<double>() - carrier_mm[v]);
+  return out;
+}
 
 std::vector<float> RayDriver::Scales(const RayDrivenFrame& frame, const std::vector<VertexRay>& rays) const {
   const MeshGraph& graph = model_.graph();
@@ -101,10 +137,8 @@ absl::Status RayDriver::Correct(const std::vector<VertexRay>& rays, RayDrivenFra
   if (!corrected.ok()) return corrected.status();
   out->times.push_back({"net", 1000 * watch.Seconds()});
   watch = Stopwatch();
-  PolishOptions polish = options_.polish;
-  polish.carrier_sigma_mm = options_.corrected_sigma_mm;
   absl::StatusOr<PolishedMesh> polished =
-      PolishToRays(model_, {avatar_.edge_mm, avatar_.edge_spread_mm}, corrected->position_mm, rays, polish);
+      second_polish_.Polish(corrected->position_mm, corrected->position_mm, rays);
   if (!polished.ok()) return polished.status();
   out->uncorrected_mm = std::move(out->position_mm);
   out->position_mm = std::move(polished->position_mm);
@@ -116,8 +150,9 @@ absl::Status RayDriver::Correct(const std::vector<VertexRay>& rays, RayDrivenFra
 absl::StatusOr<RayDrivenFrame> RayDriver::Drive(double frames, const std::vector<VertexRay>& rays) {
   RayDrivenFrame out;
   Stopwatch watch;
+  const TrackMemory before = tracker_.memory();
   out.track = tracker_.Follow(frames, rays);
-  out.carrier_mm = tracker_.MeshOf(out.track);
+  out.carrier_mm = tracker_.MeshOf(out.track.state);
   out.times.push_back({"track", 1000 * watch.Seconds()});
   std::set<int> cameras;
   for (const VertexRay& ray : rays) cameras.insert(ray.view);
@@ -127,8 +162,7 @@ absl::StatusOr<RayDrivenFrame> RayDriver::Drive(double frames, const std::vector
   out.position_mm = out.carrier_mm;
   if (!out.track.lost) {
     watch = Stopwatch();
-    absl::StatusOr<PolishedMesh> polished = PolishToRays(model_, {avatar_.edge_mm, avatar_.edge_spread_mm},
-                                                         out.carrier_mm, rays, options_.polish);
+    absl::StatusOr<PolishedMesh> polished = polish_.Polish(out.carrier_mm, StartOf(out, before), rays);
     if (!polished.ok()) return polished.status();
     out.position_mm = std::move(polished->position_mm);
     out.rejected = std::move(polished->rejected);
@@ -137,6 +171,9 @@ absl::StatusOr<RayDrivenFrame> RayDriver::Drive(double frames, const std::vector
   out.misfit = Misfits(tracker_.regions(), rays, out.carrier_mm, avatar_.left_mm);
   if (net_ != nullptr && !out.track.lost)
     if (absl::Status status = Correct(rays, &out); !status.ok()) return status;
+  last_mm_.clear();
+  if (!out.track.lost)
+    for (const Eigen::Vector3d& p : out.position_mm) last_mm_.push_back(p.cast<float>());
   for (size_t i = 0; i < rays.size(); ++i) {
     out.rays_of_vertex[rays[i].vertex] += out.rejected[i] ? 0 : 1;
     out.rejected_rays += out.rejected[i] ? 1 : 0;

@@ -19,7 +19,7 @@ namespace weft {
 struct RayDriverOptions {
   TrackerOptions tracker;
   PolishOptions polish;
-  double corrected_sigma_mm = 50;  // of a vertex that a net corrected, for the second polish
+  double corrected_sigma_mm = 150;  // of a vertex that a net corrected, for the second polish
 
   absl::Status Validate() const;
 };
@@ -49,6 +49,13 @@ struct RayDrivenFrame {
 
 class NetCorrection;
 
+// All that a driver knows of the frames before: one that recalls it goes on as the one that had it.
+struct DriveMemory {
+  TrackMemory track;
+  // [vertices], the last frame's result in single precision; empty where none is known.
+  std::vector<Eigen::Vector3f> mesh_mm;
+};
+
 class RayDriver {
  public:
   // Model, avatar and net must outlive the driver and fit each other. `net` may be null: no correction.
@@ -58,11 +65,14 @@ class RayDriver {
   // `frames` have gone by since the last call, one where nothing was missed. Errors of PolishToRays and of
   // the net.
   absl::StatusOr<RayDrivenFrame> Drive(double frames, const std::vector<VertexRay>& rays);
-  void Reset() { tracker_.Reset(); }
-  const TrackMemory& memory() const { return tracker_.memory(); }
-  absl::Status Recall(TrackMemory memory) { return tracker_.Recall(std::move(memory)); }
+  void Reset();
+  DriveMemory Memory() const { return {tracker_.memory(), last_mm_}; }
+  // InvalidArgument: of another garment, or numbers that are not finite; the driver stays as it was.
+  absl::Status Recall(DriveMemory memory);
 
  private:
+  // The carrier, off by as much as the last frame's was, turned with the garment.
+  std::vector<Eigen::Vector3d> StartOf(const RayDrivenFrame& frame, const TrackMemory& before) const;
   absl::Status Correct(const std::vector<VertexRay>& rays, RayDrivenFrame* out);
   std::vector<float> Scales(const RayDrivenFrame& frame, const std::vector<VertexRay>& rays) const;
 
@@ -71,6 +81,8 @@ class RayDriver {
   RayDriverOptions options_;
   NetCorrection* net_;
   ViewTracker tracker_;
+  RayPolish polish_, second_polish_;
+  std::vector<Eigen::Vector3f> last_mm_;
 };
 
 }  // namespace weft

@@ -30,10 +30,10 @@ double FactorOf(const std::vector<float>& ratios) {
 
 SigmaScale TypicalSigmaScale() {
   SigmaScale out;
-  out.of[0] = {26, 26, 26, 26};
-  out.of[1] = {9.7f, 4.9f, 0.8f, 0.8f};
-  out.of[2] = {4.4f, 3.7f, 0.6f, 0.6f};
-  out.of[3] = {4.5f, 4.3f, 0.8f, 0.6f};
+  out.of[0] = {14.4f, 13.1f, 13.1f, 13.1f};
+  out.of[1] = {4.0f, 2.4f, 0.4f, 0.4f};
+  out.of[2] = {3.7f, 1.4f, 0.4f, 0.4f};
+  out.of[3] = {3.9f, 1.6f, 0.45f, 0.4f};
   return out;
 }
 

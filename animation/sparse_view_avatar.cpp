@@ -54,6 +54,9 @@ absl::Status SparseViewAvatar::Validate() const {
     return BadAvatar("what the space leaves must be positive, one number per vertex");
   if (edge_mm.size() != edge_spread_mm.size() || !AllPositive(edge_mm) || !AllPositive(edge_spread_mm))
     return BadAvatar("lengths of edges and their spreads must be positive and as many");
+  if (edge_follow.size() != edge_mm.size() ||
+      !std::all_of(edge_follow.begin(), edge_follow.end(), [](float f) { return f >= 0 && f <= 1; }))
+    return BadAvatar("the shares by which edges follow the carrier must be 0 to 1, one per edge");
   for (const auto& of_cameras : sigma.of)
     for (const float scale : of_cameras)
       if (!std::isfinite(scale) || scale <= 0) return BadAvatar("the scales of sigma must be positive");
@@ -88,6 +91,7 @@ std::vector<AvatarTable> TablesOf(const SparseViewAvatar& avatar) {
       Table("space_left_mm", 1, 1, {static_cast<float>(space.left_mm)}),
       Table("acceleration", 1, components, avatar.acceleration),
       Table("edge_mm", 1, avatar.edge_mm.size(), avatar.edge_mm),
+      Table("edge_follow", 1, avatar.edge_follow.size(), avatar.edge_follow),
       Table("edge_spread_mm", 1, avatar.edge_spread_mm.size(), avatar.edge_spread_mm),
       Table("left_mm", 1, avatar.left_mm.size(), avatar.left_mm),
       Table("sigma_scale", SigmaScale::kCameras, SigmaScale::kRays, std::move(scales)),
@@ -122,6 +126,8 @@ absl::Status TakeTables(const std::vector<AvatarTable>& tables, SparseViewAvatar
   status.Update(take("edge_mm", 1, -1, &avatar->edge_mm));
   edges = static_cast<int>(avatar->edge_mm.size());
   status.Update(take("edge_spread_mm", 1, edges, &avatar->edge_spread_mm));
+  avatar->edge_follow.assign(avatar->edge_mm.size(), 0);
+  if (named.contains("edge_follow")) status.Update(take("edge_follow", 1, edges, &avatar->edge_follow));
   if (!status.ok()) return status;
   space.left_mm = left[0];
   for (int cameras = 0; cameras < SigmaScale::kCameras; ++cameras)

@@ -13,6 +13,7 @@
 #include "absl/status/statusor.h"
 #include "alignment/template.h"
 #include "animation/atlas.h"
+#include "animation/isometric_fit.h"
 #include "animation/shape_space.h"
 #include "nets/net.h"
 
@@ -74,12 +75,15 @@ struct SparseViewAvatar {
   ShapeSpace space;
   std::vector<float> acceleration;    // [components], spread of z_t - 2 z_(t-1) + z_(t-2)
   std::vector<float> edge_mm;         // [edges of MeshGraph], mean length over the training frames
-  std::vector<float> edge_spread_mm;  // [edges], standard deviation
+  std::vector<float> edge_follow;     // [edges], 0 to 1: share of a carrier's difference from that to believe
+  std::vector<float> edge_spread_mm;  // [edges], standard deviation of what is left
   std::vector<float> left_mm;         // [vertices], root mean square per axis of what the space leaves
   SigmaScale sigma;                   // the typical one where the checks have no frames
   // Of frames that are held out, and of learnt frames of which an avatar without their motion was made.
   SigmaCheck held_out_check, left_out_check;
   AvatarNet net;
+
+  EdgeLengths edges() const { return {edge_mm, edge_follow, edge_spread_mm}; }
 
   // InvalidArgument names what is wrong: sizes that do not fit each other, numbers that are not finite or not
   // positive where they must be.
@@ -98,7 +102,8 @@ struct AvatarTable {
 };
 // All numbers of the avatar that are not hashes, fps, counts, checks or training options.
 std::vector<AvatarTable> TablesOf(const SparseViewAvatar& avatar);
-// Fills these numbers; InvalidArgument names a table that is missing, or has another size than the others
+// Fills these numbers; InvalidArgument names a table that is missing (but edge_follow: avatars of version 0.2
+// had none, and 0 stands in), or has another size than the others
 // imply. Unknown tables are passed over. Validate() says whether the whole makes sense.
 absl::Status TakeTables(const std::vector<AvatarTable>& tables, SparseViewAvatar* avatar);
 

@@ -161,10 +161,10 @@ absl::StatusOr<DrivenFrame> SparseViewDriver::Drive(int64_t time_ns, std::span<c
   return out;
 }
 
-DriverMemory SparseViewDriver::Memory() const { return {state_->last_ns, state_->driver->memory()}; }
+DriverMemory SparseViewDriver::Memory() const { return {state_->last_ns, state_->driver->Memory()}; }
 
 absl::Status SparseViewDriver::Recall(DriverMemory memory) {
-  if (absl::Status status = state_->driver->Recall(std::move(memory.track)); !status.ok()) return status;
+  if (absl::Status status = state_->driver->Recall(std::move(memory.drive)); !status.ok()) return status;
   state_->last_ns = memory.last_ns;
   return absl::OkStatus();
 }

@@ -15,6 +15,9 @@ namespace {
 
 // Of a take without held-out ones beside it.
 constexpr int kHeldOutShare = 10;
+// Before cameras a carrier is off its edges' lengths so many times more (variance) than the space's nearest
+// shape is.
+constexpr double kCarrierNoise = 4;
 constexpr double kLeastEdgeSpreadMm = 0.05;  // of an edge: below, cloth is as good as rigid
 constexpr double kLeastLeftMm = 0.1;
 constexpr double kLeastAcceleration = 1e-3;
@@ -76,6 +79,33 @@ class CheckedFrames {
   std::stop_token stop_;
 };
 
+struct EdgeLength {
+  double mean_mm = 0, follow = 0, spread_mm = 0;
+};
+
+// How long an edge is, and how long in the space's nearest shape.
+struct LengthSums {
+  double length = 0, length2 = 0, nearest = 0, nearest2 = 0, product = 0;
+
+  void Add(double true_mm, double nearest_mm) {
+    length += true_mm, length2 += true_mm * true_mm;
+    nearest += nearest_mm, nearest2 += nearest_mm * nearest_mm, product += true_mm * nearest_mm;
+  }
+  EdgeLength Describe(int frames) const {
+    EdgeLength out;
+    out.mean_mm = length / frames;
+    // About the mean of the true lengths.
+    const double m = out.mean_mm;
+    const double of_true = std::max(0.0, length2 / frames - m * m);
+    const double of_nearest = nearest2 / frames - 2 * m * nearest / frames + m * m;
+    const double of_both = product / frames - m * nearest / frames;
+    if (of_nearest > 0) out.follow = std::clamp(1 - kCarrierNoise * (1 - of_both / of_nearest), 0.0, 1.0);
+    out.spread_mm =
+        std::sqrt(std::max(0.0, of_true - 2 * out.follow * of_both + out.follow * out.follow * of_nearest));
+    return out;
+  }
+};
+
 // Lengths of edges, what the space leaves, and how z changes from frame to frame.
 class Statistics {
  public:
@@ -83,23 +113,22 @@ class Statistics {
       : graph_(graph),
         space_(space),
         onto_(space.Shape(Eigen::VectorXd::Zero(1))),
-        length_(graph.edges.size(), 0),
-        square_(graph.edges.size(), 0),
+        lengths_(graph.edges.size()),
         left_(graph.vertices, 0),
         acceleration_(Eigen::VectorXd::Zero(space.components())) {}
 
   void Add(const FrameOfTake& at, const std::vector<Eigen::Vector3d>& mesh) {
     ++frames_;
-    for (size_t e = 0; e < graph_.edges.size(); ++e) {
-      const double length = (mesh[graph_.edges[e].a] - mesh[graph_.edges[e].b]).norm();
-      length_[e] += length, square_[e] += length * length;
-    }
     const Eigen::Isometry3d motion = RigidFit(mesh, onto_);
     std::vector<Eigen::Vector3d> aligned;
     for (const Eigen::Vector3d& p : mesh) aligned.push_back(motion * p);
     const Eigen::VectorXd z = space_.Project(aligned);
     const std::vector<Eigen::Vector3d> nearest = space_.Shape(z);
     for (int v = 0; v < graph_.vertices; ++v) left_[v] += (aligned[v] - nearest[v]).squaredNorm() / 3;
+    for (size_t e = 0; e < graph_.edges.size(); ++e) {
+      const auto [a, b] = graph_.edges[e];
+      lengths_[e].Add((mesh[a] - mesh[b]).norm(), (nearest[a] - nearest[b]).norm());
+    }
     if (past_.size() == 2 && at.take == last_.take && at.frame == last_.frame + 1) {
       acceleration_ += (z - 2 * past_[1] + past_[0]).cwiseAbs2();
       ++pairs_;
@@ -111,11 +140,11 @@ class Statistics {
   }
 
   void Into(SparseViewAvatar* out) const {
-    for (size_t e = 0; e < graph_.edges.size(); ++e) {
-      const double mean = length_[e] / frames_, variance = square_[e] / frames_ - mean * mean;
-      out->edge_mm.push_back(static_cast<float>(mean));
-      out->edge_spread_mm.push_back(
-          static_cast<float>(std::max(kLeastEdgeSpreadMm, std::sqrt(std::max(0.0, variance)))));
+    for (const LengthSums& of : lengths_) {
+      const EdgeLength edge = of.Describe(frames_);
+      out->edge_mm.push_back(static_cast<float>(edge.mean_mm));
+      out->edge_follow.push_back(static_cast<float>(edge.follow));
+      out->edge_spread_mm.push_back(static_cast<float>(std::max(kLeastEdgeSpreadMm, edge.spread_mm)));
     }
     for (const double left : left_)
       out->left_mm.push_back(static_cast<float>(std::max(kLeastLeftMm, std::sqrt(left / frames_))));
@@ -130,7 +159,8 @@ class Statistics {
   const MeshGraph& graph_;
   const ShapeSpace& space_;
   std::vector<Eigen::Vector3d> onto_;
-  std::vector<double> length_, square_, left_;
+  std::vector<LengthSums> lengths_;
+  std::vector<double> left_;
   Eigen::VectorXd acceleration_;
   std::vector<Eigen::VectorXd> past_;
   FrameOfTake last_{-1, -1};

@@ -59,7 +59,7 @@ class ViewTracker {
 
   // `frames` have gone by since the last call, one where nothing was missed. Rays are ordered by vertex.
   GarmentTrack Follow(double frames, const std::vector<VertexRay>& rays);
-  std::vector<Eigen::Vector3d> MeshOf(const GarmentTrack& track) const { return shape_.MeshOf(track.state); }
+  std::vector<Eigen::Vector3d> MeshOf(const ShapeState& state) const { return shape_.MeshOf(state); }
   const ShapeRegions& regions() const { return shape_.regions(); }
 
   void Reset();

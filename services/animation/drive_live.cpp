@@ -117,7 +117,8 @@ class LiveRun {
     absl::StatusOr<FrameDriver> driver = FrameDriver::Create(life_.job().spec(), inputs_, key_, out_);
     if (!driver.ok()) return driver.status();
     if (!standing_.empty())
-      if (absl::Status status = driver->Recall(standing_.back().driven().memory()); !status.ok())
+      if (absl::Status status = driver->Recall(standing_.back().driven().memory(), standing_.back().frame());
+          !status.ok())
         return status;
     const int cores = threads > 0 ? threads : tbb::info::default_concurrency();
     const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,

@@ -28,7 +28,7 @@ void TakeAll(std::string_view& bytes, Table& table) {
 std::string EncodeMemory(const DriverMemory& memory) {
   std::string out;
   if (!memory.last_ns) return out;
-  const TrackMemory& track = memory.track;
+  const TrackMemory& track = memory.drive.track;
   PutLittleEndian(*memory.last_ns, out);
   PutLittleEndian(int64_t{track.known}, out);
   if (track.known == 0) return out;
@@ -61,7 +61,7 @@ absl::StatusOr<DriverMemory> DecodeMemory(std::string_view bytes) {
   Eigen::Matrix4d root;
   const int64_t words = root.size() + 2 * components + regions * of_region;
   if (bytes.size() != static_cast<uint64_t>(words) * kWordBytes) return bad;
-  TrackMemory& track = memory.track;
+  TrackMemory& track = memory.drive.track;
   track.known = static_cast<int>(known);
   track.state.z.resize(components), track.z_before.resize(components);
   track.state.local.resize(regions, of_region);

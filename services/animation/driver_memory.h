@@ -9,10 +9,11 @@
 
 namespace weft {
 
-// The same bytes for the same memory; none for that of a driver before its first frame.
+// The same bytes for the same memory; none for that of a driver before its first frame. Without the mesh,
+// which is the frame's result.
 std::string EncodeMemory(const DriverMemory& memory);
 
-// Exactly what was encoded. InvalidArgument for bytes of another layout.
+// Exactly what was encoded; the mesh is empty. InvalidArgument for bytes of another layout.
 absl::StatusOr<DriverMemory> DecodeMemory(std::string_view bytes);
 
 // 16 hex digits that tell memories apart.

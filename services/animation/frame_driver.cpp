@@ -2,12 +2,14 @@
 
 #include <tbb/task_arena.h>
 
+#include <filesystem>
 #include <optional>
 #include <utility>
 #include <vector>
 
 #include "services/animation/driver_memory.h"
 #include "services/animation/rig_scale.h"
+#include "services/files/mesh_file.h"
 
 namespace weft {
 
@@ -26,10 +28,15 @@ FrameDriver::FrameDriver(const v1::RegistrationSpec& spec, const DriveInputs& in
       out_(std::move(out)),
       driver_(std::move(driver)) {}
 
-absl::Status FrameDriver::Recall(const std::string& memory) {
+absl::Status FrameDriver::Recall(const std::string& memory, const std::string& frame) {
   if (memory == memory_) return absl::OkStatus();
   absl::StatusOr<DriverMemory> decoded = DecodeMemory(memory);
   if (!decoded.ok()) return decoded.status();
+  if (decoded->drive.track.known > 0) {
+    const auto mesh = ReadRegisteredMesh((std::filesystem::path(out_) / frame / "mesh.ply").string());
+    if (!mesh.ok()) return mesh.status();
+    for (const Eigen::Vector3d& p : mesh->vertices_mm) decoded->drive.mesh_mm.push_back(p.cast<float>());
+  }
   absl::Status status = driver_.Recall(*std::move(decoded));
   if (status.ok()) memory_ = memory;
   return status;

@@ -185,8 +185,8 @@ class AvatarScorer {
     if (!rays.ok()) return rays.status();
     absl::StatusOr<PolishedMesh> polished;
     driving_.execute([&] {
-      polished = PolishToRays(model_, {avatar_.edge_mm, avatar_.edge_spread_mm}, carrier, *rays,
-                              options.driver.polish);
+      RayPolish polish(model_, avatar_.edges(), options.driver.polish);
+      polished = polish.Polish(carrier, carrier, *rays);
     });
     if (!polished.ok()) return polished.status();
     status.Update(AddMesh(frame, kSkinnedPolished, polished->position_mm, {}, frame.follows, sums));

@@ -17,8 +17,8 @@ std::vector<float> Lengths(const AlignmentModel& model, const std::vector<Eigen:
 absl::StatusOr<PolishedMesh> Polish(const AlignmentModel& model, const std::vector<float>& lengths,
                                     const std::vector<Eigen::Vector3d>& carrier,
                                     const std::vector<VertexRay>& rays, const PolishOptions& options) {
-  const std::vector<float> spread(lengths.size(), 0.05f);
-  return PolishToRays(model, {lengths, spread}, carrier, rays, options);
+  const std::vector<float> follow(lengths.size(), 0), spread(lengths.size(), 0.05f);
+  return RayPolish(model, {lengths, follow, spread}, options).Polish(carrier, carrier, rays);
 }
 
 VertexRay RayTo(int vertex, int view, const Eigen::Vector3d& point, double azimuth_deg) {
@@ -63,12 +63,24 @@ TEST(RayPolish, LengthsOfEdgesHoldTheSizeThatRaysLeaveOpen) {
   std::vector<VertexRay> rays;
   for (int v = 0; v < static_cast<int>(truth.size()); ++v) rays.push_back(RayTo(v, 0, truth[v], 0));
   PolishOptions options;
-  options.iterations = 100;
-  options.stretch_sigma_mm = 0.2, options.carrier_sigma_mm = 1000;
+  options.carrier_sigma_mm = 1000;
   const auto polished = Polish(model, Lengths(model, truth), larger, rays, options);
   ASSERT_TRUE(polished.ok()) << polished.status();
   EXPECT_GT(MeanDistance(larger, truth), 20);
   EXPECT_LT(MeanDistance(polished->position_mm, truth), 3);
+}
+
+// A cell that was read wrongly lies whole cells from its neighbours.
+TEST(RayPolish, SetsWrongRaysAside) {
+  const AlignmentModel model(WavingTube::Garment());
+  const auto truth = WavingTube::Shape(0.3, 0.2, 0);
+  const std::vector<Eigen::Vector3d> carrier = WavingTube::Shape(0.25, 0.2, 0);
+  std::vector<VertexRay> rays;
+  const int count = static_cast<int>(truth.size());
+  for (int v = 0; v < count; ++v) rays.push_back(RayTo(v, 0, truth[v % 40 == 7 ? (v + 3) % count : v], 0));
+  const auto polished = Polish(model, Lengths(model, truth), carrier, rays, {});
+  ASSERT_TRUE(polished.ok()) << polished.status();
+  for (int v = 0; v < count; ++v) EXPECT_EQ(polished->rejected[v], v % 40 == 7) << v;
 }
 
 }  // namespace

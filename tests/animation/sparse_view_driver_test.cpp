@@ -120,9 +120,9 @@ TEST(SparseViewDriver, SigmaIsAsLargeAsTheErrors) {
       }
     }
     // Three takes of one motion each teach little about the depth of a fourth.
-    EXPECT_GT(within, (cameras == 2 ? 0.3 : 0.5) * all) << cameras;
+    EXPECT_GT(within, (cameras == 2 ? 0.25 : 0.5) * all) << cameras;
     EXPECT_LT(within, 0.9 * all) << cameras;
-    EXPECT_GT(within_two, (cameras == 2 ? 0.5 : 0.85) * all) << cameras;
+    EXPECT_GT(within_two, (cameras == 2 ? 0.45 : 0.85) * all) << cameras;
   }
 }
 
@@ -170,14 +170,17 @@ TEST(SparseViewDriver, GoesOnFromAMemoryToTheSameBytes) {
   SparseViewDriver forgetful = NewDriver();
   EXPECT_TRUE(studio.Drive(forgetful, 5, {0, 1, 2}).started_anew);
   DriverMemory other = memory;
-  other.track.state.z.conservativeResize(5);
+  other.drive.track.state.z.conservativeResize(5);
   EXPECT_THAT(later.Recall(other).message(), HasSubstr("of another avatar"));
   other = memory;
-  other.track.state.z[2] = std::nan("");
+  other.drive.track.state.z[2] = std::nan("");
   EXPECT_THAT(later.Recall(other).message(), HasSubstr("not finite"));
   other = memory;
-  other.track.state.local = Eigen::MatrixXd::Zero(3, 2);
+  other.drive.track.state.local = Eigen::MatrixXd::Zero(3, 2);
   EXPECT_THAT(later.Recall(other).message(), HasSubstr("other regions"));
+  other = memory;
+  other.drive.mesh_mm.resize(7);
+  EXPECT_THAT(later.Recall(other).message(), HasSubstr("has 7 vertices"));
 }
 
 TEST(SparseViewDriver, CamerasAreOffTheCarrierWhereOneMoved) {

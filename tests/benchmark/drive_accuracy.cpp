@@ -271,10 +271,14 @@ int main(int argc, char** argv) {
   app.add_option("--local-components", o.driving.driver.tracker.local.components);
   app.add_option("--spread", o.driving.driver.tracker.local.spread);
   app.add_option("--robust", o.driving.driver.tracker.robust_spreads);
-  app.add_option("--stretch", o.driving.driver.polish.stretch_sigma_mm);
-  app.add_option("--bending", o.driving.driver.polish.bending);
+  app.add_option("--strain", o.driving.driver.polish.fit.least_strain);
+  app.add_option("--tail", o.driving.driver.polish.fit.tail_freedom);
+  app.add_option("--bend", o.driving.driver.polish.fit.bend_share);
   app.add_option("--carrier", o.driving.driver.polish.carrier_sigma_mm);
-  app.add_option("--iterations", o.driving.driver.polish.iterations);
+  app.add_option("--steps", o.driving.driver.polish.fit.max_steps);
+  app.add_option("--tolerance", o.driving.driver.polish.fit.tolerance_mm);
+  app.add_option("--rounds", o.driving.driver.polish.rounds);
+  app.add_option("--cloth-sigma", o.driving.cloth_sigma_px);
   CLI11_PARSE(app, argc, argv);
   weft::Run(o);
 }

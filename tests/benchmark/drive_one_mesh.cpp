@@ -52,6 +52,7 @@ SparseViewAvatar Untrained(const Template& garment, const MeshGraph& graph, cons
   out.acceleration = {1};
   for (const MeshEdge& edge : graph.edges) {
     out.edge_mm.push_back(static_cast<float>((x[edge.a] - x[edge.b]).norm()));
+    out.edge_follow.push_back(0);
     out.edge_spread_mm.push_back(static_cast<float>(options.stretch_share) * out.edge_mm.back());
   }
   out.left_mm.assign(x.size(), static_cast<float>(options.left_mm));

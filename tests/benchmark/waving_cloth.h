@@ -98,6 +98,7 @@ class WavingCloth {
     for (const MeshEdge& edge : graph.edges) {
       const auto& x = garment_.rest.vertices_mm;
       avatar_.edge_mm.push_back(static_cast<float>((x[edge.a] - x[edge.b]).norm()));
+      avatar_.edge_follow.push_back(0);
       avatar_.edge_spread_mm.push_back(0.3f);
     }
     avatar_.left_mm.assign(garment_.rest.vertices_mm.size(), 1);

@@ -43,9 +43,9 @@ std::vector<std::string> weft::FuzzSeeds() {
   DriverMemory memory;
   memory.last_ns = 33'333'333;
   const std::string lost = EncodeMemory(memory);
-  memory.track.known = 2;
-  memory.track.state.z = memory.track.z_before = Eigen::VectorXd::LinSpaced(3, 0, 1);
-  memory.track.state.local = Eigen::MatrixXd::Ones(2, 2);
+  memory.drive.track.known = 2;
+  memory.drive.track.state.z = memory.drive.track.z_before = Eigen::VectorXd::LinSpaced(3, 0, 1);
+  memory.drive.track.state.local = Eigen::MatrixXd::Ones(2, 2);
   return {
       lost,
       EncodeMemory(memory),

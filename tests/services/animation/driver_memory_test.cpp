@@ -11,12 +11,13 @@ namespace {
 DriverMemory SomeMemory() {
   DriverMemory memory;
   memory.last_ns = 1'764'201'600'123'456'789;  // more digits than a double has
-  memory.track.known = 2;
-  memory.track.state.root.linear() = Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
-  memory.track.state.root.translation() = Eigen::Vector3d(1.0 / 3, -1e-300, 1e17);
-  memory.track.state.z = Eigen::VectorXd::LinSpaced(5, -1, 1 / 7.0);
-  memory.track.z_before = Eigen::VectorXd::Constant(5, 0.1);
-  memory.track.state.local = Eigen::MatrixXd::Random(3, 2);
+  memory.drive.track.known = 2;
+  memory.drive.track.state.root.linear() =
+      Eigen::AngleAxisd(0.3, Eigen::Vector3d(1, 2, 3).normalized()).matrix();
+  memory.drive.track.state.root.translation() = Eigen::Vector3d(1.0 / 3, -1e-300, 1e17);
+  memory.drive.track.state.z = Eigen::VectorXd::LinSpaced(5, -1, 1 / 7.0);
+  memory.drive.track.z_before = Eigen::VectorXd::Constant(5, 0.1);
+  memory.drive.track.state.local = Eigen::MatrixXd::Random(3, 2);
   return memory;
 }
 
@@ -26,20 +27,20 @@ TEST(DriverMemory, ComesBackBitByBit) {
   const auto back = DecodeMemory(bytes);
   ASSERT_TRUE(back.ok()) << back.status();
   EXPECT_EQ(*back->last_ns, *memory.last_ns);
-  EXPECT_EQ(back->track.known, 2);
-  EXPECT_EQ(back->track.state.root.matrix(), memory.track.state.root.matrix());
-  EXPECT_EQ(back->track.state.z, memory.track.state.z);
-  EXPECT_EQ(back->track.z_before, memory.track.z_before);
-  EXPECT_EQ(back->track.state.local, memory.track.state.local);
+  EXPECT_EQ(back->drive.track.known, 2);
+  EXPECT_EQ(back->drive.track.state.root.matrix(), memory.drive.track.state.root.matrix());
+  EXPECT_EQ(back->drive.track.state.z, memory.drive.track.state.z);
+  EXPECT_EQ(back->drive.track.z_before, memory.drive.track.z_before);
+  EXPECT_EQ(back->drive.track.state.local, memory.drive.track.state.local);
   EXPECT_EQ(EncodeMemory(*back), bytes);
   DriverMemory other = memory;
-  other.track.state.z[4] = std::nextafter(other.track.state.z[4], 1);
+  other.drive.track.state.z[4] = std::nextafter(other.drive.track.state.z[4], 1);
   EXPECT_NE(MemoryChecksum(EncodeMemory(other)), MemoryChecksum(bytes));
 }
 
 TEST(DriverMemory, OfALostGarmentIsItsTimeAlone) {
   DriverMemory memory = SomeMemory();
-  memory.track.known = 0;
+  memory.drive.track.known = 0;
   const std::string bytes = EncodeMemory(memory);
   EXPECT_EQ(bytes.size(), 16u);
   EXPECT_EQ(*DecodeMemory(bytes)->last_ns, *memory.last_ns);

@@ -28,7 +28,8 @@ inline SparseViewAvatar SmallAvatar(int vertices = 4) {
   avatar.space.sigma_mm = {30, 12.5f};
   avatar.space.left_mm = 0.75;
   avatar.acceleration = {0.1f, 0.2f};
-  for (int e = 0; e + 1 < vertices; ++e) avatar.edge_mm.push_back(10), avatar.edge_spread_mm.push_back(0.25f);
+  for (int e = 0; e + 1 < vertices; ++e)
+    avatar.edge_mm.push_back(10), avatar.edge_follow.push_back(0), avatar.edge_spread_mm.push_back(0.25f);
   avatar.left_mm.assign(static_cast<size_t>(vertices), 0.5f);
   for (auto& of_rays : avatar.sigma.of) of_rays.fill(1.5f);
   return avatar;
