@@ -54,6 +54,8 @@ class LocalShape {
   const ShapeSpace& space() const { return space_; }
   // In the space's axes.
   Eigen::Vector3d PointOf(int vertex, const ShapeState& state) const;
+  // The same of the rays' vertices, [rays].
+  std::vector<Eigen::Vector3d> PointsOf(const std::vector<VertexRay>& rays, const ShapeState& state) const;
   // In the world's axes, [vertices].
   std::vector<Eigen::Vector3d> MeshOf(const ShapeState& state) const;
 
@@ -67,6 +69,14 @@ class LocalShape {
   int local_components() const { return options_.components; }
 
  private:
+  // The coefficients at a vertex.
+  void CoefficientsAt(int vertex, const ShapeState& state, Eigen::VectorXd* z) const;
+  Eigen::Vector3d PointAt(int vertex, const Eigen::VectorXd& z) const;
+
+  // The regions' part of the normal equations; `common` and `residual` as Step has them.
+  void AddRegions(const std::vector<VertexRay>& rays, const Eigen::MatrixXd& common,
+                  const Eigen::VectorXd& residual, Eigen::MatrixXd* normal, Eigen::VectorXd* right) const;
+
   // sigma times basis of a vertex, [3][components].
   Eigen::Map<const Eigen::Matrix3Xf> WaysOf(int vertex) const {
     return {ways_.data() + 3 * static_cast<size_t>(vertex) * space_.sigma_mm.size(), 3, space_.components()};

@@ -178,10 +178,11 @@ std::vector<Eigen::Isometry3d> ViewTracker::Starts(const std::vector<VertexRay>&
 // scale follows: a shape that was never seen is no reason to set rays aside.
 std::vector<double> ViewTracker::Weigh(const std::vector<VertexRay>& rays, const ShapeState& state,
                                        double widening, double* cost) const {
+  const std::vector<Eigen::Vector3d> points = shape_.PointsOf(rays, state);
   std::vector<double> spread(rays.size()), off(rays.size());
   int views = 0;
   for (size_t i = 0; i < rays.size(); ++i) {
-    const Eigen::Vector3d at = state.root * shape_.PointOf(rays[i].vertex, state);
+    const Eigen::Vector3d at = state.root * points[i];
     spread[i] = std::hypot(static_cast<double>(left_mm_[rays[i].vertex]), rays[i].SigmaMm(at), kLeastSpread);
     off[i] = rays[i].WayTo(at).norm() / spread[i];
     views = std::max(views, rays[i].view + 1);
@@ -231,9 +232,9 @@ ViewTracker::Fit ViewTracker::StartAnew(const std::vector<VertexRay>& rays) cons
 
 double ViewTracker::AgreeingShare(const std::vector<VertexRay>& rays, const ShapeState& state) const {
   int agreeing = 0;
-  for (const VertexRay& ray : rays) {
-    const Eigen::Vector3d at = state.root * shape_.PointOf(ray.vertex, state);
-    agreeing += ray.WayTo(at).norm() <= options_.agreeing_size * size_mm_ ? 1 : 0;
+  const std::vector<Eigen::Vector3d> points = shape_.PointsOf(rays, state);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    agreeing += rays[i].WayTo(state.root * points[i]).norm() <= options_.agreeing_size * size_mm_ ? 1 : 0;
   }
   return rays.empty() ? 0 : static_cast<double>(agreeing) / static_cast<double>(rays.size());
 }
