@@ -27,6 +27,8 @@ constexpr double kReachCells = 0.55;     // contacts are looked for within; neig
 // moves of so many cells for as many more.
 constexpr int kYieldSteps = 8, kReturnSteps = 40;
 constexpr double kReturnCells = 0.03;
+// So is one whose threads are pulled to this length, over that at rest. Worn cloth stays below 1.8.
+constexpr double kTorn = 2;
 
 // Damping that stands for Coulomb friction under a normal force, in kg/s.
 double FrictionDamping(double friction, double normal_force, double slip_mm_s) {
@@ -63,7 +65,13 @@ GarmentSolver::GarmentSolver(const std::vector<Face>& faces,
       rhs_(x_.size()),
       dv_(x_.size(), Vector3f::Zero()),
       product_(x_.size()),
-      is_held_(x_.size()) {}
+      is_held_(x_.size()) {
+  for (size_t f = 0; f < faces.size(); ++f)
+    for (int k = 0; k < 3; ++k) {
+      const int a = static_cast<int>(faces[f][k]), b = static_cast<int>(faces[f][(k + 1) % 3]);
+      edges_.push_back({a, b, (flat_mm[f][k] - flat_mm[f][(k + 1) % 3]).norm()});
+    }
+}
 
 void GarmentSolver::PushLayersApart(double step_s, const StepInput& input,
                                     const std::vector<ContactPair>& pairs) {
@@ -246,6 +254,9 @@ StepReport GarmentSolver::Step(double step_s, const StepInput& input) {
   report.held_back = kept.held_back;
   for (uint8_t& steps : yields_) steps -= steps > 0;
   for (const int v : kept.stuck) yields_[v] = kYieldSteps + kReturnSteps;
+  for (const ClothEdge& e : edges_)
+    if ((to[e.a] - to[e.b]).squaredNorm() > kTorn * kTorn * e.rest_mm * e.rest_mm)
+      yields_[e.a] = yields_[e.b] = kYieldSteps + kReturnSteps;
   ForEachIndex(x_.size(), [&](size_t i) {
     v_[i] = (to[i] - x_[i]) / step_s;
     x_[i] = to[i];

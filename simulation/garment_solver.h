@@ -49,8 +49,8 @@ struct StepReport {
 // Backward Euler with one Newton step (Baraff and Witkin 1998) by conjugate gradients with a block Jacobi
 // preconditioner. Layers repel each other as springs with friction. KeepApart limits the result, so cloth
 // that starts without intersections stays so. Where that holds cloth fast, as between an arm and the trunk,
-// the obstacle does not act for a while, so the cloth sinks in instead of being torn. Parallel in the calling
-// thread's TBB arena, the same bytes at any thread count.
+// or threads are pulled to twice their length, the obstacle does not act for a while, so the cloth sinks in
+// instead of being torn. Parallel in the calling thread's TBB arena, the same bytes at any thread count.
 class GarmentSolver {
  public:
   GarmentSolver(const std::vector<Face>& faces, const std::vector<std::array<Eigen::Vector2d, 3>>& flat_mm,
@@ -73,6 +73,10 @@ class GarmentSolver {
   }
 
  private:
+  struct ClothEdge {
+    int a = 0, b = 0;
+    double rest_mm = 0;
+  };
   // A contact that acts in this step: on its four vertices, by a 3 x 3 stiffness.
   struct Contact {
     std::array<int, 4> v;
@@ -96,6 +100,7 @@ class GarmentSolver {
   double cell_mm_, thickness_mm_, reach_mm_, body_gap_mm_;
   Fabric fabric_;
   ContactFinder finder_;
+  std::vector<ClothEdge> edges_;
   std::vector<Eigen::Vector3d> x_, v_;
   Eigen::Isometry3d carry_ = Eigen::Isometry3d::Identity();  // of the last step
   std::vector<uint8_t> yields_;  // [vertices], for how many more steps the obstacle acts less or not

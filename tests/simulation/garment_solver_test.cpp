@@ -319,6 +319,42 @@ TEST(GarmentSolver, ASphereIsNotEntered) {
   EXPECT_TRUE(FindSelfIntersections(solver.positions_mm(), sheet.cloth.rest.faces).empty());
 }
 
+// A ball is driven through a sheet whose border is held: it passes, and the sheet is whole afterwards.
+TEST(GarmentSolver, ClothIsLetGoBeforeABodyTearsIt) {
+  const Sheet sheet(20, 20);
+  GarmentSolver solver = sheet.Solver({});
+  const std::vector<Vector3d>& rest = sheet.cloth.rest.vertices_mm;
+  Vector3d middle = Vector3d::Zero();
+  for (const Vector3d& p : rest) middle += p / static_cast<double>(rest.size());
+  StepInput input;
+  input.gravity_mm_s2.setZero();
+  for (size_t v = 0; v < rest.size(); ++v)
+    if ((rest[v] - middle).cwiseAbs().maxCoeff() > 45) {
+      input.held.push_back(static_cast<int>(v));
+      input.held_at_mm.push_back(rest[v]);
+    }
+  constexpr double kRadiusMm = 15, kSpeedMmPerS = 600, kStepS = 1e-3;
+  double longest = 0;
+  for (int k = 0; k < 500; ++k) {
+    const Vector3d ball = middle + Vector3d(0, 0, -40 + kSpeedMmPerS * kStepS * k);
+    Obstacle obstacle;
+    obstacle.distance = [&](const Vector3d& p, double) {
+      return SurfaceDistance{(p - ball).norm() - kRadiusMm, (p - ball).normalized()};
+    };
+    obstacle.velocity_mm_s = [&](const Vector3d&) { return Vector3d(0, 0, kSpeedMmPerS); };
+    input.obstacle = &obstacle;
+    solver.Step(kStepS, input);
+    for (const Face& f : sheet.cloth.rest.faces)
+      for (int i = 0; i < 3; ++i)
+        longest =
+            std::max(longest, (solver.positions_mm()[f[i]] - solver.positions_mm()[f[(i + 1) % 3]]).norm() /
+                                  (rest[f[i]] - rest[f[(i + 1) % 3]]).norm());
+  }
+  EXPECT_GT(longest, 1.5);
+  EXPECT_LT(longest, 2.6);
+  for (size_t v = 0; v < rest.size(); ++v) EXPECT_LT(std::abs(solver.positions_mm()[v].z()), 15) << v;
+}
+
 TEST(KeepApart, HoldsBackAVertexOnItsWayThroughAFaceOnly) {
   const std::vector<Face> faces = {{0, 1, 2}};
   const std::vector<Vector3d> from = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {2, 2, 1}, {20, 20, 1}};
