@@ -112,7 +112,7 @@ void IsometricFit::Build(std::span<const VertexPull> pulls, std::span<const Vect
 
 absl::StatusOr<int> IsometricFit::Solve(std::span<const VertexPull> pulls,
                                         std::span<const Vector3d> carrier_mm,
-                                        std::vector<Vector3d>* position_mm) {
+                                        std::vector<Vector3d>* position_mm, bool pulls_are_alike) {
   std::vector<Vector3d>& x = *position_mm;
   std::vector<Vector3d> next(x.size());
   for (size_t e = 0; e < graph_.edges.size(); ++e) {
@@ -121,14 +121,15 @@ absl::StatusOr<int> IsometricFit::Solve(std::span<const VertexPull> pulls,
     expected_mm_[e] = mean + lengths_.follow[e] * (length - mean);
   }
   double energy = Energy(pulls, carrier_mm, x);
-  int left = 0;  // steps that the factor is good for
+  // Steps that the factor is good for.
+  int left = pulls_are_alike && has_factor_ ? options_.steps_of_factor : 0;
   for (int step = 1; step <= options_.max_steps; ++step) {
     Build(pulls, carrier_mm, x);
     const bool is_new = left == 0;
     if (is_new) {
       factor_.factorize(matrix_);
-      if (factor_.info() != Eigen::Success)
-        return absl::InternalError("isometric fit: the matrix could not be factorised");
+      has_factor_ = factor_.info() == Eigen::Success;
+      if (!has_factor_) return absl::InternalError("isometric fit: the matrix could not be factorised");
       left = options_.steps_of_factor;
     }
     --left;

@@ -55,9 +55,10 @@ class IsometricFit {
 
   // Minimises sum of pulls + rho((length - expected) / spread) over edges + |edge - carrier's edge|^2 /
   // bend_sigma^2, from `position_mm`, [vertices], which receives the result. The pulls must hold each
-  // connected part. Internal: the matrix could not be factorised. Returns the number of steps.
+  // connected part. `pulls_are_alike`: few differ from those of the last call, whose factor then serves
+  // first. Internal: the matrix could not be factorised. Returns the number of steps.
   absl::StatusOr<int> Solve(std::span<const VertexPull> pulls, std::span<const Eigen::Vector3d> carrier_mm,
-                            std::vector<Eigen::Vector3d>* position_mm);
+                            std::vector<Eigen::Vector3d>* position_mm, bool pulls_are_alike = false);
 
  private:
   double Energy(std::span<const VertexPull> pulls, std::span<const Eigen::Vector3d> carrier_mm,
@@ -74,6 +75,7 @@ class IsometricFit {
   Eigen::SparseMatrix<double> matrix_;           // lower triangle, [3 vertices][3 vertices]
   Eigen::VectorXd gradient_;
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower> factor_;
+  bool has_factor_ = false;
 };
 
 }  // namespace weft

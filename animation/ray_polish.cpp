@@ -89,7 +89,7 @@ absl::StatusOr<PolishedMesh> RayPolish::Polish(const std::vector<Eigen::Vector3d
       pulls[v].information += evidence.information;
       pulls[v].moment += evidence.moment;
     }
-    const absl::StatusOr<int> steps = fit_.Solve(pulls, carrier_mm, &out.position_mm);
+    const absl::StatusOr<int> steps = fit_.Solve(pulls, carrier_mm, &out.position_mm, round > 0);
     if (!steps.ok()) return steps.status();
     out.steps += *steps;
   }
