@@ -9,11 +9,13 @@
 namespace weft {
 namespace {
 
-constexpr double kSampleTolerance = 1e-3;  // of the largest answer
+constexpr double kSampleTolerance = 1e-4;  // of the largest answer
 // As the trainer bounds the last answer.
 constexpr float kMostLog = 3;
 
 Tensor AsTensor(const AtlasImage& image) { return {image.channels, image.height, image.width, image.values}; }
+
+absl::StatusOr<Net> LoadNet(const AvatarNet& about) { return Net::FromOnnx(about.onnx, "the avatar's net"); }
 
 absl::Status CheckSample(const AvatarNet& about, Net& net) {
   const absl::StatusOr<Tensor> answer = net.Run(about.sample);
@@ -35,11 +37,16 @@ absl::Status CheckSample(const AvatarNet& about, Net& net) {
 
 }  // namespace
 
+absl::Status CheckNet(const AvatarNet& net) {
+  absl::StatusOr<Net> loaded = LoadNet(net);
+  return loaded.ok() ? CheckSample(net, *loaded) : loaded.status();
+}
+
 absl::StatusOr<NetCorrection> NetCorrection::Create(const Template& garment, const AlignmentModel& model,
                                                     const SparseViewAvatar& avatar) {
   absl::StatusOr<Atlas> atlas = Atlas::Build(garment, avatar.net.atlas);
   if (!atlas.ok()) return atlas.status();
-  absl::StatusOr<Net> net = Net::FromOnnx(avatar.net.onnx, "the avatar's net");
+  absl::StatusOr<Net> net = LoadNet(avatar.net);
   if (!net.ok()) return net.status();
   if (absl::Status status = CheckSample(avatar.net, *net); !status.ok()) return status;
   return NetCorrection(model, avatar, *std::move(atlas), *std::move(net));

@@ -23,11 +23,14 @@ struct CorrectedMesh {
   std::vector<float> deviation_mm;
 };
 
+// InvalidArgument where the net does not read, or does not answer its sample as it did when it was trained:
+// to 1e-4 of its largest answer.
+absl::Status CheckNet(const AvatarNet& net);
+
 // Not for use by two threads at once. Parallel loops run in the calling thread's TBB arena.
 class NetCorrection {
  public:
-  // Model and avatar must outlive it. InvalidArgument where the avatar's net does not read, or does not
-  // answer its sample as it did when it was trained.
+  // Model and avatar must outlive it. Errors of CheckNet and Atlas::Build.
   static absl::StatusOr<NetCorrection> Create(const Template& garment, const AlignmentModel& model,
                                               const SparseViewAvatar& avatar);
 

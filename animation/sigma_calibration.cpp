@@ -21,6 +21,21 @@ constexpr size_t kFewRatios = 50;
 // More vertices of a frame say nothing new.
 constexpr size_t kVerticesOfFrame = 2000;
 
+double MeanDistance(const std::vector<Eigen::Vector3d>& a, const std::vector<Eigen::Vector3d>& b) {
+  double sum = 0;
+  for (size_t v = 0; v < a.size(); ++v) sum += (a[v] - b[v]).norm();
+  return sum / static_cast<double>(a.size());
+}
+
+// The mean of both, weighted by their frames.
+void AddGain(const NetGain& more, NetGain* to) {
+  if (more.frames == 0) return;
+  const double all = to->frames + more.frames, share = more.frames / all;
+  to->before_mm += share * (more.before_mm - to->before_mm);
+  to->after_mm += share * (more.after_mm - to->after_mm);
+  to->frames += more.frames;
+}
+
 double FactorOf(const std::vector<float>& ratios) {
   const std::vector<double> values(ratios.begin(), ratios.end());
   return std::max(1e-3, std::sqrt(Quantile(values, kOneSigma) * Quantile(values, kTwoSigmas) / 2));
@@ -43,13 +58,14 @@ SigmaCalibration::SigmaCalibration(const Template& garment, const AlignmentModel
 }
 
 absl::Status SigmaCalibration::Add(const SparseViewAvatar& avatar,
-                                   const std::vector<std::vector<Eigen::Vector3d>>& run, uint64_t seed) {
+                                   const std::vector<std::vector<Eigen::Vector3d>>& run, uint64_t seed,
+                                   NetCorrection* net) {
   const std::vector<Eigen::Vector3d> mean = avatar.space.Shape(Eigen::VectorXd::Zero(1));
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
   for (const Eigen::Vector3d& p : mean) spread += p * p.transpose();
   const Eigen::Vector3d up = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
   for (int cameras = 1; cameras <= SigmaScale::kCameras; ++cameras) {
-    RayDriver driver(model_, avatar, {});
+    RayDriver driver(model_, avatar, {}, net);
     ImaginedViews views;
     views.cameras = cameras;
     views.up = RigidFit(mean, run.front()).linear() * up;
@@ -61,6 +77,9 @@ absl::Status SigmaCalibration::Add(const SparseViewAvatar& avatar,
       const auto driven = driver.Drive(1, *rays);
       if (!driven.ok()) return driven.status();
       if (f < kSettlingFrames || driven->track.lost) continue;
+      if (!driven->uncorrected_mm.empty())
+        AddGain({1, MeanDistance(driven->uncorrected_mm, run[f]), MeanDistance(driven->position_mm, run[f])},
+                &gain_[cameras - 1]);
       const size_t step = 1 + run[f].size() / kVerticesOfFrame;
       for (size_t v = f % step; v < run[f].size(); v += step) {
         const double error = (driven->position_mm[v] - run[f][v]).norm();
@@ -75,6 +94,7 @@ absl::Status SigmaCalibration::Add(const SparseViewAvatar& avatar,
 
 SigmaCalibration& SigmaCalibration::operator+=(const SigmaCalibration& other) {
   frames_ += other.frames_;
+  for (size_t c = 0; c < gain_.size(); ++c) AddGain(other.gain_[c], &gain_[c]);
   for (size_t c = 0; c < ratios_.size(); ++c)
     for (size_t r = 0; r < ratios_[c].size(); ++r)
       ratios_[c][r].insert(ratios_[c][r].end(), other.ratios_[c][r].begin(), other.ratios_[c][r].end());

@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "alignment/align.h"
+#include "animation/net_correction.h"
 #include "animation/sparse_view_avatar.h"
 
 namespace weft {
@@ -21,12 +22,15 @@ class SigmaCalibration {
   SigmaCalibration(const Template& garment, const AlignmentModel& model);
 
   // Drives the avatar over frames that follow each other, before 1 to SigmaScale::kCameras cameras at equal
-  // angles; `seed` turns them about the garment. Errors of ImagineRays and RayDriver.
+  // angles; `seed` turns them about the garment. `net`, which may be null, is that of the avatar. Errors of
+  // ImagineRays and RayDriver.
   absl::Status Add(const SparseViewAvatar& avatar, const std::vector<std::vector<Eigen::Vector3d>>& run,
-                   uint64_t seed);
+                   uint64_t seed, NetCorrection* net = nullptr);
   SigmaCalibration& operator+=(const SigmaCalibration& other);
 
   int frames() const { return frames_; }  // that counted, each before all numbers of cameras
+  // What nets made of the frames that they corrected, for each number of cameras.
+  const std::array<NetGain, SigmaScale::kCameras>& gain() const { return gain_; }
   // The factors that put the shares of one and two sigmas right, as well as one factor can. Classes that
   // hardly occur keep the proportion of the typical ones to a neighbour that is known.
   SigmaScale Scales() const;
@@ -38,6 +42,7 @@ class SigmaCalibration {
   const AlignmentModel& model_;
   std::vector<bool> is_node_;
   int frames_ = 0;
+  std::array<NetGain, SigmaScale::kCameras> gain_{};
   // Error over scale, of some of the vertices.
   std::array<std::array<std::vector<float>, SigmaScale::kRays>, SigmaScale::kCameras> ratios_;
 };

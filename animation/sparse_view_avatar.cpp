@@ -44,6 +44,13 @@ absl::Status SparseViewTraining::Validate() const {
   return absl::OkStatus();
 }
 
+bool AvatarNet::IsOfUse() const {
+  double before = 0, after = 0;
+  for (const NetGain& of_cameras : gain)
+    before += of_cameras.frames * of_cameras.before_mm, after += of_cameras.frames * of_cameras.after_mm;
+  return after < before;
+}
+
 absl::Status SparseViewAvatar::Validate() const {
   if (absl::Status status = space.Validate(); !status.ok()) return status;
   const size_t vertices = static_cast<size_t>(space.vertices);

@@ -58,12 +58,27 @@ struct SigmaCheck {
   double within_one = 0, within_two = 0;
 };
 
+// Mean errors of driven meshes, in mm: of the same frames without the net and with it.
+struct NetGain {
+  int frames = 0;
+  double before_mm = 0, after_mm = 0;
+};
+
 // A net that says how far driven meshes are off; driving_features.h has what it is told and answers.
 struct AvatarNet {
+  // It learns from two cameras and more, and is not asked about one.
+  static constexpr int kLeastCameras = 2;
+
   std::string onnx;  // bytes of the file; empty: the avatar has no net
   AtlasOptions atlas;
   // An image with the answer that the trainer got, to be compared where the net is loaded.
   Tensor sample, sample_answer;
+  // On held-out frames before 1, 2, 3, and 4 cameras.
+  std::array<NetGain, SigmaScale::kCameras> gain{};
+
+  bool empty() const { return onnx.empty(); }
+  // Whether its held-out frames are, over all cameras, nearer to the truth with it.
+  bool IsOfUse() const;
 };
 
 struct SparseViewAvatar {
@@ -107,16 +122,35 @@ std::vector<AvatarTable> TablesOf(const SparseViewAvatar& avatar);
 // imply. Unknown tables are passed over. Validate() says whether the whole makes sense.
 absl::Status TakeTables(const std::vector<AvatarTable>& tables, SparseViewAvatar* avatar);
 
-// Learns an avatar. `on_progress` (may be empty) is called with what is being done ("shapes", "lengths",
-// "sigma") and the share of it done. Without held-out takes the last tenth of each take is held out. Sigma is
-// fitted to held-out frames and, where there are two motions and more, to motions that were not learnt: each
-// is left out in turn and driven by what few frames of the others teach.
+// May be empty. Called with what is being done ("shapes", "lengths", "sigma") and the share of it done.
+using TrainingProgress = std::function<void(std::string_view stage, double share)>;
+
+// Where the last frame stands that is learnt from, and no further: without held-out takes the last tenth of
+// each take is held out.
+int LearntFrames(const std::vector<TrainingTake>& takes, size_t take);
+
+// Learns shapes, lengths and motion; sigma's factors stay 1, and there is no net.
 // InvalidArgument names what is wrong with the input: fewer than ten frames to learn from, a frame with
 // another number of vertices than the template; errors of `read`; Cancelled when `stop` is requested.
 // The same bytes at any thread count.
-absl::StatusOr<SparseViewAvatar> TrainSparseView(
-    const Template& garment, const TrainingFrames& frames, const SparseViewTraining& training,
-    const std::function<void(std::string_view stage, double share)>& on_progress = {},
-    const std::stop_token& stop = {});
+absl::StatusOr<SparseViewAvatar> LearnSparseView(const Template& garment, const TrainingFrames& frames,
+                                                 const SparseViewTraining& training,
+                                                 const TrainingProgress& on_progress = {},
+                                                 const std::stop_token& stop = {});
+
+// Fits sigma to held-out frames and, where there are two motions and more, to motions that were not learnt:
+// each is left out in turn and driven by what few frames of the others teach. Where the avatar has a net,
+// held-out frames are driven with it, and its gain is measured; it has learnt from the motions that are left
+// out, so those are driven without. `frames` and errors as of LearnSparseView, those of NetCorrection::Create
+// besides.
+absl::Status CalibrateSparseView(const Template& garment, const TrainingFrames& frames,
+                                 const TrainingProgress& on_progress, const std::stop_token& stop,
+                                 SparseViewAvatar* avatar);
+
+// Learns and calibrates an avatar without a net.
+absl::StatusOr<SparseViewAvatar> TrainSparseView(const Template& garment, const TrainingFrames& frames,
+                                                 const SparseViewTraining& training,
+                                                 const TrainingProgress& on_progress = {},
+                                                 const std::stop_token& stop = {});
 
 }  // namespace weft

@@ -1,11 +1,13 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "alignment/align.h"
 #include "alignment/placement.h"
+#include "animation/net_correction.h"
 #include "animation/sigma_calibration.h"
 #include "animation/sparse_view_avatar.h"
 #include "base/counter_random.h"
@@ -35,15 +37,11 @@ struct Split {
 };
 
 Split SplitOf(const std::vector<TrainingTake>& takes, int max_frames) {
-  const bool has_held_out =
-      std::any_of(takes.begin(), takes.end(), [](const TrainingTake& take) { return take.held_out; });
   Split all;
   for (size_t t = 0; t < takes.size(); ++t) {
-    const int last = has_held_out ? takes[t].frames : takes[t].frames - takes[t].frames / kHeldOutShare;
-    for (int f = 0; f < takes[t].frames; ++f) {
-      const bool held = takes[t].held_out || f >= last;
-      (held ? all.held_out : all.learnt).push_back({static_cast<int>(t), f});
-    }
+    const int last = LearntFrames(takes, t);
+    for (int f = 0; f < takes[t].frames; ++f)
+      (f >= last ? all.held_out : all.learnt).push_back({static_cast<int>(t), f});
   }
   const size_t most = static_cast<size_t>(max_frames), count = all.learnt.size();
   if (count > most) {
@@ -234,9 +232,9 @@ class Learner {
     return absl::OkStatus();
   }
 
-  // How far the avatar is off in runs of these frames. `frames` count at most.
+  // How far the avatar is off in runs of these frames. `frames` count at most; `net` may be null.
   absl::Status Measure(const SparseViewAvatar& avatar, const std::vector<FrameOfTake>& from, int frames,
-                       SigmaCalibration* calibration) const {
+                       NetCorrection* net, SigmaCalibration* calibration) const {
     for (const std::vector<FrameOfTake>& run : RunsOf(from, frames)) {
       std::vector<std::vector<Eigen::Vector3d>> meshes;
       for (const FrameOfTake& at : run) {
@@ -246,7 +244,7 @@ class Learner {
       }
       const uint64_t seed =
           KeyOf(training_.seed, absl::StrCat("run ", run.front().take, " ", run.front().frame));
-      if (absl::Status status = calibration->Add(avatar, meshes, seed); !status.ok()) return status;
+      if (absl::Status status = calibration->Add(avatar, meshes, seed, net); !status.ok()) return status;
     }
     return absl::OkStatus();
   }
@@ -280,7 +278,7 @@ absl::Status CrossValidate(const std::vector<TrainingTake>& takes, const std::ve
     if (others.size() < kLeastFrames) continue;
     SparseViewAvatar avatar;
     absl::Status status = learner.Learn(Thinned(others, kFoldFrames), {}, {}, &avatar);
-    if (status.ok()) status = learner.Measure(avatar, left_out, of_motion, calibration);
+    if (status.ok()) status = learner.Measure(avatar, left_out, of_motion, nullptr, calibration);
     if (!status.ok()) return status;
     on_progress(static_cast<double>(m + 1) / count);
   }
@@ -289,10 +287,17 @@ absl::Status CrossValidate(const std::vector<TrainingTake>& takes, const std::ve
 
 }  // namespace
 
-absl::StatusOr<SparseViewAvatar> TrainSparseView(
-    const Template& garment, const TrainingFrames& frames, const SparseViewTraining& training,
-    const std::function<void(std::string_view stage, double share)>& on_progress,
-    const std::stop_token& stop) {
+int LearntFrames(const std::vector<TrainingTake>& takes, size_t take) {
+  const int frames = takes[take].frames;
+  if (std::any_of(takes.begin(), takes.end(), [](const TrainingTake& of) { return of.held_out; }))
+    return takes[take].held_out ? 0 : frames;
+  return frames - frames / kHeldOutShare;
+}
+
+absl::StatusOr<SparseViewAvatar> LearnSparseView(const Template& garment, const TrainingFrames& frames,
+                                                 const SparseViewTraining& training,
+                                                 const TrainingProgress& on_progress,
+                                                 const std::stop_token& stop) {
   if (absl::Status status = training.Validate(); !status.ok()) return status;
   const Split split = SplitOf(frames.takes, training.max_frames);
   if (split.learnt.size() < kLeastFrames)
@@ -310,24 +315,57 @@ absl::StatusOr<SparseViewAvatar> TrainSparseView(
   out.training_frames = static_cast<int>(split.learnt.size());
   out.held_out_frames = static_cast<int>(split.held_out.size());
   const AlignmentModel model(garment);
+  absl::Status status = Learner(model, checked, training, stop)
+                            .Learn(
+                                split.learnt, [&](double share) { report("shapes", share); },
+                                [&](double share) { report("lengths", share); }, &out);
+  if (!status.ok()) return status;
+  return out;
+}
+
+absl::Status CalibrateSparseView(const Template& garment, const TrainingFrames& frames,
+                                 const TrainingProgress& on_progress, const std::stop_token& stop,
+                                 SparseViewAvatar* avatar) {
+  const SparseViewTraining& training = avatar->training;
+  const Split split = SplitOf(frames.takes, training.max_frames);
+  const auto report = [&](double share) {
+    if (on_progress) on_progress("sigma", share);
+  };
+  const CheckedFrames checked(frames, garment.rest.vertices_mm.size(), stop);
+  const AlignmentModel model(garment);
   const Learner learner(model, checked, training, stop);
-  absl::Status status = learner.Learn(
-      split.learnt, [&](double share) { report("shapes", share); },
-      [&](double share) { report("lengths", share); }, &out);
-  if (!status.ok()) return status;
+  std::optional<NetCorrection> net;
+  if (!avatar->net.empty()) {
+    absl::StatusOr<NetCorrection> created = NetCorrection::Create(garment, model, *avatar);
+    if (!created.ok()) return created.status();
+    net.emplace(*std::move(created));
+  }
   SigmaCalibration held_out(garment, model), left_out(garment, model);
-  status = CrossValidate(
+  absl::Status status = CrossValidate(
       frames.takes, split.learnt, learner, training.calibration_frames,
-      [&](double share) { report("sigma", 0.7 * share); }, &left_out);
-  if (status.ok()) status = learner.Measure(out, split.held_out, training.calibration_frames, &held_out);
+      [&](double share) { report(0.7 * share); }, &left_out);
+  if (status.ok())
+    status = learner.Measure(*avatar, split.held_out, training.calibration_frames, net ? &*net : nullptr,
+                             &held_out);
   if (!status.ok()) return status;
-  report("sigma", 1);
+  report(1);
+  if (net) avatar->net.gain = held_out.gain();
   SigmaCalibration both = held_out;
   both += left_out;
-  out.sigma = both.Scales();
-  out.held_out_check = held_out.Check(out.sigma);
-  out.left_out_check = left_out.Check(out.sigma);
-  if (status = out.Validate(); !status.ok()) return status;
+  avatar->sigma = both.Scales();
+  avatar->held_out_check = held_out.Check(avatar->sigma);
+  avatar->left_out_check = left_out.Check(avatar->sigma);
+  return avatar->Validate();
+}
+
+absl::StatusOr<SparseViewAvatar> TrainSparseView(const Template& garment, const TrainingFrames& frames,
+                                                 const SparseViewTraining& training,
+                                                 const TrainingProgress& on_progress,
+                                                 const std::stop_token& stop) {
+  absl::StatusOr<SparseViewAvatar> out = LearnSparseView(garment, frames, training, on_progress, stop);
+  if (!out.ok()) return out;
+  if (absl::Status status = CalibrateSparseView(garment, frames, on_progress, stop, &*out); !status.ok())
+    return status;
   return out;
 }
 

@@ -13,7 +13,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "animation/net_correction.h"
 #include "capture/file/checksum.h"
+#include "services/animation/net_sample.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
 #include "services/files/little_endian.h"
@@ -25,7 +27,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kSpaceMagic = "weftspc1";
-constexpr uint64_t kMaxSpaceBytes = uint64_t{1} << 30;
+constexpr uint64_t kMaxSpaceBytes = uint64_t{1} << 30, kMaxNetBytes = uint64_t{1} << 28;
 constexpr size_t kTableHeadBytes = 1 + 4 + 4 + 1;  // with an empty name
 constexpr float kSteps = 32767;
 
@@ -115,6 +117,62 @@ void Describe(const SparseViewAvatar& avatar, v1::Avatar& about) {
   Describe(avatar.left_out_check, *about.mutable_left_out_check());
 }
 
+void Describe(const AvatarNet& net, const AvatarBytes& bytes, v1::AvatarNet& about) {
+  about.set_atlas_level(net.atlas.level);
+  about.set_atlas_gutter(net.atlas.gutter);
+  about.set_onnx_bytes(static_cast<int64_t>(bytes.net.size()));
+  about.set_onnx_checksum(ChecksumOf(bytes.net));
+  about.set_sample_bytes(static_cast<int64_t>(bytes.sample.size()));
+  about.set_sample_checksum(ChecksumOf(bytes.sample));
+  about.clear_gain();
+  for (size_t k = 0; k < net.gain.size(); ++k) {
+    if (net.gain[k].frames == 0) continue;
+    v1::AvatarNetGain& gain = *about.add_gain();
+    gain.set_cameras(static_cast<int>(k) + 1);
+    gain.set_frames(net.gain[k].frames);
+    gain.set_before_mm(net.gain[k].before_mm);
+    gain.set_after_mm(net.gain[k].after_mm);
+  }
+}
+
+// Atlas, sample and gain; the bytes of the net are those of its file.
+absl::StatusOr<AvatarNet> NetOf(const v1::AvatarNet& about, AvatarBytes bytes, const std::string& folder) {
+  AvatarNet out;
+  out.atlas.level = about.atlas_level(), out.atlas.gutter = about.atlas_gutter();
+  if (absl::Status status = out.atlas.Validate(); !status.ok())
+    return absl::InvalidArgumentError(
+        absl::StrCat(PathIn(folder, kAvatarFile), ": net: ", std::string(status.message())));
+  for (const v1::AvatarNetGain& gain : about.gain()) {
+    if (gain.cameras() < 1 || gain.cameras() > SigmaScale::kCameras)
+      return absl::InvalidArgumentError(absl::StrCat(PathIn(folder, kAvatarFile), ": net.gain: cameras is ",
+                                                     gain.cameras(), ", expected 1 to ",
+                                                     SigmaScale::kCameras));
+    out.gain[static_cast<size_t>(gain.cameras() - 1)] = {gain.frames(), gain.before_mm(), gain.after_mm()};
+  }
+  if (absl::Status status = DecodeNetSample(bytes.sample, PathIn(folder, kAvatarSampleFile), &out);
+      !status.ok())
+    return status;
+  out.onnx = std::move(bytes.net);
+  return out;
+}
+
+// A file of an avatar must be the one that avatar.json tells of.
+absl::Status CheckFile(const std::string& folder, const char* file, std::string_view bytes,
+                       int64_t told_bytes, const std::string& told_checksum) {
+  if (static_cast<int64_t>(bytes.size()) == told_bytes && ChecksumOf(bytes) == told_checksum)
+    return absl::OkStatus();
+  return absl::DataLossError(
+      absl::StrCat(PathIn(folder, file), ": has ", bytes.size(), " bytes and checksum ", ChecksumOf(bytes),
+                   ", ", PathIn(folder, kAvatarFile), " says ", told_bytes, " and ", told_checksum,
+                   "; the files are damaged or of two avatars, copy or train the avatar again"));
+}
+
+absl::Status ReadInto(const std::string& folder, const char* file, uint64_t most, std::string* out) {
+  absl::StatusOr<std::string> bytes = ReadWholeFile(PathIn(folder, file), most);
+  if (bytes.ok()) *out = *std::move(bytes);
+  return bytes.status();
+}
+
 absl::Status RemoveFolder(const fs::path& folder) {
   std::error_code error;
   fs::remove_all(folder, error);
@@ -199,16 +257,18 @@ absl::StatusOr<v1::Avatar> ParseAvatar(std::string_view json, const std::string&
   return about;
 }
 
-absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, std::string_view space,
-                                          const std::string& folder) {
+absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, AvatarBytes bytes, const std::string& folder) {
   const std::string about_path = PathIn(folder, kAvatarFile), space_path = PathIn(folder, kAvatarSpaceFile);
-  if (static_cast<int64_t>(space.size()) != about.space_bytes() ||
-      ChecksumOf(space) != about.space_checksum())
-    return absl::DataLossError(
-        absl::StrCat(space_path, ": has ", space.size(), " bytes and checksum ", ChecksumOf(space), ", ",
-                     about_path, " says ", about.space_bytes(), " and ", about.space_checksum(),
-                     "; the files are damaged or of two avatars, copy or train the avatar again"));
-  const absl::StatusOr<std::vector<AvatarTable>> tables = DecodeAvatarSpace(space, space_path);
+  const v1::AvatarNet& net = about.net();
+  absl::Status status =
+      CheckFile(folder, kAvatarSpaceFile, bytes.space, about.space_bytes(), about.space_checksum());
+  if (about.has_net()) {
+    status.Update(CheckFile(folder, kAvatarNetFile, bytes.net, net.onnx_bytes(), net.onnx_checksum()));
+    status.Update(
+        CheckFile(folder, kAvatarSampleFile, bytes.sample, net.sample_bytes(), net.sample_checksum()));
+  }
+  if (!status.ok()) return status;
+  const absl::StatusOr<std::vector<AvatarTable>> tables = DecodeAvatarSpace(bytes.space, space_path);
   if (!tables.ok()) return tables.status();
   AvatarFile out;
   SparseViewAvatar& avatar = out.avatar;
@@ -223,7 +283,7 @@ absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, std::string_view spa
   avatar.training.seed = about.training().seed();
   avatar.held_out_check = CheckOf(about.held_out_check());
   avatar.left_out_check = CheckOf(about.left_out_check());
-  absl::Status status = TakeTables(*tables, &avatar);
+  status = TakeTables(*tables, &avatar);
   if (status.ok()) status = avatar.Validate();
   if (!status.ok())
     return absl::InvalidArgumentError(absl::StrCat(space_path, ": ", std::string(status.message())));
@@ -231,11 +291,16 @@ absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, std::string_view spa
     return absl::InvalidArgumentError(absl::StrCat(
         space_path, ": has ", avatar.space.components(), " components of ", avatar.space.vertices,
         " vertices, ", about_path, " says ", about.components(), " of ", about.vertices()));
+  if (about.has_net()) {
+    absl::StatusOr<AvatarNet> read = NetOf(about.net(), std::move(bytes), folder);
+    if (!read.ok()) return read.status();
+    avatar.net = *std::move(read);
+  }
   out.about = std::move(about);
   return out;
 }
 
-absl::StatusOr<AvatarFile> ReadAvatar(const std::string& path) {
+absl::StatusOr<AvatarFile> ReadAvatar(const std::string& path, NetReading reading) {
   const fs::path given(path);
   const std::string folder = given.filename() == kAvatarFile ? given.parent_path().string() : path;
   const std::string about_path = PathIn(folder, kAvatarFile);
@@ -246,9 +311,32 @@ absl::StatusOr<AvatarFile> ReadAvatar(const std::string& path) {
   if (!json.ok()) return json.status();
   absl::StatusOr<v1::Avatar> about = ParseAvatar(*json, about_path);
   if (!about.ok()) return about.status();
-  const absl::StatusOr<std::string> space = ReadWholeFile(PathIn(folder, kAvatarSpaceFile), kMaxSpaceBytes);
-  if (!space.ok()) return space.status();
-  return AssembleAvatar(*std::move(about), *space, folder);
+  const bool has_net = about->has_net();
+  AvatarBytes bytes;
+  absl::Status status = ReadInto(folder, kAvatarSpaceFile, kMaxSpaceBytes, &bytes.space);
+  if (has_net) {
+    status.Update(ReadInto(folder, kAvatarNetFile, kMaxNetBytes, &bytes.net));
+    status.Update(ReadInto(folder, kAvatarSampleFile, kMaxNetBytes, &bytes.sample));
+  } else {
+    for (const char* file : {kAvatarNetFile, kAvatarSampleFile})
+      if (std::error_code error; fs::exists(PathIn(folder, file), error))
+        status.Update(absl::DataLossError(
+            absl::StrCat(PathIn(folder, file), ": is there, and ", about_path,
+                         " tells of no net; the files are of two avatars, copy the avatar again")));
+  }
+  if (!status.ok()) return status;
+  absl::StatusOr<AvatarFile> out = AssembleAvatar(*std::move(about), std::move(bytes), folder);
+  if (!out.ok() || !has_net || reading == NetReading::kBytesAlone) return out;
+  if (status = CheckNet(out->avatar.net); !status.ok())
+    return absl::InvalidArgumentError(
+        absl::StrCat(PathIn(folder, kAvatarNetFile), ": ", std::string(status.message())));
+  return out;
+}
+
+std::string ChecksumOfAvatar(const v1::Avatar& about) {
+  if (!about.has_net()) return about.space_checksum();
+  return ChecksumOf(absl::StrCat(about.space_checksum(), " ", about.net().onnx_checksum(), " ",
+                                 about.net().atlas_level(), " ", about.net().atlas_gutter()));
 }
 
 absl::Status CheckAvatarPlace(const std::string& folder) {
@@ -268,12 +356,22 @@ absl::Status WriteAvatar(const std::string& folder, v1::Avatar about, const Spar
   if (absl::Status status = CheckAvatarPlace(place.string()); !status.ok()) return status;
   const fs::path parent = place.has_parent_path() ? place.parent_path() : fs::path(".");
   const fs::path draft = absl::StrCat(place.string(), ".tmp.", getpid());
-  const std::string space = EncodeAvatarSpace(TablesOf(avatar));
+  AvatarBytes bytes{EncodeAvatarSpace(TablesOf(avatar)), avatar.net.onnx, {}};
   Describe(avatar, about);
-  about.set_space_bytes(static_cast<int64_t>(space.size()));
-  about.set_space_checksum(ChecksumOf(space));
+  about.set_space_bytes(static_cast<int64_t>(bytes.space.size()));
+  about.set_space_checksum(ChecksumOf(bytes.space));
+  if (avatar.net.empty()) {
+    about.clear_net();
+  } else {
+    bytes.sample = EncodeNetSample(avatar.net);
+    Describe(avatar.net, bytes, *about.mutable_net());
+  }
   absl::Status status = CreateFolders(draft.string());
-  if (status.ok()) status = WriteFileAtomically(PathIn(draft.string(), kAvatarSpaceFile), space);
+  if (status.ok()) status = WriteFileAtomically(PathIn(draft.string(), kAvatarSpaceFile), bytes.space);
+  if (status.ok() && !avatar.net.empty()) {
+    status = WriteFileAtomically(PathIn(draft.string(), kAvatarNetFile), bytes.net);
+    status.Update(WriteFileAtomically(PathIn(draft.string(), kAvatarSampleFile), bytes.sample));
+  }
   if (status.ok()) status = WriteJsonFile(PathIn(draft.string(), kAvatarFile), about);
   if (status.ok()) status = PutInPlace(draft, place);
   if (status.ok()) status = FlushFolder(parent);

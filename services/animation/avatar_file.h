@@ -1,4 +1,5 @@
-// Avatars on disk: the folder X.avatar with avatar.json and space.bin (layout: docs/file-formats.md).
+// Avatars on disk: the folder X.avatar with avatar.json and space.bin, and of a net net.onnx and sample.bin
+// (layout: docs/file-formats.md).
 #pragma once
 
 #include <string>
@@ -15,6 +16,8 @@ namespace weft {
 // The files of an avatar's folder.
 inline constexpr char kAvatarFile[] = "avatar.json";
 inline constexpr char kAvatarSpaceFile[] = "space.bin";
+inline constexpr char kAvatarNetFile[] = "net.onnx";
+inline constexpr char kAvatarSampleFile[] = "sample.bin";
 
 // The kind of avatar that this version knows.
 inline constexpr char kSparseViewKind[] = "sparse-view";
@@ -35,21 +38,33 @@ absl::StatusOr<std::vector<AvatarTable>> DecodeAvatarSpace(std::string_view byte
 // InvalidArgument names source_name and the field: unknown, of another kind of avatar, or out of its limits.
 absl::StatusOr<v1::Avatar> ParseAvatar(std::string_view json, const std::string& source_name);
 
-// The avatar of both files; `folder` names them in errors. InvalidArgument or DataLoss names the file, what
-// is wrong with it, and the remedy.
-absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, std::string_view space,
-                                          const std::string& folder);
+// What stands beside avatar.json; of an avatar without a net the space alone.
+struct AvatarBytes {
+  std::string space, net, sample;
+};
+
+// The avatar of its files; `folder` names them in errors. InvalidArgument or DataLoss names the file, what
+// is wrong with it, and the remedy. The net is not run.
+absl::StatusOr<AvatarFile> AssembleAvatar(v1::Avatar about, AvatarBytes bytes, const std::string& folder);
+
+// Whether a net is read into the library that runs it, and compared with its sample. Nets of strangers are
+// read where jobs run, which are confined.
+enum class NetReading { kRun, kBytesAlone };
 
 // Reads a folder, or its avatar.json. NotFound with the remedy where the folder holds no avatar; errors of
-// AssembleAvatar.
-absl::StatusOr<AvatarFile> ReadAvatar(const std::string& path);
+// AssembleAvatar, and of CheckNet with the file's name.
+absl::StatusOr<AvatarFile> ReadAvatar(const std::string& path, NetReading reading = NetReading::kRun);
+
+// That of all its files but avatar.json.
+std::string ChecksumOfAvatar(const v1::Avatar& about);
 
 // AlreadyExists where something stands at `folder` that is no avatar.
 absl::Status CheckAvatarPlace(const std::string& folder);
 
 // Writes the folder under a temporary name, flushes it to the disk and puts it in place; an avatar that
-// stands there is replaced. Fills in what `about` tells of `avatar` and of space.bin. The same bytes for the
-// same avatar. Errors of CheckAvatarPlace and WriteFileAtomically.
+// stands there is replaced. Fills in what `about` tells of `avatar` and of the files beside, but for the
+// training of its net. The same bytes for the same avatar. Errors of CheckAvatarPlace and
+// WriteFileAtomically.
 absl::Status WriteAvatar(const std::string& folder, v1::Avatar about, const SparseViewAvatar& avatar);
 
 // FailedPrecondition, with both names and hashes, for a template or a board that the avatar at `path` was not

@@ -140,6 +140,28 @@ std::string SigmaRemark(const v1::Avatar& avatar) {
 
 std::string ShareText(double share) { return share < 0 ? "-" : absl::StrFormat("%.1f", 100 * share); }
 
+// Of its large files.
+double BytesOf(const v1::Avatar& avatar) {
+  return static_cast<double>(avatar.space_bytes() + avatar.net().onnx_bytes() + avatar.net().sample_bytes());
+}
+
+void AppendNet(const v1::Avatar& avatar, std::string& out) {
+  if (!avatar.has_net()) {
+    absl::StrAppend(&out, "net        none\n");
+    return;
+  }
+  const v1::AvatarNet& net = avatar.net();
+  const v1::AvatarNetTraining& training = net.training();
+  absl::StrAppendFormat(&out, "net        %.2f MB, trained in %d of %d steps, seed %d, %d threads%s\n",
+                        static_cast<double>(net.onnx_bytes()) / kMegabyte, training.steps_taken(),
+                        training.steps(), training.seed(), training.threads(),
+                        training.steps_taken() < training.steps() ? "; its time ended before its steps" : "");
+  for (const v1::AvatarNetGain& gain : net.gain())
+    absl::StrAppendFormat(
+        &out, "net        %d cameras, %d held-out frames: mean error %.3f mm, without it %.3f mm\n",
+        gain.cameras(), gain.frames(), gain.after_mm(), gain.before_mm());
+}
+
 }  // namespace
 
 void AddAvatarGoals(const v1::Avatar& avatar, v1::AvatarEvaluation& evaluation) {
@@ -199,7 +221,7 @@ void AddAvatarGoals(const v1::Avatar& avatar, v1::AvatarEvaluation& evaluation) 
   if (FindScore(evaluation, kKnown, 2, "driven") != nullptr &&
       FindScore(evaluation, kKnown, 2, "without net") == nullptr)
     evaluation.add_remarks("the avatar has no net, so A5 over carrier + rays + E_Dist is not measured");
-  goals.Add("A14", "size of the avatar, MB", static_cast<double>(avatar.space_bytes()) / kMegabyte, 10, 6);
+  goals.Add("A14", "size of the avatar, MB", BytesOf(avatar) / kMegabyte, 10, 6);
 }
 
 std::string AvatarEvaluationText(const v1::AvatarEvaluation& evaluation) {
@@ -248,11 +270,12 @@ std::string AvatarText(const std::string& path, const v1::Avatar& avatar) {
       "learnt     %d shapes of %d vertices from %d frames at %g frames/s; they miss %.3f mm (rms per axis)\n"
       "held out   %d frames\n",
       path, avatar.kind(), avatar.template_id(), avatar.template_hash(), avatar.board_hash(),
-      avatar.made_by(), static_cast<double>(avatar.space_bytes()) / kMegabyte, avatar.components(),
-      avatar.vertices(), avatar.training_frames(), avatar.fps(), avatar.left_mm(), avatar.held_out_frames());
+      avatar.made_by(), BytesOf(avatar) / kMegabyte, avatar.components(), avatar.vertices(),
+      avatar.training_frames(), avatar.fps(), avatar.left_mm(), avatar.held_out_frames());
   AppendSigma(avatar.held_out_check(), "held-out frames", out);
   AppendSigma(avatar.left_out_check(), "frames of motions left out in turn", out);
   absl::StrAppend(&out, SigmaRemark(avatar));
+  AppendNet(avatar, out);
   for (int cameras = 1; cameras <= avatar.sigma_size(); ++cameras) {
     absl::StrAppendFormat(&out, "sigma      %d camera%s", cameras, cameras == 1 ? "" : "s");
     absl::StrAppend(&out, cameras == avatar.sigma_size() ? " and more" : "", ": times");

@@ -93,12 +93,13 @@ absl::StatusOr<Rig> CamerasNamed(const Rig& rig, const std::vector<std::string>&
 v1::DrivenJob DescribeDriving(const v1::RegistrationSpec& spec, const DriveInputs& inputs) {
   v1::DrivenJob driven;
   driven.set_avatar(spec.driving().avatar());
-  driven.set_avatar_checksum(inputs.avatar.about.space_checksum());
+  driven.set_avatar_checksum(ChecksumOfAvatar(inputs.avatar.about));
   for (const CameraModel& camera : inputs.rig.cameras) driven.add_cameras(camera.id);
   return driven;
 }
 
-absl::StatusOr<std::unique_ptr<DriveInputs>> LoadDriveInputs(const v1::RegistrationSpec& spec) {
+absl::StatusOr<std::unique_ptr<DriveInputs>> LoadDriveInputs(const v1::RegistrationSpec& spec,
+                                                             NetReading reading) {
   if (absl::Status status = CheckNotEmpty(spec); !status.ok()) return status;
   const absl::StatusOr<JobOptions> options = MakeJobOptions(spec.options());
   if (!options.ok()) return options.status();
@@ -118,7 +119,7 @@ absl::StatusOr<std::unique_ptr<DriveInputs>> LoadDriveInputs(const v1::Registrat
   hashes.set_garment(garment->ContentHash());
   if (absl::Status status = CheckExpectedHashes(spec, hashes); !status.ok()) return status;
   const std::string& avatar_path = spec.driving().avatar();
-  absl::StatusOr<AvatarFile> avatar = ReadAvatar(avatar_path);
+  absl::StatusOr<AvatarFile> avatar = ReadAvatar(avatar_path, reading);
   if (!avatar.ok()) return avatar.status();
   if (absl::Status status = CheckAvatarFits(*avatar, avatar_path, *garment, spec.garment()); !status.ok())
     return status;

@@ -49,7 +49,8 @@ absl::StatusOr<v1::RegistrationOptions> EffectiveDriveOptions(const v1::Registra
 // named) or that is given twice, an option beyond its range. FailedPrecondition, both names in the message:
 // template and board, or avatar and template, that do not belong together; hashes other than spec.expected.
 // Errors of the files.
-absl::StatusOr<std::unique_ptr<DriveInputs>> LoadDriveInputs(const v1::RegistrationSpec& spec);
+absl::StatusOr<std::unique_ptr<DriveInputs>> LoadDriveInputs(const v1::RegistrationSpec& spec,
+                                                             NetReading reading = NetReading::kRun);
 
 // Adds the warnings of the take to those of `inputs`. InvalidArgument: a range of frames without a frame.
 // Errors of OpenDump.

@@ -11,6 +11,7 @@
 #include <optional>
 #include <utility>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "animation/driving_features.h"
 #include "animation/ray_driver.h"
@@ -18,7 +19,6 @@
 #include "base/counter_random.h"
 #include "services/animation/cloth_take.h"
 #include "services/animation/truth_views.h"
-#include "simulation/dataset_presets.h"
 #include "simulation/studio_rig.h"
 #include "simulation/take_presets.h"
 
@@ -27,18 +27,98 @@ namespace {
 
 constexpr int kOffsets = 3;
 
+// Motions are left out one by one, or together where there are more.
+constexpr size_t kMostGroups = 8;
+// A space of fewer says nothing of others.
+constexpr int kLeastLearnt = 20;
+constexpr uint32_t kTrain = 0, kValidate = 1;  // of the file
+
 // A run of frames of a take that a space never saw.
 struct Drive {
   int take = 0, first = 0, last = 0;
   size_t space = 0;
-  uint32_t split = 0;  // 0 training, 1 validation, 2 validation of a class that training never shows
+  uint32_t split = kTrain;
   int rig = 0, cameras = 2;
 };
 
-// What a space is learnt from: frames of takes.
-struct Fold {
-  std::vector<std::pair<int, std::pair<int, int>>> parts;  // take, first and last frame
+// Frames of a take that a space is learnt from.
+struct Part {
+  int take = 0, first = 0, last = 0;
 };
+
+// Which spaces are learnt, and what each drives.
+struct Plan {
+  std::vector<std::vector<Part>> spaces;  // the first has all that is learnt from
+  std::vector<Drive> drives;
+};
+
+int FramesOf(const std::vector<Part>& parts) {
+  int out = 0;
+  for (const Part& part : parts) out += part.last - part.first;
+  return out;
+}
+
+Plan PlanOf(TrainingTakes& takes, int rigs) {
+  const std::vector<TrainingTake> told = takes.Frames().takes;
+  Plan out;
+  out.spaces.emplace_back();
+  std::vector<std::string> motions;
+  std::vector<Part> learnt(told.size());
+  for (size_t t = 0; t < told.size(); ++t) {
+    learnt[t] = {static_cast<int>(t), 0, LearntFrames(told, t)};
+    if (learnt[t].last == 0) continue;
+    out.spaces[0].push_back(learnt[t]);
+    if (std::find(motions.begin(), motions.end(), told[t].motion) == motions.end())
+      motions.push_back(told[t].motion);
+  }
+  const auto group_of = [&](size_t t) {
+    return static_cast<size_t>(std::find(motions.begin(), motions.end(), told[t].motion) - motions.begin()) %
+           kMostGroups;
+  };
+  // By a space of these parts, what it has not learnt.
+  const auto add = [&](std::vector<Part> parts, const std::vector<Part>& driven) {
+    if (FramesOf(parts) < kLeastLearnt) return;
+    for (const Part& part : driven)
+      for (int rig = 0; rig < rigs; ++rig)
+        out.drives.push_back({part.take, part.first, part.last, out.spaces.size(), kTrain, rig});
+    out.spaces.push_back(std::move(parts));
+  };
+  std::vector<Part> first_halves, last_halves;
+  for (const Part& part : out.spaces[0]) {
+    first_halves.push_back({part.take, 0, part.last / 2});
+    last_halves.push_back({part.take, part.last / 2, part.last});
+  }
+  add(first_halves, last_halves);
+  add(last_halves, first_halves);
+  for (size_t group = 0; group < std::min(motions.size(), kMostGroups); ++group) {
+    std::vector<Part> of_group, others;
+    for (size_t t = 0; t < told.size(); ++t)
+      if (learnt[t].last > 0) (group_of(t) == group ? of_group : others).push_back(learnt[t]);
+    add(std::move(others), of_group);
+  }
+  for (size_t t = 0; t < told.size(); ++t)
+    for (int rig = 0; rig < rigs && learnt[t].last < told[t].frames; ++rig)
+      out.drives.push_back({static_cast<int>(t), learnt[t].last, told[t].frames, 0, kValidate, rig});
+  // Two and three cameras in turn; four now and then, but to train.
+  for (size_t k = 0; k < out.drives.size(); ++k)
+    out.drives[k].cameras = out.drives[k].split == kTrain && k % 7 == 6 ? 4 : 2 + out.drives[k].rig % 2;
+  return out;
+}
+
+absl::StatusOr<SparseViewAvatar> LearnParts(TrainingTakes& takes, const std::vector<Part>& parts,
+                                            const SparseViewTraining& training, const std::stop_token& stop) {
+  TrainingFrames frames;
+  for (const Part& part : parts) {
+    ClothTake& take = takes.take(part.take);
+    frames.takes.push_back({take.name(), part.last - part.first, take.fps(), false, take.motion});
+  }
+  const TrainingFrames all = takes.Frames();
+  frames.read = [&](int k, int frame) {
+    const Part& part = parts[static_cast<size_t>(k)];
+    return all.read(part.take, part.first + frame);
+  };
+  return LearnSparseView(takes.garment(), frames, training, {}, stop);
+}
 
 Rig RandomRig(const std::vector<Eigen::Vector3d>& vertices_mm, int cameras, uint64_t key) {
   StudioRigOptions options = SyntheticPreset("shirt-drive", 1)->rig;
@@ -94,13 +174,14 @@ class SampleMaker {
   }
 
   absl::Status Run(const Drive& drive, ClothTake& take, const SparseViewAvatar& avatar,
-                   std::string* out) const {
+                   const std::stop_token& stop, std::string* out) const {
     const TruthViews cloth(garment_, take.body);
     const DrivingFeatures features(model_, avatar);
     RayDriver driver(model_, avatar, {});
     const uint64_t key = KeyOf(request_.seed, absl::StrCat(take.name(), " ", drive.space, " ", drive.rig));
     std::optional<Rig> rig;
     for (int f = drive.first; f < drive.last; f += request_.every) {
+      if (stop.stop_requested()) return absl::CancelledError("the making of samples was stopped");
       const absl::StatusOr<ClothFrame> truth = take.Read(f);
       if (!truth.ok()) return truth.status();
       if (!rig) rig = RandomRig(truth->vertices_mm, drive.cameras, key);
@@ -153,99 +234,49 @@ class SampleMaker {
 
 }  // namespace
 
-absl::Status MakeNetSamples(const NetSampleRequest& request,
+absl::Status MakeNetSamples(TrainingTakes& takes, const NetSampleRequest& request,
                             const std::function<void(std::string_view stage, double share)>& on_progress,
                             const std::stop_token& stop) {
-  std::vector<ClothSource> sources;
-  for (const std::string& folder : request.sources) {
-    absl::StatusOr<ClothSource> source = OpenClothSource(folder, 0);
-    if (!source.ok()) return source.status();
-    sources.push_back(*std::move(source));
-  }
-  const absl::StatusOr<SharedTemplate> garment = TemplateOfSources(sources, request.garment);
-  if (!garment.ok()) return garment.status();
-  absl::StatusOr<Atlas> atlas = Atlas::Build(garment->garment, request.atlas);
+  absl::StatusOr<Atlas> atlas = Atlas::Build(takes.garment(), request.atlas);
   if (!atlas.ok()) return atlas.status();
-  std::vector<ClothTake*> takes;
-  std::vector<bool> validates;
-  for (ClothSource& source : sources)
-    for (ClothTake& take : source.takes) {
-      const bool is_validation = source.is_dataset && take.split == NameOf(DatasetSplit::kValidate);
-      if (source.is_dataset && !is_validation && take.split != NameOf(DatasetSplit::kTrain)) continue;
-      takes.push_back(&take);
-      validates.push_back(is_validation);
-    }
-  const auto is_unseen = [&](int t) {
-    return !request.unseen.empty() && takes[t]->name().find(request.unseen) != std::string::npos;
-  };
-  // Space 0 has all; 1 and 2 the halves; then one without each take.
-  std::vector<Fold> folds(3);
-  std::vector<Drive> drives;
-  const int count = static_cast<int>(takes.size());
-  for (int t = 0; t < count; ++t) {
-    const int frames = takes[t]->frames(), half = frames / 2;
-    if (validates[t]) {
-      for (int rig = 0; rig < request.rigs; ++rig)
-        if (!is_unseen(t)) drives.push_back({t, 0, frames, 0, 1, rig});
-      continue;
-    }
-    folds[0].parts.push_back({t, {0, frames}});
-    folds[1].parts.push_back({t, {0, half}});
-    folds[2].parts.push_back({t, {half, frames}});
-    Fold without;
-    for (int other = 0; other < count; ++other)
-      if (other != t && !validates[other]) without.parts.push_back({other, {0, takes[other]->frames()}});
-    for (int rig = 0; rig < request.rigs; ++rig) {
-      drives.push_back({t, 0, frames, folds.size(), is_unseen(t) ? 2u : 0u, rig});
-      if (is_unseen(t)) continue;
-      drives.push_back({t, half, frames, 1, 0, rig});
-      drives.push_back({t, 0, half, 2, 0, rig});
-    }
-    folds.push_back(std::move(without));
-  }
-  // Two and three cameras in turn; four now and then, but to train.
-  for (size_t k = 0; k < drives.size(); ++k)
-    drives[k].cameras = drives[k].split == 0 && k % 7 == 6 ? 4 : 2 + drives[k].rig % 2;
+  const Plan plan = PlanOf(takes, request.rigs);
+  if (plan.spaces.size() == 1)
+    return absl::InvalidArgumentError(absl::StrCat("a net: ", FramesOf(plan.spaces[0]),
+                                                   " frames to learn from are too few, at least ",
+                                                   2 * kLeastLearnt, " are needed"));
   std::vector<std::unique_ptr<SparseViewAvatar>> avatars;
-  for (size_t k = 0; k < folds.size(); ++k) {
-    TrainingFrames frames;
-    for (const auto& [take, range] : folds[k].parts)
-      frames.takes.push_back({takes[take]->name(), range.second - range.first, takes[take]->fps(), false});
-    frames.read = [&](int part, int frame) -> absl::StatusOr<std::vector<Eigen::Vector3d>> {
-      const auto& [take, range] = folds[k].parts[part];
-      absl::StatusOr<ClothFrame> cloth = takes[take]->Read(range.first + frame);
-      if (!cloth.ok()) return cloth.status();
-      return std::move(cloth->vertices_mm);
-    };
-    SparseViewTraining training = request.training;
-    training.calibration_frames = 1;
-    auto avatar = TrainSparseView(garment->garment, frames, training, {}, stop);
+  for (const std::vector<Part>& parts : plan.spaces) {
+    auto avatar = avatars.empty()
+                      ? LearnSparseView(takes.garment(), takes.Frames(), request.training, {}, stop)
+                      : LearnParts(takes, parts, request.training, stop);
     if (!avatar.ok()) return avatar.status();
     avatars.push_back(std::make_unique<SparseViewAvatar>(*std::move(avatar)));
-    if (on_progress) on_progress("spaces", static_cast<double>(k + 1) / static_cast<double>(folds.size()));
+    if (on_progress)
+      on_progress("spaces", static_cast<double>(avatars.size()) / static_cast<double>(plan.spaces.size()));
   }
-  const SampleMaker maker(request, garment->garment, *std::move(atlas));
+  const SampleMaker maker(request, takes.garment(), *std::move(atlas));
   const std::string draft = request.out + ".part";
+  const absl::Cleanup remove = [&] { std::remove(draft.c_str()); };
   std::ofstream file(draft, std::ios::binary);
   const std::string head = maker.Head();
   file.write(head.data(), static_cast<std::streamsize>(head.size()));
   constexpr size_t kAtOnce = 4;
-  for (size_t first = 0; first < drives.size(); first += kAtOnce) {
-    const size_t some = std::min(kAtOnce, drives.size() - first);
+  for (size_t first = 0; first < plan.drives.size(); first += kAtOnce) {
+    const size_t some = std::min(kAtOnce, plan.drives.size() - first);
     std::vector<std::string> records(some);
     std::vector<absl::Status> status(some);
     tbb::parallel_for(size_t{0}, some, [&](size_t k) {
-      const Drive& drive = drives[first + k];
-      absl::StatusOr<ClothTake> take = takes[drive.take]->OpenAgain();
-      status[k] = take.ok() ? maker.Run(drive, *take, *avatars[drive.space], &records[k]) : take.status();
+      const Drive& drive = plan.drives[first + k];
+      absl::StatusOr<ClothTake> take = takes.take(drive.take).OpenAgain();
+      status[k] =
+          take.ok() ? maker.Run(drive, *take, *avatars[drive.space], stop, &records[k]) : take.status();
     });
     for (size_t k = 0; k < some; ++k) {
       if (!status[k].ok()) return status[k];
       file.write(records[k].data(), static_cast<std::streamsize>(records[k].size()));
     }
-    if (stop.stop_requested()) return absl::CancelledError("the making of samples was stopped");
     if (on_progress)
-      on_progress("samples", static_cast<double>(first + some) / static_cast<double>(drives.size()));
+      on_progress("samples", static_cast<double>(first + some) / static_cast<double>(plan.drives.size()));
   }
   file.close();
   if (!file || std::rename(draft.c_str(), request.out.c_str()) != 0)

@@ -6,33 +6,30 @@
 #include <stop_token>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "absl/status/status.h"
 #include "animation/atlas.h"
 #include "animation/sparse_view_avatar.h"
+#include "services/animation/training_takes.h"
 
 namespace weft {
 
 struct NetSampleRequest {
-  std::vector<std::string> sources;  // simulated takes, data sets; OpenClothSource
-  std::string garment;               // folder of the template; empty: that of the first source
-  // A class of motion that no training sample shows: that take is driven for validation alone.
-  std::string unseen;
   SparseViewTraining training;  // of the shape spaces
   AtlasOptions atlas;
-  int rigs = 2;   // camera set-ups for each take and fold
+  int rigs = 2;   // camera set-ups for each take and space
   int every = 2;  // frames
   uint64_t seed = 1;
   std::string out;  // file of samples
 };
 
 // A net must repair the errors that a shape space makes on frames that it never saw, so each take is driven
-// by spaces that were learnt without it: without its whole take, and without its half. Cameras stand at
-// random places, two, three or four of them. The same bytes at any thread count (layout:
-// docs/file-formats.md). `on_progress` as that of TrainSparseView. Errors of the sources and of
-// TrainSparseView.
-absl::Status MakeNetSamples(const NetSampleRequest& request,
+// by spaces that were learnt without it: without its motion, and without its half. Frames that are held out
+// are driven for validation, by the space of all others. Cameras stand around the y axis at random places,
+// two, three or four of them. The same bytes at any thread count (layout: docs/file-formats.md).
+// `on_progress` may be empty. InvalidArgument where the takes are too short; errors of the takes and of
+// LearnSparseView. Cancelled: `stop` was requested; nothing is left then.
+absl::Status MakeNetSamples(TrainingTakes& takes, const NetSampleRequest& request,
                             const std::function<void(std::string_view stage, double share)>& on_progress,
                             const std::stop_token& stop);
 

@@ -199,7 +199,7 @@ absl::StatusOr<std::string> ChooseOut(const v1::SubmitJobRequest& request, const
 }
 
 absl::StatusOr<LoadedInputs> LoadDrivingInputs(const v1::RegistrationSpec& spec) {
-  const absl::StatusOr<std::unique_ptr<DriveInputs>> inputs = LoadDriveInputs(spec);
+  const absl::StatusOr<std::unique_ptr<DriveInputs>> inputs = LoadDriveInputs(spec, NetReading::kBytesAlone);
   if (!inputs.ok()) return inputs.status();
   const absl::StatusOr<DriveFrameList> list = ListDriveFrames(spec, **inputs);
   if (!list.ok()) return list.status();

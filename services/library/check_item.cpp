@@ -1,6 +1,7 @@
 #include "services/library/check_item.h"
 
-#include <algorithm>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "absl/strings/match.h"
@@ -37,17 +38,20 @@ absl::Status ReadContent(v1::ItemKind kind, const std::string& path) {
     case v1::ITEM_KIND_TEMPLATE:
       return ReadTemplate(path).status();
     case v1::ITEM_KIND_AVATAR:
-      return ReadAvatar(path).status();
+      return ReadAvatar(path, NetReading::kBytesAlone).status();
     default:
       return CheckDump(path);
   }
 }
 
+// A net has both of its files.
 bool IsAvatar(const v1::ItemManifest& manifest) {
-  return manifest.files_size() == 2 &&
-         std::all_of(manifest.files().begin(), manifest.files().end(), [](const v1::ItemFile& file) {
-           return file.path() == kAvatarFile || file.path() == kAvatarSpaceFile;
-         });
+  std::set<std::string> files;
+  for (const v1::ItemFile& file : manifest.files()) files.insert(file.path());
+  const std::set<std::string> without_net = {kAvatarFile, kAvatarSpaceFile};
+  std::set<std::string> with_net = without_net;
+  with_net.insert({kAvatarNetFile, kAvatarSampleFile});
+  return files == without_net || files == with_net;
 }
 
 }  // namespace
@@ -71,7 +75,8 @@ absl::Status CheckItemContent(v1::ItemKind kind, const v1::ItemManifest& manifes
   }
   if (kind == v1::ITEM_KIND_AVATAR && !IsAvatar(manifest)) {
     return absl::InvalidArgumentError(
-        "manifest.files: an avatar is avatar.json and space.bin, other files are given");
+        "manifest.files: an avatar is avatar.json and space.bin, with a net net.onnx and sample.bin as well; "
+        "other files are given");
   }
   const absl::Status status = ReadContent(kind, InputPathOf(kind, manifest, folder));
   if (status.ok()) return status;

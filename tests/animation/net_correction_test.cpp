@@ -4,10 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
-#include <iterator>
 
 #include "animation/sparse_view_driver.h"
+#include "tests/animation/shift_net.h"
 #include "tests/animation/waving_tube.h"
 
 namespace weft {
@@ -15,8 +14,6 @@ namespace {
 
 using testing::HasSubstr;
 
-// Answers the same everywhere: 3 mm along x of the cloth at rest, -1 mm along z.
-constexpr float kAnswer[kDrivingAnswers] = {1.5f, 0, -0.5f, -1};
 const Eigen::Vector3f kShiftMm(3, 0, -1);
 
 const SparseViewAvatar& TubeAvatar() {
@@ -25,12 +22,7 @@ const SparseViewAvatar& TubeAvatar() {
     training.components = 12;
     training.calibration_frames = 1;
     SparseViewAvatar out = *TrainSparseView(WavingTube::Garment(), WavingTube::Frames(), training);
-    std::ifstream file(WEFT_TEST_DATA "/shift.onnx", std::ios::binary);
-    out.net.onnx.assign(std::istreambuf_iterator<char>(file), {});
-    out.net.sample = {kDrivingFeatures, 8, 8, std::vector<float>(kDrivingFeatures * 64, 0.5f)};
-    out.net.sample_answer = {kDrivingAnswers, 8, 8, {}};
-    for (const float a : kAnswer)
-      out.net.sample_answer.values.insert(out.net.sample_answer.values.end(), 64, a);
+    out.net = ShiftNet();
     return out;
   }();
   return avatar;

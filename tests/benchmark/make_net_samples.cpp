@@ -4,19 +4,20 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "services/animation/net_samples.h"
 
 int main(int argc, char** argv) {
   weft::NetSampleRequest request;
+  std::vector<std::string> sources;
   size_t threads = 2;
   CLI::App app(
       "Drives the takes of a data set by shape spaces that never saw them, and writes what a net can learn "
       "from that. "
       "Then `weft-train SAMPLES --out NET` trains it, and `accuracy_drive TAKES --net NET` measures it.");
-  app.add_option("sources", request.sources, "Data sets, or simulated takes")->required();
+  app.add_option("sources", sources, "Data sets, or simulated takes")->required();
   app.add_option("--out", request.out, "File of samples")->required();
-  app.add_option("--unseen", request.unseen, "The take of this name is driven for validation alone");
   app.add_option("--level", request.atlas.level, "A texel is 2^level cells wide")->capture_default_str();
   app.add_option("--gutter", request.atlas.gutter, "Texels beyond seams")->capture_default_str();
   app.add_option("--rigs", request.rigs, "Camera set-ups for each take and space")->capture_default_str();
@@ -26,13 +27,16 @@ int main(int argc, char** argv) {
   app.add_option("--threads", threads, "Threads")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
+  auto takes = weft::TrainingTakes::Open(sources, {}, "", 0);
   const absl::Status status =
-      weft::MakeNetSamples(request,
-                           [](std::string_view stage, double share) {
-                             std::printf("%s %.0f %%\n", std::string(stage).c_str(), 100 * share);
-                             std::fflush(stdout);
-                           },
-                           {});
+      !takes.ok()
+          ? takes.status()
+          : weft::MakeNetSamples(*takes, request,
+                                 [](std::string_view stage, double share) {
+                                   std::printf("%s %.0f %%\n", std::string(stage).c_str(), 100 * share);
+                                   std::fflush(stdout);
+                                 },
+                                 {});
   if (!status.ok()) std::fprintf(stderr, "%s\n", std::string(status.message()).c_str());
   return status.ok() ? 0 : 1;
 }

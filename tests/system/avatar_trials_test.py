@@ -3,10 +3,13 @@
 import json
 import math
 import os
+import tempfile
 import unittest
 
 import avatar_test as shirt
-from studio import read, vertex_states, weft, write
+from daemon_process import DaemonProcess
+from shift_net import with_shift_net
+from studio import read, results, vertex_states, weft, write
 
 
 def setUpModule():
@@ -58,6 +61,27 @@ class Trials(unittest.TestCase):
         self.assertEqual(len(os.listdir(folder)), 45)
         self.assertEqual(set(vertex_states(f"{folder}/0044/mesh.ply")) - {shirt.DRIVEN}, set())
         self.assertTrue(os.path.exists(f"{folder}/0044/truth.ply"))
+
+
+class Net(DaemonProcess, unittest.TestCase):
+    """An avatar with a net goes wherever avatars go."""
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="weft nets ")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.start_plainly("--workers", 2)
+
+    def test_a_job_of_uploads_gives_what_driving_here_gives(self):
+        net, server = with_shift_net(shirt.avatar, self.path("net.avatar")), self.addresses[0]
+        here, there = self.path("here"), self.path("there")
+        shirt.drive(here, avatar=net, check=0)
+        shirt.drive(there, "--server", server, "--upload", avatar=net, check=0)
+        self.assertEqual(results(there), results(here))
+        listed = json.loads(weft("library", "list", "avatar", "--server", server, "--json", check=0).stdout)
+        self.assertEqual([item["file_count"] for item in listed["items"]], [4])
+        os.remove(f"{net}/sample.bin")
+        self.assertIn("sample.bin", shirt.drive(self.path("broken"), avatar=net, check=2).stderr)
 
 
 if __name__ == "__main__":

@@ -7,7 +7,9 @@
 #include <filesystem>
 #include <fstream>
 
+#include "services/animation/net_sample.h"
 #include "services/files/atomic_file.h"
+#include "tests/animation/shift_net.h"
 #include "tests/capture/temp_folder.h"
 #include "tests/services/animation/small_avatar.h"
 
@@ -138,6 +140,94 @@ TEST_F(BrokenAvatar, FilesOfTwoAvatars) {
 TEST_F(BrokenAvatar, NoNumbers) {
   std::filesystem::remove(path_ + "/space.bin");
   EXPECT_THAT(WhyNot(), HasSubstr("space.bin"));
+}
+
+class AvatarWithNet : public testing::Test {
+ protected:
+  void SetUp() override {
+    avatar_.net = ShiftNet();
+    avatar_.net.atlas.gutter = 5;
+    avatar_.net.gain[1] = {40, 3.5, 3.25};
+    ASSERT_TRUE(WriteAvatar(path_, About(), avatar_).ok());
+  }
+  void Append(const std::string& file) { std::ofstream(path_ + "/" + file, std::ios::app) << 'x'; }
+  std::string WhyNot() { return Message(ReadAvatar(path_).status()); }
+
+  TempFolder folder_;
+  const std::string path_ = folder_ / "shirt.avatar";
+  SparseViewAvatar avatar_ = SmallAvatar();
+};
+
+TEST_F(AvatarWithNet, IsKept) {
+  const absl::StatusOr<AvatarFile> read = ReadAvatar(path_);
+  ASSERT_TRUE(read.ok()) << read.status();
+  const AvatarNet& net = read->avatar.net;
+  EXPECT_EQ(net.onnx, avatar_.net.onnx);
+  EXPECT_EQ(Bytes(path_ + "/net.onnx"), avatar_.net.onnx);
+  EXPECT_EQ(net.atlas.gutter, 5);
+  EXPECT_EQ(net.sample.values, avatar_.net.sample.values);
+  EXPECT_EQ(net.sample_answer.height, 8);
+  EXPECT_EQ(net.gain[0].frames, 0);
+  EXPECT_EQ(net.gain[1].after_mm, 3.25);
+  EXPECT_TRUE(net.IsOfUse());
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(path_), {}), 4);
+  // What driving makes of it differs, so its checksum does.
+  EXPECT_NE(ChecksumOfAvatar(read->about), read->about.space_checksum());
+  // It goes with the avatar that replaces it.
+  ASSERT_TRUE(WriteAvatar(path_, About(), SmallAvatar()).ok());
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(path_), {}), 2);
+  EXPECT_TRUE(ReadAvatar(path_)->avatar.net.empty());
+  EXPECT_EQ(ChecksumOfAvatar(ReadAvatar(path_)->about), ReadAvatar(path_)->about.space_checksum());
+}
+
+TEST_F(AvatarWithNet, ChangedFiles) {
+  for (const char* file : {"net.onnx", "sample.bin"}) {
+    SetUp();
+    Append(file);
+    EXPECT_EQ(ReadAvatar(path_).status().code(), absl::StatusCode::kDataLoss);
+    EXPECT_THAT(WhyNot(), AllOf(HasSubstr(file), HasSubstr("avatar.json says"), HasSubstr("again")));
+    std::filesystem::remove(path_ + "/" + file);
+    EXPECT_THAT(WhyNot(), HasSubstr(file));
+  }
+}
+
+TEST_F(AvatarWithNet, FilesThatNobodyTellsOf) {
+  ASSERT_TRUE(WriteAvatar(folder_ / "plain.avatar", About(), SmallAvatar()).ok());
+  std::filesystem::copy_file(folder_ / "plain.avatar/avatar.json", path_ + "/avatar.json",
+                             std::filesystem::copy_options::overwrite_existing);
+  EXPECT_THAT(WhyNot(), AllOf(HasSubstr("net.onnx"), HasSubstr("tells of no net")));
+}
+
+TEST_F(AvatarWithNet, AnswersThatAreNotItsOwn) {
+  avatar_.net.sample_answer.values[7] += 0.01f;
+  ASSERT_TRUE(WriteAvatar(path_, About(), avatar_).ok());
+  EXPECT_THAT(WhyNot(), AllOf(HasSubstr("net.onnx"), HasSubstr("does not answer as it did")));
+  EXPECT_TRUE(ReadAvatar(path_, NetReading::kBytesAlone).ok());
+  avatar_.net = ShiftNet();
+  avatar_.net.onnx = "no net";
+  ASSERT_TRUE(WriteAvatar(path_, About(), avatar_).ok());
+  EXPECT_THAT(WhyNot(), AllOf(HasSubstr("net.onnx"), HasSubstr("is no net")));
+}
+
+TEST(NetSample, EveryTruncationIsSeen) {
+  const AvatarNet net = ShiftNet();
+  const std::string bytes = EncodeNetSample(net);
+  AvatarNet read;
+  ASSERT_TRUE(DecodeNetSample(bytes, "sample.bin", &read).ok());
+  EXPECT_EQ(EncodeNetSample(read), bytes);
+  for (size_t size = 0; size < bytes.size(); size += 3)
+    EXPECT_FALSE(DecodeNetSample(bytes.substr(0, size), "sample.bin", &read).ok()) << size;
+  EXPECT_FALSE(DecodeNetSample(bytes + '\0', "sample.bin", &read).ok());
+}
+
+TEST(NetGain, CountsAllCameras) {
+  AvatarNet net;
+  EXPECT_FALSE(net.IsOfUse());  // nobody knows
+  net.gain[1] = {10, 4, 3};
+  net.gain[2] = {10, 2, 2.5};
+  EXPECT_TRUE(net.IsOfUse());
+  net.gain[3] = {10, 2, 2.5};
+  EXPECT_FALSE(net.IsOfUse());
 }
 
 TEST(AvatarSpace, EveryTruncationIsSeen) {

@@ -75,6 +75,19 @@ TEST(AvatarGoals, ShowSaysWhetherSigmaWasFitted) {
   EXPECT_THAT(AvatarText("shirt.avatar", avatar), HasSubstr("rough"));
 }
 
+TEST(AvatarGoals, ShowSaysWhatTheNetGains) {
+  v1::Avatar avatar;
+  EXPECT_THAT(AvatarText("shirt.avatar", avatar), HasSubstr("net        none"));
+  avatar.mutable_net()->mutable_training()->set_steps(500);
+  avatar.mutable_net()->mutable_training()->set_steps_taken(400);
+  v1::AvatarNetGain& gain = *avatar.mutable_net()->add_gain();
+  gain.set_cameras(2), gain.set_frames(40), gain.set_before_mm(3.5), gain.set_after_mm(3.25);
+  EXPECT_THAT(
+      AvatarText("shirt.avatar", avatar),
+      testing::AllOf(HasSubstr("400 of 500 steps"), HasSubstr("time ended"),
+                     HasSubstr("2 cameras, 40 held-out frames: mean error 3.250 mm, without it 3.500")));
+}
+
 TEST(AvatarGoals, CompareWithTheCarrierAndWithOtherNumbersOfCameras) {
   v1::AvatarEvaluation evaluation;
   AddScore(evaluation, "test-known", 2, "driven", 2).set_ms_a_frame(90);

@@ -13,6 +13,7 @@
 #include "services/files/template_file.h"
 #include "services/library/item_files.h"
 #include "services/library/item_words.h"
+#include "tests/animation/shift_net.h"
 #include "tests/capture/temp_folder.h"
 #include "tests/services/animation/small_avatar.h"
 
@@ -107,7 +108,7 @@ TEST_F(ItemContent, OfADumpMustBeFramesOfCameras) {
   Refusal(v1::ITEM_KIND_DUMP, "notes");
 }
 
-TEST_F(ItemContent, OfAnAvatarAreItsTwoFiles) {
+TEST_F(ItemContent, OfAnAvatarAreItsFiles) {
   v1::Avatar about;
   const SparseViewAvatar avatar = SmallAvatar();
   ASSERT_TRUE(WriteAvatar(folder_ / "shirt.avatar", about, avatar).ok());
@@ -122,6 +123,21 @@ TEST_F(ItemContent, OfAnAvatarAreItsTwoFiles) {
   EXPECT_THAT(std::string(Check(v1::ITEM_KIND_AVATAR, "shirt.avatar").message()),
               AllOf(HasSubstr("space.bin"), Not(HasSubstr("state/content"))));
   WriteBytes(folder_ / "shirt.avatar/notes.txt", "more");
+  EXPECT_THAT(Refusal(v1::ITEM_KIND_AVATAR, "shirt.avatar"), HasSubstr("other files are given"));
+}
+
+TEST_F(ItemContent, OfANetAreBothFilesOrNone) {
+  SparseViewAvatar avatar = SmallAvatar();
+  avatar.net = ShiftNet();
+  ASSERT_TRUE(WriteAvatar(folder_ / "shirt.avatar", {}, avatar).ok());
+  EXPECT_TRUE(Check(v1::ITEM_KIND_AVATAR, "shirt.avatar").ok())
+      << Check(v1::ITEM_KIND_AVATAR, "shirt.avatar");
+  const std::string net = ReadBytes(folder_ / "shirt.avatar/net.onnx");
+  WriteBytes(folder_ / "shirt.avatar/net.onnx", net + "x");
+  EXPECT_THAT(std::string(Check(v1::ITEM_KIND_AVATAR, "shirt.avatar").message()),
+              AllOf(HasSubstr("net.onnx"), Not(HasSubstr("state/content"))));
+  WriteBytes(folder_ / "shirt.avatar/net.onnx", net);
+  std::filesystem::remove(folder_ / "shirt.avatar/sample.bin");
   EXPECT_THAT(Refusal(v1::ITEM_KIND_AVATAR, "shirt.avatar"), HasSubstr("other files are given"));
 }
 
