@@ -1,11 +1,14 @@
 # `cmake --install` and the Debian package (`cmake --build --preset release --target package`).
 include(GNUInstallDirs)
 
-# weft-pcl is a package of its own: it needs PCL and VTK, which nothing else does.
+# Packages of their own: nothing else needs PCL and VTK, or libtorch.
 set(CMAKE_INSTALL_DEFAULT_COMPONENT_NAME weft)
-if(TARGET weft-pcl)
-  install(TARGETS weft-pcl RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT weft-pcl)
-endif()
+foreach(extra weft-pcl weft-train)
+  if(TARGET ${extra})
+    install(TARGETS ${extra} RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT ${extra})
+    list(APPEND WEFT_EXTRA_PACKAGES ${extra})
+  endif()
+endforeach()
 
 install(TARGETS weft weftd weft-recorder weft-video weft-worker RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
@@ -62,21 +65,26 @@ set(CPACK_DEBIAN_WEFT_PACKAGE_CONTROL_EXTRA ${PROJECT_SOURCE_DIR}/deploy/systemd
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_PACKAGE_DEPENDS fonts-dejavu-core)  # labels of prints
 set(CPACK_DEBIAN_PACKAGE_RECOMMENDS ffmpeg)          # archives and videos
-set(CPACK_DEBIAN_PACKAGE_SUGGESTS "bash-completion, blender, python3-numpy, weft-pcl")
-if(TARGET weft-pcl)
+set(CPACK_DEBIAN_PACKAGE_SUGGESTS "bash-completion, blender, python3-numpy, weft-pcl, weft-train")
+set(CPACK_DEBIAN_WEFT-PCL_DESCRIPTION
+  "This package has weft-pcl, with which weft reads and writes PCD, the format of\n\
+the Point Cloud Library.")
+set(CPACK_DEBIAN_WEFT-TRAIN_DESCRIPTION
+  "This package has weft-train, with which weft trains the nets of avatars.")
+if(WEFT_EXTRA_PACKAGES)
   set(CPACK_DEB_COMPONENT_INSTALL ON)
   set(CPACK_DEBIAN_WEFT_PACKAGE_NAME weft)
   set(CPACK_DEBIAN_WEFT_FILE_NAME DEB-DEFAULT)
-  set(CPACK_DEBIAN_WEFT-PCL_PACKAGE_NAME weft-pcl)
-  set(CPACK_DEBIAN_WEFT-PCL_FILE_NAME DEB-DEFAULT)
-  set(CPACK_DEBIAN_WEFT-PCL_PACKAGE_DEPENDS "weft (= ${PROJECT_VERSION})")
-  set(CPACK_DEBIAN_WEFT-PCL_PACKAGE_RECOMMENDS " ")  # not those of weft
-  set(CPACK_DEBIAN_WEFT-PCL_PACKAGE_SUGGESTS " ")
   set(CPACK_DEBIAN_WEFT_DESCRIPTION "${CPACK_PACKAGE_DESCRIPTION}")
-  set(CPACK_DEBIAN_WEFT-PCL_DESCRIPTION
-    "This package has weft-pcl, with which weft reads and writes PCD, the format of\n\
-the Point Cloud Library.")
 endif()
+foreach(extra IN LISTS WEFT_EXTRA_PACKAGES)
+  string(TOUPPER ${extra} name)
+  set(CPACK_DEBIAN_${name}_PACKAGE_NAME ${extra})
+  set(CPACK_DEBIAN_${name}_FILE_NAME DEB-DEFAULT)
+  set(CPACK_DEBIAN_${name}_PACKAGE_DEPENDS "weft (= ${PROJECT_VERSION})")
+  set(CPACK_DEBIAN_${name}_PACKAGE_RECOMMENDS " ")  # not those of weft
+  set(CPACK_DEBIAN_${name}_PACKAGE_SUGGESTS " ")
+endforeach()
 # Folders that come before this file have no default component: what they install would be a package of its own.
 get_cmake_property(components COMPONENTS)
 if("Unspecified" IN_LIST components)

@@ -28,7 +28,7 @@ constexpr double kMostFeature = 5, kMostOffset = 10, kMostLog = 3;
 constexpr int64_t kWarmUpSteps = 300;
 // Held-out samples that are looked at each time, of each kind.
 constexpr int kLooks = 40;
-constexpr double kMinutesBetweenLooks = 1, kMinutesBetweenCheckpoints = 4;
+constexpr double kMinutesBetweenLooks = 1, kMinutesBetweenCheckpoints = 4, kMinutesBetweenReports = 0.05;
 
 class Batches {
  public:
@@ -92,13 +92,13 @@ torch::Tensor Loss(const Batches& batches, const torch::Tensor& listed, const to
 std::vector<HeldOutScore> ScoreHeldOut(OffsetNet& net, const SampleFile& file, const Batches& batches) {
   const torch::NoGradGuard no_grad;
   net->eval();
-  std::map<std::pair<Split, int>, std::vector<int>> kinds;
+  std::map<int, std::vector<int>> by_cameras;
   for (int s = 0; s < file.size(); ++s)
-    if (file.split(s) != Split::kTrain) kinds[{file.split(s), file.cameras(s)}].push_back(s);
+    if (file.split(s) == Split::kValidate) by_cameras[file.cameras(s)].push_back(s);
   std::vector<HeldOutScore> out;
-  for (const auto& [kind, samples] : kinds) {
-    HeldOutScore score{kind.first, kind.second};
+  for (const auto& [cameras, samples] : by_cameras) {
     const int looks = std::min(kLooks, static_cast<int>(samples.size()));
+    HeldOutScore score{cameras, looks};
     for (int k = 0; k < looks; ++k) {
       const std::vector<int> sample = {
           samples[static_cast<size_t>(k) * samples.size() / static_cast<size_t>(looks)]};
@@ -209,15 +209,19 @@ TrainedNet TrainNet(const SampleFile& file, const NetTraining& training,
            std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() / 60;
   };
   const auto done = [&] {
-    return training.steps > 0 ? static_cast<double>(run.step) / static_cast<double>(training.steps)
-                              : minutes() / training.minutes;
+    const double of_time = training.minutes > 0 ? minutes() / training.minutes : 0;
+    return std::max(of_time, static_cast<double>(run.step) / static_cast<double>(training.steps));
   };
-  double looked = minutes(), saved = minutes(), losses = 0;
+  double looked = minutes(), reported = minutes(), saved = minutes(), losses = 0;
   int64_t steps_since = 0;
-  const auto look = [&] {
+  const auto report = [&](std::vector<HeldOutScore> scores) {
     const double loss = steps_since > 0 ? losses / static_cast<double>(steps_since) : 0;
-    on_progress({minutes(), run.step, loss, ScoreHeldOut(run.net, file, batches)});
-    looked = minutes(), losses = 0, steps_since = 0;
+    on_progress({std::min(1.0, done()), minutes(), run.step, loss, std::move(scores)});
+    reported = minutes(), losses = 0, steps_since = 0;
+  };
+  const auto look = [&] {
+    report(ScoreHeldOut(run.net, file, batches));
+    looked = minutes();
   };
   look();
   while (done() < 1) {
@@ -239,6 +243,7 @@ TrainedNet TrainNet(const SampleFile& file, const NetTraining& training,
     run.optimizer.step();
     losses += loss.item<double>(), ++steps_since, ++run.step;
     if (minutes() - looked > kMinutesBetweenLooks) look();
+    if (minutes() - reported > kMinutesBetweenReports) report({});
     if (!training.checkpoint.empty() && minutes() - saved > kMinutesBetweenCheckpoints) {
       run.Save(training.checkpoint, minutes());
       saved = minutes();
@@ -246,7 +251,7 @@ TrainedNet TrainNet(const SampleFile& file, const NetTraining& training,
   }
   look();
   run.net->eval();
-  return {true, NetToOnnx(run.net), SampleOf(run.net, training.seed)};
+  return {true, run.step, NetToOnnx(run.net), SampleOf(run.net, training.seed)};
 }
 
 }  // namespace weft::learning

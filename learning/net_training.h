@@ -11,9 +11,9 @@
 namespace weft::learning {
 
 struct NetTraining {
-  double minutes = 60;
-  int64_t steps = 0;  // 0: as many as the minutes allow
-  int batch = 8;
+  int64_t steps = 8000;
+  double minutes = 0;  // it ends after these at the latest, earlier runs included; 0: it takes its time
+  int batch = 4;
   double rate = 1e-3;
   std::vector<int64_t> widths = {16, 32, 48, 64};
   uint64_t seed = 1;
@@ -25,30 +25,31 @@ struct NetTraining {
 // Mean distance from the truth over the panels, of the mesh that the net was told of and of the one that it
 // made.
 struct HeldOutScore {
-  Split split = Split::kValidate;
-  int cameras = 0;
+  int cameras = 0, samples = 0;
   double before_mm = 0, after_mm = 0;
 };
 
 struct NetProgress {
+  double share = 0;  // of the training
   double minutes = 0;
   int64_t step = 0;
-  double loss = 0;  // mean since the last report
-  std::vector<HeldOutScore> scores;
+  double loss = 0;                   // mean since the last report
+  std::vector<HeldOutScore> scores;  // now and then
 };
 
 struct TrainedNet {
   bool is_finished = false;  // not so when it was stopped; the rest is empty then
+  int64_t steps = 0;         // fewer than asked for where the time ended first
   std::string onnx;
   // "weftnet1", then a random image and the net's answer to it: three u32 for channels, height and width,
   // floats.
   std::string sample;
 };
 
-// AdamW, the rate falling as a cosine. `on_progress` is called before the
-// first step, about once a minute, and at the end. The same bytes for the same file, options (with steps
-// instead of minutes), machine and number of threads. Throws std::runtime_error for a file without samples to
-// learn from.
+// AdamW, the rate falling as a cosine of the steps, or of the time where that ends sooner. `on_progress` is
+// called every few seconds; before the first step, about once a minute, and at the end with scores. The same
+// bytes for the same file, options without minutes, machine and number of threads, also when it is stopped
+// and goes on. Throws std::runtime_error for a file without samples to learn from.
 TrainedNet TrainNet(const SampleFile& file, const NetTraining& training,
                     const std::function<void(const NetProgress&)>& on_progress,
                     const std::function<bool()>& stopped);

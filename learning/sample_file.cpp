@@ -63,7 +63,7 @@ SampleFile::SampleFile(const std::string& path) {
   if ((bytes_ - tables) % record != 0) throw refuse("ends within a sample");
   for (size_t at = tables; at < bytes_; at += record) {
     const auto split = Read<uint32_t>(data_ + at);
-    if (split > static_cast<uint32_t>(Split::kUnseen)) throw refuse("has a sample of an unknown split");
+    if (split > static_cast<uint32_t>(Split::kValidate)) throw refuse("has a sample of an unknown split");
     samples_.push_back({static_cast<Split>(split), static_cast<int>(Read<uint32_t>(data_ + at + 12)),
                         data_ + at + 4 * sizeof(uint32_t)});
   }

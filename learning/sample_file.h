@@ -8,7 +8,7 @@
 
 namespace weft::learning {
 
-enum class Split : uint32_t { kTrain = 0, kValidate = 1, kUnseen = 2 };
+enum class Split : uint32_t { kTrain = 0, kValidate = 1 };
 
 // A file that is mapped into memory. Throws std::runtime_error, naming the file, for what is no file of
 // samples or ends within one.

@@ -18,22 +18,27 @@ namespace {
 
 volatile std::sig_atomic_t stopped = 0;
 
-// A line of JSON for each look at the samples that were held out.
+// A line of weft.v1.NetTrainingProgress.
 void PrintProgress(const NetProgress& at) {
-  std::printf(R"({"minutes": %.2f, "step": %lld, "loss": %.4f)", at.minutes, static_cast<long long>(at.step),
-              at.loss);
-  for (const HeldOutScore& score : at.scores)
-    std::printf(R"(, "%s_%d_cameras_mm": [%.3f, %.3f])",
-                score.split == Split::kUnseen ? "unseen" : "validate", score.cameras, score.before_mm,
-                score.after_mm);
-  std::printf("}\n");
+  std::printf(R"({"share": %.4f, "minutes": %.2f, "step": %lld, "loss": %.4f)", at.share, at.minutes,
+              static_cast<long long>(at.step), at.loss);
+  const char* before = R"(, "held_out": [)";
+  for (const HeldOutScore& score : at.scores) {
+    std::printf(R"(%s{"cameras": %d, "frames": %d, "before_mm": %.4f, "after_mm": %.4f})", before,
+                score.cameras, score.samples, score.before_mm, score.after_mm);
+    before = ", ";
+  }
+  std::printf("%s}\n", at.scores.empty() ? "" : "]");
   std::fflush(stdout);
 }
 
+// Whole or not at all.
 void Write(const std::string& path, const std::string& bytes) {
-  std::ofstream file(path, std::ios::binary);
+  const std::string draft = path + ".part";
+  std::ofstream file(draft, std::ios::binary);
   file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
   if (!file.flush()) throw std::runtime_error(path + ": can't be written");
+  std::filesystem::rename(draft, path);
 }
 
 int Main(int argc, char** argv) {
@@ -41,15 +46,20 @@ int Main(int argc, char** argv) {
   std::string samples, out;
   int threads = 2;
   CLI::App app(
-      "Trains the net of an avatar on a file of samples, and writes net.onnx and sample.bin into --out. A "
-      "stopped run "
-      "goes on from its checkpoint with the same command. `weft avatar train --net` makes the samples and "
-      "calls this.");
+      "Trains the net of an avatar on a file of samples, and writes net.onnx, sample.bin and training.json "
+      "into "
+      "--out. A stopped run goes on from its checkpoint with the same command. `weft avatar train --net` "
+      "makes "
+      "the samples and calls this.");
   app.add_option("samples", samples, "File of samples")->required();
   app.add_option("--out", out, "Folder, made where it is missing")->required();
-  app.add_option("--minutes", training.minutes, "How long to train, earlier runs included")
+  app.add_option("--steps", training.steps, "How many batches it learns from")
+      ->check(CLI::Range(1, 100'000'000))
       ->capture_default_str();
-  app.add_option("--steps", training.steps, "Stop after so many steps; 0 for none")->capture_default_str();
+  app.add_option("--minutes", training.minutes,
+                 "It ends after these at the latest, earlier runs included; 0 for none")
+      ->check(CLI::NonNegativeNumber)
+      ->capture_default_str();
   app.add_option("--batch", training.batch, "Samples a step")->capture_default_str();
   app.add_option("--rate", training.rate, "Step size of AdamW at the start")->capture_default_str();
   app.add_option("--widths", training.widths, "Channels of the levels, finest first")
@@ -70,6 +80,13 @@ int Main(int argc, char** argv) {
   }
   Write(out + "/net.onnx", net.onnx);
   Write(out + "/sample.bin", net.sample);
+  // Last: with it the training is over (weft.v1.AvatarNetTraining).
+  char text[200];
+  std::snprintf(text, sizeof(text), R"({"seed": %llu, "steps": %lld, "steps_taken": %lld, "threads": %d}
+)",
+                static_cast<unsigned long long>(training.seed), static_cast<long long>(training.steps),
+                static_cast<long long>(net.steps), threads);
+  Write(out + "/training.json", text);
   std::filesystem::remove(training.checkpoint);
   return 0;
 }

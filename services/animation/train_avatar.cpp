@@ -1,92 +1,170 @@
 #include "services/animation/train_avatar.h"
 
+#include <filesystem>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "services/animation/cloth_take.h"
-#include "simulation/dataset_presets.h"
+#include "absl/strings/str_format.h"
+#include "services/animation/net_sample.h"
+#include "services/animation/net_samples.h"
+#include "services/animation/training_takes.h"
+#include "services/files/atomic_file.h"
+#include "services/files/json_file.h"
 
 namespace weft {
 namespace {
 
-struct LearntTake {
-  ClothTake* take;
-  bool held_out;
-};
+namespace fs = std::filesystem;
 
-// Which takes of the sources are learnt from, or held out.
-std::vector<LearntTake> ChooseTakes(std::vector<ClothSource>& sources, bool held_out) {
-  std::vector<LearntTake> out;
-  for (ClothSource& source : sources)
-    for (ClothTake& take : source.takes) {
-      const bool is_train = !source.is_dataset || take.split == NameOf(DatasetSplit::kTrain);
-      const bool is_validation = source.is_dataset && take.split == NameOf(DatasetSplit::kValidate);
-      if (held_out ? is_validation || !source.is_dataset : is_train || is_validation)
-        out.push_back({&take, held_out || is_validation});
-    }
-  return out;
-}
+// In the folder of a net's training; the last one is the trainer's.
+constexpr char kRecipeFile[] = "recipe.txt", kSamplesFile[] = "samples.bin",
+               kTrainingFile[] = "training.json";
 
-absl::StatusOr<std::vector<ClothSource>> OpenSources(const std::vector<std::string>& folders, double fps) {
-  std::vector<ClothSource> out;
-  for (const std::string& folder : folders) {
-    absl::StatusOr<ClothSource> source = OpenClothSource(folder, fps);
-    if (!source.ok()) return source.status();
-    out.push_back(*std::move(source));
-  }
-  return out;
-}
-
-absl::StatusOr<v1::Avatar> AboutOf(const std::vector<LearntTake>& takes, const Template& garment) {
+absl::StatusOr<v1::Avatar> AboutOf(TrainingTakes& takes) {
   v1::Avatar about;
-  about.set_template_id(garment.id);
-  for (const auto& [take, held_out] : takes) {
-    absl::StatusOr<std::string> hash = take->FramesHash();
+  about.set_template_id(takes.garment().id);
+  for (int t = 0; t < takes.size(); ++t) {
+    const ClothTake& take = takes.take(t);
+    absl::StatusOr<std::string> hash = take.FramesHash();
     if (!hash.ok()) return hash.status();
     v1::AvatarSource& to = *about.add_sources();
-    to.set_name(take->name());
-    to.set_frames(take->frames());
-    to.set_held_out(held_out);
-    to.set_motion(take->motion);
+    to.set_name(take.name());
+    to.set_frames(take.frames());
+    to.set_held_out(takes.is_held_out(t));
+    to.set_motion(take.motion);
     to.set_frames_hash(*std::move(hash));
   }
   return about;
 }
 
+// All that decides what the samples and the net become; hours do not.
+std::string RecipeOf(const v1::Avatar& about, const Template& garment, const AvatarRequest& request) {
+  const SparseViewTraining& training = request.training;
+  std::string out =
+      absl::StrCat("weft ", WEFT_VERSION, "\ntemplate ", garment.ContentHash(), "\ncomponents ",
+                   training.components, "\nmax_frames ", training.max_frames, "\nseed ", training.seed,
+                   "\nsteps ", request.net->steps, "\nthreads ", request.net->threads, "\natlas ",
+                   request.net->atlas.level, " ", request.net->atlas.gutter, "\n");
+  for (const v1::AvatarSource& source : about.sources())
+    absl::StrAppend(&out, source.held_out() ? "held out " : "source ", source.frames(), " ", source.motion(),
+                    " ", source.frames_hash(), " ", source.name(), "\n");
+  return out;
+}
+
+// A folder of this training, which may have come far already.
+absl::Status BeginFolder(const std::string& folder, const std::string& recipe) {
+  const std::string path = (fs::path(folder) / kRecipeFile).string();
+  const absl::StatusOr<std::string> stands = ReadWholeFile(path);
+  if (stands.ok() && *stands == recipe) return absl::OkStatus();
+  if (std::error_code error; stands.ok() || (fs::exists(folder, error) && !fs::is_empty(folder, error)))
+    return absl::FailedPreconditionError(
+        absl::StrCat(folder, ": is of a training with other sources or options (", kRecipeFile,
+                     "); give those to go on with it, or remove the folder to begin anew"));
+  absl::Status status = CreateFolders(folder);
+  return status.ok() ? WriteFileAtomically(path, recipe) : status;
+}
+
+using OnProgress = std::function<void(std::string_view stage, double share)>;
+
+// The net, from where an earlier run stopped.
+absl::StatusOr<AvatarNet> TrainNet(TrainingTakes& takes, const AvatarRequest& request,
+                                   const std::string& folder, const OnProgress& on_progress,
+                                   const std::stop_token& stop, v1::AvatarNetTraining* training) {
+  const NetRequest& asked = *request.net;
+  const auto path = [&](const char* name) { return (fs::path(folder) / name).string(); };
+  std::error_code error;
+  if (!fs::exists(path(kSamplesFile), error)) {
+    NetSampleRequest samples;
+    samples.training = request.training;
+    samples.atlas = asked.atlas;
+    samples.seed = request.training.seed;
+    samples.out = path(kSamplesFile);
+    if (absl::Status status = MakeNetSamples(takes, samples, on_progress, stop); !status.ok()) return status;
+  }
+  if (!fs::exists(path(kTrainingFile), error)) {
+    const NetTask task{path(kSamplesFile),    folder,       asked.steps, asked.hours,
+                       request.training.seed, asked.threads};
+    if (absl::Status status = asked.trainer(task, stop); !status.ok()) return status;
+  }
+  if (absl::Status status = ReadJsonFile(path(kTrainingFile), *training); !status.ok()) return status;
+  AvatarNet out;
+  out.atlas = asked.atlas;
+  absl::StatusOr<std::string> onnx = ReadWholeFile(path(kAvatarNetFile));
+  if (!onnx.ok()) return onnx.status();
+  out.onnx = *std::move(onnx);
+  const absl::StatusOr<std::string> sample = ReadWholeFile(path(kAvatarSampleFile));
+  if (!sample.ok()) return sample.status();
+  if (absl::Status status = DecodeNetSample(*sample, path(kAvatarSampleFile), &out); !status.ok())
+    return status;
+  return out;
+}
+
+std::string WhyLeftOut(const AvatarNet& net) {
+  std::string out = "the net is left out: ";
+  bool is_tried = false;
+  for (size_t k = 0; k < net.gain.size(); ++k) {
+    const NetGain& gain = net.gain[k];
+    if (gain.frames == 0) continue;
+    absl::StrAppendFormat(&out, "%s%.3f mm with it and %.3f without before %d cameras", is_tried ? ", " : "",
+                          gain.after_mm, gain.before_mm, k + 1);
+    is_tried = true;
+  }
+  absl::StrAppend(
+      &out, is_tried ? " in the mean of held-out frames; train with more motions or more steps"
+                     : "no held-out frames follow each other, so nobody knows what it is good for; hold "
+                       "out more of them");
+  return out;
+}
+
 }  // namespace
 
-absl::StatusOr<AvatarFile> TrainAvatar(
-    const AvatarRequest& request,
-    const std::function<void(std::string_view stage, double share)>& on_progress,
-    const std::stop_token& stop) {
+std::string TrainingFolderOf(const std::string& avatar) {
+  fs::path place = fs::path(avatar).lexically_normal();
+  if (!place.has_filename()) place = place.parent_path();
+  return place.string() + ".training";
+}
+
+absl::StatusOr<TrainedAvatar> TrainAvatar(const AvatarRequest& request, const OnProgress& on_progress,
+                                          const std::stop_token& stop) {
   if (absl::Status status = request.training.Validate(); !status.ok()) return status;
   if (absl::Status status = CheckAvatarPlace(request.out); !status.ok()) return status;
-  absl::StatusOr<std::vector<ClothSource>> sources = OpenSources(request.sources, request.fps);
-  if (!sources.ok()) return sources.status();
-  absl::StatusOr<std::vector<ClothSource>> held_out = OpenSources(request.held_out, request.fps);
-  if (!held_out.ok()) return held_out.status();
-  const absl::StatusOr<SharedTemplate> garment = TemplateOfSources(*sources, request.garment);
-  if (!garment.ok()) return garment.status();
-  if (absl::Status status = TemplateOfSources(*held_out, garment->path).status(); !status.ok()) return status;
-
-  std::vector<LearntTake> takes = ChooseTakes(*sources, false);
-  for (const LearntTake& take : ChooseTakes(*held_out, true)) takes.push_back(take);
-  absl::StatusOr<v1::Avatar> about = AboutOf(takes, garment->garment);
+  absl::StatusOr<TrainingTakes> takes =
+      TrainingTakes::Open(request.sources, request.held_out, request.garment, request.fps);
+  if (!takes.ok()) return takes.status();
+  absl::StatusOr<v1::Avatar> about = AboutOf(*takes);
   if (!about.ok()) return about.status();
-  TrainingFrames frames;
-  for (const auto& [take, is_held_out] : takes)
-    frames.takes.push_back({take->name(), take->frames(), take->fps(), is_held_out, take->motion});
-  frames.read = [&takes](int take, int frame) -> absl::StatusOr<std::vector<Eigen::Vector3d>> {
-    absl::StatusOr<ClothFrame> cloth = takes[static_cast<size_t>(take)].take->Read(frame);
-    if (!cloth.ok()) return cloth.status();
-    return std::move(cloth->vertices_mm);
-  };
-  const absl::StatusOr<SparseViewAvatar> avatar =
-      TrainSparseView(garment->garment, frames, request.training, on_progress, stop);
+  const Template& garment = takes->garment();
+  const std::string folder = TrainingFolderOf(request.out);
+  AvatarNet net;
+  if (request.net) {
+    if (absl::Status status = BeginFolder(folder, RecipeOf(*about, garment, request)); !status.ok())
+      return status;
+    absl::StatusOr<AvatarNet> trained =
+        TrainNet(*takes, request, folder, on_progress, stop, about->mutable_net()->mutable_training());
+    if (!trained.ok()) return trained.status();
+    net = *std::move(trained);
+  }
+  const TrainingFrames frames = takes->Frames();
+  absl::StatusOr<SparseViewAvatar> avatar =
+      LearnSparseView(garment, frames, request.training, on_progress, stop);
   if (!avatar.ok()) return avatar.status();
+  avatar->net = std::move(net);
+  absl::Status status = CalibrateSparseView(garment, frames, on_progress, stop, &*avatar);
+  std::string remark;
+  if (status.ok() && request.net && !avatar->net.IsOfUse()) {
+    remark = WhyLeftOut(std::exchange(avatar->net, {}));
+    status = CalibrateSparseView(garment, frames, on_progress, stop, &*avatar);
+  }
+  if (!status.ok()) return status;
   if (stop.stop_requested()) return absl::CancelledError("the training was stopped");
-  if (absl::Status status = WriteAvatar(request.out, *std::move(about), *avatar); !status.ok()) return status;
-  return ReadAvatar(request.out);
+  if (status = WriteAvatar(request.out, *std::move(about), *avatar); !status.ok()) return status;
+  if (request.net && !request.net->keep) {
+    std::error_code ignored;  // it has served
+    fs::remove_all(folder, ignored);
+  }
+  absl::StatusOr<AvatarFile> file = ReadAvatar(request.out);
+  if (!file.ok()) return file.status();
+  return TrainedAvatar{*std::move(file), std::move(remark)};
 }
 
 }  // namespace weft

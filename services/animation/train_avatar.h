@@ -1,17 +1,43 @@
 // From recorded or simulated meshes to an avatar's folder.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <optional>
 #include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "animation/sparse_view_avatar.h"
 #include "services/animation/avatar_file.h"
 
 namespace weft {
+
+// What a trainer of nets is to do.
+struct NetTask {
+  std::string samples;  // file of samples
+  // It writes net.onnx and sample.bin there, and training.json when it is done. What it knew when it was
+  // stopped lies there as well.
+  std::string folder;
+  int64_t steps = 0;
+  double hours = 0;  // it ends after these at the latest, earlier runs included; 0: it takes its time
+  uint64_t seed = 1;
+  int threads = 1;
+};
+// OK once training.json is there; Cancelled when `stop` is requested.
+using NetTrainer = std::function<absl::Status(const NetTask& task, const std::stop_token& stop)>;
+
+struct NetRequest {
+  AtlasOptions atlas;
+  int64_t steps = 8000;
+  double hours = 0;
+  int threads = 1;
+  bool keep = false;  // the folder of the training, where it is over
+  NetTrainer trainer;
+};
 
 struct AvatarRequest {
   std::vector<std::string> sources;   // to learn from; OpenClothSource says what they may be
@@ -19,15 +45,27 @@ struct AvatarRequest {
   std::string garment;                // folder of the template; empty: that of the first source
   double fps = 0;                     // of meshes whose take tells no times; 0: 30
   SparseViewTraining training;
+  std::optional<NetRequest> net;  // an avatar with a net
   std::string out;
 };
 
-// Learns and writes the avatar, and returns it as it stands in the folder. Of data sets the split train is
-// learnt from and the split validate is held out; tests are never read. `on_progress` (may be empty) as that
-// of TrainSparseView. Errors of OpenClothSource, TemplateOfSources, TrainSparseView and WriteAvatar, those of
-// the place of the avatar before anything is learnt. Cancelled when `stop` is requested; nothing is left
-// then.
-absl::StatusOr<AvatarFile> TrainAvatar(
+struct TrainedAvatar {
+  AvatarFile file;         // as it stands in the folder
+  std::string net_remark;  // why a net that was asked for is left out
+};
+
+// Where samples and state of a net's training lie until the avatar is whole: beside it.
+std::string TrainingFolderOf(const std::string& avatar);
+
+// Learns and writes the avatar. Of data sets the split train is learnt from and the split validate is held
+// out; tests are never read. A net is trained first, on frames that shape spaces drove without having learnt
+// them; then the avatar learns, and sigma is fitted with the net at work. A net that brings held-out frames
+// no nearer to the truth is left out. `on_progress` (may be empty) as that of TrainSparseView, with "spaces"
+// and "samples" before. Errors of TrainingTakes, TrainSparseView, MakeNetSamples, the trainer and
+// WriteAvatar, those of the place of the avatar before anything is learnt. FailedPrecondition: the training
+// folder is of another training. Cancelled when `stop` is requested; of a net's training its folder is left,
+// and the same request goes on.
+absl::StatusOr<TrainedAvatar> TrainAvatar(
     const AvatarRequest& request,
     const std::function<void(std::string_view stage, double share)>& on_progress,
     const std::stop_token& stop);

@@ -19,6 +19,7 @@ void AddPatternCommand(CLI::App& app, CommandLine& line);
 void AddPatternPrintCommand(CLI::App& pattern, CommandLine& line);
 void AddPatternPaletteCommand(CLI::App& pattern, CommandLine& line);
 void AddAvatarCommand(CLI::App& app, CommandLine& line);
+void AddAvatarTrainCommand(CLI::App& avatar, CommandLine& line);
 void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line);
 void AddBodyCommand(CLI::App& app, CommandLine& line);
 void AddCameraCommand(CLI::App& app, CommandLine& line);

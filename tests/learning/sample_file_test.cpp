@@ -24,7 +24,7 @@ std::string SmallFile() {
   for (const uint32_t n : {2, 1, 2, 3, 3}) Append(n, &out);
   for (const uint32_t texel : {0, 4, 5}) Append(texel, &out);
   for (const uint8_t kind : {1, 1, 2}) Append(kind, &out);
-  for (const uint32_t split : {0, 2}) {
+  for (const uint32_t split : {0, 1}) {
     for (const uint32_t n : {split, 7u, 30u, 3u}) Append(n, &out);
     for (uint16_t half = 0; half < 9; ++half) Append(static_cast<uint16_t>(0x3c00 + half), &out);
   }
@@ -56,7 +56,7 @@ TEST(SampleFile, ReadsWhatWasWritten) {
   EXPECT_EQ(file.is_panel(), (std::vector<float>{1, 1, 0}));
   ASSERT_EQ(file.size(), 2);
   EXPECT_EQ(file.split(0), Split::kTrain);
-  EXPECT_EQ(file.split(1), Split::kUnseen);
+  EXPECT_EQ(file.split(1), Split::kValidate);
   EXPECT_EQ(file.cameras(1), 3);
   EXPECT_EQ(static_cast<const uint16_t*>(file.FeaturesOf(1))[1], 0x3c01);
   EXPECT_EQ(static_cast<const uint16_t*>(file.AnswersOf(1))[0], 0x3c06);
@@ -70,6 +70,9 @@ TEST(SampleFile, RefusesBrokenFilesByName) {
   std::string outside = good;
   outside[28 + 8] = 6;  // the last texel
   EXPECT_THAT(Refusal(outside), HasSubstr("outside its image"));
+  std::string unknown = good;
+  unknown[28 + 3 * 5] = 2;  // the split of the first sample
+  EXPECT_THAT(Refusal(unknown), HasSubstr("unknown split"));
   std::string huge = good;
   huge[8 + 4 * 2 + 3] = 0x7f;  // the height
   EXPECT_THAT(Refusal(huge), HasSubstr("makes no sense"));

@@ -47,7 +47,8 @@ class Installed(unittest.TestCase):
             self.assertGreater(os.path.getsize(os.path.join(self.prefix, name)), 0, name)
         pages = "share/weft/console/index.html"
         self.assertEqual(os.path.exists(f"{self.prefix}/{pages}"), os.path.exists(os.path.join(BIN, "..", "console/dist/index.html")))
-        self.assertEqual(os.path.exists(f"{self.prefix}/bin/weft-pcl"), os.path.exists(f"{BIN}/weft-pcl"))
+        for name in ("weft-pcl", "weft-train"):
+            self.assertEqual(os.path.exists(f"{self.prefix}/bin/{name}"), os.path.exists(f"{BIN}/{name}"))
         self.assertIn("version 3", read(f"{self.share}/doc/weft/copyright"))
         for shell, name in (("bash", "bash-completion/completions/weft"), ("zsh", "zsh/vendor-completions/_weft")):
             said = subprocess.run([f"{self.prefix}/bin/weft", "completion", shell], capture_output=True, text=True,

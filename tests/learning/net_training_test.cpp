@@ -1,0 +1,125 @@
+#include "learning/net_training.h"
+
+#include <gtest/gtest.h>
+#include <torch/torch.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "nets/net.h"
+
+namespace weft::learning {
+namespace {
+
+constexpr int kSide = 16, kFeatures = 5, kOffsets = 3;
+
+template <class T>
+void AppendBytes(const T& value, std::string* out) {
+  out->append(reinterpret_cast<const char*>(&value), sizeof(value));
+}
+
+// Samples whose offsets are a sum of two features: what can be learnt in a few steps.
+std::string LearnableFile() {
+  const std::string path = testing::TempDir() + "learnable.samples";
+  std::string out = "weftsmp1";
+  const uint32_t texels = kSide * kSide;
+  for (const uint32_t n : {uint32_t{kFeatures}, uint32_t{kOffsets}, uint32_t{kSide}, uint32_t{kSide}, texels})
+    AppendBytes(n, &out);
+  for (uint32_t t = 0; t < texels; ++t) AppendBytes(t, &out);
+  out.append(texels, 1);
+  torch::manual_seed(5);
+  for (uint32_t s = 0; s < 40; ++s) {
+    const bool is_held_out = s >= 30;
+    for (const uint32_t n : {is_held_out ? 1u : 0u, 0u, s, 2u + s % 2}) AppendBytes(n, &out);
+    const torch::Tensor features = torch::randn({kFeatures, texels});
+    torch::Tensor offsets = torch::zeros({kOffsets, texels});
+    offsets[0] = 0.5 * features[1] + 0.25 * features[2];
+    for (const torch::Tensor& tensor : {features, offsets}) {
+      const torch::Tensor halves = tensor.to(torch::kHalf).contiguous();
+      out.append(static_cast<const char*>(halves.data_ptr()), 2 * static_cast<size_t>(halves.numel()));
+    }
+  }
+  std::ofstream(path, std::ios::binary) << out;
+  return path;
+}
+
+class TrainNetTest : public testing::Test {
+ protected:
+  TrainNetTest() {
+    torch::set_num_threads(2);
+    training_.steps = 60;
+    training_.widths = {8, 12};
+  }
+  TrainedNet Train(int stop_after = -1) {
+    scores_.clear();
+    int asked = 0;
+    return TrainNet(
+        file_, training_,
+        [this](const NetProgress& now) {
+          EXPECT_GE(now.share, share_);
+          share_ = now.share;
+          if (!now.scores.empty()) scores_.push_back(now.scores);
+        },
+        [&] { return stop_after >= 0 && ++asked > stop_after; });
+  }
+
+  const SampleFile file_{LearnableFile()};
+  NetTraining training_;
+  double share_ = 0;
+  std::vector<std::vector<HeldOutScore>> scores_;
+};
+
+TEST_F(TrainNetTest, ComesNearerToTheTruthOfHeldOutFrames) {
+  training_.steps = 300;
+  const TrainedNet net = Train();
+  ASSERT_TRUE(net.is_finished);
+  EXPECT_EQ(net.steps, 300);
+  ASSERT_EQ(scores_.back().size(), 2u);
+  for (const HeldOutScore& score : scores_.back()) {
+    EXPECT_EQ(score.samples, 5);
+    EXPECT_LT(score.after_mm, 0.75 * score.before_mm);
+  }
+  EXPECT_EQ(scores_.front()[0].after_mm, scores_.front()[0].before_mm);  // untrained
+  EXPECT_TRUE(Net::FromOnnx(net.onnx, "net.onnx").ok());
+}
+
+// Row X5 of the design.
+TEST_F(TrainNetTest, GivesTheSameBytesAgain) {
+  const TrainedNet once = Train();
+  share_ = 0;
+  const TrainedNet again = Train();
+  EXPECT_EQ(once.onnx, again.onnx);
+  EXPECT_EQ(once.sample, again.sample);
+  training_.seed = 2;
+  share_ = 0;
+  EXPECT_NE(Train().onnx, once.onnx);
+}
+
+TEST_F(TrainNetTest, GoesOnWhereItWasStopped) {
+  const TrainedNet whole = Train();
+  training_.checkpoint = testing::TempDir() + "checkpoint.pt";
+  std::filesystem::remove(training_.checkpoint);
+  share_ = 0;
+  const TrainedNet stopped = Train(25);
+  EXPECT_FALSE(stopped.is_finished);
+  EXPECT_TRUE(stopped.onnx.empty());
+  const TrainedNet rest = Train();
+  ASSERT_TRUE(rest.is_finished);
+  EXPECT_EQ(rest.steps, 60);
+  EXPECT_EQ(rest.onnx, whole.onnx);
+  std::filesystem::remove(training_.checkpoint);
+}
+
+TEST_F(TrainNetTest, EndsWithItsTime) {
+  training_.steps = 100'000'000;
+  training_.minutes = 0.02;
+  const TrainedNet net = Train();
+  EXPECT_TRUE(net.is_finished);
+  EXPECT_GT(net.steps, 0);
+  EXPECT_LT(net.steps, training_.steps);
+}
+
+}  // namespace
+}  // namespace weft::learning

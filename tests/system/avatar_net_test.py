@@ -1,0 +1,108 @@
+"""`weft avatar train --net`: the net is trained by weft-train, stopped, gone on with, and drives."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import unittest
+
+from shift_net import write_shift_net
+from studio import BIN, LONG_S, read, wait_for, weft, write
+
+FILES = ("avatar.json", "space.bin", "net.onnx", "sample.bin")
+# A row of takes so small that a net learns little of them, but enough for a gain on frames that it never saw.
+CELL_MM, FRAMES, COMPONENTS, STEPS = 20, 50, 6, 100
+
+
+def setUpModule():
+    global folder, take
+    folder = tempfile.TemporaryDirectory(prefix="weft net ")
+    take = path("take")
+    weft("motion", "make", "--kind", "twist", "--seconds", 4, "--seed", 1, "--out", path("a.motion"), check=0)
+    weft("simulate", "--preset", "shirt-drive", "--cell-mm", CELL_MM, "--motion", path("a.motion"), "--frames", FRAMES,
+         "--no-pictures", "--out", take, check=0, patience_s=600)
+
+
+def tearDownModule():
+    folder.cleanup()
+
+
+def path(name):
+    return os.path.join(folder.name, name)
+
+
+def arguments(out, *more, steps=STEPS):
+    return ["avatar", "train", take, "--components", COMPONENTS, "--net", "--steps", steps, "--threads", 2, "--out", out,
+            *more]
+
+
+def files(avatar):
+    return {name: read(f"{avatar}/{name}", "rb") for name in os.listdir(avatar)}
+
+
+class WithoutTrainer(unittest.TestCase):
+    def test_says_what_is_missing_before_it_begins(self):
+        alone = shutil.copy(os.path.join(BIN, "weft"), folder.name)
+        done = subprocess.run([alone, *map(str, arguments(path("none.avatar")))], capture_output=True, text=True,
+                              timeout=LONG_S, check=False)
+        self.assertEqual(done.returncode, 2, done.stderr)
+        for words in ("weft-train", "libtorch-dev", "WEFT_TRAIN=ON", "without --net"):
+            self.assertIn(words, done.stderr)
+        self.assertFalse(os.path.exists(path("none.avatar.training")))
+
+
+@unittest.skipUnless(os.path.exists(os.path.join(BIN, "weft-train")), "weft-train is not built")
+class Training(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.avatar = path("shirt.avatar")
+        cls.said = weft(*arguments(cls.avatar), check=0, patience_s=600)
+
+    def stop_after_samples(self, avatar):
+        process = subprocess.Popen([os.path.join(BIN, "weft"), *map(str, arguments(avatar))], stdout=subprocess.PIPE,
+                                   stderr=subprocess.PIPE, text=True)
+        self.addCleanup(process.kill)
+        wait_for(lambda: os.path.exists(f"{avatar}.training/samples.bin"), "the samples")
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=240)
+        self.assertNotEqual(process.returncode, 0)
+        self.assertIn("the same command goes on", errors)
+        self.assertFalse(os.path.exists(avatar))
+
+    def test_gains_on_frames_that_it_never_saw(self):
+        self.assertEqual(set(os.listdir(self.avatar)), set(FILES))
+        self.assertFalse(os.path.exists(self.avatar + ".training"))
+        about = json.loads(weft("avatar", "show", self.avatar, "--json", check=0).stdout)
+        training = about["net"]["training"]
+        self.assertEqual((training["steps_taken"], training["seed"], training["threads"]), (str(STEPS), "1", 2))
+        gains = about["net"]["gain"]
+        self.assertLessEqual({2, 3, 4}, {gain["cameras"] for gain in gains})
+        self.assertLess(sum(gain["after_mm"] for gain in gains), sum(gain["before_mm"] for gain in gains))
+        self.assertIn(f"trained in {STEPS} of {STEPS} steps", weft("avatar", "show", self.avatar, check=0).stdout)
+
+    def test_a_run_in_pieces_gives_the_same_files(self):
+        """Row X5 of the design: the same sources, options, seed, machine and threads."""
+        other = path("pieces.avatar")
+        self.stop_after_samples(other)
+        refused = weft(*arguments(other, "--seed", 2), check=2).stderr
+        self.assertIn("is of a training with other sources or options", refused)
+        weft(*arguments(other, "--keep"), check=0, patience_s=600)
+        self.assertEqual(files(other), files(self.avatar))
+        self.assertEqual(set(os.listdir(f"{other}.training")),
+                         {"recipe.txt", "samples.bin", "net.onnx", "sample.bin", "training.json"})
+
+    def test_a_net_that_does_harm_is_left_out(self):
+        plain, harmed = path("plain.avatar"), path("harmed.avatar")
+        weft("avatar", "train", take, "--components", COMPONENTS, "--out", plain, check=0)
+        self.stop_after_samples(harmed)
+        write_shift_net(f"{harmed}.training")
+        write(f"{harmed}.training/training.json", "{}")
+        done = weft(*arguments(harmed), check=0)
+        self.assertRegex(done.stderr, r"the net is left out: .*[0-9.]+ mm with it and [0-9.]+ without before 2 cameras")
+        self.assertEqual(files(harmed), files(plain))
+
+
+if __name__ == "__main__":
+    unittest.main()
