@@ -169,7 +169,7 @@ absl::StatusOr<RayDrivenFrame> RayDriver::Drive(double frames, const std::vector
     out.times.push_back({"polish", 1000 * watch.Seconds()});
   }
   out.misfit = Misfits(tracker_.regions(), rays, out.carrier_mm, avatar_.left_mm);
-  if (net_ != nullptr && !out.track.lost)
+  if (net_ != nullptr && !out.track.lost && out.cameras >= AvatarNet::kLeastCameras)
     if (absl::Status status = Correct(rays, &out); !status.ok()) return status;
   last_mm_.clear();
   if (!out.track.lost)

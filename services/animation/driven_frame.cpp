@@ -55,7 +55,7 @@ std::string DriveKey(const v1::RegistrationSpec& spec, const DriveInputs& inputs
   const v1::RegistrationOptions& options = spec.options();
   const std::string text =
       absl::StrCat(inputs.hashes.rig(), " ", inputs.rig.ContentHash(), " ", inputs.hashes.board(), " ",
-                   inputs.hashes.garment(), " ", inputs.avatar.about.space_checksum(), " ",
+                   inputs.hashes.garment(), " ", ChecksumOfAvatar(inputs.avatar.about), " ",
                    StageOptionsText(options.pipeline(), "decode"), " mosaic ", options.mosaic(), " fps ",
                    spec.driving().fps(), pace == DrivePace::kLive ? " live" : "");
   return absl::StrFormat("%016x", Checksum(text.data(), text.size()));

@@ -98,6 +98,18 @@ TEST(NetCorrection, IsToldWhatFeaturesPromise) {
   }
 }
 
+// It never learnt what one camera leaves open.
+TEST(NetCorrection, IsNotAskedAboutOneCamera) {
+  auto driver = SparseViewDriver::Create(WavingTube::Garment(), TubeAvatar());
+  ASSERT_TRUE(driver.ok()) << driver.status();
+  const CameraModel front = CameraAt("front", 0, {0, 0, 0});
+  const auto seen = WavingTube::Seen(front, WavingTube::At(20, 7), 1);
+  const std::vector<DrivingView> views = {{&front, seen}};
+  const auto driven = driver->Drive(1, views);
+  ASSERT_TRUE(driven.ok()) << driven.status();
+  EXPECT_TRUE(driven->uncorrected_mm.empty());
+}
+
 // Rays are kept whatever the net says: it moves what no ray holds.
 TEST(NetCorrection, DoesNotMoveWhatIsSeen) {
   const Template garment = WavingTube::Garment();

@@ -4,10 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <string>
 #include <vector>
@@ -15,7 +12,10 @@
 #include "animation/sparse_view_driver.h"
 #include "base/median.h"
 #include "base/stopwatch.h"
+#include "services/animation/avatar_file.h"
+#include "services/animation/net_sample.h"
 #include "services/animation/truth_views.h"
+#include "services/files/atomic_file.h"
 #include "services/files/template_file.h"
 #include "services/synthetic/frames_file.h"
 
@@ -172,33 +172,15 @@ Tally DriveTake(const Options& options, const Template& garment, const SparseVie
   return out;
 }
 
-// What weft-train wrote; learning/net_training.h has the layout of sample.bin. False: it ends too early.
-bool ReadNet(const Options& options, SparseViewAvatar* avatar) {
-  const auto read = [&](const char* name) {
-    std::ifstream file(options.net + "/" + name, std::ios::binary);
-    return std::string(std::istreambuf_iterator<char>(file), {});
-  };
-  avatar->net.onnx = read("net.onnx");
+// What weft-train wrote.
+absl::Status ReadNet(const Options& options, SparseViewAvatar* avatar) {
+  const absl::StatusOr<std::string> onnx = ReadWholeFile(options.net + "/" + kAvatarNetFile);
+  if (!onnx.ok()) return onnx.status();
+  avatar->net.onnx = *onnx;
   avatar->net.atlas.level = options.level, avatar->net.atlas.gutter = options.gutter;
-  const std::string sample = read("sample.bin");
-  size_t at = 8;
-  for (Tensor* tensor : {&avatar->net.sample, &avatar->net.sample_answer}) {
-    uint32_t sizes[3];
-    if (sample.size() < at + sizeof(sizes)) return false;
-    std::memcpy(sizes, sample.data() + at, sizeof(sizes));
-    at += sizeof(sizes);
-    const size_t left = (sample.size() - at) / sizeof(float);
-    if (sizes[0] > left || sizes[1] > left || sizes[2] > left) return false;
-    const size_t plane = size_t{sizes[1]} * sizes[2];
-    if (sizes[0] > 0 && plane > left / sizes[0]) return false;
-    tensor->channels = static_cast<int>(sizes[0]);
-    tensor->height = static_cast<int>(sizes[1]);
-    tensor->width = static_cast<int>(sizes[2]);
-    tensor->values.resize(sizes[0] * plane);
-    std::memcpy(tensor->values.data(), sample.data() + at, sizeof(float) * tensor->values.size());
-    at += sizeof(float) * tensor->values.size();
-  }
-  return true;
+  const std::string path = options.net + "/" + kAvatarSampleFile;
+  const absl::StatusOr<std::string> sample = ReadWholeFile(path);
+  return sample.ok() ? DecodeNetSample(*sample, path, &avatar->net) : sample.status();
 }
 
 void Run(const Options& options) {
@@ -214,8 +196,9 @@ void Run(const Options& options) {
     std::printf("%s\n", std::string(avatar.status().message()).c_str());
     return;
   }
-  if (!options.net.empty() && !ReadNet(options, &*avatar)) {
-    std::printf("%s/sample.bin is missing or ends too early; train the net again\n", options.net.c_str());
+  if (const absl::Status read = options.net.empty() ? absl::OkStatus() : ReadNet(options, &*avatar);
+      !read.ok()) {
+    std::printf("%s\n", std::string(read.message()).c_str());
     return;
   }
   std::printf("%d frames learnt, %d held out, %d components, left %.2f mm per axis; %.0f s\n",

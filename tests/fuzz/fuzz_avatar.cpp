@@ -3,7 +3,9 @@
 #include "capture/file/checksum.h"
 #include "services/animation/avatar_file.h"
 #include "services/animation/driver_memory.h"
+#include "services/animation/net_sample.h"
 #include "services/files/little_endian.h"
+#include "tests/animation/shift_net.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/services/animation/small_avatar.h"
 
@@ -18,13 +20,16 @@ std::string WithChecksum(std::string_view bytes) {
 
 }  // namespace
 
-// avatar.json, space.bin, or what a driver knew.
+// avatar.json, space.bin, sample.bin, or what a driver knew.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const std::string_view bytes(reinterpret_cast<const char*>(data), size);
   const auto about = weft::ParseAvatar(bytes, "avatar.json");
   if (about.ok()) weft::FuzzRequire(about->vertices() > 0 && !about->template_hash().empty());
   if (const auto memory = weft::DecodeMemory(bytes); memory.ok())
     weft::FuzzRequire(weft::EncodeMemory(*memory) == bytes);
+  weft::AvatarNet net;
+  if (weft::DecodeNetSample(bytes, "sample.bin", &net).ok())
+    weft::FuzzRequire(weft::EncodeNetSample(net) == bytes);
   // As if the checksum were right, which mutations hardly ever meet.
   for (const std::string& whole : {std::string(bytes), WithChecksum(bytes)}) {
     const auto tables = weft::DecodeAvatarSpace(whole, "space.bin");
@@ -46,12 +51,20 @@ std::vector<std::string> weft::FuzzSeeds() {
   memory.drive.track.known = 2;
   memory.drive.track.state.z = memory.drive.track.z_before = Eigen::VectorXd::LinSpaced(3, 0, 1);
   memory.drive.track.state.local = Eigen::MatrixXd::Ones(2, 2);
+  AvatarNet small;
+  small.sample = {1, 2, 2, {1, 2, 3, 4}};
+  small.sample_answer = {2, 1, 1, {5, 6}};
   return {
+      EncodeNetSample(small),
+      EncodeNetSample(ShiftNet()),
       lost,
       EncodeMemory(memory),
       EncodeAvatarSpace(TablesOf(SmallAvatar())),
       EncodeAvatarSpace(TablesOf(SmallAvatar(1))),
       EncodeAvatarSpace({{"x", 1, 2, true, {3, 4}}, {"", 2, 1, false, {5, 6}}}),
       R"({"kind": "sparse-view", "template_hash": "a", "board_hash": "b", "vertices": 4, "components": 2, "fps": 30,
-"sources": [{"name": "walk", "frames": 9, "held_out": true}], "sigma": [{"of_rays": [1, 2]}], "space_bytes": "17"})"};
+"sources": [{"name": "walk", "frames": 9, "held_out": true}], "sigma": [{"of_rays": [1, 2]}], "space_bytes": "17"})",
+      R"({"kind": "sparse-view", "template_hash": "a", "board_hash": "b", "vertices": 4, "components": 2, "fps": 30,
+"net": {"atlas_level": 1, "onnx_bytes": "9", "onnx_checksum": "00ff", "training": {"seed": "1", "steps": "50"},
+"gain": [{"cameras": 2, "frames": 40, "before_mm": 3.5, "after_mm": 3}]}})"};
 }

@@ -78,7 +78,7 @@ class Training(unittest.TestCase):
         training = about["net"]["training"]
         self.assertEqual((training["steps_taken"], training["seed"], training["threads"]), (str(STEPS), "1", 2))
         gains = about["net"]["gain"]
-        self.assertLessEqual({2, 3, 4}, {gain["cameras"] for gain in gains})
+        self.assertEqual([gain["cameras"] for gain in gains], [2, 3, 4])
         self.assertLess(sum(gain["after_mm"] for gain in gains), sum(gain["before_mm"] for gain in gains))
         self.assertIn(f"trained in {STEPS} of {STEPS} steps", weft("avatar", "show", self.avatar, check=0).stdout)
 
@@ -100,7 +100,7 @@ class Training(unittest.TestCase):
         write_shift_net(f"{harmed}.training")
         write(f"{harmed}.training/training.json", "{}")
         done = weft(*arguments(harmed), check=0)
-        self.assertRegex(done.stderr, r"the net is left out: .*[0-9.]+ mm with it and [0-9.]+ without before 2 cameras")
+        self.assertRegex(done.stderr, r"the net is left out: [0-9.]+ mm with it and [0-9.]+ without before 2 cameras")
         self.assertEqual(files(harmed), files(plain))
 
 

@@ -74,12 +74,17 @@ class Net(DaemonProcess, unittest.TestCase):
 
     def test_a_job_of_uploads_gives_what_driving_here_gives(self):
         net, server = with_shift_net(shirt.avatar, self.path("net.avatar")), self.addresses[0]
-        here, there = self.path("here"), self.path("there")
+        here, there, plain = self.path("here"), self.path("there"), self.path("plain")
         shirt.drive(here, avatar=net, check=0)
         shirt.drive(there, "--server", server, "--upload", avatar=net, check=0)
         self.assertEqual(results(there), results(here))
         listed = json.loads(weft("library", "list", "avatar", "--server", server, "--json", check=0).stdout)
         self.assertEqual([item["file_count"] for item in listed["items"]], [4])
+        # The same shapes without the net are another avatar: nothing is taken for done.
+        os.rename(here, plain)
+        job = json.loads(shirt.drive(plain, "--json", check=0).stdout)
+        self.assertEqual(job["frames"].get("reused", 0), 0)
+        self.assertNotEqual(results(plain), results(there))
         os.remove(f"{net}/sample.bin")
         self.assertIn("sample.bin", shirt.drive(self.path("broken"), avatar=net, check=2).stderr)
 
