@@ -1,8 +1,10 @@
-// How far driven meshes are off, against the true cloth, by the number of cameras: `accuracy_drive --help`.
+// How far driven meshes are off, against the true cloth, by the number of cameras and by how many seconds of
+// motion were learnt: `accuracy_drive --help`.
 #include <tbb/parallel_for.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -29,9 +31,12 @@ struct Options {
   std::vector<int> cameras = {2, 3, 4};
   std::string without;  // a motion that is not learnt
   std::vector<std::string> tests = {"known", "unseen"};
-  int every = 1;    // of the training's frames
-  int most = 100;   // frames of a test take
-  std::string net;  // folder of a net
+  int every = 1;  // of the training's frames
+  // The first share of each take that is learnt from, an avatar for each.
+  std::vector<double> shares = {1};
+  int most = 100;      // frames of a test take
+  std::string avatar;  // folder of one that is driven instead of learning
+  std::string net;     // folder of a net
   int level = 1, gutter = 3;
   int dark_from = -1;  // the first camera sees nothing for 15 frames from here
   SparseViewTraining training;
@@ -46,7 +51,9 @@ struct Take {
 std::vector<Take> TakesOf(const std::string& folder, const std::string& split) {
   std::vector<std::string> names;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder))
-    if (entry.path().filename().string().starts_with(split + "-")) names.push_back(entry.path().string());
+    if (const std::string name = entry.path().filename().string();
+        name == split || name.starts_with(split + "-"))
+      names.push_back(entry.path().string());
   std::sort(names.begin(), names.end());
   std::vector<Take> out;
   for (const std::string& name : names) {
@@ -65,14 +72,25 @@ std::string MotionOf(const std::string& take) {
   return first == last ? take : take.substr(first + 1, last - first - 1);
 }
 
-absl::StatusOr<SparseViewAvatar> Train(const Options& options, const Template& garment) {
+// Also says how many seconds it learnt from.
+absl::StatusOr<SparseViewAvatar> Train(const Options& options, const Template& garment, double share,
+                                       double* seconds) {
+  if (!options.avatar.empty()) {
+    absl::StatusOr<AvatarFile> file = ReadAvatar(options.avatar);
+    if (!file.ok()) return file.status();
+    return std::move(file->avatar);
+  }
   std::vector<Take> learnt = TakesOf(options.folder, "train"), held = TakesOf(options.folder, "val");
+  for (Take& take : TakesOf(options.folder, "validate")) held.push_back(std::move(take));
   std::erase_if(learnt, [&](const Take& take) { return MotionOf(take.name) == options.without; });
   TrainingFrames frames;
   std::vector<Take*> takes;
+  *seconds = 0;
   for (Take& t : learnt) {
-    frames.takes.push_back({t.name, (t.reader.frames() + options.every - 1) / options.every,
-                            t.reader.head().fps, false, MotionOf(t.name)});
+    const int first = static_cast<int>(std::ceil(share * t.reader.frames()));
+    *seconds += first / t.reader.head().fps;
+    frames.takes.push_back(
+        {t.name, (first + options.every - 1) / options.every, t.reader.head().fps, false, MotionOf(t.name)});
     takes.push_back(&t);
   }
   for (Take& t : held) {
@@ -92,6 +110,11 @@ struct Tally {
   std::vector<double> all, carrier, plain, none, one, more, jitter, ms;
   int within1 = 0, within2 = 0, frames = 0, lost = 0;
 
+  double Mean() const {
+    double sum = 0;
+    for (const double e : all) sum += e;
+    return all.empty() ? 0 : sum / static_cast<double>(all.size());
+  }
   void Print(const std::string& name) const {
     const auto mean = [](const std::vector<double>& x) {
       double sum = 0;
@@ -183,6 +206,15 @@ absl::Status ReadNet(const Options& options, SparseViewAvatar* avatar) {
   return sample.ok() ? DecodeNetSample(*sample, path, &avatar->net) : sample.status();
 }
 
+// A row of the curve over seconds of training.
+struct CurveRow {
+  double seconds = 0;
+  std::string test;
+  double mean_mm = 0, median_mm = 0;
+};
+
+void Learn(const Options& options, const Template& garment, double share, std::vector<CurveRow>* curve);
+
 void Run(const Options& options) {
   std::vector<Take> any = TakesOf(options.folder, "train");
   const auto garment = ReadTemplate((fs::path(options.folder) / any.front().name / "template").string());
@@ -190,8 +222,19 @@ void Run(const Options& options) {
     std::printf("%s\n", std::string(garment.status().message()).c_str());
     return;
   }
+  std::vector<CurveRow> curve;
+  for (const double share : options.shares) Learn(options, *garment, share, &curve);
+  if (options.shares.size() < 2) return;
+  std::printf("\nmm by seconds of motion that were learnt\n");
+  for (const CurveRow& row : curve)
+    std::printf("%7.1f s  %-24s  mean %6.3f  median %6.3f\n", row.seconds, row.test.c_str(), row.mean_mm,
+                row.median_mm);
+}
+
+void Learn(const Options& options, const Template& garment, double share, std::vector<CurveRow>* curve) {
   const Stopwatch watch;
-  auto avatar = Train(options, *garment);
+  double seconds = 0;
+  auto avatar = Train(options, garment, share, &seconds);
   if (!avatar.ok()) {
     std::printf("%s\n", std::string(avatar.status().message()).c_str());
     return;
@@ -201,9 +244,10 @@ void Run(const Options& options) {
     std::printf("%s\n", std::string(read.message()).c_str());
     return;
   }
-  std::printf("%d frames learnt, %d held out, %d components, left %.2f mm per axis; %.0f s\n",
-              avatar->training_frames, avatar->held_out_frames, avatar->space.components(),
-              avatar->space.left_mm, watch.Seconds());
+  std::printf(
+      "%.1f s of motion, %d frames learnt, %d held out, %d components, left %.2f mm per axis; %.0f s\n",
+      seconds, avatar->training_frames, avatar->held_out_frames, avatar->space.components(),
+      avatar->space.left_mm, watch.Seconds());
   for (const SigmaCheck& check : {avatar->held_out_check, avatar->left_out_check})
     std::printf("sigma fitted to %d frames: %.1f %% %.1f %%\n", check.frames, 100 * check.within_one,
                 100 * check.within_two);
@@ -218,7 +262,7 @@ void Run(const Options& options) {
       std::vector<Take> takes = TakesOf(options.folder, test);
       std::vector<Tally> tallies(takes.size());
       tbb::parallel_for(size_t{0}, takes.size(), [&](size_t t) {
-        tallies[t] = DriveTake(options, *garment, *avatar, &takes[t], cameras);
+        tallies[t] = DriveTake(options, garment, *avatar, &takes[t], cameras);
       });
       Tally all;
       for (size_t t = 0; t < takes.size(); ++t) {
@@ -226,6 +270,7 @@ void Run(const Options& options) {
         all.Add(tallies[t]);
       }
       all.Print(test + " x" + std::to_string(cameras));
+      curve->push_back({seconds, test + " x" + std::to_string(cameras), all.Mean(), Median(all.all)});
     }
 }
 
@@ -235,13 +280,19 @@ void Run(const Options& options) {
 int main(int argc, char** argv) {
   weft::Options o;
   CLI::App app(
-      "Learns an avatar of the takes train-* and val-* of a folder, and drives known-* and unseen-*");
+      "Learns an avatar of the takes train-* of a folder, with val-* and validate-* held out, and drives "
+      "those "
+      "of --tests");
   app.add_option("folder", o.folder)->required();
   app.add_option("--cameras", o.cameras)->delimiter(',');
   app.add_option("--tests", o.tests)->delimiter(',');
   app.add_option("--without", o.without);
+  app.add_option("--avatar", o.avatar, "Drive this one, and learn nothing");
   app.add_option("--calibration", o.training.calibration_frames);
   app.add_option("--every", o.every);
+  app.add_option("--max-frames", o.training.max_frames, "To learn from, evenly chosen");
+  app.add_option("--shares", o.shares, "Learn from these first shares of each take, one after another")
+      ->delimiter(',');
   app.add_option("--most", o.most);
   app.add_option("--net", o.net);
   app.add_option("--level", o.level);

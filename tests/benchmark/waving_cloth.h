@@ -95,12 +95,16 @@ class WavingCloth {
     avatar_.training_frames = kFrames;
     avatar_.training.components = kComponents;
     avatar_.acceleration.assign(static_cast<size_t>(avatar_.space.components()), 0.1f);
-    for (const MeshEdge& edge : graph.edges) {
-      const auto& x = garment_.rest.vertices_mm;
-      avatar_.edge_mm.push_back(static_cast<float>((x[edge.a] - x[edge.b]).norm()));
-      avatar_.edge_follow.push_back(0);
-      avatar_.edge_spread_mm.push_back(0.3f);
+    // The waves stretch the cloth, as its shapes do; wrinkles hardly do.
+    avatar_.edge_mm.assign(graph.edges.size(), 0);
+    for (int k = 0; k < kFrames; ++k) {
+      const std::vector<Eigen::Vector3d> x = At(3.1 * k);
+      for (size_t e = 0; e < graph.edges.size(); ++e)
+        avatar_.edge_mm[e] +=
+            static_cast<float>((x[graph.edges[e].a] - x[graph.edges[e].b]).norm() / kFrames);
     }
+    avatar_.edge_follow.assign(graph.edges.size(), 1);
+    for (const float mean_mm : avatar_.edge_mm) avatar_.edge_spread_mm.push_back(0.01f * mean_mm);
     avatar_.left_mm.assign(garment_.rest.vertices_mm.size(), 1);
     avatar_.sigma = TypicalSigmaScale();
   }
