@@ -167,6 +167,7 @@ class ConsoleStory(ConsoleDaemon, StudioTest):
         self.look(page, "daemon-away")
         self.begin()
         page.see("connected", ".connection")
+        page.see("sets", ".running")  # the new daemon says a little later what is recorded
         sets = "parseInt(document.querySelector('.running').innerText.match(/([\\d,]+) sets/)[1].replace(',', ''))"
         before = page.evaluate(sets)
         wait_for(lambda: page.evaluate(sets) > before, "further frame sets", 0.3)
