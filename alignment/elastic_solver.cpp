@@ -1,6 +1,5 @@
 #include "alignment/elastic_solver.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -14,8 +13,7 @@
 namespace weft {
 namespace {
 
-// Inverse of the block of weakly held vertices of W + stretch L, and of the diagonal of the others. Where a
-// vertex is held weakly in one direction only, its motion in that direction belongs to the block.
+// Inverse of the block of weakly held vertices of W + stretch L, and of the diagonal of the others.
 class Preconditioner {
  public:
   static absl::StatusOr<Preconditioner> Build(const SlicedMesh& mesh, const MeshGraph& graph,
@@ -23,27 +21,13 @@ class Preconditioner {
     Preconditioner out;
     out.inverse_diagonal_.assign(mesh.degree.size(), 0);
     std::vector<int> index(graph.vertices, -1);
-    std::vector<double> weights;  // of the weak ones
     for (int v = 0; v < graph.vertices; ++v) {
       if (!problem.frozen.empty() && problem.frozen[v]) continue;
-      const double edges = stretch * graph.degree(v);
-      double weight = problem.weights[v].trace() / 3;
+      const double edges = stretch * graph.degree(v), weight = problem.weights[v].trace() / 3;
       out.inverse_diagonal_[v] = static_cast<float>(1 / (weight + edges));
-      Eigen::Vector3f free = Eigen::Vector3f::Zero();
-      if (weight >= kWeakShare * edges) {
-        if (!problem.has_free_directions) continue;
-        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes;
-        axes.computeDirect(problem.weights[v]);
-        weight = std::max(0.0, axes.eigenvalues()[0]);
-        if (weight >= kWeakShare * edges) continue;
-        free = axes.eigenvectors().col(0).cast<float>();
-        out.inverse_diagonal_[v] =
-            static_cast<float>(1 / (0.5 * (axes.eigenvalues()[1] + axes.eigenvalues()[2]) + edges));
-      }
+      if (weight >= kWeakShare * edges) continue;
       index[v] = static_cast<int>(out.weak_.size());
       out.weak_.push_back(v);
-      out.free_.push_back(free);
-      weights.push_back(weight);
     }
     if (out.weak_.empty()) return out;
     Eigen::SparseMatrix<double> matrix(out.weak_.size(), out.weak_.size());
@@ -52,15 +36,9 @@ class Preconditioner {
       const int v = out.weak_[i];
       for (int j = graph.first[v]; j < graph.first[v + 1]; ++j) {
         const int other = index[graph.neighbor[j]];
-        if (other <= static_cast<int>(i)) continue;
-        // Where directions turn from vertex to vertex, as rays of one eye do, moving along them alters
-        // lengths.
-        const float alike = out.free_[i].isZero() || out.free_[other].isZero()
-                                ? 1
-                                : std::abs(out.free_[i].dot(out.free_[other]));
-        matrix.insert(other, i) = -stretch * alike;
+        if (other > static_cast<int>(i)) matrix.insert(other, i) = -stretch;
       }
-      matrix.insert(i, i) = weights[i] + stretch * graph.degree(v);
+      matrix.insert(i, i) = problem.weights[v].trace() / 3 + stretch * graph.degree(v);
     }
     matrix.makeCompressed();
     absl::StatusOr<SingleFactor> factor = SingleFactor::Build(matrix);
@@ -84,20 +62,13 @@ class Preconditioner {
     std::vector<Eigen::Vector4f> columns(weak_.size());
     for (size_t i = 0; i < weak_.size(); ++i) {
       const int v = weak_[i];
-      Eigen::Vector3f part(in.x[v], in.y[v], in.z[v]);
-      if (!free_[i].isZero()) part = free_[i] * free_[i].dot(part);
-      columns[factor_.place(static_cast<int>(i))] = {part.x(), part.y(), part.z(), 0};
+      columns[factor_.place(static_cast<int>(i))] = {in.x[v], in.y[v], in.z[v], 0};
     }
     factor_.Solve(&columns);
     for (size_t i = 0; i < weak_.size(); ++i) {
       const Eigen::Vector4f& solution = columns[factor_.place(static_cast<int>(i))];
       const int v = weak_[i];
-      Eigen::Vector3f step = solution.head<3>();
-      if (!free_[i].isZero()) {
-        const Eigen::Vector3f held(out->x[v], out->y[v], out->z[v]);
-        step = held + free_[i] * free_[i].dot(step - held);
-      }
-      out->x[v] = step.x(), out->y[v] = step.y(), out->z[v] = step.z();
+      out->x[v] = solution.x(), out->y[v] = solution.y(), out->z[v] = solution.z();
     }
   }
 
@@ -106,7 +77,6 @@ class Preconditioner {
 
   std::vector<float> inverse_diagonal_;
   std::vector<int> weak_;
-  std::vector<Eigen::Vector3f> free_;  // [weak], the direction that is weakly held; zero: all are
   SingleFactor factor_;
 };
 

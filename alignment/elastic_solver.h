@@ -29,9 +29,6 @@ struct ElasticProblem {
   std::vector<Eigen::Vector3d> targets_mm;  // [vertices]
   std::vector<Eigen::Matrix3d> weights;     // [vertices], symmetric, positive definite
   std::vector<bool> frozen;                 // [vertices], or empty: vertices whose position stays
-  // Weights may leave one direction nearly free, as those of a single ray do. Then each step costs a
-  // factorisation more, but vertices move together along such directions, too.
-  bool has_free_directions = false;
 
   // Adds (x - target)^T weight (x - target); weight positive semi-definite.
   void Add(int vertex, const Eigen::Vector3d& target_mm, const Eigen::Matrix3d& weight);
