@@ -63,11 +63,11 @@ IsometricFit::IsometricFit(const MeshGraph& graph, const EdgeLengths& lengths,
   factor_.analyzePattern(matrix_);
 }
 
-double IsometricFit::Energy(std::span<const VertexPull> pulls, std::span<const Vector3d> carrier_mm,
+double IsometricFit::Energy(std::span<const RayEvidence> evidence, std::span<const Vector3d> carrier_mm,
                             std::span<const Vector3d> x) const {
   double sum = 0;
-  for (size_t v = 0; v < pulls.size(); ++v)
-    sum += x[v].dot(pulls[v].information * x[v] - 2 * pulls[v].moment);
+  for (size_t v = 0; v < evidence.size(); ++v)
+    sum += x[v].dot(evidence[v].information * x[v] - 2 * evidence[v].moment);
   const double freedom = options_.tail_freedom, bend = bend_information_;
   for (size_t e = 0; e < graph_.edges.size(); ++e) {
     const auto [a, b] = graph_.edges[e];
@@ -79,7 +79,7 @@ double IsometricFit::Energy(std::span<const VertexPull> pulls, std::span<const V
   return sum;
 }
 
-void IsometricFit::Build(std::span<const VertexPull> pulls, std::span<const Vector3d> carrier_mm,
+void IsometricFit::Build(std::span<const RayEvidence> evidence, std::span<const Vector3d> carrier_mm,
                          std::span<const Vector3d> x) {
   double* const values = matrix_.valuePtr();
   const int* const first = matrix_.outerIndexPtr();
@@ -89,8 +89,8 @@ void IsometricFit::Build(std::span<const VertexPull> pulls, std::span<const Vect
   };
   std::fill(values, values + matrix_.nonZeros(), 0.0);
   for (int v = 0; v < graph_.vertices; ++v) {
-    diagonal(v, pulls[v].information);
-    gradient_.segment<3>(3 * v) = pulls[v].information * x[v] - pulls[v].moment;
+    diagonal(v, evidence[v].information);
+    gradient_.segment<3>(3 * v) = evidence[v].information * x[v] - evidence[v].moment;
   }
   const double freedom = options_.tail_freedom, bend = bend_information_;
   for (size_t e = 0; e < graph_.edges.size(); ++e) {
@@ -110,9 +110,8 @@ void IsometricFit::Build(std::span<const VertexPull> pulls, std::span<const Vect
   }
 }
 
-absl::StatusOr<int> IsometricFit::Solve(std::span<const VertexPull> pulls,
-                                        std::span<const Vector3d> carrier_mm,
-                                        std::vector<Vector3d>* position_mm, bool pulls_are_alike) {
+absl::Status IsometricFit::Solve(std::span<const RayEvidence> evidence, std::span<const Vector3d> carrier_mm,
+                                 std::vector<Vector3d>* position_mm, bool is_alike) {
   std::vector<Vector3d>& x = *position_mm;
   std::vector<Vector3d> next(x.size());
   for (size_t e = 0; e < graph_.edges.size(); ++e) {
@@ -120,11 +119,11 @@ absl::StatusOr<int> IsometricFit::Solve(std::span<const VertexPull> pulls,
     const double length = (carrier_mm[graph_.edges[e].a] - carrier_mm[graph_.edges[e].b]).norm();
     expected_mm_[e] = mean + lengths_.follow[e] * (length - mean);
   }
-  double energy = Energy(pulls, carrier_mm, x);
+  double energy = Energy(evidence, carrier_mm, x);
   // Steps that the factor is good for.
-  int left = pulls_are_alike && has_factor_ ? options_.steps_of_factor : 0;
+  int left = is_alike && has_factor_ ? options_.steps_of_factor : 0;
   for (int step = 1; step <= options_.max_steps; ++step) {
-    Build(pulls, carrier_mm, x);
+    Build(evidence, carrier_mm, x);
     const bool is_new = left == 0;
     if (is_new) {
       factor_.factorize(matrix_);
@@ -143,7 +142,7 @@ absl::StatusOr<int> IsometricFit::Solve(std::span<const VertexPull> pulls,
     for (int halving = 0; halving <= kHalvings && !is_better; ++halving, scale *= 0.5) {
       for (size_t v = 0; v < x.size(); ++v)
         next[v] = x[v] - scale * way.segment<3>(3 * static_cast<Eigen::Index>(v));
-      const double now = Energy(pulls, carrier_mm, next);
+      const double now = Energy(evidence, carrier_mm, next);
       is_better = now < energy;
       if (is_better) energy = now, std::swap(x, next);
     }
@@ -151,9 +150,9 @@ absl::StatusOr<int> IsometricFit::Solve(std::span<const VertexPull> pulls,
       left = 0;
       continue;
     }
-    if (!is_better || typical < options_.tolerance_mm) return step;
+    if (!is_better || typical < options_.tolerance_mm) break;
   }
-  return options_.max_steps;
+  return absl::OkStatus();
 }
 
 }  // namespace weft

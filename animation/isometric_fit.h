@@ -9,14 +9,15 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/status/statusor.h"
 #include "alignment/mesh_graph.h"
+#include "animation/evidence.h"
 
 namespace weft {
 
-// Chosen on the split validate of the data set shirt-drive-12, two cameras, by `accuracy_drive DIR/takes
-// --tests validate --cameras 2` with --strain, --tail, --bend, --steps and --tolerance: half or twice any of
-// them costs 1 to 5 % there.
+// Chosen on the split validate of the data set shirt-drive-12 before two cameras (refit: `accuracy_drive
+// DIR/takes --tests validate --cameras 2` with --strain, --tail, --bend, --steps and --tolerance). Mean
+// errors there were 1 to 3 % larger with a strain of 0.012 or 0.022, a freedom of 1 or 4, a share of 0.3 or
+// 0.6, and a tolerance of 0.1.
 struct IsometricOptions {
   // Lengths of edges vary by their spread over the training frames, or by this share of them where that is
   // less, with the tails of Student's t: a wrinkle's crest strains a few edges far more than most.
@@ -38,12 +39,6 @@ struct EdgeLengths {
   std::span<const float> mean_mm, follow, spread_mm;
 };
 
-// What draws a vertex: x^T information x - 2 moment^T x, with rays and pulls added up.
-struct VertexPull {
-  Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
-};
-
 // Isometric shape from template (Bartoli et al., PAMI 2015, of smooth surfaces and one view): lengths and
 // lines of sight determine depth together, but for mirrored bumps, which the start decides. Keeps the
 // symbolic factorisation of the graph's matrix. Not for use by two threads at once. The same bytes at any
@@ -53,17 +48,17 @@ class IsometricFit {
   // Graph and lengths must outlive it.
   IsometricFit(const MeshGraph& graph, const EdgeLengths& lengths, const IsometricOptions& options);
 
-  // Minimises sum of pulls + rho((length - expected) / spread) over edges + |edge - carrier's edge|^2 /
-  // bend_sigma^2, from `position_mm`, [vertices], which receives the result. The pulls must hold each
-  // connected part. `pulls_are_alike`: few differ from those of the last call, whose factor then serves
-  // first. Internal: the matrix could not be factorised. Returns the number of steps.
-  absl::StatusOr<int> Solve(std::span<const VertexPull> pulls, std::span<const Eigen::Vector3d> carrier_mm,
-                            std::vector<Eigen::Vector3d>* position_mm, bool pulls_are_alike = false);
+  // Minimises the sum of `evidence`, [vertices], + rho((length - expected) / spread) over edges + |edge -
+  // carrier's edge|^2 / bend_sigma^2, from `position_mm`, [vertices], which receives the result. The evidence
+  // must hold each connected part. `is_alike`: it differs from that of the last call at few vertices, so the
+  // factor of that call serves first. Internal: the matrix could not be factorised.
+  absl::Status Solve(std::span<const RayEvidence> evidence, std::span<const Eigen::Vector3d> carrier_mm,
+                     std::vector<Eigen::Vector3d>* position_mm, bool is_alike = false);
 
  private:
-  double Energy(std::span<const VertexPull> pulls, std::span<const Eigen::Vector3d> carrier_mm,
+  double Energy(std::span<const RayEvidence> evidence, std::span<const Eigen::Vector3d> carrier_mm,
                 std::span<const Eigen::Vector3d> x) const;
-  void Build(std::span<const VertexPull> pulls, std::span<const Eigen::Vector3d> carrier_mm,
+  void Build(std::span<const RayEvidence> evidence, std::span<const Eigen::Vector3d> carrier_mm,
              std::span<const Eigen::Vector3d> x);
 
   const MeshGraph& graph_;

@@ -54,12 +54,6 @@ std::vector<double> Misfits(const ShapeRegions& regions, const std::vector<Verte
   return out;
 }
 
-PolishOptions SecondPolish(const RayDriverOptions& options) {
-  PolishOptions out = options.polish;
-  out.carrier_sigma_mm = options.corrected_sigma_mm;
-  return out;
-}
-
 }  // namespace
 
 absl::Status RayDriverOptions::Validate() const {
@@ -74,15 +68,19 @@ RayDriver::RayDriver(const AlignmentModel& model, const SparseViewAvatar& avatar
       options_(options),
       net_(net),
       tracker_(model, avatar.space, avatar.left_mm, avatar.acceleration, options.tracker),
-      polish_(model, avatar.edges(), options.polish),
-      second_polish_(model, avatar.edges(), SecondPolish(options)) {}
+      polish_(model, avatar.edges(), options.polish) {
+  if (net_ == nullptr) return;
+  PolishOptions second = options.polish;
+  second.carrier_sigma_mm = options.corrected_sigma_mm;
+  second_polish_.emplace(model, avatar.edges(), second);
+}
 
 void RayDriver::Reset() {
   tracker_.Reset();
   last_mm_.clear();
 }
 
-absl::Status RayDriver::Recall(DriveMemory memory) {
+absl::Status RayDriver::Recall(RayDriverMemory memory) {
   if (!memory.mesh_mm.empty() && memory.mesh_mm.size() != static_cast<size_t>(model_.graph().vertices))
     return absl::InvalidArgumentError(absl::StrCat("the driver's memory has ", memory.mesh_mm.size(),
                                                    " vertices, the garment ", model_.graph().vertices));
@@ -138,7 +136,7 @@ absl::Status RayDriver::Correct(const std::vector<VertexRay>& rays, RayDrivenFra
   out->times.push_back({"net", 1000 * watch.Seconds()});
   watch = Stopwatch();
   absl::StatusOr<PolishedMesh> polished =
-      second_polish_.Polish(corrected->position_mm, corrected->position_mm, rays);
+      second_polish_->Polish(corrected->position_mm, corrected->position_mm, rays);
   if (!polished.ok()) return polished.status();
   out->uncorrected_mm = std::move(out->position_mm);
   out->position_mm = std::move(polished->position_mm);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -49,8 +50,8 @@ struct RayDrivenFrame {
 
 class NetCorrection;
 
-// All that a driver knows of the frames before: one that recalls it goes on as the one that had it.
-struct DriveMemory {
+// What the tracker knows of the frames before, and the mesh that the next polish starts from.
+struct RayDriverMemory {
   TrackMemory track;
   // [vertices], the last frame's result in single precision; empty where none is known.
   std::vector<Eigen::Vector3f> mesh_mm;
@@ -66,9 +67,9 @@ class RayDriver {
   // the net.
   absl::StatusOr<RayDrivenFrame> Drive(double frames, const std::vector<VertexRay>& rays);
   void Reset();
-  DriveMemory Memory() const { return {tracker_.memory(), last_mm_}; }
+  RayDriverMemory Memory() const { return {tracker_.memory(), last_mm_}; }
   // InvalidArgument: of another garment, or numbers that are not finite; the driver stays as it was.
-  absl::Status Recall(DriveMemory memory);
+  absl::Status Recall(RayDriverMemory memory);
 
  private:
   // The carrier, off by as much as the last frame's was, turned with the garment.
@@ -81,7 +82,8 @@ class RayDriver {
   RayDriverOptions options_;
   NetCorrection* net_;
   ViewTracker tracker_;
-  RayPolish polish_, second_polish_;
+  RayPolish polish_;
+  std::optional<RayPolish> second_polish_;  // with a net
   std::vector<Eigen::Vector3f> last_mm_;
 };
 

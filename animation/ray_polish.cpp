@@ -76,22 +76,15 @@ absl::StatusOr<PolishedMesh> RayPolish::Polish(const std::vector<Eigen::Vector3d
     const std::vector<bool> before = out.rejected;
     for (size_t i = 0; i < rays.size(); ++i) out.rejected[i] = off[i] > most;
     if (round > 0 && out.rejected == before) break;
-    std::vector<VertexPull> pulls(carrier_mm.size());
-    for (size_t v = 0; v < pulls.size(); ++v) {
-      pulls[v].information = weak * Eigen::Matrix3d::Identity();
-      pulls[v].moment = weak * carrier_mm[v];
+    std::vector<RayEvidence> evidence(carrier_mm.size());
+    for (size_t v = 0; v < evidence.size(); ++v) {
+      evidence[v].information = weak * Eigen::Matrix3d::Identity();
+      evidence[v].moment = weak * carrier_mm[v];
     }
-    for (size_t i = 0; i < rays.size(); ++i) {
-      if (out.rejected[i]) continue;
-      const int v = rays[i].vertex;
-      RayEvidence evidence;
-      evidence.Add(rays[i], out.position_mm[v], 1);
-      pulls[v].information += evidence.information;
-      pulls[v].moment += evidence.moment;
-    }
-    const absl::StatusOr<int> steps = fit_.Solve(pulls, carrier_mm, &out.position_mm, round > 0);
-    if (!steps.ok()) return steps.status();
-    out.steps += *steps;
+    for (size_t i = 0; i < rays.size(); ++i)
+      if (const int v = rays[i].vertex; !out.rejected[i]) evidence[v].Add(rays[i], out.position_mm[v], 1);
+    if (absl::Status status = fit_.Solve(evidence, carrier_mm, &out.position_mm, round > 0); !status.ok())
+      return status;
   }
   return out;
 }

@@ -27,7 +27,8 @@ constexpr double kReachCells = 0.55;     // contacts are looked for within; neig
 // moves of so many cells for as many more.
 constexpr int kYieldSteps = 8, kReturnSteps = 40;
 constexpr double kReturnCells = 0.03;
-// So is one whose threads are pulled to this length, over that at rest. Worn cloth stays below 1.8.
+// So is one whose threads are pulled to this length, over that at rest. In the data set shirt-drive-12, takes
+// that do not tear reach 1.8 (every fiftieth frame of four of them).
 constexpr double kTorn = 2;
 
 // Damping that stands for Coulomb friction under a normal force, in kg/s.

@@ -55,14 +55,14 @@ struct Sheet {
 };
 
 // One camera, 1.5 m away, sees every vertex to 0.05 mm, and a weak pull holds all.
-std::vector<VertexPull> SeenByOne(const std::vector<Vector3d>& truth, const std::vector<Vector3d>& carrier) {
+std::vector<RayEvidence> SeenByOne(const std::vector<Vector3d>& truth, const std::vector<Vector3d>& carrier) {
   const Vector3d eye(300, 100, -1500);
-  std::vector<VertexPull> out;
+  std::vector<RayEvidence> out;
   for (size_t v = 0; v < truth.size(); ++v) {
     const Vector3d d = (truth[v] - eye).normalized();
     const Eigen::Matrix3d across = 400 * (Eigen::Matrix3d::Identity() - d * d.transpose());
     const Eigen::Matrix3d weak = 1e-6 * Eigen::Matrix3d::Identity();
-    out.push_back({across + weak, across * eye + weak * carrier[v]});
+    out.push_back({across + weak, across * eye + weak * carrier[v], 1});
   }
   return out;
 }
@@ -87,8 +87,8 @@ TEST(IsometricFit, OneViewAndLengthsGiveDepth) {
   const auto truth = Rolled(1 / 120.0).vertices_mm, carrier = Rolled(1 / 200.0).vertices_mm;
   ASSERT_GT(WorstOff(carrier, truth), 15);
   std::vector<Vector3d> x = carrier;
-  const auto steps = sheet.Fit(Exact()).Solve(SeenByOne(truth, carrier), carrier, &x);
-  ASSERT_TRUE(steps.ok()) << steps.status();
+  const absl::Status status = sheet.Fit(Exact()).Solve(SeenByOne(truth, carrier), carrier, &x);
+  ASSERT_TRUE(status.ok()) << status;
   EXPECT_LT(WorstOff(x, truth), 0.6);
 }
 
@@ -96,10 +96,10 @@ TEST(IsometricFit, TheStartDecidesWhichWayABumpGoes) {
   // Seen along its axis a roll and its mirror image have the same lines of sight but for perspective.
   const Sheet sheet;
   const auto truth = Rolled(1 / 300.0).vertices_mm, mirrored = Rolled(-1 / 300.0).vertices_mm;
-  std::vector<VertexPull> pulls;
+  std::vector<RayEvidence> pulls;
   for (size_t v = 0; v < truth.size(); ++v) {
     const Eigen::Matrix3d across = Eigen::Vector3d(400, 400, 1e-6).asDiagonal();
-    pulls.push_back({across, across * truth[v]});
+    pulls.push_back({across, across * truth[v], 1});
   }
   const auto flat = Rolled(0).vertices_mm;
   for (const auto& side : {truth, mirrored}) {
@@ -142,8 +142,8 @@ TEST(IsometricFit, WithoutAnyPullSaysSo) {
   const Sheet sheet;
   const auto carrier = Rolled(0).vertices_mm;
   std::vector<Vector3d> x = carrier;
-  const auto steps = sheet.Fit().Solve(std::vector<VertexPull>(carrier.size()), carrier, &x);
-  EXPECT_EQ(steps.status().code(), absl::StatusCode::kInternal);
+  const absl::Status status = sheet.Fit().Solve(std::vector<RayEvidence>(carrier.size()), carrier, &x);
+  EXPECT_EQ(status.code(), absl::StatusCode::kInternal);
 }
 
 TEST(IsometricFit, RefusesOptionsThatMeanNothing) {
