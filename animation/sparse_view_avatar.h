@@ -117,9 +117,9 @@ struct AvatarTable {
 };
 // All numbers of the avatar that are not hashes, fps, counts, checks or training options.
 std::vector<AvatarTable> TablesOf(const SparseViewAvatar& avatar);
-// Fills these numbers; InvalidArgument names a table that is missing (but edge_follow: avatars of version 0.2
-// had none, and 0 stands in), or has another size than the others
-// imply. Unknown tables are passed over. Validate() says whether the whole makes sense.
+// Fills these numbers; InvalidArgument names a table that is missing, or has another size than the others
+// imply. Avatars made before there was edge_follow have 0 in its place. Unknown tables are passed over.
+// Validate() says whether the whole makes sense.
 absl::Status TakeTables(const std::vector<AvatarTable>& tables, SparseViewAvatar* avatar);
 
 // May be empty. Called with what is being done ("shapes", "lengths", "sigma") and the share of it done.
@@ -141,8 +141,8 @@ absl::StatusOr<SparseViewAvatar> LearnSparseView(const Template& garment, const 
 // Fits sigma to held-out frames and, where there are two motions and more, to motions that were not learnt:
 // each is left out in turn and driven by what few frames of the others teach. Where the avatar has a net,
 // held-out frames are driven with it, and its gain is measured; it has learnt from the motions that are left
-// out, so those are driven without. `frames` and errors as of LearnSparseView, those of NetCorrection::Create
-// besides.
+// out, so those are driven without. A net that brings held-out frames no nearer to the truth is taken off:
+// its gain alone stays. `frames` and errors as of LearnSparseView, those of NetCorrection::Create besides.
 absl::Status CalibrateSparseView(const Template& garment, const TrainingFrames& frames,
                                  const TrainingProgress& on_progress, const std::stop_token& stop,
                                  SparseViewAvatar* avatar);

@@ -1,5 +1,6 @@
 #include "services/animation/train_avatar.h"
 
+#include <array>
 #include <filesystem>
 #include <utility>
 
@@ -99,11 +100,11 @@ absl::StatusOr<AvatarNet> TrainNet(TrainingTakes& takes, const AvatarRequest& re
   return out;
 }
 
-std::string WhyLeftOut(const AvatarNet& net) {
+std::string WhyLeftOut(const std::array<NetGain, SigmaScale::kCameras>& gains) {
   std::string out = "the net is left out: ";
   bool is_tried = false;
-  for (size_t k = 0; k < net.gain.size(); ++k) {
-    const NetGain& gain = net.gain[k];
+  for (size_t k = 0; k < gains.size(); ++k) {
+    const NetGain& gain = gains[k];
     if (gain.frames == 0) continue;
     absl::StrAppendFormat(&out, "%s%.3f mm with it and %.3f without before %d cameras", is_tried ? ", " : "",
                           gain.after_mm, gain.before_mm, k + 1);
@@ -150,12 +151,9 @@ absl::StatusOr<TrainedAvatar> TrainAvatar(const AvatarRequest& request, const On
   if (!avatar.ok()) return avatar.status();
   avatar->net = std::move(net);
   absl::Status status = CalibrateSparseView(garment, frames, on_progress, stop, &*avatar);
-  std::string remark;
-  if (status.ok() && request.net && !avatar->net.IsOfUse()) {
-    remark = WhyLeftOut(std::exchange(avatar->net, {}));
-    status = CalibrateSparseView(garment, frames, on_progress, stop, &*avatar);
-  }
   if (!status.ok()) return status;
+  std::string remark;
+  if (request.net && avatar->net.empty()) remark = WhyLeftOut(avatar->net.gain);
   if (stop.stop_requested()) return absl::CancelledError("the training was stopped");
   if (status = WriteAvatar(request.out, *std::move(about), *avatar); !status.ok()) return status;
   if (request.net && !request.net->keep) {

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include <algorithm>
+
 #include "alignment/mesh_graph.h"
 #include "tests/animation/waving_tube.h"
 
@@ -68,6 +70,18 @@ TEST(SparseViewAvatar, GoesThroughTables) {
   tables = TablesOf(*avatar);
   tables[1].rows -= 1;
   EXPECT_THAT(TakeTables(tables, &read).message(), HasSubstr("\"basis\""));
+}
+
+TEST(SparseViewAvatar, OfBeforeEdgesFollowedTheCarrierHasEdgesThatDoNot) {
+  const auto avatar = TrainSparseView(WavingTube::Garment(), WavingTube::Frames(3, 30), kQuick);
+  ASSERT_TRUE(avatar.ok()) << avatar.status();
+  EXPECT_GT(*std::max_element(avatar->edge_follow.begin(), avatar->edge_follow.end()), 0);
+  std::vector<AvatarTable> tables = TablesOf(*avatar);
+  std::erase_if(tables, [](const AvatarTable& table) { return table.name == "edge_follow"; });
+  SparseViewAvatar read = *avatar;
+  ASSERT_TRUE(TakeTables(tables, &read).ok());
+  EXPECT_EQ(read.edge_follow, std::vector<float>(read.edge_mm.size(), 0));
+  EXPECT_TRUE(read.Validate().ok());
 }
 
 TEST(SparseViewAvatar, RefusesFramesThatDoNotFit) {
