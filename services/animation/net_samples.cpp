@@ -18,6 +18,7 @@
 #include "animation/sparse_view_driver.h"
 #include "base/counter_random.h"
 #include "services/animation/cloth_take.h"
+#include "services/animation/observed_take.h"
 #include "services/animation/truth_views.h"
 #include "simulation/studio_rig.h"
 #include "simulation/take_presets.h"
@@ -187,10 +188,7 @@ class SampleMaker {
       if (!rig) rig = RandomRig(truth->vertices_mm, drive.cameras, key);
       const auto seen = cloth.Look(*truth, *rig, key ^ MixBits(static_cast<uint64_t>(f)));
       if (!seen.ok()) return seen.status();
-      std::vector<DrivingView> views;
-      for (size_t c = 0; c < rig->cameras.size(); ++c)
-        views.push_back({&rig->cameras[c], (*seen)[c].observations});
-      const auto rays = RaysOf(views, nodes_, SparseViewOptions().cloth_sigma_px);
+      const auto rays = RaysOf(DrivingViewsOf(*seen, *rig), nodes_, SparseViewOptions().cloth_sigma_px);
       if (!rays.ok()) return rays.status();
       const auto driven = driver.Drive(request_.every, *rays);
       if (!driven.ok()) return driven.status();

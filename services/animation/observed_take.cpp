@@ -92,6 +92,25 @@ Rig EvenlyChosen(const Rig& rig, size_t cameras) {
 
 }  // namespace
 
+std::vector<DrivingView> DrivingViewsOf(const std::vector<ViewObservations>& seen, const Rig& rig) {
+  std::vector<DrivingView> out;
+  for (const ViewObservations& view : seen)
+    out.push_back({&rig.cameras[static_cast<size_t>(view.camera)], view.observations});
+  return out;
+}
+
+VertexRays DirectionsOf(const std::vector<ViewObservations>& seen, const Rig& rig, const Template& garment,
+                        const NodeVertices& nodes) {
+  VertexRays out(garment.rest.vertices_mm.size());
+  for (const DrivingView& view : DrivingViewsOf(seen, rig))
+    for (const Observation& o : view.observations) {
+      const int vertex = nodes.VertexOf(o.node);
+      const auto ray = view.camera->PixelRay({o.x_px, o.y_px});
+      if (vertex >= 0 && ray) out.Add(static_cast<size_t>(vertex), ray->direction);
+    }
+  return out;
+}
+
 std::unique_ptr<ObservedTake> ObserveFrom(const ClothTake& take, const Template& garment, Rig rig,
                                           uint64_t seed) {
   return std::make_unique<ImitatedTake>(garment, take.body, std::move(rig), seed);

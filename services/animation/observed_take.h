@@ -8,7 +8,9 @@
 
 #include "absl/status/statusor.h"
 #include "alignment/template.h"
+#include "animation/evidence.h"
 #include "capture/rig/rig.h"
+#include "evaluation/driving_score.h"
 #include "services/synthetic/frames_file.h"
 #include "triangulation/triangulate.h"
 
@@ -30,6 +32,12 @@ class ObservedTake {
 // fewer. Errors of the take's files.
 absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveTake(ClothTake& take, const Template& garment,
                                                           int cameras, uint64_t seed);
+
+// What a driver is given of them.
+std::vector<DrivingView> DrivingViewsOf(const std::vector<ViewObservations>& seen, const Rig& rig);
+// Directions from which vertices were seen, for scores.
+VertexRays DirectionsOf(const std::vector<ViewObservations>& seen, const Rig& rig, const Template& garment,
+                        const NodeVertices& nodes);
 
 // Seen by these cameras, with the decoder imitated.
 std::unique_ptr<ObservedTake> ObserveFrom(const ClothTake& take, const Template& garment, Rig rig,

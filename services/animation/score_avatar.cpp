@@ -54,13 +54,6 @@ struct FrameInView {
   bool follows;  // it is not the first of its take
 };
 
-std::vector<DrivingView> ViewsOf(const std::vector<ViewObservations>& seen, const Rig& rig) {
-  std::vector<DrivingView> out;
-  for (const ViewObservations& view : seen)
-    out.push_back({&rig.cameras[static_cast<size_t>(view.camera)], view.observations});
-  return out;
-}
-
 class AvatarScorer {
  public:
   AvatarScorer(const AvatarScoring& scoring, const SparseViewAvatar& avatar, const Template& garment,
@@ -73,6 +66,7 @@ class AvatarScorer {
         nodes_(garment),
         model_(garment),
         registration_(garment),
+        skinned_polish_(model_, avatar.edges(), SparseViewOptions().driver.polish),
         near_seams_(std::move(near_seams)) {}
 
   // `on_frame` is called once for each frame and number of cameras.
@@ -115,7 +109,8 @@ class AvatarScorer {
       if (!truth.ok()) return truth.status();
       const absl::StatusOr<std::vector<ViewObservations>> views = seen.Look(k, *truth);
       if (!views.ok()) return views.status();
-      const FrameInView frame{*truth, *views, seen.rig(), RaysOf(*views, seen.rig()), split, cameras, k > 0};
+      const FrameInView frame{*truth, *views,  seen.rig(), DirectionsOf(*views, seen.rig(), garment_, nodes_),
+                              split,  cameras, k > 0};
       absl::Status status;
       if (with_shapes) status.Update(AddShapes(frame, sums));
       std::vector<double> ms;
@@ -179,15 +174,11 @@ class AvatarScorer {
   absl::Status AddSkinned(const FrameInView& frame, const SkinnedBaseline& skinned, ScoreTable& sums) {
     const std::vector<Eigen::Vector3d> carrier = skinned.MeshIn(*frame.truth.pose);
     absl::Status status = AddMesh(frame, kSkinned, carrier, {}, frame.follows, sums);
-    const SparseViewOptions options;
     const absl::StatusOr<std::vector<VertexRay>> rays =
-        weft::RaysOf(ViewsOf(frame.views, frame.rig), nodes_, options.cloth_sigma_px);
+        RaysOf(DrivingViewsOf(frame.views, frame.rig), nodes_, SparseViewOptions().cloth_sigma_px);
     if (!rays.ok()) return rays.status();
     absl::StatusOr<PolishedMesh> polished;
-    driving_.execute([&] {
-      RayPolish polish(model_, avatar_.edges(), options.driver.polish);
-      polished = polish.Polish(carrier, carrier, *rays);
-    });
+    driving_.execute([&] { polished = skinned_polish_.Polish(carrier, carrier, *rays); });
     if (!polished.ok()) return polished.status();
     status.Update(AddMesh(frame, kSkinnedPolished, polished->position_mm, {}, frame.follows, sums));
     return status;
@@ -222,7 +213,7 @@ class AvatarScorer {
       if (!driven->lost) {
         const absl::Status status =
             sum.score.Add({driven->mesh.vertices_mm, driven->mesh.sigma_mm}, truth->vertices_mm,
-                          RaysOf(*views, seen.rig()), follows && tally != nullptr);
+                          DirectionsOf(*views, seen.rig(), garment_, nodes_), follows && tally != nullptr);
         if (!status.ok()) return status;
       }
       follows = !driven->lost;
@@ -279,23 +270,12 @@ class AvatarScorer {
   absl::StatusOr<DrivenFrame> DriveTimed(SparseViewDriver& driver, int64_t time_ns,
                                          const std::vector<ViewObservations>& seen, const Rig& rig,
                                          std::vector<double>& ms) {
-    const std::vector<DrivingView> views = ViewsOf(seen, rig);
+    const std::vector<DrivingView> views = DrivingViewsOf(seen, rig);
     absl::StatusOr<DrivenFrame> driven;
     const Stopwatch watch;
     driving_.execute([&] { driven = driver.Drive(time_ns, views); });
     ms.push_back(watch.Ms());
     return driven;
-  }
-
-  VertexRays RaysOf(const std::vector<ViewObservations>& views, const Rig& rig) const {
-    VertexRays out(garment_.rest.vertices_mm.size());
-    for (const ViewObservations& view : views)
-      for (const Observation& o : view.observations) {
-        const int vertex = nodes_.VertexOf(o.node);
-        const auto ray = rig.cameras[static_cast<size_t>(view.camera)].PixelRay({o.x_px, o.y_px});
-        if (vertex >= 0 && ray) out.Add(static_cast<size_t>(vertex), ray->direction);
-      }
-    return out;
   }
 
   // What the shapes could do at best, and without any component.
@@ -318,6 +298,7 @@ class AvatarScorer {
   NodeVertices nodes_;
   AlignmentModel model_;
   RegistrationBaseline registration_;
+  RayPolish skinned_polish_;
   std::vector<bool> near_seams_;
   ScoreTable table_;
 };

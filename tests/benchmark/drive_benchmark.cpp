@@ -16,6 +16,7 @@
 #include "base/median.h"
 #include "base/stopwatch.h"
 #include "pattern/decoder.h"
+#include "services/animation/observed_take.h"
 #include "tests/benchmark/waving_cloth.h"
 
 namespace weft {
@@ -55,9 +56,7 @@ class Drive {
       : cloth_(cloth), driver_(*SparseViewDriver::Create(cloth.garment(), cloth.avatar())) {}
 
   void Next(const std::vector<ViewObservations>& seen) {
-    std::vector<DrivingView> views;
-    for (const ViewObservations& view : seen)
-      views.push_back({&cloth_.rig().cameras[static_cast<size_t>(view.camera)], view.observations});
+    const std::vector<DrivingView> views = DrivingViewsOf(seen, cloth_.rig());
     const Stopwatch watch;
     const DrivenFrame frame = *driver_.Drive(33'000'000LL * ++moment_, views);
     if (moment_ <= kSettling) return;

@@ -14,6 +14,7 @@
 #include "animation/sigma_calibration.h"
 #include "animation/sparse_view_driver.h"
 #include "services/animation/avatar_goals.h"
+#include "services/animation/observed_take.h"
 #include "services/animation/score_table.h"
 #include "services/animation/truth_views.h"
 #include "services/files/mesh_file.h"
@@ -88,18 +89,10 @@ absl::Status Run(Options options) {
   if (!seen.ok()) return seen.status();
 
   const NodeVertices nodes(*garment);
-  std::vector<DrivingView> views;
-  VertexRays directions(garment->rest.vertices_mm.size());
-  for (const ViewObservations& view : *seen) {
-    const CameraModel& camera = rig->cameras[static_cast<size_t>(view.camera)];
-    views.push_back({&camera, view.observations});
-    for (const Observation& o : view.observations) {
-      const int vertex = nodes.VertexOf(o.node);
-      const auto ray = camera.PixelRay({o.x_px, o.y_px});
-      if (vertex >= 0 && ray) directions.Add(static_cast<size_t>(vertex), ray->direction);
-    }
-    std::printf("%s: %zu cells\n", camera.id.c_str(), view.observations.size());
-  }
+  const std::vector<DrivingView> views = DrivingViewsOf(*seen, *rig);
+  const VertexRays directions = DirectionsOf(*seen, *rig, *garment, nodes);
+  for (const DrivingView& view : views)
+    std::printf("%s: %zu cells\n", view.camera->id.c_str(), view.observations.size());
   const SparseViewAvatar avatar = Untrained(*garment, BuildMeshGraph(garment->rest), options);
 
   ScoreTable table;
