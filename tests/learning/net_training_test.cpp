@@ -4,11 +4,10 @@
 #include <torch/torch.h>
 
 #include <cstring>
-#include <filesystem>
-#include <fstream>
 #include <string>
 
 #include "nets/net.h"
+#include "tests/capture/temp_folder.h"
 
 namespace weft::learning {
 namespace {
@@ -22,7 +21,6 @@ void AppendBytes(const T& value, std::string* out) {
 
 // Samples whose offsets are a sum of two features: what can be learnt in a few steps.
 std::string LearnableFile() {
-  const std::string path = testing::TempDir() + "learnable.samples";
   std::string out = "weftsmp1";
   const uint32_t texels = kSide * kSide;
   for (const uint32_t n : {uint32_t{kFeatures}, uint32_t{kOffsets}, uint32_t{kSide}, uint32_t{kSide}, texels})
@@ -41,7 +39,11 @@ std::string LearnableFile() {
       out.append(static_cast<const char*>(halves.data_ptr()), 2 * static_cast<size_t>(halves.numel()));
     }
   }
-  std::ofstream(path, std::ios::binary) << out;
+  return out;
+}
+
+std::string Written(const std::string& bytes, const std::string& path) {
+  WriteBytes(path, bytes);
   return path;
 }
 
@@ -65,7 +67,9 @@ class TrainNetTest : public testing::Test {
         [&] { return stop_after >= 0 && ++asked > stop_after; });
   }
 
-  const SampleFile file_{LearnableFile()};
+  // Of this test alone: a file that another process writes anew while it is mapped ends this one with SIGBUS.
+  const TempFolder folder_;
+  const SampleFile file_{Written(LearnableFile(), folder_ / "learnable.samples")};
   NetTraining training_;
   double share_ = 0;
   std::vector<std::vector<HeldOutScore>> scores_;
@@ -99,8 +103,7 @@ TEST_F(TrainNetTest, GivesTheSameBytesAgain) {
 
 TEST_F(TrainNetTest, GoesOnWhereItWasStopped) {
   const TrainedNet whole = Train();
-  training_.checkpoint = testing::TempDir() + "checkpoint.pt";
-  std::filesystem::remove(training_.checkpoint);
+  training_.checkpoint = folder_ / "checkpoint.pt";
   share_ = 0;
   const TrainedNet stopped = Train(25);
   EXPECT_FALSE(stopped.is_finished);
@@ -109,7 +112,6 @@ TEST_F(TrainNetTest, GoesOnWhereItWasStopped) {
   ASSERT_TRUE(rest.is_finished);
   EXPECT_EQ(rest.steps, 60);
   EXPECT_EQ(rest.onnx, whole.onnx);
-  std::filesystem::remove(training_.checkpoint);
 }
 
 TEST_F(TrainNetTest, EndsWithItsTime) {

@@ -4,9 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <array>
-#include <fstream>
 #include <stdexcept>
 #include <string>
+
+#include "tests/capture/temp_folder.h"
 
 namespace weft::learning {
 namespace {
@@ -31,15 +32,12 @@ std::string SmallFile() {
   return out;
 }
 
-std::string Written(const std::string& bytes) {
-  const std::string path = testing::TempDir() + "samples.bin";
-  std::ofstream(path, std::ios::binary) << bytes;
-  return path;
-}
-
 std::string Refusal(const std::string& bytes) {
+  const TempFolder folder;
+  const std::string path = folder / "samples.bin";
+  WriteBytes(path, bytes);
   try {
-    const SampleFile file(Written(bytes));
+    const SampleFile file(path);
   } catch (const std::runtime_error& e) {
     return e.what();
   }
@@ -47,7 +45,9 @@ std::string Refusal(const std::string& bytes) {
 }
 
 TEST(SampleFile, ReadsWhatWasWritten) {
-  const SampleFile file(Written(SmallFile()));
+  const TempFolder folder;
+  WriteBytes(folder / "samples.bin", SmallFile());
+  const SampleFile file(folder / "samples.bin");
   EXPECT_EQ(file.features(), 2);
   EXPECT_EQ(file.answers(), 1);
   EXPECT_EQ(file.height(), 2);
