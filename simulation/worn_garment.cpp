@@ -371,4 +371,15 @@ absl::StatusOr<std::unique_ptr<PerformanceSource>> ResumeGarment(const Performan
   return worn;
 }
 
+std::optional<ClothPrint> PrintOfWorn(const std::vector<Face>& faces, double cell_mm) {
+  PerformanceOptions options;
+  options.cell_mm = cell_mm;
+  for (const GarmentKind kind : {GarmentKind::kTShirt, GarmentKind::kSkirt, GarmentKind::kShirtAndSkirt}) {
+    options.garment = kind;
+    absl::StatusOr<Outfit> outfit = MakeOutfit(options);
+    if (outfit.ok() && outfit->sewn.garment.rest.faces == faces) return outfit->sewn.garment.print;
+  }
+  return std::nullopt;
+}
+
 }  // namespace weft

@@ -3,10 +3,13 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string_view>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "simulation/performance_source.h"
+#include "simulation/printed_mesh.h"
 
 namespace weft {
 
@@ -21,5 +24,8 @@ absl::StatusOr<std::unique_ptr<PerformanceSource>> WearGarment(
 // One that goes on where SaveState was called. DataLoss when the state is of another build or garment.
 absl::StatusOr<std::unique_ptr<PerformanceSource>> ResumeGarment(const PerformanceOptions& options,
                                                                  std::string_view state);
+
+// How such a garment of these faces and cells is printed, up to its seams; empty where they are of none.
+std::optional<ClothPrint> PrintOfWorn(const std::vector<Face>& faces, double cell_mm);
 
 }  // namespace weft

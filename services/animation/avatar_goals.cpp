@@ -81,6 +81,12 @@ class Goals {
         after->mean_mm() / never->mean_mm(), 1.2, 1.05);
   }
 
+  void HandBefore(const char* split) {
+    if (const v1::AvatarScore* hand = FindScore(evaluation_, split, 2, "hand before"))
+      Add("A10", absl::StrCat("vertices over 80 mm, a hand before the shirt, ", split),
+          static_cast<double>(hand->lost_vertices()), 0, 0);
+  }
+
   void AtSeams(const char* split) {
     const v1::AvatarScore* driven = FindScore(evaluation_, split, 2, "driven");
     if (driven != nullptr && driven->at_seams_mm() > 0 && driven->off_seams_mm() > 0)
@@ -204,7 +210,10 @@ void AddAvatarGoals(const v1::Avatar& avatar, v1::AvatarEvaluation& evaluation) 
   goals.Over(
       "A9", "trembling, not seen, over that frame by frame", kKnown, 2, "frame by frame",
       [](const Score& s) { return s.trembling_unseen_mm(); }, 0.5, 0.5);
-  goals.Dark(kKnown);
+  for (const char* split : {kKnown, kUnseen}) {
+    goals.Dark(split);
+    goals.HandBefore(split);
+  }
   for (const char* split : {kKnown, kUnseen}) {
     goals.OfDriven(
         "A11", "errors below 1 sigma, off 68 %", split, 2,
@@ -232,20 +241,21 @@ std::string AvatarEvaluationText(const v1::AvatarEvaluation& evaluation) {
       "errors in mm of the vertices; crossed: seen by two cameras and more; tremble: second difference of "
       "the "
       "error\nover three frames, of vertices that are seen and not seen; from r.: distance from the "
-      "registration\n"
-      "%-*s  %4s  %-14s  %6s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %5s  %5s  %5s  %7s  %7s\n",
+      "registration;\ncells: seen in a view\n"
+      "%-*s  %4s  %-14s  %6s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %5s  %5s  %5s  %7s  %7s  %6s\n",
       columns, "split", "cam.", "method", "frames", "mean", "median", "across", "seen", "crossed", "unseen",
-      "chamfer", "tremble", "unseen", "1 s %", "2 s %", "lost", "ms", "from r.");
+      "chamfer", "tremble", "unseen", "1 s %", "2 s %", "lost", "ms", "from r.", "cells");
   for (const v1::AvatarScore& s : evaluation.scores())
     absl::StrAppendFormat(&out,
                           "%-*s  %4s  %-14s  %6d  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  "
-                          "%7.3f  %5s  %5s  %5d  %7s  %7s\n",
+                          "%7.3f  %5s  %5s  %5d  %7s  %7s  %6s\n",
                           columns, s.split(), s.cameras() > 0 ? absl::StrCat(s.cameras()) : "-", s.method(),
                           s.frames(), s.mean_mm(), s.median_mm(), s.across_mm(), s.seen_mm(), s.crossed_mm(),
                           s.unseen_mm(), s.chamfer_mm(), s.trembling_seen_mm(), s.trembling_unseen_mm(),
                           ShareText(s.share_within_sigma()), ShareText(s.share_within_two_sigma()),
                           s.lost_frames(), s.ms_a_frame() > 0 ? absl::StrFormat("%.1f", s.ms_a_frame()) : "-",
-                          s.has_from_registered_mm() ? absl::StrFormat("%.3f", s.from_registered_mm()) : "-");
+                          s.has_from_registered_mm() ? absl::StrFormat("%.3f", s.from_registered_mm()) : "-",
+                          s.cells_a_view() > 0 ? absl::StrFormat("%.0f", s.cells_a_view()) : "-");
   if (evaluation.floor_size() > 0)
     absl::StrAppend(&out, "\nchaos floor: what a shorter time step alone changes, in mm\n");
   for (const v1::AvatarFloor& floor : evaluation.floor())

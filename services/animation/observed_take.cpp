@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <utility>
 
@@ -11,6 +12,7 @@
 #include "capture/take/open_dump.h"
 #include "pattern/board/board_index.h"
 #include "services/animation/cloth_take.h"
+#include "services/animation/filmed_views.h"
 #include "services/animation/truth_views.h"
 #include "services/files/board_file.h"
 #include "services/files/rig_file.h"
@@ -60,6 +62,46 @@ class DecodedTake : public ObservedTake {
   std::unique_ptr<FrameSource> dump_;
   std::vector<size_t> index_of_frame_;
 };
+
+// Pictures that are rendered and decoded as they are asked for. What was seen of a frame is kept: several
+// drives over one take are of the same pictures.
+class FilmedTake : public ObservedTake {
+ public:
+  FilmedTake(ClothTake take, FilmedViews views, Rig rig)
+      : take_(std::move(take)), views_(std::move(views)), rig_(std::move(rig)) {}
+  const Rig& rig() const override { return rig_; }
+  absl::StatusOr<std::vector<ViewObservations>> Look(int frame, const ClothFrame& truth) override {
+    const auto known = seen_.find(frame);
+    if (known != seen_.end()) return known->second;
+    const absl::StatusOr<ClothFrame> before = take_.Read(std::max(frame - 1, 0));
+    if (!before.ok()) return before.status();
+    const absl::StatusOr<ClothFrame> after = take_.Read(std::min(frame + 1, take_.frames() - 1));
+    if (!after.ok()) return after.status();
+    absl::StatusOr<std::vector<ViewObservations>> seen = views_.Look({truth, *before, *after, frame}, rig_);
+    if (seen.ok()) seen_[frame] = *seen;
+    return seen;
+  }
+
+ private:
+  ClothTake take_;
+  FilmedViews views_;
+  Rig rig_;
+  std::map<int, std::vector<ViewObservations>> seen_;
+};
+
+absl::StatusOr<std::unique_ptr<ObservedTake>> FilmTake(ClothTake& take, Rig rig, const Observing& observing) {
+  const absl::StatusOr<Board> board = ReadBoard(FileOfTake(take, "board.json"));
+  if (!board.ok()) return board.status();
+  const absl::StatusOr<ClothFrame> first = take.Read(0);
+  if (!first.ok()) return first.status();
+  absl::StatusOr<FilmedViews> views =
+      FilmedViews::Create(observing.garment, *board, take.body, first->vertices_mm, observing.seed);
+  if (!views.ok())
+    return absl::Status(views.status().code(), absl::StrCat(take.name(), ": ", views.status().message()));
+  absl::StatusOr<ClothTake> own = take.OpenAgain();
+  if (!own.ok()) return own.status();
+  return std::make_unique<FilmedTake>(*std::move(own), *std::move(views), std::move(rig));
+}
 
 absl::StatusOr<std::unique_ptr<ObservedTake>> ObservePictures(const ClothTake& take, Rig rig) {
   const std::string board_path = FileOfTake(take, "board.json");
@@ -111,13 +153,14 @@ VertexRays DirectionsOf(const std::vector<ViewObservations>& seen, const Rig& ri
   return out;
 }
 
-std::unique_ptr<ObservedTake> ObserveFrom(const ClothTake& take, const Template& garment, Rig rig,
-                                          uint64_t seed) {
-  return std::make_unique<ImitatedTake>(garment, take.body, std::move(rig), seed);
+absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveFrom(ClothTake& take, Rig rig,
+                                                          const Observing& observing) {
+  if (observing.films) return FilmTake(take, std::move(rig), observing);
+  return std::make_unique<ImitatedTake>(observing.garment, take.body, std::move(rig), observing.seed);
 }
 
-absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveTake(ClothTake& take, const Template& garment,
-                                                          int cameras, uint64_t seed) {
+absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveTake(ClothTake& take, int cameras,
+                                                          const Observing& observing) {
   const auto wanted = static_cast<size_t>(cameras);
   const bool has_pictures = !take.frame_names().empty();
   const absl::StatusOr<Rig> rig = ReadRig(FileOfTake(take, "rig.json"));
@@ -128,13 +171,12 @@ absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveTake(ClothTake& take, const
           absl::StrCat(take.name(), " has pictures of ", rig->cameras.size(), " cameras, not of ", cameras));
     return ObservePictures(take, EvenlyChosen(*rig, wanted));
   }
-  if (rig.ok() && rig->cameras.size() == wanted)
-    return std::make_unique<ImitatedTake>(garment, take.body, *rig, seed);
+  if (rig.ok() && rig->cameras.size() == wanted) return ObserveFrom(take, *rig, observing);
   const absl::StatusOr<ClothFrame> first = take.Read(0);
   if (!first.ok()) return first.status();
-  absl::StatusOr<Rig> around = DrivingRig(cameras, first->vertices_mm, seed);
+  absl::StatusOr<Rig> around = DrivingRig(cameras, first->vertices_mm, observing.seed);
   if (!around.ok()) return around.status();
-  return std::make_unique<ImitatedTake>(garment, take.body, *std::move(around), seed);
+  return ObserveFrom(take, *std::move(around), observing);
 }
 
 }  // namespace weft

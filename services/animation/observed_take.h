@@ -27,20 +27,27 @@ class ObservedTake {
   virtual absl::StatusOr<std::vector<ViewObservations>> Look(int frame, const ClothFrame& truth) = 0;
 };
 
+// How takes without pictures are looked at.
+struct Observing {
+  const Template& garment;
+  uint64_t seed = 1;  // of imitated observations, and of studio and sensors
+  bool films =
+      false;  // rendered and decoded (filmed_views.h), each frame once; otherwise the decoder is imitated
+};
+
 // `cameras` of them: those of the take where it has pictures, evenly chosen, or else where it has as many;
 // otherwise cameras around the cloth of the first frame (DrivingRig). OutOfRange: a take with pictures has
-// fewer. Errors of the take's files.
-absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveTake(ClothTake& take, const Template& garment,
-                                                          int cameras, uint64_t seed);
+// fewer. Errors of the take's files and of FilmedViews.
+absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveTake(ClothTake& take, int cameras,
+                                                          const Observing& observing);
+// A take without pictures, before these cameras.
+absl::StatusOr<std::unique_ptr<ObservedTake>> ObserveFrom(ClothTake& take, Rig rig,
+                                                          const Observing& observing);
 
 // What a driver is given of them.
 std::vector<DrivingView> DrivingViewsOf(const std::vector<ViewObservations>& seen, const Rig& rig);
 // Directions from which vertices were seen, for scores.
 VertexRays DirectionsOf(const std::vector<ViewObservations>& seen, const Rig& rig, const Template& garment,
                         const NodeVertices& nodes);
-
-// Seen by these cameras, with the decoder imitated.
-std::unique_ptr<ObservedTake> ObserveFrom(const ClothTake& take, const Template& garment, Rig rig,
-                                          uint64_t seed);
 
 }  // namespace weft

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -13,16 +14,17 @@
 #include "absl/strings/str_join.h"
 #include "animation/evidence.h"
 #include "animation/ray_polish.h"
-#include "base/stopwatch.h"
 #include "evaluation/driving_score.h"
+#include "figure/motion_generator.h"
 #include "services/animation/avatar_file.h"
 #include "services/animation/avatar_goals.h"
 #include "services/animation/baseline_meshes.h"
 #include "services/animation/cloth_take.h"
+#include "services/animation/driving_trials.h"
 #include "services/animation/observed_take.h"
 #include "services/animation/score_table.h"
 #include "services/animation/seam_vertices.h"
-#include "services/animation/truth_views.h"
+#include "services/animation/timed_driver.h"
 #include "services/files/atomic_file.h"
 #include "services/files/mesh_file.h"
 
@@ -30,18 +32,15 @@ namespace weft {
 namespace {
 
 constexpr char kDriven[] = "driven", kCarrier[] = "carrier", kBestShape[] = "best shape",
-               kMeanShape[] = "mean shape", kElsewhere[] = "elsewhere", kOneDark[] = "one dark",
-               kAfterDark[] = "after dark", kNeverDark[] = "never dark", kWithoutNet[] = "without net",
-               kRegistered[] = "registered", kSkinned[] = "skinned", kSkinnedPolished[] = "skinned + rays",
-               kFrameByFrame[] = "frame by frame";
+               kMeanShape[] = "mean shape", kWithoutNet[] = "without net", kRegistered[] = "registered",
+               kSkinned[] = "skinned", kSkinnedPolished[] = "skinned + rays", kImitated[] = "imitated",
+               kHandBefore[] = "hand before";
 // So many cameras are enough to register by, and so many at most are compared with skinned cloth.
 constexpr int kCamerasToRegister = 8, kCamerasToSkin = 3;
 // So near to a seam a vertex is at it.
 constexpr int kTexelsOfSeam = 2;
-// Two cameras in other places: the arc between them, and how far they are.
-constexpr DrivingPlaces kOtherPlaces[] = {{140, 3000}, {220, 1600}};
-// When the first camera is dark, and how long after it the error is as it was.
-constexpr int kDarkFrom = 10, kDarkFrames = 15, kAfter = 10;
+// The motion in which a hand is before the garment.
+const std::string_view kReaching = NameOf(MotionKind::kReach);
 
 // One frame before some cameras.
 struct FrameInView {
@@ -63,6 +62,8 @@ class AvatarScorer {
         garment_(garment),
         stop_(stop),
         driving_(scoring.threads),
+        observing_{garment, scoring.seed, scoring.films},
+        trials_(garment, avatar, observing_, driving_, stop),
         nodes_(garment),
         model_(garment),
         registration_(garment),
@@ -73,10 +74,10 @@ class AvatarScorer {
   absl::Status Score(ClothTake& take, const std::function<void()>& on_frame,
                      std::vector<std::string>& remarks) {
     const std::string split = take.split.empty() ? take.name() : take.split;
+    const bool has_pictures = !take.frame_names().empty();
     bool knows_shapes = false;
     for (const int cameras : scoring_.cameras) {
-      absl::StatusOr<std::unique_ptr<ObservedTake>> seen =
-          ObserveTake(take, garment_, cameras, scoring_.seed);
+      absl::StatusOr<std::unique_ptr<ObservedTake>> seen = ObserveTake(take, cameras, observing_);
       if (absl::IsOutOfRange(seen.status())) {
         remarks.emplace_back(seen.status().message());
         continue;
@@ -84,10 +85,12 @@ class AvatarScorer {
       if (!seen.ok()) return seen.status();
       if (absl::Status status = Drive(take, split, cameras, **seen, !knows_shapes, on_frame); !status.ok())
         return status;
+      if (scoring_.films && !has_pictures)
+        if (absl::Status status = DriveImitated(take, split, cameras); !status.ok()) return status;
       knows_shapes = true;
     }
-    const bool has_pictures = !take.frame_names().empty();
-    return scoring_.with_trials && !has_pictures ? TryOtherWays(take, split) : absl::OkStatus();
+    if (!scoring_.with_trials || has_pictures) return absl::OkStatus();
+    return trials_.TryAll(take, split, FramesOf(take), table_);
   }
 
   int FramesOf(const ClothTake& take) const {
@@ -98,7 +101,7 @@ class AvatarScorer {
  private:
   absl::Status Drive(ClothTake& take, const std::string& split, int cameras, ObservedTake& seen,
                      bool with_shapes, const std::function<void()>& on_frame) {
-    absl::StatusOr<SparseViewDriver> driver = SparseViewDriver::Create(garment_, avatar_);
+    absl::StatusOr<TimedDriver> driver = TimedDriver::Create(garment_, avatar_, driving_);
     if (!driver.ok()) return driver.status();
     ScoreTable sums;  // of this take: trembling is measured within takes
     std::optional<SkinnedBaseline> skinned;
@@ -114,7 +117,7 @@ class AvatarScorer {
       absl::Status status;
       if (with_shapes) status.Update(AddShapes(frame, sums));
       std::vector<double> ms;
-      const absl::StatusOr<DrivenFrame> driven = DriveTimed(*driver, truth->time_ns, *views, seen.rig(), ms);
+      const absl::StatusOr<DrivenFrame> driven = driver->Drive(truth->time_ns, *views, seen.rig(), ms);
       if (!driven.ok()) return driven.status();
       for (const char* method : {kCarrier, kDriven})
         sums.At(split, cameras, method).lost_frames += driven->lost ? 1 : 0;
@@ -130,6 +133,7 @@ class AvatarScorer {
       }
       ScoreTally& sum = sums.At(split, cameras, kDriven);
       sum.ms.insert(sum.ms.end(), ms.begin(), ms.end());
+      sum.AddViews(*views);
       const bool skins = truth->pose.has_value() && cameras <= kCamerasToSkin;
       if (skins && !skinned) skinned.emplace(model_.graph(), take.body, truth->vertices_mm, *truth->pose);
       if (skins) status.Update(AddSkinned(frame, *skinned, sums));
@@ -138,7 +142,18 @@ class AvatarScorer {
       if (on_frame) on_frame();
     }
     table_ += sums;
+    if (take.motion == kReaching) table_.At(split, cameras, kHandBefore) += sums.At(split, cameras, kDriven);
     return absl::OkStatus();
+  }
+
+  // The same frames with the decoder imitated.
+  absl::Status DriveImitated(ClothTake& take, const std::string& split, int cameras) {
+    const Observing imitating{garment_, scoring_.seed};
+    const auto seen = ObserveTake(take, cameras, imitating);
+    if (!seen.ok()) return seen.status();
+    DrivingTrial trial;
+    trial.tally_of = [&](int) { return &table_.At(split, cameras, kImitated); };
+    return trials_.Drive(take, **seen, FramesOf(take), trial);
   }
 
   absl::Status AddMesh(const FrameInView& frame, const char* method,
@@ -184,76 +199,6 @@ class AvatarScorer {
     return status;
   }
 
-  // Another way to drive a take. `dark` says whether the first camera is, `tally_of` what to add a frame to,
-  // or null.
-  struct Trial {
-    std::function<bool(int)> dark = [](int) { return false; };
-    std::function<ScoreTally*(int)> tally_of;
-    bool forgets = false;  // each frame by itself
-  };
-  absl::Status DriveInto(ClothTake& take, ObservedTake& seen, const Trial& trial) {
-    absl::StatusOr<SparseViewDriver> driver = SparseViewDriver::Create(garment_, avatar_);
-    if (!driver.ok()) return driver.status();
-    bool follows = false;
-    for (int k = 0; k < FramesOf(take); ++k) {
-      if (stop_.stop_requested()) return absl::CancelledError("the evaluation was stopped");
-      const absl::StatusOr<ClothFrame> truth = take.Read(k);
-      if (!truth.ok()) return truth.status();
-      absl::StatusOr<std::vector<ViewObservations>> views = seen.Look(k, *truth);
-      if (!views.ok()) return views.status();
-      if (trial.dark(k)) views->front().observations.clear();
-      if (trial.forgets) driver->Reset();
-      ScoreTally unused;
-      ScoreTally* const tally = trial.tally_of(k);
-      ScoreTally& sum = tally != nullptr ? *tally : unused;
-      const absl::StatusOr<DrivenFrame> driven =
-          DriveTimed(*driver, truth->time_ns, *views, seen.rig(), sum.ms);
-      if (!driven.ok()) return driven.status();
-      sum.lost_frames += driven->lost ? 1 : 0;
-      if (!driven->lost) {
-        const absl::Status status =
-            sum.score.Add({driven->mesh.vertices_mm, driven->mesh.sigma_mm}, truth->vertices_mm,
-                          DirectionsOf(*views, seen.rig(), garment_, nodes_), follows && tally != nullptr);
-        if (!status.ok()) return status;
-      }
-      follows = !driven->lost;
-    }
-    return absl::OkStatus();
-  }
-
-  absl::Status TryOtherWays(ClothTake& take, const std::string& split) {
-    const absl::StatusOr<ClothFrame> first = take.Read(0);
-    if (!first.ok()) return first.status();
-    for (const DrivingPlaces& places : kOtherPlaces) {
-      absl::StatusOr<Rig> rig = DrivingRig(2, first->vertices_mm, scoring_.seed, places);
-      if (!rig.ok()) return rig.status();
-      const auto elsewhere = ObserveFrom(take, garment_, *std::move(rig), scoring_.seed);
-      Trial trial;
-      trial.tally_of = [&](int) { return &table_.At(split, 2, kElsewhere); };
-      if (absl::Status status = DriveInto(take, *elsewhere, trial); !status.ok()) return status;
-    }
-    const auto seen = ObserveTake(take, garment_, 2, scoring_.seed);
-    if (!seen.ok()) return seen.status();
-    Trial single;
-    single.forgets = true;
-    single.tally_of = [&](int) { return &table_.At(split, 2, kFrameByFrame); };
-    if (absl::Status status = DriveInto(take, **seen, single); !status.ok()) return status;
-    constexpr int kDarkEnd = kDarkFrom + kDarkFrames, kBack = kDarkEnd + kAfter;
-    if (FramesOf(take) < kBack + kAfter) return absl::OkStatus();
-    const auto is_after = [](int k) { return k >= kBack && k < kBack + kAfter; };
-    Trial dark, never;
-    dark.dark = [](int k) { return k >= kDarkFrom && k < kDarkEnd; };
-    dark.tally_of = [&](int k) -> ScoreTally* {
-      if (dark.dark(k)) return &table_.At(split, 2, kOneDark);
-      return is_after(k) ? &table_.At(split, 2, kAfterDark) : nullptr;
-    };
-    if (absl::Status status = DriveInto(take, **seen, dark); !status.ok()) return status;
-    never.tally_of = [&](int k) -> ScoreTally* {
-      return is_after(k) ? &table_.At(split, 2, kNeverDark) : nullptr;
-    };
-    return DriveInto(take, **seen, never);
-  }
-
   absl::Status WriteMeshes(const ClothTake& take, int cameras, int frame, const DrivenFrame& driven,
                            const ClothFrame& truth) const {
     const std::filesystem::path folder =
@@ -265,17 +210,6 @@ class AvatarScorer {
     status = WriteRegisteredMesh((folder / "mesh.ply").string(), driven.mesh, garment_.rest.faces);
     if (!status.ok()) return status;
     return WriteMesh((folder / "truth.ply").string(), {truth.vertices_mm, garment_.rest.faces});
-  }
-
-  absl::StatusOr<DrivenFrame> DriveTimed(SparseViewDriver& driver, int64_t time_ns,
-                                         const std::vector<ViewObservations>& seen, const Rig& rig,
-                                         std::vector<double>& ms) {
-    const std::vector<DrivingView> views = DrivingViewsOf(seen, rig);
-    absl::StatusOr<DrivenFrame> driven;
-    const Stopwatch watch;
-    driving_.execute([&] { driven = driver.Drive(time_ns, views); });
-    ms.push_back(watch.Ms());
-    return driven;
   }
 
   // What the shapes could do at best, and without any component.
@@ -295,6 +229,8 @@ class AvatarScorer {
   const Template& garment_;
   const std::stop_token& stop_;
   tbb::task_arena driving_;
+  Observing observing_;
+  DrivingTrials trials_;
   NodeVertices nodes_;
   AlignmentModel model_;
   RegistrationBaseline registration_;

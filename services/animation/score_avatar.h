@@ -16,15 +16,16 @@ namespace weft {
 struct AvatarScoring {
   std::string avatar;
   // Data sets, and takes of `weft simulate` with or without pictures. Pictures are decoded; without them the
-  // decoder is imitated (truth_views.h).
+  // decoder is imitated (truth_views.h), or pictures are rendered and decoded (filmed_views.h).
   std::vector<std::string> sources;
   std::string garment;  // folder of the template; empty: the sources'
   std::vector<std::string> splits = {"test-known", "test-unseen"};  // of data sets
   std::vector<int> cameras = {2, 3};                                // numbers of them, each scored by itself
   int max_frames = 0;                                               // of each take; 0: all
   double fps = 0;                                                   // of takes that tell no times; 0: 30
-  int threads = 1;                                                  // that drive; cameras are imitated by all
-  uint64_t seed = 1;                                                // of imitated observations
+  int threads = 1;    // that drive; what cameras see is made by all
+  uint64_t seed = 1;  // of what cameras see
+  bool films = false;
   // Takes without pictures are also driven before two cameras in other places, each frame by itself, and
   // while the first of two is dark for 15 frames.
   bool with_trials = false;
@@ -38,12 +39,13 @@ struct AvatarScoring {
 // carrier, the mesh "without net" where the avatar has one, the shape that the avatar has nearest to the
 // truth, and its mean shape, both at their true place. With 8 cameras and more it is compared with what `weft
 // register` makes of the same observations, and where the wearer's pose is known with cloth that skinning
-// moves (baseline_meshes.h). Frames that are lost have no errors and are counted. Numbers of cameras that a
-// take with pictures does not have are left out with a remark. Trials have methods of their own: "elsewhere";
-// "frame by frame"; "one dark", "after dark" (frames 10 to 19 after the dark) and "never dark" (those,
-// undisturbed). `on_frame` (may be empty) is called with frames driven and all. Errors of the files;
-// FailedPrecondition, both names in it, for an avatar of another template; NotFound where no take is of
-// `splits`; Cancelled when `stop` is requested. The same figures at any number of threads, times aside.
+// moves (baseline_meshes.h). Where pictures are rendered, it is also driven by imitated observations of the
+// same frames ("imitated"). Takes of a hand before the garment have a row of their own ("hand before").
+// Frames that are lost have no errors and are counted. Numbers of cameras that a take with pictures does not
+// have are left out with a remark. Trials have methods of their own (driving_trials.h). `on_frame` (may be
+// empty) is called with frames driven and all. Errors of the files; FailedPrecondition, both names in it, for
+// an avatar of another template; NotFound where no take is of `splits`; Cancelled when `stop` is requested.
+// The same figures at any number of threads, times aside.
 absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
                                                  const std::function<void(size_t done, size_t all)>& on_frame,
                                                  const std::stop_token& stop);

@@ -1,5 +1,7 @@
 #include "services/animation/score_table.h"
 
+#include <algorithm>
+
 #include "base/median.h"
 #include "services/synthetic/dataset_file.h"
 
@@ -29,6 +31,8 @@ void Fill(const ScoreTally& tally, v1::AvatarScore& row) {
   row.set_lost_vertices(score.lost());
   row.set_at_seams_mm(MeanOf(tally.at_seams_mm));
   row.set_off_seams_mm(MeanOf(tally.off_seams_mm));
+  if (tally.views > 0)
+    row.set_cells_a_view(static_cast<double>(tally.cells) / static_cast<double>(tally.views));
   if (!tally.from_registered_mm.empty()) row.set_from_registered_mm(MeanOf(tally.from_registered_mm));
 }
 
@@ -40,8 +44,17 @@ ScoreTally& ScoreTally::operator+=(const ScoreTally& other) {
   at_seams_mm += other.at_seams_mm;
   off_seams_mm += other.off_seams_mm;
   lost_frames += other.lost_frames;
+  cells += other.cells;
+  views += other.views;
   ms.insert(ms.end(), other.ms.begin(), other.ms.end());
   return *this;
+}
+
+void ScoreTally::AddViews(const std::vector<ViewObservations>& seen) {
+  views += static_cast<int64_t>(seen.size());
+  for (const ViewObservations& view : seen)
+    cells += std::count_if(view.observations.begin(), view.observations.end(),
+                           [](const Observation& o) { return o.node.kind == NodeKind::kCenter; });
 }
 
 ScoreTally& ScoreTable::At(const std::string& split, int cameras, const std::string& method) {

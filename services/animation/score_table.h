@@ -1,12 +1,14 @@
 // Scores of driven meshes and of what stands beside them: one row per split, number of cameras and method.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "evaluation/driving_score.h"
+#include "triangulation/triangulate.h"
 #include "weft/v1/avatar.pb.h"
 
 namespace weft {
@@ -19,7 +21,10 @@ struct ScoreTally {
   // Of vertices near seams and of all others.
   ErrorTally at_seams_mm, off_seams_mm;
   int lost_frames = 0;
+  int64_t cells = 0, views = 0;  // cells that were seen in all, and in how many views
   std::vector<double> ms;
+
+  void AddViews(const std::vector<ViewObservations>& seen);
 
   ScoreTally& operator+=(const ScoreTally& other);
 };

@@ -53,6 +53,12 @@ void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options)
       ->needs(avatar)
       ->group(kGroup);
   command
+      .add_flag("--pictures", options.scoring.films,
+                "Render and decode pictures of takes without them, instead of imitating the decoder: about "
+                "half a second of a core a picture. What imitation gives stands beside it")
+      ->needs(avatar)
+      ->group(kGroup);
+  command
       .add_flag(
           "--trials", options.scoring.with_trials,
           "Drive takes without pictures also before two cameras in other places, each frame by itself, and "

@@ -9,6 +9,7 @@
 
 #include "alignment/untangle/self_intersection.h"
 #include "simulation/wardrobe.h"
+#include "simulation/worn_garment.h"
 
 namespace weft {
 namespace {
@@ -91,6 +92,29 @@ TEST(GarmentPattern, SkirtIsOnePieceWithTwoOpenings) {
   EXPECT_EQ(BorderLoops(outfit->sewn.garment.rest.faces).size(), 2u);
   EXPECT_EQ(Euler(outfit->sewn.garment.rest), 0);
   EXPECT_TRUE(FindSelfIntersections(outfit->start_mm, outfit->sewn.garment.rest.faces).empty());
+}
+
+// A template knows the cells of its vertices alone, and so nothing of the print beside seams.
+TEST(GarmentPattern, PrintIsKnownByTheFaces) {
+  const auto shirt = MakeTShirt(20), skirt = MakeSkirt(20);
+  ASSERT_TRUE(shirt.ok() && skirt.ok());
+  for (const Garment* garment : {&shirt->sewn.garment, &skirt->sewn.garment}) {
+    const std::vector<Face>& faces = garment->rest.faces;
+    const std::optional<ClothPrint> print = PrintOfWorn(faces, 20);
+    ASSERT_TRUE(print);
+    const ClothPrint inner = PrintFromVertexNodes(faces, garment->cell_of_vertex);
+    size_t beside_seams = 0;
+    for (size_t f = 0; f < faces.size(); ++f) {
+      EXPECT_FALSE(std::isnan(print->of_face[f][0].x()));
+      const bool is_inner = !std::isnan(inner.of_face[f][0].x());
+      beside_seams += is_inner ? 0 : 1;
+      if (is_inner) {
+        EXPECT_EQ(print->of_face[f], inner.of_face[f]);
+      }
+    }
+    EXPECT_GT(beside_seams, faces.size() / 10);
+  }
+  EXPECT_FALSE(PrintOfWorn(shirt->sewn.garment.rest.faces, 19));
 }
 
 TEST(GarmentPattern, SewnEdgesAreEquallyLong) {

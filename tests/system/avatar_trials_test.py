@@ -51,6 +51,23 @@ class Trials(unittest.TestCase):
         two = {score["method"]: score["mean_mm"] for score in scores if score.get("cameras") == 2}
         self.assertLess(two["skinned + rays"], two["skinned"])
 
+    def test_pictures_are_rendered_and_decoded(self):
+        def scores(*more):
+            said = weft("evaluate", shirt.sources[0], "--avatar", shirt.avatar, "--cameras", 2, "--frames", 3, "--json", *more,
+                        check=0).stdout
+            return {score["method"]: score for score in json.loads(said)["scores"]}
+        filmed, imitated = scores("--pictures"), scores()
+        for name, value in imitated["driven"].items():
+            if name not in ("method", "ms_a_frame"):
+                self.assertEqual(filmed["imitated"].get(name, 0), 0 if name.endswith("seams_mm") else value, name)
+        # Cells beside seams and hems are seen in part, and the decoder finds many of them.
+        self.assertGreater(filmed["driven"]["cells_a_view"], imitated["driven"]["cells_a_view"] / 1.3)
+        self.assertLess(filmed["driven"]["cells_a_view"], imitated["driven"]["cells_a_view"] * 1.3)
+        # Imitation knows nothing of how cells of 20 mm bend.
+        self.assertLess(filmed["driven"]["mean_mm"], 5 * imitated["driven"]["mean_mm"])
+        once_more = scores("--pictures")["driven"]
+        self.assertEqual(once_more | {"ms_a_frame": 0}, filmed["driven"] | {"ms_a_frame": 0})
+
     def test_trials_and_meshes_to_watch(self):
         meshes = shirt.path("meshes")
         table = weft("evaluate", shirt.sources[0], "--avatar", shirt.avatar, "--cameras", "2", "--frames", 45, "--trials",

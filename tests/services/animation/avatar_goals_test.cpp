@@ -50,12 +50,14 @@ TEST(AvatarGoals, TrialsHaveGoalsOfTheirOwn) {
   AddScore(evaluation, "test-known", 2, "driven", 2);
   AddScore(evaluation, "test-known", 2, "elsewhere", 2.5);
   AddScore(evaluation, "test-known", 2, "one dark", 9).set_lost_vertices(3);
+  AddScore(evaluation, "test-unseen", 2, "hand before", 4).set_lost_vertices(7);
   AddScore(evaluation, "test-known", 2, "after dark", 2.2);
   AddScore(evaluation, "test-known", 2, "never dark", 2);
   AddAvatarGoals({}, evaluation);
   EXPECT_DOUBLE_EQ(Find(evaluation, "A7", "elsewhere")->value(), 1.25);
   EXPECT_TRUE(Find(evaluation, "A7", "elsewhere")->met());
   EXPECT_FALSE(Find(evaluation, "A10", "over 80 mm")->met());
+  EXPECT_DOUBLE_EQ(Find(evaluation, "A10", "hand before the shirt")->value(), 7);
   EXPECT_DOUBLE_EQ(Find(evaluation, "A10", "after the dark")->value(), 1.1);
 }
 

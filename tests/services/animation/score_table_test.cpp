@@ -23,6 +23,9 @@ TEST(ScoreTable, RowsOfSequencesAddUpInTheirOrder) {
     driven.from_registered_mm.push_back(off_mm);
     driven.at_seams_mm.push_back(off_mm);
     driven.off_seams_mm.push_back(2 * off_mm);
+    Observation center, corner;
+    center.node.kind = NodeKind::kCenter, corner.node.kind = NodeKind::kCorner;
+    driven.AddViews({{0, {center, center, corner}}, {1, {center}}});
     one.At("test-known", 3, "driven");  // no frames
     all += one;
   }
@@ -43,6 +46,8 @@ TEST(ScoreTable, RowsOfSequencesAddUpInTheirOrder) {
   EXPECT_DOUBLE_EQ(driven.from_registered_mm(), 2.5);
   EXPECT_DOUBLE_EQ(driven.at_seams_mm(), 2.5);
   EXPECT_DOUBLE_EQ(driven.off_seams_mm(), 5);
+  EXPECT_DOUBLE_EQ(driven.cells_a_view(), 1.5);
+  EXPECT_EQ(carrier.cells_a_view(), 0);
 }
 
 }  // namespace

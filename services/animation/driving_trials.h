@@ -1,0 +1,60 @@
+// A take of known cloth driven in other ways than the studio would: what cameras elsewhere, a dark camera and
+// forgetting cost.
+#pragma once
+
+#include <tbb/task_arena.h>
+
+#include <functional>
+#include <stop_token>
+#include <string>
+
+#include "absl/status/status.h"
+#include "alignment/template.h"
+#include "animation/evidence.h"
+#include "animation/sparse_view_avatar.h"
+#include "services/animation/cloth_take.h"
+#include "services/animation/observed_take.h"
+#include "services/animation/score_table.h"
+
+namespace weft {
+
+// One way to drive a take. `dark` says whether the first camera is, `tally_of` what to add a frame to, or
+// null.
+struct DrivingTrial {
+  std::function<bool(int)> dark = [](int) { return false; };
+  std::function<ScoreTally*(int)> tally_of;
+  bool forgets = false;  // each frame by itself
+};
+
+// All that it is given must outlive it.
+class DrivingTrials {
+ public:
+  DrivingTrials(const Template& garment, const SparseViewAvatar& avatar, const Observing& observing,
+                tbb::task_arena& driving, const std::stop_token& stop)
+      : garment_(garment),
+        avatar_(avatar),
+        observing_(observing),
+        driving_(driving),
+        stop_(stop),
+        nodes_(garment) {}
+
+  // Drives the first `frames`. Errors of the take and the driver; Cancelled.
+  absl::Status Drive(ClothTake& take, ObservedTake& seen, int frames, const DrivingTrial& trial);
+
+  // Methods "elsewhere" (before two cameras in each of two other places), "frame by frame", and while the
+  // first of two cameras is dark for 15 frames: "one dark", "after dark" (frames 10 to 19 after it) and
+  // "never dark" (those, undisturbed). Takes that are too short are not darkened.
+  absl::Status TryAll(ClothTake& take, const std::string& split, int frames, ScoreTable& table);
+
+ private:
+  absl::Status TryElsewhere(ClothTake& take, const std::string& split, int frames, ScoreTable& table);
+
+  const Template& garment_;
+  const SparseViewAvatar& avatar_;
+  const Observing& observing_;
+  tbb::task_arena& driving_;
+  const std::stop_token& stop_;
+  NodeVertices nodes_;
+};
+
+}  // namespace weft
