@@ -41,9 +41,10 @@ struct RayDrivenFrame {
   // How far the carrier is from the rays around, over what is usual for frames like those that were learnt,
   // [vertices].
   std::vector<double> misfit;
-  // What errors grow with, [vertices]. With two rays and more it is where they cross. Of others it is what
-  // the shape space leaves there, by how badly the rays around it fit the carrier, and less beside the
-  // former.
+  // What errors grow with, [vertices]. With two rays and more it is where they cross. Elsewhere it is the
+  // misfit, less beside the former and more where much of the garment has no ray, times what the shape space
+  // leaves: at the vertex where it has no ray; in the mean where it has one, as lengths then settle the
+  // depth.
   std::vector<float> scale_mm;
   std::vector<StageTime> times;
 };
@@ -84,6 +85,7 @@ class RayDriver {
   ViewTracker tracker_;
   RayPolish polish_;
   std::optional<RayPolish> second_polish_;  // with a net
+  double mean_left_mm_ = 0;                 // of the vertices
   std::vector<Eigen::Vector3f> last_mm_;
 };
 

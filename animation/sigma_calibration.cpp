@@ -36,19 +36,22 @@ void AddGain(const NetGain& more, NetGain* to) {
   to->frames += more.frames;
 }
 
+// Between the factors that put one sigma and two right; never below the former, as errors along three axes
+// would have it, which have shorter tails than those along a ray.
 double FactorOf(const std::vector<float>& ratios) {
   const std::vector<double> values(ratios.begin(), ratios.end());
-  return std::max(1e-3, std::sqrt(Quantile(values, kOneSigma) * Quantile(values, kTwoSigmas) / 2));
+  const double one = Quantile(values, kOneSigma), two = Quantile(values, kTwoSigmas) / 2;
+  return std::max({1e-3, one, std::sqrt(one * two)});
 }
 
 }  // namespace
 
 SigmaScale TypicalSigmaScale() {
   SigmaScale out;
-  out.of[0] = {14.4f, 13.1f, 13.1f, 13.1f};
-  out.of[1] = {4.0f, 2.4f, 0.4f, 0.4f};
-  out.of[2] = {3.7f, 1.4f, 0.4f, 0.4f};
-  out.of[3] = {3.9f, 1.6f, 0.45f, 0.4f};
+  out.of[0] = {14.9f, 9.0f, 9.0f, 9.0f};
+  out.of[1] = {5.2f, 2.5f, 0.4f, 0.4f};
+  out.of[2] = {7.3f, 2.0f, 0.4f, 0.4f};
+  out.of[3] = {8.4f, 2.5f, 0.5f, 0.4f};
   return out;
 }
 

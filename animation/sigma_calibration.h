@@ -17,7 +17,7 @@ namespace weft {
 class SigmaCalibration {
  public:
   // Frames of a run that count at most, after those in which tracking settles.
-  static constexpr int kRunFrames = 8, kSettlingFrames = 3;
+  static constexpr int kRunFrames = 4, kSettlingFrames = 3;
 
   SigmaCalibration(const Template& garment, const AlignmentModel& model);
 
@@ -31,8 +31,9 @@ class SigmaCalibration {
   int frames() const { return frames_; }  // that counted, each before all numbers of cameras
   // What nets made of the frames that they corrected, for each number of cameras.
   const std::array<NetGain, SigmaScale::kCameras>& gain() const { return gain_; }
-  // The factors that put the shares of one and two sigmas right, as well as one factor can. Classes that
-  // hardly occur keep the proportion of the typical ones to a neighbour that is known.
+  // The factors that put the shares of one and two sigmas right, as well as one factor can; the share of one
+  // is never too small. Classes that hardly occur keep the proportion of the typical ones to a neighbour that
+  // is known.
   SigmaScale Scales() const;
   // What they make of the frames that were added.
   SigmaCheck Check(const SigmaScale& scales) const;
