@@ -1,6 +1,7 @@
 #include "evaluation/chaos_floor.h"
 
 #include <cmath>
+#include <utility>
 
 #include "alignment/vertex_normals.h"
 #include "base/angles.h"
@@ -12,11 +13,16 @@ void ChaosFloor::Add(double time_s, const std::vector<Eigen::Vector3d>& a_mm,
   if (time_s < kSkippedS || a_mm.empty()) return;
   ++frames_;
   double sum = 0;
+  std::vector<Eigen::Vector3d> apart(a_mm.size());
   for (size_t v = 0; v < a_mm.size(); ++v) {
-    const double distance = (a_mm[v] - b_mm[v]).norm();
-    distance_mm_.push_back(distance);
-    sum += distance;
+    apart[v] = a_mm[v] - b_mm[v];
+    distance_mm_.push_back(apart[v].norm());
+    sum += apart[v].norm();
+    if (recent_mm_.size() == 2)
+      trembling_mm_.push_back((recent_mm_[0][v] - 2 * recent_mm_[1][v] + apart[v]).norm());
   }
+  if (recent_mm_.size() == 2) recent_mm_.erase(recent_mm_.begin());
+  recent_mm_.push_back(std::move(apart));
   frame_means_mm_.push_back(sum / static_cast<double>(a_mm.size()));
   const std::vector<Eigen::Vector3d> a = VertexNormals(a_mm, faces), b = VertexNormals(b_mm, faces);
   // The sine and the cosine: acos alone has no digits left for small angles.

@@ -259,8 +259,8 @@ std::string AvatarEvaluationText(const v1::AvatarEvaluation& evaluation) {
   if (evaluation.floor_size() > 0)
     absl::StrAppend(&out, "\nchaos floor: what a shorter time step alone changes, in mm\n");
   for (const v1::AvatarFloor& floor : evaluation.floor())
-    absl::StrAppendFormat(&out, "%-28s  %4d frames  mean %.3f  median %.3f\n", floor.take(), floor.frames(),
-                          floor.mean_mm(), floor.median_mm());
+    absl::StrAppendFormat(&out, "%-28s  %4d frames  mean %.3f  median %.3f  tremble %.3f\n", floor.take(),
+                          floor.frames(), floor.mean_mm(), floor.median_mm(), floor.trembling_mm());
   if (evaluation.goals_size() > 0)
     absl::StrAppendFormat(&out, "\n%-4s  %-66s  %8s  %8s  %8s\n", "goal", "what, at most", "value", "must",
                           "aim");

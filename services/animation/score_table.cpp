@@ -94,6 +94,7 @@ absl::Status AddChaosFloor(const std::string& folder, v1::AvatarEvaluation& out)
     to.set_frames(take.frames);
     to.set_mean_mm(take.distance_mm.mean);
     to.set_median_mm(take.distance_mm.median);
+    to.set_trembling_mm(take.trembling_mm);
   }
   return absl::OkStatus();
 }

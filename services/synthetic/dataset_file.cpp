@@ -190,7 +190,8 @@ absl::StatusOr<std::vector<TakeFloor>> MeasureFloor(const v1::Dataset& dataset, 
                 garment->rest.faces);
     }
     if (floor.frames() > 0)
-      out.push_back({first->name(), floor.frames(), *floor.DistanceMm(), *floor.NormalsDeg()});
+      out.push_back({first->name(), floor.frames(), *floor.DistanceMm(), *floor.NormalsDeg(),
+                     floor.TremblingMm().value_or(ErrorSummary()).mean});
   }
   return out;
 }
