@@ -80,16 +80,16 @@ double IsometricFit::Energy(std::span<const RayEvidence> evidence, std::span<con
 }
 
 void IsometricFit::Build(std::span<const RayEvidence> evidence, std::span<const Vector3d> carrier_mm,
-                         std::span<const Vector3d> x) {
+                         std::span<const Vector3d> x, bool with_matrix) {
   double* const values = matrix_.valuePtr();
   const int* const first = matrix_.outerIndexPtr();
   const auto diagonal = [&](int v, const Matrix3d& block) {
     for (int j = 0; j < 3; ++j)
       for (int i = j; i < 3; ++i) values[first[3 * v + j] + i - j] += block(i, j);
   };
-  std::fill(values, values + matrix_.nonZeros(), 0.0);
+  if (with_matrix) std::fill(values, values + matrix_.nonZeros(), 0.0);
   for (int v = 0; v < graph_.vertices; ++v) {
-    diagonal(v, evidence[v].information);
+    if (with_matrix) diagonal(v, evidence[v].information);
     gradient_.segment<3>(3 * v) = evidence[v].information * x[v] - evidence[v].moment;
   }
   const double freedom = options_.tail_freedom, bend = bend_information_;
@@ -100,13 +100,14 @@ void IsometricFit::Build(std::span<const RayEvidence> evidence, std::span<const 
     const Vector3d along = way / length;
     const double too_long = length - expected_mm_[e], off = too_long / spread_mm_[e];
     const double weight = (freedom + 1) / (freedom + off * off) / (spread_mm_[e] * spread_mm_[e]);
-    const Matrix3d block = weight * along * along.transpose() + bend * Matrix3d::Identity();
     const Vector3d force = weight * too_long * along + bend * (way - carrier_mm[a] + carrier_mm[b]);
+    gradient_.segment<3>(3 * a) += force;
+    gradient_.segment<3>(3 * b) -= force;
+    if (!with_matrix) continue;
+    const Matrix3d block = weight * along * along.transpose() + bend * Matrix3d::Identity();
     diagonal(a, block), diagonal(b, block);
     for (int j = 0; j < 3; ++j)
       for (int i = 0; i < 3; ++i) values[first_of_edge_[3 * e + j] + i] -= block(i, j);
-    gradient_.segment<3>(3 * a) += force;
-    gradient_.segment<3>(3 * b) -= force;
   }
 }
 
@@ -123,8 +124,8 @@ absl::Status IsometricFit::Solve(std::span<const RayEvidence> evidence, std::spa
   // Steps that the factor is good for.
   int left = is_alike && has_factor_ ? options_.steps_of_factor : 0;
   for (int step = 1; step <= options_.max_steps; ++step) {
-    Build(evidence, carrier_mm, x);
     const bool is_new = left == 0;
+    Build(evidence, carrier_mm, x, is_new);
     if (is_new) {
       factor_.factorize(matrix_);
       has_factor_ = factor_.info() == Eigen::Success;

@@ -58,8 +58,9 @@ class IsometricFit {
  private:
   double Energy(std::span<const RayEvidence> evidence, std::span<const Eigen::Vector3d> carrier_mm,
                 std::span<const Eigen::Vector3d> x) const;
+  // The gradient, and the matrix as well where `with_matrix`.
   void Build(std::span<const RayEvidence> evidence, std::span<const Eigen::Vector3d> carrier_mm,
-             std::span<const Eigen::Vector3d> x);
+             std::span<const Eigen::Vector3d> x, bool with_matrix);
 
   const MeshGraph& graph_;
   EdgeLengths lengths_;
