@@ -46,6 +46,27 @@ std::vector<CameraBias> BiasesOf(const std::vector<VertexRay>& rays,
   return out;
 }
 
+// Of this share of the rays that another camera has, a camera sees the garment whole.
+constexpr double kWholeView = 0.9;
+
+// The number of cameras, where one that the garment is leaving counts as what it sees of it.
+double WholeCameras(const std::vector<int>& rays_of_view) {
+  const int most = *std::max_element(rays_of_view.begin(), rays_of_view.end());
+  double out = 0;
+  for (const int rays : rays_of_view)
+    if (most > 0) out += std::min(1.0, rays / (kWholeView * most));
+  return out;
+}
+
+// Between two numbers of cameras, the geometric mean.
+float SigmaFactor(const SigmaScale& scale, double cameras, int rays) {
+  const double among = std::clamp<double>(std::max<double>(cameras, rays), 1, SigmaScale::kCameras) - 1;
+  const int fewer = static_cast<int>(among), of_vertex = std::min(rays, SigmaScale::kRays - 1);
+  const int more = std::min(fewer + 1, SigmaScale::kCameras - 1);
+  return std::pow(scale.of[fewer][of_vertex], static_cast<float>(fewer + 1 - among)) *
+         std::pow(scale.of[more][of_vertex], static_cast<float>(among - fewer));
+}
+
 double SizeOf(const std::vector<Eigen::Vector3d>& vertices_mm) {
   Eigen::Vector3d low = vertices_mm[0], high = low;
   for (const Eigen::Vector3d& v : vertices_mm) low = low.cwiseMin(v), high = high.cwiseMax(v);
@@ -68,16 +89,17 @@ struct SparseViewDriver::State {
         nodes(garment),
         size_mm(SizeOf(garment.rest.vertices_mm)) {}
 
-  RegisteredMesh MeshOf(const RayDrivenFrame& driven) const {
+  RegisteredMesh MeshOf(const RayDrivenFrame& driven, const std::vector<int>& rays_of_view) const {
     RegisteredMesh out;
     out.vertices_mm = driven.position_mm;
     out.views = driven.rays_of_vertex;
-    const int cameras = std::clamp(driven.cameras, 1, SigmaScale::kCameras) - 1;
+    const double cameras = WholeCameras(rays_of_view);
     for (size_t v = 0; v < out.vertices_mm.size(); ++v) {
-      const int rays = std::min(driven.rays_of_vertex[v], SigmaScale::kRays - 1);
-      out.state.push_back(StateOf(driven.rays_of_vertex[v]));
-      out.sigma_mm.push_back(driven.track.lost ? static_cast<float>(size_mm)
-                                               : driven.scale_mm[v] * avatar.sigma.of[cameras][rays]);
+      const int rays = driven.rays_of_vertex[v];
+      out.state.push_back(StateOf(rays));
+      out.sigma_mm.push_back(driven.track.lost
+                                 ? static_cast<float>(size_mm)
+                                 : driven.scale_mm[v] * SigmaFactor(avatar.sigma, cameras, rays));
     }
     return out;
   }
@@ -133,7 +155,6 @@ absl::StatusOr<DrivenFrame> SparseViewDriver::Drive(int64_t time_ns, std::span<c
   absl::StatusOr<RayDrivenFrame> driven = state.driver->Drive(frames, *rays);
   if (!driven.ok()) return driven.status();
   state.last_ns = time_ns;
-  out.mesh = state.MeshOf(*driven);
   out.lost = driven->track.lost;
   out.reason = driven->track.reason;
   out.started_anew = driven->track.started_anew;
@@ -141,9 +162,10 @@ absl::StatusOr<DrivenFrame> SparseViewDriver::Drive(int64_t time_ns, std::span<c
   out.rejected_rays = driven->rejected_rays;
   const std::vector<int> places = PlacesByName(views);
   std::vector<int> by_place(views.size(), 0);
+  for (const VertexRay& ray : *rays) ++by_place[ray.view];
+  out.mesh = state.MeshOf(*driven, by_place);
   std::vector<double> residuals;
   for (const VertexRay& ray : *rays) {
-    ++by_place[ray.view];
     const Eigen::Vector3d& at = out.mesh.vertices_mm[ray.vertex];
     residuals.push_back(ray.WayTo(at).norm() / (at - ray.origin_mm).norm() * ray.focal_px);
   }

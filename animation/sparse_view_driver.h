@@ -31,7 +31,8 @@ struct SparseViewOptions {
 
 struct DrivenFrame {
   // All vertices, with states kDriven (no ray, or one), kTwoView and kObserved by the number of their rays.
-  // sigma_mm is the distance from the truth that about 68 % of the vertices keep; 95 % keep twice that.
+  // sigma_mm is the distance from the truth that about 68 % of the vertices keep; 95 % keep twice that. A
+  // camera whose picture the garment is leaving counts for it as what it sees.
   RegisteredMesh mesh;
   // The mesh is a guess that must not be used; `reason` says why, in words for people. The driver starts
   // anew at the next frame.

@@ -30,7 +30,8 @@ SparseViewDriver NewDriver() { return *SparseViewDriver::Create(WavingTube::Garm
 // A rig whose cameras can be dark, lie, and stand elsewhere.
 class Studio {
  public:
-  explicit Studio(int cameras) : cameras_(CamerasAround(cameras)), told_(cameras_) {}
+  explicit Studio(int cameras)
+      : cameras_(CamerasAround(cameras)), told_(cameras_), shown_(cameras_.size(), 1) {}
   void Move(const Eigen::Isometry3d& motion) {
     for (CameraModel& camera : cameras_) camera = Moved(camera, motion);
     told_ = cameras_;
@@ -49,12 +50,19 @@ class Studio {
     told_[camera].rotation = by * told_[camera].rotation;
     told_[camera].translation_mm = by * told_[camera].translation_mm;
   }
+  // From now on the picture of a camera shows this share of what it sees of the garment.
+  void Hide(int camera, double shown) { shown_[camera] = shown; }
   DrivenFrame Drive(SparseViewDriver& driver, int frame, const std::vector<int>& order,
                     double wrong_share = 0) const {
     std::vector<std::vector<Observation>> seen(cameras_.size());
     std::vector<DrivingView> views;
     for (const int c : order) {
       seen[c] = WavingTube::Seen(cameras_[c], Truth(frame), frame, wrong_share);
+      if (shown_[c] < 1) {
+        std::sort(seen[c].begin(), seen[c].end(),
+                  [](const Observation& a, const Observation& b) { return a.y_px < b.y_px; });
+        seen[c].resize(static_cast<size_t>(shown_[c] * static_cast<double>(seen[c].size())));
+      }
       views.push_back({&told_[c], seen[c]});
     }
     auto driven = driver.Drive(frame * kFrameNs, views);
@@ -64,6 +72,7 @@ class Studio {
 
  private:
   std::vector<CameraModel> cameras_, told_;
+  std::vector<double> shown_;
   Eigen::Isometry3d motion_ = Eigen::Isometry3d::Identity();
 };
 
@@ -124,6 +133,27 @@ TEST(SparseViewDriver, SigmaIsAsLargeAsTheErrors) {
     EXPECT_LT(within, 0.9 * all) << cameras;
     EXPECT_GT(within_two, (cameras == 2 ? 0.45 : 0.85) * all) << cameras;
   }
+}
+
+// A camera that shows a few cells of it knows little more than none.
+TEST(SparseViewDriver, SigmaGrowsAsTheGarmentLeavesAPicture) {
+  std::vector<double> sigma_mm;
+  for (const double shown : {1.0, 0.5, 0.25, 0.02, 0.0}) {
+    Studio studio(2);
+    SparseViewDriver driver = NewDriver();
+    double sum = 0;
+    for (int frame = 0; frame < 12; ++frame) {
+      if (frame == 4) studio.Hide(1, shown);
+      const DrivenFrame driven = studio.Drive(
+          driver, frame, frame >= 4 && shown == 0 ? std::vector<int>{0} : std::vector<int>{0, 1});
+      ASSERT_FALSE(driven.lost) << driven.reason;
+      if (frame < 4) continue;
+      for (const float sigma : driven.mesh.sigma_mm) sum += sigma;
+    }
+    sigma_mm.push_back(sum);
+  }
+  for (size_t k = 0; k + 2 < sigma_mm.size(); ++k) EXPECT_GT(sigma_mm[k + 1], sigma_mm[k]);
+  EXPECT_GT(sigma_mm[3], 0.8 * sigma_mm[4]);
 }
 
 TEST(SparseViewDriver, MovesWithItsCameras) {
