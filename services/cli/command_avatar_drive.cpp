@@ -55,6 +55,7 @@ absl::StatusOr<v1::RegistrationSpec> DriveSpecOf(const DriveOptions& options) {
   spec.set_garment(options.garment);
   spec.set_out(options.out);
   spec.set_frames(options.frames);
+  if (options.live && !options.server.empty()) spec.set_live_every(1);
   v1::DrivingSpec& driving = *spec.mutable_driving();
   driving.set_avatar(options.avatar);
   driving.mutable_cameras()->Add(options.cameras.begin(), options.cameras.end());
@@ -129,6 +130,8 @@ absl::StatusOr<v1::Job> DriveAtDaemon(const DriveOptions& options, const v1::Reg
 }
 
 absl::Status CheckPlace(const DriveOptions& options) {
+  if (!options.server.empty() && options.live && options.upload)
+    return absl::InvalidArgumentError("--live: a take that grows cannot be sent with --upload");
   if (!options.server.empty()) return absl::OkStatus();
   if (options.upload)
     return absl::InvalidArgumentError(
@@ -235,14 +238,16 @@ void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line) {
       ->type_name("N")
       ->check(CLI::Range(-100, 100));
   command->add_flag("--detach", options->detach, "With --server: print the job's id and do not wait for it");
-  CLI::Option* live = command->add_flag("--live", options->live,
-                                        "Drive frames as they arrive, always the newest one; those that it "
-                                        "overtakes are passed over. A DUMP that "
-                                        "is being recorded is followed to its end, another one is replayed "
-                                        "in its rhythm. Says how far meshes are "
-                                        "behind the cameras. Ctrl-C ends it, and the same command goes on. "
-                                        "Without --live, every frame is driven "
-                                        "anew");
+  CLI::Option* live =
+      command->add_flag("--live", options->live,
+                        "Drive frames as they arrive, always the newest one; those that it "
+                        "overtakes are passed over. A DUMP that "
+                        "is being recorded is followed to its end, another one is replayed "
+                        "in its rhythm. Says how far meshes are "
+                        "behind the cameras. Ctrl-C ends it, and the same command goes on. "
+                        "Without --live, every frame is driven "
+                        "anew. With --server, the daemon drives every frame of a take that is "
+                        "being recorded, and catches up when it has ended");
   CLI::Option* speed =
       command
           ->add_option("--speed", options->speed,
@@ -250,7 +255,7 @@ void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line) {
           ->type_name("X")
           ->check(CLI::PositiveNumber)
           ->needs(live);
-  live->excludes(server);
+  speed->excludes(server);
   command
       ->add_option(
           "--session", options->session,
@@ -259,7 +264,8 @@ void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line) {
           "wait for the disk")
       ->type_name("FILE")
       ->needs(live)
-      ->excludes(speed);
+      ->excludes(speed)
+      ->excludes(server);
   command->add_option("--threads", options->threads, "Threads; 0 takes all cores")
       ->type_name("N")
       ->check(CLI::Range(0, 1024));

@@ -70,9 +70,9 @@ absl::Status CheckDriving(const v1::RegistrationSpec& spec) {
   if (!(driving.fps() >= 0) || !std::isfinite(driving.fps()))
     status.Update(
         Invalid("spec.driving.fps", "is no number of frames per second", "give 0 for the avatar's"));
-  if (spec.live_every() > 0)
-    status.Update(Invalid("spec.live_every", "is given with spec.driving",
-                          "drive the take when it has ended, or with `weft avatar drive --live`"));
+  if (spec.live_every() > 1)
+    status.Update(Invalid("spec.live_every", absl::StrCat("is ", spec.live_every(), " with spec.driving"),
+                          "give 1: every frame is driven from the one before"));
   if (!spec.options().scans().empty() || !spec.options().starts().empty())
     status.Update(
         Invalid("spec.options", "names scans or starts", "an avatar needs neither; leave them out"));

@@ -124,6 +124,8 @@ void JobLife::StopFollowing() {
   job_.mutable_live()->set_following(false);
   job_.mutable_live()->set_backlog(0);
   frames_.SetLive(std::nullopt);
+  // Driven frames have no neighbours to be refined by.
+  if (job_.spec().has_driving()) return;
   for (size_t i = 0; i < frames_.infos().size(); ++i) {
     const v1::FrameInfo& info = frames_.infos()[i];
     // One that killed its workers would do so again.

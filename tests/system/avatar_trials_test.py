@@ -1,15 +1,16 @@
-"""`weft avatar` where things go wrong in the studio, and what is tried of that without pictures."""
+"""`weft avatar` where things go wrong in the studio, what is tried of that without pictures, and at a daemon."""
 
 import json
 import math
 import os
+import subprocess
 import tempfile
 import unittest
 
 import avatar_test as shirt
 from daemon_process import DaemonProcess
 from shift_net import with_shift_net
-from studio import read, results, vertex_states, weft, write
+from studio import BIN, read, results, vertex_states, wait_for, weft, write
 
 
 def setUpModule():
@@ -78,6 +79,41 @@ class Trials(unittest.TestCase):
         self.assertEqual(len(os.listdir(folder)), 45)
         self.assertEqual(set(vertex_states(f"{folder}/0044/mesh.ply")) - {shirt.DRIVEN}, set())
         self.assertTrue(os.path.exists(f"{folder}/0044/truth.ply"))
+
+
+class WhileRecorded(DaemonProcess, unittest.TestCase):
+    session, recorded = shirt.Live.session, shirt.Live.recorded
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="weft followed ")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+        self.start_plainly("--allow-path", shirt.folder.name, "--workers", 2)
+
+    def test_the_daemon_drives_every_frame_of_a_take_that_grows(self):
+        filmed, out, every = self.path("filmed"), self.path("out"), self.path("after the take")
+        recorder = subprocess.Popen([os.path.join(BIN, "weft"), "take", "record", "--session", self.session(), "--out", filmed,
+                                     "--no-disk-test"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(recorder.kill)
+        wait_for(lambda: os.path.exists(f"{filmed}/ledger.csv"), "the recorder to begin")
+        server = self.addresses[0]
+        job = shirt.drive(out, "--live", "--server", server, "--detach", of=filmed, check=0).stdout.strip()
+
+        def shown():
+            return json.loads(weft("job", "show", job, "--server", server, "--json", check=0).stdout)["job"]
+        wait_for(lambda: shown()["frames"].get("done", 0) >= 1, "a mesh")
+        first = os.stat(f"{out}/0000/report.json").st_mtime_ns
+        said, errors = recorder.communicate(timeout=240)
+        self.assertEqual(recorder.returncode, 0, said + errors)
+        done = weft("job", "watch", job, "--server", server, check=0).stdout
+        self.assertIn("12 of 12 frames driven", done)
+        self.assertEqual(shown()["live"].get("backlog", 0), 0)
+        # None is driven twice, and all are what driving the take after its end gives.
+        self.assertEqual(os.stat(f"{out}/0000/report.json").st_mtime_ns, first)
+        shirt.drive(every, of=filmed, check=0)
+        self.assertEqual(results(out), results(every))
+        self.assertIn("cannot be sent", shirt.drive(self.path("sent"), "--live", "--server", server, "--upload", of=filmed,
+                                                    check=2).stderr)
 
 
 class Net(DaemonProcess, unittest.TestCase):

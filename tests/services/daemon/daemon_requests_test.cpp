@@ -79,7 +79,7 @@ TEST_F(DaemonTest, NamesTheFieldOfEveryMalformedRequest) {
       {"spec.live_every:",
        [](auto& r) {
          r.mutable_spec()->mutable_driving()->set_avatar("/shirt.avatar");
-         r.mutable_spec()->set_live_every(1);
+         r.mutable_spec()->set_live_every(2);
        }},
       {"spec.options:",
        [](auto& r) {

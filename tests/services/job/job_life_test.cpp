@@ -180,6 +180,23 @@ TEST(JobLife, FollowsATakeThatGrows) {
   EXPECT_EQ(life.frames().TakeChunk(1).front(), 0u);
 }
 
+TEST(JobLife, DrivenFramesOfATakeThatGrowsAreDoneOnce) {
+  v1::Job spec = NewJob();
+  spec.mutable_spec()->set_live_every(1);
+  spec.mutable_spec()->mutable_driving();
+  JobLife life(spec, std::vector<std::string>{"a", "b"});
+  EXPECT_THAT(life.frames().TakeAll(), ElementsAre(0, 1));
+  for (const size_t position : {0, 1}) {
+    life.frames().Start(position);
+    life.frames().Finish(position, Ended("", v1::FRAME_STATE_DONE));
+  }
+  life.Append({"c"});
+  life.HoldFrames();
+  life.StopFollowing();
+  EXPECT_EQ(life.Describe().frames().done(), 2);
+  EXPECT_THAT(life.frames().TakeAll(), ElementsAre(2));
+}
+
 TEST_F(JobLifeTest, GuessesWhatRemainsFromWhatItComputed) {
   life_.Start();
   EXPECT_LT(life_.Describe().remaining_s(), 0);
