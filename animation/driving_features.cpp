@@ -9,8 +9,6 @@ namespace {
 
 constexpr float kCarrierUnitMm = 20, kPlaceUnitMm = 500, kStretchUnit = 0.05f, kLeftUnitMm = 10;
 constexpr float kWorstMisfit = 4;
-// What lies beyond is no measurement; the trainer cuts there, too.
-constexpr float kMostFeature = 5;
 
 }  // namespace
 

@@ -31,6 +31,8 @@ inline constexpr int kDrivingFeatures = 27;
 // Answer: offset from the driven mesh / 2 mm, and the log of its deviation per axis / 2 mm.
 inline constexpr int kDrivingAnswers = 4;
 inline constexpr double kAnswerUnitMm = 2;
+// What lies beyond is no measurement; the trainer cuts there, too.
+inline constexpr float kMostFeature = 5;
 
 class DrivingFeatures {
  public:

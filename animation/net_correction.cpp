@@ -17,13 +17,13 @@ Tensor AsTensor(const AtlasImage& image) { return {image.channels, image.height,
 
 absl::StatusOr<Net> LoadNet(const AvatarNet& about) { return Net::FromOnnx(about.onnx, "the avatar's net"); }
 
-absl::Status CheckSample(const AvatarNet& about, Net& net) {
+absl::Status CheckSample(const AvatarNet& about, int answers, Net& net) {
   const absl::StatusOr<Tensor> answer = net.Run(about.sample);
   if (!answer.ok()) return answer.status();
   const Tensor& expected = about.sample_answer;
-  if (answer->channels != kDrivingAnswers || answer->values.size() != expected.values.size())
-    return absl::InvalidArgumentError(absl::StrCat("the avatar's net answers with ", answer->channels,
-                                                   " channels, expected ", kDrivingAnswers));
+  if (answer->channels != answers || answer->values.size() != expected.values.size())
+    return absl::InvalidArgumentError(
+        absl::StrCat("the avatar's net answers with ", answer->channels, " channels, expected ", answers));
   double largest = 1e-3, off = 0;
   for (size_t i = 0; i < expected.values.size(); ++i) {
     largest = std::max(largest, std::abs(static_cast<double>(expected.values[i])));
@@ -37,9 +37,9 @@ absl::Status CheckSample(const AvatarNet& about, Net& net) {
 
 }  // namespace
 
-absl::Status CheckNet(const AvatarNet& net) {
+absl::Status CheckNet(const AvatarNet& net, int answers) {
   absl::StatusOr<Net> loaded = LoadNet(net);
-  return loaded.ok() ? CheckSample(net, *loaded) : loaded.status();
+  return loaded.ok() ? CheckSample(net, answers, *loaded) : loaded.status();
 }
 
 absl::StatusOr<NetCorrection> NetCorrection::Create(const Template& garment, const AlignmentModel& model,
@@ -48,7 +48,7 @@ absl::StatusOr<NetCorrection> NetCorrection::Create(const Template& garment, con
   if (!atlas.ok()) return atlas.status();
   absl::StatusOr<Net> net = LoadNet(avatar.net);
   if (!net.ok()) return net.status();
-  if (absl::Status status = CheckSample(avatar.net, *net); !status.ok()) return status;
+  if (absl::Status status = CheckSample(avatar.net, kDrivingAnswers, *net); !status.ok()) return status;
   return NetCorrection(model, avatar, *std::move(atlas), *std::move(net));
 }
 

@@ -24,8 +24,8 @@ struct CorrectedMesh {
 };
 
 // InvalidArgument where the net does not read, or does not answer its sample as it did when it was trained:
-// to 1e-4 of its largest answer.
-absl::Status CheckNet(const AvatarNet& net);
+// to 1e-4 of its largest answer, with so many channels.
+absl::Status CheckNet(const AvatarNet& net, int answers = kDrivingAnswers);
 
 // Not for use by two threads at once. Parallel loops run in the calling thread's TBB arena.
 class NetCorrection {

@@ -1,27 +1,20 @@
 #include "animation/view_tracker.h"
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <numbers>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "animation/view_poses.h"
 #include "base/median.h"
 
 namespace weft {
 namespace {
 
-constexpr int kTurns = 8;
 // Components and steps with which starts are compared.
 constexpr int kTrialComponents = 8, kTrialSteps = 6;
-// Rays of one view that are enough for a pose of its own.
-constexpr int kRaysOfPose = 20;
 // A step this small, in units of z, ends the iteration.
 constexpr double kSmallStep = 1e-3;
 // The robust function begins wider, so that limbs that moved far are not taken for errors.
@@ -32,66 +25,6 @@ constexpr double kLongestGap = 30;
 constexpr double kLeastSpread = 1;
 // Median of the length of a normal vector across a ray.
 constexpr double kMedianAcross = 1.177;
-
-// Two directions across a ray.
-void AcrossOf(const Eigen::Vector3d& direction, Eigen::Vector3d* a, Eigen::Vector3d* b) {
-  *a = direction.unitOrthogonal();
-  *b = direction.cross(*a);
-}
-
-Eigen::Vector3d LongAxis(const ShapeSpace& space) {
-  Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
-  for (int v = 0; v < space.vertices; ++v) {
-    const Eigen::Vector3d p = Eigen::Map<const Eigen::Vector3f>(&space.mean_mm[3 * v]).cast<double>();
-    spread += p * p.transpose();
-  }
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(spread).eigenvectors().col(2);
-}
-
-// The pose of points from directions in which one place sees them, as if from afar: the affine map by least
-// squares, brought to the nearest rotation with scale.
-struct Sight {
-  Eigen::Vector3d point_mm, direction;
-};
-Eigen::Isometry3d OrthographicPose(const std::vector<Sight>& sights, const Eigen::Vector3d& eye_mm) {
-  Eigen::Vector3d axis = Eigen::Vector3d::Zero(), middle = Eigen::Vector3d::Zero();
-  for (const Sight& s : sights) axis += s.direction, middle += s.point_mm;
-  axis.normalize();
-  middle /= static_cast<double>(sights.size());
-  Eigen::Matrix3d view;  // rows: across, across, along
-  Eigen::Vector3d a, b;
-  AcrossOf(axis, &a, &b);
-  view << a.transpose(), b.transpose(), axis.transpose();
-  Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
-  Eigen::Matrix<double, 2, 3> mixed = Eigen::Matrix<double, 2, 3>::Zero();
-  Eigen::Vector2d image_middle = Eigen::Vector2d::Zero();
-  std::vector<Eigen::Vector2d> image;
-  for (const Sight& s : sights) {
-    const Eigen::Vector3d in_view = view * s.direction;
-    image.push_back(in_view.head<2>() / std::max(in_view.z(), 0.1));
-    image_middle += image.back() / static_cast<double>(sights.size());
-  }
-  for (size_t i = 0; i < sights.size(); ++i) {
-    const Eigen::Vector3d p = sights[i].point_mm - middle;
-    normal += p * p.transpose();
-    mixed += (image[i] - image_middle) * p.transpose();
-  }
-  normal.diagonal().array() += 1e-6 * normal.trace();
-  const Eigen::Matrix<double, 2, 3> map = normal.ldlt().solve(mixed.transpose()).transpose();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Eigen::MatrixXd(map),
-                                              Eigen::ComputeThinU | Eigen::ComputeThinV);
-  const Eigen::Matrix<double, 2, 3> two = svd.matrixU() * svd.matrixV().transpose();
-  Eigen::Matrix3d rotation;  // of the view from the points
-  rotation.topRows<2>() = two;
-  rotation.row(2) = two.row(0).cross(two.row(1));
-  const double scale = std::max(1e-9, 0.5 * svd.singularValues().sum());  // one over the distance
-  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
-  out.linear() = view.transpose() * rotation;
-  const Eigen::Vector3d there =
-      eye_mm + view.transpose() * (Eigen::Vector3d(image_middle.x(), image_middle.y(), 1) / scale);
-  out.translation() = there - out.linear() * middle;
-  return out;
-}
 
 }  // namespace
 
@@ -115,7 +48,7 @@ ViewTracker::ViewTracker(const AlignmentModel& model, const ShapeSpace& space, s
       left_mm_(left_mm),
       acceleration_(acceleration),
       options_(options),
-      long_axis_(LongAxis(space)) {
+      long_axis_(LongAxis(space.Shape(Eigen::VectorXd::Zero(space.components())))) {
   Eigen::AlignedBox3d box;
   for (const Eigen::Vector3d& p : model.rest().vertices_mm) box.extend(p);
   size_mm_ = box.diagonal().norm();
@@ -156,22 +89,7 @@ std::vector<VertexRay> ViewTracker::Choose(const std::vector<VertexRay>& rays) c
 std::vector<Eigen::Isometry3d> ViewTracker::Starts(const std::vector<VertexRay>& rays) const {
   ShapeState mean;
   mean.z = Eigen::VectorXd::Zero(shape_.space().components());
-  std::map<int, std::vector<Sight>> views;
-  std::map<int, Eigen::Vector3d> eyes;
-  for (const VertexRay& ray : rays) {
-    views[ray.view].push_back({shape_.PointOf(ray.vertex, mean), ray.direction});
-    eyes[ray.view] = ray.origin_mm;
-  }
-  std::vector<Eigen::Isometry3d> out;
-  for (const auto& [view, sights] : views) {
-    if (static_cast<int>(sights.size()) < kRaysOfPose) continue;
-    const Eigen::Isometry3d pose = OrthographicPose(sights, eyes[view]);
-    for (int turn = 0; turn < kTurns; ++turn) {
-      const Eigen::AngleAxisd about(turn * 2 * std::numbers::pi / kTurns, long_axis_);
-      out.push_back(pose * about);
-    }
-  }
-  return out;
+  return PosesFromViews(rays, shape_.PointsOf(rays, mean), long_axis_);
 }
 
 // The rays' weights at the present shape. Where all rays fit worse than in training, the robust function's
