@@ -18,6 +18,8 @@ namespace {
 
 constexpr double kAnswerUnitMm = 2;  // of animation/driving_features.h
 constexpr int kOffsets = 3;
+// Of animation/pixel_driver.h, and the weights of its paper's code, over what keeps the loss near 1.
+constexpr double kTangentUnitMm = 10, kVertexWeight = 0.5, kNormalWeight = 50, kLossUnit = 10;
 constexpr double kLastRate = 0.02, kWeightDecay = 1e-3, kLargestGradient = 1;
 // Frames that are further off in the mean were not tracked; a net that learnt from them would doubt all
 // others.
@@ -58,6 +60,22 @@ class Batches {
   }
   // Of images, the texels that samples list.
   torch::Tensor Listed(const torch::Tensor& image) const { return image.flatten(2).index_select(2, texels_); }
+  // Answers in their places, [batch][answers][height][width].
+  torch::Tensor AsImage(const torch::Tensor& listed) const {
+    torch::Tensor out =
+        torch::zeros({listed.size(0), listed.size(1), int64_t{file_.height()} * file_.width()});
+    return out.index_copy_(2, texels_, listed)
+        .view({listed.size(0), listed.size(1), file_.height(), file_.width()});
+  }
+  // Whether a texel and its four neighbours are of panels, [height - 2][width - 2].
+  torch::Tensor Inside() const {
+    const torch::Tensor whole = AsImage(panel_.view({1, 1, -1}))[0][0];
+    const int64_t height = file_.height(), width = file_.width();
+    const auto part = [&](int64_t row, int64_t column) {
+      return whole.slice(0, row, row + height - 2).slice(1, column, column + width - 2);
+    };
+    return part(1, 1) * part(0, 1) * part(2, 1) * part(1, 0) * part(1, 2);
+  }
   torch::Tensor MeanOverPanels(const torch::Tensor& per_texel) const {
     return (per_texel * panel_).sum() / (panel_count_ * static_cast<double>(per_texel.size(0)));
   }
@@ -76,6 +94,32 @@ class Batches {
   torch::Tensor texels_, panel_;
   double panel_count_ = 0;
 };
+
+// Squared distances of the vertices and of the normals. `answer`: the net's whole image; `told`: all features
+// of the samples.
+torch::Tensor LossOfSquares(const Batches& batches, const torch::Tensor& answer, const torch::Tensor& told,
+                            const torch::Tensor& truth) {
+  const torch::Tensor whole_truth = batches.AsImage(truth);
+  const torch::Tensor tangents = kTangentUnitMm * told.slice(1, told.size(1) - kTangents);
+  const auto normals = [&](const torch::Tensor& offsets_mm) {
+    using torch::indexing::None;
+    using torch::indexing::Slice;
+    const torch::Tensor along = 0.5 * (offsets_mm.index({Slice(), Slice(), Slice(1, -1), Slice(2, None)}) -
+                                       offsets_mm.index({Slice(), Slice(), Slice(1, -1), Slice(None, -2)}));
+    const torch::Tensor down = 0.5 * (offsets_mm.index({Slice(), Slice(), Slice(2, None), Slice(1, -1)}) -
+                                      offsets_mm.index({Slice(), Slice(), Slice(None, -2), Slice(1, -1)}));
+    const torch::Tensor inner = tangents.index({Slice(), Slice(), Slice(1, -1), Slice(1, -1)});
+    const torch::Tensor cross = torch::cross(inner.slice(1, 0, 3) + along, inner.slice(1, 3, 6) + down, 1);
+    return cross / (cross.norm(2, 1, true) + 1e-3);
+  };
+  const torch::Tensor bent =
+      (normals(kAnswerUnitMm * answer) - normals(kAnswerUnitMm * whole_truth)).square().sum(1);
+  const torch::Tensor inside = batches.Inside();
+  const torch::Tensor of_normals = (bent * inside).sum() / (inside.sum().clamp_min(1) * bent.size(0));
+  const torch::Tensor of_vertices = batches.MeanOverPanels(
+      (kAnswerUnitMm * (batches.Listed(answer) - truth.clamp(-kMostOffset, kMostOffset))).square().sum(1));
+  return (kVertexWeight * of_vertices + kNormalWeight * of_normals) / kLossUnit;
+}
 
 // Huber's loss of the offsets, and Laplace's likelihood of what they leave, whose deviation is the same
 // for all axes; its log is the last answer, bounded smoothly. The likelihood does not move the offsets: where
@@ -103,7 +147,8 @@ std::vector<HeldOutScore> ScoreHeldOut(OffsetNet& net, const SampleFile& file, c
       const std::vector<int> sample = {
           samples[static_cast<size_t>(k) * samples.size() / static_cast<size_t>(looks)]};
       const torch::Tensor answer =
-          batches.Listed(net->forward(batches.Features(sample))).slice(1, 0, kOffsets);
+          batches.Listed(net->forward(batches.Features(sample).slice(1, 0, net->shape().features)))
+              .slice(1, 0, kOffsets);
       const torch::Tensor truth = batches.Answers(sample);
       score.before_mm += batches.MeanMm(truth) / looks;
       score.after_mm += batches.MeanMm(truth - answer) / looks;
@@ -167,7 +212,9 @@ struct Run {
 
 Run StartOf(const SampleFile& file, const NetTraining& training) {
   torch::manual_seed(training.seed);
-  OffsetNet net(NetShape{file.features(), file.answers() + 1, training.widths});
+  const bool has_deviation = training.loss == NetLoss::kOffsetsAndDeviation;
+  OffsetNet net(NetShape{file.features() - (has_deviation ? 0 : kTangents),
+                         file.answers() + (has_deviation ? 1 : 0), has_deviation, training.widths});
   torch::optim::AdamW optimizer(net->parameters(),
                                 torch::optim::AdamWOptions(training.rate).weight_decay(kWeightDecay));
   Run out{net, std::move(optimizer)};
@@ -196,6 +243,8 @@ TrainedNet TrainNet(const SampleFile& file, const NetTraining& training,
                     const std::function<void(const NetProgress&)>& on_progress,
                     const std::function<bool()>& stopped) {
   if (file.answers() != kOffsets) throw std::runtime_error("the samples' answers are no offsets");
+  if (training.loss == NetLoss::kVerticesAndNormals && file.features() <= kTangents)
+    throw std::runtime_error("the samples have no tangents");
   const Batches batches(file);
   std::vector<int> learnt;
   for (int s = 0; s < file.size(); ++s)
@@ -235,8 +284,11 @@ TrainedNet TrainNet(const SampleFile& file, const NetTraining& training,
           .lr(training.rate * (kLastRate + (1 - kLastRate) * share) *
               std::min(1.0, static_cast<double>(run.step + 1) / kWarmUpSteps));
     const std::vector<int> samples = SamplesOfStep(learnt, training, run.step);
-    const torch::Tensor loss =
-        Loss(batches, batches.Listed(run.net->forward(batches.Features(samples))), batches.Answers(samples));
+    const torch::Tensor features = batches.Features(samples), truth = batches.Answers(samples);
+    const torch::Tensor answer = run.net->forward(features.slice(1, 0, run.net->shape().features));
+    const torch::Tensor loss = training.loss == NetLoss::kOffsetsAndDeviation
+                                   ? Loss(batches, batches.Listed(answer), truth)
+                                   : LossOfSquares(batches, answer, features, truth);
     run.optimizer.zero_grad();
     loss.backward();
     torch::nn::utils::clip_grad_norm_(run.net->parameters(), kLargestGradient);

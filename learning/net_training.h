@@ -10,7 +10,19 @@
 
 namespace weft::learning {
 
+// What a net learns.
+enum class NetLoss {
+  // Huber's of the offsets, and the deviation that they leave as an answer more.
+  kOffsetsAndDeviation,
+  // Squared distances of vertices and of normals (Halimi et al. 2022, section 6.3). Of the samples' features
+  // the
+  // last kTangents are the tangents of the mesh along and down the atlas, which the net is not told.
+  kVerticesAndNormals,
+};
+inline constexpr int kTangents = 6;
+
 struct NetTraining {
+  NetLoss loss = NetLoss::kOffsetsAndDeviation;
   int64_t steps = 8000;
   double minutes = 0;  // it ends after these at the latest, earlier runs included; 0: it takes its time
   int batch = 4;

@@ -55,7 +55,7 @@ torch::Tensor OffsetNetImpl::forward(const torch::Tensor& image) {
     next(), next();
   }
   torch::nn::Conv2d& last = layers_[layer];
-  if (!is_training()) return last->forward(x);
+  if (!is_training() || !shape_.has_deviation) return last->forward(x);
   // What the deviation wants does not move the layers before: they serve the offsets.
   const int64_t offsets = shape_.answers - 1;
   return torch::cat({last->forward(x).slice(1, 0, offsets), last->forward(x.detach()).slice(1, offsets)}, 1);

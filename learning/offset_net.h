@@ -11,6 +11,7 @@ namespace weft::learning {
 
 struct NetShape {
   int features = 0, answers = 0;                   // channels in and out
+  bool has_deviation = true;                       // the last answer is the log of a deviation
   std::vector<int64_t> widths = {24, 48, 64, 96};  // channels of the levels, finest first
 };
 

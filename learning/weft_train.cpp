@@ -12,6 +12,7 @@
 #include <string>
 
 #include "learning/net_training.h"
+#include "learning/prior_training.h"
 
 namespace weft::learning {
 namespace {
@@ -41,10 +42,23 @@ void Write(const std::string& path, const std::string& bytes) {
   std::filesystem::rename(draft, path);
 }
 
+int Stopped() {
+  std::fprintf(stderr, "weft-train: stopped; the same command goes on\n");
+  return 1;
+}
+
+int MakePrior(const std::string& tables, const std::string& out, const PriorTraining& training) {
+  const TrainedPrior prior = TrainPrior(tables, training, PrintProgress, [] { return stopped != 0; });
+  if (!prior.is_finished) return Stopped();
+  Write(out + "/prior.bin", prior.tables);
+  return 0;
+}
+
 int Main(int argc, char** argv) {
   NetTraining training;
   std::string samples, out;
   int threads = 2;
+  bool is_prior = false, is_of_pixels = false;
   CLI::App app(
       "Trains the net of an avatar on a file of samples, and writes net.onnx, sample.bin and training.json "
       "into "
@@ -66,18 +80,29 @@ int Main(int argc, char** argv) {
       ->delimiter(',')
       ->capture_default_str();
   app.add_option("--seed", training.seed, "Of weights and order")->capture_default_str();
+  app.add_flag(
+      "--prior", is_prior,
+      "Train the prior of a deformation graph's poses instead, on a file of poses; writes prior.bin. It "
+      "takes minutes, and a stopped run begins anew");
+  app.add_flag("--pixels", is_of_pixels,
+               "The samples are of pixels and end with tangents: learn by squared distances of vertices and "
+               "normals");
   app.add_option("--threads", threads, "Threads")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   torch::set_num_threads(threads);
   for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { stopped = 1; });
   std::filesystem::create_directories(out);
+  if (is_prior) {
+    PriorTraining of_prior;
+    of_prior.seed = training.seed;
+    of_prior.steps = training.steps;
+    return MakePrior(samples, out, of_prior);
+  }
+  if (is_of_pixels) training.loss = NetLoss::kVerticesAndNormals;
   const SampleFile file(samples);
   training.checkpoint = out + "/checkpoint.pt";
   const TrainedNet net = TrainNet(file, training, PrintProgress, [] { return stopped != 0; });
-  if (!net.is_finished) {
-    std::fprintf(stderr, "weft-train: stopped; the same command goes on\n");
-    return 1;
-  }
+  if (!net.is_finished) return Stopped();
   Write(out + "/net.onnx", net.onnx);
   Write(out + "/sample.bin", net.sample);
   // Last: with it the training is over (weft.v1.AvatarNetTraining).

@@ -4,6 +4,7 @@
 #include <torch/torch.h>
 
 #include <cstring>
+#include <stdexcept>
 #include <string>
 
 #include "nets/net.h"
@@ -19,11 +20,13 @@ void AppendBytes(const T& value, std::string* out) {
   out->append(reinterpret_cast<const char*>(&value), sizeof(value));
 }
 
-// Samples whose offsets are a sum of two features: what can be learnt in a few steps.
-std::string LearnableFile() {
+// Samples whose offsets are a sum of two features: what can be learnt in a few steps. `tangents` more
+// features are those of a plane.
+std::string LearnableFile(int tangents = 0) {
   std::string out = "weftsmp1";
   const uint32_t texels = kSide * kSide;
-  for (const uint32_t n : {uint32_t{kFeatures}, uint32_t{kOffsets}, uint32_t{kSide}, uint32_t{kSide}, texels})
+  for (const uint32_t n : {static_cast<uint32_t>(kFeatures + tangents), uint32_t{kOffsets}, uint32_t{kSide},
+                           uint32_t{kSide}, texels})
     AppendBytes(n, &out);
   for (uint32_t t = 0; t < texels; ++t) AppendBytes(t, &out);
   out.append(texels, 1);
@@ -31,9 +34,13 @@ std::string LearnableFile() {
   for (uint32_t s = 0; s < 40; ++s) {
     const bool is_held_out = s >= 30;
     for (const uint32_t n : {is_held_out ? 1u : 0u, 0u, s, 2u + s % 2}) AppendBytes(n, &out);
-    const torch::Tensor features = torch::randn({kFeatures, texels});
+    torch::Tensor features = torch::randn({kFeatures, texels});
     torch::Tensor offsets = torch::zeros({kOffsets, texels});
     offsets[0] = 0.5 * features[1] + 0.25 * features[2];
+    if (tangents > 0) {
+      features = torch::cat({features, torch::zeros({tangents, texels})});
+      features[kFeatures].fill_(1.2), features[kFeatures + 4].fill_(1.2);
+    }
     for (const torch::Tensor& tensor : {features, offsets}) {
       const torch::Tensor halves = tensor.to(torch::kHalf).contiguous();
       out.append(static_cast<const char*>(halves.data_ptr()), 2 * static_cast<size_t>(halves.numel()));
@@ -87,6 +94,30 @@ TEST_F(TrainNetTest, ComesNearerToTheTruthOfHeldOutFrames) {
   }
   EXPECT_EQ(scores_.front()[0].after_mm, scores_.front()[0].before_mm);  // untrained
   EXPECT_TRUE(Net::FromOnnx(net.onnx, "net.onnx").ok());
+}
+
+TEST_F(TrainNetTest, LearnsVerticesAndNormalsOfSamplesWithTangents) {
+  const SampleFile file(Written(LearnableFile(kTangents), folder_ / "tangents.samples"));
+  training_.loss = NetLoss::kVerticesAndNormals;
+  training_.steps = 300;
+  std::vector<HeldOutScore> last;
+  const TrainedNet net = TrainNet(
+      file, training_,
+      [&](const NetProgress& now) {
+        if (!now.scores.empty()) last = now.scores;
+      },
+      [] { return false; });
+  ASSERT_TRUE(net.is_finished);
+  for (const HeldOutScore& score : last) EXPECT_LT(score.after_mm, 0.75 * score.before_mm);
+  // It is not told the tangents, and answers offsets alone.
+  absl::StatusOr<Net> read = Net::FromOnnx(net.onnx, "net.onnx");
+  ASSERT_TRUE(read.ok());
+  const auto answer = read->Run({kFeatures, 8, 8, std::vector<float>(kFeatures * 64, 0.5f)});
+  ASSERT_TRUE(answer.ok()) << answer.status();
+  EXPECT_EQ(answer->channels, kOffsets);
+  EXPECT_THROW(TrainNet(
+                   file_, training_, [](const NetProgress&) {}, [] { return false; }),
+               std::runtime_error);
 }
 
 // Row X5 of the design.

@@ -21,7 +21,7 @@ OffsetNet RandomNet(const NetShape& shape) {
 }
 
 TEST(OffsetNet, AnUntrainedNetAnswersNothing) {
-  OffsetNet net(NetShape{5, 4, {8, 16}});
+  OffsetNet net(NetShape{5, 4, true, {8, 16}});
   const torch::Tensor answer = net->forward(torch::randn({2, 5, 16, 24}));
   EXPECT_EQ(answer.sizes(), (std::vector<int64_t>{2, 4, 16, 24}));
   EXPECT_EQ(answer.abs().max().item<float>(), 0);
@@ -30,7 +30,7 @@ TEST(OffsetNet, AnUntrainedNetAnswersNothing) {
 // Table "Common", X2 of the design: what the product computes is what the trainer computed.
 TEST(OffsetNet, OnnxAnswersAsTheTrainerDoes) {
   for (const std::vector<int64_t>& widths : {std::vector<int64_t>{8, 12}, {6, 8, 10, 12}}) {
-    const NetShape shape{7, 4, widths};
+    const NetShape shape{7, 4, true, widths};
     OffsetNet net = RandomNet(shape);
     auto loaded = Net::FromOnnx(NetToOnnx(net), "net.onnx");
     ASSERT_TRUE(loaded.ok()) << loaded.status();
