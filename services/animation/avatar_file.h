@@ -9,17 +9,12 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "animation/sparse_view_avatar.h"
+#include "services/animation/avatar_folder.h"
 #include "weft/v1/avatar.pb.h"
 
 namespace weft {
 
-// The files of an avatar's folder.
-inline constexpr char kAvatarFile[] = "avatar.json";
-inline constexpr char kAvatarSpaceFile[] = "space.bin";
-inline constexpr char kAvatarNetFile[] = "net.onnx";
-inline constexpr char kAvatarSampleFile[] = "sample.bin";
-
-// The kind of avatar that this version knows.
+// The kind of avatar that is driven.
 inline constexpr char kSparseViewKind[] = "sparse-view";
 
 // An avatar and what is told of it.
@@ -36,12 +31,8 @@ absl::StatusOr<std::vector<AvatarTable>> DecodeAvatarSpace(std::string_view byte
                                                            const std::string& source_name);
 
 // InvalidArgument names source_name and the field: unknown, of another kind of avatar, or out of its limits.
-absl::StatusOr<v1::Avatar> ParseAvatar(std::string_view json, const std::string& source_name);
-
-// What stands beside avatar.json; of an avatar without a net the space alone.
-struct AvatarBytes {
-  std::string space, net, sample;
-};
+absl::StatusOr<v1::Avatar> ParseAvatar(std::string_view json, const std::string& source_name,
+                                       std::string_view kind = kSparseViewKind);
 
 // The avatar of its files; `folder` names them in errors. InvalidArgument or DataLoss names the file, what
 // is wrong with it, and the remedy. The net is not run.
@@ -58,9 +49,6 @@ absl::StatusOr<AvatarFile> ReadAvatar(const std::string& path, NetReading readin
 // That of all its files but avatar.json.
 std::string ChecksumOfAvatar(const v1::Avatar& about);
 
-// AlreadyExists where something stands at `folder` that is no avatar.
-absl::Status CheckAvatarPlace(const std::string& folder);
-
 // Writes the folder under a temporary name, flushes it to the disk and puts it in place; an avatar that
 // stands there is replaced. Fills in what `about` tells of `avatar` and of the files beside, but for the
 // training of its net. The same bytes for the same avatar. Errors of CheckAvatarPlace and
@@ -69,7 +57,7 @@ absl::Status WriteAvatar(const std::string& folder, v1::Avatar about, const Spar
 
 // FailedPrecondition, with both names and hashes, for a template or a board that the avatar at `path` was not
 // made for.
-absl::Status CheckAvatarFits(const AvatarFile& avatar, const std::string& path, const Template& garment,
+absl::Status CheckAvatarFits(const v1::Avatar& avatar, const std::string& path, const Template& garment,
                              const std::string& garment_path);
 
 }  // namespace weft

@@ -121,7 +121,8 @@ absl::StatusOr<std::unique_ptr<DriveInputs>> LoadDriveInputs(const v1::Registrat
   const std::string& avatar_path = spec.driving().avatar();
   absl::StatusOr<AvatarFile> avatar = ReadAvatar(avatar_path, reading);
   if (!avatar.ok()) return avatar.status();
-  if (absl::Status status = CheckAvatarFits(*avatar, avatar_path, *garment, spec.garment()); !status.ok())
+  if (absl::Status status = CheckAvatarFits(avatar->about, avatar_path, *garment, spec.garment());
+      !status.ok())
     return status;
   absl::StatusOr<GarmentParts> parts = ReadGarmentParts(spec.garment());
   if (!parts.ok()) return parts.status();

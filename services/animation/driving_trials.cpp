@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "services/animation/paper_baseline.h"
 #include "services/animation/timed_driver.h"
 #include "services/animation/truth_views.h"
 
@@ -30,6 +31,8 @@ absl::Status DrivingTrials::Drive(ClothTake& take, ObservedTake& seen, int frame
     if (!truth.ok()) return truth.status();
     absl::StatusOr<std::vector<ViewObservations>> views = seen.Look(k, *truth);
     if (!views.ok()) return views.status();
+    if (trial.beside)
+      if (absl::Status status = trial.beside(k, *truth, *views); !status.ok()) return status;
     if (trial.dark(k)) views->front().observations.clear();
     if (trial.forgets) driver->Reset();
     ScoreTally unused;
@@ -61,6 +64,13 @@ absl::Status DrivingTrials::TryElsewhere(ClothTake& take, const std::string& spl
     if (!rig.ok()) return rig.status();
     const auto seen = ObserveFrom(take, *std::move(rig), observing_);
     if (!seen.ok()) return seen.status();
+    PaperBaseline paper(garment_, baseline_);
+    if (absl::Status status = paper.Begin(kPixelCameras); !status.ok()) return status;
+    trial.beside = [&](int frame, const ClothFrame& truth, const std::vector<ViewObservations>& views) {
+      const Rig& of_views = (*seen)->rig();
+      const VertexRays directions = DirectionsOf(views, of_views, garment_, nodes_);
+      return paper.Add({truth, views, of_views, directions, frame > 0}, split, " elsewhere", driving_, table);
+    };
     if (absl::Status status = Drive(take, **seen, frames, trial); !status.ok()) return status;
   }
   return absl::OkStatus();

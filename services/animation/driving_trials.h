@@ -7,10 +7,12 @@
 #include <functional>
 #include <stop_token>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "alignment/template.h"
 #include "animation/evidence.h"
+#include "animation/pixel_avatar.h"
 #include "animation/sparse_view_avatar.h"
 #include "services/animation/cloth_take.h"
 #include "services/animation/observed_take.h"
@@ -24,15 +26,20 @@ struct DrivingTrial {
   std::function<bool(int)> dark = [](int) { return false; };
   std::function<ScoreTally*(int)> tally_of;
   bool forgets = false;  // each frame by itself
+  // What else is made of each frame; may be empty.
+  std::function<absl::Status(int frame, const ClothFrame& truth, const std::vector<ViewObservations>& views)>
+      beside;
 };
 
 // All that it is given must outlive it.
 class DrivingTrials {
  public:
-  DrivingTrials(const Template& garment, const SparseViewAvatar& avatar, const Observing& observing,
-                tbb::task_arena& driving, const std::stop_token& stop)
+  // `baseline` may be null.
+  DrivingTrials(const Template& garment, const SparseViewAvatar& avatar, const PixelAvatar* baseline,
+                const Observing& observing, tbb::task_arena& driving, const std::stop_token& stop)
       : garment_(garment),
         avatar_(avatar),
+        baseline_(baseline),
         observing_(observing),
         driving_(driving),
         stop_(stop),
@@ -41,9 +48,10 @@ class DrivingTrials {
   // Drives the first `frames`. Errors of the take and the driver; Cancelled.
   absl::Status Drive(ClothTake& take, ObservedTake& seen, int frames, const DrivingTrial& trial);
 
-  // Methods "elsewhere" (before two cameras in each of two other places), "frame by frame", and while the
-  // first of two cameras is dark for 15 frames: "one dark", "after dark" (frames 10 to 19 after it) and
-  // "never dark" (those, undisturbed). Takes that are too short are not darkened.
+  // Methods "elsewhere" (before two cameras in each of two other places; of a baseline "paper elsewhere"),
+  // "frame by frame", and while the first of two cameras is dark for 15 frames: "one dark", "after dark"
+  // (frames 10 to 19 after it) and "never dark" (those, undisturbed). Takes that are too short are not
+  // darkened.
   absl::Status TryAll(ClothTake& take, const std::string& split, int frames, ScoreTable& table);
 
  private:
@@ -51,6 +59,7 @@ class DrivingTrials {
 
   const Template& garment_;
   const SparseViewAvatar& avatar_;
+  const PixelAvatar* baseline_;
   const Observing& observing_;
   tbb::task_arena& driving_;
   const std::stop_token& stop_;

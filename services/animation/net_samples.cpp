@@ -19,6 +19,7 @@
 #include "base/counter_random.h"
 #include "services/animation/cloth_take.h"
 #include "services/animation/observed_take.h"
+#include "services/animation/sample_writer.h"
 #include "services/animation/truth_views.h"
 #include "simulation/studio_rig.h"
 #include "simulation/take_presets.h"
@@ -144,35 +145,17 @@ Rig RandomRig(const std::vector<Eigen::Vector3d>& vertices_mm, int cameras, uint
   return rig;
 }
 
-// Sixteen-bit floats.
-void AppendHalves(const float* values, size_t count, std::string* out) {
-  for (size_t i = 0; i < count; ++i) {
-    const Eigen::half half(values[i]);
-    out->append(reinterpret_cast<const char*>(&half), sizeof(half));
-  }
-}
-template <class T>
-void Append(const T& value, std::string* out) {
-  out->append(reinterpret_cast<const char*>(&value), sizeof(value));
-}
-
 class SampleMaker {
  public:
   SampleMaker(const NetSampleRequest& request, const Template& garment, Atlas atlas)
-      : request_(request), garment_(garment), atlas_(std::move(atlas)), model_(garment), nodes_(garment) {
-    for (size_t t = 0; t < atlas_.kinds().size(); ++t)
-      if (atlas_.kinds()[t] != TexelKind::kEmpty) texels_.push_back(static_cast<int>(t));
-  }
+      : request_(request),
+        garment_(garment),
+        atlas_(std::move(atlas)),
+        model_(garment),
+        nodes_(garment),
+        writer_(atlas_, kDrivingFeatures, kOffsets) {}
 
-  std::string Head() const {
-    std::string out = "weftsmp1";
-    for (const int n :
-         {kDrivingFeatures, kOffsets, atlas_.height(), atlas_.width(), static_cast<int>(texels_.size())})
-      Append(static_cast<uint32_t>(n), &out);
-    for (const int t : texels_) Append(static_cast<uint32_t>(t), &out);
-    for (const int t : texels_) Append(static_cast<uint8_t>(atlas_.kinds()[t]), &out);
-    return out;
-  }
+  std::string Head() const { return writer_.Head(); }
 
   absl::Status Run(const Drive& drive, ClothTake& take, const SparseViewAvatar& avatar,
                    const std::stop_token& stop, std::string* out) const {
@@ -203,31 +186,20 @@ class SampleMaker {
         for (int k = 0; k < kOffsets; ++k) offsets[v * kOffsets + k] = off[k];
       }
       const AtlasImage answer = atlas_.Gather(offsets, kOffsets);
-      for (const uint32_t n : {drive.split, static_cast<uint32_t>(drive.take), static_cast<uint32_t>(f),
-                               static_cast<uint32_t>(rig->cameras.size())})
-        Append(n, out);
-      AppendTexels(input, out);
-      AppendTexels(answer, out);
+      writer_.Append({drive.split, static_cast<uint32_t>(drive.take), static_cast<uint32_t>(f),
+                      static_cast<uint32_t>(rig->cameras.size())},
+                     input, answer, out);
     }
     return absl::OkStatus();
   }
 
  private:
-  void AppendTexels(const AtlasImage& image, std::string* out) const {
-    std::vector<float> row(texels_.size());
-    for (int c = 0; c < image.channels; ++c) {
-      for (size_t i = 0; i < texels_.size(); ++i)
-        row[i] = image.values[static_cast<size_t>(c) * image.PlaneSize() + static_cast<size_t>(texels_[i])];
-      AppendHalves(row.data(), row.size(), out);
-    }
-  }
-
   const NetSampleRequest& request_;
   const Template& garment_;
   Atlas atlas_;
   AlignmentModel model_;
   NodeVertices nodes_;
-  std::vector<int> texels_;
+  SampleWriter writer_;  // of the atlas above
 };
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "animation/evidence.h"
+#include "animation/pixel_driver.h"
 #include "animation/ray_polish.h"
 #include "evaluation/driving_score.h"
 #include "figure/motion_generator.h"
@@ -22,6 +23,7 @@
 #include "services/animation/cloth_take.h"
 #include "services/animation/driving_trials.h"
 #include "services/animation/observed_take.h"
+#include "services/animation/paper_baseline.h"
 #include "services/animation/score_table.h"
 #include "services/animation/seam_vertices.h"
 #include "services/animation/timed_driver.h"
@@ -55,19 +57,21 @@ struct FrameInView {
 
 class AvatarScorer {
  public:
-  AvatarScorer(const AvatarScoring& scoring, const SparseViewAvatar& avatar, const Template& garment,
-               std::vector<bool> near_seams, const std::stop_token& stop)
+  // `baseline` may be null.
+  AvatarScorer(const AvatarScoring& scoring, const SparseViewAvatar& avatar, const PixelAvatar* baseline,
+               const Template& garment, std::vector<bool> near_seams, const std::stop_token& stop)
       : scoring_(scoring),
         avatar_(avatar),
         garment_(garment),
         stop_(stop),
         driving_(scoring.threads),
         observing_{garment, scoring.seed, scoring.films},
-        trials_(garment, avatar, observing_, driving_, stop),
+        trials_(garment, avatar, baseline, observing_, driving_, stop),
         nodes_(garment),
         model_(garment),
         registration_(garment),
         skinned_polish_(model_, avatar.edges(), SparseViewOptions().driver.polish),
+        paper_(garment, baseline),
         near_seams_(std::move(near_seams)) {}
 
   // `on_frame` is called once for each frame and number of cameras.
@@ -105,6 +109,7 @@ class AvatarScorer {
     if (!driver.ok()) return driver.status();
     ScoreTable sums;  // of this take: trembling is measured within takes
     std::optional<SkinnedBaseline> skinned;
+    if (absl::Status status = paper_.Begin(cameras); !status.ok()) return status;
     bool follows = false;
     for (int k = 0; k < FramesOf(take); ++k) {
       if (stop_.stop_requested()) return absl::CancelledError("the evaluation was stopped");
@@ -137,6 +142,7 @@ class AvatarScorer {
       const bool skins = truth->pose.has_value() && cameras <= kCamerasToSkin;
       if (skins && !skinned) skinned.emplace(model_.graph(), take.body, truth->vertices_mm, *truth->pose);
       if (skins) status.Update(AddSkinned(frame, *skinned, sums));
+      status.Update(paper_.Add({*truth, *views, frame.rig, frame.rays, k > 0}, split, "", driving_, sums));
       if (!status.ok()) return status;
       follows = !driven->lost;
       if (on_frame) on_frame();
@@ -235,6 +241,7 @@ class AvatarScorer {
   AlignmentModel model_;
   RegistrationBaseline registration_;
   RayPolish skinned_polish_;
+  PaperBaseline paper_;
   std::vector<bool> near_seams_;
   ScoreTable table_;
 };
@@ -271,10 +278,12 @@ absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
   }
   const absl::StatusOr<SharedTemplate> garment = TemplateOfSources(sources, scoring.garment);
   if (!garment.ok()) return garment.status();
-  if (absl::Status status = CheckAvatarFits(*avatar, scoring.avatar, garment->garment, garment->path);
+  if (absl::Status status = CheckAvatarFits(avatar->about, scoring.avatar, garment->garment, garment->path);
       !status.ok())
     return status;
   out.set_template_hash(avatar->about.template_hash());
+  const auto baseline = ReadBaseline(scoring.baseline, garment->garment, garment->path);
+  if (!baseline.ok()) return baseline.status();
 
   std::vector<ClothTake*> takes;
   for (ClothSource& source : sources)
@@ -293,7 +302,8 @@ absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
   absl::StatusOr<std::vector<bool>> near_seams =
       VerticesNearSeams(garment->garment, avatar->avatar.net.atlas, kTexelsOfSeam);
   if (!near_seams.ok()) return near_seams.status();
-  AvatarScorer scorer(scoring, avatar->avatar, garment->garment, *std::move(near_seams), stop);
+  AvatarScorer scorer(scoring, avatar->avatar, *baseline ? &**baseline : nullptr, garment->garment,
+                      *std::move(near_seams), stop);
   size_t all = 0, done = 0;
   for (const ClothTake* take : takes)
     all += static_cast<size_t>(scorer.FramesOf(*take)) * scoring.cameras.size();

@@ -15,6 +15,8 @@ namespace weft {
 
 struct AvatarScoring {
   std::string avatar;
+  std::string
+      baseline;  // an avatar of the preset paper, driven beside it by the same observations; empty: none
   // Data sets, and takes of `weft simulate` with or without pictures. Pictures are decoded; without them the
   // decoder is imitated (truth_views.h), or pictures are rendered and decoded (filmed_views.h).
   std::vector<std::string> sources;
@@ -39,13 +41,14 @@ struct AvatarScoring {
 // carrier, the mesh "without net" where the avatar has one, the shape that the avatar has nearest to the
 // truth, and its mean shape, both at their true place. With 8 cameras and more it is compared with what `weft
 // register` makes of the same observations, and where the wearer's pose is known with cloth that skinning
-// moves (baseline_meshes.h). Where pictures are rendered, it is also driven by imitated observations of the
-// same frames ("imitated"). Takes of a hand before the garment have a row of their own ("hand before").
-// Frames that are lost have no errors and are counted. Numbers of cameras that a take with pictures does not
-// have are left out with a remark. Trials have methods of their own (driving_trials.h). `on_frame` (may be
-// empty) is called with frames driven and all. Errors of the files; FailedPrecondition, both names in it, for
-// an avatar of another template; NotFound where no take is of `splits`; Cancelled when `stop` is requested.
-// The same figures at any number of threads, times aside.
+// moves (baseline_meshes.h). A baseline is driven where there are two cameras: "paper", its carrier "paper
+// carrier", and with trials "paper elsewhere". Where pictures are rendered, it is also driven by imitated
+// observations of the same frames ("imitated"). Takes of a hand before the garment have a row of their own
+// ("hand before"). Frames that are lost have no errors and are counted. Numbers of cameras that a take with
+// pictures does not have are left out with a remark. Trials have methods of their own (driving_trials.h).
+// `on_frame` (may be empty) is called with frames driven and all. Errors of the files; FailedPrecondition,
+// both names in it, for an avatar of another template; NotFound where no take is of `splits`; Cancelled when
+// `stop` is requested. The same figures at any number of threads, times aside.
 absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
                                                  const std::function<void(size_t done, size_t all)>& on_frame,
                                                  const std::stop_token& stop);

@@ -6,37 +6,14 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "services/animation/net_sample.h"
 #include "services/animation/net_samples.h"
+#include "services/animation/training_folder.h"
 #include "services/animation/training_takes.h"
-#include "services/files/atomic_file.h"
-#include "services/files/json_file.h"
 
 namespace weft {
 namespace {
 
 namespace fs = std::filesystem;
-
-// In the folder of a net's training; the last one is the trainer's.
-constexpr char kRecipeFile[] = "recipe.txt", kSamplesFile[] = "samples.bin",
-               kTrainingFile[] = "training.json";
-
-absl::StatusOr<v1::Avatar> AboutOf(TrainingTakes& takes) {
-  v1::Avatar about;
-  about.set_template_id(takes.garment().id);
-  for (int t = 0; t < takes.size(); ++t) {
-    const ClothTake& take = takes.take(t);
-    absl::StatusOr<std::string> hash = take.FramesHash();
-    if (!hash.ok()) return hash.status();
-    v1::AvatarSource& to = *about.add_sources();
-    to.set_name(take.name());
-    to.set_frames(take.frames());
-    to.set_held_out(takes.is_held_out(t));
-    to.set_motion(take.motion);
-    to.set_frames_hash(*std::move(hash));
-  }
-  return about;
-}
 
 // All that decides what the samples and the net become; hours do not.
 std::string RecipeOf(const v1::Avatar& about, const Template& garment, const AvatarRequest& request) {
@@ -45,24 +22,8 @@ std::string RecipeOf(const v1::Avatar& about, const Template& garment, const Ava
       absl::StrCat("weft ", WEFT_VERSION, "\ntemplate ", garment.ContentHash(), "\ncomponents ",
                    training.components, "\nmax_frames ", training.max_frames, "\nseed ", training.seed,
                    "\nsteps ", request.net->steps, "\nthreads ", request.net->threads, "\natlas ",
-                   request.net->atlas.level, " ", request.net->atlas.gutter, "\n");
-  for (const v1::AvatarSource& source : about.sources())
-    absl::StrAppend(&out, source.held_out() ? "held out " : "source ", source.frames(), " ", source.motion(),
-                    " ", source.frames_hash(), " ", source.name(), "\n");
+                   request.net->atlas.level, " ", request.net->atlas.gutter, "\n", SourceLines(about));
   return out;
-}
-
-// A folder of this training, which may have come far already.
-absl::Status BeginFolder(const std::string& folder, const std::string& recipe) {
-  const std::string path = (fs::path(folder) / kRecipeFile).string();
-  const absl::StatusOr<std::string> stands = ReadWholeFile(path);
-  if (stands.ok() && *stands == recipe) return absl::OkStatus();
-  if (std::error_code error; stands.ok() || (fs::exists(folder, error) && !fs::is_empty(folder, error)))
-    return absl::FailedPreconditionError(
-        absl::StrCat(folder, ": is of a training with other sources or options (", kRecipeFile,
-                     "); give those to go on with it, or remove the folder to begin anew"));
-  absl::Status status = CreateFolders(folder);
-  return status.ok() ? WriteFileAtomically(path, recipe) : status;
 }
 
 using OnProgress = std::function<void(std::string_view stage, double share)>;
@@ -83,21 +44,11 @@ absl::StatusOr<AvatarNet> TrainNet(TrainingTakes& takes, const AvatarRequest& re
     if (absl::Status status = MakeNetSamples(takes, samples, on_progress, stop); !status.ok()) return status;
   }
   if (!fs::exists(path(kTrainingFile), error)) {
-    const NetTask task{path(kSamplesFile),    folder,       asked.steps, asked.hours,
-                       request.training.seed, asked.threads};
+    const NetTask task{NetKind::kCorrection, path(kSamplesFile),    folder,       asked.steps,
+                       asked.hours,          request.training.seed, asked.threads};
     if (absl::Status status = asked.trainer(task, stop); !status.ok()) return status;
   }
-  if (absl::Status status = ReadJsonFile(path(kTrainingFile), *training); !status.ok()) return status;
-  AvatarNet out;
-  out.atlas = asked.atlas;
-  absl::StatusOr<std::string> onnx = ReadWholeFile(path(kAvatarNetFile));
-  if (!onnx.ok()) return onnx.status();
-  out.onnx = *std::move(onnx);
-  const absl::StatusOr<std::string> sample = ReadWholeFile(path(kAvatarSampleFile));
-  if (!sample.ok()) return sample.status();
-  if (absl::Status status = DecodeNetSample(*sample, path(kAvatarSampleFile), &out); !status.ok())
-    return status;
-  return out;
+  return ReadTrainedNet(folder, asked.atlas, training);
 }
 
 std::string WhyLeftOut(const std::array<NetGain, SigmaScale::kCameras>& gains) {
@@ -119,12 +70,6 @@ std::string WhyLeftOut(const std::array<NetGain, SigmaScale::kCameras>& gains) {
 
 }  // namespace
 
-std::string TrainingFolderOf(const std::string& avatar) {
-  fs::path place = fs::path(avatar).lexically_normal();
-  if (!place.has_filename()) place = place.parent_path();
-  return place.string() + ".training";
-}
-
 absl::StatusOr<TrainedAvatar> TrainAvatar(const AvatarRequest& request, const OnProgress& on_progress,
                                           const std::stop_token& stop) {
   if (absl::Status status = request.training.Validate(); !status.ok()) return status;
@@ -132,13 +77,13 @@ absl::StatusOr<TrainedAvatar> TrainAvatar(const AvatarRequest& request, const On
   absl::StatusOr<TrainingTakes> takes =
       TrainingTakes::Open(request.sources, request.held_out, request.garment, request.fps);
   if (!takes.ok()) return takes.status();
-  absl::StatusOr<v1::Avatar> about = AboutOf(*takes);
+  absl::StatusOr<v1::Avatar> about = DescribeSources(*takes);
   if (!about.ok()) return about.status();
   const Template& garment = takes->garment();
   const std::string folder = TrainingFolderOf(request.out);
   AvatarNet net;
   if (request.net) {
-    if (absl::Status status = BeginFolder(folder, RecipeOf(*about, garment, request)); !status.ok())
+    if (absl::Status status = BeginTrainingFolder(folder, RecipeOf(*about, garment, request)); !status.ok())
       return status;
     absl::StatusOr<AvatarNet> trained =
         TrainNet(*takes, request, folder, on_progress, stop, about->mutable_net()->mutable_training());

@@ -13,22 +13,9 @@
 #include "absl/status/statusor.h"
 #include "animation/sparse_view_avatar.h"
 #include "services/animation/avatar_file.h"
+#include "services/animation/training_folder.h"
 
 namespace weft {
-
-// What a trainer of nets is to do.
-struct NetTask {
-  std::string samples;  // file of samples
-  // It writes net.onnx and sample.bin there, and training.json when it is done. What it knew when it was
-  // stopped lies there as well.
-  std::string folder;
-  int64_t steps = 0;
-  double hours = 0;  // it ends after these at the latest, earlier runs included; 0: it takes its time
-  uint64_t seed = 1;
-  int threads = 1;
-};
-// OK once training.json is there; Cancelled when `stop` is requested.
-using NetTrainer = std::function<absl::Status(const NetTask& task, const std::stop_token& stop)>;
 
 struct NetRequest {
   AtlasOptions atlas;
@@ -53,9 +40,6 @@ struct TrainedAvatar {
   AvatarFile file;         // as it stands in the folder
   std::string net_remark;  // why a net that was asked for is left out
 };
-
-// Where samples and state of a net's training lie until the avatar is whole: beside it.
-std::string TrainingFolderOf(const std::string& avatar);
 
 // Learns and writes the avatar. Of data sets the split train is learnt from and the split validate is held
 // out; tests are never read. A net is trained first, on frames that shape spaces drove without having learnt

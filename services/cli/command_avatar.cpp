@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "services/animation/avatar_file.h"
 #include "services/animation/avatar_goals.h"
+#include "services/animation/pixel_avatar_file.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
 
@@ -26,10 +26,10 @@ void AddShowCommand(CLI::App& avatar, CommandLine& line) {
   command->add_flag("--json", options->json, "Print JSON (weft.v1.Avatar)");
   command->callback([options, &line] {
     line.run = [options]() -> absl::Status {
-      const absl::StatusOr<AvatarFile> avatar_file = ReadAvatar(options->path);
-      if (!avatar_file.ok()) return avatar_file.status();
-      if (options->json) return PrintJsonMessage(avatar_file->about);
-      std::fputs(AvatarText(options->path, avatar_file->about).c_str(), stdout);
+      const absl::StatusOr<v1::Avatar> about = ReadAnyAvatar(options->path);
+      if (!about.ok()) return about.status();
+      if (options->json) return PrintJsonMessage(*about);
+      std::fputs(AvatarText(options->path, *about).c_str(), stdout);
       return absl::OkStatus();
     };
   });

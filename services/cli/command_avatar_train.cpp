@@ -13,6 +13,7 @@
 #include "base/stopwatch.h"
 #include "services/animation/avatar_goals.h"
 #include "services/animation/train_avatar.h"
+#include "services/animation/train_pixel_avatar.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
 #include "services/cli/net_trainer.h"
@@ -24,6 +25,7 @@ namespace weft {
 namespace {
 
 struct TrainOptions {
+  std::string preset;  // empty: our own way
   AvatarRequest request;
   bool has_net = false;
   NetRequest net;
@@ -45,13 +47,14 @@ class TrainingView {
     }
     progress_->Set(static_cast<uint64_t>(share * kSteps), kSteps);
   }
-  void Show(const v1::NetTrainingProgress& now) {
-    Show("net", now.share());
+  void Show(const v1::NetTrainingProgress& now, const char* stage) {
+    Show(stage, now.share());
     if (quiet_ || now.held_out().empty()) return;
-    std::string line = absl::StrFormat("net  step %d, %.0f min, held out:", now.step(), now.minutes());
+    std::string line = absl::StrFormat("%s  step %d, %.0f min, held out:", stage, now.step(), now.minutes());
     for (const v1::AvatarNetGain& gain : now.held_out())
-      absl::StrAppendFormat(&line, "  %d cameras %.3f mm, %.3f with it", gain.cameras(), gain.before_mm(),
-                            gain.after_mm());
+      absl::StrAppendFormat(&line, "  %s%.3f mm, %.3f with it",
+                            gain.cameras() > 0 ? absl::StrCat(gain.cameras(), " cameras ") : "",
+                            gain.before_mm(), gain.after_mm());
     progress_->PrintLine(line);
   }
 
@@ -61,9 +64,44 @@ class TrainingView {
   std::optional<Progress> progress_;
 };
 
+NetTrainer TrainerThatShows(TrainingView& view) {
+  return [&view](const NetTask& task, const std::stop_token& stop) {
+    const char* stage = task.kind == NetKind::kPrior ? "prior" : "net";
+    return RunNetTrainer(
+        task, [&view, stage](const v1::NetTrainingProgress& now) { view.Show(now, stage); }, stop);
+  };
+}
+
+// As Halimi et al. 2022.
+absl::Status TrainPaper(const TrainOptions& options, int threads, bool quiet) {
+  if (absl::Status status = CheckNetTrainer(); !status.ok()) return status;
+  const StopOnSignal signals;  // before the first thread
+  const Stopwatch watch;
+  const AvatarRequest& given = options.request;
+  PixelAvatarRequest request;
+  request.sources = given.sources, request.held_out = given.held_out, request.garment = given.garment;
+  request.fps = given.fps, request.out = given.out, request.seed = given.training.seed;
+  request.samples.atlas.level = 0;  // as fine as the mesh
+  request.steps = options.net.steps, request.hours = options.net.hours;
+  request.keep = options.net.keep, request.threads = threads;
+  absl::StatusOr<PixelAvatarFile> avatar;
+  {
+    TrainingView view(quiet);
+    request.trainer = TrainerThatShows(view);
+    avatar = TrainPixelAvatar(
+        request, [&view](std::string_view stage, double share) { view.Show(stage, share); }, signals.token());
+  }
+  if (!avatar.ok()) return avatar.status();
+  if (options.json) return PrintJsonMessage(avatar->about);
+  std::fputs(AvatarText(request.out, avatar->about).c_str(), stdout);
+  std::printf("trained in %.1f s\n", watch.Seconds());
+  return absl::OkStatus();
+}
+
 absl::Status Train(const TrainOptions& options, bool quiet) {
   const int threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
+  if (options.preset == kPixelKind) return TrainPaper(options, threads, quiet);
   const StopOnSignal signals;  // before the first thread
   const Stopwatch watch;
   absl::StatusOr<TrainedAvatar> avatar;
@@ -74,10 +112,7 @@ absl::Status Train(const TrainOptions& options, bool quiet) {
       if (absl::Status status = CheckNetTrainer(); !status.ok()) return status;
       request.net = options.net;
       request.net->threads = threads;
-      request.net->trainer = [&view](const NetTask& task, const std::stop_token& stop) {
-        return RunNetTrainer(
-            task, [&view](const v1::NetTrainingProgress& now) { view.Show(now); }, stop);
-      };
+      request.net->trainer = TrainerThatShows(view);
     }
     avatar = TrainAvatar(
         request, [&view](std::string_view stage, double share) { view.Show(stage, share); }, signals.token());
@@ -109,6 +144,7 @@ void AddAvatarTrainCommand(CLI::App& avatar, CommandLine& line) {
                  "  weft avatar train walk/result jog/result reach/result --out shirt.avatar\n"
                  "  weft avatar train shirt-drive --out shirt.avatar\n"
                  "  weft avatar train shirt-drive --net --out shirt.avatar\n"
+                 "  weft avatar train shirt-drive --preset paper --out paper.avatar\n"
                  "  weft avatar train walk jog --hold-out twist --components 32 --out shirt.avatar");
   auto options = std::make_shared<TrainOptions>();
   AvatarRequest& request = options->request;
@@ -156,22 +192,34 @@ void AddAvatarTrainCommand(CLI::App& avatar, CommandLine& line) {
       "minutes. Its samples and state lie in OUT.training until the avatar is whole: Ctrl-C stops it, and "
       "the same "
       "command goes on. A net that brings held-out frames no nearer to the truth is left out");
+  CLI::Option* preset =
+      command
+          ->add_option(
+              "--preset", options->preset,
+              "paper: learn as Halimi et al. 2022 do, a deformation graph with a prior and a net for two "
+              "fixed cameras, to be compared with by `weft evaluate --baseline`. It needs weft-train, and "
+              "takes without pictures whose rig.json has two cameras")
+          ->type_name("NAME")
+          ->check(CLI::IsMember({kPixelKind}))
+          ->excludes(net);
+  for (const char* of_shapes : {"--components", "--max-frames"})
+    preset->excludes(command->get_option(of_shapes));
   command
       ->add_option("--steps", options->net.steps,
-                   "With --net: how many batches of frames the net learns from")
+                   "Of a net, or with --preset: how many batches of frames the net learns from; a prior "
+                   "takes half as many")
       ->type_name("N")
       ->check(CLI::Range(1, 100'000'000))
-      ->capture_default_str()
-      ->needs(net);
+      ->capture_default_str();
   command
-      ->add_option("--hours", options->net.hours,
-                   "With --net: the net's training ends after these at the latest, however many steps it has "
-                   "done. What comes out then depends on how fast the machine is")
+      ->add_option(
+          "--hours", options->net.hours,
+          "Of a net, or with --preset: the net's training ends after these at the latest, however many "
+          "steps it has done. What comes out then depends on how fast the machine is")
       ->type_name("H")
-      ->check(CLI::PositiveNumber)
-      ->needs(net);
-  command->add_flag("--keep", options->net.keep, "With --net: keep OUT.training, for a look at the samples")
-      ->needs(net);
+      ->check(CLI::PositiveNumber);
+  command->add_flag("--keep", options->net.keep,
+                    "Of a net, or with --preset: keep OUT.training, for a look at the samples");
   command
       ->add_option(
           "--threads", options->threads,
@@ -179,8 +227,12 @@ void AddAvatarTrainCommand(CLI::App& avatar, CommandLine& line) {
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print JSON (weft.v1.Avatar)");
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return Train(*options, line.quiet); }; });
+  command->callback([command, options, &line] {
+    for (const char* of_net : {"--steps", "--hours", "--keep"})
+      if (command->count(of_net) > 0 && !options->has_net && options->preset.empty())
+        throw CLI::RequiresError(of_net, "--net");
+    line.run = [options, &line] { return Train(*options, line.quiet); };
+  });
 }
 
 }  // namespace weft

@@ -24,6 +24,14 @@ void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options)
           ->group(kGroup);
   command
       .add_option(
+          "--baseline", options.scoring.baseline,
+          "Drive this avatar of `weft avatar train --preset paper` by the same observations, where there are "
+          "two cameras")
+      ->type_name("DIR")
+      ->needs(avatar)
+      ->group(kGroup);
+  command
+      .add_option(
           "--cameras", options.scoring.cameras,
           "Numbers of cameras, each measured by itself. Without pictures they stand around the garment, at "
           "equal angles; with pictures they are chosen among those of the take")

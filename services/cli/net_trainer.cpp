@@ -35,6 +35,8 @@ std::vector<std::string> ArgumentsOf(const NetTask& task) {
                                   absl::StrCat(task.seed),
                                   "--threads",
                                   absl::StrCat(task.threads)};
+  if (task.kind == NetKind::kPixels) out.emplace_back("--pixels");
+  if (task.kind == NetKind::kPrior) out.emplace_back("--prior");
   if (task.hours > 0) out.insert(out.end(), {"--minutes", absl::StrCat(kMinutesPerHour * task.hours)});
   return out;
 }

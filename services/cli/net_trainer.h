@@ -5,7 +5,7 @@
 #include <stop_token>
 
 #include "absl/status/status.h"
-#include "services/animation/train_avatar.h"
+#include "services/animation/training_folder.h"
 #include "weft/v1/avatar.pb.h"
 
 namespace weft {

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "animation/pixel_avatar.h"
 #include "capture/file/checksum.h"
 #include "services/animation/avatar_file.h"
 #include "services/animation/driver_memory.h"
@@ -36,6 +37,12 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     if (!tables.ok()) continue;
     for (const weft::AvatarTable& table : *tables)
       weft::FuzzRequire(table.values.size() == size_t{1} * table.rows * table.columns);
+    weft::PixelAvatar of_pixels;
+    of_pixels.net.onnx = "x";
+    if (weft::TakeTables(*tables, &of_pixels).ok() && of_pixels.Validate().ok())
+      weft::FuzzRequire(
+          of_pixels.prior.Decode(Eigen::VectorXd::Ones(of_pixels.prior.latents()), nullptr).cols() ==
+          of_pixels.prior.nodes());
     weft::SparseViewAvatar avatar = weft::SmallAvatar();
     if (!weft::TakeTables(*tables, &avatar).ok() || !avatar.Validate().ok()) continue;
     const auto again = weft::DecodeAvatarSpace(weft::EncodeAvatarSpace(weft::TablesOf(avatar)), "again");
@@ -54,7 +61,13 @@ std::vector<std::string> weft::FuzzSeeds() {
   AvatarNet small;
   small.sample = {1, 2, 2, {1, 2, 3, 4}};
   small.sample_answer = {2, 1, 1, {5, 6}};
+  PixelAvatar of_pixels;
+  of_pixels.graph.nodes = 3;
+  of_pixels.prior.unit.assign(12, 1);
+  of_pixels.prior.layers = {{1, 2, {1, 2}, {3, 4}},
+                            {2, 12, std::vector<float>(24, 1), std::vector<float>(12, 0)}};
   return {
+      EncodeAvatarSpace(TablesOf(of_pixels)),
       EncodeNetSample(small),
       EncodeNetSample(ShiftNet()),
       lost,

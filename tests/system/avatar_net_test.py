@@ -112,5 +112,39 @@ class Training(unittest.TestCase):
         self.assertEqual(files(harmed), files(plain))
 
 
+@unittest.skipUnless(os.path.exists(os.path.join(BIN, "weft-train")), "weft-train is not built")
+class PresetPaper(unittest.TestCase):
+    def test_is_driven_beside_another_avatar(self):
+        paper, ours = path("paper.avatar"), path("ours.avatar")
+        said = weft("avatar", "train", take, "--preset", "paper", "--steps", 40, "--threads", 1, "--keep", "--out", paper,
+                    check=0, patience_s=600)
+        self.assertIn("paper avatar of the template", said.stdout)
+        self.assertEqual(set(os.listdir(f"{paper}.training")),
+                         {"recipe.txt", "poses.bin", "left.txt", "prior.bin", "samples.bin", "net.onnx", "sample.bin",
+                          "training.json"})
+        weft("avatar", "train", take, "--components", COMPONENTS, "--out", ours, check=0)
+        done = weft("evaluate", take, "--avatar", ours, "--baseline", paper, "--cameras", "2,3", "--frames", 6, "--trials",
+                    "--json", check=0, patience_s=600)
+        scores = {(score["cameras"], score["method"]): score for score in json.loads(done.stdout)["scores"]
+                  if "cameras" in score}
+        for method, frames in (("paper", 6), ("paper carrier", 6), ("paper elsewhere", 12)):
+            score = scores[2, method]
+            self.assertEqual(score["frames"] + score.get("lost_frames", 0), frames)
+        self.assertNotIn((3, "paper"), scores)  # it knows two cameras
+        # Even a prior of twenty steps is fitted to the rays.
+        self.assertLess(scores[2, "paper carrier"]["mean_mm"], 60)
+        self.assertIn("--baseline", weft("evaluate", take, "--avatar", paper, check=2).stderr)
+        self.assertIn("--baseline", weft("evaluate", take, "--avatar", ours, "--baseline", ours, check=2).stderr)
+
+
+class Options(unittest.TestCase):
+    def test_of_nets_go_with_a_net(self):
+        for option in (("--steps", 5), ("--hours", 1), ("--keep",)):
+            self.assertIn("requires --net", weft("avatar", "train", take, *option, "--out", path("no.avatar"), check=2).stderr)
+        for option in ("--net", "--components=3"):
+            self.assertIn("excludes", weft("avatar", "train", take, "--preset", "paper", option, "--out", path("no.avatar"),
+                                           check=2).stderr)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -248,18 +248,21 @@ TEST(AvatarSpace, RowsAreExactToAStepOfTheirLargestValue) {
 }
 
 TEST(AvatarFits, NamesBothTemplates) {
-  AvatarFile file{About(), SmallAvatar()};
+  const SparseViewAvatar avatar = SmallAvatar();
+  v1::Avatar about = About();
+  about.set_board_hash(avatar.board_hash);
+  about.set_template_hash(avatar.template_hash);
   Template garment;
   garment.id = "skirt";
-  garment.board_hash = file.avatar.board_hash;
+  garment.board_hash = avatar.board_hash;
   garment.rest.vertices_mm.resize(4);
   garment.node_of_vertex.resize(4);
-  absl::Status status = CheckAvatarFits(file, "shirt.avatar", garment, "skirt/template");
+  absl::Status status = CheckAvatarFits(about, "shirt.avatar", garment, "skirt/template");
   EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_THAT(Message(status), AllOf(HasSubstr("shirt.avatar"), HasSubstr("skirt/template"),
-                                     HasSubstr(file.avatar.template_hash), HasSubstr(garment.ContentHash())));
+                                     HasSubstr(avatar.template_hash), HasSubstr(garment.ContentHash())));
   garment.board_hash = "0000000000000000";
-  status = CheckAvatarFits(file, "shirt.avatar", garment, "skirt/template");
+  status = CheckAvatarFits(about, "shirt.avatar", garment, "skirt/template");
   EXPECT_THAT(Message(status),
               AllOf(HasSubstr("board with hash fedcba9876543210"), HasSubstr("0000000000000000")));
 }

@@ -111,6 +111,34 @@ TEST(AvatarGoals, CompareWithTheCarrierAndWithOtherNumbersOfCameras) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("2 of"));
 }
 
+TEST(AvatarGoals, CompareWithThePresetPaper) {
+  v1::AvatarEvaluation evaluation;
+  AddScore(evaluation, "test-known", 2, "driven", 1.5);
+  AddScore(evaluation, "test-known", 2, "paper", 2.5);
+  AddScore(evaluation, "test-unseen", 2, "driven", 3);
+  AddScore(evaluation, "test-unseen", 2, "paper", 3);
+  AddScore(evaluation, "test-known", 2, "elsewhere", 1.75);
+  AddScore(evaluation, "test-known", 2, "paper elsewhere", 10).set_lost_frames(2);
+  AddAvatarGoals({}, evaluation);
+  EXPECT_DOUBLE_EQ(Find(evaluation, "A5", "preset paper, test-known")->value(), 0.6);
+  EXPECT_TRUE(Find(evaluation, "A5", "preset paper, test-known")->met());
+  EXPECT_FALSE(Find(evaluation, "A5", "preset paper, test-unseen")->met());
+  const std::string text = AvatarEvaluationText(evaluation);
+  EXPECT_THAT(text, HasSubstr("the preset paper is off by 10.000 mm, 4.00 times"));
+  EXPECT_THAT(text, HasSubstr("2 frames are lost; ours by 1.750 mm"));
+}
+
+TEST(AvatarGoals, ShowTellsAnAvatarOfThePresetPaper) {
+  v1::Avatar avatar;
+  avatar.set_kind("paper");
+  avatar.set_components(32);
+  avatar.set_left_mm(0.75);
+  avatar.mutable_net()->set_onnx_bytes(1000);
+  const std::string text = AvatarText("paper.avatar", avatar);
+  EXPECT_THAT(text,
+              testing::AllOf(HasSubstr("by 32 numbers"), HasSubstr("0.750 mm"), Not(HasSubstr("sigma"))));
+}
+
 TEST(AvatarGoals, StandBesideOtherWaysOfTheSameRun) {
   v1::AvatarEvaluation evaluation;
   v1::AvatarScore& driven = AddScore(evaluation, "test-known", 2, "driven", 2);
