@@ -259,26 +259,28 @@ void AddAvatarGoals(const v1::Avatar& avatar, v1::AvatarEvaluation& evaluation) 
 }
 
 std::string AvatarEvaluationText(const v1::AvatarEvaluation& evaluation) {
-  size_t width = 5;
-  for (const v1::AvatarScore& score : evaluation.scores()) width = std::max(width, score.split().size());
-  const int columns = static_cast<int>(width);
+  int columns = 5, methods = 10;
+  for (const v1::AvatarScore& score : evaluation.scores()) {
+    columns = std::max(columns, static_cast<int>(score.split().size()));
+    methods = std::max(methods, static_cast<int>(score.method().size()));
+  }
   std::string out = absl::StrFormat(
       "errors in mm of the vertices; crossed: seen by two cameras and more; tremble: second difference of "
-      "the "
-      "error\nover three frames, of vertices that are seen and not seen; from r.: distance from the "
+      "the error\nover three frames, of vertices that are seen and not seen; from r.: distance from the "
       "registration;\ncells: seen in a view\n"
-      "%-*s  %4s  %-15s  %6s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %5s  %5s  %5s  %7s  %7s  %6s\n",
-      columns, "split", "cam.", "method", "frames", "mean", "median", "across", "seen", "crossed", "unseen",
-      "chamfer", "tremble", "unseen", "1 s %", "2 s %", "lost", "ms", "from r.", "cells");
+      "%-*s  %4s  %-*s  %6s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %7s  %5s  %5s  %5s  %7s  %7s  %6s\n",
+      columns, "split", "cam.", methods, "method", "frames", "mean", "median", "across", "seen", "crossed",
+      "unseen", "chamfer", "tremble", "unseen", "1 s %", "2 s %", "lost", "ms", "from r.", "cells");
   for (const v1::AvatarScore& s : evaluation.scores())
     absl::StrAppendFormat(&out,
-                          "%-*s  %4s  %-15s  %6d  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  "
+                          "%-*s  %4s  %-*s  %6d  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  %7.3f  "
                           "%7.3f  %5s  %5s  %5d  %7s  %7s  %6s\n",
-                          columns, s.split(), s.cameras() > 0 ? absl::StrCat(s.cameras()) : "-", s.method(),
-                          s.frames(), s.mean_mm(), s.median_mm(), s.across_mm(), s.seen_mm(), s.crossed_mm(),
-                          s.unseen_mm(), s.chamfer_mm(), s.trembling_seen_mm(), s.trembling_unseen_mm(),
-                          ShareText(s.share_within_sigma()), ShareText(s.share_within_two_sigma()),
-                          s.lost_frames(), s.ms_a_frame() > 0 ? absl::StrFormat("%.1f", s.ms_a_frame()) : "-",
+                          columns, s.split(), s.cameras() > 0 ? absl::StrCat(s.cameras()) : "-", methods,
+                          s.method(), s.frames(), s.mean_mm(), s.median_mm(), s.across_mm(), s.seen_mm(),
+                          s.crossed_mm(), s.unseen_mm(), s.chamfer_mm(), s.trembling_seen_mm(),
+                          s.trembling_unseen_mm(), ShareText(s.share_within_sigma()),
+                          ShareText(s.share_within_two_sigma()), s.lost_frames(),
+                          s.ms_a_frame() > 0 ? absl::StrFormat("%.1f", s.ms_a_frame()) : "-",
                           s.has_from_registered_mm() ? absl::StrFormat("%.3f", s.from_registered_mm()) : "-",
                           s.cells_a_view() > 0 ? absl::StrFormat("%.0f", s.cells_a_view()) : "-");
   if (evaluation.floor_size() > 0)

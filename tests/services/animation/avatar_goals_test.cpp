@@ -182,8 +182,8 @@ TEST(AvatarGoals, TextHasARowForEachScore) {
   evaluation.add_remarks("a take has 2 cameras");
   AddAvatarGoals({}, evaluation);
   const std::string text = AvatarEvaluationText(evaluation);
-  EXPECT_THAT(text, HasSubstr("test-unseen     3  driven              10    1.234"));
-  EXPECT_THAT(text, HasSubstr("test-unseen     -  best shape          10    3.500"));
+  EXPECT_THAT(text, HasSubstr("test-unseen     3  driven          10    1.234"));
+  EXPECT_THAT(text, HasSubstr("test-unseen     -  best shape      10    3.500"));
   EXPECT_THAT(text, HasSubstr("mean 2.890"));
   EXPECT_THAT(text, HasSubstr("A2    mean mm, test-unseen, 3 cameras"));
   EXPECT_THAT(text, HasSubstr("met, with the aim"));
