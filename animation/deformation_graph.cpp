@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numeric>
-#include <queue>
 #include <set>
 
-#include "absl/strings/str_cat.h"
+#include "animation/edge_ways.h"
 
 namespace weft {
 namespace {
@@ -42,48 +40,21 @@ Eigen::Matrix3d LeftJacobian(const Eigen::Vector3d& vector) {
          (angle - std::sin(angle)) / (angle * angle * angle) * cross * cross;
 }
 
-// Ways along edges from one vertex, and the last vertex before each; infinite and -1 in other components.
-struct Ways {
-  std::vector<double> mm;
-  std::vector<int> before;
-};
-Ways ShortestWays(int start, const TriangleMesh& rest, const MeshGraph& graph) {
-  Ways out{std::vector<double>(graph.vertices, std::numeric_limits<double>::infinity()),
-           std::vector<int>(graph.vertices, -1)};
-  using Entry = std::pair<double, int>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  out.mm[start] = 0;
-  open.emplace(0, start);
-  while (!open.empty()) {
-    const auto [length, v] = open.top();
-    open.pop();
-    if (length > out.mm[v]) continue;
-    for (int i = graph.first[v]; i < graph.first[v + 1]; ++i) {
-      const int other = graph.neighbor[i];
-      const double next = length + (rest.vertices_mm[v] - rest.vertices_mm[other]).norm();
-      if (next >= out.mm[other]) continue;
-      out.mm[other] = next, out.before[other] = v;
-      open.emplace(next, other);
-    }
-  }
-  return out;
-}
-
 // The nearest nodes of a vertex, and one more, which says where their weight ends.
-void SkinVertex(const std::vector<Ways>& ways, size_t v, int count, int* nodes, double* weights) {
+void SkinVertex(const std::vector<std::vector<double>>& ways, size_t v, int count, int* nodes,
+                double* weights) {
   std::vector<int> order(ways.size());
   std::iota(order.begin(), order.end(), 0);
   const auto wanted = std::min(order.size(), static_cast<size_t>(count) + 1);
-  std::partial_sort(
-      order.begin(), order.begin() + static_cast<std::ptrdiff_t>(wanted), order.end(),
-      [&](int a, int b) { return ways[a].mm[v] != ways[b].mm[v] ? ways[a].mm[v] < ways[b].mm[v] : a < b; });
+  std::partial_sort(order.begin(), order.begin() + static_cast<std::ptrdiff_t>(wanted), order.end(),
+                    [&](int a, int b) { return ways[a][v] != ways[b][v] ? ways[a][v] < ways[b][v] : a < b; });
   double end = 0;
   for (size_t k = 0; k < wanted; ++k)
-    if (std::isfinite(ways[order[k]].mm[v])) end = std::max(end, ways[order[k]].mm[v]);
+    if (std::isfinite(ways[order[k]][v])) end = std::max(end, ways[order[k]][v]);
   double sum = 0;
   for (int k = 0; k < count; ++k) {
     nodes[k] = order[std::min<size_t>(static_cast<size_t>(k), order.size() - 1)];
-    const double way = ways[nodes[k]].mm[v];
+    const double way = ways[nodes[k]][v];
     const bool carries = static_cast<size_t>(k) < order.size() && std::isfinite(way);
     weights[k] = carries ? std::max(kLeastSkinWeight, std::pow(1 - way / std::max(end, 1e-9), 2)) : 0;
     sum += weights[k];
@@ -107,18 +78,10 @@ absl::StatusOr<DeformationGraph> BuildDeformationGraph(const TriangleMesh& rest,
   const std::vector<Eigen::Vector3d>& points = rest.vertices_mm;
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const Eigen::Vector3d& p : points) middle += p / graph.vertices;
-  std::vector<int> chosen;
-  std::vector<Ways> ways;
-  std::vector<double> nearest(graph.vertices, std::numeric_limits<double>::infinity());
-  for (int next = 0; static_cast<int>(chosen.size()) < std::min(options.nodes, graph.vertices);) {
-    chosen.push_back(next);
-    ways.push_back(ShortestWays(next, rest, graph));
-    for (int v = 0; v < graph.vertices; ++v) nearest[v] = std::min(nearest[v], ways.back().mm[v]);
-    next = static_cast<int>(std::max_element(nearest.begin(), nearest.end()) - nearest.begin());
-  }
+  const FarPoints far = ChooseFarPoints(options.nodes, rest, graph);
+  const std::vector<int>& chosen = far.vertices;
+  const std::vector<std::vector<double>>& ways = far.ways_mm;
   const auto count = static_cast<int>(chosen.size());
-  std::vector<int> node_of_vertex(graph.vertices, -1);
-  for (int i = 0; i < count; ++i) node_of_vertex[chosen[i]] = i;
   const auto root = static_cast<int>(std::min_element(chosen.begin(), chosen.end(),
                                                       [&](int a, int b) {
                                                         return (points[a] - middle).squaredNorm() <
@@ -127,7 +90,7 @@ absl::StatusOr<DeformationGraph> BuildDeformationGraph(const TriangleMesh& rest,
                                      chosen.begin());
   // Nodes in the order of their way from the root, so that a parent is known first. Ways from node to node
   // count by their square, so that many short ones are better than a long one.
-  const std::vector<double>& to_root = ways[root].mm;
+  const std::vector<double>& to_root = ways[root];
   std::vector<int> order(count);
   std::iota(order.begin(), order.end(), 0);
   std::sort(order.begin(), order.end(), [&](int a, int b) {
@@ -145,7 +108,7 @@ absl::StatusOr<DeformationGraph> BuildDeformationGraph(const TriangleMesh& rest,
     int parent = k == 0 ? -1 : 0;
     double best = std::numeric_limits<double>::infinity();
     for (int j = 0; j < k; ++j) {
-      const double way = ways[order[j]].mm[chosen[i]], total = cost[j] + way * way;
+      const double way = ways[order[j]][chosen[i]], total = cost[j] + way * way;
       if (std::isfinite(way) && total < best) best = total, parent = j;
     }
     if (std::isfinite(best)) cost[k] = best;
@@ -195,11 +158,18 @@ GraphPose PoseOfNodes(const DeformationGraph& graph, const std::vector<Eigen::Is
 
 std::vector<Eigen::Vector3d> SkinnedMesh(const DeformationGraph& graph,
                                          const std::vector<Eigen::Isometry3d>& motions) {
-  std::vector<Eigen::Vector3d> out(graph.rest_mm.size(), Eigen::Vector3d::Zero());
-  const auto per_vertex = static_cast<size_t>(graph.nodes_of_vertex);
-  for (size_t v = 0; v < out.size(); ++v)
-    for (size_t s = v * per_vertex; s < (v + 1) * per_vertex; ++s)
-      out[v] += graph.skin_weight[s] * (motions[graph.skin_node[s]] * graph.rest_mm[v]);
+  std::vector<Eigen::Vector3d> out;
+  out.reserve(graph.rest_mm.size());
+  for (int v = 0; v < graph.vertices(); ++v) out.push_back(SkinnedPoint(graph, v, motions));
+  return out;
+}
+
+Eigen::Vector3d SkinnedPoint(const DeformationGraph& graph, int vertex,
+                             const std::vector<Eigen::Isometry3d>& motions) {
+  Eigen::Vector3d out = Eigen::Vector3d::Zero();
+  const auto per_vertex = static_cast<size_t>(graph.nodes_of_vertex), v = static_cast<size_t>(vertex);
+  for (size_t s = v * per_vertex; s < (v + 1) * per_vertex; ++s)
+    out += graph.skin_weight[s] * (motions[static_cast<size_t>(graph.skin_node[s])] * graph.rest_mm[v]);
   return out;
 }
 

@@ -56,6 +56,9 @@ GraphPose PoseOfNodes(const DeformationGraph& graph, const std::vector<Eigen::Is
 // By linear blend skinning, [vertices].
 std::vector<Eigen::Vector3d> SkinnedMesh(const DeformationGraph& graph,
                                          const std::vector<Eigen::Isometry3d>& motions);
+// One vertex of it.
+Eigen::Vector3d SkinnedPoint(const DeformationGraph& graph, int vertex,
+                             const std::vector<Eigen::Isometry3d>& motions);
 
 // How nodes move where the pose does: per node and number the angular velocity, and the velocity of what is
 // at the origin, [nodes] of [6][numbers]. `pose_ways`: [6 * nodes][numbers], the change of the pose, column

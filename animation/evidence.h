@@ -70,6 +70,12 @@ struct RayEvidence {
   void Add(const VertexRay& ray, const Eigen::Vector3d& near_mm, double weight);
 };
 
+// Fits to rays begin with a robust function so many times wider, so that limbs that moved far are not taken
+// for errors.
+inline double WideningAt(int step) { return step == 0 ? 4 : step == 1 ? 2 : 1; }
+// Median of the length of a normal vector across a ray, in standard deviations of an axis.
+inline constexpr double kMedianAcross = 1.177;
+
 // Geman and McClure's weight of a residual that is `ratio` times its scale: 1 at 0, a quarter at the scale,
 // falling with the fourth power beyond it.
 inline double GemanMcClureWeight(double ratio) { return 1 / ((1 + ratio * ratio) * (1 + ratio * ratio)); }

@@ -13,10 +13,6 @@ namespace {
 constexpr int kStepsOfStart = 4;
 // A step this small, in units of z, ends the iteration.
 constexpr double kSmallLatentStep = 1e-3;
-// The robust function begins wider, so that limbs that moved far are not taken for errors.
-double GraphWideningAt(int step) { return step == 0 ? 4 : step == 1 ? 2 : 1; }
-// Median of the length of a normal vector across a ray.
-constexpr double kMedianOfTwo = 1.177;
 
 }  // namespace
 
@@ -45,16 +41,9 @@ std::vector<Eigen::Vector3d> GraphTracker::MeshOf(const GraphState& state) const
 std::vector<Eigen::Vector3d> GraphTracker::PointsOf(const std::vector<VertexRay>& rays,
                                                     const GraphState& state) const {
   const auto motions = PlaceNodes(graph_, state.root, prior_.Decode(state.z, nullptr));
-  const auto per_vertex = static_cast<size_t>(graph_.nodes_of_vertex);
   std::vector<Eigen::Vector3d> out;
   out.reserve(rays.size());
-  for (const VertexRay& ray : rays) {
-    Eigen::Vector3d at = Eigen::Vector3d::Zero();
-    const auto v = static_cast<size_t>(ray.vertex);
-    for (size_t s = v * per_vertex; s < (v + 1) * per_vertex; ++s)
-      at += graph_.skin_weight[s] * (motions[static_cast<size_t>(graph_.skin_node[s])] * graph_.rest_mm[v]);
-    out.push_back(at);
-  }
+  for (const VertexRay& ray : rays) out.push_back(SkinnedPoint(graph_, ray.vertex, motions));
   return out;
 }
 
@@ -67,7 +56,7 @@ std::vector<double> GraphTracker::Weigh(const std::vector<VertexRay>& rays,
     off[i] = rays[i].WayTo(points[i]).norm() / options_.spread_mm;
     views = std::max(views, rays[i].view + 1);
   }
-  const double misfit = std::max(1.0, Median(off) / kMedianOfTwo);
+  const double misfit = std::max(1.0, Median(off) / kMedianAcross);
   const double share = std::min(1.0, options_.rays_of_view * views / static_cast<double>(rays.size()));
   *cost = 0;
   for (size_t i = 0; i < rays.size(); ++i) {
@@ -83,7 +72,8 @@ void GraphTracker::Improve(const std::vector<VertexRay>& rays, int steps, Fit* f
   const Eigen::Index latents = prior_.latents(), size = 6 + latents;
   for (int step = 0; step < steps; ++step) {
     GraphState& state = fit->state;
-    const std::vector<double> weight = Weigh(rays, PointsOf(rays, state), GraphWideningAt(step), &fit->cost);
+    const std::vector<Eigen::Vector3d> points = PointsOf(rays, state);
+    const std::vector<double> weight = Weigh(rays, points, WideningAt(step), &fit->cost);
     Eigen::MatrixXd pose_ways;
     const GraphPose pose = prior_.Decode(state.z, &pose_ways);
     const auto motions = PlaceNodes(graph_, Eigen::Isometry3d::Identity(), pose);
@@ -92,7 +82,6 @@ void GraphTracker::Improve(const std::vector<VertexRay>& rays, int steps, Fit* f
     const Eigen::Vector3d about = state.root * middle_mm_;
     Eigen::MatrixXd rows(2 * static_cast<Eigen::Index>(rays.size()), size);
     Eigen::VectorXd left(rows.rows());
-    std::vector<Eigen::Vector3d> points = PointsOf(rays, state);
     for (size_t i = 0; i < rays.size(); ++i) {
       Eigen::Matrix<double, 3, 2> across;
       Eigen::Vector3d a, b;

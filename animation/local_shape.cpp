@@ -4,10 +4,9 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <queue>
 
 #include "absl/status/status.h"
+#include "animation/edge_ways.h"
 
 namespace weft {
 namespace {
@@ -16,28 +15,6 @@ namespace {
 constexpr double kOverlap = 1.6;
 // Of the largest eigenvalue: distances along cloth do not make a covariance by themselves.
 constexpr double kLeastEigenvalue = 0.02;
-
-// Along the mesh's edges; infinite in other components.
-std::vector<double> WaysFrom(int start, const TriangleMesh& rest, const MeshGraph& graph) {
-  std::vector<double> way(graph.vertices, std::numeric_limits<double>::infinity());
-  using Entry = std::pair<double, int>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
-  way[start] = 0;
-  open.emplace(0, start);
-  while (!open.empty()) {
-    const auto [length, v] = open.top();
-    open.pop();
-    if (length > way[v]) continue;
-    for (int i = graph.first[v]; i < graph.first[v + 1]; ++i) {
-      const int other = graph.neighbor[i];
-      const double next = length + (rest.vertices_mm[v] - rest.vertices_mm[other]).norm();
-      if (next >= way[other]) continue;
-      way[other] = next;
-      open.emplace(next, other);
-    }
-  }
-  return way;
-}
 
 Eigen::MatrixXd InverseOf(const Eigen::MatrixXd& covariance) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(covariance);
@@ -62,21 +39,10 @@ ShapeRegions DivideShape(const TriangleMesh& rest, const MeshGraph& graph, const
   ShapeRegions out;
   out.of_vertex.resize(graph.vertices);
   if (options.regions == 0) return out;
-  std::vector<std::vector<double>> ways;
-  std::vector<int> middles;
-  std::vector<double> nearest(graph.vertices, std::numeric_limits<double>::infinity());
-  int next = 0;
-  while (static_cast<int>(middles.size()) < std::min(options.regions, graph.vertices)) {
-    middles.push_back(next);
-    ways.push_back(WaysFrom(next, rest, graph));
-    for (int v = 0; v < graph.vertices; ++v) nearest[v] = std::min(nearest[v], ways.back()[v]);
-    next = static_cast<int>(std::max_element(nearest.begin(), nearest.end()) - nearest.begin());
-  }
-  out.count = static_cast<int>(middles.size());
-  double furthest = 0;
-  for (const double way : nearest)
-    if (std::isfinite(way)) furthest = std::max(furthest, way);
-  const double radius = std::max(1e-6, kOverlap * furthest);
+  const FarPoints middles = ChooseFarPoints(options.regions, rest, graph);
+  const std::vector<std::vector<double>>& ways = middles.ways_mm;
+  out.count = static_cast<int>(middles.vertices.size());
+  const double radius = std::max(1e-6, kOverlap * middles.furthest_mm);
   for (int v = 0; v < graph.vertices; ++v) {
     double sum = 0;
     for (int r = 0; r < out.count; ++r) {
@@ -90,7 +56,8 @@ ShapeRegions DivideShape(const TriangleMesh& rest, const MeshGraph& graph, const
   Eigen::MatrixXd covariance(out.count, out.count);
   for (int r = 0; r < out.count; ++r)
     for (int s = 0; s < out.count; ++s)
-      covariance(r, s) = options.spread * options.spread * std::exp(-ways[r][middles[s]] / options.reach_mm);
+      covariance(r, s) =
+          options.spread * options.spread * std::exp(-ways[r][middles.vertices[s]] / options.reach_mm);
   out.information = InverseOf(0.5 * (covariance + covariance.transpose()));
   return out;
 }

@@ -13,10 +13,6 @@ constexpr double kSampleTolerance = 1e-4;  // of the largest answer
 // As the trainer bounds the last answer.
 constexpr float kMostLog = 3;
 
-Tensor AsTensor(const AtlasImage& image) { return {image.channels, image.height, image.width, image.values}; }
-
-absl::StatusOr<Net> LoadNet(const AvatarNet& about) { return Net::FromOnnx(about.onnx, "the avatar's net"); }
-
 absl::Status CheckSample(const AvatarNet& about, int answers, Net& net) {
   const absl::StatusOr<Tensor> answer = net.Run(about.sample);
   if (!answer.ok()) return answer.status();
@@ -37,31 +33,40 @@ absl::Status CheckSample(const AvatarNet& about, int answers, Net& net) {
 
 }  // namespace
 
-absl::Status CheckNet(const AvatarNet& net, int answers) {
-  absl::StatusOr<Net> loaded = LoadNet(net);
-  return loaded.ok() ? CheckSample(net, answers, *loaded) : loaded.status();
+absl::StatusOr<Net> LoadNet(const AvatarNet& net, int answers) {
+  absl::StatusOr<Net> out = Net::FromOnnx(net.onnx, "the avatar's net");
+  if (!out.ok()) return out.status();
+  if (absl::Status status = CheckSample(net, answers, *out); !status.ok()) return status;
+  return out;
+}
+
+absl::Status CheckNet(const AvatarNet& net, int answers) { return LoadNet(net, answers).status(); }
+
+absl::StatusOr<AtlasImage> AskNet(Net& net, AtlasImage image, int answers) {
+  const int height = image.height, width = image.width;
+  absl::StatusOr<Tensor> answer = net.Run({image.channels, height, width, std::move(image.values)});
+  if (!answer.ok()) return answer.status();
+  if (answer->channels != answers || answer->height != height || answer->width != width)
+    return absl::InvalidArgumentError("the avatar's net answers with an image of another size");
+  return AtlasImage{answers, height, width, std::move(answer->values)};
 }
 
 absl::StatusOr<NetCorrection> NetCorrection::Create(const Template& garment, const AlignmentModel& model,
                                                     const SparseViewAvatar& avatar) {
   absl::StatusOr<Atlas> atlas = Atlas::Build(garment, avatar.net.atlas);
   if (!atlas.ok()) return atlas.status();
-  absl::StatusOr<Net> net = LoadNet(avatar.net);
+  absl::StatusOr<Net> net = LoadNet(avatar.net, kDrivingAnswers);
   if (!net.ok()) return net.status();
-  if (absl::Status status = CheckSample(avatar.net, kDrivingAnswers, *net); !status.ok()) return status;
   return NetCorrection(model, avatar, *std::move(atlas), *std::move(net));
 }
 
 absl::StatusOr<CorrectedMesh> NetCorrection::Correct(const RayDrivenFrame& frame,
                                                      const std::vector<VertexRay>& rays) {
   const std::vector<Eigen::Matrix3f> axes = features_.axes().RotationsOf(frame.position_mm);
-  const AtlasImage image = atlas_.Gather(features_.Of(frame, rays, axes), kDrivingFeatures);
-  absl::StatusOr<Tensor> answer = net_.Run(AsTensor(image));
+  const absl::StatusOr<AtlasImage> answer =
+      AskNet(net_, atlas_.Gather(features_.Of(frame, rays, axes), kDrivingFeatures), kDrivingAnswers);
   if (!answer.ok()) return answer.status();
-  if (answer->channels != kDrivingAnswers || answer->height != image.height || answer->width != image.width)
-    return absl::InvalidArgumentError("the avatar's net answers with an image of another size");
-  const std::vector<float> values =
-      atlas_.Scatter({kDrivingAnswers, image.height, image.width, std::move(answer->values)});
+  const std::vector<float> values = atlas_.Scatter(*answer);
   CorrectedMesh out;
   for (size_t v = 0; v < axes.size(); ++v) {
     const float* of = &values[v * kDrivingAnswers];

@@ -25,7 +25,11 @@ struct CorrectedMesh {
 
 // InvalidArgument where the net does not read, or does not answer its sample as it did when it was trained:
 // to 1e-4 of its largest answer, with so many channels.
+absl::StatusOr<Net> LoadNet(const AvatarNet& net, int answers);
 absl::Status CheckNet(const AvatarNet& net, int answers = kDrivingAnswers);
+// The answer as an image of the same size, of so many channels. InvalidArgument where it is another one;
+// errors of the net.
+absl::StatusOr<AtlasImage> AskNet(Net& net, AtlasImage image, int answers);
 
 // Not for use by two threads at once. Parallel loops run in the calling thread's TBB arena.
 class NetCorrection {

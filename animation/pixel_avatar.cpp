@@ -36,14 +36,7 @@ absl::Status PixelAvatar::Validate() const {
 }
 
 absl::Status PixelAvatar::CheckFits(const Template& garment) const {
-  if (board_hash != garment.board_hash)
-    return absl::FailedPreconditionError(absl::StrCat("the avatar was learnt on a garment of board ",
-                                                      board_hash, ", the template is of board ",
-                                                      garment.board_hash));
-  if (const std::string hash = garment.ContentHash(); hash != template_hash)
-    return absl::FailedPreconditionError(absl::StrCat("the avatar was learnt with template ", template_hash,
-                                                      ", this one is ", hash, " (", garment.id, ")"));
-  return absl::OkStatus();
+  return CheckLearntWith(template_hash, board_hash, garment);
 }
 
 std::vector<AvatarTable> TablesOf(const PixelAvatar& avatar) {

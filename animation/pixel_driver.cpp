@@ -54,7 +54,6 @@ absl::StatusOr<PixelDriver> PixelDriver::Create(const Template& garment, PixelAv
   absl::Status status = avatar.CheckFits(garment);
   if (status.ok()) status = avatar.Validate();
   if (status.ok()) status = options.Validate();
-  if (status.ok()) status = CheckNet(avatar.net, kPixelAnswers);
   if (!status.ok()) return status;
   absl::StatusOr<DeformationGraph> graph =
       BuildDeformationGraph(garment.rest, BuildMeshGraph(garment.rest), avatar.graph);
@@ -62,7 +61,7 @@ absl::StatusOr<PixelDriver> PixelDriver::Create(const Template& garment, PixelAv
   if (status = avatar.prior.Validate(graph->nodes()); !status.ok()) return status;
   absl::StatusOr<Atlas> atlas = Atlas::Build(garment, avatar.net.atlas);
   if (!atlas.ok()) return atlas.status();
-  absl::StatusOr<Net> net = Net::FromOnnx(avatar.net.onnx, "the avatar's net");
+  absl::StatusOr<Net> net = LoadNet(avatar.net, kPixelAnswers);
   if (!net.ok()) return net.status();
   auto state = std::make_unique<State>(State{std::move(avatar), *std::move(graph), NodeVertices(garment),
                                              *std::move(atlas), *std::move(net), std::nullopt});
@@ -84,13 +83,9 @@ absl::StatusOr<PixelDrivenFrame> PixelDriver::Drive(std::span<const DrivingView>
   out.carrier_mm = state_->tracker->MeshOf(track.state);
   AtlasImage image =
       state_->atlas.Gather(PixelFeatures(views, state_->nodes, out.carrier_mm), kPixelFeatures);
-  absl::StatusOr<Tensor> answer =
-      state_->net.Run({image.channels, image.height, image.width, std::move(image.values)});
+  const absl::StatusOr<AtlasImage> answer = AskNet(state_->net, std::move(image), kPixelAnswers);
   if (!answer.ok()) return answer.status();
-  if (answer->channels != kPixelAnswers || answer->height != image.height || answer->width != image.width)
-    return absl::InvalidArgumentError("the avatar's net answers with an image of another size");
-  const std::vector<float> values =
-      state_->atlas.Scatter({kPixelAnswers, image.height, image.width, std::move(answer->values)});
+  const std::vector<float> values = state_->atlas.Scatter(*answer);
   for (size_t v = 0; v < out.carrier_mm.size(); ++v)
     out.position_mm.push_back(out.carrier_mm[v] + kAnswerUnitMm * Eigen::Vector3d(values[3 * v],
                                                                                   values[3 * v + 1],

@@ -17,9 +17,9 @@ namespace {
 // Over this way along the cloth, what crossing rays say about their neighbours is forgotten.
 constexpr double kReachMm = 150;
 constexpr double kLeastMisfit = 0.05;
-// Sigma grows with this power of the share of vertices without a ray: before cameras at a T-shirt's sides 46
-// % have none, before its front and back 24 %, and errors were 1.26 times larger against all else that sigma
-// is made of (frames of the data set shirt-drive-12 that sigma is fitted to).
+// Sigma grows with this power of the share of vertices without a ray. Before cameras at a T-shirt's sides
+// that is 0.46, before its front and back 0.24, and errors there were 1.26 times larger against all else that
+// sigma is made of (what `weft avatar train shirt-drive-12` fits sigma to, two cameras).
 constexpr double kHolePower = 0.35, kLeastHole = 0.05;
 // A ray counts as this many medians off at most.
 constexpr double kMostOff = 5;

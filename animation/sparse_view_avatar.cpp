@@ -70,7 +70,8 @@ absl::Status SparseViewAvatar::Validate() const {
   return absl::OkStatus();
 }
 
-absl::Status SparseViewAvatar::CheckFits(const Template& garment) const {
+absl::Status CheckLearntWith(const std::string& template_hash, const std::string& board_hash,
+                             const Template& garment) {
   const std::string hash = garment.ContentHash();
   if (board_hash != garment.board_hash)
     return absl::FailedPreconditionError(absl::StrCat("the avatar was learnt on a garment of board ",
@@ -79,6 +80,11 @@ absl::Status SparseViewAvatar::CheckFits(const Template& garment) const {
   if (template_hash != hash)
     return absl::FailedPreconditionError(absl::StrCat("the avatar was learnt with template ", template_hash,
                                                       ", this one is ", hash, " (", garment.id, ")"));
+  return absl::OkStatus();
+}
+
+absl::Status SparseViewAvatar::CheckFits(const Template& garment) const {
+  if (absl::Status status = CheckLearntWith(template_hash, board_hash, garment); !status.ok()) return status;
   if (static_cast<size_t>(space.vertices) != garment.rest.vertices_mm.size())
     return absl::FailedPreconditionError(absl::StrCat(
         "the avatar has ", space.vertices, " vertices, the template ", garment.rest.vertices_mm.size()));

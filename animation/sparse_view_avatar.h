@@ -107,6 +107,11 @@ struct SparseViewAvatar {
   absl::Status CheckFits(const Template& garment) const;
 };
 
+// FailedPrecondition, with both hashes, for a template or board other than those that an avatar was learnt
+// with.
+absl::Status CheckLearntWith(const std::string& template_hash, const std::string& board_hash,
+                             const Template& garment);
+
 // The numbers of an avatar as tables, for files: new versions may add tables, and `name` says which is which.
 struct AvatarTable {
   std::string name;

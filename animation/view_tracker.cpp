@@ -17,14 +17,10 @@ namespace {
 constexpr int kTrialComponents = 8, kTrialSteps = 6;
 // A step this small, in units of z, ends the iteration.
 constexpr double kSmallStep = 1e-3;
-// The robust function begins wider, so that limbs that moved far are not taken for errors.
-double WideningAt(int step) { return step == 0 ? 4 : step == 1 ? 2 : 1; }
 // Longer gaps say nothing about the shape any more.
 constexpr double kLongestGap = 30;
 // No shape space is better than this, in mm.
 constexpr double kLeastSpread = 1;
-// Median of the length of a normal vector across a ray.
-constexpr double kMedianAcross = 1.177;
 
 }  // namespace
 

@@ -15,8 +15,7 @@ enum class NetLoss {
   // Huber's of the offsets, and the deviation that they leave as an answer more.
   kOffsetsAndDeviation,
   // Squared distances of vertices and of normals (Halimi et al. 2022, section 6.3). Of the samples' features
-  // the
-  // last kTangents are the tangents of the mesh along and down the atlas, which the net is not told.
+  // the last kTangents are the tangents of the mesh along and down the atlas, which the net is not told.
   kVerticesAndNormals,
 };
 inline constexpr int kTangents = 6;
