@@ -1,17 +1,12 @@
 #include "services/animation/net_samples.h"
 
-#include <tbb/parallel_for.h>
-
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <cstdio>
-#include <fstream>
 #include <memory>
 #include <numbers>
 #include <optional>
 #include <utility>
 
-#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "animation/driving_features.h"
 #include "animation/ray_driver.h"
@@ -225,33 +220,17 @@ absl::Status MakeNetSamples(TrainingTakes& takes, const NetSampleRequest& reques
       on_progress("spaces", static_cast<double>(avatars.size()) / static_cast<double>(plan.spaces.size()));
   }
   const SampleMaker maker(request, takes.garment(), *std::move(atlas));
-  const std::string draft = request.out + ".part";
-  const absl::Cleanup remove = [&] { std::remove(draft.c_str()); };
-  std::ofstream file(draft, std::ios::binary);
-  const std::string head = maker.Head();
-  file.write(head.data(), static_cast<std::streamsize>(head.size()));
   constexpr size_t kAtOnce = 4;
-  for (size_t first = 0; first < plan.drives.size(); first += kAtOnce) {
-    const size_t some = std::min(kAtOnce, plan.drives.size() - first);
-    std::vector<std::string> records(some);
-    std::vector<absl::Status> status(some);
-    tbb::parallel_for(size_t{0}, some, [&](size_t k) {
-      const Drive& drive = plan.drives[first + k];
-      absl::StatusOr<ClothTake> take = takes.take(drive.take).OpenAgain();
-      status[k] =
-          take.ok() ? maker.Run(drive, *take, *avatars[drive.space], stop, &records[k]) : take.status();
-    });
-    for (size_t k = 0; k < some; ++k) {
-      if (!status[k].ok()) return status[k];
-      file.write(records[k].data(), static_cast<std::streamsize>(records[k].size()));
-    }
-    if (on_progress)
-      on_progress("samples", static_cast<double>(first + some) / static_cast<double>(plan.drives.size()));
-  }
-  file.close();
-  if (!file || std::rename(draft.c_str(), request.out.c_str()) != 0)
-    return absl::UnavailableError(absl::StrCat(request.out, ": can't be written; is the disk full?"));
-  return absl::OkStatus();
+  return WriteSamples(
+      request.out, maker.Head(), plan.drives.size(), kAtOnce,
+      [&](size_t k, std::string* samples) {
+        const Drive& drive = plan.drives[k];
+        absl::StatusOr<ClothTake> take = takes.take(drive.take).OpenAgain();
+        return take.ok() ? maker.Run(drive, *take, *avatars[drive.space], stop, samples) : take.status();
+      },
+      [&](double share) {
+        if (on_progress) on_progress("samples", share);
+      });
 }
 
 }  // namespace weft

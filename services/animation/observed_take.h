@@ -31,8 +31,9 @@ class ObservedTake {
 struct Observing {
   const Template& garment;
   uint64_t seed = 1;  // of imitated observations, and of studio and sensors
-  bool films =
-      false;  // rendered and decoded (filmed_views.h), each frame once; otherwise the decoder is imitated
+  // Pictures are rendered and decoded (filmed_views.h), each frame once for an ObservedTake; otherwise the
+  // decoder is imitated.
+  bool films = false;
 };
 
 // `cameras` of them: those of the take where it has pictures, evenly chosen, or else where it has as many;

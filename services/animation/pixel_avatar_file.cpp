@@ -7,6 +7,7 @@
 #include "animation/pixel_driver.h"
 #include "services/animation/avatar_file.h"
 #include "services/animation/net_sample.h"
+#include "services/files/json_file.h"
 
 namespace weft {
 
@@ -59,7 +60,9 @@ absl::StatusOr<v1::Avatar> ReadAnyAvatar(const std::string& path) {
   const std::string folder = AvatarFolderOf(path);
   const absl::StatusOr<std::string> json = ReadAvatarJson(folder);
   if (!json.ok()) return json.status();
-  if (ParseAvatar(*json, PathInAvatar(folder, kAvatarFile), kPixelKind).ok()) {
+  // The kind alone: who reads the avatar checks the rest, and says what is wrong with it.
+  v1::Avatar told;
+  if (ParseJson(*json, PathInAvatar(folder, kAvatarFile), told).ok() && told.kind() == kPixelKind) {
     absl::StatusOr<PixelAvatarFile> read = ReadPixelAvatar(path);
     if (!read.ok()) return read.status();
     return std::move(read->about);

@@ -1,15 +1,9 @@
 #include "services/animation/pixel_samples.h"
 
-#include <tbb/parallel_for.h>
-
-#include <algorithm>
-#include <cstdio>
-#include <fstream>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "alignment/vertex_normals.h"
 #include "animation/driving_features.h"
@@ -170,30 +164,14 @@ absl::Status MakePixelSamples(TrainingTakes& takes, const PixelAvatar& avatar,
     if (learnt > 0) runs.push_back({take, 0, learnt, request.every, kLearnt});
     if (learnt < told[t].frames) runs.push_back({take, learnt, told[t].frames, 1, kHeldOut});
   }
-  const std::string draft = request.out + ".part";
-  const absl::Cleanup remove = [&] { std::remove(draft.c_str()); };
-  std::ofstream file(draft, std::ios::binary);
-  const std::string head = maker.Head();
-  file.write(head.data(), static_cast<std::streamsize>(head.size()));
   constexpr size_t kRunsAtOnce = 2;
-  for (size_t first = 0; first < runs.size(); first += kRunsAtOnce) {
-    const size_t some = std::min(kRunsAtOnce, runs.size() - first);
-    std::vector<std::string> records(some);
-    std::vector<absl::Status> status(some);
-    tbb::parallel_for(size_t{0}, some, [&](size_t k) {
-      absl::StatusOr<ClothTake> take = takes.take(runs[first + k].take).OpenAgain();
-      status[k] = take.ok() ? maker.Run(runs[first + k], *take, stop, &records[k]) : take.status();
-    });
-    for (size_t k = 0; k < some; ++k) {
-      if (!status[k].ok()) return status[k];
-      file.write(records[k].data(), static_cast<std::streamsize>(records[k].size()));
-    }
-    if (on_progress) on_progress(static_cast<double>(first + some) / static_cast<double>(runs.size()));
-  }
-  file.close();
-  if (!file || std::rename(draft.c_str(), request.out.c_str()) != 0)
-    return absl::UnavailableError(absl::StrCat(request.out, ": can't be written; is the disk full?"));
-  return absl::OkStatus();
+  return WriteSamples(
+      request.out, maker.Head(), runs.size(), kRunsAtOnce,
+      [&](size_t k, std::string* samples) {
+        absl::StatusOr<ClothTake> take = takes.take(runs[k].take).OpenAgain();
+        return take.ok() ? maker.Run(runs[k], *take, stop, samples) : take.status();
+      },
+      on_progress);
 }
 
 }  // namespace weft

@@ -1,6 +1,14 @@
 #include "services/animation/sample_writer.h"
 
+#include <tbb/parallel_for.h>
+
 #include <Eigen/Core>
+#include <algorithm>
+#include <cstdio>
+#include <fstream>
+
+#include "absl/cleanup/cleanup.h"
+#include "absl/strings/str_cat.h"
 
 namespace weft {
 namespace {
@@ -40,6 +48,29 @@ void SampleWriter::AppendTexels(const AtlasImage& image, std::string* out) const
       AppendBytesOf(
           Eigen::half(image.values[static_cast<size_t>(c) * image.PlaneSize() + static_cast<size_t>(texel)]),
           out);
+}
+
+absl::Status WriteSamples(const std::string& path, std::string_view head, size_t runs, size_t at_once,
+                          const SampleRun& make, const std::function<void(double share)>& on_progress) {
+  const std::string draft = path + ".part";
+  const absl::Cleanup remove = [&] { std::remove(draft.c_str()); };
+  std::ofstream file(draft, std::ios::binary);
+  file.write(head.data(), static_cast<std::streamsize>(head.size()));
+  for (size_t first = 0; first < runs; first += at_once) {
+    const size_t some = std::min(at_once, runs - first);
+    std::vector<std::string> samples(some);
+    std::vector<absl::Status> status(some);
+    tbb::parallel_for(size_t{0}, some, [&](size_t k) { status[k] = make(first + k, &samples[k]); });
+    for (size_t k = 0; k < some; ++k) {
+      if (!status[k].ok()) return status[k];
+      file.write(samples[k].data(), static_cast<std::streamsize>(samples[k].size()));
+    }
+    if (on_progress) on_progress(static_cast<double>(first + some) / static_cast<double>(runs));
+  }
+  file.close();
+  if (!file || std::rename(draft.c_str(), path.c_str()) != 0)
+    return absl::UnavailableError(absl::StrCat(path, ": can't be written; is the disk full?"));
+  return absl::OkStatus();
 }
 
 }  // namespace weft

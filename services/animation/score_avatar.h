@@ -15,8 +15,8 @@ namespace weft {
 
 struct AvatarScoring {
   std::string avatar;
-  std::string
-      baseline;  // an avatar of the preset paper, driven beside it by the same observations; empty: none
+  // An avatar of the preset paper, driven beside it by the same observations; empty: none.
+  std::string baseline;
   // Data sets, and takes of `weft simulate` with or without pictures. Pictures are decoded; without them the
   // decoder is imitated (truth_views.h), or pictures are rendered and decoded (filmed_views.h).
   std::vector<std::string> sources;
