@@ -13,24 +13,24 @@ import unittest
 
 from job_campaign import Studio, differing
 from slurm_cluster import CLUSTER, why_no_cluster
-from studio import processes_of, read, results, wait_for, weft, write
+from studio import LONG_S, processes_of, read, results, wait_for, weft, write
 
 NODES = 4
 ENDED = ("JOB_STATE_DONE", "JOB_STATE_FAILED", "JOB_STATE_CANCELLED")
-# A worker that takes its time for each task, so that something can happen to it.
-SLOW_WORKER = "#!/bin/sh\nsleep {seconds}\nexec {worker} \"$@\"\n"
+# A worker that begins each task when it may, so that something can happen before, however slow the machine is.
+HELD_WORKER = "#!/bin/sh\nuntil [ -e '{sign}' ]; do sleep 0.1; done\nexec {worker} \"$@\"\n"
 
 
 def slurm(*command):
-    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
+    return subprocess.run(command, capture_output=True, text=True, timeout=LONG_S, check=True).stdout
 
 
 class SlurmStudio(Studio):
     """A daemon whose tasks run on the cluster of this namespace."""
 
-    def start(self, *more, shared=None):
-        self.start_daemon("--slurm-folder", shared or os.path.join(self.folder, "shared"), "--slurm-frames-per-task", "2",
-                          "--slurm-memory-mib", "1000", "--slurm-query-s", "1", *more)
+    def start(self, *more, shared=None, frames_per_task=2):
+        self.start_daemon("--slurm-folder", shared or os.path.join(self.folder, "shared"),
+                          "--slurm-frames-per-task", str(frames_per_task), "--slurm-memory-mib", "1000", "--slurm-query-s", "1", *more)
 
     def kill_daemon(self):
         self.daemon.kill()
@@ -48,11 +48,21 @@ class SlurmStudio(Studio):
     def workers(self):
         return processes_of(self.folder, "weft-worker")
 
-    def slow_worker(self, seconds):
-        path = os.path.join(self.folder, "slow-worker")
-        write(path, SLOW_WORKER.format(seconds=seconds, worker=os.path.join(os.environ["WEFT_BIN"], "weft-worker")))
+    def held_worker(self):
+        path = os.path.join(self.folder, "held-worker")
+        write(path, HELD_WORKER.format(sign=self.sign(), worker=os.path.join(os.environ["WEFT_BIN"], "weft-worker")))
         os.chmod(path, 0o755)
         return "--slurm-worker", path
+
+    def sign(self):
+        return os.path.join(self.folder, "go on")
+
+    def let_go(self):
+        write(self.sign(), "")
+
+    def held_on(self, node):
+        """Process ids of held workers there."""
+        return [one for one in processes_of(self.folder, "sh") if f"\0SLURMD_NODENAME={node}\0" in read(f"/proc/{one}/environ")]
 
 
 def make_take(folder):
@@ -158,14 +168,15 @@ class Results(SlurmTest):
 
 class Losses(SlurmTest):
     def test_tasks_killed_nodes_drained_and_downed_and_preempted(self):
-        self.studio.start(*self.studio.slow_worker(3))
+        self.studio.start(*self.studio.held_worker())
         job_id = self.studio.submit()
         wait_for(lambda: len(self.running()) == NODES, "all nodes to work")
+        os.kill(wait_for(lambda: self.studio.held_on("w4"), "a worker")[0], signal.SIGKILL)
         slurm("scontrol", "update", "NodeName=w1", "State=drain", "Reason=test")
         slurm("scontrol", "update", "NodeName=w2", "State=down", "Reason=test")
-        os.kill(wait_for(self.studio.workers, "a worker")[0], signal.SIGKILL)
         wait_for(lambda: len(self.running()) >= 1, "the rest to go on")
         slurm("sbatch", "--partition=urgent", "--nodelist=w3", "--output=/dev/null", "--wrap", "sleep 1")
+        self.studio.let_go()
         job = self.assert_done(job_id)
         told = "\n".join(job["warnings"])
         self.assertIn("node w2 failed", told)
@@ -174,7 +185,7 @@ class Losses(SlurmTest):
         self.assertIn("killed by signal 9", log)
 
     def test_controller_restarted_and_daemon_killed(self):
-        self.studio.start(*self.studio.slow_worker(2))
+        self.studio.start(*self.studio.held_worker())
         job_id = self.studio.submit()
         wait_for(lambda: len(self.running()) == NODES, "all nodes to work")
         state = os.environ["WEFT_SLURM_STATE"]
@@ -183,21 +194,23 @@ class Losses(SlurmTest):
                  or b"DOWN" in subprocess.run(["scontrol", "ping"], capture_output=True, check=False, timeout=60).stdout,
                  "the controller to be away")
         self.studio.kill_daemon()
-        self.studio.start(*self.studio.slow_worker(2))
+        self.studio.let_go()
+        self.studio.start(*self.studio.held_worker())
         self.studio.wait_for_message(job_id, "Slurm does not answer")
         subprocess.run(["slurmctld", "-f", os.environ["SLURM_CONF"]], check=True, timeout=60)
         self.assert_done(job_id)
         self.wait_for_empty_cluster()
 
     def test_the_next_daemon_takes_up_running_tasks(self):
-        self.studio.start(*self.studio.slow_worker(4))
+        self.studio.start(*self.studio.held_worker())
         job_id = self.studio.submit()
         wait_for(lambda: len(self.running()) == NODES, "all nodes to work")
         before = self.running()
         self.studio.kill_daemon()
-        self.studio.start(*self.studio.slow_worker(4))
+        self.studio.start(*self.studio.held_worker())
         wait_for(lambda: "runs on" in read(os.path.join(self.studio.folder, "weftd.log")), "tasks to be taken up")
         self.assertEqual(self.running(), before)
+        self.studio.let_go()
         job = self.assert_done(job_id)
         # One array, and each of its tasks once.
         self.assertEqual(job["usage"]["tasks"], len(self.studio.frames) // 2)
@@ -205,10 +218,11 @@ class Losses(SlurmTest):
         self.assertEqual(len(set(arrays)), 1)
 
     def test_preempted_tasks_are_done_again(self):
-        self.studio.start(*self.studio.slow_worker(3))
+        self.studio.start(*self.studio.held_worker())
         job_id = self.studio.submit()
         wait_for(lambda: len(self.running()) == NODES, "all nodes to work")
-        slurm("sbatch", "--partition=urgent", "--nodelist=w3", "--output=/dev/null", "--wrap", "sleep 1")
+        slurm("sbatch", "--wait", "--partition=urgent", "--nodelist=w3", "--output=/dev/null", "--wrap", "sleep 1")
+        self.studio.let_go()
         job = self.assert_done(job_id)
         self.assertIn("a job of higher priority took node w3", "\n".join(job["warnings"]))
         self.assertEqual(job["usage"]["tasks_lost"], 1)
@@ -216,7 +230,7 @@ class Losses(SlurmTest):
 
 class Limits(SlurmTest):
     def test_a_time_limit_before_the_first_frame_ends_the_job_and_retry_goes_on(self):
-        self.studio.start(*self.studio.slow_worker(600), "--slurm-time-limit-min", "1")
+        self.studio.start(*self.studio.held_worker(), "--slurm-time-limit-min", "1")
         job_id = self.studio.submit()
         job = self.studio.wait_for_end(job_id)
         self.assertEqual(job["state"], "JOB_STATE_FAILED")
@@ -228,7 +242,7 @@ class Limits(SlurmTest):
         self.assert_done(job_id)
 
     def test_cancel_is_confirmed(self):
-        self.studio.start(*self.studio.slow_worker(30))
+        self.studio.start(*self.studio.held_worker())
         job_id = self.studio.submit()
         wait_for(lambda: len(self.running()) == NODES, "all nodes to work")
         weft("job", "cancel", "--server", self.studio.address, job_id, check=0)
@@ -277,7 +291,8 @@ class Refusals(SlurmTest):
         slurm("mount", "-t", "tmpfs", "-o", "size=64k", "tmpfs", disk)
         self.addCleanup(subprocess.run, ["umount", "--lazy", disk], check=False)
         copies = os.path.join(disk, "copies")
-        self.studio.start("--slurm-scratch", copies, "--slurm-scratch-mib", "1")
+        # One long task, whose worker can be met at work.
+        self.studio.start("--slurm-scratch", copies, "--slurm-scratch-mib", "1", frames_per_task=len(self.studio.frames))
         job_id = self.studio.submit()
         self.studio.wait_for_message(job_id, "make room on the disk (on node")
         self.assertIn(copies, self.studio.job(job_id)["message"])
