@@ -3,8 +3,10 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
+#include "simulation/impact_zones.h"
 #include "simulation/nearest_points.h"
 #include "simulation/parallel.h"
 
@@ -298,14 +300,15 @@ const std::vector<ContactPair>& ContactFinder::Find(const std::vector<Vector3d>&
 KeptApart KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Vector3d>& from,
                     const Eigen::Isometry3d& carry, const KeepApartOptions& options,
                     std::vector<Vector3d>& to) {
-  constexpr int kHalvings = 6;  // then a vertex moves with the others only
+  constexpr int kHalvings = 6;  // then a vertex moves with its neighbours only, or not at all
   const size_t n = from.size();
+  const double longest = 0.49 * options.reach_mm;
   std::vector<Vector3d> carried(n), move(n);
-  std::vector<uint8_t> halvings(n, 0), crossed(n);
+  std::vector<uint8_t> halvings(n, 0), crossed(n), crosses(pairs.size());
   ForEachIndex(n, [&](size_t v) {
     carried[v] = carry * from[v];
     move[v] = to[v] - carried[v];
-    const double length = move[v].norm(), longest = 0.49 * options.reach_mm;
+    const double length = move[v].norm();
     if (length > longest) {
       move[v] *= longest / length;
       to[v] = carried[v] + move[v];
@@ -323,20 +326,42 @@ KeptApart KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Vec
     return Separation(p.is_edges, end, carry.linear() * p.normal) >= least ||
            (options.planes_turn && StayApart(p.is_edges, at, least));
   };
+  const auto is_held = [&](int v) { return halvings[v] > kHalvings; };
+  const std::vector<Vector3d> wanted = options.planes_turn ? move : std::vector<Vector3d>();
+  ImpactZones zones(n);
+  // Pairs that cross although one of their vertices has moved by ever less; whether there are any.
+  const auto unite_held = [&] {
+    bool any = false;
+    for (size_t k = 0; k < pairs.size(); ++k) {
+      const std::array<int, 4>& of = pairs[k].v;
+      if (!crosses[k] || std::none_of(of.begin(), of.end(), is_held)) continue;
+      any = true;
+      zones.Unite(of);
+      for (const int v : of) halvings[v] = kHalvings + 1;
+    }
+    if (!any) return false;
+    zones.MoveAsOne(carried, wanted, longest, move);
+    for (size_t v = 0; v < n; ++v)
+      if (zones.Contains(static_cast<int>(v))) to[v] = carried[v] + move[v];
+    return true;
+  };
   for (bool any = true; any;) {
     std::fill(crossed.begin(), crossed.end(), 0);
     // Flags are only ever set, so the order of the pairs does not matter.
     ForEachIndex(pairs.size(), [&](size_t k) {
-      if (stay_apart(pairs[k])) return;
+      crosses[k] = !zones.Unites(pairs[k].v) && !stay_apart(pairs[k]);
+      if (!crosses[k]) return;
       for (const int v : pairs[k].v) __atomic_store_n(&crossed[v], 1, __ATOMIC_RELAXED);
     });
     any = false;
     for (size_t v = 0; v < n; ++v) {
-      if (!crossed[v] || move[v].isZero(0)) continue;
+      if (!crossed[v] || move[v].isZero(0) || zones.Contains(static_cast<int>(v))) continue;
       any = true;
-      move[v] = ++halvings[v] > kHalvings ? Vector3d::Zero() : Vector3d(0.5 * move[v]);
+      if (++halvings[v] > kHalvings && options.planes_turn) continue;
+      move[v] = is_held(static_cast<int>(v)) ? Vector3d::Zero() : Vector3d(0.5 * move[v]);
       to[v] = carried[v] + move[v];
     }
+    if (options.planes_turn) any |= unite_held();
   }
   KeptApart out;
   for (size_t v = 0; v < n; ++v) {

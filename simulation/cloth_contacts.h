@@ -63,20 +63,23 @@ class ContactFinder {
 
 struct KeptApart {
   int held_back = 0;       // vertices whose displacement was shortened
-  std::vector<int> stuck;  // those among them that cannot move against `carry` at all, ascending
+  std::vector<int> stuck;  // those among them that only move with others, or not against `carry`, ascending
 };
 
 struct KeepApartOptions {
   double reach_mm = 0;      // at which the pairs were found
   double thickness_mm = 0;  // of a layer
   // Whether planes between two elements may turn with them. Otherwise long elements that a body presses
-  // together are held fast while it turns; nothing else brings them that near.
+  // together are held fast while it turns; nothing else brings them that near. Held elements stand still
+  // then.
   bool planes_turn = true;
 };
 
 // Shortens the displacements from `from` to `to` where needed so that no two elements of the cloth
 // intersect on the way. Every pair must stay separated by a plane along its own normal, or by planes that
 // turn. Other elements must stay within half of the reach. The common rigid motion `carry` is not limited.
+// Where planes turn, elements that no shorter way of their own keeps apart move as one (impact_zones.h): were
+// they held still, cloth that moves on around them would be torn off and be held as well.
 // If `from` is free of intersections, so is the result. (The planes that divide two elements: Divide and
 // Truncate, as in offset geometric contact, Chen et al. 2025.)
 KeptApart KeepApart(const std::vector<ContactPair>& pairs, const std::vector<Eigen::Vector3d>& from_mm,

@@ -355,44 +355,5 @@ TEST(GarmentSolver, ClothIsLetGoBeforeABodyTearsIt) {
   for (size_t v = 0; v < rest.size(); ++v) EXPECT_LT(std::abs(solver.positions_mm()[v].z()), 15) << v;
 }
 
-TEST(KeepApart, HoldsBackAVertexOnItsWayThroughAFaceOnly) {
-  const std::vector<Face> faces = {{0, 1, 2}};
-  const std::vector<Vector3d> from = {{0, 0, 0}, {10, 0, 0}, {0, 10, 0}, {2, 2, 1}, {20, 20, 1}};
-  ContactFinder finder(5, faces, 4);
-  const std::vector<ContactPair> pairs = finder.Find(from, Eigen::Isometry3d::Identity());
-  ASSERT_EQ(pairs.size(), 1u);
-  EXPECT_NEAR(pairs[0].distance_mm, 1, 1e-6);
-  std::vector<Vector3d> to = from;
-  to[3].z() = -0.5;
-  to[4].z() = 0;
-  EXPECT_GT(KeepApart(pairs, from, Eigen::Isometry3d::Identity(), {4, 1}, to).held_back, 0);
-  EXPECT_GT(to[3].z(), 0);
-  EXPECT_EQ(to[4].z(), 0);
-  // A motion that all have in common is free.
-  const Eigen::Isometry3d carry(Eigen::Translation3d(0, 0, 50));
-  to = from;
-  for (Vector3d& p : to) p = carry * p;
-  EXPECT_EQ(KeepApart(pairs, from, carry, {4, 1}, to).held_back, 0);
-}
-
-TEST(KeepApart, LetsElementsTurnTogetherHoweverNearTheyAre) {
-  const std::vector<Face> faces = {{0, 1, 2}, {3, 4, 5}};
-  constexpr double kNear = 0.02;
-  const std::vector<Vector3d> from = {{0, 0, 0},     {20, 0, 0},     {0, 20, 0},
-                                      {1, 2, kNear}, {19, 2, kNear}, {1, 18, kNear}};
-  ContactFinder finder(6, faces, 8);
-  const std::vector<ContactPair> pairs = finder.Find(from, Eigen::Isometry3d::Identity());
-  const Eigen::AngleAxisd turn(0.02, Vector3d(1, 1, 0).normalized());
-  std::vector<Vector3d> to = Mapped(from, [&](const Vector3d& p) -> Vector3d { return turn * p; });
-  const std::vector<Vector3d> turned = to;
-  EXPECT_EQ(KeepApart(pairs, from, Eigen::Isometry3d::Identity(), {8, 2}, to).held_back, 0);
-  EXPECT_EQ(to, turned);
-  // One that turns into the other does not pass.
-  for (int v = 3; v < 6; ++v) to[v] = from[v];
-  const KeptApart kept = KeepApart(pairs, from, Eigen::Isometry3d::Identity(), {8, 2}, to);
-  EXPECT_GT(kept.held_back, 0);
-  EXPECT_TRUE(FindSelfIntersections(to, faces).empty());
-}
-
 }  // namespace
 }  // namespace weft
