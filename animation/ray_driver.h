@@ -41,11 +41,13 @@ struct RayDrivenFrame {
   // How far the carrier is from the rays around, over what is usual for frames like those that were learnt,
   // [vertices].
   std::vector<double> misfit;
-  // What errors grow with, [vertices]. With two rays and more it is where they cross. Elsewhere it is the
-  // misfit, less beside the former and more where much of the garment has no ray, times what the shape space
-  // leaves: at the vertex where it has no ray; in the mean where it has one, as lengths then settle the
-  // depth.
+  // What errors are in proportion to, [vertices]. With two rays and more it is where they cross. Elsewhere it
+  // is the misfit times what the shape space leaves, less beside the former, and more where much of the
+  // garment has no ray.
   std::vector<float> scale_mm;
+  // What the way along the cloth from the nearest vertex with a ray adds to that in quadrature, [vertices]; 0
+  // with a ray.
+  std::vector<float> growth_mm;
   std::vector<StageTime> times;
 };
 
@@ -76,7 +78,7 @@ class RayDriver {
   // The carrier, off by as much as the last frame's was, turned with the garment.
   std::vector<Eigen::Vector3d> StartOf(const RayDrivenFrame& frame, const TrackMemory& before) const;
   absl::Status Correct(const std::vector<VertexRay>& rays, RayDrivenFrame* out);
-  std::vector<float> Scales(const RayDrivenFrame& frame, const std::vector<VertexRay>& rays) const;
+  void AddScales(const std::vector<VertexRay>& rays, RayDrivenFrame* frame) const;
 
   const AlignmentModel& model_;
   const SparseViewAvatar& avatar_;

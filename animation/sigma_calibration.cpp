@@ -17,7 +17,8 @@ namespace {
 
 // Errors are within sigma, and within two, in these shares of the vertices.
 constexpr double kOneSigma = 0.683, kTwoSigmas = 0.954;
-constexpr size_t kFewRatios = 50;
+constexpr size_t kFewErrors = 50;
+constexpr double kLeastFactor = 1e-3, kLargestFactor = 1e3;
 // More vertices of a frame say nothing new.
 constexpr size_t kVerticesOfFrame = 2000;
 
@@ -38,20 +39,19 @@ void AddGain(const NetGain& more, NetGain* to) {
 
 // Between the factors that put one sigma and two right; never below the former, as errors along three axes
 // would have it, which have shorter tails than those along a ray.
-double FactorOf(const std::vector<float>& ratios) {
-  const std::vector<double> values(ratios.begin(), ratios.end());
-  const double one = Quantile(values, kOneSigma), two = Quantile(values, kTwoSigmas) / 2;
-  return std::max({1e-3, one, std::sqrt(one * two)});
+double FactorOf(const std::vector<double>& ratios) {
+  const double one = Quantile(ratios, kOneSigma), two = Quantile(ratios, kTwoSigmas) / 2;
+  return std::max({kLeastFactor, one, std::sqrt(one * two)});
 }
 
 }  // namespace
 
 SigmaScale TypicalSigmaScale() {
   SigmaScale out;
-  out.of[0] = {14.9f, 9.0f, 9.0f, 9.0f};
-  out.of[1] = {5.2f, 2.5f, 0.4f, 0.4f};
-  out.of[2] = {7.3f, 2.0f, 0.4f, 0.4f};
-  out.of[3] = {8.4f, 2.5f, 0.5f, 0.4f};
+  out.of[0] = {11.5f, 21.4f, 21.4f, 21.4f};
+  out.of[1] = {15.3f, 5.9f, 0.4f, 0.4f};
+  out.of[2] = {14.0f, 6.7f, 0.4f, 0.4f};
+  out.of[3] = {13.0f, 9.6f, 0.5f, 0.4f};
   return out;
 }
 
@@ -85,9 +85,9 @@ absl::Status SigmaCalibration::Add(const SparseViewAvatar& avatar,
                 &gain_[cameras - 1]);
       const size_t step = 1 + run[f].size() / kVerticesOfFrame;
       for (size_t v = f % step; v < run[f].size(); v += step) {
-        const double error = (driven->position_mm[v] - run[f][v]).norm();
+        const auto error_mm = static_cast<float>((driven->position_mm[v] - run[f][v]).norm());
         const int rays_of = std::min(driven->rays_of_vertex[v], SigmaScale::kRays - 1);
-        ratios_[cameras - 1][rays_of].push_back(static_cast<float>(error / driven->scale_mm[v]));
+        errors_[cameras - 1][rays_of].push_back({error_mm, driven->scale_mm[v], driven->growth_mm[v]});
       }
     }
   }
@@ -98,40 +98,60 @@ absl::Status SigmaCalibration::Add(const SparseViewAvatar& avatar,
 SigmaCalibration& SigmaCalibration::operator+=(const SigmaCalibration& other) {
   frames_ += other.frames_;
   for (size_t c = 0; c < gain_.size(); ++c) AddGain(other.gain_[c], &gain_[c]);
-  for (size_t c = 0; c < ratios_.size(); ++c)
-    for (size_t r = 0; r < ratios_[c].size(); ++r)
-      ratios_[c][r].insert(ratios_[c][r].end(), other.ratios_[c][r].begin(), other.ratios_[c][r].end());
+  for (size_t c = 0; c < errors_.size(); ++c)
+    for (size_t r = 0; r < errors_[c].size(); ++r)
+      errors_[c][r].insert(errors_[c][r].end(), other.errors_[c][r].begin(), other.errors_[c][r].end());
   return *this;
 }
 
 SigmaScale SigmaCalibration::Scales() const {
   const SigmaScale typical = TypicalSigmaScale();
   SigmaScale out = typical;
+  // That of vertices without a ray is last: it adds to that of one ray.
   for (int cameras = 0; cameras < SigmaScale::kCameras; ++cameras)
-    for (int rays = 0; rays < SigmaScale::kRays; ++rays) {
-      const std::vector<float>& of = ratios_[cameras][rays];
-      float& scale = out.of[cameras][rays];
-      if (of.size() >= kFewRatios) {
-        scale = static_cast<float>(FactorOf(of));
+    for (const int rays : {1, 2, 3, 0}) {
+      const std::vector<VertexError>& of = errors_[cameras][rays];
+      float& factor = out.of[cameras][rays];
+      if (of.size() >= kFewErrors && rays > 0) {
+        std::vector<double> ratios;
+        for (const VertexError& error : of) ratios.push_back(error.error_mm / error.scale_mm);
+        factor = static_cast<float>(FactorOf(ratios));
+      } else if (of.size() >= kFewErrors) {
+        factor = GrowthFactor(of, out.of[cameras]);
       } else if (cameras > 0 && rays <= cameras) {
-        scale *= out.of[cameras - 1][rays] / typical.of[cameras - 1][rays];
+        factor *= out.of[cameras - 1][rays] / typical.of[cameras - 1][rays];
       } else if (rays > 0) {
-        scale *= out.of[cameras][rays - 1] / typical.of[cameras][rays - 1];
+        factor *= out.of[cameras][rays - 1] / typical.of[cameras][rays - 1];
       }
     }
   return out;
+}
+
+float SigmaCalibration::GrowthFactor(const std::vector<VertexError>& errors,
+                                     std::array<float, SigmaScale::kRays> factors) {
+  double low = kLeastFactor, high = kLargestFactor;
+  std::vector<double> ratios(errors.size());
+  while (high > 1.001 * low) {
+    factors[0] = static_cast<float>(std::sqrt(low * high));
+    for (size_t i = 0; i < errors.size(); ++i)
+      ratios[i] = errors[i].error_mm / SigmaScale::Sigma(factors, 0, errors[i].scale_mm, errors[i].growth_mm);
+    (FactorOf(ratios) > 1 ? low : high) = factors[0];
+  }
+  return static_cast<float>(high);
 }
 
 SigmaCheck SigmaCalibration::Check(const SigmaScale& scales) const {
   SigmaCheck out;
   out.frames = frames_;
   size_t all = 0, one = 0, two = 0;
-  for (size_t c = 0; c < ratios_.size(); ++c)
-    for (size_t r = 0; r < ratios_[c].size(); ++r)
-      for (const float ratio : ratios_[c][r]) {
+  for (size_t c = 0; c < errors_.size(); ++c)
+    for (size_t r = 0; r < errors_[c].size(); ++r)
+      for (const VertexError& of : errors_[c][r]) {
+        const float sigma_mm =
+            SigmaScale::Sigma(scales.of[c], static_cast<int>(r), of.scale_mm, of.growth_mm);
         ++all;
-        one += ratio < scales.of[c][r] ? 1 : 0;
-        two += ratio < 2 * scales.of[c][r] ? 1 : 0;
+        one += of.error_mm < sigma_mm ? 1 : 0;
+        two += of.error_mm < 2 * sigma_mm ? 1 : 0;
       }
   if (all == 0) return out;
   out.within_one = static_cast<double>(one) / static_cast<double>(all);

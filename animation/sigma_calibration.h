@@ -13,7 +13,7 @@
 
 namespace weft {
 
-// Collects how far driven vertices are off, in units of RayDrivenFrame::scale_mm.
+// Collects how far driven vertices are off, beside RayDrivenFrame::scale_mm and growth_mm.
 class SigmaCalibration {
  public:
   // Frames of a run that count at most, after those in which tracking settles.
@@ -44,8 +44,15 @@ class SigmaCalibration {
   std::vector<bool> is_node_;
   int frames_ = 0;
   std::array<NetGain, SigmaScale::kCameras> gain_{};
-  // Error over scale, of some of the vertices.
-  std::array<std::array<std::vector<float>, SigmaScale::kRays>, SigmaScale::kCameras> ratios_;
+  struct VertexError {
+    float error_mm = 0, scale_mm = 0, growth_mm = 0;
+  };
+  // The factor of vertices without a ray that puts their shares right, beside the other factors.
+  static float GrowthFactor(const std::vector<VertexError>& errors,
+                            std::array<float, SigmaScale::kRays> factors);
+
+  // Of some of the vertices.
+  std::array<std::array<std::vector<VertexError>, SigmaScale::kRays>, SigmaScale::kCameras> errors_;
 };
 
 // Factors of a T-shirt before simulated cameras, for garments of which too little is known: what

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "absl/strings/str_cat.h"
+#include "animation/sigma_calibration.h"
 
 namespace weft {
 namespace {
@@ -70,6 +71,11 @@ absl::Status SparseViewAvatar::Validate() const {
   return absl::OkStatus();
 }
 
+float SigmaScale::Sigma(const std::array<float, kRays>& of_rays, int rays, float scale_mm, float growth_mm) {
+  const float among_rays_mm = of_rays[std::clamp(rays, 1, kRays - 1)] * scale_mm;
+  return rays > 0 ? among_rays_mm : std::hypot(among_rays_mm, of_rays[0] * growth_mm);
+}
+
 absl::Status CheckLearntWith(const std::string& template_hash, const std::string& board_hash,
                              const Template& garment) {
   const std::string hash = garment.ContentHash();
@@ -107,7 +113,7 @@ std::vector<AvatarTable> TablesOf(const SparseViewAvatar& avatar) {
       Table("edge_follow", 1, avatar.edge_follow.size(), avatar.edge_follow),
       Table("edge_spread_mm", 1, avatar.edge_spread_mm.size(), avatar.edge_spread_mm),
       Table("left_mm", 1, avatar.left_mm.size(), avatar.left_mm),
-      Table("sigma_scale", SigmaScale::kCameras, SigmaScale::kRays, std::move(scales)),
+      Table("sigma_factors", SigmaScale::kCameras, SigmaScale::kRays, std::move(scales)),
   };
   out[1].sixteen_bits = true;
   return out;
@@ -135,14 +141,17 @@ absl::Status TakeTables(const std::vector<AvatarTable>& tables, SparseViewAvatar
   status.Update(take("space_left_mm", 1, 1, &left));
   status.Update(take("acceleration", 1, components, &avatar->acceleration));
   status.Update(take("left_mm", 1, space.vertices, &avatar->left_mm));
-  status.Update(take("sigma_scale", SigmaScale::kCameras, SigmaScale::kRays, &scales));
   status.Update(take("edge_mm", 1, -1, &avatar->edge_mm));
   edges = static_cast<int>(avatar->edge_mm.size());
   status.Update(take("edge_spread_mm", 1, edges, &avatar->edge_spread_mm));
   avatar->edge_follow.assign(avatar->edge_mm.size(), 0);
   if (named.contains("edge_follow")) status.Update(take("edge_follow", 1, edges, &avatar->edge_follow));
+  avatar->sigma = TypicalSigmaScale();
+  if (named.contains("sigma_factors"))
+    status.Update(take("sigma_factors", SigmaScale::kCameras, SigmaScale::kRays, &scales));
   if (!status.ok()) return status;
   space.left_mm = left[0];
+  if (scales.empty()) return absl::OkStatus();
   for (int cameras = 0; cameras < SigmaScale::kCameras; ++cameras)
     std::copy_n(scales.begin() + cameras * SigmaScale::kRays, SigmaScale::kRays,
                 avatar->sigma.of[cameras].begin());

@@ -46,10 +46,14 @@ struct SparseViewTraining {
 };
 
 // What the sigma of a driven vertex is made of: factors by the number of cameras with rays (1, 2, 3, 4 and
-// more) and by the vertex's own rays (0, 1, 2, 3 and more).
+// more) and by the vertex's own rays. With 1, 2, 3 and more they multiply RayDrivenFrame::scale_mm. A vertex
+// without a ray is off as one with one ray, and in quadrature by the factor for 0 times growth_mm.
 struct SigmaScale {
   static constexpr int kCameras = 4, kRays = 4;
   std::array<std::array<float, kRays>, kCameras> of{};
+
+  // Sigma by such a row of factors.
+  static float Sigma(const std::array<float, kRays>& of_rays, int rays, float scale_mm, float growth_mm);
 };
 
 // Frames that sigma was fitted to, and which share of their vertices' errors is within one and two sigma.
@@ -123,7 +127,8 @@ struct AvatarTable {
 // All numbers of the avatar that are not hashes, fps, counts, checks or training options.
 std::vector<AvatarTable> TablesOf(const SparseViewAvatar& avatar);
 // Fills these numbers; InvalidArgument names a table that is missing, or has another size than the others
-// imply. Avatars made before there was edge_follow have 0 in its place. Unknown tables are passed over.
+// imply. Avatars made before there was edge_follow have 0 in its place, those made before sigma_factors the
+// typical ones. Unknown tables are passed over.
 // Validate() says whether the whole makes sense.
 absl::Status TakeTables(const std::vector<AvatarTable>& tables, SparseViewAvatar* avatar);
 

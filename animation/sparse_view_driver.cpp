@@ -1,6 +1,7 @@
 #include "animation/sparse_view_driver.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -58,13 +59,17 @@ double WholeCameras(const std::vector<int>& rays_of_view) {
   return out;
 }
 
-// Between two numbers of cameras, the geometric mean.
-float SigmaFactor(const SigmaScale& scale, double cameras, int rays) {
-  const double among = std::clamp<double>(std::max<double>(cameras, rays), 1, SigmaScale::kCameras) - 1;
-  const int fewer = static_cast<int>(among), of_vertex = std::min(rays, SigmaScale::kRays - 1);
-  const int more = std::min(fewer + 1, SigmaScale::kCameras - 1);
-  return std::pow(scale.of[fewer][of_vertex], static_cast<float>(fewer + 1 - among)) *
-         std::pow(scale.of[more][of_vertex], static_cast<float>(among - fewer));
+// Factors by a vertex's rays. Between two numbers of cameras they are geometric means; no vertex has more
+// rays than there are cameras.
+std::array<float, SigmaScale::kRays> FactorsAmong(const SigmaScale& scale, double cameras) {
+  std::array<float, SigmaScale::kRays> out;
+  for (int rays = 0; rays < SigmaScale::kRays; ++rays) {
+    const double among = std::clamp<double>(std::max<double>(cameras, rays), 1, SigmaScale::kCameras) - 1;
+    const int fewer = static_cast<int>(among), more = std::min(fewer + 1, SigmaScale::kCameras - 1);
+    out[rays] = std::pow(scale.of[fewer][rays], static_cast<float>(fewer + 1 - among)) *
+                std::pow(scale.of[more][rays], static_cast<float>(among - fewer));
+  }
+  return out;
 }
 
 double SizeOf(const std::vector<Eigen::Vector3d>& vertices_mm) {
@@ -93,13 +98,13 @@ struct SparseViewDriver::State {
     RegisteredMesh out;
     out.vertices_mm = driven.position_mm;
     out.views = driven.rays_of_vertex;
-    const double cameras = WholeCameras(rays_of_view);
+    const auto factors = FactorsAmong(avatar.sigma, WholeCameras(rays_of_view));
     for (size_t v = 0; v < out.vertices_mm.size(); ++v) {
       const int rays = driven.rays_of_vertex[v];
       out.state.push_back(StateOf(rays));
       out.sigma_mm.push_back(driven.track.lost
                                  ? static_cast<float>(size_mm)
-                                 : driven.scale_mm[v] * SigmaFactor(avatar.sigma, cameras, rays));
+                                 : SigmaScale::Sigma(factors, rays, driven.scale_mm[v], driven.growth_mm[v]));
     }
     return out;
   }

@@ -23,7 +23,7 @@ namespace weft {
 namespace {
 
 // Raised when the same inputs give other results, or their reports tell other things of the driver.
-constexpr int kDriveVersion = 6;
+constexpr int kDriveVersion = 7;
 constexpr char kDriveStage[] = "drive";
 
 std::string MissingText(int missing, size_t views) {

@@ -75,7 +75,7 @@ TEST(SigmaCalibration, SigmaGrowsWhereTheClothDoesWhatItNeverDid) {
   const SparseViewAvatar avatar = Learn(WavingTube::Frames(4, 60));
   const Shares like_learnt = SharesOf(avatar, 1), bent_more = SharesOf(avatar, 4);
   EXPECT_GT(like_learnt.two, 0.85);
-  EXPECT_GT(bent_more.two, 0.85);
+  EXPECT_GT(bent_more.two, 0.8);
   EXPECT_GT(bent_more.sigma_mm, 1.3 * like_learnt.sigma_mm);
 }
 

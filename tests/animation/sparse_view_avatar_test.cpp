@@ -7,6 +7,7 @@
 #include <algorithm>
 
 #include "alignment/mesh_graph.h"
+#include "animation/sigma_calibration.h"
 #include "tests/animation/waving_tube.h"
 
 namespace weft {
@@ -82,6 +83,18 @@ TEST(SparseViewAvatar, OfBeforeEdgesFollowedTheCarrierHasEdgesThatDoNot) {
   ASSERT_TRUE(TakeTables(tables, &read).ok());
   EXPECT_EQ(read.edge_follow, std::vector<float>(read.edge_mm.size(), 0));
   EXPECT_TRUE(read.Validate().ok());
+}
+
+TEST(SparseViewAvatar, OfBeforeSigmaGrewWithTheWayHasTypicalFactors) {
+  const auto avatar = TrainSparseView(WavingTube::Garment(), WavingTube::Frames(3, 30), kQuick);
+  ASSERT_TRUE(avatar.ok()) << avatar.status();
+  EXPECT_NE(avatar->sigma.of, TypicalSigmaScale().of);
+  std::vector<AvatarTable> tables = TablesOf(*avatar);
+  for (AvatarTable& table : tables)
+    if (table.name == "sigma_factors") table.name = "sigma_scale";  // as it was called
+  SparseViewAvatar read = *avatar;
+  ASSERT_TRUE(TakeTables(tables, &read).ok());
+  EXPECT_EQ(read.sigma.of, TypicalSigmaScale().of);
 }
 
 TEST(SparseViewAvatar, RefusesFramesThatDoNotFit) {

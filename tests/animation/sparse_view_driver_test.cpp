@@ -156,6 +156,29 @@ TEST(SparseViewDriver, SigmaGrowsAsTheGarmentLeavesAPicture) {
   EXPECT_GT(sigma_mm[3], 0.8 * sigma_mm[4]);
 }
 
+TEST(SparseViewDriver, SigmaGrowsWithTheWayAlongTheClothThatNoCameraSees) {
+  Studio studio(3);
+  for (int camera = 0; camera < 3; ++camera) studio.Hide(camera, 0.4);
+  SparseViewDriver driver = NewDriver();
+  for (int frame = 0; frame < 4; ++frame) {
+    const DrivenFrame driven = studio.Drive(driver, frame, {0, 1, 2});
+    ASSERT_FALSE(driven.lost) << driven.reason;
+    std::vector<double> of_row;
+    for (int row = 0; row < WavingTube::kRows; ++row) {
+      const int first = row * WavingTube::kColumns, last = first + WavingTube::kColumns;
+      if (std::any_of(driven.mesh.views.begin() + first, driven.mesh.views.begin() + last,
+                      [](int rays) { return rays > 0; }))
+        continue;
+      of_row.push_back(0);
+      for (int v = first; v < last; ++v) of_row.back() += driven.mesh.sigma_mm[v] / WavingTube::kColumns;
+    }
+    ASSERT_GE(of_row.size(), 5u);
+    if (of_row.front() > of_row.back()) std::reverse(of_row.begin(), of_row.end());
+    for (size_t k = 0; k + 1 < of_row.size(); ++k) EXPECT_GT(of_row[k + 1], 1.05 * of_row[k]);
+    EXPECT_GT(of_row.back(), 1.5 * of_row.front());
+  }
+}
+
 TEST(SparseViewDriver, MovesWithItsCameras) {
   Studio here(2), there(2);
   const Eigen::Isometry3d motion = Eigen::Translation3d(4000, -300, 900) *
