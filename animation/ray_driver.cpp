@@ -22,9 +22,9 @@ constexpr double kLeastMisfit = 0.05;
 // aslant 0.33 and 1.24, from the sides 0.5 and 1.57, with more misfit (held-out frames of what `weft avatar
 // train shirt-drive-12` fits sigma to).
 constexpr double kLeastHole = 0.05, kMostHole = 0.35;
-// And with this power of the misfit. The mean of minus the logarithm of the likelihood of errors along rays,
-// before two cameras, is 1.124 with 0.7, 1.113 with 0.85, 1.120 with 1; before three .079, .088, .112 (the
-// same frames).
+// And with this power of the misfit. The loss of errors along rays (SigmaCheck, of the same frames; all of it
+// is what accuracy_drive prints) is 1.124 with 0.7, 1.113 with 0.85, 1.120 with 1 before two cameras, and
+// .079, .088, .112 before three.
 constexpr double kMisfitPower = 0.85;
 // A ray counts as this many medians off at most.
 constexpr double kMostOff = 5;

@@ -149,12 +149,15 @@ SigmaCheck SigmaCalibration::Check(const SigmaScale& scales) const {
       for (const VertexError& of : errors_[c][r]) {
         const float sigma_mm =
             SigmaScale::Sigma(scales.of[c], static_cast<int>(r), of.scale_mm, of.growth_mm);
+        const double ratio = std::min(6.0, static_cast<double>(of.error_mm) / sigma_mm);
+        out.loss += std::log(sigma_mm) + ratio * ratio / 2;
         ++all;
         one += of.error_mm < sigma_mm ? 1 : 0;
         two += of.error_mm < 2 * sigma_mm ? 1 : 0;
       }
   if (all == 0) return out;
   out.within_one = static_cast<double>(one) / static_cast<double>(all);
+  out.loss /= static_cast<double>(all);
   out.within_two = static_cast<double>(two) / static_cast<double>(all);
   return out;
 }

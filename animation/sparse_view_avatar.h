@@ -60,6 +60,9 @@ struct SigmaScale {
 struct SigmaCheck {
   int frames = 0;
   double within_one = 0, within_two = 0;
+  // How unlikely the errors are by their sigmas, mean of log(sigma) + ratio^2 / 2 with ratios up to 6: by
+  // which the numbers of ray_driver.cpp were chosen. Not kept in files.
+  double loss = 0;
 };
 
 // Mean errors of driven meshes, in mm: of the same frames without the net and with it.

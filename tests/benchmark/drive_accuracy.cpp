@@ -249,8 +249,8 @@ void Learn(const Options& options, const Template& garment, double share, std::v
       seconds, avatar->training_frames, avatar->held_out_frames, avatar->space.components(),
       avatar->space.left_mm, watch.Seconds());
   for (const SigmaCheck& check : {avatar->held_out_check, avatar->left_out_check})
-    std::printf("sigma fitted to %d frames: %.1f %% %.1f %%\n", check.frames, 100 * check.within_one,
-                100 * check.within_two);
+    std::printf("sigma fitted to %d frames: %.1f %% %.1f %%, loss %.3f\n", check.frames,
+                100 * check.within_one, 100 * check.within_two, check.loss);
   for (const auto& of_cameras : avatar->sigma.of)
     std::printf("sigma %.2f %.2f %.2f %.2f\n", of_cameras[0], of_cameras[1], of_cameras[2], of_cameras[3]);
   std::printf(
