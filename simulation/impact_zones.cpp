@@ -5,8 +5,11 @@
 #include <map>
 
 namespace weft {
+namespace {
 
 using Eigen::Vector3d;
+
+}  // namespace
 
 int ImpactZones::ZoneOf(int vertex) const {
   while (next_[vertex] != vertex) vertex = next_[vertex];
