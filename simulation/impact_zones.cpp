@@ -1,8 +1,9 @@
 #include "simulation/impact_zones.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
+
+#include "alignment/placement.h"
 
 namespace weft {
 namespace {
@@ -40,19 +41,17 @@ void ImpactZones::MoveAsOne(const std::vector<Vector3d>& from_mm, const std::vec
   for (size_t v = 0; v < next_.size(); ++v)
     if (next_[v] >= 0) zones[ZoneOf(static_cast<int>(v))].push_back(static_cast<int>(v));
   for (const auto& [name, members] : zones) {
-    const auto count = static_cast<Eigen::Index>(members.size());
-    Eigen::Matrix3Xd from(3, count), to(3, count);
-    for (Eigen::Index k = 0; k < count; ++k) {
-      from.col(k) = from_mm[members[k]];
-      to.col(k) = from.col(k) + wanted_mm[members[k]];
+    std::vector<Vector3d> from, to;
+    Vector3d mean = Vector3d::Zero();
+    for (const int v : members) {
+      from.push_back(from_mm[v]);
+      to.push_back(from_mm[v] + wanted_mm[v]);
+      mean += wanted_mm[v] / static_cast<double>(members.size());
     }
-    const Eigen::Isometry3d motion(Eigen::umeyama(from, to, false));
-    Eigen::Matrix3Xd move = motion * from - from;
-    if (move.colwise().norm().maxCoeff() > longest_mm) {
-      const Vector3d mean = (to - from).rowwise().mean();
-      move.colwise() = mean;
-    }
-    for (Eigen::Index k = 0; k < count; ++k) moved_mm[members[k]] = move.col(k);
+    const Eigen::Isometry3d motion = RigidFit(from, to);
+    const bool is_far = std::any_of(from.begin(), from.end(),
+                                    [&](const Vector3d& p) { return (motion * p - p).norm() > longest_mm; });
+    for (const int v : members) moved_mm[v] = is_far ? mean : Vector3d(motion * from_mm[v] - from_mm[v]);
   }
 }
 

@@ -32,13 +32,18 @@ TEST(KeepApart, HoldsBackAVertexOnItsWayThroughAFaceOnly) {
   EXPECT_EQ(KeepApart(pairs, from, carry, {4, 1}, to).held_back, 0);
 }
 
-TEST(KeepApart, LetsElementsTurnTogetherHoweverNearTheyAre) {
+// Two triangles that nearly touch.
+class KeepLayersApart : public testing::Test {
+ protected:
+  static constexpr double kNear = 0.02;
   const std::vector<Face> faces = {{0, 1, 2}, {3, 4, 5}};
-  constexpr double kNear = 0.02;
   const std::vector<Vector3d> from = {{0, 0, 0},     {20, 0, 0},     {0, 20, 0},
                                       {1, 2, kNear}, {19, 2, kNear}, {1, 18, kNear}};
-  ContactFinder finder(6, faces, 8);
+  ContactFinder finder = ContactFinder(6, faces, 8);
   const std::vector<ContactPair> pairs = finder.Find(from, Eigen::Isometry3d::Identity());
+};
+
+TEST_F(KeepLayersApart, LetsElementsTurnTogetherHoweverNearTheyAre) {
   const Eigen::AngleAxisd turn(0.02, Vector3d(1, 1, 0).normalized());
   std::vector<Vector3d> to;
   for (const Vector3d& p : from) to.push_back(turn * p);
@@ -53,13 +58,7 @@ TEST(KeepApart, LetsElementsTurnTogetherHoweverNearTheyAre) {
 }
 
 // Layers that are pressed against each other while both are swept along: what cannot come nearer goes along.
-TEST(KeepApart, WhatNoShorterWayKeepsApartMovesAsOne) {
-  const std::vector<Face> faces = {{0, 1, 2}, {3, 4, 5}};
-  constexpr double kNear = 0.02;
-  const std::vector<Vector3d> from = {{0, 0, 0},     {20, 0, 0},     {0, 20, 0},
-                                      {1, 2, kNear}, {19, 2, kNear}, {1, 18, kNear}};
-  ContactFinder finder(6, faces, 8);
-  const std::vector<ContactPair> pairs = finder.Find(from, Eigen::Isometry3d::Identity());
+TEST_F(KeepLayersApart, WhatNoShorterWayKeepsApartMovesAsOne) {
   const Vector3d sweep(1.2, 0.3, 0), into(0, 0, -1.5);
   std::vector<Vector3d> to = from;
   for (int v = 0; v < 6; ++v) to[v] += v < 3 ? sweep : Vector3d(sweep + into);

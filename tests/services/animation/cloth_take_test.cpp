@@ -11,6 +11,7 @@
 #include "services/files/mesh_file.h"
 #include "services/files/template_file.h"
 #include "tests/capture/temp_folder.h"
+#include "tests/services/animation/moving_take.h"
 #include "tests/services/animation/tube_template.h"
 #include "weft/v1/job.pb.h"
 
@@ -32,15 +33,7 @@ class Sources : public testing::Test {
  protected:
   // A take without pictures, whose frames are as many mm off the rest along x.
   std::string WriteTake(const std::string& name, int frames) {
-    const std::string path = folder_ / name;
-    fs::create_directories(fs::path(path) / "truth");
-    EXPECT_TRUE(WriteTemplate(path + "/template", tube_).ok());
-    const FramesHead head{tube_.ContentHash(), static_cast<uint32_t>(tube_.rest.vertices_mm.size()), 50,
-                          false};
-    std::ofstream file(path + "/truth/frames.bin", std::ios::binary);
-    file << EncodeFramesHead(head);
-    for (int k = 0; k < frames; ++k) file << EncodeClothFrame(head, {20'000'000 * k, Moved(k), {}});
-    return path;
+    return WriteMovingTake(folder_ / name, tube_, frames, [&](int frame) { return Moved(frame); });
   }
 
   std::vector<Eigen::Vector3d> Moved(double mm) const {

@@ -4,23 +4,19 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include <cmath>
-#include <filesystem>
 #include <fstream>
 
 #include "alignment/placement.h"
 #include "animation/pixel_avatar.h"
 #include "base/counter_random.h"
 #include "services/animation/avatar_file.h"
-#include "services/files/template_file.h"
-#include "services/synthetic/frames_file.h"
 #include "tests/capture/temp_folder.h"
+#include "tests/services/animation/moving_take.h"
 #include "tests/services/animation/tube_template.h"
 
 namespace weft {
 namespace {
 
-namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 constexpr int kFrames = 6, kEvery = 2;
@@ -45,15 +41,7 @@ class GraphPosesTest : public testing::Test {
   }
 
   std::string WriteTake(const std::string& name) const {
-    const std::string path = folder_ / name;
-    fs::create_directories(fs::path(path) / "truth");
-    EXPECT_TRUE(WriteTemplate(path + "/template", tube_).ok());
-    const FramesHead head{tube_.ContentHash(), static_cast<uint32_t>(tube_.rest.vertices_mm.size()), 30,
-                          false};
-    std::ofstream file(path + "/truth/frames.bin", std::ios::binary);
-    file << EncodeFramesHead(head);
-    for (int k = 0; k < kFrames; ++k) file << EncodeClothFrame(head, {33'000'000 * k, MeshAt(name, k), {}});
-    return path;
+    return WriteMovingTake(folder_ / name, tube_, kFrames, [&](int frame) { return MeshAt(name, frame); });
   }
 
   absl::StatusOr<GraphPoses> Fit(const std::stop_token& stop = {}) {
