@@ -77,7 +77,8 @@ std::set<ino_t> OpenSockets() {
 std::string TextOf(ReceiveGuard::Ended::Reason reason) {
   if (reason == ReceiveGuard::Ended::kWithoutCall)
     return "a connection sent more than a handshake, made no call, and broke HTTP/2's rules or left";
-  return "a connection sent more than was heard of it in calls and messages, and was ended";
+  return absl::StrCat("a connection sent more than was heard of it in calls and messages, each of which has ",
+                      ReceiveGuard::kLargestMessage_bytes >> 20, " MiB at most, and was ended");
 }
 
 }  // namespace

@@ -156,6 +156,15 @@ TEST_F(DaemonTest, SurvivesALoaderThatThrowsAndMessagesWithoutEnd) {
 TEST_F(DaemonTest, RefusesMessagesBeyondItsLimit) {
   StartDaemon();
   v1::SubmitJobRequest request = MakeRequest({"a"});
+  // Of one who knows no limit: a little above it.
+  request.set_out_probe(std::string((1 << 20) + (64 << 10), 'x'));
+  const auto careless =
+      v1::Jobs::NewStub(grpc::CreateChannel(daemon_->address(), grpc::InsecureChannelCredentials()));
+  grpc::ClientContext context;
+  v1::Job job;
+  const grpc::Status refused = careless->SubmitJob(&context, request, &job);
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << refused.error_message();
+  // Our client does not send what would end its connection.
   request.set_out_probe(std::string(2 << 20, 'x'));
   EXPECT_EQ(client_->Submit(request).status().code(), absl::StatusCode::kResourceExhausted);
   EXPECT_TRUE(client_->List(0).ok());
