@@ -70,7 +70,7 @@ std::pair<int, int> DrawPair(int n, Random& random) {
   return {std::min(i, j), std::max(i, j)};
 }
 
-bool IsMajority(int agreeing, int cameras) { return 3 * agreeing > 2 * cameras; }
+int LeastMajority(int cameras) { return 2 * cameras / 3 + 1; }
 
 int DistinctCameras(std::span<const Sight> sights) {
   int count = 0;

@@ -29,8 +29,9 @@ int DrawsNeeded(double inlier_share, double confidence, int limit);
 // A pair of 0 to n - 1, the smaller first.
 std::pair<int, int> DrawPair(int n, Random& random);
 
-// Whether so many cameras agree that the search may end: what the others see can only be less.
-bool IsMajority(int agreeing, int cameras);
+// So many of the cameras agreeing end the search: what the others see can only be less.
+int LeastMajority(int cameras);
+inline bool IsMajority(int agreeing, int cameras) { return agreeing >= LeastMajority(cameras); }
 
 // Number of distinct cameras; `sights` ordered by camera.
 int DistinctCameras(std::span<const Sight> sights);

@@ -1,6 +1,5 @@
 #include "triangulation/group_solver.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -13,9 +12,14 @@ namespace {
 constexpr int kMaxRefinementRounds = 4;
 // Points that go farther from where the rows are linearised have them linearised again.
 constexpr double kReachMm = 1;
-// A step that lowers the cost by less is the last one. It is below a hundredth of a standard deviation, and
-// what remains after it is far less.
-constexpr double kLeastGain = 1e-4;
+// A step that gains less is the last one. One of Newton's, times the squared number of inliers: with 68 of
+// them residuals move by less than .05 sigma, few pass Huber's bound, and the point is off by a thousandth of
+// its sigma or so; where few rays carry the point, each of them tells more. One of reweighted least squares:
+// what is left may be longer than the step.
+constexpr double kLeastNewtonGain = 3e-5, kLeastGain = 1e-4;
+// Of a round. Newton's method may go to and fro over the bounds of some rays; every third step is one of
+// reweighted least squares, which always comes nearer.
+constexpr int kMostRefinements = 20, kNewtonSteps = 2, kStepsOfTurn = 3;
 
 // A seed of the node's own, so that neither order nor thread count matters.
 uint64_t SeedOf(const BoardNode& node, uint64_t seed) {
@@ -28,18 +32,9 @@ double SineSquared(double deg) {
   return sine * sine;
 }
 
-// The inverse of a lane's normal matrix; empty where the rays do not fix a point.
-std::optional<Eigen::Matrix3d> InverseOf(const GroupSystem& system, int lane) {
-  constexpr double kLeastPivot = 1e-12;
-  const auto m = [&](int entry) { return static_cast<double>(system.matrix[entry][lane]); };
-  Eigen::Matrix3d matrix;
-  matrix << m(0), m(1), m(2), m(1), m(3), m(4), m(2), m(4), m(5);
-  const double minor = matrix(0, 0) * matrix(1, 1) - matrix(0, 1) * matrix(0, 1);
-  if (!(matrix(0, 0) > kLeastPivot) || !(minor > kLeastPivot * matrix(0, 0)) ||
-      !(matrix.determinant() > kLeastPivot * minor))
-    return std::nullopt;
-  const Eigen::Matrix3d inverse = matrix.inverse();
-  return 0.5 * (inverse + inverse.transpose());
+template <typename T>
+Eigen::Vector3d OfLane(const T (&components)[3][kNodeLanes], int lane) {
+  return {components[0][lane], components[1][lane], components[2][lane]};
 }
 
 // Direction of a lane's ray in the world, with depth 1.
@@ -99,7 +94,9 @@ void GroupSolver::FindPoints() {
     bool searching = false;
     for (int lane = 0; lane < kNodeLanes; ++lane) {
       Lane& l = lanes_[lane];
+      enough_[lane] = 0;
       if (l.stage != Lane::Stage::kSearch) continue;
+      enough_[lane] = CamerasToEndAt(lane);
       if (NextHypothesis(lane)) {
         searching = true;
       } else {
@@ -108,7 +105,7 @@ void GroupSolver::FindPoints() {
     }
     if (!searching) break;
     BestRayKernels().score(cameras_.data(), group_->rows.data(), group_->count,
-                           PointsOf(Lane::Stage::kSearch), limits_.radius_mm2, &score_);
+                           PointsOf(Lane::Stage::kSearch), limits_.radius_mm2, enough_, &score_);
     for (int lane = 0; lane < kNodeLanes; ++lane)
       if (lanes_[lane].stage == Lane::Stage::kSearch) Assess(lane);
   }
@@ -123,7 +120,7 @@ bool GroupSolver::NextHypothesis(int lane) {
     if (middle) SetPoint(lane, *middle);
     return middle.has_value();
   };
-  if (int64_t{rays} * (rays - 1) / 2 <= kMaxHypotheses) {
+  if (TriesAllPairs(lane)) {
     if (l.best_cameras == cameras) return false;
     while (l.i + 1 < rays) {
       if (++l.j >= rays) {
@@ -140,6 +137,18 @@ bool GroupSolver::NextHypothesis(int lane) {
     if (try_pair(i, j)) return true;
   }
   return false;
+}
+
+bool GroupSolver::TriesAllPairs(int lane) const {
+  const int64_t rays = group_->rays[lane];
+  return rays * (rays - 1) / 2 <= kMaxHypotheses;
+}
+
+// A hypothesis with so many cameras ends the search, whatever the others say.
+float GroupSolver::CamerasToEndAt(int lane) const {
+  const int cameras = group_->cameras[lane];
+  if (TriesAllPairs(lane)) return static_cast<float>(cameras + 1);
+  return static_cast<float>(std::max(LeastMajority(cameras), lanes_[lane].min_views));
 }
 
 // The hypothesis at the node's point.
@@ -190,6 +199,7 @@ void GroupSolver::RefinePoints() {
   StartRefining();
   for (;;) {
     if (group_->repeats) KeepBestOfCameras();
+    BestRayKernels().solve(system_, &solution_);
     refining = false;
     bool moved = false;
     for (int lane = 0; lane < kNodeLanes; ++lane) {
@@ -218,25 +228,30 @@ void GroupSolver::StartRefining() {
 // One step, or the end of a round; true where the rows have to be linearised again.
 bool GroupSolver::Step(int lane) {
   Lane& l = lanes_[lane];
-  const std::optional<Eigen::Matrix3d> inverse = InverseOf(system_, lane);
-  if (!inverse) {
+  if (solution_.solvable[lane] == 0) {
     l.stage = Lane::Stage::kDone;
     l.result.reason = RejectReason::kPoorGeometry;
     return false;
   }
-  l.refined.covariance_mm2 = *inverse;
+  const auto entry = [&](int k) { return solution_.covariance_mm2[k][lane]; };
+  l.refined.covariance_mm2 << entry(0), entry(1), entry(2),  //
+      entry(1), entry(3), entry(4),                          //
+      entry(2), entry(4), entry(5);
   l.refined.chi_square = system_.chi_square[lane];
   Eigen::Vector3d offset = StepOf(lane);
-  bool end = l.refined.iterations == kMaxRefinements;
+  bool end = l.refined.iterations == kMostRefinements;
   if (!end) {
-    const Eigen::Vector3d gradient(system_.gradient[0][lane], system_.gradient[1][lane],
-                                   system_.gradient[2][lane]);
-    const Eigen::Vector3d step = *inverse * gradient;
+    const Eigen::Vector3d gradient = OfLane(system_.gradient, lane);
+    const bool newton = solution_.newton[lane] != 0 && l.refined.iterations % kStepsOfTurn < kNewtonSteps;
+    const Eigen::Vector3d step =
+        newton ? OfLane(solution_.newton_step_mm, lane) : l.refined.covariance_mm2 * gradient;
     offset -= step;
     ++l.refined.iterations;
+    const double inliers = system_.inliers[lane];
+    const double least_gain = newton ? kLeastNewtonGain * inliers * inliers : kLeastGain;
     // The first system is without Huber's weight, and knows no inliers.
     const bool is_first = l.round == 0 && l.refined.iterations == 1;
-    end = !is_first && (step.squaredNorm() < kRefinedMm * kRefinedMm || step.dot(gradient) < kLeastGain);
+    end = !is_first && (step.squaredNorm() < kRefinedMm * kRefinedMm || step.dot(gradient) < least_gain);
   }
   l.refined.position_mm = PointOf(lane) + offset;
   // The system of the last step is that of its end, unless the steps ended by their number.
@@ -352,11 +367,7 @@ const RayPoints& GroupSolver::PointsOf(Lane::Stage stage) {
 void GroupSolver::SetPoint(int lane, const Eigen::Vector3d& point_mm) {
   for (int k = 0; k < 3; ++k) points_.mm[k][lane] = point_mm[k];
 }
-Eigen::Vector3d GroupSolver::PointOf(int lane) const {
-  return {points_.mm[0][lane], points_.mm[1][lane], points_.mm[2][lane]};
-}
-Eigen::Vector3d GroupSolver::StepOf(int lane) const {
-  return {step_mm_[0][lane], step_mm_[1][lane], step_mm_[2][lane]};
-}
+Eigen::Vector3d GroupSolver::PointOf(int lane) const { return OfLane(points_.mm, lane); }
+Eigen::Vector3d GroupSolver::StepOf(int lane) const { return OfLane(step_mm_, lane); }
 
 }  // namespace weft

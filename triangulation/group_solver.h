@@ -52,6 +52,8 @@ class GroupSolver {
   void Start(int lane);
   void FindPoints();
   bool NextHypothesis(int lane);
+  bool TriesAllPairs(int lane) const;
+  float CamerasToEndAt(int lane) const;
   void Assess(int lane);
   std::optional<Eigen::Vector3d> MiddleOf(int lane, int i, int j) const;
   void RefinePoints();
@@ -82,6 +84,8 @@ class GroupSolver {
   float step_mm_[3][kNodeLanes];  // from there
   GroupScore score_;
   GroupSystem system_;
+  GroupSolution solution_;
+  float enough_[kNodeLanes];  // cameras, of a hypothesis that ends the search
 };
 
 }  // namespace weft

@@ -79,13 +79,24 @@ struct alignas(64) GroupScore {
   float squared_mm2[kNodeLanes];
 };
 
-// Gauss-Newton systems of the reprojection error over the rays that take part.
+// Normal equations of the reprojection error over the rays that take part.
 struct alignas(64) GroupSystem {
-  float matrix[6][kNodeLanes];    // xx xy xz yy yz zz
+  float matrix[6][kNodeLanes];  // xx xy xz yy yz zz, of least squares with Huber's weights
+  // What the second derivative of Huber's loss lacks of it: a ray beyond the bound pulls with a constant
+  // force, so along its residual nothing is left.
+  float surplus[6][kNodeLanes];
   float gradient[3][kNodeLanes];  // Jacobian times residual
   float chi_square[kNodeLanes];
   float inliers[kNodeLanes];
   int32_t changed[kNodeLanes];  // not 0 where other rays take part
+};
+
+// What follows from the systems. Steps are to be taken away.
+struct alignas(64) GroupSolution {
+  double covariance_mm2[6][kNodeLanes];  // inverse of the matrix; times the gradient, a step of least squares
+  int32_t solvable[kNodeLanes];          // 0 where the rays do not fix a point
+  double newton_step_mm[3][kNodeLanes];  // on Huber's loss
+  int32_t newton[kNodeLanes];            // 0 where too many rays are beyond the bound for it
 };
 
 struct RayKernels {
@@ -94,8 +105,9 @@ struct RayKernels {
   bool (*read)(const Observation* seen, RayRow* row);
   // Takes the lens out of the pixels of a row.
   void (*undistort)(const RayCamera* cameras, int count, RayRow* rows);
+  // Ends early once each node has `enough` cameras.
   void (*score)(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
-                float radius_mm2, GroupScore* score);
+                float radius_mm2, const float* enough, GroupScore* score);
   // The rows at the points; inliers are all rays within the radius. Those that take part still do. Returns
   // RayLimits::checks_distance for what follows.
   bool (*linearise)(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
@@ -109,6 +121,7 @@ struct RayKernels {
   // limit, and the systems over the rays that take part.
   void (*accumulate)(LinearRow* rows, int count, const float (*step_mm)[kNodeLanes], const RayLimits& limits,
                      GroupSystem* system);
+  void (*solve)(const GroupSystem& system, GroupSolution* solution);
 };
 
 // The fastest that this processor runs.

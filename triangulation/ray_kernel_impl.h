@@ -2,6 +2,7 @@
 #include "simd/lanes.h"
 #include "triangulation/ray_kernel.h"
 #include "triangulation/ray_rows_impl.h"
+#include "triangulation/ray_solution_impl.h"
 
 namespace weft::WEFT_KERNEL_NAMESPACE {
 namespace {
@@ -42,11 +43,14 @@ inline Lanes DistanceToRow(const RayCamera& camera, const RayRow& row, int first
 }
 
 void Score(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points, float radius_mm2,
-           GroupScore* score) {
+           const float* enough, GroupScore* score) {
+  constexpr int kRowsBetweenLooks = 8;
   for (int first = 0; first < kNodeLanes; first += kLanes) {
     const NearPoints near_anchor = NearAnchor(points, first);
+    const Lanes enough_cameras = Load(enough + first);
     Lanes seeing = {}, sum = {}, closest = {};
     for (int i = 0; i < count; ++i) {
+      if (i % kRowsBetweenLooks == 0 && !Any(seeing < enough_cameras)) break;
       const Lanes square = DistanceToRow(cameras[rows[i].camera], rows[i], first, near_anchor);
       const Lanes counted = square <= radius_mm2 ? square : Lanes{} + kFarAway;
       closest = rows[i].repeated ? Min(closest, counted) : counted;
@@ -198,16 +202,19 @@ bool Linearise(const RayCamera* cameras, const RayRow* rows, int count, const Ra
 }
 
 struct SystemSums {
-  Lanes matrix[6] = {}, gradient[3] = {}, chi_square = {}, inliers = {};
+  Lanes matrix[6] = {}, surplus[6] = {}, gradient[3] = {}, chi_square = {}, inliers = {};
   IntLanes changed = {};
 };
 
-inline void AddToSystem(const Lanes (*jacobian)[3], const Lanes* residual, Lanes weight, SystemSums* sums) {
+// `force`: the ray's gradient.
+inline void AddToSystem(const Lanes (*jacobian)[3], const Lanes* residual, Lanes weight, SystemSums* sums,
+                        Lanes* force) {
   int entry = 0;
   for (int i = 0; i < 3; ++i) {
     const Lanes x = weight * jacobian[0][i], y = weight * jacobian[1][i];
     for (int j = i; j < 3; ++j) sums->matrix[entry++] += x * jacobian[0][j] + y * jacobian[1][j];
-    sums->gradient[i] += x * residual[0] + y * residual[1];
+    force[i] = x * residual[0] + y * residual[1];
+    sums->gradient[i] += force[i];
   }
 }
 
@@ -232,13 +239,22 @@ inline void AccumulateRow(LinearRow* row, int first, const Lanes* step, const Ra
 
   const Lanes squared_sigmas = residual2 * weight;
   sums->chi_square += squared_sigmas;
-  // Huber's weight.
+  // Huber's weight: 1, or the bound over the residual beyond it.
   const float bound = limits.huber_sigmas * limits.huber_sigmas;
-  AddToSystem(jacobian, residual, weight * Sqrt(bound / Max(squared_sigmas, bound)), sums);
+  const Lanes huber = Sqrt(bound / Max(squared_sigmas, bound));
+  Lanes force[3];
+  AddToSystem(jacobian, residual, weight * huber, sums, force);
+  const Lanes along_residual = squared_sigmas > bound ? huber * (1.0f / bound) : Lanes{};
+  int entry = 0;
+  for (int i = 0; i < 3; ++i) {
+    const Lanes part = along_residual * force[i];
+    for (int j = i; j < 3; ++j) sums->surplus[entry++] += part * force[j];
+  }
 }
 
 inline void StoreSystem(const SystemSums& sums, int first, GroupSystem* system) {
   for (int k = 0; k < 6; ++k) Store(sums.matrix[k], system->matrix[k] + first);
+  for (int k = 0; k < 6; ++k) Store(sums.surplus[k], system->surplus[k] + first);
   for (int k = 0; k < 3; ++k) Store(sums.gradient[k], system->gradient[k] + first);
   Store(sums.chi_square, system->chi_square + first);
   Store(sums.inliers, system->inliers + first);
@@ -264,7 +280,8 @@ bool Start(const RayCamera* cameras, const RayRow* rows, int count, const RayPoi
       const Lanes weight = row.near * row.inverse_variance, *residual = row.residual_px;
       Store(weight, linear[i].weight + first);
       sums.chi_square += (residual[0] * residual[0] + residual[1] * residual[1]) * weight;
-      AddToSystem(row.jacobian, residual, weight, &sums);
+      Lanes force[3];
+      AddToSystem(row.jacobian, residual, weight, &sums, force);
       checks |= row.checks;
     }
     StoreSystem(sums, first, system);
@@ -285,6 +302,6 @@ void Accumulate(LinearRow* rows, int count, const float (*step_mm)[kNodeLanes], 
 }  // namespace
 
 extern const RayKernels kRayKernels;
-const RayKernels kRayKernels = {Read, Undistort, Score, Linearise, Start, Accumulate};
+const RayKernels kRayKernels = {Read, Undistort, Score, Linearise, Start, Accumulate, Solve};
 
 }  // namespace weft::WEFT_KERNEL_NAMESPACE

@@ -8,6 +8,8 @@
 namespace weft {
 namespace {
 
+constexpr int kMostReweightings = 100;
+
 double Variance(const Sight& sight, const RefinementOptions& options) {
   const double sigma = std::max(sight.sigma_px, options.min_sigma_px);
   const double left = options.camera_sigma_px.empty() ? 0 : options.camera_sigma_px[sight.camera];
@@ -64,7 +66,7 @@ std::optional<RefinedPoint> RefinePoint(const Eigen::Vector3d& start_mm, std::sp
                                         std::span<const int> chosen, const RefinementOptions& options) {
   RefinedPoint out;
   out.position_mm = start_mm;
-  for (out.iterations = 0; out.iterations < kMaxRefinements;) {
+  for (out.iterations = 0; out.iterations < kMostReweightings;) {
     const NormalSystem system = Linearise(out.position_mm, sights, chosen, options);
     if (!system.in_front) return std::nullopt;
     const Eigen::LDLT<Eigen::Matrix3d> factor(system.matrix);

@@ -9,8 +9,7 @@
 
 namespace weft {
 
-// Gauss-Newton steps of a point, at most, and the length of a step that ends them.
-inline constexpr int kMaxRefinements = 10;
+// Steps shorter than this change nothing that anyone could see.
 inline constexpr double kRefinedMm = 1e-6;
 
 struct RefinedPoint {
@@ -25,8 +24,9 @@ struct RefinedPoint {
 double ReprojectionCost(const Eigen::Vector3d& point_mm, std::span<const Sight> sights,
                         std::span<const int> chosen, const RefinementOptions& options);
 
-// Minimises ReprojectionCost by Gauss-Newton with reweighting, from `start_mm`. Empty where the rays do not
-// fix a point (normal matrix singular) or the point leaves the front of a camera.
+// Minimises ReprojectionCost by Gauss-Newton with reweighting, from `start_mm`, which takes many steps where
+// many rays are beyond Huber's bound. Empty where the rays do not fix a point (normal matrix singular) or the
+// point leaves the front of a camera.
 std::optional<RefinedPoint> RefinePoint(const Eigen::Vector3d& start_mm, std::span<const Sight> sights,
                                         std::span<const int> chosen, const RefinementOptions& options);
 

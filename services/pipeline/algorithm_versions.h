@@ -20,7 +20,7 @@ constexpr const char* StageName(Stage stage) {
 constexpr int AlgorithmVersion(Stage stage) {
   constexpr int kVersions[kStages] = {
       1,  // decode
-      2,  // triangulate
+      3,  // triangulate
       2,  // second_pass
       1,  // align
       1,  // refine

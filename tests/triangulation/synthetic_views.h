@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <random>
 #include <string>
 #include <vector>
@@ -71,6 +72,24 @@ inline std::vector<NodeTruth> BentSheet(int rows, int cols, NodeKind kind = Node
     }
   }
   return nodes;
+}
+
+// A share of the observations somewhere else, some seen twice, some without a corner of the rig.
+inline void Spoil(double share, std::vector<ViewObservations>* views) {
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> unit(0, 1);
+  for (ViewObservations& view : *views) {
+    std::vector<Observation> kept;
+    for (Observation o : view.observations) {
+      if (unit(random) < 0.3) continue;
+      if (unit(random) < share) o.x_px += 300 * (unit(random) - 0.5), o.y_px += 300 * (unit(random) - 0.5);
+      if (unit(random) < 0.05) o.x_px += 4 * (unit(random) - 0.5);
+      kept.push_back(o);
+      if (unit(random) < 0.03) kept.push_back({o.x_px + 0.3, o.y_px, o.node, o.sigma_px, o.confidence});
+    }
+    std::shuffle(kept.begin(), kept.end(), random);
+    view.observations = kept;
+  }
 }
 
 }  // namespace weft::testing
