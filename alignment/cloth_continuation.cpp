@@ -4,7 +4,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
-#include <unordered_set>
+#include <utility>
 
 #include "alignment/untangle/untangle_patch.h"
 
@@ -80,7 +80,8 @@ class Continuation {
         position_mm_(rest_mm_.size(), Eigen::Vector3d::Zero()),
         noise_mm_(rest_mm_.size(), 0),
         measured_(rest_mm_.size(), false),
-        state_(faces_.size()) {
+        state_(faces_.size()),
+        seen_from_(rest_mm_.size(), -1) {
     for (const VertexTarget& t : targets) {
       position_mm_[t.vertex] = t.position_mm;
       noise_mm_[t.vertex] = NoiseMm(t, reference_sigma_mm);
@@ -99,7 +100,7 @@ class Continuation {
     for (int ring = 1; ring <= options_.rings; ++ring) {
       std::vector<int> vertices;
       for (int v = 0; v < model_.graph().vertices; ++v)
-        if (ring_[v] == ring) vertices.push_back(v);
+        if (ring_[v] == ring && Matters(v)) vertices.push_back(v);
       CarryOn(vertices, ring);
       for (const int v : vertices)
         if (const int placed = Place(v, ring); placed > 0 && IsNearHem(v) && IsOpen(v, ring))
@@ -118,6 +119,11 @@ class Continuation {
     return at_border;
   }
   bool IsNearHem(int v) const { return hem_ring_[v] >= 0 && hem_ring_[v] <= kHemRings; }
+  // Whether some vertex near a hem may depend on this one: a place depends on faces around it, they on those
+  // beside them of the ring before, and curvatures on those beside them.
+  bool Matters(int v) const {
+    return hem_ring_[v] >= 0 && hem_ring_[v] <= kHemRings + 2 * options_.rings + 4;
+  }
 
   Eigen::Vector3d CenterOf(int face) const {
     const Face& f = faces_[face];
@@ -139,7 +145,8 @@ class Continuation {
   void FindRotations() {
     for (size_t f = 0; f < faces_.size(); ++f) {
       const Face& face = faces_[f];
-      if (!measured_[face[0]] || !measured_[face[1]] || !measured_[face[2]] || !IsNearGap(face)) continue;
+      if (!measured_[face[0]] || !measured_[face[1]] || !measured_[face[2]]) continue;
+      if (!Matters(face[0]) || !IsNearGap(face)) continue;
       const Eigen::Vector3d u = rest_mm_[face[1]] - rest_mm_[face[0]],
                             v = rest_mm_[face[2]] - rest_mm_[face[0]];
       const Eigen::Vector3d a = position_mm_[face[1]] - position_mm_[face[0]],
@@ -241,7 +248,7 @@ class Continuation {
   }
 
   // Whether measured cloth nearby lies on one side only: on that of the mean direction to it.
-  bool IsOpen(int v, int ring) const {
+  bool IsOpen(int v, int ring) {
     std::vector<Eigen::Vector3d> directions;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const int other : Nearby(v, 2 * ring + kBeyondRings)) {
@@ -257,15 +264,16 @@ class Continuation {
   }
 
   // Vertices at most so many edges away.
-  std::vector<int> Nearby(int v, int edges) const {
+  std::vector<int> Nearby(int v, int edges) {
     const MeshGraph& graph = model_.graph();
     std::vector<int> reached = {v};
-    std::unordered_set<int> seen = {v};
+    seen_from_[v] = v;
     for (size_t first = 0; edges > 0; --edges) {
       for (const size_t last = reached.size(); first < last; ++first) {
         const int from = reached[first];
-        for (int i = graph.first[from]; i < graph.first[from + 1]; ++i)
-          if (seen.insert(graph.neighbor[i]).second) reached.push_back(graph.neighbor[i]);
+        for (int i = graph.first[from]; i < graph.first[from + 1]; ++i) {
+          if (std::exchange(seen_from_[graph.neighbor[i]], v) != v) reached.push_back(graph.neighbor[i]);
+        }
       }
     }
     return reached;
@@ -282,6 +290,7 @@ class Continuation {
   // Edges to the nearest target, to the template's border and to the nearest vertex without a target.
   std::vector<int> ring_, hem_ring_, gap_ring_;
   std::vector<FaceState> state_;
+  std::vector<int> seen_from_;  // the last vertex whose neighbourhood a vertex was in
 };
 
 }  // namespace
