@@ -11,8 +11,9 @@
 
 namespace weft {
 
-// Corrections kept by the quasi-Newton method.
-inline constexpr int kCorrections = 5;
+// Corrections kept by the quasi-Newton method. On the T-shirt of 101,286 vertices with a quarter hidden 2, 3,
+// 4, 5 take 55, 54, 63, 64 iterations to the same errors, and each costs a pass over the mesh.
+inline constexpr int kCorrections = 3;
 
 struct ElasticOptions {
   double lambda = 1;  // of E_Dist against E_Det

@@ -22,7 +22,7 @@ constexpr int AlgorithmVersion(Stage stage) {
       1,  // decode
       3,  // triangulate
       2,  // second_pass
-      1,  // align
+      2,  // align
       1,  // refine
   };
   return kVersions[static_cast<int>(stage)];
