@@ -104,6 +104,14 @@ SigmaCalibration& SigmaCalibration::operator+=(const SigmaCalibration& other) {
   return *this;
 }
 
+SigmaCalibration SigmaCalibration::Empty() const {
+  SigmaCalibration out = *this;
+  out.frames_ = 0;
+  out.gain_ = {};
+  out.errors_ = {};
+  return out;
+}
+
 SigmaScale SigmaCalibration::Scales() const {
   const SigmaScale typical = TypicalSigmaScale();
   SigmaScale out = typical;

@@ -27,6 +27,8 @@ class SigmaCalibration {
   absl::Status Add(const SparseViewAvatar& avatar, const std::vector<std::vector<Eigen::Vector3d>>& run,
                    uint64_t seed, NetCorrection* net = nullptr);
   SigmaCalibration& operator+=(const SigmaCalibration& other);
+  // Of the same garment, without errors.
+  SigmaCalibration Empty() const;
 
   int frames() const { return frames_; }  // that counted, each before all numbers of cameras
   // What nets made of the frames that they corrected, for each number of cameras.

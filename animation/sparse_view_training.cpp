@@ -1,6 +1,9 @@
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <utility>
 
@@ -236,16 +239,31 @@ class Learner {
   // How far the avatar is off in runs of these frames. `frames` count at most; `net` may be null.
   absl::Status Measure(const SparseViewAvatar& avatar, const std::vector<FrameOfTake>& from, int frames,
                        NetCorrection* net, SigmaCalibration* calibration) const {
-    for (const std::vector<FrameOfTake>& run : RunsOf(from, frames)) {
+    const std::vector<std::vector<FrameOfTake>> runs = RunsOf(from, frames);
+    std::vector<SigmaCalibration> of_run(runs.size(), calibration->Empty());
+    std::vector<absl::Status> status(runs.size());
+    std::mutex reading;
+    const auto measure = [&](size_t r) {
       std::vector<std::vector<Eigen::Vector3d>> meshes;
-      for (const FrameOfTake& at : run) {
+      for (const FrameOfTake& at : runs[r]) {
+        const std::lock_guard lock(reading);
         auto mesh = checked_.Read(at);
-        if (!mesh.ok()) return mesh.status();
+        status[r].Update(mesh.status());
+        if (!mesh.ok()) return;
         meshes.push_back(*std::move(mesh));
       }
-      const uint64_t seed =
-          KeyOf(training_.seed, absl::StrCat("run ", run.front().take, " ", run.front().frame));
-      if (absl::Status status = calibration->Add(avatar, meshes, seed, net); !status.ok()) return status;
+      const FrameOfTake& first = runs[r].front();
+      const uint64_t seed = KeyOf(training_.seed, absl::StrCat("run ", first.take, " ", first.frame));
+      status[r] = of_run[r].Add(avatar, meshes, seed, net);
+    };
+    if (net == nullptr) {
+      tbb::parallel_for(size_t{0}, runs.size(), measure);
+    } else {  // which keeps what it computes in
+      for (size_t r = 0; r < runs.size(); ++r) measure(r);
+    }
+    for (size_t r = 0; r < runs.size(); ++r) {
+      if (!status[r].ok()) return status[r];
+      *calibration += of_run[r];
     }
     return absl::OkStatus();
   }

@@ -1,6 +1,8 @@
 #include "animation/sigma_calibration.h"
 
 #include <gtest/gtest.h>
+#include <tbb/global_control.h>
+#include <tbb/task_arena.h>
 
 #include "animation/sparse_view_driver.h"
 #include "tests/animation/waving_tube.h"
@@ -59,6 +61,17 @@ TEST(SigmaCalibration, IsTriedOnHeldOutFramesAndOnMotionsLeftOutInTurn) {
   TrainingFrames of_one = WavingTube::Frames(4, 40);
   for (TrainingTake& take : of_one.takes) take.motion = "wave";
   EXPECT_EQ(Learn(of_one).left_out_check.frames, 0);
+}
+
+TEST(SigmaCalibration, IsTheSameOnAnyNumberOfThreads) {
+  const TrainingFrames frames = WavingTube::Frames(4, 40);
+  SparseViewAvatar one, many;
+  tbb::task_arena(1).execute([&] { one = Learn(frames); });
+  const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 4);
+  tbb::task_arena(4).execute([&] { many = Learn(frames); });
+  EXPECT_EQ(one.sigma.of, many.sigma.of);
+  EXPECT_EQ(one.held_out_check.within_one, many.held_out_check.within_one);
+  EXPECT_EQ(one.left_out_check.loss, many.left_out_check.loss);
 }
 
 TEST(SigmaCalibration, WithTooFewFramesTypicalFactorsStandIn) {
