@@ -5,8 +5,10 @@
 
 #include <filesystem>
 
+#include "absl/strings/str_cat.h"
 #include "services/files/cloud_file.h"
 #include "services/files/mesh_file.h"
+#include "services/pipeline/algorithm_versions.h"
 #include "services/pipeline/frame_folder.h"
 #include "services/pipeline/stage_keys.h"
 #include "tests/alignment/cloth_sheets.h"
@@ -109,12 +111,12 @@ TEST_F(FrameResumeTest, NothingStandsWithoutAReportOrOfAFailedFrame) {
 }
 
 TEST_F(FrameResumeTest, BeginsWithTheFirstStageThatDiffers) {
-  const char* expected[] = {"decode: decode has version 1, was 9", "decode: triangulate has version 2, was 9",
-                            "decode: second_pass has version 2, was 9", "align: align has version 1, was 9",
-                            "refine: refine has version 1, was 9"};
+  const char* begins[] = {"decode", "decode", "decode", "align", "refine"};
   for (int stage = kStages - 1; stage >= 0; --stage) {  // each before the one of the last turn
-    ChangeReport([stage](v1::FrameReport& report) { report.mutable_keys(stage)->set_version(9); });
-    EXPECT_EQ(Standing(), expected[stage]);
+    ChangeReport([stage](v1::FrameReport& report) { report.mutable_keys(stage)->set_version(99); });
+    const Stage of = static_cast<Stage>(stage);
+    EXPECT_EQ(Standing(), absl::StrCat(begins[stage], ": ", StageName(of), " has version ",
+                                       AlgorithmVersion(of), ", was 99"));
   }
 }
 

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "absl/strings/str_cat.h"
+#include "services/pipeline/algorithm_versions.h"
+
 namespace weft {
 namespace {
 
@@ -71,7 +74,8 @@ TEST_F(StageKeysTest, SayWhy) {
     const auto first = FirstDifference(was, now);
     return first ? first->why : "";
   };
-  EXPECT_EQ(why([](StageKeys& keys) { keys[3].set_version(7); }), "align has version 1, was 7");
+  EXPECT_EQ(why([](StageKeys& keys) { keys[3].set_version(7); }),
+            absl::StrCat("align has version ", AlgorithmVersion(Stage::kAlign), ", was 7"));
   EXPECT_EQ(why([](StageKeys& keys) { keys[1].set_inputs("s"); }), "triangulate has another rig");
   EXPECT_EQ(why([](StageKeys& keys) { keys[0].set_options("s"); }), "decode has other options");
   EXPECT_EQ(why([](StageKeys& keys) { keys[4].set_version(0); }), "refine was not done");
