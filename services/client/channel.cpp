@@ -12,13 +12,12 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
+#include "services/rpc/message_limit.h"
 
 namespace weft {
 namespace {
 
 constexpr int kMaxAnswerBytes = 64 << 20;
-// What a daemon takes. It ends connections that send much more, and would not get to say why.
-constexpr int kMaxRequestBytes = 1 << 20;
 constexpr uint64_t kLargestSecretBytes = 1 << 20;
 constexpr char kUnixPrefix[] = "unix:";
 
@@ -92,7 +91,7 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> TlsOf(const ClientIden
 grpc::ChannelArguments ChannelSettings() {
   grpc::ChannelArguments settings;
   settings.SetMaxReceiveMessageSize(kMaxAnswerBytes);
-  settings.SetMaxSendMessageSize(kMaxRequestBytes);
+  settings.SetMaxSendMessageSize(kLargestRequest_bytes);
   settings.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
   // Notices a daemon whose machine went away while a job is watched.
   settings.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 60'000);

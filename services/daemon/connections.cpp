@@ -22,6 +22,7 @@
 #include "capture/file/plain_text.h"
 #include "services/process/descriptor_limit.h"
 #include "services/process/thread_priority.h"
+#include "services/rpc/message_limit.h"
 
 namespace weft {
 namespace {
@@ -78,7 +79,7 @@ std::string TextOf(ReceiveGuard::Ended::Reason reason) {
   if (reason == ReceiveGuard::Ended::kWithoutCall)
     return "a connection sent more than a handshake, made no call, and broke HTTP/2's rules or left";
   return absl::StrCat("a connection sent more than was heard of it in calls and messages, each of which has ",
-                      ReceiveGuard::kLargestMessage_bytes >> 20, " MiB at most, and was ended");
+                      kLargestRequest_bytes >> 20, " MiB at most, and was ended");
 }
 
 }  // namespace

@@ -18,6 +18,7 @@
 #include "services/daemon/daemon_parts.h"
 #include "services/daemon/server_credentials.h"
 #include "services/files/atomic_file.h"
+#include "services/rpc/message_limit.h"
 
 namespace weft {
 namespace {
@@ -27,7 +28,7 @@ constexpr int kPollers = 4;
 constexpr int kSpareThreads = 2 * kPollers;
 
 void ConfigureServer(grpc::ServerBuilder& builder) {
-  builder.SetMaxReceiveMessageSize(ReceiveGuard::kLargestMessage_bytes);
+  builder.SetMaxReceiveMessageSize(kLargestRequest_bytes);
   // Windows that gRPC lets grow with the bandwidth would hold more than ReceiveGuard allows.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, ReceiveGuard::kWindow_bytes);

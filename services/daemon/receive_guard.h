@@ -10,6 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "services/rpc/message_limit.h"
+
 namespace weft {
 
 // gRPC 1.51 keeps a block of headers in memory until its end, however long it gets (CVE-2023-33953), and
@@ -20,15 +22,14 @@ namespace weft {
 // are looked at less often. Thread safety: any thread.
 class ReceiveGuard {
  public:
-  // What a call may send ahead of its reader (HTTP/2's window of a stream), and the largest message.
+  // What a call may send ahead of its reader: HTTP/2's window of a stream.
   static constexpr int kWindow_bytes = 1 << 20;
-  static constexpr int kLargestMessage_bytes = 1 << 20;
   // What gRPC reads of a connection at once, and what the kernel keeps for it.
   static constexpr int kReadAtOnce_bytes = 64 << 10, kReceiveBuffer_bytes = 128 << 10;
   // What a connection may owe: TLS handshake, headers, windows, and a message, since calls with one message
   // are heard of when it is complete. And a window and a message for each call that awaits more.
   static constexpr double kMostUnheard_bytes = (256 << 10) + kWindow_bytes;
-  static constexpr double kMessage_bytes = kWindow_bytes + kLargestMessage_bytes;
+  static constexpr double kMessage_bytes = kWindow_bytes + kLargestRequest_bytes;
   static constexpr double kMostMessages_bytes = 16 << 20;
   // For windows and pings, which come with what is sent to it.
   static constexpr double kFree_bytes_per_s = 32 << 10;

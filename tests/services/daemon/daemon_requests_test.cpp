@@ -6,6 +6,7 @@
 #include "base/host_clock.h"
 #include "services/daemon/request_check.h"
 #include "services/rpc/error_detail.h"
+#include "services/rpc/message_limit.h"
 #include "tests/services/daemon/daemon_fixture.h"
 #include "tests/services/daemon/raw_call.h"
 
@@ -157,7 +158,7 @@ TEST_F(DaemonTest, RefusesMessagesBeyondItsLimit) {
   StartDaemon();
   v1::SubmitJobRequest request = MakeRequest({"a"});
   // Of one who knows no limit: a little above it.
-  request.set_out_probe(std::string((1 << 20) + (64 << 10), 'x'));
+  request.set_out_probe(std::string(kLargestRequest_bytes + (64 << 10), 'x'));
   const auto careless =
       v1::Jobs::NewStub(grpc::CreateChannel(daemon_->address(), grpc::InsecureChannelCredentials()));
   grpc::ClientContext context;
@@ -165,7 +166,7 @@ TEST_F(DaemonTest, RefusesMessagesBeyondItsLimit) {
   const grpc::Status refused = careless->SubmitJob(&context, request, &job);
   EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << refused.error_message();
   // Our client does not send what would end its connection.
-  request.set_out_probe(std::string(2 << 20, 'x'));
+  request.set_out_probe(std::string(2 * kLargestRequest_bytes, 'x'));
   EXPECT_EQ(client_->Submit(request).status().code(), absl::StatusCode::kResourceExhausted);
   EXPECT_TRUE(client_->List(0).ok());
 }

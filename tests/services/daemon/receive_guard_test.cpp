@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/files/unique_fd.h"
+#include "services/rpc/message_limit.h"
 
 namespace weft {
 namespace {
@@ -71,7 +72,7 @@ TEST_F(ReceiveGuardTest, LetsAHandshakePass) {
 }
 
 TEST_F(ReceiveGuardTest, WaitsForAMessageThatIsNotComplete) {
-  Send(ReceiveGuard::kLargestMessage_bytes + (64 << 10));
+  Send(kLargestRequest_bytes + (64 << 10));
   EXPECT_FALSE(IsEnded());
 }
 
