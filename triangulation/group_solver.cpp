@@ -15,9 +15,11 @@ constexpr double kReachMm = 1;
 // A step that gains less is the last one. One of Newton's, times the squared number of inliers: with 68 of
 // them residuals move by less than .05 sigma, few pass Huber's bound, and the point is off by a thousandth of
 // its sigma or so; where few rays carry the point, each of them tells more. One of reweighted least squares:
-// what is left may be longer than the step.
+// what is left may be longer than the step. Chosen on the bent sheet of benchmark_triangulate, a fifth of the
+// rays wrong: before 84, 25 and 9 cameras the worst node is off by .011, .009 and .006 sigma.
 constexpr double kLeastNewtonGain = 3e-5, kLeastGain = 1e-4;
-// Of a round. Newton's method may go to and fro over the bounds of some rays; every third step is one of
+// Of a round, and for the nodes of plain_path_test, which ten steps of either kind do not all bring to their
+// point. Newton's method may go to and fro over the bounds of some rays; every third step is one of
 // reweighted least squares, which always comes nearer.
 constexpr int kMostRefinements = 20, kNewtonSteps = 2, kStepsOfTurn = 3;
 

@@ -1,5 +1,6 @@
 // Consensus and refinement of the nodes of a group, side by side. The plain path of the same steps is in
-// consensus.h and refine.h: both try the same pairs of rays and end in the same point, up to rounding.
+// consensus.h and refine.h: both try the same pairs of rays and end in the same point, up to what the
+// last step here leaves (kLeastNewtonGain).
 #pragma once
 
 #include <optional>

@@ -121,6 +121,7 @@ struct RayKernels {
   // limit, and the systems over the rays that take part.
   void (*accumulate)(LinearRow* rows, int count, const float (*step_mm)[kNodeLanes], const RayLimits& limits,
                      GroupSystem* system);
+  // Inverts the matrices, and takes the steps from them.
   void (*solve)(const GroupSystem& system, GroupSolution* solution);
 };
 

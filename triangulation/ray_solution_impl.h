@@ -35,7 +35,8 @@ inline void Store(LongLanes mask, int32_t* p) {
 
 inline void Solve(const GroupSystem& system, GroupSolution* solution) {
   constexpr double kLeastPivot = 1e-12;
-  // Newton's matrix serves where it keeps this share of the other one's determinant.
+  // Newton's matrix serves where it keeps this share of the other one's determinant. With .5 and thirty steps
+  // four nodes of plain_path_test miss their point, with .1 and twenty none does.
   constexpr double kLeastShare = 0.1;
   for (int first = 0; first < kNodeLanes; first += kHalf) {
     SymmetricDoubles robust, newton;

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstring>
 #include <memory>
+#include <utility>
 
 #include "tests/triangulation/synthetic_views.h"
 #include "triangulation/ray_groups.h"
@@ -31,6 +32,21 @@ RayPoints PointsBesideStrip(double x_mm) {
   return points;
 }
 
+// The first group of a bent strip of so many cells.
+struct Strip {
+  Strip(int cameras, int cells, double sigma_px, uint32_t seed)
+      : Strip(RingRig(cameras), Observe(RingRig(cameras), BentSheet(1, cells), sigma_px, seed), {}) {}
+  Strip(const Rig& rig, std::vector<ViewObservations> seen, const TriangulationOptions& options)
+      : views(std::move(seen)), groups(RayGroups::Build(rig, views, options)) {
+    EXPECT_TRUE(groups.ok() && RayGroupReader(*groups, 0).Next(&group)) << groups.status();
+  }
+  const RayCamera* cameras() const { return groups->cameras().data(); }
+
+  std::vector<ViewObservations> views;
+  absl::StatusOr<RayGroups> groups;
+  RayGroup group;
+};
+
 // The rays that are inliers take part from now on.
 void TakeInliers(LinearRow* row) {
   for (int lane = 0; lane < kNodeLanes; ++lane)
@@ -38,14 +54,10 @@ void TakeInliers(LinearRow* row) {
 }
 
 TEST(RayKernels, StartSumsWhatAccumulateDoesWithoutHubersWeight) {
-  const Rig rig = RingRig(9);
-  const std::vector<ViewObservations> views = Observe(rig, BentSheet(1, 15), 0.15, 5);
-  const auto groups = RayGroups::Build(rig, views, {});
-  ASSERT_TRUE(groups.ok()) << groups.status();
-  RayGroup group;
-  ASSERT_TRUE(RayGroupReader(*groups, 0).Next(&group));
+  const Strip strip(9, 15, 0.15, 5);
+  const RayGroup& group = strip.group;
   const RayKernels& kernels = BestRayKernels();
-  const RayCamera* cameras = groups->cameras().data();
+  const RayCamera* cameras = strip.cameras();
   RayLimits limits{1, 0.02f, 8, 0.5f, 1e9f};
   const RayPoints points = PointsBesideStrip(0.2);
   std::vector<LinearRow> linear(group.count), started(group.count);
@@ -65,16 +77,11 @@ TEST(RayKernels, StartSumsWhatAccumulateDoesWithoutHubersWeight) {
 
 // Rows linearised 0.2 mm beside a strip of the sheet, all rays within 1 mm taking part.
 struct LinearStrip {
-  LinearStrip(double sigma_px, uint64_t seed) {
-    const Rig rig = RingRig(24);
-    const std::vector<ViewObservations> views = Observe(rig, BentSheet(1, 16), sigma_px, seed);
-    const auto groups = RayGroups::Build(rig, views, {});
-    RayGroup group;
-    RayGroupReader(*groups, 0).Next(&group);
-    const RayPoints points = PointsBesideStrip(0.2);
-    rows.resize(group.count);
-    BestRayKernels().linearise(groups->cameras().data(), group.rows.data(), group.count, points, limits,
-                               rows.data());
+  LinearStrip(double sigma_px, uint32_t seed) {
+    const Strip strip(24, 16, sigma_px, seed);
+    rows.resize(strip.group.count);
+    BestRayKernels().linearise(strip.cameras(), strip.group.rows.data(), strip.group.count,
+                               PointsBesideStrip(0.2), limits, rows.data());
     for (LinearRow& row : rows) TakeInliers(&row);
   }
   GroupSystem At(const float (*step_mm)[kNodeLanes]) {
@@ -154,20 +161,15 @@ TEST(RayKernels, SolvesAsEigenDoes) {
 }
 
 TEST(RayKernels, ScoreEndsOnceAllHaveEnough) {
-  const Rig rig = RingRig(60);
-  const std::vector<ViewObservations> views = Observe(rig, BentSheet(1, 16), 0.15, 5);
-  const auto groups = RayGroups::Build(rig, views, {});
-  ASSERT_TRUE(groups.ok()) << groups.status();
-  RayGroup group;
-  ASSERT_TRUE(RayGroupReader(*groups, 0).Next(&group));
+  const Strip strip(60, 16, 0.15, 5);
+  const RayGroup& group = strip.group;
   const RayPoints points = PointsBesideStrip(0);
   const auto cameras_with = [&](float enough, int idle_lane) {
     float per_lane[kNodeLanes];
     std::fill_n(per_lane, kNodeLanes, enough);
     per_lane[idle_lane] = 0;
     GroupScore score;
-    BestRayKernels().score(groups->cameras().data(), group.rows.data(), group.count, points, 1, per_lane,
-                           &score);
+    BestRayKernels().score(strip.cameras(), group.rows.data(), group.count, points, 1, per_lane, &score);
     return score;
   };
   const GroupScore all = cameras_with(1000, 0), some = cameras_with(5, 0);
@@ -180,19 +182,14 @@ TEST(RayKernels, ScoreEndsOnceAllHaveEnough) {
 }
 
 TEST(RayKernels, DistancesAreComparedWhereResidualsDoNotLimitThem) {
-  const Rig rig = RingRig(9);
-  const std::vector<ViewObservations> views = Observe(rig, BentSheet(1, 16), 0.15, 5);
-  const auto groups = RayGroups::Build(rig, views, {});
-  ASSERT_TRUE(groups.ok()) << groups.status();
-  RayGroup group;
-  ASSERT_TRUE(RayGroupReader(*groups, 0).Next(&group));
+  const Strip strip(9, 16, 0.15, 5);
+  const RayGroup& group = strip.group;
   const RayPoints points = PointsBesideStrip(0);
   const RayKernels& kernels = BestRayKernels();
   std::vector<LinearRow> linear(group.count);
   const auto checks = [&](float radius_mm) {
     const RayLimits limits{radius_mm * radius_mm, 0.02f, 8, 0.5f, 2.5f};
-    return kernels.linearise(groups->cameras().data(), group.rows.data(), group.count, points, limits,
-                             linear.data());
+    return kernels.linearise(strip.cameras(), group.rows.data(), group.count, points, limits, linear.data());
   };
   // Residuals of up to 1.2 px are half a millimetre or so.
   EXPECT_FALSE(checks(3));
@@ -261,10 +258,8 @@ TEST(RayKernels, SameBytesFromEveryInstructionSet) {
   Spoil(0.2, &views);
   TriangulationOptions options;
   options.refinement.calibration_sigma_px = 0.1;
-  const auto groups = RayGroups::Build(rig, views, options);
-  ASSERT_TRUE(groups.ok()) << groups.status();
-  RayGroup group;
-  ASSERT_TRUE(RayGroupReader(*groups, 0).Next(&group));
+  const Strip strip(rig, views, options);
+  const RayGroup& group = strip.group;
   ASSERT_GE(group.count, 21);
   struct Results {
     RayRow rows[64];
@@ -284,7 +279,7 @@ TEST(RayKernels, SameBytesFromEveryInstructionSet) {
       for (int k = 0; k < 3; ++k) step_mm[k][lane] = 0.01f * static_cast<float>(k + lane - 9);
     }
     const RayLimits limits{1, 0.02f, 8, 0.5f, 2.5f};
-    const RayCamera* cameras = groups->cameras().data();
+    const RayCamera* cameras = strip.cameras();
     kernels.undistort(cameras, group.count, out->rows);
     float never[kNodeLanes];
     std::fill_n(never, kNodeLanes, 1e9f);
