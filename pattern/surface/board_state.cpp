@@ -87,7 +87,7 @@ void BoardState::MarkScored() {
 void BoardState::ForgetAttempts() {
   for (Position& position : positions_) {
     position.best_explained = 0;
-    position.tried_with = 0;
+    position.tried = 0;
   }
 }
 

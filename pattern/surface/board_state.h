@@ -76,11 +76,10 @@ class BoardState {
   bool IsScored(const ViewCell& cell) const;
   void MarkScored();
 
-  // Growth's memory of a position: the best candidate's share of explained variance, in the growth going on,
-  // and the neighbours that were known (as Around) at the last attempt. With the same neighbours another
-  // attempt would predict the same.
+  // Growth's memory of a position, for the growth going on: the best candidate's share of explained variance,
+  // and what need not be tried again (0 at first; the growth knows what its bits say).
   float& BestExplained(int row, int col) { return positions_[PositionOf(row, col)].best_explained; }
-  uint32_t& TriedWith(int row, int col) { return positions_[PositionOf(row, col)].tried_with; }
+  uint32_t& Tried(int row, int col) { return positions_[PositionOf(row, col)].tried; }
   void ForgetAttempts();
   // Fetches what a growth reads of a position.
   void Prefetch(int row, int col) const { __builtin_prefetch(&positions_[PositionOf(row, col)]); }
@@ -100,7 +99,7 @@ class BoardState {
   struct Position {
     int cell = -1;
     float best_explained = 0;
-    uint32_t tried_with = 0;
+    uint32_t tried = 0;
     bool changed = false;  // since MarkScored
   };
 

@@ -17,41 +17,49 @@ constexpr float kWellExplained = 0.75f;
 // Weight in a fit of neighbours that are not known: they may be hidden.
 constexpr float kUnknownWeight = 0.3f;
 
+// To the eight cells around one, those that share an edge first.
+struct Step {
+  int rows, columns;
+};
+constexpr Step kSteps[8] = {{0, 1}, {1, 0}, {0, -1}, {-1, 0}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}};
+
 // Candidates by how well they are explained: the best first, in steps of 1 %; of those in one step the one
 // that came first. Neighbours come one after the other, and are near each other in memory then.
 class CandidateQueue {
  public:
   void Push(float explained, int candidate) {
-    const int step = StepOf(explained);
-    steps_[step].candidates.push_back(candidate);
-    best_ = std::max(best_, step);
+    const int level = LevelOf(explained);
+    levels_[level].candidates.push_back(candidate);
+    best_ = std::max(best_, level);
   }
   // The next one of those that are explained by this share or more; -1 where there is none.
   int Pop(float least_explained) {
-    for (; best_ >= StepOf(least_explained); --best_) {
-      Step& step = steps_[best_];
-      if (step.next < step.candidates.size()) return step.candidates[step.next++];
-      step = {};
+    for (; best_ >= LevelOf(least_explained); --best_) {
+      Level& level = levels_[best_];
+      if (level.next < level.candidates.size()) return level.candidates[level.next++];
+      level = {};
       if (best_ == 0) break;
     }
     return -1;
   }
   // The one that comes so many later of those that are equally well explained; -1 where there is none.
   int Ahead(size_t later) const {
-    const Step& step = steps_[best_];
-    return step.next + later < step.candidates.size() ? step.candidates[step.next + later] : -1;
+    const Level& level = levels_[best_];
+    return level.next + later < level.candidates.size() ? level.candidates[level.next + later] : -1;
   }
 
  private:
-  static constexpr int kSteps = 100;
-  static int StepOf(float explained) { return std::clamp(static_cast<int>(kSteps * explained), 0, kSteps); }
+  static constexpr int kLevels = 100;
+  static int LevelOf(float explained) {
+    return std::clamp(static_cast<int>(kLevels * explained), 0, kLevels);
+  }
 
-  struct Step {
+  struct Level {
     std::vector<int> candidates;
     size_t next = 0;
   };
-  std::array<Step, kSteps + 1> steps_;
-  int best_ = 0;  // no later step has any
+  std::array<Level, kLevels + 1> levels_;
+  int best_ = 0;  // no later level has any
 };
 
 class Growth {
@@ -123,7 +131,7 @@ class Growth {
       if (state_.At(next.row, next.col) >= 0) continue;
       if (occupied_.IsTaken(next.fit.pose)) {
         state_.Miss(next.row, next.col, next.fit.pose, WhyMissing::kTaken);
-        state_.TriedWith(next.row, next.col) = 0;  // who is there may be evicted
+        state_.Tried(next.row, next.col) = 0;  // who is there may be evicted
         continue;
       }
       state_.Add(next);
@@ -159,76 +167,92 @@ class Growth {
   }
 
   void TryAround(int row, int col) {
-    for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}}) Try(row + dr, col + dc, dr, dc);
-  }
-
-  // Looks for the cell that is (dr, dc) from a known one. With the neighbours of the last attempt there is
-  // nothing new to try.
-  void Try(int row, int col, int dr, int dc) {
-    if (!state_.board().Contains(row, col) || state_.At(row, col) >= 0 ||
-        state_.BestExplained(row, col) > kWellExplained) {
-      return;
-    }
-    const uint32_t around = state_.Around(row, col);
-    if (policy_.behind_occluders && __builtin_popcount(around) < options_.min_known_at_boundary) return;
-    if (std::exchange(state_.TriedWith(row, col), around) == around) return;
-    const Expectation expected = Expect(row, col, around);
-    if (policy_.behind_occluders) {
-      TryBehindOccluders(expected);
-    } else {
-      TryInTheOpen(expected, *state_.Find(row - dr, col - dc));
+    for (int k = 0; k < (policy_.from_diagonals ? 8 : 4); ++k) {
+      if (policy_.behind_occluders) {
+        TryBehindOccluders(row + kSteps[k].rows, col + kSteps[k].columns);
+      } else {
+        TryInTheOpen(row, col, k);
+      }
     }
   }
 
-  // Where the expected pose does not fit, the cloth may turn away behind the cell `from`.
-  void TryInTheOpen(Expectation expected, const ViewCell& from) {
-    const CellPose first = expected.cell.pose;
-    CellFit fit = fitter_.Fit(expected.cell, options_.fit);
+  bool MayBeTried(int row, int col) const {
+    return state_.board().Contains(row, col) && state_.At(row, col) < 0 &&
+           state_.BestExplained(row, col) <= kWellExplained;
+  }
+
+  // Looks for the cell that is step k from a known one, where that one alone expects it: a mean over all
+  // known neighbours is worse where the cloth bends, and the next neighbour would try nothing new. Where it
+  // does not fit, the cloth may turn away. Each neighbour tries once.
+  void TryInTheOpen(int row, int col, int k) {
+    const Step& step = kSteps[k];
+    const int next_row = row + step.rows, next_col = col + step.columns;
+    if (!MayBeTried(next_row, next_col)) return;
+    const uint32_t bit = 1u << k;
+    if (std::exchange(state_.Tried(next_row, next_col), state_.Tried(next_row, next_col) | bit) & bit) return;
+    const ViewCell& from = *state_.Find(row, col);
+    const int group = from.group;
+    PredictedCell expected{.row = next_row, .col = next_col, .pose = Next(from.fit.pose, step, 1)};
+    expected.in_sight = InSight(state_.Around(next_row, next_col));
+    CellFit fit = fitter_.Fit(expected, options_.fit);
     if (WhyNot(fit)) {
-      expected.group = from.group;
-      expected.cell.pose = TurnedAway(from, expected.cell);
-      fit = fitter_.Fit(expected.cell, options_.fit);
-      if (const auto why = WhyNot(fit)) return state_.Miss(expected.cell.row, expected.cell.col, first, *why);
+      const CellPose first = expected.pose;
+      expected.pose = TurnedAway(from.fit.pose, step);
+      fit = fitter_.Fit(expected, options_.fit);
+      if (const auto why = WhyNot(fit)) return state_.Miss(next_row, next_col, first, *why);
     }
-    Enqueue({expected.cell.row, expected.cell.col, fit, expected.group, 0, 0});
+    Enqueue({next_row, next_col, fit, group, 0, 0});
   }
 
-  // Where other parts of the print are in front of the cell, the rest of it is fitted.
-  void TryBehindOccluders(const Expectation& expected) {
+  // Looks for a cell beside known ones where other parts of the print may be in front of it: the rest of it
+  // is fitted. With the neighbours of the last attempt there is nothing new to try.
+  void TryBehindOccluders(int row, int col) {
     constexpr int kLeastLeft = 6;  // of 16 samples on the cell
+    if (!MayBeTried(row, col)) return;
+    const uint32_t around = state_.Around(row, col);
+    if (__builtin_popcount(around) < options_.min_known_at_boundary) return;
+    if (std::exchange(state_.Tried(row, col), around) == around) return;
+    const Expectation expected = Expect(row, col, around);
     const PredictedCell& cell = expected.cell;
     if (!state_.InImage(cell.pose)) return;
     occluders_.clear();
-    occupied_.FindOccluders(cell.pose, cell.row, cell.col, &occluders_);
+    occupied_.FindOccluders(cell.pose, row, col, &occluders_);
     SampleMask visible;
     if (!occluders_.empty() && MaskCovered(cell.pose, occluders_, &visible) < kLeastLeft)
-      return state_.Miss(cell.row, cell.col, cell.pose, WhyMissing::kTaken);
+      return state_.Miss(row, col, cell.pose, WhyMissing::kTaken);
     const CellFit fit = fitter_.Fit(cell, options_.fit, occluders_.empty() ? nullptr : &visible);
-    if (const auto why = WhyNot(fit)) return state_.Miss(cell.row, cell.col, cell.pose, *why);
-    Enqueue({cell.row, cell.col, fit, expected.group, 0, 0});
+    if (const auto why = WhyNot(fit)) return state_.Miss(row, col, cell.pose, *why);
+    Enqueue({row, col, fit, expected.group, 0, 0});
   }
 
-  // The pose of the cell where the cloth turns away from the camera behind its neighbour `from`: folds end
-  // growth in most cases.
-  static CellPose TurnedAway(const ViewCell& from, const PredictedCell& cell) {
-    constexpr float kShortened = 0.65f, kStep = 0.5f * (1 + kShortened);
-    const float dr = static_cast<float>(cell.row - from.row), dc = static_cast<float>(cell.col - from.col);
-    CellPose f = from.fit.pose;
-    f.x += kStep * (dc * f.ax + dr * f.bx);
-    f.y += kStep * (dc * f.ay + dr * f.by);
-    for (float* v : {dc != 0 ? &f.ax : &f.bx, dc != 0 ? &f.ay : &f.by}) *v *= kShortened;
+  // The pose of a cell a step away, whose edges are `length` times as long as those of `from`, in between
+  // half that change.
+  static CellPose Next(const CellPose& from, const Step& step, float length) {
+    const float half = 0.5f * (1 + length), columns = half * static_cast<float>(step.columns),
+                rows = half * static_cast<float>(step.rows);
+    CellPose f = from;
+    f.x += columns * f.ax + rows * f.bx;
+    f.y += columns * f.ay + rows * f.by;
+    for (float* v : {step.columns != 0 ? &f.ax : &f.bx, step.columns != 0 ? &f.ay : &f.by}) *v *= length;
     return f;
+  }
+
+  // The same where the cloth turns away from the camera: folds end growth in most cases.
+  static CellPose TurnedAway(const CellPose& from, const Step& step) { return Next(from, step, 0.65f); }
+
+  static NeighborWeights InSight(uint32_t around) {
+    NeighborWeights in_sight;
+    for (int k = 0; k < 9; ++k) in_sight[k] = k == 4 || (around >> k & 1) != 0 ? 1.0f : kUnknownWeight;
+    return in_sight;
   }
 
   // Mean of what the known neighbours say.
   Expectation Expect(int row, int col, uint32_t around) const {
-    Expectation out{.cell = {.row = row, .col = col}};
+    Expectation out{.cell = {.row = row, .col = col, .in_sight = InSight(around)}};
     CellPose& sum = out.cell.pose;
     float weights = 0, best = -1;
     for (int k = 0; k < 9; ++k) {
-      const bool known = (around >> k & 1) != 0;
-      out.cell.in_sight[k] = known || k == 4 ? 1.0f : kUnknownWeight;
-      if (!known) continue;
+      if ((around >> k & 1) == 0) continue;
       const int dr = k / 3 - 1, dc = k % 3 - 1;
       const ViewCell& cell = *state_.Find(row + dr, col + dc);
       const CellPose& f = cell.fit.pose;

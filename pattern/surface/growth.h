@@ -29,12 +29,15 @@ struct GrowthPolicy {
   bool refits_boundary = false;
   // Asks for further seeds once all that is clear has been taken.
   bool with_isolated = false;
+  // Known cells look for those across a corner, too.
+  bool from_diagonals = false;
   // Parts of the print in front of a cell do not count against it; else the cloth may turn away behind a
   // neighbour.
   bool behind_occluders = false;
 };
 inline constexpr GrowthPolicy kFromSeeds{.from_seeds = true},
-    kWithIsolated{.refits_boundary = true, .with_isolated = true}, kBehindOccluders{.behind_occluders = true};
+    kWithIsolated{.refits_boundary = true, .with_isolated = true, .from_diagonals = true},
+    kBehindOccluders{.behind_occluders = true};
 
 // Where growths start beside the cells that are known; see GrowthPolicy.
 struct GrowthSeeds {
@@ -43,7 +46,7 @@ struct GrowthSeeds {
 };
 
 // Follows the print from the seeds, and from the cells of `state`, cell by cell, the best explained (to 1 %)
-// first: predicts the next cell from its known neighbours, fits it, and takes it when the image shows the
+// first: predicts the next cell from a known neighbour, fits it, and takes it when the image shows the
 // colours that the board has there. A board cell is taken once, and so is a position in the image. Adds the
 // cells to `state`, which is sorted then; cells that were there stay as they are.
 void Grow(const CellFitter& fitter, const GrowthOptions& options, const GrowthPolicy& policy,

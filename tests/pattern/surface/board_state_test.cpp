@@ -179,17 +179,17 @@ TEST(BoardStates, RememberWhatGrowthTriedUntilTheCellGoes) {
   const Board board = PlainBoard(5, 5);
   BoardState state(board, kStateWidthPx, kStateHeightPx);
   state.BestExplained(1, 1) = 0.4f;
-  state.TriedWith(1, 1) = 5;
+  state.Tried(1, 1) = 5;
   state.BestExplained(2, 2) = 0.8f;
-  state.TriedWith(2, 2) = 7;
+  state.Tried(2, 2) = 7;
   state.Add(ViewCellAt(2, 2));
   state.Filter([](size_t) { return false; });
   EXPECT_EQ(state.BestExplained(2, 2), 0);
-  EXPECT_EQ(state.TriedWith(2, 2), 0u);
+  EXPECT_EQ(state.Tried(2, 2), 0u);
   EXPECT_EQ(state.BestExplained(1, 1), 0.4f);
   state.ForgetAttempts();
   EXPECT_EQ(state.BestExplained(1, 1), 0);
-  EXPECT_EQ(state.TriedWith(1, 1), 0u);
+  EXPECT_EQ(state.Tried(1, 1), 0u);
 }
 
 class MissingCells : public testing::Test {

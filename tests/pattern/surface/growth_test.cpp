@@ -158,6 +158,41 @@ TEST_F(Growths, DoNotFollowAWrongSeed) {
   EXPECT_LT(sum, 2u * kSeeds);
 }
 
+TEST_F(Growths, LookAcrossCornersWhereThePolicySaysSo) {
+  // Two quarters of the print are in sight; they touch at a corner.
+  const Frame frame = Covered([](double u, double v) { return (u < kMiddle) != (v < kMiddle); });
+  const GrowthSeeds seeds{{Seed(kMiddle - 5, kMiddle - 5)}, nullptr};
+  GrowthPolicy policy = kFromSeeds;
+  policy.from_diagonals = false;
+  const auto beyond = [](const BoardState& state) {
+    return std::count_if(state.cells().begin(), state.cells().end(),
+                         [](const ViewCell& cell) { return cell.row >= kMiddle && cell.col >= kMiddle; });
+  };
+  EXPECT_EQ(beyond(GrownOver(frame, policy, seeds)), 0);
+  policy.from_diagonals = true;
+  const BoardState state = GrownOver(frame, policy, seeds);
+  EXPECT_GT(beyond(state), 100);
+  ExpectAtTruth(state);
+}
+
+TEST_F(Growths, FindACellThatOneOfItsNeighborsExpectsElsewhere) {
+  BoardState state = EmptyState();
+  ViewCell right{.row = kMiddle, .col = kMiddle - 1};
+  right.fit.pose = Seed(right.row, right.col).pose;
+  right.fit.explained = 0.7f;
+  ViewCell wrong = right;
+  wrong.row = kMiddle - 1;
+  wrong.col = kMiddle;
+  wrong.fit.pose = Seed(wrong.row, wrong.col).pose;
+  wrong.fit.pose.x += static_cast<float>(photo_.pitch_px);  // as beyond a fold
+  state.Add(right);
+  state.Add(wrong);
+  state = GrownFrom(state, frame_, GrowthPolicy(), {});
+  const ViewCell* cell = state.Find(kMiddle, kMiddle);
+  ASSERT_NE(cell, nullptr);
+  EXPECT_LT(ErrorCells(photo_, board_, *cell), 0.1);
+}
+
 TEST_F(Growths, TakeAPositionOfTheImageOnce) {
   // Somebody has read 4 x 4 cells as others, which are out of the image.
   BoardState state = EmptyState();
