@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <unordered_map>
 #include <utility>
 
@@ -24,7 +25,25 @@ std::string Quoted(const std::string& field) {
   return absl::StrCat("\"", absl::StrReplaceAll(field, {{"\"", "\"\""}}), "\"");
 }
 
+// As std::to_chars writes it. That finds exact decimals, which takes a thirtieth of decoding; an integer
+// tells the same digits, but where the next one is near 5.
 void AppendFixed(double value, int digits, std::string& out) {
+  constexpr double kScales[] = {1, 1e1, 1e2, 1e3, 1e4, 1e5};
+  constexpr double kLargest = 1e9, kNear = 1e-6;  // so that products are far more precise than kNear
+  const double scaled = std::abs(value) * kScales[digits], whole = std::floor(scaled);
+  if (scaled < kLargest && std::abs(scaled - whole - 0.5) > kNear) {
+    char text[16];
+    char* first = text + sizeof(text);
+    auto rest = static_cast<uint32_t>(whole) + (scaled - whole > 0.5 ? 1 : 0);
+    for (int k = 0; k <= digits || rest > 0; ++k) {
+      if (k == digits && digits > 0) *--first = '.';
+      *--first = static_cast<char>('0' + rest % 10);
+      rest /= 10;
+    }
+    if (std::signbit(value)) *--first = '-';
+    out.append(first, text + sizeof(text));
+    return;
+  }
   char buffer[400];
   const auto end = std::to_chars(buffer, buffer + sizeof(buffer), value, std::chars_format::fixed, digits);
   out.append(buffer, end.ptr);

@@ -3,7 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <charconv>
+#include <cmath>
+#include <random>
 #include <string>
+#include <vector>
 
 #include "tests/capture/temp_folder.h"
 
@@ -32,6 +36,31 @@ TEST(Observations, AreWrittenInTheDocumentedColumns) {
             std::string(kColumns) +
                 "cam1,1.2500,-0.5000,3,4,center,0.50000,0.06250\n"
                 "cam2,10000.0000,2.0000,0,0,corner,1.00000,0.00000\n");
+}
+
+TEST(Observations, AreRoundedAsTheStandardLibraryDoes) {
+  std::mt19937 random(1);
+  std::vector<double> values = {0,           -0.0,      1e-9, -1e-9, 0.00005, -0.00005, 0.5,    9.99995,
+                                99999.99995, 123456.25, 1e12, -1e12, 0.00015, 2.00025,  1.0 / 3};
+  for (int k = 0; k < 20000; ++k)
+    values.push_back(std::ldexp(random(), static_cast<int>(random() % 40) - 50));
+  for (int k = 0; k < 2000; ++k) values.push_back((random() % 1000000 + 0.5) / 1e4);  // halves
+  std::vector<ImageObservations> images(1);
+  images[0].image = "c";
+  std::string expected = "image,x_px,y_px,board_row,board_col,kind,confidence,sigma_px\n";
+  for (const double value : values) {
+    images[0].observations.push_back(
+        {value, -value, {1, 2, NodeKind::kCenter}, static_cast<float>(value), static_cast<float>(value)});
+    const auto text = [](double v, int digits) {
+      char buffer[400];
+      return std::string(
+          buffer, std::to_chars(buffer, buffer + sizeof(buffer), v, std::chars_format::fixed, digits).ptr);
+    };
+    const auto single = static_cast<float>(value);
+    expected += "c," + text(value, 4) + "," + text(-value, 4) + ",1,2,center," + text(single, 5) + "," +
+                text(single, 5) + "\n";
+  }
+  EXPECT_TRUE(ObservationsToCsv(images) == expected);
 }
 
 TEST(Observations, ReadBackWithNamesThatNeedQuotes) {
