@@ -92,12 +92,6 @@ class Growth {
   }
 
  private:
-  // What the known cells around a position expect there.
-  struct Expectation {
-    PredictedCell cell;
-    int group = 0;
-  };
-
   std::vector<PlacedCell> TakeOutBoundary() {
     constexpr uint32_t kAll = 0b111101111;
     std::vector<PlacedCell> boundary;
@@ -167,62 +161,58 @@ class Growth {
   }
 
   void TryAround(int row, int col) {
-    for (int k = 0; k < (policy_.from_diagonals ? 8 : 4); ++k) {
-      if (policy_.behind_occluders) {
-        TryBehindOccluders(row + kSteps[k].rows, col + kSteps[k].columns);
-      } else {
-        TryInTheOpen(row, col, k);
-      }
-    }
-  }
-
-  bool MayBeTried(int row, int col) const {
-    return state_.board().Contains(row, col) && state_.At(row, col) < 0 &&
-           state_.BestExplained(row, col) <= kWellExplained;
+    for (int k = 0; k < (policy_.from_diagonals ? 8 : 4); ++k) Try(row, col, k);
   }
 
   // Looks for the cell that is step k from a known one, where that one alone expects it: a mean over all
-  // known neighbours is worse where the cloth bends, and the next neighbour would try nothing new. Where it
-  // does not fit, the cloth may turn away. Each neighbour tries once.
-  void TryInTheOpen(int row, int col, int k) {
+  // known neighbours is worse where the cloth bends, and the next neighbour would try nothing new. Each
+  // neighbour tries once.
+  void Try(int known_row, int known_col, int k) {
     const Step& step = kSteps[k];
-    const int next_row = row + step.rows, next_col = col + step.columns;
-    if (!MayBeTried(next_row, next_col)) return;
-    const uint32_t bit = 1u << k;
-    if (std::exchange(state_.Tried(next_row, next_col), state_.Tried(next_row, next_col) | bit) & bit) return;
-    const ViewCell& from = *state_.Find(row, col);
-    const int group = from.group;
-    PredictedCell expected{.row = next_row, .col = next_col, .pose = Next(from.fit.pose, step, 1)};
-    expected.in_sight = InSight(state_.Around(next_row, next_col));
-    CellFit fit = fitter_.Fit(expected, options_.fit);
-    if (WhyNot(fit)) {
-      const CellPose first = expected.pose;
-      expected.pose = TurnedAway(from.fit.pose, step);
-      fit = fitter_.Fit(expected, options_.fit);
-      if (const auto why = WhyNot(fit)) return state_.Miss(next_row, next_col, first, *why);
+    const int row = known_row + step.rows, col = known_col + step.columns;
+    if (!state_.board().Contains(row, col) || state_.At(row, col) >= 0 ||
+        state_.BestExplained(row, col) > kWellExplained) {
+      return;
     }
-    Enqueue({next_row, next_col, fit, group, 0, 0});
+    const uint32_t around = state_.Around(row, col);
+    if (policy_.behind_occluders && __builtin_popcount(around) < options_.min_known_at_boundary) return;
+    uint32_t& tried = state_.Tried(row, col);
+    if ((tried >> k & 1) != 0) return;
+    tried |= 1u << k;
+    const ViewCell& from = *state_.Find(known_row, known_col);
+    const PredictedCell expected{row, col, Next(from.fit.pose, step, 1), InSight(around)};
+    if (policy_.behind_occluders) {
+      TryBehindOccluders(expected, from.group);
+    } else {
+      TryInTheOpen(expected, TurnedAway(from.fit.pose, step), from.group);
+    }
   }
 
-  // Looks for a cell beside known ones where other parts of the print may be in front of it: the rest of it
-  // is fitted. With the neighbours of the last attempt there is nothing new to try.
-  void TryBehindOccluders(int row, int col) {
+  // Where the expected pose does not fit, the cloth may turn away.
+  void TryInTheOpen(PredictedCell expected, const CellPose& turned_away, int group) {
+    CellFit fit = fitter_.Fit(expected, options_.fit);
+    if (WhyNot(fit)) {
+      const CellPose first = std::exchange(expected.pose, turned_away);
+      fit = fitter_.Fit(expected, options_.fit);
+      if (const auto why = WhyNot(fit)) return state_.Miss(expected.row, expected.col, first, *why);
+    }
+    Enqueue({expected.row, expected.col, fit, group, 0, 0});
+  }
+
+  // Where other parts of the print are in front of the cell, the rest of it is fitted.
+  void TryBehindOccluders(const PredictedCell& expected, int group) {
     constexpr int kLeastLeft = 6;  // of 16 samples on the cell
-    if (!MayBeTried(row, col)) return;
-    const uint32_t around = state_.Around(row, col);
-    if (__builtin_popcount(around) < options_.min_known_at_boundary) return;
-    if (std::exchange(state_.Tried(row, col), around) == around) return;
-    const Expectation expected = Expect(row, col, around);
-    const PredictedCell& cell = expected.cell;
-    if (!state_.InImage(cell.pose)) return;
+    const int row = expected.row, col = expected.col;
+    const CellPose& pose = expected.pose;
+    if (!state_.InImage(pose)) return;
     occluders_.clear();
-    occupied_.FindOccluders(cell.pose, row, col, &occluders_);
+    occupied_.FindOccluders(pose, row, col, &occluders_);
     SampleMask visible;
-    if (!occluders_.empty() && MaskCovered(cell.pose, occluders_, &visible) < kLeastLeft)
-      return state_.Miss(row, col, cell.pose, WhyMissing::kTaken);
-    const CellFit fit = fitter_.Fit(cell, options_.fit, occluders_.empty() ? nullptr : &visible);
-    if (const auto why = WhyNot(fit)) return state_.Miss(row, col, cell.pose, *why);
-    Enqueue({row, col, fit, expected.group, 0, 0});
+    if (!occluders_.empty() && MaskCovered(pose, occluders_, &visible) < kLeastLeft)
+      return state_.Miss(row, col, pose, WhyMissing::kTaken);
+    const CellFit fit = fitter_.Fit(expected, options_.fit, occluders_.empty() ? nullptr : &visible);
+    if (const auto why = WhyNot(fit)) return state_.Miss(row, col, pose, *why);
+    Enqueue({row, col, fit, group, 0, 0});
   }
 
   // The pose of a cell a step away, whose edges are `length` times as long as those of `from`, in between
@@ -244,33 +234,6 @@ class Growth {
     NeighborWeights in_sight;
     for (int k = 0; k < 9; ++k) in_sight[k] = k == 4 || (around >> k & 1) != 0 ? 1.0f : kUnknownWeight;
     return in_sight;
-  }
-
-  // Mean of what the known neighbours say.
-  Expectation Expect(int row, int col, uint32_t around) const {
-    Expectation out{.cell = {.row = row, .col = col, .in_sight = InSight(around)}};
-    CellPose& sum = out.cell.pose;
-    float weights = 0, best = -1;
-    for (int k = 0; k < 9; ++k) {
-      if ((around >> k & 1) == 0) continue;
-      const int dr = k / 3 - 1, dc = k % 3 - 1;
-      const ViewCell& cell = *state_.Find(row + dr, col + dc);
-      const CellPose& f = cell.fit.pose;
-      const float weight = (dr != 0 && dc != 0 ? 0.4f : 1.0f) * cell.fit.explained;
-      sum.x += weight * (f.x - static_cast<float>(dc) * f.ax - static_cast<float>(dr) * f.bx);
-      sum.y += weight * (f.y - static_cast<float>(dc) * f.ay - static_cast<float>(dr) * f.by);
-      sum.ax += weight * f.ax;
-      sum.ay += weight * f.ay;
-      sum.bx += weight * f.bx;
-      sum.by += weight * f.by;
-      weights += weight;
-      if (weight > best) {
-        best = weight;
-        out.group = cell.group;
-      }
-    }
-    for (float* v : {&sum.x, &sum.y, &sum.ax, &sum.ay, &sum.bx, &sum.by}) *v /= weights;
-    return out;
   }
 
   const CellFitter& fitter_;
