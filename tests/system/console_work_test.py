@@ -177,7 +177,7 @@ class ConsoleWork(ConsoleDaemon, StudioTest):
         self.page = page = self.browser(expected=["401", "403"])
         self.log_in(page, self.token("cleo", "client"))
         spec = {"dump": f"take:{self.take_id}", "rig": "library:shirt", "board": "library:shirt", "garment": "library:shirt"}
-        jobs = [self.ask("Jobs/SubmitJob", {"spec": {**spec, "liveEvery": 0}, "idempotencyKey": f"job-number-{i}"})["id"] for i in range(12)]
+        jobs = [self.ask("Jobs/SubmitJob", {"spec": {**spec, "liveEvery": 0}, "idempotencyKey": f"job-number-{i}"})["id"] for i in range(30)]
         page.press("g", "j")
         # One of the last: a quick machine does the first ones meanwhile.
         page.role("button", f"Move job {jobs[-2]} up")
