@@ -50,15 +50,16 @@ TEST(HasWords, WantsAllOfThem) {
 }
 
 TEST(FindTakes, LooksIntoFoldersOfFolders) {
+  // No identifier of a take, which is hexadecimal, has an R.
   const TempFolder temp;
   Record(temp / "day/one");
   Record(temp / "day/two/take");
-  ASSERT_TRUE(DescribeTakeFile(temp / "day/two/take", {.slate = "12B", .name = {}, .notes = {}}).ok());
+  ASSERT_TRUE(DescribeTakeFile(temp / "day/two/take", {.slate = "12R", .name = {}, .notes = {}}).ok());
   EXPECT_THAT(*FindTakes(temp / "day", ""), SizeIs(2));
-  const auto found = FindTakes(temp / "day", "12b");
+  const auto found = FindTakes(temp / "day", "12r");
   ASSERT_THAT(*found, SizeIs(1));
   EXPECT_EQ(found->front().folder, temp / "day/two/take");
-  EXPECT_EQ(found->front().take.slate(), "12B");
+  EXPECT_EQ(found->front().take.slate(), "12R");
   EXPECT_THAT(*FindTakes(temp / "day/one", ""), SizeIs(1));
   EXPECT_TRUE(absl::IsNotFound(FindTakes(temp / "night", "").status()));
 }
