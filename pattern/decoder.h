@@ -26,9 +26,10 @@ struct ConfidenceOptions {
   float min_at_boundary = 0.95f;
   // Down to here, cells still connect others and help to place them, before they are dropped.
   float min_to_help = 0.92f;
-  // A cell whose identity and position are less certain is dropped in the end. Of 0.975, 0.98 and 0.985, 0.98
-  // has the most recall at a third fewer wrong cells than 0.2.0 had: accuracy_decode on eleven takes of `weft
-  // simulate` and four of film_layers (docs/decoding-accuracy.md), November 2026.
+  // A cell whose identity and position are less certain is dropped in the end. At 0.98 growth gains recall
+  // over version 1 and takes a quarter fewer wrong cells; at 0.975 it gains more recall, and a tenth fewer
+  // are wrong: accuracy_decode on eleven takes of `weft simulate` and four of film_layers
+  // (docs/decoding-accuracy.md), November 2026.
   float min_to_stay = 0.98f;
   // Fewer connected cells than this may be chance, in a view of up to a thousand; larger views ask for more.
   int min_component = 5;
