@@ -26,10 +26,9 @@ struct ConfidenceOptions {
   float min_at_boundary = 0.95f;
   // Down to here, cells still connect others and help to place them, before they are dropped.
   float min_to_help = 0.92f;
-  // A cell whose identity and position are less certain is dropped in the end. At 0.98 growth gains recall
-  // over version 1 and takes a quarter fewer wrong cells; at 0.975 it gains more recall, and a tenth fewer
-  // are wrong: accuracy_decode on eleven takes of `weft simulate` and four of film_layers
-  // (docs/decoding-accuracy.md), November 2026.
+  // A cell whose identity and position are less certain is dropped in the end. 0.98 leaves fewer wrong cells
+  // than version 1 of the decoder had, at more recall; 0.975 has more of both. accuracy_decode on the takes
+  // of docs/decoding-accuracy.md, November 2026.
   float min_to_stay = 0.98f;
   // Fewer connected cells than this may be chance, in a view of up to a thousand; larger views ask for more.
   int min_component = 5;

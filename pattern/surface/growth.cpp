@@ -18,48 +18,46 @@ constexpr float kWellExplained = 0.75f;
 constexpr float kUnknownWeight = 0.3f;
 
 // To the eight cells around one, those that share an edge first.
-struct Step {
+struct Direction {
   int rows, columns;
 };
-constexpr Step kSteps[8] = {{0, 1}, {1, 0}, {0, -1}, {-1, 0}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}};
+constexpr Direction kDirections[8] = {{0, 1}, {1, 0}, {0, -1}, {-1, 0}, {1, 1}, {1, -1}, {-1, 1}, {-1, -1}};
 
 // Candidates by how well they are explained: the best first, in steps of 1 %; of those in one step the one
 // that came first. Neighbours come one after the other, and are near each other in memory then.
 class CandidateQueue {
  public:
   void Push(float explained, int candidate) {
-    const int level = LevelOf(explained);
-    levels_[level].candidates.push_back(candidate);
-    best_ = std::max(best_, level);
+    const int step = StepOf(explained);
+    steps_[step].candidates.push_back(candidate);
+    best_ = std::max(best_, step);
   }
   // The next one of those that are explained by this share or more; -1 where there is none.
   int Pop(float least_explained) {
-    for (; best_ >= LevelOf(least_explained); --best_) {
-      Level& level = levels_[best_];
-      if (level.next < level.candidates.size()) return level.candidates[level.next++];
-      level = {};
+    for (; best_ >= StepOf(least_explained); --best_) {
+      Step& step = steps_[best_];
+      if (step.next < step.candidates.size()) return step.candidates[step.next++];
+      step = {};
       if (best_ == 0) break;
     }
     return -1;
   }
   // The one that comes so many later of those that are equally well explained; -1 where there is none.
   int Ahead(size_t later) const {
-    const Level& level = levels_[best_];
-    return level.next + later < level.candidates.size() ? level.candidates[level.next + later] : -1;
+    const Step& step = steps_[best_];
+    return step.next + later < step.candidates.size() ? step.candidates[step.next + later] : -1;
   }
 
  private:
-  static constexpr int kLevels = 100;
-  static int LevelOf(float explained) {
-    return std::clamp(static_cast<int>(kLevels * explained), 0, kLevels);
-  }
+  static constexpr int kSteps = 100;
+  static int StepOf(float explained) { return std::clamp(static_cast<int>(kSteps * explained), 0, kSteps); }
 
-  struct Level {
+  struct Step {
     std::vector<int> candidates;
     size_t next = 0;
   };
-  std::array<Level, kLevels + 1> levels_;
-  int best_ = 0;  // no later level has any
+  std::array<Step, kSteps + 1> steps_;
+  int best_ = 0;  // no later step has any
 };
 
 class Growth {
@@ -164,27 +162,27 @@ class Growth {
     for (int k = 0; k < (policy_.from_diagonals ? 8 : 4); ++k) Try(row, col, k);
   }
 
-  // Looks for the cell that is step k from a known one, where that one alone expects it: a mean over all
-  // known neighbours is worse where the cloth bends, and the next neighbour would try nothing new. Each
+  // Looks for the cell that is in direction k of a known one, where that one alone expects it: a mean over
+  // all known neighbours is worse where the cloth bends, and the next neighbour would try nothing new. Each
   // neighbour tries once.
   void Try(int known_row, int known_col, int k) {
-    const Step& step = kSteps[k];
-    const int row = known_row + step.rows, col = known_col + step.columns;
+    const Direction& direction = kDirections[k];
+    const int row = known_row + direction.rows, col = known_col + direction.columns;
     if (!state_.board().Contains(row, col) || state_.At(row, col) >= 0 ||
         state_.BestExplained(row, col) > kWellExplained) {
       return;
     }
-    const uint32_t around = state_.Around(row, col);
-    if (policy_.behind_occluders && __builtin_popcount(around) < options_.min_known_at_boundary) return;
     uint32_t& tried = state_.Tried(row, col);
     if ((tried >> k & 1) != 0) return;
+    const uint32_t around = state_.Around(row, col);
+    if (policy_.behind_occluders && __builtin_popcount(around) < options_.min_known_at_boundary) return;
     tried |= 1u << k;
     const ViewCell& from = *state_.Find(known_row, known_col);
-    const PredictedCell expected{row, col, Next(from.fit.pose, step, 1), InSight(around)};
+    const PredictedCell expected{row, col, Next(from.fit.pose, direction, 1), InSight(around)};
     if (policy_.behind_occluders) {
       TryBehindOccluders(expected, from.group);
     } else {
-      TryInTheOpen(expected, TurnedAway(from.fit.pose, step), from.group);
+      TryInTheOpen(expected, TurnedAway(from.fit.pose, direction), from.group);
     }
   }
 
@@ -215,20 +213,23 @@ class Growth {
     Enqueue({row, col, fit, group, 0, 0});
   }
 
-  // The pose of a cell a step away, whose edges are `length` times as long as those of `from`, in between
-  // half that change.
-  static CellPose Next(const CellPose& from, const Step& step, float length) {
-    const float half = 0.5f * (1 + length), columns = half * static_cast<float>(step.columns),
-                rows = half * static_cast<float>(step.rows);
+  // The pose of the next cell in a direction, whose edges are `length` times as long as those of `from`, in
+  // between half that change.
+  static CellPose Next(const CellPose& from, const Direction& direction, float length) {
+    const float half = 0.5f * (1 + length), columns = half * static_cast<float>(direction.columns),
+                rows = half * static_cast<float>(direction.rows);
     CellPose f = from;
     f.x += columns * f.ax + rows * f.bx;
     f.y += columns * f.ay + rows * f.by;
-    for (float* v : {step.columns != 0 ? &f.ax : &f.bx, step.columns != 0 ? &f.ay : &f.by}) *v *= length;
+    for (float* v : {direction.columns != 0 ? &f.ax : &f.bx, direction.columns != 0 ? &f.ay : &f.by})
+      *v *= length;
     return f;
   }
 
   // The same where the cloth turns away from the camera: folds end growth in most cases.
-  static CellPose TurnedAway(const CellPose& from, const Step& step) { return Next(from, step, 0.65f); }
+  static CellPose TurnedAway(const CellPose& from, const Direction& direction) {
+    return Next(from, direction, 0.65f);
+  }
 
   static NeighborWeights InSight(uint32_t around) {
     NeighborWeights in_sight;

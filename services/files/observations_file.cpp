@@ -25,8 +25,8 @@ std::string Quoted(const std::string& field) {
   return absl::StrCat("\"", absl::StrReplaceAll(field, {{"\"", "\"\""}}), "\"");
 }
 
-// As std::to_chars writes it. That finds exact decimals, which takes a thirtieth of decoding; an integer
-// tells the same digits, but where the next one is near 5.
+// As std::to_chars writes it. That finds exact decimals, which takes several times as long; an integer has
+// the same digits, except where the next one is near 5.
 void AppendFixed(double value, int digits, std::string& out) {
   constexpr double kScales[] = {1, 1e1, 1e2, 1e3, 1e4, 1e5};
   constexpr double kLargest = 1e9, kNear = 1e-6;  // so that products are far more precise than kNear
