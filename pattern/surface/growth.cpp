@@ -67,6 +67,7 @@ class Growth {
       : fitter_(fitter),
         options_(options),
         policy_(policy),
+        limits_(LimitsOf(options, policy)),
         state_(*state),
         occupied_(state->width_px(), state->height_px()) {}
 
@@ -90,6 +91,12 @@ class Growth {
   }
 
  private:
+  static FitLimits LimitsOf(const GrowthOptions& options, const GrowthPolicy& policy) {
+    FitLimits limits = options.fit;
+    if (policy.in_one_step) limits.iterations = 1;
+    return limits;
+  }
+
   std::vector<PlacedCell> TakeOutBoundary() {
     constexpr uint32_t kAll = 0b111101111;
     std::vector<PlacedCell> boundary;
@@ -188,10 +195,12 @@ class Growth {
 
   // Where the expected pose does not fit, the cloth may turn away.
   void TryInTheOpen(PredictedCell expected, const CellPose& turned_away, int group) {
-    CellFit fit = fitter_.Fit(expected, options_.fit);
+    if (state_.InImage(expected.pose) && occupied_.IsTaken(expected.pose))
+      return state_.Miss(expected.row, expected.col, expected.pose, WhyMissing::kTaken);
+    CellFit fit = fitter_.Fit(expected, limits_);
     if (WhyNot(fit)) {
       const CellPose first = std::exchange(expected.pose, turned_away);
-      fit = fitter_.Fit(expected, options_.fit);
+      fit = fitter_.Fit(expected, limits_);
       if (const auto why = WhyNot(fit)) return state_.Miss(expected.row, expected.col, first, *why);
     }
     Enqueue({expected.row, expected.col, fit, group, 0, 0});
@@ -208,7 +217,7 @@ class Growth {
     SampleMask visible;
     if (!occluders_.empty() && MaskCovered(pose, occluders_, &visible) < kLeastLeft)
       return state_.Miss(row, col, pose, WhyMissing::kTaken);
-    const CellFit fit = fitter_.Fit(expected, options_.fit, occluders_.empty() ? nullptr : &visible);
+    const CellFit fit = fitter_.Fit(expected, limits_, occluders_.empty() ? nullptr : &visible);
     if (const auto why = WhyNot(fit)) return state_.Miss(row, col, pose, *why);
     Enqueue({row, col, fit, group, 0, 0});
   }
@@ -240,6 +249,7 @@ class Growth {
   const CellFitter& fitter_;
   const GrowthOptions& options_;
   const GrowthPolicy& policy_;
+  const FitLimits limits_;  // of all but seeds
   BoardState& state_;
   PixelVector<ViewCell> candidates_;  // taken or not
   OccupiedPositions occupied_;

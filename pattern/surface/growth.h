@@ -27,6 +27,9 @@ struct GrowthPolicy {
   // Cells at the boundary of the known part are fitted again as seeds, with all neighbours in full weight.
   // They were fitted with fewer neighbours, and a better shape reaches farther into a fold.
   bool refits_boundary = false;
+  // Fits of cells beside known ones take one step, and stay near the shape that the known one has. In a fold
+  // half of what is around a cell is other cloth, and further steps give in to it.
+  bool in_one_step = false;
   // Asks for further seeds once all that is clear has been taken.
   bool with_isolated = false;
   // Known cells look for those across a corner, too.
@@ -36,8 +39,9 @@ struct GrowthPolicy {
   bool behind_occluders = false;
 };
 inline constexpr GrowthPolicy kFromSeeds{.from_seeds = true},
-    kWithIsolated{.refits_boundary = true, .with_isolated = true, .from_diagonals = true},
-    kBehindOccluders{.behind_occluders = true};
+    kWithIsolated{
+        .refits_boundary = true, .in_one_step = true, .with_isolated = true, .from_diagonals = true},
+    kBehindOccluders{.in_one_step = true, .behind_occluders = true};
 
 // Where growths start beside the cells that are known; see GrowthPolicy.
 struct GrowthSeeds {

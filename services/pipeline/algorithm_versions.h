@@ -19,7 +19,7 @@ constexpr const char* StageName(Stage stage) {
 // The second pass looks where an alignment expects cells: its version also stands for what it sees of that.
 constexpr int AlgorithmVersion(Stage stage) {
   constexpr int kVersions[kStages] = {
-      2,  // decode
+      3,  // decode
       3,  // triangulate
       2,  // second_pass
       2,  // align
