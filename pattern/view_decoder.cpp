@@ -277,7 +277,9 @@ void ViewDecoder::Score(const ScoreObserver& on_scored) {
 void ViewDecoder::Finish() {
   const LapTimer timer(&result_.timings.refinement_ms);
   Evict(std::min(options_.confidence.min_to_help, options_.confidence.min_to_stay));
-  DropSmallComponents(options_.confidence.min_component, &state_);
+  // Of another board's print little is found, by chance in all that was searched.
+  DropSmallComponents(options_.confidence.min_component, std::max(state_.cells().size(), LatticeNodes()),
+                      &state_);
   SweepUnsettled(*fitter_, kSettledCells, &state_);
   ScoreRuns(&state_);
   state_.Evict(options_.confidence.min_to_stay);
@@ -297,10 +299,15 @@ void ViewDecoder::Finish() {
 bool ViewDecoder::LooksLikeChance() const {
   constexpr size_t kEnoughCells = 50;
   constexpr double kLeastShare = 0.02;
-  double nodes = 0;
-  for (const PatchReport& patch : result_.patches) nodes += patch.nodes;
   const size_t cells = state_.cells().size();
-  return cells < kEnoughCells && static_cast<double>(cells) < kLeastShare * nodes;
+  return cells < kEnoughCells &&
+         static_cast<double>(cells) < kLeastShare * static_cast<double>(LatticeNodes());
+}
+
+size_t ViewDecoder::LatticeNodes() const {
+  size_t nodes = 0;
+  for (const PatchReport& patch : result_.patches) nodes += patch.nodes;
+  return nodes;
 }
 
 void ViewDecoder::Reject() {

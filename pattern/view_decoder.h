@@ -74,6 +74,7 @@ class ViewDecoder {
   void Finish();
 
   bool LooksLikeChance() const;
+  size_t LatticeNodes() const;  // in all levels of the pyramid
   void Reject();
   void MakeFitter();
 

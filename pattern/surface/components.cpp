@@ -33,17 +33,17 @@ std::vector<int> ComponentSizes(const BoardState& state) {
 
 // Chance finds as many more small components as there is more to search, and each further cell of one is less
 // likely by about the same factor.
-int LeastComponent(int least_of_few, size_t cells) {
+int LeastComponent(int least_of_few, size_t searched) {
   constexpr float kCellsOfFew = 1000, kCellsPerE = 4.4f;
-  const float more = kCellsPerE * std::log(std::max(1.0f, static_cast<float>(cells) / kCellsOfFew));
+  const float more = kCellsPerE * std::log(std::max(1.0f, static_cast<float>(searched) / kCellsOfFew));
   return least_of_few + static_cast<int>(more);
 }
 
 }  // namespace
 
-void DropSmallComponents(int least_of_few, BoardState* state) {
+void DropSmallComponents(int least_of_few, size_t searched, BoardState* state) {
   const std::vector<int> sizes = ComponentSizes(*state);
-  const int least = LeastComponent(least_of_few, sizes.size());
+  const int least = LeastComponent(least_of_few, searched);
   state->Filter([&](size_t k) { return sizes[k] >= least; });
 }
 

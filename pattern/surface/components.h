@@ -5,8 +5,8 @@
 
 namespace weft {
 
-// Removes cells of 4-connected components that chance may have made: of fewer than `least_of_few` cells in a
-// view of up to a thousand, and of more in larger views.
-void DropSmallComponents(int least_of_few, BoardState* state);
+// Removes cells of 4-connected components that chance may have made: of fewer than `least_of_few` cells where
+// up to a thousand were `searched`, and of more where there was more to search.
+void DropSmallComponents(int least_of_few, size_t searched, BoardState* state);
 
 }  // namespace weft

@@ -19,7 +19,7 @@ using Position = std::pair<int, int>;  // row, column
 std::set<Position> Left(const Board& board, const std::set<Position>& cells, int least_of_few) {
   BoardState state(board, 100, 100);
   for (const auto& [row, col] : cells) state.Add({row, col, {}, 0, 0, 1});
-  DropSmallComponents(least_of_few, &state);
+  DropSmallComponents(least_of_few, cells.size(), &state);
   std::set<Position> left;
   for (const ViewCell& cell : state.cells()) left.insert({cell.row, cell.col});
   EXPECT_EQ(left.size(), state.cells().size());
@@ -113,6 +113,16 @@ TEST(SmallComponents, OfAViewOfAThousandCellsKeepTheLimit) {
   left.erase({55, 1});
   left.erase({55, 2});
   EXPECT_EQ(Left(board, view, 3), left);
+}
+
+TEST(SmallComponents, MustBeLargerWhereMoreWasSearched) {
+  const Board board = PlainBoard(20, 20);
+  BoardState state(board, 100, 100);
+  for (int k = 0; k < 12; ++k) state.Add({1, k, {}, 0, 0, 1});
+  DropSmallComponents(9, 2000, &state);
+  EXPECT_EQ(state.cells().size(), 12u);  // 9 + 3
+  DropSmallComponents(9, 3000, &state);
+  EXPECT_TRUE(state.cells().empty());
 }
 
 }  // namespace
