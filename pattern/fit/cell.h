@@ -21,6 +21,10 @@ struct CellPose {
     const float half = 0.5f * Area();
     return std::abs(by * dx - bx * dy) < half && std::abs(ax * dy - ay * dx) < half;
   }
+  // Of the cell so many columns and rows on, where flat print goes on.
+  CellPose Shifted(float columns, float rows) const {
+    return {x + (columns * ax + rows * bx), y + (columns * ay + rows * by), ax, ay, bx, by};
+  }
   // In px of an image `scale` times smaller, whose pixel x is at (x + 0.5) scale - 0.5 of this one.
   CellPose InHalvings(float scale) const {
     const float s = 1 / scale;

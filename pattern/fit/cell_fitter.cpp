@@ -21,7 +21,7 @@ constexpr float kShortestStep = 0.06f;
 constexpr float kLeastPrecision = 1e-3f;  // keeps a step without evidence small
 // What further steps add to the explained share, after the first one, two, three: less in 99.9 % of the fits.
 // `refit_decode rejection` on 13 takes of `weft simulate`, November 2026.
-constexpr float kStillToGain[] = {0.34f, 0.14f, 0.06f};
+constexpr float kStillToGain[] = {0.34f, 0.14f, 0.05f};
 constexpr int kLeastSamples = 12;  // in the image
 constexpr float kLeastAreaPx2 = 1.0f, kMostAreaPx2 = 4000.0f;
 

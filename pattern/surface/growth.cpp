@@ -225,11 +225,9 @@ class Growth {
   // The pose of the next cell in a direction, whose edges are `length` times as long as those of `from`, in
   // between half that change.
   static CellPose Next(const CellPose& from, const Direction& direction, float length) {
-    const float half = 0.5f * (1 + length), columns = half * static_cast<float>(direction.columns),
-                rows = half * static_cast<float>(direction.rows);
-    CellPose f = from;
-    f.x += columns * f.ax + rows * f.bx;
-    f.y += columns * f.ay + rows * f.by;
+    const float half = 0.5f * (1 + length);
+    CellPose f =
+        from.Shifted(half * static_cast<float>(direction.columns), half * static_cast<float>(direction.rows));
     for (float* v : {direction.columns != 0 ? &f.ax : &f.bx, direction.columns != 0 ? &f.ay : &f.by})
       *v *= length;
     return f;

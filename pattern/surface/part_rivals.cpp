@@ -20,10 +20,9 @@ constexpr float kTie = 0.1f;
 // The empty neighbour in direction k (as BoardState::Around) of a known cell, as the print around it goes on.
 PredictedCell Continue(const BoardState& state, const ViewCell& cell, int k) {
   const int dr = k / 3 - 1, dc = k % 3 - 1;
-  const auto down = static_cast<float>(dr), right = static_cast<float>(dc);
-  PredictedCell next{.row = cell.row + dr, .col = cell.col + dc, .pose = cell.fit.pose};
-  next.pose.x += right * next.pose.ax + down * next.pose.bx;
-  next.pose.y += right * next.pose.ay + down * next.pose.by;
+  PredictedCell next{.row = cell.row + dr,
+                     .col = cell.col + dc,
+                     .pose = cell.fit.pose.Shifted(static_cast<float>(dc), static_cast<float>(dr))};
   const uint32_t around = state.Around(next.row, next.col);
   for (int n = 0; n < 9; ++n) next.in_sight[n] = n == 4 || (around >> n & 1) != 0 ? 1.0f : 0.0f;
   return next;

@@ -22,9 +22,7 @@ using Gains = std::array<std::vector<double>, kSteps - 1>;
 PredictedCell PredictedFrom(const ViewCell& near, const ViewCell& cell) {
   constexpr float kUnknownWeight = 0.3f;
   const auto dr = static_cast<float>(cell.row - near.row), dc = static_cast<float>(cell.col - near.col);
-  PredictedCell predicted{.row = cell.row, .col = cell.col, .pose = near.fit.pose};
-  predicted.pose.x += dc * near.fit.pose.ax + dr * near.fit.pose.bx;
-  predicted.pose.y += dc * near.fit.pose.ay + dr * near.fit.pose.by;
+  PredictedCell predicted{.row = cell.row, .col = cell.col, .pose = near.fit.pose.Shifted(dc, dr)};
   predicted.in_sight.fill(kUnknownWeight);
   predicted.in_sight[4] = 1;
   predicted.in_sight[static_cast<size_t>(4 - 3 * (cell.row - near.row) - (cell.col - near.col))] = 1;
