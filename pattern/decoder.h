@@ -30,8 +30,8 @@ struct ConfidenceOptions {
   // than version 1 of the decoder had, at more recall; 0.975 has more of both. accuracy_decode on the takes
   // of docs/decoding-accuracy.md, November 2026.
   float min_to_stay = 0.98f;
-  // Fewer connected cells than this may be chance, where up to a thousand nodes of lattice or cells are in
-  // the view; where more are, it must be more.
+  // Fewer connected cells than this may be chance where a view shows up to a thousand cells of any board;
+  // where it shows more, larger components may be, too.
   int min_component = 5;
 
   absl::Status Validate() const;

@@ -294,14 +294,13 @@ void ViewDecoder::Finish() {
   if (LooksLikeChance()) Reject();
 }
 
-// A sixth of all random windows are on a large board. So few cells in a view full of lattice are chance, or a
-// print of another board.
+// A sixth of all random windows are on a large board. So few cells in a view full of lattice, none of them
+// with many others, are chance, or a print of another board.
 bool ViewDecoder::LooksLikeChance() const {
-  constexpr size_t kEnoughCells = 50;
+  constexpr int kLargeComponent = 50;
   constexpr double kLeastShare = 0.02;
-  const size_t cells = state_.cells().size();
-  return cells < kEnoughCells &&
-         static_cast<double>(cells) < kLeastShare * static_cast<double>(LatticeNodes());
+  return static_cast<double>(state_.cells().size()) < kLeastShare * static_cast<double>(LatticeNodes()) &&
+         LargestComponent(state_) < kLargeComponent;
 }
 
 size_t ViewDecoder::LatticeNodes() const {

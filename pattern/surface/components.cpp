@@ -47,4 +47,9 @@ void DropSmallComponents(int least_of_few, size_t searched, BoardState* state) {
   state->Filter([&](size_t k) { return sizes[k] >= least; });
 }
 
+int LargestComponent(const BoardState& state) {
+  const std::vector<int> sizes = ComponentSizes(state);
+  return sizes.empty() ? 0 : *std::max_element(sizes.begin(), sizes.end());
+}
+
 }  // namespace weft

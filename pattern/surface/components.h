@@ -9,4 +9,7 @@ namespace weft {
 // up to a thousand were `searched`, and of more where there was more to search.
 void DropSmallComponents(int least_of_few, size_t searched, BoardState* state);
 
+// Cells of the largest 4-connected component; 0 where there are no cells.
+int LargestComponent(const BoardState& state);
+
 }  // namespace weft

@@ -248,6 +248,16 @@ TEST(Decoder, RejectsAnotherBoard) {
   EXPECT_THAT(Decode(Render({}, other)).observations, testing::IsEmpty());
 }
 
+TEST(Decoder, FindsNothingInLargeViewsOfAnotherBoard) {
+  // Windows that both boards have give up to a thousand cells, in small components.
+  const Board other = *GenerateBoard(150, 200, 3.0, 98);
+  const BoardIndex board = *BoardIndex::Build(*GenerateBoard(150, 200, 3.0, 97));
+  for (const double pitch_px : {4.0, 5.0}) {
+    const Photograph photo{.width_px = 1100, .height_px = 900, .pitch_px = pitch_px};
+    EXPECT_THAT(Decode(Render(photo, other), board).observations, testing::IsEmpty()) << pitch_px << " px";
+  }
+}
+
 TEST(Decoder, FindsNothingInNoise) {
   Frame frame;
   frame.width_px = 300;

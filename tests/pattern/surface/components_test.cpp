@@ -115,6 +115,15 @@ TEST(SmallComponents, OfAViewOfAThousandCellsKeepTheLimit) {
   EXPECT_EQ(Left(board, view, 3), left);
 }
 
+TEST(LargestComponent, IsConnectedByEdges) {
+  const Board board = PlainBoard(20, 20);
+  BoardState state(board, 100, 100);
+  EXPECT_EQ(LargestComponent(state), 0);
+  for (const auto& [row, col] : {Position{1, 1}, {1, 2}, {2, 3}, {2, 4}, {3, 4}})
+    state.Add({row, col, {}, 0, 0, 1});
+  EXPECT_EQ(LargestComponent(state), 3);
+}
+
 TEST(SmallComponents, MustBeLargerWhereMoreWasSearched) {
   const Board board = PlainBoard(20, 20);
   BoardState state(board, 100, 100);
