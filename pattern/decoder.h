@@ -26,9 +26,9 @@ struct ConfidenceOptions {
   float min_at_boundary = 0.95f;
   // Down to here, cells still connect others and help to place them, before they are dropped.
   float min_to_help = 0.92f;
-  // A cell whose identity and position are less certain is dropped in the end. 0.98 leaves fewer wrong cells
-  // than version 1 of the decoder had, at more recall; 0.975 has more of both. accuracy_decode on the takes
-  // of docs/decoding-accuracy.md, November 2026.
+  // A cell whose identity and position are less certain is dropped in the end. In version 2, 0.98 left
+  // fewer wrong cells than version 1 had, at more recall; 0.975 had more of both. accuracy_decode on the
+  // takes of docs/decoding-accuracy.md, November 2026.
   float min_to_stay = 0.98f;
   // Fewer connected cells than this may be chance where a view shows up to a thousand cells of any board;
   // where it shows more, larger components may be, too.
