@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/cloth_continuation.h"
 #include "alignment/fill.h"
+#include "alignment/fold_lines.h"
 #include "alignment/local_stretch.h"
 #include "alignment/placement.h"
 #include "alignment/return_to_points.h"
@@ -295,6 +296,7 @@ RegisteredMesh Describe(const AlignmentModel& model, const std::vector<VertexTar
     mesh.views[t.vertex] = t.views;
   }
   mesh.sigma_mm = VertexSigmas(model, targets, elastic_mm, options);
+  RestoreFolds(model, targets, options, &mesh.vertices_mm);
   ReturnToPoints(targets, options, &mesh.vertices_mm);
   return mesh;
 }

@@ -90,8 +90,9 @@ struct AlignOptions {
   int stretch_rings = 0;
   ContinuationOptions continuation;
   RobustOptions robust;
-  // Measured vertices that E_Dist holds further from their points than noise explains go back to them
-  // (return_to_points.h): in standard deviations of the points' noise; 0 leaves them where they are.
+  // Measured vertices that E_Dist holds further from their points than noise explains go back to them, along
+  // folds together (fold_lines.h) and each by itself (return_to_points.h): in standard deviations of the
+  // points' noise; 0 leaves them where they are.
   double noise_sigmas = 1.5;
   // Whether measured vertices stay where E_Det + E_Dist left them in the stages after it.
   bool freeze_observed = true;

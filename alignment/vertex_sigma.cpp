@@ -37,7 +37,7 @@ void SpreadOutwards(const MeshGraph& graph, const std::vector<int>& rings, std::
 }  // namespace
 
 double SmoothedVarianceShare(double coupling) {
-  const double x = 12 * coupling;
+  const double x = kMostEigenvalue * coupling;
   return x < 1e-6 ? 1 : std::log1p(x) / x;
 }
 

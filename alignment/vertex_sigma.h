@@ -19,9 +19,12 @@ std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<V
 // Of the variance that E_Dist takes away: a pull that noise alone hardly ever causes.
 inline constexpr double kExpectedPull = 3;
 
+// Of a wide triangular grid's Laplacian, about; the eigenvalues are nearly uniform between 0 and this.
+inline constexpr double kMostEigenvalue = 12;
+
 // Share of the variance of independent noise of weight 1 that is left on a wide triangular grid whose
 // edges have the weight `coupling`. It is the mean of 1 / (1 + coupling * eigenvalue) over the eigenvalues
-// of the graph's Laplacian, nearly uniform between 0 and about 12.
+// of the graph's Laplacian.
 double SmoothedVarianceShare(double coupling);
 
 }  // namespace weft

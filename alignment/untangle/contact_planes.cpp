@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <numeric>
 
 #include "alignment/untangle/closest_points.h"
 #include "alignment/untangle/face_grid.h"
@@ -53,13 +54,14 @@ class Collector {
   }
 
   ContactPlanes Take() {
-    std::stable_sort(planes_.begin(), planes_.end(),
-                     [](const ContactPlane& p, const ContactPlane& q) { return p.vertex < q.vertex; });
     ContactPlanes result;
     result.first.assign(patch_.free + 1, 0);
     for (const ContactPlane& plane : planes_) ++result.first[plane.vertex + 1];
-    for (int v = 0; v < patch_.free; ++v) result.first[v + 1] += result.first[v];
-    result.planes = std::move(planes_);
+    std::partial_sum(result.first.begin(), result.first.end(), result.first.begin());
+    std::vector<int> next(result.first.begin(), result.first.end() - 1);
+    result.planes.resize(planes_.size());
+    for (const ContactPlane& plane : planes_) result.planes[next[plane.vertex]++] = plane;
+    result.contacts = std::move(contacts_);
     return result;
   }
 
@@ -103,10 +105,13 @@ class Collector {
     const auto add = [&](int v, const Eigen::Vector3d& own_side, double beyond) {
       if (!moves_[v]) return;
       const double all = room + std::max(beyond, 0.0);
-      planes_.push_back({v, own_side, all > 0 ? kUsedShare * all : all});
+      planes_.push_back({v, static_cast<int>(contacts_.size()), own_side, all > 0 ? kUsedShare * all : all});
     };
     for (const int v : ones) add(v, normal, normal.dot(At(v) - p));
     for (const int v : others) add(v, -normal, normal.dot(q - At(v)));
+    Contact& contact = contacts_.emplace_back();
+    contact.ones = static_cast<int>(ones.size());
+    std::copy(others.begin(), others.end(), std::copy(ones.begin(), ones.end(), contact.vertices.begin()));
   }
 
   const UntanglePatch& patch_;
@@ -114,6 +119,7 @@ class Collector {
   std::vector<bool> face_moves_;  // [faces]
   const double reach_mm_, gap_mm_;
   std::vector<ContactPlane> planes_;
+  std::vector<Contact> contacts_;
 };
 
 }  // namespace

@@ -2,6 +2,9 @@
 // them passes through nothing.
 #pragma once
 
+#include <algorithm>
+#include <array>
+#include <span>
 #include <vector>
 
 #include "alignment/untangle/untangle_patch.h"
@@ -10,14 +13,28 @@ namespace weft {
 
 // A vertex may move by at most room_mm against the normal. Room below 0 asks for a move along it.
 struct ContactPlane {
-  int vertex = 0;
+  int vertex = 0, contact = 0;
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // length 1, towards the vertex's own side
   double room_mm = 0;
+};
+
+// A vertex and a face, or two edges, that come near each other.
+struct Contact {
+  std::array<int, 4> vertices;  // those of one of both first
+  int ones = 1;
+
+  // The vertices on the other side of the plane.
+  std::span<const int> Opposite(int vertex) const {
+    const std::span<const int> all(vertices);
+    const std::span<const int> these = all.first(ones), those = all.subspan(ones);
+    return std::find(these.begin(), these.end(), vertex) != these.end() ? those : these;
+  }
 };
 
 struct ContactPlanes {
   std::vector<int> first;            // [free + 1]
   std::vector<ContactPlane> planes;  // ordered by vertex
+  std::vector<Contact> contacts;
 };
 
 // One plane half-way between the nearest points of each vertex and face, and of each two edges. Pairs have

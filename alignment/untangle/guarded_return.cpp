@@ -15,6 +15,9 @@ constexpr double kSmoothness = 1;   // how much a vertex that is held up holds u
 constexpr int kMaxIterations = 60;
 constexpr double kTolerance = 0.01;  // ends when iterations lower the energy by less than this share
 
+constexpr double kPush = 30;              // pull of a push, against kSmoothness
+constexpr double kTouchingRoomMm = 0.02;  // a vertex with less room is stopped
+
 constexpr int kReturnSweeps = 12;
 constexpr int kProjections = 4;
 constexpr double kAtRestMm = 0.005;
@@ -56,6 +59,7 @@ class GuardedReturn {
       : options_(options),
         patch_(patch),
         start_(patch->vertex.size(), Eigen::Vector3d::Zero()),
+        push_(patch->vertex.size(), Eigen::Vector3d::Zero()),
         moves_(patch->vertex.size(), false) {
     std::fill_n(moves_.begin(), patch->free, true);
   }
@@ -87,7 +91,7 @@ class GuardedReturn {
         const std::span<const ContactPlane> planes(contacts.planes.data() + contacts.first[v],
                                                    contacts.planes.data() + contacts.first[v + 1]);
         u[v] = start_[v] + Admissible(Wish(v, u) - start_[v], planes, kMaxStepMm);
-        u[v] = UpToBound(start_[v], u[v], patch_->bound_mm[v]);
+        u[v] = UpToBound(start_[v], u[v], patch_->MostWayMm(v));
       }
       std::reverse(moving.begin(), moving.end());
     }
@@ -96,6 +100,8 @@ class GuardedReturn {
       eager[v] = std::max((u[v] - start_[v]).norm(), (Wish(v, u) - u[v]).norm()) > kAtRestMm;
       patch_->position_mm[v] = patch_->observed_mm[v] + u[v];
     }
+    FindPushes(contacts, u);
+    for (int v = 0; v < patch_->free; ++v) eager[v] = eager[v] || IsPushed(v);
     // Those that came to rest, among others at rest, stay there.
     for (int v = 0; v < patch_->free; ++v) {
       moves_[v] = eager[v];
@@ -109,12 +115,39 @@ class GuardedReturn {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     for (const int w : patch_->NeighborsOf(v)) sum += u[w];
     const double degree = static_cast<double>(patch_->NeighborsOf(v).size());
-    return kSmoothness * sum / (patch_->weight[v] + kSmoothness * degree);
+    const double pull = IsPushed(v) ? kPush : 0;
+    return (kSmoothness * sum + pull * (start_[v] + push_[v])) /
+           (patch_->weight[v] + kSmoothness * degree + pull);
+  }
+
+  bool IsPushed(int v) const { return !push_[v].isZero(); }
+
+  // What measured and pushed vertices, now at the displacements `u`, could not go for another layer is asked
+  // of that layer in the next step.
+  void FindPushes(const ContactPlanes& contacts, const std::vector<Eigen::Vector3d>& u) {
+    std::vector<Eigen::Vector3d> push(patch_->vertex.size(), Eigen::Vector3d::Zero());
+    for (int v = 0; v < patch_->free; ++v) {
+      if (!moves_[v] || !(patch_->IsMeasured(v) || IsPushed(v))) continue;
+      const Eigen::Vector3d moved = u[v] - start_[v], left = Wish(v, u) - u[v];
+      if (left.norm() <= kAtRestMm) continue;
+      for (int i = contacts.first[v]; i < contacts.first[v + 1]; ++i) {
+        const ContactPlane& plane = contacts.planes[i];
+        const double against_mm = std::min(-plane.normal.dot(left), kMaxStepMm);
+        if (against_mm <= kAtRestMm || plane.room_mm + plane.normal.dot(moved) > kTouchingRoomMm) continue;
+        for (const int w : contacts.contacts[plane.contact].Opposite(v)) {
+          if (w >= patch_->free || patch_->IsMeasured(w)) continue;
+          const double more_mm = against_mm + plane.normal.dot(push[w]);
+          if (more_mm > 0) push[w] -= more_mm * plane.normal;
+        }
+      }
+    }
+    push_ = std::move(push);
   }
 
   const ReturnOptions& options_;
   UntanglePatch* patch_;
   std::vector<Eigen::Vector3d> start_;  // [n], displacements before the step
+  std::vector<Eigen::Vector3d> push_;   // [n], moves that others ask for; 0 where none does
   std::vector<bool> moves_;             // [n]
 };
 

@@ -35,7 +35,8 @@ struct IntersectingPairs {
   std::vector<FacePair> apart;      // share no vertex
   std::vector<FacePair> at_vertex;  // share one vertex and meet elsewhere too
 
-  bool empty() const { return apart.empty() && at_vertex.empty(); }
+  size_t count() const { return apart.size() + at_vertex.size(); }
+  bool empty() const { return count() == 0; }
 };
 
 // Like FindSelfIntersections, but stricter. It includes faces around a common vertex, and pairs that meet

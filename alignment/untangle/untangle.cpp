@@ -16,11 +16,11 @@ namespace {
 // Lengths named Edges count in mean edges of the patch.
 constexpr int kPatchRings = 8;     // edges around tangled faces within which vertices may move
 constexpr double kReachEdges = 3;  // cloth this near to them is taken into account
-// After as many pushes, cloth that no cut-off region explains is laid flat, a ring more after each further
-// kPushesPerRing.
+// After as many pushes, cloth that no cut-off region explains is laid flat, and so many rings around it.
 constexpr int kPushesBeforeFlattening = 5;
-constexpr int kPushesPerRing = 8;
+constexpr int kFlatRings = 2;
 constexpr int kBoundedPushes = 20;          // see UntangleOptions::max_observed_sigmas
+constexpr int kPushesPerRing = 8;           // more that are released or laid flat, after twice as many
 constexpr double kPushGapEdges = 0.04;      // how far beyond the other layer a region is pushed
 constexpr double kContourStepEdges = 0.05;  // per push, where only the contour tells the way
 
@@ -133,14 +133,16 @@ class Pusher {
       }
     }
     field.Apply(patch_);
-    if (!flat.empty()) Flatten(flat, 2 + pushes_ / kPushesPerRing, patch_);
+    if (!flat.empty()) Flatten(flat, kFlatRings + StubbornRings(), patch_);
   }
+
+  // Around what has not come apart with every vertex free.
+  int StubbornRings() const { return std::max(0, pushes_ - 2 * kBoundedPushes) / kPushesPerRing; }
 
   // Bounded vertices that contradict each other, after a while, and later all that take part.
   void Release(const std::vector<Piercing>& piercings) {
     if (pushes_ < kBoundedPushes) return;
     const bool all = pushes_ >= 2 * kBoundedPushes;
-    const int rings = all ? (pushes_ - 2 * kBoundedPushes) / kPushesPerRing : 0;
     std::vector<int> released;
     for (const Piercing& piercing : piercings) {
       const PatchEdge& edge = patch_->edges[piercing.edge];
@@ -150,9 +152,7 @@ class Pusher {
         released.insert(released.end(), some.begin(), some.end());
       }
     }
-    for (const int v : GrownInPatch(*patch_, released, rings)) {
-      patch_->bound_mm[v] = std::numeric_limits<double>::infinity();  // its weight draws it back all the same
-    }
+    for (const int v : GrownInPatch(*patch_, released, StubbornRings())) patch_->released[v] = true;
   }
 
   const UntangleOptions& options_;
@@ -181,6 +181,8 @@ class Untangler {
         sigma_mm_(sigma_mm),
         bound_mm_(std::move(bound_mm)),
         options_(options),
+        released_(vertices_mm->size(), false),
+        returned_(vertices_mm->size(), true),
         observed_mm_(*vertices_mm),
         vertices_mm_(*vertices_mm),
         around_(static_cast<int>(vertices_mm->size()), faces),
@@ -194,6 +196,7 @@ class Untangler {
       ++report_.rounds;
       intersecting = FindIntersectingPairs(vertices_mm_, faces_);
     }
+    if (!bound_mm_.empty()) ReturnMoved(&intersecting);
     report_.pairs_after = static_cast<int>(intersecting.apart.size());
     report_.vertex_pairs_after = static_cast<int>(intersecting.at_vertex.size());
     SumUpMoves();
@@ -214,7 +217,10 @@ class Untangler {
   }
 
   UntanglePatch PatchOf(const std::vector<int>& free) const {
-    return CutPatch(observed_mm_, vertices_mm_, faces_, sigma_mm_, bound_mm_, free, kReachEdges * edge_mm_);
+    UntanglePatch patch =
+        CutPatch(observed_mm_, vertices_mm_, faces_, sigma_mm_, bound_mm_, free, kReachEdges * edge_mm_);
+    for (int v = 0; v < patch.free; ++v) patch.released[v] = released_[patch.vertex[v]];
+    return patch;
   }
 
   // A region wider than the patch is not seen to be cut off from the rest. Its contour pierces many edges.
@@ -237,16 +243,50 @@ class Untangler {
     if (report_.rounds > 0 && FindPiercings(patch).empty()) Shake(options_.back.gap_mm, &patch);
     const bool clean = pusher.Run();
     report_.pushes += pusher.pushes();
+    bool returned = false;
     if (clean) {
       const std::vector<Eigen::Vector3d> pushed = patch.position_mm;
       report_.returns += ReturnGuarded(options_.back, &patch);
-      if (!FindPiercings(patch).empty()) patch.position_mm = pushed;
+      returned = FindPiercings(patch).empty();
+      if (!returned) patch.position_mm = pushed;
     }
+    Keep(patch, returned);
+  }
+
+  void Keep(const UntanglePatch& patch, bool returned) {
     for (int v = 0; v < patch.free; ++v) {
       const bool moved = (patch.position_mm[v] - patch.observed_mm[v]).norm() > kNoMoveMm;
       vertices_mm_[patch.vertex[v]] =
           moved ? patch.position_mm[v].cast<float>().cast<double>() : patch.observed_mm[v];
-      if (!bound_mm_.empty()) bound_mm_[patch.vertex[v]] = patch.bound_mm[v];
+      released_[patch.vertex[v]] = patch.released[v];
+      returned_[patch.vertex[v]] = returned;
+    }
+  }
+
+  // Patches that only became clean with others have not returned yet. Measured vertices that are near their
+  // place again are bounded again. Nothing moves where rounding would make faces intersect.
+  void ReturnMoved(IntersectingPairs* intersecting) {
+    const std::vector<Eigen::Vector3d> before_mm = vertices_mm_;
+    std::vector<std::vector<int>> moved;
+    for (size_t v = 0; v < observed_mm_.size(); ++v)
+      if ((vertices_mm_[v] - observed_mm_[v]).norm() > (returned_[v] ? bound_mm_[v] : 0))
+        moved.push_back({static_cast<int>(v)});
+    if (moved.empty()) return;
+    for (const std::vector<int>& free : GrowGroups(faces_, around_, moved, kPatchRings)) {
+      UntanglePatch patch = PatchOf(free);
+      if (!FindPiercings(patch).empty()) continue;
+      for (int v = 0; v < patch.free; ++v) {
+        const bool is_near = (patch.position_mm[v] - patch.observed_mm[v]).norm() <= patch.bound_mm[v];
+        patch.released[v] = patch.released[v] && !is_near;
+      }
+      report_.returns += ReturnGuarded(options_.back, &patch);
+      if (FindPiercings(patch).empty()) Keep(patch, true);
+    }
+    IntersectingPairs after = FindIntersectingPairs(vertices_mm_, faces_);
+    if (after.count() > intersecting->count()) {
+      vertices_mm_ = before_mm;
+    } else {
+      *intersecting = std::move(after);
     }
   }
 
@@ -263,8 +303,9 @@ class Untangler {
 
   const std::vector<Face>& faces_;
   const std::span<const float> sigma_mm_;
-  std::vector<double> bound_mm_;
+  const std::vector<double> bound_mm_;
   const UntangleOptions& options_;
+  std::vector<bool> released_, returned_;  // [vertices]
   const std::vector<Eigen::Vector3d> observed_mm_;
   std::vector<Eigen::Vector3d>& vertices_mm_;
   const FacesOfVertex around_;

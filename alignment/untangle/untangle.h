@@ -40,8 +40,9 @@ struct UntangleReport {
 // self-intersection a patch is cut out. Regions on the wrong side of another layer are found from the
 // contours and pushed back through it. Folds that have turned inside out are flattened. Remaining contours
 // are shortened, and flattened after some iterations (cut_off_regions.h, untangle_push.h). A clean patch
-// then returns towards its original position without new intersections (guarded_return.h). Moved vertices
-// are rounded to 32-bit floats.
+// then returns towards its original position without new intersections; measured vertices push others on
+// their way (guarded_return.h). In the end, what is not where it belongs yet returns once more. Moved
+// vertices are rounded to 32-bit floats.
 //
 // A lower `sigma_mm` ([vertices], positive, or empty) holds a vertex more firmly to its position. A patch
 // that remains intersecting keeps the better of its states, and pairs_after counts it: this is not an

@@ -9,7 +9,7 @@ namespace weft {
 namespace {
 
 constexpr double kLeastWeight = 0.02, kMostWeight = 50;
-constexpr double kBoundedFactor = 1000;  // of the weight: others move around a bounded vertex
+constexpr double kMeasuredFactor = 1000;  // of the weight: others move around a measured vertex
 
 class DisjointSets {
  public:
@@ -163,10 +163,11 @@ void SetWeights(std::span<const float> sigma_mm, UntanglePatch* patch) {
 
 void SetBounds(std::span<const double> bound_mm, UntanglePatch* patch) {
   patch->bound_mm.assign(patch->vertex.size(), std::numeric_limits<double>::infinity());
+  patch->released.assign(patch->vertex.size(), false);
   if (bound_mm.empty()) return;
   for (int v = 0; v < patch->free; ++v) {
     patch->bound_mm[v] = bound_mm[patch->vertex[v]];
-    if (patch->IsBounded(v)) patch->weight[v] *= kBoundedFactor;
+    if (patch->IsMeasured(v)) patch->weight[v] *= kMeasuredFactor;
   }
 }
 

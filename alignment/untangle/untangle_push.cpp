@@ -180,7 +180,7 @@ void PushField::Apply(UntanglePatch* patch) const {
   }
   for (int v = 0; v < patch->free; ++v) {
     const Eigen::Vector3d way = patch->position_mm[v] + move[v] - patch->observed_mm[v];
-    const double share = std::min(1.0, patch->bound_mm[v] / std::max(way.norm(), 1e-12));
+    const double share = std::min(1.0, patch->MostWayMm(v) / std::max(way.norm(), 1e-12));
     patch->position_mm[v] = patch->observed_mm[v] + share * way;
   }
 }

@@ -21,9 +21,9 @@ constexpr int AlgorithmVersion(Stage stage) {
   constexpr int kVersions[kStages] = {
       3,  // decode
       3,  // triangulate
-      2,  // second_pass
-      2,  // align
-      1,  // refine
+      3,  // second_pass
+      3,  // align
+      2,  // refine
   };
   return kVersions[static_cast<int>(stage)];
 }

@@ -125,5 +125,20 @@ TEST(ContactPlanes, AskLayersThatAreTooNearToPart) {
   EXPECT_GT(asking, 50);
 }
 
+TEST(ContactPlanes, KnowWhatIsOnTheOtherSide) {
+  TriangleMesh above = FlatSheet(4, 4);
+  for (Eigen::Vector3d& v : above.vertices_mm) v += Eigen::Vector3d(0.9, 0.7, 0.2);
+  const UntanglePatch patch = WholeMesh(testing::Joined(FlatSheet(4, 4), above));
+  const ContactPlanes contacts =
+      FindContactPlanes(patch, std::vector<bool>(patch.vertex.size(), true), 0.5, 0.05);
+  ASSERT_GT(contacts.planes.size(), 50u);
+  for (const ContactPlane& plane : contacts.planes) {
+    const std::span<const int> opposite = contacts.contacts[plane.contact].Opposite(plane.vertex);
+    EXPECT_GE(opposite.size(), 1u);
+    EXPECT_LE(opposite.size(), 3u);
+    for (const int v : opposite) EXPECT_NE(v < 16, plane.vertex < 16);
+  }
+}
+
 }  // namespace
 }  // namespace weft

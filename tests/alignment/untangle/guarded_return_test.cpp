@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <numeric>
+
 #include "alignment/untangle/cut_off_regions.h"
 #include "alignment/untangle/self_intersection.h"
 #include "tests/alignment/untangle/intersecting_sheets.h"
@@ -49,6 +52,50 @@ TEST(ReturnGuarded, PartsLayersThatAreTooNear) {
     gap_mm = std::min(gap_mm, patch.position_mm[v + 100].z() - patch.position_mm[v].z());
   }
   EXPECT_GT(gap_mm, 0.04);
+}
+
+// A small measured sheet above a large one, which has its place 2 mm below that.
+UntanglePatch SheetAboveItsPlace(bool large_is_measured) {
+  TriangleMesh small = testing::FlatSheet(8, 8);
+  for (Eigen::Vector3d& v : small.vertices_mm) v += Eigen::Vector3d(40.3, 40.7, -2);
+  const TriangleMesh mesh = testing::Joined(testing::FlatSheet(36, 36), small);
+  std::vector<double> bound_mm(mesh.vertices_mm.size(), 0.3);
+  if (!large_is_measured) {
+    std::fill_n(bound_mm.begin(), 36 * 36, std::numeric_limits<double>::infinity());
+  }
+  std::vector<int> all(mesh.vertices_mm.size());
+  std::iota(all.begin(), all.end(), 0);
+  UntanglePatch patch = CutPatch(mesh.vertices_mm, mesh.vertices_mm, mesh.faces, {}, bound_mm, all, 8);
+  for (size_t v = 36 * 36; v < all.size(); ++v) {
+    patch.position_mm[v].z() = 1;
+    patch.released[v] = true;
+  }
+  return patch;
+}
+
+double FarthestOfSmallSheetMm(const UntanglePatch& patch) {
+  double far_mm = 0;
+  for (int v = 36 * 36; v < patch.free; ++v)
+    far_mm = std::max(far_mm, (patch.position_mm[v] - patch.observed_mm[v]).norm());
+  return far_mm;
+}
+
+TEST(ReturnGuarded, MeasuredClothPushesHiddenClothAway) {
+  UntanglePatch patch = SheetAboveItsPlace(false);
+  ReturnGuarded({}, &patch);
+  EXPECT_LT(FarthestOfSmallSheetMm(patch), 0.1);
+  EXPECT_TRUE(FindIntersectingPairs(patch.position_mm, patch.faces).empty());
+  EXPECT_LT(patch.position_mm[18 * 36 + 18].z(), -2);
+  EXPECT_LT(patch.position_mm[0].norm(), 0.1);  // far from there nothing moves
+}
+
+TEST(ReturnGuarded, MeasuredClothDoesNotPushMeasuredCloth) {
+  UntanglePatch patch = SheetAboveItsPlace(true);
+  ReturnGuarded({}, &patch);
+  EXPECT_GT(FarthestOfSmallSheetMm(patch), 1.6);
+  for (int v = 0; v < 36 * 36; ++v)
+    EXPECT_LE((patch.position_mm[v] - patch.observed_mm[v]).norm(), 0.3 + 1e-9);
+  EXPECT_TRUE(FindIntersectingPairs(patch.position_mm, patch.faces).empty());
 }
 
 }  // namespace

@@ -265,6 +265,26 @@ TEST(RemoveSelfIntersections, ObservedVerticesThatContradictEachOtherAreDemoted)
   }
 }
 
+// Two layers a millimetre apart, of which strips were observed; what is hidden between them strays through
+// both.
+TEST(RemoveSelfIntersections, ObservedStripsStayWhereHiddenClothStrays) {
+  TriangleMesh mesh = RoughLayers(60, 0, 1);
+  const size_t layer = mesh.vertices_mm.size() / 2;
+  const auto is_observed = [&](size_t v) { return v % 60 / 3 % 3 == (v < layer ? 0 : 1); };
+  for (size_t v = 0; v < mesh.vertices_mm.size(); ++v) {
+    Eigen::Vector3d& p = mesh.vertices_mm[v];
+    const double wave = std::sin(p.x() / 9) * std::cos(p.y() / 13);
+    p.z() += 4 * wave + (is_observed(v) ? 0 : 5 * std::sin(p.y() / 7 + (v < layer ? 0 : 2)));
+  }
+  RegisteredMesh registered = Registered(mesh, is_observed);
+  const auto report = RemoveSelfIntersections(mesh.faces, {}, &registered);
+  ASSERT_TRUE(report.ok()) << report.status();
+  EXPECT_GT(report->pairs_before, 500);
+  ExpectClean({*report, {registered.vertices_mm, mesh.faces}});
+  EXPECT_EQ(report->demoted_vertices, 0);
+  ExpectHonest(mesh, registered, *report, is_observed);
+}
+
 TEST(RemoveSelfIntersections, ContactWithinSigmaDemotesNobody) {
   const TriangleMesh mesh = DentedLayers(60, 0.2, 18);
   const auto is_observed = [](size_t) { return true; };

@@ -130,7 +130,9 @@ TEST_F(FrameResumeTest, OfOtherImagesOrAnOldVersionBeginsWithTheImages) {
 TEST_F(FrameResumeTest, BeginsEarlierWhereFilesAreDamaged) {
   ChangeReport([](v1::FrameReport& report) { report.mutable_keys(4)->set_version(9); });
   std::filesystem::remove(File("mesh.ply"));
-  EXPECT_EQ(Standing(), "refine: refine has version 1, was 9") << "which makes the mesh anyway";
+  EXPECT_EQ(Standing(),
+            absl::StrCat("refine: refine has version ", AlgorithmVersion(Stage::kRefine), ", was 9"))
+      << "which makes the mesh anyway";
   WriteBytes(File("unrefined.ply"), "damaged");
   EXPECT_EQ(Standing(), "align: unrefined.ply is not as it was written");
   WriteBytes(File("cloud.ply"), "damaged");
