@@ -87,10 +87,12 @@ class FoldLines {
   }
 
   void AddSide(int vertex, int next, Line* line) const {
-    for (int k = 0; k < kToEachSide && next >= 0; ++k) {
-      line->Add(of_vertex_[next]);
+    line->Add(of_vertex_[next]);
+    for (int k = 1; k < kToEachSide; ++k) {
       const int after = Straight(next, rest_mm_[next] - rest_mm_[vertex]);
+      if (after < 0) return;
       vertex = std::exchange(next, after);
+      line->Add(of_vertex_[next]);
     }
   }
 
