@@ -5,10 +5,12 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -53,7 +55,7 @@ struct DecodeCommandOptions {
 // What became of one image.
 struct DecodedFile {
   v1::DecodedImage report;
-  ImageObservations found;
+  std::string lines;     // of observations.csv
   absl::Status image;    // of reading and decoding
   absl::Status picture;  // of writing the picture of --explain
 };
@@ -99,7 +101,7 @@ void DecodeFile(const DecodeInput& input, const BoardIndex& board, const DecodeO
   const Stopwatch watch;
   file.report.set_path(input.label);
   v1::ViewReport& view = *file.report.mutable_view();
-  view.set_camera(file.found.image);
+  view.set_camera(input.name);
   const absl::StatusOr<Frame> frame = input.read();
   view.set_read_ms(watch.Ms());
   absl::StatusOr<DecodeResult> result = DecodeFrame(frame, board, options, file.report);
@@ -114,7 +116,7 @@ void DecodeFile(const DecodeInput& input, const BoardIndex& board, const DecodeO
     const absl::StatusOr<Frame> drawn = DrawDecoding(*frame, *result);
     file.picture = drawn.ok() ? WriteImageFile(picture, *drawn) : drawn.status();
   }
-  file.found.observations = std::move(result->observations);
+  file.lines = ObservationLines({input.name, std::move(result->observations)});
 }
 
 std::string PictureFile(const DecodeCommandOptions& options, const DecodeInput& input, size_t i) {
@@ -128,6 +130,15 @@ std::string PictureFile(const DecodeCommandOptions& options, const DecodeInput& 
   return (fs::path(options.explain) / (name + ".png")).string();
 }
 
+// So that no thread is left with a large image while the others have nothing to do.
+std::vector<size_t> LargestFirst(const std::vector<DecodeInput>& inputs) {
+  std::vector<size_t> order(inputs.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return inputs[a].bytes > inputs[b].bytes; });
+  return order;
+}
+
 std::vector<DecodedFile> DecodeFiles(const DecodeCommandOptions& options,
                                      const std::vector<DecodeInput>& inputs, const BoardIndex& board,
                                      const DecodeOptions& decode, bool quiet) {
@@ -135,19 +146,19 @@ std::vector<DecodedFile> DecodeFiles(const DecodeCommandOptions& options,
   Progress progress("decode", inputs.size(), ProgressVisible(quiet));
   const auto threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
-  tbb::parallel_for(
-      tbb::blocked_range<size_t>(0, inputs.size(), 1),
-      [&](const tbb::blocked_range<size_t>& range) {
-        for (size_t i = range.begin(); i < range.end(); ++i) {
-          files[i].found.image = inputs[i].name;
-          DecodeFile(inputs[i], board, decode, PictureFile(options, inputs[i], i), files[i]);
-          if (!files[i].image.ok() && !quiet) {
-            progress.PrintLine(absl::StrCat("weft: warning: ", files[i].image.message()));
-          }
-          progress.Advance();
-        }
-      },
-      tbb::simple_partitioner());
+  const std::vector<size_t> order = LargestFirst(inputs);
+  std::atomic<size_t> next = 0;
+  const auto work = [&](int) {
+    for (size_t k = next++; k < order.size(); k = next++) {
+      const size_t i = order[k];
+      DecodeFile(inputs[i], board, decode, PictureFile(options, inputs[i], i), files[i]);
+      if (!files[i].image.ok() && !quiet) {
+        progress.PrintLine(absl::StrCat("weft: warning: ", files[i].image.message()));
+      }
+      progress.Advance();
+    }
+  };
+  tbb::parallel_for(0, static_cast<int>(threads), work, tbb::simple_partitioner());
   return files;
 }
 
@@ -261,12 +272,13 @@ absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
   }
   std::vector<DecodedFile> files = DecodeFiles(options, *inputs, *board, pipeline->options.decode, quiet);
 
-  std::vector<ImageObservations> found;
+  std::vector<std::string> found;
   for (DecodedFile& file : files) {
-    if (file.image.ok()) found.push_back(std::move(file.found));
+    if (file.image.ok()) found.push_back(std::move(file.lines));
   }
   if (!found.empty()) {
-    if (absl::Status status = WriteObservations(options.out, found); !status.ok()) return status;
+    absl::Status status = WriteFileAtomically(options.out, ObservationsCsv(found));
+    if (!status.ok()) return status;
   }
   v1::DecodeReport report = Summarize(found.empty() ? "" : options.out, files, watch.Ms());
   *report.mutable_options() = pipeline->message;

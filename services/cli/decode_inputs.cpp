@@ -35,6 +35,13 @@ absl::StatusOr<std::vector<std::string>> ImageNames(const std::vector<std::strin
   return different_stems.size() == paths.size() ? stems : paths;
 }
 
+// 0 where that is unknown.
+std::uintmax_t FileBytes(const std::string& path) {
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(path, error);
+  return error ? 0 : bytes;
+}
+
 // The column `image` of a view: its camera, with its frame where there are several.
 std::string ViewName(const std::string& frame, const std::string& camera, const FrameRange& range) {
   return range.end - range.first == 1 ? camera : absl::StrCat(frame, "/", camera);
@@ -81,7 +88,7 @@ absl::StatusOr<std::vector<DecodeInput>> ViewsOfDump(const std::string& folder, 
   for (size_t index = range->first; index < range->end; ++index) {
     for (const auto& [camera, path] : images->at(names[index])) {
       views.push_back({ViewName(names[index], camera, *range), path,
-                       [path = path, mosaic] { return ReadImageFile(path, mosaic); }});
+                       [path = path, mosaic] { return ReadImageFile(path, mosaic); }, FileBytes(path)});
     }
   }
   return views;
@@ -103,7 +110,8 @@ absl::StatusOr<std::vector<DecodeInput>> FindDecodeInputs(const std::vector<std:
   std::vector<DecodeInput> inputs;
   for (size_t i = 0; i < names->size(); ++i) {
     const std::string& path = images[i];
-    inputs.push_back({(*names)[i], path, [path, mosaic = *mosaic] { return ReadImageFile(path, mosaic); }});
+    inputs.push_back({(*names)[i], path, [path, mosaic = *mosaic] { return ReadImageFile(path, mosaic); },
+                      FileBytes(path)});
   }
   return inputs;
 }

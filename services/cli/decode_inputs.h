@@ -1,6 +1,7 @@
 // The images that `weft decode` is given.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@ struct DecodeInput {
   std::string name;   // the column `image`
   std::string label;  // for messages and the report
   std::function<absl::StatusOr<Frame>()> read;
+  std::uintmax_t bytes = 0;  // of its file; the more the longer decoding takes
 };
 
 // Image files, or all cameras of the frames `frames` (FindFrameRange) where `images` is one take or folder

@@ -105,26 +105,36 @@ std::string ParseFields(const std::vector<std::string>& fields, size_t columns, 
 
 }  // namespace
 
-std::string ObservationsToCsv(const std::vector<ImageObservations>& images) {
-  std::string out(kHeader);
-  out += '\n';
-  for (const ImageObservations& image : images) {
-    const std::string name = Quoted(image.image);
-    for (const Observation& o : image.observations) {
-      out += name;
-      out += ',';
-      AppendFixed(o.x_px, 4, out);
-      out += ',';
-      AppendFixed(o.y_px, 4, out);
-      absl::StrAppend(&out, ",", o.node.row, ",", o.node.col,
-                      o.node.kind == NodeKind::kCenter ? ",center," : ",corner,");
-      AppendFixed(o.confidence, 5, out);
-      out += ',';
-      AppendFixed(o.sigma_px, 5, out);
-      out += '\n';
-    }
+std::string ObservationLines(const ImageObservations& image) {
+  std::string out;
+  const std::string name = Quoted(image.image);
+  for (const Observation& o : image.observations) {
+    out += name;
+    out += ',';
+    AppendFixed(o.x_px, 4, out);
+    out += ',';
+    AppendFixed(o.y_px, 4, out);
+    absl::StrAppend(&out, ",", o.node.row, ",", o.node.col,
+                    o.node.kind == NodeKind::kCenter ? ",center," : ",corner,");
+    AppendFixed(o.confidence, 5, out);
+    out += ',';
+    AppendFixed(o.sigma_px, 5, out);
+    out += '\n';
   }
   return out;
+}
+
+std::string ObservationsCsv(const std::vector<std::string>& lines_of_images) {
+  std::string out(kHeader);
+  out += '\n';
+  for (const std::string& lines : lines_of_images) out += lines;
+  return out;
+}
+
+std::string ObservationsToCsv(const std::vector<ImageObservations>& images) {
+  std::vector<std::string> lines;
+  for (const ImageObservations& image : images) lines.push_back(ObservationLines(image));
+  return ObservationsCsv(lines);
 }
 
 absl::Status WriteObservations(const std::string& path, const std::vector<ImageObservations>& images) {

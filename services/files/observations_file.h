@@ -19,6 +19,9 @@ struct ImageObservations {
 // Columns image,x_px,y_px,board_row,board_col,kind,confidence,sigma_px with kind `center` or `corner`;
 // positions to 1e-4 px, sigmas to 1e-5 px.
 std::string ObservationsToCsv(const std::vector<ImageObservations>& images);
+// The same in two steps: the lines of each image can be made where it was decoded.
+std::string ObservationLines(const ImageObservations& image);
+std::string ObservationsCsv(const std::vector<std::string>& lines_of_images);
 absl::Status WriteObservations(const std::string& path, const std::vector<ImageObservations>& images);
 
 // Reads them back, images in the order of their first line. Files up to version 0.1.2 lack the last column;
