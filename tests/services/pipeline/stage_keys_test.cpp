@@ -85,7 +85,7 @@ TEST_F(StageKeysTest, SayWhy) {
               keys[4].set_version(9);
               keys[2].set_version(9);
             }),
-            "second_pass has version 2, was 9")
+            absl::StrCat("second_pass has version ", AlgorithmVersion(Stage::kSecondPass), ", was 9"))
       << "the first one";
 }
 
