@@ -20,6 +20,10 @@ constexpr double kOffTheLine = 0.15;
 // Of the acceleration of hidden cloth as the cloth around tells it, the share that may be wrong.
 constexpr double kAccelerationError = 0.5;
 
+// Of how unlike the ways of neighbours are, the share by which a way may be off for each edge to the nearest
+// known one; standard deviation. From 0.12 to 0.5 the presets are alike (docs/decoding-accuracy.md).
+constexpr double kCarryError = 0.25;
+
 absl::Status CheckSize(const AlignmentModel& model, const RegisteredMesh& mesh) {
   const auto vertices = static_cast<size_t>(model.graph().vertices);
   if (mesh.vertices_mm.size() == vertices && mesh.state.size() == vertices &&
@@ -66,6 +70,49 @@ std::vector<Eigen::Vector3d> Sharpened(const MeshGraph& graph, const std::vector
   std::vector<Eigen::Vector3d> twice = Smoothed(graph, counted, rings, once);
   for (size_t v = 0; v < twice.size(); ++v) twice[v] = 2 * once[v] - twice[v];
   return twice;
+}
+
+// Where vertices are that another frame measured and the own one did not: as there, moved with the cloth
+// around them that both measured.
+struct Carried {
+  std::vector<Eigen::Vector3d> position_mm;
+  std::vector<double> variance_mm2;  // 0 where nothing is carried
+};
+absl::StatusOr<Carried> CarryOver(const MeshGraph& graph, const RegisteredMesh& from,
+                                  const RegisteredMesh& own) {
+  const std::vector<Eigen::Vector3d> none(own.vertices_mm.size(), Eigen::Vector3d::Zero());
+  Carried carried{from.vertices_mm, std::vector<double>(own.vertices_mm.size(), 0)};
+  std::vector<bool> in_both(own.vertices_mm.size()), known = in_both;
+  for (size_t v = 0; v < in_both.size(); ++v) in_both[v] = Measured(from, v) && Measured(own, v);
+  std::vector<Eigen::Vector3d> way_mm = none, unlike_mm = none;  // the latter a length, in x
+  bool any = false;
+  for (int v = 0; v < graph.vertices; ++v) {
+    if (in_both[v]) way_mm[v] = own.vertices_mm[v] - from.vertices_mm[v];
+  }
+  for (int v = 0; v < graph.vertices; ++v) {
+    int count = 0;
+    for (int i = graph.first[v]; in_both[v] && i < graph.first[v + 1]; ++i) {
+      if (!in_both[graph.neighbor[i]]) continue;
+      unlike_mm[v].x() += (way_mm[graph.neighbor[i]] - way_mm[v]).norm();
+      ++count;
+    }
+    if (count == 0) continue;
+    unlike_mm[v] /= count;
+    any = known[v] = true;
+  }
+  if (!any) return carried;
+  for (std::vector<Eigen::Vector3d>* values : {&way_mm, &unlike_mm}) {
+    absl::Status status = LaplacianFill(graph, known, values);
+    if (!status.ok()) return status;
+  }
+  const std::vector<int> rings = RingDistance(graph, known);
+  for (size_t v = 0; v < known.size(); ++v) {
+    if (!Measured(from, v) || Measured(own, v) || rings[v] < 0) continue;
+    carried.position_mm[v] += way_mm[v];
+    carried.variance_mm2[v] =
+        std::pow(from.sigma_mm[v], 2) + std::pow(kCarryError * rings[v] * unlike_mm[v].x(), 2);
+  }
+  return carried;
 }
 
 // How three frames of a vertex differ from even motion, own - middle: what was measured, and what of it is
@@ -165,6 +212,10 @@ absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const R
   const absl::StatusOr<UnevenMotion> motion =
       FindUnevenMotion(model.graph(), previous, own, next, kAcceleratedRings);
   if (!motion.ok()) return motion.status();
+  const absl::StatusOr<Carried> from_previous = CarryOver(model.graph(), previous, own),
+                                from_next = CarryOver(model.graph(), next, own);
+  if (!from_previous.ok()) return from_previous.status();
+  if (!from_next.ok()) return from_next.status();
   RegisteredMesh refined = own;
   refined.vertices_mm = SharedNoise(model.graph(), own, *motion, options.max_observed_sigmas);
   const std::vector<Eigen::Vector3d> measured_mm = refined.vertices_mm;
@@ -176,10 +227,16 @@ absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const R
     problem.frozen[v] = Measured(own, v);
     if (problem.frozen[v]) continue;
     const double own_mm2 = std::pow(std::max(own.sigma_mm[v], 1e-3f), 2);
-    const double pair_mm2 = (std::pow(previous.sigma_mm[v], 2) + std::pow(next.sigma_mm[v], 2)) / 4 +
-                            std::pow(kAccelerationError, 2) * motion->accelerated_mm[v].squaredNorm();
+    double pair_mm2 = (std::pow(previous.sigma_mm[v], 2) + std::pow(next.sigma_mm[v], 2)) / 4 +
+                      std::pow(kAccelerationError, 2) * motion->accelerated_mm[v].squaredNorm();
+    Eigen::Vector3d even = Middle(previous, next, v) + motion->accelerated_mm[v];
+    for (const Carried* carried : {&*from_previous, &*from_next}) {
+      if (!options.weigh_by_sigma || carried->variance_mm2[v] == 0 || carried->variance_mm2[v] >= pair_mm2)
+        continue;
+      even = carried->position_mm[v];
+      pair_mm2 = carried->variance_mm2[v];
+    }
     const double own_share = options.weigh_by_sigma ? pair_mm2 / (own_mm2 + pair_mm2) : 0.5;
-    const Eigen::Vector3d even = Middle(previous, next, v) + motion->accelerated_mm[v];
     problem.targets_mm[v] = own_share * own.vertices_mm[v] + (1 - own_share) * even;  // Eq. 5
     if (!options.weigh_by_sigma) continue;
     // Errors of one vertex in three frames are alike: the better of both counts, not their number.

@@ -32,10 +32,12 @@ struct TemporalResult {
   UntangleReport untangling;  // all zero where it was not asked for
 };
 
-// One pass for one frame. Hidden vertices minimise E_Smooth + lambda E_Dist. Observed ones move by at most
-// max_observed_sigmas of their sigma_mm, which is kept, unless a self-intersection is removed there. All
-// three meshes are of the pass before and have the template's vertices. InvalidArgument: options, or
-// meshes of another size. Otherwise as Align. The same result at any thread count.
+// One pass for one frame. Hidden vertices minimise E_Smooth + lambda E_Dist. Where that is surer than both
+// neighbours together, E_Smooth draws them to where one neighbour measured them, moved with the cloth around.
+// Observed ones move by at most max_observed_sigmas of their sigma_mm, which is kept, unless a
+// self-intersection is removed there. All three meshes are of the pass before and have the template's
+// vertices. InvalidArgument: options, or meshes of another size. Otherwise as Align. The same result at any
+// thread count.
 absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const RegisteredMesh& previous,
                                             const RegisteredMesh& own, const RegisteredMesh& next,
                                             const TemporalOptions& options,

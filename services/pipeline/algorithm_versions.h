@@ -23,7 +23,7 @@ constexpr int AlgorithmVersion(Stage stage) {
       3,  // triangulate
       3,  // second_pass
       3,  // align
-      2,  // refine
+      3,  // refine
   };
   return kVersions[static_cast<int>(stage)];
 }

@@ -141,6 +141,27 @@ TEST_F(Temporal, TrustsNeighboursThatSawWhatTheFrameDidNot) {
   EXPECT_LT(refined->mesh.sigma_mm[middle], own_.sigma_mm[middle]);
 }
 
+// The one before or the one after; the other one and the own frame know nothing of the place.
+TEST_F(Temporal, CarriesOverWhatOneNeighbourSaw) {
+  const std::vector<Eigen::Vector3d> truth = SheetAt(garment_.rest, 1);
+  for (const bool before : {true, false}) {
+    RegisteredMesh previous = previous_, next = next_;
+    RegisteredMesh& seen = before ? previous : next;
+    seen.vertices_mm = SheetAt(garment_.rest, before ? 0 : 2);
+    seen.state.assign(seen.state.size(), VertexState::kObserved);
+    seen.sigma_mm.assign(seen.sigma_mm.size(), 0.05f);
+    const auto result = RefineInTime(model_, previous, own_, next, {});
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_LT(UnseenError(result->mesh, truth), 0.2);
+    EXPECT_GT(UnseenError(own_, truth), 0.5);
+    for (int v = 0; v < kWaveRows * kWaveCols; ++v) {
+      if (!IsUnseen(v)) continue;
+      ASSERT_EQ(result->mesh.state[v], VertexState::kInferred);
+      ASSERT_LT(result->mesh.sigma_mm[v], own_.sigma_mm[v]);
+    }
+  }
+}
+
 TEST_F(Temporal, BridgesAFailedFrameAndSaysSo) {
   const RegisteredMesh before = RegisteredWave(garment_.rest, 0, 0),
                        after = RegisteredWave(garment_.rest, 3, 0);
