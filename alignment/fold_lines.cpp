@@ -15,8 +15,8 @@ namespace {
 constexpr int kToEachSide = 2;     // vertices of a line
 constexpr int kLeastOfLine = 3;    // of its five vertices that are measured
 constexpr double kStraight = 0.8;  // least cosine between edges of a line
-// Significance of the best line's mean, in what one line's is expected to have by noise. Noise alone gives 95
-// % of the vertices of flat cloth less; tests/alignment/fold_lines_test.cpp counts them.
+// Significance of the best line's mean, in units of what noise gives one line in the mean. By noise alone 5 %
+// of the vertices of flat cloth have more; tests/alignment/fold_lines_test.cpp counts them.
 constexpr double kNoiseOfBestLine = 2.4;
 
 class FoldLines {

@@ -212,10 +212,13 @@ absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const R
   const absl::StatusOr<UnevenMotion> motion =
       FindUnevenMotion(model.graph(), previous, own, next, kAcceleratedRings);
   if (!motion.ok()) return motion.status();
-  const absl::StatusOr<Carried> from_previous = CarryOver(model.graph(), previous, own),
-                                from_next = CarryOver(model.graph(), next, own);
-  if (!from_previous.ok()) return from_previous.status();
-  if (!from_next.ok()) return from_next.status();
+  std::vector<Carried> carried_over;
+  for (const RegisteredMesh* from : {&previous, &next}) {
+    if (!options.weigh_by_sigma) continue;  // Eq. 5 knows the mean of both alone
+    absl::StatusOr<Carried> carried = CarryOver(model.graph(), *from, own);
+    if (!carried.ok()) return carried.status();
+    carried_over.push_back(*std::move(carried));
+  }
   RegisteredMesh refined = own;
   refined.vertices_mm = SharedNoise(model.graph(), own, *motion, options.max_observed_sigmas);
   const std::vector<Eigen::Vector3d> measured_mm = refined.vertices_mm;
@@ -230,11 +233,10 @@ absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const R
     double pair_mm2 = (std::pow(previous.sigma_mm[v], 2) + std::pow(next.sigma_mm[v], 2)) / 4 +
                       std::pow(kAccelerationError, 2) * motion->accelerated_mm[v].squaredNorm();
     Eigen::Vector3d even = Middle(previous, next, v) + motion->accelerated_mm[v];
-    for (const Carried* carried : {&*from_previous, &*from_next}) {
-      if (!options.weigh_by_sigma || carried->variance_mm2[v] == 0 || carried->variance_mm2[v] >= pair_mm2)
-        continue;
-      even = carried->position_mm[v];
-      pair_mm2 = carried->variance_mm2[v];
+    for (const Carried& carried : carried_over) {
+      if (carried.variance_mm2[v] == 0 || carried.variance_mm2[v] >= pair_mm2) continue;
+      even = carried.position_mm[v];
+      pair_mm2 = carried.variance_mm2[v];
     }
     const double own_share = options.weigh_by_sigma ? pair_mm2 / (own_mm2 + pair_mm2) : 0.5;
     problem.targets_mm[v] = own_share * own.vertices_mm[v] + (1 - own_share) * even;  // Eq. 5

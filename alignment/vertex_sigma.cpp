@@ -10,6 +10,9 @@ namespace {
 // kInferredScale * (mean edge length) * rings. rings is the number of edges to the nearest of them.
 constexpr double kInferredScale = 0.15;
 
+// Of the variance that E_Dist takes away: a pull that noise alone hardly ever causes.
+constexpr double kExpectedPull = 3;
+
 double SizeMm(const TriangleMesh& mesh) {
   Eigen::Vector3d low = mesh.vertices_mm[0], high = low;
   for (const Eigen::Vector3d& v : mesh.vertices_mm) low = low.cwiseMin(v), high = high.cwiseMax(v);

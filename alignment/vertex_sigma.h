@@ -16,9 +16,6 @@ namespace weft {
 std::vector<float> VertexSigmas(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
                                 const std::vector<Eigen::Vector3d>& position_mm, const AlignOptions& options);
 
-// Of the variance that E_Dist takes away: a pull that noise alone hardly ever causes.
-inline constexpr double kExpectedPull = 3;
-
 // Of a wide triangular grid's Laplacian, about; the eigenvalues are nearly uniform between 0 and this.
 inline constexpr double kMostEigenvalue = 12;
 

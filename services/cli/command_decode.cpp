@@ -158,7 +158,8 @@ std::vector<DecodedFile> DecodeFiles(const DecodeCommandOptions& options,
       progress.Advance();
     }
   };
-  tbb::parallel_for(0, static_cast<int>(threads), work, tbb::simple_partitioner());
+  const int workers = static_cast<int>(std::min<size_t>(threads, inputs.size()));
+  tbb::parallel_for(0, workers, work, tbb::simple_partitioner());
   return files;
 }
 

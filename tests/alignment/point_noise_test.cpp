@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/alignment/cloth_sheets.h"
 
 namespace weft {
