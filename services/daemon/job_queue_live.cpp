@@ -43,6 +43,7 @@ void JobQueue::LookAtTake(const std::shared_ptr<LiveJob>& live) {
     WakeAt(live->look_at, std::chrono::steady_clock::now() + kLookPeriod);
   } else if (progress.ok()) {
     AddFrames(live, **progress);
+    FinishIfDone(live);
   } else {
     EndEarly(live, v1::JOB_STATE_FAILED, std::string(progress.status().message()));
   }

@@ -125,6 +125,24 @@ TEST_F(LiveJobTest, IsCancelledWhileItFollowsAndRetriedToTheEnd) {
   EXPECT_EQ(job.frames().done(), 5);
 }
 
+// Driven frames are not computed again, so that nothing but the end of the take ends their job.
+TEST_F(LiveJobTest, DrivenFramesThatAreDoneBeforeTheTakeEndsEndTheirJob) {
+  StartDaemon();
+  Record(3);
+  v1::SubmitJobRequest request = LiveRequest(1);
+  request.mutable_spec()->mutable_driving()->set_avatar(folder_ / "shirt");
+  const auto submitted = client_->Submit(request);
+  ASSERT_TRUE(submitted.ok()) << submitted.status();
+  WatchUntil(submitted->id(), [](const v1::JobUpdate& update) {
+    return update.job().frames().done() == 3 && update.job().usage().tasks() == 1;
+  });
+  CloseTake();
+  const v1::Job job = WaitForEnd(submitted->id());
+  EXPECT_EQ(job.state(), v1::JOB_STATE_DONE) << job.message();
+  EXPECT_EQ(job.frames().done(), 3);
+  EXPECT_EQ(Computed(), (std::map<std::string, int>{{"0000", 1}, {"0001", 1}, {"0002", 1}}));
+}
+
 TEST_F(LiveJobTest, FollowsOnlyTakesAndNoRanges) {
   StartDaemon();
   Record(1);
