@@ -41,7 +41,6 @@ class Collector {
   }
 
   void AddPair(int a, int b) {
-    if (!face_moves_[a] && !face_moves_[b]) return;
     AddCorners(a, b);
     AddCorners(b, a);
     for (const int e : patch_.edges_of_face[a]) {
@@ -130,8 +129,10 @@ ContactPlanes FindContactPlanes(const UntanglePatch& patch, const std::vector<bo
   std::vector<Face> faces;
   for (const int f : some) faces.push_back(patch.faces[f]);
   const FaceGrid grid(patch.position_mm, faces, reach_mm / 2);
+  std::vector<bool> moving;
+  for (const Face& f : faces) moving.push_back(moves[f[0]] || moves[f[1]] || moves[f[2]]);
   Collector collector(patch, moves, reach_mm, gap_mm);
-  grid.VisitPairs(0, grid.cells(), [&](int a, int b) { collector.AddPair(some[a], some[b]); });
+  grid.VisitPairsOf(moving, 0, grid.cells(), [&](int a, int b) { collector.AddPair(some[a], some[b]); });
   return collector.Take();
 }
 

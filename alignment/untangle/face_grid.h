@@ -11,6 +11,8 @@ namespace weft {
 
 struct FaceBox {
   Eigen::Array3f low, high;
+
+  bool Overlaps(const FaceBox& other) const { return (low <= other.high).all() && (other.low <= high).all(); }
 };
 
 // Vertices must be finite. Thread safety: const functions may be called from any number of threads.
@@ -48,9 +50,32 @@ class FaceGrid {
                                 .max(sides.col(5).segment(i + 1, later) + box.low.z());
         for (int j = 0; j < later; ++j) {
           if (apart[j] > 0) continue;
-          // Of the cells that both touch, the one where their overlap begins.
           const int other = face[i + 1 + j];
-          if (Index(CellAt(box.low.max(boxes_[other].low))) == cell) visit(face[i], other);
+          if (IsTold(box, boxes_[other], cell)) visit(face[i], other);
+        }
+      }
+    }
+  }
+
+  // The same, in the same order, for the pairs with a face of `some` ([faces]).
+  template <typename Visit>
+  void VisitPairsOf(const std::vector<bool>& some, int first_cell, int last_cell, const Visit& visit) const {
+    std::vector<int> of_cell;  // places in faces_
+    for (int cell = first_cell; cell < last_cell; ++cell) {
+      of_cell.clear();
+      for (int i = first_[cell]; i < first_[cell + 1]; ++i)
+        if (some[faces_[i]]) of_cell.push_back(i);
+      const auto try_pair = [&](int i, int j) {
+        const FaceBox &one = boxes_[faces_[i]], &other = boxes_[faces_[j]];
+        if (one.Overlaps(other) && IsTold(one, other, cell)) visit(faces_[i], faces_[j]);
+      };
+      auto next = of_cell.begin();
+      for (int i = first_[cell]; next != of_cell.end(); ++i) {
+        if (i == *next) {
+          ++next;
+          for (int j = i + 1; j < first_[cell + 1]; ++j) try_pair(i, j);
+        } else {
+          for (auto j = next; j != of_cell.end(); ++j) try_pair(i, *j);
         }
       }
     }
@@ -60,6 +85,10 @@ class FaceGrid {
   Eigen::Array3i CellAt(const Eigen::Array3f& point) const { return (point * per_mm_).cast<int>(); }
   int Index(const Eigen::Array3i& cell) const {
     return (cell.z() * size_[1] + cell.y()) * size_[0] + cell.x();
+  }
+  // Of the cells that both touch, the one where their overlap begins.
+  bool IsTold(const FaceBox& one, const FaceBox& other, int cell) const {
+    return Index(CellAt(one.low.max(other.low))) == cell;
   }
   template <typename Visit>
   void VisitCells(const FaceBox& box, const Visit& visit) const {

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "alignment/untangle/face_grid.h"
 
@@ -95,20 +96,55 @@ bool MeetBesidesFirstCorner(const Triangle& s, const Triangle& t) {
   return ComeWithin(0, {s[1], s[2], s[2]}, t) || ComeWithin(0, s, {t[1], t[2], t[2]});
 }
 
-// The pairs of faces near each other for which `accept`, ordered.
+// The pairs of faces near each other for which `accept`, ordered. `of` ([faces], or null for all): those with
+// one of these faces.
 template <typename Accept>
-std::vector<FacePair> FindPairs(const FaceGrid& grid, const Accept& accept) {
+std::vector<FacePair> FindPairs(const FaceGrid& grid, const std::vector<bool>* of, const Accept& accept) {
   const int blocks = (grid.cells() + kCellsPerBlock - 1) / kCellsPerBlock;
   std::vector<std::vector<FacePair>> found(blocks);
   tbb::parallel_for(0, blocks, [&](int block) {
     const int first = block * kCellsPerBlock, last = std::min(first + kCellsPerBlock, grid.cells());
-    grid.VisitPairs(first, last, [&](int a, int b) {
+    const auto visit = [&](int a, int b) {
       if (accept(a, b)) found[block].push_back({a, b});
-    });
+    };
+    of != nullptr ? grid.VisitPairsOf(*of, first, last, visit) : grid.VisitPairs(first, last, visit);
   });
   std::vector<FacePair> pairs;
   for (const auto& some : found) pairs.insert(pairs.end(), some.begin(), some.end());
   std::sort(pairs.begin(), pairs.end());
+  return pairs;
+}
+
+// The pairs that FindIntersectingPairs tells of, or those of them with a face of `of`.
+std::vector<FacePair> FindIntersecting(const std::vector<Eigen::Vector3d>& vertices_mm,
+                                       const std::vector<Face>& faces, const std::vector<bool>* of) {
+  double largest = 0;
+  for (const Eigen::Vector3d& v : vertices_mm) largest = std::max(largest, v.cwiseAbs().maxCoeff());
+  const double margin_mm = kCoordinateRounding * largest;
+  const auto intersects = [&](int a, int b) {
+    Face face_a = faces[a], face_b = faces[b];
+    const int shared = SharedVertices(face_a, face_b);
+    if (shared > 1) return false;
+    if (shared == 1) StartAtSharedVertex(face_a, face_b);
+    Triangle s, t;
+    SetCorners(vertices_mm, face_a, s);
+    SetCorners(vertices_mm, face_b, t);
+    if (shared == 1 ? PointApart(s, t) || PointApart(t, s) : !ComeWithin(margin_mm, s, t)) return false;
+    const auto meet = shared == 1 ? MeetBesidesFirstCorner : TrianglesIntersect;
+    if (meet(s, t)) return true;
+    RoundToFloat(s);
+    RoundToFloat(t);
+    return meet(s, t);
+  };
+  return FindPairs(FaceGrid(vertices_mm, faces, margin_mm), of, intersects);
+}
+
+IntersectingPairs Sorted(const std::vector<FacePair>& all, const std::vector<Face>& faces) {
+  IntersectingPairs pairs;
+  for (const FacePair& pair : all) {
+    const bool shared = SharedVertices(faces[pair.a], faces[pair.b]) > 0;
+    (shared ? pairs.at_vertex : pairs.apart).push_back(pair);
+  }
   return pairs;
 }
 
@@ -133,7 +169,7 @@ std::optional<double> SegmentThroughTriangle(const Eigen::Vector3d& p, const Eig
 
 std::vector<FacePair> FindSelfIntersections(const std::vector<Eigen::Vector3d>& vertices_mm,
                                             const std::vector<Face>& faces) {
-  return FindPairs(FaceGrid(vertices_mm, faces, 0), [&](int a, int b) {
+  return FindPairs(FaceGrid(vertices_mm, faces, 0), nullptr, [&](int a, int b) {
     if (SharedVertices(faces[a], faces[b]) > 0) return false;
     Triangle s, t;
     SetCorners(vertices_mm, faces[a], s);
@@ -144,30 +180,21 @@ std::vector<FacePair> FindSelfIntersections(const std::vector<Eigen::Vector3d>& 
 
 IntersectingPairs FindIntersectingPairs(const std::vector<Eigen::Vector3d>& vertices_mm,
                                         const std::vector<Face>& faces) {
-  double largest = 0;
-  for (const Eigen::Vector3d& v : vertices_mm) largest = std::max(largest, v.cwiseAbs().maxCoeff());
-  const double margin_mm = kCoordinateRounding * largest;
-  const auto intersects = [&](int a, int b) {
-    Face face_a = faces[a], face_b = faces[b];
-    const int shared = SharedVertices(face_a, face_b);
-    if (shared > 1) return false;
-    if (shared == 1) StartAtSharedVertex(face_a, face_b);
-    Triangle s, t;
-    SetCorners(vertices_mm, face_a, s);
-    SetCorners(vertices_mm, face_b, t);
-    if (shared == 1 ? PointApart(s, t) || PointApart(t, s) : !ComeWithin(margin_mm, s, t)) return false;
-    const auto meet = shared == 1 ? MeetBesidesFirstCorner : TrianglesIntersect;
-    if (meet(s, t)) return true;
-    RoundToFloat(s);
-    RoundToFloat(t);
-    return meet(s, t);
-  };
-  IntersectingPairs pairs;
-  for (const FacePair& pair : FindPairs(FaceGrid(vertices_mm, faces, margin_mm), intersects)) {
-    const bool shared = SharedVertices(faces[pair.a], faces[pair.b]) > 0;
-    (shared ? pairs.at_vertex : pairs.apart).push_back(pair);
+  return Sorted(FindIntersecting(vertices_mm, faces, nullptr), faces);
+}
+
+IntersectingPairs FindIntersectingPairsAgain(const std::vector<Eigen::Vector3d>& vertices_mm,
+                                             const std::vector<Face>& faces, const IntersectingPairs& before,
+                                             const std::vector<bool>& moved) {
+  std::vector<bool> of;
+  for (const auto& [a, b, c] : faces) of.push_back(moved[a] || moved[b] || moved[c]);
+  std::vector<FacePair> pairs = FindIntersecting(vertices_mm, faces, &of);
+  for (const std::vector<FacePair>* some : {&before.apart, &before.at_vertex}) {
+    std::copy_if(some->begin(), some->end(), std::back_inserter(pairs),
+                 [&](const FacePair& pair) { return !of[pair.a] && !of[pair.b]; });
   }
-  return pairs;
+  std::sort(pairs.begin(), pairs.end());
+  return Sorted(pairs, faces);
 }
 
 }  // namespace weft

@@ -45,4 +45,10 @@ struct IntersectingPairs {
 IntersectingPairs FindIntersectingPairs(const std::vector<Eigen::Vector3d>& vertices_mm,
                                         const std::vector<Face>& faces);
 
+// The same where only vertices that `moved` ([vertices]) are elsewhere than when `before` was found; looks at
+// the pairs of their faces alone.
+IntersectingPairs FindIntersectingPairsAgain(const std::vector<Eigen::Vector3d>& vertices_mm,
+                                             const std::vector<Face>& faces, const IntersectingPairs& before,
+                                             const std::vector<bool>& moved);
+
 }  // namespace weft

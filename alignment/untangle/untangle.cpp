@@ -184,6 +184,7 @@ class Untangler {
         released_(vertices_mm->size(), false),
         returned_(vertices_mm->size(), true),
         observed_mm_(*vertices_mm),
+        searched_mm_(*vertices_mm),
         vertices_mm_(*vertices_mm),
         around_(static_cast<int>(vertices_mm->size()), faces),
         edge_mm_(MeanEdgeMm(*vertices_mm, faces)) {}
@@ -194,7 +195,8 @@ class Untangler {
       const std::vector<std::vector<int>> grown = GrowGroups(faces_, around_, Groups(intersecting), rings);
       for (const std::vector<int>& free : grown) Resolve(WideEnoughPatch(free, rings));
       ++report_.rounds;
-      intersecting = FindIntersectingPairs(vertices_mm_, faces_);
+      intersecting = SearchAgain(intersecting);
+      searched_mm_ = vertices_mm_;
     }
     if (!bound_mm_.empty()) ReturnMoved(&intersecting);
     report_.pairs_after = static_cast<int>(intersecting.apart.size());
@@ -266,7 +268,6 @@ class Untangler {
   // Patches that only became clean with others have not returned yet. Measured vertices that are near their
   // place again are bounded again. Nothing moves where rounding would make faces intersect.
   void ReturnMoved(IntersectingPairs* intersecting) {
-    const std::vector<Eigen::Vector3d> before_mm = vertices_mm_;
     std::vector<std::vector<int>> moved;
     for (size_t v = 0; v < observed_mm_.size(); ++v)
       if ((vertices_mm_[v] - observed_mm_[v]).norm() > (returned_[v] ? bound_mm_[v] : 0))
@@ -282,12 +283,18 @@ class Untangler {
       report_.returns += ReturnGuarded(options_.back, &patch);
       if (FindPiercings(patch).empty()) Keep(patch, true);
     }
-    IntersectingPairs after = FindIntersectingPairs(vertices_mm_, faces_);
+    IntersectingPairs after = SearchAgain(*intersecting);
     if (after.count() > intersecting->count()) {
-      vertices_mm_ = before_mm;
+      vertices_mm_ = searched_mm_;
     } else {
       *intersecting = std::move(after);
     }
+  }
+
+  IntersectingPairs SearchAgain(const IntersectingPairs& before) const {
+    std::vector<bool> moved;
+    for (size_t v = 0; v < vertices_mm_.size(); ++v) moved.push_back(vertices_mm_[v] != searched_mm_[v]);
+    return FindIntersectingPairsAgain(vertices_mm_, faces_, before, moved);
   }
 
   void SumUpMoves() {
@@ -307,6 +314,7 @@ class Untangler {
   const UntangleOptions& options_;
   std::vector<bool> released_, returned_;  // [vertices]
   const std::vector<Eigen::Vector3d> observed_mm_;
+  std::vector<Eigen::Vector3d> searched_mm_;  // where the vertices were at the last search
   std::vector<Eigen::Vector3d>& vertices_mm_;
   const FacesOfVertex around_;
   const double edge_mm_;

@@ -4,6 +4,8 @@
 #include <tbb/task_arena.h>
 
 #include <Eigen/LU>
+#include <algorithm>
+#include <random>
 
 #include "tests/alignment/untangle/intersecting_sheets.h"
 
@@ -213,6 +215,33 @@ TEST(FindIntersectingPairs, FindsWhatFindSelfIntersectionsFinds) {
   const IntersectingPairs found = FindIntersectingPairs(mesh.vertices_mm, mesh.faces);
   EXPECT_EQ(found.apart, AllPairs(mesh));
   EXPECT_TRUE(found.at_vertex.empty());
+}
+
+// Of a few vertices, so that pairs come, go and stay, with and without a common vertex.
+TEST(FindIntersectingPairs, SearchingAgainFindsWhatSearchingAllFinds) {
+  std::mt19937 random(11);
+  std::normal_distribution<double> move_mm(0, 3);
+  TriangleMesh mesh = CrossedSheets(12);
+  IntersectingPairs found = FindIntersectingPairs(mesh.vertices_mm, mesh.faces);
+  size_t at_vertex = 0, kept = 0;
+  for (int i = 0; i < 20; ++i) {
+    std::vector<bool> moved(mesh.vertices_mm.size(), false);
+    for (int k = 0; k < 12; ++k) {
+      const size_t v = random() % mesh.vertices_mm.size();
+      mesh.vertices_mm[v] += Eigen::Vector3d(move_mm(random), move_mm(random), move_mm(random));
+      moved[v] = true;
+    }
+    const IntersectingPairs again = FindIntersectingPairsAgain(mesh.vertices_mm, mesh.faces, found, moved);
+    const IntersectingPairs all = FindIntersectingPairs(mesh.vertices_mm, mesh.faces);
+    ASSERT_EQ(again.apart, all.apart) << i;
+    ASSERT_EQ(again.at_vertex, all.at_vertex) << i;
+    for (const FacePair& pair : found.apart)
+      kept += std::binary_search(again.apart.begin(), again.apart.end(), pair);
+    at_vertex += again.at_vertex.size();
+    found = again;
+  }
+  EXPECT_GT(at_vertex, 0u);
+  EXPECT_GT(kept, 100u);
 }
 
 TEST(FindSelfIntersections, MeshesWithoutFacesHaveNone) {
