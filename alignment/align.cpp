@@ -27,10 +27,6 @@ constexpr int kReconRounds = 4;
 // Looks for hidden cloth on the wrong side of another garment.
 constexpr int kLayerRounds = 4;
 
-absl::Status BadAlignment(const char* what) {
-  return absl::InvalidArgumentError(absl::StrCat("alignment.", what));
-}
-
 Eigen::Matrix3d WeightOf(const VertexTarget& target, const DetectionOptions& options) {
   Eigen::Matrix3d covariance = target.covariance_mm2;
   if (covariance.isZero()) covariance.diagonal().setConstant(target.sigma_mm * target.sigma_mm);
@@ -71,29 +67,43 @@ VertexTarget Weakened(VertexTarget target, double factor, const DetectionOptions
   return target;
 }
 
-// The targets without outliers, those near the limit weakened.
-std::vector<VertexTarget> WithoutOutliers(const MeshGraph& graph, const std::vector<VertexTarget>& targets,
-                                          const std::vector<Eigen::Vector3d>& position_mm,
-                                          const AlignOptions& options) {
-  const std::vector<double> distance_mm = DistancesToOthers(graph, targets, position_mm, options);
+// Distance of each target from the surface without the target, over that of an outlier.
+std::vector<double> OutlierRatios(const MeshGraph& graph, const std::vector<VertexTarget>& targets,
+                                  const std::vector<Eigen::Vector3d>& position_mm,
+                                  const AlignOptions& options) {
+  std::vector<double> ratios = DistancesToOthers(graph, targets, position_mm, options);
   const double limit_mm =
-      std::max(options.robust.outlier_ratio * Median(distance_mm), options.robust.min_distance_mm);
+      std::max(options.robust.outlier_ratio * Median(ratios), options.robust.min_distance_mm);
+  for (double& ratio : ratios) ratio = limit_mm > 0 ? ratio / limit_mm : 0;
+  return ratios;
+}
+
+bool IsOutlier(double ratio) { return ratio >= 1; }
+
+// The targets without outliers, those near the limit weakened.
+std::vector<VertexTarget> WithoutOutliers(const std::vector<VertexTarget>& targets,
+                                          const std::vector<double>& ratios,
+                                          const DetectionOptions& options) {
   constexpr double kUntouched = 0.5;  // of the limit; below, a weight would only blur good measurements
   std::vector<VertexTarget> kept;
   for (size_t i = 0; i < targets.size(); ++i) {
-    const double ratio = limit_mm > 0 ? distance_mm[i] / limit_mm : 0;
-    if (ratio >= 1) continue;
-    const double beyond = std::max(0.0, (ratio - kUntouched) / (1 - kUntouched));
+    if (IsOutlier(ratios[i])) continue;
+    const double beyond = std::max(0.0, (ratios[i] - kUntouched) / (1 - kUntouched));
     const double biweight = std::pow(1 - beyond * beyond, 2);
-    kept.push_back(beyond > 0 ? Weakened(targets[i], std::max(biweight, 1e-3), options.detection)
-                              : targets[i]);
+    kept.push_back(beyond > 0 ? Weakened(targets[i], std::max(biweight, 1e-3), options) : targets[i]);
   }
   return kept;
 }
 
-bool SameVertices(const std::vector<VertexTarget>& a, const std::vector<VertexTarget>& b) {
-  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                    [](const VertexTarget& x, const VertexTarget& y) { return x.vertex == y.vertex; });
+// Whether `some` are the targets that are no outliers.
+bool AreAllBut(const std::vector<VertexTarget>& targets, const std::vector<double>& ratios,
+               const std::vector<VertexTarget>& some) {
+  size_t next = 0;
+  for (size_t i = 0; i < targets.size(); ++i) {
+    if (IsOutlier(ratios[i])) continue;
+    if (next == some.size() || some[next++].vertex != targets[i].vertex) return false;
+  }
+  return next == some.size();
 }
 
 // Fill, rigid fit and E_Det + lambda E_Dist, first with all targets, then without the outliers.
@@ -119,10 +129,14 @@ class Passes {
     ElasticOptions stiff = options_.elastic;
     stiff.distortion.bending = options_.first_bending;
     stiff.tolerance = kFirstTolerance;
-    if (options_.first_bending > 0) {
-      if (absl::Status status = Solve(*problem, stiff, "stiff"); !status.ok()) return status;
-    }
-    return Solve(*problem, options_.elastic, "elastic");
+    const Stopwatch watch;
+    const absl::StatusOr<ElasticPreconditioner> preconditioner =
+        ElasticPreconditioner::Build(*slices_, model_.graph(), *problem, options_.elastic);
+    if (!preconditioner.ok()) return preconditioner.status();
+    if (options_.first_bending == 0)
+      return Solve(*problem, *preconditioner, options_.elastic, "elastic", watch);
+    absl::Status status = Solve(*problem, *preconditioner, stiff, "stiff", watch);
+    return status.ok() ? Solve(*problem, *preconditioner, options_.elastic, "elastic", Stopwatch()) : status;
   }
 
   // From here on the cloth is as long as it was measured.
@@ -256,8 +270,15 @@ class Passes {
 
   absl::Status Solve(const ElasticProblem& problem, const ElasticOptions& options, const std::string& name) {
     const Stopwatch watch;
+    const absl::StatusOr<ElasticPreconditioner> preconditioner =
+        ElasticPreconditioner::Build(*slices_, model_.graph(), problem, options);
+    if (!preconditioner.ok()) return preconditioner.status();
+    return Solve(problem, *preconditioner, options, name, watch);
+  }
+  absl::Status Solve(const ElasticProblem& problem, const ElasticPreconditioner& preconditioner,
+                     const ElasticOptions& options, const std::string& name, const Stopwatch& watch) {
     const absl::StatusOr<ElasticReport> report =
-        SolveElastic(*slices_, model_.graph(), problem, options, &deformation_, context_.cancelled);
+        SolveElastic(*slices_, problem, preconditioner, options, &deformation_, context_.cancelled);
     if (!report.ok()) return report.status();
     Report(name, *report, watch);
     Watch(name);
@@ -303,42 +324,6 @@ RegisteredMesh Describe(const AlignmentModel& model, const std::vector<VertexTar
 
 }  // namespace
 
-absl::Status DetectionOptions::Validate() const {
-  if (!(reference_sigma_mm > 0)) return BadAlignment("detection.reference_sigma_mm must be positive");
-  if (!(min_sigma_mm > 0)) return BadAlignment("detection.min_sigma_mm must be positive");
-  if (!(cloth_sigma_mm >= 0)) return BadAlignment("detection.cloth_sigma_mm must not be negative");
-  if (!(filled_weight >= 1e-6 && filled_weight <= 1e3)) {
-    return BadAlignment("detection.filled_weight must lie in 1e-6 to 1000");
-  }
-  return absl::OkStatus();
-}
-
-absl::Status RobustOptions::Validate() const {
-  if (max_rounds < 0) return BadAlignment("robust.max_rounds must not be negative");
-  if (!(outlier_ratio > 1)) return BadAlignment("robust.outlier_ratio must be greater than 1");
-  if (!(min_distance_mm >= 0)) return BadAlignment("robust.min_distance_mm must not be negative");
-  return absl::OkStatus();
-}
-
-absl::Status ContinuationOptions::Validate() const {
-  if (rings < 0) return BadAlignment("continuation.rings must not be negative");
-  return absl::OkStatus();
-}
-
-absl::Status AlignOptions::Validate() const {
-  if (!(min_target_share >= 0 && min_target_share <= 1))
-    return BadAlignment("min_target_share must lie in 0 to 1");
-  if (stretch_rings < 0) return BadAlignment("stretch_rings must not be negative");
-  if (!(noise_sigmas >= 0)) return BadAlignment("noise_sigmas must not be negative");
-  if (!(first_bending >= 0)) return BadAlignment("first_bending must not be negative");
-  for (const absl::Status& status :
-       {detection.Validate(), elastic.Validate(), continuation.Validate(), robust.Validate(), push.Validate(),
-        recon.Validate(), layers.Validate(), untangle.Validate()}) {
-    if (!status.ok()) return status;
-  }
-  return absl::OkStatus();
-}
-
 AlignmentModel::AlignmentModel(const Template& garment)
     : rest_(garment.rest),
       graph_(BuildMeshGraph(garment.rest)),
@@ -368,10 +353,10 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
   std::vector<VertexTarget> used = targets;
   for (int round = 1; round <= options.robust.max_rounds; ++round) {
     // Among all targets: good ones that an outlier had dragged along come back.
-    std::vector<VertexTarget> kept =
-        WithoutOutliers(model.graph(), targets, passes.deformation().position_mm, options);
-    if (SameVertices(kept, used)) break;
-    used = std::move(kept);
+    const std::vector<double> ratios =
+        OutlierRatios(model.graph(), targets, passes.deformation().position_mm, options);
+    if (AreAllBut(targets, ratios, used)) break;
+    used = WithoutOutliers(targets, ratios, options.detection);
     if (absl::Status status = passes.RunAgain(targets, used, round); !status.ok()) return status;
   }
   if (absl::Status status = passes.RunHidden(used); !status.ok()) return status;

@@ -65,7 +65,7 @@ Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& matrix) {
 struct FaceState {
   Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
   Eigen::Matrix3d curvature = Eigen::Matrix3d::Zero();  // axis times angle, per mm
-  bool known = false, bent = false;                     // bent: curvature is there
+  bool bent = false;                                    // curvature is there
 };
 
 class Continuation {
@@ -80,7 +80,7 @@ class Continuation {
         position_mm_(rest_mm_.size(), Eigen::Vector3d::Zero()),
         noise_mm_(rest_mm_.size(), 0),
         measured_(rest_mm_.size(), false),
-        state_(faces_.size()),
+        state_of_(faces_.size(), -1),
         seen_from_(rest_mm_.size(), -1) {
     for (const VertexTarget& t : targets) {
       position_mm_[t.vertex] = t.position_mm;
@@ -141,6 +141,13 @@ class Continuation {
     return outer;
   }
 
+  bool IsKnown(int face) const { return state_of_[face] >= 0; }
+  FaceState& StateOf(int face) { return states_[state_of_[face]]; }
+  void SetState(int face, const FaceState& state) {
+    state_of_[face] = static_cast<int>(states_.size());
+    states_.push_back(state);
+  }
+
   // Of the faces that have three targets.
   void FindRotations() {
     for (size_t f = 0; f < faces_.size(); ++f) {
@@ -156,8 +163,7 @@ class Continuation {
       to << a, b, a.cross(b).normalized();
       if (!(from.determinant() > kLeastArea * u.norm() * v.norm())) continue;
       if (!(to.determinant() > kLeastArea * a.norm() * b.norm())) continue;
-      state_[f].rotation = NearestRotation(to * from.inverse());
-      state_[f].known = true;
+      SetState(static_cast<int>(f), {.rotation = NearestRotation(to * from.inverse())});
     }
   }
   // Only faces within two rings of what is to be found are asked.
@@ -175,16 +181,16 @@ class Continuation {
 
   // Least squares of the rotations around, drawn a little to no curvature.
   void FindCurvature(int face) {
-    FaceState& own = state_[face];
+    FaceState& own = StateOf(face);
     own.bent = true;
     Eigen::Matrix3d spread = Eigen::Matrix3d::Zero(), moment = spread;
     const Eigen::Vector3d center = CenterOf(face);
     int count = 0;
     ForFacesBeside(face, [&](int other) {
-      if (!state_[other].known || OuterRing(other) > 0) return;
+      if (!IsKnown(other) || OuterRing(other) > 0) return;
       const Eigen::Vector3d way = CenterOf(other) - center;
       spread += way * way.transpose();
-      moment += AxisTimesAngle(own.rotation.transpose() * state_[other].rotation) * way.transpose();
+      moment += AxisTimesAngle(own.rotation.transpose() * StateOf(other).rotation) * way.transpose();
       ++count;
     });
     if (count < 3) return;
@@ -199,16 +205,17 @@ class Continuation {
     std::vector<int> reached;
     for (const int v : vertices)
       for (const int f : around_.of(v))
-        if (!state_[f].known && OuterRing(f) <= ring) reached.push_back(f);
+        if (!IsKnown(f) && OuterRing(f) <= ring) reached.push_back(f);
     std::sort(reached.begin(), reached.end());
     reached.erase(std::unique(reached.begin(), reached.end()), reached.end());
     std::vector<FaceState> carried(reached.size());
+    std::vector<bool> found(reached.size());
     for (size_t i = 0; i < reached.size(); ++i) {
       Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
       int count = 0;
       ForFacesBeside(reached[i], [&](int other) {
-        FaceState& from = state_[other];
-        if (!from.known) return;
+        if (!IsKnown(other)) return;
+        const FaceState& from = StateOf(other);
         if (!from.bent) FindCurvature(other);
         sum += from.rotation * RotationBy(from.curvature * (CenterOf(reached[i]) - CenterOf(other)));
         carried[i].curvature += from.curvature;
@@ -217,9 +224,10 @@ class Continuation {
       if (count == 0) continue;
       carried[i].rotation = NearestRotation(sum);
       carried[i].curvature /= count;
-      carried[i].known = carried[i].bent = true;
+      found[i] = carried[i].bent = true;
     }
-    for (size_t i = 0; i < reached.size(); ++i) state_[reached[i]] = carried[i];
+    for (size_t i = 0; i < reached.size(); ++i)
+      if (found[i]) SetState(reached[i], carried[i]);
   }
 
   // Mean of where the edges of the faces around have the vertex; returns their number.
@@ -228,10 +236,10 @@ class Continuation {
     double noise_mm = 0;
     int count = 0;
     for (const int f : around_.of(v)) {
-      if (!state_[f].known) continue;
+      if (!IsKnown(f)) continue;
       for (const int other : faces_[f]) {
         if (ring_[other] < 0 || ring_[other] >= ring) continue;
-        sum += position_mm_[other] + state_[f].rotation * (rest_mm_[v] - rest_mm_[other]);
+        sum += position_mm_[other] + StateOf(f).rotation * (rest_mm_[v] - rest_mm_[other]);
         noise_mm += noise_mm_[other];
         ++count;
       }
@@ -289,7 +297,9 @@ class Continuation {
   std::vector<bool> measured_;
   // Edges to the nearest target, to the template's border and to the nearest vertex without a target.
   std::vector<int> ring_, hem_ring_, gap_ring_;
-  std::vector<FaceState> state_;
+  // Few faces matter: where the state of a face stands, -1 where it is not known.
+  std::vector<int> state_of_;
+  std::vector<FaceState> states_;
   std::vector<int> seen_from_;  // the last vertex whose neighbourhood a vertex was in
 };
 

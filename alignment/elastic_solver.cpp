@@ -8,77 +8,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/field_algebra.h"
-#include "alignment/single_factor.h"
 
 namespace weft {
 namespace {
-
-// Inverse of the block of weakly held vertices of W + stretch L, and of the diagonal of the others.
-class Preconditioner {
- public:
-  static absl::StatusOr<Preconditioner> Build(const SlicedMesh& mesh, const MeshGraph& graph,
-                                              const ElasticProblem& problem, double stretch) {
-    Preconditioner out;
-    out.inverse_diagonal_.assign(mesh.degree.size(), 0);
-    std::vector<int> index(graph.vertices, -1);
-    for (int v = 0; v < graph.vertices; ++v) {
-      if (!problem.frozen.empty() && problem.frozen[v]) continue;
-      const double edges = stretch * graph.degree(v), weight = problem.weights[v].trace() / 3;
-      out.inverse_diagonal_[v] = static_cast<float>(1 / (weight + edges));
-      if (weight >= kWeakShare * edges) continue;
-      index[v] = static_cast<int>(out.weak_.size());
-      out.weak_.push_back(v);
-    }
-    if (out.weak_.empty()) return out;
-    Eigen::SparseMatrix<double> matrix(out.weak_.size(), out.weak_.size());
-    matrix.reserve(Eigen::VectorXi::Constant(out.weak_.size(), 8));
-    for (size_t i = 0; i < out.weak_.size(); ++i) {
-      const int v = out.weak_[i];
-      for (int j = graph.first[v]; j < graph.first[v + 1]; ++j) {
-        const int other = index[graph.neighbor[j]];
-        if (other > static_cast<int>(i)) matrix.insert(other, i) = -stretch;
-      }
-      matrix.insert(i, i) = problem.weights[v].trace() / 3 + stretch * graph.degree(v);
-    }
-    matrix.makeCompressed();
-    absl::StatusOr<SingleFactor> factor = SingleFactor::Build(matrix);
-    if (!factor.ok()) {
-      return absl::InternalError(
-          absl::StrCat("elastic solver: unseen vertices: ", factor.status().message()));
-    }
-    out.factor_ = *std::move(factor);
-    return out;
-  }
-
-  void Apply(const Field3& in, Field3* out) const {
-    ForEachBlock(static_cast<int>(inverse_diagonal_.size()) / kSliceLanes, [&](int, SliceRange range) {
-      for (int i = range.first * kSliceLanes; i < range.last * kSliceLanes; ++i) {
-        out->x[i] = inverse_diagonal_[i] * in.x[i];
-        out->y[i] = inverse_diagonal_[i] * in.y[i];
-        out->z[i] = inverse_diagonal_[i] * in.z[i];
-      }
-    });
-    if (weak_.empty()) return;
-    std::vector<Eigen::Vector4f> columns(weak_.size());
-    for (size_t i = 0; i < weak_.size(); ++i) {
-      const int v = weak_[i];
-      columns[factor_.place(static_cast<int>(i))] = {in.x[v], in.y[v], in.z[v], 0};
-    }
-    factor_.Solve(&columns);
-    for (size_t i = 0; i < weak_.size(); ++i) {
-      const Eigen::Vector4f& solution = columns[factor_.place(static_cast<int>(i))];
-      const int v = weak_[i];
-      out->x[v] = solution.x(), out->y[v] = solution.y(), out->z[v] = solution.z();
-    }
-  }
-
- private:
-  static constexpr double kWeakShare = 0.004;  // weight against the sum of the edges' weights
-
-  std::vector<float> inverse_diagonal_;
-  std::vector<int> weak_;
-  SingleFactor factor_;
-};
 
 // The last steps and changes of the gradient, and the quasi-Newton direction they give (Nocedal & Wright,
 // Algorithm 7.4).
@@ -104,7 +36,7 @@ class Corrections {
   }
 
   // Replaces the gradient by the direction of descent.
-  void Direction(const Preconditioner& preconditioner, Field3* gradient, Field3* direction) const {
+  void Direction(const ElasticPreconditioner& preconditioner, Field3* gradient, Field3* direction) const {
     std::vector<double> alpha(pairs_.size());
     for (size_t i = pairs_.size(); i-- > 0;) {
       alpha[i] = Dot(pairs_[i].step, *gradient) / pairs_[i].product;
@@ -158,7 +90,8 @@ class State {
   }
 
   Field3& position() { return position_; }
-  Records& rotation() { return rotation_; }
+  // The rotations as they were before the last fit.
+  void UndoFit() { std::swap(rotation_, next_rotation_); }
   Field3 NewField() const {
     Field3 field;
     field.Resize(position_.x.size());
@@ -247,9 +180,9 @@ double LowestShare(double energy, double slope, double length, double energy_at_
 
 class Minimiser {
  public:
-  Minimiser(State* state, const Preconditioner& preconditioner, const ElasticOptions& options)
+  Minimiser(State* state, const ElasticPreconditioner& preconditioner, const ElasticOptions& options)
       : state_(*state), preconditioner_(preconditioner), options_(options), corrections_(kCorrections) {
-    for (Field3* field : {&gradient_, &next_gradient_, &direction_}) *field = state->NewField();
+    for (Field3* field : {&gradient_, &next_gradient_, &direction_, &start_}) *field = state->NewField();
     energy_ = report_.energy_before = state->Evaluate(&gradient_);
     report_.evaluations = 1;
   }
@@ -265,14 +198,12 @@ class Minimiser {
 
  private:
   void Iterate() {
-    start_ = state_.position();
-    start_rotation_ = state_.rotation();
+    std::swap(start_, state_.position());  // what is tried is written there
     ++report_.iterations;
     if (!Search()) {
       // The memory misleads, or single precision leaves nothing to gain; without memory it is the last
       // attempt.
-      state_.position() = start_;
-      state_.rotation() = start_rotation_;
+      std::swap(start_, state_.position());
       report_.converged = settled_ > 0;
       settled_ = kSettledIterations - 1;
       corrections_.Clear();
@@ -292,8 +223,8 @@ class Minimiser {
     const double slope = -2 * Dot(gradient_, direction_);
     double length = 1;
     for (int shortening = 0; !Try(length); ++shortening) {
+      state_.UndoFit();
       if (shortening == kMaxShortenings) return false;
-      state_.rotation() = start_rotation_;
       length *= std::clamp(LowestShare(energy_, slope, length, next_energy_), kLeastShare, kMostShare);
     }
     return true;
@@ -308,12 +239,11 @@ class Minimiser {
   }
 
   State& state_;
-  const Preconditioner& preconditioner_;
+  const ElasticPreconditioner& preconditioner_;
   const ElasticOptions& options_;
   Corrections corrections_;
   Field3 gradient_, next_gradient_, reduced_, direction_;
   Field3 start_;  // of the iteration
-  Records start_rotation_;
   double energy_ = 0, next_energy_ = 0;
   int settled_ = 0;
   ElasticReport report_;
@@ -347,18 +277,26 @@ void FitRigid(const SlicedMesh& mesh, Deformation* deformation) {
   state.WriteTo(deformation);
 }
 
+absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const ElasticProblem& problem,
+                                           const ElasticPreconditioner& preconditioner,
+                                           const ElasticOptions& options, Deformation* deformation,
+                                           const CancelCheck& cancelled) {
+  if (absl::Status status = options.Validate(); !status.ok()) return status;
+  State state(mesh, problem, options, *deformation);
+  absl::StatusOr<ElasticReport> report = Minimiser(&state, preconditioner, options).Run(cancelled);
+  if (!report.ok()) return report;
+  state.WriteTo(deformation);
+  return report;
+}
+
 absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const MeshGraph& graph,
                                            const ElasticProblem& problem, const ElasticOptions& options,
                                            Deformation* deformation, const CancelCheck& cancelled) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
-  const double stretch = options.lambda * options.distortion.stretch;
-  absl::StatusOr<Preconditioner> preconditioner = Preconditioner::Build(mesh, graph, problem, stretch);
+  const absl::StatusOr<ElasticPreconditioner> preconditioner =
+      ElasticPreconditioner::Build(mesh, graph, problem, options);
   if (!preconditioner.ok()) return preconditioner.status();
-  State state(mesh, problem, options, *deformation);
-  absl::StatusOr<ElasticReport> report = Minimiser(&state, *preconditioner, options).Run(cancelled);
-  if (!report.ok()) return report;
-  state.WriteTo(deformation);
-  return report;
+  return SolveElastic(mesh, problem, *preconditioner, options, deformation, cancelled);
 }
 
 }  // namespace weft

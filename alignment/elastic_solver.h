@@ -2,11 +2,12 @@
 #pragma once
 
 #include <functional>
-#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "alignment/distortion.h"
+#include "alignment/elastic_preconditioner.h"
+#include "alignment/elastic_problem.h"
 #include "alignment/sliced_mesh.h"
 
 namespace weft {
@@ -15,26 +16,6 @@ namespace weft {
 // T-shirts of the data set shirt-drive-12 (six frames of validation, a quarter hidden, 0.5 mm of noise) 3
 // take 27 + 24 iterations, stiff and elastic, and 5 take 28 + 25, to the same errors.
 inline constexpr int kCorrections = 3;
-
-struct ElasticOptions {
-  double lambda = 1;  // of E_Dist against E_Det
-  DistortionWeights distortion;
-  double tolerance = 1e-4;  // ends when an iteration lowers the energy by less than this share
-  int max_iterations = 200;
-
-  absl::Status Validate() const;
-};
-
-// What draws the vertices: the sum over them of (x - target)^T weight (x - target). Eq. 1, 3, 4 and 5 of the
-// paper all have this form, and so has any sum of them (its constant left out).
-struct ElasticProblem {
-  std::vector<Eigen::Vector3d> targets_mm;  // [vertices]
-  std::vector<Eigen::Matrix3d> weights;     // [vertices], symmetric, positive definite
-  std::vector<bool> frozen;                 // [vertices], or empty: vertices whose position stays
-
-  // Adds (x - target)^T weight (x - target); weight positive semi-definite.
-  void Add(int vertex, const Eigen::Vector3d& target_mm, const Eigen::Matrix3d& weight);
-};
 
 // Asked now and then, from the calling thread; true ends the work with Cancelled.
 using CancelCheck = std::function<bool()>;
@@ -54,12 +35,15 @@ void FitRigid(const SlicedMesh& mesh, Deformation* state);
 // A local/global method as quasi-Newton. At fixed positions the rotations are fitted vertex by vertex
 // (local step). At fixed rotations the energy is quadratic with the matrix W + stretch lambda L (global
 // step), where L is the mesh's graph Laplacian. Minimised by L-BFGS over the positions, with rotations
-// eliminated by the local step and that matrix as the preconditioner. Its block of weakly held vertices,
-// which move together over long distances, is factorised; the others use its diagonal. `state` holds the
-// start and receives the result. Cancelled: `cancelled` said so, `state` is as it was. Deterministic at
-// any thread count.
+// eliminated by the local step and that matrix as the preconditioner. `state` holds the start and receives
+// the result. Cancelled: `cancelled` said so, `state` is as it was. Deterministic at any thread count.
 absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const MeshGraph& graph,
                                            const ElasticProblem& problem, const ElasticOptions& options,
                                            Deformation* state, const CancelCheck& cancelled = nullptr);
+// The same with a preconditioner of the problem, for several solves.
+absl::StatusOr<ElasticReport> SolveElastic(const SlicedMesh& mesh, const ElasticProblem& problem,
+                                           const ElasticPreconditioner& preconditioner,
+                                           const ElasticOptions& options, Deformation* state,
+                                           const CancelCheck& cancelled = nullptr);
 
 }  // namespace weft

@@ -77,11 +77,12 @@ class FoldLines {
   // The neighbour that lies in this direction; -1 where none does.
   int Straight(int vertex, const Eigen::Vector3d& direction) const {
     int best = -1;
-    double most = kStraight;
+    double most = kStraight * kStraight * direction.squaredNorm();
     for (int i = graph_.first[vertex]; i < graph_.first[vertex + 1]; ++i) {
       const Eigen::Vector3d edge = rest_mm_[graph_.neighbor[i]] - rest_mm_[vertex];
-      const double cosine = edge.dot(direction) / std::max(edge.norm() * direction.norm(), 1e-12);
-      if (cosine > most) most = cosine, best = graph_.neighbor[i];
+      const double along = edge.dot(direction), square = edge.squaredNorm();
+      if (along <= 0 || along * along <= most * square) continue;
+      most = along * along / square, best = graph_.neighbor[i];
     }
     return best;
   }

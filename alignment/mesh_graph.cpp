@@ -3,7 +3,8 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <cstddef>
+#include <numeric>
 
 #include "base/median.h"
 
@@ -22,19 +23,32 @@ double CotangentAt(const Eigen::Vector3d& apex, const Eigen::Vector3d& a, const 
   return area > 1e-12 * (u.squaredNorm() + v.squaredNorm()) ? u.dot(v) / area : 0;
 }
 
+// Ordered by a, then b, then face.
 std::vector<HalfEdge> CollectHalfEdges(const TriangleMesh& mesh) {
-  std::vector<HalfEdge> half_edges;
-  half_edges.reserve(3 * mesh.faces.size());
+  std::vector<size_t> first(mesh.vertices_mm.size() + 1);  // [vertices + 1], of the half-edges of each a
+  for (const Face& face : mesh.faces) {
+    for (int i = 0; i < 3; ++i) ++first[std::min(face[i], face[(i + 1) % 3]) + 1];
+  }
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<HalfEdge> half_edges(3 * mesh.faces.size());
+  std::vector<size_t> next(first.begin(), first.end() - 1);
   for (const Face& face : mesh.faces) {
     for (int i = 0; i < 3; ++i) {
       const int a = face[i], b = face[(i + 1) % 3], apex = face[(i + 2) % 3];
       const double cotan = CotangentAt(mesh.vertices_mm[apex], mesh.vertices_mm[a], mesh.vertices_mm[b]);
-      half_edges.push_back({std::min(a, b), std::max(a, b), cotan});
+      half_edges[next[std::min(a, b)]++] = {std::min(a, b), std::max(a, b), cotan};
     }
   }
-  std::stable_sort(half_edges.begin(), half_edges.end(), [](const HalfEdge& x, const HalfEdge& y) {
-    return std::tie(x.a, x.b) < std::tie(y.a, y.b);
-  });
+  for (size_t v = 0; v + 1 < first.size(); ++v) {
+    const auto of_vertex = half_edges.begin() + static_cast<std::ptrdiff_t>(first[v]);
+    const auto end = half_edges.begin() + static_cast<std::ptrdiff_t>(first[v + 1]);
+    // Few, and already in their faces' order: each goes before those of greater b.
+    for (auto edge = of_vertex; edge != end; ++edge) {
+      const auto place = std::upper_bound(of_vertex, edge, *edge,
+                                          [](const HalfEdge& x, const HalfEdge& y) { return x.b < y.b; });
+      std::rotate(place, edge, edge + 1);
+    }
+  }
   return half_edges;
 }
 

@@ -21,11 +21,11 @@ double SizeMm(const TriangleMesh& mesh) {
 
 // Each vertex without a value takes the mean of its neighbours that got theirs in the ring before.
 void SpreadOutwards(const MeshGraph& graph, const std::vector<int>& rings, std::vector<float>* values) {
-  std::vector<int> order(graph.vertices);
-  for (int v = 0; v < graph.vertices; ++v) order[v] = v;
+  std::vector<int> order;
+  for (int v = 0; v < graph.vertices; ++v)
+    if (rings[v] > 0) order.push_back(v);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return rings[a] < rings[b]; });
   for (const int v : order) {
-    if (rings[v] <= 0) continue;
     float sum = 0;
     int count = 0;
     for (int i = graph.first[v]; i < graph.first[v + 1]; ++i) {
