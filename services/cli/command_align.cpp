@@ -54,8 +54,14 @@ struct Extras {
   std::vector<Eigen::Vector3d> start_mm;
 };
 
+// Pairs of faces; where they were removed, as they will be stored.
+int SelfIntersections(const AlignResult& result, const Template& garment, const AlignOptions& options) {
+  if (options.remove_self_intersections) return result.untangling.pairs_after;
+  return static_cast<int>(FindSelfIntersections(result.mesh.vertices_mm, garment.rest.faces).size());
+}
+
 v1::AlignReport Describe(const AlignCommandOptions& options, const AlignResult& result,
-                         const Template& garment, const CloudTargets& targets, double align_ms) {
+                         const Template& garment, const CloudTargets& targets) {
   v1::AlignReport report;
   report.set_mesh_file(options.out);
   report.set_preset(options.preset);
@@ -63,9 +69,6 @@ v1::AlignReport Describe(const AlignCommandOptions& options, const AlignResult& 
   report.set_targets(static_cast<int>(targets.targets.size()));
   report.set_outliers(result.outliers);
   report.set_inferred(report.mesh().vertices() - report.mesh().observed());
-  report.set_self_intersections(
-      static_cast<int>(FindSelfIntersections(result.mesh.vertices_mm, garment.rest.faces).size()));
-  report.set_align_ms(align_ms);
   return report;
 }
 
@@ -167,7 +170,9 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   const absl::Status written =
       WriteRegisteredMesh(options.out, result->mesh, garment->rest.faces, TextureOf(*garment, *parts));
   if (!written.ok()) return written;
-  v1::AlignReport report = Describe(options, *result, *garment, *targets, align_ms);
+  v1::AlignReport report = Describe(options, *result, *garment, *targets);
+  report.set_self_intersections(SelfIntersections(*result, *garment, pipeline->options.alignment));
+  report.set_align_ms(align_ms);
   *report.mutable_options() = pipeline->message;
   if (!options.json) {
     PrintReport(report);

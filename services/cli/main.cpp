@@ -19,6 +19,7 @@
 #include "services/confinement/confinement.h"
 #include "services/process/exit_status.h"
 #include "services/process/file_size.h"
+#include "services/process/freed_memory.h"
 #include "services/process/help.h"
 #include "services/verdict/verdict.h"
 
@@ -69,6 +70,7 @@ bool BeWatchedBy(int parent, const std::vector<std::string>& readable) {
 
 int main(int argc, char** argv) {
   weft::FailBeyondFileSize();
+  weft::KeepFreedMemory();
   CLI::App app(
       "Weft captures cloth: decode a printed board in every view, triangulate it, register the garment.",
       "weft");

@@ -19,6 +19,7 @@
 #include "services/files/json_file.h"
 #include "services/process/exit_status.h"
 #include "services/process/file_size.h"
+#include "services/process/freed_memory.h"
 #include "services/process/memory_limit.h"
 #include "services/process/stop_on_signal.h"
 #include "services/worker/run_task.h"
@@ -103,6 +104,7 @@ absl::Status RunWithin(const std::string& path, const EventLog& log, const weft:
 
 int main(int argc, char** argv) {
   weft::FailBeyondFileSize();
+  weft::KeepFreedMemory();
   CLI::App app("Registers the frames of one task. Started by weftd; prints an event as JSON on each line.",
                "weft-worker");
   std::string path, user, events;
