@@ -45,6 +45,17 @@ class Clouds(unittest.TestCase):
             np.testing.assert_array_equal(cloud.covariance_mm2[0], [[1, 2, 3], [2, 4, 5], [3, 5, 6]])
             self.assertIsNone(cloud.fold_covariance_mm2)
 
+    def test_have_the_rays_of_nodes_without_a_point(self):
+        self.assertIsNone(weft.Cloud.from_ply(ply()).rays)
+        kinds = {"f": "float", "i": "int", "B": "uchar"}
+        names, types = ("x", "y", "z", "dx", "dy", "dz", "board_row", "board_col", "kind", "sigma_rad"), "ffffffiiBf"
+        element = "".join(f"property {kinds[kind]} {name}\n" for name, kind in zip(names, types))
+        data = ply().replace(b"end_header\n", f"element ray 1\n{element}end_header\n".encode())
+        rays = weft.Cloud.from_ply(data + struct.pack("<" + types, 1, 2, 3, 0, 1, 0, 8, 9, 1, 0.25)).rays
+        np.testing.assert_array_equal(rays.origins_mm, [[1, 2, 3]])
+        np.testing.assert_array_equal(rays.directions, [[0, 1, 0]])
+        self.assertEqual((rays.board_row[0], rays.board_col[0], rays.is_corner[0], rays.sigma_rad[0]), (8, 9, True, 0.25))
+
     def assert_refused(self, read, data, *facts):
         with self.assertRaises(weft.FormatError) as caught:
             read(data, "cloud")

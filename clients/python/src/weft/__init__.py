@@ -6,8 +6,8 @@ from weft.connection import Watch
 from weft.errors import (Aborted, AlreadyExists, Cancelled, DataLoss, DeadlineExceeded, FailedPrecondition, FormatError,
                          Internal, InvalidArgument, NotFound, OutOfRange, PermissionDenied, ResourceExhausted,
                          Unauthenticated, Unavailable, Unimplemented, Unknown, WeftError)
-from weft.formats import (Cloud, Mesh, Observations, read_cloud, read_evaluation, read_export, read_job, read_mesh,
-                          read_observations, read_report)
+from weft.formats import (Cloud, Mesh, Observations, Rays, read_cloud, read_evaluation, read_export, read_job,
+                          read_mesh, read_observations, read_report)
 from weft.library import reference
 from weft.operations import operation_spec
 from weft.retry import RetryPolicy
@@ -15,7 +15,7 @@ from weft.retry import RetryPolicy
 __all__ = [
     "Aborted", "AlreadyExists", "Cancelled", "Client", "Cloud", "DataLoss", "DeadlineExceeded", "FailedPrecondition",
     "FormatError", "Identity", "Internal", "InvalidArgument", "Mesh", "NotFound", "Observations", "OutOfRange",
-    "PermissionDenied", "ResourceExhausted", "RetryPolicy", "Unauthenticated", "Unavailable", "Unimplemented", "Unknown",
-    "Watch", "WeftError", "operation_spec", "read_cloud", "read_evaluation", "read_export", "read_job", "read_mesh",
-    "read_observations", "read_report", "reference",
+    "PermissionDenied", "Rays", "ResourceExhausted", "RetryPolicy", "Unauthenticated", "Unavailable", "Unimplemented",
+    "Unknown", "Watch", "WeftError", "operation_spec", "read_cloud", "read_evaluation", "read_export", "read_job",
+    "read_mesh", "read_observations", "read_report", "reference",
 ]
