@@ -1,6 +1,5 @@
 #include "alignment/align.h"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -9,10 +8,10 @@
 #include "alignment/fill.h"
 #include "alignment/fold_lines.h"
 #include "alignment/local_stretch.h"
+#include "alignment/outliers.h"
 #include "alignment/placement.h"
 #include "alignment/return_to_points.h"
 #include "alignment/vertex_sigma.h"
-#include "base/median.h"
 #include "base/stopwatch.h"
 
 namespace weft {
@@ -27,83 +26,14 @@ constexpr int kReconRounds = 4;
 // Looks for hidden cloth on the wrong side of another garment.
 constexpr int kLayerRounds = 4;
 
-Eigen::Matrix3d WeightOf(const VertexTarget& target, const DetectionOptions& options) {
-  Eigen::Matrix3d covariance = target.covariance_mm2;
-  if (covariance.isZero()) covariance.diagonal().setConstant(target.sigma_mm * target.sigma_mm);
-  if (!options.weigh_by_sigma || covariance.isZero()) return Eigen::Matrix3d::Identity();
-  covariance -= target.fold_covariance_mm2;
-  covariance.diagonal().array() +=
-      options.min_sigma_mm * options.min_sigma_mm + options.cloth_sigma_mm * options.cloth_sigma_mm;
-  return options.reference_sigma_mm * options.reference_sigma_mm * covariance.inverse();
-}
+// Solves with rays, each without the outliers of the one before.
+constexpr int kRayRounds = 3;
 
 std::vector<Eigen::Matrix3d> VertexWeights(int vertices, const std::vector<VertexTarget>& targets,
                                            const DetectionOptions& options) {
   std::vector<Eigen::Matrix3d> weights(vertices, options.filled_weight * Eigen::Matrix3d::Identity());
   for (const VertexTarget& t : targets) weights[t.vertex] = WeightOf(t, options);
   return weights;
-}
-
-// Distance of each target from the surface without the target. A vertex held by its edges with the weight
-// k, and by the target with W, satisfies W (target - vertex) = k (vertex - position without the target).
-std::vector<double> DistancesToOthers(const MeshGraph& graph, const std::vector<VertexTarget>& targets,
-                                      const std::vector<Eigen::Vector3d>& position_mm,
-                                      const AlignOptions& options) {
-  std::vector<double> distance_mm;
-  for (const VertexTarget& t : targets) {
-    const double edges = options.elastic.lambda * options.elastic.distortion.stretch * graph.degree(t.vertex);
-    Eigen::Vector3d way_mm = t.position_mm - position_mm[t.vertex];
-    if (edges > 0) way_mm += WeightOf(t, options.detection) * way_mm / edges;
-    distance_mm.push_back(way_mm.norm());
-  }
-  return distance_mm;
-}
-
-VertexTarget Weakened(VertexTarget target, double factor, const DetectionOptions& options) {
-  if (target.sigma_mm == 0) target.sigma_mm = options.reference_sigma_mm;
-  target.sigma_mm /= std::sqrt(factor);
-  target.covariance_mm2 /= factor;
-  target.fold_covariance_mm2 /= factor;
-  return target;
-}
-
-// Distance of each target from the surface without the target, over that of an outlier.
-std::vector<double> OutlierRatios(const MeshGraph& graph, const std::vector<VertexTarget>& targets,
-                                  const std::vector<Eigen::Vector3d>& position_mm,
-                                  const AlignOptions& options) {
-  std::vector<double> ratios = DistancesToOthers(graph, targets, position_mm, options);
-  const double limit_mm =
-      std::max(options.robust.outlier_ratio * Median(ratios), options.robust.min_distance_mm);
-  for (double& ratio : ratios) ratio = limit_mm > 0 ? ratio / limit_mm : 0;
-  return ratios;
-}
-
-bool IsOutlier(double ratio) { return ratio >= 1; }
-
-// The targets without outliers, those near the limit weakened.
-std::vector<VertexTarget> WithoutOutliers(const std::vector<VertexTarget>& targets,
-                                          const std::vector<double>& ratios,
-                                          const DetectionOptions& options) {
-  constexpr double kUntouched = 0.5;  // of the limit; below, a weight would only blur good measurements
-  std::vector<VertexTarget> kept;
-  for (size_t i = 0; i < targets.size(); ++i) {
-    if (IsOutlier(ratios[i])) continue;
-    const double beyond = std::max(0.0, (ratios[i] - kUntouched) / (1 - kUntouched));
-    const double biweight = std::pow(1 - beyond * beyond, 2);
-    kept.push_back(beyond > 0 ? Weakened(targets[i], std::max(biweight, 1e-3), options) : targets[i]);
-  }
-  return kept;
-}
-
-// Whether `some` are the targets that are no outliers.
-bool AreAllBut(const std::vector<VertexTarget>& targets, const std::vector<double>& ratios,
-               const std::vector<VertexTarget>& some) {
-  size_t next = 0;
-  for (size_t i = 0; i < targets.size(); ++i) {
-    if (IsOutlier(ratios[i])) continue;
-    if (next == some.size() || some[next++].vertex != targets[i].vertex) return false;
-  }
-  return next == some.size();
 }
 
 // Fill, rigid fit and E_Det + lambda E_Dist, first with all targets, then without the outliers.
@@ -173,6 +103,23 @@ class Passes {
     return Solve(*problem, options_.elastic, "elastic" + suffix);
   }
 
+  // Vertices that `targets` does not hold go to the rays that are near them.
+  absl::Status RunRays(const std::vector<VertexTarget>& targets) {
+    if (context_.rays == nullptr) return absl::OkStatus();
+    const RayFit fit = RayFitOf(options_);
+    std::vector<bool> measured = HiddenBy(targets);
+    measured.flip();
+    rays_ = RaysInReach(*context_.rays, measured, deformation_.position_mm, fit);
+    for (int round = 1; round <= kRayRounds && !rays_.empty(); ++round) {
+      absl::Status status = Solve(HeldByTargets(targets), options_.elastic, absl::StrCat("rays_", round));
+      if (!status.ok()) return status;
+      std::vector<RayTarget> kept = WithoutOutliers(rays_, model_.graph(), deformation_.position_mm, fit);
+      if (kept.size() == rays_.size()) break;
+      rays_ = std::move(kept);
+    }
+    return absl::OkStatus();
+  }
+
   // E_Push and E_Recon for what `targets` does not hold, from where the last pass ended.
   absl::Status RunHidden(const std::vector<VertexTarget>& targets) {
     const bool scanned = context_.scan != nullptr && options_.recon.weight > 0;
@@ -215,6 +162,7 @@ class Passes {
 
   const Deformation& deformation() const { return deformation_; }
   const std::vector<GarmentPair>& layers() const { return layers_; }
+  int rays() const { return static_cast<int>(rays_.size()); }
 
  private:
   // E_Det (Eq. 1), the vertices without a target drawn to where the fill has them.
@@ -245,6 +193,7 @@ class Passes {
       problem.frozen[t.vertex] = options_.freeze_observed && t.views != 2;
     }
     DrawToContinued(&problem);
+    AddRays(rays_, deformation_.position_mm, RayFitOf(options_), &problem);
     return problem;
   }
 
@@ -299,6 +248,7 @@ class Passes {
   const Eigen::Isometry3d placement_;
   std::vector<StageReport>* stages_;
   std::vector<ContinuedVertex> continued_;
+  std::vector<RayTarget> rays_;  // that the mesh follows
   std::vector<GarmentPair> layers_;
   SlicedMesh stretched_;
   const SlicedMesh* slices_ = &model_.slices();
@@ -339,6 +289,9 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
     if (absl::Status status = CheckStart(*context.start_mm, model.graph().vertices); !status.ok())
       return status;
   }
+  if (context.rays != nullptr) {
+    if (absl::Status status = CheckRays(*context.rays, model.graph().vertices); !status.ok()) return status;
+  }
   AlignResult result;
   const Stopwatch watch;
   const absl::StatusOr<Eigen::Isometry3d> placement = PlaceTemplate(model, targets, options.min_target_share);
@@ -359,9 +312,11 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
     used = WithoutOutliers(targets, ratios, options.detection);
     if (absl::Status status = passes.RunAgain(targets, used, round); !status.ok()) return status;
   }
+  if (absl::Status status = passes.RunRays(used); !status.ok()) return status;
   if (absl::Status status = passes.RunHidden(used); !status.ok()) return status;
   if (absl::Status status = passes.RunLayers(used); !status.ok()) return status;
   result.layers = passes.layers();
+  result.rays = passes.rays();
   result.outliers = static_cast<int>(targets.size() - used.size());
   result.mesh = Describe(model, used, passes.deformation().position_mm, options);
   if (!options.remove_self_intersections) return result;

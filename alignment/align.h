@@ -12,6 +12,7 @@
 #include "alignment/hidden_stages.h"
 #include "alignment/mesh.h"
 #include "alignment/mesh_graph.h"
+#include "alignment/ray_targets.h"
 #include "alignment/template.h"
 #include "alignment/untangle/untangle.h"
 #include "triangulation/cloud.h"
@@ -30,10 +31,11 @@ struct VertexTarget {
   Eigen::Matrix3d fold_covariance_mm2 = Eigen::Matrix3d::Zero();
 };
 
-// The points of the cloud that are vertices of the template, cells and corners; `unclaimed` counts the cells
-// that are none (corners are vertices of few templates).
+// Points and rays of the cloud that are vertices of the template, cells and corners; `unclaimed` counts the
+// cells with a point that are none (corners are vertices of few templates).
 struct CloudTargets {
   std::vector<VertexTarget> targets;  // ordered by vertex, a vertex at most once
+  std::vector<RayTarget> rays;        // in the cloud's order
   int unclaimed = 0;
 };
 CloudTargets TargetsFromCloud(const Template& garment, const Cloud& cloud);
@@ -90,6 +92,9 @@ struct AlignOptions {
   int stretch_rings = 0;
   ContinuationOptions continuation;
   RobustOptions robust;
+  // Vertices without a target follow the rays that pass them, without them, nearer than this
+  // (ray_targets.h); 0 leaves the stage out.
+  double ray_reach_mm = 25;
   // Measured vertices that E_Dist holds further from their points than noise explains go back to them, along
   // folds together (fold_lines.h) and each by itself (return_to_points.h): in standard deviations of the
   // points' noise; 0 leaves them where they are.
@@ -105,9 +110,12 @@ struct AlignOptions {
   absl::Status Validate() const;
 };
 
+RayFit RayFitOf(const AlignOptions& options);
+
 // What a frame may bring besides targets.
 struct AlignContext {
-  const Scan* scan = nullptr;  // E_Recon
+  const std::vector<RayTarget>* rays = nullptr;  // those of vertices with a target do not count
+  const Scan* scan = nullptr;                    // E_Recon
   // Where the vertices were a moment ago, or as another registration has them, [vertices]. Vertices without a
   // target start from there, moved with the targets around them, instead of from a smooth fill.
   const std::vector<Eigen::Vector3d>* start_mm = nullptr;
@@ -128,6 +136,7 @@ struct AlignResult {
   std::vector<StageReport> stages;  // "place", "fill", "rigid_fit", "stiff", "elastic", ...
   UntangleReport untangling;        // all zero where it was not asked for
   int outliers = 0;                 // targets set aside; their vertices are inferred
+  int rays = 0;                     // those that the mesh follows
   std::vector<GarmentPair> layers;  // of a joint template: which garment lies over which, as far as known
 };
 
@@ -153,14 +162,14 @@ class AlignmentModel {
 };
 
 // Stages: rigid placement, Laplacian fill, per-vertex rigid fit, E_Det + lambda E_Dist (Eq. 1 and 2), the
-// same without outliers. With observed vertices fixed follow E_Push and E_Recon + lambda E_Dist (Eq. 3 and
-// 4), then the removal of self-intersections. A component of the mesh with fewer than three targets
-// follows the placement of the whole template, or stays as context.start_mm has it. InvalidArgument for
-// options, targets and starts that are no valid input (named): vertex off the mesh or twice, not finite,
-// negative sigma. FailedPrecondition when the targets cannot place the template: too few, all on a line,
-// or of another scale (the frame is then reported as failed, never filled with a copy). Cancelled:
-// context.cancelled said so. Parallel loops run in the calling thread's TBB arena; the same result at any
-// thread count.
+// same without outliers, rays of vertices without a target. With observed vertices fixed follow E_Push and
+// E_Recon + lambda E_Dist (Eq. 3 and 4), then the removal of self-intersections. A component of the mesh with
+// fewer than three targets follows the placement of the whole template, or stays as context.start_mm has it.
+// InvalidArgument for options, targets and starts that are no valid input (named): vertex off the mesh or
+// twice, not finite, negative sigma. FailedPrecondition when the targets cannot place the template: too few,
+// all on a line, or of another scale (the frame is then reported as failed, never filled with a copy).
+// Cancelled: context.cancelled said so. Parallel loops run in the calling thread's TBB arena; the same result
+// at any thread count.
 absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
                                   const AlignOptions& options, const AlignContext& context = {});
 // For one frame alone.

@@ -1,3 +1,5 @@
+#include <cmath>
+
 #include "absl/strings/str_cat.h"
 #include "alignment/align.h"
 
@@ -36,6 +38,7 @@ absl::Status AlignOptions::Validate() const {
   if (!(min_target_share >= 0 && min_target_share <= 1))
     return BadAlignment("min_target_share must lie in 0 to 1");
   if (stretch_rings < 0) return BadAlignment("stretch_rings must not be negative");
+  if (!(ray_reach_mm >= 0)) return BadAlignment("ray_reach_mm must not be negative");
   if (!(noise_sigmas >= 0)) return BadAlignment("noise_sigmas must not be negative");
   if (!(first_bending >= 0)) return BadAlignment("first_bending must not be negative");
   for (const absl::Status& status :
@@ -44,6 +47,15 @@ absl::Status AlignOptions::Validate() const {
     if (!status.ok()) return status;
   }
   return absl::OkStatus();
+}
+
+RayFit RayFitOf(const AlignOptions& options) {
+  return {.reach_mm = options.ray_reach_mm,
+          .reference_sigma_mm = options.detection.reference_sigma_mm,
+          .floor_mm = std::hypot(options.detection.min_sigma_mm, options.detection.cloth_sigma_mm),
+          .edge_weight = options.elastic.lambda * options.elastic.distortion.stretch,
+          .outlier_ratio = options.robust.outlier_ratio,
+          .least_outlier_mm = options.robust.min_distance_mm};
 }
 
 }  // namespace weft

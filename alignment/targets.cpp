@@ -20,17 +20,25 @@ CloudTargets TargetsFromCloud(const Template& garment, const Cloud& cloud) {
     vertex_at[slot(kind, row, col)] = static_cast<int>(v);
   }
 
+  const auto vertex_of = [&](const BoardNode& node) {
+    const auto [row, col, kind] = node;
+    const bool inside = row >= 0 && col >= 0 && row < rows && col < cols;
+    return inside ? vertex_at[slot(kind, row, col)] : -1;
+  };
+
   CloudTargets out;
   for (const CloudPoint& point : cloud.points) {
-    const auto [row, col, kind] = point.node;
-    const bool inside = row >= 0 && col >= 0 && row < rows && col < cols;
-    const int vertex = inside ? vertex_at[slot(kind, row, col)] : -1;
+    const int vertex = vertex_of(point.node);
     if (vertex >= 0) {
       out.targets.push_back({vertex, point.position_mm, point.sigma_mm, point.views, point.covariance_mm2,
                              point.fold_covariance_mm2});
-    } else if (kind == NodeKind::kCenter) {
+    } else if (point.node.kind == NodeKind::kCenter) {
       ++out.unclaimed;
     }
+  }
+  for (const CloudRay& ray : cloud.rays) {
+    const int vertex = vertex_of(ray.node);
+    if (vertex >= 0) out.rays.push_back({vertex, ray.origin_mm, ray.direction, ray.sigma_rad});
   }
   const auto by_vertex = [](const VertexTarget& a, const VertexTarget& b) { return a.vertex < b.vertex; };
   std::stable_sort(out.targets.begin(), out.targets.end(), by_vertex);

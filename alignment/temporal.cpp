@@ -203,11 +203,14 @@ absl::Status TemporalOptions::Validate() const {
 
 absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const RegisteredMesh& previous,
                                             const RegisteredMesh& own, const RegisteredMesh& next,
-                                            const TemporalOptions& options, const CancelCheck& cancelled) {
+                                            const TemporalOptions& options,
+                                            const std::vector<RayTarget>& rays,
+                                            const CancelCheck& cancelled) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   for (const RegisteredMesh* mesh : {&previous, &own, &next}) {
     if (absl::Status status = CheckSize(model, *mesh); !status.ok()) return status;
   }
+  if (absl::Status status = CheckRays(rays, model.graph().vertices); !status.ok()) return status;
   const size_t vertices = own.vertices_mm.size();
   const absl::StatusOr<UnevenMotion> motion =
       FindUnevenMotion(model.graph(), previous, own, next, kAcceleratedRings);
@@ -247,6 +250,9 @@ absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const R
     problem.weights[v] *= std::pow(options.reference_sigma_mm, 2) /
                           std::max(best_mm2, 0.01 * std::pow(options.reference_sigma_mm, 2));
   }
+  const std::vector<RayTarget> near = RaysInReach(rays, problem.frozen, own.vertices_mm, options.rays);
+  AddRays(WithoutOutliers(near, model.graph(), own.vertices_mm, options.rays), own.vertices_mm, options.rays,
+          &problem);
   absl::Status status = Relax(model, problem, options, cancelled, &refined.vertices_mm);
   if (!status.ok()) return status;
   // Single precision inside the solver must not move what was measured.

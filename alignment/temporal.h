@@ -20,6 +20,7 @@ struct TemporalOptions {
   // cloth around them. The noise of observed ones is shared out over the three frames; they move by at most
   // max_observed_sigmas of their sigma_mm, 0 leaves them where they are.
   double max_observed_sigmas = 1;
+  RayFit rays;
   ElasticOptions elastic;
   bool remove_self_intersections = true;  // last, since moved vertices may meet other layers anew
   UntangleOptions untangle;
@@ -41,6 +42,7 @@ struct TemporalResult {
 absl::StatusOr<TemporalResult> RefineInTime(const AlignmentModel& model, const RegisteredMesh& previous,
                                             const RegisteredMesh& own, const RegisteredMesh& next,
                                             const TemporalOptions& options,
+                                            const std::vector<RayTarget>& rays = {},
                                             const CancelCheck& cancelled = nullptr);
 
 // A frame that could not be registered, from the registered ones around it: positions in between by time,

@@ -40,10 +40,19 @@ struct RejectedNode {
   RejectReason reason = RejectReason::kTooFewViews;
 };
 
-// Points and rejected nodes ordered by kind, row, column.
+// One camera's sight of a node without a point: the line on which the node lies.
+struct CloudRay {
+  BoardNode node;
+  Eigen::Vector3d origin_mm = Eigen::Vector3d::Zero();   // the camera's centre
+  Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();  // length 1
+  double sigma_rad = 0;                                  // standard deviation per axis across it
+};
+
+// Points, rejected nodes and rays ordered by kind, row, column.
 struct Cloud {
   std::vector<CloudPoint> points;
   std::vector<RejectedNode> rejected;
+  std::vector<CloudRay> rays;  // of rejected nodes (RaysOfRejected)
 };
 
 }  // namespace weft

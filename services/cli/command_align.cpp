@@ -88,6 +88,8 @@ void PrintReport(const v1::AlignReport& report) {
   std::printf("vertices: %d, observed %d, inferred %d; self-intersecting pairs of faces: %d\n",
               report.mesh().vertices(), report.mesh().observed(), report.inferred(),
               report.self_intersections());
+  if (report.mesh().rays() > 0)
+    std::printf("rays of cells without a point that the mesh follows: %d\n", report.mesh().rays());
   if (report.mesh().demoted() > 0) {
     std::printf("observed vertices moved to undo a self-intersection, now inferred: %d\n",
                 report.mesh().demoted());
@@ -156,7 +158,8 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   const absl::StatusOr<Extras> extras = ReadExtras(options);
   if (!extras.ok()) return extras.status();
   StageWriter stages(options.stages, *garment);
-  AlignContext context{.scan = options.scan.empty() ? nullptr : &extras->scan,
+  AlignContext context{.rays = &targets->rays,
+                       .scan = options.scan.empty() ? nullptr : &extras->scan,
                        .start_mm = options.start.empty() ? nullptr : &extras->start_mm};
   if (!options.stages.empty()) context.watch = std::bind_front(&StageWriter::Write, &stages);
   const Stopwatch watch;

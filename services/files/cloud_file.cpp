@@ -179,6 +179,65 @@ absl::Status SortByNode(Cloud& cloud, const std::string& source_name) {
   return absl::OkStatus();
 }
 
+constexpr std::array<const char*, 3> kOrigin = {"x", "y", "z"}, kDirection = {"dx", "dy", "dz"};
+
+PlyElement RaysAsElement(const std::vector<CloudRay>& rays) {
+  PlyElement element;
+  element.name = "ray";
+  element.rows = rays.size();
+  const auto add = [&](const char* name, PlyType type, const auto& value_of) {
+    std::vector<double> values;
+    values.reserve(rays.size());
+    for (const CloudRay& ray : rays) values.push_back(static_cast<double>(value_of(ray)));
+    element.properties.push_back(PlyColumn(name, type, std::move(values)));
+  };
+  for (int k = 0; k < 3; ++k)
+    add(kOrigin[k], PlyType::kFloat32, [k](const CloudRay& ray) { return ray.origin_mm[k]; });
+  for (int k = 0; k < 3; ++k)
+    add(kDirection[k], PlyType::kFloat32, [k](const CloudRay& ray) { return ray.direction[k]; });
+  add("board_row", PlyType::kInt32, [](const CloudRay& ray) { return ray.node.row; });
+  add("board_col", PlyType::kInt32, [](const CloudRay& ray) { return ray.node.col; });
+  add("kind", PlyType::kUint8, [](const CloudRay& ray) { return ray.node.kind; });
+  add("sigma_rad", PlyType::kFloat32, [](const CloudRay& ray) { return ray.sigma_rad; });
+  return element;
+}
+
+// None where the file has no rays.
+absl::StatusOr<std::vector<CloudRay>> RaysFromPly(const Ply& ply, const std::string& source_name) {
+  const PlyElement* element = ply.Find("ray");
+  if (element == nullptr) return std::vector<CloudRay>();
+  const Rows rows(*element, source_name);
+  std::vector<CloudRay> rays(element->rows);
+  const auto read = [&](const char* property, double least, double most, const auto& set) {
+    const auto values = rows.Values(property, least, most);
+    for (size_t i = 0; values.ok() && i < rays.size(); ++i) set(rays[i], (*values)[i]);
+    return values.status();
+  };
+  constexpr double kMostMm = 1e9, kRoundingOfLength = 1e-5, kRightAngle = 1.58;
+  absl::Status status;
+  for (int k = 0; k < 3; ++k) {
+    status.Update(read(kOrigin[k], -kMostMm, kMostMm, [k](CloudRay& r, double v) { r.origin_mm[k] = v; }));
+    status.Update(read(kDirection[k], -1 - kRoundingOfLength, 1 + kRoundingOfLength,
+                       [k](CloudRay& r, double v) { r.direction[k] = v; }));
+  }
+  status.Update(
+      read("board_row", 0, kMaxCell, [](CloudRay& r, double v) { r.node.row = static_cast<int>(v); }));
+  status.Update(
+      read("board_col", 0, kMaxCell, [](CloudRay& r, double v) { r.node.col = static_cast<int>(v); }));
+  status.Update(read("kind", 0, 1, [](CloudRay& r, double v) {
+    r.node.kind = v == 1 ? NodeKind::kCorner : NodeKind::kCenter;
+  }));
+  status.Update(read("sigma_rad", 0, kRightAngle, [](CloudRay& r, double v) { r.sigma_rad = v; }));
+  if (!status.ok()) return status;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    if (std::abs(rays[i].direction.norm() - 1) < kRoundingOfLength) continue;
+    return absl::InvalidArgumentError(absl::StrCat(source_name, ": element ray, row ", i,
+                                                   ": dx, dy, dz have the length ", rays[i].direction.norm(),
+                                                   ", which must be 1"));
+  }
+  return rays;
+}
+
 }  // namespace
 
 Ply CloudAsPly(const Cloud& cloud, CloudColumns columns) {
@@ -213,6 +272,7 @@ Ply CloudAsPly(const Cloud& cloud, CloudColumns columns) {
   Ply ply;
   ply.comments.push_back("positions in mm; kind 0 center, 1 corner");
   ply.elements.push_back(std::move(vertex));
+  if (!cloud.rays.empty()) ply.elements.push_back(RaysAsElement(cloud.rays));
   return ply;
 }
 
@@ -228,6 +288,9 @@ absl::StatusOr<Cloud> ReadCloud(const std::string& path) {
   absl::StatusOr<Cloud> cloud = CloudFromElement(**vertex, path);
   if (!cloud.ok()) return cloud.status();
   if (absl::Status status = SortByNode(*cloud, path); !status.ok()) return status;
+  absl::StatusOr<std::vector<CloudRay>> rays = RaysFromPly(*ply, path);
+  if (!rays.ok()) return rays.status();
+  cloud->rays = *std::move(rays);
   return cloud;
 }
 
@@ -239,6 +302,11 @@ Cloud AsInFile(Cloud cloud) {
     point.covariance_mm2 = point.covariance_mm2.unaryExpr(single).eval();
     point.fold_covariance_mm2 = point.fold_covariance_mm2.unaryExpr(single).eval();
     KeepFoldsWithinWhole(point);
+  }
+  for (CloudRay& ray : cloud.rays) {
+    ray.origin_mm = ray.origin_mm.unaryExpr(single).eval();
+    ray.direction = ray.direction.unaryExpr(single).eval();
+    ray.sigma_rad = single(ray.sigma_rad);
   }
   return cloud;
 }
@@ -257,6 +325,9 @@ absl::StatusOr<CloudTargets> TargetsFromPly(const Ply& ply, const std::string& p
   absl::StatusOr<Cloud> cloud = CloudFromElement(**vertex, path);
   if (!cloud.ok()) return cloud.status();
   if (absl::Status status = SortByNode(*cloud, path); !status.ok()) return status;
+  absl::StatusOr<std::vector<CloudRay>> rays = RaysFromPly(ply, path);
+  if (!rays.ok()) return rays.status();
+  cloud->rays = *std::move(rays);
   return TargetsFromCloud(garment, *cloud);
 }
 

@@ -16,7 +16,9 @@ enum class CloudColumns { kPlain, kWithCovariance };
 // Per point x y z (mm), board_row, board_col, kind (0 centre, 1 corner), views, sigma_mm and
 // fold_sigma_mm, the square root of a third of the trace of fold_covariance_mm2. On request also
 // cov_xx_mm2 cov_xy_mm2 cov_xz_mm2 cov_yy_mm2 cov_yz_mm2 cov_zz_mm2, and fold_cov_xx_mm2 to
-// fold_cov_zz_mm2. Real numbers in single precision. Rejected nodes are left to the report.
+// fold_cov_zz_mm2. Real numbers in single precision. Where nodes that were seen have no point, an element
+// `ray` has a row for each sight of them: x y z (the camera, mm), dx dy dz (length 1), board_row, board_col,
+// kind and sigma_rad. Rejected nodes are left to the report.
 Ply CloudAsPly(const Cloud& cloud, CloudColumns columns);
 absl::Status WriteCloud(const std::string& path, const Cloud& cloud,
                         CloudColumns columns = CloudColumns::kPlain);

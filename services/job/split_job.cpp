@@ -125,6 +125,7 @@ class GarmentSplitter {
     absl::StatusOr<Cloud> cloud = ReadCloud(PathOf(joint, FrameFile::kCloud));
     if (!cloud.ok()) return cloud.status();
     std::erase_if(cloud->points, [this](const CloudPoint& p) { return !rows_.Contains(p.node); });
+    std::erase_if(cloud->rays, [this](const CloudRay& r) { return !rows_.Contains(r.node); });
     DescribeCloud(*cloud, *report.mutable_cloud());
     return folder.Put(
         FrameFile::kCloud,

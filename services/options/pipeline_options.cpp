@@ -161,6 +161,7 @@ void Bind(OptionIo io, AlignOptions& o) {
   io("remove_self_intersections", o.remove_self_intersections);
   Bind(io.At("untangle"), o.untangle);
   Bind(io.At("layers"), o.layers);
+  io("ray_reach_mm", o.ray_reach_mm);
 }
 
 void Bind(OptionIo io, TemporalOptions& o) {
@@ -225,6 +226,7 @@ absl::StatusOr<PipelineOptions> ReadOptions(const v1::PipelineOptions& message) 
   Bind(OptionIo::Reading(message), options);
   options.temporal.elastic = options.alignment.elastic;
   options.temporal.untangle = options.alignment.untangle;
+  options.temporal.rays = RayFitOf(options.alignment);
   options.temporal.remove_self_intersections = options.alignment.remove_self_intersections;
   if (absl::Status status = options.Validate(); !status.ok()) return status;
   return options;

@@ -20,10 +20,10 @@ constexpr const char* StageName(Stage stage) {
 constexpr int AlgorithmVersion(Stage stage) {
   constexpr int kVersions[kStages] = {
       3,  // decode
-      3,  // triangulate
-      3,  // second_pass
-      3,  // align
-      3,  // refine
+      4,  // triangulate
+      4,  // second_pass
+      4,  // align
+      4,  // refine
   };
   return kVersions[static_cast<int>(stage)];
 }

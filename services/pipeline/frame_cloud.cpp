@@ -12,6 +12,7 @@
 #include "services/pipeline/stage_reports.h"
 #include "triangulation/clean.h"
 #include "triangulation/footprint.h"
+#include "triangulation/rejected_rays.h"
 
 namespace weft {
 namespace {
@@ -80,7 +81,9 @@ absl::StatusOr<Cloud> TriangulateFrame(const Rig& rig, const std::vector<double>
   triangulation.refinement.camera_sigma_px = camera_sigma_px;
   absl::StatusOr<Cloud> cloud = Triangulate(rig, views, triangulation);
   if (!cloud.ok()) return cloud;
-  return SharpenCenters(CleanCloud(*std::move(cloud), options.cleaning), options.footprint);
+  cloud = SharpenCenters(CleanCloud(*std::move(cloud), options.cleaning), options.footprint);
+  cloud->rays = RaysOfRejected(rig, views, *cloud, triangulation.refinement);
+  return cloud;
 }
 
 std::string NoCloudReason(const std::vector<ViewObservations>& views,

@@ -197,7 +197,8 @@ class Registration {
     unclaimed_ = targets.unclaimed;
     const bool has_scan = extras && !extras->scan.points_mm.empty();
     const bool has_start = extras && !extras->start_mm.empty();
-    const AlignContext context{.scan = has_scan ? &extras->scan : nullptr,
+    const AlignContext context{.rays = &targets.rays,
+                               .scan = has_scan ? &extras->scan : nullptr,
                                .start_mm = has_start ? &extras->start_mm : nullptr,
                                .cancelled = [this] { return stop_.stop_requested(); }};
     return weft::Align(*inputs_.model, targets.targets, options, context);

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "alignment/temporal.h"
 #include "base/stopwatch.h"
+#include "services/files/cloud_file.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/pipeline/frame_folder.h"
@@ -37,17 +38,33 @@ class Surroundings {
   }
   // The mesh that the frame got on its own. NotFound: it is not there as it was written.
   absl::StatusOr<RegisteredMesh> Unrefined(int at) const {
+    return ReadChecked<RegisteredMesh>(at, FrameFile::kUnrefined,
+                                       [](const std::string& path) { return ReadRegisteredMesh(path); });
+  }
+  // Of the frame's cloud, where there is one and the alignment follows them. NotFound as Unrefined.
+  absl::StatusOr<std::vector<RayTarget>> Rays(int at) const {
+    const std::optional<v1::FrameReport> report = Report(at);
+    if (options_.rays.reach_mm == 0 || (report && !Lists(*report, FrameFile::kCloud)))
+      return std::vector<RayTarget>();
+    const absl::StatusOr<Cloud> cloud =
+        ReadChecked<Cloud>(at, FrameFile::kCloud, [](const std::string& path) { return ReadCloud(path); });
+    if (!cloud.ok()) return cloud.status();
+    return TargetsFromCloud(inputs_.garment, *cloud).rays;
+  }
+
+ private:
+  // NotFound: the file is not there as it was written.
+  template <typename Result, typename Reader>
+  absl::StatusOr<Result> ReadChecked(int at, FrameFile file, const Reader& read) const {
     const absl::StatusOr<FrameFolder> folder = Folder(at);
     if (!folder.ok()) return absl::NotFoundError(folder.status().message());
     const absl::StatusOr<v1::FrameReport> report = folder->Report();
     if (!report.ok()) return report.status();
-    if (const std::string problem = folder->Check(FrameFile::kUnrefined, *report); !problem.empty()) {
+    if (const std::string problem = folder->Check(file, *report); !problem.empty())
       return absl::NotFoundError(absl::StrCat(folder->path(), ": ", problem));
-    }
-    return ReadRegisteredMesh(folder->PathOf(FrameFile::kUnrefined));
+    return read(folder->PathOf(file));  // a path that lasts as long as the folder is open
   }
 
- private:
   const RegistrationInputs& inputs_;
   const std::vector<size_t>& job_frames_;
   const TemporalOptions& options_;
@@ -68,7 +85,9 @@ absl::StatusOr<TemporalResult> Compute(const RegistrationInputs& inputs, const S
   }
   const absl::StatusOr<RegisteredMesh> own = frames.Unrefined(at);
   if (!own.ok()) return own.status();
-  return RefineInTime(*inputs.model, *previous, *own, *next, options, cancelled);
+  const absl::StatusOr<std::vector<RayTarget>> rays = frames.Rays(at);
+  if (!rays.ok()) return rays.status();
+  return RefineInTime(*inputs.model, *previous, *own, *next, options, *rays, cancelled);
 }
 
 // Makes `mesh` the frame's mesh.ply.

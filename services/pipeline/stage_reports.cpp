@@ -111,6 +111,7 @@ void DescribeAlignment(const AlignResult& result, const Template& garment, int u
   report.set_self_intersections(result.untangling.pairs_after);
   report.set_demoted(result.untangling.demoted_vertices);
   report.set_unclaimed_points(unclaimed);
+  report.set_rays(result.rays);
   for (const GarmentPair& pair : result.layers) {
     v1::GarmentOverlap& overlap = *report.add_overlaps();
     overlap.set_inner(garment.garments[pair.inner].id);

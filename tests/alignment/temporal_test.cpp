@@ -74,6 +74,28 @@ TEST_F(Temporal, SmoothsHiddenVerticesAndKeepsObservedOnesWithinTheirSigma) {
   }
 }
 
+TEST_F(Temporal, VerticesOnARayOfTheFrameStayThere) {
+  const auto truth = SheetAt(garment_.rest, 1);
+  std::vector<RayTarget> rays;
+  RegisteredMesh own = own_;
+  for (int v = 0; v < kWaveRows * kWaveCols; v += 2) {
+    const Eigen::Vector3d camera_mm(500, 300, 1500);
+    rays.push_back({v, camera_mm, (truth[v] - camera_mm).normalized(), 5e-5});
+    if (IsUnseen(v)) own.vertices_mm[v] += rays.back().WayMm(own.vertices_mm[v]);
+  }
+  const auto without = RefineInTime(model_, previous_, own, next_, {});
+  const auto with = RefineInTime(model_, previous_, own, next_, {}, rays);
+  ASSERT_TRUE(without.ok() && with.ok());
+  EXPECT_LT(UnseenError(with->mesh, truth), 0.7 * UnseenError(without->mesh, truth));
+  for (const RayTarget& ray : rays) {
+    if (IsUnseen(ray.vertex)) {
+      EXPECT_LT(ray.WayMm(with->mesh.vertices_mm[ray.vertex]).norm(), 0.2);
+    } else {
+      EXPECT_EQ(with->mesh.vertices_mm[ray.vertex], without->mesh.vertices_mm[ray.vertex]);
+    }
+  }
+}
+
 TEST_F(Temporal, LeavesObservedVerticesAloneWhereAskedTo) {
   TemporalOptions options;
   options.max_observed_sigmas = 0;
@@ -87,9 +109,9 @@ TEST_F(Temporal, LeavesObservedVerticesAloneWhereAskedTo) {
 
 // Five frames of an accelerating sheet, each vertex measured with noise of its own.
 TEST_F(Temporal, SharesTheNoiseOfObservedVerticesOverThreeFrames) {
-  constexpr double kNoiseMm = 0.04;
+  constexpr double kPointNoiseMm = 0.04;
   std::mt19937 random(3);
-  std::normal_distribution<double> noise(0, kNoiseMm);
+  std::normal_distribution<double> noise(0, kPointNoiseMm);
   std::vector<RegisteredMesh> measured, refined;
   for (int frame = 0; frame < 5; ++frame) {
     measured.push_back(RegisteredWave(garment_.rest, frame, 0.5));
@@ -208,7 +230,7 @@ TEST_F(Temporal, RefusesMeshesOfAnotherTemplateAndWrongOptions) {
 }
 
 TEST_F(Temporal, StopsWhenCancelled) {
-  const auto refined = RefineInTime(model_, previous_, own_, next_, {}, [] { return true; });
+  const auto refined = RefineInTime(model_, previous_, own_, next_, {}, {}, [] { return true; });
   EXPECT_EQ(refined.status().code(), absl::StatusCode::kCancelled);
 }
 

@@ -39,13 +39,15 @@ def csv_values(path):
 
 
 def ply_values(path, names):
+    """The named columns of the vertices; all of what follows them in a cloud, its rays, as it is."""
     header, body = read(path, "rb").split(b"end_header\n", 1)
     header = header.decode()
     rows = int(re.search(r"element vertex (\d+)", header).group(1))
     properties = re.findall(r"property (\w+) (\w+)$", header.split("element vertex")[1].split("element")[0], re.MULTILINE)
     row = struct.Struct("<" + "".join(FORMATS[kind] for kind, _ in properties))
     columns = [[name for _, name in properties].index(name) for name in names]
-    return repr([[values[c] for c in columns] for values in row.iter_unpack(body[:rows * row.size])])
+    values = [[values[c] for c in columns] for values in row.iter_unpack(body[:rows * row.size])]
+    return repr(values) + (repr(body[rows * row.size:]) if "element ray" in header else "")
 
 
 def hash_of(out, file):

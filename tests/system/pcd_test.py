@@ -24,13 +24,13 @@ class WithPcl(StudioTest):
         for frame in self.frames:
             cloud = f"{self.out}/{frame}/cloud"
             convert("read", f"{cloud}.pcd", self.path("back.ply"))
-            body = [read(path, "rb").split(b"end_header\n", 1)[1] for path in (self.path("back.ply"), f"{cloud}.ply")]
-            self.assertEqual(*body)
+            back, body = (read(path, "rb").split(b"end_header\n", 1)[1] for path in (self.path("back.ply"), f"{cloud}.ply"))
+            self.assertEqual(back, body[:len(back)])  # rays of cells without a point follow
         self.assertIn("cloud.pcd", [file["name"] for file in json.loads(read(f"{self.out}/{self.frames[0]}/report.json"))["files"]])
         meshes = []
         for form in ("ply", "pcd"):
             weft("align", f"{self.out}/{self.frames[0]}/cloud.{form}", "--template", f"{self.take}/template", "--out",
-                 self.path(f"{form}.ply"), check=0)
+                 self.path(f"{form}.ply"), "--set", "alignment.ray_reach_mm=0", check=0)
             meshes.append(read(self.path(f"{form}.ply"), "rb"))
         self.assertEqual(*meshes)
 

@@ -101,6 +101,53 @@ TEST(CloudFile, GivesThePointsBackAsTheyAreInFiles) {
   }
 }
 
+TEST(CloudFile, RaysComeBackAsTheyAreInFiles) {
+  const TempFolder folder;
+  Cloud cloud = TwoPoints();
+  cloud.rays = {{{0, 1}, {100.1, -200.2, 1500.3}, Eigen::Vector3d(0.1, 0.3, -0.9).normalized(), 1.23e-4},
+                {{7, 9, NodeKind::kCorner}, {1, 2, 3}, {0, 0, 1}, 0}};
+  ASSERT_TRUE(WriteCloud(folder / "cloud.ply", cloud).ok());
+  const auto back = ReadCloud(folder / "cloud.ply");
+  ASSERT_TRUE(back.ok()) << back.status();
+  const Cloud here = AsInFile(cloud);
+  ASSERT_EQ(back->rays.size(), 2u);
+  for (size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(back->rays[i].node, cloud.rays[i].node);
+    EXPECT_EQ(back->rays[i].origin_mm, here.rays[i].origin_mm);
+    EXPECT_EQ(back->rays[i].direction, here.rays[i].direction);
+    EXPECT_EQ(back->rays[i].sigma_rad, here.rays[i].sigma_rad);
+    EXPECT_TRUE(here.rays[i].origin_mm.isApprox(cloud.rays[i].origin_mm, 1e-7));
+  }
+  const auto targets = ReadTargets(folder / "cloud.ply", SmallGarment());
+  ASSERT_TRUE(targets.ok()) << targets.status();
+  ASSERT_EQ(targets->rays.size(), 1u);
+  EXPECT_EQ(targets->rays[0].vertex, 1);
+  EXPECT_EQ(targets->rays[0].direction, here.rays[0].direction);
+}
+
+TEST(CloudFile, NamesRowAndPropertyOfARay) {
+  const TempFolder folder;
+  const auto error = [&](const std::string& row) {
+    std::string text = CloudText("board_row board_col", "0 0 0 1 1\n");
+    const std::string element =
+        "element ray 1\nproperty float x\nproperty float y\nproperty float z\nproperty float dx\n"
+        "property float dy\nproperty float dz\nproperty int board_row\nproperty int board_col\n"
+        "property uchar kind\nproperty float sigma_rad\n";
+    text.insert(text.find("end_header"), element);
+    WriteBytes(folder / "cloud.ply", text + row);
+    const auto cloud = ReadCloud(folder / "cloud.ply");
+    EXPECT_THAT(cloud.status().message(), HasSubstr("cloud.ply: element ray, row 0"));
+    EXPECT_EQ(ReadTargets(folder / "cloud.ply", SmallGarment()).status(), cloud.status());
+    return std::string(cloud.status().message());
+  };
+  EXPECT_THAT(error("0 0 0 0.5 0 0 1 1 0 0.1\n"), HasSubstr("must be 1"));
+  EXPECT_THAT(error("0 0 0 0 0 3 1 1 0 0.1\n"), HasSubstr("property dz: 3"));
+  EXPECT_THAT(error("0 nan 0 0 0 1 1 1 0 0.1\n"), HasSubstr("property y"));
+  EXPECT_THAT(error("0 0 0 0 0 1 1 -1 0 0.1\n"), HasSubstr("property board_col: -1"));
+  EXPECT_THAT(error("0 0 0 0 0 1 1 1 2 0.1\n"), HasSubstr("property kind: 2"));
+  EXPECT_THAT(error("0 0 0 0 0 1 1 1 0 -1\n"), HasSubstr("property sigma_rad: -1"));
+}
+
 TEST(CloudFile, PointsComeInTheOrderOfTheirNodes) {
   const TempFolder folder;
   WriteBytes(folder / "cloud.ply",

@@ -28,13 +28,13 @@ TEST(Presets, PaperDiffersWhereThePaperSays) {
     const std::string value = OptionValue(*paper, option);
     if (value != OptionValue(*best, option)) differences.push_back(option.path + " " + value);
   }
-  EXPECT_THAT(
-      differences,
-      ElementsAre("second_pass.enabled false", "alignment.detection.weigh_by_sigma false",
-                  "alignment.detection.filled_weight 1", "alignment.elastic.bending 0.5",
-                  "alignment.first_bending 0", "alignment.continuation_rings 0",
-                  "alignment.robust.max_rounds 0", "alignment.noise_sigmas 0", "alignment.push.weight 1",
-                  "alignment.recon.tangential_share 1", "alignment.layers.weight 0"));
+  EXPECT_THAT(differences,
+              ElementsAre("second_pass.enabled false", "alignment.detection.weigh_by_sigma false",
+                          "alignment.detection.filled_weight 1", "alignment.elastic.bending 0.5",
+                          "alignment.first_bending 0", "alignment.continuation_rings 0",
+                          "alignment.robust.max_rounds 0", "alignment.noise_sigmas 0",
+                          "alignment.push.weight 1", "alignment.recon.tangential_share 1",
+                          "alignment.layers.weight 0", "alignment.ray_reach_mm 0"));
 }
 
 TEST(Presets, UnknownOnesAreRefusedWithThoseThatAre) {

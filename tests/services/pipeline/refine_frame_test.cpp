@@ -9,6 +9,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "services/files/cloud_file.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/pipeline/frame_folder.h"
@@ -43,6 +44,7 @@ class NamedFrames : public FrameSource {
 RegistrationInputs SheetInputs() {
   RegistrationInputs inputs;
   inputs.garment = testing::SheetTemplate(testing::FlatSheet(kSide, kSide));
+  for (int v = 0; v < kSide * kSide; ++v) inputs.garment.node_of_vertex[v] = {v / kSide, v % kSide};
   inputs.model = std::make_unique<AlignmentModel>(inputs.garment);
   inputs.dump = std::make_unique<NamedFrames>();
   return inputs;
@@ -81,6 +83,8 @@ class RefineAroundTest : public ::testing::Test {
     if (state != v1::FRAME_STATE_FAILED) {
       for (const FrameFile file : {FrameFile::kUnrefined, FrameFile::kMesh})
         ASSERT_TRUE(folder->Put(file, write, report).ok());
+      const auto write_cloud = [&](const std::string& path) { return WriteCloud(path, cloud_); };
+      ASSERT_TRUE(folder->Put(FrameFile::kCloud, write_cloud, report).ok());
     }
     ASSERT_TRUE(folder->Commit(report).ok());
   }
@@ -123,6 +127,7 @@ class RefineAroundTest : public ::testing::Test {
   const TempFolder folder_;
   const RegistrationInputs inputs_ = SheetInputs();
   const std::vector<size_t> job_frames_ = {0, 1, 2, 3, 4};
+  Cloud cloud_;  // of the frames that are registered next
 };
 
 TEST_F(RefineAroundTest, RefinesAFrameOnceBothNeighboursAreThere) {
@@ -134,6 +139,23 @@ TEST_F(RefineAroundTest, RefinesAFrameOnceBothNeighboursAreThere) {
   EXPECT_THAT(Temporal(1).neighbors(), ElementsAre("f0", "f2"));
   EXPECT_TRUE(SameAsAlone(0));  // the first of the job
   EXPECT_TRUE(SameAsAlone(2));  // the next is not there yet
+}
+
+// Of the vertex in the sheet's middle.
+TEST_F(RefineAroundTest, VerticesOnARayOfTheirFrameStayThere) {
+  constexpr int kMiddle = kSide / 2 * kSide + kSide / 2;
+  const Eigen::Vector3d there_mm = MeshAt(inputs_, 1).vertices_mm[kMiddle];
+  const auto way_mm = [&] {
+    const auto mesh = ReadRegisteredMesh(File(1, "mesh.ply"));
+    EXPECT_TRUE(mesh.ok()) << mesh.status();
+    const Eigen::Vector3d way = mesh->vertices_mm[kMiddle] - there_mm;
+    return std::hypot(way.y(), way.z());
+  };
+  Run({0, 1, 2}, {});
+  EXPECT_GT(way_mm(), 0.1);
+  cloud_.rays = {{{kSide / 2, kSide / 2}, there_mm - Eigen::Vector3d(1000, 0, 0), {1, 0, 0}, 1e-5}};
+  Run({1, 2}, {});
+  EXPECT_LT(way_mm(), 0.01);
 }
 
 TEST_F(RefineAroundTest, EndsWithTheSameFilesInAnyOrderAndAtAnyThreadCount) {
