@@ -114,7 +114,7 @@ class Passes {
       absl::Status status = Solve(HeldByTargets(targets), options_.elastic, absl::StrCat("rays_", round));
       if (!status.ok()) return status;
       std::vector<RayTarget> kept = WithoutOutliers(rays_, model_.graph(), deformation_.position_mm, fit);
-      if (kept.size() == rays_.size()) break;
+      if (kept.size() == rays_.size() || round == kRayRounds) break;
       rays_ = std::move(kept);
     }
     return absl::OkStatus();
