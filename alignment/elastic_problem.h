@@ -1,4 +1,4 @@
-// What the elastic solver minimises.
+// What the elastic solver minimises, and how.
 #pragma once
 
 #include <Eigen/Core>
