@@ -325,11 +325,26 @@ absl::StatusOr<std::vector<std::optional<WhyMissing>>> ViewDecoder::Find(
   if (!fitter_ || state_.cells().size() < kLeastKnown) {
     return std::vector<std::optional<WhyMissing>>(predicted.size(), WhyMissing::kNoFit);
   }
+  state_.MarkScored();
   auto missing = FindPredicted(*fitter_, predicted, options, &state_);
+  GrowFromFinds();
   if (EvictPartRivals(*fitter_, &state_) == 0) return missing;
   for (size_t k = 0; k < predicted.size(); ++k)
     if (!missing[k] && state_.At(predicted[k].row, predicted[k].col) < 0) missing[k] = WhyMissing::kRival;
   return missing;
+}
+
+// Where cloth was missed, what was found shows the way to more than what was predicted. Cells that were there
+// and finds stay as sure as they are.
+void ViewDecoder::GrowFromFinds() {
+  Grow(kNearChanges);
+  std::vector<float> sure;  // 0 where it has grown now
+  for (const ViewCell& cell : state_.cells()) sure.push_back(cell.confidence);
+  ScoreCells(*fitter_, &state_);
+  for (size_t k = 0; k < sure.size(); ++k) {
+    if (sure[k] > 0) state_.cell(k).confidence = sure[k];
+  }
+  state_.Evict(options_.confidence.min_to_stay);
 }
 
 std::vector<Observation> ViewDecoder::Observations() const {

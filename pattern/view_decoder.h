@@ -39,7 +39,8 @@ class ViewDecoder {
   void Decode(const ScoreObserver& on_scored = {});
 
   // The second pass: looks for predicted cells (see FindPredicted), with the inks and the blur that the first
-  // pass learnt. Returns why each was not found, or nothing where it was. Nothing is looked for in a view of
+  // pass learnt, and grows from those that it finds. Centres near new cells are refined again. Returns why
+  // each was not found, or nothing where it was. Nothing is looked for in a view of
   // which fewer than 20 cells are known (kNoFit). FailedPrecondition without the image (see Rest).
   absl::StatusOr<std::vector<std::optional<WhyMissing>>> Find(const std::vector<PredictedCell>& predicted,
                                                               const GuidedOptions& options);
@@ -72,6 +73,7 @@ class ViewDecoder {
   void Score(const ScoreObserver& on_scored);
   void Evict(float min_confidence) { EvictUnsure(min_confidence, &state_); }
   void Finish();
+  void GrowFromFinds();
 
   bool LooksLikeChance() const;
   size_t LatticeNodes() const;  // in all levels of the pyramid

@@ -80,7 +80,10 @@ class Growth {
     for (const ViewCell& cell : state_.cells()) occupied_.Take(cell.fit.pose, cell.row, cell.col);
     if (policy_.from_seeds) Start(seeds.first);
     Start(boundary);
-    for (size_t k = 0; k < known; ++k) TryAround(state_.cells()[k].row, state_.cells()[k].col);
+    for (size_t k = 0; k < known; ++k) {
+      const ViewCell& cell = state_.cells()[k];
+      if (!policy_.near_changes || !state_.IsScored(cell)) TryAround(cell.row, cell.col);
+    }
     if (policy_.with_isolated && seeds.isolated) {
       TakeAll(options_.clearly_explained);
       state_.Sort();

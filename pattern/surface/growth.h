@@ -34,6 +34,8 @@ struct GrowthPolicy {
   bool with_isolated = false;
   // Known cells look for those across a corner, too.
   bool from_diagonals = false;
+  // Known cells look for others only where something was added or removed since BoardState::MarkScored.
+  bool near_changes = false;
   // Parts of the print in front of a cell do not count against it; else the cloth may turn away behind a
   // neighbour.
   bool behind_occluders = false;
@@ -41,7 +43,8 @@ struct GrowthPolicy {
 inline constexpr GrowthPolicy kFromSeeds{.from_seeds = true},
     kWithIsolated{
         .refits_boundary = true, .in_one_step = true, .with_isolated = true, .from_diagonals = true},
-    kBehindOccluders{.in_one_step = true, .behind_occluders = true};
+    kBehindOccluders{.in_one_step = true, .behind_occluders = true},
+    kNearChanges{.in_one_step = true, .from_diagonals = true, .near_changes = true};
 
 // Where growths start beside the cells that are known; see GrowthPolicy.
 struct GrowthSeeds {

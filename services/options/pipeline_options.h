@@ -29,7 +29,7 @@ struct CloudOptions {
 struct SecondPassOptions {
   bool enabled = true;
   // Cells that so many cameras measured are not looked for again.
-  int enough_views = 3;
+  int enough_views = 6;
   PredictionOptions prediction;
   GuidedOptions guided;
 

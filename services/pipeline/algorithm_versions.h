@@ -21,7 +21,7 @@ constexpr int AlgorithmVersion(Stage stage) {
   constexpr int kVersions[kStages] = {
       3,  // decode
       4,  // triangulate
-      4,  // second_pass
+      5,  // second_pass
       4,  // align
       4,  // refine
   };

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -40,7 +39,7 @@ std::vector<PredictedCell> Wanted(const std::vector<CellInView>& in_view, const 
   return wanted;
 }
 
-// Counts what was found, and why the rest was not.
+// Counts why predicted cells were not found; returns how many were.
 int Describe(const std::vector<std::optional<WhyMissing>>& missing, v1::ViewReport& report) {
   std::map<std::string, int> rejected;
   for (const std::optional<WhyMissing>& why : missing) {
@@ -53,35 +52,38 @@ int Describe(const std::vector<std::optional<WhyMissing>>& missing, v1::ViewRepo
     entry.set_count(count);
     found -= count;
   }
-  report.set_second_pass_found(found);
   return found;
 }
 
-// Looks into one view again; returns the number of centres that were found.
-int LookInto(const SecondPassInputs& pass, const std::vector<PredictedCell>& wanted, size_t camera,
-             ViewDecoder& view, v1::ViewReport& report) {
+// Looks into one view again; returns whether its cells are others then.
+bool LookInto(const SecondPassInputs& pass, const std::vector<PredictedCell>& wanted, size_t camera,
+              ViewDecoder& view, v1::ViewReport& report) {
   const Stopwatch watch;
   if (!view.has_image()) {
     const absl::StatusOr<Frame> frame = pass.inputs.dump->ReadView(pass.frame, camera);
-    if (!frame.ok() || !view.ReadAgain(*frame).ok()) return 0;
+    if (!frame.ok() || !view.ReadAgain(*frame).ok()) return false;
   }
+  const auto before = static_cast<int>(view.state().cells().size());
   const auto missing = view.Find(wanted, pass.options.guided);
-  if (!missing.ok()) return 0;
+  if (!missing.ok()) return false;
   const int found = Describe(*missing, report);
+  const auto centers = static_cast<int>(view.state().cells().size());
+  report.set_centers(centers);
+  report.set_second_pass_found(std::max(centers - before, 0));  // predicted, and grown from there
   report.set_second_pass_ms(watch.Ms());
-  return found;
+  return found > 0 || centers != before;
 }
 
 }  // namespace
 
-absl::StatusOr<int> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
-                               std::vector<std::unique_ptr<ViewDecoder>> decoders,
-                               std::vector<ViewObservations>* views, v1::FrameReport& report) {
+absl::StatusOr<bool> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
+                                std::vector<std::unique_ptr<ViewDecoder>> decoders,
+                                std::vector<ViewObservations>* views, v1::FrameReport& report) {
   const absl::StatusOr<PredictedSurface> surface = PredictedSurface::Build(
       pass.inputs.garment, pass.inputs.neighborhoods, pass.mesh, pass.options.prediction);
   if (!surface.ok()) return surface.status();
   const std::vector<bool> placed = Placed(pass);
-  std::vector<int> added(views->size(), 0);
+  std::vector<uint8_t> changed(views->size(), 0);
   const auto look = [&](size_t camera) {
     if (stop.stop_requested() || decoders[camera] == nullptr) return;
     const std::unique_ptr<ViewDecoder> decoder = std::move(decoders[camera]);  // its memory is free then
@@ -91,17 +93,15 @@ absl::StatusOr<int> SecondPass(const SecondPassInputs& pass, const std::stop_tok
         Wanted(surface->CellsIn(pass.inputs.rig.cameras[camera]), pass, placed, view.state());
     if (wanted.empty()) return;
     v1::ViewReport& counts = *report.mutable_views(static_cast<int>(camera));
-    added[camera] = LookInto(pass, wanted, camera, view, counts);
-    std::vector<Observation>& observations = (*views)[camera].observations;
-    const size_t before = observations.size();
-    observations = view.Observations();
-    counts.set_centers(counts.centers() + added[camera]);
-    counts.set_corners(counts.corners() + static_cast<int>(observations.size() - before) - added[camera]);
+    changed[camera] = LookInto(pass, wanted, camera, view, counts);
+    if (!changed[camera]) return;
+    (*views)[camera].observations = view.Observations();
+    counts.set_corners(static_cast<int>((*views)[camera].observations.size()) - counts.centers());
   };
   tbb::parallel_for(size_t{0}, views->size(), look, tbb::simple_partitioner());
   GiveBackPixels();  // what follows needs other memory
   if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
-  return std::accumulate(added.begin(), added.end(), 0);
+  return std::ranges::find(changed, true) != changed.end();
 }
 
 }  // namespace weft

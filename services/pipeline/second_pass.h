@@ -28,10 +28,10 @@ struct SecondPassInputs {
 // dropped. `views` receive all observations that the decoders have then. Every find has to be confirmed by
 // triangulation with the other cameras. The report's views receive the counts. Decoders, views and the
 // report's views have an entry per camera of the rig, in its order. Views without a decoder, or whose
-// image is gone, stay as they are. Returns the number of centres that were added. Runs in the calling
+// image is gone, stay as they are. Returns whether any view has other observations then. Runs in the calling
 // thread's TBB arena; the same result at any thread count.
-absl::StatusOr<int> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
-                               std::vector<std::unique_ptr<ViewDecoder>> decoders,
-                               std::vector<ViewObservations>* views, v1::FrameReport& report);
+absl::StatusOr<bool> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
+                                std::vector<std::unique_ptr<ViewDecoder>> decoders,
+                                std::vector<ViewObservations>* views, v1::FrameReport& report);
 
 }  // namespace weft

@@ -103,6 +103,29 @@ TEST_F(ViewDecoders, BothPassesMakeOneSetOfObservations) {
   }
 }
 
+TEST_F(ViewDecoders, GrowFromWhatTheSecondPassFinds) {
+  const auto view = FirstPass();
+  std::map<std::pair<int, int>, float> sure;
+  for (const ViewCell& cell : view->state().cells()) sure[{cell.row, cell.col}] = cell.confidence;
+  const std::vector<PredictedCell> one = {Truth(kFirst + 2, kFirst + 3)};
+  ASSERT_TRUE(view->ReadAgain(covered_).ok());
+  ASSERT_TRUE(view->Find(one, {}).ok());
+  EXPECT_EQ(view->state().cells().size(), sure.size()) << "the image shows none";
+
+  ASSERT_TRUE(view->ReadAgain(open_).ok());
+  ASSERT_EQ(view->Find(one, {})->front(), std::nullopt);
+  for (const PredictedCell& cell : predicted_) {
+    const ViewCell* grown = view->state().Find(cell.row, cell.col);
+    ASSERT_NE(grown, nullptr) << cell.row << " " << cell.col;
+    EXPECT_LT(std::hypot(grown->fit.pose.x - cell.pose.x, grown->fit.pose.y - cell.pose.y), 0.2);
+    EXPECT_GE(grown->confidence, DecodeOptions().confidence.min_to_stay);
+  }
+  for (const auto& [at, confidence] : sure) {
+    ASSERT_NE(view->state().Find(at.first, at.second), nullptr);
+    EXPECT_EQ(view->state().Find(at.first, at.second)->confidence, confidence);
+  }
+}
+
 TEST_F(ViewDecoders, AnImageThatIsReadAgainGivesTheSame) {
   auto kept = *ViewDecoder::Read(open_, board_, {}), dropped = *ViewDecoder::Read(open_, board_, {});
   kept->Decode();

@@ -299,6 +299,17 @@ TEST_F(GrowthsFromABlock, LeaveKnownCellsAsTheyAre) {
   }
 }
 
+TEST_F(GrowthsFromABlock, StartNearChangesAloneWhereThePolicySaysSo) {
+  BoardState block = Block();
+  block.MarkScored();
+  EXPECT_EQ(GrownFrom(block, frame_, kNearChanges, {}).cells().size(), block.cells().size());
+  const int corner = block.At(kLast, kLast);
+  block.Filter([corner](size_t k) { return static_cast<int>(k) != corner; });
+  const BoardState grown = GrownFrom(block, frame_, kNearChanges, {});
+  EXPECT_GE(grown.cells().size(), GrownFrom(block, frame_, {.in_one_step = true}, {}).cells().size())
+      << "all that can be seen follows from there";
+}
+
 TEST_F(GrowthsFromABlock, RefitTheBoundaryWhereThePolicySaysSo) {
   const BoardState block = Block();
   const BoardState grown = GrownFrom(block, frame_, {.refits_boundary = true}, {});
