@@ -55,7 +55,7 @@ int Describe(const std::vector<std::optional<WhyMissing>>& missing, v1::ViewRepo
   return found;
 }
 
-// Looks into one view again; returns whether its cells are others then.
+// Looks into one view again, and counts in its report; returns whether its cells are others then.
 bool LookInto(const SecondPassInputs& pass, const std::vector<PredictedCell>& wanted, size_t camera,
               ViewDecoder& view, v1::ViewReport& report) {
   const Stopwatch watch;
@@ -66,19 +66,27 @@ bool LookInto(const SecondPassInputs& pass, const std::vector<PredictedCell>& wa
   const auto before = static_cast<int>(view.state().cells().size());
   const auto missing = view.Find(wanted, pass.options.guided);
   if (!missing.ok()) return false;
+  report.clear_second_pass_rejected();  // of the round before
   const int found = Describe(*missing, report);
   const auto centers = static_cast<int>(view.state().cells().size());
   report.set_centers(centers);
-  report.set_second_pass_found(std::max(centers - before, 0));  // predicted, and grown from there
-  report.set_second_pass_ms(watch.Ms());
+  // Predicted ones, and those that have grown from there.
+  report.set_second_pass_found(report.second_pass_found() + std::max(centers - before, 0));
+  report.set_second_pass_ms(report.second_pass_ms() + watch.Ms());
   return found > 0 || centers != before;
+}
+
+int Centers(const v1::FrameReport& report) {
+  int centers = 0;
+  for (const v1::ViewReport& view : report.views()) centers += view.centers();
+  return centers;
 }
 
 }  // namespace
 
-absl::StatusOr<bool> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
-                                std::vector<std::unique_ptr<ViewDecoder>> decoders,
-                                std::vector<ViewObservations>* views, v1::FrameReport& report) {
+absl::StatusOr<SecondPassResult> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
+                                            const std::vector<std::unique_ptr<ViewDecoder>>& decoders,
+                                            std::vector<ViewObservations>* views, v1::FrameReport& report) {
   const absl::StatusOr<PredictedSurface> surface = PredictedSurface::Build(
       pass.inputs.garment, pass.inputs.neighborhoods, pass.mesh, pass.options.prediction);
   if (!surface.ok()) return surface.status();
@@ -86,22 +94,26 @@ absl::StatusOr<bool> SecondPass(const SecondPassInputs& pass, const std::stop_to
   std::vector<uint8_t> changed(views->size(), 0);
   const auto look = [&](size_t camera) {
     if (stop.stop_requested() || decoders[camera] == nullptr) return;
-    const std::unique_ptr<ViewDecoder> decoder = std::move(decoders[camera]);  // its memory is free then
-    ViewDecoder& view = *decoder;
+    ViewDecoder& view = *decoders[camera];
+    const bool keeps_image = view.has_image();
     view.Wake();
     const std::vector<PredictedCell> wanted =
         Wanted(surface->CellsIn(pass.inputs.rig.cameras[camera]), pass, placed, view.state());
-    if (wanted.empty()) return;
     v1::ViewReport& counts = *report.mutable_views(static_cast<int>(camera));
-    changed[camera] = LookInto(pass, wanted, camera, view, counts);
-    if (!changed[camera]) return;
-    (*views)[camera].observations = view.Observations();
-    counts.set_corners(static_cast<int>((*views)[camera].observations.size()) - counts.centers());
+    changed[camera] = !wanted.empty() && LookInto(pass, wanted, camera, view, counts);
+    if (changed[camera]) {
+      (*views)[camera].observations = view.Observations();
+      counts.set_corners(static_cast<int>((*views)[camera].observations.size()) - counts.centers());
+    }
+    view.Rest(keeps_image);
   };
+  const int before = Centers(report);
   tbb::parallel_for(size_t{0}, views->size(), look, tbb::simple_partitioner());
   GiveBackPixels();  // what follows needs other memory
   if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
-  return std::ranges::find(changed, true) != changed.end();
+  const int centers = Centers(report);
+  return SecondPassResult{.changed = std::ranges::find(changed, true) != changed.end(),
+                          .added_share = static_cast<double>(centers - before) / std::max(centers, 1)};
 }
 
 }  // namespace weft

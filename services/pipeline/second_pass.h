@@ -23,15 +23,20 @@ struct SecondPassInputs {
   const SecondPassOptions& options;
 };
 
+struct SecondPassResult {
+  bool changed = false;    // whether any view has other observations now
+  double added_share = 0;  // of the centres that there are now
+};
+
 // Predicts from the first mesh the cells of vertices with too few views, in the cameras that did not
-// decode them. Their `decoders` search there, with the image of the first pass, or read again where it was
-// dropped. `views` receive all observations that the decoders have then. Every find has to be confirmed by
-// triangulation with the other cameras. The report's views receive the counts. Decoders, views and the
-// report's views have an entry per camera of the rig, in its order. Views without a decoder, or whose
-// image is gone, stay as they are. Returns whether any view has other observations then. Runs in the calling
-// thread's TBB arena; the same result at any thread count.
-absl::StatusOr<bool> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
-                                std::vector<std::unique_ptr<ViewDecoder>> decoders,
-                                std::vector<ViewObservations>* views, v1::FrameReport& report);
+// decode them. Their `decoders`, at rest before and after, search there, with the image of the first pass,
+// or read again where it was dropped. `views` receive all observations that the decoders have then. Every
+// find has to be confirmed by triangulation with the other cameras. The report's views receive the counts.
+// Decoders, views and the report's views have an entry per camera of the rig, in its order. Views without a
+// decoder, or whose image is gone, stay as they are. Runs in the calling thread's TBB arena; the same result
+// at any thread count.
+absl::StatusOr<SecondPassResult> SecondPass(const SecondPassInputs& pass, const std::stop_token& stop,
+                                            const std::vector<std::unique_ptr<ViewDecoder>>& decoders,
+                                            std::vector<ViewObservations>* views, v1::FrameReport& report);
 
 }  // namespace weft

@@ -36,6 +36,7 @@ class Register(StudioTest):
         # All of the chain had something to do: the second pass, and the refinement by neighbouring frames.
         report = frame_report(self.out, self.frames[1])
         self.assertGreater(sum(view["second_pass_found"] for view in report["views"]), 0)
+        self.assertGreater(report["second_pass_rounds"], 1, "images are read again with --memory 0")
         self.assertTrue(report["temporal"]["refined"])
         for threads, memory in (("2", "32"), ("4", "1000")):
             other = self.path(threads)
