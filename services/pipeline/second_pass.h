@@ -15,7 +15,7 @@
 
 namespace weft {
 
-// A frame's first registration, and how to look again.
+// A frame as far as it is registered, and how to look again.
 struct SecondPassInputs {
   const RegistrationInputs& inputs;
   size_t frame;  // index in the dump
@@ -28,7 +28,7 @@ struct SecondPassResult {
   double added_share = 0;  // of the centres that there are now
 };
 
-// Predicts from the first mesh the cells of vertices with too few views, in the cameras that did not
+// Predicts from the mesh the cells of vertices with too few views, in the cameras that did not
 // decode them. Their `decoders`, at rest before and after, search there, with the image of the first pass,
 // or read again where it was dropped. `views` receive all observations that the decoders have then. Every
 // find has to be confirmed by triangulation with the other cameras. The report's views receive the counts.
