@@ -208,13 +208,13 @@ void ViewDecoder::Decode(const ScoreObserver& on_scored) {
   if (!FindSeeds()) return;
   Grow(kFromSeeds);
   Score(on_scored);
-  Evict(options_.confidence.min_to_grow);
+  state_.Evict(options_.confidence.min_to_grow);
   Grow(kWithIsolated);
   Score(on_scored);
-  Evict(options_.confidence.min_at_boundary);
+  state_.Evict(options_.confidence.min_at_boundary);
   Grow(kBehindOccluders);
   Score(on_scored);
-  Finish();
+  Finish(on_scored);
 }
 
 bool ViewDecoder::FindSeeds() {
@@ -274,14 +274,14 @@ void ViewDecoder::Score(const ScoreObserver& on_scored) {
   if (on_scored) on_scored(state_);
 }
 
-void ViewDecoder::Finish() {
-  const LapTimer timer(&result_.timings.refinement_ms);
-  Evict(std::min(options_.confidence.min_to_help, options_.confidence.min_to_stay));
+void ViewDecoder::Finish(const ScoreObserver& on_scored) {
+  state_.Evict(std::min(options_.confidence.min_to_help, options_.confidence.min_to_stay));
   // Of another board's print little is found, by chance in all that was searched.
   DropSmallComponents(options_.confidence.min_component, std::max(state_.cells().size(), LatticeNodes()),
                       &state_);
+  Score(on_scored);
+  const LapTimer timer(&result_.timings.refinement_ms);
   SweepUnsettled(*fitter_, kSettledCells, &state_);
-  ScoreRuns(&state_);
   state_.Evict(options_.confidence.min_to_stay);
   EvictPartRivals(*fitter_, &state_);
   // Neighbours may have moved a cell at the boundary out of the image.

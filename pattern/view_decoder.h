@@ -71,8 +71,7 @@ class ViewDecoder {
   bool SeedFromStrips(const std::vector<LevelPatch>& patches);
   void Grow(const GrowthPolicy& policy);
   void Score(const ScoreObserver& on_scored);
-  void Evict(float min_confidence) { EvictUnsure(min_confidence, &state_); }
-  void Finish();
+  void Finish(const ScoreObserver& on_scored);
   void GrowFromFinds();
 
   bool LooksLikeChance() const;

@@ -19,8 +19,7 @@ struct ViewCell {
   int col = 0;
   CellFit fit;
   int group = 0;         // of the lattice piece that it grew from
-  float log_odds = 0;    // logarithm of the odds that the cell is there, scored by itself; see ScoreCells
-  float confidence = 0;  // probability that the cell is there, the cells around taken into account
+  float confidence = 0;  // probability that the cell is there; see ScoreCells
   bool is_read = false;  // see PlacedCell
 };
 

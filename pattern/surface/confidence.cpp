@@ -5,22 +5,18 @@
 #include <cmath>
 #include <initializer_list>
 #include <optional>
-#include <vector>
 
 #include "pattern/surface/center_sweep.h"
+#include "pattern/surface/edge_runs.h"
 
 namespace weft {
 namespace {
 
-// Weights of the evidence, in its order; fitted to ray-traced views with known truth, before there was
-// refit_decode. A refit to takes of `weft simulate` (November 2026), with six more kinds of evidence and two
-// fewer, left a third of the wrong cells there at the same recall, but more of them in photographs, so these
-// weights stay.
-constexpr float kConstant = -10.78f;
-constexpr Evidence kWeights = {2.15f, 4.38f,  1.28f,  3.51f,  2.43f, 1.13f,
-                               1.36f, -0.36f, -0.23f, -0.69f, -0.22f};
-// How much a cell's confidence leans on its own log odds and on the mean of those around it.
-constexpr float kOwn = 0.93f, kAround = 0.37f, kShift = -1.6f;
+// Weights of the evidence, in its order. `refit_decode confidence` prints them from the takes of
+// docs/decoding-accuracy.md, "Data for fitted constants" (November 2026).
+constexpr float kConstant = -8.55f;
+constexpr Evidence kWeights = {-1.61f, 4.07f,  1.14f,  2.97f,  3.19f,  -3.17f, 3.39f,  -0.52f,
+                               -0.17f, -0.34f, -1.42f, -1.41f, -0.97f, -0.74f, -2.83f, 1.13f};
 
 // Least log odds of a cell that was read: of 130,000 in takes of `weft simulate`, all of pieces above 20 nats
 // were right. In narrow strips most neighbours are missing, which says little then.
@@ -77,20 +73,10 @@ Surroundings Around(const BoardState& state, const ViewCell& cell) {
   return around;
 }
 
-// Logarithm of the odds that a cell is where it was found.
-float LogOdds(const std::optional<Evidence>& evidence) {
-  if (!evidence) return 0;
+float LogOdds(const Evidence& evidence) {
   float odds = kConstant;
-  for (int k = 0; k < kReasons; ++k) odds += kWeights[k] * (*evidence)[k];
+  for (int k = 0; k < kReasons; ++k) odds += kWeights[k] * evidence[k];
   return odds;
-}
-
-// Probability that a cell is where it was found. Cells are right or wrong together, so each leans on those
-// around it; one without any is not believed.
-float Confidence(const BoardState& state, const ViewCell& cell) {
-  const std::optional<float> around = MeanLogOddsAround(state, cell);
-  if (!around) return 0;
-  return 1 / (1 + std::exp(-(kOwn * cell.log_odds + kAround * *around + kShift)));
 }
 
 }  // namespace
@@ -108,7 +94,9 @@ std::optional<Evidence> EvidenceFor(const BoardState& state, const ViewCell& cel
   const CellPose& f = fit.pose;
   const float height_px = f.Area() / std::max(Length(f.ax, f.ay), Length(f.bx, f.by));
   const float share = 1 / around.known;
-  const float light = std::min(std::abs(std::log(fit.gain / (share * around.light))), 2.0f);
+  const int run = RunAtEdge(state, cell.row, cell.col);
+  const float relative_gain = std::max(fit.gain / (share * around.light), 0.1f);
+  const float light = std::min(std::abs(std::log(relative_gain)), 2.0f);
   return Evidence{std::clamp(fit.explained, 0.0f, 1.0f),
                   share * around.explained,
                   RelativeLead(fit),
@@ -119,40 +107,28 @@ std::optional<Evidence> EvidenceFor(const BoardState& state, const ViewCell& cel
                   std::log(std::clamp(around.Misfit(f), 0.01f, 1.0f)),
                   std::log(std::max(light, 0.005f)),
                   std::log(std::clamp(share * around.shape, 0.02f, 2.0f)),
-                  std::log(fit.sigma_px / height_px)};
+                  std::log(std::clamp(fit.sigma_px / height_px, 0.005f, 1.0f)),
+                  static_cast<float>(run == 1),
+                  static_cast<float>(run == 2),
+                  static_cast<float>(run == 3),
+                  std::log(std::clamp(height_px, 1.0f, 8.0f)),
+                  std::log(std::clamp(f.Area(), 4.0f, 80.0f))};
 }
 
-std::optional<float> MeanLogOddsAround(const BoardState& state, const ViewCell& cell) {
-  float sum = 0, known = 0;
-  for (int k = 0; k < 9; ++k) {
-    const ViewCell* other = state.Find(cell.row + k / 3 - 1, cell.col + k % 3 - 1);
-    if (k == 4 || other == nullptr) continue;
-    sum += other->log_odds;
-    known += 1;
-  }
-  if (known == 0) return std::nullopt;
-  return sum / known;
+float Confidence(const ViewCell& cell, const std::optional<Evidence>& evidence) {
+  if (!evidence) return 0;
+  float log_odds = LogOdds(*evidence);
+  if (cell.is_read) log_odds = std::max(log_odds, kReadLogOdds);
+  return 1 / (1 + std::exp(-log_odds));
 }
 
 void ScoreCells(const CellFitter& fitter, BoardState* state) {
   SweepUnscored(fitter, state);
-  const size_t count = state->cells().size();
-  std::vector<uint8_t> scored_before(count);
-  for (size_t k = 0; k < count; ++k) {
+  for (size_t k = 0; k < state->cells().size(); ++k) {
     ViewCell& cell = state->cell(k);
-    scored_before[k] = state->IsScored(cell);
-    if (scored_before[k]) continue;
-    cell.log_odds = LogOdds(EvidenceFor(*state, cell));
-    if (cell.is_read) cell.log_odds = std::max(cell.log_odds, kReadLogOdds);
-  }
-  for (size_t k = 0; k < count; ++k) {
-    ViewCell& cell = state->cell(k);
-    bool fresh = !scored_before[k];
-    for (int n = 0; n < 9 && !fresh; ++n) {
-      const int other = state->At(cell.row + n / 3 - 1, cell.col + n % 3 - 1);
-      fresh = other >= 0 && !scored_before[other];
-    }
-    if (fresh) cell.confidence = Confidence(*state, cell);
+    // What has changed along an edge may be farther away than what the sweep looks at.
+    if (!state->IsScored(cell) || RunAtEdge(*state, cell.row, cell.col) != kInside)
+      cell.confidence = Confidence(cell, EvidenceFor(*state, cell));
   }
   state->MarkScored();
 }

@@ -1,4 +1,5 @@
-// Cells along an edge of what is known are right or wrong together.
+// Rows of cells along an edge of what is known. Beyond an edge, other print matches the next cell by chance
+// in a tenth of the cases, and rarely for three cells side by side.
 #pragma once
 
 #include "pattern/surface/board_state.h"
@@ -10,15 +11,5 @@ namespace weft {
 // is longer; kInside for a cell at no edge.
 inline constexpr int kLongestRun = 6, kInside = 7;
 int RunAtEdge(const BoardState& state, int row, int col);
-
-// The cell's confidence, given the length of its run. Beyond an edge, other print matches the next cell by
-// chance in a tenth of the cases, and rarely for three cells side by side.
-float ConfidenceInRun(const BoardState& state, const ViewCell& cell);
-
-// Removes cells of which ConfidenceInRun is less.
-void EvictUnsure(float min_confidence, BoardState* state);
-
-// Replaces each cell's confidence by ConfidenceInRun.
-void ScoreRuns(BoardState* state);
 
 }  // namespace weft

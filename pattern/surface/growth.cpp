@@ -121,7 +121,7 @@ class Growth {
       PredictedCell expected{.row = seed.row, .col = seed.col, .pose = seed.pose};
       expected.in_sight.fill(1);
       const CellFit fit = fitter_.Fit(expected, limits);
-      if (!WhyNot(fit)) Enqueue({seed.row, seed.col, fit, seed.group, 0, 0, seed.is_read});
+      if (!WhyNot(fit)) Enqueue({seed.row, seed.col, fit, seed.group, 0, seed.is_read});
     }
   }
 
@@ -206,7 +206,7 @@ class Growth {
       fit = fitter_.Fit(expected, limits_);
       if (const auto why = WhyNot(fit)) return state_.Miss(expected.row, expected.col, first, *why);
     }
-    Enqueue({expected.row, expected.col, fit, group, 0, 0});
+    Enqueue({expected.row, expected.col, fit, group, 0});
   }
 
   // Where other parts of the print are in front of the cell, the rest of it is fitted.
@@ -222,7 +222,7 @@ class Growth {
       return state_.Miss(row, col, pose, WhyMissing::kTaken);
     const CellFit fit = fitter_.Fit(expected, limits_, occluders_.empty() ? nullptr : &visible);
     if (const auto why = WhyNot(fit)) return state_.Miss(row, col, pose, *why);
-    Enqueue({row, col, fit, group, 0, 0});
+    Enqueue({row, col, fit, group, 0});
   }
 
   // The pose of the next cell in a direction, whose edges are `length` times as long as those of `from`, in

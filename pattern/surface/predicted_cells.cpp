@@ -168,7 +168,7 @@ std::vector<std::optional<WhyMissing>> FindPredicted(const CellFitter& fitter,
       continue;
     }
     occupied.Take(fits[k].pose, predicted[k].row, predicted[k].col);
-    state->Add({predicted[k].row, predicted[k].col, fits[k], 0, 0, kConfidence});
+    state->Add({predicted[k].row, predicted[k].col, fits[k], 0, kConfidence});
   }
   state->Sort();
   return missing;

@@ -16,14 +16,13 @@ namespace {
 // A cell as the decoder scored it.
 struct Candidate {
   Evidence evidence = {};
-  std::array<int, 8> around = {};  // candidates; -1 where no cell is known
   bool has_evidence = false;
   bool is_there = false, on_crest = false;
   double counts = 0;                         // in a fit; 0 where it cannot be judged
   bool scoreable = false, in_sight = false;  // what recall counts; a part of the cell
   bool is_last = false;                      // of the last scoring of a view
   float pitch_px = 0;
-  float log_odds = 0, confidence = 0;  // as the constants that are fitted have them
+  float confidence = 0;  // as the weights that are fitted have it
 };
 
 class Candidates {
@@ -45,34 +44,17 @@ class Candidates {
     return absl::OkStatus();
   }
 
-  LogisticModel FitOwn(double ridge) const {
+  LogisticModel Fit(double ridge) const {
     return FitLogistic(kReasons, ridge, [this](const auto& add) {
-      Eigen::VectorXd x(kReasons);
       for (const Candidate& c : all_) {
-        if (!(c.counts > 0) || !c.has_evidence) continue;
-        std::copy(c.evidence.begin(), c.evidence.end(), x.begin());
-        add(x, c.is_there, c.counts);
+        if (c.counts > 0 && c.has_evidence) add(Regressors(c.evidence), c.is_there, c.counts);
       }
     });
   }
-  void SetLogOdds(const LogisticModel& own) {
-    Eigen::VectorXd x(kReasons);
-    for (Candidate& c : all_) {
-      std::copy(c.evidence.begin(), c.evidence.end(), x.begin());
-      c.log_odds = c.has_evidence ? static_cast<float>(own.LogOdds(x)) : 0;
-    }
-  }
-  LogisticModel FitTogether() const {
-    return FitLogistic(2, 0, [this](const auto& add) {
-      for (const Candidate& c : all_) {
-        if (c.counts > 0 && c.has_evidence) add(OwnAndAround(c), c.is_there, c.counts);
-      }
-    });
-  }
-  void SetConfidence(const LogisticModel& together) {
+  void SetConfidence(const LogisticModel& model) {
     for (Candidate& c : all_) {
       c.confidence =
-          c.has_evidence ? static_cast<float>(1 / (1 + std::exp(-together.LogOdds(OwnAndAround(c))))) : 0;
+          c.has_evidence ? static_cast<float>(1 / (1 + std::exp(-model.LogOdds(Regressors(c.evidence))))) : 0;
     }
   }
 
@@ -118,18 +100,11 @@ class Candidates {
 
  private:
   void AddState(const BoardState& state, const NodesOfView& truth) {
-    const int first = static_cast<int>(all_.size());
     for (const ViewCell& cell : state.cells()) {
       Candidate c;
       if (const auto evidence = EvidenceFor(state, cell)) {
         c.evidence = *evidence;
         c.has_evidence = true;
-      }
-      int n = 0;
-      for (int k = 0; k < 9; ++k) {
-        if (k == 4) continue;
-        const int at = state.At(cell.row + k / 3 - 1, cell.col + k % 3 - 1);
-        c.around[n++] = at < 0 ? -1 : first + at;
       }
       const BoardNode node{cell.row, cell.col, NodeKind::kCenter};
       const Verdict verdict = truth.Assess(node, cell.fit.pose.x, cell.fit.pose.y);
@@ -146,42 +121,32 @@ class Candidates {
     }
   }
 
-  Eigen::VectorXd OwnAndAround(const Candidate& c) const {
-    double sum = 0, known = 0;
-    for (const int k : c.around) {
-      if (k < 0) continue;
-      sum += all_[k].log_odds;
-      known += 1;
-    }
-    return Eigen::Vector2d(c.log_odds, sum / std::max(known, 1.0));
+  static Eigen::VectorXd Regressors(const Evidence& evidence) {
+    return Eigen::Map<const Eigen::Vector<float, kReasons>>(evidence.data()).cast<double>();
   }
 
   double crest_counts_;
   std::vector<Candidate> all_;
 };
 
-void PrintOwn(const LogisticModel& own) {
-  std::printf("constexpr float kConstant = %.2ff;\nconstexpr Evidence kWeights = {", own.constant);
+void Print(const LogisticModel& model) {
+  std::printf("constexpr float kConstant = %.2ff;\nconstexpr Evidence kWeights = {", model.constant);
   for (int k = 0; k < kReasons; ++k) {
     const char* end = k + 1 == kReasons ? "};\n" : k % 8 == 7 ? ",\n                               " : ", ";
-    std::printf("%.2ff%s", own.weights[k], end);
+    std::printf("%.2ff%s", model.weights[k], end);
   }
 }
 
 }  // namespace
 
 absl::Status RefitConfidence(const RefitTakes& takes, double ridge, double crest_counts) {
-  LogisticModel own, together;
+  LogisticModel model;
   {
     Candidates fitted(crest_counts);
     if (absl::Status status = fitted.Add(takes.fitted); !status.ok()) return status;
-    own = fitted.FitOwn(ridge);
-    PrintOwn(own);
-    fitted.SetLogOdds(own);
-    together = fitted.FitTogether();
-    std::printf("constexpr float kOwn = %.2ff, kAround = %.2ff, kShift = %.2ff;\n", together.weights[0],
-                together.weights[1], together.constant);
-    fitted.SetConfidence(together);
+    model = fitted.Fit(ridge);
+    Print(model);
+    fitted.SetConfidence(model);
     std::printf("\n// fitted\n");
     fitted.PrintCalibration();
     fitted.PrintLimits();
@@ -189,8 +154,7 @@ absl::Status RefitConfidence(const RefitTakes& takes, double ridge, double crest
   if (takes.held_out.empty()) return absl::OkStatus();
   Candidates held_out(crest_counts);
   if (absl::Status status = held_out.Add(takes.held_out); !status.ok()) return status;
-  held_out.SetLogOdds(own);
-  held_out.SetConfidence(together);
+  held_out.SetConfidence(model);
   std::printf("\n// held out\n");
   held_out.PrintCalibration();
   held_out.PrintLimits();

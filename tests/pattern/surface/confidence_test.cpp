@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <vector>
 
+#include "pattern/decoder.h"
+#include "pattern/surface/edge_runs.h"
 #include "tests/pattern/surface/rendered_surface.h"
 
 namespace weft {
@@ -69,7 +71,6 @@ TEST_F(Confidences, AreLowerForAWrongCellThanForTheRightOnesAroundIt) {
     for (int k = 0; k < 9; ++k) {
       const ViewCell* right = state.Find(cell.row + k / 3 - 1, cell.col + k % 3 - 1);
       if (k == 4 || right == nullptr) continue;
-      EXPECT_LT(cell.log_odds, right->log_odds) << cell.row << " " << cell.col;
       EXPECT_LT(cell.confidence, right->confidence) << cell.row << " " << cell.col;
     }
   }
@@ -95,7 +96,7 @@ TEST_F(Confidences, AreLowForAComponentOfWrongCells) {
   int wrong = 0;
   for (const ViewCell& cell : state.cells()) {
     if (cell.col > kKnownMiddle) {
-      EXPECT_LT(cell.confidence, 0.1) << cell.row << " " << cell.col;
+      EXPECT_LT(cell.confidence, DecodeOptions().confidence.min_to_grow) << cell.row << " " << cell.col;
       ++wrong;
     } else {
       EXPECT_GT(cell.confidence, 0.9) << cell.row << " " << cell.col;
@@ -112,51 +113,58 @@ TEST_F(Confidences, AreNoneForACellAlone) {
   state.Add(Fitted(kKnownMiddle + 7, kKnownMiddle + 1, 0));
   ScoreCells(fitter_.get(), &state);
   EXPECT_EQ(state.Find(kKnownMiddle, kKnownMiddle)->confidence, 0);
-  EXPECT_EQ(state.Find(kKnownMiddle, kKnownMiddle)->log_odds, 0) << "nothing speaks for it or against it";
   EXPECT_EQ(state.Find(kKnownMiddle + 2, kKnownMiddle + 1)->confidence, 0);
   EXPECT_GT(state.Find(kKnownMiddle + 6, kKnownMiddle)->confidence, 0);
   EXPECT_GT(state.Find(kKnownMiddle + 7, kKnownMiddle + 1)->confidence, 0);
 }
 
 TEST_F(Confidences, LeanOnTheCellsAround) {
-  const auto is_far = [](int row, int col) {
-    return std::max(std::abs(row - kKnownMiddle), std::abs(col - kKnownMiddle)) > 2;
-  };
   std::vector<float> confidences;
-  for (const float around : {-4.0f, 0.0f, 4.0f}) {
-    BoardState state = RightCells(is_far);
+  for (const float around : {0.2f, 0.6f, 1.0f}) {
+    BoardState state = RightCells([](int, int) { return false; });
     ScoreCells(fitter_.get(), &state);
     for (size_t k = 0; k < state.cells().size(); ++k) {
       ViewCell& cell = state.cell(k);
-      cell.log_odds = cell.row == kKnownMiddle && cell.col == kKnownMiddle ? 0 : around;
+      if (cell.row != kKnownMiddle || cell.col != kKnownMiddle) cell.fit.explained = around;
     }
-    // It is scored anew beside one of the eight around the middle, which keeps its own log odds.
-    state.Add(Fitted(kKnownMiddle + 3, kKnownMiddle, 0));
-    ScoreCells(fitter_.get(), &state);
-    ASSERT_EQ(state.Find(kKnownMiddle, kKnownMiddle)->log_odds, 0);
-    ASSERT_EQ(state.Find(kKnownMiddle, kKnownMiddle + 1)->log_odds, around);
-    confidences.push_back(state.Find(kKnownMiddle, kKnownMiddle)->confidence);
+    const auto evidence = EvidenceFor(state, *state.Find(kKnownMiddle, kKnownMiddle));
+    ASSERT_TRUE(evidence);
+    EXPECT_NEAR((*evidence)[1], around, 1e-5);
+    confidences.push_back(Confidence(*state.Find(kKnownMiddle, kKnownMiddle), evidence));
   }
-  EXPECT_LT(confidences[0] + 0.1f, confidences[1]);
-  EXPECT_LT(confidences[1] + 0.1f, confidences[2]);
+  EXPECT_LT(confidences[0], confidences[1]);
+  EXPECT_LT(confidences[1], confidences[2]);
+}
+
+// The row above the first known one, where only cells of these columns are.
+constexpr int kRunAt = kKnownMiddle;
+
+TEST_F(Confidences, AreLowerForShortRunsAlongAnEdge) {
+  std::vector<float> confidences;
+  for (const int run : {1, 2, 3, 4}) {
+    BoardState state = RightCells(
+        [run](int row, int col) { return row == kFirst && (col < kRunAt || col >= kRunAt + run); });
+    ScoreCells(fitter_.get(), &state);
+    confidences.push_back(state.Find(kFirst, kRunAt)->confidence);
+  }
+  EXPECT_TRUE(std::is_sorted(confidences.begin(), confidences.end()));
+  EXPECT_GT((1 - confidences[0]) / (1 - confidences[3]), 2);
 }
 
 TEST_F(Confidences, AreHighForCellsThatWereRead) {
-  // A cell that looks wrong.
+  // Two cells side by side, nothing else around them.
   const auto score = [this](bool is_read) {
-    BoardState state =
-        RightCells([](int row, int col) { return row == kKnownMiddle && col == kKnownMiddle; });
-    ViewCell cell = Fitted(kKnownMiddle, kKnownMiddle, 1);
-    cell.is_read = is_read;
-    state.Add(cell);
+    BoardState state(board_, photo_.width_px, photo_.height_px);
+    for (const int col : {kKnownMiddle, kKnownMiddle + 1}) {
+      ViewCell cell = Fitted(kKnownMiddle, col, 0);
+      cell.is_read = is_read;
+      state.Add(cell);
+    }
     ScoreCells(fitter_.get(), &state);
-    return *state.Find(kKnownMiddle, kKnownMiddle);
+    return state.Find(kKnownMiddle, kKnownMiddle)->confidence;
   };
-  const ViewCell read = score(true), grown = score(false);
-  EXPECT_FLOAT_EQ(read.log_odds, 6);
-  EXPECT_LT(grown.log_odds, 3);
-  EXPECT_GT(read.confidence, 0.99f);
-  EXPECT_GT(read.confidence, grown.confidence);
+  EXPECT_GT(score(true), 0.997f);
+  EXPECT_LT(score(false), 0.995f);
 }
 
 // What is told from a score in the tests below.
@@ -166,31 +174,29 @@ constexpr float kMark = -77;
 std::vector<ViewCell> Mark(BoardState* state) {
   std::vector<ViewCell> cells;
   for (size_t k = 0; k < state->cells().size(); ++k) {
-    state->cell(k).log_odds = state->cell(k).confidence = kMark;
+    state->cell(k).confidence = kMark;
     cells.push_back(state->cells()[k]);
   }
   return cells;
 }
 
-// Scores cells again after a change at one place.
+// Expects that cells were scored again where the sweep of the centres looks after a change at one place, two
+// cells far and one to the diagonals, and along edges.
 void ExpectScoredAround(int row, int col, const std::vector<ViewCell>& before, const BoardState& state) {
-  int fresh = 0;
+  int near = 0;
   for (const ViewCell& cell : before) {
     if (cell.row == row && cell.col == col) continue;
     const ViewCell& after = *state.Find(cell.row, cell.col);
-    // The sweep of the centres looks two cells far, and one to the diagonals; the confidence one farther.
     const int dr = std::abs(cell.row - row), dc = std::abs(cell.col - col);
-    const bool own = dr + dc <= 2;
-    const bool any = own || std::max(dr - 1, 0) + std::max(dc - 1, 0) <= 2;
-    EXPECT_EQ(after.log_odds != kMark, own) << dr << " " << dc;
-    EXPECT_EQ(after.confidence != kMark, any) << dr << " " << dc;
-    fresh += any;
-    if (own) continue;
+    const bool is_near = dr + dc <= 2, at_edge = RunAtEdge(state, cell.row, cell.col) != kInside;
+    EXPECT_EQ(after.confidence != kMark, is_near || at_edge) << dr << " " << dc;
+    near += is_near;
+    if (is_near) continue;
     EXPECT_TRUE(SamePose(after.fit.pose, cell.fit.pose)) << dr << " " << dc;
     EXPECT_EQ(after.fit.explained, cell.fit.explained);
     EXPECT_EQ(after.fit.sigma_px, cell.fit.sigma_px);
   }
-  EXPECT_EQ(fresh, 36);
+  EXPECT_EQ(near, 12);
 }
 
 TEST_F(Confidences, AreScoredAnewNearAnAddedCellOnly) {
@@ -200,7 +206,7 @@ TEST_F(Confidences, AreScoredAnewNearAnAddedCellOnly) {
   state.Add(Fitted(kKnownMiddle, kKnownMiddle, 0));
   ScoreCells(fitter_.get(), &state);
   ExpectScoredAround(kKnownMiddle, kKnownMiddle, before, state);
-  EXPECT_NE(state.Find(kKnownMiddle, kKnownMiddle)->log_odds, 0);
+  EXPECT_GT(state.Find(kKnownMiddle, kKnownMiddle)->confidence, 0.9f);
 }
 
 TEST_F(Confidences, AreScoredAnewNearARemovedCellOnly) {
@@ -222,8 +228,7 @@ TEST_F(Confidences, StayWhereNothingHasChanged) {
   for (const ViewCell& cell : before) {
     const ViewCell& after = *state.Find(cell.row, cell.col);
     EXPECT_TRUE(SamePose(after.fit.pose, cell.fit.pose));
-    EXPECT_EQ(after.log_odds, kMark);
-    EXPECT_EQ(after.confidence, kMark);
+    EXPECT_EQ(after.confidence == kMark, RunAtEdge(state, cell.row, cell.col) == kInside);
   }
 }
 

@@ -2,9 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "tests/pattern/board/test_boards.h"
@@ -15,7 +13,7 @@ namespace {
 class EdgeRuns : public ::testing::Test {
  protected:
   // The cells that a drawing shows, one line per row of the board.
-  BoardState Drawn(const std::vector<std::string>& drawing, float confidence = 0.9f) const {
+  BoardState Drawn(const std::vector<std::string>& drawing) const {
     BoardState state(board_, 100, 100);
     for (size_t row = 0; row < drawing.size(); ++row) {
       for (size_t col = 0; col < drawing[row].size(); ++col) {
@@ -23,15 +21,11 @@ class EdgeRuns : public ::testing::Test {
         ViewCell cell;
         cell.row = static_cast<int>(row);
         cell.col = static_cast<int>(col);
-        cell.confidence = confidence;
-        cell.is_read = drawing[row][col] == 'r';
         state.Add(cell);
       }
     }
     return state;
   }
-
-  static float LogOdds(float confidence) { return std::log(confidence / (1 - confidence)); }
 
   const Board board_ = PlainBoard(12, 14);
 };
@@ -61,47 +55,6 @@ TEST_F(EdgeRuns, TheShorterRunOfACornerCounts) {
                                   "####"});
   EXPECT_EQ(RunAtEdge(state, 0, 0), 2);
   EXPECT_EQ(RunAtEdge(state, 0, 1), 4);
-}
-
-TEST_F(EdgeRuns, ShortRunsAreLessSureAndLongOnesMore) {
-  const BoardState state = Drawn({"#.......######",  //
-                                  "##############",  //
-                                  "##############",  //
-                                  "##############"});
-  const auto gain = [&](int row, int col) {
-    return LogOdds(ConfidenceInRun(state, *state.Find(row, col))) - LogOdds(0.9f);
-  };
-  EXPECT_NEAR(gain(0, 0), -2, 1e-4);
-  EXPECT_NEAR(gain(0, 10), 0.5, 1e-4);
-  EXPECT_NEAR(gain(2, 7), 0.5, 1e-4);
-  const BoardState certain = Drawn({"#", "#"}, 1);
-  EXPECT_FLOAT_EQ(ConfidenceInRun(certain, *certain.Find(0, 0)), 1);
-  const BoardState hopeless = Drawn({"#", "#"}, 0);
-  EXPECT_EQ(ConfidenceInRun(hopeless, *hopeless.Find(0, 0)), 0);
-}
-
-TEST_F(EdgeRuns, CellsThatWereReadNeedNoOthersBesideThem) {
-  const BoardState state = Drawn({"r.#...........",  //
-                                  "##############",  //
-                                  "##############"});
-  EXPECT_FLOAT_EQ(ConfidenceInRun(state, *state.Find(0, 0)), 0.9f);
-  EXPECT_LT(ConfidenceInRun(state, *state.Find(0, 2)), 0.6f);
-}
-
-TEST_F(EdgeRuns, EvictionLooksAtAllRunsBeforeAnyCellGoes) {
-  BoardState state = Drawn({"#.##....######",  //
-                            "##############",  //
-                            "##############",  //
-                            "##############"});
-  EvictUnsure(0.85f, &state);
-  EXPECT_LT(state.At(0, 0), 0);
-  EXPECT_LT(state.At(0, 2), 0);
-  EXPECT_LT(state.At(0, 3), 0);
-  for (int col = 8; col < 14; ++col) EXPECT_GE(state.At(0, col), 0);
-  for (int col = 0; col < 14; ++col) EXPECT_GE(state.At(1, col), 0) << col;
-  for (const ViewCell& cell : state.cells()) EXPECT_EQ(cell.confidence, 0.9f);
-  ScoreRuns(&state);
-  for (const ViewCell& cell : state.cells()) EXPECT_NE(cell.confidence, 0.9f) << cell.row << " " << cell.col;
 }
 
 }  // namespace
