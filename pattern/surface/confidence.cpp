@@ -95,6 +95,7 @@ std::optional<Evidence> EvidenceFor(const BoardState& state, const ViewCell& cel
   const float height_px = f.Area() / std::max(Length(f.ax, f.ay), Length(f.bx, f.by));
   const float share = 1 / around.known;
   const int run = RunAtEdge(state, cell.row, cell.col);
+  // A fit of chance may have no light, or less than none.
   const float relative_gain = std::max(fit.gain / (share * around.light), 0.1f);
   const float light = std::min(std::abs(std::log(relative_gain)), 2.0f);
   return Evidence{std::clamp(fit.explained, 0.0f, 1.0f),

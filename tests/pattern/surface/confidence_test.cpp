@@ -132,8 +132,9 @@ TEST_F(Confidences, LeanOnTheCellsAround) {
     EXPECT_NEAR((*evidence)[1], around, 1e-5);
     confidences.push_back(Confidence(*state.Find(kKnownMiddle, kKnownMiddle), evidence));
   }
-  EXPECT_LT(confidences[0], confidences[1]);
-  EXPECT_LT(confidences[1], confidences[2]);
+  // Doubt falls by more than e each time.
+  EXPECT_GT(std::log((1 - confidences[0]) / (1 - confidences[1])), 1);
+  EXPECT_GT(std::log((1 - confidences[1]) / (1 - confidences[2])), 1);
 }
 
 // The row above the first known one, where only cells of these columns are.
@@ -149,6 +150,21 @@ TEST_F(Confidences, AreLowerForShortRunsAlongAnEdge) {
   }
   EXPECT_TRUE(std::is_sorted(confidences.begin(), confidences.end()));
   EXPECT_GT((1 - confidences[0]) / (1 - confidences[3]), 2);
+}
+
+TEST_F(Confidences, AreHigherForACellThatWasReadThoughItLooksWrong) {
+  const auto score = [this](bool is_read) {
+    BoardState state =
+        RightCells([](int row, int col) { return row == kKnownMiddle && col == kKnownMiddle; });
+    ViewCell cell = Fitted(kKnownMiddle, kKnownMiddle, 1);
+    cell.is_read = is_read;
+    state.Add(cell);
+    ScoreCells(fitter_.get(), &state);
+    return state.Find(kKnownMiddle, kKnownMiddle)->confidence;
+  };
+  const float read = score(true), grown = score(false);
+  EXPECT_GT(read, 0.99f);
+  EXPECT_GT(read, grown);
 }
 
 TEST_F(Confidences, AreHighForCellsThatWereRead) {
