@@ -383,15 +383,17 @@ CellFit CellFitter::FitCenter(int row, int col, const NineCenters& centers, cons
   print.moves_center = true;
   Window window(kernels_, image, print);
   if (!window.Look(f.InHalvings(scale), warp.InHalvings(scale), &fit)) return fit;
+  fit.converged = true;
+  if (normal == nullptr) return fit;
   ScoreInk(colors_, static_cast<int>(board_.at(row, col)), window.model.sums, window.sums, &fit);
   float gain = fit.gain;
   if (std::any_of(weights.begin(), weights.end(), [](float weight) { return weight < 1; })) {
     CellFit trusting;
-    if (!window.TrustPrint(&trusting)) return fit;
+    fit.converged = window.TrustPrint(&trusting);
+    if (!fit.converged) return fit;
     gain = trusting.gain;
   }
   *normal = CenterEquations(window.model.sums, window.sums, window.light, gain).InPx(f);
-  fit.converged = true;
   return fit;
 }
 

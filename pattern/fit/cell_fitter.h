@@ -85,7 +85,7 @@ class CellFitter {
   // What the image says about moves of the centre alone, in a print that is interpolated bilinearly between
   // the nine centres (cloth creased at the centres, as a mesh with a vertex per cell); the noise of `normal`
   // is kModelNoise. Where neighbours count less than fully, parts of the window that are not like the print
-  // count less, too. Nothing moves, and sigma_px is not filled.
+  // count less, too. Nothing moves, and sigma_px is not filled. Where `normal` is null, inks are not scored.
   CellFit FitCenter(int row, int col, const NineCenters& centers, const NeighborWeights& weights,
                     CenterNormal* normal) const;
 

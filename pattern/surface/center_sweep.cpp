@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 namespace weft {
@@ -12,8 +13,14 @@ namespace {
 // Weight of what may be hidden.
 constexpr float kUnknownWeight = 0.2f;
 
-// Cells hide mostly where cloth turns away from the camera: the edge to a hidden cell is shorter.
-constexpr float kHiddenEdge = 0.93f;
+// The edge to an unknown neighbour on the board, over the edge on the other side of the cell. Cells hide
+// mostly where cloth turns away from the camera: edges shrink towards the fold, and the next one shrinks
+// kShrinks times as much. One of kFoldedEdges is taken where it explains more of the image, by kEdgePrior
+// times the square of its distance from that expectation. `accuracy_decode` on pleats, gathers and curls with
+// seed 1 (docs/decoding-accuracy.md), November 2026; on a smooth cylinder 1 is best for kShrinks.
+constexpr float kLongestHidden = 0.93f, kShortestHidden = 0.1f, kShrinks = 2;
+constexpr float kFoldedEdges[] = {0.6f, 0.3f, 0};
+constexpr float kEdgePrior = 0.3f;
 
 constexpr float kLongestStep = 0.3f;  // cells
 
@@ -143,10 +150,8 @@ class CenterSweep {
     for (size_t k = 0; k < state_.cells().size(); ++k) {
       ViewCell& cell = state_.cell(k);
       if (is_fixed(cell)) continue;
-      NeighborWeights weights;
-      const NineCenters around = CentersAround(cell, &weights);
       FittedCenter center{k, cell.fit.pose.x, cell.fit.pose.y, LongAxis(cell.fit.pose), {}};
-      CellFit fit = fitter.FitCenter(cell.row, cell.col, around, weights, &center.image);
+      CellFit fit = FitCenter(fitter, cell, &center.image);
       if (!fit.converged) continue;
       fit.pose = cell.fit.pose;
       cell.fit = fit;
@@ -158,27 +163,105 @@ class CenterSweep {
   }
 
  private:
-  // Unknown neighbours are about where the cell's own edges put them.
-  NineCenters CentersAround(const ViewCell& cell, NeighborWeights* weights) const {
-    NineCenters nodes;
-    std::array<Center, 9> near;
-    const CellPose& f = cell.fit.pose;
+  // The cells that share an edge with one, as places among the nine; 8 - k lies across from k.
+  static constexpr int kBeside[] = {1, 3, 5, 7};
+  // To unknown neighbours, by their places, over the edges on the other side. 1 off the board.
+  using HiddenEdges = std::array<float, 9>;
+
+  struct Surroundings {
+    NineCenters centers;  // the known ones
+    NeighborWeights weights;
+    bool IsKnown(int k) const { return weights[k] == 1; }
+  };
+
+  const Center& Near(const ViewCell& cell, int k, int steps) const {
+    return *centers_.At(cell.row + steps * (k / 3 - 1), cell.col + steps * (k % 3 - 1));
+  }
+
+  Surroundings Around(const ViewCell& cell) const {
+    Surroundings around;
     for (int k = 0; k < 9; ++k) {
-      const int row = cell.row + k / 3 - 1, col = cell.col + k % 3 - 1;
-      near[k] = *centers_.At(row, col);
-      (*weights)[k] = near[k].Known() ? 1 : kUnknownWeight;
-      const float dc = static_cast<float>(k % 3 - 1), dr = static_cast<float>(k / 3 - 1);
-      const float edge = state_.board().Contains(row, col) ? kHiddenEdge : 1;
-      nodes.x[k] = near[k].Known() ? near[k].x : f.x + edge * (dc * f.ax + dr * f.bx);
-      nodes.y[k] = near[k].Known() ? near[k].y : f.y + edge * (dc * f.ay + dr * f.by);
+      const Center& near = Near(cell, k, 1);
+      around.centers.x[k] = near.x;
+      around.centers.y[k] = near.y;
+      around.weights[k] = near.Known() ? 1 : kUnknownWeight;
+    }
+    return around;
+  }
+
+  // False where no neighbour is hidden.
+  bool ExpectHiddenEdges(const ViewCell& cell, const Surroundings& around, HiddenEdges* edges) const {
+    bool any = false;
+    for (const int k : kBeside) {
+      (*edges)[k] = 1;
+      if (around.IsKnown(k) || !state_.board().Contains(cell.row + k / 3 - 1, cell.col + k % 3 - 1)) continue;
+      (*edges)[k] = ExpectedEdge(Near(cell, k, 0), Near(cell, 8 - k, 1), Near(cell, 8 - k, 2));
+      any = true;
+    }
+    return any;
+  }
+
+  // By the two edges before.
+  static float ExpectedEdge(const Center& here, const Center& one, const Center& two) {
+    if (!one.Known() || !two.Known()) return kLongestHidden;
+    const float x = here.x - one.x, y = here.y - one.y, x_before = one.x - two.x, y_before = one.y - two.y;
+    const float length2 = x * x + y * y, before2 = x_before * x_before + y_before * y_before;
+    const float shrinks = std::sqrt(length2 / std::max(before2, 1e-6f)) - 1;
+    return std::clamp(1 + kShrinks * shrinks, kShortestHidden, kLongestHidden);
+  }
+
+  // The known centres, and where unknown ones are with such edges.
+  static NineCenters Complete(const CellPose& f, const Surroundings& around, const HiddenEdges& edges) {
+    NineCenters nodes = around.centers;
+    for (const int k : kBeside) {
+      if (around.IsKnown(k)) continue;
+      // Off the board, and where the neighbour across is unknown, the cell's own edges say more.
+      const bool from_across = around.IsKnown(8 - k) && edges[k] < 1;
+      const float sign = k < 4 ? -1.0f : 1.0f;
+      const float x = from_across ? f.x - nodes.x[8 - k] : sign * (k == 3 || k == 5 ? f.ax : f.bx);
+      const float y = from_across ? f.y - nodes.y[8 - k] : sign * (k == 3 || k == 5 ? f.ay : f.by);
+      nodes.x[k] = f.x + edges[k] * x;
+      nodes.y[k] = f.y + edges[k] * y;
     }
     for (const int k : {0, 2, 6, 8}) {
-      if (near[k].Known()) continue;
+      if (around.IsKnown(k)) continue;
       const int in_column = k < 3 ? 1 : 7, in_row = k % 3 == 0 ? 3 : 5;
       nodes.x[k] = nodes.x[in_column] + nodes.x[in_row] - f.x;
       nodes.y[k] = nodes.y[in_column] + nodes.y[in_row] - f.y;
     }
     return nodes;
+  }
+
+  // Fits a centre. Where neighbours are hidden, with those lengths of the edges to them that suit best.
+  CellFit FitCenter(const CellFitter& fitter, const ViewCell& cell, CenterNormal* image) const {
+    const CellPose& f = cell.fit.pose;
+    const Surroundings around = Around(cell);
+    HiddenEdges expected;
+    const bool any_hidden = ExpectHiddenEdges(cell, around, &expected);
+    const auto fit_with = [&](const HiddenEdges& edges, CenterNormal* normal) {
+      return fitter.FitCenter(cell.row, cell.col, Complete(f, around, edges), around.weights, normal);
+    };
+    CellFit fit = fit_with(expected, image);
+    if (!any_hidden || !fit.converged) return fit;
+    std::optional<HiddenEdges> best;
+    float best_score = fit.explained;
+    for (const float folded : kFoldedEdges) {
+      HiddenEdges edges = expected;
+      float farthest = 0;
+      for (const int k : kBeside) {
+        if (edges[k] == 1) continue;
+        farthest = std::max(farthest, std::abs(folded - edges[k]));
+        edges[k] = folded;
+      }
+      const float against = kEdgePrior * farthest * farthest;
+      if (1 - against <= best_score) continue;  // nothing explains more than all
+      const CellFit other = fit_with(edges, nullptr);
+      const float score = other.explained - against;
+      if (!other.converged || score <= best_score) continue;
+      best = edges;
+      best_score = score;
+    }
+    return best ? fit_with(*best, image) : fit;
   }
 
   CenterNormal PriorOf(const ViewCell& cell, const LongAxis& axis) const {

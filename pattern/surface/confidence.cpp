@@ -14,9 +14,9 @@ namespace {
 
 // Weights of the evidence, in its order. `refit_decode confidence` prints them from the takes of
 // docs/decoding-accuracy.md, "Data for fitted constants" (November 2026).
-constexpr float kConstant = -8.55f;
-constexpr Evidence kWeights = {-1.61f, 4.07f,  1.14f,  2.97f,  3.19f,  -3.17f, 3.39f,  -0.52f,
-                               -0.17f, -0.34f, -1.42f, -1.41f, -0.97f, -0.74f, -2.83f, 1.13f};
+constexpr float kConstant = -7.36f;
+constexpr Evidence kWeights = {3.32f,  1.20f,  2.56f,  2.24f,  2.37f,  -0.58f,
+                               -0.27f, -0.18f, -0.43f, -1.04f, -1.01f, -0.73f};
 
 // Least log odds of a cell that was read: of 130,000 in takes of `weft simulate`, all of pieces above 20 nats
 // were right. In narrow strips most neighbours are missing, which says little then.
@@ -98,12 +98,10 @@ std::optional<Evidence> EvidenceFor(const BoardState& state, const ViewCell& cel
   // A fit of chance may have no light, or less than none.
   const float relative_gain = std::max(fit.gain / (share * around.light), 0.1f);
   const float light = std::min(std::abs(std::log(relative_gain)), 2.0f);
-  return Evidence{std::clamp(fit.explained, 0.0f, 1.0f),
-                  share * around.explained,
+  return Evidence{share * around.explained,
                   RelativeLead(fit),
                   share * around.lead,
                   count({0, 1, 2, 3, 5, 6, 7, 8}) / 8,
-                  count({1, 3, 5, 7}) / 4,
                   quads / 4,
                   std::log(std::clamp(around.Misfit(f), 0.01f, 1.0f)),
                   std::log(std::max(light, 0.005f)),
@@ -111,9 +109,7 @@ std::optional<Evidence> EvidenceFor(const BoardState& state, const ViewCell& cel
                   std::log(std::clamp(fit.sigma_px / height_px, 0.005f, 1.0f)),
                   static_cast<float>(run == 1),
                   static_cast<float>(run == 2),
-                  static_cast<float>(run == 3),
-                  std::log(std::clamp(height_px, 1.0f, 8.0f)),
-                  std::log(std::clamp(f.Area(), 4.0f, 80.0f))};
+                  static_cast<float>(run == 3)};
 }
 
 float Confidence(const ViewCell& cell, const std::optional<Evidence>& evidence) {

@@ -9,9 +9,9 @@
 
 namespace weft {
 
-// What speaks for a cell and against it, the regressors of its log odds: what it shows itself, how it lies
-// among the eight cells around, whether its run along an edge is short (edge_runs.h), and how small it is.
-inline constexpr int kReasons = 16;
+// What speaks for a cell and against it, the regressors of its log odds: what it and the cells around it
+// show, how it lies among them, and whether its run along an edge is short (edge_runs.h).
+inline constexpr int kReasons = 12;
 using Evidence = std::array<float, kReasons>;
 // Nothing without a known cell around.
 std::optional<Evidence> EvidenceFor(const BoardState& state, const ViewCell& cell);

@@ -129,7 +129,7 @@ TEST_F(Confidences, LeanOnTheCellsAround) {
     }
     const auto evidence = EvidenceFor(state, *state.Find(kKnownMiddle, kKnownMiddle));
     ASSERT_TRUE(evidence);
-    EXPECT_NEAR((*evidence)[1], around, 1e-5);
+    EXPECT_NEAR((*evidence)[0], around, 1e-5);
     confidences.push_back(Confidence(*state.Find(kKnownMiddle, kKnownMiddle), evidence));
   }
   // Doubt falls by more than e each time.
