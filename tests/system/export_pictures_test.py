@@ -136,7 +136,10 @@ class Pictures(Export):
         places = np.column_stack([self.meshes[1]["vertex"]["s"], self.meshes[1]["vertex"]["t"]]).astype(float)
         vertices = []
         for face, corners in zip(faces, uv):
-            into = np.linalg.inv(np.column_stack([corners[1] - corners[0], corners[2] - corners[0]]))
+            edges = np.column_stack([corners[1] - corners[0], corners[2] - corners[0]])
+            if np.linalg.det(edges) == 0:
+                continue  # three vertices of a straight hem: nothing of the print is in it
+            into = np.linalg.inv(edges)
             weights = (places - corners[0]) @ into.T
             inside = np.flatnonzero((weights >= 0).all(axis=1) & (weights.sum(axis=1) <= 1))
             weights = np.column_stack([1 - weights[inside].sum(axis=1), weights[inside]])
