@@ -333,5 +333,22 @@ TEST(CellFitter, WhereNeighborsAreUnknownThePrintIsTrusted) {
   EXPECT_LT(trusting, 0.85 * plain);
 }
 
+// What is wanted of a fit decides how much is computed, not what.
+TEST(CellFitter, ExplainsAsMuchWhereNoPullIsAskedFor) {
+  const Photograph photo{.width_px = 100, .height_px = 90, .pitch_px = 6.5, .bend_cells = 0.1};
+  const Fitting fitting(photo, TestBoard());
+  const NeighborWeights border = {1, 1, 0.4f, 1, 1, 0.4f, 1, 1, 0.4f};
+  for (const PlacedCell& cell : fitting.Cells(3)) {
+    const NineCenters nodes = TrueNodes(photo, TestBoard(), cell.row, cell.col);
+    CenterNormal pull;
+    const CellFit with = fitting.fitter().FitCenter(cell.row, cell.col, nodes, border, &pull);
+    const CellFit without = fitting.fitter().FitCenter(cell.row, cell.col, nodes, border, nullptr);
+    ASSERT_TRUE(with.converged && without.converged);
+    EXPECT_EQ(with.explained, without.explained);
+    EXPECT_EQ(with.gain, without.gain);
+    EXPECT_EQ(with.noise, without.noise);
+  }
+}
+
 }  // namespace
 }  // namespace weft
