@@ -49,10 +49,18 @@ DecodeScore ScoreView(const ViewTruth& truth, const std::vector<Observation>& ob
     if (o.node.kind != kind) continue;
     ++score.observations;
     const auto node = node_at.find(o.node);
-    if (node == node_at.end()) continue;
+    if (node == node_at.end()) {
+      ++score.out_of_sight;
+      continue;
+    }
     const double error_px = (Eigen::Vector2d(o.x_px, o.y_px) - node->second->pixel_px).norm();
-    if (!(error_px <= options.right_within_pitch * node->second->pitch_px)) continue;
+    if (!(error_px <= options.right_within_pitch * node->second->pitch_px)) {
+      score.wrong_px.push_back(error_px);
+      continue;
+    }
     const auto [at, is_new] = nearest_px.try_emplace(o.node, error_px);
+    if (is_new) continue;
+    score.wrong_px.push_back(std::max(at->second, error_px));
     at->second = std::min(at->second, error_px);
   }
   score.right = static_cast<int64_t>(nearest_px.size());
@@ -197,9 +205,9 @@ DecodeScore& DecodeScore::operator+=(const DecodeScore& other) {
     by_pitch[k].scoreable += other.by_pitch[k].scoreable;
     by_pitch[k].found += other.by_pitch[k].found;
   }
-  observations += other.observations, right += other.right;
+  observations += other.observations, right += other.right, out_of_sight += other.out_of_sight;
   scoreable += other.scoreable, found += other.found;
-  errors_px += other.errors_px;
+  errors_px += other.errors_px, wrong_px += other.wrong_px;
   return *this;
 }
 
@@ -228,8 +236,11 @@ FrameScore& FrameScore::operator+=(const FrameScore& other) {
 }
 
 void FrameScore::Seal() {
-  if (centers) centers->errors_px.Seal();
-  if (corners) corners->errors_px.Seal();
+  for (std::optional<DecodeScore>* decoding : {&centers, &corners}) {
+    if (!*decoding) continue;
+    (*decoding)->errors_px.Seal();
+    (*decoding)->wrong_px.Seal();
+  }
   if (cloud) cloud->errors_mm.Seal();
   if (!mesh) return;
   for (ErrorTally* errors : {&mesh->visible_mm, &mesh->hidden_mm, &mesh->with_point_mm, &mesh->point_mm})

@@ -51,10 +51,14 @@ struct DecodeScore {
 
   int64_t observations = 0;
   int64_t right = 0;
-  int64_t scoreable = 0;  // nodes that should be found
-  int64_t found = 0;      // of them
+  int64_t out_of_sight = 0;  // observations of nodes that the view does not see
+  int64_t scoreable = 0;     // nodes that should be found
+  int64_t found = 0;         // of them
   std::array<PitchClass, kPitchClassesPx.size()> by_pitch;
   ErrorTally errors_px;  // of the right observations
+  // Of the wrong ones whose node is in sight. Where cloth turns away pitches go to zero, and a small error is
+  // more than half of one.
+  ErrorTally wrong_px;
 
   // Which class a scoreable node belongs to.
   static size_t PitchClassOf(double pitch_px);

@@ -34,6 +34,8 @@ v1::DecodeScore ToProto(const DecodeScore& score) {
   if (const auto precision = score.Precision()) out.set_precision(*precision);
   if (const auto recall = score.Recall()) out.set_recall(*recall);
   if (const auto errors = ToProto(score.errors_px)) *out.mutable_error_px() = *errors;
+  out.set_out_of_sight(Count(score.out_of_sight));
+  if (const auto wrong = ToProto(score.wrong_px)) *out.mutable_wrong_px() = *wrong;
   for (size_t k = 0; k < score.by_pitch.size(); ++k) {
     const auto& [scoreable, found] = score.by_pitch[k];
     if (scoreable == 0) continue;

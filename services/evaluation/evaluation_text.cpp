@@ -133,6 +133,18 @@ std::string ComparedWithPoints(const MeshScore& mesh) {
   return out;
 }
 
+std::string WrongOnes(const DecodeScore& score) {
+  if (score.right == score.observations) return "";
+  std::string out =
+      absl::StrFormat("         %s wrong ones: %s of cells out of sight",
+                      FormatCount(score.observations - score.right), FormatCount(score.out_of_sight));
+  if (const auto wrong = Summarize(score.wrong_px)) {
+    absl::StrAppendFormat(&out, ", the others off by %s px in the median, %s px at 95 %%",
+                          Number(wrong, &ErrorSummary::median), Number(wrong, &ErrorSummary::p95));
+  }
+  return out + "\n";
+}
+
 std::string Counts(const FrameScore& total) {
   const auto count = [](size_t number) { return FormatCount(static_cast<int64_t>(number)); };
   std::string out;
@@ -140,7 +152,7 @@ std::string Counts(const FrameScore& total) {
     absl::StrAppendFormat(&out, "decode   %s of %s observed cells are right, %s of %s scoreable ones found\n",
                           count(d->right), count(d->observations), count(d->found), count(d->scoreable));
   }
-  if (const auto& d = total.centers) absl::StrAppend(&out, RecallByPitch(*d));
+  if (const auto& d = total.centers) absl::StrAppend(&out, WrongOnes(*d), RecallByPitch(*d));
   if (const auto& d = total.corners) {
     const auto errors = Summarize(d->errors_px);
     absl::StrAppendFormat(&out, "corners  precision %s, recall %s, %s px in the median, %s px at 95 %%\n",

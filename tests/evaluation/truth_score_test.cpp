@@ -102,6 +102,19 @@ TEST(Evaluation, ObservationsAreRightWithinHalfAPitch) {
   const FrameScore score = ScoreOf(truth, result);
   EXPECT_EQ(score.centers->right, kViews * kCells - 1);
   EXPECT_NEAR(Summarize(score.centers->errors_px)->max, std::hypot(3, 3.9), 1e-12);
+  ASSERT_EQ(score.centers->wrong_px.size(), 1u);
+  EXPECT_NEAR(Summarize(score.centers->wrong_px)->max, std::hypot(3, 4.1), 1e-12);
+  EXPECT_EQ(score.centers->out_of_sight, 0);
+}
+
+TEST(Evaluation, ObservationsOfCellsOutOfSightAreCountedApart) {
+  FrameTruth truth = SheetTruth();
+  const ResultPieces result = PerfectResult(truth);
+  truth.views[1].nodes.erase(truth.views[1].nodes.begin() + 7, truth.views[1].nodes.begin() + 9);
+  const FrameScore score = ScoreOf(truth, result);
+  EXPECT_EQ(score.centers->out_of_sight, 2);
+  EXPECT_EQ(score.centers->right, kViews * kCells - 2);
+  EXPECT_TRUE(score.centers->wrong_px.empty());
 }
 
 TEST(Evaluation, OfTwoObservationsOfACellTheNearerIsRight) {
@@ -115,6 +128,7 @@ TEST(Evaluation, OfTwoObservationsOfACellTheNearerIsRight) {
   EXPECT_EQ(score.centers->observations, kViews * kCells + 1);
   EXPECT_EQ(score.centers->right, kViews * kCells);
   EXPECT_EQ(Summarize(score.centers->errors_px)->max, 0);
+  EXPECT_EQ(Summarize(score.centers->wrong_px)->max, 1);
 }
 
 TEST(Evaluation, CameraWithoutObservationsLosesItsCells) {
