@@ -21,10 +21,11 @@ struct CellFit {
   bool converged = false;
   float moved_cells = 0;  // distance from the initial position, in cells
   float explained =
-      0;             // share of the weighted variance that the model explains before the last step, at most 1
-  float gain = 0;    // light
-  float offset = 0;  // grey levels
-  float noise = 0;   // RMS residual over the window, grey levels
+      0;  // share of the weighted variance that the model explains before the last step, at most 1
+  float predicted = 0;  // the share after the last step, by its normal equations
+  float gain = 0;       // light
+  float offset = 0;     // grey levels
+  float noise = 0;      // RMS residual over the window, grey levels
   float center_contrast =
       0;               // RMS of what another ink would have changed in the cell, least over the other inks
   float ink_lead = 0;  // how much worse the next best ink fits the cell: difference of mean squared residuals
@@ -76,9 +77,9 @@ class CellFitter {
 
   // Gauss-Newton from where the cell is expected, on the six parameters of the pose; gain and offset of the
   // light are eliminated. The window reaches one cell to all sides and counts less towards its border. Not
-  // converged where the window leaves the image or the print cannot be there; nor where the first steps leave
-  // it so little explained that further ones will hardly bring it to limits.min_explained. The cell must lie
-  // on the board. `visible` (may be null) weighs the samples: 0 where something covers the print.
+  // converged where the window leaves the image or the print cannot be there; nor where a step promises so
+  // little that the fit will hardly come to limits.min_explained. The cell must lie on the board. `visible`
+  // (may be null) weighs the samples: 0 where something covers the print.
   CellFit Fit(const PredictedCell& expected, const FitLimits& limits,
               const SampleMask* visible = nullptr) const;
 

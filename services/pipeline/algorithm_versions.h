@@ -19,9 +19,9 @@ constexpr const char* StageName(Stage stage) {
 // The second pass looks where an alignment expects cells: its version also stands for what it sees of that.
 constexpr int AlgorithmVersion(Stage stage) {
   constexpr int kVersions[kStages] = {
-      5,  // decode
+      6,  // decode
       4,  // triangulate
-      7,  // second_pass
+      8,  // second_pass
       4,  // align
       4,  // refine
   };

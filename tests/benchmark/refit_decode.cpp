@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
   double ridge = 10, crest_counts = 0.2;
   auto* confidence = app.add_subcommand("confidence", "Weights of pattern/surface/confidence.cpp");
   auto* sigma = app.add_subcommand("sigma", "kSigmaFactor of pattern/fit/cell_fitter.h");
-  auto* rejection = app.add_subcommand("rejection", "kStillToGain of pattern/fit/cell_fitter.cpp");
+  auto* rejection = app.add_subcommand("rejection", "kAbovePrediction of pattern/fit/cell_fitter.cpp");
   auto* observation = app.add_subcommand("observation", "Models of simulation/observation_model.cpp");
   for (auto* command : {confidence, sigma, rejection, observation}) {
     command->add_option("TAKE", takes.fitted, "Folders with pictures and truth")->required();

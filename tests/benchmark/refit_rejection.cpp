@@ -1,5 +1,6 @@
 #include <array>
 #include <cstdio>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -15,8 +16,12 @@ namespace {
 constexpr int kSteps = 4;      // of a fit in growth
 constexpr size_t kEvery = 11;  // th cell
 
-// What is added to the explained share after the first step, two, three.
-using Gains = std::array<std::vector<double>, kSteps - 1>;
+// How far the explained share ends above what a step predicts: the first one of all, the second, the third;
+// and that of a fit of one step.
+struct Surpluses {
+  std::array<std::vector<double>, kSteps - 1> of_all;
+  std::vector<double> of_one;
+};
 
 // Weighs the neighbours as growth does that knows one of them.
 PredictedCell PredictedFrom(const ViewCell& near, const ViewCell& cell) {
@@ -30,18 +35,19 @@ PredictedCell PredictedFrom(const ViewCell& near, const ViewCell& cell) {
 }
 
 // Fits that are taken in the end count; most need one step only, so a limit has to leave 99.9 % of them.
-void AddFit(const CellFitter& fitter, const PredictedCell& predicted, Gains* gains) {
-  const FitLimits limits = GrowthOptions().fit;
-  const CellFit last = fitter.Fit(predicted, {.iterations = kSteps, .min_explained = -1e9f});
-  if (Reject(last, limits)) return;
-  for (int steps = 1; steps < kSteps; ++steps) {
-    const CellFit fit = fitter.Fit(predicted, {.iterations = steps, .min_explained = -1e9f});
-    (*gains)[steps - 1].push_back(last.explained - fit.explained);
-  }
+void AddFit(const CellFitter& fitter, const PredictedCell& predicted, Surpluses* surpluses) {
+  const auto fit_in = [&](int steps) {
+    return fitter.Fit(predicted, {.iterations = steps, .min_explained = -1e9f});
+  };
+  const CellFit last = fit_in(kSteps), first = fit_in(1);
+  if (!Reject(first, GrowthOptions().fit)) surpluses->of_one.push_back(first.explained - first.predicted);
+  if (Reject(last, GrowthOptions().fit)) return;
+  for (int steps = 1; steps < kSteps; ++steps)
+    surpluses->of_all[steps - 1].push_back(last.explained - fit_in(steps).predicted);
 }
 
-absl::Status AddTake(const std::string& folder, Gains* gains) {
-  return ForEachView(folder, [gains](const NodesOfView& truth, ViewDecoder& decoder) {
+absl::Status AddTake(const std::string& folder, Surpluses* surpluses) {
+  return ForEachView(folder, [surpluses](const NodesOfView& truth, ViewDecoder& decoder) {
     decoder.Decode();
     const CellFitter* fitter = decoder.fitter();
     if (fitter == nullptr) return;
@@ -52,25 +58,27 @@ absl::Status AddTake(const std::string& folder, Gains* gains) {
       if (truth.Assess(node, cell.fit.pose.x, cell.fit.pose.y) != Verdict::kRight) continue;
       for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}}) {
         if (const ViewCell* near = state.Find(cell.row + dr, cell.col + dc))
-          AddFit(*fitter, PredictedFrom(*near, cell), gains);
+          AddFit(*fitter, PredictedFrom(*near, cell), surpluses);
       }
     }
   });
 }
 
-void Print(const char* name, const Gains& gains) {
-  std::printf("// %s: %zu fits\n// %-12s %8s %8s %8s %8s\n", name, gains[0].size(), "steps done", "50 %",
-              "95 %", "99 %", "99.9 %");
-  for (size_t k = 0; k < gains.size(); ++k) {
-    std::printf("// %-12zu %8.3f %8.3f %8.3f %8.3f\n", k + 1, Quantile(gains[k], 0.5),
-                Quantile(gains[k], 0.95), Quantile(gains[k], 0.99), Quantile(gains[k], 0.999));
-  }
+void Print(const char* name, const Surpluses& surpluses) {
+  std::printf("// %s\n// %-12s %8s %8s %8s %8s %8s\n", name, "step", "fits", "50 %", "95 %", "99 %",
+              "99.9 %");
+  const auto print = [](const std::string& step, const std::vector<double>& values) {
+    std::printf("// %-12s %8zu %8.3f %8.3f %8.3f %8.3f\n", step.c_str(), values.size(), Quantile(values, 0.5),
+                Quantile(values, 0.95), Quantile(values, 0.99), Quantile(values, 0.999));
+  };
+  for (int k = 0; k + 1 < kSteps; ++k) print(std::to_string(k + 1), surpluses.of_all[k]);
+  print("the only one", surpluses.of_one);
 }
 
 }  // namespace
 
 absl::Status RefitRejection(const RefitTakes& takes) {
-  Gains fitted, held_out;
+  Surpluses fitted, held_out;
   for (const std::string& folder : takes.fitted) {
     if (absl::Status status = AddTake(folder, &fitted); !status.ok()) return status;
   }
@@ -79,8 +87,9 @@ absl::Status RefitRejection(const RefitTakes& takes) {
   }
   Print("fitted", fitted);
   if (!takes.held_out.empty()) Print("held out", held_out);
-  std::printf("constexpr float kStillToGain[] = {%.2ff, %.2ff, %.2ff};\n", Quantile(fitted[0], 0.999),
-              Quantile(fitted[1], 0.999), Quantile(fitted[2], 0.999));
+  std::printf("constexpr float kAbovePrediction[] = {%.2ff, %.2ff, %.2ff}, kAbovePredictionOfOne = %.2ff;\n",
+              Quantile(fitted.of_all[0], 0.999), Quantile(fitted.of_all[1], 0.999),
+              Quantile(fitted.of_all[2], 0.999), Quantile(fitted.of_one, 0.999));
   return absl::OkStatus();
 }
 

@@ -157,6 +157,28 @@ TEST(CellFitter, RejectsOtherCellsEarlyAndRightOnesNever) {
   EXPECT_GE(rejected, 0.6 * wrong);
 }
 
+TEST(CellFitter, AStepExplainsWhatItPredicts) {
+  const Photograph photo{
+      .width_px = 160, .height_px = 140, .pitch_px = 8, .angle_deg = 25, .noise = 2, .seed = 4};
+  const Fitting fitting(photo, TestBoard());
+  std::mt19937 random(5);
+  double gained = 0, predicted = 0;
+  for (const PlacedCell& truth : fitting.Cells(2)) {
+    const CellPose start = Disturbed(truth.pose, 0.1f, 0.05f, random);
+    const CellFit fit = FitAt(fitting.fitter(), truth.row, truth.col, start, kAll, 1);
+    ASSERT_TRUE(fit.converged);
+    EXPECT_NEAR(fit.explained, fit.predicted, 0.1);
+    const float needed = fit.predicted + 0.5f;
+    EXPECT_FALSE(FitAt(fitting.fitter(), truth.row, truth.col, start, kAll, 1, needed).converged);
+    // By no step at all.
+    const CellFit before = FitAt(fitting.fitter(), truth.row, truth.col, start, kAll, 2, 1e9f);
+    gained += fit.explained - before.explained;
+    predicted += fit.predicted - before.explained;
+  }
+  EXPECT_GT(gained, 0);
+  EXPECT_NEAR(gained / predicted, 1, 0.1);
+}
+
 TEST(CellFitter, InksAreComparedOnTheCellItself) {
   const Photograph photo{.width_px = 120, .height_px = 110, .bend_cells = 0.2};
   const Frame frame = Render(photo, TestBoard());
