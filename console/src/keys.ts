@@ -1,5 +1,5 @@
 import { signal } from "@preact/signals";
-import { useEffect } from "preact/hooks";
+import { useLayoutEffect } from "preact/hooks";
 
 export interface Shortcut {
   keys: string; // "g t": one after the other; "?": one
@@ -14,9 +14,9 @@ export const shortcuts = signal<Shortcut[]>([]);
 let typed: string[] = [];
 let typedAt = 0;
 
-/** Shortcuts while a component is shown. */
+/** Shortcuts while a component is shown: from the moment it can be seen, which an ordinary effect comes after. */
 export function useShortcuts(list: Shortcut[], dependencies: unknown[]): void {
-  useEffect(() => {
+  useLayoutEffect(() => {
     shortcuts.value = [...shortcuts.peek(), ...list];
     return () => {
       shortcuts.value = shortcuts.peek().filter((shortcut) => !list.includes(shortcut));
@@ -34,9 +34,9 @@ export function startKeys(): void {
     if (event.ctrlKey || event.altKey || event.metaKey || event.isComposing || isTyping(event.target)) return;
     if (document.querySelector("dialog[open]")) return; // has keys of its own
     if (event.key.length > 1) return;
-    const now = performance.now();
-    typed = now - typedAt > PAUSE_MS ? [event.key] : [...typed, event.key].slice(-2);
-    typedAt = now;
+    // When the key was pressed: a busy page hears of it later.
+    typed = event.timeStamp - typedAt > PAUSE_MS ? [event.key] : [...typed, event.key].slice(-2);
+    typedAt = event.timeStamp;
     const spoken = typed.join(" ");
     const found =
       shortcuts.peek().findLast((shortcut) => shortcut.keys === spoken) ??
