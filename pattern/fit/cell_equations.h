@@ -11,18 +11,12 @@
 
 namespace weft {
 
-inline constexpr float kOffsetPrior = 12.0f;     // grey levels
-inline constexpr float kSlopePrior = 0.3f;       // of the gain, per cell
-inline constexpr float kLeastPrecision = 1e-3f;  // keeps a step without evidence small
-
 // Index of the product of monomials p and q (of 1, u, v) among 1, u, v, uu, uv, vv.
-inline constexpr int kProduct[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
-
-inline float SumOf(const float* v) { return v[0] + v[1] + v[2]; }
+inline constexpr int kMonomialProduct[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
 // Light of a window by least squares: gain times (1 + slopes along u and v), and an offset; with priors on
 // the slopes and the offset.
-struct Light {
+struct WindowLight {
   SmallVector<4> solved;  // gain, its changes along u and v, offset
   SmallMatrix<4> normal;
   SmallCholesky<4> solver;
@@ -30,10 +24,12 @@ struct Light {
 
   // What does not depend on the image; false where the print cannot be seen.
   bool Prepare(const CellModelSums& s) {
+    constexpr float kOffsetPrior = 12.0f;  // grey levels
+    constexpr float kSlopePrior = 0.3f;    // of the gain, per cell
     constexpr float kOffset = 0.1f * (kModelNoise * kModelNoise) / (kOffsetPrior * kOffsetPrior);
     constexpr float kSlope = 0.1f / (kSlopePrior * kSlopePrior);
     for (int p = 0; p < 3; ++p) {
-      for (int q = 0; q < 3; ++q) normal[p][q] = s.tt[kProduct[p][q]];
+      for (int q = 0; q < 3; ++q) normal[p][q] = s.tt[kMonomialProduct[p][q]];
       normal[p][3] = normal[3][p] = s.t1[p];
     }
     normal[3][3] = 3 * s.weight;
@@ -46,7 +42,8 @@ struct Light {
 
   // False where the print cannot be there.
   bool Solve(const CellModelSums& s, const CellImageSums& image, CellFit* fit) {
-    const SmallVector<4> target{image.ti[0], image.ti[1], image.ti[2], SumOf(image.i1)};
+    const SmallVector<4> target{image.ti[0], image.ti[1], image.ti[2],
+                                image.i1[0] + image.i1[1] + image.i1[2]};
     solved = solver.Solve(target);
     fit->gain = solved[0];
     fit->offset = solved[3];
@@ -64,15 +61,15 @@ struct Light {
 // Normal equations of the step over (1, u, v) in u and in v, the light projected out; not of the image.
 class StepEquations {
  public:
-  void Prepare(const CellModelSums& s, const Light& light) {
+  void Prepare(const CellModelSums& s, const WindowLight& light) {
     for (int p = 0; p < 3; ++p) {
       for (int q = 0; q < 3; ++q) {
-        const int k = kProduct[p][q];
+        const int k = kMonomialProduct[p][q];
         normal_[p][q] = s.uu[k];
         normal_[3 + p][q] = s.uv[k];
         normal_[3 + p][3 + q] = s.vv[k];
       }
-      const int* k = kProduct[p];
+      const int* k = kMonomialProduct[p];
       with_light_[p] = {s.ut[k[0]], s.ut[k[1]], s.ut[k[2]], s.u1[p]};
       with_light_[3 + p] = {s.vt[k[0]], s.vt[k[1]], s.vt[k[2]], s.v1[p]};
     }
@@ -93,7 +90,7 @@ class StepEquations {
     return normal;
   }
 
-  SmallVector<6> Residual(const CellImageSums& image, const Light& light, float gain) const {
+  SmallVector<6> Residual(const CellImageSums& image, const WindowLight& light, float gain) const {
     SmallVector<6> residual;
     for (int p = 0; p < 3; ++p) {
       residual[p] = gain * (image.ui[p] - Dot(with_light_[p], light.solved));
@@ -112,7 +109,8 @@ struct CenterEquations {
   float uu, uv, vv;
   float u, v;  // residuals
 
-  CenterEquations(const CellModelSums& s, const CellImageSums& image, const Light& light, float gain) {
+  CenterEquations(const CellModelSums& s, const CellImageSums& image, const WindowLight& light, float gain) {
+    constexpr float kLeastPrecision = 1e-3f;  // keeps a step without evidence small
     const SmallVector<4> ut{s.ut[0], s.ut[1], s.ut[2], s.u1[0]}, vt{s.vt[0], s.vt[1], s.vt[2], s.v1[0]};
     const SmallVector<4> whitened_u = light.solver.Forward(ut), whitened_v = light.solver.Forward(vt);
     u = gain * (image.ui[0] - Dot(ut, light.solved));

@@ -16,8 +16,8 @@ constexpr float kLongestStep = 0.3f;  // cells
 // takes of `weft simulate` (quickstart with seed 11, tshirt-24 with seed 12, gathers, curls, pleats),
 // November 2026.
 constexpr float kShortestStep = 0.06f;
-// How far the explained share ends above what the first step predicts, the second, the third; the last, where
-// that is the only one: less in 99.9 % of the fits. `refit_decode rejection` on the takes and layers that
+// How far the explained share ends above what the first step predicts, the second, the third; and in a fit of
+// one step. It is less in 99.9 % of the fits. `refit_decode rejection` on the takes and layers that
 // confidence is fitted to (docs/decoding-accuracy.md), November 2026.
 constexpr float kAbovePrediction[] = {0.41f, 0.18f, 0.04f}, kAbovePredictionOfOne = 0.25f;
 constexpr int kLeastSamples = 12;  // in the image
@@ -103,7 +103,7 @@ class Window {
 
   CellModel model;
   CellImageSums sums;
-  Light light;
+  WindowLight light;
   int renderings = 0;
 
  private:
