@@ -89,6 +89,10 @@ class QuickStart(unittest.TestCase):
             total = json.loads(weft("evaluate", f"{folder}/out/result", "--truth", f"{folder}/out/take/truth", "--json", "--quick",
                                     check=0).stdout)["total"]
             self.assertGreater(total["centers"]["precision"], 0.995)
+            centers = total["centers"]
+            self.assertEqual(centers["observations"] - centers["right"],
+                             centers["out_of_sight"] + centers["wrong_px"]["count"])
+            self.assertRegex(done.stdout, r" \d+ wrong ones: \d+ of cells out of sight, the others off by [0-9.]+ px")
             self.assertGreater(total["centers"]["recall"], 0.9)
             self.assertLess(total["centers"]["error_px"]["median"], 0.2)
             self.assertGreater(total["cloud"]["coverage"], 0.95)
