@@ -65,8 +65,8 @@ int DrawsNeeded(double inlier_share, double confidence, int limit) {
 }
 
 std::pair<int, int> DrawPair(int n, Random& random) {
-  const int i = static_cast<int>(random.Next() % n);
-  const int j = static_cast<int>((i + 1 + random.Next() % (n - 1)) % n);
+  const int i = static_cast<int>(random.Below(n)), other = static_cast<int>(random.Below(n - 1));
+  const int j = other + (other >= i ? 1 : 0);
   return {std::min(i, j), std::max(i, j)};
 }
 

@@ -42,7 +42,8 @@ Eigen::Vector3d OfLane(const T (&components)[3][kNodeLanes], int lane) {
 // Direction of a lane's ray in the world, with depth 1.
 Eigen::Vector3d RayOf(const RayCamera& camera, const RayRow& row, int lane) {
   const double* r = camera.exact.rotation;
-  const double x = row.plane[0][lane], y = row.plane[1][lane];
+  const double x = double{row.pixel[0][lane]} + row.to_ray[0][lane];
+  const double y = double{row.pixel[1][lane]} + row.to_ray[1][lane];
   return {r[0] * x + r[3] * y + r[6], r[1] * x + r[4] * y + r[7], r[2] * x + r[5] * y + r[8]};
 }
 
@@ -193,9 +194,10 @@ std::optional<Eigen::Vector3d> GroupSolver::MiddleOf(int lane, int i, int j) con
 void GroupSolver::RefinePoints() {
   bool refining = false;
   for (int lane = 0; lane < kNodeLanes; ++lane) {
-    for (float* component : {step_mm_[0], step_mm_[1], step_mm_[2]}) component[lane] = 0;
+    for (float* component : {steps_.mm[0], steps_.mm[1], steps_.mm[2]}) component[lane] = 0;
     SetPoint(lane, lanes_[lane].best_mm);
-    refining |= lanes_[lane].stage == Lane::Stage::kRefine;
+    steps_.wanted[lane] = lanes_[lane].stage == Lane::Stage::kRefine ? 1 : 0;
+    refining |= steps_.wanted[lane] != 0;
   }
   if (!refining) return;
   StartRefining();
@@ -207,11 +209,12 @@ void GroupSolver::RefinePoints() {
     for (int lane = 0; lane < kNodeLanes; ++lane) {
       if (lanes_[lane].stage != Lane::Stage::kRefine) continue;
       moved |= Step(lane);
-      refining |= lanes_[lane].stage == Lane::Stage::kRefine;
+      steps_.wanted[lane] = lanes_[lane].stage == Lane::Stage::kRefine ? 1 : 0;
+      refining |= steps_.wanted[lane] != 0;
     }
     if (!refining) return;
     if (moved) Linearise();
-    BestRayKernels().accumulate(linear_.data(), group_->count, step_mm_, limits_, &system_);
+    BestRayKernels().accumulate(linear_.data(), group_->count, steps_, limits_, &system_);
   }
 }
 
@@ -224,7 +227,7 @@ void GroupSolver::StartRefining() {
   Linearise();  // inliers as `start` found them at first, whatever their residuals
   KeepBestOfCameras();
   for (int lane = 0; lane < kNodeLanes; ++lane) TakeInliers(lane);
-  BestRayKernels().accumulate(linear_.data(), group_->count, step_mm_, limits_, &system_);
+  BestRayKernels().accumulate(linear_.data(), group_->count, steps_, limits_, &system_);
 }
 
 // One step, or the end of a round; true where the rows have to be linearised again.
@@ -263,7 +266,7 @@ bool GroupSolver::Step(int lane) {
     SetPoint(lane, l.refined.position_mm);
     offset.setZero();
   }
-  for (int k = 0; k < 3; ++k) step_mm_[k][lane] = static_cast<float>(offset[k]);
+  for (int k = 0; k < 3; ++k) steps_.mm[k][lane] = static_cast<float>(offset[k]);
   return far;
 }
 
@@ -370,6 +373,6 @@ void GroupSolver::SetPoint(int lane, const Eigen::Vector3d& point_mm) {
   for (int k = 0; k < 3; ++k) points_.mm[k][lane] = point_mm[k];
 }
 Eigen::Vector3d GroupSolver::PointOf(int lane) const { return OfLane(points_.mm, lane); }
-Eigen::Vector3d GroupSolver::StepOf(int lane) const { return OfLane(step_mm_, lane); }
+Eigen::Vector3d GroupSolver::StepOf(int lane) const { return OfLane(steps_.mm, lane); }
 
 }  // namespace weft

@@ -81,8 +81,8 @@ class GroupSolver {
   const RayGroup* group_ = nullptr;
   Lane lanes_[kNodeLanes];
   std::vector<LinearRow> linear_;
-  RayPoints points_;              // where the rows are linearised
-  float step_mm_[3][kNodeLanes];  // from there
+  RayPoints points_;  // where the rows are linearised
+  RaySteps steps_;
   GroupScore score_;
   GroupSystem system_;
   GroupSolution solution_;

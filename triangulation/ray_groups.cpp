@@ -84,7 +84,7 @@ RayCamera MakeRayCamera(const CameraModel& camera, double calibration_sigma_px) 
   out.exact = NumbersOf<double>(camera);
   out.rough = NumbersOf<float>(camera);
   out.inverse_focal_px[0] = 1 / camera.fx_px, out.inverse_focal_px[1] = 1 / camera.fy_px;
-  out.cx_px = camera.cx_px, out.cy_px = camera.cy_px;
+  out.center_px[0] = camera.cx_px, out.center_px[1] = camera.cy_px;
   const Eigen::Vector3d origin = camera.CenterWorld();
   for (int i = 0; i < 3; ++i) {
     out.translation_mm[i] = camera.translation_mm[i];
@@ -98,14 +98,18 @@ RayCamera MakeRayCamera(const CameraModel& camera, double calibration_sigma_px) 
 
 // The row of a camera that saw all nodes of a group, from as many observations; false where they are not
 // valid, or not one of each node in order.
-bool SetAll(const Observation* seen, RayRow* row) {
+bool SetAll(const RayCamera& camera, const Observation* seen, RayRow* row) {
   return seen->node.col % kNodeLanes == 0 && IsValid(seen[0]) && IsValid(seen[kNodeLanes - 1]) &&
-         BestRayKernels().read(seen, row);
+         BestRayKernels().read(camera, seen, row);
 }
 
-void Set(const Observation& o, uint32_t lane, RayRow* row) {
-  row->pixel_px[0][lane] = o.x_px;
-  row->pixel_px[1][lane] = o.y_px;
+void Set(const RayCamera& camera, const Observation& o, uint32_t lane, RayRow* row) {
+  const double pixel_px[2] = {o.x_px, o.y_px};
+  for (int k = 0; k < 2; ++k) {
+    const double exact = (pixel_px[k] - camera.center_px[k]) * camera.inverse_focal_px[k];
+    row->pixel[k][lane] = static_cast<float>(exact);
+    row->to_ray[k][lane] = static_cast<float>(exact - row->pixel[k][lane]);
+  }
   row->sigma_px[lane] = o.sigma_px;
 }
 
@@ -199,13 +203,14 @@ bool RayGroupReader::Next(RayGroup* out) {
 // The observations that the cursor's view has of its group.
 void RayGroupReader::Add(size_t cursor, RayGroup* out) {
   Cursor& c = cursors_[cursor];
+  const RayCamera& camera = cameras_[c.camera];
   const uint32_t group = next_[cursor];
   // The rows that the camera has already, by another view.
   int base = out->count;
   while (base > 0 && out->rows[base - 1].camera == c.camera) --base;
   if (base == out->count) {
     out->AddRow(c.camera, false);
-    if (c.end - c.at >= kNodeLanes && SetAll(c.at, &out->rows[base])) {
+    if (c.end - c.at >= kNodeLanes && SetAll(camera, c.at, &out->rows[base])) {
       c.at += kNodeLanes;
       // A node that was seen twice comes next.
       if (c.at == c.end || GroupOf(c.at->node) != group) return LookAhead(cursor, group + 1);
@@ -224,10 +229,10 @@ void RayGroupReader::Add(size_t cursor, RayGroup* out) {
         out->AddRow(c.camera, true);
         std::fill_n(out->rows[again].sigma_px, kNodeLanes, 0.0f);
       }
-      Set(*c.at, lane, &out->rows[again]);
+      Set(camera, *c.at, lane, &out->rows[again]);
       row = &out->rows[base];
     } else {
-      Set(*c.at, lane, row);
+      Set(camera, *c.at, lane, row);
     }
   }
   LookAhead(cursor, group + 1);

@@ -24,7 +24,7 @@ struct RayCamera {
   RayCameraNumbers<double> exact;
   RayCameraNumbers<float> rough;
   double inverse_focal_px[2];  // 1 / fx_px, 1 / fy_px
-  double cx_px, cy_px;
+  double center_px[2];
   double translation_mm[3];  // camera_from_world
   double origin_mm[3];
   float calibration_px2;  // variance that the calibration leaves in a projected point
@@ -35,10 +35,13 @@ struct RayCamera {
 // What one camera saw of the nodes of a group. A camera that saw one of them more than once has several rows,
 // one behind the other.
 struct alignas(64) RayRow {
-  double pixel_px[2][kNodeLanes];
   float sigma_px[kNodeLanes];  // 0 where it did not see the node
-  // The rays, on the plane z = 1 of the camera, good to a thousandth of a pixel; NaN where there is none.
-  float plane[2][kNodeLanes];
+  // The pixels on the plane z = 1 of the camera, still distorted.
+  float pixel[2][kNodeLanes];
+  // From there to the rays, good to a thousandth of a pixel; NaN where there is none. Before `undistort`,
+  // what the floats lack of the pixels.
+  float to_ray[2][kNodeLanes];
+  float lens[3][kNodeLanes];  // derivative of the pixel by the ray: xx xy yy
   int32_t camera;
   bool repeated;      // of the same camera as the row before
   const void* ahead;  // what the camera saw of the next nodes; may be null
@@ -47,7 +50,7 @@ struct alignas(64) RayRow {
 inline constexpr int kBytesAhead = 40 * kNodeLanes;
 
 // A row as seen from a point near each node: the residual of the reprojection and its derivative by the
-// point. With the depth it is exact but for the curvature of the lens.
+// point. With the depth it is exact but for the curvature of the lens between ray and point.
 struct alignas(64) LinearRow {
   float residual_px[2][kNodeLanes];    // predicted minus observed
   float jacobian[2][3][kNodeLanes];    // px per mm
@@ -62,6 +65,12 @@ struct alignas(64) LinearRow {
 struct RayPoints {
   double mm[3][kNodeLanes];
   int anchor = 0;
+};
+
+// Steps from the points, of the nodes whose systems are wanted.
+struct RaySteps {
+  float mm[3][kNodeLanes] = {};
+  int32_t wanted[kNodeLanes] = {};  // 0: the node's system may stay as it was
 };
 
 struct RayLimits {
@@ -100,10 +109,11 @@ struct alignas(64) GroupSolution {
 };
 
 struct RayKernels {
-  // Fills a row, but for its camera and rays, from one observation of each node. False where they do not have
-  // the nodes of the first one's row in order, or some value is not finite, or no positive sigma.
-  bool (*read)(const Observation* seen, RayRow* row);
-  // Takes the lens out of the pixels of a row.
+  // Fills a row, but for its number of the camera and its rays, from one observation of each node. False
+  // where they do not have the nodes of the first one's row in order, or some value is not finite, or no
+  // positive sigma.
+  bool (*read)(const RayCamera& camera, const Observation* seen, RayRow* row);
+  // Takes the lens out of the pixels.
   void (*undistort)(const RayCamera* cameras, int count, RayRow* rows);
   // Ends early once each node has `enough` cameras.
   void (*score)(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
@@ -117,9 +127,9 @@ struct RayKernels {
   // Counts no inliers. Memory is idle meanwhile, so it fetches what is ahead.
   bool (*start)(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
                 const RayLimits& limits, LinearRow* linear, GroupSystem* system);
-  // At `step_mm` from the points: writes inliers, which are the rays within the radius and the residual
+  // At the steps from the points: writes inliers, which are the rays within the radius and the residual
   // limit, and the systems over the rays that take part.
-  void (*accumulate)(LinearRow* rows, int count, const float (*step_mm)[kNodeLanes], const RayLimits& limits,
+  void (*accumulate)(LinearRow* rows, int count, const RaySteps& steps, const RayLimits& limits,
                      GroupSystem* system);
   // Inverts the matrices, and takes the steps from them.
   void (*solve)(const GroupSystem& system, GroupSolution* solution);

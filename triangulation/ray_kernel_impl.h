@@ -36,7 +36,8 @@ inline Lanes DistanceToRow(const RayCamera& camera, const RayRow& row, int first
   for (int k = 0; k < 3; ++k)
     from[k] = static_cast<float>(points.anchor_mm[k] - camera.origin_mm[k]) + points.from_anchor_mm[k];
   for (int k = 0; k < 3; ++k) at[k] = r[3 * k] * from[0] + r[3 * k + 1] * from[1] + r[3 * k + 2] * from[2];
-  const Lanes x = Load(row.plane[0] + first), y = Load(row.plane[1] + first);
+  const Lanes x = Load(row.pixel[0] + first) + Load(row.to_ray[0] + first);
+  const Lanes y = Load(row.pixel[1] + first) + Load(row.to_ray[1] + first);
   const Lanes off_x = at[0] - x * at[2], off_y = at[1] - y * at[2], along = off_x * x + off_y * y;
   const Lanes square = off_x * off_x + off_y * off_y - along * along / (1.0f + (x * x + y * y));
   return at[2] > 0.0f ? square : Lanes{} + __builtin_nanf("");
@@ -64,56 +65,66 @@ void Score(const RayCamera* cameras, const RayRow* rows, int count, const RayPoi
   }
 }
 
-// Points in front of a camera, where it sees them.
-struct Seen {
-  IntLanes valid;  // in front of it, and where the lens model is one-to-one
-  Lanes inverse_depth;
-  float of_anchor;       // its inverse depth, 0 where it is not in front
-  Lanes plane[2];        // on the plane z = 1; 0 where not valid
-  Lanes residual_px[2];  // 0 where not valid
-  Lens lens;
+// The anchor before a camera. Its numbers are large, so their differences are taken in doubles.
+struct Anchor {
+  Anchor(const RayCamera& of, const RayPoints& points) : camera(of) {
+    double at[3], anchor_mm[3];
+    for (int k = 0; k < 3; ++k) anchor_mm[k] = points.mm[k][points.anchor];
+    const double* exact = camera.exact.rotation;
+    for (int k = 0; k < 3; ++k)
+      at[k] = exact[3 * k] * anchor_mm[0] + exact[3 * k + 1] * anchor_mm[1] +
+              exact[3 * k + 2] * anchor_mm[2] + camera.translation_mm[k];
+    constexpr double kLeastDepthMm = 1;
+    const double inverse = at[2] > kLeastDepthMm ? 1 / at[2] : 0;
+    depth = static_cast<float>(at[2]);
+    inverse_depth = static_cast<float>(inverse);
+    for (int k = 0; k < 2; ++k) {
+      const double exact_plane = at[k] * inverse;
+      plane[k] = static_cast<float>(exact_plane);
+      plane_rest[k] = static_cast<float>(exact_plane - plane[k]);
+      rest[k] = static_cast<float>(at[k] - exact_plane * at[2]);
+    }
+  }
+
+  const RayCamera& camera;
+  float depth;
+  float inverse_depth;  // 0 where it is not in front
+  float plane[2];       // on the plane z = 1
+  float plane_rest[2];  // what the float lacks
+  float rest[2];        // of the position; 0 where it is in front
 };
 
-// Differences of large numbers are taken in doubles: those between pixels, and all of the anchor's.
-inline Seen See(const RayCamera& camera, const RayRow& row, int first, const NearPoints& points) {
-  double at[3];
-  const double* exact = camera.exact.rotation;
-  for (int k = 0; k < 3; ++k)
-    at[k] = exact[3 * k] * points.anchor_mm[0] + exact[3 * k + 1] * points.anchor_mm[1] +
-            exact[3 * k + 2] * points.anchor_mm[2] + camera.translation_mm[k];
-  constexpr double kLeastAnchorDepthMm = 1;
-  const double inverse = at[2] > kLeastAnchorDepthMm ? 1 / at[2] : 0;
-  const float* r = camera.rough.rotation;
+// Points in front of a camera, beside their rays.
+struct Seen {
+  IntLanes valid;  // in front of it, and there is a ray
+  Lanes inverse_depth;
+  Lanes plane[2];        // on the plane z = 1; of the anchor where not valid
+  Lanes residual_px[2];  // 0 where not valid
+};
+
+inline Seen See(const Anchor& anchor, const RayRow& row, int first, const NearPoints& points) {
+  const float* r = anchor.camera.rough.rotation;
   const Lanes* d = points.from_anchor_mm;
   const auto turned = [&](int k) { return r[3 * k] * d[0] + r[3 * k + 1] * d[1] + r[3 * k + 2] * d[2]; };
   const Lanes deeper = turned(2);
   Seen seen;
-  seen.of_anchor = static_cast<float>(inverse);
   constexpr float kLeastDepthMm = 1e-3f;
-  const Lanes depth = static_cast<float>(at[2]) + deeper;
-  const IntLanes in_front = depth > kLeastDepthMm;
-  seen.inverse_depth = in_front ? 1.0f / depth : Lanes{};
-  Lanes from_anchor[2], plane[2];
+  const Lanes depth = anchor.depth + deeper;
+  const Lanes to_ray = Load(row.to_ray[0] + first);
+  seen.valid = (depth > kLeastDepthMm) & (to_ray == to_ray);
+  seen.inverse_depth = seen.valid ? 1.0f / depth : Lanes{};
+  Lanes from_ray[2];
   for (int k = 0; k < 2; ++k) {
-    const double anchor = at[k] * inverse;
-    const float rest = static_cast<float>(at[k] - anchor * at[2]);  // 0 where the anchor is in front
-    from_anchor[k] = (turned(k) - static_cast<float>(anchor) * deeper + rest) * seen.inverse_depth;
-    plane[k] = static_cast<float>(anchor) + from_anchor[k];
+    const Lanes from_anchor = (turned(k) - anchor.plane[k] * deeper + anchor.rest[k]) * seen.inverse_depth;
+    seen.plane[k] = anchor.plane[k] + from_anchor;
+    const Lanes from_pixel =
+        (anchor.plane[k] - Load(row.pixel[k] + first)) + (from_anchor + anchor.plane_rest[k]);
+    from_ray[k] = seen.valid ? from_pixel - Load(row.to_ray[k] + first) : Lanes{};
   }
-  seen.valid = in_front & ((plane[0] * plane[0] + plane[1] * plane[1]) < camera.safe_square);
-  for (int k = 0; k < 2; ++k) seen.plane[k] = seen.valid ? plane[k] : Lanes{};
-  seen.lens = Distort(camera, seen.plane[0], seen.plane[1]);
-  const double focal_px[2] = {camera.exact.fx_px, camera.exact.fy_px};
-  const double center_px[2] = {camera.cx_px, camera.cy_px};
-  for (int k = 0; k < 2; ++k) {
-    const double anchor_px = center_px[k] + focal_px[k] * (at[k] * inverse);
-    Doubles from_pixel[2];
-    for (int half = 0; half < 2; ++half)
-      from_pixel[half] = anchor_px - LoadDoubles(row.pixel_px[k] + first + kHalf * half);
-    const Lanes residual =
-        Short(from_pixel) + static_cast<float>(focal_px[k]) * (from_anchor[k] + seen.lens.shift[k]);
-    seen.residual_px[k] = seen.valid ? residual : Lanes{};
-  }
+  const RayCameraNumbers<float>& camera = anchor.camera.rough;
+  const Lanes xy = Load(row.lens[1] + first);
+  seen.residual_px[0] = camera.fx_px * (Load(row.lens[0] + first) * from_ray[0] + xy * from_ray[1]);
+  seen.residual_px[1] = camera.fy_px * (xy * from_ray[0] + Load(row.lens[2] + first) * from_ray[1]);
   return seen;
 }
 
@@ -148,15 +159,17 @@ struct DistanceForm {
   Lanes xx = {}, xy = {}, yy = {}, determinant;
 };
 
-__attribute__((always_inline)) inline RowLanes LineariseRow(const RayCamera& camera, const RayRow& row,
+__attribute__((always_inline)) inline RowLanes LineariseRow(const Anchor& anchor, const RayRow& row,
                                                             int first, const NearPoints& points,
                                                             const RayLimits& limits, LinearRow* out) {
   RowLanes lanes;
-  const Seen seen = See(camera, row, first, points);
+  const RayCamera& camera = anchor.camera;
+  const Seen seen = See(anchor, row, first, points);
   const float* r = camera.rough.rotation;
   const Lanes of_x = camera.rough.fx_px * seen.inverse_depth, of_y = camera.rough.fy_px * seen.inverse_depth;
-  const Lanes pixel[2][2] = {{of_x * seen.lens.xx, of_x * seen.lens.xy},
-                             {of_y * seen.lens.xy, of_y * seen.lens.yy}};
+  const Lanes xy = Load(row.lens[1] + first);
+  const Lanes pixel[2][2] = {{of_x * Load(row.lens[0] + first), of_x * xy},
+                             {of_y * xy, of_y * Load(row.lens[2] + first)}};
   for (int k = 0; k < 3; ++k) {
     const Lanes of_plane[2] = {r[k] - r[6 + k] * seen.plane[0], r[3 + k] - r[6 + k] * seen.plane[1]};
     for (int i = 0; i < 2; ++i) {
@@ -168,19 +181,18 @@ __attribute__((always_inline)) inline RowLanes LineariseRow(const RayCamera& cam
     lanes.residual_px[i] = seen.residual_px[i];
     Store(seen.residual_px[i], out->residual_px[i] + first);
   }
-  for (int k = 0; k < 3; ++k) out->axis[k] = r[6 + k] * seen.of_anchor;
+  for (int k = 0; k < 3; ++k) out->axis[k] = r[6 + k] * anchor.inverse_depth;
   const Lanes sigma = Load(row.sigma_px + first), used = Max(sigma, limits.min_sigma_px);
-  const IntLanes has_ray = seen.valid & (sigma > 0.0f);
-  lanes.inverse_variance = has_ray ? 1.0f / (used * used + camera.calibration_px2) : Lanes{};
+  lanes.inverse_variance = seen.valid ? 1.0f / (used * used + camera.calibration_px2) : Lanes{};
   Store(lanes.inverse_variance, out->inverse_variance + first);
   const float sigmas2 = limits.max_residual_sigmas * limits.max_residual_sigmas;
   const Lanes limit_px2 = Max(sigmas2 * (sigma * sigma + camera.calibration_px2),
                               limits.min_residual_px * limits.min_residual_px);
-  Store(has_ray ? limit_px2 : Lanes{} - 1.0f, out->limit_px2 + first);
+  Store(seen.valid ? limit_px2 : Lanes{} - 1.0f, out->limit_px2 + first);
 
   const DistanceForm form(lanes.jacobian);
-  lanes.near = Ones(has_ray & form.IsWithin(limits.radius_mm2, seen.residual_px[0], seen.residual_px[1]));
-  lanes.checks = has_ray & ~form.AreAllWithin(limits.radius_mm2, limit_px2);
+  lanes.near = Ones(seen.valid & form.IsWithin(limits.radius_mm2, seen.residual_px[0], seen.residual_px[1]));
+  lanes.checks = seen.valid & ~form.AreAllWithin(limits.radius_mm2, limit_px2);
   return lanes;
 }
 
@@ -190,8 +202,8 @@ bool Linearise(const RayCamera* cameras, const RayRow* rows, int count, const Ra
   for (int first = 0; first < kNodeLanes; first += kLanes) {
     const NearPoints near_anchor = NearAnchor(points, first);
     for (int i = 0; i < count; ++i) {
-      const RowLanes row =
-          LineariseRow(cameras[rows[i].camera], rows[i], first, near_anchor, limits, &linear[i]);
+      const Anchor anchor(cameras[rows[i].camera], points);
+      const RowLanes row = LineariseRow(anchor, rows[i], first, near_anchor, limits, &linear[i]);
       Store(row.near, linear[i].inlier + first);
       const IntLanes takes_part = Load(linear[i].weight + first) > 0.0f;
       Store(takes_part ? row.inverse_variance : Lanes{}, linear[i].weight + first);
@@ -239,12 +251,14 @@ inline void AccumulateRow(LinearRow* row, int first, const Lanes* step, const Ra
 
   const Lanes squared_sigmas = residual2 * weight;
   sums->chi_square += squared_sigmas;
-  // Huber's weight: 1, or the bound over the residual beyond it.
   const float bound = limits.huber_sigmas * limits.huber_sigmas;
-  const Lanes huber = Sqrt(bound / Max(squared_sigmas, bound));
+  const IntLanes is_beyond = squared_sigmas > bound;
   Lanes force[3];
+  if (!Any(is_beyond)) return AddToSystem(jacobian, residual, weight, sums, force);
+  // Huber's weight: 1, or the bound over the residual beyond it.
+  const Lanes huber = Sqrt(bound / Max(squared_sigmas, bound));
   AddToSystem(jacobian, residual, weight * huber, sums, force);
-  const Lanes along_residual = squared_sigmas > bound ? huber * (1.0f / bound) : Lanes{};
+  const Lanes along_residual = is_beyond ? huber * (1.0f / bound) : Lanes{};
   int entry = 0;
   for (int i = 0; i < 3; ++i) {
     const Lanes part = along_residual * force[i];
@@ -269,30 +283,34 @@ inline void Fetch(const void* ahead) {
 
 bool Start(const RayCamera* cameras, const RayRow* rows, int count, const RayPoints& points,
            const RayLimits& limits, LinearRow* linear, GroupSystem* system) {
+  constexpr int kParts = kNodeLanes / kLanes;
   IntLanes checks = {};
-  for (int first = 0; first < kNodeLanes; first += kLanes) {
-    const NearPoints near_anchor = NearAnchor(points, first);
-    SystemSums sums;
-    for (int i = 0; i < count; ++i) {
-      if (first == 0) Fetch(rows[i].ahead);
-      const RowLanes row =
-          LineariseRow(cameras[rows[i].camera], rows[i], first, near_anchor, limits, &linear[i]);
+  NearPoints near_anchor[kParts];
+  for (int part = 0; part < kParts; ++part) near_anchor[part] = NearAnchor(points, part * kLanes);
+  SystemSums sums[kParts];
+  for (int i = 0; i < count; ++i) {
+    Fetch(rows[i].ahead);
+    const Anchor anchor(cameras[rows[i].camera], points);
+    for (int part = 0; part < kParts; ++part) {
+      const int first = part * kLanes;
+      const RowLanes row = LineariseRow(anchor, rows[i], first, near_anchor[part], limits, &linear[i]);
       const Lanes weight = row.near * row.inverse_variance, *residual = row.residual_px;
       Store(weight, linear[i].weight + first);
-      sums.chi_square += (residual[0] * residual[0] + residual[1] * residual[1]) * weight;
+      sums[part].chi_square += (residual[0] * residual[0] + residual[1] * residual[1]) * weight;
       Lanes force[3];
-      AddToSystem(row.jacobian, residual, weight, &sums, force);
+      AddToSystem(row.jacobian, residual, weight, &sums[part], force);
       checks |= row.checks;
     }
-    StoreSystem(sums, first, system);
   }
+  for (int part = 0; part < kParts; ++part) StoreSystem(sums[part], part * kLanes, system);
   return Any(checks);
 }
 
-void Accumulate(LinearRow* rows, int count, const float (*step_mm)[kNodeLanes], const RayLimits& limits,
+void Accumulate(LinearRow* rows, int count, const RaySteps& steps, const RayLimits& limits,
                 GroupSystem* system) {
   for (int first = 0; first < kNodeLanes; first += kLanes) {
-    const Lanes step[3] = {Load(step_mm[0] + first), Load(step_mm[1] + first), Load(step_mm[2] + first)};
+    if (!Any(LoadAs<IntLanes>(steps.wanted + first))) continue;
+    const Lanes step[3] = {Load(steps.mm[0] + first), Load(steps.mm[1] + first), Load(steps.mm[2] + first)};
     SystemSums sums;
     for (int i = 0; i < count; ++i) AccumulateRow(&rows[i], first, step, limits, &sums);
     StoreSystem(sums, first, system);

@@ -86,7 +86,7 @@ inline Lens Distort(const RayCamera& camera, Lanes x, Lanes y) {
 
 // Four observations at a time, as rows of four numbers that are turned into columns: x, y, the place on the
 // board and, behind the kind, sigma.
-inline bool Read(const Observation* seen, RayRow* row) {
+inline bool Read(const RayCamera& camera, const Observation* seen, RayRow* row) {
   static_assert(offsetof(Observation, y_px) == 8 && offsetof(Observation, node) == 16 &&
                 offsetof(BoardNode, col) == 4 && offsetof(BoardNode, kind) == 8 &&
                 offsetof(Observation, sigma_px) == 28);
@@ -114,7 +114,12 @@ inline bool Read(const Observation* seen, RayRow* row) {
     differs |= (kind_sigma & kKind) ^ kind;
     for (int k = 0; k < 2; ++k) {
       infinite += pixel_px[k] - pixel_px[k];  // NaN, else 0
-      std::memcpy(row->pixel_px[k] + lane, &pixel_px[k], sizeof pixel_px[k]);
+      const FourDoubles exact = (pixel_px[k] - camera.center_px[k]) * camera.inverse_focal_px[k];
+      const Lanes4 pixel = __builtin_convertvector(exact, Lanes4);
+      const Lanes4 rest =
+          __builtin_convertvector(exact - __builtin_convertvector(pixel, FourDoubles), Lanes4);
+      std::memcpy(row->pixel[k] + lane, &pixel, sizeof pixel);
+      std::memcpy(row->to_ray[k] + lane, &rest, sizeof rest);
     }
     infinite_sigma += sigma_px - sigma_px;
     least = least < sigma_px ? least : sigma_px;
@@ -130,32 +135,32 @@ inline bool Read(const Observation* seen, RayRow* row) {
 inline void UndistortRow(const RayCamera& camera, int first, RayRow* row) {
   constexpr int kMaxIterations = 10;
   constexpr float kTolerance2 = 1e-6f;  // squared step, about what remains after it
-  const double center_px[2] = {camera.cx_px, camera.cy_px};
-  Lanes goal[2];
-  for (int k = 0; k < 2; ++k) {
-    Doubles halves[2];
-    for (int half = 0; half < 2; ++half)
-      halves[half] =
-          (LoadDoubles(row->pixel_px[k] + first + kHalf * half) - center_px[k]) * camera.inverse_focal_px[k];
-    goal[k] = Short(halves);
-  }
-  Lanes x = goal[0], y = goal[1];
+  const Lanes pixel[2] = {Load(row->pixel[0] + first), Load(row->pixel[1] + first)};
+  const Lanes rest[2] = {Load(row->to_ray[0] + first), Load(row->to_ray[1] + first)};
+  Lanes x = rest[0], y = rest[1], xx = {}, xy = {}, yy = {};
   IntLanes moving = Load(row->sigma_px + first) > 0.0f;
   const IntLanes wanted = moving;
   for (int i = 0; i < kMaxIterations && Any(moving); ++i) {
-    const Lens lens = Distort(camera, x, y);
-    const Lanes off_x = x + lens.shift[0] - goal[0], off_y = y + lens.shift[1] - goal[1];
+    const Lens lens = Distort(camera, pixel[0] + x, pixel[1] + y);
+    const Lanes off_x = x - rest[0] + lens.shift[0], off_y = y - rest[1] + lens.shift[1];
     const Lanes scale = 1.0f / (lens.xx * lens.yy - lens.xy * lens.xy);
     const Lanes step_x = (lens.yy * off_x - lens.xy * off_y) * scale;
     const Lanes step_y = (lens.xx * off_y - lens.xy * off_x) * scale;
     x = moving ? x - step_x : x;
     y = moving ? y - step_y : y;
+    xx = moving ? lens.xx : xx;
+    xy = moving ? lens.xy : xy;
+    yy = moving ? lens.yy : yy;
     moving &= (step_x * step_x + step_y * step_y) > kTolerance2;
   }
-  const IntLanes found = wanted & ~moving & ((x * x + y * y) < camera.safe_square);
+  const Lanes ray[2] = {pixel[0] + x, pixel[1] + y};
+  const IntLanes found = wanted & ~moving & ((ray[0] * ray[0] + ray[1] * ray[1]) < camera.safe_square);
   const Lanes none = Lanes{} + __builtin_nanf("");
-  Store(found ? x : none, row->plane[0] + first);
-  Store(found ? y : none, row->plane[1] + first);
+  Store(found ? x : none, row->to_ray[0] + first);
+  Store(found ? y : none, row->to_ray[1] + first);
+  Store(xx, row->lens[0] + first);
+  Store(xy, row->lens[1] + first);
+  Store(yy, row->lens[2] + first);
 }
 
 inline void Undistort(const RayCamera* cameras, int count, RayRow* rows) {

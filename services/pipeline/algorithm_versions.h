@@ -20,7 +20,7 @@ constexpr const char* StageName(Stage stage) {
 constexpr int AlgorithmVersion(Stage stage) {
   constexpr int kVersions[kStages] = {
       6,  // decode
-      4,  // triangulate
+      5,  // triangulate
       8,  // second_pass
       4,  // align
       4,  // refine

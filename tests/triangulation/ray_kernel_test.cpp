@@ -47,6 +47,13 @@ struct Strip {
   RayGroup group;
 };
 
+// Steps of no length for all nodes.
+RaySteps AllStepping() {
+  RaySteps steps;
+  std::fill_n(steps.wanted, kNodeLanes, 1);
+  return steps;
+}
+
 // The rays that are inliers take part from now on.
 void TakeInliers(LinearRow* row) {
   for (int lane = 0; lane < kNodeLanes; ++lane)
@@ -64,15 +71,49 @@ TEST(RayKernels, StartSumsWhatAccumulateDoesWithoutHubersWeight) {
   limits.checks_distance =
       kernels.linearise(cameras, group.rows.data(), group.count, points, limits, linear.data());
   for (LinearRow& row : linear) TakeInliers(&row);
-  const float no_step_mm[3][kNodeLanes] = {};
+  const RaySteps no_steps = AllStepping();
   GroupSystem system, start;
-  kernels.accumulate(linear.data(), group.count, no_step_mm, limits, &system);
+  kernels.accumulate(linear.data(), group.count, no_steps, limits, &system);
   kernels.start(cameras, group.rows.data(), group.count, points, limits, started.data(), &start);
   EXPECT_GT(system.inliers[5], 5);
   EXPECT_GT(start.chi_square[5], 0);
   EXPECT_EQ(std::memcmp(system.matrix, start.matrix, sizeof system.matrix), 0);
   EXPECT_EQ(std::memcmp(system.gradient, start.gradient, sizeof system.gradient), 0);
   EXPECT_EQ(std::memcmp(system.chi_square, start.chi_square, sizeof system.chi_square), 0);
+}
+
+TEST(RayKernels, RaysAndLensAreThoseOfTheCameraModel) {
+  Rig rig = RingRig(9);
+  rig.cameras[3].distortion = {0.3, -0.1, 1e-4, 2e-4, 0.02, 0.35, -0.05, 0.01};
+  rig.cameras[4].distortion = {-0.2, 0.05, -5e-4, 3e-4, 0.01, 0, 0, 0};
+  const Strip strip(rig, Observe(rig, BentSheet(1, 16), 0.15, 5), {});
+  int rays = 0;
+  for (int i = 0; i < strip.group.count; ++i) {
+    const RayRow& row = strip.group.rows[i];
+    CameraModel camera = rig.cameras[row.camera];
+    camera.rotation.setIdentity();
+    camera.translation_mm.setZero();
+    const auto pixel_of = [&](double x, double y) -> Eigen::Vector2d {
+      const Eigen::Vector2d px = *camera.Project({1000 * x, 1000 * y, 1000});
+      return {(px.x() - camera.cx_px) / camera.fx_px, (px.y() - camera.cy_px) / camera.fy_px};
+    };
+    for (int lane = 0; lane < kNodeLanes; ++lane) {
+      if (!(row.sigma_px[lane] > 0)) continue;
+      ++rays;
+      const double x = double{row.pixel[0][lane]} + row.to_ray[0][lane];
+      const double y = double{row.pixel[1][lane]} + row.to_ray[1][lane];
+      const Eigen::Vector2d pixel(row.pixel[0][lane], row.pixel[1][lane]);
+      EXPECT_LT((pixel_of(x, y) - pixel).norm(), 1e-7) << i << " " << lane;
+      constexpr double kStep = 1e-4;
+      const Eigen::Vector2d by_x = (pixel_of(x + kStep, y) - pixel_of(x - kStep, y)) / (2 * kStep);
+      const Eigen::Vector2d by_y = (pixel_of(x, y + kStep) - pixel_of(x, y - kStep)) / (2 * kStep);
+      EXPECT_NEAR(row.lens[0][lane], by_x.x(), 1e-3);
+      EXPECT_NEAR(row.lens[1][lane], by_x.y(), 1e-3);
+      EXPECT_NEAR(row.lens[1][lane], by_y.x(), 1e-3);
+      EXPECT_NEAR(row.lens[2][lane], by_y.y(), 1e-3);
+    }
+  }
+  EXPECT_GT(rays, 80);
 }
 
 // Rows linearised 0.2 mm beside a strip of the sheet, all rays within 1 mm taking part.
@@ -84,9 +125,9 @@ struct LinearStrip {
                                PointsBesideStrip(0.2), limits, rows.data());
     for (LinearRow& row : rows) TakeInliers(&row);
   }
-  GroupSystem At(const float (*step_mm)[kNodeLanes]) {
+  GroupSystem At(const RaySteps& steps) {
     GroupSystem system;
-    BestRayKernels().accumulate(rows.data(), static_cast<int>(rows.size()), step_mm, limits, &system);
+    BestRayKernels().accumulate(rows.data(), static_cast<int>(rows.size()), steps, limits, &system);
     return system;
   }
 
@@ -105,11 +146,10 @@ TEST(RayKernels, SurplusMakesTheMatrixTheDerivativeOfHubersGradient) {
   LinearStrip strip(0.3, 5);
   for (int axis = 0; axis < 3; ++axis) {
     constexpr float kStepMm = 2e-3f;
-    float forth_mm[3][kNodeLanes] = {}, back_mm[3][kNodeLanes] = {};
-    std::fill_n(forth_mm[axis], kNodeLanes, kStepMm);
-    std::fill_n(back_mm[axis], kNodeLanes, -kStepMm);
-    const float none_mm[3][kNodeLanes] = {};
-    const GroupSystem here = strip.At(none_mm), forth = strip.At(forth_mm), back = strip.At(back_mm);
+    RaySteps forward = AllStepping(), backward = AllStepping();
+    std::fill_n(forward.mm[axis], kNodeLanes, kStepMm);
+    std::fill_n(backward.mm[axis], kNodeLanes, -kStepMm);
+    const GroupSystem here = strip.At(AllStepping()), forth = strip.At(forward), back = strip.At(backward);
     int equal = 0;
     double without = 0;
     for (int lane = 0; lane < kNodeLanes; ++lane) {
@@ -126,10 +166,19 @@ TEST(RayKernels, SurplusMakesTheMatrixTheDerivativeOfHubersGradient) {
   }
 }
 
+TEST(RayKernels, NodesThatAreNotWantedChangeNothingForTheOthers) {
+  LinearStrip strip(0.3, 5);
+  RaySteps some;
+  some.wanted[2] = 1;
+  const GroupSystem all = strip.At(AllStepping()), one = strip.At(some);
+  for (int k = 0; k < 6; ++k) EXPECT_EQ(one.matrix[k][2], all.matrix[k][2]);
+  EXPECT_EQ(one.chi_square[2], all.chi_square[2]);
+  EXPECT_GT(one.inliers[2], 5);
+}
+
 TEST(RayKernels, SolvesAsEigenDoes) {
   LinearStrip strip(0.5, 6);
-  const float none_mm[3][kNodeLanes] = {};
-  GroupSystem system = strip.At(none_mm);
+  GroupSystem system = strip.At(AllStepping());
   for (auto& entry : system.matrix) entry[3] = 0;  // no rays
   for (auto& entry : system.surplus) entry[3] = 0;
   for (int k = 0; k < 6; ++k) system.surplus[k][4] = system.matrix[k][4];  // all beyond the bound
@@ -198,13 +247,13 @@ TEST(RayKernels, DistancesAreComparedWhereResidualsDoNotLimitThem) {
   RayLimits limits{9, 0.02f, 8, 0.5f, 2.5f};
   checks(3);
   for (LinearRow& row : linear) TakeInliers(&row);
-  float step_mm[3][kNodeLanes];
-  for (auto& component : step_mm)
+  RaySteps steps = AllStepping();
+  for (auto& component : steps.mm)
     for (int lane = 0; lane < kNodeLanes; ++lane) component[lane] = 0.04f * static_cast<float>(lane);
   GroupSystem with, without;
-  kernels.accumulate(linear.data(), group.count, step_mm, limits, &with);
+  kernels.accumulate(linear.data(), group.count, steps, limits, &with);
   limits.checks_distance = false;
-  kernels.accumulate(linear.data(), group.count, step_mm, limits, &without);
+  kernels.accumulate(linear.data(), group.count, steps, limits, &without);
   EXPECT_EQ(std::memcmp(&with, &without, sizeof with), 0);
   EXPECT_GT(with.inliers[0], with.inliers[15]);
 }
@@ -214,6 +263,9 @@ TEST(RayKernels, ReadsRowsThatAreWholeAndRefusesOthers) {
   for (int lane = 0; lane < kNodeLanes; ++lane)
     seen.push_back(
         {1000.25 + 5 * lane, 700.5 - lane, {7, 32 + lane, NodeKind::kCorner}, 0.1f + 0.01f * lane, 1});
+  RayCamera camera = {};
+  camera.center_px[0] = 640.5, camera.center_px[1] = 480.25;
+  camera.inverse_focal_px[0] = 1.0 / 2048, camera.inverse_focal_px[1] = 1.0 / 4096;
   const auto with = [&](int lane, auto change) {
     std::vector<Observation> changed = seen;
     change(changed[lane]);
@@ -227,14 +279,16 @@ TEST(RayKernels, ReadsRowsThatAreWholeAndRefusesOthers) {
 #endif
   for (const RayKernels* kernels : builds) {
     RayRow row;
-    ASSERT_TRUE(kernels->read(seen.data(), &row));
+    ASSERT_TRUE(kernels->read(camera, seen.data(), &row));
     for (int lane = 0; lane < kNodeLanes; ++lane) {
-      EXPECT_EQ(row.pixel_px[0][lane], seen[lane].x_px);
-      EXPECT_EQ(row.pixel_px[1][lane], seen[lane].y_px);
+      EXPECT_NEAR(double{row.pixel[0][lane]} + row.to_ray[0][lane], (seen[lane].x_px - 640.5) / 2048, 1e-15);
+      EXPECT_NEAR(double{row.pixel[1][lane]} + row.to_ray[1][lane], (seen[lane].y_px - 480.25) / 4096, 1e-15);
       EXPECT_EQ(row.sigma_px[lane], seen[lane].sigma_px);
     }
     for (int lane = 0; lane < kNodeLanes; ++lane) {
-      const auto refuses = [&](auto change) { return !kernels->read(with(lane, change).data(), &row); };
+      const auto refuses = [&](auto change) {
+        return !kernels->read(camera, with(lane, change).data(), &row);
+      };
       if (lane > 0) {
         EXPECT_TRUE(refuses([](Observation& o) { o.node.row = 8; })) << lane;
         EXPECT_TRUE(refuses([](Observation& o) { ++o.node.col; })) << lane;
@@ -273,10 +327,10 @@ TEST(RayKernels, SameBytesFromEveryInstructionSet) {
     std::memcpy(static_cast<void*>(out->rows), group.rows.data(), group.count * sizeof(RayRow));
     RayPoints points = PointsBesideStrip(0.2);
     points.anchor = 3;
-    float step_mm[3][kNodeLanes];
+    RaySteps steps = AllStepping();
     for (int lane = 0; lane < kNodeLanes; ++lane) {
       points.mm[1][lane] += 0.01 * lane;
-      for (int k = 0; k < 3; ++k) step_mm[k][lane] = 0.01f * static_cast<float>(k + lane - 9);
+      for (int k = 0; k < 3; ++k) steps.mm[k][lane] = 0.01f * static_cast<float>(k + lane - 9);
     }
     const RayLimits limits{1, 0.02f, 8, 0.5f, 2.5f};
     const RayCamera* cameras = strip.cameras();
@@ -286,7 +340,7 @@ TEST(RayKernels, SameBytesFromEveryInstructionSet) {
     kernels.score(cameras, out->rows, group.count, points, limits.radius_mm2, never, &out->score);
     kernels.linearise(cameras, out->rows, group.count, points, limits, out->linear);
     for (LinearRow& row : out->linear) TakeInliers(&row);
-    kernels.accumulate(out->linear, group.count, step_mm, limits, &out->system);
+    kernels.accumulate(out->linear, group.count, steps, limits, &out->system);
     kernels.start(cameras, out->rows, group.count, points, limits, out->started, &out->start);
     kernels.solve(out->system, &out->solution);
   };
