@@ -94,7 +94,7 @@ class Window {
   // of it there. False where nothing of the print is left.
   bool TrustPrint(CellFit* fit) {
     SampleMask trust;
-    WeighByResiduals(&trust);
+    kernels_.trust(model, samples_, light.solved.data(), trust.weights.data());
     rendered_ = false;
     if (!Render(&trust)) return false;
     kernels_.sum(model, samples_, &sums);
@@ -116,32 +116,6 @@ class Window {
     kernels_.render(print_, weights != nullptr ? weights->weights.data() : nullptr, &model);
     ++renderings;
     return light.Prepare(model.sums);
-  }
-
-  // Weights of a Cauchy distribution; 0 for samples that had none.
-  void WeighByResiduals(SampleMask* mask) const {
-    constexpr float kScale2 = 2.0f;       // of the distribution, squared, in mean squared residuals
-    constexpr float kLeastScale2 = 9.0f;  // in squared grey levels
-    auto& trust = mask->weights;
-    float sum = 0;
-    for (int k = 0; k < kSampleGroups * kSampleLanes; ++k) {
-      const int group = k / kSampleLanes, lane = k % kSampleLanes;
-      const float gain = light.solved[0] + light.solved[1] * CellSample(k % kCellSide) +
-                         light.solved[2] * CellSample(k / kCellSide);
-      const float weight = model.w[group][lane];
-      float squared = 0;
-      for (int c = 0; c < 3; ++c) {
-        const float residual =
-            weight * (samples_.value[c][group][lane] - light.solved[3]) - gain * model.wt[c][group][lane];
-        squared += residual * residual;
-      }
-      const float weighted = weight > 0 ? squared / (3 * weight) : 0;
-      sum += weighted;
-      trust[k] = weight > 0 ? weighted / weight : -1;
-    }
-    const float scale2 = std::max(kScale2 * sum / model.sums.weight, kLeastScale2);
-    for (int k = 0; k < kSampleGroups * kSampleLanes; ++k)
-      trust[k] = trust[k] < 0 ? 0 : scale2 / (scale2 + trust[k]);
   }
 
   const CellKernels& kernels_;

@@ -69,6 +69,9 @@ struct CellKernels {
   // border.
   void (*sample)(const PixelView& image, const CellPose& pose, const CellWarp& warp, CellSamples* samples);
   void (*sum)(const CellModel& model, const CellSamples& samples, CellImageSums* sums);
+  // Weights [4][16] of the samples under a Cauchy distribution of their residuals, as wide as these are in
+  // the mean; 0 for samples without weight. `light`: gain, its changes along u and v, offset.
+  void (*trust)(const CellModel& model, const CellSamples& samples, const float* light, float* weights);
 };
 
 // The fastest that this processor runs.

@@ -160,6 +160,7 @@ TEST(CellKernels, GiveTheSameBytesOnEveryInstructionSet) {
     CellModel expected_model;
     CellSamples expected_samples;
     CellImageSums expected_sums;
+    float expected_weights[kSampleGroups * kSampleLanes];
     for (const CellKernels* kernels : CellKernelsThatRunHere()) {
       CellModel model;
       CellSamples samples;
@@ -167,16 +168,61 @@ TEST(CellKernels, GiveTheSameBytesOnEveryInstructionSet) {
       kernels->render(look, nullptr, &model);
       kernels->sample({pixels.data(), 40, 30}, frame, bend, &samples);
       kernels->sum(model, samples, &sums);
+      const float light[4] = {0.9f, 0.05f, -0.1f, 3};
+      float weights[kSampleGroups * kSampleLanes];
+      kernels->trust(model, samples, light, weights);
       if (kernels == &baseline::kCellKernels) {
         expected_model = model;
         expected_samples = samples;
         expected_sums = sums;
+        std::copy_n(weights, kSampleGroups * kSampleLanes, expected_weights);
       }
       EXPECT_EQ(std::memcmp(&model.sums, &expected_model.sums, sizeof model.sums), 0);
       EXPECT_EQ(std::memcmp(&samples, &expected_samples, sizeof samples), 0);
       EXPECT_EQ(std::memcmp(&sums, &expected_sums, sizeof sums), 0);
+      EXPECT_EQ(std::memcmp(weights, expected_weights, sizeof weights), 0);
     }
   }
+}
+
+TEST(CellKernels, TrustSamplesLikeACauchyDistributionOfTheirResiduals) {
+  const SampledProfile profile(0.75);
+  CellPrint look = SomeLook(profile);
+  look.neighbor_weights[6] = 0;
+  CellModel model;
+  BestCellKernels().render(look, nullptr, &model);
+  const float light[4] = {0.9f, 0.05f, -0.1f, 3};
+  // The print in that light, but for some noise, and something in front of two samples.
+  constexpr int kSamples = kSampleGroups * kSampleLanes, kCovered[] = {20, 21};
+  std::mt19937 random(9);
+  std::uniform_real_distribution<float> noise(-20, 20);
+  CellSamples samples = {};
+  double weighted[kSamples], sum = 0;
+  for (int k = 0; k < kSamples; ++k) {
+    const int group = k / kSampleLanes, lane = k % kSampleLanes;
+    const double u = CellSample(k % kCellSide), v = CellSample(k / kCellSide), w = model.w[group][lane];
+    double squared = 0;
+    for (int c = 0; c < 3 && w > 0; ++c) {
+      const float off = noise(random) + (std::ranges::find(kCovered, k) != std::end(kCovered) ? 150 : 0);
+      const double gain = light[0] + light[1] * u + light[2] * v;
+      samples.value[c][group][lane] =
+          static_cast<float>(gain * model.wt[c][group][lane] / w + light[3] + off);
+      squared += off * off / 3;
+    }
+    weighted[k] = squared;
+    sum += w * squared;
+  }
+  const double scale2 = 2 * sum / model.sums.weight;
+  ASSERT_GT(scale2, 9);
+  float weights[kSamples];
+  BestCellKernels().trust(model, samples, light, weights);
+  for (int k = 0; k < kSamples; ++k) {
+    const bool seen = model.w[k / kSampleLanes][k % kSampleLanes] > 0;
+    EXPECT_NEAR(weights[k], seen ? scale2 / (scale2 + weighted[k]) : 0, 1e-3) << k;
+  }
+  EXPECT_LT(weights[kCovered[0]], 0.2);
+  EXPECT_EQ(weights[kSamples - kCellSide], 0);  // of a neighbour that is not in sight
+  EXPECT_GT(weights[0], 0.5);
 }
 
 TEST(CellKernels, SampleBilinearlyAndStayInTheImage) {
