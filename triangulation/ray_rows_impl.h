@@ -158,9 +158,10 @@ inline void UndistortRow(const RayCamera& camera, int first, RayRow* row) {
   const Lanes none = Lanes{} + __builtin_nanf("");
   Store(found ? x : none, row->to_ray[0] + first);
   Store(found ? y : none, row->to_ray[1] + first);
-  Store(xx, row->lens[0] + first);
-  Store(xy, row->lens[1] + first);
-  Store(yy, row->lens[2] + first);
+  // A lens that is no number, of a pixel without a ray, would spoil the sums of its node.
+  Store(found ? xx : Lanes{}, row->lens[0] + first);
+  Store(found ? xy : Lanes{}, row->lens[1] + first);
+  Store(found ? yy : Lanes{}, row->lens[2] + first);
 }
 
 inline void Undistort(const RayCamera* cameras, int count, RayRow* rows) {

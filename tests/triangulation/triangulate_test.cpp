@@ -119,6 +119,21 @@ TEST(Triangulate, TakesTheBestOfACamerasTwoObservations) {
   EXPECT_LT((cloud->points[0].position_mm - kPoint).norm(), 1e-6);
 }
 
+TEST(Triangulate, APixelThatNoRayHasSaysNothingAboutTheOthers) {
+  const Rig rig = RingRig(6);
+  std::vector<ViewObservations> views;
+  for (int c = 0; c < 6; ++c) views.push_back({c, {Seen(rig.cameras[c], kPoint)}});
+  const auto expected = Triangulate(rig, {views.begin() + 1, views.end()}, Options());
+  for (const double x_px : {1e6, 1e30, 1e300}) {
+    views[0].observations[0].x_px = x_px;
+    const auto cloud = Triangulate(rig, views, Options());
+    ASSERT_TRUE(cloud.ok());
+    ASSERT_EQ(cloud->points.size(), 1u) << x_px;
+    EXPECT_EQ(cloud->points[0].views, 5);
+    EXPECT_LT((cloud->points[0].position_mm - expected->points[0].position_mm).norm(), 1e-6) << x_px;
+  }
+}
+
 TEST(Triangulate, RejectsRaysThatDoNotMeet) {
   const Rig rig = RingRig(6);
   std::vector<ViewObservations> views;
