@@ -41,7 +41,7 @@ Eigen::Vector3d OfLane(const T (&components)[3][kNodeLanes], int lane) {
 
 // Direction of a lane's ray in the world, with depth 1.
 Eigen::Vector3d RayOf(const RayCamera& camera, const RayRow& row, int lane) {
-  const double* r = camera.exact.rotation;
+  const double* r = camera.rotation;
   const double x = double{row.pixel[0][lane]} + row.to_ray[0][lane];
   const double y = double{row.pixel[1][lane]} + row.to_ray[1][lane];
   return {r[0] * x + r[3] * y + r[6], r[1] * x + r[4] * y + r[7], r[2] * x + r[5] * y + r[8]};
@@ -196,8 +196,7 @@ void GroupSolver::RefinePoints() {
   for (int lane = 0; lane < kNodeLanes; ++lane) {
     for (float* component : {steps_.mm[0], steps_.mm[1], steps_.mm[2]}) component[lane] = 0;
     SetPoint(lane, lanes_[lane].best_mm);
-    steps_.wanted[lane] = lanes_[lane].stage == Lane::Stage::kRefine ? 1 : 0;
-    refining |= steps_.wanted[lane] != 0;
+    refining |= lanes_[lane].stage == Lane::Stage::kRefine;
   }
   if (!refining) return;
   StartRefining();
@@ -209,12 +208,11 @@ void GroupSolver::RefinePoints() {
     for (int lane = 0; lane < kNodeLanes; ++lane) {
       if (lanes_[lane].stage != Lane::Stage::kRefine) continue;
       moved |= Step(lane);
-      steps_.wanted[lane] = lanes_[lane].stage == Lane::Stage::kRefine ? 1 : 0;
-      refining |= steps_.wanted[lane] != 0;
+      refining |= lanes_[lane].stage == Lane::Stage::kRefine;
     }
     if (!refining) return;
     if (moved) Linearise();
-    BestRayKernels().accumulate(linear_.data(), group_->count, steps_, limits_, &system_);
+    Accumulate();
   }
 }
 
@@ -227,7 +225,7 @@ void GroupSolver::StartRefining() {
   Linearise();  // inliers as `start` found them at first, whatever their residuals
   KeepBestOfCameras();
   for (int lane = 0; lane < kNodeLanes; ++lane) TakeInliers(lane);
-  BestRayKernels().accumulate(linear_.data(), group_->count, steps_, limits_, &system_);
+  Accumulate();
 }
 
 // One step, or the end of a round; true where the rows have to be linearised again.
@@ -360,6 +358,13 @@ void GroupSolver::Linearise() {
   limits_.checks_distance =
       BestRayKernels().linearise(cameras_.data(), group_->rows.data(), group_->count,
                                  PointsOf(Lane::Stage::kRefine), limits_, linear_.data());
+}
+
+// The systems of the nodes that are still refined.
+void GroupSolver::Accumulate() {
+  for (int lane = 0; lane < kNodeLanes; ++lane)
+    steps_.wanted[lane] = lanes_[lane].stage == Lane::Stage::kRefine ? 1 : 0;
+  BestRayKernels().accumulate(linear_.data(), group_->count, steps_, limits_, &system_);
 }
 
 // The points, anchored at the first lane in a stage.

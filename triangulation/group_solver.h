@@ -65,6 +65,7 @@ class GroupSolver {
 
   void TakeInliers(int lane);
   void Linearise();
+  void Accumulate();
   const RayPoints& PointsOf(Lane::Stage stage);
   void KeepBestOfCameras();
   void SetPoint(int lane, const Eigen::Vector3d& point_mm);

@@ -69,20 +69,15 @@ double SafeSquare(const std::array<double, 8>& d) {
   return safe;
 }
 
-template <typename T>
-RayCameraNumbers<T> NumbersOf(const CameraModel& camera) {
-  RayCameraNumbers<T> out;
-  for (int i = 0; i < 9; ++i) out.rotation[i] = static_cast<T>(camera.rotation(i / 3, i % 3));
-  for (int i = 0; i < 8; ++i) out.distortion[i] = static_cast<T>(camera.distortion[i]);
-  out.fx_px = static_cast<T>(camera.fx_px);
-  out.fy_px = static_cast<T>(camera.fy_px);
-  return out;
-}
-
 RayCamera MakeRayCamera(const CameraModel& camera, double calibration_sigma_px) {
   RayCamera out{};
-  out.exact = NumbersOf<double>(camera);
-  out.rough = NumbersOf<float>(camera);
+  for (int i = 0; i < 9; ++i) {
+    out.rotation[i] = camera.rotation(i / 3, i % 3);
+    out.rough.rotation[i] = static_cast<float>(out.rotation[i]);
+  }
+  for (int i = 0; i < 8; ++i) out.rough.distortion[i] = static_cast<float>(camera.distortion[i]);
+  out.rough.fx_px = static_cast<float>(camera.fx_px);
+  out.rough.fy_px = static_cast<float>(camera.fy_px);
   out.inverse_focal_px[0] = 1 / camera.fx_px, out.inverse_focal_px[1] = 1 / camera.fy_px;
   out.center_px[0] = camera.cx_px, out.center_px[1] = camera.cy_px;
   const Eigen::Vector3d origin = camera.CenterWorld();
@@ -103,6 +98,7 @@ bool SetAll(const RayCamera& camera, const Observation* seen, RayRow* row) {
          BestRayKernels().read(camera, seen, row);
 }
 
+// As `read` does it.
 void Set(const RayCamera& camera, const Observation& o, uint32_t lane, RayRow* row) {
   const double pixel_px[2] = {o.x_px, o.y_px};
   for (int k = 0; k < 2; ++k) {

@@ -11,18 +11,9 @@ namespace weft {
 
 inline constexpr int kNodeLanes = 16;
 
-// distortion holds k1 k2 p1 p2 k3 k4 k5 k6, rotation is camera_from_world, row by row.
-template <typename T>
-struct RayCameraNumbers {
-  T rotation[9];
-  T fx_px, fy_px;
-  T distortion[8];
-};
-
-// A camera as the kernels need it, its numbers in two precisions.
+// A camera as the kernels need it.
 struct RayCamera {
-  RayCameraNumbers<double> exact;
-  RayCameraNumbers<float> rough;
+  double rotation[9];          // camera_from_world, row by row
   double inverse_focal_px[2];  // 1 / fx_px, 1 / fy_px
   double center_px[2];
   double translation_mm[3];  // camera_from_world
@@ -30,6 +21,11 @@ struct RayCamera {
   float calibration_px2;  // variance that the calibration leaves in a projected point
   bool rational;          // k4, k5 or k6 are not 0
   float safe_square;      // up to this squared distance from the axis the lens model is one-to-one
+  struct Floats {
+    float rotation[9];
+    float fx_px, fy_px;
+    float distortion[8];  // k1 k2 p1 p2 k3 k4 k5 k6
+  } rough;
 };
 
 // What one camera saw of the nodes of a group. A camera that saw one of them more than once has several rows,
@@ -41,7 +37,7 @@ struct alignas(64) RayRow {
   // From there to the rays, good to a thousandth of a pixel; NaN where there is none. Before `undistort`,
   // what the floats lack of the pixels.
   float to_ray[2][kNodeLanes];
-  float lens[3][kNodeLanes];  // derivative of the pixel by the ray: xx xy yy
+  float lens[3][kNodeLanes];  // derivative of the pixel by the ray: xx xy yy; 0 where there is none
   int32_t camera;
   bool repeated;      // of the same camera as the row before
   const void* ahead;  // what the camera saw of the next nodes; may be null

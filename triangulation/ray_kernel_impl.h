@@ -70,10 +70,10 @@ struct Anchor {
   Anchor(const RayCamera& of, const RayPoints& points) : camera(of) {
     double at[3], anchor_mm[3];
     for (int k = 0; k < 3; ++k) anchor_mm[k] = points.mm[k][points.anchor];
-    const double* exact = camera.exact.rotation;
+    const double* r = camera.rotation;
     for (int k = 0; k < 3; ++k)
-      at[k] = exact[3 * k] * anchor_mm[0] + exact[3 * k + 1] * anchor_mm[1] +
-              exact[3 * k + 2] * anchor_mm[2] + camera.translation_mm[k];
+      at[k] = r[3 * k] * anchor_mm[0] + r[3 * k + 1] * anchor_mm[1] + r[3 * k + 2] * anchor_mm[2] +
+              camera.translation_mm[k];
     constexpr double kLeastDepthMm = 1;
     const double inverse = at[2] > kLeastDepthMm ? 1 / at[2] : 0;
     depth = static_cast<float>(at[2]);
@@ -121,7 +121,7 @@ inline Seen See(const Anchor& anchor, const RayRow& row, int first, const NearPo
         (anchor.plane[k] - Load(row.pixel[k] + first)) + (from_anchor + anchor.plane_rest[k]);
     from_ray[k] = seen.valid ? from_pixel - Load(row.to_ray[k] + first) : Lanes{};
   }
-  const RayCameraNumbers<float>& camera = anchor.camera.rough;
+  const RayCamera::Floats& camera = anchor.camera.rough;
   const Lanes xy = Load(row.lens[1] + first);
   seen.residual_px[0] = camera.fx_px * (Load(row.lens[0] + first) * from_ray[0] + xy * from_ray[1]);
   seen.residual_px[1] = camera.fy_px * (xy * from_ray[0] + Load(row.lens[2] + first) * from_ray[1]);

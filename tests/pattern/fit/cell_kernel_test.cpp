@@ -197,7 +197,7 @@ TEST(CellKernels, TrustSamplesLikeACauchyDistributionOfTheirResiduals) {
   std::mt19937 random(9);
   std::uniform_real_distribution<float> noise(-20, 20);
   CellSamples samples = {};
-  double weighted[kSamples], sum = 0;
+  double squared_of[kSamples], sum = 0;
   for (int k = 0; k < kSamples; ++k) {
     const int group = k / kSampleLanes, lane = k % kSampleLanes;
     const double u = CellSample(k % kCellSide), v = CellSample(k / kCellSide), w = model.w[group][lane];
@@ -209,7 +209,7 @@ TEST(CellKernels, TrustSamplesLikeACauchyDistributionOfTheirResiduals) {
           static_cast<float>(gain * model.wt[c][group][lane] / w + light[3] + off);
       squared += off * off / 3;
     }
-    weighted[k] = squared;
+    squared_of[k] = squared;
     sum += w * squared;
   }
   const double scale2 = 2 * sum / model.sums.weight;
@@ -218,7 +218,7 @@ TEST(CellKernels, TrustSamplesLikeACauchyDistributionOfTheirResiduals) {
   BestCellKernels().trust(model, samples, light, weights);
   for (int k = 0; k < kSamples; ++k) {
     const bool seen = model.w[k / kSampleLanes][k % kSampleLanes] > 0;
-    EXPECT_NEAR(weights[k], seen ? scale2 / (scale2 + weighted[k]) : 0, 1e-3) << k;
+    EXPECT_NEAR(weights[k], seen ? scale2 / (scale2 + squared_of[k]) : 0, 1e-3) << k;
   }
   EXPECT_LT(weights[kCovered[0]], 0.2);
   EXPECT_EQ(weights[kSamples - kCellSide], 0);  // of a neighbour that is not in sight
