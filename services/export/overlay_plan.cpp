@@ -51,7 +51,7 @@ ExportRequest InTheWorld(const std::string& result, const std::string& out, cons
   world.out = out;
   world.frames = frames;
   world.up = UpAxis::kY;
-  world.world_up = "y";
+  world.world_up = std::string("y");  // GCC 12 warns of the assignment of a letter (bug 105329)
   world.unit = LengthUnit::kMillimetre;
   return world;
 }
