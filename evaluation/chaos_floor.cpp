@@ -1,5 +1,7 @@
 #include "evaluation/chaos_floor.h"
 
+#include <Eigen/Geometry>
+
 #include <cmath>
 #include <utility>
 
