@@ -39,9 +39,20 @@ fi
 echo "Installing ${#missing[@]} Debian packages (once, about 2 minutes)"
 log=$(mktemp)
 trap 'rm -f "$log"' EXIT
-if ! { "${as_root[@]}" apt-get update -q &&
-  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends "${missing[@]}"; } > "$log" 2>&1; then
-  tail -n 20 "$log" >&2
-  echo "weft: apt-get failed; its last lines stand above" >&2
-  exit 1
-fi
+
+# A fresh Debian often updates itself. apt's own option waits for the lock of dpkg, not for that of the lists.
+apt() {
+  local deadline=$((SECONDS + ${WEFT_APT_PATIENCE_S:-900})) told=
+  until "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive LC_ALL=C apt-get -o DPkg::Lock::Timeout=60 "$@" > "$log" 2>&1; do
+    if ! grep -qE 'Could not get lock|Unable to (acquire|lock)|is held by process' "$log" || ((SECONDS > deadline)); then
+      tail -n 20 "$log" >&2
+      echo "weft: apt-get failed; its last lines stand above" >&2
+      exit 1
+    fi
+    [[ -n $told ]] || echo "Another program installs packages; waiting until it is through"
+    told=1
+    sleep 3
+  done
+}
+apt update -q
+apt install -y -q --no-install-recommends "${missing[@]}"
