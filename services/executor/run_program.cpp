@@ -14,13 +14,14 @@
 namespace weft {
 namespace {
 
-constexpr size_t kKeptBytes = size_t{1} << 20;
 constexpr size_t kShownBytes = 500;
 
-// Its end, where programs say what went wrong.
-std::string EndOf(const std::string& out, const std::string& err) {
+// The end of it, where programs say what went wrong.
+std::string Printed(const std::string& out, const std::string& err) {
   const std::string all = out + err;
-  return all.substr(all.size() - std::min(all.size(), kShownBytes));
+  const std::string end = all.substr(all.size() - std::min(all.size(), kShownBytes));
+  const absl::string_view words = absl::StripAsciiWhitespace(end);
+  return words.empty() ? "" : absl::StrCat("; it printed: ", words);
 }
 
 }  // namespace
@@ -40,20 +41,19 @@ absl::StatusOr<std::string> RunProgram(const std::string& program, const Program
     ended = (files[0].revents & POLLIN) != 0;  // so that all it printed is read below
     out += child->ReadOut();
     err += child->ReadErr();
-    out.resize(std::min(out.size(), kKeptBytes));
-    if (err.size() > kKeptBytes) err.erase(0, err.size() - kKeptBytes);
+    out.resize(std::min(out.size(), run.most_bytes));
+    if (err.size() > run.most_bytes) err.erase(0, err.size() - run.most_bytes);
     if (ended) break;
     if (run.stop.stop_requested()) return absl::CancelledError(absl::StrCat(program, ": was to stop"));
     if (std::chrono::steady_clock::now() > deadline) {
       return absl::DeadlineExceededError(absl::StrCat(program, ": took more than ",
                                                       std::chrono::duration<double>(run.patience).count(),
-                                                      " s and was ended"));
+                                                      " s and was ended", Printed(out, err)));
     }
   }
   const int status = child->Reap();
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return out;
-  return absl::InternalError(absl::StrCat(program, ": ", DescribeExit(status),
-                                          "; it printed: ", absl::StripAsciiWhitespace(EndOf(out, err))));
+  return absl::InternalError(absl::StrCat(program, ": ", DescribeExit(status), Printed(out, err)));
 }
 
 }  // namespace weft

@@ -2,7 +2,9 @@
 
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
+#include <limits>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
@@ -15,6 +17,10 @@ namespace weft {
 namespace {
 
 constexpr std::chrono::seconds kPatience{20};
+constexpr char kEnv[] = "/usr/bin/env";
+constexpr char kWholeLists[] = "SLURM_BITSTR_LEN=0";
+// squeue prints 3 kB for each element that runs, and scontrol shows the jobs of all users.
+constexpr size_t kMostBytes = size_t{256} << 20;
 
 absl::StatusOr<std::string> FindCommand(const std::string& name, const std::string& folder) {
   const char* path = getenv("PATH");
@@ -41,26 +47,23 @@ std::string ErrorLine(const absl::Status& status) {
 }  // namespace
 
 bool IsRefusedForGood(const std::string& printed) {
-  for (const char* words : {"nvalid partition",
-                            "nvalid account",
-                            "nvalid qos",
-                            "nvalid time limit",
-                            "time limit is invalid",
-                            "nvalid feature",
-                            "nvalid job array",
-                            "nvalid option",
-                            "unrecognized option",
-                            "nvalid constraint",
-                            "nvalid generic resource",
-                            "node configuration is not available",
-                            "nvalid node name",
-                            "Memory specification can not be satisfied",
-                            "CPU count per node can not be satisfied",
-                            "ccess denied",
-                            "not permitted to use",
-                            "exceeds",
-                            "nvalid directive",
-                            "nvalid numeric value"}) {
+  for (const char* words :
+       {"nvalid partition", "nvalid account", "nvalid qos", "nvalid time limit", "time limit is invalid",
+        "nvalid feature", "nvalid option", "unrecognized option", "nvalid constraint",
+        "nvalid generic resource", "node configuration is not available", "nvalid node name",
+        "Memory specification can not be satisfied", "CPU count per node can not be satisfied",
+        "ccess denied", "not permitted to use", "exceeds", "nvalid directive", "nvalid numeric value"}) {
+    if (absl::StrContains(printed, words)) return true;
+  }
+  return false;
+}
+
+bool IsTooMany(const std::string& printed) {
+  for (const char* words : {"nvalid job array specification",  // MaxArraySize, max_array_tasks
+                            "unable to accept job",            // MaxJobCount
+                            "job queue full",
+                            "job submit limit",  // of an account, a user or a quality of service
+                            "MaxSubmit"}) {
     if (absl::StrContains(printed, words)) return true;
   }
   return false;
@@ -84,6 +87,7 @@ absl::StatusOr<std::string> SlurmCommands::Run(const std::string& program,
   ProgramRun run;
   run.arguments = arguments;
   run.patience = kPatience;
+  run.most_bytes = kMostBytes;
   return RunProgram(program, run);
 }
 
@@ -91,8 +95,9 @@ absl::StatusOr<int64_t> SlurmCommands::Submit(const std::vector<std::string>& ar
   const absl::StatusOr<std::string> printed = Run(sbatch_, arguments);
   if (!printed.ok()) {
     const std::string line = ErrorLine(printed.status());
-    return IsRefusedForGood(std::string(printed.status().message())) ? absl::FailedPreconditionError(line)
-                                                                     : absl::UnavailableError(line);
+    const std::string all(printed.status().message());
+    if (IsTooMany(all)) return absl::ResourceExhaustedError(line);
+    return IsRefusedForGood(all) ? absl::FailedPreconditionError(line) : absl::UnavailableError(line);
   }
   int64_t id = 0;
   // "12" or "12;cluster".
@@ -101,14 +106,33 @@ absl::StatusOr<int64_t> SlurmCommands::Submit(const std::vector<std::string>& ar
                                              "\" where the id of a job was expected"));
 }
 
+absl::StatusOr<int> SlurmCommands::MostElements() const {
+  const absl::StatusOr<std::string> config = Run(scontrol_, {"show", "config"});
+  if (!config.ok()) return absl::UnavailableError(ErrorLine(config.status()));
+  int most = std::numeric_limits<int>::max();
+  for (const absl::string_view line : absl::StrSplit(*config, '\n')) {
+    const std::pair<absl::string_view, absl::string_view> parts =
+        absl::StrSplit(line, absl::MaxSplits('=', 1));
+    const absl::string_view name = absl::StripAsciiWhitespace(parts.first);
+    int value = 0;
+    if (!absl::SimpleAtoi(absl::StripAsciiWhitespace(parts.second), &value)) continue;
+    // Indexes are below MaxArraySize; jobs, elements among them, are fewer than MaxJobCount.
+    if (name == "MaxArraySize") most = std::min(most, value);
+    if (name == "MaxJobCount") most = std::min(most, value - 1);
+  }
+  return std::max(1, most);
+}
+
 absl::StatusOr<std::vector<SlurmRecord>> SlurmCommands::Query() const {
-  const absl::StatusOr<std::string> printed = Run(squeue_, {"--json", "--states=all", "--me"});
+  // Without the variable lists of waiting elements end after 64 characters.
+  const absl::StatusOr<std::string> printed =
+      Run(kEnv, {kWholeLists, squeue_, "--json", "--states=all", "--me"});
   if (printed.ok()) {
     absl::StatusOr<std::vector<SlurmRecord>> records = ParseSqueue(*printed);
     if (records.ok() || absl::IsUnavailable(records.status())) return records;
   }
   // A Slurm that was built without JSON.
-  const absl::StatusOr<std::string> shown = Run(scontrol_, {"show", "job"});
+  const absl::StatusOr<std::string> shown = Run(kEnv, {kWholeLists, scontrol_, "show", "job"});
   if (!shown.ok()) return absl::UnavailableError(ErrorLine(printed.ok() ? shown.status() : printed.status()));
   absl::StatusOr<std::vector<SlurmRecord>> records = ParseScontrolJobs(*shown);
   return records.ok() ? records : absl::UnavailableError(records.status().message());

@@ -18,8 +18,12 @@ class SlurmCommands {
   static absl::StatusOr<SlurmCommands> Find(const std::string& folder);
 
   // The id of the job that sbatch makes of these arguments. Unavailable: Slurm does not answer, or takes no
-  // job now; the same call may succeed later. FailedPrecondition: it refuses these options for good.
+  // job now; the same call may succeed later. ResourceExhausted: these are more elements than it takes now.
+  // FailedPrecondition: it refuses these options for good.
   absl::StatusOr<int64_t> Submit(const std::vector<std::string>& arguments) const;
+  // The most elements that an array may have, by MaxArraySize and MaxJobCount of the cluster. Unavailable: no
+  // answer.
+  absl::StatusOr<int> MostElements() const;
   // All jobs that Slurm knows of this user, in one query. Unavailable: no answer.
   absl::StatusOr<std::vector<SlurmRecord>> Query() const;
   // `jobs`: "12", or "12_3" for an element of an array. Those that have ended are no error. Unavailable.
@@ -36,5 +40,7 @@ class SlurmCommands {
 
 // Whether what sbatch printed says that the same options will never do.
 bool IsRefusedForGood(const std::string& printed);
+// Whether it says that they were too many: fewer elements, or the same later, may do.
+bool IsTooMany(const std::string& printed);
 
 }  // namespace weft

@@ -119,6 +119,15 @@ void SlurmExecutor::QueryIfSilent() {
   UseRecords(*records);
 }
 
+// Where one of ours cannot be read, or one of which nobody knows whose it is, those that are missing may be
+// it.
+bool SlurmExecutor::IsWhole(const std::vector<SlurmRecord>& records) const {
+  return std::none_of(records.begin(), records.end(), [this](const SlurmRecord& record) {
+    const int64_t array_id = record.array_id > 0 ? record.array_id : record.job_id;
+    return !record.fault.empty() && (array_id <= 0 || own_arrays_.contains(array_id));
+  });
+}
+
 // Jobs with our tag that no run of ours knows: of an executor that was killed, or of an sbatch whose answer
 // was lost.
 void SlurmExecutor::CancelLeftovers(const std::vector<SlurmRecord>& records) {
@@ -131,6 +140,7 @@ void SlurmExecutor::CancelLeftovers(const std::vector<SlurmRecord>& records) {
   for (const SlurmRecord& record : records) {
     if (record.comment != absl::StrCat("weft:", tag_) || HasEnded(record.state)) continue;
     const int64_t array_id = record.array_id > 0 ? record.array_id : record.job_id;
+    if (array_id <= 0) continue;
     if (!own_arrays_.contains(array_id)) left.push_back(absl::StrCat(array_id));
   }
   std::sort(left.begin(), left.end());
@@ -145,11 +155,16 @@ void SlurmExecutor::CancelLeftovers(const std::vector<SlurmRecord>& records) {
 
 void SlurmExecutor::UseRecords(const std::vector<SlurmRecord>& records) {
   const Clock::time_point now = Clock::now();
+  const bool is_whole = IsWhole(records);
   for (const std::unique_ptr<Run>& run : runs_) {
     if (!run->array || run->gone_at) continue;
     const SlurmRecord* record = FindElement(records, run->array->id, run->index);
     if (record == nullptr) {
-      run->gone_at = now;
+      if (is_whole) run->gone_at = now;
+      continue;
+    }
+    if (!record->fault.empty()) {
+      run->listener.waits(absl::StrCat("what Slurm says of a task cannot be read: ", record->fault));
       continue;
     }
     run->record = *record;

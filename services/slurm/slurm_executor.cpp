@@ -23,6 +23,8 @@ constexpr int64_t kLeastMemoryMib = 512;
 constexpr double kMemoryMargin = 1.5;
 constexpr std::chrono::milliseconds kGather{150};  // tasks of one array come at once
 constexpr std::chrono::seconds kSubmitAgain{5};
+constexpr std::chrono::seconds kSubmitWhenFull{
+    30};  // sbatch itself waits 20 s for room, and this thread with it
 
 bool IsPlainTaskName(const std::string& name) {
   return !name.empty() && name.size() < 200 && name.front() != '.' &&
@@ -182,6 +184,7 @@ void SlurmExecutor::Submit() {
   const Clock::time_point now = Clock::now();
   if (!knows_leftovers_ || (submit_again_ && now < *submit_again_)) return;
   submit_again_.reset();
+  LearnLimits();
   std::vector<std::string> jobs;  // with tasks to submit, the first ones first
   for (const std::unique_ptr<Run>& run : runs_) {
     if (!run->array && !run->over && std::find(jobs.begin(), jobs.end(), run->task.job_id()) == jobs.end())
@@ -198,6 +201,7 @@ void SlurmExecutor::SubmitJob(const std::string& job_id, Clock::time_point now) 
   std::vector<const v1::Task*> tasks;
   for (const std::unique_ptr<Run>& run : runs_) {
     if (run->array || run->over || run->was_stopped || run->task.job_id() != job_id) continue;
+    if (runs.size() == most_at_once_) break;
     runs.push_back(run.get());
     tasks.push_back(&run->task);
   }
@@ -210,14 +214,13 @@ void SlurmExecutor::SubmitJob(const std::string& job_id, Clock::time_point now) 
   if (absl::Status status = array->folder.Write(tasks, options_, map_); !status.ok())
     return RefuseAll(runs, status);
   const absl::StatusOr<int64_t> id = commands_.Submit(SubmitArguments(*array, *tasks.front()));
-  if (absl::IsUnavailable(id.status())) {
+  if (absl::IsUnavailable(id.status()) || absl::IsResourceExhausted(id.status())) {
     for (size_t i = 0; i < runs.size(); ++i) array->folder.Remove(static_cast<int>(i));
     array->folder.RemoveIfEmpty();
-    submit_again_ = now + kSubmitAgain;
-    return TellWaiting(
-        absl::StrCat("waits for Slurm, which takes no task now: ", absl::string_view(id.status().message())));
+    return SubmitLater(runs.size(), id.status(), now);
   }
   if (!id.ok()) return RefuseAll(runs, id.status());
+  most_at_once_ = std::min(array_limit_, std::max(most_at_once_, 2 * runs.size()));
   array->id = *id;
   own_arrays_.insert(*id);
   v1::SubmittedArray submitted;
@@ -235,6 +238,30 @@ void SlurmExecutor::SubmitJob(const std::string& job_id, Clock::time_point now) 
     runs[i]->submitted_unix_ns = HostTime_ns();
     runs[i]->heard = Clock::now();
   }
+}
+
+// Tasks that Slurm did not take. Fewer of them may do at once, where they were too many.
+void SlurmExecutor::SubmitLater(size_t elements, const absl::Status& status, Clock::time_point now) {
+  const absl::string_view said = status.message();
+  if (absl::IsUnavailable(status)) {
+    submit_again_ = now + kSubmitAgain;
+    return TellWaiting(absl::StrCat("waits for Slurm, which takes no task now: ", said));
+  }
+  most_at_once_ = std::max<size_t>(1, elements / 2);
+  submit_again_ = elements > 1 ? now : Clock::now() + kSubmitWhenFull;
+  TellWaiting(absl::StrCat("waits for Slurm, which takes no ", elements, elements == 1 ? " task" : " tasks",
+                           " more now: ", said,
+                           "; see MaxJobCount, MaxArraySize and MinJobAge of `scontrol show config`, and the "
+                           "limits on submitted jobs of the account"));
+}
+
+void SlurmExecutor::LearnLimits() {
+  if (knows_limits_) return;
+  knows_limits_ = true;
+  // What does not answer is learnt from what sbatch refuses.
+  const absl::StatusOr<int> most = commands_.MostElements();
+  array_limit_ = static_cast<size_t>(std::min(most.value_or(kMostSubmitted), kMostSubmitted));
+  most_at_once_ = array_limit_;
 }
 
 std::vector<std::string> SlurmExecutor::SubmitArguments(const Array& array, const v1::Task& first) const {
@@ -275,9 +302,10 @@ void SlurmExecutor::RefuseAll(const std::vector<Run*>& runs, const absl::Status&
   if (!verdict.end.refused) {
     verdict.error.emplace();
     verdict.error->set_code("FAILED_PRECONDITION");
-    verdict.error->set_message(absl::StrCat("its tasks cannot be given to Slurm: ", verdict.end.reason,
-                                            "; mend the options --slurm-... of weftd, then `weft job retry` "
-                                            "goes on"));
+    verdict.error->set_message(absl::StrCat(
+        "its tasks cannot be given to Slurm: ", verdict.end.reason,
+        "; start weftd with other options of Slurm (`weftd --help` lists them), then `weft job retry` "
+        "goes on"));
   }
   for (Run* run : runs) End(*run, verdict);
 }

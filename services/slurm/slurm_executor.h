@@ -22,12 +22,12 @@
 
 namespace weft {
 
-// One thread submits tasks, those of a job that come at once as one array, and reads the files in which
-// workers write what they do. Slurm is asked only for tasks that say nothing, with one query for all of them
-// and not more often than SlurmOptions.query_s. No element runs twice: tasks that are lost end, and
-// whoever started them starts new ones. Where Slurm does not answer, tasks wait and say so. Tasks of an
-// executor that was killed are offered by the next one on the same folder (TakeUp), and cancelled where
-// nobody wants them.
+// One thread submits tasks, those of a job that come at once as one array, or as several where the cluster
+// limits arrays or jobs. It reads the files in which workers write what they do. Slurm is asked only for
+// tasks that say nothing, with one query for all of them and not more often than SlurmOptions.query_s. No
+// element runs twice: tasks that are lost end, and whoever started them starts new ones. Where Slurm does not
+// answer, tasks wait and say so. Tasks of an executor that was killed are offered by the next one on the same
+// folder (TakeUp), and cancelled where nobody wants them.
 class SlurmExecutor : public Executor {
  public:
   // InvalidArgument: options. NotFound: a command of Slurm. Otherwise errors of CreateFolders. A cluster that
@@ -58,6 +58,8 @@ class SlurmExecutor : public Executor {
   bool TakeRequests();
   void Submit();
   void SubmitJob(const std::string& job_id, Clock::time_point now);
+  void LearnLimits();
+  void SubmitLater(size_t elements, const absl::Status& status, Clock::time_point now);
   std::vector<std::string> SubmitArguments(const Array& array, const v1::Task& first) const;
   void RefuseAll(const std::vector<Run*>& runs, const absl::Status& status);
   int Room() const;
@@ -67,6 +69,7 @@ class SlurmExecutor : public Executor {
   void CancelStopped();
   void QueryIfSilent();
   void UseRecords(const std::vector<SlurmRecord>& records);
+  bool IsWhole(const std::vector<SlurmRecord>& records) const;
   void CancelLeftovers(const std::vector<SlurmRecord>& records);
   void Conclude();
   bool IsOver(const Run& run, Clock::time_point now) const;
@@ -102,6 +105,8 @@ class SlurmExecutor : public Executor {
   bool knows_leftovers_ = false;            // those of an earlier executor are being cancelled
   std::optional<Clock::time_point> last_query_, submit_again_, stop_by_, next_look_, next_raise_;
   int next_array_ = 1;
+  bool knows_limits_ = false;
+  size_t array_limit_ = 1, most_at_once_ = 1;  // elements of an array: that may ever be, that are tried next
   std::mutex join_mutex_;
   std::thread thread_;
 };

@@ -73,8 +73,23 @@ absl::Status ReadWaitStatus(const Struct& object, int64_t& wait_status) {
   return status;
 }
 
-absl::StatusOr<SlurmRecord> ReadRecord(const Struct& object) {
-  SlurmRecord record;
+// The list may end in "...": Slurm prints 64 characters, unless SLURM_BITSTR_LEN says otherwise.
+absl::Status ReadWaiting(absl::string_view list, SlurmRecord& record) {
+  constexpr absl::string_view kCut = "...";
+  list = list.substr(0, list.find('%'));
+  if (absl::ConsumeSuffix(&list, kCut)) {
+    record.waiting_is_cut = true;
+    // The last number may have lost digits.
+    const size_t comma = list.rfind(',');
+    list = list.substr(0, comma == absl::string_view::npos ? 0 : comma);
+    if (list.empty()) return absl::OkStatus();
+  }
+  absl::StatusOr<std::vector<int64_t>> indexes = ParseArrayIndexes({list.data(), list.size()});
+  if (indexes.ok()) record.waiting = *std::move(indexes);
+  return indexes.status();
+}
+
+absl::Status ReadRecord(const Struct& object, SlurmRecord& record) {
   std::string waiting;
   absl::Status status = ReadNumber(object, "job_id", record.job_id);
   status.Update(ReadNumber(object, "array_job_id", record.array_id));
@@ -90,15 +105,11 @@ absl::StatusOr<SlurmRecord> ReadRecord(const Struct& object) {
   status.Update(ReadNumber(object, "end_time", record.end_unix_s));
   const absl::StatusOr<std::optional<int64_t>> index = ReadNumber(object, "array_task_id");
   status.Update(index.status());
+  if (index.ok() && record.array_id > 0) record.index = *index;
   if (!status.ok()) return status;
   if (record.job_id <= 0 || record.state.empty())
     return absl::InvalidArgumentError("squeue: a job without job_id or job_state");
-  if (record.array_id > 0) record.index = *index;
-  if (waiting.empty() || record.index) return record;
-  absl::StatusOr<std::vector<int64_t>> indexes = ParseArrayIndexes(waiting);
-  if (!indexes.ok()) return indexes.status();
-  record.waiting = *std::move(indexes);
-  return record;
+  return waiting.empty() || record.index ? absl::OkStatus() : ReadWaiting(waiting, record);
 }
 
 // The errors that the controller's plugin reports; the JSON has no jobs then.
@@ -138,9 +149,7 @@ absl::Status TakeScontrolWord(absl::string_view name, absl::string_view value, S
     record.index = index;
     return absl::OkStatus();
   }
-  absl::StatusOr<std::vector<int64_t>> waiting = ParseArrayIndexes({value.data(), value.size()});
-  if (waiting.ok()) record.waiting = *std::move(waiting);
-  return waiting.status();
+  return ReadWaiting(value, record);
 }
 
 }  // namespace
@@ -162,9 +171,8 @@ absl::StatusOr<std::vector<SlurmRecord>> ParseSqueue(std::string_view json) {
     return absl::InvalidArgumentError("squeue: its JSON has no list \"jobs\"");
   std::vector<SlurmRecord> records;
   for (const Value& job : jobs->list_value().values()) {
-    absl::StatusOr<SlurmRecord> record = ReadRecord(job.struct_value());
-    if (!record.ok()) return record.status();
-    records.push_back(*std::move(record));
+    records.emplace_back();
+    records.back().fault = std::string(ReadRecord(job.struct_value(), records.back()).message());
   }
   return records;
 }
@@ -183,11 +191,10 @@ absl::StatusOr<std::vector<SlurmRecord>> ParseScontrolJobs(std::string_view text
     }
     if (records.empty()) break;
     if (absl::Status status = TakeScontrolWord(parts.first, parts.second, records.back()); !status.ok())
-      return status;
+      records.back().fault = std::string(status.message());
   }
-  const auto stateless = [](const SlurmRecord& record) { return record.state.empty(); };
-  if (std::any_of(records.begin(), records.end(), stateless))
-    return absl::InvalidArgumentError("scontrol: a job without JobState");
+  for (SlurmRecord& record : records)
+    if (record.state.empty()) record.fault = "scontrol: a job without JobState";
   if (records.empty() && text.find("No jobs in the system") == std::string_view::npos)
     return absl::InvalidArgumentError("scontrol: no output of `scontrol show job`");
   return records;
@@ -218,8 +225,9 @@ const SlurmRecord* FindElement(const std::vector<SlurmRecord>& records, int64_t 
   for (const SlurmRecord& record : records) {
     if (record.array_id == array_id && record.index == index) return &record;
     if (record.array_id == 0 && record.job_id == array_id && index == 0) return &record;
-    if (record.array_id == array_id && std::count(record.waiting.begin(), record.waiting.end(), index) > 0)
-      waits = &record;
+    if (record.array_id != array_id || record.index) continue;
+    const bool is_beyond = record.waiting_is_cut && (record.waiting.empty() || index > record.waiting.back());
+    if (is_beyond || std::count(record.waiting.begin(), record.waiting.end(), index) > 0) waits = &record;
   }
   return waits;
 }

@@ -25,10 +25,13 @@ constexpr char kSbatch[] = R"(#!/bin/sh
 dir=$(dirname "$0")
 echo "$@" >> "$dir/sbatch.log"
 if [ -e "$dir/sbatch.fails" ]; then cat "$dir/sbatch.fails" >&2; exit 1; fi
+for word; do
+  case $word in --array=*) last=${word#--array=0-}; last=${last%%%*} ;; esac
+done
+if [ -e "$dir/limit" ] && [ $((last + 1)) -gt $(cat "$dir/limit") ]; then cat "$dir/limit.words" >&2; exit 1; fi
 id=$(($(cat "$dir/next") + 1)); echo $id > "$dir/next"
 for word; do
   case $word in
-    --array=*) last=${word#--array=0-}; last=${last%%%*} ;;
     --output=*) logs=$(dirname "${word#--output=}") ;;
   esac
   script=$word
@@ -51,7 +54,11 @@ echo "$@" >> "$dir/scancel.log"
 for word; do kill $(cat "$dir"/pid-${word} "$dir"/pid-${word}_* 2> /dev/null) 2> /dev/null; done
 exit 0
 )";
-constexpr char kScontrol[] = "#!/bin/sh\necho \"$@\" >> \"$(dirname \"$0\")/scontrol.log\"\n";
+constexpr char kScontrol[] = R"(#!/bin/sh
+dir=$(dirname "$0")
+if [ "$*" = "show config" ]; then cat "$dir/config" 2> /dev/null; exit; fi
+echo "$@" >> "$dir/scontrol.log"
+)";
 constexpr char kNoJobs[] = R"({"jobs": [], "errors": []})";
 
 class SlurmExecutorTest : public ::testing::Test {
@@ -249,6 +256,56 @@ TEST_F(SlurmExecutorTest, WhatSlurmRefusesForGoodEndsTheJob) {
   ASSERT_TRUE(told.error);
   EXPECT_EQ(told.error->code(), "FAILED_PRECONDITION");
   EXPECT_THAT(told.error->message(), HasSubstr("invalid partition specified: fast"));
+}
+
+TEST_F(SlurmExecutorTest, ArraysAreAsLargeAsTheClusterPermits) {
+  Write("config", "MaxArraySize            = 4\nMaxJobCount             = 10000\n");
+  Write("limit", "4\n");
+  Write("limit.words", "sbatch: error: Batch job submission failed: Invalid job array specification\n");
+  Begin();
+  for (int i = 1; i <= 10; ++i) Start(absl::StrCat("a.", i), {absl::StrCat("f", i)});
+  for (int i = 1; i <= 10; ++i) EXPECT_TRUE(WaitForEnd(absl::StrCat("a.", i)).end->clean) << i;
+  EXPECT_EQ(Lines("sbatch.log").size(), 3u) << Read("sbatch.log");
+}
+
+TEST_F(SlurmExecutorTest, ArraysThatAreTooManyAreSplit) {
+  for (const char* words : {"sbatch: error: Batch job submission failed: Invalid job array specification\n",
+                            "sbatch: error: Slurm temporarily unable to accept job, sleeping and retrying\n",
+                            "sbatch: error: QOSMaxSubmitJobPerUserLimit\nsbatch: error: Batch job submission "
+                            "failed: Job violates "
+                            "accounting/QOS policy (job submit limit, user's size and/or time limits)\n"}) {
+    Write("limit", "3\n");
+    Write("limit.words", words);
+    Begin();
+    for (int i = 1; i <= 12; ++i) Start(absl::StrCat("a.", i), {absl::StrCat("f", i)});
+    for (int i = 1; i <= 12; ++i) EXPECT_TRUE(WaitForEnd(absl::StrCat("a.", i)).end->clean) << i << words;
+    executor_.reset();
+    told_.clear();
+  }
+}
+
+TEST_F(SlurmExecutorTest, JobsOfOthersThatCannotBeReadAreTheirs) {
+  Write("hold", "x");
+  Write("squeue.json", R"({"jobs": [{"job_id": 55, "array_job_id": 55, "array_task_string": "5-,...",
+    "job_state": "PENDING"}, {"job_id": 56}, {"job_id": 101, "array_job_id": 101, "array_task_id": 0,
+    "job_state": "PENDING", "state_reason": "PartitionDown"}], "errors": []})");
+  Begin();
+  Start("a.1", {"f1"});
+  const Told told = WaitUntil("a.1", [](const Told& one) { return !one.waits.empty(); });
+  EXPECT_THAT(told.waits.front(), HasSubstr("the default partition is down"));
+  Write("squeue.json", kNoJobs);
+}
+
+TEST_F(SlurmExecutorTest, ATaskWhoseRecordCannotBeReadIsNotLost) {
+  Write("hold", "x");
+  Write("squeue.json", R"({"jobs": [{"job_id": 101, "array_job_id": 101, "array_task_id": 0,
+    "job_state": 7}], "errors": []})");
+  Begin([](SlurmOptions& options) { options.lag_s = 0.3; });
+  Start("a.1", {"f1"});
+  const Told told = WaitUntil("a.1", [](const Told& one) { return one.waits.size() > 5; });
+  EXPECT_FALSE(told.end);
+  EXPECT_THAT(told.waits.front(), HasSubstr("job_state has a value of an unknown kind"));
+  Write("squeue.json", kNoJobs);
 }
 
 TEST_F(SlurmExecutorTest, TasksWaitWhileSlurmIsAway) {

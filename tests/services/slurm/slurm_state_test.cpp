@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
 
 namespace weft {
@@ -85,14 +86,37 @@ TEST(ParseSqueue, ReadsLaterVersions) {
 }
 
 TEST(ParseSqueue, RefusesWhatIsNoAnswer) {
-  for (
-      const char* json :
-      {"", "[]", "{}", R"({"jobs": 3})", R"({"jobs": [{"job_id": 3}]})", R"({"jobs": [3]})",
-       R"({"jobs": [{"job_id": "3", "job_state": "RUNNING"}]})",
-       R"({"jobs": [{"job_id": 3, "job_state": 7}]})",
-       R"({"jobs": [{"job_id": 3, "array_job_id": 3, "array_task_string": "5-", "job_state": "PENDING"}]})"}) {
+  for (const char* json : {"", "[]", "{}", R"({"jobs": 3})", R"({"jobs": {}})"}) {
     EXPECT_TRUE(absl::IsInvalidArgument(ParseSqueue(json).status())) << json;
   }
+}
+
+TEST(ParseSqueue, ARecordThatCannotBeReadHasAFault) {
+  for (const char* record :
+       {R"({"job_id": 3})", "3", R"({"job_id": "3", "job_state": "RUNNING"})",
+        R"({"job_id": 3, "job_state": 7})",
+        R"({"job_id": 3, "array_job_id": 3, "array_task_string": "5-", "job_state": "PENDING"})"}) {
+    const auto records = ParseSqueue(
+        absl::StrCat(R"({"jobs": [)", record, R"(, {"job_id": 8, "job_state": "RUNNING"}], "errors": []})"));
+    ASSERT_TRUE(records.ok()) << record << records.status();
+    ASSERT_EQ(records->size(), 2u);
+    EXPECT_FALSE(records->front().fault.empty()) << record;
+    EXPECT_EQ(records->back().fault, "");
+    EXPECT_EQ(StateOf(*records, 8, 0), "RUNNING");
+  }
+}
+
+// As Slurm 22.05 prints the waiting elements of
+// --array=3,7,12,19-20,28,33,41,47,58,60,77,81,90,95,102,110,131,140,155,171.
+TEST(ParseSqueue, ReadsListsOfElementsThatAreCut) {
+  const auto records = ParseSqueue(R"({"jobs": [{"job_id": 5, "array_job_id": 5, "job_state": "PENDING",
+    "array_task_string": "3,7,12,19-20,28,33,41,47,58,60,77,81,90,95,102,110,131,1..."}], "errors": []})");
+  ASSERT_TRUE(records.ok()) << records.status();
+  EXPECT_EQ(records->front().fault, "");
+  EXPECT_EQ(StateOf(*records, 5, 20), "PENDING");
+  EXPECT_EQ(StateOf(*records, 5, 131), "PENDING");
+  EXPECT_EQ(StateOf(*records, 5, 21), "none");
+  EXPECT_EQ(StateOf(*records, 5, 171), "PENDING") << "it may be";
 }
 
 TEST(ParseScontrolJobs, AgreesWithSqueue) {
@@ -119,7 +143,10 @@ TEST(ParseScontrolJobs, AgreesWithSqueue) {
 TEST(ParseScontrolJobs, KnowsAnEmptyCluster) {
   EXPECT_THAT(*ParseScontrolJobs("No jobs in the system\n"), IsEmpty());
   EXPECT_FALSE(ParseScontrolJobs("slurm_load_jobs error: Unable to contact slurm controller\n").ok());
-  EXPECT_FALSE(ParseScontrolJobs("JobId=7 JobName=a\n").ok());
+  const auto stateless = ParseScontrolJobs("JobId=7 JobName=a\nJobId=8 JobState=RUNNING\n");
+  ASSERT_TRUE(stateless.ok()) << stateless.status();
+  EXPECT_FALSE(stateless->front().fault.empty());
+  EXPECT_EQ(StateOf(*stateless, 8, 0), "RUNNING");
 }
 
 TEST(ParseArrayIndexes, ReadsListsRangesAndSteps) {
