@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "base/nearest_word.h"
 #include "figure/choreography.h"
 #include "figure/joint_angles.h"
 
@@ -81,12 +83,13 @@ std::span<const MotionKindInfo> MotionKinds() { return kKinds; }
 std::string_view NameOf(MotionKind kind) { return kKinds[static_cast<size_t>(kind)].name; }
 
 absl::StatusOr<MotionKind> MotionKindNamed(std::string_view name) {
-  std::string names;
+  std::vector<std::string> names;
   for (const MotionKindInfo& info : kKinds) {
     if (info.name == name) return info.kind;
-    absl::StrAppend(&names, names.empty() ? "" : ", ", std::string(info.name));
+    names.emplace_back(info.name);
   }
-  return absl::InvalidArgumentError(absl::StrCat("motion \"", std::string(name), "\" is none of ", names));
+  return absl::InvalidArgumentError(absl::StrCat("motion \"", std::string(name), "\" is none of ",
+                                                 absl::StrJoin(names, ", "), DidYouMean(name, names)));
 }
 
 absl::Status MotionOptions::Validate() const {

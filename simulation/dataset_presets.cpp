@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "base/nearest_word.h"
 #include "simulation/take_presets.h"
 #include "simulation/worn_garment.h"
 
@@ -65,12 +67,13 @@ std::vector<DatasetPreset> DatasetPresets() {
 }
 
 absl::StatusOr<DatasetPreset> DatasetPresetNamed(std::string_view name) {
-  std::string names;
+  std::vector<std::string> names;
   for (DatasetPreset& preset : DatasetPresets()) {
     if (preset.name == name) return std::move(preset);
-    absl::StrAppend(&names, names.empty() ? "" : ", ", std::string(preset.name));
+    names.emplace_back(preset.name);
   }
-  return absl::InvalidArgumentError(absl::StrCat("data set \"", std::string(name), "\" is none of ", names));
+  return absl::InvalidArgumentError(absl::StrCat("data set \"", std::string(name), "\" is none of ",
+                                                 absl::StrJoin(names, ", "), DidYouMean(name, names)));
 }
 
 absl::StatusOr<SyntheticTakeOptions> DatasetTakeBase(const DatasetPreset& preset) {

@@ -3,6 +3,8 @@
 #include <array>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "base/nearest_word.h"
 #include "simulation/random.h"
 
 namespace weft {
@@ -183,9 +185,9 @@ std::vector<TakePreset> TakePresets() {
 }
 
 absl::StatusOr<SyntheticTakeOptions> SyntheticPreset(std::string_view name, uint64_t seed) {
-  std::string names;
+  std::vector<std::string> names;
   for (const Preset& preset : kPresets) {
-    absl::StrAppend(&names, names.empty() ? "" : ", ", preset.name);
+    names.emplace_back(preset.name);
     if (name != preset.name) continue;
     SyntheticTakeOptions o;
     preset.set_up(o);
@@ -200,7 +202,8 @@ absl::StatusOr<SyntheticTakeOptions> SyntheticPreset(std::string_view name, uint
     o.camera.sensor.seed = KeyOf(seed, "sensor");
     return o;
   }
-  return absl::InvalidArgumentError(absl::StrCat("preset \"", std::string(name), "\" is none of ", names));
+  return absl::InvalidArgumentError(absl::StrCat("preset \"", std::string(name), "\" is none of ",
+                                                 absl::StrJoin(names, ", "), DidYouMean(name, names)));
 }
 
 }  // namespace weft

@@ -105,7 +105,7 @@ void AddRoleOption(CLI::App* command, const std::shared_ptr<AccessCommandOptions
           "viewer looks; client also sends work; operator also runs cameras, sessions and takes; admin "
           "may do everything")
       ->type_name("ROLE")
-      ->check(CLI::IsMember({"viewer", "client", "operator", "admin"}))
+      ->check(OneOf({"viewer", "client", "operator", "admin"}))
       ->required();
 }
 

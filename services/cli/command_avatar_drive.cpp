@@ -224,10 +224,7 @@ void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line) {
                    "Frames per second of a dump that tells no times; 0 for those of the avatar")
       ->type_name("N")
       ->check(CLI::NonNegativeNumber);
-  CLI::Option* server =
-      command->add_option("--server", options->server, "Let the daemon at HOST:PORT do the work")
-          ->type_name("ADDRESS")
-          ->envname("WEFT_SERVER");
+  CLI::Option* server = AddServerOption(*command, options->server, "Let the daemon at HOST:PORT do the work");
   command->add_flag(
       "--upload", options->upload,
       "With --server: send DUMP, rig, board, template and avatar to the daemon's library first; as "

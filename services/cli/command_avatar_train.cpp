@@ -200,7 +200,7 @@ void AddAvatarTrainCommand(CLI::App& avatar, CommandLine& line) {
               "fixed cameras, to be compared with by `weft evaluate --baseline`. It needs weft-train, and "
               "takes without pictures whose rig.json has two cameras")
           ->type_name("NAME")
-          ->check(CLI::IsMember({kPixelKind}))
+          ->check(OneOf({kPixelKind}))
           ->excludes(net);
   for (const char* of_shapes : {"--components", "--max-frames"})
     preset->excludes(command->get_option(of_shapes));

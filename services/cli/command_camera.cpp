@@ -46,9 +46,7 @@ void AddCameraCommand(CLI::App& app, CommandLine& line) {
       "  weft camera list --server 127.0.0.1:7411\n"
       "  weft camera list --details");
   list->add_flag("--details", options->details, "Formats, sizes and controls of V4L2 cameras, too");
-  list->add_option("--server", options->server, "The cameras of the daemon at HOST:PORT, and who uses them")
-      ->type_name("ADDRESS")
-      ->envname("WEFT_SERVER");
+  AddServerOption(*list, options->server, "The cameras of the daemon at HOST:PORT, and who uses them");
   list->add_flag("--json", options->json, "Print JSON (weft.v1.CameraList)");
   list->callback([options, &line] { line.run = [options] { return PrintCameras(*options); }; });
   AddCameraLookCommand(*camera, line);

@@ -90,10 +90,7 @@ void AddCameraLookCommand(CLI::App& camera, CommandLine& line) {
                  "  weft camera look --session session.json --out pictures --server 127.0.0.1:7411\n"
                  "  weft camera look --take 20260131-104500-1a2b3c4d --camera left --out pictures --server "
                  "127.0.0.1:7411");
-  look->add_option("--server", options->server, "HOST:PORT of the daemon")
-      ->type_name("ADDRESS")
-      ->envname("WEFT_SERVER")
-      ->required();
+  AddServerOption(*look, options->server, "HOST:PORT of the daemon")->required();
   look->add_option("--session", options->session, "session.json with the cameras")->type_name("FILE");
   look->add_option("--take", options->take_id, "Id of a take, as `weft take list` prints it")
       ->type_name("ID");

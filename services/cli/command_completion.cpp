@@ -18,7 +18,7 @@ void AddCompletionCommand(CLI::App& app, CommandLine& line) {
   command->add_option("SHELL", *shell, "bash or zsh")
       ->required()
       ->type_name("")
-      ->check(CLI::IsMember({"bash", "zsh"}));
+      ->check(OneOf({"bash", "zsh"}));
   command->callback([&app, &line, shell] {
     line.run = [&app, shell] {
       std::fputs((*shell == "zsh" ? ZshCompletion(app) : BashCompletion(app)).c_str(), stdout);

@@ -46,10 +46,7 @@ void AddDaemonCommand(CLI::App& app, CommandLine& line) {
       "lets the frames end that workers are at, and stops. Takes that are recorded go on without it.",
       "  weft daemon drain --server unix:/var/lib/weft/weftd.sock\n"
       "  weft daemon drain --jobs --server 127.0.0.1:7411");
-  drain->add_option("--server", options->server, "unix:PATH or HOST:PORT of the daemon")
-      ->type_name("ADDRESS")
-      ->envname("WEFT_SERVER")
-      ->required();
+  AddServerOption(*drain, options->server, "unix:PATH or HOST:PORT of the daemon")->required();
   drain->add_flag("--jobs", options->finish_jobs, "Let all jobs end first");
   drain->callback(
       [options, &line] { line.run = [options, &line] { return RunDrain(*options, line.quiet); }; });

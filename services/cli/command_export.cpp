@@ -194,15 +194,15 @@ absl::Status ExportCommand(const ExportCommandOptions& options, bool quiet) {
 void AddPlacement(CLI::App& command, ExportCommandOptions& options) {
   command.add_option("--up", options.up, "The axis that points up; by default that of the format, see above")
       ->type_name("AXIS")
-      ->check(CLI::IsMember({"y", "z"}));
+      ->check(OneOf({"y", "z"}));
   command
       .add_option("--world-up", options.request.world_up,
                   "The axis of the rig's world that points up; -y after `weft rig calibrate --world-floor`")
       ->type_name("AXIS")
-      ->check(CLI::IsMember({"x", "-x", "y", "-y", "z", "-z"}));
+      ->check(OneOf({"x", "-x", "y", "-y", "z", "-z"}));
   command.add_option("--unit", options.unit, "Unit of lengths")
       ->type_name("UNIT")
-      ->check(CLI::IsMember({"m", "cm", "mm"}));
+      ->check(OneOf({"m", "cm", "mm"}));
   command
       .add_option("--fps", options.request.fps,
                   "Frames per second of the take, for times and velocities; 0: by the times of the take")
@@ -217,7 +217,7 @@ void AddOverlays(CLI::App& command, ExportCommandOptions& options) {
           "With --format jpg, png, mp4 or mkv: draw the mesh over the cameras' pictures, its edges or its "
           "faces by state or sigma")
       ->type_name("WHAT")
-      ->check(CLI::IsMember({"wireframe", "state", "sigma"}));
+      ->check(OneOf({"wireframe", "state", "sigma"}));
   command
       .add_option(
           "--texture", options.textures.texture_px,
@@ -285,7 +285,7 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
   command->add_option("--format", options->format, "Format of the files")
       ->required()
       ->type_name("FORMAT")
-      ->check(CLI::IsMember(formats));
+      ->check(OneOf(formats));
   command->add_option("--out", options->request.out, "Folder to write to, made where it is missing")
       ->required()
       ->type_name("DIR");

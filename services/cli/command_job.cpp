@@ -171,10 +171,7 @@ void AddAction(CLI::App& parent, CommandLine& line, const std::string& name, con
                unsigned takes, Action action) {
   CLI::App* command = AddCommand(parent, name, description, "");
   auto options = std::make_shared<JobCommandOptions>();
-  command->add_option("--server", options->server, "HOST:PORT of the daemon")
-      ->type_name("ADDRESS")
-      ->envname("WEFT_SERVER")
-      ->required();
+  AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
   if (takes & kJobId) {
     command->add_option("JOB", options->job_id, "Id of the job, as `weft job list` prints it")->required();
   }

@@ -154,7 +154,7 @@ void AddJobPlanCommand(CLI::App& job, CommandLine& line) {
   AddMosaicOption(*command, options->mosaic);
   command->add_option("--preset", options->preset, "As of `weft register`")
       ->type_name("NAME")
-      ->check(CLI::IsMember(PresetNames()));
+      ->check(OneOf(PresetNames()));
   AddPipelineFlags(*command, options->pipeline);
   command->add_option("--pilot", options->pilot.frames, "Frames to register")
       ->type_name("N")

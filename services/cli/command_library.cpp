@@ -121,10 +121,7 @@ absl::Status RunLibraryCommand(const LibraryCommand& command, const LibraryOptio
 void AddOneLibraryCommand(CLI::App& library, CommandLine& line, const LibraryCommand& what) {
   CLI::App* command = AddCommand(library, what.name, what.description, what.example);
   auto options = std::make_shared<LibraryOptions>();
-  command->add_option("--server", options->server, "HOST:PORT of the daemon")
-      ->type_name("ADDRESS")
-      ->envname("WEFT_SERVER")
-      ->required();
+  AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
   CLI::Option* kind =
       command->add_option("KIND", options->kind, "rig, board, template, dump or avatar")->type_name("");
   if (!(what.arguments & kLibraryAnyKind)) kind->required();

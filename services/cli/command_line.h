@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 
@@ -20,5 +21,11 @@ struct CommandLine {
 // A subcommand with Weft's conventions: --help shows defaults, and examples below the options.
 CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& description,
                      const std::string& examples);
+
+// Of a value that is one of `names`. Refuses others, with the name that is nearest.
+CLI::Validator OneOf(std::vector<std::string> names);
+
+// --server, by WEFT_SERVER where it is not given.
+CLI::Option* AddServerOption(CLI::App& command, std::string& server, const std::string& description);
 
 }  // namespace weft

@@ -51,10 +51,7 @@ using OperationAction = absl::Status (*)(OperationClient&, const OperationComman
 
 void SetUpOperationCommand(CLI::App* command, CommandLine& line,
                            const std::shared_ptr<OperationCommandOptions>& options, OperationAction action) {
-  command->add_option("--server", options->server, "HOST:PORT of the daemon")
-      ->type_name("ADDRESS")
-      ->envname("WEFT_SERVER")
-      ->required();
+  AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
   command->add_flag("--json", options->json, "Print JSON");
   command->callback([options, action, &line] {
     line.run = [options, action] {

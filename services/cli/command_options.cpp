@@ -108,7 +108,7 @@ void AddOptionsCommand(CLI::App& app, CommandLine& line) {
   command->add_option("name", options->names, "Only options whose path contains this")->type_name("NAME");
   command->add_option("--preset", options->preset, "The preset to begin with")
       ->type_name("NAME")
-      ->check(CLI::IsMember(PresetNames()));
+      ->check(OneOf(PresetNames()));
   AddPipelineFlags(*command, options->pipeline);
   auto* file = command->add_flag("--file", options->file, "Print all as a commented file for --config");
   command->add_flag("--json", options->json, "Print JSON (weft.v1.OptionList)")->excludes(file);

@@ -227,7 +227,7 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
       ->add_option("--preset", options->preset,
                    "best: least error on hidden cloth; paper: weights of the paper")
       ->type_name("NAME")
-      ->check(CLI::IsMember(PresetNames()));
+      ->check(OneOf(PresetNames()));
   AddPipelineFlags(*command, options->pipeline);
   command->add_flag("--observations", options->observations, "Write <frame>/observations.csv as well");
   command
@@ -236,7 +236,7 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
           "pcd: write <frame>/cloud.pcd beside cloud.ply, for programs that use the Point Cloud Library; "
           "ply: cloud.ply alone")
       ->type_name("FORMAT")
-      ->check(CLI::IsMember({"ply", "pcd"}));
+      ->check(OneOf({"ply", "pcd"}));
   command
       ->add_option(
           "--scans", options->scans,
@@ -269,9 +269,7 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
       ->type_name("MIB")
       ->check(CLI::Range(0, 1 << 20))
       ->capture_default_str();
-  command->add_option("--server", options->server, "Let the daemon at HOST:PORT do the work")
-      ->type_name("ADDRESS")
-      ->envname("WEFT_SERVER");
+  AddServerOption(*command, options->server, "Let the daemon at HOST:PORT do the work");
   command->add_flag(
       "--upload", options->upload,
       "With --server: send DUMP, rig, board and template to the daemon's library first, for a daemon that "

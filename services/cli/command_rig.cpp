@@ -132,7 +132,7 @@ void AddRigExportCommand(CLI::App& rig, CommandLine& line) {
   command->add_option("rig", options->rig, "The rig.json")->required()->type_name("FILE");
   command->add_option("--format", options->format, "krt, opencv or colmap")
       ->required()
-      ->check(CLI::IsMember({"krt", "opencv", "colmap"}));
+      ->check(OneOf({"krt", "opencv", "colmap"}));
   command->add_option("--out", options->out, "File, or folder for colmap")->required()->type_name("PATH");
   command->callback([options, &line] { line.run = [options] { return ExportRig(*options); }; });
 }

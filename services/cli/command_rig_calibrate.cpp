@@ -288,7 +288,7 @@ void AddSolveOptions(CLI::App& command, CalibrateOptions& options) {
                    "That board lies on the floor, face up: y points into the floor");
   command
       .add_option("--scale", options.scale, "Metric scale from the size of the tags or from the scale bars")
-      ->check(CLI::IsMember({"tags", "bar"}));
+      ->check(OneOf({"tags", "bar"}));
   command.add_option("--rig", request.initial_rig, "An earlier rig.json whose lenses are the start")
       ->type_name("FILE");
   command

@@ -172,10 +172,7 @@ struct SessionCommand {
 void AddRemoteSessionCommand(CLI::App& group, CommandLine& line, const SessionCommand& what) {
   CLI::App* command = AddCommand(group, what.name, what.description, what.example);
   auto options = std::make_shared<SessionCommandOptions>();
-  command->add_option("--server", options->server, "HOST:PORT of the daemon")
-      ->type_name("ADDRESS")
-      ->envname("WEFT_SERVER")
-      ->required();
+  AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
   what.add_arguments(*command, *options);
   command->add_flag("--json", options->json, "Print JSON");
   command->callback([options, action = what.action, &line] {

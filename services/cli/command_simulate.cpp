@@ -210,7 +210,7 @@ class Changes {
                        for (const auto& [choice, value] : choices)
                          if (choice == given) change(o, value);
                      })
-        ->check(CLI::IsMember(names));
+        ->check(OneOf(names));
   }
   // A named motion, or a file of one.
   void AddMotion() {

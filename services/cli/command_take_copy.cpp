@@ -110,7 +110,7 @@ void AddTakeCopyCommands(CLI::App& take, CommandLine& line) {
       "Folder of the images or of the archive, file of the video (mp4, mkv)");
   export_command->add_option("--format", options->format, "images, ffv1 or proxy")
       ->type_name("FORMAT")
-      ->check(CLI::IsMember({"images", "ffv1", "proxy"}));
+      ->check(OneOf({"images", "ffv1", "proxy"}));
   export_command
       ->add_option("--camera-width-px", options->camera_width_px,
                    "Of a camera's picture in a proxy video; 0: all cameras within 1920 px")

@@ -1,5 +1,6 @@
 // weft take describe, search: what takes are called on the set, and which ones have it in their words.
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -66,7 +67,10 @@ absl::Status DescribeAtDaemon(const DescribeOptions& options) {
 absl::Status DescribeHere(const DescribeOptions& options) {
   if (!options.slate && !options.name && !options.notes)
     return absl::InvalidArgumentError("say something of the take: --slate, --name or --notes");
-  if (!options.server.empty()) return DescribeAtDaemon(options);
+  std::error_code ignored;
+  // A daemon's takes go by their ids: a folder is meant here, also where WEFT_SERVER is set.
+  if (!options.server.empty() && !std::filesystem::is_directory(options.take, ignored))
+    return DescribeAtDaemon(options);
   if (absl::StartsWith(options.take, "take:"))
     return absl::InvalidArgumentError("take:ID is a take of a daemon: name it, --server HOST:PORT");
   const absl::StatusOr<v1::Take> take =
@@ -109,8 +113,7 @@ void AddTakeDescribeCommands(CLI::App& take, CommandLine& line) {
   describe->add_option("--slate", described->slate, "A line")->type_name("TEXT");
   describe->add_option("--name", described->name, "A line")->type_name("TEXT");
   describe->add_option("--notes", described->notes, "Up to 4096 bytes, in lines")->type_name("TEXT");
-  describe->add_option("--server", described->server, "HOST:PORT of the daemon that has the take")
-      ->type_name("ADDRESS");
+  AddServerOption(*describe, described->server, "HOST:PORT of the daemon that has the take");
   describe->add_flag("--json", described->json, "Print JSON");
   describe->callback([described, &line] { line.run = [described] { return DescribeHere(*described); }; });
 

@@ -244,10 +244,7 @@ void AddArguments(CLI::App& command, RemoteTakeArguments arguments, RemoteTakeOp
 void AddRemoteTakeCommand(CLI::App& take, CommandLine& line, const RemoteTakeCommand& what) {
   CLI::App* command = AddCommand(take, what.name, what.description, what.example);
   auto options = std::make_shared<RemoteTakeOptions>();
-  command->add_option("--server", options->server, "HOST:PORT of the daemon")
-      ->type_name("ADDRESS")
-      ->envname("WEFT_SERVER")
-      ->required();
+  AddServerOption(*command, options->server, "HOST:PORT of the daemon")->required();
   AddArguments(*command, what.arguments, *options);
   command->add_flag("--json", options->json, "Print JSON");
   command->callback([options, action = what.action, &line] {

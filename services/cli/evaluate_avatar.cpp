@@ -50,7 +50,7 @@ void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options)
       ->type_name("NAME,NAME")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(CLI::IsMember({"train", "validate", "test-known", "test-unseen"}))
+      ->check(OneOf({"train", "validate", "test-known", "test-unseen"}))
       ->capture_default_str()
       ->needs(avatar)
       ->group(kGroup);

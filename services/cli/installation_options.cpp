@@ -2,6 +2,8 @@
 
 #include <unistd.h>
 
+#include "services/cli/command_line.h"
+
 namespace weft {
 
 void AddInstallationOptions(CLI::App& command, InstallationOptions& options) {
@@ -12,11 +14,8 @@ void AddInstallationOptions(CLI::App& command, InstallationOptions& options) {
       .add_option("--config", options.config_file,
                   "The daemon's file of options, which says where its state and certificates are")
       ->type_name("FILE");
-  command
-      .add_option("--server", options.server,
-                  "unix:PATH or HOST:PORT of the daemon; that of --config by default")
-      ->type_name("ADDRESS")
-      ->envname("WEFT_SERVER");
+  AddServerOption(command, options.server,
+                  "unix:PATH or HOST:PORT of the daemon; that of --config by default");
 }
 
 }  // namespace weft

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "base/nearest_word.h"
 #include "capture/file/plain_text.h"
 #include "services/cli/command_line.h"
 #include "services/cli/commands.h"
@@ -24,6 +25,20 @@
 #include "services/verdict/verdict.h"
 
 namespace {
+
+// What could have been meant: commands and options of a command, and options of those around it.
+std::vector<std::string> NamesIn(const CLI::App& command) {
+  std::vector<std::string> names;
+  for (const CLI::App* one : command.get_subcommands([](const CLI::App*) { return true; }))
+    names.push_back(one->get_name());
+  for (const CLI::App* app = &command; app != nullptr; app = app->get_parent()) {
+    for (const CLI::Option* option : app->get_options()) {
+      if (option->get_group().empty()) continue;  // not for people
+      for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+    }
+  }
+  return names;
+}
 
 // The innermost subcommand that was named.
 const CLI::App& NamedCommand(const CLI::App& app) {
@@ -43,7 +58,9 @@ int ParseFailure(const CLI::App& app, const CLI::ParseError& error) {
   if (command.get_require_subcommand_min() > 0 && unknown.empty()) {
     what = "a command is missing";
   } else if (!unknown.empty()) {
-    what = "\"" + unknown.front() + "\" is no command or option of `" + FullName(command) + "`";
+    const std::string word = unknown.front().substr(0, unknown.front().find('='));
+    what = "\"" + unknown.front() + "\" is no command or option of `" + FullName(command) + "`" +
+           weft::DidYouMean(word, NamesIn(command));
   }
   std::fprintf(stderr, "weft: error: %s\nRun `%s --help` for commands, options and examples.\n",
                weft::MessageText(what).c_str(), FullName(command).c_str());

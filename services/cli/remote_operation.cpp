@@ -164,11 +164,10 @@ absl::Status RunAtDaemon(const RemoteRun& run) {
 
 void RunHereOrAtDaemon(CLI::App& command, CommandLine& line, std::function<absl::Status()> here) {
   const auto server = std::make_shared<std::string>();
-  command
-      .add_option(
-          "--server", *server,
-          "Have the daemon at HOST:PORT do it, with files of its machine, take:ID and job:ID; --out is here")
-      ->type_name("ADDRESS");
+  AddServerOption(
+      command, *server,
+      "Have the daemon at HOST:PORT do it, with files of its machine, take:ID and job:ID; --out is here. "
+      "--server '' does it here where WEFT_SERVER is set");
   command.callback([&command, &line, server, here = std::move(here)] {
     if (server->empty()) {
       line.run = here;

@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "base/nearest_word.h"
 #include "services/files/atomic_file.h"
 #include "services/options/first_error.h"
 #include "services/options/option_range.h"
@@ -91,22 +92,6 @@ Message& OwnerIn(v1::PipelineOptions& options, const std::string& path) {
         message->GetReflection()->MutableMessage(message, message->GetDescriptor()->FindFieldByName(name));
   }
   return *message;
-}
-
-// Letters to insert, remove or replace.
-size_t EditDistance(std::string_view a, std::string_view b) {
-  std::vector<size_t> row(b.size() + 1);
-  for (size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (size_t i = 1; i <= a.size(); ++i) {
-    size_t diagonal = row[0];
-    row[0] = i;
-    for (size_t j = 1; j <= b.size(); ++j) {
-      const size_t replaced = diagonal + (a[i - 1] != b[j - 1]);
-      diagonal = row[j];
-      row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
-    }
-  }
-  return row[b.size()];
 }
 
 absl::Status CheckStage(const OptionField& option, const std::vector<std::string>& stages,
