@@ -71,8 +71,8 @@ class FrameRun {
            const std::stop_token& stop)
       : spec_(spec), inputs_(inputs), list_(list), asked_(asked), out_(out), events_(events), stop_(stop) {}
 
-  absl::Status Run(FrameDriver driver, const std::string& key, int threads) {
-    FindStanding(key);
+  absl::Status Run(FrameDriver driver, const StageKeys& keys, int threads) {
+    FindStanding(keys);
     tbb::task_arena decoding(threads), driving(threads);
     DecodeAhead ahead(inputs_, list_, decoding, stop_);
     for (size_t at = 0; at < standing_.size(); ++at) {
@@ -94,11 +94,11 @@ class FrameRun {
  private:
   static absl::Status Cancelled() { return absl::CancelledError("the driving was cancelled"); }
 
-  void FindStanding(const std::string& key) {
+  void FindStanding(const StageKeys& keys) {
     const size_t end = asked_.empty() ? 0 : *std::max_element(asked_.begin(), asked_.end()) + 1;
     for (size_t at = 0; at < end; ++at) {
       const absl::StatusOr<std::string> fingerprint = list_.dump->Fingerprint(list_.indices[at]);
-      standing_.push_back(fingerprint.ok() ? StandingReport(out_, list_.NameOf(at), key, *fingerprint,
+      standing_.push_back(fingerprint.ok() ? StandingReport(out_, list_.NameOf(at), keys, *fingerprint,
                                                             spec_.options().write_observations())
                                            : std::nullopt);
     }
@@ -143,10 +143,10 @@ absl::Status DriveFrames(const v1::RegistrationSpec& spec, const DriveInputs& in
   const int cores = threads > 0 ? threads : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(cores) + 1);
-  const std::string key = DriveKey(spec, inputs);
-  absl::StatusOr<FrameDriver> driver = FrameDriver::Create(spec, inputs, key, out);
+  const StageKeys keys = DriveKeys(spec, inputs);
+  absl::StatusOr<FrameDriver> driver = FrameDriver::Create(spec, inputs, keys, out);
   if (!driver.ok()) return driver.status();
-  return FrameRun(spec, inputs, list, asked, out, events, stop).Run(*std::move(driver), key, cores);
+  return FrameRun(spec, inputs, list, asked, out, events, stop).Run(*std::move(driver), keys, cores);
 }
 
 }  // namespace weft

@@ -82,11 +82,11 @@ struct Arrival {
 
 class LiveRun {
  public:
-  LiveRun(const LiveDriveRequest& request, const DriveInputs& inputs, std::string key, std::string out,
+  LiveRun(const LiveDriveRequest& request, const DriveInputs& inputs, StageKeys keys, std::string out,
           std::vector<v1::FrameReport> standing, const LiveDriveProgress& progress,
           const std::stop_token& stop)
       : inputs_(inputs),
-        key_(std::move(key)),
+        keys_(std::move(keys)),
         out_(std::move(out)),
         progress_(progress),
         stop_(stop),
@@ -114,7 +114,7 @@ class LiveRun {
 
  private:
   absl::Status DriveAll(LiveFeed& feed, int threads) {
-    absl::StatusOr<FrameDriver> driver = FrameDriver::Create(life_.job().spec(), inputs_, key_, out_);
+    absl::StatusOr<FrameDriver> driver = FrameDriver::Create(life_.job().spec(), inputs_, keys_, out_);
     if (!driver.ok()) return driver.status();
     if (!standing_.empty())
       if (absl::Status status = driver->Recall(standing_.back().driven().memory(), standing_.back().frame());
@@ -186,7 +186,8 @@ class LiveRun {
   }
 
   const DriveInputs& inputs_;
-  const std::string key_, out_;
+  const StageKeys keys_;
+  const std::string out_;
   const LiveDriveProgress& progress_;
   const std::stop_token& stop_;
   const std::vector<v1::FrameReport> standing_;
@@ -198,7 +199,7 @@ class LiveRun {
 
 // Results of an earlier part of this run, in their order.
 absl::StatusOr<std::vector<v1::FrameReport>> StandingFrames(const v1::RegistrationSpec& spec,
-                                                            const std::string& out, const std::string& key,
+                                                            const std::string& out, const StageKeys& keys,
                                                             const FrameSource* dump) {
   std::vector<v1::FrameReport> standing;
   const absl::StatusOr<std::vector<std::string>> listed = ListFrameFolders(out, FrameFile::kReport);
@@ -212,7 +213,7 @@ absl::StatusOr<std::vector<v1::FrameReport>> StandingFrames(const v1::Registrati
       const auto& of_dump = dump->frame_names();
       const auto found = std::find(of_dump.begin(), of_dump.end(), name);
       if (found != of_dump.end())
-        report = StandingReport(out, name, key,
+        report = StandingReport(out, name, keys,
                                 dump->Fingerprint(static_cast<size_t>(found - of_dump.begin())).value_or(""),
                                 spec.options().write_observations());
     }
@@ -261,7 +262,7 @@ absl::StatusOr<v1::Job> DriveLive(const LiveDriveRequest& request, const LiveDri
   if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
   absl::StatusOr<std::string> out = MakeOutputFolder(spec.out());
   if (!out.ok()) return out.status();
-  const std::string key = DriveKey(spec, **inputs, DrivePace::kLive);
+  const StageKeys keys = DriveKeys(spec, **inputs, DrivePace::kLive);
   const double fps = spec.driving().fps() > 0 ? spec.driving().fps() : (*inputs)->avatar.avatar.fps;
 
   DriveFrameList list;
@@ -277,7 +278,7 @@ absl::StatusOr<v1::Job> DriveLive(const LiveDriveRequest& request, const LiveDri
         so_far.ok())
       dump = *std::move(so_far);
   }
-  absl::StatusOr<std::vector<v1::FrameReport>> standing = StandingFrames(spec, *out, key, dump.get());
+  absl::StatusOr<std::vector<v1::FrameReport>> standing = StandingFrames(spec, *out, keys, dump.get());
   if (!standing.ok()) return standing.status();
   const std::string last = standing->empty() ? "" : standing->back().frame();
   std::unique_ptr<LiveFeed> feed;
@@ -297,7 +298,7 @@ absl::StatusOr<v1::Job> DriveLive(const LiveDriveRequest& request, const LiveDri
     feed = PlayFrames(std::move(list), request.speed);
   }
   absl::StatusOr<v1::Job> job =
-      LiveRun(request, **inputs, key, *std::move(out), *std::move(standing), progress, stop)
+      LiveRun(request, **inputs, keys, *std::move(out), *std::move(standing), progress, stop)
           .Run(*feed, request.threads);
   if (cameras == nullptr) return job;
   const absl::StatusOr<v1::Take> take = cameras->Finish();

@@ -7,14 +7,11 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "base/median.h"
 #include "base/stopwatch.h"
-#include "capture/file/checksum.h"
 #include "services/animation/driver_memory.h"
 #include "services/files/mesh_file.h"
 #include "services/files/observations_file.h"
-#include "services/options/presets.h"
 #include "services/pipeline/frame_folder.h"
 #include "services/pipeline/moved_views.h"
 #include "services/pipeline/stage_reports.h"
@@ -51,33 +48,35 @@ SeenFrame SeeFrame(const DriveInputs& inputs, const FrameSource& dump, size_t in
   return out;
 }
 
-std::string DriveKey(const v1::RegistrationSpec& spec, const DriveInputs& inputs, DrivePace pace) {
-  const v1::RegistrationOptions& options = spec.options();
-  const std::string text =
-      absl::StrCat(inputs.hashes.rig(), " ", inputs.rig.ContentHash(), " ", inputs.hashes.board(), " ",
-                   inputs.hashes.garment(), " ", ChecksumOfAvatar(inputs.avatar.about), " ",
-                   StageOptionsText(options.pipeline(), "decode"), " mosaic ", options.mosaic(), " fps ",
-                   spec.driving().fps(), pace == DrivePace::kLive ? " live" : "");
-  return absl::StrFormat("%016x", Checksum(text.data(), text.size()));
+StageKeys DriveKeys(const v1::RegistrationSpec& spec, const DriveInputs& inputs, DrivePace pace) {
+  StageKeys keys;
+  *keys.Add() = KeyOf(Stage::kDecode, inputs.hashes, spec.options());
+  v1::StageKey& drive = *keys.Add();
+  drive.set_stage(kDriveStage);
+  drive.set_version(kDriveVersion);
+  drive.set_inputs(HashOf(absl::StrCat(inputs.hashes.rig(), " ", inputs.rig.ContentHash(), " ",
+                                       inputs.hashes.garment(), " ", ChecksumOfAvatar(inputs.avatar.about))));
+  drive.set_options(
+      HashOf(absl::StrCat("fps ", spec.driving().fps(), pace == DrivePace::kLive ? " live" : "")));
+  return keys;
 }
 
 std::optional<v1::FrameReport> StandingReport(const std::string& out, const std::string& frame,
-                                              const std::string& key, const std::string& fingerprint,
+                                              const StageKeys& keys, const std::string& fingerprint,
                                               bool wants_observations) {
   const auto folder = FrameFolder::Open(out, frame, ConfinedFolder::IfMissing::kFail);
   if (!folder.ok()) return std::nullopt;
   absl::StatusOr<v1::FrameReport> report = folder->Report();
-  if (!report.ok() || report->frame() != frame || report->keys_size() != 1) return std::nullopt;
-  const v1::StageKey& was = report->keys(0);
-  if (was.stage() != kDriveStage || was.version() != kDriveVersion || was.options() != key ||
-      report->images_fingerprint() != fingerprint || !folder->CheckAll(*report).empty() ||
+  if (!report.ok() || report->frame() != frame) return std::nullopt;
+  if (!AreEqual(report->keys(), keys) || report->images_fingerprint() != fingerprint ||
+      !folder->CheckAll(*report).empty() ||
       (wants_observations && !Lists(*report, FrameFile::kObservations)) || !folder->Sync().ok())
     return std::nullopt;
   return *std::move(report);
 }
 
 v1::FrameReport DescribeDriven(const v1::RegistrationSpec& spec, const DriveInputs& inputs,
-                               const std::string& key, const SeenFrame& seen, const DrivenFrame& driven,
+                               const StageKeys& keys, const SeenFrame& seen, const DrivenFrame& driven,
                                const std::string& follows, const std::string& memory) {
   v1::FrameReport report;
   report.set_frame(seen.name);
@@ -97,10 +96,7 @@ v1::FrameReport DescribeDriven(const v1::RegistrationSpec& spec, const DriveInpu
     }
   report.set_views_missing(missing);
   report.set_views_used(report.views_size() - missing);
-  v1::StageKey& stage = *report.add_keys();
-  stage.set_stage(kDriveStage);
-  stage.set_version(kDriveVersion);
-  stage.set_options(key);
+  *report.mutable_keys() = keys;
 
   v1::DrivenReport& of_driving = *report.mutable_driven();
   of_driving.set_started_anew(driven.started_anew || follows.empty());
@@ -159,7 +155,7 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteDriven(const v1::Job&
   if (!inputs.ok()) return inputs.status();
   const absl::StatusOr<DriveFrameList> list = ListDriveFrames(spec, **inputs);
   if (!list.ok()) return list.status();
-  const std::string key = DriveKey(spec, **inputs);
+  const StageKeys keys = DriveKeys(spec, **inputs);
   std::map<std::string, size_t> index_of;
   for (size_t at = 0; at < list->size(); ++at) index_of.emplace(list->NameOf(at), list->indices[at]);
 
@@ -175,7 +171,7 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteDriven(const v1::Job&
     const std::string now =
         found == index_of.end() ? "" : list->dump->Fingerprint(found->second).value_or("");
     const auto report =
-        StandingReport(spec.out(), frames[i].frame(), key, now, spec.options().write_observations());
+        StandingReport(spec.out(), frames[i].frame(), keys, now, spec.options().write_observations());
     if (!report) {
       const auto folder = FrameFolder::Open(spec.out(), frames[i].frame(), ConfinedFolder::IfMissing::kFail);
       const absl::StatusOr<v1::FrameReport> other =

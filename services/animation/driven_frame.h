@@ -14,6 +14,7 @@
 #include "services/animation/drive_inputs.h"
 #include "services/pipeline/frame_cloud.h"
 #include "services/pipeline/results_check.h"
+#include "services/pipeline/stage_keys.h"
 #include "weft/v1/report.pb.h"
 
 namespace weft {
@@ -30,22 +31,23 @@ struct SeenFrame {
 SeenFrame SeeFrame(const DriveInputs& inputs, const FrameSource& dump, size_t index, int64_t time_ns,
                    const std::stop_token& stop);
 
-// What all frames of a run share. Changes where the results of two runs may differ: frames that were driven
-// as they arrived depend on which ones were passed over.
+// The keys of all frames of a run, one for each stage: decoding as registrations key it, then driving.
+// They differ where the results of two runs may: frames that were driven as they arrived depend on which
+// ones were passed over.
 enum class DrivePace { kEveryFrame, kLive };
-std::string DriveKey(const v1::RegistrationSpec& spec, const DriveInputs& inputs,
-                     DrivePace pace = DrivePace::kEveryFrame);
+StageKeys DriveKeys(const v1::RegistrationSpec& spec, const DriveInputs& inputs,
+                    DrivePace pace = DrivePace::kEveryFrame);
 
 // The report of a complete frame of this run as it stands on the disk; empty where there is none. Whether it
 // follows the frame before it is for the caller to see (DrivenReport.follows). `out` is an absolute path
 // without links.
 std::optional<v1::FrameReport> StandingReport(const std::string& out, const std::string& frame,
-                                              const std::string& key, const std::string& fingerprint,
+                                              const StageKeys& keys, const std::string& fingerprint,
                                               bool wants_observations);
 
 // The report of a frame, without its files. `follows`: EncodeMemory before the frame, `memory` after it.
 v1::FrameReport DescribeDriven(const v1::RegistrationSpec& spec, const DriveInputs& inputs,
-                               const std::string& key, const SeenFrame& seen, const DrivenFrame& driven,
+                               const StageKeys& keys, const SeenFrame& seen, const DrivenFrame& driven,
                                const std::string& follows, const std::string& memory);
 
 // Replaces the frame's files, the report last; everything is on the disk when it returns.

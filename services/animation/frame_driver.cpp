@@ -14,17 +14,17 @@
 namespace weft {
 
 absl::StatusOr<FrameDriver> FrameDriver::Create(const v1::RegistrationSpec& spec, const DriveInputs& inputs,
-                                                std::string key, std::string out) {
+                                                StageKeys keys, std::string out) {
   absl::StatusOr<SparseViewDriver> driver = SparseViewDriver::Create(inputs.garment, inputs.avatar.avatar);
   if (!driver.ok()) return driver.status();
-  return FrameDriver(spec, inputs, std::move(key), std::move(out), *std::move(driver));
+  return FrameDriver(spec, inputs, std::move(keys), std::move(out), *std::move(driver));
 }
 
-FrameDriver::FrameDriver(const v1::RegistrationSpec& spec, const DriveInputs& inputs, std::string key,
+FrameDriver::FrameDriver(const v1::RegistrationSpec& spec, const DriveInputs& inputs, StageKeys keys,
                          std::string out, SparseViewDriver driver)
     : spec_(&spec),
       inputs_(&inputs),
-      key_(std::move(key)),
+      keys_(std::move(keys)),
       out_(std::move(out)),
       driver_(std::move(driver)) {}
 
@@ -51,7 +51,7 @@ absl::StatusOr<FrameDriver::Driven> FrameDriver::Drive(const SeenFrame& seen, co
   absl::StatusOr<DrivenFrame> driven = driver_.Drive(seen.time_ns, views);
   if (!driven.ok()) return driven.status();
   const std::string follows = std::exchange(memory_, EncodeMemory(driver_.Memory()));
-  v1::FrameReport report = DescribeDriven(*spec_, *inputs_, key_, seen, *driven, follows, memory_);
+  v1::FrameReport report = DescribeDriven(*spec_, *inputs_, keys_, seen, *driven, follows, memory_);
   const auto add_time = [&report](const std::string& stage, double time_ms) {
     v1::StageTime& time = *report.add_stages();
     time.set_stage(stage);

@@ -19,7 +19,7 @@ class FrameDriver {
  public:
   // `spec` and `inputs` must outlive it; `out` is an absolute path without links. Errors of SparseViewDriver.
   static absl::StatusOr<FrameDriver> Create(const v1::RegistrationSpec& spec, const DriveInputs& inputs,
-                                            std::string key, std::string out);
+                                            StageKeys keys, std::string out);
 
   // What the driver knows of the frames so far, EncodeMemory.
   const std::string& memory() const { return memory_; }
@@ -39,13 +39,14 @@ class FrameDriver {
   absl::Status Write(const SeenFrame& seen, const Driven& driven) const;
 
  private:
-  FrameDriver(const v1::RegistrationSpec& spec, const DriveInputs& inputs, std::string key, std::string out,
+  FrameDriver(const v1::RegistrationSpec& spec, const DriveInputs& inputs, StageKeys keys, std::string out,
               SparseViewDriver driver);
   absl::Status CheckScaleOnce(const std::vector<ViewObservations>& views);
 
   const v1::RegistrationSpec* spec_;
   const DriveInputs* inputs_;
-  std::string key_, out_;
+  StageKeys keys_;
+  std::string out_;
   SparseViewDriver driver_;
   std::string memory_;
   bool knows_scale_ = false;

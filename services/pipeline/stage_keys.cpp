@@ -1,5 +1,7 @@
 #include "services/pipeline/stage_keys.h"
 
+#include <algorithm>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "capture/file/checksum.h"
@@ -8,10 +10,6 @@
 
 namespace weft {
 namespace {
-
-std::string Hash(const std::string& text) {
-  return absl::StrFormat("%016x", Checksum(text.data(), text.size()));
-}
 
 // The effective options of each stage as text that differs where they do.
 struct OptionTexts {
@@ -47,6 +45,11 @@ const char* InputName(Stage stage) {
   }
 }
 
+// Of the same stage.
+bool AreSame(const v1::StageKey& was, const v1::StageKey& now) {
+  return was.version() == now.version() && was.inputs() == now.inputs() && was.options() == now.options();
+}
+
 std::string WhyDifferent(const v1::StageKey& was, const v1::StageKey& now, Stage stage) {
   if (was.inputs() != now.inputs() && !was.inputs().empty() && !now.inputs().empty()) {
     return absl::StrCat(now.stage(), " has another ", InputName(stage));
@@ -70,7 +73,7 @@ StageKeys KeysOf(const v1::InputHashes& inputs, const v1::RegistrationOptions& o
     if (!is_done) return;
     key.set_version(AlgorithmVersion(stage));
     key.set_inputs(reads);
-    key.set_options(Hash(text));
+    key.set_options(HashOf(text));
   };
   add(Stage::kDecode, true, inputs.board(), texts.decode);
   add(Stage::kTriangulate, true, inputs.rig(), texts.triangulate);
@@ -80,17 +83,31 @@ StageKeys KeysOf(const v1::InputHashes& inputs, const v1::RegistrationOptions& o
   return keys;
 }
 
+v1::StageKey KeyOf(Stage stage, const v1::InputHashes& inputs, const v1::RegistrationOptions& options) {
+  return KeysOf(inputs, options)[static_cast<int>(stage)];
+}
+
+std::string HashOf(const std::string& text) {
+  return absl::StrFormat("%016x", Checksum(text.data(), text.size()));
+}
+
+bool AreEqual(const StageKeys& a, const StageKeys& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const v1::StageKey& x, const v1::StageKey& y) {
+    return x.stage() == y.stage() && AreSame(x, y);
+  });
+}
+
 std::optional<StageDifference> FirstDifference(const StageKeys& was, const StageKeys& now) {
   if (was.empty()) return StageDifference{Stage::kDecode, "it is of version 0.1.2 or before"};
+  // A neighbour's report is read from its file and may be that of a driven frame.
+  if (now.size() != kStages) return StageDifference{Stage::kDecode, "the other one is no registration"};
   for (int i = 0; i < kStages; ++i) {
     const Stage stage = static_cast<Stage>(i);
     if (i >= was.size() || was[i].stage() != now[i].stage()) {
       return StageDifference{stage,
                              absl::StrCat(now[i].stage(), " was not known to the version that wrote it")};
     }
-    const bool same = was[i].version() == now[i].version() && was[i].inputs() == now[i].inputs() &&
-                      was[i].options() == now[i].options();
-    if (!same) return StageDifference{stage, WhyDifferent(was[i], now[i], stage)};
+    if (!AreSame(was[i], now[i])) return StageDifference{stage, WhyDifferent(was[i], now[i], stage)};
   }
   return std::nullopt;
 }

@@ -18,6 +18,13 @@ using StageKeys = google::protobuf::RepeatedPtrField<v1::StageKey>;
 // stand alone. FrameReport.images_fingerprint identifies the frame's own images, scan and start.
 StageKeys KeysOf(const v1::InputHashes& inputs, const v1::RegistrationOptions& options);
 
+// The one of a stage, for work that uses that stage alone.
+v1::StageKey KeyOf(Stage stage, const v1::InputHashes& inputs, const v1::RegistrationOptions& options);
+// As keys hold inputs and options: 16 hex digits.
+std::string HashOf(const std::string& text);
+
+bool AreEqual(const StageKeys& a, const StageKeys& b);
+
 struct StageDifference {
   Stage first;      // its results, and all that follow from them, are to be computed again
   std::string why;  // "align has version 2, was 1", "decode has other options"
