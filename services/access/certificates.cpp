@@ -3,6 +3,7 @@
 #include <openssl/bio.h>
 #include <openssl/pem.h>
 #include <openssl/x509.h>
+#include <openssl/x509v3.h>
 #include <sys/stat.h>
 
 #include <utility>
@@ -51,6 +52,27 @@ absl::Status NotPem(const char* option, const std::string& path, const char* wha
   return absl::InvalidArgumentError(absl::StrCat(option, ": ", path, ": no ", what, " in PEM"));
 }
 
+std::string TimeText(const ASN1_TIME* time) {
+  const Bio text(BIO_new(BIO_s_mem()), &BIO_free);
+  ASN1_TIME_print(text.get(), time);
+  char* bytes = nullptr;
+  const long size = BIO_get_mem_data(text.get(), &bytes);
+  return {bytes, static_cast<size_t>(size)};
+}
+
+// No client connects to a server whose certificate has another time.
+absl::Status CheckValidity(const std::string& path, const X509* certificate) {
+  const ASN1_TIME* begin = X509_get0_notBefore(certificate);
+  const ASN1_TIME* end = X509_get0_notAfter(certificate);
+  if (X509_cmp_current_time(end) < 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--tls-cert: ", path, ": the certificate expired on ", TimeText(end), "; renew it"));
+  }
+  if (X509_cmp_current_time(begin) <= 0) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("--tls-cert: ", path, ": the certificate is valid from ",
+                                                 TimeText(begin), " on; is this machine's clock right?"));
+}
+
 absl::Status CheckKey(const std::string& path, X509* certificate) {
   const absl::StatusOr<std::string> text = ReadOption("--tls-key", path);
   if (!text.ok()) return text.status();
@@ -73,6 +95,7 @@ absl::Status CheckTlsFiles(const TlsFiles& files) {
   if (!chain.ok()) return chain.status();
   const Certificate certificate = FirstCertificate(*chain);
   if (certificate == nullptr) return NotPem("--tls-cert", files.certificate, "certificate");
+  if (absl::Status status = CheckValidity(files.certificate, certificate.get()); !status.ok()) return status;
   if (absl::Status status = CheckKey(files.key, certificate.get()); !status.ok()) return status;
   if (!files.client_authority.empty()) {
     const absl::StatusOr<std::string> text = ReadOption("--tls-client-ca", files.client_authority);
@@ -85,6 +108,25 @@ absl::Status CheckTlsFiles(const TlsFiles& files) {
   if (!text.ok()) return text.status();
   if (ReadCrls(*text).empty()) return NotPem("--tls-client-crl", files.client_revocations, "revocation list");
   return absl::OkStatus();
+}
+
+std::vector<std::string> NamesOfCertificate(const std::string& path) {
+  const absl::StatusOr<std::string> text = ReadWholeFile(path, kLargestPemBytes);
+  const Certificate certificate = text.ok() ? FirstCertificate(*text) : Certificate(nullptr, &X509_free);
+  if (certificate == nullptr) return {};
+  using Names = std::unique_ptr<GENERAL_NAMES, decltype(&GENERAL_NAMES_free)>;
+  const Names names(static_cast<GENERAL_NAMES*>(
+                        X509_get_ext_d2i(certificate.get(), NID_subject_alt_name, nullptr, nullptr)),
+                    &GENERAL_NAMES_free);
+  std::vector<std::string> dns;
+  for (int i = 0; names != nullptr && i < sk_GENERAL_NAME_num(names.get()); ++i) {
+    const GENERAL_NAME* name = sk_GENERAL_NAME_value(names.get(), i);
+    if (name->type != GEN_DNS) continue;
+    const ASN1_STRING* value = name->d.dNSName;
+    dns.emplace_back(reinterpret_cast<const char*>(ASN1_STRING_get0_data(value)),
+                     static_cast<size_t>(ASN1_STRING_length(value)));
+  }
+  return dns;
 }
 
 struct RevocationList::Lists {

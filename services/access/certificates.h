@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 
@@ -17,9 +18,13 @@ struct TlsFiles {
   std::string client_revocations;  // list of the authority's that are valid no more, PEM; empty: none
 };
 
-// Whether a server can begin with these. InvalidArgument names option and file: not readable, not PEM, or a
-// key of another certificate. PermissionDenied: other users may read the key.
+// Whether a server can begin with these. InvalidArgument names option and file: not readable, not PEM, a key
+// of another certificate, or a certificate that is not valid at this time. PermissionDenied: other users may
+// read the key.
 absl::Status CheckTlsFiles(const TlsFiles& files);
+
+// The DNS names of a server's certificate, "*.studio.example" among them; none where it cannot be read.
+std::vector<std::string> NamesOfCertificate(const std::string& path);
 
 // Certificates that an authority has revoked. Takes changes of the file. While it cannot be read, every
 // certificate counts as revoked, which `warn` is told. Thread safety: any thread.

@@ -1,5 +1,6 @@
 #include "services/client/channel.h"
 
+#include <arpa/inet.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/support/client_interceptor.h>
 
@@ -57,6 +58,11 @@ absl::StatusOr<std::string> ReadNamed(const char* variable, const std::string& p
 
 // The host of HOST:PORT.
 absl::StatusOr<std::string> HostOfServer(const std::string& server) {
+  if (const size_t scheme = server.find("://"); scheme != std::string::npos) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("server: \"", server, "\" is the address of a page; give \"", server.substr(scheme + 3),
+                     "\" with the port of weftd --listen"));
+  }
   const size_t colon = server.rfind(':');
   int port = 0;
   if (colon != std::string::npos && colon > 0 && absl::SimpleAtoi(server.substr(colon + 1), &port) &&
@@ -67,8 +73,12 @@ absl::StatusOr<std::string> HostOfServer(const std::string& server) {
       absl::StrCat("server: \"", server, "\" is not HOST:PORT or unix:PATH, for example 127.0.0.1:7411"));
 }
 
+// An address of the loopback, and not a name that begins like one.
 bool IsThisMachine(const std::string& host) {
-  return host == "localhost" || host == "[::1]" || absl::StartsWith(host, "127.");
+  constexpr unsigned kLoopback = 127;
+  in_addr address = {};
+  return host == "localhost" || host == "[::1]" ||
+         (inet_pton(AF_INET, host.c_str(), &address) == 1 && ntohl(address.s_addr) >> 24 == kLoopback);
 }
 
 absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> TlsOf(const ClientIdentity& identity) {
@@ -112,13 +122,17 @@ ClientIdentity ClientIdentity::FromEnvironment() {
           Variable("WEFT_TLS_KEY")};
 }
 
+bool UsesTls(const std::string& host, const ClientIdentity& identity) {
+  return !IsThisMachine(host) || !identity.authority.empty();
+}
+
 absl::StatusOr<std::shared_ptr<grpc::Channel>> OpenChannel(const std::string& server,
                                                            const ClientIdentity& identity) {
   std::shared_ptr<grpc::ChannelCredentials> credentials = grpc::InsecureChannelCredentials();
   if (!absl::StartsWith(server, kUnixPrefix)) {
     const absl::StatusOr<std::string> host = HostOfServer(server);
     if (!host.ok()) return host.status();
-    if (!IsThisMachine(*host) || !identity.authority.empty()) {
+    if (UsesTls(*host, identity)) {
       auto tls = TlsOf(identity);
       if (!tls.ok()) return tls.status();
       credentials = *std::move(tls);

@@ -21,9 +21,11 @@ struct ClientIdentity {
   static ClientIdentity FromEnvironment();
 };
 
-// To "unix:PATH" or HOST:PORT. What leaves this machine is TLS, and so is all where an authority is named.
-// InvalidArgument: not an address, or a certificate without its key. Errors of ReadWholeFile besides; they
-// name the variable.
+// Whether calls of HOST are TLS: what leaves this machine is, and so is all where an authority is named.
+bool UsesTls(const std::string& host, const ClientIdentity& identity);
+
+// To "unix:PATH" or HOST:PORT. TLS as above. InvalidArgument: not an address, or a certificate without its
+// key. Errors of ReadWholeFile besides; they name the variable.
 absl::StatusOr<std::shared_ptr<grpc::Channel>> OpenChannel(const std::string& server,
                                                            const ClientIdentity& identity);
 

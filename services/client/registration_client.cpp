@@ -5,6 +5,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "services/client/channel.h"
+#include "services/client/connection_fault.h"
 #include "services/client/daemon_call.h"
 #include "services/client/file_transfer.h"
 #include "services/rpc/error_detail.h"
@@ -41,6 +42,10 @@ absl::Status RegistrationClient::Explain(const grpc::Status& status) const {
   if (RetryAfter(status.error_message()) || absl::StrContains(status.error_message(), "shutting down") ||
       DetailOf(FromGrpcStatus(status)))
     return FromGrpcStatus(status);
+  if (const std::string fault = FindConnectionFault(server_, ClientIdentity::FromEnvironment());
+      !fault.empty())
+    return absl::FailedPreconditionError(
+        absl::StrCat("no call reaches the daemon at ", server_, ": ", fault));
   return absl::UnavailableError(absl::StrCat("no daemon answers at ", server_, ": ", status.error_message(),
                                              "; start it with `weftd --listen ", server_,
                                              " --state DIR --allow-path DIR`"));

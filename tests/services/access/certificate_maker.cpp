@@ -48,24 +48,24 @@ CertificateMaker::CertificateMaker(std::string folder, const std::string& name)
       key_(EVP_EC_gen("P-256"), &EVP_PKEY_free),
       certificate_(nullptr, &X509_free),
       revoked_(X509_CRL_new(), &X509_CRL_free) {
-  certificate_ = Make(name, key_.get(), 30);
+  certificate_ = Make(name, key_.get(), 30, "IP:127.0.0.1,DNS:localhost", -1);
   authority_ = Write(name, certificate_.get(), key_.get());
 }
 
-CertificateMaker::Certificate CertificateMaker::Make(const std::string& common_name, EVP_PKEY* key,
-                                                     int days) {
+CertificateMaker::Certificate CertificateMaker::Make(const std::string& common_name, EVP_PKEY* key, int days,
+                                                     const std::string& names, int from_days) {
   Certificate made(X509_new(), &X509_free);
   X509* issuer = certificate_ ? certificate_.get() : made.get();
   Require(X509_set_version(made.get(), X509_VERSION_3) == 1);
   ASN1_INTEGER_set(X509_get_serialNumber(made.get()), ++made_);
-  X509_gmtime_adj(X509_getm_notBefore(made.get()), -kDay_s);
-  X509_gmtime_adj(X509_getm_notAfter(made.get()), (days - 1) * kDay_s);
+  X509_gmtime_adj(X509_getm_notBefore(made.get()), from_days * kDay_s);
+  X509_gmtime_adj(X509_getm_notAfter(made.get()), (from_days + days) * kDay_s);
   X509_set_pubkey(made.get(), key);
   SetName(X509_get_subject_name(made.get()), common_name);
   X509_set_issuer_name(made.get(), X509_get_subject_name(issuer));
   AddExtension(made.get(), issuer, NID_basic_constraints,
                certificate_ ? "critical,CA:FALSE" : "critical,CA:TRUE");
-  AddExtension(made.get(), issuer, NID_subject_alt_name, "IP:127.0.0.1,DNS:localhost");
+  AddExtension(made.get(), issuer, NID_subject_alt_name, names.c_str());
   Require(X509_sign(made.get(), key_.get(), EVP_sha256()) > 0);
   return made;
 }
@@ -79,9 +79,10 @@ CertificateFiles CertificateMaker::Write(const std::string& name, X509* certific
   return files;
 }
 
-CertificateFiles CertificateMaker::Sign(const std::string& common_name, int days) {
+CertificateFiles CertificateMaker::Sign(const std::string& common_name, int days, const std::string& names,
+                                        int from_days) {
   const Key key(EVP_EC_gen("P-256"), &EVP_PKEY_free);
-  const Certificate made = Make(common_name, key.get(), days);
+  const Certificate made = Make(common_name, key.get(), days, names, from_days);
   return Write(absl::StrCat(common_name, "-", made_), made.get(), key.get());
 }
 

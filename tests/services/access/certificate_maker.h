@@ -19,8 +19,9 @@ class CertificateMaker {
   CertificateMaker(std::string folder, const std::string& name);
 
   const std::string& authority() const { return authority_.certificate; }
-  // Valid for so many days from yesterday on, for the host 127.0.0.1 as well.
-  CertificateFiles Sign(const std::string& common_name, int days = 30);
+  // Valid for so many days from `from_days` after now on, for `names` as OpenSSL writes them.
+  CertificateFiles Sign(const std::string& common_name, int days = 30,
+                        const std::string& names = "IP:127.0.0.1,DNS:localhost", int from_days = -1);
   // Writes the list of what was revoked, to `path`.
   void Revoke(const CertificateFiles& certificate, const std::string& path);
 
@@ -28,7 +29,8 @@ class CertificateMaker {
   using Key = std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)>;
   using Certificate = std::unique_ptr<X509, decltype(&X509_free)>;
 
-  Certificate Make(const std::string& common_name, EVP_PKEY* key, int days);
+  Certificate Make(const std::string& common_name, EVP_PKEY* key, int days, const std::string& names,
+                   int from_days);
   CertificateFiles Write(const std::string& name, X509* certificate, EVP_PKEY* key) const;
 
   const std::string folder_;

@@ -16,6 +16,7 @@
 namespace weft {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
@@ -53,6 +54,23 @@ TEST_F(Certificates, DoNotServeWithAKeyThatOthersRead) {
   const absl::Status status = CheckTlsFiles({server_.certificate, server_.key, "", ""});
   EXPECT_TRUE(absl::IsPermissionDenied(status));
   EXPECT_THAT(std::string(status.message()), HasSubstr("chmod"));
+}
+
+TEST_F(Certificates, DoNotServeAtATimeForWhichTheyAreNot) {
+  const CertificateFiles old = maker_.Sign("old", 5, "DNS:localhost", -10);
+  const absl::Status expired = CheckTlsFiles({old.certificate, old.key, "", ""});
+  EXPECT_TRUE(absl::IsInvalidArgument(expired));
+  EXPECT_THAT(std::string(expired.message()), HasSubstr("expired on"));
+  const CertificateFiles coming = maker_.Sign("coming", 30, "DNS:localhost", 2);
+  EXPECT_THAT(std::string(CheckTlsFiles({coming.certificate, coming.key, "", ""}).message()),
+              HasSubstr("clock"));
+}
+
+TEST_F(Certificates, HaveTheNamesOfTheirServer) {
+  const CertificateFiles named =
+      maker_.Sign("named", 30, "DNS:vm.studio.example,IP:10.0.0.1,DNS:*.farm.example");
+  EXPECT_THAT(NamesOfCertificate(named.certificate), ElementsAre("vm.studio.example", "*.farm.example"));
+  EXPECT_THAT(NamesOfCertificate(folder_ / "missing"), IsEmpty());
 }
 
 class Revocations : public Certificates {
