@@ -1,6 +1,7 @@
 import { defineConfig } from "vite";
 
 export default defineConfig({
+  base: "./", // a proxy may have the console under any path
   esbuild: { jsx: "automatic", jsxImportSource: "preact" },
   resolve: { alias: { "@api": decodeURIComponent(new URL("./generated/weft/v1", import.meta.url).pathname) } },
   build: {

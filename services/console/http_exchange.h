@@ -40,8 +40,8 @@ class HttpExchange {
 
   std::string method;  // "GET"
   RequestTarget target;
-  std::string peer;  // "10.0.0.5"
-  bool uses_tls = false;
+  std::string peer;         // "10.0.0.5"
+  bool uses_tls = false;    // between the browser and this server, or a proxy before it
   bool is_upgrade = false;  // asks for a WebSocket
 
   // Empty: there is none.

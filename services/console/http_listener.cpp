@@ -53,20 +53,29 @@ HttpReply Refusal(int status, absl::StatusCode code, const std::string& message)
   return reply;
 }
 
+// Whether a page is one of ours. Before a server without TLS a proxy may end it, so that pages are https.
+bool IsOwnOrigin(const std::string& origin, const std::string& host, bool uses_tls) {
+  return absl::EqualsIgnoreCase(origin, "https://" + host) ||
+         (!uses_tls && absl::EqualsIgnoreCase(origin, "http://" + host));
+}
+
 // Why a request is not for us; none: it is.
-std::optional<HttpReply> CheckRequest(const HttpExchange& exchange, const HttpListenerOptions& options) {
-  const std::string host = exchange.Header("Host");
-  if (!IsHostOfOurs(host, options.host_names)) {
+std::optional<HttpReply> CheckRequest(const HttpExchange& exchange, const HttpListenerOptions& options,
+                                      const std::vector<std::string>& names) {
+  // What the browser asked for, where a proxy asks by our address. Pages of other sites cannot send it.
+  const std::string forwarded = exchange.Header("X-Forwarded-Host");
+  const std::string host = forwarded.empty() ? exchange.Header("Host") : forwarded;
+  if (!IsHostOfOurs(host, names)) {
     return Refusal(421, absl::StatusCode::kPermissionDenied,
                    "Host: this is no name of this server; ask by its address, or give weftd --console-host");
   }
   const std::string origin = exchange.Header("Origin");
-  const std::string own = absl::StrCat(options.uses_tls ? "https://" : "http://", host);
   // Browsers send it with everything that changes something, and with WebSockets.
   const bool must_show = exchange.is_upgrade || (exchange.method != "GET" && exchange.method != "HEAD");
-  if (origin.empty() ? must_show : !absl::EqualsIgnoreCase(origin, own)) {
+  if (origin.empty() ? must_show : !IsOwnOrigin(origin, host, options.uses_tls)) {
     return Refusal(403, absl::StatusCode::kPermissionDenied,
-                   "Origin: only pages of this server are answered");
+                   "Origin: only pages of this server are answered; a proxy must pass on Host or "
+                   "X-Forwarded-Host as the browser sent it");
   }
   const std::string site = exchange.Header("Sec-Fetch-Site");
   const bool follows_link = exchange.Header("Sec-Fetch-Mode") == "navigate" && exchange.target.path == "/";
@@ -88,6 +97,7 @@ class HttpListener::Impl {
       auto tls = ReadTls(options_.tls);
       if (!tls.ok()) return tls.status();
       tls_ = *std::move(tls);
+      tls_names_ = NamesOfCertificate(options_.tls.certificate);
     }
     const tcp::endpoint endpoint = [&] {
       sockaddr_storage name{};
@@ -112,6 +122,13 @@ class HttpListener::Impl {
     return absl::StrCat(FileStamp(options_.tls.certificate), " ", FileStamp(options_.tls.key));
   }
 
+  std::vector<std::string> HostNames() {
+    std::vector<std::string> names = options_.host_names;
+    const std::lock_guard lock(mutex_);
+    names.insert(names.end(), tls_names_.begin(), tls_names_.end());
+    return names;
+  }
+
   // Of new connections; a certificate that cannot be read leaves the old one.
   std::shared_ptr<asio::ssl::context> CurrentTls() {
     constexpr std::chrono::seconds kLookEvery{5};
@@ -123,7 +140,10 @@ class HttpListener::Impl {
     if (stamp == tls_stamp_) return tls_;
     tls_stamp_ = std::move(stamp);
     auto tls = ReadTls(options_.tls);
-    if (tls.ok()) tls_ = *std::move(tls);
+    if (tls.ok()) {
+      tls_ = *std::move(tls);
+      tls_names_ = NamesOfCertificate(options_.tls.certificate);
+    }
     if (!tls.ok())
       spdlog::warn("the console keeps its old certificate: {}", std::string(tls.status().message()));
     return tls_;
@@ -214,7 +234,8 @@ class HttpListener::Impl {
     const auto& request = parser.get();
     exchange.method = std::string(request.method_string());
     exchange.peer = peer;
-    exchange.uses_tls = options_.uses_tls;
+    exchange.uses_tls =
+        options_.uses_tls || absl::EqualsIgnoreCase(exchange.Header("X-Forwarded-Proto"), "https");
     exchange.is_upgrade = beast::websocket::is_upgrade(request);
     absl::StatusOr<RequestTarget> target = ParseTarget({request.target().data(), request.target().size()});
     if (!target.ok()) {
@@ -222,7 +243,7 @@ class HttpListener::Impl {
       co_return;
     }
     exchange.target = *std::move(target);
-    if (std::optional<HttpReply> refusal = CheckRequest(exchange, options_)) {
+    if (std::optional<HttpReply> refusal = CheckRequest(exchange, options_, HostNames())) {
       co_await exchange.Send(*std::move(refusal));
       co_return;
     }
@@ -235,6 +256,7 @@ class HttpListener::Impl {
   std::mutex mutex_;  // of what follows, up to io_
   std::shared_ptr<asio::ssl::context> tls_;
   std::string tls_stamp_;
+  std::vector<std::string> tls_names_;
   std::chrono::steady_clock::time_point looked_;
   int open_ = 0;
   std::map<std::string, int> of_peer_;

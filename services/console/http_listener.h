@@ -17,7 +17,7 @@
 namespace weft {
 
 struct HttpListenerOptions {
-  std::vector<std::string> host_names;  // as those of IsHostOfOurs
+  std::vector<std::string> host_names;  // as those of IsHostOfOurs, besides those of the certificate
   TlsFiles tls;                         // read again when they change
   bool uses_tls = false;
   int connections = 256, connections_of_one_address = 96;
@@ -29,8 +29,9 @@ struct HttpListenerOptions {
 // By Boost.Beast, since libmicrohttpd and cpp-httplib have no WebSockets, and the latter a thread per
 // connection. Headers beyond 16 KiB and bodies beyond 1 MiB end the connection. Refused before the handler is
 // asked: a Host that is none of ours, an Origin that is not the server's own, requests that a browser says
-// come from another site, unless somebody follows a link. Every answer forbids sniffing, framing, and all
-// content from elsewhere.
+// come from another site, unless somebody follows a link. A proxy that ends TLS is heard
+// (X-Forwarded-Host, X-Forwarded-Proto), since pages cannot send what it says. Every answer forbids sniffing,
+// framing, and all content from elsewhere.
 class HttpListener {
  public:
   using Handler = std::function<boost::asio::awaitable<void>(HttpExchange& exchange)>;

@@ -107,7 +107,7 @@ absl::Status Daemon::ServeMetrics(const DaemonOptions& options) {
   if (!socket.ok()) return socket.status();
   metrics_address_ = socket->address;
   auto page = MetricsPage::Start(*std::move(socket), options.tls,
-                                 {*parts_->metrics, *parts_->access, *parts_->audit});
+                                 {*parts_->metrics, *parts_->access, *parts_->audit, options.console_hosts});
   if (!page.ok()) return page.status();
   parts_->metrics_page = *std::move(page);
   return absl::OkStatus();

@@ -46,7 +46,10 @@ absl::StatusOr<std::unique_ptr<MetricsPage>> MetricsPage::Start(ListeningSocket 
   char name[HOST_NAME_MAX + 1] = "";
   if (gethostname(name, sizeof name - 1) == 0) options.host_names.emplace_back(name);
   const bool uses_tls = socket.kind == ListenKind::kNetwork;
+  options.host_names.insert(options.host_names.end(), sources.host_names.begin(), sources.host_names.end());
   if (uses_tls) {
+    for (std::string& of_certificate : NamesOfCertificate(page->tls_.certificate))
+      options.host_names.push_back(std::move(of_certificate));
     absl::StatusOr<TlsTexts> texts = ReadTls(page->tls_);
     if (!texts.ok()) return texts.status();
     options.certificate_pem = std::move(texts->certificate);

@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "services/access/access_control.h"
@@ -19,6 +20,7 @@ struct MetricsPageSources {
   Metrics& metrics;
   AccessControl& access;
   AuditLog& audit;
+  std::vector<std::string> host_names;  // of weftd --console-host
 };
 
 // Serves /metrics to whoever shows a token (the role viewer is enough), also on loopback: the user of an HTTP

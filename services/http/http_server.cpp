@@ -62,9 +62,11 @@ HttpAnswer CheckRequest(MHD_Connection* connection, const std::string& method,
   if (method != MHD_HTTP_METHOD_GET && method != MHD_HTTP_METHOD_HEAD)
     return {MHD_HTTP_METHOD_NOT_ALLOWED, "text/plain; charset=utf-8", "GET and HEAD are answered\n"};
   const std::string host = HeaderOf(connection, MHD_HTTP_HEADER_HOST);
-  if (!IsHostOfOurs(host, options.host_names)) {
+  const bool shows_token = !BearerOf(HeaderOf(connection, MHD_HTTP_HEADER_AUTHORIZATION)).empty();
+  if (!shows_token && !IsHostOfOurs(host, options.host_names)) {
     return {MHD_HTTP_MISDIRECTED_REQUEST, "text/plain; charset=utf-8",
-            "Host: this is no name of this server; ask by its address\n"};
+            "Host: this is no name of this server; ask by its address, show a token, or give weftd "
+            "--console-host\n"};
   }
   const std::string origin = HeaderOf(connection, MHD_HTTP_HEADER_ORIGIN);
   const std::string own = absl::StrCat(options.key_pem.empty() ? "http://" : "https://", host);
@@ -95,9 +97,13 @@ MHD_Result Send(MHD_Connection* connection, const HttpAnswer& answer) {
 
 bool IsHostOfOurs(const std::string& host, const std::vector<std::string>& names) {
   const std::string name = absl::AsciiStrToLower(WithoutPort(host));
+  const size_t dot = std::min(name.find('.'), name.size());
+  const std::string any_step = dot == 0 || dot == name.size() ? name : "*" + name.substr(dot);
   return name == "localhost" || IsAddress(name) ||
-         std::any_of(names.begin(), names.end(),
-                     [&](const std::string& ours) { return absl::AsciiStrToLower(ours) == name; });
+         std::any_of(names.begin(), names.end(), [&](const std::string& ours) {
+           const std::string lower = absl::AsciiStrToLower(ours);
+           return lower == name || lower == any_step;
+         });
 }
 
 struct HttpServer::Running {

@@ -27,8 +27,8 @@ struct HttpAnswer {
 };
 
 struct HttpServerOptions {
-  // Names besides localhost and addresses under which browsers may ask: others may be a foreign site's, which
-  // points its name at this machine.
+  // Names besides localhost, addresses and those of the certificate under which browsers may ask: others may
+  // be a foreign site's, which points its name at this machine.
   std::vector<std::string> host_names;
   std::string certificate_pem, key_pem;  // both, or neither: plain HTTP
   int connections = 64, connections_of_one_address = 16;
@@ -36,8 +36,8 @@ struct HttpServerOptions {
 };
 
 // Answers GET and HEAD in one thread of its own. Refused without asking `answer`: other methods, requests
-// with a body, a Host that is none of ours, an Origin that is not the server's own. Thread safety: any
-// thread.
+// with a body, an Origin that is not the server's own, and a Host that is none of ours from whoever shows no
+// token, which no foreign site can. Thread safety: any thread.
 class HttpServer {
  public:
   using Answer = std::function<HttpAnswer(const HttpRequest& request)>;
@@ -63,6 +63,7 @@ class HttpServer {
 };
 
 // Whether a browser may ask under this "Host": localhost, an address, or one of the names, with any port.
+// "*.studio.example" stands for every name with one step more (RFC 6125, 6.4.3).
 bool IsHostOfOurs(const std::string& host, const std::vector<std::string>& names);
 
 }  // namespace weft

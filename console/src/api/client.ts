@@ -15,22 +15,22 @@ import { LiveSocket } from "./live";
 const READ = { ignoreUnknownFields: true };
 const TYPE = { "Content-Type": "application/json" };
 
-/** The API of the daemon that served the page, as the user who is logged in. All its errors are ApiErrors. */
+/** The API of the daemon that served the page, beside which all addresses lie, as the user who is logged in. All its errors are ApiErrors. */
 export class Client {
   readonly live = new LiveSocket();
 
   async logIn(token: string): Promise<ConsoleUser> {
     const body = toJsonString(ConsoleLoginSchema, create(ConsoleLoginSchema, { token }));
-    return fromJson(ConsoleUserSchema, await ask("/login", { method: "POST", headers: TYPE, body }), READ);
+    return fromJson(ConsoleUserSchema, await ask("login", { method: "POST", headers: TYPE, body }), READ);
   }
 
   async logOut(): Promise<void> {
-    await ask("/logout", { method: "POST", headers: TYPE, body: "{}" });
+    await ask("logout", { method: "POST", headers: TYPE, body: "{}" });
   }
 
   /** Who the browser's cookie belongs to. UNAUTHENTICATED: nobody. */
   async user(): Promise<ConsoleUser> {
-    return fromJson(ConsoleUserSchema, await ask("/session", {}), READ);
+    return fromJson(ConsoleUserSchema, await ask("session", {}), READ);
   }
 
   async call<I extends DescMessage, O extends DescMessage>(
@@ -38,7 +38,7 @@ export class Client {
     request: MessageInitShape<I>,
   ): Promise<MessageShape<O>> {
     const body = toJsonString(method.input, create(method.input, request));
-    const path = `/api/${method.parent.name}/${method.name}`;
+    const path = `api/${method.parent.name}/${method.name}`;
     return fromJson(method.output, await ask(path, { method: "POST", headers: TYPE, body }), READ);
   }
 
@@ -59,7 +59,7 @@ export class Client {
 
   /** Address of a file that a method sends; `query` are the request's fields as the schema names them. */
   fileUrl(method: { parent: { name: string }; name: string }, query: Record<string, string>): string {
-    return `/file/${method.parent.name}/${method.name}?${new URLSearchParams(query)}`;
+    return `file/${method.parent.name}/${method.name}?${new URLSearchParams(query)}`;
   }
 
   /** The bytes of such a file. */
@@ -75,7 +75,7 @@ export class Client {
 
   /** The mesh of a job's frame, as services/console/quantized_mesh.h says; without faces unless they are asked for. */
   async mesh(jobId: string, frame: string, withFaces: boolean, signal?: AbortSignal): Promise<ArrayBuffer> {
-    const response = await send(`/mesh/${[jobId, frame].map(encodeURIComponent).join("/")}${withFaces ? "?faces=1" : ""}`, { signal });
+    const response = await send(`mesh/${[jobId, frame].map(encodeURIComponent).join("/")}${withFaces ? "?faces=1" : ""}`, { signal });
     if (!response.ok) throw await errorIn(response);
     return response.arrayBuffer();
   }

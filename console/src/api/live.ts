@@ -72,7 +72,9 @@ export class LiveSocket {
 
   private connect(): void {
     this.state.value = this.connections.value > 0 ? "lost" : "connecting";
-    const address = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`;
+    const address = new URL("live", document.baseURI);
+    address.protocol = address.protocol.replace("http", "ws");
+    address.hash = "";
     const socket = new WebSocket(address);
     this.socket = socket;
     socket.onopen = () => {

@@ -139,7 +139,8 @@ TEST_F(ConsoleTest, RefusesOtherSites) {
   const std::string post = "POST /api/Server/Drain HTTP/1.1\r\n";
   for (const std::string& origin :
        {std::string("Origin: http://evil.example\r\n"), std::string("Origin: null\r\n"), std::string(),
-        absl::StrCat("Origin: https://127.0.0.1:", port_, "\r\n")})
+        absl::StrCat("Origin: https://127.0.0.1:", port_ + 1, "\r\n"),
+        absl::StrCat("Origin: ftp://127.0.0.1:", port_, "\r\n")})
     EXPECT_THAT(Ask(post + host + origin + tail), StartsWith("HTTP/1.1 403")) << origin;
   EXPECT_THAT(Ask(post + host + Origin() + "Sec-Fetch-Site: cross-site\r\n" + tail),
               StartsWith("HTTP/1.1 403"));
@@ -151,6 +152,26 @@ TEST_F(ConsoleTest, RefusesOtherSites) {
                                         "Content-Type: text/plain\r\nContent-Length: 2\r\n\r\n{}");
   EXPECT_THAT(Ask(form), StartsWith("HTTP/1.1 415"));
   EXPECT_THAT(Get("/session"), HasSubstr("default-src 'none'"));
+}
+
+// nginx and others end TLS and ask in plain HTTP, by the browser's Host or by an address of their own.
+TEST_F(ConsoleTest, AnswersThroughAProxyThatEndsTls) {
+  const std::string token = TokenOf(v1::ROLE_VIEWER);
+  const std::string body = absl::StrCat("{\"token\": \"", token, "\"}");
+  const auto log_in = [&](const std::string& host, const std::string& more) {
+    return Ask(absl::StrCat("POST /login HTTP/1.1\r\nHost: ", host, "\r\nConnection: close\r\n", more,
+                            "Origin: https://localhost:8443\r\nContent-Type: application/json\r\n"
+                            "Content-Length: ",
+                            body.size(), "\r\n\r\n", body));
+  };
+  const std::string own = absl::StrCat("127.0.0.1:", port_);
+  EXPECT_THAT(log_in("localhost:8443", ""), StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(log_in(own, ""), StartsWith("HTTP/1.1 403"));
+  EXPECT_THAT(log_in(own, "X-Forwarded-Host: evil.example\r\n"), StartsWith("HTTP/1.1 421"));
+  const std::string answer = log_in(own, "X-Forwarded-Host: localhost:8443\r\nX-Forwarded-Proto: https\r\n");
+  EXPECT_THAT(answer, StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(answer, HasSubstr("Set-Cookie: __Host-weft_"));
+  EXPECT_THAT(answer, HasSubstr("; Secure"));
 }
 
 TEST_F(ConsoleTest, OutlivesWhatIsNoRequest) {

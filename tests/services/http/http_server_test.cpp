@@ -74,6 +74,25 @@ TEST_F(HttpServerTest, AnswersWhoAsksByAddress) {
               StartsWith("HTTP/1.1 200"));
 }
 
+// Prometheus asks by whatever name it was given. No page of a foreign site can show a token.
+TEST_F(HttpServerTest, AnswersWhoShowsATokenUnderAnyName) {
+  Start();
+  EXPECT_THAT(Get("Host: weft.studio.example:9411\r\nAuthorization: Bearer abc\r\n"),
+              StartsWith("HTTP/1.1 200"));
+  EXPECT_THAT(Get("Host: weft.studio.example:9411\r\nAuthorization: Bearer \r\n"),
+              StartsWith("HTTP/1.1 421"));
+}
+
+TEST(IsHostOfOurs, ComparesNamesAsCertificatesDo) {
+  const std::vector<std::string> names = {"vm.Studio.example", "*.farm.example"};
+  for (const char* ours :
+       {"localhost", "127.0.0.1:80", "[::1]:80", "VM.studio.example:7512", "a.farm.example"})
+    EXPECT_TRUE(IsHostOfOurs(ours, names)) << ours;
+  for (const char* foreign : {"", "vm", "studio.example", "farm.example", "a.b.farm.example", ".farm.example",
+                              "vm.studio.example.evil.example", "*.farm.example.evil.example"})
+    EXPECT_FALSE(IsHostOfOurs(foreign, names)) << foreign;
+}
+
 // A site whose name points at this machine (DNS rebinding) does not get through its visitors' browsers.
 TEST_F(HttpServerTest, RefusesHostsThatAreNotItsOwn) {
   Start({{"Studio-1.local"}});
