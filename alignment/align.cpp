@@ -11,6 +11,7 @@
 #include "alignment/outliers.h"
 #include "alignment/placement.h"
 #include "alignment/return_to_points.h"
+#include "alignment/start_mesh.h"
 #include "alignment/vertex_sigma.h"
 #include "base/stopwatch.h"
 
@@ -296,9 +297,18 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
   const Stopwatch watch;
   const absl::StatusOr<Eigen::Isometry3d> placement = PlaceTemplate(model, targets, options.min_target_share);
   if (!placement.ok()) return placement.status();
+  result.cloth_scale = ClothScale(model, targets);
+  AlignContext placed = context;
+  absl::StatusOr<PlacedStart> start;
+  if (context.start_mm != nullptr) {
+    start = PlaceStart(*context.start_mm, targets);
+    if (!start.ok()) return start.status();
+    result.start_turned_deg = start->turned_deg;
+    placed.start_mm = &start->vertices_mm;
+  }
   result.stages.push_back({.name = "place", .time_ms = watch.Ms()});
 
-  Passes passes(model, options, context, *placement, &result.stages);
+  Passes passes(model, options, placed, *placement, &result.stages);
   if (absl::Status status = passes.RunFirst(targets); !status.ok()) return status;
   if (options.stretch_rings > 0) {
     if (absl::Status status = passes.Stretch(targets); !status.ok()) return status;

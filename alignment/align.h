@@ -138,6 +138,8 @@ struct AlignResult {
   int outliers = 0;                 // targets set aside; their vertices are inferred
   int rays = 0;                     // those that the mesh follows
   std::vector<GarmentPair> layers;  // of a joint template: which garment lies over which, as far as known
+  double cloth_scale = 0;  // edges between targets, against the template's: median; 0 where there is none
+  double start_turned_deg = 0;  // by which the start was turned to lie as the targets do; 0: it did
 };
 
 // What the stages need to know of a template, built once for all frames. Thread safety: const functions may
@@ -166,10 +168,10 @@ class AlignmentModel {
 // E_Recon + lambda E_Dist (Eq. 3 and 4), then the removal of self-intersections. A component of the mesh with
 // fewer than three targets follows the placement of the whole template, or stays as context.start_mm has it.
 // InvalidArgument for options, targets and starts that are no valid input (named): vertex off the mesh or
-// twice, not finite, negative sigma. FailedPrecondition when the targets cannot place the template: too few,
-// all on a line, or of another scale (the frame is then reported as failed, never filled with a copy).
-// Cancelled: context.cancelled said so. Parallel loops run in the calling thread's TBB arena; the same result
-// at any thread count.
+// twice, not finite, negative sigma, a start that is the mirror image of the targets. FailedPrecondition when
+// the targets cannot place the template: too few, all on a line, or of another scale (the frame is then
+// reported as failed, never filled with a copy). Cancelled: context.cancelled said so. Parallel loops run in
+// the calling thread's TBB arena; the same result at any thread count.
 absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
                                   const AlignOptions& options, const AlignContext& context = {});
 // For one frame alone.

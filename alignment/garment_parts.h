@@ -52,6 +52,7 @@ struct GarmentParts {
   double texture_side_mm = 0;
   std::vector<Eigen::Vector2d> texture_mm;  // [vertices], from the lower left corner; empty: no texture
   int board_rows = 0, board_cols = 0;       // of the board that it was sewn from; 0: not known
+  bool any_scale = false;  // its maker took a mesh of another size than the print (template_check.h)
 };
 
 // InvalidArgument names the first entry that does not fit a mesh: unknown vertices or panels, a texture of

@@ -47,6 +47,7 @@ void AddParts(const GarmentParts& own, int row, int vertex, GarmentParts* all) {
     opening.panels = Shifted(std::move(opening.panels), panel);
     all->openings.push_back(std::move(opening));
   }
+  all->any_scale = all->any_scale || own.any_scale;
   const bool said = own.expected_openings >= 0 && all->expected_openings >= 0;
   all->expected_openings = said ? all->expected_openings + own.expected_openings : -1;
 }

@@ -7,31 +7,28 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/fill.h"
+#include "alignment/print_scale.h"
 #include "base/median.h"
 
 namespace weft {
 namespace {
 
-constexpr double kMaxScale = 3;  // of neighbouring targets against the template, either way
+// Of neighbouring targets against the template, either way. Knitted cloth stretches by some tenths, and noise
+// of a fifth of a cell adds one.
+constexpr double kMaxScale = 1.5;
 
-absl::Status CheckScale(const AlignmentModel& model, const std::vector<VertexTarget>& targets) {
-  const MeshGraph& graph = model.graph();
-  std::vector<int> target_of(graph.vertices, -1);
-  for (size_t i = 0; i < targets.size(); ++i) target_of[targets[i].vertex] = static_cast<int>(i);
-  std::vector<double> ratios;
-  for (const MeshEdge& edge : graph.edges) {
-    if (target_of[edge.a] < 0 || target_of[edge.b] < 0) continue;
-    const double rest = (model.rest().vertices_mm[edge.a] - model.rest().vertices_mm[edge.b]).norm();
-    const Eigen::Vector3d now =
-        targets[target_of[edge.a]].position_mm - targets[target_of[edge.b]].position_mm;
-    if (rest > 0) ratios.push_back(now.norm() / rest);
-  }
-  if (ratios.empty()) return absl::OkStatus();
-  const double ratio = Median(std::move(ratios));
-  if (ratio <= kMaxScale && ratio >= 1 / kMaxScale) return absl::OkStatus();
-  return absl::FailedPreconditionError(
-      absl::StrCat("alignment: neighbouring targets lie ", ratio,
-                   " times as far apart as on the template; check that both are in mm and belong together"));
+absl::Status CheckScale(double scale) {
+  if (scale == 0 || (scale <= kMaxScale && scale >= 1 / kMaxScale)) return absl::OkStatus();
+  const auto of_cloud = UnitOfScale(scale), of_template = UnitOfScale(1 / scale);
+  std::string why = "they are of different sizes, or do not belong together";
+  if (of_template)
+    why = absl::StrCat("the template is in ", of_template->plural, ", import its mesh with --unit ",
+                       of_template->name);
+  else if (of_cloud)
+    why = absl::StrCat("the cloud is in ", of_cloud->plural,
+                       ", as the rig's positions may be; give them in mm");
+  return absl::FailedPreconditionError(absl::StrCat("alignment: neighbouring points of the cloud lie ", scale,
+                                                    " times as far apart as on the template: ", why));
 }
 
 // Standard deviations along the second principal axis: 0 for points on a line.
@@ -45,6 +42,21 @@ double SpreadAcrossLine(const std::vector<Eigen::Vector3d>& points) {
 }
 
 }  // namespace
+
+double ClothScale(const AlignmentModel& model, const std::vector<VertexTarget>& targets) {
+  const MeshGraph& graph = model.graph();
+  std::vector<int> target_of(graph.vertices, -1);
+  for (size_t i = 0; i < targets.size(); ++i) target_of[targets[i].vertex] = static_cast<int>(i);
+  std::vector<double> ratios;
+  for (const MeshEdge& edge : graph.edges) {
+    if (target_of[edge.a] < 0 || target_of[edge.b] < 0) continue;
+    const double rest = (model.rest().vertices_mm[edge.a] - model.rest().vertices_mm[edge.b]).norm();
+    const Eigen::Vector3d now =
+        targets[target_of[edge.a]].position_mm - targets[target_of[edge.b]].position_mm;
+    if (rest > 0) ratios.push_back(now.norm() / rest);
+  }
+  return Median(std::move(ratios));
+}
 
 absl::Status CheckTargets(const std::vector<VertexTarget>& targets, int vertices) {
   std::vector<bool> seen(vertices, false);
@@ -99,6 +111,8 @@ absl::StatusOr<Eigen::Isometry3d> PlaceTemplate(const AlignmentModel& model,
         "alignment: ", targets.size(), " of the template's ", model.graph().vertices,
         " vertices were measured, ", needed, " are needed; too little of the cloth was seen in this frame"));
   }
+  // First: what is of another size looks like a point, or a line.
+  if (absl::Status status = CheckScale(ClothScale(model, targets)); !status.ok()) return status;
   std::vector<Eigen::Vector3d> rest, now;
   for (const VertexTarget& t : targets) {
     rest.push_back(model.rest().vertices_mm[t.vertex]);
@@ -109,7 +123,6 @@ absl::StatusOr<Eigen::Isometry3d> PlaceTemplate(const AlignmentModel& model,
     return absl::FailedPreconditionError(
         "alignment: the observed vertices lie on a line and do not determine the template's pose");
   }
-  if (absl::Status status = CheckScale(model, targets); !status.ok()) return status;
   return RigidFit(rest, now);
 }
 

@@ -20,6 +20,9 @@ absl::Status CheckStart(const std::vector<Eigen::Vector3d>& start_mm, int vertic
 // equal and not zero.
 Eigen::Isometry3d RigidFit(const std::vector<Eigen::Vector3d>& from, const std::vector<Eigen::Vector3d>& to);
 
+// Median length of the edges between neighbouring targets, against the template's; 0 where there is none.
+double ClothScale(const AlignmentModel& model, const std::vector<VertexTarget>& targets);
+
 // How many targets place a mesh of so many vertices; `min_target_share` as in AlignOptions.
 double LeastTargets(int vertices, double min_target_share);
 

@@ -302,6 +302,7 @@ TEST(Align, RefusesTargetsThatCannotPlaceTheTemplate) {
   const auto metres = Mapped(garment.rest.vertices_mm, [](const auto& p) { return p / 1000; });
   const auto scaled = Align(garment, Measure(metres, 0, 9), AlignOptions{});
   EXPECT_EQ(scaled.status().code(), absl::StatusCode::kFailedPrecondition);
+  EXPECT_THAT(scaled.status().message(), HasSubstr("the cloud is in metres"));
 }
 
 TEST(Align, NamesTheTargetThatIsNoValidInput) {
