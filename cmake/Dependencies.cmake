@@ -33,6 +33,9 @@ pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash>=0.8)
 find_package(OpenCV 4.6 REQUIRED COMPONENTS core calib3d dnn imgproc imgcodecs video) # imgcodecs: in tests only
 find_package(Ceres 2.1 REQUIRED)
 
+# Header-only here. Without it meshes in OBJ are refused, and PLY works.
+find_path(WEFT_TINY_OBJ tiny_obj_loader.h)
+
 # 260 packages more; without it PCD is refused, and PLY works.
 set(WEFT_WITH_PCL AUTO CACHE STRING "Build weft-pcl, which reads and writes PCD: AUTO (where PCL is found), ON or OFF")
 set_property(CACHE WEFT_WITH_PCL PROPERTY STRINGS AUTO ON OFF)

@@ -110,9 +110,9 @@ absl::StatusOr<std::unique_ptr<DriveInputs>> LoadDriveInputs(const v1::Registrat
   if (!used.ok()) return used.status();
   const absl::StatusOr<Board> board = ReadBoard(spec.board());
   if (!board.ok()) return board.status();
-  absl::StatusOr<Template> garment = ReadTemplate(spec.garment());
+  std::vector<std::string> warnings;
+  absl::StatusOr<Template> garment = ReadTemplateFor(*board, spec.garment(), &warnings);
   if (!garment.ok()) return garment.status();
-  if (absl::Status status = CheckTemplateFitsBoard(*garment, *board); !status.ok()) return status;
   v1::InputHashes hashes;
   hashes.set_rig(rig->ContentHash());
   hashes.set_board(board->ContentHash());
@@ -132,15 +132,9 @@ absl::StatusOr<std::unique_ptr<DriveInputs>> LoadDriveInputs(const v1::Registrat
     return absl::Status(index.status().code(), absl::StrCat(spec.board(), ": ", index.status().message()));
   MeshTexture texture = TextureOf(*garment, *parts);
   MeshGraph graph = BuildMeshGraph(garment->rest);
-  return std::make_unique<DriveInputs>(DriveInputs{*std::move(used),
-                                                   *std::move(index),
-                                                   *std::move(garment),
-                                                   std::move(graph),
-                                                   std::move(texture),
-                                                   *std::move(avatar),
-                                                   std::move(hashes),
-                                                   options->pipeline.decode,
-                                                   {}});
+  return std::make_unique<DriveInputs>(DriveInputs{
+      *std::move(used), *std::move(index), *std::move(garment), std::move(graph), std::move(texture),
+      *std::move(avatar), std::move(hashes), options->pipeline.decode, std::move(warnings)});
 }
 
 absl::StatusOr<DriveFrameList> ListDriveFrames(const v1::RegistrationSpec& spec, DriveInputs& inputs) {

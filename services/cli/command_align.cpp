@@ -3,6 +3,7 @@
 #include <tbb/info.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <memory>
@@ -13,6 +14,7 @@
 #include "absl/strings/str_format.h"
 #include "alignment/align.h"
 #include "alignment/mesh_texture.h"
+#include "alignment/start_mesh.h"
 #include "alignment/untangle/self_intersection.h"
 #include "base/stopwatch.h"
 #include "services/cli/commands.h"
@@ -22,6 +24,7 @@
 #include "services/files/garment_parts_file.h"
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
+#include "services/files/obj_file.h"
 #include "services/files/template_file.h"
 #include "services/options/presets.h"
 #include "services/pcd/pcd_file.h"
@@ -34,6 +37,7 @@ namespace weft {
 namespace {
 
 constexpr int kStretchRings = 4;
+constexpr double kClothScaleSaid = 0.05;
 
 struct AlignCommandOptions {
   std::string cloud;
@@ -118,7 +122,7 @@ class StageWriter {
   absl::Status status_;
 };
 
-absl::StatusOr<Extras> ReadExtras(const AlignCommandOptions& options) {
+absl::StatusOr<Extras> ReadExtras(const AlignCommandOptions& options, const Template& garment) {
   Extras extras;
   if (!options.scan.empty()) {
     absl::StatusOr<Scan> scan = ReadScan(options.scan);
@@ -126,8 +130,10 @@ absl::StatusOr<Extras> ReadExtras(const AlignCommandOptions& options) {
     extras.scan = *std::move(scan);
   }
   if (!options.start.empty()) {
-    absl::StatusOr<TriangleMesh> start = ReadMesh(options.start);
+    absl::StatusOr<TriangleMesh> start = ReadForeignMesh(options.start);
     if (!start.ok()) return start.status();
+    if (absl::Status status = CheckStartMesh(*start, garment.rest); !status.ok())
+      return absl::Status(status.code(), absl::StrCat(options.start, ": ", status.message()));
     extras.start_mm = std::move(start->vertices_mm);
   }
   return extras;
@@ -136,6 +142,18 @@ absl::StatusOr<Extras> ReadExtras(const AlignCommandOptions& options) {
 absl::StatusOr<CloudTargets> ReadCloudTargets(const std::string& cloud, const Template& garment) {
   const absl::StatusOr<Ply> points = ReadPoints(cloud);
   return points.ok() ? TargetsFromPly(*points, cloud, garment) : points.status();
+}
+
+// What of template and start did not lie as the cloud does.
+void WarnOfPlaces(const AlignCommandOptions& options, const AlignResult& result) {
+  if (result.start_turned_deg > 0) {
+    PrintWarning(absl::StrFormat("%s: is turned by %.0f degrees against the cloud, and was turned back",
+                                 options.start, result.start_turned_deg));
+  }
+  if (const double off = result.cloth_scale - 1; result.cloth_scale > 0 && std::abs(off) > kClothScaleSaid) {
+    PrintWarning(absl::StrFormat("%s: the cloth is %.1f %% %s than the template; is it of the right size?",
+                                 options.cloud, 100 * std::abs(off), off > 0 ? "longer" : "shorter"));
+  }
 }
 
 absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
@@ -155,7 +173,7 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   }
   const auto threads = options.threads > 0 ? options.threads : tbb::info::default_concurrency();
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, static_cast<size_t>(threads));
-  const absl::StatusOr<Extras> extras = ReadExtras(options);
+  const absl::StatusOr<Extras> extras = ReadExtras(options, *garment);
   if (!extras.ok()) return extras.status();
   StageWriter stages(options.stages, *garment);
   AlignContext context{.rays = &targets->rays,
@@ -169,6 +187,7 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
     return absl::Status(result.status().code(), absl::StrCat(options.cloud, ": ", result.status().message()));
   }
   if (!stages.status().ok()) return stages.status();
+  if (!quiet) WarnOfPlaces(options, *result);
   const double align_ms = watch.Ms();
   const absl::Status written =
       WriteRegisteredMesh(options.out, result->mesh, garment->rest.faces, TextureOf(*garment, *parts));
@@ -215,10 +234,10 @@ void AddAlignCommand(CLI::App& app, CommandLine& line) {
           "cloud does not show")
       ->type_name("FILE");
   command
-      ->add_option(
-          "--start", options->start,
-          "A mesh of the template, PLY, from another moment or registration: vertices that the cloud "
-          "does not show start from there instead of from a smooth fill")
+      ->add_option("--start", options->start,
+                   "A mesh of the template, PLY or OBJ in mm, from another moment or registration: vertices "
+                   "that the cloud "
+                   "does not show start from there instead of from a smooth fill")
       ->type_name("FILE");
   AddPipelineFlags(*command, options->pipeline);
   command->add_flag_callback(

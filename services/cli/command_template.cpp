@@ -9,13 +9,15 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/mesh_graph.h"
+#include "alignment/template_check.h"
 #include "services/cli/commands.h"
 #include "services/cli/template_summary.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
 #include "services/files/garment_parts_file.h"
-#include "services/files/mesh_file.h"
+#include "services/files/obj_file.h"
 #include "services/files/template_file.h"
+#include "services/process/exit_status.h"
 
 namespace weft {
 namespace {
@@ -28,6 +30,9 @@ struct TemplateImportOptions {
   std::string out;
   std::string id;
   int openings = -1;
+  std::string unit = "mm";
+  bool allow_scale = false;
+  bool turn_faces = false;
 };
 
 absl::Status InFile(const std::string& path, const absl::Status& status) {
@@ -98,10 +103,35 @@ absl::StatusOr<std::vector<VertexNode>> ReadMaps(const TemplateImportOptions& op
   return nodes;
 }
 
+absl::StatusOr<TriangleMesh> ReadMeshInMm(const TemplateImportOptions& options) {
+  absl::StatusOr<TriangleMesh> mesh = ReadForeignMesh(options.mesh);
+  if (!mesh.ok()) return mesh;
+  for (const MeshUnit& unit : MeshUnits())
+    if (options.unit == unit.name)
+      for (Eigen::Vector3d& v : mesh->vertices_mm) v *= unit.mm;
+  return mesh;
+}
+
+// What of mesh and map deserves a word; the faces of `garment` show the printed side afterwards.
+absl::StatusOr<std::vector<std::string>> CheckOnBoard(const TemplateImportOptions& options,
+                                                      const Board& board, Template* garment) {
+  const absl::StatusOr<TemplateOnBoard> on_board =
+      PutOnBoard(board, options.turn_faces ? FaceSideSaid::kInside : FaceSideSaid::kNothing,
+                 options.allow_scale, garment);
+  if (!on_board.ok()) return on_board.status();
+  std::vector<std::string> notes = on_board->size.off;
+  notes.insert(notes.end(), on_board->size.unchecked.begin(), on_board->size.unchecked.end());
+  if (on_board->turned.faces > 0)
+    notes.push_back(
+        absl::StrCat(on_board->turned.faces, " of ", garment->rest.faces.size(),
+                     " faces showed the inside of the cloth and were turned to the printed side"));
+  return notes;
+}
+
 absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
   const absl::StatusOr<Board> board = ReadBoard(options.board);
   if (!board.ok()) return board.status();
-  absl::StatusOr<TriangleMesh> mesh = ReadMesh(options.mesh);
+  absl::StatusOr<TriangleMesh> mesh = ReadMeshInMm(options);
   if (!mesh.ok()) return mesh.status();
   absl::StatusOr<std::vector<VertexNode>> nodes = ReadMaps(options);
   if (!nodes.ok()) return nodes.status();
@@ -113,8 +143,12 @@ absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
       ImportTemplate(options.id.empty() ? TemplateIdOf(options.out) : options.id, *std::move(mesh),
                      *std::move(nodes), *board);
   if (!garment.ok()) return garment.status();
+  const absl::StatusOr<std::vector<std::string>> notes = CheckOnBoard(options, *board, &*garment);
+  status = InFile(absl::StrCat(MapNames(options), " with ", options.mesh), notes.status());
+  if (!status.ok()) return status;
   GarmentParts parts;
   parts.board_rows = board->rows, parts.board_cols = board->cols;
+  parts.any_scale = options.allow_scale;
   if (options.openings >= 0) {
     const absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(*garment, {});
     status = InFile(options.mesh, summary.status());
@@ -129,8 +163,24 @@ absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
       options.out, *garment, parts,
       absl::StrCat("imported from ", name_of(options.mesh), " and ", name_of(options.cells)));
   if (!status.ok()) return status;
+  for (const std::string& note : *notes) PrintWarning(absl::StrCat(options.mesh, ": ", note));
   PrintSummary(options, *garment);
   return absl::OkStatus();
+}
+
+void AddCheckOptions(CLI::App& command, TemplateImportOptions& options) {
+  std::vector<std::string> units;
+  for (const MeshUnit& unit : MeshUnits()) units.emplace_back(unit.name);
+  command.add_option("--unit", options.unit, "Unit of the mesh's coordinates")
+      ->type_name("UNIT")
+      ->capture_default_str()
+      ->check(CLI::IsMember(units));
+  command.add_flag("--allow-scale", options.allow_scale,
+                   "Take a mesh whose edges are more than 5 % longer or shorter than on the print");
+  command.add_flag(
+      "--turn-faces", options.turn_faces,
+      "All faces of a sheet show its inside: turn them. Those of garments that enclose something are "
+      "turned without it");
 }
 
 }  // namespace
@@ -146,10 +196,13 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
       *garment, "import",
       "Check that a mesh, a vertex-to-cell map and a board belong together, and write them as a template: "
       "DIR/template.json, DIR/mesh.ply and DIR/cells.txt (and DIR/corners.txt). Nothing is written when they "
-      "do not fit.",
+      "do not fit: vertices in another order than the map, a mirrored mesh or map, another size than the "
+      "print.",
       "  weft template import --mesh shirt.ply --cells vertex_to_cell.txt --board board.png --out shirt");
   auto options = std::make_shared<TemplateImportOptions>();
-  command->add_option("--mesh", options->mesh, "The garment at rest: triangles, mm, PLY")
+  command
+      ->add_option("--mesh", options->mesh,
+                   "The garment at rest: triangles, PLY or OBJ, vertices in the order of the map")
       ->required()
       ->type_name("FILE");
   command
@@ -175,6 +228,7 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
                    "clean surface, is refused")
       ->type_name("N")
       ->check(CLI::Range(-1, 100));
+  AddCheckOptions(*command, *options);
   command->callback([options, &line] { line.run = [options] { return ImportTemplateFiles(*options); }; });
 }
 

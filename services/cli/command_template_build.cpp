@@ -12,6 +12,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "alignment/template_build/build_template.h"
+#include "alignment/template_check.h"
 #include "services/cli/commands.h"
 #include "services/cli/input_options.h"
 #include "services/cli/json_output.h"
@@ -101,6 +102,7 @@ absl::Status Build(BuildOptions options, bool quiet) {
     });
   }
   if (!built.ok()) return built.status();
+  if (absl::Status status = CheckTemplateMap(built->garment); !status.ok()) return status;
   for (const std::string& warning : built->warnings) PrintWarning(warning);
   std::vector<std::string> names;
   for (const std::string& path : sources->cloud_names) {

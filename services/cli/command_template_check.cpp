@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
 #include "services/cli/print_verdict.h"
@@ -23,16 +24,29 @@ struct TemplateCheckOptions {
   bool json = false;
 };
 
+// Against the board, or the size of cells that a built template knows.
+absl::StatusOr<TemplateSize> SizeOf(const TemplateCheckOptions& options, const Template& garment,
+                                    const GarmentParts& parts) {
+  absl::StatusOr<TemplateSize> size;
+  if (options.board.empty()) {
+    size = CheckTemplateSize(garment, parts.cell_mm, parts.any_scale);
+  } else {
+    const absl::StatusOr<Board> board = ReadBoard(options.board);
+    if (!board.ok()) return board.status();
+    if (absl::Status status = CheckTemplateFitsBoard(garment, *board); !status.ok()) return status;
+    size = CheckTemplateOnBoard(garment, *board, parts.any_scale);
+  }
+  if (size.ok()) return size;
+  return absl::Status(size.status().code(), absl::StrCat(options.folder, ": ", size.status().message()));
+}
+
 absl::Status CheckTemplate(const TemplateCheckOptions& options) {
   const absl::StatusOr<Template> garment = ReadTemplate(options.folder);
   if (!garment.ok()) return garment.status();
   const absl::StatusOr<GarmentParts> parts = ReadGarmentParts(options.folder);
   if (!parts.ok()) return parts.status();
-  if (!options.board.empty()) {
-    const absl::StatusOr<Board> board = ReadBoard(options.board);
-    if (!board.ok()) return board.status();
-    if (absl::Status status = CheckTemplateFitsBoard(*garment, *board); !status.ok()) return status;
-  }
+  const absl::StatusOr<TemplateSize> size = SizeOf(options, *garment, *parts);
+  if (!size.ok()) return size.status();
   absl::StatusOr<v1::TemplateSummary> summary = SummarizeTemplate(*garment, *parts);
   absl::Status status = summary.status();
   if (status.ok()) {
@@ -41,6 +55,7 @@ absl::Status CheckTemplate(const TemplateCheckOptions& options) {
   if (!status.ok()) {
     return absl::Status(status.code(), absl::StrCat(options.folder, ": ", status.message()));
   }
+  AddPrintScale(*size, &*summary);
   const v1::Verdict verdict = TemplateVerdict(*summary);
   if (options.json) {
     *summary->mutable_verdict() = verdict;
@@ -48,6 +63,7 @@ absl::Status CheckTemplate(const TemplateCheckOptions& options) {
   } else {
     PrintVerdict(verdict);
     std::fputs(TemplateSummaryText(*summary).c_str(), stdout);
+    for (const std::string& note : size->unchecked) absl::PrintF("size     %s\n", note);
   }
   return VerdictStatus(verdict);
 }
@@ -58,7 +74,9 @@ void AddTemplateCheckCommand(CLI::App& garment, CommandLine& line) {
   CLI::App* command = AddCommand(
       garment, "check",
       "Check a template: files that belong together, a clean surface (every edge with one or two faces that "
-      "run the same way round), seams and openings as template.json lists them. Prints what it is.",
+      "run the same way round and show the printed side), vertices that lie on the mesh as on the board, "
+      "edges as "
+      "long as on the print, seams and openings as template.json lists them. Prints what it is.",
       "  weft template check shirt --openings 4\n"
       "  weft template check shirt --board board.json --json");
   auto options = std::make_shared<TemplateCheckOptions>();

@@ -6,11 +6,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/joint_template.h"
+#include "alignment/template_check.h"
 #include "services/cli/commands.h"
 #include "services/cli/template_summary.h"
 #include "services/files/board_file.h"
 #include "services/files/garment_parts_file.h"
 #include "services/files/template_file.h"
+#include "services/process/exit_status.h"
 
 namespace weft {
 namespace {
@@ -38,6 +40,11 @@ absl::Status JoinTemplateFiles(const TemplateJoinOptions& options) {
   const absl::StatusOr<JointTemplate> joint =
       JoinTemplates(options.id.empty() ? TemplateIdOf(options.out) : options.id, garments, parts, *board);
   if (!joint.ok()) return joint.status();
+  const absl::StatusOr<TemplateSize> size =
+      CheckTemplateOnBoard(joint->garment, *board, joint->parts.any_scale);
+  if (!size.ok()) return size.status();
+  for (const auto* notes : {&size->off, &size->unchecked})
+    for (const std::string& note : *notes) PrintWarning(note);
   absl::Status status =
       WriteTemplateWithParts(options.out, joint->garment, joint->parts, "weft template join");
   if (!status.ok()) return status;

@@ -53,9 +53,10 @@ absl::StatusOr<std::unique_ptr<LivePreview>> StartPreview(const PreviewCommandOp
     preview.board = *std::move(board);
   }
   if (!options.garment.empty()) {
-    absl::StatusOr<Template> garment = ReadTemplate(options.garment);
+    std::vector<std::string> notes;
+    absl::StatusOr<Template> garment = ReadTemplateFor(*preview.board, options.garment, &notes);
     if (!garment.ok()) return garment.status();
-    if (absl::Status status = CheckTemplateFitsBoard(*garment, *preview.board); !status.ok()) return status;
+    for (const std::string& note : notes) PrintWarning(note);
     preview.garment = *std::move(garment);
   }
   return LivePreview::Start(preview);

@@ -122,6 +122,16 @@ absl::StatusOr<v1::TemplateSummary> SummarizeTemplate(const Template& garment, c
   return summary;
 }
 
+void AddPrintScale(const TemplateSize& size, v1::TemplateSummary* summary) {
+  const auto off = [](const PrintScale& scale) { return std::abs(scale.Worst() - 1); };
+  const PrintScale* worst = nullptr;
+  for (const PrintScale& scale : size.scales)
+    if (scale.median > 0 && (worst == nullptr || off(scale) > off(*worst))) worst = &scale;
+  if (worst == nullptr) return;
+  summary->set_print_scale(worst->median);
+  if (worst->along_axis > 0) summary->set_print_scale_along_axis(worst->along_axis);
+}
+
 absl::Status CheckOpeningCount(const v1::TemplateSummary& summary, int expected) {
   if (expected < 0 || summary.openings_mm_size() == expected) return absl::OkStatus();
   return absl::FailedPreconditionError(absl::StrCat("the garment has ", summary.openings_mm_size(),
@@ -154,6 +164,10 @@ v1::Verdict TemplateVerdict(const v1::TemplateSummary& summary) {
                absl::StrCat("the surface has ", Counted(summary.handles(), "handle", "handles"),
                             ": cloth that is sewn to cloth it does not touch"),
                "Look at the seams in the report; a pocket or a strap may be one, a sleeve is not.");
+  if (summary.has_print_scale()) {
+    const PrintScale scale{summary.print_scale(), {}, summary.print_scale_along_axis()};
+    AddCheck(verdict, kTemplateScale, 100 * std::abs(scale.Worst() - 1));
+  }
   if (summary.has_strain_p95()) AddCheck(verdict, kTemplateStrain, 100 * summary.strain_p95());
   return verdict;
 }
@@ -175,6 +189,12 @@ std::string TemplateSummaryText(const v1::TemplateSummary& summary) {
   if (summary.texture_coverage() > 0)
     absl::StrAppendFormat(&text, "texture  panels cover %.0f %% of its square\n",
                           100 * summary.texture_coverage());
+  if (summary.has_print_scale())
+    absl::StrAppendFormat(&text, "size     edges are %.4f times as long as on the print in the median\n",
+                          summary.print_scale());
+  if (summary.has_print_scale_along_axis())
+    absl::StrAppendFormat(&text, "         %.4f times along the direction that is furthest off\n",
+                          summary.print_scale_along_axis());
   if (summary.has_strain_median())
     absl::StrAppendFormat(&text, "rest     edges within %.1f %% of the print (median), %.1f %% (95 of 100)\n",
                           100 * summary.strain_median(), 100 * summary.strain_p95());

@@ -6,6 +6,7 @@
 #include "absl/status/statusor.h"
 #include "alignment/garment_parts.h"
 #include "alignment/template.h"
+#include "alignment/template_check.h"
 #include "weft/v1/template.pb.h"
 
 namespace weft {
@@ -14,6 +15,9 @@ namespace weft {
 // opposite orientation, pieces that touch in a vertex. It also names parts of template.json that are not
 // in the mesh: sides of seams that no edges join, openings that are no borders.
 absl::StatusOr<v1::TemplateSummary> SummarizeTemplate(const Template& garment, const GarmentParts& parts);
+
+// The garment whose size is furthest from the print.
+void AddPrintScale(const TemplateSize& size, v1::TemplateSummary* summary);
 
 // FailedPrecondition lists the openings where there are others than `expected`; -1 takes any.
 absl::Status CheckOpeningCount(const v1::TemplateSummary& summary, int expected);

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/mesh_texture.h"
+#include "alignment/template_check.h"
 #include "services/files/atomic_file.h"
 #include "services/files/garment_parts_file.h"
 #include "services/files/json_file.h"
@@ -60,6 +61,7 @@ void PartsToProto(const GarmentParts& parts, v1::Template* proto) {
   proto->set_texture_side_mm(parts.texture_side_mm);
   proto->set_board_rows(parts.board_rows);
   proto->set_board_cols(parts.board_cols);
+  proto->set_any_scale(parts.any_scale);
 }
 
 GarmentParts PartsFromProto(const v1::Template& proto) {
@@ -91,6 +93,7 @@ GarmentParts PartsFromProto(const v1::Template& proto) {
   parts.texture_side_mm = proto.texture_side_mm();
   parts.board_rows = proto.board_rows();
   parts.board_cols = proto.board_cols();
+  parts.any_scale = proto.any_scale();
   return parts;
 }
 
@@ -198,6 +201,22 @@ absl::StatusOr<Template> ReadTemplate(const std::string& path) {
                                                    ", but mesh and maps hash to ", garment.ContentHash(),
                                                    "; import the template again"));
   }
+  if (absl::Status status = CheckTemplateMap(garment); !status.ok())
+    return absl::Status(status.code(), absl::StrCat(json, ": ", status.message()));
+  return garment;
+}
+
+absl::StatusOr<Template> ReadTemplateFor(const Board& board, const std::string& path,
+                                         std::vector<std::string>* notes) {
+  absl::StatusOr<Template> garment = ReadTemplate(path);
+  if (!garment.ok()) return garment;
+  if (absl::Status status = CheckTemplateFitsBoard(*garment, board); !status.ok()) return status;
+  const absl::StatusOr<v1::Template> proto = ReadProto(JsonPath(path));
+  if (!proto.ok()) return proto.status();
+  const absl::StatusOr<TemplateSize> size = CheckTemplateOnBoard(*garment, board, proto->any_scale());
+  if (!size.ok())
+    return absl::Status(size.status().code(), absl::StrCat(path, ": ", size.status().message()));
+  for (const std::string& note : size->off) notes->push_back(absl::StrCat("template ", path, ": ", note));
   return garment;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/start_mesh.h"
 #include "base/stopwatch.h"
 #include "pattern/image/pixel_allocator.h"
 #include "services/files/cloud_file.h"
@@ -102,11 +103,8 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStartOf(const RegistrationInput
   if (path.empty()) return std::vector<Eigen::Vector3d>();
   absl::StatusOr<TriangleMesh> mesh = ReadMesh(path);
   if (!mesh.ok()) return mesh.status();
-  if (mesh->vertices_mm.size() != inputs.garment.rest.vertices_mm.size()) {
-    return absl::InvalidArgumentError(absl::StrCat(path, ": has ", mesh->vertices_mm.size(),
-                                                   " vertices, the template ",
-                                                   inputs.garment.rest.vertices_mm.size()));
-  }
+  if (absl::Status status = CheckStartMesh(*mesh, inputs.garment.rest); !status.ok())
+    return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
   return std::move(mesh->vertices_mm);
 }
 

@@ -74,9 +74,9 @@ absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::Registr
   if (!camera_sigma_px.ok()) return camera_sigma_px.status();
   const absl::StatusOr<Board> board = ReadBoard(spec.board());
   if (!board.ok()) return board.status();
-  absl::StatusOr<Template> garment = ReadTemplate(spec.garment());
+  std::vector<std::string> warnings;
+  absl::StatusOr<Template> garment = ReadTemplateFor(*board, spec.garment(), &warnings);
   if (!garment.ok()) return garment.status();
-  if (absl::Status status = CheckTemplateFitsBoard(*garment, *board); !status.ok()) return status;
   absl::StatusOr<GarmentParts> parts = ReadGarmentParts(spec.garment());
   if (!parts.ok()) return parts.status();
   parts->board_rows = board->rows, parts->board_cols = board->cols;
@@ -96,7 +96,7 @@ absl::StatusOr<std::unique_ptr<RegistrationInputs>> LoadInputs(const v1::Registr
   }
   auto model = std::make_unique<AlignmentModel>(*garment);
   std::vector<CellNeighborhood> neighborhoods = FindCellNeighborhoods(*garment);
-  std::vector<std::string> warnings = (*dump)->warnings();
+  warnings.insert(warnings.end(), (*dump)->warnings().begin(), (*dump)->warnings().end());
   return std::make_unique<RegistrationInputs>(
       RegistrationInputs{*std::move(rig), *std::move(index), *std::move(garment), std::move(model),
                          *std::move(dump), std::move(hashes), std::move(neighborhoods), std::move(warnings),

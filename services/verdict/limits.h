@@ -202,6 +202,15 @@ inline constexpr Limit kPlanCoverage{
     "Choose more cameras (--cameras), or add candidates where the map of views is dark."};
 
 // Templates.
+inline constexpr Limit kTemplateScale{
+    "template.scale",
+    "length of edges off the print, median or along an axis",
+    "%",
+    1,
+    5,
+    Better::kLess,
+    1,
+    "Check that --board has the printed size of the cells, and import the mesh in its own size, in mm."};
 inline constexpr Limit kTemplateStrain{
     "template.strain",
     "edges off the print, 95 of 100",
@@ -233,6 +242,7 @@ inline constexpr std::array kLimits = {
     &kCalibrationReprojection,
     &kCalibrationUncertainty,
     &kPlanCoverage,
+    &kTemplateScale,
     &kTemplateStrain,
 };
 

@@ -39,8 +39,8 @@ class AlignCommand : public ::testing::Test {
         cells.push_back({row, col});
         if (row == 0 || col == 0) continue;
         const int v = row * kSide + col;
-        mesh.faces.push_back({v - kSide - 1, v - kSide, v - 1});
-        mesh.faces.push_back({v - kSide, v, v - 1});
+        mesh.faces.push_back({v - kSide - 1, v - 1, v - kSide});
+        mesh.faces.push_back({v - kSide, v - 1, v});
       }
     }
     const auto garment = ImportTemplate("cloth", mesh, cells, *GenerateBoard(kSide, kSide, 2.7, 1));

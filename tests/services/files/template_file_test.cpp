@@ -17,7 +17,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 Template MakeGarment(const Board& board) {
-  const TriangleMesh mesh{{{0, 0, 0.1}, {2.7, 0, 0}, {0, 2.7, 0}, {2.7, 1.0 / 3, 0}}, {{0, 1, 2}, {2, 1, 3}}};
+  const TriangleMesh mesh{{{0, 0, 0.1}, {2.7, 0, 0}, {0, 2.7, 0}, {2.7, 1.0 / 3, 0}}, {{0, 2, 1}, {2, 3, 1}}};
   auto garment = ImportTemplate("shirt", mesh, {{0, 0}, {0, 1}, {1, 0}, {-1, -1}}, board);
   EXPECT_TRUE(garment.ok()) << garment.status();
   return *garment;

@@ -29,7 +29,7 @@ class ItemContent : public ::testing::Test {
  protected:
   ItemContent() : board_(*GenerateBoard(6, 6, 2.7, 1)) {
     EXPECT_TRUE(WriteBoard(folder_ / "board", board_, "").ok());
-    const TriangleMesh mesh{{{0, 0, 0.1}, {2.7, 0, 0}, {0, 2.7, 0}}, {{0, 1, 2}}};
+    const TriangleMesh mesh{{{0, 0, 0.1}, {2.7, 0, 0}, {0, 2.7, 0}}, {{0, 2, 1}}};
     const auto garment = ImportTemplate("shirt", mesh, {{0, 0}, {0, 1}, {1, 0}}, board_);
     EXPECT_TRUE(garment.ok()) << garment.status();
     EXPECT_TRUE(WriteTemplate(folder_ / "shirt", *garment, "").ok());
