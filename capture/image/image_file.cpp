@@ -75,6 +75,19 @@ absl::StatusOr<DecodedImage> Decode(const std::vector<uint8_t>& bytes,
   return absl::InternalError("unknown format");
 }
 
+// Of files that say themselves that they hold a mosaic.
+absl::Status CheckMosaic(const DecodedImage& image, const std::optional<PixelFormat>& named) {
+  if (!image.is_mosaic || (named && !image.mosaic)) return absl::OkStatus();
+  if (!image.mosaic) {
+    return absl::InvalidArgumentError(
+        "a Bayer mosaic that does not say the order of its colours; name it with --mosaic");
+  }
+  if (!named || *named == *image.mosaic) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("the file says that it is ", std::string(PixelFormatName(*image.mosaic)),
+                   ", --mosaic says ", std::string(PixelFormatName(*named)), "; leave the option out"));
+}
+
 absl::StatusOr<std::vector<uint8_t>> Encode(const std::string& path, const ImagePixels& image,
                                             int jpeg_quality) {
   const std::string ending = absl::AsciiStrToLower(fs::path(path).extension().string());
@@ -114,11 +127,14 @@ absl::StatusOr<Frame> ReadImageFile(const std::string& path, std::optional<Pixel
   absl::StatusOr<DecodedImage> image = Decode(*bytes, expected);
   if (!image.ok())
     return absl::Status(image.status().code(), absl::StrCat(path, ": ", image.status().message()));
+  if (absl::Status status = CheckMosaic(*image, mosaic); !status.ok())
+    return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
   Frame frame;
   frame.origin = path;
   frame.width_px = image->width_px;
   frame.height_px = image->height_px;
-  frame.format = image->channels == 3 ? PixelFormat::kRgb8 : mosaic.value_or(PixelFormat::kGrey8);
+  const PixelFormat grey = mosaic ? *mosaic : image->mosaic.value_or(PixelFormat::kGrey8);
+  frame.format = image->channels == 3 ? PixelFormat::kRgb8 : grey;
   frame.pixels = std::make_shared<const std::vector<uint8_t>>(std::move(image->values));
   return frame;
 }

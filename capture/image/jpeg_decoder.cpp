@@ -1,12 +1,15 @@
 #include <csetjmp>
 #include <cstdio>
+#include <cstring>
 
 #include <jerror.h>
 #include <jpeglib.h>
 
 #include <string>
+#include <string_view>
 
 #include "absl/strings/str_cat.h"
+#include "capture/image/exif_orientation.h"
 #include "capture/image/image_decoders.h"
 
 namespace weft {
@@ -14,13 +17,16 @@ namespace {
 
 // More scans than any camera or program writes: each costs the time of a whole image.
 constexpr int kMaxScans = 200;
+constexpr unsigned kMostSegmentBytes = 0xffff;
 
 // libjpeg's error manager: errors jump back, the first warning is kept.
 struct DecodeErrors {
   jpeg_error_mgr manager;  // first, libjpeg knows the others by it
   std::jmp_buf jump;
   char problem[JMSG_LENGTH_MAX];
+  int error;  // libjpeg's code of what ended it, else 0
   bool damaged;
+  bool in_pixels;  // what precedes them is read
   JpegOrigin origin;
 };
 
@@ -34,14 +40,19 @@ void Keep(j_common_ptr info) {
 
 extern "C" void WeftJpegError(j_common_ptr info) {
   Keep(info);
+  ErrorsOf(info).error = info->err->msg_code;
   std::longjmp(ErrorsOf(info).jump, 1);
+}
+
+// Of metadata alone: bytes between segments, as after lengths that are too short, and odd versions.
+bool IsHarmless(int warning, const DecodeErrors& errors) {
+  if (warning == JWRN_EXTRANEOUS_DATA) return !errors.in_pixels || errors.origin == JpegOrigin::kCamera;
+  return warning == JWRN_JFIF_MAJOR || warning == JWRN_ADOBE_XFORM;
 }
 
 // Levels below 0 are warnings of damaged data, others are trace.
 extern "C" void WeftJpegMessage(j_common_ptr info, int level) {
-  if (level >= 0) return;
-  if (ErrorsOf(info).origin == JpegOrigin::kCamera && info->err->msg_code == JWRN_EXTRANEOUS_DATA) return;
-  Keep(info);
+  if (level < 0 && !IsHarmless(info->err->msg_code, ErrorsOf(info))) Keep(info);
 }
 
 extern "C" void WeftJpegProgress(j_common_ptr info) {
@@ -60,7 +71,9 @@ class JpegFile {
     errors_.manager.error_exit = WeftJpegError;
     errors_.manager.emit_message = WeftJpegMessage;
     errors_.problem[0] = '\0';
+    errors_.error = 0;
     errors_.damaged = false;
+    errors_.in_pixels = false;
     errors_.origin = origin;
     progress_.progress_monitor = WeftJpegProgress;
   }
@@ -74,11 +87,13 @@ class JpegFile {
     jpeg_create_decompress(&info_);
     info_.progress = &progress_;
     jpeg_mem_src(&info_, bytes_.data(), bytes_.size());
+    jpeg_save_markers(&info_, JPEG_APP0 + 1, kMostSegmentBytes);
     jpeg_read_header(&info_, TRUE);
     info_.out_color_space = info_.num_components == 1   ? JCS_GRAYSCALE
                             : info_.num_components == 4 ? JCS_CMYK
                                                         : JCS_RGB;
     jpeg_calc_output_dimensions(&info_);
+    errors_.in_pixels = true;
     return true;
   }
   // `values`: room for all rows of output_components() values.
@@ -97,7 +112,18 @@ class JpegFile {
   int width_px() const { return static_cast<int>(info_.output_width); }
   int height_px() const { return static_cast<int>(info_.output_height); }
   int output_components() const { return info_.output_components; }
+  bool damaged() const { return errors_.damaged; }
+  int orientation() const {
+    constexpr std::string_view kExif("Exif\0\0", 6);
+    for (const jpeg_marker_struct* marker = info_.marker_list; marker != nullptr; marker = marker->next) {
+      const std::span<const uint8_t> data(marker->data, marker->data_length);
+      if (data.size() < kExif.size() || std::memcmp(data.data(), kExif.data(), kExif.size()) != 0) continue;
+      return OrientationInExif(data.subspan(kExif.size()));
+    }
+    return 1;
+  }
   const char* problem() const { return errors_.problem; }
+  int error() const { return errors_.error; }
 
  private:
   std::span<const uint8_t> bytes_;
@@ -117,21 +143,38 @@ std::vector<uint8_t> RgbFromCmyk(const std::vector<uint8_t>& cmyk) {
   return rgb;
 }
 
-absl::Status DamagedJpeg(const char* problem) {
+// Sound files of processes that libjpeg lacks: lossless, hierarchical, 12 bits.
+bool IsOfAnotherKind(int error) {
+  return error == JERR_SOF_UNSUPPORTED || error == JERR_BAD_PRECISION || error == JERR_CONVERSION_NOTIMPL ||
+         error == JERR_ARITH_NOTIMPL || error == JERR_NOT_COMPILED || error == JERR_CCIR601_NOTIMPL ||
+         error == JERR_FRACT_SAMPLE_NOTIMPL;
+}
+
+absl::Status WhyNoPixels(const JpegFile& file) {
+  if (IsOfAnotherKind(file.error())) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("a JPEG image of a kind that is not read (", file.problem(), "); convert it"));
+  }
   return absl::InvalidArgumentError(
-      absl::StrCat("the JPEG image is damaged or truncated (", problem, "); copy the file again"));
+      absl::StrCat("the JPEG image is damaged or truncated (", file.problem(), "); copy the file again"));
 }
 
 }  // namespace
 
+absl::StatusOr<ImageHeader> ReadJpegHeader(std::span<const uint8_t> bytes) {
+  JpegFile file(bytes, JpegOrigin::kFile);
+  if (!file.ReadHeader() || file.damaged()) return WhyNoPixels(file);
+  return ImageHeader{ImageFormat::kJpeg, file.width_px(), file.height_px(), file.orientation()};
+}
+
 absl::StatusOr<DecodedImage> DecodeJpeg(std::span<const uint8_t> bytes, JpegOrigin origin) {
   JpegFile file(bytes, origin);
-  if (!file.ReadHeader()) return DamagedJpeg(file.problem());
+  if (!file.ReadHeader()) return WhyNoPixels(file);
   DecodedImage image{file.width_px(), file.height_px(), file.output_components(), {}};
   if (image.channels != 1 && image.channels != 3 && image.channels != 4)
     return absl::InvalidArgumentError(absl::StrCat(image.channels, " channels, expected 1 or 3"));
   image.values.resize(static_cast<size_t>(image.width_px) * image.height_px * image.channels);
-  if (!file.ReadPixels(image.values.data())) return DamagedJpeg(file.problem());
+  if (!file.ReadPixels(image.values.data())) return WhyNoPixels(file);
   if (image.channels == 4) {
     image.values = RgbFromCmyk(image.values);
     image.channels = 3;

@@ -23,7 +23,7 @@ extern "C" [[noreturn]] void WeftPngError(png_structp png, png_const_charp messa
   png_longjmp(png, 1);
 }
 
-// Odd colour profiles and the like; damage is an error, see png_set_crc_action.
+// Odd colour profiles and the like; damage of pixels is an error, see png_set_crc_action.
 extern "C" void WeftPngWarning(png_structp, png_const_charp) {}
 
 extern "C" void WeftPngRead(png_structp png, png_bytep out, size_t size) {
@@ -49,7 +49,8 @@ class PngFile {
     if (info_ == nullptr) return false;
     if (setjmp(png_jmpbuf(png_)) != 0) return false;
     png_set_read_fn(png_, &source_, WeftPngRead);
-    png_set_crc_action(png_, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
+    // Critical chunks make the pixels; a damaged one of metadata is left out.
+    png_set_crc_action(png_, PNG_CRC_ERROR_QUIT, PNG_CRC_WARN_DISCARD);
     png_read_info(png_, info_);
     const int color = png_get_color_type(png_, info_);
     if (color == PNG_COLOR_TYPE_PALETTE) png_set_palette_to_rgb(png_);

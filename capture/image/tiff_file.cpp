@@ -67,15 +67,29 @@ int KeepError(TIFF*, void* data, const char*, const char* format, va_list argume
 
 int DropWarning(TIFF*, void*, const char*, const char*, va_list) { return 1; }
 
-}  // namespace
-
-TiffHandle OpenTiff(TiffMemory& memory) {
+// Freed by the caller.
+TIFFOpenOptions* OptionsOf(TiffMemory& memory) {
   TIFFOpenOptions* options = TIFFOpenOptionsAlloc();
   TIFFOpenOptionsSetMaxSingleMemAlloc(options, kMostAllocationBytes);
   TIFFOpenOptionsSetErrorHandlerExtR(options, KeepError, &memory);
   TIFFOpenOptionsSetWarningHandlerExtR(options, DropWarning, &memory);
+  return options;
+}
+
+}  // namespace
+
+TiffHandle OpenTiff(TiffMemory& memory) {
+  TIFFOpenOptions* options = OptionsOf(memory);
   TiffHandle tiff(TIFFClientOpenExt("memory", memory.writes ? "w" : "r", &memory, Read, Write, Seek, Close,
                                     SizeOfMemory, Map, Unmap, options));
+  TIFFOpenOptionsFree(options);
+  return tiff;
+}
+
+TiffHandle OpenTiffFile(const std::string& path, TiffMemory& memory) {
+  TIFFOpenOptions* options = OptionsOf(memory);
+  // Not mapped: somebody may cut the file meanwhile.
+  TiffHandle tiff(TIFFOpenExt(path.c_str(), "rm", options));
   TIFFOpenOptionsFree(options);
   return tiff;
 }

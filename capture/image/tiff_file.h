@@ -1,4 +1,4 @@
-// A TIFF file in memory for libtiff. Errors are kept, warnings (odd tags) are not.
+// A TIFF file for libtiff, in memory or on the disk. Errors are kept, warnings (odd tags) are not.
 #pragma once
 
 #include <tiffio.h>
@@ -27,5 +27,8 @@ using TiffHandle = std::unique_ptr<TIFF, TiffClose>;
 
 // Null: see problem. `memory` outlives the handle.
 TiffHandle OpenTiff(TiffMemory& memory);
+
+// A file on the disk, of which libtiff reads what it is asked for. Of `memory`, the problem alone is used.
+TiffHandle OpenTiffFile(const std::string& path, TiffMemory& memory);
 
 }  // namespace weft

@@ -7,6 +7,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "capture/image/image_header.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -148,6 +149,106 @@ TEST(ImageFile, RefusesPixelsThatADecoderWouldMakeUp) {
     EXPECT_EQ(read.status().code(), absl::StatusCode::kInvalidArgument) << name;
     EXPECT_THAT(std::string(read.status().message()), HasSubstr(name));
     EXPECT_THAT(std::string(read.status().message()), HasSubstr("damaged or truncated"));
+  }
+}
+
+// EXIF data as cameras write them: big-endian, one tag.
+std::string Exif(int orientation) {
+  return std::string("MM\0\x2a\0\0\0\x08\0\x01\x01\x12\0\x03\0\0\0\x01\0", 19) +
+         static_cast<char>(orientation) + std::string(6, '\0');
+}
+
+// A segment of a JPEG file whose length is `off` by so many bytes.
+std::string Segment(char marker, const std::string& content, int off = 0) {
+  const size_t length = content.size() + 2 + static_cast<size_t>(off);
+  return std::string("\xff") + marker + static_cast<char>(length >> 8) + static_cast<char>(length) + content;
+}
+
+TEST(ImageFile, ReadsJpegWhoseMetadataStateAWrongLength) {
+  const TempFolder folder;
+  cv::imwrite(folder / "a.jpg", Picture(CV_8UC3));
+  const std::string jpeg = ReadBytes(folder / "a.jpg");
+  const auto right = ReadImageFile(folder / "a.jpg");
+  const std::string start = jpeg.substr(0, 2), rest = jpeg.substr(2);
+  const std::string metadata[] = {Segment('\xe1', "Exif" + std::string(40, '\x11'), -9),
+                                  Segment('\xed', std::string(300, 'x'), -150), std::string(7, '\0'),
+                                  Segment('\xe0', std::string("JFIF\0\x03\x01\0\0\x01\0\x01\0\0", 14))};
+  for (const std::string& odd : metadata) {
+    WriteBytes(folder / "odd.jpg", start + odd + rest);
+    const auto read = ReadImageFile(folder / "odd.jpg", {}, ImageSize{101, 77});
+    ASSERT_TRUE(read.ok()) << read.status();
+    EXPECT_EQ(*read->pixels, *right->pixels);
+  }
+}
+
+std::string Crc32Big(const std::string& chunk) {
+  uint32_t crc = 0xffffffff;
+  for (const char c : chunk) {
+    crc ^= static_cast<uint8_t>(c);
+    for (int bit = 0; bit < 8; ++bit) crc = crc & 1 ? crc >> 1 ^ 0xedb88320 : crc >> 1;
+  }
+  crc = ~crc;
+  std::string bytes;
+  for (int shift = 24; shift >= 0; shift -= 8) bytes += static_cast<char>(crc >> shift);
+  return bytes;
+}
+
+TEST(ImageFile, TurnsNoFormatByItsOrientation) {
+  const TempFolder folder;
+  cv::imwrite(folder / "plain.jpg", Picture(CV_8UC3));
+  cv::imwrite(folder / "plain.png", Picture(CV_8UC3));
+  const std::string jpeg = ReadBytes(folder / "plain.jpg"), png = ReadBytes(folder / "plain.png");
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    const std::string exif = Exif(orientation), chunk = "eXIf" + exif;
+    const std::string in_png =
+        std::string("\0\0\0", 3) + static_cast<char>(exif.size()) + chunk + Crc32Big(chunk);
+    constexpr size_t kBeforePixels = 33, kEnd = 12;
+    const struct {
+      const char* name;
+      std::string bytes;
+    } kFiles[] = {
+        {"a.jpg", jpeg.substr(0, 2) + Segment('\xe1', std::string("Exif\0\0", 6) + exif) + jpeg.substr(2)},
+        {"a.png", png.substr(0, kBeforePixels) + in_png + png.substr(kBeforePixels)},
+        {"b.png", png.substr(0, png.size() - kEnd) + in_png + png.substr(png.size() - kEnd)}};
+    for (const auto& [name, bytes] : kFiles) {
+      WriteBytes(folder / name, bytes);
+      const auto read = ReadImageFile(folder / name);
+      ASSERT_TRUE(read.ok()) << read.status();
+      const auto plain = ReadImageFile(folder / (name[2] == 'j' ? "plain.jpg" : "plain.png"));
+      EXPECT_EQ(*read->pixels, *plain->pixels) << name;
+      const auto header = ReadImageFileHeader(folder / name);
+      ASSERT_TRUE(header.ok()) << header.status();
+      EXPECT_EQ(header->orientation, orientation) << name;
+      EXPECT_EQ(header->width_px, 101);
+      EXPECT_EQ(header->height_px, 77);
+    }
+  }
+}
+
+TEST(ImageFile, ReadsPngWhoseMetadataAreDamaged) {
+  const TempFolder folder;
+  cv::imwrite(folder / "a.png", Picture(CV_8UC3));
+  const std::string png = ReadBytes(folder / "a.png");
+  const std::string text = std::string("\0\0\0\5", 4) + "tEXtTitle" + "????";  // a wrong checksum
+  WriteBytes(folder / "b.png", png.substr(0, 33) + text + png.substr(33));
+  const auto right = ReadImageFile(folder / "a.png"), read = ReadImageFile(folder / "b.png");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(*read->pixels, *right->pixels);
+}
+
+TEST(ImageFile, NamesAKindOfJpegThatIsNotRead) {
+  const TempFolder folder;
+  cv::imwrite(folder / "a.jpg", Picture(CV_8UC3));
+  const std::string jpeg = ReadBytes(folder / "a.jpg");
+  const size_t frame = jpeg.find("\xff\xc0");
+  ASSERT_NE(frame, std::string::npos);
+  std::string lossless = jpeg, deep = jpeg;
+  lossless[frame + 1] = '\xc3';
+  deep[frame + 4] = 12;
+  for (const std::string& bytes : {lossless, deep}) {
+    WriteBytes(folder / "b.jpg", bytes);
+    EXPECT_THAT(std::string(ReadImageFile(folder / "b.jpg").status().message()),
+                HasSubstr("b.jpg: a JPEG image of a kind that is not read"));
   }
 }
 
