@@ -119,19 +119,22 @@ absl::StatusOr<std::unique_ptr<RecordedTakeDump>> RecordedTakeDump::Open(const s
   size_t known = 0;
   CameraMatch match{
       .of_rig = rig.cameras.size(), .of_recording = ids.size(), .without_images = {}, .without_model = {}};
+  const CameraNames names(ids);
+  std::set<int> of_rig;
   for (const CameraModel& camera : rig.cameras) {
-    const auto at = std::find(ids.begin(), ids.end(), camera.id);
-    dump->stream_of_camera_.push_back(at == ids.end() ? -1 : static_cast<int>(at - ids.begin()));
-    known += at != ids.end();
-    if (at == ids.end()) match.without_images.push_back(camera.id);
+    const int stream = names.Find(camera.id);
+    dump->stream_of_camera_.push_back(stream);
+    of_rig.insert(stream);
+    known += stream >= 0;
+    if (stream < 0) match.without_images.push_back(camera.id);
   }
   if (known == 0) {
     return absl::InvalidArgumentError(
         absl::StrCat(folder, ": holds no stream of any camera of the rig (found cameras ", FirstNames(ids),
                      ", which the rig lacks; is it the rig of this take?)"));
   }
-  for (const std::string& id : ids)
-    if (rig.IndexOf(id) < 0) match.without_model.push_back(id);
+  for (size_t i = 0; i < ids.size(); ++i)
+    if (!of_rig.contains(static_cast<int>(i))) match.without_model.push_back(ids[i]);
   for (std::string& line : CameraWarnings(match, folder)) dump->warnings_.push_back(std::move(line));
   for (const uint64_t set : dump->take_->sets()) dump->frame_names_.push_back(FrameNameOf(set));
   dump->ReadSetTimes();
@@ -218,7 +221,9 @@ absl::StatusOr<Frame> RecordedTakeDump::AsRigHasIt(const absl::StatusOr<RawFrame
                                                    ", the rig says ", model.width_px, "x", model.height_px));
   }
   absl::StatusOr<Frame> frame = ToFrame(*raw);
-  if (frame.ok()) frame->origin = absl::StrCat("camera ", model.id, ", frame ", frame_names_[index]);
+  if (!frame.ok()) return frame;
+  frame->camera_id = model.id;  // names of the take may differ in case
+  frame->origin = absl::StrCat("camera ", model.id, ", frame ", frame_names_[index]);
   return frame;
 }
 
