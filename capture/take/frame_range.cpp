@@ -63,7 +63,7 @@ class Finder {
     const std::optional<uint64_t> number = NumberIn(name);
     if (const auto exact = Exactly(name); exact || !number) return exact;
     if (!by_number_) return *number == names_.size() ? std::optional(names_.size()) : std::nullopt;
-    if (*number > numbers_.back() + 1) return std::nullopt;
+    if (*number > numbers_.back() && *number - numbers_.back() > 1) return std::nullopt;
     return static_cast<size_t>(std::lower_bound(numbers_.begin(), numbers_.end(), *number) -
                                numbers_.begin());
   }
