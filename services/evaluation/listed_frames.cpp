@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/natural_order.h"
+#include "capture/take/frame_number.h"
 #include "services/files/frame_folders.h"
 #include "services/files/frame_paths.h"
 #include "services/synthetic/truth_file.h"
@@ -59,6 +60,7 @@ absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, c
   if (dump != nullptr)
     for (size_t i = 0; i < dump->frame_names().size(); ++i)
       in_dump[dump->frame_names()[i]] = static_cast<int>(i);
+  const FrameSteps steps(dump != nullptr ? dump->frame_names() : *names);
   std::vector<ListedFrame> frames;
   for (size_t i = 0; i < names->size(); ++i) {
     const std::string& name = (*names)[i];
@@ -67,7 +69,9 @@ absl::StatusOr<std::vector<ListedFrame>> ListFrames(const std::string& result, c
     const int64_t place = dump_index >= 0 ? dump_index : static_cast<int64_t>(i);
     if (knows_job && !WasAskedFor(job, name, place) && !HoldsAnyFile(fs::path(result) / name)) continue;
     const bool has_time = dump_index >= 0 && static_cast<size_t>(dump_index) < times.positions.size();
-    frames.push_back({name, has_time ? times.positions[dump_index] : place, dump_index});
+    const int64_t position =
+        has_time ? times.positions[dump_index] : steps.Between(0, static_cast<size_t>(place));
+    frames.push_back({name, position, dump_index});
   }
   if (!frames.empty()) return frames;
   return absl::NotFoundError(

@@ -16,15 +16,19 @@ FrameFacts FactsOf(const v1::FrameReport& report) {
   return facts;
 }
 
-Neighbors FindNeighbors(int at, int frames, const FrameFacts& own, const FactsAt& facts_at) {
-  const int reach = own.failed ? kMaxBridge : 1;
+Neighbors FindNeighbors(int at, int frames, const FrameSteps& steps, const FrameFacts& own,
+                        const FactsAt& facts_at) {
+  const int64_t reach = own.failed ? kMaxBridge : 1;
   Neighbors found;
   found.window = own.images_fingerprint;
   for (const int direction : {-1, 1}) {
     int& neighbor = direction < 0 ? found.previous : found.next;
-    for (int step = 1; step <= reach && neighbor < 0; ++step) {
-      const int other = at + direction * step;
+    for (int i = 1; i <= reach && neighbor < 0; ++i) {
+      const int other = at + direction * i;
       if (other < 0 || other >= frames) break;
+      const int64_t way = direction * steps.Between(static_cast<size_t>(at), static_cast<size_t>(other));
+      // Less than half a step is no neighbour either: the refinement takes both for equally far.
+      if (way > reach || (way < 1 && !own.failed)) break;
       const std::optional<FrameFacts> facts = facts_at(other);
       if (!facts) {
         found.complete = false;

@@ -5,11 +5,12 @@
 #include <optional>
 #include <string>
 
+#include "capture/take/frame_number.h"
 #include "weft/v1/report.pb.h"
 
 namespace weft {
 
-// A failed frame gets a mesh between the nearest registered frames, at most so many frames away.
+// A failed frame gets a mesh between the nearest registered frames, at most so many steps away.
 inline constexpr int kMaxBridge = 3;
 
 // What a frame's neighbours must know of it.
@@ -26,13 +27,16 @@ FrameFacts FactsOf(const v1::FrameReport& report);
 using FactsAt = std::function<std::optional<FrameFacts>(int at)>;
 
 // Positions of the nearest registered frames before and after, -1 where there are none in reach: of a failed
-// frame kMaxBridge frames, of others one.
+// frame kMaxBridge steps, of others one.
 struct Neighbors {
   bool complete = true;  // false while a frame in between is not dealt with
   int previous = -1, next = -1;
   std::string window;  // TemporalReport.window of a frame that follows from them
 };
-Neighbors FindNeighbors(int at, int frames, const FrameFacts& own, const FactsAt& facts_at);
+// `steps`: of the job's frames. Frames beyond a gap in their numbers are no neighbours: what the cloth did in
+// between is not known.
+Neighbors FindNeighbors(int at, int frames, const FrameSteps& steps, const FrameFacts& own,
+                        const FactsAt& facts_at);
 
 // EffectiveOptions, or the options as they are where they are no longer valid.
 v1::RegistrationOptions Canonical(const v1::RegistrationOptions& options);

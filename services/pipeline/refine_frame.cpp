@@ -19,11 +19,12 @@ namespace {
 class Surroundings {
  public:
   Surroundings(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames,
-               const TemporalOptions& options, const std::string& out)
-      : inputs_(inputs), job_frames_(job_frames), options_(options), out_(out) {}
+               const FrameSteps& steps, const TemporalOptions& options, const std::string& out)
+      : inputs_(inputs), job_frames_(job_frames), steps_(steps), options_(options), out_(out) {}
 
   const TemporalOptions& options() const { return options_; }
   int size() const { return static_cast<int>(job_frames_.size()); }
+  const FrameSteps& steps() const { return steps_; }
   const std::string& Name(int at) const { return inputs_.dump->frame_names()[job_frames_[at]]; }
   absl::StatusOr<FrameFolder> Folder(int at) const {
     return FrameFolder::Open(out_, Name(at), ConfinedFolder::IfMissing::kFail);
@@ -67,6 +68,7 @@ class Surroundings {
 
   const RegistrationInputs& inputs_;
   const std::vector<size_t>& job_frames_;
+  const FrameSteps& steps_;
   const TemporalOptions& options_;
   const std::string& out_;
 };
@@ -80,7 +82,11 @@ absl::StatusOr<TemporalResult> Compute(const RegistrationInputs& inputs, const S
   const TemporalOptions& options = frames.options();
   const auto cancelled = [&stop] { return stop.stop_requested(); };
   if (bridge) {
-    const Gap gap{at - neighbors.previous, neighbors.next - at};
+    const auto steps = [&](int from, int to) {
+      const int64_t way = frames.steps().Between(static_cast<size_t>(from), static_cast<size_t>(to));
+      return static_cast<int>(std::max<int64_t>(way, 1));
+    };
+    const Gap gap{steps(neighbors.previous, at), steps(at, neighbors.next)};
     return BridgeInTime(*inputs.model, *previous, *next, gap, options, cancelled);
   }
   const absl::StatusOr<RegisteredMesh> own = frames.Unrefined(at);
@@ -137,7 +143,7 @@ absl::Status RefineFrame(const RegistrationInputs& inputs, const Surroundings& f
   const FrameFacts own = FactsOf(*report);
   if (own.frames_alone || (!own.registered && !own.failed)) return absl::OkStatus();
   const Neighbors neighbors =
-      FindNeighbors(at, frames.size(), own, [&](int other) -> std::optional<FrameFacts> {
+      FindNeighbors(at, frames.size(), frames.steps(), own, [&](int other) -> std::optional<FrameFacts> {
         const std::optional<v1::FrameReport> there = frames.Report(other);
         if (!there || !FromSameRun(*report, *there)) return std::nullopt;
         return FactsOf(*there);
@@ -159,9 +165,10 @@ absl::Status RefineFrame(const RegistrationInputs& inputs, const Surroundings& f
 
 }  // namespace
 
-absl::Status RefineAround(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames, size_t at,
-                          const TemporalOptions& options, const std::string& out, std::stop_token stop) {
-  const Surroundings frames(inputs, job_frames, options, out);
+absl::Status RefineAround(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames,
+                          const FrameSteps& steps, size_t at, const TemporalOptions& options,
+                          const std::string& out, std::stop_token stop) {
+  const Surroundings frames(inputs, job_frames, steps, options, out);
   const int center = static_cast<int>(at);
   for (int i = std::max(0, center - kMaxBridge); i <= std::min(frames.size() - 1, center + kMaxBridge); ++i) {
     if (stop.stop_requested()) return absl::CancelledError("the registration was cancelled");
@@ -171,6 +178,12 @@ absl::Status RefineAround(const RegistrationInputs& inputs, const std::vector<si
     if (!status.ok() && !absl::IsNotFound(status)) return status;
   }
   return absl::OkStatus();
+}
+
+FrameSteps StepsOf(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames) {
+  std::vector<std::string> names;
+  for (const size_t frame : job_frames) names.push_back(inputs.dump->frame_names()[frame]);
+  return FrameSteps(names);
 }
 
 bool WasBridged(const std::string& out, const std::string& frame) {

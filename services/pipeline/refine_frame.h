@@ -18,12 +18,16 @@ namespace weft {
 // the nearest registered frames, at most kMaxBridge frames away on either side.
 //
 // The same for every frame of the job within kMaxBridge of position `at` of `job_frames` (positions in the
-// dump) whose neighbours are complete. The worker that completes the last neighbour of a frame refines it,
-// so any number of workers in any order gives the same files. Two that do it at once write the same bytes.
-// Frames that are refined already from the same neighbours are kept. So are frames whose files differ from
-// their reports. Cancelled: `stop` was requested. Runs in the calling thread's TBB arena.
-absl::Status RefineAround(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames, size_t at,
-                          const TemporalOptions& options, const std::string& out, std::stop_token stop);
+// dump, with their `steps`) whose neighbours are complete. The worker that completes the last neighbour of a
+// frame refines it, so any number of workers in any order gives the same files. Two that do it at once write
+// the same bytes. Frames that are refined already from the same neighbours are kept. So are frames whose
+// files differ from their reports. Cancelled: `stop` was requested. Runs in the calling thread's TBB arena.
+absl::Status RefineAround(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames,
+                          const FrameSteps& steps, size_t at, const TemporalOptions& options,
+                          const std::string& out, std::stop_token stop);
+
+// Of these frames of the dump, in their order.
+FrameSteps StepsOf(const RegistrationInputs& inputs, const std::vector<size_t>& job_frames);
 
 // Whether the results in `out` hold a mesh for this failed frame, made from the frames around it. Certain
 // once all frames of the job are dealt with.

@@ -67,13 +67,14 @@ absl::Status RegisterFrames(const RegistrationInputs& inputs, const std::vector<
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
                                   static_cast<size_t>(std::max(concurrency, 1)));
   tbb::task_arena arena(concurrency);
+  const FrameSteps steps = StepsOf(inputs, job_frames);
   const auto refine = [&](size_t index) {
     const auto at = std::lower_bound(job_frames.begin(), job_frames.end(), index) - job_frames.begin();
     absl::Status status;
     if (asked.frames_alone()) return status;
     arena.execute([&] {
-      status =
-          RefineAround(inputs, job_frames, static_cast<size_t>(at), options->pipeline.temporal, out, stop);
+      status = RefineAround(inputs, job_frames, steps, static_cast<size_t>(at), options->pipeline.temporal,
+                            out, stop);
     });
     return status;
   };

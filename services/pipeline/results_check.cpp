@@ -57,10 +57,10 @@ absl::StatusOr<Found> LookAt(const ConfinedFolder& base, const v1::FrameReport& 
 
 // The position of the frame to be done again so that frame `at` is refined; none where it is, or waits for
 // frames that are done again anyway.
-std::optional<int> WhoRefines(const std::vector<Found>& found, int at) {
+std::optional<int> WhoRefines(const std::vector<Found>& found, const FrameSteps& steps, int at) {
   const Found& own = found[at];
   if (own.facts->frames_alone) return std::nullopt;
-  const Neighbors neighbors = FindNeighbors(at, static_cast<int>(found.size()), *own.facts,
+  const Neighbors neighbors = FindNeighbors(at, static_cast<int>(found.size()), steps, *own.facts,
                                             [&found](int other) { return found[other].facts; });
   if (!neighbors.complete || neighbors.window == own.window) return std::nullopt;
   if (own.facts->registered) return at;
@@ -99,10 +99,13 @@ absl::StatusOr<std::vector<IncompleteFrame>> FindIncompleteFrames(const v1::Job&
     if (!found[i].problem.empty()) found[i].facts.reset();
     if (!found[i].problem.empty()) incomplete.push_back({i, found[i].problem, found[i].inputs_changed});
   }
+  std::vector<std::string> names;
+  for (const v1::FrameInfo& frame : frames) names.push_back(frame.frame());
+  const FrameSteps steps(names);
   std::set<int> refine;
   for (size_t i = 0; i < frames.size(); ++i) {
     if (!found[i].facts) continue;
-    if (const auto who = WhoRefines(found, static_cast<int>(i))) refine.insert(*who);
+    if (const auto who = WhoRefines(found, steps, static_cast<int>(i))) refine.insert(*who);
   }
   for (const int at : refine) {
     incomplete.push_back({static_cast<size_t>(at), "its neighbours' refinement is missing"});

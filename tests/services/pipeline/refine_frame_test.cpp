@@ -97,7 +97,8 @@ class RefineAroundTest : public ::testing::Test {
     Report(frame, v1::FRAME_STATE_FAILED, "best", images);
   }
   absl::Status Refine(int at, std::stop_token stop = {}) {
-    return RefineAround(inputs_, job_frames_, static_cast<size_t>(at), {}, folder_.path(), std::move(stop));
+    return RefineAround(inputs_, job_frames_, StepsOf(inputs_, job_frames_), static_cast<size_t>(at), {},
+                        folder_.path(), std::move(stop));
   }
   // Deals with frames in this order; those of `failed` fail.
   void Run(const std::vector<int>& order, const std::vector<int>& failed) {
