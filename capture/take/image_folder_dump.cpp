@@ -2,30 +2,49 @@
 
 #include <filesystem>
 #include <set>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/natural_order.h"
 #include "capture/file/content_hash.h"
 #include "capture/image/image_file.h"
 #include "capture/rig/camera_match.h"
+#include "capture/take/frame_number.h"
 #include "capture/take/frame_set_reading.h"
 #include "capture/take/image_folder.h"
 
 namespace weft {
 namespace fs = std::filesystem;
+namespace {
+
+// Frames beside a gap in their numbers are registered without those across it.
+void NoteGaps(const std::vector<std::string>& names, std::vector<std::string>& warnings) {
+  const FrameSteps steps(names);
+  std::vector<std::string> gaps;
+  for (size_t i = 1; i < names.size(); ++i) {
+    if (steps.Between(i - 1, i) > 1) gaps.push_back(absl::StrCat(names[i - 1], " to ", names[i]));
+  }
+  if (gaps.empty()) return;
+  warnings.push_back(absl::StrCat("numbers of frames have ", gaps.size(),
+                                  gaps.size() == 1 ? " gap, " : " gaps, ", FirstNames(gaps),
+                                  "; frames on either side are no neighbours"));
+}
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<ImageFolderDump>> ImageFolderDump::Open(const std::string& folder,
                                                                        const Rig& rig,
                                                                        const ImageFolderOptions& options) {
   auto dump = std::unique_ptr<ImageFolderDump>(new ImageFolderDump);
-  const absl::StatusOr<ImageFolder> listing = ListImageFolder(folder, &rig, &dump->warnings_);
+  absl::StatusOr<ImageFolder> listing = ListImageFolder(folder, &rig, UnfitNames::kLeaveOut);
   if (!listing.ok()) return listing.status();
+  dump->warnings_ = std::move(listing->notes);
 
   dump->rig_ = rig;
   dump->options_ = options;
   std::vector<int> images_of_camera(rig.cameras.size(), 0);
   std::set<std::string, NaturalOrder> unknown_cameras;
-  for (const auto& [frame, files] : *listing) {
+  for (const auto& [frame, files] : listing->frames) {
     std::vector<std::string> paths(rig.cameras.size());
     int known = 0;
     for (const auto& [camera, path] : files) {
@@ -53,6 +72,7 @@ absl::StatusOr<std::unique_ptr<ImageFolderDump>> ImageFolderDump::Open(const std
                            ", which the rig lacks; is it the rig of this take?)"),
         dump->warnings_.empty() ? "" : absl::StrCat("; ", dump->warnings_.front())));
   }
+  NoteGaps(dump->frame_names_, dump->warnings_);
   CameraMatch match{.of_rig = rig.cameras.size(),
                     .of_recording = unknown_cameras.size(),
                     .without_images = {},

@@ -17,8 +17,9 @@ struct ImageFolderOptions {
 };
 
 // Lists the dump; images are read by Read. Frames are ordered by name, numbers by value. `warnings()` of
-// the result names image files of unknown cameras, those whose name is not plain text, and cameras of the
-// rig without any image. A dump without any frame of a known camera is InvalidArgument.
+// the result names image files of unknown cameras, cameras of the rig without any image, and what
+// ListImageFolder notes. Errors of ListImageFolder; a dump without any frame of a known camera is
+// InvalidArgument.
 class ImageFolderDump : public FrameSource {
  public:
   static absl::StatusOr<std::unique_ptr<ImageFolderDump>> Open(const std::string& folder, const Rig& rig,

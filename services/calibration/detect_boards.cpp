@@ -5,12 +5,13 @@
 
 #include <algorithm>
 #include <atomic>
+#include <map>
 #include <set>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "capture/calibration/moving_edges.h"
-#include "capture/image/image_file.h"
+#include "capture/image/image_header.h"
 #include "capture/take/image_folder.h"
 #include "capture/take/recorded_take.h"
 
@@ -44,18 +45,19 @@ absl::StatusOr<Rig> CamerasOfTake(const RecordedTake& take) {
 absl::StatusOr<Rig> CamerasOfFolder(const std::string& folder) {
   const absl::StatusOr<ImageFolder> images = ListImageFolder(folder);
   if (!images.ok()) return images.status();
-  Rig rig;
-  std::set<std::string> known;
-  for (const auto& [frame, cameras] : *images) {
+  std::map<std::string, absl::StatusOr<ImageHeader>, NaturalOrder> first;  // that can be read, where one can
+  for (const auto& [frame, cameras] : images->frames) {
     for (const auto& [camera, path] : cameras) {
-      if (!known.insert(camera).second) continue;
-      const absl::StatusOr<Frame> image = ReadImageFile(path);
-      if (!image.ok()) return image.status();
-      rig.cameras.push_back(OfSize(camera, image->width_px, image->height_px));
+      const auto known = first.find(camera);
+      if (known == first.end() || !known->second.ok())
+        first.insert_or_assign(camera, ReadImageFileHeader(path));
     }
   }
-  std::sort(rig.cameras.begin(), rig.cameras.end(),
-            [](const CameraModel& a, const CameraModel& b) { return NaturalOrder()(a.id, b.id); });
+  Rig rig;
+  for (const auto& [camera, header] : first) {
+    if (!header.ok()) return header.status();
+    rig.cameras.push_back(OfSize(camera, header->width_px, header->height_px));
+  }
   return rig;
 }
 
@@ -117,6 +119,7 @@ absl::StatusOr<BoardDetection> DetectBoards(const FrameSource& source, const Rig
   });
 
   BoardDetection out;
+  out.warnings = source.warnings();
   out.sightings.resize(count);
   for (const CameraModel& camera : cameras.cameras)
     out.views.cameras.push_back({camera.id, camera.width_px, camera.height_px});

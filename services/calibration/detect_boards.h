@@ -14,13 +14,13 @@
 namespace weft {
 
 // The cameras of a dump with the sizes of their images and nothing else known: a rig to open the dump with.
-// Reads the first image of each camera. Errors of the dump; InvalidArgument: no images.
+// Reads the header of an image of each camera. Errors of the dump; InvalidArgument: no images.
 absl::StatusOr<Rig> CamerasOfDump(const std::string& folder);
 
 struct BoardDetection {
   CalibrationViews views;
   std::vector<CameraSightings> sightings;  // [cameras]
-  std::vector<std::string> warnings;       // images that could not be read
+  std::vector<std::string> warnings;       // of the source, and images that could not be read
 };
 
 // Looks at every image of these frames (positions in the source). Cameras without any tag are looked at once

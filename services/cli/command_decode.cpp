@@ -32,6 +32,7 @@
 #include "services/files/observations_file.h"
 #include "services/options/presets.h"
 #include "services/pipeline/stage_reports.h"
+#include "services/process/exit_status.h"
 #include "services/verdict/verdict.h"
 #include "weft/v1/command.pb.h"
 
@@ -265,13 +266,15 @@ absl::Status DecodeImages(const DecodeCommandOptions& options, bool quiet) {
   pipeline->options.decode.explain = !options.explain.empty();
   const auto inputs = FindDecodeInputs(options.images, options.frames, options.mosaic);
   if (!inputs.ok()) return inputs.status();
+  for (const std::string& note : inputs->notes) PrintWarning(note);
   if (absl::Status status = CheckWritable(options.out); !status.ok()) return status;
   const absl::StatusOr<BoardIndex> board = LoadBoard(options.board);
   if (!board.ok()) return board.status();
   if (!options.explain.empty()) {
     if (absl::Status status = CreateFolders(options.explain); !status.ok()) return status;
   }
-  std::vector<DecodedFile> files = DecodeFiles(options, *inputs, *board, pipeline->options.decode, quiet);
+  std::vector<DecodedFile> files =
+      DecodeFiles(options, inputs->views, *board, pipeline->options.decode, quiet);
 
   std::vector<std::string> found;
   for (DecodedFile& file : files) {

@@ -63,13 +63,14 @@ absl::Status ImportFolder(const ImportCommandOptions& options, bool quiet) {
   if (!mosaic.ok()) return mosaic.status();
   copy.mosaic = *mosaic;
   Progress bar("import", 0, ProgressVisible(quiet));
-  const absl::StatusOr<uint64_t> sets =
+  const absl::StatusOr<ImportedImages> imported =
       ImportImages(options.sources.front(), options.out, copy,
                    [&](uint64_t done, uint64_t total) { bar.Set(done, total); });
-  if (!sets.ok()) return sets.status();
+  if (!imported.ok()) return imported.status();
   v1::TakeCopy said;
-  said.set_sets(*sets);
-  return SayImported(options, said, absl::StrFormat("%s: %d frame sets\n", options.out, *sets));
+  said.set_sets(imported->sets);
+  said.mutable_warnings()->Assign(imported->notes.begin(), imported->notes.end());
+  return SayImported(options, said, absl::StrFormat("%s: %d frame sets\n", options.out, imported->sets));
 }
 
 // "NAME=TEXT". InvalidArgument names the option.
@@ -214,17 +215,20 @@ void AddTakeImportCommand(CLI::App& take, CommandLine& line) {
       "  weft take import cam1.mp4 cam2.mp4 --rig rig.json --board board.json --out take\n"
       "  weft take import --camera left=GX01.MP4 --camera right=GX02.MP4 --sync timecode --out take");
   command
-      ->add_option("SOURCE", options->sources,
-                   "A folder with <frame>/<camera>.png or cam<camera>/image<frame>.png, or videos named like "
-                   "their cameras")
+      ->add_option(
+          "SOURCE", options->sources,
+          "A folder with <frame>/<camera>.png or cam<camera>/image<frame>.png, or <camera>/<frame>.png "
+          "where names tell, or videos named like their cameras")
       ->type_name("");
   command->add_option("--out", options->out, "Folder of the new take")->required()->type_name("DIR");
   command->add_flag("--json", options->json, "Print JSON (weft.v1.TakeCopy)");
   command->add_flag("--compress", options->compress,
                     "Planes apart, predictor and zstd: lossless, half the size, a core's work");
   command
-      ->add_option("--fps", options->fps,
-                   "Frames per second of images, for the times of the frames; 0: no times")
+      ->add_option(
+          "--fps", options->fps,
+          "Frames per second of images, for the times of the frames; 0: no times but those in the names "
+          "of frames")
       ->type_name("N");
   command->add_option("--mosaic", options->mosaic, "Grey images are a Bayer mosaic of this order")
       ->type_name("ORDER");

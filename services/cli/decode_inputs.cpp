@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -12,6 +13,7 @@
 #include "capture/image/mosaic.h"
 #include "capture/take/frame_range.h"
 #include "capture/take/image_folder.h"
+#include "capture/take/picture_choice.h"
 #include "capture/take/recorded_take.h"
 #include "capture/take/take_files.h"
 
@@ -48,7 +50,7 @@ std::string ViewName(const std::string& frame, const std::string& camera, const 
 }
 
 // The cameras of frames of a recorded take.
-absl::StatusOr<std::vector<DecodeInput>> ViewsOfTake(const std::string& folder, const std::string& frames) {
+absl::StatusOr<DecodeInputs> ViewsOfTake(const std::string& folder, const std::string& frames) {
   absl::StatusOr<std::unique_ptr<RecordedTake>> opened = RecordedTake::Open(folder);
   if (!opened.ok()) return opened.status();
   const std::shared_ptr<const RecordedTake> take = *std::move(opened);
@@ -56,23 +58,23 @@ absl::StatusOr<std::vector<DecodeInput>> ViewsOfTake(const std::string& folder, 
   for (const uint64_t set : take->sets()) names.push_back(FrameNameOf(set));
   const absl::StatusOr<FrameRange> range = FindFrameRange(frames, names, folder);
   if (!range.ok()) return range.status();
-  std::vector<DecodeInput> views;
+  DecodeInputs found;
   for (size_t index = range->first; index < range->end; ++index) {
     for (size_t camera = 0; camera < take->camera_ids().size(); ++camera) {
       const std::string& id = take->camera_ids()[camera];
-      views.push_back({ViewName(names[index], id, *range),
-                       absl::StrCat(folder, ": frame ", names[index], ", camera ", id), [=] {
-                         const absl::StatusOr<RawFrame> raw = take->ReadRaw(index, camera);
-                         return raw.ok() ? ToFrame(*raw) : absl::StatusOr<Frame>(raw.status());
-                       }});
+      found.views.push_back({ViewName(names[index], id, *range),
+                             absl::StrCat(folder, ": frame ", names[index], ", camera ", id), [=] {
+                               const absl::StatusOr<RawFrame> raw = take->ReadRaw(index, camera);
+                               return raw.ok() ? ToFrame(*raw) : absl::StatusOr<Frame>(raw.status());
+                             }});
     }
   }
-  return views;
+  return found;
 }
 
 // The cameras of frames of a dump.
-absl::StatusOr<std::vector<DecodeInput>> ViewsOfDump(const std::string& folder, const std::string& frames,
-                                                     std::optional<PixelFormat> mosaic) {
+absl::StatusOr<DecodeInputs> ViewsOfDump(const std::string& folder, const std::string& frames,
+                                         std::optional<PixelFormat> mosaic) {
   if (IsRecordedTake(folder)) {
     if (!mosaic) return ViewsOfTake(folder, frames);
     return absl::InvalidArgumentError(absl::StrCat(
@@ -81,24 +83,23 @@ absl::StatusOr<std::vector<DecodeInput>> ViewsOfDump(const std::string& folder, 
   const absl::StatusOr<ImageFolder> images = ListImageFolder(folder);
   if (!images.ok()) return images.status();
   std::vector<std::string> names;
-  for (const auto& [name, files] : *images) names.push_back(name);
+  for (const auto& [name, files] : images->frames) names.push_back(name);
   const absl::StatusOr<FrameRange> range = FindFrameRange(frames, names, folder);
   if (!range.ok()) return range.status();
-  std::vector<DecodeInput> views;
+  DecodeInputs found{{}, images->notes};
   for (size_t index = range->first; index < range->end; ++index) {
-    for (const auto& [camera, path] : images->at(names[index])) {
-      views.push_back({ViewName(names[index], camera, *range), path,
-                       [path = path, mosaic] { return ReadImageFile(path, mosaic); }, FileBytes(path)});
+    for (const auto& [camera, path] : images->frames.at(names[index])) {
+      found.views.push_back({ViewName(names[index], camera, *range), path,
+                             [path = path, mosaic] { return ReadImageFile(path, mosaic); }, FileBytes(path)});
     }
   }
-  return views;
+  return found;
 }
 
 }  // namespace
 
-absl::StatusOr<std::vector<DecodeInput>> FindDecodeInputs(const std::vector<std::string>& images,
-                                                          const std::string& frames,
-                                                          const std::string& mosaic_name) {
+absl::StatusOr<DecodeInputs> FindDecodeInputs(const std::vector<std::string>& images,
+                                              const std::string& frames, const std::string& mosaic_name) {
   const auto mosaic = MosaicFromName(mosaic_name);
   if (!mosaic.ok()) return mosaic.status();
   std::error_code error;
@@ -107,13 +108,17 @@ absl::StatusOr<std::vector<DecodeInput>> FindDecodeInputs(const std::vector<std:
   if (!frames.empty()) return absl::InvalidArgumentError("--frames is for one take or one folder of images");
   const auto names = ImageNames(images);
   if (!names.ok()) return names.status();
-  std::vector<DecodeInput> inputs;
+  DecodeInputs found;
+  std::map<std::string, std::string> pictures;
   for (size_t i = 0; i < names->size(); ++i) {
     const std::string& path = images[i];
-    inputs.push_back({(*names)[i], path, [path, mosaic = *mosaic] { return ReadImageFile(path, mosaic); },
-                      FileBytes(path)});
+    found.views.push_back({(*names)[i], path,
+                           [path, mosaic = *mosaic] { return ReadImageFile(path, mosaic); },
+                           FileBytes(path)});
+    pictures[(*names)[i]] = path;
   }
-  return inputs;
+  found.notes = OrientationNotes(pictures);
+  return found;
 }
 
 }  // namespace weft

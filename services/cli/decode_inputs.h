@@ -19,12 +19,16 @@ struct DecodeInput {
   std::uintmax_t bytes = 0;  // of its file; the more the longer decoding takes
 };
 
+struct DecodeInputs {
+  std::vector<DecodeInput> views;
+  std::vector<std::string> notes;  // of ListImageFolder, and of tags that are not obeyed
+};
+
 // Image files, or all cameras of the frames `frames` (FindFrameRange) where `images` is one take or folder
 // of images. Images are then named by camera or, for several frames, as <frame>/<camera>. `mosaic`: the
 // order of the Bayer mosaic of grey image files, empty for none. InvalidArgument names the option or the
 // file.
-absl::StatusOr<std::vector<DecodeInput>> FindDecodeInputs(const std::vector<std::string>& images,
-                                                          const std::string& frames,
-                                                          const std::string& mosaic);
+absl::StatusOr<DecodeInputs> FindDecodeInputs(const std::vector<std::string>& images,
+                                              const std::string& frames, const std::string& mosaic);
 
 }  // namespace weft

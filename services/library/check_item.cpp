@@ -20,10 +20,9 @@ namespace {
 
 absl::Status CheckDump(const std::string& folder) {
   if (IsRecordedTake(folder)) return RecordedTake::Open(folder).status();
-  std::vector<std::string> other_names;
-  const absl::StatusOr<ImageFolder> images = ListImageFolder(folder, nullptr, &other_names);
+  const absl::StatusOr<ImageFolder> images = ListImageFolder(folder, nullptr, UnfitNames::kLeaveOut);
   if (!images.ok()) return images.status();
-  if (!images->empty()) return absl::OkStatus();
+  if (!images->frames.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(
       "is neither a recorded take nor a folder of images, <frame>/<camera>.png or "
       "cam<camera>/image<frame>.png");

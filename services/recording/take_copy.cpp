@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -11,6 +14,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "capture/image/image_file.h"
+#include "capture/take/frame_number.h"
+#include "capture/take/frame_times.h"
 #include "capture/take/image_folder.h"
 #include "capture/take/recorded_take.h"
 #include "services/files/atomic_file.h"
@@ -34,6 +39,8 @@ class TakeCopy {
     if (absl::Status status = WriteTakeFile(out, take); !status.ok()) return status;
     return TakeCopy(out, std::move(take), *std::move(recorder));
   }
+
+  void Note(const std::string& text) { recorder_->Note("", text); }
 
   bool Add(RawFrameSet set) { return recorder_->OfferAndWait(std::move(set)); }
 
@@ -68,26 +75,110 @@ class TakeCopy {
   std::unique_ptr<Recorder> recorder_;
 };
 
-// The frame's name as a number where that keeps the order, else the next one.
-uint64_t NumberOf(const std::string& name, uint64_t next) {
+// Where a frame set stands in its take.
+struct Place {
   uint64_t number = 0;
-  return absl::SimpleAtoi(name, &number) && number >= next ? number : next;
+  int64_t time_ns = 0;
+};
+
+// Of a take: 2 years at 30 frames a second. Exports have 32 bits for it.
+constexpr int64_t kMostFrames = INT32_MAX;
+
+// The names' numbers where they keep the order of the names, else counted on from the last one that does.
+std::vector<uint64_t> NumbersOf(const std::vector<std::string>& names, std::vector<std::string>& notes) {
+  std::vector<uint64_t> numbers;
+  const std::optional<std::vector<int64_t>> all = FrameNumbers(names);
+  const int64_t first = all && all->back() > kMostFrames ? all->front() : 0;
+  const bool rise = all && std::adjacent_find(all->begin(), all->end(), std::greater_equal<>()) == all->end();
+  if (rise && all->back() - first <= kMostFrames) {
+    if (first > 0) notes.push_back(absl::StrCat("sets are numbered from frame ", names.front(), " on"));
+    for (const int64_t number : *all) numbers.push_back(static_cast<uint64_t>(number - first));
+    return numbers;
+  }
+  bool too_large = false;
+  for (const std::string& name : names) {
+    const uint64_t next = numbers.empty() ? 0 : numbers.back() + 1;
+    uint64_t number = next;
+    const bool is_number = name.find_first_not_of("0123456789") == std::string::npos;
+    const bool is_fit = is_number && absl::SimpleAtoi(name, &number) && number <= uint64_t{kMostFrames};
+    too_large |= is_number && !is_fit;
+    numbers.push_back(is_fit ? std::max(number, next) : next);
+  }
+  if (too_large)
+    notes.push_back(
+        "names of frames are neither times nor numbers below 2^31; sets are numbered in their order");
+  return numbers;
+}
+
+absl::StatusOr<std::vector<Place>> PlacesOf(const ImageFolder& folder, double fps,
+                                            std::vector<std::string>& notes) {
+  std::vector<std::string> names;
+  for (const auto& [name, files] : folder.frames) names.push_back(name);
+  const absl::StatusOr<std::optional<FrameTimes>> times = TimesInNames(names, fps);
+  if (!times.ok()) return times.status();
+  std::vector<Place> places(names.size());
+  if (*times) {
+    notes.push_back(
+        absl::StrCat("the names of the frames are ", (*times)->words, "; sets have them as their times"));
+    for (size_t i = 0; i < names.size(); ++i) places[i] = {(*times)->numbers[i], (*times)->times_ns[i]};
+    return places;
+  }
+  const std::vector<uint64_t> numbers = NumbersOf(names, notes);
+  constexpr double kMost_ns = 9.2e18;  // of 64 bits
+  for (size_t i = 0; i < names.size(); ++i) {
+    const double time_ns = fps > 0 ? 1e9 / fps * static_cast<double>(numbers[i]) : 0;
+    if (!(time_ns < kMost_ns)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("fps: at ", fps, " frames a second, frame ", names[i],
+                       " is later than 292 years; give the rate of the cameras"));
+    }
+    places[i] = {numbers[i], std::llround(time_ns)};
+  }
+  return places;
+}
+
+// All cameras' images of a frame.
+RawFrameSet ReadSet(const std::map<std::string, std::string>& files, const std::set<std::string>& ids,
+                    const Place& place, const std::optional<PixelFormat>& mosaic) {
+  RawFrameSet set;
+  set.number = place.number;
+  set.device_time_ns = place.time_ns;
+  for (const std::string& id : ids) {
+    const auto file = files.find(id);
+    absl::StatusOr<Frame> frame = absl::NotFoundError("no image in the dump");
+    if (file != files.end()) frame = ReadImageFile(file->second, mosaic);
+    absl::StatusOr<RawFrame> raw = frame.ok() ? ToRawFrame(*frame) : absl::StatusOr<RawFrame>(frame.status());
+    if (!raw.ok()) {
+      set.missing.push_back({id, std::string(raw.status().message())});
+      continue;
+    }
+    raw->camera_id = id;
+    raw->device_time_ns = set.device_time_ns;
+    raw->device_frame_id = set.number;
+    set.frames.push_back(*std::move(raw));
+  }
+  return set;
 }
 
 }  // namespace
 
-absl::StatusOr<uint64_t> ImportImages(const std::string& images, const std::string& out,
-                                      const TakeCopyOptions& options, const CopyProgress& progress) {
+absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std::string& out,
+                                            const TakeCopyOptions& options, const CopyProgress& progress) {
   if (!(options.fps >= 0)) return absl::InvalidArgumentError("fps must not be negative");
   const absl::StatusOr<ImageFolder> folder = ListImageFolder(images);
   if (!folder.ok()) return folder.status();
   std::set<std::string> ids;
-  for (const auto& [name, files] : *folder)
+  for (const auto& [name, files] : folder->frames)
     for (const auto& [camera, path] : files) ids.insert(camera);
   if (ids.empty()) {
     return absl::InvalidArgumentError(absl::StrCat(
-        images, ": holds no image; expected <frame>/<camera>.png or cam<camera>/image<frame>.png"));
+        images, ": holds no image; expected <frame>/<camera>.png or cam<camera>/image<frame>.png",
+        folder->notes.empty() ? "" : absl::StrCat("; ", folder->notes.front())));
   }
+  ImportedImages imported;
+  imported.notes = folder->notes;
+  const absl::StatusOr<std::vector<Place>> places = PlacesOf(*folder, options.fps, imported.notes);
+  if (!places.ok()) return places.status();
   v1::Take take = NewTake(absl::StrCat("images of ", fs::path(images).filename().string()));
   for (const std::string& id : ids) {
     v1::TakeCamera& camera = *take.add_cameras();
@@ -96,32 +187,17 @@ absl::StatusOr<uint64_t> ImportImages(const std::string& images, const std::stri
   }
   absl::StatusOr<TakeCopy> copy = TakeCopy::Start(out, std::move(take), options.recorder);
   if (!copy.ok()) return copy.status();
-  uint64_t next = 0, done = 0;
-  for (const auto& [name, files] : *folder) {
-    RawFrameSet set;
-    set.number = NumberOf(name, next);
-    next = set.number + 1;
-    if (options.fps > 0)
-      set.device_time_ns = std::llround(1e9 / options.fps * static_cast<double>(set.number));
-    for (const std::string& id : ids) {
-      const auto file = files.find(id);
-      absl::StatusOr<Frame> frame = absl::NotFoundError("no image in the dump");
-      if (file != files.end()) frame = ReadImageFile(file->second, options.mosaic);
-      absl::StatusOr<RawFrame> raw =
-          frame.ok() ? ToRawFrame(*frame) : absl::StatusOr<RawFrame>(frame.status());
-      if (!raw.ok()) {
-        set.missing.push_back({id, std::string(raw.status().message())});
-        continue;
-      }
-      raw->camera_id = id;
-      raw->device_time_ns = set.device_time_ns;
-      raw->device_frame_id = set.number;
-      set.frames.push_back(*std::move(raw));
-    }
-    if (!copy->Add(std::move(set))) break;
-    if (progress) progress(++done, folder->size());
+  for (const std::string& note : imported.notes) copy->Note(note);
+  uint64_t done = 0;
+  for (const auto& [name, files] : folder->frames) {
+    if (!copy->Add(ReadSet(files, ids, (*places)[done], options.mosaic))) break;
+    ++done;
+    if (progress) progress(done, folder->frames.size());
   }
-  return copy->Finish();
+  const absl::StatusOr<uint64_t> sets = copy->Finish();
+  if (!sets.ok()) return sets.status();
+  imported.sets = *sets;
+  return imported;
 }
 
 absl::StatusOr<uint64_t> ExportImages(const std::string& take, const std::string& out, bool demosaic,

@@ -5,6 +5,7 @@
 #include <functional>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -23,11 +24,19 @@ struct TakeCopyOptions {
   double fps = 0;                     // images carry no time; at 0 their device times stay 0
 };
 
-// Images (<frame>/<camera>.png or cam<camera>/image<frame>.png) become a take, bit by bit: 8-bit pixels as
-// they are decoded from the files. A frame whose name is a number keeps it. Images that cannot be read are
-// missing, with the reason. Returns the number of sets.
-absl::StatusOr<uint64_t> ImportImages(const std::string& images, const std::string& out,
-                                      const TakeCopyOptions& options, const CopyProgress& progress = nullptr);
+struct ImportedImages {
+  uint64_t sets = 0;
+  std::vector<std::string> notes;  // as ImageFolder has them, and of names that are times
+};
+
+// A folder of images (ListImageFolder) becomes a take, bit by bit: 8-bit pixels as they are decoded from the
+// files. A frame whose name has a number keeps it, and names that are times (TimesInNames) give the times of
+// the sets. Images that cannot be read are missing, with the reason. Notes stand in the ledger, too. Errors
+// of ListImageFolder and TimesInNames; InvalidArgument: a rate at which a number is beyond the times of a
+// take.
+absl::StatusOr<ImportedImages> ImportImages(const std::string& images, const std::string& out,
+                                            const TakeCopyOptions& options,
+                                            const CopyProgress& progress = nullptr);
 
 // The take as images, <out>/<frame>/<camera>.png: 8 bits as `weft register` sees them, or, with `demosaic`,
 // RGB.

@@ -54,7 +54,7 @@ TEST(TakeCopy, ImagesGoInAndComeOutBitByBit) {
     options.mosaic = PixelFormat::kBayerGb8;
     const auto sets = ImportImages(temp / "images", temp / "take", options);
     ASSERT_TRUE(sets.ok()) << sets.status();
-    EXPECT_EQ(*sets, 3u);
+    EXPECT_EQ(sets->sets, 3u);
     EXPECT_THAT(VerifyTake(temp / "take")->problems, IsEmpty());
     const auto take = RecordedTake::Open(temp / "take");
     EXPECT_THAT((*take)->sets(), ElementsAre(7, 9, 10));
@@ -69,7 +69,7 @@ TEST(TakeCopy, ImagesGoInAndComeOutBitByBit) {
     ASSERT_TRUE(images.ok());
     PatternFrames cameras({"left", "right"}, 33, 17, RawFormat::kMono8);
     size_t count = 0;
-    for (const auto& [frame, files] : *images)
+    for (const auto& [frame, files] : images->frames)
       for (const auto& [camera, path] : files) {
         const RawFrame expected = cameras.Frame(camera == "right", std::stoul(frame));
         const auto image = ReadImageFile(path);
@@ -79,6 +79,107 @@ TEST(TakeCopy, ImagesGoInAndComeOutBitByBit) {
       }
     EXPECT_EQ(count, 4u);
   }
+}
+
+// One grey picture at each of these paths.
+void WritePictures(const std::string& folder, const std::vector<std::string>& paths) {
+  PatternFrames camera({"c00"}, 33, 17, RawFormat::kMono8);
+  for (const std::string& path : paths) {
+    std::filesystem::create_directories(std::filesystem::path(folder + "/" + path).parent_path());
+    const auto image = ToFrame(camera.Frame(0, 1));
+    ASSERT_TRUE(image.ok() && WriteImageFile(folder + "/" + path, *image).ok());
+  }
+}
+
+struct Set {
+  uint64_t number = 0;
+  int64_t time_ns = 0;
+  bool operator==(const Set&) const = default;
+};
+
+std::vector<Set> SetsOf(const std::string& take) {
+  std::vector<Set> sets;
+  const auto opened = RecordedTake::Open(take);
+  EXPECT_TRUE(opened.ok()) << opened.status();
+  for (size_t i = 0; i < (*opened)->sets().size(); ++i)
+    sets.push_back({(*opened)->sets()[i], (*opened)->ReadRaw(i, 0)->device_time_ns});
+  return sets;
+}
+
+TEST(TakeCopy, NamesThatAreTimesGiveTimes) {
+  const struct {
+    std::vector<std::string> names;
+    double fps;
+    std::vector<Set> sets;
+    const char* note;  // nullptr: none
+  } kDumps[] = {
+      {{"1623840123456789012", "1623840123490122345", "1623840123556789012"},
+       30,
+       {{0, 1623840123456789012}, {1, 1623840123490122345}, {3, 1623840123556789012}},
+       "times in ns since 1970"},
+      {{"1623840123456", "1623840123490"},
+       0,
+       {{0, 1623840123456000000}, {1, 1623840123490000000}},
+       "times in ms"},
+      {{"1305031102.175304", "1305031102.211214"},
+       0,
+       {{0, 1305031102175304000}, {1, 1305031102211214000}},
+       "times in s since 1970"},
+      {{"0000", "0003", "0006"}, 100, {{0, 0}, {3, 30000000}, {6, 60000000}}, nullptr},
+      {{"frame_0002", "frame_0010"}, 0, {{2, 0}, {10, 0}}, nullptr},
+      {{"9223372036854775806", "9223372036854775807"},
+       30,
+       {{0, 0}, {1, 33333333}},
+       "numbered from frame 9223"},
+      {{"18446744073709551614", "18446744073709551615"}, 0, {{0, 0}, {1, 0}}, "neither times nor numbers"},
+      {{"20210616101530", "20210616101531"}, 0, {{0, 0}, {1, 0}}, "numbered from frame 20210616101530"},
+      {{"3", "20210616101530"}, 0, {{3, 0}, {4, 0}}, "neither times nor numbers"},
+      {{"-1", "-2"}, 0, {{1, 0}, {2, 0}}, nullptr},
+      {{"walk", "wave"}, 0, {{0, 0}, {1, 0}}, nullptr},
+  };
+  for (const auto& [names, fps, sets, note] : kDumps) {
+    const TempFolder temp;
+    std::vector<std::string> paths;
+    for (const std::string& name : names) paths.push_back(name + "/c00.png");
+    WritePictures(temp / "images", paths);
+    TakeCopyOptions options = SmallCopy();
+    options.fps = fps;
+    const auto imported = ImportImages(temp / "images", temp / "take", options);
+    ASSERT_TRUE(imported.ok()) << imported.status();
+    EXPECT_EQ(SetsOf(temp / "take"), sets) << names[0];
+    EXPECT_EQ(imported->notes.size(), note != nullptr ? 1u : 0u) << names[0];
+    if (note == nullptr) continue;
+    EXPECT_THAT(imported->notes, ElementsAre(HasSubstr(note)));
+    EXPECT_THAT(DescribeTake(temp / "take")->notes(), ElementsAre(HasSubstr(note)));
+  }
+}
+
+TEST(TakeCopy, RefusesRatesThatTimesContradictAndLeavesNothing) {
+  const TempFolder temp;
+  WritePictures(temp / "images", {"1623840123456789012/c00.png", "1623840123490122345/c00.png"});
+  WritePictures(temp / "late", {"2147483646/c00.png", "2147483647/c00.png"});
+  for (const auto& [images, fps] : {std::pair("images", 25.0), std::pair("late", 1e-10)}) {
+    TakeCopyOptions options = SmallCopy();
+    options.fps = fps;
+    const auto imported = ImportImages(temp / images, temp / "take", options);
+    EXPECT_EQ(imported.status().code(), absl::StatusCode::kInvalidArgument) << images;
+    EXPECT_THAT(std::string(imported.status().message()), HasSubstr("fps"));
+    EXPECT_FALSE(std::filesystem::exists(temp / "take"));
+  }
+}
+
+TEST(TakeCopy, FoldersOfCamerasAndWhatWasLeftOutAreSaid) {
+  const TempFolder temp;
+  WritePictures(temp / "images",
+                {"c00/0000.png", "c00/0001.png", "c01/0000.png", "c01/0001.png", "@eaDir/0000.png"});
+  const auto imported = ImportImages(temp / "images", temp / "take", SmallCopy());
+  ASSERT_TRUE(imported.ok()) << imported.status();
+  const auto take = RecordedTake::Open(temp / "take");
+  EXPECT_THAT((*take)->camera_ids(), ElementsAre("c00", "c01"));
+  EXPECT_THAT((*take)->sets(), ElementsAre(0, 1));
+  EXPECT_THAT(imported->notes, ElementsAre(HasSubstr("read as <camera>/<frame>"), HasSubstr("@eaDir")));
+  EXPECT_THAT(DescribeTake(temp / "take")->notes(),
+              ElementsAre(HasSubstr("read as <camera>/<frame>"), HasSubstr("@eaDir")));
 }
 
 TEST(TakeCopy, TrimsToARangeAndShiftsTheTimesOfACamera) {

@@ -1,0 +1,43 @@
+#include "capture/take/picture_names.h"
+
+#include <algorithm>
+#include <array>
+
+#include "absl/strings/match.h"
+
+namespace weft {
+namespace {
+
+absl::string_view View(std::string_view text) { return {text.data(), text.size()}; }
+
+}  // namespace
+
+bool IsPictureName(std::string_view name) {
+  constexpr std::array kEndings = {".png", ".jpg", ".jpeg", ".tif", ".tiff"};
+  return std::any_of(kEndings.begin(), kEndings.end(),
+                     [name](const char* ending) { return absl::EndsWithIgnoreCase(View(name), ending); });
+}
+
+bool IsForeignName(std::string_view name) {
+  // Synology, QNAP, NetApp, macOS on other disks, Windows, ext4, viewers of pictures.
+  constexpr std::array kNames = {"@eaDir",
+                                 "@tmp",
+                                 "@sharebin",
+                                 "#recycle",
+                                 "#snapshot",
+                                 "@Recycle",
+                                 "@Recently-Snapshot",
+                                 "~snapshot",
+                                 "__MACOSX",
+                                 "Thumbs.db",
+                                 "desktop.ini",
+                                 "$RECYCLE.BIN",
+                                 "RECYCLER",
+                                 "lost+found",
+                                 "System Volume Information"};
+  if (!name.empty() && name.front() == '.') return true;
+  return std::any_of(kNames.begin(), kNames.end(),
+                     [name](const char* known) { return absl::EqualsIgnoreCase(View(name), known); });
+}
+
+}  // namespace weft
