@@ -27,8 +27,10 @@ absl::Status FileError(const std::string& path, const std::string& what, int err
       return absl::AlreadyExistsError(text);
     case ENOSPC:
     case EDQUOT:
-    case EFBIG:
       return absl::ResourceExhaustedError(absl::StrCat(text, "; make room on the disk"));
+    case EFBIG:
+      return absl::ResourceExhaustedError(absl::StrCat(
+          text, "; raise the limit on the size of files (ulimit -f), or use a disk that takes larger ones"));
     default:
       return absl::UnavailableError(text);
   }
