@@ -27,6 +27,15 @@ constexpr Remedy kRemedies[] = {
     {"late (tolerance", "Trigger all cameras, use PTP, or give a larger `tolerance_ms`, and retake."},
     {"no frame at this trigger",
      "Look whether every camera gets the trigger and keeps its rate, and retake."},
+    {"the video begins later",
+     "Use the sets in which all cameras film (`weft take trim`). If the clips are of one moment, tell their "
+     "offsets (`weft take import --offset NAME=S`) and import again."},
+    {"the video has ended",
+     "Use the sets in which all cameras film (`weft take trim`). If the clips are of one moment, tell their "
+     "offsets (`weft take import --offset NAME=S`) and import again."},
+    {"the video is damaged", "Copy the video again from the camera, where it is whole, and import again."},
+    {"the video has no frame",
+     "Film at a fixed rate: the camera left frames out. The sets that lack them are used without it."},
 };
 
 const v1::TakeCause* GreatestLoss(const v1::TakeInfo& info) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "services/recording/loss_verdict.h"
 
 namespace weft {
@@ -74,6 +76,20 @@ TEST(LossVerdict, SaysWhatHappenedAndWhatToDo) {
             "950 of 4,000 frame sets have all cameras; no camera delivered a frame at 3,000 triggers: "
             "all are disconnected");
   EXPECT_THAT(bad.remedy(), HasSubstr("retake now"));
+}
+
+TEST(AssessLosses, RemediesOfVideosAreOfVideos) {
+  for (const auto& [cause, remedy] :
+       {std::pair{"the video begins later", "take trim"}, std::pair{"the video has ended", "--offset"},
+        std::pair{"the video is damaged at this time", "Copy the video again"},
+        std::pair{"the video has no frame at this time", "at a fixed rate"}}) {
+    v1::TakeInfo info;
+    info.set_sets(100);
+    info.set_sets_complete(50);
+    AddCause(info, "c02", cause, 50);
+    EXPECT_THAT(VerdictOf(info).remedy(), HasSubstr(remedy));
+    EXPECT_THAT(VerdictOf(info).remedy(), ::testing::Not(HasSubstr("take sync")));
+  }
 }
 
 }  // namespace
