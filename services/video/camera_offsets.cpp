@@ -4,8 +4,9 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
+#include "services/video/frame_times.h"
 #include "services/video/timecode.h"
-#include "services/video/video_facts.h"
+#include "services/video/timecode_track.h"
 
 namespace weft {
 namespace {
@@ -56,21 +57,24 @@ std::string NameOf(SyncWay way) {
 
 absl::StatusOr<std::vector<v1::CameraSync>> OffsetsByTimecode(const std::vector<v1::VideoFacts>& videos) {
   std::vector<v1::CameraSync> syncs;
+  const std::vector<double> rates = TimecodeRates(videos);
   double first_s = 0;
-  for (const v1::VideoFacts& video : videos) {
-    const absl::StatusOr<Timecode> timecode = TimecodeOfFirst(video);
-    if (absl::IsNotFound(timecode.status()))
-      return absl::FailedPreconditionError(
-          absl::StrCat(timecode.status().message(),
-                       "; name a rig and a board (--sync motion), or give its offset (--offset ",
-                       video.camera(), "=SECONDS)"));
-    if (!timecode.ok()) return timecode.status();
-    double day_s = timecode->Seconds();
+  for (size_t i = 0; i < videos.size(); ++i) {
+    const v1::VideoFacts& video = videos[i];
+    const absl::StatusOr<TimecodeAt> label = LabelOf(video, rates[i]);
+    if (absl::IsNotFound(label.status()))
+      return absl::FailedPreconditionError(absl::StrCat(
+          label.status().message(), "; name a rig and a board (--sync motion), or give its offset (--offset ",
+          video.camera(), "=SECONDS)"));
+    if (!label.ok()) return label.status();
+    const Timecode& timecode = label->timecode;
+    double day_s = timecode.Seconds();
     if (syncs.empty()) first_s = day_s;
-    day_s -= kDay_s * std::round((day_s - first_s) / kDay_s);  // clips on both sides of midnight
+    day_s -= timecode.Day_s() * std::round((day_s - first_s) / timecode.Day_s());  // both sides of midnight
     v1::CameraSync& sync = syncs.emplace_back();
-    sync.set_offset_s(day_s - FrameTimes_s(video).front());
-    sync.set_offset_sigma_s(kUniform * Period_s(video));
+    sync.set_offset_s(day_s - label->at_s);
+    // A label may last two frames of the film.
+    sync.set_offset_sigma_s(kUniform * std::max(Period_s(video), 1 / timecode.fps));
     sync.set_found_by(NameOf(SyncWay::kTimecode));
   }
   return syncs;
@@ -84,7 +88,7 @@ absl::StatusOr<std::vector<v1::CameraSync>> OffsetsByFileTimes(const std::vector
           absl::StrCat(video.path(), ": does not say when it was filmed; use --sync motion or together"));
     v1::CameraSync& sync = syncs.emplace_back();
     sync.set_offset_s(static_cast<double>(video.created_unix_ns() - videos.front().created_unix_ns()) / 1e9 -
-                      FrameTimes_s(video).front());
+                      BeginTime_s(video));
     sync.set_offset_sigma_s(kUniform);
     sync.set_found_by(NameOf(SyncWay::kFileTimes));
   }
@@ -95,7 +99,7 @@ std::vector<v1::CameraSync> OffsetsTogether(const std::vector<v1::VideoFacts>& v
   std::vector<v1::CameraSync> syncs;
   for (const v1::VideoFacts& video : videos) {
     v1::CameraSync& sync = syncs.emplace_back();
-    sync.set_offset_s(-FrameTimes_s(video).front());
+    sync.set_offset_s(-BeginTime_s(video));
     sync.set_found_by(NameOf(SyncWay::kTogether));
   }
   return syncs;
@@ -143,7 +147,8 @@ bool HasVariableRate(const v1::VideoFacts& facts) {
 
 void DescribeTimes(const v1::VideoFacts& facts, v1::CameraSync& sync) {
   const Distances distances = DistancesOf(facts);
-  sync.set_timecode(facts.timecode());
+  const absl::StatusOr<Timecode> first = TimecodeOfFirst(facts);
+  sync.set_timecode(first.ok() ? TimecodeText(*first) : facts.timecode());
   sync.set_period_ms(1e3 * distances.middle_s);
   sync.set_frames(static_cast<uint64_t>(facts.frame_pts_size()));
   if (!HasVariableRate(facts)) return;

@@ -4,13 +4,14 @@
 #include <cmath>
 #include <utility>
 
-#include "services/video/video_facts.h"
+#include "services/video/frame_times.h"
 
 namespace weft {
 namespace {
 
 constexpr double kSameRate = 1.01;
-constexpr double kHalf = 0.5 + 1e-6;  // periods
+constexpr double kTie = 1e-6;  // periods; of two sets as near as this, a frame goes to the earlier one
+constexpr double kHalf = 0.5 + kTie;
 
 // The slowest camera; of those alike, the one with most frames.
 size_t Reference(const std::vector<std::vector<double>>& times_s) {
@@ -23,11 +24,11 @@ size_t Reference(const std::vector<std::vector<double>>& times_s) {
   return best;
 }
 
-size_t Nearest(const std::vector<double>& times_s, double time_s) {
+size_t Nearest(const std::vector<double>& times_s, double time_s, double tie_s = 0) {
   const auto after = std::lower_bound(times_s.begin(), times_s.end(), time_s);
   if (after == times_s.begin()) return 0;
   const auto at = static_cast<size_t>(after - times_s.begin());
-  return after == times_s.end() || time_s - times_s[at - 1] <= *after - time_s ? at - 1 : at;
+  return after == times_s.end() || time_s - times_s[at - 1] <= *after - time_s + tie_s ? at - 1 : at;
 }
 
 // Moments of other cameras' frames where the reference has none, a whole number of periods from its nearest
@@ -70,7 +71,7 @@ FramePlan PlanFrames(const std::vector<std::vector<double>>& times_s) {
     frames.assign(plan.set_times_s.size(), -1);
     for (size_t i = 0; i < times_s[camera].size(); ++i) {
       const double time_s = times_s[camera][i];
-      const size_t set = Nearest(plan.set_times_s, time_s);
+      const size_t set = Nearest(plan.set_times_s, time_s, kTie * period_s);
       const double off_s = std::abs(plan.set_times_s[set] - time_s);
       const bool is_free = frames[set] < 0;
       const bool is_nearer = !is_free && off_s < std::abs(plan.set_times_s[set] -

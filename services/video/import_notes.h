@@ -8,8 +8,9 @@
 
 namespace weft {
 
-// The offset of each camera and what told it, the timecode; as warnings: variable rates, damage, clips that
-// are shorter than the take, frames in no set, offsets that are not sure.
+// The offset of each camera and what told it, the timecode; as warnings: variable rates, damage,
+// interlaced films, pictures that are hidden or of one time, clips that are shorter than the take, frames in
+// no set, offsets that are not sure.
 std::vector<LedgerNote> NotesOn(const ImportedTake& imported);
 
 // The note with the file that it is about.

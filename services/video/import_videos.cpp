@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 #include <set>
+#include <thread>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -25,12 +26,14 @@
 #include "services/recording/take_description.h"
 #include "services/recording/take_file.h"
 #include "services/video/at_once.h"
+#include "services/video/chapters.h"
 #include "services/video/frame_plan.h"
 #include "services/video/import_notes.h"
 #include "services/video/imported_take.h"
 #include "services/video/ltc.h"
 #include "services/video/motion_offsets.h"
 #include "services/video/timecode.h"
+#include "services/video/timecode_track.h"
 #include "services/video/video_facts.h"
 #include "services/video/video_frames.h"
 #include "weft/v1/video.pb.h"
@@ -40,7 +43,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr size_t kAtOnce = 3;  // videos; ffmpeg has threads of its own
+constexpr size_t kAtOnce = 3;         // videos that are written; ffmpeg has threads of its own
+constexpr size_t kMostLookedAt = 16;  // videos, each by one thread
+constexpr int kFactsVersion = 2;
 constexpr const char* kUnfinished = ".unfinished";
 
 std::string NameOfFile(const v1::VideoFacts& video) { return fs::path(video.path()).filename().string(); }
@@ -75,7 +80,6 @@ class Importer {
   ImportedTake Import() const {
     return {folder_, take_, videos_, plan_, times_s_, options_.stream, options_.mosaic};
   }
-  absl::Status CheckRoom() const;
   absl::Status Write();
   absl::Status Publish();
   std::string Key() const;
@@ -101,6 +105,7 @@ absl::Status Importer::Check() {
   if (absl::Status status = CheckTakeDescription({said.slate(), said.name(), said.notes()}); !status.ok())
     return status;
   std::map<std::string, std::string> files;
+  std::vector<std::string> paths;
   for (const VideoFile& video : options_.videos) {
     if (absl::Status status = CheckCameraId(video.camera); !status.ok())
       return absl::InvalidArgumentError(
@@ -110,7 +115,9 @@ absl::Status Importer::Check() {
       return absl::InvalidArgumentError(absl::StrCat("camera ", video.camera, ": two videos, ", other->second,
                                                      " and ", video.path,
                                                      "; one per camera, named by --camera NAME=FILE"));
+    paths.push_back(video.path);
   }
+  if (absl::Status status = CheckChapters(paths); !status.ok()) return status;
   if (!options_.rig.empty()) {
     absl::StatusOr<Rig> rig = ReadRig(options_.rig);
     if (!rig.ok()) return rig.status();
@@ -127,7 +134,9 @@ absl::Status Importer::Begin() {
   if (!lock_.open() || flock(lock_.get(), LOCK_EX | LOCK_NB) != 0)
     return absl::FailedPreconditionError(absl::StrCat(folder_, ": another import writes there"));
   const absl::Status read = ReadJsonFile(StateFile(), state_);
-  if (!read.ok()) state_.Clear();  // a first try, or one that did not get far
+  // A first try, one that did not get far, or one of a program that knew less of videos.
+  if (!read.ok() || state_.version() != kFactsVersion) state_.Clear();
+  state_.set_version(kFactsVersion);
   return absl::OkStatus();
 }
 
@@ -158,7 +167,8 @@ absl::Status Importer::Look() {
     videos_[i].set_camera(options_.videos[i].camera);
     return absl::OkStatus();
   };
-  absl::Status status = ForEachAtOnce(videos_.size(), kAtOnce, look);
+  absl::Status status = ForEachAtOnce(
+      videos_.size(), std::clamp<size_t>(std::thread::hardware_concurrency(), 1, kMostLookedAt), look);
   if (!status.ok()) return status;
   state_.mutable_videos()->Assign(videos_.begin(), videos_.end());
   return SaveState();
@@ -340,26 +350,12 @@ absl::Status Importer::Plan() {
   take_.set_sets_recorded(plan_.set_times_s.size());
   take_.set_frames_missing(FramesMissing(plan_));
   notes_ = NotesOn(Import());
+  for (const v1::VideoFacts& video : videos_)
+    if (std::string text = ChaptersText(video.path()); !text.empty())
+      notes_.push_back({video.camera(), std::move(text), true});
   for (const LedgerNote& note : notes_)
     if (note.is_warning) warnings_.push_back(WarningOf(note, videos_));
-  return CheckRoom();
-}
-
-absl::Status Importer::CheckRoom() const {
-  if (options_.stream.compress) return absl::OkStatus();
-  double bytes = 0;
-  for (const v1::VideoFacts& video : videos_)
-    bytes += 3.0 * video.width_px() * video.height_px() * video.frame_pts_size();
-  std::error_code error;
-  const fs::space_info space = fs::space(folder_, error);
-  // What stands there from an earlier try counts as free.
-  double written = 0;
-  for (const auto& entry : fs::directory_iterator(StreamFolder(folder_), error))
-    written += static_cast<double>(entry.file_size(error));
-  if (error || bytes <= static_cast<double>(space.available) + written) return absl::OkStatus();
-  return absl::ResourceExhaustedError(absl::StrFormat(
-      "%s: the pictures take up to %.1f GB, the disk has %.1f GB; name another disk, or --compress", out_,
-      bytes / 1e9, static_cast<double>(space.available) / 1e9));
+  return CheckRoom(Import(), out_);
 }
 
 absl::Status Importer::Write() {

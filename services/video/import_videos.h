@@ -43,7 +43,7 @@ struct VideoImportResult {
 // `stage`: "look", "sync" or "import". False stops the import (Cancelled); it may go on later.
 using VideoImportProgress = std::function<bool(const char* stage, uint64_t done, uint64_t total)>;
 
-// Every frame that can be decoded is in the take, with its time by the axis of all; those of cameras that
+// Every frame that is whole is in the take, with its time by the axis of all; those of cameras that
 // film faster than the slowest one excepted, which are counted. All is written beside `out`, in
 // <out>.unfinished, and a call with the same arguments goes on from what stands there. AlreadyExists: `out`
 // holds something. InvalidArgument, NotFound, FailedPrecondition: a video, the rig or what they say of each

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "capture/image/raw_frame.h"
 #include "capture/sync/ledger.h"
 #include "capture/take/stream_reader.h"
@@ -31,8 +32,22 @@ bool IsWritten(const ImportedTake& imported, size_t camera) {
          (*stream)->records().size() == imported.plan.set_times_s.size();
 }
 
+// Whether a damaged picture is the one of this moment.
+bool IsDamagedAt(const ImportedTake& imported, size_t camera, double time_s) {
+  const v1::VideoFacts& video = imported.videos[camera];
+  const v1::CameraSync& sync = imported.take.cameras(static_cast<int>(camera)).sync();
+  const double count_s =
+      static_cast<double>(video.time_base_num()) / static_cast<double>(video.time_base_den());
+  const double half_s = sync.period_ms() / 2e3;
+  const auto begin = static_cast<int64_t>(std::floor((time_s - sync.offset_s() - half_s) / count_s));
+  const auto end = static_cast<int64_t>(std::ceil((time_s - sync.offset_s() + half_s) / count_s));
+  const auto found = std::lower_bound(video.damaged_pts().begin(), video.damaged_pts().end(), begin);
+  return found != video.damaged_pts().end() && *found <= end;
+}
+
 std::string ReasonOfGap(const ImportedTake& imported, size_t camera, size_t set) {
   const double time_s = imported.plan.set_times_s[set];
+  if (IsDamagedAt(imported, camera, time_s)) return "the video is damaged at this time";
   if (time_s < imported.times_s[camera].front()) return "the video begins later";
   if (time_s > imported.times_s[camera].back()) return "the video has ended";
   return "the video has no frame at this time";
@@ -96,6 +111,23 @@ uint64_t FramesMissing(const FramePlan& plan) {
   for (const std::vector<int64_t>& camera : plan.frames)
     missing += static_cast<uint64_t>(std::count(camera.begin(), camera.end(), -1));
   return missing;
+}
+
+absl::Status CheckRoom(const ImportedTake& imported, const std::string& out) {
+  if (imported.stream.compress) return absl::OkStatus();
+  double bytes = 0;
+  for (const v1::VideoFacts& video : imported.videos)
+    bytes += 3.0 * video.width_px() * video.height_px() * video.frame_pts_size();
+  std::error_code error;
+  const fs::space_info space = fs::space(imported.folder, error);
+  // What stands there from an earlier try counts as free.
+  double written = 0;
+  for (const auto& entry : fs::directory_iterator(StreamFolder(imported.folder), error))
+    written += static_cast<double>(entry.file_size(error));
+  if (error || bytes <= static_cast<double>(space.available) + written) return absl::OkStatus();
+  return absl::ResourceExhaustedError(absl::StrFormat(
+      "%s: the pictures take up to %.1f GB, the disk has %.1f GB; name another disk, or --compress", out,
+      bytes / 1e9, static_cast<double>(space.available) / 1e9));
 }
 
 absl::Status WriteCameraStream(const ImportedTake& imported, size_t camera,

@@ -29,6 +29,9 @@ struct ImportedTake {
 // Numbers of the plan: frames that are missing in all sets.
 uint64_t FramesMissing(const FramePlan& plan);
 
+// ResourceExhausted: the disk has no room for what is to be written there, beside what an earlier try wrote.
+absl::Status CheckRoom(const ImportedTake& imported, const std::string& out);
+
 // Writes the stream of one camera, unless it stands there already, closed and of this take. `done` is called
 // for each frame set; false stops. Errors of VideoFrames and StreamWriter; Cancelled.
 absl::Status WriteCameraStream(const ImportedTake& imported, size_t camera,

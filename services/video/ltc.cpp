@@ -12,6 +12,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
 #include "services/video/camera_offsets.h"
+#include "services/video/frame_times.h"
 #include "services/video/video_facts.h"
 #include "services/video/video_program.h"
 
@@ -187,7 +188,7 @@ absl::StatusOr<std::vector<v1::CameraSync>> OffsetsByLtc(const std::map<std::str
       absl::StatusOr<v1::VideoFacts> header = ReadSoundHeader(file->second);
       if (!header.ok()) return header.status();
       sound = *std::move(header);
-      begins_s = FrameTimes_s(video).front();
+      begins_s = BeginTime_s(video);
     }
     const absl::StatusOr<LtcReading> reading = ReadLtcOfFile(sound.path(), sound);
     if (absl::IsNotFound(reading.status()))
@@ -198,10 +199,13 @@ absl::StatusOr<std::vector<v1::CameraSync>> OffsetsByLtc(const std::map<std::str
     const double first_s = FrameTimes_s(video).front(), at_s = begins_s + reading->first_s;
     double offset_s = reading->timecode.Seconds() - at_s;
     if (syncs.empty()) reference_s = offset_s + first_s;
-    offset_s -= kDay_s * std::round((offset_s + first_s - reference_s) / kDay_s);
+    const double day_s = reading->timecode.Day_s();
+    offset_s -= day_s * std::round((offset_s + first_s - reference_s) / day_s);
     const auto since = std::llround((first_s - at_s) * reading->timecode.fps);
     video.set_timecode(TimecodeText(TimecodeOf(reading->timecode.Number() + since, reading->timecode)));
     video.set_timecode_fps(reading->timecode.fps);
+    video.set_is_timecode_fps_sure(true);
+    video.set_timecode_at_s(first_s);
     v1::CameraSync& sync = syncs.emplace_back();
     sync.set_offset_s(offset_s);
     sync.set_offset_sigma_s(reading->sigma_s);

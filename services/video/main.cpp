@@ -6,6 +6,7 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
@@ -24,7 +25,13 @@ constexpr int64_t kMemory_mib = 4096;               // 8K video in 10 bits with 
 constexpr rlim_t kMostWritten = rlim_t{512} << 20;  // of each file that is open already: times and complaints
 
 absl::Status Confine(const std::string& file) {
-  const rlimit written = {kMostWritten, kMostWritten};
+  // A limit of the user's that is lower stays.
+  rlimit written = {kMostWritten, kMostWritten};
+  rlimit given = {};
+  if (getrlimit(RLIMIT_FSIZE, &given) == 0) {
+    written.rlim_max = std::min(written.rlim_max, given.rlim_max);
+    written.rlim_cur = std::min(written.rlim_max, given.rlim_cur);
+  }
   if (setrlimit(RLIMIT_FSIZE, &written) != 0)
     return absl::UnavailableError(absl::StrCat("no limit of file sizes: ", std::strerror(errno)));
   absl::Status status = weft::LimitMemory(kMemory_mib);

@@ -14,7 +14,7 @@
 #include "pattern/view_decoder.h"
 #include "services/video/at_once.h"
 #include "services/video/camera_offsets.h"
-#include "services/video/video_facts.h"
+#include "services/video/frame_times.h"
 #include "services/video/video_frames.h"
 #include "triangulation/time_offsets.h"
 

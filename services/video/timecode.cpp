@@ -1,5 +1,6 @@
 #include "services/video/timecode.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
@@ -9,9 +10,7 @@
 namespace weft {
 namespace {
 
-constexpr int kMostFps = 240;
 constexpr double kOffNominal = 0.005;  // 29.97 is off by 0.001
-constexpr size_t kLength = 11;         // HH:MM:SS:FF
 
 // Left out each minute that is no tenth.
 int64_t DroppedPerMinute(const Timecode& timecode) {
@@ -22,10 +21,38 @@ int64_t FramesOfTenMinutes(const Timecode& timecode) {
   return int64_t{600} * timecode.nominal_fps - 9 * DroppedPerMinute(timecode);
 }
 
-// -1 where they are no digits.
-int TwoDigits(std::string_view text, size_t at) {
-  const char a = text[at], b = text[at + 1];
-  return a >= '0' && a <= '9' && b >= '0' && b <= '9' ? 10 * (a - '0') + b - '0' : -1;
+// The number in front of `text`, of `least` to `most` digits, which it then lacks; -1: there is none.
+int TakeNumber(std::string_view& text, size_t least, size_t most) {
+  size_t digits = 0;
+  int number = 0;
+  while (digits < std::min(most, text.size()) && text[digits] >= '0' && text[digits] <= '9')
+    number = 10 * number + text[digits++] - '0';
+  if (digits < least) return -1;
+  text.remove_prefix(digits);
+  return number;
+}
+
+// Whether one of `separators` is in front of `text`; it is gone then, and in `found`.
+bool TakeSeparator(std::string_view& text, std::string_view separators, char& found) {
+  if (text.empty() || separators.find(text.front()) == std::string_view::npos) return false;
+  found = text.front();
+  text.remove_prefix(1);
+  return true;
+}
+
+// Its numbers, and whether it drops some; false: it is no timecode.
+bool SplitTimecode(std::string_view text, Timecode& timecode) {
+  char colon = ':', last = ':';
+  timecode.hours = TakeNumber(text, 2, 5);
+  const bool has_minutes = TakeSeparator(text, ":", colon);
+  timecode.minutes = TakeNumber(text, 2, 2);
+  const bool has_seconds = TakeSeparator(text, ":", colon);
+  timecode.seconds = TakeNumber(text, 2, 2);
+  const bool has_frames = TakeSeparator(text, ":;.,", last);
+  timecode.frames = TakeNumber(text, 1, 3);
+  timecode.drops = last != ':';
+  return has_minutes && has_seconds && has_frames && text.empty() && timecode.hours >= 0 &&
+         timecode.minutes >= 0 && timecode.seconds >= 0 && timecode.frames >= 0;
 }
 
 absl::Status Wrong(std::string_view text, const char* why) {
@@ -41,31 +68,36 @@ int64_t Timecode::Number() const {
          DroppedPerMinute(*this) * (all_minutes - all_minutes / 10);
 }
 
+double Timecode::Day_s() const { return static_cast<double>(144 * FramesOfTenMinutes(*this)) / fps; }
+
+std::optional<TimecodeRate> StandardRate(double fps, double within) {
+  if (!(fps > 0.5 && fps < kMostTimecodeFps + 0.5)) return std::nullopt;
+  const auto nominal = static_cast<int>(std::lround(fps));
+  for (const bool is_slow : {false, true}) {
+    const TimecodeRate rate{nominal, is_slow};
+    if (std::abs(fps - rate.fps()) <= within * rate.fps()) return rate;
+  }
+  return std::nullopt;
+}
+
 absl::StatusOr<Timecode> ParseTimecode(std::string_view text, double fps) {
-  if (text.size() != kLength || text[2] != ':' || text[5] != ':' ||
-      std::string_view(":;.").find(text[8]) == std::string_view::npos)
-    return Wrong(text, "is not HH:MM:SS:FF");
   Timecode timecode;
   timecode.fps = fps;
-  timecode.nominal_fps = fps > 0.5 && fps < kMostFps + 0.5 ? static_cast<int>(std::lround(fps)) : 0;
+  timecode.nominal_fps = fps > 0.5 && fps < kMostTimecodeFps + 0.5 ? static_cast<int>(std::lround(fps)) : 0;
+  const bool is_before_midnight = !text.empty() && text.front() == '-';
+  if (!SplitTimecode(text.substr(is_before_midnight ? 1 : 0), timecode))
+    return Wrong(text, "is not HH:MM:SS:FF");
   if (timecode.nominal_fps == 0 || std::abs(fps - timecode.nominal_fps) > kOffNominal * timecode.nominal_fps)
     return Wrong(text, "counts whole frames a second, and the film has no such rate");
-  timecode.hours = TwoDigits(text, 0);
-  timecode.minutes = TwoDigits(text, 3);
-  timecode.seconds = TwoDigits(text, 6);
-  timecode.frames = TwoDigits(text, 9);
-  timecode.drops = text[8] != ':';
-  for (const int part : {timecode.hours, timecode.minutes, timecode.seconds, timecode.frames})
-    if (part < 0) return Wrong(text, "is not HH:MM:SS:FF");
-  if (timecode.hours >= 24 || timecode.minutes >= 60 || timecode.seconds >= 60)
-    return Wrong(text, "is no time of a day");
+  if (timecode.minutes >= 60 || timecode.seconds >= 60) return Wrong(text, "is no time of a day");
   if (timecode.frames >= timecode.nominal_fps) return Wrong(text, "has more frames than the film a second");
   if (timecode.drops && timecode.nominal_fps % 30 != 0)
     return Wrong(text, "drops frame numbers, which 29.97 and 59.94 frames a second alone do");
   if (timecode.drops && timecode.seconds == 0 && timecode.minutes % 10 != 0 &&
       timecode.frames < DroppedPerMinute(timecode))
     return Wrong(text, "is one of those that are dropped");
-  return timecode;
+  const int64_t number = timecode.Number();
+  return TimecodeOf(is_before_midnight ? -number : number, timecode);
 }
 
 std::string TimecodeText(const Timecode& timecode) {

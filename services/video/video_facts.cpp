@@ -5,8 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
-#include <optional>
+#include <set>
 #include <utility>
 
 #include "absl/strings/ascii.h"
@@ -16,9 +15,12 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
 #include "absl/time/time.h"
-#include "base/median.h"
 #include "capture/file/plain_text.h"
 #include "services/process/exit_status.h"
+#include "services/video/damage.h"
+#include "services/video/flat_values.h"
+#include "services/video/timecode_track.h"
+#include "services/video/video_packets.h"
 #include "services/video/video_program.h"
 
 namespace weft {
@@ -26,52 +28,7 @@ namespace {
 
 constexpr int kMostSide_px = 65536;
 constexpr size_t kMostFrames = 10'000'000;
-constexpr size_t kMostText = 1000;
-
-// Of "flat": streams.stream.0.tags.timecode="10:22:33:12".
-using FlatValues = std::map<std::string, std::string, std::less<>>;
-
-std::string Unquoted(absl::string_view value) {
-  if (value.size() < 2 || value.front() != '"' || value.back() != '"') return std::string(value);
-  std::string text;
-  for (size_t i = 1; i + 1 < value.size(); ++i) {
-    if (value[i] == '\\' && i + 2 < value.size()) ++i;
-    text += value[i];
-  }
-  return text;
-}
-
-FlatValues ValuesOf(std::string_view flat) {
-  FlatValues values;
-  for (const absl::string_view line :
-       absl::StrSplit(absl::string_view(flat.data(), flat.size()), '\n', absl::SkipEmpty())) {
-    const size_t equals = line.find('=');
-    if (equals == absl::string_view::npos || line.size() > kMostText) continue;
-    // Names of tags differ in their case between containers.
-    values.emplace(absl::AsciiStrToLower(line.substr(0, equals)), Unquoted(line.substr(equals + 1)));
-  }
-  return values;
-}
-
-std::string ValueOf(const FlatValues& values, const std::string& name) {
-  const auto found = values.find(name);
-  return found == values.end() || found->second == "N/A" ? "" : found->second;
-}
-
-// "30000/1001"; nothing where a part is no positive number.
-std::optional<std::pair<int64_t, int64_t>> FractionOf(const std::string& text) {
-  const std::vector<std::string> parts = absl::StrSplit(text, '/');
-  int64_t num = 0, den = 0;
-  if (parts.size() != 2 || !absl::SimpleAtoi(parts[0], &num) || !absl::SimpleAtoi(parts[1], &den))
-    return std::nullopt;
-  if (num <= 0 || den <= 0 || num > INT32_MAX || den > INT32_MAX) return std::nullopt;
-  return std::pair(num, den);
-}
-
-int IntegerOf(const FlatValues& values, const std::string& name) {
-  int number = 0;
-  return absl::SimpleAtoi(ValueOf(values, name), &number) ? number : 0;
-}
+constexpr size_t kMostComplaint = 1000;
 
 // In any stream or of the file: MOV has a track of its own for it.
 std::string TimecodeTagOf(const FlatValues& values) {
@@ -104,13 +61,6 @@ void AddSounds(const FlatValues& values, v1::VideoFacts& facts) {
   }
 }
 
-// The file's own word is exact where its times are rounded to milliseconds; 0: unknown.
-double RateOf(const v1::VideoFacts& facts) {
-  const double period_s = Period_s(facts), fps = facts.declared_fps();
-  if (fps > 0 && (period_s <= 0 || std::abs(fps * period_s - 1) < 0.05)) return fps;
-  return period_s > 0 ? 1 / period_s : 0;
-}
-
 absl::Status Complain(const std::string& path, const VideoProgramOutput& said) {
   const std::string why = LastComplaint(said.errors);
   if (absl::StrContains(why, "install the package ffmpeg")) return absl::FailedPreconditionError(why);
@@ -123,47 +73,133 @@ absl::Status Complain(const std::string& path, const VideoProgramOutput& said) {
              : "; is it a video, and was it copied whole?"));
 }
 
-using HeaderParser = absl::StatusOr<v1::VideoFacts> (*)(std::string_view);
-
-absl::StatusOr<v1::VideoFacts> ReadHeader(const std::string& path, HeaderParser parse) {
-  absl::StatusOr<VideoProgram> probe =
-      VideoProgram::Start("ffprobe", path,
-                          {"-hide_banner", "-v", "error", "-protocol_whitelist", "file", "-show_entries",
-                           "stream=codec_type,channels,start_time,width,height,pix_fmt,time_base,nb_frames,"
-                           "avg_frame_rate,r_frame_rate:stream_tags:"
-                           "format_tags",
-                           "-of", "flat", absl::StrCat("file:", path)},
-                          VideoProgram::Out::kKept);
-  if (!probe.ok()) return probe.status();
-  const absl::StatusOr<VideoProgramOutput> said = probe->Finish();
-  if (!said.ok())
-    return absl::Status(said.status().code(), absl::StrCat(path, ": ", said.status().message()));
+// What ffprobe says of a file, as "flat".
+absl::StatusOr<std::string> ReadHeader(const std::string& path) {
+  const auto said = RunVideoProgram(
+      "ffprobe", path,
+      {"-hide_banner", "-v", "error", "-protocol_whitelist", "file", "-show_entries",
+       "stream=codec_type,codec_name,codec_tag_string,channels,start_time,width,height,pix_fmt,field_order,"
+       "time_base,nb_frames,avg_frame_rate,r_frame_rate:stream_tags:format=format_name:format_tags",
+       "-of", "flat", absl::StrCat("file:", path)});
+  if (!said.ok()) return said.status();
   if (said->wait_status != 0) return Complain(path, *said);
-  absl::StatusOr<v1::VideoFacts> facts = parse(said->out);
-  if (!facts.ok()) return absl::InvalidArgumentError(absl::StrCat(path, ": ", facts.status().message()));
-  return facts;
+  return said->out;
 }
 
-absl::Status ReadFrameTimes(const FramesSeen& seen, v1::VideoFacts& facts) {
-  std::vector<std::string> arguments = DecodingArguments();
+absl::Status Named(const std::string& path, const absl::Status& status) {
+  return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
+}
+
+// One run of the decoder over the whole video; `filters` may be empty.
+absl::StatusOr<VideoProgramOutput> Decode(const v1::VideoFacts& facts, std::vector<std::string> arguments,
+                                          const std::string& filters,
+                                          const std::function<bool(size_t bytes)>& grown = nullptr) {
   for (const std::string& word :
        {std::string("-i"), absl::StrCat("file:", facts.path()), std::string("-map"), std::string("0:v:0"),
-        std::string("-vf"), FrameLinesFilter("pipe:1"), std::string("-fps_mode"), std::string("passthrough"),
-        std::string("-f"), std::string("null"), std::string("-")})
+        std::string("-vf"), filters, std::string("-fps_mode"), std::string("passthrough"), std::string("-f"),
+        std::string("null"), std::string("-")})
     arguments.push_back(word);
-  auto ffmpeg = VideoProgram::Start("ffmpeg", facts.path(), arguments, VideoProgram::Out::kKept);
-  if (!ffmpeg.ok()) return ffmpeg.status();
+  return RunVideoProgram("ffmpeg", facts.path(), arguments, grown);
+}
+
+// The lines of all frames, and another one for those that are coded as two fields.
+std::string FrameAndFieldLinesFilter() {
+  return absl::StrCat(
+      FrameLinesFilter("pipe:1"),
+      ",split[all][some];[some]select=gt(interlace_type\\,0),metadata=mode=modify:key=weft:value=2,"
+      "metadata=mode=print:file=pipe\\\\:1,nullsink;[all]null");
+}
+
+// Decoded pictures from which others follow.
+absl::StatusOr<std::vector<int64_t>> ReferencedPictures(const v1::VideoFacts& facts) {
+  std::vector<std::string> arguments = DecodingArguments(facts);
+  arguments.insert(arguments.end(), {"-skip_frame", "noref"});
+  const auto said = Decode(facts, arguments, FrameLinesFilter("pipe:1"));
+  if (!said.ok()) return said.status();
+  absl::StatusOr<FrameLines> lines = ParseFrameLines(said->out);
+  if (!lines.ok()) return Named(facts.path(), lines.status());
+  return std::move(lines->pts);
+}
+
+// Decodes once more, with a word for every packet, and says which pictures are not to be used.
+absl::StatusOr<std::vector<int64_t>> LookClosely(DecodedPictures pictures, v1::VideoFacts& facts) {
+  std::vector<std::string> arguments = DecodingArguments(facts);
+  *std::find(arguments.begin(), arguments.end(), "repeat+level+warning") = "repeat+level+info";
+  arguments.insert(arguments.end(), {"-debug_ts", "-nostats"});
+  const auto said = Decode(facts, arguments, "null");
+  if (!said.ok()) return said.status();
+  const DecoderLog log = ParseDecoderLog(said->errors, facts.codec(), facts.container());
+  const absl::StatusOr<std::vector<int64_t>> referenced = ReferencedPictures(facts);
+  if (!referenced.ok()) return referenced.status();
+  const std::set<int64_t> known(referenced->begin(), referenced->end());
+  for (const int64_t pts : pictures.shown_pts)
+    if (!known.contains(pts)) pictures.unreferenced_pts.push_back(pts);
+  std::vector<int64_t> damaged = DamagedPictures(pictures, log);
+  std::string why = damaged.empty() ? log.cut : log.complaint.empty() ? log.cut : log.complaint;
+  if (!damaged.empty() && why.empty()) why = "pictures follow from ones that the file does not have";
+  facts.set_complaint(EscapedText(why.substr(0, kMostComplaint)));
+  return damaged;
+}
+
+absl::Status ReadFrameTimes(const FramesSeen& seen, const std::vector<VideoPacket>& packets,
+                            v1::VideoFacts& facts) {
   constexpr size_t kBytesOfFrame = 60;  // about, in the lines of a frame
-  const absl::StatusOr<VideoProgramOutput> said =
-      ffmpeg->Finish([&](size_t bytes) { return !seen || seen(bytes / kBytesOfFrame); });
-  if (!said.ok())
-    return absl::Status(said.status().code(), absl::StrCat(facts.path(), ": ", said.status().message()));
-  absl::StatusOr<std::vector<int64_t>> pts = ParseFrameLines(said->out);
-  if (!pts.ok()) return absl::InvalidArgumentError(absl::StrCat(facts.path(), ": ", pts.status().message()));
-  if (pts->empty()) return Complain(facts.path(), *said);
-  facts.set_complaint(EscapedText(LastComplaint(said->errors).substr(0, kMostText)));
-  if (said->wait_status != 0 && facts.complaint().empty()) facts.set_complaint("ffmpeg failed");
-  facts.mutable_frame_pts()->Add(pts->begin(), pts->end());
+  const auto said = Decode(facts, DecodingArguments(facts), FrameAndFieldLinesFilter(),
+                           [&](size_t bytes) { return !seen || seen(bytes / kBytesOfFrame); });
+  if (!said.ok()) return said.status();
+  absl::StatusOr<FrameLines> lines = ParseFrameLines(said->out);
+  if (!lines.ok()) return Named(facts.path(), lines.status());
+  if (lines->pts.empty()) return Complain(facts.path(), *said);
+  // A header that says it speaks for all.
+  const bool is_declared = facts.interlaced() > 0;
+  facts.set_interlaced(lines->interlaced == 0 && is_declared ? lines->pts.size() : lines->interlaced);
+  DecodedPictures pictures;
+  pictures.packets = packets;
+  pictures.shown_pts = lines->pts;
+  pictures.has_fields = lines->interlaced > 0;
+  for (const char* code : {"vp8", "vp9", "mpeg4"}) pictures.skips = pictures.skips || facts.codec() == code;
+  std::vector<int64_t> damaged;
+  if (said->wait_status != 0 || LacksPictures(pictures) ||
+      IsWorthALook(said->errors, facts.codec(), facts.container())) {
+    auto found = LookClosely(std::move(pictures), facts);
+    if (!found.ok()) return found.status();
+    damaged = *std::move(found);
+  }
+  facts.mutable_damaged_pts()->Add(damaged.begin(), damaged.end());
+  if (absl::Status status = UseFrames(lines->pts, damaged, facts); !status.ok())
+    return Named(facts.path(), status);
+  if (!facts.frame_pts().empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(facts.path(), ": no picture of it is whole (ffmpeg: ",
+                                                 facts.complaint(), "); copy it again from the camera"));
+}
+
+// The first picture that is shown; 0 of none.
+int64_t BeginOf(const std::vector<VideoPacket>& packets) {
+  int64_t begin = INT64_MAX;
+  for (const VideoPacket& packet : packets)
+    if (!packet.is_hidden) begin = std::min(begin, packet.pts);
+  return begin == INT64_MAX ? 0 : begin;
+}
+
+// Label and moment of a timecode track, else the file's label for its first picture.
+absl::Status FindTimecode(const std::string& header, const std::vector<VideoPacket>& packets,
+                          v1::VideoFacts& facts) {
+  const double count_s =
+      static_cast<double>(facts.time_base_num()) / static_cast<double>(facts.time_base_den());
+  const double begin_s = count_s * static_cast<double>(facts.begin_pts());
+  facts.set_timecode_at_s(begin_s);
+  const int track = TimecodeTrackOf(ValuesOf(header));
+  if (track < 0) return absl::OkStatus();
+  const absl::Status read = ReadTimecodeTrack(track, facts);
+  // The file may have a label of its own.
+  if (absl::IsNotFound(read) || absl::IsInvalidArgument(read)) return absl::OkStatus();
+  if (!read.ok()) return read;
+  // Without an edit list pictures wait for those that they follow from, and the track does not: both begin
+  // with what is decoded first.
+  const bool has_edits =
+      packets.empty() || packets.front().is_hidden ||
+      std::abs(count_s * static_cast<double>(packets.front().dts) - facts.timecode_at_s()) > count_s;
+  if (!has_edits) facts.set_timecode_at_s(begin_s);
   return absl::OkStatus();
 }
 
@@ -176,11 +212,25 @@ bool IsVideoName(const std::string& path) {
   return false;
 }
 
-std::vector<std::string> DecodingArguments() {
-  // A damaged picture is left out instead of shown with its holes filled from others. Two threads of slices
-  // or frames: more gain little while several cameras are read.
-  return {"-hide_banner", "-loglevel", "error",         "-nostdin",    "-y",      "-copyts",
-          "-threads",     "2",         "-noautorotate", "-err_detect", "explode", "-protocol_whitelist",
+std::vector<std::string> DecodingArguments(const v1::VideoFacts& facts) {
+  // Pictures are decoded as well as they can be, and those that are wrong are told by what is said of them:
+  // ffmpeg's "explode" drops others, which were waiting to be shown, and keeps those that follow.
+  // Threads of frames hide where slices end too early; what is sound is the same with two of them.
+  const bool is_sound = facts.frame_pts_size() > 0 && facts.unused().empty() && facts.complaint().empty();
+  // CAVLC slices of H.264 that end before their data are damaged; stuffing is usual in other codes.
+  const std::string detect = facts.codec() == "h264" ? "crccheck+aggressive" : "crccheck";
+  return {"-hide_banner",
+          "-loglevel",
+          "repeat+level+warning",
+          "-nostdin",
+          "-y",
+          "-copyts",
+          "-threads",
+          is_sound ? "2" : "1",
+          "-noautorotate",
+          "-err_detect",
+          detect,
+          "-protocol_whitelist",
           "file,pipe"};
 }
 
@@ -195,8 +245,11 @@ absl::StatusOr<v1::VideoFacts> ReadSoundHeader(const std::string& path) {
   std::error_code error;
   const std::string file = std::filesystem::canonical(path, error).string();
   if (error) return absl::NotFoundError(absl::StrCat(path, ": no such file"));
-  absl::StatusOr<v1::VideoFacts> facts = ReadHeader(file, &ParseSoundHeader);
-  if (facts.ok()) facts->set_path(file);
+  const absl::StatusOr<std::string> header = ReadHeader(file);
+  if (!header.ok()) return header.status();
+  absl::StatusOr<v1::VideoFacts> facts = ParseSoundHeader(*header);
+  if (!facts.ok()) return Named(file, facts.status());
+  facts->set_path(file);
   return facts;
 }
 
@@ -227,6 +280,10 @@ absl::StatusOr<v1::VideoFacts> ParseVideoHeader(std::string_view flat) {
     const auto fps = FractionOf(ValueOf(values, stream + rate));
     if (fps) facts.set_declared_fps(static_cast<double>(fps->first) / static_cast<double>(fps->second));
   }
+  facts.set_codec(ValueOf(values, stream + "codec_name"));
+  facts.set_container(ValueOf(values, "format.format_name"));
+  for (const char* order : {"tt", "bb", "tb", "bt"})
+    if (ValueOf(values, stream + "field_order") == order) facts.set_interlaced(1);
   facts.set_timecode(TimecodeTagOf(values));
   facts.set_created_unix_ns(CreationOf(values, stream));
   return facts;
@@ -239,16 +296,21 @@ absl::StatusOr<v1::VideoFacts> ParseSoundHeader(std::string_view flat) {
   return facts;
 }
 
-absl::StatusOr<std::vector<int64_t>> ParseFrameLines(std::string_view lines) {
-  std::vector<int64_t> pts;
+absl::StatusOr<FrameLines> ParseFrameLines(std::string_view lines) {
+  FrameLines frames;
+  std::vector<absl::string_view> words;  // of the last frame's line, whose kind is on the next one
   for (const absl::string_view line :
        absl::StrSplit(absl::string_view(lines.data(), lines.size()), '\n', absl::SkipEmpty())) {
-    if (!absl::StartsWith(line, "frame:")) continue;
-    const std::vector<absl::string_view> words = absl::StrSplit(line, ' ', absl::SkipEmpty());
+    if (absl::StartsWith(line, "frame:")) words = absl::StrSplit(line, ' ', absl::SkipEmpty());
+    if (!absl::StartsWith(line, "weft=") || words.empty()) continue;
+    if (line == "weft=2") {
+      ++frames.interlaced;
+      continue;
+    }
     // The filter begins anew where it gets other pictures.
-    if (words[0] != absl::StrCat("frame:", pts.size()))
+    if (words[0] != absl::StrCat("frame:", frames.pts.size()))
       return absl::InvalidArgumentError(
-          absl::StrCat("its pictures change their size or format at frame ", pts.size(),
+          absl::StrCat("its pictures change their size or format at frame ", frames.pts.size(),
                        "; cut it there: ffmpeg -i FILE -c copy -t SECONDS PART.mkv"));
     int64_t time = 0;
     if (words.size() < 2 || !absl::StartsWith(words[1], "pts:") ||
@@ -256,15 +318,33 @@ absl::StatusOr<std::vector<int64_t>> ParseFrameLines(std::string_view lines) {
       return absl::InvalidArgumentError(
           "its frames carry no times; put it into a container that has them: ffmpeg -r FPS -i FILE -c copy "
           "FILE.mkv");
-    if (std::abs(time) > INT64_MAX / 4 || pts.size() >= kMostFrames)
+    if (std::abs(time) > INT64_MAX / 4 || frames.pts.size() >= kMostFrames)
       return absl::InvalidArgumentError("its frames have impossible times; is it damaged?");
-    if (!pts.empty() && time <= pts.back())
-      return absl::InvalidArgumentError(absl::StrCat("the time of frame ", pts.size(),
+    frames.pts.push_back(time);
+  }
+  return frames;
+}
+
+absl::Status UseFrames(const std::vector<int64_t>& pts, const std::vector<int64_t>& damaged_pts,
+                       v1::VideoFacts& facts) {
+  for (size_t i = 0; i < pts.size(); ++i) {
+    const bool is_damaged = std::binary_search(damaged_pts.begin(), damaged_pts.end(), pts[i]);
+    const bool is_later = facts.frame_pts().empty() || pts[i] > facts.frame_pts(facts.frame_pts_size() - 1);
+    if (!is_damaged && is_later) {
+      facts.add_frame_pts(pts[i]);
+      continue;
+    }
+    facts.add_unused(i);
+    if (is_damaged) continue;
+    const bool is_same = pts[i] == facts.frame_pts(facts.frame_pts_size() - 1);
+    if (is_same) facts.set_same_time(facts.same_time() + 1);
+    // Decoders show pictures in a wrong order after damage.
+    if (!is_same && damaged_pts.empty())
+      return absl::InvalidArgumentError(absl::StrCat("the time of frame ", i,
                                                      " is not after that of the frame before; write it anew: "
                                                      "ffmpeg -i FILE -c:v ffv1 FILE.mkv"));
-    pts.push_back(time);
   }
-  return pts;
+  return absl::OkStatus();
 }
 
 absl::StatusOr<v1::VideoFacts> LookAtVideo(const std::string& path, const FramesSeen& seen) {
@@ -273,37 +353,22 @@ absl::StatusOr<v1::VideoFacts> LookAtVideo(const std::string& path, const Frames
   if (!S_ISREG(info.st_mode)) return absl::InvalidArgumentError(absl::StrCat(path, ": not a file"));
   if (info.st_size == 0)
     return absl::InvalidArgumentError(absl::StrCat(path, ": the file is empty; copy it again"));
-  absl::StatusOr<v1::VideoFacts> facts = ReadHeader(path, &ParseVideoHeader);
-  if (!facts.ok()) return facts;
+  const absl::StatusOr<std::string> header = ReadHeader(path);
+  if (!header.ok()) return header.status();
+  absl::StatusOr<v1::VideoFacts> facts = ParseVideoHeader(*header);
+  if (!facts.ok()) return Named(path, facts.status());
   facts->set_path(path);
   facts->set_bytes(static_cast<uint64_t>(info.st_size));
   facts->set_modified_unix_ns(info.st_mtim.tv_sec * int64_t{1'000'000'000} + info.st_mtim.tv_nsec);
-  if (absl::Status status = ReadFrameTimes(seen, *facts); !status.ok()) return status;
+  const absl::StatusOr<std::vector<VideoPacket>> packets = ReadPackets(path);
+  if (!packets.ok()) return packets.status();
+  facts->set_begin_pts(BeginOf(*packets));
+  facts->set_hidden(static_cast<uint64_t>(std::count_if(
+      packets->begin(), packets->end(), [](const VideoPacket& packet) { return packet.is_hidden; })));
+  if (absl::Status status = FindTimecode(*header, *packets, *facts); !status.ok()) return status;
+  if (absl::Status status = ReadFrameTimes(seen, *packets, *facts); !status.ok()) return status;
+  if (packets->empty()) facts->set_begin_pts(facts->frame_pts(0));
   return facts;
-}
-
-std::vector<double> FrameTimes_s(const v1::VideoFacts& facts) {
-  const double count_s =
-      static_cast<double>(facts.time_base_num()) / static_cast<double>(facts.time_base_den());
-  std::vector<double> times_s;
-  for (const int64_t pts : facts.frame_pts()) times_s.push_back(count_s * static_cast<double>(pts));
-  return times_s;
-}
-
-double Period_s(const v1::VideoFacts& facts) { return Period_s(FrameTimes_s(facts)); }
-
-double Period_s(const std::vector<double>& times_s) {
-  std::vector<double> periods_s;
-  for (size_t i = 1; i < times_s.size(); ++i) periods_s.push_back(times_s[i] - times_s[i - 1]);
-  return periods_s.empty() ? 0 : Median(std::move(periods_s));
-}
-
-absl::StatusOr<Timecode> TimecodeOfFirst(const v1::VideoFacts& facts) {
-  if (facts.timecode().empty()) return absl::NotFoundError(absl::StrCat(facts.path(), ": has no timecode"));
-  const double fps = facts.timecode_fps() > 0 ? facts.timecode_fps() : RateOf(facts);
-  const absl::StatusOr<Timecode> timecode = ParseTimecode(facts.timecode(), fps);
-  if (timecode.ok()) return timecode;
-  return absl::InvalidArgumentError(absl::StrCat(facts.path(), ": ", timecode.status().message()));
 }
 
 }  // namespace weft

@@ -33,12 +33,19 @@ class VideoFrames {
   absl::Status Finish();
 
  private:
-  VideoFrames(const v1::VideoFacts& facts, const VideoRange& range, VideoProgram ffmpeg, PixelFormat format)
-      : facts_(facts), range_(range), ffmpeg_(std::move(ffmpeg)), format_(format) {}
+  // Places among all pictures that the file gives; those that are not used are read and left.
+  struct Places {
+    uint64_t first = 0, count = 0;
+    std::vector<bool> used;
+  };
+  static Places PlacesOf(const v1::VideoFacts& facts, const VideoRange& range);
+  VideoFrames(const v1::VideoFacts& facts, Places places, VideoProgram ffmpeg, PixelFormat format)
+      : facts_(facts), places_(std::move(places)), ffmpeg_(std::move(ffmpeg)), format_(format) {}
   absl::Status Changed(const std::string& why) const;
 
   const v1::VideoFacts& facts_;
-  const VideoRange range_;
+  const Places places_;
+  uint64_t next_ = 0;  // of places_
   VideoProgram ffmpeg_;
   const PixelFormat format_;
 };

@@ -5,6 +5,7 @@
 #include <signal.h>
 #include <spawn.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -27,8 +28,8 @@ namespace {
 
 constexpr int kPatience_ms = 60'000;  // for pixels
 constexpr std::chrono::seconds kSilence{120};
+constexpr rlim_t kMostSaid = rlim_t{512} << 20;  // as weft-video allows
 constexpr useconds_t kLook_us = 50'000;
-constexpr size_t kMostErrors = 1 << 20;
 
 absl::Status SystemError(const char* what, int error) {
   return absl::ResourceExhaustedError(absl::StrCat("weft-video: ", what, ": ", std::strerror(error)));
@@ -71,6 +72,13 @@ int Spawn(const std::vector<std::string>& words, const std::vector<int>& descrip
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&files);
   return error;
+}
+
+// What is said goes to files in memory, to which the limit on the size of files applies: beyond it words are
+// lost without one of that.
+bool IsBeyondFileSize(size_t size) {
+  rlimit limit = {};
+  return getrlimit(RLIMIT_FSIZE, &limit) == 0 && size >= std::min<rlim_t>(limit.rlim_cur, kMostSaid);
 }
 
 // A descriptor above those that Spawn places, which may otherwise cover each other.
@@ -162,18 +170,34 @@ absl::StatusOr<VideoProgramOutput> VideoProgram::Finish(const std::function<bool
     usleep(kLook_us);
   }
   pid_ = -1;
+  if (IsBeyondFileSize(SizeOf(kept_)) || IsBeyondFileSize(SizeOf(errors_)))
+    return absl::ResourceExhaustedError(
+        "ffmpeg says more of it than files may hold; raise the limit on the size of files (ulimit -f), or "
+        "cut "
+        "the film into parts");
   said.out = ReadAll(kept_, SIZE_MAX);
-  said.errors = ReadAll(errors_, kMostErrors);
+  said.errors = ReadAll(errors_, SIZE_MAX);
   return said;
+}
+
+absl::StatusOr<VideoProgramOutput> RunVideoProgram(const std::string& program, const std::string& file,
+                                                   const std::vector<std::string>& arguments,
+                                                   const std::function<bool(size_t bytes)>& grown) {
+  absl::StatusOr<VideoProgram> started =
+      VideoProgram::Start(program, file, arguments, VideoProgram::Out::kKept);
+  if (!started.ok()) return started.status();
+  absl::StatusOr<VideoProgramOutput> said = started->Finish(grown);
+  if (said.ok()) return said;
+  return absl::Status(said.status().code(), absl::StrCat(file, ": ", said.status().message()));
 }
 
 std::string LastComplaint(const std::string& errors) {
   std::string last;
   for (absl::string_view line : absl::StrSplit(errors, '\n')) {
     line = absl::StripAsciiWhitespace(line);
-    const size_t bracket = line.find("] ");
-    if (!line.empty() && line.front() == '[' && bracket != absl::string_view::npos)
-      line.remove_prefix(bracket + 2);
+    for (size_t end = line.find("] "); !line.empty() && line.front() == '[' && end != absl::string_view::npos;
+         end = line.find("] "))
+      line.remove_prefix(end + 2);
     if (!line.empty()) last = std::string(line);
   }
   return last;

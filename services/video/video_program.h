@@ -51,7 +51,13 @@ class VideoProgram {
   UniqueFd pipe_, kept_, errors_;
 };
 
-// The last line that is not empty, without the names and addresses that ffmpeg puts in brackets before it.
+// Runs "ffmpeg" or "ffprobe" on the file to its end. Errors of VideoProgram; they name the file.
+absl::StatusOr<VideoProgramOutput> RunVideoProgram(const std::string& program, const std::string& file,
+                                                   const std::vector<std::string>& arguments,
+                                                   const std::function<bool(size_t bytes)>& grown = nullptr);
+
+// The last line that is not empty, without the names, addresses and levels that ffmpeg puts in brackets
+// before it.
 std::string LastComplaint(const std::string& errors);
 
 }  // namespace weft

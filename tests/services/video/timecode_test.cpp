@@ -47,6 +47,37 @@ TEST(Timecode, NumbersGiveBackTheirText) {
   EXPECT_EQ(TimecodeText(TimecodeOf(-1, like)), "23:59:59;29");
 }
 
+TEST(Timecode, TakesWhatOthersWrite) {
+  const auto text = [](std::string_view label, double fps) {
+    return TimecodeText(*ParseTimecode(label, fps));
+  };
+  EXPECT_EQ(text("25:10:00:03", 25), "01:10:00:03");
+  EXPECT_EQ(text("-00:00:01:00", 25), "23:59:59:00");
+  EXPECT_EQ(text("10:00:00:119", 120), "10:00:00:119");
+  EXPECT_EQ(text("10:00:00,12", 29.97), "10:00:00;12");
+  EXPECT_EQ(text("10:00:00.12", 29.97), "10:00:00;12");
+}
+
+TEST(Timecode, ADayOfLabelsIsNoDayOfTheClock) {
+  EXPECT_NEAR(ParseTimecode("00:00:00:00", 30000.0 / 1001)->Day_s(), 86486.4, 1e-6);
+  EXPECT_NEAR(ParseTimecode("00:00:00;00", 30000.0 / 1001)->Day_s(), 86399.9136, 1e-6);
+  EXPECT_NEAR(ParseTimecode("00:00:00:00", 24)->Day_s(), 86400, 1e-6);
+}
+
+TEST(StandardRate, TellsRatesOfAThousandthApart) {
+  for (const int nominal : {24, 25, 30, 48, 50, 60, 120}) {
+    EXPECT_FALSE(StandardRate(nominal)->is_slow);
+    EXPECT_TRUE(StandardRate(nominal / 1.001, kWrittenExactly)->is_slow);
+    EXPECT_EQ(StandardRate(nominal / 1.001)->nominal_fps, nominal);
+  }
+  EXPECT_TRUE(StandardRate(23.98)->is_slow);
+  EXPECT_TRUE(StandardRate(59.94, kWrittenExactly)->is_slow);
+  EXPECT_FALSE(StandardRate(29.976, kWrittenExactly));
+  EXPECT_FALSE(StandardRate(29.95));
+  EXPECT_FALSE(StandardRate(0));
+  EXPECT_FALSE(StandardRate(1e9));
+}
+
 TEST(Timecode, SaysWhatIsWrong) {
   const auto why = [](std::string_view text, double fps) {
     const auto timecode = ParseTimecode(text, fps);

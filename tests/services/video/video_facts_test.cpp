@@ -5,6 +5,8 @@
 
 #include <filesystem>
 
+#include "services/video/frame_times.h"
+#include "services/video/timecode_track.h"
 #include "tests/services/video/made_video.h"
 
 namespace weft {
@@ -92,15 +94,30 @@ TEST(ParseVideoHeader, RefusesWhatMakesNoSense) {
               HasSubstr("no sense"));
 }
 
-TEST(ParseFrameLines, WantsTimesThatRise) {
-  EXPECT_THAT(*ParseFrameLines("frame:0    pts:5       pts_time:0.2\nweft=1\nframe:1    pts:9  pts_time:1\n"),
-              ::testing::ElementsAre(5, 9));
-  const auto why = [](std::string_view lines) {
-    return std::string(ParseFrameLines(lines).status().message());
+TEST(ParseFrameLines, ReadsTimesAndFields) {
+  const auto lines = ParseFrameLines(
+      "frame:0    pts:5       pts_time:0.2\nweft=1\nframe:0    pts:5       pts_time:0.2\nweft=2\n"
+      "frame:1    pts:9  pts_time:1\nweft=1\n");
+  ASSERT_TRUE(lines.ok()) << lines.status();
+  EXPECT_THAT(lines->pts, ::testing::ElementsAre(5, 9));
+  EXPECT_EQ(lines->interlaced, 1u);
+  const auto why = [](std::string_view text) {
+    return std::string(ParseFrameLines(text).status().message());
   };
-  EXPECT_THAT(why("frame:0 pts:NOPTS pts_time:NOPTS\n"), HasSubstr("carry no times"));
-  EXPECT_THAT(why("frame:0 pts:5\nframe:1 pts:5\n"), HasSubstr("the time of frame 1 is not after"));
-  EXPECT_THAT(why("frame:0 pts:5\nframe:0 pts:6\n"), HasSubstr("change their size or format at frame 1"));
+  EXPECT_THAT(why("frame:0 pts:NOPTS pts_time:NOPTS\nweft=1\n"), HasSubstr("carry no times"));
+  EXPECT_THAT(why("frame:0 pts:5\nweft=1\nframe:0 pts:6\nweft=1\n"),
+              HasSubstr("change their size or format at frame 1"));
+}
+
+TEST(UseFrames, TakesWholeOnesThatAreLater) {
+  v1::VideoFacts facts;
+  ASSERT_TRUE(UseFrames({1, 2, 2, 3, 5, 4, 6}, {3, 4}, facts).ok());
+  EXPECT_THAT(facts.frame_pts(), ::testing::ElementsAre(1, 2, 5, 6));
+  EXPECT_THAT(facts.unused(), ::testing::ElementsAre(2, 3, 5));
+  EXPECT_EQ(facts.same_time(), 1u);
+  v1::VideoFacts back;
+  EXPECT_THAT(std::string(UseFrames({1, 3, 2}, {}, back).message()),
+              HasSubstr("the time of frame 2 is not after"));
 }
 
 }  // namespace
