@@ -17,6 +17,7 @@
 #include "services/files/garment_parts_file.h"
 #include "services/files/obj_file.h"
 #include "services/files/template_file.h"
+#include "services/files/text_file.h"
 #include "services/process/exit_status.h"
 
 namespace weft {
@@ -89,11 +90,11 @@ std::string MapNames(const TemplateImportOptions& options) {
 }
 
 absl::StatusOr<std::vector<VertexNode>> ReadMaps(const TemplateImportOptions& options) {
-  const absl::StatusOr<std::string> text = ReadWholeFile(options.cells);
+  const absl::StatusOr<std::string> text = ReadTextFile(options.cells);
   if (!text.ok()) return text.status();
   absl::StatusOr<std::vector<VertexNode>> nodes = ParseVertexMap(*text, NodeKind::kCenter, options.cells);
   if (!nodes.ok() || options.corners.empty()) return nodes;
-  const absl::StatusOr<std::string> corners_text = ReadWholeFile(options.corners);
+  const absl::StatusOr<std::string> corners_text = ReadTextFile(options.corners);
   if (!corners_text.ok()) return corners_text.status();
   const absl::StatusOr<std::vector<VertexNode>> corners =
       ParseVertexMap(*corners_text, NodeKind::kCorner, options.corners);

@@ -12,7 +12,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "services/files/atomic_file.h"
+#include "services/files/text_file.h"
 #include "services/rpc/message_limit.h"
 
 namespace weft {
@@ -51,7 +51,7 @@ class TokenInterceptorFactory final : public grpc::experimental::ClientIntercept
 
 absl::StatusOr<std::string> ReadNamed(const char* variable, const std::string& path) {
   if (path.empty()) return "";
-  absl::StatusOr<std::string> text = ReadWholeFile(path, kLargestSecretBytes);
+  absl::StatusOr<std::string> text = ReadTextFile(path, kLargestSecretBytes);
   if (text.ok()) return text;
   return absl::Status(text.status().code(), absl::StrCat(variable, ": ", text.status().message()));
 }

@@ -12,7 +12,7 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/strip.h"
 #include "capture/file/plain_text.h"
-#include "services/files/atomic_file.h"
+#include "services/files/text_file.h"
 #include "services/options/first_error.h"
 #include "services/process/help.h"
 #include "weft/v1/daemon_config.pb.h"
@@ -99,7 +99,7 @@ absl::Status Give(CLI::Option& option, const std::vector<std::string>& values) {
 }  // namespace
 
 absl::Status ApplyConfigFile(const std::string& path, CLI::App& app) {
-  const absl::StatusOr<std::string> text = ReadWholeFile(path, kMaxConfigBytes);
+  const absl::StatusOr<std::string> text = ReadTextFile(path, kMaxConfigBytes);
   if (!text.ok()) return text.status();
   FirstError error;
   TextFormat::ParseInfoTree tree;

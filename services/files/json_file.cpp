@@ -6,8 +6,18 @@
 #include "absl/strings/str_replace.h"
 #include "capture/file/plain_text.h"
 #include "services/files/atomic_file.h"
+#include "services/files/json_kinds.h"
+#include "services/files/text_file.h"
 
 namespace weft {
+namespace {
+
+absl::StatusOr<std::string_view> JsonOf(std::string_view text, const std::string& source_name) {
+  if (absl::Status status = CheckEncoding(text, source_name); !status.ok()) return status;
+  return WithoutByteOrderMark(text);
+}
+
+}  // namespace
 
 absl::Status ParseJson(std::string_view text, const std::string& source_name,
                        google::protobuf::Message& message) {
@@ -16,11 +26,15 @@ absl::Status ParseJson(std::string_view text, const std::string& source_name,
                                                    " bytes, more than the ", kMaxJsonBytes,
                                                    " that a JSON file may have"));
   }
+  const absl::StatusOr<std::string_view> json = JsonOf(text, source_name);
+  if (!json.ok()) return json.status();
   google::protobuf::util::JsonParseOptions options;
   options.ignore_unknown_fields = false;
   const auto status = google::protobuf::util::JsonStringToMessage(
-      google::protobuf::StringPiece(text.data(), text.size()), &message, options);
+      google::protobuf::StringPiece(json->data(), json->size()), &message, options);
   if (status.ok()) return absl::OkStatus();
+  if (const std::string other = OtherKind(*json, message); !other.empty())
+    return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", other));
   // One line: the message shows the place in the text and points to it from the line below.
   const std::string why(status.message().data(), status.message().size());
   const std::string line =

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "services/files/atomic_file.h"
+#include "services/files/text_file.h"
 
 namespace weft {
 namespace {
@@ -170,7 +171,7 @@ absl::StatusOr<std::vector<ImageObservations>> ParseObservations(std::string_vie
 }
 
 absl::StatusOr<std::vector<ImageObservations>> ReadObservations(const std::string& path) {
-  const absl::StatusOr<std::string> csv = ReadWholeFile(path);
+  const absl::StatusOr<std::string> csv = ReadTextFile(path);
   if (!csv.ok()) return csv.status();
   return ParseObservations(*csv, path);
 }

@@ -80,12 +80,32 @@ class BodyReader {
   size_t MostRows(size_t row_bytes) const { return (rest_.size() + (ascii_ ? 1 : 0)) / row_bytes; }
   size_t rest_bytes() const { return rest_.size(); }
 
+  // Numbers on the rest of this line; of text only.
+  size_t WordsOnLine() const {
+    const std::string_view line = rest_.substr(0, rest_.find_first_of("\r\n"));
+    size_t words = 0;
+    for (size_t i = 0; i < line.size(); ++i) words += !IsSpace(line[i]) && (i == 0 || IsSpace(line[i - 1]));
+    return words;
+  }
+  // Goes to the next line that is not blank; of text only.
+  void SkipBlank() {
+    rest_.remove_prefix(std::find_if_not(rest_.begin(), rest_.end(), IsSpace) - rest_.begin());
+  }
+  bool is_text() const { return ascii_; }
+
+  // Whether nothing follows but what programs put at the end of a file.
+  bool IsAtEnd() const {
+    return std::all_of(rest_.begin(), rest_.end(), [](char c) { return IsSpace(c) || c == '\0'; });
+  }
+
   // Empty when done, otherwise what is wrong.
   std::string Take(PlyType type, double& value) {
     return ascii_ ? TakeWord(type, value) : TakeBinary(type, value);
   }
 
  private:
+  static bool IsSpace(char c) { return absl::ascii_isspace(static_cast<unsigned char>(c)); }
+
   std::string TakeBinary(PlyType type, double& value) {
     const size_t bytes = static_cast<size_t>(PlyTypeSize(type));
     if (rest_.size() < bytes) return "the file ends here, it is truncated";
@@ -95,10 +115,8 @@ class BodyReader {
   }
 
   std::string TakeWord(PlyType type, double& value) {
-    const auto space = [](char c) { return absl::ascii_isspace(static_cast<unsigned char>(c)); };
-    const size_t begin = std::find_if_not(rest_.begin(), rest_.end(), space) - rest_.begin();
-    rest_.remove_prefix(begin);
-    const size_t length = std::find_if(rest_.begin(), rest_.end(), space) - rest_.begin();
+    SkipBlank();
+    const size_t length = std::find_if(rest_.begin(), rest_.end(), IsSpace) - rest_.begin();
     if (length == 0) return "the file ends here, it is truncated";
     const absl::string_view word(rest_.data(), length);
     rest_.remove_prefix(length);
@@ -137,6 +155,48 @@ std::string TakeRow(BodyReader& reader, PlyProperty& property) {
   return "";
 }
 
+// Text has a row a line. Where the first row is a line, every one is: a number too many or too few would
+// shift all that follow. Some programs put several rows on a line, or break rows, from the first on.
+class RowLines {
+ public:
+  RowLines(BodyReader& reader, const PlyElement& element)
+      : reader_(reader), element_(element), columns_(element.properties.size()) {
+    for (const PlyProperty& property : element.properties) has_list_ |= property.is_list;
+  }
+
+  void BeginRow(size_t row) {
+    if (!reader_.is_text() || (row > 0 && !is_line_)) return;
+    reader_.SkipBlank();
+    words_ = reader_.WordsOnLine();
+  }
+  // Empty, or what is wrong with the row that was read and has so many numbers.
+  std::string EndRow(size_t row, size_t numbers) {
+    if (!reader_.is_text()) return "";
+    if (row == 0) {
+      shares_line_ = !has_list_ && words_ > numbers && words_ % columns_ == 0;
+      is_line_ = words_ >= numbers && !shares_line_;
+    }
+    if (is_line_ && words_ != numbers) return Problem(words_, numbers);
+    if (!shares_line_ || row + 1 < element_.rows) return "";
+    // Lines that go on in the same way have columns that the header leaves out, not several rows.
+    if (reader_.WordsOnLine() > 0) return Problem(words_, numbers);
+    reader_.SkipBlank();
+    return reader_.WordsOnLine() == words_ ? Problem(words_, numbers) : "";
+  }
+
+ private:
+  static std::string Problem(size_t words, size_t numbers) {
+    return absl::StrCat("has ", words, " numbers on its line, the properties of the header make ", numbers,
+                        words > numbers ? "; declare all columns in the header, or remove them" : "");
+  }
+
+  BodyReader& reader_;
+  const PlyElement& element_;
+  const size_t columns_;
+  bool has_list_ = false, is_line_ = false, shares_line_ = false;
+  size_t words_ = 0;  // on the line of this row, or of the first one
+};
+
 absl::Status ReadElement(BodyReader& reader, const std::string& source_name, PlyElement& element) {
   const size_t row_bytes = reader.LeastRowBytes(element);
   if (row_bytes == 0 && element.rows == 0) return absl::OkStatus();
@@ -157,13 +217,20 @@ absl::Status ReadElement(BodyReader& reader, const std::string& source_name, Ply
       property.list_start.push_back(0);
     }
   }
+  RowLines lines(reader, element);
   for (size_t row = 0; row < element.rows; ++row) {
+    lines.BeginRow(row);
+    const auto where = [&] { return absl::StrCat(source_name, ": element ", element.name, ", row ", row); };
+    size_t numbers = 0;
     for (PlyProperty& property : element.properties) {
+      const size_t before = property.values.size();
       const std::string problem = TakeRow(reader, property);
-      if (problem.empty()) continue;
-      return absl::InvalidArgumentError(absl::StrCat(source_name, ": element ", element.name, ", row ", row,
-                                                     ", property ", property.name, ": ", problem));
+      if (!problem.empty())
+        return absl::InvalidArgumentError(absl::StrCat(where(), ", property ", property.name, ": ", problem));
+      numbers += property.values.size() - before + property.is_list;
     }
+    if (const std::string problem = lines.EndRow(row, numbers); !problem.empty())
+      return absl::InvalidArgumentError(absl::StrCat(where(), ": ", problem));
   }
   return absl::OkStatus();
 }
@@ -210,6 +277,11 @@ absl::StatusOr<Ply> ParsePly(std::string_view bytes, const std::string& source_n
   BodyReader reader(bytes.substr(header->body_begin), header->format);
   for (PlyElement& element : header->layout.elements) {
     if (absl::Status status = ReadElement(reader, source_name, element); !status.ok()) return status;
+  }
+  if (!reader.IsAtEnd()) {
+    return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", reader.rest_bytes(),
+                                                   " bytes follow the last row that the header announces; ",
+                                                   "it counts too few rows, or leaves out a property"));
   }
   return std::move(header->layout);
 }

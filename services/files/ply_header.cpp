@@ -4,9 +4,11 @@
 #include <optional>
 #include <utility>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "services/files/text_file.h"
 
 namespace weft {
 namespace {
@@ -43,7 +45,9 @@ std::optional<PlyType> TypeFromName(std::string_view name) {
 class HeaderReader {
  public:
   HeaderReader(std::string_view bytes, const std::string& source_name)
-      : bytes_(bytes.substr(0, kMaxHeaderBytes)), source_name_(source_name) {}
+      : bytes_(bytes.substr(0, kMaxHeaderBytes)),
+        source_name_(source_name),
+        at_(bytes.size() - WithoutByteOrderMark(bytes).size()) {}
 
   absl::StatusOr<PlyHeader> Read() {
     if (!NextLine() || line_ != "ply") return Error("not a PLY file, it does not begin with \"ply\"");
@@ -59,11 +63,19 @@ class HeaderReader {
   }
 
  private:
+  // The first line says how lines end. A binary body may begin with the byte \n, so that a \r which ends the
+  // first line alone ends the last one alone, too.
   bool NextLine() {
-    const size_t end = bytes_.find('\n', at_);
+    if (number_ == 0) {
+      const size_t end = bytes_.find_first_of("\r\n", at_);
+      const bool is_cr = end != std::string_view::npos && bytes_[end] == '\r';
+      if (is_cr && end + 1 < bytes_.size() && bytes_[end + 1] != '\n') line_end_ = '\r';
+    }
+    const size_t end = bytes_.find(line_end_, at_);
     if (end == std::string_view::npos) return false;
-    line_ = bytes_.substr(at_, end - at_);
-    if (line_.ends_with('\r')) line_.remove_suffix(1);
+    const absl::string_view line(bytes_.data() + at_, end - at_);
+    const absl::string_view stripped = absl::StripTrailingAsciiWhitespace(line);
+    line_ = std::string_view(stripped.data(), stripped.size());
     at_ = end + 1;
     ++number_;
     return true;
@@ -74,8 +86,8 @@ class HeaderReader {
   }
 
   absl::Status ReadLine() {
-    const std::vector<std::string> words =
-        absl::StrSplit(absl::string_view(line_.data(), line_.size()), ' ', absl::SkipEmpty());
+    const std::vector<std::string> words = absl::StrSplit(absl::string_view(line_.data(), line_.size()),
+                                                          absl::ByAnyChar(" \t"), absl::SkipEmpty());
     if (words.empty()) return absl::OkStatus();
     if (words[0] == "comment") {
       const std::string_view text = line_.substr(line_.find("comment") + 7);
@@ -145,7 +157,8 @@ class HeaderReader {
   std::string_view bytes_;
   std::string source_name_;
   std::string_view line_;
-  size_t at_ = 0;
+  size_t at_;
+  char line_end_ = '\n';
   int number_ = 0;
   bool has_format_ = false;
   PlyHeader header_;

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_file.h"
+#include "services/files/text_file.h"
 #include "weft/v1/rig.pb.h"
 
 namespace weft {
@@ -97,9 +98,20 @@ CalibratedCamera FromProto(const v1::CameraSigmas& proto) {
   return camera;
 }
 
+// UTF-16 has a message of its own.
+bool LooksLikeJson(std::string_view text) {
+  text = WithoutByteOrderMark(text);
+  const size_t first = text.find_first_not_of(" \t\r\n");
+  return first == std::string_view::npos || text[first] == '{' || !CheckEncoding(text, "").ok();
+}
+
 }  // namespace
 
 absl::StatusOr<Rig> ParseRig(std::string_view json, const std::string& source_name) {
+  if (!LooksLikeJson(json)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        source_name, ": is no JSON; `weft rig import` makes a rig.json of the files of other programs"));
+  }
   v1::Rig proto;
   if (absl::Status status = ParseJson(json, source_name, proto); !status.ok()) return status;
   Rig rig;

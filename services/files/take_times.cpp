@@ -8,7 +8,7 @@
 #include "absl/strings/str_split.h"
 #include "capture/take/take_files.h"
 #include "capture/take/take_view.h"
-#include "services/files/atomic_file.h"
+#include "services/files/text_file.h"
 
 namespace weft {
 namespace {
@@ -18,7 +18,7 @@ namespace fs = std::filesystem;
 // Frames per second by the times of the pictures of a camera in <truth>/pictures.csv
 // (frame,camera,mid_exposure_ns,lost); 0 where they do not tell.
 double FpsOfTruth(const std::string& truth) {
-  const absl::StatusOr<std::string> csv = ReadWholeFile((fs::path(truth) / "pictures.csv").string());
+  const absl::StatusOr<std::string> csv = ReadTextFile((fs::path(truth) / "pictures.csv").string());
   if (!csv.ok()) return 0;
   std::string camera;
   std::vector<double> times_ns;

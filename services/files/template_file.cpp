@@ -12,6 +12,7 @@
 #include "services/files/json_file.h"
 #include "services/files/mesh_file.h"
 #include "services/files/ply.h"
+#include "services/files/text_file.h"
 #include "weft/v1/template.pb.h"
 
 namespace weft {
@@ -119,7 +120,7 @@ std::string MapText(const std::vector<VertexNode>& nodes, NodeKind kind) {
 }
 
 absl::StatusOr<std::vector<VertexNode>> ReadMap(const std::string& path, NodeKind kind, size_t vertices) {
-  const absl::StatusOr<std::string> text = ReadWholeFile(path);
+  const absl::StatusOr<std::string> text = ReadTextFile(path);
   if (!text.ok()) return text.status();
   absl::StatusOr<std::vector<VertexNode>> nodes = ParseVertexMap(*text, kind, path);
   if (nodes.ok() && nodes->size() != vertices) {

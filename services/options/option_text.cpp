@@ -12,7 +12,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 #include "base/nearest_word.h"
-#include "services/files/atomic_file.h"
+#include "services/files/text_file.h"
 #include "services/options/first_error.h"
 #include "services/options/option_range.h"
 
@@ -150,7 +150,7 @@ absl::Status AddOptionText(const std::string& text, const std::string& source_na
 }
 
 absl::Status AddOptionFile(const std::string& path, v1::PipelineOptions& options) {
-  const absl::StatusOr<std::string> text = ReadWholeFile(path, kMaxOptionBytes);
+  const absl::StatusOr<std::string> text = ReadTextFile(path, kMaxOptionBytes);
   if (!text.ok()) return text.status();
   return AddOptionText(*text, path, options);
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "services/files/ply_points.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -73,6 +74,83 @@ TEST(ParsePly, ReadsAsciiWithWindowsLineEndings) {
   ExpectAllTypes(ParsePly(windows, "scan.ply"));
   text.pop_back();  // the last number may end the file
   ExpectAllTypes(ParsePly(text, "scan.ply"));
+}
+
+TEST(ParsePly, ReadsHeadersAsProgramsWriteThem) {
+  const std::string body =
+      Bytes({0x0a, 0x0a, 0x0a, 0x0a, 0x20, 0x0d, 0x0a, 0x09});  // blanks of text are numbers here
+  const std::string head =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 2\nproperty int x\nend_header\n";
+  const auto replaced = [&](const std::string& from, const std::string& to) {
+    std::string out;
+    for (const char c : head) out += std::string(1, c) == from ? to : std::string(1, c);
+    return out;
+  };
+  for (const std::string& header :
+       {head, replaced("\n", "\r\n"), replaced("\n", "\r"), replaced("\n", " \n"), replaced("\n", " \t\r\n"),
+        replaced(" ", "\t"), replaced(" ", "   "), "\xEF\xBB\xBF" + head}) {
+    const auto ply = ParsePly(header + body, "scan.ply");
+    ASSERT_TRUE(ply.ok()) << ply.status() << header;
+    EXPECT_THAT(ply->elements[0].Find("x")->values, ElementsAre(0x0a0a0a0a, 0x090a0d20)) << header;
+  }
+}
+
+constexpr char kThreeFloats[] =
+    "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float "
+    "z\nend_header\n";
+
+TEST(ParsePly, TextWithColumnsThatTheHeaderLeavesOutIsRefused) {
+  const std::string head = kThreeFloats;
+  EXPECT_THAT(
+      PlyErrorOf(head + "1 2 3 0.5\n4 5 6 0.5\n7 8 9 0.5\n"),
+      HasSubstr("element vertex, row 0: has 4 numbers on its line, the properties of the header make 3"));
+  EXPECT_THAT(PlyErrorOf(head + "1 2 3 0 0 1\n4 5 6 0 0 1\n7 8 9 0 0 1\n"),
+              HasSubstr("has 6 numbers on its line"));
+  EXPECT_THAT(PlyErrorOf(head + "1 2 3\n4 5 6 0.5\n7 8 9\n"), HasSubstr("row 1: has 4 numbers"));
+  EXPECT_THAT(PlyErrorOf(head + "1 2 3\n4 5\n7 8 9 10\n"), HasSubstr("row 1: has 2 numbers"));
+  EXPECT_THAT(
+      PlyErrorOf("ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n"
+                 "3 0 1 2 255\n"),
+      HasSubstr("element face, row 0: has 5 numbers"));
+}
+
+TEST(ParsePly, TextMayBreakRowsOrJoinThemFromTheFirstOn) {
+  const std::string head = kThreeFloats;
+  for (const char* body : {"1 2 3 4 5 6 7 8 9\n", "1 2\n3\n4 5\n6\n7 8\n9\n", "1 2 3 4 5 6\n7 8 9\n",
+                           "\n1 2 3  \n\n4 5 6\t\n7 8 9\n\n", "1 2 3\r4 5 6\r7 8 9\r"}) {
+    const auto ply = ParsePly(head + body, "scan.ply");
+    ASSERT_TRUE(ply.ok()) << ply.status() << body;
+    EXPECT_THAT(ply->elements[0].Find("y")->values, ElementsAre(2, 5, 8)) << body;
+  }
+}
+
+TEST(ParsePly, DataAfterTheLastRowAreRefused) {
+  EXPECT_THAT(PlyErrorOf(std::string(kThreeFloats) + "1 2 3\n4 5 6\n7 8 9\n10 11 12\n"),
+              HasSubstr("10 bytes follow the last row"));
+  const std::string binary =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty int x\nend_header\n";
+  EXPECT_THAT(PlyErrorOf(binary + Bytes({1, 0, 0, 0, 2, 0, 0, 0})), HasSubstr("4 bytes follow the last row"));
+  // Some programs end with a new line, or fill a block.
+  EXPECT_TRUE(ParsePly(binary + Bytes({1, 0, 0, 0, '\n'}), "scan.ply").ok());
+  EXPECT_TRUE(ParsePly(binary + Bytes({1, 0, 0, 0}) + std::string(100, '\0'), "scan.ply").ok());
+}
+
+TEST(DropUnmeasured, RemovesVerticesWithoutAPlace) {
+  auto ply = ParsePly(
+      "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+      "property list uchar int tags\nproperty float nx\nend_header\n"
+      "1 2 3 1 7 nan\nnan 2 3 2 8 8 0\n4 5 6 0 1\n1 2 inf 1 9 0\n",
+      "scan.ply");
+  ASSERT_TRUE(ply.ok()) << ply.status();
+  EXPECT_EQ(DropUnmeasured(*ply), 2u);
+  const PlyElement& vertex = ply->elements[0];
+  EXPECT_EQ(vertex.rows, 2u);
+  EXPECT_THAT(vertex.Find("x")->values, ElementsAre(1, 4));
+  EXPECT_THAT(vertex.Find("tags")->values, ElementsAre(7));
+  EXPECT_THAT(vertex.Find("tags")->list_start, ElementsAre(0, 1, 1));
+  EXPECT_TRUE(std::isnan(vertex.Find("nx")->values[0]));
+  EXPECT_TRUE(SerializePly(*ply).ok());
+  EXPECT_EQ(DropUnmeasured(*ply), 0u);
 }
 
 TEST(ParsePly, ReadsListsOfDifferentLengths) {
