@@ -29,6 +29,7 @@ pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp>=5.2) # BVH
 pkg_check_modules(ltc REQUIRED IMPORTED_TARGET ltc>=1.3) # linear timecode
 pkg_check_modules(archive REQUIRED IMPORTED_TARGET libarchive>=3.6) # support bundles
 pkg_check_modules(systemd REQUIRED IMPORTED_TARGET libsystemd>=252) # sd_notify
+pkg_check_modules(yaml REQUIRED IMPORTED_TARGET yaml-cpp>=0.7) # rigs of other programs
 pkg_check_modules(xxhash REQUIRED IMPORTED_TARGET libxxhash>=0.8)
 find_package(OpenCV 4.6 REQUIRED COMPONENTS core calib3d dnn imgproc imgcodecs video) # imgcodecs: in tests only
 find_package(Ceres 2.1 REQUIRED)

@@ -1,15 +1,21 @@
 #include "capture/rig/colmap_text.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "capture/rig/lens_fit.h"
 
 namespace weft {
 namespace {
@@ -29,109 +35,211 @@ const std::map<std::string, LensKind> kLensKinds = {
     {"OPENCV", {8, {0, 1, 2, 3, 4, 5, 6, 7, -1, -1, -1, -1}}},
     {"FULL_OPENCV", {12, {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}}}};
 
+// Lenses that see by the angle: fx fy cx cy as above, then the parameters that are k1 to k4, or omega of FOV,
+// and those that must be zero.
+struct AngleKind {
+  size_t parameters;
+  int of[4];
+  std::vector<size_t> k, zero;
+};
+const std::map<std::string, AngleKind> kAngleKinds = {
+    {"SIMPLE_FISHEYE", {3, {0, 0, 1, 2}, {}, {}}},
+    {"FISHEYE", {4, {0, 1, 2, 3}, {}, {}}},
+    {"SIMPLE_RADIAL_FISHEYE", {4, {0, 0, 1, 2}, {3}, {}}},
+    {"RADIAL_FISHEYE", {5, {0, 0, 1, 2}, {3, 4}, {}}},
+    {"OPENCV_FISHEYE", {8, {0, 1, 2, 3}, {4, 5, 6, 7}, {}}},
+    {"THIN_PRISM_FISHEYE", {12, {0, 1, 2, 3}, {4, 5, 8, 9}, {6, 7, 10, 11}}},
+    {"FOV", {5, {0, 1, 2, 3}, {4}, {}}}};
+
 struct Line {
   int number;
   std::vector<std::string> words;
 };
 
-// Lines without comments; blank ones are kept, since images.txt has two lines per image.
+// Lines without comments and blank ones.
 std::vector<Line> LinesOf(std::string_view text) {
   std::vector<Line> out;
   int number = 0;
   for (const absl::string_view line : absl::StrSplit(absl::string_view(text.data(), text.size()), '\n')) {
     ++number;
     const absl::string_view stripped = absl::StripAsciiWhitespace(line);
-    if (!stripped.empty() && stripped[0] == '#') continue;
+    if (stripped.empty() || stripped[0] == '#') continue;
     out.push_back({number, absl::StrSplit(stripped, absl::ByAnyChar(" \t"), absl::SkipEmpty())});
   }
   return out;
 }
 
+absl::Status Bad(const std::string& file, const Line& line, const std::string& what) {
+  return absl::InvalidArgumentError(absl::StrCat(file, ": line ", line.number, ": ", what));
+}
+
 absl::StatusOr<std::vector<double>> NumbersFrom(const Line& line, size_t first, size_t count,
-                                                const std::string& where) {
+                                                const std::string& file) {
   std::vector<double> out;
   for (size_t i = first; i < first + count; ++i) {
     double value = 0;
-    if (i >= line.words.size() || !absl::SimpleAtod(line.words[i], &value) || !std::isfinite(value)) {
-      return absl::InvalidArgumentError(absl::StrCat(where, ": line ", line.number, ": expected ", count,
-                                                     " numbers from word ", first + 1, " on"));
-    }
+    if (i >= line.words.size() || !absl::SimpleAtod(line.words[i], &value) || !std::isfinite(value))
+      return Bad(file, line, absl::StrCat("expected ", count, " numbers from word ", first + 1, " on"));
     out.push_back(value);
   }
   return out;
 }
 
-absl::StatusOr<CameraModel> LensOf(const Line& line, const std::string& where) {
-  const auto bad = [&](const std::string& what) {
-    return absl::InvalidArgumentError(absl::StrCat(where, ": line ", line.number, ": ", what));
-  };
-  if (line.words.size() < 4) return bad("expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS");
-  const auto kind = kLensKinds.find(line.words[1]);
-  if (kind == kLensKinds.end()) {
-    return bad(absl::StrCat("the model ", line.words[1],
-                            " has no counterpart here; known are SIMPLE_PINHOLE, PINHOLE, "
-                            "SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV"));
+absl::StatusOr<std::vector<double>> Parameters(const Line& line, size_t count, const std::string& file) {
+  if (line.words.size() > 4 + count) {
+    return Bad(file, line,
+               absl::StrCat("the model ", line.words[1], " has ", count, " parameters, here are ",
+                            line.words.size() - 4));
   }
+  return NumbersFrom(line, 4, count, file);
+}
+
+absl::Status SetAngleLens(const Line& line, const AngleKind& kind, const std::string& file,
+                          CameraModel& camera, std::vector<std::string>& remarks) {
+  const auto numbers = Parameters(line, kind.parameters, file);
+  if (!numbers.ok()) return numbers.status();
+  const std::string& model = line.words[1];
+  for (const size_t i : kind.zero) {
+    if ((*numbers)[i] != 0)
+      return Bad(file, line,
+                 absl::StrCat("the model ", model, " has tangential or thin prism terms that are not zero, ",
+                              "which have no counterpart here; undistort the images with COLMAP"));
+  }
+  camera.fx_px = (*numbers)[kind.of[0]], camera.fy_px = (*numbers)[kind.of[1]];
+  camera.cx_px = (*numbers)[kind.of[2]] - kHalfPixel, camera.cy_px = (*numbers)[kind.of[3]] - kHalfPixel;
+  std::vector<double> k;
+  for (const size_t i : kind.k) k.push_back((*numbers)[i]);
+  const auto error_px = FitLens(model == "FOV" ? FovRadius(k[0]) : FisheyeRadius(k), &camera);
+  if (!error_px.ok())
+    return Bad(file, line, absl::StrCat("its lens, ", model, ": ", error_px.status().message()));
+  remarks.push_back(
+      absl::StrFormat("camera %s of cameras.txt: its lens, %s, is held to %.2g px by Weft's rational lens",
+                      line.words[0], model, *error_px));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<CameraModel> LensOf(const Line& line, const std::string& file,
+                                   std::vector<std::string>& remarks) {
+  if (line.words.size() < 4) return Bad(file, line, "expected CAMERA_ID MODEL WIDTH HEIGHT PARAMS");
   CameraModel camera;
   if (!absl::SimpleAtoi(line.words[2], &camera.width_px) ||
-      !absl::SimpleAtoi(line.words[3], &camera.height_px)) {
-    return bad("expected the width and height of the image");
+      !absl::SimpleAtoi(line.words[3], &camera.height_px))
+    return Bad(file, line, "expected the width and height of the image");
+  if (const auto kind = kAngleKinds.find(line.words[1]); kind != kAngleKinds.end()) {
+    const absl::Status status = SetAngleLens(line, kind->second, file, camera, remarks);
+    if (!status.ok()) return status;
+    return camera;
   }
-  const auto numbers = NumbersFrom(line, 4, kind->second.parameters, where);
+  const auto kind = kLensKinds.find(line.words[1]);
+  if (kind == kLensKinds.end()) {
+    std::vector<std::string> known;
+    for (const auto& [name, of] : kLensKinds) known.push_back(name);
+    for (const auto& [name, of] : kAngleKinds) known.push_back(name);
+    return Bad(file, line,
+               absl::StrCat("the model ", line.words[1], " has no counterpart here; known are ",
+                            absl::StrJoin(known, ", "), "; undistort the images with COLMAP"));
+  }
+  const auto numbers = Parameters(line, kind->second.parameters, file);
   if (!numbers.ok()) return numbers.status();
   const auto at = [&](int i) { return kind->second.of[i] < 0 ? 0.0 : (*numbers)[kind->second.of[i]]; };
-  camera.fx_px = at(0);
-  camera.fy_px = at(1);
-  camera.cx_px = at(2) - kHalfPixel;
-  camera.cy_px = at(3) - kHalfPixel;
+  camera.fx_px = at(0), camera.fy_px = at(1);
+  camera.cx_px = at(2) - kHalfPixel, camera.cy_px = at(3) - kHalfPixel;
   for (int i = 0; i < 8; ++i) camera.distortion[i] = at(4 + i);
   return camera;
 }
 
+// X Y POINT3D_ID of each point: numbers in threes. An image has a number more and a name.
+bool IsPoints(const Line& line) {
+  double value = 0;
+  return line.words.size() % 3 == 0 &&
+         std::all_of(line.words.begin(), line.words.end(),
+                     [&](const std::string& word) { return absl::SimpleAtod(word, &value); });
+}
+
+absl::StatusOr<CameraModel> ImageOf(const Line& line, const std::map<std::string, CameraModel>& lenses,
+                                    const std::string& file) {
+  const auto lens = line.words.size() >= 10 ? lenses.find(line.words[8]) : lenses.end();
+  if (lens == lenses.end()) {
+    return Bad(
+        file, line,
+        "expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME with a camera of cameras.txt, or the points "
+        "of the image before");
+  }
+  const auto pose = NumbersFrom(line, 1, 7, file);
+  if (!pose.ok()) return pose.status();
+  CameraModel camera = lens->second;
+  const Eigen::Quaterniond turn((*pose)[0], (*pose)[1], (*pose)[2], (*pose)[3]);
+  constexpr double kRounding = 0.01;
+  if (!(std::abs(turn.norm() - 1) < kRounding))
+    return Bad(file, line, absl::StrFormat("QW QX QY QZ has the length %.4g, a rotation has 1", turn.norm()));
+  camera.rotation = turn.normalized().toRotationMatrix();
+  camera.translation_mm = {(*pose)[4], (*pose)[5], (*pose)[6]};
+  camera.id = absl::StrJoin(line.words.begin() + 9, line.words.end(), " ");
+  return camera;
+}
+
+// From paths of images to names of cameras, as the dumps that Weft reads have them.
+void NameCameras(std::vector<CameraModel>& cameras) {
+  std::vector<std::string> folders, stems;
+  for (const CameraModel& camera : cameras) {
+    const std::vector<std::string> parts =
+        absl::StrSplit(camera.id, absl::ByAnyChar("/\\"), absl::SkipEmpty());
+    const std::string file = parts.empty() ? camera.id : parts.back();
+    stems.push_back(file.substr(0, file.rfind('.')));
+    std::string folder = parts.size() > 1 ? parts[parts.size() - 2] : "";
+    if (absl::StartsWith(folder, "cam") && folder.size() > 3 && absl::StartsWith(file, "image"))
+      folder.erase(0, 3);
+    folders.push_back(std::move(folder));
+  }
+  const std::set<std::string> different(folders.begin(), folders.end());
+  const bool by_folder = !different.contains("") && different.size() == folders.size() && folders.size() > 1;
+  for (size_t i = 0; i < cameras.size(); ++i) cameras[i].id = by_folder ? folders[i] : stems[i];
+}
+
+absl::StatusOr<std::map<std::string, CameraModel>> LensesOf(std::string_view cameras, const std::string& file,
+                                                            std::vector<std::string>& remarks) {
+  std::map<std::string, CameraModel> lenses;
+  for (const Line& line : LinesOf(cameras)) {
+    absl::StatusOr<CameraModel> lens = LensOf(line, file, remarks);
+    if (!lens.ok()) return lens.status();
+    if (!lenses.emplace(line.words[0], *std::move(lens)).second)
+      return Bad(file, line, absl::StrCat("the camera ", line.words[0], " occurs twice"));
+  }
+  return lenses;
+}
+
 }  // namespace
 
-absl::StatusOr<Rig> ParseColmapText(std::string_view cameras, std::string_view images,
-                                    const std::string& source_name) {
-  std::map<std::string, CameraModel> lenses;
-  const std::string cameras_file = source_name + "/cameras.txt", images_file = source_name + "/images.txt";
-  for (const Line& line : LinesOf(cameras)) {
-    if (line.words.empty()) continue;
-    absl::StatusOr<CameraModel> lens = LensOf(line, cameras_file);
-    if (!lens.ok()) return lens.status();
-    lenses[line.words[0]] = *std::move(lens);
-  }
-  Rig rig;
-  bool points = false;  // the line after an image's holds its points, none or many
+absl::StatusOr<ForeignRig> ParseColmapText(std::string_view cameras, std::string_view images,
+                                           const std::string& source_name) {
+  const std::string images_file = source_name + "/images.txt";
+  ForeignRig out;
+  const auto lenses = LensesOf(cameras, source_name + "/cameras.txt", out.remarks);
+  if (!lenses.ok()) return lenses.status();
+  std::set<std::string> used;
+  bool after_image = false;  // a line of points may follow
   for (const Line& line : LinesOf(images)) {
-    if (points) {
-      points = false;
-      continue;
-    }
-    if (line.words.empty()) continue;
-    points = true;
-    const auto pose = NumbersFrom(line, 1, 7, images_file);
-    if (!pose.ok()) return pose.status();
-    const auto lens = line.words.size() == 10 ? lenses.find(line.words[8]) : lenses.end();
-    if (lens == lenses.end()) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          images_file, ": line ", line.number,
-          ": expected IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME with a camera of cameras.txt"));
-    }
-    CameraModel camera = lens->second;
-    const Eigen::Quaterniond turn((*pose)[0], (*pose)[1], (*pose)[2], (*pose)[3]);
-    if (!(turn.norm() > 0.5)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(images_file, ": line ", line.number, ": QW QX QY QZ is no rotation"));
-    }
-    camera.rotation = turn.normalized().toRotationMatrix();
-    camera.translation_mm = {(*pose)[4], (*pose)[5], (*pose)[6]};
-    camera.id = line.words[9].substr(0, line.words[9].rfind('.'));
-    rig.cameras.push_back(camera);
+    if (std::exchange(after_image, false) && IsPoints(line)) continue;
+    absl::StatusOr<CameraModel> camera = ImageOf(line, *lenses, images_file);
+    if (!camera.ok()) return camera.status();
+    after_image = true;
+    used.insert(line.words[8]);
+    out.rig.cameras.push_back(*std::move(camera));
   }
-  if (absl::Status status = rig.Validate(); !status.ok()) {
-    return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", status.message()));
+  NameCameras(out.rig.cameras);
+  for (const auto& [id, lens] : *lenses) {
+    if (!used.contains(id))
+      out.remarks.push_back(
+          absl::StrCat("camera ", id, " of cameras.txt has no image in images.txt and is left out"));
   }
-  return rig;
+  absl::Status status = out.Validate();
+  if (status.ok()) return out;
+  return absl::InvalidArgumentError(
+      absl::StrCat(source_name, ": ", status.message(),
+                   absl::StrContains(status.message(), "occurs twice")
+                       ? "; a rig has one image of each camera, named <camera>.png, <frame>/<camera>.png or "
+                         "<camera>/<file>"
+                       : ""));
 }
 
 absl::StatusOr<ColmapText> FormatColmapText(const Rig& rig) {

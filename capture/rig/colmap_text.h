@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "absl/status/statusor.h"
-#include "capture/rig/rig.h"
+#include "capture/rig/foreign_rig.h"
 
 namespace weft {
 
@@ -15,11 +15,13 @@ struct ColmapText {
   std::string images;   // images.txt
 };
 
-// Cameras of the models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV; each image is
-// a camera of the rig, named as its file without ending. InvalidArgument names file, line and what was
+// Cameras of the models SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV and FULL_OPENCV. FOV and the
+// fisheye models without tangential terms are fitted (FitLens). Each image is a camera of the rig. It is
+// named as its file without ending, or as its folder where each has one of its own, cam<camera>/image... as
+// <camera>. The line of points after an image may be missing. InvalidArgument names file, line and what was
 // expected there.
-absl::StatusOr<Rig> ParseColmapText(std::string_view cameras, std::string_view images,
-                                    const std::string& source_name);
+absl::StatusOr<ForeignRig> ParseColmapText(std::string_view cameras, std::string_view images,
+                                           const std::string& source_name);
 
 // FULL_OPENCV cameras, an image <id>.png each. Every digit is kept; rotations go through a quaternion.
 absl::StatusOr<ColmapText> FormatColmapText(const Rig& rig);

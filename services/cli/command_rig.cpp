@@ -2,15 +2,19 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "capture/rig/colmap_text.h"
+#include "capture/rig/foreign_rig.h"
 #include "capture/rig/krt.h"
 #include "capture/rig/opencv_yaml.h"
 #include "services/cli/command_rig_refine.h"
 #include "services/cli/commands.h"
 #include "services/files/atomic_file.h"
 #include "services/files/rig_file.h"
+#include "services/files/text_file.h"
+#include "services/process/exit_status.h"
 
 namespace weft {
 namespace {
@@ -21,65 +25,87 @@ struct RigImportOptions {
   std::string krt, opencv, colmap;
   int width_px = 0;
   int height_px = 0;
+  double mm_per_unit = 1;
+  std::string poses;
+  bool judge_unit = true;
   std::string id;
   std::string out;
 };
 
-absl::StatusOr<Rig> ReadForeignRig(const RigImportOptions& options) {
+constexpr char kWorldFromCamera[] = "world_from_camera";
+
+std::string SourceOf(const RigImportOptions& options) {
+  if (!options.krt.empty()) return options.krt;
+  return options.opencv.empty() ? options.colmap : options.opencv;
+}
+
+absl::StatusOr<ForeignRig> ReadColmap(const std::string& folder) {
   namespace fs = std::filesystem;
-  if (!options.colmap.empty()) {
-    const absl::StatusOr<std::string> cameras =
-        ReadWholeFile((fs::path(options.colmap) / "cameras.txt").string(), kMaxTextBytes);
-    const absl::StatusOr<std::string> images =
-        ReadWholeFile((fs::path(options.colmap) / "images.txt").string(), kMaxTextBytes);
-    if (!cameras.ok()) return cameras.status();
-    if (!images.ok()) return images.status();
-    return ParseColmapText(*cameras, *images, options.colmap);
+  const absl::StatusOr<std::string> cameras =
+      ReadTextFile((fs::path(folder) / "cameras.txt").string(), kMaxTextBytes);
+  std::error_code error;
+  if (absl::IsNotFound(cameras.status()) && fs::exists(fs::path(folder) / "cameras.bin", error)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(folder, ": is COLMAP's binary model; make text of it with `colmap model_converter ",
+                     "--input_path ", folder, " --output_path TEXT --output_type TXT`"));
   }
-  const absl::StatusOr<std::string> text =
-      ReadWholeFile(options.krt.empty() ? options.opencv : options.krt, kMaxTextBytes);
+  const absl::StatusOr<std::string> images =
+      ReadTextFile((fs::path(folder) / "images.txt").string(), kMaxTextBytes);
+  if (!cameras.ok()) return cameras.status();
+  if (!images.ok()) return images.status();
+  return ParseColmapText(*cameras, *images, folder);
+}
+
+absl::StatusOr<ForeignRig> ReadForeignRig(const RigImportOptions& options) {
+  if (!options.colmap.empty()) return ReadColmap(options.colmap);
+  const absl::StatusOr<std::string> text = ReadTextFile(SourceOf(options), kMaxTextBytes);
   if (!text.ok()) return text.status();
   if (!options.opencv.empty()) return ParseOpenCvYaml(*text, options.opencv);
   if (options.width_px == 0 || options.height_px == 0) {
     return absl::InvalidArgumentError(
         "KRT does not carry the size of the images: --width-px and --height-px are needed");
   }
-  return ParseKrt(*text, options.krt, options.width_px, options.height_px);
+  absl::StatusOr<Rig> rig = ParseKrt(*text, options.krt, options.width_px, options.height_px);
+  if (!rig.ok()) return rig.status();
+  return ForeignRig{*std::move(rig), {}};
 }
 
 absl::Status ImportRig(const RigImportOptions& options) {
-  absl::StatusOr<Rig> rig = ReadForeignRig(options);
-  if (!rig.ok()) return rig.status();
-  rig->id = options.id;
-  const std::string from = !options.krt.empty()      ? options.krt
-                           : !options.opencv.empty() ? options.opencv
-                                                     : options.colmap;
-  if (absl::Status status = WriteRig(
-          options.out, *rig, absl::StrCat("imported from ", std::filesystem::path(from).filename().string()));
-      !status.ok()) {
-    return status;
-  }
-  const CameraModel& first = rig->cameras[0];
-  std::printf("%s: %zu cameras, %dx%d px, hash %s\n", options.out.c_str(), rig->cameras.size(),
-              first.width_px, first.height_px, rig->ContentHash().c_str());
+  absl::StatusOr<ForeignRig> foreign = ReadForeignRig(options);
+  if (!foreign.ok()) return foreign.status();
+  const std::string from = SourceOf(options);
+  ApplyConvention({options.mm_per_unit, options.poses == kWorldFromCamera}, &foreign->rig);
+  absl::Status status =
+      JudgeRig({.judge_unit = options.judge_unit, .judge_poses = options.poses.empty()}, &*foreign);
+  if (!status.ok()) return absl::Status(status.code(), absl::StrCat(from, ": ", status.message()));
+  Rig& rig = foreign->rig;
+  rig.id = options.id;
+  status = WriteRig(options.out, rig,
+                    absl::StrCat("imported from ", std::filesystem::path(from).filename().string()));
+  if (!status.ok()) return status;
+  for (const std::string& remark : foreign->remarks) PrintWarning(absl::StrCat(from, ": ", remark));
+  const CameraModel& first = rig.cameras[0];
+  std::printf("%s: %zu cameras, %dx%d px, hash %s\n", options.out.c_str(), rig.cameras.size(), first.width_px,
+              first.height_px, rig.ContentHash().c_str());
   return absl::OkStatus();
 }
 
 void AddImportCommand(CLI::App& rig, CommandLine& line) {
-  CLI::App* command =
-      AddCommand(rig, "import",
-                 "Turn the calibration of another program into a rig.json: a KRT text (per camera: id, K, "
-                 "distortion k1 k2 p1 p2 k3, "
-                 "[R|t] camera_from_world in mm; the size of the images is given here), OpenCV's YAML, or a "
-                 "folder with COLMAP's "
-                 "cameras.txt and images.txt in mm.",
-                 "  weft rig import --krt KRT --width-px 2668 --height-px 4096 --out rig.json\n"
-                 "  weft rig import --opencv cameras.yml --out rig.json\n"
-                 "  weft rig import --colmap sparse --out rig.json");
+  CLI::App* command = AddCommand(
+      rig, "import",
+      "Turn the calibration of another program into a rig.json: a KRT text (per camera: id, K, "
+      "distortion k1 k2 p1 p2 k3, "
+      "[R|t] camera_from_world in mm; the size of the images is given here), OpenCV's YAML or JSON, "
+      "ROS's camera_info, Kalibr's camchain, or a folder with COLMAP's "
+      "cameras.txt and images.txt. Fisheye lenses are fitted by Weft's.",
+      "  weft rig import --krt KRT --width-px 2668 --height-px 4096 --out rig.json\n"
+      "  weft rig import --opencv cameras.yml --out rig.json\n"
+      "  weft rig import --colmap sparse --mm-per-unit 1000 --out rig.json");
   auto options = std::make_shared<RigImportOptions>();
   CLI::Option_group* from = command->add_option_group("From", "One of them");
   from->add_option("--krt", options->krt, "A KRT file")->type_name("FILE");
-  from->add_option("--opencv", options->opencv, "OpenCV's YAML")->type_name("FILE");
+  from->add_option("--opencv", options->opencv, "OpenCV's YAML or JSON, or the YAML of ROS or Kalibr")
+      ->type_name("FILE");
   from->add_option("--colmap", options->colmap, "Folder of COLMAP's text model")->type_name("DIR");
   from->require_option(1);
   command->add_option("--width-px", options->width_px, "Width of every camera's images, for KRT")
@@ -88,9 +114,27 @@ void AddImportCommand(CLI::App& rig, CommandLine& line) {
   command->add_option("--height-px", options->height_px, "Height of every camera's images, for KRT")
       ->type_name("PX")
       ->check(CLI::Range(1, 65536));
+  CLI::Option* unit =
+      command
+          ->add_option(
+              "--mm-per-unit", options->mm_per_unit,
+              "What lengths in the file are to be multiplied by, 1000 for metres. Without it they are taken "
+              "as mm, and a rig that is smaller than a camera is refused")
+          ->type_name("MM")
+          ->check(CLI::Range(1e-6, 1e9));
+  command
+      ->add_option(
+          "--poses", options->poses,
+          "What the poses in the file are. Without it they are taken as camera_from_world, and a rig whose "
+          "cameras look away from each other is refused where another reading fits")
+      ->type_name("KIND")
+      ->check(CLI::IsMember({"camera_from_world", kWorldFromCamera}));
   command->add_option("--id", options->id, "Name of the rig, kept in the file")->type_name("NAME");
   command->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
-  command->callback([options, &line] { line.run = [options] { return ImportRig(*options); }; });
+  command->callback([options, unit, &line] {
+    options->judge_unit = unit->count() == 0;
+    line.run = [options] { return ImportRig(*options); };
+  });
 }
 
 struct ExportOptions {

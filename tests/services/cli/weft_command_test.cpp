@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -97,6 +98,48 @@ TEST(WeftRigImport, MakesARigAndNamesTheLineOfABrokenOne) {
   EXPECT_EQ(broken.status, 2);
   EXPECT_THAT(broken.err, HasSubstr(folder / "KRT"));
   EXPECT_EQ(ReadBytes(folder / "rig.json"), before);
+}
+
+TEST(WeftRigImport, ReadsBehindAByteOrderMarkAndSaysWhatItChanged) {
+  const TempFolder folder;
+  WriteBytes(folder / "KRT",
+             "\xEF\xBB\xBF"
+             "400002\r\n4000 0 1185\r\n0 4001 2049\r\n0 0 1\r\n-0.1 0.2 0 0 0\r\n"
+             "1 0 0 10\r\n0 1 0 20\r\n0 0 1 3000\r\n");
+  const WeftRun krt = RunWeft({"rig", "import", "--krt", folder / "KRT", "--width-px", "2668", "--height-px",
+                               "4096", "--out", folder / "rig.json"});
+  ASSERT_EQ(krt.status, 0) << krt.err;
+  EXPECT_EQ(ReadRig(folder / "rig.json")->cameras[0].id, "400002");
+  WriteBytes(folder / "cam.yml",
+             "image_width: 1280\nimage_height: 1024\ncamera_name: 0021\ndistortion_model: equidistant\n"
+             "K: [700, 0, 640, 0, 700, 512, 0, 0, 1]\nD: [0.08, -0.02, 0.006, -0.001]\n");
+  const WeftRun fisheye =
+      RunWeft({"rig", "import", "--opencv", folder / "cam.yml", "--out", folder / "rig.json"});
+  ASSERT_EQ(fisheye.status, 0) << fisheye.err;
+  EXPECT_THAT(fisheye.err, HasSubstr("camera 0021: its fisheye lens is held to"));
+  EXPECT_EQ(ReadRig(folder / "rig.json")->cameras[0].id, "0021");
+}
+
+TEST(WeftRigImport, LengthsInMetresAreRefusedOrMultiplied) {
+  const TempFolder folder;
+  std::string krt;
+  for (const char* camera : {"a", "b"})
+    krt += std::string(camera) + "\n4000 0 300\n0 4000 300\n0 0 1\n0 0 0 0 0\n1 0 0 " +
+           (camera[0] == 'a' ? "0" : "1.5") + "\n0 1 0 0\n0 0 1 3\n";
+  WriteBytes(folder / "KRT", krt);
+  const auto import = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"rig", "import",      "--krt", folder / "KRT", "--width-px",
+                                      "600", "--height-px", "600",   "--out",        folder / "rig.json"};
+    words.insert(words.end(), more.begin(), more.end());
+    return RunWeft(words);
+  };
+  const WeftRun refused = import({});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("within 1.5 mm"), HasSubstr("--mm-per-unit")));
+  EXPECT_FALSE(std::filesystem::exists(folder / "rig.json"));
+  ASSERT_EQ(import({"--mm-per-unit", "1000"}).status, 0);
+  EXPECT_EQ(ReadRig(folder / "rig.json")->cameras[1].translation_mm, Eigen::Vector3d(1500, 0, 3000));
+  EXPECT_EQ(import({"--mm-per-unit", "1"}).status, 0);
 }
 
 TEST(WeftPattern, GeneratesABoardThatPassesItsCheck) {
