@@ -127,14 +127,17 @@ class Passes {
     if (!scanned && options_.push.weight == 0) return absl::OkStatus();
     ElasticProblem base = HeldByTargets(targets);
     const std::vector<bool> hidden = HiddenBy(targets);
+    if (scanned) {
+      if (absl::Status status = LookAtScan(); !status.ok()) return status;
+    }
     if (options_.push.weight > 0) {
       AddPush(deformation_.position_mm, model_.rest().faces, hidden, options_.push, &base);
     }
     for (int round = 1; round <= (scanned ? kReconRounds : 1); ++round) {
       ElasticProblem problem = base;
       if (scanned) {
-        AddRecon(*context_.scan, deformation_.position_mm, model_.rest().faces, hidden, options_.recon,
-                 &problem);
+        scan_.vertices = AddRecon(scan_.is_turned ? turned_ : *context_.scan, deformation_.position_mm,
+                                  model_.rest().faces, hidden, options_.recon, &problem);
       }
       absl::Status status =
           Solve(problem, options_.elastic, scanned ? absl::StrCat("recon_", round) : "push");
@@ -164,6 +167,7 @@ class Passes {
   const Deformation& deformation() const { return deformation_; }
   const std::vector<GarmentPair>& layers() const { return layers_; }
   int rays() const { return static_cast<int>(rays_.size()); }
+  const ScanUse& scan() const { return scan_; }
 
  private:
   // E_Det (Eq. 1), the vertices without a target drawn to where the fill has them.
@@ -196,6 +200,21 @@ class Passes {
     DrawToContinued(&problem);
     AddRays(rays_, deformation_.position_mm, RayFitOf(options_), &problem);
     return problem;
+  }
+
+  // Whether the scan lies on the cloth, and which way its normals point.
+  absl::Status LookAtScan() {
+    const AssociationOptions& association = options_.recon.association;
+    const std::vector<Eigen::Vector3d>& cloth_mm = deformation_.position_mm;
+    const ScanFit fit = FitOfScan(*context_.scan, cloth_mm, model_.rest().faces, association);
+    scan_ = {.found = fit.is_turned ? fit.inward : fit.outward,
+             .median_distance_mm = fit.median_distance_mm,
+             .is_turned = fit.is_turned};
+    if (fit.is_turned) {
+      turned_ = *context_.scan;
+      for (Eigen::Vector3d& normal : turned_.normals) normal = -normal;
+    }
+    return CheckScanUnit(*context_.scan, fit, cloth_mm, model_.rest().faces, association);
   }
 
   std::vector<bool> HiddenBy(const std::vector<VertexTarget>& targets) const {
@@ -250,6 +269,8 @@ class Passes {
   std::vector<StageReport>* stages_;
   std::vector<ContinuedVertex> continued_;
   std::vector<RayTarget> rays_;  // that the mesh follows
+  ScanUse scan_;
+  Scan turned_;  // the scan with normals that point outwards, where its own do not
   std::vector<GarmentPair> layers_;
   SlicedMesh stretched_;
   const SlicedMesh* slices_ = &model_.slices();
@@ -327,6 +348,7 @@ absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector
   if (absl::Status status = passes.RunLayers(used); !status.ok()) return status;
   result.layers = passes.layers();
   result.rays = passes.rays();
+  result.scan = passes.scan();
   result.outliers = static_cast<int>(targets.size() - used.size());
   result.mesh = Describe(model, used, passes.deformation().position_mm, options);
   if (!options.remove_self_intersections) return result;

@@ -137,6 +137,7 @@ struct AlignResult {
   UntangleReport untangling;        // all zero where it was not asked for
   int outliers = 0;                 // targets set aside; their vertices are inferred
   int rays = 0;                     // those that the mesh follows
+  ScanUse scan;                     // all zero without a scan, or where recon.weight is 0
   std::vector<GarmentPair> layers;  // of a joint template: which garment lies over which, as far as known
   double cloth_scale = 0;  // edges between targets, against the template's: median; 0 where there is none
   double start_turned_deg = 0;  // by which the start was turned to lie as the targets do; 0: it did
@@ -168,10 +169,11 @@ class AlignmentModel {
 // E_Recon + lambda E_Dist (Eq. 3 and 4), then the removal of self-intersections. A component of the mesh with
 // fewer than three targets follows the placement of the whole template, or stays as context.start_mm has it.
 // InvalidArgument for options, targets and starts that are no valid input (named): vertex off the mesh or
-// twice, not finite, negative sigma, a start that is the mirror image of the targets. FailedPrecondition when
-// the targets cannot place the template: too few, all on a line, or of another scale (the frame is then
-// reported as failed, never filled with a copy). Cancelled: context.cancelled said so. Parallel loops run in
-// the calling thread's TBB arena; the same result at any thread count.
+// twice, not finite, negative sigma, a start that is the mirror image of the targets, a scan in another unit
+// (CheckScanUnit). FailedPrecondition when the targets cannot place the template: too few, all on a line, or
+// of another scale (the frame is then reported as failed, never filled with a copy). Cancelled:
+// context.cancelled said so. Normals of a scan are turned where they point inwards. Parallel loops run in the
+// calling thread's TBB arena; the same result at any thread count.
 absl::StatusOr<AlignResult> Align(const AlignmentModel& model, const std::vector<VertexTarget>& targets,
                                   const AlignOptions& options, const AlignContext& context = {});
 // For one frame alone.

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "alignment/align.h"
@@ -54,7 +55,7 @@ struct AlignCommandOptions {
 
 // What the command line names besides the cloud.
 struct Extras {
-  Scan scan;
+  ScanFile scan;
   std::vector<Eigen::Vector3d> start_mm;
 };
 
@@ -65,11 +66,12 @@ int SelfIntersections(const AlignResult& result, const Template& garment, const 
 }
 
 v1::AlignReport Describe(const AlignCommandOptions& options, const AlignResult& result,
-                         const Template& garment, const CloudTargets& targets) {
+                         const Template& garment, const CloudTargets& targets, const ScanFile& scan) {
   v1::AlignReport report;
   report.set_mesh_file(options.out);
   report.set_preset(options.preset);
   DescribeAlignment(result, garment, targets.unclaimed, *report.mutable_mesh());
+  if (!options.scan.empty()) DescribeScan(scan, result.scan, *report.mutable_mesh()->mutable_scan());
   report.set_targets(static_cast<int>(targets.targets.size()));
   report.set_outliers(result.outliers);
   report.set_inferred(report.mesh().vertices() - report.mesh().observed());
@@ -94,6 +96,7 @@ void PrintReport(const v1::AlignReport& report) {
               report.self_intersections());
   if (report.mesh().rays() > 0)
     std::printf("rays of cells without a point that the mesh follows: %d\n", report.mesh().rays());
+  if (report.mesh().has_scan()) std::printf("scan: %s\n", ScanText(report.mesh().scan()).c_str());
   if (report.mesh().demoted() > 0) {
     std::printf("observed vertices moved to undo a self-intersection, now inferred: %d\n",
                 report.mesh().demoted());
@@ -125,7 +128,7 @@ class StageWriter {
 absl::StatusOr<Extras> ReadExtras(const AlignCommandOptions& options, const Template& garment) {
   Extras extras;
   if (!options.scan.empty()) {
-    absl::StatusOr<Scan> scan = ReadScan(options.scan);
+    absl::StatusOr<ScanFile> scan = ReadScan(options.scan);
     if (!scan.ok()) return scan.status();
     extras.scan = *std::move(scan);
   }
@@ -140,8 +143,12 @@ absl::StatusOr<Extras> ReadExtras(const AlignCommandOptions& options, const Temp
 }
 
 absl::StatusOr<CloudTargets> ReadCloudTargets(const std::string& cloud, const Template& garment) {
-  const absl::StatusOr<Ply> points = ReadPoints(cloud);
-  return points.ok() ? TargetsFromPly(*points, cloud, garment) : points.status();
+  const absl::StatusOr<Points> points = ReadPoints(cloud);
+  if (!points.ok()) return points.status();
+  if (points->unmeasured > 0)
+    PrintWarning(
+        absl::StrCat(cloud, ": ", points->unmeasured, " points have no measurement and are left out"));
+  return TargetsFromPly(points->ply, cloud, garment);
 }
 
 // What of template and start did not lie as the cloud does.
@@ -177,13 +184,16 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   if (!extras.ok()) return extras.status();
   StageWriter stages(options.stages, *garment);
   AlignContext context{.rays = &targets->rays,
-                       .scan = options.scan.empty() ? nullptr : &extras->scan,
+                       .scan = options.scan.empty() ? nullptr : &extras->scan.scan,
                        .start_mm = options.start.empty() ? nullptr : &extras->start_mm};
   if (!options.stages.empty()) context.watch = std::bind_front(&StageWriter::Write, &stages);
   const Stopwatch watch;
   const absl::StatusOr<AlignResult> result =
       Align(*garment, targets->targets, pipeline->options.alignment, context);
   if (!result.ok()) {
+    // What is wrong with the scan names its file.
+    if (!options.scan.empty() && absl::StartsWith(result.status().message(), options.scan))
+      return result.status();
     return absl::Status(result.status().code(), absl::StrCat(options.cloud, ": ", result.status().message()));
   }
   if (!stages.status().ok()) return stages.status();
@@ -192,10 +202,15 @@ absl::Status AlignCloud(const AlignCommandOptions& options, bool quiet) {
   const absl::Status written =
       WriteRegisteredMesh(options.out, result->mesh, garment->rest.faces, TextureOf(*garment, *parts));
   if (!written.ok()) return written;
-  v1::AlignReport report = Describe(options, *result, *garment, *targets);
+  v1::AlignReport report = Describe(options, *result, *garment, *targets, extras->scan);
   report.set_self_intersections(SelfIntersections(*result, *garment, pipeline->options.alignment));
   report.set_align_ms(align_ms);
   *report.mutable_options() = pipeline->message;
+  if (!options.scan.empty() && result->scan.found == 0) {
+    PrintWarning(absl::StrCat(options.scan,
+                              ": no point of it lies on the cloth, so it says nothing; is it in mm, in ",
+                              "the rig's world, and of this moment?"));
+  }
   if (!options.json) {
     PrintReport(report);
     return absl::OkStatus();

@@ -148,6 +148,7 @@ absl::StatusOr<v1::Job> RegisterLocally(const v1::RegistrationSpec& asked, const
   if (!inputs.ok()) return inputs.status();
   absl::StatusOr<std::vector<size_t>> frames = FramesInRange(spec, (*inputs)->dump->frame_names());
   if (!frames.ok()) return frames.status();
+  if (absl::Status status = AddExtraWarnings(spec, *frames, **inputs); !status.ok()) return status;
   if (absl::Status status = CheckOutOfInputs(spec); !status.ok()) return status;
   const absl::StatusOr<std::string> out = MakeOutputFolder(spec.out());
   if (!out.ok()) return out.status();

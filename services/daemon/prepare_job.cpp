@@ -215,6 +215,7 @@ absl::StatusOr<LoadedInputs> LoadJobInputs(const v1::RegistrationSpec& spec) {
   const std::vector<std::string>& names = (*inputs)->dump->frame_names();
   const absl::StatusOr<std::vector<size_t>> range = FramesInRange(spec, names);
   if (!range.ok()) return range.status();
+  if (absl::Status status = AddExtraWarnings(spec, *range, **inputs); !status.ok()) return status;
   LoadedInputs loaded{{}, (*inputs)->hashes, (*inputs)->warnings, std::nullopt};
   for (const size_t index : *range) loaded.frames.push_back(names[index]);
   return loaded;

@@ -1,6 +1,7 @@
 // `weft-pcl read|write|filter [PARENT]`: PCD on standard input becomes PLY on standard output, PLY becomes
 // PCD, or a scan of either format becomes PLY without outliers. Started by programs of Weft (pcl_program.h),
-// which link no PCL themselves, and by people.
+// which link no PCL themselves, and by people. `read` leaves points without a measurement out, `read-all`
+// does not.
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
@@ -18,6 +19,7 @@
 #include "absl/strings/match.h"
 #include "services/files/atomic_file.h"
 #include "services/files/ply.h"
+#include "services/files/ply_points.h"
 #include "services/pcd/pcl_convert.h"
 #include "services/pcd/pcl_filter.h"
 #include "services/process/exit_status.h"
@@ -44,8 +46,9 @@ absl::Status LimitResources() {
 
 absl::StatusOr<std::string> Convert(std::string_view task) {
   if (absl::Status status = LimitResources(); !status.ok()) return status;
-  if (task == "read") {
-    const absl::StatusOr<weft::Ply> ply = weft::PlyFromPcdFile(kInput);
+  if (task == "read" || task == "read-all") {
+    absl::StatusOr<weft::Ply> ply = weft::PlyFromPcdFile(kInput);
+    if (ply.ok() && task == "read") weft::DropUnmeasured(*ply);
     return ply.ok() ? weft::SerializePly(*ply) : ply.status();
   }
   const absl::StatusOr<std::string> bytes = weft::ReadWholeFile(kInput);
@@ -55,6 +58,7 @@ absl::StatusOr<std::string> Convert(std::string_view task) {
                                       : weft::ParsePly(*bytes, "standard input");
   if (!ply.ok()) return ply.status();
   if (task == "write") return weft::PcdFromPly(*ply);
+  weft::DropUnmeasured(*ply);
   ply = weft::WithoutOutliers(*std::move(ply), {});
   return ply.ok() ? weft::SerializePly(*ply) : ply.status();
 }
@@ -67,7 +71,7 @@ int main(int argc, char** argv) {
     std::printf("weft-pcl " WEFT_VERSION "\n");
     return weft::kExitDone;
   }
-  if (argc > 3 || (task != "read" && task != "write" && task != "filter")) {
+  if (argc > 3 || (task != "read" && task != "read-all" && task != "write" && task != "filter")) {
     std::fputs(
         "Usage: weft-pcl read < FILE.pcd > FILE.ply\n       weft-pcl write < FILE.ply > FILE.pcd\n"
         "       weft-pcl filter < SCAN > SCAN-WITHOUT-OUTLIERS.ply\n",

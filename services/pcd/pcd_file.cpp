@@ -1,8 +1,11 @@
 #include "services/pcd/pcd_file.h"
 
+#include <utility>
+
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "services/files/atomic_file.h"
+#include "services/files/ply_points.h"
 #include "services/pcd/pcl_program.h"
 
 namespace weft {
@@ -13,7 +16,7 @@ absl::StatusOr<Ply> ParsePcd(std::string_view bytes, const std::string& source_n
   if (bytes.find("DATA ") == std::string_view::npos) {
     return absl::InvalidArgumentError(absl::StrCat(source_name, ": is no PCD file, it has no line DATA"));
   }
-  const absl::StatusOr<std::string> ply = RunPclProgram("read", bytes, source_name);
+  const absl::StatusOr<std::string> ply = RunPclProgram("read-all", bytes, source_name);
   return ply.ok() ? ParsePly(*ply, source_name) : ply.status();
 }
 
@@ -27,10 +30,14 @@ absl::Status WritePcd(const std::string& path, const Ply& ply) {
   return bytes.ok() ? WriteFileAtomically(path, *bytes) : bytes.status();
 }
 
-absl::StatusOr<Ply> ReadPoints(const std::string& path) {
-  if (!IsPcdName(path)) return ReadPly(path);
+absl::StatusOr<Points> ReadPoints(const std::string& path) {
   const absl::StatusOr<std::string> bytes = ReadWholeFile(path);
-  return bytes.ok() ? ParsePcd(*bytes, path) : bytes.status();
+  if (!bytes.ok()) return bytes.status();
+  absl::StatusOr<Ply> ply = IsPcdName(path) ? ParsePcd(*bytes, path) : ParsePly(*bytes, path);
+  if (!ply.ok()) return ply.status();
+  Points points{*std::move(ply)};
+  points.unmeasured = DropUnmeasured(points.ply);
+  return points;
 }
 
 }  // namespace weft

@@ -15,8 +15,7 @@ namespace weft {
 bool IsPcdName(const std::string& path);
 
 // A PCD file (ascii, binary or binary_compressed) as an element "vertex" with a property per field of one
-// number a point, nx ny nz for normal_x normal_y normal_z. Points without a measurement, whose x, y or z is
-// not finite, are left out. source_name stands in errors.
+// number a point, nx ny nz for normal_x normal_y normal_z. source_name stands in errors.
 absl::StatusOr<Ply> ParsePcd(std::string_view bytes, const std::string& source_name);
 
 // The element "vertex" as binary PCD: a field per property that is no list, nx ny nz as normal_x normal_y
@@ -24,7 +23,12 @@ absl::StatusOr<Ply> ParsePcd(std::string_view bytes, const std::string& source_n
 absl::StatusOr<std::string> SerializePcd(const Ply& ply);
 absl::Status WritePcd(const std::string& path, const Ply& ply);
 
+struct Points {
+  Ply ply;
+  size_t unmeasured = 0;  // points of the file that DropUnmeasured left out
+};
+
 // A PCD file or, by any other ending, a PLY file.
-absl::StatusOr<Ply> ReadPoints(const std::string& path);
+absl::StatusOr<Points> ReadPoints(const std::string& path);
 
 }  // namespace weft

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 #include <optional>
 #include <utility>
@@ -111,24 +110,6 @@ absl::Status CheckLayout(const pcl::PCLPointCloud2& cloud) {
   return absl::InvalidArgumentError("its fields do not fit its points; is the file damaged?");
 }
 
-// Drops rows whose position is not finite: PCD marks points without a measurement so.
-void DropUnmeasured(PlyElement& vertex) {
-  std::vector<bool> keep(vertex.rows, true);
-  for (const char* axis : {"x", "y", "z"}) {
-    const PlyProperty* column = vertex.Find(axis);
-    for (size_t i = 0; column && i < vertex.rows; ++i) keep[i] = keep[i] && std::isfinite(column->values[i]);
-  }
-  size_t kept = 0;
-  for (PlyProperty& property : vertex.properties) {
-    kept = 0;
-    for (size_t i = 0; i < vertex.rows; ++i) {
-      if (keep[i]) property.values[kept++] = property.values[i];
-    }
-    property.values.resize(kept);
-  }
-  vertex.rows = kept;
-}
-
 }  // namespace
 
 absl::StatusOr<Ply> PlyFromPcdFile(const std::string& path) {
@@ -152,7 +133,6 @@ absl::StatusOr<Ply> PlyFromPcdFile(const std::string& path) {
   for (const char* axis : {"x", "y", "z"}) {
     if (!vertex.Find(axis)) return absl::InvalidArgumentError(absl::StrCat("has no field ", axis));
   }
-  DropUnmeasured(vertex);
   Ply ply;
   ply.elements.push_back(std::move(vertex));
   return ply;

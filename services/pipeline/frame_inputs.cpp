@@ -7,6 +7,7 @@
 #include "capture/take/open_dump.h"
 #include "services/files/frame_paths.h"
 #include "services/files/rig_file.h"
+#include "services/pipeline/frame_extras.h"
 
 namespace weft {
 namespace {
@@ -24,7 +25,8 @@ std::string ScanPath(const std::string& frame, const std::string& scans) {
     std::string path = IfThere((std::filesystem::path(scans) / (frame + ending)).string());
     if (!path.empty()) return path;
   }
-  return "";
+  const absl::StatusOr<ScanFolder> folder = ScanFolder::List(scans);
+  return folder.ok() ? folder->Of(frame).value_or("") : "";
 }
 
 std::string StartPath(const std::string& frame, const std::string& starts) {

@@ -12,7 +12,8 @@
 
 namespace weft {
 
-// The frame's scan in the folder `scans`: <frame>.ply or <frame>.pcd. Empty where there is none.
+// The frame's scan in the folder `scans`: <frame>.ply or <frame>.pcd, or as ScanFolder finds it. Empty where
+// there is none.
 std::string ScanPath(const std::string& frame, const std::string& scans);
 
 // The mesh that an earlier registration in the folder `starts` has of the frame. Empty where it has none.

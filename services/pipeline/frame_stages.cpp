@@ -91,9 +91,10 @@ DecodedViews DecodeViews(const RegistrationInputs& inputs, size_t index, const F
 }
 
 // Empty where the folder has no scan of the frame.
-absl::StatusOr<Scan> ReadScanOf(const RegistrationInputs& inputs, size_t index, const std::string& scans) {
+absl::StatusOr<ScanFile> ReadScanOf(const RegistrationInputs& inputs, size_t index,
+                                    const std::string& scans) {
   const std::string path = ScanPath(inputs.dump->frame_names()[index], scans);
-  return path.empty() ? Scan() : ReadScan(path);
+  return path.empty() ? ScanFile() : ReadScan(path);
 }
 
 // Empty where the folder has no mesh of the frame.
@@ -110,12 +111,12 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> ReadStartOf(const RegistrationInput
 
 // What a frame brings besides images.
 struct Extras {
-  Scan scan;
+  ScanFile scan;
   std::vector<Eigen::Vector3d> start_mm;
 };
 absl::StatusOr<Extras> ReadExtrasOf(const RegistrationInputs& inputs, size_t index,
                                     const FrameOptions& options) {
-  absl::StatusOr<Scan> scan = ReadScanOf(inputs, index, options.scans);
+  absl::StatusOr<ScanFile> scan = ReadScanOf(inputs, index, options.scans);
   if (!scan.ok()) return scan.status();
   absl::StatusOr<std::vector<Eigen::Vector3d>> start_mm = ReadStartOf(inputs, index, options.starts);
   if (!start_mm.ok()) return start_mm.status();
@@ -200,6 +201,8 @@ class Registration {
     }
     if (!aligned.ok()) return aligned.status();
     DescribeAlignment(*aligned, inputs_.garment, unclaimed_, *report.mutable_mesh());
+    if (extras_.scan.points > 0)
+      DescribeScan(extras_.scan, aligned->scan, *report.mutable_mesh()->mutable_scan());
     report.mutable_mesh()->set_observed_at_first_look(observed_at_first);
     frame_.mesh = std::move(aligned->mesh);
     report.set_state(report.views_missing() > 0 ? v1::FRAME_STATE_DEGRADED : v1::FRAME_STATE_DONE);
@@ -215,10 +218,10 @@ class Registration {
   absl::StatusOr<AlignResult> AlignCloud(const AlignOptions& options, const Extras* extras) {
     const CloudTargets targets = TargetsFromCloud(inputs_.garment, frame_.cloud);
     unclaimed_ = targets.unclaimed;
-    const bool has_scan = extras && !extras->scan.points_mm.empty();
+    const bool has_scan = extras && extras->scan.points > 0;
     const bool has_start = extras && !extras->start_mm.empty();
     const AlignContext context{.rays = &targets.rays,
-                               .scan = has_scan ? &extras->scan : nullptr,
+                               .scan = has_scan ? &extras->scan.scan : nullptr,
                                .start_mm = has_start ? &extras->start_mm : nullptr,
                                .cancelled = [this] { return stop_.stop_requested(); }};
     return weft::Align(*inputs_.model, targets.targets, options, context);

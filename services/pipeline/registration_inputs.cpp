@@ -13,6 +13,7 @@
 #include "services/options/presets.h"
 #include "services/pcd/pcd_file.h"
 #include "services/pcd/pcl_program.h"
+#include "services/pipeline/frame_extras.h"
 #include "services/pipeline/frame_files.h"
 #include "services/pipeline/frame_inputs.h"
 
@@ -126,6 +127,18 @@ absl::StatusOr<std::vector<size_t>> FramesInRange(const v1::RegistrationSpec& sp
   }
   for (int64_t i = first; i < end; ++i) range.push_back(static_cast<size_t>(i));
   return range;
+}
+
+absl::Status AddExtraWarnings(const v1::RegistrationSpec& spec, const std::vector<size_t>& frames,
+                              RegistrationInputs& inputs) {
+  const std::vector<std::string>& names = inputs.dump->frame_names();
+  std::vector<std::string> of_job;
+  for (const size_t index : frames) of_job.push_back(names[index]);
+  const absl::StatusOr<std::vector<std::string>> notes =
+      CheckExtras(spec.options(), names, of_job, spec.live_every() > 0);
+  if (!notes.ok()) return notes.status();
+  inputs.warnings.insert(inputs.warnings.end(), notes->begin(), notes->end());
+  return absl::OkStatus();
 }
 
 }  // namespace weft

@@ -46,4 +46,9 @@ absl::Status CheckExpectedHashes(const v1::RegistrationSpec& spec, const v1::Inp
 absl::StatusOr<std::vector<size_t>> FramesInRange(const v1::RegistrationSpec& spec,
                                                   const std::vector<std::string>& frame_names);
 
+// Adds what CheckExtras says of scans and starts of these frames, by their positions, to inputs.warnings.
+// Errors of CheckExtras.
+absl::Status AddExtraWarnings(const v1::RegistrationSpec& spec, const std::vector<size_t>& frames,
+                              RegistrationInputs& inputs);
+
 }  // namespace weft

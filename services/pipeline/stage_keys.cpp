@@ -11,6 +11,10 @@
 namespace weft {
 namespace {
 
+// Counts up when scans are read in another way: frames without a scan stay as they are. 2: points of no
+// normal and normals that point inwards.
+constexpr int kScanReading = 2;
+
 // The effective options of each stage as text that differs where they do.
 struct OptionTexts {
   std::string decode, triangulate, second_pass, align, refine;
@@ -27,6 +31,7 @@ OptionTexts TextsOf(const v1::RegistrationOptions& asked) {
   texts.decode = absl::StrCat(of("decode"), "\nmosaic ", options.mosaic());
   texts.triangulate = of("triangulation");
   texts.align = absl::StrCat(alignment, "\nscans ", options.scans(), "\nstarts ", options.starts());
+  if (!options.scans().empty()) absl::StrAppend(&texts.align, "\nscan reading ", kScanReading);
   // The mesh that predicts the cells has no options.
   texts.second_pass = of("second_pass");
   texts.refine = absl::StrCat(of("temporal"), "\n", alignment);  // they share the solver

@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "alignment/alignment_memory.h"
 #include "base/median.h"
 
@@ -125,6 +127,29 @@ void DescribeAlignment(const AlignResult& result, const Template& garment, int u
     entry.set_energy_after(stage.energy_after);
     entry.set_time_ms(stage.time_ms);
   }
+}
+
+void DescribeScan(const ScanFile& file, const ScanUse& use, v1::ScanReport& report) {
+  report.set_points(file.points);
+  report.set_unmeasured(file.unmeasured);
+  report.set_without_normal(file.without_normal);
+  report.set_found(use.found);
+  report.set_vertices(use.vertices);
+  report.set_normals_turned(use.is_turned);
+  report.set_median_distance_mm(use.median_distance_mm);
+}
+
+std::string ScanText(const v1::ScanReport& report) {
+  std::string text = absl::StrFormat(
+      "%d points, %d of them found a vertex, %.2f mm from the cloth in the median; %d hidden vertices follow "
+      "it",
+      report.points(), report.found(), report.median_distance_mm(), report.vertices());
+  if (report.unmeasured() > 0)
+    absl::StrAppend(&text, "; ", report.unmeasured(), " points without a measurement");
+  if (report.without_normal() > 0)
+    absl::StrAppend(&text, "; ", report.without_normal(), " points without a normal");
+  if (report.normals_turned()) absl::StrAppend(&text, "; its normals pointed inwards and were turned");
+  return text;
 }
 
 }  // namespace weft

@@ -1,9 +1,12 @@
 // What the stages did, as messages of the report.
 #pragma once
 
+#include <string>
+
 #include "alignment/align.h"
 #include "alignment/template.h"
 #include "pattern/decoder.h"
+#include "services/pcd/scan_file.h"
 #include "triangulation/camera_bias.h"
 #include "triangulation/cloud.h"
 #include "weft/v1/report.pb.h"
@@ -25,5 +28,11 @@ void DescribeMesh(const RegisteredMesh& mesh, const Template& garment, v1::MeshR
 // DescribeMesh, stages, self-intersections. `unclaimed`: points of the cloud that no vertex claims.
 void DescribeAlignment(const AlignResult& result, const Template& garment, int unclaimed,
                        v1::MeshReport& report);
+
+// A scan, and what the alignment made of it.
+void DescribeScan(const ScanFile& file, const ScanUse& use, v1::ScanReport& report);
+
+// "40,000 points, 39,000 of them found a vertex ...": what an operator has to know of a scan.
+std::string ScanText(const v1::ScanReport& report);
 
 }  // namespace weft

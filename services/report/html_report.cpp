@@ -88,6 +88,7 @@ std::string MakeJobReport(const v1::Job& job, const std::vector<v1::FrameReport>
   html += CameraSection(summary);
   html += CellSection(frames);
   html += GarmentSection(summary);
+  html += ScanSection(frames);
   html += AlignmentSection(frames);
   html += OptionSection(job);
   html += InputSection(job, frames);

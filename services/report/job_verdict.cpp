@@ -1,9 +1,11 @@
 #include "services/report/job_verdict.h"
 
 #include <cmath>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/median.h"
 #include "services/report/html_text.h"
 #include "services/report/job_frames.h"
 #include "services/report/job_summary.h"
@@ -19,6 +21,8 @@ struct Totals {
   int64_t points = 0, rays_apart = 0;
   int64_t registered_cells = 0, strangers = 0;  // of frames with a mesh: cells, and those off the template
   std::string missing_reason;                   // the first
+  int64_t scan_points = 0, scan_found = 0;      // of frames with a scan
+  std::vector<double> scan_distances_mm;        // medians of those where points found the cloth
 };
 
 Totals Sum(const std::vector<v1::FrameReport>& frames) {
@@ -33,6 +37,10 @@ Totals Sum(const std::vector<v1::FrameReport>& frames) {
     if (frame.has_mesh()) {
       sum.registered_cells += frame.cloud().centers();
       sum.strangers += frame.mesh().unclaimed_points();
+      const v1::ScanReport& scan = frame.mesh().scan();
+      sum.scan_points += scan.points();
+      sum.scan_found += scan.found();
+      if (scan.found() > 0) sum.scan_distances_mm.push_back(scan.median_distance_mm());
     }
     sum.points += frame.cloud().centers() + frame.cloud().corners();
     for (const v1::ReasonCount& rejected : frame.cloud().rejected())
@@ -80,6 +88,14 @@ void AssessTemplate(const Totals& sum, v1::Verdict& verdict) {
                : "");
 }
 
+void AssessScans(const Totals& sum, v1::Verdict& verdict) {
+  if (sum.scan_points == 0) return;
+  AddCheck(verdict, kRegisterScanPoints, Percent(sum.scan_found, sum.scan_points),
+           sum.scan_found == 0 ? "no point of the scans lies on the cloth, so hidden cloth is as without them"
+                               : "");
+  if (!sum.scan_distances_mm.empty()) AddCheck(verdict, kRegisterScanDistance, Median(sum.scan_distances_mm));
+}
+
 void AssessFrames(const v1::Job& job, const JobSummary& summary, v1::Verdict& verdict) {
   const int total = summary.counts.total();
   if (job.state() == v1::JOB_STATE_CANCELLED) {
@@ -117,6 +133,7 @@ v1::Verdict AssessJob(const v1::Job& job, const std::vector<v1::FrameReport>& fr
              "");
   AssessInputs(sum, verdict);
   AssessTemplate(sum, verdict);
+  AssessScans(sum, verdict);
   AssessFrames(job, summary, verdict);
   if (sum.images > 0) {
     AddCheck(verdict, kRegisterImages, Percent(sum.images - sum.missing_images, sum.images),

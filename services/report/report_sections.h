@@ -28,6 +28,9 @@ std::string CellSection(const std::vector<v1::FrameReport>& frames);
 // Of a joint template: each garment by itself.
 std::string GarmentSection(const JobSummary& summary);
 std::string AlignmentSection(const std::vector<v1::FrameReport>& frames);
+
+// Scans by other methods, and what came of them; empty where no frame has one.
+std::string ScanSection(const std::vector<v1::FrameReport>& frames);
 std::string OptionSection(const v1::Job& job);
 std::string InputSection(const v1::Job& job, const std::vector<v1::FrameReport>& frames);
 

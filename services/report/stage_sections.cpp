@@ -123,4 +123,33 @@ std::string AlignmentSection(const std::vector<v1::FrameReport>& frames) {
                                  rows, "stages"));
 }
 
+std::string ScanSection(const std::vector<v1::FrameReport>& frames) {
+  constexpr int kLongTable = 40;
+  std::string rows;
+  int64_t points = 0, found = 0, vertices = 0;
+  int scans = 0;
+  for (const v1::FrameReport& frame : frames) {
+    if (!frame.mesh().has_scan()) continue;
+    const v1::ScanReport& scan = frame.mesh().scan();
+    ++scans, points += scan.points(), found += scan.found(), vertices += scan.vertices();
+    rows += TableRow("td", {NameHtml(frame.frame()), FormatCount(scan.points()), FormatCount(scan.found()),
+                            scan.found() > 0 ? FormatNumber(scan.median_distance_mm(), 2) : kDash,
+                            FormatCount(scan.vertices()), FormatCount(scan.unmeasured()),
+                            FormatCount(scan.without_normal()), scan.normals_turned() ? "turned" : ""});
+  }
+  if (scans == 0) return "";
+  const std::string about =
+      absl::StrCat("<p>", FormatCount(found), " of ", FormatCount(points), " points found the cloth in ",
+                   Counted(scans, "frame", "frames"), "; ", FormatCount(vertices),
+                   " vertices without a target follow them.</p>\n");
+  const std::string table =
+      Table({"Frame", "Points", "Found a vertex", "Distance, mm", "Vertices that follow",
+             "Without measurement", "Without normal", "Normals"},
+            rows, "scans");
+  return Section("scans", "Scans",
+                 about + (scans > kLongTable
+                              ? absl::StrCat("<details><summary>All scans</summary>\n", table, "</details>\n")
+                              : table));
+}
+
 }  // namespace weft

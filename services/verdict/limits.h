@@ -88,6 +88,24 @@ inline constexpr Limit kRegisterImages{
     Better::kMore,
     1,
     "See in the table of cameras of report.html which lack images, and why."};
+inline constexpr Limit kRegisterScanDistance{
+    "register.scan_distance",
+    "distance of scans from the cloth, median",
+    "mm",
+    1.5,
+    6,
+    Better::kLess,
+    2,
+    "Check that each scan is of its frame's moment, in the rig's world, and of the outside of the cloth."};
+inline constexpr Limit kRegisterScanPoints{
+    "register.scan_points",
+    "points of scans that found the cloth",
+    "%",
+    1,
+    0,
+    Better::kMore,
+    1,
+    "Check that --scans are in mm, in the world of the rig, and of this take."};
 inline constexpr Limit kRegisterCoverage{
     "register.coverage",
     "cells of the garment that were observed",
@@ -230,6 +248,8 @@ inline constexpr std::array kLimits = {
     &kRegisterOnTemplate,
     &kRegisterFrames,
     &kRegisterImages,
+    &kRegisterScanPoints,
+    &kRegisterScanDistance,
     &kRegisterCoverage,
     &kEvaluateFrames,
     &kEvaluateCoverage,

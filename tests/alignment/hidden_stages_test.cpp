@@ -64,17 +64,91 @@ TEST_F(HiddenStages, AScanShowsWhatThePatternDoesNot) {
   }
 }
 
-TEST_F(HiddenStages, AScanFromTheOtherSideOrFarAwaySaysNothing) {
+TEST_F(HiddenStages, AScanFarAwaySaysNothingAndIsCounted) {
   Scan scan = ScanOf(0);
-  for (Eigen::Vector3d& n : scan.normals) n = -n;
-  const auto alone = Align(model_, targets_, AlignOptions{});
-  const auto turned = Align(model_, targets_, AlignOptions{}, {.scan = &scan});
   for (Eigen::Vector3d& p : scan.points_mm) p.z() += 300;
-  scan.normals.clear();
+  const auto alone = Align(model_, targets_, AlignOptions{});
   const auto away = Align(model_, targets_, AlignOptions{}, {.scan = &scan});
-  ASSERT_TRUE(alone.ok() && turned.ok() && away.ok());
-  EXPECT_LT(testing::MaxDistance(turned->mesh.vertices_mm, alone->mesh.vertices_mm), 0.1);
+  ASSERT_TRUE(alone.ok() && away.ok());
   EXPECT_LT(testing::MaxDistance(away->mesh.vertices_mm, alone->mesh.vertices_mm), 0.1);
+  EXPECT_EQ(away->scan.found, 0);
+  EXPECT_EQ(away->scan.vertices, 0);
+}
+
+TEST_F(HiddenStages, AScanIsCounted) {
+  const Scan scan = ScanOf(0);
+  const auto scanned = Align(model_, targets_, AlignOptions{}, {.scan = &scan});
+  ASSERT_TRUE(scanned.ok()) << scanned.status();
+  EXPECT_EQ(scanned->scan.found, static_cast<int>(scan.points_mm.size()));
+  const auto hidden = garment_.rest.vertices_mm.size() - targets_.size();
+  EXPECT_GT(scanned->scan.vertices, 0.9 * static_cast<double>(hidden));
+  EXPECT_LE(scanned->scan.vertices, static_cast<int>(hidden));
+  EXPECT_LT(scanned->scan.median_distance_mm, 0.1);
+  EXPECT_FALSE(scanned->scan.is_turned);
+  AlignOptions without;
+  without.recon.weight = 0;
+  EXPECT_EQ(Align(model_, targets_, without, {.scan = &scan})->scan.found, 0);
+}
+
+TEST_F(HiddenStages, NormalsThatPointInwardsAreTurned) {
+  const Scan scan = ScanOf(0.3);
+  Scan inward = scan;
+  for (Eigen::Vector3d& n : inward.normals) n = -n;
+  const auto right = Align(model_, targets_, AlignOptions{}, {.scan = &scan});
+  const auto turned = Align(model_, targets_, AlignOptions{}, {.scan = &inward});
+  ASSERT_TRUE(right.ok() && turned.ok());
+  EXPECT_TRUE(turned->scan.is_turned);
+  EXPECT_EQ(turned->scan.found, right->scan.found);
+  EXPECT_EQ(testing::MaxDistance(turned->mesh.vertices_mm, right->mesh.vertices_mm), 0);
+}
+
+TEST_F(HiddenStages, OfAScanOfBothSidesOfThickClothTheOuterCounts) {
+  const Scan outer = ScanOf(0);
+  for (const double sign : {1.0, -1.0}) {  // as it should be, and with all normals inwards
+    Scan both = outer;
+    for (size_t i = 0; i < outer.points_mm.size(); ++i) {
+      both.points_mm.push_back(outer.points_mm[i] - 5 * outer.normals[i]);
+      both.normals.push_back(-outer.normals[i]);
+    }
+    for (Eigen::Vector3d& n : both.normals) n *= sign;
+    const auto one = Align(model_, targets_, AlignOptions{}, {.scan = &outer});
+    const auto two = Align(model_, targets_, AlignOptions{}, {.scan = &both});
+    ASSERT_TRUE(one.ok() && two.ok());
+    EXPECT_EQ(two->scan.is_turned, sign < 0);
+    EXPECT_LT(testing::MaxDistance(two->mesh.vertices_mm, one->mesh.vertices_mm), 1e-9);
+  }
+}
+
+TEST_F(HiddenStages, AScanInAnotherUnitIsRefusedByName) {
+  // The origin of the world lies on the cloth, where the scan in metres is a dot.
+  const std::pair<double, const char*> units[] = {
+      {1000, "is in metres"}, {10, "is in centimetres"}, {25.4, "is in inches"}, {304.8, "is in feet"}};
+  for (const auto& [mm, named] : units) {
+    Scan scan = ScanOf(0.3);
+    scan.name = "scans/0000.ply";
+    for (Eigen::Vector3d& p : scan.points_mm) p /= mm;
+    const absl::Status status = Align(model_, targets_, AlignOptions{}, {.scan = &scan}).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(status.message()), HasSubstr(std::string("scans/0000.ply: ") + named));
+  }
+}
+
+TEST_F(HiddenStages, AScanInMetresIsRefusedInAnyPlace) {
+  Scan scan = ScanOf(0.3);
+  for (Eigen::Vector3d& p : scan.points_mm) p = p / 1000 + Eigen::Vector3d(0.01, 3, 7);
+  EXPECT_THAT(std::string(Align(model_, targets_, AlignOptions{}, {.scan = &scan}).status().message()),
+              HasSubstr("is it in metres?"));
+}
+
+TEST_F(HiddenStages, AScanOfASmallPartIsInMm) {
+  Scan part;
+  const Scan whole = ScanOf(0.3);
+  for (size_t i = 0; i < whole.points_mm.size(); ++i) {
+    if (whole.points_mm[i].head<2>().norm() > 25) continue;
+    part.points_mm.push_back(whole.points_mm[i]);
+    part.normals.push_back(whole.normals[i]);
+  }
+  EXPECT_TRUE(Align(model_, targets_, AlignOptions{}, {.scan = &part}).ok());
 }
 
 TEST_F(HiddenStages, PushMovesHiddenVerticesAgainstTheirNormals) {

@@ -1,6 +1,29 @@
+#include <cmath>
+
 #include "services/files/mesh_file.h"
 #include "services/files/ply.h"
+#include "services/files/ply_points.h"
+#include "services/pcd/scan_file.h"
 #include "tests/fuzz/fuzz_target.h"
+
+namespace {
+
+// Of a scan all that is left has a place, and a normal of length 1 where there are normals.
+void TryScan(const weft::Ply& ply) {
+  weft::Points points{ply};
+  const weft::PlyElement* vertex = ply.Find("vertex");
+  const size_t rows = vertex == nullptr ? 0 : vertex->rows;
+  points.unmeasured = weft::DropUnmeasured(points.ply);
+  weft::FuzzRequire(weft::SerializePly(points.ply).ok());
+  const auto scan = weft::ScanFromPoints(points, "scan");
+  if (!scan.ok()) return;
+  weft::FuzzRequire(scan->points == static_cast<int>(rows) && !scan->scan.points_mm.empty());
+  weft::FuzzRequire(scan->scan.normals.empty() || scan->scan.normals.size() == scan->scan.points_mm.size());
+  for (const Eigen::Vector3d& p : scan->scan.points_mm) weft::FuzzRequire(p.allFinite());
+  for (const Eigen::Vector3d& n : scan->scan.normals) weft::FuzzRequire(std::abs(n.norm() - 1) < 1e-9);
+}
+
+}  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto ply = weft::ParsePly({reinterpret_cast<const char*>(data), size}, "ply");
@@ -18,6 +41,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto bytes = weft::SerializePly(*ply);
   weft::FuzzRequire(bytes.ok());
   weft::FuzzRequire(weft::ParsePly(*bytes, "again").ok());
+  TryScan(*ply);
   const auto mesh = weft::MeshFromPly(*ply, "ply");
   if (!mesh.ok()) return 0;
   for (const weft::Face& face : mesh->faces) {
@@ -39,6 +63,8 @@ std::vector<std::string> weft::FuzzSeeds() {
   FuzzRequire(binary.ok());
   const std::string big = "ply\nformat binary_big_endian 1.0\n" + elements + std::string(36, '\1') + "\3" +
                           std::string({0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 2});
-  return {"ply\nformat ascii 1.0\ncomment seed\n" + elements + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", *binary,
-          big};
+  return {
+      "ply\nformat ascii 1.0\ncomment seed\n" + elements + "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n", *binary, big,
+      "ply\rformat ascii 1.0\relement\tvertex 2 \rproperty float x\rproperty float y\rproperty float z\r"
+      "property float nx\rproperty float ny\rproperty float nz\rend_header\r0 0 0 0 0 2\rnan 0 0 0 0 0\r"};
 }

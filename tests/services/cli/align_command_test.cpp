@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <utility>
 
 #include "services/files/cloud_file.h"
 #include "services/files/mesh_file.h"
@@ -131,6 +132,64 @@ TEST_F(AlignCommand, StartsFromAMeshAndWritesEachStage) {
   const WeftRun refused = Align({"--start", folder_ / "small.ply"});
   EXPECT_EQ(refused.status, 2);
   EXPECT_THAT(refused.err, HasSubstr("start: has 3 vertices, the template 144"));
+}
+
+// Points of the whole cloth, the hidden square included, each times `scale`, with normals where `side` is not
+// 0.
+std::string ScanText(double scale, int side) {
+  std::string rows;
+  int count = 0;
+  for (double row = 0; row < kSide - 1; row += 0.3) {
+    for (double col = 0; col < kSide - 1; col += 0.3, ++count) {
+      const double angle = 2.7 * col / 20;
+      const Eigen::Vector3d p = scale * Eigen::Vector3d(20 * std::sin(angle) + 100, 2.7 * row - 30,
+                                                        20 * (1 - std::cos(angle)) + 900);
+      const Eigen::Vector3d n = side * Eigen::Vector3d(-std::sin(angle), 0, std::cos(angle));
+      for (const double x : {p.x(), p.y(), p.z()}) rows += std::to_string(x) + " ";
+      if (side != 0)
+        for (const double x : {n.x(), n.y(), n.z()}) rows += std::to_string(x) + " ";
+      rows += "\n";
+    }
+  }
+  const std::string zeros = side == 0 ? "" : " 0 0 0";
+  return "ply\nformat ascii 1.0\nelement vertex " + std::to_string(count + 2) +
+         "\nproperty float x\nproperty float y\nproperty float z\n" +
+         (side == 0 ? "" : "property float nx\nproperty float ny\nproperty float nz\n") + "end_header\n" +
+         rows + "nan nan nan" + zeros + "\n1 2 3" + zeros + "\n";
+}
+
+TEST_F(AlignCommand, SaysWhatBecameOfAScan) {
+  ASSERT_TRUE(WriteCloud(folder_ / "cloud.ply", VisibleCloud()).ok());
+  WriteBytes(folder_ / "scan.ply", ScanText(1, 0));
+  const WeftRun run = Align({"--scan", folder_ / "scan.ply"});
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_THAT(run.out,
+              AllOf(HasSubstr("scan: 1371 points, 1369 of them found a vertex"),
+                    HasSubstr("9 hidden vertices follow it"), HasSubstr("1 points without a measurement")));
+  // Normals of one side are those of the mesh; of the other they are turned.
+  int turned = 0;
+  for (const int side : {1, -1}) {
+    WriteBytes(folder_ / "scan.ply", ScanText(1, side));
+    const WeftRun sided = Align({"--scan", folder_ / "scan.ply", "--json"});
+    ASSERT_EQ(sided.status, 0) << sided.err;
+    EXPECT_THAT(sided.out, AllOf(HasSubstr("\"found\": 1369"), HasSubstr("\"without_normal\": 1")));
+    turned += sided.out.find("\"normals_turned\": true") != std::string::npos;
+  }
+  EXPECT_EQ(turned, 1);
+}
+
+TEST_F(AlignCommand, RefusesAScanInAnotherUnit) {
+  ASSERT_TRUE(WriteCloud(folder_ / "cloud.ply", VisibleCloud()).ok());
+  for (const auto& [scale, unit] : {std::pair(1e-3, "metres"), std::pair(0.1, "centimetres")}) {
+    WriteBytes(folder_ / "scan.ply", ScanText(scale, 0));
+    const WeftRun run = Align({"--scan", folder_ / "scan.ply"});
+    EXPECT_EQ(run.status, 2);
+    EXPECT_THAT(run.err, HasSubstr(std::string("scan.ply: is in ") + unit));
+  }
+  WriteBytes(folder_ / "scan.ply",
+             "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\n"
+             "property float z\nend_header\n500 500 500\n");
+  EXPECT_EQ(Align({"--scan", folder_ / "scan.ply"}).status, 2);
 }
 
 TEST_F(AlignCommand, TooFewPointsLeaveNoMesh) {

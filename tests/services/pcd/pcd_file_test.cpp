@@ -79,7 +79,9 @@ TEST(PcdFile, IsWhatThePointCloudLibrarysOwnToolsReadAndWrite) {
     ASSERT_EQ(std::system((command + " > log 2>&1").c_str()), 0) << ReadBytes(folder / "log");
     EXPECT_THAT(ReadBytes(folder / "theirs.pcd"),
                 HasSubstr(form[0] == '1' ? "DATA binary\n" : "DATA binary_compressed\n"));
-    ExpectSame(ReadPoints(folder / "theirs.pcd"), ply);
+    const auto points = ReadPoints(folder / "theirs.pcd");
+    ASSERT_TRUE(points.ok()) << points.status();
+    ExpectSame(points->ply, ply);
   }
 }
 
@@ -93,15 +95,18 @@ TEST(PcdFile, OfNoPointsIsReadBack) {
   ExpectSame(ParsePcd(*bytes, "cloud.pcd"), ply);
 }
 
-TEST(ParsePcd, LeavesOutPointsWithoutMeasurementAndFieldsOfSeveralNumbers) {
+TEST(ReadPoints, LeavesOutPointsWithoutMeasurementAndFieldsOfSeveralNumbers) {
   WEFT_SKIP_WITHOUT_PCL();
   const std::string head =
       "VERSION 0.7\nFIELDS x y z histogram tag\nSIZE 4 4 4 4 4\nTYPE F F F F U\nCOUNT 1 1 1 2 1\nWIDTH "
       "3\nHEIGHT 1\n"
       "VIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\nDATA ascii\n";
-  const auto ply = ParsePcd(head + "1 2 3 8 9 4294967295\nnan nan nan 8 9 5\n4 5 inf 8 9 6\n", "cloud.pcd");
-  ASSERT_TRUE(ply.ok()) << ply.status();
-  const PlyElement& vertex = ply->elements[0];
+  const TempFolder folder;
+  WriteBytes(folder / "cloud.pcd", head + "1 2 3 8 9 4294967295\nnan nan nan 8 9 5\n4 5 inf 8 9 6\n");
+  const auto points = ReadPoints(folder / "cloud.pcd");
+  ASSERT_TRUE(points.ok()) << points.status();
+  EXPECT_EQ(points->unmeasured, 2u);
+  const PlyElement& vertex = points->ply.elements[0];
   EXPECT_EQ(vertex.rows, 1u);
   EXPECT_EQ(vertex.Find("histogram"), nullptr);
   ASSERT_NE(vertex.Find("tag"), nullptr);

@@ -77,6 +77,24 @@ TEST(JobVerdict, CellsOffTheTemplateAreAnotherTemplate) {
   EXPECT_THAT(verdict.reason(), HasSubstr("150 of 190 triangulated cells"));
 }
 
+TEST(JobVerdict, ScansThatFindNothingAreNotGreen) {
+  const auto assessed = [](int found, double distance_mm) {
+    v1::FrameReport frame = ReportOf("0");
+    v1::ScanReport& scan = *frame.mutable_mesh()->mutable_scan();
+    scan.set_points(40000);
+    scan.set_found(found);
+    scan.set_median_distance_mm(distance_mm);
+    return AssessJob(JobOf(1, 0), {frame});
+  };
+  EXPECT_EQ(assessed(39000, 0.4).grade(), AssessJob(JobOf(1, 0), {ReportOf("0")}).grade());
+  const v1::Verdict away = assessed(0, 0);
+  EXPECT_EQ(away.grade(), v1::GRADE_USABLE);
+  EXPECT_THAT(away.reason(), HasSubstr("no point of the scans lies on the cloth"));
+  const v1::Verdict beside = assessed(12000, 3);
+  EXPECT_EQ(beside.grade(), v1::GRADE_USABLE);
+  EXPECT_THAT(beside.reason(), HasSubstr("distance of scans from the cloth"));
+}
+
 TEST(JobVerdict, CountsFramesAndImages) {
   v1::FrameReport failed;
   failed.set_frame("1");
