@@ -38,13 +38,13 @@ absl::StatusOr<DecodedImage> DecodeJpeg(std::span<const uint8_t> bytes,
 // What precedes the pixels. The same errors.
 absl::StatusOr<ImageHeader> ReadJpegHeader(std::span<const uint8_t> bytes);
 
-// All kinds; palettes become colours, alpha is left out, 16 bits are scaled to 8 (rounded). Chunks of
+// All kinds; palettes become colours, alpha is left out, 16 bits become 8 by ToEightBits. Chunks of
 // metadata with a wrong checksum do no harm. InvalidArgument: damaged or truncated, checksums of what makes
 // the pixels included; the message names no file.
 absl::StatusOr<DecodedImage> DecodePng(std::span<const uint8_t> bytes);
 
 // Rows, tiles and planes alike: grey, colour, Bayer mosaics, and palettes and colour spaces that libtiff
-// converts. Alpha is left out, orientation tags are not obeyed, 16 bits are scaled to 8 (rounded). Grey of 3
+// converts. Alpha is left out, orientation tags are not obeyed, 16 bits become 8 by ToEightBits. Grey of 3
 // values or more is colour, as programs write it that forget the label. Of several images, the picture of
 // full resolution (tiff_picture.h). InvalidArgument: damaged or truncated, of a kind that is not read, which
 // is named, or of more pixels than `most_pixels`, as libtiff reads the size. The message names no file.

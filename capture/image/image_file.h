@@ -19,12 +19,13 @@ struct ImageSize {
   int height_px = 0;
 };
 
-// Reads PNG, JPEG or TIFF by content, 8 or 16 bits (16 are scaled to 8), grey or colour. Pixels are those
-// that are stored: orientation tags are not obeyed in any format, since calibrations refer to stored pixels.
-// A grey file whose pixels are a Bayer mosaic is read as such when `mosaic` or the file (TIFF/EP) names the
-// order. camera_id stays empty. NotFound: no such file. InvalidArgument: another format, damaged or truncated
-// (also where the decoder would make pixels up), more than kMaxImagePixels, or not of the size that the rig
-// says, `expected`. Sizes are checked before pixels are decoded. The message names the file and the remedy.
+// Reads PNG, JPEG or TIFF by content, 8 or 16 bits (16 become 8 by ToEightBits), grey or colour. Pixels are
+// those that are stored: orientation tags are not obeyed in any format, since calibrations refer to stored
+// pixels. A grey file whose pixels are a Bayer mosaic is read as such when `mosaic` or the file (TIFF/EP)
+// names the order. camera_id stays empty. NotFound: no such file. InvalidArgument: another format, damaged or
+// truncated (also where the decoder would make pixels up), more than kMaxImagePixels, or not of the size that
+// the rig says, `expected`. Sizes are checked before pixels are decoded. The message names the file and the
+// remedy.
 absl::StatusOr<Frame> ReadImageFile(const std::string& path, std::optional<PixelFormat> mosaic = std::nullopt,
                                     std::optional<ImageSize> expected = std::nullopt);
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "capture/image/grey_levels.h"
 #include "capture/image/image_decoders.h"
 
 namespace weft {
@@ -82,14 +83,12 @@ class PngFile {
   png_infop info_ = nullptr;
 };
 
-// From pairs of bytes, the upper one first.
-void ScaleToEightBits(std::vector<uint8_t>& values) {
-  const size_t count = values.size() / 2;
-  for (size_t i = 0; i < count; ++i) {
-    const int value = values[2 * i] << 8 | values[2 * i + 1];
-    values[i] = static_cast<uint8_t>((value + 128) / 257);
-  }
-  values.resize(count);
+// Pairs of bytes, the upper one first.
+std::vector<uint16_t> Words(const std::vector<uint8_t>& bytes) {
+  std::vector<uint16_t> words(bytes.size() / 2);
+  for (size_t i = 0; i < words.size(); ++i)
+    words[i] = static_cast<uint16_t>(bytes[2 * i] << 8 | bytes[2 * i + 1]);
+  return words;
 }
 
 absl::Status DamagedPng(const char* problem) {
@@ -109,7 +108,7 @@ absl::StatusOr<DecodedImage> DecodePng(std::span<const uint8_t> bytes) {
   std::vector<png_bytep> rows;
   for (int y = 0; y < image.height_px; ++y) rows.push_back(image.values.data() + file.row_bytes() * y);
   if (!file.ReadPixels(rows.data())) return DamagedPng(file.problem());
-  if (file.bits() == 16) ScaleToEightBits(image.values);
+  if (file.bits() == 16) image.values = ToEightBits(Words(image.values));
   return image;
 }
 

@@ -1,11 +1,13 @@
 #include "capture/image/raw_frame.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
 #include "absl/strings/str_cat.h"
+#include "capture/image/grey_levels.h"
 #include "capture/image/image_decoders.h"
 #include "capture/image/image_header.h"
 
@@ -95,31 +97,67 @@ const FormatInfo* InfoOf(RawFormat format) {
 
 int BitsPerPixel(RawFormat format) { return static_cast<int>(static_cast<uint32_t>(format) >> 16 & 0xff); }
 
-void UpperBytesOfWords(const uint8_t* in, int bits, std::vector<uint8_t>& out) {
-  for (size_t i = 0; i < out.size(); ++i) {
-    const unsigned value = in[2 * i] | in[2 * i + 1] << 8;
-    out[i] = static_cast<uint8_t>(value >> (bits - 8));
-  }
+// The eight bits of a value below the highest of `used`; what needs more is white.
+uint8_t EightBits(unsigned value, int used) {
+  return static_cast<uint8_t>(std::min(value >> (used - 8), 255u));
+}
+
+// Which bits of the values of a frame count. `value_at(i)` gives the i-th, of `bits`.
+template <typename ValueAt>
+int CountUsed(size_t values, int bits, DeepBits deep, const ValueAt& value_at) {
+  if (deep == DeepBits::kUpper) return bits;
+  // Odd, so that both kinds of a mosaic's columns are met.
+  constexpr size_t kStep = 7;
+  BitsInUse used;
+  for (size_t i = 0; i < values; i += kStep) used.Add(static_cast<uint16_t>(value_at(i)));
+  return std::min(used.Count(), bits);
+}
+
+template <typename ValueAt>
+void TakeEightBits(int bits, DeepBits deep, const ValueAt& value_at, std::vector<uint8_t>& out) {
+  const int used = CountUsed(out.size(), bits, deep, value_at);
+  for (size_t i = 0; i < out.size(); ++i) out[i] = EightBits(value_at(i), used);
+}
+
+void BitsOfWords(const uint8_t* in, int bits, DeepBits deep, std::vector<uint8_t>& out) {
+  const unsigned mask = (1u << bits) - 1;
+  TakeEightBits(
+      bits, deep, [=](size_t i) { return (in[2 * i] | in[2 * i + 1] << 8) & mask; }, out);
 }
 
 // `size` bytes at `in`.
-void UpperBytesOfBitStream(const uint8_t* in, size_t size, int bits, std::vector<uint8_t>& out) {
-  for (size_t i = 0; i < out.size(); ++i) {
-    const size_t first_bit = i * bits + bits - 8;
-    const size_t at = first_bit / 8;
+void BitsOfBitStream(const uint8_t* in, size_t size, int bits, DeepBits deep, std::vector<uint8_t>& out) {
+  const unsigned mask = (1u << bits) - 1;
+  const auto value_at = [=](size_t i) {
+    const size_t first_bit = i * bits, at = first_bit / 8;
     const unsigned pair = in[at] | (at + 1 < size ? in[at + 1] << 8 : 0);
-    out[i] = static_cast<uint8_t>(pair >> (first_bit % 8));
-  }
+    return pair >> (first_bit % 8) & mask;
+  };
+  TakeEightBits(bits, deep, value_at, out);
 }
 
-void UpperBytesOfPairs(const uint8_t* in, std::vector<uint8_t>& out) {
-  for (size_t i = 0; i < out.size(); ++i) out[i] = in[i / 2 * 3 + (i % 2) * 2];
+// Two pixels in 3 bytes: the middle one has the lower bits, those of the first pixel below.
+void BitsOfPairs(const uint8_t* in, int bits, DeepBits deep, std::vector<uint8_t>& out) {
+  const int lower = bits - 8;
+  const auto value_at = [=](size_t i) {
+    const uint8_t* pair = in + i / 2 * 3;
+    const unsigned rest = pair[1] >> (i % 2 * 4) & ((1u << lower) - 1);
+    return static_cast<unsigned>(pair[i % 2 * 2]) << lower | rest;
+  };
+  TakeEightBits(bits, deep, value_at, out);
 }
 
-// The upper bytes of a group of pixels stand before the byte with their lower bits.
-void UpperBytesOfCsi2(const uint8_t* in, int bits, std::vector<uint8_t>& out) {
+// The upper bytes of a group of pixels stand before the byte with their lower bits, the first pixel's lowest.
+// `size` bytes at `in`: a last group that is not full may lack that byte.
+void BitsOfCsi2(const uint8_t* in, size_t size, int bits, DeepBits deep, std::vector<uint8_t>& out) {
+  const int lower = bits - 8;
   const size_t group = bits == 10 ? 4 : 2;
-  for (size_t i = 0; i < out.size(); ++i) out[i] = in[i / group * (group + 1) + i % group];
+  const auto value_at = [=](size_t i) {
+    const size_t first = i / group * (group + 1), last = first + group;
+    const unsigned rest = last < size ? in[last] >> (i % group * static_cast<size_t>(lower)) : 0u;
+    return static_cast<unsigned>(in[first + i % group]) << lower | (rest & ((1u << lower) - 1));
+  };
+  TakeEightBits(bits, deep, value_at, out);
 }
 
 absl::Status DecodeJpegFrame(const RawFrame& raw, std::vector<uint8_t>& out) {
@@ -150,22 +188,23 @@ void ConvertColour(const RawFrame& raw, int type, int code, std::vector<uint8_t>
   cv::cvtColor(in, rgb, code);
 }
 
-absl::Status Convert(const RawFrame& raw, const FormatInfo& info, std::vector<uint8_t>& out) {
+absl::Status Convert(const RawFrame& raw, const FormatInfo& info, DeepBits deep, std::vector<uint8_t>& out) {
+  const uint8_t* in = raw.bytes->data();
   switch (info.layout) {
     case Layout::kBytes:
-      std::memcpy(out.data(), raw.bytes->data(), out.size());
+      std::memcpy(out.data(), in, out.size());
       break;
     case Layout::kWords:
-      UpperBytesOfWords(raw.bytes->data(), info.bits, out);
+      BitsOfWords(in, info.bits, deep, out);
       break;
     case Layout::kBitStream:
-      UpperBytesOfBitStream(raw.bytes->data(), raw.bytes->size(), info.bits, out);
+      BitsOfBitStream(in, raw.bytes->size(), info.bits, deep, out);
       break;
     case Layout::kPairsIn3Bytes:
-      UpperBytesOfPairs(raw.bytes->data(), out);
+      BitsOfPairs(in, info.bits, deep, out);
       break;
     case Layout::kCsi2:
-      UpperBytesOfCsi2(raw.bytes->data(), info.bits, out);
+      BitsOfCsi2(in, raw.bytes->size(), info.bits, deep, out);
       break;
     case Layout::kBgr:
       ConvertColour(raw, CV_8UC3, cv::COLOR_BGR2RGB, out);
@@ -237,12 +276,12 @@ uint64_t RawFrameSet::bytes() const {
   return sum;
 }
 
-absl::StatusOr<Frame> ToFrame(const RawFrame& raw) {
+absl::StatusOr<Frame> ToFrame(const RawFrame& raw, DeepBits deep) {
   if (absl::Status status = raw.Validate(); !status.ok()) return status;
   const FormatInfo& info = *InfoOf(raw.format);
   auto pixels = std::make_shared<std::vector<uint8_t>>(static_cast<size_t>(raw.width_px) * raw.height_px *
                                                        BytesPerPixel(info.pixels));
-  if (absl::Status status = Convert(raw, info, *pixels); !status.ok()) return status;
+  if (absl::Status status = Convert(raw, info, deep, *pixels); !status.ok()) return status;
   Frame frame;
   frame.camera_id = raw.camera_id;
   frame.width_px = raw.width_px;

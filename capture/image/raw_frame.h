@@ -107,9 +107,15 @@ struct RawFrameSet {
   uint64_t bytes() const;
 };
 
-// Eight bits for the stages: deeper pixels keep their upper 8 bits, YUV and JPEG become RGB. InvalidArgument:
-// an invalid frame, or a JPEG that cannot be decoded or has another size.
-absl::StatusOr<Frame> ToFrame(const RawFrame& raw);
+// Which 8 bits of deeper pixels the stages get.
+enum class DeepBits {
+  kUpper,  // of the format: brightness tells the exposure, and is the same in all frames
+  kUsed,   // from the highest that the frame uses (BitsInUse): dark frames keep their levels
+};
+
+// Eight bits for the stages; YUV and JPEG become RGB. InvalidArgument: an invalid frame, or a JPEG that
+// cannot be decoded or has another size.
+absl::StatusOr<Frame> ToFrame(const RawFrame& raw, DeepBits deep = DeepBits::kUpper);
 
 // What a camera of 8 bits would deliver.
 RawFormat RawFormatOf(PixelFormat format);

@@ -3,6 +3,7 @@
 #include <cstring>
 
 #include "absl/strings/str_cat.h"
+#include "capture/image/grey_levels.h"
 #include "capture/image/image_decoders.h"
 #include "capture/image/tiff_file.h"
 #include "capture/image/tiff_picture.h"
@@ -117,22 +118,25 @@ absl::StatusOr<std::optional<PixelFormat>> MosaicOrder(TIFF* tiff) {
   return NotRead("a mosaic other than Bayer's");
 }
 
-uint8_t Value(const uint8_t* row, size_t i, int bits) {
-  if (bits == 8) return row[i];
-  const int value = reinterpret_cast<const uint16_t*>(row)[i];
-  return static_cast<uint8_t>((value + 128) / 257);
+uint16_t Value(const uint8_t* row, size_t i, int bits) {
+  return bits == 8 ? row[i] : reinterpret_cast<const uint16_t*>(row)[i];
 }
 
 // Values as they stand in the file, rows or tiles, of a pixel together or in planes.
 class StoredValues {
  public:
   StoredValues(TIFF* tiff, const TiffLayout& layout, DecodedImage& image)
-      : tiff_(tiff), layout_(layout), image_(image) {}
+      : tiff_(tiff), layout_(layout), image_(image), values_(image.values.size()) {}
 
   bool Read() {
     const bool together = layout_.planes == PLANARCONFIG_CONTIG;
     for (int plane = 0; plane < (together ? 1 : image_.channels); ++plane) {
       if (!(layout_.tiled ? ReadTiles(plane) : ReadRows(plane))) return false;
+    }
+    if (layout_.bits == 8) {
+      std::copy(values_.begin(), values_.end(), image_.values.begin());
+    } else {
+      image_.values = ToEightBits(values_);
     }
     if (layout_.photometric != PHOTOMETRIC_MINISWHITE) return true;
     for (uint8_t& value : image_.values) value = static_cast<uint8_t>(255 - value);
@@ -177,7 +181,7 @@ class StoredValues {
   // A row of pixels from column `x` on.
   void Put(const uint8_t* from, size_t x, size_t y, size_t count, int plane) {
     const size_t channels = static_cast<size_t>(image_.channels);
-    uint8_t* out = image_.values.data() + (y * layout_.width_px + x) * channels;
+    uint16_t* out = values_.data() + (y * layout_.width_px + x) * channels;
     if (layout_.planes != PLANARCONFIG_CONTIG) {
       for (size_t i = 0; i < count; ++i) out[i * channels + plane] = Value(from, i, layout_.bits);
       return;
@@ -190,6 +194,7 @@ class StoredValues {
   const TiffLayout& layout_;
   DecodedImage& image_;
   std::vector<uint16_t> room_;
+  std::vector<uint16_t> values_;  // as image_'s
 };
 
 // Palettes and colour spaces, by libtiff's own conversion to 8 bits. Its orientation is set aside.

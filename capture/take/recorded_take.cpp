@@ -220,7 +220,7 @@ absl::StatusOr<Frame> RecordedTakeDump::AsRigHasIt(const absl::StatusOr<RawFrame
                                                    ": image is ", raw->width_px, "x", raw->height_px,
                                                    ", the rig says ", model.width_px, "x", model.height_px));
   }
-  absl::StatusOr<Frame> frame = ToFrame(*raw);
+  absl::StatusOr<Frame> frame = ToFrame(*raw, DeepBits::kUsed);
   if (!frame.ok()) return frame;
   frame->camera_id = model.id;  // names of the take may differ in case
   frame->origin = absl::StrCat("camera ", model.id, ", frame ", frame_names_[index]);

@@ -32,7 +32,7 @@ absl::StatusOr<Frame> SetInMemory::ReadView(size_t index, size_t camera) const {
     return absl::InvalidArgumentError(absl::StrCat("camera ", model.id, ", frame ", names_[0], ": image is ",
                                                    raw->width_px, "x", raw->height_px, ", the rig says ",
                                                    model.width_px, "x", model.height_px));
-  absl::StatusOr<Frame> frame = ToFrame(*raw);
+  absl::StatusOr<Frame> frame = ToFrame(*raw, DeepBits::kUsed);
   if (frame.ok()) frame->origin = absl::StrCat("camera ", model.id, ", frame ", names_[0]);
   return frame;
 }

@@ -65,7 +65,8 @@ absl::StatusOr<DecodeInputs> ViewsOfTake(const std::string& folder, const std::s
       found.views.push_back({ViewName(names[index], id, *range),
                              absl::StrCat(folder, ": frame ", names[index], ", camera ", id), [=] {
                                const absl::StatusOr<RawFrame> raw = take->ReadRaw(index, camera);
-                               return raw.ok() ? ToFrame(*raw) : absl::StatusOr<Frame>(raw.status());
+                               return raw.ok() ? ToFrame(*raw, DeepBits::kUsed)
+                                               : absl::StatusOr<Frame>(raw.status());
                              }});
     }
   }

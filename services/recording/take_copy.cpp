@@ -212,7 +212,7 @@ absl::StatusOr<uint64_t> ExportImages(const std::string& take, const std::string
       const absl::StatusOr<RawFrame> raw = source.ReadRaw(set, camera);
       if (absl::IsNotFound(raw.status())) continue;
       if (!raw.ok()) return raw.status();
-      absl::StatusOr<Frame> frame = ToFrame(*raw);
+      absl::StatusOr<Frame> frame = ToFrame(*raw, DeepBits::kUsed);
       if (frame.ok() && demosaic) frame = ToRgb(*frame);
       if (!frame.ok()) return frame.status();
       const std::string path = (folder / (source.camera_ids()[camera] + ".png")).string();

@@ -61,6 +61,29 @@ TEST(ImageFile, ScalesSixteenBitsToEight) {
   EXPECT_EQ(ReadImageFile(folder / "b.tif")->row(0)[0], 128);
 }
 
+// Cameras of 10 to 14 bits often leave the upper bits of 16 empty, or the lower ones.
+TEST(ImageFile, KeepsTheBitsThatDeepImagesUse) {
+  const TempFolder folder;
+  cv::Mat eight(64, 64, CV_8UC3);
+  cv::RNG(5).fill(eight, cv::RNG::UNIFORM, 0, 256);
+  eight.at<cv::Vec3b>(0, 0) = {255, 255, 255};
+  for (const char* name : {"deep.png", "deep.tif"}) {
+    for (const int bits : {10, 12, 14}) {
+      for (const int empty : {0, 16 - bits}) {  // lower bits
+        cv::Mat deep;
+        eight.convertTo(deep, CV_16U, ((1 << bits) - 1) / 255.0);
+        deep *= 1 << empty;
+        cv::imwrite(folder / name, deep);
+        const auto read = ReadImageFile(folder / name);
+        ASSERT_TRUE(read.ok()) << read.status();
+        cv::Mat rgb(64, 64, CV_8UC3, const_cast<uint8_t*>(read->row(0))), bgr;
+        cv::cvtColor(rgb, bgr, cv::COLOR_RGB2BGR);
+        EXPECT_LE(cv::norm(bgr, eight, cv::NORM_INF), 1) << name << " " << bits << " " << empty;
+      }
+    }
+  }
+}
+
 TEST(ImageFile, ReadsGreyFilesAsMosaicOnRequest) {
   const TempFolder folder;
   ASSERT_TRUE(WriteImageFile(folder / "raw.png", Gradient(PixelFormat::kGrey8)).ok());

@@ -76,6 +76,70 @@ TEST(RawFrame, KeepsTheUpperBitsOfCsi2Pixels) {
   EXPECT_EQ(*twelve->pixels, (std::vector<uint8_t>{1, 2, 3, 4}));
 }
 
+// The frame of the values in a format of GenICam, with `bits` a value.
+RawFrame DeepFrame(RawFormat format, int bits, int width_px, int height_px, const std::vector<unsigned>& v) {
+  std::vector<uint8_t> bytes;
+  switch (format) {
+    case RawFormat::kBayerRg10Packed:
+    case RawFormat::kBayerRg12Packed:
+      for (size_t i = 0; i < v.size(); i += 2) {
+        const unsigned second = i + 1 < v.size() ? v[i + 1] : 0, lower = (1u << (bits - 8)) - 1;
+        bytes.insert(bytes.end(), {static_cast<uint8_t>(v[i] >> (bits - 8)),
+                                   static_cast<uint8_t>((v[i] & lower) | (second & lower) << 4),
+                                   static_cast<uint8_t>(second >> (bits - 8))});
+      }
+      break;
+    case RawFormat::kBayerRg10Csi2:
+    case RawFormat::kBayerRg12Csi2: {
+      const size_t group = bits == 10 ? 4 : 2;
+      for (size_t i = 0; i < v.size(); i += group) {
+        unsigned rest = 0;
+        for (size_t k = 0; k < group; ++k) {
+          const unsigned value = i + k < v.size() ? v[i + k] : 0;
+          bytes.push_back(static_cast<uint8_t>(value >> (bits - 8)));
+          rest |= (value & ((1u << (bits - 8)) - 1)) << (k * static_cast<size_t>(bits - 8));
+        }
+        bytes.push_back(static_cast<uint8_t>(rest));
+      }
+      break;
+    }
+    case RawFormat::kBayerRg10p:
+    case RawFormat::kBayerRg12p:
+      bytes = BitStream(v, bits);
+      break;
+    default:
+      for (const unsigned value : v)
+        bytes.insert(bytes.end(), {static_cast<uint8_t>(value), static_cast<uint8_t>(value >> 8)});
+  }
+  bytes.resize(RawBytes(format, width_px, height_px));
+  return FrameOf(format, width_px, height_px, bytes);
+}
+
+// Underexposed cameras, and those of 12 bits that deliver Mono16.
+TEST(RawFrame, DarkFramesKeepTheBitsThatTheyUse) {
+  constexpr int kWidth = 37, kHeight = 29;  // odd: the last group of pixels is not full
+  const struct {
+    RawFormat format;
+    int bits;
+  } kDeep[] = {
+      {RawFormat::kBayerRg10, 10},       {RawFormat::kBayerRg12, 12},     {RawFormat::kMono16, 16},
+      {RawFormat::kBayerRg10p, 10},      {RawFormat::kBayerRg12p, 12},    {RawFormat::kBayerRg10Packed, 10},
+      {RawFormat::kBayerRg12Packed, 12}, {RawFormat::kBayerRg10Csi2, 10}, {RawFormat::kBayerRg12Csi2, 12}};
+  for (const auto& [format, bits] : kDeep) {
+    for (int used = 8; used <= bits; ++used) {
+      std::vector<unsigned> values;
+      for (unsigned k = 0; k < kWidth * kHeight; ++k) values.push_back((k * 7919) % (1u << used));
+      const RawFrame raw = DeepFrame(format, bits, kWidth, kHeight, values);
+      const auto frame = ToFrame(raw, DeepBits::kUsed), upper = ToFrame(raw);
+      ASSERT_TRUE(frame.ok() && upper.ok()) << frame.status();
+      for (size_t k = 0; k < values.size(); ++k) {
+        ASSERT_EQ((*frame->pixels)[k], values[k] >> (used - 8)) << RawFormatName(format) << " " << used;
+        ASSERT_EQ((*upper->pixels)[k], values[k] >> (bits - 8)) << RawFormatName(format) << " " << used;
+      }
+    }
+  }
+}
+
 // ITU-R BT.601, luma 16 to 235: colours by its definition and not by a library.
 TEST(RawFrame, ColoursOfYuvAreThoseOfBt601) {
   for (const auto& [r, g, b] : {std::array{200., 30., 60.}, {20., 220., 90.}, {90., 80., 250.}}) {
