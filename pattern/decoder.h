@@ -80,6 +80,9 @@ struct DecodeExplanation {
 struct DecodeResult {
   std::vector<Observation> observations;
   std::vector<PatchReport> patches;
+  // Between the black lines and the brightest ink, as the camera or the file tells them apart, at most 255.
+  // The median over the cells; 0 of none.
+  float grey_levels = 0;
   DecodeTimings timings;
   DecodeExplanation explanation;  // empty unless asked for
 };

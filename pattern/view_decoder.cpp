@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/median.h"
 #include "capture/image/mosaic.h"
+#include "pattern/fit/view_noise.h"
 #include "pattern/seeds/patch_extension.h"
 #include "pattern/surface/center_sweep.h"
 #include "pattern/surface/components.h"
@@ -44,7 +46,7 @@ class LapTimer {
   double start_ms_ = NowMs();
 };
 
-absl::StatusOr<ColorImage> ReadColors(const Frame& frame) {
+absl::StatusOr<ColorImage> ReadColors(const Frame& frame, Exposure* exposure) {
   if (absl::Status status = frame.Validate(); !status.ok()) return status;
   if (frame.format == PixelFormat::kGrey8) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -55,7 +57,8 @@ absl::StatusOr<ColorImage> ReadColors(const Frame& frame) {
             : ": a grey image cannot be decoded, colours carry the code; where it is a Bayer mosaic, name "
               "its order with --mosaic"));
   }
-  return ToColorImage(frame);
+  *exposure = MeasureExposure(frame);
+  return ToColorImage(exposure->gain > 1 ? Brightened(frame, exposure->gain) : frame);
 }
 
 // The image and its halvings.
@@ -123,8 +126,11 @@ Appearance LearnAppearance(const std::vector<ColorImage>& pyramid, const Board& 
     for (int c = 0; c < 3; ++c) start.inks[k][c] = kLight * inks.mean(static_cast<CellColor>(k))[c];
   }
   start.black.fill(kBlack);
-  return CalibrateAppearance({pyramid, board, profile}, cells,
-                             {0.4f, 0.55f, 0.7f, 0.85f, 1.0f, 1.2f, 1.5f, 1.9f, 2.4f, 3.0f, 4.0f}, start);
+  Appearance learnt =
+      CalibrateAppearance({pyramid, board, profile}, cells,
+                          {0.4f, 0.55f, 0.7f, 0.85f, 1.0f, 1.2f, 1.5f, 1.9f, 2.4f, 3.0f, 4.0f}, start);
+  learnt.noise = ModelNoiseOf(CellFitter(pyramid, board, profile, learnt), cells);
+  return learnt;
 }
 
 Observation CenterOf(const ViewCell& cell) {
@@ -179,7 +185,7 @@ absl::Status ViewDecoder::ReadAgain(const Frame& frame) {
                                                    ": the image has another size than the one that was "
                                                    "decoded first"));
   }
-  absl::StatusOr<ColorImage> image = ReadColors(frame);
+  absl::StatusOr<ColorImage> image = ReadColors(frame, &exposure_);
   if (!image.ok()) return image.status();
   fitter_.reset();
   pyramid_ = Pyramid(*std::move(image), options_.levels);
@@ -358,8 +364,20 @@ std::vector<Observation> ViewDecoder::Observations() const {
   return observations;
 }
 
+float ViewDecoder::GreyLevels() const {
+  if (state_.cells().empty()) return 0;
+  std::vector<float> lights;
+  for (const ViewCell& cell : state_.cells()) lights.push_back(cell.fit.gain);
+  float brightest = 0, black = 0;
+  for (const Rgb& ink : appearance_.inks)
+    brightest = std::max(brightest, *std::max_element(ink.begin(), ink.end()));
+  for (const float channel : appearance_.black) black += channel / 3;
+  return std::clamp(Median(std::move(lights)) * (brightest - black) / exposure_.step, 1.0f, 255.0f);
+}
+
 DecodeResult ViewDecoder::TakeResult() {
   result_.observations = Observations();
+  result_.grey_levels = GreyLevels();
   if (options_.explain) {
     for (const ViewCell& cell : state_.cells()) result_.explanation.groups.push_back(cell.group);
     result_.explanation.missing = state_.Missing();

@@ -14,6 +14,7 @@
 #include "pattern/fit/cell_fitter.h"
 #include "pattern/fit/sampled_profile.h"
 #include "pattern/image/color_image.h"
+#include "pattern/image/exposure.h"
 #include "pattern/image/ink_model.h"
 #include "pattern/seeds/patch_search.h"
 #include "pattern/surface/board_state.h"
@@ -75,6 +76,7 @@ class ViewDecoder {
   void GrowFromFinds();
 
   bool LooksLikeChance() const;
+  float GreyLevels() const;     // DecodeResult::grey_levels
   size_t LatticeNodes() const;  // in all levels of the pyramid
   void Reject();
   void MakeFitter();
@@ -82,6 +84,7 @@ class ViewDecoder {
   const BoardIndex& board_;
   const DecodeOptions options_;
   std::vector<ColorImage> pyramid_;
+  Exposure exposure_;
   const SampledProfile profile_;
   InkModel inks_;
   std::vector<LooseBlob> blobs_;  // that no piece of lattice accounts for

@@ -12,11 +12,17 @@
 
 namespace weft {
 
+// Grey levels by which the rendered print is typically wrong in a well exposed picture.
+inline constexpr float kModelNoise = 8.0f;
+
 // Colours in grey levels at full light (the light of a neighbourhood multiplies them), and the blur.
 struct Appearance {
   std::array<Rgb, kCellColors> inks = {};
   Rgb black = {};
   float sigma_px = 0.8f;
+  // Grey levels by which the rendered print is wrong in this view; balances the image against what is
+  // expected.
+  float noise = kModelNoise;
 };
 
 // A view and the print that it shows. `pyramid` as for CellFitter.

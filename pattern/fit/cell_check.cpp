@@ -60,11 +60,11 @@ absl::Status FitLimits::Validate(std::string_view prefix) const {
   return absl::OkStatus();
 }
 
-float SigmaOfImage(const CellFit& fit) {
-  constexpr float kPriorPrecision = kModelNoise * kModelNoise / (kPositionPrior * kPositionPrior);
+float SigmaOfImage(const CellFit& fit, float model_noise) {
+  const float prior_precision = model_noise * model_noise / (kPositionPrior * kPositionPrior);
   const float pitch_px = std::sqrt(fit.pose.Area());
   const float in_noise_cells = fit.sigma_px / (std::max(fit.noise, 1e-3f) * pitch_px);
-  const float precision = 1 / (in_noise_cells * in_noise_cells) - kPriorPrecision;
+  const float precision = 1 / (in_noise_cells * in_noise_cells) - prior_precision;
   return precision > 0 ? pitch_px * fit.noise / std::sqrt(precision) : std::numeric_limits<float>::infinity();
 }
 

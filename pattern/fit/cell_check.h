@@ -39,7 +39,8 @@ struct MissingCell {
 std::optional<WhyMissing> Reject(const CellFit& fit, const FitLimits& limits);
 
 // Standard deviation of a fitted position by the image alone, per axis, in px: CellFit::sigma_px without
-// the fit's prior on the predicted position. Infinite where the image says nothing.
-float SigmaOfImage(const CellFit& fit);
+// the fit's prior on the predicted position. Infinite where the image says nothing. `model_noise` is that of
+// the fitter (CellFitter::noise).
+float SigmaOfImage(const CellFit& fit, float model_noise);
 
 }  // namespace weft

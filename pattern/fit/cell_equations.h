@@ -120,17 +120,17 @@ struct CenterEquations {
     vv = gain * gain * (s.vv[0] - Dot(whitened_v, whitened_v)) + kLeastPrecision;
   }
 
-  // Over moves in px, against which the print moves in the cell's coordinates.
-  CenterNormal InPx(const CellPose& f) const {
-    constexpr float kPrecision = 1 / (kModelNoise * kModelNoise);
+  // Over moves in px, against which the print moves in the cell's coordinates. `noise` in grey levels.
+  CenterNormal InPx(const CellPose& f, float noise) const {
+    const float precision = 1 / (noise * noise);
     const float inverse = 1 / f.Area();
     const float ux = -inverse * f.by, uy = inverse * f.bx, vx = inverse * f.ay, vy = -inverse * f.ax;
     CenterNormal normal;
-    normal.xx = kPrecision * (uu * ux * ux + 2 * uv * ux * vx + vv * vx * vx);
-    normal.xy = kPrecision * (uu * ux * uy + uv * (ux * vy + uy * vx) + vv * vx * vy);
-    normal.yy = kPrecision * (uu * uy * uy + 2 * uv * uy * vy + vv * vy * vy);
-    normal.x = -kPrecision * (u * ux + v * vx);
-    normal.y = -kPrecision * (u * uy + v * vy);
+    normal.xx = precision * (uu * ux * ux + 2 * uv * ux * vx + vv * vx * vx);
+    normal.xy = precision * (uu * ux * uy + uv * (ux * vy + uy * vx) + vv * vx * vy);
+    normal.yy = precision * (uu * uy * uy + 2 * uv * uy * vy + vv * vy * vy);
+    normal.x = -precision * (u * ux + v * vx);
+    normal.y = -precision * (u * uy + v * vy);
     return normal;
   }
 };

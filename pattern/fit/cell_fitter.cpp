@@ -136,6 +136,10 @@ CellFitter::CellFitter(const std::vector<ColorImage>& pyramid, const Board& boar
       profile_(profile),
       appearance_(appearance),
       kernels_(BestCellKernels()) {
+  const float variance = noise() * noise();
+  const float position = variance / (kPositionPrior * kPositionPrior),
+              shape = variance / (kShapePrior * kShapePrior);
+  prior_ = {position, shape, shape, position, shape, shape};
   colors_ = {};
   for (int k = 0; k < kCellColors; ++k) {
     for (int c = 0; c < 3; ++c) colors_[k][c] = appearance.inks[k][c] - appearance.black[c];
@@ -171,9 +175,6 @@ CellPrint CellFitter::PrintAt(int row, int col, const CellPose& pose, float scal
 
 CellFit CellFitter::Fit(const PredictedCell& expected, const FitLimits& limits,
                         const SampleMask* visible) const {
-  constexpr float kPosition = kModelNoise * kModelNoise / (kPositionPrior * kPositionPrior);
-  constexpr float kShape = kModelNoise * kModelNoise / (kShapePrior * kShapePrior);
-  static constexpr SmallVector<6> kPrior = {kPosition, kShape, kShape, kPosition, kShape, kShape};
   const CellPose& start = expected.pose;
   CellFit fit;
   fit.pose = start;
@@ -191,9 +192,9 @@ CellFit CellFitter::Fit(const PredictedCell& expected, const FitLimits& limits,
     if (std::exchange(prepared_for, window.renderings) != window.renderings)
       equations.Prepare(window.model.sums, window.light);
     SmallCholesky<6> solver;
-    if (!solver.Factor(equations.Normal(fit.gain, kPrior))) return fit;
+    if (!solver.Factor(equations.Normal(fit.gain, prior_))) return fit;
     SmallVector<6> residual = equations.Residual(window.sums, window.light, fit.gain);
-    for (int p = 0; p < 6; ++p) residual[p] -= kPrior[p] * total[p];
+    for (int p = 0; p < 6; ++p) residual[p] -= prior_[p] * total[p];
     SmallVector<6> step = solver.Solve(residual);
     fit.predicted = fit.explained + Dot(step, residual) / window.light.variance;
     const float above =
@@ -247,7 +248,7 @@ CellFit CellFitter::FitCenter(int row, int col, const NineCenters& centers, cons
     if (!fit.converged) return fit;
     gain = trusting.gain;
   }
-  *normal = CenterEquations(window.model.sums, window.sums, window.light, gain).InPx(f);
+  *normal = CenterEquations(window.model.sums, window.sums, window.light, gain).InPx(f, noise());
   return fit;
 }
 

@@ -12,6 +12,7 @@
 #include "pattern/fit/cell_bounds.h"
 #include "pattern/fit/cell_kernel.h"
 #include "pattern/fit/sampled_profile.h"
+#include "pattern/fit/small_cholesky.h"
 #include "pattern/image/color_image.h"
 
 namespace weft {
@@ -50,9 +51,6 @@ struct FitLimits {
   absl::Status Validate(std::string_view prefix) const;
 };
 
-// Grey levels by which the rendered print is typically wrong; balances the image against what is expected.
-inline constexpr float kModelNoise = 8.0f;
-
 // Residuals of neighbouring pixels are alike, which the fit does not know: measured errors of a centre are
 // this much larger than CellFit::sigma_px. Ray-traced views ask for 1.6 without compression and 2.1 as JPEG
 // files.
@@ -85,12 +83,14 @@ class CellFitter {
 
   // What the image says about moves of the centre alone, in a print that is interpolated bilinearly between
   // the nine centres (cloth creased at the centres, as a mesh with a vertex per cell); the noise of `normal`
-  // is kModelNoise. Where neighbours count less than fully, parts of the window that are not like the print
+  // is noise(). Where neighbours count less than fully, parts of the window that are not like the print
   // count less, too. Nothing moves, and sigma_px is not filled. Where `normal` is null, inks are not scored.
   CellFit FitCenter(int row, int col, const NineCenters& centers, const NeighborWeights& weights,
                     CenterNormal* normal) const;
 
   const std::vector<ColorImage>& pyramid() const { return pyramid_; }
+  // Appearance::noise.
+  float noise() const { return appearance_.noise; }
 
  private:
   // The image of the pyramid that a cell is measured in.
@@ -108,6 +108,7 @@ class CellFitter {
   const SampledProfile& profile_;
   const Appearance appearance_;
   const CellKernels& kernels_;
+  SmallVector<6> prior_;                                      // precisions of a step, in units of noise()
   std::array<std::array<float, 4>, kCellColors + 1> colors_;  // minus black; the last is off the board
 };
 

@@ -143,16 +143,17 @@ struct FittedCenter {
 
 class CenterSweep {
  public:
-  explicit CenterSweep(BoardState* state) : state_(*state), centers_(*state) {}
+  CenterSweep(const CellFitter& fitter, BoardState* state)
+      : fitter_(fitter), state_(*state), centers_(*state) {}
 
   template <typename Fixed>
-  void Run(const CellFitter& fitter, const Fixed& is_fixed) {
+  void Run(const Fixed& is_fixed) {
     std::vector<FittedCenter> fitted;
     for (size_t k = 0; k < state_.cells().size(); ++k) {
       ViewCell& cell = state_.cell(k);
       if (is_fixed(cell)) continue;
       FittedCenter center{k, cell.fit.pose.x, cell.fit.pose.y, LongAxis(cell.fit.pose), {}};
-      CellFit fit = FitCenter(fitter, cell, &center.image);
+      CellFit fit = FitCenter(cell, &center.image);
       if (!fit.converged) continue;
       fit.pose = cell.fit.pose;
       cell.fit = fit;
@@ -234,13 +235,13 @@ class CenterSweep {
   }
 
   // Fits a centre. Where neighbours are hidden, with those lengths of the edges to them that suit best.
-  CellFit FitCenter(const CellFitter& fitter, const ViewCell& cell, CenterNormal* image) const {
+  CellFit FitCenter(const ViewCell& cell, CenterNormal* image) const {
     const CellPose& f = cell.fit.pose;
     const Surroundings around = Around(cell);
     HiddenEdges expected;
     const bool any_hidden = ExpectHiddenEdges(cell, around, &expected);
     const auto fit_with = [&](const HiddenEdges& edges, CenterNormal* normal) {
-      return fitter.FitCenter(cell.row, cell.col, Complete(f, around, edges), around.weights, normal);
+      return fitter_.FitCenter(cell.row, cell.col, Complete(f, around, edges), around.weights, normal);
     };
     CellFit fit = fit_with(expected, image);
     if (!any_hidden || !fit.converged) return fit;
@@ -313,7 +314,7 @@ class CenterSweep {
                 known_yy = image.yy + kKnown * prior.yy;
     const float variance =
         0.5f * (known_xx + known_yy) / (known_xx * known_yy - known_xy * known_xy);  // mean of both axes
-    fit.sigma_px = fit.noise / kModelNoise * std::sqrt(variance);
+    fit.sigma_px = fit.noise / fitter_.noise() * std::sqrt(variance);
   }
 
   static float InCells(const CellPose& f, float x, float y) {
@@ -321,6 +322,7 @@ class CenterSweep {
     return std::sqrt(u * u + v * v) / std::abs(f.Area());
   }
 
+  const CellFitter& fitter_;
   BoardState& state_;
   CenterGrid centers_;
 };
@@ -328,12 +330,13 @@ class CenterSweep {
 }  // namespace
 
 void SweepUnscored(const CellFitter& fitter, BoardState* state) {
-  CenterSweep(state).Run(fitter, [state](const ViewCell& cell) { return state->IsScored(cell); });
+  CenterSweep(fitter, state).Run([state](const ViewCell& cell) { return state->IsScored(cell); });
 }
 
 void SweepUnsettled(const CellFitter& fitter, float least_move_cells, BoardState* state) {
-  CenterSweep(state).Run(fitter,
-                         [=](const ViewCell& cell) { return cell.fit.moved_cells < least_move_cells; });
+  CenterSweep(fitter, state).Run([=](const ViewCell& cell) {
+    return cell.fit.moved_cells < least_move_cells;
+  });
 }
 
 }  // namespace weft

@@ -86,7 +86,7 @@ class PredictedSearch {
       return WhyMissing::kOtherInk;
     }
     const float pitch_px = std::sqrt(fit->pose.Area());
-    fit->sigma_px = SigmaOfImage(*fit);
+    fit->sigma_px = SigmaOfImage(*fit, fitter_.noise());
     const float sigma_px = kSigmaFactor * fit->sigma_px;
     if (sigma_px > options_.max_sigma_cells * pitch_px) return WhyMissing::kVague;
     const float move_px = std::hypot(fit->pose.x - wanted.pose.x, fit->pose.y - wanted.pose.y);

@@ -19,7 +19,7 @@ constexpr const char* StageName(Stage stage) {
 // The second pass looks where an alignment expects cells: its version also stands for what it sees of that.
 constexpr int AlgorithmVersion(Stage stage) {
   constexpr int kVersions[kStages] = {
-      6,  // decode
+      7,  // decode
       5,  // triangulate
       8,  // second_pass
       4,  // align

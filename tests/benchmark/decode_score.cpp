@@ -146,7 +146,9 @@ void Score(const DecodeResult& result, const TrueView& view, DecodeScore* score)
     }
     if (const NodeTruth* at = truth.Find(o.node)) {
       scored.pitch_px = at->pitch_px;
-      scored.error_px = std::hypot(o.x_px - at->pixel_px.x(), o.y_px - at->pixel_px.y());
+      const double x_px = o.x_px - at->pixel_px.x(), y_px = o.y_px - at->pixel_px.y();
+      scored.error_px = std::hypot(x_px, y_px);
+      scored.beyond = (std::abs(x_px) > 3 * o.sigma_px) + (std::abs(y_px) > 3 * o.sigma_px);
     }
     observed[o.node] = scored.right;
     score->observations.push_back(scored);

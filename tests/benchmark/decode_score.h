@@ -62,6 +62,7 @@ struct ScoredObservation {
   bool on_crest = false;  // Verdict::kOnCrest
   double error_px = 0, pitch_px = 0;
   float sigma_px = 0, confidence = 0;
+  int beyond = 0;     // of its two coordinates, how many are off by more than three sigma
   int neighbors = 0;  // of the 8 around it, observed
   // Least standard deviations per axis of any unbiased estimate (center_bound.h); 0 where not worked out.
   double bound_px = 0, residual_bound_px = 0;

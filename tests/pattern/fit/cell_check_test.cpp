@@ -131,7 +131,7 @@ TEST(SigmasOfImages, LeaveTheBeliefOut) {
       const double prior_px = kPositionPrior * pitch_px * noise / kModelNoise;
       for (const double share : {0.01, 0.1, 0.5, 1.0, 3.0}) {
         const double image_px = share * prior_px;
-        const float sigma_px = SigmaOfImage(Believed(image_px, prior_px, noise, pose));
+        const float sigma_px = SigmaOfImage(Believed(image_px, prior_px, noise, pose), kModelNoise);
         EXPECT_NEAR(sigma_px / image_px, 1, 1e-3) << noise << " grey levels, " << share;
       }
     }
@@ -143,7 +143,7 @@ TEST(SigmasOfImages, AreInfiniteWhereTheImageSaysNothing) {
   fit.pose = {10, 10, 8, 0, 0, 8};
   fit.noise = kModelNoise;
   fit.sigma_px = 1.001f * kPositionPrior * 8;
-  EXPECT_EQ(SigmaOfImage(fit), std::numeric_limits<float>::infinity());
+  EXPECT_EQ(SigmaOfImage(fit, kModelNoise), std::numeric_limits<float>::infinity());
 }
 
 }  // namespace
