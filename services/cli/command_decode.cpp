@@ -33,6 +33,7 @@
 #include "services/options/presets.h"
 #include "services/pipeline/stage_reports.h"
 #include "services/process/exit_status.h"
+#include "services/verdict/grey_levels.h"
 #include "services/verdict/verdict.h"
 #include "weft/v1/command.pb.h"
 
@@ -195,6 +196,10 @@ void Assess(v1::DecodeReport& report) {
           ? absl::StrCat(report.centers() == 0 ? "no cell" : "hardly any cell", " of the board was decoded, ",
                          report.centers(), " in ", report.images_decoded(), " images: is it the right board?")
           : "");
+  std::vector<PrintContrast> pictures;
+  for (const v1::DecodedImage& image : report.images())
+    pictures.push_back({image.view().camera(), image.view().grey_levels()});
+  AddGreyLevelsCheck(verdict, pictures);
 }
 
 std::string RejectedText(const google::protobuf::RepeatedPtrField<v1::ReasonCount>& reasons) {

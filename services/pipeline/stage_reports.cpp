@@ -59,6 +59,7 @@ void DescribeDecoding(const DecodeResult& result, v1::ViewReport& report) {
     }
   }
   AddReasons(rejected, report.mutable_patches_rejected());
+  report.set_grey_levels(result.grey_levels);
   report.set_lattice_ms(result.timings.lattice_ms);
   report.set_colors_ms(result.timings.colors_ms);
   report.set_growth_ms(result.timings.growth_ms);

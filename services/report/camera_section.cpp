@@ -112,7 +112,8 @@ std::string CameraRow(const CameraSummary& camera, const std::vector<std::string
       PerFrameText(camera.corners, camera),
       PerFrameText(camera.patches_accepted, camera),
       FormatNumber(camera.residual_px, 2),
-      BiasText(camera)};
+      BiasText(camera),
+      camera.grey_levels.empty() ? kDash : FormatNumber(MedianOf(camera.grey_levels), 0)};
   int64_t others = 0;
   for (const auto& [reason, count] : camera.patches_rejected) others += count;
   for (const std::string& reason : reasons) {
@@ -158,7 +159,7 @@ std::string CameraSection(const JobSummary& summary) {
     }
   }
   std::vector<std::string> header = {"Camera",       "Frames",       "Cells seen", "Corners seen",
-                                     "Patches read", "Residual, px", "Off by, px"};
+                                     "Patches read", "Residual, px", "Off by, px", "Grey levels"};
   for (const std::string& reason : reasons) header.push_back("Rejected: " + EscapeHtml(Words(reason)));
   if (has_others) header.push_back("Rejected: other reasons");
   std::string rows;
@@ -173,7 +174,9 @@ std::string CameraSection(const JobSummary& summary) {
           "<i>Residual</i> is the RMS distance of the camera's observations to the points as all "
           "other cameras see them, so it is a reprojection error that cannot hide in the point. <i>Off "
           "by</i> is how far a camera sees the cloth from where all others see it, with its "
-          "significance: in bold where the camera moved or its calibration is off.</p>\n",
+          "significance: in bold where the camera moved or its calibration is off. <i>Grey levels</i> are "
+          "those that "
+          "the print spans, from its black lines to its brightest ink.</p>\n",
           Table(header, rows, "cameras"), ResidualPlot(summary.cameras)));
 }
 

@@ -50,6 +50,7 @@ void AddView(const v1::ViewReport& view, CameraSummary& camera) {
   camera.longest_move_ms = std::max(camera.longest_move_ms, std::abs(view.moved_ms()));
   camera.centers += view.centers();
   camera.corners += view.corners();
+  if (view.grey_levels() > 0) camera.grey_levels.push_back(view.grey_levels());
   camera.patches_accepted += view.patches_accepted();
   for (const v1::ReasonCount& rejected : view.patches_rejected()) {
     camera.patches_rejected[rejected.reason()] += rejected.count();

@@ -28,6 +28,7 @@ struct CameraSummary {
   double longest_move_ms = 0;
   int64_t centers = 0;
   int64_t corners = 0;
+  std::vector<double> grey_levels;  // that the print spans, of frames with cells
   int64_t patches_accepted = 0;
   std::map<std::string, int64_t> patches_rejected;  // by reason
   // Where the camera sees nodes, minus where all others say that they are; means over the frames.

@@ -9,6 +9,7 @@
 #include "services/report/html_text.h"
 #include "services/report/job_frames.h"
 #include "services/report/job_summary.h"
+#include "services/verdict/grey_levels.h"
 #include "services/verdict/verdict.h"
 
 namespace weft {
@@ -76,6 +77,14 @@ void AssessInputs(const Totals& sum, v1::Verdict& verdict) {
   }
 }
 
+void AssessExposure(const JobSummary& summary, v1::Verdict& verdict) {
+  std::vector<PrintContrast> cameras;
+  for (const CameraSummary& camera : summary.cameras)
+    if (!camera.grey_levels.empty())
+      cameras.push_back({absl::StrCat("camera ", camera.camera), MedianOf(camera.grey_levels)});
+  AddGreyLevelsCheck(verdict, cameras);
+}
+
 void AssessTemplate(const Totals& sum, v1::Verdict& verdict) {
   if (sum.registered_cells == 0) return;
   const double on_template = Percent(sum.registered_cells - sum.strangers, sum.registered_cells);
@@ -132,6 +141,7 @@ v1::Verdict AssessJob(const v1::Job& job, const std::vector<v1::FrameReport>& fr
                  : registered,
              "");
   AssessInputs(sum, verdict);
+  AssessExposure(summary, verdict);
   AssessTemplate(sum, verdict);
   AssessScans(sum, verdict);
   AssessFrames(job, summary, verdict);

@@ -3,6 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+
 namespace weft {
 namespace {
 
@@ -67,6 +72,20 @@ TEST(JobVerdict, RaysThatHardlyMeetAreAnotherRig) {
   const v1::Verdict verdict = AssessJob(JobOf(1, 0), {frame});
   EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
   EXPECT_THAT(verdict.reason(), HasSubstr("at 370 of 1370 cells and corners: is it the rig of this take?"));
+}
+
+// A frame that a flash lit does not hide that the camera is dark.
+TEST(JobVerdict, ADarkCameraIsNamed) {
+  std::vector<v1::FrameReport> frames;
+  for (const double levels : {9, 10, 120}) {
+    frames.push_back(ReportOf(absl::StrCat(frames.size())));
+    for (v1::ViewReport& view : *frames.back().mutable_views()) view.set_grey_levels(140);
+    frames.back().mutable_views(2)->set_grey_levels(levels);
+  }
+  const v1::Verdict verdict = AssessJob(JobOf(3, 0), frames);
+  EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
+  EXPECT_THAT(verdict.reason(),
+              HasSubstr("camera c is dark or has few bits: its print spans 10 grey levels"));
 }
 
 TEST(JobVerdict, CellsOffTheTemplateAreAnotherTemplate) {
