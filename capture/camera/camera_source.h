@@ -20,6 +20,7 @@ struct CameraDelivery {
     kSilent,        // it does not answer; kDisconnected follows unless it answers again
     kAnswers,       // it does again
     kDisconnected,  // the camera is gone; the source looks for it
+    kEnded,         // the source has no more to deliver, as a replay at its end
     kReconnected,   // it is back, its counters and its clock may have begun anew
     kClock,         // its clock was read: `clock`
     kNote,          // anything else that belongs into the ledger
@@ -33,7 +34,7 @@ struct CameraDelivery {
 // Running totals of a camera.
 struct CameraCounters {
   uint64_t frames = 0;
-  uint64_t frames_lost = 0;
+  uint64_t frames_lost = 0;  // that it took, and that did not arrive whole
   uint64_t packets_resent = 0;
   uint64_t packets_missing = 0;
   uint64_t disconnections = 0;
@@ -61,6 +62,8 @@ class CameraSource {
   virtual absl::Status Trigger() {
     return absl::UnimplementedError("camera " + camera_id() + " takes no trigger of ours");
   }
+  // The camera's clock is read before the next frame, where it was not just read. From the thread of Next.
+  virtual void AskForClock() {}
   // Why the camera's clock cannot be read, in words ("it reads 0"); empty where it can.
   virtual std::string ClockProblem() const { return ""; }
   virtual CameraCounters counters() const = 0;

@@ -13,6 +13,7 @@ namespace {
 
 constexpr int64_t kVagueReading_ns = 1'000'000;  // a quiet network does better: the clock is read again soon
 constexpr std::chrono::milliseconds kVagueReadingInterval{200};
+constexpr std::chrono::milliseconds kAskedReadingInterval{100};  // at the shortest
 constexpr std::chrono::seconds kSearchInterval{10};        // for a camera that its old address does not reach
 constexpr std::chrono::milliseconds kLastAnswerWait{500};  // before a camera is told to stop
 
@@ -118,6 +119,7 @@ std::optional<CameraDelivery> GigeCamera::ReadClockWhereDue(Clock::time_point no
   presence_->Look(now);
   if (!presence_->MayBeThere()) return std::nullopt;
   is_asked_before_reading_ = false;
+  last_reading_ = now;
   next_reading_ = now + std::chrono::milliseconds(options_.clock_interval_ms);
   const std::lock_guard lock(device_mutex_);
   absl::StatusOr<ClockReading> reading = device_->ReadClock();
@@ -128,6 +130,10 @@ std::optional<CameraDelivery> GigeCamera::ReadClockWhereDue(Clock::time_point no
   delivery.kind = CameraDelivery::Kind::kClock;
   delivery.clock = *std::move(reading);
   return delivery;
+}
+
+void GigeCamera::AskForClock() {
+  next_reading_ = std::min(next_reading_, last_reading_ + kAskedReadingInterval);
 }
 
 absl::StatusOr<CameraDelivery> GigeCamera::Next(std::chrono::milliseconds timeout) {

@@ -40,6 +40,7 @@ class GigeCamera : public CameraSource {
   absl::StatusOr<CameraDelivery> Next(std::chrono::milliseconds timeout) override;
   void Stop() override;
   bool TakesTriggers() const override { return options_.trigger.kind != TriggerKind::kFreeRun; }
+  void AskForClock() override;
   std::string ClockProblem() const override {
     const std::lock_guard lock(mutex_);
     return clock_problem_;
@@ -79,7 +80,7 @@ class GigeCamera : public CameraSource {
   std::unique_ptr<GigeStream> stream_;
   Object<_ArvChunkParser> chunks_;
   bool can_resend_ = false;
-  Clock::time_point next_reading_;
+  Clock::time_point next_reading_, last_reading_;
   bool is_asked_before_reading_ = false;
   std::unique_ptr<GigePresence> presence_;
   std::atomic<bool> is_silent_ = false;

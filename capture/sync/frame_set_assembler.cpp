@@ -12,7 +12,8 @@ namespace weft {
 namespace {
 
 constexpr size_t kMaxLosses = 1024;
-constexpr uint64_t kArrivalsThatTell = 10;  // of a clock that is not read
+constexpr uint64_t kArrivalsThatTell = 10;     // of a clock that is not read
+constexpr int64_t kSureJump_ns = 100'000'000;  // no frame that is on its way is so late by chance
 
 std::string Milliseconds(int64_t ns) { return absl::StrFormat("%.3f ms", static_cast<double>(ns) / 1e6); }
 std::string Seconds(int64_t ns) { return absl::StrFormat("%.3f s", static_cast<double>(ns) / 1e9); }
@@ -51,8 +52,8 @@ FrameSetAssembler::FrameSetAssembler(std::vector<std::string> camera_ids, const 
 }
 
 ClockTrack FrameSetAssembler::NewClock() const {
-  const int64_t half_ns = options_.period_ns > 0 ? options_.period_ns / 2 : options_.clock_jump_ns;
-  return {options_.period_ns, std::min(options_.clock_jump_ns, half_ns)};
+  const int64_t half_ns = options_.period_ns > 0 ? options_.period_ns / 2 : kSureJump_ns;
+  return {options_.period_ns, std::min(options_.clock_jump_ns, half_ns), std::min(kSureJump_ns, half_ns)};
 }
 
 void FrameSetAssembler::Note(size_t camera, int64_t host_time_ns, const std::string& cause,
@@ -75,10 +76,18 @@ AssembledSets FrameSetAssembler::Add(size_t camera, CameraDelivery delivery, int
       state.is_connected = false;
       Note(camera, host_time_ns, "disconnected: " + delivery.cause, out);
       break;
-    case CameraDelivery::Kind::kReconnected:
+    case CameraDelivery::Kind::kEnded:
+      state.is_connected = false;
+      state.has_ended = true;
+      Note(camera, host_time_ns, "ended: " + delivery.cause, out);
+      break;
+    case CameraDelivery::Kind::kReconnected: {
       state.is_connected = true;
-      state.is_silent = state.is_clock_doubt_noted = false;
-      state.clock = NewClock();
+      state.is_silent = state.is_clock_doubt_noted = state.is_hold_over = false;
+      state.held.clear();
+      ClockTrack clock = NewClock();
+      clock.ExpectLatencyOf(*state.clock);
+      state.clock = clock;
       state.is_clock_known = false;
       state.clock_since_ns.reset();
       state.unplaced_ns.clear();
@@ -89,10 +98,10 @@ AssembledSets FrameSetAssembler::Add(size_t camera, CameraDelivery delivery, int
         if (const std::optional<int64_t> offset_ns = SharedOffset_ns()) state.clock->Expect(*offset_ns);
       Note(camera, host_time_ns, "reconnected: " + delivery.cause, out);
       break;
+    }
     case CameraDelivery::Kind::kClock:
       state.is_silent = false;
-      state.clock->AddReading(delivery.clock);
-      NoteUnreadableClock(camera, host_time_ns, out);
+      AddReading(camera, delivery.clock, host_time_ns, out);
       break;
     case CameraDelivery::Kind::kSilent:
       state.is_silent = true;
@@ -108,16 +117,27 @@ AssembledSets FrameSetAssembler::Add(size_t camera, CameraDelivery delivery, int
   return out;
 }
 
-// Host time minus the shared clock, as a camera says that is there or, where none is, as one has said.
-std::optional<int64_t> FrameSetAssembler::SharedOffset_ns() const {
-  std::optional<int64_t> said_ns;
+// A camera that is there tells of the shared clock, best one whose clock was read; where none is, one that
+// was there.
+const ClockTrack* FrameSetAssembler::SharedClock() const {
+  const ClockTrack* best = nullptr;
+  bool is_best_there = false;
   for (const Camera& camera : cameras_) {
-    const std::optional<int64_t> offset_ns = camera.clock->offset_ns();
-    if (camera.timing.own_clock || !offset_ns) continue;
-    if (camera.is_connected) return offset_ns;
-    said_ns = offset_ns;
+    if (camera.timing.own_clock || !camera.clock->offset_ns()) continue;
+    const bool is_better = camera.is_connected != is_best_there
+                               ? camera.is_connected
+                               : camera.clock->uncertainty_ns() && !best->uncertainty_ns();
+    if (best != nullptr && !is_better) continue;
+    best = &*camera.clock;
+    is_best_there = camera.is_connected;
   }
-  return said_ns;
+  return best;
+}
+
+// Host time minus the shared clock.
+std::optional<int64_t> FrameSetAssembler::SharedOffset_ns() const {
+  const ClockTrack* clock = SharedClock();
+  return clock != nullptr ? clock->offset_ns() : std::nullopt;
 }
 
 int64_t FrameSetAssembler::CommonTime_ns(const Camera& camera, int64_t device_ns) const {
@@ -127,13 +147,24 @@ int64_t FrameSetAssembler::CommonTime_ns(const Camera& camera, int64_t device_ns
   return camera.timing.own_clock ? steady_ns + own_ns - SharedOffset_ns().value_or(0) : steady_ns;
 }
 
-void FrameSetAssembler::NoteJump(size_t camera, int64_t jump_ns, int64_t host_time_ns,
-                                 AssembledSets& out) const {
+// A clock of whose jump readings alone tell is no longer exactly the others'.
+void FrameSetAssembler::FollowJump(size_t camera, int64_t jump_ns, int64_t host_time_ns, AssembledSets& out) {
   if (jump_ns == 0) return;
+  Camera& state = cameras_[camera];
+  state.has_jumped = true;
+  const bool is_vague = state.clock->IsJumpVague();
   Note(camera, host_time_ns,
-       absl::StrCat("its clock jumped by ", Seconds(jump_ns),
-                    "; its frames are matched by the time before the jump"),
+       absl::StrCat("its clock jumped by ", Seconds(jump_ns), "; its frames are matched by ",
+                    is_vague ? "readings of its clock" : "the time before the jump"),
        out);
+  PlaceAnew(camera, host_time_ns, out);
+  if (!is_vague) return;
+  state.is_clock_known = false;
+  state.clock_since_ns.reset();
+  if (options_.clocks != ClockDomain::kShared || state.timing.own_clock) return;
+  state.timing.own_clock = true;  // if another one's tells of the shared clock as well as this
+  if (const ClockTrack* shared = SharedClock(); shared == nullptr || !shared->uncertainty_ns())
+    state.timing.own_clock = false;
 }
 
 void FrameSetAssembler::NoteUnreadableClock(size_t camera, int64_t host_time_ns, AssembledSets& out) {
@@ -187,24 +218,47 @@ std::string FrameSetAssembler::ClockCause() const {
                       Milliseconds(options_.tolerance_ns));
 }
 
+void FrameSetAssembler::AddReading(size_t camera, const ClockReading& reading, int64_t host_time_ns,
+                                   AssembledSets& out) {
+  ClockTrack& clock = *cameras_[camera].clock;
+  const int64_t jump_ns = clock.AddReading(reading);
+  FollowJump(camera, jump_ns, host_time_ns, out);
+  NoteUnreadableClock(camera, host_time_ns, out);
+  if (!clock.IsInDoubt()) PlaceHeld(camera, host_time_ns, out, jump_ns);
+}
+
 void FrameSetAssembler::AddFrame(size_t camera, RawFrame frame, int64_t host_time_ns, AssembledSets& out) {
   Camera& state = cameras_[camera];
   if (!first_host_ns_) first_host_ns_ = host_time_ns;
   const int64_t jump_ns =
       state.clock->AddFrame(frame.device_time_ns, frame.host_time_ns, frame.device_frame_id);
-  NoteJump(camera, jump_ns, frame.host_time_ns, out);
+  FollowJump(camera, jump_ns, frame.host_time_ns, out);
   NoteUnreadableClock(camera, host_time_ns, out);
+  if (state.clock->IsInDoubt()) {
+    if (state.held.empty()) state.held_since_ns = host_time_ns;
+    state.held.push_back(std::move(frame));
+    EndHolding(host_time_ns, out);
+    return;
+  }
+  PlaceHeld(camera, host_time_ns, out, jump_ns);
+  PlaceFrame(camera, std::move(frame), host_time_ns, out);
+}
+
+void FrameSetAssembler::PlaceFrame(size_t camera, RawFrame frame, int64_t host_time_ns, AssembledSets& out,
+                                   int64_t jump_ns) {
+  Camera& state = cameras_[camera];
   if (!IsClockKnown(state, host_time_ns)) {
     state.unplaced_ns.push_back(frame.device_time_ns);
     state.unplaced_before_begin += !begin_ns_;
     if (state.unplaced_ns.size() > kMaxLosses) state.unplaced_ns.pop_front();
     return;
   }
-  const int64_t time_ns = CommonTime_ns(state, frame.device_time_ns);
+  const int64_t time_ns = CommonTime_ns(state, frame.device_time_ns + jump_ns);
   NoteGap(state, frame, time_ns);
   state.last_id = frame.device_frame_id;
   if (!state.first_time_ns) state.first_time_ns = time_ns;
   state.last_time_ns = time_ns;
+  state.last_host_ns = host_time_ns;
 
   if (state.unsynchronized) {
     state.unsynchronized->Add(std::move(frame), time_ns);
@@ -212,25 +266,37 @@ void FrameSetAssembler::AddFrame(size_t camera, RawFrame frame, int64_t host_tim
   }
   if (begin_ns_ && time_ns < *begin_ns_ - options_.tolerance_ns) return;
   if (last_delivered_ns_ && time_ns <= *last_delivered_ns_ + options_.tolerance_ns) {
-    Note(camera, host_time_ns,
-         absl::StrCat("frame ", frame.device_frame_id, " came ", Milliseconds(*last_delivered_ns_ - time_ns),
-                      " after its set was closed"),
-         out);
+    NoteAfterClosing(camera, frame.device_frame_id, host_time_ns, out);
     return;
   }
-  // The open set that is nearest in time and lacks this camera.
+  PutIntoSet(camera, {std::move(frame), time_ns}, host_time_ns);
+}
+
+// Into the open set that is nearest in time and lacks this camera, or into a new one. A camera whose clock
+// jumped says nothing of a trigger's time where another one does.
+void FrameSetAssembler::PutIntoSet(size_t camera, TimedFrame frame, int64_t host_time_ns) {
   OpenSet* nearest = nullptr;
   for (OpenSet& set : open_) {
-    if (std::abs(set.time_ns - time_ns) > options_.tolerance_ns || set.frames.contains(camera)) continue;
-    if (nearest == nullptr || std::abs(set.time_ns - time_ns) < std::abs(nearest->time_ns - time_ns))
+    if (std::abs(set.time_ns - frame.time_ns) > options_.tolerance_ns || set.frames.contains(camera))
+      continue;
+    if (nearest == nullptr ||
+        std::abs(set.time_ns - frame.time_ns) < std::abs(nearest->time_ns - frame.time_ns))
       nearest = &set;
   }
+  const auto by_time = [](const OpenSet& a, const OpenSet& b) { return a.time_ns < b.time_ns; };
   if (nearest == nullptr) {
-    const auto after = std::upper_bound(open_.begin(), open_.end(), time_ns,
-                                        [](int64_t t, const OpenSet& set) { return t < set.time_ns; });
-    nearest = &*open_.insert(after, OpenSet{time_ns, host_time_ns, {}});
+    OpenSet set{frame.time_ns, host_time_ns, {}};
+    set.frames.emplace(camera, std::move(frame));
+    open_.insert(std::upper_bound(open_.begin(), open_.end(), set, by_time), std::move(set));
+    return;
   }
+  const bool is_sound = !cameras_[camera].has_jumped;
+  const bool knows_better =
+      is_sound && std::all_of(nearest->frames.begin(), nearest->frames.end(),
+                              [&](const auto& entry) { return cameras_[entry.first].has_jumped; });
+  if (knows_better) nearest->time_ns = frame.time_ns;
   nearest->frames.emplace(camera, std::move(frame));
+  if (knows_better) std::stable_sort(open_.begin(), open_.end(), by_time);
 }
 
 void FrameSetAssembler::AddLoss(size_t camera, const CameraDelivery& delivery, int64_t host_time_ns) {

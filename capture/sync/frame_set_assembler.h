@@ -5,6 +5,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -32,11 +33,11 @@ struct CameraTiming {
 };
 
 struct FrameSetOptions {
-  int64_t period_ns = 0;                // between triggers; 0: unknown, triggers are counted as they come
-  int64_t tolerance_ns = 2'000'000;     // between the frames of a set
-  int64_t max_wait_ns = 500'000'000;    // for the last frame of a set, by the host's clock
-  int64_t clock_jump_ns = 100'000'000;  // clocks that depart from the host's by more, or by half a period,
-                                        // have jumped
+  int64_t period_ns = 0;               // between triggers; 0: unknown, triggers are counted as they come
+  int64_t tolerance_ns = 2'000'000;    // between the frames of a set
+  int64_t max_wait_ns = 500'000'000;   // for the last frame of a set, by the host's clock
+  int64_t clock_jump_ns = 10'000'000;  // clocks that depart from the host's by more, or by half a period,
+                                       // have jumped
   ClockDomain clocks = ClockDomain::kShared;
   int64_t start_wait_ns = 0;  // how long the first set waits until every camera has delivered and its clock
                               // is known to within half the tolerance; frames before are left out, with a
@@ -53,13 +54,16 @@ struct FrameSetOptions {
 struct AssembledSets {
   std::vector<RawFrameSet> sets;
   std::vector<LedgerEntry> entries;
+  std::map<size_t, uint64_t> lost;  // by camera: triggers that ended without a frame of it
 };
 
 // A trigger counts when any camera reports it or when the period implies it. Each ends as a set or as a
 // line, up to the end of the recording; the host's clock bounds their number. A set is delivered when each
 // camera has its frame in it, has lost it, is already at a later one, or is disconnected; at the latest
-// after max_wait_ns. Clocks that jump are detected (clock_track.h) and corrected, with a note. Bounded: at
-// most kMaxOpenSets sets wait. Thread safety: none.
+// after max_wait_ns. Clocks that jump are detected (clock_track.h) and corrected, with a note. Frames whose
+// times are in doubt are held until a reading of the clock tells. Frames that contradict the larger part of
+// the cameras are set aside, with a note, and define no trigger. Bounded: at most kMaxOpenSets sets wait.
+// Thread safety: none.
 class FrameSetAssembler {
  public:
   static constexpr size_t kMaxOpenSets = 256;
@@ -80,6 +84,8 @@ class FrameSetAssembler {
   AssembledSets Finish(int64_t host_time_ns, int64_t end_host_ns);
   // False once its readings contradicted its frames: arrivals alone tell of its clock.
   bool IsClockReadable(size_t camera) const { return !cameras_[camera].clock->contradiction_ns(); }
+  // Frames of the camera are held until its clock is read.
+  bool WantsReading(size_t camera) const { return cameras_[camera].clock->WantsReading(); }
 
  private:
   struct Loss {
@@ -88,6 +94,7 @@ class FrameSetAssembler {
   };
   struct Camera {
     bool is_connected = true;
+    bool has_ended = false;  // it was not disconnected: there is no more
     bool is_silent = false;  // does not answer, and is not yet disconnected
     bool is_clock_doubt_noted = false;
     std::optional<ClockTrack> clock;        // since it was connected
@@ -100,26 +107,63 @@ class FrameSetAssembler {
     std::deque<Loss> losses;
     CameraTiming timing;
     std::optional<UnsynchronizedFrames> unsynchronized;
+    std::deque<RawFrame> held;            // their times are in doubt
+    int64_t held_since_ns = 0;            // host time
+    bool is_hold_over = false;            // the doubt lasts: no set waits any more
+    std::optional<int64_t> last_host_ns;  // when its last frame was placed
+    bool has_jumped = false;              // its clock
+    int astray = 0;                       // sets in a row in which it contradicts the others
+    std::string astray_cause;             // why its frames are set aside, empty while they are not
+    uint64_t set_aside = 0;               // since then
+    uint64_t closed_before = 0, closed_first_id = 0, closed_last_id = 0;  // frames after their sets
+  };
+  struct TimedFrame {
+    RawFrame frame;
+    int64_t time_ns = 0;  // by the common clock
   };
   struct OpenSet {
     int64_t time_ns = 0;
     int64_t opened_host_ns = 0;
-    std::map<size_t, RawFrame> frames;
+    std::map<size_t, TimedFrame> frames;  // by camera
   };
 
   void AddFrame(size_t camera, RawFrame frame, int64_t host_time_ns, AssembledSets& out);
+  void AddReading(size_t camera, const ClockReading& reading, int64_t host_time_ns, AssembledSets& out);
+  // `jump_ns`: of the clock, that came after this frame and is known already.
+  void PlaceFrame(size_t camera, RawFrame frame, int64_t host_time_ns, AssembledSets& out,
+                  int64_t jump_ns = 0);
+  void PutIntoSet(size_t camera, TimedFrame frame, int64_t host_time_ns);
   bool IsClockKnown(Camera& camera, int64_t host_time_ns) const;
   std::string ClockCause() const;
   void AddLoss(size_t camera, const CameraDelivery& delivery, int64_t host_time_ns);
   int64_t CommonTime_ns(const Camera& camera, int64_t device_ns) const;
+  const ClockTrack* SharedClock() const;
   std::optional<int64_t> SharedOffset_ns() const;
-  void NoteJump(size_t camera, int64_t jump_ns, int64_t host_time_ns, AssembledSets& out) const;
+  void FollowJump(size_t camera, int64_t jump_ns, int64_t host_time_ns, AssembledSets& out);
+  // Holding and setting aside: frame_set_strays.cpp.
+  // `jump_ns`: of the clock, that has just become known.
+  void PlaceHeld(size_t camera, int64_t host_time_ns, AssembledSets& out, int64_t jump_ns = 0);
+  void PlaceAnew(size_t camera, int64_t host_time_ns, AssembledSets& out);
+  void EndHolding(int64_t host_time_ns, AssembledSets& out);
+  void SetAside(size_t camera, int64_t time_ns, const std::string& cause, int64_t host_time_ns,
+                AssembledSets& out);
+  void NoteInStep(size_t camera, int64_t host_time_ns, AssembledSets& out);
+  void NoteAfterClosing(size_t camera, uint64_t id, int64_t host_time_ns, AssembledSets& out);
+  bool IsAhead(const OpenSet& set, int64_t host_time_ns) const;
+  static std::set<size_t> CamerasOf(const OpenSet& set);
+  bool IsBetweenTriggers(const OpenSet& set) const;
+  bool IsStillOff(const OpenSet& set) const;
+  std::string WhyAstray(const OpenSet& set, bool is_ahead) const;
+  void Regroup();
+  // True where the first open set is no trigger: its frames are set aside.
+  bool LeaveAstray(bool timed_out, int64_t host_time_ns, AssembledSets& out);
   void NoteUnreadableClock(size_t camera, int64_t host_time_ns, AssembledSets& out);
   void NoteGap(Camera& camera, const RawFrame& frame, int64_t time_ns);
   ClockTrack NewClock() const;
   void NoteLeftOver(size_t camera, int64_t host_time_ns, AssembledSets& out);
   std::optional<RawFrame> TakeFrame(OpenSet& set, size_t camera);
   void LeaveOutFirst();
+  void AddDropped(uint64_t last, int64_t host_time_ns, const std::string& cause, AssembledSets& out) const;
   // True once the first set may begin.
   bool HasBegun(int64_t host_time_ns, AssembledSets& out);
   void Deliver(int64_t host_time_ns, AssembledSets& out);
@@ -129,6 +173,7 @@ class FrameSetAssembler {
   // Triggers from the last delivered one to this, at least one.
   uint64_t StepsTo(const OpenSet& open, int64_t host_time_ns, AssembledSets& out) const;
   bool AreAllAway() const;
+  std::string WhyNoCamera() const;
   void CountUntil(int64_t until_host_ns, int64_t host_time_ns, AssembledSets& out);
   void Note(size_t camera, int64_t host_time_ns, const std::string& cause, AssembledSets& out) const;
 
@@ -139,6 +184,8 @@ class FrameSetAssembler {
   uint64_t next_number_;
   std::optional<int64_t> last_delivered_ns_;
   int64_t last_delivered_host_ns_ = 0;      // when its first frame came
+  int64_t last_closed_host_ns_ = 0;         // when it was delivered
+  std::set<size_t> last_delivered_of_;      // the cameras that defined it
   std::optional<int64_t> numbers_from_ns_;  // host time of the first set
   uint64_t first_number_;
   std::optional<int64_t> begin_ns_;        // of the first set, where the cameras are waited for

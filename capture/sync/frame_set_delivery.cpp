@@ -23,7 +23,8 @@ std::string SecondsText(int64_t ns) { return absl::StrFormat("%.3f s", static_ca
 
 bool FrameSetAssembler::IsDecided(const OpenSet& set, size_t camera) const {
   const Camera& state = cameras_[camera];
-  if (set.frames.contains(camera) || !state.is_connected) return true;
+  if (set.frames.contains(camera) || !state.is_connected || state.is_hold_over) return true;
+  if (!state.held.empty()) return false;
   if (state.unsynchronized) return state.unsynchronized->Knows(set.time_ns);
   if (state.last_time_ns && *state.last_time_ns > set.time_ns + options_.tolerance_ns) return true;
   return std::any_of(state.losses.begin(), state.losses.end(), [&](const Loss& loss) {
@@ -46,9 +47,11 @@ std::string FrameSetAssembler::WhyMissing(const OpenSet& set, size_t camera, boo
     state.losses.erase(loss);
     return cause;
   }
+  if (state.has_ended) return "the camera's source has ended";
   if (!state.is_connected) return "the camera is disconnected";
   if (state.is_silent) return "the camera does not answer: disconnected or without power";
   if (!state.unplaced_ns.empty()) return ClockCause();
+  if (!state.astray_cause.empty()) return state.astray_cause;
   if (!state.last_time_ns) return "the camera has not delivered yet";
   if (state.unsynchronized && !timed_out) return "no frame of the unsynchronized camera is near this trigger";
   const int64_t off_ns =
@@ -65,7 +68,7 @@ std::string FrameSetAssembler::WhyMissing(const OpenSet& set, size_t camera, boo
 std::optional<RawFrame> FrameSetAssembler::TakeFrame(OpenSet& set, size_t camera) {
   if (cameras_[camera].unsynchronized) return cameras_[camera].unsynchronized->Take(set.time_ns);
   const auto frame = set.frames.find(camera);
-  return frame != set.frames.end() ? std::optional(std::move(frame->second)) : std::nullopt;
+  return frame != set.frames.end() ? std::optional(std::move(frame->second.frame)) : std::nullopt;
 }
 
 void FrameSetAssembler::NoteLeftOver(size_t camera, int64_t host_time_ns, AssembledSets& out) {
@@ -93,16 +96,24 @@ uint64_t FrameSetAssembler::StepsTo(const OpenSet& open, int64_t host_time_ns, A
   return most;
 }
 
+// The triggers up to this number, of which no camera told.
+void FrameSetAssembler::AddDropped(uint64_t last, int64_t host_time_ns, const std::string& cause,
+                                   AssembledSets& out) const {
+  out.entries.push_back({LedgerEvent::kDropped, next_number_, last, *last_delivered_ns_ + options_.period_ns,
+                         host_time_ns, "", cause});
+  for (size_t camera = 0; camera < cameras_.size(); ++camera) out.lost[camera] += last + 1 - next_number_;
+}
+
 void FrameSetAssembler::DeliverFirst(int64_t host_time_ns, AssembledSets& out) {
   OpenSet open = std::move(open_.front());
   open_.pop_front();
   const uint64_t steps = StepsTo(open, host_time_ns, out);
   const uint64_t number = last_delivered_ns_ ? next_number_ + steps - 1 : next_number_;
-  if (number > next_number_) {
-    out.entries.push_back({LedgerEvent::kDropped, next_number_, number - 1,
-                           *last_delivered_ns_ + options_.period_ns, host_time_ns, "", kNoFrame});
-  }
+  if (number > next_number_) AddDropped(number - 1, host_time_ns, kNoFrame, out);
   const bool timed_out = host_time_ns - open.opened_host_ns >= options_.max_wait_ns;
+  last_closed_host_ns_ = host_time_ns;
+  last_delivered_of_ = CamerasOf(open);
+  for (const size_t camera : last_delivered_of_) NoteInStep(camera, host_time_ns, out);
   RawFrameSet set;
   set.number = number;
   set.device_time_ns = open.time_ns;
@@ -112,6 +123,7 @@ void FrameSetAssembler::DeliverFirst(int64_t host_time_ns, AssembledSets& out) {
       NoteLeftOver(camera, host_time_ns, out);
     } else {
       set.missing.push_back({camera_ids_[camera], WhyMissing(open, camera, timed_out)});
+      ++out.lost[camera];
     }
   }
   next_number_ = number + 1;
@@ -162,6 +174,7 @@ void FrameSetAssembler::LeaveOutFirst() {
 void FrameSetAssembler::Deliver(int64_t host_time_ns, AssembledSets& out) {
   if (!HasBegun(host_time_ns, out)) return;
   while (!open_.empty()) {
+    Regroup();
     const OpenSet& first = open_.front();
     bool decided = open_.size() > kMaxOpenSets || host_time_ns - first.opened_host_ns >= options_.max_wait_ns;
     if (!decided) {
@@ -170,7 +183,8 @@ void FrameSetAssembler::Deliver(int64_t host_time_ns, AssembledSets& out) {
         decided = IsDecided(first, camera);
     }
     if (!decided) return;
-    DeliverFirst(host_time_ns, out);
+    const bool timed_out = host_time_ns - first.opened_host_ns >= options_.max_wait_ns;
+    if (!LeaveAstray(timed_out, host_time_ns, out)) DeliverFirst(host_time_ns, out);
   }
 }
 
@@ -184,13 +198,21 @@ bool FrameSetAssembler::AreAllAway() const {
                      [](const Camera& camera) { return !camera.is_connected || camera.is_silent; });
 }
 
+// Follows "no camera delivered a frame".
+std::string FrameSetAssembler::WhyNoCamera() const {
+  if (!AreAllAway()) return "";
+  const auto ended =
+      std::count_if(cameras_.begin(), cameras_.end(), [](const Camera& c) { return c.has_ended; });
+  if (ended == 0) return ": all are disconnected";
+  return static_cast<size_t>(ended) == cameras_.size() ? ": all have ended"
+                                                       : ": all have ended or are disconnected";
+}
+
 void FrameSetAssembler::CountUntil(int64_t until_host_ns, int64_t host_time_ns, AssembledSets& out) {
   const int64_t triggers = (until_host_ns - last_delivered_host_ns_) / options_.period_ns;
   if (triggers < 1) return;
   const uint64_t last = next_number_ + static_cast<uint64_t>(triggers) - 1;
-  out.entries.push_back({LedgerEvent::kDropped, next_number_, last, *last_delivered_ns_ + options_.period_ns,
-                         host_time_ns, "",
-                         AreAllAway() ? "no camera delivered a frame: all are disconnected" : kNoFrame});
+  AddDropped(last, host_time_ns, absl::StrCat(kNoFrame, WhyNoCamera()), out);
   next_number_ = last + 1;
   *last_delivered_ns_ += triggers * options_.period_ns;
   last_delivered_host_ns_ += triggers * options_.period_ns;
@@ -198,6 +220,7 @@ void FrameSetAssembler::CountUntil(int64_t until_host_ns, int64_t host_time_ns, 
 
 AssembledSets FrameSetAssembler::Advance(int64_t host_time_ns) {
   AssembledSets out;
+  EndHolding(host_time_ns, out);
   Deliver(host_time_ns, out);
   // What a camera that comes back films is later than what was counted.
   const int64_t until_ns = host_time_ns - 2 * options_.period_ns - options_.tolerance_ns;
@@ -209,8 +232,12 @@ AssembledSets FrameSetAssembler::Advance(int64_t host_time_ns) {
 
 AssembledSets FrameSetAssembler::Finish(int64_t host_time_ns, int64_t end_host_ns) {
   AssembledSets out;
+  EndHolding(host_time_ns, out);
   Deliver(host_time_ns, out);
-  for (size_t camera = 0; camera < cameras_.size(); ++camera) NoteLeftOver(camera, host_time_ns, out);
+  for (size_t camera = 0; camera < cameras_.size(); ++camera) {
+    NoteLeftOver(camera, host_time_ns, out);
+    NoteInStep(camera, host_time_ns, out);
+  }
   if (!open_.empty()) {
     out.entries.push_back({LedgerEvent::kNote, 0, 0, open_.front().time_ns, host_time_ns, "",
                            absl::StrCat("the take ended while ", open_.size(),

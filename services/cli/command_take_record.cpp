@@ -61,7 +61,7 @@ absl::Status PrintRecording(const std::string& folder, bool json) {
         c.id(), absl::StrCat(WithSeparators(c.frames_received()), " frames, ",
                              WithSeparators(c.frames_lost()), " lost, ", WithSeparators(c.packets_resent()),
                              " packets resent, ", WithSeparators(c.packets_missing()), " packets missing, ",
-                             c.disconnections(), " times away"));
+                             c.disconnections(), " times away, ", c.reconnections(), " times back"));
   for (const std::string& of : CameraLines(said, said.size())) std::printf("%s\n", of.c_str());
   return VerdictStatus(info->verdict());
 }

@@ -53,11 +53,14 @@ void Describe(const LiveRecordingState& live, v1::RecorderState& state) {
   state.set_queued_bytes(live.recorder.queued_bytes);
   for (size_t i = 0; i < live.cameras.size(); ++i) {
     v1::RecorderCamera& camera = *state.mutable_cameras(static_cast<int>(i));
-    camera.set_frames_received(live.cameras[i].frames);
-    camera.set_frames_lost(live.cameras[i].frames_lost);
-    camera.set_packets_resent(live.cameras[i].packets_resent);
-    camera.set_packets_missing(live.cameras[i].packets_missing);
-    camera.set_disconnections(live.cameras[i].disconnections);
+    const LiveCameraState& of = live.cameras[i];
+    camera.set_frames_received(of.receiver.frames);
+    camera.set_frames_lost(of.frames_lost);
+    camera.set_packets_resent(of.receiver.packets_resent);
+    camera.set_packets_missing(of.receiver.packets_missing);
+    camera.set_disconnections(of.disconnections);
+    camera.set_reconnections(of.reconnections);
+    camera.set_is_away(of.is_away);
   }
 }
 

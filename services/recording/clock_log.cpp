@@ -1,5 +1,6 @@
 #include "services/recording/clock_log.h"
 
+#include <cstdlib>
 #include <filesystem>
 #include <utility>
 
@@ -13,7 +14,16 @@ namespace {
 constexpr const char* kHeading =
     "host_time_ns,camera,device_minus_host_ns,uncertainty_ns,ptp_status,ptp_offset_ns";
 
+constexpr int64_t kSmallestJump_ns = 5'000'000;
+constexpr int64_t kDriftDivisor = 1000;  // clocks that PTP steers, too
+
 }  // namespace
+
+bool IsClockJump(const ClockReading& before, const ClockReading& after) {
+  const int64_t step_ns = after.device_minus_host_ns - before.device_minus_host_ns;
+  return std::abs(step_ns) > kSmallestJump_ns + before.uncertainty_ns + after.uncertainty_ns +
+                                 std::abs(after.host_time_ns - before.host_time_ns) / kDriftDivisor;
+}
 
 std::string ClockLogFile(const std::string& take) {
   return (std::filesystem::path(take) / "clocks.csv").string();

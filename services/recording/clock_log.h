@@ -21,6 +21,9 @@ struct LoggedReading {
   ClockReading reading;
 };
 
+// Whether the clock jumped between two readings of it: by more than they may be wrong and a clock may drift.
+bool IsClockJump(const ClockReading& before, const ClockReading& after);
+
 // Keeps the last reading of each camera and writes all. Thread safety: all members may be called from any
 // thread.
 class ClockLog {

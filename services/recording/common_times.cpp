@@ -10,11 +10,10 @@
 namespace weft {
 namespace {
 
-// Synchronized clocks that differ by more than readings are wrong have jumped.
-constexpr int64_t kJumped_ns = 50'000'000;
-
+constexpr int64_t kEarliest_ns = -50'000'000;         // of an arrival, by readings that are right
 constexpr int64_t kLongestDelay_ns = 10'000'000'000;  // between a frame's time and its arrival
 constexpr int64_t kArrivals_ns = 5'000'000'000;       // over which the quickest arrival counts
+constexpr int64_t kArrivalScatter_ns = 20'000'000;    // of the quickest
 
 // Answers that took much longer than most say little.
 std::vector<const ClockReading*> WithoutSlow(std::vector<const ClockReading*> readings) {
@@ -36,7 +35,8 @@ CommonTimes::CommonTimes(const RecordedTake& take, const std::vector<LoggedReadi
       is_unsynchronized_(take.camera_ids().size()),
       is_by_arrival_(take.camera_ids().size()),
       are_readings_wrong_(take.camera_ids().size()),
-      readings_(take.camera_ids().size()) {
+      readings_(take.camera_ids().size()),
+      usual_lateness_ns_(take.camera_ids().size()) {
   for (const v1::TakeCamera& camera : description.cameras()) {
     const auto& ids = take.camera_ids();
     const auto index = static_cast<size_t>(std::find(ids.begin(), ids.end(), camera.id()) - ids.begin());
@@ -49,11 +49,16 @@ CommonTimes::CommonTimes(const RecordedTake& take, const std::vector<LoggedReadi
     for (const LoggedReading& logged : readings)
       if (logged.camera_id == take.camera_ids()[camera]) own.push_back(&logged.reading);
     for (const ClockReading* reading : WithoutSlow(std::move(own)))
-      readings_[camera][reading->host_time_ns] = reading->device_minus_host_ns;
-    are_readings_wrong_[camera] = !AgreesWithFrames(camera);
+      readings_[camera][reading->host_time_ns] = *reading;
+    usual_lateness_ns_[camera] = Lateness_ns(camera).value_or(0);
+    // None arrived before it was taken, nor long after.
+    are_readings_wrong_[camera] =
+        usual_lateness_ns_[camera] < kEarliest_ns || usual_lateness_ns_[camera] > kLongestDelay_ns;
     if (are_readings_wrong_[camera]) readings_[camera].clear();
     is_by_arrival_[camera] = readings_[camera].empty() && (own_clocks_ || has_own_clock_[camera]);
-    if (is_by_arrival_[camera]) readings_[camera] = Arrivals(camera);
+    if (!is_by_arrival_[camera]) continue;
+    readings_[camera] = Arrivals(camera);
+    usual_lateness_ns_[camera] = Lateness_ns(camera).value_or(0);
   }
   for (size_t set = 0; set < take.sets().size(); ++set) {
     const std::vector<int64_t> times_ns = TriggeredTimes_ns(set);
@@ -61,18 +66,15 @@ CommonTimes::CommonTimes(const RecordedTake& take, const std::vector<LoggedReadi
   }
 }
 
-// By the middle one of its frames none arrived before it was taken, nor long after.
-bool CommonTimes::AgreesWithFrames(size_t camera) const {
+std::optional<int64_t> CommonTimes::Lateness_ns(size_t camera) const {
   std::vector<int64_t> late_ns;
   for (size_t set = 0; set < take_.sets().size(); ++set) {
     const IndexRecord* record = take_.Record(set, camera);
     if (record == nullptr || record->is_missing || record->host_time_ns == 0) continue;
-    if (const std::optional<int64_t> minus_host_ns = MinusHost_ns(readings_[camera], *record))
-      late_ns.push_back(record->host_time_ns - (record->device_time_ns - *minus_host_ns));
+    if (const std::optional<ClockReading> reading = ReadingAt(camera, *record))
+      late_ns.push_back(record->host_time_ns - (record->device_time_ns - reading->device_minus_host_ns));
   }
-  if (late_ns.empty()) return true;
-  const int64_t median_ns = Median(std::move(late_ns));
-  return median_ns >= -kJumped_ns && median_ns <= kLongestDelay_ns;
+  return late_ns.empty() ? std::nullopt : std::optional(Median(std::move(late_ns)));
 }
 
 CommonTimes::Readings CommonTimes::Arrivals(size_t camera) const {
@@ -81,7 +83,11 @@ CommonTimes::Readings CommonTimes::Arrivals(size_t camera) const {
   int64_t since_ns = 0;
   const auto end_window = [&] {
     if (quickest != nullptr)
-      readings[quickest->host_time_ns] = quickest->device_time_ns - quickest->host_time_ns;
+      readings[quickest->host_time_ns] = {quickest->host_time_ns,
+                                          quickest->device_time_ns - quickest->host_time_ns,
+                                          kArrivalScatter_ns,
+                                          "",
+                                          {}};
     quickest = nullptr;
   };
   for (size_t set = 0; set < take_.sets().size(); ++set) {
@@ -107,41 +113,49 @@ std::vector<int64_t> CommonTimes::TriggeredTimes_ns(size_t set) const {
   return found;
 }
 
-// Between two readings the clock ran evenly, or it jumped: then the one counts with which the frame was not
-// taken after it arrived, or long before.
-std::optional<int64_t> CommonTimes::MinusHost_ns(const Readings& readings, const IndexRecord& record) {
+// Between two readings the clock ran evenly, or it jumped: then the one counts with which the frame came as
+// late as others do.
+std::optional<ClockReading> CommonTimes::ReadingAt(size_t camera, const IndexRecord& record) const {
+  const Readings& readings = readings_[camera];
   if (readings.empty()) return std::nullopt;
-  const auto after = readings.upper_bound(record.host_time_ns);
-  if (after == readings.begin()) return after->second;
-  const auto before = std::prev(after);
-  if (after == readings.end()) return before->second;
-  if (std::abs(after->second - before->second) < kJumped_ns) {
-    const double part = static_cast<double>(record.host_time_ns - before->first) /
-                        static_cast<double>(after->first - before->first);
-    return before->second + std::llround(part * static_cast<double>(after->second - before->second));
+  const auto next = readings.upper_bound(record.host_time_ns);
+  if (next == readings.begin()) return next->second;
+  const ClockReading& before = std::prev(next)->second;
+  if (next == readings.end()) return before;
+  const ClockReading& after = next->second;
+  if (!IsClockJump(before, after)) {
+    const double part = static_cast<double>(record.host_time_ns - before.host_time_ns) /
+                        static_cast<double>(after.host_time_ns - before.host_time_ns);
+    ClockReading between = before;
+    between.device_minus_host_ns +=
+        std::llround(part * static_cast<double>(after.device_minus_host_ns - before.device_minus_host_ns));
+    return between;
   }
-  const auto lateness_ns = [&](int64_t minus_host_ns) {
-    return std::abs(record.host_time_ns - (record.device_time_ns - minus_host_ns));
+  const auto unusual_ns = [&](const ClockReading& reading) {
+    const int64_t taken_ns = record.device_time_ns - reading.device_minus_host_ns;
+    return std::abs(record.host_time_ns - taken_ns - usual_lateness_ns_[camera]);
   };
-  return lateness_ns(before->second) < lateness_ns(after->second) ? before->second : after->second;
+  return unusual_ns(before) < unusual_ns(after) ? before : after;
 }
 
 std::optional<int64_t> CommonTimes::Time_ns(size_t set, size_t camera) const {
   const IndexRecord* record = take_.Record(set, camera);
   if (record == nullptr || record->is_missing) return std::nullopt;
-  const std::optional<int64_t> own_ns = MinusHost_ns(readings_[camera], *record);
-  if (!own_ns) return record->device_time_ns;
-  if (own_clocks_) return record->device_time_ns - *own_ns;
+  const std::optional<ClockReading> own = ReadingAt(camera, *record);
+  if (!own) return record->device_time_ns;
+  if (own_clocks_) return record->device_time_ns - own->device_minus_host_ns;
   // What most cameras say is the common clock.
   std::vector<int64_t> all_ns;
   for (size_t other = 0; other < readings_.size(); ++other) {
     if (has_own_clock_[other]) continue;
-    if (const std::optional<int64_t> one_ns = MinusHost_ns(readings_[other], *record))
-      all_ns.push_back(*one_ns);
+    if (const std::optional<ClockReading> one = ReadingAt(other, *record))
+      all_ns.push_back(one->device_minus_host_ns);
   }
-  if (all_ns.empty()) return record->device_time_ns - *own_ns;
-  const int64_t off_ns = *own_ns - Median(std::move(all_ns));
-  return record->device_time_ns - (has_own_clock_[camera] || std::abs(off_ns) > kJumped_ns ? off_ns : 0);
+  if (all_ns.empty()) return record->device_time_ns - own->device_minus_host_ns;
+  ClockReading common = *own;
+  common.device_minus_host_ns = Median(std::move(all_ns));
+  const bool differs = has_own_clock_[camera] || IsClockJump(common, *own);
+  return record->device_time_ns - (differs ? own->device_minus_host_ns - common.device_minus_host_ns : 0);
 }
 
 std::optional<int64_t> CommonTimes::Spread_ns(size_t set) const {

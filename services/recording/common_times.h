@@ -52,11 +52,11 @@ class CommonTimes {
   std::optional<int64_t> Spread_ns(size_t set) const;
 
  private:
-  using Readings = std::map<int64_t, int64_t>;  // device minus host, by host time
+  using Readings = std::map<int64_t, ClockReading>;  // by host time
 
-  static std::optional<int64_t> MinusHost_ns(const Readings& readings, const IndexRecord& record);
-
-  bool AgreesWithFrames(size_t camera) const;
+  std::optional<ClockReading> ReadingAt(size_t camera, const IndexRecord& record) const;
+  // How long after its time by the readings the middle one of its frames arrived.
+  std::optional<int64_t> Lateness_ns(size_t camera) const;
   Readings Arrivals(size_t camera) const;
   std::vector<int64_t> TriggeredTimes_ns(size_t set) const;
 
@@ -64,7 +64,8 @@ class CommonTimes {
   bool own_clocks_;                                      // of all
   std::vector<bool> has_own_clock_, is_unsynchronized_;  // by camera
   std::vector<bool> is_by_arrival_, are_readings_wrong_;
-  std::vector<Readings> readings_;  // of each camera
+  std::vector<Readings> readings_;          // of each camera
+  std::vector<int64_t> usual_lateness_ns_;  // of each camera's frames
   std::vector<std::optional<int64_t>> medians_ns_;
 };
 

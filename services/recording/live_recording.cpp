@@ -27,17 +27,25 @@ class SetsToRecorder {
  public:
   SetsToRecorder(const std::vector<std::string>& ids, const LiveRecordingOptions& options, Recorder& recorder,
                  ClockLog& clocks)
-      : ids_(ids), options_(options), assembler_(ids, options.sets), recorder_(recorder), clocks_(clocks) {}
+      : ids_(ids),
+        options_(options),
+        assembler_(ids, options.sets),
+        recorder_(recorder),
+        clocks_(clocks),
+        cameras_(ids.size()) {}
 
-  void Add(size_t camera, CameraDelivery delivery) {
+  // True where the camera's clock had better be read now.
+  bool Add(size_t camera, CameraDelivery delivery) {
     const std::lock_guard lock(mutex_);
     if (delivery.kind == CameraDelivery::Kind::kClock) {
       const std::string change = clocks_.Add(camera, delivery.clock);
       if (!change.empty()) recorder_.Note(ids_[camera], change);
     }
     const bool is_reading = delivery.kind == CameraDelivery::Kind::kClock;
+    Count(delivery.kind, cameras_[camera]);
     Hand(assembler_.Add(camera, std::move(delivery), HostTime_ns()));
     if (is_reading && !assembler_.IsClockReadable(camera)) clocks_.Distrust(camera);
+    return assembler_.WantsReading(camera);
   }
   void Advance() {
     const std::lock_guard lock(mutex_);
@@ -51,9 +59,22 @@ class SetsToRecorder {
     const std::lock_guard lock(mutex_);
     Hand(assembler_.Finish(HostTime_ns(), end_host_ns));
   }
+  // Without the receivers' counters.
+  std::vector<LiveCameraState> Cameras() {
+    const std::lock_guard lock(mutex_);
+    return cameras_;
+  }
 
  private:
+  static void Count(CameraDelivery::Kind kind, LiveCameraState& camera) {
+    using Kind = CameraDelivery::Kind;
+    camera.disconnections += kind == Kind::kDisconnected;
+    camera.reconnections += kind == Kind::kReconnected;
+    if (kind == Kind::kDisconnected || kind == Kind::kSilent) camera.is_away = true;
+    if (kind == Kind::kFrame || kind == Kind::kReconnected || kind == Kind::kAnswers) camera.is_away = false;
+  }
   void Hand(AssembledSets out) {
+    for (const auto& [camera, frames] : out.lost) cameras_[camera].frames_lost += frames;
     for (const LedgerEntry& entry : out.entries) {
       if (entry.event == LedgerEvent::kDropped) {
         recorder_.NoteDropped(entry.first_set, entry.last_set, entry.device_time_ns, entry.cause);
@@ -74,6 +95,7 @@ class SetsToRecorder {
   FrameSetAssembler assembler_;
   Recorder& recorder_;
   ClockLog& clocks_;
+  std::vector<LiveCameraState> cameras_;
 };
 
 void Pump(CameraSource& camera, size_t index, const std::atomic<bool>& stopping, std::atomic<size_t>& running,
@@ -81,10 +103,11 @@ void Pump(CameraSource& camera, size_t index, const std::atomic<bool>& stopping,
   while (!stopping) {
     absl::StatusOr<CameraDelivery> delivery = camera.Next(kPollInterval);
     if (delivery.ok()) {
-      sets.Add(index, *std::move(delivery));
+      if (sets.Add(index, *std::move(delivery))) camera.AskForClock();
     } else if (!absl::IsDeadlineExceeded(delivery.status())) {
       CameraDelivery end;
-      end.kind = CameraDelivery::Kind::kDisconnected;
+      end.kind = absl::IsOutOfRange(delivery.status()) ? CameraDelivery::Kind::kEnded
+                                                       : CameraDelivery::Kind::kDisconnected;
       end.cause = std::string(delivery.status().message());
       sets.Add(index, std::move(end));
       break;
@@ -208,11 +231,17 @@ class LiveTake {
       LiveRecordingState state;
       state.elapsed_s = watch.Seconds();
       state.recorder = recorder_.Counters();
-      for (const auto& camera : cameras_) state.cameras.push_back(camera->counters());
+      state.cameras = Cameras();
       if (report) report(state);
       is_over = stop || running_ == 0 || !state.recorder.stop_cause.empty() ||
                 (options_.seconds > 0 && state.elapsed_s >= options_.seconds);
     }
+  }
+
+  std::vector<LiveCameraState> Cameras() {
+    std::vector<LiveCameraState> states = sets_.Cameras();
+    for (size_t i = 0; i < states.size(); ++i) states[i].receiver = cameras_[i]->counters();
+    return states;
   }
 
   // No more triggers; what was triggered before still arrives.
@@ -252,7 +281,7 @@ class LiveTake {
   std::unique_ptr<TriggerSender> triggers_;
 };
 
-void Summarize(const std::vector<std::unique_ptr<CameraSource>>& cameras, const RecorderCounters& counters,
+void Summarize(const std::vector<LiveCameraState>& cameras, const RecorderCounters& counters,
                v1::Take& take) {
   take.set_state(counters.stop_cause.empty() ? v1::TAKE_STATE_COMPLETE : v1::TAKE_STATE_STOPPED);
   take.set_stop_cause(counters.stop_cause);
@@ -261,13 +290,14 @@ void Summarize(const std::vector<std::unique_ptr<CameraSource>>& cameras, const 
   take.set_sets_dropped(counters.sets_dropped);
   take.set_frames_missing(counters.frames_missing);
   for (size_t i = 0; i < cameras.size(); ++i) {
-    const CameraCounters of = cameras[i]->counters();
+    const LiveCameraState& of = cameras[i];
     v1::TakeCamera& camera = *take.mutable_cameras(static_cast<int>(i));
-    camera.set_frames_received(of.frames);
+    camera.set_frames_received(of.receiver.frames);
     camera.set_frames_lost(of.frames_lost);
-    camera.set_packets_resent(of.packets_resent);
-    camera.set_packets_missing(of.packets_missing);
+    camera.set_packets_resent(of.receiver.packets_resent);
+    camera.set_packets_missing(of.receiver.packets_missing);
     camera.set_disconnections(of.disconnections);
+    camera.set_reconnections(of.reconnections);
   }
 }
 
@@ -324,7 +354,7 @@ absl::StatusOr<v1::Take> RecordLive(const std::string& folder,
   live.End();
   const absl::Status written = (*recorder)->Stop();
   status.Update(written);
-  Summarize(cameras, (*recorder)->Counters(), take);
+  Summarize(live.Cameras(), (*recorder)->Counters(), take);
   if (!absl::IsDeadlineExceeded(written)) status.Update(WriteTakeFile(folder, take));
   if (!status.ok()) return status;
   return take;

@@ -26,10 +26,18 @@ struct LiveRecordingOptions {
   std::function<void(const RawFrameSet&)> look;
 };
 
+// What became of one camera's frames.
+struct LiveCameraState {
+  CameraCounters receiver;
+  uint64_t frames_lost = 0;  // triggers that ended without a frame of it, whatever the cause
+  uint64_t disconnections = 0, reconnections = 0;
+  bool is_away = false;  // disconnected, or it does not answer
+};
+
 struct LiveRecordingState {
   double elapsed_s = 0;
   RecorderCounters recorder;
-  std::vector<CameraCounters> cameras;
+  std::vector<LiveCameraState> cameras;
 };
 
 // What an operator should know of cameras whose clocks cannot be read, a line per cause.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -28,16 +29,29 @@ constexpr double kPtpLimit_us = 100;
 
 // Of the camera's clock against the host's, over the readings that no jump parts.
 double Drift_ppm(const std::vector<const ClockReading*>& readings) {
-  constexpr double kJump_ns = 5e7;
   double seconds = 0, drift_ns = 0;
   for (size_t i = 1; i < readings.size(); ++i) {
     const auto step_ns =
         static_cast<double>(readings[i]->device_minus_host_ns - readings[i - 1]->device_minus_host_ns);
-    if (std::abs(step_ns) > kJump_ns) continue;
+    if (IsClockJump(*readings[i - 1], *readings[i])) continue;
     drift_ns += step_ns;
     seconds += static_cast<double>(readings[i]->host_time_ns - readings[i - 1]->host_time_ns) / 1e9;
   }
   return seconds > 0 ? drift_ns / seconds / 1e3 : 0;
+}
+
+// One reading that the next one contradicts is none.
+uint32_t JumpsBetween(const std::vector<const ClockReading*>& readings) {
+  uint32_t jumps = 0;
+  size_t before = 0;
+  for (size_t i = 1; i < readings.size(); ++i) {
+    const bool jumped = IsClockJump(*readings[before], *readings[i]);
+    const bool is_alone = i + 1 < readings.size() && IsClockJump(*readings[i], *readings[i + 1]);
+    if (jumped && is_alone) continue;
+    jumps += jumped ? 1 : 0;
+    before = i;
+  }
+  return jumps;
 }
 
 // `problem`: why no reading counts, empty where they do.
@@ -72,18 +86,21 @@ void DescribeClock(const std::string& id, const std::vector<LoggedReading>& all,
   clock.set_minus_host_last_ms(static_cast<double>(readings.back()->device_minus_host_ns) / 1e6);
   clock.set_uncertainty_ms(static_cast<double>(best_ns) / 1e6);
   clock.set_drift_ppm(Drift_ppm(readings));
+  clock.set_jumps(JumpsBetween(readings));
   clock.set_ptp_offset_rms_us(ptp_us.rms());
   clock.set_ptp_offset_worst_us(ptp_us.worst);
 }
 
+// The recorder saw a jump, or the readings show one that it did not see.
 void CountJumps(const RecordedTake& take, v1::SyncReport& report) {
+  std::map<std::string, uint32_t> seen;
   for (const LedgerEntry& entry : take.ledger()) {
     if (entry.event == LedgerEvent::kDropped)
       report.set_sets_dropped(report.sets_dropped() + entry.last_set - entry.first_set + 1);
-    if (!absl::StrContains(entry.cause, "its clock jumped")) continue;
-    for (v1::CameraClock& clock : *report.mutable_clocks())
-      if (clock.camera() == entry.camera_id) clock.set_jumps(clock.jumps() + 1);
+    if (absl::StrContains(entry.cause, "its clock jumped")) ++seen[entry.camera_id];
   }
+  for (v1::CameraClock& clock : *report.mutable_clocks())
+    clock.set_jumps(std::max(clock.jumps(), seen[clock.camera()]));
 }
 
 void DescribeSets(const RecordedTake& take, const CommonTimes& times, SyncAnalysis& out) {
@@ -111,6 +128,15 @@ void DescribeSets(const RecordedTake& take, const CommonTimes& times, SyncAnalys
 // What is said of one camera, to be put together where others say the same.
 using Said = std::vector<std::pair<std::string, std::string>>;
 
+// Frames of the camera that the recorder did not match, in its words.
+void FindSetAside(const RecordedTake& take, Said& said) {
+  for (const LedgerEntry& entry : take.ledger())
+    if (entry.event == LedgerEvent::kNote && absl::EndsWith(entry.cause, "; they are set aside"))
+      said.emplace_back(
+          entry.camera_id,
+          absl::StrCat(entry.cause, "; look for what sets its clock, or trigger it with the others"));
+}
+
 void FindClockFaults(const v1::SyncReport& report, Said& said) {
   for (const v1::CameraClock& clock : report.clocks()) {
     const auto say = [&](const std::string& text) { said.emplace_back(clock.camera(), text); };
@@ -133,9 +159,10 @@ void FindClockFaults(const v1::SyncReport& report, Said& said) {
   }
 }
 
-void FindFaults(v1::SyncReport& report) {
+void FindFaults(const RecordedTake& take, v1::SyncReport& report) {
   Said said;
   FindClockFaults(report, said);
+  FindSetAside(take, said);
   for (const v1::TakeTiming& timing : report.timing()) {
     const auto all = static_cast<double>(timing.frames() + timing.missing());
     if (static_cast<double>(timing.missing()) > kManyLost * all)
@@ -204,7 +231,7 @@ absl::StatusOr<SyncAnalysis> AnalyzeSync(const std::string& path) {
   }
   DescribeSets(**take, times, out);
   CountJumps(**take, report);
-  FindFaults(report);
+  FindFaults(**take, report);
   *report.mutable_verdict() = AssessSync(*info, report);
   return out;
 }

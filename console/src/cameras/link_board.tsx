@@ -13,7 +13,7 @@ export function LinkBoard({ take, loads, looks }: { take: RecordedTake; loads: M
   return (
     <section class="link-board" aria-label="Sync and links">
       <h2>Sync and links{total > 0 && <small>, {countText(Math.round(total))} Mbit/s together</small>}</h2>
-      <Table label="Sync and links of each camera" head={["camera", "fps", "frames behind", "clock", "Mbit/s", "of its link", "lost", "packets resent", "packets missing", "reconnected"]}>
+      <Table label="Sync and links of each camera" head={["camera", "fps", "frames behind", "clock", "Mbit/s", "of its link", "lost", "packets resent", "packets missing", "disconnected", "came back"]}>
         {cameras.map((camera) => {
           const load = loads.get(camera.id);
           const known = looks.get(camera.id)?.camera;
@@ -24,13 +24,14 @@ export function LinkBoard({ take, loads, looks }: { take: RecordedTake; loads: M
               <td>{camera.id}</td>
               <td class="number">{load?.fps.toFixed(1)}</td>
               <td class={behind > 1 ? "number bad-text" : "number"}>{behind}</td>
-              <td>{known?.clockProblem || (known?.ownClock ? "its own" : known ? "in step" : "")}</td>
+              <td class={camera.isAway ? "bad-text" : undefined}>{camera.isAway ? "camera gone" : known?.clockProblem || (known?.ownClock ? "its own" : known ? "in step" : "")}</td>
               <td class="number">{load?.megabitsPerS ? Math.round(load.megabitsPerS) : ""}</td>
               <td class="number">{load?.megabitsPerS ? percentText(load.share) : ""}</td>
               {number(camera.framesLost)}
               <td class="number">{countText(camera.packetsResent)}</td>
               {number(camera.packetsMissing)}
               {number(camera.disconnections)}
+              <td class="number">{countText(camera.reconnections)}</td>
             </tr>
           );
         })}

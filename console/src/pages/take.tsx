@@ -118,13 +118,13 @@ function Count({ of: count }: { of: bigint }) {
 function CameraCounts({ cameras }: { cameras: RecorderCamera[] }) {
   if (!cameras.length) return null;
   return (
-    <Table label="Cameras" head={["camera", "frames", "lost", "packets asked for again", "packets missing", "disconnections"]}>
+    <Table label="Cameras" head={["camera", "frames", "lost", "packets asked for again", "packets missing", "disconnected", "came back"]}>
       {cameras.map((camera) => (
         <tr key={camera.id}>
           <td>{camera.id}</td>
           <td class="number">{countText(camera.framesReceived)}</td>
-          {[camera.framesLost, camera.packetsResent, camera.packetsMissing, camera.disconnections].map((count, i) => (
-            <td key={i} class={count > 0n && i !== 1 ? "number bad-text" : "number"}>
+          {[camera.framesLost, camera.packetsResent, camera.packetsMissing, camera.disconnections, camera.reconnections].map((count, i) => (
+            <td key={i} class={count > 0n && i !== 1 && i !== 4 ? "number bad-text" : "number"}>
               {countText(count)}
             </td>
           ))}
