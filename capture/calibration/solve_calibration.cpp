@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <mutex>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -290,6 +291,30 @@ void AssessStage(CalibrationSolution* solution) {
   }
 }
 
+// A board that one camera alone saw fits it wherever the camera is.
+void FollowSharedViews(const CalibrationViews& views, int min_corners, CalibrationSolution* solution) {
+  using Sight = std::pair<int, int>;  // frame, board
+  std::map<Sight, std::set<int>> seen_by;
+  std::map<std::pair<Sight, int>, size_t> kept;
+  for (const BoardView& view : views.boards)
+    if (static_cast<int>(view.corners.size()) >= min_corners)
+      seen_by[{view.frame, view.board}].insert(view.camera);
+  for (const BundleView& view : solution->bundle.views) {
+    const BoardPlacement& placement = solution->bundle.placements[view.placement];
+    kept[{{placement.frame, placement.board}, view.camera}] = view.corners.size();
+  }
+  for (const BoardView& view : views.boards) {
+    const Sight sight(view.frame, view.board);
+    if (static_cast<int>(view.corners.size()) < min_corners || seen_by[sight].size() < 2) continue;
+    const auto left = kept.find({sight, view.camera});
+    const bool is_rejected = left == kept.end() || 2 * left->second < view.corners.size();
+    solution->shared_views.push_back({view.camera, view.frame, is_rejected});
+  }
+  std::stable_sort(solution->shared_views.begin(), solution->shared_views.end(),
+                   [](const auto& a, const auto& b) { return a.frame < b.frame; });
+  solution->frames = views.frames;
+}
+
 }  // namespace
 
 absl::Status SolveOptions::Validate() const {
@@ -319,6 +344,7 @@ absl::StatusOr<CalibrationSolution> SolveCalibration(const CalibrationTarget& ta
   if (status = InitializePoses(&solution.bundle); !status.ok()) return status;
   std::vector<int> rejected(views.cameras.size(), 0);
   if (status = Adjust(options, on_progress, &solution, &rejected); !status.ok()) return status;
+  FollowSharedViews(views, options.min_corners, &solution);
   if (status = SetWorld(views, options, &solution.bundle); !status.ok()) return status;
   solution.bars = MeasureScaleBars(target, views, solution.bundle.cameras);
   if (options.scale_from_bar) {

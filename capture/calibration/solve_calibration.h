@@ -46,9 +46,18 @@ struct ScaleBarFit {
   double sigma_mm = 0;   // of the mean, from the spread over the frames
 };
 
+// What became of a view of a board that other cameras saw at the same moment.
+struct SharedViewFate {
+  int camera = 0;
+  int frame = 0;
+  bool is_rejected = false;  // most of its corners do not fit
+};
+
 struct CalibrationSolution {
   CalibrationBundle bundle;  // corners that were kept
   std::vector<CameraFit> cameras;
+  std::vector<SharedViewFate> shared_views;  // by frame
+  std::vector<std::string> frames;           // their names
   std::vector<ScaleBarFit> bars;
   double scale = 1;  // that the scale bars put on the boards' sizes; 1 unless scale_from_bar
   double rms_px = 0;

@@ -15,6 +15,9 @@ Eigen::Vector2d UnitPlace(const TagBoard& board, const Eigen::Vector2d& flat_mm)
   return {2 * flat_mm.x() / board.width_mm(), 2 * flat_mm.y() / board.height_mm()};
 }
 
+// What can be printed and seen; anything else is in another unit.
+constexpr double kSmallestTag_mm = 2, kLargestTag_mm = 5000;
+
 using UsedTags = std::set<std::pair<std::string, int>>;
 
 absl::Status CheckTag(const std::string& who, const std::string& family, int tag, UsedTags& used) {
@@ -44,7 +47,16 @@ absl::Status CheckBoard(const TagBoard& board, UsedTags& used) {
     return bad(absl::StrCat("rows is ", board.rows, ", expected 1 to 100"));
   if (board.cols < 1 || board.cols > 100)
     return bad(absl::StrCat("cols is ", board.cols, ", expected 1 to 100"));
-  if (!(board.tag_mm > 0 && board.tag_mm < 1e5)) return bad("tag_mm must be a positive length");
+  if (!(board.tag_mm > 0)) return bad("tag_mm must be a positive length");
+  if (board.tag_mm < kSmallestTag_mm)
+    return bad(absl::StrCat("tag_mm is ", board.tag_mm,
+                            "; lengths are in mm, and no camera reads tags of less "
+                            "than ",
+                            kSmallestTag_mm, " mm: a tag of ", board.tag_mm, " m has ", 1000 * board.tag_mm));
+  if (board.tag_mm > kLargestTag_mm)
+    return bad(absl::StrCat("tag_mm is ", board.tag_mm, "; lengths are in mm, and tags of more than ",
+                            kLargestTag_mm, " mm are none to print: a tag of ", board.tag_mm, " um has ",
+                            board.tag_mm / 1000));
   if (static_cast<int>(board.tag_ids.size()) != board.rows * board.cols) {
     return bad(absl::StrCat("tag_ids has ", board.tag_ids.size(),
                             " ids, expected rows * cols = ", board.rows * board.cols));

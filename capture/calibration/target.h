@@ -33,6 +33,7 @@ struct TagBoard {
   std::vector<int> tag_ids;  // [rows * cols], row by row
 
   int corner_count() const { return 4 * rows * cols; }
+  bool operator==(const TagBoard&) const = default;
   double width_mm() const { return cols * tag_mm + (cols - 1) * gap_mm; }
   double height_mm() const { return rows * tag_mm + (rows - 1) * gap_mm; }
 };
@@ -44,6 +45,8 @@ struct ScaleBar {
   int first_tag = 0;
   int second_tag = 0;
   double length_mm = 0;
+
+  bool operator==(const ScaleBar&) const = default;
 };
 
 struct CalibrationTarget {
@@ -51,6 +54,7 @@ struct CalibrationTarget {
   std::vector<TagBoard> boards;
   std::vector<ScaleBar> scale_bars;
 
+  bool operator==(const CalibrationTarget&) const = default;
   // At least one board; families known; sizes positive; the gap wide enough for the family's quiet zone; ids
   // in the family's range and each used once. InvalidArgument names board, field and remedy.
   absl::Status Validate() const;

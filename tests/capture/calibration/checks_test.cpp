@@ -11,6 +11,7 @@ namespace weft {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -156,6 +157,77 @@ TEST_F(CalibrationChecks, ACameraThatWasMovedWhileRecordingIsNamed) {
   ASSERT_TRUE(solution.ok()) << solution.status();
   EXPECT_THAT(CheckSolution(truth_.moved.target, *solution, false, {}),
               ElementsAre(Issue(CalibrationFault::kHighResidual, std::vector{5}, "camera c05")));
+}
+
+// A point of the picture after it was turned upside down: tags are still read.
+void TurnPictures(SimulatedCalibration& truth, int camera, int first, int last) {
+  const CalibrationCamera& size = truth.views.cameras[static_cast<size_t>(camera)];
+  for (BoardView& view : truth.views.boards) {
+    if (view.camera != camera || view.frame < first || view.frame > last) continue;
+    for (BoardCorner& corner : view.corners)
+      corner.pixel_px = Eigen::Vector2d(size.width_px - 1, size.height_px - 1) - corner.pixel_px;
+  }
+}
+
+TEST_F(CalibrationChecks, ACameraThatWasTurnedForAWhileIsNamedWithTheMoment) {
+  const struct { int camera, first, last; } kCases[] = {{3, 36, 71}, {3, 0, 20}, {0, 50, 71}, {5, 24, 47}};
+  for (const auto& [camera, first, last] : kCases) {
+    SimulatedCalibration truth = Simulate(6, 72, 0.1, 1.5);
+    TurnPictures(truth, camera, first, last);
+    const auto solution = SolveCalibration(truth.moved.target, truth.views, std::nullopt, {});
+    ASSERT_TRUE(solution.ok()) << solution.status();
+    const std::vector<CalibrationIssue> issues = CheckSolution(truth.moved.target, *solution, false, {});
+    ASSERT_FALSE(issues.empty()) << "camera " << camera << " from " << first;
+    for (const CalibrationIssue& issue : issues) {
+      EXPECT_EQ(issue.cameras, std::vector{camera}) << issue.message;
+      EXPECT_THAT(issue.message, HasSubstr("from frame "));
+    }
+  }
+}
+
+TEST_F(CalibrationChecks, TheMomentIsThatOfTheTurn) {
+  TurnPictures(truth_, 3, 36, 71);
+  const auto solution = SolveCalibration(truth_.moved.target, truth_.views, std::nullopt, {});
+  ASSERT_TRUE(solution.ok()) << solution.status();
+  int first = 1000, last = -1;
+  for (const SharedViewFate& fate : solution->shared_views) {
+    if (fate.camera != 3 || !fate.is_rejected) continue;
+    first = std::min(first, fate.frame), last = std::max(last, fate.frame);
+  }
+  EXPECT_GE(first, 36);
+  EXPECT_LE(first, 44);
+  EXPECT_GE(last, 63);
+}
+
+TEST_F(CalibrationChecks, NoMomentOfAGoodRecordingIsBlamed) {
+  for (uint64_t seed = 1; seed < 4; ++seed) {
+    const SimulatedCalibration truth = Simulate(8, 60, 0.15, 2, {}, seed);
+    const auto solution = SolveCalibration(truth.moved.target, truth.views, std::nullopt, {});
+    ASSERT_TRUE(solution.ok()) << solution.status();
+    EXPECT_THAT(CheckSolution(truth.moved.target, *solution, false, {}), IsEmpty());
+  }
+}
+
+TEST_F(CalibrationChecks, ATargetInAnotherUnitIsNamed) {
+  // Inches pass for small tags, and show in where the cameras are.
+  for (TagBoard& board : truth_.moved.target.boards) board.tag_mm /= 25.4, board.gap_mm /= 25.4;
+  for (TagBoard& board : truth_.moved.target.boards) board.tag_mm *= 4, board.gap_mm *= 4;
+  const auto solution = SolveCalibration(truth_.moved.target, truth_.views, std::nullopt, {});
+  ASSERT_TRUE(solution.ok()) << solution.status();
+  CalibrationSolution small = *solution;
+  for (BoardPlacement& placement : small.bundle.placements) placement.world_from_board.translation_mm /= 4;
+  for (CameraModel& camera : small.bundle.cameras) camera.translation_mm /= 4;
+  EXPECT_THAT(CheckSolution(truth_.moved.target, small, false, {}),
+              Contains(Issue(CalibrationFault::kWrongUnit, std::vector<int>{}, "Lengths are in mm")));
+}
+
+TEST(CalibrationTarget, RefusesTagsInMetresAndInMicrometres) {
+  CalibrationTarget target{"target", {MakeBoard("A", 0, 6, 5, 0.06)}, {}};
+  EXPECT_THAT(std::string(target.Validate().message()), HasSubstr("a tag of 0.06 m has 60"));
+  target.boards = {MakeBoard("A", 0, 6, 5, 60'000)};
+  EXPECT_THAT(std::string(target.Validate().message()), HasSubstr("lengths are in mm"));
+  target.boards = {MakeBoard("A", 0, 6, 5, 60)};
+  EXPECT_TRUE(target.Validate().ok());
 }
 
 TEST_F(CalibrationChecks, AllIssuesComeInOneError) {
