@@ -1,6 +1,7 @@
 #include "capture/take/stream_writer.h"
 
 #include <fcntl.h>
+#include <sys/statvfs.h>
 
 #include <algorithm>
 #include <cstring>
@@ -12,6 +13,11 @@
 #include "capture/take/take_files.h"
 
 namespace weft {
+namespace {
+
+constexpr uint64_t kShareDivisor = 8;  // of the room above the mark, that all streams may reserve at a time
+
+}  // namespace
 
 absl::Status StreamWriterOptions::Validate() const {
   if (zstd_level >= 1 && zstd_level <= 19) return absl::OkStatus();
@@ -55,9 +61,20 @@ absl::StatusOr<std::unique_ptr<StreamWriter>> StreamWriter::Create(const std::st
   return writer;
 }
 
+// Streams that reserved all that is free would leave nothing for the ledger, nor for other programs.
+uint64_t StreamWriter::Ahead_bytes() const {
+  struct statvfs info {};
+  if (fstatvfs(stream_.descriptor(), &info) != 0) return 0;
+  const uint64_t free_bytes = static_cast<uint64_t>(info.f_bavail) * info.f_frsize;
+  const uint64_t above_bytes =
+      free_bytes > options_.keep_free_bytes ? free_bytes - options_.keep_free_bytes : 0;
+  const uint64_t share_bytes = above_bytes / (kShareDivisor * std::max<uint64_t>(options_.streams, 1));
+  return std::min(options_.preallocate_bytes, share_bytes) / kBlockBytes * kBlockBytes;
+}
+
 absl::Status StreamWriter::Reserve(uint64_t end_bytes) {
   if (end_bytes <= reserved_bytes_ || options_.preallocate_bytes == 0) return absl::OkStatus();
-  const uint64_t room = end_bytes - reserved_bytes_ + PaddedBytes(options_.preallocate_bytes);
+  const uint64_t room = end_bytes - reserved_bytes_ + Ahead_bytes();
   absl::Status status = stream_.Preallocate(reserved_bytes_, room);
   if (status.ok()) {
     reserved_bytes_ += room;
@@ -141,7 +158,7 @@ absl::Status StreamWriter::Commit(uint64_t last_set) {
 }
 
 absl::Status StreamWriter::Trim() {
-  reserved_bytes_ = end_bytes_;
+  reserved_bytes_ = end_bytes_.load();
   return stream_.Truncate(end_bytes_);
 }
 

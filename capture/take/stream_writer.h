@@ -18,7 +18,9 @@ namespace weft {
 struct StreamWriterOptions {
   bool bypass_page_cache = true;  // O_DIRECT; where the file system has none, ordinary writes
   uint64_t preallocate_bytes = uint64_t{256} << 20;  // reserved ahead of the data, at a time; 0: nothing
-  bool compress = false;  // split planes, predictor, zstd (capture/take/frame_codec.h)
+  uint64_t keep_free_bytes = 0;  // of the disk; reserving takes a small part of the room above that
+  uint64_t streams = 1;          // that share this room
+  bool compress = false;         // split planes, predictor, zstd (capture/take/frame_codec.h)
   int zstd_level = 1;
 
   absl::Status Validate() const;
@@ -56,12 +58,18 @@ class StreamWriter {
   absl::Status WriteEnd(StreamEnd end);
 
   uint64_t bytes() const { return end_bytes_; }
+  // Reserved and not used: the stream's own room. From any thread.
+  uint64_t spare_bytes() const {
+    const uint64_t reserved = reserved_bytes_, end = end_bytes_;
+    return reserved > end ? reserved - end : 0;
+  }
 
  private:
   StreamWriter(PosixFile stream, PosixFile index, const StreamHeader& header,
                const StreamWriterOptions& options);
   absl::Status Write(ChunkHeader& header, const uint8_t* payload);
   absl::Status Reserve(uint64_t end_bytes);
+  uint64_t Ahead_bytes() const;
 
   PosixFile stream_;
   PosixFile index_;
@@ -69,7 +77,7 @@ class StreamWriter {
   const StreamWriterOptions options_;
   AlignedBuffer header_block_{kBlockBytes};
   std::atomic<uint64_t> end_bytes_;
-  uint64_t reserved_bytes_ = 0;
+  std::atomic<uint64_t> reserved_bytes_ = 0;
   uint64_t sequence_ = 0;
   absl::Status flush_failure_;
   std::mutex mutex_;

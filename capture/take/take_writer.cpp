@@ -148,7 +148,9 @@ absl::StatusOr<uint64_t> TakeWriter::FreeBytes() const {
   struct statvfs info {};
   if (fstatvfs(ledger_.descriptor(), &info) != 0)
     return FileError(ledger_.path(), "the disk has no size", errno);
-  return static_cast<uint64_t>(info.f_bavail) * info.f_frsize;
+  uint64_t bytes = static_cast<uint64_t>(info.f_bavail) * info.f_frsize;
+  for (const auto& stream : streams_) bytes += stream->spare_bytes();
+  return bytes;
 }
 
 LedgerEntry EndEntry(const TakeEnd& end, std::optional<uint64_t> last_set) {

@@ -56,7 +56,7 @@ class TakeWriter {
   absl::Status Close(std::optional<uint64_t> last_set, const std::vector<LedgerEntry>& entries,
                      const TakeEnd& end);
 
-  // Free bytes of the disk below the take.
+  // Bytes of the disk below the take that are free, or reserved for its streams and not used.
   absl::StatusOr<uint64_t> FreeBytes() const;
 
  private:

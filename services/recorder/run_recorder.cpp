@@ -35,12 +35,10 @@ void ShowState(const RecorderFiles& files, v1::RecorderState& state) {
   std::filesystem::rename(next, files.state, ignored);
 }
 
-double DiskMinutesLeft(const RecorderFiles& files, const v1::RecorderState& state, double low_disk_bytes) {
-  std::error_code error;
-  const std::filesystem::space_info space = std::filesystem::space(files.take, error);
-  if (error || state.bytes_written() == 0 || state.elapsed_s() < kLeastRecorded_s) return -1;
+double DiskMinutesLeft(const v1::RecorderState& state, const RecorderCounters& counters) {
+  if (!counters.room_bytes || state.bytes_written() == 0 || state.elapsed_s() < kLeastRecorded_s) return -1;
   const double rate = static_cast<double>(state.bytes_written()) / state.elapsed_s();
-  return std::max(0.0, static_cast<double>(space.available) - low_disk_bytes) / rate / 60;
+  return static_cast<double>(*counters.room_bytes) / rate / 60;
 }
 
 void Describe(const LiveRecordingState& live, v1::RecorderState& state) {
@@ -98,8 +96,7 @@ absl::Status Record(const std::string& folder, const std::atomic<bool>& stop, v1
   const auto show = [&](const LiveRecordingState& live) {
     if (state.phase() == v1::RECORDER_PHASE_RECORDING && shown.Seconds() < kStatePeriod_s) return;
     Describe(live, state);
-    state.set_disk_minutes_left(
-        DiskMinutesLeft(files, state, static_cast<double>(recording->recorder.low_disk_bytes)));
+    state.set_disk_minutes_left(DiskMinutesLeft(state, live.recorder));
     ShowState(files, state);
     shown = {};
   };

@@ -13,8 +13,8 @@
 
 namespace weft {
 
-// What the cameras send in a second, from their settings and the rate of the session. Nothing where a camera
-// does not say how large its frames are, or the session names no rate.
+// What the cameras send in a second, from their settings and the rate of the session.
+// Nothing where a camera does not say how large its frames are, or the session names no rate.
 std::optional<double> DataRate_bytes_per_s(const std::vector<std::unique_ptr<CameraSource>>& cameras,
                                            const LiveRecordingOptions& options);
 

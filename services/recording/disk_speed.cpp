@@ -41,6 +41,7 @@ absl::StatusOr<DiskSpeed> MeasureDiskSpeed(const std::string& folder, uint64_t b
   struct statvfs info {};
   if (statvfs(folder.c_str(), &info) != 0) return FileError(folder, "the disk has no size", errno);
   speed.free_bytes = static_cast<uint64_t>(info.f_bavail) * info.f_frsize;
+  bytes = std::min(bytes, speed.free_bytes / 4);
   bytes = std::max((bytes + kPieceBytes - 1) / kPieceBytes, uint64_t{1}) * kPieceBytes;
   if (speed.free_bytes < 2 * bytes) {
     return absl::ResourceExhaustedError(

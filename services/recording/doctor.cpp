@@ -33,6 +33,11 @@ constexpr double kLinkShare = 0.9;  // of a link that frames can fill
 constexpr double kDiskShare = 0.8;
 constexpr double kLowDisk_bytes = 20e9;
 
+double LowDisk_bytes(const v1::Session& session) {
+  const absl::StatusOr<LiveRecordingOptions> options = RecordingOptionsOf(session);
+  return options.ok() ? static_cast<double>(options->recorder.low_disk_bytes) : 0;
+}
+
 class Examination {
  public:
   explicit Examination(const DoctorOptions& options) : options_(options), root_(options.system_root) {}
@@ -182,8 +187,12 @@ void Examination::CheckDisk() {
                             speed->slowest_write_ms);
     if (!speed->bypasses_page_cache) found += ", without O_DIRECT";
   }
-  found = RoomText(free_bytes, session_bytes_per_s_, disk_bytes_per_s_) + found;
-  if (free_bytes < kLowDisk_bytes) {
+  const double kept_bytes = options_.session ? LowDisk_bytes(*options_.session) : 0;
+  found = RoomText(free_bytes, session_bytes_per_s_, disk_bytes_per_s_, kept_bytes) + found;
+  if (kept_bytes > 0 && free_bytes <= kept_bytes) {
+    Find(subject, v1::DOCTOR_VERDICT_BAD, found,
+         "free space, or lower `low_disk_gib` of the session: recording stops at once");
+  } else if (free_bytes < kLowDisk_bytes) {
     Find(subject, v1::DOCTOR_VERDICT_WARNING, found, "free space: recording stops at the low-disk mark");
   } else {
     Good(subject, found);

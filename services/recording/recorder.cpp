@@ -1,5 +1,6 @@
 #include "services/recording/recorder.h"
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -78,6 +79,7 @@ struct Recorder::Shared {
   void Close();
 
  public:
+  void StopForRoom();
   // The mutex is held.
   void Drop(uint64_t first_set, uint64_t last_set, int64_t device_time_ns, const std::string& cause);
   void Fail(const absl::Status& status);
@@ -217,13 +219,22 @@ TakeEnd Recorder::Shared::End(const absl::Status& status) const {
   return end;
 }
 
+// What waits in the queue will be on the disk, too.
 void Recorder::Shared::CheckDisk() {
   const absl::StatusOr<uint64_t> free_bytes = take->FreeBytes();
-  if (!free_bytes.ok() || *free_bytes >= options.low_disk_bytes) return;
+  if (!free_bytes.ok()) return;
   const std::lock_guard lock(mutex);
+  const uint64_t kept_bytes = options.low_disk_bytes + counters.queued_bytes;
+  counters.room_bytes = *free_bytes > kept_bytes ? *free_bytes - kept_bytes : 0;
+  if (*free_bytes < options.low_disk_bytes) StopForRoom();
+}
+
+// The mutex is held.
+void Recorder::Shared::StopForRoom() {
   if (!counters.stop_cause.empty()) return;
-  counters.stop_cause = absl::StrCat("disk nearly full: ", *free_bytes >> 20, " MiB are free, the mark is ",
-                                     options.low_disk_bytes >> 20, " MiB");
+  const absl::StatusOr<uint64_t> free_bytes = take->FreeBytes();
+  counters.stop_cause = absl::StrCat("disk nearly full: ", free_bytes.value_or(0) >> 20,
+                                     " MiB are free, the mark is ", options.low_disk_bytes >> 20, " MiB");
   events.push_back(
       {LedgerEvent::kNote, 0, 0, 0, HostTime_ns(), "", "recording stopped: " + counters.stop_cause});
 }
@@ -277,7 +288,10 @@ absl::StatusOr<std::unique_ptr<Recorder>> Recorder::Start(const std::string& fol
                                                           const RecorderOptions& options,
                                                           Acknowledged acknowledged) {
   if (absl::Status status = options.Validate(); !status.ok()) return status;
-  auto take = TakeWriter::Create(folder, camera_ids, options.take);
+  TakeWriterOptions files = options.take;
+  files.stream.keep_free_bytes = options.low_disk_bytes;
+  files.stream.streams = camera_ids.size();
+  auto take = TakeWriter::Create(folder, camera_ids, files);
   if (!take.ok()) return take.status();
   auto shared = std::make_shared<Shared>(*std::move(take), options, std::move(acknowledged));
   shared->writers_running = shared->queues.size();
@@ -323,6 +337,11 @@ bool Recorder::Offer(RawFrameSet set) {
   } else if (shared.counters.queued_bytes + bytes > shared.options.queue_bytes) {
     cause = absl::StrCat("disk too slow: the queue of ", shared.options.queue_bytes >> 20, " MiB is full");
   }
+  if (cause.empty() && shared.options.low_disk_bytes > 0 && shared.counters.room_bytes &&
+      *shared.counters.room_bytes < bytes) {
+    shared.StopForRoom();
+    cause = absl::StrCat("recording stopped: ", shared.counters.stop_cause);
+  }
   if (fault.empty()) shared.last_offered = set.number;
   if (!cause.empty()) {
     shared.Drop(set.number, set.number, set.device_time_ns, cause);
@@ -333,6 +352,7 @@ bool Recorder::Offer(RawFrameSet set) {
   job->bytes = bytes;
   job->writers_left = static_cast<int>(shared.queues.size());
   shared.counters.queued_bytes += bytes;
+  if (shared.counters.room_bytes) *shared.counters.room_bytes -= std::min(*shared.counters.room_bytes, bytes);
   shared.counters.queued_bytes_peak =
       std::max(shared.counters.queued_bytes_peak, shared.counters.queued_bytes);
   for (auto& queue : shared.queues) queue.push_back(job);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -35,7 +36,8 @@ struct RecorderCounters {
   uint64_t bytes_written = 0;
   uint64_t queued_bytes = 0;
   uint64_t queued_bytes_peak = 0;
-  std::string stop_cause;  // why the recorder takes no more sets; empty while it does
+  std::optional<uint64_t> room_bytes;  // for further frames, down to the low-disk mark; once it was looked at
+  std::string stop_cause;              // why the recorder takes no more sets; empty while it does
 };
 
 // Every set that is offered ends in the ledger: recorded whole, or dropped whole with its cause. A set is

@@ -90,8 +90,11 @@ std::string Duration(double seconds) {
                         : absl::StrFormat("%.1f h", seconds / 3600);
 }
 
-std::string RoomText(double free_bytes, double session_bytes_per_s, double disk_bytes_per_s) {
+std::string RoomText(double free_bytes, double session_bytes_per_s, double disk_bytes_per_s,
+                     double kept_bytes) {
   std::string text = absl::StrFormat("%.*f GB free", free_bytes < 10e9 ? 1 : 0, free_bytes / 1e9);
+  if (kept_bytes > 0) absl::StrAppendFormat(&text, ", %.1f GB of it stay free", kept_bytes / 1e9);
+  free_bytes = std::max(0.0, free_bytes - kept_bytes);
   const std::string full_speed = disk_bytes_per_s > 0 ? absl::StrCat(Duration(free_bytes / disk_bytes_per_s),
                                                                      " at the disk's full speed")
                                                       : "";

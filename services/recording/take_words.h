@@ -17,7 +17,8 @@ std::string WithSeparators(uint64_t count);
 std::string Duration(double seconds);
 
 // "76 GB free: 2.7 h at this session's 7.9 MB/s (29 s at the disk's full speed)"; without what is 0.
-std::string RoomText(double free_bytes, double session_bytes_per_s, double disk_bytes_per_s);
+std::string RoomText(double free_bytes, double session_bytes_per_s, double disk_bytes_per_s,
+                     double kept_bytes = 0);
 
 // "c01", "c01 and c02", "c01, c02, c03 and 21 more".
 std::string NamesInShort(const std::vector<std::string>& names);

@@ -31,6 +31,9 @@ TEST(TakeWords, AreThoseOfTheField) {
             "76 GB free: 2.7 h at this session's 7.9 MB/s (29 s at the disk's full speed)");
   EXPECT_EQ(RoomText(7.64e9, 0, 2.6e9), "7.6 GB free: 3 s at the disk's full speed");
   EXPECT_EQ(RoomText(76e9, 0, 0), "76 GB free");
+  // 2.45 GB above the mark at 31.4 MB/s.
+  EXPECT_EQ(RoomText(4.6e9, 31.4e6, 0, 2.15e9),
+            "4.6 GB free, 2.1 GB of it stay free: 78 s at this session's 31.4 MB/s");
 }
 
 TEST(TakeWords, EqualCausesAreOneLine) {
