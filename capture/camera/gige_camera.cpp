@@ -1,14 +1,20 @@
 #include "capture/camera/gige_camera.h"
 
+#include <arpa/inet.h>
 #include <arv.h>
+#include <netinet/in.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <thread>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "capture/camera/gige_discovery.h"
 #include "capture/camera/gige_source.h"
 #include "capture/camera/glib_error.h"
 
@@ -23,7 +29,50 @@ bool MayUsePacketSockets() {
 
 }  // namespace
 
+namespace {
+
+// ", it delivers up to 900"; empty where the camera does not say.
+std::string FastestRate(ArvCamera* camera) {
+  GlibError error;
+  double least = 0, most = 0;
+  arv_camera_get_frame_rate_bounds(camera, &least, &most, error.out());
+  return error.ok() && most > 0 && most < 1e6 ? absl::StrFormat(", it delivers up to %.6g", most) : "";
+}
+
+// Aravis knows cameras by address, MAC, name and vendor with serial number. The address of a camera of this
+// serial number; empty where none has it, InvalidArgument where several do.
+absl::StatusOr<std::string> AddressOfSerial(const std::string& id, const std::string& serial) {
+  in_addr address{};
+  if (inet_pton(AF_INET, serial.c_str(), &address) == 1) return "";
+  for (const bool is_fresh : {false, true}) {
+    std::vector<std::string> addresses;
+    for (const FoundCamera& camera : is_fresh ? FindGigeCameras() : KnownGigeCameras())
+      if (camera.serial == serial) addresses.push_back(camera.address);
+    if (addresses.size() == 1) return addresses[0];
+    if (addresses.size() > 1)
+      return absl::InvalidArgumentError(absl::StrCat("camera ", id, ": the serial number ", serial,
+                                                     " is that of ", absl::StrJoin(addresses, " and "),
+                                                     "; give an address as `device`"));
+    if (IsKnownToAravis(serial)) return "";
+  }
+  return "";
+}
+
+}  // namespace
+
 void UnrefGObject::operator()(void* object) const { g_object_unref(object); }
+
+// A camera may take the rate that it can without a word.
+absl::Status GigeCamera::CheckRate() {
+  GlibError error;
+  const double fps = arv_camera_get_frame_rate(camera_.get(), error.out());
+  constexpr double kRounding = 0.01;
+  if (!error.ok() || fps <= 0 || std::abs(fps / options_.fps - 1) <= kRounding) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrFormat("camera %s (%s): it delivers %.6g frames per second, and `fps` of the session is %.6g; "
+                      "give a rate that it has, or a shorter exposure or a smaller image",
+                      options_.id, options_.device, fps, options_.fps));
+}
 
 absl::Status GigeCamera::Configure() {
   for (const std::string& feature : options_.features)
@@ -33,7 +82,9 @@ absl::Status GigeCamera::Configure() {
     GlibError error;
     arv_camera_set_frame_rate(camera_.get(), options_.fps, error.out());
     if (!error.ok())
-      return Failed(absl::StrCat("it refuses ", options_.fps, " frames per second"), error.message());
+      return Failed(absl::StrCat("it refuses ", options_.fps, " frames per second"),
+                    error.message() + FastestRate(camera_.get()));
+    if (absl::Status status = CheckRate(); !status.ok()) return status;
   }
   if (options_.ptp)
     if (absl::Status status = device_->EnablePtp(); !status.ok()) return status;
@@ -83,7 +134,9 @@ absl::Status GigeCamera::TakeControl() {
   while (!arv_gv_device_is_controller(device)) {
     if (Clock::now() >= end) {
       return absl::FailedPreconditionError(absl::StrCat("camera ", options_.id, ": another program controls ",
-                                                        options_.device, "; stop that one first"));
+                                                        options_.device,
+                                                        ", or another camera of the session is the same "
+                                                        "device; stop that program, or correct `device`"));
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     GlibError error;
@@ -95,7 +148,10 @@ absl::Status GigeCamera::TakeControl() {
 absl::Status GigeCamera::Open() {
   Close();
   GlibError error;
-  camera_.reset(arv_camera_new(options_.device.c_str(), error.out()));
+  const absl::StatusOr<std::string> address = AddressOfSerial(options_.id, options_.device);
+  if (!address.ok()) return address.status();
+  const std::string& device = address->empty() ? options_.device : *address;
+  camera_.reset(arv_camera_new(device.c_str(), error.out()));
   if (!camera_) {
     return absl::NotFoundError(absl::StrCat(
         "camera ", options_.id, ": no camera ", options_.device, " answers", error.ok() ? "" : " (",

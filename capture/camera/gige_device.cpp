@@ -47,8 +47,9 @@ absl::Status GigeDevice::Set(const std::string& feature) {
   const std::pair<std::string, std::string> parts = absl::StrSplit(feature, absl::MaxSplits('=', 1));
   ArvGcNode* node = arv_device_get_feature(device_, parts.first.c_str());
   if (node == nullptr || !ARV_IS_GC_FEATURE_NODE(node)) {
-    return absl::InvalidArgumentError(absl::StrCat("camera ", id_, ": it has no feature ", parts.first,
-                                                   "; `arv-tool-0.8 features` lists them"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("camera ", id_, ": it has no feature ", parts.first,
+                     "; `arv-tool-0.8 features` of Debian's package aravis-tools-cli lists them"));
   }
   if (ARV_IS_GC_COMMAND(node)) return Execute(parts.first);
   GlibError error;

@@ -34,6 +34,18 @@ constexpr std::array<uint8_t, 12> kReadPrivilege = {0x42, 0x01, 0x00, 0x80, 0x00
 
 std::vector<FoundCamera> FindGigeCameras() {
   arv_update_device_list();
+  return KnownGigeCameras();
+}
+
+bool IsKnownToAravis(const std::string& device) {
+  for (guint i = 0; i < arv_get_n_devices(); ++i)
+    if (device == Text(arv_get_device_id(i)) || device == Text(arv_get_device_physical_id(i)) ||
+        device == Text(arv_get_device_address(i)))
+      return true;
+  return false;
+}
+
+std::vector<FoundCamera> KnownGigeCameras() {
   std::vector<FoundCamera> found;
   for (guint i = 0; i < arv_get_n_devices(); ++i) {
     if (Text(arv_get_device_protocol(i)) != "GigEVision") continue;

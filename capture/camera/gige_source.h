@@ -57,6 +57,7 @@ class GigeCamera : public CameraSource {
   using Object = std::unique_ptr<T, UnrefGObject>;
 
   absl::Status Configure();
+  absl::Status CheckRate();
   absl::Status WaitForPtp();
   absl::Status TakeControl();
   absl::Status OpenStream();
