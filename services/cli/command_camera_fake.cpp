@@ -1,6 +1,7 @@
 // weft camera fake: GigE Vision cameras without hardware.
 #include <arpa/inet.h>
 
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
@@ -9,11 +10,13 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "capture/image/raw_frame.h"
 #include "capture/take/open_dump.h"
 #include "services/cli/commands.h"
+#include "services/cli/output_guard.h"
 #include "services/files/json_file.h"
 #include "services/files/rig_file.h"
 #include "simulation/gige_emulator/gige_emulator.h"
@@ -30,6 +33,7 @@ struct FakeCommandOptions {
   double fps = 10;
   std::string pictures, rig;
   std::string session = "session.json";
+  OutputGuard guard;
 };
 
 struct FakeCamera {
@@ -92,7 +96,22 @@ absl::StatusOr<std::string> AddressOf(const std::string& first, size_t index) {
   return std::string(inet_ntop(AF_INET, &address, text, sizeof text));
 }
 
+// A session of cameras without hardware is made again as easily as this one.
+absl::Status MayWriteSession(const FakeCommandOptions& options) {
+  if (absl::Status status = CheckParentFolder(options.session); !status.ok()) return status;
+  v1::Session before;
+  const bool is_known = ReadJsonFile(options.session, before).ok();
+  const auto& cameras = before.cameras();
+  const bool is_of_fakes =
+      is_known && !cameras.empty() && std::all_of(cameras.begin(), cameras.end(), [](const auto& camera) {
+        return absl::StartsWith(camera.gige().device(), "127.") && camera.gige().features().empty();
+      });
+  return is_of_fakes ? absl::OkStatus()
+                     : options.guard.MayReplace(options.session, "a session of other cameras");
+}
+
 absl::Status Serve(const FakeCommandOptions& options) {
+  if (absl::Status status = MayWriteSession(options); !status.ok()) return status;
   absl::StatusOr<std::vector<FakeCamera>> fakes = CamerasOf(options);
   if (!fakes.ok()) return fakes.status();
   v1::Session session;
@@ -157,6 +176,7 @@ void AddCameraFakeCommand(CLI::App& camera, CommandLine& line) {
   fake->add_option("--rig", options->rig, "rig.json of that dump; without it, rig.json in the dump")
       ->type_name("FILE");
   fake->add_option("--session", options->session, "File to write")->type_name("FILE");
+  options->guard.AddTo(*fake);
   fake->callback([options, &line] { line.run = [options] { return Serve(*options); }; });
 }
 

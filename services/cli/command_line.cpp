@@ -1,13 +1,43 @@
 #include "services/cli/command_line.h"
 
 #include <algorithm>
+#include <cmath>
+#include <regex>
+#include <set>
 #include <utility>
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/nearest_word.h"
 
 namespace weft {
+
+std::string WithoutHugeNumbers(const std::string& parse_error) {
+  static const std::regex no_bound(R"(Value (\S+) not in range \S+ (to|-) [0-9]{40,}\S*)");
+  std::smatch found;
+  if (!std::regex_search(parse_error, found, no_bound)) return parse_error;
+  double value = 0;
+  const bool is_number = absl::SimpleAtod(found[1].str(), &value) && std::isfinite(value);
+  const char* why = !is_number ? " is no finite number" : value < 0 ? " is negative" : " must be above 0";
+  return absl::StrCat(found.prefix().str(), "Value ", found[1].str(), why, found.suffix().str());
+}
+
+absl::Status CheckFinite(const CLI::App& command) {
+  static const std::set<std::string> units = {"FLOAT", "S",   "MS", "MM", "PX", "HZ",    "FPS",
+                                              "DEG",   "GIB", "GB", "M",  "CM", "FACTOR"};
+  for (const CLI::Option* option : command.get_options()) {
+    const std::string type = option->get_type_name().substr(0, option->get_type_name().find(':'));
+    if (!units.contains(type)) continue;
+    for (const std::string& text : option->results()) {
+      double value = 0;
+      if (absl::SimpleAtod(text, &value) && !std::isfinite(value))
+        return absl::InvalidArgumentError(
+            absl::StrCat(option->get_name(), ": Value ", text, " is no finite number"));
+    }
+  }
+  return absl::OkStatus();
+}
 
 CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& description,
                      const std::string& examples) {

@@ -18,6 +18,12 @@ struct CommandLine {
   std::function<absl::Status()> run;
 };
 
+// "Value -2 not in range 0 - 1797...": the bound of 309 digits means that there is none.
+std::string WithoutHugeNumbers(const std::string& parse_error);
+
+// NaN and infinity where the option takes a number.
+absl::Status CheckFinite(const CLI::App& command);
+
 // A subcommand with Weft's conventions: --help shows defaults, and examples below the options.
 CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& description,
                      const std::string& examples);

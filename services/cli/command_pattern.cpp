@@ -1,5 +1,6 @@
 // weft pattern: boards, before they are printed.
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
@@ -10,6 +11,7 @@
 #include "pattern/board/joint_board.h"
 #include "services/cli/coding_report_text.h"
 #include "services/cli/commands.h"
+#include "services/cli/output_guard.h"
 #include "services/cli/progress.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
@@ -23,7 +25,19 @@ struct GenerateOptions {
   std::vector<std::string> apart_from;
   std::string out;
   bool json = false;
+  OutputGuard guard;
 };
+
+// The fabric of a board that is gone can no longer be read.
+absl::Status MayWriteBoard(const std::string& folder, const Board& board, const OutputGuard& guard) {
+  if (absl::Status status = CheckParentFolder(folder); !status.ok()) return status;
+  const std::string file = (std::filesystem::path(folder) / "board.json").string();
+  const absl::StatusOr<Board> before = ReadBoard(file);
+  const bool is_same = before.ok() && before->ContentHash() == board.ContentHash() &&
+                       before->cell_mm == board.cell_mm;  // the hash is of the colours alone
+  if (is_same) return absl::OkStatus();
+  return guard.MayReplace(file, "a board, whose fabric may be sewn");
+}
 
 absl::Status Generate(const GenerateOptions& options) {
   BoardGenerationOptions made = options.board;
@@ -46,6 +60,7 @@ absl::Status Generate(const GenerateOptions& options) {
     });
   }
   if (!board.ok()) return board.status();
+  if (absl::Status status = MayWriteBoard(options.out, *board, options.guard); !status.ok()) return status;
   const std::string provenance = absl::StrCat("weft pattern generate, seed ", made.seed);
   if (absl::Status status = WriteBoard(options.out, *board, provenance); !status.ok()) return status;
   if (options.json) {
@@ -137,6 +152,7 @@ absl::Status CheckBoard(const BoardCheckOptions& options) {
 struct JoinOptions {
   std::vector<std::string> boards;
   std::string out;
+  OutputGuard guard;
 };
 
 absl::Status Join(const JoinOptions& options) {
@@ -148,6 +164,7 @@ absl::Status Join(const JoinOptions& options) {
         absl::StrJoin(options.boards, " and "),
         ": 3x3 windows of one read as windows of the other; `weft pattern check` lists them, `weft pattern "
         "generate --apart-from` makes boards that share none"));
+  if (absl::Status status = MayWriteBoard(options.out, *joint, options.guard); !status.ok()) return status;
   const std::string provenance = "weft pattern join";
   if (absl::Status status = WriteBoard(options.out, *joint, provenance); !status.ok()) return status;
   std::printf("%s/board.json: %d rows, %d columns, hash %s\n", options.out.c_str(), joint->rows, joint->cols,
@@ -192,6 +209,7 @@ void AddGenerate(CLI::App& pattern, CommandLine& line) {
       ->type_name("BOARD");
   generate->add_option("--seed", options->board.seed, "Seed of the search")->type_name("N");
   generate->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  options->guard.AddTo(*generate);
   generate->add_flag("--json", options->json, "Print board.json (weft.v1.Board)");
   generate->callback([options, &line] { line.run = [options] { return Generate(*options); }; });
 }
@@ -235,6 +253,7 @@ void AddJoin(CLI::App& pattern, CommandLine& line) {
       ->required()
       ->type_name("");
   join->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  options->guard.AddTo(*join);
   join->callback([options, &line] { line.run = [options] { return Join(*options); }; });
 }
 

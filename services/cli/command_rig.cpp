@@ -11,6 +11,7 @@
 #include "capture/rig/opencv_yaml.h"
 #include "services/cli/command_rig_refine.h"
 #include "services/cli/commands.h"
+#include "services/cli/output_guard.h"
 #include "services/files/atomic_file.h"
 #include "services/files/rig_file.h"
 #include "services/files/text_file.h"
@@ -30,6 +31,7 @@ struct RigImportOptions {
   bool judge_unit = true;
   std::string id;
   std::string out;
+  OutputGuard guard;
 };
 
 constexpr char kWorldFromCamera[] = "world_from_camera";
@@ -70,6 +72,16 @@ absl::StatusOr<ForeignRig> ReadForeignRig(const RigImportOptions& options) {
   return ForeignRig{*std::move(rig), {}};
 }
 
+// A rig that was imported can be imported again, one that was calibrated can not.
+absl::Status MayWriteRig(const std::string& file, const Rig& rig, const OutputGuard& guard) {
+  if (absl::Status status = CheckParentFolder(file); !status.ok()) return status;
+  const absl::StatusOr<std::optional<CalibrationRecord>> record = ReadCalibrationRecord(file);
+  if (!record.ok() || !*record) return absl::OkStatus();
+  const absl::StatusOr<Rig> before = ReadRig(file);
+  if (before.ok() && before->ContentHash() == rig.ContentHash()) return absl::OkStatus();
+  return guard.MayReplace(file, "a calibrated rig");
+}
+
 absl::Status ImportRig(const RigImportOptions& options) {
   absl::StatusOr<ForeignRig> foreign = ReadForeignRig(options);
   if (!foreign.ok()) return foreign.status();
@@ -80,6 +92,8 @@ absl::Status ImportRig(const RigImportOptions& options) {
   if (!status.ok()) return absl::Status(status.code(), absl::StrCat(from, ": ", status.message()));
   Rig& rig = foreign->rig;
   rig.id = options.id;
+  status = MayWriteRig(options.out, rig, options.guard);
+  if (!status.ok()) return status;
   status = WriteRig(options.out, rig,
                     absl::StrCat("imported from ", std::filesystem::path(from).filename().string()));
   if (!status.ok()) return status;
@@ -131,6 +145,7 @@ void AddImportCommand(CLI::App& rig, CommandLine& line) {
       ->check(CLI::IsMember({"camera_from_world", kWorldFromCamera}));
   command->add_option("--id", options->id, "Name of the rig, kept in the file")->type_name("NAME");
   command->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
+  options->guard.AddTo(*command);
   command->callback([options, unit, &line] {
     options->judge_unit = unit->count() == 0;
     line.run = [options] { return ImportRig(*options); };

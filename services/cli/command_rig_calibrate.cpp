@@ -16,6 +16,7 @@
 #include "services/calibration/target_print.h"
 #include "services/cli/commands.h"
 #include "services/cli/input_options.h"
+#include "services/cli/output_guard.h"
 #include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
 #include "services/cli/remote_operation.h"
@@ -35,6 +36,7 @@ struct TargetOptions {
   std::vector<std::string> bars;
   std::string id = "target";
   std::string out;
+  OutputGuard guard;
 };
 
 // "FIRST:SECOND:MM".
@@ -53,6 +55,16 @@ absl::Status WritePrint(const std::string& stem, const TagBoard& board) {
   const absl::Status status = WriteBoardPrint(board, stem);
   if (status.ok()) std::printf("print    %s.pdf (and .svg), at true scale\n", stem.c_str());
   return status;
+}
+
+// Prints are glued to boards, and tag_mm is corrected by hand: the file cannot be made again.
+absl::Status MayWriteTarget(const std::filesystem::path& folder, const CalibrationTarget& target,
+                            const OutputGuard& guard) {
+  if (absl::Status status = CheckParentFolder(folder.string()); !status.ok()) return status;
+  const std::string file = (folder / "target.json").string();
+  const absl::StatusOr<CalibrationTarget> before = ReadTarget(file);
+  if (before.ok() && *before == target) return absl::OkStatus();
+  return guard.MayReplace(file, "a target, whose boards may be printed");
 }
 
 absl::Status MakeTarget(const TargetOptions& options) {
@@ -77,6 +89,8 @@ absl::Status MakeTarget(const TargetOptions& options) {
   absl::Status status = target.Validate();
   if (!status.ok()) return status;
   const std::filesystem::path out(options.out);
+  status.Update(MayWriteTarget(out, target, options.guard));
+  if (!status.ok()) return status;
   status.Update(CreateFolders(options.out));
   status.Update(WriteTarget((out / "target.json").string(), target));
   if (!status.ok()) return status;
@@ -136,6 +150,7 @@ void AddTargetCommand(CLI::App& rig, CommandLine& line) {
   command->add_option("--out", options->out, "Folder for the files, made where it is missing")
       ->required()
       ->type_name("DIR");
+  options->guard.AddTo(*command);
   command->callback([options, &line] { line.run = [options] { return MakeTarget(*options); }; });
 }
 

@@ -8,6 +8,7 @@
 
 #include "services/calibration/refine_rig.h"
 #include "services/cli/json_output.h"
+#include "services/cli/output_guard.h"
 #include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
 #include "services/verdict/verdict.h"
@@ -19,9 +20,14 @@ struct RefineOptions {
   RefinementRequest request;
   int threads = 0;
   bool json = false;
+  OutputGuard guard;
 };
 
 absl::Status Refine(const RefineOptions& options, bool quiet) {
+  if (absl::Status status = CheckParentFolder(options.request.out); !status.ok()) return status;
+  if (absl::Status status = options.guard.MayReplace(options.request.out, "a rig, which takes may need");
+      !status.ok())
+    return status;
   absl::StatusOr<RefinementResult> result;
   {
     Progress progress("refine", 1000, ProgressVisible(quiet), ProgressUnit::kPercent);
@@ -67,6 +73,7 @@ void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
       ->required()
       ->type_name("FILE");
   command->add_option("--out", request.out, "The rig.json to write")->required()->type_name("FILE");
+  options->guard.AddTo(*command);
   command->add_option("--samples", request.frames, "At most so many frames, spread over the take")
       ->type_name("N")
       ->check(CLI::Range(1, 10000));

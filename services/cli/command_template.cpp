@@ -11,6 +11,7 @@
 #include "alignment/mesh_graph.h"
 #include "alignment/template_check.h"
 #include "services/cli/commands.h"
+#include "services/cli/output_guard.h"
 #include "services/cli/template_summary.h"
 #include "services/files/atomic_file.h"
 #include "services/files/board_file.h"
@@ -34,6 +35,7 @@ struct TemplateImportOptions {
   std::string unit = "mm";
   bool allow_scale = false;
   bool turn_faces = false;
+  OutputGuard guard;
 };
 
 absl::Status InFile(const std::string& path, const absl::Status& status) {
@@ -160,6 +162,8 @@ absl::Status ImportTemplateFiles(const TemplateImportOptions& options) {
   const auto name_of = [](const std::string& path) {
     return std::filesystem::path(path).filename().string();
   };
+  status = MayWriteTemplate(options.out, *garment, options.guard);
+  if (!status.ok()) return status;
   status = WriteTemplateWithParts(
       options.out, *garment, parts,
       absl::StrCat("imported from ", name_of(options.mesh), " and ", name_of(options.cells)));
@@ -221,6 +225,7 @@ void AddTemplateCommand(CLI::App& app, CommandLine& line) {
       ->required()
       ->type_name("BOARD");
   command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  options->guard.AddTo(*command);
   command->add_option("--id", options->id, "Name of the template; by default that of the folder")
       ->type_name("NAME");
   command

@@ -16,6 +16,7 @@
 #include "services/cli/commands.h"
 #include "services/cli/input_options.h"
 #include "services/cli/json_output.h"
+#include "services/cli/output_guard.h"
 #include "services/cli/pipeline_flags.h"
 #include "services/cli/print_verdict.h"
 #include "services/cli/progress.h"
@@ -43,6 +44,7 @@ struct BuildOptions {
   bool json = false;
   std::string id;
   PipelineFlags pipeline;
+  OutputGuard guard;
 };
 
 std::string PanelNames(std::vector<int> panels) {
@@ -79,6 +81,12 @@ absl::Status Build(BuildOptions options, bool quiet) {
   const absl::StatusOr<CommandPipeline> pipeline =
       MakeCommandPipeline(kDefaultPreset, options.pipeline, {"decode", "triangulation", "template_build"});
   if (!pipeline.ok()) return pipeline.status();
+  if (absl::Status status = CheckParentFolder(options.out); !status.ok()) return status;
+  if (absl::Status status =
+          options.guard.MayReplace((std::filesystem::path(options.out) / "template.json").string(),
+                                   "a template, and results may have its vertices");
+      !status.ok())
+    return status;
   TemplateBuildOptions build = pipeline->options.template_build;
   build.id = options.id.empty() ? TemplateIdOf(options.out) : options.id;
   absl::StatusOr<Board> board = ReadBoard(options.from.board);
@@ -206,6 +214,7 @@ void AddTemplateBuildCommand(CLI::App& garment, CommandLine& line) {
   AddSewingOptions(*command, options->pipeline.named);
   AddPipelineFlags(*command, options->pipeline);
   command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  options->guard.AddTo(*command);
   command->add_option("--id", options->id, "Name of the template; by default that of the folder")
       ->type_name("NAME");
   command->add_option("--threads", options->threads, "Threads; 0 takes all cores")

@@ -8,6 +8,7 @@
 #include "alignment/joint_template.h"
 #include "alignment/template_check.h"
 #include "services/cli/commands.h"
+#include "services/cli/output_guard.h"
 #include "services/cli/template_summary.h"
 #include "services/files/board_file.h"
 #include "services/files/garment_parts_file.h"
@@ -22,6 +23,7 @@ struct TemplateJoinOptions {
   std::string board;
   std::string out;
   std::string id;
+  OutputGuard guard;
 };
 
 absl::Status JoinTemplateFiles(const TemplateJoinOptions& options) {
@@ -45,8 +47,9 @@ absl::Status JoinTemplateFiles(const TemplateJoinOptions& options) {
   if (!size.ok()) return size.status();
   for (const auto* notes : {&size->off, &size->unchecked})
     for (const std::string& note : *notes) PrintWarning(note);
-  absl::Status status =
-      WriteTemplateWithParts(options.out, joint->garment, joint->parts, "weft template join");
+  absl::Status status = MayWriteTemplate(options.out, joint->garment, options.guard);
+  if (!status.ok()) return status;
+  status = WriteTemplateWithParts(options.out, joint->garment, joint->parts, "weft template join");
   if (!status.ok()) return status;
   std::printf("%s/template.json: %zu vertices, %zu faces, hash %s\n", options.out.c_str(),
               joint->garment.rest.vertices_mm.size(), joint->garment.rest.faces.size(),
@@ -78,6 +81,7 @@ void AddTemplateJoinCommand(CLI::App& garment, CommandLine& line) {
       ->required()
       ->type_name("BOARD");
   command->add_option("--out", options->out, "Folder to write to")->required()->type_name("DIR");
+  options->guard.AddTo(*command);
   command->add_option("--id", options->id, "Name of the template; by default that of the folder")
       ->type_name("NAME");
   command->callback([options, &line] { line.run = [options] { return JoinTemplateFiles(*options); }; });

@@ -62,6 +62,7 @@ int ParseFailure(const CLI::App& app, const CLI::ParseError& error) {
     what = "\"" + unknown.front() + "\" is no command or option of `" + FullName(command) + "`" +
            weft::DidYouMean(word, NamesIn(command));
   }
+  what = weft::WithoutHugeNumbers(what);
   std::fprintf(stderr, "weft: error: %s\nRun `%s --help` for commands, options and examples.\n",
                weft::MessageText(what).c_str(), FullName(command).c_str());
   return weft::kExitBadInput;
@@ -140,6 +141,10 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return ParseFailure(app, error);
+  }
+  if (const absl::Status status = weft::CheckFinite(NamedCommand(app)); !status.ok()) {
+    weft::PrintError(status);
+    return weft::ExitStatusOf(status);
   }
   if (watched_by != 0 && !BeWatchedBy(watched_by, readable)) return weft::kExitFailed;
   try {

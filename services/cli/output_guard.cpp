@@ -1,0 +1,63 @@
+#include "services/cli/output_guard.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <iostream>
+
+#include "absl/strings/ascii.h"
+#include "absl/strings/str_cat.h"
+#include "services/files/template_file.h"
+
+namespace weft {
+namespace {
+
+namespace fs = std::filesystem;
+
+bool Agrees(const std::string& file, const std::string& what) {
+  std::fprintf(stderr, "%s is there already: %s. Overwrite it? [y/N] ", file.c_str(), what.c_str());
+  std::fflush(stderr);
+  std::string answer;
+  std::getline(std::cin, answer);
+  answer = absl::AsciiStrToLower(absl::StripAsciiWhitespace(answer));
+  return answer == "y" || answer == "yes";
+}
+
+}  // namespace
+
+void OutputGuard::AddTo(CLI::App& command) {
+  command.add_flag("--force", force_, "Overwrite what is there without a question");
+}
+
+absl::Status OutputGuard::MayReplace(const std::string& file, const std::string& what) const {
+  std::error_code error;
+  if (force_ || !fs::exists(file, error)) return absl::OkStatus();
+  const bool can_ask = isatty(STDIN_FILENO) == 1 && isatty(STDERR_FILENO) == 1;
+  if (can_ask && Agrees(file, what)) return absl::OkStatus();
+  return absl::AlreadyExistsError(
+      absl::StrCat(file, ": is there already: ", what, "; name another place, or overwrite it with --force"));
+}
+
+absl::Status MayWriteTemplate(const std::string& folder, const Template& garment, const OutputGuard& guard) {
+  if (absl::Status status = CheckParentFolder(folder); !status.ok()) return status;
+  const absl::StatusOr<Template> before = ReadTemplate(folder);
+  if (before.ok() && before->ContentHash() == garment.ContentHash()) return absl::OkStatus();
+  return guard.MayReplace((fs::path(folder) / "template.json").string(),
+                          "a template, and results may have its vertices");
+}
+
+absl::Status CheckParentFolder(const std::string& path) {
+  std::error_code error;
+  fs::path whole = fs::absolute(path, error).lexically_normal();
+  if (!whole.has_filename()) whole = whole.parent_path();  // "dir/"
+  const fs::path parent = whole.parent_path();
+  if (error || fs::is_directory(parent, error)) return absl::OkStatus();
+  fs::path there = parent;
+  while (!fs::exists(there, error) && there.has_relative_path()) there = there.parent_path();
+  return absl::NotFoundError(absl::StrCat(path, ": the folder ", parent.string(), " is missing (",
+                                          there.string(),
+                                          " is there); look for a typing error, or make it with mkdir -p"));
+}
+
+}  // namespace weft

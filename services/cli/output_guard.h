@@ -1,0 +1,34 @@
+// What a command may write where --out says: nothing is overwritten unasked that may not be made again, and
+// no folders are made for a misspelt path.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "alignment/template.h"
+
+namespace weft {
+
+class OutputGuard {
+ public:
+  // Declares --force. The guard must live as long as the command.
+  void AddTo(CLI::App& command);
+
+  // To be asked where `file` would be overwritten with other content. Asks on a terminal. `what`: "the board
+  // of a fabric". AlreadyExists: the file is there, and nobody agreed.
+  absl::Status MayReplace(const std::string& file, const std::string& what) const;
+
+ private:
+  bool force_ = false;
+};
+
+// Before a template is written to `folder`. The same one may be written again. Errors of CheckParentFolder
+// and MayReplace.
+absl::Status MayWriteTemplate(const std::string& folder, const Template& garment, const OutputGuard& guard);
+
+// NotFound: the folder in which `path` is to be made is not there.
+absl::Status CheckParentFolder(const std::string& path);
+
+}  // namespace weft
