@@ -179,7 +179,7 @@ ResolveInput Daemon::InputsOf(const DaemonOptions& options, const PathPolicy& po
     if (*take == value) return policy.CheckInput(field, value);
     if (TakeExists(*take)) return take;
     return FieldError(absl::StatusCode::kNotFound,
-                      {field, absl::StrCat(value, ": no such take"), "ListTakes shows the takes"});
+                      {field, absl::StrCat(value, ": no such take"), "`weft take list` shows the takes"});
   };
 }
 

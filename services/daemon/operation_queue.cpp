@@ -166,9 +166,9 @@ absl::StatusOr<v1::Operation> OperationQueue::Get(const std::string& id) {
   const Lock lock(mutex_);
   const auto found = entries_.find(id);
   if (found != entries_.end()) return found->second.operation;
-  return FieldError(
-      absl::StatusCode::kNotFound,
-      {"operation_id", absl::StrCat("no operation \"", EscapedText(id), "\""), "ListOperations shows them"});
+  return FieldError(absl::StatusCode::kNotFound,
+                    {"operation_id", absl::StrCat("no operation \"", EscapedText(id), "\""),
+                     "`weft operation list` shows them"});
 }
 
 v1::ListOperationsResponse OperationQueue::List(size_t limit) {

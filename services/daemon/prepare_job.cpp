@@ -43,8 +43,8 @@ absl::StatusOr<std::string> CanonicalDump(const PathPolicy& policy, const std::s
   std::error_code error;
   if (std::filesystem::is_directory(*take, error)) return take;
   if (!RecorderLives(*take)) {
-    return FieldError(absl::StatusCode::kNotFound,
-                      {"spec.dump", absl::StrCat(dump, ": no such take"), "ListTakes shows the takes"});
+    return FieldError(absl::StatusCode::kNotFound, {"spec.dump", absl::StrCat(dump, ": no such take"),
+                                                    "`weft take list` shows the takes"});
   }
   if (spec.live_every() > 0) return take;
   return FieldError(absl::StatusCode::kFailedPrecondition,

@@ -178,7 +178,7 @@ absl::Status CheckTakeId(const std::string& take_id) {
       std::all_of(take_id.begin(), take_id.end(), [](char c) { return absl::ascii_isalnum(c) || c == '-'; });
   if (plain && !take_id.empty() && take_id.size() <= kMaxNameBytes) return absl::OkStatus();
   return Invalid("take_id", absl::StrCat("\"", take_id.substr(0, kMaxNameBytes), "\" is no id of a take"),
-                 "ListTakes shows the takes");
+                 "`weft take list` shows the takes");
 }
 
 absl::Status CheckJobId(const std::string& job_id) {

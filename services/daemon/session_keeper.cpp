@@ -266,7 +266,7 @@ absl::StatusOr<v1::CaptureSession> SessionKeeper::Get(const std::string& id) {
   if (found != entries_.end()) return Shown(found->second);
   return FieldError(
       absl::StatusCode::kNotFound,
-      {"session_id", absl::StrCat("no session \"", EscapedText(id), "\""), "ListSessions shows them"});
+      {"session_id", absl::StrCat("no session \"", EscapedText(id), "\""), "`weft session list` shows them"});
 }
 
 v1::ListSessionsResponse SessionKeeper::List(size_t limit) {

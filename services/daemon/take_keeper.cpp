@@ -25,7 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 absl::Status NoSuchTake(const std::string& id) {
-  return absl::NotFoundError(absl::StrCat("no take \"", id, "\"; ListTakes shows the takes"));
+  return absl::NotFoundError(absl::StrCat("no take \"", id, "\"; `weft take list` shows the takes"));
 }
 
 class RemovedFolder {

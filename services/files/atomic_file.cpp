@@ -79,9 +79,9 @@ absl::Status WriteError(const std::string& path, int error) {
       return absl::ResourceExhaustedError(
           absl::StrCat(path, ": cannot be written (", strerror(error), "); make room on the disk"));
     case EFBIG:
-      return absl::ResourceExhaustedError(
-          absl::StrCat(path, ": cannot be written (", strerror(error),
-                       "); raise the limit on the size of files (ulimit -f), or make room on the disk"));
+      return absl::ResourceExhaustedError(absl::StrCat(
+          path, ": cannot be written (", strerror(error),
+          "); raise the limit on the size of files (ulimit -f), or use a disk that takes larger ones"));
     default:
       return absl::UnavailableError(absl::StrCat(path, ": cannot be written (", strerror(error), ")"));
   }

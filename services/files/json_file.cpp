@@ -1,9 +1,15 @@
 #include "services/files/json_file.h"
 
+#include <google/protobuf/descriptor.h>
 #include <google/protobuf/util/json_util.h>
 
+#include <string>
+#include <vector>
+
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
+#include "absl/strings/str_split.h"
 #include "capture/file/plain_text.h"
 #include "services/files/atomic_file.h"
 #include "services/files/json_kinds.h"
@@ -15,6 +21,34 @@ namespace {
 absl::StatusOr<std::string_view> JsonOf(std::string_view text, const std::string& source_name) {
   if (absl::Status status = CheckEncoding(text, source_name); !status.ok()) return status;
   return WithoutByteOrderMark(text);
+}
+
+using google::protobuf::FieldDescriptor;
+
+// The field at a place of protobuf's messages, "cameras[0].gige.device"; null where there is none.
+const FieldDescriptor* FieldAt(const google::protobuf::Descriptor* type, const std::string& place) {
+  const FieldDescriptor* field = nullptr;
+  for (absl::string_view part : absl::StrSplit(place, '.')) {
+    if (type == nullptr) return nullptr;
+    const std::string name(part.substr(0, part.find('[')));
+    field = type->FindFieldByName(name);
+    if (field == nullptr) field = type->FindFieldByCamelcaseName(name);
+    if (field == nullptr) return nullptr;
+    type = field->message_type();
+  }
+  return field;
+}
+
+// "; it is one of A, B" where the complaint is about a field of few values.
+std::string KnownValues(const std::string& why, const google::protobuf::Message& message) {
+  const size_t from = why.find('('), to = why.find("): invalid value");
+  if (from == std::string::npos || to == std::string::npos || to < from) return "";
+  const FieldDescriptor* field = FieldAt(message.GetDescriptor(), why.substr(from + 1, to - from - 1));
+  if (field == nullptr || field->enum_type() == nullptr) return "";
+  std::vector<std::string> names;
+  for (int i = 0; i < field->enum_type()->value_count(); ++i)
+    if (field->enum_type()->value(i)->number() != 0) names.push_back(field->enum_type()->value(i)->name());
+  return absl::StrCat("; it is one of ", absl::StrJoin(names, ", "));
 }
 
 }  // namespace
@@ -43,7 +77,8 @@ absl::Status ParseJson(std::string_view text, const std::string& source_name,
                            {".\n", " near: "},
                            {"\n", " "}});
   constexpr size_t kMostQuoted = 500;
-  return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", MessageText(line, kMostQuoted)));
+  return absl::InvalidArgumentError(
+      absl::StrCat(source_name, ": ", MessageText(line, kMostQuoted), KnownValues(why, message)));
 }
 
 absl::StatusOr<std::string> ToJson(const google::protobuf::Message& message, JsonZeros zeros) {

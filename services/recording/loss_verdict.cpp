@@ -21,10 +21,24 @@ constexpr Remedy kRemedies[] = {
     {"does not answer",
      "Look after power and cable of the camera and retake now; what was recorded stays readable."},
     {"disk too slow", "Record to a faster disk, with fewer frames a second or with `compress`, and retake."},
+    {"File too large",
+     "Raise the limit on the size of files (`ulimit -f`), or record to a disk that takes larger ones, and "
+     "retake; all sets before that are whole."},
     {"recording stopped",
      "Make room on the disk, or record to another, and retake; all sets before that are whole."},
     {"packets", "Use jumbo frames, or a link of its own for the camera (`weft doctor`), and retake."},
     {"late (tolerance", "Trigger all cameras, use PTP, or give a larger `tolerance_ms`, and retake."},
+    {"those of the other cameras",
+     "Find what sets that camera's clock, or give it the others' trigger, and retake; the others' frames are "
+     "whole."},
+    {"contradict their arrival",
+     "Find what sets that camera's clock (its PTP master, or a program), and retake; the others' frames are "
+     "whole."},
+    {"nothing of it arrived",
+     "Use jumbo frames, or a link of its own for the camera (`weft doctor`), and retake."},
+    {"no frame within", "Look after the camera's cable, trigger and load of its link, and retake."},
+    {"no camera delivered a frame",
+     "Is there a trigger? `weft doctor --session FILE` checks the cameras; retake."},
     {"no frame at this trigger",
      "Look whether every camera gets the trigger and keeps its rate, and retake."},
     {"the video begins later",
@@ -49,8 +63,10 @@ std::string RemedyFor(const v1::TakeInfo& info) {
   if (const v1::TakeCause* loss = GreatestLoss(info))
     for (const Remedy& remedy : kRemedies)
       if (absl::StrContains(loss->cause(), remedy.cause)) return remedy.what;
-  return absl::StrCat("`weft take sync ", info.path(),
-                      "` says which camera lacks frames; fix that and record again.");
+  const v1::TakeCause* loss = GreatestLoss(info);
+  const std::string who =
+      loss == nullptr || loss->camera().empty() ? "its cameras" : "camera " + loss->camera();
+  return absl::StrCat("Look after ", who, " (`weft doctor --session FILE`), and record again.");
 }
 
 }  // namespace

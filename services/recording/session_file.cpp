@@ -62,6 +62,12 @@ std::string FaultOf(const v1::SessionCamera& camera) {
   return "";
 }
 
+// As it is written; empty for a replay, whose take has several cameras.
+std::string DeviceOf(const v1::SessionCamera& camera) {
+  if (camera.has_gige()) return camera.gige().device();
+  return camera.has_v4l2() ? camera.v4l2().device() : "";
+}
+
 // V4L2 cameras take no triggers of ours, nor do they know PTP.
 absl::Status AddTiming(const v1::Session& session, FrameSetOptions& sets) {
   bool has_leader = false, has_shared_clock = false;
@@ -120,6 +126,7 @@ absl::Status CheckSession(const v1::Session& session, const std::string& source)
   if (session.cameras().empty())
     return absl::InvalidArgumentError(absl::StrCat(source, ": the field cameras is empty"));
   std::set<std::string> ids;
+  std::map<std::string, std::string> devices;  // the camera of each
   for (int i = 0; i < session.cameras_size(); ++i) {
     const v1::SessionCamera& camera = session.cameras(i);
     const std::string field = absl::StrCat(source, ": cameras[", i, "]");
@@ -129,6 +136,10 @@ absl::Status CheckSession(const v1::Session& session, const std::string& source)
       return absl::InvalidArgumentError(absl::StrCat(field, ": the id ", camera.id(), " occurs twice"));
     if (const std::string fault = FaultOf(camera); !fault.empty())
       return absl::InvalidArgumentError(absl::StrCat(field, " (id ", camera.id(), "): ", fault));
+    const std::string device = DeviceOf(camera);
+    if (const auto [other, is_new] = devices.try_emplace(device, camera.id()); !device.empty() && !is_new)
+      return absl::InvalidArgumentError(absl::StrCat(field, " (id ", camera.id(), "): the device ", device,
+                                                     " is that of camera ", other->second, " already"));
   }
   const absl::StatusOr<LiveRecordingOptions> options = RecordingOptionsOf(session);
   if (options.ok()) return absl::OkStatus();

@@ -139,5 +139,14 @@ TEST(BoardFile, JointBoardsKeepTheirPartsAndCheckThem) {
   EXPECT_THAT(ReadBoard(folder / "board").status().message(), HasSubstr("parts[1]: rows 99"));
 }
 
+TEST(JsonFile, SaysWhichValuesAFieldTakes) {
+  v1::Session session;
+  const absl::Status status =
+      ParseJson(R"({"trigger": {"kind": "software"}, "cameras": []})", "session.json", session);
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(status.message()),
+              ::testing::HasSubstr("it is one of SESSION_TRIGGER_KIND_SOFTWARE"));
+}
+
 }  // namespace
 }  // namespace weft

@@ -83,5 +83,19 @@ TEST(SessionFile, ToleranceFollowsTheRate) {
   EXPECT_EQ(RecordingOptionsOf(session)->sets.tolerance_ns, 1'000'000);
 }
 
+TEST(SessionFile, RefusesOneDeviceForTwoCameras) {
+  v1::Session session;
+  session.set_fps(10);
+  for (const char* id : {"a", "b", "c"}) {
+    v1::SessionCamera& camera = *session.add_cameras();
+    camera.set_id(id);
+    camera.mutable_gige()->set_device(id[0] == 'c' ? "192.168.7.11" : "192.168.7.12");
+  }
+  const absl::Status status = CheckSession(session, "session.json");
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(std::string(status.message()),
+            "session.json: cameras[1] (id b): the device 192.168.7.12 is that of camera a already");
+}
+
 }  // namespace
 }  // namespace weft

@@ -5,6 +5,8 @@
 
 #include <cmath>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "services/recording/clock_log.h"
 #include "services/recording/recorder.h"
@@ -137,6 +139,22 @@ TEST(SyncReport, TellsOfPtpAndWhatToDo) {
   EXPECT_THAT(SyncReportText(report),
               StartsWith("usable: 39 of 40 frame sets have all cameras; a: 1 frame missing"));
   EXPECT_THAT(SyncReportText(report), HasSubstr("40 frame sets, 39 of them complete, 0 dropped"));
+}
+
+// The recorder did not see the jump, clocks.csv has it.
+TEST(SyncReport, CountsJumpsThatTheReadingsShow) {
+  ClockReading before, after;
+  before.host_time_ns = kEpoch_ns;
+  before.uncertainty_ns = after.uncertainty_ns = kMs / 10;
+  after.host_time_ns = kEpoch_ns + 1000 * kMs;
+  for (const auto& [step_ns, is_jump] : std::vector<std::pair<int64_t, bool>>{
+           {0, false}, {kMs / 2, false}, {20 * kMs, true}, {-20 * kMs, true}}) {
+    after.device_minus_host_ns = step_ns;
+    EXPECT_EQ(IsClockJump(before, after), is_jump) << step_ns;
+  }
+  after.device_minus_host_ns = 20 * kMs;
+  after.uncertainty_ns = 30 * kMs;
+  EXPECT_FALSE(IsClockJump(before, after)) << "an answer that took long";
 }
 
 }  // namespace
