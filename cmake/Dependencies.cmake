@@ -25,7 +25,6 @@ pkg_check_modules(seccomp REQUIRED IMPORTED_TARGET libseccomp>=2.5)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd>=1.5)
 pkg_check_modules(microhttpd REQUIRED IMPORTED_TARGET libmicrohttpd>=0.9.75)
 pkg_check_modules(prometheus REQUIRED IMPORTED_TARGET prometheus-cpp-core>=1.0)
-pkg_check_modules(assimp REQUIRED IMPORTED_TARGET assimp>=5.2) # BVH
 pkg_check_modules(ltc REQUIRED IMPORTED_TARGET ltc>=1.3) # linear timecode
 pkg_check_modules(archive REQUIRED IMPORTED_TARGET libarchive>=3.6) # support bundles
 pkg_check_modules(systemd REQUIRED IMPORTED_TARGET libsystemd>=252) # sd_notify

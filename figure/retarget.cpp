@@ -2,10 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
+#include "figure/foreign_summary.h"
+#include "figure/neutral_axes.h"
 
 namespace weft {
 namespace {
@@ -14,133 +18,146 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-// The axis of the world that is nearest.
-Vector3d NearestAxis(const Vector3d& v) {
+std::string NameOfAxis(const Vector3d& axis) {
   Eigen::Index k = 0;
-  v.cwiseAbs().maxCoeff(&k);
-  return (v[k] < 0 ? -1 : 1) * Vector3d::Unit(k);
+  axis.cwiseAbs().maxCoeff(&k);
+  return absl::StrCat(axis[k] < 0 ? "-" : "", std::string(1, static_cast<char>('x' + k)));
+}
+
+// How much the height of the lowest joint varies: little where `up` is up, since somebody stands or lies on
+// the ground.
+double SpreadOfLowest(const ForeignMotion& motion, const Vector3d& up) {
+  std::vector<double> lowest;
+  for (const ForeignMotion::Pose& pose : motion.poses) {
+    double low = std::numeric_limits<double>::infinity();
+    for (const Vector3d& at : PostureOf(motion, pose).at) low = std::min(low, up.dot(at));
+    lowest.push_back(low);
+  }
+  constexpr double kLow = 0.05, kHigh = 0.95;
+  return Quantile(lowest, kHigh) - Quantile(lowest, kLow);
 }
 
 class Retargeter {
  public:
   Retargeter(const ForeignMotion& from, const JointMatch& match) : from_(from), match_(match) {}
 
-  absl::StatusOr<Motion> Run() {
-    PlaceAtRest();
-    if (absl::Status status = FindAxes(); !status.ok()) return status;
-    FindLimbs();
-    Motion out;
-    out.fps = from_.fps;
-    for (const ForeignMotion::Pose& pose : from_.poses) out.poses.push_back(PoseFrom(pose));
-    if (absl::Status status = out.Validate(); !status.ok()) return status;
-    PlaceOnGround(out);
-    if (absl::Status status = out.Validate(); !status.ok()) return status;
-    return out;
+  absl::StatusOr<RetargetedMotion> Run(const RetargetOptions& options) {
+    if (from_.poses.empty()) return absl::InvalidArgumentError("holds no pose");
+    summary_ = Summarize(from_, match_);
+    if (!(summary_.leg_length > 0) || !std::isfinite(summary_.leg_length))
+      return absl::InvalidArgumentError("the legs have no length; are the offsets missing?");
+    const std::optional<Matrix3d> standing = StandingAxes(from_, match_);
+    if (absl::Status status = FindUp(standing, options); !status.ok()) return status;
+    neutral_ = NeutralAxes(match_, summary_, standing);
+    FindWorld();
+    out_.motion.fps = from_.fps;
+    for (const ForeignMotion::Pose& pose : from_.poses) out_.motion.poses.push_back(PoseFrom(pose));
+    if (absl::Status status = out_.motion.Validate(); !status.ok()) return status;
+    PlaceOnGround(out_.motion);
+    if (absl::Status status = out_.motion.Validate(); !status.ok()) return status;
+    out_.leg_length = summary_.leg_length;
+    return std::move(out_);
   }
 
  private:
   int Of(Joint joint) const { return match_.of[static_cast<size_t>(joint)]; }
-  const Vector3d& AtRest(Joint joint) const { return rest_[static_cast<size_t>(Of(joint))]; }
 
-  void PlaceAtRest() {
-    for (const ForeignMotion::Joint& joint : from_.joints)
-      rest_.push_back(joint.parent < 0 ? Vector3d(0, 0, 0)
-                                       : Vector3d(rest_[static_cast<size_t>(joint.parent)] + joint.offset));
-  }
-
-  // The rotation from the file's world to ours (x right, y down, a person looks towards -z), and the scale.
-  absl::Status FindAxes() {
-    const Vector3d hips = 0.5 * (AtRest(Joint::kLeftThigh) + AtRest(Joint::kRightThigh));
-    const Vector3d knees = 0.5 * (AtRest(Joint::kLeftShin) + AtRest(Joint::kRightShin));
-    const Vector3d up = NearestAxis(hips - knees);
-    const Vector3d side = NearestAxis(AtRest(Joint::kRightThigh) - AtRest(Joint::kLeftThigh));
-    const double shins = ShinLength(0) + ShinLength(1);
-    const double legs = (AtRest(Joint::kLeftThigh) - AtRest(Joint::kLeftShin)).norm() +
-                        (AtRest(Joint::kRightThigh) - AtRest(Joint::kRightShin)).norm();
-    if (!(legs + shins > 0) || !std::isfinite(legs + shins))
-      return absl::InvalidArgumentError("the legs have no length at rest; are the offsets missing?");
-    if (std::abs(up.dot(side)) > 0.5)
+  // Where the poses stand; where they lie, crawl or tumble, as the rest pose stands.
+  absl::Status FindUp(const std::optional<Matrix3d>& standing, const RetargetOptions& options) {
+    constexpr double kParallel = 0.7;
+    if (summary_.hips_along_body > kParallel)
       return absl::InvalidArgumentError(
-          "the rest pose does not stand upright with legs side by side, which tells up from sideways");
-    const Skeleton skeleton = SkeletonOf(BodyShape());
-    const double ours = (skeleton.At(Joint::kLeftThigh) - skeleton.At(Joint::kLeftShin)).norm() +
-                        (shins > 0 ? (skeleton.At(Joint::kLeftShin) - skeleton.left_ankle_mm).norm() : 0);
-    scale_ = 2 * ours / (legs + shins);
-    Matrix3d axes;
-    axes.row(0) = side;
-    axes.row(1) = -up;
-    axes.row(2) = side.cross(-up);
-    ours_from_theirs_ = Quaterniond(axes);
+          "no pose stands upright with legs side by side, which tells up from sideways; are hips and "
+          "shoulders matched with the right joints (--joint OURS=THEIRS)?");
+    if (options.up) {
+      out_.up = NearestWorldAxis(*options.up);
+      return absl::OkStatus();
+    }
+    const Vector3d of_poses = NearestWorldAxis(summary_.body);
+    const double how_upright = summary_.body.dot(of_poses);
+    if (!standing) {
+      if (how_upright < kParallel)
+        return absl::InvalidArgumentError(
+            "neither its poses nor its rest pose stand upright, so nothing tells which axis is up; name it "
+            "with "
+            "--up AXIS");
+      out_.up = of_poses;
+      return absl::OkStatus();
+    }
+    const Vector3d of_rest =
+        NearestWorldAxis(RotationAbovePelvis() * Vector3d(-standing->row(1).transpose()));
+    out_.up = of_rest;
+    if (of_rest.isApprox(of_poses) || how_upright < kParallel) return absl::OkStatus();
+    // Either the world's axes are others than the rest pose's, or the person lies in most poses: then nothing
+    // stands still along the body. A lowest foot moves by less than this share of a leg while somebody walks.
+    constexpr double kUpright = 0.9, kSteps = 0.15;
+    const double still = SpreadOfLowest(from_, of_rest), moved = SpreadOfLowest(from_, of_poses);
+    const bool lies =
+        std::abs(of_rest.dot(of_poses)) < 0.5 && moved > kSteps * summary_.leg_length && still < 0.5 * moved;
+    if (how_upright > kUpright && !lies) out_.up = of_poses;
+    out_.notes.push_back(absl::StrCat("most poses stand along ", NameOfAxis(of_poses),
+                                      ", the rest pose along ", NameOfAxis(of_rest), "; ",
+                                      NameOfAxis(out_.up), " was taken as up, --up AXIS takes another"));
     return absl::OkStatus();
   }
 
-  double ShinLength(size_t side) const {
-    const int ankle = match_.ankles[side];
-    if (ankle < 0) return 0;
-    return (rest_[static_cast<size_t>(ankle)] - AtRest(side == 0 ? Joint::kLeftShin : Joint::kRightShin))
-        .norm();
+  // Of the joints above the pelvis at the first pose: they may turn the rest pose into the world.
+  Quaterniond RotationAbovePelvis() const {
+    const int parent = from_.joints[static_cast<size_t>(Of(Joint::kPelvis))].parent;
+    if (parent < 0) return Quaterniond::Identity();
+    return PostureOf(from_, from_.poses.front()).rotation[static_cast<size_t>(parent)];
   }
 
-  // The joint at which a limb's bone ends: the next joint of ours, else the first that hangs on it.
-  int EndOf(size_t joint) const {
-    for (size_t next = joint + 1; next < kJoints; ++next)
-      if (ParentOf(static_cast<Joint>(next)) == static_cast<Joint>(joint) && match_.of[next] >= 0)
-        return match_.of[next];
-    if (joint == static_cast<size_t>(Joint::kLeftShin) && match_.ankles[0] >= 0) return match_.ankles[0];
-    if (joint == static_cast<size_t>(Joint::kRightShin) && match_.ankles[1] >= 0) return match_.ankles[1];
-    for (size_t k = 0; k < from_.joints.size(); ++k)
-      if (from_.joints[k].parent == match_.of[joint]) return static_cast<int>(k);
-    return -1;
-  }
-
-  // Where limbs hang down in our rest pose, they point elsewhere in the file's: a T pose, for example.
-  void FindLimbs() {
-    limb_.fill(Quaterniond::Identity());
-    for (const Joint first :
-         {Joint::kLeftUpperArm, Joint::kRightUpperArm, Joint::kLeftThigh, Joint::kRightThigh}) {
-      const bool is_arm = first == Joint::kLeftUpperArm || first == Joint::kRightUpperArm;
-      Quaterniond before = Quaterniond::Identity();
-      for (size_t j = static_cast<size_t>(first); j < static_cast<size_t>(first) + (is_arm ? 3 : 2); ++j) {
-        limb_[j] = before;  // straight on where the file does not tell
-        if (match_.of[j] < 0) continue;
-        const int end = EndOf(j);
-        if (end < 0) continue;
-        const Vector3d bone =
-            ours_from_theirs_ * (rest_[static_cast<size_t>(end)] - rest_[static_cast<size_t>(match_.of[j])]);
-        // One further arc from where the bone before it points, so that a straight limb is not twisted.
-        if (bone.norm() > 0)
-          limb_[j] = Quaterniond::FromTwoVectors(before * Vector3d::UnitY(), bone) * before;
-        before = limb_[j];
-      }
-    }
+  // The rotation from the file's world to ours (x right, y down, a person looks towards -z), and the scale.
+  void FindWorld() {
+    const ForeignPosture first = PostureOf(from_, from_.poses.front());
+    Vector3d side = first.at[static_cast<size_t>(Of(Joint::kRightThigh))] -
+                    first.at[static_cast<size_t>(Of(Joint::kLeftThigh))];
+    side -= side.dot(out_.up) * out_.up;
+    side = NearestWorldAxis(side);
+    if (std::abs(side.dot(out_.up)) > 0.5) side = Vector3d(out_.up.z(), out_.up.x(), out_.up.y());
+    Matrix3d axes;
+    axes.row(0) = side;
+    axes.row(1) = -out_.up;
+    axes.row(2) = side.cross(-out_.up);
+    ours_from_theirs_ = Quaterniond(axes);
+    const Skeleton skeleton = SkeletonOf(BodyShape());
+    const bool has_ankles = match_.ankles[0] >= 0 && match_.ankles[1] >= 0;
+    const double ours = (skeleton.At(Joint::kLeftThigh) - skeleton.At(Joint::kLeftShin)).norm() +
+                        (has_ankles ? (skeleton.At(Joint::kLeftShin) - skeleton.left_ankle_mm).norm() : 0);
+    scale_ = ours / summary_.leg_length;
   }
 
   FigurePose PoseFrom(const ForeignMotion::Pose& pose) const {
-    std::vector<Quaterniond> world;
-    for (size_t k = 0; k < from_.joints.size(); ++k) {
-      const int parent = from_.joints[k].parent;
-      world.push_back(parent < 0 ? pose.rotation[k]
-                                 : (world[static_cast<size_t>(parent)] * pose.rotation[k]).normalized());
-    }
+    const ForeignPosture posture = PostureOf(from_, pose);
     std::array<Quaterniond, kJoints> ours;
     for (size_t j = 0; j < kJoints; ++j) {
-      const auto parent = static_cast<size_t>(ParentOf(static_cast<Joint>(j)));
       if (match_.of[j] >= 0)
-        ours[j] = ours_from_theirs_ * world[static_cast<size_t>(match_.of[j])] *
-                  ours_from_theirs_.conjugate() * limb_[j];
+        ours[j] =
+            AlongBone(posture, j,
+                      ours_from_theirs_ * posture.rotation[static_cast<size_t>(match_.of[j])] * neutral_[j]);
       else
-        ours[j] = ours[parent] * limb_[parent].conjugate() * limb_[j];
+        ours[j] = ours[static_cast<size_t>(ParentOf(static_cast<Joint>(j)))];
     }
     // A trunk of one joint bends half way at the spine.
     if (Of(Joint::kSpine) < 0)
       ours[static_cast<size_t>(Joint::kSpine)] = ours[0].slerp(0.5, ours[static_cast<size_t>(Joint::kChest)]);
     FigurePose out;
-    out.root_mm = scale_ * (ours_from_theirs_ * pose.root);
+    out.root_mm = scale_ * (ours_from_theirs_ * posture.at[static_cast<size_t>(Of(Joint::kPelvis))]);
     for (size_t j = 0; j < kJoints; ++j) {
       const auto parent = static_cast<size_t>(ParentOf(static_cast<Joint>(j)));
       out.rotation[j] = (j == 0 ? ours[0] : ours[parent].conjugate() * ours[j]).normalized();
     }
     return out;
+  }
+
+  // Limbs point where the joints are: bones of some files move against each other.
+  Quaterniond AlongBone(const ForeignPosture& posture, size_t j, const Quaterniond& turned) const {
+    if (!IsLimb(static_cast<Joint>(j)) || summary_.ends[j].empty() || !(summary_.bone[j].norm() > 0))
+      return turned;
+    const Vector3d bone = EndIn(posture, summary_.ends[j]) - posture.at[static_cast<size_t>(match_.of[j])];
+    if (!(bone.norm() > 0)) return turned;
+    return Quaterniond::FromTwoVectors(turned * Vector3d::UnitY(), ours_from_theirs_ * bone) * turned;
   }
 
   // Looks to the front at first, and the lower foot is on the ground at all but the lowest moments.
@@ -167,16 +184,18 @@ class Retargeter {
 
   const ForeignMotion& from_;
   const JointMatch& match_;
-  std::vector<Vector3d> rest_;
+  ForeignSummary summary_;
+  std::array<Quaterniond, kJoints> neutral_;
   double scale_ = 1;
   Quaterniond ours_from_theirs_ = Quaterniond::Identity();
-  std::array<Quaterniond, kJoints> limb_;  // from our rest pose to the file's
+  RetargetedMotion out_;
 };
 
 }  // namespace
 
-absl::StatusOr<Motion> Retarget(const ForeignMotion& motion, const JointMatch& match) {
-  return Retargeter(motion, match).Run();
+absl::StatusOr<RetargetedMotion> Retarget(const ForeignMotion& motion, const JointMatch& match,
+                                          const RetargetOptions& options) {
+  return Retargeter(motion, match).Run(options);
 }
 
 }  // namespace weft

@@ -3,6 +3,8 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -39,7 +41,31 @@ absl::Status MakeMotionFile(MotionMakeOptions options) {
 struct MotionImportOptions {
   std::string bvh, out;
   std::vector<std::string> joints;  // OURS=THEIRS
+  std::string up;                   // an axis of the file
 };
+
+absl::StatusOr<RetargetOptions> RetargetOptionsOf(const std::string& up) {
+  RetargetOptions out;
+  if (up.empty()) return out;
+  constexpr std::string_view kAxes = "xyz";
+  const bool is_negative = up.front() == '-';
+  const size_t axis = kAxes.find(up.substr(is_negative ? 1 : 0));
+  if (up.size() != (is_negative ? 2 : 1) || axis == std::string_view::npos)
+    return absl::InvalidArgumentError(
+        absl::StrCat("--up \"", up, "\" is no axis, expected x, y, z, -x, -y or -z"));
+  out.up = (is_negative ? -1 : 1) * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(axis));
+  return out;
+}
+
+void PrintImport(const ForeignMotion& bvh, const JointMatch& match, const RetargetedMotion& motion) {
+  for (size_t j = 0; j < kJoints; ++j)
+    std::printf("%-16s %s\n", std::string(NameOf(static_cast<Joint>(j))).c_str(),
+                match.of[j] < 0 ? "-" : bvh.joints[static_cast<size_t>(match.of[j])].name.c_str());
+  std::printf("%-16s %.4g in the file, from hip to %s\n", "legs", motion.leg_length,
+              match.ankles[0] >= 0 && match.ankles[1] >= 0 ? "ankle" : "knee");
+  for (const std::vector<std::string>* notes : {&bvh.notes, &motion.notes})
+    for (const std::string& note : *notes) std::printf("%-16s %s\n", "note", note.c_str());
+}
 
 absl::StatusOr<Motion> ImportMotion(const MotionImportOptions& options) {
   std::map<std::string, std::string> given;
@@ -50,6 +76,8 @@ absl::StatusOr<Motion> ImportMotion(const MotionImportOptions& options) {
           absl::StrCat("--joint \"", joint, "\" is not of the form OURS=THEIRS"));
     given[joint.substr(0, at)] = joint.substr(at + 1);
   }
+  const absl::StatusOr<RetargetOptions> retarget = RetargetOptionsOf(options.up);
+  if (!retarget.ok()) return retarget.status();
   const absl::StatusOr<ForeignMotion> bvh = ReadBvh(options.bvh);
   if (!bvh.ok()) return bvh.status();
   const auto named = [&](const absl::Status& status) {
@@ -57,12 +85,10 @@ absl::StatusOr<Motion> ImportMotion(const MotionImportOptions& options) {
   };
   const absl::StatusOr<JointMatch> match = MatchJoints(*bvh, given);
   if (!match.ok()) return named(match.status());
-  absl::StatusOr<Motion> motion = Retarget(*bvh, *match);
+  absl::StatusOr<RetargetedMotion> motion = Retarget(*bvh, *match, *retarget);
   if (!motion.ok()) return named(motion.status());
-  for (size_t j = 0; j < kJoints; ++j)
-    std::printf("%-16s %s\n", std::string(NameOf(static_cast<Joint>(j))).c_str(),
-                match->of[j] < 0 ? "-" : bvh->joints[static_cast<size_t>(match->of[j])].name.c_str());
-  return motion;
+  PrintImport(*bvh, *match, *motion);
+  return std::move(motion->motion);
 }
 
 absl::Status ImportMotionFile(const MotionImportOptions& options) {
@@ -137,6 +163,11 @@ void AddMotionCommand(CLI::App& app, CommandLine& line) {
           "Match a joint by hand, ours (as `weft motion show` names it) to the file's; may be repeated. "
           "\"Left\" is the side that a viewer in front sees on the left")
       ->type_name("OURS=THEIRS");
+  import_command
+      ->add_option(
+          "--up", imported->up,
+          "The axis of the file that points up; found by how the person stands where it is not given")
+      ->type_name("AXIS");
   import_command->add_option("--out", imported->out, "The file to write, NAME.motion")
       ->required()
       ->type_name("FILE");

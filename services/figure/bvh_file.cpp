@@ -1,129 +1,219 @@
 #include "services/figure/bvh_file.h"
 
-#include <assimp/scene.h>
-
 #include <algorithm>
-#include <assimp/Importer.hpp>
-#include <cctype>
-#include <charconv>
 #include <cmath>
-#include <map>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/angles.h"
+#include "services/figure/bvh_hierarchy.h"
+#include "services/figure/bvh_text.h"
 #include "services/files/atomic_file.h"
 
 namespace weft {
 namespace {
 
-constexpr int kDeepest = 100;
+// Poses times joints, of which each takes 32 bytes and more: an hour of 75 joints at 120 poses a second.
+constexpr size_t kMostRotations = size_t{1} << 25;
 
-bool IsSpace(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
+struct BvhRows {
+  double frame_s = 0;
+  std::vector<double> values;  // [rows x numbers]
+};
 
-// What the library does not refuse itself: it reads chains of joints recursively, and reserves memory for as
-// many frames as the file claims to have.
-absl::Status CheckBefore(std::string_view text) {
-  std::string_view rest = text;
-  while (!rest.empty() && IsSpace(rest.front())) rest.remove_prefix(1);
-  if (!rest.starts_with("HIERARCHY"))
-    return absl::InvalidArgumentError("is not BVH; it does not begin with HIERARCHY");
-  int depth = 0;
-  for (const char c : text) {
-    depth += (c == '{') - (c == '}');
-    if (depth > kDeepest)
-      return absl::InvalidArgumentError(absl::StrCat("more than ", kDeepest, " joints follow one another"));
+// "Frames: 30" and "Frame Time: 0.0333", with or without blanks around the colon.
+absl::Status ReadHead(BvhText& text, double& frames, double& frame_s) {
+  if (absl::Status status = text.Expect("frames"); !status.ok()) return status;
+  text.Take(":");
+  const absl::StatusOr<double> count = text.Number("the number of frames");
+  if (!count.ok()) return count.status();
+  frames = *count;
+  if (!text.Take("frametime")) {
+    if (absl::Status status = text.Expect("frame"); !status.ok()) return status;
+    if (absl::Status status = text.Expect("time"); !status.ok()) return status;
   }
-  constexpr std::string_view kFrames = "Frames:";
-  for (size_t at = text.find(kFrames); at != std::string_view::npos; at = text.find(kFrames, at + 1)) {
-    size_t from = at + kFrames.size();
-    while (from < text.size() && IsSpace(text[from])) ++from;
-    uint64_t frames = 0;
-    const auto [end, error] = std::from_chars(text.data() + from, text.data() + text.size(), frames);
-    // A frame has a number or more, and each takes two characters.
-    if (error != std::errc() || end == text.data() + from || frames > text.size() / 2)
-      return absl::InvalidArgumentError("is too short for the number of its frames; was the file truncated?");
+  text.Take(":");
+  const absl::StatusOr<double> time = text.Number("the frame time");
+  if (!time.ok()) return time.status();
+  frame_s = *time;
+  if (frame_s > 0) return absl::OkStatus();
+  return text.ErrorBefore(absl::StrCat(
+      "Frame Time is ", frame_s, ", expected the seconds between two frames, 0.0333333 at 30 a second"));
+}
+
+// A row ends where a line does, so that a number too many or too few shifts no other row.
+absl::Status ReadRow(BvhText& text, size_t numbers, std::vector<double>& values) {
+  const size_t line = text.Line();
+  size_t in_first_line = 0;
+  for (size_t k = 0; k < numbers; ++k) {
+    in_first_line += text.Line() == line ? 1 : 0;
+    const absl::StatusOr<double> value = text.Number("the value of a channel");
+    if (!value.ok()) return value.status();
+    values.push_back(*value);
+    if (k + 1 < numbers || text.AtEnd() || text.Line() != text.LineBefore()) continue;
+    if (in_first_line < numbers)
+      return absl::InvalidArgumentError(absl::StrCat("is damaged: line ", line, ": a row of ", in_first_line,
+                                                     " numbers, expected one for each of ", numbers,
+                                                     " channels"));
+    return text.Error(absl::StrCat("a row of more numbers than the ", numbers, " channels"));
   }
   return absl::OkStatus();
 }
 
-Eigen::Vector3d ToEigen(const aiVector3D& v) { return {v.x, v.y, v.z}; }
-Eigen::Quaterniond ToEigen(const aiQuaternion& q) { return {q.w, q.x, q.y, q.z}; }
-
-// Depth first, so that parents come before their children.
-absl::Status AddJoints(const aiNode& node, int parent, ForeignMotion& out,
-                       std::map<std::string, size_t>& index) {
-  const std::string name = node.mName.C_Str();
-  if (!index.emplace(name, out.joints.size()).second)
-    return absl::InvalidArgumentError(absl::StrCat("two joints are called \"", name, "\""));
-  const auto me = static_cast<int>(out.joints.size());
-  const aiMatrix4x4& at = node.mTransformation;
-  out.joints.push_back({name, parent, {at.a4, at.b4, at.c4}});
-  for (unsigned k = 0; k < node.mNumChildren; ++k)
-    if (absl::Status status = AddJoints(*node.mChildren[k], me, out, index); !status.ok()) return status;
-  return absl::OkStatus();
+absl::StatusOr<BvhRows> ReadRows(BvhText& text, BvhHierarchy& hierarchy) {
+  BvhRows out;
+  double frames = 0;
+  if (absl::Status status = ReadHead(text, frames, out.frame_s); !status.ok()) return status;
+  if (hierarchy.numbers == 0) return text.Error("no joint has channels, so nothing moves");
+  const size_t most = kMostRotations / hierarchy.joints.size() * hierarchy.numbers;
+  while (!text.AtEnd()) {
+    if (absl::Status status = ReadRow(text, hierarchy.numbers, out.values); !status.ok()) return status;
+    if (out.values.size() > most) return text.Error("more poses than are read; cut the file into parts");
+  }
+  const auto rows = static_cast<double>(out.values.size() / hierarchy.numbers);
+  if (rows < frames || rows < 1)
+    return absl::InvalidArgumentError(absl::StrCat("is too short for the number of its frames: it says ",
+                                                   frames, " and has ", rows, "; was the file truncated?"));
+  if (rows > frames)
+    hierarchy.notes.push_back(
+        absl::StrCat("Frames says ", frames, ", the file has ", rows, "; all were read"));
+  return out;
 }
 
-// The last key where there are fewer than frames.
-template <typename Key>
-const Key& KeyAt(const Key* keys, unsigned count, unsigned frame) {
-  return keys[std::min(frame, count - 1)];
-}
+bool IsPosition(BvhChannel channel) { return channel <= BvhChannel::kZPosition; }
+bool IsScale(BvhChannel channel) { return channel >= BvhChannel::kXScale; }
 
-absl::Status AddPoses(const aiAnimation& animation, const std::map<std::string, size_t>& index,
-                      ForeignMotion& out) {
-  unsigned frames = 0;
-  for (unsigned c = 0; c < animation.mNumChannels; ++c)
-    frames = std::max(frames, animation.mChannels[c]->mNumRotationKeys);
-  // A frame's numbers are in the file, so this is no more than some times its size.
-  out.poses.resize(frames);
-  for (ForeignMotion::Pose& pose : out.poses)
-    pose.rotation.assign(out.joints.size(), Eigen::Quaterniond::Identity());
-  for (unsigned c = 0; c < animation.mNumChannels; ++c) {
-    const aiNodeAnim& channel = *animation.mChannels[c];
-    const auto joint = index.find(channel.mNodeName.C_Str());
-    if (joint == index.end()) continue;
-    for (unsigned k = 0; k < frames; ++k) {
-      if (channel.mNumRotationKeys > 0)
-        out.poses[k].rotation[joint->second] =
-            ToEigen(KeyAt(channel.mRotationKeys, channel.mNumRotationKeys, k).mValue);
-      if (joint->second == 0 && channel.mNumPositionKeys > 0)
-        out.poses[k].root = ToEigen(KeyAt(channel.mPositionKeys, channel.mNumPositionKeys, k).mValue);
+class MotionBuilder {
+ public:
+  MotionBuilder(BvhHierarchy hierarchy, const BvhRows& rows)
+      : hierarchy_(std::move(hierarchy)), rows_(rows), count_(rows.values.size() / hierarchy_.numbers) {
+    size_t at = 0;
+    for (const std::vector<BvhChannel>& channels : hierarchy_.channels) {
+      first_.push_back(at);
+      at += channels.size();
     }
   }
-  out.fps = animation.mTicksPerSecond;
-  for (ForeignMotion::Pose& pose : out.poses) {
-    bool is_finite = pose.root.allFinite();
-    for (Eigen::Quaterniond& q : pose.rotation) {
-      is_finite = is_finite && q.coeffs().allFinite() && q.norm() > 0.5;
-      q.normalize();
-    }
-    if (!is_finite) return absl::InvalidArgumentError("has a channel whose value is no finite number");
+
+  absl::StatusOr<ForeignMotion> Build() {
+    if (absl::Status status = FindScales(); !status.ok()) return status;
+    const bool is_added = PositionsAreAdded();
+    out_.fps = 1 / rows_.frame_s;
+    out_.joints = std::move(hierarchy_.joints);
+    out_.notes = std::move(hierarchy_.notes);
+    if (is_added)
+      out_.notes.push_back("positions of joints were added to their offsets, as they are near zero");
+    int places = 0;
+    for (size_t j = 0; j < out_.joints.size(); ++j)
+      if (HasPosition(j)) out_.joints[j].place = places++;
+    out_.poses.resize(count_);
+    for (size_t row = 0; row < count_; ++row) FillPose(row, is_added, out_.poses[row]);
+    for (size_t j = 0; j < out_.joints.size(); ++j) out_.joints[j].offset *= ScaleAbove(j);
+    return std::move(out_);
   }
-  return absl::OkStatus();
-}
+
+ private:
+  double Value(size_t row, size_t joint, size_t channel) const {
+    return rows_.values[row * hierarchy_.numbers + first_[joint] + channel];
+  }
+
+  bool HasPosition(size_t joint) const {
+    return std::any_of(hierarchy_.channels[joint].begin(), hierarchy_.channels[joint].end(), IsPosition);
+  }
+
+  Eigen::Vector3d PositionAt(size_t row, size_t joint, const Eigen::Vector3d& otherwise) const {
+    Eigen::Vector3d out = otherwise;
+    for (size_t c = 0; c < hierarchy_.channels[joint].size(); ++c)
+      if (IsPosition(hierarchy_.channels[joint][c]))
+        out[static_cast<int>(hierarchy_.channels[joint][c])] = Value(row, joint, c);
+    return out;
+  }
+
+  // Bones keep their lengths: positions below the root are near the offsets in files that give the whole
+  // position, as most programs do, and near zero in files that give what is added.
+  bool PositionsAreAdded() const {
+    double to_offset = 0, to_zero = 0;
+    for (size_t j = 0; j < hierarchy_.joints.size(); ++j) {
+      const ForeignMotion::Joint& joint = hierarchy_.joints[j];
+      // What hangs on a root that is no part of the body moves freely.
+      if (joint.parent < 0 || hierarchy_.joints[static_cast<size_t>(joint.parent)].parent < 0 ||
+          !HasPosition(j))
+        continue;
+      for (size_t row = 0; row < count_; ++row) {
+        const Eigen::Vector3d at = PositionAt(row, j, joint.offset);
+        to_offset += (at - joint.offset).norm();
+        to_zero += at.norm();
+      }
+    }
+    return to_zero < to_offset;
+  }
+
+  // Sizes that differ from 1 make all longer that hangs on a joint.
+  absl::Status FindScales() {
+    scale_.assign(hierarchy_.joints.size(), 1);
+    for (size_t j = 0; j < hierarchy_.joints.size(); ++j) {
+      std::vector<double> values;
+      for (size_t c = 0; c < hierarchy_.channels[j].size(); ++c)
+        if (IsScale(hierarchy_.channels[j][c]))
+          for (size_t row = 0; row < count_; ++row) values.push_back(Value(row, j, c));
+      if (values.empty()) continue;
+      const auto [low, high] = std::minmax_element(values.begin(), values.end());
+      constexpr double kSame = 1e-3;
+      if (!(*low > 0) || *high - *low > kSame * *high)
+        return absl::InvalidArgumentError(
+            absl::StrCat("\"", hierarchy_.joints[j].name, "\" has scale channels from ", *low, " to ", *high,
+                         ", expected one size above zero; export it without scale"));
+      scale_[j] = *low;
+    }
+    return absl::OkStatus();
+  }
+
+  double ScaleAbove(size_t joint) const {
+    const std::vector<ForeignMotion::Joint>& joints = out_.joints;
+    double out = 1;
+    for (int k = joints[joint].parent; k >= 0; k = joints[static_cast<size_t>(k)].parent)
+      out *= scale_[static_cast<size_t>(k)];
+    return out;
+  }
+
+  void FillPose(size_t row, bool is_added, ForeignMotion::Pose& pose) const {
+    for (size_t j = 0; j < out_.joints.size(); ++j) {
+      const ForeignMotion::Joint& joint = out_.joints[j];
+      if (joint.place >= 0) {
+        // The root's is where it is in the world, in either kind of file.
+        const bool adds = is_added && joint.parent >= 0;
+        const Eigen::Vector3d at = PositionAt(row, j, adds ? Eigen::Vector3d(0, 0, 0) : joint.offset);
+        pose.place.push_back(ScaleAbove(j) * (adds ? Eigen::Vector3d(at + joint.offset) : at));
+      }
+      Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+      for (size_t c = 0; c < hierarchy_.channels[j].size(); ++c) {
+        const auto axis =
+            static_cast<int>(hierarchy_.channels[j][c]) - static_cast<int>(BvhChannel::kXRotation);
+        if (axis < 0 || axis > 2) continue;
+        turn = turn * Eigen::AngleAxisd(kRadPerDeg * Value(row, j, c), Eigen::Vector3d::Unit(axis));
+      }
+      pose.rotation.push_back(turn.normalized());
+    }
+  }
+
+  BvhHierarchy hierarchy_;
+  const BvhRows& rows_;
+  size_t count_;
+  std::vector<size_t> first_;  // of each joint's numbers in a row
+  std::vector<double> scale_;
+  ForeignMotion out_;
+};
 
 absl::StatusOr<ForeignMotion> Parse(std::string_view bytes) {
-  if (absl::Status status = CheckBefore(bytes); !status.ok()) return status;
-  Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFileFromMemory(bytes.data(), bytes.size(), 0, "bvh");
-  if (!scene || !scene->mRootNode) {
-    std::string what = importer.GetErrorString();
-    // The library's name for bytes in memory.
-    if (const size_t at = what.rfind(".bvh:"); at != std::string::npos) what = "line " + what.substr(at + 5);
-    return absl::InvalidArgumentError(absl::StrCat("is damaged: ", what));
-  }
-  if (scene->mNumAnimations == 0 || scene->mAnimations[0]->mNumChannels == 0)
-    return absl::InvalidArgumentError("has no motion; the part MOTION is missing");
-  ForeignMotion out;
-  std::map<std::string, size_t> index;
-  absl::Status status = AddJoints(*scene->mRootNode, -1, out, index);
-  if (status.ok()) status = AddPoses(*scene->mAnimations[0], index, out);
-  for (const ForeignMotion::Joint& joint : out.joints)
-    if (status.ok() && !joint.offset.allFinite())
-      status = absl::InvalidArgumentError(absl::StrCat("the offset of ", joint.name, " is no finite number"));
-  if (!status.ok()) return status;
-  return out;
+  if (bytes.starts_with("\xff\xfe") || bytes.starts_with("\xfe\xff"))
+    return absl::InvalidArgumentError("is text in UTF-16; save it as UTF-8");
+  BvhText text(bytes);
+  absl::StatusOr<BvhHierarchy> hierarchy = ReadBvhHierarchy(text);
+  if (!hierarchy.ok()) return hierarchy.status();
+  if (text.AtEnd()) return absl::InvalidArgumentError("has no motion; the part MOTION is missing");
+  const absl::StatusOr<BvhRows> rows = ReadRows(text, *hierarchy);
+  if (!rows.ok()) return rows.status();
+  return MotionBuilder(*std::move(hierarchy), *rows).Build();
 }
 
 }  // namespace

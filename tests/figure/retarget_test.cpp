@@ -2,51 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+#include <vector>
+
 #include "base/angles.h"
+#include "tests/figure/foreign_person.h"
 
 namespace weft {
 namespace {
 
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
-
-// A person in T pose, y up, looking towards +z, the left arm along +x; names as Mixamo's, lengths in cm.
-ForeignMotion TPose(int poses = 1) {
-  ForeignMotion out;
-  out.fps = 30;
-  const auto add = [&](const std::string& name, int parent, const Vector3d& offset) {
-    out.joints.push_back({"mixamorig:" + name, parent, offset});
-    return static_cast<int>(out.joints.size()) - 1;
-  };
-  const int hips = add("Hips", -1, {0, 0, 0});
-  const int spine = add("Spine", hips, {0, 10, 0}), chest = add("Spine1", spine, {0, 20, 0});
-  add("Head", chest, {0, 30, 0});
-  for (const double side : {1.0, -1.0}) {
-    const std::string name = side > 0 ? "Left" : "Right";
-    const int shoulder = add(name + "Shoulder", chest, {5 * side, 15, 0});
-    const int arm = add(name + "Arm", shoulder, {12 * side, 0, 0});
-    const int forearm = add(name + "ForeArm", arm, {28 * side, 0, 0});
-    const int hand = add(name + "Hand", forearm, {25 * side, 0, 0});
-    add(name + "HandEnd", hand, {10 * side, 0, 0});
-    const int thigh = add(name + "UpLeg", hips, {9 * side, -4, 0});
-    const int shin = add(name + "Leg", thigh, {0, -41.5, 0});
-    const int foot = add(name + "Foot", shin, {0, -41.5, 0});
-    add(name + "ToeBase", foot, {0, -5, 12});
-  }
-  out.poses.resize(static_cast<size_t>(poses));
-  for (ForeignMotion::Pose& pose : out.poses) {
-    pose.root = {0, 90, 0};
-    pose.rotation.assign(out.joints.size(), Quaterniond::Identity());
-  }
-  return out;
-}
-
-size_t IndexOf(const ForeignMotion& motion, const std::string& name) {
-  for (size_t k = 0; k < motion.joints.size(); ++k)
-    if (motion.joints[k].name == "mixamorig:" + name) return k;
-  ADD_FAILURE() << name;
-  return 0;
-}
 
 void Turn(ForeignMotion& motion, const std::string& name, double degrees, const Vector3d& axis) {
   motion.poses[0].rotation[IndexOf(motion, name)] = Eigen::AngleAxisd(kRadPerDeg * degrees, axis);
@@ -55,15 +21,9 @@ void Turn(ForeignMotion& motion, const std::string& name, double degrees, const 
 Motion Retargeted(const ForeignMotion& from) {
   const absl::StatusOr<JointMatch> match = MatchJoints(from);
   EXPECT_TRUE(match.ok()) << match.status();
-  const absl::StatusOr<Motion> motion = Retarget(from, *match);
+  const absl::StatusOr<RetargetedMotion> motion = Retarget(from, *match);
   EXPECT_TRUE(motion.ok()) << motion.status();
-  return *motion;
-}
-
-// Where a bone points that hangs down at rest.
-Vector3d Direction(const FigurePose& pose, Joint joint) {
-  return WorldFromRest(SkeletonOf(BodyShape()), pose)[static_cast<size_t>(joint)].linear() *
-         Vector3d::UnitY();
+  return motion->motion;
 }
 
 void ExpectNear(const Vector3d& a, const Vector3d& b) { EXPECT_LT((a - b).norm(), 1e-6) << a.transpose(); }
@@ -95,10 +55,10 @@ TEST(Retarget, BeginsInFrontAtTheScaleOfTheLegs) {
   ForeignMotion from = TPose(2);
   for (ForeignMotion::Pose& pose : from.poses) {
     pose.rotation[0] = Eigen::AngleAxisd(kRadPerDeg * 130, Vector3d::UnitY());
-    pose.root += Vector3d(300, 0, -200);
+    pose.place[0] += Vector3d(300, 0, -200);
   }
   // A step of 10 cm to where the person looks.
-  from.poses[1].root += from.poses[1].rotation[0] * Vector3d(0, 0, 10);
+  from.poses[1].place[0] += from.poses[1].rotation[0] * Vector3d(0, 0, 10);
   const Motion motion = Retargeted(from);
   ExpectNear(motion.poses[0].root_mm, Vector3d::Zero());
   ExpectNear(motion.poses[1].root_mm, {0, 0, -100});  // legs of 83 cm here and 830 mm there
@@ -115,7 +75,7 @@ TEST(Retarget, AnyAxisMayBeUp) {
     const Quaterniond turn(Eigen::AngleAxisd(kRadPerDeg * 90, axis));
     ForeignMotion turned = from;
     for (ForeignMotion::Joint& joint : turned.joints) joint.offset = turn * joint.offset;
-    turned.poses[0].root = turn * turned.poses[0].root;
+    turned.poses[0].place[0] = turn * turned.poses[0].place[0];
     for (Quaterniond& q : turned.poses[0].rotation) q = turn * q * turn.conjugate();
     const FigurePose pose = Retargeted(turned).poses[0];
     for (size_t j = 0; j < kJoints; ++j)
@@ -133,7 +93,7 @@ TEST(Retarget, AMissingJointFollowsItsParent) {
   const absl::StatusOr<JointMatch> match = MatchJoints(from);
   ASSERT_TRUE(match.ok()) << match.status();
   EXPECT_EQ(match->of[static_cast<size_t>(Joint::kHead)], -1);
-  const FigurePose pose = Retarget(from, *match)->poses[0];
+  const FigurePose pose = Retarget(from, *match)->motion.poses[0];
   EXPECT_LT(pose.Of(Joint::kHead).angularDistance(Quaterniond::Identity()), 1e-6);
   EXPECT_LT(pose.Of(Joint::kLeftHand).angularDistance(Quaterniond::Identity()), 1e-6);
 }
@@ -167,7 +127,113 @@ TEST(MatchJoints, SaysWhatIsMissingAndTakesItByHand) {
             std::string::npos);
 }
 
-TEST(Retarget, RefusesRestPosesThatDoNotStand) {
+TEST(MatchJoints, KnowsTheNamesOfOtherPrograms) {
+  const auto renamed = [](const std::vector<std::pair<std::string, std::string>>& names,
+                          const std::string& before) {
+    ForeignMotion out = TPose();
+    for (ForeignMotion::Joint& joint : out.joints) {
+      joint.name = joint.name.substr(std::string("mixamorig:").size());
+      for (const auto& [from, to] : names)
+        if (joint.name == from) {
+          joint.name = to;
+          break;
+        }
+      joint.name = before + joint.name;
+    }
+    return out;
+  };
+  const absl::StatusOr<JointMatch> expected = MatchJoints(TPose());
+  ASSERT_TRUE(expected.ok());
+  const auto expect_same = [&](const ForeignMotion& motion) {
+    const absl::StatusOr<JointMatch> match = MatchJoints(motion);
+    ASSERT_TRUE(match.ok()) << match.status();
+    EXPECT_EQ(match->of, expected->of) << motion.joints[0].name;
+    EXPECT_EQ(match->ankles, expected->ankles) << motion.joints[0].name;
+  };
+  for (const char* before : {"", "Bip01 ", "Character1_", "m_avg_", "Armature|mixamorig:"})
+    expect_same(renamed({}, before));
+  // 3ds Max: the joint at the top is called by the prefix alone in some files, here it is the pelvis.
+  expect_same(renamed({{"Hips", "Pelvis"},
+                       {"LeftShoulder", "L Clavicle"},
+                       {"LeftArm", "L UpperArm"},
+                       {"LeftForeArm", "L Forearm"},
+                       {"LeftHand", "L Hand"},
+                       {"LeftUpLeg", "L Thigh"},
+                       {"LeftLeg", "L Calf"},
+                       {"LeftFoot", "L Foot"},
+                       {"RightShoulder", "R Clavicle"},
+                       {"RightArm", "R UpperArm"},
+                       {"RightForeArm", "R Forearm"},
+                       {"RightHand", "R Hand"},
+                       {"RightUpLeg", "R Thigh"},
+                       {"RightLeg", "R Calf"},
+                       {"RightFoot", "R Foot"}},
+                      "Bip01 "));
+  // SMPL.
+  expect_same(renamed({{"Hips", "Pelvis"},
+                       {"LeftShoulder", "L_Collar"},
+                       {"LeftArm", "L_Shoulder"},
+                       {"LeftForeArm", "L_Elbow"},
+                       {"LeftHand", "L_Wrist"},
+                       {"LeftHandEnd", "L_Hand"},
+                       {"LeftUpLeg", "L_Hip"},
+                       {"LeftLeg", "L_Knee"},
+                       {"LeftFoot", "L_Ankle"},
+                       {"LeftToeBase", "L_Foot"},
+                       {"RightShoulder", "R_Collar"},
+                       {"RightArm", "R_Shoulder"},
+                       {"RightForeArm", "R_Elbow"},
+                       {"RightHand", "R_Wrist"},
+                       {"RightHandEnd", "R_Hand"},
+                       {"RightUpLeg", "R_Hip"},
+                       {"RightLeg", "R_Knee"},
+                       {"RightFoot", "R_Ankle"},
+                       {"RightToeBase", "R_Foot"}},
+                      "f_avg_"));
+}
+
+// A clavicle that is called shoulder is no arm because the arm has an unknown name.
+TEST(MatchJoints, RefusesLimbsThatMayBeginElsewhere) {
+  ForeignMotion motion = TPose();
+  const auto rename = [](ForeignMotion& in, const std::string& from, const std::string& to) {
+    in.joints[IndexOf(in, from)].name = to;
+  };
+  rename(motion, "LeftArm", "Limb");
+  const absl::Status status = MatchJoints(motion).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(status.message().find("right-upper-arm may be \"mixamorig:LeftShoulder\" or \"Limb\""),
+            std::string::npos)
+      << status;
+  const absl::StatusOr<JointMatch> match = MatchJoints(motion, {{"right-upper-arm", "Limb"}});
+  ASSERT_TRUE(match.ok()) << match.status();
+  EXPECT_EQ(match->of, MatchJoints(TPose())->of);
+  // A joint that turns the limb around itself is none that could be meant.
+  rename(motion, "LeftShoulder", "mixamorig:LeftArm");
+  motion.joints[IndexOf(motion, "LeftForeArm")].name = "LeftElbow";
+  for (ForeignMotion::Joint& joint : motion.joints)
+    if (joint.name == "Limb") joint.name = "LeftArmTwist";
+  EXPECT_TRUE(MatchJoints(motion).ok()) << MatchJoints(motion).status();
+
+  ForeignMotion leg = TPose();
+  rename(leg, "RightUpLeg", "RightHip");
+  rename(leg, "RightLeg", "Strut");
+  rename(leg, "RightFoot", "RightKnee");
+  EXPECT_NE(MatchJoints(leg).status().message().find("left-thigh may be"), std::string::npos);
+
+  ForeignMotion elsewhere = TPose();
+  elsewhere.joints[IndexOf(elsewhere, "LeftForeArm")].parent = 0;
+  EXPECT_NE(MatchJoints(elsewhere).status().message().find("does not hang on"), std::string::npos);
+
+  ForeignMotion twice = TPose();
+  rename(twice, "LeftToeBase", "mixamorig:LeftArm");
+  EXPECT_NE(MatchJoints(twice).status().message().find("two joints are called \"mixamorig:LeftArm\""),
+            std::string::npos);
+  EXPECT_NE(
+      MatchJoints(TPose(), {{"head", "mixamorig:LeftArm"}}).status().message().find("matched with both"),
+      std::string::npos);
+}
+
+TEST(Retarget, RefusesWhatDoesNotTellUp) {
   ForeignMotion flat = TPose();
   for (ForeignMotion::Joint& joint : flat.joints) joint.offset.setZero();
   EXPECT_NE(Retarget(flat, *MatchJoints(flat)).status().message().find("no length"), std::string::npos);

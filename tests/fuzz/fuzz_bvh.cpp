@@ -1,3 +1,5 @@
+#include <utility>
+
 #include "figure/retarget.h"
 #include "services/figure/bvh_file.h"
 #include "tests/fuzz/fuzz_target.h"
@@ -9,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const auto match = weft::MatchJoints(*bvh);
   if (!match.ok()) return 0;
   const auto motion = weft::Retarget(*bvh, *match);
-  if (motion.ok()) weft::FuzzRequire(motion->Validate().ok());
+  if (motion.ok()) weft::FuzzRequire(motion->motion.Validate().ok());
   return 0;
 }
 
@@ -33,5 +35,14 @@ std::vector<std::string> weft::FuzzSeeds() {
   body += "}\nMOTION\nFrames: 2\nFrame Time: 0.01\n";
   for (int frame = 0; frame < 2; ++frame)
     for (int k = 0; k < 3 * (joints + 1); ++k) body += k + 1 == 3 * (joints + 1) ? "5\n" : "5 ";
-  return {body};
+  // The spellings that readers take for each other.
+  std::string other = body;
+  for (const auto& [what, instead] :
+       {std::pair<std::string, std::string>{"HIERARCHY", "\xef\xbb\xbfhierarchy"},
+        {"JOINT LeftArm", "joint Bip01 L Arm"},
+        {"End Site", "End Site Tip"},
+        {"CHANNELS 3 Zrotation", "CHANNELS 6 Xposition Zscale Yposition Zrotation"},
+        {"Frames: 2", "Frames:1"}})
+    other.replace(other.find(what), what.size(), instead);
+  return {body, other};
 }
