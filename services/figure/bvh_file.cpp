@@ -218,6 +218,12 @@ absl::StatusOr<ForeignMotion> Parse(std::string_view bytes) {
 
 }  // namespace
 
+bool IsBvh(std::string_view bytes) {
+  constexpr size_t kLongestBeginning = 64;
+  BvhText text(bytes.substr(0, kLongestBeginning));
+  return text.Take("hierarchy");
+}
+
 absl::StatusOr<ForeignMotion> ParseBvh(std::string_view bytes, const std::string& source_name) {
   absl::StatusOr<ForeignMotion> out = Parse(bytes);
   if (out.ok()) return out;

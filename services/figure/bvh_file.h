@@ -13,6 +13,9 @@ namespace weft {
 // The largest BVH file that is read: half an hour of 30 joints at 120 poses a second.
 inline constexpr uint64_t kMaxBvhBytes = uint64_t{256} << 20;
 
+// Whether it begins as BVH does, a byte order mark aside.
+bool IsBvh(std::string_view bytes);
+
 // Reads what other importers read: keywords in any case, names with blanks, a byte order mark, any line ends,
 // channels in any order and number at any joint, none at all. Ends of limbs are joints without a name that
 // never turn. A joint's position channels are where it is against its parent, as Blender takes them; where

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "capture/file/checksum.h"
+#include "services/figure/bvh_file.h"
 #include "services/files/atomic_file.h"
 #include "services/files/little_endian.h"
 
@@ -47,6 +48,8 @@ absl::StatusOr<Motion> DecodeMotion(std::string_view bytes, const std::string& s
   const auto bad = [&](const std::string& what) {
     return absl::InvalidArgumentError(absl::StrCat(source_name, ": ", what));
   };
+  if (IsBvh(bytes))
+    return bad("is not a motion but BVH; import it with `weft motion import FILE.bvh --out FILE.motion`");
   if (!bytes.starts_with(kMotionMagic))
     return bad("is not a motion; it does not begin with weftmot1 (make one with `weft motion make`)");
   if (bytes.size() < kHeadBytes) return bad("ends within its head; was the file truncated?");

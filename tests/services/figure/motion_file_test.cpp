@@ -33,7 +33,11 @@ TEST(MotionFile, SaysWhatIsWrongWithAFile) {
     EXPECT_EQ(motion.status().code(), absl::StatusCode::kInvalidArgument);
     return std::string(motion.status().message());
   };
-  EXPECT_NE(message("HIERARCHY\nROOT Hips").find("walk.motion: is not a motion"), std::string::npos);
+  EXPECT_NE(message("solid cube").find("walk.motion: is not a motion; it does not begin with"),
+            std::string::npos);
+  for (const char* bvh : {"HIERARCHY\nROOT Hips", "\xef\xbb\xbfhierarchy\r\n"})
+    EXPECT_NE(message(bvh).find("walk.motion: is not a motion but BVH; import it with `weft motion import"),
+              std::string::npos);
   EXPECT_NE(message(good.substr(0, 20)).find("ends within its head"), std::string::npos);
   EXPECT_NE(message(good.substr(0, good.size() - 1)).find("truncated"), std::string::npos);
   std::string damaged = good;
