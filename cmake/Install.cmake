@@ -15,7 +15,14 @@ install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(DIRECTORY config DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(DIRECTORY deploy/examples DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
-install(FILES clients/blender/weft_blender.py DESTINATION ${CMAKE_INSTALL_DATADIR}/weft/blender)
+# Blender installs add-ons of more than one file from a ZIP archive of their folder.
+set(add_on ${PROJECT_BINARY_DIR}/blender)
+configure_file(clients/blender/weft_blender.py ${add_on}/weft_blender/__init__.py COPYONLY)
+configure_file(clients/blender/weft_result.py ${add_on}/weft_blender/weft_result.py COPYONLY)
+execute_process(COMMAND ${CMAKE_COMMAND} -E tar cf ${add_on}/weft_blender.zip --format=zip weft_blender
+  WORKING_DIRECTORY ${add_on} COMMAND_ERROR_IS_FATAL ANY)
+install(FILES clients/blender/weft_blender.py clients/blender/weft_result.py ${add_on}/weft_blender.zip
+  DESTINATION ${CMAKE_INSTALL_DATADIR}/weft/blender)
 install(PROGRAMS deploy/tour.sh DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(FILES deploy/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/weft)
 

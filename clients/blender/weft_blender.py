@@ -3,17 +3,14 @@
 As an add-on: Edit > Preferences > Add-ons > Install, choose this file, enable it; then File > Import > Weft result.
 From a shell: blender --python weft_blender.py -- RESULT [--rig RIG.json] [--fps N] [--bake] [--save OUT.blend]
 
-RESULT is the folder that `weft register` wrote. The object `garment` has the vertices in the template's order, in metres with
-z up, and the attributes `state` (0 inferred, 1 observed, 2 observed by two views, 3 bridged, 4 driven), `sigma_mm`, `views`, and
-`coverage`, the share of the frames in which a vertex was observed. Materials colour it by state, sigma or coverage. Meshes are
-read as frames are shown, so the result must stay where it is and the add-on enabled; `bake` puts all frames into the file as
-shape keys instead. Cameras have no lens distortion in Blender. Tried with Blender 3.4; needs NumPy, which Blender has.
+README.md beside this file says what the garment has, and what a saved .blend needs. Tried with Blender 3.4; needs NumPy, which
+Blender has.
 """
 
 import argparse
+import importlib.util
 import json
 import os
-import re
 import sys
 
 import bpy
@@ -31,118 +28,35 @@ bl_info = {
     "category": "Import-Export",
 }
 
-METRES_PER_MM = 0.001
-# Weft's y points down and z away, as a camera's; Blender's z points up.
-BLENDER_FROM_WORLD = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], dtype=np.float64)
-TYPES = {"char": "i1", "uchar": "u1", "short": "<i2", "ushort": "<u2", "int": "<i4", "uint": "<u4", "float": "<f4",
-         "double": "<f8"}
-OBSERVED, TWO_VIEW = 1, 2
 SENSOR_MM = 36.0
-# Distinct for the colour-blind (Okabe and Ito): inferred, observed, observed by two views, bridged, driven.
-STATE_COLORS = [(.90, .62, 0, 1), (0, .45, .70, 1), (.34, .71, .91, 1), (.80, .47, .65, 1), (.94, .89, .26, 1)]
-RAMP_COLORS = [(0.27, 0.0, 0.33, 1), (0.13, 0.57, 0.55, 1), (0.99, 0.91, 0.14, 1)]
+RAMP_STEPS = 16
+SCRIPT, READER = "weft_blender.py", "weft_result.py"
 MATERIALS = ("state", "sigma_mm", "coverage")
 
 
-class ResultError(Exception):
-    """A file of the result that cannot be used; the text names it and the remedy."""
+def load_reader():
+    """The module weft_result: from the file beside this one, else from the texts of the .blend that carries both."""
+    path = os.path.join(os.path.dirname(os.path.abspath(__file__)), READER)
+    if not os.path.exists(path):
+        if READER in getattr(bpy.data, "texts", ()):
+            return bpy.data.texts[READER].as_module()
+        raise ImportError(f"{path}: is missing; install weft_blender.zip, which has both files of the add-on")
+    spec = importlib.util.spec_from_file_location("weft_result", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
-def natural_key(name):
-    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name)]
-
-
-def read_json(path):
-    try:
-        with open(path, encoding="utf-8") as file:
-            return json.load(file)
-    except FileNotFoundError as error:
-        raise ResultError(f"{path}: no such file; choose the folder that `weft register` wrote") from error
-    except ValueError as error:
-        raise ResultError(f"{path}: is no JSON ({error})") from error
-
-
-def read_header(file):
-    """[(element, rows, [(property, its type, None or the type of its count)])]"""
-    elements = []
-    if file.readline() != b"ply\n" or file.readline() != b"format binary_little_endian 1.0\n":
-        raise ResultError(f"{file.name}: is no PLY file as Weft writes it")
-    for line in iter(file.readline, b"end_header\n"):
-        words = line.decode("utf-8", "replace").split()
-        if not words:
-            raise ResultError(f"{file.name}: the header has no end")
-        if words[0] == "element":
-            elements.append((words[1], int(words[2]), []))
-        elif words[:2] == ["property", "list"]:
-            elements[-1][2].append((words[4], TYPES[words[3]], TYPES[words[2]]))
-        elif words[0] == "property":
-            elements[-1][2].append((words[2], TYPES[words[1]], None))
-    return elements
-
-
-def row_type(properties):
-    """The rows of an element; each list has three items, u v of three corners six."""
-    fields = []
-    for name, kind, count in properties:
-        if count is None:
-            fields.append((name, kind))
-        else:
-            fields += [(f"{name}_count", count), (name, kind, (6 if name == "texcoord" else 3,))]
-    return np.dtype(fields)
-
-
-def read_mesh(path, with_faces=False):
-    """Vertices and, on request, faces of a mesh.ply as structured arrays."""
-    try:
-        with open(path, "rb") as file:
-            tables = {}
-            for element, rows, properties in read_header(file):
-                if element == "face" and not with_faces:
-                    break
-                kind = row_type(properties)
-                tables[element] = np.frombuffer(file.read(rows * kind.itemsize), dtype=kind)
-                if len(tables[element]) != rows:
-                    raise ResultError(f"{path}: ends within its {element} rows; register the frame again")
-    except OSError as error:
-        raise ResultError(f"{path}: {error.strerror}; the result must stay where it was opened") from error
-    return tables
-
-
-def positions(vertex):
-    """[vertices, 3], metres, z up."""
-    world_mm = np.column_stack([vertex[axis].astype(np.float64) for axis in "xyz"])
-    return (METRES_PER_MM * world_mm @ BLENDER_FROM_WORLD.T).astype(np.float32)
-
-
-def frames_of(result):
-    """The job, and the names of its frames with a mesh, in their order."""
-    job = read_json(os.path.join(result, "job.json"))
-    names = sorted((name for name in os.listdir(result) if os.path.exists(os.path.join(result, name, "mesh.ply"))),
-                   key=natural_key)
-    if job.get("first_frame") and job.get("last_frame"):
-        first, last = natural_key(job["first_frame"]), natural_key(job["last_frame"])
-        names = [name for name in names if first <= natural_key(name) <= last]
-    if not names:
-        raise ResultError(f"{result}: holds no mesh; the job has not ended, or no frame was registered")
-    return job, names
-
-
-def coverage_of(result, names):
-    """[vertices], the share of the frames in which each was observed."""
-    seen = None
-    for name in names:
-        state = read_mesh(os.path.join(result, name, "mesh.ply"))["vertex"]["state"]
-        if seen is None:
-            seen = np.zeros(len(state), dtype=np.float32)
-        if len(state) != len(seen):
-            raise ResultError(f"{result}/{name}/mesh.ply: has {len(state)} vertices, the frames before it {len(seen)}")
-        seen += (state == OBSERVED) | (state == TWO_VIEW)
-    return seen / len(names)
+weft_result = load_reader()
+BLENDER_FROM_WORLD, METRES_PER_MM, STATE_COLORS = (weft_result.BLENDER_FROM_WORLD, weft_result.METRES_PER_MM,
+                                                   weft_result.STATE_COLORS)
+ResultError, positions, read_json, read_mesh = (weft_result.ResultError, weft_result.positions, weft_result.read_json,
+                                                weft_result.read_mesh)
 
 
 def set_attribute(mesh, name, kind, values):
     attribute = mesh.attributes.get(name) or mesh.attributes.new(name, kind, "POINT")
-    attribute.data.foreach_set("value", values)
+    attribute.data.foreach_set("vector" if kind == "FLOAT_VECTOR" else "value", values)
 
 
 def set_attributes(mesh, vertex):
@@ -161,7 +75,7 @@ def make_garment(result, names):
         uv = face["texcoord"] if "texcoord" in face.dtype.names else by_vertex
         mesh.uv_layers.new(name="print").data.foreach_set("uv", np.ascontiguousarray(uv, dtype=np.float32).ravel())
     set_attributes(mesh, vertex)
-    set_attribute(mesh, "coverage", "FLOAT", coverage_of(result, names))
+    set_attribute(mesh, "coverage", "FLOAT", weft_result.coverage_of(result, names))
     mesh.polygons.foreach_set("use_smooth", np.ones(len(mesh.polygons), dtype=bool))
     garment = bpy.data.objects.new("garment", mesh)
     bpy.context.scene.collection.objects.link(garment)
@@ -175,15 +89,13 @@ def material_of(attribute, scale, colors, interpolation):
     nodes, links = material.node_tree.nodes, material.node_tree.links
     source, factor, ramp = nodes.new("ShaderNodeAttribute"), nodes.new("ShaderNodeMath"), nodes.new("ShaderNodeValToRGB")
     source.attribute_name = attribute
-    factor.operation = "MULTIPLY"
-    factor.inputs[1].default_value = scale
+    factor.operation, factor.inputs[1].default_value = "MULTIPLY", scale
     ramp.color_ramp.interpolation = interpolation
     elements = ramp.color_ramp.elements
-    steps = len(colors) if interpolation == "CONSTANT" else len(colors) - 1
     while len(elements) < len(colors):
         elements.new(1.0)
     for i, color in enumerate(colors):
-        elements[i].position = max(0.0, i / steps - 1e-3) if interpolation == "CONSTANT" else i / steps
+        elements[i].position = max(0.0, i / len(colors) - 1e-3) if interpolation == "CONSTANT" else i / (len(colors) - 1)
         elements[i].color = color
     links.new(source.outputs["Fac"], factor.inputs[0])
     links.new(factor.outputs["Value"], ramp.inputs["Fac"])
@@ -192,10 +104,11 @@ def material_of(attribute, scale, colors, interpolation):
 
 
 def add_materials(garment, largest_sigma_mm):
+    ramp = [weft_result.map_color(i / (RAMP_STEPS - 1)) for i in range(RAMP_STEPS)]
     for attribute in MATERIALS:
         scale = 1 / largest_sigma_mm if attribute == "sigma_mm" and largest_sigma_mm > 0 else 1.0
-        material = (material_of(attribute, 1 / len(STATE_COLORS), STATE_COLORS, "CONSTANT") if attribute == "state" else
-                    material_of(attribute, scale, RAMP_COLORS, "LINEAR"))
+        material = (material_of(attribute, 1 / len(STATE_COLORS), [weft_result.linear(color) for color in STATE_COLORS], "CONSTANT")
+                    if attribute == "state" else material_of(attribute, scale, ramp, "LINEAR"))
         garment.data.materials.append(material)
 
 
@@ -206,38 +119,54 @@ def color_by(garment, attribute):
     garment.data.update()
 
 
-def bake(garment, result, names, start):
-    """Every frame as a shape key, full at its frame and off at the others."""
+def bake(garment, result, names, at, start):
+    """Every frame as a shape key, which fades into the next one; attributes are those of all frames together: the state that
+    most have, the mean of sigma and views."""
     garment.shape_key_add(name="rest", from_mix=False)
-    for number, name in enumerate(names, start=start):
+    states, sigma_mm, views = [], 0, 0
+    for i, name in enumerate(names):
+        vertex = read_mesh(os.path.join(result, name, "mesh.ply"))["vertex"]
+        states.append(vertex["state"])
+        sigma_mm, views = sigma_mm + vertex["sigma_mm"] / len(names), views + vertex["views"] / len(names)
         key = garment.shape_key_add(name=f"frame {name}", from_mix=False)
-        key.data.foreach_set("co", positions(read_mesh(os.path.join(result, name, "mesh.ply"))["vertex"]).ravel())
-        for frame, value in ((number - 1, 0), (number, 1), (number + 1, 0)):
+        key.data.foreach_set("co", positions(vertex).ravel())
+        for frame, value in {at[max(i - 1, 0)]: 0, at[min(i + 1, len(at) - 1)]: 0, at[i]: 1}.items():
             key.value = value
-            key.keyframe_insert("value", frame=frame)
+            key.keyframe_insert("value", frame=start + frame)
+        for point in garment.data.shape_keys.animation_data.action.fcurves[-1].keyframe_points:
+            point.interpolation = "LINEAR"
+    counts = np.array([np.sum(np.array(states) == state, axis=0) for state in range(len(STATE_COLORS))])
+    set_attributes(garment.data, {"state": counts.argmax(axis=0), "sigma_mm": sigma_mm, "views": np.rint(views)})
+
+
+def velocities(garment, names, at, i):
+    """[vertices, 3] in metres a second: between the frames before and after. Cycles blurs by it."""
+    before, after = max(i - 1, 0), min(i + 1, len(names) - 1)
+    ends = [positions(read_mesh(os.path.join(garment["weft_result"], names[k], "mesh.ply"))["vertex"]) for k in (before, after)]
+    return (ends[1] - ends[0]) * np.float32(garment["weft_fps"] / max(at[after] - at[before], 1))
 
 
 def show(garment, frame):
-    """Loads the mesh of a frame of the scene into the garment."""
-    names = json.loads(garment["weft_frames"])
-    name = names[min(max(frame - garment["weft_start"], 0), len(names) - 1)]
-    if garment.get("weft_shown") == name:
+    """Loads the mesh of a frame of the scene into the garment; between two of the take's, the earlier one."""
+    names, at = json.loads(garment["weft_frames"]), json.loads(garment["weft_at"])
+    i = max(int(np.searchsorted(at, frame - garment["weft_start"], side="right")) - 1, 0)
+    if garment.get("weft_shown") == names[i]:
         return
-    vertex = read_mesh(os.path.join(garment["weft_result"], name, "mesh.ply"))["vertex"]
+    vertex = read_mesh(os.path.join(garment["weft_result"], names[i], "mesh.ply"))["vertex"]
     mesh = garment.data
     if len(vertex) != len(mesh.vertices):
-        raise ResultError(f"{garment['weft_result']}/{name}/mesh.ply: has other vertices than the garment; import it again")
-    if mesh.shape_keys is None:
-        mesh.vertices.foreach_set("co", positions(vertex).ravel())
+        raise ResultError(f"{garment['weft_result']}/{names[i]}/mesh.ply: has other vertices than the garment; import it again")
+    mesh.vertices.foreach_set("co", positions(vertex).ravel())
+    set_attribute(mesh, "velocity", "FLOAT_VECTOR", velocities(garment, names, at, i).ravel())
     set_attributes(mesh, vertex)
-    garment["weft_shown"] = name
+    garment["weft_shown"] = names[i]
     mesh.update()
 
 
 @persistent
 def on_frame(scene, _depsgraph=None):
     for thing in scene.objects:
-        if "weft_result" in thing:
+        if "weft_result" in thing and thing.data.shape_keys is None:
             try:
                 show(thing, scene.frame_current)
             except ResultError as error:
@@ -245,8 +174,21 @@ def on_frame(scene, _depsgraph=None):
 
 
 def listen():
-    if on_frame not in bpy.app.handlers.frame_change_post:
+    """Once, also where both the add-on and the text in a file would."""
+    if all(handler.__name__ != on_frame.__name__ for handler in bpy.app.handlers.frame_change_post):
         bpy.app.handlers.frame_change_post.append(on_frame)
+
+
+def carry_along():
+    """Puts the add-on into the file, where Blender runs it on loading if the user lets it: the garment moves without it."""
+    for name in (READER, SCRIPT):
+        path = os.path.join(os.path.dirname(os.path.abspath(__file__)), name)
+        path = path if os.path.exists(path) else os.path.abspath(__file__)  # in an installed package this is __init__.py
+        if name not in bpy.data.texts and os.path.exists(path):
+            with open(path, encoding="utf-8") as file:
+                bpy.data.texts.new(name).write(file.read())
+    if SCRIPT in bpy.data.texts:
+        bpy.data.texts[SCRIPT].use_module = True
 
 
 def add_camera(camera, collection):
@@ -272,27 +214,41 @@ def add_camera(camera, collection):
 
 
 def add_rig(path):
-    collection = bpy.data.collections.new("rig")
-    bpy.context.scene.collection.children.link(collection)
+    """Cameras of the rig; those of an earlier import of it go."""
+    rig = read_json(path)
+    name = os.path.abspath(path)
+    collection = next((c for c in bpy.data.collections if c.get("weft_rig") == name), None)
+    if collection is None:
+        collection = bpy.data.collections.new("rig")
+        collection["weft_rig"] = name
+        bpy.context.scene.collection.children.link(collection)
+    for thing in list(collection.objects):
+        bpy.data.objects.remove(thing)
     try:
-        return [add_camera(camera, collection) for camera in read_json(path)["cameras"]]
+        return [add_camera(camera, collection) for camera in rig["cameras"]]
     except KeyError as error:
         raise ResultError(f"{path}: {error.args[0]}: is missing; choose a rig.json") from error
 
 
-def open_result(result, rig="", fps=0.0, baked=False, start=1):
-    """The garment, and a list of its cameras; `rig` empty: that of the job, where it is still there."""
+def open_result(result, rig="", fps=0.0, baked=False, start=0):
+    """The garment, and a list of its cameras; `rig` empty: that of the job, where it is still there. `fps` 0: that of the take,
+    else the scene's. As in exports, a frame is shown at its time in the take, the first one at `start`."""
     result = os.path.abspath(result)
-    job, names = frames_of(result)
+    job, names = weft_result.frames_of(result)
     garment = make_garment(result, names)
     add_materials(garment, float(np.percentile([value.value for value in garment.data.attributes["sigma_mm"].data], 99)))
     scene = bpy.context.scene
-    scene.frame_start, scene.frame_end = start, start + len(names) - 1
-    if fps > 0:
-        scene.render.fps, scene.render.fps_base = max(1, round(fps)), max(1, round(fps)) / fps
+    rate, by_set = weft_result.take_times(job.get("spec", {}).get("dump", ""))
+    at = weft_result.frame_numbers(names, by_set)
+    scene.frame_start, scene.frame_end = start, start + at[-1]
+    fps = fps or rate or scene.render.fps / scene.render.fps_base
+    scene.render.fps, scene.render.fps_base = max(1, round(fps)), max(1, round(fps)) / fps
     garment["weft_result"], garment["weft_frames"], garment["weft_start"] = result, json.dumps(names), start
+    garment["weft_at"], garment["weft_fps"] = json.dumps(at), fps
     if baked:
-        bake(garment, result, names, start)
+        bake(garment, result, names, at, start)
+    else:
+        carry_along()
     listen()
     cameras = []
     rig_of_job = job.get("spec", {}).get("rig", "")
@@ -314,7 +270,7 @@ class ImportResult(bpy.types.Operator):
     filepath: bpy.props.StringProperty(subtype="FILE_PATH", description="job.json of the result, or its folder")
     filter_glob: bpy.props.StringProperty(default="job.json", options={"HIDDEN"})
     rig: bpy.props.StringProperty(name="Rig", description="rig.json; by default that of the job")
-    fps: bpy.props.FloatProperty(name="Frames per second", min=0, description="Of the take; 0 leaves the scene's")
+    fps: bpy.props.FloatProperty(name="Frames per second", min=0, description="Of the take; 0: as it tells")
     bake: bpy.props.BoolProperty(name="Bake", description="All frames into the file, as shape keys")
     color: bpy.props.EnumProperty(name="Colour by", items=[(name, name, "") for name in MATERIALS])
 
@@ -356,10 +312,12 @@ def menu_entry(menu, _context):
 
 
 def register():
+    listen()
+    if hasattr(bpy.types, "IMPORT_SCENE_OT_weft_result"):
+        return  # the add-on is there, this is its copy in a file
     bpy.utils.register_class(ImportResult)
     bpy.utils.register_class(ColorGarment)
     bpy.types.TOPBAR_MT_file_import.append(menu_entry)
-    listen()
 
 
 def unregister():

@@ -36,6 +36,10 @@ for i, frame in enumerate(range(scene.frame_start, scene.frame_end + 1)):
         values = np.empty(len(mesh.vertices), dtype=np.float32 if attribute.data_type == "FLOAT" else np.int32)
         attribute.data.foreach_get("value", values)
         found[f"{name}{i}"] = values
+    if not BAKE:
+        values = np.empty(3 * len(mesh.vertices), dtype=np.float32)
+        garment.data.attributes["velocity"].data.foreach_get("vector", values)
+        found[f"velocity{i}"] = values.reshape(-1, 3)
 camera = bpy.data.objects[CAMERA]
 scene.camera = camera
 scene.render.resolution_x, scene.render.resolution_y = camera["resolution_px"]
@@ -45,7 +49,20 @@ found["pixels"] = [(s.x * scene.render.resolution_x - 0.5, (1 - s.y) * scene.ren
 found["rate"] = scene.render.fps / scene.render.fps_base
 found["materials"] = [m.name for m in garment.data.materials]
 found["uv_layers"] = len(garment.data.uv_layers)
+found["start"] = scene.frame_start
+bpy.ops.import_scene.weft_result(filepath=RESULT + "/job.json")
+found["cameras"] = [thing.name for thing in bpy.data.objects if thing.type == "CAMERA"]
+if SAVE:
+    bpy.ops.wm.save_as_mainfile(filepath=SAVE)
 np.savez(OUT, **found)
+"""
+# In a file that was opened without the add-on.
+REOPENED = """
+import bpy, numpy as np
+bpy.context.scene.frame_set(FRAME)
+values = np.empty(3 * len(bpy.data.objects["garment"].data.vertices), dtype=np.float32)
+bpy.data.objects["garment"].data.vertices.foreach_get("co", values)
+np.save(OUT, values.reshape(-1, 3))
 """
 
 
@@ -62,10 +79,10 @@ class AddOn(StudioTest):
         self.assertEqual(done.returncode, check, done.stdout + done.stderr)
         return done
 
-    def look(self, baked):
+    def look(self, baked, save=""):
         script, out = self.path("look.py"), self.path("look.npz")
         camera = json.loads(read(f"{self.take}/rig.json"))["cameras"][3]
-        write(script, f"ADD_ON, RESULT, OUT, BAKE, CAMERA = {ADD_ON!r}, {self.out!r}, {out!r}, {baked}, {camera['id']!r}\n" + LOOK)
+        write(script, f"ADD_ON, RESULT, OUT, BAKE, CAMERA, SAVE = {(ADD_ON, self.out, out, baked, camera['id'], save)!r}\n" + LOOK)
         self.blender("--python", script)
         with np.load(out) as arrays:
             return dict(arrays), camera
@@ -86,6 +103,15 @@ class AddOn(StudioTest):
         self.assertEqual(list(found["materials"]), ["Weft state", "Weft sigma_mm", "Weft coverage"])
         self.assertEqual((found["rate"], found["uv_layers"]), (50, 1))
         self.assert_pixels(found["pixels"], camera)
+        # As exports begin; 50 frames a second; metres a second between the frames before and after.
+        self.assertEqual(found["start"], 0)
+        places = [1e-3 * xyz(mesh["vertex"]) @ Z_UP.T for mesh in self.meshes]
+        for i in range(len(places)):
+            before, after = max(i - 1, 0), min(i + 1, len(places) - 1)
+            expected = 50 * (places[after] - places[before]) / max(after - before, 1)
+            np.testing.assert_allclose(found[f"velocity{i}"], expected, atol=1e-4)
+        # A second import leaves one of each camera.
+        self.assertEqual(len(found["cameras"]), len(json.loads(read(f"{self.take}/rig.json"))["cameras"]))
 
     def assert_pixels(self, pixels, camera):
         """The camera of Blender is that of the rig without distortion."""
@@ -97,10 +123,22 @@ class AddOn(StudioTest):
     def test_baked_frames_need_no_result(self):
         found, _ = self.look(baked=True)
         self.assert_positions(found)
+        # Attributes are those of all frames, not of the first.
+        sigma_mm = np.mean([mesh["vertex"]["sigma_mm"] for mesh in self.meshes], axis=0)
+        np.testing.assert_allclose(found["sigma_mm0"], sigma_mm, rtol=1e-5)
+
+    def test_a_saved_file_moves_without_the_add_on(self):
+        saved, script, out = self.path("saved.blend"), self.path("reopened.py"), self.path("reopened.npy")
+        self.look(baked=False, save=saved)
+        last = len(self.meshes) - 1
+        write(script, f"FRAME, OUT = {last}, {out!r}\n" + REOPENED)
+        self.blender("--enable-autoexec", saved, "--python", script)
+        expected = 1e-3 * xyz(self.meshes[last]["vertex"]) @ Z_UP.T
+        self.assertLess(np.abs(np.load(out) - expected).max(), 1e-6)
 
     def test_works_from_a_shell(self):
         done = self.blender("--python", ADD_ON, "--", self.out, "--save", self.path("garment.blend"))
-        self.assertIn(f"frames 1 to {len(self.frames)}", done.stdout)
+        self.assertIn(f"frames 0 to {len(self.frames) - 1}", done.stdout)
         self.assertGreater(os.path.getsize(self.path("garment.blend")), 10000)
         os.remove(os.path.join(self.out, "job.json"))
         refused = self.blender("--python", ADD_ON, "--", self.out, check=1)
