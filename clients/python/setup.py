@@ -4,7 +4,9 @@ import atexit
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
+from importlib.util import find_spec
 
 from setuptools import setup
 from setuptools.command.build_py import build_py
@@ -66,6 +68,16 @@ class SourceDistribution(sdist):
             shutil.copy(os.path.join(folder, "weft", "v1", name), copy)
 
 
+def check_wheel():
+    """Wheels need the package `wheel`, or setuptools from 70.1 on; without them pip says only "invalid command 'bdist_wheel'"."""
+    if {"bdist_wheel", "dist_info"}.isdisjoint(sys.argv):
+        return
+    if find_spec("wheel") is None and find_spec("setuptools.command.bdist_wheel") is None:
+        sys.exit("weft: error: the Python package wheel is missing, which pip builds with: install python3-wheel of Debian and "
+                 "make the environment with `python3 -m venv --system-site-packages`, or `pip install wheel` in it first")
+
+
+check_wheel()
 # Nothing is left in the source tree, which may belong to somebody else.
 scratch = tempfile.mkdtemp(prefix="weft-python-")
 atexit.register(shutil.rmtree, scratch, ignore_errors=True)

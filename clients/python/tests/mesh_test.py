@@ -1,6 +1,9 @@
 """Meshes of PLY and OBJ files."""
 
+import json
+import os
 import struct
+import tempfile
 import unittest
 
 import numpy as np
@@ -134,6 +137,75 @@ class Obj(unittest.TestCase):
                 weft.Mesh.from_obj(bad, "a.obj")
             for fact in ("a.obj: ", *facts):
                 self.assertIn(fact, str(caught.exception))
+
+
+class Exported(unittest.TestCase):
+    """Metres, z up, as `weft export` writes them beside export.json, are mm in the rig's world again."""
+
+    FROM_WORLD = [0.01, 0, 0, 3, 0, 0, 0.01, 4, 0, -0.01, 0, 5, 0, 0, 0, 1]  # dm, z up
+
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory(prefix="weft test ")
+        self.addCleanup(self.folder.cleanup)
+
+    def path(self, name, data):
+        path = os.path.join(self.folder.name, name)
+        with open(path, "wb") as file:
+            file.write(data)
+        return path
+
+    def tell(self, transform):
+        self.path("export.json", json.dumps({"format": "ply", "transform": {"export_from_world": transform}}).encode())
+
+    def ply(self):
+        rows = b"".join(struct.pack("<fffBfiff", 0.01 * x + 3, 0.01 * z + 4, -0.01 * y + 5, state, 0.01 * sigma, views, s, t)
+                        for x, y, z, state, sigma, views, s, t in VERTICES)
+        header = HEADER.format(encoding="binary_little_endian").replace("sigma_mm", "sigma")
+        header = header.replace("positions in mm", "written by weft export; units and axes stand in export.json")
+        faces = b"".join(struct.pack("<B3i", 3, *face) + struct.pack("<B6f", 6, *range(6)) for face in FACES)
+        return header.encode() + rows + faces
+
+    def test_meshes_are_in_mm_and_the_world_of_the_rig(self):
+        self.tell(self.FROM_WORLD)
+        mesh = weft.read_mesh(self.path("0000.ply", self.ply()))
+        np.testing.assert_allclose(mesh.vertices_mm, [vertex[:3] for vertex in VERTICES], atol=1e-4)
+        np.testing.assert_allclose(mesh.sigma_mm, [0.25, 2, 0.5, 1], rtol=1e-6)
+        np.testing.assert_array_equal(mesh.state, [1, 0, 2, 3])
+        self.assertEqual(mesh.vertices_mm.dtype, np.float32)
+        obj = self.path("0000.obj", b"# written by weft export; units and axes stand in export.json\no garment\nv 3.01 4 5\n")
+        np.testing.assert_allclose(weft.read_mesh(obj).vertices_mm, [[1, 0, 0]], atol=1e-9)
+
+    def test_without_its_transform_an_export_is_refused(self):
+        path = self.path("0000.ply", self.ply())
+        with self.assertRaisesRegex(weft.FormatError, "export.json is missing"):
+            weft.read_mesh(path)
+        with self.assertRaisesRegex(weft.FormatError, "use read_mesh"):
+            weft.Mesh.from_ply(self.ply())
+        for transform in ([], [0.0] * 16):
+            self.tell(transform)
+            with self.assertRaisesRegex(weft.FormatError, "export_from_world"):
+                weft.read_mesh(path)
+
+
+class Files(unittest.TestCase):
+    def test_a_folder_stands_for_the_file_in_it(self):
+        with tempfile.TemporaryDirectory(prefix="weft test ") as folder:
+            with open(os.path.join(folder, "job.json"), "w", encoding="utf-8") as file:
+                file.write('{"id": "one"}')
+            self.assertEqual(weft.read_job(folder).id, "one")
+            with self.assertRaisesRegex(weft.NotFound, "report.json"):
+                weft.read_report(folder)
+
+    def test_the_package_tells_its_version(self):
+        self.assertRegex(weft.__version__, r"^\d+\.\d+")
+
+    def test_what_the_daemon_lists_is_a_sequence(self):
+        listed = weft.Listing(weft.v1.ListJobsResponse(jobs=[weft.v1.Job(id="a"), weft.v1.Job(id="b")], warnings=["full"]), "jobs")
+        self.assertEqual([job.id for job in listed], ["a", "b"])
+        self.assertEqual((len(listed), listed[-1].id, [job.id for job in listed[:1]]), (2, "b", ["a"]))
+        self.assertEqual((list(listed.warnings), len(listed.jobs)), (["full"], 2))
+        with self.assertRaises(AttributeError):
+            listed.job
 
 
 if __name__ == "__main__":

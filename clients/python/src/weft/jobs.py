@@ -14,6 +14,7 @@ from weft.formats.mesh import Mesh
 from weft.formats.messages import parse_message
 from weft.formats.observations import Observations
 from weft.library import Library, Progress, reference
+from weft.listing import Listing
 from weft.storage import check_name, folder_below, written_atomically
 from weft.transfer import receive
 from weft.v1.jobs_pb2_grpc import JobsStub
@@ -68,9 +69,10 @@ class Jobs:
     def get(self, job_id: str) -> v1.Job:
         return self._connection.call(self._stub.GetJob, v1.GetJobRequest(job_id=job_id), v1.Job, harmless=True)
 
-    def list(self, limit: int = 100) -> v1.ListJobsResponse:
+    def list(self, limit: int = 100) -> Listing[v1.Job]:
         """The newest first."""
-        return self._connection.call(self._stub.ListJobs, v1.ListJobsRequest(limit=limit), v1.ListJobsResponse, harmless=True)
+        answer = self._connection.call(self._stub.ListJobs, v1.ListJobsRequest(limit=limit), v1.ListJobsResponse, harmless=True)
+        return Listing(answer, "jobs")
 
     def frames(self, job_id: str) -> Sequence[v1.FrameInfo]:
         answer = self._connection.call(self._stub.ListFrames, v1.ListFramesRequest(job_id=job_id), v1.ListFramesResponse,

@@ -13,6 +13,7 @@ from weft import v1
 from weft.connection import Connection
 from weft.errors import (Aborted, DataLoss, FailedPrecondition, Internal, NotFound, OutOfRange, WeftError,
                          explain)
+from weft.listing import Listing
 from weft.local_item import LocalItem, has_hash, list_local_item, name_of_path
 from weft.retry import Backoff, may_be_repeated
 from weft.storage import check_name, folder_below, written_atomically
@@ -140,10 +141,11 @@ class Library:
         return self._connection.call(self._stub.FinishUpload, v1.FinishUploadRequest(upload_id=begun.upload_id),
                                      v1.LibraryItem, harmless=True, timeout_s=None)
 
-    def list(self, kind: str = "") -> v1.ListItemsResponse:
+    def list(self, kind: str = "") -> Listing[v1.LibraryItem]:
         """All items, or those of a kind, and which of them are damaged."""
         request = v1.ListItemsRequest(kind=kind_of(kind)) if kind else v1.ListItemsRequest()
-        return self._connection.call(self._stub.ListItems, request, v1.ListItemsResponse, harmless=True, timeout_s=_PATIENCE_S)
+        answer = self._connection.call(self._stub.ListItems, request, v1.ListItemsResponse, harmless=True, timeout_s=_PATIENCE_S)
+        return Listing(answer, "items")
 
     def get(self, kind: str, item: str) -> v1.LibraryItem:
         """With its manifest."""

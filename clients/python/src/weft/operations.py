@@ -8,6 +8,7 @@ from typing import Mapping, Optional, Sequence
 from weft import v1
 from weft.connection import Connection, Watch, new_key
 from weft.library import Progress
+from weft.listing import Listing
 from weft.storage import check_name, folder_below, written_atomically
 from weft.transfer import receive
 from weft.v1.operations_pb2_grpc import OperationsStub
@@ -40,10 +41,11 @@ class Operations:
         return self._connection.call(self._stub.GetOperation, v1.GetOperationRequest(operation_id=operation_id), v1.Operation,
                                      harmless=True)
 
-    def list(self, limit: int = 100) -> v1.ListOperationsResponse:
+    def list(self, limit: int = 100) -> Listing[v1.Operation]:
         """The newest first."""
-        return self._connection.call(self._stub.ListOperations, v1.ListOperationsRequest(limit=limit), v1.ListOperationsResponse,
-                                     harmless=True)
+        answer = self._connection.call(self._stub.ListOperations, v1.ListOperationsRequest(limit=limit),
+                                       v1.ListOperationsResponse, harmless=True)
+        return Listing(answer, "operations")
 
     def cancel(self, operation_id: str) -> v1.Operation:
         return self._connection.call(self._stub.CancelOperation, v1.CancelOperationRequest(operation_id=operation_id),

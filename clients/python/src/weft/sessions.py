@@ -9,6 +9,7 @@ from typing import Iterator, Optional
 from weft import v1
 from weft.connection import Connection, new_key
 from weft.errors import Unavailable, WeftError
+from weft.listing import Listing
 from weft.v1.sessions_pb2_grpc import SessionsStub
 
 
@@ -41,10 +42,11 @@ class Sessions:
         return self._connection.call(self._stub.GetSession, v1.GetSessionRequest(session_id=session_id), v1.CaptureSession,
                                      harmless=True)
 
-    def list(self, limit: int = 100) -> v1.ListSessionsResponse:
+    def list(self, limit: int = 100) -> Listing[v1.CaptureSession]:
         """The newest first."""
-        return self._connection.call(self._stub.ListSessions, v1.ListSessionsRequest(limit=limit), v1.ListSessionsResponse,
-                                     harmless=True)
+        answer = self._connection.call(self._stub.ListSessions, v1.ListSessionsRequest(limit=limit),
+                                       v1.ListSessionsResponse, harmless=True)
+        return Listing(answer, "sessions")
 
     @contextlib.contextmanager
     def hold(self, request: v1.OpenSessionRequest) -> Iterator[v1.CaptureSession]:

@@ -6,6 +6,7 @@ from typing import Optional
 
 from weft import v1
 from weft.connection import Connection, Watch, new_key
+from weft.listing import Listing
 from weft.v1.takes_pb2_grpc import TakesStub
 
 
@@ -50,11 +51,12 @@ class Takes:
     def get(self, take_id: str) -> v1.RecordedTake:
         return self._connection.call(self._stub.GetTake, v1.GetTakeRequest(take_id=take_id), v1.RecordedTake, harmless=True)
 
-    def list(self, limit: int = 100, trash: bool = False, words: str = "") -> v1.ListTakesResponse:
+    def list(self, limit: int = 100, trash: bool = False, words: str = "") -> Listing[v1.RecordedTake]:
         """The newest first; those in the trash instead where asked for. `words`: those alone in whose slate, name, notes, id or
         timecode all of them stand, whatever their case."""
         request = v1.ListTakesRequest(limit=limit, trash=trash, words=words)
-        return self._connection.call(self._stub.ListTakes, request, v1.ListTakesResponse, harmless=True)
+        answer = self._connection.call(self._stub.ListTakes, request, v1.ListTakesResponse, harmless=True)
+        return Listing(answer, "takes")
 
     def describe(self, take_id: str, slate: str = "", notes: str = "", name: Optional[str] = None) -> v1.RecordedTake:
         """Replaces slate and notes, and the name where one is given; also while the take is recorded."""

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Optional
 
 import numpy as np
 
-from weft.errors import FormatError
+from weft.errors import FormatError, NotFound
 from weft.formats.columns import Array, Table, read_bytes
+from weft.formats.messages import read_export
 from weft.formats.ply import parse_ply
 
 
@@ -20,6 +21,33 @@ class VertexState(IntEnum):
     TWO_VIEW = 2
     BRIDGED = 3
     DRIVEN = 4  # by what an avatar learnt, and at most one camera
+
+
+EXPORTED = b"written by weft export"  # in the first lines of such files
+_HEAD_BYTES = 256
+
+
+@dataclass(frozen=True)
+class ExportPlace:
+    """Where an export puts what is in the rig's world: what undoes it."""
+
+    export_from_world: Array  # [4, 4]
+
+    def __post_init__(self) -> None:
+        matrix = self.export_from_world
+        if matrix.shape != (4, 4) or not np.isfinite(matrix).all() or not self.unit_per_mm > 0:
+            raise ValueError("is no transform of 16 finite numbers that keeps shapes")
+
+    @property
+    def unit_per_mm(self) -> float:
+        return float(np.cbrt(abs(np.linalg.det(self.export_from_world[:3, :3]))))
+
+    def mesh_mm(self, mesh: Mesh, sigma: Optional[Array]) -> Mesh:
+        """The mesh in the rig's world, in mm; `sigma` is in the export's unit."""
+        moved = mesh.vertices_mm.astype(np.float64) - self.export_from_world[:3, 3]
+        vertices_mm = np.linalg.solve(self.export_from_world[:3, :3], moved.T).T
+        return replace(mesh, vertices_mm=vertices_mm.astype(mesh.vertices_mm.dtype),
+                       sigma_mm=None if sigma is None else (sigma / self.unit_per_mm).astype(sigma.dtype))
 
 
 @dataclass(frozen=True)
@@ -41,20 +69,25 @@ class Mesh:
         return np.asarray(self.state == VertexState.OBSERVED)
 
     @staticmethod
-    def from_ply(data: bytes, file: str = "mesh.ply") -> Mesh:
+    def from_ply(data: bytes, file: str = "mesh.ply", place: Optional[ExportPlace] = None) -> Mesh:
+        """`place`: that of the export which the file is of; FormatError without it."""
+        _check_place(data, file, place)
         elements = parse_ply(data, file)
         vertex = _element(elements, "vertex", file)
         positions = vertex.positions()
         texture = [vertex.optional(name) for name in "st"]
-        return Mesh(positions, _faces(_element(elements, "face", file), len(positions)),
+        mesh = Mesh(positions, _faces(_element(elements, "face", file), len(positions)),
                     vertex.whole("state", 0, max(VertexState), np.uint8) if "state" in vertex.columns else None,
                     vertex.optional("sigma_mm"),
                     vertex.whole("views", 0, 1_000_000, np.int32) if "views" in vertex.columns else None,
                     None if texture[0] is None or texture[1] is None else np.stack([texture[0], texture[1]], axis=1))
+        return mesh if place is None else place.mesh_mm(mesh, vertex.optional("sigma"))
 
     @staticmethod
-    def from_obj(data: bytes, file: str = "mesh.obj") -> Mesh:
-        """Vertices and faces of an OBJ file, whose polygons are cut into triangles. Texture only where each vertex has one."""
+    def from_obj(data: bytes, file: str = "mesh.obj", place: Optional[ExportPlace] = None) -> Mesh:
+        """Vertices and faces of an OBJ file, whose polygons are cut into triangles. Texture only where each vertex has one. `place`
+        as in from_ply."""
+        _check_place(data, file, place)
         vertices, coordinates, faces = [], [], []
         texture_of: dict[int, int] = {}
         for number, line in enumerate(data.decode("utf-8", "replace").replace("\\\n", " ").splitlines(), 1):
@@ -69,8 +102,8 @@ class Mesh:
                 elif words[0] == "f":
                     corners = [_corner(word, len(vertices), len(coordinates)) for word in _at_least(words[1:], 3)]
                     faces += [[corners[0][0], a[0], b[0]] for a, b in zip(corners[1:], corners[2:], strict=False)]
-                    for vertex, place in corners:
-                        texture_of[vertex] = place if texture_of.get(vertex, place) == place else -1
+                    for vertex, at in corners:
+                        texture_of[vertex] = at if texture_of.get(vertex, at) == at else -1
             except ValueError as error:
                 raise FormatError(file, f"line {number}, {words[0]}", str(error)) from error
         positions = np.array(vertices, np.float64).reshape(-1, 3)
@@ -78,7 +111,13 @@ class Mesh:
             raise FormatError(file, "v", "holds what is no finite number")
         places = [texture_of.get(vertex, -1) for vertex in range(len(vertices))]
         texture = np.array(coordinates)[places] if places and min(places) >= 0 else None
-        return Mesh(positions, np.array(faces, np.int32).reshape(-1, 3), texture=texture)
+        mesh = Mesh(positions, np.array(faces, np.int32).reshape(-1, 3), texture=texture)
+        return mesh if place is None else place.mesh_mm(mesh, None)
+
+
+def _check_place(data: bytes, file: str, place: Optional[ExportPlace]) -> None:
+    if place is None and EXPORTED in data[:_HEAD_BYTES]:
+        raise FormatError(file, "header", "is of `weft export`, whose units and axes stand in export.json; use read_mesh")
 
 
 def _at_least(words: list[str], count: int) -> list[str]:
@@ -120,7 +159,23 @@ def _faces(face: Table, vertices: int) -> Array:
     return indices.astype(np.int32)
 
 
+def _place_of(file: str) -> ExportPlace:
+    """By export.json beside an exported file."""
+    beside = os.path.join(os.path.dirname(file), "export.json")
+    try:
+        export = read_export(beside)
+    except NotFound as error:
+        raise FormatError(file, "header", f"is of `weft export`; {beside} is missing, which has its units and axes") from error
+    try:
+        return ExportPlace(np.array(export.transform.export_from_world, np.float64).reshape(4, 4))
+    except ValueError as error:
+        raise FormatError(beside, "export_from_world", "is no transform of 16 finite numbers that keeps shapes") from error
+
+
 def read_mesh(path: str | os.PathLike[str]) -> Mesh:
-    """A .ply or .obj. NotFound, PermissionDenied; FormatError names file and field."""
+    """A .ply or .obj. Of an export: in mm and the rig's world again, by the export.json beside it. NotFound, PermissionDenied;
+    FormatError names file and field."""
     name = os.fspath(path)
-    return Mesh.from_obj(read_bytes(name), name) if name.lower().endswith(".obj") else Mesh.from_ply(read_bytes(name), name)
+    data = read_bytes(name)
+    place = _place_of(name) if EXPORTED in data[:_HEAD_BYTES] else None
+    return Mesh.from_obj(data, name, place) if name.lower().endswith(".obj") else Mesh.from_ply(data, name, place)

@@ -25,26 +25,27 @@ def parse_message(data: bytes, file: str, kind: type[M]) -> M:
         raise FormatError(file, "", f"is no {kind.DESCRIPTOR.full_name}: {error}") from error
 
 
-def read_message(path: str | os.PathLike[str], kind: type[M]) -> M:
-    """NotFound, PermissionDenied, FormatError."""
-    return parse_message(read_bytes(path), os.fspath(path), kind)
+def read_message(path: str | os.PathLike[str], kind: type[M], name: str) -> M:
+    """Of a folder the file `name` in it. NotFound, PermissionDenied, FormatError."""
+    file = os.path.join(path, name) if os.path.isdir(path) else os.fspath(path)
+    return parse_message(read_bytes(file), file, kind)
 
 
 def read_report(path: str | os.PathLike[str]) -> v1.FrameReport:
-    """<frame>/report.json."""
-    return read_message(path, v1.FrameReport)
+    """<frame>/report.json, or the folder it is in."""
+    return read_message(path, v1.FrameReport, "report.json")
 
 
 def read_job(path: str | os.PathLike[str]) -> v1.Job:
-    """job.json."""
-    return read_message(path, v1.Job)
+    """job.json, or the result that it is in."""
+    return read_message(path, v1.Job, "job.json")
 
 
 def read_evaluation(path: str | os.PathLike[str]) -> v1.Evaluation:
-    """evaluation.json."""
-    return read_message(path, v1.Evaluation)
+    """evaluation.json, or its folder."""
+    return read_message(path, v1.Evaluation, "evaluation.json")
 
 
 def read_export(path: str | os.PathLike[str]) -> v1.Export:
-    """export.json of `weft export`."""
-    return read_message(path, v1.Export)
+    """export.json of `weft export`, or its folder."""
+    return read_message(path, v1.Export, "export.json")
