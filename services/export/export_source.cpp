@@ -163,7 +163,7 @@ void ExportSource::FindRate(const ExportRequest& request) {
   const fs::path truth = fs::path(dump) / "truth";
   std::error_code error;
   const TakeTimes times = TimesOfTake(dump, !dump.empty() && fs::exists(truth, error) ? truth.string() : "");
-  fps_ = request.fps > 0 ? request.fps : times.fps;
+  fps_ = request.fps > 0 ? request.fps : NominalRate(times.fps);
   fps_source_ = request.fps > 0 ? "--fps" : fps_ > 0 ? times.source : "";
   const auto numbers = NumbersOfSets(frames_, times.positions);
   for (size_t i = 0; i < frames_.size(); ++i) {

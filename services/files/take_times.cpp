@@ -1,5 +1,6 @@
 #include "services/files/take_times.h"
 
+#include <cmath>
 #include <filesystem>
 #include <memory>
 
@@ -34,6 +35,16 @@ double FpsOfTruth(const std::string& truth) {
 }
 
 }  // namespace
+
+double NominalRate(double fps) {
+  constexpr double kRounding_ns = 1, kNtsc = 1.001, kMostRelative = 1e-6;
+  if (!(fps > 0)) return fps;
+  for (const double rate : {std::round(fps), std::round(kNtsc * fps) / kNtsc})
+    if (rate > 0 && std::abs(1e9 / rate - 1e9 / fps) < kRounding_ns &&
+        std::abs(rate / fps - 1) < kMostRelative)
+      return rate;
+  return fps;
+}
 
 TakeTimes TimesOfTake(const std::string& dump, const std::string& truth) {
   TakeTimes times;

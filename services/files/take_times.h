@@ -16,4 +16,8 @@ struct TakeTimes {
 // From the index of a recorded take; of a folder of pictures from <truth>/pictures.csv, where there is one.
 TakeTimes TimesOfTake(const std::string& dump, const std::string& truth);
 
+// The rate as people name it: whole frames a second, or 1000/1001 of them as in television, where it differs
+// by no more than the rounding of times to nanoseconds. For files of other programs.
+double NominalRate(double fps);
+
 }  // namespace weft
