@@ -84,8 +84,35 @@ std::string FrameRow(const v1::FrameReport& frame) {
        frame.total_ms() > 0 ? FormatDuration(frame.total_ms()) : kDash, ReasonText(frame)});
 }
 
+std::string DrivenRow(const v1::FrameReport& frame) {
+  const v1::DrivenReport& driven = frame.driven();
+  const bool registered = IsRegistered(frame.state()) && frame.has_driven();
+  const int cameras = frame.views_used() + frame.views_missing();
+  std::string remark = ReasonText(frame);
+  if (driven.started_anew()) AddRemark("found without the frame before", &remark);
+  return TableRow(
+      "td",
+      {NameHtml(frame.frame()), StateText(frame),
+       registered ? FormatCount(driven.rays() - driven.rejected_rays()) : kDash,
+       registered ? FormatCount(driven.rejected_rays()) : kDash,
+       registered ? FormatNumber(driven.residual_px(), 2) : kDash,
+       registered ? FormatNumber(driven.median_sigma_mm(), 2) : kDash,
+       cameras > 0 ? absl::StrCat(FormatCount(frame.views_used()), " of ", FormatCount(cameras)) : kDash,
+       frame.total_ms() > 0 ? FormatDuration(frame.total_ms()) : kDash, remark});
+}
+
+bool AreDriven(const std::vector<const v1::FrameReport*>& frames) {
+  return std::any_of(frames.begin(), frames.end(), [](const v1::FrameReport* f) { return f->has_driven(); });
+}
+
 std::string FrameTable(const std::vector<const v1::FrameReport*>& frames) {
   std::string rows;
+  if (AreDriven(frames)) {
+    for (const v1::FrameReport* frame : frames) rows += DrivenRow(*frame);
+    return Table({"Frame", "State", "Rays", "Rays set aside", "Residual, px", "Sigma, mm", "Cameras", "Time",
+                  "Remark"},
+                 rows, "frames");
+  }
   for (const v1::FrameReport* frame : frames) rows += FrameRow(*frame);
   return Table({"Frame", "State", "Coverage", "Observed cells", "Triangulated", "Sigma, mm", "Cameras",
                 "Time", "Remark"},
@@ -103,6 +130,8 @@ std::vector<const v1::FrameReport*> FramesToLookAt(const std::vector<v1::FrameRe
     }
   }
   std::stable_sort(done.begin(), done.end(), [&](size_t a, size_t b) {
+    if (frames[a].has_driven() && frames[b].has_driven())
+      return frames[a].driven().median_sigma_mm() > frames[b].driven().median_sigma_mm();
     return frames[a].mesh().coverage() < frames[b].mesh().coverage();
   });
   done.resize(std::min(done.size(), kLowest));
@@ -140,21 +169,35 @@ std::vector<PlotLayer> StageLayers(const std::vector<v1::FrameReport>& frames) {
 std::string PlotSection(const std::vector<v1::FrameReport>& frames) {
   if (frames.empty()) return "";
   PlotFrames axis;
-  std::vector<double> coverage, cells, sigma_mm;
+  std::vector<double> coverage, cells, sigma_mm, rays, residual_px;
+  bool is_driven = false;
   for (const v1::FrameReport& frame : frames) {
     const bool registered = IsRegistered(frame.state());
     axis.names.push_back(frame.frame());
     axis.without_mesh.push_back(!registered);
     coverage.push_back(registered ? frame.mesh().coverage() : kNoNumber);
     cells.push_back(frame.has_cloud() ? frame.cloud().centers() : kNoNumber);
-    sigma_mm.push_back(registered ? frame.mesh().median_observed_sigma_mm() : kNoNumber);
+    const bool has_driven = registered && frame.has_driven();
+    is_driven = is_driven || has_driven;
+    rays.push_back(has_driven ? frame.driven().rays() - frame.driven().rejected_rays() : kNoNumber);
+    residual_px.push_back(has_driven ? frame.driven().residual_px() : kNoNumber);
+    sigma_mm.push_back(!registered  ? kNoNumber
+                       : has_driven ? frame.driven().median_sigma_mm()
+                                    : frame.mesh().median_observed_sigma_mm());
   }
   std::string body = "<div class=\"plots\">\n";
-  body += LinePlot(axis, coverage,
-                   {.title = "Coverage: observed share of the cells", .unit = "%", .from_zero = false});
-  body += LinePlot(axis, cells, {.title = "Triangulated cells"});
-  body += LinePlot(axis, sigma_mm,
-                   {.title = "Sigma of observed vertices, median, mm", .unit = "mm", .decimals = 3});
+  if (is_driven) {
+    body += LinePlot(axis, rays, {.title = "Rays: cells seen by a camera that the mesh follows"});
+    body += LinePlot(axis, residual_px, {.title = "Residual, median, px", .unit = "px", .decimals = 2});
+    body +=
+        LinePlot(axis, sigma_mm, {.title = "Sigma of all vertices, median, mm", .unit = "mm", .decimals = 2});
+  } else {
+    body += LinePlot(axis, coverage,
+                     {.title = "Coverage: observed share of the cells", .unit = "%", .from_zero = false});
+    body += LinePlot(axis, cells, {.title = "Triangulated cells"});
+    body += LinePlot(axis, sigma_mm,
+                     {.title = "Sigma of observed vertices, median, mm", .unit = "mm", .decimals = 3});
+  }
   const std::vector<PlotLayer> layers = StageLayers(frames);
   if (!layers.empty()) body += StackedPlot(axis, layers, {.title = "Time per stage"});
   const bool any_lost =
@@ -172,7 +215,8 @@ std::string FrameSection(const std::vector<v1::FrameReport>& frames) {
   const auto not_done = std::count_if(frames.begin(), frames.end(), [](const v1::FrameReport& frame) {
     return frame.state() != v1::FRAME_STATE_DONE;
   });
-  std::string body = "<p>Frames that are not simply done, and those with the lowest coverage";
+  std::string body = absl::StrCat("<p>Frames that are not simply done, and those with the ",
+                                  AreDriven(all) ? "largest sigma" : "lowest coverage");
   if (static_cast<size_t>(not_done) > kMostTroubled) {
     absl::StrAppend(&body, " (the first ", kMostTroubled, " of ", FormatCount(not_done), ")");
   }

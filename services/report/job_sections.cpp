@@ -31,8 +31,25 @@ std::string CameraTile(const JobSummary& summary) {
               "gave an image in every frame");
 }
 
+std::string TimeTile(const JobSummary& summary) {
+  return Tile("Time", FormatDuration(summary.median_frame_ms),
+              std::isfinite(summary.wall_ms)
+                  ? absl::StrCat("per frame, median; ", FormatDuration(summary.wall_ms), " in all")
+                  : "per frame, median");
+}
+
+std::string DrivenTiles(const JobSummary& summary) {
+  return Tile("Rays", FormatCount(std::llround(summary.median_rays)),
+              "cells seen by a camera that the mesh follows, per frame, median") +
+         Tile("Residual", FormatNumber(summary.median_residual_px, 2) + "\xC2\xA0px",
+              "from the mesh to these cells, median") +
+         Tile("Uncertainty", FormatNumber(summary.median_sigma_mm, 2) + "\xC2\xA0mm",
+              "sigma of all vertices, median") +
+         TimeTile(summary);
+}
+
 std::string Tiles(const JobSummary& summary) {
-  std::string tiles;
+  std::string tiles = summary.is_driven ? DrivenTiles(summary) : "";
   if (std::isfinite(summary.coverage)) {
     tiles += Tile("Cells observed", FormatPercent(summary.coverage),
                   summary.registered > 1
@@ -42,10 +59,7 @@ std::string Tiles(const JobSummary& summary) {
     tiles += Tile("Triangulated cells", FormatCount(std::llround(summary.median_cells)), "per frame, median");
     tiles += Tile("Uncertainty", FormatNumber(summary.median_sigma_mm, 3) + "\xC2\xA0mm",
                   "sigma of observed vertices, median");
-    tiles += Tile("Time", FormatDuration(summary.median_frame_ms),
-                  std::isfinite(summary.wall_ms)
-                      ? absl::StrCat("per frame, median; ", FormatDuration(summary.wall_ms), " in all")
-                      : "per frame, median");
+    tiles += TimeTile(summary);
   }
   if (!summary.cameras.empty()) tiles += CameraTile(summary);
   if (summary.peak_memory_mib > 0) {

@@ -107,16 +107,23 @@ std::vector<GarmentSummary> SummarizeGarments(const std::vector<v1::FrameReport>
 // Figures over the registered frames.
 void SummarizeMeshes(const std::vector<v1::FrameReport>& frames, JobSummary& summary) {
   int64_t observed = 0, observable = 0;
-  std::vector<double> cells, sigmas, times;
+  std::vector<double> cells, sigmas, times, rays, residuals_px;
   summary.lowest_coverage = summary.highest_coverage = kNoNumber;
   for (const v1::FrameReport& frame : frames) {
     summary.peak_memory_mib = std::max(summary.peak_memory_mib, frame.peak_memory_mib());
     if (!IsRegistered(frame.state())) continue;
     observed += frame.mesh().observed();
     observable += frame.mesh().vertices_with_cell();
-    cells.push_back(frame.cloud().centers());
-    sigmas.push_back(frame.mesh().median_observed_sigma_mm());
+    if (frame.has_cloud()) cells.push_back(frame.cloud().centers());
+    sigmas.push_back(frame.has_driven() ? frame.driven().median_sigma_mm()
+                                        : frame.mesh().median_observed_sigma_mm());
     times.push_back(frame.total_ms());
+    if (frame.has_driven()) {
+      summary.is_driven = true;
+      rays.push_back(frame.driven().rays() - frame.driven().rejected_rays());
+      residuals_px.push_back(frame.driven().residual_px());
+      continue;
+    }
     if (!(frame.mesh().coverage() <= summary.highest_coverage))
       summary.highest_coverage = frame.mesh().coverage();
     if (!(frame.mesh().coverage() >= summary.lowest_coverage)) {
@@ -124,8 +131,11 @@ void SummarizeMeshes(const std::vector<v1::FrameReport>& frames, JobSummary& sum
       summary.lowest_coverage_frame = frame.frame();
     }
   }
-  summary.coverage =
-      observable > 0 ? static_cast<double>(observed) / static_cast<double>(observable) : kNoNumber;
+  summary.median_rays = MedianOf(std::move(rays));
+  summary.median_residual_px = MedianOf(std::move(residuals_px));
+  summary.coverage = observable > 0 && !summary.is_driven
+                         ? static_cast<double>(observed) / static_cast<double>(observable)
+                         : kNoNumber;
   summary.median_cells = MedianOf(std::move(cells));
   summary.median_sigma_mm = MedianOf(std::move(sigmas));
   summary.median_frame_ms = MedianOf(std::move(times));
@@ -196,12 +206,14 @@ std::vector<std::string> CameraAlarms(const JobSummary& summary) {
 
 std::string Headline(const v1::Job& job, const JobSummary& summary) {
   const int total = summary.counts.total();
+  const char* const done = job.has_driven() ? "driven" : "registered";
   std::string registered =
-      absl::StrCat(FormatCount(summary.registered), " of ", Counted(total, "frame", "frames"), " registered");
+      absl::StrCat(FormatCount(summary.registered), " of ", Counted(total, "frame", "frames"), " ", done);
   if (total == 0) registered = "No frames";
   if (total > 0 && summary.registered == 0)
-    registered = total == 1 ? "The frame was not registered" : "No frame was registered";
-  if (std::isfinite(summary.coverage)) {
+    registered = absl::StrCat(total == 1 ? "The frame was not " : "No frame was ", done);
+  // An avatar is for cameras too few to observe cells.
+  if (std::isfinite(summary.coverage) && !job.has_driven()) {
     absl::StrAppend(&registered, ", ", FormatPercent(summary.coverage), " of the cells observed");
   }
   switch (job.state()) {
@@ -225,7 +237,7 @@ std::vector<std::string> Remarks(const v1::Job& job, const JobSummary& summary) 
   };
   if (!job.message().empty()) remarks.push_back(job.message());
   for (std::string& alarm : CameraAlarms(summary)) remarks.push_back(std::move(alarm));
-  if (!summary.garments.empty())
+  if (!summary.garments.empty() && !summary.is_driven)
     remarks.push_back(absl::StrCat("Of the garments' cells were observed: ",
                                    absl::StrJoin(summary.garments, ", ",
                                                  [](std::string* out, const GarmentSummary& garment) {

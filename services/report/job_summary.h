@@ -58,11 +58,15 @@ struct GarmentSummary {
 struct JobSummary {
   v1::FrameCounts counts;  // of the job; counted from the frames where the job has none
   int registered = 0;      // done and degraded
-  // Over the registered frames; NaN where there are none.
+  // Over the registered frames; NaN where there are none. Sigma is of observed vertices, of driven jobs of
+  // all.
   double coverage = 0;  // observed vertices of all of them, of those that can be observed
   double lowest_coverage = 0, highest_coverage = 0;
   std::string lowest_coverage_frame;
   double median_cells = 0;
+  // Of a driven job, which has no coverage: an avatar is for cameras too few to observe cells.
+  bool is_driven = false;
+  double median_rays = 0, median_residual_px = 0;
   double median_sigma_mm = 0;
   double median_frame_ms = 0;
   double peak_memory_mib = 0;

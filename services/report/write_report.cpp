@@ -43,17 +43,23 @@ struct ChosenFrame {
   std::string why;
 };
 
-// Registered frames with the lowest coverage, not beside each other; positions in `registered`.
+// What is low in bad frames: the coverage, of driven ones sigma, reversed.
+double GoodnessOf(const v1::FrameReport& frame) {
+  return frame.has_driven() ? -frame.driven().median_sigma_mm() : frame.mesh().coverage();
+}
+
+// Registered frames with the lowest coverage, or the largest sigma, not beside each other; positions in
+// `registered`.
 std::vector<size_t> WorstFrames(const std::vector<const v1::FrameReport*>& registered) {
   constexpr size_t kMostWorst = 3, kFramesPerWorst = 4, kApartShare = 20;
   const size_t wanted = std::clamp(registered.size() / kFramesPerWorst, size_t{1}, kMostWorst);
-  std::vector<size_t> by_coverage(registered.size()), worst;
-  std::iota(by_coverage.begin(), by_coverage.end(), size_t{0});
-  std::stable_sort(by_coverage.begin(), by_coverage.end(), [&](size_t a, size_t b) {
-    return registered[a]->mesh().coverage() < registered[b]->mesh().coverage();
+  std::vector<size_t> by_goodness(registered.size()), worst;
+  std::iota(by_goodness.begin(), by_goodness.end(), size_t{0});
+  std::stable_sort(by_goodness.begin(), by_goodness.end(), [&](size_t a, size_t b) {
+    return GoodnessOf(*registered[a]) < GoodnessOf(*registered[b]);
   });
   const size_t apart = 1 + registered.size() / kApartShare;
-  for (const size_t candidate : by_coverage) {
+  for (const size_t candidate : by_goodness) {
     const bool is_near = std::any_of(worst.begin(), worst.end(), [&](size_t other) {
       return std::max(candidate, other) - std::min(candidate, other) < apart;
     });
@@ -76,8 +82,10 @@ std::vector<ChosenFrame> FramesToPicture(const std::vector<v1::FrameReport>& fra
     why.front().emplace_back("first frame");
     why.back().emplace_back("last frame");
     const std::vector<size_t> worst = WorstFrames(registered);
+    const bool is_driven = registered.front()->has_driven();
     for (size_t i = 0; i < worst.size(); ++i)
-      why[worst[i]].emplace_back(i == 0 ? "lowest coverage" : "low coverage");
+      why[worst[i]].emplace_back(is_driven ? (i == 0 ? "largest sigma" : "large sigma")
+                                           : (i == 0 ? "lowest coverage" : "low coverage"));
   } else {
     why.front().emplace_back("");
   }

@@ -3,9 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "services/report/html_text.h"
+#include "services/report/job_summary.h"
 #include "tests/services/report/sample_job.h"
 
 namespace weft {
@@ -90,6 +92,36 @@ TEST(JobReport, ACameraThatMovedIsAnAlarm) {
   // Camera 2 is pulled along.
   EXPECT_EQ(CountOf(html, "moved, or its calibration is off"), 1u);
   EXPECT_THAT(html, HasSubstr("usable</span>"));
+}
+
+// An avatar drives with cameras too few to observe cells: such jobs have no coverage, and figures of their
+// own.
+TEST(JobReport, DrivenJobsHaveTheirOwnFigures) {
+  std::vector<v1::FrameReport> frames = SampleFrames(3);
+  for (v1::FrameReport& frame : frames) {
+    frame.clear_cloud();
+    frame.mutable_mesh()->set_observed(0);
+    frame.mutable_mesh()->set_coverage(0);
+    frame.mutable_mesh()->set_median_observed_sigma_mm(0);
+    v1::DrivenReport& driven = *frame.mutable_driven();
+    driven.set_rays(4321);
+    driven.set_rejected_rays(21);
+    driven.set_residual_px(0.37);
+    driven.set_median_sigma_mm(2.25);
+  }
+  frames[0].mutable_driven()->set_started_anew(true);
+  v1::Job job = SampleJob(frames);
+  job.mutable_driven()->set_avatar("/avatars/shirt");
+  const JobSummary summary = Summarize(job, frames);
+  EXPECT_FALSE(std::isfinite(summary.coverage));
+  EXPECT_EQ(summary.median_sigma_mm, 2.25);
+  EXPECT_EQ(Headline(job, summary), "3 of 3 frames driven.");
+  const std::string html = MakeJobReport(job, frames, {}, {});
+  for (const char* text : {"0.000", "of the cells observed", "Observed cells", "Triangulated"})
+    EXPECT_EQ(html.find(text), std::string::npos) << text;
+  for (const char* text :
+       {"4,300", "0.37", "2.25", "sigma of all vertices", "found without the frame before"})
+    EXPECT_NE(html.find(text), std::string::npos) << text;
 }
 
 TEST(JobReport, SaysInWordsWhatCameOut) {
