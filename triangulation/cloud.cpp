@@ -1,5 +1,8 @@
 #include "triangulation/cloud.h"
 
+#include <algorithm>
+#include <tuple>
+
 namespace weft {
 
 std::string_view RejectReasonName(RejectReason reason) {
@@ -20,6 +23,14 @@ std::string_view RejectReasonName(RejectReason reason) {
       return "unconfirmed";
   }
   return "unknown";
+}
+
+const CloudPoint* FindPoint(const Cloud& cloud, const BoardNode& node) {
+  const auto key = [](const BoardNode& n) { return std::tuple(n.kind, n.row, n.col); };
+  const auto at =
+      std::lower_bound(cloud.points.begin(), cloud.points.end(), node,
+                       [&](const CloudPoint& p, const BoardNode& n) { return key(p.node) < key(n); });
+  return at != cloud.points.end() && at->node == node ? &*at : nullptr;
 }
 
 }  // namespace weft

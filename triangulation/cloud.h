@@ -55,4 +55,7 @@ struct Cloud {
   std::vector<CloudRay> rays;  // of rejected nodes (RaysOfRejected)
 };
 
+// The node's point; null where the cloud has none.
+const CloudPoint* FindPoint(const Cloud& cloud, const BoardNode& node);
+
 }  // namespace weft
