@@ -54,6 +54,9 @@ class FrameSource {
   // that a crash cut short.
   virtual const std::vector<std::string>& warnings() const = 0;
 
+  // Cameras of the recording that the rig lacks: their images are not read.
+  virtual std::vector<std::string> unknown_cameras() const { return {}; }
+
   // When a camera's image of a frame was taken, and the moment that the frame stands for, on one axis.
   // Nothing where there is none, or where the times of cameras do not compare.
   virtual std::optional<int64_t> ViewTime_ns(size_t /*index*/, size_t /*camera*/) const {

@@ -82,6 +82,7 @@ absl::StatusOr<std::unique_ptr<ImageFolderDump>> ImageFolderDump::Open(const std
     if (images_of_camera[i] == 0) match.without_images.push_back(rig.cameras[i].id);
   }
   for (std::string& warning : CameraWarnings(match, folder)) dump->warnings_.push_back(std::move(warning));
+  dump->unknown_cameras_ = std::move(match.without_model);
   return dump;
 }
 

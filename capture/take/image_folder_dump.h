@@ -33,6 +33,7 @@ class ImageFolderDump : public FrameSource {
   // Over names, sizes and modification times of the image files.
   absl::StatusOr<std::string> Fingerprint(size_t index) const override;
   const std::vector<std::string>& warnings() const override { return warnings_; }
+  std::vector<std::string> unknown_cameras() const override { return unknown_cameras_; }
 
  private:
   ImageFolderDump() = default;
@@ -43,7 +44,7 @@ class ImageFolderDump : public FrameSource {
   ImageFolderOptions options_;
   std::vector<std::string> frame_names_;
   std::vector<std::vector<std::string>> paths_;  // [frame][camera of the rig], empty where there is none
-  std::vector<std::string> warnings_;
+  std::vector<std::string> warnings_, unknown_cameras_;
 };
 
 }  // namespace weft

@@ -136,6 +136,7 @@ absl::StatusOr<std::unique_ptr<RecordedTakeDump>> RecordedTakeDump::Open(const s
   for (size_t i = 0; i < ids.size(); ++i)
     if (!of_rig.contains(static_cast<int>(i))) match.without_model.push_back(ids[i]);
   for (std::string& line : CameraWarnings(match, folder)) dump->warnings_.push_back(std::move(line));
+  dump->unknown_cameras_ = std::move(match.without_model);
   for (const uint64_t set : dump->take_->sets()) dump->frame_names_.push_back(FrameNameOf(set));
   dump->ReadSetTimes();
   if (!dump->frame_names_.empty()) return dump;

@@ -69,6 +69,7 @@ class RecordedTakeDump : public FrameSource {
   // Over numbers, sizes and checksums of the frames, and those that observations are moved by.
   absl::StatusOr<std::string> Fingerprint(size_t index) const override;
   const std::vector<std::string>& warnings() const override { return warnings_; }
+  std::vector<std::string> unknown_cameras() const override { return unknown_cameras_; }
 
  private:
   RecordedTakeDump() = default;
@@ -84,7 +85,7 @@ class RecordedTakeDump : public FrameSource {
   std::vector<int> stream_of_camera_;  // of the rig; -1 where the take has none
   std::vector<std::string> frame_names_;
   std::vector<std::optional<int64_t>> set_times_ns_;  // of each frame; empty where times do not compare
-  std::vector<std::string> warnings_;
+  std::vector<std::string> warnings_, unknown_cameras_;
 };
 
 }  // namespace weft

@@ -57,6 +57,17 @@ absl::StatusOr<std::string> SetInMemory::Fingerprint(size_t index) const {
   return hash.Hex();
 }
 
+std::vector<std::string> SetInMemory::unknown_cameras() const {
+  std::vector<std::string> unknown;
+  const auto add = [&](const std::string& id) {
+    if (rig_.IndexOf(id) < 0) unknown.push_back(id);
+  };
+  for (const RawFrame& frame : set_.frames) add(frame.camera_id);
+  for (const MissingFrame& missing : set_.missing) add(missing.camera_id);
+  std::sort(unknown.begin(), unknown.end());
+  return unknown;
+}
+
 const RawFrame* SetInMemory::FrameOf(const std::string& camera_id) const {
   const auto found = std::find_if(set_.frames.begin(), set_.frames.end(),
                                   [&](const RawFrame& frame) { return frame.camera_id == camera_id; });

@@ -30,6 +30,7 @@ class SetInMemory : public FrameSource {
   absl::StatusOr<Frame> ReadView(size_t index, size_t camera) const override;
   absl::StatusOr<std::string> Fingerprint(size_t index) const override;
   const std::vector<std::string>& warnings() const override { return warnings_; }
+  std::vector<std::string> unknown_cameras() const override;
 
  private:
   const RawFrame* FrameOf(const std::string& camera_id) const;

@@ -49,6 +49,7 @@ class ScratchFrames : public FrameSource {
   std::optional<int64_t> FrameTime_ns(size_t index) const override { return shared_->FrameTime_ns(index); }
   absl::StatusOr<std::string> Fingerprint(size_t index) const override { return shared_->Fingerprint(index); }
   const std::vector<std::string>& warnings() const override { return shared_->warnings(); }
+  std::vector<std::string> unknown_cameras() const override { return shared_->unknown_cameras(); }
 
  private:
   struct Copy {
