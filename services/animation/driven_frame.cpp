@@ -10,6 +10,7 @@
 #include "base/median.h"
 #include "base/stopwatch.h"
 #include "services/animation/driver_memory.h"
+#include "services/files/agreement_proto.h"
 #include "services/files/mesh_file.h"
 #include "services/files/observations_file.h"
 #include "services/pipeline/frame_folder.h"
@@ -20,11 +21,21 @@ namespace weft {
 namespace {
 
 // Raised when the same inputs give other results, or their reports tell other things of the driver.
-constexpr int kDriveVersion = 7;
+constexpr int kDriveVersion = 8;
 constexpr char kDriveStage[] = "drive";
 
 std::string MissingText(int missing, size_t views) {
   return absl::StrCat(missing, " of ", views, " cameras have no usable image");
+}
+
+// Views of cameras that cannot be compared stay as they are: that fails no frame.
+void DescribeAgreements(const Rig& rig, const std::vector<ViewObservations>& views, v1::FrameReport& report) {
+  const auto agreements = MeasureSampledAgreement(rig, views, {});
+  if (!agreements.ok()) return;
+  for (size_t v = 0; v < views.size(); ++v) {
+    const int camera = views[v].camera;
+    DescribeAgreement((*agreements)[camera], rig, *report.mutable_views(camera));
+  }
 }
 
 bool IsResult(v1::FrameState state) {
@@ -38,13 +49,14 @@ SeenFrame SeeFrame(const DriveInputs& inputs, const FrameSource& dump, size_t in
                    const std::stop_token& stop) {
   const Stopwatch watch;
   // Taken first: images that change while they are read must not look like those that were read.
-  SeenFrame out{dump.frame_names()[index], time_ns, dump.Fingerprint(index), {}, 0};
+  SeenFrame out{dump.frame_names()[index], time_ns, dump.Fingerprint(index), {}, 0, {}};
   const FrameImages images{inputs.rig, inputs.board, dump, index};
   out.decoded = DecodeFrame(images, inputs.decode, std::nullopt, {}, stop);
   MovedViews moved = MovedViews::Decode(images, inputs.decode, stop, out.decoded);
   moved.Move(out.decoded.views);
   moved.Describe(out.decoded.reports);
   out.decode_ms = watch.Ms();
+  out.unknown_cameras = dump.unknown_cameras();
   return out;
 }
 
@@ -94,6 +106,10 @@ v1::FrameReport DescribeDriven(const v1::RegistrationSpec& spec, const DriveInpu
       const size_t camera = static_cast<size_t>(seen.decoded.views[k].camera);
       DescribeBias(driven.bias_of_view[k], *report.mutable_views(static_cast<int>(camera)));
     }
+  DescribeAgreements(inputs.rig, seen.decoded.views, report);
+  // The pictures of cameras that are left out on purpose are no strangers.
+  if (spec.driving().cameras().empty())
+    report.mutable_unknown_cameras()->Assign(seen.unknown_cameras.begin(), seen.unknown_cameras.end());
   report.set_views_missing(missing);
   report.set_views_used(report.views_size() - missing);
   *report.mutable_keys() = keys;

@@ -26,6 +26,7 @@ struct SeenFrame {
   absl::StatusOr<std::string> fingerprint;  // of its images as they were before they were read
   DecodedFrame decoded;
   double decode_ms = 0;
+  std::vector<std::string> unknown_cameras;  // of the dump
 };
 // Runs in the calling thread's TBB arena.
 SeenFrame SeeFrame(const DriveInputs& inputs, const FrameSource& dump, size_t index, int64_t time_ns,

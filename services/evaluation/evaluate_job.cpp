@@ -9,6 +9,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "services/evaluation/evaluation_verdict.h"
+#include "services/report/camera_facts.h"
+#include "services/report/job_frames.h"
 
 namespace weft {
 namespace {
@@ -128,6 +130,9 @@ absl::StatusOr<JobEvaluation> EvaluationSum::Finish(const EvaluationRequest& req
   out_.maps = {visibility_.Mean(), error_.Mean(), distortion_.Mean(), texture_drift_.Mean(per_frame),
                true_drift_.Mean(per_frame)};
   ExplainGaps(request, inputs, out_);
+  std::vector<std::string> unread;
+  if (const auto reports = ReadJobFrames(inputs.result, inputs.job, unread); reports.ok())
+    out_.facts = FactsOf(*reports);
   out_.verdict = VerdictOf(out_);
   return std::move(out_);
 }

@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "services/evaluation/evaluate_frame.h"
 #include "services/evaluation/field_mean.h"
+#include "services/verdict/camera_checks.h"
 #include "weft/v1/verdict.pb.h"
 
 namespace weft {
@@ -34,6 +35,7 @@ struct JobEvaluation {
   std::optional<TruthByNode> truth_by_node;  // as in EvaluationInputs
   double fps = 0;                            // 0: not known
   std::string fps_source;                    // "--fps", "the take's times"
+  CameraFacts facts;                         // from the reports of the frames
   v1::Verdict verdict;
 };
 

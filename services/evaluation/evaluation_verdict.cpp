@@ -1,6 +1,7 @@
 #include "services/evaluation/evaluation_verdict.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -33,6 +34,20 @@ void AddTruth(const FrameScore& total, v1::Verdict& verdict) {
       AddCheck(verdict, kEvaluateVertexError, visible->mean);
 }
 
+// Cloth of another size than its print strains every geodesic: that is no fault of the template.
+void AddDistortion(const JobEvaluation& evaluation, v1::Verdict& verdict) {
+  const double distortion = 100 * *evaluation.total_metrics.distortion_relative;
+  const CameraFacts& facts = evaluation.facts;
+  const std::optional<double>& scale = facts.print_scale ? facts.print_scale : facts.template_scale;
+  const bool is_scale = scale && 100 * std::abs(*scale - 1) > kRegisterScale.good;
+  AddCheck(verdict, kEvaluateDistortion, distortion,
+           is_scale
+               ? absl::StrFormat("geodesic distortion %.2f %%, since the cloth is %.1f %% too %s as a whole",
+                                 distortion, 100 * std::abs(*scale - 1), *scale > 1 ? "large" : "small")
+               : "",
+           is_scale ? std::string(kRegisterScale.remedy) : "");
+}
+
 }  // namespace
 
 v1::Verdict VerdictOf(const JobEvaluation& evaluation) {
@@ -40,6 +55,9 @@ v1::Verdict VerdictOf(const JobEvaluation& evaluation) {
   AddFinding(verdict, v1::GRADE_GOOD, EvaluationHeadline(evaluation), "");
   const FrameMetrics& total = evaluation.total_metrics;
   AddFrames(evaluation, verdict);
+  AddAgreementCheck(evaluation.facts.cameras, verdict);
+  AddScaleCheck(evaluation.facts, verdict);
+  AddKnownCheck(evaluation.facts, verdict);
   if (total.coverage && !evaluation.is_driven) AddCheck(verdict, kEvaluateCoverage, 100 * *total.coverage);
   AddTruth(evaluation.total, verdict);
   if (total.true_drift_observed_mm_s) {
@@ -47,7 +65,7 @@ v1::Verdict VerdictOf(const JobEvaluation& evaluation) {
   } else if (total.texture_drift_mm_s) {
     AddCheck(verdict, kEvaluateDrift, total.texture_drift_mm_s->mean);
   }
-  if (total.distortion_relative) AddCheck(verdict, kEvaluateDistortion, 100 * *total.distortion_relative);
+  if (total.distortion_relative) AddDistortion(evaluation, verdict);
   if (total.self_intersections) {
     const auto meshes =
         static_cast<double>(evaluation.frames.size()) - static_cast<double>(MissingMeshes(evaluation));

@@ -6,6 +6,7 @@
 #include "alignment/start_mesh.h"
 #include "base/stopwatch.h"
 #include "pattern/image/pixel_allocator.h"
+#include "services/files/agreement_proto.h"
 #include "services/files/cloud_file.h"
 #include "services/files/mesh_file.h"
 #include "services/pcd/scan_file.h"
@@ -176,8 +177,15 @@ class Registration {
     const TriangulationOptions& triangulation = options_.pipeline.cloud.triangulation;
     const auto biases = MeasureCameraBias(inputs_.rig, frame_.views, frame_.cloud, triangulation);
     if (!biases.ok()) return biases.status();
-    for (int v = 0; v < report.views_size(); ++v)
-      DescribeBias((*biases)[frame_.views[v].camera], *report.mutable_views(v));
+    const auto agreements = MeasureCameraAgreement(inputs_.rig, frame_.views, frame_.cloud, triangulation);
+    if (!agreements.ok()) return agreements.status();
+    for (int v = 0; v < report.views_size(); ++v) {
+      const int camera = frame_.views[v].camera;
+      DescribeBias((*biases)[camera], *report.mutable_views(v));
+      DescribeAgreement((*agreements)[camera], inputs_.rig, *report.mutable_views(v));
+    }
+    DescribeScale(frame_.cloud, inputs_.board.board(), inputs_.garment, *report.mutable_cloud());
+    for (std::string& camera : inputs_.dump->unknown_cameras()) report.add_unknown_cameras(std::move(camera));
     report.mutable_mesh()->set_observed_at_first_look(observed_at_first_);
     return absl::OkStatus();
   }

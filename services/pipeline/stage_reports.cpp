@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "alignment/alignment_memory.h"
 #include "base/median.h"
+#include "triangulation/cloud_scale.h"
 
 namespace weft {
 namespace {
@@ -90,6 +91,42 @@ void DescribeBias(const CameraBias& bias, v1::ViewReport& report) {
   out.set_mean_y_px(bias.mean_px.y());
   out.set_rms_px(bias.rms_px);
   out.set_significance(bias.significance);
+}
+
+namespace {
+
+// Of the board's rows, or of its part's; 0 where unknown or where the parts differ.
+double CellMm(const Board& board, const BoardNode& a, const BoardNode& b) {
+  if (board.parts.empty()) return board.cell_mm;
+  const int part = board.PartAt(a.row);
+  return part >= 0 && part == board.PartAt(b.row) ? board.parts[part].cell_mm : 0;
+}
+
+}  // namespace
+
+void DescribeScale(const Cloud& cloud, const Board& board, const Template& garment, v1::CloudReport& report) {
+  const auto of_print = [&](const BoardNode& a, const BoardNode& b) -> std::optional<double> {
+    const double cell_mm = CellMm(board, a, b);
+    return cell_mm > 0 ? std::optional<double>(cell_mm) : std::nullopt;
+  };
+  if (const auto scale = MeasureCloudScale(cloud, of_print)) report.set_print_scale(*scale);
+  std::vector<int> vertex_at(static_cast<size_t>(board.rows) * board.cols, -1);
+  for (size_t v = 0; v < garment.node_of_vertex.size(); ++v) {
+    const VertexNode& node = garment.node_of_vertex[v];
+    if (node.IsCell() && board.Contains(node.row, node.col))
+      vertex_at[static_cast<size_t>(node.row) * board.cols + node.col] = static_cast<int>(v);
+  }
+  const auto vertex_of = [&](const BoardNode& node) {
+    return board.Contains(node.row, node.col)
+               ? vertex_at[static_cast<size_t>(node.row) * board.cols + node.col]
+               : -1;
+  };
+  const auto of_template = [&](const BoardNode& a, const BoardNode& b) -> std::optional<double> {
+    const int from = vertex_of(a), to = vertex_of(b);
+    if (from < 0 || to < 0) return std::nullopt;
+    return (garment.rest.vertices_mm[to] - garment.rest.vertices_mm[from]).norm();
+  };
+  if (const auto scale = MeasureCloudScale(cloud, of_template)) report.set_template_scale(*scale);
 }
 
 void DescribeMesh(const RegisteredMesh& mesh, const Template& garment, v1::MeshReport& report) {

@@ -22,6 +22,9 @@ void DescribeCloud(const Cloud& cloud, v1::CloudReport& report);
 // Nothing for a camera without observations.
 void DescribeBias(const CameraBias& bias, v1::ViewReport& report);
 
+// Size of the cloud against print and template.
+void DescribeScale(const Cloud& cloud, const Board& board, const Template& garment, v1::CloudReport& report);
+
 // Vertices, those with a cell, observed and by two views, coverage, median sigma; of each garment, too.
 void DescribeMesh(const RegisteredMesh& mesh, const Template& garment, v1::MeshReport& report);
 

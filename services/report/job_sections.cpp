@@ -25,10 +25,14 @@ std::string Tile(absl::string_view label, const std::string& value, const std::s
 std::string CameraTile(const JobSummary& summary) {
   int with_images = 0;
   for (const CameraSummary& camera : summary.cameras) with_images += camera.frames_missing == 0;
+  const size_t unknown = summary.facts.unknown.size();
   return Tile("Cameras",
               absl::StrCat(FormatCount(with_images), " of ",
-                           FormatCount(static_cast<int64_t>(summary.cameras.size()))),
-              "gave an image in every frame");
+                           FormatCount(static_cast<int64_t>(summary.cameras.size() + unknown))),
+              unknown == 0
+                  ? "gave an image in every frame"
+                  : absl::StrCat("were used in every frame; ", FormatCount(static_cast<int64_t>(unknown)),
+                                 unknown == 1 ? " is" : " are", " not in the rig"));
 }
 
 std::string TimeTile(const JobSummary& summary) {

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "services/report/camera_facts.h"
 #include "services/report/html_text.h"
 
 namespace weft {
@@ -168,6 +170,7 @@ JobSummary Summarize(const v1::Job& job, const std::vector<v1::FrameReport>& fra
       timed ? 1e-6 * static_cast<double>(job.finished_unix_ns() - job.started_unix_ns()) : kNoNumber;
   SummarizeMeshes(frames, summary);
   summary.cameras = SummarizeCameras(frames);
+  summary.facts = FactsOf(frames);
   summary.garments = SummarizeGarments(frames);
   for (const v1::FrameReport& frame : frames)
     for (const v1::GarmentOverlap& overlap : frame.mesh().overlaps())
@@ -189,17 +192,32 @@ std::vector<std::string> CameraAlarms(const JobSummary& summary) {
   constexpr double kShareOfWorst = 0.5;
   std::vector<const CameraSummary*> off;
   const auto length_px = [](const CameraSummary* c) { return std::hypot(c->bias_x_px, c->bias_y_px); };
+  // Right takes have medians up to 0.7 px (accuracy_cameras), with 0.5 px of noise.
+  constexpr double kNotableMedianPx = 2;
+  std::set<std::string> apart, told;
+  for (const CameraStanding& camera : summary.facts.cameras)
+    if (IsApart(camera)) apart.insert(camera.camera);
   for (const CameraSummary& camera : summary.cameras) {
+    if (apart.contains(camera.camera)) continue;
     if (camera.bias_significance > kSignificant && length_px(&camera) > kNotablePx) off.push_back(&camera);
   }
   std::stable_sort(off.begin(), off.end(), [&](auto* a, auto* b) { return length_px(a) > length_px(b); });
   std::vector<std::string> alarms;
   for (const CameraSummary* camera : off) {
     if (length_px(camera) < kShareOfWorst * length_px(off[0])) break;
+    told.insert(camera->camera);
     alarms.push_back(absl::StrFormat(
         "Camera %s moved, or its calibration is off: it sees the cloth %.2f px (right %.2f, down %.2f; %.0f "
         "sigmas) from where the others see it; correct the rig with weft rig refine, or calibrate again.",
         camera->camera, length_px(camera), camera->bias_x_px, camera->bias_y_px, camera->bias_significance));
+  }
+  // One that moved around the cloth may see it beside its place everywhere and right in the mean.
+  for (const CameraStanding& camera : summary.facts.cameras) {
+    if (told.contains(camera.camera) || IsApart(camera) || camera.median_px < kNotableMedianPx) continue;
+    alarms.push_back(absl::StrFormat(
+        "Camera %s moved, or its calibration is off: it sees cells %.1f px from where the others see them; "
+        "correct the rig with weft rig refine, or calibrate again.",
+        camera.camera, camera.median_px));
   }
   return alarms;
 }

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "services/verdict/camera_checks.h"
 #include "weft/v1/job.pb.h"
 #include "weft/v1/report.pb.h"
 
@@ -73,6 +74,7 @@ struct JobSummary {
   double wall_ms = 0;  // of the job, NaN while it runs
   // In order of first appearance.
   std::vector<CameraSummary> cameras;
+  CameraFacts facts;                     // what tells whether these are the cameras of the recording
   std::vector<GarmentSummary> garments;  // in the order of the joint template; else empty
   // Frames by the inner and the outer garment.
   std::map<std::pair<std::string, std::string>, int> overlaps;
@@ -81,7 +83,7 @@ struct JobSummary {
 JobSummary Summarize(const v1::Job& job, const std::vector<v1::FrameReport>& frames);
 
 // A sentence per camera that sees the cloth elsewhere than the others do, the worst first: it moved, or its
-// calibration is off.
+// calibration is off. None of cameras that agree with no other, which have a check of their own.
 std::vector<std::string> CameraAlarms(const JobSummary& summary);
 
 // "12 of 12 frames registered, 95.2 % of the cells observed."

@@ -55,7 +55,7 @@ double Percent(int64_t part, int64_t whole) {
 }
 
 // Are board and rig those of the take?
-void AssessInputs(const Totals& sum, v1::Verdict& verdict) {
+void AssessInputs(const Totals& sum, const CameraFacts& facts, v1::Verdict& verdict) {
   constexpr int64_t kTellingNodes = 100;
   const int64_t used = sum.images - sum.missing_images;
   if (used > 0) {
@@ -67,6 +67,11 @@ void AssessInputs(const Totals& sum, v1::Verdict& verdict) {
                            Counted(static_cast<int>(used), "image", "images"), ": is it the right board?")
             : "");
   }
+  // Who is exchanged says more than that the rays hardly meet; of cameras that are just apart the others may
+  // be wrong.
+  const bool is_named = FaultOf(facts.cameras).is_named;
+  if (is_named) AddAgreementCheck(facts.cameras, verdict);
+  AddScaleCheck(facts, verdict);
   if (const int64_t nodes = sum.points + sum.rays_apart; nodes >= kTellingNodes) {
     const double meet = Percent(sum.points, nodes);
     AddCheck(verdict, kRegisterRaysMeet, meet,
@@ -75,6 +80,8 @@ void AssessInputs(const Totals& sum, v1::Verdict& verdict) {
                                 " cells and corners: is it the rig of this take?")
                  : "");
   }
+  if (!is_named) AddAgreementCheck(facts.cameras, verdict);
+  AddKnownCheck(facts, verdict);
 }
 
 void AssessExposure(const JobSummary& summary, v1::Verdict& verdict) {
@@ -140,7 +147,7 @@ v1::Verdict AssessJob(const v1::Job& job, const std::vector<v1::FrameReport>& fr
                  ? absl::StrFormat("%s, %.1f %% of the cells observed", registered, 100 * summary.coverage)
                  : registered,
              "");
-  AssessInputs(sum, verdict);
+  AssessInputs(sum, summary.facts, verdict);
   AssessExposure(summary, verdict);
   AssessTemplate(sum, verdict);
   AssessScans(sum, verdict);

@@ -64,15 +64,51 @@ inline constexpr Limit kDecodeGreyLevels{
     Better::kMore,
     0,
     "Raise exposure time, light or gain, or deliver more bits (Mono12, BayerRG12), and record again."};
-inline constexpr Limit kRegisterRaysMeet{
-    "register.rays_meet",
-    "cells and corners at which the cameras' rays meet",
+inline constexpr Limit kRegisterRaysMeet{"register.rays_meet",
+                                         "cells and corners at which the cameras' rays meet",
+                                         "%",
+                                         90,
+                                         70,
+                                         Better::kMore,
+                                         1,
+                                         "Check that --rig is the calibration of this take, in mm; `weft rig "
+                                         "refine` corrects cameras that moved since."};
+inline constexpr Limit kRegisterCamerasKnown{
+    "register.cameras_known",
+    "cameras of the recording that the rig has",
     "%",
-    90,
-    70,
+    100,
+    50,
     Better::kMore,
     1,
-    "Check that --rig is the calibration of this take; `weft rig refine` corrects cameras that moved since."};
+    "Register with the rig of this take; calibrate one of all of its cameras."};
+inline constexpr Limit kRegisterCamerasAgree{
+    "register.cameras_agree",
+    "cameras that agree with the others",
+    "%",
+    100,
+    75,
+    Better::kMore,
+    1,
+    "Check that each camera stands where the rig says and that its images are its own."};
+inline constexpr Limit kRegisterLens{
+    "register.lens",
+    "focal lengths off, by the perspective of the cloth",
+    "%",
+    2,
+    10,
+    Better::kLess,
+    1,
+    "Calibrate again with the lenses as they are, or register with the rig of this take."};
+inline constexpr Limit kRegisterScale{"register.scale",
+                                      "cloth larger or smaller than its print",
+                                      "%",
+                                      2.5,
+                                      10,
+                                      Better::kLess,
+                                      2,
+                                      "Measure ten cells with a ruler: compare with cell_mm of the board, "
+                                      "and the cameras' distances with the rig."};
 inline constexpr Limit kRegisterOnTemplate{
     "register.on_template",
     "triangulated cells that the template has",
@@ -258,6 +294,10 @@ inline constexpr std::array kLimits = {
     &kDecodeCells,
     &kDecodeGreyLevels,
     &kRegisterRaysMeet,
+    &kRegisterCamerasKnown,
+    &kRegisterCamerasAgree,
+    &kRegisterLens,
+    &kRegisterScale,
     &kRegisterOnTemplate,
     &kRegisterFrames,
     &kRegisterImages,

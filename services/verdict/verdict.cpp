@@ -57,7 +57,8 @@ void AddFinding(v1::Verdict& verdict, v1::Grade grade, const std::string& reason
   verdict.set_remedy(remedy);
 }
 
-void AddCheck(v1::Verdict& verdict, const Limit& limit, double value, const std::string& reason) {
+void AddCheck(v1::Verdict& verdict, const Limit& limit, double value, const std::string& reason,
+              const std::string& remedy) {
   v1::VerdictCheck& check = *verdict.add_checks();
   check.set_id(std::string(limit.id));
   check.set_name(std::string(limit.name));
@@ -65,7 +66,9 @@ void AddCheck(v1::Verdict& verdict, const Limit& limit, double value, const std:
   check.set_value(ValueText(limit, value));
   check.set_limits(LimitsText(limit));
   AddFinding(verdict, check.grade(), reason.empty() ? MeasuredText(check) : reason,
-             check.grade() == v1::GRADE_GOOD ? "" : std::string(limit.remedy));
+             check.grade() == v1::GRADE_GOOD ? ""
+             : remedy.empty()                ? std::string(limit.remedy)
+                                             : remedy);
 }
 
 std::string GradeWord(v1::Grade grade) {

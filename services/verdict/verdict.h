@@ -10,9 +10,10 @@
 namespace weft {
 
 // Grades `value`, in the limit's unit, and adds it to the checks. `reason` is what happened, in words;
-// without one the value and its limits are the reason. The verdict keeps the worst grade, and the reason and
-// remedy of the first check or finding that had it.
-void AddCheck(v1::Verdict& verdict, const Limit& limit, double value, const std::string& reason = "");
+// without one the value and its limits are the reason. `remedy` takes the place of the limit's. The verdict
+// keeps the worst grade, and the reason and remedy of the first check or finding that had it.
+void AddCheck(v1::Verdict& verdict, const Limit& limit, double value, const std::string& reason = "",
+              const std::string& remedy = "");
 
 // For what is no number: a camera that is gone, a file that is damaged. Same rule for reason and remedy.
 void AddFinding(v1::Verdict& verdict, v1::Grade grade, const std::string& reason, const std::string& remedy);

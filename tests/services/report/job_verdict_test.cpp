@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "services/report/job_summary.h"
 
 namespace weft {
 namespace {
@@ -51,7 +52,7 @@ TEST(JobVerdict, SaysWhatAGoodJobCameTo) {
   EXPECT_EQ(verdict.grade(), v1::GRADE_GOOD);
   EXPECT_EQ(verdict.reason(), "2 of 2 frames registered, 90.0 % of the cells observed");
   EXPECT_EQ(verdict.remedy(), "");
-  EXPECT_EQ(verdict.checks_size(), 6);
+  EXPECT_EQ(verdict.checks_size(), 7);
 }
 
 TEST(JobVerdict, HardlyAnyCellIsAnotherBoard) {
@@ -141,6 +142,80 @@ TEST(JobVerdict, CancelledJobsGoOn) {
   EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
   EXPECT_EQ(verdict.reason(), "cancelled with 1 of 3 frames registered");
   EXPECT_THAT(verdict.remedy(), HasSubstr("resumes"));
+}
+
+// In four cameras, `count` of them apart.
+v1::FrameReport WithAgreement(v1::FrameReport frame, int apart, const std::string& fits = "") {
+  for (int v = 0; v < frame.views_size(); ++v) {
+    v1::CameraAgreement& agreement = *frame.mutable_views(v)->mutable_agreement();
+    agreement.set_compared(300);
+    agreement.set_agreeing(v < apart ? 10 : 299);
+    agreement.set_median_px(v < apart ? 120 : 0.1);
+    agreement.set_scale(1);
+    agreement.set_scale_sigma(1e-4);
+    if (v < apart && !fits.empty()) agreement.set_fits_camera(fits);
+  }
+  return frame;
+}
+
+TEST(JobVerdict, ACameraThatAgreesWithNoOtherCounts) {
+  EXPECT_EQ(AssessJob(JobOf(1, 0), {WithAgreement(ReportOf("0"), 0)}).grade(), v1::GRADE_GOOD);
+  v1::Verdict verdict = AssessJob(JobOf(1, 0), {WithAgreement(ReportOf("0"), 1)});
+  EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
+  EXPECT_THAT(verdict.reason(), HasSubstr("camera a agrees with no other"));
+  v1::FrameReport exchanged = WithAgreement(ReportOf("0"), 2, "a");
+  exchanged.mutable_views(0)->mutable_agreement()->set_fits_camera("b");
+  // It says more than that the rays hardly meet.
+  Reject(exchanged, "no_consensus", 1000);
+  verdict = AssessJob(JobOf(1, 0), {exchanged});
+  EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
+  EXPECT_THAT(verdict.reason(), HasSubstr("cameras a and b are exchanged"));
+  // Of another rig no camera agrees with any other.
+  v1::FrameReport other = WithAgreement(ReportOf("0"), 4);
+  Reject(other, "no_consensus", 1000);
+  EXPECT_THAT(AssessJob(JobOf(1, 0), {other}).reason(), HasSubstr("is it the rig of this take?"));
+}
+
+// A camera that is exchanged did not move.
+TEST(JobVerdict, NoAlarmIsRaisedOfCamerasThatAgreeWithNoOther) {
+  v1::FrameReport frame = WithAgreement(ReportOf("0"), 1);
+  v1::CameraBias& bias = *frame.mutable_views(0)->mutable_bias();
+  bias.set_observations(100);
+  bias.set_mean_x_px(9);
+  bias.set_significance(30);
+  EXPECT_TRUE(CameraAlarms(Summarize(JobOf(1, 0), {frame})).empty());
+  frame.mutable_views(0)->mutable_agreement()->set_agreeing(300);
+  EXPECT_EQ(CameraAlarms(Summarize(JobOf(1, 0), {frame})).size(), 1u);
+}
+
+// The mean of what it sees is right.
+TEST(JobVerdict, ACameraThatMovedAroundTheClothHasAnAlarm) {
+  v1::FrameReport frame = WithAgreement(ReportOf("0"), 0);
+  frame.mutable_views(2)->mutable_agreement()->set_median_px(12);
+  const v1::Verdict verdict = AssessJob(JobOf(1, 0), {frame});
+  EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
+  EXPECT_THAT(verdict.reason(),
+              HasSubstr("Camera c moved, or its calibration is off: it sees cells 12.0 px"));
+}
+
+TEST(JobVerdict, CamerasThatTheRigLacksCount) {
+  v1::FrameReport frame = ReportOf("0");
+  frame.add_unknown_cameras("e");
+  frame.add_unknown_cameras("f");
+  const v1::Verdict verdict = AssessJob(JobOf(1, 0), {frame, frame});
+  EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
+  EXPECT_THAT(verdict.reason(), HasSubstr("2 of 6 cameras of the recording are not in the rig"));
+}
+
+TEST(JobVerdict, ClothLargerThanItsPrintCounts) {
+  v1::FrameReport frame = WithAgreement(ReportOf("0"), 0);
+  frame.mutable_cloud()->set_print_scale(1.05);
+  EXPECT_THAT(AssessJob(JobOf(1, 0), {frame}).reason(), HasSubstr("not as large as its print"));
+  for (v1::ViewReport& view : *frame.mutable_views()) {
+    view.mutable_agreement()->set_perspective(-0.05);
+    view.mutable_agreement()->set_perspective_sigma(0.005);
+  }
+  EXPECT_THAT(AssessJob(JobOf(1, 0), {frame}).reason(), HasSubstr("lenses of the rig"));
 }
 
 }  // namespace
