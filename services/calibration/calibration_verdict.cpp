@@ -84,6 +84,8 @@ v1::Verdict RefinementVerdict(const RefinementResult& result) {
              : moved == 1 ? "1 camera moved and was corrected"
                           : absl::StrCat(moved, " cameras moved and were corrected"),
              "");
+  if (const CameraFault fault = FaultOf(result.standings); !fault.reason.empty())
+    AddFinding(verdict, fault.is_named ? v1::GRADE_BAD : v1::GRADE_USABLE, fault.reason, fault.remedy);
   if (!result.refined.converged && moved == 0)
     AddFinding(verdict, v1::GRADE_USABLE, "the poses did not settle, though no camera moved",
                "Refine from more frames: --samples.");

@@ -10,9 +10,12 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
+#include "services/files/agreement_proto.h"
 #include "services/files/frame_folders.h"
 #include "services/files/frame_paths.h"
 #include "services/files/observations_file.h"
+#include "services/report/camera_facts.h"
+#include "triangulation/camera_agreement.h"
 #include "triangulation/triangulate.h"
 
 namespace weft {
@@ -54,7 +57,26 @@ absl::StatusOr<std::vector<ViewObservations>> ReadViews(const std::string& path,
 struct Sights {
   std::vector<Eigen::Vector3d> points_mm;
   std::vector<PointSight> sights;
+  std::vector<v1::FrameReport> reports;  // of each frame, with the agreement of its cameras
 };
+
+absl::Status AddAgreement(const Rig& rig, const std::vector<ViewObservations>& views, const Cloud& cloud,
+                          const TriangulationOptions& options, Sights* sights) {
+  const auto agreements = MeasureCameraAgreement(rig, views, cloud, options);
+  if (!agreements.ok()) return agreements.status();
+  v1::FrameReport& report = sights->reports.emplace_back();
+  for (size_t c = 0; c < rig.cameras.size(); ++c) {
+    v1::ViewReport& view = *report.add_views();
+    view.set_camera(rig.cameras[c].id);
+    DescribeAgreement((*agreements)[c], rig, view);
+  }
+  return absl::OkStatus();
+}
+
+// Those of cameras that agree with no other would pull the others to them.
+void DropApart(const std::vector<CameraStanding>& standings, std::vector<PointSight>* sights) {
+  std::erase_if(*sights, [&](const PointSight& sight) { return IsApart(standings[sight.camera]); });
+}
 
 absl::Status AddFrame(const RefinementRequest& request, const Rig& rig, const std::string& frame,
                       Sights* sights) {
@@ -69,6 +91,7 @@ absl::Status AddFrame(const RefinementRequest& request, const Rig& rig, const st
   const absl::StatusOr<Cloud> cloud = Triangulate(rig, *views, options);
   if (!cloud.ok())
     return absl::Status(cloud.status().code(), absl::StrCat(path, ": ", cloud.status().message()));
+  if (absl::Status status = AddAgreement(rig, *views, *cloud, options, sights); !status.ok()) return status;
   const size_t step = std::max<size_t>(1, cloud->points.size() / request.points);
   std::map<BoardNode, int> index;
   for (size_t i = 0; i < cloud->points.size(); i += step) {
@@ -125,13 +148,20 @@ absl::StatusOr<RefinementResult> RefineRigFromResult(const RefinementRequest& re
     if (absl::Status status = AddFrame(request, *rig, (*frames)[f], &sights); !status.ok()) return status;
     if (on_progress) on_progress(0.7 * static_cast<double>(f + 1) / static_cast<double>(frames->size()));
   }
+  std::vector<CameraStanding> standings = FactsOf(sights.reports).cameras;
+  DropApart(standings, &sights.sights);
   absl::StatusOr<RefinedRig> refined = RefineRig(*rig, sights.points_mm, sights.sights, request.solve);
-  if (!refined.ok()) return refined.status();
+  if (!refined.ok()) {
+    const CameraFault fault = FaultOf(standings);
+    if (!fault.is_named) return refined.status();
+    return absl::FailedPreconditionError(absl::StrCat(fault.reason, "; ", fault.remedy));
+  }
   RefinementResult result;
   result.before = *rig;
   result.rig = *std::move(rig);
   result.rig.cameras = refined->cameras;
   result.refined = *std::move(refined);
+  result.standings = std::move(standings);
   result.frames = *std::move(frames);
   if (absl::Status status = UpdateRecord(request, &result); !status.ok()) return status;
   result.provenance = absl::StrFormat(
@@ -149,6 +179,7 @@ v1::RigRefinementReport RefinementReport(const RefinementResult& result) {
   report.set_rig_hash_before(result.before.ContentHash());
   report.set_rig_hash(result.rig.ContentHash());
   *report.mutable_verdict() = RefinementVerdict(result);
+  report.set_written(report.verdict().grade() != v1::GRADE_BAD);
   for (size_t c = 0; c < result.rig.cameras.size(); ++c) {
     const CameraCorrection& correction = result.refined.corrections[c];
     v1::RigRefinementReport::Camera& camera = *report.add_cameras();

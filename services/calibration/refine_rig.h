@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "capture/calibration/rig_refinement.h"
 #include "services/files/rig_file.h"
+#include "services/verdict/camera_checks.h"
 #include "weft/v1/calibration.pb.h"
 
 namespace weft {
@@ -28,9 +29,11 @@ struct RefinementRequest {
   absl::Status Validate() const;
 };
 
+// Of a bad verdict `rig` is not to be written: cameras were exchanged, or the poses did not settle.
 struct RefinementResult {
   Rig before, rig;
   RefinedRig refined;
+  std::vector<CameraStanding> standings;  // [cameras], before the correction
   std::vector<std::string> frames;
   std::optional<CalibrationRecord> record;  // of the rig before, brought up to date; empty where it had none
   std::string provenance;

@@ -9,6 +9,7 @@
 #include "capture/rig/foreign_rig.h"
 #include "capture/rig/krt.h"
 #include "capture/rig/opencv_yaml.h"
+#include "services/cli/command_rig_exchange.h"
 #include "services/cli/command_rig_refine.h"
 #include "services/cli/commands.h"
 #include "services/cli/output_guard.h"
@@ -208,6 +209,7 @@ void AddRigCommand(CLI::App& app, CommandLine& line) {
   AddRigCalibrateCommands(*rig, line);
   AddRigPlanCommand(*rig, line);
   AddRigRefineCommand(*rig, line);
+  AddRigExchangeCommand(*rig, line);
 }
 
 }  // namespace weft

@@ -38,18 +38,25 @@ absl::Status Refine(const RefineOptions& options, bool quiet) {
     });
   }
   if (!result.ok()) return result.status();
-  const CalibrationRecord* record = result->record ? &*result->record : nullptr;
-  if (absl::Status status = WriteRig(options.request.out, result->rig, result->provenance, record);
-      !status.ok())
-    return status;
   const v1::Verdict verdict = RefinementVerdict(*result);
+  const bool is_fit = verdict.grade() != v1::GRADE_BAD;
+  const CalibrationRecord* record = result->record ? &*result->record : nullptr;
+  if (is_fit) {
+    if (absl::Status status = WriteRig(options.request.out, result->rig, result->provenance, record);
+        !status.ok())
+      return status;
+  }
   if (options.json) {
     const absl::Status printed = PrintJsonMessage(RefinementReport(*result));
     return printed.ok() ? VerdictStatus(verdict) : printed;
   }
   PrintVerdict(verdict);
   for (const std::string& line : RefinementText(*result)) std::printf("%s\n", line.c_str());
-  std::printf("rig      %s (hash %s)\n", options.request.out.c_str(), result->rig.ContentHash().c_str());
+  if (is_fit) {
+    std::printf("rig      %s (hash %s)\n", options.request.out.c_str(), result->rig.ContentHash().c_str());
+  } else {
+    std::printf("rig      %s was not written\n", options.request.out.c_str());
+  }
   return VerdictStatus(verdict);
 }
 
@@ -61,7 +68,8 @@ void AddRigRefineCommand(CLI::App& rig, CommandLine& line) {
       "Correct the poses of a rig by the cloth itself, when a camera was knocked after calibration. Takes "
       "the cells that a registration decoded (weft register --observations), triangulates them anew and "
       "adjusts cameras and cells together. Lenses stay as they were calibrated; world and scale are kept by "
-      "the cameras that did not move. Register the take again with the new rig.",
+      "the cameras that did not move. Register the take again with the new rig. Where the verdict is bad, as "
+      "with exchanged cameras, no rig is written.",
       "  weft rig refine result --rig rig.json --out refined.json\n"
       "  weft rig refine result --rig rig.json --samples 40 --out refined.json --json");
   auto options = std::make_shared<RefineOptions>();

@@ -111,6 +111,34 @@ TEST_F(RefineRigTest, TheKnockedCameraIsNamedAndSetRight) {
   EXPECT_NE(report.rig_hash(), report.rig_hash_before());
 }
 
+TEST_F(RefineRigTest, ExchangedCamerasAreNamedAndNothingElseMoves) {
+  Rig exchanged = filmed_;
+  std::swap(exchanged.cameras[3].id, exchanged.cameras[7].id);
+  ASSERT_TRUE(WriteRig(folder_ / "rig.json", exchanged).ok());
+  const auto result = RefineRigFromResult(request_);
+  ASSERT_TRUE(result.ok()) << result.status();
+  const v1::Verdict verdict = RefinementVerdict(*result);
+  EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
+  const std::string &a = filmed_.cameras[3].id, &b = filmed_.cameras[7].id;
+  EXPECT_THAT(verdict.reason(), HasSubstr("cameras " + a + " and " + b + " are exchanged"));
+  for (const CameraCorrection& correction : result->refined.corrections) EXPECT_FALSE(correction.moved);
+  EXPECT_FALSE(RefinementReport(*result).written());
+}
+
+TEST_F(RefineRigTest, ACameraElsewhereStaysAndTheOthersAreRefined) {
+  CameraModel& camera = before_.cameras[9];
+  camera.rotation = Eigen::AngleAxisd(0.2, Eigen::Vector3d::UnitX()) * camera.rotation;
+  ASSERT_TRUE(WriteRig(folder_ / "rig.json", before_).ok());
+  const auto result = RefineRigFromResult(request_);
+  ASSERT_TRUE(result.ok()) << result.status();
+  const v1::Verdict verdict = RefinementVerdict(*result);
+  EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
+  EXPECT_THAT(verdict.reason(), HasSubstr("camera " + camera.id + " agrees with no other"));
+  EXPECT_TRUE(result->refined.corrections[9].held);
+  EXPECT_TRUE(result->refined.corrections[3].moved);
+  EXPECT_FALSE(result->refined.corrections[8].moved);
+}
+
 TEST_F(RefineRigTest, PreciseObservationsCountMore) {
   for (int frame = 0; frame < 2; ++frame) WriteFrame(frame, 2.0);
   const double with_sigmas = RotationErrorDeg();

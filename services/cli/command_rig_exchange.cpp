@@ -1,0 +1,68 @@
+#include "services/cli/command_rig_exchange.h"
+
+#include <cstdio>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "capture/rig/exchange_cameras.h"
+#include "services/files/rig_file.h"
+
+namespace weft {
+namespace {
+
+struct ExchangeOptions {
+  std::string rig;
+  std::vector<std::string> cameras;
+  std::string out;
+};
+
+absl::Status Exchange(const ExchangeOptions& options) {
+  const absl::StatusOr<Rig> rig = ReadRig(options.rig);
+  if (!rig.ok()) return rig.status();
+  absl::StatusOr<std::optional<CalibrationRecord>> record = ReadCalibrationRecord(options.rig);
+  if (!record.ok()) return record.status();
+  const absl::StatusOr<std::vector<size_t>> places = ExchangedPlaces(*rig, options.cameras);
+  if (!places.ok())
+    return absl::Status(places.status().code(), absl::StrCat(options.rig, ": ", places.status().message()));
+  const Rig exchanged = WithPlaces(*rig, *places);
+  if (record->has_value()) {
+    CalibrationRecord& calibration = **record;
+    const std::vector<CalibratedCamera> before = calibration.cameras;
+    for (size_t c = 0; c < places->size(); ++c) calibration.cameras[c] = before[(*places)[c]];
+    ++calibration.version;
+    calibration.replaces = rig->ContentHash();
+  }
+  const std::string cameras = absl::StrJoin(options.cameras, ", ");
+  if (absl::Status status = WriteRig(
+          options.out, exchanged,
+          absl::StrCat("rig ", rig->id, " (", rig->ContentHash(), ") with cameras ", cameras, " exchanged"),
+          record->has_value() ? &**record : nullptr);
+      !status.ok())
+    return status;
+  std::printf("%s: cameras %s exchanged, hash %s\n", options.out.c_str(), cameras.c_str(),
+              exchanged.ContentHash().c_str());
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void AddRigExchangeCommand(CLI::App& rig, CommandLine& line) {
+  CLI::App* command = AddCommand(
+      rig, "exchange",
+      "Exchange cameras of a rig whose cables or names were exchanged, as a verdict says. Each of them gets "
+      "the place and the lens of the next one, the last those of the first. Register again with the new rig.",
+      "  weft rig exchange rig.json c03 c07 --out exchanged.json");
+  auto options = std::make_shared<ExchangeOptions>();
+  command->add_option("rig", options->rig, "The rig.json")->required()->type_name("FILE");
+  command->add_option("cameras", options->cameras, "Two cameras, or more in a ring")
+      ->required()
+      ->type_name("CAMERA");
+  command->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
+  command->callback([options, &line] { line.run = [options] { return Exchange(*options); }; });
+}
+
+}  // namespace weft
