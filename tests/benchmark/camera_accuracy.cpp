@@ -1,0 +1,336 @@
+// Which wrong rigs the verdict names, and whether it blames right ones. `accuracy_cameras --help` teaches its
+// use. The limits of services/verdict/camera_checks.h and limits.h (register.cameras_agree, .lens, .scale)
+// follow from its figures.
+#include <CLI/CLI.hpp>
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "base/random.h"
+#include "capture/rig/exchange_cameras.h"
+#include "services/files/agreement_proto.h"
+#include "services/files/observations_file.h"
+#include "services/files/rig_file.h"
+#include "services/report/camera_facts.h"
+#include "services/verdict/verdict.h"
+#include "simulation/observation_model.h"
+#include "simulation/take_presets.h"
+#include "triangulation/clean.h"
+#include "triangulation/cloud_scale.h"
+
+namespace weft {
+namespace {
+
+using Views = std::vector<ViewObservations>;
+
+struct Film {
+  Rig rig;
+  std::vector<Views> frames;
+  double cell_mm = 0;  // 0: not known
+};
+
+struct Trial {
+  v1::Verdict verdict;
+  CameraFacts facts;
+};
+
+Trial Judge(const Film& film) {
+  std::vector<v1::FrameReport> reports;
+  for (const Views& views : film.frames) {
+    const TriangulationOptions options;
+    absl::StatusOr<Cloud> cloud = Triangulate(film.rig, views, options);
+    if (!cloud.ok()) continue;
+    const Cloud clean = CleanCloud(*std::move(cloud), {});
+    const auto agreements = MeasureCameraAgreement(film.rig, views, clean, options);
+    v1::FrameReport& report = reports.emplace_back();
+    for (size_t c = 0; c < film.rig.cameras.size(); ++c) {
+      v1::ViewReport& view = *report.add_views();
+      view.set_camera(film.rig.cameras[c].id);
+      DescribeAgreement((*agreements)[c], film.rig, view);
+    }
+    const auto scale = MeasureCloudScale(clean, [&](const BoardNode&, const BoardNode&) {
+      return film.cell_mm > 0 ? std::optional<double>(film.cell_mm) : std::nullopt;
+    });
+    if (scale) report.mutable_cloud()->set_print_scale(*scale);
+  }
+  Trial trial;
+  trial.facts = FactsOf(reports);
+  AddFinding(trial.verdict, v1::GRADE_GOOD, "good", "");
+  const bool is_named = FaultOf(trial.facts.cameras).is_named;
+  if (is_named) AddAgreementCheck(trial.facts.cameras, trial.verdict);
+  AddScaleCheck(trial.facts, trial.verdict);
+  if (!is_named) AddAgreementCheck(trial.facts.cameras, trial.verdict);
+  return trial;
+}
+
+absl::StatusOr<Film> Simulate(const std::string& preset, uint64_t seed,
+                              const std::function<void(SyntheticTakeOptions&)>& change) {
+  absl::StatusOr<SyntheticTakeOptions> options = SyntheticPreset(preset, seed);
+  if (!options.ok()) return options.status();
+  options->performance.frames = 1;
+  change(*options);
+  absl::StatusOr<SyntheticTake> take = SyntheticTake::Make(*options);
+  if (!take.ok()) return take.status();
+  absl::StatusOr<TakeFrame> frame = take->Next();
+  if (!frame.ok()) return frame.status();
+  Film film{take->rig(), {{}}, take->board().cell_mm};
+  const PrintLocator locator(
+      PrintFromVertexNodes(take->garment().rest.faces, take->garment().node_of_vertex));
+  for (size_t c = 0; c < film.rig.cameras.size(); ++c) {
+    const ViewTruth truth =
+        FindViewTruth(frame->scene.mesh(), locator, frame->scene.rays(), film.rig.cameras[c]);
+    film.frames[0].push_back({static_cast<int>(c), ImitateDecoder(truth, seed)});
+  }
+  return film;
+}
+
+double Uniform(Random& random) { return std::ldexp(static_cast<double>(random.Next() >> 11), -53); }
+
+// Observations as a worse decoder, worse pictures and other cloth would leave them.
+struct Disturbance {
+  double noise_px = 0, wrong_share = 0, kept_share = 1;
+  int half_hidden = 0, hardly_seeing = 0;  // cameras
+  double knock_deg = 0;                    // of one camera
+};
+
+void Disturb(const Disturbance& by, uint64_t seed, Film* film) {
+  Random random(seed);
+  for (Views& views : film->frames) {
+    for (ViewObservations& view : views) {
+      std::vector<Observation> kept;
+      double middle_px = 0;
+      for (const Observation& o : view.observations) middle_px += o.x_px;
+      middle_px /= std::max<double>(1, static_cast<double>(view.observations.size()));
+      for (Observation o : view.observations) {
+        if (Uniform(random) > by.kept_share) continue;
+        if (view.camera < by.half_hidden && o.x_px < middle_px) continue;
+        if (view.camera >= static_cast<int>(views.size()) - by.hardly_seeing && Uniform(random) > 0.03)
+          continue;
+        if (Uniform(random) < by.wrong_share)
+          o.x_px += 400 * (Uniform(random) - 0.5), o.y_px += 400 * (Uniform(random) - 0.5);
+        // The sum of twelve uniform numbers is nearly normal.
+        double noise[2] = {-6, -6};
+        for (double& axis : noise)
+          for (int k = 0; k < 12; ++k) axis += Uniform(random);
+        o.x_px += by.noise_px * noise[0], o.y_px += by.noise_px * noise[1];
+        kept.push_back(o);
+      }
+      view.observations = std::move(kept);
+    }
+  }
+  if (by.knock_deg == 0) return;
+  CameraModel& camera = film->rig.cameras[film->rig.cameras.size() / 2];
+  const Eigen::Vector3d center = camera.CenterWorld();
+  camera.rotation =
+      Eigen::AngleAxisd(by.knock_deg * std::numbers::pi / 180, Eigen::Vector3d(1, 1, 0.3).normalized())
+          .toRotationMatrix() *
+      camera.rotation;
+  camera.translation_mm = -camera.rotation * center;
+}
+
+class Table {
+ public:
+  void Add(const std::string& kind, const std::string& name, const Trial& trial, bool is_right,
+           bool prints_all) {
+    auto& [right, all] = counts_[kind];
+    right += is_right, ++all;
+    if (!is_right || prints_all)
+      std::printf("%s %s %s: %s: %s\n", is_right ? "ok  " : "FAIL", kind.c_str(), name.c_str(),
+                  GradeWord(trial.verdict.grade()).c_str(), trial.verdict.reason().c_str());
+    if (kind != "right") return;
+    for (const CameraStanding& camera : trial.facts.cameras)
+      if (camera.compared >= kLeastCompared)
+        least_share_ = std::min(least_share_,
+                                static_cast<double>(camera.agreeing) / static_cast<double>(camera.compared));
+    for (const v1::VerdictCheck& check : trial.verdict.checks()) {
+      double& worst = worst_[check.id()];
+      worst = std::max(worst, std::atof(check.value().c_str()));
+    }
+  }
+  void Print() const {
+    for (const auto& [kind, count] : counts_)
+      std::printf("%-20s %d of %d\n", kind.c_str(), count.first, count.second);
+    std::printf("right takes: least share that agrees %.3f, lens up to %.3f %%, scale up to %.3f %%\n",
+                least_share_, worst_.contains("register.lens") ? worst_.at("register.lens") : 0,
+                worst_.contains("register.scale") ? worst_.at("register.scale") : 0);
+  }
+
+ private:
+  std::map<std::string, std::pair<int, int>> counts_;
+  std::map<std::string, double> worst_;
+  double least_share_ = 1;
+};
+
+std::vector<std::string> Draw(const Rig& rig, size_t count, Random& random) {
+  std::vector<std::string> ids;
+  while (ids.size() < count) {
+    const std::string& id = rig.cameras[random.Below(rig.cameras.size())].id;
+    if (std::find(ids.begin(), ids.end(), id) == ids.end()) ids.push_back(id);
+  }
+  return ids;
+}
+
+void TryExchanges(const Film& film, int count, bool prints_all, Table* table) {
+  Random random(17);
+  for (const size_t size : {size_t{2}, size_t{3}}) {
+    for (int i = 0; i < count; ++i) {
+      std::vector<std::string> ids = Draw(film.rig, size, random);
+      if (size == 2) std::sort(ids.begin(), ids.end());
+      Film wrong = film;
+      const auto places = ExchangedPlaces(film.rig, ids);
+      if (!places.ok()) continue;  // images of different sizes
+      wrong.rig = WithPlaces(film.rig, *places);
+      const Trial trial = Judge(wrong);
+      const std::string& reason = trial.verdict.reason();
+      bool is_right = absl::StrContains(reason, "are exchanged") && !absl::StrContains(reason, "; ");
+      for (const std::string& id : ids) is_right = is_right && absl::StrContains(reason, id);
+      table->Add(size == 2 ? "exchanged pair" : "exchanged ring", absl::StrCat(i), trial, is_right,
+                 prints_all);
+    }
+  }
+}
+
+void TryFaults(const Film& film, bool prints_all, Table* table) {
+  Random random(18);
+  for (int i = 0; i < 5; ++i) {
+    const std::string id = Draw(film.rig, 1, random)[0];
+    const int c = film.rig.IndexOf(id);
+    const auto attempt = [&](const std::string& kind, const std::string& words, const auto& change) {
+      Film wrong = film;
+      change(wrong.rig.cameras[c]);
+      const Trial trial = Judge(wrong);
+      table->Add(
+          kind, id, trial,
+          absl::StrContains(trial.verdict.reason(), words) && absl::StrContains(trial.verdict.reason(), id),
+          prints_all);
+    };
+    attempt("elsewhere", "agrees with no other", [](CameraModel& camera) {
+      camera.rotation = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitY()).toRotationMatrix() * camera.rotation;
+    });
+    attempt("upside down", "upside down", [](CameraModel& camera) {
+      const Eigen::Matrix3d turn = Eigen::Vector3d(-1, -1, 1).asDiagonal();
+      camera.rotation = turn * camera.rotation, camera.translation_mm = turn * camera.translation_mm;
+      camera.cx_px = camera.width_px - 1 - camera.cx_px, camera.cy_px = camera.height_px - 1 - camera.cy_px;
+      camera.distortion[2] *= -1, camera.distortion[3] *= -1;
+    });
+    for (const double factor : {0.95, 1.02})
+      attempt("zoom of one", "",
+              [factor](CameraModel& camera) { camera.fx_px *= factor, camera.fy_px *= factor; });
+  }
+  for (const double factor : {0.9, 0.95, 0.98, 1.02, 1.05, 1.1}) {
+    Film wrong = film;
+    for (CameraModel& camera : wrong.rig.cameras) camera.fx_px *= factor, camera.fy_px *= factor;
+    const Trial trial = Judge(wrong);
+    table->Add("focal lengths", absl::StrCat(factor), trial,
+               absl::StrContains(trial.verdict.reason(), "the lenses of the rig"), prints_all);
+  }
+  for (const double factor : {0.001, 1 / 25.4, 0.1, 0.95, 1.05, 10.0, 25.4, 1000.0}) {
+    Film wrong = film;
+    for (CameraModel& camera : wrong.rig.cameras) camera.translation_mm *= factor;
+    const Trial trial = Judge(wrong);
+    table->Add("scale", absl::StrCat(factor), trial,
+               absl::StrContains(trial.verdict.reason(), "not as large as its print"), prints_all);
+  }
+}
+
+// Takes with nothing wrong but what has messages of its own.
+absl::Status TryRight(int takes, bool prints_all, Table* table) {
+  constexpr Disturbance kDisturbances[] = {
+      {},
+      {.noise_px = 0.5},
+      {.wrong_share = 0.01},
+      {.kept_share = 0.3},
+      {.half_hidden = 3},
+      {.hardly_seeing = 2},
+      {.knock_deg = 0.03},
+      {.noise_px = 0.3, .wrong_share = 0.02, .kept_share = 0.6, .half_hidden = 2},
+      {.knock_deg = 0.2},
+      {.kept_share = 0.1}};
+  constexpr int kCameras[] = {16, 3, 4, 5, 6, 8, 12, 24, 16, 7, 10};
+  constexpr const char* kPresets[] = {"quickstart", "tiny",  "quickstart", "pleats",
+                                      "gathers",    "curls", "tiny"};
+  for (int i = 0; i < takes; ++i) {
+    const std::string preset = kPresets[i % std::size(kPresets)];
+    const int cameras = kCameras[i % std::size(kCameras)];
+    absl::StatusOr<Film> film =
+        Simulate(preset, 100 + i, [&](SyntheticTakeOptions& options) { options.rig.cameras = cameras; });
+    if (!film.ok()) return film.status();
+    const size_t disturbance = i % std::size(kDisturbances);
+    Disturb(kDisturbances[disturbance], i, &*film);
+    const Trial trial = Judge(*film);
+    table->Add("right", absl::StrCat(i, " ", preset, " ", cameras, " cameras, disturbance ", disturbance),
+               trial, trial.verdict.grade() == v1::GRADE_GOOD, prints_all);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Film> ReadFilm(const std::string& observations, const std::string& rig_path, double cell_mm) {
+  const absl::StatusOr<Rig> rig = ReadRig(rig_path);
+  if (!rig.ok()) return rig.status();
+  const auto images = ReadObservations(observations);
+  if (!images.ok()) return images.status();
+  Film film{*rig, {{}}, cell_mm};
+  for (const ImageObservations& image : *images)
+    if (const int camera = rig->IndexOf(image.image); camera >= 0)
+      film.frames[0].push_back({camera, image.observations});
+  return film;
+}
+
+struct Options {
+  std::string observations, rig;
+  double cell_mm = 0;
+  int exchanges = 20, takes = 60;
+  bool all = false;
+};
+
+absl::Status Run(const Options& options) {
+  Table table;
+  absl::StatusOr<Film> film = options.observations.empty()
+                                  ? Simulate("quickstart", 1, [](SyntheticTakeOptions&) {})
+                                  : ReadFilm(options.observations, options.rig, options.cell_mm);
+  if (!film.ok()) return film.status();
+  const Trial right = Judge(*film);
+  table.Add("right", "as it is", right, right.verdict.grade() == v1::GRADE_GOOD, options.all);
+  TryExchanges(*film, options.exchanges, options.all, &table);
+  TryFaults(*film, options.all, &table);
+  if (options.observations.empty())
+    if (absl::Status status = TryRight(options.takes, options.all, &table); !status.ok()) return status;
+  table.Print();
+  return absl::OkStatus();
+}
+
+}  // namespace
+}  // namespace weft
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Judges rigs with a fault (cameras exchanged, elsewhere, upside down, wrong lenses, wrong scale) on a "
+      "frame of "
+      "the preset quickstart, and right rigs on frames of many presets, seeds, numbers of cameras and "
+      "disturbances, by the decoder's model instead of pictures. With --observations the faults alone, on a "
+      "frame "
+      "that was decoded.",
+      "accuracy_cameras");
+  weft::Options options;
+  auto* file = app.add_option("--observations", options.observations, "observations.csv of a frame");
+  app.add_option("--rig", options.rig, "Its rig.json")->needs(file);
+  app.add_option("--cell-mm", options.cell_mm, "Pitch of its print")->needs(file);
+  app.add_option("--exchanges", options.exchanges, "Pairs, and rings of three")->capture_default_str();
+  app.add_option("--takes", options.takes, "Right takes")->capture_default_str();
+  app.add_flag("--all", options.all, "Print every trial, not only what went wrong");
+  CLI11_PARSE(app, argc, argv);
+  const absl::Status status = weft::Run(options);
+  if (status.ok()) return 0;
+  std::fprintf(stderr, "accuracy_cameras: %s\n", std::string(status.message()).c_str());
+  return 2;
+}

@@ -1,0 +1,58 @@
+"""Rigs that are not those of the take: what `weft register`, `evaluate` and `rig refine` say of them."""
+
+import json
+import os
+import unittest
+
+from camera_campaign import exchanged, with_focal, with_scale
+from studio import StudioTest, read, weft, write
+
+
+class RigFaults(StudioTest):
+    def setUp(self):
+        super().setUp()
+        self.model = json.loads(read(os.path.join(self.take, "rig.json")))
+        self.model.pop("hash", None)
+        self.ids = [camera["id"] for camera in self.model["cameras"]]
+
+    def register_with(self, model, *more, check=0):
+        write(self.path("rig.json"), json.dumps(model))
+        return weft("register", self.take, "--rig", self.path("rig.json"), "--board", f"{self.take}/board.json", "--template",
+                    f"{self.take}/template", "--frames", "0:1", "--out", self.out, *more, check=check)
+
+    def test_exchanged_cameras_are_named_by_every_command(self):
+        pair = [self.ids[2], self.ids[7]]
+        words = f"cameras {pair[0]} and {pair[1]} are exchanged"
+        done = self.register_with(exchanged(self.model, pair), "--observations")
+        self.assertIn(f"usable: {words}", done.stdout)
+        self.assertIn(f"weft rig exchange RIG {pair[0]} {pair[1]}", done.stdout)
+        self.assertIn(words, read(os.path.join(self.out, "report.html")))
+        evaluated = weft("evaluate", self.out, "--quick")
+        self.assertIn(words, evaluated.stdout)
+        refined = weft("rig", "refine", self.out, "--rig", self.path("rig.json"), "--out", self.path("refined.json"), check=1)
+        self.assertIn(f"bad: {words}", refined.stdout)
+        self.assertFalse(os.path.exists(self.path("refined.json")))
+        # The remedy is one.
+        weft("rig", "exchange", self.path("rig.json"), *pair, "--out", self.path("right.json"), check=0)
+        right = json.loads(read(self.path("right.json")))
+        self.assertEqual(right["hash"], json.loads(read(os.path.join(self.take, "rig.json")))["hash"])
+
+    def test_cameras_that_the_rig_lacks_count(self):
+        self.model["cameras"] = self.model["cameras"][:8]
+        done = self.register_with(self.model)
+        self.assertIn(f"usable: 4 of {len(self.ids)} cameras of the recording are not in the rig", done.stdout)
+        page = read(os.path.join(self.out, "report.html"))
+        self.assertIn(f"8 of {len(self.ids)}", page)
+        self.assertIn("4 are not in the rig", page)
+
+    def test_lenses_and_scale_are_told_apart(self):
+        done = self.register_with(with_focal(self.model, 0.95), check=None)
+        self.assertIn("the lenses of the rig are not those of the recording", done.stdout)
+        self.assertIn("too short", done.stdout)
+        done = self.register_with(with_scale(self.model, 1.05))
+        self.assertIn("the cloth is not as large as its print", done.stdout)
+        self.assertNotIn("lenses", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
