@@ -23,7 +23,7 @@ bool IsPreviewOf(const ImageSize& preview, const ImageSize& picture) {
   return 2 * preview.width_px <= picture.width_px && 2 * preview.height_px <= picture.height_px;
 }
 
-std::string Words(const std::string& path, const ImageSize& size) {
+std::string SizeWords(const std::string& path, const ImageSize& size) {
   return absl::StrCat(EscapedText(std::filesystem::path(path).filename().string()), " of ", size.width_px,
                       "x", size.height_px);
 }
@@ -47,8 +47,8 @@ absl::StatusOr<std::string> ChoosePicture(const std::vector<std::string>& paths,
   }
   return absl::InvalidArgumentError(
       absl::StrCat(EscapedText(std::filesystem::path(paths[0]).parent_path().string()),
-                   ": two pictures of one camera, ", Words(files[0].first, files[0].second), " and ",
-                   Words(files[1].first, files[1].second), " pixels; keep one of them in the folder"));
+                   ": two pictures of one camera, ", SizeWords(files[0].first, files[0].second), " and ",
+                   SizeWords(files[1].first, files[1].second), " pixels; keep one of them in the folder"));
 }
 
 std::vector<std::string> OrientationNotes(const std::map<std::string, std::string>& pictures) {

@@ -14,6 +14,7 @@
 #include "absl/strings/str_format.h"
 #include "base/host_clock.h"
 #include "base/stopwatch.h"
+#include "services/recording/set_fault.h"
 
 namespace weft {
 namespace {
@@ -304,28 +305,9 @@ absl::StatusOr<std::unique_ptr<Recorder>> Recorder::Start(const std::string& fol
 
 Recorder::~Recorder() { Stop().IgnoreError(); }
 
-namespace {
-
-// Why a set cannot be recorded as it is; empty where it can.
-std::string Fault(const RawFrameSet& set, const std::vector<std::string>& camera_ids,
-                  const std::optional<uint64_t>& last) {
-  if (last && set.number <= *last) return absl::StrCat("its number is not after ", *last);
-  for (const std::string& id : camera_ids) {
-    int times = 0;
-    for (const RawFrame& frame : set.frames) times += frame.camera_id == id;
-    for (const MissingFrame& missing : set.missing) times += missing.camera_id == id;
-    if (times != 1) return absl::StrCat("it accounts for camera ", id, " ", times, " times");
-  }
-  for (const RawFrame& frame : set.frames)
-    if (absl::Status status = frame.Validate(); !status.ok()) return std::string(status.message());
-  return "";
-}
-
-}  // namespace
-
 bool Recorder::Offer(RawFrameSet set) {
   Shared& shared = *shared_;
-  const std::string fault = Fault(set, shared.take->camera_ids(), shared.last_offered);
+  const std::string fault = FaultOfSet(set, shared.take->camera_ids(), shared.last_offered);
   const uint64_t bytes = set.bytes();
   const std::lock_guard lock(shared.mutex);
   ++shared.counters.sets_offered;

@@ -15,7 +15,7 @@
 namespace weft {
 namespace {
 
-const BoardIndex& TestBoard() {
+const BoardIndex& DarkBoard() {
   static const Board board = *GenerateBoard(60, 60, 3, 5);
   static const BoardIndex index = *BoardIndex::Build(board);
   return index;
@@ -45,11 +45,11 @@ struct Seen {
 };
 
 Seen Look(const Photograph& photo, const Frame& frame) {
-  const DecodeResult result = *DecodeView(frame, TestBoard(), {.corners = false});
+  const DecodeResult result = *DecodeView(frame, DarkBoard(), {.corners = false});
   std::vector<double> errors_px, sigmas_px;
   int beyond = 0;
   for (const Observation& o : result.observations) {
-    const auto [x, y] = PixelFromBoard(photo, TestBoard().board(), o.node.col + 0.5, o.node.row + 0.5);
+    const auto [x, y] = PixelFromBoard(photo, DarkBoard().board(), o.node.col + 0.5, o.node.row + 0.5);
     const double dx = std::abs(o.x_px - x), dy = std::abs(o.y_px - y);
     errors_px.push_back(std::hypot(dx, dy));
     sigmas_px.push_back(o.sigma_px);
@@ -62,7 +62,7 @@ Seen Look(const Photograph& photo, const Frame& frame) {
 class DarkViews : public testing::Test {
  protected:
   const Photograph photo_{.noise = 2};
-  const Frame bright_ = Render(photo_, TestBoard().board());
+  const Frame bright_ = Render(photo_, DarkBoard().board());
 };
 
 TEST_F(DarkViews, AreDecodedAsBrightOnesAre) {

@@ -15,7 +15,7 @@ namespace {
 constexpr int kWidth = 301, kHeight = 203;
 
 // Values by row, column and channel.
-Frame FrameOf(PixelFormat format, const std::function<double(int, int, int)>& value) {
+Frame FrameWith(PixelFormat format, const std::function<double(int, int, int)>& value) {
   Frame frame;
   frame.width_px = kWidth;
   frame.height_px = kHeight;
@@ -31,7 +31,7 @@ Frame FrameOf(PixelFormat format, const std::function<double(int, int, int)>& va
 }
 
 // A number for a place, as if drawn.
-int Drawn(int y, int x, int c, int below) {
+int Stripes(int y, int x, int c, int below) {
   uint32_t hash = static_cast<uint32_t>(y) * 73856093u ^ static_cast<uint32_t>(x) * 19349663u ^
                   static_cast<uint32_t>(c) * 83492791u;
   hash = (hash ^ hash >> 13) * 0x5bd1e995u;
@@ -40,7 +40,7 @@ int Drawn(int y, int x, int c, int below) {
 
 // Every level up to `white`, all over the picture.
 Frame Spread(PixelFormat format, int white) {
-  return FrameOf(format, [=](int y, int x, int c) { return Drawn(y, x, c, white + 1); });
+  return FrameWith(format, [=](int y, int x, int c) { return Stripes(y, x, c, white + 1); });
 }
 
 constexpr PixelFormat kFormats[] = {PixelFormat::kRgb8, PixelFormat::kBayerRg8, PixelFormat::kGrey8};
@@ -71,8 +71,8 @@ TEST(Exposure, BrightensDarkPicturesWithoutCuttingThem) {
 }
 
 TEST(Exposure, LampsAndHotPixelsDoNotHideThatAPictureIsDark) {
-  const Frame frame = FrameOf(PixelFormat::kRgb8, [](int y, int x, int c) {
-    return y % 50 == 3 && x == 20 ? 255 : Drawn(y, x, c, 21);
+  const Frame frame = FrameWith(PixelFormat::kRgb8, [](int y, int x, int c) {
+    return y % 50 == 3 && x == 20 ? 255 : Stripes(y, x, c, 21);
   });
   EXPECT_EQ(MeasureExposure(frame).gain, 12);
   const Frame bright = Brightened(frame, 12);
@@ -83,8 +83,8 @@ TEST(Exposure, LampsAndHotPixelsDoNotHideThatAPictureIsDark) {
 TEST(Exposure, SeesLevelsThatWereStretched) {
   for (const PixelFormat format : kFormats) {
     for (const int levels : {8, 16, 32, 64}) {
-      const Frame frame =
-          FrameOf(format, [=](int y, int x, int c) { return Drawn(y, x, c, levels) * 255.0 / (levels - 1); });
+      const Frame frame = FrameWith(
+          format, [=](int y, int x, int c) { return Stripes(y, x, c, levels) * 255.0 / (levels - 1); });
       const Exposure exposure = MeasureExposure(frame);
       EXPECT_EQ(exposure.gain, 1);
       EXPECT_NEAR(exposure.step, 255.0 / (levels - 1), 1) << levels;
@@ -94,7 +94,7 @@ TEST(Exposure, SeesLevelsThatWereStretched) {
 
 // A drawing of few colours is exact: nothing in it was rounded.
 TEST(Exposure, DrawingsAreNotStretched) {
-  const Frame frame = FrameOf(PixelFormat::kRgb8, [](int y, int x, int c) {
+  const Frame frame = FrameWith(PixelFormat::kRgb8, [](int y, int x, int c) {
     constexpr int kLevels[] = {0, 3, 40, 90, 180, 255};
     return kLevels[(y / 9 + x / 7 + c) % 6];
   });
