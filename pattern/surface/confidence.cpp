@@ -124,7 +124,7 @@ void ScoreCells(const CellFitter& fitter, BoardState* state) {
   for (size_t k = 0; k < state->cells().size(); ++k) {
     ViewCell& cell = state->cell(k);
     // What has changed along an edge may be farther away than what the sweep looks at.
-    if (!state->IsScored(cell) || RunAtEdge(*state, cell.row, cell.col) != kInside)
+    if (!state->IsScored(cell) || RunAtEdge(*state, cell.row, cell.col) != kNoEdge)
       cell.confidence = Confidence(cell, EvidenceFor(*state, cell));
   }
   state->MarkScored();

@@ -6,7 +6,7 @@
 namespace weft {
 
 int RunAtEdge(const BoardState& state, int row, int col) {
-  int shortest = kInside;
+  int shortest = kNoEdge;
   for (const auto& [dr, dc] : {std::pair{0, 1}, {1, 0}, {0, -1}, {-1, 0}}) {
     if (state.At(row + dr, col + dc) >= 0 || state.At(row - dr, col - dc) < 0) continue;
     int run = 1;

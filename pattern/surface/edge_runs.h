@@ -8,8 +8,8 @@ namespace weft {
 
 // Length of the shortest row or column of known cells that a cell is in at an edge. The cell has a known
 // neighbour on one side, none on the other, and the row runs along that edge. kLongestRun, too, where it
-// is longer; kInside for a cell at no edge.
-inline constexpr int kLongestRun = 6, kInside = 7;
+// is longer; kNoEdge for a cell at no edge.
+inline constexpr int kLongestRun = 6, kNoEdge = 7;
 int RunAtEdge(const BoardState& state, int row, int col);
 
 }  // namespace weft

@@ -204,7 +204,7 @@ void ExpectScoredAround(int row, int col, const std::vector<ViewCell>& before, c
     if (cell.row == row && cell.col == col) continue;
     const ViewCell& after = *state.Find(cell.row, cell.col);
     const int dr = std::abs(cell.row - row), dc = std::abs(cell.col - col);
-    const bool is_near = dr + dc <= 2, at_edge = RunAtEdge(state, cell.row, cell.col) != kInside;
+    const bool is_near = dr + dc <= 2, at_edge = RunAtEdge(state, cell.row, cell.col) != kNoEdge;
     EXPECT_EQ(after.confidence != kMark, is_near || at_edge) << dr << " " << dc;
     near += is_near;
     if (is_near) continue;
@@ -244,7 +244,7 @@ TEST_F(Confidences, StayWhereNothingHasChanged) {
   for (const ViewCell& cell : before) {
     const ViewCell& after = *state.Find(cell.row, cell.col);
     EXPECT_TRUE(SamePose(after.fit.pose, cell.fit.pose));
-    EXPECT_EQ(after.confidence == kMark, RunAtEdge(state, cell.row, cell.col) == kInside);
+    EXPECT_EQ(after.confidence == kMark, RunAtEdge(state, cell.row, cell.col) == kNoEdge);
   }
 }
 

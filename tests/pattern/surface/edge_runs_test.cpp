@@ -41,13 +41,13 @@ TEST_F(EdgeRuns, AreAsLongAsTheEdgeThatACellIsAt) {
                                   "..........#..."});
   EXPECT_EQ(RunAtEdge(state, 1, 2), 1);
   for (int col = 5; col < 8; ++col) EXPECT_EQ(RunAtEdge(state, 1, col), 3);
-  EXPECT_EQ(RunAtEdge(state, 4, 4), kInside);
-  EXPECT_EQ(RunAtEdge(state, 2, 2), kInside) << "a cell follows above it";
+  EXPECT_EQ(RunAtEdge(state, 4, 4), kNoEdge);
+  EXPECT_EQ(RunAtEdge(state, 2, 2), kNoEdge) << "a cell follows above it";
   EXPECT_EQ(RunAtEdge(state, 5, 10), 4) << "rows 2 to 5 of the last column";
   EXPECT_EQ(RunAtEdge(state, 3, 10), 4);
   EXPECT_EQ(RunAtEdge(state, 6, 4), kLongestRun) << "nine columns";
   EXPECT_EQ(RunAtEdge(state, 4, 1), 5) << "rows 2 to 6 of the first column";
-  EXPECT_EQ(RunAtEdge(state, 7, 10), kInside) << "no neighbour at all";
+  EXPECT_EQ(RunAtEdge(state, 7, 10), kNoEdge) << "no neighbour at all";
 }
 
 TEST_F(EdgeRuns, TheShorterRunOfACornerCounts) {
