@@ -21,9 +21,9 @@
 namespace weft {
 namespace {
 
-constexpr int64_t kMs = 1'000'000;
-constexpr int64_t kSecond = 1000 * kMs;
-constexpr int64_t kEpoch_ns = int64_t{1'700'000'000} * kSecond;
+constexpr int64_t kMilli = 1'000'000;
+constexpr int64_t kSecond = 1000 * kMilli;
+constexpr int64_t kBegin_ns = int64_t{1'700'000'000} * kSecond;
 
 struct Jump {
   size_t camera = 0;
@@ -33,14 +33,14 @@ struct Jump {
 
 struct Room {
   size_t cameras = 4;
-  int64_t period_ns = 100 * kMs;
+  int64_t period_ns = 100 * kMilli;
   int64_t length_ns = 6 * kSecond;
   ClockDomain clocks = ClockDomain::kShared;
   bool has_readings = true;
   // False: triggers come from outside, and the jump changes times alone. True: frames are taken when the
   // camera's own clock says; it repeats what it has done, or catches up on what it has not.
   bool follows_clock = false;
-  int64_t latency_ns = 3 * kMs, scatter_ns = kMs;
+  int64_t latency_ns = 3 * kMilli, scatter_ns = kMilli;
   int64_t stall_ns = 0;  // arrivals are held up by up to so much, in rushes
   double drift_ppm = 0;  // of estimated clocks, up to
   std::vector<Jump> jumps;
@@ -50,12 +50,13 @@ struct Room {
 std::string Describe(const Room& room) {
   std::string text = absl::StrFormat(
       "%d cameras, period %d ms, %s, %s, %s, latency %d ms, stalls %d ms, seed %d:", room.cameras,
-      room.period_ns / kMs, room.clocks == ClockDomain::kShared ? "shared" : "estimated",
+      room.period_ns / kMilli, room.clocks == ClockDomain::kShared ? "shared" : "estimated",
       room.has_readings ? "readings" : "arrivals",
-      room.follows_clock ? "frames follow the clock" : "triggered", room.latency_ns / kMs,
-      room.stall_ns / kMs, room.seed);
+      room.follows_clock ? "frames follow the clock" : "triggered", room.latency_ns / kMilli,
+      room.stall_ns / kMilli, room.seed);
   for (const Jump& jump : room.jumps)
-    absl::StrAppendFormat(&text, " c%02d at %d by %d ms", jump.camera, jump.at_ns / kMs, jump.by_ns / kMs);
+    absl::StrAppendFormat(&text, " c%02d at %d by %d ms", jump.camera, jump.at_ns / kMilli,
+                          jump.by_ns / kMilli);
   return text;
 }
 
@@ -75,15 +76,15 @@ class Film {
     for (size_t i = 0; i < room.cameras; ++i) {
       ids_.push_back(absl::StrFormat("c%02d", i));
       const bool own = room.clocks == ClockDomain::kEstimated;
-      offset_ns_.push_back(own ? static_cast<int64_t>(random_() % 100'000) * kMs : 0);
+      offset_ns_.push_back(own ? static_cast<int64_t>(random_() % 100'000) * kMilli : 0);
       drift_ppm_.push_back(own ? room.drift_ppm * (static_cast<double>(random_() % 2001) / 1000 - 1) : 0);
     }
     FrameSetOptions options;
     options.period_ns = room.period_ns;
-    options.tolerance_ns = std::min(2 * kMs, room.period_ns / 5);
+    options.tolerance_ns = std::min(2 * kMilli, room.period_ns / 5);
     options.clocks = room.clocks;
     options.start_wait_ns = 5 * kSecond;
-    if (!room.has_readings) options.tolerance_ns = std::min(8 * kMs, room.period_ns / 3);
+    if (!room.has_readings) options.tolerance_ns = std::min(8 * kMilli, room.period_ns / 3);
     tolerance_ns_ = options.tolerance_ns;
     assembler_ = std::make_unique<FrameSetAssembler>(ids_, options);
     for (size_t i = 0; i < room.cameras; ++i) Schedule(i);
@@ -109,12 +110,12 @@ class Film {
   int64_t Jumped_ns(size_t camera, int64_t host_ns) const {
     int64_t by_ns = 0;
     for (const Jump& jump : room_.jumps)
-      if (jump.camera == camera && host_ns - kEpoch_ns >= jump.at_ns) by_ns += jump.by_ns;
+      if (jump.camera == camera && host_ns - kBegin_ns >= jump.at_ns) by_ns += jump.by_ns;
     return by_ns;
   }
   int64_t Device_ns(size_t camera, int64_t host_ns) const {
     return host_ns + offset_ns_[camera] + Jumped_ns(camera, host_ns) +
-           std::llround(1e-6 * drift_ppm_[camera] * static_cast<double>(host_ns - kEpoch_ns));
+           std::llround(1e-6 * drift_ppm_[camera] * static_cast<double>(host_ns - kBegin_ns));
   }
   void Schedule(size_t camera) {
     int64_t busy_ns = 0, arrived_ns = 0;
@@ -132,19 +133,19 @@ class Film {
       true_ns_[{ids_[camera], id++}] = taken_ns;
       events_.push({host_ns, order_++, camera, std::move(delivery)});
     };
-    const int64_t begin_ns = kEpoch_ns / room_.period_ns * room_.period_ns + room_.period_ns;
+    const int64_t begin_ns = kBegin_ns / room_.period_ns * room_.period_ns + room_.period_ns;
     if (room_.follows_clock) {
       int64_t next_ns = begin_ns;  // by its clock, which is the host's before the jump
-      for (int64_t host_ns = kEpoch_ns; host_ns < kEpoch_ns + room_.length_ns; host_ns += kMs)
+      for (int64_t host_ns = kBegin_ns; host_ns < kBegin_ns + room_.length_ns; host_ns += kMilli)
         for (; next_ns <= host_ns + Jumped_ns(camera, host_ns); next_ns += room_.period_ns)
-          film(host_ns - host_ns % kMs, next_ns + offset_ns_[camera]);
+          film(host_ns - host_ns % kMilli, next_ns + offset_ns_[camera]);
     } else {
-      for (int64_t taken_ns = begin_ns; taken_ns < kEpoch_ns + room_.length_ns; taken_ns += room_.period_ns)
+      for (int64_t taken_ns = begin_ns; taken_ns < kBegin_ns + room_.length_ns; taken_ns += room_.period_ns)
         film(taken_ns, Device_ns(camera, taken_ns) + static_cast<int64_t>(random_() % 20'000) - 10'000);
     }
     if (!room_.has_readings) return;
-    for (int64_t host_ns = kEpoch_ns + static_cast<int64_t>(random_() % 1000) * kMs / 100;
-         host_ns < kEpoch_ns + room_.length_ns; host_ns += kSecond)
+    for (int64_t host_ns = kBegin_ns + static_cast<int64_t>(random_() % 1000) * kMilli / 100;
+         host_ns < kBegin_ns + room_.length_ns; host_ns += kSecond)
       AddReading(camera, host_ns);
   }
   void AddReading(size_t camera, int64_t host_ns) {
@@ -160,21 +161,21 @@ class Film {
     for (LedgerEntry& entry : out.entries) entries_.push_back(std::move(entry));
   }
   void Run() {
-    int64_t tick_ns = kEpoch_ns, now_ns = kEpoch_ns;
+    int64_t tick_ns = kBegin_ns, now_ns = kBegin_ns;
     std::map<size_t, int64_t> asked_ns;
     while (!events_.empty()) {
       Event event = events_.top();
       events_.pop();
       now_ns = event.host_ns;
-      for (; tick_ns < now_ns; tick_ns += 50 * kMs) Collect(assembler_->Advance(tick_ns));
+      for (; tick_ns < now_ns; tick_ns += 50 * kMilli) Collect(assembler_->Advance(tick_ns));
       Collect(assembler_->Add(event.camera, std::move(event.delivery), now_ns));
-      if (assembler_->WantsReading(event.camera) && now_ns - asked_ns[event.camera] > 100 * kMs) {
+      if (assembler_->WantsReading(event.camera) && now_ns - asked_ns[event.camera] > 100 * kMilli) {
         asked_ns[event.camera] = now_ns;
-        AddReading(event.camera, now_ns + 2 * kMs);
+        AddReading(event.camera, now_ns + 2 * kMilli);
       }
     }
-    for (int i = 0; i < 20; ++i) Collect(assembler_->Advance(now_ns += 50 * kMs));
-    Collect(assembler_->Finish(now_ns, kEpoch_ns + room_.length_ns));
+    for (int i = 0; i < 20; ++i) Collect(assembler_->Advance(now_ns += 50 * kMilli));
+    Collect(assembler_->Finish(now_ns, kBegin_ns + room_.length_ns));
   }
 
   const Room room_;
@@ -204,7 +205,7 @@ std::vector<double> NamedJumps_ms(const std::string& notes) {
 bool IsOfTheJump(const RawFrame& frame, const Film& film, const Room& room) {
   return room.follows_clock && std::any_of(room.jumps.begin(), room.jumps.end(), [&](const Jump& jump) {
            return frame.camera_id == film.ids()[jump.camera] &&
-                  std::abs(film.TrueTime_ns(frame) - kEpoch_ns - jump.at_ns) <= kMs;
+                  std::abs(film.TrueTime_ns(frame) - kBegin_ns - jump.at_ns) <= kMilli;
          });
 }
 
@@ -231,20 +232,20 @@ void ExpectInnocentsWhole(const Film& film, const Room& room) {
     if (guilty.contains(camera)) continue;
     ASSERT_EQ(missing[film.ids()[camera]] + film.NotesOf(camera), "") << "camera " << camera;
   }
-  EXPECT_LE(worst_ns, film.tolerance_ns() + kMs);
+  EXPECT_LE(worst_ns, film.tolerance_ns() + kMilli);
   for (const LedgerEntry& entry : film.entries())
     EXPECT_NE(entry.event, LedgerEvent::kDropped) << entry.cause;
   const auto triggers = static_cast<double>(room.length_ns / room.period_ns);
   // Without readings ten arrivals of each tell of its clock.
-  EXPECT_GE(static_cast<double>(numbers.size()),
-            triggers - (room.has_readings ? 0 : 11) - 2 - 500.0 * kMs / static_cast<double>(room.period_ns));
+  EXPECT_GE(static_cast<double>(numbers.size()), triggers - (room.has_readings ? 0 : 11) - 2 -
+                                                     500.0 * kMilli / static_cast<double>(room.period_ns));
   EXPECT_LE(static_cast<double>(numbers.size()), triggers);
 }
 
 void ExpectNamed(const Film& film, const Jump& jump) {
   const std::vector<double> named_ms = NamedJumps_ms(film.NotesOf(jump.camera));
   ASSERT_EQ(named_ms.size(), 1u) << film.NotesOf(jump.camera);
-  EXPECT_NEAR(named_ms[0], static_cast<double>(jump.by_ns) / kMs, 2);
+  EXPECT_NEAR(named_ms[0], static_cast<double>(jump.by_ns) / kMilli, 2);
 }
 
 Room RandomRoom(unsigned seed) {
@@ -256,11 +257,11 @@ Room RandomRoom(unsigned seed) {
   const int64_t fps[] = {10, 25, 30, 60};
   room.period_ns = kSecond / fps[up_to(4)];
   room.clocks = up_to(2) == 0 ? ClockDomain::kShared : ClockDomain::kEstimated;
-  room.latency_ns = kMs + up_to(30 * kMs);
+  room.latency_ns = kMilli + up_to(30 * kMilli);
   room.drift_ppm = 40;
   const double size = std::exp(std::log(20.0) + static_cast<double>(up_to(1000)) / 1000 * std::log(100.0));
   room.jumps = {{static_cast<size_t>(up_to(static_cast<int64_t>(room.cameras))),
-                 2 * kSecond + up_to(2 * kSecond), std::llround(size * kMs) * (up_to(2) == 0 ? 1 : -1)}};
+                 2 * kSecond + up_to(2 * kSecond), std::llround(size * kMilli) * (up_to(2) == 0 ? 1 : -1)}};
   return room;
 }
 
@@ -303,7 +304,7 @@ TEST(ClockJumps, CostTheCameraAloneWhereNoClockIsRead) {
 TEST(ClockJumps, CostTheCameraAloneWhereFramesAreHeldUpOnTheirWay) {
   for (unsigned seed = 0; seed < 60; ++seed) {
     Room room = RandomRoom(seed);
-    room.stall_ns = 150 * kMs;
+    room.stall_ns = 150 * kMilli;
     SCOPED_TRACE(Describe(room));
     const Film film(room);
     ExpectInnocentsWhole(film, room);
@@ -368,7 +369,7 @@ TEST(ClockJumps, AreNotSeenInClocksThatDriftOrInFramesThatAreHeldUp) {
     room.length_ns = 20 * kSecond;
     room.has_readings = seed % 2 == 0;
     room.drift_ppm = room.has_readings ? 500 : 50;  // as a host whose own clock is being slewed
-    room.stall_ns = seed % 4 < 2 ? 0 : 150 * kMs;
+    room.stall_ns = seed % 4 < 2 ? 0 : 150 * kMilli;
     SCOPED_TRACE(Describe(room));
     const Film film(room);
     ExpectInnocentsWhole(film, room);
