@@ -113,23 +113,23 @@ TEST(DamagedPictures, FieldsAndPicturesThatAreSkippedAreNotMissing) {
   EXPECT_THAT(DamagedBy(skips, {}), IsEmpty());
 }
 
-std::string Packet(int64_t pts) {
+std::string PacketLog(int64_t pts) {
   return absl::StrCat("[info] demuxer+ffmpeg -> ist_index:1 type:video pkt_pts:", pts,
                       " pkt_pts_time:1 pkt_dts:", pts - 2, " pkt_dts_time:0.9 duration:1\n");
 }
 
-std::string Frame(int64_t pts) {
+std::string FrameLog(int64_t pts) {
   return absl::StrCat("[info] decoder -> ist_index:1 type:video frame_pts:", pts,
                       " frame_pts_time:1 best_effort_ts:", pts, " best_effort_ts_time:1 keyframe:0\n");
 }
 
 TEST(ParseDecoderLog, TellsWhichPacketIsComplainedOf) {
-  const std::string log = Packet(10) +
-                          "[h264 @ 0x55d1] [error] error while decoding MB 0 4, bytestream 734\n" + Frame(8) +
-                          Packet(11) + "[warning] a.mp4: corrupt decoded frame in stream 0\n" + Frame(10) +
-                          "[warning] a.mp4: corrupt input packet in stream 0\n" + Packet(12) +
-                          "[error] Error while decoding stream #0:0: Invalid data found\n" + Packet(13) +
-                          "[h264 @ 0x55d1] [error] mmco: unref short failure\n";
+  const std::string log =
+      PacketLog(10) + "[h264 @ 0x55d1] [error] error while decoding MB 0 4, bytestream 734\n" + FrameLog(8) +
+      PacketLog(11) + "[warning] a.mp4: corrupt decoded frame in stream 0\n" + FrameLog(10) +
+      "[warning] a.mp4: corrupt input packet in stream 0\n" + PacketLog(12) +
+      "[error] Error while decoding stream #0:0: Invalid data found\n" + PacketLog(13) +
+      "[h264 @ 0x55d1] [error] mmco: unref short failure\n";
   const DecoderLog told = ParseDecoderLog(log, "h264", "mov,mp4");
   EXPECT_THAT(told.damaged_pts, UnorderedElementsAre(10, 10, 12, 12));
   EXPECT_THAT(told.doubted_pts, ElementsAre(13));
@@ -138,26 +138,27 @@ TEST(ParseDecoderLog, TellsWhichPacketIsComplainedOf) {
 }
 
 TEST(ParseDecoderLog, DamageOfAFirstByteBeganInThePacketBefore) {
-  const std::string log = Packet(9) + Packet(10) + Packet(11) +
-                          "[h264 @ 0x55d1] [error] Invalid NAL unit size (1515870513 > 875).\n" + Frame(9);
+  const std::string log = PacketLog(9) + PacketLog(10) + PacketLog(11) +
+                          "[h264 @ 0x55d1] [error] Invalid NAL unit size (1515870513 > 875).\n" + FrameLog(9);
   EXPECT_THAT(ParseDecoderLog(log, "h264", "mov,mp4").damaged_pts, UnorderedElementsAre(10, 11));
   // A packet that ends early is another matter.
-  const std::string cut = Packet(10) + "[warning] a.mp4: corrupt input packet in stream 0\n" + Packet(11) +
-                          "[h264 @ 0x55d1] [error] Invalid NAL unit size (381 > 35).\n";
+  const std::string cut = PacketLog(10) + "[warning] a.mp4: corrupt input packet in stream 0\n" +
+                          PacketLog(11) + "[h264 @ 0x55d1] [error] Invalid NAL unit size (381 > 35).\n";
   EXPECT_THAT(ParseDecoderLog(cut, "h264", "mov,mp4").damaged_pts, UnorderedElementsAre(11, 11));
 }
 
 TEST(ParseDecoderLog, WhatStandsBesideThePicturesIsNoDamage) {
-  const std::string log = Packet(10) + "[h264 @ 0x55d1] [error] SEI type 5 size 208 truncated at 168\n" +
+  const std::string log = PacketLog(10) + "[h264 @ 0x55d1] [error] SEI type 5 size 208 truncated at 168\n" +
                           "[aac @ 0x55d2] [error] channel element 0.0 is not allocated\n" +
-                          "[h264 @ 0x55d1] [warning] Increasing reorder buffer to 2\n" + Frame(10);
+                          "[h264 @ 0x55d1] [warning] Increasing reorder buffer to 2\n" + FrameLog(10);
   EXPECT_THAT(ParseDecoderLog(log, "h264", "mov,mp4").damaged_pts, IsEmpty());
   EXPECT_EQ(ParseDecoderLog(log, "h264", "mov,mp4").complaint, "");
   EXPECT_FALSE(IsWorthALook(log, "h264", "mov,mp4"));
 }
 
 TEST(ParseDecoderLog, AFileThatWasCutIsNoDamagedPicture) {
-  const std::string log = Packet(10) + Frame(10) + "[matroska,webm @ 0x1] [error] File ended prematurely\n";
+  const std::string log =
+      PacketLog(10) + FrameLog(10) + "[matroska,webm @ 0x1] [error] File ended prematurely\n";
   const DecoderLog told = ParseDecoderLog(log, "h264", "matroska,webm");
   EXPECT_THAT(told.damaged_pts, IsEmpty());
   EXPECT_EQ(told.cut, "File ended prematurely");
