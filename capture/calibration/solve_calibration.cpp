@@ -306,9 +306,16 @@ void FollowSharedViews(const CalibrationViews& views, int min_corners, Calibrati
   for (const BoardView& view : views.boards) {
     const Sight sight(view.frame, view.board);
     if (static_cast<int>(view.corners.size()) < min_corners || seen_by[sight].size() < 2) continue;
-    const auto left = kept.find({sight, view.camera});
-    const bool is_rejected = left == kept.end() || 2 * left->second < view.corners.size();
-    solution->shared_views.push_back({view.camera, view.frame, is_rejected});
+    const auto is_rejected = [&](const BoardView& one) {
+      const auto left = kept.find({sight, one.camera});
+      return left == kept.end() || 2 * left->second < one.corners.size();
+    };
+    // Of two cameras that disagree either one may have been rejected.
+    bool rejected = is_rejected(view);
+    if (seen_by[sight].size() == 2)
+      for (const BoardView& other : views.boards)
+        rejected |= other.frame == view.frame && other.board == view.board && is_rejected(other);
+    solution->shared_views.push_back({view.camera, view.frame, rejected});
   }
   std::stable_sort(solution->shared_views.begin(), solution->shared_views.end(),
                    [](const auto& a, const auto& b) { return a.frame < b.frame; });
