@@ -31,7 +31,9 @@ float ModelNoiseOf(const CellFitter& fitter, const std::vector<PredictedCell>& c
     residuals.push_back(fit.noise);
   }
   if (gains.empty()) return kModelNoise;
-  return ModelNoise(Median(std::move(gains)), Median(std::move(residuals)));
+  // Folds leave more than the noise of pixels: the cells that fit best tell what that is.
+  constexpr double kFlat = 0.15;
+  return ModelNoise(Median(std::move(gains)), Quantile(std::move(residuals), kFlat));
 }
 
 }  // namespace weft

@@ -5,6 +5,7 @@
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
 #include <poll.h>
+#include <signal.h>
 #include <sys/socket.h>
 #include <sys/time.h>
 #include <unistd.h>
@@ -106,6 +107,27 @@ std::string WordsFor(long verified, const X509* certificate, const std::string& 
   }
 }
 
+// A peer that closes must not end this program: OpenSSL writes without MSG_NOSIGNAL.
+class WithoutPipeSignals {
+ public:
+  WithoutPipeSignals() {
+    sigemptyset(&pipe_);
+    sigaddset(&pipe_, SIGPIPE);
+    pthread_sigmask(SIG_BLOCK, &pipe_, &before_);
+  }
+  ~WithoutPipeSignals() {
+    constexpr timespec kNow = {0, 0};
+    while (sigtimedwait(&pipe_, nullptr, &kNow) > 0) {
+    }
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+  }
+  WithoutPipeSignals(const WithoutPipeSignals&) = delete;
+  WithoutPipeSignals& operator=(const WithoutPipeSignals&) = delete;
+
+ private:
+  sigset_t pipe_, before_;
+};
+
 struct Handshake {
   bool speaks_tls = false;
   std::string fault;  // of its certificate
@@ -141,6 +163,7 @@ std::string FindConnectionFault(const std::string& server, const ClientIdentity&
   if (host.size() > 1 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
   const UniqueFd fd = ConnectTo(host, server.substr(colon + 1));
   if (!fd.open()) return "";
+  const WithoutPipeSignals quiet;
   const Handshake seen = ShakeHands(fd, host, identity);
   if (uses_tls && !seen.speaks_tls) {
     return absl::StrCat(

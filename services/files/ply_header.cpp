@@ -1,5 +1,6 @@
 #include "services/files/ply_header.h"
 
+#include <algorithm>
 #include <array>
 #include <optional>
 #include <utility>
@@ -89,6 +90,10 @@ class HeaderReader {
     const std::vector<std::string> words = absl::StrSplit(absl::string_view(line_.data(), line_.size()),
                                                           absl::ByAnyChar(" \t"), absl::SkipEmpty());
     if (words.empty()) return absl::OkStatus();
+    // A line end of another kind than the first one, for instance.
+    if (words[0] != "comment" &&
+        std::any_of(line_.begin(), line_.end(), [](char c) { return absl::ascii_iscntrl(c) && c != '\t'; }))
+      return Error("has a control character; do its lines end in one way?");
     if (words[0] == "comment") {
       const std::string_view text = line_.substr(line_.find("comment") + 7);
       header_.layout.comments.emplace_back(text.substr(text.empty() ? 0 : 1));

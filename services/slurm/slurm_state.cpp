@@ -193,8 +193,10 @@ absl::StatusOr<std::vector<SlurmRecord>> ParseScontrolJobs(std::string_view text
     if (absl::Status status = TakeScontrolWord(parts.first, parts.second, records.back()); !status.ok())
       records.back().fault = std::string(status.message());
   }
-  for (SlurmRecord& record : records)
+  for (SlurmRecord& record : records) {
     if (record.state.empty()) record.fault = "scontrol: a job without JobState";
+    if (record.index && record.array_id <= 0) record.fault = "scontrol: ArrayTaskId without ArrayJobId";
+  }
   if (records.empty() && text.find("No jobs in the system") == std::string_view::npos)
     return absl::InvalidArgumentError("scontrol: no output of `scontrol show job`");
   return records;

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <openssl/ssl.h>
+#include <signal.h>
 #include <sys/socket.h>
 
 #include <thread>
@@ -37,6 +38,11 @@ class OneAnswer {
 
  private:
   void Serve(const CertificateFiles& files) const {
+    // The client is gone when OpenSSL sends its tickets.
+    sigset_t pipe;
+    sigemptyset(&pipe);
+    sigaddset(&pipe, SIGPIPE);
+    pthread_sigmask(SIG_BLOCK, &pipe, nullptr);
     const UniqueFd fd(accept(listening_.get(), nullptr, nullptr));
     if (files.certificate.empty()) {
       constexpr char kAnswer[] = "HTTP/1.1 400 Bad Request\r\n\r\n";

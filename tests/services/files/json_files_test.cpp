@@ -144,8 +144,9 @@ TEST(JsonFile, SaysWhichValuesAFieldTakes) {
   const absl::Status status =
       ParseJson(R"({"trigger": {"kind": "software"}, "cameras": []})", "session.json", session);
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_THAT(std::string(status.message()),
-              ::testing::HasSubstr("it is one of SESSION_TRIGGER_KIND_SOFTWARE"));
+  EXPECT_THAT(
+      std::string(status.message()),
+      ::testing::HasSubstr("it is one of SESSION_TRIGGER_KIND_FREE_RUN, SESSION_TRIGGER_KIND_SOFTWARE"));
 }
 
 }  // namespace

@@ -13,10 +13,10 @@ using ::testing::HasSubstr;
 
 v1::Session TwoCameras() {
   v1::Session session;
-  for (const char* id : {"left", "right"}) {
+  for (const auto& [id, device] : {std::pair{"left", "192.168.1.11"}, std::pair{"right", "192.168.1.12"}}) {
     v1::SessionCamera& camera = *session.add_cameras();
     camera.set_id(id);
-    camera.mutable_gige()->set_device("192.168.1.11");
+    camera.mutable_gige()->set_device(device);
   }
   return session;
 }
