@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
 // Value of every frame by set, -1 where the camera has none.
-std::vector<int> ValuesOf(const std::string& take, size_t camera) {
+std::vector<int> CountsOf(const std::string& take, size_t camera) {
   const auto recorded = RecordedTake::Open(take);
   EXPECT_TRUE(recorded.ok()) << recorded.status();
   std::vector<int> values;
@@ -55,8 +55,8 @@ TEST(ImportVideos, PutsClipsInStepByTimecode) {
   options.said.set_slate("12A take 3");
   const auto result = ImportVideos(options, temp / "take");
   ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_THAT(ValuesOf(temp / "take", 0), ElementsAre(10, 11, 12, 13, 14, 15, 16, 17, -1, -1));
-  EXPECT_THAT(ValuesOf(temp / "take", 1), ElementsAre(-1, -1, -1, 13, 14, 15, 16, 17, 18, 19));
+  EXPECT_THAT(CountsOf(temp / "take", 0), ElementsAre(10, 11, 12, 13, 14, 15, 16, 17, -1, -1));
+  EXPECT_THAT(CountsOf(temp / "take", 1), ElementsAre(-1, -1, -1, 13, 14, 15, 16, 17, 18, 19));
   EXPECT_THAT(result->warnings, AllOf(Contains(HasSubstr("left.mkv): it films sets 0 to 7 of 0 to 9")),
                                       Contains(HasSubstr("right.mkv): it films sets 3 to 9 of 0 to 9"))));
   const auto file = ReadTakeFileStrictly(temp / "take");
@@ -106,7 +106,7 @@ TEST(ImportVideos, AsksForARemedyWithoutTimecode) {
   options.sync = SyncWay::kTogether;
   const auto together = ImportVideos(options, temp / "take");
   ASSERT_TRUE(together.ok()) << together.status();
-  EXPECT_THAT(ValuesOf(temp / "take", 1), ElementsAre(13, 14, 15, 16, 17, 18, 19, -1));
+  EXPECT_THAT(CountsOf(temp / "take", 1), ElementsAre(13, 14, 15, 16, 17, 18, 19, -1));
 }
 
 TEST(ImportVideos, TakesOffsetsThatAreGiven) {
@@ -115,7 +115,7 @@ TEST(ImportVideos, TakesOffsetsThatAreGiven) {
   options.sync = SyncWay::kTogether;
   options.given_s = {{"left", 0}, {"right", 0.12}};
   ASSERT_TRUE(ImportVideos(options, temp / "take").ok());
-  EXPECT_THAT(ValuesOf(temp / "take", 1), ElementsAre(-1, -1, -1, 13, 14, 15, 16, 17, 18, 19));
+  EXPECT_THAT(CountsOf(temp / "take", 1), ElementsAre(-1, -1, -1, 13, 14, 15, 16, 17, 18, 19));
   options.given_s = {{"middle", 0.12}};
   EXPECT_THAT(Why(options, temp / "other"), HasSubstr("--offset middle: there is no video"));
 }
@@ -128,7 +128,7 @@ TEST(ImportVideos, KeepsEveryFrameOfAVariableRate) {
             "-vf \"select='not(eq(mod(n,4),2))'\" -fps_mode vfr -c:v ffv1 -timecode 10:00:00:23");
   const auto result = ImportVideos(options, temp / "take");
   ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_THAT(ValuesOf(temp / "take", 1), ElementsAre(10, 11, -1, 13, 14, 15, -1, 17));
+  EXPECT_THAT(CountsOf(temp / "take", 1), ElementsAre(10, 11, -1, 13, 14, 15, -1, 17));
   EXPECT_THAT(result->warnings,
               Contains(HasSubstr("right.mkv): its rate varies: frames are 40.0 to 80.0 ms")));
   EXPECT_NEAR(result->take.cameras(1).sync().longest_ms(), 80, 1.1);
@@ -145,8 +145,8 @@ TEST(ImportVideos, TakesWhatATruncatedVideoHolds) {
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_THAT(result->warnings,
               Contains(AllOf(HasSubstr("right.mkv): it is damaged, "), HasSubstr("ffmpeg: "))));
-  EXPECT_EQ(ValuesOf(temp / "take", 1).back(), -1);
-  EXPECT_THAT(ValuesOf(temp / "take", 0), ElementsAre(10, 11, 12, 13, 14, 15, 16, 17));
+  EXPECT_EQ(CountsOf(temp / "take", 1).back(), -1);
+  EXPECT_THAT(CountsOf(temp / "take", 0), ElementsAre(10, 11, 12, 13, 14, 15, 16, 17));
 }
 
 TEST(ImportVideos, ComparesWithTheRig) {
@@ -191,8 +191,8 @@ TEST(ImportVideos, GoesOnWhereItWasStopped) {
   });
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_FALSE(looked);
-  EXPECT_THAT(ValuesOf(temp / "take", 0), ElementsAre(10, 11, 12, 13, 14, 15, 16, 17, -1, -1));
-  EXPECT_THAT(ValuesOf(temp / "take", 2), ElementsAre(-1, -1, -1, 13, 14, 15, 16, 17, 18, 19));
+  EXPECT_THAT(CountsOf(temp / "take", 0), ElementsAre(10, 11, 12, 13, 14, 15, 16, 17, -1, -1));
+  EXPECT_THAT(CountsOf(temp / "take", 2), ElementsAre(-1, -1, -1, 13, 14, 15, 16, 17, 18, 19));
   EXPECT_THAT(VerifyTake(temp / "take")->problems, IsEmpty());
 }
 

@@ -88,9 +88,9 @@ TEST(TimecodeTrackOf, IsTheOneThatTheVideoNames) {
       "streams.stream.0.codec_type=\"video\"\nstreams.stream.0.tags.timecode=\"10:00:00:00\"\n"
       "streams.stream.1.codec_tag_string=\"tmcd\"\nstreams.stream.1.tags.timecode=\"11:00:00:00\"\n"
       "streams.stream.2.codec_tag_string=\"tmcd\"\nstreams.stream.2.tags.timecode=\"10:00:00:00\"\n";
-  EXPECT_EQ(TimecodeTrackOf(TimecodeValues(two)), 2);
-  EXPECT_EQ(TimecodeTrackOf(TimecodeValues("streams.stream.1.codec_tag_string=\"tmcd\"\n")), 1);
-  EXPECT_EQ(TimecodeTrackOf(TimecodeValues("streams.stream.0.codec_type=\"video\"\n")), -1);
+  EXPECT_EQ(TimecodeTrackOf(ValuesOf(two)), 2);
+  EXPECT_EQ(TimecodeTrackOf(ValuesOf("streams.stream.1.codec_tag_string=\"tmcd\"\n")), 1);
+  EXPECT_EQ(TimecodeTrackOf(ValuesOf("streams.stream.0.codec_type=\"video\"\n")), -1);
 }
 
 // A phone writes the mean of its frames: here of 30 a second, with one that is late.
