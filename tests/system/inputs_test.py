@@ -225,7 +225,7 @@ class Misfits(StudioTest):
 
     def test_board_of_another_cloth(self):
         other = self.path("other")
-        weft("pattern", "generate", "--rows", "24", "--cols", "48", "--seed", "99", "--out", other, check=0)
+        weft("pattern", "generate", "--rows", "24", "--cols", "48", "--cell-mm", "3", "--seed", "99", "--out", other, check=0)
         weft("template", "import", "--mesh", f"{self.take}/template/mesh.ply", "--cells",
              f"{self.take}/template/cells.txt", "--board", f"{other}/board.json", "--out", self.path("sewn"), check=0)
         self.assert_bad(self.register("--frames", "0:1", board=f"{other}/board.json", template=self.path("sewn")),
