@@ -29,9 +29,11 @@ absl::Status WriteSetAsideReport(const v1::Job& job, const v1::FrameInfo& info) 
   return WriteReportAlone(job.spec().out(), report);
 }
 
-// The worker's disk, by what WriteFileAtomically says of it.
+// The worker's disk or its limit on files, by what WriteFileAtomically says of it.
 bool IsFullDisk(const v1::TaskError& error) {
-  return error.code() == "RESOURCE_EXHAUSTED" && absl::StrContains(error.message(), "make room on the disk");
+  return error.code() == "RESOURCE_EXHAUSTED" &&
+         (absl::StrContains(error.message(), "make room on the disk") ||
+          absl::StrContains(error.message(), "(ulimit -f)"));
 }
 
 bool IsResult(v1::FrameState state) {
