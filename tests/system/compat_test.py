@@ -45,7 +45,8 @@ class Compatibility(unittest.TestCase):
                 self.assertTrue(json.loads(weft("take", "verify", take, "--json", check=0).stdout)["whole"])
                 replay = json.loads(weft("take", "replay", take, "--fastest", "--json", check=0).stdout)
                 self.assertEqual(replay["checksum"], expected[name]["checksum"])
-                os.makedirs(path("images"), exist_ok=True)
+                for folder in ("images", "trimmed"):
+                    os.makedirs(path(folder), exist_ok=True)
                 weft("take", "export", take, "--out", path("images", name), check=0)
                 self.assertEqual(len(os.listdir(path("images", name))), expected[name]["sets"])
                 copy = path("trimmed", name)
