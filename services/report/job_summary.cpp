@@ -192,7 +192,7 @@ std::vector<std::string> CameraAlarms(const JobSummary& summary) {
   constexpr double kShareOfWorst = 0.5;
   std::vector<const CameraSummary*> off;
   const auto length_px = [](const CameraSummary* c) { return std::hypot(c->bias_x_px, c->bias_y_px); };
-  // Right takes have medians up to 0.7 px (accuracy_cameras), with 0.5 px of noise.
+  // Chosen without a measurement of right takes; `accuracy_cameras --all` shows what they have.
   constexpr double kNotableMedianPx = 2;
   std::set<std::string> apart, told;
   for (const CameraStanding& camera : summary.facts.cameras)

@@ -23,8 +23,8 @@ constexpr int64_t kLeastMemoryMib = 512;
 constexpr double kMemoryMargin = 1.5;
 constexpr std::chrono::milliseconds kGather{150};  // tasks of one array come at once
 constexpr std::chrono::seconds kSubmitAgain{5};
-constexpr std::chrono::seconds kSubmitWhenFull{
-    30};  // sbatch itself waits 20 s for room, and this thread with it
+// sbatch itself waits 20 s for room, and this thread with it.
+constexpr std::chrono::seconds kSubmitWhenFull{30};
 
 bool IsPlainTaskName(const std::string& name) {
   return !name.empty() && name.size() < 200 && name.front() != '.' &&
@@ -249,8 +249,8 @@ void SlurmExecutor::SubmitLater(size_t elements, const absl::Status& status, Clo
   }
   most_at_once_ = std::max<size_t>(1, elements / 2);
   submit_again_ = elements > 1 ? now : Clock::now() + kSubmitWhenFull;
-  TellWaiting(absl::StrCat("waits for Slurm, which takes no ", elements, elements == 1 ? " task" : " tasks",
-                           " more now: ", said,
+  TellWaiting(absl::StrCat("waits for Slurm, which does not take ", elements, " more ",
+                           elements == 1 ? "task" : "tasks", " now: ", said,
                            "; see MaxJobCount, MaxArraySize and MinJobAge of `scontrol show config`, and the "
                            "limits on submitted jobs of the account"));
 }
