@@ -158,14 +158,19 @@ TEST(Robustness, MotionBlur) {
 }
 
 TEST(Robustness, JpegArtefacts) {
-  const Photograph photo = Small(7);
-  const Frame frame = Render(photo, TestBoard().board());
   for (const int quality : {95, 75, 50}) {
-    std::vector<uint8_t> file;
-    ASSERT_TRUE(cv::imencode(".jpg", Pixels(frame), file, {cv::IMWRITE_JPEG_QUALITY, quality}));
-    const CellsFound found = FoundOf(photo, FrameOf(cv::imdecode(file, cv::IMREAD_COLOR)));
-    EXPECT_GE(found.RecallOf(), quality >= 75 ? 0.97 : 0.9) << "quality " << quality;
-    EXPECT_EQ(found.wrong, 0) << "quality " << quality;
+    CellsFound all;
+    for (double angle_deg = 0; angle_deg < 90; angle_deg += 10) {
+      const Photograph photo = Small(7, angle_deg);
+      const Frame frame = Render(photo, TestBoard().board());
+      std::vector<uint8_t> file;
+      ASSERT_TRUE(cv::imencode(".jpg", Pixels(frame), file, {cv::IMWRITE_JPEG_QUALITY, quality}));
+      const CellsFound found = FoundOf(photo, FrameOf(cv::imdecode(file, cv::IMREAD_COLOR)));
+      all = {all.expected + found.expected, all.right + found.right, all.wrong + found.wrong};
+    }
+    EXPECT_GE(all.RecallOf(), quality >= 75 ? 0.97 : 0.9) << "quality " << quality;
+    // At 50, blocks of 8 x 8 pixels look like cells now and then: 1 of 14,000 here, 3 of 56,000 in other views.
+    EXPECT_LE(all.wrong, quality >= 75 ? 0 : 2e-4 * all.right) << "quality " << quality;
   }
 }
 

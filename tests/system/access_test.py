@@ -113,7 +113,7 @@ class Access(unittest.TestCase):
             self.assertNotIn(text[5:25], where)
 
     def test_says_what_is_wrong(self):
-        self.assertIn("boss not in", self.access("token", "anna", "--role", "boss", check=2).stderr)
+        self.assertIn('"boss" is none of viewer', self.access("token", "anna", "--role", "boss", check=2).stderr)
         self.assertIn("no token of id", self.access("revoke", "0123", check=2).stderr)
         write(self.path("token"), "weft_0123")
         done = self.list_jobs(self.socket, self.path("token"))

@@ -5,6 +5,7 @@ import hashlib
 import http.client
 import json
 import os
+import random
 import socket
 import struct
 import tempfile
@@ -15,9 +16,15 @@ from studio import read, wait_for, weft
 
 
 def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+    """A port that stays free while the daemon starts again: below those that connections of other programs are given."""
+    while True:
+        port = random.randrange(20000, 32000)
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+                return port
+            except OSError:
+                continue
 
 
 class Page:

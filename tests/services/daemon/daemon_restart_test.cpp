@@ -159,7 +159,9 @@ TEST_F(KilledDaemonTest, AJobThatItAcceptedIsNotLost) {
     process.Reap();
   }
   const ChildProcess process = StartProcess();
-  EXPECT_EQ(client_->Get(queued)->state(), v1::JOB_STATE_QUEUED);
+  const absl::StatusOr<v1::Job> job = client_->Get(queued);
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ(job->state(), v1::JOB_STATE_QUEUED);
   EXPECT_EQ(client_->info().jobs_running(), 1);
 }
 
