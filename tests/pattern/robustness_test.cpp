@@ -169,7 +169,8 @@ TEST(Robustness, JpegArtefacts) {
       all = {all.expected + found.expected, all.right + found.right, all.wrong + found.wrong};
     }
     EXPECT_GE(all.RecallOf(), quality >= 75 ? 0.97 : 0.9) << "quality " << quality;
-    // At 50, blocks of 8 x 8 pixels look like cells now and then: 1 of 14,000 here, 3 of 56,000 in other views.
+    // At 50, blocks of 8 x 8 pixels look like cells now and then: 1 of 14,000 here, 3 of 56,000 in other
+    // views.
     EXPECT_LE(all.wrong, quality >= 75 ? 0 : 2e-4 * all.right) << "quality " << quality;
   }
 }
