@@ -16,14 +16,14 @@ namespace weft {
 namespace {
 
 // All that a right template needs: one look at each face.
-struct Scan {
+struct FaceScan {
   int64_t edges = 0, apart = 0;  // an edge counts once for each of its faces
   int64_t against = 0;           // faces that run against the print
   ShownSide shown = ShownSide::kUnknown;
 };
 
-Scan ScanFaces(std::span<const Face> faces, const Mapped& mapped) {
-  Scan scan;
+FaceScan ScanFaces(std::span<const Face> faces, const Mapped& mapped) {
+  FaceScan scan;
   EnclosedVolume volume(MiddleOf(mapped.vertices_mm, faces));
   for (const Face& face : faces) {
     const FaceOnBoard on_board = OnBoard(face, mapped);
@@ -112,7 +112,7 @@ std::string HintOfOrder(std::span<const Face> faces, const Mapped& mapped) {
   return "";
 }
 
-absl::Status CheckOrderOf(std::span<const Face> faces, const Mapped& mapped, const Scan& scan) {
+absl::Status CheckOrderOf(std::span<const Face> faces, const Mapped& mapped, const FaceScan& scan) {
   constexpr int64_t kFewTorn = 3, kTornShare = 10;
   if (scan.apart == 0) return absl::OkStatus();
   const ApartVertices found = FindApart(faces, mapped);
@@ -146,7 +146,7 @@ absl::Status CheckOrderOf(std::span<const Face> faces, const Mapped& mapped, con
 absl::Status CheckTemplateMap(const Template& garment) {
   for (const GarmentFaces& one : GarmentsOf(garment)) {
     const Mapped mapped = MappedOf(garment.rest.vertices_mm, one.faces, garment.node_of_vertex);
-    const Scan scan = ScanFaces(one.faces, mapped);
+    const FaceScan scan = ScanFaces(one.faces, mapped);
     absl::Status status = CheckOrderOf(one.faces, mapped, scan);
     if (status.ok()) status = CheckPrintedSide(one.faces, mapped, scan.against > 0, scan.shown);
     if (!status.ok()) return OfGarment(one.id, status);

@@ -26,6 +26,11 @@ constexpr double kPlacedPx = 1;
 // Another place explains a camera where it leaves this share of the residuals.
 constexpr double kExplainedShare = 0.25;
 
+// The place or the lens alone is another's only where that explains clearly more: most rigs have one lens.
+constexpr double kPartShare = 0.5;
+// So near, too: principal points of cropped images differ by so much that one fits by chance.
+constexpr double kPartPx = 2;
+
 // Neighbouring nodes share their errors: the scatter is that of blocks of so many cells a side.
 constexpr int kFitBlockCells = 16;
 constexpr size_t kLeastFitBlocks = 6;
@@ -83,21 +88,32 @@ double MedianResidual(const CameraModel& camera, const std::vector<Match>& match
   return Median(std::move(residuals_px));
 }
 
+CameraPart WholeIfSameSize(CameraPart part, const CameraModel& own, const CameraModel& other) {
+  const bool same_size = own.width_px == other.width_px && own.height_px == other.height_px;
+  return part == CameraPart::kPlaceAndLens && same_size ? CameraPart::kCamera : part;
+}
+
 std::optional<CameraPlace> FindPlace(const Rig& rig, int camera, double own_px,
                                      const std::vector<Match>& matches) {
   const CameraModel& own = rig.cameras[camera];
   CameraPlace best{.median_px = std::numeric_limits<double>::infinity()};
-  const auto attempt = [&](int place, ImageTurn turn) {
-    const double median_px = MedianResidual(rig.cameras[place], matches, turn);
-    if (median_px < best.median_px) best = {place, turn, median_px};
+  const auto attempt = [&](const CameraModel& model, CameraPlace place, double share) {
+    place.median_px = MedianResidual(model, matches, place.turn);
+    if (place.median_px < share * best.median_px) best = place;
   };
-  for (int place = 0; place < static_cast<int>(rig.cameras.size()); ++place) {
-    const CameraModel& other = rig.cameras[place];
-    if (place != camera && other.width_px == own.width_px && other.height_px == own.height_px)
-      attempt(place, ImageTurn::kNone);
+  for (const CameraPart part : {CameraPart::kPlaceAndLens, CameraPart::kPlace, CameraPart::kLens}) {
+    const double share = part == CameraPart::kPlaceAndLens ? 1 : kPartShare;
+    for (int place = 0; place < static_cast<int>(rig.cameras.size()); ++place) {
+      if (place == camera) continue;
+      attempt(WithPart(own, rig.cameras[place], part), {.camera = place, .part = part},
+              best.part == part ? 1 : share);
+    }
   }
   for (const ImageTurn turn : {ImageTurn::kUpsideDown, ImageTurn::kMirrored, ImageTurn::kMirroredUpsideDown})
-    attempt(camera, turn);
+    attempt(own, {.camera = camera, .turn = turn}, 1);
+  if (best.turn == ImageTurn::kNone && best.part != CameraPart::kPlaceAndLens && best.median_px > kPartPx)
+    return std::nullopt;
+  best.part = WholeIfSameSize(best.part, own, rig.cameras[best.camera]);
   if (!(best.median_px <= kExplainedShare * own_px) || best.median_px > kAgreementPx) return std::nullopt;
   return best;
 }
@@ -271,7 +287,9 @@ absl::StatusOr<std::vector<CameraAgreement>> MeasureCameraAgreement(
       agreement.agreeing = searched.meeting;
     }
     if (found.found && searched.place != static_cast<int>(c))
-      agreement.fits = CameraPlace{searched.place, ImageTurn::kNone, 0};
+      agreement.fits =
+          CameraPlace{.camera = searched.place,
+                      .part = WholeIfSameSize(found.part, rig.cameras[c], rig.cameras[searched.place])};
   }
   return agreements;
 }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "capture/rig/exchange_cameras.h"
 #include "triangulation/triangulate.h"
 
 namespace weft {
@@ -16,7 +17,8 @@ enum class ImageTurn { kNone, kUpsideDown, kMirrored, kMirroredUpsideDown };
 struct CameraPlace {
   int camera = 0;  // of the rig; the camera itself where only its images are turned
   ImageTurn turn = ImageTurn::kNone;
-  double median_px = 0;  // residual there
+  double median_px = 0;                   // residual there
+  CameraPart part = CameraPart::kCamera;  // what is the other's; no kCamera where sizes of images differ
 };
 
 // One camera against the points that three or more others agree on.
@@ -39,8 +41,8 @@ struct CameraAgreement {
 inline constexpr double kAgreementPx = 20;
 
 // One entry per camera of the rig; `options` are those that the cloud was made with. Only where a camera
-// disagrees by more than a pixel are the models of the others tried on its observations, and its images
-// turned. Where the rays of most nodes do not meet, no point says who is wrong: then exchanges of two
+// disagrees by more than a pixel are places and lenses of the others tried on its observations, and its
+// images turned. Where the rays of most nodes do not meet, no point says who is wrong: then exchanges of two
 // cameras are tried, one after the other, until the rays meet. Rigs of more than 40 cameras are not searched
 // so. InvalidArgument: options; a view of a camera that the rig lacks.
 absl::StatusOr<std::vector<CameraAgreement>> MeasureCameraAgreement(

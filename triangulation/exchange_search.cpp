@@ -26,8 +26,9 @@ constexpr double kAsGood = 0.9;
 
 class Search {
  public:
-  Search(const Rig& rig, const std::vector<ViewObservations>& views, const TriangulationOptions& options)
-      : rig_(rig), options_(options), sights_(rig.cameras.size()), places_(rig.cameras.size()) {
+  Search(const Rig& rig, const std::vector<ViewObservations>& views, const TriangulationOptions& options,
+         CameraPart part)
+      : rig_(rig), options_(options), part_(part), sights_(rig.cameras.size()), places_(rig.cameras.size()) {
     std::iota(places_.begin(), places_.end(), 0);
     Choose(views);
   }
@@ -46,6 +47,7 @@ class Search {
     }
     out.found = is_clear && share >= kFound && share >= before + kLeastExchangeGain;
     if (!out.found) std::iota(places_.begin(), places_.end(), 0);
+    out.part = part_;
     out.of_camera = Count();
     return out;
   }
@@ -81,11 +83,20 @@ class Search {
       for (const Ray& ray : nodes_[n]) seen_[ray.camera].push_back(ray.seen);
   }
 
-  // Of all chosen observations of a camera, read with the model of another; in the order of the nodes.
-  const std::vector<UndistortedPoint>& Undistorted(int camera, int place) {
-    std::vector<UndistortedPoint>& points = undistorted_[{camera, place}];
-    if (points.empty()) points = UndistortAll(rig_.cameras[place], seen_[camera]);
-    return points;
+  // All chosen observations of a camera, in the order of the nodes, as a model with a part of another sees
+  // them.
+  struct ReadWith {
+    CameraModel model;
+    std::vector<UndistortedPoint> points;
+  };
+  const ReadWith& Read(int camera, int place) {
+    const auto [entry, added] = read_.try_emplace({camera, place});
+    ReadWith& read = entry->second;
+    if (added) {
+      read.model = WithPart(rig_.cameras[camera], rig_.cameras[place], part_);
+      read.points = UndistortAll(read.model, seen_[camera]);
+    }
+    return read;
   }
 
   // `of_ray(node, rays, inliers)` for each node.
@@ -95,10 +106,9 @@ class Search {
     for (const std::vector<Ray>& rays : nodes_) {
       sights_.clear();
       for (const Ray& ray : rays) {
-        const int place = places[ray.camera];
-        const UndistortedPoint& point = Undistorted(ray.camera, place)[next[ray.camera]++];
-        if (point.valid)
-          sights_.push_back(MakeSight(rig_.cameras[place], ray.camera, point, ray.seen.sigma_px));
+        const ReadWith& read = Read(ray.camera, places[ray.camera]);
+        const UndistortedPoint& point = read.points[next[ray.camera]++];
+        if (point.valid) sights_.push_back(MakeSight(read.model, ray.camera, point, ray.seen.sigma_px));
       }
       of_node(rays, FindConsensus(sights_, options_.consensus, options_.consensus.seed).inliers);
     }
@@ -116,9 +126,7 @@ class Search {
     Step best;
     for (size_t i = 0; i < places_.size(); ++i) {
       for (size_t j = i + 1; j < places_.size(); ++j) {
-        const CameraModel &a = rig_.cameras[i], &b = rig_.cameras[j];
         if (seen_[static_cast<int>(i)].empty() || seen_[static_cast<int>(j)].empty()) continue;
-        if (a.width_px != b.width_px || a.height_px != b.height_px) continue;
         std::vector<int> exchanged = places_;
         std::swap(exchanged[i], exchanged[j]);
         const double share = Share(exchanged);
@@ -146,9 +154,10 @@ class Search {
 
   const Rig& rig_;
   const TriangulationOptions& options_;
+  CameraPart part_;
   std::vector<std::vector<Ray>> nodes_;
   std::map<int, std::vector<Observation>> seen_;  // by camera, in the order of the nodes
-  std::map<std::pair<int, int>, std::vector<UndistortedPoint>> undistorted_;  // by camera and model
+  std::map<std::pair<int, int>, ReadWith> read_;  // by camera and place
   std::vector<Sight> sights_;
   std::vector<int> places_;  // of each camera, whose model it has
 };
@@ -158,7 +167,10 @@ class Search {
 ExchangeSearch SearchExchanges(const Rig& rig, const std::vector<ViewObservations>& views,
                                const TriangulationOptions& options) {
   if (rig.cameras.size() > kMostCameras) return {};
-  return Search(rig, views, options).Run();
+  ExchangeSearch found = Search(rig, views, options, CameraPart::kPlaceAndLens).Run();
+  if (found.found) return found;
+  const ExchangeSearch of_places = Search(rig, views, options, CameraPart::kPlace).Run();
+  return of_places.found ? of_places : found;
 }
 
 }  // namespace weft

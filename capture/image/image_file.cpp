@@ -49,10 +49,7 @@ absl::StatusOr<std::vector<uint8_t>> ReadBytes(const std::string& path, uint64_t
 // Before pixels are decoded: a small file may announce an image that fills the memory.
 absl::Status CheckSize(const ImageHeader& header, const std::optional<ImageSize>& expected) {
   const ImageSize size = {header.width_px, header.height_px};
-  if (expected && (size.width_px != expected->width_px || size.height_px != expected->height_px)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("image is ", Size(size), ", the rig says ", Size(*expected)));
-  }
+  if (expected && size != *expected) return WrongSizeError("", {size, *expected});
   if (int64_t{size.width_px} * size.height_px <= kMaxImagePixels) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("image is ", Size(size), ", more than the ",
                                                  kMaxImagePixels >> 20, " Mi pixels that are read"));
@@ -125,8 +122,7 @@ absl::StatusOr<Frame> ReadImageFile(const std::string& path, std::optional<Pixel
   const absl::StatusOr<std::vector<uint8_t>> bytes = ReadBytes(path, MostBytes(expected));
   if (!bytes.ok()) return bytes.status();
   absl::StatusOr<DecodedImage> image = Decode(*bytes, expected);
-  if (!image.ok())
-    return absl::Status(image.status().code(), absl::StrCat(path, ": ", image.status().message()));
+  if (!image.ok()) return StatusAt(path, image.status());
   if (absl::Status status = CheckMosaic(*image, mosaic); !status.ok())
     return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
   Frame frame;

@@ -8,16 +8,12 @@
 
 #include "absl/status/statusor.h"
 #include "capture/image/frame.h"
+#include "capture/image/image_size.h"
 
 namespace weft {
 
 // Images of more pixels are refused from their header: 256 Mi, such as 16384 x 16384.
 inline constexpr int64_t kMaxImagePixels = int64_t{1} << 28;
-
-struct ImageSize {
-  int width_px = 0;
-  int height_px = 0;
-};
 
 // Reads PNG, JPEG or TIFF by content, 8 or 16 bits (16 become 8 by ToEightBits), grey or colour. Pixels are
 // those that are stored: orientation tags are not obeyed in any format, since calibrations refer to stored

@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "capture/file/content_hash.h"
+#include "capture/image/image_size.h"
 #include "capture/rig/camera_match.h"
 #include "capture/take/frame_set_reading.h"
 #include "capture/take/take_files.h"
@@ -216,11 +217,9 @@ absl::StatusOr<Frame> RecordedTakeDump::AsRigHasIt(const absl::StatusOr<RawFrame
                                                    size_t camera) const {
   if (!raw.ok()) return raw.status();
   const CameraModel& model = rig_.cameras[camera];
-  if (raw->width_px != model.width_px || raw->height_px != model.height_px) {
-    return absl::InvalidArgumentError(absl::StrCat("camera ", model.id, ", frame ", frame_names_[index],
-                                                   ": image is ", raw->width_px, "x", raw->height_px,
-                                                   ", the rig says ", model.width_px, "x", model.height_px));
-  }
+  const WrongSize sizes{{raw->width_px, raw->height_px}, {model.width_px, model.height_px}};
+  if (sizes.found != sizes.expected)
+    return WrongSizeError(absl::StrCat("camera ", model.id, ", frame ", frame_names_[index]), sizes);
   absl::StatusOr<Frame> frame = ToFrame(*raw, DeepBits::kUsed);
   if (!frame.ok()) return frame;
   frame->camera_id = model.id;  // names of the take may differ in case

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "capture/file/checksum.h"
 #include "capture/file/content_hash.h"
+#include "capture/image/image_size.h"
 #include "capture/take/frame_set_reading.h"
 #include "capture/take/recorded_take.h"
 
@@ -28,10 +29,9 @@ absl::StatusOr<Frame> SetInMemory::ReadView(size_t index, size_t camera) const {
       if (missing.camera_id == model.id) return absl::NotFoundError(missing.reason);
     return absl::NotFoundError("no stream in the take");
   }
-  if (raw->width_px != model.width_px || raw->height_px != model.height_px)
-    return absl::InvalidArgumentError(absl::StrCat("camera ", model.id, ", frame ", names_[0], ": image is ",
-                                                   raw->width_px, "x", raw->height_px, ", the rig says ",
-                                                   model.width_px, "x", model.height_px));
+  const WrongSize sizes{{raw->width_px, raw->height_px}, {model.width_px, model.height_px}};
+  if (sizes.found != sizes.expected)
+    return WrongSizeError(absl::StrCat("camera ", model.id, ", frame ", names_[0]), sizes);
   absl::StatusOr<Frame> frame = ToFrame(*raw, DeepBits::kUsed);
   if (frame.ok()) frame->origin = absl::StrCat("camera ", model.id, ", frame ", names_[0]);
   return frame;

@@ -17,7 +17,7 @@ namespace {
 struct ExchangeOptions {
   std::string rig;
   std::vector<std::string> cameras;
-  std::string out;
+  std::string out, part;
 };
 
 absl::Status Exchange(const ExchangeOptions& options) {
@@ -28,7 +28,9 @@ absl::Status Exchange(const ExchangeOptions& options) {
   const absl::StatusOr<std::vector<size_t>> places = ExchangedPlaces(*rig, options.cameras);
   if (!places.ok())
     return absl::Status(places.status().code(), absl::StrCat(options.rig, ": ", places.status().message()));
-  const Rig exchanged = WithPlaces(*rig, *places);
+  const absl::StatusOr<CameraPart> part = CameraPartFromName(options.part);
+  if (!part.ok()) return part.status();
+  const Rig exchanged = WithPlaces(*rig, *places, *part);
   if (record->has_value()) {
     CalibrationRecord& calibration = **record;
     const std::vector<CalibratedCamera> before = calibration.cameras;
@@ -37,10 +39,12 @@ absl::Status Exchange(const ExchangeOptions& options) {
     calibration.replaces = rig->ContentHash();
   }
   const std::string cameras = absl::StrJoin(options.cameras, ", ");
-  if (absl::Status status = WriteRig(
-          options.out, exchanged,
-          absl::StrCat("rig ", rig->id, " (", rig->ContentHash(), ") with cameras ", cameras, " exchanged"),
-          record->has_value() ? &**record : nullptr);
+  if (absl::Status status =
+          WriteRig(options.out, exchanged,
+                   absl::StrCat("rig ", rig->id, " (", rig->ContentHash(), ") with ",
+                                *part == CameraPart::kCamera ? "" : absl::StrCat(options.part, " of "),
+                                "cameras ", cameras, " exchanged"),
+                   record->has_value() ? &**record : nullptr);
       !status.ok())
     return status;
   std::printf("%s: cameras %s exchanged, hash %s\n", options.out.c_str(), cameras.c_str(),
@@ -61,6 +65,9 @@ void AddRigExchangeCommand(CLI::App& rig, CommandLine& line) {
   command->add_option("cameras", options->cameras, "Two cameras, or more in a ring")
       ->required()
       ->type_name("CAMERA");
+  command->add_option("--only", options->part, "Exchange this part alone; the verdict says where it is one")
+      ->check(CLI::IsMember({"camera", "place-and-lens", "place", "lens"}))
+      ->default_val("camera");
   command->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
   command->callback([options, &line] { line.run = [options] { return Exchange(*options); }; });
 }

@@ -57,6 +57,8 @@ v1::Verdict VerdictOf(const JobEvaluation& evaluation) {
   AddFrames(evaluation, verdict);
   AddAgreementCheck(evaluation.facts.cameras, verdict);
   AddScaleCheck(evaluation.facts, verdict);
+  AddSightCheck(evaluation.facts.cameras, verdict);
+  AddRepeatCheck(evaluation.facts.cameras, verdict);
   AddKnownCheck(evaluation.facts, verdict);
   if (total.coverage && !evaluation.is_driven) AddCheck(verdict, kEvaluateCoverage, 100 * *total.coverage);
   AddTruth(evaluation.total, verdict);

@@ -30,7 +30,10 @@ void DescribeAgreement(const CameraAgreement& agreement, const Rig& rig, v1::Vie
   out.set_perspective_sigma(agreement.perspective_sigma);
   if (!agreement.fits) return;
   out.set_fits_turned(TurnText(agreement.fits->turn));
-  if (agreement.fits->turn == ImageTurn::kNone) out.set_fits_camera(rig.cameras[agreement.fits->camera].id);
+  if (agreement.fits->turn == ImageTurn::kNone) {
+    out.set_fits_camera(rig.cameras[agreement.fits->camera].id);
+    out.set_fits_part(std::string(CameraPartName(agreement.fits->part)));
+  }
   out.set_fits_px(agreement.fits->median_px);
 }
 

@@ -8,6 +8,8 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/stopwatch.h"
+#include "capture/file/content_hash.h"
+#include "capture/image/image_size.h"
 #include "pattern/decoder.h"
 #include "services/pipeline/stage_reports.h"
 #include "triangulation/clean.h"
@@ -17,6 +19,23 @@
 namespace weft {
 namespace {
 
+// A sixteenth of the rows tells pictures apart: noise is in each of them.
+std::string HashOfPixels(const Frame& frame) {
+  constexpr int kStep = 16;
+  const size_t row_bytes = static_cast<size_t>(frame.width_px) * BytesPerPixel(frame.format);
+  ContentHash hash;
+  for (int y = 0; y < frame.height_px; y += kStep)
+    hash.Add({reinterpret_cast<const char*>(frame.row(y)), row_bytes});
+  return hash.Hex();
+}
+
+void DescribeSizes(const WrongSize& sizes, v1::ViewReport& report) {
+  report.mutable_image_size()->set_width_px(sizes.found.width_px);
+  report.mutable_image_size()->set_height_px(sizes.found.height_px);
+  report.mutable_rig_size()->set_width_px(sizes.expected.width_px);
+  report.mutable_rig_size()->set_height_px(sizes.expected.height_px);
+}
+
 // The decoder of a view, after its first pass; null where it has no usable image, and the report says why.
 std::unique_ptr<ViewDecoder> DecodeCamera(const FrameImages& images, const DecodeOptions& options,
                                           size_t camera, v1::ViewReport& report) {
@@ -25,8 +44,10 @@ std::unique_ptr<ViewDecoder> DecodeCamera(const FrameImages& images, const Decod
   report.set_read_ms(watch.Ms());
   if (!frame.ok()) {
     report.set_missing_reason(std::string(frame.status().message()));
+    if (const std::optional<WrongSize> sizes = WrongSizeOf(frame.status())) DescribeSizes(*sizes, report);
     return nullptr;
   }
+  report.set_image_hash(HashOfPixels(*frame));
   absl::StatusOr<std::unique_ptr<ViewDecoder>> view = ViewDecoder::Read(*frame, images.board, options);
   if (!view.ok()) {
     const std::string why(view.status().message());

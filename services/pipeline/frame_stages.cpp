@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "alignment/cloth_in_view.h"
 #include "alignment/start_mesh.h"
 #include "base/stopwatch.h"
 #include "pattern/image/pixel_allocator.h"
@@ -213,6 +214,7 @@ class Registration {
       DescribeScan(extras_.scan, aligned->scan, *report.mutable_mesh()->mutable_scan());
     report.mutable_mesh()->set_observed_at_first_look(observed_at_first);
     frame_.mesh = std::move(aligned->mesh);
+    DescribeInView();
     report.set_state(report.views_missing() > 0 ? v1::FRAME_STATE_DEGRADED : v1::FRAME_STATE_DONE);
     if (report.views_missing() > 0) {
       report.set_reason(
@@ -222,6 +224,17 @@ class Registration {
   }
 
  private:
+  // How much of the cloth in its view each camera saw.
+  void DescribeInView() {
+    const std::vector<ClothInView> in_view =
+        CountClothInView(inputs_.rig, frame_.views, inputs_.garment, *frame_.mesh);
+    for (size_t v = 0; v < in_view.size(); ++v) {
+      v1::ViewReport& view = *frame_.report.mutable_views(static_cast<int>(v));
+      view.set_vertices_in_view(in_view[v].vertices);
+      view.set_vertices_seen(in_view[v].seen);
+    }
+  }
+
   // `extras` may be null.
   absl::StatusOr<AlignResult> AlignCloud(const AlignOptions& options, const Extras* extras) {
     const CloudTargets targets = TargetsFromCloud(inputs_.garment, frame_.cloud);

@@ -81,6 +81,8 @@ void AssessInputs(const Totals& sum, const CameraFacts& facts, v1::Verdict& verd
                  : "");
   }
   if (!is_named) AddAgreementCheck(facts.cameras, verdict);
+  AddSightCheck(facts.cameras, verdict);
+  AddRepeatCheck(facts.cameras, verdict);
   AddKnownCheck(facts, verdict);
 }
 

@@ -53,12 +53,19 @@ std::string Remedy(const v1::Verdict& verdict) {
              : absl::StrCat("<p class=\"remedy\"><b>Remedy:</b> ", EscapeHtml(verdict.remedy()), "</p>\n");
 }
 
+std::string Others(const v1::Verdict& verdict) {
+  std::string items;
+  for (const v1::VerdictFinding& other : verdict.others())
+    absl::StrAppend(&items, "<li>", Badge(other.grade()), " ", EscapeHtml(other.reason()), "</li>\n");
+  return items.empty() ? "" : absl::StrCat("<ul class=\"others\">\n", items, "</ul>\n");
+}
+
 // A reason that the headline tells already is left out.
 std::string ReasonAndChecks(const std::string& headline, const v1::Verdict& verdict) {
   const bool tells_more = Plain(headline) != Plain(verdict.reason());
   const std::string reason =
       tells_more ? absl::StrCat("<p class=\"reason\">", EscapeHtml(verdict.reason()), "</p>\n") : "";
-  return absl::StrCat(reason, Remedy(verdict), Checks(verdict));
+  return absl::StrCat(reason, Remedy(verdict), Others(verdict), Checks(verdict));
 }
 
 }  // namespace

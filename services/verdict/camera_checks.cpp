@@ -7,6 +7,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "absl/strings/str_replace.h"
+#include "base/median.h"
 #include "services/verdict/verdict.h"
 
 namespace weft {
@@ -30,7 +32,8 @@ bool IsJudged(const CameraStanding& camera) { return camera.compared >= kLeastCo
 std::vector<Names> RingsOf(const std::vector<CameraStanding>& cameras) {
   std::map<std::string, std::string> place_of;
   for (const CameraStanding& camera : cameras)
-    if (IsApart(camera) && camera.fits_turned.empty() && !camera.fits_camera.empty())
+    if ((IsApart(camera) || camera.has_other_size) && camera.fits_turned.empty() &&
+        !camera.fits_camera.empty())
       place_of[camera.camera] = camera.fits_camera;
   std::vector<Names> rings;
   std::set<std::string> told;
@@ -49,26 +52,47 @@ std::vector<Names> RingsOf(const std::vector<CameraStanding>& cameras) {
   return rings;
 }
 
+bool IsWhole(const CameraStanding& camera) {
+  return camera.has_other_size || camera.fits_part.empty() || camera.fits_part == "camera";
+}
+
+// "place", "place and lens", "lens".
+std::string PartText(const CameraStanding& camera) {
+  return IsWhole(camera) ? "place" : absl::StrReplaceAll(camera.fits_part, {{"-", " "}});
+}
+
+const CameraStanding& Named(const std::vector<CameraStanding>& cameras, const std::string& id) {
+  return *std::find_if(cameras.begin(), cameras.end(), [&](const auto& c) { return c.camera == id; });
+}
+
+int ImagesOf(const std::vector<CameraStanding>& cameras, const Names& names) {
+  int images = 0;
+  for (const std::string& name : names) images += Named(cameras, name).images;
+  return images;
+}
+
 std::string RingText(const Names& ring, const std::vector<CameraStanding>& cameras) {
-  const auto of = [&](const std::string& id) {
-    return *std::find_if(cameras.begin(), cameras.end(), [&](const auto& c) { return c.camera == id; });
-  };
-  const CameraStanding camera = of(ring[0]);
+  const CameraStanding& camera = Named(cameras, ring[0]);
   const std::string distance =
       camera.fits_px > 0 && camera.median_px > 0
           ? absl::StrFormat(", %.1f px off there, %.0f px at its own", camera.fits_px, camera.median_px)
           : "";
+  if (camera.has_other_size)
+    return absl::StrCat("cameras ", Listed(ring), " are exchanged: their images have each other's size");
   if (ring.size() == 2)
     return absl::StrCat("cameras ", ring[0], " and ", ring[1],
-                        " are exchanged: what each of them saw fits the place of the other", distance);
+                        " are exchanged: what each of them saw fits the ", PartText(camera), " of the other",
+                        distance);
   Names steps;
   for (size_t i = 0; i < ring.size(); ++i)
-    steps.push_back(absl::StrCat(ring[i], " saw what fits the place of ", ring[(i + 1) % ring.size()]));
+    steps.push_back(
+        absl::StrCat(ring[i], " saw what fits the ", PartText(camera), " of ", ring[(i + 1) % ring.size()]));
   return absl::StrCat("cameras ", Listed(ring), " are exchanged: ", absl::StrJoin(steps, ", "));
 }
 
-std::string RingRemedy(const Names& ring) {
-  return absl::StrCat("`weft rig exchange RIG ", absl::StrJoin(ring, " "), " --out FILE`");
+std::string RingRemedy(const Names& ring, const CameraStanding& camera) {
+  return absl::StrCat("`weft rig exchange RIG ", absl::StrJoin(ring, " "),
+                      IsWhole(camera) ? "" : absl::StrCat(" --only ", camera.fits_part), " --out FILE`");
 }
 
 std::string ApartText(const Names& names, double farthest_px, int frames_apart, int frames) {
@@ -154,8 +178,11 @@ CameraFault FaultOf(const std::vector<CameraStanding>& cameras) {
   for (const Names& ring : RingsOf(cameras)) {
     told.insert(ring.begin(), ring.end());
     reasons.push_back(RingText(ring, cameras));
-    remedies.push_back(
-        absl::StrCat("Exchange the cables, or the cameras of the rig with ", RingRemedy(ring)));
+    const CameraStanding& camera = Named(cameras, ring[0]);
+    remedies.push_back(absl::StrCat(IsWhole(camera)
+                                        ? "Exchange the cables, or the cameras of the rig with "
+                                        : "Calibrate again, or exchange what the rig has of them with ",
+                                    RingRemedy(ring, camera)));
   }
   double farthest_px = 0;
   int frames_apart = 0, frames = 0;
@@ -165,8 +192,11 @@ CameraFault FaultOf(const std::vector<CameraStanding>& cameras) {
       reasons.push_back(absl::StrCat("the images of camera ", camera.camera, " are ", camera.fits_turned));
       remedies.push_back(absl::StrCat("Turn the images of ", camera.camera, ", or the camera"));
     } else if (!camera.fits_camera.empty()) {
-      reasons.push_back(absl::StrCat("camera ", camera.camera, " saw what fits the place of ",
-                                     camera.fits_camera, ", where ", camera.fits_camera, " stands"));
+      reasons.push_back(IsWhole(camera)
+                            ? absl::StrCat("camera ", camera.camera, " saw what fits the place of ",
+                                           camera.fits_camera, ", where ", camera.fits_camera, " stands")
+                            : absl::StrCat("camera ", camera.camera, " saw what fits the ", PartText(camera),
+                                           " of ", camera.fits_camera));
       remedies.push_back(
           absl::StrCat("See which images are those of ", camera.camera, " and of ", camera.fits_camera));
     } else {
@@ -191,7 +221,10 @@ CameraFault FaultOf(const std::vector<CameraStanding>& cameras) {
 
 void AddAgreementCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict) {
   int judged = 0, apart = 0;
-  for (const CameraStanding& camera : cameras) judged += IsJudged(camera), apart += IsApart(camera);
+  for (const CameraStanding& camera : cameras) {
+    const bool has_others_size = camera.has_other_size && !camera.fits_camera.empty();
+    judged += IsJudged(camera) || has_others_size, apart += IsApart(camera) || has_others_size;
+  }
   if (judged == 0) return;
   const CameraFault fault = FaultOf(cameras);
   AddCheck(verdict, kRegisterCamerasAgree, 100.0 * (judged - apart) / judged, fault.reason, fault.remedy);
@@ -209,6 +242,54 @@ void AddScaleCheck(const CameraFacts& facts, v1::Verdict& verdict) {
                                "distance is off",
                                camera->camera, Off(camera->scale), camera->scale > 1 ? "large" : "small"),
                "Set its lens as it was when it was calibrated, or calibrate again.");
+}
+
+void AddSightCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict) {
+  const auto share_of = [](const CameraStanding& camera) {
+    return static_cast<double>(camera.seen) / static_cast<double>(camera.in_view);
+  };
+  std::vector<double> shares;
+  for (const CameraStanding& camera : cameras)
+    if (camera.in_view >= kLeastInView) shares.push_back(share_of(camera));
+  if (shares.empty()) return;
+  const size_t judged = shares.size();
+  const double usual = Median(std::move(shares));
+  Names blind;
+  int64_t seen = 0, in_view = 0;
+  for (const CameraStanding& camera : cameras) {
+    if (camera.in_view < kLeastInView || IsApart(camera) || !(share_of(camera) < kSeeingShare * usual))
+      continue;
+    blind.push_back(camera.camera);
+    seen += camera.seen, in_view += camera.in_view;
+  }
+  const bool is_one = blind.size() == 1;
+  AddCheck(verdict, kRegisterCamerasSee,
+           100.0 * static_cast<double>(judged - blind.size()) / static_cast<double>(judged),
+           blind.empty()
+               ? ""
+               : absl::StrFormat("%s %s %s %s of the cloth that faces %s: %d of %d cells, where most "
+                                 "cameras see %.0f %%",
+                                 is_one ? "camera" : "cameras", Listed(blind), is_one ? "sees" : "see",
+                                 seen == 0 ? "nothing" : "little", is_one ? "it" : "them", seen, in_view,
+                                 100 * usual));
+}
+
+void AddRepeatCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict) {
+  int images = 0, repeated = 0;
+  Names names;
+  for (const CameraStanding& camera : cameras) {
+    images += camera.images, repeated += camera.repeated;
+    if (camera.repeated > 0) names.push_back(camera.camera);
+  }
+  if (images == 0) return;
+  const bool is_one = names.size() == 1;
+  AddCheck(verdict, kRegisterImagesNew, 100.0 * (images - repeated) / images,
+           repeated == 0
+               ? ""
+               : absl::StrFormat("%s %s stood still: in %d of %d images %s the picture of the frame "
+                                 "before",
+                                 is_one ? "camera" : "cameras", Listed(names), repeated,
+                                 ImagesOf(cameras, names), is_one ? "it sent" : "they sent"));
 }
 
 void AddKnownCheck(const CameraFacts& facts, v1::Verdict& verdict) {

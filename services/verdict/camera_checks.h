@@ -18,10 +18,17 @@ struct CameraStanding {
   int64_t compared = 0, agreeing = 0;  // observations
   double median_px = 0;                // distance from the others' points, mean over the frames
   int frames = 0, frames_apart = 0;    // that tell of it; of them, those where it disagrees
-  std::string fits_camera;             // whose place explains its images, of most frames where it disagrees
-  std::string fits_turned;             // "upside down", ...
-  double fits_px = 0;                  // distance there; 0: not known
-  double scale = 0, scale_sigma = 0;   // of what it sees; 0: not known
+  std::string fits_part;               // what of it, by CameraPartName; empty or "camera": all
+  // Of its images those are not used that have another size than the rig says; fits_camera then is the one
+  // whose size they have.
+  bool has_other_size = false;
+  // Measured cloth that faces it, and what it saw of it; vertices of all frames.
+  int64_t in_view = 0, seen = 0;
+  int images = 0, repeated = 0;       // images that have one before them; of them, those that are the same
+  std::string fits_camera;            // whose place explains its images, of most frames where it disagrees
+  std::string fits_turned;            // "upside down", ...
+  double fits_px = 0;                 // distance there; 0: not known
+  double scale = 0, scale_sigma = 0;  // of what it sees; 0: not known
   double perspective = 0, perspective_sigma = 0;
 };
 
@@ -49,6 +56,19 @@ CameraFault FaultOf(const std::vector<CameraStanding>& cameras);
 
 // The check that cameras agree; nothing where no camera was compared.
 void AddAgreementCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict);
+
+// A camera that sees less than this share of what the others see of the cloth before them is blind. The least
+// of the right takes of `accuracy_cameras` is 0.5.
+inline constexpr double kSeeingShare = 0.2;
+// Fewer vertices in view say nothing of a camera.
+inline constexpr int64_t kLeastInView = 100;
+
+// The check that each camera sees the cloth that faces it, but for those that agree with no other; nothing
+// where no mesh tells.
+void AddSightCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict);
+
+// The check that no camera repeats its images; nothing of single frames.
+void AddRepeatCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict);
 
 // The checks of the lengths: lens, rig, print or template, by what tells them apart. Wrong focal lengths make
 // the cloth too large or too small in depth as well, so that its perspective is not that of the images; a rig

@@ -91,6 +91,24 @@ inline constexpr Limit kRegisterCamerasAgree{
     Better::kMore,
     1,
     "Check that each camera stands where the rig says and that its images are its own."};
+inline constexpr Limit kRegisterCamerasSee{
+    "register.cameras_see",
+    "cameras that see the cloth that faces them",
+    "%",
+    100,
+    75,
+    Better::kMore,
+    1,
+    "Look at the images: is the cap on, are they dark, out of focus, mirrored, of another moment?"};
+inline constexpr Limit kRegisterImagesNew{
+    "register.images_new",
+    "images that are not those of the frame before",
+    "%",
+    100,
+    50,
+    Better::kMore,
+    1,
+    "A camera or its driver repeats pictures: start it anew and record again."};
 inline constexpr Limit kRegisterLens{
     "register.lens",
     "focal lengths off, by the perspective of the cloth",
@@ -296,6 +314,8 @@ inline constexpr std::array kLimits = {
     &kRegisterRaysMeet,
     &kRegisterCamerasKnown,
     &kRegisterCamerasAgree,
+    &kRegisterCamerasSee,
+    &kRegisterImagesNew,
     &kRegisterLens,
     &kRegisterScale,
     &kRegisterOnTemplate,

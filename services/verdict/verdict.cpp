@@ -48,10 +48,27 @@ std::string MeasuredText(const v1::VerdictCheck& check) {
   return absl::StrCat(check.name(), ": ", check.value(), " (", check.limits(), ")");
 }
 
+// Behind those that are as bad. The value of a check is told beside its limits anyway.
+void AddOther(v1::Verdict& verdict, v1::Grade grade, const std::string& reason, const std::string& remedy) {
+  for (const v1::VerdictCheck& check : verdict.checks())
+    if (MeasuredText(check) == reason) return;
+  v1::VerdictFinding& other = *verdict.add_others();
+  other.set_grade(grade);
+  other.set_reason(reason);
+  other.set_remedy(remedy);
+  for (int i = verdict.others_size() - 1; i > 0 && verdict.others(i - 1).grade() < grade; --i)
+    verdict.mutable_others()->SwapElements(i, i - 1);
+}
+
 }  // namespace
 
 void AddFinding(v1::Verdict& verdict, v1::Grade grade, const std::string& reason, const std::string& remedy) {
-  if (grade <= verdict.grade()) return;
+  if (grade <= verdict.grade()) {
+    if (grade > v1::GRADE_GOOD) AddOther(verdict, grade, reason, remedy);
+    return;
+  }
+  if (verdict.grade() > v1::GRADE_GOOD)
+    AddOther(verdict, verdict.grade(), verdict.reason(), verdict.remedy());
   verdict.set_grade(grade);
   verdict.set_reason(reason);
   verdict.set_remedy(remedy);
@@ -98,6 +115,8 @@ std::string VerdictText(const v1::Verdict& verdict) {
     if (check.grade() == v1::GRADE_GOOD || MeasuredText(check) == verdict.reason()) continue;
     absl::StrAppend(&text, "  ", GradeWord(check.grade()), ": ", MeasuredText(check), "\n");
   }
+  for (const v1::VerdictFinding& other : verdict.others())
+    absl::StrAppend(&text, "  ", GradeWord(other.grade()), ": ", other.reason(), "\n");
   return text;
 }
 

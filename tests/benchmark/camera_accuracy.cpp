@@ -16,6 +16,8 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "alignment/cloth_in_view.h"
+#include "base/median.h"
 #include "base/random.h"
 #include "capture/rig/exchange_cameras.h"
 #include "services/files/agreement_proto.h"
@@ -37,6 +39,8 @@ struct Film {
   Rig rig;
   std::vector<Views> frames;
   double cell_mm = 0;  // 0: not known
+  Template garment;    // of simulated frames, with the true mesh of each
+  std::vector<RegisteredMesh> meshes;
 };
 
 struct Trial {
@@ -44,9 +48,22 @@ struct Trial {
   CameraFacts facts;
 };
 
+void DescribeInView(const Film& film, size_t frame, v1::FrameReport& report) {
+  if (frame >= film.meshes.size()) return;
+  const Views& views = film.frames[frame];
+  const std::vector<ClothInView> in_view =
+      CountClothInView(film.rig, views, film.garment, film.meshes[frame]);
+  for (size_t v = 0; v < in_view.size(); ++v) {
+    v1::ViewReport& view = *report.mutable_views(views[v].camera);
+    view.set_vertices_in_view(in_view[v].vertices);
+    view.set_vertices_seen(in_view[v].seen);
+  }
+}
+
 Trial Judge(const Film& film) {
   std::vector<v1::FrameReport> reports;
-  for (const Views& views : film.frames) {
+  for (size_t f = 0; f < film.frames.size(); ++f) {
+    const Views& views = film.frames[f];
     const TriangulationOptions options;
     absl::StatusOr<Cloud> cloud = Triangulate(film.rig, views, options);
     if (!cloud.ok()) continue;
@@ -58,6 +75,7 @@ Trial Judge(const Film& film) {
       view.set_camera(film.rig.cameras[c].id);
       DescribeAgreement((*agreements)[c], film.rig, view);
     }
+    DescribeInView(film, f, report);
     const auto scale = MeasureCloudScale(clean, [&](const BoardNode&, const BoardNode&) {
       return film.cell_mm > 0 ? std::optional<double>(film.cell_mm) : std::nullopt;
     });
@@ -70,6 +88,7 @@ Trial Judge(const Film& film) {
   if (is_named) AddAgreementCheck(trial.facts.cameras, trial.verdict);
   AddScaleCheck(trial.facts, trial.verdict);
   if (!is_named) AddAgreementCheck(trial.facts.cameras, trial.verdict);
+  AddSightCheck(trial.facts.cameras, trial.verdict);
   return trial;
 }
 
@@ -83,7 +102,11 @@ absl::StatusOr<Film> Simulate(const std::string& preset, uint64_t seed,
   if (!take.ok()) return take.status();
   absl::StatusOr<TakeFrame> frame = take->Next();
   if (!frame.ok()) return frame.status();
-  Film film{take->rig(), {{}}, take->board().cell_mm};
+  Film film{take->rig(), {{}}, take->board().cell_mm, take->garment(), {}};
+  RegisteredMesh mesh;
+  mesh.vertices_mm = frame->scene.mesh().vertices_mm;
+  mesh.state.assign(mesh.vertices_mm.size(), VertexState::kObserved);
+  film.meshes.push_back(std::move(mesh));
   const PrintLocator locator(
       PrintFromVertexNodes(take->garment().rest.faces, take->garment().node_of_vertex));
   for (size_t c = 0; c < film.rig.cameras.size(); ++c) {
@@ -99,8 +122,8 @@ double Uniform(Random& random) { return std::ldexp(static_cast<double>(random.Ne
 // Observations as a worse decoder, worse pictures and other cloth would leave them.
 struct Disturbance {
   double noise_px = 0, wrong_share = 0, kept_share = 1;
-  int half_hidden = 0, hardly_seeing = 0;  // cameras
-  double knock_deg = 0;                    // of one camera
+  int half_hidden = 0, half_seeing = 0;  // cameras
+  double knock_deg = 0;                  // of one camera
 };
 
 void Disturb(const Disturbance& by, uint64_t seed, Film* film) {
@@ -114,8 +137,7 @@ void Disturb(const Disturbance& by, uint64_t seed, Film* film) {
       for (Observation o : view.observations) {
         if (Uniform(random) > by.kept_share) continue;
         if (view.camera < by.half_hidden && o.x_px < middle_px) continue;
-        if (view.camera >= static_cast<int>(views.size()) - by.hardly_seeing && Uniform(random) > 0.03)
-          continue;
+        if (view.camera >= static_cast<int>(views.size()) - by.half_seeing && Uniform(random) > 0.5) continue;
         if (Uniform(random) < by.wrong_share)
           o.x_px += 400 * (Uniform(random) - 0.5), o.y_px += 400 * (Uniform(random) - 0.5);
         // The sum of twelve uniform numbers is nearly normal.
@@ -148,6 +170,8 @@ class Table {
       std::printf("%s %s %s: %s: %s\n", is_right ? "ok  " : "FAIL", kind.c_str(), name.c_str(),
                   GradeWord(trial.verdict.grade()).c_str(), trial.verdict.reason().c_str());
     if (kind != "right") return;
+    AddSight(trial.facts.cameras);
+    AddDistances(name, trial.facts.cameras);
     for (const CameraStanding& camera : trial.facts.cameras)
       if (camera.compared >= kLeastCompared)
         least_share_ = std::min(least_share_,
@@ -160,15 +184,39 @@ class Table {
   void Print() const {
     for (const auto& [kind, count] : counts_)
       std::printf("%-20s %d of %d\n", kind.c_str(), count.first, count.second);
-    std::printf("right takes: least share that agrees %.3f, lens up to %.3f %%, scale up to %.3f %%\n",
-                least_share_, worst_.contains("register.lens") ? worst_.at("register.lens") : 0,
-                worst_.contains("register.scale") ? worst_.at("register.scale") : 0);
+    std::printf(
+        "right takes: least share that agrees %.3f, least that a camera sees of what most see %.3f, "
+        "distance of a camera up to %.2f px and %.1f medians, lens up to %.3f %%, scale up to %.3f %%\n",
+        least_share_, least_sight_, farthest_px_, farthest_ratio_,
+        worst_.contains("register.lens") ? worst_.at("register.lens") : 0,
+        worst_.contains("register.scale") ? worst_.at("register.scale") : 0);
   }
 
  private:
+  void AddSight(const std::vector<CameraStanding>& cameras) {
+    std::vector<double> shares;
+    for (const CameraStanding& camera : cameras)
+      if (camera.in_view >= kLeastInView)
+        shares.push_back(static_cast<double>(camera.seen) / static_cast<double>(camera.in_view));
+    if (shares.empty()) return;
+    const double least = *std::min_element(shares.begin(), shares.end());
+    least_sight_ = std::min(least_sight_, least / Median(std::move(shares)));
+  }
+
+  // A camera that was knocked on purpose is no measure.
+  void AddDistances(const std::string& name, const std::vector<CameraStanding>& cameras) {
+    std::vector<double> medians_px;
+    for (const CameraStanding& camera : cameras)
+      if (camera.compared >= kLeastCompared) medians_px.push_back(camera.median_px);
+    if (medians_px.empty() || absl::StrContains(name, "knocked")) return;
+    const double most = *std::max_element(medians_px.begin(), medians_px.end());
+    farthest_px_ = std::max(farthest_px_, most);
+    farthest_ratio_ = std::max(farthest_ratio_, most / Median(std::move(medians_px)));
+  }
+
   std::map<std::string, std::pair<int, int>> counts_;
   std::map<std::string, double> worst_;
-  double least_share_ = 1;
+  double least_share_ = 1, least_sight_ = 1, farthest_px_ = 0, farthest_ratio_ = 0;
 };
 
 std::vector<std::string> Draw(const Rig& rig, size_t count, Random& random) {
@@ -180,7 +228,8 @@ std::vector<std::string> Draw(const Rig& rig, size_t count, Random& random) {
   return ids;
 }
 
-void TryExchanges(const Film& film, int count, bool prints_all, Table* table) {
+// As cables, files and hands exchange them; of images that were cropped the size stays.
+void TryExchanges(const Film& film, int count, CameraPart part, bool prints_all, Table* table) {
   Random random(17);
   for (const size_t size : {size_t{2}, size_t{3}}) {
     for (int i = 0; i < count; ++i) {
@@ -188,14 +237,14 @@ void TryExchanges(const Film& film, int count, bool prints_all, Table* table) {
       if (size == 2) std::sort(ids.begin(), ids.end());
       Film wrong = film;
       const auto places = ExchangedPlaces(film.rig, ids);
-      if (!places.ok()) continue;  // images of different sizes
-      wrong.rig = WithPlaces(film.rig, *places);
+      if (!places.ok()) continue;
+      wrong.rig = WithPlaces(film.rig, *places, part);
       const Trial trial = Judge(wrong);
       const std::string& reason = trial.verdict.reason();
       bool is_right = absl::StrContains(reason, "are exchanged") && !absl::StrContains(reason, "; ");
       for (const std::string& id : ids) is_right = is_right && absl::StrContains(reason, id);
-      table->Add(size == 2 ? "exchanged pair" : "exchanged ring", absl::StrCat(i), trial, is_right,
-                 prints_all);
+      table->Add(absl::StrCat(size == 2 ? "pair, " : "ring, ", std::string(CameraPartName(part))),
+                 absl::StrCat(i), trial, is_right, prints_all);
     }
   }
 }
@@ -223,6 +272,15 @@ void TryFaults(const Film& film, bool prints_all, Table* table) {
       camera.cx_px = camera.width_px - 1 - camera.cx_px, camera.cy_px = camera.height_px - 1 - camera.cy_px;
       camera.distortion[2] *= -1, camera.distortion[3] *= -1;
     });
+    if (!film.meshes.empty()) {
+      Film wrong = film;
+      std::erase_if(wrong.frames[0][c].observations,
+                    [&](const Observation&) { return Uniform(random) > 0.03; });
+      const Trial blind = Judge(wrong);
+      table->Add("blind", id, blind,
+                 absl::StrContains(blind.verdict.reason(), absl::StrCat("camera ", id, " sees little")),
+                 prints_all);
+    }
     for (const double factor : {0.95, 1.02})
       attempt("zoom of one", "",
               [factor](CameraModel& camera) { camera.fx_px *= factor, camera.fy_px *= factor; });
@@ -251,7 +309,7 @@ absl::Status TryRight(int takes, bool prints_all, Table* table) {
       {.wrong_share = 0.01},
       {.kept_share = 0.3},
       {.half_hidden = 3},
-      {.hardly_seeing = 2},
+      {.half_seeing = 2},
       {.knock_deg = 0.03},
       {.noise_px = 0.3, .wrong_share = 0.02, .kept_share = 0.6, .half_hidden = 2},
       {.knock_deg = 0.2},
@@ -268,7 +326,9 @@ absl::Status TryRight(int takes, bool prints_all, Table* table) {
     const size_t disturbance = i % std::size(kDisturbances);
     Disturb(kDisturbances[disturbance], i, &*film);
     const Trial trial = Judge(*film);
-    table->Add("right", absl::StrCat(i, " ", preset, " ", cameras, " cameras, disturbance ", disturbance),
+    table->Add("right",
+               absl::StrCat(i, " ", preset, " ", cameras, " cameras, disturbance ", disturbance,
+                            kDisturbances[disturbance].knock_deg > 0 ? ", one knocked" : ""),
                trial, trial.verdict.grade() == v1::GRADE_GOOD, prints_all);
   }
   return absl::OkStatus();
@@ -301,7 +361,8 @@ absl::Status Run(const Options& options) {
   if (!film.ok()) return film.status();
   const Trial right = Judge(*film);
   table.Add("right", "as it is", right, right.verdict.grade() == v1::GRADE_GOOD, options.all);
-  TryExchanges(*film, options.exchanges, options.all, &table);
+  for (const CameraPart part : {CameraPart::kPlaceAndLens, CameraPart::kPlace})
+    TryExchanges(*film, options.exchanges, part, options.all, &table);
   TryFaults(*film, options.all, &table);
   if (options.observations.empty())
     if (absl::Status status = TryRight(options.takes, options.all, &table); !status.ok()) return status;

@@ -174,6 +174,18 @@ MISTAKES = [
     ("pictures of another size", lambda s: s.all_pictures("scale=96:128"), BAD, r"size|96"),
     ("a picture that ends in the middle", lambda s: cut(s), USABLE, r"c00|images"),
     ("a camera without pictures", lambda s: gone(s, "c06"), USABLE, r"c06|images"),
+    ("a camera with its cap on", lambda s: s.pictures_of("c05", "lutrgb=r=5:g=5:b=5"), USABLE, r"c05 sees nothing of the cloth"),
+    ("one camera mirrored", lambda s: s.pictures_of("c05", "hflip"), USABLE, r"c05.*(mirrored|sees)"),
+    ("one camera out of focus", lambda s: s.pictures_of("c05", "gblur=sigma=9"), USABLE, r"c05 sees (nothing|little) of the cloth"),
+    ("one camera a frame late", lambda s: late(s, "c05"), USABLE, r"c05.*another moment"),
+    ("one camera that stands still", lambda s: frozen(s, "c05"), USABLE, r"c05 stood still"),
+    ("every frame twice", lambda s: doubled(s), USABLE, r"stood still|frame before"),
+    ("files of two cameras exchanged", lambda s: files_exchanged(s, "c02", "c08"), USABLE, r"c02 and c08 are exchanged"),
+    ("files of two cameras with pictures of different sizes", lambda s: cropped_exchanged(s, 2, 8), USABLE, r"c02 and c08 are exchanged"),
+    ("places of two cameras exchanged", lambda s: s.changed_rig(lambda c: places_exchanged(c, 2, 8)), USABLE, r"c02 and c08 are exchanged"),
+    ("rotations the other way round", lambda s: s.changed_rig(transposed), BAD, r"rays hardly meet|agree"),
+    ("frames that the take lacks", lambda s: [*s.register_arguments(), "--frames", "100:200"], REFUSED, r"frames"),
+    ("a folder without pictures", lambda s: empty(s), REFUSED, r"empty|no (frame|image|picture)"),
     ("the board of another print", lambda s: other_board(s), REFUSED, r"board"),
     ("a rig given as a board", lambda s: s.register_arguments(board=f"{s.take}/rig.json"), REFUSED, r"rig"),
     ("a board given as a rig", lambda s: s.register_arguments(rig=f"{s.take}/board.json"), REFUSED, r"board"),
@@ -193,6 +205,63 @@ def gone(studio, camera):
     for frame in studio.frames:
         os.remove(f"{studio.take}/{frame}/{camera}.png")
     return studio.register_arguments()
+
+
+def late(studio, camera):
+    pictures = [read(f"{studio.take}/{frame}/{camera}.png", "rb") for frame in studio.frames]
+    for frame, picture in zip(studio.frames[1:], pictures):
+        write(f"{studio.take}/{frame}/{camera}.png", picture)
+    os.remove(f"{studio.take}/{studio.frames[0]}/{camera}.png")
+    return studio.register_arguments()
+
+
+def frozen(studio, camera):
+    for frame in studio.frames[1:]:
+        write(f"{studio.take}/{frame}/{camera}.png", read(f"{studio.take}/{studio.frames[0]}/{camera}.png", "rb"))
+    return studio.register_arguments()
+
+
+def doubled(studio):
+    for name in studio.images:
+        write(f"{studio.take}/{studio.frames[1]}/{name}", read(f"{studio.take}/{studio.frames[0]}/{name}", "rb"))
+    return studio.register_arguments()
+
+
+def files_exchanged(studio, one, other):
+    for frame in studio.frames:
+        os.rename(f"{studio.take}/{frame}/{one}.png", f"{studio.take}/{frame}/between.png")
+        os.rename(f"{studio.take}/{frame}/{other}.png", f"{studio.take}/{frame}/{one}.png")
+        os.rename(f"{studio.take}/{frame}/between.png", f"{studio.take}/{frame}/{other}.png")
+    return studio.register_arguments()
+
+
+def cropped_exchanged(studio, one, other):
+    """Pictures cut as published rigs often are, the rig with them."""
+    rig = json.loads(read(f"{studio.take}/rig.json"))
+    rig.pop("hash", None)
+    for place, camera in enumerate(rig["cameras"]):
+        camera["width_px"] -= 2 * place
+        for frame in studio.frames:
+            ffmpeg(f"{studio.take}/{frame}/{camera['id']}.png", f"crop={camera['width_px']}:{camera['height_px']}:0:0")
+    write(studio.path("rig.json"), json.dumps(rig))
+    files_exchanged(studio, f"c{one:02}", f"c{other:02}")
+    return studio.register_arguments(rig=studio.path("rig.json"))
+
+
+def places_exchanged(cameras, one, other):
+    for field in ("rotation", "translation_mm"):
+        cameras[one][field], cameras[other][field] = cameras[other][field], cameras[one][field]
+
+
+def transposed(cameras):
+    for camera in cameras:
+        r = camera["rotation"]
+        camera["rotation"] = [r[0], r[3], r[6], r[1], r[4], r[7], r[2], r[5], r[8]]
+
+
+def empty(studio):
+    os.mkdir(studio.path("nothing"))
+    return [studio.path("nothing") if argument == studio.take else argument for argument in studio.register_arguments()]
 
 
 def other_board(studio):

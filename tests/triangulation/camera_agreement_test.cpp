@@ -127,6 +127,54 @@ TEST(CameraAgreement, AmongFewCamerasTheExchangeIsSearched) {
   }
 }
 
+// Lenses, principal points and sizes of images differ, as of cropped images.
+Rig CroppedRing(int cameras) {
+  Rig rig = RingRig(cameras);
+  for (int c = 0; c < cameras; ++c) {
+    CameraModel& camera = rig.cameras[c];
+    camera.fx_px = camera.fy_px = c % 2 == 0 ? 4600 : 6000;
+    camera.cx_px -= 37 * c, camera.cy_px -= 21 * c;
+    camera.width_px -= 60 * c, camera.height_px -= 40 * c;
+  }
+  return rig;
+}
+
+TEST(CameraAgreement, PlacesAndLensesThatWereExchangedAreToldApart) {
+  const Rig filmed = CroppedRing(16);
+  const std::vector<ViewObservations> views = ObserveTube(filmed, 0.2, 1);
+  for (const CameraPart part : {CameraPart::kPlaceAndLens, CameraPart::kPlace, CameraPart::kLens}) {
+    for (const auto& [a, b] : std::vector<std::pair<int, int>>{{3, 8}, {0, 1}, {2, 10}}) {
+      if (part == CameraPart::kLens && (a - b) % 2 == 0) continue;  // the same focal lengths
+      Rig rig = filmed;
+      rig.cameras[a] = WithPart(filmed.cameras[a], filmed.cameras[b], part);
+      rig.cameras[b] = WithPart(filmed.cameras[b], filmed.cameras[a], part);
+      const auto agreements = AgreementsOf(rig, views);
+      for (const auto& [one, other] : {std::pair(a, b), std::pair(b, a)}) {
+        ASSERT_TRUE(agreements[one].fits.has_value()) << CameraPartName(part) << " " << one;
+        EXPECT_EQ(agreements[one].fits->camera, other);
+        EXPECT_EQ(agreements[one].fits->part, part);
+      }
+      for (int c = 0; c < 16; ++c) {
+        if (c == a || c == b) continue;
+        EXPECT_FALSE(agreements[c].fits.has_value()) << c;
+      }
+    }
+  }
+}
+
+TEST(CameraAgreement, AmongFewCamerasPlacesAloneAreSearched) {
+  const Rig filmed = CroppedRing(4);
+  const std::vector<ViewObservations> views = Observe(filmed, BentSheet(40, 40), 0.2, 1);
+  Rig rig = filmed;
+  rig.cameras[0] = WithPart(filmed.cameras[0], filmed.cameras[3], CameraPart::kPlace);
+  rig.cameras[3] = WithPart(filmed.cameras[3], filmed.cameras[0], CameraPart::kPlace);
+  const auto agreements = AgreementsOf(rig, views);
+  ASSERT_TRUE(agreements[0].fits && agreements[3].fits);
+  EXPECT_EQ(agreements[0].fits->camera, 3);
+  EXPECT_EQ(agreements[0].fits->part, CameraPart::kPlace);
+  EXPECT_EQ(agreements[3].fits->camera, 0);
+}
+
 TEST(CameraAgreement, ACameraElsewhereFitsNoPlace) {
   const Rig filmed = RingRig(10);
   const std::vector<ViewObservations> views = ObserveTube(filmed, 0.2, 1);

@@ -68,6 +68,11 @@ export function VerdictBox({ verdict }: { verdict: Verdict | undefined }) {
         <GradeBadge grade={verdict.grade} /> <strong>{verdict.reason}</strong>
       </p>
       {verdict.remedy && <p>{verdict.remedy}</p>}
+      {verdict.others.map((other) => (
+        <p key={other.reason}>
+          <GradeBadge grade={other.grade} /> {other.reason}
+        </p>
+      ))}
       {verdict.checks.length > 0 && (
         <details>
           <summary>What was checked</summary>

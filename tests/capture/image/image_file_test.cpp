@@ -297,7 +297,12 @@ TEST(ImageFile, ChecksTheSizeBeforePixelsAreDecoded) {
     const auto read = ReadImageFile(folder / name, {}, ImageSize{640, 480});
     EXPECT_EQ(read.status().code(), absl::StatusCode::kInvalidArgument);
     EXPECT_THAT(std::string(read.status().message()), HasSubstr("image is 101x77, the rig says 640x480"));
+    const std::optional<WrongSize> sizes = WrongSizeOf(StatusAt("frame 3", read.status()));
+    ASSERT_TRUE(sizes.has_value());
+    EXPECT_EQ(sizes->found, (ImageSize{101, 77}));
+    EXPECT_EQ(sizes->expected, (ImageSize{640, 480}));
   }
+  EXPECT_FALSE(WrongSizeOf(absl::InvalidArgumentError("image is 1x2, the rig says 3x4")).has_value());
   std::string big = ReadBytes(folder / "a.png");
   for (const size_t at : {16, 20}) big.replace(at, 4, std::string("\0\0\x4e\x20", 4));  // 20000
   WriteBytes(folder / "big.png", big);

@@ -46,8 +46,26 @@ TEST(ExchangeCameras, ErrorsNameTheCamera) {
   EXPECT_THAT(message({"c1"}), HasSubstr("two or more"));
   EXPECT_THAT(message({"c1", "c9"}), HasSubstr("the rig has no camera c9"));
   EXPECT_THAT(message({"c1", "c2", "c1"}), HasSubstr("c1 is given twice"));
+}
+
+TEST(ExchangeCameras, OfPartsTheRestStays) {
+  Rig rig = FourCameras();
   rig.cameras[2].width_px = 120;
-  EXPECT_THAT(message({"c1", "c2"}), HasSubstr("images of c1 are 100x80, those of c2 120x80"));
+  rig.cameras[2].translation_mm.x() = 7;
+  const std::vector<size_t> places = ExchangedPlaces(rig, {"c1", "c2"}).value();
+  const auto first = [&](CameraPart part) { return WithPlaces(rig, places, part).cameras[1]; };
+  const CameraModel &own = rig.cameras[1], &other = rig.cameras[2];
+  for (const CameraPart part :
+       {CameraPart::kCamera, CameraPart::kPlaceAndLens, CameraPart::kPlace, CameraPart::kLens}) {
+    const CameraModel model = first(part);
+    const bool has_place = part != CameraPart::kLens, has_lens = part != CameraPart::kPlace;
+    EXPECT_EQ(model.id, "c1");
+    EXPECT_EQ(model.width_px, part == CameraPart::kCamera ? 120 : own.width_px);
+    EXPECT_EQ(model.fx_px, has_lens ? other.fx_px : own.fx_px) << CameraPartName(part);
+    EXPECT_EQ(model.translation_mm.x(), has_place ? 7 : own.translation_mm.x()) << CameraPartName(part);
+    EXPECT_EQ(CameraPartFromName(CameraPartName(part)).value(), part);
+  }
+  EXPECT_THAT(std::string(CameraPartFromName("pose").status().message()), HasSubstr("place-and-lens"));
 }
 
 }  // namespace

@@ -191,11 +191,17 @@ TEST(JobVerdict, NoAlarmIsRaisedOfCamerasThatAgreeWithNoOther) {
 // The mean of what it sees is right.
 TEST(JobVerdict, ACameraThatMovedAroundTheClothHasAnAlarm) {
   v1::FrameReport frame = WithAgreement(ReportOf("0"), 0);
-  frame.mutable_views(2)->mutable_agreement()->set_median_px(12);
-  const v1::Verdict verdict = AssessJob(JobOf(1, 0), {frame});
-  EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
-  EXPECT_THAT(verdict.reason(),
-              HasSubstr("Camera c moved, or its calibration is off: it sees cells 12.0 px"));
+  for (v1::ViewReport& view : *frame.mutable_views()) view.mutable_agreement()->set_median_px(0.2);
+  const auto alarms_at = [&](double median_px) {
+    frame.mutable_views(2)->mutable_agreement()->set_median_px(median_px);
+    return AssessJob(JobOf(1, 0), {frame});
+  };
+  EXPECT_EQ(alarms_at(0.9).grade(), v1::GRADE_GOOD);
+  EXPECT_EQ(alarms_at(1.1).grade(), v1::GRADE_USABLE);
+  EXPECT_THAT(alarms_at(12).reason(),
+              HasSubstr("Camera c moved, its calibration is off, or its images are of another "
+                        "moment: it sees cells 12 px from where the others see them, most "
+                        "cameras 0.2 px"));
 }
 
 TEST(JobVerdict, CamerasThatTheRigLacksCount) {

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <utility>
+
 #include "absl/strings/str_cat.h"
 #include "services/verdict/verdict.h"
 
@@ -110,6 +112,80 @@ TEST(CameraChecks, OthersAgreeWithNoOther) {
   EXPECT_THAT(FaultOf(cameras).reason, HasSubstr("cameras c05 and c09 are exchanged"));
   EXPECT_THAT(FaultOf(cameras).reason, HasSubstr("camera c04 saw what fits the place of c05"));
   EXPECT_THAT(FaultOf(Agreeing(3)).reason, IsEmpty());
+}
+
+TEST(CameraChecks, APartThatWasExchangedIsNamed) {
+  std::vector<CameraStanding> cameras = Agreeing(16);
+  SetApart(cameras[3], "c07");
+  SetApart(cameras[7], "c03");
+  cameras[3].fits_part = cameras[7].fits_part = "lens";
+  CameraFault fault = FaultOf(cameras);
+  EXPECT_THAT(fault.reason, HasSubstr("what each of them saw fits the lens of the other"));
+  EXPECT_THAT(fault.remedy, HasSubstr("`weft rig exchange RIG c03 c07 --only lens --out FILE`"));
+  cameras[3].fits_part = cameras[7].fits_part = "place-and-lens";
+  fault = FaultOf(cameras);
+  EXPECT_THAT(fault.reason, HasSubstr("fits the place and lens of the other"));
+  EXPECT_THAT(fault.remedy, HasSubstr("--only place-and-lens"));
+}
+
+TEST(CameraChecks, ImagesOfEachOthersSizeCountAsApart) {
+  std::vector<CameraStanding> cameras = Agreeing(16);
+  for (const auto& [one, other] : {std::pair(2, 9), std::pair(9, 2)}) {
+    cameras[one].compared = cameras[one].agreeing = 0;
+    cameras[one].has_other_size = true, cameras[one].fits_camera = cameras[other].camera;
+  }
+  const v1::Verdict verdict = AgreementOf(cameras);
+  EXPECT_EQ(verdict.reason(), "cameras c02 and c09 are exchanged: their images have each other's size");
+  EXPECT_THAT(verdict.remedy(), HasSubstr("`weft rig exchange RIG c02 c09 --out FILE`"));
+  EXPECT_EQ(verdict.checks(0).value(), "87.5 %");
+}
+
+TEST(CameraChecks, ACameraThatSeesNothingOfWhatFacesItIsNamed) {
+  std::vector<CameraStanding> cameras = Agreeing(16);
+  for (CameraStanding& camera : cameras) camera.in_view = 2000, camera.seen = 1600;
+  const auto judge = [&] {
+    v1::Verdict verdict;
+    AddFinding(verdict, v1::GRADE_GOOD, "all is well", "");
+    AddSightCheck(cameras, verdict);
+    return verdict;
+  };
+  EXPECT_EQ(judge().grade(), v1::GRADE_GOOD);
+  cameras[4].seen = 700;  // much is hidden from it
+  EXPECT_EQ(judge().grade(), v1::GRADE_GOOD);
+  cameras[4].seen = 0;
+  EXPECT_EQ(judge().grade(), v1::GRADE_USABLE);
+  EXPECT_EQ(
+      judge().reason(),
+      "camera c04 sees nothing of the cloth that faces it: 0 of 2000 cells, where most cameras see 80 %");
+  cameras[5].seen = 40;
+  EXPECT_THAT(judge().reason(),
+              HasSubstr("cameras c04 and c05 see little of the cloth that faces them: 40 of"));
+  // One that agrees with no other has a check of its own; one that nothing faces is not judged.
+  SetApart(cameras[5]);
+  EXPECT_THAT(judge().reason(), HasSubstr("camera c04 sees nothing"));
+  cameras[4].in_view = 50;
+  EXPECT_EQ(judge().grade(), v1::GRADE_GOOD);
+  v1::Verdict none;
+  AddSightCheck(Agreeing(16), none);
+  EXPECT_EQ(none.checks_size(), 0);
+}
+
+TEST(CameraChecks, ACameraThatRepeatsItsPictureIsNamed) {
+  std::vector<CameraStanding> cameras = Agreeing(16);
+  for (CameraStanding& camera : cameras) camera.images = 11;
+  v1::Verdict good;
+  AddRepeatCheck(cameras, good);
+  EXPECT_EQ(good.checks(0).grade(), v1::GRADE_GOOD);
+  cameras[6].repeated = 11;
+  v1::Verdict verdict;
+  AddRepeatCheck(cameras, verdict);
+  EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
+  EXPECT_EQ(verdict.reason(),
+            "camera c06 stood still: in 11 of 11 images it sent the picture of the frame before");
+  for (CameraStanding& camera : cameras) camera.repeated = 11;
+  v1::Verdict bad;
+  AddRepeatCheck(cameras, bad);
+  EXPECT_EQ(bad.grade(), v1::GRADE_BAD);
 }
 
 v1::Verdict ScaleOf(const CameraFacts& facts) {

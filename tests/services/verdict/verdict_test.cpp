@@ -50,6 +50,25 @@ TEST(Verdict, KeepsTheWorstGradeWithItsFirstReason) {
   EXPECT_EQ(verdict.checks_size(), 2);
 }
 
+TEST(Verdict, TellsAllReasonsTheWorstFirst) {
+  v1::Verdict verdict;
+  AddFinding(verdict, v1::GRADE_GOOD, "all is well", "");
+  AddFinding(verdict, v1::GRADE_USABLE, "a camera moved", "put it back");
+  AddFinding(verdict, v1::GRADE_GOOD, "the sun shines", "");
+  AddFinding(verdict, v1::GRADE_BAD, "no cell was seen", "take the cap off");
+  AddFinding(verdict, v1::GRADE_USABLE, "a camera is late", "");
+  AddCheck(verdict, kRegisterCoverage, 1);  // its value says it all
+  AddCheck(verdict, kRegisterFrames, 10, "9 of 10 frames have no image");
+  EXPECT_EQ(verdict.reason(), "no cell was seen");
+  ASSERT_EQ(verdict.others_size(), 3);
+  EXPECT_EQ(verdict.others(0).reason(), "9 of 10 frames have no image");
+  EXPECT_EQ(verdict.others(1).reason(), "a camera moved");
+  EXPECT_EQ(verdict.others(1).remedy(), "put it back");
+  EXPECT_EQ(verdict.others(2).reason(), "a camera is late");
+  EXPECT_THAT(VerdictText(verdict),
+              ::testing::HasSubstr("  usable: a camera moved\n  usable: a camera is late\n"));
+}
+
 TEST(Verdict, PrintsTheValueBesideItsLimits) {
   v1::Verdict verdict;
   AddCheck(verdict, kError, .1);
