@@ -8,7 +8,6 @@ import grpc
 
 from weft import v1
 from weft.connection import Connection
-from weft.errors import explain
 from weft.retry import Backoff, may_be_repeated
 from weft.v1.cameras_pb2_grpc import CamerasStub
 
@@ -36,7 +35,7 @@ class Cameras:
                 yield from call
                 return
             except grpc.RpcError as error:
-                failure = explain(error, self._connection.server)
+                failure = self._connection.explain(error)
             finally:
                 call.cancel()
             self._connection.pause_or_raise(backoff, failure, may_be_repeated(failure, harmless=False))

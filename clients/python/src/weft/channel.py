@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import os
 from dataclasses import dataclass
 from typing import Optional
@@ -48,7 +49,12 @@ def server_of(server: Optional[str]) -> str:
     return chosen
 
 
-def _host_of(server: str) -> str:
+def host_of(server: str) -> str:
+    """The host of HOST:PORT; InvalidArgument."""
+    if "://" in server:
+        address = server.partition("://")[2]
+        raise InvalidArgument(f'server: "{server}" is the address of a page; give "{address}" with the port of weftd --listen',
+                              field="server")
     host, colon, port = server.rpartition(":")
     if colon and host and port.isascii() and port.isdigit() and 0 < int(port) < 65536:
         return host
@@ -56,7 +62,18 @@ def _host_of(server: str) -> str:
 
 
 def _is_this_machine(host: str) -> bool:
-    return host in ("localhost", "[::1]") or host.startswith("127.")
+    """An address of the loopback, and not a name that begins like one."""
+    if host in ("localhost", "[::1]"):
+        return True
+    try:
+        return ipaddress.IPv4Address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def uses_tls(host: str, identity: Identity) -> bool:
+    """What leaves this machine is TLS, and so is all where an authority is named."""
+    return not _is_this_machine(host) or bool(identity.authority)
 
 
 def _read(variable: str, path: str) -> Optional[bytes]:
@@ -88,11 +105,10 @@ def call_metadata(identity: Identity) -> tuple[tuple[str, str], ...]:
 
 
 def open_channel(server: str, identity: Identity) -> grpc.Channel:
-    """To "unix:PATH" or HOST:PORT. What leaves this machine is TLS, and so is all where an authority is named.
+    """To "unix:PATH" or HOST:PORT, with TLS as `uses_tls` says.
 
     InvalidArgument: not an address, or a certificate without its key. NotFound, PermissionDenied: a file of the identity."""
     if not server.startswith(_UNIX):
-        host = _host_of(server)
-        if not _is_this_machine(host) or identity.authority:
+        if uses_tls(host_of(server), identity):
             return grpc.secure_channel(server, _tls(identity), options=_OPTIONS)
     return grpc.insecure_channel(server, options=_OPTIONS)

@@ -12,6 +12,7 @@ from typing import Any, Callable, Generic, Optional, TypeVar
 import grpc
 
 from weft.channel import Identity, call_metadata, open_channel
+from weft.connection_fault import find_connection_fault
 from weft.errors import Cancelled, FailedPrecondition, WeftError, explain
 from weft.retry import Backoff, RetryPolicy, may_be_repeated
 
@@ -64,7 +65,7 @@ class Watch(Generic[Message]):
             except StopIteration:
                 self._closed.set()
             except grpc.RpcError as error:
-                self._wait_after(explain(error, self._connection.server))
+                self._wait_after(self._connection.explain(error))
             else:
                 self._backoff.reset()
                 return self._fresh(message)
@@ -93,12 +94,17 @@ class Connection:
 
     def __init__(self, server: str, identity: Identity, calling: RetryPolicy, watching: RetryPolicy) -> None:
         self.server, self.calling, self.watching = server, calling, watching
+        self._identity = identity
         self._metadata = call_metadata(identity)
         self.channel = open_channel(server, identity)
         self._process = os.getpid()
 
     def close(self) -> None:
         self.channel.close()
+
+    def explain(self, error: grpc.RpcError) -> WeftError:
+        """The error of a call; FailedPrecondition, which is not repeated, where something keeps all calls from the daemon."""
+        return explain(error, self.server, lambda: find_connection_fault(self.server, self._identity))
 
     def start(self, method: Callable[..., Any], request: object, timeout_s: Optional[float]) -> Any:
         """One call as it is, without repetition; grpc.RpcError."""
@@ -117,7 +123,7 @@ class Connection:
                 assert isinstance(result, answer)
                 return result
             except grpc.RpcError as error:
-                failure = explain(error, self.server)
+                failure = self.explain(error)
             self.pause_or_raise(backoff, failure, may_be_repeated(failure, harmless))
 
     def pause_or_raise(self, backoff: Backoff, failure: WeftError, repeatable: bool) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from typing import Iterable, Optional
+from typing import Callable, Iterable, Optional
 
 import grpc
 
@@ -140,13 +140,15 @@ def _detail(metadata: Iterable[tuple[str, str | bytes]]) -> v1.ErrorDetail:
     return detail
 
 
-def explain(error: grpc.RpcError, server: str) -> WeftError:
-    """The error of a call to this server."""
+def explain(error: grpc.RpcError, server: str, find_fault: Callable[[], str] = lambda: "") -> WeftError:
+    """The error of a call to this server. `find_fault` looks for what keeps calls from it where no daemon answers; it may be slow."""
     metadata = tuple(error.trailing_metadata() or ())
     detail = _detail(metadata)
     message = error.details() or error.code().name
     pause_s = retry_after_s(message, metadata)
     if error.code() == grpc.StatusCode.UNAVAILABLE and pause_s is None and "shutting down" not in message:
+        if fault := find_fault():
+            return FailedPrecondition(f"no call reaches the daemon at {server}: {fault}")
         remedy = f"start it with `weftd --listen {server} --state DIR --allow-path DIR`"
         message = f"no daemon answers at {server}: {message}; {remedy}"
     return _CATEGORIES.get(error.code(), Unknown)(message, field=detail.field, remedy=detail.remedy,

@@ -11,8 +11,7 @@ import grpc
 
 from weft import v1
 from weft.connection import Connection
-from weft.errors import (Aborted, DataLoss, FailedPrecondition, Internal, NotFound, OutOfRange, WeftError,
-                         explain)
+from weft.errors import (Aborted, DataLoss, FailedPrecondition, Internal, NotFound, OutOfRange, WeftError)
 from weft.listing import Listing
 from weft.local_item import LocalItem, has_hash, list_local_item, name_of_path
 from weft.retry import Backoff, may_be_repeated
@@ -124,7 +123,7 @@ class Library:
             assert isinstance(response, v1.BeginUploadResponse)
             return response
         except grpc.RpcError as error:
-            raise explain(error, self._connection.server) from error
+            raise self._connection.explain(error) from error
 
     def _send(self, begun: v1.BeginUploadResponse, local: LocalItem, progress: Optional[Progress]) -> v1.LibraryItem:
         if len(begun.received_bytes) != len(local.paths):
@@ -136,7 +135,7 @@ class Library:
             except grpc.RpcError as error:
                 if upload.error:
                     raise upload.error from None
-                raise explain(error, self._connection.server) from error
+                raise self._connection.explain(error) from error
         # No deadline: a large dump takes its time to be checked.
         return self._connection.call(self._stub.FinishUpload, v1.FinishUploadRequest(upload_id=begun.upload_id),
                                      v1.LibraryItem, harmless=True, timeout_s=None)

@@ -8,7 +8,7 @@ import grpc
 
 from weft import v1
 from weft.connection import Connection
-from weft.errors import Aborted, DataLoss, explain
+from weft.errors import Aborted, DataLoss
 from weft.retry import Backoff, may_be_repeated
 
 # A call that sends the file from this offset on; the version is that of the pieces that came before.
@@ -50,7 +50,7 @@ def receive(connection: Connection, open_transfer: OpenTransfer, file: IO[bytes]
                 transfer.take(chunk)
             break
         except grpc.RpcError as error:
-            failure = explain(error, connection.server)
+            failure = connection.explain(error)
         finally:
             call.cancel()
         if transfer.offset > before:
