@@ -7,19 +7,13 @@
 #include "services/report/decimated_mesh.h"
 
 namespace weft {
-namespace {
-
-constexpr double kEvenness = 0.1;
-
-}  // namespace
-
 absl::StatusOr<ReducedMesh> ReduceMesh(const TriangleMesh& mesh, const MeshTexture& texture,
                                        size_t max_vertices) {
   SplitMesh split = SplitAtSeams(mesh.vertices_mm.size(), mesh.faces, texture);
   TriangleMesh cut;
   for (const int vertex : split.origin) cut.vertices_mm.push_back(mesh.vertices_mm[vertex]);
   cut.faces = std::move(split.faces);
-  const absl::StatusOr<DecimatedMesh> fewer = DecimateMesh(cut, max_vertices, kEvenness);
+  const absl::StatusOr<DecimatedMesh> fewer = DecimateMesh(cut, max_vertices, split.uv);
   if (!fewer.ok()) return fewer.status();
   ReducedMesh reduced;
   for (const int vertex : fewer->vertices) reduced.vertices.push_back(split.origin[vertex]);

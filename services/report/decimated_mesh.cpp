@@ -8,11 +8,17 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/random.h"
+#include "services/report/edge_flips.h"
 
 namespace weft {
 namespace {
 
 constexpr int kMaxRounds = 8;
+// By how much of the mean edge vertices are shaken, so that what each adds to the shape is the same
+// everywhere. Without, flat cloth gets faces 18 times the middle one. Of the shipped T-shirt, 5,076 vertices
+// to 2,000, 0.1, 0.2 and 0.5 spread the rest alike, and fold 4, 23 and 51 edges over (`weft export --format
+// obj --max-vertices 2000`).
+constexpr double kEvenness = 0.1;
 
 absl::Status CheckForDecimation(const TriangleMesh& mesh, size_t max_vertices) {
   if (max_vertices < 3) return absl::InvalidArgumentError("max_vertices: a mesh has at least 3");
@@ -48,8 +54,8 @@ Eigen::Vector3f JitterOf(const Eigen::Vector3d& position) {
   return jitter;
 }
 
-std::vector<Eigen::Vector3f> Jittered(const TriangleMesh& mesh, double evenness) {
-  const auto amplitude = static_cast<float>(evenness * MeanEdgeMm(mesh));
+std::vector<Eigen::Vector3f> Jittered(const TriangleMesh& mesh) {
+  const auto amplitude = static_cast<float>(kEvenness * MeanEdgeMm(mesh));
   std::vector<Eigen::Vector3f> positions;
   positions.reserve(mesh.vertices_mm.size());
   for (const Eigen::Vector3d& p : mesh.vertices_mm)
@@ -68,7 +74,8 @@ std::vector<int> UsedVertices(const std::vector<unsigned>& indices, size_t verti
 
 }  // namespace
 
-absl::StatusOr<DecimatedMesh> DecimateMesh(const TriangleMesh& mesh, size_t max_vertices, double evenness) {
+absl::StatusOr<DecimatedMesh> DecimateMesh(const TriangleMesh& mesh, size_t max_vertices,
+                                           const std::vector<Eigen::Vector2f>& places) {
   if (absl::Status status = CheckForDecimation(mesh, max_vertices); !status.ok()) return status;
   std::vector<unsigned> indices;
   indices.reserve(3 * mesh.faces.size());
@@ -78,7 +85,7 @@ absl::StatusOr<DecimatedMesh> DecimateMesh(const TriangleMesh& mesh, size_t max_
   DecimatedMesh out;
   out.vertices = UsedVertices(indices, all);
   if (out.vertices.size() > max_vertices) {
-    const std::vector<Eigen::Vector3f> positions = Jittered(mesh, evenness);
+    const std::vector<Eigen::Vector3f> positions = Jittered(mesh);
     // How many vertices a number of faces leaves depends on the openings, so this is repeated.
     for (int round = 0; round < kMaxRounds && out.vertices.size() > max_vertices; ++round) {
       const double share = static_cast<double>(max_vertices) / static_cast<double>(out.vertices.size());
@@ -91,10 +98,14 @@ absl::StatusOr<DecimatedMesh> DecimateMesh(const TriangleMesh& mesh, size_t max_
       out.vertices = UsedVertices(indices, all);
     }
   }
-  std::vector<int> place(all, -1);
-  for (size_t k = 0; k < out.vertices.size(); ++k) place[out.vertices[k]] = static_cast<int>(k);
   for (size_t i = 0; i + 2 < indices.size(); i += 3)
-    out.faces.push_back({place[indices[i]], place[indices[i + 1]], place[indices[i + 2]]});
+    out.faces.push_back(
+        {static_cast<int>(indices[i]), static_cast<int>(indices[i + 1]), static_cast<int>(indices[i + 2])});
+  if (indices.size() < 3 * mesh.faces.size()) FlipBadEdges(mesh.vertices_mm, places, out.faces);
+  std::vector<int> number(all, -1);
+  for (size_t k = 0; k < out.vertices.size(); ++k) number[out.vertices[k]] = static_cast<int>(k);
+  for (Face& face : out.faces)
+    for (int& v : face) v = number[v];
   return out;
 }
 

@@ -18,10 +18,8 @@ struct DecimatedMesh {
 // keep their orientation, openings and seams stay. The same for the same mesh. By meshoptimizer, quadric
 // error metrics (Garland and Heckbert 1997). InvalidArgument: faces with indices outside the vertices,
 // positions that are not finite (each named), no faces, `max_vertices` below 3.
-// `evenness`: by how much of the mean edge vertices are shaken, so that what each adds to the shape is the
-// same everywhere. Few faces fold over with 0.1, and the largest of 100 is 4 times the middle one; with 0.5
-// it is 3 times, but 1 of 100 folds over (a garment of 8,954 vertices reduced to 2,000).
+// `places`: of each vertex on the print, or empty; as FlipBadEdges takes them, which mends slivers and folds.
 absl::StatusOr<DecimatedMesh> DecimateMesh(const TriangleMesh& mesh, size_t max_vertices,
-                                           double evenness = 0.5);
+                                           const std::vector<Eigen::Vector2f>& places = {});
 
 }  // namespace weft

@@ -98,7 +98,35 @@ TEST(DecimatedMesh, FacesCoverTheSheetOnceAndFaceAsBefore) {
     turned += z < 0;
   }
   EXPECT_NEAR(area, 59 * 59 * 9, 0.05 * 59 * 59 * 9);
-  EXPECT_LE(turned, static_cast<int>(fewer.faces.size()) / 50);
+  EXPECT_EQ(turned, 0);
+}
+
+double SmallestAngleDegrees(const TriangleMesh& mesh, const DecimatedMesh& fewer, const Face& face) {
+  double least = 180;
+  for (int c = 0; c < 3; ++c) {
+    const auto at = [&](int corner) { return mesh.vertices_mm[fewer.vertices[face[(c + corner) % 3]]]; };
+    const Eigen::Vector3d p = at(1) - at(0), q = at(2) - at(0);
+    least = std::min(least, std::atan2(p.cross(q).norm(), p.dot(q)) * 180 / M_PI);
+  }
+  return least;
+}
+
+// Folds whose sharpest place turns by 10 degrees a cell.
+TEST(DecimatedMesh, FoldsOverNowhereAndHasFewSlivers) {
+  TriangleMesh mesh = FlatSheet(70);
+  for (Eigen::Vector3d& p : mesh.vertices_mm) p.z() = 10 * std::sin(p.x() / 12) + 5 * std::sin(p.y() / 20);
+  const DecimatedMesh fewer = Decimated(mesh, 1500);
+  std::map<std::pair<int, int>, std::vector<Eigen::Vector3d>> normals;
+  int slivers = 0;
+  for (const Face& face : fewer.faces) {
+    for (int c = 0; c < 3; ++c)
+      normals[std::minmax(face[c], face[(c + 1) % 3])].push_back(AreaVector(mesh, fewer, face).normalized());
+    slivers += SmallestAngleDegrees(mesh, fewer, face) < 15;
+  }
+  int folded = 0;
+  for (const auto& [edge, sides] : normals) folded += sides.size() == 2 && sides[0].dot(sides[1]) < 0;
+  EXPECT_EQ(folded, 0);
+  EXPECT_LE(slivers, static_cast<int>(fewer.faces.size()) / 100);
 }
 
 TEST(DecimatedMesh, OpeningsStayOpenAndNothingElseOpens) {
