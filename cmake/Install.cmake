@@ -10,6 +10,14 @@ foreach(extra weft-pcl weft-train)
   endif()
 endforeach()
 
+# For developers: what measures and refits the decoder, where it was built.
+if(TARGET refit_decode)
+  install(TARGETS accuracy_decode accuracy_drive film_layers refit_decode
+    RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT weft-tools)
+  install(PROGRAMS tests/benchmark/refit_constants.py DESTINATION ${CMAKE_INSTALL_DATADIR}/weft/tools COMPONENT weft-tools)
+  list(APPEND WEFT_EXTRA_PACKAGES weft-tools)
+endif()
+
 install(TARGETS weft weftd weft-recorder weft-video weft-worker RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 install(DIRECTORY docs DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
 install(FILES README.md LICENSE DESTINATION ${CMAKE_INSTALL_DATADIR}/weft)
@@ -78,6 +86,10 @@ set(CPACK_DEBIAN_WEFT-PCL_DESCRIPTION
 the Point Cloud Library.")
 set(CPACK_DEBIAN_WEFT-TRAIN_DESCRIPTION
   "This package has weft-train, with which weft trains the nets of avatars.")
+set(CPACK_DEBIAN_WEFT-TOOLS_DESCRIPTION
+  "This package has programs for developers: accuracy_decode and accuracy_drive\n\
+measure decoding and driving against the truth of simulated takes, refit_decode\n\
+and /usr/share/weft/tools/refit_constants.py fit the decoder's constants anew.")
 if(WEFT_EXTRA_PACKAGES)
   set(CPACK_DEB_COMPONENT_INSTALL ON)
   set(CPACK_DEBIAN_WEFT_PACKAGE_NAME weft)

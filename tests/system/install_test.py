@@ -47,7 +47,7 @@ class Installed(unittest.TestCase):
             self.assertGreater(os.path.getsize(os.path.join(self.prefix, name)), 0, name)
         pages = "share/weft/console/index.html"
         self.assertEqual(os.path.exists(f"{self.prefix}/{pages}"), os.path.exists(os.path.join(BIN, "..", "console/dist/index.html")))
-        for name in ("weft-pcl", "weft-train"):
+        for name in ("weft-pcl", "weft-train", "accuracy_decode", "accuracy_drive", "film_layers", "refit_decode"):
             self.assertEqual(os.path.exists(f"{self.prefix}/bin/{name}"), os.path.exists(f"{BIN}/{name}"))
         self.assertIn("version 3", read(f"{self.share}/doc/weft/copyright"))
         for shell, name in (("bash", "bash-completion/completions/weft"), ("zsh", "zsh/vendor-completions/_weft")):
