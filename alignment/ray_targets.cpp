@@ -11,7 +11,7 @@ namespace weft {
 namespace {
 
 // Against a point of the same sigma: the vertices around have no points either. The presets choose between 1,
-// 4 and 16 (docs/decoding-accuracy.md).
+// 4 and 16 (docs/decoding-accuracy-history.md).
 constexpr double kGain = 4;
 
 // Per mm^2 across the ray.

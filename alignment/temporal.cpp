@@ -21,7 +21,7 @@ constexpr double kOffTheLine = 0.15;
 constexpr double kAccelerationError = 0.5;
 
 // Of how unlike the ways of neighbours are, the share by which a way may be off for each edge to the nearest
-// known one; standard deviation. From 0.12 to 0.5 the presets are alike (docs/decoding-accuracy.md).
+// known one; standard deviation. From 0.12 to 0.5 the presets are alike (docs/decoding-accuracy-history.md).
 constexpr double kCarryError = 0.25;
 
 absl::Status CheckSize(const AlignmentModel& model, const RegisteredMesh& mesh) {

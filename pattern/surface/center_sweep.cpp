@@ -17,8 +17,8 @@ constexpr float kUnknownWeight = 0.2f;
 // mostly where cloth turns away from the camera: edges shrink towards the fold, and the next one shrinks
 // kShrinks times as much. One of kFoldedEdges is taken where it explains more of the image, by kEdgePrior
 // times the square of its distance from that expectation. `accuracy_decode` on pleats, gathers and curls with
-// seed 1 (docs/decoding-accuracy.md), November 2026. Edges around a cylinder shrink with a kShrinks of 1 at
-// first, and of more towards its crest.
+// seed 1 (docs/decoding-accuracy-history.md), November 2026. Edges around a cylinder shrink with a kShrinks
+// of 1 at first, and of more towards its crest.
 constexpr float kLongestHidden = 0.93f, kShortestHidden = 0.1f, kShrinks = 2;
 constexpr float kFoldedEdges[] = {0.6f, 0.3f, 0};
 constexpr float kEdgePrior = 0.3f;

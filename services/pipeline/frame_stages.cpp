@@ -27,13 +27,13 @@ constexpr double kForeign = 0.5;
 constexpr int kTellingCells = 50;
 
 // Relative tolerance of the alignment that only says where to look again. 1e-4 finds .2 points more of the
-// cells of 3 to 4 px of pleats, .1 of gathers (docs/decoding-accuracy.md), and takes 0.7 s longer where
-// 100,000 vertices take 3 s.
+// cells of 3 to 4 px of pleats, .1 of gathers (docs/decoding-accuracy-history.md), and takes 0.7 s longer
+// where 100,000 vertices take 3 s.
 constexpr double kRoughTolerance = 5e-4;
 
 // Share of the centres that a round of the second pass has to add for another one, and rounds at most. First
 // rounds of pleats and gathers add 7 to 15 %, second ones 0.8 to 2.6 %, third ones less
-// (docs/decoding-accuracy.md).
+// (docs/decoding-accuracy-history.md).
 constexpr double kManyFinds = 0.03;
 constexpr int kMostRounds = 3;
 
