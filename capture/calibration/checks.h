@@ -60,8 +60,9 @@ struct CalibrationCheckOptions {
   double max_rms_ratio = 4;         // of a camera's residuals to the median camera's, from 0.2 px on
   double max_scale_error = 0.005;   // of a scale bar, besides 4 of its sigmas
   double max_projection_sigma_px = 0.5;
-  // Views that other cameras share and that do not fit: so many in a row, or this share of a camera's. Good
-  // simulated recordings (calibration_test, NoMomentOfAGoodRecordingIsBlamed) have none in a row.
+  // Views that other cameras share and that do not fit: so many in a row, or this share of a camera's that is
+  // far off. Good simulated recordings (calibration_test, NoMomentOfAGoodRecordingIsBlamed) have none in a
+  // row.
   int min_changed_views = 5;
   double max_rejected_share = 0.2;
 

@@ -42,17 +42,16 @@ std::string WhenChanged(const CalibrationSolution& solution, int camera,
   std::vector<SharedViewFate> fates;
   for (const SharedViewFate& fate : solution.shared_views)
     if (fate.camera == camera) fates.push_back(fate);
-  const auto rejected =
-      std::count_if(fates.begin(), fates.end(), [](const auto& f) { return f.is_rejected; });
+  const auto far = std::count_if(fates.begin(), fates.end(), [](const auto& f) { return f.is_far; });
   const std::optional<Stretch> worst = WorstStretch(fates);
   if (worst && worst->rejected >= options.min_changed_views)
     return absl::StrCat("from frame ", solution.frames[fates[worst->first].frame], " to ",
                         solution.frames[fates[worst->last].frame], " ", worst->rejected, " of its ",
                         worst->all, " views");
-  const bool is_scattered = static_cast<double>(rejected) >
+  const bool is_scattered = static_cast<double>(far) >
                             std::max<double>(options.min_changed_views,
                                              options.max_rejected_share * static_cast<double>(fates.size()));
-  return is_scattered ? absl::StrCat(rejected, " of its ", fates.size(), " views") : "";
+  return is_scattered ? absl::StrCat(far, " of its ", fates.size(), " views") : "";
 }
 
 // Cameras of a rig stand neither at the board nor beyond the hall.

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <map>
 #include <mutex>
-#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -16,6 +15,7 @@
 #include "capture/calibration/rig_covariance.h"
 #include "capture/calibration/rig_initialization.h"
 #include "capture/calibration/scale_bars.h"
+#include "capture/calibration/shared_views.h"
 #include "capture/calibration/side_bows.h"
 #include "capture/calibration/view_equations.h"
 
@@ -89,7 +89,8 @@ void EstimateSigmas(double least_px, CalibrationBundle* bundle) {
 }
 
 // Leaves out corners beyond the limit, and views of which too little is left.
-void RejectOutliers(double sigmas, int min_corners, CalibrationBundle* bundle, std::vector<int>* rejected) {
+void RejectOutliers(double sigmas, int min_corners, CalibrationBundle* bundle, std::vector<int>* rejected,
+                    RejectedViews* left_out) {
   std::vector<BundleView> kept_views;
   for (BundleView& view : bundle->views) {
     const std::vector<Eigen::Vector2d> residuals = ViewResiduals(*bundle, view);
@@ -100,7 +101,11 @@ void RejectOutliers(double sigmas, int min_corners, CalibrationBundle* bundle, s
     const bool enough =
         static_cast<int>(kept.size()) >= min_corners && 2 * kept.size() >= view.corners.size();
     (*rejected)[view.camera] += static_cast<int>(view.corners.size() - (enough ? kept.size() : 0));
-    if (!enough) continue;
+    if (!enough) {
+      const BoardPlacement& placement = bundle->placements[static_cast<size_t>(view.placement)];
+      (*left_out)[{placement.frame, placement.board, view.camera}] = Misfit_px(*bundle, view);
+      continue;
+    }
     view.corners = std::move(kept);
     kept_views.push_back(std::move(view));
   }
@@ -138,7 +143,7 @@ absl::Status CheckAllCamerasLeft(const CalibrationBundle& bundle, const std::vec
 }
 
 absl::Status Adjust(const SolveOptions& options, const OnProgress& on_progress, CalibrationSolution* solution,
-                    std::vector<int>* rejected) {
+                    std::vector<int>* rejected, RejectedViews* left_out) {
   struct Round {
     double tolerance;
     double first_radius;
@@ -152,7 +157,7 @@ absl::Status Adjust(const SolveOptions& options, const OnProgress& on_progress, 
     if (rounds[i].rejection_sigmas > 0) {
       CorrectSideBows(&bundle);
       EstimateSigmas(options.min_sigma_px, &bundle);
-      RejectOutliers(rounds[i].rejection_sigmas, options.min_corners, &bundle, rejected);
+      RejectOutliers(rounds[i].rejection_sigmas, options.min_corners, &bundle, rejected, left_out);
       if (absl::Status status = CheckAllCamerasLeft(bundle, *rejected); !status.ok()) return status;
       EstimateSigmas(options.min_sigma_px, &bundle);
     }
@@ -291,37 +296,6 @@ void AssessStage(CalibrationSolution* solution) {
   }
 }
 
-// A board that one camera alone saw fits it wherever the camera is.
-void FollowSharedViews(const CalibrationViews& views, int min_corners, CalibrationSolution* solution) {
-  using Sight = std::pair<int, int>;  // frame, board
-  std::map<Sight, std::set<int>> seen_by;
-  std::map<std::pair<Sight, int>, size_t> kept;
-  for (const BoardView& view : views.boards)
-    if (static_cast<int>(view.corners.size()) >= min_corners)
-      seen_by[{view.frame, view.board}].insert(view.camera);
-  for (const BundleView& view : solution->bundle.views) {
-    const BoardPlacement& placement = solution->bundle.placements[view.placement];
-    kept[{{placement.frame, placement.board}, view.camera}] = view.corners.size();
-  }
-  for (const BoardView& view : views.boards) {
-    const Sight sight(view.frame, view.board);
-    if (static_cast<int>(view.corners.size()) < min_corners || seen_by[sight].size() < 2) continue;
-    const auto is_rejected = [&](const BoardView& one) {
-      const auto left = kept.find({sight, one.camera});
-      return left == kept.end() || 2 * left->second < one.corners.size();
-    };
-    // Of two cameras that disagree either one may have been rejected.
-    bool rejected = is_rejected(view);
-    if (seen_by[sight].size() == 2)
-      for (const BoardView& other : views.boards)
-        rejected |= other.frame == view.frame && other.board == view.board && is_rejected(other);
-    solution->shared_views.push_back({view.camera, view.frame, rejected});
-  }
-  std::stable_sort(solution->shared_views.begin(), solution->shared_views.end(),
-                   [](const auto& a, const auto& b) { return a.frame < b.frame; });
-  solution->frames = views.frames;
-}
-
 }  // namespace
 
 absl::Status SolveOptions::Validate() const {
@@ -350,8 +324,10 @@ absl::StatusOr<CalibrationSolution> SolveCalibration(const CalibrationTarget& ta
   if (on_progress) on_progress("poses", 0);
   if (status = InitializePoses(&solution.bundle); !status.ok()) return status;
   std::vector<int> rejected(views.cameras.size(), 0);
-  if (status = Adjust(options, on_progress, &solution, &rejected); !status.ok()) return status;
-  FollowSharedViews(views, options.min_corners, &solution);
+  RejectedViews left_out;
+  if (status = Adjust(options, on_progress, &solution, &rejected, &left_out); !status.ok()) return status;
+  solution.shared_views = FollowSharedViews(views, options.min_corners, solution.bundle, left_out);
+  solution.frames = views.frames;
   if (status = SetWorld(views, options, &solution.bundle); !status.ok()) return status;
   solution.bars = MeasureScaleBars(target, views, solution.bundle.cameras);
   if (options.scale_from_bar) {

@@ -8,6 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "capture/calibration/calibration_bundle.h"
+#include "capture/calibration/shared_views.h"
 #include "capture/calibration/target.h"
 #include "capture/rig/rig.h"
 
@@ -44,13 +45,6 @@ struct ScaleBarFit {
   int frames = 0;
   double length_mm = 0;  // mean, by the boards' tag sizes
   double sigma_mm = 0;   // of the mean, from the spread over the frames
-};
-
-// What became of a view of a board that other cameras saw at the same moment.
-struct SharedViewFate {
-  int camera = 0;
-  int frame = 0;
-  bool is_rejected = false;  // most of its corners do not fit
 };
 
 struct CalibrationSolution {
