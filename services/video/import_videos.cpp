@@ -45,7 +45,7 @@ namespace fs = std::filesystem;
 
 constexpr size_t kAtOnce = 3;         // videos that are written; ffmpeg has threads of its own
 constexpr size_t kMostLookedAt = 16;  // videos, each by one thread
-constexpr int kFactsVersion = 2;
+constexpr int kFactsVersion = 3;
 constexpr const char* kUnfinished = ".unfinished";
 
 std::string NameOfFile(const v1::VideoFacts& video) { return fs::path(video.path()).filename().string(); }

@@ -19,6 +19,7 @@
 #include "services/process/exit_status.h"
 #include "services/video/damage.h"
 #include "services/video/flat_values.h"
+#include "services/video/presentation.h"
 #include "services/video/timecode_track.h"
 #include "services/video/video_packets.h"
 #include "services/video/video_program.h"
@@ -29,6 +30,7 @@ namespace {
 constexpr int kMostSide_px = 65536;
 constexpr size_t kMostFrames = 10'000'000;
 constexpr size_t kMostComplaint = 1000;
+constexpr absl::string_view kStream = "streams.stream.";
 
 // In any stream or of the file: MOV has a track of its own for it.
 std::string TimecodeTagOf(const FlatValues& values) {
@@ -78,7 +80,8 @@ absl::StatusOr<std::string> ReadHeader(const std::string& path) {
   const auto said = RunVideoProgram(
       "ffprobe", path,
       {"-hide_banner", "-v", "error", "-protocol_whitelist", "file", "-show_entries",
-       "stream=codec_type,codec_name,codec_tag_string,channels,start_time,width,height,pix_fmt,field_order,"
+       "stream=codec_type,codec_name,codec_tag_string,channels,start_time,has_b_frames,width,height,pix_fmt,"
+       "field_order,"
        "time_base,nb_frames,avg_frame_rate,r_frame_rate:stream_tags:format=format_name:format_tags",
        "-of", "flat", absl::StrCat("file:", path)});
   if (!said.ok()) return said.status();
@@ -150,6 +153,15 @@ absl::Status ReadFrameTimes(const FramesSeen& seen, const std::vector<VideoPacke
   absl::StatusOr<FrameLines> lines = ParseFrameLines(said->out);
   if (!lines.ok()) return Named(facts.path(), lines.status());
   if (lines->pts.empty()) return Complain(facts.path(), *said);
+  const bool is_complained =
+      said->wait_status != 0 || IsWorthALook(said->errors, facts.codec(), facts.container());
+  absl::StatusOr<std::vector<int64_t>> by_order =
+      TimesByOrder(packets, {lines->pts, facts.waits(), is_complained});
+  if (!by_order.ok()) return Named(facts.path(), by_order.status());
+  if (!by_order->empty()) {
+    facts.mutable_decoded_pts()->Add(lines->pts.begin(), lines->pts.end());
+    lines->pts = *std::move(by_order);
+  }
   // A header that says it speaks for all.
   const bool is_declared = facts.interlaced() > 0;
   facts.set_interlaced(lines->interlaced == 0 && is_declared ? lines->pts.size() : lines->interlaced);
@@ -159,8 +171,7 @@ absl::Status ReadFrameTimes(const FramesSeen& seen, const std::vector<VideoPacke
   pictures.has_fields = lines->interlaced > 0;
   for (const char* code : {"vp8", "vp9", "mpeg4"}) pictures.skips = pictures.skips || facts.codec() == code;
   std::vector<int64_t> damaged;
-  if (said->wait_status != 0 || LacksPictures(pictures) ||
-      IsWorthALook(said->errors, facts.codec(), facts.container())) {
+  if (is_complained || LacksPictures(pictures)) {
     auto found = LookClosely(std::move(pictures), facts);
     if (!found.ok()) return found.status();
     damaged = *std::move(found);
@@ -216,7 +227,9 @@ std::vector<std::string> DecodingArguments(const v1::VideoFacts& facts) {
   // Pictures are decoded as well as they can be, and those that are wrong are told by what is said of them:
   // ffmpeg's "explode" drops others, which were waiting to be shown, and keeps those that follow.
   // Threads of frames hide where slices end too early; what is sound is the same with two of them.
-  const bool is_sound = facts.frame_pts_size() > 0 && facts.unused().empty() && facts.complaint().empty();
+  // Where a decoder tells the times by how long it waits, they depend on its threads.
+  const bool is_sound = facts.frame_pts_size() > 0 && facts.unused().empty() && facts.complaint().empty() &&
+                        facts.decoded_pts().empty();
   // CAVLC slices of H.264 that end before their data are damaged; stuffing is usual in other codes.
   const std::string detect = facts.codec() == "h264" ? "crccheck+aggressive" : "crccheck";
   return {"-hide_banner",
@@ -258,17 +271,21 @@ absl::StatusOr<v1::VideoFacts> ParseVideoHeader(std::string_view flat) {
   v1::VideoFacts facts;
   std::string stream;
   for (const auto& [name, value] : values) {
-    if (!absl::StartsWith(name, "streams.stream.") || !absl::EndsWith(name, ".codec_type")) continue;
+    if (!absl::StartsWith(name, kStream) || !absl::EndsWith(name, ".codec_type")) continue;
     if (value == "video" && stream.empty())
       stream = name.substr(0, name.size() - std::string_view("codec_type").size());
   }
   if (stream.empty()) return absl::InvalidArgumentError("it holds no video");
   AddSounds(values, facts);
+  int index = 0;
+  if (absl::SimpleAtoi(stream.substr(kStream.size(), stream.size() - kStream.size() - 1), &index))
+    facts.set_stream(index);
   facts.set_width_px(IntegerOf(values, stream + "width"));
   facts.set_height_px(IntegerOf(values, stream + "height"));
   if (facts.width_px() <= 0 || facts.height_px() <= 0 || facts.width_px() > kMostSide_px ||
       facts.height_px() > kMostSide_px)
     return absl::InvalidArgumentError("its pictures have no size; is it damaged?");
+  facts.set_waits(std::max(0, IntegerOf(values, stream + "has_b_frames")));
   facts.set_pixels(ValueOf(values, stream + "pix_fmt"));
   const auto base = FractionOf(ValueOf(values, stream + "time_base"));
   if (!base || !IsPlainText(facts.pixels()))
@@ -360,8 +377,15 @@ absl::StatusOr<v1::VideoFacts> LookAtVideo(const std::string& path, const Frames
   facts->set_path(path);
   facts->set_bytes(static_cast<uint64_t>(info.st_size));
   facts->set_modified_unix_ns(info.st_mtim.tv_sec * int64_t{1'000'000'000} + info.st_mtim.tv_nsec);
-  const absl::StatusOr<std::vector<VideoPacket>> packets = ReadPackets(path);
+  // Files of QuickTime and MP4 alone have edit lists.
+  std::string log;
+  const bool has_edits = absl::StrContains(facts->container(), "mov");
+  const absl::StatusOr<std::vector<VideoPacket>> packets = ReadPackets(path, has_edits ? &log : nullptr);
   if (!packets.ok()) return packets.status();
+  const double count_s =
+      static_cast<double>(facts->time_base_num()) / static_cast<double>(facts->time_base_den());
+  if (absl::Status edits = CheckEdits(ParseEdits(log, facts->stream()), *packets, count_s); !edits.ok())
+    return Named(path, edits);
   facts->set_begin_pts(BeginOf(*packets));
   facts->set_hidden(static_cast<uint64_t>(std::count_if(
       packets->begin(), packets->end(), [](const VideoPacket& packet) { return packet.is_hidden; })));

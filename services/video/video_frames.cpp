@@ -107,7 +107,11 @@ absl::Status VideoFrames::Finish() {
   bool same = lines->pts.size() == places_.count;
   for (uint64_t i = 0; same && i < places_.count; ++i) {
     const uint64_t place = places_.first + i;
-    if (places_.used[place]) same = lines->pts[i] == facts_.frame_pts(static_cast<int>(used_before++));
+    const auto at = static_cast<int>(place);
+    if (places_.used[place])
+      same =
+          lines->pts[i] == (facts_.decoded_pts().empty() ? facts_.frame_pts(static_cast<int>(used_before++))
+                                                         : facts_.decoded_pts(at));
   }
   return same ? absl::OkStatus() : Changed("its frames have other times than at first");
 }

@@ -29,6 +29,7 @@ absl::StatusOr<std::vector<VideoPacket>> ParsePackets(std::string_view csv) {
     if (!has_pts && !has_dts) continue;
     if (!has_pts) packet.pts = packet.dts;
     if (!has_dts) packet.dts = packet.pts;
+    packet.is_shown_by_itself = has_pts && !(has_dts && packet.pts == packet.dts);
     packet.is_key = words[2].find('K') != absl::string_view::npos;
     packet.is_hidden = words[2].find('D') != absl::string_view::npos;
     if (packets.size() >= kMostPackets) return absl::InvalidArgumentError("it has more frames than any film");
@@ -37,12 +38,13 @@ absl::StatusOr<std::vector<VideoPacket>> ParsePackets(std::string_view csv) {
   return packets;
 }
 
-absl::StatusOr<std::vector<VideoPacket>> ReadPackets(const std::string& path) {
-  const auto said = RunVideoProgram(
-      "ffprobe", path,
-      {"-hide_banner", "-v", "quiet", "-protocol_whitelist", "file", "-select_streams", "v:0",
-       "-show_entries", "packet=pts,dts,flags", "-of", "csv=p=0", absl::StrCat("file:", path)});
+absl::StatusOr<std::vector<VideoPacket>> ReadPackets(const std::string& path, std::string* log) {
+  const auto said = RunVideoProgram("ffprobe", path,
+                                    {"-hide_banner", "-v", log == nullptr ? "quiet" : "debug",
+                                     "-protocol_whitelist", "file", "-select_streams", "v:0", "-show_entries",
+                                     "packet=pts,dts,flags", "-of", "csv=p=0", absl::StrCat("file:", path)});
   if (!said.ok()) return said.status();
+  if (log != nullptr) *log = said->errors;
   return ParsePackets(said->out);
 }
 

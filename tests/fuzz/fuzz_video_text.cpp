@@ -6,6 +6,7 @@
 
 #include "services/video/damage.h"
 #include "services/video/ltc.h"
+#include "services/video/presentation.h"
 #include "services/video/timecode.h"
 #include "services/video/timecode_track.h"
 #include "services/video/video_facts.h"
@@ -54,6 +55,20 @@ void TryTrack(std::string_view text) {
   FuzzRequire(fps >= 0 && (fps == 0 || weft::LabelOf(facts, fps).ok()));
 }
 
+// Times by order are those of the packets.
+void TryPresentation(std::string_view text) {
+  const auto packets = weft::ParsePackets(text);
+  if (!packets.ok()) return;
+  std::vector<int64_t> late;
+  for (const weft::VideoPacket& packet : *packets) late.push_back(packet.dts + 2);
+  const auto times = weft::TimesByOrder(*packets, {late, 2, false});
+  if (times.ok()) weft::FuzzRequire(times->empty() || times->size() == packets->size());
+  for (int stream = 0; stream < 2; ++stream) {
+    const std::vector<weft::VideoEdit> edits = weft::ParseEdits(text, stream);
+    [[maybe_unused]] const bool fits = weft::CheckEdits(edits, *packets, 0.001).ok();
+  }
+}
+
 // Damaged pictures are pictures of the film.
 void TryDamage(std::string_view text) {
   weft::DecodedPictures pictures;
@@ -82,6 +97,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   TryHeader(text);
   TryLines(text);
   TryTrack(text);
+  TryPresentation(text);
   TryDamage(text);
   TrySound(data, size);
   return 0;
@@ -100,6 +116,10 @@ std::vector<std::string> weft::FuzzSeeds() {
       "[h264 @ 0x55d1] [error] error while decoding MB 0 4, bytestream 734\n"
       "[warning] a.mp4: corrupt decoded frame in stream 0\n"
       "[info] decoder -> ist_index:0 type:video frame_pts:4 frame_pts_time:1 best_effort_ts:4 \n",
+      "N/A,0,K_\nN/A,1,__\n2,2,__\nN/A,3,__\n[mov @ 0x1] Processing st: 0, edit list 0 - media time: 2, "
+      "duration: 3\n"
+      "[mov @ 0x1] Processing st: 0, edit list 1 - media time: -1, duration: 9\n"
+      "[mov @ 0x1] Processing st: 1, edit list 0 - media time: 5, duration: 7\n",
       "streams.stream.0.codec_type=\"video\"\nstreams.stream.0.width=320\nstreams.stream.0.height=240\n"
       "streams.stream.0.pix_fmt=\"yuv420p\"\nstreams.stream.0.r_frame_rate=\"30000/1001\"\n"
       "streams.stream.0.avg_frame_rate=\"30000/1001\"\nstreams.stream.0.time_base=\"1/30000\"\n"

@@ -84,9 +84,9 @@ def atom(data, path, begin, end):
     return None
 
 
-def edit(source, path, cut_s=None, wait_s=None):
+def edit(source, path, cut_s=None, wait_s=None, parts_s=None):
     """Edit lists anew, the samples stay: tracks of a kind (b"vide", b"tmcd") begin `cut_s` later in what they hold, and are
-    shown `wait_s` later. The file's `moov` is its last atom."""
+    shown `wait_s` later. Or all tracks show parts, from one moment to another. The file's `moov` is its last atom."""
     data = bytearray(read(source, "rb"))
     moov_at, moov_size = atom(data, [b"moov"], 0, len(data))
     movie = bytes(data[moov_at + 8:moov_at + moov_size])
@@ -94,15 +94,15 @@ def edit(source, path, cut_s=None, wait_s=None):
     new = b""
     for kind, at, size in atoms(movie, 0, len(movie)):
         part = movie[at:at + size]
-        new += edited_track(part, scale, cut_s or {}, wait_s or {}) if kind == b"trak" else part
+        new += edited_track(part, scale, cut_s or {}, wait_s or {}, parts_s) if kind == b"trak" else part
     write(path, bytes(data[:moov_at] + struct.pack(">I4s", 8 + len(new), b"moov") + new + data[moov_at + moov_size:]))
     return path
 
 
-def edited_track(track, movie_scale, cut_s, wait_s):
+def edited_track(track, movie_scale, cut_s, wait_s, parts_s):
     at = atom(track, [b"mdia", b"hdlr"], 8, len(track))[0]
     kind = track[at + 16:at + 20]
-    if kind not in cut_s and kind not in wait_s:
+    if kind not in cut_s and kind not in wait_s and not parts_s:
         return track
     at = atom(track, [b"mdia", b"mdhd"], 8, len(track))[0]
     scale = struct.unpack(">I", track[at + 20:at + 24])[0]
@@ -113,6 +113,8 @@ def edited_track(track, movie_scale, cut_s, wait_s):
     cut, wait = cut_s.get(kind, 0), wait_s.get(kind, 0)
     entries = [(round(wait * movie_scale), -1)] if wait else []
     entries.append((length - round(cut * movie_scale), begin + round(cut * scale)))
+    if parts_s:
+        entries = [(round((end - first) * movie_scale), begin + round(first * scale)) for first, end in parts_s]
     table = struct.pack(">I4sII", 16 + 12 * len(entries), b"elst", 0, len(entries))
     table += b"".join(struct.pack(">IiI", duration, media, 1 << 16) for duration, media in entries)
     parts = [track[at:at + size] for name, at, size in atoms(track, 8, len(track)) if name != b"edts"]

@@ -1,15 +1,18 @@
 """Videos of one scene by many cameras, files and timecodes: the import finds by how much their times differ, to a tenth of a
 frame. Their pictures tell the truth."""
 
+import glob
 import json
 import os
+import re
 import statistics
+import subprocess
 import tempfile
 import unittest
 from fractions import Fraction
 
-from made_films import H264, edit, ffmpeg, film, lose, set_timecode, shown
-from studio import weft
+from made_films import DARKEST, H264, STEP, damage, edit, ffmpeg, film, lose, set_timecode, shown
+from studio import read, weft, write
 
 NDF, DF = "23:59:59:10", "23:59:59;10"
 
@@ -111,6 +114,91 @@ class VideoTimesTest(unittest.TestCase):
                                self.path("take"), "--json", check=0).stdout)
         a, b = (camera["sync"].get("offset_s", 0) for camera in copy["take"]["cameras"])
         self.assertAlmostEqual(a, b, delta=0.003)
+
+    def levels(self, camera):
+        """The moment that each picture of a camera shows, by frame set of the exported take."""
+        files = sorted(glob.glob(self.path(f"pictures/*/{camera}.png")))
+        told = subprocess.run(["ffmpeg", "-hide_banner", "-pattern_type", "glob", "-i", self.path(f"pictures/*/{camera}.png"), "-vf",
+                               "format=gray,showinfo", "-f", "null", "-"], capture_output=True, text=True, check=True).stderr
+        found = [(float(level) - DARKEST) / STEP for level in re.findall(r"mean:\[(\d+)", told)]
+        self.assertEqual(len(found), len(files), camera)
+        return {os.path.basename(os.path.dirname(file)): moment for file, moment in zip(files, found)}
+
+    def test_other_containers_and_codes(self):
+        """All pictures of a frame set are of one moment, though some containers say in which order pictures are decoded alone,
+        begin at other times, lack pictures, or are damaged."""
+        whole = film(self.path("whole.mov"), *H264, "-timecode", DF)
+        tag = ("-metadata", f"timecode={DF}")
+        mpeg2 = ("-c:v", "mpeg2video", "-q:v", "2", "-g", "12", "-bf", "2")
+        jpeg = ("-c:v", "mjpeg", "-q:v", "2", "-pix_fmt", "yuvj420p")
+        broken = bytearray(read(whole, "rb"))
+        at = broken.index(b"mdat") + 200
+        broken[at:at + 500] = bytes(500)
+        write(self.path("broken.mov"), bytes(broken))
+        ffmpeg("-i", whole, "-vf", "select='not(between(n,20,24)+eq(n,50))'", "-fps_mode", "vfr", *H264, "-timecode", DF,
+               self.path("lost.mov"))
+        ffmpeg("-f", "lavfi", "-i", "sine=d=3", "-i", whole, "-map", "1:v", "-map", "0:a", "-c:v", "copy", "-c:a", "aac", "-timecode",
+               DF, self.path("sound.mov"))
+        films = {
+            "whole": whole,
+            "avi_jpeg": film(self.path("jpeg.avi"), *jpeg, *tag),
+            "avi_h264": film(self.path("h264.avi"), *H264, *tag),
+            "avi_copy": self.copy(whole, "copy.avi", *tag),
+            "avi_mpeg4": film(self.path("mpeg4.avi"), "-c:v", "mpeg4", "-q:v", "2", "-bf", "2", *tag),
+            "mxf_h264": film(self.path("h264.mxf"), *H264, "-timecode", DF),
+            "mxf_mpeg2": film(self.path("mpeg2.mxf"), *mpeg2, "-timecode", DF),
+            "webm_late": film(self.path("late.webm"), "-c:v", "libvpx-vp9", "-crf", "10", "-b:v", "0", "-deadline", "realtime", *tag,
+                              "-output_ts_offset", "5"),
+            "copied_later": self.copy(whole, "later.mov", "-movie_timescale", "600", "-timecode", "00:00:00;02",
+                                      first=("-ss", "0.734")),
+            "tag_of_stream": self.copy(whole, "stream.mkv", "-metadata:s:v", f"timecode={DF}"),
+            "lost": self.path("lost.mov"),
+            "broken": self.path("broken.mov"),
+            "sound": self.path("sound.mov"),
+        }
+        cameras = [word for name, path in films.items() for word in ("--camera", f"{name}={path}")]
+        done = json.loads(weft("take", "import", *cameras, "--sync", "timecode", "--out", self.path("take"), "--json",
+                               check=0).stdout)
+        weft("take", "export", self.path("take"), "--out", self.path("pictures"), check=0)
+        whole_of_set = self.levels("whole")
+        for name in films:
+            found = self.levels(name)
+            with self.subTest(name):
+                self.assertEqual(len(found), {"copied_later": 68, "lost": 84, "broken": 76}.get(name, 90))
+                off = max(abs(moment - whole_of_set[number]) for number, moment in found.items())
+                self.assertLess(off, 0.6, f"{name}: {off} frames")  # levels are rounded: half a step is no frame
+                is_damaged = any(text.startswith(f"{name} (") and "it is damaged" in text for text in done["warnings"])
+                self.assertEqual(is_damaged, name == "broken", done["warnings"])
+
+    def test_other_rates_and_tracks(self):
+        """Of one scene that begins at 10:22:33:00, in labels that drop no numbers."""
+        label = ("-timecode", "10:22:33:00")
+        wide = ("-vf", "scale=256:120", "-c:v", "dnxhd", "-profile:v", "dnxhr_lb", "-pix_fmt", "yuv422p")
+        slow = film(self.path("slow.mov"), *H264, *label)
+        fast = film(self.path("fast.mp4"), *H264, rate="120000/1001")
+        prores = film(self.path("prores.mov"), "-c:v", "prores", *label, rate="24000/1001")
+        self.compare([
+            ("slow", slow, 30000 / 1001),
+            ("op_atom", film(self.path("a.mxf"), *wide, "-f", "mxf_opatom", *label, rate="24000/1001"), 24000 / 1001),
+            ("prores", edit(prores, self.path("p.mov"), cut_s={b"vide": 1.001, b"tmcd": 1.001}), 24000 / 1001),
+            ("hevc", film(self.path("h.mov"), "-c:v", "libx265", "-preset", "veryfast", "-crf", "8", "-x265-params",
+                          "log-level=error:keyint=30:bframes=3", *label, rate="60000/1001"), 60000 / 1001),
+            ("every_fourth", self.with_track(fast, slow, "f.mov"), 120000 / 1001),
+            ("base_of_48", film(self.path("b.mov"), *H264, *label, rate="48000/1001"), 48000 / 1001),
+        ])
+
+    def test_refuses_what_loses_its_times(self):
+        """A cut within the recording, and damage where nothing tells which pictures it concerns."""
+        whole = film(self.path("whole.mov"), *H264, "-timecode", DF)
+        period_s = 1.001 / 30
+        cut = edit(whole, self.path("cut.mov"), parts_s=[(10 * period_s, 40 * period_s), (60 * period_s, 90 * period_s)])
+        again = edit(whole, self.path("again.mov"), parts_s=[(10 * period_s, 40 * period_s), (40 * period_s, 90 * period_s)])
+        damaged = damage(film(self.path("h264.avi"), *H264, "-metadata", f"timecode={DF}"), self.path("damaged.avi"), 20, 60)
+        for path, words in ((cut, "its edit list has a cut 1.001 s after its begin"), (damaged, "not when they are shown")):
+            refused = weft("take", "import", whole, path, "--sync", "timecode", "--out", self.path("take"), check=2)
+            self.assertIn(words, refused.stderr)
+        # Parts that follow each other are no cut.
+        weft("take", "import", whole, again, "--sync", "timecode", "--out", self.path("take"), check=0)
 
     def test_says_what_times_cannot_tell(self):
         """Fields, times that come twice, timecodes that part."""
