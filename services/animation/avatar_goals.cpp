@@ -333,6 +333,10 @@ std::string AvatarText(const std::string& path, const v1::Avatar& avatar) {
       absl::StrAppendFormat(&out, " %.2f", factor);
     absl::StrAppend(&out, " for vertices with 0, 1, 2, 3 and more rays\n");
   }
+  absl::StrAppend(
+      &out,
+      "sigma      fitted without pictures; before three cameras and more it may be too small by them: "
+      "`weft evaluate TAKE --avatar AVATAR` of a simulated take tells (1 s %, 2 s %)\n");
   AppendSources(avatar, out);
   return out;
 }

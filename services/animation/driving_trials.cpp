@@ -20,16 +20,17 @@ constexpr int kDarkFrom = 10, kDarkFrames = 15, kAfter = 10;
 
 }  // namespace
 
-absl::Status DrivingTrials::Drive(ClothTake& take, ObservedTake& seen, int frames,
+absl::Status DrivingTrials::Drive(ClothTake& take, ObservedTake& seen, const FrameRange& frames,
                                   const DrivingTrial& trial) {
   absl::StatusOr<TimedDriver> driver = TimedDriver::Create(garment_, avatar_, driving_);
   if (!driver.ok()) return driver.status();
   bool follows = false;
-  for (int k = 0; k < frames; ++k) {
+  for (size_t frame = frames.first; frame < frames.end; ++frame) {
     if (stop_.stop_requested()) return absl::CancelledError("the evaluation was stopped");
-    const absl::StatusOr<ClothFrame> truth = take.Read(k);
+    const auto k = static_cast<int>(frame - frames.first);
+    const absl::StatusOr<ClothFrame> truth = take.Read(static_cast<int>(frame));
     if (!truth.ok()) return truth.status();
-    absl::StatusOr<std::vector<ViewObservations>> views = seen.Look(k, *truth);
+    absl::StatusOr<std::vector<ViewObservations>> views = seen.Look(static_cast<int>(frame), *truth);
     if (!views.ok()) return views.status();
     if (trial.beside)
       if (absl::Status status = trial.beside(k, *truth, *views); !status.ok()) return status;
@@ -53,7 +54,7 @@ absl::Status DrivingTrials::Drive(ClothTake& take, ObservedTake& seen, int frame
   return absl::OkStatus();
 }
 
-absl::Status DrivingTrials::TryElsewhere(ClothTake& take, const std::string& split, int frames,
+absl::Status DrivingTrials::TryElsewhere(ClothTake& take, const std::string& split, const FrameRange& frames,
                                          ScoreTable& table) {
   const absl::StatusOr<ClothFrame> first = take.Read(0);
   if (!first.ok()) return first.status();
@@ -76,7 +77,8 @@ absl::Status DrivingTrials::TryElsewhere(ClothTake& take, const std::string& spl
   return absl::OkStatus();
 }
 
-absl::Status DrivingTrials::TryAll(ClothTake& take, const std::string& split, int frames, ScoreTable& table) {
+absl::Status DrivingTrials::TryAll(ClothTake& take, const std::string& split, const FrameRange& frames,
+                                   ScoreTable& table) {
   if (absl::Status status = TryElsewhere(take, split, frames, table); !status.ok()) return status;
   const auto seen = ObserveTake(take, 2, observing_);
   if (!seen.ok()) return seen.status();
@@ -85,7 +87,7 @@ absl::Status DrivingTrials::TryAll(ClothTake& take, const std::string& split, in
   single.tally_of = [&](int) { return &table.At(split, 2, kFrameByFrame); };
   if (absl::Status status = Drive(take, **seen, frames, single); !status.ok()) return status;
   constexpr int kDarkEnd = kDarkFrom + kDarkFrames, kBack = kDarkEnd + kAfter;
-  if (frames < kBack + kAfter) return absl::OkStatus();
+  if (frames.end - frames.first < static_cast<size_t>(kBack + kAfter)) return absl::OkStatus();
   const auto is_after = [](int k) { return k >= kBack && k < kBack + kAfter; };
   DrivingTrial dark, never;
   dark.dark = [](int k) { return k >= kDarkFrom && k < kDarkEnd; };

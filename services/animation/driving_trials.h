@@ -14,14 +14,15 @@
 #include "animation/evidence.h"
 #include "animation/pixel_avatar.h"
 #include "animation/sparse_view_avatar.h"
+#include "capture/take/frame_range.h"
 #include "services/animation/cloth_take.h"
 #include "services/animation/observed_take.h"
 #include "services/animation/score_table.h"
 
 namespace weft {
 
-// One way to drive a take. `dark` says whether the first camera is, `tally_of` what to add a frame to, or
-// null.
+// One way to drive a take. Frames count from the first that is driven. `dark` says whether the first camera
+// is, `tally_of` what to add a frame to, or null.
 struct DrivingTrial {
   std::function<bool(int)> dark = [](int) { return false; };
   std::function<ScoreTally*(int)> tally_of;
@@ -45,17 +46,19 @@ class DrivingTrials {
         stop_(stop),
         nodes_(garment) {}
 
-  // Drives the first `frames`. Errors of the take and the driver; Cancelled.
-  absl::Status Drive(ClothTake& take, ObservedTake& seen, int frames, const DrivingTrial& trial);
+  // Drives `frames`, by position. Errors of the take and the driver; Cancelled.
+  absl::Status Drive(ClothTake& take, ObservedTake& seen, const FrameRange& frames,
+                     const DrivingTrial& trial);
 
   // Methods "elsewhere" (before two cameras in each of two other places; of a baseline "paper elsewhere"),
   // "frame by frame", and while the first of two cameras is dark for 15 frames: "one dark", "after dark"
   // (frames 10 to 19 after it) and "never dark" (those, undisturbed). Takes that are too short are not
   // darkened.
-  absl::Status TryAll(ClothTake& take, const std::string& split, int frames, ScoreTable& table);
+  absl::Status TryAll(ClothTake& take, const std::string& split, const FrameRange& frames, ScoreTable& table);
 
  private:
-  absl::Status TryElsewhere(ClothTake& take, const std::string& split, int frames, ScoreTable& table);
+  absl::Status TryElsewhere(ClothTake& take, const std::string& split, const FrameRange& frames,
+                            ScoreTable& table);
 
   const Template& garment_;
   const SparseViewAvatar& avatar_;

@@ -97,8 +97,9 @@ class AvatarScorer {
     return trials_.TryAll(take, split, FramesOf(take), table_);
   }
 
-  int FramesOf(const ClothTake& take) const {
-    return scoring_.max_frames > 0 ? std::min(scoring_.max_frames, take.frames()) : take.frames();
+  FrameRange FramesOf(const ClothTake& take) const {
+    const auto all = static_cast<size_t>(take.frames());
+    return {std::min(scoring_.frames.first, all), std::min(scoring_.frames.end, all)};
   }
   const ScoreTable& table() const { return table_; }
 
@@ -111,14 +112,16 @@ class AvatarScorer {
     std::optional<SkinnedBaseline> skinned;
     if (absl::Status status = paper_.Begin(cameras); !status.ok()) return status;
     bool follows = false;
-    for (int k = 0; k < FramesOf(take); ++k) {
+    const FrameRange frames = FramesOf(take);
+    const auto first = static_cast<int>(frames.first);
+    for (int k = first; k < static_cast<int>(frames.end); ++k) {
       if (stop_.stop_requested()) return absl::CancelledError("the evaluation was stopped");
       const absl::StatusOr<ClothFrame> truth = take.Read(k);
       if (!truth.ok()) return truth.status();
       const absl::StatusOr<std::vector<ViewObservations>> views = seen.Look(k, *truth);
       if (!views.ok()) return views.status();
       const FrameInView frame{*truth, *views,  seen.rig(), DirectionsOf(*views, seen.rig(), garment_, nodes_),
-                              split,  cameras, k > 0};
+                              split,  cameras, k > first};
       absl::Status status;
       if (with_shapes) status.Update(AddShapes(frame, sums));
       std::vector<double> ms;
@@ -142,7 +145,8 @@ class AvatarScorer {
       const bool skins = truth->pose.has_value() && cameras <= kCamerasToSkin;
       if (skins && !skinned) skinned.emplace(model_.graph(), take.body, truth->vertices_mm, *truth->pose);
       if (skins) status.Update(AddSkinned(frame, *skinned, sums));
-      status.Update(paper_.Add({*truth, *views, frame.rig, frame.rays, k > 0}, split, "", driving_, sums));
+      status.Update(
+          paper_.Add({*truth, *views, frame.rig, frame.rays, k > first}, split, "", driving_, sums));
       if (!status.ok()) return status;
       follows = !driven->lost;
       if (on_frame) on_frame();
@@ -254,7 +258,8 @@ absl::Status AvatarScoring::Validate() const {
   for (const int count : cameras)
     if (count < 1 || count > 1000)
       return absl::InvalidArgumentError(absl::StrCat("cameras: ", count, " of them, expected 1 to 1000"));
-  if (max_frames < 0) return absl::InvalidArgumentError("max_frames must not be negative");
+  if (frames.first >= frames.end)
+    return absl::InvalidArgumentError("frames: the range must end behind its first frame");
   if (!(fps >= 0)) return absl::InvalidArgumentError("fps must not be negative");
   if (threads < 1) return absl::InvalidArgumentError("threads must be 1 or more");
   return absl::OkStatus();
@@ -305,8 +310,13 @@ absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
   AvatarScorer scorer(scoring, avatar->avatar, *baseline ? &**baseline : nullptr, garment->garment,
                       *std::move(near_seams), stop);
   size_t all = 0, done = 0;
-  for (const ClothTake* take : takes)
-    all += static_cast<size_t>(scorer.FramesOf(*take)) * scoring.cameras.size();
+  for (const ClothTake* take : takes) {
+    const FrameRange frames = scorer.FramesOf(*take);
+    if (frames.first >= frames.end)
+      return absl::InvalidArgumentError(absl::StrCat("frames: ", take->name(), " has ", take->frames(),
+                                                     ", none of them from ", scoring.frames.first, " on"));
+    all += (frames.end - frames.first) * scoring.cameras.size();
+  }
   std::vector<std::string> remarks;
   for (ClothTake* take : takes) {
     const auto one_more = [&] {

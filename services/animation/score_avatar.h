@@ -9,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "animation/sparse_view_driver.h"
+#include "capture/take/frame_range.h"
 #include "weft/v1/avatar.pb.h"
 
 namespace weft {
@@ -23,7 +24,7 @@ struct AvatarScoring {
   std::string garment;  // folder of the template; empty: the sources'
   std::vector<std::string> splits = {"test-known", "test-unseen"};  // of data sets
   std::vector<int> cameras = {2, 3};                                // numbers of them, each scored by itself
-  int max_frames = 0;                                               // of each take; 0: all
+  FrameRange frames = {0, SIZE_MAX};                                // of each take, by position
   double fps = 0;                                                   // of takes that tell no times; 0: 30
   int threads = 1;    // that drive; what cameras see is made by all
   uint64_t seed = 1;  // of what cameras see
@@ -47,7 +48,8 @@ struct AvatarScoring {
 // ("hand before"). Frames that are lost have no errors and are counted. Numbers of cameras that a take with
 // pictures does not have are left out with a remark. Trials have methods of their own (driving_trials.h).
 // `on_frame` (may be empty) is called with frames driven and all. Errors of the files; FailedPrecondition,
-// both names in it, for an avatar of another template; NotFound where no take is of `splits`; Cancelled when
+// both names in it, for an avatar of another template; InvalidArgument for a take without any of `frames`;
+// NotFound where no take is of `splits`; Cancelled when
 // `stop` is requested. The same figures at any number of threads, times aside.
 absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
                                                  const std::function<void(size_t done, size_t all)>& on_frame,

@@ -24,6 +24,7 @@
 #include "services/options/presets.h"
 #include "services/process/exit_status.h"
 #include "services/process/stop_on_signal.h"
+#include "services/report/job_verdict.h"
 
 namespace weft {
 namespace {
@@ -78,7 +79,7 @@ class LiveView {
   void Show(const v1::LiveDriving& now, const v1::FrameInfo& info) {
     if (info.state() == v1::FRAME_STATE_FAILED && !quiet_) {
       Wipe();
-      std::fprintf(stderr, "%s\n", FrameLine(info).c_str());
+      std::fprintf(stderr, "%s\n", FrameLine(info, true).c_str());
     }
     if (!draws_) return;
     std::fprintf(stderr, "\r%s  %4.0f ms, %s \033[K", info.frame().c_str(), 1000 * info.latency_s(),
@@ -111,7 +112,7 @@ absl::StatusOr<v1::Job> RunAll(const DriveOptions& options, const v1::Registrati
       spec, options.threads,
       [&](size_t done, size_t all, const v1::FrameInfo& info) {
         progress.Set(done, all);
-        if (info.state() == v1::FRAME_STATE_FAILED && !quiet) progress.PrintLine(FrameLine(info));
+        if (info.state() == v1::FRAME_STATE_FAILED && !quiet) progress.PrintLine(FrameLine(info, true));
       },
       stop);
 }
@@ -161,6 +162,8 @@ absl::Status Drive(const DriveOptions& options, bool quiet) {
     if (absl::Status status = PrintJsonMessage(*job); !status.ok()) return status;
   } else {
     if (job->has_verdict()) PrintVerdict(job->verdict());
+    if (const std::string note = DrivenSigmaNote(*job); !note.empty())
+      std::printf("note     %s\n", note.c_str());
     if (job->driven().has_live()) std::printf("live     %s\n", LiveDrivingText(job->driven().live()).c_str());
     std::printf("results  %s\nreport   %s/report.html\n", options.out.c_str(), options.out.c_str());
   }

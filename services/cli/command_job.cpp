@@ -95,7 +95,8 @@ absl::Status Show(RegistrationClient& client, const Context& context) {
   }
   if (job->has_verdict()) PrintVerdict(job->verdict());
   PrintJob(*job);
-  for (const v1::FrameInfo& frame : *frames) std::printf("%s\n", FrameLine(frame).c_str());
+  for (const v1::FrameInfo& frame : *frames)
+    std::printf("%s\n", FrameLine(frame, job->spec().has_driving()).c_str());
   return absl::OkStatus();
 }
 

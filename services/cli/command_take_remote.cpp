@@ -89,8 +89,10 @@ std::string EventLine(const v1::TakeEvent& event) {
 // How the registration of a take keeps up with it.
 std::string LiveWords(const v1::RecordedTake& take) {
   if (take.live_job_id().empty()) return "";
-  return absl::StrFormat(", %.1f %% of the cells observed, meshes %.1f s behind",
-                         100 * take.live().coverage(), take.live().latency_s());
+  // Frames that an avatar drives observe none.
+  const double coverage = take.live().coverage();
+  return absl::StrCat(coverage > 0 ? absl::StrFormat(", %.1f %% of the cells observed", 100 * coverage) : "",
+                      absl::StrFormat(", meshes %.1f s behind", take.live().latency_s()));
 }
 
 // A take that could not be recorded to its end fails the command.

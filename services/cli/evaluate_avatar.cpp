@@ -2,7 +2,11 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <vector>
 
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 #include "services/animation/avatar_goals.h"
 #include "services/cli/json_output.h"
 #include "services/cli/progress.h"
@@ -55,9 +59,11 @@ void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options)
       ->needs(avatar)
       ->group(kGroup);
   command
-      .add_option("--frames", options.scoring.max_frames, "The first frames of each take alone; 0 for all")
-      ->type_name("N")
-      ->check(CLI::Range(0, 1'000'000))
+      .add_option(
+          "--frames", options.frames,
+          "Which frames of each take, all by default: a range A:B by position, B not included, either "
+          "side may be left out; or N, the first N alone")
+      ->type_name("RANGE")
       ->needs(avatar)
       ->group(kGroup);
   command
@@ -84,13 +90,31 @@ void AddEvaluateAvatarOptions(CLI::App& command, EvaluateAvatarOptions& options)
       ->group(kGroup);
 }
 
+absl::StatusOr<FrameRange> ParseScoredFrames(const std::string& text) {
+  FrameRange range = {0, SIZE_MAX};
+  const std::vector<std::string> parts = absl::StrSplit(text, ':');
+  if (text.empty() || text == "0") return range;
+  if (parts.size() == 1 && absl::SimpleAtoi(text, &range.end)) return range;
+  const bool fits = parts.size() == 2 && (parts[0].empty() || absl::SimpleAtoi(parts[0], &range.first)) &&
+                    (parts[1].empty() || absl::SimpleAtoi(parts[1], &range.end)) && range.first < range.end;
+  if (fits) return range;
+  return absl::InvalidArgumentError(
+      absl::StrCat("--frames ", text,
+                   ": expected A:B, positions of the first frame and of the first one after "
+                   "the range, or the number of frames from the first on"));
+}
+
 absl::Status EvaluateAvatar(const EvaluateAvatarOptions& options, bool quiet) {
+  AvatarScoring scoring = options.scoring;
+  const absl::StatusOr<FrameRange> frames = ParseScoredFrames(options.frames);
+  if (!frames.ok()) return frames.status();
+  scoring.frames = *frames;
   const StopOnSignal signals;  // before the first thread
   absl::StatusOr<v1::AvatarEvaluation> evaluation;
   {
     Progress progress("drive", 1, ProgressVisible(quiet));
     evaluation = ScoreAvatar(
-        options.scoring, [&progress](size_t done, size_t all) { progress.Set(done, all); }, signals.token());
+        scoring, [&progress](size_t done, size_t all) { progress.Set(done, all); }, signals.token());
   }
   if (!evaluation.ok()) return evaluation.status();
   if (!options.out.empty()) {

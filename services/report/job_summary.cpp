@@ -10,6 +10,7 @@
 #include "base/median.h"
 #include "services/report/camera_facts.h"
 #include "services/report/html_text.h"
+#include "services/report/job_verdict.h"
 
 namespace weft {
 namespace {
@@ -267,6 +268,7 @@ std::vector<std::string> Remarks(const v1::Job& job, const JobSummary& summary) 
   };
   if (!job.message().empty()) remarks.push_back(job.message());
   for (std::string& alarm : CameraAlarms(summary)) remarks.push_back(std::move(alarm));
+  if (std::string note = DrivenSigmaNote(job); !note.empty()) remarks.push_back(std::move(note));
   if (!summary.garments.empty() && !summary.is_driven)
     remarks.push_back(absl::StrCat("Of the garments' cells were observed: ",
                                    absl::StrJoin(summary.garments, ", ",

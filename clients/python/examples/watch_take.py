@@ -34,7 +34,8 @@ def main():
                 state = take.state
                 line = f"{take.id}: {state.elapsed_s:.1f} s, {state.sets_recorded} sets, {state.sets_dropped} dropped"
                 if take.live_job_id:
-                    line += f"; {take.live.coverage:.1%} of the cloth seen, {take.live.latency_s:.1f} s after its recording"
+                    seen = f"{take.live.coverage:.1%} of the cloth seen, " if take.live.coverage else ""  # none of driven frames
+                    line += f"; {seen}{take.live.latency_s:.1f} s after its recording"
                 print(line, flush=True)
     except KeyboardInterrupt:
         print("the take goes on")

@@ -160,7 +160,11 @@ function Running({ take, alarmed, stop, isBusy }: { take: RecordedTake; alarmed:
       {(state?.diskMinutesLeft ?? -1) >= 0 && <span class="number">disk lasts {durationText(60 * state!.diskMinutesLeft)}</span>}
       {take.live && (
         <span class="coverage">
-          cloth seen <Progress share={take.live.coverage} label="Cloth that is seen" />
+          {take.live.coverage > 0 && (
+            <>
+              cloth seen <Progress share={take.live.coverage} label="Cloth that is seen" />
+            </>
+          )}
           <small>{durationText(take.live.latencyS)} behind</small>
         </span>
       )}

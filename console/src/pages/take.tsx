@@ -95,7 +95,7 @@ export function TakePage({ id }: { id: string }) {
           ["Waits for the disk", isLive && bytesText(state?.queuedBytes ?? 0n)],
           ["Disk lasts", isLive && (state?.diskMinutesLeft ?? -1) >= 0 && durationText(60 * (state?.diskMinutesLeft ?? 0))],
           ["Live registration", take.liveJobId && <a href={hrefOf("jobs", take.liveJobId)}>{take.liveJobId}</a>],
-          ["Cloth that is seen", take.live ? percentText(take.live.coverage) : ""],
+          ["Cloth that is seen", take.live?.coverage ? percentText(take.live.coverage) : ""],
           ["Behind by", take.live ? `${take.live.backlog} frames, ${durationText(take.live.latencyS)}` : ""],
           ["Folder", <code>{take.folder}</code>],
         ]}

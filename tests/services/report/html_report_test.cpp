@@ -8,6 +8,7 @@
 
 #include "services/report/html_text.h"
 #include "services/report/job_summary.h"
+#include "services/report/job_verdict.h"
 #include "tests/services/report/sample_job.h"
 
 namespace weft {
@@ -116,6 +117,11 @@ TEST(JobReport, DrivenJobsHaveTheirOwnFigures) {
   EXPECT_FALSE(std::isfinite(summary.coverage));
   EXPECT_EQ(summary.median_sigma_mm, 2.25);
   EXPECT_EQ(Headline(job, summary), "3 of 3 frames driven.");
+  for (const char* camera : {"front", "back"}) job.mutable_driven()->add_cameras(camera);
+  EXPECT_EQ(DrivenSigmaNote(job), "");
+  job.mutable_driven()->add_cameras("left");
+  EXPECT_THAT(DrivenSigmaNote(job), HasSubstr("too small before 3 cameras"));
+  EXPECT_THAT(Remarks(job, summary), ::testing::Contains(DrivenSigmaNote(job)));
   const std::string html = MakeJobReport(job, frames, {}, {});
   for (const char* text : {"0.000", "of the cells observed", "Observed cells", "Triangulated"})
     EXPECT_EQ(html.find(text), std::string::npos) << text;
