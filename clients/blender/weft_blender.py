@@ -1,7 +1,7 @@
 """Opens a result of Weft in Blender: the animated garment with its attributes, and the cameras of the rig.
 
 As an add-on: Edit > Preferences > Add-ons > Install, choose this file, enable it; then File > Import > Weft result.
-From a shell: blender --python weft_blender.py -- RESULT [--rig RIG.json] [--fps N] [--bake] [--save OUT.blend]
+From a shell: blender --python weft_blender.py -- RESULT [--help]
 
 README.md beside this file says what the garment has, and what a saved .blend needs. Tried with Blender 3.4; needs NumPy, which
 Blender has.
@@ -32,6 +32,7 @@ SENSOR_MM = 36.0
 RAMP_STEPS = 16
 SCRIPT, READER = "weft_blender.py", "weft_result.py"
 MATERIALS = ("state", "sigma_mm", "coverage")
+PRINT = "print"  # the UV map, and the material that has a picture
 
 
 def load_reader():
@@ -48,8 +49,7 @@ def load_reader():
 
 
 weft_result = load_reader()
-BLENDER_FROM_WORLD, METRES_PER_MM, STATE_COLORS = (weft_result.BLENDER_FROM_WORLD, weft_result.METRES_PER_MM,
-                                                   weft_result.STATE_COLORS)
+STATE_COLORS = weft_result.STATE_COLORS
 ResultError, positions, read_json, read_mesh = (weft_result.ResultError, weft_result.positions, weft_result.read_json,
                                                 weft_result.read_mesh)
 
@@ -112,10 +112,31 @@ def add_materials(garment, largest_sigma_mm):
         garment.data.materials.append(material)
 
 
+def add_print(garment, path):
+    """A material with this picture on the UV map `print`. Cells of a board.png, a pixel each, keep their edges."""
+    path = os.path.abspath(path)
+    if PRINT not in garment.data.uv_layers:
+        raise ResultError(f"{garment['weft_result']}: its meshes have no texture coordinates, so no picture can be put on")
+    if not os.path.isfile(path):
+        raise ResultError(f"{path}: no such file; give the picture to print on the garment")
+    material = bpy.data.materials.new("Weft print")
+    material.use_nodes = True
+    nodes, links = material.node_tree.nodes, material.node_tree.links
+    uv, texture = nodes.new("ShaderNodeUVMap"), nodes.new("ShaderNodeTexImage")
+    uv.uv_map, texture.image = PRINT, bpy.data.images.load(path)
+    texture.interpolation = "Closest" if max(texture.image.size) < 1024 else "Linear"
+    links.new(uv.outputs["UV"], texture.inputs["Vector"])
+    links.new(texture.outputs["Color"], nodes["Principled BSDF"].inputs["Base Color"])
+    garment.data.materials.append(material)
+
+
 def color_by(garment, attribute):
-    """Shows one of MATERIALS."""
+    """Shows one of MATERIALS, or the print where the garment has one."""
+    chosen = garment.data.materials.find("Weft print") if attribute == PRINT else MATERIALS.index(attribute)
+    if chosen < 0:
+        raise ResultError("the garment has no print; import it with a picture for it")
     faces = garment.data.polygons
-    faces.foreach_set("material_index", np.full(len(faces), MATERIALS.index(attribute), dtype=np.int32))
+    faces.foreach_set("material_index", np.full(len(faces), chosen, dtype=np.int32))
     garment.data.update()
 
 
@@ -139,13 +160,6 @@ def bake(garment, result, names, at, start):
     set_attributes(garment.data, {"state": counts.argmax(axis=0), "sigma_mm": sigma_mm, "views": np.rint(views)})
 
 
-def velocities(garment, names, at, i):
-    """[vertices, 3] in metres a second: between the frames before and after. Cycles blurs by it."""
-    before, after = max(i - 1, 0), min(i + 1, len(names) - 1)
-    ends = [positions(read_mesh(os.path.join(garment["weft_result"], names[k], "mesh.ply"))["vertex"]) for k in (before, after)]
-    return (ends[1] - ends[0]) * np.float32(garment["weft_fps"] / max(at[after] - at[before], 1))
-
-
 def show(garment, frame):
     """Loads the mesh of a frame of the scene into the garment; between two of the take's, the earlier one."""
     names, at = json.loads(garment["weft_frames"]), json.loads(garment["weft_at"])
@@ -157,7 +171,8 @@ def show(garment, frame):
     if len(vertex) != len(mesh.vertices):
         raise ResultError(f"{garment['weft_result']}/{names[i]}/mesh.ply: has other vertices than the garment; import it again")
     mesh.vertices.foreach_set("co", positions(vertex).ravel())
-    set_attribute(mesh, "velocity", "FLOAT_VECTOR", velocities(garment, names, at, i).ravel())
+    velocities = weft_result.velocities(garment["weft_result"], names, at, i, garment["weft_fps"])  # Cycles blurs by them
+    set_attribute(mesh, "velocity", "FLOAT_VECTOR", velocities.ravel())
     set_attributes(mesh, vertex)
     garment["weft_shown"] = names[i]
     mesh.update()
@@ -193,22 +208,13 @@ def carry_along():
 
 def add_camera(camera, collection):
     """A camera of rig.json. Lens distortion is left out, and pixels count as square."""
-    width, height = camera["width_px"], camera["height_px"]
     data = bpy.data.cameras.new(camera["id"])
     data.sensor_fit, data.sensor_width = "HORIZONTAL", SENSOR_MM
-    data.lens = camera["fx_px"] * SENSOR_MM / width
-    # Pixel (0, 0) has its centre there; Blender counts from the corner.
-    data.shift_x = (width / 2 - (camera["cx_px"] + 0.5)) / width
-    data.shift_y = ((camera["cy_px"] + 0.5) - height / 2) / width
+    share, data.shift_x, data.shift_y, pose = weft_result.lens_and_pose(camera)
+    data.lens = share * SENSOR_MM
     thing = bpy.data.objects.new(camera["id"], data)
-    camera_from_world = np.array(camera["rotation"], dtype=np.float64).reshape(3, 3)
-    center_mm = -camera_from_world.T @ np.array(camera["translation_mm"], dtype=np.float64)
-    # Blender's cameras look along -z, and y is up.
-    axes = BLENDER_FROM_WORLD @ camera_from_world.T @ np.diag([1.0, -1.0, -1.0])
-    pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = axes, METRES_PER_MM * BLENDER_FROM_WORLD @ center_mm
     thing.matrix_world = Matrix(pose.tolist())
-    thing["distortion"], thing["resolution_px"] = camera.get("distortion", []), [width, height]
+    thing["distortion"], thing["resolution_px"] = camera.get("distortion", []), [camera["width_px"], camera["height_px"]]
     collection.objects.link(thing)
     return thing
 
@@ -230,9 +236,27 @@ def add_rig(path):
         raise ResultError(f"{path}: {error.args[0]}: is missing; choose a rig.json") from error
 
 
-def open_result(result, rig="", fps=0.0, baked=False, start=0):
+def add_backgrounds(cameras, folder, names, at, start):
+    """Pictures behind what the cameras see: <folder>/<camera>/<frame>.jpg."""
+    sequences = [weft_result.sequence_of(os.path.join(folder, thing.name), names, at) for thing in cameras]
+    if not any(sequences):
+        raise ResultError(f"{folder}: has no pictures <camera>/<frame>.jpg of the rig's cameras; `weft export RESULT --format jpg "
+                          "--overlay none --undistort --out DIR` writes them")
+    for thing, (path, number_at_start) in ((t, s) for t, s in zip(cameras, sequences) if s):
+        background = thing.data.background_images.new()
+        background.image, background.alpha = bpy.data.images.load(path), 1.0
+        background.image.source = "SEQUENCE"
+        shown = background.image_user
+        # Blender shows the file whose number is: frame - frame_start + 1 + frame_offset.
+        shown.frame_start, shown.frame_offset = start, number_at_start - 1
+        shown.frame_duration, shown.use_auto_refresh = at[-1] + 1, True
+        thing.data.show_background_images = True
+
+
+def open_result(result, rig="", fps=0.0, baked=False, start=0, pictures="", printed=""):
     """The garment, and a list of its cameras; `rig` empty: that of the job, where it is still there. `fps` 0: that of the take,
-    else the scene's. As in exports, a frame is shown at its time in the take, the first one at `start`."""
+    else the scene's. As in exports, a frame is shown at its time in the take, the first one at `start`. `pictures`: a folder of
+    undistorted ones, behind what the cameras see; its rig.json goes before that of the job. `printed`: a picture for the garment."""
     result = os.path.abspath(result)
     job, names = weft_result.frames_of(result)
     garment = make_garment(result, names)
@@ -251,13 +275,28 @@ def open_result(result, rig="", fps=0.0, baked=False, start=0):
         carry_along()
     listen()
     cameras = []
-    rig_of_job = job.get("spec", {}).get("rig", "")
-    if rig or os.path.exists(rig_of_job):
-        cameras = add_rig(rig or rig_of_job)
+    rig_of_pictures = os.path.join(pictures, "rig.json") if pictures else ""
+    rig = rig or (rig_of_pictures if os.path.exists(rig_of_pictures) else job.get("spec", {}).get("rig", ""))
+    if printed:
+        add_print(garment, printed)
+    if os.path.exists(rig):
+        cameras = add_rig(rig)
         scene.camera = cameras[0]
         scene.render.resolution_x, scene.render.resolution_y = cameras[0]["resolution_px"]
+    if pictures:
+        add_backgrounds(cameras, os.path.abspath(pictures), names, at, start)
     scene.frame_set(start)
     return garment, cameras
+
+
+def outcome(operator, action):
+    """Of an operator; what is wrong with a file is told in Blender."""
+    try:
+        action()
+    except ResultError as error:
+        operator.report({"ERROR"}, str(error))
+        return {"CANCELLED"}
+    return {"FINISHED"}
 
 
 class ImportResult(bpy.types.Operator):
@@ -272,17 +311,15 @@ class ImportResult(bpy.types.Operator):
     rig: bpy.props.StringProperty(name="Rig", description="rig.json; by default that of the job")
     fps: bpy.props.FloatProperty(name="Frames per second", min=0, description="Of the take; 0: as it tells")
     bake: bpy.props.BoolProperty(name="Bake", description="All frames into the file, as shape keys")
-    color: bpy.props.EnumProperty(name="Colour by", items=[(name, name, "") for name in MATERIALS])
+    pictures: bpy.props.StringProperty(name="Pictures", subtype="DIR_PATH",
+                                       description="Of the cameras, by `weft export --overlay none --undistort`: behind what they see")
+    printed: bpy.props.StringProperty(name="Print", subtype="FILE_PATH", description="A picture for the garment, e.g. board.png")
+    color: bpy.props.EnumProperty(name="Colour by", items=[(name, name, "") for name in (*MATERIALS, PRINT)])
 
     def execute(self, _context):
-        path = self.filepath
-        try:
-            garment, _ = open_result(path if os.path.isdir(path) else os.path.dirname(path), self.rig, self.fps, self.bake)
-        except ResultError as error:
-            self.report({"ERROR"}, str(error))
-            return {"CANCELLED"}
-        color_by(garment, self.color)
-        return {"FINISHED"}
+        result = self.filepath if os.path.isdir(self.filepath) else os.path.dirname(self.filepath)
+        return outcome(self, lambda: color_by(open_result(result, self.rig, self.fps, self.bake, pictures=self.pictures,
+                                                          printed=self.printed)[0], self.color))
 
     def invoke(self, context, _event):
         context.window_manager.fileselect_add(self)
@@ -290,21 +327,20 @@ class ImportResult(bpy.types.Operator):
 
 
 class ColorGarment(bpy.types.Operator):
-    """Colour the garment of a Weft result by state, sigma or coverage"""
+    """Colour the garment of a Weft result by state, sigma or coverage, or with its print"""
 
     bl_idname = "object.weft_color"
     bl_label = "Colour Weft garment"
     bl_options = {"REGISTER", "UNDO"}
 
-    color: bpy.props.EnumProperty(name="Colour by", items=[(name, name, "") for name in MATERIALS])
+    color: bpy.props.EnumProperty(name="Colour by", items=[(name, name, "") for name in (*MATERIALS, PRINT)])
 
     @classmethod
     def poll(cls, context):
         return context.object is not None and "weft_result" in context.object
 
     def execute(self, context):
-        color_by(context.object, self.color)
-        return {"FINISHED"}
+        return outcome(self, lambda: color_by(context.object, self.color))
 
 
 def menu_entry(menu, _context):
@@ -334,16 +370,19 @@ def main(arguments):
     parser.add_argument("--rig", default="", help="rig.json; that of the job by default")
     parser.add_argument("--fps", type=float, default=0, help="frames per second of the take")
     parser.add_argument("--bake", action="store_true", help="all frames into the file, as shape keys")
-    parser.add_argument("--color", choices=MATERIALS, default="state")
+    parser.add_argument("--pictures", default="", help="undistorted ones of the cameras, DIR/<camera>/<frame>.jpg: behind what they see")
+    parser.add_argument("--print", dest="printed", default="", help="a picture for the garment, e.g. board.png")
+    parser.add_argument("--color", choices=(*MATERIALS, PRINT), default="", help="by default print where one is given, else state")
     parser.add_argument("--save", default="", help="a .blend to write")
     options = parser.parse_args(arguments)
     register()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     try:
-        garment, cameras = open_result(options.result, options.rig, options.fps, options.bake)
+        garment, cameras = open_result(options.result, options.rig, options.fps, options.bake, pictures=options.pictures,
+                                       printed=options.printed)
+        color_by(garment, options.color or (PRINT if options.printed else "state"))
     except ResultError as error:
         sys.exit(f"weft: error: {error}")
-    color_by(garment, options.color)
     scene = bpy.context.scene
     print(f"{options.result}: {len(garment.data.vertices)} vertices, frames {scene.frame_start} to {scene.frame_end}, "
           f"{len(cameras)} cameras")

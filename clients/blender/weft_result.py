@@ -102,6 +102,27 @@ def positions(vertex):
     return (METRES_PER_MM * world_mm @ BLENDER_FROM_WORLD.T).astype(np.float32)
 
 
+def velocities(result, names, at, i, fps):
+    """[vertices, 3] in metres a second, of the i-th frame: between those before and after."""
+    before, after = max(i - 1, 0), min(i + 1, len(names) - 1)
+    ends = [positions(read_mesh(os.path.join(result, names[k], "mesh.ply"))["vertex"]) for k in (before, after)]
+    return (ends[1] - ends[0]) * np.float32(fps / max(at[after] - at[before], 1))
+
+
+def lens_and_pose(camera):
+    """Of a camera of rig.json, as Blender has them: focal length and shifts over the sensor's width, and the pose, [4, 4]."""
+    width, height = camera["width_px"], camera["height_px"]
+    # Pixel (0, 0) has its centre there; Blender counts from the corner.
+    shift_x, shift_y = (width / 2 - (camera["cx_px"] + 0.5)) / width, ((camera["cy_px"] + 0.5) - height / 2) / width
+    camera_from_world = np.array(camera["rotation"], dtype=np.float64).reshape(3, 3)
+    center_mm = -camera_from_world.T @ np.array(camera["translation_mm"], dtype=np.float64)
+    pose = np.eye(4)
+    # Blender's cameras look along -z, and y is up.
+    pose[:3, :3] = BLENDER_FROM_WORLD @ camera_from_world.T @ np.diag([1.0, -1.0, -1.0])
+    pose[:3, 3] = METRES_PER_MM * BLENDER_FROM_WORLD @ center_mm
+    return camera["fx_px"] / width, shift_x, shift_y, pose
+
+
 def frames_of(result):
     """The job, and the names of its frames with a mesh, in their order."""
     job = read_json(os.path.join(result, "job.json"))
@@ -144,6 +165,26 @@ def frame_numbers(names, by_set):
     if not by_set or not all(name.isdigit() for name in names):
         return list(range(len(names)))
     return [int(name) - int(names[0]) for name in names]
+
+
+PICTURES = (".jpg", ".jpeg", ".png", ".tif", ".tiff")
+
+
+def sequence_of(folder, names, at):
+    """The first picture of FOLDER/<frame>.jpg, as `weft export --overlay` writes them, and its number; None where there is none.
+    Blender counts the numbers in the names, so these must go on as frames do in the scene."""
+    if not os.path.isdir(folder):
+        return None
+    endings = {os.path.splitext(name)[0]: name for name in sorted(os.listdir(folder)) if name.lower().endswith(PICTURES)}
+    there = [(i, name) for i, name in enumerate(names) if name in endings]
+    if not there:
+        return None
+    numbers = [re.search(r"(\d+)$", name) for name in names]
+    if any(n is None or int(n[1]) - int(numbers[0][1]) != at[i] for i, n in enumerate(numbers)):
+        raise ResultError(f"{folder}: frames {names[0]} to {names[-1]} are not numbered as the scene's are, which Blender's image "
+                          "sequences need; export them as videos (--format mp4)")
+    i, name = there[0]
+    return os.path.join(folder, endings[name]), int(numbers[i][1]) - at[i]
 
 
 def whole_rate(fps):

@@ -136,10 +136,13 @@ std::string ExportSummaryText(const ExportCommandOptions& options, const ExportO
                       " vertices, ");
     return absl::StrCat(text, manifest.frames_size() - missing, " frames", already);
   }
-  if (!manifest.overlay().empty())
-    return absl::StrFormat("%s: %s over the pictures of %d cameras, %d frames%s", options.request.out,
-                           manifest.overlay(), manifest.files_size(), manifest.frames_size() - missing,
-                           already);
+  if (!manifest.overlay().empty()) {
+    const bool is_alone = options.overlay == "none", is_undistorted = options.overlays.undistort;
+    return absl::StrFormat("%s: %s pictures of %d cameras%s, %d frames%s", options.request.out,
+                           is_alone ? "the" : absl::StrCat(options.overlay, " over the"),
+                           manifest.files_size() - (is_undistorted ? 1 : 0),
+                           is_undistorted ? ", undistorted" : "", manifest.frames_size() - missing, already);
+  }
   std::string text =
       absl::StrFormat("%s: %s, %d frames of %d vertices and %d faces, %s, %s up", options.request.out,
                       manifest.format(), manifest.frames_size() - missing, manifest.vertices(),
@@ -215,9 +218,14 @@ void AddOverlays(CLI::App& command, ExportCommandOptions& options) {
       .add_option(
           "--overlay", options.overlay,
           "With --format jpg, png, mp4 or mkv: draw the mesh over the cameras' pictures, its edges or its "
-          "faces by state or sigma")
+          "faces by state or sigma; none: the pictures alone")
       ->type_name("WHAT")
-      ->check(OneOf({"wireframe", "state", "sigma"}));
+      ->check(OneOf({"wireframe", "state", "sigma", "none"}));
+  command
+      .add_flag("--undistort", options.overlays.undistort,
+                "Of overlays: as a camera without lens distortion and with square pixels sees them, which is "
+                "written as DIR/rig.json; backgrounds for cameras of Blender and others")
+      ->needs("--overlay");
   command
       .add_option(
           "--texture", options.textures.texture_px,
@@ -274,6 +282,7 @@ void AddExportCommand(CLI::App& app, CommandLine& line) {
       "--out doll\n"
       "  weft export result --format npz --unit mm --fps 60 --out arrays\n"
       "  weft export result --format jpg --overlay state --camera c01 --out pictures\n"
+      "  weft export result --format jpg --overlay none --undistort --out backgrounds\n"
       "  weft export result --format mp4 --overlay wireframe --fps 60 --out videos\n"
       "  weft export job:20260131-104500-1a2b3c4d --server 127.0.0.1:7411 --format usda --out usd");
   const auto options = std::make_shared<ExportCommandOptions>();

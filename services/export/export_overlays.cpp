@@ -7,7 +7,9 @@
 #include "absl/strings/str_cat.h"
 #include "capture/image/image_encoders.h"
 #include "services/export/overlay_plan.h"
+#include "services/export/undistorted_picture.h"
 #include "services/files/atomic_file.h"
+#include "services/files/rig_file.h"
 
 namespace weft {
 namespace {
@@ -15,12 +17,13 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kJpegQuality = 90;
+constexpr char kRigFile[] = "rig.json";
 
 v1::Export OverlayManifest(const OverlayRequest& request, const ExportSource& source,
                            const OverlayPlan& plan) {
   v1::Export manifest;
   manifest.set_format(EndingOf(request.format));
-  manifest.set_overlay(NameOf(request.kind));
+  manifest.set_overlay(absl::StrCat(NameOf(request.kind), request.undistort ? ", undistorted" : ""));
   manifest.set_fps(source.fps());
   manifest.set_fps_source(source.fps_source());
   manifest.set_vertices(static_cast<int>(source.topology().vertices));
@@ -29,6 +32,7 @@ v1::Export OverlayManifest(const OverlayRequest& request, const ExportSource& so
     const std::string& id = plan.rig.cameras[camera].id;
     manifest.add_files(IsVideo(request.format) ? absl::StrCat(id, ".", EndingOf(request.format)) : id);
   }
+  if (request.undistort) manifest.add_files(kRigFile);
   for (const v1::ExportedFrame& frame : source.frames()) *manifest.add_frames() = frame;
   if (request.kind == OverlayKind::kSigma) manifest.set_overlay_sigma_mm(plan.sigma_range_mm.high);
   manifest.set_job_id(source.job().id());
@@ -43,6 +47,14 @@ absl::Status WritePicture(const Frame& drawn, PictureFormat format, const std::s
   const auto bytes = format == PictureFormat::kPng ? EncodePng(pixels) : EncodeJpeg(pixels, kJpegQuality);
   if (!bytes.ok()) return bytes.status();
   return WriteFileAtomically(path, {reinterpret_cast<const char*>(bytes->data()), bytes->size()});
+}
+
+// The cameras of undistorted pictures.
+absl::Status WritePinholes(const OverlayPlan& plan, const ExportFolder& folder) {
+  Rig chosen;
+  chosen.id = absl::StrCat(plan.rig.id, " without distortion");
+  for (const size_t camera : plan.cameras) chosen.cameras.push_back(plan.rig.cameras[camera]);
+  return WriteRig(folder.Of(kRigFile), WithoutDistortion(chosen), "weft export --undistort");
 }
 
 // Where the pictures of a camera stand, free of what a killed export left.
@@ -72,12 +84,13 @@ absl::Status WriteFrameOverlays(const OverlayRequest& request, const OverlayPlan
           absl::StrCat("Frame ", name, ", camera ", camera.id, ": ", picture.status().message()));
       continue;
     }
-    if (mesh.faces.empty()) {
+    if (mesh.faces.empty() && request.kind != OverlayKind::kNone) {
       absl::StatusOr<OverlayMesh> read = ReadOverlayMesh(request.kind, plan, source, mesh_number);
       if (!read.ok()) return read.status();
       mesh = *std::move(read);
     }
-    const absl::StatusOr<Frame> drawn = DrawOverlay(*picture, mesh, camera, request.kind);
+    absl::StatusOr<Frame> drawn = DrawOverlay(*picture, mesh, camera, request.kind);
+    if (drawn.ok() && request.undistort) drawn = UndistortPicture(*drawn, camera);
     if (!drawn.ok()) return drawn.status();
     if (absl::Status status = WritePicture(*drawn, request.format, path); !status.ok()) return status;
   }
@@ -135,12 +148,12 @@ absl::StatusOr<ExportOutcome> ExportOverlays(const OverlayRequest& request, cons
   if (!holds.ok()) return holds.status();
   outcome.was_complete = *holds == ExportFolder::Holds::kAll;
   if (outcome.was_complete) return outcome;
-  absl::Status status;
+  absl::Status status = request.undistort ? WritePinholes(*plan, folder) : absl::OkStatus();
   const bool is_video = IsVideo(request.format);
   if (status.ok() && is_video)
     status = WriteOverlayVideos(request, *plan, *source, folder, progress, stop, outcome.warnings);
-  for (const std::string& camera : outcome.manifest.files())
-    if (status.ok() && !is_video) status = PrepareFolder(folder.Of(camera));
+  for (const size_t camera : plan->cameras)
+    if (status.ok() && !is_video) status = PrepareFolder(folder.Of(plan->rig.cameras[camera].id));
   for (size_t i = 0; status.ok() && !is_video && i < frames; ++i) {
     if (stop.stop_requested()) return StoppedAfter(i, frames);
     status = WriteFrameOverlays(request, *plan, *source, i, folder, outcome.warnings);

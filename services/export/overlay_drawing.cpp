@@ -15,8 +15,11 @@
 namespace weft {
 namespace {
 
-constexpr std::array<std::pair<OverlayKind, const char*>, 3> kOverlays = {
-    {{OverlayKind::kWireframe, "wireframe"}, {OverlayKind::kState, "state"}, {OverlayKind::kSigma, "sigma"}}};
+constexpr std::array<std::pair<OverlayKind, const char*>, 4> kOverlays = {
+    {{OverlayKind::kWireframe, "wireframe"},
+     {OverlayKind::kState, "state"},
+     {OverlayKind::kSigma, "sigma"},
+     {OverlayKind::kNone, "none"}}};
 constexpr double kOpacity = 0.55;
 constexpr int kShift = 4;  // OpenCV draws at sixteenths of a pixel
 // Distances do not matter: no cell is too small.
@@ -70,7 +73,7 @@ absl::StatusOr<OverlayKind> OverlayKindFromName(std::string_view name) {
   for (const auto& [kind, known] : kOverlays)
     if (name == known) return kind;
   return absl::InvalidArgumentError(
-      absl::StrCat("--overlay: \"", std::string(name), "\" is not one of wireframe, state, sigma"));
+      absl::StrCat("--overlay: \"", std::string(name), "\" is not one of wireframe, state, sigma, none"));
 }
 
 const char* NameOf(OverlayKind kind) {
@@ -82,7 +85,7 @@ const char* NameOf(OverlayKind kind) {
 absl::StatusOr<Frame> DrawOverlay(const Frame& picture, const OverlayMesh& mesh, const CameraModel& camera,
                                   OverlayKind kind) {
   const absl::StatusOr<Frame> rgb = ToRgb(picture);
-  if (!rgb.ok()) return rgb.status();
+  if (!rgb.ok() || kind == OverlayKind::kNone) return rgb;
   if (mesh.colors.size() != mesh.vertices_mm.size()) {
     return absl::InvalidArgumentError(absl::StrCat("colors: there are ", mesh.colors.size(), " for ",
                                                    mesh.vertices_mm.size(), " vertices"));

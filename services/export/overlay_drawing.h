@@ -16,9 +16,10 @@ enum class OverlayKind {
   kWireframe,  // edges
   kState,      // faces by the state of their vertices
   kSigma,      // faces by the standard deviation of their vertices
+  kNone,       // nothing: the picture alone
 };
 
-// "wireframe", "state", "sigma". InvalidArgument lists them.
+// "wireframe", "state", "sigma", "none". InvalidArgument lists them.
 absl::StatusOr<OverlayKind> OverlayKindFromName(std::string_view name);
 const char* NameOf(OverlayKind kind);
 

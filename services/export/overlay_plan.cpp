@@ -36,6 +36,7 @@ std::vector<Eigen::Vector3f> OverlayColors(OverlayKind kind, const OverlayPlan& 
     case OverlayKind::kSigma:
       return ScalarColors({mesh.sigma.begin(), mesh.sigma.end()}, plan.sigma_range_mm);
     case OverlayKind::kState:
+    case OverlayKind::kNone:
       break;
   }
   std::vector<Eigen::Vector3f> colors;

@@ -9,6 +9,7 @@
 #include "capture/image/frame.h"
 #include "services/export/export_stream.h"
 #include "services/export/overlay_plan.h"
+#include "services/export/undistorted_picture.h"
 #include "services/recording/ffmpeg_process.h"
 
 namespace weft {
@@ -100,6 +101,10 @@ class CameraVideo {
       if (!picture.ok()) return picture.status();
     } else if (picture.ok()) {
       picture = ToRgb(*picture);
+    }
+    if (picture.ok() && request_.undistort) {
+      picture = UndistortPicture(*picture, camera_);
+      if (!picture.ok()) return picture.status();
     }
     if (!picture.ok()) {
       warnings_.push_back(

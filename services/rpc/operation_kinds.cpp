@@ -48,7 +48,7 @@ const std::vector<OperationKind>& OperationKinds() {
       {"export",
        {{.name = "result", .is_positional = true}, {.name = "take", .is_required = false}, kOptionalRig},
        {"format", "frames", "up", "world-up", "unit", "fps", "attributes", "meshopt", "allow-unfinished",
-        "overlay", "texture", "texture-frames", "normal-map", "max-vertices", "camera"},
+        "overlay", "undistort", "texture", "texture-frames", "normal-map", "max-vertices", "camera"},
        OperationOut::kNamed,
        true}};
   return kinds;

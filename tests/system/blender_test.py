@@ -8,7 +8,7 @@ import unittest
 
 import numpy as np
 from export_readers import meshes_of, xyz
-from studio import LONG_S, StudioTest, read, write
+from studio import LONG_S, StudioTest, read, weft, write
 
 ADD_ON = os.path.join(os.environ["WEFT_SOURCE"], "clients", "blender", "weft_blender.py")
 Z_UP = np.array([[1.0, 0, 0], [0, 0, 1.0], [0, -1.0, 0]])
@@ -55,6 +55,28 @@ found["cameras"] = [thing.name for thing in bpy.data.objects if thing.type == "C
 if SAVE:
     bpy.ops.wm.save_as_mainfile(filepath=SAVE)
 np.savez(OUT, **found)
+"""
+DRESSED = """
+import importlib.util, json
+import bpy
+spec = importlib.util.spec_from_file_location("weft_blender", ADD_ON)
+weft_blender = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(weft_blender)
+weft_blender.register()
+bpy.ops.wm.read_factory_settings(use_empty=True)
+bpy.ops.import_scene.weft_result(filepath=RESULT + "/job.json", pictures=PICTURES, printed=PRINT, color="print")
+scene, garment = bpy.context.scene, bpy.data.objects["garment"]
+shown = []
+for frame in range(scene.frame_start, scene.frame_end + 1):
+    scene.frame_set(frame)
+    for camera in (thing.data for thing in bpy.data.objects if thing.type == "CAMERA"):
+        for background in camera.background_images:
+            shown.append(background.image.filepath_from_user(image_user=background.image_user))
+material = garment.data.materials[garment.data.polygons[0].material_index]
+printed = [node.image.filepath for node in material.node_tree.nodes if node.type == "TEX_IMAGE"]
+lenses = {thing.name: list(thing["distortion"]) for thing in bpy.data.objects if thing.type == "CAMERA"}
+with open(OUT, "w") as file:
+    json.dump({"shown": shown, "material": material.name, "printed": printed, "lenses": lenses}, file)
 """
 # In a file that was opened without the add-on.
 REOPENED = """
@@ -112,6 +134,22 @@ class AddOn(StudioTest):
             np.testing.assert_allclose(found[f"velocity{i}"], expected, atol=1e-4)
         # A second import leaves one of each camera.
         self.assertEqual(len(found["cameras"]), len(json.loads(read(f"{self.take}/rig.json"))["cameras"]))
+
+    def test_pictures_are_behind_the_cameras_and_a_print_on_the_garment(self):
+        script, out, pictures = self.path("dressed.py"), self.path("dressed.json"), self.path("backgrounds")
+        weft("export", self.out, "--format", "png", "--overlay", "none", "--undistort", "--out", pictures)
+        board = os.path.join(self.take, "board.png")
+        write(script, f"ADD_ON, RESULT, OUT, PICTURES, PRINT = {(ADD_ON, self.out, out, pictures, board)!r}\n" + DRESSED)
+        self.blender("--python", script)
+        found = json.loads(read(out))
+        cameras = [camera["id"] for camera in json.loads(read(f"{self.take}/rig.json"))["cameras"]]
+        self.assertEqual(sorted(found["shown"]),
+                         sorted(os.path.join(pictures, camera, f"{name}.png") for camera in cameras for name in self.frames))
+        self.assertEqual((found["material"], found["printed"]), ("Weft print", [board]))
+        self.assertFalse(any(any(lens) for lens in found["lenses"].values()))
+        # Beside a take whose pictures are elsewhere.
+        refused = self.blender("--python", ADD_ON, "--", self.out, "--pictures", self.take, check=1)
+        self.assertIn("weft export RESULT --format jpg --overlay none --undistort", refused.stderr)
 
     def assert_pixels(self, pixels, camera):
         """The camera of Blender is that of the rig without distortion."""

@@ -34,6 +34,25 @@ class Pictures(Export):
         self.assertGreater(self.manifest()["overlay_sigma_mm"], 0)
         self.assertIn("complete already", self.export("png", "--overlay", "sigma", "--camera", camera).stdout)
 
+    def test_undistorted_pictures_have_a_rig_of_their_own(self):
+        rig = json.loads(read(f"{self.original}/rig.json"))["cameras"]
+        first, second = rig[0]["id"], rig[1]["id"]
+        told = self.export("png", "--overlay", "none", "--undistort", "--camera", first, "--camera", second)
+        self.assertIn("the pictures of 2 cameras, undistorted, 3 frames", told.stdout)
+        self.assertEqual((self.manifest()["overlay"], self.manifest()["files"]), ("none, undistorted", [first, second, "rig.json"]))
+        straight = json.loads(read(f"{self.to}/rig.json"))["cameras"]
+        self.assertEqual([camera["id"] for camera in straight], [first, second])
+        for camera, lens in zip(straight, rig):
+            self.assertFalse(any(camera["distortion"]))
+            self.assertEqual((camera["fx_px"], camera["fy_px"]), (lens["fx_px"], lens["fx_px"]))
+            self.assertEqual(camera["rotation"], lens["rotation"])
+        # Not bent nor stretched, the pictures alone are those of the recording.
+        self.to = self.path("alone")
+        self.export("png", "--overlay", "none", "--camera", first)
+        alone = imread(os.path.join(self.to, first, f"{self.names[0]}.png"))
+        np.testing.assert_array_equal(alone, imread(f"{self.original}/{self.names[0]}/{first}.png")[..., :3])
+        self.assertIn("--undistort requires --overlay", self.export("png", "--undistort", check=2).stderr)
+
     def test_pictures_that_are_missing_are_named(self):
         camera = json.loads(read(f"{self.original}/rig.json"))["cameras"][0]["id"]
         os.remove(os.path.join(self.take, self.names[1], f"{camera}.png"))

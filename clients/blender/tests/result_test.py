@@ -20,6 +20,36 @@ def source(*path):
         return file.read()
 
 
+class Sequences(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="weft test ")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def write(self, *names):
+        for name in names:
+            with open(os.path.join(self.folder, name), "wb"):
+                pass
+
+    def test_begins_where_the_first_picture_is(self):
+        self.write("0004.png", "0006.png", "notes.txt")
+        first = os.path.join(self.folder, "0004.png")
+        self.assertEqual(weft_result.sequence_of(self.folder, ["0004", "0005", "0006"], [0, 1, 2]), (first, 4))
+        # The first frame of the result has no picture: what counts is where the scene begins.
+        self.assertEqual(weft_result.sequence_of(self.folder, ["0002", "0004", "0006"], [0, 2, 4]), (first, 2))
+
+    def test_none_where_there_is_none(self):
+        self.assertIsNone(weft_result.sequence_of(os.path.join(self.folder, "c09"), ["0000"], [0]))
+        self.write("0007.png", "0000.txt")
+        self.assertIsNone(weft_result.sequence_of(self.folder, ["0000"], [0]))
+
+    def test_refuses_numbers_that_do_not_go_on_as_the_scene(self):
+        self.write("0000.jpg", "0002.jpg", "left.jpg")
+        for names, at in ((["0000", "0002"], [0, 1]), (["left", "0000"], [0, 1])):
+            with self.assertRaisesRegex(weft_result.ResultError, "not numbered as the scene's"):
+                weft_result.sequence_of(self.folder, names, at)
+
+
 class Times(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="weft test ")
