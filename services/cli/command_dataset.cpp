@@ -176,6 +176,7 @@ void AddDatasetCommand(CLI::App& app, CommandLine& line) {
       *dataset, line, "check",
       "Compare all complete takes with the hashes of dataset.json, and its splits with the rules.",
       CheckDataset);
+  AddDatasetMeshesCommand(*dataset, line);
 }
 
 }  // namespace weft

@@ -27,6 +27,7 @@ void AddCameraLookCommand(CLI::App& camera, CommandLine& line);
 void AddCameraFakeCommand(CLI::App& camera, CommandLine& line);
 void AddDaemonCommand(CLI::App& app, CommandLine& line);
 void AddDatasetCommand(CLI::App& app, CommandLine& line);
+void AddDatasetMeshesCommand(CLI::App& dataset, CommandLine& line);
 void AddDoctorCommand(CLI::App& app, CommandLine& line);
 void AddEvaluateCommand(CLI::App& app, CommandLine& line);
 void AddExportCommand(CLI::App& app, CommandLine& line);

@@ -4,6 +4,8 @@ import os
 import tempfile
 import unittest
 
+import numpy as np
+from export_readers import read_ply, xyz
 from studio import read, weft, write
 
 
@@ -14,13 +16,34 @@ class Bodies(unittest.TestCase):
             made = weft("body", "make", "--stature-mm", 1650, "--girth", 0.95, "--out", body, check=0).stdout
             self.assertIn("1650 mm tall", made)
             key = made.split("hash ")[1].split()[0]
-            simulate = ["simulate", "--preset", "shirt-drive", "--cell-mm", 20, "--no-pictures", "--frames", 1, "--out", take]
+            motion = os.path.join(folder, "stand.motion")
+            weft("motion", "make", "--kind", "standing", "--seconds", 1, "--out", motion, check=0)
+            simulate = ["simulate", "--preset", "shirt-drive", "--cell-mm", 20, "--motion", motion, "--no-pictures", "--frames", 1,
+                        "--out", take]
             weft(*simulate, "--body", body, check=0)
             with open(os.path.join(take, "recipe.txt"), encoding="utf-8") as recipe:
                 self.assertIn(f"body {key}", recipe.read())
+            self.assert_meshes_of(take, body, os.path.join(folder, "meshes"))
             again = weft(*simulate)
             self.assertEqual(again.returncode, 2, again.stderr)
             self.assertIn("body", again.stderr)
+
+    def assert_meshes_of(self, take, body_file, out):
+        """The true cloth, upright and in metres, around the person who wore it."""
+        self.assertIn("give with --body the file", weft("dataset", "meshes", take, "--out", out, check=2).stderr)
+        said = weft("dataset", "meshes", take, "--body", body_file, "--out", out, check=0).stdout
+        self.assertIn("the cloth of 1 frames, and the body, m, y up", said)
+        cloth, body = (read_ply(os.path.join(out, thing, "0000.ply")) for thing in ("cloth", "body"))
+        low, high = xyz(body["vertex"]).min(axis=0), xyz(body["vertex"]).max(axis=0)
+        at_ease = body_file + ".ply"
+        weft("body", "show", body_file, "--mesh", at_ease, check=0)
+        self.assertAlmostEqual(high[1] - low[1], 1e-3 * np.ptp(xyz(read_ply(at_ease)["vertex"])[:, 1]), delta=0.01)
+        shirt = xyz(cloth["vertex"])
+        self.assertGreater(shirt[:, 1].min(), low[1] + 0.3, "no foot is in the shirt")
+        self.assertLess(shirt[:, 1].max(), high[1])
+        self.assertIn("s", cloth["vertex"].dtype.names)
+        refused = weft("dataset", "meshes", take, "--out", os.path.join(out, "no", "such", "folder"))
+        self.assertEqual(refused.returncode, 2, refused.stderr)
 
     def test_what_is_wrong_is_named(self):
         with tempfile.TemporaryDirectory(prefix="weft test ") as folder:
