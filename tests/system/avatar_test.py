@@ -138,18 +138,6 @@ class Driving(unittest.TestCase):
         self.assertEqual(scores["goals"][0]["id"], "A14")
         weft("evaluate", take, "--avatar", avatar, "--cameras", "2", "--check", check=0)
 
-    def test_a_range_of_frames_is_evaluated(self):
-        def driven(frames, check=0):
-            said = weft("evaluate", sources[0], "--avatar", avatar, "--cameras", 3, "--frames", frames, "--json", "--meshes",
-                        path(f"range {frames}"), check=check)
-            return said.stderr if check else {score["method"]: {**score, "ms_a_frame": 0} for score in json.loads(said.stdout)["scores"]}
-        self.assertEqual(driven("4"), driven(":4"))
-        self.assertEqual(driven("6:9")["driven"]["frames"], 3)
-        folder = os.path.join(path("range 6:9"), os.listdir(path("range 6:9"))[0])
-        self.assertEqual(sorted(os.listdir(folder)), ["0006", "0007", "0008"])
-        self.assertIn("none of them from 600 on", driven("600:700", check=2))
-        self.assertIn("--frames 9:6: expected A:B", driven("9:6", check=2))
-
     def test_show_tells_what_it_was_trained_on(self):
         about = json.loads(weft("avatar", "show", avatar, "--json", check=0).stdout)
         self.assertEqual((about["kind"], about["components"], about["sources"][0]["name"]), ("sparse-view", 12, sources[0]))

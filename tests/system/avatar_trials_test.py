@@ -52,6 +52,18 @@ class Trials(unittest.TestCase):
         two = {score["method"]: score["mean_mm"] for score in scores if score.get("cameras") == 2}
         self.assertLess(two["skinned + rays"], two["skinned"])
 
+    def test_a_range_of_frames_is_evaluated(self):
+        def driven(frames, check=0):
+            said = weft("evaluate", shirt.sources[0], "--avatar", shirt.avatar, "--cameras", 3, "--frames", frames, "--json", "--meshes",
+                        shirt.path(f"range {frames}"), check=check)
+            return said.stderr if check else {score["method"]: {**score, "ms_a_frame": 0} for score in json.loads(said.stdout)["scores"]}
+        self.assertEqual(driven("4"), driven(":4"))
+        self.assertEqual(driven("6:9")["driven"]["frames"], 3)
+        folder = os.path.join(shirt.path("range 6:9"), os.listdir(shirt.path("range 6:9"))[0])
+        self.assertEqual(sorted(os.listdir(folder)), ["0006", "0007", "0008"])
+        self.assertIn("none of them from 600 on", driven("600:700", check=2))
+        self.assertIn("--frames 9:6: expected A:B", driven("9:6", check=2))
+
     def test_pictures_are_rendered_and_decoded(self):
         def scores(*more):
             said = weft("evaluate", shirt.sources[0], "--avatar", shirt.avatar, "--cameras", 2, "--frames", 3, "--json", *more,
