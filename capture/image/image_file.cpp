@@ -2,12 +2,14 @@
 
 #include <unistd.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
+#include "capture/file/posix_file.h"
 #include "capture/image/image_decoders.h"
 #include "capture/image/image_encoders.h"
 #include "capture/image/image_header.h"
@@ -101,18 +103,17 @@ absl::Status EncodeAndWrite(const std::string& path, const ImagePixels& image, i
     return absl::Status(encoded.status().code(), absl::StrCat(path, ": ", encoded.status().message()));
   const std::vector<uint8_t>& bytes = *encoded;
   const std::string temporary = absl::StrCat(path, ".tmp.", getpid());
+  errno = 0;  // streams leave what the system says
   std::ofstream out(temporary, std::ios::binary);
   out.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   out.close();
+  const int why = errno;
   std::error_code error;
   if (out) fs::rename(temporary, path, error);
-  if (!out || error) {
-    std::error_code ignored;
-    fs::remove(temporary, ignored);
-    return absl::UnavailableError(
-        absl::StrCat(path, ": cannot be written (folder missing, read-only or disk full?)"));
-  }
-  return absl::OkStatus();
+  if (out && !error) return absl::OkStatus();
+  std::error_code ignored;
+  fs::remove(temporary, ignored);
+  return FileError(path, "cannot be written", out ? error.value() : why);
 }
 
 }  // namespace

@@ -29,7 +29,7 @@ absl::StatusOr<FileLock> FileLock::Take(const std::string& path, std::chrono::mi
   if (fd < 0) {
     const int error = errno;
     const std::string message = absl::StrCat(name, ": cannot be opened for writing (", strerror(error), ")");
-    if (error == ENOSPC || error == EDQUOT || error == EFBIG) {
+    if (error == ENOSPC || error == EDQUOT) {
       return absl::ResourceExhaustedError(absl::StrCat(message, "; make room on the disk"));
     }
     return absl::PermissionDeniedError(absl::StrCat(message, "; check the folder's permissions"));

@@ -3,9 +3,11 @@
 #include <cairo-pdf.h>
 #include <cairo-svg.h>
 
+#include <cerrno>
 #include <memory>
 
 #include "absl/strings/str_cat.h"
+#include "capture/file/posix_file.h"
 
 namespace weft {
 namespace {
@@ -16,6 +18,8 @@ using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy
 
 absl::Status StatusOf(cairo_status_t status, const std::string& path) {
   if (status == CAIRO_STATUS_SUCCESS) return absl::OkStatus();
+  // Cairo does not say why, the system does.
+  if (status == CAIRO_STATUS_WRITE_ERROR && errno != 0) return FileError(path, "cannot be written", errno);
   return absl::UnavailableError(absl::StrCat(path, ": cannot be written: ", cairo_status_to_string(status)));
 }
 
@@ -32,6 +36,7 @@ absl::Status DrawPage(cairo_surface_t* surface, const std::string& path,
 
 absl::Status WritePdf(const std::string& path, const std::string& title, const std::vector<PageSize>& pages,
                       const std::function<void(size_t, cairo_t*)>& draw) {
+  errno = 0;
   const Surface surface(cairo_pdf_surface_create(path.c_str(), 1, 1), &cairo_surface_destroy);
   cairo_pdf_surface_set_metadata(surface.get(), CAIRO_PDF_METADATA_TITLE, title.c_str());
   for (size_t i = 0; i < pages.size(); ++i) {
@@ -46,6 +51,7 @@ absl::Status WritePdf(const std::string& path, const std::string& title, const s
 
 absl::Status WriteSvg(const std::string& path, const PageSize& page,
                       const std::function<void(cairo_t*)>& draw) {
+  errno = 0;
   const Surface surface(
       cairo_svg_surface_create(path.c_str(), page.width_mm * kPointsPerMm, page.height_mm * kPointsPerMm),
       &cairo_surface_destroy);

@@ -8,6 +8,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "capture/image/image_header.h"
+#include "tests/capture/file_size_limit.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -322,7 +323,12 @@ TEST(ImageFile, TellsAbsentEmptyAndForeignFilesApart) {
 TEST(ImageFile, WritesNothingWhereItCannot) {
   const TempFolder folder;
   EXPECT_EQ(WriteImageFile(folder / "no such folder/a.png", Gradient(PixelFormat::kGrey8)).code(),
-            absl::StatusCode::kUnavailable);
+            absl::StatusCode::kNotFound);
+  {
+    const FileSizeLimit limit(10);
+    EXPECT_THAT(std::string(WriteImageFile(folder / "a.png", Gradient(PixelFormat::kGrey8)).message()),
+                HasSubstr("(File too large); raise the limit on the size of files (ulimit -f)"));
+  }
   EXPECT_EQ(WriteImageFile(folder / "a.xyz", Gradient(PixelFormat::kGrey8)).code(),
             absl::StatusCode::kInvalidArgument);
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));

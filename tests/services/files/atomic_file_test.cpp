@@ -2,13 +2,12 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
-#include <csignal>
 #include <filesystem>
 #include <string>
 
+#include "tests/capture/file_size_limit.h"
 #include "tests/capture/temp_folder.h"
 
 namespace weft {
@@ -21,27 +20,6 @@ using ::testing::HasSubstr;
 size_t Entries(const std::string& folder) {
   return static_cast<size_t>(std::distance(fs::directory_iterator(folder), fs::directory_iterator()));
 }
-
-// Files of this process may not grow beyond `bytes`, as if the disk were full.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) {
-    handler_ = std::signal(SIGXFSZ, SIG_IGN);
-    getrlimit(RLIMIT_FSIZE, &before_);
-    const rlimit limit{bytes, before_.rlim_max};
-    setrlimit(RLIMIT_FSIZE, &limit);
-  }
-  ~FileSizeLimit() {
-    setrlimit(RLIMIT_FSIZE, &before_);
-    std::signal(SIGXFSZ, handler_);
-  }
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-
- private:
-  rlimit before_{};
-  void (*handler_)(int) = nullptr;
-};
 
 TEST(WriteFileAtomically, ReplacesAFileAndLeavesNothingElse) {
   const TempFolder folder;
@@ -60,7 +38,8 @@ TEST(WriteFileAtomically, KeepsTheOldFileWhenTheNewOneCannotBeCompleted) {
     status = WriteFileAtomically(folder / "a.txt", std::string(5000, 'x'));
   }
   EXPECT_FALSE(status.ok());
-  EXPECT_THAT(status.message(), HasSubstr(folder / "a.txt"));
+  EXPECT_THAT(status.message(), AllOf(HasSubstr(folder / "a.txt"), HasSubstr("(ulimit -f)")));
+  EXPECT_THAT(status.message(), ::testing::Not(HasSubstr("make room on the disk")));
   EXPECT_EQ(ReadBytes(folder / "a.txt"), "old");
   EXPECT_EQ(Entries(folder.path()), 1u);
 }

@@ -10,6 +10,8 @@
 #include <opencv2/imgcodecs.hpp>
 #include <sstream>
 
+#include "tests/capture/file_size_limit.h"
+
 namespace weft {
 namespace {
 
@@ -83,9 +85,12 @@ TEST_F(VectorFile, FilesThatCannotBeWrittenAreNamed) {
   const absl::Status pdf = WritePdf(nowhere, "", {{10, 10}}, [](size_t, cairo_t*) {}),
                      svg = WriteSvg(nowhere, {10, 10}, [](cairo_t*) {});
   for (const absl::Status& status : {pdf, svg}) {
-    EXPECT_EQ(status.code(), absl::StatusCode::kUnavailable);
+    EXPECT_EQ(status.code(), absl::StatusCode::kNotFound);
     EXPECT_THAT(status.message(), HasSubstr(nowhere));
   }
+  const FileSizeLimit limit(10);
+  EXPECT_THAT(std::string(WriteSvg(Path("large.svg"), {10, 10}, [](cairo_t*) {}).message()),
+              HasSubstr("raise the limit on the size of files (ulimit -f)"));
 }
 
 }  // namespace
