@@ -191,6 +191,32 @@ class LiveFaults(LiveTest):
         self.assertEqual(info["verdict"]["grade"], "GRADE_GOOD")
         self.assertEqual({camera["clock_problem"] for camera in info["take"]["cameras"]}, {"it reads 0"})
 
+    def refusal(self):
+        done = weft("take", "record", "--session", self.session, "--out", self.take, "--seconds", 1, "--no-disk-test", check=2)
+        self.assertFalse(os.path.exists(self.take))
+        return done.stderr
+
+    def test_devices_by_their_serial_numbers(self):
+        """As they stand on the cameras; what no camera has, or two of the session, is named."""
+        self.start_cameras()
+        self.write_session(ptp=True)
+        session = json.loads(read(self.session))
+
+        def write_devices(*devices, **more):
+            cameras = [{**camera, "gige": {**camera["gige"], "device": device}} for camera, device in zip(session["cameras"], devices)]
+            write(self.session, json.dumps({**session, "cameras": cameras, **more}))
+
+        names = list(CAMERAS)
+        write_devices(*names)
+        self.assert_complete(self.record_for(3))
+        self.take += " next"
+        write_devices("no-such-serial")
+        self.assertIn(f"camera {names[0]}: no camera no-such-serial answers", self.refusal())
+        write_devices(names[0], names[0])
+        self.assertIn(f"the device {names[0]} is that of camera {names[0]} already", self.refusal())
+        write_devices(names[0], CAMERAS[names[0]])
+        self.assertIn("another camera of the session is the same device", self.refusal())
+
     def wait_longer(self, session):
         """For the frames of a set, because the machine may have other things to do."""
         described = json.loads(read(session))
