@@ -20,7 +20,7 @@ std::vector<int64_t> SortedTimes(const std::vector<VideoPacket>& packets) {
 }
 
 // The number behind `name`, which is at `text`'s begin or later.
-bool NumberAfter(absl::string_view text, absl::string_view name, int64_t& number) {
+bool CountBehind(absl::string_view text, absl::string_view name, int64_t& number) {
   const size_t at = text.find(name);
   if (at == absl::string_view::npos) return false;
   text.remove_prefix(at + name.size());
@@ -59,8 +59,8 @@ std::vector<VideoEdit> ParseEdits(std::string_view log, int stream) {
     const size_t at = line.find(of_stream);
     if (at == absl::string_view::npos || edits.size() >= kMostEdits) continue;
     VideoEdit edit;
-    if (NumberAfter(line.substr(at), "media time: ", edit.media_time) &&
-        NumberAfter(line.substr(at), "duration: ", edit.duration))
+    if (CountBehind(line.substr(at), "media time: ", edit.media_time) &&
+        CountBehind(line.substr(at), "duration: ", edit.duration))
       edits.push_back(edit);
   }
   return edits;
