@@ -273,6 +273,39 @@ class Words(unittest.TestCase):
         text = " ".join(weft("rig", "calibrate", "--help", check=0).stdout.split())
         self.assertRegex(text, r"--scale .*: tags, bar")
 
+    def test_the_environments_daemon_is_that_of_every_command(self):
+        for arguments in (("job", "list"), ("take", "list"), ("camera", "list"), ("library", "list"), ("operation", "list"),
+                          ("session", "list"), ("evaluate", "nowhere"), ("take", "info", "nowhere")):
+            done = subprocess.run([os.path.join(BIN, "weft"), *arguments], env={**os.environ, "WEFT_SERVER": "127.0.0.1:1"},
+                                  capture_output=True, text=True, timeout=LONG_S, check=False)
+            self.assertIn("no daemon answers at 127.0.0.1:1", done.stderr, arguments)
+
+    def test_slips_of_the_keyboard_are_understood(self):
+        for arguments, meant in ((("regster",), "register"), (("register", "--templat", "x"), "--template"),
+                                 (("take", "imprt"), "import")):
+            self.assertIn(f"did you mean {meant}?", weft(*arguments, check=2).stderr)
+        done = weft("take", "record", "--session", "nowhere.json", "--out", "nowhere", "--seconds", "-2", check=2)
+        self.assertIn("-2 is negative", done.stderr)
+
+    def test_files_of_another_kind_are_named(self):
+        with tempfile.TemporaryDirectory(prefix="weft test ") as folder:
+            weft("simulate", "--preset", "tiny", "--frames", 1, "--out", f"{folder}/take", check=0)
+            rig, board = f"{folder}/take/rig.json", f"{folder}/take/board.json"
+            for wrong, words in ((("--rig", board, "--board", board), "this is a board (board.json), and a rig (rig.json) is wanted"),
+                                 (("--rig", rig, "--board", rig), "this is a rig (rig.json), and a board (board.json) is wanted")):
+                done = weft("register", f"{folder}/take", *wrong, "--template", f"{folder}/take/template", "--out", f"{folder}/r",
+                            check=2)
+                self.assertIn(words, done.stderr)
+            done = weft("take", "import", f"{folder}/take", "--out", f"{folder}/typo/take", check=2)
+            self.assertIn(f"the folder {folder}/typo is missing", done.stderr)
+            self.assertFalse(os.path.exists(f"{folder}/typo"))
+            # Another board at the place of one that may be sewn already.
+            weft("pattern", "generate", "--rows", 20, "--cols", 20, "--out", f"{folder}/b", check=0)
+            first = read(f"{folder}/b/board.json")
+            done = weft("pattern", "generate", "--rows", 22, "--cols", 20, "--out", f"{folder}/b", check=2)
+            self.assertIn("--force", done.stderr)
+            self.assertEqual(read(f"{folder}/b/board.json"), first)
+
     def test_messages_name_a_camera_once(self):
         with tempfile.TemporaryDirectory(prefix="weft test ") as folder:
             session = os.path.join(folder, "session.json")
