@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "alignment/cloth_in_view.h"
+#include "alignment/map_place.h"
 #include "alignment/start_mesh.h"
 #include "base/stopwatch.h"
 #include "pattern/image/pixel_allocator.h"
@@ -210,6 +211,8 @@ class Registration {
     }
     if (!aligned.ok()) return aligned.status();
     DescribeAlignment(*aligned, inputs_.garment, unclaimed_, *report.mutable_mesh());
+    if (const auto place = FindOtherPlace(inputs_.garment, inputs_.board.board(), frame_.cloud))
+      DescribePlace(*place, *report.mutable_mesh()->mutable_map_fits());
     if (extras_.scan.points > 0)
       DescribeScan(extras_.scan, aligned->scan, *report.mutable_mesh()->mutable_scan());
     report.mutable_mesh()->set_observed_at_first_look(observed_at_first);

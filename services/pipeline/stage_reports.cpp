@@ -167,6 +167,15 @@ void DescribeAlignment(const AlignResult& result, const Template& garment, int u
   }
 }
 
+void DescribePlace(const MapPlace& place, v1::MapPlaceReport& report) {
+  report.set_half_turn(place.half_turn);
+  report.set_rows(place.rows);
+  report.set_cols(place.cols);
+  report.set_cells(place.cells);
+  report.set_outside(place.outside);
+  report.set_outside_there(place.outside_there);
+}
+
 void DescribeScan(const ScanFile& file, const ScanUse& use, v1::ScanReport& report) {
   report.set_points(file.points);
   report.set_unmeasured(file.unmeasured);

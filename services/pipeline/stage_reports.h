@@ -4,6 +4,7 @@
 #include <string>
 
 #include "alignment/align.h"
+#include "alignment/map_place.h"
 #include "alignment/template.h"
 #include "pattern/decoder.h"
 #include "services/pcd/scan_file.h"
@@ -31,6 +32,8 @@ void DescribeMesh(const RegisteredMesh& mesh, const Template& garment, v1::MeshR
 // DescribeMesh, stages, self-intersections. `unclaimed`: points of the cloud that no vertex claims.
 void DescribeAlignment(const AlignResult& result, const Template& garment, int unclaimed,
                        v1::MeshReport& report);
+
+void DescribePlace(const MapPlace& place, v1::MapPlaceReport& report);
 
 // A scan, and what the alignment made of it.
 void DescribeScan(const ScanFile& file, const ScanUse& use, v1::ScanReport& report);

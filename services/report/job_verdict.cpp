@@ -1,6 +1,7 @@
 #include "services/report/job_verdict.h"
 
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -24,7 +25,17 @@ struct Totals {
   std::string missing_reason;                   // the first
   int64_t scan_points = 0, scan_found = 0;      // of frames with a scan
   std::vector<double> scan_distances_mm;        // medians of those where points found the cloth
+  int64_t meshes = 0, elsewhere = 0;            // frames with a mesh, and those whose map fits elsewhere
+  v1::MapPlaceReport place;                     // of those, the last, with the cells of all
 };
+
+void AddPlace(v1::MapPlaceReport place, Totals& sum) {
+  ++sum.elsewhere;
+  place.set_cells(place.cells() + sum.place.cells());
+  place.set_outside(place.outside() + sum.place.outside());
+  place.set_outside_there(place.outside_there() + sum.place.outside_there());
+  sum.place = std::move(place);
+}
 
 Totals Sum(const std::vector<v1::FrameReport>& frames) {
   Totals sum;
@@ -38,6 +49,8 @@ Totals Sum(const std::vector<v1::FrameReport>& frames) {
     if (frame.has_mesh()) {
       sum.registered_cells += frame.cloud().centers();
       sum.strangers += frame.mesh().unclaimed_points();
+      ++sum.meshes;
+      if (frame.mesh().has_map_fits()) AddPlace(frame.mesh().map_fits(), sum);
       const v1::ScanReport& scan = frame.mesh().scan();
       sum.scan_points += scan.points();
       sum.scan_found += scan.found();
@@ -94,8 +107,25 @@ void AssessExposure(const JobSummary& summary, v1::Verdict& verdict) {
   AddGreyLevelsCheck(verdict, cameras);
 }
 
+// All vertices are beside the cell that they are.
+void AssessPlace(const Totals& sum, v1::Verdict& verdict) {
+  if (2 * sum.elsewhere <= sum.meshes) return;
+  const v1::MapPlaceReport& place = sum.place;
+  const std::string how = place.half_turn() ? "it is turned by half a turn on the board"
+                                            : absl::StrCat("its rows move by ", place.rows(),
+                                                           " and its columns by ", place.cols());
+  AddFinding(
+      verdict, v1::GRADE_BAD,
+      absl::StrCat("the template's map is of another place of the board: ", place.outside(), " of ",
+                   place.cells(), " triangulated cells have no vertex, ", place.outside_there(),
+                   " have none once ", how),
+      "Rows and columns of a map count from 0, from the board's corner at the top left: correct it, and "
+      "import the template again.");
+}
+
 void AssessTemplate(const Totals& sum, v1::Verdict& verdict) {
   if (sum.registered_cells == 0) return;
+  AssessPlace(sum, verdict);
   const double on_template = Percent(sum.registered_cells - sum.strangers, sum.registered_cells);
   AddCheck(verdict, kRegisterOnTemplate, on_template,
            on_template < kRegisterOnTemplate.good

@@ -115,6 +115,25 @@ TEST(JobVerdict, ScansThatFindNothingAreNotGreen) {
   EXPECT_THAT(beside.reason(), HasSubstr("distance of scans from the cloth"));
 }
 
+TEST(JobVerdict, AMapThatFitsElsewhereIsBad) {
+  v1::FrameReport moved = ReportOf("0");
+  v1::MapPlaceReport& place = *moved.mutable_mesh()->mutable_map_fits();
+  place.set_rows(-1);
+  place.set_cols(-1);
+  place.set_cells(1000);
+  place.set_outside(30);
+  place.set_outside_there(2);
+  const v1::Verdict verdict = AssessJob(JobOf(2, 0), {moved, moved});
+  EXPECT_EQ(verdict.grade(), v1::GRADE_BAD);
+  EXPECT_THAT(verdict.reason(),
+              HasSubstr("60 of 2000 triangulated cells have no vertex, 4 have none once its "
+                        "rows move by -1 and its columns by -1"));
+  place.set_half_turn(true);
+  EXPECT_THAT(AssessJob(JobOf(1, 0), {moved}).reason(), HasSubstr("turned by half a turn on the board"));
+  // A frame in which little was seen says nothing of the others.
+  EXPECT_NE(AssessJob(JobOf(2, 0), {moved, ReportOf("1")}).grade(), v1::GRADE_BAD);
+}
+
 TEST(JobVerdict, CountsFramesAndImages) {
   v1::FrameReport failed;
   failed.set_frame("1");
