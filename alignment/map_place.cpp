@@ -48,8 +48,11 @@ std::optional<MapPlace> FindOtherPlace(const Template& garment, const Board& boa
   const int outside = mapped.CountOutside(seen, {});
   if (cells < kTellingCells || outside < kFewOutside || outside < kOutside * cells) return std::nullopt;
   std::optional<MapPlace> best;
-  for (const MapPlace& place :
-       {MapPlace{.rows = -1, .cols = -1}, MapPlace{.rows = 1, .cols = 1}, MapPlace{.half_turn = true}}) {
+  std::vector<MapPlace> places = {{.half_turn = true}};
+  for (const int rows : {-1, 0, 1})
+    for (const int cols : {-1, 0, 1})
+      if (rows != 0 || cols != 0) places.push_back({.rows = rows, .cols = cols});
+  for (const MapPlace& place : places) {
     const int there = mapped.CountOutside(seen, place);
     if (there > kOutsideThere * outside || (best && there >= best->outside_there)) continue;
     best = place;

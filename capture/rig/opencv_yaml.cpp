@@ -249,12 +249,28 @@ absl::StatusOr<CameraModel> ReadKalibrCamera(const YAML::Node& node, const std::
   return camera;
 }
 
+// Poses go from one camera to the next, so that a gap leaves the rest nowhere.
+absl::Status CheckNoneFollows(const YAML::Node& root, size_t missing) {
+  for (const auto& entry : root) {
+    const std::string name = entry.first.IsScalar() ? entry.first.Scalar() : "";
+    size_t index = 0;
+    if (absl::StartsWith(name, "cam") && absl::SimpleAtoi(name.substr(3), &index) && index > missing)
+      return absl::InvalidArgumentError(
+          absl::StrCat("holds ", name, " and no cam", missing,
+                       ": poses of Kalibr go from one camera to the next; number the cameras without a gap"));
+  }
+  return absl::OkStatus();
+}
+
 absl::StatusOr<ForeignRig> ReadKalibr(const YAML::Node& root) {
   ForeignRig out;
   for (size_t i = 0;; ++i) {
     const std::string id = absl::StrCat("cam", i);
     const YAML::Node node = Field(root, {id.c_str()});
-    if (node.IsNull()) return out;
+    if (node.IsNull()) {
+      if (absl::Status status = CheckNoneFollows(root, i); !status.ok()) return status;
+      return out;
+    }
     const CameraModel* before = i == 0 ? nullptr : &out.rig.cameras.back();
     absl::StatusOr<CameraModel> camera = ReadKalibrCamera(node, id, before, out.remarks);
     if (!camera.ok()) return absl::InvalidArgumentError(absl::StrCat(id, ": ", camera.status().message()));
@@ -286,7 +302,12 @@ absl::StatusOr<ForeignRig> ParseCameras(const std::string& text) {
         "is XML; write it as YAML: cv::FileStorage does so where the name of the file ends in .yml");
   }
   try {
-    return ReadCameras(YAML::Load(text));
+    std::vector<YAML::Node> documents = YAML::LoadAll(text);
+    std::erase_if(documents, [](const YAML::Node& document) { return document.IsNull(); });
+    if (documents.size() > 1)
+      return absl::InvalidArgumentError(
+          absl::StrCat("holds ", documents.size(), " YAML documents; write one file for each camera"));
+    return ReadCameras(documents.empty() ? YAML::Node() : documents[0]);
   } catch (const YAML::Exception& error) {
     return absl::InvalidArgumentError(
         absl::StrCat("line ", error.mark.line + 1, ": is neither YAML nor JSON: ", error.msg));

@@ -32,6 +32,14 @@ bool IsFraction(std::string_view name) {
   return std::count_if(name.begin(), name.end(), IsDigit) == static_cast<std::ptrdiff_t>(name.size() - 1);
 }
 
+// "t_" of "t_1623840123.45": what stands before a time since 1970, so long that it is no version.
+std::string_view BeforeTime(std::string_view name) {
+  constexpr size_t kDigitsOfTime = 9;
+  const size_t first = static_cast<size_t>(std::find_if(name.begin(), name.end(), IsDigit) - name.begin());
+  const std::string_view rest = name.substr(first);
+  return IsFraction(rest) && rest.find('.') >= kDigitsOfTime ? name.substr(0, first) : std::string_view();
+}
+
 // Fractions as whole numbers, by as many digits as the longest has.
 std::vector<std::string> Scaled(const std::vector<std::string>& names) {
   size_t digits = 0;
@@ -53,6 +61,14 @@ std::optional<std::vector<int64_t>> FrameNumbers(const std::vector<std::string>&
   const bool fractions =
       std::all_of(names.begin(), names.end(), [](const std::string& name) { return IsFraction(name); });
   if (fractions) return FrameNumbers(Scaled(names));
+  const std::string_view before = BeforeTime(names.front());
+  if (!before.empty() && std::all_of(names.begin(), names.end(), [before](const std::string& name) {
+        return BeforeTime(name) == before;
+      })) {
+    std::vector<std::string> times;
+    for (const std::string& name : names) times.push_back(name.substr(before.size()));
+    return FrameNumbers(times);
+  }
   const NameParts first = PartsOf(names.front());
   std::vector<int64_t> numbers;
   for (const std::string& name : names) {

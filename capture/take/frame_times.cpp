@@ -131,9 +131,27 @@ std::optional<Reading> ReadingOf(const Count& count, double fps) {
   return std::nullopt;
 }
 
+// Where names are decimals that are not in the order of their values: 1.5, 1.55, 1.6 as versions are ordered.
+absl::Status CheckOrder(const std::vector<std::string>& names) {
+  const bool decimals = std::all_of(names.begin(), names.end(), [](const std::string& name) {
+    return IsNumber(name) && name.find('.') != std::string::npos;
+  });
+  const std::optional<std::vector<int64_t>> numbers =
+      decimals ? FrameNumbers(names) : std::optional<std::vector<int64_t>>();
+  if (!numbers) return absl::OkStatus();
+  for (size_t i = 1; i < numbers->size(); ++i)
+    if ((*numbers)[i] <= (*numbers)[i - 1])
+      return absl::InvalidArgumentError(
+          absl::StrCat("names of frames: ", names[i - 1], " and ", names[i],
+                       " are decimals of other lengths, whose order is not that of their values; write as "
+                       "many digits behind the point in each"));
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 absl::StatusOr<std::optional<FrameTimes>> TimesInNames(const std::vector<std::string>& names, double fps) {
+  if (absl::Status status = CheckOrder(names); !status.ok()) return status;
   const std::optional<Count> count = CountsOf(names);
   if (!count) return std::nullopt;
   const std::optional<Reading> reading = ReadingOf(*count, fps);

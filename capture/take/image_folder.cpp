@@ -29,7 +29,8 @@ struct Picture {
 // All pictures below a dump, and what lies beside them.
 struct Found {
   std::vector<Picture> pictures;
-  std::vector<std::string> unfit, foreign_files, foreign_folders, empty_folders, closed_folders, loose;
+  std::vector<std::string> unfit, foreign_files, foreign_folders, empty_folders, closed_folders, loose,
+      unread;
   std::set<std::string> decomposed;  // names
 };
 
@@ -90,6 +91,8 @@ void LookInto(const fs::path& folder, Found& found) {
   const bool fit = IsPlainText(name);
   for (const fs::directory_entry& file : entries) {
     const std::string file_name = NameOf(file.path()), stem = file.path().stem().string();
+    if (IsUnreadPictureName(file_name) && !IsForeignName(file_name))
+      found.unread.push_back(EscapedText(absl::StrCat(name, "/", file_name)));
     if (!IsPictureName(file_name)) continue;
     if (IsForeignName(file_name)) {
       found.foreign_files.push_back(EscapedText(file_name));
@@ -195,6 +198,19 @@ void NoteLayout(const LayoutJudgement& judgement, std::vector<std::string>& note
       per_camera ? "by numbers, and pictures by cameras" : "cam<camera>/image<frame>"));
 }
 
+// "masks" and "calib" among 0000, 0001 ... hold no frames.
+void LeaveOutUnnumbered(std::vector<const Picture*>& pictures, std::vector<std::string>& notes) {
+  std::set<std::string> numbered, others;
+  for (const Picture* picture : pictures) {
+    const bool has_number = std::any_of(picture->folder.begin(), picture->folder.end(), IsDigit);
+    (has_number ? numbered : others).insert(picture->folder);
+  }
+  if (others.empty() || numbered.size() < 2) return;
+  std::erase_if(pictures, [&](const Picture* picture) { return others.contains(picture->folder); });
+  notes.push_back(absl::StrCat("folders without a number among ", numbered.size(),
+                               " numbered ones are left out: ", FirstNames({others.begin(), others.end()})));
+}
+
 Files ByFrameAndCamera(const Found& found, const KnownCameras& known, std::vector<std::string>& notes) {
   Files files;
   std::vector<const Picture*> others;
@@ -208,6 +224,7 @@ Files ByFrameAndCamera(const Found& found, const KnownCameras& known, std::vecto
   }
   const LayoutJudgement judgement = Judge(others, known);
   if (!others.empty()) NoteLayout(judgement, notes);
+  if (judgement.layout == ImageLayout::kFolderPerFrame) LeaveOutUnnumbered(others, notes);
   for (const Picture* picture : others) {
     if (judgement.layout == ImageLayout::kFolderPerCamera) {
       files[picture->stem][known.IdOfFolder(picture->folder)].push_back(picture->path);
@@ -305,6 +322,10 @@ void NoteLeftOut(const Found& found, std::vector<std::string>& notes) {
   if (!found.foreign_folders.empty())
     notes.push_back(absl::StrCat("pictures in folders of other programs are left out: ",
                                  FirstNames(found.foreign_folders)));
+  if (!found.unread.empty())
+    notes.push_back(absl::StrCat(Counted(found.unread.size(), "picture is", "pictures are"),
+                                 " not read, being unfinished or of another kind than PNG, JPEG and TIFF: ",
+                                 FirstNames(found.unread), "; convert them"));
   if (!found.closed_folders.empty())
     notes.push_back(absl::StrCat("folders that cannot be listed (permissions?) are left out: ",
                                  FirstNames(found.closed_folders)));

@@ -18,6 +18,19 @@ bool IsPictureName(std::string_view name) {
                      [name](const char* ending) { return absl::EndsWithIgnoreCase(View(name), ending); });
 }
 
+bool IsUnreadPictureName(std::string_view name) {
+  constexpr std::array kEndings = {".bmp", ".dib", ".gif", ".webp", ".heic", ".heif", ".avif",
+                                   ".jxl", ".jp2", ".j2k", ".exr",  ".hdr",  ".dng",  ".cr2",
+                                   ".cr3", ".nef", ".arw", ".raf",  ".rw2",  ".orf",  ".raw",
+                                   ".pgm", ".ppm", ".pnm", ".tga",  ".psd",  ".dpx"};
+  constexpr std::array kUnfinished = {".tmp", ".part", ".partial", ".crdownload", ".filepart"};
+  for (const char* ending : kUnfinished)
+    if (absl::EndsWithIgnoreCase(View(name), ending))
+      return IsPictureName(name.substr(0, name.size() - std::string_view(ending).size()));
+  return std::any_of(kEndings.begin(), kEndings.end(),
+                     [name](const char* ending) { return absl::EndsWithIgnoreCase(View(name), ending); });
+}
+
 bool IsForeignName(std::string_view name) {
   // Synology, QNAP, NetApp, macOS on other disks, Windows, ext4, viewers of pictures.
   constexpr std::array kNames = {"@eaDir",
@@ -34,6 +47,8 @@ bool IsForeignName(std::string_view name) {
                                  "$RECYCLE.BIN",
                                  "RECYCLER",
                                  "lost+found",
+                                 "Network Trash Folder",
+                                 "Temporary Items",
                                  "System Volume Information"};
   if (!name.empty() && name.front() == '.') return true;
   return std::any_of(kNames.begin(), kNames.end(),

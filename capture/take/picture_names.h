@@ -8,6 +8,11 @@ namespace weft {
 // Ends in .png, .jpg, .jpeg, .tif or .tiff, in capitals or not.
 bool IsPictureName(std::string_view name);
 
+// A picture of a kind that is not read (.bmp, .webp, .exr, camera raw ...), or one that was not written to
+// its end
+// (".png.tmp").
+bool IsUnreadPictureName(std::string_view name);
+
 // Of what other programs and systems put beside files: hidden names (".thumbnails", "._c00.png" of macOS),
 // folders of storage systems ("@eaDir" of Synology, "#recycle"), of Windows and of file systems
 // ("lost+found").

@@ -85,7 +85,7 @@ absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bo
     if (!json.ok()) return json.status();
     std::printf("%s", json->c_str());
   } else if (quiet) {
-    if (job.verdict().grade() == v1::GRADE_BAD) PrintVerdict(job.verdict());
+    if (job.verdict().grade() > v1::GRADE_GOOD) PrintVerdict(job.verdict());
   } else {
     if (job.has_verdict()) PrintVerdict(job.verdict());
     const std::string summary = JobSummary(job);

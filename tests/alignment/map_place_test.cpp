@@ -82,6 +82,14 @@ TEST(FindOtherPlace, MapsThatCountFromOneAreMovedBack) {
   }
 }
 
+TEST(FindOtherPlace, RowsAloneThatCountFromOneAreMovedBack) {
+  const auto moved = [](int row, int col) { return VertexNode{row + 1, col, NodeKind::kCenter}; };
+  const auto place = FindOtherPlace(MapOf(moved), ABoard(), Seen(EveryCell));
+  ASSERT_TRUE(place);
+  EXPECT_EQ(place->rows, -1);
+  EXPECT_EQ(place->cols, 0);
+}
+
 TEST(FindOtherPlace, MapsThatCountFromTheFarCornerAreTurned) {
   const auto turned = [](int row, int col) {
     return VertexNode{kPlaceRows - 1 - row, kPlaceCols - 1 - col, NodeKind::kCenter};

@@ -18,6 +18,15 @@ TEST(NaturalOrder, TakesNumbersByTheirValue) {
   EXPECT_THAT(names, ElementsAre("9", "10", "b1", "cam", "cam2", "cam9a", "cam9b", "cam10"));
 }
 
+TEST(NaturalOrder, TakesFractionsOfTimesAsSuchAndOthersAsVersions) {
+  std::vector<std::string> names = {"t_1623840123.5", "t_1623840123.45", "t_1623840123.55", "t_1623840124",
+                                    "t_1623840123.1"};
+  std::sort(names.begin(), names.end(), NaturalOrder());
+  EXPECT_THAT(names, ElementsAre("t_1623840123.1", "t_1623840123.45", "t_1623840123.5", "t_1623840123.55",
+                                 "t_1623840124"));
+  EXPECT_TRUE(NaturalLess("take1.9", "take1.10"));
+}
+
 TEST(NaturalOrder, TellsNamesApartThatDifferInZerosOnly) {
   EXPECT_TRUE(NaturalLess("a01", "a2"));
   EXPECT_TRUE(NaturalLess("a00", "a1"));

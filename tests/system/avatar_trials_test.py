@@ -25,6 +25,21 @@ class Trials(unittest.TestCase):
     def setUp(self):
         self.out = shirt.path(self.id().rsplit(".", 1)[1])
 
+    def test_frames_of_another_decoder_are_driven_again(self):
+        shirt.drive(self.out, check=0)
+        whole = results(self.out)
+        for stage in ("decode", "drive"):
+            # As an earlier version of Weft left them: all from the first such frame on follow from it.
+            report = json.loads(read(f"{self.out}/0007/report.json"))
+            key = next(key for key in report["keys"] if key["stage"] == stage)
+            key["version"] -= 1
+            write(f"{self.out}/0007/report.json", json.dumps(report))
+            job = json.loads(shirt.drive(self.out, "--json", check=0).stdout)
+            self.assertLessEqual(job["frames"]["reused"], 11, stage)
+            versions = {tuple((k["stage"], k["version"]) for k in report["keys"]) for report in shirt.frame_reports(self.out)}
+            self.assertEqual(len(versions), 1, stage)
+            self.assertEqual(results(self.out), whole, stage)
+
     def test_a_camera_that_moved_since_calibration(self):
         alarm = "moved, or its calibration is off"
         shirt.drive(self.out, check=0)

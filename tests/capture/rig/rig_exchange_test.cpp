@@ -311,6 +311,13 @@ TEST(RigExchange, ReadsTheChainOfKalibr) {
   omni.replace(omni.find("pinhole"), 7, "omni");
   EXPECT_THAT(std::string(ParseOpenCvYaml(omni, "camchain.yaml").status().message()),
               HasSubstr("cam0: the camera model omni"));
+  std::string gap = text;
+  gap.replace(gap.find("cam1"), 4, "cam2");
+  EXPECT_THAT(std::string(ParseOpenCvYaml(gap, "camchain.yaml").status().message()),
+              HasSubstr("holds cam2 and no cam1"));
+  EXPECT_THAT(std::string(ParseOpenCvYaml(text + "---\n" + text, "two.yaml").status().message()),
+              HasSubstr("holds 2 YAML documents"));
+  EXPECT_TRUE(ParseOpenCvYaml("---\n" + text + "---\n", "one.yaml").ok());
 }
 
 TEST(RigExchange, AliasesOfYamlDoNotFillTheMemory) {

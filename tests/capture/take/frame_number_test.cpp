@@ -14,6 +14,8 @@ TEST(FrameNumber, ReadsTheNumberInWhichNamesDiffer) {
   EXPECT_THAT(FrameNumbers({"frame_1", "frame_20"}), Optional(ElementsAre(1, 20)));
   EXPECT_THAT(FrameNumbers({"a2_001.rgb", "a2_002.rgb"}), Optional(ElementsAre(1, 2)));
   EXPECT_THAT(FrameNumbers({"0.5", "1.25", "12.125"}), Optional(ElementsAre(500, 1250, 12125)));
+  EXPECT_THAT(FrameNumbers({"t_1623840123.45", "t_1623840123.5"}),
+              Optional(ElementsAre(162384012345, 162384012350)));
   EXPECT_THAT(FrameNumbers({"9223372036854775807"}), Optional(ElementsAre(INT64_MAX)));
 }
 

@@ -77,6 +77,13 @@ TEST(FrameTimes, RefusesARateThatContradictsThem) {
   EXPECT_THAT(Times({"1623840123000", "1623840123100", "1623840123200"}, 30).numbers, ElementsAre(0, 3, 6));
 }
 
+TEST(FrameTimes, RefusesDecimalsThatAreNotInTheOrderOfTheirValues) {
+  const auto times = TimesInNames({"1.5", "1.6", "1.55"}, 0);
+  EXPECT_EQ(times.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(std::string(times.status().message()), HasSubstr("1.6 and 1.55 are decimals of other lengths"));
+  EXPECT_THAT(Times({"1623840123.45", "1623840123.5", "1623840123.55"}, 20).numbers, ElementsAre(0, 1, 2));
+}
+
 TEST(FrameTimes, RiseWithTheNamesWhateverTheUnitAndRate) {
   const struct {
     int64_t ns;

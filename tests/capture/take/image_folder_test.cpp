@@ -209,6 +209,28 @@ TEST(ImageFolder, RefusesTwoPicturesOfACameraThatAreAlike) {
   EXPECT_TRUE(ListImageFolder(dump.path(), &other).ok());
 }
 
+TEST(ImageFolder, NamesPicturesThatAreNotRead) {
+  const TempFolder dump;
+  for (const char* name : {"0000/c00.png", "0001/c00.png"}) WritePicture(dump / name);
+  for (const char* name :
+       {"0000/c01.bmp", "0001/c01.BMP", "0001/c02.png.tmp", "0001/notes.txt", "0001/._c03.bmp"})
+    WriteBytes(dump / name, "x");
+  EXPECT_THAT(ListImageFolder(dump.path())->notes,
+              ElementsAre(AllOf(HasSubstr("3 pictures are not read"), HasSubstr("0000/c01.bmp"))));
+}
+
+TEST(ImageFolder, FoldersWithoutANumberAmongNumberedOnesAreNoFrames) {
+  const TempFolder dump;
+  for (const char* name : {"0000/c00.png", "0001/c00.png", "masks/c00.png", "calib/c00.png"})
+    WritePicture(dump / name);
+  const auto listing = ListImageFolder(dump.path());
+  EXPECT_THAT(Listed(*listing), ElementsAre("0000/c00", "0001/c00"));
+  EXPECT_THAT(listing->notes, ElementsAre(HasSubstr("left out: calib, masks")));
+  // One number, or none, says nothing.
+  std::filesystem::remove_all(dump / "0001");
+  EXPECT_EQ(ListImageFolder(dump.path())->frames.size(), 3u);
+}
+
 TEST(ImageFolder, NamesWhereLoosePicturesLie) {
   const TempFolder dump;
   WritePicture(dump / "c00.png");
