@@ -79,6 +79,13 @@ absl::StatusOr<v1::RegistrationSpec> SpecOf(const RegisterOptions& options) {
   return spec;
 }
 
+// What came of --scans, good or not.
+void PrintScans(const v1::Verdict& verdict) {
+  for (const v1::VerdictCheck& check : verdict.checks())
+    if (absl::StartsWith(check.id(), "register.scan_"))
+      std::printf("scans    %s: %s\n", check.name().c_str(), check.value().c_str());
+}
+
 absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bool quiet) {
   if (options.json) {
     const absl::StatusOr<std::string> json = ToJson(job);
@@ -88,6 +95,7 @@ absl::Status PrintOutcome(const v1::Job& job, const RegisterOptions& options, bo
     if (job.verdict().grade() > v1::GRADE_GOOD) PrintVerdict(job.verdict());
   } else {
     if (job.has_verdict()) PrintVerdict(job.verdict());
+    PrintScans(job.verdict());
     const std::string summary = JobSummary(job);
     const bool is_told = absl::StartsWith(job.verdict().reason(), summary + ",");
     std::printf("%sresults  %s\nreport   %s/report.html\n",
