@@ -1,5 +1,6 @@
 #include "alignment/map_place.h"
 
+#include <utility>
 #include <vector>
 
 namespace weft {
@@ -48,10 +49,11 @@ std::optional<MapPlace> FindOtherPlace(const Template& garment, const Board& boa
   const int outside = mapped.CountOutside(seen, {});
   if (cells < kTellingCells || outside < kFewOutside || outside < kOutside * cells) return std::nullopt;
   std::optional<MapPlace> best;
+  // Of places that fit as well the first: maps of which rows alone count from 1 are rare.
   std::vector<MapPlace> places = {{.half_turn = true}};
-  for (const int rows : {-1, 0, 1})
-    for (const int cols : {-1, 0, 1})
-      if (rows != 0 || cols != 0) places.push_back({.rows = rows, .cols = cols});
+  for (const auto& [rows, cols] : {std::pair(-1, -1), std::pair(1, 1), std::pair(-1, 0), std::pair(0, -1),
+                                   std::pair(1, 0), std::pair(0, 1), std::pair(-1, 1), std::pair(1, -1)})
+    places.push_back({.rows = rows, .cols = cols});
   for (const MapPlace& place : places) {
     const int there = mapped.CountOutside(seen, place);
     if (there > kOutsideThere * outside || (best && there >= best->outside_there)) continue;

@@ -16,6 +16,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
+#include "absl/strings/str_split.h"
 #include "capture/rig/lens_fit.h"
 
 namespace weft {
@@ -295,6 +296,21 @@ absl::StatusOr<ForeignRig> ReadCameras(const YAML::Node& root) {
   return out;
 }
 
+// That have content, by their "---": YAML::LoadAll of damaged files never ends (fuzz_rig).
+int CountDocuments(absl::string_view text) {
+  int documents = 0;
+  bool has_content = false;
+  for (const absl::string_view line : absl::StrSplit(text, '\n')) {
+    const bool begins = absl::StartsWith(line, "---");
+    if (begins) has_content = false;
+    const absl::string_view content = absl::StripAsciiWhitespace(begins ? line.substr(3) : line);
+    const bool is_empty = content.empty() || absl::StartsWith(content, "#") ||
+                          absl::StartsWith(content, "%") || content == "...";
+    if (!is_empty && !has_content) has_content = true, ++documents;
+  }
+  return documents;
+}
+
 absl::StatusOr<ForeignRig> ParseCameras(const std::string& text) {
   if (absl::StartsWith(absl::StripLeadingAsciiWhitespace(text), "<")) {
     // cv::FileStorage of OpenCV 4.6 reads beyond the memory of damaged XML (fuzz_rig).
@@ -302,12 +318,10 @@ absl::StatusOr<ForeignRig> ParseCameras(const std::string& text) {
         "is XML; write it as YAML: cv::FileStorage does so where the name of the file ends in .yml");
   }
   try {
-    std::vector<YAML::Node> documents = YAML::LoadAll(text);
-    std::erase_if(documents, [](const YAML::Node& document) { return document.IsNull(); });
-    if (documents.size() > 1)
+    if (const int documents = CountDocuments(text); documents > 1)
       return absl::InvalidArgumentError(
-          absl::StrCat("holds ", documents.size(), " YAML documents; write one file for each camera"));
-    return ReadCameras(documents.empty() ? YAML::Node() : documents[0]);
+          absl::StrCat("holds ", documents, " YAML documents; write one file for each camera"));
+    return ReadCameras(YAML::Load(text));
   } catch (const YAML::Exception& error) {
     return absl::InvalidArgumentError(
         absl::StrCat("line ", error.mark.line + 1, ": is neither YAML nor JSON: ", error.msg));

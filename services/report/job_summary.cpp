@@ -187,7 +187,7 @@ JobSummary Summarize(const v1::Job& job, const std::vector<v1::FrameReport>& fra
   return summary;
 }
 
-std::vector<std::string> CameraAlarms(const JobSummary& summary) {
+std::vector<CameraAlarm> CameraAlarms(const JobSummary& summary) {
   // Decoding itself leaves some hundredths of a pixel, which many cells make significant.
   constexpr double kSignificant = 4, kNotablePx = 0.2;
   // One wrong camera pulls the others along, by the share that it has in the points.
@@ -205,14 +205,15 @@ std::vector<std::string> CameraAlarms(const JobSummary& summary) {
     if (camera.bias_significance > kSignificant && length_px(&camera) > kNotablePx) off.push_back(&camera);
   }
   std::stable_sort(off.begin(), off.end(), [&](auto* a, auto* b) { return length_px(a) > length_px(b); });
-  std::vector<std::string> alarms;
+  std::vector<CameraAlarm> alarms;
   for (const CameraSummary* camera : off) {
     if (length_px(camera) < kShareOfWorst * length_px(off[0])) break;
     told.insert(camera->camera);
-    alarms.push_back(absl::StrFormat(
+    const std::string text = absl::StrFormat(
         "Camera %s moved, or its calibration is off: it sees the cloth %.2f px (right %.2f, down %.2f; %.0f "
         "sigmas) from where the others see it; correct the rig with weft rig refine, or calibrate again.",
-        camera->camera, length_px(camera), camera->bias_x_px, camera->bias_y_px, camera->bias_significance));
+        camera->camera, length_px(camera), camera->bias_x_px, camera->bias_y_px, camera->bias_significance);
+    alarms.push_back({text, "Correct the rig with `weft rig refine`, or calibrate again."});
   }
   // One that moved around the cloth, or whose images are late, may see it beside its place everywhere and
   // right in the mean.
@@ -225,12 +226,17 @@ std::vector<std::string> CameraAlarms(const JobSummary& summary) {
     if (told.contains(camera.camera) || IsApart(camera) || camera.compared < kLeastCompared ||
         camera.median_px < std::max(kNotableMedianPx, kNotableMedians * usual_px))
       continue;
-    alarms.push_back(absl::StrFormat(
+    const std::string text = absl::StrFormat(
         "Camera %s moved, its calibration is off, or its images are of another moment: it sees cells %.2g px "
-        "from where the others see them, most cameras %.2g px; correct the rig with weft rig refine, "
-        "calibrate "
-        "again, or see how its frames were paired.",
-        camera.camera, camera.median_px, usual_px));
+        "from where the others see them, most cameras %.2g px.",
+        camera.camera, camera.median_px, usual_px);
+    // A rig that is refined hides that a camera is late.
+    alarms.push_back(
+        {text, absl::StrCat("See first whether its images are late: `weft take sync` tells of a take, and "
+                            "`weft take trim TAKE --out OTHER --shift ",
+                            camera.camera,
+                            "=MS` moves its times. `weft rig refine` corrects cameras that moved, no "
+                            "late ones.")});
   }
   return alarms;
 }
@@ -267,7 +273,7 @@ std::vector<std::string> Remarks(const v1::Job& job, const JobSummary& summary) 
     return absl::StrCat(Counted(count, "frame", "frames"), " ", count == 1 ? one : many);
   };
   if (!job.message().empty()) remarks.push_back(job.message());
-  for (std::string& alarm : CameraAlarms(summary)) remarks.push_back(std::move(alarm));
+  for (CameraAlarm& alarm : CameraAlarms(summary)) remarks.push_back(std::move(alarm.text));
   if (std::string note = DrivenSigmaNote(job); !note.empty()) remarks.push_back(std::move(note));
   if (!summary.garments.empty() && !summary.is_driven)
     remarks.push_back(absl::StrCat("Of the garments' cells were observed: ",

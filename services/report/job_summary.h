@@ -82,9 +82,14 @@ struct JobSummary {
 };
 JobSummary Summarize(const v1::Job& job, const std::vector<v1::FrameReport>& frames);
 
-// A sentence per camera that sees the cloth elsewhere than the others do, the worst first: it moved, or its
-// calibration is off. None of cameras that agree with no other, which have a check of their own.
-std::vector<std::string> CameraAlarms(const JobSummary& summary);
+// A camera that sees the cloth elsewhere than the others do, in a sentence.
+struct CameraAlarm {
+  std::string text, remedy;
+};
+
+// The worst first: cameras that moved, whose calibration is off, or that are late. None of cameras that agree
+// with no other, which have a check of their own.
+std::vector<CameraAlarm> CameraAlarms(const JobSummary& summary);
 
 // "12 of 12 frames registered, 95.2 % of the cells observed."
 std::string Headline(const v1::Job& job, const JobSummary& summary);

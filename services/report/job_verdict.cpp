@@ -194,9 +194,8 @@ v1::Verdict AssessJob(const v1::Job& job, const std::vector<v1::FrameReport>& fr
                  : absl::StrCat(sum.missing_images, " of ", sum.images,
                                 " images could not be used, the first: ", sum.missing_reason));
   }
-  for (const std::string& alarm : CameraAlarms(summary))
-    AddFinding(verdict, v1::GRADE_USABLE, alarm,
-               "Correct the rig with `weft rig refine`, or calibrate again.");
+  for (const CameraAlarm& alarm : CameraAlarms(summary))
+    AddFinding(verdict, v1::GRADE_USABLE, alarm.text, alarm.remedy);
   // An avatar is for cameras too few to observe the garment.
   if (std::isfinite(summary.coverage) && !job.has_driven())
     AddCheck(verdict, kRegisterCoverage, 100 * summary.coverage);
