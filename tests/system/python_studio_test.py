@@ -73,7 +73,7 @@ class Access(ClientTest):
         impatient = weft.RetryPolicy(patience_s=0)
         write(self.path("other.crt"), read(self.path("anna.crt")))
         for identity in (weft.Identity(), weft.Identity(authority=self.path("other.crt"))):  # plain text; no authority
-            with self.assertRaisesRegex(weft.Unavailable, server):
+            with self.assertRaisesRegex(weft.FailedPrecondition, server):
                 self.client(server, identity=identity, calling=impatient).server_info()
         with self.assertRaisesRegex(weft.InvalidArgument, "a certificate needs its key"):
             self.client("studio:7411", identity=weft.Identity(certificate=ours["certificate"]))
