@@ -1,13 +1,11 @@
 #include "alignment/cloth_in_view.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <optional>
 #include <unordered_map>
-#include <utility>
 
+#include "alignment/print_scale.h"
 #include "alignment/vertex_normals.h"
-#include "base/median.h"
 
 namespace weft {
 namespace {
@@ -39,19 +37,6 @@ std::vector<Place> MeasuredPlaces(const Template& garment, const RegisteredMesh&
   return places;
 }
 
-// Median distance of cells beside each other.
-double CellOfRest_mm(const Template& garment) {
-  constexpr size_t kEnough = 1000;
-  std::vector<double> distances_mm;
-  for (const Face& face : garment.rest.faces) {
-    const VertexNode &a = garment.node_of_vertex[face[0]], &b = garment.node_of_vertex[face[1]];
-    if (!a.IsCell() || !b.IsCell() || std::abs(a.row - b.row) + std::abs(a.col - b.col) != 1) continue;
-    distances_mm.push_back((garment.rest.vertices_mm[face[0]] - garment.rest.vertices_mm[face[1]]).norm());
-    if (distances_mm.size() == kEnough) break;
-  }
-  return distances_mm.empty() ? 0 : Median(std::move(distances_mm));
-}
-
 // Where the camera should see it; nothing where it cannot.
 std::optional<Eigen::Vector2d> InView(const CameraModel& camera, const Place& place, double cell_mm) {
   const Eigen::Vector3d way = camera.CenterWorld() - place.position_mm;
@@ -71,7 +56,8 @@ std::vector<ClothInView> CountClothInView(const Rig& rig, const std::vector<View
       mesh.state.size() != mesh.vertices_mm.size())
     return {};
   const std::vector<Place> places = MeasuredPlaces(garment, mesh);
-  const double cell_mm = CellOfRest_mm(garment);
+  const double cell_mm = MedianLengthPerCell(
+      SampleNodeEdges(garment.rest.vertices_mm, garment.rest.faces, garment.node_of_vertex));
   for (size_t k = 0; k < views.size(); ++k) {
     const CameraModel& camera = rig.cameras[views[k].camera];
     std::unordered_map<int64_t, Eigen::Vector2d> cells;

@@ -3,11 +3,7 @@
 #include "absl/strings/ascii.h"
 
 namespace weft {
-
 namespace {
-
-// Seconds since 1970 have as many.
-constexpr size_t kDigitsOfTime = 9;
 
 // Where digits that end before `at` are followed by a point: digits behind it are a fraction. Shorter ones
 // count as versions do, where 1.9 is before 1.10.

@@ -102,11 +102,11 @@ std::optional<CameraPlace> FindPlace(const Rig& rig, int camera, double own_px,
     if (place.median_px < share * best.median_px) best = place;
   };
   for (const CameraPart part : {CameraPart::kPlaceAndLens, CameraPart::kPlace, CameraPart::kLens}) {
-    const double share = part == CameraPart::kPlaceAndLens ? 1 : kPartShare;
     for (int place = 0; place < static_cast<int>(rig.cameras.size()); ++place) {
       if (place == camera) continue;
+      const bool must_be_clear = part != CameraPart::kPlaceAndLens && part != best.part;
       attempt(WithPart(own, rig.cameras[place], part), {.camera = place, .part = part},
-              best.part == part ? 1 : share);
+              must_be_clear ? kPartShare : 1);
     }
   }
   for (const ImageTurn turn : {ImageTurn::kUpsideDown, ImageTurn::kMirrored, ImageTurn::kMirroredUpsideDown})

@@ -21,8 +21,6 @@ namespace fs = std::filesystem;
 
 constexpr uint64_t kMaxFileBytes = uint64_t{4} << 30;
 
-std::string Size(const ImageSize& size) { return absl::StrCat(size.width_px, "x", size.height_px); }
-
 // The most that a file of such an image may take: 16 bits of 4 channels, and room for what else stands in it.
 uint64_t MostBytes(const std::optional<ImageSize>& expected) {
   if (!expected) return kMaxFileBytes;
@@ -53,7 +51,7 @@ absl::Status CheckSize(const ImageHeader& header, const std::optional<ImageSize>
   const ImageSize size = {header.width_px, header.height_px};
   if (expected && size != *expected) return WrongSizeError("", {size, *expected});
   if (int64_t{size.width_px} * size.height_px <= kMaxImagePixels) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("image is ", Size(size), ", more than the ",
+  return absl::InvalidArgumentError(absl::StrCat("image is ", SizeText(size), ", more than the ",
                                                  kMaxImagePixels >> 20, " Mi pixels that are read"));
 }
 
@@ -99,8 +97,7 @@ absl::StatusOr<std::vector<uint8_t>> Encode(const std::string& path, const Image
 // The file appears under its name only when it is complete.
 absl::Status EncodeAndWrite(const std::string& path, const ImagePixels& image, int jpeg_quality) {
   const absl::StatusOr<std::vector<uint8_t>> encoded = Encode(path, image, jpeg_quality);
-  if (!encoded.ok())
-    return absl::Status(encoded.status().code(), absl::StrCat(path, ": ", encoded.status().message()));
+  if (!encoded.ok()) return StatusAt(path, encoded.status());
   const std::vector<uint8_t>& bytes = *encoded;
   const std::string temporary = absl::StrCat(path, ".tmp.", getpid());
   errno = 0;  // streams leave what the system says
@@ -124,8 +121,7 @@ absl::StatusOr<Frame> ReadImageFile(const std::string& path, std::optional<Pixel
   if (!bytes.ok()) return bytes.status();
   absl::StatusOr<DecodedImage> image = Decode(*bytes, expected);
   if (!image.ok()) return StatusAt(path, image.status());
-  if (absl::Status status = CheckMosaic(*image, mosaic); !status.ok())
-    return absl::Status(status.code(), absl::StrCat(path, ": ", status.message()));
+  if (absl::Status status = CheckMosaic(*image, mosaic); !status.ok()) return StatusAt(path, status);
   Frame frame;
   frame.origin = path;
   frame.width_px = image->width_px;

@@ -12,9 +12,9 @@ namespace {
 
 constexpr char kPayload[] = "weft/image-sizes";
 
-std::string SizeText(const ImageSize& size) { return absl::StrCat(size.width_px, "x", size.height_px); }
-
 }  // namespace
+
+std::string SizeText(const ImageSize& size) { return absl::StrCat(size.width_px, "x", size.height_px); }
 
 absl::Status WrongSizeError(const std::string& where, const WrongSize& sizes) {
   absl::Status status = absl::InvalidArgumentError(

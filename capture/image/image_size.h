@@ -15,6 +15,8 @@ struct ImageSize {
   bool operator==(const ImageSize&) const = default;
 };
 
+std::string SizeText(const ImageSize& size);  // "640x480"
+
 struct WrongSize {
   ImageSize found, expected;
 };

@@ -7,6 +7,7 @@
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "base/natural_order.h"
 #include "capture/file/name_forms.h"
 
 namespace weft {
@@ -32,9 +33,8 @@ bool IsFraction(std::string_view name) {
   return std::count_if(name.begin(), name.end(), IsDigit) == static_cast<std::ptrdiff_t>(name.size() - 1);
 }
 
-// "t_" of "t_1623840123.45": what stands before a time since 1970, so long that it is no version.
+// "t_" of "t_1623840123.45": what stands before a time since 1970.
 std::string_view BeforeTime(std::string_view name) {
-  constexpr size_t kDigitsOfTime = 9;
   const size_t first = static_cast<size_t>(std::find_if(name.begin(), name.end(), IsDigit) - name.begin());
   const std::string_view rest = name.substr(first);
   return IsFraction(rest) && rest.find('.') >= kDigitsOfTime ? name.substr(0, first) : std::string_view();

@@ -46,7 +46,24 @@ double UsualStep(std::vector<int64_t> steps) {
   return sum / count;
 }
 
-std::optional<Count> CountsOf(const std::vector<std::string>& names) {
+// Steps between names; nothing where one of them is none. InvalidArgument: decimals that are not in the order
+// of their values, as 1.5, 1.6, 1.55 are where names are ordered as versions.
+absl::StatusOr<std::vector<int64_t>> StepsOf(const std::vector<int64_t>& numbers,
+                                             const std::vector<std::string>& names, bool are_decimals) {
+  std::vector<int64_t> steps;
+  for (size_t i = 1; i < numbers.size(); ++i) {
+    steps.push_back(numbers[i] - numbers[i - 1]);
+    if (steps.back() > 0) continue;
+    if (!are_decimals) return std::vector<int64_t>();
+    return absl::InvalidArgumentError(
+        absl::StrCat("names of frames: ", names[i - 1], " and ", names[i],
+                     " are decimals of other lengths, whose order is not that of their values; write as many "
+                     "digits behind the point in each"));
+  }
+  return steps;
+}
+
+absl::StatusOr<std::optional<Count>> CountsOf(const std::vector<std::string>& names) {
   if (!std::all_of(names.begin(), names.end(), IsNumber)) return std::nullopt;
   const std::optional<std::vector<int64_t>> numbers = FrameNumbers(names);
   if (!numbers) return std::nullopt;
@@ -58,13 +75,13 @@ std::optional<Count> CountsOf(const std::vector<std::string>& names) {
     count.has_fraction = true;
     digits = std::max(digits, name.size() - point - 1);
   }
+  const absl::StatusOr<std::vector<int64_t>> steps = StepsOf(*numbers, names, count.has_fraction);
+  if (!steps.ok()) return steps.status();
   if (digits > 9) return std::nullopt;
   count.fraction_ns = std::llround(std::pow(10.0, static_cast<double>(9 - digits)));
-  std::vector<int64_t> steps;
-  for (size_t i = 1; i < numbers->size(); ++i) steps.push_back((*numbers)[i] - (*numbers)[i - 1]);
-  if (steps.empty()) return count;
-  if (*std::min_element(steps.begin(), steps.end()) <= 0) return std::nullopt;
-  count.usual_step = UsualStep(steps);
+  if (numbers->size() < 2) return count;
+  if (steps->empty()) return std::nullopt;
+  count.usual_step = UsualStep(*steps);
   return count;
 }
 
@@ -131,28 +148,12 @@ std::optional<Reading> ReadingOf(const Count& count, double fps) {
   return std::nullopt;
 }
 
-// Where names are decimals that are not in the order of their values: 1.5, 1.55, 1.6 as versions are ordered.
-absl::Status CheckOrder(const std::vector<std::string>& names) {
-  const bool decimals = std::all_of(names.begin(), names.end(), [](const std::string& name) {
-    return IsNumber(name) && name.find('.') != std::string::npos;
-  });
-  const std::optional<std::vector<int64_t>> numbers =
-      decimals ? FrameNumbers(names) : std::optional<std::vector<int64_t>>();
-  if (!numbers) return absl::OkStatus();
-  for (size_t i = 1; i < numbers->size(); ++i)
-    if ((*numbers)[i] <= (*numbers)[i - 1])
-      return absl::InvalidArgumentError(
-          absl::StrCat("names of frames: ", names[i - 1], " and ", names[i],
-                       " are decimals of other lengths, whose order is not that of their values; write as "
-                       "many digits behind the point in each"));
-  return absl::OkStatus();
-}
-
 }  // namespace
 
 absl::StatusOr<std::optional<FrameTimes>> TimesInNames(const std::vector<std::string>& names, double fps) {
-  if (absl::Status status = CheckOrder(names); !status.ok()) return status;
-  const std::optional<Count> count = CountsOf(names);
+  const absl::StatusOr<std::optional<Count>> counts = CountsOf(names);
+  if (!counts.ok()) return counts.status();
+  const std::optional<Count>& count = *counts;
   if (!count) return std::nullopt;
   const std::optional<Reading> reading = ReadingOf(*count, fps);
   // Of 64 bits of ns: 292 years.

@@ -10,12 +10,17 @@ namespace {
 
 absl::string_view View(std::string_view text) { return {text.data(), text.size()}; }
 
+template <size_t kCount>
+bool EndsWithAny(std::string_view name, const std::array<const char*, kCount>& endings) {
+  return std::any_of(endings.begin(), endings.end(),
+                     [name](const char* ending) { return absl::EndsWithIgnoreCase(View(name), ending); });
+}
+
 }  // namespace
 
 bool IsPictureName(std::string_view name) {
   constexpr std::array kEndings = {".png", ".jpg", ".jpeg", ".tif", ".tiff"};
-  return std::any_of(kEndings.begin(), kEndings.end(),
-                     [name](const char* ending) { return absl::EndsWithIgnoreCase(View(name), ending); });
+  return EndsWithAny(name, kEndings);
 }
 
 bool IsUnreadPictureName(std::string_view name) {
@@ -27,8 +32,7 @@ bool IsUnreadPictureName(std::string_view name) {
   for (const char* ending : kUnfinished)
     if (absl::EndsWithIgnoreCase(View(name), ending))
       return IsPictureName(name.substr(0, name.size() - std::string_view(ending).size()));
-  return std::any_of(kEndings.begin(), kEndings.end(),
-                     [name](const char* ending) { return absl::EndsWithIgnoreCase(View(name), ending); });
+  return EndsWithAny(name, kEndings);
 }
 
 bool IsForeignName(std::string_view name) {

@@ -8,8 +8,7 @@ namespace weft {
 // Ends in .png, .jpg, .jpeg, .tif or .tiff, in capitals or not.
 bool IsPictureName(std::string_view name);
 
-// A picture of a kind that is not read (.bmp, .webp, .exr, camera raw ...), or one that was not written to
-// its end
+// A picture of a kind that is not read (.bmp, .webp, .exr, camera raw ...), or one that was not finished
 // (".png.tmp").
 bool IsUnreadPictureName(std::string_view name);
 

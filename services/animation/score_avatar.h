@@ -49,8 +49,8 @@ struct AvatarScoring {
 // pictures does not have are left out with a remark. Trials have methods of their own (driving_trials.h).
 // `on_frame` (may be empty) is called with frames driven and all. Errors of the files; FailedPrecondition,
 // both names in it, for an avatar of another template; InvalidArgument for a take without any of `frames`;
-// NotFound where no take is of `splits`; Cancelled when
-// `stop` is requested. The same figures at any number of threads, times aside.
+// NotFound where no take is of `splits`; Cancelled when `stop` is requested. The same figures at any number
+// of threads, times aside.
 absl::StatusOr<v1::AvatarEvaluation> ScoreAvatar(const AvatarScoring& scoring,
                                                  const std::function<void(size_t done, size_t all)>& on_frame,
                                                  const std::stop_token& stop);

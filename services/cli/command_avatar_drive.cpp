@@ -24,7 +24,7 @@
 #include "services/options/presets.h"
 #include "services/process/exit_status.h"
 #include "services/process/stop_on_signal.h"
-#include "services/report/job_verdict.h"
+#include "services/report/driven_sigma.h"
 
 namespace weft {
 namespace {

@@ -69,21 +69,20 @@ absl::StatusOr<WrittenMeshes> WriteMeshes(const DatasetMeshesOptions& options, C
     absl::StatusOr<ClothFrame> frame = take.Read(k);
     if (!frame.ok()) return frame.status();
     const std::string name = take.frame_names().empty() ? absl::StrFormat("%04d", k) : take.frame_names()[k];
+    if (frame->pose && !written.has_body) {  // before a file of the frame is there: it may be another body
+      const absl::StatusOr<BodyShape> of_take = BodyOfTake(options);
+      if (!of_take.ok()) return of_take.status();
+      shape = *of_take;
+      if (absl::Status status = CreateFolders(absl::StrCat(out, "/body")); !status.ok()) return status;
+      written.has_body = true;
+    }
     MoveAll(transform, frame->vertices_mm);
     absl::Status status = WriteMesh(absl::StrCat(out, "/cloth/", name, ".ply"),
                                     {std::move(frame->vertices_mm), garment.rest.faces}, texture);
     if (status.ok() && frame->pose) {
-      if (!written.has_body) {
-        const absl::StatusOr<BodyShape> of_take = BodyOfTake(options);
-        if (!of_take.ok()) return of_take.status();
-        shape = *of_take;
-        status = CreateFolders(absl::StrCat(out, "/body"));
-      }
-      written.has_body = true;
       std::vector<Eigen::Vector3d> body = Body(*frame->pose, shape).MeshVertices();
       MoveAll(transform, body);
-      if (status.ok())
-        status = WriteMesh(absl::StrCat(out, "/body/", name, ".ply"), {std::move(body), Body::MeshFaces()});
+      status = WriteMesh(absl::StrCat(out, "/body/", name, ".ply"), {std::move(body), Body::MeshFaces()});
     }
     if (!status.ok()) return status;
     ++written.frames;
@@ -140,8 +139,7 @@ void AddDatasetMeshesCommand(CLI::App& dataset, CommandLine& line) {
       dataset, "meshes",
       "Write the true cloth of a simulated take as DIR/cloth/<frame>.ply, and the person who wears it as "
       "DIR/body/<frame>.ply where the take keeps the pose: those of `weft simulate --motion FILE "
-      "--no-pictures` "
-      "and of data sets do.",
+      "--no-pictures` and of data sets do.",
       "  weft dataset meshes shirt-drive/takes/train-walk-104 --out walk\n"
       "  weft dataset meshes take --up z --out meshes");
   const auto options = std::make_shared<DatasetMeshesOptions>();

@@ -20,6 +20,18 @@ struct ExchangeOptions {
   std::string out, part;
 };
 
+// The figures of what was exchanged go with it: of the sigmas nine are of the lens, six of the place.
+CalibratedCamera WithPartOf(const CalibratedCamera& own, const CalibratedCamera& other, CameraPart part) {
+  constexpr size_t kLensSigmas = 9;
+  if (part == CameraPart::kCamera) return other;
+  CalibratedCamera camera = own;
+  for (size_t i = 0; i < camera.sigmas.size(); ++i) {
+    const CameraPart stays = i < kLensSigmas ? CameraPart::kPlace : CameraPart::kLens;
+    if (part != stays) camera.sigmas[i] = other.sigmas[i];
+  }
+  return camera;
+}
+
 absl::Status Exchange(const ExchangeOptions& options) {
   const absl::StatusOr<Rig> rig = ReadRig(options.rig);
   if (!rig.ok()) return rig.status();
@@ -34,7 +46,8 @@ absl::Status Exchange(const ExchangeOptions& options) {
   if (record->has_value()) {
     CalibrationRecord& calibration = **record;
     const std::vector<CalibratedCamera> before = calibration.cameras;
-    for (size_t c = 0; c < places->size(); ++c) calibration.cameras[c] = before[(*places)[c]];
+    for (size_t c = 0; c < places->size(); ++c)
+      calibration.cameras[c] = WithPartOf(before[c], before[(*places)[c]], *part);
     ++calibration.version;
     calibration.replaces = rig->ContentHash();
   }

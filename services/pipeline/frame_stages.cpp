@@ -198,6 +198,8 @@ class Registration {
     const int observed_at_first = report.mesh().observed_at_first_look();
     report.clear_mesh();
     report.clear_reason();
+    for (v1::ViewReport& view : *report.mutable_views())
+      view.clear_vertices_in_view(), view.clear_vertices_seen();
     report.set_state(v1::FRAME_STATE_FAILED);
     if (frame_.cloud.points.empty()) {
       report.set_reason(NoCloudReason(frame_.views, {report.views().begin(), report.views().end()},

@@ -9,8 +9,8 @@
 #include "absl/strings/str_join.h"
 #include "base/median.h"
 #include "services/report/camera_facts.h"
+#include "services/report/driven_sigma.h"
 #include "services/report/html_text.h"
-#include "services/report/job_verdict.h"
 
 namespace weft {
 namespace {

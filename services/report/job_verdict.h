@@ -18,7 +18,4 @@ v1::Verdict AssessJob(const v1::Job& job, const std::vector<v1::FrameReport>& fr
 // out.
 v1::Verdict AssessJobFolder(const std::string& out_folder, const v1::Job& job);
 
-// What is known to be wrong with the sigma of a driven job; empty where nothing is.
-std::string DrivenSigmaNote(const v1::Job& job);
-
 }  // namespace weft

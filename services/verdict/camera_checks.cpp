@@ -26,14 +26,24 @@ std::string Listed(const Names& names) {
   return absl::StrCat(absl::StrJoin(names.begin(), names.end() - 1, ", "), " and ", names.back());
 }
 
+// "camera c01", "cameras c01 and c02".
+std::string CamerasText(const Names& names) {
+  return absl::StrCat(names.size() == 1 ? "camera " : "cameras ", Listed(names));
+}
+
+// Its images have the size of one other camera, which has its own.
+bool HasOthersSize(const CameraStanding& camera) {
+  return camera.has_other_size && !camera.fits_camera.empty();
+}
+
 bool IsJudged(const CameraStanding& camera) { return camera.compared >= kLeastCompared; }
 
 // Cameras that have each other's places, in rings, each followed by the one whose place it has.
 std::vector<Names> RingsOf(const std::vector<CameraStanding>& cameras) {
   std::map<std::string, std::string> place_of;
   for (const CameraStanding& camera : cameras)
-    if ((IsApart(camera) || camera.has_other_size) && camera.fits_turned.empty() &&
-        !camera.fits_camera.empty())
+    if (HasOthersSize(camera) ||
+        (IsApart(camera) && camera.fits_turned.empty() && !camera.fits_camera.empty()))
       place_of[camera.camera] = camera.fits_camera;
   std::vector<Names> rings;
   std::set<std::string> told;
@@ -73,12 +83,12 @@ int ImagesOf(const std::vector<CameraStanding>& cameras, const Names& names) {
 
 std::string RingText(const Names& ring, const std::vector<CameraStanding>& cameras) {
   const CameraStanding& camera = Named(cameras, ring[0]);
+  if (camera.has_other_size)
+    return absl::StrCat(CamerasText(ring), " are exchanged: their images have each other's size");
   const std::string distance =
       camera.fits_px > 0 && camera.median_px > 0
           ? absl::StrFormat(", %.1f px off there, %.0f px at its own", camera.fits_px, camera.median_px)
           : "";
-  if (camera.has_other_size)
-    return absl::StrCat("cameras ", Listed(ring), " are exchanged: their images have each other's size");
   if (ring.size() == 2)
     return absl::StrCat("cameras ", ring[0], " and ", ring[1],
                         " are exchanged: what each of them saw fits the ", PartText(camera), " of the other",
@@ -87,7 +97,7 @@ std::string RingText(const Names& ring, const std::vector<CameraStanding>& camer
   for (size_t i = 0; i < ring.size(); ++i)
     steps.push_back(
         absl::StrCat(ring[i], " saw what fits the ", PartText(camera), " of ", ring[(i + 1) % ring.size()]));
-  return absl::StrCat("cameras ", Listed(ring), " are exchanged: ", absl::StrJoin(steps, ", "));
+  return absl::StrCat(CamerasText(ring), " are exchanged: ", absl::StrJoin(steps, ", "));
 }
 
 std::string RingRemedy(const Names& ring, const CameraStanding& camera) {
@@ -96,8 +106,8 @@ std::string RingRemedy(const Names& ring, const CameraStanding& camera) {
 }
 
 std::string ApartText(const Names& names, double farthest_px, int frames_apart, int frames) {
-  std::string text = absl::StrCat(names.size() == 1 ? "camera " : "cameras ", Listed(names),
-                                  names.size() == 1 ? " agrees with no other" : " agree with no other");
+  std::string text =
+      absl::StrCat(CamerasText(names), names.size() == 1 ? " agrees with no other" : " agree with no other");
   if (farthest_px > 0)
     absl::StrAppendFormat(&text, ": %s the cloth %.0f px from where the others see it",
                           names.size() == 1 ? "it sees" : "they see", farthest_px);
@@ -222,8 +232,8 @@ CameraFault FaultOf(const std::vector<CameraStanding>& cameras) {
 void AddAgreementCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict) {
   int judged = 0, apart = 0;
   for (const CameraStanding& camera : cameras) {
-    const bool has_others_size = camera.has_other_size && !camera.fits_camera.empty();
-    judged += IsJudged(camera) || has_others_size, apart += IsApart(camera) || has_others_size;
+    judged += IsJudged(camera) || HasOthersSize(camera);
+    apart += IsApart(camera) || HasOthersSize(camera);
   }
   if (judged == 0) return;
   const CameraFault fault = FaultOf(cameras);
@@ -265,13 +275,12 @@ void AddSightCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verd
   const bool is_one = blind.size() == 1;
   AddCheck(verdict, kRegisterCamerasSee,
            100.0 * static_cast<double>(judged - blind.size()) / static_cast<double>(judged),
-           blind.empty()
-               ? ""
-               : absl::StrFormat("%s %s %s %s of the cloth that faces %s: %d of %d cells, where most "
-                                 "cameras see %.0f %%",
-                                 is_one ? "camera" : "cameras", Listed(blind), is_one ? "sees" : "see",
-                                 seen == 0 ? "nothing" : "little", is_one ? "it" : "them", seen, in_view,
-                                 100 * usual));
+           blind.empty() ? ""
+                         : absl::StrFormat("%s %s %s of the cloth that faces %s: %d of %d cells, where most "
+                                           "cameras see %.0f %%",
+                                           CamerasText(blind), is_one ? "sees" : "see",
+                                           seen == 0 ? "nothing" : "little", is_one ? "it" : "them", seen,
+                                           in_view, 100 * usual));
 }
 
 void AddRepeatCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict) {
@@ -282,14 +291,13 @@ void AddRepeatCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& ver
     if (camera.repeated > 0) names.push_back(camera.camera);
   }
   if (images == 0) return;
-  const bool is_one = names.size() == 1;
   AddCheck(verdict, kRegisterImagesNew, 100.0 * (images - repeated) / images,
            repeated == 0
                ? ""
-               : absl::StrFormat("%s %s stood still: in %d of %d images %s the picture of the frame "
+               : absl::StrFormat("%s stood still: in %d of %d images %s sent the picture of the frame "
                                  "before",
-                                 is_one ? "camera" : "cameras", Listed(names), repeated,
-                                 ImagesOf(cameras, names), is_one ? "it sent" : "they sent"));
+                                 CamerasText(names), repeated, ImagesOf(cameras, names),
+                                 names.size() == 1 ? "it" : "they"));
 }
 
 void AddKnownCheck(const CameraFacts& facts, v1::Verdict& verdict) {

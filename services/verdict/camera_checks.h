@@ -18,7 +18,6 @@ struct CameraStanding {
   int64_t compared = 0, agreeing = 0;  // observations
   double median_px = 0;                // distance from the others' points, mean over the frames
   int frames = 0, frames_apart = 0;    // that tell of it; of them, those where it disagrees
-  std::string fits_part;               // what of it, by CameraPartName; empty or "camera": all
   // Of its images those are not used that have another size than the rig says; fits_camera then is the one
   // whose size they have.
   bool has_other_size = false;
@@ -26,6 +25,7 @@ struct CameraStanding {
   int64_t in_view = 0, seen = 0;
   int images = 0, repeated = 0;       // images that have one before them; of them, those that are the same
   std::string fits_camera;            // whose place explains its images, of most frames where it disagrees
+  std::string fits_part;              // what of that one, by CameraPartName; empty or "camera": all
   std::string fits_turned;            // "upside down", ...
   double fits_px = 0;                 // distance there; 0: not known
   double scale = 0, scale_sigma = 0;  // of what it sees; 0: not known

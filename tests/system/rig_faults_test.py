@@ -37,6 +37,23 @@ class RigFaults(StudioTest):
         right = json.loads(read(self.path("right.json")))
         self.assertEqual(right["hash"], json.loads(read(os.path.join(self.take, "rig.json")))["hash"])
 
+    def test_an_exchanged_part_takes_its_sigmas_along(self):
+        """Sigmas of the lens are nine of the first camera 1, of the other 2; those of the place 10 and 20."""
+        self.model["calibration"] = {"version": 3}
+        one, other = self.ids[2], self.ids[7]
+        for camera in self.model["cameras"]:
+            lens, place = (2, 20) if camera["id"] == other else (1, 10)
+            camera["sigmas"] = {**dict.fromkeys(("fx_px", "fy_px", "cx_px", "cy_px"), lens), "distortion": [lens] * 5,
+                                "rotation_deg": [place] * 3, "center_mm": [place] * 3, "views": lens}
+        write(self.path("rig.json"), json.dumps(self.model))
+        for part, lens, place, views in (("camera", 2, 20, 2), ("place-and-lens", 2, 20, 1), ("place", 1, 20, 1), ("lens", 2, 10, 1)):
+            out = self.path(f"{part}.json")
+            weft("rig", "exchange", self.path("rig.json"), one, other, "--only", part, "--out", out, check=0)
+            sigmas = {camera["id"]: camera["sigmas"] for camera in json.loads(read(out))["cameras"]}[one]
+            self.assertEqual([sigmas["fx_px"], sigmas["distortion"][4], sigmas["views"]], [lens, lens, views], part)
+            for value in (*sigmas["rotation_deg"], *sigmas["center_mm"]):
+                self.assertAlmostEqual(value, place, msg=part)
+
     def test_cameras_that_the_rig_lacks_count(self):
         self.model["cameras"] = self.model["cameras"][:8]
         done = self.register_with(self.model)

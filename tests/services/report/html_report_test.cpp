@@ -6,9 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "services/report/driven_sigma.h"
 #include "services/report/html_text.h"
 #include "services/report/job_summary.h"
-#include "services/report/job_verdict.h"
 #include "tests/services/report/sample_job.h"
 
 namespace weft {
