@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/median.h"
 #include "capture/image/mosaic.h"
+#include "capture/image/picture_quality.h"
 #include "pattern/fit/view_noise.h"
 #include "pattern/seeds/patch_extension.h"
 #include "pattern/surface/center_sweep.h"
@@ -46,12 +47,21 @@ class LapTimer {
   double start_ms_ = NowMs();
 };
 
+// Nothing but noise: a lens that is covered, or no light. Programs write such images as grey ones.
+bool ShowsNothing(const Frame& frame) {
+  constexpr int kNoiseLevels = 16;
+  const PictureQuality quality = MeasurePicture(frame);
+  return quality.high - quality.low < kNoiseLevels;
+}
+
 absl::StatusOr<ColorImage> ReadColors(const Frame& frame, Exposure* exposure) {
   if (absl::Status status = frame.Validate(); !status.ok()) return status;
   if (frame.format == PixelFormat::kGrey8) {
     return absl::InvalidArgumentError(absl::StrCat(
         frame.origin.empty() ? "frame" : frame.origin,
-        LooksLikeMosaic(frame)
+        ShowsNothing(frame) ? ": a grey image that shows nothing; is the lens covered, or the image far too "
+                              "dark or too bright?"
+        : LooksLikeMosaic(frame)
             ? ": a grey image that looks like a Bayer mosaic; name its order with --mosaic (bayer_rg8, "
               "bayer_gr8, bayer_gb8 or bayer_bg8)"
             : ": a grey image cannot be decoded, colours carry the code; where it is a Bayer mosaic, name "

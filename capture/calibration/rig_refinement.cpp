@@ -7,11 +7,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <memory>
 #include <numbers>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "base/median.h"
 #include "capture/calibration/view_equations.h"
 
 namespace weft {
@@ -138,6 +140,7 @@ class Refiner {
     Measure(&CameraCorrection::before_rms_px);
     if (absl::Status status = Solve(); !status.ok()) return status;
     Measure(&CameraCorrection::after_rms_px);
+    MeasureMedians();
     if (absl::Status status = Assess(); !status.ok()) return status;
     for (size_t c = 0; c < rig_.cameras.size(); ++c) out_.cameras.push_back(poses_.At(c).camera);
     return std::move(out_);
@@ -171,6 +174,21 @@ class Refiner {
     for (size_t c = 0; c < sums.size(); ++c) {
       CameraCorrection& correction = out_.corrections[c];
       correction.*rms_px = correction.sights > 0 ? std::sqrt(sums[c] / (2.0 * correction.sights)) : 0;
+    }
+  }
+
+  void MeasureMedians() {
+    std::vector<std::vector<double>> lengths_px(rig_.cameras.size()), lengths_sigmas(rig_.cameras.size());
+    for (const PointSight& sight : sights_) {
+      const auto pixel = poses_.At(sight.camera).camera.Project(out_.points_mm[sight.point]);
+      if (!pixel) continue;
+      const double length_px = (*pixel - sight.pixel_px).norm();
+      lengths_px[sight.camera].push_back(length_px);
+      lengths_sigmas[sight.camera].push_back(length_px / sight.sigma_px);
+    }
+    for (size_t c = 0; c < rig_.cameras.size(); ++c) {
+      out_.corrections[c].after_median_px = Median(std::move(lengths_px[c]));
+      out_.corrections[c].after_median_sigmas = Median(std::move(lengths_sigmas[c]));
     }
   }
 
@@ -290,6 +308,26 @@ class Refiner {
   RefinedRig out_;
 };
 
+// Cameras that no pose put right; empty where they are too many.
+std::vector<int> FindMisfits(const std::vector<CameraCorrection>& corrections,
+                             const RigRefinementOptions& options) {
+  constexpr size_t kLeastRightPerMisfit = 3;
+  std::vector<double> medians;
+  for (const CameraCorrection& correction : corrections)
+    if (!correction.held) medians.push_back(correction.after_median_sigmas);
+  const size_t judged = medians.size();
+  const double usual = Median(std::move(medians));
+  std::vector<int> misfits;
+  for (size_t c = 0; c < corrections.size(); ++c) {
+    const CameraCorrection& correction = corrections[c];
+    if (!correction.held && correction.after_median_px > options.misfit_px &&
+        correction.after_median_sigmas > options.misfit_ratio * usual)
+      misfits.push_back(static_cast<int>(c));
+  }
+  if (misfits.size() * (kLeastRightPerMisfit + 1) > judged) misfits.clear();
+  return misfits;
+}
+
 }  // namespace
 
 absl::Status RigRefinementOptions::Validate() const {
@@ -300,6 +338,8 @@ absl::Status RigRefinementOptions::Validate() const {
   if (!(max_residual_px > 0)) return bad("max_residual_px must be positive");
   if (min_sights < 10) return bad("min_sights must be at least 10");
   if (!(moved_px > 0)) return bad("moved_px must be positive");
+  if (!(misfit_ratio > 1)) return bad("misfit_ratio must be more than 1");
+  if (!(misfit_px > 0)) return bad("misfit_px must be positive");
   if (max_iterations < 1) return bad("max_iterations must be at least 1");
   return absl::OkStatus();
 }
@@ -319,7 +359,28 @@ absl::StatusOr<RefinedRig> RefineRig(const Rig& rig, const std::vector<Eigen::Ve
                                                      sight.point, ": no such camera or point, or no sigma"));
     }
   }
-  return Refiner(rig, points_mm, sights, options).Run();
+  absl::StatusOr<RefinedRig> refined = Refiner(rig, points_mm, sights, options).Run();
+  std::vector<PointSight> fitting = sights;
+  std::map<int, CameraCorrection> misfits;
+  while (refined.ok()) {
+    const std::vector<int> found = FindMisfits(refined->corrections, options);
+    if (found.empty()) break;
+    for (const int camera : found) {
+      const CameraCorrection& correction = refined->corrections[camera];
+      misfits[camera] = {.sights = correction.sights,
+                         .held = true,
+                         .misfit = true,
+                         .before_rms_px = correction.before_rms_px,
+                         .after_rms_px = correction.after_rms_px,
+                         .after_median_px = correction.after_median_px,
+                         .after_median_sigmas = correction.after_median_sigmas};
+    }
+    std::erase_if(fitting, [&](const PointSight& sight) { return misfits.contains(sight.camera); });
+    refined = Refiner(rig, points_mm, fitting, options).Run();
+  }
+  if (!refined.ok()) return refined;
+  for (const auto& [camera, correction] : misfits) refined->corrections[camera] = correction;
+  return refined;
 }
 
 }  // namespace weft

@@ -1,16 +1,19 @@
 // What a calibration and a refinement are worth.
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "base/median.h"
 #include "services/calibration/calibrate_dump.h"
 #include "services/calibration/refine_rig.h"
 #include "services/verdict/verdict.h"
 
 namespace weft {
-
 namespace {
 
 // Messages of issues end with "; " and what to do.
@@ -22,6 +25,26 @@ void AddRefusal(const std::vector<CalibrationIssue>& issues, v1::Verdict& verdic
   if (remedy.back() != '?') remedy += '.';
   if (issues.size() > 1) remedy += " The other causes follow.";
   AddFinding(verdict, v1::GRADE_BAD, message.substr(0, end), remedy);
+}
+
+// A pose that comes near would hide what is wrong with the camera.
+void AddMisfits(const RefinementResult& result, v1::Verdict& verdict) {
+  std::vector<double> usual_px;
+  for (const CameraCorrection& correction : result.refined.corrections)
+    if (!correction.held) usual_px.push_back(correction.after_median_px);
+  const double usual = Median(std::move(usual_px));
+  for (size_t c = 0; c < result.before.cameras.size(); ++c) {
+    const CameraCorrection& correction = result.refined.corrections[c];
+    if (!correction.misfit) continue;
+    const std::string& id = result.before.cameras[c].id;
+    AddFinding(
+        verdict, v1::GRADE_USABLE,
+        absl::StrFormat("no pose of camera %s explains its images: they stay %.2g px off, those of "
+                        "most cameras %.2g px",
+                        id, correction.after_median_px, usual),
+        "See whether its images are late or repeated: `weft take sync` tells of a take. Where its lens or "
+        "its zoom was changed, calibrate again.");
+  }
 }
 
 }  // namespace
@@ -66,6 +89,7 @@ v1::Verdict CalibrationVerdict(const CalibrationResult& result) {
 double RmsAfterPx(const RefinementResult& result) {
   double sum = 0, sights = 0;
   for (const CameraCorrection& correction : result.refined.corrections) {
+    if (correction.misfit) continue;
     sum += correction.sights * std::pow(correction.after_rms_px, 2);
     sights += correction.sights;
   }
@@ -75,9 +99,10 @@ double RmsAfterPx(const RefinementResult& result) {
 v1::Verdict RefinementVerdict(const RefinementResult& result) {
   v1::Verdict verdict;
   int moved = 0, held = 0;
-  for (const CameraCorrection& correction : result.refined.corrections) {
+  for (size_t c = 0; c < result.refined.corrections.size(); ++c) {
+    const CameraCorrection& correction = result.refined.corrections[c];
     moved += correction.moved ? 1 : 0;
-    held += correction.held ? 1 : 0;
+    held += correction.held && !correction.misfit && !IsApart(result.standings[c]) ? 1 : 0;
   }
   AddFinding(verdict, v1::GRADE_GOOD,
              moved == 0   ? "no camera moved"
@@ -86,6 +111,7 @@ v1::Verdict RefinementVerdict(const RefinementResult& result) {
              "");
   if (const CameraFault fault = FaultOf(result.standings); !fault.reason.empty())
     AddFinding(verdict, fault.is_named ? v1::GRADE_BAD : v1::GRADE_USABLE, fault.reason, fault.remedy);
+  AddMisfits(result, verdict);
   if (!result.refined.converged && moved == 0)
     AddFinding(verdict, v1::GRADE_USABLE, "the poses did not settle, though no camera moved",
                "Refine from more frames: --samples.");
@@ -94,8 +120,9 @@ v1::Verdict RefinementVerdict(const RefinementResult& result) {
                "Calibrate again: too many cameras moved, or the rig is not that of the take.");
   if (held > 0)
     AddFinding(verdict, v1::GRADE_USABLE,
-               absl::StrCat(held, held == 1 ? " camera sees" : " cameras see",
-                            " too little of the cloth and was not evaluated"),
+               absl::StrCat(held, held == 1 ? " camera sees too little of the cloth and was"
+                                            : " cameras see too little of the cloth and were",
+                            " not evaluated"),
                "Register a take in which the cloth passes before it, with more --samples.");
   AddCheck(verdict, kCalibrationReprojection, RmsAfterPx(result));
   return verdict;

@@ -194,6 +194,8 @@ v1::RigRefinementReport RefinementReport(const RefinementResult& result) {
     camera.set_shift_px(correction.shift_px);
     camera.set_before_rms_px(correction.before_rms_px);
     camera.set_after_rms_px(correction.after_rms_px);
+    camera.set_misfit(correction.misfit);
+    camera.set_after_median_px(correction.after_median_px);
   }
   return report;
 }
@@ -204,9 +206,15 @@ std::vector<std::string> RefinementText(const RefinementResult& result) {
   for (size_t c = 0; c < result.rig.cameras.size(); ++c) {
     const CameraCorrection& correction = result.refined.corrections[c];
     const std::string& id = result.rig.cameras[c].id;
+    if (correction.misfit) {
+      held.push_back(absl::StrFormat("camera %s: no pose puts it right, it stays as it was", id));
+      continue;
+    }
     before += correction.sights * std::pow(correction.before_rms_px, 2);
     sights += correction.sights;
-    if (correction.held) {
+    if (correction.held && IsApart(result.standings[c])) {
+      held.push_back(absl::StrCat("camera ", id, ": takes no part, it stays as it was"));
+    } else if (correction.held) {
       held.push_back(absl::StrFormat("camera %s: only %d sights of the cloth, it stays as it was", id,
                                      correction.sights));
     }

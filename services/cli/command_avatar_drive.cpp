@@ -270,8 +270,10 @@ void AddAvatarDriveCommand(CLI::App& avatar, CommandLine& line) {
       ->type_name("N")
       ->check(CLI::Range(0, 1024));
   command->add_flag("--json", options->json, "Print the job as JSON on standard output");
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return Drive(*options, line.quiet); }; });
+  command->callback([options, &line] {
+    line.writes_remotely = !options->server.empty();
+    line.run = [options, &line] { return Drive(*options, line.quiet); };
+  });
 }
 
 }  // namespace weft

@@ -11,7 +11,6 @@
 #include "alignment/mesh_texture.h"
 #include "services/animation/cloth_take.h"
 #include "services/cli/commands.h"
-#include "services/cli/output_guard.h"
 #include "services/cli/progress.h"
 #include "services/export/export_transform.h"
 #include "services/figure/body_file.h"
@@ -109,7 +108,6 @@ absl::Status WriteTakeMeshes(const DatasetMeshesOptions& options, bool quiet) {
         absl::StrCat(options.take, ": holds ", source->takes.size(),
                      " takes; give one of them, of a data set one of its folders takes/<take>"));
   }
-  if (absl::Status status = CheckParentFolder(options.out); !status.ok()) return status;
   std::vector<ClothSource> sources;
   sources.push_back(*std::move(source));
   ClothTake& take = sources.front().takes.front();

@@ -70,6 +70,11 @@ absl::StatusOr<OverlayRequest> OverlayRequestOf(const ExportCommandOptions& opti
   const std::optional<PictureFormat> format = PictureFormatOf(options.format);
   if (!format)
     return absl::InvalidArgumentError("--overlay: needs --format jpg or png, or mp4 or mkv for videos");
+  if (options.overlay.empty())
+    return absl::InvalidArgumentError(
+        absl::StrCat("--format ", options.format,
+                     ": such pictures are the cameras' images; say with --overlay "
+                     "what is drawn over them: wireframe, state, sigma or none"));
   const absl::StatusOr<OverlayKind> kind = OverlayKindFromName(options.overlay);
   if (!kind.ok()) return kind.status();
   request.kind = *kind;

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/nearest_word.h"
+#include "services/cli/output_guard.h"
 
 namespace weft {
 
@@ -37,6 +38,11 @@ absl::Status CheckFinite(const CLI::App& command) {
     }
   }
   return absl::OkStatus();
+}
+
+absl::Status CheckOut(const CLI::App& command) {
+  const CLI::Option* out = command.get_option_no_throw("--out");
+  return out == nullptr || out->count() == 0 ? absl::OkStatus() : CheckParentFolder(out->as<std::string>());
 }
 
 CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& description,

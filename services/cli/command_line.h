@@ -14,7 +14,8 @@ namespace weft {
 // The parsed command line. A command's Add function declares its options and, in the subcommand's callback,
 // sets `run`; main runs it after everything is parsed.
 struct CommandLine {
-  bool quiet = false;  // no progress, no notes
+  bool quiet = false;            // no progress, no notes
+  bool writes_remotely = false;  // --out is a path of the daemon's machine
   std::function<absl::Status()> run;
 };
 
@@ -23,6 +24,9 @@ std::string WithoutHugeNumbers(const std::string& parse_error);
 
 // NaN and infinity where the option takes a number.
 absl::Status CheckFinite(const CLI::App& command);
+
+// NotFound: the folder in which --out is to be made is not there, as in a misspelt path.
+absl::Status CheckOut(const CLI::App& command);
 
 // A subcommand with Weft's conventions: --help shows defaults, and examples below the options.
 CLI::App* AddCommand(CLI::App& app, const std::string& name, const std::string& description,

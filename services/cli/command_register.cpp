@@ -300,8 +300,10 @@ void AddRegisterCommand(CLI::App& app, CommandLine& line) {
   command->add_flag("--detach", options->detach, "With --server: print the job's id and do not wait for it")
       ->excludes(evaluate);
   command->add_flag("--json", options->json, "Print the job as JSON on standard output");
-  command->callback(
-      [options, &line] { line.run = [options, &line] { return Register(*options, line.quiet); }; });
+  command->callback([options, &line] {
+    line.writes_remotely = !options->server.empty();
+    line.run = [options, &line] { return Register(*options, line.quiet); };
+  });
 }
 
 }  // namespace weft

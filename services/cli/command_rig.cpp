@@ -75,7 +75,6 @@ absl::StatusOr<ForeignRig> ReadForeignRig(const RigImportOptions& options) {
 
 // A rig that was imported can be imported again, one that was calibrated can not.
 absl::Status MayWriteRig(const std::string& file, const Rig& rig, const OutputGuard& guard) {
-  if (absl::Status status = CheckParentFolder(file); !status.ok()) return status;
   const absl::StatusOr<std::optional<CalibrationRecord>> record = ReadCalibrationRecord(file);
   if (!record.ok() || !*record) return absl::OkStatus();
   const absl::StatusOr<Rig> before = ReadRig(file);

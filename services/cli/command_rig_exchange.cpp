@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "capture/rig/exchange_cameras.h"
+#include "services/cli/output_guard.h"
 #include "services/files/rig_file.h"
 
 namespace weft {
@@ -18,6 +19,7 @@ struct ExchangeOptions {
   std::string rig;
   std::vector<std::string> cameras;
   std::string out, part;
+  OutputGuard guard;
 };
 
 // The figures of what was exchanged go with it: of the sigmas nine are of the lens, six of the place.
@@ -33,6 +35,9 @@ CalibratedCamera WithPartOf(const CalibratedCamera& own, const CalibratedCamera&
 }
 
 absl::Status Exchange(const ExchangeOptions& options) {
+  if (absl::Status status = options.guard.MayReplace(options.out, "a rig, which takes may need");
+      !status.ok())
+    return status;
   const absl::StatusOr<Rig> rig = ReadRig(options.rig);
   if (!rig.ok()) return rig.status();
   absl::StatusOr<std::optional<CalibrationRecord>> record = ReadCalibrationRecord(options.rig);
@@ -82,6 +87,7 @@ void AddRigExchangeCommand(CLI::App& rig, CommandLine& line) {
       ->check(CLI::IsMember({"camera", "place-and-lens", "place", "lens"}))
       ->default_val("camera");
   command->add_option("--out", options->out, "The rig.json to write")->required()->type_name("FILE");
+  options->guard.AddTo(*command);
   command->callback([options, &line] { line.run = [options] { return Exchange(*options); }; });
 }
 

@@ -24,7 +24,6 @@ struct RefineOptions {
 };
 
 absl::Status Refine(const RefineOptions& options, bool quiet) {
-  if (absl::Status status = CheckParentFolder(options.request.out); !status.ok()) return status;
   if (absl::Status status = options.guard.MayReplace(options.request.out, "a rig, which takes may need");
       !status.ok())
     return status;

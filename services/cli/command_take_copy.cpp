@@ -6,7 +6,6 @@
 #include "absl/strings/str_format.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
-#include "services/cli/output_guard.h"
 #include "services/cli/progress.h"
 #include "services/cli/remote_operation.h"
 #include "services/cli/take_range.h"
@@ -64,7 +63,6 @@ absl::Status Archive(const CopyCommandOptions& options, const CopyProgress& prog
 }
 
 absl::Status ExportTake(const CopyCommandOptions& options, bool quiet) {
-  if (absl::Status status = CheckParentFolder(options.out); !status.ok()) return status;
   const CopyProgress progress = MakeProgress("export", quiet);
   if (options.format == "ffv1") return Archive(options, progress);
   if (options.format == "proxy") {
@@ -77,7 +75,6 @@ absl::Status ExportTake(const CopyCommandOptions& options, bool quiet) {
 }
 
 absl::Status Trim(const CopyCommandOptions& options, bool quiet) {
-  if (absl::Status status = CheckParentFolder(options.out); !status.ok()) return status;
   TrimOptions trim;
   trim.recorder.take.stream.compress = options.compress;
   absl::StatusOr<TakeViewOptions> view = ParseTakeRange(options.range);

@@ -16,7 +16,6 @@
 #include "capture/image/frame.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
-#include "services/cli/output_guard.h"
 #include "services/cli/progress.h"
 #include "services/cli/take_text.h"
 #include "services/process/exit_status.h"
@@ -159,7 +158,6 @@ absl::Status ImportFilms(const ImportCommandOptions& options, bool quiet) {
 }
 
 absl::Status Import(const ImportCommandOptions& options, bool quiet) {
-  if (absl::Status status = CheckParentFolder(options.out); !status.ok()) return status;
   std::error_code error;
   const bool is_folder = options.sources.size() == 1 && options.cameras.empty() &&
                          !std::filesystem::is_regular_file(options.sources.front(), error);

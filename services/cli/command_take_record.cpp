@@ -15,7 +15,6 @@
 #include "absl/strings/str_format.h"
 #include "services/cli/commands.h"
 #include "services/cli/json_output.h"
-#include "services/cli/output_guard.h"
 #include "services/cli/preview_options.h"
 #include "services/cli/take_text.h"
 #include "services/process/exit_status.h"
@@ -88,7 +87,6 @@ absl::Status TestDisk(const RecordCommandOptions& options,
 }
 
 absl::Status Record(const RecordCommandOptions& options, bool quiet) {
-  if (absl::Status status = CheckParentFolder(options.out); !status.ok()) return status;
   const absl::StatusOr<v1::Session> session = ReadSession(options.session);
   if (!session.ok()) return session.status();
   absl::StatusOr<LiveRecordingOptions> recording = RecordingOptionsOf(*session);

@@ -81,12 +81,7 @@ absl::Status Build(BuildOptions options, bool quiet) {
   const absl::StatusOr<CommandPipeline> pipeline =
       MakeCommandPipeline(kDefaultPreset, options.pipeline, {"decode", "triangulation", "template_build"});
   if (!pipeline.ok()) return pipeline.status();
-  if (absl::Status status = CheckParentFolder(options.out); !status.ok()) return status;
-  if (absl::Status status =
-          options.guard.MayReplace((std::filesystem::path(options.out) / "template.json").string(),
-                                   "a template, and results may have its vertices");
-      !status.ok())
-    return status;
+  if (absl::Status status = MayWriteTemplateFolder(options.out, options.guard); !status.ok()) return status;
   TemplateBuildOptions build = pipeline->options.template_build;
   build.id = options.id.empty() ? TemplateIdOf(options.out) : options.id;
   absl::StatusOr<Board> board = ReadBoard(options.from.board);

@@ -142,13 +142,15 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return ParseFailure(app, error);
   }
-  if (const absl::Status status = weft::CheckFinite(NamedCommand(app)); !status.ok()) {
+  absl::Status status = weft::CheckFinite(NamedCommand(app));
+  if (!line.writes_remotely) status.Update(weft::CheckOut(NamedCommand(app)));
+  if (!status.ok()) {
     weft::PrintError(status);
     return weft::ExitStatusOf(status);
   }
   if (watched_by != 0 && !BeWatchedBy(watched_by, readable)) return weft::kExitFailed;
   try {
-    const absl::Status status = line.run();
+    status = line.run();
     if (!status.ok() && !weft::IsVerdict(status))
       weft::PrintError(status);  // a verdict stands printed already
     return weft::ExitStatusOf(status);

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <iostream>
+#include <set>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
@@ -14,6 +15,9 @@ namespace weft {
 namespace {
 
 namespace fs = std::filesystem;
+
+// What a build writes before the template itself.
+const std::set<std::string> kOfStoppedBuilds = {"clouds", "report.html"};
 
 bool Agrees(const std::string& file, const std::string& what) {
   std::fprintf(stderr, "%s is there already: %s. Overwrite it? [y/N] ", file.c_str(), what.c_str());
@@ -39,12 +43,23 @@ absl::Status OutputGuard::MayReplace(const std::string& file, const std::string&
       absl::StrCat(file, ": is there already: ", what, "; name another place, or overwrite it with --force"));
 }
 
+absl::Status MayWriteTemplateFolder(const std::string& folder, const OutputGuard& guard) {
+  std::error_code error;
+  const fs::path is_template = fs::path(folder) / "template.json";
+  if (fs::exists(is_template, error))
+    return guard.MayReplace(is_template.string(), "a template, and results may have its vertices");
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
+    const std::string name = entry.path().filename().string();
+    if (kOfStoppedBuilds.contains(name) || name.starts_with('.')) continue;
+    return guard.MayReplace(folder, absl::StrCat("a folder of something else, it has ", name));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status MayWriteTemplate(const std::string& folder, const Template& garment, const OutputGuard& guard) {
-  if (absl::Status status = CheckParentFolder(folder); !status.ok()) return status;
   const absl::StatusOr<Template> before = ReadTemplate(folder);
   if (before.ok() && before->ContentHash() == garment.ContentHash()) return absl::OkStatus();
-  return guard.MayReplace((fs::path(folder) / "template.json").string(),
-                          "a template, and results may have its vertices");
+  return MayWriteTemplateFolder(folder, guard);
 }
 
 absl::Status CheckParentFolder(const std::string& path) {

@@ -24,11 +24,13 @@ class OutputGuard {
   bool force_ = false;
 };
 
-// Before a template is written to `folder`. The same one may be written again. Errors of CheckParentFolder
-// and MayReplace.
+// Before a template is written to `folder`: a new one, an empty one, or that of a template to be replaced.
+// Errors of MayReplace.
+absl::Status MayWriteTemplateFolder(const std::string& folder, const OutputGuard& guard);
+// The same one may be written again.
 absl::Status MayWriteTemplate(const std::string& folder, const Template& garment, const OutputGuard& guard);
 
-// NotFound: the folder in which `path` is to be made is not there.
+// NotFound: the folder in which `path` is to be made is not there. Of --out it is asked for all commands.
 absl::Status CheckParentFolder(const std::string& path);
 
 }  // namespace weft

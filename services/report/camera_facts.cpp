@@ -48,7 +48,7 @@ void Add(const v1::CameraAgreement& agreement, Sums& sums) {
       (agreement.perspective_sigma() - standing.perspective_sigma) * compared / sums.scaled;
 }
 
-void AddImage(const v1::ViewReport& view, Sums& sums) {
+void AddImage(const std::string& frame, const v1::ViewReport& view, Sums& sums) {
   if (view.has_image_size() && !sums.standing.has_other_size) {
     sums.standing.has_other_size = true;
     sums.of_image = view.image_size(), sums.of_rig = view.rig_size();
@@ -56,6 +56,10 @@ void AddImage(const v1::ViewReport& view, Sums& sums) {
   if (!view.missing_reason().empty()) return;
   sums.standing.in_view += view.vertices_in_view();
   sums.standing.seen += view.vertices_seen();
+  if (view.vertices_in_view() >= kLeastInView) {
+    ++sums.standing.facing_images;
+    if (view.vertices_seen() == 0 && sums.standing.blank_images++ == 0) sums.standing.blank_frame = frame;
+  }
   if (view.image_hash().empty()) return;
   sums.standing.images += !sums.last_hash.empty();
   sums.standing.repeated += view.image_hash() == sums.last_hash;
@@ -109,7 +113,7 @@ CameraFacts FactsOf(const std::vector<v1::FrameReport>& frames) {
       Sums& sums = cameras[entry->second];
       sums.has_images |= view.missing_reason().empty();
       if (view.has_agreement()) Add(view.agreement(), sums);
-      AddImage(view, sums);
+      AddImage(frame.frame(), view, sums);
     }
     unknown.insert(frame.unknown_cameras().begin(), frame.unknown_cameras().end());
     if (frame.cloud().has_print_scale()) print_scales.push_back(frame.cloud().print_scale());

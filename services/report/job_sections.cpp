@@ -146,7 +146,7 @@ std::string HeadSection(const v1::Job& job, const JobSummary& summary) {
     if (remark != verdict.reason()) absl::StrAppend(&more, "<li>", EscapeHtml(remark), "</li>\n");
   if (!more.empty()) more = absl::StrCat("<ul class=\"remarks\">\n", more, "</ul>\n");
   const bool is_over = verdict.grade() != v1::GRADE_UNSPECIFIED;
-  const std::string kind = absl::StrCat("Weft registration report",
+  const std::string kind = absl::StrCat(job.has_driven() ? "Weft driving report" : "Weft registration report",
                                         is_over ? "" : " <span class=\"badge\">&#8230; not finished</span>");
   return PageHead(kind, Headline(job, summary), verdict, more + Tiles(summary));
 }

@@ -100,9 +100,12 @@ std::string RingText(const Names& ring, const std::vector<CameraStanding>& camer
   return absl::StrCat(CamerasText(ring), " are exchanged: ", absl::StrJoin(steps, ", "));
 }
 
-std::string RingRemedy(const Names& ring, const CameraStanding& camera) {
-  return absl::StrCat("`weft rig exchange RIG ", absl::StrJoin(ring, " "),
-                      IsWhole(camera) ? "" : absl::StrCat(" --only ", camera.fits_part), " --out FILE`");
+// Of several rings each writes the rig that the next one reads.
+std::string RingRemedy(const Names& ring, const CameraStanding& camera, size_t step, size_t steps) {
+  return absl::StrCat("`weft rig exchange ", step == 0 ? "RIG" : absl::StrCat("FILE", step), " ",
+                      absl::StrJoin(ring, " "),
+                      IsWhole(camera) ? "" : absl::StrCat(" --only ", camera.fits_part), " --out ",
+                      steps == 1 ? "FILE" : absl::StrCat("FILE", step + 1), "`");
 }
 
 std::string ApartText(const Names& names, double farthest_px, int frames_apart, int frames) {
@@ -145,6 +148,27 @@ const CameraStanding* WrongLens(const std::vector<CameraStanding>& cameras) {
   return worst;
 }
 
+std::vector<const CameraStanding*> WithClothInView(const std::vector<CameraStanding>& cameras) {
+  std::vector<const CameraStanding*> out;
+  for (const CameraStanding& camera : cameras)
+    if (camera.in_view >= kLeastInView) out.push_back(&camera);
+  return out;
+}
+
+double ShareSeen(const CameraStanding& camera) {
+  return static_cast<double>(camera.seen) / static_cast<double>(camera.in_view);
+}
+
+double UsualShareSeen(const std::vector<const CameraStanding*>& cameras) {
+  std::vector<double> shares;
+  for (const CameraStanding* camera : cameras) shares.push_back(ShareSeen(*camera));
+  return Median(std::move(shares));
+}
+
+bool IsBlind(const CameraStanding& camera, double usual_share) {
+  return !IsApart(camera) && ShareSeen(camera) < kSeeingShare * usual_share;
+}
+
 double Off(double scale) { return 100 * std::abs(scale - 1); }
 
 // "its cells lie 1.050 times as far apart as they are printed"; empty where nothing tells.
@@ -185,14 +209,15 @@ bool IsApart(const CameraStanding& camera) {
 CameraFault FaultOf(const std::vector<CameraStanding>& cameras) {
   Names reasons, remedies, apart;
   std::set<std::string> told;
-  for (const Names& ring : RingsOf(cameras)) {
+  const std::vector<Names> rings = RingsOf(cameras);
+  for (const Names& ring : rings) {
     told.insert(ring.begin(), ring.end());
     reasons.push_back(RingText(ring, cameras));
     const CameraStanding& camera = Named(cameras, ring[0]);
     remedies.push_back(absl::StrCat(IsWhole(camera)
                                         ? "Exchange the cables, or the cameras of the rig with "
                                         : "Calibrate again, or exchange what the rig has of them with ",
-                                    RingRemedy(ring, camera)));
+                                    RingRemedy(ring, camera, remedies.size(), rings.size())));
   }
   double farthest_px = 0;
   int frames_apart = 0, frames = 0;
@@ -255,32 +280,46 @@ void AddScaleCheck(const CameraFacts& facts, v1::Verdict& verdict) {
 }
 
 void AddSightCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict) {
-  const auto share_of = [](const CameraStanding& camera) {
-    return static_cast<double>(camera.seen) / static_cast<double>(camera.in_view);
-  };
-  std::vector<double> shares;
-  for (const CameraStanding& camera : cameras)
-    if (camera.in_view >= kLeastInView) shares.push_back(share_of(camera));
-  if (shares.empty()) return;
-  const size_t judged = shares.size();
-  const double usual = Median(std::move(shares));
+  const std::vector<const CameraStanding*> judged = WithClothInView(cameras);
+  if (judged.empty()) return;
+  const double usual = UsualShareSeen(judged);
   Names blind;
   int64_t seen = 0, in_view = 0;
-  for (const CameraStanding& camera : cameras) {
-    if (camera.in_view < kLeastInView || IsApart(camera) || !(share_of(camera) < kSeeingShare * usual))
-      continue;
-    blind.push_back(camera.camera);
-    seen += camera.seen, in_view += camera.in_view;
+  for (const CameraStanding* camera : judged) {
+    if (!IsBlind(*camera, usual)) continue;
+    blind.push_back(camera->camera);
+    seen += camera->seen, in_view += camera->in_view;
   }
   const bool is_one = blind.size() == 1;
   AddCheck(verdict, kRegisterCamerasSee,
-           100.0 * static_cast<double>(judged - blind.size()) / static_cast<double>(judged),
+           100.0 * static_cast<double>(judged.size() - blind.size()) / static_cast<double>(judged.size()),
            blind.empty() ? ""
                          : absl::StrFormat("%s %s %s of the cloth that faces %s: %d of %d cells, where most "
                                            "cameras see %.0f %%",
                                            CamerasText(blind), is_one ? "sees" : "see",
                                            seen == 0 ? "nothing" : "little", is_one ? "it" : "them", seen,
                                            in_view, 100 * usual));
+}
+
+void AddBlankCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict) {
+  const std::vector<const CameraStanding*> judged = WithClothInView(cameras);
+  if (judged.empty()) return;
+  const double usual = UsualShareSeen(judged);
+  int images = 0, blank = 0;
+  Names names;
+  for (const CameraStanding* camera : judged) {
+    if (IsApart(*camera) || IsBlind(*camera, usual)) continue;
+    images += camera->facing_images, blank += camera->blank_images;
+    if (camera->blank_images > 0)
+      names.push_back(absl::StrCat(
+          camera->camera, " in frame ", camera->blank_frame,
+          camera->blank_images == 1 ? "" : absl::StrCat(" and ", camera->blank_images - 1, " more")));
+  }
+  if (images == 0) return;
+  AddCheck(verdict, kRegisterImagesSee, 100.0 * (images - blank) / images,
+           blank == 0 ? ""
+                      : absl::StrCat(blank, " of ", images, blank == 1 ? " images shows" : " images show",
+                                     " nothing of the cloth that faces its camera: ", CamerasText(names)));
 }
 
 void AddRepeatCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict) {

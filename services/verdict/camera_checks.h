@@ -23,6 +23,9 @@ struct CameraStanding {
   bool has_other_size = false;
   // Measured cloth that faces it, and what it saw of it; vertices of all frames.
   int64_t in_view = 0, seen = 0;
+  // Images with cloth that faces the camera; of them, those in which it saw none, and the frame of the first.
+  int facing_images = 0, blank_images = 0;
+  std::string blank_frame;
   int images = 0, repeated = 0;       // images that have one before them; of them, those that are the same
   std::string fits_camera;            // whose place explains its images, of most frames where it disagrees
   std::string fits_part;              // what of that one, by CameraPartName; empty or "camera": all
@@ -66,6 +69,9 @@ inline constexpr int64_t kLeastInView = 100;
 // The check that each camera sees the cloth that faces it, but for those that agree with no other; nothing
 // where no mesh tells.
 void AddSightCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict);
+
+// The check that no single image is blank, of cameras that see else; nothing where no mesh tells.
+void AddBlankCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict);
 
 // The check that no camera repeats its images; nothing of single frames.
 void AddRepeatCheck(const std::vector<CameraStanding>& cameras, v1::Verdict& verdict);

@@ -100,6 +100,15 @@ inline constexpr Limit kRegisterCamerasSee{
     Better::kMore,
     1,
     "Look at the images: is the cap on, are they dark, out of focus, mirrored, of another moment?"};
+inline constexpr Limit kRegisterImagesSee{
+    "register.images_see",
+    "images that show the cloth that faces their camera",
+    "%",
+    100,
+    50,
+    Better::kMore,
+    1,
+    "Look at these images: are they black, too bright, damaged, or did somebody stand before the camera?"};
 inline constexpr Limit kRegisterImagesNew{
     "register.images_new",
     "images that are not those of the frame before",
@@ -315,6 +324,7 @@ inline constexpr std::array kLimits = {
     &kRegisterCamerasKnown,
     &kRegisterCamerasAgree,
     &kRegisterCamerasSee,
+    &kRegisterImagesSee,
     &kRegisterImagesNew,
     &kRegisterLens,
     &kRegisterScale,

@@ -156,7 +156,13 @@ TEST_F(ViewDecoders, RefuseWhatCannotBe) {
   Frame grey = open_;
   grey.format = PixelFormat::kGrey8;
   grey.pixels = std::make_shared<std::vector<uint8_t>>(open_.pixels->size() / 3, uint8_t{90});
-  EXPECT_THAT(std::string(ViewDecoder::Read(grey, board_, {}).status().message()), HasSubstr("grey"));
+  EXPECT_THAT(std::string(ViewDecoder::Read(grey, board_, {}).status().message()),
+              HasSubstr("a grey image that shows nothing; is the lens covered"));
+  const auto shades = std::make_shared<std::vector<uint8_t>>(open_.pixels->size() / 3);
+  for (size_t i = 0; i < shades->size(); ++i) (*shades)[i] = static_cast<uint8_t>(i / 64);
+  grey.pixels = shades;
+  EXPECT_THAT(std::string(ViewDecoder::Read(grey, board_, {}).status().message()),
+              HasSubstr("colours carry the code"));
 }
 
 TEST_F(ViewDecoders, LookForNothingInAViewOfFewCells) {

@@ -51,6 +51,7 @@ class Pictures(Export):
         self.export("png", "--overlay", "none", "--camera", first)
         alone = imread(os.path.join(self.to, first, f"{self.names[0]}.png"))
         np.testing.assert_array_equal(alone, imread(f"{self.original}/{self.names[0]}/{first}.png")[..., :3])
+        self.assertIn("say with --overlay what is drawn over them", self.export("jpg", check=2).stderr)
         self.assertIn("--undistort requires --overlay", self.export("png", "--undistort", check=2).stderr)
 
     def test_pictures_that_are_missing_are_named(self):

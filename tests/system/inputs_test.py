@@ -296,9 +296,19 @@ class Words(unittest.TestCase):
                 done = weft("register", f"{folder}/take", *wrong, "--template", f"{folder}/take/template", "--out", f"{folder}/r",
                             check=2)
                 self.assertIn(words, done.stderr)
-            done = weft("take", "import", f"{folder}/take", "--out", f"{folder}/typo/take", check=2)
-            self.assertIn(f"the folder {folder}/typo is missing", done.stderr)
-            self.assertFalse(os.path.exists(f"{folder}/typo"))
+            typo = ("--out", f"{folder}/typo/new")
+            for command in (("take", "import", f"{folder}/take"), ("simulate", "--preset", "tiny"), ("export", folder, "--format", "obj"),
+                            ("register", f"{folder}/take", "--rig", rig, "--board", board, "--template", f"{folder}/take/template"),
+                            ("rig", "calibrate", f"{folder}/take", "--target", rig), ("evaluate", folder),
+                            ("decode", f"{folder}/take/0000/c00.png", "--board", board)):
+                done = weft(*command, *typo, check=2)
+                self.assertIn(f"the folder {folder}/typo is missing", done.stderr)
+                self.assertFalse(os.path.exists(f"{folder}/typo"))
+            # A folder of something else is no place for a template.
+            done = weft("template", "import", "--mesh", f"{folder}/take/template/mesh.ply", "--cells",
+                        f"{folder}/take/template/cells.txt", "--board", board, "--out", f"{folder}/take", check=2)
+            self.assertIn("a folder of something else", done.stderr)
+            self.assertFalse(os.path.exists(f"{folder}/take/template.json"))
             # Another board at the place of one that may be sewn already.
             weft("pattern", "generate", "--rows", 20, "--cols", 20, "--out", f"{folder}/b", check=0)
             first = read(f"{folder}/b/board.json")

@@ -37,6 +37,10 @@ class Studio(StudioTest):
             ffmpeg(f"{self.take}/{frame}/{camera}.png", filters)
         return self.register_arguments()
 
+    def picture_of(self, camera, filters):
+        ffmpeg(f"{self.take}/{self.frames[1]}/{camera}.png", filters)
+        return self.register_arguments()
+
     def all_pictures(self, filters, *more):
         for frame in self.frames:
             for name in self.images:
@@ -170,11 +174,13 @@ MISTAKES = [
     ("a folder of scans that is not there", lambda s: [*s.register_arguments(), "--scans", s.path("nowhere")], REFUSED, r"nowhere"),
     ("scans in metres", lambda s: s.scan(lambda p: [x / 1000 for x in p]), REFUSED, r"metre"),
     ("start meshes that are not there", lambda s: [*s.register_arguments(), "--start-from", s.path("nowhere")], REFUSED, r"nowhere"),
-    ("pictures five times too dark", lambda s: s.all_pictures("lutrgb=r=val/12:g=val/12:b=val/12"), USABLE, r"dark|grey levels|expos"),
+    ("pictures twelve times too dark", lambda s: s.all_pictures("lutrgb=r=val/12:g=val/12:b=val/12"), USABLE, r"dark|grey levels|expos"),
     ("pictures of another size", lambda s: s.all_pictures("scale=96:128"), BAD, r"size|96"),
     ("a picture that ends in the middle", lambda s: cut(s), USABLE, r"c00|images"),
     ("a camera without pictures", lambda s: gone(s, "c06"), USABLE, r"c06|images"),
     ("a camera with its cap on", lambda s: s.pictures_of("c05", "lutrgb=r=5:g=5:b=5"), USABLE, r"c05 sees nothing of the cloth"),
+    ("one black picture", lambda s: s.picture_of("c05", "lutrgb=r=5:g=5:b=5"), USABLE, r"1 of 36 images shows nothing .* camera c05 in frame 0001"),
+    ("one black picture, saved as grey", lambda s: s.picture_of("c05", "lutrgb=r=5:g=5:b=5,format=gray"), USABLE, r"c05.png: a grey image that shows nothing"),
     ("one camera mirrored", lambda s: s.pictures_of("c05", "hflip"), USABLE, r"c05.*(mirrored|sees)"),
     ("one camera out of focus", lambda s: s.pictures_of("c05", "gblur=sigma=9"), USABLE, r"c05 sees (nothing|little) of the cloth"),
     ("one camera a frame late", lambda s: late(s, "c05"), USABLE, r"c05.*another moment"),

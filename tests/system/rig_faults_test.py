@@ -35,6 +35,8 @@ class RigFaults(StudioTest):
         # The remedy is one.
         weft("rig", "exchange", self.path("rig.json"), *pair, "--out", self.path("right.json"), check=0)
         right = json.loads(read(self.path("right.json")))
+        again = weft("rig", "exchange", self.path("rig.json"), *pair, "--out", self.path("rig.json"), check=2)
+        self.assertIn("--force", again.stderr)
         self.assertEqual(right["hash"], json.loads(read(os.path.join(self.take, "rig.json")))["hash"])
 
     def test_an_exchanged_part_takes_its_sigmas_along(self):

@@ -57,7 +57,8 @@ class RefineRigTest : public ::testing::Test {
         for (size_t c = 0; c < images.size(); ++c) {
           const CameraModel& camera = filmed_.cameras[c];
           if (normal.dot((camera.CenterWorld() - point).normalized()) < 0.2) continue;
-          const auto pixel = camera.Project(point);
+          const double later = static_cast<int>(c) == late_camera_ ? 1.5 * std::sin(0.4 * row) : 0;
+          const auto pixel = camera.Project(point + Eigen::Vector3d(later, 0, later));
           if (!pixel || !camera.Contains(*pixel)) continue;
           const double sigma_px = c % 2 == 1 ? odd_noise_px : 0.1;
           const double x = sigma_px * noise(random), y = sigma_px * noise(random);
@@ -88,6 +89,7 @@ class RefineRigTest : public ::testing::Test {
   }
 
   TempFolder folder_;
+  int late_camera_ = -1;  // whose cloth has other folds
   Rig filmed_, before_;
   RefinementRequest request_;
 };
@@ -137,6 +139,24 @@ TEST_F(RefineRigTest, ACameraElsewhereStaysAndTheOthersAreRefined) {
   EXPECT_TRUE(result->refined.corrections[9].held);
   EXPECT_TRUE(result->refined.corrections[3].moved);
   EXPECT_FALSE(result->refined.corrections[8].moved);
+}
+
+TEST_F(RefineRigTest, ALateCameraIsNamedAndStays) {
+  late_camera_ = 9;
+  for (int frame = 0; frame < 2; ++frame) WriteFrame(frame);
+  const auto result = RefineRigFromResult(request_);
+  ASSERT_TRUE(result.ok()) << result.status();
+  const v1::Verdict verdict = RefinementVerdict(*result);
+  EXPECT_EQ(verdict.grade(), v1::GRADE_USABLE);
+  const std::string& id = filmed_.cameras[9].id;
+  EXPECT_THAT(verdict.reason(), StartsWith("no pose of camera " + id + " explains its images: they stay "));
+  EXPECT_THAT(verdict.remedy(), HasSubstr("late or repeated"));
+  EXPECT_EQ(result->rig.cameras[9].rotation, result->before.cameras[9].rotation);
+  const v1::RigRefinementReport report = RefinementReport(*result);
+  EXPECT_TRUE(report.cameras(9).misfit());
+  EXPECT_TRUE(report.cameras(3).moved());
+  EXPECT_THAT(RefinementText(*result),
+              testing::Contains("camera " + id + ": no pose puts it right, it stays as it was"));
 }
 
 TEST_F(RefineRigTest, PreciseObservationsCountMore) {

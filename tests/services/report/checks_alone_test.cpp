@@ -121,6 +121,16 @@ TEST(ChecksAlone, EachFailsAlone) {
   }
 }
 
+TEST(ChecksAlone, OneBlankImageFailsAlone) {
+  FilmedJob film;
+  film.frames[1].mutable_views(2)->set_vertices_seen(0);
+  EXPECT_THAT(film.Failing(), ElementsAre("register.images_see"));
+  EXPECT_THAT(
+      AssessJob(film.job, film.frames).reason(),
+      testing::HasSubstr("1 of 10 images shows nothing of the cloth that faces its camera: camera c in "
+                         "frame 1"));
+}
+
 TEST(ChecksAlone, FramesAndImagesFailAlone) {
   FilmedJob film;
   film.frames[1].set_state(v1::FRAME_STATE_FAILED);
@@ -138,7 +148,9 @@ TEST(ChecksAlone, NoneIsForgotten) {
   for (const Limit* limit : kLimits) {
     const std::string id(limit->id);
     if (!absl::StartsWith(id, "register.") && !absl::StartsWith(id, "decode.")) continue;
-    EXPECT_TRUE(Cases().contains(id) || id == "register.frames" || id == "register.images") << id;
+    const bool has_own_test =
+        id == "register.frames" || id == "register.images" || id == "register.images_see";
+    EXPECT_TRUE(Cases().contains(id) || has_own_test) << id;
   }
 }
 
